@@ -1,0 +1,178 @@
+//! Reading and writing a versioned document.
+
+use crate::check::Checker;
+use serde::{Serialize, de::DeserializeOwned};
+
+/// Why a file was refused. `file` is the name the caller gave, `path` the JSON path of the fault.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Error {
+    /// The text is not JSON, or a key is missing, unknown or of the wrong type.
+    #[error("{file}:{line}:{column}: at `{path}`: {problem}")]
+    Syntax {
+        /// Name of the file as the caller gave it.
+        file: String,
+        /// Line, from 1.
+        line: usize,
+        /// Column, from 1.
+        column: usize,
+        /// JSON path of the fault, `.` for the root.
+        path: String,
+        /// What is wrong.
+        problem: String,
+    },
+    /// The schema is not the one expected here.
+    #[error("{file}: at `schema`: this is `{found}`, expected `{expected}`")]
+    Schema {
+        /// Name of the file as the caller gave it.
+        file: String,
+        /// Schema name in the file.
+        found: String,
+        /// Schema name this reader takes.
+        expected: &'static str,
+    },
+    /// The values contradict each other or the physics.
+    #[error("{file}: at `{path}`: {problem}")]
+    Value {
+        /// Name of the file as the caller gave it.
+        file: String,
+        /// JSON path of the fault.
+        path: String,
+        /// What is wrong.
+        problem: String,
+    },
+}
+
+impl Error {
+    /// What the reader can do about it.
+    #[must_use]
+    pub fn hint(&self) -> String {
+        match self {
+            Self::Syntax { .. } => {
+                "write the file again with the command that makes it, or mend the key named".into()
+            }
+            Self::Schema { expected, .. } => format!(
+                "give a file that says \"schema\": \"{expected}\"; a newer version needs a newer steerwright"
+            ),
+            Self::Value { .. } => "mend the value at the path named".into(),
+        }
+    }
+}
+
+/// A versioned JSON file.
+pub trait Document: Serialize + DeserializeOwned {
+    /// The schema's name and version, such as `steerwright/plant/1`.
+    const SCHEMA: &'static str;
+
+    /// The file's own schema string.
+    fn schema(&self) -> &str;
+
+    /// Reports every value that cannot be, in the order of the file.
+    fn check(&self, checker: &mut Checker);
+
+    /// Reads and checks a document; `file` is named in errors.
+    ///
+    /// # Errors
+    /// [`Error`] with the place of the first fault.
+    fn from_json(text: &str, file: &str) -> Result<Self, Error> {
+        let syntax = |path: String, inner: &serde_json::Error| Error::Syntax {
+            file: file.into(),
+            line: inner.line(),
+            column: inner.column(),
+            path,
+            problem: strip_place(&inner.to_string()),
+        };
+        // The schema first: a file of another kind should be called that, not "missing key".
+        #[derive(serde::Deserialize)]
+        struct Tag {
+            schema: String,
+        }
+        let tag: Tag = serde_json::from_str(text).map_err(|e| syntax("schema".into(), &e))?;
+        if tag.schema != Self::SCHEMA {
+            return Err(Error::Schema {
+                file: file.into(),
+                found: tag.schema,
+                expected: Self::SCHEMA,
+            });
+        }
+        let mut reader = serde_json::Deserializer::from_str(text);
+        let document: Self = serde_path_to_error::deserialize(&mut reader)
+            .map_err(|e| syntax(e.path().to_string(), e.inner()))?;
+        reader.end().map_err(|e| syntax(".".into(), &e))?;
+        document.checked(file)?;
+        Ok(document)
+    }
+
+    /// Checks a document made in memory, as [`Document::from_json`] does.
+    ///
+    /// # Errors
+    /// [`Error::Value`] with the JSON path of the first fault.
+    fn checked(&self, file: &str) -> Result<(), Error> {
+        let mut checker = Checker::default();
+        self.check(&mut checker);
+        match checker.into_first() {
+            None => Ok(()),
+            Some((path, problem)) => Err(Error::Value { file: file.into(), path, problem }),
+        }
+    }
+
+    /// The document as indented JSON with a final newline; the same content gives the same bytes.
+    fn to_json(&self) -> String {
+        // Serialising these plain types into memory cannot fail; an empty text would be refused
+        // by every reader.
+        let mut text = serde_json::to_string_pretty(self).unwrap_or_default();
+        text = compact_number_rows(&text);
+        text.push('\n');
+        text
+    }
+}
+
+/// serde_json appends " at line L column C", which the error already gives.
+fn strip_place(message: &str) -> String {
+    message.rsplit_once(" at line ").map_or(message, |(head, _)| head).to_owned()
+}
+
+/// Puts arrays that hold only numbers on one line each, so that a matrix reads as a matrix.
+fn compact_number_rows(pretty: &str) -> String {
+    let mut out = String::with_capacity(pretty.len());
+    let mut rest = pretty;
+    // "[\n" opens an array: inside a string a line break would be escaped.
+    while let Some(open) = rest.find("[\n") {
+        let (head, tail) = rest.split_at(open);
+        out.push_str(head);
+        let close = tail.find(']').map(|c| &tail[..=c]);
+        match close {
+            Some(array)
+                if array[1..array.len() - 1]
+                    .chars()
+                    .all(|c| c.is_ascii_digit() || "+-.eE, \n".contains(c)) =>
+            {
+                let numbers: Vec<&str> =
+                    array[1..array.len() - 1].split(',').map(str::trim).collect();
+                out.push('[');
+                out.push_str(&numbers.join(", "));
+                out.push(']');
+                rest = &tail[array.len()..];
+            }
+            _ => {
+                out.push('[');
+                rest = &tail[1..];
+            }
+        }
+    }
+    out.push_str(rest);
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::compact_number_rows;
+
+    #[test]
+    fn number_rows_stand_on_one_line_and_strings_with_brackets_survive() {
+        let value =
+            serde_json::json!({"a": [[1.5, -2e-9], []], "b": ["x [1, 2", "]"], "c": [true]});
+        let text = compact_number_rows(&serde_json::to_string_pretty(&value).unwrap());
+        assert!(text.contains("[1.5, -2e-9]"), "{text}");
+        assert_eq!(serde_json::from_str::<serde_json::Value>(&text).unwrap(), value);
+    }
+}

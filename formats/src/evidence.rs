@@ -1,0 +1,142 @@
+//! How far an identified model can be trusted, with the numbers behind it.
+
+use serde::{Deserialize, Serialize};
+
+/// Everything measured on the way from log to model.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Evidence {
+    /// `n4sid`, `moesp` or `cva`.
+    pub method: String,
+    /// Block rows s of the Hankel matrices (past and future horizon).
+    pub horizon: usize,
+    /// Samples used for estimation.
+    pub estimation_samples: usize,
+    /// Samples held out for validation.
+    pub validation_samples: usize,
+    /// Fits in percent.
+    pub fit: Fits,
+    /// One row for each order tried.
+    pub order_table: Vec<OrderRow>,
+    /// Autocorrelation of the one-step residuals.
+    pub whiteness: ResidualTest,
+    /// Cross-correlation of past input and residuals.
+    pub independence: ResidualTest,
+    /// What the log can say.
+    pub excitation: Excitation,
+    /// Largest eigenvalue modulus of A before stability was enforced, where it was.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stabilised_from: Option<f64>,
+    /// Relative error ‖exp(F·T) − A‖/‖A‖ and the same for B, the larger (eq 9–10).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub conversion_round_trip: Option<f64>,
+    /// What was read from the log, after resampling.
+    pub channels: Vec<ChannelSummary>,
+    /// What the reader of the log and the identification warned of.
+    pub warnings: Vec<String>,
+    /// The judgement in plain words.
+    pub verdict: Verdict,
+}
+
+/// Fit is 100·(1 − ‖y − ŷ‖/‖y − mean(y)‖) on yaw rate, in percent. Held-out data have the means of
+/// the estimation data removed and the initial state estimated.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Fits {
+    /// Simulation on the estimation data.
+    pub estimation: f64,
+    /// Simulation on the held-out data.
+    pub validation: f64,
+    /// One-step prediction on the held-out data.
+    pub validation_one_step: f64,
+}
+
+/// One order that was tried.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OrderRow {
+    /// Order n.
+    pub order: usize,
+    /// The n-th singular value.
+    pub singular_value: f64,
+    /// Simulation fit on the estimation data, percent.
+    pub estimation_fit: f64,
+    /// Simulation fit on the held-out data, percent.
+    pub validation_fit: f64,
+    /// Whether the model was stable as estimated.
+    pub stable: bool,
+}
+
+/// A test of residuals against a χ² bound.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ResidualTest {
+    /// Number of lags.
+    pub lags: usize,
+    /// The statistic.
+    pub statistic: f64,
+    /// The bound at 99 %.
+    pub bound: f64,
+    /// Whether statistic ≤ bound.
+    pub pass: bool,
+}
+
+/// What the log can say about the dynamics.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Excitation {
+    /// Standard deviation of the steering angle at the road wheel, rad.
+    pub road_wheel_std_rad: f64,
+    /// Standard deviation of the yaw rate, rad/s.
+    pub yaw_rate_std_radps: f64,
+    /// Standard deviation of the innovation over that of the yaw rate.
+    pub noise_to_signal: f64,
+    /// Largest frequency below which the coherence stays above 0.5, Hz; 0 where it never does.
+    pub informative_up_to_hz: f64,
+    /// Coherence of steering and yaw rate.
+    pub coherence: Vec<CoherencePoint>,
+}
+
+/// Coherence at one frequency.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CoherencePoint {
+    /// Frequency, Hz.
+    pub frequency_hz: f64,
+    /// Magnitude-squared coherence, 0 to 1.
+    pub coherence: f64,
+}
+
+/// What was read from one channel.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ChannelSummary {
+    /// `steering`, `yaw_rate`, `speed` …
+    pub role: String,
+    /// The column's name in the log.
+    pub column: String,
+    /// The unit it was read in.
+    pub unit: String,
+    /// Rows read.
+    pub rows: usize,
+    /// Median sample rate of its own clock, Hz.
+    pub rate_hz: f64,
+    /// Least value, SI.
+    pub min: f64,
+    /// Mean, SI.
+    pub mean: f64,
+    /// Largest value, SI.
+    pub max: f64,
+}
+
+/// The judgement in plain words.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Verdict {
+    /// Whether a controller may be designed on the model without further thought.
+    pub trustworthy: bool,
+    /// One sentence.
+    pub summary: String,
+    /// What to do next.
+    pub advice: Vec<String>,
+}

@@ -1,0 +1,36 @@
+//! The versioned JSON files that pass between Steerwright's stages.
+//!
+//! Each file is one type here: [`Plant`], [`Bicycle`], [`Pid`], [`Path`]. Every type knows its
+//! schema name (`steerwright/plant/1` …), is read by [`Document::from_json`], which refuses unknown
+//! versions, wrong shapes and non-finite numbers with the JSON path of the fault, and is written
+//! by [`Document::to_json`], which gives the same bytes for the same content.
+//!
+//! Units are SI and radians; a unit stands in a key where it is not obvious. Signs are ISO 8855:
+//! x forward, y left, z up; yaw, yaw rate, steering and curvature positive to the left.
+//!
+//! This crate knows nothing of identification, design or FMUs.
+
+mod bicycle;
+mod check;
+mod document;
+mod evidence;
+mod matrix;
+mod path;
+mod pid;
+mod plant;
+mod provenance;
+
+pub use bicycle::{Bicycle, BicycleCoefficients, VehicleData};
+pub use check::Checker;
+pub use document::{Document, Error};
+pub use evidence::{
+    ChannelSummary, CoherencePoint, Evidence, Excitation, Fits, OrderRow, ResidualTest, Verdict,
+};
+pub use matrix::Matrix;
+pub use path::{Guidance, Path, PathPoint};
+pub use pid::{
+    DesignEvidence, DesignedFor, GuidanceAdvice, Limits, Margins, Pid, PidGains, Shortfall,
+    Specification, StepMetrics,
+};
+pub use plant::{Continuous, Discrete, InputKind, Noise, OperatingPoint, Plant};
+pub use provenance::{Provenance, SourceFile, sha256_hex};

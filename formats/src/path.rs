@@ -1,0 +1,111 @@
+//! `path.json`: a reference road in arc length, and how to be guided along it.
+
+use crate::{Checker, Document, Provenance};
+use serde::{Deserialize, Serialize};
+
+/// A reference path: points in arc length, x and y in a local plane.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Path {
+    /// `steerwright/path/1`.
+    pub schema: String,
+    /// A name for people.
+    pub name: String,
+    /// Whether the last point meets the first.
+    pub closed: bool,
+    /// How a vehicle is guided along it.
+    pub guidance: Guidance,
+    /// The speed the path was made for, m/s.
+    pub speed_mps: f64,
+    /// At least two, at increasing distance.
+    pub points: Vec<PathPoint>,
+    /// Where it came from.
+    pub provenance: Provenance,
+}
+
+/// One point, in the file an array `[distance_m, x_m, y_m, heading_rad, curvature_per_m]`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(from = "[f64; 5]", into = "[f64; 5]")]
+pub struct PathPoint {
+    /// Arc length from the first point, m.
+    pub distance_m: f64,
+    /// Position, m.
+    pub x_m: f64,
+    /// Position, m.
+    pub y_m: f64,
+    /// Heading, rad, not wrapped along the path.
+    pub heading_rad: f64,
+    /// Curvature, 1/m, positive to the left.
+    pub curvature_per_m: f64,
+}
+
+impl From<[f64; 5]> for PathPoint {
+    fn from([distance_m, x_m, y_m, heading_rad, curvature_per_m]: [f64; 5]) -> Self {
+        Self { distance_m, x_m, y_m, heading_rad, curvature_per_m }
+    }
+}
+
+impl From<PathPoint> for [f64; 5] {
+    fn from(p: PathPoint) -> Self {
+        [p.distance_m, p.x_m, p.y_m, p.heading_rad, p.curvature_per_m]
+    }
+}
+
+/// Parameters of the guidance law (look-ahead based line of sight).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Guidance {
+    /// Look-ahead distance over speed, s.
+    pub lookahead_time_s: f64,
+    /// Least look-ahead distance, m.
+    pub lookahead_min_m: f64,
+    /// How far ahead heading and curvature are read, s, to make up for the loop's lag.
+    pub preview_time_s: f64,
+    /// Steering angle per curvature, rad·m.
+    pub feedforward_gain_radm: f64,
+    /// Sideslip angle per yaw rate in steady state, s.
+    pub sideslip_per_yaw_rate_s: f64,
+}
+
+impl Default for Guidance {
+    fn default() -> Self {
+        Self {
+            lookahead_time_s: 1.0,
+            lookahead_min_m: 5.0,
+            preview_time_s: 0.0,
+            feedforward_gain_radm: 0.0,
+            sideslip_per_yaw_rate_s: 0.0,
+        }
+    }
+}
+
+impl Document for Path {
+    const SCHEMA: &'static str = "steerwright/path/1";
+
+    fn schema(&self) -> &str {
+        &self.schema
+    }
+
+    fn check(&self, c: &mut Checker) {
+        let g = &self.guidance;
+        c.not_negative(g.lookahead_time_s, "guidance.lookahead_time_s");
+        c.positive(g.lookahead_min_m, "guidance.lookahead_min_m");
+        c.not_negative(g.preview_time_s, "guidance.preview_time_s");
+        c.finite(g.feedforward_gain_radm, "guidance.feedforward_gain_radm");
+        c.finite(g.sideslip_per_yaw_rate_s, "guidance.sideslip_per_yaw_rate_s");
+        c.positive(self.speed_mps, "speed_mps");
+        c.require(self.points.len() >= 2, "points", || {
+            format!("{} points, a path needs at least 2", self.points.len())
+        });
+        let mut before = f64::NEG_INFINITY;
+        for (i, point) in self.points.iter().enumerate() {
+            for (j, value) in <[f64; 5]>::from(*point).into_iter().enumerate() {
+                c.finite(value, &format!("points[{i}][{j}]"));
+            }
+            c.require(point.distance_m > before, &format!("points[{i}][0]"), || {
+                format!("distance {} does not increase (before it {before})", point.distance_m)
+            });
+            before = point.distance_m;
+        }
+    }
+}

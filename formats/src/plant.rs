@@ -1,0 +1,159 @@
+//! `plant.json`: the identified lateral dynamics, steering angle in, yaw rate out.
+
+use crate::{Checker, Document, Evidence, Matrix, Provenance};
+use serde::{Deserialize, Serialize};
+
+/// The identified plant: model, operating point, noise, evidence and provenance.
+///
+/// The model's input is `steering − steering_offset_rad` (times speed where
+/// [`InputKind::SteeringTimesSpeed`]), delayed by `input_delay_s`; its output is
+/// `yaw rate − yaw_rate_offset_radps`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Plant {
+    /// `steerwright/plant/1`.
+    pub schema: String,
+    /// A name for people, such as the log's.
+    pub name: String,
+    /// What drives the model.
+    pub input: InputKind,
+    /// Steering angle over road-wheel angle.
+    pub steering_ratio: f64,
+    /// Pure delay from steering angle to the model's input, in seconds.
+    pub input_delay_s: f64,
+    /// Where the model holds.
+    pub operating_point: OperatingPoint,
+    /// The model in innovation form (eq 3–5).
+    pub discrete: Discrete,
+    /// The continuous model (eq 6–11), absent where A has no real logarithm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub continuous: Option<Continuous>,
+    /// The noise as identified.
+    pub noise: Noise,
+    /// How far the model can be trusted.
+    pub evidence: Evidence,
+    /// Where it came from.
+    pub provenance: Provenance,
+}
+
+/// What drives the model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum InputKind {
+    /// The steering angle.
+    #[serde(rename = "steering")]
+    Steering,
+    /// The product of steering angle and speed.
+    #[serde(rename = "steering*speed")]
+    SteeringTimesSpeed,
+}
+
+/// The point about which the model is linear.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OperatingPoint {
+    /// Mean speed of the drive, m/s.
+    pub speed_mps: f64,
+    /// The steering angle that drives straight, in steering coordinates.
+    pub steering_offset_rad: f64,
+    /// The yaw rate at that angle; not zero only where the model has no steady-state gain to put
+    /// it on the steering offset.
+    pub yaw_rate_offset_radps: f64,
+}
+
+/// `x⁺ = A x + B u + K e`, `y = C x + D u + e` (eq 3–5).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Discrete {
+    /// Sample time T.
+    pub sample_time_s: f64,
+    /// State matrix, n by n.
+    #[serde(rename = "A")]
+    pub a: Matrix,
+    /// Input matrix, n by 1.
+    #[serde(rename = "B")]
+    pub b: Matrix,
+    /// Output matrix, 1 by n.
+    #[serde(rename = "C")]
+    pub c: Matrix,
+    /// Feedthrough, 1 by 1.
+    #[serde(rename = "D")]
+    pub d: Matrix,
+    /// Kalman gain, n by 1.
+    #[serde(rename = "K")]
+    pub k: Matrix,
+    /// State at the log's first sample.
+    pub x0: Vec<f64>,
+}
+
+/// `ẋ = F x + G u`, `y = H x + D u` (eq 6–8), the exact zero-order-hold inverse of [`Discrete`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Continuous {
+    /// State matrix, n by n.
+    #[serde(rename = "F")]
+    pub f: Matrix,
+    /// Input matrix, n by 1.
+    #[serde(rename = "G")]
+    pub g: Matrix,
+    /// Output matrix, 1 by n.
+    #[serde(rename = "H")]
+    pub h: Matrix,
+}
+
+/// The noise as identified.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Noise {
+    /// Variance of the innovation e, (rad/s)².
+    pub innovation_variance: f64,
+}
+
+impl Plant {
+    /// Order n of the model.
+    #[must_use]
+    pub fn order(&self) -> usize {
+        self.discrete.a.rows()
+    }
+}
+
+impl Document for Plant {
+    const SCHEMA: &'static str = "steerwright/plant/1";
+
+    fn schema(&self) -> &str {
+        &self.schema
+    }
+
+    fn check(&self, c: &mut Checker) {
+        let d = &self.discrete;
+        let n = d.a.rows();
+        c.positive(self.steering_ratio, "steering_ratio");
+        c.not_negative(self.input_delay_s, "input_delay_s");
+        c.not_negative(self.operating_point.speed_mps, "operating_point.speed_mps");
+        c.finite(self.operating_point.steering_offset_rad, "operating_point.steering_offset_rad");
+        c.finite(
+            self.operating_point.yaw_rate_offset_radps,
+            "operating_point.yaw_rate_offset_radps",
+        );
+        c.positive(d.sample_time_s, "discrete.sample_time_s");
+        c.require((1..=64).contains(&n), "discrete.A", || {
+            format!("the order is {n}, expected 1 to 64")
+        });
+        c.shape(&d.a, n, n, "discrete.A");
+        c.shape(&d.b, n, 1, "discrete.B");
+        c.shape(&d.c, 1, n, "discrete.C");
+        c.shape(&d.d, 1, 1, "discrete.D");
+        c.shape(&d.k, n, 1, "discrete.K");
+        c.require(d.x0.len() == n, "discrete.x0", || {
+            format!("{} entries, expected {n}", d.x0.len())
+        });
+        for (i, x) in d.x0.iter().enumerate() {
+            c.finite(*x, &format!("discrete.x0[{i}]"));
+        }
+        if let Some(continuous) = &self.continuous {
+            c.shape(&continuous.f, n, n, "continuous.F");
+            c.shape(&continuous.g, n, 1, "continuous.G");
+            c.shape(&continuous.h, 1, n, "continuous.H");
+        }
+        c.not_negative(self.noise.innovation_variance, "noise.innovation_variance");
+    }
+}

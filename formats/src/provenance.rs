@@ -1,0 +1,42 @@
+//! Where a file's content came from.
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
+
+/// What a file was made from and how; holds no clock and no absolute path.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Provenance {
+    /// Version of steerwright that wrote the file.
+    pub version: String,
+    /// The files read, by name and content.
+    pub sources: Vec<SourceFile>,
+    /// The options in force, defaults included, by name.
+    pub options: BTreeMap<String, String>,
+}
+
+/// A file that was read.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SourceFile {
+    /// The file's name without its folder.
+    pub name: String,
+    /// SHA-256 of its bytes, in hexadecimal.
+    pub sha256: String,
+}
+
+impl SourceFile {
+    /// Names a file by the last part of its path and the hash of its bytes.
+    #[must_use]
+    pub fn of(path: &std::path::Path, bytes: &[u8]) -> Self {
+        let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        Self { name, sha256: sha256_hex(bytes) }
+    }
+}
+
+/// SHA-256 in lower-case hexadecimal.
+#[must_use]
+pub fn sha256_hex(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect()
+}
