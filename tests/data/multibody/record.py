@@ -1,0 +1,375 @@
+#!/usr/bin/env python3
+"""Record a test drive on CommonRoad's 29-state multi-body vehicle.
+
+A BMW 320i (parameter set 2) drives at a held 15 m/s while its steering is
+excited as a test driver would: sweep, steps, slalom, and in the second half a
+pseudo-random sequence of levels. Sensors with seeded noise are logged to
+
+    drive.csv      100 Hz: command, steering angle, yaw rate, speed, lateral acceleration
+    position.csv    10 Hz: position of the centre of gravity
+    vehicle.toml   the linear bicycle that the car's data sheet gives
+
+Axes and signs are ISO 8855: x forward, y left, yaw and steering positive to the
+left. A row holds what the sensors read at `time_s` and the command issued at
+that instant, which holds until the next row. The vehicle model is used as
+published, unmodified; its tyre forces jump by about 4 % of the wheel load where
+the camber angle changes sign, so driving straight ends in a faint weave.
+
+    python record.py                 write the three files beside this script
+    python record.py --verify        also check step size, steering sign and the linear bicycle
+"""
+
+import argparse
+import math
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from vehiclemodels.init_mb import init_mb
+from vehiclemodels.parameters_vehicle2 import parameters_vehicle2
+from vehiclemodels.vehicle_dynamics_mb import vehicle_dynamics_mb
+
+GRAVITY_MPS2 = 9.81  # the vehicle model's own figure
+SPEED_MPS = 15.0
+SPEED_HOLD_PER_S = 2.0  # acceleration per speed error
+
+SAMPLE_TIME_S = 0.01
+POSITION_EVERY = 10  # samples of drive.csv between two positions
+STEP_S = 0.0005  # of the Runge-Kutta integration; divides SAMPLE_TIME_S
+SETTLING_S = 4.0  # the suspension finds its rest before the recording
+
+SERVO_TIME_CONSTANT_S = 0.05
+SERVO_RATE_LIMIT_RADPS = 0.4
+COMMAND_RATE_LIMIT_RADPS = 0.35  # the driver's hands stay below the servo's limit
+
+YAW_RATE_NOISE_RADPS = 0.002  # standard deviations, white
+SPEED_NOISE_MPS = 0.02
+STEERING_NOISE_RAD = 0.0005
+ACCELERATION_NOISE_MPS2 = 0.05
+POSITION_NOISE_M = 0.02
+
+# Places in the model's state vector.
+X, Y, STEER, SPEED, YAW, YAW_RATE, LATERAL_VELOCITY = 0, 1, 2, 3, 4, 5, 10
+# Set to zero when the recording starts: the position, and lateral motion, yaw and roll of
+# body and axles, which vanish by symmetry when the car drives straight.
+ZERO_AT_START = (X, Y, STEER, YAW, YAW_RATE, 6, 7, 10, 13, 14, 15, 18, 19, 20, 27, 28)
+
+
+# ---- Excitation: each piece is an array of lateral accelerations wanted, in m/s2 ----
+
+
+def samples(duration_s):
+    """Times of the samples of a piece that lasts `duration_s`."""
+    return SAMPLE_TIME_S * np.arange(round(duration_s / SAMPLE_TIME_S))
+
+
+def straight(duration_s):
+    return np.zeros(len(samples(duration_s)))
+
+
+def sweep(amplitude, start_hz, stop_hz, duration_s):
+    """Logarithmic sweep; its amplitude falls where the rate limit asks for it."""
+    growth = math.log(stop_hz / start_hz) / duration_s
+    frequency = start_hz * np.exp(growth * samples(duration_s))
+    phase = 2 * np.pi * (frequency - start_hz) / growth
+    reachable = COMMAND_RATE_LIMIT_RADPS / (2 * np.pi * frequency) / road_wheel_angle(1.0)
+    return np.minimum(amplitude, reachable) * np.sin(phase)
+
+
+def steps(sizes, hold_s, rest_s):
+    """From straight to each size and back."""
+    return np.concatenate(
+        [np.concatenate([straight(hold_s) + size, straight(rest_s)]) for size in sizes]
+    )
+
+
+def slalom(amplitude, frequency_hz, cycles):
+    return amplitude * np.sin(2 * np.pi * frequency_hz * samples(cycles / frequency_hz))
+
+
+def multilevel(rng, amplitude, shortest_s, longest_s, duration_s):
+    """Pseudo-random levels, each held for a pseudo-random while."""
+    count = len(samples(duration_s))
+    levels = np.empty(0)
+    while len(levels) < count:
+        level = amplitude * rng.uniform(-1.0, 1.0)
+        levels = np.append(levels, straight(rng.uniform(shortest_s, longest_s)) + level)
+    return levels[:count]
+
+
+def road_wheel_angle(lateral_acceleration_mps2):
+    """Steady cornering of a neutral car, as this one is: delta = L a_y / v^2."""
+    p = parameters_vehicle2()
+    return (p.a + p.b) * lateral_acceleration_mps2 / SPEED_MPS**2
+
+
+def limit_rate(command):
+    """Turns steps into the ramps a servo can follow."""
+    largest = COMMAND_RATE_LIMIT_RADPS * SAMPLE_TIME_S
+    limited = np.zeros_like(command)
+    for k in range(1, len(command)):
+        limited[k] = limited[k - 1] + np.clip(command[k] - limited[k - 1], -largest, largest)
+    return limited
+
+
+def steering_command(rng):
+    """The whole drive. Both halves excite the same band with 1 to 4 m/s2."""
+    first_half = [
+        straight(1.0),
+        sweep(3.0, 0.1, 2.0, 20.0),
+        straight(1.0),
+        steps([1.0, -1.0, 2.0, -2.0, 3.0, -3.0, 3.8, -3.8], 1.2, 0.8),
+        straight(0.5),
+        slalom(3.5, 0.5, 4),
+        straight(0.5),
+        slalom(2.0, 0.8, 4),
+    ]
+    second_half = [
+        straight(1.0),
+        sweep(2.0, 2.0, 0.1, 14.0),
+        straight(1.0),
+        steps([-3.5, 2.5, -1.5, 1.5, 3.5], 0.9, 0.6),
+        straight(0.5),
+        slalom(3.8, 0.4, 3),
+        straight(0.5),
+        multilevel(rng, 3.8, 0.2, 1.2, 18.0),
+        straight(1.0),
+    ]
+    return limit_rate(road_wheel_angle(np.concatenate(first_half + second_half)))
+
+
+# ---- The vehicle ----
+
+
+def servo_rate(command_rad, steer_rad):
+    wanted = (command_rad - steer_rad) / SERVO_TIME_CONSTANT_S
+    return max(-SERVO_RATE_LIMIT_RADPS, min(SERVO_RATE_LIMIT_RADPS, wanted))
+
+
+def derivative(state, command_rad, p):
+    """The multi-body model behind the steering servo and the speed hold."""
+    acceleration = SPEED_HOLD_PER_S * (SPEED_MPS - state[SPEED])
+    return vehicle_dynamics_mb(state, [servo_rate(command_rad, state[STEER]), acceleration], p)
+
+
+def runge_kutta(rate, state, step):
+    """One classical step of order four."""
+    k1 = rate(state)
+    k2 = rate([s + step / 2 * k for s, k in zip(state, k1)])
+    k3 = rate([s + step / 2 * k for s, k in zip(state, k2)])
+    k4 = rate([s + step * k for s, k in zip(state, k3)])
+    return [s + step / 6 * (a + 2 * b + 2 * c + d) for s, a, b, c, d in zip(state, k1, k2, k3, k4)]
+
+
+def simulate(rate, state, command, step):
+    """States at the samples; `rate(state, command)` with the command held between them."""
+    states = []
+    for value in command:
+        states.append(state)
+        held = partial(rate, command=value)
+        for _ in range(round(SAMPLE_TIME_S / step)):
+            state = runge_kutta(held, state, step)
+    return np.array(states)
+
+
+def vehicle_rate(p):
+    return lambda state, command: derivative(state, command, p)
+
+
+def settled(p):
+    """Straight at 15 m/s, wheels spinning, with the suspension at rest."""
+    start = [float(s) for s in init_mb([0.0, 0.0, 0.0, SPEED_MPS, 0.0, 0.0, 0.0], p)]
+    state = simulate(vehicle_rate(p), start, straight(SETTLING_S), STEP_S)[-1]
+    state[list(ZERO_AT_START)] = 0.0
+    return state.tolist()
+
+
+def drive(p, command, step):
+    return simulate(vehicle_rate(p), settled(p), command, step)
+
+
+def lateral_acceleration(states, command, p):
+    """Of the body: dv_y/dt + r v_x."""
+    rates = [derivative(list(s), c, p)[LATERAL_VELOCITY] for s, c in zip(states.tolist(), command)]
+    return np.array(rates) + states[:, YAW_RATE] * states[:, SPEED]
+
+
+# ---- The data sheet's bicycle ----
+
+
+def bicycle_parameters(p):
+    """As CommonRoad's single-track model derives them: mu C_S F_z, with mu C_S = -p_ky1."""
+    wheelbase = p.a + p.b
+    per_load = p.tire.p_dy1 * (-p.tire.p_ky1 / p.tire.p_dy1)
+    return {
+        "mass_kg": p.m,
+        "yaw_inertia_kgm2": p.I_z,
+        "distance_front_m": p.a,
+        "distance_rear_m": p.b,
+        "cornering_stiffness_front_npr": per_load * p.m * GRAVITY_MPS2 * p.b / wheelbase,
+        "cornering_stiffness_rear_npr": per_load * p.m * GRAVITY_MPS2 * p.a / wheelbase,
+    }
+
+
+def vehicle_toml(p):
+    b = bicycle_parameters(p)
+    return f"""\
+# The linear bicycle that the data sheet of the recorded car gives. Values come from
+# parameter set 2 of commonroad-vehicle-models 3.0.2 (its symbols in the comments) and
+# from record.py, which wrote this file.
+name = "BMW 320i (CommonRoad parameter set 2)"
+mass_kg = {b["mass_kg"]:.4f}  # m
+yaw_inertia_kgm2 = {b["yaw_inertia_kgm2"]:.4f}  # I_z
+distance_front_m = {b["distance_front_m"]:.7f}  # a, centre of gravity to front axle
+distance_rear_m = {b["distance_rear_m"]:.7f}  # b, centre of gravity to rear axle
+# N/rad an axle, as in CommonRoad's single-track model: mu C_S F_z with mu = p_dy1,
+# C_S = -p_ky1/p_dy1 and the static loads F_zf = m g b/(a+b), F_zr = m g a/(a+b).
+cornering_stiffness_front_npr = {b["cornering_stiffness_front_npr"]:.2f}
+cornering_stiffness_rear_npr = {b["cornering_stiffness_rear_npr"]:.2f}
+actuator_time_constant_s = {SERVO_TIME_CONSTANT_S}  # the steering servo of record.py
+steering_ratio = 1.0  # the log holds road-wheel angles
+speed_mps = {SPEED_MPS}  # held during the drive
+"""
+
+
+def bicycle_rate(p):
+    """States v_y, r, delta at the recorded speed."""
+    b = bicycle_parameters(p)
+    m, inertia, v = b["mass_kg"], b["yaw_inertia_kgm2"], SPEED_MPS
+    lf, lr = b["distance_front_m"], b["distance_rear_m"]
+    cf, cr = b["cornering_stiffness_front_npr"], b["cornering_stiffness_rear_npr"]
+
+    def rate(state, command):
+        vy, r, delta = state
+        front = cf * (delta - (vy + lf * r) / v)
+        rear = cr * (-(vy - lr * r) / v)
+        return [
+            (front + rear) / m - v * r,
+            (lf * front - lr * rear) / inertia,
+            (command - delta) / SERVO_TIME_CONSTANT_S,
+        ]
+
+    return rate
+
+
+# ---- Files and figures ----
+
+
+def write_table(path, header, decimals, columns):
+    rows = (",".join(f"{value:.{d}f}" for value, d in zip(row, decimals)) for row in zip(*columns))
+    path.write_text("\n".join([header, *rows]) + "\n", newline="\n")
+
+
+def write_logs(out, rng, command, states, acceleration):
+    """Returns the yaw rate as the gyro read it."""
+    time = SAMPLE_TIME_S * np.arange(len(command))
+
+    def noisy(values, deviation):
+        return values + deviation * rng.standard_normal(len(values))
+
+    yaw_rate = noisy(states[:, YAW_RATE], YAW_RATE_NOISE_RADPS)
+    columns = [
+        time,
+        command,
+        noisy(states[:, STEER], STEERING_NOISE_RAD),
+        yaw_rate,
+        noisy(states[:, SPEED], SPEED_NOISE_MPS),
+        noisy(acceleration, ACCELERATION_NOISE_MPS2),
+    ]
+    header = (
+        "time_s,steering_command_rad,steering_angle_rad,"
+        "yaw_rate_radps,speed_mps,lateral_acceleration_mps2"
+    )
+    write_table(out / "drive.csv", header, (2, 7, 7, 7, 5, 5), columns)
+
+    fixes = slice(None, None, POSITION_EVERY)
+    columns = [
+        time[fixes],
+        noisy(states[fixes, X], POSITION_NOISE_M),
+        noisy(states[fixes, Y], POSITION_NOISE_M),
+    ]
+    write_table(out / "position.csv", "time_s,x_m,y_m", (1, 4, 4), columns)
+    return yaw_rate
+
+
+def tell(what, figure):
+    print(f"{what:<30}{figure}")
+
+
+def print_figures(command, states, acceleration):
+    error = np.abs(command - states[:, STEER])
+    saturated = np.mean(error >= SERVO_RATE_LIMIT_RADPS * SERVO_TIME_CONSTANT_S)
+    speed = states[:, SPEED]
+    tell("length", f"{len(command) * SAMPLE_TIME_S:.2f} s")
+    tell("largest lateral acceleration", f"{np.max(np.abs(acceleration)):.2f} m/s2")
+    tell("speed", f"{speed.min():.3f} to {speed.max():.3f} m/s")
+    tell("largest steering command", f"{np.degrees(np.max(np.abs(command))):.2f} deg")
+    tell("servo at its rate limit", f"{100 * saturated:.2f} % of the time")
+
+
+def fit_percent(measured, simulated):
+    spread = np.linalg.norm(measured - measured.mean())
+    return 100 * (1 - np.linalg.norm(measured - simulated) / spread)
+
+
+def print_verification(p, command, states, yaw_rate):
+    change = (drive(p, command, STEP_S / 2) - states)[:, YAW_RATE]
+    largest, rms = np.max(np.abs(change)), np.sqrt(np.mean(change**2))
+    tell("halving the step changes", f"yaw rate by {largest:.1e} rad/s at most, {rms:.1e} rms")
+
+    left = drive(p, straight(1.0) + road_wheel_angle(1.0), STEP_S)[-1]
+    tell("steering left for 1 s gives", f"yaw rate {left[YAW_RATE]:+.3f} rad/s, y {left[Y]:+.3f} m")
+
+    bicycle = simulate(bicycle_rate(p), [0.0, 0.0, 0.0], command, STEP_S)[:, 1]
+    tell(
+        "fit of the linear bicycle",
+        f"{fit_percent(yaw_rate, bicycle):.2f} % of the logged yaw rate",
+    )
+    ceiling = fit_percent(yaw_rate, states[:, YAW_RATE])
+    tell("fit of the true yaw rate", f"{ceiling:.2f} % (what the sensor noise leaves)")
+
+
+def arguments():
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "--seed",
+        type=int,
+        default=320,
+        help="of the sensor noise and the random levels (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--out",
+        type=Path,
+        default=Path(__file__).parent,
+        help="folder of the files (default: beside this script)",
+    )
+    parser.add_argument(
+        "--verify",
+        action="store_true",
+        help="check step size, steering sign and the linear bicycle, too",
+    )
+    return parser.parse_args()
+
+
+def main():
+    options = arguments()
+    options.out.mkdir(parents=True, exist_ok=True)
+    levels_rng, noise_rng = np.random.default_rng(options.seed).spawn(2)
+
+    p = parameters_vehicle2()
+    # The logged digits are the command that is driven; adding zero drops the sign of -0.
+    command = np.round(steering_command(levels_rng), 7) + 0.0
+    states = drive(p, command, STEP_S)
+    acceleration = lateral_acceleration(states, command, p)
+
+    yaw_rate = write_logs(options.out, noise_rng, command, states, acceleration)
+    (options.out / "vehicle.toml").write_text(vehicle_toml(p), newline="\n")
+    print_figures(command, states, acceleration)
+    if options.verify:
+        print_verification(p, command, states, yaw_rate)
+
+
+if __name__ == "__main__":
+    main()
