@@ -1,0 +1,117 @@
+//! Steps, statuses and derivatives.
+
+use super::{call, unsupported};
+use crate::Slave;
+use crate::arguments::slots;
+use crate::calls::Call;
+use crate::instance::Instance;
+use crate::types::{LAST_SUCCESSFUL_TIME, Status, TERMINATED};
+use std::ffi::{c_char, c_void};
+
+/// `fmi2DoStep`. Every step is kept until the next is made, so that the last argument has no say.
+#[inline]
+pub unsafe fn do_step<S: Slave>(
+    component: *mut c_void,
+    time: f64,
+    step: f64,
+    _no_set_fmu_state_prior_to_current_point: i32,
+) -> i32 {
+    let body = |instance: &mut Instance<S>| instance.do_step(time, step);
+    // SAFETY: the module's contract.
+    unsafe { call(component, Call::DoStep, body) }
+}
+
+/// `fmi2CancelStep`: never legal, since no step is asynchronous.
+pub unsafe fn cancel_step<S: Slave>(component: *mut c_void) -> i32 {
+    // SAFETY: the module's contract.
+    unsafe { unsupported::<S>(component, Call::CancelStep) }
+}
+
+/// Answers a question about the last step; `answer` is `None` for a kind there is none of.
+///
+/// # Safety
+/// The module's contract.
+unsafe fn answer<S: Slave, T>(
+    component: *mut c_void,
+    which: Call,
+    value: *mut T,
+    answer: impl FnOnce(&Instance<S>) -> Option<T>,
+) -> i32 {
+    let body = |instance: &mut Instance<S>| {
+        // SAFETY: the module's contract.
+        let slot = unsafe { slots(value, 1, "values")? };
+        match (answer(instance), slot) {
+            (Some(value), [slot]) => {
+                slot.write(value);
+                Ok(Status::Ok)
+            }
+            _ => instance.discard(which),
+        }
+    };
+    // SAFETY: the module's contract.
+    unsafe { call(component, which, body) }
+}
+
+/// `fmi2GetStatus`: only asked of steps that are pending, and none is.
+pub unsafe fn get_status<S: Slave>(component: *mut c_void, _kind: i32, value: *mut i32) -> i32 {
+    // SAFETY: the module's contract.
+    unsafe { answer::<S, _>(component, Call::GetStatus, value, |_| None) }
+}
+
+/// `fmi2GetRealStatus`: the end of the last step.
+pub unsafe fn get_real_status<S: Slave>(component: *mut c_void, kind: i32, value: *mut f64) -> i32 {
+    let answer_of = |instance: &Instance<S>| {
+        (kind == LAST_SUCCESSFUL_TIME).then(|| instance.last_successful_time())
+    };
+    // SAFETY: the module's contract.
+    unsafe { answer(component, Call::GetRealStatus, value, answer_of) }
+}
+
+/// `fmi2GetIntegerStatus`: there is none.
+pub unsafe fn get_integer_status<S: Slave>(
+    component: *mut c_void,
+    _kind: i32,
+    value: *mut i32,
+) -> i32 {
+    // SAFETY: the module's contract.
+    unsafe { answer::<S, _>(component, Call::GetIntegerStatus, value, |_| None) }
+}
+
+/// `fmi2GetBooleanStatus`: a slave never asks to end the simulation.
+pub unsafe fn get_boolean_status<S: Slave>(
+    component: *mut c_void,
+    kind: i32,
+    value: *mut i32,
+) -> i32 {
+    let answer_of = |_: &Instance<S>| (kind == TERMINATED).then_some(0);
+    // SAFETY: the module's contract.
+    unsafe { answer(component, Call::GetBooleanStatus, value, answer_of) }
+}
+
+/// `fmi2GetStringStatus`: only asked of steps that are pending, and none is.
+pub unsafe fn get_string_status<S: Slave>(
+    component: *mut c_void,
+    _kind: i32,
+    value: *mut *const c_char,
+) -> i32 {
+    // SAFETY: the module's contract.
+    unsafe { answer::<S, _>(component, Call::GetStringStatus, value, |_| None) }
+}
+
+/// `fmi2GetDirectionalDerivative`: not supported.
+pub unsafe fn get_directional_derivative<S: Slave>(component: *mut c_void) -> i32 {
+    // SAFETY: the module's contract.
+    unsafe { unsupported::<S>(component, Call::GetDirectionalDerivative) }
+}
+
+/// `fmi2SetRealInputDerivatives`: not supported.
+pub unsafe fn set_real_input_derivatives<S: Slave>(component: *mut c_void) -> i32 {
+    // SAFETY: the module's contract.
+    unsafe { unsupported::<S>(component, Call::SetRealInputDerivatives) }
+}
+
+/// `fmi2GetRealOutputDerivatives`: not supported.
+pub unsafe fn get_real_output_derivatives<S: Slave>(component: *mut c_void) -> i32 {
+    // SAFETY: the module's contract.
+    unsafe { unsupported::<S>(component, Call::GetRealOutputDerivatives) }
+}

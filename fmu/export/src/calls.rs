@@ -1,0 +1,214 @@
+//! Which call is legal when: table 4.2.4 of FMI 2.0.5 as data, and the leniencies beside it.
+//!
+//! The states "step in progress", "step failed" and "step canceled" are missing because nothing
+//! leads there: no step is asynchronous, and a step is made in full or is an error.
+
+use model_description::{Causality, Initial, Variability, VariableSpec};
+
+/// Where an instance stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum State {
+    /// Made, or reset.
+    Instantiated,
+    /// Between `fmi2EnterInitializationMode` and `fmi2ExitInitializationMode`.
+    Initialization,
+    /// At a communication point.
+    StepComplete,
+    /// After `fmi2Terminate`.
+    Terminated,
+    /// After an `fmi2Error`.
+    Error,
+    /// After a panic: nothing is legal any more but to free the instance.
+    Fatal,
+}
+
+impl State {
+    /// Every state.
+    pub const ALL: [Self; 6] = [
+        Self::Instantiated,
+        Self::Initialization,
+        Self::StepComplete,
+        Self::Terminated,
+        Self::Error,
+        Self::Fatal,
+    ];
+
+    const fn bit(self) -> u8 {
+        1 << self as u8
+    }
+
+    /// The standard's name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Instantiated => "instantiated",
+            Self::Initialization => "initialization mode",
+            Self::StepComplete => "step complete",
+            Self::Terminated => "terminated",
+            Self::Error => "error",
+            Self::Fatal => "fatal",
+        }
+    }
+}
+
+const I: u8 = State::Instantiated.bit();
+const M: u8 = State::Initialization.bit();
+const C: u8 = State::StepComplete.bit();
+const T: u8 = State::Terminated.bit();
+const E: u8 = State::Error.bit();
+const F: u8 = State::Fatal.bit();
+
+/// Declares the calls and their rows of the table in one place.
+macro_rules! calls {
+    ($($call:ident: $name:literal in $states:expr;)*) => {
+        /// The functions of FMI 2.0 for Co-Simulation.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        #[repr(u8)]
+        pub enum Call { $(#[doc = concat!("`", $name, "`.")] $call,)* }
+
+        impl Call {
+            /// Every function.
+            pub const ALL: &'static [Self] = &[$(Self::$call),*];
+
+            /// The C name.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self { $(Self::$call => $name),* }
+            }
+
+            #[inline]
+            const fn states(self) -> u8 {
+                match self { $(Self::$call => $states),* }
+            }
+
+            /// Whether the standard allows this call in that state.
+            #[must_use]
+            #[inline]
+            pub const fn is_legal_in(self, state: State) -> bool {
+                self.states() & state.bit() != 0
+            }
+        }
+    };
+}
+
+calls! {
+    GetTypesPlatform: "fmi2GetTypesPlatform" in I | M | C | T | E | F;
+    GetVersion: "fmi2GetVersion" in I | M | C | T | E | F;
+    SetDebugLogging: "fmi2SetDebugLogging" in I | M | C | T | E;
+    Instantiate: "fmi2Instantiate" in I | M | C | T | E | F;
+    FreeInstance: "fmi2FreeInstance" in I | M | C | T | E | F;
+    SetupExperiment: "fmi2SetupExperiment" in I;
+    EnterInitializationMode: "fmi2EnterInitializationMode" in I;
+    ExitInitializationMode: "fmi2ExitInitializationMode" in M;
+    Terminate: "fmi2Terminate" in C;
+    Reset: "fmi2Reset" in I | M | C | T | E;
+    GetReal: "fmi2GetReal" in M | C | T | E;
+    GetInteger: "fmi2GetInteger" in M | C | T | E;
+    GetBoolean: "fmi2GetBoolean" in M | C | T | E;
+    GetString: "fmi2GetString" in M | C | T | E;
+    SetReal: "fmi2SetReal" in I | M | C;
+    SetInteger: "fmi2SetInteger" in I | M | C;
+    SetBoolean: "fmi2SetBoolean" in I | M | C;
+    SetString: "fmi2SetString" in I | M | C;
+    GetFmuState: "fmi2GetFMUstate" in I | M | C | T | E;
+    SetFmuState: "fmi2SetFMUstate" in I | M | C | T | E;
+    FreeFmuState: "fmi2FreeFMUstate" in I | M | C | T | E;
+    SerializedFmuStateSize: "fmi2SerializedFMUstateSize" in I | M | C | T | E;
+    SerializeFmuState: "fmi2SerializeFMUstate" in I | M | C | T | E;
+    DeSerializeFmuState: "fmi2DeSerializeFMUstate" in I | M | C | T | E;
+    GetDirectionalDerivative: "fmi2GetDirectionalDerivative" in M | C | T | E;
+    SetRealInputDerivatives: "fmi2SetRealInputDerivatives" in I | M | C;
+    GetRealOutputDerivatives: "fmi2GetRealOutputDerivatives" in C | T | E;
+    DoStep: "fmi2DoStep" in C;
+    CancelStep: "fmi2CancelStep" in 0;
+    GetStatus: "fmi2GetStatus" in C | T;
+    GetRealStatus: "fmi2GetRealStatus" in C | T;
+    GetIntegerStatus: "fmi2GetIntegerStatus" in C | T;
+    GetBooleanStatus: "fmi2GetBooleanStatus" in C | T;
+    GetStringStatus: "fmi2GetStringStatus" in C | T;
+}
+
+/// Whether a variable may be read or set in a state in which the call itself is legal.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Access {
+    /// The standard allows it.
+    Legal,
+    /// The standard forbids it, and a widespread importer does it.
+    Lenient(Leniency),
+    /// Refused.
+    Illegal,
+}
+
+/// What is accepted though outside table 4.2.4, and noted once as a debug line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Leniency {
+    /// FMPy's `start_values` sets inputs in the state instantiated.
+    InputSetBeforeInitialization,
+    /// libcosim reads every variable in initialization mode, and its process ends on an error.
+    AnyReadInInitialization,
+}
+
+impl Leniency {
+    /// What is told about it.
+    #[must_use]
+    pub const fn text(self) -> &'static str {
+        match self {
+            Self::InputSetBeforeInitialization => {
+                "an input was set before fmi2EnterInitializationMode: accepted, outside the standard"
+            }
+            Self::AnyReadInInitialization => {
+                "a variable that is no initial unknown was read in initialization mode: accepted, \
+                 outside the standard"
+            }
+        }
+    }
+}
+
+/// Whether a variable may be set. The standard's row of SetXXX, by variable:
+///
+/// | state | legal | lenient |
+/// |---|---|---|
+/// | instantiated | initial exact or approx, but for constants | inputs |
+/// | initialization mode | initial exact, but for constants; inputs | |
+/// | step complete | inputs, tunable parameters | |
+#[must_use]
+#[inline]
+pub fn set_access(state: State, row: &VariableSpec) -> Access {
+    let is_input = row.causality == Causality::Input;
+    if row.variability == Variability::Constant {
+        return Access::Illegal;
+    }
+    let legal = match state {
+        State::Instantiated if is_input => {
+            return Access::Lenient(Leniency::InputSetBeforeInitialization);
+        }
+        State::Instantiated => {
+            matches!(row.effective_initial(), Some(Initial::Exact | Initial::Approx))
+        }
+        State::Initialization => is_input || row.effective_initial() == Some(Initial::Exact),
+        State::StepComplete => {
+            is_input
+                || row.causality == Causality::Parameter && row.variability == Variability::Tunable
+        }
+        State::Terminated | State::Error | State::Fatal => false,
+    };
+    if legal { Access::Legal } else { Access::Illegal }
+}
+
+/// Whether a variable may be read: in initialization mode outputs and calculated parameters, others
+/// leniently; afterwards every variable.
+#[must_use]
+#[inline]
+pub fn get_access(state: State, row: &VariableSpec) -> Access {
+    match state {
+        State::Instantiated | State::Fatal => Access::Illegal,
+        State::Initialization
+            if !matches!(row.causality, Causality::Output | Causality::CalculatedParameter) =>
+        {
+            Access::Lenient(Leniency::AnyReadInInitialization)
+        }
+        _ => Access::Legal,
+    }
+}

@@ -1,0 +1,195 @@
+//! A library made by the macro, loaded as an importer loads it.
+#![allow(clippy::unwrap_used)] // helpers of tests are not seen as tests
+
+use fmi2_export::calls::Call;
+use fmi2_export::{Resources, describe};
+use libloading::{Library, Symbol};
+use std::ffi::{CString, c_char, c_void};
+use std::path::PathBuf;
+use std::ptr::null;
+
+#[path = "../examples/integrator.rs"]
+mod integrator;
+
+type Instantiate = unsafe extern "C" fn(
+    *const c_char,
+    i32,
+    *const c_char,
+    *const c_char,
+    *const c_void,
+    i32,
+    i32,
+) -> *mut c_void;
+type OfComponent = unsafe extern "C" fn(*mut c_void) -> i32;
+type Free = unsafe extern "C" fn(*mut c_void);
+type Setup = unsafe extern "C" fn(*mut c_void, i32, f64, f64, i32, f64) -> i32;
+type DoStep = unsafe extern "C" fn(*mut c_void, f64, f64, i32) -> i32;
+type SetReal = unsafe extern "C" fn(*mut c_void, *const u32, usize, *const f64) -> i32;
+type GetReal = unsafe extern "C" fn(*mut c_void, *const u32, usize, *mut f64) -> i32;
+
+/// Cargo puts examples beside the tests, and builds them where it builds all tests.
+fn path() -> PathBuf {
+    let mut path = std::env::current_exe().unwrap();
+    path.pop();
+    path.pop();
+    let path = path.join("examples").join(libloading::library_filename("integrator"));
+    assert!(path.exists(), "first run `cargo build -p fmi2-export --example integrator`");
+    path
+}
+
+fn load() -> Library {
+    // SAFETY: our own library; it has no initializers.
+    unsafe { Library::new(path()) }.unwrap()
+}
+
+fn symbol<'l, T>(library: &'l Library, name: &str) -> Symbol<'l, T> {
+    // SAFETY: the types above are those of the standard.
+    unsafe { library.get(name.as_bytes()) }.unwrap()
+}
+
+fn instantiate(library: &Library) -> *mut c_void {
+    let guid = fmi2_export::guid::<integrator::Integrator>(&Resources::default());
+    let guid = CString::new(guid).unwrap();
+    let make = symbol::<Instantiate>(library, "fmi2Instantiate");
+    // SAFETY: valid strings, no callbacks.
+    unsafe { make(c"a".as_ptr(), 1, guid.as_ptr(), null(), null(), 0, 0) }
+}
+
+fn initialize(library: &Library, component: *mut c_void) {
+    // SAFETY: a live instance.
+    unsafe {
+        assert_eq!(symbol::<Setup>(library, "fmi2SetupExperiment")(component, 0, 0., 0., 0, 0.), 0);
+        for name in ["fmi2EnterInitializationMode", "fmi2ExitInitializationMode"] {
+            assert_eq!(symbol::<OfComponent>(library, name)(component), 0);
+        }
+    }
+}
+
+#[test]
+fn all_34_functions_are_there() {
+    let library = load();
+    for call in Call::ALL {
+        symbol::<*const c_void>(&library, call.name());
+    }
+    assert_eq!(Call::ALL.len(), 34);
+}
+
+#[test]
+fn it_runs_and_survives_a_panic() {
+    let library = load();
+    let (one, two) = (instantiate(&library), instantiate(&library));
+    assert!(!one.is_null() && !two.is_null());
+    initialize(&library, one);
+    initialize(&library, two);
+    let set = symbol::<SetReal>(&library, "fmi2SetReal");
+    let get = symbol::<GetReal>(&library, "fmi2GetReal");
+    let step = symbol::<DoStep>(&library, "fmi2DoStep");
+    let mut y = 0.0;
+    // SAFETY: live instances, good arguments.
+    unsafe {
+        assert_eq!(set(one, [0, 1].as_ptr(), 2, [3.0, 2.0].as_ptr()), 0);
+        assert_eq!(step(one, 0.0, 0.5, 1), 0);
+        assert_eq!(get(one, &2, 1, &mut y), 0);
+        assert_eq!(y, 3.0);
+        assert_eq!(set(two, &0, 1, &2e6), 0);
+        assert_eq!(step(two, 0.0, 0.5, 1), 4);
+        assert_eq!(step(two, 0.5, 0.5, 1), 4);
+        assert_eq!(step(one, 0.5, 0.5, 1), 0);
+        for component in [one, two] {
+            symbol::<Free>(&library, "fmi2FreeInstance")(component);
+        }
+    }
+}
+
+/// Nothing keeps the library, whether it panicked or not; each load starts afresh.
+#[test]
+#[cfg(target_os = "linux")]
+fn it_is_unloaded_2000_times() {
+    // A copy of its own, for other tests have the library loaded.
+    let copy = tempfile::tempdir().unwrap();
+    let file = copy.path().join("alone.so");
+    std::fs::copy(path(), &file).unwrap();
+    let mapped = || std::fs::read_to_string("/proc/self/maps").unwrap().contains("alone.so");
+    for cycle in 0..2000 {
+        // SAFETY: our own library.
+        let library = unsafe { Library::new(&file) }.unwrap();
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                let component = instantiate(&library);
+                initialize(&library, component);
+                // SAFETY: a live instance, good arguments; every tenth panics.
+                unsafe {
+                    let speed = if cycle % 10 == 0 { 2e6 } else { 1.0 };
+                    assert_eq!(
+                        symbol::<SetReal>(&library, "fmi2SetReal")(component, &0, 1, &speed),
+                        0
+                    );
+                    let status = symbol::<DoStep>(&library, "fmi2DoStep")(component, 0.0, 0.1, 1);
+                    assert_eq!(status, if cycle % 10 == 0 { 4 } else { 0 });
+                    symbol::<Free>(&library, "fmi2FreeInstance")(component);
+                }
+            });
+        });
+        if cycle % 100 == 0 {
+            assert!(mapped());
+            drop(library);
+            assert!(!mapped(), "still loaded after cycle {cycle}");
+        }
+    }
+    assert!(!mapped());
+}
+
+/// The description is written beside the tests, for importers to be tried on it by hand.
+#[test]
+fn its_description_has_no_faults() {
+    let description = describe::<integrator::Integrator>(&Resources::default(), None).unwrap();
+    assert_eq!(description.findings(), []);
+    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("Integrator.xml");
+    std::fs::write(path, description.to_xml()).unwrap();
+}
+
+/// The best of fifty runs: nanoseconds a call, for a machine that does other things too.
+fn nanoseconds(mut call: impl FnMut()) -> f64 {
+    let count = 100_000;
+    let run = |_| {
+        let start = std::time::Instant::now();
+        (0..count).for_each(|_| call());
+        start.elapsed().as_secs_f64() * 1e9 / f64::from(count)
+    };
+    (0..50).map(run).fold(f64::INFINITY, f64::min)
+}
+
+/// What the layer costs: `cargo test --profile fmu -p fmi2-export -- --ignored --nocapture cost`.
+#[test]
+#[ignore = "a measurement"]
+fn cost() {
+    let library = load();
+    let component = instantiate(&library);
+    initialize(&library, component);
+    let version = symbol::<unsafe extern "C" fn() -> *const c_char>(&library, "fmi2GetVersion");
+    let step = symbol::<DoStep>(&library, "fmi2DoStep");
+    let get = symbol::<GetReal>(&library, "fmi2GetReal");
+    let set = symbol::<SetReal>(&library, "fmi2SetReal");
+    let (mut time, mut y) = (0.0, 0.0);
+    // SAFETY: a live instance, good arguments.
+    unsafe {
+        println!(
+            "fmi2GetVersion {:5.1} ns (an empty call)",
+            nanoseconds(|| assert!(!version().is_null()))
+        );
+        let one_step = || {
+            assert_eq!(step(component, time, 0.01, 1), 0);
+            time += 0.01;
+        };
+        println!("fmi2DoStep     {:5.1} ns", nanoseconds(one_step));
+        println!(
+            "fmi2GetReal    {:5.1} ns",
+            nanoseconds(|| assert_eq!(get(component, &2, 1, &mut y), 0))
+        );
+        println!(
+            "fmi2SetReal    {:5.1} ns",
+            nanoseconds(|| assert_eq!(set(component, &0, 1, &1.0), 0))
+        );
+        symbol::<Free>(&library, "fmi2FreeInstance")(component);
+    }
+}
