@@ -1,1 +1,45 @@
-//! placeholder
+//! The pure step functions that run inside the FMUs.
+//!
+//! No file, clock, FMI call or text format is known here: parameters and inputs come in, states
+//! advance, outputs go out. The controller that is tuned on a desk is the very function that runs
+//! in the vehicle's co-simulation.
+//!
+//! | module | what |
+//! |---|---|
+//! | [`pid`] | the yaw controller of eq 14, tick by tick |
+//! | [`ticks`] | counts samples by a phase, whatever the communication step |
+//! | [`linear`] | exact stepping of linear states by the matrix exponential |
+//! | [`identified`], [`identified_plant`] | the identified model, and the plant made of it: yaw rate, yaw, position |
+//! | [`bicycle`], [`bicycle_plant`] | eq 13, its body-frame form, and the plant made of it |
+//! | [`path`], [`guidance`] | the geometry of a reference path, and line-of-sight guidance on it |
+//! | [`quadrature`], [`noise`], [`delay`], [`angle`] | what those share |
+//!
+//! Equation numbers are those of Yoon, Hwang, Ryu and Lee, *System Identification and Controller
+//! Design for Lateral Control of an Unmanned Vehicle*. SI units and radians throughout, axes and
+//! signs of ISO 8855: x forward, y left, z up; yaw, steering and curvature positive to the left.
+
+pub mod angle;
+pub mod bicycle;
+pub mod bicycle_plant;
+pub mod delay;
+pub mod error;
+pub mod guidance;
+pub mod identified;
+pub mod identified_plant;
+pub mod linear;
+pub mod noise;
+pub mod path;
+pub mod pid;
+pub mod quadrature;
+pub mod ticks;
+
+pub use angle::wrap_angle;
+pub use bicycle::{BicycleParameters, Coefficients, Eq13, bicycle_body_frame, bicycle_eq13};
+pub use bicycle_plant::BicyclePlant;
+pub use error::Error;
+pub use guidance::{GuidanceParameters, PathFollower, PathOutput};
+pub use identified::{Continuous, IdentifiedData, IdentifiedModel, InputKind};
+pub use identified_plant::IdentifiedPlant;
+pub use path::{PathGeometry, PathPoint, Projection};
+pub use pid::{Pid, PidInput, PidOutput, PidParameters};
+pub use ticks::Ticks;

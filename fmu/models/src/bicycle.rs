@@ -1,0 +1,251 @@
+//! The two-wheel bicycle model of eq 13, and its body-frame form.
+//!
+//! Eq 13 has the states `X = (y, ẏ, ψ, ψ̇, δ)`, y and ψ in a frame fixed to a straight road, δ the
+//! steering angle behind an actuator lag `Tn`, and the coefficients
+//!
+//! ```text
+//! A1 = −(Cf + Cr)/m           A2 = −(Cf·Lf − Cr·Lr)/m       B1 = Cf/m
+//! A3 = (−Cf·Lf + Cr·Lr)/J     A4 = −(Cf·Lf² + Cr·Lr²)/J     B2 = Cf·Lf/J
+//! ```
+//!
+//! with C in N/rad an axle. The paper's n turns the steering angle into the road wheel's: it is
+//! the inverse of `steering_ratio`.
+//!
+//! The body-frame form has the states (v_y, r, δ), δ at the road wheel. With `v_y = ẏ − V·ψ` and
+//! `r = ψ̇` it is eq 13 at constant speed, and unlike eq 13 it stays right when the speed changes,
+//! since ẏ of eq 13 would leak into v_y:
+//!
+//! ```text
+//! v̇_y = A1/V·v_y + (A2/V − V)·r + B1·δ
+//! ṙ   = A3/V·v_y +  A4/V·r      + B2·δ
+//! δ̇   = (steering/steering_ratio − δ)/Tn
+//! ```
+
+use crate::error::Error;
+use crate::identified::FASTEST_RATE;
+use nalgebra::{SMatrix, SVector};
+
+/// Speed below which the plant's dynamics are those of this speed, m/s; see
+/// [`crate::bicycle_plant`].
+pub const BLEND_SPEED: f64 = 1.0;
+
+/// A vehicle as the bicycle model sees it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BicycleParameters {
+    /// Mass m, kg.
+    pub mass: f64,
+    /// Yaw inertia J, kg·m².
+    pub yaw_inertia: f64,
+    /// Centre of gravity to front axle Lf, m.
+    pub distance_front: f64,
+    /// Centre of gravity to rear axle Lr, m.
+    pub distance_rear: f64,
+    /// Cornering stiffness of the front axle Cf, N/rad.
+    pub cornering_stiffness_front: f64,
+    /// Cornering stiffness of the rear axle Cr, N/rad.
+    pub cornering_stiffness_rear: f64,
+    /// Time constant of the steering actuator Tn, s.
+    pub actuator_time_constant: f64,
+    /// Steering angle over road-wheel angle, 1/n.
+    pub steering_ratio: f64,
+}
+
+impl Default for BicycleParameters {
+    /// A mid-size car with a steering wheel, mildly understeering.
+    fn default() -> Self {
+        Self {
+            mass: 1500.0,
+            yaw_inertia: 2500.0,
+            distance_front: 1.2,
+            distance_rear: 1.5,
+            cornering_stiffness_front: 110_000.0,
+            cornering_stiffness_rear: 120_000.0,
+            actuator_time_constant: 0.1,
+            steering_ratio: 15.0,
+        }
+    }
+}
+
+/// The coefficients of eq 13 in the paper's letters.
+#[allow(missing_docs)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Coefficients {
+    pub a1: f64,
+    pub a2: f64,
+    pub a3: f64,
+    pub a4: f64,
+    pub b1: f64,
+    pub b2: f64,
+    pub n: f64,
+    pub tn: f64,
+}
+
+impl BicycleParameters {
+    /// Checks that this can be a vehicle: all values positive, stable and not absurdly fast at
+    /// walking pace.
+    ///
+    /// # Errors
+    /// Names the value that is wrong.
+    pub fn check(&self) -> Result<(), Error> {
+        for (name, value) in [
+            ("the mass", self.mass),
+            ("the yaw inertia", self.yaw_inertia),
+            ("the distance to the front axle", self.distance_front),
+            ("the distance to the rear axle", self.distance_rear),
+            ("the front cornering stiffness", self.cornering_stiffness_front),
+            ("the rear cornering stiffness", self.cornering_stiffness_rear),
+            ("the actuator's time constant", self.actuator_time_constant),
+            ("the steering ratio", self.steering_ratio),
+        ] {
+            if !value.is_finite() {
+                return Err(Error::NotFinite { name, value });
+            }
+            if value <= 0.0 {
+                return Err(Error::NotPositive { name, value });
+            }
+        }
+        if let Some(critical_speed) = self.critical_speed()
+            && critical_speed <= BLEND_SPEED
+        {
+            return Err(Error::CriticalSpeed { critical_speed, limit: BLEND_SPEED });
+        }
+        let rate = self.coefficients().fastest_rate(BLEND_SPEED);
+        if rate > FASTEST_RATE {
+            return Err(Error::TooFast { rate, limit: FASTEST_RATE });
+        }
+        Ok(())
+    }
+
+    /// The coefficients of eq 13.
+    #[must_use]
+    pub fn coefficients(&self) -> Coefficients {
+        let (m, j) = (self.mass, self.yaw_inertia);
+        let (lf, lr) = (self.distance_front, self.distance_rear);
+        let (cf, cr) = (self.cornering_stiffness_front, self.cornering_stiffness_rear);
+        Coefficients {
+            a1: -(cf + cr) / m,
+            a2: -(cf * lf - cr * lr) / m,
+            a3: (-cf * lf + cr * lr) / j,
+            a4: -(cf * lf * lf + cr * lr * lr) / j,
+            b1: cf / m,
+            b2: cf * lf / j,
+            n: 1.0 / self.steering_ratio,
+            tn: self.actuator_time_constant,
+        }
+    }
+
+    /// Wheelbase L, m.
+    #[must_use]
+    pub fn wheelbase(&self) -> f64 {
+        self.distance_front + self.distance_rear
+    }
+
+    /// Understeer gradient K in `road-wheel angle = L/R + K·a_y`, rad per m/s²; positive
+    /// understeers.
+    #[must_use]
+    pub fn understeer_gradient(&self) -> f64 {
+        let (cf, cr) = (self.cornering_stiffness_front, self.cornering_stiffness_rear);
+        self.mass * (self.distance_rear * cr - self.distance_front * cf)
+            / (cf * cr * self.wheelbase())
+    }
+
+    /// Speed above which an oversteering vehicle is unstable, m/s.
+    #[must_use]
+    pub fn critical_speed(&self) -> Option<f64> {
+        let k = self.understeer_gradient();
+        (k < 0.0).then(|| (-self.wheelbase() / k).sqrt())
+    }
+
+    /// Steering angle per path curvature in a steady turn, `ratio·(L + K·v²)`, rad·m: the
+    /// feedforward gain of a path follower.
+    #[must_use]
+    pub fn steering_per_curvature(&self, speed: f64) -> f64 {
+        self.steering_ratio * (self.wheelbase() + self.understeer_gradient() * speed * speed)
+    }
+
+    /// Yaw rate per steering angle in a steady turn, `v/(ratio·(L + K·v²))`, 1/s.
+    #[must_use]
+    pub fn yaw_rate_gain(&self, speed: f64) -> f64 {
+        speed / self.steering_per_curvature(speed)
+    }
+
+    /// Lateral velocity over yaw rate in a steady turn, `Lr − m·Lf·v²/(Cr·L)`, m.
+    #[must_use]
+    pub fn lateral_velocity_per_yaw_rate(&self, speed: f64) -> f64 {
+        self.distance_rear
+            - self.mass * self.distance_front * speed * speed
+                / (self.cornering_stiffness_rear * self.wheelbase())
+    }
+
+    /// Sideslip angle over yaw rate in a steady turn, s, for a speed above zero.
+    #[must_use]
+    pub fn sideslip_per_yaw_rate(&self, speed: f64) -> f64 {
+        self.lateral_velocity_per_yaw_rate(speed) / speed
+    }
+}
+
+impl Coefficients {
+    /// The part (v_y, r) of the body-frame form: `[[a, b], [c, d]]`, row by row.
+    #[inline]
+    #[must_use]
+    pub fn lateral(&self, speed: f64) -> [f64; 4] {
+        let inverse = 1.0 / speed;
+        [self.a1 * inverse, self.a2 * inverse - speed, self.a3 * inverse, self.a4 * inverse]
+    }
+
+    /// A bound on the rate of the fastest mode at a speed, 1/s.
+    #[inline]
+    #[must_use]
+    pub fn fastest_rate(&self, speed: f64) -> f64 {
+        let [a, b, c, d] = self.lateral(speed);
+        // The norm of the matrix after scaling the states such that b and c are of one size.
+        (a.abs().max(d.abs()) + (b * c).abs().sqrt()).max(1.0 / self.tn)
+    }
+}
+
+/// Eq 13 as printed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Eq13 {
+    /// State matrix for (y, ẏ, ψ, ψ̇, δ), δ in steering coordinates.
+    pub a: SMatrix<f64, 5, 5>,
+    /// Input matrix; the input is the steering angle.
+    pub b: SVector<f64, 5>,
+    /// The coefficients.
+    pub coefficients: Coefficients,
+}
+
+/// Eq 13 at a speed above zero.
+#[must_use]
+pub fn bicycle_eq13(parameters: &BicycleParameters, speed: f64) -> Eq13 {
+    let coefficients = parameters.coefficients();
+    let Coefficients { a1, a2, a3, a4, b1, b2, n, tn } = coefficients;
+    let v = speed;
+    #[rustfmt::skip]
+    let a = SMatrix::<f64, 5, 5>::from_row_slice(&[
+        0.0, 1.0,    0.0, 0.0,    0.0,
+        0.0, a1 / v, -a1, a2 / v, b1 * n,
+        0.0, 0.0,    0.0, 1.0,    0.0,
+        0.0, a3 / v, -a3, a4 / v, b2 * n,
+        0.0, 0.0,    0.0, 0.0,    -1.0 / tn,
+    ]);
+    let b = SVector::<f64, 5>::from([0.0, 0.0, 0.0, 0.0, 1.0 / tn]);
+    Eq13 { a, b, coefficients }
+}
+
+/// The body-frame form at a speed above zero: `(F, G)` for (v_y, r, δ), δ at the road wheel; the
+/// input is the steering angle.
+#[must_use]
+pub fn bicycle_body_frame(
+    parameters: &BicycleParameters,
+    speed: f64,
+) -> (SMatrix<f64, 3, 3>, SVector<f64, 3>) {
+    let k = parameters.coefficients();
+    let [a, b, c, d] = k.lateral(speed);
+    #[rustfmt::skip]
+    let f = SMatrix::<f64, 3, 3>::from_row_slice(&[
+        a,   b,   k.b1,
+        c,   d,   k.b2,
+        0.0, 0.0, -1.0 / k.tn,
+    ]);
+    (f, SVector::<f64, 3>::from([0.0, 0.0, k.n / k.tn]))
+}

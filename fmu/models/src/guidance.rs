@@ -1,0 +1,126 @@
+//! Guidance along a path: look-ahead based line of sight.
+//!
+//! ```text
+//! yaw_reference        = ψ_p(s') + atan2(−e, Δ) − sideslip_per_yaw_rate·κ(s')·v
+//! steering_feedforward = feedforward_gain·κ(s')
+//! s' = s + v·preview_time,   Δ = max(lookahead_min, lookahead_time·v)
+//! ```
+//!
+//! with s the foot of the vehicle on the path, e its cross-track error, positive to the left, ψ_p
+//! and κ heading and curvature of the path (Breivik and Fossen 2005; Fossen, *Handbook of Marine
+//! Craft Hydrodynamics and Motion Control*, look-ahead-based steering). The line of sight aims at
+//! the point Δ ahead on the path; the sideslip turns the course it asks for into a yaw. The
+//! preview exists because a yaw loop with a setpoint weight below 1 follows a ramp with a lag that
+//! no feedforward of steering removes.
+//!
+//! `yaw_reference` is not wrapped: it is as continuous as the path.
+
+use crate::angle::wrap_angle;
+use crate::path::PathGeometry;
+use std::sync::Arc;
+
+/// Parameters of the guidance law.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GuidanceParameters {
+    /// Look-ahead distance over speed, s.
+    pub lookahead_time: f64,
+    /// Least look-ahead distance, m; above zero.
+    pub lookahead_min: f64,
+    /// How far ahead heading and curvature are read, s.
+    pub preview_time: f64,
+    /// Steering angle per curvature, rad·m.
+    pub feedforward_gain: f64,
+    /// Sideslip angle per yaw rate in a steady turn, s.
+    pub sideslip_per_yaw_rate: f64,
+}
+
+impl Default for GuidanceParameters {
+    fn default() -> Self {
+        Self {
+            lookahead_time: 1.0,
+            lookahead_min: 5.0,
+            preview_time: 0.0,
+            feedforward_gain: 0.0,
+            sideslip_per_yaw_rate: 0.0,
+        }
+    }
+}
+
+/// What the guidance answers.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct PathOutput {
+    /// Yaw to steer for, rad, not wrapped.
+    pub yaw_reference: f64,
+    /// Steering angle that the curvature asks for, rad.
+    pub steering_feedforward: f64,
+    /// Distance from the path, m, positive to the left.
+    pub cross_track_error: f64,
+    /// Yaw minus the path's heading, rad, in (−π, π].
+    pub heading_error: f64,
+    /// Curvature of the path at the vehicle, 1/m.
+    pub curvature: f64,
+    /// Distance along the path, m; on a closed path it goes on from lap to lap.
+    pub distance: f64,
+    /// Whether the end is reached; a closed path has none.
+    pub finished: bool,
+}
+
+/// A vehicle's progress along a path.
+///
+/// [`Self::evaluate`] depends on the inputs and on the progress of the last [`Self::commit`]
+/// alone: outputs may be read any number of times with any inputs, and only the ones that the
+/// simulation goes on from are committed. Before the first commit the whole path is searched.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PathFollower {
+    geometry: Arc<PathGeometry>,
+    progress: Option<f64>,
+}
+
+impl PathFollower {
+    /// A vehicle somewhere near a path.
+    #[must_use]
+    pub fn new(geometry: Arc<PathGeometry>) -> Self {
+        Self { geometry, progress: None }
+    }
+
+    /// The path.
+    #[must_use]
+    pub fn geometry(&self) -> &Arc<PathGeometry> {
+        &self.geometry
+    }
+
+    /// The outputs for a pose and a speed.
+    #[must_use]
+    pub fn evaluate(
+        &self,
+        p: &GuidanceParameters,
+        x: f64,
+        y: f64,
+        yaw: f64,
+        speed: f64,
+    ) -> PathOutput {
+        let projection = match self.progress {
+            Some(from) => self.geometry.project(x, y, from),
+            None => self.geometry.locate(x, y, yaw),
+        };
+        let foot = projection.foot;
+        let error = projection.cross_track_error;
+        let previewed = self.geometry.at(foot.distance + speed * p.preview_time);
+        let lookahead = p.lookahead_min.max(p.lookahead_time * speed);
+        let sideslip = p.sideslip_per_yaw_rate * previewed.curvature * speed;
+        PathOutput {
+            yaw_reference: previewed.heading + (-error).atan2(lookahead) - sideslip,
+            steering_feedforward: p.feedforward_gain * previewed.curvature,
+            cross_track_error: error,
+            heading_error: wrap_angle(yaw - foot.heading),
+            curvature: foot.curvature,
+            distance: foot.distance,
+            finished: !self.geometry.is_closed() && foot.distance >= self.geometry.end(),
+        }
+    }
+
+    /// Goes on from what was evaluated.
+    pub fn commit(&mut self, output: &PathOutput) {
+        self.progress = Some(output.distance);
+    }
+}

@@ -1,0 +1,245 @@
+//! The bicycle model and its plant against the paper, textbook formulas and Runge–Kutta.
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use common::{runge_kutta, sample};
+use nalgebra::{DMatrix, Matrix2, SVector, Vector2};
+use proptest::prelude::*;
+use vehicle_models::{BicycleParameters, BicyclePlant, Error, bicycle_body_frame, bicycle_eq13};
+
+fn car() -> BicycleParameters {
+    BicycleParameters {
+        mass: 1640.0,
+        yaw_inertia: 2900.0,
+        distance_front: 1.15,
+        distance_rear: 1.55,
+        cornering_stiffness_front: 105_000.0,
+        cornering_stiffness_rear: 131_000.0,
+        actuator_time_constant: 0.08,
+        steering_ratio: 14.3,
+    }
+}
+
+/// Tyre forces by their definition, not by the coefficients A1…B2: (v̇_y, ṙ, δ̇, ψ̇, Ẋ, Ẏ).
+fn newton(p: &BicycleParameters, v: f64, steering: f64, w: &[f64; 6]) -> [f64; 6] {
+    let [vy, r, delta, psi, ..] = *w;
+    let front = p.cornering_stiffness_front * (delta - (vy + p.distance_front * r) / v);
+    let rear = p.cornering_stiffness_rear * (-(vy - p.distance_rear * r) / v);
+    let (s, c) = psi.sin_cos();
+    [
+        (front + rear) / p.mass - v * r,
+        (p.distance_front * front - p.distance_rear * rear) / p.yaw_inertia,
+        (steering / p.steering_ratio - delta) / p.actuator_time_constant,
+        r,
+        v * c - vy * s,
+        v * s + vy * c,
+    ]
+}
+
+#[test]
+fn coefficients_are_the_papers() {
+    let p = car();
+    let k = bicycle_eq13(&p, 20.0).coefficients;
+    let (cf, cr, lf, lr, m, j) = (105_000.0, 131_000.0, 1.15, 1.55, 1640.0, 2900.0);
+    for (ours, paper) in [
+        (k.a1, -(cf + cr) / m),
+        (k.a2, -(cf * lf - cr * lr) / m),
+        (k.a3, (-cf * lf + cr * lr) / j),
+        (k.a4, -(cf * lf * lf + cr * lr * lr) / j),
+        (k.b1, cf / m),
+        (k.b2, cf * lf / j),
+        (k.n, 1.0 / 14.3),
+        (k.tn, 0.08),
+    ] {
+        assert!((ours - paper).abs() < 1e-12 * paper.abs());
+    }
+}
+
+/// Yaw-rate and lateral response of eq 13 and of the body-frame form, simulated apart.
+#[test]
+fn both_forms_are_one_at_constant_speed() {
+    let p = car();
+    for v in [3.0, 15.0, 40.0] {
+        let eq13 = bicycle_eq13(&p, v);
+        let (f, g) = bicycle_body_frame(&p, v);
+        let h = 0.01;
+        let (a5, b5) = sample(
+            &DMatrix::from_fn(5, 5, |i, j| eq13.a[(i, j)]),
+            &DMatrix::from_fn(5, 1, |i, _| eq13.b[i]),
+            h,
+        );
+        let (a3, b3) = sample(
+            &DMatrix::from_fn(3, 3, |i, j| f[(i, j)]),
+            &DMatrix::from_fn(3, 1, |i, _| g[i]),
+            h,
+        );
+        let (mut x, mut w) = (DMatrix::zeros(5, 1), DMatrix::zeros(3, 1));
+        let (mut yaw, mut lateral) = (0.0, 0.0);
+        for k in 0..300 {
+            let u = 0.4 * (f64::from(k) * 0.05).sin() + 0.1;
+            x = &a5 * &x + &b5 * u;
+            // Integrals of r and of ẏ = v_y + V·ψ over the step, for small yaw as in eq 13.
+            let state = runge_kutta([w[0], w[1], w[2], yaw, lateral], h, 200, |s| {
+                let d = f * SVector::<f64, 3>::new(s[0], s[1], s[2]) + g * u;
+                [d[0], d[1], d[2], s[1], s[0] + v * s[3]]
+            });
+            (yaw, lateral) = (state[3], state[4]);
+            w = &a3 * &w + &b3 * u;
+            assert!((x[3] - w[1]).abs() < 1e-11, "yaw rate");
+            assert!((x[1] - v * x[2] - w[0]).abs() < 1e-11, "lateral velocity");
+            assert!((x[2] - yaw).abs() < 1e-10 && (x[0] - lateral).abs() < 1e-8, "yaw, lateral");
+            assert!((x[4] / p.steering_ratio - w[2]).abs() < 1e-13, "actuator");
+        }
+    }
+}
+
+#[test]
+fn steady_turn_is_the_textbooks() {
+    let p = car();
+    for v in [0.3, 0.9, 1.0, 5.0, 15.0, 35.0] {
+        let mut plant = BicyclePlant::new(p).unwrap();
+        (plant.speed, plant.steering_angle) = (v, 0.2);
+        plant.step(30.0).unwrap();
+        let (l, k) = (2.7, 1640.0 / 2.7 * (1.55 / 105_000.0 - 1.15 / 131_000.0));
+        let gain = v / (l + k * v * v) / p.steering_ratio;
+        assert!((plant.yaw_rate() / 0.2 - gain).abs() < 1e-12 * gain, "{v}");
+        assert!((p.yaw_rate_gain(v) - gain).abs() < 1e-14);
+        assert!((p.understeer_gradient() - k).abs() < 1e-15);
+        let sideslip = plant.lateral_velocity() / v / plant.yaw_rate();
+        assert!((sideslip - p.sideslip_per_yaw_rate(v)).abs() < 1e-9, "{v}");
+        assert!((plant.lateral_acceleration() - v * plant.yaw_rate()).abs() < 1e-9);
+        // The sideslip formula against force balance: rear force = m·ay·Lf/L.
+        let balance = 1.55 / v - 1640.0 * v * 1.15 / (131_000.0 * l);
+        assert!((sideslip - balance).abs() < 1e-9);
+    }
+}
+
+proptest! {
+    /// Speeds and steps that change all the time, against Newton's law by Runge–Kutta.
+    #[test]
+    fn follows_newton(
+        steps in prop::collection::vec((0.001..0.15_f64, -3.0..3.0_f64, 1.0..60.0_f64), 1..10),
+    ) {
+        let p = car();
+        let mut plant = BicyclePlant::new(p).unwrap();
+        (plant.initial_x, plant.initial_y, plant.initial_yaw) = (-2.0, 7.0, -1.0);
+        plant.start().unwrap();
+        let mut w = [0.0, 0.0, 0.0, -1.0, -2.0, 7.0];
+        for (h, steering, v) in steps {
+            (plant.steering_angle, plant.speed) = (steering, v);
+            plant.step(h).unwrap();
+            w = runge_kutta(w, h, 1 + (h / 2e-5) as usize, |w| newton(&p, v, steering, w));
+            prop_assert!((plant.lateral_velocity() - w[0]).abs() < 1e-10);
+            prop_assert!((plant.yaw_rate() - w[1]).abs() < 1e-10);
+            prop_assert!((plant.road_wheel_angle() - w[2]).abs() < 1e-12);
+            prop_assert!((plant.yaw() - w[3]).abs() < 1e-10);
+            prop_assert!((plant.x() - w[4]).abs() < 1e-9, "{} {}", plant.x(), w[4]);
+            prop_assert!((plant.y() - w[5]).abs() < 1e-9, "{} {}", plant.y(), w[5]);
+            let d = newton(&p, v, steering, &w);
+            prop_assert!((plant.lateral_acceleration() - (d[0] + v * w[1])).abs() < 1e-8);
+        }
+    }
+
+    /// One exponential over the whole time, at constant speed.
+    #[test]
+    fn states_do_not_depend_on_the_steps(
+        steps in prop::collection::vec(0.0002..0.1_f64, 100), v in 1.0..50.0_f64,
+    ) {
+        let p = car();
+        let mut plant = BicyclePlant::new(p).unwrap();
+        (plant.speed, plant.steering_angle) = (v, 1.0);
+        for &h in &steps {
+            plant.step(h).unwrap();
+        }
+        let (f, g) = bicycle_body_frame(&p, v);
+        let (_, b) = sample(
+            &DMatrix::from_fn(3, 3, |i, j| f[(i, j)]),
+            &DMatrix::from_fn(3, 1, |i, _| g[i]),
+            steps.iter().sum(),
+        );
+        let ours = [plant.lateral_velocity(), plant.yaw_rate(), plant.road_wheel_angle()];
+        for (x, e) in ours.iter().zip(b.iter()) {
+            prop_assert!((x - e).abs() < 1e-12 * b.amax(), "{x} {e}");
+        }
+    }
+}
+
+/// From standstill: nothing moves at v = 0, and nothing jumps at 1 m/s.
+#[test]
+fn starts_from_standstill() {
+    let p = car();
+    let mut plant = BicyclePlant::new(p).unwrap();
+    (plant.speed, plant.steering_angle) = (0.0, 5.0);
+    for _ in 0..100 {
+        plant.step(0.01).unwrap();
+    }
+    assert_eq!((plant.x(), plant.y(), plant.yaw()), (0.0, 0.0, 0.0));
+    // At walking pace the rear axle rolls on a circle about the kinematic centre.
+    plant.speed = 0.05;
+    plant.step(60.0).unwrap();
+    let kinematic = 0.05 * 5.0 / p.steering_ratio / p.wheelbase();
+    assert!((plant.yaw_rate() / kinematic - 1.0).abs() < 1e-3);
+    assert!((plant.lateral_velocity() / plant.yaw_rate() - p.distance_rear).abs() < 1e-3);
+    // Back to a stop: it stands.
+    plant.speed = 0.0;
+    plant.step(1.0).unwrap();
+    let stood = (plant.x(), plant.y(), plant.yaw());
+    plant.step(1.0).unwrap();
+    assert!((plant.yaw() - stood.2).abs() < 1e-12 && (plant.x() - stood.0).abs() < 1e-12);
+}
+
+#[test]
+fn blend_is_continuous_in_speed() {
+    let respond = |v: f64| {
+        let mut plant = BicyclePlant::new(car()).unwrap();
+        (plant.speed, plant.steering_angle) = (v, 2.0);
+        plant.step(0.1).unwrap();
+        [plant.yaw_rate(), plant.lateral_velocity(), plant.lateral_acceleration(), plant.y()]
+    };
+    for v in [1e-9, 0.3, 1.0] {
+        let (below, above) = (respond(v - 1e-9), respond(v + 1e-9));
+        for (a, b) in below.iter().zip(above) {
+            assert!((a - b).abs() < 1e-6, "{v}: {a} {b}");
+        }
+    }
+}
+
+/// At 1 m/s and above it is eq 13 and nothing else.
+#[test]
+fn blend_ends_at_one_metre_per_second() {
+    let p = car();
+    let (f, g) = bicycle_body_frame(&p, 1.0);
+    let column = Vector2::new(f[(0, 2)], f[(1, 2)]);
+    let steady = Vector2::new(p.lateral_velocity_per_yaw_rate(1.0), 1.0)
+        * (p.yaw_rate_gain(1.0) * p.steering_ratio);
+    let lateral: Matrix2<f64> = f.fixed_view::<2, 2>(0, 0).into();
+    assert!((lateral * steady + column).amax() < 1e-10);
+    assert!((g[2] * p.steering_ratio * p.actuator_time_constant - 1.0).abs() < 1e-15);
+}
+
+#[test]
+fn refuses_what_is_no_vehicle() {
+    let refused = |p: BicycleParameters| BicyclePlant::new(p).unwrap_err();
+    assert!(
+        refused(BicycleParameters { mass: 0.0, ..car() }).to_string().contains("the mass is 0")
+    );
+    assert!(matches!(
+        refused(BicycleParameters { yaw_inertia: f64::NAN, ..car() }),
+        Error::NotFinite { .. }
+    ));
+    assert!(matches!(
+        refused(BicycleParameters { actuator_time_constant: 1e-9, ..car() }),
+        Error::TooFast { .. }
+    ));
+    assert!(matches!(
+        refused(BicycleParameters { cornering_stiffness_rear: 100.0, ..car() }),
+        Error::CriticalSpeed { .. }
+    ));
+    let mut plant = BicyclePlant::new(car()).unwrap();
+    for h in [0.0, -1.0, f64::NAN, 1e9] {
+        assert!(plant.step(h).is_err());
+    }
+    plant.parameters.mass = -1.0;
+    assert!(plant.start().is_err());
+}

@@ -1,0 +1,317 @@
+//! The path's geometry and the guidance on it.
+#![allow(clippy::unwrap_used)]
+
+use proptest::prelude::*;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::sync::Arc;
+use vehicle_models::{
+    Error, GuidanceParameters, PathFollower, PathGeometry, PathPoint, wrap_angle,
+};
+
+/// Points of a road whose curvature is a function of distance, by fine quadrature.
+fn road(length: f64, spacing: f64, curvature: impl Fn(f64) -> f64) -> Vec<PathPoint> {
+    let fine = 400;
+    let h = spacing / f64::from(fine);
+    let (mut x, mut y, mut psi) = (0.0_f64, 0.0_f64, 0.0_f64);
+    let mut points = Vec::new();
+    for i in 0..=(length / spacing).round() as i32 {
+        let s = f64::from(i) * spacing;
+        points.push(PathPoint { distance: s, x, y, heading: psi, curvature: curvature(s) });
+        for k in 0..fine {
+            let s = s + f64::from(k) * h;
+            let (first, second) = (curvature(s), curvature(s + h));
+            let middle = psi + h / 2.0 * curvature(s + h / 4.0);
+            x += h * middle.cos();
+            y += h * middle.sin();
+            psi += h / 6.0 * (first + 4.0 * curvature(s + h / 2.0) + second);
+        }
+    }
+    points
+}
+
+fn winding(s: f64) -> f64 {
+    0.04 * (s / 17.0).sin()
+}
+
+/// A figure eight: two circles of 20 m radius, the left one first, crossing at the origin.
+fn eight() -> Arc<PathGeometry> {
+    let (radius, count) = (20.0, 200_i32);
+    let points: Vec<PathPoint> = (0..=2 * count)
+        .map(|i| {
+            let a = f64::from(i) * TAU / f64::from(count);
+            let side = if i <= count { 1.0 } else { -1.0 };
+            let angle = if i <= count { a } else { TAU - (a - TAU) };
+            PathPoint {
+                distance: a * radius,
+                x: radius * a.sin(),
+                y: side * radius * (1.0 - a.cos()),
+                heading: angle,
+                curvature: side / radius,
+            }
+        })
+        .collect();
+    Arc::new(PathGeometry::new(&points, true).unwrap())
+}
+
+#[test]
+fn interpolation_is_true_to_the_road() {
+    let exact = PathGeometry::new(&road(200.0, 0.25, winding), false).unwrap();
+    let sparse = PathGeometry::new(&road(200.0, 4.0, winding), false).unwrap();
+    for k in 0..2000 {
+        let s = f64::from(k) * 0.1;
+        let (a, b) = (exact.at(s), sparse.at(s));
+        assert!((a.x - b.x).hypot(a.y - b.y) < 1e-5, "{s}: {a:?} {b:?}");
+        assert!((a.heading - b.heading).abs() < 1e-4);
+        assert!((b.curvature - winding(s)).abs() < 3e-4);
+    }
+    // On a circle the error is of sixth order.
+    let circle = PathGeometry::new(&road(60.0, 5.0, |_| 0.1), false).unwrap();
+    for k in 0..600 {
+        let s = f64::from(k) * 0.1;
+        let p = circle.at(s);
+        assert!((p.x.hypot(p.y - 10.0) - 10.0).abs() < 1e-5, "{s}");
+    }
+}
+
+proptest! {
+    /// On the path the errors are zero, beside it they are what was put there.
+    #[test]
+    fn finds_the_foot(s in 1.0..199.0_f64, offset in -8.0..8.0_f64, from in -9.0..9.0_f64) {
+        let path = PathGeometry::new(&road(200.0, 1.0, winding), false).unwrap();
+        let p = path.at(s);
+        let (x, y) = (p.x - offset * p.heading.sin(), p.y + offset * p.heading.cos());
+        let found = path.project(x, y, s + from);
+        prop_assert!((found.foot.distance - s).abs() < 1e-9, "{} {s}", found.foot.distance);
+        prop_assert!((found.cross_track_error - offset).abs() < 1e-9);
+        let anywhere = path.locate(x, y, p.heading);
+        prop_assert!((anywhere.foot.distance - s).abs() < 1e-9);
+    }
+
+    /// Turning and shifting road and vehicle together changes the yaw reference by the turn alone.
+    #[test]
+    fn is_invariant_to_rotation_and_shift(
+        turn in -7.0..7.0_f64, dx in -500.0..500.0_f64, dy in -500.0..500.0_f64,
+        s in 5.0..190.0_f64, offset in -5.0..5.0_f64, yaw in -3.0..3.0_f64,
+    ) {
+        let points = road(200.0, 1.0, winding);
+        let (sin, cos) = turn.sin_cos();
+        let moved = |x: f64, y: f64| (cos * x - sin * y + dx, sin * x + cos * y + dy);
+        let turned: Vec<PathPoint> = points.iter().map(|p| {
+            let (x, y) = moved(p.x, p.y);
+            PathPoint { x, y, heading: p.heading + turn, ..*p }
+        }).collect();
+        let here = Arc::new(PathGeometry::new(&points, false).unwrap());
+        let there = PathFollower::new(Arc::new(PathGeometry::new(&turned, false).unwrap()));
+        let guidance = GuidanceParameters {
+            preview_time: 0.3, feedforward_gain: 40.0, sideslip_per_yaw_rate: 0.05,
+            ..GuidanceParameters::default()
+        };
+        let p = here.at(s);
+        let (x, y) = (p.x - offset * p.heading.sin(), p.y + offset * p.heading.cos());
+        let a = PathFollower::new(here).evaluate(&guidance, x, y, yaw, 10.0);
+        let (x, y) = moved(x, y);
+        let b = there.evaluate(&guidance, x, y, yaw + turn, 10.0);
+        prop_assert!((b.yaw_reference - a.yaw_reference - turn).abs() < 1e-9);
+        for (a, b) in [
+            (a.cross_track_error, b.cross_track_error),
+            (a.steering_feedforward, b.steering_feedforward),
+            (a.distance, b.distance),
+            (a.curvature, b.curvature),
+            (wrap_angle(a.heading_error - b.heading_error), 0.0),
+        ] {
+            prop_assert!((a - b).abs() < 1e-8, "{a} {b}");
+        }
+    }
+}
+
+#[test]
+fn guidance_law() {
+    let path = Arc::new(PathGeometry::new(&road(200.0, 1.0, |_| 0.02), false).unwrap());
+    let follower = PathFollower::new(path.clone());
+    let g = GuidanceParameters {
+        lookahead_time: 0.5,
+        lookahead_min: 6.0,
+        preview_time: 0.2,
+        feedforward_gain: 45.0,
+        sideslip_per_yaw_rate: -0.03,
+    };
+    let p = path.at(50.0);
+    let (x, y) = (p.x - 2.0 * p.heading.sin(), p.y + 2.0 * p.heading.cos());
+    for (speed, lookahead) in [(10.0, 6.0), (20.0, 10.0)] {
+        let out = follower.evaluate(&g, x, y, p.heading + 0.1 + TAU, speed);
+        let ahead = 0.02 * (50.0 + 0.2 * speed);
+        let expected = ahead - 2.0_f64.atan2(lookahead) + 0.03 * 0.02 * speed;
+        assert!((out.yaw_reference - expected).abs() < 1e-6, "{out:?} {expected}");
+        assert!((out.steering_feedforward - 0.9).abs() < 1e-9);
+        assert!((out.cross_track_error - 2.0).abs() < 1e-6 && !out.finished);
+        assert!((out.heading_error - 0.1).abs() < 1e-6 && (out.curvature - 0.02).abs() < 1e-12);
+    }
+}
+
+/// Round the eight for five laps, also right through the crossing, with an error to the side.
+#[test]
+fn progress_is_monotone_and_never_jumps_on_an_eight() {
+    let path = eight();
+    let length = path.end() - path.start();
+    for offset in [0.0, 1.5, -1.5] {
+        for step in [0.05, 0.7, 5.0] {
+            let mut follower = PathFollower::new(path.clone());
+            let (mut before, mut reference) = (0.0, None::<f64>);
+            for k in 0..(5.0 * length / step) as i32 {
+                let s = f64::from(k) * step;
+                let p = path.at(s);
+                let (x, y) = (p.x - offset * p.heading.sin(), p.y + offset * p.heading.cos());
+                let guidance = GuidanceParameters::default();
+                let out = follower.evaluate(&guidance, x, y, p.heading, 10.0);
+                assert!((out.distance - s).abs() < 1e-6, "{step}: at {s}, found {}", out.distance);
+                assert!((out.cross_track_error - offset).abs() < 1e-6 && !out.finished);
+                assert!(k == 0 || out.distance > before, "{} {before}", out.distance);
+                if let Some(r) = reference {
+                    assert!((out.yaw_reference - r).abs() < step / 20.0 + 0.03, "{s}: {r} {out:?}");
+                }
+                (before, reference) = (out.distance, Some(out.yaw_reference));
+                follower.commit(&out);
+            }
+        }
+    }
+}
+
+/// At the crossing of the eight both branches are equally near: the heading decides.
+#[test]
+fn starts_on_the_branch_that_goes_its_way() {
+    // A road out and back: the return runs 0.5 m beside the way out.
+    let mut points = road(100.0, 1.0, |_| 0.0);
+    for k in 0..=40 {
+        let a = f64::from(k) * PI / 40.0;
+        points.push(PathPoint {
+            distance: 100.0 + 0.01 + a * 2.0,
+            x: 100.01 + 2.0 * a.sin(),
+            y: 2.0 - 2.0 * a.cos(),
+            heading: a,
+            curvature: 0.5,
+        });
+    }
+    let d = points[points.len() - 1].distance;
+    for k in 1..=90 {
+        points.push(PathPoint {
+            distance: d + f64::from(k) + 0.1,
+            x: 100.01 - f64::from(k),
+            y: 4.0 - 3.5 * (f64::from(k) / 20.0).min(1.0),
+            heading: PI,
+            curvature: 0.0,
+        });
+    }
+    let path = PathGeometry::new(&points, false).unwrap();
+    assert!(path.locate(50.0, 0.3, 0.0).foot.distance < 60.0);
+    assert!(path.locate(50.0, 0.2, PI).foot.distance > 100.0);
+    assert!(path.locate(50.0, 0.2, FRAC_PI_2 + 3.0).foot.distance > 100.0);
+}
+
+#[test]
+fn evaluation_is_pure() {
+    let path = eight();
+    let mut follower = PathFollower::new(path.clone());
+    let g = GuidanceParameters::default();
+    let at = |f: &PathFollower, s: f64| {
+        let p = path.at(s);
+        f.evaluate(&g, p.x, p.y, p.heading, 10.0)
+    };
+    let committed = at(&follower, 30.0);
+    follower.commit(&committed);
+    let first = at(&follower, 31.0);
+    // Wild reads in between, such as an importer's iteration, leave nothing behind.
+    for s in [0.0, 90.0, 35.0] {
+        let _ = at(&follower, s);
+    }
+    assert_eq!(at(&follower, 31.0), first);
+}
+
+#[test]
+fn goes_on_straight_beyond_the_ends() {
+    let path = Arc::new(PathGeometry::new(&road(50.0, 1.0, |_| 0.02), false).unwrap());
+    let mut follower = PathFollower::new(path.clone());
+    let g = GuidanceParameters { feedforward_gain: 1.0, ..GuidanceParameters::default() };
+    let mut k = 0;
+    for i in -60..=220 {
+        let s = f64::from(i) * 0.5;
+        let p = path.at(s);
+        let out = follower.evaluate(&g, p.x - p.heading.sin(), p.y + p.heading.cos(), 0.0, 10.0);
+        assert!((out.distance - s).abs() < 1e-9, "{s} {}", out.distance);
+        assert!((out.cross_track_error - 1.0).abs() < 1e-9);
+        assert_eq!(out.finished, s >= 50.0, "{s}");
+        if !(0.0..50.0).contains(&s) {
+            assert_eq!((out.curvature, out.steering_feedforward), (0.0, 0.0));
+            k += 1;
+        }
+        follower.commit(&out);
+    }
+    assert!(k > 100);
+    assert!((path.at(80.0).heading - 1.0).abs() < 1e-12);
+    // And back in again.
+    let p = path.at(40.0);
+    let mut end = PathFollower::new(path.clone());
+    end.commit(&follower.evaluate(&g, path.at(60.0).x, path.at(60.0).y, 1.0, 10.0));
+    assert!((end.evaluate(&g, p.x, p.y, 0.8, 10.0).distance - 40.0).abs() < 1e-9);
+}
+
+#[test]
+fn a_closed_path_closes_itself() {
+    // A circle whose last point is one spacing before the first, headings wrapped.
+    let circle: Vec<PathPoint> = (0..60)
+        .map(|k| {
+            let a = f64::from(k) * TAU / 60.0;
+            PathPoint {
+                distance: a * 30.0,
+                x: 30.0 * a.cos(),
+                y: 30.0 * a.sin(),
+                heading: wrap_angle(a + FRAC_PI_2),
+                curvature: 1.0 / 30.0,
+            }
+        })
+        .collect();
+    let path = PathGeometry::new(&circle, true).unwrap();
+    assert!((path.end() - TAU * 30.0).abs() < 1e-9);
+    for lap in [-2.0, 0.0, 7.0] {
+        let p = path.at(lap * path.end() + 40.0);
+        assert!((p.heading - (40.0 / 30.0 + FRAC_PI_2 + lap * TAU)).abs() < 1e-7);
+        assert!((p.x - 30.0 * (40.0_f64 / 30.0).cos()).abs() < 1e-7);
+    }
+}
+
+/// Wherever the vehicle is, also at the centre of a circle, there is an answer and it is finite.
+#[test]
+fn survives_lost_vehicles() {
+    for path in [eight(), Arc::new(PathGeometry::new(&road(100.0, 1.0, winding), false).unwrap())] {
+        let mut follower = PathFollower::new(path);
+        for k in 0..3000 {
+            let a = f64::from(k);
+            let (x, y) =
+                (300.0 * (a * 0.7).sin(), 20.0 + 200.0 * (a * 1.3).cos() * (a * 0.01).sin());
+            let out = follower.evaluate(&GuidanceParameters::default(), x, y, a, 5.0);
+            assert!(out.yaw_reference.is_finite() && out.distance.is_finite());
+            follower.commit(&out);
+        }
+        let out = follower.evaluate(&GuidanceParameters::default(), 0.0, 20.0, 0.0, 0.0);
+        assert!(out.yaw_reference.is_finite());
+    }
+}
+
+#[test]
+fn bad_paths_are_refused_by_point() {
+    let good = road(10.0, 1.0, |_| 0.0);
+    let refused = |change: &dyn Fn(&mut Vec<PathPoint>)| {
+        let mut points = good.clone();
+        change(&mut points);
+        let error = PathGeometry::new(&points, false).unwrap_err();
+        assert!(!error.hint().is_empty());
+        error
+    };
+    assert_eq!(refused(&|p| p.truncate(1)), Error::TooFewPoints { got: 1 });
+    assert!(matches!(refused(&|p| p[3].x = f64::NAN), Error::Point { index: 3, name: "x", .. }));
+    assert!(matches!(refused(&|p| p[4].distance = 3.0), Error::Distance { index: 4, .. }));
+    assert!(matches!(refused(&|p| p[4].y = 9.0), Error::ShorterThanChord { index: 4, .. }));
+    assert!(matches!(
+        refused(&|p| p.iter_mut().for_each(|p| p.heading = 3.0)),
+        Error::Heading { index: 0, .. }
+    ));
+}

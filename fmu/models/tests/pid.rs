@@ -1,0 +1,281 @@
+//! The PID against the textbook's positional form, and its properties.
+
+use proptest::prelude::*;
+use std::f64::consts::PI;
+use vehicle_models::{Pid, PidInput, PidParameters};
+
+const UNLIMITED: f64 = 1e9;
+
+fn linear(kp: f64, ki: f64, kd: f64, tf: f64, b: f64, c: f64) -> PidParameters {
+    PidParameters {
+        kp,
+        ki,
+        kd,
+        derivative_filter_time: tf,
+        setpoint_weight_proportional: b,
+        setpoint_weight_derivative: c,
+        max_angle: UNLIMITED,
+        max_increment: UNLIMITED,
+        max_rate: UNLIMITED,
+        ..PidParameters::default()
+    }
+}
+
+fn full() -> PidParameters {
+    PidParameters {
+        ki: 2.0,
+        kd: 0.1,
+        derivative_filter_time: 0.03,
+        setpoint_weight_proportional: 0.6,
+        setpoint_weight_derivative: 0.2,
+        anti_windup_time: 0.2,
+        ..PidParameters::default()
+    }
+}
+
+fn input(yaw_reference: f64, yaw: f64) -> PidInput {
+    PidInput { yaw_reference, yaw, steering_feedforward: 0.0, enabled: true }
+}
+
+/// Bounded, smooth signals: a reference and a yaw that stay within half a turn of each other.
+fn signals(k: usize) -> (f64, f64) {
+    let t = k as f64 * 0.01;
+    (0.5 * t + 0.3 * (1.7 * t).sin(), 0.5 * t + 0.2 * (2.9 * t + 1.0).cos())
+}
+
+proptest! {
+    /// `u = kp·(b·r − y) + ki·Ts·Σe + D(c·r − y)`, angles counted from the first yaw, with the
+    /// filtered derivative as a convolution sum: no recursion shared with the code under test.
+    #[test]
+    fn is_the_textbook_positional_form(
+        kp in 0.1..5.0_f64, ki in 0.0..3.0_f64, kd in 0.0..1.0_f64, tf in prop_oneof![Just(0.0), 0.0..0.2_f64],
+        b in 0.0..1.0_f64, c in 0.0..1.0_f64,
+    ) {
+        let p = linear(kp, ki, kd, tf, b, c);
+        let ts = p.sample_time;
+        let mut pid = Pid::default();
+        let yaw0 = signals(0).1;
+        for n in 0..300_usize {
+            let (r, y) = signals(n);
+            let output = pid.tick(&p, &input(r, y));
+            let (r0, y0) = (r - yaw0, y - yaw0);
+            let sum: f64 = (0..=n).map(|k| { let (r, y) = signals(k); r - y }).sum();
+            let decay: f64 = tf / (tf + ts);
+            let derivative: f64 = (1..=n).map(|k| {
+                let ((r1, y1), (r2, y2)) = (signals(k - 1), signals(k));
+                kd / (tf + ts) * decay.powi((n - k) as i32) * (c * (r2 - r1) - (y2 - y1))
+            }).sum();
+            let expected = kp * (b * r0 - y0) + ki * ts * sum + derivative;
+            prop_assert!((output.steering_angle - expected).abs() < 1e-11, "tick {n}: {} {expected}", output.steering_angle);
+            prop_assert!(!output.saturated);
+        }
+    }
+
+    /// Where north is does not matter, and whole turns of either signal do not.
+    #[test]
+    fn is_invariant_to_rotation(turn in -20.0..20.0_f64, wraps in -3..3_i32) {
+        let p = full();
+        let (mut here, mut there) = (Pid::default(), Pid::default());
+        for k in 0..500 {
+            let (r, y) = signals(k);
+            let a = here.tick(&p, &input(r, y)).steering_angle;
+            let b = there.tick(&p, &input(r + turn, y + turn + f64::from(wraps) * 2.0 * PI)).steering_angle;
+            prop_assert!((a - b).abs() < 1e-9, "tick {k}: {a} {b}");
+        }
+    }
+
+    /// Wrapped signals are followed across the jump from π to −π.
+    #[test]
+    fn takes_wrapped_signals(turn in -4.0..4.0_f64) {
+        let p = full();
+        let (mut plain, mut wrapped) = (Pid::default(), Pid::default());
+        for k in 0..1000 {
+            let (r, y) = signals(k);
+            let a = plain.tick(&p, &input(r, y)).steering_angle;
+            let w = vehicle_models::wrap_angle;
+            let b = wrapped.tick(&p, &input(w(r + turn), w(y + turn))).steering_angle;
+            prop_assert!((a - b).abs() < 1e-9, "tick {k}: {a} {b}");
+        }
+    }
+
+    /// No sequence of inputs, gains and switches makes the output leave its limits.
+    #[test]
+    fn limits_are_never_exceeded(
+        ticks in prop::collection::vec((-9.0..9.0_f64, -9.0..9.0_f64, -2.0..2.0_f64, any::<bool>(), 0.0..20.0_f64, 0.0..20.0_f64), 1..200),
+        max_angle in 0.01..1.0_f64, max_increment in 0.001..0.5_f64, max_rate in 0.1..50.0_f64,
+    ) {
+        let mut pid = Pid::default();
+        let mut before = 0.0;
+        for (r, y, ff, enabled, kp, ki) in ticks {
+            let p = PidParameters { kp, ki, max_angle, max_increment, max_rate, ..full() };
+            let input = PidInput { yaw_reference: r, yaw: y, steering_feedforward: ff, enabled };
+            let u = pid.tick(&p, &input).steering_angle;
+            prop_assert!(u.abs() <= max_angle);
+            let change = (u - before).abs();
+            prop_assert!(change <= max_increment * (1.0 + 1e-9) + 1e-15);
+            prop_assert!(change <= max_rate * p.sample_time * (1.0 + 1e-9) + 1e-15);
+            before = u;
+        }
+    }
+}
+
+#[test]
+fn each_limit_is_reported() {
+    let wide = linear(1.0, 0.0, 0.0, 0.0, 1.0, 0.0);
+    let saturated = |p: &PidParameters| Pid::default().tick(p, &input(0.2, 0.0)).saturated;
+    assert!(!saturated(&wide));
+    assert!(saturated(&PidParameters { max_angle: 0.1, ..wide }));
+    assert!(saturated(&PidParameters { max_increment: 0.1, ..wide }));
+    assert!(saturated(&PidParameters { max_rate: 10.0, ..wide }));
+    assert!(!saturated(&PidParameters { max_rate: 20.1, ..wide }));
+}
+
+/// Yaw rate proportional to steering: the loop's integral must not carry on after a saturation.
+fn overshoot(anti_windup_time: f64) -> f64 {
+    let p = PidParameters {
+        kp: 1.5,
+        ki: 1.5,
+        setpoint_weight_proportional: 1.0,
+        anti_windup_time,
+        max_angle: 0.1,
+        ..PidParameters::default()
+    };
+    let (mut pid, mut yaw, mut most) = (Pid::default(), 0.0, 0.0_f64);
+    for _ in 0..3000 {
+        yaw += 0.01 * 2.0 * pid.tick(&p, &input(1.5, yaw)).steering_angle;
+        most = most.max(yaw);
+    }
+    if anti_windup_time < 1.0 {
+        assert!((yaw - 1.5).abs() < 1e-3, "{yaw}");
+    }
+    most - 1.5
+}
+
+#[test]
+fn anti_windup_recovers() {
+    let (with, without) = (overshoot(0.3), overshoot(1e12));
+    assert!(with < 0.15, "{with}");
+    assert!(without > 3.0 * with, "{without} {with}");
+}
+
+/// The saturated output moves back as soon as the unlimited one would, not seconds later.
+#[test]
+fn leaves_the_limit_when_the_error_turns() {
+    let p = PidParameters { ki: 5.0, anti_windup_time: 0.05, max_angle: 0.1, ..full() };
+    let mut pid = Pid::default();
+    for _ in 0..1000 {
+        assert!(pid.tick(&p, &input(1.0, 0.0)).steering_angle <= 0.1);
+    }
+    let back = (0..1000).find(|_| pid.tick(&p, &input(-0.05, 0.0)).steering_angle < 0.0);
+    assert!(back.is_some_and(|ticks| ticks < 30), "{back:?}");
+}
+
+/// Without integral action a saturation leaves nothing behind.
+#[test]
+fn proportional_control_keeps_no_bias() {
+    let p = PidParameters { kp: 2.0, max_angle: 0.1, ..PidParameters::default() };
+    let mut pid = Pid::default();
+    for _ in 0..500 {
+        assert!(pid.tick(&p, &input(1.0, 0.0)).saturated);
+    }
+    for _ in 0..10 {
+        pid.tick(&p, &input(0.02, 0.0));
+    }
+    assert!((pid.tick(&p, &input(0.02, 0.0)).steering_angle - 0.04).abs() < 1e-12);
+}
+
+#[test]
+fn disabled_is_the_limited_feedforward() {
+    let p = full();
+    let mut pid = Pid::default();
+    let at = |ff: f64| PidInput {
+        yaw_reference: 1.0,
+        yaw: 0.0,
+        steering_feedforward: ff,
+        enabled: false,
+    };
+    assert_eq!(pid.tick(&p, &at(0.05)).steering_angle, 0.05);
+    let output = pid.tick(&p, &at(5.0));
+    assert!((output.steering_angle - (0.05 + p.max_increment)).abs() < 1e-15 && output.saturated);
+    for _ in 0..5 {
+        pid.tick(&p, &at(5.0));
+    }
+    assert_eq!(pid.tick(&p, &at(5.0)).steering_angle, p.max_angle);
+}
+
+#[test]
+fn enabling_is_bumpless_and_then_converges() {
+    let p = full();
+    let mut pid = Pid::default();
+    let mut at = |ff: f64, yaw: f64, enabled: bool| {
+        pid.tick(&p, &PidInput { yaw_reference: 0.3, yaw, steering_feedforward: ff, enabled })
+            .steering_angle
+    };
+    for _ in 0..20 {
+        at(0.12, 0.1, false);
+    }
+    let before = at(0.12, 0.1, false);
+    let first = at(0.02, 0.1, true);
+    assert!((first - before).abs() < 1e-15, "{before} {first}");
+    let mut yaw = 0.1;
+    let mut last = first;
+    for k in 0..3000 {
+        let u = at(0.02, yaw, true);
+        // It moves on by the integral action, not by a jump.
+        assert!((u - last).abs() < 0.01, "tick {k}");
+        last = u;
+        yaw += 0.01 * 3.0 * u;
+    }
+    assert!((yaw - 0.3).abs() < 1e-3, "{yaw}");
+}
+
+#[test]
+fn gain_changes_are_bumpless() {
+    let base = PidParameters { derivative_filter_time: 0.0, ..full() };
+    for change in [
+        PidParameters { kp: 3.0, ..base },
+        PidParameters { ki: 9.0, ..base },
+        PidParameters { kd: 0.0, ..base },
+        PidParameters { kd: 0.9, ..base },
+        PidParameters { setpoint_weight_derivative: 1.0, ..base },
+        PidParameters { setpoint_weight_proportional: 0.0, ..base },
+        PidParameters { anti_windup_time: 5.0, ..base },
+    ] {
+        let (mut kept, mut changed) = (Pid::default(), Pid::default());
+        // Ramps: constant error, constant increments. Only ki·Ts·e may differ at the change.
+        let ramp = |k: i32| input(0.1 + 1e-4 * f64::from(k), 1e-4 * f64::from(k));
+        for k in 0..100 {
+            kept.tick(&base, &ramp(k));
+            changed.tick(&base, &ramp(k));
+        }
+        let kept = kept.tick(&base, &ramp(100)).steering_angle;
+        let now = changed.tick(&change, &ramp(100)).steering_angle;
+        let integral = (change.ki - base.ki) * 0.01 * 0.1;
+        // And the part of the reference's next increment that the weight keeps out.
+        let unweighted = |p: &PidParameters| p.kp * (1.0 - p.setpoint_weight_proportional);
+        let weights = -(unweighted(&change) - unweighted(&base)) * 1e-4;
+        assert!((now - kept - integral - weights).abs() < 1e-12, "{change:?}: {kept} {now}");
+    }
+}
+
+#[test]
+fn prime_only_starts_the_memory() {
+    let p = PidParameters { kp: 1.0, kd: 1.0, ..PidParameters::default() };
+    let mut pid = Pid::default();
+    let unset = PidInput { steering_feedforward: 0.01, enabled: true, ..PidInput::default() };
+    assert_eq!(pid.prime(&p, &unset).steering_angle, 0.01);
+    // The yaw appears; no derivative kick of 1.0/0.01 comes of it.
+    let output = pid.tick(&p, &input(1.1, 1.0));
+    assert!((output.steering_angle - 0.1).abs() < 1e-12, "{output:?}");
+}
+
+/// The evaluation on a copy at every read, that the FMU does before its first step.
+#[test]
+fn copies_leave_the_original_alone() {
+    let p = full();
+    let pid = Pid::default();
+    let first = pid.clone().tick(&p, &input(0.2, 0.1));
+    let again = pid.clone().tick(&p, &input(0.2, 0.1));
+    assert_eq!(first, again);
+    assert_eq!(pid, Pid::default());
+}
