@@ -1,1 +1,28 @@
-//! placeholder
+//! An importer of FMI 2.0 Co-Simulation: opens archives, steps their FMUs, runs loops of them.
+//!
+//! - [`Archive`] opens a `.fmu`: safe extraction, modelDescription.xml, the platform's binary.
+//! - [`Instance`] is one instance: get and set by name or value reference, step, save and restore.
+//! - [`System`] wires instances and runs them with a [`Master`], Gauss–Seidel or Jacobi, into a
+//!   [`Recording`].
+//!
+//! Units are those of the FMUs' variables; times are in s. Nothing here knows of vehicles, and the
+//! only `unsafe` is where the C boundary is crossed: `library`, `log` and `instance`.
+
+mod archive;
+mod c_types;
+mod error;
+mod instance;
+mod library;
+mod log;
+mod model;
+mod names;
+mod system;
+
+pub use archive::{Archive, Limits, binary_name, platform_folders};
+pub use c_types::Status;
+pub use error::Error;
+pub use instance::{FmuState, Instance, InstanceOptions, Phase};
+pub use library::FUNCTION_NAMES;
+pub use log::{LogLine, MAX_LOG_LINES};
+pub use model::Model;
+pub use system::{Connection, InputTable, Master, Recording, System};

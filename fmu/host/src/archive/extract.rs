@@ -1,0 +1,253 @@
+//! Extraction of an archive that nobody vouches for.
+//!
+//! Every entry is checked before a byte is written: its name stays inside the folder, it is a
+//! plain file or a folder, its size and its compression ratio are within [`Limits`]. What the
+//! headers promise is then held against what is really decompressed.
+
+use std::collections::HashSet;
+use std::fs;
+use std::io::{Read, Seek, Write};
+use std::path::{Path, PathBuf};
+
+use zip::CompressionMethod;
+use zip::read::ZipFile;
+
+use crate::Error;
+
+/// What an archive may cost to open. The defaults are far above any FMU of practice.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Limits {
+    /// Largest number of entries.
+    pub entries: usize,
+    /// Largest uncompressed size of one entry, bytes.
+    pub entry_bytes: u64,
+    /// Largest uncompressed size of all entries together, bytes.
+    pub total_bytes: u64,
+    /// Largest uncompressed size over compressed size of an entry. DEFLATE reaches 1032 at most;
+    /// entries below [`Limits::RATIO_FREE_BYTES`] are not judged by it.
+    pub compression_ratio: u64,
+}
+
+impl Limits {
+    /// An entry up to this size (1 MiB) may be compressed as well as it likes: it does no harm.
+    pub const RATIO_FREE_BYTES: u64 = 1 << 20;
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self {
+            entries: 10_000,
+            entry_bytes: 512 << 20,
+            total_bytes: 2 << 30,
+            compression_ratio: 200,
+        }
+    }
+}
+
+/// File type bits of a Unix mode, and the two types that may be extracted.
+const TYPE_MASK: u32 = 0o170_000;
+const TYPE_FILE: u32 = 0o100_000;
+const TYPE_FOLDER: u32 = 0o040_000;
+
+/// Extracts the archive `name`, read from `reader`, into the existing empty folder `into`.
+pub(crate) fn extract<R: Read + Seek>(
+    reader: R,
+    name: &str,
+    into: &Path,
+    limits: &Limits,
+) -> Result<(), Error> {
+    let not_an_archive = |e: zip::result::ZipError| Error::NotAnArchive {
+        archive: name.to_owned(),
+        reason: e.to_string(),
+    };
+    let mut zip = zip::ZipArchive::new(reader).map_err(not_an_archive)?;
+    if zip.len() > limits.entries {
+        return Err(Error::TooManyEntries {
+            archive: name.to_owned(),
+            got: zip.len(),
+            limit: limits.entries,
+        });
+    }
+    if zip.has_duplicate_names() {
+        return Err(Error::DuplicateEntry { archive: name.to_owned(), entry: None });
+    }
+    // Entries that share compressed bytes multiply an archive's size without any bad ratio.
+    if zip.has_overlapping_files().map_err(not_an_archive)? {
+        return Err(Error::NotAnArchive {
+            archive: name.to_owned(),
+            reason: "entries overlap".to_owned(),
+        });
+    }
+    let mut seen = HashSet::new();
+    let mut total = 0u64;
+    for index in 0..zip.len() {
+        let mut entry = zip.by_index(index).map_err(|e| Error::CorruptEntry {
+            archive: name.to_owned(),
+            entry: format!("number {index}"),
+            reason: e.to_string(),
+        })?;
+        let entry_name = match entry.name() {
+            Ok(text) => text.into_owned(),
+            Err(_) => String::from_utf8_lossy(entry.name_raw()).into_owned(),
+        };
+        let relative = check(&entry, &entry_name, name, limits, total)?;
+        total += entry.size();
+        if !seen.insert(relative.clone()) {
+            return Err(Error::DuplicateEntry {
+                archive: name.to_owned(),
+                entry: Some(entry_name),
+            });
+        }
+        write_entry(&mut entry, &entry_name, name, &into.join(relative))?;
+    }
+    Ok(())
+}
+
+/// Refuses an entry by its headers alone; gives the relative path it may be written to.
+fn check<R: Read>(
+    entry: &ZipFile<'_, R>,
+    entry_name: &str,
+    archive: &str,
+    limits: &Limits,
+    total_before: u64,
+) -> Result<PathBuf, Error> {
+    let unsafe_entry = |reason: &'static str| Error::UnsafeEntry {
+        archive: archive.to_owned(),
+        entry: entry_name.to_owned(),
+        reason,
+    };
+    let relative = safe_path(entry_name).map_err(unsafe_entry)?;
+    let file_type = entry.unix_mode().map_or(0, |mode| mode & TYPE_MASK);
+    if !matches!(file_type, 0 | TYPE_FILE | TYPE_FOLDER) {
+        return Err(unsafe_entry("it is a link or a device, not a plain file"));
+    }
+    if entry.encrypted() {
+        return Err(unsafe_entry("it is encrypted"));
+    }
+    if !matches!(entry.compression(), CompressionMethod::Stored | CompressionMethod::Deflated) {
+        return Err(unsafe_entry("it is neither stored nor deflated, as FMI 2.0 asks for"));
+    }
+    let size = entry.size();
+    let too_large = |what: &'static str, got: u64, limit: u64| Error::TooLarge {
+        archive: archive.to_owned(),
+        entry: entry_name.to_owned(),
+        what,
+        got,
+        limit,
+    };
+    if size > limits.entry_bytes {
+        return Err(too_large("bytes uncompressed", size, limits.entry_bytes));
+    }
+    let total = total_before.saturating_add(size);
+    if total > limits.total_bytes {
+        return Err(too_large("bytes in all entries up to this one", total, limits.total_bytes));
+    }
+    let ratio = size / entry.compressed_size().max(1);
+    if size > Limits::RATIO_FREE_BYTES && ratio > limits.compression_ratio {
+        return Err(too_large("times its compressed size", ratio, limits.compression_ratio));
+    }
+    Ok(relative)
+}
+
+/// The path of an entry name inside the folder, or why there is none.
+///
+/// Stricter than needed on purpose: a name like `a/../b` is harmless, but no tool writes it.
+fn safe_path(name: &str) -> Result<PathBuf, &'static str> {
+    if name.contains('\0') {
+        return Err("its name contains a NUL");
+    }
+    if name.contains('\\') {
+        return Err("its name contains a backslash; FMI asks for forward slashes");
+    }
+    if name.starts_with('/') {
+        return Err("its path is absolute");
+    }
+    let bytes = name.as_bytes();
+    if bytes.len() >= 2 && bytes[1] == b':' && bytes[0].is_ascii_alphabetic() {
+        return Err("its path names a drive");
+    }
+    if cfg!(windows) && name.contains(':') {
+        return Err("its name contains a colon");
+    }
+    let trimmed = name.strip_suffix('/').unwrap_or(name);
+    if trimmed.is_empty() {
+        return Err("its name is empty");
+    }
+    let mut path = PathBuf::new();
+    for part in trimmed.split('/') {
+        match part {
+            "" => return Err("its path has an empty part"),
+            "." | ".." => return Err("its path leaves the archive's folder (\".\" or \"..\")"),
+            _ => path.push(part),
+        }
+    }
+    Ok(path)
+}
+
+/// Writes one checked entry, holding the decompressed size against the promised one.
+fn write_entry<R: Read>(
+    entry: &mut ZipFile<'_, R>,
+    entry_name: &str,
+    archive: &str,
+    to: &Path,
+) -> Result<(), Error> {
+    let io = |source: std::io::Error| Error::Io { path: to.to_path_buf(), source };
+    if entry.is_dir() {
+        return fs::create_dir_all(to).map_err(io);
+    }
+    if let Some(folder) = to.parent() {
+        fs::create_dir_all(folder).map_err(io)?;
+    }
+    let corrupt = |reason: String| Error::CorruptEntry {
+        archive: archive.to_owned(),
+        entry: entry_name.to_owned(),
+        reason,
+    };
+    // `create_new`: on a file system that ignores case, two names may still meet here.
+    let mut file = fs::File::options().write(true).create_new(true).open(to).map_err(io)?;
+    let promised = entry.size();
+    let mut buffer = vec![0u8; 64 << 10];
+    let mut written = 0u64;
+    loop {
+        let n = entry.read(&mut buffer).map_err(|e| corrupt(e.to_string()))?;
+        if n == 0 {
+            break;
+        }
+        written += n as u64;
+        if written > promised {
+            return Err(corrupt(format!("it is longer than the {promised} bytes it promises")));
+        }
+        file.write_all(&buffer[..n]).map_err(io)?;
+    }
+    if written != promised {
+        return Err(corrupt(format!("it has {written} bytes and promises {promised}")));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_that_leave_the_folder_are_refused() {
+        for name in [
+            "../evil",
+            "a/../../evil",
+            "a/./b",
+            "/etc/passwd",
+            "C:/x",
+            "c:evil",
+            "a\\b",
+            "..",
+            "",
+            "/",
+            "a//b",
+            "nul\0byte",
+        ] {
+            assert!(safe_path(name).is_err(), "{name:?} was accepted");
+        }
+        assert_eq!(safe_path("binaries/linux64/").unwrap(), PathBuf::from("binaries/linux64"));
+        assert_eq!(safe_path("resources/ä b..c").unwrap(), PathBuf::from("resources/ä b..c"));
+    }
+}

@@ -1,0 +1,238 @@
+//! Everything that can go wrong between an archive and a recording, and what to do about it.
+
+use std::path::PathBuf;
+
+use model_description::{Causality, Kind};
+
+use crate::c_types::Status;
+use crate::log::LogLine;
+
+/// An error of this crate; [`Error::hint`] says what to do.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+#[allow(missing_docs)] // each variant's message says what its fields are
+pub enum Error {
+    // --- archives
+    #[error("{}: {source}", path.display())]
+    Io { path: PathBuf, source: std::io::Error },
+    #[error("{archive}: not a readable zip archive: {reason}")]
+    NotAnArchive { archive: String, reason: String },
+    #[error("{archive}: {got} entries, more than {limit}")]
+    TooManyEntries { archive: String, got: usize, limit: usize },
+    #[error("{archive}: two entries have the same name{}", entry.as_ref().map(|e| format!(", {e:?}")).unwrap_or_default())]
+    DuplicateEntry { archive: String, entry: Option<String> },
+    #[error("{archive}: entry {entry:?} is refused: {reason}")]
+    UnsafeEntry { archive: String, entry: String, reason: &'static str },
+    #[error("{archive}: entry {entry:?} is refused: {got} {what}, more than {limit}")]
+    TooLarge { archive: String, entry: String, what: &'static str, got: u64, limit: u64 },
+    #[error("{archive}: entry {entry:?} is damaged: {reason}")]
+    CorruptEntry { archive: String, entry: String, reason: String },
+    #[error("{archive}: no modelDescription.xml at the top of the archive")]
+    NoModelDescription { archive: String },
+    #[error("{archive}: modelDescription.xml is not UTF-8 from byte {at} on")]
+    NotUtf8 { archive: String, at: usize },
+    #[error("{archive}: {source}")]
+    ModelDescription { archive: String, source: model_description::Error },
+    #[error("{archive}: two variables are named {name:?}")]
+    DuplicateVariable { archive: String, name: String },
+    #[error("{archive}: the FMU has no co-simulation interface")]
+    NotCoSimulation { archive: String },
+    #[error("{archive}: modelIdentifier {got:?} is not a C identifier")]
+    BadModelIdentifier { archive: String, got: String },
+
+    // --- binaries
+    #[error("{archive}: no binary for this platform, looked for {}; the archive has {}", looked_for.join(", "), list_or(present, "no binaries at all"))]
+    NoBinary { archive: String, looked_for: Vec<String>, present: Vec<String> },
+    #[error("{}: cannot be loaded: {reason}", path.display())]
+    Load { path: PathBuf, reason: String },
+    #[error("{}: {} missing: {}", path.display(), if missing.len() == 1 { "a function is" } else { "functions are" }, missing.join(", "))]
+    MissingFunctions { path: PathBuf, missing: Vec<&'static str> },
+    #[error("{}: {function} says {got:?}, not {expected:?}", path.display())]
+    WrongVersion { path: PathBuf, function: &'static str, got: String, expected: &'static str },
+
+    // --- instances
+    #[error("{name:?} cannot be the name of an instance: {reason}")]
+    InstanceName { name: String, reason: &'static str },
+    #[error("{instance}: fmi2Instantiate refused{}", lines(log))]
+    Instantiate { instance: String, log: Vec<LogLine> },
+    #[error("{instance}: {model} can be instantiated only once per process")]
+    OnlyOnce { instance: String, model: String },
+    #[error("{instance}: {call} answered {status}{}", lines(log))]
+    Call { instance: String, call: &'static str, status: Status, log: Vec<LogLine> },
+    #[error("{instance}: {call} answered {status} at t = {time} s, step {step} s{}", lines(log))]
+    Step {
+        instance: String,
+        call: &'static str,
+        time: f64,
+        step: f64,
+        status: Status,
+        log: Vec<LogLine>,
+    },
+    #[error("{instance}: {call} is not possible any more: the FMU ended in a fatal error")]
+    Fatal { instance: String, call: &'static str },
+    #[error("{instance}: {call} is not legal {phase}")]
+    Phase { instance: String, call: &'static str, phase: &'static str },
+    #[error(
+        "{instance}: the FMU cannot do that: {capability} is false in its modelDescription.xml"
+    )]
+    Unsupported { instance: String, capability: &'static str },
+    #[error("{instance}: the FMU state belongs to another instance")]
+    ForeignState { instance: String },
+    #[error("{instance}: {call} got {references} value references and {values} values")]
+    Lengths { instance: String, call: &'static str, references: usize, values: usize },
+    #[error("{instance}: {what} of {call} is {value}, which is not a finite number")]
+    NotFinite { instance: String, call: &'static str, what: &'static str, value: f64 },
+    #[error("{instance}: a text contains a NUL: {text:?}")]
+    NulInText { instance: String, text: String },
+    #[error("{instance}: {call} answered ok and gave no value")]
+    NullResult { instance: String, call: &'static str },
+
+    // --- variables
+    #[error("{instance} has no variable {name:?}{}", near_text(near))]
+    UnknownVariable { instance: String, name: String, near: Vec<String> },
+    #[error("{instance}.{variable} is {need}, not {got}")]
+    WrongKind { instance: String, variable: String, need: Kind, got: Kind },
+    #[error("{instance}.{variable} cannot be set {phase}: {reason}")]
+    NotSettable { instance: String, variable: String, phase: &'static str, reason: &'static str },
+    #[error("{instance}.{variable}: {text:?} is not a value of kind {kind}")]
+    BadValue { instance: String, variable: String, text: String, kind: Kind },
+
+    // --- systems
+    #[error("the system has no instance {name:?}; it has {}", list_or(instances, "none"))]
+    UnknownInstance { name: String, instances: Vec<String> },
+    #[error("two instances are named {name:?}")]
+    DuplicateInstance { name: String },
+    #[error("{text:?} is not of the form instance.variable{}", if *with_value { "=value" } else { "" })]
+    BadPath { text: String, with_value: bool },
+    #[error("{end} is no {need}: its causality is {got}")]
+    WrongCausality { end: String, need: &'static str, got: Causality },
+    #[error("{from} is {from_kind} and {to} is {to_kind}: they cannot be connected")]
+    KindMismatch { from: String, from_kind: Kind, to: String, to_kind: Kind },
+    #[error("{from} is in {from_unit:?} and {to} is in {to_unit:?}: they cannot be connected")]
+    UnitMismatch { from: String, from_unit: String, to: String, to_unit: String },
+    #[error("{to} is already connected to {present}, it cannot be connected to {from} as well")]
+    AlreadyConnected { to: String, present: String, from: String },
+    #[error("{to} could be connected to any of {}", candidates.join(", "))]
+    Ambiguous { to: String, candidates: Vec<String> },
+    #[error("{input} is set to a value, but it is fed by {source_name}")]
+    SetAndFed { input: String, source_name: String },
+    #[error("the order {} is not an order of the instances {}", order.join(", "), instances.join(", "))]
+    BadOrder { order: Vec<String>, instances: Vec<String> },
+    #[error("{variable} is a text and cannot be recorded")]
+    NotRecordable { variable: String },
+    #[error("{variable} is {value} at t = {time} s")]
+    NonFiniteOutput { variable: String, value: f64, time: f64 },
+    #[error("no time grid from {start} s to {stop} s by {step} s: {reason}")]
+    BadGrid { start: f64, stop: f64, step: f64, reason: &'static str },
+
+    // --- input tables
+    #[error("{table}: line {line}, column {column:?}: {text:?} is not {need}")]
+    TableCell { table: String, line: u64, column: String, text: String, need: &'static str },
+    #[error("{table}: {reason}")]
+    Table { table: String, reason: String },
+    #[error("{table}: line {line}: time {time} s does not come after {previous} s")]
+    TableTime { table: String, line: u64, time: f64, previous: f64 },
+    #[error("{table}: column {column:?} names no input{}", near_text(near))]
+    TableColumn { table: String, column: String, near: Vec<String> },
+    #[error("{table}: starts at {first} s, after the start of the run at {start} s")]
+    TableStart { table: String, first: f64, start: f64 },
+}
+
+impl Error {
+    /// What to do about it.
+    #[must_use]
+    pub fn hint(&self) -> String {
+        match self {
+            Self::ModelDescription { source, .. } => source.hint(),
+            _ => self.own_hint().to_owned(),
+        }
+    }
+
+    fn own_hint(&self) -> &'static str {
+        match self {
+            Self::Io { .. } => "check that the path exists, is readable and the disk is not full",
+            Self::NotAnArchive { .. } | Self::CorruptEntry { .. } => {
+                "the file is damaged or no FMU: get or export it again"
+            }
+            Self::TooManyEntries { .. } | Self::TooLarge { .. } => {
+                "no ordinary FMU is like that; if this one is trusted, open it with wider limits"
+            }
+            Self::DuplicateEntry { .. } | Self::UnsafeEntry { .. } => {
+                "do not use this archive unless you know who made it; export it with another tool"
+            }
+            Self::NoModelDescription { .. } => {
+                "modelDescription.xml has to lie at the top of the archive, not in a folder"
+            }
+            Self::ModelDescription { .. }
+            | Self::NotUtf8 { .. }
+            | Self::DuplicateVariable { .. }
+            | Self::BadModelIdentifier { .. }
+            | Self::MissingFunctions { .. }
+            | Self::WrongVersion { .. } => "the FMU breaks the FMI 2.0 standard: tell its maker",
+            Self::NotCoSimulation { .. } => "export the model as FMI 2.0 for Co-Simulation",
+            Self::NoBinary { .. } => "export the FMU for this platform, or run it on one it has",
+            Self::Load { .. } => {
+                "a library it needs may be missing, the binary may be of another platform, or the \
+                 temporary folder may forbid execution (set TMPDIR)"
+            }
+            Self::InstanceName { .. } => "give the instance another name",
+            Self::Instantiate { .. } => {
+                "the log lines say why; without any, the GUIDs of XML and binary may differ"
+            }
+            Self::OnlyOnce { .. } => "drop the first instance before making another",
+            Self::Call { .. } | Self::Step { .. } => {
+                "the log lines say why; without any, instantiate with logging on"
+            }
+            Self::Fatal { .. } => "start again in a new process",
+            Self::Phase { .. } => "see table 4.2.4 of the FMI 2.0 standard for the order of calls",
+            Self::Unsupported { .. } => "do without it, or use an FMU that has this capability",
+            Self::ForeignState { .. } => "use the state with the instance it was taken from",
+            Self::Lengths { .. } => "give one value for each value reference",
+            Self::NotFinite { .. } | Self::BadGrid { .. } => {
+                "give finite times, a step above 0, and a stop that is whole steps after the start"
+            }
+            Self::NulInText { .. } => "remove the NUL character",
+            Self::NullResult { .. } => "the FMU breaks the FMI 2.0 standard: tell its maker",
+            Self::UnknownVariable { .. } | Self::UnknownInstance { .. } => "check the spelling",
+            Self::WrongKind { .. } | Self::BadValue { .. } => {
+                "give a value of the variable's type: a number, a whole number, true or false"
+            }
+            Self::NotSettable { .. } => {
+                "set parameters before initialization, inputs from initialization on"
+            }
+            Self::DuplicateInstance { .. } => "give each instance a name of its own",
+            Self::BadPath { .. } => "write it as in pid.kp=2.5",
+            Self::WrongCausality { .. } => "connect outputs to inputs",
+            Self::KindMismatch { .. } | Self::UnitMismatch { .. } => {
+                "connect variables of the same type and unit"
+            }
+            Self::AlreadyConnected { .. } => "an input has one source: remove a connection",
+            Self::Ambiguous { .. } => "connect this input explicitly",
+            Self::SetAndFed { .. } => "remove the value, the table's column or the connection",
+            Self::BadOrder { .. } => "name each instance exactly once",
+            Self::NotRecordable { .. } => "record numbers and Booleans only",
+            Self::NonFiniteOutput { .. } => {
+                "the model diverged: check its parameters, the step size and the loop's stability"
+            }
+            Self::Table { .. } | Self::TableCell { .. } | Self::TableTime { .. } => {
+                "the table is CSV with a header, a first column `time` in s that rises, and numbers"
+            }
+            Self::TableColumn { .. } => {
+                "name columns after inputs: instance.variable, or variable for all of that name"
+            }
+            Self::TableStart { .. } => "let the table begin at the start of the run or before",
+        }
+    }
+}
+
+fn list_or(items: &[String], none: &str) -> String {
+    if items.is_empty() { none.to_owned() } else { items.join(", ") }
+}
+
+fn near_text(near: &[String]) -> String {
+    if near.is_empty() { String::new() } else { format!("; near it: {}", near.join(", ")) }
+}
+
+fn lines(log: &[LogLine]) -> String {
+    log.iter().map(|line| format!("\n  {line}")).collect()
+}

@@ -1,0 +1,91 @@
+//! Derivatives of inputs and outputs in time, and of unknowns with respect to knowns.
+
+#![allow(unsafe_code)]
+
+use std::ffi::c_int;
+
+use super::{Instance, phase};
+use crate::Error;
+
+impl Instance {
+    /// Sets derivatives in time of Real inputs, of the given orders (1 is the first derivative).
+    pub fn set_real_input_derivatives(
+        &mut self,
+        references: &[u32],
+        orders: &[i32],
+        values: &[f64],
+    ) -> Result<(), Error> {
+        const CALL: &str = "fmi2SetRealInputDerivatives";
+        self.same_length(CALL, references.len(), values.len())?;
+        self.same_length(CALL, references.len(), orders.len())?;
+        self.call(CALL, phase::SET_INPUT_DERIVATIVES, |f, c| {
+            let orders: *const c_int = orders.as_ptr();
+            // SAFETY: as `call` asks; the arrays have the given length.
+            unsafe {
+                (f.set_real_input_derivatives)(
+                    c,
+                    references.as_ptr(),
+                    references.len(),
+                    orders,
+                    values.as_ptr(),
+                )
+            }
+        })
+    }
+
+    /// Reads derivatives in time of Real outputs, of the given orders.
+    pub fn get_real_output_derivatives(
+        &mut self,
+        references: &[u32],
+        orders: &[i32],
+        values: &mut [f64],
+    ) -> Result<(), Error> {
+        const CALL: &str = "fmi2GetRealOutputDerivatives";
+        self.same_length(CALL, references.len(), values.len())?;
+        self.same_length(CALL, references.len(), orders.len())?;
+        self.call(CALL, phase::GET_OUTPUT_DERIVATIVES, |f, c| {
+            let orders: *const c_int = orders.as_ptr();
+            // SAFETY: as `call` asks; the arrays have the given length.
+            unsafe {
+                (f.get_real_output_derivatives)(
+                    c,
+                    references.as_ptr(),
+                    references.len(),
+                    orders,
+                    values.as_mut_ptr(),
+                )
+            }
+        })
+    }
+
+    /// The change of the unknowns for a change of the knowns, at the present communication point.
+    pub fn get_directional_derivative(
+        &mut self,
+        unknowns: &[u32],
+        knowns: &[u32],
+        known_change: &[f64],
+        unknown_change: &mut [f64],
+    ) -> Result<(), Error> {
+        const CALL: &str = "fmi2GetDirectionalDerivative";
+        self.capable(
+            self.model.co_simulation().provides_directional_derivative,
+            "providesDirectionalDerivative",
+        )?;
+        self.same_length(CALL, unknowns.len(), unknown_change.len())?;
+        self.same_length(CALL, knowns.len(), known_change.len())?;
+        self.call(CALL, phase::GET, |f, c| {
+            // SAFETY: as `call` asks; the arrays have the given lengths.
+            unsafe {
+                (f.get_directional_derivative)(
+                    c,
+                    unknowns.as_ptr(),
+                    unknowns.len(),
+                    knowns.as_ptr(),
+                    knowns.len(),
+                    known_change.as_ptr(),
+                    unknown_change.as_mut_ptr(),
+                )
+            }
+        })
+    }
+}

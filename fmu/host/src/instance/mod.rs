@@ -1,0 +1,368 @@
+//! One instance of an FMU, from instantiation to its end.
+//!
+//! An [`Instance`] makes only the calls that table 4.2.4 of FMI 2.0.5 allows at the time, and
+//! turns every status but ok and warning into an [`Error`] with the lines that the FMU logged
+//! during the call. It may be moved between threads and is used by one at a time (`Send`, not
+//! `Sync`), as FMI asks of importers.
+//!
+//! After `fmi2Fatal` no function of the FMU is called any more, by any of its instances, not even
+//! `fmi2FreeInstance` (FMI 2.0.5, 2.1.3): what the instance held is leaked, and the library stays
+//! loaded until the process ends.
+
+#![allow(unsafe_code)]
+
+mod derivatives;
+mod named;
+mod phase;
+mod states;
+mod values;
+
+use std::ffi::CString;
+use std::ptr::NonNull;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+pub use phase::Phase;
+pub use states::FmuState;
+
+use crate::Error;
+use crate::archive::{Archive, Extracted};
+use crate::c_types::{self, RawStatus, Status};
+use crate::library::{Functions, Library};
+use crate::log::{Callbacks, LogLine};
+use crate::model::Model;
+
+/// Lines of the FMU's log that an error carries at most.
+const LINES_IN_ERRORS: usize = 10;
+
+/// An instance of an FMU for co-simulation.
+pub struct Instance {
+    name: String,
+    component: NonNull<std::ffi::c_void>,
+    phase: Phase,
+    model: Arc<Model>,
+    states: states::Saved,
+    /// For `fmi2Boolean`s on their way in and out.
+    booleans: Vec<c_types::Boolean>,
+    // Dropped in this order, after `Drop::drop` has freed the component: the callbacks outlive it,
+    // and on Windows a loaded file cannot be deleted.
+    library: Arc<Library>,
+    callbacks: Arc<Callbacks>,
+    _files: Arc<Extracted>,
+}
+
+// SAFETY: the component is used through `&mut self` (or, in `Drop`, by the owner) alone, so by one
+// thread at a time, and FMI 2.0 lets each call come from another thread. The callbacks are only
+// read here; their log is behind a lock.
+unsafe impl Send for Instance {}
+
+/// How to instantiate.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct InstanceOptions {
+    /// Have the FMU log debugging information.
+    pub logging_on: bool,
+    /// Let the FMU show a window, if it has any.
+    pub visible: bool,
+}
+
+impl Instance {
+    /// Instantiates an FMU under a name, with its debug log off.
+    pub fn new(archive: &Archive, name: &str) -> Result<Self, Error> {
+        Self::with_options(archive, name, InstanceOptions::default())
+    }
+
+    /// Instantiates an FMU under a name.
+    pub fn with_options(
+        archive: &Archive,
+        name: &str,
+        options: InstanceOptions,
+    ) -> Result<Self, Error> {
+        Self::with_guid(archive, name, options, &archive.model().description().guid)
+    }
+
+    /// Instantiates with a GUID other than that of modelDescription.xml, to see it refused.
+    pub fn with_guid(
+        archive: &Archive,
+        name: &str,
+        options: InstanceOptions,
+        guid: &str,
+    ) -> Result<Self, Error> {
+        if name.trim().is_empty() {
+            return Err(Error::InstanceName { name: name.to_owned(), reason: "it is blank" });
+        }
+        let c_string = |text: &str| {
+            CString::new(text)
+                .map_err(|_| Error::NulInText { instance: name.to_owned(), text: text.to_owned() })
+        };
+        let library = archive.library()?;
+        if library.is_fatal() {
+            return Err(Error::Fatal { instance: name.to_owned(), call: "fmi2Instantiate" });
+        }
+        let model = archive.model_arc();
+        let others = library.instances().fetch_add(1, Ordering::AcqRel);
+        // From here on the count goes down again wherever this function ends early.
+        let counted = Counted(&library);
+        if others > 0 && model.co_simulation().can_be_instantiated_only_once_per_process {
+            return Err(Error::OnlyOnce {
+                instance: name.to_owned(),
+                model: model.co_simulation().model_identifier.clone(),
+            });
+        }
+        let (c_name, c_guid) = (c_string(name)?, c_string(guid)?);
+        let resources = c_string(&archive.resources_uri())?;
+        let callbacks = Callbacks::new();
+        // SAFETY: the texts are C strings that outlive the call. The callbacks stay at their
+        // address until the instance is freed.
+        let component = unsafe {
+            (library.functions.instantiate)(
+                c_name.as_ptr(),
+                c_types::CO_SIMULATION,
+                c_guid.as_ptr(),
+                resources.as_ptr(),
+                callbacks.as_ptr(),
+                c_types::Boolean::from(options.visible),
+                c_types::Boolean::from(options.logging_on),
+            )
+        };
+        let Some(component) = NonNull::new(component) else {
+            let log = callbacks.log().since(0, LINES_IN_ERRORS);
+            return Err(Error::Instantiate { instance: name.to_owned(), log });
+        };
+        std::mem::forget(counted);
+        Ok(Self {
+            name: name.to_owned(),
+            component,
+            phase: Phase::Instantiated,
+            model,
+            states: states::Saved::default(),
+            booleans: Vec::new(),
+            library,
+            callbacks,
+            _files: archive.files(),
+        })
+    }
+
+    /// The name it was instantiated under.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// What modelDescription.xml says of the FMU.
+    #[must_use]
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// Where it is in its life.
+    #[must_use]
+    pub fn phase(&self) -> Phase {
+        if self.library.is_fatal() { Phase::Fatal } else { self.phase }
+    }
+
+    /// Takes the lines logged since the last time, at most [`crate::MAX_LOG_LINES`].
+    pub fn take_log(&mut self) -> Vec<LogLine> {
+        self.callbacks.log().drain()
+    }
+
+    /// Switches the debug log of some categories, or of all if none is given.
+    pub fn set_debug_logging(&mut self, on: bool, categories: &[&str]) -> Result<(), Error> {
+        let texts = categories
+            .iter()
+            .map(|category| self.c_string(category))
+            .collect::<Result<Vec<_>, _>>()?;
+        let pointers: Vec<_> = texts.iter().map(|text| text.as_ptr()).collect();
+        let on = c_types::Boolean::from(on);
+        self.call("fmi2SetDebugLogging", phase::ANY, |f, c| {
+            // SAFETY: as `call` asks; the array has the given length and outlives the call.
+            unsafe { (f.set_debug_logging)(c, on, pointers.len(), pointers.as_ptr()) }
+        })
+    }
+
+    /// Tells the FMU the start time in s and, where they are known, stop time in s and relative
+    /// tolerance.
+    pub fn setup_experiment(
+        &mut self,
+        start: f64,
+        stop: Option<f64>,
+        tolerance: Option<f64>,
+    ) -> Result<(), Error> {
+        let call = "fmi2SetupExperiment";
+        self.finite(call, "start time", start)?;
+        self.finite(call, "stop time", stop.unwrap_or(start))?;
+        self.finite(call, "tolerance", tolerance.unwrap_or(0.0))?;
+        self.call(call, phase::INSTANTIATED, |f, c| {
+            // SAFETY: as `call` asks.
+            unsafe {
+                (f.setup_experiment)(
+                    c,
+                    c_types::Boolean::from(tolerance.is_some()),
+                    tolerance.unwrap_or(0.0),
+                    start,
+                    c_types::Boolean::from(stop.is_some()),
+                    stop.unwrap_or(start),
+                )
+            }
+        })
+    }
+
+    /// Enters initialization mode.
+    pub fn enter_initialization_mode(&mut self) -> Result<(), Error> {
+        self.call("fmi2EnterInitializationMode", phase::INSTANTIATED, |f, c| {
+            // SAFETY: as `call` asks.
+            unsafe { (f.enter_initialization_mode)(c) }
+        })?;
+        self.phase = Phase::Initialization;
+        Ok(())
+    }
+
+    /// Leaves initialization mode: the instance is at its first communication point.
+    pub fn exit_initialization_mode(&mut self) -> Result<(), Error> {
+        self.call("fmi2ExitInitializationMode", phase::INITIALIZATION, |f, c| {
+            // SAFETY: as `call` asks.
+            unsafe { (f.exit_initialization_mode)(c) }
+        })?;
+        self.phase = Phase::StepComplete;
+        Ok(())
+    }
+
+    /// Steps from the communication point `time` to `time + step`, both in s.
+    ///
+    /// The FMU is told that it will never be set back before `time` unless an [`FmuState`] of it
+    /// exists.
+    pub fn do_step(&mut self, time: f64, step: f64) -> Result<(), Error> {
+        const CALL: &str = "fmi2DoStep";
+        self.finite(CALL, "time", time)?;
+        self.finite(CALL, "step", step)?;
+        let no_set_prior = c_types::Boolean::from(self.states.is_empty());
+        let result = self.call(CALL, phase::STEP, |f, c| {
+            // SAFETY: as `call` asks.
+            unsafe { (f.do_step)(c, time, step, no_set_prior) }
+        });
+        match result {
+            Err(Error::Call { status, log, .. }) => {
+                match status {
+                    Status::Discard => self.phase = Phase::StepFailed,
+                    Status::Pending => self.cancel_step(),
+                    _ => {}
+                }
+                let instance = self.name.clone();
+                Err(Error::Step { instance, call: CALL, time, step, status, log })
+            }
+            other => other,
+        }
+    }
+
+    /// Ends an asynchronous step, which an importer without `stepFinished` never asked for.
+    fn cancel_step(&mut self) {
+        // `call` has put the instance into `Phase::Error`, in which nothing but this is called.
+        let canceled = self.call("fmi2CancelStep", &[Phase::Error], |f, c| {
+            // SAFETY: as `call` asks; the instance has a step in progress.
+            unsafe { (f.cancel_step)(c) }
+        });
+        self.phase = if canceled.is_ok() { Phase::StepCanceled } else { Phase::Error };
+    }
+
+    /// Ends the simulation; values may still be read.
+    pub fn terminate(&mut self) -> Result<(), Error> {
+        self.call("fmi2Terminate", phase::TERMINATE, |f, c| {
+            // SAFETY: as `call` asks.
+            unsafe { (f.terminate)(c) }
+        })?;
+        self.phase = Phase::Terminated;
+        Ok(())
+    }
+
+    /// Back to where it was after instantiation.
+    pub fn reset(&mut self) -> Result<(), Error> {
+        self.call("fmi2Reset", phase::ANY, |f, c| {
+            // SAFETY: as `call` asks.
+            unsafe { (f.reset)(c) }
+        })?;
+        self.phase = Phase::Instantiated;
+        Ok(())
+    }
+
+    /// Makes one call of the FMU: `make` gets the functions and the component, both valid, and the
+    /// call is legal in the present phase.
+    fn call(
+        &mut self,
+        call: &'static str,
+        legal: &[Phase],
+        make: impl FnOnce(&Functions, c_types::Component) -> RawStatus,
+    ) -> Result<(), Error> {
+        if self.phase == Phase::Fatal || self.library.is_fatal() {
+            return Err(Error::Fatal { instance: self.name.clone(), call });
+        }
+        if !legal.contains(&self.phase) {
+            let phase = self.phase.when();
+            return Err(Error::Phase { instance: self.name.clone(), call, phase });
+        }
+        let mark = self.callbacks.log().count();
+        match Status::from_raw(make(&self.library.functions, self.component.as_ptr())) {
+            Status::Ok | Status::Warning => Ok(()),
+            status => Err(self.failed(call, status, mark)),
+        }
+    }
+
+    #[cold]
+    fn failed(&mut self, call: &'static str, status: Status, mark: usize) -> Error {
+        match status {
+            Status::Fatal => {
+                self.library.set_fatal();
+                self.phase = Phase::Fatal;
+            }
+            Status::Error | Status::Pending | Status::Undefined(_) => self.phase = Phase::Error,
+            Status::Ok | Status::Warning | Status::Discard => {}
+        }
+        let log = self.callbacks.log().since(mark, LINES_IN_ERRORS);
+        Error::Call { instance: self.name.clone(), call, status, log }
+    }
+
+    fn finite(&self, call: &'static str, what: &'static str, value: f64) -> Result<(), Error> {
+        if value.is_finite() {
+            return Ok(());
+        }
+        Err(Error::NotFinite { instance: self.name.clone(), call, what, value })
+    }
+
+    fn c_string(&self, text: &str) -> Result<CString, Error> {
+        CString::new(text)
+            .map_err(|_| Error::NulInText { instance: self.name.clone(), text: text.to_owned() })
+    }
+}
+
+impl std::fmt::Debug for Instance {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Instance")
+            .field("name", &self.name)
+            .field("model", &self.model.co_simulation().model_identifier)
+            .field("phase", &self.phase())
+            .finish_non_exhaustive()
+    }
+}
+
+impl Drop for Instance {
+    fn drop(&mut self) {
+        self.free_all_states();
+        // Asked after the states are freed: that, too, may have ended fatally.
+        if self.library.is_fatal() {
+            // A thread of the FMU may go on logging.
+            std::mem::forget(Arc::clone(&self.callbacks));
+        } else {
+            // SAFETY: the component is valid and of no use to anyone after this; the library is
+            // still loaded and the callbacks still at their place.
+            unsafe { (self.library.functions.free_instance)(self.component.as_ptr()) };
+        }
+        self.library.instances().fetch_sub(1, Ordering::AcqRel);
+    }
+}
+
+/// Takes an instance off its library's count when dropped.
+struct Counted<'a>(&'a Library);
+
+impl Drop for Counted<'_> {
+    fn drop(&mut self) {
+        self.0.instances().fetch_sub(1, Ordering::AcqRel);
+    }
+}

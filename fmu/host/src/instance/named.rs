@@ -1,0 +1,130 @@
+//! Getting and setting by variable name, checked against modelDescription.xml.
+
+use model_description::{Causality, Initial, Kind, Value, Variability, Variable};
+
+use super::{Instance, Phase};
+use crate::Error;
+
+impl Instance {
+    /// What modelDescription.xml says of a variable.
+    pub fn variable(&self, name: &str) -> Result<&Variable, Error> {
+        self.model.variable(name).ok_or_else(|| Error::UnknownVariable {
+            instance: self.name.clone(),
+            name: name.to_owned(),
+            near: self.model.near(name),
+        })
+    }
+
+    /// Reads a variable of any kind.
+    pub fn value(&mut self, name: &str) -> Result<Value, Error> {
+        let variable = self.variable(name)?;
+        let (kind, reference) = (variable.kind, [variable.reference]);
+        self.value_of(kind, reference)
+    }
+
+    fn value_of(&mut self, kind: Kind, reference: [u32; 1]) -> Result<Value, Error> {
+        Ok(match kind {
+            Kind::Real => {
+                let mut value = [0.0];
+                self.get_real(&reference, &mut value)?;
+                Value::Real(value[0])
+            }
+            Kind::Integer => {
+                let mut value = [0];
+                self.get_integer(&reference, &mut value)?;
+                Value::Integer(value[0])
+            }
+            Kind::Boolean => {
+                let mut value = [false];
+                self.get_boolean(&reference, &mut value)?;
+                Value::Boolean(value[0])
+            }
+            Kind::String => Value::String(self.get_string(&reference)?.pop().unwrap_or_default()),
+        })
+    }
+
+    /// Reads a Real variable.
+    pub fn real(&mut self, name: &str) -> Result<f64, Error> {
+        let reference = self.reference(name, Kind::Real)?;
+        let mut value = [0.0];
+        self.get_real(&reference, &mut value)?;
+        Ok(value[0])
+    }
+
+    /// Reads an Integer variable.
+    pub fn integer(&mut self, name: &str) -> Result<i32, Error> {
+        let reference = self.reference(name, Kind::Integer)?;
+        let mut value = [0];
+        self.get_integer(&reference, &mut value)?;
+        Ok(value[0])
+    }
+
+    /// Reads a Boolean variable.
+    pub fn boolean(&mut self, name: &str) -> Result<bool, Error> {
+        let reference = self.reference(name, Kind::Boolean)?;
+        let mut value = [false];
+        self.get_boolean(&reference, &mut value)?;
+        Ok(value[0])
+    }
+
+    /// Sets a variable, if it is of the value's kind and may be set in the present phase.
+    pub fn set(&mut self, name: &str, value: impl Into<Value>) -> Result<(), Error> {
+        let value = value.into();
+        let reference = self.reference(name, value.kind())?;
+        if let Some(reason) = why_not_settable(self.variable(name)?, self.phase) {
+            return Err(Error::NotSettable {
+                instance: self.name.clone(),
+                variable: name.to_owned(),
+                phase: self.phase.when(),
+                reason,
+            });
+        }
+        match value {
+            Value::Real(value) => self.set_real(&reference, &[value]),
+            Value::Integer(value) => self.set_integer(&reference, &[value]),
+            Value::Boolean(value) => self.set_boolean(&reference, &[value]),
+            Value::String(value) => self.set_string(&reference, &[value]),
+        }
+    }
+
+    /// The value reference of a variable of the wanted kind.
+    pub(super) fn reference(&self, name: &str, kind: Kind) -> Result<[u32; 1], Error> {
+        let variable = self.variable(name)?;
+        if variable.kind == kind {
+            return Ok([variable.reference]);
+        }
+        Err(Error::WrongKind {
+            instance: self.name.clone(),
+            variable: name.to_owned(),
+            need: variable.kind,
+            got: kind,
+        })
+    }
+}
+
+/// Why a variable may not be set in a phase by table 4.2.4 of FMI 2.0.5; `None` if it may.
+pub(crate) fn why_not_settable(variable: &Variable, phase: Phase) -> Option<&'static str> {
+    if variable.variability == Variability::Constant {
+        return Some("it is a constant");
+    }
+    let input = variable.causality == Causality::Input;
+    let initial = variable.effective_initial();
+    match phase {
+        Phase::Instantiated => match initial {
+            _ if input => Some("it is an input"),
+            Some(Initial::Exact | Initial::Approx) => None,
+            _ => Some("its initial value is calculated"),
+        },
+        Phase::Initialization => match initial {
+            _ if input => None,
+            Some(Initial::Exact) => None,
+            _ => Some("its initial value is not exact"),
+        },
+        Phase::StepComplete => {
+            let tunable = variable.causality == Causality::Parameter
+                && variable.variability == Variability::Tunable;
+            if input || tunable { None } else { Some("it is no input and no tunable parameter") }
+        }
+        _ => Some("nothing can be set at this time"),
+    }
+}

@@ -1,0 +1,62 @@
+//! Near matches for misspelt names.
+
+/// The names that a misspelt one may have meant, the nearest first, at most five.
+pub(crate) fn near<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<String> {
+    let wanted = name.to_lowercase();
+    let mut found: Vec<(usize, &str)> = known
+        .into_iter()
+        .filter_map(|candidate| {
+            let lower = candidate.to_lowercase();
+            let distance = edit_distance(&wanted, &lower);
+            let allowed = (wanted.chars().count() / 3).max(1);
+            let contained = wanted.len().min(lower.len()) >= 3
+                && (lower.contains(&wanted) || wanted.contains(&lower));
+            // A name inside the other counts as far as a typing error can be.
+            if distance <= allowed {
+                Some((distance, candidate))
+            } else {
+                contained.then_some((allowed + 1, candidate))
+            }
+        })
+        .collect();
+    found.sort();
+    found.into_iter().take(5).map(|(_, candidate)| candidate.to_owned()).collect()
+}
+
+/// The optimal string alignment distance, in characters: Levenshtein's, and neighbours swapped
+/// count once.
+fn edit_distance(a: &str, b: &str) -> usize {
+    let (a, b): (Vec<char>, Vec<char>) = (a.chars().collect(), b.chars().collect());
+    let mut before: Vec<usize> = Vec::new();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for i in 0..a.len() {
+        let mut next = vec![i + 1];
+        for j in 0..b.len() {
+            let substituted = row[j] + usize::from(a[i] != b[j]);
+            let mut least = substituted.min(row[j + 1] + 1).min(next[j] + 1);
+            if i > 0 && j > 0 && a[i] == b[j - 1] && a[i - 1] == b[j] {
+                least = least.min(before[j - 1] + 1);
+            }
+            next.push(least);
+        }
+        before = std::mem::replace(&mut row, next);
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn typing_errors_and_parts_of_names_are_found_nearest_first() {
+        let known = ["yaw", "yaw_rate", "steering_angle", "x", "y"];
+        assert_eq!(near("yaw_rat", known), ["yaw_rate", "yaw"]);
+        assert_eq!(near("steering", known), ["steering_angle"]);
+        assert_eq!(near("Yaw", known), ["yaw", "yaw_rate"]);
+        assert!(near("mass", known).is_empty());
+        assert_eq!(edit_distance("kitten", "sitting"), 3);
+        assert_eq!(edit_distance("gian", "gain"), 1);
+        assert_eq!(edit_distance("", "yaw"), 3);
+    }
+}

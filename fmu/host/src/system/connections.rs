@@ -1,0 +1,145 @@
+//! Connections: what may be wired to what, and wiring by equal names.
+
+use model_description::Causality;
+
+use super::System;
+use crate::Error;
+
+/// An output of one instance that feeds an input of another, or of the same.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub struct Connection {
+    /// The instance that has the output.
+    pub from: String,
+    /// The output.
+    pub output: String,
+    /// The instance that has the input.
+    pub to: String,
+    /// The input.
+    pub input: String,
+}
+
+impl Connection {
+    /// A connection from `from.output` to `to.input`.
+    #[must_use]
+    pub fn new(from: &str, output: &str, to: &str, input: &str) -> Self {
+        Self {
+            from: from.to_owned(),
+            output: output.to_owned(),
+            to: to.to_owned(),
+            input: input.to_owned(),
+        }
+    }
+
+    fn source(&self) -> String {
+        format!("{}.{}", self.from, self.output)
+    }
+
+    fn target(&self) -> String {
+        format!("{}.{}", self.to, self.input)
+    }
+}
+
+impl std::fmt::Display for Connection {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} -> {}", self.source(), self.target())
+    }
+}
+
+impl System {
+    /// The connections made so far.
+    #[must_use]
+    pub fn connections(&self) -> &[Connection] {
+        &self.connections
+    }
+
+    /// Connects an output to an input of the same kind and, where both state one, the same unit.
+    pub fn connect(&mut self, connection: Connection) -> Result<&mut Self, Error> {
+        let from = self.instances[self.index(&connection.from)?].variable(&connection.output)?;
+        let to = self.instances[self.index(&connection.to)?].variable(&connection.input)?;
+        let wrong_causality =
+            |end: String, need, got: Causality| Error::WrongCausality { end, need, got };
+        if from.causality != Causality::Output {
+            return Err(wrong_causality(connection.source(), "output", from.causality));
+        }
+        if to.causality != Causality::Input {
+            return Err(wrong_causality(connection.target(), "input", to.causality));
+        }
+        if from.kind != to.kind {
+            return Err(Error::KindMismatch {
+                from: connection.source(),
+                from_kind: from.kind,
+                to: connection.target(),
+                to_kind: to.kind,
+            });
+        }
+        if let (Some(from_unit), Some(to_unit)) = (&from.unit, &to.unit)
+            && from_unit != to_unit
+        {
+            return Err(Error::UnitMismatch {
+                from: connection.source(),
+                from_unit: from_unit.clone(),
+                to: connection.target(),
+                to_unit: to_unit.clone(),
+            });
+        }
+        if let Some(present) = self.feeding(&connection.to, &connection.input) {
+            return Err(Error::AlreadyConnected {
+                to: connection.target(),
+                present: present.source(),
+                from: connection.source(),
+            });
+        }
+        self.connections.push(connection);
+        Ok(self)
+    }
+
+    /// Wires each input that has no connection yet to the output of the same name in another
+    /// instance. Two such outputs are an error; an input without one stays as it is. Gives the new
+    /// connections.
+    pub fn connect_by_name(&mut self) -> Result<Vec<Connection>, Error> {
+        let mut new = Vec::new();
+        for (to, input) in self.inputs() {
+            let to_name = self.instances[to].name();
+            if self.feeding(to_name, &input.name).is_some() {
+                continue;
+            }
+            let candidates: Vec<usize> = self
+                .of_causality(Causality::Output)
+                .filter(|(from, output)| *from != to && output.name == input.name)
+                .map(|(from, _)| from)
+                .collect();
+            match candidates[..] {
+                [] => {}
+                [from] => new.push(Connection::new(
+                    self.instances[from].name(),
+                    &input.name,
+                    to_name,
+                    &input.name,
+                )),
+                _ => {
+                    return Err(Error::Ambiguous {
+                        to: self.path(to, &input.name),
+                        candidates: candidates
+                            .iter()
+                            .map(|from| self.path(*from, &input.name))
+                            .collect(),
+                    });
+                }
+            }
+        }
+        let before = self.connections.len();
+        for connection in &new {
+            if let Err(error) = self.connect(connection.clone()).map(drop) {
+                // All of them or none.
+                self.connections.truncate(before);
+                return Err(error);
+            }
+        }
+        Ok(new)
+    }
+
+    /// The connection that feeds an input.
+    pub(super) fn feeding(&self, instance: &str, input: &str) -> Option<&Connection> {
+        self.connections.iter().find(|c| c.to == instance && c.input == input)
+    }
+}
