@@ -1,1 +1,52 @@
-//! placeholder
+//! Bicycle models, PID design to a specification, reference paths.
+//!
+//! ```text
+//! vehicle.toml ──▶ bicycle ──▶ bicycle.json ─┐
+//!                            plant.json ─────┴▶ DesignPlant ──▶ design ──▶ pid.json
+//! points, or a shape ──▶ paths ──▶ path.json         │              │
+//!                                                    └─▶ evaluate, step_response, track
+//! ```
+//!
+//! | function | what |
+//! |---|---|
+//! | [`bicycle_from_toml`], [`read_vehicle`], [`bicycle()`] | vehicle data → eq 13 |
+//! | [`DesignPlant`] | steering → yaw rate, identified or bicycle |
+//! | [`design()`] | eq 14 to a specification, with evidence |
+//! | [`evaluate()`], [`step_metrics`], [`step_response`] | any controller on any plant |
+//! | [`guidance_for`], [`with_sideslip`] | the path follower around the loop |
+//! | [`track()`], [`track_with`] | plant, path and controller in one process |
+//! | [`paths`] | composed, standard and recorded paths |
+//!
+//! Nothing here reads files or clocks: text and documents come in, documents go out, and the same
+//! input gives the same output. SI units and radians; ISO 8855 axes. Steering angles are in the
+//! plant's own steering coordinates unless a name says road wheel.
+
+mod bicycle;
+mod design;
+mod error;
+mod evaluate;
+mod guidance;
+mod margins;
+mod metrics;
+mod objective;
+mod optimise;
+mod options;
+pub mod paths;
+mod plant;
+mod sampled;
+mod simulate;
+mod track;
+
+#[cfg(test)]
+mod tests;
+
+pub use bicycle::{bicycle, bicycle_from_toml, parameters, read_vehicle};
+pub use design::design;
+pub use error::Error;
+pub use evaluate::{evaluate, step_metrics, step_response};
+pub use guidance::{guidance_for, with_sideslip};
+pub use metrics::{Metrics, metrics_of};
+pub use options::DesignOptions;
+pub use plant::{DesignPlant, PlantInfo};
+pub use simulate::{Trace, pid_parameters};
+pub use track::{Master, PlantModel, TrackTrace, path_geometry, track, track_with};

@@ -1,0 +1,117 @@
+//! Bicycle models from vehicle data: `vehicle.toml` → `bicycle.json` (eq 13).
+//!
+//! The equations are those of `vehicle_models::bicycle`, the same that run in the FMU; here the
+//! file is read, with the place of each fault, and the document is written.
+
+use crate::Error;
+use formats::{
+    Bicycle, BicycleCoefficients, Document, Matrix, Provenance, SourceFile, VehicleData,
+};
+use vehicle_models::{BicycleParameters, bicycle_eq13};
+
+/// Reads vehicle data; `file` is named in errors.
+///
+/// # Errors
+/// [`Error::VehicleFile`] with line and column of a missing, unknown or impossible value.
+pub fn read_vehicle(text: &str, file: &str) -> Result<VehicleData, Error> {
+    let vehicle: VehicleData = toml::from_str(text).map_err(|e| {
+        let (line, column) = e.span().map_or((1, 1), |span| place(text, span.start));
+        let problem = e.message().replace('\n', "; ");
+        Error::VehicleFile { file: file.into(), line, column, problem }
+    })?;
+    // Checked here as well as in the document, since here the line is known.
+    document(&vehicle).checked(file).map_err(|e| match e {
+        formats::Error::Value { path, problem, .. } => {
+            let key = path.rsplit('.').next().unwrap_or_default();
+            let (line, column) = place_of_key(text, key);
+            let problem = format!("{key}: {problem}");
+            Error::VehicleFile { file: file.into(), line, column, problem }
+        }
+        other => other.into(),
+    })?;
+    Ok(vehicle)
+}
+
+/// The bicycle model of a vehicle.
+///
+/// # Errors
+/// [`Error::Document`] or [`Error::Model`] where a value cannot be.
+pub fn bicycle(vehicle: &VehicleData) -> Result<Bicycle, Error> {
+    let bicycle = document(vehicle);
+    bicycle.checked(&vehicle.name)?;
+    parameters(vehicle)
+        .check()
+        .map_err(|e| Error::Model { model: vehicle.name.clone(), problem: e.to_string() })?;
+    Ok(bicycle)
+}
+
+/// Reads vehicle data and makes the bicycle model of it; the file stands in its provenance.
+///
+/// # Errors
+/// As [`read_vehicle`] and [`bicycle`].
+pub fn bicycle_from_toml(text: &str, file: &str) -> Result<Bicycle, Error> {
+    let mut bicycle = bicycle(&read_vehicle(text, file)?)?;
+    bicycle.provenance.sources = vec![SourceFile::of(std::path::Path::new(file), text.as_bytes())];
+    Ok(bicycle)
+}
+
+/// The vehicle as the model that moves by it takes it.
+#[must_use]
+pub fn parameters(vehicle: &VehicleData) -> BicycleParameters {
+    BicycleParameters {
+        mass: vehicle.mass_kg,
+        yaw_inertia: vehicle.yaw_inertia_kgm2,
+        distance_front: vehicle.distance_front_m,
+        distance_rear: vehicle.distance_rear_m,
+        cornering_stiffness_front: vehicle.cornering_stiffness_front_npr,
+        cornering_stiffness_rear: vehicle.cornering_stiffness_rear_npr,
+        actuator_time_constant: vehicle.actuator_time_constant_s,
+        steering_ratio: vehicle.steering_ratio,
+    }
+}
+
+fn document(vehicle: &VehicleData) -> Bicycle {
+    let model = bicycle_eq13(&parameters(vehicle), vehicle.speed_mps);
+    let c = model.coefficients;
+    Bicycle {
+        schema: Bicycle::SCHEMA.into(),
+        vehicle: vehicle.clone(),
+        coefficients: BicycleCoefficients {
+            a1: c.a1,
+            a2: c.a2,
+            a3: c.a3,
+            a4: c.a4,
+            b1: c.b1,
+            b2: c.b2,
+            n: c.n,
+            tn: c.tn,
+        },
+        state_matrix: Matrix::from_fn(5, 5, |i, j| model.a[(i, j)]),
+        input_matrix: Matrix::from_fn(5, 1, |i, _| model.b[i]),
+        provenance: Provenance {
+            version: env!("CARGO_PKG_VERSION").into(),
+            ..Provenance::default()
+        },
+    }
+}
+
+/// Line and column, from 1, of a byte.
+fn place(text: &str, byte: usize) -> (usize, usize) {
+    let before = text.get(..byte).unwrap_or(text);
+    let line = before.matches('\n').count() + 1;
+    let column = before.rsplit('\n').next().unwrap_or_default().chars().count() + 1;
+    (line, column)
+}
+
+/// Line and column, from 1, of the value of a key.
+fn place_of_key(text: &str, key: &str) -> (usize, usize) {
+    for (i, line) in text.lines().enumerate() {
+        if let Some((name, value)) = line.split_once('=')
+            && name.trim().trim_matches(['"', '\'']) == key
+        {
+            let blanks = value.len() - value.trim_start().len();
+            return (i + 1, name.chars().count() + 1 + blanks + 1);
+        }
+    }
+    (1, 1)
+}

@@ -1,0 +1,225 @@
+//! What can go wrong, with the numbers in it and what to do about it.
+
+/// Why a bicycle, a design or a path could not be made.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Error {
+    /// The vehicle file is not what it should be.
+    #[error("{file}:{line}:{column}: {problem}")]
+    VehicleFile {
+        /// Name of the file as the caller gave it.
+        file: String,
+        /// Line, from 1.
+        line: usize,
+        /// Column, from 1.
+        column: usize,
+        /// What is wrong.
+        problem: String,
+    },
+    /// The file with recorded points is not what it should be.
+    #[error("{file}:{line}:{column}: {problem}")]
+    PointFile {
+        /// Name of the file as the caller gave it.
+        file: String,
+        /// Line, from 1.
+        line: u64,
+        /// Column, from 1.
+        column: usize,
+        /// What is wrong.
+        problem: String,
+    },
+    /// A document made here contradicts itself.
+    #[error(transparent)]
+    Document(#[from] formats::Error),
+    /// The plant model cannot be stepped.
+    #[error("{model}: {problem}")]
+    Model {
+        /// The model's name.
+        model: String,
+        /// What is wrong.
+        problem: String,
+    },
+    /// The plant's yaw rate grows without bound.
+    #[error("{model}: the plant is unstable at {speed_mps} m/s: a mode {text}")]
+    UnstablePlant {
+        /// The model's name.
+        model: String,
+        /// Its speed.
+        speed_mps: f64,
+        /// The mode in words.
+        text: String,
+    },
+    /// Steering to the left does not turn the plant to the left.
+    #[error(
+        "{model}: the steady-state gain from steering to yaw rate is {gain} 1/s, it must be positive"
+    )]
+    SteadyStateGain {
+        /// The model's name.
+        model: String,
+        /// Yaw rate per steering angle, 1/s.
+        gain: f64,
+    },
+    /// A plant that exists only on its own grid cannot be controlled on that one.
+    #[error(
+        "{model} has no continuous model and steps every {plant_s} s: a controller sample of {controller_s} s is not a multiple of it"
+    )]
+    SampleTimeMismatch {
+        /// The model's name.
+        model: String,
+        /// The plant's sample time.
+        plant_s: f64,
+        /// The controller's sample time.
+        controller_s: f64,
+    },
+    /// The controller would act too seldom to settle in time.
+    #[error(
+        "a sample time of {sample_time_s} s leaves fewer than {need} samples in the settling time of {settling_time_s} s"
+    )]
+    SampleTimeTooLong {
+        /// The controller's sample time.
+        sample_time_s: f64,
+        /// The settling time asked for.
+        settling_time_s: f64,
+        /// Samples needed within it.
+        need: usize,
+    },
+    /// The delay is longer than this design handles.
+    #[error("a delay of {delay_s} s is longer than the {allowed_s} s that a response is simulated")]
+    DelayTooLong {
+        /// The delay of plant and loop.
+        delay_s: f64,
+        /// The longest handled.
+        allowed_s: f64,
+    },
+    /// An option has a value it cannot have.
+    #[error("{option} is {value}: it must be {must}")]
+    Option {
+        /// The option.
+        option: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it must be.
+        must: &'static str,
+    },
+    /// Controller and plant speak of different steering angles.
+    #[error("the controller is for a steering ratio of {pid}, the plant has {plant}")]
+    SteeringRatio {
+        /// The controller's.
+        pid: f64,
+        /// The plant's.
+        plant: f64,
+    },
+    /// No road of that shape exists.
+    #[error("{road}: {problem}")]
+    Road {
+        /// Which road.
+        road: &'static str,
+        /// What is wrong.
+        problem: String,
+    },
+    /// Too few distinct points for a path.
+    #[error("{got} distinct points, a path needs at least {need}")]
+    TooFewPoints {
+        /// Distinct points there are.
+        got: usize,
+        /// Points needed.
+        need: usize,
+    },
+    /// The recorded positions jump.
+    #[error(
+        "{dropped} of {total} points jump from their neighbours (the first at point {first}, by {jump_m:.2} m), more than the {allowed} that may be outliers"
+    )]
+    Jumps {
+        /// Points given up as outliers.
+        dropped: usize,
+        /// Points in all.
+        total: usize,
+        /// First outlier, from 1.
+        first: usize,
+        /// Its distance from its neighbours.
+        jump_m: f64,
+        /// Outliers allowed.
+        allowed: usize,
+    },
+    /// The recorded positions go on somewhere else.
+    #[error("the positions jump by {jump_m:.2} m between points {after} and {next}")]
+    Jump {
+        /// Point before the jump, from 1.
+        after: usize,
+        /// Point behind it.
+        next: usize,
+        /// How far aside or back.
+        jump_m: f64,
+    },
+    /// The recorded path cannot be smoothed to the curvature allowed.
+    #[error(
+        "the curvature reaches {reached:.4} 1/m even when smoothed over {smoothing_m:.0} m; {allowed} 1/m is allowed"
+    )]
+    Curvature {
+        /// Largest curvature reached.
+        reached: f64,
+        /// Largest allowed.
+        allowed: f64,
+        /// Longest smoothing tried.
+        smoothing_m: f64,
+    },
+    /// The optimiser stopped.
+    #[error("the optimiser stopped: {0}")]
+    Optimiser(String),
+}
+
+impl Error {
+    /// What the reader can do about it.
+    #[must_use]
+    pub fn hint(&self) -> String {
+        match self {
+            Self::VehicleFile { .. } => {
+                "the keys are name, mass_kg, yaw_inertia_kgm2, distance_front_m, distance_rear_m, \
+                 cornering_stiffness_front_npr, cornering_stiffness_rear_npr, \
+                 actuator_time_constant_s, steering_ratio and speed_mps"
+                    .into()
+            }
+            Self::PointFile { .. } => {
+                "give a comma-separated table with the columns x_m and y_m, or latitude_deg and \
+                 longitude_deg (and altitude_m)"
+                    .into()
+            }
+            Self::Document(inner) => inner.hint(),
+            Self::Model { .. } => "mend the model's file or make it again".into(),
+            Self::UnstablePlant { .. } => {
+                "design at a lower speed, or mend the vehicle data: an oversteering vehicle is \
+                 unstable above its critical speed"
+                    .into()
+            }
+            Self::SteadyStateGain { .. } => {
+                "check the signs of the log: steering and yaw rate are positive to the left".into()
+            }
+            Self::SampleTimeMismatch { plant_s, .. } => {
+                format!("design with a sample time of {plant_s} s or a multiple of it")
+            }
+            Self::SampleTimeTooLong { settling_time_s, need, .. } => format!(
+                "sample every {} s or faster, or allow a longer settling time",
+                settling_time_s / *need as f64
+            ),
+            Self::DelayTooLong { .. } => "check the unit of the delay: it is in seconds".into(),
+            Self::Option { must, .. } => format!("give a value that is {must}"),
+            Self::SteeringRatio { .. } => {
+                "compare models whose steering angles are taken at the same place (steering wheel \
+                 or road wheel)"
+                    .into()
+            }
+            Self::Road { .. } => {
+                "change the speed, the lateral acceleration or the road's options".into()
+            }
+            Self::TooFewPoints { .. } => {
+                "record a longer drive, or lower the least spacing between points".into()
+            }
+            Self::Jumps { .. } | Self::Jump { .. } => {
+                "cut the recording at the jump, or repair the rows around it".into()
+            }
+            Self::Curvature { .. } => {
+                "check the units of the positions, or allow a larger curvature".into()
+            }
+            Self::Optimiser(_) => "report this with the plant's file and the options".into(),
+        }
+    }
+}

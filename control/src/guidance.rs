@@ -1,0 +1,34 @@
+//! How a path follower is set up around a designed yaw loop.
+
+use formats::{Guidance, Pid, VehicleData};
+
+/// Look-ahead time over the lag of the yaw loop: with a loop that answers as `1/(1 + λs)` the
+/// cross-track error follows `λ·T·s² + T·s + 1`, damped by ½·√(T/λ): 1 for T = 4λ.
+const LOOKAHEAD_PER_LAG: f64 = 4.0;
+/// Shortest look-ahead time, s.
+const LEAST_LOOKAHEAD: f64 = 1.0;
+
+/// Guidance for a controller's loop at a speed.
+///
+/// The look-ahead time makes line of sight and yaw loop together well damped; preview and
+/// feedforward are the design's. The sideslip is taken as 0, as it is in an identified plant:
+/// [`with_sideslip`] for a vehicle that has one.
+#[must_use]
+pub fn guidance_for(pid: &Pid, speed: f64) -> Guidance {
+    let advice = &pid.guidance;
+    let lookahead_time_s = LEAST_LOOKAHEAD.max(LOOKAHEAD_PER_LAG * advice.preview_time_s);
+    Guidance {
+        lookahead_time_s: (lookahead_time_s * 100.0).round() / 100.0,
+        lookahead_min_m: (0.5 * lookahead_time_s * speed).clamp(2.0, 5.0),
+        preview_time_s: advice.preview_time_s,
+        feedforward_gain_radm: advice.feedforward_gain_radm,
+        sideslip_per_yaw_rate_s: 0.0,
+    }
+}
+
+/// The same with the sideslip of a vehicle in a steady turn at a speed above zero.
+#[must_use]
+pub fn with_sideslip(guidance: Guidance, vehicle: &VehicleData, speed: f64) -> Guidance {
+    let sideslip_per_yaw_rate_s = crate::bicycle::parameters(vehicle).sideslip_per_yaw_rate(speed);
+    Guidance { sideslip_per_yaw_rate_s, ..guidance }
+}

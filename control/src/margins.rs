@@ -1,0 +1,212 @@
+//! Margins of the linear sampled loop, broken at the plant's input, with its delay.
+//!
+//! `L(z) = C(z)·P(z)` at `z = e^{jωT}`: P from the exactly sampled plant with yaw as output, and
+//!
+//! ```text
+//! C(z) = kp + ki·T/(1 − z⁻¹) + kd·(1 − z⁻¹)/((Tf + T) − Tf·z⁻¹)
+//! ```
+//!
+//! the law that ticks in the FMU (backward Euler). The setpoint weights are outside the loop.
+//! The grid is logarithmic up to π/T, denser about lightly damped modes; crossings are found by
+//! bisection and the modulus margin by golden section, all far below 1e-4 relative.
+//!
+//! A stable loop has, over ω from 0 to π/T, the argument of 1 + L increase by π/2 for each of its
+//! integrators (the argument principle on the upper half of the unit circle; P has no other pole
+//! on or outside it). An unstable loop has no margins: modulus margin, gain margin, phase margin
+//! and delay margin are 0.
+
+use crate::sampled::Sampled;
+use formats::Margins;
+use nalgebra::Complex;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use vehicle_models::PidParameters;
+
+/// Lowest angle of the grid, rad a sample.
+const LOWEST: f64 = 1e-6;
+/// Points of the grid in a decade.
+const PER_DECADE: f64 = 150.0;
+
+/// The controller's frequency response at `z`.
+pub(crate) fn controller(p: &PidParameters, z: Complex<f64>) -> Complex<f64> {
+    let difference = Complex::new(1.0, 0.0) - z.inv();
+    let (ts, tf) = (p.sample_time, p.derivative_filter_time);
+    let derivative = difference * p.kd / (difference * tf + ts);
+    Complex::new(p.kp, 0.0) + Complex::new(p.ki * ts, 0.0) / difference + derivative
+}
+
+fn on_circle(angle: f64) -> Complex<f64> {
+    let (sin, cos) = angle.sin_cos();
+    Complex::new(cos, sin)
+}
+
+/// A plant's response on a grid, so that many controllers can be judged on it.
+#[derive(Debug, Clone)]
+pub(crate) struct ResponseGrid {
+    /// z and P(z).
+    points: Vec<(Complex<f64>, Complex<f64>)>,
+}
+
+impl ResponseGrid {
+    /// A coarse grid over the two decades that matter below π/T.
+    pub(crate) fn coarse(plant: &Sampled, lowest: f64, points: usize) -> Self {
+        let low = (lowest * plant.sample_time).min(0.1 * PI);
+        let step = (PI / low).ln() / (points - 1) as f64;
+        let angles = (0..points).map(|i| low * (step * i as f64).exp());
+        Self { points: angles.map(|a| (on_circle(a), plant.response(on_circle(a)))).collect() }
+    }
+
+    /// Smallest |1 + L| on the grid; 0 for an unstable loop, as far as the grid can tell.
+    pub(crate) fn modulus_margin(&self, pid: &PidParameters) -> f64 {
+        let mut least = f64::INFINITY;
+        let mut before: Option<Complex<f64>> = None;
+        // The argument begins at −π/2 for each integrator and, in a stable loop, ends at 0.
+        let mut argument = 0.0;
+        for (z, p) in &self.points {
+            let value = controller(pid, *z) * p + Complex::new(1.0, 0.0);
+            least = least.min(value.norm_sqr());
+            argument += match before {
+                Some(before) => (value * before.conj()).arg(),
+                None if pid.ki > 0.0 && value.im > 0.0 => value.arg() - TAU,
+                None => value.arg(),
+            };
+            before = Some(value);
+        }
+        if argument.abs() < FRAC_PI_2 { least.sqrt() } else { 0.0 }
+    }
+}
+
+struct Loop<'a> {
+    plant: &'a Sampled,
+    pid: &'a PidParameters,
+}
+
+impl Loop<'_> {
+    fn at(&self, angle: f64) -> Complex<f64> {
+        let z = on_circle(angle);
+        controller(self.pid, z) * self.plant.response(z)
+    }
+
+    fn distance(&self, angle: f64) -> f64 {
+        (self.at(angle) + Complex::new(1.0, 0.0)).norm()
+    }
+
+    fn grid(&self) -> Vec<f64> {
+        let decades = (PI / LOWEST).log10();
+        let count = (decades * PER_DECADE).ceil() as usize;
+        let mut grid: Vec<f64> = (0..=count)
+            .map(|i| PI * 10.0_f64.powf(decades * (i as f64 / count as f64 - 1.0)))
+            .collect();
+        for (angle, decay) in self.plant.mode_angles() {
+            grid.extend((-20..=20).map(|k| angle + 0.3 * f64::from(k) * decay));
+        }
+        grid.retain(|a| (LOWEST..=PI).contains(a));
+        grid.sort_by(f64::total_cmp);
+        grid.dedup();
+        grid
+    }
+
+    /// Change of the argument of 1 + L from `a` to `b`, halved until no part turns much.
+    fn turn(&self, a: (f64, Complex<f64>), b: (f64, Complex<f64>), depth: u32) -> f64 {
+        let change = (b.1 / a.1).arg();
+        if change.abs() < 0.5 || depth == 0 {
+            return change;
+        }
+        let angle = 0.5 * (a.0 + b.0);
+        let middle = (angle, self.at(angle) + Complex::new(1.0, 0.0));
+        self.turn(a, middle, depth - 1) + self.turn(middle, b, depth - 1)
+    }
+
+    fn bisect(&self, mut a: f64, mut b: f64, f: impl Fn(Complex<f64>) -> f64) -> f64 {
+        let sign = f(self.at(a)) > 0.0;
+        for _ in 0..60 {
+            let middle = 0.5 * (a + b);
+            if (f(self.at(middle)) > 0.0) == sign {
+                a = middle;
+            } else {
+                b = middle;
+            }
+        }
+        0.5 * (a + b)
+    }
+
+    /// The least distance from −1 between two angles, by golden section.
+    fn least_distance(&self, mut a: f64, mut b: f64) -> f64 {
+        let ratio = 0.5 * (5.0_f64.sqrt() - 1.0);
+        for _ in 0..60 {
+            let (c, d) = (b - ratio * (b - a), a + ratio * (b - a));
+            if self.distance(c) < self.distance(d) { b = d } else { a = c }
+        }
+        self.distance(0.5 * (a + b))
+    }
+}
+
+/// The margins of a controller on a sampled plant.
+pub(crate) fn margins(plant: &Sampled, pid: &PidParameters) -> Margins {
+    let open = Loop { plant, pid };
+    let grid = open.grid();
+    let values: Vec<Complex<f64>> = grid.iter().map(|a| open.at(*a)).collect();
+    let one = Complex::new(1.0, 0.0);
+    if !is_stable(&open, &grid, &values) {
+        return Margins {
+            gain_margin_db: Some(0.0),
+            phase_margin_deg: Some(0.0),
+            delay_margin_s: Some(0.0),
+            modulus_margin: 0.0,
+            crossover_radps: None,
+        };
+    }
+    let last = grid.len() - 1;
+    let (mut gain, mut phase, mut delay) = (f64::INFINITY, None::<f64>, f64::INFINITY);
+    let mut crossover = None;
+    for k in 0..last {
+        let (a, b) = (values[k], values[k + 1]);
+        if (a.im > 0.0) != (b.im > 0.0) && a.re.min(b.re) < 0.0 {
+            let l = open.at(open.bisect(grid[k], grid[k + 1], |l| l.im));
+            // More gain reaches −1 only from inside; a jump of sign at a pole is no crossing.
+            if l.re < 0.0 && l.re > -1.0 && l.im.abs() < 1e-6 {
+                gain = gain.min(-1.0 / l.re);
+            }
+        }
+        if (a.norm() > 1.0) != (b.norm() > 1.0) {
+            let angle = open.bisect(grid[k], grid[k + 1], |l| l.norm() - 1.0);
+            let margin = (-open.at(angle)).arg();
+            if phase.is_none_or(|p| margin.abs() < p.abs()) {
+                phase = Some(margin);
+            }
+            let lag = if margin < 0.0 { margin + TAU } else { margin };
+            delay = delay.min(lag / angle * plant.sample_time);
+            crossover = Some(angle / plant.sample_time);
+        }
+    }
+    // At π/T the loop is real: it may cross there as well.
+    if values[last].re < 0.0 && values[last].re > -1.0 {
+        gain = gain.min(-1.0 / values[last].re);
+    }
+    let distance: Vec<f64> = values.iter().map(|l| (l + one).norm()).collect();
+    let mut modulus = distance.iter().copied().fold(f64::INFINITY, f64::min);
+    for k in 1..last {
+        let lowest = distance[k] <= distance[k - 1] && distance[k] <= distance[k + 1];
+        if lowest && distance[k] < 1.2 * modulus {
+            modulus = modulus.min(open.least_distance(grid[k - 1], grid[k + 1]));
+        }
+    }
+    Margins {
+        gain_margin_db: gain.is_finite().then(|| 20.0 * gain.log10()),
+        phase_margin_deg: phase.map(f64::to_degrees),
+        delay_margin_s: delay.is_finite().then_some(delay),
+        modulus_margin: modulus,
+        crossover_radps: crossover,
+    }
+}
+
+fn is_stable(open: &Loop<'_>, grid: &[f64], values: &[Complex<f64>]) -> bool {
+    let one = Complex::new(1.0, 0.0);
+    if values.iter().any(|l| !l.is_finite()) {
+        return false;
+    }
+    let turned: f64 = (1..grid.len())
+        .map(|k| open.turn((grid[k - 1], values[k - 1] + one), (grid[k], values[k] + one), 30))
+        .sum();
+    let integrators = if open.pid.ki > 0.0 { 2.0 } else { 1.0 };
+    (turned - integrators * FRAC_PI_2).abs() < 0.25 * PI
+}

@@ -1,0 +1,130 @@
+//! What a step response reaches. Between ticks the response is read linearly.
+
+use crate::simulate::Trace;
+use formats::StepMetrics;
+
+/// The metrics of the file, and the integral of the absolute error.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Metrics {
+    /// What stands in the file.
+    pub step: StepMetrics,
+    /// Integral of the absolute error over the step's height, s.
+    pub integral_absolute_error: f64,
+}
+
+/// Largest overshoot told, percent: a loop that runs away has no end.
+const RUNAWAY_PERCENT: f64 = 1e4;
+
+/// The metrics of a measured response to a step from 0 to `height`, rad, at time 0, the settling band
+/// in percent of it; `None` for an empty trace.
+///
+/// The error is read at the end of the trace; a response that is outside the band there has no
+/// settling time.
+#[must_use]
+pub fn metrics_of(trace: &Trace, height: f64, band_percent: f64) -> Option<Metrics> {
+    let n = trace.time.len();
+    (n > 0 && trace.yaw.len() == n).then(|| metrics(trace, height, band_percent))
+}
+
+/// As [`metrics_of`], for traces of the simulator, which are never empty.
+pub(crate) fn metrics(trace: &Trace, height: f64, band_percent: f64) -> Metrics {
+    let y = |k: usize| trace.yaw[k] / height;
+    let t = &trace.time;
+    let last = t.len() - 1;
+    let band = band_percent / 100.0;
+    let between = |k: usize, level: f64| {
+        // Where the response crosses a level between ticks k and k + 1.
+        t[k] + (t[k + 1] - t[k]) * ((level - y(k)) / (y(k + 1) - y(k))).clamp(0.0, 1.0)
+    };
+    let inside = |k: usize| (y(k) - 1.0).abs() <= band;
+    let settling_time_s = match (0..=last).rev().find(|&k| !inside(k)) {
+        None => Some(0.0),
+        Some(k) if k == last => None,
+        Some(k) => Some(between(k, if y(k) > 1.0 { 1.0 + band } else { 1.0 - band })),
+    };
+    let first_above = |level: f64| {
+        (0..=last)
+            .find(|&k| y(k) >= level)
+            .map(|k| if k == 0 { t[0] } else { between(k - 1, level) })
+    };
+    let rise_time_s = first_above(0.9).and_then(|high| first_above(0.1).map(|low| high - low));
+    let peak = (0..=last).map(y).fold(0.0, f64::max);
+    let mut before = 0.0;
+    let (mut largest_angle_rad, mut largest_increment_rad) = (0.0_f64, 0.0_f64);
+    for &u in &trace.steering {
+        largest_angle_rad = largest_angle_rad.max(u.abs());
+        largest_increment_rad = largest_increment_rad.max((u - before).abs());
+        before = u;
+    }
+    let integral_absolute_error = (0..last)
+        .map(|k| 0.5 * ((1.0 - y(k)).abs() + (1.0 - y(k + 1)).abs()) * (t[k + 1] - t[k]))
+        .sum();
+    let percent = |x: f64| if x.is_nan() { RUNAWAY_PERCENT } else { x.min(RUNAWAY_PERCENT) };
+    Metrics {
+        step: StepMetrics {
+            overshoot_percent: percent(100.0 * (peak - 1.0)).max(0.0),
+            settling_time_s,
+            steady_state_error_percent: percent(100.0 * (1.0 - y(last)).abs()),
+            rise_time_s,
+            largest_angle_rad,
+            largest_increment_rad,
+        },
+        integral_absolute_error,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn trace(f: impl Fn(f64) -> f64, ts: f64) -> Trace {
+        let time: Vec<f64> = (0..=(5.0 / ts).round() as usize).map(|k| k as f64 * ts).collect();
+        let yaw: Vec<f64> = time.iter().map(|t| 0.1 * f(*t)).collect();
+        let steering = time.iter().map(|t| 0.2 * (-t).exp()).collect();
+        Trace { yaw_reference: vec![0.1; time.len()], time, yaw, steering }
+    }
+
+    /// ω²/(s² + 2ζω s + ω²): overshoot exp(−πζ/√(1−ζ²)).
+    #[test]
+    fn a_second_order_response_has_its_textbook_overshoot() {
+        for (zeta, omega) in [(0.4, 3.0), (0.6, 5.0), (0.8, 4.0)] {
+            let root = f64::sqrt(1.0 - zeta * zeta);
+            let wd = omega * root;
+            let response = |t: f64| {
+                1.0 - (-zeta * omega * t).exp() * ((wd * t).cos() + zeta / root * (wd * t).sin())
+            };
+            let m = metrics(&trace(response, 0.001), 0.1, 2.0);
+            let expected = 100.0 * (-std::f64::consts::PI * zeta / root).exp();
+            assert!((m.step.overshoot_percent - expected).abs() < 1e-3);
+            // The last crossing of the band, found by bisection-free scanning at 1e-5 s.
+            let settled = (0..500_000)
+                .rev()
+                .map(|i| f64::from(i) * 1e-5)
+                .find(|t| (response(*t) - 1.0).abs() > 0.02)
+                .unwrap();
+            assert!((m.step.settling_time_s.unwrap() - settled).abs() < 5e-5);
+            assert!(m.step.largest_increment_rad == 0.2 && m.step.largest_angle_rad == 0.2);
+        }
+    }
+
+    /// 1 − e^{−t/τ}: settling τ·ln 50, rise τ·ln 9, error e^{−5/τ}, IAE τ·(1 − e^{−5/τ}).
+    #[test]
+    fn a_first_order_response_has_its_textbook_times() {
+        let tau = 0.7;
+        let m = metrics(&trace(|t| 1.0 - (-t / tau).exp(), 0.01), 0.1, 2.0);
+        assert!((m.step.settling_time_s.unwrap() - tau * 50.0_f64.ln()).abs() < 1e-4);
+        assert!((m.step.rise_time_s.unwrap() - tau * 9.0_f64.ln()).abs() < 1e-4);
+        let error = (-5.0 / tau).exp();
+        assert!((m.step.steady_state_error_percent - 100.0 * error).abs() < 1e-9);
+        assert!((m.integral_absolute_error - tau * (1.0 - error)).abs() < 1e-4);
+        assert_eq!(m.step.overshoot_percent, 0.0);
+    }
+
+    #[test]
+    fn what_never_settles_or_rises_has_no_time() {
+        let m = metrics(&trace(|t| 0.5 + 0.01 * t, 0.01), 0.1, 2.0);
+        assert_eq!((m.step.settling_time_s, m.step.rise_time_s), (None, None));
+        let m = metrics(&trace(|_| f64::NAN, 0.01), 0.1, 2.0);
+        assert!(m.step.settling_time_s.is_none() && m.step.steady_state_error_percent > 1e3);
+    }
+}

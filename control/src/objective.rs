@@ -1,0 +1,154 @@
+//! What the design minimises.
+//!
+//! Decision variables, so that plants of any gain and speed look alike: logarithms of kp·G₀
+//! (about the crossover, rad/s), ki/kp, kd/kp, the derivative's filter time, and of
+//! kp·(1 − b)/ki (the lag behind a yaw ramp). c is 0: a derivative that acts on the reference
+//! would kick, and pass on the noise of a path.
+//!
+//! Cost: first the violations of the requirements, each relative to its bound, the bounds being
+//! taken a little tighter than asked for, so that other steppings keep them. Where none is left:
+//! lag behind a ramp and absolute error (speed), distance from −1 (robustness), and gain at high
+//! frequency (noise).
+
+use crate::evaluate::{requirements, steps};
+use crate::margins::ResponseGrid;
+use crate::options::DesignOptions;
+use crate::plant::DesignPlant;
+use crate::sampled::Sampled;
+use crate::simulate::Simulator;
+use formats::{Limits, Specification};
+use std::cell::RefCell;
+use vehicle_models::PidParameters;
+
+/// Number of decision variables.
+pub(crate) const VARIABLES: usize = 5;
+/// What is aimed at, so that other steppings keep the requirements.
+pub(crate) const WITH_RESERVE: Aim = Aim { upper: [0.8, 0.95, 0.8, 0.8], modulus: 0.01 };
+/// What is aimed at where that cannot be reached; the modulus margin's coarse grid may miss a
+/// little of its minimum.
+pub(crate) const BARELY: Aim = Aim { upper: [0.98, 0.99, 0.98, 0.98], modulus: 0.006 };
+/// Modulus margin beyond which more is not paid for.
+const MODULUS_ENOUGH: f64 = 0.7;
+/// Weight of violations against the rest of the cost, which is about 1.
+const VIOLATION_WEIGHT: f64 = 100.0;
+/// Violation of an unstable loop. Its response may look harmless within the simulated time, so it
+/// is not looked at: the way out is less gain.
+const UNSTABLE: f64 = 50.0;
+/// Points of the frequency grid.
+const GRID_POINTS: usize = 120;
+
+/// How much tighter than the requirements is aimed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Aim {
+    /// Shares of the upper bounds: overshoot, settling, both steady-state errors.
+    upper: [f64; 4],
+    /// Added to the modulus margin.
+    modulus: f64,
+}
+
+/// The cost of decision variables on a plant.
+pub(crate) struct Objective {
+    pub(crate) plant: Sampled,
+    pub(crate) spec: Specification,
+    pub(crate) limits: Limits,
+    gain: f64,
+    ratio: f64,
+    grid: ResponseGrid,
+    simulator: RefCell<Simulator>,
+}
+
+impl Objective {
+    pub(crate) fn new(plant: &DesignPlant, options: &DesignOptions) -> Result<Self, crate::Error> {
+        let sampled = Sampled::new(plant, options.sample_time_s, options.loop_delay_s)?;
+        Ok(Self {
+            grid: ResponseGrid::coarse(&sampled, 0.1 / options.settling_time_s, GRID_POINTS),
+            plant: sampled,
+            spec: options.specification(),
+            limits: options.limits(plant),
+            gain: plant.gain(),
+            ratio: plant.steering_ratio,
+            simulator: RefCell::default(),
+        })
+    }
+
+    /// Lower and upper bounds of the decision variables before taking logarithms.
+    pub(crate) fn bounds(&self) -> [(f64, f64); VARIABLES] {
+        let (t, ts) = (self.spec.settling_time_s, self.plant.sample_time);
+        [
+            (0.2 / t, 40.0 / t),
+            (0.05 / t, 20.0 / t),
+            (1e-4 * t, 0.5 * t),
+            (ts, 0.2 * t + ts),
+            (1e-3 * t, t),
+        ]
+    }
+
+    /// The controller of decision variables, and by how far they lie outside their bounds.
+    pub(crate) fn controller(&self, x: &[f64]) -> (PidParameters, f64) {
+        let mut outside = 0.0;
+        let mut v = [0.0; VARIABLES];
+        for ((v, x), (low, high)) in v.iter_mut().zip(x).zip(self.bounds()) {
+            let clamped = x.clamp(low.ln(), high.ln());
+            outside += (x - clamped).powi(2);
+            *v = clamped.exp();
+        }
+        let [crossover, reset, lead, filter, lag] = v;
+        let kp = crossover / self.gain;
+        // b = 1 − lag·ki/kp, which must not turn the proportional action round.
+        let weight = 1.0 - lag * reset;
+        outside += (-weight).max(0.0);
+        let ts = self.plant.sample_time;
+        let integral_time = 1.0 / reset;
+        let parameters = PidParameters {
+            kp,
+            ki: kp * reset,
+            kd: kp * lead,
+            derivative_filter_time: filter,
+            setpoint_weight_proportional: weight.max(0.0),
+            setpoint_weight_derivative: 0.0,
+            // Åström and Hägglund: between Td and Ti; not faster than the ticks allow.
+            anti_windup_time: (integral_time * lead).sqrt().max(10.0 * ts).min(integral_time),
+            max_angle: self.limits.max_angle_rad,
+            max_increment: self.limits.max_increment_rad,
+            max_rate: self.limits.max_rate_radps,
+            sample_time: ts,
+        };
+        (parameters, outside)
+    }
+
+    /// The cost; always finite.
+    pub(crate) fn cost(&self, x: &[f64], aim: &Aim) -> f64 {
+        let (pid, outside) = self.controller(x);
+        let t = self.spec.settling_time_s;
+        let modulus = self.grid.modulus_margin(&pid);
+        if modulus == 0.0 {
+            let less = |rate: f64| (20.0 * rate * t).max(1.0).ln();
+            let gains = less(pid.kp * self.gain) + less(pid.ki / pid.kp);
+            return VIOLATION_WEIGHT * (UNSTABLE + gains + outside);
+        }
+        let mut simulator = self.simulator.borrow_mut();
+        let [step, offset] = steps(&mut simulator, &self.plant, self.ratio, &pid, &self.spec);
+        let aims = aim.upper.map(Some).into_iter().chain([None]);
+        let violation: f64 = requirements(&step.step, &offset.step, modulus, &self.spec)
+            .iter()
+            .zip(aims)
+            .map(|(r, share)| match share {
+                // An overshoot of 0 asked for is judged against a hundredth of a percent.
+                Some(share) => (r.reached / (share * r.required).max(0.01) - 1.0).max(0.0),
+                None => {
+                    let required = (r.required + aim.modulus).min(0.99);
+                    ((required - r.reached) / required).max(0.0)
+                }
+            })
+            .map(|v| v.min(1.0) + v.max(1.0).ln())
+            .sum();
+        let lag = pid.kp * (1.0 - pid.setpoint_weight_proportional) / pid.ki;
+        let speed = lag / t + step.integral_absolute_error / t;
+        let robustness = (MODULUS_ENOUGH - modulus).max(0.0) * 2.0;
+        let high_frequency =
+            1.0 + pid.kd / (pid.kp * (pid.derivative_filter_time + pid.sample_time));
+        let noise = 0.02 * high_frequency * pid.kp * self.gain * t / 5.0;
+        let cost = VIOLATION_WEIGHT * (violation + outside) + speed + robustness + noise;
+        if cost.is_finite() { cost } else { 1e12 }
+    }
+}

@@ -1,0 +1,15 @@
+//! Reference paths in arc length: composed, standard roads, and from recorded points.
+
+mod compose;
+mod geodesy;
+mod outliers;
+mod points;
+mod read;
+mod roads;
+mod spline;
+
+pub use compose::{DEFAULT_SPACING, PathComposer};
+pub use geodesy::wgs84_to_local;
+pub use points::{PointOptions, RecordedPath, from_points};
+pub use read::{RecordedPoints, path_from_csv, read_points};
+pub use roads::{RoadOptions, double_lane_change, reference_road, s_curve};

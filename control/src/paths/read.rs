@@ -1,0 +1,146 @@
+//! Recorded points from comma-separated tables.
+
+use super::geodesy::wgs84_to_local;
+use super::points::{PointOptions, RecordedPath, from_points};
+use crate::Error;
+
+/// Positions in a local plane, in the order of the file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RecordedPoints {
+    /// x, or east of the first point, m.
+    pub x_m: Vec<f64>,
+    /// y, or north of the first point, m.
+    pub y_m: Vec<f64>,
+    /// Whether they came from latitude and longitude.
+    pub geodetic: bool,
+}
+
+/// Reads the columns `x_m` and `y_m`, or `latitude_deg` and `longitude_deg` (with `altitude_m`
+/// where there is one); other columns are left alone. `file` is named in errors.
+///
+/// # Errors
+/// [`Error::PointFile`] with the place of the first fault.
+pub fn read_points(text: &str, file: &str) -> Result<RecordedPoints, Error> {
+    let fault = |line: u64, column: usize, problem: String| Error::PointFile {
+        file: file.into(),
+        line,
+        column,
+        problem,
+    };
+    let text = text.trim_start_matches('\u{feff}');
+    let mut reader = csv::ReaderBuilder::new()
+        .trim(csv::Trim::All)
+        .comment(Some(b'#'))
+        .flexible(true)
+        .from_reader(text.as_bytes());
+    let header = reader.headers().map_err(|e| fault(1, 1, e.to_string()))?.clone();
+    let place = |name: &str| header.iter().position(|h| h == name);
+    let (columns, geodetic) = match (
+        (place("x_m"), place("y_m")),
+        (place("latitude_deg"), place("longitude_deg")),
+    ) {
+        ((Some(x), Some(y)), _) => (vec![("x_m", x), ("y_m", y)], false),
+        (_, (Some(lat), Some(lon))) => {
+            let mut columns = vec![("latitude_deg", lat), ("longitude_deg", lon)];
+            columns.extend(place("altitude_m").map(|h| ("altitude_m", h)));
+            (columns, true)
+        }
+        _ => {
+            let line = header.position().map_or(1, csv::Position::line);
+            let have = header.iter().collect::<Vec<_>>().join(", ");
+            return Err(fault(
+                line,
+                1,
+                format!(
+                    "no columns x_m and y_m, nor latitude_deg and longitude_deg (there are: {have})"
+                ),
+            ));
+        }
+    };
+    let mut values = vec![Vec::new(); columns.len()];
+    for record in reader.records() {
+        let record = record
+            .map_err(|e| fault(e.position().map_or(1, csv::Position::line), 1, e.to_string()))?;
+        let line = record.position().map_or(1, |p| line_of_record(text, p));
+        for ((name, field), values) in columns.iter().zip(&mut values) {
+            let column = 1 + record.iter().take(*field).map(|f| f.len() + 1).sum::<usize>();
+            let text = record.get(*field).ok_or_else(|| {
+                fault(
+                    line,
+                    column,
+                    format!("the row has no {name}: it has {} fields", record.len()),
+                )
+            })?;
+            let value: f64 = text
+                .parse()
+                .map_err(|_| fault(line, column, format!("{name} is `{text}`, not a number")))?;
+            let limit = match *name {
+                "latitude_deg" => 90.0,
+                "longitude_deg" => 360.0,
+                _ => 1e8,
+            };
+            if !(value.is_finite() && value.abs() <= limit) {
+                return Err(fault(line, column, format!("{name} is {text}, beyond ±{limit}")));
+            }
+            values.push(value);
+        }
+    }
+    let mut values = values.into_iter();
+    let (first, second, third) =
+        (values.next().unwrap_or_default(), values.next().unwrap_or_default(), values.next());
+    let (x_m, y_m) =
+        if geodetic { wgs84_to_local(&first, &second, third.as_deref()) } else { (first, second) };
+    Ok(RecordedPoints { x_m, y_m, geodetic })
+}
+
+/// The reader counts blank lines and comments before a record as the record's own.
+fn line_of_record(text: &str, position: &csv::Position) -> u64 {
+    let start = usize::try_from(position.byte()).unwrap_or(usize::MAX);
+    let rest = text.get(start..).unwrap_or_default();
+    let skipped =
+        rest.lines().take_while(|l| l.trim().is_empty() || l.trim_start().starts_with('#')).count();
+    position.line() + skipped as u64
+}
+
+/// Reads a table of points and makes a path of it.
+///
+/// # Errors
+/// As [`read_points`] and [`from_points`].
+pub fn path_from_csv(
+    text: &str,
+    file: &str,
+    options: &PointOptions,
+) -> Result<RecordedPath, Error> {
+    let points = read_points(text, file)?;
+    let mut recorded = from_points(&points.x_m, &points.y_m, options)?;
+    recorded.path.provenance.sources =
+        vec![formats::SourceFile::of(std::path::Path::new(file), text.as_bytes())];
+    Ok(recorded)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn faults_name_file_line_and_column() {
+        let error = read_points("time_s,x_m,y_m\n0,1,2\n0.1,3,oops\n", "track.csv").unwrap_err();
+        assert_eq!(error.to_string(), "track.csv:3:7: y_m is `oops`, not a number");
+        let error = read_points("x_m,y_m\n0,1\n\n2\n", "track.csv").unwrap_err();
+        assert!(error.to_string().starts_with("track.csv:4:3: the row has no y_m"), "{error}");
+        let error = read_points("a,b\n0,1\n", "track.csv").unwrap_err();
+        assert!(error.to_string().contains("there are: a, b"), "{error}");
+        assert!(error.hint().contains("latitude_deg"));
+        let error = read_points("latitude_deg,longitude_deg\n91,1\n", "track.csv").unwrap_err();
+        assert!(error.to_string().contains("beyond ±90"), "{error}");
+        let error = read_points("x_m,y_m\nNaN,1\n", "track.csv").unwrap_err();
+        assert!(error.to_string().contains("x_m is NaN"), "{error}");
+        assert!(read_points("", "empty.csv").is_err());
+    }
+
+    #[test]
+    fn metres_come_as_they_are() {
+        let points = read_points("\u{feff}x_m, y_m\n1.5, -2\n", "t.csv").unwrap();
+        assert_eq!((points.x_m, points.y_m, points.geodetic), (vec![1.5], vec![-2.0], false));
+    }
+}

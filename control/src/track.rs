@@ -1,0 +1,300 @@
+//! The whole loop in one process: plant, path and controller, stepped as a master steps the FMUs.
+//!
+//! Gauss–Seidel, in the order plant, path, PID: each uses what the one before has just computed,
+//! and no delay enters the loop. Jacobi: all use what stood at the start of the step, which delays
+//! the yaw loop by a step and the loop through the path by two. The step is the controller's
+//! sample time. Tick 0 sees the initial pose, on the path and along it.
+
+use crate::Error;
+use crate::guidance::guidance_for;
+use crate::simulate::pid_parameters;
+use formats::{Bicycle, Guidance, InputKind, Path, Pid as PidFile, Plant};
+use std::sync::Arc;
+use vehicle_models::{
+    BicyclePlant, Continuous, GuidanceParameters, IdentifiedData, IdentifiedModel, IdentifiedPlant,
+    PathFollower, PathGeometry, PathOutput, PathPoint, Pid, PidInput,
+};
+
+/// A plant that drives.
+#[derive(Debug, Clone)]
+pub enum PlantModel {
+    /// From a log.
+    Identified(Box<IdentifiedPlant>),
+    /// Eq 13.
+    Bicycle(Box<BicyclePlant>),
+}
+
+/// Who waits for whom.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Master {
+    /// One after the other: plant, path, PID.
+    GaussSeidel,
+    /// All at once.
+    Jacobi,
+}
+
+/// A drive along a path; a row for each tick.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct TrackTrace {
+    /// Time, s.
+    pub time: Vec<f64>,
+    /// Position, m.
+    pub x: Vec<f64>,
+    /// Position, m.
+    pub y: Vec<f64>,
+    /// Yaw, rad.
+    pub yaw: Vec<f64>,
+    /// Yaw rate, rad/s.
+    pub yaw_rate: Vec<f64>,
+    /// What the path asked for, rad.
+    pub yaw_reference: Vec<f64>,
+    /// Steering angle, rad, in steering coordinates.
+    pub steering: Vec<f64>,
+    /// Distance from the path, m, positive to the left.
+    pub cross_track_error: Vec<f64>,
+    /// Yaw minus the path's heading, rad.
+    pub heading_error: Vec<f64>,
+    /// Distance along the path, m.
+    pub distance: Vec<f64>,
+    /// Whether the end of the path was reached.
+    pub finished: bool,
+}
+
+impl TrackTrace {
+    /// Root mean square of the cross-track error, m.
+    #[must_use]
+    pub fn rms_cross_track_error(&self) -> f64 {
+        let sum: f64 = self.cross_track_error.iter().map(|e| e * e).sum();
+        (sum / self.cross_track_error.len().max(1) as f64).sqrt()
+    }
+
+    /// Largest cross-track error to either side, m.
+    #[must_use]
+    pub fn largest_cross_track_error(&self) -> f64 {
+        self.cross_track_error.iter().fold(0.0, |m, e| m.max(e.abs()))
+    }
+}
+
+impl PlantModel {
+    /// The plant of `plant.json`, at the speed of its identification.
+    ///
+    /// # Errors
+    /// [`Error::Model`] where the model contradicts itself.
+    pub fn from_plant(plant: &Plant) -> Result<Self, Error> {
+        let model = IdentifiedModel::new(identified_data(plant)).map_err(fault(&plant.name))?;
+        Ok(Self::Identified(Box::new(IdentifiedPlant::new(Arc::new(model)))))
+    }
+
+    /// The plant of `bicycle.json`, at its speed.
+    ///
+    /// # Errors
+    /// [`Error::Model`] where the values are not those of a vehicle.
+    pub fn from_bicycle(bicycle: &Bicycle) -> Result<Self, Error> {
+        let vehicle = &bicycle.vehicle;
+        let mut plant =
+            BicyclePlant::new(crate::bicycle::parameters(vehicle)).map_err(fault(&vehicle.name))?;
+        plant.speed = vehicle.speed_mps;
+        Ok(Self::Bicycle(Box::new(plant)))
+    }
+
+    fn start(&mut self, pose: &formats::PathPoint, speed: f64) -> Result<(), Error> {
+        let (x, y, yaw) = (pose.x_m, pose.y_m, pose.heading_rad);
+        match self {
+            Self::Identified(p) => {
+                (p.initial_x, p.initial_y, p.initial_yaw, p.speed) = (x, y, yaw, speed);
+                p.start();
+                Ok(())
+            }
+            Self::Bicycle(p) => {
+                (p.initial_x, p.initial_y, p.initial_yaw, p.speed) = (x, y, yaw, speed);
+                p.start().map_err(fault("bicycle"))
+            }
+        }
+    }
+
+    fn step(&mut self, steering: f64, h: f64) -> Result<(), Error> {
+        match self {
+            Self::Identified(p) => {
+                p.steering_angle = steering;
+                p.step(h).map_err(fault("plant"))
+            }
+            Self::Bicycle(p) => {
+                p.steering_angle = steering;
+                p.step(h).map_err(fault("bicycle"))
+            }
+        }
+    }
+
+    /// x, y, yaw, yaw rate.
+    fn outputs(&self) -> [f64; 4] {
+        match self {
+            Self::Identified(p) => [p.x(), p.y(), p.yaw(), p.yaw_rate()],
+            Self::Bicycle(p) => [p.x(), p.y(), p.yaw(), p.yaw_rate()],
+        }
+    }
+}
+
+fn fault(model: &str) -> impl Fn(vehicle_models::Error) -> Error + '_ {
+    move |e| Error::Model { model: model.into(), problem: e.to_string() }
+}
+
+fn identified_data(plant: &Plant) -> IdentifiedData {
+    let flat = |m: &formats::Matrix| m.0.iter().flatten().copied().collect::<Vec<f64>>();
+    let d = &plant.discrete;
+    IdentifiedData {
+        sample_time: d.sample_time_s,
+        a: flat(&d.a),
+        b: flat(&d.b),
+        c: flat(&d.c),
+        d: d.d.at(0, 0),
+        k: flat(&d.k),
+        continuous: plant.continuous.as_ref().map(|c| Continuous {
+            f: flat(&c.f),
+            g: flat(&c.g),
+            h: flat(&c.h),
+        }),
+        input: match plant.input {
+            InputKind::Steering => vehicle_models::InputKind::Steering,
+            InputKind::SteeringTimesSpeed => vehicle_models::InputKind::SteeringTimesSpeed,
+        },
+        delay: plant.input_delay_s,
+        steering_offset: plant.operating_point.steering_offset_rad,
+        yaw_rate_offset: plant.operating_point.yaw_rate_offset_radps,
+        speed: plant.operating_point.speed_mps,
+        innovation_std: plant.noise.innovation_variance.sqrt(),
+    }
+}
+
+/// The geometry of a path document.
+///
+/// # Errors
+/// [`Error::Model`] where the points contradict each other.
+pub fn path_geometry(path: &Path) -> Result<PathGeometry, Error> {
+    let points: Vec<PathPoint> = path
+        .points
+        .iter()
+        .map(|p| PathPoint {
+            distance: p.distance_m,
+            x: p.x_m,
+            y: p.y_m,
+            heading: p.heading_rad,
+            curvature: p.curvature_per_m,
+        })
+        .collect();
+    PathGeometry::new(&points, path.closed).map_err(fault(&path.name))
+}
+
+/// Drives along a path at its speed, with [`guidance_for`] the controller, until the path ends or
+/// `duration` seconds are over.
+///
+/// # Errors
+/// [`Error::Model`] where the path or the plant cannot be stepped.
+pub fn track(
+    plant: PlantModel,
+    pid: &PidFile,
+    path: &Path,
+    duration: f64,
+    master: Master,
+) -> Result<TrackTrace, Error> {
+    track_with(plant, pid, path, &guidance_for(pid, path.speed_mps), duration, master)
+}
+
+/// As [`track`], with a guidance of one's own.
+///
+/// # Errors
+/// As [`track`].
+pub fn track_with(
+    mut plant: PlantModel,
+    pid: &PidFile,
+    path: &Path,
+    guidance: &Guidance,
+    duration: f64,
+    master: Master,
+) -> Result<TrackTrace, Error> {
+    if !(duration.is_finite() && duration > 0.0) {
+        let (option, value) = ("duration", duration);
+        return Err(Error::Option { option, value, must: "greater than 0" });
+    }
+    let Some(start) = path.points.first() else {
+        return Err(Error::TooFewPoints { got: 0, need: 2 });
+    };
+    let law = GuidanceParameters {
+        lookahead_time: guidance.lookahead_time_s,
+        lookahead_min: guidance.lookahead_min_m,
+        preview_time: guidance.preview_time_s,
+        feedforward_gain: guidance.feedforward_gain_radm,
+        sideslip_per_yaw_rate: guidance.sideslip_per_yaw_rate_s,
+    };
+    let speed = path.speed_mps;
+    let mut follower = PathFollower::new(Arc::new(path_geometry(path)?));
+    let parameters = pid_parameters(pid);
+    let mut controller = Pid::default();
+    let mut tick = |guide: &PathOutput, yaw: f64| {
+        let input = PidInput {
+            yaw_reference: guide.yaw_reference,
+            yaw,
+            steering_feedforward: guide.steering_feedforward,
+            enabled: true,
+        };
+        controller.tick(&parameters, &input).steering_angle
+    };
+    let follow = |follower: &mut PathFollower, [x, y, yaw, _]: [f64; 4]| {
+        let out = follower.evaluate(&law, x, y, yaw, speed);
+        follower.commit(&out);
+        out
+    };
+    plant.start(start, speed)?;
+    let h = pid.sample_time_s;
+    let ticks = (duration / h).round() as usize;
+    let mut pose = plant.outputs();
+    let mut guide = follow(&mut follower, pose);
+    // What stands on the PID's and the path's connections, which a Jacobi master reads late.
+    let (mut stale_pose, mut stale_guide) = (pose, guide);
+    let mut steering = tick(&guide, pose[2]);
+    let mut trace = TrackTrace::default();
+    for k in 0..=ticks {
+        trace.push(k as f64 * h, pose, &guide, &stale_guide, steering, master);
+        if guide.finished {
+            trace.finished = true;
+            break;
+        }
+        plant.step(steering, h)?;
+        pose = plant.outputs();
+        let next = follow(&mut follower, pose);
+        steering = match master {
+            Master::GaussSeidel => tick(&next, pose[2]),
+            Master::Jacobi => {
+                let steering = tick(&stale_guide, stale_pose[2]);
+                // The path has just seen the pose of the step's start: `guide`.
+                (stale_pose, stale_guide) = (pose, guide);
+                steering
+            }
+        };
+        guide = next;
+    }
+    Ok(trace)
+}
+
+impl TrackTrace {
+    fn push(
+        &mut self,
+        time: f64,
+        pose: [f64; 4],
+        guide: &PathOutput,
+        stale: &PathOutput,
+        steering: f64,
+        master: Master,
+    ) {
+        let seen = if master == Master::Jacobi { stale } else { guide };
+        self.time.push(time);
+        self.x.push(pose[0]);
+        self.y.push(pose[1]);
+        self.yaw.push(pose[2]);
+        self.yaw_rate.push(pose[3]);
+        self.yaw_reference.push(seen.yaw_reference);
+        self.steering.push(steering);
+        self.cross_track_error.push(guide.cross_track_error);
+        self.heading_error.push(guide.heading_error);
+        self.distance.push(guide.distance);
+    }
+}

@@ -1,0 +1,218 @@
+//! Designs meet their specification on plants of all kinds, or say by how much they do not.
+
+#![allow(clippy::expect_used)]
+
+mod common;
+
+use common::{car, identified, identified_car, transfer};
+use control::{DesignOptions, DesignPlant, Error, design, evaluate, step_metrics, step_response};
+use formats::{Document, Pid, SourceFile};
+
+fn source() -> SourceFile {
+    SourceFile::of(std::path::Path::new("plant.json"), b"{}")
+}
+
+fn designed(plant: &DesignPlant, options: &DesignOptions) -> Pid {
+    design(plant, &source(), options).expect("a design")
+}
+
+/// The evidence is what the response shows, read here without the crate's metrics.
+fn assert_meets(plant: &DesignPlant, pid: &Pid) {
+    let evidence = &pid.evidence;
+    assert!(evidence.met && evidence.shortfalls.is_empty(), "{}: {evidence:?}", plant.name);
+    let spec = &pid.specification;
+    let step = spec.step_rad;
+    assert!((step.to_degrees() - 5.0).abs() < 1e-12);
+    let trace = step_response(plant, pid, false, 5.0).expect("a response");
+    for (t, y) in trace.time.iter().zip(&trace.yaw) {
+        let percent = 100.0 * (y / step - 1.0);
+        assert!(percent <= spec.overshoot_percent, "{percent} % at {t}");
+        if *t >= spec.settling_time_s {
+            assert!(percent.abs() <= spec.steady_state_error_percent, "{percent} % at {t}");
+        }
+    }
+    let disturbed = step_response(plant, pid, true, 5.0).expect("a response");
+    let last = disturbed.yaw[disturbed.yaw.len() - 1];
+    assert!(100.0 * (last / step - 1.0).abs() <= spec.steady_state_error_percent);
+    assert!(evidence.margins.modulus_margin >= spec.modulus_margin);
+    let angle = trace.steering.iter().fold(0.0_f64, |m, u| m.max(u.abs()));
+    assert!(angle <= pid.limits.max_angle_rad);
+}
+
+#[test]
+fn a_typical_car_in_steering_and_road_wheel_coordinates() {
+    let designs = [1.0, 15.0].map(|ratio| {
+        let plant = DesignPlant::from_bicycle(&car(ratio)).expect("a plant");
+        let pid = designed(&plant, &DesignOptions::default());
+        assert_meets(&plant, &pid);
+        assert!((pid.limits.max_angle_rad / ratio - 22.0_f64.to_radians()).abs() < 1e-12);
+        assert!((pid.limits.max_increment_rad / ratio - 15.0_f64.to_radians()).abs() < 1e-12);
+        assert_eq!(Pid::from_json(&pid.to_json(), "pid.json").expect("the same"), pid);
+        pid
+    });
+    // The same car: gains scale with the ratio.
+    let (a, b) = (&designs[0], &designs[1]);
+    assert!((b.gains.kp / a.gains.kp / 15.0 - 1.0).abs() < 0.05);
+    assert_eq!(a.designed_for.speed_mps, 15.0);
+    assert_eq!(a.designed_for.model, "bicycle");
+}
+
+#[test]
+fn plants_of_first_second_and_fourth_order() {
+    for (i, mut plant) in [
+        transfer(&[40.0], &[8.0], 0.0),
+        transfer(&[40.0], &[8.0], 0.05),
+        transfer(&[6.0, 300.0], &[9.0, 60.0], 0.0),
+        transfer(&[300.0], &[14.0, 60.0], 0.0),
+        // (s² + 8s + 40)(s + 30)(s + 40): a mode and two lags.
+        transfer(&[4000.0, 200_000.0], &[78.0, 1800.0, 12_400.0, 48_000.0], 0.0),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        plant.name = format!("plant {i}");
+        let pid = designed(&plant, &DesignOptions::default());
+        assert_meets(&plant, &pid);
+    }
+}
+
+#[test]
+fn a_discrete_plant_is_designed_for_on_its_own_grid() {
+    let mut plant = identified_car();
+    let continuous = DesignPlant::from_plant(&plant).expect("a plant");
+    plant.continuous = None;
+    let discrete = DesignPlant::from_plant(&plant).expect("a plant");
+    assert!((discrete.gain() / continuous.gain() - 1.0).abs() < 1e-9);
+    let pid = designed(&discrete, &DesignOptions::default());
+    assert_meets(&discrete, &pid);
+    let fine = DesignOptions { sample_time_s: 0.015, ..Default::default() };
+    let error = design(&discrete, &source(), &fine).expect_err("no multiple of the grid");
+    assert!(matches!(error, Error::SampleTimeMismatch { .. }), "{error}");
+    assert!(error.hint().contains("0.01 s"));
+}
+
+#[test]
+fn delays_of_loop_and_plant_are_designed_for() {
+    let plant = DesignPlant::from_bicycle(&car(1.0)).expect("a plant");
+    let options = DesignOptions { loop_delay_s: 0.06, ..Default::default() };
+    let pid = designed(&plant, &options);
+    assert_meets(&plant, &pid);
+    assert_eq!(pid.designed_for.loop_delay_s, 0.06);
+    // The same delay in the plant is the same to the loop.
+    let mut delayed = plant.clone();
+    delayed.input_delay = 0.06;
+    let other = designed(&delayed, &DesignOptions::default());
+    assert_eq!(pid.gains, other.gains);
+    // Without the delay the margins only grow.
+    let mut quick = pid.clone();
+    quick.designed_for.loop_delay_s = 0.0;
+    let without = evaluate(&plant, &quick).expect("evidence");
+    assert!(without.margins.modulus_margin > pid.evidence.margins.modulus_margin);
+}
+
+#[test]
+fn a_steering_times_speed_model_is_read_at_its_speed() {
+    let mut plant = identified(&[-8.0], &[40.0], &[1.0], 0.01, 0.0);
+    let steering = DesignPlant::from_plant(&plant).expect("a plant");
+    plant.input = formats::InputKind::SteeringTimesSpeed;
+    let product = DesignPlant::from_plant(&plant).expect("a plant");
+    assert!((product.gain() / steering.gain() - 15.0).abs() < 1e-9);
+}
+
+#[test]
+fn what_cannot_be_met_is_told_by_how_much() {
+    let plant = DesignPlant::from_bicycle(&car(1.0)).expect("a plant");
+    // 0.5 degrees of steering turn 5 degrees in 2 s at best.
+    let weak = DesignOptions { max_angle_rad: Some(0.5_f64.to_radians()), ..Default::default() };
+    let pid = designed(&plant, &weak);
+    assert!(!pid.evidence.met);
+    assert!(pid.evidence.step.largest_angle_rad <= 0.5_f64.to_radians() + 1e-12);
+    let settling = pid
+        .evidence
+        .shortfalls
+        .iter()
+        .find(|s| s.requirement == "settling_time_s")
+        .expect("it cannot settle in time");
+    assert!(settling.required == 1.0 && settling.reached > 1.5, "{settling:?}");
+
+    let hasty = DesignOptions { settling_time_s: 0.05, ..Default::default() };
+    let pid = designed(&plant, &hasty);
+    assert!(!pid.evidence.met && !pid.evidence.shortfalls.is_empty());
+
+    let slow = DesignOptions { sample_time_s: 0.4, ..Default::default() };
+    let error = design(&plant, &source(), &slow).expect_err("too slow");
+    assert!(matches!(error, Error::SampleTimeTooLong { need: 4, .. }), "{error}");
+    assert!(error.hint().contains("0.25 s"), "{}", error.hint());
+}
+
+/// Non-minimum phase and slow: no design meets a second, and none is unstable.
+#[test]
+fn a_plant_that_first_turns_the_wrong_way_still_gets_a_stable_loop() {
+    let plant = transfer(&[-6.0, 12.0], &[5.0, 6.0], 0.1);
+    let pid = designed(&plant, &DesignOptions::default());
+    assert!(!pid.evidence.met);
+    assert!(pid.evidence.margins.modulus_margin > 0.3, "{:?}", pid.evidence.margins);
+}
+
+#[test]
+fn plants_nobody_can_steer_are_refused() {
+    let refused = |f: &[f64], g: &[f64], h: &[f64]| {
+        let plant = identified(f, g, h, 0.01, 0.0);
+        let errors = [true, false].map(|continuous| {
+            let mut plant = plant.clone();
+            if !continuous {
+                plant.continuous = None;
+            }
+            DesignPlant::from_plant(&plant).expect_err("refused")
+        });
+        assert_eq!(
+            std::mem::discriminant(&errors[0]),
+            std::mem::discriminant(&errors[1]),
+            "{errors:?}"
+        );
+        assert!(!errors[0].hint().is_empty());
+        errors[0].to_string()
+    };
+    assert!(refused(&[0.5], &[1.0], &[1.0]).contains("unstable"));
+    assert!(refused(&[0.0], &[1.0], &[1.0]).contains("unstable"));
+    assert!(refused(&[-5.0], &[1.0], &[-1.0]).contains("steady-state gain"));
+    assert!(refused(&[-5.0], &[0.0], &[1.0]).contains("steady-state gain"));
+    for bad in [
+        DesignOptions { overshoot_percent: -1.0, ..Default::default() },
+        DesignOptions { loop_delay_s: -0.1, ..Default::default() },
+        DesignOptions { loop_delay_s: 20.0, ..Default::default() },
+        DesignOptions { modulus_margin: 1.0, ..Default::default() },
+        DesignOptions { settling_time_s: f64::NAN, ..Default::default() },
+        DesignOptions { max_angle_rad: Some(0.0), ..Default::default() },
+        DesignOptions { sample_time_s: 0.0, ..Default::default() },
+    ] {
+        let plant = DesignPlant::from_bicycle(&car(1.0)).expect("a plant");
+        assert!(design(&plant, &source(), &bad).is_err(), "{bad:?}");
+    }
+}
+
+#[test]
+fn the_same_input_gives_the_same_file() {
+    let plant = DesignPlant::from_bicycle(&car(1.0)).expect("a plant");
+    let text = || designed(&plant, &DesignOptions::default()).to_json();
+    assert_eq!(text(), text());
+    let other = DesignOptions { seed: 7, ..Default::default() };
+    assert_meets(&plant, &designed(&plant, &other));
+}
+
+/// A controller is judged on another plant than its own, and not on one of other coordinates.
+#[test]
+fn controllers_are_compared_across_plants() {
+    let own = DesignPlant::from_bicycle(&car(1.0)).expect("a plant");
+    let pid = designed(&own, &DesignOptions::default());
+    assert_eq!(evaluate(&own, &pid).expect("evidence"), pid.evidence);
+    let other = transfer(&[40.0], &[8.0], 0.08);
+    let evidence = evaluate(&other, &pid).expect("evidence");
+    assert!(evidence.margins.modulus_margin < pid.evidence.margins.modulus_margin);
+    let metrics = step_metrics(&other, &pid, false).expect("metrics");
+    assert_eq!(metrics.step, evidence.step);
+    assert!(metrics.integral_absolute_error > 0.05);
+    let wheel = DesignPlant::from_bicycle(&car(15.0)).expect("a plant");
+    let error = evaluate(&wheel, &pid).expect_err("another steering angle");
+    assert_eq!(error, Error::SteeringRatio { pid: 1.0, plant: 15.0 });
+}

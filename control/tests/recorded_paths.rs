@@ -1,0 +1,197 @@
+//! Paths from recorded positions: known curves with noise and faults, and the recordings of
+//! tests/data.
+
+#![allow(clippy::expect_used)]
+
+use control::Error;
+use control::paths::{PointOptions, RecordedPath, from_points, path_from_csv, read_points};
+use std::f64::consts::TAU;
+
+fn data(name: &str) -> (String, String) {
+    let path = format!("{}/../tests/data/{name}", env!("CARGO_MANIFEST_DIR"));
+    (std::fs::read_to_string(&path).expect("the recording"), name.to_owned())
+}
+
+fn fault(result: Result<RecordedPath, Error>) -> Error {
+    result.map(|_| ()).expect_err("a fault")
+}
+
+/// Uniform in (−1, 1) from a linear congruence, so that the tests draw the same each time.
+fn noise(state: &mut u64) -> f64 {
+    *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+    (*state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+}
+
+fn circle(radius: f64, spacing: f64, turn: f64, sigma: f64) -> (Vec<f64>, Vec<f64>) {
+    let mut state = 7;
+    let n = (turn * radius / spacing) as usize;
+    (0..n)
+        .map(|i| {
+            let a = i as f64 * spacing / radius;
+            let mut e = || sigma * 3.0_f64.sqrt() * noise(&mut state);
+            (radius * a.sin() + e(), radius * (1.0 - a.cos()) + e())
+        })
+        .unzip()
+}
+
+#[test]
+fn a_noisy_circle_has_its_curvature_heading_and_length() {
+    let (x, y) = circle(50.0, 1.5, 4.0, 0.02);
+    let recorded = from_points(&x, &y, &PointOptions::default()).expect("a path");
+    let points = &recorded.path.points;
+    let inner = &points[40..points.len() - 40];
+    for p in inner {
+        assert!((p.curvature_per_m - 0.02).abs() < 0.002, "{p:?}");
+        let radius = p.x_m.hypot(p.y_m - 50.0);
+        assert!((radius - 50.0).abs() < 0.03, "{radius}");
+        let heading = p.x_m.atan2(50.0 - p.y_m);
+        assert!((p.heading_rad - heading).sin().abs() < 0.005, "{p:?}");
+    }
+    // Heading is not wrapped.
+    assert!((points[points.len() - 1].heading_rad - 4.0).abs() < 0.1);
+    let length = points[points.len() - 1].distance_m;
+    assert!((length - 50.0 * 4.0).abs() < 2.0, "{length}");
+    assert!(recorded.rms_distance_m < 0.025 && recorded.warnings.is_empty());
+}
+
+/// Noise as large as the spacing lengthens the way from point to point by half; the path must not
+/// grow with it.
+#[test]
+fn noise_does_not_lengthen_the_path() {
+    let (x, y) = circle(200.0, 0.5, 2.0, 0.3);
+    let options = PointOptions { smoothing_length: 60.0, largest_jump: 5.0, ..Default::default() };
+    let recorded = from_points(&x, &y, &options).expect("a path");
+    let length = recorded.path.points[recorded.path.points.len() - 1].distance_m;
+    let raw: f64 = (1..x.len()).map(|i| (x[i] - x[i - 1]).hypot(y[i] - y[i - 1])).sum();
+    assert!(raw > 1.2 * 400.0, "{raw}");
+    assert!((length / 400.0 - 1.0).abs() < 5e-4, "{length}");
+    let points = &recorded.path.points;
+    for p in &points[points.len() / 6..5 * points.len() / 6] {
+        assert!((p.curvature_per_m - 0.005).abs() < 5e-4, "{p:?}");
+    }
+}
+
+#[test]
+fn a_closed_track_meets_its_start() {
+    let (x, y) = circle(30.0, 1.0, TAU - 0.02, 0.01);
+    let options = PointOptions { closed: true, ..Default::default() };
+    let path = from_points(&x, &y, &options).expect("a path").path;
+    let (first, last) = (path.points[0], path.points[path.points.len() - 1]);
+    assert!(path.closed);
+    assert!((last.distance_m - TAU * 30.0).abs() < 0.5, "{}", last.distance_m);
+    assert!((last.heading_rad - first.heading_rad - TAU).abs() < 1e-3);
+    for w in path.points.windows(2) {
+        assert!((w[1].x_m - w[0].x_m).hypot(w[1].y_m - w[0].y_m) < 0.51);
+        assert!((w[1].curvature_per_m - 1.0 / 30.0).abs() < 0.004, "{:?}", w[1]);
+    }
+}
+
+#[test]
+fn repeated_points_and_single_outliers_are_left_out_with_a_word() {
+    let (mut x, mut y) = circle(50.0, 1.0, 3.0, 0.0);
+    y[70] += 6.0;
+    let (x70, y70) = (x[20], y[20]);
+    for _ in 0..5 {
+        x.insert(20, x70);
+        y.insert(20, y70);
+    }
+    let recorded = from_points(&x, &y, &PointOptions::default()).expect("a path");
+    assert_eq!(recorded.warnings.len(), 2, "{:?}", recorded.warnings);
+    assert!(recorded.warnings[0].contains("5 of"), "{}", recorded.warnings[0]);
+    assert!(recorded.warnings[1].contains("point 76"), "{}", recorded.warnings[1]);
+    assert!(recorded.largest_distance_m < 0.05, "{}", recorded.largest_distance_m);
+}
+
+#[test]
+fn jumps_and_nonsense_are_refused() {
+    let (mut x, y) = circle(50.0, 1.0, 3.0, 0.0);
+    for x in &mut x[60..] {
+        *x -= 10.0;
+    }
+    let error = fault(from_points(&x, &y, &PointOptions::default()));
+    assert!(matches!(error, Error::Jump { after: 60, .. }), "{error}");
+    assert!(error.hint().contains("jump"));
+
+    let error = fault(from_points(&[1.0; 9], &[2.0; 9], &PointOptions::default()));
+    assert_eq!(error, Error::TooFewPoints { got: 1, need: 4 });
+    assert!(from_points(&[], &[], &PointOptions::default()).is_err());
+    assert!(from_points(&[0.0, f64::NAN], &[0.0, 1.0], &PointOptions::default()).is_err());
+    assert!(from_points(&[0.0, 1.0], &[0.0], &PointOptions::default()).is_err());
+
+    // A random walk has no curvature that a car could follow.
+    let mut state = 3;
+    let (x, y): (Vec<f64>, Vec<f64>) =
+        (0..400).map(|_| (3.0 * noise(&mut state), 3.0 * noise(&mut state))).unzip();
+    let options = PointOptions { max_curvature: 0.02, largest_jump: 100.0, ..Default::default() };
+    assert!(from_points(&x, &y, &options).is_err());
+}
+
+#[test]
+fn curvature_stays_within_its_bound() {
+    // A right-angled corner.
+    let x: Vec<f64> = (0..120).map(|i| f64::from(i.min(60))).collect();
+    let y: Vec<f64> = (0..120).map(|i| f64::from((i - 60).max(0))).collect();
+    let options = PointOptions { max_curvature: 0.06, largest_jump: 3.0, ..Default::default() };
+    let recorded = from_points(&x, &y, &options).expect("a path");
+    assert!(recorded.smoothing_length_m > 20.0 && recorded.warnings.len() == 1);
+    for p in &recorded.path.points {
+        assert!(p.curvature_per_m.abs() <= 0.06);
+    }
+}
+
+/// The RAV4's minute: 1014 m, bending by less than a degree from end to end.
+#[test]
+fn the_city_street() {
+    let (text, name) = data("comma2k19/gnss_pose.csv");
+    let points = read_points(&text, &name).expect("positions");
+    assert!(points.geodetic && points.x_m.len() == 1200);
+    let options = PointOptions { speed: 16.8, ..Default::default() };
+    let recorded = path_from_csv(&text, &name, &options).expect("a path");
+    let path = &recorded.path.points;
+    println!(
+        "rms {:.4} m, largest {:.4} m, {} points, length {:.1} m",
+        recorded.rms_distance_m,
+        recorded.largest_distance_m,
+        path.len(),
+        path[path.len() - 1].distance_m
+    );
+    // As long as the way from point to point, and as the CAN speed says (1004 m within 1 %).
+    let raw: f64 = (1..1200)
+        .map(|i| (points.x_m[i] - points.x_m[i - 1]).hypot(points.y_m[i] - points.y_m[i - 1]))
+        .sum();
+    let length = path[path.len() - 1].distance_m;
+    assert!((length - raw).abs() < 0.1, "{length} {raw}");
+    assert!((length / 1003.8 - 1.0).abs() < 0.01, "{length}");
+    assert!(recorded.rms_distance_m < 0.02, "{}", recorded.rms_distance_m);
+
+    // The direction of travel over 40 recorded rows (2 s) is the heading in their middle.
+    let (mut worst, mut i) = (0.0_f64, 0);
+    for k in (20..1180).step_by(10) {
+        let (x, y) = (points.x_m[k], points.y_m[k]);
+        let course = (points.y_m[k + 20] - points.y_m[k - 20])
+            .atan2(points.x_m[k + 20] - points.x_m[k - 20]);
+        let away = |i: usize| (path[i].x_m - x).hypot(path[i].y_m - y);
+        while i + 1 < path.len() && away(i + 1) < away(i) {
+            i += 1;
+        }
+        worst = worst.max(vehicle_models::wrap_angle(path[i].heading_rad - course).abs());
+    }
+    println!("largest difference of heading and course {:.3} deg", worst.to_degrees());
+    assert!(worst.to_degrees() < 0.5, "{}", worst.to_degrees());
+    let curvature = path.iter().map(|p| p.curvature_per_m.abs()).fold(0.0, f64::max);
+    println!("largest curvature {curvature:.5} 1/m");
+    assert!(curvature < 0.01, "{curvature}");
+}
+
+/// The simulated drive at 15 m/s up to 3.8 m/s²: its positions carry 2 cm of noise.
+#[test]
+fn the_test_drive() {
+    let (text, name) = data("multibody/position.csv");
+    let options = PointOptions { speed: 15.0, smoothing_length: 15.0, ..Default::default() };
+    let recorded = path_from_csv(&text, &name, &options).expect("a path");
+    let curvature =
+        recorded.path.points.iter().map(|p| p.curvature_per_m.abs()).fold(0.0, f64::max);
+    println!("rms {:.4} m, v²κ {:.2} m/s²", recorded.rms_distance_m, curvature * 225.0);
+    assert!(recorded.rms_distance_m < 0.035, "{}", recorded.rms_distance_m);
+    assert!((curvature * 225.0 - 3.85).abs() < 0.8, "{}", curvature * 225.0);
+}
