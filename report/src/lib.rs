@@ -1,1 +1,37 @@
-//! placeholder
+//! Plots, tables and the report, from the files of the other stages alone.
+//!
+//! - [`Figure`]: panels of curves, bands and marks, drawn as SVG; [`figures`] makes those of a
+//!   report from plain data.
+//! - [`Traces`], [`StepResponse`], [`Track`]: the tables behind them, read from CSV.
+//! - [`Report`]: everything on one self-contained HTML page ([`report_html`] for other content).
+//! - [`Table`]: aligned text for a terminal, HTML on the page.
+//!
+//! SI and radians everywhere but in what people see, where angles are in degrees. The same content
+//! gives the same bytes. This crate knows nothing of identification, design or FMUs: it takes the
+//! numbers as the files state them.
+
+mod axis;
+mod canvas;
+mod columns;
+mod decimate;
+mod draw;
+mod error;
+mod figure;
+pub mod figures;
+mod html;
+mod layout;
+mod legend;
+pub mod palette;
+mod read;
+mod report;
+mod sections;
+mod table;
+
+pub use columns::Columns;
+pub use error::Error;
+pub use figure::{Figure, Mark, Panel, Place, Series, Style};
+pub use html::{Block, Section, Tone, escape, report_html};
+pub use palette::Color;
+pub use read::{StepResponse, Traces, Track, TrackErrors};
+pub use report::{Controller, Report};
+pub use table::Table;

@@ -1,0 +1,63 @@
+//! Draws every figure and the report from made-up data: `cargo run -p report --example gallery DIR`.
+
+#[path = "../tests/common/mod.rs"]
+mod common;
+
+use report::{Controller, Report, figures};
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let dir = std::path::PathBuf::from(std::env::args().nth(1).ok_or("name a folder")?);
+    std::fs::create_dir_all(&dir)?;
+    let (traces, plant, path) = (common::traces(30_000), common::plant(), common::path());
+    let (good, bad) = (common::pid(true), common::pid(false));
+    let (step, offset) = (common::step(1.0), common::step(1.02));
+    let (near, far) = (common::track(0.21), common::track(0.55));
+    let tracks = [("identified model", &near), ("bicycle model", &far)];
+    let e = &plant.evidence;
+    let s = &good.specification;
+    for (name, figure, height) in [
+        ("drive", figures::drive(&traces), 640),
+        ("comparison", figures::comparison(&traces, &e.fit, Some(61.0)), 720),
+        ("coherence", figures::coherence(&e.excitation), 330),
+        ("orders", figures::order_table(&e.order_table, 2), 320),
+        (
+            "step",
+            figures::yaw_step("Yaw step of 5 deg", &step, s, &good.evidence.step, &good.limits),
+            700,
+        ),
+        (
+            "road",
+            figures::reference_road(&path.points, false, &tracks),
+            figures::road_height(900, &path.points, &tracks),
+        ),
+        ("errors", figures::tracking_errors(&tracks), 660),
+    ] {
+        let svg = figure.to_svg(900, height)?;
+        println!("{name}: {} bytes", svg.len());
+        std::fs::write(dir.join(format!("{name}.svg")), svg)?;
+    }
+    let bicycle = common::bicycle();
+    let page = Report {
+        title: "From a drive to a steering controller".into(),
+        plant: Some(&plant),
+        traces: Some(&traces),
+        bicycle: Some(&bicycle),
+        bicycle_fit: Some(61.0),
+        controllers: vec![
+            Controller {
+                name: "identified model",
+                pid: &good,
+                step: Some(&step),
+                step_with_offset: Some(&offset),
+            },
+            Controller { name: "bicycle model", pid: &bad, step: None, step_with_offset: None },
+        ],
+        path: Some(&path),
+        tracks: tracks.to_vec(),
+        files: plant.provenance.sources.clone(),
+    }
+    .to_html();
+    println!("report: {} bytes", page.len());
+    std::fs::write(dir.join("report.html"), page)?;
+    Ok(())
+}

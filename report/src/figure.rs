@@ -1,0 +1,189 @@
+//! What a figure is: panels of series, marks and axes; drawn as SVG by [`Figure::to_svg`].
+//!
+//! The same figure gives the same bytes. Values that are not finite leave a gap.
+
+use crate::palette::Color;
+use crate::{Error, draw};
+
+/// A figure of one or more panels.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Figure {
+    /// Stands above the panels and is what a screen reader says.
+    pub title: String,
+    /// Panels beside each other in one row; 1 stacks them.
+    pub columns: usize,
+    /// The panels, row by row.
+    pub panels: Vec<Panel>,
+}
+
+/// One pair of axes. The legend stands above it, where it covers no data.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Panel {
+    /// What runs to the right, with its unit.
+    pub x_label: String,
+    /// What runs upwards, with its unit.
+    pub y_label: String,
+    /// The curves.
+    pub series: Vec<Series>,
+    /// Bands behind and lines across the curves.
+    pub marks: Vec<Mark>,
+    /// One unit is equally long on both axes, as on a map.
+    pub equal_aspect: bool,
+    /// Logarithmic x.
+    pub x_log: bool,
+    /// Logarithmic y.
+    pub y_log: bool,
+    /// The range of y; the range of series and marks where absent. Curves are cut at it.
+    pub y_limits: Option<(f64, f64)>,
+    /// Share of the figure's height, beside those of the other rows.
+    pub weight: f64,
+}
+
+/// One curve.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Series {
+    /// For the legend; an empty name has no entry.
+    pub name: String,
+    /// Points (x, y).
+    pub points: Vec<(f64, f64)>,
+    /// How it looks.
+    pub style: Style,
+}
+
+/// How a curve looks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Style {
+    /// Its colour.
+    pub color: Color,
+    /// Width of the line in pixels; 0 draws no line.
+    pub width: f64,
+    /// Whether the line is dashed.
+    pub dashed: bool,
+    /// Radius of a dot at each point, in pixels; 0 draws none.
+    pub dot: f64,
+}
+
+/// A band or line that is not data.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mark {
+    /// For the legend; an empty name has no entry.
+    pub name: String,
+    /// Where it is.
+    pub place: Place,
+    /// Its colour; bands are drawn faint.
+    pub color: Color,
+}
+
+/// Where a mark is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Place {
+    /// A range of x, over the full height.
+    XBand(f64, f64),
+    /// A range of y, over the full width.
+    YBand(f64, f64),
+    /// A dashed upright line.
+    XLine(f64),
+    /// A dashed level line.
+    YLine(f64),
+}
+
+impl Style {
+    /// A line of usual width.
+    #[must_use]
+    pub const fn line(color: Color) -> Self {
+        Self { color, width: 1.5, dashed: false, dot: 0.0 }
+    }
+
+    /// A dashed line.
+    #[must_use]
+    pub const fn dashed(color: Color) -> Self {
+        Self { dashed: true, ..Self::line(color) }
+    }
+
+    /// Dots joined by a thin line.
+    #[must_use]
+    pub const fn dots(color: Color) -> Self {
+        Self { color, width: 1.0, dashed: false, dot: 3.5 }
+    }
+
+    /// The same with another width.
+    #[must_use]
+    pub const fn width(self, width: f64) -> Self {
+        Self { width, ..self }
+    }
+}
+
+impl Series {
+    /// A curve through points.
+    #[must_use]
+    pub fn new(name: impl Into<String>, points: Vec<(f64, f64)>, style: Style) -> Self {
+        Self { name: name.into(), points, style }
+    }
+
+    /// A curve of `y` over `x`, both of equal length, each times a factor (for units).
+    #[must_use]
+    pub fn over(
+        name: impl Into<String>,
+        x: &[f64],
+        (y, factor): (&[f64], f64),
+        style: Style,
+    ) -> Self {
+        Self::new(name, x.iter().zip(y).map(|(x, y)| (*x, factor * y)).collect(), style)
+    }
+}
+
+impl Mark {
+    /// A mark with a name for the legend.
+    #[must_use]
+    pub fn new(name: impl Into<String>, place: Place, color: Color) -> Self {
+        Self { name: name.into(), place, color }
+    }
+}
+
+impl Panel {
+    /// Empty axes with their labels.
+    #[must_use]
+    pub fn new(x_label: impl Into<String>, y_label: impl Into<String>) -> Self {
+        Self {
+            x_label: x_label.into(),
+            y_label: y_label.into(),
+            series: Vec::new(),
+            marks: Vec::new(),
+            equal_aspect: false,
+            x_log: false,
+            y_log: false,
+            y_limits: None,
+            weight: 1.0,
+        }
+    }
+
+    /// Adds a curve.
+    #[must_use]
+    pub fn with(mut self, series: Series) -> Self {
+        self.series.push(series);
+        self
+    }
+
+    /// Adds a band or line.
+    #[must_use]
+    pub fn mark(mut self, mark: Mark) -> Self {
+        self.marks.push(mark);
+        self
+    }
+}
+
+impl Figure {
+    /// A figure of stacked panels.
+    #[must_use]
+    pub fn new(title: impl Into<String>, panels: Vec<Panel>) -> Self {
+        Self { title: title.into(), columns: 1, panels }
+    }
+
+    /// The figure as a stand-alone SVG document of that size in pixels, below about 150 kB.
+    ///
+    /// # Errors
+    /// [`Error::NoData`] where a panel has nothing to draw, [`Error::Size`] where there is no room.
+    pub fn to_svg(&self, width: u32, height: u32) -> Result<String, Error> {
+        draw::figure(self, width, height)
+    }
+}

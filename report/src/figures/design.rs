@@ -1,0 +1,85 @@
+//! The yaw step that the controller was designed for.
+
+use super::{DEG, text};
+use crate::palette::{BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION};
+use crate::{Figure, Mark, Panel, Place, Series, StepResponse, Style};
+use formats::{Limits, Specification, StepMetrics};
+
+/// Yaw and steering after a yaw step, with the band of the steady state, the largest overshoot
+/// allowed, when the response settled, and the limits of the steering.
+#[must_use]
+pub fn yaw_step(
+    title: &str,
+    response: &StepResponse,
+    specification: &Specification,
+    reached: &StepMetrics,
+    limits: &Limits,
+) -> Figure {
+    let t = &response.time_s;
+    let step = specification.step_rad * DEG;
+    let band = specification.steady_state_error_percent;
+    let end = t.iter().copied().filter(|t| t.is_finite()).fold(0.0, f64::max);
+    let reference = vec![(0.0, step), (end, step)];
+    let tolerance = 0.01 * band * step.abs();
+    let overshoot = step * (1.0 + 0.01 * specification.overshoot_percent);
+    let name = format!("yaw (overshoot {} %)", text(reached.overshoot_percent, 2));
+    let mut yaw = Panel::new("Time (s)", "Yaw (deg)")
+        .with(Series::new("reference", reference, Style::line(GREY).width(1.0)))
+        .with(Series::over(name, t, (&response.yaw_rad, DEG), Style::line(BLUE).width(2.0)))
+        .mark(Mark::new(
+            format!("±{} %", short(band)),
+            Place::YBand(step - tolerance, step + tolerance),
+            GREEN,
+        ))
+        .mark(Mark::new(
+            format!("overshoot allowed {} %", short(specification.overshoot_percent)),
+            Place::YLine(overshoot),
+            VERMILLION,
+        ))
+        .mark(Mark::new(
+            format!("to settle by {} s", short(specification.settling_time_s)),
+            Place::XLine(specification.settling_time_s),
+            BLACK,
+        ));
+    if let Some(settled) = reached.settling_time_s {
+        let name = format!("settled at {} s", text(settled, 3));
+        let at = value_at(t, &response.yaw_rad, settled) * DEG;
+        let style = Style { width: 0.0, dot: 4.5, ..Style::dots(ORANGE) };
+        yaw = yaw.with(Series::new(name, vec![(settled, at)], style));
+    }
+    yaw.weight = 1.3;
+    // The band is thin beside the step: the same, magnified.
+    let mut near = Panel { y_label: "Yaw, magnified (deg)".into(), ..yaw.clone() };
+    near.series.iter_mut().for_each(|s| s.name.clear());
+    near.marks.iter_mut().for_each(|m| m.name.clear());
+    let most = tolerance.max((overshoot - step).abs());
+    near.y_limits = (most > 0.0).then_some((step - 2.5 * most, step + 2.5 * most));
+    near.weight = 0.8;
+    let largest = limits.max_angle_rad * DEG;
+    let used = format!("steering (largest {} deg)", text(reached.largest_angle_rad * DEG, 2));
+    let mut steering = Panel::new("Time (s)", "Steering angle (deg)").with(Series::over(
+        used,
+        t,
+        (&response.steering_rad, DEG),
+        Style::line(BLUE).width(1.5),
+    ));
+    let name = format!("limits ±{} deg", short(largest));
+    steering = steering.mark(Mark::new(name, Place::YLine(largest), VERMILLION)).mark(Mark::new(
+        "",
+        Place::YLine(-largest),
+        VERMILLION,
+    ));
+    Figure::new(title, vec![yaw, near, steering])
+}
+
+/// Digits as few as a requirement was written with.
+fn short(value: f64) -> String {
+    format!("{}", (value * 100.0).round() / 100.0)
+}
+
+/// The response between its samples.
+fn value_at(t: &[f64], y: &[f64], at: f64) -> f64 {
+    let pairs = t.windows(2).zip(y.windows(2));
+    let mut around = pairs.filter(|(t, _)| t[0] <= at && at <= t[1] && t[1] > t[0]);
+    around.next().map_or(f64::NAN, |(t, y)| y[0] + (at - t[0]) / (t[1] - t[0]) * (y[1] - y[0]))
+}

@@ -1,0 +1,157 @@
+//! How good the identified model is: against the measurement, by frequency, by order.
+
+use super::{DEG, text};
+use crate::palette::{BLACK, BLUE, GREEN, GREY, VERMILLION};
+use crate::{Figure, Mark, Panel, Place, Series, Style, Traces};
+use formats::{Excitation, Fits, OrderRow};
+
+/// How much of a long drive is shown magnified, s.
+const NEAR_S: f64 = 20.0;
+
+/// Measured and simulated yaw rate and yaw (the paper's Fig. 3), with the fits in the legend and
+/// the held-out part shaded.
+///
+/// `bicycle_fit` is the fit of the bicycle model in percent, where known; its curve is in
+/// [`Traces::bicycle_yaw_rate_radps`].
+#[must_use]
+pub fn comparison(traces: &Traces, fit: &Fits, bicycle_fit: Option<f64>) -> Figure {
+    let t = &traces.time_s;
+    let identified = format!(
+        "identified (fit {} %, held out {} %)",
+        text(fit.estimation, 1),
+        text(fit.validation, 1)
+    );
+    let measured = Style::line(BLACK).width(1.1);
+    let mut rate = Panel::new("Time (s)", "Yaw rate (deg/s)").with(Series::over(
+        "measured",
+        t,
+        (&traces.yaw_rate_radps, DEG),
+        measured,
+    ));
+    if let Some(bicycle) = &traces.bicycle_yaw_rate_radps {
+        let name = bicycle_fit
+            .map_or("bicycle model".into(), |f| format!("bicycle model (fit {} %)", text(f, 1)));
+        rate = rate.with(Series::over(name, t, (bicycle, DEG), Style::dashed(GREEN)));
+    }
+    rate = rate.with(Series::over(
+        identified,
+        t,
+        (&traces.simulated_yaw_rate_radps, DEG),
+        Style::line(VERMILLION),
+    ));
+    rate.y_limits = sane_limits(&rate);
+    let mut yaw = Panel::new("Time (s)", "Yaw (deg)")
+        .with(Series::over("", t, (&traces.yaw_rad, DEG), measured))
+        .with(Series::over("", t, (&traces.simulated_yaw_rad, DEG), Style::line(VERMILLION)));
+    yaw.y_limits = sane_limits(&yaw);
+    yaw.weight = 0.8;
+    let near = magnified(&rate, traces);
+    for (k, (from, to)) in traces.held_out_ranges().into_iter().enumerate() {
+        let name = if k == 0 { "held out" } else { "" };
+        rate = rate.mark(Mark::new(name, Place::XBand(from, to), GREY));
+        yaw = yaw.mark(Mark::new("", Place::XBand(from, to), GREY));
+    }
+    let panels = [Some(rate), Some(yaw), near].into_iter().flatten().collect();
+    Figure::new("Measured and identified model", panels)
+}
+
+/// The beginning of the held-out part, where the whole drive is too long to see the curves apart.
+fn magnified(rate: &Panel, traces: &Traces) -> Option<Panel> {
+    let (first, last) = (*traces.time_s.first()?, *traces.time_s.last()?);
+    let (from, to) = traces.held_out_ranges().first().copied()?;
+    let to = to.min(from + NEAR_S);
+    if last - first < 3.0 * NEAR_S || to - from < 0.2 * NEAR_S {
+        return None;
+    }
+    let label = format!("Time (s), the first {} s held out", text(to - from, 0));
+    let mut near = Panel { x_label: label, weight: 1.0, ..rate.clone() };
+    for series in &mut near.series {
+        series.name.clear();
+        series.points.retain(|p| (from..=to).contains(&p.0));
+    }
+    // Where a model leaves the range of the drive is seen above.
+    Some(near)
+}
+
+/// Where a simulation runs away, the range of what was measured, half as wide again to each side:
+/// an unstable model should be seen to leave, not flatten the rest.
+fn sane_limits(panel: &Panel) -> Option<(f64, f64)> {
+    let range = |series: &Series| {
+        let values = series.points.iter().map(|p| p.1).filter(|v| v.is_finite());
+        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)))
+    };
+    let (low, high) = panel.series.first().map(range)?;
+    let width = high - low;
+    let away = |s: &Series| {
+        let (a, b) = range(s);
+        a < low - 3.0 * width || b > high + 3.0 * width
+    };
+    (width > 0.0 && panel.series.iter().any(away))
+        .then_some((low - 0.5 * width, high + 0.5 * width))
+}
+
+/// Coherence of steering and yaw rate over frequency; beyond the information limit is shaded.
+#[must_use]
+pub fn coherence(excitation: &Excitation) -> Figure {
+    let points =
+        excitation.coherence.iter().map(|p| (p.frequency_hz, p.coherence)).collect::<Vec<_>>();
+    let limit = excitation.informative_up_to_hz;
+    let mut panel = Panel::new("Frequency (Hz)", "Coherence (1)")
+        .with(Series::new("steering angle → yaw rate", points, Style::line(BLUE)))
+        .mark(Mark::new("coherence 0.5", Place::YLine(0.5), GREY));
+    let beyond = |from| Place::XBand(from, f64::INFINITY);
+    panel = if limit > 0.0 {
+        let name = format!("the log says little above {} Hz", significant(limit));
+        panel.mark(Mark::new("", Place::XLine(limit), VERMILLION)).mark(Mark::new(
+            name,
+            beyond(limit),
+            VERMILLION,
+        ))
+    } else {
+        panel.mark(Mark::new("the log says little at any frequency", beyond(0.0), VERMILLION))
+    };
+    panel.x_log = true;
+    panel.y_limits = Some((0.0, 1.0));
+    Figure::new("What the log can say, by frequency", vec![panel])
+}
+
+fn significant(value: f64) -> String {
+    text(value, if value < 1.0 { 2 } else { 1 })
+}
+
+/// Singular values and fits by order, with the order that was chosen.
+#[must_use]
+pub fn order_table(rows: &[OrderRow], chosen: usize) -> Figure {
+    let points = |f: fn(&OrderRow) -> f64| rows.iter().map(|r| (r.order as f64, f(r))).collect();
+    // Unstable models fit by minus millions; what is below 0 is as useless at −10 as at −1e6.
+    let fit = |f: fn(&OrderRow) -> f64| -> Vec<_> {
+        rows.iter().map(|r| (r.order as f64, f(r).max(-20.0))).collect()
+    };
+    let marked = || Place::XLine(chosen as f64);
+    let mut singular = Panel::new("Order n", "Singular value")
+        .with(Series::new("singular value", points(|r| r.singular_value), Style::dots(BLUE)))
+        .mark(Mark::new(format!("chosen: {chosen}"), marked(), VERMILLION));
+    singular.y_log = true;
+    let unstable: Vec<_> = rows
+        .iter()
+        .filter(|r| !r.stable)
+        .map(|r| (r.order as f64, r.validation_fit.max(-20.0)))
+        .collect();
+    let low = rows.iter().any(|r| r.validation_fit < -20.0 || r.estimation_fit < -20.0);
+    let mut fits = Panel::new("Order n", "Fit of simulation (%)")
+        .with(Series::new(
+            "estimation",
+            fit(|r| r.estimation_fit),
+            Style { dashed: true, dot: 2.5, ..Style::dots(GREY) },
+        ))
+        .with(Series::new("held out", fit(|r| r.validation_fit), Style::dots(GREEN)))
+        .mark(Mark::new("", marked(), VERMILLION));
+    if !unstable.is_empty() {
+        let style = Style { width: 0.0, dot: 5.0, ..Style::dots(VERMILLION) };
+        fits.series.insert(1, Series::new("unstable as estimated", unstable, style));
+    }
+    if low && let Some(held_out) = fits.series.last_mut() {
+        held_out.name += " (−20 stands for less)";
+    }
+    Figure { columns: 2, ..Figure::new("Choice of the order", vec![singular, fits]) }
+}

@@ -1,0 +1,91 @@
+//! The reference road and how it was followed (the paper's Fig. 5 to 7).
+
+use super::{DEG, text};
+use crate::palette::{BLACK, Color, GREY, nth};
+use crate::{Figure, Mark, Panel, Place, Series, Style, Track};
+use formats::PathPoint;
+
+/// Light enough for the tracks to be seen on it.
+const ROAD: Color = Color(200, 200, 200);
+
+/// The reference road in the plane with the tracks of the controllers, by name.
+#[must_use]
+pub fn reference_road(points: &[PathPoint], closed: bool, tracks: &[(&str, &Track)]) -> Figure {
+    let mut road: Vec<_> = points.iter().map(|p| (p.x_m, p.y_m)).collect();
+    if closed && let Some(first) = road.first().copied() {
+        road.push(first);
+    }
+    let mut panel = Panel::new("x (m)", "y (m)").with(Series::new(
+        "reference road",
+        road,
+        Style::line(ROAD).width(5.0),
+    ));
+    for (k, (name, track)) in tracks.iter().enumerate() {
+        panel = panel.with(Series::new(
+            *name,
+            track.x_m.iter().copied().zip(track.y_m.iter().copied()).collect(),
+            Style { dashed: k > 0, ..Style::line(nth(k)).width(1.6) },
+        ));
+    }
+    let start = points.first().map(|p| (p.x_m, p.y_m)).into_iter().collect();
+    let style = Style { width: 0.0, dot: 4.5, ..Style::dots(BLACK) };
+    panel = panel.with(Series::new("start", start, style));
+    panel.equal_aspect = true;
+    Figure::new("Reference road and tracks", vec![panel])
+}
+
+/// The height at which [`reference_road`] fills a width, in pixels.
+#[must_use]
+pub fn road_height(width: u32, points: &[PathPoint], tracks: &[(&str, &Track)]) -> u32 {
+    let road = points.iter().map(|p| (p.x_m, p.y_m));
+    let driven = tracks.iter().flat_map(|(_, t)| t.x_m.iter().copied().zip(t.y_m.iter().copied()));
+    let empty = [f64::INFINITY, f64::NEG_INFINITY];
+    let (x, y) = road
+        .chain(driven)
+        .filter(|p| p.0.is_finite() && p.1.is_finite())
+        .fold((empty, empty), |(x, y), p| {
+            ([x[0].min(p.0), x[1].max(p.0)], [y[0].min(p.1), y[1].max(p.1)])
+        });
+    let aspect = (y[1] - y[0]) / (x[1] - x[0]);
+    let aspect = if aspect.is_finite() { aspect } else { 1.0 };
+    (130.0 + f64::from(width) * aspect).clamp(280.0, 720.0) as u32
+}
+
+/// Cross-track error, yaw error and steering along the road, with their RMS in the legend.
+///
+/// Over distance where every track has it, else over time.
+#[must_use]
+pub fn tracking_errors(tracks: &[(&str, &Track)]) -> Figure {
+    let by_distance = tracks.iter().all(|(_, t)| t.distance_m.len() == t.time_s.len());
+    let label = if by_distance { "Distance along the road (m)" } else { "Time (s)" };
+    let steered = tracks.iter().any(|(_, t)| !t.steering_rad.is_empty());
+    let zero = || Mark::new("", Place::YLine(0.0), GREY);
+    let mut cross = Panel::new(label, "Cross-track error (m)").mark(zero());
+    let mut yaw = Panel::new(label, "Yaw error (deg)").mark(zero());
+    let mut steering = Panel::new(label, "Steering angle (deg)");
+    for (k, (name, track)) in tracks.iter().enumerate() {
+        let x = if by_distance { &track.distance_m } else { &track.time_s };
+        let style = Style { dashed: k > 0, ..Style::line(nth(k)) };
+        let errors = track.errors();
+        let named = |rms: String| format!("{name}: RMS {rms}");
+        cross = cross.with(Series::over(
+            named(format!("{} m", text(errors.cross_track_rms_m, 3))),
+            x,
+            (&track.cross_track_error_m, 1.0),
+            style,
+        ));
+        yaw = yaw.with(Series::over(
+            named(format!("{} deg", text(errors.heading_rms_rad * DEG, 2))),
+            x,
+            (&track.heading_error_rad, DEG),
+            style,
+        ));
+        let name = if track.steering_rad.is_empty() { "" } else { name };
+        steering = steering.with(Series::over(name, x, (&track.steering_rad, DEG), style));
+    }
+    let mut panels = vec![cross, yaw];
+    if steered {
+        panels.push(steering);
+    }
+    Figure::new("Errors along the road", panels)
+}

@@ -1,0 +1,215 @@
+//! The tables of the other stages, by meaning: [`Traces`], [`StepResponse`], [`Track`].
+
+use crate::{Columns, Error};
+
+/// `traces.csv`: the drive and what the model makes of it. All of equal length; NaN is a gap.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Traces {
+    /// Time, s.
+    pub time_s: Vec<f64>,
+    /// Steering angle, rad, in the log's coordinates.
+    pub steering_rad: Vec<f64>,
+    /// Measured yaw rate, rad/s.
+    pub yaw_rate_radps: Vec<f64>,
+    /// Yaw rate simulated by the identified model, rad/s.
+    pub simulated_yaw_rate_radps: Vec<f64>,
+    /// Whether the sample was held out of the estimation.
+    pub held_out: Vec<bool>,
+    /// Integral of the measured yaw rate, rad.
+    pub yaw_rad: Vec<f64>,
+    /// Integral of the simulated yaw rate, rad.
+    pub simulated_yaw_rad: Vec<f64>,
+    /// Yaw rate of the bicycle model, rad/s (column `bicycle_yaw_rate_radps`), where it is there.
+    pub bicycle_yaw_rate_radps: Option<Vec<f64>>,
+}
+
+/// `step_*.csv`: a yaw step from 0 at time 0.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct StepResponse {
+    /// Time, s.
+    pub time_s: Vec<f64>,
+    /// Yaw, rad.
+    pub yaw_rad: Vec<f64>,
+    /// Steering angle, rad, in steering coordinates.
+    pub steering_rad: Vec<f64>,
+}
+
+/// One run along the reference path, from a co-simulation result.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Track {
+    /// Time, s.
+    pub time_s: Vec<f64>,
+    /// Distance along the path, m; empty where the result does not have it.
+    pub distance_m: Vec<f64>,
+    /// Position, m.
+    pub x_m: Vec<f64>,
+    /// Position, m.
+    pub y_m: Vec<f64>,
+    /// Cross-track error, m, positive to the left of the path.
+    pub cross_track_error_m: Vec<f64>,
+    /// Yaw error against the path, rad.
+    pub heading_error_rad: Vec<f64>,
+    /// Steering angle, rad; empty where the result does not have it.
+    pub steering_rad: Vec<f64>,
+}
+
+/// Root mean square and largest magnitude of the errors of a [`Track`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrackErrors {
+    /// RMS of the cross-track error, m.
+    pub cross_track_rms_m: f64,
+    /// Largest cross-track error, m.
+    pub cross_track_max_m: f64,
+    /// RMS of the yaw error, rad.
+    pub heading_rms_rad: f64,
+    /// Largest yaw error, rad.
+    pub heading_max_rad: f64,
+}
+
+impl Traces {
+    /// Reads `traces.csv`; `file` is named in errors.
+    ///
+    /// # Errors
+    /// As [`Columns::from_csv`] and [`Columns::column`].
+    pub fn from_csv(text: &[u8], file: &str) -> Result<Self, Error> {
+        let t = Columns::from_csv(text, file)?;
+        let column = |name| t.column(name).map(<[f64]>::to_vec);
+        Ok(Self {
+            time_s: column("time_s")?,
+            steering_rad: column("steering_rad")?,
+            yaw_rate_radps: column("yaw_rate_radps")?,
+            simulated_yaw_rate_radps: column("simulated_yaw_rate_radps")?,
+            held_out: t.column("held_out")?.iter().map(|h| *h > 0.5).collect(),
+            yaw_rad: column("yaw_rad")?,
+            simulated_yaw_rad: column("simulated_yaw_rad")?,
+            bicycle_yaw_rate_radps: t.get("bicycle_yaw_rate_radps").map(<[f64]>::to_vec),
+        })
+    }
+
+    /// The ranges of time that were held out.
+    #[must_use]
+    pub fn held_out_ranges(&self) -> Vec<(f64, f64)> {
+        let mut out: Vec<(f64, f64)> = Vec::new();
+        let mut before = false;
+        for (t, held) in self.time_s.iter().zip(&self.held_out) {
+            match (held, before, out.last_mut()) {
+                (true, true, Some(range)) => range.1 = *t,
+                (true, ..) => out.push((*t, *t)),
+                _ => {}
+            }
+            before = *held;
+        }
+        out
+    }
+}
+
+impl StepResponse {
+    /// Reads `step_*.csv`; `file` is named in errors.
+    ///
+    /// # Errors
+    /// As [`Columns::from_csv`] and [`Columns::column`].
+    pub fn from_csv(text: &[u8], file: &str) -> Result<Self, Error> {
+        let t = Columns::from_csv(text, file)?;
+        let column = |name| t.column(name).map(<[f64]>::to_vec);
+        Ok(Self {
+            time_s: column("time_s")?,
+            yaw_rad: column("yaw_rad")?,
+            steering_rad: column("steering_rad")?,
+        })
+    }
+}
+
+impl Track {
+    /// Reads a co-simulation result with columns `time,<instance>.<variable>…`: variables `x`, `y`,
+    /// `cross_track_error`, `heading_error` and, where they are there, `distance`,
+    /// `steering_angle` and `finished`. Rows from the first finished one on are left out, but for
+    /// that one: the vehicle runs on beyond the path's end.
+    ///
+    /// # Errors
+    /// As [`Columns::from_csv`] and [`Columns::column`].
+    pub fn from_csv(text: &[u8], file: &str) -> Result<Self, Error> {
+        let t = Columns::from_csv(text, file)?;
+        let rows = t.column("time")?.len();
+        let end = t
+            .variable("finished")
+            .and_then(|f| f.iter().position(|v| *v > 0.5))
+            .map_or(rows, |first| (first + 1).min(rows));
+        let optional = |name: &str| t.variable(name).map(|c| c[..end].to_vec()).unwrap_or_default();
+        let needed =
+            |name: &str| t.variable(name).map(|c| c[..end].to_vec()).ok_or_else(|| t.missing(name));
+        Ok(Self {
+            time_s: t.column("time")?[..end].to_vec(),
+            distance_m: optional("distance"),
+            x_m: needed("x")?,
+            y_m: needed("y")?,
+            cross_track_error_m: needed("cross_track_error")?,
+            heading_error_rad: needed("heading_error")?,
+            steering_rad: optional("steering_angle"),
+        })
+    }
+
+    /// The errors in numbers, over the samples that have them; NaN where none has.
+    #[must_use]
+    pub fn errors(&self) -> TrackErrors {
+        let (cross_track_rms_m, cross_track_max_m) = rms_and_max(&self.cross_track_error_m);
+        let (heading_rms_rad, heading_max_rad) = rms_and_max(&self.heading_error_rad);
+        TrackErrors { cross_track_rms_m, cross_track_max_m, heading_rms_rad, heading_max_rad }
+    }
+}
+
+fn rms_and_max(values: &[f64]) -> (f64, f64) {
+    let finite = || values.iter().filter(|v| v.is_finite());
+    let count = finite().count();
+    if count == 0 {
+        return (f64::NAN, f64::NAN);
+    }
+    let square: f64 = finite().map(|v| v * v).sum();
+    ((square / count as f64).sqrt(), finite().fold(0.0, |m, v| v.abs().max(m)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_track_ends_where_the_path_does_and_has_its_rms() {
+        let csv = "time,Plant.x,Plant.y,Path.cross_track_error,Path.heading_error,Path.finished\n\
+                   0,0,0,3,0.1,false\n1,1,0,-4,-0.1,false\n2,2,0,0,,true\n3,3,0,99,9,true\n";
+        let track = Track::from_csv(csv.as_bytes(), "r.csv").unwrap();
+        let e = track.errors();
+        assert_eq!(track.time_s, [0.0, 1.0, 2.0]);
+        assert!((e.cross_track_rms_m - (25.0f64 / 3.0).sqrt()).abs() < 1e-15);
+        assert_eq!(e.cross_track_max_m, 4.0);
+        assert!((e.heading_rms_rad - 0.1).abs() < 1e-15);
+        assert!(track.distance_m.is_empty());
+    }
+
+    #[test]
+    fn errors_name_file_line_and_column() {
+        let text = |r: Result<Columns, Error>| r.unwrap_err().to_string();
+        assert_eq!(
+            text(Columns::from_csv(b"a,b\n1,2\n3,x\n", "f.csv")),
+            "f.csv:3: column `b`: `x` is not a number"
+        );
+        assert_eq!(
+            text(Columns::from_csv(b"a,b\n1\n", "f.csv")),
+            "f.csv:2: 1 cells, expected 2 as in the first row"
+        );
+        assert_eq!(text(Columns::from_csv(b"a,b\n", "f.csv")), "f.csv: the table has no rows");
+        assert_eq!(text(Columns::from_csv(b"", "f.csv")), "f.csv: the table has no rows");
+        assert_eq!(
+            StepResponse::from_csv(b"time_s,yaw\n0,1\n", "s.csv").unwrap_err().to_string(),
+            "s.csv: no column `yaw_rad`; there are `time_s`, `yaw`"
+        );
+    }
+
+    #[test]
+    fn held_out_parts_are_ranges() {
+        let traces = Traces {
+            time_s: vec![0.0, 1.0, 2.0, 3.0, 4.0, 5.0],
+            held_out: vec![true, false, false, true, true, true],
+            ..Traces::default()
+        };
+        assert_eq!(traces.held_out_ranges(), [(0.0, 0.0), (3.0, 5.0)]);
+    }
+}

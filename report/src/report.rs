@@ -1,0 +1,70 @@
+//! The report: what is known, as one page.
+
+use crate::sections;
+use crate::{Section, StepResponse, Traces, Track, report_html};
+use formats::{Bicycle, Path, Pid, Plant, SourceFile};
+
+/// Everything a report can show; what is absent is left out.
+#[derive(Debug, Clone, Default)]
+pub struct Report<'a> {
+    /// Title of the page.
+    pub title: String,
+    /// The identified plant.
+    pub plant: Option<&'a Plant>,
+    /// The drive and the model's simulation of it.
+    pub traces: Option<&'a Traces>,
+    /// The bicycle model.
+    pub bicycle: Option<&'a Bicycle>,
+    /// Fit of the bicycle model on the drive, percent.
+    pub bicycle_fit: Option<f64>,
+    /// The controllers, in the order to show.
+    pub controllers: Vec<Controller<'a>>,
+    /// The reference road.
+    pub path: Option<&'a Path>,
+    /// Runs along the road, with the names to show.
+    pub tracks: Vec<(&'a str, &'a Track)>,
+    /// The files that were written, by name and content.
+    pub files: Vec<SourceFile>,
+}
+
+/// A controller and its steps.
+#[derive(Debug, Clone)]
+pub struct Controller<'a> {
+    /// The name to show.
+    pub name: &'a str,
+    /// The controller.
+    pub pid: &'a Pid,
+    /// Its answer to the step of its specification.
+    pub step: Option<&'a StepResponse>,
+    /// The same with the steering offset.
+    pub step_with_offset: Option<&'a StepResponse>,
+}
+
+impl Report<'_> {
+    /// The sections of the page.
+    #[must_use]
+    pub fn sections(&self) -> Vec<Section> {
+        let mut out = vec![sections::summary(self)];
+        if let Some(plant) = self.plant {
+            out.push(sections::log(plant, self.traces));
+            out.push(sections::model(plant, self.traces, self.bicycle_fit));
+        }
+        if let Some(bicycle) = self.bicycle {
+            out.push(sections::bicycle(bicycle, self.bicycle_fit));
+        }
+        out.extend(self.controllers.iter().map(sections::controller));
+        if self.path.is_some() || !self.tracks.is_empty() {
+            out.push(sections::tracking(self.path, &self.tracks));
+        }
+        out.push(sections::provenance(self));
+        out
+    }
+
+    /// The page.
+    #[must_use]
+    pub fn to_html(&self) -> String {
+        let lead = "Angles are in degrees, positive to the left (ISO 8855); a fit is \
+                    100·(1 − ‖y − ŷ‖/‖y − mean(y)‖) in percent, of a simulation unless said otherwise.";
+        report_html(&self.title, lead, &self.sections())
+    }
+}

@@ -1,0 +1,192 @@
+//! The bicycle model and the controllers with their proof.
+
+use super::{met, optional, significant, value};
+use crate::figures::{self, DEG, text};
+use crate::{Block, Controller, Section, Table, Tone};
+use formats::{Bicycle, Pid, Shortfall};
+
+/// Vehicle data and coefficients of eq 13.
+pub(crate) fn bicycle(bicycle: &Bicycle, fit: Option<f64>) -> Section {
+    let (v, c) = (&bicycle.vehicle, &bicycle.coefficients);
+    let mut table = Table::new(["quantity", "value"]);
+    for (name, number, unit) in [
+        ("mass", v.mass_kg, "kg"),
+        ("yaw inertia", v.yaw_inertia_kgm2, "kg·m²"),
+        ("centre of gravity to front axle", v.distance_front_m, "m"),
+        ("centre of gravity to rear axle", v.distance_rear_m, "m"),
+        ("cornering stiffness, front axle", v.cornering_stiffness_front_npr, "N/rad"),
+        ("cornering stiffness, rear axle", v.cornering_stiffness_rear_npr, "N/rad"),
+        ("time constant of the actuator", v.actuator_time_constant_s, "s"),
+        ("steering ratio", v.steering_ratio, ""),
+        ("speed", v.speed_mps, "m/s"),
+    ] {
+        table.push([name.to_owned(), format!("{} {unit}", significant(number)).trim_end().into()]);
+    }
+    let coefficients = Table::new(["A1", "A2", "A3", "A4", "B1", "B2", "n", "Tn"])
+        .row([c.a1, c.a2, c.a3, c.a4, c.b1, c.b2, c.n, c.tn].map(significant));
+    let mut blocks = vec![
+        Block::Text(format!("Two-wheel model of {} (eq 13).", v.name)),
+        Block::Table(table),
+        Block::Heading("Coefficients of eq 13".into()),
+        Block::Table(coefficients),
+    ];
+    if let Some(fit) = fit {
+        blocks.push(Block::Text(format!(
+            "Driven by the recorded steering it fits the measured yaw rate by {}.",
+            value(fit, 1, "%")
+        )));
+    }
+    Section { heading: "The bicycle model".into(), blocks }
+}
+
+/// Gains, what was asked and what was reached.
+pub(crate) fn controller(controller: &Controller<'_>) -> Section {
+    let pid = controller.pid;
+    let (s, e) = (&pid.specification, &pid.evidence);
+    let mut blocks = vec![verdict(pid)];
+    blocks.extend(
+        (!e.shortfalls.is_empty())
+            .then(|| Block::List(e.shortfalls.iter().map(shortfall).collect())),
+    );
+    blocks.push(Block::Text(format!(
+        "Designed on the {} model {} at {}, {}.",
+        if pid.designed_for.model == "plant" { "identified" } else { &pid.designed_for.model },
+        pid.designed_for.name,
+        value(pid.designed_for.speed_mps, 2, "m/s"),
+        if pid.designed_for.loop_delay_s > 0.0 {
+            let delay = value(pid.designed_for.loop_delay_s, 3, "s");
+            format!("with {delay} of loop delay beyond the model's own")
+        } else {
+            "with no loop delay beyond the model's own".into()
+        },
+    )));
+    blocks.push(Block::Heading("Asked and reached".into()));
+    blocks.push(Block::Table(requirements(pid)));
+    let at = format!("Steady state is read {} s after the step.", s.steady_state_time_s);
+    blocks.push(Block::Text(at));
+    for (response, metrics, what) in [
+        (controller.step, &e.step, String::new()),
+        (
+            controller.step_with_offset,
+            &e.step_with_offset,
+            format!(", steering off by {}", value(s.steering_offset_rad * DEG, 2, "deg")),
+        ),
+    ] {
+        let Some(response) = response else { continue };
+        let title = format!("Yaw step of {}{what}", value(s.step_rad * DEG, 1, "deg"));
+        blocks.push(Block::Figure {
+            figure: figures::yaw_step(&title, response, s, metrics, &pid.limits),
+            height: 680,
+            caption: "Steering is in steering coordinates, as are its limits.".into(),
+        });
+    }
+    blocks.push(Block::Heading("Margins".into()));
+    blocks.push(Block::Table(margins(pid)));
+    blocks.push(Block::Heading("Gains and limits".into()));
+    blocks.push(Block::Table(gains(pid)));
+    Section { heading: format!("Controller: {}", controller.name), blocks }
+}
+
+fn verdict(pid: &Pid) -> Block {
+    let (tone, title) = if pid.evidence.met {
+        (Tone::Good, "Every requirement is met.")
+    } else {
+        (Tone::Bad, "Not every requirement is met.")
+    };
+    Block::Note { tone, title: title.into(), text: String::new() }
+}
+
+fn shortfall(s: &Shortfall) -> String {
+    let (asked, reached) = (significant(s.required), significant(s.reached));
+    format!("{}: asked {asked}, reached {reached}", s.requirement)
+}
+
+fn requirements(pid: &Pid) -> Table {
+    let (s, e) = (&pid.specification, &pid.evidence);
+    let settled = |t| optional(t, 3, "s", "never");
+    let within = |reached: f64, asked: f64| reached <= asked * (1.0 + 1e-9);
+    let headers = ["requirement", "asked", "reached", "", "with steering offset"];
+    Table::new(headers)
+        .row([
+            "overshoot".into(),
+            format!("≤\u{a0}{}\u{a0}%", s.overshoot_percent),
+            value(e.step.overshoot_percent, 2, "%"),
+            met(within(e.step.overshoot_percent, s.overshoot_percent)),
+            value(e.step_with_offset.overshoot_percent, 2, "%"),
+        ])
+        .row([
+            "settling time".into(),
+            format!("≤\u{a0}{}\u{a0}s", s.settling_time_s),
+            settled(e.step.settling_time_s),
+            met(e.step.settling_time_s.is_some_and(|t| within(t, s.settling_time_s))),
+            settled(e.step_with_offset.settling_time_s),
+        ])
+        .row([
+            "steady-state error".into(),
+            format!("≤\u{a0}{}\u{a0}%", s.steady_state_error_percent),
+            value(e.step.steady_state_error_percent, 2, "%"),
+            met(within(e.step.steady_state_error_percent.abs(), s.steady_state_error_percent)),
+            value(e.step_with_offset.steady_state_error_percent, 2, "%"),
+        ])
+        .row([
+            "modulus margin".into(),
+            format!("≥\u{a0}{}", s.modulus_margin),
+            text(e.margins.modulus_margin, 3),
+            met(e.margins.modulus_margin >= s.modulus_margin * (1.0 - 1e-9)),
+            String::new(),
+        ])
+        .row([
+            "rise time, 10 to 90 %".into(),
+            String::new(),
+            settled(e.step.rise_time_s),
+            String::new(),
+            settled(e.step_with_offset.rise_time_s),
+        ])
+        .row([
+            "largest steering angle".into(),
+            format!("≤\u{a0}{}", value(pid.limits.max_angle_rad * DEG, 1, "deg")),
+            value(e.step.largest_angle_rad * DEG, 2, "deg"),
+            met(within(e.step.largest_angle_rad, pid.limits.max_angle_rad)),
+            value(e.step_with_offset.largest_angle_rad * DEG, 2, "deg"),
+        ])
+        .row([
+            "largest change in a sample".into(),
+            format!("≤\u{a0}{}", value(pid.limits.max_increment_rad * DEG, 1, "deg")),
+            value(e.step.largest_increment_rad * DEG, 2, "deg"),
+            met(within(e.step.largest_increment_rad, pid.limits.max_increment_rad)),
+            value(e.step_with_offset.largest_increment_rad * DEG, 2, "deg"),
+        ])
+}
+
+fn margins(pid: &Pid) -> Table {
+    let m = &pid.evidence.margins;
+    Table::new(["margin", "value"])
+        .row(["gain margin".into(), optional(m.gain_margin_db, 1, "dB", "∞")])
+        .row(["phase margin".into(), optional(m.phase_margin_deg, 1, "deg", "∞")])
+        .row(["delay margin".into(), optional(m.delay_margin_s, 3, "s", "∞")])
+        .row(["modulus margin".into(), text(m.modulus_margin, 3)])
+        .row(["gain crossover".into(), optional(m.crossover_radps, 2, "rad/s", "–")])
+}
+
+fn gains(pid: &Pid) -> Table {
+    let (g, l, a) = (&pid.gains, &pid.limits, &pid.guidance);
+    let mut table = Table::new(["parameter", "value"]);
+    for (name, number, unit) in [
+        ("Kp", g.kp, ""),
+        ("Ki", g.ki, "1/s"),
+        ("Kd", g.kd, "s"),
+        ("time constant of the derivative filter", g.derivative_filter_time_s, "s"),
+        ("setpoint weight, proportional", g.setpoint_weight_proportional, ""),
+        ("setpoint weight, derivative", g.setpoint_weight_derivative, ""),
+        ("anti-windup time", g.anti_windup_time_s, "s"),
+        ("sample time", pid.sample_time_s, "s"),
+        ("largest steering angle", l.max_angle_rad * DEG, "deg"),
+        ("largest change in a sample", l.max_increment_rad * DEG, "deg"),
+        ("largest rate", l.max_rate_radps * DEG, "deg/s"),
+        ("advice: steering per path curvature", a.feedforward_gain_radm, "rad·m"),
+        ("advice: preview time", a.preview_time_s, "s"),
+    ] {
+        table.push([name.to_owned(), format!("{} {unit}", significant(number)).trim_end().into()]);
+    }
+    table
+}

@@ -1,0 +1,194 @@
+//! The log, the model and the evidence for it.
+
+use super::{significant, value};
+use crate::figures::{self, DEG, text};
+use crate::{Block, Section, Table, Traces};
+use formats::{ChannelSummary, Evidence, InputKind, Plant, ResidualTest};
+
+/// What was read and what it can say.
+pub(crate) fn log(plant: &Plant, traces: Option<&Traces>) -> Section {
+    let e = &plant.evidence;
+    let mut blocks = Vec::new();
+    if !e.channels.is_empty() {
+        let headers = ["channel", "column", "read as", "rows", "rate", "least", "mean", "largest"];
+        let mut table = Table::new(headers);
+        for c in &e.channels {
+            let (factor, unit) = shown_in(c);
+            table.push([
+                c.role.clone(),
+                c.column.clone(),
+                c.unit.clone(),
+                c.rows.to_string(),
+                value(c.rate_hz, 1, "Hz"),
+                value(factor * c.min, 2, unit),
+                value(factor * c.mean, 2, unit),
+                value(factor * c.max, 2, unit),
+            ]);
+        }
+        blocks.push(Block::Table(table));
+    }
+    if let Some(traces) = traces {
+        blocks.push(Block::Figure {
+            figure: figures::drive(traces),
+            height: 600,
+            caption: "What was recorded, on the clock of the identification. Yaw is the integral \
+                      of the measured yaw rate."
+                .into(),
+        });
+    }
+    if !e.excitation.coherence.is_empty() {
+        blocks.push(Block::Figure {
+            figure: figures::coherence(&e.excitation),
+            height: 330,
+            caption: "Coherence is the share of the yaw rate that steering explains linearly, by \
+                      frequency. Beyond the limit a model is a guess."
+                .into(),
+        });
+    }
+    Section { heading: "The log".into(), blocks }
+}
+
+/// Channels are kept in SI; people read degrees.
+fn shown_in(c: &ChannelSummary) -> (f64, &'static str) {
+    match c.role.as_str() {
+        "steering" | "yaw" | "heading" => (DEG, "deg"),
+        "yaw_rate" => (DEG, "deg/s"),
+        "speed" => (1.0, "m/s"),
+        _ => (1.0, ""),
+    }
+}
+
+/// The model, how well it fits, and how its order was chosen.
+pub(crate) fn model(plant: &Plant, traces: Option<&Traces>, bicycle_fit: Option<f64>) -> Section {
+    let e = &plant.evidence;
+    let p = &plant.operating_point;
+    let mut table = Table::new(["quantity", "value"]);
+    let input = match plant.input {
+        InputKind::Steering => "steering angle",
+        InputKind::SteeringTimesSpeed => "steering angle times speed",
+    };
+    for (name, text) in [
+        ("method", e.method.to_uppercase()),
+        ("order n", plant.order().to_string()),
+        ("horizon (block rows)", e.horizon.to_string()),
+        ("input", input.to_owned()),
+        ("sample time", format!("{} s", plant.discrete.sample_time_s)),
+        ("input delay", value(plant.input_delay_s, 3, "s")),
+        ("speed", value(p.speed_mps, 2, "m/s")),
+        ("steering ratio", significant(plant.steering_ratio)),
+        ("steering that drives straight", value(p.steering_offset_rad * DEG, 3, "deg")),
+        ("yaw-rate offset", value(p.yaw_rate_offset_radps * DEG, 3, "deg/s")),
+        ("fit, estimation data", value(e.fit.estimation, 1, "%")),
+        ("fit, held-out data", value(e.fit.validation, 1, "%")),
+        ("fit, held-out data, one-step prediction", value(e.fit.validation_one_step, 1, "%")),
+    ] {
+        table.push([name.to_owned(), text]);
+    }
+    let mut blocks = vec![Block::Table(table)];
+    if let Some(traces) = traces {
+        blocks.push(Block::Figure {
+            figure: figures::comparison(traces, &e.fit, bicycle_fit),
+            height: 720,
+            caption: "Simulation from the steering alone: the model never sees the measured yaw \
+                      rate, and of the shaded part it saw nothing at all."
+                .into(),
+        });
+    }
+    if !e.order_table.is_empty() {
+        blocks.push(Block::Figure {
+            figure: figures::order_table(&e.order_table, plant.order()),
+            height: 320,
+            caption: "A gap after the n-th singular value, and a held-out fit that stops rising, \
+                      speak for order n."
+                .into(),
+        });
+        let headers = ["order", "singular value", "estimation fit", "held-out fit", "stable", ""];
+        let mut table = Table::new(headers);
+        for row in &e.order_table {
+            table.push([
+                row.order.to_string(),
+                significant(row.singular_value),
+                fit(row.estimation_fit),
+                fit(row.validation_fit),
+                if row.stable { "yes" } else { "no" }.into(),
+                if row.order == plant.order() { "chosen" } else { "" }.into(),
+            ]);
+        }
+        blocks.push(Block::Table(table));
+    }
+    blocks.push(Block::Heading("The evidence in words".into()));
+    blocks.push(Block::List(in_words(plant)));
+    Section { heading: "The identified model".into(), blocks }
+}
+
+/// Below −100 % only the sign of a fit means anything.
+fn fit(percent: f64) -> String {
+    if percent < -100.0 { "−100 % or less".into() } else { value(percent, 1, "%") }
+}
+
+fn in_words(plant: &Plant) -> Vec<String> {
+    let e: &Evidence = &plant.evidence;
+    let test = |t: &ResidualTest| {
+        format!(
+            "statistic {} over {} lags, {} % bound {}",
+            significant(t.statistic),
+            t.lags,
+            99,
+            significant(t.bound)
+        )
+    };
+    let mut out = vec![format!(
+        "Estimated on {} samples, judged on {} that were held out: the simulation fits the \
+         held-out yaw rate by {}, one-step prediction by {}.",
+        e.estimation_samples,
+        e.validation_samples,
+        value(e.fit.validation, 1, "%"),
+        value(e.fit.validation_one_step, 1, "%"),
+    )];
+    if e.whiteness.lags > 0 {
+        let verdict = if e.whiteness.pass {
+            "What the model cannot predict looks like white noise"
+        } else {
+            "What the model cannot predict still has structure: the noise model is incomplete"
+        };
+        out.push(format!("{verdict} ({}).", test(&e.whiteness)));
+    }
+    if e.independence.lags > 0 {
+        let verdict = if e.independence.pass {
+            "The residuals do not depend on past steering: no linear effect of it is missing"
+        } else {
+            "The residuals still depend on past steering: dynamics are missing, or the vehicle is \
+             not linear over this drive"
+        };
+        out.push(format!("{verdict} ({}).", test(&e.independence)));
+    }
+    let x = &e.excitation;
+    out.push(format!(
+        "The front wheels moved by {} (standard deviation), the yaw rate by {}; the innovation is \
+         {} of the yaw rate.",
+        value(x.road_wheel_std_rad * DEG, 2, "deg"),
+        value(x.yaw_rate_std_radps * DEG, 2, "deg/s"),
+        value(100.0 * x.noise_to_signal, 1, "%"),
+    ));
+    out.push(if x.informative_up_to_hz > 0.0 {
+        format!("The log tells about the dynamics up to {} Hz.", text(x.informative_up_to_hz, 2))
+    } else {
+        "At no frequency does steering explain half of the yaw rate.".into()
+    });
+    if let Some(radius) = e.stabilised_from {
+        let radius = text(radius, 6);
+        out.push(format!(
+            "The model came out unstable (largest eigenvalue modulus {radius}) and was made stable."
+        ));
+    }
+    out.push(match (&plant.continuous, e.conversion_round_trip) {
+        (Some(_), error) => format!(
+            "The continuous model gives back the discrete one (eq 9 and 10) to a relative error of {}.",
+            error.map_or_else(|| "–".into(), significant)
+        ),
+        (None, _) => "There is no continuous model: A has no real logarithm, so the plant is \
+                      stepped on its own grid."
+            .into(),
+    });
+    out
+}

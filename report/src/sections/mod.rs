@@ -1,0 +1,45 @@
+//! The sections of the report, each from a file or two.
+
+mod design;
+mod identification;
+mod outcome;
+
+pub(crate) use design::{bicycle, controller};
+pub(crate) use identification::{log, model};
+pub(crate) use outcome::{provenance, summary, tracking};
+
+use crate::figures::text;
+
+/// A value in a table, with its unit.
+fn value(value: f64, digits: usize, unit: &str) -> String {
+    if unit.is_empty() || !value.is_finite() {
+        return text(value, digits);
+    }
+    // A number stays on the line of its unit.
+    format!("{}\u{a0}{unit}", text(value, digits))
+}
+
+/// A value that may be absent.
+fn optional(number: Option<f64>, digits: usize, unit: &str, absent: &str) -> String {
+    number.map_or_else(|| absent.to_owned(), |n| value(n, digits, unit))
+}
+
+/// Up to four digits that count, whatever the size.
+fn significant(number: f64) -> String {
+    if number == 0.0 || !number.is_finite() {
+        return text(number, 0);
+    }
+    let exponent = number.abs().log10().floor();
+    if !(-4.0..6.0).contains(&exponent) {
+        return format!("{number:.3e}").replace('-', "−");
+    }
+    let digits = text(number, (3.0 - exponent).clamp(0.0, 8.0) as usize);
+    if digits.contains('.') {
+        return digits.trim_end_matches('0').trim_end_matches('.').into();
+    }
+    digits
+}
+
+fn met(ok: bool) -> String {
+    if ok { "met" } else { "not met" }.into()
+}

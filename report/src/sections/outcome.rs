@@ -1,0 +1,137 @@
+//! The summary at the head, the tracking, and where everything came from.
+
+use super::value;
+use crate::figures::{self, DEG};
+use crate::{Block, Report, Section, Table, Tone, Track};
+use formats::{Path, Provenance};
+
+/// The judgements of the files, before the numbers.
+pub(crate) fn summary(report: &Report<'_>) -> Section {
+    let mut blocks = Vec::new();
+    if let Some(plant) = report.plant {
+        let v = &plant.evidence.verdict;
+        let (tone, title) = if v.trustworthy {
+            (Tone::Good, "The model can be trusted for a design.")
+        } else {
+            (Tone::Bad, "The model is not to be trusted without further thought.")
+        };
+        blocks.push(Block::Note { tone, title: title.into(), text: v.summary.clone() });
+        if !v.advice.is_empty() {
+            blocks.push(Block::Heading("What to do next".into()));
+            blocks.push(Block::List(v.advice.clone()));
+        }
+        if !plant.evidence.warnings.is_empty() {
+            blocks.push(Block::Heading("Warnings".into()));
+            blocks.push(Block::List(plant.evidence.warnings.clone()));
+        }
+    }
+    if !blocks.is_empty() {
+        blocks.push(Block::Heading("At a glance".into()));
+    }
+    let mut table = Table::new(["what", "result", "requirements"]);
+    if let Some(plant) = report.plant {
+        let fit = value(plant.evidence.fit.validation, 1, "%");
+        let name = format!("identified model of order {}", plant.order());
+        table.push([name, format!("held-out fit {fit}"), String::new()]);
+    }
+    if let Some(fit) = report.bicycle_fit {
+        table.push(["bicycle model".into(), format!("fit {}", value(fit, 1, "%")), String::new()]);
+    }
+    for c in &report.controllers {
+        let step = &c.pid.evidence.step;
+        let text = format!(
+            "overshoot {}, settled {}",
+            value(step.overshoot_percent, 2, "%"),
+            super::optional(step.settling_time_s, 3, "s", "never")
+        );
+        table.push([format!("controller: {}", c.name), text, super::met(c.pid.evidence.met)]);
+    }
+    for (name, track) in &report.tracks {
+        let rms = value(track.errors().cross_track_rms_m, 3, "m");
+        table.push([format!("track: {name}"), format!("cross-track RMS {rms}"), String::new()]);
+    }
+    if !table.is_empty() {
+        blocks.push(Block::Table(table));
+    }
+    Section { heading: "Summary".into(), blocks }
+}
+
+/// The road, the tracks and their errors.
+pub(crate) fn tracking(path: Option<&Path>, tracks: &[(&str, &Track)]) -> Section {
+    let mut blocks = Vec::new();
+    if let Some(path) = path {
+        let length = path.points.last().map_or(0.0, |p| p.distance_m);
+        let tightest = path.points.iter().fold(0.0, |m: f64, p| m.max(p.curvature_per_m.abs()));
+        let radius = if tightest > 0.0 { value(1.0 / tightest, 1, "m") } else { "∞".into() };
+        blocks.push(Block::Text(format!(
+            "{}: {} long{}, tightest radius {radius}, made for {}.",
+            path.name,
+            value(length, 1, "m"),
+            if path.closed { ", closed" } else { "" },
+            value(path.speed_mps, 2, "m/s"),
+        )));
+    }
+    let points = path.map_or(&[][..], |p| &p.points);
+    blocks.push(Block::Figure {
+        figure: figures::reference_road(points, path.is_some_and(|p| p.closed), tracks),
+        height: figures::road_height(crate::html::WIDTH, points, tracks),
+        caption: "Both axes have the same scale.".into(),
+    });
+    if !tracks.is_empty() {
+        let headers = ["track", "cross-track RMS", "cross-track largest", "yaw RMS", "yaw largest"];
+        let mut table = Table::new(headers);
+        for (name, track) in tracks {
+            let e = track.errors();
+            table.push([
+                (*name).to_owned(),
+                value(e.cross_track_rms_m, 3, "m"),
+                value(e.cross_track_max_m, 3, "m"),
+                value(e.heading_rms_rad * DEG, 3, "deg"),
+                value(e.heading_max_rad * DEG, 3, "deg"),
+            ]);
+        }
+        blocks.push(Block::Table(table));
+        blocks.push(Block::Figure {
+            figure: figures::tracking_errors(tracks),
+            height: 660,
+            caption: "Positive errors are to the left of the road. Yaw error is yaw against the \
+                      road's heading; in a bend a steady part of it is sideslip, not a fault."
+                .into(),
+        });
+    }
+    Section { heading: "Following the reference road".into(), blocks }
+}
+
+/// Names, hashes and options.
+pub(crate) fn provenance(report: &Report<'_>) -> Section {
+    let mut blocks = Vec::new();
+    if !report.files.is_empty() {
+        let mut table = Table::new(["file written", "SHA-256"]);
+        report.files.iter().for_each(|f| table.push([f.name.as_str(), &f.sha256]));
+        blocks.push(Block::Table(table));
+    }
+    let plant = report.plant.map(|p| ("Identified model".to_owned(), &p.provenance));
+    let bicycle = report.bicycle.map(|b| ("Bicycle model".to_owned(), &b.provenance));
+    let pids =
+        report.controllers.iter().map(|c| (format!("Controller: {}", c.name), &c.pid.provenance));
+    let path = report.path.map(|p| ("Reference road".to_owned(), &p.provenance));
+    for (name, p) in plant.into_iter().chain(bicycle).chain(pids).chain(path) {
+        push_provenance(&mut blocks, name, p);
+    }
+    Section { heading: "Provenance".into(), blocks }
+}
+
+fn push_provenance(blocks: &mut Vec<Block>, name: String, p: &Provenance) {
+    blocks.push(Block::Heading(name));
+    blocks.push(Block::Text(format!("Written by steerwright {}.", p.version)));
+    if !p.sources.is_empty() {
+        let mut table = Table::new(["file read", "SHA-256"]);
+        p.sources.iter().for_each(|f| table.push([f.name.as_str(), &f.sha256]));
+        blocks.push(Block::Table(table));
+    }
+    if !p.options.is_empty() {
+        let mut table = Table::new(["option", "value"]);
+        p.options.iter().for_each(|(k, v)| table.push([k, v]));
+        blocks.push(Block::Table(table));
+    }
+}

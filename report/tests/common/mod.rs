@@ -1,0 +1,289 @@
+//! Made-up but plausible content of the files of the other stages.
+#![allow(dead_code, missing_docs, unreachable_pub)]
+
+use formats::*;
+use report::{StepResponse, Traces, Track};
+
+/// A small repeatable noise in −1…1 (a linear congruential generator).
+pub fn noise(seed: &mut u64) -> f64 {
+    *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+    (*seed >> 33) as f64 / f64::from(1u32 << 30) - 1.0
+}
+
+pub fn traces(samples: usize) -> Traces {
+    let mut t = Traces::default();
+    let (mut seed, mut r, mut yaw, mut simulated_yaw) = (7, 0.0, 0.0, 0.0);
+    let dt = 300.0 / samples as f64;
+    for k in 0..samples {
+        let time = k as f64 * dt;
+        let steering = 0.06 * (0.21 * time).sin() + 0.04 * (0.83 * time + 1.0).sin().powi(3);
+        r += dt / 0.25 * (3.2 * steering - r);
+        let measured = r + 0.012 * noise(&mut seed) + 0.02 * (0.3 * time).cos();
+        yaw += dt * measured;
+        simulated_yaw += dt * r;
+        t.time_s.push(time);
+        t.steering_rad.push(steering);
+        t.yaw_rate_radps.push(measured);
+        t.simulated_yaw_rate_radps.push(r);
+        t.held_out.push(k >= samples / 2);
+        t.yaw_rad.push(yaw);
+        t.simulated_yaw_rad.push(simulated_yaw);
+    }
+    t.bicycle_yaw_rate_radps = Some(t.simulated_yaw_rate_radps.iter().map(|r| 1.25 * r).collect());
+    t
+}
+
+pub fn evidence() -> Evidence {
+    let row = |order, singular_value, estimation_fit, validation_fit, stable| OrderRow {
+        order,
+        singular_value,
+        estimation_fit,
+        validation_fit,
+        stable,
+    };
+    let channel = |role: &str, column: &str, unit: &str, min, mean, max| ChannelSummary {
+        role: role.into(),
+        column: column.into(),
+        unit: unit.into(),
+        rows: 30_000,
+        rate_hz: 100.0,
+        min,
+        mean,
+        max,
+    };
+    Evidence {
+        method: "n4sid".into(),
+        horizon: 20,
+        estimation_samples: 3000,
+        validation_samples: 3000,
+        fit: Fits { estimation: 81.2, validation: 77.9, validation_one_step: 95.4 },
+        order_table: vec![
+            row(1, 31.0, 60.1, 57.2, true),
+            row(2, 9.2, 81.2, 77.9, true),
+            row(3, 0.81, 81.5, 77.3, true),
+            row(4, 0.52, 81.9, -3e5, false),
+            row(5, 0.44, 82.0, 76.1, true),
+            row(6, 0.40, 82.1, 71.0, true),
+            row(7, 0.36, 82.2, 72.4, false),
+            row(8, 0.35, 82.2, 70.8, true),
+        ],
+        whiteness: ResidualTest { lags: 25, statistic: 61.0, bound: 44.3, pass: false },
+        independence: ResidualTest { lags: 25, statistic: 30.2, bound: 44.3, pass: true },
+        excitation: Excitation {
+            road_wheel_std_rad: 0.05,
+            yaw_rate_std_radps: 0.17,
+            noise_to_signal: 0.04,
+            informative_up_to_hz: 1.7,
+            coherence: (1..200)
+                .map(|k| {
+                    let frequency_hz = 0.05 * f64::from(k);
+                    let ripple = 0.03 * (f64::from(k) * 1.7).sin();
+                    let coherence = (0.96 / (1.0 + (frequency_hz / 1.8).powi(4)) + ripple).abs();
+                    CoherencePoint { frequency_hz, coherence: coherence.min(1.0) }
+                })
+                .collect(),
+        },
+        stabilised_from: Some(1.0004),
+        conversion_round_trip: Some(3.1e-15),
+        channels: vec![
+            channel("steering", "roadWheelAngle", "deg", -0.2, 0.001, 0.31),
+            channel("yaw_rate", "yawRate <script>", "deg/s", -0.9, 0.02, 0.84),
+            channel("speed", "vxCG", "m/s", 16.1, 38.2, 61.0),
+        ],
+        warnings: vec!["the speed varies from 16.1 to 61.0 m/s: a linear model averages it".into()],
+        verdict: Verdict {
+            trustworthy: true,
+            summary: "The model explains the held-out half well up to 1.7 Hz.".into(),
+            advice: vec!["Drive at one speed to sharpen the model.".into()],
+        },
+    }
+}
+
+pub fn provenance() -> Provenance {
+    Provenance {
+        version: "0.1.0".into(),
+        sources: vec![SourceFile {
+            name: "drive \"<b>& 'one'.csv".into(),
+            sha256: sha256_hex(b"drive"),
+        }],
+        options: [("order".to_owned(), "auto".to_owned()), ("horizon".into(), "20".into())].into(),
+    }
+}
+
+pub fn plant() -> Plant {
+    let m = |rows: &[&[f64]]| Matrix(rows.iter().map(|r| r.to_vec()).collect());
+    Plant {
+        schema: Plant::SCHEMA.into(),
+        name: "250 LM".into(),
+        input: InputKind::Steering,
+        steering_ratio: 1.0,
+        input_delay_s: 0.05,
+        operating_point: OperatingPoint {
+            speed_mps: 38.2,
+            steering_offset_rad: 0.0012,
+            yaw_rate_offset_radps: 0.0,
+        },
+        discrete: Discrete {
+            sample_time_s: 0.05,
+            a: m(&[&[0.8, 0.1], &[-0.1, 0.7]]),
+            b: m(&[&[0.2], &[0.1]]),
+            c: m(&[&[1.0, 0.0]]),
+            d: m(&[&[0.0]]),
+            k: m(&[&[0.1], &[0.0]]),
+            x0: vec![0.0, 0.0],
+        },
+        continuous: None,
+        noise: Noise { innovation_variance: 1e-5 },
+        evidence: evidence(),
+        provenance: provenance(),
+    }
+}
+
+pub fn step(factor: f64) -> StepResponse {
+    let mut s = StepResponse::default();
+    for k in 0..300 {
+        let t = f64::from(k) * 0.01;
+        let yaw = 1.0 - (-5.5 * t).exp() * ((3.2 * t).cos() + 1.4 * (3.2 * t).sin());
+        s.time_s.push(t);
+        s.yaw_rad.push(0.0873 * yaw * factor);
+        s.steering_rad.push((0.21 * (-6.0 * t).exp() - 0.03 * (-1.5 * t).exp()) * factor);
+    }
+    s
+}
+
+pub fn pid(met: bool) -> Pid {
+    let metrics = StepMetrics {
+        overshoot_percent: 0.41,
+        settling_time_s: Some(0.83),
+        steady_state_error_percent: 0.02,
+        rise_time_s: Some(0.37),
+        largest_angle_rad: 0.18,
+        largest_increment_rad: 0.11,
+    };
+    Pid {
+        schema: Pid::SCHEMA.into(),
+        name: "PID".into(),
+        sample_time_s: 0.01,
+        gains: PidGains {
+            kp: 1.93,
+            ki: 2.2,
+            kd: 0.21,
+            derivative_filter_time_s: 0.02,
+            setpoint_weight_proportional: 0.8,
+            setpoint_weight_derivative: 0.0,
+            anti_windup_time_s: 0.5,
+        },
+        limits: Limits { max_angle_rad: 0.384, max_increment_rad: 0.262, max_rate_radps: 10.0 },
+        designed_for: DesignedFor {
+            model: "plant".into(),
+            name: "250 LM".into(),
+            sha256: sha256_hex(b"plant"),
+            speed_mps: 38.2,
+            steering_ratio: 1.0,
+            loop_delay_s: 0.0,
+        },
+        specification: Specification {
+            overshoot_percent: 1.0,
+            settling_time_s: 1.0,
+            steady_state_error_percent: 2.0,
+            step_rad: 0.0873,
+            steering_offset_rad: 0.0175,
+            steady_state_time_s: 5.0,
+            modulus_margin: 0.5,
+        },
+        evidence: DesignEvidence {
+            met,
+            shortfalls: if met {
+                vec![]
+            } else {
+                vec![Shortfall { requirement: "settling time".into(), required: 1.0, reached: 1.4 }]
+            },
+            step: StepMetrics {
+                settling_time_s: if met { Some(0.83) } else { Some(1.4) },
+                ..metrics
+            },
+            step_with_offset: StepMetrics { overshoot_percent: 2.4, ..metrics },
+            margins: Margins {
+                gain_margin_db: Some(13.4),
+                phase_margin_deg: Some(64.0),
+                delay_margin_s: Some(0.21),
+                modulus_margin: 0.71,
+                crossover_radps: Some(5.3),
+            },
+        },
+        guidance: GuidanceAdvice { feedforward_gain_radm: 3.1, preview_time_s: 0.2 },
+        provenance: provenance(),
+    }
+}
+
+pub fn path() -> Path {
+    let points = (0..=400)
+        .map(|k| {
+            let s = f64::from(k) * 0.5;
+            PathPoint {
+                distance_m: s,
+                x_m: s * 0.96,
+                y_m: 9.0 * (s / 25.0).sin(),
+                heading_rad: (0.36 * (s / 25.0).cos()).atan(),
+                curvature_per_m: -0.0144 * (s / 25.0).sin(),
+            }
+        })
+        .collect();
+    Path {
+        schema: Path::SCHEMA.into(),
+        name: "slalom".into(),
+        closed: false,
+        guidance: Guidance::default(),
+        speed_mps: 10.0,
+        points,
+        provenance: provenance(),
+    }
+}
+
+pub fn track(error: f64) -> Track {
+    let mut t = Track::default();
+    for k in 0..2000 {
+        let time = f64::from(k) * 0.01;
+        let s = 10.0 * time;
+        let e = error * (s / 25.0 + 0.4).sin() * (1.0 - (-s / 20.0).exp());
+        t.time_s.push(time);
+        t.distance_m.push(s);
+        t.x_m.push(s * 0.96);
+        t.y_m.push(9.0 * (s / 25.0).sin() + e);
+        t.cross_track_error_m.push(e);
+        t.heading_error_rad.push(0.05 * error * (s / 25.0 + 0.4).cos());
+        t.steering_rad.push(-0.05 * (s / 25.0).sin() + 0.02 * e);
+    }
+    t
+}
+
+pub fn bicycle() -> Bicycle {
+    Bicycle {
+        schema: Bicycle::SCHEMA.into(),
+        vehicle: VehicleData {
+            name: "sedan".into(),
+            mass_kg: 1573.0,
+            yaw_inertia_kgm2: 2873.0,
+            distance_front_m: 1.1,
+            distance_rear_m: 1.58,
+            cornering_stiffness_front_npr: 160_000.0,
+            cornering_stiffness_rear_npr: 160_000.0,
+            actuator_time_constant_s: 0.1,
+            steering_ratio: 15.0,
+            speed_mps: 20.0,
+        },
+        coefficients: BicycleCoefficients {
+            a1: -203.4,
+            a2: 48.8,
+            a3: 26.7,
+            a4: -206.4,
+            b1: 101.7,
+            b2: 61.3,
+            n: 0.0667,
+            tn: 0.1,
+        },
+        state_matrix: Matrix::from_fn(5, 5, |_, _| 0.0),
+        input_matrix: Matrix::from_fn(5, 1, |_, _| 0.0),
+        provenance: provenance(),
+    }
+}

@@ -1,0 +1,101 @@
+//! The report page: self-contained, escaped, and true to the files.
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use common::*;
+use report::{Controller, Report};
+
+fn page(met: bool) -> String {
+    let (plant, traces, bicycle, path) = (plant(), traces(3000), bicycle(), path());
+    let (pid, step, run) = (pid(met), step(1.0), track(0.2));
+    Report {
+        title: "A <drive> & more".into(),
+        plant: Some(&plant),
+        traces: Some(&traces),
+        bicycle: Some(&bicycle),
+        bicycle_fit: Some(61.0),
+        controllers: vec![Controller {
+            name: "identified",
+            pid: &pid,
+            step: Some(&step),
+            step_with_offset: Some(&step),
+        }],
+        path: Some(&path),
+        tracks: vec![("identified", &run)],
+        files: plant.provenance.sources.clone(),
+    }
+    .to_html()
+}
+
+fn parse(page: &str) -> roxmltree::Document<'_> {
+    // The page is written as XML too, but for its document type.
+    roxmltree::Document::parse(page.strip_prefix("<!DOCTYPE html>\n").unwrap()).unwrap()
+}
+
+#[test]
+fn the_page_is_well_formed_and_needs_nothing_else() {
+    let page = page(true);
+    let document = parse(&page);
+    assert_eq!(page, self::page(true));
+    for node in document.descendants().filter(roxmltree::Node::is_element) {
+        let name = node.tag_name().name();
+        assert!(!["script", "link", "iframe", "object", "img", "image", "use"].contains(&name));
+        for attribute in node.attributes() {
+            let inner = attribute.name() != "href" || attribute.value().starts_with('#');
+            assert!(inner, "{name} {attribute:?}");
+            assert!(!attribute.name().starts_with("on") && attribute.name() != "src");
+        }
+    }
+    let style = document.descendants().find(|n| n.has_tag_name("style")).unwrap();
+    let style = style.text().unwrap();
+    assert!(!style.contains("url(") && !style.contains("@import"));
+    assert!(page.len() < 1_000_000, "{}", page.len());
+    // Links of the table of contents lead somewhere.
+    for link in document.descendants().filter_map(|n| n.attribute("href")) {
+        assert!(document.descendants().any(|n| n.attribute("id") == link.strip_prefix('#')));
+    }
+}
+
+#[test]
+fn untrusted_names_are_text() {
+    let page = page(true);
+    let document = parse(&page);
+    let cells: Vec<_> =
+        document.descendants().filter(|n| n.has_tag_name("td")).filter_map(|n| n.text()).collect();
+    assert!(cells.contains(&"yawRate <script>"));
+    assert!(cells.contains(&"drive \"<b>& 'one'.csv"));
+    assert!(!page.contains("<script"));
+}
+
+#[test]
+fn every_requirement_says_whether_it_is_met() {
+    let row = |page: &str, requirement: &str| -> Vec<String> {
+        let document = parse(page);
+        let first = |n: &roxmltree::Node<'_, '_>| {
+            n.has_tag_name("tr") && n.first_child().and_then(|c| c.text()) == Some(requirement)
+        };
+        let row = document.descendants().find(first).unwrap();
+        row.children().map(|c| c.text().unwrap_or_default().replace('\u{a0}', " ")).collect()
+    };
+    let (good, bad) = (page(true), page(false));
+    assert_eq!(
+        row(&good, "settling time"),
+        ["settling time", "≤ 1 s", "0.830 s", "✓ met", "0.830 s"]
+    );
+    assert_eq!(row(&bad, "settling time")[2..4], ["1.400 s", "✗ not met"]);
+    assert_eq!(row(&bad, "overshoot")[3], "✓ met");
+    assert!(good.contains("Every requirement is met.") && bad.contains("Not every requirement"));
+    assert!(bad.contains("settling time: asked 1, reached 1.4"));
+}
+
+#[test]
+fn a_figure_without_data_leaves_a_remark_and_an_empty_report_a_page() {
+    let plant = plant();
+    let traces = report::Traces::default();
+    let report = Report { plant: Some(&plant), traces: Some(&traces), ..Report::default() };
+    let page = report.to_html();
+    parse(&page);
+    assert!(page.contains("is missing"));
+    parse(&Report::default().to_html());
+}
