@@ -82,15 +82,17 @@ pub trait Document: Serialize + DeserializeOwned {
             problem: strip_place(&inner.to_string()),
         };
         // The schema first: a file of another kind should be called that, not "missing key".
+        // Text that is not JSON at all is left to the reader below, which knows the place.
         #[derive(serde::Deserialize)]
         struct Tag {
-            schema: String,
+            schema: Option<String>,
         }
-        let tag: Tag = serde_json::from_str(text).map_err(|e| syntax("schema".into(), &e))?;
-        if tag.schema != Self::SCHEMA {
+        if let Ok(tag) = serde_json::from_str::<Tag>(text)
+            && tag.schema.as_deref() != Some(Self::SCHEMA)
+        {
             return Err(Error::Schema {
                 file: file.into(),
-                found: tag.schema,
+                found: tag.schema.unwrap_or_else(|| "without a schema".into()),
                 expected: Self::SCHEMA,
             });
         }

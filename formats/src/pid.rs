@@ -171,9 +171,11 @@ pub struct Margins {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GuidanceAdvice {
-    /// Steering angle per path curvature in steady state, rad·m.
+    /// Steering angle per path curvature, rad·m: what a curve needs beyond what the previewed yaw
+    /// reference already makes the loop steer. Not the whole steering of a steady turn, so neither
+    /// this nor the preview is to be used without the other.
     pub feedforward_gain_radm: f64,
-    /// Time by which the closed loop lags a yaw ramp, with that feedforward, s.
+    /// Time by which the closed loop lags a yaw ramp, kp·(1 − b)/ki, s.
     pub preview_time_s: f64,
 }
 

@@ -1,1 +1,16 @@
-//! placeholder
+//! FMI 2.0 archives from the stages' files and the libraries' bytes.
+//!
+//! [`package`] takes a document (`plant.json`, `bicycle.json`, `pid.json` or `path.json`) and the
+//! libraries of its FMU, one for each platform, and returns the archive's bytes. It needs no
+//! compiler: the libraries are generic and read `resources/`. The same inputs give the same bytes.
+//!
+//! This crate knows nothing of where libraries come from, nor how its documents were made.
+
+mod archive;
+mod documentation;
+mod error;
+
+pub use archive::{Binary, Packed, fmu_of, package};
+pub use documentation::{table_markdown, with_variables};
+pub use error::Error;
+pub use slaves::Fmu;

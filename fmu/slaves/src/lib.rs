@@ -1,1 +1,22 @@
-//! placeholder
+//! Each FMU's variable table, written once, and the glue from the pure model to the export trait.
+//!
+//! From a table come the enum that the glue must match exhaustively, the XML, the documentation
+//! page and the tables in the READMEs. The glue holds no physics and no C symbol: the cdylib crates
+//! beside this one add the symbols, one crate an FMU, since two crates that export the same symbols
+//! must never be linked into one binary.
+//!
+//! Times are seconds, angles radians; signs are ISO 8855.
+
+mod bicycle_plant;
+mod fmu;
+mod identified_plant;
+mod lateral_pid;
+mod reference_path;
+mod resources;
+mod tables;
+
+pub use bicycle_plant::BicyclePlant;
+pub use fmu::{Error, Fmu};
+pub use identified_plant::IdentifiedPlant;
+pub use lateral_pid::LateralPid;
+pub use reference_path::ReferencePath;

@@ -1,0 +1,116 @@
+//! The FMUs by name, for those who pack them.
+
+use crate::{BicyclePlant, IdentifiedPlant, LateralPid, ReferencePath};
+use fmi2_export::{DescribeError, Resources, Slave, describe};
+use formats::Document;
+use model_description::{DefaultExperiment, ModelDescription, Table};
+
+/// Why an FMU could not be described.
+pub type Error = DescribeError;
+
+/// An FMU of this project.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Fmu {
+    /// The identified lateral dynamics.
+    IdentifiedPlant,
+    /// The two-wheel bicycle model.
+    BicyclePlant,
+    /// The steering controller.
+    LateralPid,
+    /// The reference road and its guidance.
+    ReferencePath,
+}
+
+impl Fmu {
+    /// Every FMU.
+    pub const ALL: [Self; 4] =
+        [Self::IdentifiedPlant, Self::BicyclePlant, Self::LateralPid, Self::ReferencePath];
+
+    /// The variable table.
+    #[must_use]
+    pub fn table(self) -> &'static Table {
+        match self {
+            Self::IdentifiedPlant => IdentifiedPlant::TABLE,
+            Self::BicyclePlant => BicyclePlant::TABLE,
+            Self::LateralPid => LateralPid::TABLE,
+            Self::ReferencePath => ReferencePath::TABLE,
+        }
+    }
+
+    /// The FMU's name, which is also its archive's and its `modelIdentifier`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        self.table().model_name
+    }
+
+    /// The schema of the file the FMU is made from.
+    #[must_use]
+    pub fn schema(self) -> &'static str {
+        match self {
+            Self::IdentifiedPlant => formats::Plant::SCHEMA,
+            Self::BicyclePlant => formats::Bicycle::SCHEMA,
+            Self::LateralPid => formats::Pid::SCHEMA,
+            Self::ReferencePath => formats::Path::SCHEMA,
+        }
+    }
+
+    /// The name that file has in `resources/`.
+    #[must_use]
+    pub fn resource(self) -> &'static str {
+        match self {
+            Self::IdentifiedPlant => "plant.json",
+            Self::BicyclePlant => "bicycle.json",
+            Self::LateralPid => "pid.json",
+            Self::ReferencePath => "path.json",
+        }
+    }
+
+    /// What the FMU's README says: its equations and its variables, in Markdown.
+    #[must_use]
+    pub fn readme(self) -> &'static str {
+        match self {
+            Self::IdentifiedPlant => include_str!("../../identified-plant/README.md"),
+            Self::BicyclePlant => include_str!("../../bicycle-plant/README.md"),
+            Self::LateralPid => include_str!("../../lateral-pid/README.md"),
+            Self::ReferencePath => include_str!("../../reference-path/README.md"),
+        }
+    }
+
+    /// The model description of this FMU with these resources: start values are asked of the
+    /// very slave that the binary runs.
+    ///
+    /// # Errors
+    /// Where the slave refuses the resources.
+    pub fn describe(
+        self,
+        resources: Vec<(String, Vec<u8>)>,
+        experiment: DefaultExperiment,
+    ) -> Result<ModelDescription, Error> {
+        let resources = &Resources::from(resources);
+        let experiment = Some(experiment);
+        match self {
+            Self::IdentifiedPlant => {
+                let mut description = describe::<IdentifiedPlant>(resources, experiment)?;
+                let model = self.name();
+                let refused = |problem| DescribeError::Open { model, problem };
+                if IdentifiedPlant::has_feedthrough(resources).map_err(refused)? {
+                    declare_feedthrough(&mut description);
+                }
+                Ok(description)
+            }
+            Self::BicyclePlant => describe::<BicyclePlant>(resources, experiment),
+            Self::LateralPid => describe::<LateralPid>(resources, experiment),
+            Self::ReferencePath => describe::<ReferencePath>(resources, experiment),
+        }
+    }
+}
+
+/// With D ≠ 0 the yaw rate depends on every input at a communication point.
+fn declare_feedthrough(description: &mut ModelDescription) {
+    let yaw_rate = (1..).zip(&description.variables).find(|(_, v)| v.name == "yaw_rate");
+    let Some((index, _)) = yaw_rate else { return };
+    for unknown in description.outputs.iter_mut().filter(|u| u.index == index) {
+        unknown.dependencies = None;
+        unknown.kinds = None;
+    }
+}

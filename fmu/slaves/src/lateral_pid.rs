@@ -1,0 +1,181 @@
+//! `LateralPid`: the glue from [`vehicle_models::Pid`] to the export trait.
+
+use crate::resources::optional;
+use crate::tables::lateral_pid::Variable;
+use fmi2_export::{Log, Resources, Slave};
+use model_description::{Table, Value};
+use vehicle_models::{Pid, PidInput, PidOutput, PidParameters, Ticks};
+
+/// The steering controller (eq 14).
+#[derive(Debug, Clone)]
+pub struct LateralPid {
+    parameters: PidParameters,
+    inputs: Inputs,
+    pid: Pid,
+    phase: Phase,
+}
+
+/// The inputs, and whether the importer has given the two that the error needs.
+#[derive(Debug, Clone, Copy)]
+struct Inputs {
+    pid: PidInput,
+    yaw_given: bool,
+    reference_given: bool,
+}
+
+#[derive(Debug, Clone)]
+enum Phase {
+    /// Before the first step: outputs are those of tick 0 for the present inputs, evaluated on a
+    /// copy at each read. `last_read` is what the first step commits.
+    BeforeFirstStep { last_read: Inputs },
+    /// From then on: outputs are those of the last tick.
+    Running { ticks: Ticks, output: PidOutput, warned_of_long_step: bool },
+}
+
+impl LateralPid {
+    /// Tick 0 with these inputs, on a copy of the memory.
+    fn tick_zero(&self, inputs: &Inputs) -> (Pid, PidOutput) {
+        let mut pid = self.pid;
+        let output = if inputs.yaw_given && inputs.reference_given {
+            pid.tick(&self.parameters, &inputs.pid)
+        } else {
+            pid.prime(&self.parameters, &inputs.pid)
+        };
+        (pid, output)
+    }
+
+    fn output(&mut self) -> PidOutput {
+        let (_, output) = match &mut self.phase {
+            Phase::Running { output, .. } => return *output,
+            Phase::BeforeFirstStep { last_read } => {
+                *last_read = self.inputs;
+                let inputs = self.inputs;
+                self.tick_zero(&inputs)
+            }
+        };
+        output
+    }
+}
+
+impl Slave for LateralPid {
+    type Variable = Variable;
+    const TABLE: &'static Table = Variable::TABLE;
+
+    fn open(resources: &Resources) -> Result<Self, String> {
+        let parameters = optional::<formats::Pid>(resources, "pid.json")?.map_or_else(
+            PidParameters::default,
+            |pid| PidParameters {
+                kp: pid.gains.kp,
+                ki: pid.gains.ki,
+                kd: pid.gains.kd,
+                derivative_filter_time: pid.gains.derivative_filter_time_s,
+                setpoint_weight_proportional: pid.gains.setpoint_weight_proportional,
+                setpoint_weight_derivative: pid.gains.setpoint_weight_derivative,
+                anti_windup_time: pid.gains.anti_windup_time_s,
+                max_angle: pid.limits.max_angle_rad,
+                max_increment: pid.limits.max_increment_rad,
+                max_rate: pid.limits.max_rate_radps,
+                sample_time: pid.sample_time_s,
+            },
+        );
+        let inputs = Inputs {
+            pid: PidInput {
+                yaw_reference: 0.0,
+                yaw: 0.0,
+                steering_feedforward: 0.0,
+                enabled: true,
+            },
+            yaw_given: false,
+            reference_given: false,
+        };
+        let phase = Phase::BeforeFirstStep { last_read: inputs };
+        Ok(Self { parameters, inputs, pid: Pid::default(), phase })
+    }
+
+    #[inline]
+    fn get(&mut self, variable: Variable) -> Value {
+        let p = &self.parameters;
+        let input = &self.inputs.pid;
+        Value::Real(match variable {
+            Variable::SteeringAngle => self.output().steering_angle,
+            Variable::Saturated => return Value::Boolean(self.output().saturated),
+            Variable::Enabled => return Value::Boolean(input.enabled),
+            Variable::YawReference => input.yaw_reference,
+            Variable::Yaw => input.yaw,
+            Variable::SteeringFeedforward => input.steering_feedforward,
+            Variable::Kp => p.kp,
+            Variable::Ki => p.ki,
+            Variable::Kd => p.kd,
+            Variable::DerivativeFilterTime => p.derivative_filter_time,
+            Variable::SetpointWeightProportional => p.setpoint_weight_proportional,
+            Variable::SetpointWeightDerivative => p.setpoint_weight_derivative,
+            Variable::AntiWindupTime => p.anti_windup_time,
+            Variable::MaxAngle => p.max_angle,
+            Variable::MaxIncrement => p.max_increment,
+            Variable::MaxRate => p.max_rate,
+            Variable::SampleTime => p.sample_time,
+        })
+    }
+
+    #[inline]
+    fn set(&mut self, variable: Variable, value: &Value) {
+        if let (Variable::Enabled, Value::Boolean(enabled)) = (variable, value) {
+            self.inputs.pid.enabled = *enabled;
+        }
+        let Value::Real(value) = *value else { return };
+        let p = &mut self.parameters;
+        let input = &mut self.inputs;
+        *match variable {
+            Variable::YawReference => {
+                input.reference_given = true;
+                &mut input.pid.yaw_reference
+            }
+            Variable::Yaw => {
+                input.yaw_given = true;
+                &mut input.pid.yaw
+            }
+            Variable::SteeringFeedforward => &mut input.pid.steering_feedforward,
+            Variable::Kp => &mut p.kp,
+            Variable::Ki => &mut p.ki,
+            Variable::Kd => &mut p.kd,
+            Variable::DerivativeFilterTime => &mut p.derivative_filter_time,
+            Variable::SetpointWeightProportional => &mut p.setpoint_weight_proportional,
+            Variable::SetpointWeightDerivative => &mut p.setpoint_weight_derivative,
+            Variable::AntiWindupTime => &mut p.anti_windup_time,
+            Variable::MaxAngle => &mut p.max_angle,
+            Variable::MaxIncrement => &mut p.max_increment,
+            Variable::MaxRate => &mut p.max_rate,
+            Variable::SampleTime => &mut p.sample_time,
+            Variable::Enabled | Variable::SteeringAngle | Variable::Saturated => return,
+        } = value;
+    }
+
+    fn exit_initialization(&mut self, _start_time: f64, _log: &mut Log) -> Result<(), String> {
+        self.phase = Phase::BeforeFirstStep { last_read: self.inputs };
+        Ok(())
+    }
+
+    fn step(&mut self, _time: f64, step: f64, log: &mut Log) -> Result<(), String> {
+        if let Phase::BeforeFirstStep { last_read } = self.phase {
+            let (pid, output) = self.tick_zero(&last_read);
+            self.pid = pid;
+            self.phase = Phase::Running { ticks: Ticks::new(), output, warned_of_long_step: false };
+        }
+        let Phase::Running { ticks, output, warned_of_long_step } = &mut self.phase else {
+            return Ok(());
+        };
+        let count = ticks.advance(step / self.parameters.sample_time);
+        if count > 1 && !*warned_of_long_step {
+            *warned_of_long_step = true;
+            log.warning(format!(
+                "the step of {step} s spans {count} ticks of {} s: they see the same inputs; \
+                 step by sample_time for the loop that was designed",
+                self.parameters.sample_time
+            ));
+        }
+        for _ in 0..count {
+            *output = self.pid.tick(&self.parameters, &self.inputs.pid);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,151 @@
+//! `ReferencePath`: the glue from [`vehicle_models::PathFollower`] to the export trait.
+
+use crate::resources::required;
+use crate::tables::reference_path::Variable;
+use fmi2_export::{Log, Resources, Slave};
+use model_description::{Table, Value};
+use std::sync::Arc;
+use vehicle_models::{GuidanceParameters, PathFollower, PathGeometry, PathOutput, PathPoint};
+
+/// A reference road and the guidance along it.
+#[derive(Debug, Clone)]
+pub struct ReferencePath {
+    guidance: GuidanceParameters,
+    inputs: Inputs,
+    follower: PathFollower,
+    phase: Phase,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Inputs {
+    x: f64,
+    y: f64,
+    yaw: f64,
+    speed: f64,
+}
+
+#[derive(Debug, Clone)]
+enum Phase {
+    /// Before the first step: outputs are those of the present inputs at each read. The first step
+    /// goes on from the place on the path that `last_read` stands at.
+    BeforeFirstStep { last_read: Inputs },
+    /// From then on: outputs are those of the last step.
+    Running(PathOutput),
+}
+
+impl ReferencePath {
+    fn evaluate(&self, inputs: &Inputs) -> PathOutput {
+        let Inputs { x, y, yaw, speed } = *inputs;
+        self.follower.evaluate(&self.guidance, x, y, yaw, speed)
+    }
+
+    fn output(&mut self) -> PathOutput {
+        match &mut self.phase {
+            Phase::Running(output) => *output,
+            Phase::BeforeFirstStep { last_read } => {
+                *last_read = self.inputs;
+                self.evaluate(&self.inputs)
+            }
+        }
+    }
+}
+
+impl Slave for ReferencePath {
+    type Variable = Variable;
+    const TABLE: &'static Table = Variable::TABLE;
+
+    fn open(resources: &Resources) -> Result<Self, String> {
+        let path = required::<formats::Path>(resources, "path.json")?;
+        let points: Vec<PathPoint> = path
+            .points
+            .iter()
+            .map(|p| PathPoint {
+                distance: p.distance_m,
+                x: p.x_m,
+                y: p.y_m,
+                heading: p.heading_rad,
+                curvature: p.curvature_per_m,
+            })
+            .collect();
+        let geometry = PathGeometry::new(&points, path.closed)
+            .map_err(|e| format!("path.json: {e}; hint: {}", e.hint()))?;
+        let g = &path.guidance;
+        let first = points.first().copied().unwrap_or_default();
+        let inputs = Inputs { x: first.x, y: first.y, yaw: first.heading, speed: path.speed_mps };
+        Ok(Self {
+            guidance: GuidanceParameters {
+                lookahead_time: g.lookahead_time_s,
+                lookahead_min: g.lookahead_min_m,
+                preview_time: g.preview_time_s,
+                feedforward_gain: g.feedforward_gain_radm,
+                sideslip_per_yaw_rate: g.sideslip_per_yaw_rate_s,
+            },
+            inputs,
+            follower: PathFollower::new(Arc::new(geometry)),
+            phase: Phase::BeforeFirstStep { last_read: inputs },
+        })
+    }
+
+    #[inline]
+    fn get(&mut self, variable: Variable) -> Value {
+        let g = &self.guidance;
+        Value::Real(match variable {
+            Variable::YawReference => self.output().yaw_reference,
+            Variable::SteeringFeedforward => self.output().steering_feedforward,
+            Variable::CrossTrackError => self.output().cross_track_error,
+            Variable::HeadingError => self.output().heading_error,
+            Variable::Curvature => self.output().curvature,
+            Variable::Distance => self.output().distance,
+            Variable::Finished => return Value::Boolean(self.output().finished),
+            Variable::X => self.inputs.x,
+            Variable::Y => self.inputs.y,
+            Variable::Yaw => self.inputs.yaw,
+            Variable::Speed => self.inputs.speed,
+            Variable::LookaheadTime => g.lookahead_time,
+            Variable::LookaheadMin => g.lookahead_min,
+            Variable::PreviewTime => g.preview_time,
+            Variable::FeedforwardGain => g.feedforward_gain,
+            Variable::SideslipPerYawRate => g.sideslip_per_yaw_rate,
+        })
+    }
+
+    #[inline]
+    fn set(&mut self, variable: Variable, value: &Value) {
+        let Value::Real(value) = *value else { return };
+        let g = &mut self.guidance;
+        *match variable {
+            Variable::X => &mut self.inputs.x,
+            Variable::Y => &mut self.inputs.y,
+            Variable::Yaw => &mut self.inputs.yaw,
+            Variable::Speed => &mut self.inputs.speed,
+            Variable::LookaheadTime => &mut g.lookahead_time,
+            Variable::LookaheadMin => &mut g.lookahead_min,
+            Variable::PreviewTime => &mut g.preview_time,
+            Variable::FeedforwardGain => &mut g.feedforward_gain,
+            Variable::SideslipPerYawRate => &mut g.sideslip_per_yaw_rate,
+            Variable::YawReference
+            | Variable::SteeringFeedforward
+            | Variable::CrossTrackError
+            | Variable::HeadingError
+            | Variable::Curvature
+            | Variable::Distance
+            | Variable::Finished => return,
+        } = value;
+    }
+
+    fn exit_initialization(&mut self, _start_time: f64, _log: &mut Log) -> Result<(), String> {
+        self.phase = Phase::BeforeFirstStep { last_read: self.inputs };
+        Ok(())
+    }
+
+    fn step(&mut self, _time: f64, _step: f64, _log: &mut Log) -> Result<(), String> {
+        if let Phase::BeforeFirstStep { last_read } = self.phase {
+            let start = self.evaluate(&last_read);
+            self.follower.commit(&start);
+        }
+        let output = self.evaluate(&self.inputs);
+        self.follower.commit(&output);
+        self.phase = Phase::Running(output);
+        Ok(())
+    }
+}

@@ -1,0 +1,129 @@
+//! Reading what was written, and refusing everything else at the right place.
+#![allow(clippy::unwrap_used)]
+
+use formats::{
+    Continuous, Discrete, Document, Error, Evidence, Guidance, InputKind, Matrix, Noise,
+    OperatingPoint, Path, PathPoint, Plant, Provenance,
+};
+use proptest::prelude::*;
+
+fn plant() -> Plant {
+    Plant {
+        schema: Plant::SCHEMA.into(),
+        name: "a drive with [odd, 1,2] \"name\"".into(),
+        input: InputKind::SteeringTimesSpeed,
+        steering_ratio: 16.3,
+        input_delay_s: 0.0,
+        operating_point: OperatingPoint {
+            speed_mps: 15.0,
+            steering_offset_rad: 0.01,
+            yaw_rate_offset_radps: 0.0,
+        },
+        discrete: Discrete {
+            sample_time_s: 0.01,
+            a: Matrix(vec![vec![0.9, 0.1], vec![-0.1, 0.8]]),
+            b: Matrix::column(&[0.1, 1.0 / 3.0]),
+            c: Matrix(vec![vec![1.0, 0.0]]),
+            d: Matrix(vec![vec![0.0]]),
+            k: Matrix::column(&[0.0, 0.0]),
+            x0: vec![0.0, 1e-300],
+        },
+        continuous: Some(Continuous {
+            f: Matrix(vec![vec![-1.0, 0.1], vec![-0.1, -2.0]]),
+            g: Matrix::column(&[0.1, 0.3]),
+            h: Matrix(vec![vec![1.0, 0.0]]),
+        }),
+        noise: Noise { innovation_variance: 4e-6 },
+        evidence: Evidence::default(),
+        provenance: Provenance::default(),
+    }
+}
+
+/// Where `Plant::from_json` says the fault is.
+fn fault(text: &str) -> String {
+    match Plant::from_json(text, "p.json").unwrap_err() {
+        Error::Syntax { path, .. } | Error::Value { path, .. } => path,
+        Error::Schema { found, .. } => format!("schema {found}"),
+    }
+}
+
+#[test]
+fn what_is_written_is_read_again_exactly() {
+    let text = plant().to_json();
+    assert_eq!(Plant::from_json(&text, "p.json").unwrap(), plant());
+    assert!(text.contains("\"A\": [\n      [0.9, 0.1],\n      [-0.1, 0.8]\n    ]"), "{text}");
+}
+
+#[test]
+fn faults_are_named_by_their_place() {
+    let good = plant().to_json();
+    for (from, to, expected) in [
+        ("steerwright/plant/1", "steerwright/plant/2", "schema steerwright/plant/2"),
+        ("steerwright/plant/1", "steerwright/pid/1", "schema steerwright/pid/1"),
+        ("\"steering_ratio\": 16.3", "\"steering_ratio\": 0", "steering_ratio"),
+        ("\"steering_ratio\": 16.3", "\"steering_ratio\": \"16\"", "steering_ratio"),
+        ("\"speed_mps\": 15.0", "\"speed_mps\": null", "operating_point.speed_mps"),
+        ("\"speed_mps\": 15.0", "\"speed_mps\": 1e999", "operating_point.speed_mps"),
+        ("[0.9, 0.1]", "[0.9]", "discrete.A"),
+        ("[0.9, 0.1]", "[0.9, \"x\"]", "discrete.A[0][1]"),
+        ("\"x0\": [0.0, 1e-300]", "\"x0\": [0.0]", "discrete.x0"),
+        ("steering*speed", "throttle", "input"),
+        ("\"sample_time_s\": 0.01", "\"sample_time_s\": -0.01", "discrete.sample_time_s"),
+        ("\"steering_ratio\"", "\"steering_ration\"", "steering_ration"),
+    ] {
+        assert!(good.contains(from), "{from} is not in {good}");
+        assert_eq!(fault(&good.replacen(from, to, 1)), expected, "{from} -> {to}");
+    }
+    assert_eq!(fault("{}"), "schema without a schema");
+    assert_eq!(fault(""), ".");
+    assert_eq!(fault(&format!("{good} x")), ".");
+}
+
+#[test]
+fn a_path_needs_two_points_at_increasing_distance() {
+    let point = |d: f64| PathPoint {
+        distance_m: d,
+        x_m: d,
+        y_m: 0.0,
+        heading_rad: 0.0,
+        curvature_per_m: 0.0,
+    };
+    let mut path = Path {
+        schema: Path::SCHEMA.into(),
+        name: "straight".into(),
+        closed: false,
+        guidance: Guidance::default(),
+        speed_mps: 15.0,
+        points: vec![point(0.0), point(1.0), point(2.0)],
+        provenance: Provenance::default(),
+    };
+    assert_eq!(Path::from_json(&path.to_json(), "p").unwrap(), path);
+    path.points[2] = point(1.0);
+    let error = path.checked("road.json").unwrap_err();
+    assert!(error.to_string().starts_with("road.json: at `points[2][0]`"), "{error}");
+    path.points.truncate(1);
+    assert!(path.checked("p").is_err());
+}
+
+proptest! {
+    #[test]
+    fn no_text_makes_the_reader_panic(text in ".{0,200}") {
+        let _ = Plant::from_json(&text, "p");
+    }
+
+    #[test]
+    fn a_damaged_file_never_makes_the_reader_panic(at in 0usize..3000, with in any::<char>()) {
+        let mut text: Vec<char> = plant().to_json().chars().collect();
+        let at = at % text.len();
+        text[at] = with;
+        let _ = Plant::from_json(&text.into_iter().collect::<String>(), "p");
+    }
+
+    #[test]
+    fn numbers_survive_to_the_last_bit(value in any::<f64>().prop_filter("finite", |v| v.is_finite())) {
+        let mut document = plant();
+        document.discrete.b.0[0][0] = value;
+        let back = Plant::from_json(&document.to_json(), "p").unwrap();
+        prop_assert_eq!(back.discrete.b.at(0, 0).to_bits(), value.to_bits());
+    }
+}

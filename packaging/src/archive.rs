@@ -1,0 +1,123 @@
+//! One archive from one document.
+
+use crate::{Error, documentation};
+use formats::Document;
+use model_description::{DefaultExperiment, ModelDescription};
+use slaves::Fmu;
+use std::io::{Cursor, Write};
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, DateTime, ZipWriter};
+
+/// An FMU's library for one platform.
+#[derive(Debug, Clone, Copy)]
+pub struct Binary<'a> {
+    /// FMI's name of the platform, such as `linux64`.
+    pub platform: &'a str,
+    /// The library.
+    pub bytes: &'a [u8],
+}
+
+/// An archive in memory.
+#[derive(Debug, Clone)]
+pub struct Packed {
+    /// Which FMU it is; the archive's name is this name and `.fmu`.
+    pub fmu: Fmu,
+    /// What its modelDescription.xml says.
+    pub description: ModelDescription,
+    /// The archive.
+    pub bytes: Vec<u8>,
+}
+
+/// Which FMU is made from a document, by its schema.
+///
+/// # Errors
+/// [`Error::NotPackable`]; `file` is named in it.
+pub fn fmu_of(document: &str, file: &str) -> Result<Fmu, Error> {
+    let value: serde_json::Value = serde_json::from_str(document).unwrap_or_default();
+    let schema = value.get("schema").and_then(|s| s.as_str());
+    Fmu::ALL.into_iter().find(|fmu| Some(fmu.schema()) == schema).ok_or_else(|| {
+        let found = schema.map_or_else(|| "a file without a schema".into(), |s| format!("`{s}`"));
+        Error::NotPackable { file: file.into(), found }
+    })
+}
+
+/// Packs the FMU of a document. `file` is named in errors; `step` is the step size that
+/// `DefaultExperiment` declares, in seconds, by default the controller's sample time or 0.01.
+///
+/// # Errors
+/// Where the document is refused, or there is no binary.
+pub fn package(
+    document: &str,
+    file: &str,
+    binaries: &[Binary<'_>],
+    step: Option<f64>,
+) -> Result<Packed, Error> {
+    let fmu = fmu_of(document, file)?;
+    let sample_time = check(fmu, document, file)?;
+    let step = step.or(sample_time).unwrap_or(0.01);
+    if !(step.is_finite() && step > 0.0) {
+        return Err(Error::Step { step });
+    }
+    if binaries.is_empty() {
+        return Err(Error::NoBinary { fmu: fmu.name() });
+    }
+
+    let entries = vec![(fmu.resource().to_owned(), document.as_bytes().to_vec())];
+    let experiment = DefaultExperiment {
+        start_time: Some(0.0),
+        stop_time: Some(10.0),
+        step_size: Some(step),
+        tolerance: None,
+    };
+    let mut description = fmu
+        .describe(entries, experiment)
+        .map_err(|source| Error::Slave { file: file.into(), source })?;
+    description.generation_tool = Some(format!("steerwright {}", env!("CARGO_PKG_VERSION")));
+    description.license = Some("MIT OR Apache-2.0".into());
+
+    let mut files = vec![
+        ("modelDescription.xml".to_owned(), description.to_xml().into_bytes()),
+        ("documentation/index.html".into(), documentation::page(fmu, &description).into_bytes()),
+        ("documentation/licenses/LICENSE-MIT".into(), LICENSE_MIT.into()),
+        ("documentation/licenses/LICENSE-APACHE".into(), LICENSE_APACHE.into()),
+        (format!("resources/{}", fmu.resource()), document.into()),
+    ];
+    for binary in binaries {
+        let extension = match binary.platform {
+            p if p.starts_with("win") => "dll",
+            p if p.contains("darwin") => "dylib",
+            _ => "so",
+        };
+        let name = format!("binaries/{}/{}.{extension}", binary.platform, fmu.name());
+        files.push((name, binary.bytes.to_vec()));
+    }
+    let bytes = zipped(&files).map_err(|source| Error::Zip { fmu: fmu.name(), source })?;
+    Ok(Packed { fmu, description, bytes })
+}
+
+const LICENSE_MIT: &str = include_str!("../../LICENSE-MIT");
+const LICENSE_APACHE: &str = include_str!("../../LICENSE-APACHE");
+
+/// Reads the document as its type; a controller tells its sample time.
+fn check(fmu: Fmu, document: &str, file: &str) -> Result<Option<f64>, formats::Error> {
+    Ok(match fmu {
+        Fmu::IdentifiedPlant => formats::Plant::from_json(document, file).map(|_| None)?,
+        Fmu::BicyclePlant => formats::Bicycle::from_json(document, file).map(|_| None)?,
+        Fmu::LateralPid => Some(formats::Pid::from_json(document, file)?.sample_time_s),
+        Fmu::ReferencePath => formats::Path::from_json(document, file).map(|_| None)?,
+    })
+}
+
+/// A zip without clock or user: the same files give the same bytes.
+fn zipped(files: &[(String, Vec<u8>)]) -> zip::result::ZipResult<Vec<u8>> {
+    let options = SimpleFileOptions::default()
+        .compression_method(CompressionMethod::Deflated)
+        .last_modified_time(DateTime::default())
+        .unix_permissions(0o644);
+    let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
+    for (name, bytes) in files {
+        zip.start_file(name.as_str(), options)?;
+        zip.write_all(bytes)?;
+    }
+    Ok(zip.finish()?.into_inner())
+}

@@ -1,0 +1,56 @@
+//! The variable tables in the READMEs are those of the code.
+//!
+//! `STEERWRIGHT_UPDATE=1 cargo test -p packaging --test readme` writes them anew.
+#![allow(clippy::unwrap_used)]
+
+use packaging::{Fmu, table_markdown, with_variables};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+fn holds(file: &Path, variables: &str) {
+    let text = fs::read_to_string(file).unwrap();
+    assert!(text.contains("<!-- variables:begin -->"), "{} has no mark", file.display());
+    let expected = with_variables(&text, variables);
+    if std::env::var_os("STEERWRIGHT_UPDATE").is_some() {
+        fs::write(file, expected).unwrap();
+        return;
+    }
+    assert!(
+        text == expected,
+        "{} is out of date; STEERWRIGHT_UPDATE=1 cargo test -p packaging --test readme",
+        file.display()
+    );
+}
+
+#[test]
+fn each_fmu_lists_its_variables() {
+    for (fmu, folder) in [
+        (Fmu::IdentifiedPlant, "identified-plant"),
+        (Fmu::BicyclePlant, "bicycle-plant"),
+        (Fmu::LateralPid, "lateral-pid"),
+        (Fmu::ReferencePath, "reference-path"),
+    ] {
+        holds(&root().join("fmu").join(folder).join("README.md"), &table_markdown(fmu.table()));
+    }
+}
+
+#[test]
+fn the_main_page_lists_all_variables() {
+    let all: String = Fmu::ALL
+        .iter()
+        .map(|fmu| {
+            let table = fmu.table();
+            format!(
+                "\n### `{}`: {}\n\n{}",
+                table.model_name,
+                table.description,
+                table_markdown(table)
+            )
+        })
+        .collect();
+    holds(&root().join("README.md"), &all);
+}
