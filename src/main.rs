@@ -1,2 +1,70 @@
-//! placeholder
-fn main() {}
+//! `steerwright`: from a recorded drive to steering FMUs that can be trusted.
+//!
+//! Each subcommand is a file: it reads, calls a stage, writes and tells. Results a script may want
+//! go to stdout as JSON with `--json`; everything else goes to stderr.
+
+mod bicycle;
+mod build;
+mod demo;
+mod design;
+mod failure;
+mod files;
+mod identify;
+mod log_options;
+mod overview;
+mod package;
+mod path;
+mod pipeline;
+mod quantity;
+mod simulate;
+mod tell;
+
+use clap::{Parser, Subcommand};
+use failure::{Failure, Outcome};
+use std::process::ExitCode;
+
+/// From a recorded drive to steering FMUs that can be trusted.
+///
+/// Identifies a vehicle's lateral dynamics from a drive log, designs a PID steering controller on
+/// the identified model, and packs plant, controller and reference path as FMI 2.0 Co-Simulation
+/// units.
+///
+/// Exit status: 0 done, 1 the work was done but a requirement is not met, 2 bad input.
+#[derive(Parser)]
+#[command(version, max_term_width = 100, disable_help_subcommand = true)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Demo(demo::Arguments),
+    Build(build::Arguments),
+    Identify(identify::Arguments),
+    Bicycle(bicycle::Arguments),
+    Design(design::Arguments),
+    Path(path::Arguments),
+    Package(package::Arguments),
+    Simulate(simulate::Arguments),
+}
+
+fn run(command: Command) -> Result<Outcome, Failure> {
+    match command {
+        Command::Demo(arguments) => demo::run(&arguments),
+        Command::Build(arguments) => build::run(&arguments),
+        Command::Identify(arguments) => identify::run(&arguments),
+        Command::Bicycle(arguments) => bicycle::run(&arguments),
+        Command::Design(arguments) => design::run(&arguments),
+        Command::Path(arguments) => path::run(&arguments),
+        Command::Package(arguments) => package::run(&arguments),
+        Command::Simulate(arguments) => simulate::run(&arguments),
+    }
+}
+
+fn main() -> ExitCode {
+    match run(Arguments::parse().command) {
+        Ok(outcome) => outcome.into(),
+        Err(failure) => failure.tell(),
+    }
+}

@@ -1,1 +1,51 @@
-//! placeholder
+//! From drive logs to an identified lateral model with evidence.
+//!
+//! [`read_log`] brings CSV columns onto one uniform grid as a [`DriveLog`]; [`identify`] makes of it
+//! a discrete state-space model from steering angle to yaw rate (eq 1–5) with Kalman gain,
+//! its continuous counterpart (eq 6–11), and the evidence of how far it can be trusted, all as
+//! [`formats::Plant`].
+//!
+//! The pieces are public: [`subspace`] (block Hankel → LQ → weighted SVD → eq 12), [`riccati`],
+//! [`conversion`], [`stability`], [`refine`], [`statistics`], [`signal`], [`model`]. They take
+//! any number of inputs and outputs; signals are matrices with time along columns.
+//!
+//! ```
+//! # fn main() -> Result<(), sysid::Error> {
+//! # let mut csv = String::from("time_s,roadwheel_angle_rad,yaw_rate_radps,speed_mps\n");
+//! # let mut r = 0.0;
+//! # for k in 0..3000 {
+//! #     let u = 0.03 * f64::sin(1e-5 * (k * k) as f64);
+//! #     csv += &format!("{:.2},{u:.6},{r:.6},15\n", 0.01 * k as f64);
+//! #     r += 0.01 * (40.0 * u - 8.0 * r);
+//! # }
+//! # let bytes = csv.into_bytes();
+//! let files = [("drive.csv".to_string(), bytes)];
+//! let log = sysid::read_log(&files, &sysid::LogOptions::default())?;
+//! let found = sysid::identify(&log, &sysid::IdentifyOptions::default())?;
+//! assert!(found.plant.evidence.fit.validation > 99.0);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! This crate opens no files, and knows nothing of design or FMUs.
+
+pub mod conversion;
+mod dense;
+mod error;
+mod identify;
+mod log;
+pub mod model;
+pub mod refine;
+pub mod riccati;
+pub mod signal;
+pub mod stability;
+pub mod statistics;
+pub mod subspace;
+
+pub use error::{Error, Place};
+pub use formats::InputKind;
+pub use identify::{Identified, IdentifyOptions, Judged, Traces, identify, judge};
+pub use log::{DriveLog, LogOptions, read_log};
+pub use model::{StateSpace, simulate};
+pub use statistics::fit_percent;
+pub use subspace::Method;

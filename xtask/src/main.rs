@@ -1,2 +1,42 @@
-//! placeholder
-fn main() {}
+//! What developers run: `cargo xtask test`, `cargo xtask lint`.
+
+mod lint;
+mod python;
+mod run;
+mod test;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// What developers run.
+#[derive(Parser)]
+#[command(name = "cargo xtask", bin_name = "cargo xtask")]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Every test, also those that need Python: makes its own environment in target/python
+    Test,
+    /// rustfmt and clippy, warnings denied
+    Lint,
+    /// Make the Python environment and print its interpreter
+    Python,
+}
+
+fn main() -> ExitCode {
+    let result = match Arguments::parse().command {
+        Command::Test => test::test(),
+        Command::Lint => lint::lint(),
+        Command::Python => python::environment().map(|python| println!("{}", python.display())),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("error: {message}");
+            ExitCode::FAILURE
+        }
+    }
+}

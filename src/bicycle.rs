@@ -1,0 +1,43 @@
+//! `steerwright bicycle`: the two-wheel model of a vehicle's data.
+
+use crate::failure::{Failure, Outcome};
+use crate::files;
+use crate::tell::Tell;
+use std::path::PathBuf;
+
+/// Make the two-wheel bicycle model (eq 13) of a vehicle's data
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// Vehicle data as TOML
+    #[arg(value_name = "VEHICLE.toml")]
+    vehicle: PathBuf,
+    /// Write the model here
+    #[arg(long = "out", short = 'o', value_name = "FILE", default_value = "bicycle.json")]
+    out: PathBuf,
+    /// Print the model as JSON on stdout
+    #[arg(long)]
+    json: bool,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let text = files::read_text(&arguments.vehicle)?;
+    let bicycle = control::bicycle_from_toml(&text, &arguments.vehicle.display().to_string())?;
+    files::write_document(&arguments.out, &bicycle)?;
+    let k = &bicycle.coefficients;
+    let text = format!(
+        "{} at {} m/s\nA1 {:.4}  A2 {:.4}  A3 {:.4}  A4 {:.4}  B1 {:.4}  B2 {:.4}  n {:.4}  Tn {} s\nwritten to {}",
+        bicycle.vehicle.name,
+        bicycle.vehicle.speed_mps,
+        k.a1,
+        k.a2,
+        k.a3,
+        k.a4,
+        k.b1,
+        k.b2,
+        k.n,
+        k.tn,
+        arguments.out.display()
+    );
+    Tell::new(arguments.json).result(&text, &bicycle)?;
+    Ok(Outcome::Done)
+}

@@ -1,0 +1,75 @@
+//! `steerwright build`: everything for one drive.
+
+use crate::design::{self, SpecificationArguments};
+use crate::failure::{Failure, Outcome};
+use crate::log_options::{IdentifyArguments, LogArguments};
+use crate::pipeline::{self, Built, Job, Text};
+use crate::tell::Tell;
+use crate::{files, identify, overview, quantity};
+use std::path::{Path, PathBuf};
+
+/// Identify, design, pack, track and report: everything for one drive
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// CSV files with a header, each with a clock of its own
+    #[arg(required = true, value_name = "LOG")]
+    logs: Vec<PathBuf>,
+    /// Folder for everything
+    #[arg(long, short, value_name = "DIR", default_value = "out")]
+    out: PathBuf,
+    /// Vehicle data (TOML), to compare with a bicycle model
+    #[arg(long, value_name = "VEHICLE.toml")]
+    vehicle: Option<PathBuf>,
+    /// Recorded points (CSV) of a road to track, beside the standard road
+    #[arg(long, value_name = "TRACK.csv")]
+    track: Option<PathBuf>,
+    /// Largest lateral acceleration on the standard road
+    #[arg(long, value_name = "ACCELERATION", value_parser = quantity::acceleration, default_value = "4m/s2")]
+    lateral_acceleration: f64,
+    /// Print the overview as JSON on stdout
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    log: LogArguments,
+    #[command(flatten)]
+    identify: IdentifyArguments,
+    #[command(flatten)]
+    specification: SpecificationArguments,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let text = |path: &Option<PathBuf>| path.as_deref().map(named_text).transpose();
+    let built = pipeline::build(&Job {
+        log: arguments.log.read(&arguments.logs)?,
+        identify: arguments.identify.options(),
+        design: arguments.specification.options(),
+        vehicle: text(&arguments.vehicle)?,
+        track: text(&arguments.track)?,
+        lateral_acceleration: arguments.lateral_acceleration,
+        out: arguments.out.clone(),
+    })?;
+    let mut told = identify::evidence(&built.plant);
+    for controller in &built.controllers {
+        told.push_str(&format!(
+            "\n{} controller\n{}\n",
+            controller.basis.name(),
+            design::summary(&controller.pid)
+        ));
+    }
+    told.push_str(&format!("\n{}", overview::table(std::slice::from_ref(&built))));
+    Tell::new(arguments.json).result(&told, &overview::of(&built))?;
+    Ok(outcome(&built))
+}
+
+/// Whether the controller designed on the identified model meets its specification.
+pub(crate) fn outcome(built: &Built) -> Outcome {
+    let identified = built.controllers.iter().find(|c| c.basis == pipeline::Basis::Identified);
+    match identified {
+        Some(controller) if controller.pid.evidence.met => Outcome::Done,
+        _ => Outcome::RequirementNotMet,
+    }
+}
+
+fn named_text(path: &Path) -> Result<Text, Failure> {
+    Ok(Text { name: path.display().to_string(), text: files::read_text(path)? })
+}

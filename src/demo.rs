@@ -1,0 +1,99 @@
+//! `steerwright demo`: everything, on the recorded drives that this program carries.
+
+use crate::failure::{Failure, Outcome};
+use crate::overview;
+use crate::pipeline::{self, Job, Text};
+use crate::tell::Tell;
+use control::DesignOptions;
+use std::path::PathBuf;
+use sysid::{IdentifyOptions, LogOptions};
+
+/// Everything, on two recorded drives that come with this program
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// Folder for everything
+    #[arg(long, short, value_name = "DIR", default_value = "out")]
+    out: PathBuf,
+    /// Print the overview as JSON on stdout
+    #[arg(long)]
+    json: bool,
+}
+
+/// A file of `tests/data`, carried in the program.
+macro_rules! data {
+    ($name:literal) => {
+        ($name, include_str!(concat!("../tests/data/", $name)))
+    };
+}
+
+type File = (&'static str, &'static str);
+
+/// A recorded drive and what one has to know to read it.
+struct Drive {
+    name: &'static str,
+    logs: &'static [File],
+    input: &'static str,
+    output: &'static str,
+    steering_ratio: Option<f64>,
+    vehicle: File,
+    track: File,
+}
+
+const DRIVES: [Drive; 2] = [
+    Drive {
+        name: "multibody",
+        logs: &[data!("multibody/drive.csv")],
+        input: "steering_command_rad",
+        output: "yaw_rate_radps",
+        steering_ratio: None,
+        vehicle: data!("multibody/vehicle.toml"),
+        track: data!("multibody/position.csv"),
+    },
+    Drive {
+        name: "comma2k19",
+        logs: &[
+            data!("comma2k19/steering_wheel_angle.csv"),
+            data!("comma2k19/speed.csv"),
+            data!("comma2k19/gyro.csv"),
+        ],
+        input: "steering_wheel_angle_deg",
+        // The gyro's axes are forward, right, down: yaw rate to the left is the opposite.
+        output: "-gyro_down_radps",
+        steering_ratio: Some(16.88),
+        vehicle: data!("comma2k19/vehicle.toml"),
+        track: data!("comma2k19/gnss_pose.csv"),
+    },
+];
+
+pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let mut built = Vec::new();
+    for drive in &DRIVES {
+        let files: Vec<(String, Vec<u8>)> =
+            drive.logs.iter().map(|(name, text)| ((*name).into(), (*text).into())).collect();
+        let mut log = sysid::read_log(
+            &files,
+            &LogOptions {
+                input: Some(drive.input.into()),
+                output: Some(drive.output.into()),
+                speed: Some("speed_mps".into()),
+                steering_ratio: drive.steering_ratio,
+                ..LogOptions::default()
+            },
+        )?;
+        log.name = drive.name.into();
+        let text = |(name, text): File| Text { name: name.into(), text: text.into() };
+        built.push(pipeline::build(&Job {
+            log,
+            identify: IdentifyOptions::default(),
+            design: DesignOptions::default(),
+            vehicle: Some(text(drive.vehicle)),
+            track: Some(text(drive.track)),
+            lateral_acceleration: 4.0,
+            out: arguments.out.join(drive.name),
+        })?);
+    }
+    let all: Vec<_> = built.iter().map(overview::of).collect();
+    Tell::new(arguments.json).result(&overview::table(&built), &all)?;
+    // A weakly excited drive is there to show how that is told: it fails nothing.
+    Ok(Outcome::Done)
+}

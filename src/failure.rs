@@ -1,0 +1,70 @@
+//! What can go wrong on the command line: message, hint, exit status.
+
+use std::fmt;
+use std::path::Path;
+use std::process::ExitCode;
+
+/// Why a command ended without doing its work, with what the reader can do about it.
+#[derive(Debug)]
+pub(crate) struct Failure {
+    message: String,
+    hint: String,
+}
+
+impl Failure {
+    pub(crate) fn new(message: impl fmt::Display, hint: impl Into<String>) -> Self {
+        Self { message: message.to_string(), hint: hint.into() }
+    }
+
+    /// A file that could not be read or written.
+    pub(crate) fn file(path: &Path, error: &std::io::Error) -> Self {
+        Self::new(
+            format!("{}: {error}", path.display()),
+            "check that the path is right and that you may read and write there",
+        )
+    }
+
+    /// Tells it on stderr; exit status 2, bad input.
+    pub(crate) fn tell(&self) -> ExitCode {
+        eprintln!("error: {}\nhint: {}", self.message, self.hint);
+        ExitCode::from(2)
+    }
+}
+
+/// Errors of the stages carry their own hint.
+macro_rules! from_stage {
+    ($($error:ty),*) => {$(
+        impl From<$error> for Failure {
+            fn from(error: $error) -> Self {
+                Self::new(&error, error.hint())
+            }
+        }
+    )*};
+}
+
+from_stage!(
+    formats::Error,
+    sysid::Error,
+    control::Error,
+    packaging::Error,
+    fmi2_host::Error,
+    report::Error
+);
+
+/// How a command ended that did its work.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Outcome {
+    /// Everything asked for is met.
+    Done,
+    /// The work was done but a requirement is not met.
+    RequirementNotMet,
+}
+
+impl From<Outcome> for ExitCode {
+    fn from(outcome: Outcome) -> Self {
+        Self::from(match outcome {
+            Outcome::Done => 0,
+            Outcome::RequirementNotMet => 1,
+        })
+    }
+}

@@ -1,0 +1,152 @@
+//! The options that say how a drive log is read and identified, shared by `identify` and `build`.
+
+use crate::failure::Failure;
+use crate::{files, quantity};
+use std::path::PathBuf;
+use sysid::{DriveLog, IdentifyOptions, InputKind, LogOptions, Method};
+
+/// How the log is read. Columns are named as in the header, as `file.csv:column` where several
+/// files have one of that name, and with a leading `-` where the sign is opposite.
+#[derive(clap::Args, Debug, Clone)]
+#[command(next_help_heading = "Log")]
+pub(crate) struct LogArguments {
+    /// Column of the steering angle
+    #[arg(long, value_name = "COLUMN", allow_hyphen_values = true)]
+    pub(crate) input: Option<String>,
+    /// Column of the yaw rate, or of the yaw, which is then differenced
+    #[arg(long, value_name = "COLUMN", allow_hyphen_values = true)]
+    pub(crate) output: Option<String>,
+    /// Column of the speed
+    #[arg(long, value_name = "COLUMN", allow_hyphen_values = true)]
+    pub(crate) speed: Option<String>,
+    /// Column of the time, in every file
+    #[arg(long, value_name = "COLUMN")]
+    pub(crate) time: Option<String>,
+    /// Unit of a column, where its name does not say it
+    #[arg(long = "unit", value_name = "COLUMN=UNIT", value_parser = column_unit)]
+    pub(crate) units: Vec<(String, String)>,
+    /// Steering angle over road-wheel angle; needed where the log has the steering wheel
+    #[arg(long, value_name = "R")]
+    pub(crate) steering_ratio: Option<f64>,
+    /// Part of the drive to use, such as 10s..60s
+    #[arg(long, value_name = "FROM..TO", value_parser = window)]
+    pub(crate) window: Option<(f64, f64)>,
+    /// Sample time of the merged log; by default about 40 ms
+    #[arg(long, value_name = "TIME", value_parser = quantity::time)]
+    pub(crate) sample_time: Option<f64>,
+    /// Time between rows, for files without a clock
+    #[arg(long, value_name = "TIME", value_parser = quantity::time)]
+    pub(crate) row_period: Option<f64>,
+    /// Longest gap in a channel that is bridged
+    #[arg(long, value_name = "TIME", value_parser = quantity::time, default_value = "0.5s")]
+    pub(crate) max_gap: f64,
+}
+
+/// How the model is identified.
+#[derive(clap::Args, Debug, Clone)]
+#[command(next_help_heading = "Identification")]
+pub(crate) struct IdentifyArguments {
+    /// Weighting of the subspace method
+    #[arg(long, value_name = "auto|n4sid|moesp|cva", default_value = "auto", value_parser = method)]
+    pub(crate) method: Auto<Method>,
+    /// Order of the model
+    #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = number)]
+    pub(crate) order: Auto<usize>,
+    /// Block rows of the Hankel matrices
+    #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = number)]
+    pub(crate) horizon: Auto<usize>,
+    /// What drives the model: the steering angle, or its product with speed
+    #[arg(long, value_name = "steering|steering*speed", default_value = "steering", value_parser = input_kind)]
+    pub(crate) model_input: InputKind,
+    /// Let the yaw rate depend on the steering of its own sample
+    #[arg(long)]
+    pub(crate) feedthrough: bool,
+    /// Share of the log, at its end, that is held out to judge the model
+    #[arg(long, value_name = "SHARE", value_parser = quantity::percent, default_value = "50%")]
+    pub(crate) hold_out: f64,
+}
+
+/// A value or `auto`.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Auto<T>(Option<T>);
+
+impl LogArguments {
+    /// The options of the reader.
+    pub(crate) fn options(&self) -> LogOptions {
+        LogOptions {
+            input: self.input.clone(),
+            output: self.output.clone(),
+            speed: self.speed.clone(),
+            time: self.time.clone(),
+            units: self.units.iter().cloned().collect(),
+            steering_ratio: self.steering_ratio,
+            window: self.window,
+            sample_time_s: self.sample_time,
+            row_period_s: self.row_period,
+            max_gap_s: self.max_gap,
+            ..LogOptions::default()
+        }
+    }
+
+    /// Reads the log's files.
+    pub(crate) fn read(&self, paths: &[PathBuf]) -> Result<DriveLog, Failure> {
+        let files = paths
+            .iter()
+            .map(|path| Ok((path.display().to_string(), files::read(path)?)))
+            .collect::<Result<Vec<_>, Failure>>()?;
+        Ok(sysid::read_log(&files, &self.options())?)
+    }
+}
+
+impl IdentifyArguments {
+    /// The options of the identification.
+    pub(crate) fn options(&self) -> IdentifyOptions {
+        IdentifyOptions {
+            method: self.method.0,
+            order: self.order.0,
+            horizon: self.horizon.0,
+            feedthrough: self.feedthrough,
+            input_kind: self.model_input,
+            validation_fraction: self.hold_out / 100.0,
+            ..IdentifyOptions::default()
+        }
+    }
+}
+
+fn column_unit(text: &str) -> Result<(String, String), String> {
+    text.rsplit_once('=')
+        .filter(|(column, unit)| !column.is_empty() && !unit.is_empty())
+        .map(|(column, unit)| (column.to_owned(), unit.to_owned()))
+        .ok_or_else(|| "expected COLUMN=UNIT, such as steer=deg".into())
+}
+
+fn window(text: &str) -> Result<(f64, f64), String> {
+    let (from, to) = text.split_once("..").ok_or("expected FROM..TO, such as 10s..60s")?;
+    let (from, to) = (quantity::time(from)?, quantity::time(to)?);
+    if from < to { Ok((from, to)) } else { Err(format!("{from} s is not before {to} s")) }
+}
+
+fn method(text: &str) -> Result<Auto<Method>, String> {
+    let methods = [Method::N4sid, Method::Moesp, Method::Cva];
+    let named = methods.into_iter().find(|m| m.name() == text);
+    if text == "auto" || named.is_some() {
+        Ok(Auto(named))
+    } else {
+        Err("expected auto, n4sid, moesp or cva".into())
+    }
+}
+
+fn number(text: &str) -> Result<Auto<usize>, String> {
+    if text == "auto" {
+        return Ok(Auto(None));
+    }
+    text.parse().map(|n| Auto(Some(n))).map_err(|_| "expected a number or auto".into())
+}
+
+fn input_kind(text: &str) -> Result<InputKind, String> {
+    match text {
+        "steering" => Ok(InputKind::Steering),
+        "steering*speed" => Ok(InputKind::SteeringTimesSpeed),
+        _ => Err("expected steering or steering*speed".into()),
+    }
+}

@@ -1,0 +1,176 @@
+//! The one table that says what came out of a build, and the same for scripts.
+
+use crate::pipeline::{Basis, Built, Controller, RECORDED_ROAD, STANDARD_ROAD};
+use formats::{SourceFile, StepMetrics};
+use serde::Serialize;
+use std::fmt::Write;
+
+/// What came out of a build.
+#[derive(Serialize)]
+pub(crate) struct Overview<'a> {
+    name: &'a str,
+    order: usize,
+    speed_mps: f64,
+    held_out_fit_percent: f64,
+    bicycle_held_out_fit_percent: Option<f64>,
+    trustworthy: bool,
+    verdict: &'a str,
+    controllers: Vec<ControllerOverview<'a>>,
+    remarks: &'a [String],
+    folder: String,
+    files: &'a [SourceFile],
+}
+
+#[derive(Serialize)]
+struct ControllerOverview<'a> {
+    basis: &'static str,
+    gains: &'a formats::PidGains,
+    specification: &'a formats::Specification,
+    met: bool,
+    on_the_model: &'a formats::DesignEvidence,
+    in_the_loop_of_fmus: &'a StepMetrics,
+    tracks: Vec<TrackOverview>,
+}
+
+#[derive(Serialize)]
+struct TrackOverview {
+    road: &'static str,
+    cross_track_rms_m: f64,
+    cross_track_largest_m: f64,
+}
+
+/// A build for scripts.
+pub(crate) fn of(built: &Built) -> Overview<'_> {
+    let plant = &built.plant;
+    Overview {
+        name: &plant.name,
+        order: plant.order(),
+        speed_mps: plant.operating_point.speed_mps,
+        held_out_fit_percent: plant.evidence.fit.validation,
+        bicycle_held_out_fit_percent: built.bicycle_fit,
+        trustworthy: plant.evidence.verdict.trustworthy,
+        verdict: &plant.evidence.verdict.summary,
+        controllers: built
+            .controllers
+            .iter()
+            .map(|c| ControllerOverview {
+                basis: c.basis.name(),
+                gains: &c.pid.gains,
+                specification: &c.pid.specification,
+                met: c.pid.evidence.met && c.step_meets(),
+                on_the_model: &c.pid.evidence,
+                in_the_loop_of_fmus: &c.step_metrics,
+                tracks: c
+                    .runs
+                    .iter()
+                    .map(|run| TrackOverview {
+                        road: run.road,
+                        cross_track_rms_m: run.errors.cross_track_rms_m,
+                        cross_track_largest_m: run.errors.cross_track_max_m,
+                    })
+                    .collect(),
+            })
+            .collect(),
+        remarks: &built.remarks,
+        folder: built.out.display().to_string(),
+        files: &built.files,
+    }
+}
+
+/// One column a drive.
+pub(crate) fn table(all: &[Built]) -> String {
+    let headers = std::iter::once(String::new()).chain(all.iter().map(|b| b.plant.name.clone()));
+    let mut table = report::Table::new(headers);
+    let mut row = |name: &str, cell: &dyn Fn(&Built) -> String| {
+        table.push(std::iter::once(name.to_owned()).chain(all.iter().map(cell)));
+    };
+    row("speed", &|b| format!("{:.2} m/s", b.plant.operating_point.speed_mps));
+    row("order", &|b| b.plant.order().to_string());
+    row("held-out fit, identified", &|b| format!("{:.2} %", b.plant.evidence.fit.validation));
+    row("held-out fit, bicycle", &|b| b.bicycle_fit.map_or_else(none, |fit| format!("{fit:.2} %")));
+    for basis in [Basis::Identified, Basis::Bicycle] {
+        let on = |cell: &dyn Fn(&Controller) -> String| {
+            let cell =
+                |b: &Built| b.controllers.iter().find(|c| c.basis == basis).map_or_else(none, cell);
+            all.iter().map(cell).collect::<Vec<_>>()
+        };
+        let mut row = |name: String, cells: Vec<String>| {
+            table.push(std::iter::once(name).chain(cells));
+        };
+        row(format!("{} controller", basis.name()), vec![String::new(); all.len()]);
+        row("  kp".into(), on(&|c| format!("{:.4}", c.pid.gains.kp)));
+        row("  ki".into(), on(&|c| format!("{:.4} 1/s", c.pid.gains.ki)));
+        row("  kd".into(), on(&|c| format!("{:.4} s", c.pid.gains.kd)));
+        row(
+            "  modulus margin".into(),
+            on(&|c| format!("{:.3}", c.pid.evidence.margins.modulus_margin)),
+        );
+        for (place, in_loop) in [("own model", false), ("identified plant, FMUs", true)] {
+            let step = |c: &Controller| if in_loop { c.step_metrics } else { c.pid.evidence.step };
+            let spec = |c: &Controller| c.pid.specification;
+            row(
+                format!("  overshoot, {place}"),
+                on(&|c| {
+                    let limit = spec(c).overshoot_percent;
+                    format!("{:.3} % (at most {limit} %)", step(c).overshoot_percent)
+                }),
+            );
+            row(
+                format!("  settling time, {place}"),
+                on(&|c| {
+                    let limit = spec(c).settling_time_s;
+                    step(c)
+                        .settling_time_s
+                        .map_or("never".into(), |t| format!("{t:.3} s (at most {limit} s)"))
+                }),
+            );
+            row(
+                format!("  steady-state error, {place}"),
+                on(&|c| {
+                    let limit = spec(c).steady_state_error_percent;
+                    format!("{:.3} % (at most {limit} %)", step(c).steady_state_error_percent)
+                }),
+            );
+        }
+        row(
+            "  the same with 1° steering offset, own model".into(),
+            on(&|c| format!("{:.3} %", c.pid.evidence.step_with_offset.steady_state_error_percent)),
+        );
+        row("  specification, own model".into(), on(&|c| met(c.pid.evidence.met)));
+        row("  specification, identified plant, FMUs".into(), on(&|c| met(c.step_meets())));
+        for (road, name) in [(STANDARD_ROAD, "reference road"), (RECORDED_ROAD, "recorded road")] {
+            row(
+                format!("  cross-track error, {name}, RMS / largest"),
+                on(&|c| {
+                    c.runs.iter().find(|r| r.road == road).map_or_else(none, |run| {
+                        let e = &run.errors;
+                        format!("{:.3} / {:.3} m", e.cross_track_rms_m, e.cross_track_max_m)
+                    })
+                }),
+            );
+        }
+    }
+    let mut text = format!("{table}");
+    for b in all {
+        let _ = write!(text, "\n{}: {}\n", b.plant.name, b.plant.evidence.verdict.summary);
+        for advice in &b.plant.evidence.verdict.advice {
+            let _ = writeln!(text, "  {advice}");
+        }
+        for remark in &b.remarks {
+            let _ = writeln!(text, "  remark: {remark}");
+        }
+        let _ = writeln!(text, "  {} files in {}:", b.files.len(), b.out.display());
+        for file in &b.files {
+            let _ = writeln!(text, "    {}", file.name);
+        }
+    }
+    text
+}
+
+fn met(met: bool) -> String {
+    if met { "met".into() } else { "not met".into() }
+}
+
+fn none() -> String {
+    "-".into()
+}

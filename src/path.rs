@@ -1,0 +1,84 @@
+//! `steerwright path`: a reference path from recorded points or from a standard road.
+
+use crate::failure::{Failure, Outcome};
+use crate::tell::Tell;
+use crate::{files, quantity};
+use control::paths::{self, PointOptions};
+use formats::{Path as PathFile, Pid, SourceFile};
+use std::path::PathBuf;
+
+/// Make a reference path from recorded points (CSV: x_m, y_m or latitude_deg, longitude_deg)
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// Points of the track; without it the standard road: a double lane change and an S-curve
+    #[arg(value_name = "TRACK.csv")]
+    track: Option<PathBuf>,
+    /// Write the path here
+    #[arg(long = "out", short = 'o', value_name = "FILE", default_value = "path.json")]
+    out: PathBuf,
+    /// Speed the path is driven at
+    #[arg(long, value_name = "SPEED", value_parser = quantity::speed, default_value = "15m/s")]
+    speed: f64,
+    /// Largest lateral acceleration of the standard road
+    #[arg(long, value_name = "ACCELERATION", value_parser = quantity::acceleration, default_value = "4m/s2")]
+    lateral_acceleration: f64,
+    /// The track's last point leads to its first
+    #[arg(long, requires = "track")]
+    closed: bool,
+    /// Controller that will follow the path: sets feedforward and preview
+    #[arg(long, value_name = "PID.json")]
+    pid: Option<PathBuf>,
+    /// Print the path as JSON on stdout
+    #[arg(long)]
+    json: bool,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let (mut path, mut notes) = match &arguments.track {
+        None => (paths::reference_road(arguments.speed, arguments.lateral_acceleration)?, vec![]),
+        Some(track) => {
+            let text = files::read_text(track)?;
+            let options = PointOptions {
+                speed: arguments.speed,
+                closed: arguments.closed,
+                ..PointOptions::default()
+            };
+            let recorded = paths::path_from_csv(&text, &track.display().to_string(), &options)?;
+            let mut notes: Vec<String> =
+                recorded.warnings.iter().map(|w| format!("warning: {w}")).collect();
+            notes.push(format!(
+                "smoothed over {:.1} m; the points are {:.3} m (RMS) and at most {:.3} m off",
+                recorded.smoothing_length_m, recorded.rms_distance_m, recorded.largest_distance_m
+            ));
+            let mut path = recorded.path;
+            path.provenance.version = env!("CARGO_PKG_VERSION").into();
+            path.provenance.sources = vec![SourceFile::of(track, text.as_bytes())];
+            (path, notes)
+        }
+    };
+    if let Some(file) = &arguments.pid {
+        let (pid, source) = files::read_document::<Pid>(file)?;
+        path.guidance = control::guidance_for(&pid, arguments.speed);
+        path.provenance.sources.push(source);
+    } else {
+        notes.push("no feedforward: give --pid to set it for a controller".into());
+    }
+    files::write_document(&arguments.out, &path)?;
+    let text =
+        format!("{}\n{}\nwritten to {}", notes.join("\n"), extent(&path), arguments.out.display());
+    Tell::new(arguments.json).result(&text, &path)?;
+    Ok(Outcome::Done)
+}
+
+/// Length, points, curvature and lateral acceleration.
+fn extent(path: &PathFile) -> String {
+    let length = path.points.last().map_or(0.0, |p| p.distance_m);
+    let curvature = path.points.iter().map(|p| p.curvature_per_m.abs()).fold(0.0, f64::max);
+    format!(
+        "{}: {length:.1} m, {} points, curvature up to {curvature:.4} 1/m, {:.2} m/s2 at {} m/s",
+        path.name,
+        path.points.len(),
+        curvature * path.speed_mps * path.speed_mps,
+        path.speed_mps
+    )
+}

@@ -1,0 +1,239 @@
+//! All stages for one drive: identify, bicycle, design, package, track, report.
+//!
+//! Every file is written on the way, so each stage can be run again by its own subcommand.
+
+mod loops;
+mod output;
+mod present;
+
+use crate::failure::Failure;
+use crate::identify;
+use control::paths::{self, PointOptions};
+use control::{DesignOptions, DesignPlant};
+use formats::{Bicycle, Path as PathFile, Pid, Plant, SourceFile, StepMetrics};
+use loops::Archives;
+use output::Writer;
+use report::{StepResponse, Traces, Track, TrackErrors};
+use std::path::PathBuf;
+use sysid::{DriveLog, IdentifyOptions, Judged};
+
+/// What to do.
+pub(crate) struct Job {
+    /// The drive.
+    pub(crate) log: DriveLog,
+    /// How to identify.
+    pub(crate) identify: IdentifyOptions,
+    /// What to design for.
+    pub(crate) design: DesignOptions,
+    /// Vehicle data (TOML) for a bicycle model to compare with.
+    pub(crate) vehicle: Option<Text>,
+    /// Recorded points (CSV) of a road to track, beside the standard road.
+    pub(crate) track: Option<Text>,
+    /// Largest lateral acceleration on the standard road, m/s².
+    pub(crate) lateral_acceleration: f64,
+    /// Folder for everything.
+    pub(crate) out: PathBuf,
+}
+
+/// A text with the name it is known by.
+pub(crate) struct Text {
+    pub(crate) name: String,
+    pub(crate) text: String,
+}
+
+/// What came out.
+pub(crate) struct Built {
+    pub(crate) plant: Plant,
+    /// The bicycle model's fit on the held-out data, percent.
+    pub(crate) bicycle_fit: Option<f64>,
+    /// The controllers that could be designed: on the identified model, on the bicycle model.
+    pub(crate) controllers: Vec<Controller>,
+    /// What could not be done, and why.
+    pub(crate) remarks: Vec<String>,
+    /// The folder, and what was written into it.
+    pub(crate) out: PathBuf,
+    pub(crate) files: Vec<SourceFile>,
+}
+
+/// A controller and what it reaches in closed loop with the packed IdentifiedPlant.
+pub(crate) struct Controller {
+    pub(crate) basis: Basis,
+    pub(crate) pid: Pid,
+    pub(crate) step: StepResponse,
+    pub(crate) step_metrics: StepMetrics,
+    pub(crate) runs: Vec<Run>,
+}
+
+impl Controller {
+    /// Whether the step in the loop of the FMUs meets the specification.
+    pub(crate) fn step_meets(&self) -> bool {
+        let (spec, step) = (&self.pid.specification, &self.step_metrics);
+        step.overshoot_percent <= spec.overshoot_percent
+            && step.settling_time_s.is_some_and(|t| t <= spec.settling_time_s)
+            && step.steady_state_error_percent <= spec.steady_state_error_percent
+    }
+}
+
+/// A run along a road.
+pub(crate) struct Run {
+    pub(crate) road: &'static str,
+    pub(crate) path: PathFile,
+    pub(crate) track: Track,
+    pub(crate) errors: TrackErrors,
+}
+
+/// What a controller was designed on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Basis {
+    Identified,
+    Bicycle,
+}
+
+impl Basis {
+    /// For tables and legends.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Identified => "identification-based",
+            Self::Bicycle => "bicycle-based",
+        }
+    }
+
+    /// What its files' names end in.
+    fn suffix(self) -> &'static str {
+        match self {
+            Self::Identified => "",
+            Self::Bicycle => "-from-bicycle",
+        }
+    }
+}
+
+/// Name of the road every drive is tried on.
+pub(crate) const STANDARD_ROAD: &str = "road";
+/// Name of the road recorded with the drive.
+pub(crate) const RECORDED_ROAD: &str = "recorded";
+
+/// Runs every stage.
+pub(crate) fn build(job: &Job) -> Result<Built, Failure> {
+    let mut out = Writer::new(&job.out);
+    let mut remarks = Vec::new();
+
+    let identified = sysid::identify(&job.log, &job.identify)?;
+    let plant = identified.plant;
+    let plant_source = out.document("plant.json", &plant)?;
+    let mut archives = Archives::new(out.archive("fmu", &plant)?)?;
+
+    let bicycle = job.vehicle.as_ref().map(|v| bicycle_at_speed_of(&plant, v)).transpose()?;
+    let judged = bicycle.as_ref().map(|b| judge(job, b)).transpose()?.flatten();
+    let bicycle_trace = judged.as_ref().map(|j| j.simulated_yaw_rate_radps.as_slice());
+    let traces = identify::traces_csv(&identified.traces, bicycle_trace);
+    out.bytes("traces.csv", traces.as_bytes())?;
+
+    let roads = roads(job, &plant, &mut remarks)?;
+    let mut bases = vec![(Basis::Identified, DesignPlant::from_plant(&plant), plant_source)];
+    if let Some(bicycle) = &bicycle {
+        let source = out.document("bicycle.json", bicycle)?;
+        out.archive("fmu", bicycle)?;
+        bases.push((Basis::Bicycle, DesignPlant::from_bicycle(bicycle), source));
+    }
+    let mut controllers = Vec::new();
+    for (basis, model, source) in bases {
+        // A model that no controller can be designed on is told, and does not end the rest.
+        match model.and_then(|model| control::design(&model, &source, &job.design)) {
+            Ok(pid) => controllers.push(prove(&mut out, &mut archives, basis, pid, &roads)?),
+            Err(error) => {
+                remarks.push(format!("no {} controller: {error}", basis.name()));
+            }
+        }
+    }
+
+    let traces = Traces::from_csv(traces.as_bytes(), "traces.csv")?;
+    let bicycle_fit = judged.map(|j| j.validation_fit);
+    let mut built =
+        Built { plant, bicycle_fit, controllers, remarks, out: job.out.clone(), files: Vec::new() };
+    present::write(&mut out, &built, bicycle.as_ref(), &traces)?;
+    built.files = out.into_written();
+    Ok(built)
+}
+
+/// The bicycle model at the speed of the drive, which is where the two are compared.
+fn bicycle_at_speed_of(plant: &Plant, vehicle: &Text) -> Result<Bicycle, Failure> {
+    let written = control::bicycle_from_toml(&vehicle.text, &vehicle.name)?;
+    let speed_mps = plant.operating_point.speed_mps;
+    if speed_mps <= 0.0 {
+        return Ok(written);
+    }
+    let data = formats::VehicleData { speed_mps, ..written.vehicle };
+    let mut bicycle = control::bicycle(&data)?;
+    bicycle.provenance = written.provenance;
+    Ok(bicycle)
+}
+
+/// The bicycle model on the drive, judged as the identified one is.
+fn judge(job: &Job, bicycle: &Bicycle) -> Result<Option<Judged>, Failure> {
+    let model = DesignPlant::from_bicycle(bicycle)?.continuous();
+    Ok(model.map(|m| sysid::judge(&job.log, &job.identify, &m)).transpose()?)
+}
+
+/// The standard road and, where points were recorded, theirs.
+fn roads(
+    job: &Job,
+    plant: &Plant,
+    remarks: &mut Vec<String>,
+) -> Result<Vec<(&'static str, PathFile)>, Failure> {
+    let speed = plant.operating_point.speed_mps;
+    if speed <= 0.0 {
+        remarks.push("no road is tracked: the log has no speed".into());
+        return Ok(Vec::new());
+    }
+    let mut roads = vec![(STANDARD_ROAD, paths::reference_road(speed, job.lateral_acceleration)?)];
+    if let Some(Text { name, text }) = &job.track {
+        let options = PointOptions { name: name.clone(), speed, ..PointOptions::default() };
+        let recorded = paths::path_from_csv(text, name, &options)?;
+        remarks.extend(recorded.warnings.iter().map(|w| format!("{name}: {w}")));
+        let mut path = recorded.path;
+        path.provenance.sources =
+            vec![SourceFile { name: name.clone(), sha256: formats::sha256_hex(text.as_bytes()) }];
+        roads.push((RECORDED_ROAD, path));
+    }
+    Ok(roads)
+}
+
+/// Packs a controller with its roads and runs the loops of the packed FMUs.
+fn prove(
+    out: &mut Writer,
+    archives: &mut Archives,
+    basis: Basis,
+    pid: Pid,
+    roads: &[(&'static str, PathFile)],
+) -> Result<Controller, Failure> {
+    let suffix = basis.suffix();
+    let folder = format!("fmu{suffix}");
+    out.document(&format!("pid{suffix}.json"), &pid)?;
+    archives.pid(out.archive(&folder, &pid)?)?;
+
+    let step = archives.step(&pid)?;
+    out.bytes(&format!("step{suffix}.csv"), step.csv.as_bytes())?;
+    let mut runs = Vec::new();
+    for (road, path) in roads {
+        let mut path = path.clone();
+        path.guidance = control::guidance_for(&pid, path.speed_mps);
+        // The controller's own folder has the standard road; others stand beside it.
+        let (name, result, folder) = if *road == STANDARD_ROAD {
+            (format!("path{suffix}.json"), format!("result{suffix}.csv"), folder.clone())
+        } else {
+            (
+                format!("path-{road}{suffix}.json"),
+                format!("result-{road}{suffix}.csv"),
+                format!("{folder}-{road}"),
+            )
+        };
+        out.document(&name, &path)?;
+        let archive = out.archive(&folder, &path)?;
+        let csv = archives.track(&archive, &path, pid.sample_time_s)?;
+        out.bytes(&result, csv.as_bytes())?;
+        let track = Track::from_csv(csv.as_bytes(), &result)?;
+        let errors = track.errors();
+        runs.push(Run { road, path, track, errors });
+    }
+    Ok(Controller { basis, pid, step: step.response, step_metrics: step.metrics, runs })
+}

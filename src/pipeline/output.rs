@@ -1,0 +1,58 @@
+//! Files written below one folder, and the list of them.
+
+use crate::failure::Failure;
+use crate::{files, package};
+use formats::{Document, SourceFile};
+use std::path::{Path, PathBuf};
+
+/// Writes files below one folder and keeps the list.
+pub(super) struct Writer {
+    folder: PathBuf,
+    written: Vec<SourceFile>,
+}
+
+impl Writer {
+    pub(super) fn new(folder: &Path) -> Self {
+        Self { folder: folder.into(), written: Vec::new() }
+    }
+
+    /// Writes bytes under a name relative to the folder.
+    pub(super) fn bytes(&mut self, name: &str, bytes: &[u8]) -> Result<PathBuf, Failure> {
+        let path = self.folder.join(name);
+        files::write(&path, bytes)?;
+        self.written.push(SourceFile { name: name.into(), sha256: formats::sha256_hex(bytes) });
+        Ok(path)
+    }
+
+    /// Writes a document; gives what refers to it in the files made from it.
+    pub(super) fn document<D: Document>(
+        &mut self,
+        name: &str,
+        document: &D,
+    ) -> Result<SourceFile, Failure> {
+        document.checked(name)?;
+        let text = document.to_json();
+        self.bytes(name, text.as_bytes())?;
+        Ok(SourceFile { name: name.into(), sha256: formats::sha256_hex(text.as_bytes()) })
+    }
+
+    /// Packs a document's FMU into a folder below.
+    pub(super) fn archive<D: Document>(
+        &mut self,
+        folder: &str,
+        document: &D,
+    ) -> Result<PathBuf, Failure> {
+        let packed = package::pack(&document.to_json(), folder, None)?;
+        self.bytes(&format!("{folder}/{}.fmu", packed.fmu.name()), &packed.bytes)
+    }
+
+    /// What was written, in order.
+    pub(super) fn into_written(self) -> Vec<SourceFile> {
+        self.written
+    }
+
+    /// What was written so far.
+    pub(super) fn written(&self) -> &[SourceFile] {
+        &self.written
+    }
+}

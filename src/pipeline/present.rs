@@ -1,0 +1,84 @@
+//! Figures and the report of a build.
+
+use super::output::Writer;
+use super::{Built, RECORDED_ROAD, STANDARD_ROAD};
+use crate::failure::Failure;
+use formats::Bicycle;
+use report::figures::{self, road_height};
+use report::{Figure, Report, Traces, Track};
+
+const WIDTH: u32 = 900;
+
+/// Writes the figures as SVG files, and the report.
+pub(super) fn write(
+    out: &mut Writer,
+    built: &Built,
+    bicycle: Option<&Bicycle>,
+    traces: &Traces,
+) -> Result<(), Failure> {
+    let plant = &built.plant;
+    let e = &plant.evidence;
+    let mut draw = |name: &str, figure: &Figure, height: u32| -> Result<(), Failure> {
+        let svg = figure.to_svg(WIDTH, height)?;
+        out.bytes(&format!("figures/{name}.svg"), svg.as_bytes()).map(|_| ())
+    };
+    draw("drive", &figures::drive(traces), 600)?;
+    draw("comparison", &figures::comparison(traces, &e.fit, built.bicycle_fit), 720)?;
+    draw("coherence", &figures::coherence(&e.excitation), 330)?;
+    draw("orders", &figures::order_table(&e.order_table, plant.order()), 320)?;
+    for c in &built.controllers {
+        let title = format!("Yaw step, {} controller, loop of the FMUs", c.basis.name());
+        let figure = figures::yaw_step(
+            &title,
+            &c.step,
+            &c.pid.specification,
+            &c.step_metrics,
+            &c.pid.limits,
+        );
+        draw(&format!("step{}", c.basis.suffix()), &figure, 680)?;
+    }
+    for (road, suffix) in [(STANDARD_ROAD, ""), (RECORDED_ROAD, "-recorded")] {
+        let tracks = tracks(built, road);
+        let run = built.controllers.iter().flat_map(|c| &c.runs).find(|r| r.road == road);
+        if let Some(run) = run {
+            let height = road_height(WIDTH, &run.path.points, &tracks);
+            let figure = figures::reference_road(&run.path.points, run.path.closed, &tracks);
+            draw(&format!("road{suffix}"), &figure, height)?;
+            draw(&format!("errors{suffix}"), &figures::tracking_errors(&tracks), 660)?;
+        }
+    }
+
+    let page = Report {
+        title: format!("{}: from drive to controller", plant.name),
+        plant: Some(plant),
+        traces: Some(traces),
+        bicycle,
+        bicycle_fit: built.bicycle_fit,
+        controllers: built
+            .controllers
+            .iter()
+            .map(|c| report::Controller {
+                name: c.basis.name(),
+                pid: &c.pid,
+                step: Some(&c.step),
+                step_with_offset: None,
+            })
+            .collect(),
+        path: built
+            .controllers
+            .iter()
+            .flat_map(|c| &c.runs)
+            .find(|r| r.road == STANDARD_ROAD)
+            .map(|r| &r.path),
+        tracks: tracks(built, STANDARD_ROAD),
+        files: out.written().to_vec(),
+    };
+    out.bytes("report.html", page.to_html().as_bytes())?;
+    Ok(())
+}
+
+/// The runs of all controllers along one road, by the controller's name.
+fn tracks<'a>(built: &'a Built, road: &str) -> Vec<(&'a str, &'a Track)> {
+    let run = |c: &'a super::Controller| c.runs.iter().find(|r| r.road == road);
+    built.controllers.iter().filter_map(|c| Some((c.basis.name(), &run(c)?.track))).collect()
+}

@@ -1,0 +1,80 @@
+//! Numbers with a unit, as people write them on a command line: `22deg`, `1s`, `0.5%`, `54km/h`.
+
+use std::f64::consts::PI;
+
+/// What a unit multiplies by to give SI, by the dimension asked for.
+type Units = &'static [(&'static str, f64)];
+
+const ANGLES: Units = &[("deg", PI / 180.0), ("rad", 1.0)];
+const ANGLE_RATES: Units = &[("deg/s", PI / 180.0), ("rad/s", 1.0)];
+const TIMES: Units = &[("ms", 1e-3), ("s", 1.0)];
+const SPEEDS: Units = &[("m/s", 1.0), ("km/h", 1.0 / 3.6)];
+const ACCELERATIONS: Units = &[("m/s2", 1.0), ("g", 9.80665)];
+const SHARES: Units = &[("%", 1.0)];
+
+/// An angle in rad.
+pub(crate) fn angle(text: &str) -> Result<f64, String> {
+    with_unit(text, ANGLES)
+}
+
+/// An angular rate in rad/s.
+pub(crate) fn angle_rate(text: &str) -> Result<f64, String> {
+    with_unit(text, ANGLE_RATES)
+}
+
+/// A time in s.
+pub(crate) fn time(text: &str) -> Result<f64, String> {
+    with_unit(text, TIMES)
+}
+
+/// A speed in m/s.
+pub(crate) fn speed(text: &str) -> Result<f64, String> {
+    with_unit(text, SPEEDS)
+}
+
+/// An acceleration in m/s².
+pub(crate) fn acceleration(text: &str) -> Result<f64, String> {
+    with_unit(text, ACCELERATIONS)
+}
+
+/// A share in percent.
+pub(crate) fn percent(text: &str) -> Result<f64, String> {
+    with_unit(text, SHARES)
+}
+
+fn with_unit(text: &str, units: Units) -> Result<f64, String> {
+    let known = || units.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(" or ");
+    let text = text.trim();
+    let (number, factor) = units
+        .iter()
+        .find_map(|(unit, factor)| text.strip_suffix(unit).map(|number| (number.trim(), *factor)))
+        .filter(|(number, _)| !number.ends_with(char::is_alphabetic))
+        .ok_or_else(|| format!("a number with its unit ({}) is expected", known()))?;
+    let value: f64 =
+        number.parse().map_err(|_| format!("`{number}` is not a number (unit: {})", known()))?;
+    if !value.is_finite() {
+        return Err(format!("`{number}` is not a finite number"));
+    }
+    Ok(value * factor)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{angle, angle_rate, percent, speed, time};
+
+    #[test]
+    fn units_are_applied_and_required() {
+        assert!((angle("22deg").unwrap() - 0.383_972_435_438_752_5).abs() < 1e-15);
+        assert_eq!(angle("0.5 rad").unwrap(), 0.5);
+        assert_eq!(time("250ms").unwrap(), 0.25);
+        assert_eq!(time("1s").unwrap(), 1.0);
+        assert_eq!(percent("1%").unwrap(), 1.0);
+        assert_eq!(speed("54km/h").unwrap(), 15.0);
+        assert!((angle_rate("180deg/s").unwrap() - std::f64::consts::PI).abs() < 1e-15);
+        for bad in ["22", "deg", "22grad", "1e999deg", "NaNrad", "22 m"] {
+            assert!(angle(bad).is_err(), "{bad}");
+        }
+        assert!(time("5min").is_err());
+        assert!(time("ms").is_err());
+    }
+}

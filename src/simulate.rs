@@ -1,0 +1,134 @@
+//! `steerwright simulate`: archives in closed loop.
+
+use crate::failure::{Failure, Outcome};
+use crate::files;
+use crate::quantity;
+use crate::tell::Tell;
+use fmi2_host::{Archive, InputTable, Instance, Master, System};
+use serde::Serialize;
+use std::path::PathBuf;
+
+/// Simulate FMUs together; outputs and inputs of equal name are wired
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// Archives, in the order in which a Gauss–Seidel master steps them: plant, path, controller
+    #[arg(required = true, value_name = "FMU")]
+    fmus: Vec<PathBuf>,
+    /// Write the trajectories here as CSV
+    #[arg(long, short, value_name = "CSV", default_value = "result.csv")]
+    output: PathBuf,
+    /// Communication step; by default the smallest that an FMU recommends
+    #[arg(long, value_name = "TIME", value_parser = quantity::time)]
+    step: Option<f64>,
+    /// Length of the simulation; by default the longest that an FMU recommends
+    #[arg(long, value_name = "TIME", value_parser = quantity::time)]
+    stop: Option<f64>,
+    /// How values are passed between FMUs within a step
+    #[arg(long, value_enum, default_value = "gauss-seidel")]
+    master: MasterName,
+    /// Set a parameter or a free input: NAME.VARIABLE=VALUE
+    #[arg(long, value_name = "NAME.VARIABLE=VALUE")]
+    set: Vec<String>,
+    /// Feed free inputs from a CSV with a column `time`, held between rows
+    #[arg(long, value_name = "CSV")]
+    input: Option<PathBuf>,
+    /// Print what was wired and the last values as JSON on stdout
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+enum MasterName {
+    /// Each FMU sees what those before it have just computed
+    GaussSeidel,
+    /// All FMUs see the values at the start of the step
+    Jacobi,
+}
+
+/// What was done, for scripts.
+#[derive(Serialize)]
+struct Done {
+    file: PathBuf,
+    connections: Vec<String>,
+    steps: usize,
+    step_s: f64,
+    last: std::collections::BTreeMap<String, f64>,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let archives = arguments
+        .fmus
+        .iter()
+        .map(|file| Ok(Archive::open(file)?))
+        .collect::<Result<Vec<_>, Failure>>()?;
+    let (step, stop) = experiment(arguments, &archives)?;
+
+    let mut system = system_of(&archives)?;
+    let connections = system.connect_by_name()?;
+    for text in &arguments.set {
+        system.set_text(text)?;
+    }
+    if let Some(input) = &arguments.input {
+        system.feed(InputTable::open(input)?);
+    }
+    let master = match arguments.master {
+        MasterName::GaussSeidel => Master::GaussSeidel,
+        MasterName::Jacobi => Master::Jacobi,
+    };
+    let recording = system.run(master, 0.0, stop, step)?;
+    files::write(&arguments.output, recording.to_csv().as_bytes())?;
+
+    let last = recording.rows.last().cloned().unwrap_or_default();
+    let done = Done {
+        file: arguments.output.clone(),
+        connections: connections.iter().map(ToString::to_string).collect(),
+        steps: recording.times.len().saturating_sub(1),
+        step_s: step,
+        last: recording.names.iter().cloned().zip(last.iter().copied()).collect(),
+    };
+    let mut table = report::Table::new(["variable", "unit", "last value"]);
+    for ((name, unit), value) in recording.names.iter().zip(&recording.units).zip(&last) {
+        let unit = unit.clone().unwrap_or_default();
+        table = table.row([name.clone(), unit, format!("{value:.6}")]);
+    }
+    let text = format!(
+        "wired:\n  {}\n\n{table}\n{} steps of {step} s, written to {}",
+        done.connections.join("\n  "),
+        done.steps,
+        done.file.display()
+    );
+    Tell::new(arguments.json).result(&text, &done)?;
+    Ok(Outcome::Done)
+}
+
+/// Step and stop: as given, else as the archives recommend.
+fn experiment(arguments: &Arguments, archives: &[Archive]) -> Result<(f64, f64), Failure> {
+    let recommended = || archives.iter().filter_map(|a| a.model().description().default_experiment);
+    let steps = recommended().filter_map(|e| e.step_size);
+    let stops = recommended().filter_map(|e| e.stop_time);
+    let step = arguments.step.or_else(|| steps.reduce(f64::min));
+    let stop = arguments.stop.or_else(|| stops.reduce(f64::max));
+    match (step, stop) {
+        (Some(step), Some(stop)) if step > 0.0 && stop > 0.0 => Ok((step, stop)),
+        (None, _) => Err(Failure::new("no FMU recommends a step", "give one, such as --step 10ms")),
+        (_, None) => {
+            Err(Failure::new("no FMU recommends a stop time", "give one, such as --stop 10s"))
+        }
+        (Some(step), Some(stop)) => Err(Failure::new(
+            format!("step {step} s and stop {stop} s must be above 0"),
+            "give --step and --stop above 0",
+        )),
+    }
+}
+
+/// One instance of each archive, named after its model.
+pub(crate) fn system_of<'a>(
+    archives: impl IntoIterator<Item = &'a Archive>,
+) -> Result<System, Failure> {
+    let mut system = System::new();
+    for archive in archives {
+        let name = archive.model().description().model_name.clone();
+        system.add(Instance::new(archive, &name)?)?;
+    }
+    Ok(system)
+}

@@ -1,0 +1,213 @@
+//! What can go wrong between log and model, with the place, the numbers and what to do next.
+
+/// A cell of a log.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Place {
+    /// The file as the caller named it.
+    pub file: String,
+    /// Line, from 1.
+    pub line: u64,
+    /// The column's header.
+    pub column: String,
+}
+
+impl Place {
+    pub(crate) fn new(file: &str, line: u64, column: &str) -> Box<Self> {
+        Box::new(Self { file: file.into(), line, column: column.into() })
+    }
+}
+
+impl std::fmt::Display for Place {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}:{}: column `{}`", self.file, self.line, self.column)
+    }
+}
+
+/// Why a log was refused or no model could be made of it.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs)] // the fields are named in the messages
+pub enum Error {
+    #[error("no log was given")]
+    NoFiles,
+    #[error("{file}: the file is empty")]
+    EmptyFile { file: String },
+    #[error("{file}:{line}: the file is not UTF-8 text")]
+    NotText { file: String, line: u64 },
+    #[error("{file}:{line}: {problem}")]
+    Csv { file: String, line: u64, problem: String },
+    #[error("{file}:{line}: the row has {got} cells, the header has {expected}")]
+    RaggedRow { file: String, line: u64, got: usize, expected: usize },
+    #[error("{file}:{line}: the header names the column `{column}` twice")]
+    RepeatedColumn { file: String, line: u64, column: String },
+    #[error("no column `{column}` (for the {role}); there are: {available}")]
+    MissingColumn { role: &'static str, column: String, available: String },
+    #[error("which column is the {role}? {problem}; there are: {available}")]
+    RoleNotFound { role: &'static str, problem: String, available: String },
+    #[error("the column `{column}` (for the {role}) is in more than one file: {files}")]
+    AmbiguousColumn { role: &'static str, column: String, files: String },
+    #[error("{at}: `{text}` is not a number")]
+    NotANumber { at: Box<Place>, text: String },
+    #[error("{at}: `{text}` is not a finite number")]
+    NotFinite { at: Box<Place>, text: String },
+    #[error("{at}: the unit is not stated")]
+    UnitNotStated { at: Box<Place> },
+    #[error("column `{column}`: `{unit}` is not a unit known here")]
+    UnknownUnit { column: String, unit: String },
+    #[error("a unit is given for `{column}`, which is not a column that is read")]
+    UnusedUnit { column: String },
+    #[error(
+        "{file}: column `{column}` is in {unit}, which is no unit of the {role} (expected {expected})"
+    )]
+    WrongQuantity {
+        file: String,
+        column: String,
+        role: &'static str,
+        unit: &'static str,
+        expected: &'static str,
+    },
+    #[error("{file}: no column tells the time; there are: {available}")]
+    NoTime { file: String, available: String },
+    #[error("{at}: time {time} s does not come after {before} s in the row before")]
+    TimeNotIncreasing { at: Box<Place>, time: f64, before: f64 },
+    #[error(
+        "{at}: nothing from {from_s} s to {to_s} s, a gap of {gap_s} s where at most {limit_s} s are bridged"
+    )]
+    Gap { at: Box<Place>, from_s: f64, to_s: f64, gap_s: f64, limit_s: f64, longest: (f64, f64) },
+    #[error("{file}: column `{column}`: the {role} is {value} {unit} throughout")]
+    Constant { file: String, column: String, role: &'static str, value: f64, unit: &'static str },
+    #[error("{at}: the {role} would be {value} {si} (read as {unit}), beyond {limit} {si}")]
+    Impossible {
+        at: Box<Place>,
+        role: &'static str,
+        value: f64,
+        si: &'static str,
+        unit: &'static str,
+        limit: f64,
+        alternatives: String,
+    },
+    #[error("column `{column}` is a steering wheel's angle, and no steering ratio is given")]
+    SteeringRatioUnknown { column: String },
+    #[error(
+        "column `{column}`: {largest_deg:.0}° is more than a road wheel can turn, and no steering ratio is given"
+    )]
+    NotARoadWheel { column: String, largest_deg: f64 },
+    #[error("{got} samples of {sample_time_s} s are too few: {need} are needed")]
+    TooFewSamples { got: usize, need: usize, sample_time_s: f64 },
+    #[error(
+        "the clocks do not overlap: {first} covers {first_from} to {first_to} s, {second} {second_from} to {second_to} s"
+    )]
+    NoOverlap {
+        first: String,
+        first_from: f64,
+        first_to: f64,
+        second: String,
+        second_from: f64,
+        second_to: f64,
+    },
+    #[error("a sample time of {asked} s is shorter than the log's own {least} s")]
+    SampleTimeTooShort { asked: f64, least: f64 },
+    #[error("option {option}: {value} is out of range, expected {expected}")]
+    Option { option: &'static str, value: String, expected: String },
+    #[error("the input steering*speed needs a speed column")]
+    NoSpeed,
+    #[error("an order of {order} needs a horizon above it; the horizon is {horizon}")]
+    OrderAboveHorizon { order: usize, horizon: usize },
+    #[error("no model came out: {problem}")]
+    NoModel { problem: String },
+    #[error("a matrix factorisation did not converge: {what}")]
+    Numerical { what: &'static str },
+}
+
+impl Error {
+    /// What the reader can do about it.
+    #[must_use]
+    pub fn hint(&self) -> String {
+        match self {
+            Self::NoFiles => "name a CSV file with a header line".into(),
+            Self::EmptyFile { .. } | Self::NotText { .. } => {
+                "the log must be CSV text with a header line and a row for each sample".into()
+            }
+            Self::Csv { .. } | Self::RaggedRow { .. } => {
+                "mend the row, or cut the file before it; each row needs a cell for each column"
+                    .into()
+            }
+            Self::RepeatedColumn { .. } => "give each column a name of its own".into(),
+            Self::MissingColumn { role, .. } | Self::RoleNotFound { role, .. } => format!(
+                "name it with {}, with a leading - (as in --output=-gyro_down_radps) where its sign is opposite",
+                flag(role)
+            ),
+            Self::AmbiguousColumn { column, files, .. } => {
+                let first = files.split(", ").next().unwrap_or_default();
+                format!("say which file, as in {first}:{column}")
+            }
+            Self::NotANumber { .. } => {
+                "write numbers with a decimal point; leave a cell blank (or NaN) where a sample is missing".into()
+            }
+            Self::NotFinite { .. } => "leave the cell blank where a sample is missing".into(),
+            Self::UnitNotStated { at } => {
+                let column = &at.column;
+                format!(
+                    "end the column's name in its unit, as in {column}_deg, write `{column} [deg]`, or state it: --unit {column}=deg"
+                )
+            }
+            Self::UnknownUnit { .. } => format!("known units: {}", crate::log::known_units()),
+            Self::UnusedUnit { .. } => {
+                "spell the name as in the header, or drop the --unit option".into()
+            }
+            Self::WrongQuantity { column, .. } => format!(
+                "map another column, or state the unit where the name misleads: --unit {column}=UNIT"
+            ),
+            Self::NoTime { .. } => {
+                "name it with --time, its unit in the name (time_s, t_ms, stamp_ns), or state the rows' period with --row-period".into()
+            }
+            Self::TimeNotIncreasing { .. } => {
+                "sort the rows by time and drop repeated ones; where two recordings were joined, give them one at a time".into()
+            }
+            Self::Gap { longest, .. } => format!(
+                "the longest part without such a gap: --window {},{}; a larger --max-gap bridges it by a straight line, which is wrong where the vehicle turned",
+                longest.0, longest.1
+            ),
+            Self::Constant { role, .. } if *role == "steering" => {
+                "nothing can be identified from a steering angle that does not move: check the mapping, or record a slalom".into()
+            }
+            Self::Constant { .. } => "check the mapping and the sensor".into(),
+            Self::Impossible { alternatives, .. } => alternatives.clone(),
+            Self::SteeringRatioUnknown { .. } => {
+                "state the steering angle over the road-wheel angle, as in --steering-ratio 15; 1 where the column is the road wheel's".into()
+            }
+            Self::NotARoadWheel { .. } => {
+                "state --steering-ratio (about 15 for a car's steering wheel), or the right unit with --unit".into()
+            }
+            Self::TooFewSamples { .. } => {
+                "record longer (a minute or more), widen --window, or give a shorter --sample-time".into()
+            }
+            Self::NoOverlap { .. } => {
+                "the files must be of one drive and count time from one origin; check --window too".into()
+            }
+            Self::SampleTimeTooShort { least, .. } => {
+                format!("give --sample-time {least} or more, or leave it out")
+            }
+            Self::Option { option, .. } => format!("give {option} within that range, or leave it out"),
+            Self::NoSpeed => "name it with --speed, or identify with the input steering".into(),
+            Self::OrderAboveHorizon { order, .. } => {
+                format!("give --horizon {} or more, or leave it out", order + 2)
+            }
+            Self::NoModel { .. } => {
+                "check the mapping, the signs and the units; the input must drive the output".into()
+            }
+            Self::Numerical { .. } => {
+                "look for extreme values in the log; another --horizon or --sample-time may help".into()
+            }
+        }
+    }
+}
+
+fn flag(role: &str) -> &'static str {
+    match role {
+        "steering" => "--input NAME",
+        "yaw rate" => "--output NAME",
+        "speed" => "--speed NAME",
+        "time" => "--time NAME",
+        _ => "its option",
+    }
+}

@@ -1,0 +1,91 @@
+//! Estimation and held-out data, means removed and scaled to unit spread.
+
+use super::IdentifyOptions;
+use crate::dense::row;
+use crate::signal::{mean, standard_deviation};
+use crate::{DriveLog, Error};
+use faer::Mat;
+use formats::InputKind;
+
+/// Signals of one input and one output, 1 by N, `(signal − mean)/scale` of the estimation part.
+pub(crate) struct Data {
+    pub(crate) sample_time: f64,
+    pub(crate) estimation: Part,
+    pub(crate) validation: Part,
+    pub(crate) input_mean: f64,
+    pub(crate) output_mean: f64,
+    pub(crate) input_scale: f64,
+    pub(crate) output_scale: f64,
+}
+
+/// One stretch of time.
+pub(crate) struct Part {
+    pub(crate) u: Mat<f64>,
+    pub(crate) y: Mat<f64>,
+    /// The output as a slice's worth of numbers, for fits.
+    pub(crate) output: Vec<f64>,
+}
+
+impl Part {
+    fn new(u: &[f64], y: &[f64]) -> Self {
+        Self { u: row(u), y: row(y), output: y.to_vec() }
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.output.len()
+    }
+}
+
+/// The signal that drives the model: steering, or steering times speed.
+pub(crate) fn driving_input(log: &DriveLog, kind: InputKind) -> Result<Vec<f64>, Error> {
+    match (kind, &log.speed) {
+        (InputKind::Steering, _) => Ok(log.input.clone()),
+        (InputKind::SteeringTimesSpeed, Some(speed)) => {
+            Ok(log.input.iter().zip(speed).map(|(u, v)| u * v).collect())
+        }
+        (InputKind::SteeringTimesSpeed, None) => Err(Error::NoSpeed),
+    }
+}
+
+impl Data {
+    /// Splits and scales; the held-out part is the end of the log.
+    pub(crate) fn new(log: &DriveLog, options: &IdentifyOptions) -> Result<Self, Error> {
+        const LEAST: usize = 100;
+        let input = driving_input(log, options.input_kind)?;
+        let n = input.len().min(log.output.len());
+        if n < LEAST {
+            return Err(Error::TooFewSamples {
+                got: n,
+                need: LEAST,
+                sample_time_s: log.sample_time_s,
+            });
+        }
+        if input.iter().chain(&log.output).any(|x| !x.is_finite()) {
+            return Err(Error::NoModel { problem: "the recording is not finite".into() });
+        }
+        let split = n - (options.validation_fraction * n as f64).round() as usize;
+        let (u, y) = (&input[..split], &log.output[..split]);
+        let means = if options.remove_means { (mean(u), mean(y)) } else { (0.0, 0.0) };
+        let scales = (standard_deviation(u), standard_deviation(y));
+        for (scale, role) in [(scales.0, "steering"), (scales.1, "yaw rate")] {
+            if scale <= 0.0 {
+                return Err(Error::NoModel {
+                    problem: format!("the {role} does not move in the estimation data"),
+                });
+            }
+        }
+        let scaled =
+            |x: &[f64], m: f64, s: f64| -> Vec<f64> { x.iter().map(|v| (v - m) / s).collect() };
+        let (u, y) =
+            (scaled(&input[..n], means.0, scales.0), scaled(&log.output[..n], means.1, scales.1));
+        Ok(Self {
+            sample_time: log.sample_time_s,
+            estimation: Part::new(&u[..split], &y[..split]),
+            validation: Part::new(&u[split..], &y[split..]),
+            input_mean: means.0,
+            output_mean: means.1,
+            input_scale: scales.0,
+            output_scale: scales.1,
+        })
+    }
+}

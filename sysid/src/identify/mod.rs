@@ -1,0 +1,301 @@
+//! From a recording to `plant.json`: data → candidates → noise → evidence.
+
+mod candidates;
+mod data;
+mod evidence;
+mod judge;
+mod options;
+
+use crate::conversion::{ContinuousModel, to_continuous};
+use crate::dense::spectral_radius;
+use crate::model::{StateSpace, initial_state, joined, predict, predictor, simulate};
+use crate::refine::{Stop, refine_gain};
+use crate::signal::{integrate, mean, standard_deviation};
+use crate::statistics::{fit_percent, independence, whiteness};
+use crate::subspace::noise_model;
+use crate::{DriveLog, Error};
+use candidates::{Candidate, choose, output};
+use data::{Data, Part, driving_input};
+use evidence::LAGS;
+use faer::{Mat, MatRef};
+use formats::{
+    Continuous, Discrete, Document, Evidence, Fits, InputKind, Matrix, Noise, OperatingPoint,
+    OrderRow, Plant, Provenance,
+};
+
+pub use judge::{Judged, judge};
+pub use options::IdentifyOptions;
+
+/// A steering offset beyond this is doubtful, degrees at the road wheel.
+const MOST_CROOKED_DEG: f64 = 1.0;
+
+/// A plant with the signals behind its plots.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Identified {
+    /// What goes into `plant.json`.
+    pub plant: Plant,
+    /// Measured and simulated signals.
+    pub traces: Traces,
+}
+
+/// Signals on the recording's grid.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Traces {
+    /// The log's time, s.
+    pub time_s: Vec<f64>,
+    /// Steering angle, rad, in the log's coordinates.
+    pub steering_rad: Vec<f64>,
+    /// Measured yaw rate, rad/s.
+    pub yaw_rate_radps: Vec<f64>,
+    /// Simulated yaw rate, rad/s; the initial state is estimated at the start of each part.
+    pub simulated_yaw_rate_radps: Vec<f64>,
+    /// Whether the sample was held out.
+    pub is_validation: Vec<bool>,
+    /// Integral of the measured yaw rate from 0, rad.
+    pub yaw_rad: Vec<f64>,
+    /// Integral of the simulated yaw rate from 0, rad.
+    pub simulated_yaw_rad: Vec<f64>,
+}
+
+/// Identifies the lateral dynamics in `log`.
+///
+/// # Errors
+/// [`Error`] where the log or the options allow no model. A poor model is no error: the evidence
+/// and its verdict say so.
+pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified, Error> {
+    options.check()?;
+    let input = driving_input(log, options.input_kind)?;
+    let data = Data::new(log, options)?;
+    let choice = choose(&data, options)?;
+    let chosen = &choice.candidates[choice.chosen];
+    let mut warnings = log.warnings.clone();
+    let filter = filter(&data, &choice.factor, chosen, options.refine, &mut warnings)?;
+
+    // Back to SI: u' = (u − ū)/s_u, y' = (y − ȳ)/s_y.
+    let model = chosen.model.scaled(&[data.input_scale], &[data.output_scale]);
+    let gain: Vec<f64> =
+        (0..model.order()).map(|i| filter.gain[(i, 0)] / data.output_scale).collect();
+    let continuous = to_continuous(model.a.as_ref(), model.b.as_ref(), data.sample_time);
+    if let Err(reason) = &continuous {
+        warnings.push(format!("the model stays discrete: {reason}"));
+    }
+    let continuous = continuous.ok();
+    if let Some(from) = chosen.stabilised_from {
+        warnings.push(format!(
+            "the subspace estimate was unstable (spectral radius {from:.4}) and has been stabilised"
+        ));
+    }
+
+    let residual =
+        filter.residuals.iter().map(|e| e * e).sum::<f64>() / filter.residuals.len().max(1) as f64;
+    let speed = log.speed.as_deref().unwrap_or_default();
+    if log.speed.is_none() {
+        warnings.push("no speed channel: the operating point's speed is written as 0".into());
+    }
+    let mut evidence = Evidence {
+        method: chosen.method.name().into(),
+        horizon: chosen.horizon,
+        estimation_samples: data.estimation.len(),
+        validation_samples: data.validation.len(),
+        fit: Fits {
+            estimation: chosen.estimation_fit,
+            validation: chosen.validation_fit,
+            validation_one_step: filter.validation_fit,
+        },
+        order_table: choice.candidates.iter().map(order_row).collect(),
+        whiteness: whiteness(&filter.residuals, LAGS),
+        independence: independence(&filter.residuals, &input[..data.estimation.len()], LAGS),
+        excitation: evidence::excitation(log, &input, residual.sqrt()),
+        stabilised_from: chosen.stabilised_from,
+        conversion_round_trip: continuous.as_ref().map(|c| c.round_trip),
+        channels: log.channels.clone(),
+        warnings,
+        verdict: formats::Verdict::default(),
+    };
+    let point = operating_point(&data, &model, speed, options.input_kind);
+    let crooked = (point.steering_offset_rad / log.steering_ratio).to_degrees();
+    if crooked.abs() > MOST_CROOKED_DEG {
+        evidence.warnings.push(format!(
+            "driving straight would need {crooked:.1}° at the road wheel: check the zero of the steering angle and the gyro's bias; a changing speed does this too"
+        ));
+    }
+    let spread =
+        if speed.is_empty() { 0.0 } else { standard_deviation(speed) / mean(speed).max(0.1) };
+    evidence.verdict =
+        evidence::verdict(&evidence, continuous.is_some(), spread, options.input_kind);
+
+    let traces = traces(log, &data, chosen)?;
+    let mut used = log.options.clone();
+    used.extend(options.to_map());
+    let plant = Plant {
+        schema: Plant::SCHEMA.into(),
+        name: log.name.clone(),
+        input: options.input_kind,
+        steering_ratio: log.steering_ratio,
+        input_delay_s: 0.0,
+        operating_point: point,
+        discrete: discrete(&model, &gain, &chosen.x0, data.sample_time),
+        continuous: continuous.map(|c| continuous_form(&c, &model)),
+        noise: Noise { innovation_variance: residual * data.output_scale * data.output_scale },
+        evidence,
+        provenance: Provenance {
+            version: env!("CARGO_PKG_VERSION").into(),
+            sources: log.sources.clone(),
+            options: used,
+        },
+    };
+    plant.checked("plant.json").map_err(|e| Error::NoModel { problem: e.to_string() })?;
+    Ok(Identified { plant, traces })
+}
+
+/// The innovation form's gain with what it predicts, in scaled units.
+struct Filter {
+    gain: Mat<f64>,
+    /// One-step prediction errors on the estimation data.
+    residuals: Vec<f64>,
+    /// One-step fit on the held-out data, percent.
+    validation_fit: f64,
+}
+
+/// The Kalman gain from the residual covariances, refined by its prediction errors; zero where it
+/// would predict worse than the simulation does. Where the Riccati equation has no solution, the
+/// refinement starts from zero, with A − K C = A stable.
+fn filter(
+    data: &Data,
+    factor: &crate::subspace::Factor,
+    chosen: &Candidate,
+    refine: bool,
+    warnings: &mut Vec<String>,
+) -> Result<Filter, Error> {
+    const STOP: Stop = Stop { steps: 20, least_gain: 1e-5 };
+    let model = &chosen.model;
+    let noise = noise_model(factor, model)?;
+    let part = &data.estimation;
+    let simulation_error = difference(&part.output, &output(model, part, &chosen.x0));
+    let mut gain = noise.gain;
+    if !noise.solved {
+        warnings.push("the Riccati equation has no stabilising solution".into());
+    }
+    if refine {
+        gain =
+            refine_gain(model, gain.as_ref(), part.u.as_ref(), part.y.as_ref(), &chosen.x0, STOP)?;
+    }
+    let mut residuals = difference(&part.output, &one_step(model, gain.as_ref(), part)?);
+    let power = |e: &[f64]| e.iter().map(|x| x * x).sum::<f64>();
+    // A gain that is stable by a hair, or only in one scaling of the signals, is not: rounding in
+    // the file would decide.
+    let scaled = |k: f64| {
+        let gain = Mat::from_fn(gain.nrows(), 1, |i, _| gain[(i, 0)] / k);
+        let c = Mat::from_fn(1, model.order(), |_, j| model.c[(0, j)] * k);
+        spectral_radius((&model.a - gain * c).as_ref())
+    };
+    let stable = [1.0, data.output_scale, 1e3].into_iter().all(|k| scaled(k) < 1.0 - 1e-6);
+    if !stable || power(&residuals) > power(&simulation_error) {
+        warnings.push(if stable {
+            "the Kalman filter predicts no better than the simulation: K is 0".into()
+        } else {
+            "the Kalman filter is on the verge of instability: K is 0".into()
+        });
+        gain = Mat::zeros(model.order(), 1);
+        residuals = simulation_error;
+    }
+    let part = &data.validation;
+    let validation_fit = fit_percent(&part.output, &one_step(model, gain.as_ref(), part)?);
+    Ok(Filter { gain, residuals, validation_fit })
+}
+
+/// One-step predictions of a part, the initial state estimated.
+fn one_step(model: &StateSpace, gain: MatRef<'_, f64>, part: &Part) -> Result<Vec<f64>, Error> {
+    let (u, y) = (part.u.as_ref(), part.y.as_ref());
+    let x0 = initial_state(&predictor(model, gain), joined(u, y).as_ref(), y)?;
+    let y_hat = predict(model, gain, u, y, &x0);
+    Ok((0..y_hat.ncols()).map(|t| y_hat[(0, t)]).collect())
+}
+
+fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
+    a.iter().zip(b).map(|(x, y)| x - y).collect()
+}
+
+fn order_row(candidate: &Candidate) -> OrderRow {
+    OrderRow {
+        order: candidate.model.order(),
+        singular_value: candidate.singular_value,
+        estimation_fit: candidate.estimation_fit,
+        validation_fit: candidate.validation_fit,
+        stable: candidate.stabilised_from.is_none(),
+    }
+}
+
+/// The means' difference is put on the steering, `δ0 = ū − ȳ/G(0)`, since a car that yaws at rest
+/// steering has a crooked wheel; where the steady-state gain is too small against the signals' ratio
+/// to tell, both means stay.
+fn operating_point(
+    data: &Data,
+    model: &StateSpace,
+    speed: &[f64],
+    kind: InputKind,
+) -> OperatingPoint {
+    const LEAST_RELATIVE_GAIN: f64 = 0.05;
+    let speed_mps = mean(speed);
+    let per_steering = match kind {
+        InputKind::Steering => 1.0,
+        InputKind::SteeringTimesSpeed => speed_mps.max(1e-3),
+    };
+    let (u, y) = (data.input_mean, data.output_mean);
+    let least = LEAST_RELATIVE_GAIN * data.output_scale / data.input_scale;
+    let shift = model.steady_state_gain(0, 0).filter(|g| g.abs() > least).map(|g| y / g);
+    match shift {
+        Some(shift) if shift.abs() < 5.0 * data.input_scale => OperatingPoint {
+            speed_mps,
+            steering_offset_rad: (u - shift) / per_steering,
+            yaw_rate_offset_radps: 0.0,
+        },
+        _ => OperatingPoint {
+            speed_mps,
+            steering_offset_rad: u / per_steering,
+            yaw_rate_offset_radps: y,
+        },
+    }
+}
+
+fn matrix(m: &Mat<f64>) -> Matrix {
+    Matrix::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)])
+}
+
+fn discrete(model: &StateSpace, gain: &[f64], x0: &[f64], sample_time_s: f64) -> Discrete {
+    Discrete {
+        sample_time_s,
+        a: matrix(&model.a),
+        b: matrix(&model.b),
+        c: matrix(&model.c),
+        d: matrix(&model.d),
+        k: Matrix::column(gain),
+        x0: x0.to_vec(),
+    }
+}
+
+fn continuous_form(c: &ContinuousModel, model: &StateSpace) -> Continuous {
+    Continuous { f: matrix(&c.f), g: matrix(&c.g), h: matrix(&model.c) }
+}
+
+fn traces(log: &DriveLog, data: &Data, chosen: &Candidate) -> Result<Traces, Error> {
+    let held_out = &data.validation;
+    let x0 = initial_state(&chosen.model, held_out.u.as_ref(), held_out.y.as_ref())?;
+    let mut simulated = output(&chosen.model, &data.estimation, &chosen.x0);
+    let tail = simulate(&chosen.model, held_out.u.as_ref(), &x0);
+    simulated.extend((0..tail.ncols()).map(|t| tail[(0, t)]));
+    for y in &mut simulated {
+        *y = data.output_mean + data.output_scale * *y;
+    }
+    let n = simulated.len();
+    let split = data.estimation.len();
+    Ok(Traces {
+        time_s: (0..n).map(|k| log.time0_s + k as f64 * log.sample_time_s).collect(),
+        steering_rad: log.input.clone(),
+        yaw_rate_radps: log.output.clone(),
+        is_validation: (0..n).map(|k| k >= split).collect(),
+        yaw_rad: integrate(&log.output, log.sample_time_s),
+        simulated_yaw_rad: integrate(&simulated, log.sample_time_s),
+        simulated_yaw_rate_radps: simulated,
+    })
+}

@@ -1,0 +1,91 @@
+//! How a model is identified.
+
+use crate::Error;
+use crate::subspace::Method;
+use formats::InputKind;
+use std::collections::BTreeMap;
+
+/// Options of [`identify`](crate::identify); `None` chooses by held-out fit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct IdentifyOptions {
+    /// Weighting of the subspace method.
+    pub method: Option<Method>,
+    /// Order of the model.
+    pub order: Option<usize>,
+    /// Largest order tried where the order is chosen.
+    pub max_order: usize,
+    /// Block rows s of the Hankel matrices.
+    pub horizon: Option<usize>,
+    /// Whether the output may depend on the input of its own sample. Off, D is zero by
+    /// construction.
+    pub feedthrough: bool,
+    /// What drives the model.
+    pub input_kind: InputKind,
+    /// Share of the log, at its end, that is held out for validation.
+    pub validation_fraction: f64,
+    /// Whether the means of the estimation data are removed from input and output.
+    pub remove_means: bool,
+    /// Whether the subspace model is refined by its simulation error.
+    pub refine: bool,
+}
+
+impl Default for IdentifyOptions {
+    fn default() -> Self {
+        Self {
+            method: None,
+            order: None,
+            max_order: 8,
+            horizon: None,
+            feedthrough: false,
+            input_kind: InputKind::Steering,
+            validation_fraction: 0.5,
+            remove_means: true,
+            refine: true,
+        }
+    }
+}
+
+impl IdentifyOptions {
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        let out_of_range = |option, value: String, expected: &str| {
+            Err(Error::Option { option, value, expected: expected.into() })
+        };
+        if !(0.1..=0.9).contains(&self.validation_fraction) {
+            let value = self.validation_fraction.to_string();
+            return out_of_range("--validation-fraction", value, "0.1 to 0.9");
+        }
+        if !(1..=32).contains(&self.max_order) {
+            return out_of_range("--max-order", self.max_order.to_string(), "1 to 32");
+        }
+        if let Some(order) = self.order
+            && !(1..=32).contains(&order)
+        {
+            return out_of_range("--order", order.to_string(), "1 to 32, or auto");
+        }
+        if let Some(horizon) = self.horizon {
+            if !(2..=200).contains(&horizon) {
+                return out_of_range("--horizon", horizon.to_string(), "2 to 200, or auto");
+            }
+            let order = self.order.unwrap_or(1);
+            if horizon <= order {
+                return Err(Error::OrderAboveHorizon { order, horizon });
+            }
+        }
+        Ok(())
+    }
+
+    /// The options in force by name, for the provenance.
+    pub(crate) fn to_map(&self) -> BTreeMap<String, String> {
+        let number = |x: Option<usize>| x.map_or_else(|| "auto".into(), |x| x.to_string());
+        BTreeMap::from([
+            ("method".into(), self.method.map_or("auto", Method::name).into()),
+            ("order".into(), number(self.order)),
+            ("max_order".into(), self.max_order.to_string()),
+            ("horizon".into(), number(self.horizon)),
+            ("feedthrough".into(), self.feedthrough.to_string()),
+            ("validation_fraction".into(), self.validation_fraction.to_string()),
+            ("remove_means".into(), self.remove_means.to_string()),
+            ("refine".into(), self.refine.to_string()),
+        ])
+    }
+}

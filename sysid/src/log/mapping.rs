@@ -1,0 +1,179 @@
+//! Finds the column for each role.
+
+use super::table::Table;
+use super::units::{Quantity, Unit, parse_unit, split_brackets, unit_of_header};
+use super::{LogOptions, Role};
+use crate::{Error, Place};
+
+/// A column chosen for a role.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Source {
+    pub(crate) table: usize,
+    pub(crate) column: usize,
+    pub(crate) unit: Unit,
+    /// −1 where the mapping has a leading `-`.
+    pub(crate) sign: f64,
+}
+
+/// The column for `role`, or `None` where none is named and the role is optional.
+pub(crate) fn find(
+    tables: &[Table<'_>],
+    options: &LogOptions,
+    role: Role,
+) -> Result<Option<Source>, Error> {
+    let Some(wanted) = role.wanted(options) else { return by_name(tables, options, role) };
+    let (name, sign) = wanted.strip_prefix('-').map_or((wanted, 1.0), |n| (n, -1.0));
+    // A column may have a colon in its own name, so the whole name is tried first.
+    let mut hits: Vec<(usize, usize)> = hits(tables, name);
+    if hits.is_empty()
+        && let Some((file, column)) = name.rsplit_once(':')
+    {
+        hits = self::hits(tables, column);
+        hits.retain(|(t, _)| same_file(tables[*t].file, file));
+    }
+    match hits[..] {
+        [] => Err(Error::MissingColumn {
+            role: role.name(),
+            column: name.into(),
+            available: available(tables),
+        }),
+        [(table, column)] => {
+            let unit = unit_of(&tables[table], column, options)?;
+            check_quantity(&tables[table], column, unit, role)?;
+            Ok(Some(Source { table, column, unit, sign }))
+        }
+        _ => Err(Error::AmbiguousColumn {
+            role: role.name(),
+            column: name.into(),
+            files: hits.iter().map(|(t, _)| tables[*t].file).collect::<Vec<_>>().join(", "),
+        }),
+    }
+}
+
+fn hits(tables: &[Table<'_>], name: &str) -> Vec<(usize, usize)> {
+    tables.iter().enumerate().filter_map(|(t, table)| Some((t, table.find(name)?))).collect()
+}
+
+fn same_file(path: &str, name: &str) -> bool {
+    path == name || path.rsplit(['/', '\\']).next() == Some(name)
+}
+
+/// The one column whose name and unit fit the role.
+fn by_name(
+    tables: &[Table<'_>],
+    options: &LogOptions,
+    role: Role,
+) -> Result<Option<Source>, Error> {
+    let mut found = Vec::new();
+    for (t, table) in tables.iter().enumerate() {
+        for (column, header) in table.header.iter().enumerate() {
+            if role.is_named_like(&header.to_lowercase())
+                && let Ok(unit) = unit_of(table, column, options)
+                && role.takes(unit.quantity)
+            {
+                found.push(Source { table: t, column, unit, sign: 1.0 });
+            }
+        }
+    }
+    match (&found[..], role.required()) {
+        ([source], _) => Ok(Some(*source)),
+        (_, false) => Ok(None),
+        (several, true) => Err(Error::RoleNotFound {
+            role: role.name(),
+            problem: if several.is_empty() {
+                "no column is named like one".into()
+            } else {
+                let names: Vec<&str> =
+                    several.iter().map(|s| tables[s.table].header[s.column].as_str()).collect();
+                format!("several could be ({})", names.join(", "))
+            },
+            available: available(tables),
+        }),
+    }
+}
+
+/// The unit stated in the options, else in the header.
+pub(crate) fn unit_of(
+    table: &Table<'_>,
+    column: usize,
+    options: &LogOptions,
+) -> Result<Unit, Error> {
+    let header = &table.header[column];
+    let bare = split_brackets(header).0;
+    let stated = options.units.iter().find(|(name, _)| {
+        let name = name.as_str();
+        name == header
+            || name == bare
+            || name.rsplit_once(':').is_some_and(|(file, column)| {
+                same_file(table.file, file) && (column == header || column == bare)
+            })
+    });
+    match stated {
+        Some((_, text)) => parse_unit(text)
+            .ok_or_else(|| Error::UnknownUnit { column: header.clone(), unit: text.clone() }),
+        None => unit_of_header(header).ok_or_else(|| Error::UnitNotStated {
+            at: Place::new(table.file, table.header_line, header),
+        }),
+    }
+}
+
+/// Every stated unit must belong to a column that exists.
+pub(crate) fn check_units_are_used(
+    tables: &[Table<'_>],
+    options: &LogOptions,
+) -> Result<(), Error> {
+    for name in options.units.keys() {
+        let column = name.rsplit_once(':').map_or(name.as_str(), |(_, column)| column);
+        if hits(tables, name).is_empty() && hits(tables, column).is_empty() {
+            return Err(Error::UnusedUnit { column: name.clone() });
+        }
+    }
+    Ok(())
+}
+
+fn check_quantity(table: &Table<'_>, column: usize, unit: Unit, role: Role) -> Result<(), Error> {
+    if role.takes(unit.quantity) {
+        return Ok(());
+    }
+    Err(Error::WrongQuantity {
+        file: table.file.into(),
+        column: table.header[column].clone(),
+        role: role.name(),
+        unit: unit.name,
+        expected: role.expected_units(),
+    })
+}
+
+/// The column that tells the time of a table, with its unit.
+pub(crate) fn time_column(
+    table: &Table<'_>,
+    options: &LogOptions,
+) -> Result<Option<(usize, Unit)>, Error> {
+    if let Some(name) = &options.time {
+        let name = name.rsplit_once(':').map_or(name.as_str(), |(_, column)| column);
+        if let Some(column) = table.find(name) {
+            let unit = unit_of(table, column, options)?;
+            check_quantity(table, column, unit, Role::Time)?;
+            return Ok(Some((column, unit)));
+        }
+    } else {
+        for (column, header) in table.header.iter().enumerate() {
+            if Role::Time.is_named_like(&header.to_lowercase())
+                && let Ok(unit) = unit_of(table, column, options)
+                && unit.quantity == Quantity::Time
+            {
+                return Ok(Some((column, unit)));
+            }
+        }
+    }
+    if options.row_period_s.is_some() {
+        return Ok(None);
+    }
+    Err(Error::NoTime { file: table.file.into(), available: table.header.join(", ") })
+}
+
+fn available(tables: &[Table<'_>]) -> String {
+    let texts: Vec<String> =
+        tables.iter().map(|t| format!("{} in {}", t.header.join(", "), t.file)).collect();
+    texts.join("; ")
+}

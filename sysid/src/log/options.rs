@@ -1,0 +1,82 @@
+//! How a log is read.
+
+use std::collections::BTreeMap;
+
+/// Which column is what, and how the channels are brought onto one grid.
+///
+/// A column is named as in the header (with or without its bracketed unit), as `file.csv:column`
+/// where several files have it, and with a leading `-` where its sign is opposite.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LogOptions {
+    /// Steering angle. `None`: the one column whose name says so.
+    pub input: Option<String>,
+    /// Yaw rate, or yaw, which is then differenced. `None`: the one column whose name says so.
+    pub output: Option<String>,
+    /// Speed. `None`: the one column whose name says so, if there is one.
+    pub speed: Option<String>,
+    /// Time, in every file. `None`: the first column that is named and measured like one.
+    pub time: Option<String>,
+    /// Position, m, for plots.
+    pub x: Option<String>,
+    /// Position, m, for plots.
+    pub y: Option<String>,
+    /// Units by column name, where the header does not state them or states them wrongly.
+    pub units: BTreeMap<String, String>,
+    /// Steering angle over road-wheel angle. `None`: 1, which is refused for a steering wheel.
+    pub steering_ratio: Option<f64>,
+    /// Part of the drive to use, from and to, s on the log's clock.
+    pub window: Option<(f64, f64)>,
+    /// Sample time of the merged recording, s. `None`: about 0.04 s (see [`read_log`](crate::read_log)).
+    pub sample_time_s: Option<f64>,
+    /// Period of the rows, s, for files without a clock.
+    pub row_period_s: Option<f64>,
+    /// Longest gap that is bridged by a straight line, s.
+    pub max_gap_s: f64,
+}
+
+impl Default for LogOptions {
+    fn default() -> Self {
+        Self {
+            input: None,
+            output: None,
+            speed: None,
+            time: None,
+            x: None,
+            y: None,
+            units: BTreeMap::new(),
+            steering_ratio: None,
+            window: None,
+            sample_time_s: None,
+            row_period_s: None,
+            max_gap_s: 0.5,
+        }
+    }
+}
+
+impl LogOptions {
+    /// The options in force by name, for the provenance.
+    #[must_use]
+    pub fn to_map(&self) -> BTreeMap<String, String> {
+        let text = |s: &Option<String>| s.clone().unwrap_or_else(|| "auto".into());
+        let number = |x: Option<f64>| x.map_or_else(|| "auto".into(), |x| x.to_string());
+        let mut map = BTreeMap::from([
+            ("input".into(), text(&self.input)),
+            ("output".into(), text(&self.output)),
+            ("speed".into(), text(&self.speed)),
+            ("time".into(), text(&self.time)),
+            ("steering_ratio".into(), number(self.steering_ratio)),
+            ("sample_time_s".into(), number(self.sample_time_s)),
+            ("max_gap_s".into(), self.max_gap_s.to_string()),
+        ]);
+        if let Some((from, to)) = self.window {
+            map.insert("window_s".into(), format!("{from},{to}"));
+        }
+        if let Some(period) = self.row_period_s {
+            map.insert("row_period_s".into(), period.to_string());
+        }
+        for (column, unit) in &self.units {
+            map.insert(format!("unit {column}"), unit.clone());
+        }
+        map
+    }
+}

@@ -1,0 +1,132 @@
+//! What a column stands for, with the names, units and values it may have.
+
+use super::LogOptions;
+use super::units::Quantity;
+
+/// What a column stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Role {
+    Steering,
+    YawRate,
+    Speed,
+    X,
+    Y,
+    Time,
+}
+
+impl Role {
+    /// The word in messages.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Steering => "steering",
+            Self::YawRate => "yaw rate",
+            Self::Speed => "speed",
+            Self::X => "x",
+            Self::Y => "y",
+            Self::Time => "time",
+        }
+    }
+
+    /// The word in files.
+    pub(crate) fn key(self) -> &'static str {
+        match self {
+            Self::YawRate => "yaw_rate",
+            other => other.name(),
+        }
+    }
+
+    pub(crate) fn wanted(self, options: &LogOptions) -> Option<&str> {
+        match self {
+            Self::Steering => options.input.as_deref(),
+            Self::YawRate => options.output.as_deref(),
+            Self::Speed => options.speed.as_deref(),
+            Self::X => options.x.as_deref(),
+            Self::Y => options.y.as_deref(),
+            Self::Time => options.time.as_deref(),
+        }
+    }
+
+    pub(crate) fn required(self) -> bool {
+        matches!(self, Self::Steering | Self::YawRate)
+    }
+
+    /// Whether a column of that name (in lower case) may be taken without being told.
+    pub(crate) fn is_named_like(self, name: &str) -> bool {
+        match self {
+            Self::Steering => name.contains("steer") || name.contains("roadwheel"),
+            Self::YawRate => {
+                name.contains("yaw_rate") || name.contains("yawrate") || name.contains("yaw rate")
+            }
+            Self::Speed => {
+                name.starts_with("speed") || name.starts_with("vx") || name.starts_with("velocity")
+            }
+            Self::Time => {
+                name.starts_with("time") || name.starts_with("t_") || name.starts_with("t ")
+            }
+            Self::X | Self::Y => false,
+        }
+    }
+
+    pub(crate) fn takes(self, quantity: Quantity) -> bool {
+        match self {
+            Self::Steering => matches!(quantity, Quantity::Angle | Quantity::Dimensionless),
+            Self::YawRate => matches!(
+                quantity,
+                Quantity::AngularRate | Quantity::Angle | Quantity::Dimensionless
+            ),
+            Self::Speed => quantity == Quantity::Speed,
+            Self::X | Self::Y => quantity == Quantity::Length,
+            Self::Time => quantity == Quantity::Time,
+        }
+    }
+
+    pub(crate) fn expected_units(self) -> &'static str {
+        match self {
+            Self::Steering => "deg or rad",
+            Self::YawRate => "deg/s or rad/s, or deg or rad of yaw",
+            Self::Speed => "m/s, km/h or mph",
+            Self::X | Self::Y => "m",
+            Self::Time => "s, ms, us or ns",
+        }
+    }
+
+    /// Least and largest value that a road vehicle can have, SI.
+    pub(crate) fn limits(self, quantity: Quantity) -> Option<(f64, f64, &'static str)> {
+        match (self, quantity) {
+            // More than six turns of a steering wheel.
+            (Self::Steering, Quantity::Angle) => Some((-40.0, 40.0, "rad")),
+            (Self::YawRate, Quantity::AngularRate) => Some((-10.0, 10.0, "rad/s")),
+            // Half a metre a second backwards is sensor noise at standstill.
+            (Self::Speed, _) => Some((-0.5, 150.0, "m/s")),
+            _ => None,
+        }
+    }
+
+    /// Units of the same kind that could have been meant, with the value they would give.
+    pub(crate) fn alternatives(self, raw: f64, unit: &str) -> String {
+        let deg = std::f64::consts::PI / 180.0;
+        let others: &[(&str, f64)] = match self {
+            Self::Steering => &[("deg", deg), ("rad", 1.0)],
+            Self::YawRate => &[("deg/s", deg), ("rad/s", 1.0)],
+            Self::Speed => &[("m/s", 1.0), ("km/h", 1.0 / 3.6), ("mph", 0.447_04)],
+            _ => &[],
+        };
+        let si = self.limits(match self {
+            Self::YawRate => Quantity::AngularRate,
+            _ => Quantity::Angle,
+        });
+        let fits: Vec<String> = others
+            .iter()
+            .filter(|(name, _)| *name != unit)
+            .filter(|(_, k)| si.is_some_and(|(lo, hi, _)| (lo..=hi).contains(&(raw * k))))
+            .map(|(name, k)| {
+                format!("{name} would make it {:.3} {}", raw * k, si.map_or("", |s| s.2))
+            })
+            .collect();
+        if fits.is_empty() {
+            "no unit makes this possible: check the mapping and that row".into()
+        } else {
+            format!("state the right unit with --unit: {}", fits.join(", "))
+        }
+    }
+}

@@ -1,0 +1,122 @@
+//! Units of columns: from the suffix of a name, from brackets in the header, or stated.
+//!
+//! A unit is never guessed: a column without one is an error that says how to state it.
+
+/// What a unit measures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Quantity {
+    Time,
+    Angle,
+    AngularRate,
+    Speed,
+    Length,
+    Acceleration,
+    Dimensionless,
+}
+
+/// A unit with its factor to SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Unit {
+    /// How it is called in messages and files.
+    pub(crate) name: &'static str,
+    pub(crate) quantity: Quantity,
+    pub(crate) to_si: f64,
+}
+
+const DEG: f64 = std::f64::consts::PI / 180.0;
+
+/// Spellings, longest first where one ends in another (`deg_s` before `s`).
+const SPELLINGS: &[(&[&str], Unit)] = &[
+    (&["degps", "deg_s", "deg/s", "dps", "°/s"], unit("deg/s", Quantity::AngularRate, DEG)),
+    (&["radps", "rad_s", "rad/s"], unit("rad/s", Quantity::AngularRate, 1.0)),
+    (&["mps2", "m_s2", "m/s2", "m/s^2", "m/s²"], unit("m/s2", Quantity::Acceleration, 1.0)),
+    (&["mps", "m_s", "m/s"], unit("m/s", Quantity::Speed, 1.0)),
+    (&["kmh", "kph", "km_h", "km/h"], unit("km/h", Quantity::Speed, 1.0 / 3.6)),
+    (&["mph"], unit("mph", Quantity::Speed, 0.447_04)),
+    (&["deg", "°"], unit("deg", Quantity::Angle, DEG)),
+    (&["rad"], unit("rad", Quantity::Angle, 1.0)),
+    (&["ms"], unit("ms", Quantity::Time, 1e-3)),
+    (&["us", "µs"], unit("us", Quantity::Time, 1e-6)),
+    (&["ns"], unit("ns", Quantity::Time, 1e-9)),
+    (&["s"], unit("s", Quantity::Time, 1.0)),
+    (&["m"], unit("m", Quantity::Length, 1.0)),
+    (&["g"], unit("g", Quantity::Acceleration, 9.806_65)),
+    (&["1"], unit("1", Quantity::Dimensionless, 1.0)),
+];
+
+const fn unit(name: &'static str, quantity: Quantity, to_si: f64) -> Unit {
+    Unit { name, quantity, to_si }
+}
+
+/// The unit with that spelling.
+pub(crate) fn parse_unit(text: &str) -> Option<Unit> {
+    let text = text.trim();
+    SPELLINGS
+        .iter()
+        .find(|(names, _)| names.iter().any(|n| n.eq_ignore_ascii_case(text)))
+        .map(|(_, unit)| *unit)
+}
+
+/// Splits `steer [deg]` (or `steer (deg)`) into name and unit text.
+pub(crate) fn split_brackets(header: &str) -> (&str, Option<&str>) {
+    for (open, close) in [('[', ']'), ('(', ')')] {
+        if let Some(inner) = header.strip_suffix(close)
+            && let Some(at) = inner.rfind(open)
+        {
+            return (header[..at].trim_end(), Some(&inner[at + 1..]));
+        }
+    }
+    (header, None)
+}
+
+/// The unit a header states, in brackets or as a suffix after an underscore.
+pub(crate) fn unit_of_header(header: &str) -> Option<Unit> {
+    let (name, bracketed) = split_brackets(header);
+    if let Some(text) = bracketed {
+        return parse_unit(text);
+    }
+    let lower = name.to_lowercase();
+    SPELLINGS
+        .iter()
+        .filter(|(_, unit)| unit.quantity != Quantity::Dimensionless)
+        .flat_map(|(names, unit)| names.iter().map(move |n| (*n, *unit)))
+        .filter(|(n, _)| lower.strip_suffix(n).is_some_and(|rest| rest.ends_with('_')))
+        .max_by_key(|(n, _)| n.len())
+        .map(|(_, unit)| unit)
+}
+
+/// All units, for messages.
+#[must_use]
+pub(crate) fn known_units() -> String {
+    let names: Vec<&str> = SPELLINGS.iter().map(|(_, unit)| unit.name).collect();
+    names.join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn suffixes_and_brackets() {
+        for (header, name) in [
+            ("time_s", "s"),
+            ("t_ms", "ms"),
+            ("yaw_rate_deg_s", "deg/s"),
+            ("yaw_rate_rad_s", "rad/s"),
+            ("gyro_degps", "deg/s"),
+            ("Steer [deg]", "deg"),
+            ("rate (deg/s)", "deg/s"),
+            ("vx_mps", "m/s"),
+            ("v_m_s", "m/s"),
+            ("v_kmh", "km/h"),
+            ("x_m", "m"),
+            ("ay_g", "g"),
+            ("steering_wheel_angle_DEG", "deg"),
+        ] {
+            assert_eq!(unit_of_header(header).map(|u| u.name), Some(name), "{header}");
+        }
+        for header in ["steer", "wheels", "grad", "x", "1", "steer [turns]"] {
+            assert_eq!(unit_of_header(header), None, "{header}");
+        }
+    }
+}

@@ -1,0 +1,83 @@
+//! A stable state matrix from the shift structure of Γ, whatever the data.
+//!
+//! T. Van Gestel, J. Suykens, P. Van Dooren, B. De Moor, *Identification of stable models in
+//! subspace identification by using regularization*, IEEE Trans. Automatic Control 46 (2001): a
+//! quadratic penalty on A in its least-squares problem, `A(c) = (Γ↑ᵀΓ↑ + c·I)⁻¹ Γ↑ᵀ Γ↓`. A(c) → 0
+//! for growing c, so some c gives every spectral radius between that of A(0) and 0. The paper gets
+//! the least such c from a generalised eigenvalue problem; here it is bisected, which finds *a* c
+//! with the radius sought, and the radius of the result is checked.
+
+use crate::dense::{solve, spectral_radius};
+use faer::{Mat, MatRef};
+
+/// A state matrix of spectral radius at most `radius` (below 1) from the `order` first columns of
+/// the basis of Γ; `None` only where Γ is not finite.
+#[must_use]
+pub fn stable_shift(
+    basis: MatRef<'_, f64>,
+    order: usize,
+    outputs: usize,
+    radius: f64,
+) -> Option<Mat<f64>> {
+    let rows = basis.nrows();
+    let up = basis.get(..rows - outputs, ..order);
+    let down = basis.get(outputs.., ..order);
+    let gram = up.transpose() * up;
+    let cross = up.transpose() * down;
+    let size = gram.norm_l2();
+    if !(size.is_finite() && size > 0.0) {
+        return None;
+    }
+    let at = |log_c: f64| {
+        let c = size * log_c.exp();
+        let regular =
+            Mat::from_fn(order, order, |i, j| gram[(i, j)] + if i == j { c } else { 0.0 });
+        solve(regular.as_ref(), cross.as_ref())
+    };
+    let fits = |a: &Mat<f64>| spectral_radius(a.as_ref()) <= radius;
+    // From no regularisation to speak of to one that surely suffices: ‖A(c)‖ ≤ ‖Γ↑ᵀΓ↓‖/c.
+    let (mut low, mut high) = (-37.0, 5.0);
+    while !fits(&at(high)) {
+        high += 5.0;
+        if high > 100.0 {
+            return None;
+        }
+    }
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if fits(&at(middle)) { high = middle } else { low = middle }
+    }
+    Some(at(high))
+}
+
+/// The spectral radius that a stabilised model gets: its slowest mode lasts as long as the record,
+/// beyond which it could not be told from an integrator.
+#[must_use]
+pub fn largest_radius(samples: usize) -> f64 {
+    (-1.0 / samples.max(10) as f64).exp()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dense::spectral_radius;
+    use crate::model::{StateSpace, free_response};
+
+    #[test]
+    fn growing_and_oscillating_modes_are_brought_in() {
+        let growing = StateSpace {
+            a: Mat::from_fn(3, 3, |i, j| {
+                [[1.05, 0.3, 0.0], [-0.3, 1.05, 0.1], [0.0, 0.0, 1.2]][i][j]
+            }),
+            b: Mat::zeros(3, 1),
+            c: Mat::from_fn(1, 3, |_, j| [1.0, 0.2, 0.5][j]),
+            d: Mat::zeros(1, 1),
+        };
+        let gamma = free_response(&growing, 12);
+        for radius in [0.99, 0.9999] {
+            let a = stable_shift(gamma.as_ref(), 3, 1, radius).unwrap();
+            let got = spectral_radius(a.as_ref());
+            assert!(got <= radius && got > radius - 0.05, "{got}");
+        }
+    }
+}

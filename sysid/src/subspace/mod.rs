@@ -1,0 +1,23 @@
+//! Subspace identification: block Hankel matrices → LQ → weighted SVD → A, C → B, D → K.
+//!
+//! P. Van Overschee and B. De Moor, *A unifying theorem for three subspace system identification
+//! algorithms*, Automatica 31 (1995), and *Subspace Identification for Linear Systems* (1996).
+//! With s block rows of past and future, the row space of the data is factored once,
+//!
+//! ```text
+//! ⎡U_f⎤   ⎡L11          ⎤ ⎡Q1⎤
+//! ⎢W_p⎥ = ⎢L21 L22      ⎥ ⎢Q2⎥      W_p = ⎡U_p⎤
+//! ⎣Y_f⎦   ⎣L31 L32 L33  ⎦ ⎣Q3⎦            ⎣Y_p⎦
+//! ```
+//!
+//! and everything after works on the small matrix L. Shapes: U_f is s·nu by j, Y_f s·ny by j.
+
+mod factor;
+mod realization;
+mod weights;
+
+pub use factor::Factor;
+pub use realization::{
+    NoiseModel, Refit, eq12, noise_model, refit_output, shift_realization, structured_bd,
+};
+pub use weights::{Method, Subspace, subspace};

@@ -1,0 +1,126 @@
+//! The weighted singular value decomposition whose column space is that of Γ.
+
+use super::Factor;
+use crate::Error;
+use crate::dense::{pseudo_inverse, svd, vcat};
+use faer::{Mat, MatRef};
+
+/// Singular values below this share of the largest are rounding, not data.
+const RANK_TOLERANCE: f64 = 1e-12;
+
+/// The weighting W1·O_i·W2 of the oblique projection O_i of Y_f along U_f on W_p (Van Overschee
+/// and De Moor 1995, table 1).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Method {
+    /// W1 = I, W2 = I.
+    N4sid,
+    /// W1 = I, W2 = Π, the projection on the complement of U_f.
+    Moesp,
+    /// W1 = (Y_f Π Y_fᵀ)^{−1/2}, W2 = Π: singular values are canonical correlations.
+    Cva,
+}
+
+impl Method {
+    /// All three.
+    pub const ALL: [Self; 3] = [Self::Moesp, Self::Cva, Self::N4sid];
+
+    /// The name in files and options.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::N4sid => "n4sid",
+            Self::Moesp => "moesp",
+            Self::Cva => "cva",
+        }
+    }
+
+    /// The method of that name.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|m| m.name().eq_ignore_ascii_case(name))
+    }
+}
+
+/// Singular values and the basis W1⁻¹·U·S^{1/2} of the extended observability matrix Γ.
+#[derive(Debug, Clone)]
+pub struct Subspace {
+    /// All singular values, descending.
+    pub singular_values: Vec<f64>,
+    /// s·ny rows; the first n columns span Γ at order n.
+    pub basis: Mat<f64>,
+}
+
+/// Oblique projection O_i = L32 L22⁺ \[L21 L22\] in the coordinates of (Q1, Q2), s·ny rows.
+pub(crate) fn oblique(factor: &Factor) -> Result<Mat<f64>, Error> {
+    let (past, future) = (factor.past(), factor.future());
+    let l = &factor.l;
+    let on = unit_rows(l.get(past..future, ..future), past);
+    let inverse = pseudo_inverse(on.get(.., past..), RANK_TOLERANCE)?;
+    Ok(l.get(future.., past..future) * inverse * on)
+}
+
+/// The rows divided by the length of their part from column `from` on, so that the rank does not
+/// depend on the signals' units.
+fn unit_rows(m: MatRef<'_, f64>, from: usize) -> Mat<f64> {
+    let lengths: Vec<f64> = (0..m.nrows()).map(|i| m.get(.., from..).row(i).norm_l2()).collect();
+    let scale = |i: usize| if lengths[i] > 0.0 { lengths[i] } else { 1.0 };
+    Mat::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)] / scale(i))
+}
+
+/// Decomposes the weighted projection.
+///
+/// # Errors
+/// [`Error::Numerical`] where a decomposition does not converge.
+pub fn subspace(factor: &Factor, method: Method) -> Result<Subspace, Error> {
+    let (past, future) = (factor.past(), factor.future());
+    let l = &factor.l;
+    let l32 = l.get(future.., past..future);
+    match method {
+        Method::N4sid => from_svd(oblique(factor)?.as_ref(), None),
+        // O_i Π = L32 Q2.
+        Method::Moesp => from_svd(l32, None),
+        Method::Cva => {
+            // Y_f Π Y_fᵀ = [L32 L33][L32 L33]ᵀ = U S² Uᵀ, so W1 = S⁻¹ Uᵀ, W1⁻¹ = U S.
+            let f = svd(l.get(future.., past..))?;
+            let cut = RANK_TOLERANCE * f.s.first().copied().unwrap_or(0.0);
+            let rank = f.s.iter().take_while(|s| **s > cut).count();
+            let ut = Mat::from_fn(rank, f.u.nrows(), |i, j| f.u[(j, i)] / f.s[i]);
+            let back = Mat::from_fn(f.u.nrows(), rank, |i, j| f.u[(i, j)] * f.s[j]);
+            from_svd((ut * l32).as_ref(), Some(back.as_ref()))
+        }
+    }
+}
+
+/// Data without noise leave fewer singular values than rows; zeros stand for the rest, so that any
+/// order can be asked for.
+fn from_svd(m: MatRef<'_, f64>, back: Option<MatRef<'_, f64>>) -> Result<Subspace, Error> {
+    let f = svd(m)?;
+    let scaled = Mat::from_fn(f.u.nrows(), f.s.len(), |i, j| f.u[(i, j)] * f.s[j].sqrt());
+    let spanned = back.map_or_else(|| scaled.clone(), |w| w * &scaled);
+    let rows = spanned.nrows();
+    let mut singular_values = f.s;
+    singular_values.resize(rows, 0.0);
+    let basis =
+        Mat::from_fn(rows, rows, |i, j| if j < spanned.ncols() { spanned[(i, j)] } else { 0.0 });
+    Ok(Subspace { singular_values, basis })
+}
+
+/// The oblique projection one step later, O_{i+1} of Y_f⁻ along U_f⁻ on W_p⁺, in the coordinates of
+/// (Q1, Q2, first block of Q3), with the columns of the factor.
+pub(crate) fn oblique_next(factor: &Factor) -> Result<Mat<f64>, Error> {
+    let (m, p) = (factor.inputs, factor.outputs);
+    let (past, future) = (factor.past(), factor.future());
+    let width = future + p;
+    let l = &factor.l;
+    // [U_f⁻; W_p⁺] spans what [U_f; W_p; y_i] spans: the same rows in another order.
+    let along = l.get(m..past, ..width);
+    let on = vcat(&[
+        l.get(..m, ..width),
+        l.get(past..future, ..width),
+        l.get(future..future + p, ..width),
+    ]);
+    let both = unit_rows(vcat(&[along, on.as_ref()]).as_ref(), 0);
+    let target = l.get(future + p.., ..width);
+    let coefficients = target * pseudo_inverse(both.as_ref(), RANK_TOLERANCE)?;
+    Ok(coefficients.get(.., along.nrows()..) * both.get(along.nrows().., ..))
+}

@@ -1,0 +1,104 @@
+//! What `steerwright demo` promises, on the drives that ship with the repository.
+#![allow(clippy::unwrap_used)]
+
+mod support;
+
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::path::Path;
+use support::{demo, run_demo};
+
+fn drive(name: &str) -> &'static Value {
+    demo().overview.as_array().unwrap().iter().find(|d| d["name"] == name).unwrap()
+}
+
+fn controller(name: &str, basis: &str) -> &'static Value {
+    let all = drive(name)["controllers"].as_array().unwrap();
+    all.iter().find(|c| c["basis"] == basis).unwrap()
+}
+
+#[test]
+fn the_multibody_drive_is_identified_on_held_out_data() {
+    let multibody = drive("multibody");
+    let fit = multibody["held_out_fit_percent"].as_f64().unwrap();
+    let bicycle = multibody["bicycle_held_out_fit_percent"].as_f64().unwrap();
+    assert!(fit >= 90.0, "identified: {fit} %");
+    assert!((80.0..100.0).contains(&bicycle), "bicycle: {bicycle} %");
+    assert_eq!(multibody["trustworthy"], true);
+}
+
+#[test]
+fn the_controller_meets_its_specification_on_the_model_and_in_the_loop_of_fmus() {
+    let pid = controller("multibody", "identification-based");
+    assert_eq!(pid["met"], true, "{pid}");
+    let offset = &pid["on_the_model"]["step_with_offset"];
+    assert!(offset["steady_state_error_percent"].as_f64().unwrap() <= 2.0, "{offset}");
+    for step in [&pid["on_the_model"]["step"], &pid["in_the_loop_of_fmus"]] {
+        assert!(step["overshoot_percent"].as_f64().unwrap() <= 1.0, "{step}");
+        assert!(step["settling_time_s"].as_f64().unwrap() <= 1.0, "{step}");
+        assert!(step["steady_state_error_percent"].as_f64().unwrap() <= 2.0, "{step}");
+        // Within the limits of the paper: 22° and 15° a sample.
+        assert!(step["largest_angle_rad"].as_f64().unwrap() <= 22f64.to_radians());
+        assert!(step["largest_increment_rad"].as_f64().unwrap() <= 15f64.to_radians());
+    }
+}
+
+#[test]
+fn both_controllers_follow_both_roads() {
+    for basis in ["identification-based", "bicycle-based"] {
+        for track in controller("multibody", basis)["tracks"].as_array().unwrap() {
+            let rms = track["cross_track_rms_m"].as_f64().unwrap();
+            assert!(rms > 0.0 && rms < 0.5, "{basis}: {track}");
+        }
+    }
+}
+
+#[test]
+fn the_weakly_excited_drive_is_called_that_and_still_gives_a_model() {
+    let comma = drive("comma2k19");
+    assert_eq!(comma["trustworthy"], false);
+    let verdict = comma["verdict"].as_str().unwrap();
+    assert!(verdict.to_lowercase().contains("weakly excited"), "{verdict}");
+    assert!(comma["order"].as_u64().unwrap() >= 1);
+    assert!(demo().folder.join("comma2k19/fmu/IdentifiedPlant.fmu").is_file());
+}
+
+#[test]
+fn every_file_it_names_is_there_and_the_report_cites_nothing_outside() {
+    for drive in demo().overview.as_array().unwrap() {
+        let folder = Path::new(drive["folder"].as_str().unwrap());
+        let files = drive["files"].as_array().unwrap();
+        assert!(files.len() > 20);
+        for file in files {
+            let path = folder.join(file["name"].as_str().unwrap());
+            assert!(path.metadata().unwrap().len() > 0, "{}", path.display());
+        }
+        let report = std::fs::read_to_string(folder.join("report.html")).unwrap();
+        assert!(report.contains("<svg") && !report.contains("src=\"http"));
+    }
+}
+
+#[test]
+fn the_same_drive_gives_the_same_bytes() {
+    fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+        let mut all = BTreeMap::new();
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                for (name, bytes) in contents(&path) {
+                    let folder = path.file_name().unwrap().to_string_lossy().into_owned();
+                    all.insert(format!("{folder}/{name}"), bytes);
+                }
+            } else {
+                let name = path.file_name().unwrap().to_string_lossy().into_owned();
+                all.insert(name, std::fs::read(&path).unwrap());
+            }
+        }
+        all
+    }
+    let (one, two) = (contents(&demo().folder), contents(&run_demo("again").folder));
+    assert_eq!(one.keys().collect::<Vec<_>>(), two.keys().collect::<Vec<_>>());
+    for (name, bytes) in &one {
+        assert!(*bytes == two[name], "{name} differs");
+    }
+}

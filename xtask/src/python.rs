@@ -1,0 +1,53 @@
+//! The Python environment of the tests: target/python, made from tests/python/requirements.txt.
+
+use crate::run::{root, run, target};
+use std::fs;
+use std::path::PathBuf;
+use std::process::Command;
+
+/// The interpreter of an environment that holds exactly the pinned requirements.
+pub(crate) fn environment() -> Result<PathBuf, String> {
+    let requirements = root().join("tests/python/requirements.txt");
+    let wanted = fs::read_to_string(&requirements)
+        .map_err(|e| format!("{}: {e}", requirements.display()))?;
+    let folder = target().join("python");
+    let python =
+        if cfg!(windows) { folder.join("Scripts/python.exe") } else { folder.join("bin/python") };
+    let stamp = folder.join("installed.txt");
+    if python.exists() && fs::read_to_string(&stamp).is_ok_and(|installed| installed == wanted) {
+        return Ok(python);
+    }
+    if folder.exists() {
+        fs::remove_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    }
+    let base = base_interpreter()?;
+    // Debian's Python has no ensurepip: then virtualenv's single-file form is asked of pip.
+    if run(Command::new(&base).args(["-m", "venv"]).arg(&folder)).is_err() {
+        let tools = target().join("virtualenv");
+        run(Command::new(&base)
+            .args(["-m", "pip", "install", "--quiet", "--target"])
+            .arg(&tools)
+            .arg("virtualenv"))
+        .map_err(|e| format!("{e}; install the package python3-venv, or pip"))?;
+        run(Command::new(&base)
+            .args(["-m", "virtualenv", "--quiet"])
+            .arg(&folder)
+            .env("PYTHONPATH", &tools))?;
+    }
+    run(Command::new(&python)
+        .args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r"])
+        .arg(&requirements))?;
+    fs::write(&stamp, wanted).map_err(|e| format!("{}: {e}", stamp.display()))?;
+    Ok(python)
+}
+
+/// The first Python 3 on the path.
+fn base_interpreter() -> Result<&'static str, String> {
+    ["python3", "python"]
+        .into_iter()
+        .find(|name| {
+            let check = ["-c", "import sys; sys.exit(sys.version_info < (3, 9))"];
+            Command::new(name).args(check).status().is_ok_and(|s| s.success())
+        })
+        .ok_or_else(|| "Python 3.9 or newer was not found; install python3".into())
+}
