@@ -25,7 +25,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     files::write_document(&arguments.out, &bicycle)?;
     let k = &bicycle.coefficients;
     let text = format!(
-        "{} at {} m/s\nA1 {:.4}  A2 {:.4}  A3 {:.4}  A4 {:.4}  B1 {:.4}  B2 {:.4}  n {:.4}  Tn {} s\nwritten to {}",
+        "{} at {:.1} m/s\nA1 {:.4}  A2 {:.4}  A3 {:.4}  A4 {:.4}  B1 {:.4}  B2 {:.4}  n {:.4}  Tn {} s\nwritten to {}",
         bicycle.vehicle.name,
         bicycle.vehicle.speed_mps,
         k.a1,

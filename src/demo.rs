@@ -35,6 +35,8 @@ struct Drive {
     input: &'static str,
     output: &'static str,
     steering_ratio: Option<f64>,
+    /// What the steering servo can follow, rad/s, where it is known.
+    servo_rate_radps: Option<f64>,
     vehicle: File,
     track: File,
 }
@@ -45,7 +47,8 @@ const DRIVES: [Drive; 2] = [
         logs: &[data!("multibody/drive.csv")],
         input: "steering_command_rad",
         output: "yaw_rate_radps",
-        steering_ratio: None,
+        steering_ratio: Some(1.0),
+        servo_rate_radps: Some(0.4),
         vehicle: data!("multibody/vehicle.toml"),
         track: data!("multibody/position.csv"),
     },
@@ -60,6 +63,7 @@ const DRIVES: [Drive; 2] = [
         // The gyro's axes are forward, right, down: yaw rate to the left is the opposite.
         output: "-gyro_down_radps",
         steering_ratio: Some(16.88),
+        servo_rate_radps: None,
         vehicle: data!("comma2k19/vehicle.toml"),
         track: data!("comma2k19/gnss_pose.csv"),
     },
@@ -85,7 +89,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         built.push(pipeline::build(&Job {
             log,
             identify: IdentifyOptions::default(),
-            design: DesignOptions::default(),
+            design: DesignOptions {
+                max_rate_radps: drive.servo_rate_radps,
+                ..DesignOptions::default()
+            },
             vehicle: Some(text(drive.vehicle)),
             track: Some(text(drive.track)),
             lateral_acceleration: 4.0,

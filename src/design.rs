@@ -29,31 +29,31 @@ pub(crate) struct Arguments {
 #[command(next_help_heading = "Specification")]
 pub(crate) struct SpecificationArguments {
     /// Largest overshoot
-    #[arg(long, value_name = "SHARE", value_parser = quantity::percent, default_value = "1%")]
+    #[arg(long, value_name = "SHARE", allow_hyphen_values = true, value_parser = quantity::percent, default_value = "1%")]
     overshoot: f64,
     /// Longest settling time
-    #[arg(long, value_name = "TIME", value_parser = quantity::time, default_value = "1s")]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time, default_value = "1s")]
     settling: f64,
     /// Largest steady-state error, also with a steering offset of 1° at the road wheel
-    #[arg(long, value_name = "SHARE", value_parser = quantity::percent, default_value = "2%")]
+    #[arg(long, value_name = "SHARE", allow_hyphen_values = true, value_parser = quantity::percent, default_value = "2%")]
     steady_state_error: f64,
     /// Largest steering angle in steering coordinates; by default 22deg at the road wheel
-    #[arg(long, value_name = "ANGLE", value_parser = quantity::angle)]
+    #[arg(long, value_name = "ANGLE", allow_hyphen_values = true, value_parser = quantity::angle)]
     max_angle: Option<f64>,
     /// Largest change of the steering angle in a sample; by default 15deg at the road wheel
-    #[arg(long, value_name = "ANGLE", value_parser = quantity::angle)]
+    #[arg(long, value_name = "ANGLE", allow_hyphen_values = true, value_parser = quantity::angle)]
     max_increment: Option<f64>,
     /// Largest rate of the steering angle; by default what the increment allows
-    #[arg(long, value_name = "RATE", value_parser = quantity::angle_rate)]
+    #[arg(long, value_name = "RATE", allow_hyphen_values = true, value_parser = quantity::angle_rate)]
     max_rate: Option<f64>,
     /// The controller's sample time
-    #[arg(long = "pid-sample-time", value_name = "TIME", value_parser = quantity::time, default_value = "10ms")]
-    sample_time: f64,
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time, default_value = "10ms")]
+    pid_sample_time: f64,
     /// Delay of the loop beyond the plant's own: 0 under a Gauss–Seidel master, a sample under Jacobi
-    #[arg(long, value_name = "TIME", value_parser = quantity::time, default_value = "0s")]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time, default_value = "0s")]
     loop_delay: f64,
     /// Smallest distance of the loop from −1
-    #[arg(long, value_name = "MARGIN", default_value = "0.5")]
+    #[arg(long, value_name = "MARGIN", allow_hyphen_values = true, default_value = "0.5")]
     modulus_margin: f64,
 }
 
@@ -67,7 +67,7 @@ impl SpecificationArguments {
             max_angle_rad: self.max_angle,
             max_increment_rad: self.max_increment,
             max_rate_radps: self.max_rate,
-            sample_time_s: self.sample_time,
+            sample_time_s: self.pid_sample_time,
             loop_delay_s: self.loop_delay,
             modulus_margin: self.modulus_margin,
             ..DesignOptions::default()
@@ -89,12 +89,15 @@ fn read_plant(path: &Path) -> Result<(DesignPlant, SourceFile), Failure> {
     let text = files::read_text(path)?;
     let source = SourceFile::of(path, text.as_bytes());
     let file = path.display().to_string();
-    let plant = if text.contains(Bicycle::SCHEMA) {
-        DesignPlant::from_bicycle(&Bicycle::from_json(&text, &file)?)?
-    } else {
-        DesignPlant::from_plant(&Plant::from_json(&text, &file)?)?
+    // A bicycle of any version, so that another one is refused as such.
+    let bicycle = "steerwright/bicycle/";
+    let plant = match formats::schema_of(&text) {
+        Some(schema) if schema.starts_with(bicycle) => {
+            DesignPlant::from_bicycle(&Bicycle::from_json(&text, &file)?)
+        }
+        _ => DesignPlant::from_plant(&Plant::from_json(&text, &file)?),
     };
-    Ok((plant, source))
+    Ok((plant.map_err(|e| Failure::in_file(path, &e, e.hint()))?, source))
 }
 
 /// Gains, requirements and margins, for people.

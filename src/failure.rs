@@ -1,6 +1,7 @@
 //! What can go wrong on the command line: message, hint, exit status.
 
 use std::fmt;
+use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -24,11 +25,30 @@ impl Failure {
         )
     }
 
+    /// An error of a stage that does not know the file it was about.
+    pub(crate) fn in_file(file: &Path, error: impl fmt::Display, hint: String) -> Self {
+        Self::new(format!("{}: {error}", file.display()), hint)
+    }
+
     /// Tells it on stderr; exit status 2, bad input.
     pub(crate) fn tell(&self) -> ExitCode {
-        eprintln!("error: {}\nhint: {}", self.message, self.hint);
+        // A closed stderr is no reason to panic.
+        let _ = writeln!(std::io::stderr(), "error: {}\nhint: {}", self.message, self.hint);
         ExitCode::from(2)
     }
+}
+
+/// Tells what is wrong with the arguments, or the help that was asked for.
+pub(crate) fn tell_usage(error: &clap::Error) -> ExitCode {
+    const CLOSING: &str = "For more information, try '--help'.";
+    let text = error.render().to_string();
+    if error.use_stderr() && text.contains(CLOSING) {
+        let hint = "hint: --help lists the arguments with their units and defaults";
+        let _ = write!(std::io::stderr(), "{}", text.replace(CLOSING, hint));
+    } else {
+        let _ = error.print();
+    }
+    ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
 }
 
 /// Errors of the stages carry their own hint.

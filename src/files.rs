@@ -3,6 +3,7 @@
 use crate::failure::Failure;
 use formats::{Document, SourceFile};
 use std::fs;
+use std::io::ErrorKind;
 use std::path::Path;
 
 /// A file's bytes.
@@ -12,7 +13,8 @@ pub(crate) fn read(path: &Path) -> Result<Vec<u8>, Failure> {
 
 /// A file's text.
 pub(crate) fn read_text(path: &Path) -> Result<String, Failure> {
-    String::from_utf8(read(path)?).map_err(|_| {
+    let text = String::from_utf8(read(path)?).ok().filter(|text| !text.contains('\0'));
+    text.ok_or_else(|| {
         Failure::new(format!("{}: not UTF-8 text", path.display()), "give a text file")
     })
 }
@@ -37,12 +39,26 @@ pub(crate) fn write_document<D: Document>(
 
 /// Writes a file whole or not at all, making its folder.
 pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    let slash = path.as_os_str().as_encoded_bytes().ends_with(b"/");
+    let Some(name) = path.file_name().filter(|_| !slash && !path.is_dir()) else {
+        let message = format!("{}: this is a folder", path.display());
+        return Err(Failure::new(message, "name a file in it"));
+    };
     if let Some(folder) = path.parent().filter(|f| !f.as_os_str().is_empty()) {
-        fs::create_dir_all(folder).map_err(|e| Failure::file(folder, &e))?;
+        fs::create_dir_all(folder).map_err(|e| match e.kind() {
+            ErrorKind::AlreadyExists => Failure::new(
+                format!("{}: this is a file, not a folder", folder.display()),
+                "name another folder",
+            ),
+            _ => Failure::file(folder, &e),
+        })?;
     }
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
+    let mut name = name.to_os_string();
     name.push(".part");
     let part = path.with_file_name(name);
-    fs::write(&part, bytes).map_err(|e| Failure::file(&part, &e))?;
-    fs::rename(&part, path).map_err(|e| Failure::file(path, &e))
+    fs::write(&part, bytes).and_then(|()| fs::rename(&part, path)).map_err(|e| {
+        // What is half written goes; that it may not exist is no second failure.
+        let _ = fs::remove_file(&part);
+        Failure::file(path, &e)
+    })
 }

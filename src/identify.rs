@@ -46,7 +46,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 pub(crate) fn evidence(plant: &Plant) -> String {
     let e = &plant.evidence;
     let mut channels =
-        report::Table::new(["channel", "column", "unit", "rows", "rate", "min", "mean", "max"]);
+        report::Table::new(["channel", "column", "read as", "rows", "rate", "min", "mean", "max"]);
     for c in &e.channels {
         channels = channels.row([
             c.role.clone(),
@@ -71,7 +71,7 @@ pub(crate) fn evidence(plant: &Plant) -> String {
             if row.stable { "stable".into() } else { "unstable".to_owned() },
         ]);
     }
-    let mut text = format!("{channels}\n{orders}\n");
+    let mut text = format!("{channels}values in rad, rad/s and m/s\n\n{orders}\n");
     let _ = writeln!(
         text,
         "model    order {}, {} with {} block rows, sample time {} s",

@@ -10,35 +10,37 @@ use sysid::{DriveLog, IdentifyOptions, InputKind, LogOptions, Method};
 #[derive(clap::Args, Debug, Clone)]
 #[command(next_help_heading = "Log")]
 pub(crate) struct LogArguments {
-    /// Column of the steering angle
+    /// Column of the steering angle; by default the one named like it. In all three: -COLUMN where
+    /// the sign is opposite, FILE.csv:COLUMN where several files have it
     #[arg(long, value_name = "COLUMN", allow_hyphen_values = true)]
     pub(crate) input: Option<String>,
-    /// Column of the yaw rate, or of the yaw, which is then differenced
+    /// Column of the yaw rate (by default the one named like it), or of the yaw, which is then
+    /// differenced
     #[arg(long, value_name = "COLUMN", allow_hyphen_values = true)]
     pub(crate) output: Option<String>,
-    /// Column of the speed
+    /// Column of the speed; by default the one named like it, if there is one
     #[arg(long, value_name = "COLUMN", allow_hyphen_values = true)]
     pub(crate) speed: Option<String>,
-    /// Column of the time, in every file
+    /// Column of the time, in every file; by default the first named like it
     #[arg(long, value_name = "COLUMN")]
     pub(crate) time: Option<String>,
     /// Unit of a column, where its name does not say it
     #[arg(long = "unit", value_name = "COLUMN=UNIT", value_parser = column_unit)]
     pub(crate) units: Vec<(String, String)>,
     /// Steering angle over road-wheel angle; needed where the log has the steering wheel
-    #[arg(long, value_name = "R")]
+    #[arg(long, value_name = "R", allow_hyphen_values = true)]
     pub(crate) steering_ratio: Option<f64>,
     /// Part of the drive to use, such as 10s..60s
-    #[arg(long, value_name = "FROM..TO", value_parser = window)]
+    #[arg(long, value_name = "FROM..TO", allow_hyphen_values = true, value_parser = window)]
     pub(crate) window: Option<(f64, f64)>,
     /// Sample time of the merged log; by default about 40 ms
-    #[arg(long, value_name = "TIME", value_parser = quantity::time)]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time)]
     pub(crate) sample_time: Option<f64>,
     /// Time between rows, for files without a clock
-    #[arg(long, value_name = "TIME", value_parser = quantity::time)]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time)]
     pub(crate) row_period: Option<f64>,
     /// Longest gap in a channel that is bridged
-    #[arg(long, value_name = "TIME", value_parser = quantity::time, default_value = "0.5s")]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time, default_value = "0.5s")]
     pub(crate) max_gap: f64,
 }
 
@@ -52,6 +54,9 @@ pub(crate) struct IdentifyArguments {
     /// Order of the model
     #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = number)]
     pub(crate) order: Auto<usize>,
+    /// Highest order among which `--order auto` chooses
+    #[arg(long, value_name = "N", allow_hyphen_values = true, default_value_t = IdentifyOptions::default().max_order)]
+    pub(crate) max_order: usize,
     /// Block rows of the Hankel matrices
     #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = number)]
     pub(crate) horizon: Auto<usize>,
@@ -62,7 +67,7 @@ pub(crate) struct IdentifyArguments {
     #[arg(long)]
     pub(crate) feedthrough: bool,
     /// Share of the log, at its end, that is held out to judge the model
-    #[arg(long, value_name = "SHARE", value_parser = quantity::percent, default_value = "50%")]
+    #[arg(long, value_name = "SHARE", allow_hyphen_values = true, value_parser = quantity::percent, default_value = "50%")]
     pub(crate) hold_out: f64,
 }
 
@@ -84,7 +89,6 @@ impl LogArguments {
             sample_time_s: self.sample_time,
             row_period_s: self.row_period,
             max_gap_s: self.max_gap,
-            ..LogOptions::default()
         }
     }
 
@@ -104,6 +108,7 @@ impl IdentifyArguments {
         IdentifyOptions {
             method: self.method.0,
             order: self.order.0,
+            max_order: self.max_order,
             horizon: self.horizon.0,
             feedthrough: self.feedthrough,
             input_kind: self.model_input,

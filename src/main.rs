@@ -63,8 +63,11 @@ fn run(command: Command) -> Result<Outcome, Failure> {
 }
 
 fn main() -> ExitCode {
-    match run(Arguments::parse().command) {
-        Ok(outcome) => outcome.into(),
-        Err(failure) => failure.tell(),
+    match Arguments::try_parse() {
+        Ok(arguments) => match run(arguments.command) {
+            Ok(outcome) => outcome.into(),
+            Err(failure) => failure.tell(),
+        },
+        Err(error) => failure::tell_usage(&error),
     }
 }

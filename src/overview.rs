@@ -29,6 +29,7 @@ struct ControllerOverview<'a> {
     met: bool,
     on_the_model: &'a formats::DesignEvidence,
     in_the_loop_of_fmus: &'a StepMetrics,
+    in_the_loop_of_fmus_with_offset: &'a StepMetrics,
     tracks: Vec<TrackOverview>,
 }
 
@@ -60,6 +61,7 @@ pub(crate) fn of(built: &Built) -> Overview<'_> {
                 met: c.pid.evidence.met && c.step_meets(),
                 on_the_model: &c.pid.evidence,
                 in_the_loop_of_fmus: &c.step_metrics,
+                in_the_loop_of_fmus_with_offset: &c.offset_metrics,
                 tracks: c
                     .runs
                     .iter()
@@ -105,7 +107,7 @@ pub(crate) fn table(all: &[Built]) -> String {
             "  modulus margin".into(),
             on(&|c| format!("{:.3}", c.pid.evidence.margins.modulus_margin)),
         );
-        for (place, in_loop) in [("own model", false), ("identified plant, FMUs", true)] {
+        for (place, in_loop) in [("own model", false), ("identified plant", true)] {
             let step = |c: &Controller| if in_loop { c.step_metrics } else { c.pid.evidence.step };
             let spec = |c: &Controller| c.pid.specification;
             row(
@@ -131,20 +133,35 @@ pub(crate) fn table(all: &[Built]) -> String {
                     format!("{:.3} % (at most {limit} %)", step(c).steady_state_error_percent)
                 }),
             );
+            let with_offset = |c: &Controller| {
+                if in_loop { c.offset_metrics } else { c.pid.evidence.step_with_offset }
+            };
+            row(
+                format!("  the same, steering off by 1°, {place}"),
+                on(&|c| {
+                    let limit = spec(c).steady_state_error_percent;
+                    let error = with_offset(c).steady_state_error_percent;
+                    format!("{error:.3} % (at most {limit} %)")
+                }),
+            );
         }
         row(
-            "  the same with 1° steering offset, own model".into(),
-            on(&|c| format!("{:.3} %", c.pid.evidence.step_with_offset.steady_state_error_percent)),
+            "  largest steering rate, identified plant".into(),
+            on(&|c| {
+                let rate = c.step_metrics.largest_increment_rad / c.pid.sample_time_s;
+                let limit = c.pid.limits.max_rate_radps;
+                format!("{rate:.2} rad/s (at most {limit:.2})")
+            }),
         );
         row("  specification, own model".into(), on(&|c| met(c.pid.evidence.met)));
-        row("  specification, identified plant, FMUs".into(), on(&|c| met(c.step_meets())));
+        row("  specification, identified plant".into(), on(&|c| met(c.step_meets())));
         for (road, name) in [(STANDARD_ROAD, "reference road"), (RECORDED_ROAD, "recorded road")] {
             row(
-                format!("  cross-track error, {name}, RMS / largest"),
+                format!("  cross-track error RMS / largest, {name}"),
                 on(&|c| {
                     c.runs.iter().find(|r| r.road == road).map_or_else(none, |run| {
                         let e = &run.errors;
-                        format!("{:.3} / {:.3} m", e.cross_track_rms_m, e.cross_track_max_m)
+                        format!("{:.4} / {:.4} m", e.cross_track_rms_m, e.cross_track_max_m)
                     })
                 }),
             );

@@ -18,7 +18,7 @@ pub(crate) struct Arguments {
     #[arg(long, short, value_name = "DIR", default_value = ".")]
     out: PathBuf,
     /// Step size that the archives recommend, such as 10ms; by default the controller's sample time
-    #[arg(long, value_name = "TIME", value_parser = quantity::time)]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time)]
     step: Option<f64>,
     /// Print the result as JSON on stdout
     #[arg(long)]
@@ -85,11 +85,27 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 
 /// Packs one document with every library this program holds.
 pub(crate) fn pack(document: &str, file: &str, step: Option<f64>) -> Result<Packed, Failure> {
+    // What is no JSON has no schema either, but a place to name.
+    serde_json::from_str::<serde::de::IgnoredAny>(document).map_err(|e| {
+        let (line, column) = (e.line(), e.column());
+        let text = e.to_string();
+        let problem = text.rsplit_once(" at line ").map_or(text.as_str(), |(head, _)| head);
+        Failure::new(
+            format!("{file}:{line}:{column}: {problem}"),
+            "give a JSON file that steerwright wrote",
+        )
+    })?;
     let fmu = packaging::fmu_of(document, file)?;
     let binaries: Vec<Binary<'_>> = fmu_binaries::of(fmu.name())
         .map(|l| Binary { platform: l.platform, bytes: l.bytes })
         .collect();
-    Ok(packaging::package(document, file, &binaries, step)?)
+    packaging::package(document, file, &binaries, step).map_err(|e| {
+        // A slave's own hint stands in its message, since an importer shows nothing else.
+        match e.to_string().split_once("; hint: ") {
+            Some((message, hint)) => Failure::new(message, hint),
+            None => e.into(),
+        }
+    })
 }
 
 /// Writes an archive under its FMU's name.

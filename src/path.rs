@@ -17,10 +17,10 @@ pub(crate) struct Arguments {
     #[arg(long = "out", short = 'o', value_name = "FILE", default_value = "path.json")]
     out: PathBuf,
     /// Speed the path is driven at
-    #[arg(long, value_name = "SPEED", value_parser = quantity::speed, default_value = "15m/s")]
+    #[arg(long, value_name = "SPEED", allow_hyphen_values = true, value_parser = quantity::speed, default_value = "15m/s")]
     speed: f64,
     /// Largest lateral acceleration of the standard road
-    #[arg(long, value_name = "ACCELERATION", value_parser = quantity::acceleration, default_value = "4m/s2")]
+    #[arg(long, value_name = "ACCELERATION", allow_hyphen_values = true, value_parser = quantity::acceleration, default_value = "4m/s2")]
     lateral_acceleration: f64,
     /// The track's last point leads to its first
     #[arg(long, requires = "track")]
@@ -43,7 +43,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
                 closed: arguments.closed,
                 ..PointOptions::default()
             };
-            let recorded = paths::path_from_csv(&text, &track.display().to_string(), &options)?;
+            let recorded = paths::path_from_csv(&text, &track.display().to_string(), &options)
+                .map_err(|e| match e {
+                    control::Error::PointFile { .. } => e.into(),
+                    e => Failure::in_file(track, &e, e.hint()),
+                })?;
             let mut notes: Vec<String> =
                 recorded.warnings.iter().map(|w| format!("warning: {w}")).collect();
             notes.push(format!(
@@ -64,9 +68,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         notes.push("no feedforward: give --pid to set it for a controller".into());
     }
     files::write_document(&arguments.out, &path)?;
-    let text =
-        format!("{}\n{}\nwritten to {}", notes.join("\n"), extent(&path), arguments.out.display());
-    Tell::new(arguments.json).result(&text, &path)?;
+    notes.push(extent(&path));
+    notes.push(format!("written to {}", arguments.out.display()));
+    Tell::new(arguments.json).result(&notes.join("\n"), &path)?;
     Ok(Outcome::Done)
 }
 
@@ -75,7 +79,7 @@ fn extent(path: &PathFile) -> String {
     let length = path.points.last().map_or(0.0, |p| p.distance_m);
     let curvature = path.points.iter().map(|p| p.curvature_per_m.abs()).fold(0.0, f64::max);
     format!(
-        "{}: {length:.1} m, {} points, curvature up to {curvature:.4} 1/m, {:.2} m/s2 at {} m/s",
+        "{}: {length:.1} m, {} points, curvature up to {curvature:.4} 1/m, {:.2} m/s2 at {:.1} m/s",
         path.name,
         path.points.len(),
         curvature * path.speed_mps * path.speed_mps,

@@ -11,6 +11,8 @@ const TIMES: Units = &[("ms", 1e-3), ("s", 1.0)];
 const SPEEDS: Units = &[("m/s", 1.0), ("km/h", 1.0 / 3.6)];
 const ACCELERATIONS: Units = &[("m/s2", 1.0), ("g", 9.80665)];
 const SHARES: Units = &[("%", 1.0)];
+/// Sizes that are taken, whatever the unit; times since 1970 are among them.
+const SENSIBLE: std::ops::RangeInclusive<f64> = 1e-12..=1e12;
 
 /// An angle in rad.
 pub(crate) fn angle(text: &str) -> Result<f64, String> {
@@ -55,6 +57,10 @@ fn with_unit(text: &str, units: Units) -> Result<f64, String> {
     if !value.is_finite() {
         return Err(format!("`{number}` is not a finite number"));
     }
+    // Sums and quotients of what passes stay far from overflow, and texts of them short.
+    if value != 0.0 && !SENSIBLE.contains(&value.abs()) {
+        return Err(format!("`{number}` is beyond any sensible value"));
+    }
     Ok(value * factor)
 }
 
@@ -71,7 +77,7 @@ mod tests {
         assert_eq!(percent("1%").unwrap(), 1.0);
         assert_eq!(speed("54km/h").unwrap(), 15.0);
         assert!((angle_rate("180deg/s").unwrap() - std::f64::consts::PI).abs() < 1e-15);
-        for bad in ["22", "deg", "22grad", "1e999deg", "NaNrad", "22 m"] {
+        for bad in ["22", "deg", "22grad", "1e999deg", "NaNrad", "22 m", "1e300deg", "1e-300deg"] {
             assert!(angle(bad).is_err(), "{bad}");
         }
         assert!(time("5min").is_err());

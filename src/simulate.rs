@@ -4,7 +4,7 @@ use crate::failure::{Failure, Outcome};
 use crate::files;
 use crate::quantity;
 use crate::tell::Tell;
-use fmi2_host::{Archive, InputTable, Instance, Master, System};
+use fmi2_host::{Archive, Error, InputTable, Instance, Master, Status, System};
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -15,18 +15,18 @@ pub(crate) struct Arguments {
     #[arg(required = true, value_name = "FMU")]
     fmus: Vec<PathBuf>,
     /// Write the trajectories here as CSV
-    #[arg(long, short, value_name = "CSV", default_value = "result.csv")]
-    output: PathBuf,
+    #[arg(long, alias = "output", short, value_name = "CSV", default_value = "result.csv")]
+    out: PathBuf,
     /// Communication step; by default the smallest that an FMU recommends
-    #[arg(long, value_name = "TIME", value_parser = quantity::time)]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time)]
     step: Option<f64>,
     /// Length of the simulation; by default the longest that an FMU recommends
-    #[arg(long, value_name = "TIME", value_parser = quantity::time)]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time)]
     stop: Option<f64>,
     /// How values are passed between FMUs within a step
     #[arg(long, value_enum, default_value = "gauss-seidel")]
     master: MasterName,
-    /// Set a parameter or a free input: NAME.VARIABLE=VALUE
+    /// Set a parameter or a free input, such as LateralPid.kp=1.2; may be given again and again
     #[arg(long, value_name = "NAME.VARIABLE=VALUE")]
     set: Vec<String>,
     /// Feed free inputs from a CSV with a column `time`, held between rows
@@ -53,6 +53,7 @@ struct Done {
     steps: usize,
     step_s: f64,
     last: std::collections::BTreeMap<String, f64>,
+    warnings: Vec<String>,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
@@ -64,7 +65,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let (step, stop) = experiment(arguments, &archives)?;
 
     let mut system = system_of(&archives)?;
-    let connections = system.connect_by_name()?;
+    let connections = system.connect_by_name().map_err(explained)?;
     for text in &arguments.set {
         system.set_text(text)?;
     }
@@ -76,24 +77,30 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         MasterName::Jacobi => Master::Jacobi,
     };
     let recording = system.run(master, 0.0, stop, step)?;
-    files::write(&arguments.output, recording.to_csv().as_bytes())?;
+    let warnings = warnings(&mut system)?;
+    files::write(&arguments.out, recording.to_csv().as_bytes())?;
 
     let last = recording.rows.last().cloned().unwrap_or_default();
     let done = Done {
-        file: arguments.output.clone(),
+        file: arguments.out.clone(),
         connections: connections.iter().map(ToString::to_string).collect(),
         steps: recording.times.len().saturating_sub(1),
         step_s: step,
         last: recording.names.iter().cloned().zip(last.iter().copied()).collect(),
+        warnings,
     };
     let mut table = report::Table::new(["variable", "unit", "last value"]);
     for ((name, unit), value) in recording.names.iter().zip(&recording.units).zip(&last) {
         let unit = unit.clone().unwrap_or_default();
         table = table.row([name.clone(), unit, format!("{value:.6}")]);
     }
+    let wired = match done.connections.join("\n  ") {
+        none if none.is_empty() => "nothing is wired".to_owned(),
+        some => format!("wired:\n  {some}"),
+    };
     let text = format!(
-        "wired:\n  {}\n\n{table}\n{} steps of {step} s, written to {}",
-        done.connections.join("\n  "),
+        "{wired}\n\n{table}{}\n{} steps of {step} s, written to {}",
+        done.warnings.iter().map(|w| format!("\nwarning: {w}")).collect::<String>(),
         done.steps,
         done.file.display()
     );
@@ -128,7 +135,35 @@ pub(crate) fn system_of<'a>(
     let mut system = System::new();
     for archive in archives {
         let name = archive.model().description().model_name.clone();
-        system.add(Instance::new(archive, &name)?)?;
+        system.add(Instance::new(archive, &name)?).map_err(explained)?;
     }
     Ok(system)
+}
+
+/// Errors of wiring, with what can be done about them on a command line.
+fn explained(error: Error) -> Failure {
+    match error {
+        Error::Ambiguous { .. } => {
+            Failure::new(&error, "leave out all but one of the FMUs that have this output")
+        }
+        Error::DuplicateInstance { .. } => {
+            Failure::new(&error, "give one FMU of each model: its name tells their variables apart")
+        }
+        error => error.into(),
+    }
+}
+
+/// What the FMUs had to say against the run, each thing once.
+fn warnings(system: &mut System) -> Result<Vec<String>, Failure> {
+    let names: Vec<String> = system.instances().iter().map(|i| i.name().to_owned()).collect();
+    let mut warnings = Vec::new();
+    for name in names {
+        for line in system.instance_mut(&name)?.take_log() {
+            let text = format!("{name}: {}", line.message);
+            if line.status != Status::Ok && !warnings.contains(&text) {
+                warnings.push(text);
+            }
+        }
+    }
+    Ok(warnings)
 }

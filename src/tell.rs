@@ -17,11 +17,17 @@ impl Tell {
 
     /// Tells the text on stderr and, where asked for, the value as JSON on stdout.
     pub(crate) fn result(self, text: &str, value: &impl Serialize) -> Result<(), Failure> {
-        eprintln!("{}", text.trim_end());
+        // The work is done and written: a reader who has gone away makes no failure of it.
+        let _ = writeln!(std::io::stderr(), "{}", text.trim_end());
         if self.json {
-            let failed = |e: std::io::Error| Failure::new(format!("stdout: {e}"), "try again");
+            let failed = |e: std::io::Error| {
+                Failure::new(format!("stdout: {e}"), "check where the output is led")
+            };
             let json = serde_json::to_string_pretty(value).map_err(|e| failed(e.into()))?;
-            writeln!(std::io::stdout().lock(), "{json}").map_err(failed)?;
+            match writeln!(std::io::stdout().lock(), "{json}") {
+                Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => return Err(failed(e)),
+                _ => {}
+            }
         }
         Ok(())
     }

@@ -11,6 +11,7 @@ use std::process::{Command, ExitCode};
 fn main() -> ExitCode {
     let Some(python) = std::env::var_os("STEERWRIGHT_PYTHON") else {
         println!("left out: fmpy's validation of the archives and its closed loop (tests/python)");
+        println!("left out: rust-fmi's closed loop and types of the headers (tests/importers)");
         println!("`cargo xtask test` makes the Python environment they need and runs them");
         return ExitCode::SUCCESS;
     };

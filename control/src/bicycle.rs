@@ -7,13 +7,11 @@ use crate::Error;
 use formats::{
     Bicycle, BicycleCoefficients, Document, Matrix, Provenance, SourceFile, VehicleData,
 };
-use vehicle_models::{BicycleParameters, bicycle_eq13};
+use model_loading::bicycle_parameters;
+use vehicle_models::bicycle_eq13;
 
 /// Reads vehicle data; `file` is named in errors.
-///
-/// # Errors
-/// [`Error::VehicleFile`] with line and column of a missing, unknown or impossible value.
-pub fn read_vehicle(text: &str, file: &str) -> Result<VehicleData, Error> {
+fn read_vehicle(text: &str, file: &str) -> Result<VehicleData, Error> {
     let vehicle: VehicleData = toml::from_str(text).map_err(|e| {
         let (line, column) = e.span().map_or((1, 1), |span| place(text, span.start));
         let problem = e.message().replace('\n', "; ");
@@ -39,7 +37,7 @@ pub fn read_vehicle(text: &str, file: &str) -> Result<VehicleData, Error> {
 pub fn bicycle(vehicle: &VehicleData) -> Result<Bicycle, Error> {
     let bicycle = document(vehicle);
     bicycle.checked(&vehicle.name)?;
-    parameters(vehicle)
+    bicycle_parameters(vehicle)
         .check()
         .map_err(|e| Error::Model { model: vehicle.name.clone(), problem: e.to_string() })?;
     Ok(bicycle)
@@ -48,30 +46,19 @@ pub fn bicycle(vehicle: &VehicleData) -> Result<Bicycle, Error> {
 /// Reads vehicle data and makes the bicycle model of it; the file stands in its provenance.
 ///
 /// # Errors
-/// As [`read_vehicle`] and [`bicycle`].
+/// [`Error::VehicleFile`] with line and column of a missing, unknown or impossible value, and as
+/// [`bicycle`].
 pub fn bicycle_from_toml(text: &str, file: &str) -> Result<Bicycle, Error> {
-    let mut bicycle = bicycle(&read_vehicle(text, file)?)?;
+    let mut bicycle = bicycle(&read_vehicle(text, file)?).map_err(|e| match e {
+        Error::Model { problem, .. } => Error::Model { model: file.into(), problem },
+        other => other,
+    })?;
     bicycle.provenance.sources = vec![SourceFile::of(std::path::Path::new(file), text.as_bytes())];
     Ok(bicycle)
 }
 
-/// The vehicle as the model that moves by it takes it.
-#[must_use]
-pub fn parameters(vehicle: &VehicleData) -> BicycleParameters {
-    BicycleParameters {
-        mass: vehicle.mass_kg,
-        yaw_inertia: vehicle.yaw_inertia_kgm2,
-        distance_front: vehicle.distance_front_m,
-        distance_rear: vehicle.distance_rear_m,
-        cornering_stiffness_front: vehicle.cornering_stiffness_front_npr,
-        cornering_stiffness_rear: vehicle.cornering_stiffness_rear_npr,
-        actuator_time_constant: vehicle.actuator_time_constant_s,
-        steering_ratio: vehicle.steering_ratio,
-    }
-}
-
 fn document(vehicle: &VehicleData) -> Bicycle {
-    let model = bicycle_eq13(&parameters(vehicle), vehicle.speed_mps);
+    let model = bicycle_eq13(&bicycle_parameters(vehicle), vehicle.speed_mps);
     let c = model.coefficients;
     Bicycle {
         schema: Bicycle::SCHEMA.into(),

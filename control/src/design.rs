@@ -2,20 +2,34 @@
 
 use crate::Error;
 use crate::evaluate::evidence;
-use crate::objective::{BARELY, Objective, VARIABLES, WITH_RESERVE};
-use crate::optimise::minimise;
+use crate::objective::{
+    Aim, BARELY, CROSSOVER_TIMES_SETTLING, Objective, QUICKEST, VARIABLES, WITH_RESERVE,
+};
+use crate::optimise::{minimise, sequence};
 use crate::options::DesignOptions;
 use crate::plant::DesignPlant;
 use crate::sampled::Sampled;
 use crate::simulate::{Excitation, Simulator};
-use formats::{DesignedFor, Document, GuidanceAdvice, Pid, PidGains, Provenance, SourceFile};
+use formats::{
+    DesignEvidence, DesignedFor, Document, GuidanceAdvice, Pid, PidGains, Provenance, SourceFile,
+};
 use std::collections::BTreeMap;
 use vehicle_models::PidParameters;
 
+/// Digits of the gains, and where those just miss a requirement.
+const READABLE_DIGITS: i32 = 5;
+const EXACT_DIGITS: i32 = 12;
+/// Multiples of the plant's scale about which the quickest loop is looked for: the settling time
+/// jumps where a response just leaves its band again, and has many minima.
+const SCALES: [f64; 3] = [1.0, 1.5, 2.25];
+/// Where the quickest loop misses the settling time by less than this factor, another one may be
+/// looked for that just keeps it.
+const NEARLY: f64 = 1.1;
+
 /// Designs a controller for a plant. `source` names the model's file.
 ///
-/// Requirements that cannot be met do not fail the design: the best found is returned with its
-/// shortfalls in the evidence.
+/// Requirements that cannot be met do not fail the design: the quickest loop that keeps the other
+/// requirements is returned with its shortfalls in the evidence.
 ///
 /// # Errors
 /// [`Error::Option`] and its like for options and plants that no design can start from.
@@ -26,28 +40,7 @@ pub fn design(
 ) -> Result<Pid, Error> {
     options.check()?;
     let objective = Objective::new(plant, options)?;
-    let t = options.settling_time_s;
-    let ts = options.sample_time_s;
-    // A crossover that settles in time, a reset that forgets an offset within the 5 s, a little
-    // lead; and the lag of a fast pole at the crossover, which cancels the slow pole of the reset.
-    let guess = [5.0 / t, 0.8 / t, 0.05 * t, 0.01 * t + ts, 0.2 * t].map(f64::ln);
-    let starts = [(3.0, 10.0), (0.5, 1.5), (0.02, 0.3), (0.01, 0.05), (0.1, 0.4)];
-    let mut box_ = [(0.0, 0.0); VARIABLES];
-    for (i, ((low, high), bounds)) in starts.into_iter().zip(objective.bounds()).enumerate() {
-        let unit = if i < 2 { 1.0 / t } else { t };
-        box_[i] = ((low * unit).max(bounds.0).ln(), (high * unit).min(bounds.1).max(bounds.0).ln());
-    }
-    let (best, _) = minimise(&|x| objective.cost(x, &WITH_RESERVE), &guess, &box_, options.seed)?;
-    // Rounded to what a person can read; the evidence is that of the rounded gains.
-    let finish = |x: &[f64]| {
-        let pid = rounded(&objective.controller(x).0);
-        (pid, evidence(&objective.plant, plant.steering_ratio, &pid, &objective.spec))
-    };
-    let (mut pid, mut evidence) = finish(&best);
-    if !evidence.met {
-        let (best, _) = minimise(&|x| objective.cost(x, &BARELY), &best, &box_, options.seed)?;
-        (pid, evidence) = finish(&best);
-    }
+    let (Found { pid, evidence, .. }, objective) = find(objective, plant, options.seed)?;
     let document = Pid {
         schema: Pid::SCHEMA.into(),
         name: format!("PID for {}", plant.name),
@@ -77,6 +70,78 @@ pub fn design(
     };
     document.checked("the designed controller")?;
     Ok(document)
+}
+
+/// A controller, what it reaches, and its decision variables.
+struct Found {
+    pid: PidParameters,
+    evidence: DesignEvidence,
+    variables: Vec<f64>,
+}
+
+/// With some reserve; or else the quickest loop, or one that just keeps everything.
+fn find(objective: Objective, plant: &DesignPlant, seed: u64) -> Result<(Found, Objective), Error> {
+    let own = starts(&objective, 1.0, 6, seed);
+    let found = search(&objective, plant, &WITH_RESERVE, &own, 2)?;
+    if found.evidence.met {
+        return Ok((found, objective));
+    }
+    let (own_scale, plants_scale) = (objective.scale, objective.plants_scale());
+    let objective = objective.at_scale(plants_scale);
+    let all = SCALES.map(|multiple| starts(&objective, multiple, 3, seed)).concat();
+    let quickest = search(&objective, plant, &QUICKEST, &all, 3)?;
+    let settling = quickest.evidence.step.settling_time_s.unwrap_or(f64::INFINITY);
+    if quickest.evidence.met || settling > NEARLY * objective.spec.settling_time_s {
+        return Ok((quickest, objective));
+    }
+    let objective = objective.at_scale(own_scale);
+    let near = [own, vec![found.variables, quickest.variables.clone()]].concat();
+    let barely = search(&objective, plant, &BARELY, &near, 2)?;
+    Ok((if barely.evidence.met { barely } else { quickest }, objective))
+}
+
+/// Where a search begins, about a multiple of the objective's scale: a guess and `count` others.
+fn starts(objective: &Objective, multiple: f64, count: u32, seed: u64) -> Vec<Vec<f64>> {
+    let (t, ts) = (multiple * objective.scale, objective.plant.sample_time);
+    // A crossover that settles in time, a reset that forgets an offset within the 5 s, a little
+    // lead; and the lag of a fast pole at the crossover, which cancels the slow pole of the reset.
+    let crossover = CROSSOVER_TIMES_SETTLING / t;
+    let guess = [crossover, 0.8 / t, 0.05 * t, 0.01 * t + ts, 0.2 * t].map(f64::ln);
+    let ranges = [(3.0, 10.0), (0.5, 1.5), (0.02, 0.3), (0.01, 0.05), (0.1, 0.4)];
+    let mut box_ = [(0.0, 0.0); VARIABLES];
+    for (i, ((low, high), bounds)) in ranges.into_iter().zip(objective.bounds()).enumerate() {
+        let unit = if i < 2 { 1.0 / t } else { t };
+        box_[i] = ((low * unit).max(bounds.0).ln(), (high * unit).min(bounds.1).max(bounds.0).ln());
+    }
+    let mut starts = vec![guess.to_vec()];
+    starts.extend(sequence(&box_, count, seed));
+    starts
+}
+
+/// The best controller for an aim, and what it reaches.
+fn search(
+    objective: &Objective,
+    plant: &DesignPlant,
+    aim: &Aim,
+    starts: &[Vec<f64>],
+    keep: usize,
+) -> Result<Found, Error> {
+    let (variables, _) = minimise(&|x| objective.cost(x, aim), starts, keep)?;
+    // Rounded to what a person can read, unless that breaks what was just kept; the evidence is
+    // that of the rounded gains.
+    let finish = |digits| {
+        let pid = rounded(&objective.controller(&variables).0, digits);
+        let evidence = evidence(&objective.plant, plant.steering_ratio, &pid, &objective.spec);
+        (pid, evidence)
+    };
+    let (mut pid, mut evidence) = finish(READABLE_DIGITS);
+    if !evidence.met {
+        let exact = finish(EXACT_DIGITS);
+        if exact.1.shortfalls.len() < evidence.shortfalls.len() {
+            (pid, evidence) = exact;
+        }
+    }
+    Ok(Found { pid, evidence, variables })
 }
 
 /// Feedforward and preview for a path follower around the loop.
@@ -128,14 +193,15 @@ pub(crate) fn ramp_lag(plant: &DesignPlant, sampled: &Sampled, pid: &PidParamete
     (trace.yaw_reference[last] - trace.yaw[last]) / ramp
 }
 
-fn rounded(pid: &PidParameters) -> PidParameters {
+fn rounded(pid: &PidParameters, digits: i32) -> PidParameters {
+    let round = |value| significant(value, digits);
     PidParameters {
-        kp: significant(pid.kp, 5),
-        ki: significant(pid.ki, 5),
-        kd: significant(pid.kd, 5),
-        derivative_filter_time: significant(pid.derivative_filter_time, 5),
-        setpoint_weight_proportional: significant(pid.setpoint_weight_proportional, 5),
-        anti_windup_time: significant(pid.anti_windup_time, 5),
+        kp: round(pid.kp),
+        ki: round(pid.ki),
+        kd: round(pid.kd),
+        derivative_filter_time: round(pid.derivative_filter_time),
+        setpoint_weight_proportional: round(pid.setpoint_weight_proportional),
+        anti_windup_time: round(pid.anti_windup_time),
         ..*pid
     }
 }

@@ -38,6 +38,20 @@ pub enum Error {
         /// What is wrong.
         problem: String,
     },
+    /// The identified model's file contradicts itself.
+    #[error("{model}: {source}")]
+    Identified {
+        /// The model's name.
+        model: String,
+        /// What is wrong.
+        source: vehicle_models::Error,
+    },
+    /// The speed at which the plant was identified is not known.
+    #[error("{model}: operating_point.speed_mps is 0: at which speed the plant holds is not known")]
+    NoSpeed {
+        /// The model's name.
+        model: String,
+    },
     /// The plant's yaw rate grows without bound.
     #[error("{model}: the plant is unstable at {speed_mps} m/s: a mode {text}")]
     UnstablePlant {
@@ -185,6 +199,11 @@ impl Error {
             }
             Self::Document(inner) => inner.hint(),
             Self::Model { .. } => "mend the model's file or make it again".into(),
+            Self::Identified { source, .. } => source.hint().into(),
+            Self::NoSpeed { .. } => {
+                "identify with the log's speed channel, or write the speed of the drive into the file"
+                    .into()
+            }
             Self::UnstablePlant { .. } => {
                 "design at a lower speed, or mend the vehicle data: an oversteering vehicle is \
                  unstable above its critical speed"

@@ -5,8 +5,9 @@ use crate::margins::margins;
 use crate::metrics::{Metrics, metrics};
 use crate::plant::DesignPlant;
 use crate::sampled::Sampled;
-use crate::simulate::{Excitation, Simulator, Trace, pid_parameters};
+use crate::simulate::{Excitation, Simulator, Trace};
 use formats::{DesignEvidence, Pid, Shortfall, Specification, StepMetrics};
+use model_loading::pid_parameters;
 use vehicle_models::PidParameters;
 
 /// The evidence for a controller on a plant: its specification's step, the same with the steering
@@ -19,16 +20,6 @@ pub fn evaluate(plant: &DesignPlant, pid: &Pid) -> Result<DesignEvidence, Error>
     let sampled = sampled_for(plant, pid)?;
     let parameters = pid_parameters(pid);
     Ok(evidence(&sampled, plant.steering_ratio, &parameters, &pid.specification))
-}
-
-/// The metrics of one of the specification's steps, with the integral of the absolute error.
-///
-/// # Errors
-/// As [`evaluate`].
-pub fn step_metrics(plant: &DesignPlant, pid: &Pid, with_offset: bool) -> Result<Metrics, Error> {
-    let spec = &pid.specification;
-    let trace = step_response(plant, pid, with_offset, spec.steady_state_time_s)?;
-    Ok(metrics(&trace, spec.step_rad, spec.steady_state_error_percent))
 }
 
 /// The response to the specification's step, for plots; with the steering offset or without.

@@ -29,6 +29,7 @@ pub fn guidance_for(pid: &Pid, speed: f64) -> Guidance {
 /// The same with the sideslip of a vehicle in a steady turn at a speed above zero.
 #[must_use]
 pub fn with_sideslip(guidance: Guidance, vehicle: &VehicleData, speed: f64) -> Guidance {
-    let sideslip_per_yaw_rate_s = crate::bicycle::parameters(vehicle).sideslip_per_yaw_rate(speed);
+    let parameters = model_loading::bicycle_parameters(vehicle);
+    let sideslip_per_yaw_rate_s = parameters.sideslip_per_yaw_rate(speed);
     Guidance { sideslip_per_yaw_rate_s, ..guidance }
 }

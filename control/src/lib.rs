@@ -9,10 +9,10 @@
 //!
 //! | function | what |
 //! |---|---|
-//! | [`bicycle_from_toml`], [`read_vehicle`], [`bicycle()`] | vehicle data → eq 13 |
+//! | [`bicycle_from_toml`], [`bicycle()`] | vehicle data → eq 13 |
 //! | [`DesignPlant`] | steering → yaw rate, identified or bicycle |
 //! | [`design()`] | eq 14 to a specification, with evidence |
-//! | [`evaluate()`], [`step_metrics`], [`step_response`] | any controller on any plant |
+//! | [`evaluate()`], [`step_response`], [`metrics_of`] | any controller on any plant |
 //! | [`guidance_for`], [`with_sideslip`] | the path follower around the loop |
 //! | [`track()`], [`track_with`] | plant, path and controller in one process |
 //! | [`paths`] | composed, standard and recorded paths |
@@ -33,6 +33,7 @@ mod optimise;
 mod options;
 pub mod paths;
 mod plant;
+mod quickest;
 mod sampled;
 mod simulate;
 mod track;
@@ -40,13 +41,13 @@ mod track;
 #[cfg(test)]
 mod tests;
 
-pub use bicycle::{bicycle, bicycle_from_toml, parameters, read_vehicle};
+pub use bicycle::{bicycle, bicycle_from_toml};
 pub use design::design;
 pub use error::Error;
-pub use evaluate::{evaluate, step_metrics, step_response};
+pub use evaluate::{evaluate, step_response};
 pub use guidance::{guidance_for, with_sideslip};
 pub use metrics::{Metrics, metrics_of};
 pub use options::DesignOptions;
-pub use plant::{DesignPlant, PlantInfo};
-pub use simulate::{Trace, pid_parameters};
-pub use track::{Master, PlantModel, TrackTrace, path_geometry, track, track_with};
+pub use plant::DesignPlant;
+pub use simulate::Trace;
+pub use track::{Master, PlantModel, TrackTrace, track, track_with};

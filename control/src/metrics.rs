@@ -10,8 +10,14 @@ pub struct Metrics {
     pub step: StepMetrics,
     /// Integral of the absolute error over the step's height, s.
     pub integral_absolute_error: f64,
+    /// A settling time without jumps, s: where a response just leaves its band again, the settling
+    /// time jumps, and a search finds no way across.
+    pub(crate) smooth_settling_s: f64,
 }
 
+/// Overshoot that is rounding, percent: a response that rests at the step's height exceeds it by
+/// some of the last digits.
+const ROUNDING_PERCENT: f64 = 1e-9;
 /// Largest overshoot told, percent: a loop that runs away has no end.
 const RUNAWAY_PERCENT: f64 = 1e4;
 
@@ -60,9 +66,10 @@ pub(crate) fn metrics(trace: &Trace, height: f64, band_percent: f64) -> Metrics 
         .map(|k| 0.5 * ((1.0 - y(k)).abs() + (1.0 - y(k + 1)).abs()) * (t[k + 1] - t[k]))
         .sum();
     let percent = |x: f64| if x.is_nan() { RUNAWAY_PERCENT } else { x.min(RUNAWAY_PERCENT) };
+    let overshoot = percent(100.0 * (peak - 1.0));
     Metrics {
         step: StepMetrics {
-            overshoot_percent: percent(100.0 * (peak - 1.0)).max(0.0),
+            overshoot_percent: if overshoot > ROUNDING_PERCENT { overshoot } else { 0.0 },
             settling_time_s,
             steady_state_error_percent: percent(100.0 * (1.0 - y(last)).abs()),
             rise_time_s,
@@ -70,7 +77,34 @@ pub(crate) fn metrics(trace: &Trace, height: f64, band_percent: f64) -> Metrics 
             largest_increment_rad,
         },
         integral_absolute_error,
+        smooth_settling_s: smooth_settling(trace, height, band),
     }
+}
+
+/// Shares of the band between which leaving it again begins to count and counts fully.
+const LEAVING: (f64, f64) = (0.95, 1.15);
+
+/// The time of entering a slightly tighter band, and the time from there to the last exit in the
+/// measure that the response leaves it again.
+fn smooth_settling(trace: &Trace, height: f64, band: f64) -> f64 {
+    let t = &trace.time;
+    let last = t.len() - 1;
+    let band_at = |share: f64| share * band;
+    let off = |k: usize| (trace.yaw[k] / height - 1.0).abs();
+    let tight = band_at(LEAVING.0);
+    let Some(entry) = (0..=last).find(|&k| off(k) <= tight) else {
+        return t[last] * (1.0 + off(last).min(RUNAWAY_PERCENT));
+    };
+    let crossing = |outside: usize, inside: usize| {
+        let share = (off(outside) - tight) / (off(outside) - off(inside)).max(f64::MIN_POSITIVE);
+        t[outside] + (t[inside] - t[outside]) * share.clamp(0.0, 1.0)
+    };
+    let entry_s = if entry == 0 { t[0] } else { crossing(entry - 1, entry) };
+    let Some(exit) = (entry..=last).rev().find(|&k| off(k) > tight) else { return entry_s };
+    let exit_s = if exit == last { t[last] } else { crossing(exit, exit + 1) };
+    let farthest = (entry..=exit).map(off).fold(0.0, f64::max);
+    let share = (farthest - tight) / (band_at(LEAVING.1) - tight);
+    entry_s + share.min(1.0) * (exit_s - entry_s)
 }
 
 #[cfg(test)]
@@ -118,6 +152,38 @@ mod tests {
         assert!((m.step.steady_state_error_percent - 100.0 * error).abs() < 1e-9);
         assert!((m.integral_absolute_error - tau * (1.0 - error)).abs() < 1e-4);
         assert_eq!(m.step.overshoot_percent, 0.0);
+    }
+
+    /// A dip behind the rise, the deeper the later settled; within the band it does not count, and
+    /// in between nothing jumps.
+    #[test]
+    fn the_smooth_settling_time_has_no_jumps() {
+        let settling = |depth: f64| {
+            let dip = move |t: f64| depth * (-((t - 2.0) / 0.3).powi(2)).exp();
+            metrics(&trace(|t| 1.0 - (-8.0 * t).exp() - dip(t), 0.01), 0.1, 2.0)
+        };
+        let rise = settling(0.0).smooth_settling_s;
+        assert!((rise - 0.019_f64.recip().ln() / 8.0).abs() < 1e-3, "{rise}");
+        assert!((settling(0.018).smooth_settling_s - rise).abs() < 1e-6);
+        let deep = settling(0.03);
+        assert!((deep.smooth_settling_s - deep.step.settling_time_s.unwrap()).abs() < 0.02);
+        let mut before = rise;
+        for i in 0..2000 {
+            let now = settling(0.015 + 1e-5 * f64::from(i)).smooth_settling_s;
+            assert!(now >= before - 1e-9 && now - before < 0.02, "{i}: {before} {now}");
+            before = now;
+        }
+    }
+
+    #[test]
+    fn rounding_is_no_overshoot() {
+        let overshoot = |by: f64| {
+            metrics(&trace(|t| (1.0 - (-20.0 * t).exp()) * (1.0 + by), 0.01), 0.1, 2.0)
+                .step
+                .overshoot_percent
+        };
+        assert_eq!(overshoot(1e-15), 0.0);
+        assert!((overshoot(1e-9) - 1e-7).abs() < 1e-9);
     }
 
     #[test]

@@ -9,11 +9,16 @@
 //! taken a little tighter than asked for, so that other steppings keep them. Where none is left:
 //! lag behind a ramp and absolute error (speed), distance from −1 (robustness), and gain at high
 //! frequency (noise).
+//!
+//! Where not all can be kept, the settling time is what gives way: the quickest loop that keeps the
+//! other requirements is looked for. That one does not depend on how much too soon the loop was
+//! asked to settle.
 
 use crate::evaluate::{requirements, steps};
 use crate::margins::ResponseGrid;
 use crate::options::DesignOptions;
 use crate::plant::DesignPlant;
+use crate::quickest::settling_scale;
 use crate::sampled::Sampled;
 use crate::simulate::Simulator;
 use formats::{Limits, Specification};
@@ -23,14 +28,29 @@ use vehicle_models::PidParameters;
 /// Number of decision variables.
 pub(crate) const VARIABLES: usize = 5;
 /// What is aimed at, so that other steppings keep the requirements.
-pub(crate) const WITH_RESERVE: Aim = Aim { upper: [0.8, 0.95, 0.8, 0.8], modulus: 0.01 };
+pub(crate) const WITH_RESERVE: Aim =
+    Aim { upper: [0.8, 0.95, 0.8, 0.8], modulus: 0.01, quickest: false };
 /// What is aimed at where that cannot be reached; the modulus margin's coarse grid may miss a
 /// little of its minimum.
-pub(crate) const BARELY: Aim = Aim { upper: [0.98, 0.99, 0.98, 0.98], modulus: 0.006 };
+pub(crate) const BARELY: Aim =
+    Aim { upper: [0.98, 0.99, 0.98, 0.98], modulus: 0.006, quickest: false };
+/// The same, and as quick as the plant allows.
+pub(crate) const QUICKEST: Aim = Aim { quickest: true, ..BARELY };
+/// Settling time times crossover of a usual loop, rad.
+pub(crate) const CROSSOVER_TIMES_SETTLING: f64 = 5.0;
 /// Modulus margin beyond which more is not paid for.
 const MODULUS_ENOUGH: f64 = 0.7;
 /// Weight of violations against the rest of the cost, which is about 1.
 const VIOLATION_WEIGHT: f64 = 100.0;
+/// Where the quickest loop is looked for: weight of the settling time's logarithm, small enough
+/// that no requirement is given up for it, and of what is not a requirement.
+const URGENCY_WEIGHT: f64 = 4.0;
+const REST_WEIGHT: f64 = 0.1;
+/// There, weight of what a requirement is missed by beyond twice its bound: what is out of reach
+/// must not take the rest with it.
+const HOPELESS_WEIGHT: f64 = 0.02;
+/// Bounds below this, such as an overshoot of 0, are violated relative to this, percent or s.
+const LEAST_SCALE: f64 = 0.01;
 /// Violation of an unstable loop. Its response may look harmless within the simulated time, so it
 /// is not looked at: the way out is less gain.
 const UNSTABLE: f64 = 50.0;
@@ -44,6 +64,8 @@ pub(crate) struct Aim {
     upper: [f64; 4],
     /// Added to the modulus margin.
     modulus: f64,
+    /// Whether the settling time gives way to the other requirements.
+    quickest: bool,
 }
 
 /// The cost of decision variables on a plant.
@@ -51,6 +73,8 @@ pub(crate) struct Objective {
     pub(crate) plant: Sampled,
     pub(crate) spec: Specification,
     pub(crate) limits: Limits,
+    /// The time by which the decision variables are scaled, s: a settling time.
+    pub(crate) scale: f64,
     gain: f64,
     ratio: f64,
     grid: ResponseGrid,
@@ -60,9 +84,11 @@ pub(crate) struct Objective {
 impl Objective {
     pub(crate) fn new(plant: &DesignPlant, options: &DesignOptions) -> Result<Self, crate::Error> {
         let sampled = Sampled::new(plant, options.sample_time_s, options.loop_delay_s)?;
+        let scale = options.settling_time_s;
         Ok(Self {
-            grid: ResponseGrid::coarse(&sampled, 0.1 / options.settling_time_s, GRID_POINTS),
+            grid: ResponseGrid::coarse(&sampled, 0.1 / scale, GRID_POINTS),
             plant: sampled,
+            scale,
             spec: options.specification(),
             limits: options.limits(plant),
             gain: plant.gain(),
@@ -71,9 +97,21 @@ impl Objective {
         })
     }
 
+    /// The same with another scale.
+    pub(crate) fn at_scale(mut self, scale: f64) -> Self {
+        self.scale = scale;
+        self.grid = ResponseGrid::coarse(&self.plant, 0.1 / scale, GRID_POINTS);
+        self
+    }
+
+    /// A settling time near the shortest within reach, s.
+    pub(crate) fn plants_scale(&self) -> f64 {
+        settling_scale(&self.plant, self.gain, self.limits.max_angle_rad)
+    }
+
     /// Lower and upper bounds of the decision variables before taking logarithms.
     pub(crate) fn bounds(&self) -> [(f64, f64); VARIABLES] {
-        let (t, ts) = (self.spec.settling_time_s, self.plant.sample_time);
+        let (t, ts) = (self.scale, self.plant.sample_time);
         [
             (0.2 / t, 40.0 / t),
             (0.05 / t, 20.0 / t),
@@ -119,7 +157,7 @@ impl Objective {
     /// The cost; always finite.
     pub(crate) fn cost(&self, x: &[f64], aim: &Aim) -> f64 {
         let (pid, outside) = self.controller(x);
-        let t = self.spec.settling_time_s;
+        let t = self.scale;
         let modulus = self.grid.modulus_margin(&pid);
         if modulus == 0.0 {
             let less = |rate: f64| (20.0 * rate * t).max(1.0).ln();
@@ -128,19 +166,25 @@ impl Objective {
         }
         let mut simulator = self.simulator.borrow_mut();
         let [step, offset] = steps(&mut simulator, &self.plant, self.ratio, &pid, &self.spec);
+        let required = requirements(&step.step, &offset.step, modulus, &self.spec);
         let aims = aim.upper.map(Some).into_iter().chain([None]);
-        let violation: f64 = requirements(&step.step, &offset.step, modulus, &self.spec)
+        let hopeless = if aim.quickest { HOPELESS_WEIGHT } else { 1.0 };
+        let violation: f64 = required
             .iter()
             .zip(aims)
-            .map(|(r, share)| match share {
-                // An overshoot of 0 asked for is judged against a hundredth of a percent.
-                Some(share) => (r.reached / (share * r.required).max(0.01) - 1.0).max(0.0),
+            .enumerate()
+            .filter(|(i, _)| !(aim.quickest && *i == 1))
+            .map(|(_, (r, share))| match share {
+                Some(share) => {
+                    let bound = share * r.required;
+                    ((r.reached - bound) / bound.max(LEAST_SCALE)).max(0.0)
+                }
                 None => {
                     let required = (r.required + aim.modulus).min(0.99);
                     ((required - r.reached) / required).max(0.0)
                 }
             })
-            .map(|v| v.min(1.0) + v.max(1.0).ln())
+            .map(|v| v.min(1.0) + hopeless * v.max(1.0).ln())
             .sum();
         let lag = pid.kp * (1.0 - pid.setpoint_weight_proportional) / pid.ki;
         let speed = lag / t + step.integral_absolute_error / t;
@@ -148,7 +192,15 @@ impl Objective {
         let high_frequency =
             1.0 + pid.kd / (pid.kp * (pid.derivative_filter_time + pid.sample_time));
         let noise = 0.02 * high_frequency * pid.kp * self.gain * t / 5.0;
-        let cost = VIOLATION_WEIGHT * (violation + outside) + speed + robustness + noise;
+        let rest = speed + robustness + noise;
+        let rest = if aim.quickest {
+            let [_, settling, ..] = &required;
+            let settling = step.smooth_settling_s.max(aim.upper[1] * settling.required);
+            URGENCY_WEIGHT * (settling / t).ln() + REST_WEIGHT * rest
+        } else {
+            rest
+        };
+        let cost = VIOLATION_WEIGHT * (violation + outside) + rest;
         if cost.is_finite() { cost } else { 1e12 }
     }
 }

@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 /// Requirements, limits and loop of a design. The defaults are the paper's.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DesignOptions {
-    /// Largest overshoot of a yaw step, percent.
+    /// Largest overshoot of a yaw step, percent; 0 allows none.
     pub overshoot_percent: f64,
     /// Longest settling time, s.
     pub settling_time_s: f64,
@@ -70,9 +70,13 @@ impl DesignOptions {
             ("sample time", self.sample_time_s),
         ] {
             // An overshoot of exactly 0 may be asked for.
-            let least = if option == "overshoot" { value >= 0.0 } else { value > 0.0 };
+            let (least, must) = if option == "overshoot" {
+                (value >= 0.0, "0 or more")
+            } else {
+                (value > 0.0, "greater than 0")
+            };
             if !(value.is_finite() && least) {
-                return Err(Error::Option { option, value, must: "greater than 0" });
+                return Err(Error::Option { option, value, must });
             }
         }
         if !(self.loop_delay_s.is_finite() && self.loop_delay_s >= 0.0) {

@@ -6,6 +6,7 @@
 
 use crate::Error;
 use formats::{Bicycle, Continuous, InputKind, Matrix, Plant};
+use model_loading::identified_model;
 use nalgebra::{DMatrix, DVector};
 use vehicle_models::bicycle_body_frame;
 
@@ -46,26 +47,28 @@ pub(crate) struct Matrices {
 
 /// What a [`DesignPlant`] is called and where it holds.
 #[derive(Debug, Clone, PartialEq)]
-pub struct PlantInfo {
-    /// `plant` or `bicycle`.
-    pub model: String,
-    /// A name for people.
-    pub name: String,
-    /// Speed, m/s.
-    pub speed: f64,
-    /// Steering angle over road-wheel angle.
-    pub steering_ratio: f64,
-    /// Delay of the input, s.
-    pub input_delay: f64,
+pub(crate) struct PlantInfo {
+    pub(crate) model: String,
+    pub(crate) name: String,
+    pub(crate) speed: f64,
+    pub(crate) steering_ratio: f64,
+    pub(crate) input_delay: f64,
 }
 
 impl DesignPlant {
     /// The plant of an identified model, at the speed of its identification.
     ///
     /// # Errors
+    /// [`Error::Identified`] where the file contradicts itself, [`Error::NoSpeed`],
     /// [`Error::UnstablePlant`] and [`Error::SteadyStateGain`].
     pub fn from_plant(plant: &Plant) -> Result<Self, Error> {
+        // What the FMU would refuse is not designed on.
+        identified_model(plant)
+            .map_err(|source| Error::Identified { model: plant.name.clone(), source })?;
         let speed = plant.operating_point.speed_mps;
+        if speed == 0.0 {
+            return Err(Error::NoSpeed { model: plant.name.clone() });
+        }
         let scale = match plant.input {
             InputKind::Steering => 1.0,
             InputKind::SteeringTimesSpeed => speed,
@@ -103,7 +106,8 @@ impl DesignPlant {
     /// [`Error::UnstablePlant`] above the critical speed of an oversteering vehicle.
     pub fn from_bicycle(bicycle: &Bicycle) -> Result<Self, Error> {
         let vehicle = &bicycle.vehicle;
-        let (f, g) = bicycle_body_frame(&crate::bicycle::parameters(vehicle), vehicle.speed_mps);
+        let parameters = model_loading::bicycle_parameters(vehicle);
+        let (f, g) = bicycle_body_frame(&parameters, vehicle.speed_mps);
         let info = PlantInfo {
             model: "bicycle".into(),
             name: vehicle.name.clone(),
@@ -121,10 +125,8 @@ impl DesignPlant {
     }
 
     /// A plant from its matrices: `f` n by n row by row, `g` and `h` n long.
-    ///
-    /// # Errors
-    /// [`Error::Model`] where the shapes do not fit, else as [`DesignPlant::from_plant`].
-    pub fn from_matrices(
+    #[cfg(test)]
+    pub(crate) fn from_matrices(
         info: PlantInfo,
         f: &[f64],
         g: &[f64],
@@ -132,12 +134,6 @@ impl DesignPlant {
         d: f64,
     ) -> Result<Self, Error> {
         let n = g.len();
-        if n == 0 || f.len() != n * n || h.len() != n {
-            return Err(Error::Model {
-                model: info.name,
-                problem: format!("F, G, H have {}, {n}, {} entries", f.len(), h.len()),
-            });
-        }
         let matrices = Matrices {
             state: DMatrix::from_row_slice(n, n, f),
             input: DVector::from_row_slice(g),

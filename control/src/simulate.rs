@@ -5,7 +5,6 @@
 //! with reference 0 at tick −1.
 
 use crate::sampled::Sampled;
-use formats::Pid as PidFile;
 use vehicle_models::{Pid, PidInput, PidParameters};
 
 /// A response at the controller's ticks.
@@ -94,24 +93,5 @@ impl Simulator {
             std::mem::swap(&mut self.state, &mut self.next);
         }
         &self.trace
-    }
-}
-
-/// The controller of a file.
-#[must_use]
-pub fn pid_parameters(pid: &PidFile) -> PidParameters {
-    let (g, l) = (&pid.gains, &pid.limits);
-    PidParameters {
-        kp: g.kp,
-        ki: g.ki,
-        kd: g.kd,
-        derivative_filter_time: g.derivative_filter_time_s,
-        setpoint_weight_proportional: g.setpoint_weight_proportional,
-        setpoint_weight_derivative: g.setpoint_weight_derivative,
-        anti_windup_time: g.anti_windup_time_s,
-        max_angle: l.max_angle_rad,
-        max_increment: l.max_increment_rad,
-        max_rate: l.max_rate_radps,
-        sample_time: pid.sample_time_s,
     }
 }

@@ -302,7 +302,7 @@ fn preview_and_feedforward_leave_no_error_on_circle_and_clothoid() {
     let plant = DesignPlant::from_matrices(info(0.02), &F, &G, &H, D).unwrap();
     let source = SourceFile { name: "plant.json".into(), sha256: String::new() };
     let document = design(&plant, &source, &DesignOptions::default()).unwrap();
-    let p = crate::pid_parameters(&document);
+    let p = model_loading::pid_parameters(&document);
     let sampled = Sampled::new(&plant, p.sample_time, 0.0).unwrap();
     let theory = p.kp * (1.0 - p.setpoint_weight_proportional) / p.ki;
     let measured = ramp_lag(&plant, &sampled, &p);

@@ -7,13 +7,9 @@
 
 use crate::Error;
 use crate::guidance::guidance_for;
-use crate::simulate::pid_parameters;
-use formats::{Bicycle, Guidance, InputKind, Path, Pid as PidFile, Plant};
+use formats::{Bicycle, Guidance, Path, Pid as PidFile, Plant};
 use std::sync::Arc;
-use vehicle_models::{
-    BicyclePlant, Continuous, GuidanceParameters, IdentifiedData, IdentifiedModel, IdentifiedPlant,
-    PathFollower, PathGeometry, PathOutput, PathPoint, Pid, PidInput,
-};
+use vehicle_models::{BicyclePlant, IdentifiedPlant, PathFollower, PathOutput, Pid, PidInput};
 
 /// A plant that drives.
 #[derive(Debug, Clone)]
@@ -81,7 +77,7 @@ impl PlantModel {
     /// # Errors
     /// [`Error::Model`] where the model contradicts itself.
     pub fn from_plant(plant: &Plant) -> Result<Self, Error> {
-        let model = IdentifiedModel::new(identified_data(plant)).map_err(fault(&plant.name))?;
+        let model = model_loading::identified_model(plant).map_err(fault(&plant.name))?;
         Ok(Self::Identified(Box::new(IdentifiedPlant::new(Arc::new(model)))))
     }
 
@@ -91,8 +87,8 @@ impl PlantModel {
     /// [`Error::Model`] where the values are not those of a vehicle.
     pub fn from_bicycle(bicycle: &Bicycle) -> Result<Self, Error> {
         let vehicle = &bicycle.vehicle;
-        let mut plant =
-            BicyclePlant::new(crate::bicycle::parameters(vehicle)).map_err(fault(&vehicle.name))?;
+        let parameters = model_loading::bicycle_parameters(vehicle);
+        let mut plant = BicyclePlant::new(parameters).map_err(fault(&vehicle.name))?;
         plant.speed = vehicle.speed_mps;
         Ok(Self::Bicycle(Box::new(plant)))
     }
@@ -138,52 +134,6 @@ fn fault(model: &str) -> impl Fn(vehicle_models::Error) -> Error + '_ {
     move |e| Error::Model { model: model.into(), problem: e.to_string() }
 }
 
-fn identified_data(plant: &Plant) -> IdentifiedData {
-    let flat = |m: &formats::Matrix| m.0.iter().flatten().copied().collect::<Vec<f64>>();
-    let d = &plant.discrete;
-    IdentifiedData {
-        sample_time: d.sample_time_s,
-        a: flat(&d.a),
-        b: flat(&d.b),
-        c: flat(&d.c),
-        d: d.d.at(0, 0),
-        k: flat(&d.k),
-        continuous: plant.continuous.as_ref().map(|c| Continuous {
-            f: flat(&c.f),
-            g: flat(&c.g),
-            h: flat(&c.h),
-        }),
-        input: match plant.input {
-            InputKind::Steering => vehicle_models::InputKind::Steering,
-            InputKind::SteeringTimesSpeed => vehicle_models::InputKind::SteeringTimesSpeed,
-        },
-        delay: plant.input_delay_s,
-        steering_offset: plant.operating_point.steering_offset_rad,
-        yaw_rate_offset: plant.operating_point.yaw_rate_offset_radps,
-        speed: plant.operating_point.speed_mps,
-        innovation_std: plant.noise.innovation_variance.sqrt(),
-    }
-}
-
-/// The geometry of a path document.
-///
-/// # Errors
-/// [`Error::Model`] where the points contradict each other.
-pub fn path_geometry(path: &Path) -> Result<PathGeometry, Error> {
-    let points: Vec<PathPoint> = path
-        .points
-        .iter()
-        .map(|p| PathPoint {
-            distance: p.distance_m,
-            x: p.x_m,
-            y: p.y_m,
-            heading: p.heading_rad,
-            curvature: p.curvature_per_m,
-        })
-        .collect();
-    PathGeometry::new(&points, path.closed).map_err(fault(&path.name))
-}
-
 /// Drives along a path at its speed, with [`guidance_for`] the controller, until the path ends or
 /// `duration` seconds are over.
 ///
@@ -218,16 +168,11 @@ pub fn track_with(
     let Some(start) = path.points.first() else {
         return Err(Error::TooFewPoints { got: 0, need: 2 });
     };
-    let law = GuidanceParameters {
-        lookahead_time: guidance.lookahead_time_s,
-        lookahead_min: guidance.lookahead_min_m,
-        preview_time: guidance.preview_time_s,
-        feedforward_gain: guidance.feedforward_gain_radm,
-        sideslip_per_yaw_rate: guidance.sideslip_per_yaw_rate_s,
-    };
+    let law = model_loading::guidance_parameters(guidance);
     let speed = path.speed_mps;
-    let mut follower = PathFollower::new(Arc::new(path_geometry(path)?));
-    let parameters = pid_parameters(pid);
+    let geometry = model_loading::path_geometry(path).map_err(fault(&path.name))?;
+    let mut follower = PathFollower::new(Arc::new(geometry));
+    let parameters = model_loading::pid_parameters(pid);
     let mut controller = Pid::default();
     let mut tick = |guide: &PathOutput, yaw: f64| {
         let input = PidInput {

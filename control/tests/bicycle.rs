@@ -2,7 +2,7 @@
 
 #![allow(clippy::expect_used)]
 
-use control::{DesignPlant, Error, bicycle_from_toml, read_vehicle};
+use control::{DesignPlant, Error, bicycle_from_toml};
 use formats::{Bicycle, Document};
 use nalgebra::{Complex, DMatrix, DVector};
 
@@ -79,7 +79,7 @@ fn the_document_is_read_back_and_names_its_source() {
 #[test]
 fn faults_in_the_file_have_a_place() {
     let refused = |from: &str, to: &str| {
-        let error = read_vehicle(&CAR.replace(from, to), "car.toml").expect_err("a fault");
+        let error = bicycle_from_toml(&CAR.replace(from, to), "car.toml").expect_err("a fault");
         assert!(!error.hint().is_empty());
         error.to_string()
     };

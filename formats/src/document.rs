@@ -58,6 +58,18 @@ impl Error {
     }
 }
 
+/// The one key that every document has.
+#[derive(serde::Deserialize)]
+struct Tag {
+    schema: Option<String>,
+}
+
+/// The schema that a text says it follows, where it is JSON and says so.
+#[must_use]
+pub fn schema_of(text: &str) -> Option<String> {
+    serde_json::from_str::<Tag>(text).ok()?.schema
+}
+
 /// A versioned JSON file.
 pub trait Document: Serialize + DeserializeOwned {
     /// The schema's name and version, such as `steerwright/plant/1`.
@@ -83,10 +95,6 @@ pub trait Document: Serialize + DeserializeOwned {
         };
         // The schema first: a file of another kind should be called that, not "missing key".
         // Text that is not JSON at all is left to the reader below, which knows the place.
-        #[derive(serde::Deserialize)]
-        struct Tag {
-            schema: Option<String>,
-        }
         if let Ok(tag) = serde_json::from_str::<Tag>(text)
             && tag.schema.as_deref() != Some(Self::SCHEMA)
         {

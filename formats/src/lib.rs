@@ -22,7 +22,7 @@ mod provenance;
 
 pub use bicycle::{Bicycle, BicycleCoefficients, VehicleData};
 pub use check::Checker;
-pub use document::{Document, Error};
+pub use document::{Document, Error, schema_of};
 pub use evidence::{
     ChannelSummary, CoherencePoint, Evidence, Excitation, Fits, OrderRow, ResidualTest, Verdict,
 };

@@ -99,6 +99,18 @@ pub struct Specification {
     pub modulus_margin: f64,
 }
 
+impl Specification {
+    /// Whether a response to the specification's step meets overshoot, settling time and
+    /// steady-state error, up to rounding.
+    #[must_use]
+    pub fn is_met_by(&self, step: &StepMetrics) -> bool {
+        let within = |reached: f64, asked: f64| reached <= asked * (1.0 + 1e-9);
+        within(step.overshoot_percent, self.overshoot_percent)
+            && step.settling_time_s.is_some_and(|t| within(t, self.settling_time_s))
+            && within(step.steady_state_error_percent, self.steady_state_error_percent)
+    }
+}
+
 /// What was reached.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -33,9 +33,8 @@ pub struct Packed {
 /// # Errors
 /// [`Error::NotPackable`]; `file` is named in it.
 pub fn fmu_of(document: &str, file: &str) -> Result<Fmu, Error> {
-    let value: serde_json::Value = serde_json::from_str(document).unwrap_or_default();
-    let schema = value.get("schema").and_then(|s| s.as_str());
-    Fmu::ALL.into_iter().find(|fmu| Some(fmu.schema()) == schema).ok_or_else(|| {
+    let schema = formats::schema_of(document);
+    Fmu::ALL.into_iter().find(|fmu| Some(fmu.schema()) == schema.as_deref()).ok_or_else(|| {
         let found = schema.map_or_else(|| "a file without a schema".into(), |s| format!("`{s}`"));
         Error::NotPackable { file: file.into(), found }
     })

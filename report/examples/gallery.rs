@@ -3,14 +3,14 @@
 #[path = "../tests/common/mod.rs"]
 mod common;
 
-use report::{Controller, Report, figures};
+use report::{Controller, LoopStep, Report, figures};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let dir = std::path::PathBuf::from(std::env::args().nth(1).ok_or("name a folder")?);
     std::fs::create_dir_all(&dir)?;
     let (traces, plant, path) = (common::traces(30_000), common::plant(), common::path());
     let (good, bad) = (common::pid(true), common::pid(false));
-    let (step, offset) = (common::step(1.0), common::step(1.02));
+    let step = common::step(1.0);
     let (near, far) = (common::track(0.21), common::track(0.55));
     let tracks = [("identified model", &near), ("bicycle model", &far)];
     let e = &plant.evidence;
@@ -47,10 +47,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             Controller {
                 name: "identified model",
                 pid: &good,
-                step: Some(&step),
-                step_with_offset: Some(&offset),
+                in_loop: Some(LoopStep {
+                    plant: "the identified plant",
+                    response: &step,
+                    metrics: &good.evidence.step,
+                }),
             },
-            Controller { name: "bicycle model", pid: &bad, step: None, step_with_offset: None },
+            Controller { name: "bicycle model", pid: &bad, in_loop: None },
         ],
         path: Some(&path),
         tracks: tracks.to_vec(),

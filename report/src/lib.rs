@@ -33,5 +33,5 @@ pub use figure::{Figure, Mark, Panel, Place, Series, Style};
 pub use html::{Block, Section, Tone, escape, report_html};
 pub use palette::Color;
 pub use read::{StepResponse, Traces, Track, TrackErrors};
-pub use report::{Controller, Report};
+pub use report::{Controller, LoopStep, Report};
 pub use table::Table;

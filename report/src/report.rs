@@ -2,7 +2,7 @@
 
 use crate::sections;
 use crate::{Section, StepResponse, Traces, Track, report_html};
-use formats::{Bicycle, Path, Pid, Plant, SourceFile};
+use formats::{Bicycle, Path, Pid, Plant, SourceFile, StepMetrics};
 
 /// Everything a report can show; what is absent is left out.
 #[derive(Debug, Clone, Default)]
@@ -27,17 +27,35 @@ pub struct Report<'a> {
     pub files: Vec<SourceFile>,
 }
 
-/// A controller and its steps.
+/// A controller, and its proof away from the model it was designed on.
 #[derive(Debug, Clone)]
 pub struct Controller<'a> {
     /// The name to show.
     pub name: &'a str,
     /// The controller.
     pub pid: &'a Pid,
-    /// Its answer to the step of its specification.
-    pub step: Option<&'a StepResponse>,
-    /// The same with the steering offset.
-    pub step_with_offset: Option<&'a StepResponse>,
+    /// The step of its specification in closed loop.
+    pub in_loop: Option<LoopStep<'a>>,
+}
+
+/// The specification's step in a closed loop.
+#[derive(Debug, Clone, Copy)]
+pub struct LoopStep<'a> {
+    /// The plant in the loop, for people, such as `the identified plant`.
+    pub plant: &'a str,
+    /// The response.
+    pub response: &'a StepResponse,
+    /// What it reached.
+    pub metrics: &'a StepMetrics,
+}
+
+impl Controller<'_> {
+    /// Whether every requirement is met, on the model designed on and in the loop.
+    #[must_use]
+    pub fn is_proved(&self) -> bool {
+        let in_loop = self.in_loop.is_none_or(|l| self.pid.specification.is_met_by(l.metrics));
+        self.pid.evidence.met && in_loop
+    }
 }
 
 impl Report<'_> {

@@ -4,9 +4,11 @@
 mod common;
 
 use common::*;
-use report::{Controller, Report};
+use report::{Controller, LoopStep, Report};
 
-fn page(met: bool) -> String {
+/// The page of a controller that meets its specification on its model, or not; and in the loop
+/// likewise.
+fn page_with_loop(met: bool, in_loop: bool) -> String {
     let (plant, traces, bicycle, path) = (plant(), traces(3000), bicycle(), path());
     let (pid, step, run) = (pid(met), step(1.0), track(0.2));
     Report {
@@ -18,14 +20,32 @@ fn page(met: bool) -> String {
         controllers: vec![Controller {
             name: "identified",
             pid: &pid,
-            step: Some(&step),
-            step_with_offset: Some(&step),
+            in_loop: Some(LoopStep {
+                plant: "the other plant",
+                response: &step,
+                metrics: &self::pid(in_loop).evidence.step,
+            }),
         }],
         path: Some(&path),
         tracks: vec![("identified", &run)],
         files: plant.provenance.sources.clone(),
     }
     .to_html()
+}
+
+fn page(met: bool) -> String {
+    page_with_loop(met, met)
+}
+
+#[test]
+fn a_controller_that_fails_in_the_loop_is_not_called_good() {
+    let good = page_with_loop(true, true);
+    assert!(good.contains("Every requirement is met.") && !good.contains("not met"), "{good}");
+    let failing = page_with_loop(true, false);
+    assert!(!failing.contains("Every requirement is met."));
+    assert!(
+        failing.contains("not in closed loop with the other plant") && failing.contains("not met")
+    );
 }
 
 fn parse(page: &str) -> roxmltree::Document<'_> {
@@ -81,9 +101,14 @@ fn every_requirement_says_whether_it_is_met() {
     let (good, bad) = (page(true), page(false));
     assert_eq!(
         row(&good, "settling time"),
-        ["settling time", "≤ 1 s", "0.830 s", "✓ met", "0.830 s"]
+        ["settling time", "≤ 1 s", "0.830 s", "✓ met", "0.830 s", "✓ met", "0.830 s"]
     );
-    assert_eq!(row(&bad, "settling time")[2..4], ["1.400 s", "✗ not met"]);
+    let not_met = ["1.400 s", "✗ not met"];
+    assert_eq!(row(&bad, "settling time")[2..4], not_met);
+    assert_eq!(row(&bad, "settling time")[4..6], not_met);
+    // On its model and in the loop are two questions.
+    let in_loop = row(&page_with_loop(true, false), "settling time");
+    assert_eq!(in_loop[2..6], ["0.830 s", "✓ met", "1.400 s", "✗ not met"]);
     assert_eq!(row(&bad, "overshoot")[3], "✓ met");
     assert!(good.contains("Every requirement is met.") && bad.contains("Not every requirement"));
     assert!(bad.contains("settling time: asked 1, reached 1.4"));

@@ -1,9 +1,10 @@
 //! Closed loops of the packed FMUs under a Gauss–Seidel master.
 
 use crate::failure::Failure;
+use crate::package;
 use crate::simulate::system_of;
 use fmi2_host::{Archive, InputTable, Master, Recording, System};
-use formats::{Path as PathFile, Pid, StepMetrics};
+use formats::{Document, Path as PathFile, Pid, Plant, Specification, StepMetrics};
 use report::StepResponse;
 use std::path::{Path, PathBuf};
 
@@ -17,6 +18,8 @@ const BEFORE_STEP_S: f64 = 10.0;
 /// The archives that a loop is made of.
 pub(super) struct Archives {
     plant: Archive,
+    /// What the plant is made from.
+    document: Plant,
     pid: Option<Archive>,
 }
 
@@ -28,8 +31,9 @@ pub(super) struct Step {
 }
 
 impl Archives {
-    pub(super) fn new(plant: PathBuf) -> Result<Self, Failure> {
-        Ok(Self { plant: Archive::open(plant)?, pid: None })
+    /// `file` is the packed plant.
+    pub(super) fn new(file: PathBuf, plant: &Plant) -> Result<Self, Failure> {
+        Ok(Self { plant: Archive::open(file)?, document: plant.clone(), pid: None })
     }
 
     /// Takes the controller of the loops that follow.
@@ -39,29 +43,47 @@ impl Archives {
     }
 
     /// Plant, path where there is one, controller, in the order of a loop without delay.
-    fn system(&self, path: Option<&Archive>) -> Result<System, Failure> {
+    fn system(&self, plant: &Archive, path: Option<&Archive>) -> Result<System, Failure> {
         let pid = self.pid.as_ref().ok_or_else(|| {
             Failure::new("no controller was packed", "pack the controller before the loop is run")
         })?;
-        let mut system = system_of([Some(&self.plant), path, Some(pid)].into_iter().flatten())?;
+        let mut system = system_of([Some(plant), path, Some(pid)].into_iter().flatten())?;
         system.connect_by_name()?;
         Ok(system)
     }
 
-    /// A step of the yaw reference, from rest on a straight course.
+    /// The specification's step of the yaw reference, from a straight course.
     pub(super) fn step(&self, pid: &Pid) -> Result<Step, Failure> {
+        self.step_on(&self.plant, pid, (BEFORE_STEP_S / pid.sample_time_s).round() as usize)
+    }
+
+    /// The same at the moment at which a steering offset appears.
+    pub(super) fn step_with_offset(&self, pid: &Pid) -> Result<Step, Failure> {
+        let name = "the plant with a steering offset";
+        let mut plant = self.document.clone();
+        plant.operating_point.steering_offset_rad =
+            -pid.specification.steering_offset_rad * plant.steering_ratio;
+        plant.operating_point.yaw_rate_offset_radps = 0.0;
+        let packed = package::pack(&plant.to_json(), name, None)?;
+        self.step_on(&Archive::from_bytes(&packed.bytes, name)?, pid, 0)
+    }
+
+    /// The step at tick `first`.
+    fn step_on(&self, plant: &Archive, pid: &Pid, first: usize) -> Result<Step, Failure> {
         let s = &pid.specification;
         let ts = pid.sample_time_s;
-        let before = (BEFORE_STEP_S / ts).round();
-        let steps = before + (s.steady_state_time_s / ts).round();
-        let mut system = self.system(None)?;
-        let table = format!("time,{PID}.yaw_reference\n0,0\n{},{}\n", before * ts, s.step_rad);
+        let steps = first + (s.steady_state_time_s / ts).round() as usize;
+        let mut system = self.system(plant, None)?;
+        // What holds from one communication point on is what the tick at the next one sees.
+        let mut table = format!("time,{PID}.yaw_reference\n0,{}\n", step_at(first == 0, s));
+        if first > 0 {
+            table.push_str(&format!("{},{}\n", (first as f64 - 1.0) * ts, s.step_rad));
+        }
         system.feed(InputTable::read(table.as_bytes(), "the step")?);
-        let recording = system.run(Master::GaussSeidel, 0.0, steps * ts, ts)?;
+        let recording = system.run(Master::GaussSeidel, 0.0, steps as f64 * ts, ts)?;
         let column = |name: &str| column(&recording, name);
         let yaw = column("IdentifiedPlant.yaw")?;
         let steering = column("LateralPid.steering_angle")?;
-        let first = before as usize;
         let trace = control::Trace {
             time: recording.times[first..].iter().map(|t| t - recording.times[first]).collect(),
             yaw_reference: vec![s.step_rad; recording.times.len() - first],
@@ -90,31 +112,22 @@ impl Archives {
         ts: f64,
     ) -> Result<String, Failure> {
         let archive = Archive::open(archive)?;
-        let mut system = self.system(Some(&archive))?;
+        let mut system = self.system(&self.plant, Some(&archive))?;
         if let (Some(first), Some(last)) = (path.points.first(), path.points.last()) {
             system.set(PLANT, "initial_x", first.x_m)?;
             system.set(PLANT, "initial_y", first.y_m)?;
             system.set(PLANT, "initial_yaw", first.heading_rad)?;
             let steps = ((last.distance_m - first.distance_m) / path.speed_mps / ts).floor();
-            system.record(&[
-                "IdentifiedPlant.x",
-                "IdentifiedPlant.y",
-                "IdentifiedPlant.yaw",
-                "IdentifiedPlant.yaw_rate",
-                "ReferencePath.yaw_reference",
-                "ReferencePath.steering_feedforward",
-                "ReferencePath.cross_track_error",
-                "ReferencePath.heading_error",
-                "ReferencePath.curvature",
-                "ReferencePath.distance",
-                "LateralPid.steering_angle",
-                "LateralPid.saturated",
-            ])?;
             Ok(system.run(Master::GaussSeidel, 0.0, steps * ts, ts)?.to_csv())
         } else {
             Err(Failure::new("the path has no points", "make the path again"))
         }
     }
+}
+
+/// The reference before the step, or from the start where the step is there.
+fn step_at(start: bool, specification: &Specification) -> f64 {
+    if start { specification.step_rad } else { 0.0 }
 }
 
 fn column(recording: &Recording, name: &str) -> Result<Vec<f64>, Failure> {

@@ -60,8 +60,11 @@ pub(super) fn write(
             .map(|c| report::Controller {
                 name: c.basis.name(),
                 pid: &c.pid,
-                step: Some(&c.step),
-                step_with_offset: None,
+                in_loop: Some(report::LoopStep {
+                    plant: "the identified plant",
+                    response: &c.step,
+                    metrics: &c.step_metrics,
+                }),
             })
             .collect(),
         path: built

@@ -24,8 +24,9 @@ pub struct ContinuousModel {
     pub round_trip: f64,
 }
 
-/// Round trips worse than this count as no logarithm.
-const WORST_ROUND_TRIP: f64 = 1e-6;
+/// Round trips worse than this count as no logarithm: the discrete model is the one identified, and
+/// a continuous one that does not lead back to it is another model.
+const WORST_ROUND_TRIP: f64 = 1e-10;
 
 /// `(A, B)` with eq 9–10 from `(F, G)` and the sample time.
 #[must_use]
@@ -47,7 +48,7 @@ pub fn discretize(
 /// `(F, G)` from `(A, B)`: the inverse of [`discretize`].
 ///
 /// # Errors
-/// The reason in words where A has no real principal logarithm.
+/// The reason in words where A has no real principal logarithm, or none within 1e-10 of it.
 pub fn to_continuous(
     a: MatRef<'_, f64>,
     b: MatRef<'_, f64>,
@@ -70,7 +71,7 @@ pub fn to_continuous(
     let g = Mat::from_fn(n, m, |i, j| log[(i, n + j)] / (scale * sample_time));
     let (a2, b2) = discretize(f.as_ref(), g.as_ref(), sample_time);
     let round_trip = relative_difference(a2.as_ref(), a).max(relative_difference(b2.as_ref(), b));
-    if round_trip < WORST_ROUND_TRIP {
+    if round_trip <= WORST_ROUND_TRIP {
         Ok(ContinuousModel { f, g, round_trip })
     } else {
         Err(format!("the logarithm of A is inexact (round trip {round_trip:.1e})"))
@@ -258,6 +259,21 @@ mod tests {
         let e = exponential(matrix(&[&[0.0, 7.0], &[0.0, 0.0]]).as_ref());
         assert!((e[(0, 0)] - 1.0).abs() < 1e-14 && (e[(0, 1)] - 7.0).abs() < 1e-13);
         assert_eq!(e[(1, 0)], 0.0);
+    }
+
+    #[test]
+    fn a_logarithm_that_does_not_lead_back_is_none() {
+        let b = matrix(&[&[1.0], &[1.0]]);
+        let convert = |coupling: f64| {
+            let a = matrix(&[&[0.9, coupling], &[0.0, 0.5]]);
+            to_continuous(a.as_ref(), b.as_ref(), 0.1)
+        };
+        assert!(convert(10.0).unwrap().round_trip < 1e-12);
+        // Far from normal, rounding is amplified: 3e-8 of A is lost at 1e3, more beyond.
+        for coupling in [1e3, 1e4, 1e6] {
+            let reason = convert(coupling).unwrap_err();
+            assert!(reason.contains("inexact"), "{coupling}: {reason}");
+        }
     }
 
     #[test]

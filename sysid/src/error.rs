@@ -31,7 +31,7 @@ pub enum Error {
     NoFiles,
     #[error("{file}: the file is empty")]
     EmptyFile { file: String },
-    #[error("{file}:{line}: the file is not UTF-8 text")]
+    #[error("{file}:{line}: the file is not text (UTF-8)")]
     NotText { file: String, line: u64 },
     #[error("{file}:{line}: {problem}")]
     Csv { file: String, line: u64, problem: String },
@@ -51,8 +51,8 @@ pub enum Error {
     NotFinite { at: Box<Place>, text: String },
     #[error("{at}: the unit is not stated")]
     UnitNotStated { at: Box<Place> },
-    #[error("column `{column}`: `{unit}` is not a unit known here")]
-    UnknownUnit { column: String, unit: String },
+    #[error("{file}: column `{column}`: `{unit}` is not a unit known here")]
+    UnknownUnit { file: String, column: String, unit: String },
     #[error("a unit is given for `{column}`, which is not a column that is read")]
     UnusedUnit { column: String },
     #[error(
@@ -70,12 +70,13 @@ pub enum Error {
     #[error("{at}: time {time} s does not come after {before} s in the row before")]
     TimeNotIncreasing { at: Box<Place>, time: f64, before: f64 },
     #[error(
-        "{at}: nothing from {from_s} s to {to_s} s, a gap of {gap_s} s where at most {limit_s} s are bridged"
+        "{at}: nothing from {from_s} s to {} s, a gap of {} s where at most {limit_s} s are bridged",
+        short(*.to_s), short(*.gap_s)
     )]
     Gap { at: Box<Place>, from_s: f64, to_s: f64, gap_s: f64, limit_s: f64, longest: (f64, f64) },
     #[error("{file}: column `{column}`: the {role} is {value} {unit} throughout")]
     Constant { file: String, column: String, role: &'static str, value: f64, unit: &'static str },
-    #[error("{at}: the {role} would be {value} {si} (read as {unit}), beyond {limit} {si}")]
+    #[error("{at}: the {role} would be {} {si} (read as {unit}), beyond {limit} {si}", short(*.value))]
     Impossible {
         at: Box<Place>,
         role: &'static str,
@@ -85,16 +86,25 @@ pub enum Error {
         limit: f64,
         alternatives: String,
     },
-    #[error("column `{column}` is a steering wheel's angle, and no steering ratio is given")]
-    SteeringRatioUnknown { column: String },
     #[error(
-        "column `{column}`: {largest_deg:.0}° is more than a road wheel can turn, and no steering ratio is given"
+        "{file}: column `{column}` is a steering wheel's angle, and no steering ratio is given"
     )]
-    NotARoadWheel { column: String, largest_deg: f64 },
+    SteeringRatioUnknown { file: String, column: String },
+    #[error(
+        "{at}: {largest_deg:.0}° is more than a road wheel can turn, and no steering ratio is given"
+    )]
+    NotARoadWheel { at: Box<Place>, largest_deg: f64 },
+    #[error("{file}: column `{column}`: a speed of {mean_mps:.2} m/s on average is a standstill")]
+    Standstill { file: String, column: String, mean_mps: f64 },
+    #[error("{file}: column `{column}` has {got} values with a time, a log needs {need} or more")]
+    TooFewRows { file: String, column: String, got: usize, need: usize },
     #[error("{got} samples of {sample_time_s} s are too few: {need} are needed")]
     TooFewSamples { got: usize, need: usize, sample_time_s: f64 },
+    #[error("{} s by samples of {} s: more than {limit} samples", short(*.duration_s), short(*.sample_time_s))]
+    TooManySamples { duration_s: f64, sample_time_s: f64, limit: usize },
     #[error(
-        "the clocks do not overlap: {first} covers {first_from} to {first_to} s, {second} {second_from} to {second_to} s"
+        "the clocks do not overlap: {first} covers {} to {} s, {second} {} to {} s",
+        short(*.first_from), short(*.first_to), short(*.second_from), short(*.second_to)
     )]
     NoOverlap {
         first: String,
@@ -104,7 +114,7 @@ pub enum Error {
         second_from: f64,
         second_to: f64,
     },
-    #[error("a sample time of {asked} s is shorter than the log's own {least} s")]
+    #[error("a sample time of {asked} s is shorter than the log's own {} s", short(*.least))]
     SampleTimeTooShort { asked: f64, least: f64 },
     #[error("option {option}: {value} is out of range, expected {expected}")]
     Option { option: &'static str, value: String, expected: String },
@@ -137,8 +147,14 @@ impl Error {
                 flag(role)
             ),
             Self::AmbiguousColumn { column, files, .. } => {
-                let first = files.split(", ").next().unwrap_or_default();
-                format!("say which file, as in {first}:{column}")
+                let mut files = files.split(", ");
+                let first = files.next().unwrap_or_default();
+                let column = column.rsplit_once(':').map_or(column.as_str(), |(_, column)| column);
+                if files.next() == Some(first) {
+                    format!("give {first} once")
+                } else {
+                    format!("say which file, as in {first}:{column}")
+                }
             }
             Self::NotANumber { .. } => {
                 "write numbers with a decimal point; leave a cell blank (or NaN) where a sample is missing".into()
@@ -146,8 +162,9 @@ impl Error {
             Self::NotFinite { .. } => "leave the cell blank where a sample is missing".into(),
             Self::UnitNotStated { at } => {
                 let column = &at.column;
+                let (suffix, unit) = crate::log::unit_in_place_of(column);
                 format!(
-                    "end the column's name in its unit, as in {column}_deg, write `{column} [deg]`, or state it: --unit {column}=deg"
+                    "end the column's name in its unit, as in {column}_{suffix}, write `{column} [{unit}]`, or state it: --unit {column}={unit}"
                 )
             }
             Self::UnknownUnit { .. } => format!("known units: {}", crate::log::known_units()),
@@ -164,7 +181,7 @@ impl Error {
                 "sort the rows by time and drop repeated ones; where two recordings were joined, give them one at a time".into()
             }
             Self::Gap { longest, .. } => format!(
-                "the longest part without such a gap: --window {},{}; a larger --max-gap bridges it by a straight line, which is wrong where the vehicle turned",
+                "the longest part without such a gap: --window {}s..{}s; a larger --max-gap bridges it by a straight line, which is wrong where the vehicle turned",
                 longest.0, longest.1
             ),
             Self::Constant { role, .. } if *role == "steering" => {
@@ -178,14 +195,23 @@ impl Error {
             Self::NotARoadWheel { .. } => {
                 "state --steering-ratio (about 15 for a car's steering wheel), or the right unit with --unit".into()
             }
+            Self::Standstill { .. } => {
+                "map the column that has the speed with --speed NAME, state its unit with --unit, or cut to the part that is driven with --window; without any speed column the dynamics can be identified, but no position".into()
+            }
             Self::TooFewSamples { .. } => {
-                "record longer (a minute or more), widen --window, or give a shorter --sample-time".into()
+                "record longer (a minute or more), widen --window, or give a shorter --sample-time; where the drive was longer, check the unit of the time".into()
+            }
+            Self::TooFewRows { .. } => {
+                "check that the file has rows with a time and a value in this column; a minute of driving or more is needed".into()
+            }
+            Self::TooManySamples { .. } => {
+                "check the time column and its unit; cut the drive with --window, or give a longer --sample-time".into()
             }
             Self::NoOverlap { .. } => {
                 "the files must be of one drive and count time from one origin; check --window too".into()
             }
             Self::SampleTimeTooShort { least, .. } => {
-                format!("give --sample-time {least} or more, or leave it out")
+                format!("give --sample-time {}s or more, or leave it out", short(*least))
             }
             Self::Option { option, .. } => format!("give {option} within that range, or leave it out"),
             Self::NoSpeed => "name it with --speed, or identify with the input steering".into(),
@@ -199,6 +225,16 @@ impl Error {
                 "look for extreme values in the log; another --horizon or --sample-time may help".into()
             }
         }
+    }
+}
+
+/// A number for people: nine digits, with an exponent where it is large or small.
+fn short(x: f64) -> String {
+    if x == 0.0 || (1e-4..1e7).contains(&x.abs()) {
+        let scale = 10f64.powi(8 - x.abs().max(1e-4).log10().floor() as i32);
+        ((x * scale).round() / scale).to_string()
+    } else {
+        format!("{x:.3e}")
     }
 }
 

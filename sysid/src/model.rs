@@ -96,7 +96,7 @@ impl StateSpace {
         re.is_finite().then_some(re)
     }
 
-    /// The same system in the basis `T x`: A → T A T⁻¹.
+    /// The system from `input[j]·u_j` to `output[i]·y_i`, its state as it is.
     pub(crate) fn scaled(&self, input: &[f64], output: &[f64]) -> Self {
         Self {
             a: self.a.clone(),

@@ -1,11 +1,12 @@
-//! A stable state matrix from the shift structure of Γ, whatever the data.
+//! A stable state matrix from the shift structure of Γ or from state sequences, whatever the data.
 //!
 //! T. Van Gestel, J. Suykens, P. Van Dooren, B. De Moor, *Identification of stable models in
 //! subspace identification by using regularization*, IEEE Trans. Automatic Control 46 (2001): a
 //! quadratic penalty on A in its least-squares problem, `A(c) = (Γ↑ᵀΓ↑ + c·I)⁻¹ Γ↑ᵀ Γ↓`. A(c) → 0
 //! for growing c, so some c gives every spectral radius between that of A(0) and 0. The paper gets
 //! the least such c from a generalised eigenvalue problem; here it is bisected, which finds *a* c
-//! with the radius sought, and the radius of the result is checked.
+//! with the radius sought, and the radius of the result is checked. Γ↑ and Γ↓ may as well be the
+//! transposes of the state sequences of eq 12, with Aᵀ in place of A.
 
 use crate::dense::{solve, spectral_radius};
 use faer::{Mat, MatRef};
@@ -21,7 +22,17 @@ pub fn stable_shift(
 ) -> Option<Mat<f64>> {
     let rows = basis.nrows();
     let up = basis.get(..rows - outputs, ..order);
-    let down = basis.get(outputs.., ..order);
+    stable_fit(up, basis.get(outputs.., ..order), radius)
+}
+
+/// The A of least ‖up·A − down‖² + c·‖A‖² with some c that brings its spectral radius to at most
+/// `radius` (below 1).
+pub(crate) fn stable_fit(
+    up: MatRef<'_, f64>,
+    down: MatRef<'_, f64>,
+    radius: f64,
+) -> Option<Mat<f64>> {
+    let order = up.ncols();
     let gram = up.transpose() * up;
     let cross = up.transpose() * down;
     let size = gram.norm_l2();

@@ -178,7 +178,7 @@ fn bad_files_are_refused_with_their_place() {
         assert!(matches!(refused(empty.as_bytes().to_vec(), &o), Error::EmptyFile { .. }));
     }
     let header_only = format!("{HEADER}\n").into_bytes();
-    assert!(matches!(refused(header_only, &o), Error::TooFewSamples { .. }));
+    assert!(matches!(refused(header_only, &o), Error::TooFewRows { .. }));
     assert!(matches!(refused(b"\xff\xfe\x00".to_vec(), &o), Error::NotText { line: 1, .. }));
     let e = refused(with_line(5, "0.03,abc,0.1,15"), &o);
     assert!(
@@ -262,6 +262,54 @@ fn wrong_mappings_are_refused() {
 }
 
 #[test]
+fn a_road_wheel_that_is_none_is_named_with_file_and_line() {
+    let o = LogOptions::default();
+    let text = String::from_utf8(good()).unwrap();
+    // Under a blank line, so that the header is on line 2.
+    let wheel =
+        text.replacen(HEADER, &format!("\n{}", HEADER.replace("steer", "steering_wheel")), 1);
+    let e = refused(wheel.into_bytes(), &o).to_string();
+    assert!(e.starts_with("drive.csv: column `steering_wheel_rad`"), "{e}");
+    // The largest angle, not the first that is too large.
+    let rows = |k: usize| match k {
+        40 => "0.40,-0.9,0.1,15".into(),
+        50 => "0.50,-1.5,0.1,15".into(),
+        _ => good_row(k),
+    };
+    let e = refused(csv(HEADER, 1000, rows), &o).to_string();
+    assert!(e.starts_with("drive.csv:52: column `steer_rad`: 86°"), "{e}");
+}
+
+#[test]
+fn a_speed_that_says_standstill_is_refused() {
+    let at = |speed: &str, options: &LogOptions| {
+        let speed = speed.to_owned();
+        let row = |k: usize| good_row(k).replace(",15.0", &format!(",{speed}"));
+        read_one(csv(HEADER, 1000, row), options)
+    };
+    let o = LogOptions::default();
+    for speed in ["0", "0.0", "0.3", "-0.2"] {
+        let e = at(speed, &o).unwrap_err();
+        assert!(matches!(e, Error::Standstill { .. }), "{speed}: {e:?}");
+        assert!(e.to_string().starts_with("drive.csv: column `speed_mps`"), "{e}");
+        assert!(e.hint().contains("--speed"), "{}", e.hint());
+    }
+    // A constant speed is what a test drive aims at.
+    assert!(at("5.0", &o).is_ok());
+    // The part that is used decides.
+    let starts = |k: usize| good_row(k).replace(",15.0", if k < 600 { ",0.1" } else { ",1.2" });
+    let starts = csv(HEADER, 1000, starts);
+    assert!(read_one(starts.clone(), &o).is_ok());
+    let options = |from, to| LogOptions {
+        window: Some((from, to)),
+        sample_time_s: Some(0.01),
+        ..LogOptions::default()
+    };
+    assert!(matches!(read_one(starts.clone(), &options(0.0, 5.0)), Err(Error::Standstill { .. })));
+    assert!(read_one(starts, &options(6.0, 9.0)).is_ok());
+}
+
+#[test]
 fn short_gaps_are_bridged_with_a_warning_and_long_ones_refused() {
     let o = LogOptions::default();
     let clean = read_one(good(), &o).unwrap();
@@ -300,6 +348,8 @@ fn short_gaps_are_bridged_with_a_warning_and_long_ones_refused() {
     let Error::Gap { at, gap_s, longest, .. } = e.clone() else { panic!("{e:?}") };
     assert_eq!((at.line, gap_s), (201, 3.01));
     assert!((longest.0 - 4.99).abs() < 1e-9 && (9.9..=9.99).contains(&longest.1), "{longest:?}");
+    // As the command line takes it.
+    assert!(e.hint().contains(&format!("--window 4.99s..{}s;", longest.1)), "{}", e.hint());
     let window = LogOptions { window: Some(longest), ..o.clone() };
     let part = read_one(holed(200, 500), &window).unwrap();
     assert!(part.time0_s >= 4.99);

@@ -8,7 +8,8 @@ use common::{Random, markov_distance, pole_distance};
 use faer::Mat;
 use sysid::refine::{Stop, refine_output_error};
 use sysid::subspace::{
-    Factor, eq12, noise_model, refit_output, shift_realization, structured_bd, subspace,
+    Factor, Projections, eq12, noise_model, refit_output, shift_realization, structured_bd,
+    subspace,
 };
 use sysid::{Method, StateSpace, simulate};
 
@@ -23,7 +24,7 @@ fn estimate(u: &Mat<f64>, y: &Mat<f64>, n: usize, method: Method, d: bool) -> [S
     [
         refit.model,
         structured_bd(&factor, &sub, a.as_ref(), c.as_ref(), d).unwrap(),
-        eq12(&factor, &sub, n, d).unwrap(),
+        eq12(&factor, &Projections::new(&factor).unwrap(), &sub, n, d).unwrap(),
     ]
 }
 

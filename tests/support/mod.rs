@@ -49,3 +49,31 @@ pub(crate) fn run_demo(name: &str) -> Demo {
     assert!(output.status.success(), "{}", told(&output));
     Demo { folder, overview: serde_json::from_slice(&output.stdout).unwrap() }
 }
+
+/// The multi-body drive's files, each made by its subcommand, once for a test binary: `plant.json`,
+/// `bicycle.json`, `pid.json`, `path.json`, and `fmu/` with their archives.
+pub(crate) fn chain() -> &'static Path {
+    static CHAIN: OnceLock<tempfile::TempDir> = OnceLock::new();
+    let folder = CHAIN.get_or_init(|| {
+        let folder = tempfile::tempdir().unwrap();
+        for arguments in [
+            "identify {data}/multibody/drive.csv --input steering_command_rad",
+            "bicycle {data}/multibody/vehicle.toml",
+            "design plant.json",
+            "path --pid pid.json",
+            "package plant.json bicycle.json pid.json path.json --out fmu",
+        ] {
+            let output = steerwright(folder.path(), &words(arguments, Path::new("")));
+            assert!(output.status.success(), "{arguments}: {}", told(&output));
+        }
+        folder
+    });
+    folder.path()
+}
+
+/// A command line's arguments, with the folders that stand in it as `{data}` and `{chain}`.
+pub(crate) fn words(line: &str, chain: &Path) -> Vec<String> {
+    let (data, chain) = (data().display().to_string(), chain.display().to_string());
+    let word = |w: &str| w.replace("{data}", &data).replace("{chain}", &chain);
+    line.split_whitespace().map(word).collect()
+}

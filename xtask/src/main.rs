@@ -1,7 +1,9 @@
-//! What developers run: `cargo xtask test`, `cargo xtask lint`.
+//! What developers run: `cargo xtask test`, `cargo xtask lint`, `cargo xtask readme`.
 
+mod importers;
 mod lint;
 mod python;
+mod readme;
 mod run;
 mod test;
 
@@ -18,18 +20,22 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Every test, also those that need Python: makes its own environment in target/python
+    /// Every test, also those that need Python or libclang: makes its own environment in
+    /// target/python
     Test,
     /// rustfmt and clippy, warnings denied
     Lint,
     /// Make the Python environment and print its interpreter
     Python,
+    /// Put the demo's table and picture into the README
+    Readme,
 }
 
 fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Test => test::test(),
         Command::Lint => lint::lint(),
+        Command::Readme => readme::readme(),
         Command::Python => python::environment().map(|python| println!("{}", python.display())),
     };
     match result {

@@ -10,7 +10,7 @@ use crate::Error;
 use formats::{Document, Guidance, Path, PathPoint, Provenance};
 
 /// Largest distance between points unless told otherwise, m.
-pub const DEFAULT_SPACING: f64 = 0.5;
+pub(super) const DEFAULT_SPACING: f64 = 0.5;
 /// Largest turn over one quadrature panel, rad; the error of a panel is below 1e-15 of its length.
 const PANEL_TURN: f64 = 0.1;
 /// How far before a jump of curvature the old curvature is noted, m.

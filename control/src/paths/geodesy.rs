@@ -15,7 +15,7 @@ const FLATTENING: f64 = 1.0 / 298.257_223_563;
 ///
 /// The slices are of equal length; `altitude_m` may be absent.
 #[must_use]
-pub fn wgs84_to_local(
+pub(crate) fn wgs84_to_local(
     latitude_deg: &[f64],
     longitude_deg: &[f64],
     altitude_m: Option<&[f64]>,

@@ -8,8 +8,7 @@ mod read;
 mod roads;
 mod spline;
 
-pub use compose::{DEFAULT_SPACING, PathComposer};
-pub use geodesy::wgs84_to_local;
+pub use compose::PathComposer;
 pub use points::{PointOptions, RecordedPath, from_points};
 pub use read::{RecordedPoints, path_from_csv, read_points};
 pub use roads::{RoadOptions, double_lane_change, reference_road, s_curve};

@@ -14,6 +14,8 @@ use formats::{Document, Path, PathPoint, Provenance};
 
 /// Fewest distinct points that make a path.
 pub(crate) const LEAST_POINTS: usize = 4;
+/// Most points of a path.
+const MOST_POINTS: f64 = 1e6;
 /// Rounds in which the points' parameters are found.
 const ROUNDS: usize = 4;
 /// Longest smoothing tried for the sake of the curvature, m.
@@ -80,12 +82,25 @@ pub struct RecordedPath {
 pub fn from_points(xs: &[f64], ys: &[f64], options: &PointOptions) -> Result<RecordedPath, Error> {
     check(xs, ys, options)?;
     let cleaned = clean(xs, ys, options)?;
+    let steps = cleaned.x.windows(2).zip(cleaned.y.windows(2));
+    let length: f64 = steps.map(|(x, y)| (x[1] - x[0]).hypot(y[1] - y[0])).sum();
+    if length > MOST_POINTS * options.spacing {
+        let (option, must) = ("length of the path", "at most a million times its points' spacing");
+        return Err(Error::Option { option, value: length.round(), must });
+    }
     let mut warnings = warnings(&cleaned, xs.len());
     let mut smoothing = options.smoothing_length;
     loop {
         let curve = Curve::fit(&cleaned, smoothing, options)?;
         let points = curve.points(options.spacing);
-        let reached = points.iter().map(|p| p.curvature_per_m.abs()).fold(0.0, f64::max);
+        // A curve that has shrunk to a point or turns on the spot has no curvature at all.
+        let curvature = |p: &PathPoint| match p.curvature_per_m.abs() {
+            k if k.is_finite() && p.distance_m.is_finite() => k,
+            _ => f64::INFINITY,
+        };
+        let rises = points.windows(2).all(|w| w[1].distance_m > w[0].distance_m);
+        let reached = points.iter().map(curvature).fold(0.0, f64::max);
+        let reached = if rises { reached } else { f64::INFINITY };
         if reached > options.max_curvature {
             smoothing *= 1.3;
             if smoothing > LONGEST_SMOOTHING {
@@ -209,7 +224,12 @@ impl Curve {
         for i in 1..x.len() {
             parameters.push(parameters[i - 1] + (x[i] - x[i - 1]).hypot(y[i] - y[i - 1]));
         }
-        let too_few = || Error::TooFewPoints { got: cleaned.x.len(), need: LEAST_POINTS };
+        // Enough of them are left by the cleaning.
+        let too_few = || Error::Option {
+            option: "distance between recorded points",
+            value: ((x[1] - x[0]).hypot(y[1] - y[0]) * 1e3).round() / 1e3,
+            must: "short beside the bends of the road, some metres",
+        };
         let mut curve: Option<Self> = None;
         for _ in 0..ROUNDS {
             if let Some(curve) = &curve {

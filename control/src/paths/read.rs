@@ -28,10 +28,14 @@ pub fn read_points(text: &str, file: &str) -> Result<RecordedPoints, Error> {
         problem,
     };
     let text = text.trim_start_matches('\u{feff}');
+    let first = text.lines().find(|l| !l.trim().is_empty() && !l.starts_with('#'));
+    let has = |d: &u8| first.is_some_and(|l| l.as_bytes().contains(d));
+    let delimiter = [b',', b';', b'\t'].into_iter().find(has).unwrap_or(b',');
     let mut reader = csv::ReaderBuilder::new()
         .trim(csv::Trim::All)
         .comment(Some(b'#'))
         .flexible(true)
+        .delimiter(delimiter)
         .from_reader(text.as_bytes());
     let header = reader.headers().map_err(|e| fault(1, 1, e.to_string()))?.clone();
     let place = |name: &str| header.iter().position(|h| h == name);
@@ -74,6 +78,9 @@ pub fn read_points(text: &str, file: &str) -> Result<RecordedPoints, Error> {
             let value: f64 = text
                 .parse()
                 .map_err(|_| fault(line, column, format!("{name} is `{text}`, not a number")))?;
+            if value.is_nan() {
+                return Err(fault(line, column, format!("{name} is `{text}`, not a number")));
+            }
             let limit = match *name {
                 "latitude_deg" => 90.0,
                 "longitude_deg" => 360.0,
@@ -134,7 +141,7 @@ mod tests {
         let error = read_points("latitude_deg,longitude_deg\n91,1\n", "track.csv").unwrap_err();
         assert!(error.to_string().contains("beyond ±90"), "{error}");
         let error = read_points("x_m,y_m\nNaN,1\n", "track.csv").unwrap_err();
-        assert!(error.to_string().contains("x_m is NaN"), "{error}");
+        assert!(error.to_string().contains("x_m is `NaN`, not a number"), "{error}");
         assert!(read_points("", "empty.csv").is_err());
     }
 

@@ -170,6 +170,17 @@ fn curvature(speed: f64, acceleration: f64, options: &RoadOptions) -> Result<f64
             return Err(Error::Option { option, value, must: "greater than 0" });
         }
     }
+    // Beyond these no car drives, and roads have no end or points without number.
+    for (option, value, most, must) in [
+        ("speed", speed, 150.0, "at most 150 m/s"),
+        ("lateral acceleration", acceleration, 50.0, "at most 50 m/s2"),
+        ("lateral acceleration", 0.1 / acceleration, 1.0, "at least 0.1 m/s2"),
+    ] {
+        if value > most {
+            let value = if must.starts_with("at least") { acceleration } else { value };
+            return Err(Error::Option { option, value, must });
+        }
+    }
     Ok(acceleration / (speed * speed))
 }
 

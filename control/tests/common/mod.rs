@@ -1,6 +1,6 @@
 //! Vehicles and identified plants for the tests.
 
-use control::{DesignPlant, PlantInfo, bicycle_from_toml};
+use control::{DesignPlant, bicycle_from_toml};
 use formats::{Bicycle, Continuous, Discrete, InputKind, Matrix, Noise, OperatingPoint, Plant};
 use nalgebra::DMatrix;
 
@@ -61,7 +61,8 @@ pub(crate) fn identified(f: &[f64], g: &[f64], h: &[f64], sample_time: f64, dela
 #[allow(dead_code)]
 pub(crate) fn identified_car() -> Plant {
     let car = car(1.0);
-    let (f, g) = vehicle_models::bicycle_body_frame(&control::parameters(&car.vehicle), 15.0);
+    let parameters = model_loading::bicycle_parameters(&car.vehicle);
+    let (f, g) = vehicle_models::bicycle_body_frame(&parameters, 15.0);
     let f: Vec<f64> = (0..9).map(|i| f[(i / 3, i % 3)]).collect();
     identified(&f, g.as_slice(), &[0.0, 1.0, 0.0], 0.01, 0.0)
 }
@@ -81,12 +82,5 @@ pub(crate) fn transfer(numerator: &[f64], denominator: &[f64], delay: f64) -> De
     g[0] = 1.0;
     let mut h = vec![0.0; n];
     h[n - numerator.len()..].copy_from_slice(numerator);
-    let info = PlantInfo {
-        model: "plant".into(),
-        name: "transfer function".into(),
-        speed: 15.0,
-        steering_ratio: 1.0,
-        input_delay: delay,
-    };
-    DesignPlant::from_matrices(info, &f, &g, &h, 0.0).expect("a plant")
+    DesignPlant::from_plant(&identified(&f, &g, &h, 0.01, delay)).expect("a plant")
 }

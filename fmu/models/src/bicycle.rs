@@ -51,17 +51,17 @@ pub struct BicycleParameters {
 }
 
 impl Default for BicycleParameters {
-    /// A mid-size car with a steering wheel, mildly understeering.
+    /// A mid-size car with its steering at the road wheel, mildly understeering.
     fn default() -> Self {
         Self {
             mass: 1500.0,
             yaw_inertia: 2500.0,
             distance_front: 1.2,
             distance_rear: 1.5,
-            cornering_stiffness_front: 110_000.0,
-            cornering_stiffness_rear: 120_000.0,
-            actuator_time_constant: 0.1,
-            steering_ratio: 15.0,
+            cornering_stiffness_front: 100_000.0,
+            cornering_stiffness_rear: 110_000.0,
+            actuator_time_constant: 0.05,
+            steering_ratio: 1.0,
         }
     }
 }

@@ -6,18 +6,6 @@ use fmi2_export::{Log, Resources, Slave};
 use model_description::{Table, Value};
 use vehicle_models::BicycleParameters;
 
-/// A mid-size car with its steering at the road wheel: what the FMU is without `bicycle.json`.
-const DEFAULTS: BicycleParameters = BicycleParameters {
-    mass: 1500.0,
-    yaw_inertia: 2500.0,
-    distance_front: 1.2,
-    distance_rear: 1.5,
-    cornering_stiffness_front: 100_000.0,
-    cornering_stiffness_rear: 110_000.0,
-    actuator_time_constant: 0.05,
-    steering_ratio: 1.0,
-};
-
 /// The two-wheel bicycle model (eq 13) in its body-frame form, with yaw and position.
 #[derive(Debug, Clone)]
 pub struct BicyclePlant {
@@ -32,16 +20,9 @@ impl Slave for BicyclePlant {
     fn open(resources: &Resources) -> Result<Self, String> {
         let bicycle = optional::<formats::Bicycle>(resources, "bicycle.json")?;
         let vehicle = bicycle.map(|b| b.vehicle);
-        let parameters = vehicle.as_ref().map_or(DEFAULTS, |v| BicycleParameters {
-            mass: v.mass_kg,
-            yaw_inertia: v.yaw_inertia_kgm2,
-            distance_front: v.distance_front_m,
-            distance_rear: v.distance_rear_m,
-            cornering_stiffness_front: v.cornering_stiffness_front_npr,
-            cornering_stiffness_rear: v.cornering_stiffness_rear_npr,
-            actuator_time_constant: v.actuator_time_constant_s,
-            steering_ratio: v.steering_ratio,
-        });
+        let parameters = vehicle
+            .as_ref()
+            .map_or_else(BicycleParameters::default, model_loading::bicycle_parameters);
         let mut plant = vehicle_models::BicyclePlant::new(parameters)
             .map_err(|e| format!("bicycle.json: {e}; hint: {}", e.hint()))?;
         if let Some(vehicle) = vehicle {

@@ -105,11 +105,13 @@ impl Fmu {
     }
 }
 
-/// With D ≠ 0 the yaw rate depends on every input at a communication point.
+/// With D ≠ 0 the yaw rate depends on the inputs of the same instant: no list of dependencies says
+/// so of all of them.
 fn declare_feedthrough(description: &mut ModelDescription) {
     let yaw_rate = (1..).zip(&description.variables).find(|(_, v)| v.name == "yaw_rate");
     let Some((index, _)) = yaw_rate else { return };
-    for unknown in description.outputs.iter_mut().filter(|u| u.index == index) {
+    let lists = description.outputs.iter_mut().chain(&mut description.initial_unknowns);
+    for unknown in lists.filter(|u| u.index == index) {
         unknown.dependencies = None;
         unknown.kinds = None;
     }

@@ -1,11 +1,11 @@
 //! `IdentifiedPlant`: the glue from [`vehicle_models::IdentifiedPlant`] to the export trait.
 
-use crate::resources::{identified_data, required};
+use crate::resources::required;
 use crate::tables::identified_plant::Variable;
 use fmi2_export::{Log, Resources, Slave};
 use model_description::{Table, Value};
 use std::sync::Arc;
-use vehicle_models::IdentifiedModel;
+use vehicle_models::InputKind;
 
 /// The lateral dynamics identified from a drive (eq 6–7), with yaw and position.
 #[derive(Debug, Clone)]
@@ -28,7 +28,7 @@ impl Slave for IdentifiedPlant {
 
     fn open(resources: &Resources) -> Result<Self, String> {
         let plant = required::<formats::Plant>(resources, "plant.json")?;
-        let model = IdentifiedModel::new(identified_data(&plant))
+        let model = model_loading::identified_model(&plant)
             .map_err(|e| format!("plant.json: {e}; hint: {}", e.hint()))?;
         let plant = vehicle_models::IdentifiedPlant::new(Arc::new(model));
         Ok(Self { plant, started: false, warned_of_speed: false })
@@ -85,11 +85,15 @@ impl Slave for IdentifiedPlant {
     fn step(&mut self, _time: f64, step: f64, log: &mut Log) -> Result<(), String> {
         if !self.warned_of_speed && self.plant.speed_far_from_identified() {
             self.warned_of_speed = true;
+            let data = self.plant.model().data();
+            let consequence = match data.input {
+                InputKind::Steering => "x and y follow it, the dynamics do not",
+                InputKind::SteeringTimesSpeed => "of the dynamics, only the gain follows it",
+            };
             log.warning(format!(
                 "the speed of {} m/s is more than 20 % from the {} m/s at which the plant was \
-                 identified: x and y follow it, the dynamics do not",
-                self.plant.speed,
-                self.plant.model().data().speed
+                 identified: {consequence}",
+                self.plant.speed, data.speed
             ));
         }
         self.plant.step(step).map_err(|e| format!("{e}; hint: {}", e.hint()))

@@ -6,6 +6,10 @@ use fmi2_export::{Log, Resources, Slave};
 use model_description::{Table, Value};
 use vehicle_models::{Pid, PidInput, PidOutput, PidParameters, Ticks};
 
+/// Most ticks in one step: ten hours at 100 Hz. A longer step is a slip of the importer, which
+/// should be told and not kept waiting.
+const MOST_TICKS: f64 = 3_600_000.0;
+
 /// The steering controller (eq 14).
 #[derive(Debug, Clone)]
 pub struct LateralPid {
@@ -62,22 +66,9 @@ impl Slave for LateralPid {
     const TABLE: &'static Table = Variable::TABLE;
 
     fn open(resources: &Resources) -> Result<Self, String> {
-        let parameters = optional::<formats::Pid>(resources, "pid.json")?.map_or_else(
-            PidParameters::default,
-            |pid| PidParameters {
-                kp: pid.gains.kp,
-                ki: pid.gains.ki,
-                kd: pid.gains.kd,
-                derivative_filter_time: pid.gains.derivative_filter_time_s,
-                setpoint_weight_proportional: pid.gains.setpoint_weight_proportional,
-                setpoint_weight_derivative: pid.gains.setpoint_weight_derivative,
-                anti_windup_time: pid.gains.anti_windup_time_s,
-                max_angle: pid.limits.max_angle_rad,
-                max_increment: pid.limits.max_increment_rad,
-                max_rate: pid.limits.max_rate_radps,
-                sample_time: pid.sample_time_s,
-            },
-        );
+        let parameters = optional::<formats::Pid>(resources, "pid.json")?
+            .as_ref()
+            .map_or_else(PidParameters::default, model_loading::pid_parameters);
         let inputs = Inputs {
             pid: PidInput {
                 yaw_reference: 0.0,
@@ -156,6 +147,14 @@ impl Slave for LateralPid {
     }
 
     fn step(&mut self, _time: f64, step: f64, log: &mut Log) -> Result<(), String> {
+        let ticks_in_step = step / self.parameters.sample_time;
+        if ticks_in_step > MOST_TICKS {
+            return Err(format!(
+                "the step of {step} s spans {ticks_in_step:.3e} ticks of {} s, at most \
+                 {MOST_TICKS:e} are taken; hint: step by sample_time",
+                self.parameters.sample_time
+            ));
+        }
         if let Phase::BeforeFirstStep { last_read } = self.phase {
             let (pid, output) = self.tick_zero(&last_read);
             self.pid = pid;
@@ -164,7 +163,7 @@ impl Slave for LateralPid {
         let Phase::Running { ticks, output, warned_of_long_step } = &mut self.phase else {
             return Ok(());
         };
-        let count = ticks.advance(step / self.parameters.sample_time);
+        let count = ticks.advance(ticks_in_step);
         if count > 1 && !*warned_of_long_step {
             *warned_of_long_step = true;
             log.warning(format!(

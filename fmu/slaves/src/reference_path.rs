@@ -5,7 +5,7 @@ use crate::tables::reference_path::Variable;
 use fmi2_export::{Log, Resources, Slave};
 use model_description::{Table, Value};
 use std::sync::Arc;
-use vehicle_models::{GuidanceParameters, PathFollower, PathGeometry, PathOutput, PathPoint};
+use vehicle_models::{GuidanceParameters, PathFollower, PathOutput};
 
 /// A reference road and the guidance along it.
 #[derive(Debug, Clone)]
@@ -56,30 +56,13 @@ impl Slave for ReferencePath {
 
     fn open(resources: &Resources) -> Result<Self, String> {
         let path = required::<formats::Path>(resources, "path.json")?;
-        let points: Vec<PathPoint> = path
-            .points
-            .iter()
-            .map(|p| PathPoint {
-                distance: p.distance_m,
-                x: p.x_m,
-                y: p.y_m,
-                heading: p.heading_rad,
-                curvature: p.curvature_per_m,
-            })
-            .collect();
-        let geometry = PathGeometry::new(&points, path.closed)
+        let geometry = model_loading::path_geometry(&path)
             .map_err(|e| format!("path.json: {e}; hint: {}", e.hint()))?;
-        let g = &path.guidance;
-        let first = points.first().copied().unwrap_or_default();
-        let inputs = Inputs { x: first.x, y: first.y, yaw: first.heading, speed: path.speed_mps };
+        let (x, y, yaw) =
+            path.points.first().map_or((0.0, 0.0, 0.0), |p| (p.x_m, p.y_m, p.heading_rad));
+        let inputs = Inputs { x, y, yaw, speed: path.speed_mps };
         Ok(Self {
-            guidance: GuidanceParameters {
-                lookahead_time: g.lookahead_time_s,
-                lookahead_min: g.lookahead_min_m,
-                preview_time: g.preview_time_s,
-                feedforward_gain: g.feedforward_gain_radm,
-                sideslip_per_yaw_rate: g.sideslip_per_yaw_rate_s,
-            },
+            guidance: model_loading::guidance_parameters(&path.guidance),
             inputs,
             follower: PathFollower::new(Arc::new(geometry)),
             phase: Phase::BeforeFirstStep { last_read: inputs },

@@ -3,7 +3,7 @@
 use super::{met, optional, significant, value};
 use crate::figures::{self, DEG, text};
 use crate::{Block, Controller, Section, Table, Tone};
-use formats::{Bicycle, Pid, Shortfall};
+use formats::{Bicycle, Pid, Shortfall, StepMetrics};
 
 /// Vehicle data and coefficients of eq 13.
 pub(crate) fn bicycle(bicycle: &Bicycle, fit: Option<f64>) -> Section {
@@ -43,7 +43,7 @@ pub(crate) fn bicycle(bicycle: &Bicycle, fit: Option<f64>) -> Section {
 pub(crate) fn controller(controller: &Controller<'_>) -> Section {
     let pid = controller.pid;
     let (s, e) = (&pid.specification, &pid.evidence);
-    let mut blocks = vec![verdict(pid)];
+    let mut blocks = vec![verdict(controller)];
     blocks.extend(
         (!e.shortfalls.is_empty())
             .then(|| Block::List(e.shortfalls.iter().map(shortfall).collect())),
@@ -61,21 +61,14 @@ pub(crate) fn controller(controller: &Controller<'_>) -> Section {
         },
     )));
     blocks.push(Block::Heading("Asked and reached".into()));
-    blocks.push(Block::Table(requirements(pid)));
+    blocks.push(Block::Table(requirements(pid, controller.in_loop.map(|l| l.metrics))));
     let at = format!("Steady state is read {} s after the step.", s.steady_state_time_s);
     blocks.push(Block::Text(at));
-    for (response, metrics, what) in [
-        (controller.step, &e.step, String::new()),
-        (
-            controller.step_with_offset,
-            &e.step_with_offset,
-            format!(", steering off by {}", value(s.steering_offset_rad * DEG, 2, "deg")),
-        ),
-    ] {
-        let Some(response) = response else { continue };
-        let title = format!("Yaw step of {}{what}", value(s.step_rad * DEG, 1, "deg"));
+    if let Some(l) = controller.in_loop {
+        let step = value(s.step_rad * DEG, 1, "deg");
+        let title = format!("Yaw step of {step}, in closed loop with {}", l.plant);
         blocks.push(Block::Figure {
-            figure: figures::yaw_step(&title, response, s, metrics, &pid.limits),
+            figure: figures::yaw_step(&title, l.response, s, l.metrics, &pid.limits),
             height: 680,
             caption: "Steering is in steering coordinates, as are its limits.".into(),
         });
@@ -87,13 +80,17 @@ pub(crate) fn controller(controller: &Controller<'_>) -> Section {
     Section { heading: format!("Controller: {}", controller.name), blocks }
 }
 
-fn verdict(pid: &Pid) -> Block {
-    let (tone, title) = if pid.evidence.met {
-        (Tone::Good, "Every requirement is met.")
-    } else {
-        (Tone::Bad, "Not every requirement is met.")
+fn verdict(controller: &Controller<'_>) -> Block {
+    let evidence = &controller.pid.evidence;
+    let (tone, title) = match controller.in_loop {
+        _ if !evidence.met => (Tone::Bad, "Not every requirement is met.".into()),
+        Some(l) if !controller.is_proved() => (
+            Tone::Bad,
+            format!("Met on the model it was designed on, not in closed loop with {}.", l.plant),
+        ),
+        _ => (Tone::Good, "Every requirement is met.".into()),
     };
-    Block::Note { tone, title: title.into(), text: String::new() }
+    Block::Note { tone, title, text: String::new() }
 }
 
 fn shortfall(s: &Shortfall) -> String {
@@ -101,70 +98,74 @@ fn shortfall(s: &Shortfall) -> String {
     format!("{}: asked {asked}, reached {reached}", s.requirement)
 }
 
-fn requirements(pid: &Pid) -> Table {
+/// What was asked, and what is reached on the model designed on, in the loop where there is one,
+/// and on that model with the steering offset.
+fn requirements(pid: &Pid, in_loop: Option<&StepMetrics>) -> Table {
     let (s, e) = (&pid.specification, &pid.evidence);
     let settled = |t| optional(t, 3, "s", "never");
+    let at_most = |text: String| format!("≤\u{a0}{text}");
+    let mut headers = vec!["requirement", "asked", "on its model", ""];
+    if in_loop.is_some() {
+        headers.extend(["in the loop", ""]);
+    }
+    headers.push("with steering offset");
+    let mut table = Table::new(headers);
+    // A row: how a step's figure reads, and whether it is within what was asked, where it was.
+    type Figure<'f> = &'f dyn Fn(&StepMetrics) -> String;
+    type Within<'f> = &'f dyn Fn(&StepMetrics) -> bool;
+    let mut row = |name: &str, asked: String, figure: Figure<'_>, within: Option<Within<'_>>| {
+        let mut cells = vec![name.to_owned(), asked];
+        for step in std::iter::once(&e.step).chain(in_loop) {
+            cells.push(figure(step));
+            cells.push(within.map_or_else(String::new, |within| met(within(step))));
+        }
+        cells.push(figure(&e.step_with_offset));
+        table.push(cells);
+    };
     let within = |reached: f64, asked: f64| reached <= asked * (1.0 + 1e-9);
-    let headers = ["requirement", "asked", "reached", "", "with steering offset"];
-    Table::new(headers)
-        .row([
-            "overshoot".into(),
-            format!("≤\u{a0}{}\u{a0}%", s.overshoot_percent),
-            value(e.step.overshoot_percent, 2, "%"),
-            met(within(e.step.overshoot_percent, s.overshoot_percent)),
-            value(e.step_with_offset.overshoot_percent, 2, "%"),
-        ])
-        .row([
-            "settling time".into(),
-            format!("≤\u{a0}{}\u{a0}s", s.settling_time_s),
-            settled(e.step.settling_time_s),
-            met(e.step.settling_time_s.is_some_and(|t| within(t, s.settling_time_s))),
-            settled(e.step_with_offset.settling_time_s),
-        ])
-        .row([
-            "steady-state error".into(),
-            format!("≤\u{a0}{}\u{a0}%", s.steady_state_error_percent),
-            value(e.step.steady_state_error_percent, 2, "%"),
-            met(within(e.step.steady_state_error_percent.abs(), s.steady_state_error_percent)),
-            value(e.step_with_offset.steady_state_error_percent, 2, "%"),
-        ])
-        .row([
-            "modulus margin".into(),
-            format!("≥\u{a0}{}", s.modulus_margin),
-            text(e.margins.modulus_margin, 3),
-            met(e.margins.modulus_margin >= s.modulus_margin * (1.0 - 1e-9)),
-            String::new(),
-        ])
-        .row([
-            "rise time, 10 to 90 %".into(),
-            String::new(),
-            settled(e.step.rise_time_s),
-            String::new(),
-            settled(e.step_with_offset.rise_time_s),
-        ])
-        .row([
-            "largest steering angle".into(),
-            format!("≤\u{a0}{}", value(pid.limits.max_angle_rad * DEG, 1, "deg")),
-            value(e.step.largest_angle_rad * DEG, 2, "deg"),
-            met(within(e.step.largest_angle_rad, pid.limits.max_angle_rad)),
-            value(e.step_with_offset.largest_angle_rad * DEG, 2, "deg"),
-        ])
-        .row([
-            "largest change in a sample".into(),
-            format!("≤\u{a0}{}", value(pid.limits.max_increment_rad * DEG, 1, "deg")),
-            value(e.step.largest_increment_rad * DEG, 2, "deg"),
-            met(within(e.step.largest_increment_rad, pid.limits.max_increment_rad)),
-            value(e.step_with_offset.largest_increment_rad * DEG, 2, "deg"),
-        ])
+    row(
+        "overshoot",
+        at_most(format!("{}\u{a0}%", s.overshoot_percent)),
+        &|m| value(m.overshoot_percent, 2, "%"),
+        Some(&|m| within(m.overshoot_percent, s.overshoot_percent)),
+    );
+    row(
+        "settling time",
+        at_most(format!("{}\u{a0}s", s.settling_time_s)),
+        &|m| settled(m.settling_time_s),
+        Some(&|m| m.settling_time_s.is_some_and(|t| within(t, s.settling_time_s))),
+    );
+    row(
+        "steady-state error",
+        at_most(format!("{}\u{a0}%", s.steady_state_error_percent)),
+        &|m| value(m.steady_state_error_percent, 2, "%"),
+        Some(&|m| within(m.steady_state_error_percent, s.steady_state_error_percent)),
+    );
+    row("rise time, 10 to 90 %", String::new(), &|m| settled(m.rise_time_s), None);
+    row(
+        "largest steering angle",
+        at_most(value(pid.limits.max_angle_rad * DEG, 1, "deg")),
+        &|m| value(m.largest_angle_rad * DEG, 2, "deg"),
+        Some(&|m| within(m.largest_angle_rad, pid.limits.max_angle_rad)),
+    );
+    row(
+        "largest change in a sample",
+        at_most(value(pid.limits.max_increment_rad * DEG, 1, "deg")),
+        &|m| value(m.largest_increment_rad * DEG, 2, "deg"),
+        Some(&|m| within(m.largest_increment_rad, pid.limits.max_increment_rad)),
+    );
+    table
 }
 
 fn margins(pid: &Pid) -> Table {
     let m = &pid.evidence.margins;
+    let asked = pid.specification.modulus_margin;
+    let modulus = format!("{} (asked: at least {asked})", text(m.modulus_margin, 3));
     Table::new(["margin", "value"])
         .row(["gain margin".into(), optional(m.gain_margin_db, 1, "dB", "∞")])
         .row(["phase margin".into(), optional(m.phase_margin_deg, 1, "deg", "∞")])
         .row(["delay margin".into(), optional(m.delay_margin_s, 3, "s", "∞")])
-        .row(["modulus margin".into(), text(m.modulus_margin, 3)])
+        .row(["modulus margin".into(), modulus])
         .row(["gain crossover".into(), optional(m.crossover_radps, 2, "rad/s", "–")])
 }
 

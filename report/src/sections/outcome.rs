@@ -38,13 +38,13 @@ pub(crate) fn summary(report: &Report<'_>) -> Section {
         table.push(["bicycle model".into(), format!("fit {}", value(fit, 1, "%")), String::new()]);
     }
     for c in &report.controllers {
-        let step = &c.pid.evidence.step;
+        let step = c.in_loop.map_or(&c.pid.evidence.step, |l| l.metrics);
         let text = format!(
             "overshoot {}, settled {}",
             value(step.overshoot_percent, 2, "%"),
             super::optional(step.settling_time_s, 3, "s", "never")
         );
-        table.push([format!("controller: {}", c.name), text, super::met(c.pid.evidence.met)]);
+        table.push([format!("controller: {}", c.name), text, super::met(c.is_proved())]);
     }
     for (name, track) in &report.tracks {
         let rms = value(track.errors().cross_track_rms_m, 3, "m");

@@ -1,5 +1,6 @@
 //! Residual tests, excitation, and the judgement in plain words.
 
+use super::IdentifyOptions;
 use crate::DriveLog;
 use crate::signal::{coherence, standard_deviation};
 use formats::{CoherencePoint, Evidence, Excitation, InputKind, Verdict};
@@ -51,7 +52,7 @@ pub(crate) fn verdict(
     evidence: &Evidence,
     has_continuous: bool,
     speed_spread: f64,
-    input: InputKind,
+    options: &IdentifyOptions,
 ) -> Verdict {
     /// Below, the steering hardly moves the vehicle: a fifth of a degree at the road wheel.
     const LEAST_STEERING: f64 = 0.0035;
@@ -96,7 +97,7 @@ pub(crate) fn verdict(
         advice.push("try another --order or --sample-time".to_owned());
     }
     if speed_spread > 0.2 {
-        let other = match input {
+        let other = match options.input_kind {
             InputKind::Steering => ", or identify with the input steering*speed",
             InputKind::SteeringTimesSpeed => "",
         };
@@ -105,14 +106,19 @@ pub(crate) fn verdict(
     }
     if !evidence.independence.pass {
         advice.push(
-            "residuals still depend on past steering: expect effects that a linear model of this order leaves out"
+            "held-out residuals still depend on past steering: expect effects that a linear model of this order leaves out"
                 .to_owned(),
         );
     }
     let trustworthy = reasons.is_empty();
     let summary = if trustworthy {
+        // Said where it flatters: a model that is refused has nothing to gain from it.
+        let also = options
+            .chosen_by_validation()
+            .map(|what| format!(" (the part that also chose {what})"))
+            .unwrap_or_default();
         format!(
-            "The model reproduces held-out yaw rate to {fit:.1} %, and the log informs up to {:.1} Hz: fit to design on.",
+            "The model reproduces held-out yaw rate{also} to {fit:.1} %, and the log informs up to {:.1} Hz: fit to design on.",
             e.informative_up_to_hz
         )
     } else if weak {

@@ -59,6 +59,10 @@ pub struct Traces {
 
 /// Identifies the lateral dynamics in `log`.
 ///
+/// The end of the log is held out. It estimates no parameter; it chooses what the options leave open
+/// of order, horizon and weighting, gives the fits by which the model is judged, and its one-step
+/// residuals are those that are tested.
+///
 /// # Errors
 /// [`Error`] where the log or the options allow no model. A poor model is no error: the evidence
 /// and its verdict say so.
@@ -103,8 +107,12 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
             validation_one_step: filter.validation_fit,
         },
         order_table: choice.candidates.iter().map(order_row).collect(),
-        whiteness: whiteness(&filter.residuals, LAGS),
-        independence: independence(&filter.residuals, &input[..data.estimation.len()], LAGS),
+        whiteness: whiteness(&filter.validation_residuals, LAGS),
+        independence: independence(
+            &filter.validation_residuals,
+            &input[data.estimation.len()..],
+            LAGS,
+        ),
         excitation: evidence::excitation(log, &input, residual.sqrt()),
         stabilised_from: chosen.stabilised_from,
         conversion_round_trip: continuous.as_ref().map(|c| c.round_trip),
@@ -121,12 +129,12 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
     }
     let spread =
         if speed.is_empty() { 0.0 } else { standard_deviation(speed) / mean(speed).max(0.1) };
-    evidence.verdict =
-        evidence::verdict(&evidence, continuous.is_some(), spread, options.input_kind);
+    evidence.verdict = evidence::verdict(&evidence, continuous.is_some(), spread, options);
 
     let traces = traces(log, &data, chosen)?;
     let mut used = log.options.clone();
     used.extend(options.to_map());
+    used.insert("realization".into(), chosen.realization.name().into());
     let plant = Plant {
         schema: Plant::SCHEMA.into(),
         name: log.name.clone(),
@@ -153,6 +161,9 @@ struct Filter {
     gain: Mat<f64>,
     /// One-step prediction errors on the estimation data.
     residuals: Vec<f64>,
+    /// One-step prediction errors on the held-out data, which are those that are tested: no
+    /// parameter has been fitted to them, so the χ² bounds need no correction for that.
+    validation_residuals: Vec<f64>,
     /// One-step fit on the held-out data, percent.
     validation_fit: f64,
 }
@@ -200,8 +211,10 @@ fn filter(
         residuals = simulation_error;
     }
     let part = &data.validation;
-    let validation_fit = fit_percent(&part.output, &one_step(model, gain.as_ref(), part)?);
-    Ok(Filter { gain, residuals, validation_fit })
+    let predicted = one_step(model, gain.as_ref(), part)?;
+    let validation_residuals = difference(&part.output, &predicted);
+    let validation_fit = fit_percent(&part.output, &predicted);
+    Ok(Filter { gain, residuals, validation_residuals, validation_fit })
 }
 
 /// One-step predictions of a part, the initial state estimated.

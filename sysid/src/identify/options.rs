@@ -1,15 +1,22 @@
 //! How a model is identified.
 
 use crate::Error;
-use crate::subspace::Method;
+use crate::subspace::{Method, Realization};
 use formats::InputKind;
 use std::collections::BTreeMap;
 
-/// Options of [`identify`](crate::identify); `None` chooses by held-out fit.
+/// Options of [`identify`](crate::identify); `None` chooses, order, horizon and weighting by the fit
+/// on the held-out part.
+///
+/// The fit quoted on that part is therefore slightly in the model's favour, though it has estimated
+/// no parameter; the verdict says so. Where all three are given, the held-out part only judges.
 #[derive(Debug, Clone, PartialEq)]
 pub struct IdentifyOptions {
     /// Weighting of the subspace method.
     pub method: Option<Method>,
+    /// How A and C are realized. `None`: for each order the one whose simulation fits the estimation
+    /// data better, since both have equally many parameters.
+    pub realization: Option<Realization>,
     /// Order of the model.
     pub order: Option<usize>,
     /// Largest order tried where the order is chosen.
@@ -33,6 +40,7 @@ impl Default for IdentifyOptions {
     fn default() -> Self {
         Self {
             method: None,
+            realization: None,
             order: None,
             max_order: 8,
             horizon: None,
@@ -51,8 +59,8 @@ impl IdentifyOptions {
             Err(Error::Option { option, value, expected: expected.into() })
         };
         if !(0.1..=0.9).contains(&self.validation_fraction) {
-            let value = self.validation_fraction.to_string();
-            return out_of_range("--validation-fraction", value, "0.1 to 0.9");
+            let value = format!("{}%", 100.0 * self.validation_fraction);
+            return out_of_range("--hold-out", value, "10% to 90%");
         }
         if !(1..=32).contains(&self.max_order) {
             return out_of_range("--max-order", self.max_order.to_string(), "1 to 32");
@@ -72,6 +80,21 @@ impl IdentifyOptions {
             }
         }
         Ok(())
+    }
+
+    /// What the held-out part is left to choose, in words; `None` where all of it is given.
+    pub(crate) fn chosen_by_validation(&self) -> Option<String> {
+        let free = [
+            ("order", self.order.is_none()),
+            ("horizon", self.horizon.is_none()),
+            ("weighting", self.method.is_none()),
+        ];
+        let free: Vec<&str> = free.into_iter().filter(|(_, f)| *f).map(|(name, _)| name).collect();
+        let (last, others) = free.split_last()?;
+        Some(match others {
+            [] => (*last).to_owned(),
+            others => format!("{} and {last}", others.join(", ")),
+        })
     }
 
     /// The options in force by name, for the provenance.

@@ -20,8 +20,11 @@ pub(crate) fn find(
     tables: &[Table<'_>],
     options: &LogOptions,
     role: Role,
+    warnings: &mut Vec<String>,
 ) -> Result<Option<Source>, Error> {
-    let Some(wanted) = role.wanted(options) else { return by_name(tables, options, role) };
+    let Some(wanted) = role.wanted(options) else {
+        return by_name(tables, options, role, warnings);
+    };
     let (name, sign) = wanted.strip_prefix('-').map_or((wanted, 1.0), |n| (n, -1.0));
     // A column may have a colon in its own name, so the whole name is tried first.
     let mut hits: Vec<(usize, usize)> = hits(tables, name);
@@ -30,6 +33,10 @@ pub(crate) fn find(
     {
         hits = self::hits(tables, column);
         hits.retain(|(t, _)| same_file(tables[*t].file, file));
+        // The file's whole name goes before its last part.
+        if hits.iter().any(|(t, _)| tables[*t].file == file) {
+            hits.retain(|(t, _)| tables[*t].file == file);
+        }
     }
     match hits[..] {
         [] => Err(Error::MissingColumn {
@@ -63,21 +70,38 @@ fn by_name(
     tables: &[Table<'_>],
     options: &LogOptions,
     role: Role,
+    warnings: &mut Vec<String>,
 ) -> Result<Option<Source>, Error> {
     let mut found = Vec::new();
+    let mut unfit = Vec::new();
     for (t, table) in tables.iter().enumerate() {
         for (column, header) in table.header.iter().enumerate() {
-            if role.is_named_like(&header.to_lowercase())
-                && let Ok(unit) = unit_of(table, column, options)
-                && role.takes(unit.quantity)
-            {
-                found.push(Source { table: t, column, unit, sign: 1.0 });
+            if !role.is_named_like(&header.to_lowercase()) {
+                continue;
+            }
+            let unit = unit_of(table, column, options)
+                .and_then(|unit| check_quantity(table, column, unit, role).map(|()| unit));
+            match unit {
+                Ok(unit) => found.push(Source { table: t, column, unit, sign: 1.0 }),
+                // What was stated is not passed over in silence.
+                Err(error @ Error::UnknownUnit { .. }) => return Err(error),
+                Err(error) => unfit.push(error),
             }
         }
     }
     match (&found[..], role.required()) {
         ([source], _) => Ok(Some(*source)),
-        (_, false) => Ok(None),
+        // The column meant is there: what is wrong is its unit.
+        ([], true) if unfit.len() == 1 => Err(unfit.remove(0)),
+        (several, false) => {
+            if let ([], [error]) = (several, &unfit[..]) {
+                warnings.push(format!("{error}: not taken for the {}", role.name()));
+            } else if several.len() > 1 {
+                warnings
+                    .push(format!("several columns could be the {}: none is taken", role.name()));
+            }
+            Ok(None)
+        }
         (several, true) => Err(Error::RoleNotFound {
             role: role.name(),
             problem: if several.is_empty() {
@@ -109,8 +133,11 @@ pub(crate) fn unit_of(
             })
     });
     match stated {
-        Some((_, text)) => parse_unit(text)
-            .ok_or_else(|| Error::UnknownUnit { column: header.clone(), unit: text.clone() }),
+        Some((_, text)) => parse_unit(text).ok_or_else(|| Error::UnknownUnit {
+            file: table.file.into(),
+            column: header.clone(),
+            unit: text.clone(),
+        }),
         None => unit_of_header(header).ok_or_else(|| Error::UnitNotStated {
             at: Place::new(table.file, table.header_line, header),
         }),
@@ -156,18 +183,23 @@ pub(crate) fn time_column(
             check_quantity(table, column, unit, Role::Time)?;
             return Ok(Some((column, unit)));
         }
-    } else {
-        for (column, header) in table.header.iter().enumerate() {
-            if Role::Time.is_named_like(&header.to_lowercase())
-                && let Ok(unit) = unit_of(table, column, options)
-                && unit.quantity == Quantity::Time
-            {
-                return Ok(Some((column, unit)));
-            }
+    }
+    let mut unfit = Vec::new();
+    for (column, header) in table.header.iter().enumerate() {
+        if options.time.is_some() || !Role::Time.is_named_like(&header.to_lowercase()) {
+            continue;
+        }
+        match unit_of(table, column, options) {
+            Ok(unit) if unit.quantity == Quantity::Time => return Ok(Some((column, unit))),
+            Ok(_) => {}
+            Err(error) => unfit.push(error),
         }
     }
     if options.row_period_s.is_some() {
         return Ok(None);
+    }
+    if unfit.len() == 1 {
+        return Err(unfit.remove(0));
     }
     Err(Error::NoTime { file: table.file.into(), available: table.header.join(", ") })
 }

@@ -8,9 +8,10 @@ mod series;
 mod table;
 mod units;
 
-use crate::Error;
+use crate::signal::mean;
+use crate::{Error, Place};
 use formats::{ChannelSummary, SourceFile};
-use resample::{Grid, Hold, interpolate, resample};
+use resample::{Grid, Hold, resample};
 use role::Role;
 use series::Series;
 use std::collections::BTreeMap;
@@ -18,13 +19,19 @@ use table::Table;
 use units::Quantity;
 
 pub use options::LogOptions;
+pub(crate) use role::unit_in_place_of;
 pub(crate) use units::known_units;
 
 /// Fewest samples of the merged recording.
 pub(crate) const LEAST_SAMPLES: usize = 100;
+/// Most samples of the merged recording, and of the fine grid it is filtered on.
+const MOST_SAMPLES: usize = 20_000_000;
 /// Sample time that is aimed at: a Nyquist frequency of 12.5 Hz, two and a half times the about
 /// 5 Hz up to which lateral dynamics respond, and ten samples or more in a rise time.
 const AIMED_SAMPLE_TIME: f64 = 0.04;
+/// Slower on average, a vehicle stands, m/s: yaw dynamics of it are none, and a column that says so
+/// while the vehicle turns is dead, in another unit or another signal.
+const LEAST_MEAN_SPEED: f64 = 0.5;
 /// A road wheel turns no further, rad.
 const LARGEST_ROAD_WHEEL_ANGLE: f64 = 0.8;
 
@@ -43,10 +50,6 @@ pub struct DriveLog {
     pub output: Vec<f64>,
     /// Speed, m/s.
     pub speed: Option<Vec<f64>>,
-    /// Position, m.
-    pub x: Option<Vec<f64>>,
-    /// Position, m.
-    pub y: Option<Vec<f64>>,
     /// Steering angle over road-wheel angle.
     pub steering_ratio: f64,
     /// What was read from each column.
@@ -91,8 +94,8 @@ pub fn read_log(files: &[(String, Vec<u8>)], options: &LogOptions) -> Result<Dri
     mapping::check_units_are_used(&tables, options)?;
     let mut warnings = Vec::new();
     let mut channels = Vec::new();
-    for role in [Role::Steering, Role::YawRate, Role::Speed, Role::X, Role::Y] {
-        if let Some(source) = mapping::find(&tables, options, role)? {
+    for role in [Role::Steering, Role::YawRate, Role::Speed] {
+        if let Some(source) = mapping::find(&tables, options, role, &mut warnings)? {
             channels.push(series::read(&tables, source, role, options, &mut warnings)?);
         }
     }
@@ -105,22 +108,22 @@ pub fn read_log(files: &[(String, Vec<u8>)], options: &LogOptions) -> Result<Dri
     let (from, to) =
         (grid.start - margin, grid.start + (grid.count as f64 - 1.0) * grid.step + margin);
     for channel in &channels {
-        // Positions serve plots alone: outages of a receiver are no reason to refuse a drive.
-        let limit = match channel.role {
-            Role::X | Role::Y => f64::INFINITY,
-            _ => options.max_gap_s,
-        };
-        channel.check_gaps(from, to, limit, &mut warnings)?;
+        channel.check_gaps(from, to, options.max_gap_s, &mut warnings)?;
     }
     let on_grid = |role: Role| {
         let channel = channels.iter().find(|c| c.role == role)?;
-        let (time, value) = (&channel.time, &channel.value);
-        Some(match role {
-            Role::Steering => resample(time, value, &grid, Hold::Held(channel.period)),
-            Role::X | Role::Y => interpolate(time, value, grid.start, grid.step, grid.count),
-            _ => resample(time, value, &grid, Hold::Sampled),
-        })
+        let hold = match role {
+            Role::Steering => Hold::Held(channel.period),
+            _ => Hold::Sampled,
+        };
+        Some(resample(&channel.time, &channel.value, &grid, hold))
     };
+    let speed: Option<Vec<f64>> =
+        on_grid(Role::Speed).map(|v| v.into_iter().map(|x| x.max(0.0)).collect());
+    if let (Some(speed), Some(channel)) = (&speed, channels.iter().find(|c| c.role == Role::Speed))
+    {
+        check_moves(speed, channel)?;
+    }
     let mut used = options.to_map();
     used.insert("sample_time_used_s".into(), grid.step.to_string());
     Ok(DriveLog {
@@ -129,9 +132,7 @@ pub fn read_log(files: &[(String, Vec<u8>)], options: &LogOptions) -> Result<Dri
         time0_s: grid.start,
         input: on_grid(Role::Steering).unwrap_or_default(),
         output: on_grid(Role::YawRate).unwrap_or_default(),
-        speed: on_grid(Role::Speed).map(|v| v.into_iter().map(|x| x.max(0.0)).collect()),
-        x: on_grid(Role::X),
-        y: on_grid(Role::Y),
+        speed,
         steering_ratio,
         channels: channels.iter().map(Series::summary).collect(),
         warnings,
@@ -150,7 +151,10 @@ fn check_options(options: &LogOptions) -> Result<(), Error> {
         }
         _ => Ok(()),
     };
-    positive("--steering-ratio", options.steering_ratio)?;
+    if let Some(ratio) = options.steering_ratio.filter(|r| !(0.01..=1000.0).contains(r)) {
+        let (option, value) = ("--steering-ratio", format!("{ratio:?}"));
+        return Err(Error::Option { option, value, expected: "0.01 to 1000".into() });
+    }
     positive("--sample-time", options.sample_time_s)?;
     positive("--row-period", options.row_period_s)?;
     positive("--max-gap", Some(options.max_gap_s))?;
@@ -178,6 +182,15 @@ fn check_constant(channel: &Series) -> Result<(), Error> {
     })
 }
 
+/// The speed of the part that is used is no standstill's.
+fn check_moves(speed: &[f64], channel: &Series) -> Result<(), Error> {
+    let mean_mps = mean(speed);
+    if mean_mps >= LEAST_MEAN_SPEED {
+        return Ok(());
+    }
+    Err(Error::Standstill { file: channel.file.clone(), column: channel.column.clone(), mean_mps })
+}
+
 /// The ratio stated, or 1 where the column may be a road wheel's.
 fn steering_ratio(
     steering: &Series,
@@ -189,13 +202,17 @@ fn steering_ratio(
     }
     let name = steering.column.to_lowercase();
     if name.contains("wheel") && !name.contains("road") {
-        return Err(Error::SteeringRatioUnknown { column: steering.column.clone() });
+        return Err(Error::SteeringRatioUnknown {
+            file: steering.file.clone(),
+            column: steering.column.clone(),
+        });
     }
     if steering.unit.quantity == Quantity::Angle {
-        let largest = steering.value.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        let angles = steering.value.iter().map(|x| x.abs()).zip(&steering.line);
+        let (largest, line) = angles.fold((0.0, &0), |m, x| if x.0 > m.0 { x } else { m });
         if largest > LARGEST_ROAD_WHEEL_ANGLE {
             return Err(Error::NotARoadWheel {
-                column: steering.column.clone(),
+                at: Place::new(&steering.file, *line, &steering.column),
                 largest_deg: largest.to_degrees(),
             });
         }
@@ -241,7 +258,7 @@ fn common_grid(channels: &[Series], options: &LogOptions) -> Result<Grid, Error>
         from = from.max(start);
         to = to.min(end);
     }
-    // Steering and yaw rate set the rate; slower channels such as GNSS positions follow.
+    // Steering and yaw rate set the rate; a slower speed follows.
     let periods = [channels[0].period, channels[1].period];
     let (fast, slow) = (periods[0].min(periods[1]), periods[0].max(periods[1]));
     let shared = is_uniform(&channels[0]) && same_clock(&channels[0], &channels[1]);
@@ -255,7 +272,16 @@ fn common_grid(channels: &[Series], options: &LogOptions) -> Result<Grid, Error>
     };
     // Decimal clocks leave digits like 0.03999999999999915.
     let step = (step * 1e9).round() / 1e9;
-    let per_step = (step / fast - 1e-3).ceil().max(1.0) as usize;
+    let per_step = (step / fast - 1e-3).ceil().max(1.0);
+    if per_step * ((to - from) / step + 20.0) > MOST_SAMPLES as f64 {
+        // One wild instant makes a gap, which says where.
+        for channel in channels {
+            channel.check_gaps(from, to, options.max_gap_s, &mut Vec::new())?;
+        }
+        let (duration_s, sample_time_s) = (to - from, step / per_step);
+        return Err(Error::TooManySamples { duration_s, sample_time_s, limit: MOST_SAMPLES });
+    }
+    let per_step = per_step as usize;
     // Start on a sample of a shared clock, so that interpolation changes nothing.
     if shared {
         let i = channels[0].time.partition_point(|t| *t < from - 1e-9);

@@ -16,10 +16,6 @@ pub struct LogOptions {
     pub speed: Option<String>,
     /// Time, in every file. `None`: the first column that is named and measured like one.
     pub time: Option<String>,
-    /// Position, m, for plots.
-    pub x: Option<String>,
-    /// Position, m, for plots.
-    pub y: Option<String>,
     /// Units by column name, where the header does not state them or states them wrongly.
     pub units: BTreeMap<String, String>,
     /// Steering angle over road-wheel angle. `None`: 1, which is refused for a steering wheel.
@@ -41,8 +37,6 @@ impl Default for LogOptions {
             output: None,
             speed: None,
             time: None,
-            x: None,
-            y: None,
             units: BTreeMap::new(),
             steering_ratio: None,
             window: None,

@@ -9,9 +9,14 @@ pub(crate) enum Role {
     Steering,
     YawRate,
     Speed,
-    X,
-    Y,
     Time,
+}
+
+/// A unit for the hint about a column without one, by its name.
+pub(crate) fn unit_in_place_of(column: &str) -> (&'static str, &'static str) {
+    let name = column.to_lowercase();
+    let roles = [Role::YawRate, Role::Speed, Role::Time, Role::Steering];
+    roles.into_iter().find(|r| r.is_named_like(&name)).unwrap_or(Role::Steering).usual_unit()
 }
 
 impl Role {
@@ -21,8 +26,6 @@ impl Role {
             Self::Steering => "steering",
             Self::YawRate => "yaw rate",
             Self::Speed => "speed",
-            Self::X => "x",
-            Self::Y => "y",
             Self::Time => "time",
         }
     }
@@ -35,13 +38,21 @@ impl Role {
         }
     }
 
+    /// A unit that it often has: as the end of a name, and as it is stated.
+    fn usual_unit(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Steering => ("deg", "deg"),
+            Self::YawRate => ("degps", "deg/s"),
+            Self::Speed => ("kmh", "km/h"),
+            Self::Time => ("s", "s"),
+        }
+    }
+
     pub(crate) fn wanted(self, options: &LogOptions) -> Option<&str> {
         match self {
             Self::Steering => options.input.as_deref(),
             Self::YawRate => options.output.as_deref(),
             Self::Speed => options.speed.as_deref(),
-            Self::X => options.x.as_deref(),
-            Self::Y => options.y.as_deref(),
             Self::Time => options.time.as_deref(),
         }
     }
@@ -61,9 +72,8 @@ impl Role {
                 name.starts_with("speed") || name.starts_with("vx") || name.starts_with("velocity")
             }
             Self::Time => {
-                name.starts_with("time") || name.starts_with("t_") || name.starts_with("t ")
+                name == "t" || ["time", "t_", "t "].into_iter().any(|start| name.starts_with(start))
             }
-            Self::X | Self::Y => false,
         }
     }
 
@@ -75,7 +85,6 @@ impl Role {
                 Quantity::AngularRate | Quantity::Angle | Quantity::Dimensionless
             ),
             Self::Speed => quantity == Quantity::Speed,
-            Self::X | Self::Y => quantity == Quantity::Length,
             Self::Time => quantity == Quantity::Time,
         }
     }
@@ -85,7 +94,6 @@ impl Role {
             Self::Steering => "deg or rad",
             Self::YawRate => "deg/s or rad/s, or deg or rad of yaw",
             Self::Speed => "m/s, km/h or mph",
-            Self::X | Self::Y => "m",
             Self::Time => "s, ms, us or ns",
         }
     }

@@ -90,10 +90,11 @@ pub(crate) fn read(
         ));
     }
     if series.time.len() < 3 {
-        return Err(Error::TooFewSamples {
+        return Err(Error::TooFewRows {
             got: series.time.len(),
             need: super::LEAST_SAMPLES,
-            sample_time_s: options.row_period_s.unwrap_or(0.0),
+            file: series.file,
+            column: series.column,
         });
     }
     if role == Role::YawRate && source.unit.quantity == Quantity::Angle {

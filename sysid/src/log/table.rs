@@ -25,6 +25,10 @@ impl<'a> Table<'a> {
             let line = 1 + bytes[..e.valid_up_to()].iter().filter(|b| **b == b'\n').count();
             Error::NotText { file: file.into(), line: line as u64 }
         })?;
+        if let Some(at) = text.find('\0') {
+            let line = 1 + text[..at].matches('\n').count() as u64;
+            return Err(Error::NotText { file: file.into(), line });
+        }
         if text.trim().is_empty() {
             return Err(Error::EmptyFile { file: file.into() });
         }

@@ -1,4 +1,5 @@
-//! Subspace identification: block Hankel matrices → LQ → weighted SVD → A, C → B, D → K.
+//! Subspace identification: block Hankel matrices → LQ → weighted SVD → A, C (shift structure or
+//! eq 12) → B, D → K.
 //!
 //! P. Van Overschee and B. De Moor, *A unifying theorem for three subspace system identification
 //! algorithms*, Automatica 31 (1995), and *Subspace Identification for Linear Systems* (1996).
@@ -18,6 +19,7 @@ mod weights;
 
 pub use factor::Factor;
 pub use realization::{
-    NoiseModel, Refit, eq12, noise_model, refit_output, shift_realization, structured_bd,
+    NoiseModel, Projections, Realization, Refit, eq12, noise_model, refit_output,
+    shift_realization, stable_eq12, structured_bd,
 };
 pub use weights::{Method, Subspace, subspace};

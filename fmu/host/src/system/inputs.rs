@@ -36,7 +36,7 @@ impl InputTable {
     pub fn read(reader: impl Read, name: &str) -> Result<Self, Error> {
         let bad = |reason: String| Error::Table { table: name.to_owned(), reason };
         let mut csv = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(reader);
-        let header = csv.headers().map_err(|e| bad(e.to_string()))?.clone();
+        let header = csv.headers().map_err(|e| bad(row_fault(&e)))?.clone();
         let columns: Vec<String> =
             header.iter().map(|c| c.trim_start_matches('\u{feff}').to_owned()).collect();
         if columns.first().map(String::as_str) != Some("time") {
@@ -59,7 +59,7 @@ impl InputTable {
             values: Vec::new(),
         };
         for record in csv.records() {
-            let record = record.map_err(|e| bad(e.to_string()))?;
+            let record = record.map_err(|e| bad(row_fault(&e)))?;
             let line = record.position().map_or(0, csv::Position::line);
             for (column, text) in columns.iter().zip(&record) {
                 let value = number(text).ok_or_else(|| Error::TableCell {
@@ -142,6 +142,18 @@ impl InputTable {
                 need,
             }),
         }
+    }
+}
+
+/// What is wrong with a row, in this module's words where it is a wrong number of cells.
+fn row_fault(error: &csv::Error) -> String {
+    match error.kind() {
+        csv::ErrorKind::UnequalLengths { pos, expected_len, len } => {
+            let line = pos.as_ref().map_or(0, csv::Position::line);
+            format!("line {line}: the row has {len} cells, the header has {expected_len}")
+        }
+        csv::ErrorKind::Utf8 { .. } => "it is not UTF-8 text".to_owned(),
+        _ => error.to_string(),
     }
 }
 

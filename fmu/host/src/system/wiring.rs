@@ -92,7 +92,7 @@ impl Wiring {
     }
 }
 
-/// What to record: what was asked for, or all connected outputs and all inputs, no texts.
+/// What to record: what was asked for, or all outputs and the inputs that no output feeds, no texts.
 fn recorded_variables(system: &System) -> Result<Vec<(usize, String)>, Error> {
     if let Some(recorded) = &system.recorded {
         return recorded.iter().map(|(i, v)| Ok((system.index(i)?, v.clone()))).collect();
@@ -101,11 +101,12 @@ fn recorded_variables(system: &System) -> Result<Vec<(usize, String)>, Error> {
     for (index, instance) in system.instances.iter().enumerate() {
         for variable in instance.model().variables() {
             let wanted = match variable.causality {
-                Causality::Input => true,
-                Causality::Output => system
+                Causality::Output => true,
+                // A connected input is its source once more.
+                Causality::Input => !system
                     .connections
                     .iter()
-                    .any(|c| c.from == instance.name() && c.output == variable.name),
+                    .any(|c| c.to == instance.name() && c.input == variable.name),
                 _ => false,
             };
             if wanted && variable.kind != Kind::String {

@@ -23,7 +23,8 @@ super::variables! {
         .unit("m/s").depends_on(Nothing).initial_depends_on(Nothing)
         .description("velocity to the left of the centre of gravity");
     LateralAcceleration = 15, real "lateral_acceleration", Output, Continuous,
-        .unit("m/s2").depends_on(On(&["speed"])).description("acceleration to the left of the centre of gravity");
+        .unit("m/s2").depends_on(On(&["speed"])).initial_depends_on(Nothing)
+        .description("acceleration to the left of the centre of gravity");
     Mass = 20, real "mass", Parameter, Fixed,
         .unit("kg").min(1.0).description("mass m");
     YawInertia = 21, real "yaw_inertia", Parameter, Fixed,

@@ -11,7 +11,8 @@ super::variables! {
     Speed = 1, real "speed", Input, Continuous,
         .unit("m/s").display_unit("km/h").min(0.0).description("speed of the vehicle");
     YawRate = 10, real "yaw_rate", Output, Continuous,
-        .unit("rad/s").display_unit("deg/s").depends_on(Nothing).description("yaw rate, positive to the left");
+        .unit("rad/s").display_unit("deg/s").depends_on(Nothing)
+        .initial_depends_on(On(&["noise_scale", "noise_seed"])).description("yaw rate, positive to the left");
     Yaw = 11, real "yaw", Output, Continuous,
         .unit("rad").display_unit("deg").depends_on(Nothing).initial_depends_on(On(&["initial_yaw"]))
         .description("yaw, the integral of the yaw rate, not wrapped");

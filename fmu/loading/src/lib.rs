@@ -1,0 +1,119 @@
+//! From the files of the stages to the models that run in the FMUs.
+//!
+//! | file | function | model |
+//! |---|---|---|
+//! | `plant.json` | [`identified_model`] | [`IdentifiedModel`] |
+//! | `bicycle.json` | [`bicycle_parameters`] | [`BicycleParameters`] |
+//! | `pid.json` | [`pid_parameters`] | [`PidParameters`] |
+//! | `path.json` | [`path_geometry`], [`guidance_parameters`] | [`PathGeometry`], [`GuidanceParameters`] |
+//!
+//! Design and FMUs both read their files by these functions: a controller that was tuned on a file
+//! is the one that runs from it. Nothing is computed here and no unit changes: SI and radians on
+//! both sides. Matrices go from rows of rows to row-major vectors.
+
+use formats::{Guidance, InputKind, Matrix, Path, Pid, Plant, VehicleData};
+use vehicle_models::{
+    BicycleParameters, Continuous, Error, GuidanceParameters, IdentifiedData, IdentifiedModel,
+    PathGeometry, PathPoint, PidParameters,
+};
+
+/// The identified model of `plant.json`.
+///
+/// # Errors
+/// Names the matrix or quantity that cannot be, or that contradicts another (eq 9–11).
+pub fn identified_model(plant: &Plant) -> Result<IdentifiedModel, Error> {
+    let discrete = &plant.discrete;
+    let point = &plant.operating_point;
+    IdentifiedModel::new(IdentifiedData {
+        sample_time: discrete.sample_time_s,
+        a: entries(&discrete.a),
+        b: entries(&discrete.b),
+        c: entries(&discrete.c),
+        d: discrete.d.at(0, 0),
+        k: entries(&discrete.k),
+        continuous: plant.continuous.as_ref().map(|c| Continuous {
+            f: entries(&c.f),
+            g: entries(&c.g),
+            h: entries(&c.h),
+        }),
+        input: match plant.input {
+            InputKind::Steering => vehicle_models::InputKind::Steering,
+            InputKind::SteeringTimesSpeed => vehicle_models::InputKind::SteeringTimesSpeed,
+        },
+        delay: plant.input_delay_s,
+        steering_offset: point.steering_offset_rad,
+        yaw_rate_offset: point.yaw_rate_offset_radps,
+        speed: point.speed_mps,
+        innovation_std: plant.noise.innovation_variance.sqrt(),
+    })
+}
+
+/// The vehicle of `bicycle.json`. Its speed is no parameter but an input of the plant.
+#[must_use]
+pub fn bicycle_parameters(vehicle: &VehicleData) -> BicycleParameters {
+    BicycleParameters {
+        mass: vehicle.mass_kg,
+        yaw_inertia: vehicle.yaw_inertia_kgm2,
+        distance_front: vehicle.distance_front_m,
+        distance_rear: vehicle.distance_rear_m,
+        cornering_stiffness_front: vehicle.cornering_stiffness_front_npr,
+        cornering_stiffness_rear: vehicle.cornering_stiffness_rear_npr,
+        actuator_time_constant: vehicle.actuator_time_constant_s,
+        steering_ratio: vehicle.steering_ratio,
+    }
+}
+
+/// The controller of `pid.json`.
+#[must_use]
+pub fn pid_parameters(pid: &Pid) -> PidParameters {
+    let (gains, limits) = (&pid.gains, &pid.limits);
+    PidParameters {
+        kp: gains.kp,
+        ki: gains.ki,
+        kd: gains.kd,
+        derivative_filter_time: gains.derivative_filter_time_s,
+        setpoint_weight_proportional: gains.setpoint_weight_proportional,
+        setpoint_weight_derivative: gains.setpoint_weight_derivative,
+        anti_windup_time: gains.anti_windup_time_s,
+        max_angle: limits.max_angle_rad,
+        max_increment: limits.max_increment_rad,
+        max_rate: limits.max_rate_radps,
+        sample_time: pid.sample_time_s,
+    }
+}
+
+/// The geometry of `path.json`.
+///
+/// # Errors
+/// Names the point that contradicts its neighbours.
+pub fn path_geometry(path: &Path) -> Result<PathGeometry, Error> {
+    let points: Vec<PathPoint> = path.points.iter().map(path_point).collect();
+    PathGeometry::new(&points, path.closed)
+}
+
+/// The guidance law of `path.json`.
+#[must_use]
+pub fn guidance_parameters(guidance: &Guidance) -> GuidanceParameters {
+    GuidanceParameters {
+        lookahead_time: guidance.lookahead_time_s,
+        lookahead_min: guidance.lookahead_min_m,
+        preview_time: guidance.preview_time_s,
+        feedforward_gain: guidance.feedforward_gain_radm,
+        sideslip_per_yaw_rate: guidance.sideslip_per_yaw_rate_s,
+    }
+}
+
+fn path_point(point: &formats::PathPoint) -> PathPoint {
+    PathPoint {
+        distance: point.distance_m,
+        x: point.x_m,
+        y: point.y_m,
+        heading: point.heading_rad,
+        curvature: point.curvature_per_m,
+    }
+}
+
+/// The entries row by row.
+fn entries(matrix: &Matrix) -> Vec<f64> {
+    matrix.0.concat()
+}

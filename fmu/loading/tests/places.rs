@@ -1,0 +1,208 @@
+//! Every number of a file arrives where it belongs.
+
+#![allow(clippy::unwrap_used)]
+
+use formats::{Guidance, InputKind, Matrix, Path, Plant, VehicleData};
+use model_loading::{
+    bicycle_parameters, guidance_parameters, identified_model, path_geometry, pid_parameters,
+};
+use vehicle_models::{BicycleParameters, Error, GuidanceParameters, PidParameters};
+
+fn plant() -> Plant {
+    Plant {
+        schema: "steerwright/plant/1".into(),
+        name: "drive".into(),
+        input: InputKind::SteeringTimesSpeed,
+        steering_ratio: 15.0,
+        input_delay_s: 0.03,
+        operating_point: formats::OperatingPoint {
+            speed_mps: 12.0,
+            steering_offset_rad: 0.02,
+            yaw_rate_offset_radps: 0.003,
+        },
+        discrete: formats::Discrete {
+            sample_time_s: 0.01,
+            a: Matrix(vec![vec![0.9, 0.1], vec![-0.2, 0.8]]),
+            b: Matrix(vec![vec![1.0], vec![2.0]]),
+            c: Matrix(vec![vec![3.0, 4.0]]),
+            d: Matrix(vec![vec![0.5]]),
+            k: Matrix(vec![vec![0.6], vec![0.7]]),
+            x0: vec![0.0; 2],
+        },
+        continuous: None,
+        noise: formats::Noise { innovation_variance: 1e-4 },
+        evidence: formats::Evidence::default(),
+        provenance: formats::Provenance::default(),
+    }
+}
+
+#[test]
+fn the_identified_model() {
+    let model = identified_model(&plant()).unwrap();
+    let data = model.data();
+    assert_eq!(data.a, [0.9, 0.1, -0.2, 0.8]);
+    assert_eq!(
+        (&data.b[..], &data.c[..], &data.k[..]),
+        (&[1.0, 2.0][..], &[3.0, 4.0][..], &[0.6, 0.7][..])
+    );
+    assert_eq!((data.d, data.sample_time, data.delay, data.speed), (0.5, 0.01, 0.03, 12.0));
+    assert_eq!((data.steering_offset, data.yaw_rate_offset), (0.02, 0.003));
+    assert_eq!(data.input, vehicle_models::InputKind::SteeringTimesSpeed);
+    assert!((data.innovation_std - 0.01).abs() < 1e-15);
+    let continuous = formats::Continuous {
+        f: Matrix(vec![vec![-1.0, 0.0], vec![0.0, -1.0]]),
+        g: Matrix(vec![vec![1.0], vec![2.0]]),
+        h: Matrix(vec![vec![3.0, 4.0]]),
+    };
+    let error = identified_model(&Plant { continuous: Some(continuous), ..plant() }).unwrap_err();
+    assert!(matches!(error, Error::Inconsistent { name: "A", .. }), "{error}");
+}
+
+#[test]
+fn the_vehicle() {
+    let vehicle = VehicleData {
+        name: "car".into(),
+        mass_kg: 1.0,
+        yaw_inertia_kgm2: 2.0,
+        distance_front_m: 3.0,
+        distance_rear_m: 4.0,
+        cornering_stiffness_front_npr: 5.0,
+        cornering_stiffness_rear_npr: 6.0,
+        actuator_time_constant_s: 7.0,
+        steering_ratio: 8.0,
+        speed_mps: 9.0,
+    };
+    let expected = BicycleParameters {
+        mass: 1.0,
+        yaw_inertia: 2.0,
+        distance_front: 3.0,
+        distance_rear: 4.0,
+        cornering_stiffness_front: 5.0,
+        cornering_stiffness_rear: 6.0,
+        actuator_time_constant: 7.0,
+        steering_ratio: 8.0,
+    };
+    assert_eq!(bicycle_parameters(&vehicle), expected);
+}
+
+#[test]
+fn the_controller() {
+    let pid = formats::Pid {
+        schema: "steerwright/pid/1".into(),
+        name: "pid".into(),
+        sample_time_s: 0.01,
+        gains: formats::PidGains {
+            kp: 1.0,
+            ki: 2.0,
+            kd: 3.0,
+            derivative_filter_time_s: 4.0,
+            setpoint_weight_proportional: 5.0,
+            setpoint_weight_derivative: 6.0,
+            anti_windup_time_s: 7.0,
+        },
+        limits: formats::Limits {
+            max_angle_rad: 8.0,
+            max_increment_rad: 9.0,
+            max_rate_radps: 10.0,
+        },
+        designed_for: formats::DesignedFor {
+            model: "plant".into(),
+            name: "drive".into(),
+            sha256: String::new(),
+            speed_mps: 15.0,
+            steering_ratio: 1.0,
+            loop_delay_s: 0.0,
+        },
+        specification: formats::Specification {
+            overshoot_percent: 1.0,
+            settling_time_s: 1.0,
+            steady_state_error_percent: 2.0,
+            step_rad: 0.1,
+            steering_offset_rad: 0.01,
+            steady_state_time_s: 5.0,
+            modulus_margin: 0.5,
+        },
+        evidence: formats::DesignEvidence {
+            met: true,
+            shortfalls: Vec::new(),
+            step: STEP,
+            step_with_offset: STEP,
+            margins: formats::Margins {
+                gain_margin_db: None,
+                phase_margin_deg: None,
+                delay_margin_s: None,
+                modulus_margin: 0.7,
+                crossover_radps: None,
+            },
+        },
+        guidance: formats::GuidanceAdvice { feedforward_gain_radm: 0.0, preview_time_s: 0.0 },
+        provenance: formats::Provenance::default(),
+    };
+    let expected = PidParameters {
+        kp: 1.0,
+        ki: 2.0,
+        kd: 3.0,
+        derivative_filter_time: 4.0,
+        setpoint_weight_proportional: 5.0,
+        setpoint_weight_derivative: 6.0,
+        anti_windup_time: 7.0,
+        max_angle: 8.0,
+        max_increment: 9.0,
+        max_rate: 10.0,
+        sample_time: 0.01,
+    };
+    assert_eq!(pid_parameters(&pid), expected);
+}
+
+const STEP: formats::StepMetrics = formats::StepMetrics {
+    overshoot_percent: 0.0,
+    settling_time_s: None,
+    steady_state_error_percent: 0.0,
+    rise_time_s: None,
+    largest_angle_rad: 0.0,
+    largest_increment_rad: 0.0,
+};
+
+#[test]
+fn the_path_and_its_guidance() {
+    let guidance = Guidance {
+        lookahead_time_s: 1.0,
+        lookahead_min_m: 2.0,
+        preview_time_s: 3.0,
+        feedforward_gain_radm: 4.0,
+        sideslip_per_yaw_rate_s: 5.0,
+    };
+    let expected = GuidanceParameters {
+        lookahead_time: 1.0,
+        lookahead_min: 2.0,
+        preview_time: 3.0,
+        feedforward_gain: 4.0,
+        sideslip_per_yaw_rate: 5.0,
+    };
+    assert_eq!(guidance_parameters(&guidance), expected);
+
+    // A straight along y.
+    let point = |distance_m: f64| formats::PathPoint {
+        distance_m,
+        x_m: 7.0,
+        y_m: 2.0 + distance_m,
+        heading_rad: std::f64::consts::FRAC_PI_2,
+        curvature_per_m: 0.0,
+    };
+    let path = Path {
+        schema: "steerwright/path/1".into(),
+        name: "straight".into(),
+        closed: false,
+        guidance,
+        speed_mps: 10.0,
+        points: vec![point(1.0), point(5.0)],
+        provenance: formats::Provenance::default(),
+    };
+    let geometry = path_geometry(&path).unwrap();
+    let middle = geometry.at(3.0);
+    assert_eq!((geometry.start(), geometry.end(), geometry.is_closed()), (1.0, 5.0, false));
+    assert!((middle.x - 7.0).abs() < 1e-12 && (middle.y - 5.0).abs() < 1e-12, "{middle:?}");
+    assert_eq!((middle.heading, middle.curvature), (std::f64::consts::FRAC_PI_2, 0.0));
+    let error = path_geometry(&Path { points: vec![point(1.0)], ..path }).unwrap_err();
+    assert_eq!(error, Error::TooFewPoints { got: 1 });
+}

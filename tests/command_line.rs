@@ -1,0 +1,168 @@
+//! The subcommands one after the other, as a person or a script runs them.
+#![allow(clippy::unwrap_used)]
+
+mod support;
+
+use serde_json::Value;
+use std::path::Path;
+use std::process::Output;
+use support::{chain, steerwright, told, words};
+
+fn run(folder: &Path, line: &str) -> Output {
+    steerwright(folder, &words(line, chain()))
+}
+
+/// Runs with `--json`: exit status 0, JSON and nothing else on stdout, words on stderr.
+fn json(folder: &Path, line: &str) -> Value {
+    let output = run(folder, &format!("{line} --json"));
+    assert_eq!(output.status.code(), Some(0), "{line}: {}", told(&output));
+    assert!(told(&output).lines().count() >= 2, "{line}: people are told nothing");
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+fn read(path: &Path) -> Value {
+    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
+}
+
+#[test]
+fn each_stage_prints_the_file_it_writes() {
+    let folder = tempfile::tempdir().unwrap();
+    for (line, file) in [
+        ("identify {data}/multibody/drive.csv --input steering_command_rad", "plant.json"),
+        ("bicycle {data}/multibody/vehicle.toml", "bicycle.json"),
+        ("design bicycle.json", "pid.json"),
+        ("design {chain}/plant.json --max-angle 20deg --steady-state-error 1.5%", "pid.json"),
+        ("path --speed 54km/h --pid pid.json", "path.json"),
+        ("path {data}/multibody/position.csv -o recorded.json", "recorded.json"),
+    ] {
+        let printed = json(folder.path(), line);
+        assert_eq!(printed, read(&folder.path().join(file)), "{line}");
+    }
+    let pid = read(&folder.path().join("pid.json"));
+    assert!((pid["limits"]["max_angle_rad"].as_f64().unwrap() - 20f64.to_radians()).abs() < 1e-12);
+    assert_eq!(pid["specification"]["steady_state_error_percent"], 1.5);
+    // A controller brings its feedforward to the path; the road fits the speed asked for.
+    let path = read(&folder.path().join("path.json"));
+    assert_eq!(path["speed_mps"], 15.0);
+    assert!(path["guidance"]["feedforward_gain_radm"].as_f64().unwrap() > 0.0);
+}
+
+#[test]
+fn nothing_goes_to_stdout_unasked() {
+    let folder = tempfile::tempdir().unwrap();
+    for line in [
+        "bicycle {data}/multibody/vehicle.toml",
+        "path",
+        "package {chain}/plant.json",
+        "simulate {chain}/fmu/LateralPid.fmu",
+    ] {
+        let output = run(folder.path(), line);
+        assert!(output.status.success() && output.stdout.is_empty(), "{line}: {}", told(&output));
+    }
+}
+
+#[test]
+fn three_files_with_a_clock_each_become_a_recorded_road_and_a_controller() {
+    let folder = tempfile::tempdir().unwrap();
+    let logs = ["steering_wheel_angle", "speed", "gyro"];
+    let logs = logs.map(|name| format!("{{data}}/comma2k19/{name}.csv")).join(" ");
+    let mapping = "--input steering_wheel_angle_deg --steering-ratio 16.88";
+    // The value of an option may begin with a minus, with and without an equals sign.
+    for sign in ["--output=-gyro_down_radps", "--output -gyro_down_radps"] {
+        let line = format!("identify {logs} {mapping} {sign} --traces traces.csv --max-order 4");
+        let plant = json(folder.path(), &line);
+        assert_eq!(plant["steering_ratio"], 16.88);
+        assert_eq!(plant["evidence"]["channels"].as_array().unwrap().len(), 3);
+        assert_eq!(plant["evidence"]["order_table"].as_array().unwrap().len(), 4);
+        assert_eq!(plant["evidence"]["verdict"]["trustworthy"], false);
+        let traces = std::fs::read_to_string(folder.path().join("traces.csv")).unwrap();
+        let samples = |part: &str| plant["evidence"][part].as_u64().unwrap() as usize;
+        let rows = samples("estimation_samples") + samples("validation_samples");
+        assert_eq!(traces.lines().count(), 1 + rows);
+    }
+    let pid = json(folder.path(), "design plant.json");
+    // The default limit is 22° at the road wheel, here in the steering wheel's degrees.
+    let limit = pid["limits"]["max_angle_rad"].as_f64().unwrap();
+    assert!((limit - 16.88 * 22f64.to_radians()).abs() < 1e-9, "{limit}");
+    let path = json(folder.path(), "path {data}/comma2k19/gnss_pose.csv --pid pid.json");
+    let last = path["points"].as_array().unwrap().last().unwrap();
+    assert!((1000.0..1030.0).contains(&last[0].as_f64().unwrap()), "{last}");
+}
+
+#[test]
+fn an_infeasible_specification_is_told_by_exit_1_and_the_controller_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = run(folder.path(), "design {chain}/plant.json --settling 0.1s --json");
+    assert_eq!(output.status.code(), Some(1), "{}", told(&output));
+    assert!(told(&output).contains("not met: settling_time_s"), "{}", told(&output));
+    let printed: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(printed, read(&folder.path().join("pid.json")));
+    assert_eq!(printed["evidence"]["met"], false);
+}
+
+const LOOP: &str =
+    "{chain}/fmu/IdentifiedPlant.fmu {chain}/fmu/ReferencePath.fmu {chain}/fmu/LateralPid.fmu";
+
+/// Header and cells of a CSV file.
+fn table(path: &Path) -> (Vec<String>, Vec<Vec<f64>>) {
+    let text = std::fs::read_to_string(path).unwrap();
+    let mut lines = text.lines();
+    let header = lines.next().unwrap().split(',').map(str::to_owned).collect();
+    (header, lines.map(|l| l.split(',').map(|c| c.parse().unwrap()).collect()).collect())
+}
+
+#[test]
+fn packed_files_run_as_a_loop() {
+    let folder = tempfile::tempdir().unwrap();
+    let done = json(folder.path(), &format!("simulate {LOOP}"));
+    assert_eq!(done["connections"].as_array().unwrap().len(), 7, "{done}");
+    // What is recommended is the controller's sample time.
+    assert_eq!((done["steps"].as_u64(), done["step_s"].as_f64()), (Some(1000), Some(0.01)));
+    let (header, rows) = table(&folder.path().join("result.csv"));
+    let column = |name: &str| header.iter().position(|h| h == name).unwrap();
+    assert_eq!(rows.len(), 1001);
+    let far = column("ReferencePath.cross_track_error");
+    assert!(rows.iter().all(|r| r[far].abs() < 0.5), "it leaves the road");
+    let y = column("IdentifiedPlant.y");
+    assert!(rows.iter().any(|r| r[y] > 3.0), "it does not change lanes");
+
+    let jacobi = json(
+        folder.path(),
+        &format!("simulate {LOOP} --master jacobi --step 5ms --stop 2s -o jacobi.csv"),
+    );
+    assert_eq!(jacobi["steps"], 400);
+    assert_eq!(table(&folder.path().join("jacobi.csv")).1.len(), 401);
+}
+
+#[test]
+fn parameters_are_set_and_free_inputs_are_fed() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("in.csv"), "time,speed\n0,15\n5,12\n").unwrap();
+    let line = format!("simulate {LOOP} --input in.csv --set LateralPid.enabled=false");
+    let done = json(folder.path(), &line);
+    assert_eq!(done["last"]["LateralPid.enabled"], 0.0);
+    assert_eq!(done["last"]["IdentifiedPlant.speed"], 12.0);
+    // Both FMUs with a speed are driven by the column: 5 s at 15 m/s and 5 s at 12 m/s.
+    let x = done["last"]["IdentifiedPlant.x"].as_f64().unwrap();
+    assert!((x - 135.0).abs() < 1.0, "{x}");
+
+    // What an FMU has to say against the run is told.
+    let done = json(folder.path(), &format!("simulate {LOOP} --step 100ms --stop 1s"));
+    assert!(done["warnings"][0].as_str().unwrap().starts_with("LateralPid: "), "{done}");
+}
+
+#[test]
+fn every_command_has_help_and_bad_usage_a_hint() {
+    let folder = tempfile::tempdir().unwrap();
+    for command in ["identify", "bicycle", "design", "path", "package", "simulate"] {
+        let help = run(folder.path(), &format!("{command} --help"));
+        let text = String::from_utf8(help.stdout).unwrap();
+        assert!(help.status.success() && help.stderr.is_empty(), "{command}");
+        assert!(text.contains("Usage: ") && text.contains("--json"), "{text}");
+        assert!(text.lines().all(|l| l.chars().count() <= 100), "{text}");
+    }
+    let output = run(folder.path(), "design plant.json --max-angle 22");
+    assert_eq!(output.status.code(), Some(2));
+    let text = told(&output);
+    assert!(text.contains("(deg or rad)") && text.contains("\nhint: --help"), "{text}");
+}

@@ -1,0 +1,38 @@
+//! The program alone, on a machine without a compiler.
+#![allow(clippy::unwrap_used)]
+
+mod support;
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+use support::{demo, told};
+
+#[test]
+fn a_copied_binary_packs_the_same_archives_with_an_empty_environment() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("installed");
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    let program = folder.join("steerwright");
+    fs::copy(env!("CARGO_BIN_EXE_steerwright"), &program).unwrap();
+    let files = ["plant.json", "bicycle.json", "pid.json", "path.json"];
+    for file in files {
+        fs::copy(demo().folder.join("multibody").join(file), folder.join(file)).unwrap();
+    }
+    let output = Command::new(&program)
+        .arg("package")
+        .args(files)
+        .args(["--out", "fmu"])
+        .current_dir(&folder)
+        .env_clear()
+        .env("PATH", "/nonexistent")
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", told(&output));
+    for name in ["IdentifiedPlant", "BicyclePlant", "LateralPid", "ReferencePath"] {
+        let archive = format!("fmu/{name}.fmu");
+        let packed = fs::read(folder.join(&archive)).unwrap();
+        let by_the_demo = fs::read(demo().folder.join("multibody").join(&archive)).unwrap();
+        assert!(packed == by_the_demo, "{archive} differs");
+    }
+}
