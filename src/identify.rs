@@ -74,9 +74,10 @@ pub(crate) fn evidence(plant: &Plant) -> String {
     let mut text = format!("{channels}values in rad, rad/s and m/s\n\n{orders}\n");
     let _ = writeln!(
         text,
-        "model    order {}, {} with {} block rows, sample time {} s",
+        "model    order {}, {} ({}) with {} block rows, sample time {} s",
         plant.order(),
         e.method,
+        plant.provenance.options.get("realization").map_or("", String::as_str),
         e.horizon,
         plant.discrete.sample_time_s
     );
@@ -88,7 +89,7 @@ pub(crate) fn evidence(plant: &Plant) -> String {
     let passed = |pass: bool| if pass { "passed" } else { "failed" };
     let _ = writeln!(
         text,
-        "tests    whiteness {} ({:.1}, bound {:.1}), independence of input {} ({:.1}, bound {:.1})",
+        "tests    on held-out residuals: whiteness {} ({:.1}, bound {:.1}), independence of input {} ({:.1}, bound {:.1})",
         passed(e.whiteness.pass),
         e.whiteness.statistic,
         e.whiteness.bound,

@@ -216,7 +216,10 @@ fn tracks() {
         ("path --lateral-acceleration 1e-6m/s2", &["it must be at least 0.1 m/s2"]),
         ("path --lateral-acceleration 1e6m/s2", &["it must be at most 50 m/s2"]),
         ("path --speed 20", &["'--speed <SPEED>'", "(m/s or km/h)"]),
-        ("path --pid {chain}/plant.json", &["this is `steerwright/plant/1`", "steerwright/pid/1"]),
+        (
+            "path --pid {chain}/plant.json",
+            &["`steerwright/plant/1` stands here", "steerwright/pid/1"],
+        ),
     ] {
         refused((&[], line, says));
     }
@@ -268,7 +271,7 @@ fn documents() {
             "design",
             &["expected `steerwright/bicycle/1`"],
         ),
-        (pid(|_| ()), "design", &["this is `steerwright/pid/1`"]),
+        (pid(|_| ()), "design", &["`steerwright/pid/1` stands here"]),
         (pid(|p| p["sample_time_s"] = json!(-0.01)), "package", &["at `sample_time_s`: -0.01"]),
         (pid(|p| p["gains"]["kp"] = json!(-1)), "package", &["at `gains.kp`: -1"]),
         (path(|p| p["points"] = json!([[0, 0, 0, 0, 0]])), "package", &["at `points`: 1 points"]),

@@ -22,6 +22,8 @@ const EXACT_DIGITS: i32 = 12;
 /// Multiples of the plant's scale about which the quickest loop is looked for: the settling time
 /// jumps where a response just leaves its band again, and has many minima.
 const SCALES: [f64; 3] = [1.0, 1.5, 2.25];
+/// Responses longer than this, s, are looked at for fewer loops.
+const LONG: f64 = 10.0;
 /// Where the quickest loop misses the settling time by less than this factor, another one may be
 /// looked for that just keeps it.
 const NEARLY: f64 = 1.1;
@@ -88,8 +90,9 @@ fn find(objective: Objective, plant: &DesignPlant, seed: u64) -> Result<(Found, 
     }
     let (own_scale, plants_scale) = (objective.scale, objective.plants_scale());
     let objective = objective.at_scale(plants_scale);
-    let all = SCALES.map(|multiple| starts(&objective, multiple, 3, seed)).concat();
-    let quickest = search(&objective, plant, &QUICKEST, &all, 3)?;
+    let (others, keep) = if objective.spec.steady_state_time_s > LONG { (0, 1) } else { (3, 3) };
+    let all = SCALES.map(|multiple| starts(&objective, multiple, others, seed)).concat();
+    let quickest = search(&objective, plant, &QUICKEST, &all, keep)?;
     let settling = quickest.evidence.step.settling_time_s.unwrap_or(f64::INFINITY);
     if quickest.evidence.met || settling > NEARLY * objective.spec.settling_time_s {
         return Ok((quickest, objective));

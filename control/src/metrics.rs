@@ -82,7 +82,7 @@ pub(crate) fn metrics(trace: &Trace, height: f64, band_percent: f64) -> Metrics 
 }
 
 /// Shares of the band between which leaving it again begins to count and counts fully.
-const LEAVING: (f64, f64) = (0.95, 1.15);
+const LEAVING: (f64, f64) = (0.98, 1.1);
 
 /// The time of entering a slightly tighter band, and the time from there to the last exit in the
 /// measure that the response leaves it again.
@@ -163,7 +163,7 @@ mod tests {
             metrics(&trace(|t| 1.0 - (-8.0 * t).exp() - dip(t), 0.01), 0.1, 2.0)
         };
         let rise = settling(0.0).smooth_settling_s;
-        assert!((rise - 0.019_f64.recip().ln() / 8.0).abs() < 1e-3, "{rise}");
+        assert!((rise - 0.0196_f64.recip().ln() / 8.0).abs() < 1e-3, "{rise}");
         assert!((settling(0.018).smooth_settling_s - rise).abs() < 1e-6);
         let deep = settling(0.03);
         assert!((deep.smooth_settling_s - deep.step.settling_time_s.unwrap()).abs() < 0.02);

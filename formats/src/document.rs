@@ -21,11 +21,11 @@ pub enum Error {
         problem: String,
     },
     /// The schema is not the one expected here.
-    #[error("{file}: at `schema`: this is `{found}`, expected `{expected}`")]
+    #[error("{file}: at `schema`: {found} stands here, expected `{expected}`")]
     Schema {
         /// Name of the file as the caller gave it.
         file: String,
-        /// Schema name in the file.
+        /// What stands in the file, for people.
         found: String,
         /// Schema name this reader takes.
         expected: &'static str,
@@ -100,7 +100,7 @@ pub trait Document: Serialize + DeserializeOwned {
         {
             return Err(Error::Schema {
                 file: file.into(),
-                found: tag.schema.unwrap_or_else(|| "without a schema".into()),
+                found: tag.schema.map_or_else(|| "nothing".into(), |schema| format!("`{schema}`")),
                 expected: Self::SCHEMA,
             });
         }

@@ -18,9 +18,9 @@ pub struct Evidence {
     pub fit: Fits,
     /// One row for each order tried.
     pub order_table: Vec<OrderRow>,
-    /// Autocorrelation of the one-step residuals.
+    /// Autocorrelation of the held-out one-step residuals.
     pub whiteness: ResidualTest,
-    /// Cross-correlation of past input and residuals.
+    /// Cross-correlation of past input and held-out one-step residuals.
     pub independence: ResidualTest,
     /// What the log can say.
     pub excitation: Excitation,

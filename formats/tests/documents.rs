@@ -58,8 +58,8 @@ fn what_is_written_is_read_again_exactly() {
 fn faults_are_named_by_their_place() {
     let good = plant().to_json();
     for (from, to, expected) in [
-        ("steerwright/plant/1", "steerwright/plant/2", "schema steerwright/plant/2"),
-        ("steerwright/plant/1", "steerwright/pid/1", "schema steerwright/pid/1"),
+        ("steerwright/plant/1", "steerwright/plant/2", "schema `steerwright/plant/2`"),
+        ("steerwright/plant/1", "steerwright/pid/1", "schema `steerwright/pid/1`"),
         ("\"steering_ratio\": 16.3", "\"steering_ratio\": 0", "steering_ratio"),
         ("\"steering_ratio\": 16.3", "\"steering_ratio\": \"16\"", "steering_ratio"),
         ("\"speed_mps\": 15.0", "\"speed_mps\": null", "operating_point.speed_mps"),
@@ -74,7 +74,7 @@ fn faults_are_named_by_their_place() {
         assert!(good.contains(from), "{from} is not in {good}");
         assert_eq!(fault(&good.replacen(from, to, 1)), expected, "{from} -> {to}");
     }
-    assert_eq!(fault("{}"), "schema without a schema");
+    assert_eq!(fault("{}"), "schema nothing");
     assert_eq!(fault(""), ".");
     assert_eq!(fault(&format!("{good} x")), ".");
 }

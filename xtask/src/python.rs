@@ -22,14 +22,14 @@ pub(crate) fn environment() -> Result<PathBuf, String> {
     }
     let base = base_interpreter()?;
     // Debian's Python has no ensurepip: then virtualenv's single-file form is asked of pip.
-    if run(Command::new(&base).args(["-m", "venv"]).arg(&folder)).is_err() {
+    if run(Command::new(base).args(["-m", "venv"]).arg(&folder)).is_err() {
         let tools = target().join("virtualenv");
-        run(Command::new(&base)
+        run(Command::new(base)
             .args(["-m", "pip", "install", "--quiet", "--target"])
             .arg(&tools)
             .arg("virtualenv"))
         .map_err(|e| format!("{e}; install the package python3-venv, or pip"))?;
-        run(Command::new(&base)
+        run(Command::new(base)
             .args(["-m", "virtualenv", "--quiet"])
             .arg(&folder)
             .env("PYTHONPATH", &tools))?;
