@@ -71,3 +71,13 @@ fn main() -> ExitCode {
         Err(error) => failure::tell_usage(&error),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    #[test]
+    fn no_two_options_of_a_command_are_called_the_same() {
+        super::Arguments::command().debug_assert();
+    }
+}

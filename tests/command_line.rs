@@ -166,3 +166,28 @@ fn every_command_has_help_and_bad_usage_a_hint() {
     let text = told(&output);
     assert!(text.contains("(deg or rad)") && text.contains("\nhint: --help"), "{text}");
 }
+
+#[test]
+fn build_does_in_one_command_what_the_stages_do_one_by_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let built = json(
+        folder.path(),
+        "build {data}/multibody/drive.csv --input steering_command_rad \
+         --vehicle {data}/multibody/vehicle.toml --track {data}/multibody/position.csv",
+    );
+    for file in ["plant.json", "pid.json"] {
+        let (built, staged) =
+            (read(&folder.path().join("out").join(file)), read(&chain().join(file)));
+        for key in ["discrete", "operating_point", "gains", "limits"] {
+            assert_eq!(built[key], staged[key], "{file}: {key}");
+        }
+    }
+    assert_eq!(built["controllers"].as_array().unwrap().len(), 2);
+    assert!(folder.path().join("out/report.html").is_file());
+    // A controller that cannot meet what is asked for: the work is done, exit status 1.
+    let line =
+        "build {data}/multibody/drive.csv --input steering_command_rad --settling 0.1s --out b";
+    let output = run(folder.path(), line);
+    assert_eq!(output.status.code(), Some(1), "{}", told(&output));
+    assert!(told(&output).contains("not met: settling"), "{}", told(&output));
+}
