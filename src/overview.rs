@@ -153,6 +153,13 @@ pub(crate) fn table(all: &[Built]) -> String {
                 format!("{rate:.2} rad/s (at most {limit:.2})")
             }),
         );
+        row(
+            "  overshoot of a tenth of the step, own model".into(),
+            on(&|c| {
+                let small = c.pid.evidence.small_step.as_ref();
+                small.map_or_else(none, |m| format!("{:.3} %", m.overshoot_percent))
+            }),
+        );
         row("  specification, own model".into(), on(&|c| met(c.pid.evidence.met)));
         row("  specification, identified plant".into(), on(&|c| met(c.step_meets())));
         for (road, name) in [(STANDARD_ROAD, "reference road"), (RECORDED_ROAD, "recorded road")] {

@@ -37,6 +37,8 @@ fn the_controller_meets_its_specification_on_the_model_and_in_the_loop_of_fmus()
     {
         assert!(number(offset, "steady_state_error_percent") <= 2.0, "{offset}");
     }
+    // Nor does the servo's limit keep the overshoot down: smaller steps have no more of it.
+    assert!(number(&pid["on_the_model"]["small_step"], "overshoot_percent") <= 1.0);
     // The model in the FMU is the model of the design: the figures agree, not only the verdicts.
     let (model, fmus) = (&pid["on_the_model"]["step"], &pid["in_the_loop_of_fmus"]);
     for (key, close) in [

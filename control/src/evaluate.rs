@@ -80,6 +80,23 @@ pub(crate) fn steps(
     })
 }
 
+/// Share of the specification's step that the small step is.
+const SMALL: f64 = 0.1;
+
+/// The metrics of a tenth of the step. A loop whose overshoot is kept down by a limit that acts on
+/// the whole step shows it here.
+pub(crate) fn small_step(
+    simulator: &mut Simulator,
+    plant: &Sampled,
+    pid: &PidParameters,
+    spec: &Specification,
+) -> Metrics {
+    let step = SMALL * spec.step_rad;
+    let until = spec.steady_state_time_s;
+    let excitation = Excitation { step, ramp: 0.0, feedforward: 0.0, offset: 0.0, until };
+    metrics(simulator.run(plant, pid, &excitation), step, spec.steady_state_error_percent)
+}
+
 pub(crate) fn evidence(
     plant: &Sampled,
     ratio: f64,
@@ -103,6 +120,7 @@ pub(crate) fn evidence(
         shortfalls,
         step: step.step,
         step_with_offset: step_with_offset.step,
+        small_step: Some(small_step(&mut Simulator::default(), plant, pid, spec).step),
         margins,
     }
 }

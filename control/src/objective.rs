@@ -14,14 +14,14 @@
 //! other requirements is looked for. That one does not depend on how much too soon the loop was
 //! asked to settle.
 
-use crate::evaluate::{requirements, steps};
+use crate::evaluate::{requirements, small_step, steps};
 use crate::margins::ResponseGrid;
 use crate::options::DesignOptions;
 use crate::plant::DesignPlant;
 use crate::quickest::settling_scale;
 use crate::sampled::Sampled;
 use crate::simulate::Simulator;
-use formats::{Limits, Specification};
+use formats::{Limits, Specification, StepMetrics};
 use std::cell::RefCell;
 use vehicle_models::PidParameters;
 
@@ -154,6 +154,34 @@ impl Objective {
         (parameters, outside)
     }
 
+    /// By how far the small step misses overshoot and settling time, where a limit acts on the
+    /// whole step; elsewhere the two are alike.
+    fn small_violation(
+        &self,
+        simulator: &mut Simulator,
+        pid: &PidParameters,
+        step: &StepMetrics,
+        aim: &Aim,
+    ) -> f64 {
+        const ACTS: f64 = 0.999;
+        let limited = step.largest_increment_rad >= ACTS * pid.largest_increment()
+            || step.largest_angle_rad >= ACTS * pid.max_angle;
+        if !limited || aim.quickest {
+            return 0.0;
+        }
+        let small = small_step(simulator, &self.plant, pid, &self.spec).step;
+        let spec = &self.spec;
+        let settling = small.settling_time_s.unwrap_or(spec.steady_state_time_s);
+        [
+            (small.overshoot_percent, aim.upper[0] * spec.overshoot_percent),
+            (settling, aim.upper[1] * spec.settling_time_s),
+        ]
+        .into_iter()
+        .map(|(reached, bound)| ((reached - bound) / bound.max(LEAST_SCALE)).max(0.0))
+        .map(|v| v.min(1.0) + v.max(1.0).ln())
+        .sum()
+    }
+
     /// The cost; always finite.
     pub(crate) fn cost(&self, x: &[f64], aim: &Aim) -> f64 {
         let (pid, outside) = self.controller(x);
@@ -186,6 +214,7 @@ impl Objective {
             })
             .map(|v| v.min(1.0) + hopeless * v.max(1.0).ln())
             .sum();
+        let violation = violation + self.small_violation(&mut simulator, &pid, &step.step, aim);
         let lag = pid.kp * (1.0 - pid.setpoint_weight_proportional) / pid.ki;
         let speed = lag / t + step.integral_absolute_error / t;
         let robustness = (MODULUS_ENOUGH - modulus).max(0.0) * 2.0;

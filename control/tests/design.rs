@@ -308,3 +308,21 @@ fn controllers_are_compared_across_plants() {
     let error = evaluate(&wheel, &pid).expect_err("another steering angle");
     assert_eq!(error, Error::SteeringRatio { pid: 1.0, plant: 15.0 });
 }
+
+/// A slow servo holds the overshoot of a large step down; the gains must not lean on it.
+#[test]
+fn a_servos_rate_limit_is_not_what_keeps_the_overshoot_down() {
+    let plant = identified_car();
+    let plant = DesignPlant::from_plant(&plant).expect("a plant");
+    let options = DesignOptions {
+        max_rate_radps: Some(0.4 * plant.steering_ratio),
+        ..DesignOptions::default()
+    };
+    let pid = designed(&plant, &options);
+    assert_meets(&plant, &pid);
+    let servo = pid.limits.max_rate_radps * pid.sample_time_s;
+    assert!(pid.evidence.step.largest_increment_rad > 0.99 * servo, "the servo was not asked much");
+    let small = pid.evidence.small_step.expect("a small step");
+    assert!(small.overshoot_percent <= 1.0, "{small:?}");
+    assert!(small.settling_time_s.expect("it settles") <= 1.0, "{small:?}");
+}

@@ -123,6 +123,10 @@ pub struct DesignEvidence {
     pub step: StepMetrics,
     /// On the same step with the steering offset.
     pub step_with_offset: StepMetrics,
+    /// On a tenth of the step, where the limits act that much less: aimed at as the step is, so that
+    /// no limit is what keeps the overshoot down, but not required.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub small_step: Option<StepMetrics>,
     /// Margins of the linear sampled loop, broken at the plant's input.
     pub margins: Margins,
 }

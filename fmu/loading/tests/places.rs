@@ -127,6 +127,7 @@ fn the_controller() {
             shortfalls: Vec::new(),
             step: STEP,
             step_with_offset: STEP,
+            small_step: None,
             margins: formats::Margins {
                 gain_margin_db: None,
                 phase_margin_deg: None,

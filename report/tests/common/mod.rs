@@ -203,6 +203,7 @@ pub fn pid(met: bool) -> Pid {
                 ..metrics
             },
             step_with_offset: StepMetrics { overshoot_percent: 2.4, ..metrics },
+            small_step: None,
             margins: Margins {
                 gain_margin_db: Some(13.4),
                 phase_margin_deg: Some(64.0),
