@@ -1,7 +1,10 @@
 //! From a slave to the description that goes into its archive.
 
-use crate::{LOG_CATEGORIES, Log, Resources, Slave, VariableId};
-use model_description::{CoSimulation, DefaultExperiment, LogCategory, ModelDescription, Value};
+use crate::{Known, LOG_CATEGORIES, Log, Resources, Slave, Unknown, VariableId};
+use model_description::{
+    CoSimulation, DefaultExperiment, DependencyKind, DependsOn, LogCategory, ModelDescription,
+    Value,
+};
 
 /// Why a slave cannot be described.
 #[derive(Debug, thiserror::Error)]
@@ -111,4 +114,20 @@ pub fn describe<S: Slave>(
         .map(|&(name, text)| LogCategory { name: name.into(), description: Some(text.into()) })
         .collect();
     Ok(description)
+}
+
+/// What the table says of a dependency at a communication point.
+pub(crate) fn table_dependency<S: Slave>(
+    unknown: Unknown<S::Variable>,
+    known: Known<S::Variable>,
+) -> Option<DependencyKind> {
+    let (Unknown::Variable(unknown), Known::Variable(known)) = (unknown, known) else {
+        return Some(DependencyKind::Dependent);
+    };
+    let depends = match unknown.spec().depends_on {
+        DependsOn::Nothing => false,
+        DependsOn::All => true,
+        DependsOn::On(names) => names.contains(&known.spec().name),
+    };
+    depends.then_some(DependencyKind::Dependent)
 }

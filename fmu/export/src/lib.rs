@@ -30,4 +30,4 @@ pub use log::{Level, Log};
 pub use logger::LOG_CATEGORIES;
 pub use model_description;
 pub use resources::{ResourceError, Resources};
-pub use slave::{Slave, VariableId};
+pub use slave::{Capabilities, Known, Slave, StateSpec, Unknown, VariableId};
