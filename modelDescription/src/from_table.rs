@@ -144,13 +144,15 @@ fn unknown(table: &Table, index: u32, depends_on: DependsOn) -> Unknown {
 }
 
 fn units(table: &Table) -> Vec<Unit> {
-    let mut units: Vec<Unit> = Vec::new();
-    for row in table.variables {
-        let Some(spec) = row.unit.and_then(UnitSpec::named) else { continue };
-        if units.iter().all(|unit| unit.name != spec.name) {
-            units.push(spec.into());
-        }
-    }
-    units.sort_by(|a, b| a.name.cmp(&b.name));
+    let mut units = Vec::new();
+    table.variables.iter().for_each(|row| cite(&mut units, row.unit));
     units
+}
+
+/// Adds a unit that is cited to the sorted list of those that are.
+pub(crate) fn cite(units: &mut Vec<Unit>, unit: Option<&str>) {
+    let Some(spec) = unit.and_then(UnitSpec::named) else { return };
+    if let Err(place) = units.binary_search_by(|unit| unit.name.as_str().cmp(spec.name)) {
+        units.insert(place, spec.into());
+    }
 }

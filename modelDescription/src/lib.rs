@@ -71,6 +71,7 @@ mod legality;
 mod number;
 mod read;
 mod rules;
+mod states;
 mod table;
 mod units;
 mod vocabulary;
@@ -84,6 +85,7 @@ pub use error::Error;
 pub use guid::guid;
 pub use legality::{allows_start, default_initial, is_legal, needs_start};
 pub use rules::Finding;
+pub use states::ExposedState;
 pub use table::{DependsOn, Table, VariableSpec};
 pub use units::{BaseUnit, DisplayUnit, UNITS, Unit, UnitSpec};
 pub use vocabulary::{

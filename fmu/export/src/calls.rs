@@ -3,7 +3,7 @@
 //! The states "step in progress", "step failed" and "step canceled" are missing because nothing
 //! leads there: no step is asynchronous, and a step is made in full or is an error.
 
-use model_description::{Causality, Initial, Variability, VariableSpec};
+pub use crate::access_rules::{Access, Class, Leniency, RULES, Rule, get_access, set_access};
 
 /// Where an instance stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -127,88 +127,4 @@ calls! {
     GetIntegerStatus: "fmi2GetIntegerStatus" in C | T;
     GetBooleanStatus: "fmi2GetBooleanStatus" in C | T;
     GetStringStatus: "fmi2GetStringStatus" in C | T;
-}
-
-/// Whether a variable may be read or set in a state in which the call itself is legal.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Access {
-    /// The standard allows it.
-    Legal,
-    /// The standard forbids it, and a widespread importer does it.
-    Lenient(Leniency),
-    /// Refused.
-    Illegal,
-}
-
-/// What is accepted though outside table 4.2.4, and noted once as a debug line.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(u8)]
-pub enum Leniency {
-    /// FMPy's `start_values` sets inputs in the state instantiated.
-    InputSetBeforeInitialization,
-    /// libcosim reads every variable in initialization mode, and its process ends on an error.
-    AnyReadInInitialization,
-}
-
-impl Leniency {
-    /// What is told about it.
-    #[must_use]
-    pub const fn text(self) -> &'static str {
-        match self {
-            Self::InputSetBeforeInitialization => {
-                "an input was set before fmi2EnterInitializationMode: accepted, outside the standard"
-            }
-            Self::AnyReadInInitialization => {
-                "a variable that is no initial unknown was read in initialization mode: accepted, \
-                 outside the standard"
-            }
-        }
-    }
-}
-
-/// Whether a variable may be set. The standard's row of SetXXX, by variable:
-///
-/// | state | legal | lenient |
-/// |---|---|---|
-/// | instantiated | initial exact or approx, but for constants | inputs |
-/// | initialization mode | initial exact, but for constants; inputs | |
-/// | step complete | inputs, tunable parameters | |
-#[must_use]
-#[inline]
-pub fn set_access(state: State, row: &VariableSpec) -> Access {
-    let is_input = row.causality == Causality::Input;
-    if row.variability == Variability::Constant {
-        return Access::Illegal;
-    }
-    let legal = match state {
-        State::Instantiated if is_input => {
-            return Access::Lenient(Leniency::InputSetBeforeInitialization);
-        }
-        State::Instantiated => {
-            matches!(row.effective_initial(), Some(Initial::Exact | Initial::Approx))
-        }
-        State::Initialization => is_input || row.effective_initial() == Some(Initial::Exact),
-        State::StepComplete => {
-            is_input
-                || row.causality == Causality::Parameter && row.variability == Variability::Tunable
-        }
-        State::Terminated | State::Error | State::Fatal => false,
-    };
-    if legal { Access::Legal } else { Access::Illegal }
-}
-
-/// Whether a variable may be read: in initialization mode outputs and calculated parameters, others
-/// leniently; afterwards every variable.
-#[must_use]
-#[inline]
-pub fn get_access(state: State, row: &VariableSpec) -> Access {
-    match state {
-        State::Instantiated | State::Fatal => Access::Illegal,
-        State::Initialization
-            if !matches!(row.causality, Causality::Output | Causality::CalculatedParameter) =>
-        {
-            Access::Lenient(Leniency::AnyReadInInitialization)
-        }
-        _ => Access::Legal,
-    }
 }

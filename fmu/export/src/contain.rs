@@ -4,6 +4,8 @@
 //! either would keep the library, or its memory, after the host has unloaded it.
 
 use std::cell::Cell;
+use std::mem::ManuallyDrop;
+use std::ops::{Deref, DerefMut};
 use std::panic::{AssertUnwindSafe, PanicHookInfo, catch_unwind, set_hook, take_hook};
 use std::sync::{Once, OnceLock};
 
@@ -22,6 +24,10 @@ static INSTALLED: Once = Once::new();
 /// In a cdylib the hook belongs to the library's own copy of the standard library; in a program
 /// that links this crate, other people's panics go on to be reported.
 pub(crate) fn silence_hook() {
+    if std::thread::panicking() {
+        // A host of ours in a destructor; hooks cannot be changed now, and the next call will.
+        return;
+    }
     INSTALLED.call_once(|| {
         let _ = PREVIOUS.set(take_hook());
         // It captures nothing, so that the box holds no memory.
@@ -63,5 +69,56 @@ fn message(payload: Box<dyn std::any::Any + Send>) -> String {
             std::mem::forget(other);
             "no message".into()
         }
+    }
+}
+
+/// A value of the slave's whose destructor cannot do harm.
+///
+/// Two values that panic when they are dropped, one during the unwinding of the other, would end
+/// the process. In here a panic goes no further than the one destructor.
+#[derive(Debug)]
+pub(crate) struct Contained<T>(ManuallyDrop<T>);
+
+impl<T> Contained<T> {
+    pub(crate) fn new(value: T) -> Self {
+        Self(ManuallyDrop::new(value))
+    }
+
+    /// Drops the value so that a panic shows.
+    pub(crate) fn release(mut self) {
+        // SAFETY: the value is not used again: it is dropped here and not by `Drop`, which the
+        // next line keeps from running, panic or not.
+        let value = unsafe { ManuallyDrop::take(&mut self.0) };
+        std::mem::forget(self);
+        drop(value);
+    }
+}
+
+impl<T> Drop for Contained<T> {
+    fn drop(&mut self) {
+        // SAFETY: dropped once, here; nothing uses it afterwards.
+        let _ = contain(|| unsafe { ManuallyDrop::drop(&mut self.0) });
+    }
+}
+
+impl<T: Clone> Clone for Contained<T> {
+    fn clone(&self) -> Self {
+        Self::new(T::clone(self))
+    }
+}
+
+impl<T> Deref for Contained<T> {
+    type Target = T;
+
+    #[inline]
+    fn deref(&self) -> &T {
+        &self.0
+    }
+}
+
+impl<T> DerefMut for Contained<T> {
+    #[inline]
+    fn deref_mut(&mut self) -> &mut T {
+        &mut self.0
     }
 }

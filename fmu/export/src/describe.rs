@@ -1,9 +1,9 @@
 //! From a slave to the description that goes into its archive.
 
-use crate::{Known, LOG_CATEGORIES, Log, Resources, Slave, Unknown, VariableId};
+use crate::structure::structure;
+use crate::{LOG_CATEGORIES, Log, Resources, Slave, VariableId, exposed};
 use model_description::{
-    CoSimulation, DefaultExperiment, DependencyKind, DependsOn, LogCategory, ModelDescription,
-    Value,
+    CoSimulation, DefaultExperiment, ExposedState, LogCategory, ModelDescription, UnitSpec, Value,
 };
 
 /// Why a slave cannot be described.
@@ -35,6 +35,42 @@ pub enum DescribeError {
         /// The row's value reference.
         reference: u32,
     },
+    /// A row of the table has a value reference that belongs to the states.
+    #[error(
+        "{model}: `{variable}` has the value reference {reference}, those from {first} on belong to \
+         the states",
+        first = exposed::FIRST
+    )]
+    Reserved {
+        /// The model's name.
+        model: &'static str,
+        /// The row's name.
+        variable: &'static str,
+        /// The row's value reference.
+        reference: u32,
+    },
+    /// A state starts with no number.
+    #[error("{model}: `state[{number}]` starts at {value}")]
+    State {
+        /// The model's name.
+        model: &'static str,
+        /// The state, counted from 1.
+        number: usize,
+        /// Its value.
+        value: f64,
+    },
+    /// A state has a unit that there is no definition for.
+    #[error(
+        "{model}: `state[{number}]` or its derivative has the unit \"{unit}\", none of `UNITS`"
+    )]
+    Unit {
+        /// The model's name.
+        model: &'static str,
+        /// The state, counted from 1.
+        number: usize,
+        /// The unit.
+        unit: &'static str,
+    },
     /// A start value contradicts the table.
     #[error(transparent)]
     Start(#[from] model_description::Error),
@@ -48,13 +84,16 @@ impl DescribeError {
             Self::Open { .. } | Self::Initialize { .. } => {
                 "mend the resource file, or make it again with the command that writes it".into()
             }
+            Self::Reserved { .. } => "give it a smaller one".into(),
+            Self::Unit { .. } => "take a unit of `UNITS`, or none".into(),
+            Self::State { .. } => "let the state start at a finite value".into(),
             Self::Unmapped { .. } => "let the enum of the variables have every row".into(),
             Self::Start(error) => error.hint(),
         }
     }
 }
 
-/// What this layer can do, whatever the slave.
+/// What this layer can do, whatever the slave; [`capabilities`] has the slave's own besides.
 pub const CAPABILITIES: CoSimulation = CoSimulation {
     model_identifier: String::new(),
     needs_execution_tool: false,
@@ -70,6 +109,19 @@ pub const CAPABILITIES: CoSimulation = CoSimulation {
     provides_directional_derivative: false,
     source_files: Vec::new(),
 };
+
+/// What this slave can do: [`CAPABILITIES`] and those of [`Slave::CAPABILITIES`].
+#[must_use]
+pub fn capabilities<S: Slave>() -> CoSimulation {
+    CoSimulation {
+        model_identifier: S::TABLE.model_name.into(),
+        can_interpolate_inputs: S::CAPABILITIES.interpolates_inputs,
+        max_output_derivative_order: u32::from(S::CAPABILITIES.output_derivatives),
+        can_serialize_fmu_state: S::CAPABILITIES.serializes,
+        provides_directional_derivative: S::CAPABILITIES.directional_derivatives,
+        ..CAPABILITIES
+    }
+}
 
 /// The GUID of this slave with these resources: what `fmi2Instantiate` expects.
 #[must_use]
@@ -95,6 +147,13 @@ pub fn describe<S: Slave>(
     slave
         .exit_initialization(start_time, &mut Log::default())
         .map_err(|problem| DescribeError::Initialize { model, problem })?;
+    if let Some(row) = table.variables.iter().find(|row| row.reference >= exposed::FIRST) {
+        return Err(DescribeError::Reserved {
+            model,
+            variable: row.name,
+            reference: row.reference,
+        });
+    }
     let start = table
         .variables
         .iter()
@@ -107,8 +166,10 @@ pub fn describe<S: Slave>(
         .collect::<Result<Vec<Value>, _>>()?;
     let guid = guid::<S>(resources);
     let mut description = ModelDescription::from_table(table, &start, &guid, default_experiment)?;
-    description.co_simulation =
-        Some(CoSimulation { model_identifier: model.into(), ..CAPABILITIES.clone() });
+    description.expose_states(&states(&mut slave)?, exposed::FIRST);
+    let settable: Vec<bool> = slave.states().iter().map(|state| state.settable).collect();
+    structure(&slave, &settable, &mut description);
+    description.co_simulation = Some(capabilities::<S>());
     description.log_categories = LOG_CATEGORIES
         .iter()
         .map(|&(name, text)| LogCategory { name: name.into(), description: Some(text.into()) })
@@ -116,18 +177,27 @@ pub fn describe<S: Slave>(
     Ok(description)
 }
 
-/// What the table says of a dependency at a communication point.
-pub(crate) fn table_dependency<S: Slave>(
-    unknown: Unknown<S::Variable>,
-    known: Known<S::Variable>,
-) -> Option<DependencyKind> {
-    let (Unknown::Variable(unknown), Known::Variable(known)) = (unknown, known) else {
-        return Some(DependencyKind::Dependent);
-    };
-    let depends = match unknown.spec().depends_on {
-        DependsOn::Nothing => false,
-        DependsOn::All => true,
-        DependsOn::On(names) => names.contains(&known.spec().name),
-    };
-    depends.then_some(DependencyKind::Dependent)
+/// The states, as a description has them.
+fn states<S: Slave>(slave: &mut S) -> Result<Vec<ExposedState>, DescribeError> {
+    let specs = slave.states().into_iter().enumerate();
+    specs
+        .map(|(index, spec)| {
+            let model = S::TABLE.model_name;
+            let number = index + 1;
+            let mut units = [spec.unit, spec.derivative_unit].into_iter().flatten();
+            if let Some(unit) = units.find(|unit| UnitSpec::named(unit).is_none()) {
+                return Err(DescribeError::Unit { model, number, unit });
+            }
+            let value = slave.state(index);
+            if spec.settable && !value.is_finite() {
+                return Err(DescribeError::State { model, number, value });
+            }
+            Ok(ExposedState {
+                description: spec.description,
+                unit: spec.unit,
+                derivative_unit: spec.derivative_unit,
+                start: spec.settable.then_some(value),
+            })
+        })
+        .collect()
 }

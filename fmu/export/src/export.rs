@@ -37,6 +37,9 @@ macro_rules! export {
                 fmi2SerializedFMUstateSize => serialized_fmu_state_size(state: *mut c_void, size: *mut usize);
                 fmi2SerializeFMUstate => serialize_fmu_state(state: *mut c_void, bytes: *mut c_char, size: usize);
                 fmi2DeSerializeFMUstate => de_serialize_fmu_state(bytes: *const c_char, size: usize, state: *mut *mut c_void);
+                fmi2GetDirectionalDerivative => get_directional_derivative(unknowns: *const u32, unknown_count: usize, knowns: *const u32, known_count: usize, seed: *const f64, sensitivity: *mut f64);
+                fmi2SetRealInputDerivatives => set_real_input_derivatives(r: *const u32, n: usize, orders: *const i32, v: *const f64);
+                fmi2GetRealOutputDerivatives => get_real_output_derivatives(r: *const u32, n: usize, orders: *const i32, v: *mut f64);
                 fmi2DoStep => do_step(time: f64, step: f64, no_set_state: i32);
                 fmi2CancelStep => cancel_step();
                 fmi2GetStatus => get_status(kind: i32, v: *mut i32);
@@ -78,44 +81,6 @@ macro_rules! export {
             unsafe extern "C" fn fmi2FreeInstance(component: *mut c_void) {
                 // SAFETY: the standard's contract with the importer, passed on.
                 unsafe { layer::free_instance::<Slave>(component) }
-            }
-
-            #[unsafe(no_mangle)]
-            unsafe extern "C" fn fmi2GetDirectionalDerivative(
-                component: *mut c_void,
-                _unknowns: *const u32,
-                _unknown_count: usize,
-                _knowns: *const u32,
-                _known_count: usize,
-                _seed: *const f64,
-                _sensitivity: *mut f64,
-            ) -> i32 {
-                // SAFETY: the standard's contract with the importer, passed on.
-                unsafe { layer::get_directional_derivative::<Slave>(component) }
-            }
-
-            #[unsafe(no_mangle)]
-            unsafe extern "C" fn fmi2SetRealInputDerivatives(
-                component: *mut c_void,
-                _references: *const u32,
-                _length: usize,
-                _orders: *const i32,
-                _values: *const f64,
-            ) -> i32 {
-                // SAFETY: the standard's contract with the importer, passed on.
-                unsafe { layer::set_real_input_derivatives::<Slave>(component) }
-            }
-
-            #[unsafe(no_mangle)]
-            unsafe extern "C" fn fmi2GetRealOutputDerivatives(
-                component: *mut c_void,
-                _references: *const u32,
-                _length: usize,
-                _orders: *const i32,
-                _values: *mut f64,
-            ) -> i32 {
-                // SAFETY: the standard's contract with the importer, passed on.
-                unsafe { layer::get_real_output_derivatives::<Slave>(component) }
             }
         };
     };

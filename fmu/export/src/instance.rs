@@ -1,10 +1,12 @@
 //! One instance: state machine, times, FMU state. Everything here is safe code over slices.
 
 use crate::calls::{Call, Leniency, State};
+use crate::contain::Contained;
 use crate::log::Level;
 use crate::logger::{Category, Logger};
+use crate::told::Told;
 use crate::types::Status;
-use crate::{Log, Resources, Slave, describe};
+use crate::{Log, Resources, Slave, VariableId, describe};
 use std::ffi::{CStr, CString};
 use std::sync::Arc;
 
@@ -15,48 +17,61 @@ pub(crate) type Outcome = Result<Status, String>;
 const TIME_TOLERANCE: f64 = 1e-3;
 
 /// What `fmi2SetupExperiment` said, s.
-#[derive(Debug, Clone, Copy)]
-struct Experiment {
-    start_time: f64,
-    stop_time: Option<f64>,
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Experiment {
+    pub(crate) start_time: f64,
+    pub(crate) stop_time: Option<f64>,
 }
 
-/// What an FMU state holds: all that a later call can depend on.
+/// What an FMU state holds: all that the result of a later call can depend on.
 #[derive(Debug, Clone)]
 pub(crate) struct Core<S> {
-    pub(crate) slave: S,
+    pub(crate) slave: Contained<S>,
     pub(crate) state: State,
-    experiment: Option<Experiment>,
+    pub(crate) experiment: Option<Experiment>,
     /// Where the next step is expected to begin, s.
-    time: f64,
+    pub(crate) time: f64,
+    /// Whether something was set at this communication point.
+    pub(crate) set_since_step: bool,
+    /// Value references of inputs whose clipping was told: the first one is an `fmi2Warning`.
+    pub(crate) clipped: Vec<u32>,
+    /// Value references and derivatives of the inputs that are to grow within the next step.
+    pub(crate) input_derivatives: Vec<(u32, f64)>,
 }
 
 /// A copy of an instance's [`Core`], and whose it is.
 #[derive(Debug)]
 pub(crate) struct Snapshot<S> {
-    core: Core<S>,
-    guid: Arc<str>,
+    pub(crate) core: Core<S>,
+    pub(crate) guid: Arc<str>,
 }
 
 /// One instance.
 pub(crate) struct Instance<S> {
     pub(crate) core: Core<S>,
     /// As `open` made it; what `fmi2Reset` goes back to.
-    pristine: S,
-    guid: Arc<str>,
+    pub(crate) pristine: Contained<S>,
+    /// Of each state, whether it is settable.
+    pub(crate) settable: Box<[bool]>,
+    pub(crate) guid: Arc<str>,
     pub(crate) logger: Logger,
     log: Log,
-    /// Value references of inputs whose clipping was told.
-    pub(crate) clipped: Vec<u32>,
-    /// Bits of the leniencies that were told.
-    noted: u8,
+    told: Told,
     /// What the pointers of the last `fmi2GetString` point to.
     pub(crate) strings: Vec<CString>,
 }
 
 impl<S: Slave> Core<S> {
-    fn new(slave: S) -> Self {
-        Self { slave, state: State::Instantiated, experiment: None, time: 0.0 }
+    pub(crate) fn new(slave: Contained<S>) -> Self {
+        Self {
+            slave,
+            state: State::Instantiated,
+            experiment: None,
+            time: 0.0,
+            set_since_step: false,
+            clipped: Vec::new(),
+            input_derivatives: Vec::new(),
+        }
     }
 }
 
@@ -73,15 +88,15 @@ impl<S: Slave> Instance<S> {
                 resources.entries().len(),
             ));
         }
-        let pristine = S::open(resources)?;
+        let pristine = Contained::new(S::open(resources)?);
         Ok(Self {
+            settable: pristine.states().iter().map(|state| state.settable).collect(),
             core: Core::new(pristine.clone()),
             pristine,
             guid: expected.into(),
             logger,
             log: Log::default(),
-            clipped: Vec::new(),
-            noted: 0,
+            told: Told::default(),
             strings: Vec::new(),
         })
     }
@@ -120,10 +135,19 @@ impl<S: Slave> Instance<S> {
     /// Tells a leniency, once.
     #[inline]
     pub(crate) fn note(&mut self, leniency: Leniency) {
-        let bit = 1 << leniency as u8;
-        if self.noted & bit == 0 {
-            self.noted |= bit;
+        if self.told.is_new(leniency) {
             self.logger.tell(Category::Event, leniency.text());
+        }
+    }
+
+    /// Tells a line that may come again and again, as often as [`Told`] lets it.
+    #[cold]
+    pub(crate) fn tell_often(&mut self, category: Category, text: String) {
+        // What nobody hears does not count as told.
+        if self.logger.is_enabled(category)
+            && let Some(text) = self.told.admit(text)
+        {
+            self.logger.tell(category, &text);
         }
     }
 
@@ -138,10 +162,10 @@ impl<S: Slave> Instance<S> {
         let mut status = Status::Ok;
         for (level, text) in self.log.take() {
             match level {
-                Level::Info => self.logger.tell(Category::Event, &text),
+                Level::Info => self.tell_often(Category::Event, text),
                 Level::Warning => {
                     status = Status::Warning;
-                    self.logger.tell(Category::Warning, &text);
+                    self.tell_often(Category::Warning, text);
                 }
             }
         }
@@ -192,6 +216,7 @@ impl<S: Slave> Instance<S> {
         let status = self.flush();
         result?;
         self.core.state = State::StepComplete;
+        self.core.set_since_step = false;
         Ok(status)
     }
 
@@ -200,11 +225,21 @@ impl<S: Slave> Instance<S> {
         Ok(Status::Ok)
     }
 
+    /// Back to what `fmi2Instantiate` made, down to what was told and what is to be told.
     pub(crate) fn reset(&mut self) -> Outcome {
-        self.core = Core::new(self.pristine.clone());
-        self.clipped.clear();
-        self.noted = 0;
+        let fresh = Core::new(self.pristine.clone());
+        self.replace_core(fresh);
+        self.log.take();
+        self.told = Told::default();
+        self.strings = Vec::new();
+        self.logger.reset();
         Ok(Status::Ok)
+    }
+
+    /// Takes another core; a panic of the old slave's destructor shows, after that.
+    fn replace_core(&mut self, core: Core<S>) {
+        let old = std::mem::replace(&mut self.core, core);
+        old.slave.release();
     }
 
     /// One step from `time` by `step`, both s.
@@ -221,33 +256,54 @@ impl<S: Slave> Instance<S> {
             && (time - self.core.time).abs() <= slack
             && stop.is_none_or(|stop| end <= stop + slack))
         {
-            return Err(self.wrong_time(time, step));
+            self.wrong_time(time, step, slack)?;
         }
         let result = self.core.slave.step(time, step, &mut self.log);
         let status = self.flush();
         result?;
         self.core.time = end;
+        self.core.set_since_step = false;
+        if !self.core.input_derivatives.is_empty() {
+            self.end_input_derivatives();
+        }
         Ok(status)
     }
 
+    /// Sets the derivatives of the inputs back: each holds for one step.
+    #[inline(never)]
+    fn end_input_derivatives(&mut self) {
+        for (reference, _) in self.core.input_derivatives.drain(..) {
+            if let Some(variable) = S::Variable::from_reference(reference) {
+                self.core.slave.set_input_derivative(variable, 0.0);
+            }
+        }
+    }
+
+    /// Why that step cannot be made, or nothing if it goes past the stop time by no more than
+    /// adding up so many steps to a time makes of rounding.
     #[cold]
-    fn wrong_time(&self, time: f64, step: f64) -> String {
+    fn wrong_time(&self, time: f64, step: f64, slack: f64) -> Result<(), String> {
         if !(step > 0.0 && step.is_finite()) {
-            return format!("the step size is {step}");
+            return Err(format!("the step size is {step}"));
         }
         let expected = self.core.time;
+        // Written so that NaN is far away.
+        let near = (time - expected).abs() <= slack;
         match self.core.experiment {
-            Some(Experiment { stop_time: Some(stop), .. })
-                if (time - expected).abs() <= TIME_TOLERANCE * step =>
-            {
-                format!("the step from {time} by {step} goes past the stop time {stop}")
+            Some(Experiment { start_time, stop_time: Some(stop) }) if near => {
+                let count = (time - start_time) / step + 1.0;
+                let rounding = count * f64::EPSILON * stop.abs().max(start_time.abs());
+                if time + step - stop <= slack + rounding.min(0.5 * step) {
+                    return Ok(());
+                }
+                Err(format!("the step from {time} by {step} goes past the stop time {stop}"))
             }
-            Some(Experiment { start_time, .. }) if expected == start_time => {
-                format!("the communication point is {time}, expected {expected}, the start time")
-            }
-            _ => format!(
+            Some(Experiment { start_time, .. }) if expected == start_time => Err(format!(
+                "the communication point is {time}, expected {expected}, the start time"
+            )),
+            _ => Err(format!(
                 "the communication point is {time}, expected {expected}, where the last step ended"
-            ),
+            )),
         }
     }
 
@@ -271,7 +327,7 @@ impl<S: Slave> Instance<S> {
         if snapshot.guid != self.guid {
             return Err("the FMU state is of an instance with other resources".into());
         }
-        self.core.clone_from(&snapshot.core);
+        self.replace_core(snapshot.core.clone());
         Ok(Status::Ok)
     }
 }

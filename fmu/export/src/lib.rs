@@ -8,24 +8,32 @@ pub mod calls;
 pub mod types;
 
 mod access;
+mod access_rules;
 #[allow(unsafe_code)]
 mod arguments;
+mod blob;
+#[allow(unsafe_code)]
 mod contain;
 mod describe;
+mod differentials;
 mod export;
+mod exposed;
 mod instance;
 mod log;
 #[allow(unsafe_code)]
 mod logger;
 mod resources;
 mod slave;
+mod structure;
+mod told;
 mod uri;
 
 #[cfg(test)]
 #[allow(unsafe_code)]
 mod tests;
 
-pub use describe::{CAPABILITIES, DescribeError, describe, guid};
+pub use describe::{CAPABILITIES, DescribeError, capabilities, describe, guid};
+pub use exposed::{derivative_reference, state_reference};
 pub use log::{Level, Log};
 pub use logger::LOG_CATEGORIES;
 pub use model_description;

@@ -72,6 +72,8 @@ pub(crate) struct Logger {
     environment: *mut c_void,
     instance_name: CString,
     enabled: u8,
+    /// What was enabled at instantiation.
+    initially: u8,
 }
 
 impl Logger {
@@ -81,12 +83,19 @@ impl Logger {
         instance_name: &CStr,
         logging_on: bool,
     ) -> Self {
+        let enabled = if logging_on { ALL } else { QUIET };
         Self {
             function: callbacks.and_then(|callbacks| callbacks.logger),
             environment: callbacks.map_or(std::ptr::null_mut(), |c| c.component_environment),
             instance_name: instance_name.to_owned(),
-            enabled: if logging_on { ALL } else { QUIET },
+            enabled,
+            initially: enabled,
         }
+    }
+
+    /// Back to what was enabled at instantiation.
+    pub(crate) fn reset(&mut self) {
+        self.enabled = self.initially;
     }
 
     /// `fmi2SetDebugLogging`: without categories all or, off, only what is always told; on with

@@ -129,7 +129,8 @@ pub trait Slave: Clone + Send + Sized + 'static {
         0.0
     }
 
-    /// Gives a settable state its value at the start; only called before the first step.
+    /// Gives a settable state its value at the start. Called before the first step; later on clones
+    /// alone, for the differences of [`Slave::partial_derivative`].
     fn set_state(&mut self, _index: usize, _value: f64) {}
 
     /// Lets an input grow by `derivative` (its unit per second) within the next step. The layer
@@ -149,7 +150,7 @@ pub trait Slave: Clone + Send + Sized + 'static {
         unknown: Unknown<Self::Variable>,
         known: Known<Self::Variable>,
     ) -> Option<DependencyKind> {
-        crate::describe::table_dependency::<Self>(unknown, known)
+        crate::structure::table_dependency::<Self>(unknown, known)
     }
 
     /// `∂unknown/∂known` at the present values; where it is `None`, the layer takes central

@@ -80,7 +80,7 @@ pub unsafe fn free_instance<S: Slave>(component: *mut c_void) {
     let instance = component.cast::<Instance<S>>();
     // SAFETY: it came from `Box::into_raw` in `instantiate`, and nobody uses it any more.
     let instance = unsafe { Box::from_raw(instance) };
-    // Whatever its destructor does, there is nobody left to tell.
+    // Whatever its destructors do, there is nobody left to tell.
     let _ = contain(|| drop(instance));
 }
 

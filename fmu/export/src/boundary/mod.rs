@@ -9,11 +9,13 @@
 //! pointers are null or point to what the standard says, for the time of the call.
 #![allow(clippy::missing_safety_doc)] // said once, above, for all of them
 
+mod derivatives;
 mod lifecycle;
 mod states;
 mod stepping;
 mod values;
 
+pub use derivatives::*;
 pub use lifecycle::*;
 pub use states::*;
 pub use stepping::*;
@@ -52,11 +54,7 @@ unsafe fn call<S: Slave>(
     status as i32
 }
 
-/// A call that this layer does not support, and whose flag in the XML says so.
-///
-/// # Safety
-/// The module's contract for `component`.
-unsafe fn unsupported<S: Slave>(component: *mut c_void, which: Call) -> i32 {
-    // SAFETY: the module's contract.
-    unsafe { call::<S>(component, which, |_| Err("not supported, as the XML says".into())) }
+/// Refuses a call whose flag in the XML says that the slave has no such thing.
+fn supported<S: Slave>(flag: bool) -> Result<(), String> {
+    if flag { Ok(()) } else { Err("not supported, as the XML says".into()) }
 }

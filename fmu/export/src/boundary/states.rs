@@ -3,13 +3,16 @@
 //! The states that are alive are listed, so that a pointer that is none, or freed already, is an
 //! error and no undefined behaviour.
 
-use super::{call, unsupported};
+use super::{call, supported};
 use crate::Slave;
+use crate::arguments::{array, slots};
+use crate::blob::encode;
 use crate::calls::Call;
 use crate::instance::{Instance, Snapshot};
 use crate::types::Status;
 use std::any::TypeId;
 use std::ffi::{c_char, c_void};
+use std::mem::MaybeUninit;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Address and slave of every state alive, sorted.
@@ -38,6 +41,13 @@ fn is_alive<S: Slave>(state: *mut c_void) -> Result<(), String> {
     }
 }
 
+/// Makes a state of a copy.
+fn keep<S: Slave>(snapshot: Snapshot<S>) -> *mut c_void {
+    let state = Box::into_raw(Box::new(snapshot)).cast();
+    register::<S>(state);
+    state
+}
+
 fn unregister<S: Slave>(state: *mut c_void) {
     let mut alive = alive();
     if let Ok(index) = alive.binary_search(&key::<S>(state)) {
@@ -55,13 +65,13 @@ pub unsafe fn get_fmu_state<S: Slave>(component: *mut c_void, state: *mut *mut c
         // SAFETY: the module's contract.
         let slot = unsafe { state.as_mut() }.ok_or("the pointer to the FMU state is NULL")?;
         if slot.is_null() {
-            *slot = Box::into_raw(Box::new(instance.snapshot())).cast();
-            register::<S>(*slot);
+            *slot = keep(instance.snapshot());
         } else {
             is_alive::<S>(*slot)?;
             let snapshot = instance.snapshot();
             // SAFETY: a state of this slave that is alive, and that nobody else uses now.
-            unsafe { *slot.cast::<Snapshot<S>>() = snapshot };
+            let old = std::mem::replace(unsafe { &mut *slot.cast::<Snapshot<S>>() }, snapshot);
+            old.core.slave.release();
         }
         Ok(Status::Ok)
     };
@@ -94,41 +104,89 @@ pub unsafe fn free_fmu_state<S: Slave>(component: *mut c_void, state: *mut *mut 
         let snapshot = std::mem::replace(slot, std::ptr::null_mut());
         unregister::<S>(snapshot);
         // SAFETY: it came from `Box::into_raw` above, was alive until now, and is gone from the list.
-        drop(unsafe { Box::from_raw(snapshot.cast::<Snapshot<S>>()) });
+        let snapshot = unsafe { Box::from_raw(snapshot.cast::<Snapshot<S>>()) };
+        snapshot.core.slave.release();
         Ok(Status::Ok)
     };
     // SAFETY: the module's contract.
     unsafe { call(component, Call::FreeFmuState, body) }
 }
 
-/// `fmi2SerializedFMUstateSize`: not supported.
+/// The bytes of a state.
+///
+/// # Safety
+/// The module's contract for `state`.
+unsafe fn bytes_of<S: Slave>(state: *mut c_void) -> Result<Vec<u8>, String> {
+    supported::<S>(S::CAPABILITIES.serializes)?;
+    if state.is_null() {
+        return Err("the FMU state is NULL".into());
+    }
+    is_alive::<S>(state)?;
+    // SAFETY: a state of this slave that is alive, and that nobody changes now.
+    Ok(encode(unsafe { &*state.cast::<Snapshot<S>>() }))
+}
+
+/// `fmi2SerializedFMUstateSize`.
 pub unsafe fn serialized_fmu_state_size<S: Slave>(
     component: *mut c_void,
-    _state: *mut c_void,
-    _size: *mut usize,
+    state: *mut c_void,
+    size: *mut usize,
 ) -> i32 {
+    let body = |_: &mut Instance<S>| {
+        // SAFETY: the module's contract, here and for the state.
+        let slot = unsafe { slots(size, 1, "sizes")? };
+        // SAFETY: as above.
+        let bytes = unsafe { bytes_of::<S>(state)? };
+        slot.fill(MaybeUninit::new(bytes.len()));
+        Ok(Status::Ok)
+    };
     // SAFETY: the module's contract.
-    unsafe { unsupported::<S>(component, Call::SerializedFmuStateSize) }
+    unsafe { call(component, Call::SerializedFmuStateSize, body) }
 }
 
-/// `fmi2SerializeFMUstate`: not supported.
+/// `fmi2SerializeFMUstate`: a buffer may be longer than needed; what is beyond stays as it is.
 pub unsafe fn serialize_fmu_state<S: Slave>(
     component: *mut c_void,
-    _state: *mut c_void,
-    _bytes: *mut c_char,
-    _size: usize,
+    state: *mut c_void,
+    bytes: *mut c_char,
+    size: usize,
 ) -> i32 {
+    let body = |_: &mut Instance<S>| {
+        // SAFETY: the module's contract, here and for the buffer.
+        let content = unsafe { bytes_of::<S>(state)? };
+        // SAFETY: as above.
+        let buffer = unsafe { slots(bytes.cast::<u8>(), size, "bytes")? };
+        let Some(buffer) = buffer.get_mut(..content.len()) else {
+            return Err(format!("the buffer has {size} bytes, {} are needed", content.len()));
+        };
+        for (slot, byte) in buffer.iter_mut().zip(content) {
+            slot.write(byte);
+        }
+        Ok(Status::Ok)
+    };
     // SAFETY: the module's contract.
-    unsafe { unsupported::<S>(component, Call::SerializeFmuState) }
+    unsafe { call(component, Call::SerializeFmuState, body) }
 }
 
-/// `fmi2DeSerializeFMUstate`: not supported.
+/// `fmi2DeSerializeFMUstate`: as the standard has it, this "constructs a copy of the FMU state" and
+/// gives the pointer to it, always a new one. What the slot held before is not looked at, which may
+/// be nothing at all; if it was a state, it is still one, and still the importer's to free.
 pub unsafe fn de_serialize_fmu_state<S: Slave>(
     component: *mut c_void,
-    _bytes: *const c_char,
-    _size: usize,
-    _state: *mut *mut c_void,
+    bytes: *const c_char,
+    size: usize,
+    state: *mut *mut c_void,
 ) -> i32 {
+    let body = |instance: &mut Instance<S>| {
+        supported::<S>(S::CAPABILITIES.serializes)?;
+        // SAFETY: the module's contract, here and for the bytes.
+        let slot = unsafe { slots(state, 1, "FMU states")? };
+        // SAFETY: as above.
+        let bytes = unsafe { array(bytes.cast::<u8>(), size, "bytes")? };
+        let snapshot = instance.decode(bytes)?;
+        slot.fill(MaybeUninit::new(keep(snapshot)));
+        Ok(Status::Ok)
+    };
     // SAFETY: the module's contract.
-    unsafe { unsupported::<S>(component, Call::DeSerializeFmuState) }
+    unsafe { call(component, Call::DeSerializeFmuState, body) }
 }

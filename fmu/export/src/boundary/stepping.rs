@@ -1,6 +1,6 @@
-//! Steps, statuses and derivatives.
+//! Steps and statuses.
 
-use super::{call, unsupported};
+use super::{call, supported};
 use crate::Slave;
 use crate::arguments::slots;
 use crate::calls::Call;
@@ -24,7 +24,11 @@ pub unsafe fn do_step<S: Slave>(
 /// `fmi2CancelStep`: never legal, since no step is asynchronous.
 pub unsafe fn cancel_step<S: Slave>(component: *mut c_void) -> i32 {
     // SAFETY: the module's contract.
-    unsafe { unsupported::<S>(component, Call::CancelStep) }
+    unsafe {
+        call(component, Call::CancelStep, |_: &mut Instance<S>| {
+            supported::<S>(false).map(|()| Status::Ok)
+        })
+    }
 }
 
 /// Answers a question about the last step; `answer` is `None` for a kind there is none of.
@@ -96,22 +100,4 @@ pub unsafe fn get_string_status<S: Slave>(
 ) -> i32 {
     // SAFETY: the module's contract.
     unsafe { answer::<S, _>(component, Call::GetStringStatus, value, |_| None) }
-}
-
-/// `fmi2GetDirectionalDerivative`: not supported.
-pub unsafe fn get_directional_derivative<S: Slave>(component: *mut c_void) -> i32 {
-    // SAFETY: the module's contract.
-    unsafe { unsupported::<S>(component, Call::GetDirectionalDerivative) }
-}
-
-/// `fmi2SetRealInputDerivatives`: not supported.
-pub unsafe fn set_real_input_derivatives<S: Slave>(component: *mut c_void) -> i32 {
-    // SAFETY: the module's contract.
-    unsafe { unsupported::<S>(component, Call::SetRealInputDerivatives) }
-}
-
-/// `fmi2GetRealOutputDerivatives`: not supported.
-pub unsafe fn get_real_output_derivatives<S: Slave>(component: *mut c_void) -> i32 {
-    // SAFETY: the module's contract.
-    unsafe { unsupported::<S>(component, Call::GetRealOutputDerivatives) }
 }

@@ -249,9 +249,15 @@ impl Host {
             Call::DeSerializeFmuState => {
                 call!(self, de_serialize_fmu_state(null(), 0, &mut state))
             }
-            Call::GetDirectionalDerivative => call!(self, get_directional_derivative()),
-            Call::SetRealInputDerivatives => call!(self, set_real_input_derivatives()),
-            Call::GetRealOutputDerivatives => call!(self, get_real_output_derivatives()),
+            Call::GetDirectionalDerivative => {
+                call!(self, get_directional_derivative(&Y, 1, &U, 1, &1.0, &mut real))
+            }
+            Call::SetRealInputDerivatives => {
+                call!(self, set_real_input_derivatives(&U, 1, &1, &1.0))
+            }
+            Call::GetRealOutputDerivatives => {
+                call!(self, get_real_output_derivatives(&Y, 1, &1, &mut real))
+            }
             Call::DoStep => self.do_step(0.0, 0.01),
             Call::CancelStep => call!(self, cancel_step()),
             Call::GetStatus => call!(self, get_status(0, &mut integer)),

@@ -1,10 +1,16 @@
-//! The layer through its C functions, with a small slave and a host that keeps the log.
+//! The layer through its C functions, with small slaves and hosts that keep the log.
 
 mod arguments;
 mod call_table;
+mod derivatives;
+mod everywhere;
+mod exposed;
 mod host;
 mod lifecycle;
+mod logging;
 mod panics;
+mod plant;
 mod probe;
+mod serialized;
 mod states;
 mod times;

@@ -60,16 +60,23 @@ fn the_first_communication_point_is_the_start_time() {
     assert_eq!(experiment(5.0, None).do_step(0.0, 0.1), ERROR);
 }
 
+/// Ten million steps where the code is optimized, a million where it is not: `t += h` as well as
+/// `k h`, at rates with and without a binary fraction, up to a stop time; nothing is refused.
 #[test]
 fn both_ways_of_counting_time_are_accepted() {
-    for start in [0.0, 1e5] {
-        let (sum, product) = (experiment(start, None), experiment(start, None));
+    let count = if cfg!(debug_assertions) { 1_000_000 } else { 10_000_000 };
+    for (start, rate) in [(0.0, 100.0), (1e5, 100.0), (0.0, 60.0)] {
+        let step = 1.0 / rate;
+        let stop = Some(start + f64::from(count) / rate);
+        let (sum, product) = (experiment(start, stop), experiment(start, stop));
         let mut time = start;
-        for k in 0..100_000 {
-            assert_eq!(sum.do_step(time, 0.01), OK);
-            time += 0.01;
-            let (from, to) = (start + f64::from(k) * 0.01, start + f64::from(k + 1) * 0.01);
-            assert_eq!(product.do_step(from, to - from), OK);
+        for k in 0..count {
+            assert_eq!(sum.do_step(time, step), OK, "step {k} of {step}: {:?}", sum.take_lines());
+            time += step;
+            let from = start + f64::from(k) * step;
+            // Half of them pass what the times differ by, and half the step.
+            let by = if k % 2 == 0 { start + f64::from(k + 1) * step - from } else { step };
+            assert_eq!(product.do_step(from, by), OK, "step {k}: {:?}", product.take_lines());
         }
     }
     // Steps so short that the clock cannot tell a thousandth of one.
@@ -77,6 +84,28 @@ fn both_ways_of_counting_time_are_accepted() {
     for k in 0..1000 {
         assert_eq!(host.do_step(1e5 + f64::from(k) * 1e-9, 1e-9), OK, "{k}");
     }
+    // Whole nanoseconds, in which a sixtieth of a second is none.
+    let host = experiment(0.0, Some(1000.0 / 60.0));
+    for k in 0..1000_u64 {
+        let time = |k: u64| (k * 1_000_000_000 / 60) as f64 * 1e-9;
+        assert_eq!(host.do_step(time(k), time(k + 1) - time(k)), OK, "{k}");
+    }
+}
+
+/// Adding up drifts: after ten million steps of 0.01 s by 1.4e-5 s, more than a thousandth of one.
+/// The drift is fed in here, not stepped through.
+#[test]
+fn a_time_added_up_may_drift_past_the_stop_time() {
+    let drifted = (0..10_000_000_u32).fold(0.0_f64, |time, _| time + 0.01);
+    assert!(drifted - 1e5 > 1.1e-5, "{drifted}");
+    let host = experiment(0.0, Some(1e5));
+    assert_eq!(host.do_step(0.0, drifted - 0.01), OK);
+    assert_eq!(host.do_step(drifted - 0.01, 0.01), OK, "{:?}", host.take_lines());
+    // A step more is a step too many, and half of one is no rounding.
+    assert_eq!(host.do_step(drifted, 0.01), ERROR);
+    let host = experiment(0.0, Some(1e5));
+    assert_eq!(host.do_step(0.0, 1e5 - 0.005), OK);
+    assert_eq!(host.do_step(1e5 - 0.005, 0.01), ERROR);
 }
 
 #[test]

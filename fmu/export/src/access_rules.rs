@@ -1,0 +1,257 @@
+//! Which variable may be read or set when: the footnotes of table 4.2.4 as data, and beside them
+//! what is accepted though outside the standard.
+
+use crate::calls::State;
+use model_description::{Causality, Initial, Variability, VariableSpec};
+
+/// Whether a variable may be read or set in a state in which the call itself is legal.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Access {
+    /// The standard allows it.
+    Legal,
+    /// The standard forbids it, and a widespread importer does it.
+    Lenient(Leniency),
+    /// Refused.
+    Illegal,
+}
+
+/// What is accepted though outside the standard, and noted once as a debug line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Leniency {
+    /// FMPy's `start_values` sets inputs in the state instantiated.
+    InputSetBeforeInitialization,
+    /// libcosim reads every variable in initialization mode, and its process ends on an error.
+    AnyReadInInitialization,
+    /// FMU containers read at a communication point after setting and before the next step; the
+    /// values are those that follow from what was set.
+    ReadAfterSet,
+}
+
+impl Leniency {
+    /// Every leniency.
+    pub const ALL: [Self; 3] =
+        [Self::InputSetBeforeInitialization, Self::AnyReadInInitialization, Self::ReadAfterSet];
+
+    /// What is told about it.
+    #[must_use]
+    pub const fn text(self) -> &'static str {
+        match self {
+            Self::InputSetBeforeInitialization => {
+                "an input was set before fmi2EnterInitializationMode: accepted, outside the standard"
+            }
+            Self::AnyReadInInitialization => {
+                "a variable that is no initial unknown was read in initialization mode: accepted, \
+                 outside the standard"
+            }
+            Self::ReadAfterSet => {
+                "a variable was read after another was set, with no fmi2DoStep between them: \
+                 accepted, outside the standard; the value is that after what was set"
+            }
+        }
+    }
+}
+
+/// What the rules tell apart in a variable.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Class {
+    /// Variability constant.
+    Constant,
+    /// Causality input.
+    Input,
+    /// A tunable parameter.
+    Tunable,
+    /// Anything else with initial exact: a fixed parameter, an output or local variable.
+    Exact,
+    /// A local variable with initial approx.
+    Approx,
+    /// A local variable with initial calculated.
+    Calculated,
+    /// A calculated parameter with initial approx.
+    ApproxParameter,
+    /// A calculated parameter with initial calculated.
+    CalculatedParameter,
+    /// An output with initial exact.
+    ExactOutput,
+    /// An output with initial approx.
+    ApproxOutput,
+    /// An output with initial calculated.
+    CalculatedOutput,
+    /// A constant output.
+    ConstantOutput,
+    /// `state[i]` with initial exact.
+    SettableState,
+    /// `state[i]` with initial calculated.
+    FollowingState,
+    /// `der(state[i])`.
+    Derivative,
+}
+
+impl Class {
+    /// The class of a table's row.
+    #[must_use]
+    #[inline]
+    pub const fn of(row: &VariableSpec) -> Self {
+        let initial = row.effective_initial();
+        match (row.causality, row.variability) {
+            (Causality::Output, Variability::Constant) => Self::ConstantOutput,
+            (_, Variability::Constant) => Self::Constant,
+            (Causality::Input, _) => Self::Input,
+            (Causality::Parameter, Variability::Tunable) => Self::Tunable,
+            (Causality::Output, _) => match initial {
+                Some(Initial::Exact) => Self::ExactOutput,
+                Some(Initial::Approx) => Self::ApproxOutput,
+                _ => Self::CalculatedOutput,
+            },
+            (Causality::CalculatedParameter, _) => match initial {
+                Some(Initial::Approx) => Self::ApproxParameter,
+                _ => Self::CalculatedParameter,
+            },
+            _ => match initial {
+                Some(Initial::Exact) => Self::Exact,
+                Some(Initial::Approx) => Self::Approx,
+                _ => Self::Calculated,
+            },
+        }
+    }
+}
+
+/// One row of the rules: when a class of variables may be read and set.
+#[derive(Debug, Clone, Copy)]
+pub struct Rule {
+    /// The class.
+    pub class: Class,
+    /// States in which the standard allows to set it.
+    pub set: &'static [State],
+    /// States in which setting it is accepted.
+    pub set_leniently: &'static [(State, Leniency)],
+    /// States in which the standard allows to read it.
+    pub get: &'static [State],
+    /// States in which reading it is accepted.
+    pub get_leniently: &'static [(State, Leniency)],
+}
+
+use State::{
+    Error as E, Initialization as M, Instantiated as I, StepComplete as C, Terminated as T,
+};
+
+const LATER: &[State] = &[C, T, E];
+const FROM_M: &[State] = &[M, C, T, E];
+const EARLY: &[(State, Leniency)] = &[(I, Leniency::InputSetBeforeInitialization)];
+const ANY_IN_M: &[(State, Leniency)] = &[(M, Leniency::AnyReadInInitialization)];
+
+const fn rule(class: Class, set: &'static [State], get: &'static [State]) -> Rule {
+    // Whatever may be read later is read leniently in initialization mode too.
+    let get_leniently = if get.len() == LATER.len() { ANY_IN_M } else { &[] };
+    let set_leniently = if matches!(class, Class::Input) { EARLY } else { &[] };
+    Rule { class, set, set_leniently, get, get_leniently }
+}
+
+/// The rules, one for each [`Class`], in their order.
+///
+/// Reading at a communication point after setting is [`Leniency::ReadAfterSet`] besides, whatever
+/// the class.
+pub const RULES: [Rule; 15] = [
+    rule(Class::Constant, &[], LATER),
+    rule(Class::Input, &[M, C], LATER),
+    rule(Class::Tunable, &[I, M, C], LATER),
+    rule(Class::Exact, &[I, M], LATER),
+    rule(Class::Approx, &[I], LATER),
+    rule(Class::Calculated, &[], LATER),
+    rule(Class::ApproxParameter, &[I], FROM_M),
+    rule(Class::CalculatedParameter, &[], FROM_M),
+    rule(Class::ExactOutput, &[I, M], FROM_M),
+    rule(Class::ApproxOutput, &[I], FROM_M),
+    rule(Class::CalculatedOutput, &[], FROM_M),
+    rule(Class::ConstantOutput, &[], FROM_M),
+    rule(Class::SettableState, &[I, M], FROM_M),
+    rule(Class::FollowingState, &[], FROM_M),
+    rule(Class::Derivative, &[], FROM_M),
+];
+
+/// The rules spread out by class and state, for the way every call takes.
+const SPREAD: [[[Access; State::ALL.len()]; 2]; RULES.len()] = {
+    let mut spread = [[[Access::Illegal; State::ALL.len()]; 2]; RULES.len()];
+    let mut class = 0;
+    while class < RULES.len() {
+        let rule = &RULES[class];
+        assert!(rule.class as usize == class, "the rules are not in the order of the classes");
+        let sides = [(rule.set, rule.set_leniently), (rule.get, rule.get_leniently)];
+        let mut side = 0;
+        while side < 2 {
+            let (legal, lenient) = sides[side];
+            let mut k = 0;
+            while k < lenient.len() {
+                spread[class][side][lenient[k].0 as usize] = Access::Lenient(lenient[k].1);
+                k += 1;
+            }
+            let mut k = 0;
+            while k < legal.len() {
+                spread[class][side][legal[k] as usize] = Access::Legal;
+                k += 1;
+            }
+            side += 1;
+        }
+        class += 1;
+    }
+    spread
+};
+
+impl Class {
+    /// Whether a variable of this class may be set.
+    #[must_use]
+    #[inline]
+    pub const fn set_access(self, state: State) -> Access {
+        SPREAD[self as usize][0][state as usize]
+    }
+
+    /// Whether a variable of this class may be read.
+    #[must_use]
+    #[inline]
+    pub const fn get_access(self, state: State) -> Access {
+        SPREAD[self as usize][1][state as usize]
+    }
+
+    /// Whether it may be an unknown of `fmi2GetDirectionalDerivative`: in initialization mode what
+    /// stands under InitialUnknowns, afterwards outputs and derivatives of states.
+    #[must_use]
+    pub const fn is_unknown_in(self, state: State) -> bool {
+        match self {
+            Self::Derivative | Self::ApproxOutput | Self::CalculatedOutput => true,
+            Self::ApproxParameter | Self::CalculatedParameter | Self::FollowingState => {
+                matches!(state, State::Initialization)
+            }
+            Self::ExactOutput | Self::ConstantOutput => !matches!(state, State::Initialization),
+            _ => false,
+        }
+    }
+
+    /// Whether it may be a known of `fmi2GetDirectionalDerivative`: inputs, in initialization mode
+    /// what has initial exact and is no constant, afterwards the states.
+    #[must_use]
+    pub const fn is_known_in(self, state: State) -> bool {
+        match self {
+            Self::Input | Self::SettableState => true,
+            Self::Tunable | Self::Exact | Self::ExactOutput => {
+                matches!(state, State::Initialization)
+            }
+            Self::FollowingState => !matches!(state, State::Initialization),
+            _ => false,
+        }
+    }
+}
+
+/// Whether the variable of a row may be set: [`RULES`] by row.
+#[must_use]
+#[inline]
+pub const fn set_access(state: State, row: &VariableSpec) -> Access {
+    Class::of(row).set_access(state)
+}
+
+/// Whether the variable of a row may be read: [`RULES`] by row.
+#[must_use]
+#[inline]
+pub const fn get_access(state: State, row: &VariableSpec) -> Access {
+    Class::of(row).get_access(state)
+}

@@ -1,0 +1,242 @@
+//! Derivatives of inputs and outputs by time, and directional derivatives.
+//!
+//! A directional derivative is `Δunknown = Σ ∂unknown/∂known · Δknown` (section 2.1.9). Each partial
+//! derivative is zero where the slave sees no dependency, else what the slave gives, else a central
+//! difference on clones: with x the known and n its nominal value (1 where there is none), the step
+//! is `∛ε · max(|x|, n)`, the best for three digits of the third derivative at that magnitude, cut at
+//! the known's limits.
+
+use crate::access::Target;
+use crate::calls::State;
+use crate::contain::Contained;
+use crate::exposed::Exposed;
+use crate::instance::{Instance, Outcome};
+use crate::structure::depends_initially;
+use crate::types::Status;
+use crate::{Known, Slave, Unknown};
+use model_description::{Causality, Kind, Value, Variability, VariableSpec};
+use std::mem::MaybeUninit;
+
+/// The only order of derivatives by time that there is.
+const ORDER: i32 = 1;
+
+impl<S: Slave> Instance<S> {
+    /// A continuous variable of that causality, whose derivative of that order there is.
+    fn find_continuous(
+        &self,
+        reference: u32,
+        order: i32,
+        causality: Causality,
+    ) -> Result<(S::Variable, &'static VariableSpec), String> {
+        let target = self.find(reference, Kind::Real)?;
+        match target {
+            _ if order != ORDER => {
+                Err(format!("`{}` has no derivative of order {order}, only {ORDER}", target.name()))
+            }
+            Target::Variable(variable, row)
+                if row.causality == causality && row.variability == Variability::Continuous =>
+            {
+                Ok((variable, row))
+            }
+            _ => Err(format!("`{}` is no continuous {causality}", target.name())),
+        }
+    }
+
+    pub(crate) fn set_input_derivatives(
+        &mut self,
+        references: &[u32],
+        orders: &[i32],
+        values: &[f64],
+    ) -> Outcome {
+        for ((&reference, &order), &value) in references.iter().zip(orders).zip(values) {
+            let (_, row) = self.find_continuous(reference, order, Causality::Input)?;
+            if !value.is_finite() {
+                return Err(format!("the derivative of `{}` cannot be {value}", row.name));
+            }
+        }
+        for ((&reference, &order), &value) in references.iter().zip(orders).zip(values) {
+            let (variable, _) = self.find_continuous(reference, order, Causality::Input)?;
+            let pending = &mut self.core.input_derivatives;
+            match pending.iter_mut().find(|(known, _)| *known == reference) {
+                Some((_, derivative)) => *derivative = value,
+                None => pending.push((reference, value)),
+            }
+            self.core.slave.set_input_derivative(variable, value);
+        }
+        Ok(Status::Ok)
+    }
+
+    pub(crate) fn get_output_derivatives(
+        &mut self,
+        references: &[u32],
+        orders: &[i32],
+        values: &mut [MaybeUninit<f64>],
+    ) -> Outcome {
+        for (&reference, &order) in references.iter().zip(orders) {
+            self.find_continuous(reference, order, Causality::Output)?;
+        }
+        for ((&reference, &order), slot) in references.iter().zip(orders).zip(values) {
+            let (variable, _) = self.find_continuous(reference, order, Causality::Output)?;
+            slot.write(self.core.slave.output_derivative(variable));
+        }
+        Ok(Status::Ok)
+    }
+
+    /// An unknown of a directional derivative.
+    fn find_unknown(&self, reference: u32) -> Result<Target<S::Variable>, String> {
+        let target = self.find(reference, Kind::Real)?;
+        if target.class().is_unknown_in(self.core.state) {
+            return Ok(target);
+        }
+        let need = match self.core.state {
+            State::Initialization => "an initial unknown",
+            _ => "an output or the derivative of a state",
+        };
+        Err(format!("`{}` is no unknown here: it is not {need}", target.name()))
+    }
+
+    /// A known of a directional derivative.
+    fn find_known(&self, reference: u32) -> Result<Target<S::Variable>, String> {
+        let target = self.find(reference, Kind::Real)?;
+        if target.class().is_known_in(self.core.state) {
+            return Ok(target);
+        }
+        let need = match self.core.state {
+            State::Initialization => "an input, nor does it have initial=\"exact\" and may vary",
+            _ => "an input or a state",
+        };
+        Err(format!("`{}` is no known here: it is not {need}", target.name()))
+    }
+
+    /// The sensitivities of the unknowns in the direction `seed` of the knowns.
+    pub(crate) fn directional_derivative(
+        &mut self,
+        unknowns: &[u32],
+        knowns: &[u32],
+        seed: &[f64],
+    ) -> Result<Vec<f64>, String> {
+        let unknowns = unknowns
+            .iter()
+            .map(|&reference| self.find_unknown(reference))
+            .collect::<Result<Vec<_>, _>>()?;
+        let mut sums = vec![0.0; unknowns.len()];
+        for &reference in knowns {
+            self.find_known(reference)?;
+        }
+        if let Some(direction) = seed.iter().find(|direction| !direction.is_finite()) {
+            return Err(format!("dvKnown cannot be {direction}"));
+        }
+        for (&reference, &direction) in knowns.iter().zip(seed).filter(|(_, d)| **d != 0.0) {
+            let known = self.find_known(reference)?;
+            let mut around = None;
+            for (&unknown, sum) in unknowns.iter().zip(&mut sums) {
+                *sum += self.partial(unknown, known, &mut around)? * direction;
+            }
+            if let Some(around) = around {
+                around.release();
+            }
+        }
+        match sums.iter().zip(&unknowns).find(|(sum, _)| !sum.is_finite()) {
+            None => Ok(sums),
+            Some((sum, unknown)) => {
+                Err(format!("the directional derivative of `{}` is {sum} here", unknown.name()))
+            }
+        }
+    }
+
+    /// `∂unknown/∂known`; `around` keeps the clones for the other unknowns.
+    fn partial(
+        &mut self,
+        unknown: Target<S::Variable>,
+        known: Target<S::Variable>,
+        around: &mut Option<Around<S>>,
+    ) -> Result<f64, String> {
+        let slave = &mut self.core.slave;
+        let to = match unknown {
+            Target::Variable(variable, _) => Unknown::Variable(variable),
+            Target::Exposed(Exposed::State { index, .. }) => Unknown::State(index),
+            Target::Exposed(Exposed::Derivative { index }) => Unknown::Derivative(index),
+        };
+        let by = match known {
+            Target::Variable(variable, _) => Known::Variable(variable),
+            Target::Exposed(Exposed::State { index, .. } | Exposed::Derivative { index }) => {
+                Known::State(index)
+            }
+        };
+        let depends = match self.core.state {
+            State::Initialization => depends_initially(&**slave, to, by).is_some(),
+            _ => slave.dependency(to, by).is_some(),
+        };
+        if !depends {
+            return Ok(0.0);
+        }
+        if let Some(partial) = slave.partial_derivative(to, by) {
+            return Ok(partial);
+        }
+        if around.is_none() {
+            *around = Some(Around::new(slave, known)?);
+        }
+        around.as_mut().map_or(Ok(0.0), |around| around.difference(unknown))
+    }
+}
+
+/// Clones at both sides of a known's value.
+struct Around<S> {
+    below: Contained<S>,
+    above: Contained<S>,
+    /// The distance between them.
+    width: f64,
+}
+
+impl<S: Slave> Around<S> {
+    fn new(slave: &mut Contained<S>, known: Target<S::Variable>) -> Result<Self, String> {
+        let (at, nominal, min, max) = match known {
+            Target::Variable(variable, row) => {
+                let at = slave.get(variable).as_number();
+                let limit = |limit: Option<f64>, other| limit.unwrap_or(other);
+                let (min, max) = (limit(row.min, f64::MIN), limit(row.max, f64::MAX));
+                (at, row.nominal.unwrap_or(1.0), min, max)
+            }
+            Target::Exposed(Exposed::State { index, settable: true }) => {
+                (Some(slave.state(index)), 1.0, f64::MIN, f64::MAX)
+            }
+            Target::Exposed(_) => (None, 1.0, 0.0, 0.0),
+        };
+        let Some(at) = at.filter(|at| at.is_finite()) else {
+            return Err(format!("the model gives no derivatives by `{}`", known.name()));
+        };
+        let step = f64::EPSILON.cbrt() * at.abs().max(nominal);
+        let (low, high) = ((at - step).max(min), (at + step).min(max));
+        let width = high - low;
+        // Written so that NaN fails.
+        if !(width > 0.0 && width.is_finite()) {
+            return Err(format!("`{}` has no room for a derivative at {at}", known.name()));
+        }
+        let shifted = |value: f64| {
+            let mut clone = slave.clone();
+            match known {
+                Target::Variable(variable, _) => clone.set(variable, &Value::Real(value)),
+                Target::Exposed(exposed) => exposed.set(&mut *clone, &Value::Real(value)),
+            }
+            clone
+        };
+        Ok(Self { below: shifted(low), above: shifted(high), width })
+    }
+
+    fn difference(&mut self, unknown: Target<S::Variable>) -> Result<f64, String> {
+        let value = |slave: &mut S| match unknown {
+            Target::Variable(variable, _) => slave.get(variable).as_number(),
+            Target::Exposed(exposed) => Some(exposed.value(slave)),
+        };
+        match (value(&mut self.below), value(&mut self.above)) {
+            (Some(below), Some(above)) => Ok((above - below) / self.width),
+            _ => Err(format!("the model gave `{}` a value of another type", unknown.name())),
+        }
+    }
+
+    /// Drops the clones so that a panic shows.
+    fn release(self) {
+        self.below.release();
+        self.above.release();
+    }
+}

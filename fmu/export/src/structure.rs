@@ -1,0 +1,137 @@
+//! The model structure of a slave with its states: Outputs, Derivatives and InitialUnknowns with
+//! their dependencies (section 2.2.8).
+//!
+//! At a communication point the knowns are the inputs and the states, and [`Slave::dependency`] says
+//! what depends on what. In initialization mode they are the inputs and what has `initial="exact"`;
+//! there a table's row says what it depends on among the variables, and [`Slave::dependency`] the
+//! rest.
+
+use crate::{Known, Slave, Unknown, VariableId};
+use model_description as xml;
+use model_description::{Causality, DependencyKind, DependsOn, Initial, ModelDescription};
+
+/// What the table says of a dependency at a communication point; of states everything depends on
+/// everything.
+pub(crate) fn table_dependency<S: Slave>(
+    unknown: Unknown<S::Variable>,
+    known: Known<S::Variable>,
+) -> Option<DependencyKind> {
+    match (unknown, known) {
+        (Unknown::Variable(unknown), Known::Variable(known)) => {
+            listed(unknown.spec().depends_on, known)
+        }
+        _ => Some(DependencyKind::Dependent),
+    }
+}
+
+fn listed(depends_on: DependsOn, known: impl VariableId) -> Option<DependencyKind> {
+    let depends = match depends_on {
+        DependsOn::Nothing => false,
+        DependsOn::All => true,
+        DependsOn::On(names) => names.contains(&known.spec().name),
+    };
+    depends.then_some(DependencyKind::Dependent)
+}
+
+/// How an unknown depends on a known in initialization mode.
+pub(crate) fn depends_initially<S: Slave>(
+    slave: &S,
+    unknown: Unknown<S::Variable>,
+    known: Known<S::Variable>,
+) -> Option<DependencyKind> {
+    match (unknown, known) {
+        (Unknown::Variable(unknown), Known::Variable(known)) => {
+            listed(unknown.spec().initial_depends_on, known)
+        }
+        // It is fixed before there is a state.
+        (Unknown::Variable(unknown), Known::State(_))
+            if unknown.spec().causality == Causality::CalculatedParameter =>
+        {
+            None
+        }
+        // The standard knows no other kinds here.
+        _ => match slave.dependency(unknown, known)? {
+            DependencyKind::Constant => Some(DependencyKind::Constant),
+            _ => Some(DependencyKind::Dependent),
+        },
+    }
+}
+
+/// Makes the model structure of a description that has the table's variables and the states.
+pub(crate) fn structure<S: Slave>(
+    slave: &S,
+    settable: &[bool],
+    description: &mut ModelDescription,
+) {
+    let rows = S::TABLE.variables;
+    // Indices count from 1: first the table, then states and derivatives by turns.
+    let state_index = |state: usize| index(rows.len() + 2 * state);
+    let derivative_index = |state: usize| index(rows.len() + 2 * state + 1);
+    let variables = |wanted: &dyn Fn(&xml::VariableSpec) -> bool| -> Vec<_> {
+        rows.iter()
+            .enumerate()
+            .filter(|(_, row)| wanted(row))
+            .filter_map(|(i, row)| Some((index(i), S::Variable::from_reference(row.reference)?)))
+            .collect()
+    };
+    let states = |wanted: &dyn Fn(bool) -> bool| {
+        (0..settable.len())
+            .filter(|state| settable.get(*state).is_some_and(|settable| wanted(*settable)))
+            .map(|state| (state_index(state), Known::State(state)))
+            .collect::<Vec<_>>()
+    };
+    let knowns = |variables: Vec<(u32, S::Variable)>, states: Vec<(u32, Known<S::Variable>)>| {
+        let variables = variables.into_iter().map(|(i, variable)| (i, Known::Variable(variable)));
+        variables.chain(states).collect::<Vec<_>>()
+    };
+    let is_input = |row: &xml::VariableSpec| row.causality == Causality::Input;
+    let is_exact = |row: &xml::VariableSpec| row.effective_initial() == Some(Initial::Exact);
+
+    let at_points = knowns(variables(&is_input), states(&|_| true));
+    let later = |index: u32, unknown: Unknown<S::Variable>| {
+        list(index, &at_points, |known| slave.dependency(unknown, known))
+    };
+    description.outputs = variables(&|row| row.causality == Causality::Output)
+        .into_iter()
+        .map(|(index, variable)| later(index, Unknown::Variable(variable)))
+        .collect();
+    description.derivatives = (0..settable.len())
+        .map(|state| later(derivative_index(state), Unknown::Derivative(state)))
+        .collect();
+
+    let at_first = knowns(variables(&|row| is_input(row) || is_exact(row)), states(&|exact| exact));
+    let first = |index: u32, unknown: Unknown<S::Variable>| {
+        list(index, &at_first, |known| depends_initially(slave, unknown, known))
+    };
+    let of_table = description.initial_unknowns.iter().filter_map(|unknown| {
+        let row = rows.get(usize::try_from(unknown.index).ok()?.checked_sub(1)?)?;
+        Some(first(unknown.index, Unknown::Variable(S::Variable::from_reference(row.reference)?)))
+    });
+    let of_states = settable.iter().enumerate().flat_map(|(state, settable)| {
+        let follows = (!settable).then(|| first(state_index(state), Unknown::State(state)));
+        let derivative = first(derivative_index(state), Unknown::Derivative(state));
+        follows.into_iter().chain([derivative])
+    });
+    description.initial_unknowns = of_table.chain(of_states).collect();
+}
+
+/// The index of the variable at that place.
+fn index(place: usize) -> u32 {
+    u32::try_from(place + 1).unwrap_or(u32::MAX)
+}
+
+/// An unknown with the knowns that it depends on; with no list where it depends on all of them.
+fn list<V: Copy>(
+    index: u32,
+    knowns: &[(u32, Known<V>)],
+    dependency: impl Fn(Known<V>) -> Option<DependencyKind>,
+) -> xml::Unknown {
+    let found: Vec<(u32, DependencyKind)> = knowns
+        .iter()
+        .filter_map(|&(index, known)| dependency(known).map(|kind| (index, kind)))
+        .collect();
+    let (dependencies, kinds): (Vec<u32>, Vec<DependencyKind>) = found.into_iter().unzip();
+    // No kinds where there is nothing to have a kind: not every importer takes an empty list.
+    let kinds = (!kinds.is_empty()).then_some(kinds);
+    xml::Unknown { index, dependencies: Some(dependencies), kinds }
+}

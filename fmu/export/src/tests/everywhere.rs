@@ -1,0 +1,413 @@
+//! A slave that panics in any of its functions, its destructor and its copies included, with
+//! payloads whose destructors panic too: no export lets it out, and the others go on.
+
+use super::host::{ERROR, FATAL, Line, Lines, OK, callbacks};
+use crate::boundary as c;
+use crate::{Capabilities, Known, Log, Resources, Slave, StateSpec, Unknown, VariableId};
+use model_description::{
+    Causality as C, DependencyKind, Table, Value, Variability as V, VariableSpec,
+};
+use std::cell::Cell;
+use std::ffi::{CString, c_void};
+use std::ptr::{null, null_mut};
+
+const VARIABLES: &[VariableSpec] = &[
+    VariableSpec::real("u", 0, C::Input, V::Continuous),
+    VariableSpec::real("y", 1, C::Output, V::Continuous),
+    VariableSpec::integer("n", 2, C::Parameter, V::Tunable),
+    VariableSpec::boolean("on", 3, C::Parameter, V::Tunable),
+    VariableSpec::string("text", 4, C::Parameter, V::Tunable),
+];
+const TABLE: Table = Table::new("Mine", "1", "It goes off", VARIABLES);
+
+/// Where the slave panics.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum At {
+    Nowhere,
+    Open,
+    States,
+    Get,
+    Set,
+    Exit,
+    Step,
+    State,
+    StateDerivative,
+    SetState,
+    SetInputDerivative,
+    OutputDerivative,
+    Dependency,
+    PartialDerivative,
+    Save,
+    Load,
+    Clone,
+    Drop,
+    Reference,
+}
+
+thread_local! {
+    static AT: Cell<At> = const { Cell::new(At::Nowhere) };
+    /// Whether every destructor panics besides, of slaves and of payloads.
+    static DROPS: Cell<bool> = const { Cell::new(false) };
+    static ALIVE: Cell<i32> = const { Cell::new(0) };
+}
+
+/// A payload that is no text, whose destructor panics.
+struct Payload;
+
+impl Drop for Payload {
+    fn drop(&mut self) {
+        if DROPS.get() {
+            panic!("the payload");
+        }
+    }
+}
+
+fn at(place: At) {
+    if AT.get() == place {
+        std::panic::panic_any(Payload);
+    }
+}
+
+struct Mine;
+
+impl Mine {
+    fn new() -> Self {
+        ALIVE.set(ALIVE.get() + 1);
+        Self
+    }
+}
+
+impl Clone for Mine {
+    fn clone(&self) -> Self {
+        at(At::Clone);
+        Self::new()
+    }
+}
+
+impl Drop for Mine {
+    fn drop(&mut self) {
+        ALIVE.set(ALIVE.get() - 1);
+        if DROPS.get() {
+            std::panic::panic_any(Payload);
+        }
+        at(At::Drop);
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Variable(u32);
+
+impl VariableId for Variable {
+    fn from_reference(reference: u32) -> Option<Self> {
+        at(At::Reference);
+        (reference as usize).lt(&VARIABLES.len()).then_some(Self(reference))
+    }
+
+    fn spec(self) -> &'static VariableSpec {
+        &VARIABLES[self.0 as usize]
+    }
+}
+
+impl Slave for Mine {
+    type Variable = Variable;
+    const TABLE: &'static Table = &TABLE;
+    const CAPABILITIES: Capabilities = Capabilities {
+        interpolates_inputs: true,
+        output_derivatives: true,
+        directional_derivatives: true,
+        serializes: true,
+    };
+
+    fn open(_: &Resources) -> Result<Self, String> {
+        at(At::Open);
+        Ok(Self::new())
+    }
+
+    fn get(&mut self, variable: Variable) -> Value {
+        at(At::Get);
+        match variable.0 {
+            2 => Value::Integer(0),
+            3 => Value::Boolean(false),
+            4 => Value::String("text".into()),
+            _ => Value::Real(0.0),
+        }
+    }
+
+    fn set(&mut self, _: Variable, _: &Value) {
+        at(At::Set);
+    }
+
+    fn exit_initialization(&mut self, _: f64, _: &mut Log) -> Result<(), String> {
+        at(At::Exit);
+        Ok(())
+    }
+
+    fn step(&mut self, _: f64, _: f64, _: &mut Log) -> Result<(), String> {
+        at(At::Step);
+        Ok(())
+    }
+
+    fn states(&self) -> Vec<StateSpec> {
+        at(At::States);
+        let (unit, derivative_unit, settable) = (None, None, true);
+        vec![StateSpec { description: String::new(), unit, derivative_unit, settable }]
+    }
+
+    fn state(&mut self, _: usize) -> f64 {
+        at(At::State);
+        0.0
+    }
+
+    fn state_derivative(&mut self, _: usize) -> f64 {
+        at(At::StateDerivative);
+        0.0
+    }
+
+    fn set_state(&mut self, _: usize, _: f64) {
+        at(At::SetState);
+    }
+
+    fn set_input_derivative(&mut self, _: Variable, _: f64) {
+        at(At::SetInputDerivative);
+    }
+
+    fn output_derivative(&mut self, _: Variable) -> f64 {
+        at(At::OutputDerivative);
+        0.0
+    }
+
+    fn dependency(&self, _: Unknown<Variable>, _: Known<Variable>) -> Option<DependencyKind> {
+        at(At::Dependency);
+        Some(DependencyKind::Dependent)
+    }
+
+    fn partial_derivative(&mut self, _: Unknown<Variable>, _: Known<Variable>) -> Option<f64> {
+        at(At::PartialDerivative);
+        None
+    }
+
+    fn save(&self) -> Vec<u8> {
+        at(At::Save);
+        Vec::new()
+    }
+
+    fn load(&mut self, _: &[u8]) -> Result<(), String> {
+        at(At::Load);
+        Ok(())
+    }
+}
+
+struct Field {
+    component: *mut c_void,
+    state: *mut c_void,
+    bytes: Vec<u8>,
+    lines: Box<Lines>,
+}
+
+/// Calls a function of the boundary on that instance.
+macro_rules! on {
+    ($field:expr, $function:ident($($argument:expr),*)) => {{
+        let component = $field.component;
+        // SAFETY: a live instance of the slave above, good arguments.
+        unsafe { c::$function::<Mine>(component, $($argument),*) }
+    }};
+}
+
+const STATE: u32 = crate::state_reference(0);
+const SLOPE: u32 = crate::derivative_reference(0);
+
+impl Field {
+    fn instantiate() -> Self {
+        let lines = Box::new(Lines::default());
+        let callbacks = callbacks(&lines);
+        let guid = CString::new(model_description::guid(&TABLE, &[])).unwrap();
+        // SAFETY: valid strings and callbacks.
+        let component = unsafe {
+            c::instantiate::<Mine>(c"mine".as_ptr(), 1, guid.as_ptr(), null(), &callbacks, 0, 0)
+        };
+        Self { component, state: null_mut(), bytes: Vec::new(), lines }
+    }
+
+    /// In initialization mode or at a communication point, with a state and its bytes.
+    fn new(initialized: bool) -> Self {
+        let mut field = Self::instantiate();
+        assert!(!field.component.is_null());
+        assert_eq!(on!(field, setup_experiment(0, 0.0, 0.0, 0, 0.0)), OK);
+        assert_eq!(on!(field, enter_initialization_mode()), OK);
+        if initialized {
+            assert_eq!(on!(field, exit_initialization_mode()), OK);
+        }
+        let (mut state, mut size) = (null_mut(), 0);
+        assert_eq!(on!(field, get_fmu_state(&mut state)), OK);
+        assert_eq!(on!(field, serialized_fmu_state_size(state, &mut size)), OK);
+        let mut bytes = vec![0; size];
+        assert_eq!(on!(field, serialize_fmu_state(state, bytes.as_mut_ptr().cast(), size)), OK);
+        (field.state, field.bytes) = (state, bytes);
+        field
+    }
+
+    fn lines(&self) -> Vec<Line> {
+        self.lines.take()
+    }
+
+    /// Frees the instance and its state, by another instance: this one may be lost.
+    fn free(mut self) {
+        // SAFETY: made above, freed once.
+        unsafe { c::free_instance::<Mine>(self.component) };
+        if !self.state.is_null() {
+            AT.set(At::Nowhere);
+            let dropping = DROPS.replace(false);
+            let other = Self::instantiate();
+            DROPS.set(dropping);
+            let status = on!(other, free_fmu_state(&mut self.state));
+            assert_eq!(status, if dropping { FATAL } else { OK });
+            assert!(self.state.is_null());
+            // SAFETY: made above, freed once.
+            unsafe { c::free_instance::<Mine>(other.component) };
+        }
+    }
+}
+
+type Export = (&'static str, fn(&mut Field) -> i32);
+
+/// Every export that reaches the slave, at a communication point or, the second list, in
+/// initialization mode; with the places where it does.
+const LATER: &[(Export, &[At])] = &[
+    (("fmi2Reset", |f| on!(f, reset())), &[At::Clone, At::Drop]),
+    (("fmi2GetReal", |f| on!(f, get_real(&1, 1, &mut 0.0))), &[At::Reference, At::Get]),
+    (("fmi2GetReal", |f| on!(f, get_real(&STATE, 1, &mut 0.0))), &[At::Reference, At::State]),
+    (("fmi2GetReal", |f| on!(f, get_real(&SLOPE, 1, &mut 0.0))), &[At::StateDerivative]),
+    (("fmi2GetInteger", |f| on!(f, get_integer(&2, 1, &mut 0))), &[At::Reference, At::Get]),
+    (("fmi2GetBoolean", |f| on!(f, get_boolean(&3, 1, &mut 0))), &[At::Reference, At::Get]),
+    (("fmi2GetString", |f| on!(f, get_string(&4, 1, &mut null()))), &[At::Reference, At::Get]),
+    (("fmi2SetReal", |f| on!(f, set_real(&0, 1, &0.0))), &[At::Reference, At::Set]),
+    (("fmi2SetInteger", |f| on!(f, set_integer(&2, 1, &0))), &[At::Reference, At::Set]),
+    (("fmi2SetBoolean", |f| on!(f, set_boolean(&3, 1, &0))), &[At::Reference, At::Set]),
+    (("fmi2SetString", |f| on!(f, set_string(&4, 1, &c"".as_ptr()))), &[At::Reference, At::Set]),
+    (("fmi2GetFMUstate", |f| on!(f, get_fmu_state(&mut null_mut()))), &[At::Clone]),
+    (("fmi2GetFMUstate", |f| on!(f, get_fmu_state(&mut f.state))), &[At::Clone, At::Drop]),
+    (("fmi2SetFMUstate", |f| on!(f, set_fmu_state(f.state))), &[At::Clone, At::Drop]),
+    (("fmi2FreeFMUstate", |f| on!(f, free_fmu_state(&mut f.state))), &[At::Drop]),
+    (
+        ("fmi2SerializedFMUstateSize", |f| on!(f, serialized_fmu_state_size(f.state, &mut 0))),
+        &[At::Save],
+    ),
+    (
+        ("fmi2SerializeFMUstate", |f| {
+            let (bytes, size) = (f.bytes.as_mut_ptr().cast(), f.bytes.len());
+            on!(f, serialize_fmu_state(f.state, bytes, size))
+        }),
+        &[At::Save],
+    ),
+    (
+        ("fmi2DeSerializeFMUstate", |f| {
+            let mut state = null_mut();
+            let (bytes, size) = (f.bytes.as_ptr().cast(), f.bytes.len());
+            let status = on!(f, de_serialize_fmu_state(bytes, size, &mut state));
+            assert!(state.is_null());
+            status
+        }),
+        &[At::Clone, At::Load],
+    ),
+    (
+        ("fmi2GetDirectionalDerivative", |f| {
+            on!(f, get_directional_derivative(&1, 1, &0, 1, &1.0, &mut 0.0))
+        }),
+        &[
+            At::Reference,
+            At::Dependency,
+            At::PartialDerivative,
+            At::Clone,
+            At::Get,
+            At::Set,
+            At::Drop,
+        ],
+    ),
+    (
+        ("fmi2GetDirectionalDerivative", |f| {
+            on!(f, get_directional_derivative(&SLOPE, 1, &STATE, 1, &1.0, &mut 0.0))
+        }),
+        &[At::State, At::SetState, At::StateDerivative, At::Drop],
+    ),
+    (
+        ("fmi2SetRealInputDerivatives", |f| on!(f, set_real_input_derivatives(&0, 1, &1, &1.0))),
+        &[At::Reference, At::SetInputDerivative],
+    ),
+    (
+        ("fmi2GetRealOutputDerivatives", |f| {
+            on!(f, get_real_output_derivatives(&1, 1, &1, &mut 0.0))
+        }),
+        &[At::Reference, At::OutputDerivative],
+    ),
+    (("fmi2DoStep", |f| on!(f, do_step(0.0, 0.1, 1))), &[At::Step]),
+];
+const INITIALLY: &[(Export, &[At])] = &[
+    (("fmi2ExitInitializationMode", |f| on!(f, exit_initialization_mode())), &[At::Exit]),
+    (("fmi2SetReal", |f| on!(f, set_real(&STATE, 1, &0.0))), &[At::Reference, At::SetState]),
+];
+
+#[test]
+fn every_export_contains_every_panic() {
+    let bystander = Field::new(true);
+    for (initialized, exports) in [(true, LATER), (false, INITIALLY)] {
+        for ((name, export), places) in exports {
+            for &place in *places {
+                // Without and with destructors that panic while others unwind.
+                for drops in [false, true] {
+                    let mut field = Field::new(initialized);
+                    AT.set(place);
+                    DROPS.set(drops);
+                    let status = export(&mut field);
+                    assert_eq!(status, FATAL, "{name} {place:?} {drops}");
+                    let lines = field.lines();
+                    assert_eq!(lines.len(), 1, "{name} {place:?}: {lines:?}");
+                    assert_eq!((lines[0].1, lines[0].2.as_str()), (FATAL, "logStatusFatal"));
+                    assert!(lines[0].3.starts_with(&format!("{name}: ")), "{lines:?}");
+                    assert_eq!(on!(field, do_step(0.0, 0.1, 1)), FATAL);
+                    assert_eq!(field.lines(), []);
+                    field.free();
+                    (AT.set(At::Nowhere), DROPS.set(false));
+                }
+            }
+        }
+    }
+    assert_eq!(on!(bystander, do_step(0.0, 0.1, 1)), OK);
+    bystander.free();
+    assert_eq!(ALIVE.get(), 0, "every slave was dropped once");
+}
+
+#[test]
+fn instantiation_contains_every_panic() {
+    for place in [At::Open, At::States, At::Clone] {
+        for drops in [false, true] {
+            (AT.set(place), DROPS.set(drops));
+            let field = Field::instantiate();
+            assert!(field.component.is_null(), "{place:?}");
+            let lines = field.lines();
+            assert_eq!((lines.len(), lines[0].1), (1, FATAL), "{place:?} {lines:?}");
+            (AT.set(At::Nowhere), DROPS.set(false));
+        }
+    }
+    assert_eq!(ALIVE.get(), 0);
+}
+
+/// Freeing it: two slaves in one instance, both of which panic when they are dropped.
+#[test]
+fn freeing_contains_every_panic() {
+    for place in [At::Drop, At::Nowhere] {
+        let field = Field::new(true);
+        (AT.set(place), DROPS.set(place == At::Nowhere));
+        field.free();
+        (AT.set(At::Nowhere), DROPS.set(false));
+    }
+    assert_eq!(ALIVE.get(), 0);
+}
+
+/// Another test's instance, an error, a reset: what is not poisoned goes on.
+#[test]
+fn an_error_beside_a_panic_is_an_error() {
+    let field = Field::new(true);
+    assert_eq!(on!(field, do_step(7.0, 0.1, 1)), ERROR);
+    assert_eq!(on!(field, reset()), OK);
+    field.free();
+}
