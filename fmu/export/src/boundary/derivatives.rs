@@ -17,7 +17,7 @@ pub unsafe fn set_real_input_derivatives<S: Slave>(
     values: *const f64,
 ) -> i32 {
     let body = |instance: &mut Instance<S>| {
-        supported::<S>(S::CAPABILITIES.interpolates_inputs)?;
+        supported(S::CAPABILITIES.interpolates_inputs)?;
         // SAFETY: the module's contract, here and for the rest.
         let references = unsafe { array(references, length, "value references")? };
         // SAFETY: as above.
@@ -39,7 +39,7 @@ pub unsafe fn get_real_output_derivatives<S: Slave>(
     values: *mut f64,
 ) -> i32 {
     let body = |instance: &mut Instance<S>| {
-        supported::<S>(S::CAPABILITIES.output_derivatives)?;
+        supported(S::CAPABILITIES.output_derivatives)?;
         // SAFETY: the module's contract, here and for the rest.
         let references = unsafe { array(references, length, "value references")? };
         // SAFETY: as above.
@@ -63,7 +63,7 @@ pub unsafe fn get_directional_derivative<S: Slave>(
     sensitivity: *mut f64,
 ) -> i32 {
     let body = |instance: &mut Instance<S>| {
-        supported::<S>(S::CAPABILITIES.directional_derivatives)?;
+        supported(S::CAPABILITIES.directional_derivatives)?;
         // SAFETY: the module's contract, here and for the rest.
         let unknowns = unsafe { array(unknowns, unknown_count, "unknowns")? };
         // SAFETY: as above.

@@ -55,6 +55,6 @@ unsafe fn call<S: Slave>(
 }
 
 /// Refuses a call whose flag in the XML says that the slave has no such thing.
-fn supported<S: Slave>(flag: bool) -> Result<(), String> {
+fn supported(flag: bool) -> Result<(), String> {
     if flag { Ok(()) } else { Err("not supported, as the XML says".into()) }
 }

@@ -117,7 +117,7 @@ pub unsafe fn free_fmu_state<S: Slave>(component: *mut c_void, state: *mut *mut 
 /// # Safety
 /// The module's contract for `state`.
 unsafe fn bytes_of<S: Slave>(state: *mut c_void) -> Result<Vec<u8>, String> {
-    supported::<S>(S::CAPABILITIES.serializes)?;
+    supported(S::CAPABILITIES.serializes)?;
     if state.is_null() {
         return Err("the FMU state is NULL".into());
     }
@@ -178,7 +178,7 @@ pub unsafe fn de_serialize_fmu_state<S: Slave>(
     state: *mut *mut c_void,
 ) -> i32 {
     let body = |instance: &mut Instance<S>| {
-        supported::<S>(S::CAPABILITIES.serializes)?;
+        supported(S::CAPABILITIES.serializes)?;
         // SAFETY: the module's contract, here and for the bytes.
         let slot = unsafe { slots(state, 1, "FMU states")? };
         // SAFETY: as above.

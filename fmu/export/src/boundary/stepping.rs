@@ -26,7 +26,7 @@ pub unsafe fn cancel_step<S: Slave>(component: *mut c_void) -> i32 {
     // SAFETY: the module's contract.
     unsafe {
         call(component, Call::CancelStep, |_: &mut Instance<S>| {
-            supported::<S>(false).map(|()| Status::Ok)
+            supported(false).map(|()| Status::Ok)
         })
     }
 }

@@ -51,6 +51,11 @@ thread_local! {
     static ALIVE: Cell<i32> = const { Cell::new(0) };
 }
 
+fn arm(place: At, drops: bool) {
+    AT.set(place);
+    DROPS.set(drops);
+}
+
 /// A payload that is no text, whose destructor panics.
 struct Payload;
 
@@ -355,8 +360,7 @@ fn every_export_contains_every_panic() {
                 // Without and with destructors that panic while others unwind.
                 for drops in [false, true] {
                     let mut field = Field::new(initialized);
-                    AT.set(place);
-                    DROPS.set(drops);
+                    arm(place, drops);
                     let status = export(&mut field);
                     assert_eq!(status, FATAL, "{name} {place:?} {drops}");
                     let lines = field.lines();
@@ -366,7 +370,7 @@ fn every_export_contains_every_panic() {
                     assert_eq!(on!(field, do_step(0.0, 0.1, 1)), FATAL);
                     assert_eq!(field.lines(), []);
                     field.free();
-                    (AT.set(At::Nowhere), DROPS.set(false));
+                    arm(At::Nowhere, false);
                 }
             }
         }
@@ -380,12 +384,12 @@ fn every_export_contains_every_panic() {
 fn instantiation_contains_every_panic() {
     for place in [At::Open, At::States, At::Clone] {
         for drops in [false, true] {
-            (AT.set(place), DROPS.set(drops));
+            arm(place, drops);
             let field = Field::instantiate();
             assert!(field.component.is_null(), "{place:?}");
             let lines = field.lines();
             assert_eq!((lines.len(), lines[0].1), (1, FATAL), "{place:?} {lines:?}");
-            (AT.set(At::Nowhere), DROPS.set(false));
+            arm(At::Nowhere, false);
         }
     }
     assert_eq!(ALIVE.get(), 0);
@@ -396,9 +400,9 @@ fn instantiation_contains_every_panic() {
 fn freeing_contains_every_panic() {
     for place in [At::Drop, At::Nowhere] {
         let field = Field::new(true);
-        (AT.set(place), DROPS.set(place == At::Nowhere));
+        arm(place, place == At::Nowhere);
         field.free();
-        (AT.set(At::Nowhere), DROPS.set(false));
+        arm(At::Nowhere, false);
     }
     assert_eq!(ALIVE.get(), 0);
 }
