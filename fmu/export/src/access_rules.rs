@@ -95,9 +95,9 @@ impl Class {
     pub const fn of(row: &VariableSpec) -> Self {
         let initial = row.effective_initial();
         match (row.causality, row.variability) {
+            (Causality::Input, _) => Self::Input,
             (Causality::Output, Variability::Constant) => Self::ConstantOutput,
             (_, Variability::Constant) => Self::Constant,
-            (Causality::Input, _) => Self::Input,
             (Causality::Parameter, Variability::Tunable) => Self::Tunable,
             (Causality::Output, _) => match initial {
                 Some(Initial::Exact) => Self::ExactOutput,
@@ -196,6 +196,23 @@ const SPREAD: [[[Access; State::ALL.len()]; 2]; RULES.len()] = {
         class += 1;
     }
     spread
+};
+
+/// Of each state, whether the standard allows to read every variable in it.
+pub(crate) const EVERYTHING_READ: [bool; State::ALL.len()] = {
+    let mut everything = [true; State::ALL.len()];
+    let mut class = 0;
+    while class < RULES.len() {
+        let mut state = 0;
+        while state < everything.len() {
+            if !matches!(SPREAD[class][1][state], Access::Legal) {
+                everything[state] = false;
+            }
+            state += 1;
+        }
+        class += 1;
+    }
+    everything
 };
 
 impl Class {

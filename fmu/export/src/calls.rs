@@ -1,5 +1,14 @@
 //! Which call is legal when: table 4.2.4 of FMI 2.0.5 as data, and the leniencies beside it.
 //!
+//! [`Call::ALL`] with [`Call::is_legal_in`] is the table. Its footnotes, which variable may be read
+//! or set when, are [`RULES`], one for each [`Class`] of variables; [`Class::of`] is the class of a
+//! row. Which variables `fmi2GetDirectionalDerivative` takes is [`Class::is_unknown_in`] and
+//! [`Class::is_known_in`]. A test over a built library can go through all of it. What one
+//! [`Leniency`] allows returns `fmi2OK` and one debug line in the life of an instance.
+//!
+//! Calls of an optional capability are in the table whether the slave has it or not; without it they
+//! are `fmi2Error` in every state.
+//!
 //! The states "step in progress", "step failed" and "step canceled" are missing because nothing
 //! leads there: no step is asynchronous, and a step is made in full or is an error.
 

@@ -75,7 +75,8 @@ fn message(payload: Box<dyn std::any::Any + Send>) -> String {
 /// A value of the slave's whose destructor cannot do harm.
 ///
 /// Two values that panic when they are dropped, one during the unwinding of the other, would end
-/// the process. In here a panic goes no further than the one destructor.
+/// the process. In here a panic goes no further than the one destructor. (Two members of one slave
+/// that both panic are beyond any help: that is one destructor to Rust.)
 #[derive(Debug)]
 pub(crate) struct Contained<T>(ManuallyDrop<T>);
 

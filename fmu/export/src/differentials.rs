@@ -216,7 +216,7 @@ impl<S: Slave> Around<S> {
             let mut clone = slave.clone();
             match known {
                 Target::Variable(variable, _) => clone.set(variable, &Value::Real(value)),
-                Target::Exposed(exposed) => exposed.set(&mut *clone, &Value::Real(value)),
+                Target::Exposed(exposed) => exposed.set(&mut *clone, value),
             }
             clone
         };

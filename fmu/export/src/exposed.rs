@@ -3,7 +3,6 @@
 
 use crate::Slave;
 use crate::calls::Class;
-use model_description::Value;
 
 /// The first value reference that belongs to states; tables stay below it.
 pub(crate) const FIRST: u32 = 0x1000_0000;
@@ -62,9 +61,9 @@ impl Exposed {
         }
     }
 
-    pub(crate) fn set<S: Slave>(self, slave: &mut S, value: &Value) {
-        if let (Self::State { index, .. }, Value::Real(value)) = (self, value) {
-            slave.set_state(index, *value);
+    pub(crate) fn set<S: Slave>(self, slave: &mut S, value: f64) {
+        if let Self::State { index, .. } = self {
+            slave.set_state(index, value);
         }
     }
 }

@@ -250,9 +250,9 @@ impl<S: Slave> Instance<S> {
         let slack = tolerance + 4.0 * f64::EPSILON * self.core.time.abs();
         let end = time + step;
         let stop = self.core.experiment.and_then(|experiment| experiment.stop_time);
-        // Each comparison is written so that NaN fails.
+        // Each comparison is written so that NaN fails. A step that is infinite has no finite end.
         if !(step > 0.0
-            && step < f64::INFINITY
+            && end < f64::INFINITY
             && (time - self.core.time).abs() <= slack
             && stop.is_none_or(|stop| end <= stop + slack))
         {

@@ -21,8 +21,8 @@ impl Log {
         self.lines.push((Level::Info, text.into()));
     }
 
-    /// Tells something that is not quite right. Tell it once: each warning is shown, and makes the
-    /// call return `fmi2Warning`.
+    /// Tells something that is not quite right, and makes the call return `fmi2Warning`. Of lines
+    /// that differ in numbers only, the layer shows the first, the 10th, the 100th and so on.
     pub fn warning(&mut self, text: impl Into<String>) {
         self.lines.push((Level::Warning, text.into()));
     }

@@ -142,9 +142,13 @@ pub trait Slave: Clone + Send + Sized + 'static {
         0.0
     }
 
-    /// How an unknown depends on an input or state at a communication point; `None` where the
-    /// partial derivative is zero whatever the values. By default what the table says of outputs
-    /// and inputs, and everything of states and derivatives.
+    /// How an unknown depends on a known; `None` where the partial derivative is zero whatever the
+    /// values. By default what the table says of outputs and inputs, and everything of states and
+    /// derivatives.
+    ///
+    /// Outputs are asked about at communication points. What they depend on in initialization mode
+    /// among the variables is the table's `initial_depends_on`; states and derivatives are asked
+    /// about for both, and then by variables with `initial="exact"` besides.
     fn dependency(
         &self,
         unknown: Unknown<Self::Variable>,
@@ -163,7 +167,8 @@ pub trait Slave: Clone + Send + Sized + 'static {
         None
     }
 
-    /// All that can differ from what [`Slave::open`] makes of the same resources, as bytes.
+    /// All that can differ from what [`Slave::open`] makes of the same resources, as bytes; the same
+    /// bytes for the same state. Pending derivatives of inputs are the layer's to keep.
     fn save(&self) -> Vec<u8> {
         Vec::new()
     }

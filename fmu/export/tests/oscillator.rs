@@ -98,11 +98,10 @@ impl Unit {
     }
 
     fn step(&self, time: f64, step: f64) {
+        let do_step = self.symbol::<DoStep>("fmi2DoStep");
         // SAFETY: a live instance.
-        assert_eq!(
-            unsafe { self.symbol::<DoStep>("fmi2DoStep")(self.component, time, step, 1) },
-            0
-        );
+        let status = unsafe { do_step(self.component, time, step, 1) };
+        assert_eq!(status, 0);
     }
 
     /// Steps with a force that is set and that grows; the bits of both states after each step.

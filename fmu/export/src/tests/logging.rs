@@ -53,6 +53,10 @@ fn reading_after_setting_is_noted_once() {
     assert_eq!(host.do_step(0.0, 0.5), OK);
     assert_eq!(host.real(Y), 3.0);
     assert_eq!(host.take_lines(), []);
+    // Setting nothing is not setting.
+    assert_eq!(call!(host, set_real(null(), 0, null())), OK);
+    assert_eq!(host.real(U), 3.0);
+    assert_eq!(host.take_lines(), []);
     assert_eq!(host.set_real(U, 2.0), OK);
     assert_eq!(host.real(U), 2.0);
     let lines = host.take_lines();

@@ -141,7 +141,10 @@ impl<A: Ability> Slave for Plant<A> {
     fn set(&mut self, variable: Variable, value: &Value) {
         match (variable.0, value) {
             (U, Value::Real(value)) => self.u = *value,
-            (A, Value::Real(value)) => self.a = *value,
+            (A, Value::Real(value)) => {
+                assert!((0.5..=0.5 + 1e-9).contains(value), "outside the limits");
+                self.a = *value;
+            }
             (B, Value::Real(value)) => self.b = *value,
             (Z0, Value::Real(value)) => {
                 self.z0 = *value;
