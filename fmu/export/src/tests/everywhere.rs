@@ -1,7 +1,7 @@
 //! A slave that panics in any of its functions, its destructor and its copies included, with
 //! payloads whose destructors panic too: no export lets it out, and the others go on.
 
-use super::host::{ERROR, FATAL, Line, Lines, OK, callbacks};
+use super::host::{FATAL, Line, Lines, OK, callbacks};
 use crate::boundary as c;
 use crate::{Capabilities, Known, Log, Resources, Slave, StateSpec, Unknown, VariableId};
 use model_description::{
@@ -405,13 +405,4 @@ fn freeing_contains_every_panic() {
         arm(At::Nowhere, false);
     }
     assert_eq!(ALIVE.get(), 0);
-}
-
-/// Another test's instance, an error, a reset: what is not poisoned goes on.
-#[test]
-fn an_error_beside_a_panic_is_an_error() {
-    let field = Field::new(true);
-    assert_eq!(on!(field, do_step(7.0, 0.1, 1)), ERROR);
-    assert_eq!(on!(field, reset()), OK);
-    field.free();
 }

@@ -22,6 +22,8 @@ fn read_and_set_by_state_of_the_machine() {
         for (state, letter) in STATES {
             let rig = Rig::in_state(state);
             let mut value = 7.0;
+            // What is legal leaves no debug line either.
+            assert_eq!(on!(rig, set_debug_logging(1, 0, std::ptr::null())), OK);
             let expected = |legal: &str| if legal.contains(letter) { OK } else { ERROR };
             let status = on!(rig, get_real(&reference, 1, &mut value));
             assert_eq!(status, expected(get), "reading {reference:x} in {letter}");
@@ -55,6 +57,10 @@ fn what_is_refused_changes_nothing() {
     for (references, value) in [
         ([X1, X1], f64::NAN),
         ([X1, X1], f64::INFINITY),
+        // Without limits to catch them, and no state among them.
+        ([B, B], f64::NAN),
+        ([B, Z0], f64::INFINITY),
+        ([B, Z0], f64::NEG_INFINITY),
         ([X1, DX1], 1.0),
         ([X1, X2], 1.0),
         ([X1, DX2 + 1], 1.0),
