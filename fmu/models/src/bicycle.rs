@@ -24,13 +24,14 @@
 use crate::error::Error;
 use crate::identified::FASTEST_RATE;
 use nalgebra::{SMatrix, SVector};
+use serde::{Deserialize, Serialize};
 
 /// Speed below which the plant's dynamics are those of this speed, m/s; see
 /// [`crate::bicycle_plant`].
 pub const BLEND_SPEED: f64 = 1.0;
 
 /// A vehicle as the bicycle model sees it.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct BicycleParameters {
     /// Mass m, kg.
     pub mass: f64,
@@ -110,7 +111,8 @@ impl BicycleParameters {
             return Err(Error::CriticalSpeed { critical_speed, limit: BLEND_SPEED });
         }
         let rate = self.coefficients().fastest_rate(BLEND_SPEED);
-        if rate > FASTEST_RATE {
+        // A NaN, of parameters that overflow, is too fast as well.
+        if rate.is_nan() || rate > FASTEST_RATE {
             return Err(Error::TooFast { rate, limit: FASTEST_RATE });
         }
         Ok(())

@@ -1,11 +1,14 @@
-//! A pure delay, in seconds, of an input that is held over steps of any size.
+//! A pure delay, in seconds, of an input that is held or ramped over steps of any size.
 //!
-//! The input's history is a belt of segments (how long, which value), oldest first, whose length
-//! is always the delay: a step puts its own segment on one end and takes as much time off the
-//! other. All times are durations, so nothing is lost however long the simulation runs. The belt
-//! is bounded: segments shorter than the delay over [`RESOLUTION`] are merged into their
-//! neighbour, value averaged over time, so that the input's integral is kept.
+//! The input's history is a belt of segments (how long, `value + slope·t`), oldest first, whose
+//! length is always the delay: a step puts its own segment on one end and takes as much time off
+//! the other. All times are durations, so nothing is lost however long the simulation runs. The
+//! belt is bounded: segments shorter than the delay over [`RESOLUTION`] are merged into their
+//! neighbour, value and slope averaged over time, so that the input's integral is kept, and a ramp
+//! in pieces stays the ramp.
 
+use crate::error::Error;
+use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
 /// Least number of segments the delay can hold before they are merged.
@@ -15,10 +18,44 @@ pub const RESOLUTION: f64 = 4096.0;
 /// Without this, rounding would leave slivers of 1e-18 s, each an exponential of its own.
 const SLIVER: f64 = 1e-9;
 
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Segment {
-    duration: f64,
-    value: f64,
+/// How far the segments of a saved history may be from the delay in sum, relative to it.
+const SAVED_LENGTH: f64 = 1e-6;
+
+/// A stretch over which the input is `value + slope·t`, t from the stretch's beginning.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Segment {
+    /// How long, s.
+    pub duration: f64,
+    /// Input at its beginning.
+    pub value: f64,
+    /// Derivative of the input, 1/s.
+    pub slope: f64,
+}
+
+impl Segment {
+    /// Takes time off the beginning.
+    #[inline]
+    fn cut(&mut self, time: f64) {
+        self.duration -= time;
+        self.value += self.slope * time;
+    }
+
+    /// Puts another behind it, with the integral of both.
+    fn merge(&mut self, other: &Self) {
+        let duration = self.duration + other.duration;
+        let mean = |s: &Self| s.value + 0.5 * s.slope * s.duration;
+        let over = |a: f64, b: f64| (a * self.duration + b * other.duration) / duration;
+        let slope = over(self.slope, other.slope);
+        let middle = over(mean(self), mean(other));
+        *self = Self { duration, value: middle - 0.5 * slope * duration, slope };
+    }
+}
+
+/// What a [`DelayLine`] remembers, as it is saved.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct History {
+    segments: VecDeque<Segment>,
+    latest: Segment,
 }
 
 /// The input's recent history.
@@ -26,14 +63,15 @@ struct Segment {
 pub struct DelayLine {
     delay: f64,
     segments: VecDeque<Segment>,
-    latest: f64,
+    /// What was put in last; without delay, what is left of it.
+    latest: Segment,
 }
 
 impl DelayLine {
     /// A line whose input has been `value` for ever.
     #[must_use]
     pub fn new(delay: f64, value: f64) -> Self {
-        let mut line = Self { delay, segments: VecDeque::new(), latest: value };
+        let mut line = Self { delay, segments: VecDeque::new(), latest: Segment::default() };
         line.reset(value);
         line
     }
@@ -41,61 +79,132 @@ impl DelayLine {
     /// Forgets: the input has been `value` for ever.
     pub fn reset(&mut self, value: f64) {
         self.segments.clear();
-        self.latest = value;
+        self.latest = Segment { value, ..Segment::default() };
         if self.delay > 0.0 {
-            self.segments.push_back(Segment { duration: self.delay, value });
+            self.segments.push_back(Segment { duration: self.delay, value, slope: 0.0 });
         }
     }
 
-    /// The delayed input as of now, if the input at this moment is `present`.
+    /// The delayed input as of now and its derivative, if the input at this moment is `present`
+    /// and grows by `slope`.
+    #[inline]
     #[must_use]
-    pub fn output(&self, present: f64) -> f64 {
-        self.segments.front().map_or(present, |s| s.value)
+    pub fn output(&self, present: f64, slope: f64) -> (f64, f64) {
+        self.segments.front().map_or((present, slope), |s| (s.value, s.slope))
     }
 
-    /// The input is `value` for the `step` seconds to come, which [`Self::next`] then walks.
-    pub fn push(&mut self, step: f64, value: f64) {
-        self.latest = value;
+    /// The delayed input as far as [`Self::next`] has walked.
+    #[inline]
+    #[must_use]
+    pub fn here(&self) -> f64 {
+        self.segments.front().unwrap_or(&self.latest).value
+    }
+
+    /// The input is `value + slope·t` for the `step` seconds to come, which [`Self::next`] then
+    /// walks.
+    #[inline]
+    pub fn push(&mut self, step: f64, value: f64, slope: f64) {
+        let segment = Segment { duration: step, value, slope };
+        self.latest = segment;
         if self.delay <= 0.0 {
             return;
         }
-        let resolution = self.delay / RESOLUTION;
+        self.end_rounding();
         match self.segments.back_mut() {
-            Some(back) if back.value == value => back.duration += step,
-            Some(back) if back.duration + step <= resolution => {
-                let duration = back.duration + step;
-                back.value = (back.value * back.duration + value * step) / duration;
-                back.duration = duration;
+            Some(back) if back.value == value && back.slope == 0.0 && slope == 0.0 => {
+                back.duration += step;
             }
-            _ => self.segments.push_back(Segment { duration: step, value }),
+            Some(back) if back.duration + step <= self.delay / RESOLUTION => back.merge(&segment),
+            _ => self.segments.push_back(segment),
         }
     }
 
-    /// Walks on by at most `limit` seconds over which the delayed input is constant; returns how
-    /// far (exactly `limit` where no breakpoint comes before) and the delayed input there.
-    pub fn next(&mut self, limit: f64) -> (f64, f64) {
+    /// Walks on by at most `limit` seconds over which the delayed input is one ramp; returns that
+    /// ramp, as long as it was walked: exactly `limit` where no breakpoint comes before.
+    #[inline]
+    pub fn next(&mut self, limit: f64) -> Segment {
         loop {
             let last = self.segments.len() <= 1;
-            let Some(front) = self.segments.front_mut() else { return (limit, self.latest) };
-            let value = front.value;
+            let Some(front) = self.segments.front_mut() else {
+                let walked = Segment { duration: limit, ..self.latest };
+                self.latest.cut(limit);
+                return walked;
+            };
+            let walked = Segment { duration: limit, ..*front };
             let rest = front.duration - limit;
-            if rest.abs() <= SLIVER * limit && !last {
-                self.segments.pop_front();
-                if let Some(next) = self.segments.front_mut() {
-                    next.duration += rest;
-                }
-                return (limit, value);
-            }
-            if rest > 0.0 {
-                front.duration = rest;
-                return (limit, value);
+            if last || rest > SLIVER * limit {
+                front.cut(limit);
+                // The last one lacks what rounding took.
+                front.duration = front.duration.max(0.0);
+                return walked;
             }
             let duration = front.duration;
             self.segments.pop_front();
+            let on_the_end = rest >= -SLIVER * limit;
+            if let Some(next) = self.segments.front_mut()
+                && (on_the_end || duration <= 0.0)
+            {
+                next.cut(if on_the_end { -rest } else { -duration });
+            }
+            if on_the_end {
+                return walked;
+            }
             if duration > 0.0 {
-                return (duration.min(limit), value);
+                return Segment { duration, ..walked };
             }
         }
+    }
+
+    /// Between steps a single segment is as long as the delay, whatever rounding made of it.
+    #[inline]
+    fn end_rounding(&mut self) {
+        if self.segments.len() == 1
+            && let Some(only) = self.segments.front_mut()
+        {
+            only.duration = self.delay;
+        }
+    }
+
+    /// What is remembered.
+    #[must_use]
+    pub fn save(&self) -> History {
+        History { segments: self.segments.clone(), latest: self.latest }
+    }
+
+    /// Takes over what a line of the same delay remembered.
+    ///
+    /// # Errors
+    /// Where the history is not one of this delay.
+    pub fn restore(&mut self, history: History) -> Result<(), Error> {
+        let bad = |name, value, expected| Err(Error::SavedState { name, value, expected });
+        for s in history.segments.iter().chain([&history.latest]) {
+            for value in [s.duration, s.value, s.slope] {
+                if !value.is_finite() {
+                    return bad("a segment of the input's history", value, "a finite number");
+                }
+            }
+        }
+        let longest = 2.0 * RESOLUTION + 2.0;
+        if history.segments.len() as f64 > longest {
+            let count = history.segments.len() as f64;
+            return bad("the number of segments of the input's history", count, "at most 8194");
+        }
+        if history.segments.is_empty() != (self.delay <= 0.0) {
+            let count = history.segments.len() as f64;
+            return bad("the number of segments of the input's history", count, "none without delay and some with one");
+        }
+        let tolerance = SAVED_LENGTH * self.delay;
+        if let Some(s) = history.segments.iter().find(|s| s.duration < -tolerance) {
+            return bad("a duration in the input's history", s.duration, "zero or more");
+        }
+        let length: f64 = history.segments.iter().map(|s| s.duration).sum();
+        if history.segments.len() > 1 && (length - self.delay).abs() > tolerance {
+            return bad("the length of the input's history", length, "the delay of the input");
+        }
+        self.segments = history.segments;
+        self.latest = history.latest;
+        self.end_rounding();
+        Ok(())
     }
 
     /// Segments held.
@@ -110,16 +219,20 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Integral of the delayed input over each step, by walking.
-    fn walk(line: &mut DelayLine, step: f64, value: f64) -> Vec<(f64, f64)> {
-        line.push(step, value);
+    fn walk_ramp(line: &mut DelayLine, step: f64, value: f64, slope: f64) -> Vec<Segment> {
+        line.push(step, value, slope);
         let (mut left, mut pieces) = (step, Vec::new());
         while left > 0.0 {
-            let (piece, u) = line.next(left);
-            pieces.push((piece, u));
-            left -= piece;
+            let piece = line.next(left);
+            pieces.push(piece);
+            left -= piece.duration;
         }
         pieces
+    }
+
+    /// Lengths and values of the delayed input over a step, by walking.
+    fn walk(line: &mut DelayLine, step: f64, value: f64) -> Vec<(f64, f64)> {
+        walk_ramp(line, step, value, 0.0).iter().map(|s| (s.duration, s.value)).collect()
     }
 
     proptest! {
@@ -145,6 +258,71 @@ mod tests {
                 }
             }
         }
+    }
+
+    proptest! {
+        /// Ramps come out as they went in, later, however they are cut.
+        #[test]
+        fn ramps_are_delayed(
+            delay in 0.001..0.5_f64,
+            steps in prop::collection::vec((0.001..0.1_f64, -3.0..3.0_f64, -9.0..9.0_f64), 1..200),
+        ) {
+            let mut line = DelayLine::new(delay, 9.0);
+            let mut history = vec![(-delay, 9.0, 0.0)];
+            let mut time = 0.0;
+            for (step, value, slope) in steps {
+                history.push((time, value, slope));
+                for piece in walk_ramp(&mut line, step, value, slope) {
+                    if piece.duration > 1e-9 {
+                        let at = time + piece.duration / 2.0 - delay;
+                        let (t, v, s) = *history.iter().rev().find(|(t, ..)| *t <= at).unwrap();
+                        prop_assert_eq!(piece.slope, s);
+                        prop_assert!((piece.value - (v + s * (time - delay - t).max(0.0))).abs() < 1e-9);
+                    }
+                    time += piece.duration;
+                }
+                let mut other = DelayLine::new(delay, 0.0);
+                other.restore(line.save()).unwrap();
+                prop_assert_eq!(&other, &line);
+            }
+        }
+    }
+
+    /// A ramp in steps too short to be remembered one by one is still the ramp.
+    #[test]
+    fn merged_ramps_stay_ramps() {
+        let mut line = DelayLine::new(1.0, 0.0);
+        let h = 1e-5;
+        for k in 0..300_000 {
+            for piece in walk_ramp(&mut line, h, 2.0 * f64::from(k) * h, 2.0) {
+                let expected = (2.0 * (f64::from(k) * h - 1.0)).max(0.0);
+                assert!((piece.value - expected).abs() < 3e-5, "{k}: {piece:?} {expected}");
+            }
+        }
+        assert!(line.len() <= 2 * RESOLUTION as usize + 2);
+    }
+
+    #[test]
+    fn histories_that_cannot_be_are_refused() {
+        let mut line = DelayLine::new(0.1, 0.0);
+        for k in 0..10 {
+            walk(&mut line, 0.03, f64::from(k));
+        }
+        let good = line.save();
+        let refused = |change: &dyn Fn(&mut History)| {
+            let (mut history, mut line) = (good.clone(), line.clone());
+            change(&mut history);
+            assert!(line.restore(history).is_err());
+        };
+        assert!(line.clone().restore(good.clone()).is_ok());
+        refused(&|h| h.segments.clear());
+        refused(&|h| h.segments[1].value = f64::NAN);
+        refused(&|h| h.segments[0].slope = f64::INFINITY);
+        refused(&|h| h.segments[1].duration += 0.001);
+        refused(&|h| h.segments[1].duration = -0.01);
+        refused(&|h| h.segments.extend(vec![Segment::default(); 9000]));
+        refused(&|h| h.latest.value = f64::INFINITY);
+        assert!(DelayLine::new(0.0, 0.0).restore(good).is_err());
     }
 
     #[test]
@@ -179,6 +357,6 @@ mod tests {
     fn without_delay_the_input_passes() {
         let mut line = DelayLine::new(0.0, 0.0);
         assert_eq!(walk(&mut line, 0.01, 3.0), [(0.01, 3.0)]);
-        assert_eq!(line.output(4.0), 4.0);
+        assert_eq!(line.output(4.0, 0.5), (4.0, 0.5));
     }
 }

@@ -79,6 +79,26 @@ pub enum Error {
         /// Its value.
         value: f64,
     },
+    /// A step over more grid points than are walked in a reasonable time.
+    #[error("the step of {step} s spans {points:.3e} grid points, at most {limit:e} are taken")]
+    TooManyGridPoints {
+        /// The step.
+        step: f64,
+        /// Grid points in it.
+        points: f64,
+        /// Most grid points taken.
+        limit: f64,
+    },
+    /// A saved state that the model cannot be in.
+    #[error("{name} of the saved state is {value}, expected {expected}")]
+    SavedState {
+        /// The quantity.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it can be.
+        expected: &'static str,
+    },
     /// A path needs two points.
     #[error("{got} points, a path needs at least 2")]
     TooFewPoints {
@@ -127,6 +147,13 @@ pub enum Error {
     },
 }
 
+/// Refuses a number of a saved state that is not finite.
+pub(crate) fn finite(name: &'static str, values: &[f64]) -> Result<(), Error> {
+    values.iter().find(|v| !v.is_finite()).map_or(Ok(()), |&value| {
+        Err(Error::SavedState { name, value, expected: "a finite number" })
+    })
+}
+
 impl Error {
     /// What to do about it.
     #[must_use]
@@ -139,7 +166,12 @@ impl Error {
             Self::Inconsistent { .. } => {
                 "identify again, or remove the continuous model from the file: the discrete one is then stepped on its own grid"
             }
-            Self::Step { .. } => "choose a shorter communication step",
+            Self::Step { .. } | Self::TooManyGridPoints { .. } => {
+                "choose a shorter communication step"
+            }
+            Self::SavedState { .. } => {
+                "the state was saved by another model, after an error, or damaged on the way: save it again"
+            }
             Self::TooFast { .. } => {
                 "check the units: mass in kg, stiffness in N/rad an axle, time constants in s"
             }

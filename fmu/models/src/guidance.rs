@@ -16,11 +16,13 @@
 //! `yaw_reference` is not wrapped: it is as continuous as the path.
 
 use crate::angle::wrap_angle;
+use crate::error::{Error, finite};
 use crate::path::PathGeometry;
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// Parameters of the guidance law.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct GuidanceParameters {
     /// Look-ahead distance over speed, s.
     pub lookahead_time: f64,
@@ -47,7 +49,7 @@ impl Default for GuidanceParameters {
 }
 
 /// What the guidance answers.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct PathOutput {
     /// Yaw to steer for, rad, not wrapped.
     pub yaw_reference: f64,
@@ -64,6 +66,31 @@ pub struct PathOutput {
     /// Whether the end is reached; a closed path has none.
     pub finished: bool,
 }
+
+impl PathOutput {
+    /// Refuses outputs that are not finite, as positions near the largest numbers give.
+    ///
+    /// # Errors
+    /// Names the value.
+    pub fn check(&self) -> Result<(), Error> {
+        for (name, value) in [
+            ("the yaw reference", self.yaw_reference),
+            ("the steering feedforward", self.steering_feedforward),
+            ("the cross-track error", self.cross_track_error),
+            ("the heading error", self.heading_error),
+            ("the curvature", self.curvature),
+            ("the distance", self.distance),
+        ] {
+            if !value.is_finite() {
+                return Err(Error::Diverged { name, value });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// How many laps of a closed path a saved progress may be.
+const MOST_LAPS: f64 = 1e9;
 
 /// A vehicle's progress along a path.
 ///
@@ -117,6 +144,32 @@ impl PathFollower {
             distance: foot.distance,
             finished: !self.geometry.is_closed() && foot.distance >= self.geometry.end(),
         }
+    }
+
+    /// The distance along the path that was committed last.
+    #[must_use]
+    pub fn progress(&self) -> Option<f64> {
+        self.progress
+    }
+
+    /// Goes on from a saved progress.
+    ///
+    /// # Errors
+    /// Where it is not finite or more laps of a closed path than anybody drives.
+    pub fn restore(&mut self, progress: Option<f64>) -> Result<(), Error> {
+        if let Some(value) = progress {
+            let name = "the distance along the path";
+            finite(name, &[value])?;
+            let (start, end) = (self.geometry.start(), self.geometry.end());
+            // An open path goes on straight beyond its ends.
+            let closed = self.geometry.is_closed();
+            if closed && (value - start).abs() > MOST_LAPS * (end - start) {
+                let expected = "at most 1e9 laps";
+                return Err(Error::SavedState { name, value, expected });
+            }
+        }
+        self.progress = progress;
+        Ok(())
     }
 
     /// Goes on from what was evaluated.

@@ -101,7 +101,7 @@ impl IdentifiedModel {
             None => None,
         };
         let rate = continuous.as_ref().map_or(0.0, ContinuousModel::fastest_rate);
-        if rate > FASTEST_RATE {
+        if rate.is_nan() || rate > FASTEST_RATE {
             return Err(Error::TooFast { rate, limit: FASTEST_RATE });
         }
         let longest_panel = if rate * LONGEST_PANEL > 1.0 { 1.0 / rate } else { LONGEST_PANEL };
@@ -141,6 +141,20 @@ impl IdentifiedModel {
             InputKind::Steering => u,
             InputKind::SteeringTimesSpeed => u * speed,
         }
+    }
+
+    /// Whether the model's input is the product of steering angle and speed.
+    #[inline]
+    #[must_use]
+    pub fn input_is_product(&self) -> bool {
+        self.data.input == InputKind::SteeringTimesSpeed
+    }
+
+    /// The derivative of the model's input by the steering angle, at a speed.
+    #[inline]
+    #[must_use]
+    pub fn input_by_steering(&self, speed: f64) -> f64 {
+        if self.input_is_product() { speed } else { 1.0 }
     }
 }
 

@@ -12,6 +12,7 @@
 //! | [`identified`], [`identified_plant`] | the identified model, and the plant made of it: yaw rate, yaw, position |
 //! | [`bicycle`], [`bicycle_plant`] | eq 13, its body-frame form, and the plant made of it |
 //! | [`path`], [`guidance`] | the geometry of a reference path, and line-of-sight guidance on it |
+//! | [`sensitivity`] | partial derivatives of the plants, and which of them are always zero |
 //! | [`quadrature`], [`noise`], [`delay`], [`angle`] | what those share |
 //!
 //! Equation numbers are those of Yoon, Hwang, Ryu and Lee, *System Identification and Controller
@@ -31,15 +32,16 @@ pub mod noise;
 pub mod path;
 pub mod pid;
 pub mod quadrature;
+pub mod sensitivity;
 pub mod ticks;
 
 pub use angle::wrap_angle;
 pub use bicycle::{BicycleParameters, Coefficients, Eq13, bicycle_body_frame, bicycle_eq13};
-pub use bicycle_plant::BicyclePlant;
+pub use bicycle_plant::{BicyclePlant, SavedBicyclePlant};
 pub use error::Error;
 pub use guidance::{GuidanceParameters, PathFollower, PathOutput};
 pub use identified::{Continuous, IdentifiedData, IdentifiedModel, InputKind};
-pub use identified_plant::IdentifiedPlant;
+pub use identified_plant::{IdentifiedPlant, SavedIdentifiedPlant};
 pub use path::{PathGeometry, PathPoint, Projection};
 pub use pid::{Pid, PidInput, PidOutput, PidParameters};
 pub use ticks::Ticks;

@@ -3,7 +3,8 @@
 //! `ẋ = F x + G u` with u held over a step h has the solution of eq 9–10,
 //! `x(t+h) = e^{Fh} x(t) + ∫₀ʰ e^{Fτ} G dτ · u`. Both matrices are blocks of one exponential of
 //! the augmented matrix `[F G; 0 0]·h` (Van Loan 1978), which also yields, with the output's row
-//! added, the exact integral of the output.
+//! added, the exact integral of the output. An input that grows by u̇ within the step (first-order
+//! hold) is one more row, `d/dt (u, u̇) = (u̇, 0)`: just as exact.
 
 use crate::error::Error;
 use crate::quadrature::{NODE, NODES, panels};
@@ -80,28 +81,37 @@ impl ContinuousModel {
         f.complex_eigenvalues().iter().map(|l| l.re.hypot(l.im)).fold(0.0, f64::max)
     }
 
-    /// The map from `z = (x, u, 1)` to x after `time` and to the integral of y until then:
-    /// n + 1 rows of n + 2 entries, from one exponential of the model augmented by input, constant
-    /// and integral.
+    /// `ẋ_i = F_i x + G_i u`.
+    #[must_use]
+    pub fn derivative(&self, i: usize, x: &[f64], u: f64) -> f64 {
+        let n = self.order();
+        let fx: f64 = self.f[i * n..(i + 1) * n].iter().zip(x).map(|(f, x)| f * x).sum();
+        fx + self.g[i] * u
+    }
+
+    /// The map from `z = (x, u, 1, u̇)` to x after `time` and to the integral of y until then:
+    /// n + 1 rows of n + 3 entries, from one exponential of the model augmented by input, constant,
+    /// the input's derivative and integral.
     fn propagate(&self, time: f64) -> DMatrix<f64> {
         let n = self.order();
-        let mut m = DMatrix::zeros(n + 3, n + 3);
+        let mut m = DMatrix::zeros(n + 4, n + 4);
         for i in 0..n {
             for j in 0..n {
                 m[(i, j)] = self.f[i * n + j] * time;
             }
             m[(i, n)] = self.g[i] * time;
-            m[(n + 2, i)] = self.h[i] * time;
+            m[(n + 3, i)] = self.h[i] * time;
         }
-        m[(n + 2, n)] = self.d * time;
-        m[(n + 2, n + 1)] = self.offset * time;
+        m[(n + 3, n)] = self.d * time;
+        m[(n + 3, n + 1)] = self.offset * time;
+        m[(n, n + 2)] = time;
         let e = exponential(&m);
-        DMatrix::from_fn(n + 1, n + 2, |i, j| e[(if i < n { i } else { n + 2 }, j)])
+        DMatrix::from_fn(n + 1, n + 3, |i, j| e[(if i < n { i } else { n + 3 }, j)])
     }
 }
 
 /// One panel of a step of a [`ContinuousModel`]: the states at its end, and the integral of the
-/// output at its end and at the quadrature's nodes, all linear in `z = (x, u, 1)`.
+/// output at its end and at the quadrature's nodes, all linear in `z = (x, u, 1, u̇)`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StepMap {
     /// The step this is for.
@@ -126,8 +136,8 @@ impl StepMap {
         let (panels, panel) = panels(step, longest);
         let end = model.propagate(panel);
         let nodes = NODE.map(|node| model.propagate(panel * node));
-        let mut columns = Vec::with_capacity((INTEGRALS + n) * (n + 2));
-        for j in 0..n + 2 {
+        let mut columns = Vec::with_capacity((INTEGRALS + n) * (n + 3));
+        for j in 0..n + 3 {
             columns.push(end[(n, j)]);
             columns.extend(nodes.iter().map(|node| node[(n, j)]));
             columns.extend((0..n).map(|i| end[(i, j)]));
@@ -147,7 +157,8 @@ impl StepMap {
         self.panel
     }
 
-    /// Applies the map of one panel to `z`, n + 2 entries; `out` takes [`INTEGRALS`] + n.
+    /// Applies the map of one panel to `z`, n + 3 entries, or n + 2 where the input is held; `out`
+    /// takes [`INTEGRALS`] + n.
     #[inline]
     pub fn apply(&self, z: &[f64], out: &mut [f64]) {
         // Orders up to 6 with the sum in registers.

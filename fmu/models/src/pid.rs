@@ -29,10 +29,12 @@
 //!   part of D (kd, c) into I. ki, b and Tt act on increments and are bumpless as they are.
 
 use crate::angle::wrap_angle;
+use crate::error::{Error, finite};
+use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
 /// Gains, weights and limits; read anew at each tick, so they may be tuned while running.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PidParameters {
     /// Proportional gain, steering angle per yaw error.
     pub kp: f64,
@@ -87,7 +89,7 @@ impl PidParameters {
 }
 
 /// What the controller sees at a tick.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct PidInput {
     /// Reference r, rad; may be wrapped or not.
     pub yaw_reference: f64,
@@ -100,7 +102,7 @@ pub struct PidInput {
 }
 
 /// What the controller answers, held until the next tick.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct PidOutput {
     /// Steering angle u, rad.
     pub steering_angle: f64,
@@ -109,7 +111,7 @@ pub struct PidOutput {
 }
 
 /// What ticks before left behind; [`Pid::default`] is the controller before tick 0.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Pid {
     integral: f64,
     derivative: f64,
@@ -118,7 +120,7 @@ pub struct Pid {
 }
 
 /// Inputs and gains of the tick before.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Before {
     yaw_reference: f64,
     yaw: f64,
@@ -197,6 +199,27 @@ impl Pid {
         self.integral = 0.0;
         self.derivative = 0.0;
         self.limit(p, input.steering_feedforward)
+    }
+
+    /// Refuses a memory that is not finite, which inputs or gains near the largest numbers leave.
+    ///
+    /// # Errors
+    /// Names the value.
+    pub fn check(&self) -> Result<(), Error> {
+        for (name, value) in [
+            ("the integral action", self.integral),
+            ("the derivative action", self.derivative),
+            ("the steering angle", self.steering_angle),
+        ] {
+            if !value.is_finite() {
+                return Err(Error::Diverged { name, value });
+            }
+        }
+        let Some(b) = &self.before else { return Ok(()) };
+        finite(
+            "an input or gain of the tick before",
+            &[b.yaw_reference, b.yaw, b.kp, b.kd, b.setpoint_weight_derivative],
+        )
     }
 
     /// Limits the steering angle and remembers it.

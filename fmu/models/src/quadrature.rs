@@ -5,6 +5,9 @@
 //! 50 m/s) stays below 1e-12 m a panel. Yaw at the nodes is given as its deviation from the yaw at
 //! the panel's start, so that one sine and cosine of the large angle serve all nodes.
 
+use crate::error::{Error, finite};
+use serde::{Deserialize, Serialize};
+
 /// Longest panel, s.
 pub const LONGEST_PANEL: f64 = 0.010;
 
@@ -75,7 +78,7 @@ pub fn mean_direction(deviations: &[f64; NODES]) -> (f64, f64) {
 }
 
 /// Where a vehicle is and where it points.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Pose {
     /// Position of the centre of gravity, m.
     pub x: f64,
@@ -93,6 +96,16 @@ impl Pose {
         self.x += along * cos - across * sin;
         self.y += along * sin + across * cos;
         self.yaw += yaw_increment;
+    }
+
+    /// Refuses a pose that is not finite.
+    ///
+    /// # Errors
+    /// Names the value.
+    pub fn check(&self) -> Result<(), Error> {
+        finite("x", &[self.x])?;
+        finite("y", &[self.y])?;
+        finite("yaw", &[self.yaw])
     }
 }
 

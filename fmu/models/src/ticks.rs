@@ -6,11 +6,14 @@
 //! changes `h` by an ulp from step to step. So only a phase is kept, `phase += h/Ts`, snapped to
 //! the integer when it is within [`SNAP`] of it.
 
+use crate::error::Error;
+use serde::{Deserialize, Serialize};
+
 /// How near to a tick the phase is taken to be on it, in periods.
 pub const SNAP: f64 = 1e-6;
 
 /// The time since the last tick, in periods.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Ticks {
     phase: f64,
 }
@@ -37,6 +40,18 @@ impl Ticks {
         let ticks = phase.floor();
         self.phase = phase - ticks;
         ticks as u64
+    }
+
+    /// Refuses a phase that no counter can have.
+    ///
+    /// # Errors
+    /// Where the phase is not in [0, 1).
+    pub fn check(&self) -> Result<(), Error> {
+        if (0.0..1.0).contains(&self.phase) {
+            return Ok(());
+        }
+        let name = "the phase of the ticks";
+        Err(Error::SavedState { name, value: self.phase, expected: "0 or more and less than 1" })
     }
 }
 
@@ -73,6 +88,29 @@ mod tests {
                 t = next;
             }
         }
+    }
+
+    /// Whatever side of the period a master's steps round to, and however often it changes.
+    #[test]
+    fn steps_an_ulp_apart() {
+        for rate in [100.0, 60.0] {
+            let ts: f64 = 1.0 / rate;
+            let steps = [ts, ts.next_up(), ts.next_down(), ts.next_up().next_up()];
+            let (mut ticks, mut random) = (Ticks::new(), 1_u64);
+            for k in 0..10_000_000_u64 {
+                random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+                let h = steps[(random >> 62) as usize];
+                assert_eq!(ticks.advance(h / ts), 1, "step {k} at {rate} Hz");
+            }
+        }
+    }
+
+    #[test]
+    fn phases_that_cannot_be_are_refused() {
+        for phase in [-0.1, 1.0, f64::NAN, f64::INFINITY] {
+            assert!(Ticks { phase }.check().is_err(), "{phase}");
+        }
+        assert!(Ticks { phase: 0.999 }.check().is_ok());
     }
 
     /// 60 Hz in integer nanoseconds, which cannot hold 1/60 s.

@@ -1,21 +1,117 @@
 //! `BicyclePlant`: the glue from [`vehicle_models::BicyclePlant`] to the export trait.
 
+use crate::plant::{SPEED_IS_HELD, kind, pose, settable};
 use crate::resources::optional;
+use crate::saved::{check_settable, decode, encode, refuse};
 use crate::tables::bicycle_plant::Variable;
-use fmi2_export::{Log, Resources, Slave};
-use model_description::{Table, Value};
-use vehicle_models::BicycleParameters;
+use fmi2_export::{Capabilities, Known, Log, Resources, Slave, StateSpec, Unknown};
+use model_description::{DependencyKind, Table, Value};
+use serde::{Deserialize, Serialize};
+use vehicle_models::sensitivity::{self, Factor};
+use vehicle_models::{BicycleParameters, SavedBicyclePlant};
 
 /// The two-wheel bicycle model (eq 13) in its body-frame form, with yaw and position.
 #[derive(Debug, Clone)]
 pub struct BicyclePlant {
     plant: vehicle_models::BicyclePlant,
+    flags: Flags,
+}
+
+/// What the glue itself remembers.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+struct Flags {
     started: bool,
+    speed_rate_given: bool,
+    warned_of_speed_rate: bool,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Saved {
+    flags: Flags,
+    plant: SavedBicyclePlant,
+}
+
+/// Indices of the states.
+const LATERAL_VELOCITY: usize = 0;
+const YAW_RATE: usize = 1;
+const ROAD_WHEEL_ANGLE: usize = 2;
+const YAW: usize = 3;
+const X: usize = 4;
+const Y: usize = 5;
+
+impl BicyclePlant {
+    /// The plant; until the start as a start from the present settings would leave it. A vehicle
+    /// that cannot start is refused when initialization mode is left.
+    #[inline]
+    fn plant(&mut self) -> &mut vehicle_models::BicyclePlant {
+        if !self.flags.started {
+            let _ = self.plant.start();
+        }
+        &mut self.plant
+    }
+
+    /// The partial derivative by an input or state, `None` where it is zero whatever the values.
+    fn factor(&self, unknown: Unknown<Variable>, known: Known<Variable>) -> Option<Factor> {
+        let unknown = match unknown {
+            Unknown::Variable(Variable::YawRate) => sensitivity::Unknown::YawRate,
+            Unknown::Variable(Variable::LateralAcceleration) => {
+                sensitivity::Unknown::LateralAcceleration
+            }
+            Unknown::Variable(Variable::LateralVelocity) => {
+                sensitivity::Unknown::State(LATERAL_VELOCITY)
+            }
+            Unknown::Variable(Variable::Yaw) => sensitivity::Unknown::State(YAW),
+            Unknown::Variable(Variable::X) => sensitivity::Unknown::State(X),
+            Unknown::Variable(Variable::Y) => sensitivity::Unknown::State(Y),
+            Unknown::Variable(_) => return None,
+            Unknown::State(i) => sensitivity::Unknown::State(i),
+            Unknown::Derivative(i) => sensitivity::Unknown::Rate(i),
+        };
+        let known = match known {
+            Known::Variable(Variable::SteeringAngle) => sensitivity::Known::SteeringAngle,
+            Known::Variable(Variable::Speed) => sensitivity::Known::Speed,
+            Known::Variable(Variable::InitialYaw) => sensitivity::Known::State(YAW),
+            Known::Variable(Variable::InitialX) => sensitivity::Known::State(X),
+            Known::Variable(Variable::InitialY) => sensitivity::Known::State(Y),
+            Known::Variable(_) => return None,
+            Known::State(i) => sensitivity::Known::State(i),
+        };
+        self.plant.partial(unknown, known)
+    }
+}
+
+/// Whether an unknown depends on a parameter of the vehicle, which matters in initialization mode.
+fn by_parameter(unknown: Unknown<Variable>, parameter: Variable) -> bool {
+    // Forces: v̇_y has them over the mass, ṙ over the inertia. Below 1 m/s the mass is in ṙ too, by
+    // the understeer gradient.
+    let force = matches!(
+        parameter,
+        Variable::Mass
+            | Variable::DistanceFront
+            | Variable::DistanceRear
+            | Variable::CorneringStiffnessFront
+            | Variable::CorneringStiffnessRear
+    );
+    match unknown {
+        Unknown::Variable(Variable::LateralAcceleration)
+        | Unknown::Derivative(LATERAL_VELOCITY) => force,
+        Unknown::Derivative(YAW_RATE) => force || parameter == Variable::YawInertia,
+        Unknown::Derivative(ROAD_WHEEL_ANGLE) => {
+            matches!(parameter, Variable::ActuatorTimeConstant | Variable::SteeringRatio)
+        }
+        _ => false,
+    }
 }
 
 impl Slave for BicyclePlant {
     type Variable = Variable;
     const TABLE: &'static Table = Variable::TABLE;
+    const CAPABILITIES: Capabilities = Capabilities {
+        interpolates_inputs: true,
+        output_derivatives: true,
+        directional_derivatives: true,
+        serializes: true,
+    };
 
     fn open(resources: &Resources) -> Result<Self, String> {
         let bicycle = optional::<formats::Bicycle>(resources, "bicycle.json")?;
@@ -28,17 +124,12 @@ impl Slave for BicyclePlant {
         if let Some(vehicle) = vehicle {
             plant.speed = vehicle.speed_mps;
         }
-        Ok(Self { plant, started: false })
+        Ok(Self { plant, flags: Flags::default() })
     }
 
     #[inline]
     fn get(&mut self, variable: Variable) -> Value {
-        let p = &mut self.plant;
-        // Until the start, outputs are those that a start from the present settings would give;
-        // a vehicle that cannot start is refused when initialization mode is left.
-        if !self.started {
-            let _ = p.start();
-        }
+        let p = self.plant();
         Value::Real(match variable {
             Variable::SteeringAngle => p.steering_angle,
             Variable::Speed => p.speed,
@@ -90,11 +181,101 @@ impl Slave for BicyclePlant {
     }
 
     fn exit_initialization(&mut self, _start_time: f64, _log: &mut Log) -> Result<(), String> {
-        self.started = true;
-        self.plant.start().map_err(|e| format!("{e}; hint: {}", e.hint()))
+        self.flags.started = true;
+        self.plant.start().map_err(|e| refuse(&e))
     }
 
-    fn step(&mut self, _time: f64, step: f64, _log: &mut Log) -> Result<(), String> {
-        self.plant.step(step).map_err(|e| format!("{e}; hint: {}", e.hint()))
+    fn step(&mut self, _time: f64, step: f64, log: &mut Log) -> Result<(), String> {
+        if self.flags.speed_rate_given && !self.flags.warned_of_speed_rate {
+            self.flags.warned_of_speed_rate = true;
+            log.warning(SPEED_IS_HELD);
+        }
+        self.plant.step(step).map_err(|e| refuse(&e))
+    }
+
+    fn states(&self) -> Vec<StateSpec> {
+        let model = [
+            settable("lateral velocity v_y of the centre of gravity", Some("m/s"), Some("m/s2")),
+            settable("yaw rate r", Some("rad/s"), Some("rad/s2")),
+            settable("road-wheel angle behind the actuator", Some("rad"), Some("rad/s")),
+        ];
+        model.into_iter().chain(pose()).collect()
+    }
+
+    fn state(&mut self, index: usize) -> f64 {
+        self.plant().state(index)
+    }
+
+    fn state_derivative(&mut self, index: usize) -> f64 {
+        self.plant().state_rate(index)
+    }
+
+    fn set_state(&mut self, index: usize, value: f64) {
+        if let Some(state) = self.plant.initial_states.get_mut(index) {
+            *state = value;
+        }
+    }
+
+    fn set_input_derivative(&mut self, variable: Variable, derivative: f64) {
+        match variable {
+            Variable::SteeringAngle => self.plant.steering_rate = derivative,
+            Variable::Speed => self.flags.speed_rate_given = derivative != 0.0,
+            _ => {}
+        }
+    }
+
+    fn output_derivative(&mut self, variable: Variable) -> f64 {
+        let p = self.plant();
+        match variable {
+            Variable::LateralVelocity => p.state_rate(LATERAL_VELOCITY),
+            Variable::YawRate => p.state_rate(YAW_RATE),
+            Variable::Yaw => p.state_rate(YAW),
+            Variable::X => p.state_rate(X),
+            Variable::Y => p.state_rate(Y),
+            Variable::LateralAcceleration => p.lateral_jerk(),
+            _ => 0.0,
+        }
+    }
+
+    fn dependency(
+        &self,
+        unknown: Unknown<Variable>,
+        known: Known<Variable>,
+    ) -> Option<DependencyKind> {
+        if let Known::Variable(parameter) = known
+            && by_parameter(unknown, parameter)
+        {
+            return Some(DependencyKind::Dependent);
+        }
+        self.factor(unknown, known).map(kind)
+    }
+
+    fn partial_derivative(
+        &mut self,
+        unknown: Unknown<Variable>,
+        known: Known<Variable>,
+    ) -> Option<f64> {
+        // By parameters the layer takes differences: they matter before the start alone.
+        if let Known::Variable(parameter) = known
+            && by_parameter(unknown, parameter)
+        {
+            return None;
+        }
+        self.plant();
+        Some(self.factor(unknown, known).map_or(0.0, Factor::value))
+    }
+
+    fn save(&self) -> Vec<u8> {
+        encode(&Saved { flags: self.flags, plant: self.plant.save() })
+    }
+
+    fn load(&mut self, bytes: &[u8]) -> Result<(), String> {
+        let saved: Saved = decode(bytes)?;
+        let plant =
+            vehicle_models::BicyclePlant::restore(&saved.plant).map_err(|e| refuse(&e))?;
+        let mut loaded = Self { plant, flags: saved.flags };
+        check_settable(&mut loaded)?;
+        *self = loaded;
+        Ok(())
     }
 }

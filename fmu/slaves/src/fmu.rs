@@ -89,30 +89,10 @@ impl Fmu {
         let resources = &Resources::from(resources);
         let experiment = Some(experiment);
         match self {
-            Self::IdentifiedPlant => {
-                let mut description = describe::<IdentifiedPlant>(resources, experiment)?;
-                let model = self.name();
-                let refused = |problem| DescribeError::Open { model, problem };
-                if IdentifiedPlant::has_feedthrough(resources).map_err(refused)? {
-                    declare_feedthrough(&mut description);
-                }
-                Ok(description)
-            }
+            Self::IdentifiedPlant => describe::<IdentifiedPlant>(resources, experiment),
             Self::BicyclePlant => describe::<BicyclePlant>(resources, experiment),
             Self::LateralPid => describe::<LateralPid>(resources, experiment),
             Self::ReferencePath => describe::<ReferencePath>(resources, experiment),
         }
-    }
-}
-
-/// With D ≠ 0 the yaw rate depends on the inputs of the same instant: no list of dependencies says
-/// so of all of them.
-fn declare_feedthrough(description: &mut ModelDescription) {
-    let yaw_rate = (1..).zip(&description.variables).find(|(_, v)| v.name == "yaw_rate");
-    let Some((index, _)) = yaw_rate else { return };
-    let lists = description.outputs.iter_mut().chain(&mut description.initial_unknowns);
-    for unknown in lists.filter(|u| u.index == index) {
-        unknown.dependencies = None;
-        unknown.kinds = None;
     }
 }

@@ -1,46 +1,98 @@
 //! `IdentifiedPlant`: the glue from [`vehicle_models::IdentifiedPlant`] to the export trait.
 
+use crate::plant::{SPEED_IS_HELD, kind, pose, settable};
 use crate::resources::required;
+use crate::saved::{check_settable, decode, encode, refuse};
 use crate::tables::identified_plant::Variable;
-use fmi2_export::{Log, Resources, Slave};
-use model_description::{Table, Value};
+use fmi2_export::{Capabilities, Known, Log, Resources, Slave, StateSpec, Unknown};
+use model_description::{DependencyKind, Table, Value};
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
-use vehicle_models::InputKind;
+use vehicle_models::sensitivity::{self, Factor};
+use vehicle_models::{InputKind, SavedIdentifiedPlant};
 
 /// The lateral dynamics identified from a drive (eq 6–7), with yaw and position.
 #[derive(Debug, Clone)]
 pub struct IdentifiedPlant {
     plant: vehicle_models::IdentifiedPlant,
+    flags: Flags,
+}
+
+/// What the glue itself remembers.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+struct Flags {
     started: bool,
     warned_of_speed: bool,
+    speed_rate_given: bool,
+    warned_of_speed_rate: bool,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Saved {
+    flags: Flags,
+    plant: SavedIdentifiedPlant,
 }
 
 impl IdentifiedPlant {
-    /// Whether the yaw rate depends on the inputs of the same instant (D ≠ 0).
-    pub(crate) fn has_feedthrough(resources: &Resources) -> Result<bool, String> {
-        Ok(required::<formats::Plant>(resources, "plant.json")?.discrete.d.at(0, 0) != 0.0)
+    /// The plant; until the start as a start from the present settings would leave it.
+    #[inline]
+    fn plant(&mut self) -> &mut vehicle_models::IdentifiedPlant {
+        if !self.flags.started {
+            self.plant.start();
+        }
+        &mut self.plant
+    }
+
+    /// The partial derivative, `None` where it is zero whatever the values.
+    fn factor(&self, unknown: Unknown<Variable>, known: Known<Variable>) -> Option<Factor> {
+        let n = self.plant.model_states();
+        let unknown = match unknown {
+            Unknown::Variable(Variable::YawRate) => sensitivity::Unknown::YawRate,
+            Unknown::Variable(Variable::Yaw) => sensitivity::Unknown::State(n),
+            Unknown::Variable(Variable::X) => sensitivity::Unknown::State(n + 1),
+            Unknown::Variable(Variable::Y) => sensitivity::Unknown::State(n + 2),
+            Unknown::Variable(_) => return None,
+            Unknown::State(i) => sensitivity::Unknown::State(i),
+            Unknown::Derivative(i) => sensitivity::Unknown::Rate(i),
+        };
+        let known = match known {
+            Known::Variable(Variable::SteeringAngle) => sensitivity::Known::SteeringAngle,
+            Known::Variable(Variable::Speed) => sensitivity::Known::Speed,
+            Known::Variable(Variable::InitialYaw) => sensitivity::Known::State(n),
+            Known::Variable(Variable::InitialX) => sensitivity::Known::State(n + 1),
+            Known::Variable(Variable::InitialY) => sensitivity::Known::State(n + 2),
+            // The seed acts where the scale does.
+            Known::Variable(Variable::NoiseScale | Variable::NoiseSeed) => {
+                sensitivity::Known::NoiseScale
+            }
+            Known::Variable(_) => return None,
+            Known::State(i) => sensitivity::Known::State(i),
+        };
+        self.plant.partial(unknown, known)
     }
 }
 
 impl Slave for IdentifiedPlant {
     type Variable = Variable;
     const TABLE: &'static Table = Variable::TABLE;
+    const CAPABILITIES: Capabilities = Capabilities {
+        interpolates_inputs: true,
+        output_derivatives: true,
+        directional_derivatives: true,
+        serializes: true,
+    };
 
     fn open(resources: &Resources) -> Result<Self, String> {
         let plant = required::<formats::Plant>(resources, "plant.json")?;
         let model = model_loading::identified_model(&plant)
             .map_err(|e| format!("plant.json: {e}; hint: {}", e.hint()))?;
         let plant = vehicle_models::IdentifiedPlant::new(Arc::new(model));
-        Ok(Self { plant, started: false, warned_of_speed: false })
+        Ok(Self { plant, flags: Flags::default() })
     }
 
     #[inline]
     fn get(&mut self, variable: Variable) -> Value {
-        let p = &mut self.plant;
-        // Until the start, outputs are those that a start from the present settings would give.
-        if !self.started {
-            p.start();
-        }
+        let p = self.plant();
         Value::Real(match variable {
             Variable::NoiseSeed => return Value::Integer(p.noise_seed),
             Variable::SteeringAngle => p.steering_angle,
@@ -78,13 +130,13 @@ impl Slave for IdentifiedPlant {
 
     fn exit_initialization(&mut self, _start_time: f64, _log: &mut Log) -> Result<(), String> {
         self.plant.start();
-        self.started = true;
+        self.flags.started = true;
         Ok(())
     }
 
     fn step(&mut self, _time: f64, step: f64, log: &mut Log) -> Result<(), String> {
-        if !self.warned_of_speed && self.plant.speed_far_from_identified() {
-            self.warned_of_speed = true;
+        if !self.flags.warned_of_speed && self.plant.speed_far_from_identified() {
+            self.flags.warned_of_speed = true;
             let data = self.plant.model().data();
             let consequence = match data.input {
                 InputKind::Steering => "x and y follow it, the dynamics do not",
@@ -96,6 +148,81 @@ impl Slave for IdentifiedPlant {
                 self.plant.speed, data.speed
             ));
         }
-        self.plant.step(step).map_err(|e| format!("{e}; hint: {}", e.hint()))
+        if self.flags.speed_rate_given && !self.flags.warned_of_speed_rate {
+            self.flags.warned_of_speed_rate = true;
+            log.warning(SPEED_IS_HELD);
+        }
+        self.plant.step(step).map_err(|e| refuse(&e))
+    }
+
+    fn states(&self) -> Vec<StateSpec> {
+        let model = (1..=self.plant.model_states())
+            .map(|i| settable(format!("state {i} of the identified model"), None, None));
+        model.chain(pose()).collect()
+    }
+
+    fn state(&mut self, index: usize) -> f64 {
+        self.plant().state(index)
+    }
+
+    fn state_derivative(&mut self, index: usize) -> f64 {
+        self.plant().state_rate(index)
+    }
+
+    fn set_state(&mut self, index: usize, value: f64) {
+        if let Some(state) = self.plant.initial_states_mut().get_mut(index) {
+            *state = value;
+        }
+    }
+
+    fn set_input_derivative(&mut self, variable: Variable, derivative: f64) {
+        match variable {
+            Variable::SteeringAngle => self.plant.steering_rate = derivative,
+            Variable::Speed => self.flags.speed_rate_given = derivative != 0.0,
+            _ => {}
+        }
+    }
+
+    fn output_derivative(&mut self, variable: Variable) -> f64 {
+        let p = self.plant();
+        let n = p.model_states();
+        match variable {
+            Variable::YawRate => p.yaw_acceleration(),
+            Variable::Yaw => p.state_rate(n),
+            Variable::X => p.state_rate(n + 1),
+            Variable::Y => p.state_rate(n + 2),
+            _ => 0.0,
+        }
+    }
+
+    fn dependency(
+        &self,
+        unknown: Unknown<Variable>,
+        known: Known<Variable>,
+    ) -> Option<DependencyKind> {
+        self.factor(unknown, known).map(kind)
+    }
+
+    fn partial_derivative(
+        &mut self,
+        unknown: Unknown<Variable>,
+        known: Known<Variable>,
+    ) -> Option<f64> {
+        self.plant();
+        Some(self.factor(unknown, known).map_or(0.0, Factor::value))
+    }
+
+    fn save(&self) -> Vec<u8> {
+        encode(&Saved { flags: self.flags, plant: self.plant.save() })
+    }
+
+    fn load(&mut self, bytes: &[u8]) -> Result<(), String> {
+        let saved: Saved = decode(bytes)?;
+        let mut loaded = self.clone();
+        loaded.plant.restore(saved.plant).map_err(|e| refuse(&e))?;
+        loaded.flags = saved.flags;
+        check_settable(&mut loaded)?;
+        *self = loaded;
+        Ok(())
     }
 }

@@ -1,9 +1,11 @@
 //! `LateralPid`: the glue from [`vehicle_models::Pid`] to the export trait.
 
 use crate::resources::optional;
+use crate::saved::{check_settable, decode, encode, refuse};
 use crate::tables::lateral_pid::Variable;
-use fmi2_export::{Log, Resources, Slave};
+use fmi2_export::{Capabilities, Log, Resources, Slave};
 use model_description::{Table, Value};
+use serde::{Deserialize, Serialize};
 use vehicle_models::{Pid, PidInput, PidOutput, PidParameters, Ticks};
 
 /// Most ticks in one step: ten hours at 100 Hz. A longer step is a slip of the importer, which
@@ -11,7 +13,7 @@ use vehicle_models::{Pid, PidInput, PidOutput, PidParameters, Ticks};
 const MOST_TICKS: f64 = 3_600_000.0;
 
 /// The steering controller (eq 14).
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct LateralPid {
     parameters: PidParameters,
     inputs: Inputs,
@@ -20,14 +22,14 @@ pub struct LateralPid {
 }
 
 /// The inputs, and whether the importer has given the two that the error needs.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Inputs {
     pid: PidInput,
     yaw_given: bool,
     reference_given: bool,
 }
 
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 enum Phase {
     /// Before the first step: outputs are those of tick 0 for the present inputs, evaluated on a
     /// copy at each read. `last_read` is what the first step commits.
@@ -64,6 +66,8 @@ impl LateralPid {
 impl Slave for LateralPid {
     type Variable = Variable;
     const TABLE: &'static Table = Variable::TABLE;
+    /// The outputs are held between ticks and jump at them, so no derivative says anything.
+    const CAPABILITIES: Capabilities = Capabilities { serializes: true, ..Capabilities::NONE };
 
     fn open(resources: &Resources) -> Result<Self, String> {
         let parameters = optional::<formats::Pid>(resources, "pid.json")?
@@ -175,6 +179,33 @@ impl Slave for LateralPid {
         for _ in 0..count {
             *output = self.pid.tick(&self.parameters, &self.inputs.pid);
         }
+        self.pid.check().map_err(|e| refuse(&e))
+    }
+
+    fn save(&self) -> Vec<u8> {
+        encode(self)
+    }
+
+    fn load(&mut self, bytes: &[u8]) -> Result<(), String> {
+        let mut loaded: Self = decode(bytes)?;
+        loaded.pid.check().map_err(|e| refuse(&e))?;
+        check_settable(&mut loaded)?;
+        match &loaded.phase {
+            Phase::BeforeFirstStep { last_read } => {
+                let read = &last_read.pid;
+                let values = [read.yaw_reference, read.yaw, read.steering_feedforward];
+                if values.iter().any(|value| !value.is_finite()) {
+                    return Err("an input of the saved state is not finite".into());
+                }
+            }
+            Phase::Running { ticks, output, .. } => {
+                ticks.check().map_err(|e| refuse(&e))?;
+                if !output.steering_angle.is_finite() {
+                    return Err("the steering angle of the saved state is not finite".into());
+                }
+            }
+        }
+        *self = loaded;
         Ok(())
     }
 }

@@ -11,8 +11,10 @@ mod bicycle_plant;
 mod fmu;
 mod identified_plant;
 mod lateral_pid;
+mod plant;
 mod reference_path;
 mod resources;
+mod saved;
 mod tables;
 
 pub use bicycle_plant::BicyclePlant;

@@ -1,9 +1,11 @@
 //! `ReferencePath`: the glue from [`vehicle_models::PathFollower`] to the export trait.
 
 use crate::resources::required;
+use crate::saved::{check_settable, decode, encode, refuse};
 use crate::tables::reference_path::Variable;
-use fmi2_export::{Log, Resources, Slave};
+use fmi2_export::{Capabilities, Log, Resources, Slave};
 use model_description::{Table, Value};
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use vehicle_models::{GuidanceParameters, PathFollower, PathOutput};
 
@@ -16,7 +18,7 @@ pub struct ReferencePath {
     phase: Phase,
 }
 
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Inputs {
     x: f64,
     y: f64,
@@ -24,13 +26,22 @@ struct Inputs {
     speed: f64,
 }
 
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 enum Phase {
     /// Before the first step: outputs are those of the present inputs at each read. The first step
     /// goes on from the place on the path that `last_read` stands at.
     BeforeFirstStep { last_read: Inputs },
     /// From then on: outputs are those of the last step.
     Running(PathOutput),
+}
+
+/// All but the path itself.
+#[derive(Serialize, Deserialize)]
+struct Saved {
+    guidance: GuidanceParameters,
+    inputs: Inputs,
+    progress: Option<f64>,
+    phase: Phase,
 }
 
 impl ReferencePath {
@@ -53,6 +64,9 @@ impl ReferencePath {
 impl Slave for ReferencePath {
     type Variable = Variable;
     const TABLE: &'static Table = Variable::TABLE;
+    /// The outputs are evaluated in a step and held until the next; what changes them between are
+    /// places on a table of points, of which no derivative by the inputs is promised.
+    const CAPABILITIES: Capabilities = Capabilities { serializes: true, ..Capabilities::NONE };
 
     fn open(resources: &Resources) -> Result<Self, String> {
         let path = required::<formats::Path>(resources, "path.json")?;
@@ -124,11 +138,42 @@ impl Slave for ReferencePath {
     fn step(&mut self, _time: f64, _step: f64, _log: &mut Log) -> Result<(), String> {
         if let Phase::BeforeFirstStep { last_read } = self.phase {
             let start = self.evaluate(&last_read);
+            start.check().map_err(|e| refuse(&e))?;
             self.follower.commit(&start);
         }
         let output = self.evaluate(&self.inputs);
+        output.check().map_err(|e| refuse(&e))?;
         self.follower.commit(&output);
         self.phase = Phase::Running(output);
+        Ok(())
+    }
+
+    fn save(&self) -> Vec<u8> {
+        encode(&Saved {
+            guidance: self.guidance,
+            inputs: self.inputs,
+            progress: self.follower.progress(),
+            phase: self.phase.clone(),
+        })
+    }
+
+    fn load(&mut self, bytes: &[u8]) -> Result<(), String> {
+        let saved: Saved = decode(bytes)?;
+        let mut loaded = self.clone();
+        loaded.follower.restore(saved.progress).map_err(|e| refuse(&e))?;
+        match &saved.phase {
+            Phase::BeforeFirstStep { last_read: Inputs { x, y, yaw, speed } } => {
+                if [x, y, yaw, speed].iter().any(|value| !value.is_finite()) {
+                    return Err("an input of the saved state is not finite".into());
+                }
+            }
+            Phase::Running(output) => output.check().map_err(|e| refuse(&e))?,
+        }
+        loaded.guidance = saved.guidance;
+        loaded.inputs = saved.inputs;
+        loaded.phase = saved.phase;
+        check_settable(&mut loaded)?;
+        *self = loaded;
         Ok(())
     }
 }

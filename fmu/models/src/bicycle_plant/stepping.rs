@@ -1,0 +1,113 @@
+//! Advancing the bicycle plant by the Taylor series of the matrix exponential.
+
+use super::BicyclePlant;
+use super::dynamics::Dynamics;
+use crate::error::Error;
+use crate::identified_plant::LONGEST_STEP;
+use crate::quadrature::{LONGEST_PANEL, NODE, NODES, WEIGHT, panels, sin_cos_small};
+
+/// More terms than the series ever needs where the panel is shorter than the time constants.
+const MOST_TERMS: usize = 60;
+
+/// 1/k, since a division costs ten multiplications.
+const RECIPROCAL: [f64; MOST_TERMS + 1] = {
+    let mut table = [1.0; MOST_TERMS + 1];
+    let mut k = 2;
+    while k <= MOST_TERMS {
+        table[k] = 1.0 / k as f64;
+        k += 1;
+    }
+    table
+};
+
+impl BicyclePlant {
+    /// Advances by `h` seconds with the inputs as they are.
+    ///
+    /// # Errors
+    /// Where h is not in (0, [`LONGEST_STEP`]], or the states grow beyond all numbers, as they do
+    /// far above the critical speed of an oversteering vehicle.
+    pub fn step(&mut self, h: f64) -> Result<(), Error> {
+        if !(h > 0.0 && h <= LONGEST_STEP) {
+            return Err(Error::Step { step: h, limit: LONGEST_STEP });
+        }
+        let dynamics = self.dynamics();
+        let longest = if dynamics.fastest_rate * LONGEST_PANEL > 1.0 {
+            1.0 / dynamics.fastest_rate
+        } else {
+            LONGEST_PANEL
+        };
+        let (count, panel) = panels(h, longest);
+        for k in 0..count {
+            let steering = self.steering_angle + self.steering_rate * (k as f64 * panel);
+            self.move_exactly(&dynamics, panel, steering);
+        }
+        self.check_finite()
+    }
+
+    /// Refuses to go on from states beyond all numbers.
+    #[inline]
+    fn check_finite(&self) -> Result<(), Error> {
+        let [lateral_velocity, yaw_rate, wheel] = self.w;
+        for (name, value) in [
+            ("the lateral velocity", lateral_velocity),
+            ("the yaw rate", yaw_rate),
+            ("the road-wheel angle", wheel),
+            ("yaw", self.pose.yaw),
+            ("x", self.pose.x),
+            ("y", self.pose.y),
+        ] {
+            if !value.is_finite() {
+                return Err(Error::Diverged { name, value });
+            }
+        }
+        Ok(())
+    }
+
+    /// One panel, which begins at a steering angle.
+    fn move_exactly(&mut self, dynamics: &Dynamics, panel: f64, steering: f64) {
+        let mut rate = dynamics.times(&self.w);
+        rate[2] += dynamics.gain * steering;
+        // What the ramp adds to the second term, and to no other but through F.
+        let mut ramp = dynamics.gain * self.steering_rate * panel;
+
+        let mut end = self.w;
+        let mut yaw_increment = panel * self.w[1];
+        let mut yaw_at = NODE.map(|s| yaw_increment * s);
+        let mut lateral_at = [self.w[0]; NODES];
+        let mut power = NODE;
+        let mut term = rate.map(|x| x * panel);
+        for reciprocal in &RECIPROCAL[2..] {
+            // For k = 1, 2, …, term is τᵏ/k! times the k-th derivative at the panel's end, at a node
+            // that times nodeᵏ; `reciprocal` is 1/(k+1).
+            let to_yaw = panel * term[1] * reciprocal;
+            for i in 0..NODES {
+                lateral_at[i] += power[i] * term[0];
+                power[i] *= NODE[i];
+                yaw_at[i] += power[i] * to_yaw;
+            }
+            yaw_increment += to_yaw;
+            let mut changed = ramp != 0.0;
+            for (sum, term) in end.iter_mut().zip(term) {
+                let before = *sum;
+                *sum += term;
+                changed |= *sum != before;
+            }
+            if !changed {
+                break;
+            }
+            let scale = panel * reciprocal;
+            term = dynamics.times(&term).map(|x| x * scale);
+            term[2] += ramp * reciprocal * panel;
+            ramp = 0.0;
+        }
+
+        let (mut along, mut across) = (0.0, 0.0);
+        for i in 0..NODES {
+            let (sin, cos) = sin_cos_small(yaw_at[i]);
+            along += WEIGHT[i] * (self.speed * cos - lateral_at[i] * sin);
+            across += WEIGHT[i] * (self.speed * sin + lateral_at[i] * cos);
+        }
+        self.pose.advance(panel * along, panel * across, yaw_increment);
+        self.w = end;
+    }
+}

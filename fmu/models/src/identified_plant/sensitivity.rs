@@ -1,0 +1,127 @@
+//! The identified plant's derivatives by time, states and inputs, at a communication point.
+//!
+//! With u the delayed input and u̇ its derivative, ψ̇ the yaw rate without noise:
+//!
+//! ```text
+//! ẋ = F x + G u,   r = H x + D u + yaw_rate_offset,   ṙ = H ẋ + D u̇
+//! ψ̇ = r,   X' = v cos ψ,   Y' = v sin ψ
+//! ```
+//!
+//! A delay leaves no dependency on the present inputs.
+
+use super::IdentifiedPlant;
+use crate::noise::gaussian;
+use crate::sensitivity::{Factor, Known, Unknown};
+
+impl IdentifiedPlant {
+    /// Continuous states of the model: its order, or none where it has no continuous form. Yaw, x
+    /// and y come after them.
+    #[must_use]
+    pub fn model_states(&self) -> usize {
+        if self.model.continuous().is_some() { self.model.order() } else { 0 }
+    }
+
+    /// A state: the model's, then yaw (rad), x, y (m).
+    #[must_use]
+    pub fn state(&self, index: usize) -> f64 {
+        let n = self.model_states();
+        match index.checked_sub(n) {
+            None => self.z[index],
+            Some(0) => self.pose.yaw,
+            Some(1) => self.pose.x,
+            Some(_) => self.pose.y,
+        }
+    }
+
+    /// The derivative of a state by time, at the present inputs.
+    #[must_use]
+    pub fn state_rate(&self, index: usize) -> f64 {
+        let (sin, cos) = self.pose.yaw.sin_cos();
+        match (index.checked_sub(self.model_states()), self.model.continuous()) {
+            (None, Some(model)) => {
+                model.derivative(index, self.states(), self.delayed_input().0)
+            }
+            (None, None) => 0.0,
+            (Some(0), _) => self.noise_free_yaw_rate(),
+            (Some(1), _) => self.speed * cos,
+            (Some(_), _) => self.speed * sin,
+        }
+    }
+
+    /// Derivative of the yaw rate without noise, rad/s²; zero where it is held.
+    #[must_use]
+    pub fn yaw_acceleration(&self) -> f64 {
+        let Some(model) = self.model.continuous() else { return 0.0 };
+        let (u, slope) = self.delayed_input();
+        let states = (0..model.order()).map(|i| model.h[i] * model.derivative(i, self.states(), u));
+        states.sum::<f64>() + model.d * slope
+    }
+
+    /// `∂unknown/∂known` at the present values; `None` where it is zero whatever they are.
+    #[must_use]
+    pub fn partial(&self, unknown: Unknown, known: Known) -> Option<Factor> {
+        let n = self.model_states();
+        match unknown {
+            Unknown::YawRate if known == Known::NoiseScale => {
+                let std = self.model.data().innovation_std;
+                let number = gaussian(self.noise_seed, 0);
+                (std != 0.0).then_some(Factor::Dependent(std * number))
+            }
+            Unknown::YawRate => self.yaw_rate_by(known),
+            Unknown::LateralAcceleration => None,
+            Unknown::State(i) => (known == Known::State(i)).then_some(Factor::Constant(1.0)),
+            Unknown::Rate(i) if i < n => self.model_rate_by(i, known),
+            Unknown::Rate(i) if i == n => self.yaw_rate_by(known),
+            Unknown::Rate(i) => {
+                let (sin, cos) = self.pose.yaw.sin_cos();
+                let (direction, turned) = if i == n + 1 { (cos, -sin) } else { (sin, cos) };
+                match known {
+                    Known::Speed => Some(Factor::Dependent(direction)),
+                    Known::State(j) if j == n => Some(Factor::Dependent(self.speed * turned)),
+                    _ => None,
+                }
+            }
+        }
+    }
+
+    /// Row of H and D.
+    fn yaw_rate_by(&self, known: Known) -> Option<Factor> {
+        let d = self.model.data().d;
+        match (known, self.model.continuous()) {
+            (Known::State(j), Some(model)) if j < model.order() => Factor::constant(model.h[j]),
+            (_, Some(_)) => self.input_by(known, d),
+            (_, None) => {
+                // The input acts where it is sampled.
+                let factor = self.input_by(known, d)?.value();
+                Some(Factor::Dependent(if self.is_held() { 0.0 } else { factor }))
+            }
+        }
+    }
+
+    /// Row of F and G.
+    fn model_rate_by(&self, i: usize, known: Known) -> Option<Factor> {
+        let model = self.model.continuous()?;
+        let n = model.order();
+        match known {
+            Known::State(j) if j < n => Factor::constant(model.f[i * n + j]),
+            _ => self.input_by(known, model.g[i]),
+        }
+    }
+
+    /// `gain·∂u/∂known`, u the model's input as of now.
+    fn input_by(&self, known: Known, gain: f64) -> Option<Factor> {
+        if gain == 0.0 || self.model.data().delay > 0.0 {
+            return None;
+        }
+        let product = self.model.input_is_product();
+        match known {
+            Known::SteeringAngle if product => Some(Factor::Dependent(gain * self.speed)),
+            Known::SteeringAngle => Some(Factor::Constant(gain)),
+            Known::Speed if product => {
+                let steering = self.steering_angle - self.model.data().steering_offset;
+                Some(Factor::Dependent(gain * steering))
+            }
+            _ => None,
+        }
+    }
+}
