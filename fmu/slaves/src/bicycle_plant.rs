@@ -82,19 +82,17 @@ impl BicyclePlant {
 
 /// Whether an unknown depends on a parameter of the vehicle, which matters in initialization mode.
 fn by_parameter(unknown: Unknown<Variable>, parameter: Variable) -> bool {
-    // Forces: v̇_y has them over the mass, ṙ over the inertia. Below 1 m/s the mass is in ṙ too, by
-    // the understeer gradient.
+    // Forces, which v̇_y has over the mass, and ṙ over the inertia.
     let force = matches!(
         parameter,
-        Variable::Mass
-            | Variable::DistanceFront
+        Variable::DistanceFront
             | Variable::DistanceRear
             | Variable::CorneringStiffnessFront
             | Variable::CorneringStiffnessRear
     );
     match unknown {
         Unknown::Variable(Variable::LateralAcceleration)
-        | Unknown::Derivative(LATERAL_VELOCITY) => force,
+        | Unknown::Derivative(LATERAL_VELOCITY) => force || parameter == Variable::Mass,
         Unknown::Derivative(YAW_RATE) => force || parameter == Variable::YawInertia,
         Unknown::Derivative(ROAD_WHEEL_ANGLE) => {
             matches!(parameter, Variable::ActuatorTimeConstant | Variable::SteeringRatio)
@@ -271,8 +269,7 @@ impl Slave for BicyclePlant {
 
     fn load(&mut self, bytes: &[u8]) -> Result<(), String> {
         let saved: Saved = decode(bytes)?;
-        let plant =
-            vehicle_models::BicyclePlant::restore(&saved.plant).map_err(|e| refuse(&e))?;
+        let plant = vehicle_models::BicyclePlant::restore(&saved.plant).map_err(|e| refuse(&e))?;
         let mut loaded = Self { plant, flags: saved.flags };
         check_settable(&mut loaded)?;
         *self = loaded;

@@ -28,15 +28,11 @@ pub(crate) fn settable(
 
 /// Yaw, x and y, which follow from `initial_yaw`, `initial_x` and `initial_y`.
 pub(crate) fn pose() -> [StateSpec; 3] {
-    [
-        ("yaw, not wrapped", "rad", "rad/s"),
-        ("position x", "m", "m/s"),
-        ("position y", "m", "m/s"),
-    ]
-    .map(|(description, unit, derivative_unit)| StateSpec {
-        description: description.into(),
-        unit: Some(unit),
-        derivative_unit: Some(derivative_unit),
-        settable: false,
-    })
+    [("yaw, not wrapped", "rad", "rad/s"), ("position x", "m", "m/s"), ("position y", "m", "m/s")]
+        .map(|(description, unit, derivative_unit)| StateSpec {
+            description: description.into(),
+            unit: Some(unit),
+            derivative_unit: Some(derivative_unit),
+            settable: false,
+        })
 }

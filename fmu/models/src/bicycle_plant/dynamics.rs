@@ -48,8 +48,8 @@ impl BicyclePlant {
             let v = self.speed;
             let yaw_rate = v / (p.wheelbase() + p.understeer_gradient() * v * v);
             let lateral_velocity = p.lateral_velocity_per_yaw_rate(v) * yaw_rate;
-            let [a, b, c, d] = lateral;
-            [-(a * lateral_velocity + b * yaw_rate), -(c * lateral_velocity + d * yaw_rate)]
+            // In the second row of F(1 m/s)·s(v) all but B2·v cancels.
+            [-(lateral[0] * lateral_velocity + lateral[1] * yaw_rate), k.b2 * v]
         };
         let lag = 1.0 / k.tn;
         Dynamics { lateral, steer, lag, gain: k.n * lag, fastest_rate: k.fastest_rate(speed) }
@@ -77,10 +77,7 @@ impl BicyclePlant {
         let per_yaw_rate_by_v =
             -2.0 * p.mass * p.distance_front * v / (p.cornering_stiffness_rear * length);
         let s_by_v = [per_yaw_rate_by_v * g + per_yaw_rate * g_by_v, g_by_v];
-        let [a, b, c, d] = k.lateral(BLEND_SPEED);
-        [
-            -wheel * (a * s_by_v[0] + b * s_by_v[1]),
-            -wheel * (c * s_by_v[0] + d * s_by_v[1]),
-        ]
+        let [a, b, ..] = k.lateral(BLEND_SPEED);
+        [-wheel * (a * s_by_v[0] + b * s_by_v[1]), wheel * k.b2]
     }
 }

@@ -38,9 +38,7 @@ impl IdentifiedPlant {
     pub fn state_rate(&self, index: usize) -> f64 {
         let (sin, cos) = self.pose.yaw.sin_cos();
         match (index.checked_sub(self.model_states()), self.model.continuous()) {
-            (None, Some(model)) => {
-                model.derivative(index, self.states(), self.delayed_input().0)
-            }
+            (None, Some(model)) => model.derivative(index, self.states(), self.delayed_input().0),
             (None, None) => 0.0,
             (Some(0), _) => self.noise_free_yaw_rate(),
             (Some(1), _) => self.speed * cos,

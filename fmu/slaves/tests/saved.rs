@@ -1,0 +1,184 @@
+//! States as bytes: what is loaded goes on to the last bit, and no bytes do harm.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+mod common;
+
+use common::{Kind, PLAIN, bicycle, get, identified, kinds, path, pid, set, start, variable};
+use fmi2_export::model_description::Causality;
+use fmi2_export::{Log, Slave};
+use proptest::prelude::*;
+
+/// Sets the inputs and steps, then reads all variables: as bits, so that NaN compares.
+fn drive<S: Slave>(slave: &mut S, steps: std::ops::Range<u32>) -> Vec<u64> {
+    let mut seen = Vec::new();
+    for k in steps {
+        let t = f64::from(k) * 0.013;
+        for row in S::TABLE.variables.iter().filter(|row| row.causality == Causality::Input) {
+            match row.name {
+                "enabled" => {}
+                "speed" => set(slave, "speed", 10.0 + (0.3 * t).sin()),
+                "x" | "y" => set(slave, row.name, 9.0 * t),
+                name => set(slave, name, 0.1 * (3.0 * t).sin() + 0.01 * name.len() as f64),
+            }
+        }
+        if S::CAPABILITIES.interpolates_inputs {
+            slave.set_input_derivative(variable::<S>("steering_angle"), 0.3 * (7.0 * t).cos());
+        }
+        // An error must be an error on both sides.
+        let ok = slave.step(t, 0.013, &mut Log::default()).is_ok();
+        seen.push(u64::from(ok));
+        seen.extend(S::TABLE.variables.iter().map(|row| get(slave, row.name).to_bits()));
+    }
+    seen
+}
+
+fn goes_on<S: Slave>(fresh: &S, prepared: &S) {
+    for before in [0, 1, 17, 60] {
+        let mut saved = prepared.clone();
+        start(&mut saved);
+        drive(&mut saved, 0..before);
+        let mut loaded = fresh.clone();
+        loaded.load(&saved.save()).unwrap();
+        assert_eq!(loaded.save(), saved.save());
+        assert_eq!(drive(&mut saved, before..before + 60), drive(&mut loaded, before..before + 60));
+    }
+    // In initialization mode too.
+    let mut saved = prepared.clone();
+    let mut loaded = fresh.clone();
+    loaded.load(&saved.save()).unwrap();
+    start(&mut saved);
+    start(&mut loaded);
+    assert_eq!(drive(&mut saved, 0..40), drive(&mut loaded, 0..40));
+}
+
+#[test]
+fn identified_plants_go_on() {
+    for kind in kinds() {
+        for noise in [0.0, 1.0] {
+            let fresh = identified(kind);
+            let mut prepared = fresh.clone();
+            set(&mut prepared, "noise_scale", noise);
+            set(&mut prepared, "initial_yaw", 0.4);
+            (0..fresh.states().len()).for_each(|i| prepared.set_state(i, 0.1));
+            goes_on(&fresh, &prepared);
+        }
+    }
+}
+
+#[test]
+fn bicycles_go_on() {
+    let mut prepared = bicycle();
+    set(&mut prepared, "mass", 1700.0);
+    set(&mut prepared, "initial_x", -3.0);
+    prepared.set_state(1, 0.2);
+    goes_on(&bicycle(), &prepared);
+}
+
+#[test]
+fn controllers_go_on() {
+    let mut prepared = pid();
+    for (name, value) in [("ki", 0.7), ("kd", 0.1), ("derivative_filter_time", 0.02)] {
+        set(&mut prepared, name, value);
+    }
+    goes_on(&pid(), &prepared);
+}
+
+#[test]
+fn paths_go_on() {
+    for closed in [false, true] {
+        let mut prepared = path(closed);
+        set(&mut prepared, "lookahead_min", 3.0);
+        goes_on(&path(closed), &prepared);
+    }
+}
+
+/// The state of one model is none of another of a different order or delay.
+#[test]
+fn foreign_states_are_refused() {
+    let delayed = identified(Kind { delay: 0.05, ..PLAIN });
+    assert!(identified(PLAIN).load(&delayed.save()).unwrap_err().contains("history"));
+    assert!(bicycle().load(&delayed.save()).is_err());
+    assert!(bicycle().load(&[]).unwrap_err().contains("cannot be read"));
+    let mut longer = bicycle().save();
+    longer.push(0);
+    assert!(bicycle().load(&longer).unwrap_err().contains("too many"));
+}
+
+/// Values that no importer could have set are refused by name.
+#[test]
+fn impossible_values_are_refused() {
+    let refused = |name: &str, value: f64| {
+        let mut plant = bicycle();
+        set(&mut plant, name, value);
+        bicycle().load(&plant.save()).unwrap_err()
+    };
+    assert!(refused("speed", -1.0).contains("speed"));
+    assert!(refused("mass", 0.0).contains("mass"));
+    assert!(refused("initial_yaw", f64::NAN).contains("yaw"));
+    assert!(refused("steering_angle", f64::INFINITY).contains("input"));
+    let mut controller = pid();
+    set(&mut controller, "sample_time", 1e-300);
+    assert!(pid().load(&controller.save()).unwrap_err().contains("sample_time"));
+}
+
+fn any_bytes<S: Slave>(fresh: &S, bytes: &[u8]) {
+    let mut slave = fresh.clone();
+    if slave.load(bytes).is_ok() {
+        // Whatever was loaded runs, or says what is wrong.
+        drive(&mut slave, 0..5);
+        let _ = slave.step(0.0, 5.0, &mut Log::default());
+    } else {
+        assert_eq!(slave.save(), fresh.save(), "a refused state changes nothing");
+    }
+}
+
+/// Bytes of a valid state with some replaced, or cut.
+fn mutated<S: Slave>(slave: &S, changes: &[(usize, u8)], cut: Option<usize>) -> Vec<u8> {
+    let mut bytes = slave.save();
+    let length = bytes.len();
+    changes.iter().for_each(|&(place, byte)| bytes[place % length] = byte);
+    bytes.truncate(cut.map_or(length, |cut| cut % length));
+    bytes
+}
+
+/// Bytes that make counts and exponents large, more often than chance has them.
+fn byte() -> impl Strategy<Value = u8> {
+    prop_oneof![any::<u8>(), Just(0), Just(0xff), Just(0x7f), Just(0x80), Just(0xf0), Just(0xef)]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(256))]
+
+    #[test]
+    fn random_bytes_do_no_harm(bytes in prop::collection::vec(byte(), 0..400)) {
+        any_bytes(&identified(PLAIN), &bytes);
+        any_bytes(&bicycle(), &bytes);
+        any_bytes(&pid(), &bytes);
+    }
+
+    #[test]
+    fn mutated_states_do_no_harm(
+        changes in prop::collection::vec((any::<usize>(), byte()), 1..9),
+        cut in prop::option::weighted(0.2, any::<usize>()),
+        steps in 0..30_u32,
+    ) {
+        fn both<S: Slave>(fresh: &S, mut used: S, steps: u32, bytes: impl Fn(&S) -> Vec<u8>) {
+            any_bytes(fresh, &bytes(&used));
+            start(&mut used);
+            drive(&mut used, 0..steps);
+            any_bytes(fresh, &bytes(&used));
+        }
+        for kind in [PLAIN, Kind { delay: 0.05, d: 0.2, product: true, continuous: false }] {
+            let fresh = identified(kind);
+            let mut used = fresh.clone();
+            set(&mut used, "noise_scale", 1.0);
+            both(&fresh, used, steps, |s| mutated(s, &changes, cut));
+        }
+        both(&bicycle(), bicycle(), steps, |s| mutated(s, &changes, cut));
+        both(&pid(), pid(), steps, |s| mutated(s, &changes, cut));
+        for closed in [false, true] {
+            let fresh = path(closed);
+            both(&fresh, fresh.clone(), steps, |s| mutated(s, &changes, cut));
+        }
+    }
+}
