@@ -4,7 +4,7 @@ use super::IdentifiedPlant;
 use crate::delay::Segment;
 use crate::error::Error;
 use crate::linear::INTEGRALS;
-use crate::quadrature::{NODE, NODES, mean_direction, panels};
+use crate::quadrature::{NODE, NODES, Pose, mean_direction, panels};
 
 /// Longest communication step, s.
 pub const LONGEST_STEP: f64 = 3600.0;
@@ -30,11 +30,14 @@ impl IdentifiedPlant {
         }
         let u = self.model.input(self.steering_angle, self.speed);
         let slope = self.steering_rate * self.model.input_by_steering(self.speed);
-        self.delay.push(h, u, slope);
         if self.on_grid {
-            self.walk_grid(h)
+            self.delay.push(h, u, slope);
+            self.walk_grid(h);
+        } else if self.model.data().delay > 0.0 {
+            self.delay.push(h, u, slope);
+            self.walk(h);
         } else {
-            self.walk(h)
+            self.move_exactly(&Segment { duration: h, value: u, slope });
         }
         self.check_finite()
     }
@@ -42,9 +45,14 @@ impl IdentifiedPlant {
     /// Refuses to go on from states beyond all numbers.
     #[inline]
     fn check_finite(&self) -> Result<(), Error> {
-        let named = [("yaw", self.pose.yaw), ("x", self.pose.x), ("y", self.pose.y)];
+        let Pose { x, y, yaw } = self.pose;
+        let sum: f64 = self.states().iter().sum();
+        // One test instead of one for each; a sum of finite numbers may overflow too.
+        if (sum + x + y + yaw).is_finite() {
+            return Ok(());
+        }
         let states = self.states().iter().map(|&x| ("a state of the model", x));
-        for (name, value) in states.chain(named) {
+        for (name, value) in states.chain([("yaw", yaw), ("x", x), ("y", y)]) {
             if !value.is_finite() {
                 return Err(Error::Diverged { name, value });
             }
