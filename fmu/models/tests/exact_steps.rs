@@ -209,6 +209,19 @@ fn ramp_ends_with_its_step() {
     assert!((p.yaw() - (0.02 * 0.2 + 0.5 * 2.0 * 0.01)).abs() < 1e-14);
 }
 
+/// A ramp from rest, where the first term of the bicycle's series is zero.
+#[test]
+fn bicycle_ramp_from_rest() {
+    let parameters = BicycleParameters::default();
+    let mut p = BicyclePlant::new(parameters).unwrap();
+    p.steering_rate = 0.5;
+    p.step(0.008).unwrap();
+    let (f, g) = bicycle_body_frame(&parameters, p.speed);
+    let expected = ramped(f.transpose().as_slice(), g.as_slice(), &[0.0; 3], (0.0, 0.5), 0.008);
+    let states = [p.lateral_velocity(), p.yaw_rate(), p.road_wheel_angle()];
+    assert_close(&states, &expected, 1e-13).unwrap();
+}
+
 /// Without continuous form a ramp is sampled on the grid.
 #[test]
 fn ramp_on_the_grid() {

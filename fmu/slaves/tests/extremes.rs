@@ -54,7 +54,9 @@ fn survive<S: Slave>(
         if n > 0 {
             slave.set_state(place % n, value);
         }
-        S::TABLE.variables.iter().for_each(|row| { get(&mut slave, row.name); });
+        S::TABLE.variables.iter().for_each(|row| {
+            get(&mut slave, row.name);
+        });
     }
     let refused = |error: &str| !error.is_empty() && error.contains("hint:");
     if let Err(error) = slave.exit_initialization(0.0, &mut Log::default()) {
@@ -70,8 +72,12 @@ fn survive<S: Slave>(
         let result = slave.step(0.0, *h, &mut Log::default());
         let states: Vec<f64> = (0..n).map(|i| slave.state(i)).collect();
         // Everything can be asked for, whatever it is.
-        (0..n).for_each(|i| { slave.state_derivative(i); });
-        S::TABLE.variables.iter().for_each(|row| { get(&mut slave, row.name); });
+        (0..n).for_each(|i| {
+            slave.state_derivative(i);
+        });
+        S::TABLE.variables.iter().for_each(|row| {
+            get(&mut slave, row.name);
+        });
         let _ = slave.clone().load(&slave.save());
         match result {
             Ok(()) => prop_assert!(states.iter().all(|x| x.is_finite()), "{states:?}"),

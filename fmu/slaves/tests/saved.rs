@@ -121,6 +121,67 @@ fn impossible_values_are_refused() {
     assert!(pid().load(&controller.save()).unwrap_err().contains("sample_time"));
 }
 
+/// Numbers inside the models, found in the bytes by their value, are refused where they cannot be.
+#[test]
+fn impossible_states_are_refused() {
+    fn refused<S: Slave>(fresh: &S, used: &S, number: f64, instead: &[f64]) {
+        assert!(number != 0.0, "zeros are everywhere");
+        let bytes = used.save();
+        let places: Vec<usize> =
+            (0..bytes.len() - 7).filter(|&i| bytes[i..i + 8] == number.to_le_bytes()).collect();
+        assert!(!places.is_empty(), "{number} is not in the state");
+        for value in instead {
+            let mut changed = bytes.clone();
+            places.iter().for_each(|&i| changed[i..i + 8].copy_from_slice(&value.to_le_bytes()));
+            assert!(fresh.clone().load(&changed).is_err(), "{value} instead of {number}");
+        }
+    }
+    fn driven<S: Slave>(fresh: &S, steps: u32, change: impl Fn(&mut S)) -> S {
+        let mut used = fresh.clone();
+        change(&mut used);
+        start(&mut used);
+        drive(&mut used, 0..steps);
+        used
+    }
+    const NOT_FINITE: [f64; 2] = [f64::NAN, f64::INFINITY];
+    let not_a_phase = [1.0, -0.5, f64::NAN];
+
+    let fresh = identified(Kind { delay: 0.05, ..PLAIN });
+    let mut used = driven(&fresh, 1, |s| {
+        set(s, "noise_scale", 1.0);
+        set(s, "initial_y", 2.0);
+        (0..3).for_each(|i| s.set_state(i, 0.1));
+    });
+    refused(&fresh, &used, 0.013 / 0.02, &not_a_phase);
+    refused(&fresh, &used, 0.05 - 0.013, &[0.2, -0.037, f64::NAN]);
+    for i in 0..6 {
+        let state = used.state(i);
+        refused(&fresh, &used, state, &NOT_FINITE);
+    }
+    let fresh = pid();
+    let mut used = driven(&fresh, 1, |_| {});
+    refused(&fresh, &used, 0.013 / 0.01 - 1.0, &not_a_phase);
+    let angle = get(&mut used, "steering_angle");
+    refused(&fresh, &used, angle, &NOT_FINITE);
+    for closed in [false, true] {
+        let fresh = path(closed);
+        let mut used = driven(&fresh, 20, |_| {});
+        let distance = get(&mut used, "distance");
+        refused(&fresh, &used, distance, &NOT_FINITE);
+        if closed {
+            refused(&fresh, &used, distance, &[1e300, -1e15]);
+        }
+        let reference = get(&mut used, "yaw_reference");
+        refused(&fresh, &used, reference, &NOT_FINITE);
+    }
+    let fresh = bicycle();
+    let mut used = driven(&fresh, 20, |s| s.set_state(0, 0.1));
+    for i in 0..6 {
+        let state = used.state(i);
+        refused(&fresh, &used, state, &NOT_FINITE);
+    }
+}
+
 fn any_bytes<S: Slave>(fresh: &S, bytes: &[u8]) {
     let mut slave = fresh.clone();
     if slave.load(bytes).is_ok() {
