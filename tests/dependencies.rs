@@ -29,6 +29,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("vehicle-models", NOTHING),
     ("model-description", NOTHING),
     ("fmu-binaries", NOTHING),
+    ("fuzzing", &["fmi2-export", "fmi2-host", "model-description", "slaves"]),
     ("xtask", NOTHING),
 ];
 

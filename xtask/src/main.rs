@@ -1,5 +1,6 @@
 //! What developers run: `cargo xtask test`, `cargo xtask lint`, `cargo xtask readme`.
 
+mod fuzz;
 mod importers;
 mod lint;
 mod python;
@@ -27,6 +28,14 @@ enum Command {
     Lint,
     /// Make the Python environment and print its interpreter
     Python,
+    /// Run the fuzzer over the targets of tests/fuzzing
+    Fuzz {
+        /// How long each target is run
+        #[arg(long, default_value_t = 10.0)]
+        minutes: f64,
+        /// Targets; all of them if none is named
+        targets: Vec<String>,
+    },
     /// Put the demo's table and picture into the README
     Readme,
 }
@@ -35,6 +44,7 @@ fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Test => test::test(),
         Command::Lint => lint::lint(),
+        Command::Fuzz { minutes, targets } => fuzz::fuzz(minutes, &targets),
         Command::Readme => readme::readme(),
         Command::Python => python::environment().map(|python| println!("{}", python.display())),
     };

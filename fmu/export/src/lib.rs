@@ -26,7 +26,7 @@ mod resources;
 mod slave;
 mod structure;
 mod told;
-mod uri;
+pub mod uri;
 
 #[cfg(test)]
 #[allow(unsafe_code)]

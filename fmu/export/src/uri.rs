@@ -31,7 +31,7 @@ fn path(bytes: Vec<u8>) -> PathBuf {
 
 /// The paths a location may mean, the likeliest first: escapes decoded, then taken literally (a
 /// folder may be called `a%20b`, and not every importer escapes it). Never empty.
-fn candidates(location: &[u8], windows: bool) -> Result<Vec<Vec<u8>>, String> {
+pub fn candidates(location: &[u8], windows: bool) -> Result<Vec<Vec<u8>>, String> {
     let scheme = location.get(..5).filter(|scheme| scheme.eq_ignore_ascii_case(b"file:"));
     let path = match scheme {
         None if contains(location, b"://") => return Err("is no file: URI".into()),
@@ -80,7 +80,8 @@ fn is_drive(text: &[u8]) -> bool {
 fn local(path: &[u8], windows: bool) -> Vec<u8> {
     let slashes = path.iter().take_while(|byte| **byte == b'/').count();
     let bare = &path[slashes..];
-    let drive = bare.get(..2).is_some_and(is_drive)
+    let drive = windows
+        && bare.get(..2).is_some_and(is_drive)
         && bare.get(2).is_none_or(|byte| matches!(byte, b'/' | b'\\'));
     if drive {
         let mut path = bare.to_vec();

@@ -1,0 +1,57 @@
+//! Random sequences of calls through the C boundary, of every FMU.
+//!
+//! The bytes choose an FMU, then calls with their arguments: references and values that exist and
+//! that do not, NULL, NaN, lengths of zero. What is held:
+//!
+//! * every call returns a status of the standard, and never `fmi2Fatal`, which only a panic makes;
+//! * after `fmi2Error` no step succeeds until `fmi2Reset` or `fmi2SetFMUstate` did;
+//! * what can be read is finite;
+//! * an FMU state gives back, bit for bit, what could be read when it was taken, also after having
+//!   been serialized; a blob with any byte changed is refused.
+
+mod importer;
+
+use crate::cursor::Cursor;
+use crate::documents::{BICYCLE, DELAYED, PATH, PID, PLANT};
+use fmi2_export::Slave;
+use importer::Importer;
+use slaves::{BicyclePlant, IdentifiedPlant, LateralPid, ReferencePath};
+use std::path::PathBuf;
+use std::sync::OnceLock;
+
+/// Calls in one sequence, at most.
+const LONGEST: usize = 400;
+
+/// Runs the sequence that the bytes say.
+pub(crate) fn calls(bytes: &[u8]) {
+    let mut cursor = Cursor::new(bytes);
+    match cursor.byte() % 5 {
+        0 => sequence::<IdentifiedPlant>(&mut cursor, "plant.json", PLANT),
+        1 => sequence::<IdentifiedPlant>(&mut cursor, "plant.json", DELAYED),
+        2 => sequence::<BicyclePlant>(&mut cursor, "bicycle.json", BICYCLE),
+        3 => sequence::<LateralPid>(&mut cursor, "pid.json", PID),
+        _ => sequence::<ReferencePath>(&mut cursor, "path.json", PATH),
+    }
+}
+
+fn sequence<S: Slave>(cursor: &mut Cursor<'_>, name: &str, document: &'static [u8]) {
+    let mut importer = Importer::<S>::new(&folder(name, document), name, document);
+    let mut made = 0;
+    while made < LONGEST && !cursor.is_empty() {
+        importer.call(cursor);
+        made += 1;
+    }
+}
+
+/// A folder, made once, that holds the document alone.
+fn folder(name: &str, document: &'static [u8]) -> PathBuf {
+    static FOLDERS: OnceLock<tempfile::TempDir> = OnceLock::new();
+    let root = FOLDERS.get_or_init(|| tempfile::tempdir().expect("a temporary folder"));
+    let folder = root.path().join(format!("{}-{}", document.len(), name));
+    let file = folder.join(name);
+    if !file.is_file() {
+        std::fs::create_dir_all(&folder).expect("a folder");
+        std::fs::write(&file, document).expect("a file");
+    }
+    folder
+}

@@ -1,0 +1,12 @@
+//! The documents that inputs are made from: a small one of each file.
+
+/// `plant.json`, no delay.
+pub(crate) const PLANT: &[u8] = include_bytes!("../documents/plant.json");
+/// `plant.json`, its input delayed by no multiple of the sample time.
+pub(crate) const DELAYED: &[u8] = include_bytes!("../documents/plant-delayed.json");
+/// `bicycle.json`.
+pub(crate) const BICYCLE: &[u8] = include_bytes!("../documents/bicycle.json");
+/// `pid.json`.
+pub(crate) const PID: &[u8] = include_bytes!("../documents/pid.json");
+/// `path.json`.
+pub(crate) const PATH: &[u8] = include_bytes!("../documents/path.json");

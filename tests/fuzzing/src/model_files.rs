@@ -1,0 +1,90 @@
+//! The stages' files, as an FMU's `resources/` may hold them.
+
+use crate::cursor::Cursor;
+use crate::documents::{BICYCLE, DELAYED, PATH, PID, PLANT};
+use fmi2_export::{Log, Resources, Slave};
+use serde_json::Value;
+use slaves::{BicyclePlant, IdentifiedPlant, LateralPid, ReferencePath};
+
+/// Numbers changed in one document, at most.
+const MOST_CHANGES: usize = 8;
+
+/// Reads the bytes as each of the files; whatever is accepted must run.
+///
+/// Bytes that begin with `#` are no file but changes: which document, and which of its numbers
+/// become what. Random text is hardly ever JSON of the right shape.
+pub(crate) fn model_files(bytes: &[u8]) {
+    if let Some(changes) = bytes.strip_prefix(b"#") {
+        let mut cursor = Cursor::new(changes);
+        match cursor.byte() % 5 {
+            0 => run::<IdentifiedPlant>("plant.json", &changed(PLANT, &mut cursor)),
+            1 => run::<IdentifiedPlant>("plant.json", &changed(DELAYED, &mut cursor)),
+            2 => run::<BicyclePlant>("bicycle.json", &changed(BICYCLE, &mut cursor)),
+            3 => run::<LateralPid>("pid.json", &changed(PID, &mut cursor)),
+            _ => run::<ReferencePath>("path.json", &changed(PATH, &mut cursor)),
+        }
+        return;
+    }
+    run::<IdentifiedPlant>("plant.json", bytes);
+    run::<BicyclePlant>("bicycle.json", bytes);
+    run::<LateralPid>("pid.json", bytes);
+    run::<ReferencePath>("path.json", bytes);
+}
+
+/// The document with some of its numbers changed.
+fn changed(document: &[u8], cursor: &mut Cursor<'_>) -> Vec<u8> {
+    let mut json: Value = serde_json::from_slice(document).expect("our own document");
+    for _ in 0..MOST_CHANGES {
+        if cursor.is_empty() {
+            break;
+        }
+        let mut numbers = Vec::new();
+        collect(&mut json, &mut numbers);
+        let at = cursor.below(256) * 256 + cursor.below(256);
+        let value = Value::from(cursor.real());
+        let count = numbers.len();
+        if let Some(number) = numbers.into_iter().nth(at % count.max(1)) {
+            *number = value;
+        }
+    }
+    json.to_string().into_bytes()
+}
+
+fn collect<'a>(json: &'a mut Value, numbers: &mut Vec<&'a mut Value>) {
+    match json {
+        Value::Number(_) => numbers.push(json),
+        Value::Array(items) => items.iter_mut().for_each(|item| collect(item, numbers)),
+        Value::Object(members) => members.values_mut().for_each(|item| collect(item, numbers)),
+        _ => {}
+    }
+}
+
+/// A refusal must say why; an accepted file must give finite values, at the start and later.
+fn run<S: Slave>(name: &str, bytes: &[u8]) {
+    let resources = Resources::from(vec![(name.to_owned(), bytes.to_vec())]);
+    let mut slave = match S::open(&resources) {
+        Ok(slave) => slave,
+        Err(problem) => return assert!(problem.len() > 10, "{problem:?}"),
+    };
+    let mut log = Log::default();
+    let mut outcome = slave.exit_initialization(0.0, &mut log);
+    let mut time = 0.0;
+    for step in [0.01, 1e-6, 0.25] {
+        if let Err(problem) = outcome {
+            return assert!(problem.len() > 10, "{problem:?}");
+        }
+        all_finite(&mut slave);
+        outcome = slave.step(time, step, &mut log);
+        time += step;
+    }
+}
+
+fn all_finite<S: Slave>(slave: &mut S) {
+    use fmi2_export::VariableId;
+    for row in S::TABLE.variables {
+        let variable = S::Variable::from_reference(row.reference).expect("a row has its variable");
+        if let model_description::Value::Real(value) = slave.get(variable) {
+            assert!(value.is_finite(), "{} is {value}", row.name);
+        }
+    }
+}
