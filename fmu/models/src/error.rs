@@ -37,6 +37,18 @@ pub enum Error {
         /// Its value.
         value: f64,
     },
+    /// A number outside the range that a model takes.
+    #[error("{name} is {value}, expected {min} to {max}")]
+    Range {
+        /// The quantity.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// Least value taken.
+        min: f64,
+        /// Largest value taken.
+        max: f64,
+    },
     /// The continuous model is not the one the discrete model was sampled from.
     #[error(
         "the continuous model does not sample to the discrete one: {name} differs by {difference:e}"
@@ -160,9 +172,10 @@ impl Error {
     pub const fn hint(&self) -> &'static str {
         match self {
             Self::Shape { .. } => "A is n by n in row-major order, B, C and K have n entries",
-            Self::NotFinite { .. } | Self::NotPositive { .. } | Self::Negative { .. } => {
-                "correct the value in the model's file"
-            }
+            Self::NotFinite { .. }
+            | Self::NotPositive { .. }
+            | Self::Negative { .. }
+            | Self::Range { .. } => "correct the value in the model's file",
             Self::Inconsistent { .. } => {
                 "identify again, or remove the continuous model from the file: the discrete one is then stepped on its own grid"
             }

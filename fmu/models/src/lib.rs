@@ -11,6 +11,7 @@
 //! | [`linear`] | exact stepping of linear states by the matrix exponential |
 //! | [`identified`], [`identified_plant`] | the identified model, and the plant made of it: yaw rate, yaw, position |
 //! | [`bicycle`], [`bicycle_plant`] | eq 13, its body-frame form, and the plant made of it |
+//! | [`nonlinear`] | a vehicle up to its limits: load transfer, saturating tyres, a real actuator |
 //! | [`path`], [`guidance`] | the geometry of a reference path, and line-of-sight guidance on it |
 //! | [`sensitivity`] | partial derivatives of the plants, and which of them are always zero |
 //! | [`quadrature`], [`noise`], [`delay`], [`angle`] | what those share |
@@ -29,6 +30,7 @@ pub mod identified;
 pub mod identified_plant;
 pub mod linear;
 pub mod noise;
+pub mod nonlinear;
 pub mod path;
 pub mod pid;
 pub mod quadrature;
@@ -42,6 +44,7 @@ pub use error::Error;
 pub use guidance::{GuidanceParameters, PathFollower, PathOutput};
 pub use identified::{Continuous, IdentifiedData, IdentifiedModel, InputKind};
 pub use identified_plant::{IdentifiedPlant, SavedIdentifiedPlant};
+pub use nonlinear::{NonlinearParameters, NonlinearVehicle};
 pub use path::{PathGeometry, PathPoint, Projection};
 pub use pid::{Pid, PidInput, PidOutput, PidParameters};
 pub use ticks::Ticks;

@@ -1,0 +1,164 @@
+//! The steering actuator: a lag with a limited rate and end stops, moved in closed form.
+//!
+//! ```text
+//! δ̇ = clip((c − δ)/T, ±rate),     c = clip(command/steering_ratio, ±stop)
+//! ```
+//!
+//! A command that grows linearly is cut where the end stops cut it; within such a piece c(τ) is a
+//! line and the error e = c − δ obeys `ė = ċ ∓ rate` where the rate is limited, |e| > rate·T, and
+//! `ė = ċ − e/T` elsewhere. Both have closed solutions, and the times at which one turns into the
+//! other too: at most three motions a piece, each smooth, so that whatever is integrated along a
+//! motion keeps its order of convergence.
+
+/// A linear piece of the command, as a road-wheel angle: `start + slope·τ`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Line {
+    /// How long it holds, s.
+    pub duration: f64,
+    /// Its value at the beginning, rad.
+    pub start: f64,
+    /// Its slope, rad/s.
+    pub slope: f64,
+}
+
+/// A smooth motion: `δ(τ) = start + slope·τ + swing·exp(−τ/T)`.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Motion {
+    /// How long it lasts, s.
+    pub duration: f64,
+    /// rad.
+    pub start: f64,
+    /// rad/s.
+    pub slope: f64,
+    /// rad; 0 where the rate is limited.
+    pub swing: f64,
+}
+
+/// Up to three pieces, in order.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct UpToThree<T> {
+    items: [T; 3],
+    count: usize,
+}
+
+impl<T: Copy> UpToThree<T> {
+    fn new(empty: T) -> Self {
+        Self { items: [empty; 3], count: 0 }
+    }
+
+    /// There is no fourth: callers add what is proven to be at most three.
+    fn add(&mut self, item: T) {
+        if let Some(place) = self.items.get_mut(self.count) {
+            *place = item;
+            self.count += 1;
+        }
+    }
+
+    /// The pieces.
+    #[must_use]
+    pub fn as_slice(&self) -> &[T] {
+        &self.items[..self.count]
+    }
+}
+
+/// The actuator.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Actuator {
+    /// T, s.
+    pub time_constant: f64,
+    /// Largest rate, rad/s.
+    pub rate: f64,
+    /// Largest angle, rad.
+    pub stop: f64,
+}
+
+impl Motion {
+    /// δ at `time` after the beginning.
+    #[must_use]
+    pub fn at(&self, time: f64, time_constant: f64) -> f64 {
+        let swing =
+            if self.swing == 0.0 { 0.0 } else { self.swing * (-time / time_constant).exp() };
+        self.start + self.slope * time + swing
+    }
+}
+
+impl Actuator {
+    /// δ̇ at an angle and a command, both at the road wheel.
+    #[must_use]
+    pub fn rate_of(&self, angle: f64, command: f64) -> f64 {
+        let error = command.clamp(-self.stop, self.stop) - angle;
+        (error / self.time_constant).clamp(-self.rate, self.rate)
+    }
+
+    /// The command between the end stops.
+    #[must_use]
+    pub fn within_stops(&self, line: Line) -> UpToThree<Line> {
+        let mut pieces = UpToThree::new(Line { duration: 0.0, start: 0.0, slope: 0.0 });
+        let Line { duration: mut left, mut start, slope } = line;
+        // Down to the nearer stop, to the farther one, and beyond: the third piece is the last.
+        for _ in 0..3 {
+            let until = |level: f64| (level - start) / slope;
+            let (held, time, level) = if start > self.stop || (start == self.stop && slope >= 0.0) {
+                (true, if slope < 0.0 { until(self.stop) } else { left }, self.stop)
+            } else if start < -self.stop || (start == -self.stop && slope <= 0.0) {
+                (true, if slope > 0.0 { until(-self.stop) } else { left }, -self.stop)
+            } else if slope == 0.0 {
+                (false, left, start)
+            } else {
+                let level = self.stop.copysign(slope);
+                (false, until(level), level)
+            };
+            let ends = time >= left;
+            let duration = if ends { left } else { time };
+            let value = if held { level } else { start };
+            pieces.add(Line { duration, start: value, slope: if held { 0.0 } else { slope } });
+            if ends {
+                break;
+            }
+            left -= time;
+            start = level;
+        }
+        pieces
+    }
+
+    /// How δ, now `angle`, follows a command between the end stops.
+    #[must_use]
+    pub fn follow(&self, angle: f64, command: Line) -> UpToThree<Motion> {
+        let mut motions = UpToThree::new(Motion::default());
+        let mut left = command.duration;
+        let limit = self.rate * self.time_constant;
+        let mut error = command.start - angle;
+        let mut from = angle;
+        if error.abs() > limit {
+            let side = error.signum();
+            let closing = self.rate - side * command.slope;
+            let time = if closing > 0.0 { (error.abs() - limit) / closing } else { left };
+            let duration = time.min(left);
+            let slope = side * self.rate;
+            motions.add(Motion { duration, start: from, slope, swing: 0.0 });
+            if time >= left {
+                return motions;
+            }
+            left -= time;
+            error = side * limit;
+            from += slope * time;
+        }
+        // In the lag, e goes from here to T·ċ, and may leave the band on the way.
+        let rest = self.time_constant * command.slope;
+        let edge = limit.copysign(rest);
+        let time = if rest.abs() > limit {
+            self.time_constant * ((rest - error) / (rest - edge)).ln()
+        } else {
+            left
+        };
+        let swing = rest - error;
+        let duration = time.clamp(0.0, left);
+        motions.add(Motion { duration, start: from - swing, slope: command.slope, swing });
+        if time < left {
+            let start = from + command.slope * time + error - edge;
+            let slope = self.rate.copysign(rest);
+            motions.add(Motion { duration: left - duration, start, slope, swing: 0.0 });
+        }
+        motions
+    }
+}

@@ -1,0 +1,209 @@
+//! The right-hand sides, and fourth-order Runge–Kutta along the actuator's motion.
+//!
+//! The classical Runge–Kutta method in equal panels of at most [`LONGEST_PANEL`], and shorter where
+//! the vehicle (at low speed) or its actuator is quicker: a panel is at most a tenth of the time of
+//! the fastest lateral mode, a quarter of the actuator's and a tenth of the roll's time constant.
+//! The road-wheel angle enters in closed form ([`super::actuator`]) and is smooth within a panel,
+//! so the order is four whatever the limits do, with one exception: a panel in which a wheel lifts.
+//! Position and yaw are integrated by the same weights, as deviations from the panel's start.
+
+use super::actuator::{Actuator, Motion};
+use super::parameters::NonlinearParameters;
+use super::tyre::{Axle, TyreParameters};
+use crate::bicycle::{BLEND_SPEED, BicycleParameters, Coefficients};
+use crate::quadrature::{Pose, panels, sin_cos_small};
+
+/// Acceleration of free fall, m/s².
+pub(super) const GRAVITY: f64 = 9.81;
+
+/// Longest panel, s.
+pub(super) const LONGEST_PANEL: f64 = 0.002;
+
+/// v_y, r, a_φ.
+pub(super) type Lateral = [f64; 3];
+
+/// What follows from the parameters.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Constants {
+    pub(super) actuator: Actuator,
+    /// Road-wheel angle over steering angle.
+    pub(super) n: f64,
+    bicycle: BicycleParameters,
+    coefficients: Coefficients,
+    front: Axle,
+    rear: Axle,
+    /// Load transfer of the axles per a_φ, relative to the static wheel load, s²/m.
+    transfer: [f64; 2],
+    /// 1/T_φ.
+    roll: f64,
+}
+
+/// The right-hand sides at one speed.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Dynamics<'a> {
+    constants: &'a Constants,
+    speed: f64,
+    /// 1/v, at least that of 1 m/s.
+    inverse_speed: f64,
+    /// How far the states' target is from that of 1 m/s, per tan δ; below 1 m/s alone.
+    blend: Option<Blend>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Blend {
+    /// s(v) for (v_y, r).
+    target: [f64; 2],
+    /// s(1 m/s) − s(v).
+    shift: [f64; 2],
+    /// F(1 m/s), row by row.
+    linear: [f64; 4],
+}
+
+impl Constants {
+    pub(super) fn new(p: &NonlinearParameters) -> Self {
+        let wheelbase = p.distance_front + p.distance_rear;
+        let weight = p.mass * GRAVITY;
+        let (front, rear) =
+            (weight * p.distance_rear / wheelbase, weight * p.distance_front / wheelbase);
+        let tyre = TyreParameters {
+            friction: p.friction_coefficient,
+            shape: p.tyre_shape_factor,
+            curvature: p.tyre_curvature_factor,
+            friction_sensitivity: p.friction_load_sensitivity,
+            stiffness_sensitivity: p.stiffness_load_sensitivity,
+        };
+        // ΔF = share·m·h·a_φ/track, over half the axle's load.
+        let transfer = |share: f64, load: f64| {
+            share * p.mass * p.centre_of_gravity_height / p.track_width / (load / 2.0)
+        };
+        let bicycle = p.bicycle();
+        Self {
+            actuator: Actuator {
+                time_constant: p.actuator_time_constant,
+                rate: p.road_wheel_rate_max,
+                stop: p.road_wheel_angle_max,
+            },
+            n: 1.0 / p.steering_ratio,
+            bicycle,
+            coefficients: bicycle.coefficients(),
+            front: Axle::new(p.cornering_stiffness_front, front, &tyre),
+            rear: Axle::new(p.cornering_stiffness_rear, rear, &tyre),
+            transfer: [
+                transfer(p.roll_stiffness_front, front),
+                transfer(1.0 - p.roll_stiffness_front, rear),
+            ],
+            roll: 1.0 / p.roll_time_constant,
+        }
+    }
+
+    /// The longest panel that resolves every mode at a speed, s.
+    pub(super) fn longest_panel(&self, speed: f64) -> f64 {
+        let b = &self.bicycle;
+        let k = Coefficients { tn: f64::INFINITY, ..self.coefficients };
+        let rate = k.fastest_rate(speed.max(BLEND_SPEED)).max(self.roll);
+        LONGEST_PANEL.min(0.1 / rate).min(b.actuator_time_constant / 4.0)
+    }
+
+    /// The right-hand sides at a speed.
+    #[inline]
+    pub(super) fn at_speed(&self, speed: f64) -> Dynamics<'_> {
+        let inverse_speed = 1.0 / speed.max(BLEND_SPEED);
+        let blend = (speed < BLEND_SPEED).then(|| {
+            let steady = |v: f64| {
+                let yaw_rate = v / self.bicycle.steering_per_curvature(v) / self.n;
+                [self.bicycle.lateral_velocity_per_yaw_rate(v) * yaw_rate, yaw_rate]
+            };
+            let (target, end) = (steady(speed), steady(BLEND_SPEED));
+            Blend {
+                target,
+                shift: [end[0] - target[0], end[1] - target[1]],
+                linear: self.coefficients.lateral(BLEND_SPEED),
+            }
+        });
+        Dynamics { constants: self, speed, inverse_speed, blend }
+    }
+}
+
+impl Dynamics<'_> {
+    /// (v̇_y, ṙ, ȧ_φ) and a_y.
+    #[inline]
+    pub(super) fn rates(&self, s: &Lateral, angle: f64) -> (Lateral, f64) {
+        let [vy, r, roll] = *s;
+        let [vy_rate, r_rate] = match &self.blend {
+            None => self.tyres(vy, r, roll, angle),
+            Some(b) => {
+                let tan = angle.tan();
+                let nonlinear =
+                    self.tyres(vy + b.shift[0] * tan, r + b.shift[1] * tan, roll, angle);
+                let (vy, r) = (vy - b.target[0] * tan, r - b.target[1] * tan);
+                let [a, b, c, d] = b.linear;
+                let linear = [a * vy + b * r, c * vy + d * r];
+                let mean = |nonlinear: f64, linear: f64| linear + self.speed * (nonlinear - linear);
+                [mean(nonlinear[0], linear[0]), mean(nonlinear[1], linear[1])]
+            }
+        };
+        let acceleration = vy_rate + self.speed * r;
+        ([vy_rate, r_rate, (acceleration - roll) * self.constants.roll], acceleration)
+    }
+
+    /// (v̇_y, ṙ) of the tyres' forces, at 1 m/s at least.
+    #[inline]
+    fn tyres(&self, vy: f64, r: f64, roll: f64, angle: f64) -> [f64; 2] {
+        let k = self.constants;
+        let b = &k.bicycle;
+        let front_slip = angle - ((vy + b.distance_front * r) * self.inverse_speed).atan();
+        let rear_slip = -((vy - b.distance_rear * r) * self.inverse_speed).atan();
+        let front = k.front.force(front_slip, k.transfer[0] * roll) * angle.cos();
+        let rear = k.rear.force(rear_slip, k.transfer[1] * roll);
+        [
+            (front + rear) / b.mass - self.speed.max(BLEND_SPEED) * r,
+            (b.distance_front * front - b.distance_rear * rear) / b.yaw_inertia,
+        ]
+    }
+
+    /// Moves along a motion of the road wheel, in panels not longer than `longest`.
+    pub(super) fn advance(&self, s: &mut Lateral, pose: &mut Pose, motion: &Motion, longest: f64) {
+        let time_constant = self.constants.actuator.time_constant;
+        let (count, panel) = panels(motion.duration, longest);
+        let half = 0.5 * panel;
+        let decay = if motion.swing == 0.0 { 0.0 } else { (-half / time_constant).exp() };
+        let mut swing = motion.swing;
+        let mut along = motion.start;
+        for _ in 0..count {
+            let first = along + swing;
+            let middle = along + motion.slope * half + swing * decay;
+            swing *= decay * decay;
+            along += motion.slope * panel;
+            self.panel(s, pose, panel, [first, middle, along + swing]);
+        }
+    }
+
+    /// One panel, with δ at its start, middle and end.
+    #[inline]
+    fn panel(&self, s: &mut Lateral, pose: &mut Pose, h: f64, angle: [f64; 3]) {
+        let shifted = |k: &Lateral, by: f64| [s[0] + by * k[0], s[1] + by * k[1], s[2] + by * k[2]];
+        let (k1, _) = self.rates(s, angle[0]);
+        let s2 = shifted(&k1, 0.5 * h);
+        let (k2, _) = self.rates(&s2, angle[1]);
+        let s3 = shifted(&k2, 0.5 * h);
+        let (k3, _) = self.rates(&s3, angle[1]);
+        let s4 = shifted(&k3, h);
+        let (k4, _) = self.rates(&s4, angle[2]);
+
+        let sixth = h / 6.0;
+        // Directions of travel at the stages, seen from the panel's start.
+        let (mut ahead, mut aside) = (self.speed, s[0]);
+        for (state, yaw, weight) in
+            [(&s2, 0.5 * h * s[1], 2.0), (&s3, 0.5 * h * s2[1], 2.0), (&s4, h * s3[1], 1.0)]
+        {
+            let (sin, cos) = sin_cos_small(yaw);
+            ahead += weight * (self.speed * cos - state[0] * sin);
+            aside += weight * (self.speed * sin + state[0] * cos);
+        }
+        let yaw = sixth * (s[1] + 2.0 * (s2[1] + s3[1]) + s4[1]);
+        pose.advance(sixth * ahead, sixth * aside, yaw);
+        for i in 0..3 {
+            s[i] += sixth * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]);
+        }
+    }
+}

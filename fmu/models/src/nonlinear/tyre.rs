@@ -1,0 +1,78 @@
+//! Lateral forces of an axle: two tyres by Pacejka's magic formula at their own loads.
+//!
+//! ```text
+//! F_y = D sin(C atan(B·α − E·(B·α − atan(B·α))))        D = μ(F_z)·F_z,   B = C_α(F_z)/(C·D)
+//! μ(F_z)   = μ·(1 − k_μ·(x − 1))                        x = F_z/(static wheel load)
+//! C_α(F_z) = C_α0·x·(1 − k_C·(x − 1))
+//! ```
+//!
+//! (Pacejka, *Tire and Vehicle Dynamics*, section 4.3.1; the linear fall of friction and the
+//! degressive cornering stiffness are those of its load dependence, to first order about the static
+//! load.) The loads of the two tyres are x = 1 ± q. Where nothing lifts, an axle loses the part k·q²
+//! of stiffness and peak force by a transfer q; a transfer beyond the static load lifts the inner
+//! wheel and leaves all load on the outer one.
+//!
+//! Forces are positive to the left for a positive slip angle α (rad). With C in [1, 2) and E in
+//! [−1.5, 1] the force of a tyre rises from its steepest slope C_α at α = 0 and is never above D.
+
+/// The tyres of one axle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Axle {
+    /// B and D of a tyre at the static load.
+    b: f64,
+    d: f64,
+    c: f64,
+    e: f64,
+    friction_sensitivity: f64,
+    stiffness_sensitivity: f64,
+}
+
+/// What both tyres of an axle are made of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TyreParameters {
+    /// μ at the static load.
+    pub friction: f64,
+    /// C.
+    pub shape: f64,
+    /// E.
+    pub curvature: f64,
+    /// k_μ.
+    pub friction_sensitivity: f64,
+    /// k_C.
+    pub stiffness_sensitivity: f64,
+}
+
+impl Axle {
+    /// The axle with that cornering stiffness (N/rad) at its static load (N), both of two tyres.
+    #[must_use]
+    pub fn new(cornering_stiffness: f64, static_load: f64, tyre: &TyreParameters) -> Self {
+        let d = tyre.friction * static_load / 2.0;
+        Self {
+            b: cornering_stiffness / 2.0 / (tyre.shape * d),
+            d,
+            c: tyre.shape,
+            e: tyre.curvature,
+            friction_sensitivity: tyre.friction_sensitivity,
+            stiffness_sensitivity: tyre.stiffness_sensitivity,
+        }
+    }
+
+    /// Lateral force of both tyres, N, at a slip angle (rad) and a load transfer q, relative to the
+    /// static wheel load.
+    #[inline]
+    #[must_use]
+    pub fn force(&self, slip_angle: f64, transfer: f64) -> f64 {
+        let q = transfer.clamp(-1.0, 1.0);
+        self.tyre(slip_angle, q) + self.tyre(slip_angle, -q)
+    }
+
+    /// Force of the tyre whose load is 1 + `more` times the static one.
+    #[inline]
+    fn tyre(&self, slip_angle: f64, more: f64) -> f64 {
+        let friction = 1.0 - self.friction_sensitivity * more;
+        let stiffness = 1.0 - self.stiffness_sensitivity * more;
+        let slip = self.b * stiffness / friction * slip_angle;
+        let shaped = slip - self.e * (slip - slip.atan());
+        self.d * (1.0 + more) * friction * (self.c * shaped.atan()).sin()
+    }
+}

@@ -1,0 +1,232 @@
+//! The vehicle: inputs, states, steps and outputs. Equations are in [`super`].
+
+use super::actuator::Line;
+use super::dynamics::{Constants, Lateral};
+use super::history::History;
+use super::parameters::{NonlinearParameters, within};
+use crate::error::Error;
+use crate::identified_plant::LONGEST_STEP;
+use crate::quadrature::Pose;
+
+/// Most panels a step may take: some seconds of computing.
+const MOST_PANELS: f64 = 1e7;
+
+/// A vehicle up to its limits. Its clone is its whole state.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NonlinearVehicle {
+    /// What it is made of. Read at the start.
+    pub parameters: NonlinearParameters,
+    /// Input: steering angle, rad.
+    pub steering_angle: f64,
+    /// How fast the steering angle grows within the next steps, rad/s; the delay, the actuator and
+    /// the integration see it grow.
+    pub steering_slope: f64,
+    /// Input: speed, m/s.
+    pub speed: f64,
+    /// Position at the start, m.
+    pub initial_x: f64,
+    /// Position at the start, m.
+    pub initial_y: f64,
+    /// Yaw at the start, rad.
+    pub initial_yaw: f64,
+    /// (v_y, r, δ, a_φ) at the start. Before the start the command was what holds δ.
+    pub initial_states: [f64; 4],
+    pub(super) started: NonlinearParameters,
+    pub(super) constants: Constants,
+    pub(super) pose: Pose,
+    /// v_y, r, a_φ.
+    pub(super) lateral: Lateral,
+    /// δ, rad.
+    pub(super) angle: f64,
+    pub(super) history: History,
+}
+
+impl NonlinearVehicle {
+    /// A vehicle at the origin, at 15 m/s, driving straight, started.
+    ///
+    /// # Errors
+    /// Where the parameters are not those of a vehicle.
+    pub fn new(parameters: NonlinearParameters) -> Result<Self, Error> {
+        parameters.check()?;
+        Ok(Self {
+            parameters,
+            steering_angle: 0.0,
+            steering_slope: 0.0,
+            speed: 15.0,
+            initial_x: 0.0,
+            initial_y: 0.0,
+            initial_yaw: 0.0,
+            initial_states: [0.0; 4],
+            started: parameters,
+            constants: Constants::new(&parameters),
+            pose: Pose::default(),
+            lateral: [0.0; 3],
+            angle: 0.0,
+            history: History::new(parameters.actuator_delay, 0.0),
+        })
+    }
+
+    /// Takes over the parameters and puts the vehicle at its initial pose and states.
+    ///
+    /// # Errors
+    /// Where the parameters are not those of a vehicle, or a state cannot be.
+    pub fn start(&mut self) -> Result<(), Error> {
+        if self.started != self.parameters {
+            self.parameters.check()?;
+            self.started = self.parameters;
+            self.constants = Constants::new(&self.parameters);
+        }
+        let [lateral_velocity, yaw_rate, angle, roll] = self.initial_states;
+        for (name, value) in [
+            ("the lateral velocity", lateral_velocity),
+            ("the yaw rate", yaw_rate),
+            ("the roll", roll),
+        ] {
+            if !value.is_finite() {
+                return Err(Error::NotFinite { name, value });
+            }
+        }
+        let stop = self.started.road_wheel_angle_max;
+        within("the road-wheel angle at the start", angle, -stop, stop)?;
+        self.pose = Pose { x: self.initial_x, y: self.initial_y, yaw: self.initial_yaw };
+        self.lateral = [lateral_velocity, yaw_rate, roll];
+        self.angle = angle;
+        self.history.reset(self.started.actuator_delay, angle * self.started.steering_ratio);
+        Ok(())
+    }
+
+    /// Advances by `h` seconds with the inputs as they are, the steering angle growing by its slope.
+    ///
+    /// # Errors
+    /// Where h is not in (0, [`LONGEST_STEP`]], or takes more than ten million panels, or the
+    /// states grow beyond all numbers.
+    pub fn step(&mut self, h: f64) -> Result<(), Error> {
+        let longest = self.constants.longest_panel(self.speed);
+        let limit = LONGEST_STEP.min(MOST_PANELS * longest);
+        if !(h > 0.0 && h <= limit) {
+            return Err(Error::Step { step: h, limit });
+        }
+        let line = Line { duration: h, start: self.steering_angle, slope: self.steering_slope };
+        if self.started.actuator_delay > 0.0 {
+            self.history.push(line);
+            let mut left = h;
+            while left > 0.0 {
+                // The belt is longer than what is asked of it, but for rounding.
+                let Some(piece) = self.history.next(left) else { break };
+                left -= piece.duration;
+                self.follow(piece, longest);
+            }
+        } else {
+            self.follow(line, longest);
+        }
+        if self.pose.x.is_finite() && self.pose.y.is_finite() && self.lateral[2].is_finite() {
+            Ok(())
+        } else {
+            Err(Error::Diverged { name: "yaw rate", value: self.lateral[1] })
+        }
+    }
+
+    /// Moves under a command that is one line, in steering coordinates.
+    fn follow(&mut self, command: Line, longest: f64) {
+        let constants = self.constants;
+        let (n, actuator) = (constants.n, constants.actuator);
+        let dynamics = constants.at_speed(self.speed);
+        let at_wheel = Line { start: command.start * n, slope: command.slope * n, ..command };
+        for line in actuator.within_stops(at_wheel).as_slice() {
+            for motion in actuator.follow(self.angle, *line).as_slice() {
+                if motion.duration > 0.0 {
+                    dynamics.advance(&mut self.lateral, &mut self.pose, motion, longest);
+                    let end = motion.at(motion.duration, actuator.time_constant);
+                    self.angle = end.clamp(-actuator.stop, actuator.stop);
+                }
+            }
+        }
+    }
+
+    /// Yaw rate r, rad/s.
+    #[must_use]
+    pub fn yaw_rate(&self) -> f64 {
+        self.lateral[1]
+    }
+
+    /// Yaw ψ, rad, not wrapped.
+    #[must_use]
+    pub fn yaw(&self) -> f64 {
+        self.pose.yaw
+    }
+
+    /// Position of the centre of gravity, m.
+    #[must_use]
+    pub fn x(&self) -> f64 {
+        self.pose.x
+    }
+
+    /// Position of the centre of gravity, m.
+    #[must_use]
+    pub fn y(&self) -> f64 {
+        self.pose.y
+    }
+
+    /// Lateral velocity v_y of the centre of gravity, m/s.
+    #[must_use]
+    pub fn lateral_velocity(&self) -> f64 {
+        self.lateral[0]
+    }
+
+    /// Lateral acceleration of the centre of gravity, `v̇_y + v·r`, m/s², at the present speed.
+    #[must_use]
+    pub fn lateral_acceleration(&self) -> f64 {
+        self.constants.at_speed(self.speed).rates(&self.lateral, self.angle).1
+    }
+
+    /// Road-wheel angle δ behind the actuator, rad.
+    #[must_use]
+    pub fn road_wheel_angle(&self) -> f64 {
+        self.angle
+    }
+
+    /// Lateral acceleration that the load has followed so far, a_φ, m/s².
+    #[must_use]
+    pub fn roll_acceleration(&self) -> f64 {
+        self.lateral[2]
+    }
+
+    /// (v_y, r, δ, a_φ).
+    #[must_use]
+    pub fn states(&self) -> [f64; 4] {
+        let [vy, r, roll] = self.lateral;
+        [vy, r, self.angle, roll]
+    }
+
+    /// Their derivatives by time, at the present inputs.
+    #[must_use]
+    pub fn derivatives(&self) -> [f64; 4] {
+        let ([vy, r, roll], _) =
+            self.constants.at_speed(self.speed).rates(&self.lateral, self.angle);
+        let command = self.history.output(self.steering_angle) * self.constants.n;
+        [vy, r, self.constants.actuator.rate_of(self.angle, command), roll]
+    }
+
+    /// Derivatives by time of yaw and position: ψ̇, Ẋ, Ẏ.
+    #[must_use]
+    pub fn pose_derivatives(&self) -> [f64; 3] {
+        let (sin, cos) = self.pose.yaw.sin_cos();
+        let [vy, r, _] = self.lateral;
+        [r, self.speed * cos - vy * sin, self.speed * sin + vy * cos]
+    }
+
+    /// Derivative by time of the lateral acceleration, m/s³, at the present inputs: a central
+    /// difference along the motion, good to about nine digits.
+    #[must_use]
+    pub fn lateral_acceleration_derivative(&self) -> f64 {
+        let [vy, r, angle, roll] = self.derivatives();
+        let dynamics = self.constants.at_speed(self.speed);
+        let at = |time: f64| {
+            let [y, yaw, a] = self.lateral;
+            let s = [y + time * vy, yaw + time * r, a + time * roll];
+            dynamics.rates(&s, self.angle + time * angle).1
+        };
+        let time = 1e-5;
+        (at(time) - at(-time)) / (2.0 * time)
+    }
+}

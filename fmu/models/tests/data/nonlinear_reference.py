@@ -1,0 +1,164 @@
+#!/usr/bin/env python3
+"""Reference solutions of the nonlinear vehicle, by an integrator that is not ours.
+
+The equations are written here anew, by their definition: four tyres at their own loads, the
+actuator's clip as an if, nothing in closed form. SciPy's DOP853 solves them at a relative tolerance
+of 1e-12 and starts again where the actuator enters or leaves its rate limit or an end stop.
+
+    python nonlinear_reference.py > nonlinear_reference.csv      (numpy 2, scipy 1.15 or newer)
+"""
+
+import math
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+CAR = {
+    "mass": 1300.0, "yaw_inertia": 2100.0, "distance_front": 1.1, "distance_rear": 1.5,
+    "cornering_stiffness_front": 110e3, "cornering_stiffness_rear": 125e3,
+    "friction_coefficient": 0.95, "tyre_shape_factor": 1.4, "tyre_curvature_factor": -0.6,
+    "friction_load_sensitivity": 0.12, "stiffness_load_sensitivity": 0.25,
+    "centre_of_gravity_height": 0.55, "track_width": 1.45, "roll_stiffness_front": 0.6,
+    "roll_time_constant": 0.15, "steering_ratio": 14.0, "actuator_time_constant": 0.06,
+    "actuator_delay": 0.0, "road_wheel_rate_max": 0.5, "road_wheel_angle_max": 0.5,
+}
+GRAVITY = 9.81
+STATES = ("lateral_velocity", "yaw_rate", "road_wheel_angle", "roll_acceleration", "yaw", "x", "y")
+
+# What differs from CAR; speed; (v_y, r, delta, a_phi) at the start; steering angle and its slope; time.
+CASES = {
+    "gentle": ({}, 20.0, (0.0, 0.0, 0.0, 0.0), 0.3, 0.0, 1.5),
+    "rate limit": ({}, 15.0, (0.0, 0.0, 0.0, 0.0), 3.0, 0.0, 0.6),
+    "slow": ({}, 5.0, (0.0, 0.0, 0.0, 0.0), 4.0, 0.0, 0.6),
+    "beyond the limit": ({}, 30.0, (0.0, 0.0, 0.0, 0.0), 2.8, 0.0, 1.2),
+    "ramp through the stops": ({"road_wheel_angle_max": 0.1}, 18.0, (0.0, 0.0, 0.05, 0.0), -4.0, 18.0, 0.5),
+    "ramp faster than the rate": ({"road_wheel_rate_max": 0.2}, 12.0, (0.0, 0.0, 0.0, 0.0), -0.1, 7.0, 0.4),
+    "no curvature, no sensitivity": (
+        {"tyre_curvature_factor": 0.0, "friction_load_sensitivity": 0.0, "stiffness_load_sensitivity": 0.0},
+        25.0, (1.0, -0.3, 0.02, 2.0), -0.5, 0.0, 1.0),
+    "low friction": ({"friction_coefficient": 0.25, "tyre_curvature_factor": 0.7}, 22.0, (0.0, 0.0, 0.0, 0.0), 1.0, 0.5, 1.0),
+    "walking": ({}, 0.6, (0.1, 0.05, 0.0, 0.0), 5.0, 0.0, 2.0),
+    "standing": ({}, 0.0, (0.2, 0.3, 0.1, 1.0), 5.0, 0.0, 0.5),
+}
+
+
+def tyre(slip, load, static_load, stiffness, p):
+    x = load / static_load
+    if load <= 0.0:
+        return 0.0
+    peak = p["friction_coefficient"] * (1 - p["friction_load_sensitivity"] * (x - 1)) * load
+    k = stiffness * x * (1 - p["stiffness_load_sensitivity"] * (x - 1))
+    c, e = p["tyre_shape_factor"], p["tyre_curvature_factor"]
+    b = k / (c * peak)
+    return peak * math.sin(c * math.atan(b * slip - e * (b * slip - math.atan(b * slip))))
+
+
+def axle(slip, load, stiffness, transfer, p):
+    transfer = max(-load / 2, min(load / 2, transfer))
+    return sum(
+        tyre(slip, load / 2 + side * transfer, load / 2, stiffness / 2, p) for side in (-1, 1)
+    )
+
+
+def forces(vy, r, delta, roll, v, p):
+    """Rates of v_y and r, with the tyres at speed v."""
+    m, lf, lr = p["mass"], p["distance_front"], p["distance_rear"]
+    weight, wheelbase = m * GRAVITY, lf + lr
+    moment = m * p["centre_of_gravity_height"] * roll / p["track_width"]
+    share = p["roll_stiffness_front"]
+    front = axle(
+        delta - math.atan((vy + lf * r) / v), weight * lr / wheelbase,
+        p["cornering_stiffness_front"], share * moment, p)
+    rear = axle(
+        -math.atan((vy - lr * r) / v), weight * lf / wheelbase,
+        p["cornering_stiffness_rear"], (1 - share) * moment, p)
+    along = front * math.cos(delta)
+    return np.array([(along + rear) / m - v * r, (lf * along - lr * rear) / p["yaw_inertia"]])
+
+
+def bicycle(v, p):
+    """F and the column of delta of the linear bicycle."""
+    m, j, lf, lr = p["mass"], p["yaw_inertia"], p["distance_front"], p["distance_rear"]
+    cf, cr = p["cornering_stiffness_front"], p["cornering_stiffness_rear"]
+    f = np.array([
+        [-(cf + cr) / (m * v), -(cf * lf - cr * lr) / (m * v) - v],
+        [-(cf * lf - cr * lr) / (j * v), -(cf * lf**2 + cr * lr**2) / (j * v)],
+    ])
+    return f, np.array([cf / m, cf * lf / j])
+
+
+def steady(v, p):
+    """(v_y, r) per delta in a steady turn of the linear bicycle."""
+    if v == 0.0:
+        return np.zeros(2)
+    f, column = bicycle(v, p)
+    return -np.linalg.solve(f, column)
+
+
+def lateral(vy, r, delta, roll, v, p):
+    if v >= 1.0:
+        return forces(vy, r, delta, roll, v, p)
+    target, end = steady(v, p) * math.tan(delta), steady(1.0, p) * math.tan(delta)
+    w = np.array([vy, r])
+    tyres = forces(*(w - target + end), delta, roll, 1.0, p)
+    return v * tyres + (1 - v) * (bicycle(1.0, p)[0] @ (w - target))
+
+
+def command(t, start, slope, p):
+    stop = p["road_wheel_angle_max"]
+    return max(-stop, min(stop, (start + slope * t) / p["steering_ratio"]))
+
+
+def rates(t, s, v, start, slope, p):
+    vy, r, delta, roll, yaw, _, _ = s
+    vy_rate, r_rate = lateral(vy, r, delta, roll, v, p)
+    rate = p["road_wheel_rate_max"]
+    wanted = (command(t, start, slope, p) - delta) / p["actuator_time_constant"]
+    steer = max(-rate, min(rate, wanted))
+    return [
+        vy_rate, r_rate, steer, (vy_rate + v * r - roll) / p["roll_time_constant"], r,
+        v * math.cos(yaw) - vy * math.sin(yaw), v * math.sin(yaw) + vy * math.cos(yaw),
+    ]
+
+
+def solve(p, v, initial, start, slope, time):
+    def limit(side):
+        def event(t, s):
+            wanted = (command(t, start, slope, p) - s[2]) / p["actuator_time_constant"]
+            return wanted - side * p["road_wheel_rate_max"]
+        event.terminal = True
+        return event
+
+    def stop(side):
+        def event(t, _):
+            return (start + slope * t) / p["steering_ratio"] - side * p["road_wheel_angle_max"]
+        event.terminal = True
+        return event
+
+    t, state = 0.0, np.array([*initial, 0.0, 0.0, 0.0])
+    while t < time:
+        run = solve_ivp(
+            lambda t, s: rates(t, s, v, start, slope, p), (t, time), state, method="DOP853",
+            rtol=1e-12, atol=1e-14, max_step=0.02, events=[limit(-1), limit(1), stop(-1), stop(1)])
+        assert run.status >= 0, run.message
+        t, state = run.t[-1], run.y[:, -1]
+        if t < time:
+            # Past the event, so that it does not fire again at once.
+            nudge = min(1e-9, time - t)
+            state = state + nudge * np.array(rates(t, state, v, start, slope, p))
+            t += nudge
+    vy, r, delta, roll, *_ = state
+    return [*state, lateral(vy, r, delta, roll, v, p)[0] + v * r]
+
+
+def main():
+    inputs = ["speed", *(f"start_{name}" for name in STATES[:4]), "steering", "slope", "time"]
+    print(",".join(["case", *CAR, *inputs, *STATES, "lateral_acceleration"]))
+    for name, (changes, v, initial, start, slope, time) in CASES.items():
+        p = CAR | changes
+        numbers = [*p.values(), v, *initial, start, slope, time, *solve(p, v, initial, start, slope, time)]
+        print(",".join([name.replace(",", " and"), *(repr(float(x)) for x in numbers)]))
+
+
+if __name__ == "__main__":
+    main()

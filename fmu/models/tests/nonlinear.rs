@@ -1,0 +1,497 @@
+//! The nonlinear vehicle against an independent solution, the linear bicycle, and physics.
+#![allow(clippy::unwrap_used)]
+
+use proptest::prelude::*;
+use std::collections::BTreeMap;
+use vehicle_models::{BicyclePlant, Error, NonlinearParameters, NonlinearVehicle};
+
+const GRAVITY: f64 = 9.81;
+
+fn car() -> NonlinearParameters {
+    NonlinearParameters::default()
+}
+
+fn vehicle(parameters: NonlinearParameters, speed: f64) -> NonlinearVehicle {
+    let mut vehicle = NonlinearVehicle::new(parameters).unwrap();
+    vehicle.speed = speed;
+    vehicle
+}
+
+fn run(vehicle: &mut NonlinearVehicle, time: f64, h: f64) {
+    for _ in 0..(time / h).round() as usize {
+        vehicle.step(h).unwrap();
+    }
+}
+
+/// A case of the reference: its name, its columns, a vehicle at its start.
+struct Case {
+    name: String,
+    columns: BTreeMap<String, f64>,
+    vehicle: NonlinearVehicle,
+}
+
+fn cases() -> Vec<Case> {
+    let text = include_str!("data/nonlinear_reference.csv");
+    let mut lines = text.lines();
+    let header: Vec<&str> = lines.next().unwrap().split(',').collect();
+    lines
+        .map(|line| {
+            let fields: Vec<&str> = line.split(',').collect();
+            assert_eq!(fields.len(), header.len());
+            let columns: BTreeMap<String, f64> = header
+                .iter()
+                .zip(&fields)
+                .skip(1)
+                .map(|(name, field)| ((*name).to_owned(), field.parse().unwrap()))
+                .collect();
+            let get = |name: &str| columns[name];
+            let mut vehicle = NonlinearVehicle::new(NonlinearParameters {
+                mass: get("mass"),
+                yaw_inertia: get("yaw_inertia"),
+                distance_front: get("distance_front"),
+                distance_rear: get("distance_rear"),
+                cornering_stiffness_front: get("cornering_stiffness_front"),
+                cornering_stiffness_rear: get("cornering_stiffness_rear"),
+                friction_coefficient: get("friction_coefficient"),
+                tyre_shape_factor: get("tyre_shape_factor"),
+                tyre_curvature_factor: get("tyre_curvature_factor"),
+                friction_load_sensitivity: get("friction_load_sensitivity"),
+                stiffness_load_sensitivity: get("stiffness_load_sensitivity"),
+                centre_of_gravity_height: get("centre_of_gravity_height"),
+                track_width: get("track_width"),
+                roll_stiffness_front: get("roll_stiffness_front"),
+                roll_time_constant: get("roll_time_constant"),
+                steering_ratio: get("steering_ratio"),
+                actuator_time_constant: get("actuator_time_constant"),
+                actuator_delay: get("actuator_delay"),
+                road_wheel_rate_max: get("road_wheel_rate_max"),
+                road_wheel_angle_max: get("road_wheel_angle_max"),
+            })
+            .unwrap();
+            vehicle.speed = get("speed");
+            vehicle.initial_states = [
+                get("start_lateral_velocity"),
+                get("start_yaw_rate"),
+                get("start_road_wheel_angle"),
+                get("start_roll_acceleration"),
+            ];
+            vehicle.start().unwrap();
+            Case { name: fields[0].to_owned(), columns, vehicle }
+        })
+        .collect()
+}
+
+/// Drives the case in `count` steps; largest difference from the reference, states and outputs.
+fn error(case: &Case, count: u32) -> f64 {
+    let get = |name: &str| case.columns[name];
+    let mut vehicle = case.vehicle.clone();
+    let h = get("time") / f64::from(count);
+    for k in 0..count {
+        vehicle.steering_angle = get("steering") + get("slope") * h * f64::from(k);
+        vehicle.steering_slope = get("slope");
+        vehicle.step(h).unwrap();
+    }
+    vehicle.steering_angle = get("steering") + get("slope") * get("time");
+    [
+        (vehicle.lateral_velocity(), "lateral_velocity"),
+        (vehicle.yaw_rate(), "yaw_rate"),
+        (vehicle.road_wheel_angle(), "road_wheel_angle"),
+        (vehicle.roll_acceleration(), "roll_acceleration"),
+        (vehicle.yaw(), "yaw"),
+        (vehicle.x(), "x"),
+        (vehicle.y(), "y"),
+        (vehicle.lateral_acceleration(), "lateral_acceleration"),
+    ]
+    .into_iter()
+    .map(|(value, name)| (value - get(name)).abs())
+    .fold(0.0, f64::max)
+}
+
+#[test]
+fn agrees_with_the_independent_solution() {
+    for case in cases() {
+        // One long step, and steps of 10 ms as importers take them.
+        let steps = (case.columns["time"] / 0.01).round() as u32;
+        for count in [1, steps] {
+            let error = error(&case, count);
+            println!("{}: {count} steps: {error:.2e}", case.name);
+            assert!(error < 2e-7, "{}: {error:e} in {count} steps", case.name);
+        }
+    }
+}
+
+/// A communication step below the longest panel is one panel, except where the actuator's motion
+/// changes: halving it sixteen times less error means order four, rate limits and end stops or not.
+#[test]
+fn converges_with_order_four() {
+    let mut seen = 0;
+    for case in cases() {
+        if case.columns["speed"] < 5.0 {
+            continue;
+        }
+        let time = case.columns["time"];
+        // The coarsest panel of all is 2 ms.
+        let errors = [0.002, 0.001, 0.0005].map(|h| error(&case, (time / h).round() as u32));
+        let orders = [(errors[0] / errors[1]).log2(), (errors[1] / errors[2]).log2()];
+        println!("{}: {errors:?}, orders {orders:.2?}", case.name);
+        seen += 1;
+        assert!((3.8..4.3).contains(&orders[0]), "{}: {orders:?}", case.name);
+        // Below this the reference's own error shows.
+        if errors[2] > 1e-11 {
+            assert!((3.8..4.3).contains(&orders[1]), "{}: {orders:?}", case.name);
+        }
+    }
+    assert_eq!(seen, 8);
+}
+
+/// A millionth of a radian: eq 13 to as many digits as slip is small.
+#[test]
+fn at_small_slip_it_is_the_bicycle() {
+    let p = NonlinearParameters { steering_ratio: 12.0, ..car() };
+    for v in [0.0, 0.2, 0.7, 0.999, 1.0, 5.0, 15.0, 40.0] {
+        let mut ours = vehicle(p, v);
+        let mut linear = BicyclePlant::new(p.bicycle()).unwrap();
+        linear.speed = v;
+        let amplitude = 12e-6;
+        let (mut scale, mut largest) = (1e-12_f64, 1e-12_f64);
+        for k in 0..200 {
+            let steering = amplitude * (f64::from(k) * 0.07).sin();
+            (ours.steering_angle, linear.steering_angle) = (steering, steering);
+            ours.step(0.01).unwrap();
+            linear.step(0.01).unwrap();
+            scale = scale.max(linear.yaw_rate().abs());
+            for (a, b) in [
+                (ours.yaw_rate(), linear.yaw_rate()),
+                (ours.lateral_velocity(), linear.lateral_velocity()),
+                (ours.yaw(), linear.yaw()),
+                (ours.road_wheel_angle() * v, linear.road_wheel_angle() * v),
+                (ours.y() / v.max(1.0), linear.y() / v.max(1.0)),
+            ] {
+                assert!((a - b).abs() < 3e-6 * scale, "{v} m/s, step {k}: {a:e} {b:e}");
+            }
+            assert!((ours.x() - linear.x()).abs() < 1e-9);
+            let (a, b) = (ours.lateral_acceleration(), linear.lateral_acceleration());
+            largest = largest.max(b.abs());
+            assert!((a - b).abs() < 3e-6 * largest, "{v}: {a:e} {b:e}");
+        }
+    }
+}
+
+/// Where no bicycle would: the tyres give what friction allows, and turn by that.
+#[test]
+fn friction_bounds_a_step_steer() {
+    for friction in [0.3, 1.0489] {
+        let p = NonlinearParameters {
+            friction_coefficient: friction,
+            // An understeering car, so that the front axle gives way first and it stays on its path.
+            roll_stiffness_front: 0.9,
+            cornering_stiffness_rear: 160_000.0,
+            ..car()
+        };
+        let mut v = vehicle(p, 25.0);
+        v.steering_angle = 0.3;
+        let mut largest = 0.0_f64;
+        for _ in 0..800 {
+            v.step(0.01).unwrap();
+            largest = largest.max(v.lateral_acceleration().abs());
+            assert!(v.lateral_acceleration().abs() <= friction * GRAVITY);
+        }
+        // Most of what friction gives, and steady: it slides over its front axle.
+        assert!(largest > 0.8 * friction * GRAVITY, "{largest}");
+        let a_y = v.lateral_acceleration();
+        assert!((a_y - 25.0 * v.yaw_rate()).abs() < 1e-3 * a_y, "{a_y}");
+        assert!(
+            a_y > 0.7 * friction * GRAVITY && a_y < p.bicycle().yaw_rate_gain(25.0) * 0.3 * 25.0
+        );
+        assert!((v.roll_acceleration() - a_y).abs() < 1e-3 * a_y);
+    }
+}
+
+/// Steering for a lateral acceleration in a steady turn: by bisection, with small steps towards it.
+fn steering_for(p: NonlinearParameters, speed: f64, acceleration: f64) -> f64 {
+    let (mut low, mut high) = (0.0, 0.2);
+    for _ in 0..40 {
+        let middle = 0.5 * (low + high);
+        let mut v = vehicle(p, speed);
+        v.steering_angle = middle;
+        run(&mut v, 8.0, 0.1);
+        if v.lateral_acceleration() < acceleration {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    0.5 * (low + high)
+}
+
+#[test]
+fn understeer_follows_the_bicycle_and_then_the_load_transfer() {
+    let v = 20.0;
+    let p = NonlinearParameters { cornering_stiffness_rear: 125_000.0, ..car() };
+    let bicycle = p.bicycle();
+    let handling =
+        |p: NonlinearParameters, a: f64| steering_for(p, v, a) - bicycle.wheelbase() * a / v / v;
+    // The slope at small accelerations is the bicycle's understeer gradient.
+    let gradient = handling(p, 0.05) / 0.05;
+    assert!((gradient / bicycle.understeer_gradient() - 1.0).abs() < 1e-3, "{gradient}");
+    // A stiff front axle in roll understeers more, one without roll stiffness less.
+    let share = |roll_stiffness_front| NonlinearParameters { roll_stiffness_front, ..p };
+    let [soft, even, stiff] = [0.2, 0.5, 0.8].map(|s| handling(share(s), 7.0));
+    assert!(soft < even && even < stiff, "{soft} {even} {stiff}");
+    // Without height there is no transfer, and without sensitivity it has no effect.
+    let flat = |s| NonlinearParameters { centre_of_gravity_height: 0.0, ..share(s) };
+    assert_eq!(handling(flat(0.2), 7.0), handling(flat(0.8), 7.0));
+    let even = |s| NonlinearParameters {
+        friction_load_sensitivity: 0.0,
+        stiffness_load_sensitivity: 0.0,
+        ..share(s)
+    };
+    assert!((handling(even(0.2), 7.0) - handling(even(0.8), 7.0)).abs() < 1e-9);
+}
+
+#[test]
+fn left_and_right_are_mirror_images() {
+    let p = NonlinearParameters { actuator_delay: 0.037, ..car() };
+    for speed in [0.4, 8.0, 33.0] {
+        let (mut left, mut right) = (vehicle(p, speed), vehicle(p, speed));
+        for k in 0..300 {
+            let steering = 0.3 * (f64::from(k) * 0.11).sin() + 0.05;
+            (left.steering_angle, right.steering_angle) = (steering, -steering);
+            (left.steering_slope, right.steering_slope) = (1.7, -1.7);
+            left.step(0.013).unwrap();
+            right.step(0.013).unwrap();
+            assert_eq!(left.states().map(|x| -x), right.states());
+            assert_eq!(left.lateral_acceleration(), -right.lateral_acceleration());
+            assert_eq!((left.x(), left.y(), left.yaw()), (right.x(), -right.y(), -right.yaw()));
+        }
+    }
+}
+
+proptest! {
+    /// With the wheels straight every tyre's force is against its own sideways motion: what the
+    /// lateral energy gains, the prescribed speed has given.
+    #[test]
+    fn tyres_only_take_energy(
+        vy in -20.0..20.0_f64, r in -3.0..3.0_f64, roll in -12.0..12.0_f64, v in 1.0..50.0_f64,
+    ) {
+        let p = car();
+        let mut vehicle = vehicle(p, v);
+        vehicle.initial_states = [vy, r, 0.0, roll];
+        vehicle.start().unwrap();
+        let [vy_rate, r_rate, ..] = vehicle.derivatives();
+        let power = p.mass * vy * (vy_rate + v * r) + p.yaw_inertia * r * r_rate;
+        prop_assert!(power <= 1e-6, "{}", power);
+    }
+
+    /// Whatever is done, the tyres give no more than friction times weight.
+    #[test]
+    fn never_more_than_friction(
+        steps in prop::collection::vec((-2.0..2.0_f64, 1.0..60.0_f64, -20.0..20.0_f64), 1..30),
+    ) {
+        let p = NonlinearParameters { road_wheel_rate_max: 5.0, ..car() };
+        let mut vehicle = vehicle(p, 10.0);
+        for (steering, v, slope) in steps {
+            (vehicle.steering_angle, vehicle.speed, vehicle.steering_slope) = (steering, v, slope);
+            vehicle.step(0.07).unwrap();
+            let limit = p.friction_coefficient * GRAVITY * (1.0 + 1e-12);
+            prop_assert!(vehicle.lateral_acceleration().abs() <= limit);
+            prop_assert!(vehicle.road_wheel_angle().abs() <= p.road_wheel_angle_max);
+        }
+    }
+
+    /// The actuator's closed form against its equation, stepped in microseconds.
+    #[test]
+    fn actuator_follows_its_equation(
+        lag in 0.01..0.2_f64, rate in 0.05..2.0_f64, stop in 0.05..0.6_f64,
+        start in -1.0..1.0_f64, command in -1.5..1.5_f64, slope in -8.0..8.0_f64,
+    ) {
+        let p = NonlinearParameters {
+            actuator_time_constant: lag, road_wheel_rate_max: rate, road_wheel_angle_max: stop, ..car()
+        };
+        let mut vehicle = vehicle(p, 15.0);
+        vehicle.initial_states[2] = start * stop;
+        vehicle.start().unwrap();
+        (vehicle.steering_angle, vehicle.steering_slope) = (command, slope);
+        let mut angle = start * stop;
+        let (fine, mut time) = (2e-6, 0.0);
+        for _ in 0..20 {
+            vehicle.step(0.015).unwrap();
+            vehicle.steering_angle += slope * 0.015;
+            for _ in 0..7500 {
+                let at = |t: f64, d: f64| {
+                    let command = (command + slope * t).clamp(-stop, stop);
+                    ((command - d) / lag).clamp(-rate, rate)
+                };
+                let half = angle + 0.5 * fine * at(time, angle);
+                angle += fine * at(time + 0.5 * fine, half);
+                time += fine;
+            }
+            prop_assert!((vehicle.road_wheel_angle() - angle).abs() < 1e-8);
+        }
+    }
+
+    /// A ramp cut into steps of any size is one ramp, also through the delay.
+    #[test]
+    fn steps_do_not_matter(
+        cuts in prop::collection::vec(0.001..0.06_f64, 2..12), delay in 0.0..0.2_f64,
+        slope in -3.0..3.0_f64, speed in 0.3..40.0_f64,
+    ) {
+        let p = NonlinearParameters { actuator_delay: delay, ..car() };
+        let (mut once, mut cut) = (vehicle(p, speed), vehicle(p, speed));
+        let total: f64 = cuts.iter().sum();
+        (once.steering_angle, once.steering_slope) = (0.1, slope);
+        once.step(total).unwrap();
+        let mut time = 0.0;
+        for h in cuts {
+            (cut.steering_angle, cut.steering_slope) = (0.1 + slope * time, slope);
+            cut.step(h).unwrap();
+            time += h;
+        }
+        for (a, b) in once.states().iter().zip(cut.states()) {
+            prop_assert!((a - b).abs() < 1e-7, "{:?} {:?}", once.states(), cut.states());
+        }
+        prop_assert!((once.y() - cut.y()).abs() < 1e-7);
+    }
+
+    /// A damaged or invented state is an error or a vehicle, never a panic.
+    #[test]
+    fn restores_or_refuses(at in 0..4096_usize, with in any::<u8>()) {
+        let mut vehicle = vehicle(NonlinearParameters { actuator_delay: 0.05, ..car() }, 15.0);
+        run(&mut vehicle, 0.1, 0.01);
+        let mut bytes = serde_json::to_vec(&vehicle.save()).unwrap();
+        let length = bytes.len();
+        bytes[at % length] = with;
+        if let Ok(saved) = serde_json::from_slice(&bytes)
+            && let Ok(mut other) = NonlinearVehicle::restore(saved)
+        {
+            let _ = other.step(0.01);
+            let _ = other.start();
+        }
+    }
+}
+
+/// The delayed vehicle does what the other did a delay ago.
+#[test]
+fn delay_shifts_the_response() {
+    let delay = 0.08;
+    let (mut prompt, mut late) = (
+        vehicle(car(), 15.0),
+        vehicle(NonlinearParameters { actuator_delay: delay, ..car() }, 15.0),
+    );
+    let ramps = [(0.0, 0.7), (0.028, -1.0), (0.0, 0.0), (0.1, 0.3)];
+    let mut seen = Vec::new();
+    for k in 0..40 {
+        let (start, slope) = ramps[k % ramps.len()];
+        for v in [&mut prompt, &mut late] {
+            (v.steering_angle, v.steering_slope) = (start, slope);
+            v.step(0.04).unwrap();
+        }
+        seen.push(prompt.states());
+        let expected = if k < 2 { [0.0; 4] } else { seen[k - 2] };
+        for (a, b) in late.states().iter().zip(expected) {
+            assert!((a - b).abs() < 1e-9, "step {k}: {a} {b}");
+        }
+    }
+}
+
+/// Derivatives are those of what a step does.
+#[test]
+fn derivatives_are_the_limit_of_steps() {
+    for (speed, delay) in [(0.5, 0.0), (20.0, 0.0), (20.0, 0.05)] {
+        let mut v = vehicle(NonlinearParameters { actuator_delay: delay, ..car() }, speed);
+        v.steering_angle = 0.06;
+        v.step(0.1).unwrap();
+        v.steering_angle = 0.065;
+        let h = 1e-6;
+        let mut next = v.clone();
+        next.step(h).unwrap();
+        let (before, after) = (v.states(), next.states());
+        for (i, d) in v.derivatives().into_iter().enumerate() {
+            let quotient = (after[i] - before[i]) / h;
+            assert!((quotient - d).abs() < 1e-4 * (1.0 + d.abs()), "state {i}: {quotient} {d}");
+        }
+        let quotients =
+            [(next.yaw() - v.yaw()) / h, (next.x() - v.x()) / h, (next.y() - v.y()) / h];
+        for (quotient, d) in quotients.into_iter().zip(v.pose_derivatives()) {
+            assert!((quotient - d).abs() < 1e-4, "{quotient} {d}");
+        }
+        let quotient = (next.lateral_acceleration() - v.lateral_acceleration()) / h;
+        let d = v.lateral_acceleration_derivative();
+        assert!((quotient - d).abs() < 1e-3 * (1.0 + d.abs()), "{quotient} {d}");
+    }
+}
+
+#[test]
+fn stands_still_and_drives_off() {
+    let mut v = vehicle(car(), 0.0);
+    v.steering_angle = 0.5;
+    run(&mut v, 2.0, 0.01);
+    assert_eq!((v.x(), v.y(), v.yaw()), (v.x(), 0.0, 0.0));
+    assert!(v.x().abs() < 1e-12 && v.lateral_acceleration().abs() < 1e-9);
+    // At walking pace the rear axle rolls on the kinematic circle, also at a large angle.
+    v.speed = 0.02;
+    run(&mut v, 20.0, 0.1);
+    let kinematic = 0.02 * 0.5_f64.tan() / car().bicycle().wheelbase();
+    assert!((v.yaw_rate() / kinematic - 1.0).abs() < 2e-3, "{}", v.yaw_rate() / kinematic);
+    assert!((v.lateral_velocity() / v.yaw_rate() / car().distance_rear - 1.0).abs() < 2e-3);
+    // Nothing jumps at 1 m/s.
+    let respond = |speed: f64| {
+        let mut v = vehicle(car(), speed);
+        v.steering_angle = 0.5;
+        run(&mut v, 1.0, 0.01);
+        [v.yaw_rate(), v.lateral_velocity(), v.lateral_acceleration(), v.y()]
+    };
+    for speed in [1e-9, 0.5, 1.0] {
+        for (a, b) in respond(speed - 1e-9).iter().zip(respond(speed + 1e-9)) {
+            assert!((a - b).abs() < 1e-6, "{speed}: {a} {b}");
+        }
+    }
+}
+
+#[test]
+fn saved_and_restored_it_goes_on_as_if_nothing_had_happened() {
+    let mut v = vehicle(NonlinearParameters { actuator_delay: 0.033, ..car() }, 22.0);
+    let drive = |v: &mut NonlinearVehicle, k: u32| {
+        v.steering_angle = 0.1 * f64::from(k).sin();
+        v.steering_slope = f64::from(k).cos();
+        v.step(0.01).unwrap();
+    };
+    (0..57).for_each(|k| drive(&mut v, k));
+    let mut other = NonlinearVehicle::restore(v.save()).unwrap();
+    assert_eq!(v, other);
+    for k in 57..100 {
+        drive(&mut v, k);
+        drive(&mut other, k);
+        assert_eq!(v, other);
+    }
+}
+
+#[test]
+fn refuses_what_is_no_vehicle() {
+    let refused = |p: NonlinearParameters| NonlinearVehicle::new(p).unwrap_err();
+    assert!(matches!(
+        refused(NonlinearParameters { mass: -1.0, ..car() }),
+        Error::NotPositive { .. }
+    ));
+    for p in [
+        NonlinearParameters { friction_coefficient: 0.0, ..car() },
+        NonlinearParameters { tyre_shape_factor: 2.0, ..car() },
+        NonlinearParameters { tyre_curvature_factor: f64::NAN, ..car() },
+        NonlinearParameters { friction_load_sensitivity: 1.0, ..car() },
+        NonlinearParameters { roll_stiffness_front: 1.1, ..car() },
+        NonlinearParameters { roll_time_constant: 0.0, ..car() },
+        NonlinearParameters { actuator_delay: -0.1, ..car() },
+        NonlinearParameters { road_wheel_angle_max: 2.0, ..car() },
+    ] {
+        assert!(matches!(refused(p), Error::Range { .. }), "{p:?}");
+    }
+    let mut v = vehicle(car(), 15.0);
+    for h in [0.0, -1.0, f64::NAN, 1e9] {
+        assert!(matches!(v.step(h), Err(Error::Step { .. })));
+    }
+    // As quick an actuator as there is: an hour would take longer than anybody waits.
+    let mut quick = vehicle(NonlinearParameters { actuator_time_constant: 1e-4, ..car() }, 15.0);
+    assert!(matches!(quick.step(3600.0), Err(Error::Step { .. })));
+    v.initial_states[2] = 1.2;
+    assert!(v.start().unwrap_err().to_string().contains("road-wheel angle"));
+}
