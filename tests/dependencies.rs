@@ -11,6 +11,7 @@ const LIBRARY: &[&str] = &["fmi2-export", "slaves"];
 const ALLOWED: &[(&str, &[&str])] = &[
     ("identified-plant", LIBRARY),
     ("bicycle-plant", LIBRARY),
+    ("nonlinear-vehicle", LIBRARY),
     ("lateral-pid", LIBRARY),
     ("reference-path", LIBRARY),
     ("slaves", &["fmi2-export", "formats", "model-description", "model-loading", "vehicle-models"]),
@@ -61,7 +62,9 @@ fn no_edge_beyond_the_architecture() {
 
 #[test]
 fn an_fmu_binary_links_no_identification_and_no_design() {
-    for library in ["identified-plant", "bicycle-plant", "lateral-pid", "reference-path"] {
+    for library in
+        ["identified-plant", "bicycle-plant", "nonlinear-vehicle", "lateral-pid", "reference-path"]
+    {
         let tree = Command::new(env!("CARGO"))
             .args(["tree", "--edges", "normal", "--prefix", "none", "--package", library])
             .current_dir(env!("CARGO_MANIFEST_DIR"))

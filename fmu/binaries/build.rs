@@ -11,9 +11,10 @@ use std::process::Command;
 use std::{env, fs};
 
 /// Package and FMU name of each library.
-const LIBRARIES: [(&str, &str); 4] = [
+const LIBRARIES: [(&str, &str); 5] = [
     ("identified-plant", "IdentifiedPlant"),
     ("bicycle-plant", "BicyclePlant"),
+    ("nonlinear-vehicle", "NonlinearVehicle"),
     ("lateral-pid", "LateralPid"),
     ("reference-path", "ReferencePath"),
 ];

@@ -1,6 +1,6 @@
 //! The versioned JSON files that pass between Steerwright's stages.
 //!
-//! Each file is one type here: [`Plant`], [`Bicycle`], [`Pid`], [`Path`]. Every type knows its
+//! Each file is one type here: [`Plant`], [`Bicycle`], [`Vehicle`], [`Pid`], [`Path`]. Every type knows its
 //! schema name (`steerwright/plant/1` …), is read by [`Document::from_json`], which refuses unknown
 //! versions, wrong shapes and non-finite numbers with the JSON path of the fault, and is written
 //! by [`Document::to_json`], which gives the same bytes for the same content.
@@ -19,6 +19,7 @@ mod path;
 mod pid;
 mod plant;
 mod provenance;
+mod vehicle;
 
 pub use bicycle::{Bicycle, BicycleCoefficients, VehicleData};
 pub use check::Checker;
@@ -34,3 +35,4 @@ pub use pid::{
 };
 pub use plant::{Continuous, Discrete, InputKind, Noise, OperatingPoint, Plant};
 pub use provenance::{Provenance, SourceFile, sha256_hex};
+pub use vehicle::{Body, SteeringActuator, Tyres, Vehicle};

@@ -102,6 +102,7 @@ fn check(fmu: Fmu, document: &str, file: &str) -> Result<Option<f64>, formats::E
     Ok(match fmu {
         Fmu::IdentifiedPlant => formats::Plant::from_json(document, file).map(|_| None)?,
         Fmu::BicyclePlant => formats::Bicycle::from_json(document, file).map(|_| None)?,
+        Fmu::NonlinearVehicle => formats::Vehicle::from_json(document, file).map(|_| None)?,
         Fmu::LateralPid => Some(formats::Pid::from_json(document, file)?.sample_time_s),
         Fmu::ReferencePath => formats::Path::from_json(document, file).map(|_| None)?,
     })

@@ -31,6 +31,7 @@ fn each_fmu_lists_its_variables() {
     for (fmu, folder) in [
         (Fmu::IdentifiedPlant, "identified-plant"),
         (Fmu::BicyclePlant, "bicycle-plant"),
+        (Fmu::NonlinearVehicle, "nonlinear-vehicle"),
         (Fmu::LateralPid, "lateral-pid"),
         (Fmu::ReferencePath, "reference-path"),
     ] {

@@ -4,6 +4,7 @@
 //! |---|---|---|
 //! | `plant.json` | [`identified_model`] | [`IdentifiedModel`] |
 //! | `bicycle.json` | [`bicycle_parameters`] | [`BicycleParameters`] |
+//! | `vehicle.json` | [`nonlinear_parameters`] | [`NonlinearParameters`] |
 //! | `pid.json` | [`pid_parameters`] | [`PidParameters`] |
 //! | `path.json` | [`path_geometry`], [`guidance_parameters`] | [`PathGeometry`], [`GuidanceParameters`] |
 //!
@@ -11,10 +12,10 @@
 //! is the one that runs from it. Nothing is computed here and no unit changes: SI and radians on
 //! both sides. Matrices go from rows of rows to row-major vectors.
 
-use formats::{Guidance, InputKind, Matrix, Path, Pid, Plant, VehicleData};
+use formats::{Guidance, InputKind, Matrix, Path, Pid, Plant, Vehicle, VehicleData};
 use vehicle_models::{
     BicycleParameters, Continuous, Error, GuidanceParameters, IdentifiedData, IdentifiedModel,
-    PathGeometry, PathPoint, PidParameters,
+    NonlinearParameters, PathGeometry, PathPoint, PidParameters,
 };
 
 /// The identified model of `plant.json`.
@@ -60,6 +61,34 @@ pub fn bicycle_parameters(vehicle: &VehicleData) -> BicycleParameters {
         cornering_stiffness_rear: vehicle.cornering_stiffness_rear_npr,
         actuator_time_constant: vehicle.actuator_time_constant_s,
         steering_ratio: vehicle.steering_ratio,
+    }
+}
+
+/// The vehicle of `vehicle.json`. Its speed is no parameter but an input.
+#[must_use]
+pub fn nonlinear_parameters(vehicle: &Vehicle) -> NonlinearParameters {
+    let Vehicle { body, tyres, actuator, .. } = vehicle;
+    NonlinearParameters {
+        mass: body.mass_kg,
+        yaw_inertia: body.yaw_inertia_kgm2,
+        distance_front: body.distance_front_m,
+        distance_rear: body.distance_rear_m,
+        cornering_stiffness_front: tyres.cornering_stiffness_front_npr,
+        cornering_stiffness_rear: tyres.cornering_stiffness_rear_npr,
+        friction_coefficient: tyres.friction_coefficient,
+        tyre_shape_factor: tyres.shape_factor,
+        tyre_curvature_factor: tyres.curvature_factor,
+        friction_load_sensitivity: tyres.friction_load_sensitivity,
+        stiffness_load_sensitivity: tyres.stiffness_load_sensitivity,
+        centre_of_gravity_height: body.centre_of_gravity_height_m,
+        track_width: body.track_width_m,
+        roll_stiffness_front: body.roll_stiffness_front,
+        roll_time_constant: body.roll_time_constant_s,
+        steering_ratio: actuator.steering_ratio,
+        actuator_time_constant: actuator.time_constant_s,
+        actuator_delay: actuator.delay_s,
+        road_wheel_rate_max: actuator.road_wheel_rate_max_radps,
+        road_wheel_angle_max: actuator.road_wheel_angle_max_rad,
     }
 }
 

@@ -1,6 +1,6 @@
 //! The FMUs by name, for those who pack them.
 
-use crate::{BicyclePlant, IdentifiedPlant, LateralPid, ReferencePath};
+use crate::{BicyclePlant, IdentifiedPlant, LateralPid, NonlinearVehicle, ReferencePath};
 use fmi2_export::{DescribeError, Resources, Slave, describe};
 use formats::Document;
 use model_description::{DefaultExperiment, ModelDescription, Table};
@@ -15,6 +15,8 @@ pub enum Fmu {
     IdentifiedPlant,
     /// The two-wheel bicycle model.
     BicyclePlant,
+    /// The vehicle with saturating tyres.
+    NonlinearVehicle,
     /// The steering controller.
     LateralPid,
     /// The reference road and its guidance.
@@ -23,8 +25,13 @@ pub enum Fmu {
 
 impl Fmu {
     /// Every FMU.
-    pub const ALL: [Self; 4] =
-        [Self::IdentifiedPlant, Self::BicyclePlant, Self::LateralPid, Self::ReferencePath];
+    pub const ALL: [Self; 5] = [
+        Self::IdentifiedPlant,
+        Self::BicyclePlant,
+        Self::NonlinearVehicle,
+        Self::LateralPid,
+        Self::ReferencePath,
+    ];
 
     /// The variable table.
     #[must_use]
@@ -32,6 +39,7 @@ impl Fmu {
         match self {
             Self::IdentifiedPlant => IdentifiedPlant::TABLE,
             Self::BicyclePlant => BicyclePlant::TABLE,
+            Self::NonlinearVehicle => NonlinearVehicle::TABLE,
             Self::LateralPid => LateralPid::TABLE,
             Self::ReferencePath => ReferencePath::TABLE,
         }
@@ -49,6 +57,7 @@ impl Fmu {
         match self {
             Self::IdentifiedPlant => formats::Plant::SCHEMA,
             Self::BicyclePlant => formats::Bicycle::SCHEMA,
+            Self::NonlinearVehicle => formats::Vehicle::SCHEMA,
             Self::LateralPid => formats::Pid::SCHEMA,
             Self::ReferencePath => formats::Path::SCHEMA,
         }
@@ -60,6 +69,7 @@ impl Fmu {
         match self {
             Self::IdentifiedPlant => "plant.json",
             Self::BicyclePlant => "bicycle.json",
+            Self::NonlinearVehicle => "vehicle.json",
             Self::LateralPid => "pid.json",
             Self::ReferencePath => "path.json",
         }
@@ -71,6 +81,7 @@ impl Fmu {
         match self {
             Self::IdentifiedPlant => include_str!("../../identified-plant/README.md"),
             Self::BicyclePlant => include_str!("../../bicycle-plant/README.md"),
+            Self::NonlinearVehicle => include_str!("../../nonlinear-vehicle/README.md"),
             Self::LateralPid => include_str!("../../lateral-pid/README.md"),
             Self::ReferencePath => include_str!("../../reference-path/README.md"),
         }
@@ -91,6 +102,7 @@ impl Fmu {
         match self {
             Self::IdentifiedPlant => describe::<IdentifiedPlant>(resources, experiment),
             Self::BicyclePlant => describe::<BicyclePlant>(resources, experiment),
+            Self::NonlinearVehicle => describe::<NonlinearVehicle>(resources, experiment),
             Self::LateralPid => describe::<LateralPid>(resources, experiment),
             Self::ReferencePath => describe::<ReferencePath>(resources, experiment),
         }

@@ -1,0 +1,289 @@
+//! `NonlinearVehicle`: the glue from [`vehicle_models::NonlinearVehicle`] to the export trait.
+//!
+//! States, from 0: v_y, r, δ, a_φ, which can be set at the start, then ψ, X, Y.
+
+use crate::resources::optional;
+use crate::tables::nonlinear_vehicle::Variable;
+use fmi2_export::{Capabilities, Known, Log, Resources, Slave, StateSpec, Unknown};
+use model_description::{DependencyKind, Table, Value};
+use vehicle_models::NonlinearParameters;
+use vehicle_models::nonlinear::SavedVehicle;
+
+/// A vehicle with saturating tyres, load transfer and a steering actuator.
+#[derive(Debug, Clone)]
+pub struct NonlinearVehicle {
+    vehicle: vehicle_models::NonlinearVehicle,
+    started: bool,
+}
+
+/// Description, unit, unit of the derivative, whether it can be set.
+const STATES: [(&str, &str, Option<&str>, bool); 7] = [
+    ("velocity to the left of the centre of gravity", "m/s", Some("m/s2"), true),
+    ("yaw rate, positive to the left", "rad/s", Some("rad/s2"), true),
+    ("road-wheel angle behind the actuator", "rad", Some("rad/s"), true),
+    // m/s3 is none of the units of a table.
+    ("lateral acceleration that the load has followed", "m/s2", None, true),
+    ("yaw, not wrapped", "rad", Some("rad/s"), false),
+    ("position of the centre of gravity, x", "m", Some("m/s"), false),
+    ("position of the centre of gravity, y", "m", Some("m/s"), false),
+];
+
+impl NonlinearVehicle {
+    /// Until the start, everything is as a start from the present settings would give it; a vehicle
+    /// that cannot start is refused when initialization mode is left.
+    fn settled(&mut self) -> &vehicle_models::NonlinearVehicle {
+        if !self.started {
+            let _ = self.vehicle.start();
+        }
+        &self.vehicle
+    }
+
+    fn parameter(&mut self, variable: Variable) -> Option<&mut f64> {
+        let v = &mut self.vehicle;
+        let NonlinearParameters {
+            mass,
+            yaw_inertia,
+            distance_front,
+            distance_rear,
+            cornering_stiffness_front,
+            cornering_stiffness_rear,
+            friction_coefficient,
+            tyre_shape_factor,
+            tyre_curvature_factor,
+            friction_load_sensitivity,
+            stiffness_load_sensitivity,
+            centre_of_gravity_height,
+            track_width,
+            roll_stiffness_front,
+            roll_time_constant,
+            steering_ratio,
+            actuator_time_constant,
+            actuator_delay,
+            road_wheel_rate_max,
+            road_wheel_angle_max,
+        } = &mut v.parameters;
+        Some(match variable {
+            Variable::SteeringAngle => &mut v.steering_angle,
+            Variable::Speed => &mut v.speed,
+            Variable::InitialX => &mut v.initial_x,
+            Variable::InitialY => &mut v.initial_y,
+            Variable::InitialYaw => &mut v.initial_yaw,
+            Variable::Mass => mass,
+            Variable::YawInertia => yaw_inertia,
+            Variable::DistanceFront => distance_front,
+            Variable::DistanceRear => distance_rear,
+            Variable::CorneringStiffnessFront => cornering_stiffness_front,
+            Variable::CorneringStiffnessRear => cornering_stiffness_rear,
+            Variable::ActuatorTimeConstant => actuator_time_constant,
+            Variable::SteeringRatio => steering_ratio,
+            Variable::ActuatorDelay => actuator_delay,
+            Variable::RoadWheelRateMax => road_wheel_rate_max,
+            Variable::RoadWheelAngleMax => road_wheel_angle_max,
+            Variable::FrictionCoefficient => friction_coefficient,
+            Variable::TyreShapeFactor => tyre_shape_factor,
+            Variable::TyreCurvatureFactor => tyre_curvature_factor,
+            Variable::FrictionLoadSensitivity => friction_load_sensitivity,
+            Variable::StiffnessLoadSensitivity => stiffness_load_sensitivity,
+            Variable::CentreOfGravityHeight => centre_of_gravity_height,
+            Variable::TrackWidth => track_width,
+            Variable::RollStiffnessFront => roll_stiffness_front,
+            Variable::RollTimeConstant => roll_time_constant,
+            Variable::YawRate
+            | Variable::Yaw
+            | Variable::X
+            | Variable::Y
+            | Variable::LateralVelocity
+            | Variable::LateralAcceleration => return None,
+        })
+    }
+}
+
+impl Slave for NonlinearVehicle {
+    type Variable = Variable;
+    const TABLE: &'static Table = Variable::TABLE;
+    const CAPABILITIES: Capabilities = Capabilities {
+        interpolates_inputs: true,
+        output_derivatives: true,
+        directional_derivatives: true,
+        serializes: true,
+    };
+
+    fn open(resources: &Resources) -> Result<Self, String> {
+        let file = optional::<formats::Vehicle>(resources, "vehicle.json")?;
+        let parameters = file
+            .as_ref()
+            .map_or_else(NonlinearParameters::default, model_loading::nonlinear_parameters);
+        let mut vehicle = vehicle_models::NonlinearVehicle::new(parameters)
+            .map_err(|e| format!("vehicle.json: {e}; hint: {}", e.hint()))?;
+        if let Some(file) = file {
+            vehicle.speed = file.speed_mps;
+        }
+        Ok(Self { vehicle, started: false })
+    }
+
+    #[inline]
+    fn get(&mut self, variable: Variable) -> Value {
+        Value::Real(match variable {
+            Variable::YawRate => self.settled().yaw_rate(),
+            Variable::Yaw => self.settled().yaw(),
+            Variable::X => self.settled().x(),
+            Variable::Y => self.settled().y(),
+            Variable::LateralVelocity => self.settled().lateral_velocity(),
+            Variable::LateralAcceleration => self.settled().lateral_acceleration(),
+            other => self.parameter(other).map_or(0.0, |value| *value),
+        })
+    }
+
+    #[inline]
+    fn set(&mut self, variable: Variable, value: &Value) {
+        if let (Value::Real(value), Some(place)) = (value, self.parameter(variable)) {
+            *place = *value;
+        }
+    }
+
+    fn exit_initialization(&mut self, _start_time: f64, _log: &mut Log) -> Result<(), String> {
+        self.started = true;
+        self.vehicle.start().map_err(|e| format!("{e}; hint: {}", e.hint()))
+    }
+
+    fn step(&mut self, _time: f64, step: f64, _log: &mut Log) -> Result<(), String> {
+        self.vehicle.step(step).map_err(|e| format!("{e}; hint: {}", e.hint()))
+    }
+
+    fn states(&self) -> Vec<StateSpec> {
+        STATES
+            .iter()
+            .map(|&(description, unit, derivative_unit, settable)| StateSpec {
+                description: description.into(),
+                unit: Some(unit),
+                derivative_unit,
+                settable,
+            })
+            .collect()
+    }
+
+    fn state(&mut self, index: usize) -> f64 {
+        let v = self.settled();
+        let [vy, r, angle, roll] = v.states();
+        [vy, r, angle, roll, v.yaw(), v.x(), v.y()].get(index).copied().unwrap_or_default()
+    }
+
+    fn state_derivative(&mut self, index: usize) -> f64 {
+        let v = self.settled();
+        let pose = v.pose_derivatives();
+        v.derivatives().iter().chain(&pose).nth(index).copied().unwrap_or_default()
+    }
+
+    fn set_state(&mut self, index: usize, value: f64) {
+        if let Some(place) = self.vehicle.initial_states.get_mut(index) {
+            *place = value;
+            // Set after the initialization, before the first step: a start with the same settings.
+            if self.started {
+                let _ = self.vehicle.start();
+            }
+        }
+    }
+
+    /// The steering angle's; speed is held within a step.
+    fn set_input_derivative(&mut self, variable: Variable, derivative: f64) {
+        if variable == Variable::SteeringAngle {
+            self.vehicle.steering_slope = derivative;
+        }
+    }
+
+    fn output_derivative(&mut self, variable: Variable) -> f64 {
+        let v = self.settled();
+        let ([lateral_velocity, yaw_rate, ..], [yaw, x, y]) =
+            (v.derivatives(), v.pose_derivatives());
+        match variable {
+            Variable::YawRate => yaw_rate,
+            Variable::Yaw => yaw,
+            Variable::X => x,
+            Variable::Y => y,
+            Variable::LateralVelocity => lateral_velocity,
+            Variable::LateralAcceleration => v.lateral_acceleration_derivative(),
+            _ => 0.0,
+        }
+    }
+
+    fn dependency(
+        &self,
+        unknown: Unknown<Variable>,
+        known: Known<Variable>,
+    ) -> Option<DependencyKind> {
+        // What the forces of the tyres depend on.
+        let forces = match known {
+            Known::State(state) => state <= 3,
+            Known::Variable(variable) => matches!(
+                variable,
+                Variable::Speed
+                    | Variable::Mass
+                    | Variable::DistanceFront
+                    | Variable::DistanceRear
+                    | Variable::CorneringStiffnessFront
+                    | Variable::CorneringStiffnessRear
+                    | Variable::FrictionCoefficient
+                    | Variable::TyreShapeFactor
+                    | Variable::TyreCurvatureFactor
+                    | Variable::FrictionLoadSensitivity
+                    | Variable::StiffnessLoadSensitivity
+                    | Variable::CentreOfGravityHeight
+                    | Variable::TrackWidth
+                    | Variable::RollStiffnessFront
+            ),
+        };
+        let variable =
+            |wanted: &[Variable]| matches!(known, Known::Variable(v) if wanted.contains(&v));
+        let state = |wanted: &[usize]| matches!(known, Known::State(i) if wanted.contains(&i));
+        let depends = match unknown {
+            Unknown::Variable(Variable::YawRate) | Unknown::Derivative(4) => state(&[1]),
+            Unknown::Variable(Variable::LateralVelocity) => state(&[0]),
+            Unknown::Variable(Variable::LateralAcceleration) | Unknown::Derivative(0) => forces,
+            Unknown::Variable(Variable::Yaw) | Unknown::State(4) => {
+                state(&[4]) || variable(&[Variable::InitialYaw])
+            }
+            Unknown::Variable(Variable::X) | Unknown::State(5) => {
+                state(&[5]) || variable(&[Variable::InitialX])
+            }
+            Unknown::Variable(Variable::Y) | Unknown::State(6) => {
+                state(&[6]) || variable(&[Variable::InitialY])
+            }
+            Unknown::Derivative(1) => forces || variable(&[Variable::YawInertia]),
+            Unknown::Derivative(2) => {
+                state(&[2])
+                    || variable(&[
+                        Variable::SteeringAngle,
+                        Variable::SteeringRatio,
+                        Variable::ActuatorTimeConstant,
+                        Variable::ActuatorDelay,
+                        Variable::RoadWheelRateMax,
+                        Variable::RoadWheelAngleMax,
+                    ])
+            }
+            Unknown::Derivative(3) => forces || variable(&[Variable::RollTimeConstant]),
+            Unknown::Derivative(5 | 6) => {
+                state(&[0, 4]) || variable(&[Variable::Speed, Variable::InitialYaw])
+            }
+            // Set from outside, or none of this vehicle's.
+            Unknown::Variable(_) | Unknown::State(_) | Unknown::Derivative(_) => false,
+        };
+        depends.then_some(DependencyKind::Dependent)
+    }
+
+    fn save(&self) -> Vec<u8> {
+        // Plain numbers cannot fail to be written; nothing at all is refused by `load`.
+        postcard::to_allocvec(&(self.started, self.vehicle.save())).unwrap_or_default()
+    }
+
+    fn load(&mut self, bytes: &[u8]) -> Result<(), String> {
+        let ((started, saved), rest): ((bool, SavedVehicle), &[u8]) =
+            postcard::take_from_bytes(bytes).map_err(|e| format!("the saved state: {e}"))?;
+        if !rest.is_empty() {
+            return Err(format!("the saved state: {} bytes too many", rest.len()));
+        }
+        let vehicle = vehicle_models::NonlinearVehicle::restore(saved)
+            .map_err(|e| format!("the saved state: {e}"))?;
+        *self = Self { vehicle, started };
+        Ok(())
+    }
+}

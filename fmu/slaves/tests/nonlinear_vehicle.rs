@@ -1,0 +1,264 @@
+//! `NonlinearVehicle` as the FMI layer sees it.
+#![allow(clippy::unwrap_used)]
+
+use fmi2_export::{Known, Log, Resources, Slave, Unknown, VariableId};
+use model_description::{Causality, Value};
+use proptest::prelude::*;
+use slaves::{Fmu, NonlinearVehicle};
+
+type Variable = <NonlinearVehicle as Slave>::Variable;
+
+const FILE: &str = include_str!("../../../tests/data/multibody/vehicle.json");
+const TABLE: &model_description::Table = <NonlinearVehicle as Slave>::TABLE;
+
+fn resources(file: Option<&str>) -> Resources {
+    let files = file.map(|text| ("vehicle.json".to_owned(), text.as_bytes().to_vec()));
+    Resources::from(files.into_iter().collect::<Vec<_>>())
+}
+
+fn open() -> NonlinearVehicle {
+    NonlinearVehicle::open(&resources(Some(FILE))).unwrap()
+}
+
+fn variable(name: &str) -> Variable {
+    Variable::from_reference(TABLE.named(name).unwrap().reference).unwrap()
+}
+
+fn real(slave: &mut NonlinearVehicle, name: &str) -> f64 {
+    match slave.get(variable(name)) {
+        Value::Real(value) => value,
+        other => unreachable!("{other:?}"),
+    }
+}
+
+fn set(slave: &mut NonlinearVehicle, name: &str, value: f64) {
+    slave.set(variable(name), &Value::Real(value));
+}
+
+fn started(mut slave: NonlinearVehicle) -> NonlinearVehicle {
+    slave.exit_initialization(0.0, &mut Log::default()).unwrap();
+    slave
+}
+
+fn step(slave: &mut NonlinearVehicle, h: f64) {
+    slave.step(0.0, h, &mut Log::default()).unwrap();
+}
+
+/// Everything that can be read, to the bit.
+fn all(slave: &mut NonlinearVehicle) -> Vec<u64> {
+    let mut numbers: Vec<f64> = TABLE.variables.iter().map(|row| real(slave, row.name)).collect();
+    for index in 0..slave.states().len() {
+        numbers.extend([slave.state(index), slave.state_derivative(index)]);
+    }
+    numbers.into_iter().map(f64::to_bits).collect()
+}
+
+#[test]
+fn every_variable_that_can_be_set_reads_as_it_was_set() {
+    let mut slave = open();
+    for (k, row) in TABLE.variables.iter().enumerate() {
+        if row.causality == Causality::Output {
+            continue;
+        }
+        let (min, max) = (row.min.unwrap_or(-5.0), row.max.unwrap_or(50.0));
+        let value = min + (max - min) * (0.3 + 0.01 * k as f64);
+        set(&mut slave, row.name, value);
+        assert_eq!(real(&mut slave, row.name), value, "{}", row.name);
+    }
+}
+
+#[test]
+fn the_file_is_the_compiled_in_car_and_its_numbers_arrive() {
+    let mut without = NonlinearVehicle::open(&resources(None)).unwrap();
+    assert_eq!(all(&mut open()), all(&mut without));
+    let heavy = FILE.replacen("1093.2952", "2000.0", 1).replacen(
+        "\"speed_mps\": 15.0",
+        "\"speed_mps\": 9",
+        1,
+    );
+    let mut heavy = NonlinearVehicle::open(&resources(Some(&heavy))).unwrap();
+    assert_eq!((real(&mut heavy, "mass"), real(&mut heavy, "speed")), (2000.0, 9.0));
+    // A vehicle that the file's checks let pass and the model does not.
+    let short = FILE.replacen("\"time_constant_s\": 0.05", "\"time_constant_s\": 1e-6", 1);
+    let error = NonlinearVehicle::open(&resources(Some(&short))).unwrap_err();
+    assert!(error.contains("vehicle.json") && error.contains("time constant"), "{error}");
+    let description = Fmu::NonlinearVehicle
+        .describe(vec![("vehicle.json".into(), FILE.into())], Default::default())
+        .unwrap();
+    assert_eq!(description.model_name, "NonlinearVehicle");
+}
+
+#[test]
+fn until_the_start_outputs_are_those_of_a_start() {
+    let mut slave = open();
+    set(&mut slave, "initial_yaw", 0.5);
+    set(&mut slave, "initial_x", -3.0);
+    slave.set_state(1, 0.25);
+    slave.set_state(2, 0.1);
+    let before = all(&mut slave);
+    assert_eq!(real(&mut slave, "yaw_rate"), 0.25);
+    assert_eq!((slave.state(4), slave.state(5), slave.state(6)), (0.5, -3.0, 0.0));
+    assert!(real(&mut slave, "lateral_acceleration") > 1.0);
+    assert_eq!(all(&mut started(slave)), before);
+    // A start that cannot be.
+    let mut slave = open();
+    slave.set_state(2, 1.4);
+    let error = slave.exit_initialization(0.0, &mut Log::default()).unwrap_err();
+    assert!(error.contains("road-wheel angle"), "{error}");
+}
+
+/// Against differences over a short step with the same inputs.
+#[test]
+fn derivatives_are_those_of_a_step() {
+    let mut slave = open();
+    set(&mut slave, "speed", 20.0);
+    set(&mut slave, "steering_angle", 0.05);
+    let mut slave = started(slave);
+    step(&mut slave, 0.2);
+    let mut next = slave.clone();
+    let h = 1e-6;
+    step(&mut next, h);
+    for name in ["yaw_rate", "yaw", "x", "y", "lateral_velocity", "lateral_acceleration"] {
+        let quotient = (real(&mut next, name) - real(&mut slave, name)) / h;
+        let derivative = slave.output_derivative(variable(name));
+        assert!((quotient - derivative).abs() < 1e-3 * (1.0 + derivative.abs()), "{name}");
+    }
+    for index in 0..7 {
+        let quotient = (next.state(index) - slave.state(index)) / h;
+        let derivative = slave.state_derivative(index);
+        assert!((quotient - derivative).abs() < 1e-3 * (1.0 + derivative.abs()), "state {index}");
+    }
+}
+
+/// An unknown moves only with what it is said to depend on, and with all of that.
+#[test]
+fn dependencies_are_those_of_the_equations() {
+    let names = ["yaw_rate", "yaw", "x", "y", "lateral_velocity", "lateral_acceleration"];
+    let read = |slave: &mut NonlinearVehicle| -> Vec<f64> {
+        let mut all: Vec<f64> = names.iter().map(|name| real(slave, name)).collect();
+        all.extend((0..7).map(|i| slave.state_derivative(i)));
+        all.extend((4..7).map(|i| slave.state(i)));
+        all
+    };
+    let unknowns: Vec<Unknown<Variable>> = names
+        .iter()
+        .map(|name| Unknown::Variable(variable(name)))
+        .chain((0..7).map(Unknown::Derivative))
+        .chain((4..7).map(Unknown::State))
+        .collect();
+    // Below and above 1 m/s, within the actuator's rate and beyond it, between its stops and beyond.
+    let settings = [(0.4, 0.101, 0.8), (20.0, 0.101, 0.8), (20.0, 0.6, 0.8), (20.0, 3.0, 0.11)];
+    let base = |(speed, steering, stop): (f64, f64, f64)| {
+        let mut slave = open();
+        set(&mut slave, "speed", speed);
+        set(&mut slave, "steering_angle", steering);
+        set(&mut slave, "initial_yaw", 0.3);
+        set(&mut slave, "road_wheel_angle_max", stop);
+        for (index, value) in [0.3, 0.2, 0.1, 3.0].into_iter().enumerate() {
+            slave.set_state(index, value);
+        }
+        slave
+    };
+    let mut knowns: Vec<(String, Known<Variable>)> =
+        (0..4).map(|i| (format!("state {i}"), Known::State(i))).collect();
+    for row in TABLE.variables {
+        if row.causality != Causality::Output {
+            knowns.push((row.name.into(), Known::Variable(variable(row.name))));
+        }
+    }
+    for (name, known) in knowns {
+        let mut moved = vec![false; unknowns.len()];
+        for setting in settings {
+            let before = read(&mut base(setting));
+            let mut slave = base(setting);
+            match known {
+                Known::State(index) => {
+                    let value = slave.state(index);
+                    slave.set_state(index, value * 1.01);
+                }
+                Known::Variable(variable) => {
+                    let Value::Real(value) = slave.get(variable) else { unreachable!() };
+                    slave.set(variable, &Value::Real(value * 1.01 + 1e-4));
+                }
+            }
+            for (moved, (a, b)) in moved.iter_mut().zip(before.iter().zip(read(&mut slave))) {
+                *moved |= *a != b;
+            }
+        }
+        for (unknown, moved) in unknowns.iter().zip(moved) {
+            let said = open().dependency(*unknown, known).is_some();
+            assert_eq!(said, moved, "{unknown:?} by {name}");
+        }
+    }
+}
+
+/// A vehicle in the middle of a drive, with commands in its delay.
+fn driven() -> NonlinearVehicle {
+    let mut slave = open();
+    set(&mut slave, "actuator_delay", 0.035);
+    set(&mut slave, "initial_y", 2.0);
+    let mut slave = started(slave);
+    for k in 0..30 {
+        drive(&mut slave, k);
+    }
+    slave
+}
+
+fn drive(slave: &mut NonlinearVehicle, k: u32) {
+    set(slave, "steering_angle", 0.05 * f64::from(k).sin());
+    set(slave, "speed", 15.0 + f64::from(k % 7));
+    slave.set_input_derivative(variable("steering_angle"), 0.2 * f64::from(k).cos());
+    step(slave, 0.01);
+    slave.set_input_derivative(variable("steering_angle"), 0.0);
+}
+
+#[test]
+fn a_saved_state_goes_on_to_the_bit() {
+    for mut slave in [driven(), open(), started(open())] {
+        let mut other = open();
+        other.load(&slave.save()).unwrap();
+        assert_eq!(all(&mut slave), all(&mut other));
+        let (mut slave, mut other) = (started(slave), started(other));
+        for k in 30..60 {
+            drive(&mut slave, k);
+            drive(&mut other, k);
+            assert_eq!(all(&mut slave), all(&mut other));
+        }
+        assert_eq!(slave.save(), other.save());
+    }
+}
+
+#[test]
+fn other_bytes_are_refused_and_change_nothing() {
+    let saved = driven().save();
+    let mut slave = driven();
+    let before = all(&mut slave);
+    for length in 0..saved.len() {
+        assert!(slave.load(&saved[..length]).is_err(), "{length} bytes");
+    }
+    let mut longer = saved.clone();
+    longer.push(0);
+    assert!(slave.load(&longer).is_err());
+    assert_eq!(all(&mut slave), before);
+    slave.load(&saved).unwrap();
+}
+
+proptest! {
+    #[test]
+    fn invented_bytes_never_panic(
+        changes in prop::collection::vec((0..2000_usize, any::<u8>()), 1..6), bytes in any::<Vec<u8>>(),
+    ) {
+        let mut saved = driven().save();
+        for (at, with) in changes {
+            let length = saved.len();
+            saved[at % length] = with;
+        }
+        for bytes in [saved, bytes] {
+            let mut slave = open();
+            if slave.load(&bytes).is_ok() {
+                let _ = slave.step(0.0, 0.01, &mut Log::default());
+                all(&mut slave);
+            }
+        }
+    }
+}

@@ -1,0 +1,122 @@
+//! `vehicle.json`: a vehicle with saturating tyres, load transfer and a steering actuator.
+//!
+//! Written by hand; the example in this repository is `tests/data/multibody/vehicle.json`. What a
+//! number means is said where the model is: the README of `NonlinearVehicle`.
+
+use crate::{Checker, Document};
+use serde::{Deserialize, Serialize};
+
+/// A vehicle up to its limits.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Vehicle {
+    /// `steerwright/vehicle/1`.
+    pub schema: String,
+    /// A name for people.
+    pub name: String,
+    /// Mass, inertia and measures.
+    pub body: Body,
+    /// The tyres, alike at all wheels but for the stiffness.
+    pub tyres: Tyres,
+    /// The steering.
+    pub actuator: SteeringActuator,
+    /// Longitudinal velocity that the `speed` input starts with, m/s.
+    pub speed_mps: f64,
+}
+
+/// Mass, inertia and measures.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Body {
+    /// Mass m, kg.
+    pub mass_kg: f64,
+    /// Yaw inertia J, kg·m².
+    pub yaw_inertia_kgm2: f64,
+    /// Centre of gravity to front axle L_f, m.
+    pub distance_front_m: f64,
+    /// Centre of gravity to rear axle L_r, m.
+    pub distance_rear_m: f64,
+    /// Height of the centre of gravity h, m.
+    pub centre_of_gravity_height_m: f64,
+    /// Left to right wheel, m.
+    pub track_width_m: f64,
+    /// Share of the front axle in the roll stiffness, 0 to 1.
+    pub roll_stiffness_front: f64,
+    /// Time constant of the load transfer, s.
+    pub roll_time_constant_s: f64,
+}
+
+/// Tyres by the magic formula.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Tyres {
+    /// Cornering stiffness of the front axle at the static load, N/rad.
+    pub cornering_stiffness_front_npr: f64,
+    /// Cornering stiffness of the rear axle at the static load, N/rad.
+    pub cornering_stiffness_rear_npr: f64,
+    /// Peak lateral force over load at the static wheel load.
+    pub friction_coefficient: f64,
+    /// C of the magic formula, 1 to 1.99.
+    pub shape_factor: f64,
+    /// E of the magic formula, −1.5 to 1.
+    pub curvature_factor: f64,
+    /// Relative loss of friction at twice the static wheel load, 0 to 0.9.
+    pub friction_load_sensitivity: f64,
+    /// Relative loss of stiffness over load at twice the static wheel load, 0 to 0.9.
+    pub stiffness_load_sensitivity: f64,
+}
+
+/// What moves the road wheels.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SteeringActuator {
+    /// Steering angle over road-wheel angle.
+    pub steering_ratio: f64,
+    /// Time constant, s.
+    pub time_constant_s: f64,
+    /// Pure delay before it, s.
+    pub delay_s: f64,
+    /// Largest rate of the road-wheel angle, rad/s.
+    pub road_wheel_rate_max_radps: f64,
+    /// Largest road-wheel angle to either side, rad.
+    pub road_wheel_angle_max_rad: f64,
+}
+
+fn within(c: &mut Checker, value: f64, min: f64, max: f64, path: &str) {
+    c.require((min..=max).contains(&value), path, || {
+        format!("{value} must be from {min} to {max}")
+    });
+}
+
+impl Document for Vehicle {
+    const SCHEMA: &'static str = "steerwright/vehicle/1";
+
+    fn schema(&self) -> &str {
+        &self.schema
+    }
+
+    fn check(&self, c: &mut Checker) {
+        let (b, t, a) = (&self.body, &self.tyres, &self.actuator);
+        c.positive(b.mass_kg, "body.mass_kg");
+        c.positive(b.yaw_inertia_kgm2, "body.yaw_inertia_kgm2");
+        c.positive(b.distance_front_m, "body.distance_front_m");
+        c.positive(b.distance_rear_m, "body.distance_rear_m");
+        c.not_negative(b.centre_of_gravity_height_m, "body.centre_of_gravity_height_m");
+        c.positive(b.track_width_m, "body.track_width_m");
+        within(c, b.roll_stiffness_front, 0.0, 1.0, "body.roll_stiffness_front");
+        c.positive(b.roll_time_constant_s, "body.roll_time_constant_s");
+        c.positive(t.cornering_stiffness_front_npr, "tyres.cornering_stiffness_front_npr");
+        c.positive(t.cornering_stiffness_rear_npr, "tyres.cornering_stiffness_rear_npr");
+        c.positive(t.friction_coefficient, "tyres.friction_coefficient");
+        within(c, t.shape_factor, 1.0, 1.99, "tyres.shape_factor");
+        within(c, t.curvature_factor, -1.5, 1.0, "tyres.curvature_factor");
+        within(c, t.friction_load_sensitivity, 0.0, 0.9, "tyres.friction_load_sensitivity");
+        within(c, t.stiffness_load_sensitivity, 0.0, 0.9, "tyres.stiffness_load_sensitivity");
+        c.positive(a.steering_ratio, "actuator.steering_ratio");
+        c.positive(a.time_constant_s, "actuator.time_constant_s");
+        c.not_negative(a.delay_s, "actuator.delay_s");
+        c.positive(a.road_wheel_rate_max_radps, "actuator.road_wheel_rate_max_radps");
+        c.positive(a.road_wheel_angle_max_rad, "actuator.road_wheel_angle_max_rad");
+        c.not_negative(self.speed_mps, "speed_mps");
+    }
+}

@@ -1,0 +1,45 @@
+//! `vehicle.json`: the example is read, and what cannot be is refused at its place.
+#![allow(clippy::unwrap_used)]
+
+use formats::{Document, Error, Vehicle};
+
+const EXAMPLE: &str = include_str!("../../tests/data/multibody/vehicle.json");
+
+#[test]
+fn the_example_survives_a_round_trip() {
+    let vehicle = Vehicle::from_json(EXAMPLE, "vehicle.json").unwrap();
+    assert_eq!(Vehicle::from_json(&vehicle.to_json(), "vehicle.json").unwrap(), vehicle);
+}
+
+#[test]
+fn faults_are_named_by_their_place() {
+    for (from, to, expected) in [
+        ("\"mass_kg\": 1093.2952", "\"mass_kg\": 0", "body.mass_kg"),
+        ("\"mass_kg\": 1093.2952", "\"mass\": 1093.2952", "body.mass"),
+        ("\"shape_factor\": 1.3507", "\"shape_factor\": 2", "tyres.shape_factor"),
+        ("\"curvature_factor\": -0.0074722", "\"curvature_factor\": 1.5", "tyres.curvature_factor"),
+        (
+            "\"friction_coefficient\": 1.0489",
+            "\"friction_coefficient\": -1",
+            "tyres.friction_coefficient",
+        ),
+        (
+            "\"roll_stiffness_front\": 0.515",
+            "\"roll_stiffness_front\": 51.5",
+            "body.roll_stiffness_front",
+        ),
+        ("\"delay_s\": 0.0", "\"delay_s\": -0.1", "actuator.delay_s"),
+        ("\"delay_s\": 0.0", "\"delay_s\": \"none\"", "actuator.delay_s"),
+        ("\"speed_mps\": 15.0", "\"speed_mps\": 1e999", "speed_mps"),
+    ] {
+        assert!(EXAMPLE.contains(from), "{from}");
+        match Vehicle::from_json(&EXAMPLE.replacen(from, to, 1), "v.json").unwrap_err() {
+            Error::Syntax { path, .. } | Error::Value { path, .. } => {
+                assert_eq!(path, expected, "{from} -> {to}");
+            }
+            Error::Schema { found, .. } => assert_eq!(found, expected),
+        }
+    }
+    let newer = EXAMPLE.replacen("vehicle/1", "vehicle/2", 1);
+    assert!(matches!(Vehicle::from_json(&newer, "v.json"), Err(Error::Schema { .. })));
+}
