@@ -4,8 +4,9 @@
 
 use crate::resources::optional;
 use crate::tables::nonlinear_vehicle::Variable;
-use fmi2_export::{Capabilities, Known, Log, Resources, Slave, StateSpec, Unknown};
+use fmi2_export::{Capabilities, Known, Log, Resources, Slave, StateSpec, Unknown, VariableId};
 use model_description::{DependencyKind, Table, Value};
+use serde::{Deserialize, Serialize};
 use vehicle_models::NonlinearParameters;
 use vehicle_models::nonlinear::SavedVehicle;
 
@@ -13,8 +14,24 @@ use vehicle_models::nonlinear::SavedVehicle;
 #[derive(Debug, Clone)]
 pub struct NonlinearVehicle {
     vehicle: vehicle_models::NonlinearVehicle,
-    started: bool,
+    flags: Flags,
 }
+
+/// What the glue itself remembers.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+struct Flags {
+    started: bool,
+    speed_rate_given: bool,
+    warned_of_speed_rate: bool,
+}
+
+const SPEED_IS_HELD: &str =
+    "the derivative of speed has no effect: the speed is held within a step";
+
+/// Places of the states that follow from the pose at the start.
+const YAW: usize = 4;
+const X: usize = 5;
+const Y: usize = 6;
 
 /// Description, unit, unit of the derivative, whether it can be set.
 const STATES: [(&str, &str, Option<&str>, bool); 7] = [
@@ -32,7 +49,7 @@ impl NonlinearVehicle {
     /// Until the start, everything is as a start from the present settings would give it; a vehicle
     /// that cannot start is refused when initialization mode is left.
     fn settled(&mut self) -> &vehicle_models::NonlinearVehicle {
-        if !self.started {
+        if !self.flags.started {
             let _ = self.vehicle.start();
         }
         &self.vehicle
@@ -118,7 +135,7 @@ impl Slave for NonlinearVehicle {
         if let Some(file) = file {
             vehicle.speed = file.speed_mps;
         }
-        Ok(Self { vehicle, started: false })
+        Ok(Self { vehicle, flags: Flags::default() })
     }
 
     #[inline]
@@ -142,11 +159,15 @@ impl Slave for NonlinearVehicle {
     }
 
     fn exit_initialization(&mut self, _start_time: f64, _log: &mut Log) -> Result<(), String> {
-        self.started = true;
+        self.flags.started = true;
         self.vehicle.start().map_err(|e| format!("{e}; hint: {}", e.hint()))
     }
 
-    fn step(&mut self, _time: f64, step: f64, _log: &mut Log) -> Result<(), String> {
+    fn step(&mut self, _time: f64, step: f64, log: &mut Log) -> Result<(), String> {
+        if self.flags.speed_rate_given && !self.flags.warned_of_speed_rate {
+            self.flags.warned_of_speed_rate = true;
+            log.warning(SPEED_IS_HELD);
+        }
         self.vehicle.step(step).map_err(|e| format!("{e}; hint: {}", e.hint()))
     }
 
@@ -175,19 +196,18 @@ impl Slave for NonlinearVehicle {
     }
 
     fn set_state(&mut self, index: usize, value: f64) {
-        if let Some(place) = self.vehicle.initial_states.get_mut(index) {
-            *place = value;
-            // Set after the initialization, before the first step: a start with the same settings.
-            if self.started {
-                let _ = self.vehicle.start();
-            }
+        if self.flags.started {
+            self.vehicle.set_state(index, value);
+        } else if let Some(state) = self.vehicle.initial_states.get_mut(index) {
+            *state = value;
         }
     }
 
-    /// The steering angle's; speed is held within a step.
     fn set_input_derivative(&mut self, variable: Variable, derivative: f64) {
-        if variable == Variable::SteeringAngle {
-            self.vehicle.steering_slope = derivative;
+        match variable {
+            Variable::SteeringAngle => self.vehicle.steering_slope = derivative,
+            Variable::Speed => self.flags.speed_rate_given = derivative != 0.0,
+            _ => {}
         }
     }
 
@@ -236,17 +256,17 @@ impl Slave for NonlinearVehicle {
             |wanted: &[Variable]| matches!(known, Known::Variable(v) if wanted.contains(&v));
         let state = |wanted: &[usize]| matches!(known, Known::State(i) if wanted.contains(&i));
         let depends = match unknown {
-            Unknown::Variable(Variable::YawRate) | Unknown::Derivative(4) => state(&[1]),
+            Unknown::Variable(Variable::YawRate) | Unknown::Derivative(YAW) => state(&[1]),
             Unknown::Variable(Variable::LateralVelocity) => state(&[0]),
             Unknown::Variable(Variable::LateralAcceleration) | Unknown::Derivative(0) => forces,
-            Unknown::Variable(Variable::Yaw) | Unknown::State(4) => {
-                state(&[4]) || variable(&[Variable::InitialYaw])
+            Unknown::Variable(Variable::Yaw) | Unknown::State(YAW) => {
+                state(&[YAW]) || variable(&[Variable::InitialYaw])
             }
-            Unknown::Variable(Variable::X) | Unknown::State(5) => {
-                state(&[5]) || variable(&[Variable::InitialX])
+            Unknown::Variable(Variable::X) | Unknown::State(X) => {
+                state(&[X]) || variable(&[Variable::InitialX])
             }
-            Unknown::Variable(Variable::Y) | Unknown::State(6) => {
-                state(&[6]) || variable(&[Variable::InitialY])
+            Unknown::Variable(Variable::Y) | Unknown::State(Y) => {
+                state(&[Y]) || variable(&[Variable::InitialY])
             }
             Unknown::Derivative(1) => forces || variable(&[Variable::YawInertia]),
             Unknown::Derivative(2) => {
@@ -261,8 +281,8 @@ impl Slave for NonlinearVehicle {
                     ])
             }
             Unknown::Derivative(3) => forces || variable(&[Variable::RollTimeConstant]),
-            Unknown::Derivative(5 | 6) => {
-                state(&[0, 4]) || variable(&[Variable::Speed, Variable::InitialYaw])
+            Unknown::Derivative(X | Y) => {
+                state(&[0, YAW]) || variable(&[Variable::Speed, Variable::InitialYaw])
             }
             // Set from outside, or none of this vehicle's.
             Unknown::Variable(_) | Unknown::State(_) | Unknown::Derivative(_) => false,
@@ -270,20 +290,52 @@ impl Slave for NonlinearVehicle {
         depends.then_some(DependencyKind::Dependent)
     }
 
+    /// By the states that cannot be set; for the rest the layer takes differences.
+    fn partial_derivative(
+        &mut self,
+        unknown: Unknown<Variable>,
+        known: Known<Variable>,
+    ) -> Option<f64> {
+        let Known::State(state @ (YAW | X | Y)) = known else { return None };
+        let [_, x_rate, y_rate] = self.settled().pose_derivatives();
+        Some(match (unknown, state) {
+            (Unknown::Variable(Variable::Yaw) | Unknown::State(YAW), YAW)
+            | (Unknown::Variable(Variable::X) | Unknown::State(X), X)
+            | (Unknown::Variable(Variable::Y) | Unknown::State(Y), Y) => 1.0,
+            (Unknown::Derivative(X), YAW) => -y_rate,
+            (Unknown::Derivative(Y), YAW) => x_rate,
+            _ => 0.0,
+        })
+    }
+
     fn save(&self) -> Vec<u8> {
-        // Plain numbers cannot fail to be written; nothing at all is refused by `load`.
-        postcard::to_allocvec(&(self.started, self.vehicle.save())).unwrap_or_default()
+        // Into a growing vector nothing can fail; no bytes at all would be refused when loaded.
+        postcard::to_allocvec(&(self.flags, self.vehicle.save())).unwrap_or_default()
     }
 
     fn load(&mut self, bytes: &[u8]) -> Result<(), String> {
-        let ((started, saved), rest): ((bool, SavedVehicle), &[u8]) =
-            postcard::take_from_bytes(bytes).map_err(|e| format!("the saved state: {e}"))?;
+        let ((flags, saved), rest): ((Flags, SavedVehicle), &[u8]) =
+            postcard::take_from_bytes(bytes)
+                .map_err(|e| format!("the saved state cannot be read: {e}"))?;
         if !rest.is_empty() {
-            return Err(format!("the saved state: {} bytes too many", rest.len()));
+            return Err(format!("the saved state has {} bytes too many", rest.len()));
         }
         let vehicle = vehicle_models::NonlinearVehicle::restore(saved)
             .map_err(|e| format!("the saved state: {e}"))?;
-        *self = Self { vehicle, started };
+        let mut loaded = Self { vehicle, flags };
+        // What no importer could have set is refused.
+        for row in Self::TABLE.variables {
+            let Some(value) =
+                Variable::from_reference(row.reference).and_then(|v| loaded.parameter(v))
+            else {
+                continue;
+            };
+            let (min, max) = (row.min.unwrap_or(f64::MIN), row.max.unwrap_or(f64::MAX));
+            if !(min..=max).contains(value) {
+                return Err(format!("{} of the saved state is {value}, which cannot be", row.name));
+            }
+        }
+        *self = loaded;
         Ok(())
     }
 }

@@ -192,6 +192,43 @@ fn dependencies_are_those_of_the_equations() {
     }
 }
 
+/// What the layer needs for differences, and what it cannot take them by.
+#[test]
+fn partial_derivatives_in_the_middle_of_a_drive() {
+    let mut slave = driven();
+    for index in 0..4 {
+        let value = slave.state(index);
+        let mut other = slave.clone();
+        other.set_state(index, value + 0.01);
+        for i in 0..7 {
+            let moved = if i == index { value + 0.01 } else { slave.state(i) };
+            assert_eq!(other.state(i), moved, "state {i} when state {index} is moved");
+        }
+    }
+    // Yaw cannot be set, but the vehicle could have started elsewhere.
+    let turned = |more: f64| {
+        let mut slave = open();
+        set(&mut slave, "initial_yaw", 0.4 + more);
+        slave.set_state(0, 0.7);
+        started(slave)
+    };
+    let h = 1e-6;
+    for i in 0..7 {
+        let mut slave = turned(0.0);
+        let expected = (turned(h).state_derivative(i) - turned(-h).state_derivative(i)) / (2.0 * h);
+        let partial = slave.partial_derivative(Unknown::Derivative(i), Known::State(4));
+        assert!((partial.unwrap() - expected).abs() < 1e-7, "{i}: {partial:?} {expected}");
+    }
+    for (name, state) in [("yaw", 4), ("x", 5), ("y", 6)] {
+        for other in 4..7 {
+            let unknown = Unknown::Variable(variable(name));
+            let expected = if other == state { 1.0 } else { 0.0 };
+            assert_eq!(slave.partial_derivative(unknown, Known::State(other)), Some(expected));
+        }
+    }
+    assert_eq!(slave.partial_derivative(Unknown::Derivative(0), Known::State(1)), None);
+}
+
 /// A vehicle in the middle of a drive, with commands in its delay.
 fn driven() -> NonlinearVehicle {
     let mut slave = open();

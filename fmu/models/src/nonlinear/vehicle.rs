@@ -198,6 +198,14 @@ impl NonlinearVehicle {
         [vy, r, self.angle, roll]
     }
 
+    /// Puts one of (v_y, r, δ, a_φ), from 0, where it is wanted, in the middle of a drive.
+    pub fn set_state(&mut self, index: usize, value: f64) {
+        let [vy, r, roll] = &mut self.lateral;
+        if let Some(state) = [vy, r, &mut self.angle, roll].into_iter().nth(index) {
+            *state = value;
+        }
+    }
+
     /// Their derivatives by time, at the present inputs.
     #[must_use]
     pub fn derivatives(&self) -> [f64; 4] {
