@@ -2,7 +2,7 @@
 //!
 //! Like [`crate::delay`] a belt of pieces, oldest first, whose length is always the delay, but each
 //! piece is a line, since the input may grow within a step. Pieces shorter than the delay over
-//! [`RESOLUTION`](crate::delay::RESOLUTION) are merged into their neighbour, which keeps the
+//! [`RESOLUTION`] are merged into their neighbour, which keeps the
 //! input's integral and bounds the belt.
 
 use super::actuator::Line;
