@@ -1,7 +1,7 @@
 //! The tests in tests/importers: a package of its own, which needs libclang, a C compiler and the
 //! archives of a demo.
 
-use crate::run::{cargo, root, run, target};
+use crate::run::{answer, cargo, root, run, target};
 use std::env;
 use std::path::Path;
 use std::process::Command;
@@ -38,10 +38,4 @@ fn libclang(python: &Path) -> Result<String, String> {
 fn compiler_headers() -> Option<String> {
     let folder = answer(Command::new("cc").arg("-print-file-name=include"))?;
     Path::new(&folder).join("stddef.h").is_file().then_some(folder)
-}
-
-/// What a program prints, if it succeeds.
-fn answer(command: &mut Command) -> Option<String> {
-    let output = command.output().ok().filter(|output| output.status.success())?;
-    Some(String::from_utf8_lossy(&output.stdout).trim().to_owned()).filter(|text| !text.is_empty())
 }

@@ -2,6 +2,7 @@
 
 mod fuzz;
 mod importers;
+mod licenses;
 mod lint;
 mod python;
 mod readme;
@@ -36,6 +37,8 @@ enum Command {
         /// Targets; all of them if none is named
         targets: Vec<String>,
     },
+    /// Gather the licences of all that the FMU libraries link
+    Licenses,
     /// Put the demo's table and picture into the README
     Readme,
 }
@@ -45,6 +48,7 @@ fn main() -> ExitCode {
         Command::Test => test::test(),
         Command::Lint => lint::lint(),
         Command::Fuzz { minutes, targets } => fuzz::fuzz(minutes, &targets),
+        Command::Licenses => licenses::licenses(),
         Command::Readme => readme::readme(),
         Command::Python => python::environment().map(|python| println!("{}", python.display())),
     };
