@@ -1,6 +1,10 @@
 //! One archive from one document.
 
-use crate::{Error, documentation};
+use crate::documentation::Sections;
+use crate::platform::Platform;
+use crate::provenance::Origin;
+use crate::terminals::DOMAIN;
+use crate::{Error, documentation, icons, provenance, reference, terminals};
 use formats::Document;
 use model_description::{DefaultExperiment, ModelDescription};
 use slaves::Fmu;
@@ -11,7 +15,7 @@ use zip::{CompressionMethod, DateTime, ZipWriter};
 /// An FMU's library for one platform.
 #[derive(Debug, Clone, Copy)]
 pub struct Binary<'a> {
-    /// FMI's name of the platform, such as `linux64`.
+    /// FMI's name of the platform: `linux64`, `win64`, `darwin64`, `aarch64-linux` …
     pub platform: &'a str,
     /// The library.
     pub bytes: &'a [u8],
@@ -60,6 +64,7 @@ pub fn package(
     if binaries.is_empty() {
         return Err(Error::NoBinary { fmu: fmu.name() });
     }
+    let platforms = platforms(fmu, binaries)?;
 
     let entries = vec![(fmu.resource().to_owned(), document.as_bytes().to_vec())];
     let experiment = DefaultExperiment {
@@ -71,29 +76,57 @@ pub fn package(
     let mut description = fmu
         .describe(entries, experiment)
         .map_err(|source| Error::Slave { file: file.into(), source })?;
-    description.generation_tool = Some(format!("steerwright {}", env!("CARGO_PKG_VERSION")));
+    let origin = Origin::of(fmu, document, file)?;
+    description.generation_tool = Some(provenance::TOOL.into());
     description.license = Some("MIT OR Apache-2.0".into());
+    description.vendor_annotations = vec![origin.annotation()];
 
-    let mut files = vec![
-        ("modelDescription.xml".to_owned(), description.to_xml().into_bytes()),
-        ("documentation/index.html".into(), documentation::page(fmu, &description).into_bytes()),
-        ("documentation/licenses/LICENSE-MIT".into(), LICENSE_MIT.into()),
+    let icon = icons::of(fmu);
+    let reference = reference::run(fmu, document, file, &description, step)?;
+    let extra = format!("extra/{DOMAIN}");
+    let sections = Sections { origin: &origin, platforms: &platforms, extra: &extra };
+    let page = documentation::page(fmu, &description, &sections);
+    let mut files: Vec<(String, Vec<u8>)> = vec![
+        ("documentation/index.html".into(), page.into()),
         ("documentation/licenses/LICENSE-APACHE".into(), LICENSE_APACHE.into()),
+        ("documentation/licenses/LICENSE-MIT".into(), LICENSE_MIT.into()),
+        ("documentation/licenses/license.txt".into(), LICENSES.into()),
+        (format!("{extra}/provenance.json"), origin.json().into()),
+        (format!("{extra}/reference/input.csv"), reference.input),
+        (format!("{extra}/reference/reference.json"), reference.description.into()),
+        (format!("{extra}/reference/result.csv"), reference.result),
+        ("model.png".into(), icon.png.into()),
         (format!("resources/{}", fmu.resource()), document.into()),
+        ("terminalsAndIcons/icon.png".into(), icon.png.into()),
+        ("terminalsAndIcons/icon.svg".into(), icon.svg.into()),
+        ("terminalsAndIcons/terminal.png".into(), icons::TERMINAL.png.into()),
+        ("terminalsAndIcons/terminal.svg".into(), icons::TERMINAL.svg.into()),
+        ("terminalsAndIcons/terminalsAndIcons.xml".into(), terminals::xml(&description).into()),
     ];
-    for binary in binaries {
-        let extension = match binary.platform {
-            p if p.starts_with("win") => "dll",
-            p if p.contains("darwin") => "dylib",
-            _ => "so",
-        };
-        let name = format!("binaries/{}/{}.{extension}", binary.platform, fmu.name());
+    for (binary, (folder, platform)) in binaries.iter().zip(&platforms) {
+        let name = format!("binaries/{folder}/{}.{}", fmu.name(), platform.extension());
         files.push((name, binary.bytes.to_vec()));
     }
+    // The description first, for those who read a stream; the rest sorted.
+    files.sort();
+    files.insert(0, ("modelDescription.xml".into(), description.to_xml().into_bytes()));
     let bytes = zipped(&files).map_err(|source| Error::Zip { fmu: fmu.name(), source })?;
     Ok(Packed { fmu, description, bytes })
 }
 
+/// Each library's folder and platform, none twice.
+fn platforms(fmu: Fmu, binaries: &[Binary<'_>]) -> Result<Vec<(String, Platform)>, Error> {
+    let mut platforms: Vec<(String, Platform)> = Vec::new();
+    for Binary { platform, .. } in binaries {
+        if platforms.iter().any(|(folder, _)| folder == platform) {
+            return Err(Error::TwoBinaries { fmu: fmu.name(), platform: (*platform).to_owned() });
+        }
+        platforms.push(((*platform).to_owned(), Platform::of(platform)?));
+    }
+    Ok(platforms)
+}
+
+const LICENSES: &str = include_str!("../licenses/license.txt");
 const LICENSE_MIT: &str = include_str!("../../LICENSE-MIT");
 const LICENSE_APACHE: &str = include_str!("../../LICENSE-APACHE");
 

@@ -1,6 +1,8 @@
-//! The documentation page of an archive, from the FMU's README and its variables.
+//! The documentation page of an archive, from the FMU's README, its variables and its origin.
 
-use model_description::{Causality, ModelDescription, Table, Value};
+use crate::platform::Platform;
+use crate::provenance::{Origin, cell, shortened};
+use model_description::{Causality, ModelDescription, Table, Value, Variable};
 use pulldown_cmark::{Options, Parser, html};
 use slaves::Fmu;
 use std::fmt::Write;
@@ -32,24 +34,84 @@ pub fn table_markdown(table: &Table) -> String {
     text
 }
 
-/// The variables of one archive in Markdown, with their start values.
+/// The variables of one archive in Markdown, with their limits and start values. A value is also
+/// shown in the display unit, where there is one.
 fn description_markdown(description: &ModelDescription) -> String {
-    let mut text =
-        String::from("| variable | kind | unit | start | description |\n|---|---|---|---|---|\n");
+    let mut text = String::from(
+        "| variable | kind | unit | start | limits | description |\n|---|---|---|---|---|---|\n",
+    );
     for v in &description.variables {
         let kind = kind(v.causality, v.kind.as_str(), v.variability.as_str());
         let start = match &v.start {
             None => String::new(),
-            Some(Value::Real(value)) => value.to_string(),
+            Some(Value::Real(value)) => match displayed(description, v, *value) {
+                Some(text) => format!("{value} ({text})"),
+                None => value.to_string(),
+            },
             Some(Value::Integer(value)) => value.to_string(),
             Some(Value::Boolean(value)) => value.to_string(),
-            Some(Value::String(value)) => value.clone(),
+            Some(Value::String(value)) => cell(value),
+        };
+        let limits = match (v.min, v.max) {
+            (None, None) => String::new(),
+            (Some(min), None) => format!("≥ {min}"),
+            (None, Some(max)) => format!("≤ {max}"),
+            (Some(min), Some(max)) => format!("{min} … {max}"),
         };
         let unit = v.unit.as_deref().unwrap_or("");
-        let line = v.description.as_deref().unwrap_or("");
-        let _ = writeln!(text, "| `{}` | {kind} | {unit} | {start} | {line} |", v.name);
+        let line = cell(v.description.as_deref().unwrap_or(""));
+        let _ = writeln!(text, "| `{}` | {kind} | {unit} | {start} | {limits} | {line} |", v.name);
     }
     text
+}
+
+/// A value in the variable's display unit, to four digits; nothing for zero, which is zero in any.
+fn displayed(description: &ModelDescription, variable: &Variable, value: f64) -> Option<String> {
+    let name = variable.display_unit.as_deref()?;
+    let unit = description.units.iter().find(|u| Some(&u.name) == variable.unit.as_ref())?;
+    let display = unit.display_units.iter().find(|d| d.name == name)?;
+    let shown = display.factor * value + display.offset;
+    (shown != 0.0).then(|| format!("{} {name}", shortened(shown)))
+}
+
+/// What stands beside the variables on the page: the sections after the README.
+pub(crate) struct Sections<'a> {
+    /// Where the FMU came from.
+    pub(crate) origin: &'a Origin,
+    /// Folders below `binaries/`, each with its platform.
+    pub(crate) platforms: &'a [(String, Platform)],
+    /// Where the reference run's files are, seen from the archive's root.
+    pub(crate) extra: &'a str,
+}
+
+impl Sections<'_> {
+    fn markdown(&self, name: &str) -> String {
+        let extra = self.extra;
+        let mut text = format!(
+            "\n## Where it came from\n\n{}\nThe same facts, for programs: \
+             [provenance.json](../{extra}/provenance.json).\n\n## Libraries\n\n\
+             | file | platform | standing |\n|---|---|---|\n",
+            self.origin.markdown()
+        );
+        for (folder, platform) in self.platforms {
+            let (end, title) = (platform.extension(), platform.title());
+            let file = format!("binaries/{folder}/{name}.{end}");
+            let _ = writeln!(text, "| `{file}` | {title} | {} |", platform.standing());
+        }
+        let _ = write!(
+            text,
+            "\nThey need the system's C library and nothing else.\n\n## Reference run\n\n\
+             The inputs of [input.csv](../{extra}/reference/input.csv) give the outputs of \
+             [result.csv](../{extra}/reference/result.csv), within the tolerance that \
+             [reference.json](../{extra}/reference/reference.json) names. A row of inputs is set at \
+             its time and holds until the next, the first one before the initialization ends; a row \
+             of results is what was read at its time before new inputs were set. Times are seconds, \
+             Booleans 0 or 1.\n\n## Licences\n\n\
+             MIT OR Apache-2.0; [license.txt](licenses/license.txt) has the licences of all code in \
+             the libraries.\n"
+        );
+        text
+    }
 }
 
 /// `input`, `output, Boolean`, `parameter, tunable` …
@@ -64,20 +126,23 @@ fn kind(causality: Causality, kind: &str, variability: &str) -> String {
     words.join(", ")
 }
 
-/// `documentation/index.html`.
-pub(crate) fn page(fmu: Fmu, description: &ModelDescription) -> String {
-    let readme = with_variables(fmu.readme(), &description_markdown(description));
-    let mut body = String::new();
-    html::push_html(&mut body, Parser::new_ext(&readme, Options::ENABLE_TABLES));
+const STYLE: &str = include_str!("style.css");
+
+/// `documentation/index.html`: one file that loads nothing, with links into the archive.
+pub(crate) fn page(fmu: Fmu, description: &ModelDescription, sections: &Sections<'_>) -> String {
     let name = fmu.name();
+    let mut text = with_variables(fmu.readme(), &description_markdown(description));
+    text.push_str(&sections.markdown(name));
+    let mut body = String::new();
+    html::push_html(&mut body, Parser::new_ext(&text, Options::ENABLE_TABLES));
+    let body = body
+        .replacen("<h1>", "<h1><img src=\"../model.png\" alt=\"\">", 1)
+        // A table may be wider than the page: it scrolls by itself.
+        .replace("<table>", "<div class=\"wide\"><table>")
+        .replace("</table>", "</table></div>");
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <title>{name}</title>\n<style>\n\
-         body {{ font: 16px/1.5 sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em; }}\n\
-         pre {{ background: #f4f4f4; padding: 0.8em; overflow-x: auto; line-height: 1.35; }}\n\
-         table {{ border-collapse: collapse; }}\n\
-         th, td {{ text-align: left; padding: 0.2em 0.8em 0.2em 0; border-bottom: 1px solid #ddd; }}\n\
-         </style>\n</head>\n<body>\n{body}</body>\n</html>\n"
+         <title>{name}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n{body}</body>\n</html>\n"
     )
 }

@@ -28,6 +28,30 @@ pub enum Error {
         /// The FMU.
         fmu: &'static str,
     },
+    /// FMI has no platform of that name.
+    #[error("`{platform}` is no platform of FMI 2.0")]
+    Platform {
+        /// The name.
+        platform: String,
+    },
+    /// Two libraries are for one platform.
+    #[error("{fmu}: two libraries for {platform}")]
+    TwoBinaries {
+        /// The FMU.
+        fmu: &'static str,
+        /// The platform.
+        platform: String,
+    },
+    /// The FMU fails on the inputs of its reference run.
+    #[error("{file}: the reference run fails at {time} s: {problem}")]
+    Reference {
+        /// The document's name as the caller gave it.
+        file: String,
+        /// When, in seconds.
+        time: f64,
+        /// The slave's reason.
+        problem: String,
+    },
     /// The step size is no step size.
     #[error("the step size is {step}, expected a number above 0")]
     Step {
@@ -58,6 +82,13 @@ impl Error {
             Self::NoBinary { .. } => {
                 "this build holds no FMU libraries; build steerwright without STEERWRIGHT_FMU_BINARIES"
                     .into()
+            }
+            Self::Platform { .. } => "the names are win32, win64, linux32, linux64, darwin32, \
+                darwin64, and <architecture>-<system> for others, such as aarch64-linux"
+                .into(),
+            Self::TwoBinaries { .. } => "give one library for each platform".into(),
+            Self::Reference { .. } => {
+                "the model does not stand its own operating point: mend the file it is made from".into()
             }
             Self::Step { .. } => "give the step in seconds, such as 10ms".into(),
             Self::Zip { .. } => "check the free space and try again".into(),

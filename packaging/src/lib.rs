@@ -9,6 +9,11 @@
 mod archive;
 mod documentation;
 mod error;
+mod icons;
+mod platform;
+mod provenance;
+mod reference;
+mod terminals;
 
 pub use archive::{Binary, Packed, fmu_of, package};
 pub use documentation::{table_markdown, with_variables};

@@ -16,6 +16,7 @@ mod nonlinear_vehicle;
 mod reference_path;
 mod resources;
 mod saved;
+mod run;
 mod tables;
 
 pub use bicycle_plant::BicyclePlant;
@@ -24,3 +25,4 @@ pub use identified_plant::IdentifiedPlant;
 pub use lateral_pid::LateralPid;
 pub use nonlinear_vehicle::NonlinearVehicle;
 pub use reference_path::ReferencePath;
+pub use run::Running;

@@ -1,0 +1,35 @@
+//! The pictures in an archive. `icons/*.svg` is drawn by hand, and the PNG beside each is made from
+//! it: see `tests/icons.rs`.
+
+use slaves::Fmu;
+
+/// A picture in both forms.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Icon {
+    /// Pixels.
+    pub(crate) png: &'static [u8],
+    /// The drawing they were made from.
+    pub(crate) svg: &'static [u8],
+}
+
+macro_rules! icon {
+    ($name:literal) => {
+        Icon {
+            png: include_bytes!(concat!("../icons/", $name, ".png")),
+            svg: include_bytes!(concat!("../icons/", $name, ".svg")),
+        }
+    };
+}
+
+/// The icon of an FMU.
+pub(crate) const fn of(fmu: Fmu) -> Icon {
+    match fmu {
+        Fmu::IdentifiedPlant => icon!("IdentifiedPlant"),
+        Fmu::BicyclePlant => icon!("BicyclePlant"),
+        Fmu::LateralPid => icon!("LateralPid"),
+        Fmu::ReferencePath => icon!("ReferencePath"),
+    }
+}
+
+/// The icon of a terminal.
+pub(crate) const TERMINAL: Icon = icon!("terminal");

@@ -1,0 +1,272 @@
+//! Where an FMU came from: what its document says of the files it was made from, the options, the
+//! fit and the verdict.
+//!
+//! The same facts go into the archive three times: for programs as
+//! `extra/io.github.steerwright/provenance.json`, for whoever has the model description alone as
+//! its vendor annotation, for people as a section of the documentation page. There is no date among
+//! them: the same inputs give the same archive, whenever.
+
+use crate::Error;
+use formats::{Document, Provenance, SourceFile, sha256_hex};
+use model_description::VendorAnnotation;
+use quick_xml::escape::escape;
+use serde::Serialize;
+use serde_json::Value as Json;
+use slaves::Fmu;
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+/// The tool that wrote the archive.
+pub(crate) const TOOL: &str = concat!("steerwright ", env!("CARGO_PKG_VERSION"));
+
+/// `provenance.json`.
+#[derive(Debug, Clone, Serialize)]
+pub(crate) struct Origin {
+    schema: &'static str,
+    fmu: &'static str,
+    /// The tool that wrote the archive.
+    packed_by: &'static str,
+    document: DocumentFacts,
+    /// The files that the document was made from.
+    sources: Vec<SourceFile>,
+    /// The options in force.
+    options: BTreeMap<String, String>,
+    evidence: Vec<Fact>,
+}
+
+/// The document in `resources/`.
+#[derive(Debug, Clone, Serialize)]
+struct DocumentFacts {
+    file: String,
+    schema: &'static str,
+    name: String,
+    sha256: String,
+    /// The tool that wrote it.
+    written_by: String,
+}
+
+/// One figure or statement.
+#[derive(Debug, Clone, Serialize)]
+struct Fact {
+    key: &'static str,
+    value: Json,
+    #[serde(skip_serializing_if = "str::is_empty")]
+    unit: &'static str,
+}
+
+fn fact(key: &'static str, value: impl Into<Json>, unit: &'static str) -> Fact {
+    Fact { key, value: value.into(), unit }
+}
+
+impl Origin {
+    /// What the document of an FMU says; `file` is named in errors.
+    pub(crate) fn of(fmu: Fmu, document: &str, file: &str) -> Result<Self, Error> {
+        let (name, provenance, evidence) = match fmu {
+            Fmu::IdentifiedPlant => plant(formats::Plant::from_json(document, file)?),
+            Fmu::BicyclePlant => bicycle(formats::Bicycle::from_json(document, file)?),
+            Fmu::LateralPid => pid(formats::Pid::from_json(document, file)?),
+            Fmu::ReferencePath => path(formats::Path::from_json(document, file)?),
+        };
+        Ok(Self {
+            schema: "steerwright/provenance/1",
+            fmu: fmu.name(),
+            packed_by: TOOL,
+            document: DocumentFacts {
+                file: format!("resources/{}", fmu.resource()),
+                schema: fmu.schema(),
+                name,
+                sha256: sha256_hex(document.as_bytes()),
+                written_by: format!("steerwright {}", provenance.version),
+            },
+            sources: provenance.sources,
+            options: provenance.options,
+            evidence,
+        })
+    }
+
+    /// `provenance.json`.
+    pub(crate) fn json(&self) -> String {
+        serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
+    }
+
+    /// The vendor annotation of the model description: one element, as the schema allows.
+    pub(crate) fn annotation(&self) -> VendorAnnotation {
+        let mut xml = String::new();
+        let DocumentFacts { file, schema, name, sha256, written_by } = &self.document;
+        let _ = write!(xml, "<Provenance packedBy=\"{}\">", escape(self.packed_by));
+        let _ = write!(
+            xml,
+            "\n  <Document file=\"{}\" schema=\"{}\" name=\"{}\" sha256=\"{sha256}\" \
+             writtenBy=\"{}\"/>",
+            attribute(file),
+            attribute(schema),
+            attribute(name),
+            attribute(written_by)
+        );
+        for SourceFile { name, sha256 } in &self.sources {
+            let _ = write!(
+                xml,
+                "\n  <Source name=\"{}\" sha256=\"{}\"/>",
+                attribute(name),
+                attribute(sha256)
+            );
+        }
+        for Fact { key, value, unit } in &self.evidence {
+            let _ = write!(xml, "\n  <Evidence key=\"{key}\" value=\"{}\"", attribute(&raw(value)));
+            if !unit.is_empty() {
+                let _ = write!(xml, " unit=\"{unit}\"");
+            }
+            xml.push_str("/>");
+        }
+        xml.push_str("\n</Provenance>");
+        VendorAnnotation { tool: "steerwright".into(), xml }
+    }
+
+    /// The section of the documentation page, in Markdown.
+    pub(crate) fn markdown(&self) -> String {
+        let DocumentFacts { file, name, sha256, written_by, .. } = &self.document;
+        let mut text = String::from("| fact | |\n|---|---|\n");
+        let mut row = |label: &str, value: &str| {
+            let _ = writeln!(text, "| {} | {} |", cell(label), value);
+        };
+        row("model", &cell(name));
+        row("file", &format!("`{file}`, SHA-256 `{sha256}`, written by {}", cell(written_by)));
+        for SourceFile { name, sha256 } in &self.sources {
+            row("made from", &format!("{}, SHA-256 `{}`", cell(name), cell(sha256)));
+        }
+        for Fact { key, value, unit } in &self.evidence {
+            row(&key.replace('_', " "), &cell(format!("{} {unit}", shown(value)).trim_end()));
+        }
+        row("packed by", self.packed_by);
+        if !self.options.is_empty() {
+            let options = self.options.iter().map(|(k, v)| format!("{k} = {v}"));
+            row("options", &cell(&options.collect::<Vec<_>>().join(", ")));
+        }
+        text
+    }
+}
+
+/// Text inside an attribute: what XML cannot hold becomes U+FFFD, line ends become spaces.
+fn attribute(text: &str) -> String {
+    let clean: String = text
+        .chars()
+        .map(|c| match c {
+            '\n' | '\r' | '\t' => ' ',
+            '\0'..='\u{1f}' | '\u{fffe}' | '\u{ffff}' => '\u{fffd}',
+            c => c,
+        })
+        .collect();
+    escape(clean).into_owned()
+}
+
+/// Text inside a cell of a Markdown table, taken as it stands.
+pub(crate) fn cell(text: &str) -> String {
+    let mut cell = String::new();
+    for c in text.chars() {
+        match c {
+            '\n' | '\r' => cell.push(' '),
+            '\\' | '|' | '<' | '>' | '&' | '*' | '_' | '`' | '[' | ']' | '#' | '~' | '!' => {
+                cell.push('\\');
+                cell.push(c);
+            }
+            c => cell.push(c),
+        }
+    }
+    cell
+}
+
+fn raw(value: &Json) -> String {
+    value.as_str().map_or_else(|| value.to_string(), str::to_owned)
+}
+
+/// A number to four digits, a truth as yes or no.
+fn shown(value: &Json) -> String {
+    match value {
+        Json::Bool(value) => if *value { "yes" } else { "no" }.into(),
+        Json::Number(number) if number.is_f64() => shortened(number.as_f64().unwrap_or_default()),
+        value => raw(value),
+    }
+}
+
+/// A number to four digits.
+pub(crate) fn shortened(value: f64) -> String {
+    if value != 0.0 && !(1e-3..1e5).contains(&value.abs()) {
+        return format!("{value:.3e}");
+    }
+    #[allow(clippy::cast_possible_truncation)] // between −3 and 5
+    let whole = if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
+    let digits = usize::try_from(3 - whole).unwrap_or(0);
+    let text = format!("{value:.digits$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
+}
+
+type Told = (String, Provenance, Vec<Fact>);
+
+fn plant(plant: formats::Plant) -> Told {
+    let order = plant.order();
+    let e = plant.evidence;
+    let mut facts = vec![
+        fact("trustworthy", e.verdict.trustworthy, ""),
+        fact("verdict", e.verdict.summary, ""),
+    ];
+    facts.extend(e.verdict.advice.into_iter().map(|line| fact("advice", line, "")));
+    facts.extend(e.warnings.into_iter().map(|line| fact("warning", line, "")));
+    facts.extend([
+        fact("fit_held_out", e.fit.validation, "%"),
+        fact("fit_held_out_one_step", e.fit.validation_one_step, "%"),
+        fact("fit_estimation", e.fit.estimation, "%"),
+        fact("method", e.method, ""),
+        fact("order", order, ""),
+        fact("horizon", e.horizon, ""),
+        fact("estimation_samples", e.estimation_samples, ""),
+        fact("held_out_samples", e.validation_samples, ""),
+        fact("sample_time", plant.discrete.sample_time_s, "s"),
+        fact("informative_up_to", e.excitation.informative_up_to_hz, "Hz"),
+        fact("speed", plant.operating_point.speed_mps, "m/s"),
+        fact("steering_ratio", plant.steering_ratio, ""),
+        fact("input_delay", plant.input_delay_s, "s"),
+    ]);
+    (plant.name, plant.provenance, facts)
+}
+
+fn bicycle(bicycle: formats::Bicycle) -> Told {
+    let vehicle = bicycle.vehicle;
+    let facts = vec![
+        fact("speed", vehicle.speed_mps, "m/s"),
+        fact("steering_ratio", vehicle.steering_ratio, ""),
+    ];
+    (vehicle.name, bicycle.provenance, facts)
+}
+
+fn pid(pid: formats::Pid) -> Told {
+    let (e, d) = (pid.evidence, pid.designed_for);
+    let mut facts = vec![fact("specification_met", e.met, "")];
+    facts.extend(e.shortfalls.into_iter().map(|s| {
+        let line = format!("{}: {} required, {} reached", s.requirement, s.required, s.reached);
+        fact("shortfall", line, "")
+    }));
+    facts.extend([
+        fact("designed_for", d.name, ""),
+        fact("designed_for_sha256", d.sha256, ""),
+        fact("speed", d.speed_mps, "m/s"),
+        fact("loop_delay", d.loop_delay_s, "s"),
+        fact("overshoot", e.step.overshoot_percent, "%"),
+    ]);
+    facts.extend(e.step.settling_time_s.map(|time| fact("settling_time", time, "s")));
+    facts.push(fact("steady_state_error", e.step.steady_state_error_percent, "%"));
+    facts.push(fact("modulus_margin", e.margins.modulus_margin, ""));
+    facts.extend(e.margins.phase_margin_deg.map(|margin| fact("phase_margin", margin, "deg")));
+    (pid.name, pid.provenance, facts)
+}
+
+fn path(path: formats::Path) -> Told {
+    let ends = path.points.first().zip(path.points.last());
+    let length = ends.map_or(0.0, |(first, last)| last.distance_m - first.distance_m);
+    let facts = vec![
+        fact("length", length, "m"),
+        fact("points", path.points.len(), ""),
+        fact("closed", path.closed, ""),
+        fact("speed", path.speed_mps, "m/s"),
+    ];
+    (path.name, path.provenance, facts)
+}

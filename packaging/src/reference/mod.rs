@@ -1,0 +1,179 @@
+//! The reference run: inputs that move the FMU, and what its outputs were.
+//!
+//! Whoever imports the archive can replay the inputs and compare, as the files of FMI's
+//! cross-check were for. They stand in `extra/io.github.steerwright/reference/`:
+//!
+//! - `input.csv`: `time` and every input. A row holds from its time on, until the next row: inputs
+//!   are set at communication points and held. The first row is set before the end of the
+//!   initialization.
+//! - `result.csv`: `time` and every output, as read at that communication point: at the start time
+//!   after the initialization, later after the step that ends there and before new inputs are set.
+//! - `reference.json`: the files' names, start, stop and step, and how far a result may be off.
+//!
+//! Numbers are in seconds and the variables' units, Booleans 0 or 1. The result is computed here,
+//! by the very slave that the library runs, and rounded to 1e-10 so that the last bits of one
+//! system's sine do not matter.
+
+mod scenario;
+
+use crate::Error;
+use model_description::{Causality, ModelDescription, Value, Variable};
+use scenario::Scenario;
+use serde::Serialize;
+use slaves::Fmu;
+
+/// Seconds of the run, where the step allows.
+const DURATION: f64 = 10.0;
+/// Most steps of the run, however small the step.
+const MOST_STEPS: u32 = 10_000;
+/// Most rows of a file.
+const MOST_ROWS: u32 = 1_000;
+
+/// `reference.json`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(crate) struct Reference {
+    schema: &'static str,
+    input: &'static str,
+    result: &'static str,
+    start_time: f64,
+    stop_time: f64,
+    step_size: f64,
+    absolute_tolerance: f64,
+}
+
+/// The three files: `reference.json`, the inputs and the results.
+pub(crate) struct Files {
+    pub(crate) description: String,
+    pub(crate) input: Vec<u8>,
+    pub(crate) result: Vec<u8>,
+}
+
+/// Runs the slave of a document.
+///
+/// # Errors
+/// [`Error::Reference`] where the slave fails on it.
+pub(crate) fn run(
+    fmu: Fmu,
+    document: &str,
+    file: &str,
+    description: &ModelDescription,
+    step: f64,
+) -> Result<Files, Error> {
+    let failed =
+        |time: f64| move |problem| Error::Reference { file: file.to_owned(), time, problem };
+    let entries = vec![(fmu.resource().to_owned(), document.as_bytes().to_vec())];
+    let mut slave = fmu.open(entries).map_err(failed(0.0))?;
+    let of = |causality| {
+        description.variables.iter().filter(move |v| v.causality == causality).collect::<Vec<_>>()
+    };
+    let (inputs, outputs) = (of(Causality::Input), of(Causality::Output));
+    let steps = steps(step);
+    let every = steps.div_ceil(MOST_ROWS - 1);
+    let scenario = Scenario::of(fmu, document, file, f64::from(steps) * step)?;
+
+    let mut input = Rows::new(&inputs);
+    let mut result = Rows::new(&outputs);
+    let mut largest = 0.0_f64;
+    for k in 0..=steps {
+        let time = rounded(f64::from(k) * step);
+        if k > 0 {
+            // The step that ends here, with the inputs set at its beginning.
+            let begin = f64::from(k - 1) * step;
+            slave.step(begin, step).map_err(failed(begin))?;
+        }
+        let mut given = None;
+        if k % every == 0 && (k < steps || k == 0) {
+            given = Some(
+                inputs.iter().map(|v| scenario.value(v, time)).collect::<Vec<Option<Value>>>(),
+            );
+        }
+        if k == 0 {
+            set(&mut slave, &inputs, given.as_deref());
+            slave.exit_initialization(0.0).map_err(failed(0.0))?;
+        }
+        if k % every == 0 || k == steps {
+            let values: Vec<Option<Value>> =
+                outputs.iter().map(|v| slave.get(v.reference)).collect();
+            for value in values.iter().flatten().filter_map(Value::as_number) {
+                if !value.is_finite() {
+                    return Err(failed(time)("an output is not finite".to_owned()));
+                }
+                largest = largest.max(value.abs());
+            }
+            result.push(time, values.into_iter().map(|v| v.unwrap_or(Value::Real(0.0))));
+        }
+        if let Some(given) = given {
+            if k > 0 {
+                set(&mut slave, &inputs, Some(&given));
+            }
+            // What the scenario leaves alone keeps its start value.
+            let values = inputs
+                .iter()
+                .zip(given)
+                .map(|(v, value)| value.or_else(|| v.start.clone()).unwrap_or(Value::Real(0.0)));
+            input.push(time, values);
+        }
+    }
+
+    let reference = Reference {
+        schema: "steerwright/reference/1",
+        input: "input.csv",
+        result: "result.csv",
+        start_time: 0.0,
+        stop_time: rounded(f64::from(steps) * step),
+        step_size: step,
+        // A few parts in 1e12 where the numbers are large.
+        absolute_tolerance: (largest * 1e-12).max(1e-9),
+    };
+    let description = serde_json::to_string_pretty(&reference).unwrap_or_default() + "\n";
+    Ok(Files { description, input: input.finish(), result: result.finish() })
+}
+
+/// How many steps the run has: at least one.
+fn steps(step: f64) -> u32 {
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // within 1 and MOST_STEPS
+    let steps = (DURATION / step + 1e-9).floor().clamp(1.0, f64::from(MOST_STEPS)) as u32;
+    steps
+}
+
+fn set(slave: &mut slaves::Running, inputs: &[&Variable], values: Option<&[Option<Value>]>) {
+    for (variable, value) in inputs.iter().zip(values.unwrap_or_default()) {
+        if let Some(value) = value.as_ref().or(variable.start.as_ref()) {
+            slave.set(variable.reference, value);
+        }
+    }
+}
+
+/// To 1e-10, so that the text is short and the same everywhere.
+fn rounded(value: f64) -> f64 {
+    let scaled = (value * 1e10).round();
+    // Beyond 2^53 the value has no such digits.
+    if scaled.abs() < 9e15 { scaled / 1e10 + 0.0 } else { value }
+}
+
+/// A CSV file under way.
+struct Rows(csv::Writer<Vec<u8>>);
+
+impl Rows {
+    fn new(variables: &[&Variable]) -> Self {
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        let names = std::iter::once("time").chain(variables.iter().map(|v| v.name.as_str()));
+        // Writing to a vector cannot fail.
+        let _ = writer.write_record(names);
+        Self(writer)
+    }
+
+    fn push(&mut self, time: f64, values: impl Iterator<Item = Value>) {
+        let values = values.map(|value| match value {
+            Value::Real(value) => rounded(value).to_string(),
+            Value::Integer(value) => value.to_string(),
+            Value::Boolean(value) => u8::from(value).to_string(),
+            Value::String(text) => text,
+        });
+        let _ = self.0.write_record(std::iter::once(time.to_string()).chain(values));
+    }
+
+    fn finish(self) -> Vec<u8> {
+        self.0.into_inner().unwrap_or_default()
+    }
+}

@@ -1,0 +1,150 @@
+//! What the inputs of a reference run do.
+//!
+//! A plant is steered left, right and to and fro, by as much as the drive that it was identified
+//! from, and slows a little near the end. A controller sees a step of its reference and a yaw that
+//! follows late, some feedforward, and a second in which it is disabled. A path is driven along,
+//! beside it and with a heading that is off. Whatever has no part here keeps its start value.
+
+use crate::Error;
+use formats::{Document, PathPoint};
+use model_description::{Kind, Value, Variable};
+use slaves::Fmu;
+use std::f64::consts::TAU;
+
+/// Inputs by name and time.
+pub(super) struct Scenario {
+    /// Seconds of the scenario's ten for a second of the run.
+    pace: f64,
+    script: Script,
+}
+
+enum Script {
+    /// Steering about a centre, rad; speed, m/s.
+    Steer { centre: f64, amplitude: f64, speed: f64 },
+    /// A step of the yaw reference, and feedforward as large as that part of the limit, rad.
+    Track { step: f64, feedforward: f64 },
+    /// Along the road at a speed, m/s.
+    Drive { points: Vec<PathPoint>, speed: f64 },
+}
+
+/// Steering of a plant that was not identified from a drive, at the road wheel, rad.
+const ROAD_WHEEL_ANGLE: f64 = 0.02;
+
+impl Scenario {
+    /// The scenario of an FMU made from this document, for a run of that many seconds.
+    pub(super) fn of(fmu: Fmu, document: &str, file: &str, duration: f64) -> Result<Self, Error> {
+        let script = match fmu {
+            Fmu::IdentifiedPlant => {
+                let plant = formats::Plant::from_json(document, file)?;
+                let seen = plant.evidence.excitation.road_wheel_std_rad;
+                let angle = if seen > 0.0 { seen } else { ROAD_WHEEL_ANGLE };
+                Script::Steer {
+                    centre: plant.operating_point.steering_offset_rad,
+                    amplitude: angle * plant.steering_ratio,
+                    speed: plant.operating_point.speed_mps,
+                }
+            }
+            Fmu::BicyclePlant => {
+                let vehicle = formats::Bicycle::from_json(document, file)?.vehicle;
+                Script::Steer {
+                    centre: 0.0,
+                    amplitude: ROAD_WHEEL_ANGLE * vehicle.steering_ratio,
+                    speed: vehicle.speed_mps,
+                }
+            }
+            Fmu::LateralPid => {
+                let pid = formats::Pid::from_json(document, file)?;
+                Script::Track {
+                    step: pid.specification.step_rad,
+                    feedforward: 0.1 * pid.limits.max_angle_rad,
+                }
+            }
+            Fmu::ReferencePath => {
+                let path = formats::Path::from_json(document, file)?;
+                Script::Drive { points: path.points, speed: path.speed_mps }
+            }
+        };
+        Ok(Self { pace: 10.0 / duration, script })
+    }
+
+    /// The value of an input from `time` (s) on; `None` where it keeps its start value.
+    pub(super) fn value(&self, variable: &Variable, time: f64) -> Option<Value> {
+        let name = variable.name.as_str();
+        // The course of the scenario, whatever the length of the run.
+        let t = time * self.pace;
+        let number = match (&self.script, name) {
+            (Script::Steer { centre, amplitude, .. }, "steering_angle") => {
+                centre + amplitude * weave(t)
+            }
+            (Script::Steer { speed, .. }, "speed") => speed * if t < 8.0 { 1.0 } else { 0.95 },
+            (Script::Track { step, .. }, "yaw_reference") => {
+                if t < 1.0 {
+                    0.0
+                } else {
+                    *step
+                }
+            }
+            (Script::Track { step, .. }, "yaw") => {
+                if t < 1.2 {
+                    0.0
+                } else {
+                    step * (1.0 - (-(t - 1.2) / 0.5).exp())
+                }
+            }
+            (Script::Track { feedforward, .. }, "steering_feedforward") => {
+                if t < 5.0 {
+                    0.0
+                } else {
+                    feedforward * (TAU * 0.5 * (t - 5.0)).sin()
+                }
+            }
+            (Script::Track { .. }, "enabled") => {
+                return Some(Value::Boolean(!(7.0..8.0).contains(&t)));
+            }
+            (Script::Drive { points, speed }, "x" | "y" | "yaw") => {
+                let place = along(points, speed * time)?;
+                // A quarter of a metre to either side, and a degree or so off the heading.
+                let beside = 0.25 * (TAU * 0.2 * t).sin();
+                match name {
+                    "x" => place.x_m - beside * place.heading_rad.sin(),
+                    "y" => place.y_m + beside * place.heading_rad.cos(),
+                    _ => place.heading_rad + 0.02 * (TAU * 0.2 * t).cos(),
+                }
+            }
+            _ => return None,
+        };
+        let within =
+            number.max(variable.min.unwrap_or(f64::MIN)).min(variable.max.unwrap_or(f64::MAX));
+        (variable.kind == Kind::Real).then(|| Value::Real(super::rounded(within)))
+    }
+}
+
+/// Nothing, left, right, then to and fro at 0.5 Hz and 1 Hz; in [−1, 1].
+fn weave(t: f64) -> f64 {
+    match t {
+        t if t < 0.5 => 0.0,
+        t if t < 2.0 => 1.0,
+        t if t < 3.5 => -1.0,
+        t if t < 7.5 => (TAU * 0.5 * (t - 3.5)).sin(),
+        t => 0.5 * (TAU * (t - 7.5)).sin(),
+    }
+}
+
+/// The place at that distance along the path, at most its end.
+fn along(points: &[PathPoint], distance: f64) -> Option<PathPoint> {
+    let last = points.last()?;
+    let distance = (points.first()?.distance_m + distance).min(last.distance_m);
+    let after = points.partition_point(|p| p.distance_m <= distance);
+    let (Some(a), Some(b)) = (points.get(after.checked_sub(1)?), points.get(after)) else {
+        return Some(*last);
+    };
+    let part = (distance - a.distance_m) / (b.distance_m - a.distance_m);
+    let between = |a: f64, b: f64| a + part * (b - a);
+    Some(PathPoint {
+        distance_m: distance,
+        x_m: between(a.x_m, b.x_m),
+        y_m: between(a.y_m, b.y_m),
+        heading_rad: between(a.heading_rad, b.heading_rad),
+        curvature_per_m: between(a.curvature_per_m, b.curvature_per_m),
+    })
+}

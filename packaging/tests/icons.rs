@@ -1,0 +1,55 @@
+//! The pictures are those of their drawings.
+//!
+//! `STEERWRIGHT_UPDATE=1 cargo test -p packaging --test icons` draws them anew.
+#![allow(clippy::unwrap_used)]
+
+use resvg::tiny_skia::{Pixmap, Transform};
+use resvg::usvg::{Options, Tree};
+use std::path::{Path, PathBuf};
+
+/// An icon's width and height, and a terminal's.
+const SIDE: u32 = 128;
+const TERMINAL_SIDE: u32 = 40;
+
+fn drawings() -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("icons");
+    let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let mut drawings: Vec<_> =
+        files.filter(|f| f.extension().is_some_and(|e| e == "svg")).collect();
+    drawings.sort();
+    drawings
+}
+
+fn drawn(file: &Path) -> Pixmap {
+    let tree = Tree::from_data(&std::fs::read(file).unwrap(), &Options::default()).unwrap();
+    let side = if file.file_stem().unwrap() == "terminal" { TERMINAL_SIDE } else { SIDE };
+    let mut picture = Pixmap::new(side, side).unwrap();
+    #[allow(clippy::cast_precision_loss)]
+    let scale = side as f32 / tree.size().width();
+    resvg::render(&tree, Transform::from_scale(scale, scale), &mut picture.as_mut());
+    picture
+}
+
+#[test]
+fn each_picture_is_drawn_from_its_svg() {
+    let drawings = drawings();
+    assert!(drawings.len() > packaging::Fmu::ALL.len());
+    for drawing in drawings {
+        let file = drawing.with_extension("png");
+        let expected = drawn(&drawing);
+        if std::env::var_os("STEERWRIGHT_UPDATE").is_some() {
+            std::fs::write(&file, expected.encode_png().unwrap()).unwrap();
+            continue;
+        }
+        let found = Pixmap::load_png(&file).unwrap();
+        assert_eq!((found.width(), found.height()), (expected.width(), expected.height()));
+        // Edges may come out a shade different on another processor.
+        let far = found.data().iter().zip(expected.data()).filter(|(a, b)| a.abs_diff(**b) > 2);
+        assert_eq!(far.count(), 0, "{} is not the drawing", file.display());
+        // A picture, not a blank: several colours, and transparent at the corners.
+        let colours: std::collections::BTreeSet<_> =
+            found.pixels().iter().map(|p| (p.red(), p.green(), p.blue(), p.alpha())).collect();
+        assert!(colours.len() > 10, "{}: {} colours", file.display(), colours.len());
+        assert_eq!(found.pixel(0, 0).unwrap().alpha(), 0);
+    }
+}
