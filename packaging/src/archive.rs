@@ -84,7 +84,9 @@ pub fn package(
     let icon = icons::of(fmu);
     let reference = reference::run(fmu, document, file, &description, step)?;
     let extra = format!("extra/{DOMAIN}");
-    let sections = Sections { origin: &origin, platforms: &platforms, extra: &extra };
+    let mut sorted = platforms.clone();
+    sorted.sort_by(|(a, _), (b, _)| a.cmp(b));
+    let sections = Sections { origin: &origin, platforms: &sorted, extra: &extra };
     let page = documentation::page(fmu, &description, &sections);
     let mut files: Vec<(String, Vec<u8>)> = vec![
         ("documentation/index.html".into(), page.into()),

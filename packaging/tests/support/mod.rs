@@ -1,0 +1,196 @@
+//! Small documents of every kind.
+#![allow(dead_code)] // each test binary uses its own part
+
+use formats::{
+    Continuous, Discrete, Document, Evidence, Guidance, InputKind, Matrix, Noise, OperatingPoint,
+    Path, PathPoint, Pid, Plant, Provenance, SourceFile,
+};
+use packaging::{Binary, Fmu, Packed};
+use std::collections::BTreeMap;
+use std::io::{Cursor, Read};
+
+/// A text that breaks what does not escape it.
+pub(crate) const AWKWARD: &str = "a \"drive\" <b>&amp; | `x` é\n\u{1}";
+
+pub(crate) fn provenance() -> Provenance {
+    Provenance {
+        version: "0.1.0".into(),
+        sources: vec![SourceFile { name: "drive <1>.csv".into(), sha256: "ab".repeat(32) }],
+        options: BTreeMap::from([("order".into(), "auto".into())]),
+    }
+}
+
+/// ẋ = −5 x + 5 u, r = x: a yaw rate that follows the steering within 0.2 s.
+pub(crate) fn plant() -> String {
+    let a = (-0.05_f64).exp();
+    let mut evidence = Evidence::default();
+    evidence.fit.validation = 87.654_321;
+    evidence.excitation.road_wheel_std_rad = 0.03;
+    evidence.verdict.trustworthy = true;
+    evidence.verdict.summary = "fit to design on".into();
+    Plant {
+        schema: Plant::SCHEMA.into(),
+        name: AWKWARD.into(),
+        input: InputKind::Steering,
+        steering_ratio: 2.0,
+        input_delay_s: 0.0,
+        operating_point: OperatingPoint {
+            speed_mps: 10.0,
+            steering_offset_rad: 0.01,
+            yaw_rate_offset_radps: 0.0,
+        },
+        discrete: Discrete {
+            sample_time_s: 0.01,
+            a: Matrix(vec![vec![a]]),
+            b: Matrix::column(&[1.0 - a]),
+            c: Matrix(vec![vec![1.0]]),
+            d: Matrix(vec![vec![0.0]]),
+            k: Matrix::column(&[0.0]),
+            x0: vec![0.0],
+        },
+        continuous: Some(Continuous {
+            f: Matrix(vec![vec![-5.0]]),
+            g: Matrix::column(&[5.0]),
+            h: Matrix(vec![vec![1.0]]),
+        }),
+        noise: Noise { innovation_variance: 1e-6 },
+        evidence,
+        provenance: provenance(),
+    }
+    .to_json()
+}
+
+pub(crate) fn bicycle() -> String {
+    r#"{"schema": "steerwright/bicycle/1", "vehicle": {"name": "car", "mass_kg": 1093.2952,
+    "yaw_inertia_kgm2": 1791.5995, "distance_front_m": 1.1561957, "distance_rear_m": 1.4227171,
+    "cornering_stiffness_front_npr": 129696.69, "cornering_stiffness_rear_npr": 105400.27,
+    "actuator_time_constant_s": 0.05, "steering_ratio": 1.0, "speed_mps": 15.0},
+    "coefficients": {"A1": -215.0, "A2": 1e-05, "A3": 6e-06, "A4": -215.8, "B1": 118.6,
+    "B2": 83.6, "n": 1.0, "Tn": 0.05},
+    "state_matrix": [[0, 1, 0, 0, 0], [0, -14.3, 215, 7e-07, 118.6], [0, 0, 0, 1, 0],
+    [0, 4e-07, -6e-06, -14.4, 83.7], [0, 0, 0, 0, -20]],
+    "input_matrix": [[0], [0], [0], [0], [20]],
+    "provenance": {"version": "0.1.0", "sources": [], "options": {}}}"#
+        .into()
+}
+
+pub(crate) fn pid() -> String {
+    const STEP: formats::StepMetrics = formats::StepMetrics {
+        overshoot_percent: 0.5,
+        settling_time_s: Some(0.9),
+        steady_state_error_percent: 0.1,
+        rise_time_s: Some(0.4),
+        largest_angle_rad: 0.05,
+        largest_increment_rad: 0.004,
+    };
+    Pid {
+        schema: Pid::SCHEMA.into(),
+        name: "controller".into(),
+        sample_time_s: 0.02,
+        gains: formats::PidGains {
+            kp: 1.2,
+            ki: 2.0,
+            kd: 0.08,
+            derivative_filter_time_s: 0.012,
+            setpoint_weight_proportional: 0.6,
+            setpoint_weight_derivative: 0.0,
+            anti_windup_time_s: 0.2,
+        },
+        limits: formats::Limits {
+            max_angle_rad: 0.38,
+            max_increment_rad: 0.26,
+            max_rate_radps: 0.4,
+        },
+        designed_for: formats::DesignedFor {
+            model: "plant".into(),
+            name: "drive".into(),
+            sha256: "cd".repeat(32),
+            speed_mps: 10.0,
+            steering_ratio: 2.0,
+            loop_delay_s: 0.0,
+        },
+        specification: formats::Specification {
+            overshoot_percent: 1.0,
+            settling_time_s: 1.0,
+            steady_state_error_percent: 2.0,
+            step_rad: 0.0873,
+            steering_offset_rad: 0.0175,
+            steady_state_time_s: 5.0,
+            modulus_margin: 0.5,
+        },
+        evidence: formats::DesignEvidence {
+            met: true,
+            shortfalls: Vec::new(),
+            step: STEP,
+            step_with_offset: STEP,
+            small_step: None,
+            margins: formats::Margins {
+                gain_margin_db: Some(18.0),
+                phase_margin_deg: Some(52.0),
+                delay_margin_s: Some(0.14),
+                modulus_margin: 0.7,
+                crossover_radps: Some(6.5),
+            },
+        },
+        guidance: formats::GuidanceAdvice { feedforward_gain_radm: 0.0, preview_time_s: 0.25 },
+        provenance: provenance(),
+    }
+    .to_json()
+}
+
+/// A road that bends to the left with a radius of 100 m.
+pub(crate) fn path() -> String {
+    let point = |k: u32| {
+        let s = f64::from(k);
+        let heading = s / 100.0;
+        PathPoint {
+            distance_m: s,
+            x_m: 100.0 * heading.sin(),
+            y_m: 100.0 * (1.0 - heading.cos()),
+            heading_rad: heading,
+            curvature_per_m: 0.01,
+        }
+    };
+    Path {
+        schema: Path::SCHEMA.into(),
+        name: "bend".into(),
+        closed: false,
+        guidance: Guidance::default(),
+        speed_mps: 10.0,
+        points: (0..=120).map(point).collect(),
+        provenance: provenance(),
+    }
+    .to_json()
+}
+
+pub(crate) fn document(fmu: Fmu) -> String {
+    match fmu {
+        Fmu::IdentifiedPlant => plant(),
+        Fmu::BicyclePlant => bicycle(),
+        Fmu::LateralPid => pid(),
+        Fmu::ReferencePath => path(),
+    }
+}
+
+pub(crate) const LINUX: &[Binary<'_>] = &[Binary { platform: "linux64", bytes: b"a library" }];
+
+pub(crate) fn packed(fmu: Fmu) -> Packed {
+    packaging::package(&document(fmu), "document.json", LINUX, None).unwrap()
+}
+
+/// The files of an archive.
+pub(crate) fn files(packed: &Packed) -> BTreeMap<String, Vec<u8>> {
+    let mut zip = zip::ZipArchive::new(Cursor::new(&packed.bytes)).unwrap();
+    (0..zip.len())
+        .map(|index| {
+            let mut file = zip.by_index(index).unwrap();
+            let mut bytes = Vec::new();
+            file.read_to_end(&mut bytes).unwrap();
+            (file.name().unwrap().into_owned(), bytes)
+        })
+        .collect()
+}
+
+pub(crate) fn text(files: &BTreeMap<String, Vec<u8>>, name: &str) -> String {
+    String::from_utf8(files.get(name).unwrap_or_else(|| panic!("no {name}")).clone()).unwrap()
+}
