@@ -209,7 +209,7 @@ impl Sink {
             self.empty(element);
         } else {
             self.parent(element, |sink| {
-                let _ = sink.writer.get_mut().write_all(b"\n");
+                let _ = sink.writer.get_mut().write_all(b"\n      ");
                 let _ = sink.writer.get_mut().write_all(annotation.xml.as_bytes());
             });
         }

@@ -45,8 +45,8 @@ fn description_markdown(description: &ModelDescription) -> String {
         let start = match &v.start {
             None => String::new(),
             Some(Value::Real(value)) => match displayed(description, v, *value) {
-                Some(text) => format!("{value} ({text})"),
-                None => value.to_string(),
+                Some(text) => format!("{} ({text})", brief(*value)),
+                None => brief(*value),
             },
             Some(Value::Integer(value)) => value.to_string(),
             Some(Value::Boolean(value)) => value.to_string(),
@@ -54,15 +54,23 @@ fn description_markdown(description: &ModelDescription) -> String {
         };
         let limits = match (v.min, v.max) {
             (None, None) => String::new(),
-            (Some(min), None) => format!("≥ {min}"),
-            (None, Some(max)) => format!("≤ {max}"),
-            (Some(min), Some(max)) => format!("{min} … {max}"),
+            (Some(min), None) => format!("≥\u{a0}{}", brief(min)),
+            (None, Some(max)) => format!("≤\u{a0}{}", brief(max)),
+            (Some(min), Some(max)) => format!("{} … {}", brief(min), brief(max)),
         };
-        let unit = v.unit.as_deref().unwrap_or("");
+        let unit = match (&v.unit, &v.display_unit) {
+            (Some(unit), Some(display)) => format!("{unit} ({display})"),
+            (unit, _) => unit.clone().unwrap_or_default(),
+        };
         let line = cell(v.description.as_deref().unwrap_or(""));
         let _ = writeln!(text, "| `{}` | {kind} | {unit} | {start} | {limits} | {line} |", v.name);
     }
     text
+}
+
+/// A value in full where that is short, else to four digits; the XML has them all.
+fn brief(value: f64) -> String {
+    Some(value.to_string()).filter(|text| text.len() <= 8).unwrap_or_else(|| shortened(value))
 }
 
 /// A value in the variable's display unit, to four digits; nothing for zero, which is zero in any.
@@ -71,7 +79,7 @@ fn displayed(description: &ModelDescription, variable: &Variable, value: f64) ->
     let unit = description.units.iter().find(|u| Some(&u.name) == variable.unit.as_ref())?;
     let display = unit.display_units.iter().find(|d| d.name == name)?;
     let shown = display.factor * value + display.offset;
-    (shown != 0.0).then(|| format!("{} {name}", shortened(shown)))
+    (shown != 0.0).then(|| format!("{}\u{a0}{name}", shortened(shown)))
 }
 
 /// What stands beside the variables on the page: the sections after the README.

@@ -96,7 +96,7 @@ impl Origin {
         let _ = write!(xml, "<Provenance packedBy=\"{}\">", escape(self.packed_by));
         let _ = write!(
             xml,
-            "\n  <Document file=\"{}\" schema=\"{}\" name=\"{}\" sha256=\"{sha256}\" \
+            "\n        <Document file=\"{}\" schema=\"{}\" name=\"{}\" sha256=\"{sha256}\" \
              writtenBy=\"{}\"/>",
             attribute(file),
             attribute(schema),
@@ -106,26 +106,30 @@ impl Origin {
         for SourceFile { name, sha256 } in &self.sources {
             let _ = write!(
                 xml,
-                "\n  <Source name=\"{}\" sha256=\"{}\"/>",
+                "\n        <Source name=\"{}\" sha256=\"{}\"/>",
                 attribute(name),
                 attribute(sha256)
             );
         }
         for Fact { key, value, unit } in &self.evidence {
-            let _ = write!(xml, "\n  <Evidence key=\"{key}\" value=\"{}\"", attribute(&raw(value)));
+            let _ = write!(
+                xml,
+                "\n        <Evidence key=\"{key}\" value=\"{}\"",
+                attribute(&raw(value))
+            );
             if !unit.is_empty() {
                 let _ = write!(xml, " unit=\"{unit}\"");
             }
             xml.push_str("/>");
         }
-        xml.push_str("\n</Provenance>");
+        xml.push_str("\n      </Provenance>");
         VendorAnnotation { tool: "steerwright".into(), xml }
     }
 
     /// The section of the documentation page, in Markdown.
     pub(crate) fn markdown(&self) -> String {
         let DocumentFacts { file, name, sha256, written_by, .. } = &self.document;
-        let mut text = String::from("| fact | |\n|---|---|\n");
+        let mut text = String::from("| fact | value |\n|---|---|\n");
         let mut row = |label: &str, value: &str| {
             let _ = writeln!(text, "| {} | {} |", cell(label), value);
         };
@@ -191,7 +195,9 @@ fn shown(value: &Json) -> String {
 /// A number to four digits.
 pub(crate) fn shortened(value: f64) -> String {
     if value != 0.0 && !(1e-3..1e5).contains(&value.abs()) {
-        return format!("{value:.3e}");
+        let text = format!("{value:.3e}");
+        let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+        return format!("{}e{exponent}", digits.trim_end_matches('0').trim_end_matches('.'));
     }
     #[allow(clippy::cast_possible_truncation)] // between −3 and 5
     let whole = if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };

@@ -75,7 +75,7 @@ pub(crate) fn run(
     let mut result = Rows::new(&outputs);
     let mut largest = 0.0_f64;
     for k in 0..=steps {
-        let time = rounded(f64::from(k) * step);
+        let time = at(k, step);
         if k > 0 {
             // The step that ends here, with the inputs set at its beginning.
             let begin = f64::from(k - 1) * step;
@@ -120,13 +120,19 @@ pub(crate) fn run(
         input: "input.csv",
         result: "result.csv",
         start_time: 0.0,
-        stop_time: rounded(f64::from(steps) * step),
+        stop_time: at(steps, step),
         step_size: step,
         // A few parts in 1e12 where the numbers are large.
         absolute_tolerance: (largest * 1e-12).max(1e-9),
     };
     let description = serde_json::to_string_pretty(&reference).unwrap_or_default() + "\n";
     Ok(Files { description, input: input.finish(), result: result.finish() })
+}
+
+/// The time after `k` steps, tidied unless steps are as small as the digits that would be cut.
+fn at(k: u32, step: f64) -> f64 {
+    let time = f64::from(k) * step;
+    if step >= 1e-6 { rounded(time) } else { time }
 }
 
 /// How many steps the run has: at least one.
