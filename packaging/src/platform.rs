@@ -77,11 +77,15 @@ impl Platform {
         format!("{system}, {}", self.architecture)
     }
 
-    /// How far the project has come with libraries for it.
+    /// How far the project has come with libraries for it: what `cargo test` and
+    /// `cargo xtask test --cross` run.
     pub(crate) fn standing(self) -> &'static str {
-        match self.system {
-            System::Linux | System::Windows => "run by the project's tests",
-            System::Darwin => "built and inspected, never run",
+        match (self.system, self.architecture) {
+            (System::Linux, "64-bit x86") => "run by the project's tests",
+            (System::Windows, "64-bit x86") => "run by the project's tests under Wine",
+            (System::Linux, "64-bit ARM") => "run by the project's tests under QEMU",
+            (System::Darwin, _) => "built and inspected, never run",
+            _ => "never built or run by the project",
         }
     }
 }
