@@ -10,6 +10,7 @@ mod design;
 mod failure;
 mod files;
 mod identify;
+mod lateral_loop;
 mod log_options;
 mod overview;
 mod package;

@@ -2,9 +2,11 @@
 
 use crate::failure::{Failure, Outcome};
 use crate::files;
+use crate::lateral_loop;
 use crate::quantity;
 use crate::tell::Tell;
-use packaging::{Binary, Packed};
+use formats::Start;
+use packaging::{Binary, Fmu, Packed};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -20,6 +22,10 @@ pub(crate) struct Arguments {
     /// Step size that the archives recommend, such as 10ms; by default the controller's sample time
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time)]
     step: Option<f64>,
+    /// Wire the FMUs, variables of equal name, and write them as a system structure package (SSP
+    /// 1.0) into the folder too; with a path file they start on its first point, at its speed
+    #[arg(long, value_name = "NAME.ssp")]
+    ssp: Option<PathBuf>,
     /// Print the result as JSON on stdout
     #[arg(long)]
     json: bool,
@@ -28,11 +34,17 @@ pub(crate) struct Arguments {
 /// What was written, for scripts.
 #[derive(Serialize)]
 struct Written {
-    fmu: &'static str,
+    /// Absent for the package of the loop.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    fmu: Option<&'static str>,
     file: PathBuf,
-    guid: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    guid: Option<String>,
     bytes: usize,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     platforms: Vec<&'static str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    connections: Option<Vec<String>>,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
@@ -41,33 +53,55 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         .iter()
         .map(|file| Ok((file, files::read_text(file)?)))
         .collect::<Result<Vec<_>, Failure>>()?;
-    let mut packed = Vec::new();
+    let mut known: Vec<(Fmu, &PathBuf)> = Vec::new();
     for (file, text) in &documents {
-        let archive = pack(text, &file.display().to_string(), arguments.step)?;
-        if let Some((other, _)) =
-            packed.iter().find(|(_, p): &&(&PathBuf, Packed)| p.fmu == archive.fmu)
-        {
+        let fmu = fmu_of(text, &file.display().to_string())?;
+        if let Some((_, other)) = known.iter().find(|(other, _)| *other == fmu) {
             return Err(Failure::new(
-                format!(
-                    "{} and {} both make {}.fmu",
-                    other.display(),
-                    file.display(),
-                    archive.fmu.name()
-                ),
+                format!("{} and {} both make {}.fmu", other.display(), file.display(), fmu.name()),
                 "pack them into different folders",
             ));
         }
-        packed.push((*file, archive));
+        known.push((fmu, file));
     }
+    let named: Vec<(&str, String)> =
+        documents.iter().map(|(file, text)| (text.as_str(), file.display().to_string())).collect();
+    let (packed, package) = match &arguments.ssp {
+        None => {
+            let each = named.iter().map(|(text, file)| pack(text, file, arguments.step));
+            (each.collect::<Result<Vec<_>, _>>()?, None)
+        }
+        Some(file) => {
+            let name = ssp_name(file)?;
+            let named: Vec<_> = named.iter().map(|(text, file)| (*text, file.as_str())).collect();
+            let packed = lateral_loop::pack(name, &named, arguments.step)?;
+            (packed.fmus, Some((arguments.out.join(file), packed.connections, packed.bytes)))
+        }
+    };
     let mut written = Vec::new();
-    for (_, archive) in &packed {
+    for archive in &packed {
         let file = write(&arguments.out, archive)?;
         written.push(Written {
-            fmu: archive.fmu.name(),
+            fmu: Some(archive.fmu.name()),
             file,
-            guid: archive.description.guid.clone(),
+            guid: Some(archive.description.guid.clone()),
             bytes: archive.bytes.len(),
             platforms: fmu_binaries::of(archive.fmu.name()).map(|l| l.platform).collect(),
+            connections: None,
+        });
+    }
+    let mut wired = String::new();
+    if let Some((file, connections, bytes)) = package {
+        files::write(&file, &bytes)?;
+        let connections: Vec<String> = connections.iter().map(ToString::to_string).collect();
+        wired = format!("\nwired in {}:\n  {}", file.display(), connections.join("\n  "));
+        written.push(Written {
+            fmu: None,
+            file,
+            guid: None,
+            bytes: bytes.len(),
+            platforms: Vec::new(),
+            connections: Some(connections),
         });
     }
     let mut table = report::Table::new(["archive", "size", "platforms", "GUID"]);
@@ -76,15 +110,24 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             w.file.display().to_string(),
             format!("{} kB", w.bytes.div_ceil(1000)),
             w.platforms.join(" "),
-            w.guid.clone(),
+            w.guid.clone().unwrap_or_default(),
         ]);
     }
-    Tell::new(arguments.json).result(&table.to_string(), &written)?;
+    Tell::new(arguments.json).result(&format!("{table}{wired}"), &written)?;
     Ok(Outcome::Done)
 }
 
-/// Packs one document with every library this program holds.
-pub(crate) fn pack(document: &str, file: &str, step: Option<f64>) -> Result<Packed, Failure> {
+/// The name of a package's system: that of its file.
+fn ssp_name(file: &Path) -> Result<&str, Failure> {
+    let is_ssp = file.extension().is_some_and(|e| e.eq_ignore_ascii_case("ssp"));
+    file.file_stem().and_then(|stem| stem.to_str()).filter(|_| is_ssp).ok_or_else(|| {
+        let hint = "give a name such as LateralLoop.ssp";
+        Failure::new(format!("--ssp {}: not the name of an .ssp file", file.display()), hint)
+    })
+}
+
+/// Which FMU is made from a document.
+fn fmu_of(document: &str, file: &str) -> Result<Fmu, Failure> {
     // What is no JSON has no schema either, but a place to name.
     serde_json::from_str::<serde::de::IgnoredAny>(document).map_err(|e| {
         let (line, column) = (e.line(), e.column());
@@ -95,11 +138,26 @@ pub(crate) fn pack(document: &str, file: &str, step: Option<f64>) -> Result<Pack
             "give a JSON file that steerwright wrote",
         )
     })?;
-    let fmu = packaging::fmu_of(document, file)?;
+    Ok(packaging::fmu_of(document, file)?)
+}
+
+/// Packs one document with every library this program holds.
+pub(crate) fn pack(document: &str, file: &str, step: Option<f64>) -> Result<Packed, Failure> {
+    pack_with_start(document, file, step, None)
+}
+
+/// As [`pack`], with start values of the archive's own.
+pub(crate) fn pack_with_start(
+    document: &str,
+    file: &str,
+    step: Option<f64>,
+    start: Option<&Start>,
+) -> Result<Packed, Failure> {
+    let fmu = fmu_of(document, file)?;
     let binaries: Vec<Binary<'_>> = fmu_binaries::of(fmu.name())
         .map(|l| Binary { platform: l.platform, bytes: l.bytes })
         .collect();
-    packaging::package(document, file, &binaries, step).map_err(|e| {
+    packaging::package_with_start(document, file, &binaries, step, start).map_err(|e| {
         // A slave's own hint stands in its message, since an importer shows nothing else.
         match e.to_string().split_once("; hint: ") {
             Some((message, hint)) => Failure::new(message, hint),

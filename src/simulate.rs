@@ -1,18 +1,21 @@
-//! `steerwright simulate`: archives in closed loop.
+//! `steerwright simulate`: archives, or a system structure package, in closed loop.
 
 use crate::failure::{Failure, Outcome};
 use crate::files;
 use crate::quantity;
 use crate::tell::Tell;
-use fmi2_host::{Archive, Error, InputTable, Instance, Master, Status, System};
+use fmi2_host::{
+    Archive, Connection, Error, InputTable, Instance, Master, Status, System, SystemPackage,
+};
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// Simulate FMUs together; outputs and inputs of equal name are wired
+/// Simulate FMUs together; outputs and inputs of equal name are wired, or what an .ssp says
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// Archives, in the order in which a Gauss–Seidel master steps them: plant, path, controller
-    #[arg(required = true, value_name = "FMU")]
+    /// Archives, in the order in which a Gauss–Seidel master steps them: plant, path, controller;
+    /// or one .ssp, which says itself what is wired
+    #[arg(required = true, value_name = "FMU|SSP")]
     fmus: Vec<PathBuf>,
     /// Write the trajectories here as CSV
     #[arg(long, alias = "output", short, value_name = "CSV", default_value = "result.csv")]
@@ -57,15 +60,7 @@ struct Done {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let archives = arguments
-        .fmus
-        .iter()
-        .map(|file| Ok(Archive::open(file)?))
-        .collect::<Result<Vec<_>, Failure>>()?;
-    let (step, stop) = experiment(arguments, &archives)?;
-
-    let mut system = system_of(&archives)?;
-    let connections = system.connect_by_name().map_err(explained)?;
+    let Setup { mut system, connections, start, step, stop, remarks } = setup(arguments)?;
     for text in &arguments.set {
         system.set_text(text)?;
     }
@@ -76,8 +71,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         MasterName::GaussSeidel => Master::GaussSeidel,
         MasterName::Jacobi => Master::Jacobi,
     };
-    let recording = system.run(master, 0.0, stop, step)?;
-    let warnings = warnings(&mut system)?;
+    let recording = system.run(master, start, stop, step)?;
+    let mut warnings = warnings(&mut system)?;
+    warnings.splice(0..0, remarks);
     files::write(&arguments.out, recording.to_csv().as_bytes())?;
 
     let last = recording.rows.last().cloned().unwrap_or_default();
@@ -108,15 +104,74 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
-/// Step and stop: as given, else as the archives recommend.
-fn experiment(arguments: &Arguments, archives: &[Archive]) -> Result<(f64, f64), Failure> {
-    let recommended = || archives.iter().filter_map(|a| a.model().description().default_experiment);
-    let steps = recommended().filter_map(|e| e.step_size);
-    let stops = recommended().filter_map(|e| e.stop_time);
-    let step = arguments.step.or_else(|| steps.reduce(f64::min));
-    let stop = arguments.stop.or_else(|| stops.reduce(f64::max));
+/// A system ready to run.
+struct Setup {
+    system: System,
+    connections: Vec<Connection>,
+    start: f64,
+    step: f64,
+    stop: f64,
+    /// What a package says and was left out of account.
+    remarks: Vec<String>,
+}
+
+/// The system of the FMUs, wired by name, or of the package.
+fn setup(arguments: &Arguments) -> Result<Setup, Failure> {
+    let is_ssp = |file: &PathBuf| file.extension().is_some_and(|e| e.eq_ignore_ascii_case("ssp"));
+    if let [file] = &arguments.fmus[..]
+        && is_ssp(file)
+    {
+        let package = SystemPackage::open(file)?;
+        let said = package.structure();
+        let said = Experiment {
+            start: said.start_time.unwrap_or(0.0),
+            stop: said.stop_time,
+            step: said.step,
+        };
+        let (start, step, stop) = experiment(arguments, package.archives(), said)?;
+        let (system, remarks) = package.system().map_err(explained)?;
+        let connections = system.connections().to_vec();
+        return Ok(Setup { system, connections, start, step, stop, remarks });
+    }
+    if let Some(file) = arguments.fmus.iter().find(|file| is_ssp(file)) {
+        return Err(Failure::new(
+            format!("{} stands beside other files", file.display()),
+            "give one .ssp alone, or .fmu files",
+        ));
+    }
+    let archives = arguments
+        .fmus
+        .iter()
+        .map(|file| Ok(Archive::open(file)?))
+        .collect::<Result<Vec<_>, Failure>>()?;
+    let (start, step, stop) = experiment(arguments, archives.iter(), Experiment::default())?;
+    let mut system = system_of(&archives)?;
+    let connections = system.connect_by_name().map_err(explained)?;
+    Ok(Setup { system, connections, start, step, stop, remarks: Vec::new() })
+}
+
+/// What a package says of the run, s.
+#[derive(Default)]
+struct Experiment {
+    start: f64,
+    stop: Option<f64>,
+    step: Option<f64>,
+}
+
+/// Start, step and stop: as given, else as the package says, else as the archives recommend.
+fn experiment<'a>(
+    arguments: &Arguments,
+    archives: impl Iterator<Item = &'a Archive>,
+    said: Experiment,
+) -> Result<(f64, f64, f64), Failure> {
+    let recommended: Vec<_> =
+        archives.filter_map(|a| a.model().description().default_experiment).collect();
+    let steps = recommended.iter().filter_map(|e| e.step_size);
+    let stops = recommended.iter().filter_map(|e| e.stop_time);
+    let step = arguments.step.or(said.step).or_else(|| steps.reduce(f64::min));
+    let stop = arguments.stop.or(said.stop).or_else(|| stops.reduce(f64::max));
     match (step, stop) {
-        (Some(step), Some(stop)) if step > 0.0 && stop > 0.0 => Ok((step, stop)),
+        (Some(step), Some(stop)) if step > 0.0 && stop > said.start => Ok((said.start, step, stop)),
         (None, _) => Err(Failure::new("no FMU recommends a step", "give one, such as --step 10ms")),
         (_, None) => {
             Err(Failure::new("no FMU recommends a stop time", "give one, such as --stop 10s"))

@@ -1,6 +1,7 @@
 //! The versioned JSON files that pass between Steerwright's stages.
 //!
-//! Each file is one type here: [`Plant`], [`Bicycle`], [`Vehicle`], [`Pid`], [`Path`]. Every type knows its
+//! Each file is one type here: [`Plant`], [`Bicycle`], [`Vehicle`], [`Pid`], [`Path`], [`Start`].
+//! Every type knows its
 //! schema name (`steerwright/plant/1` …), is read by [`Document::from_json`], which refuses unknown
 //! versions, wrong shapes and non-finite numbers with the JSON path of the fault, and is written
 //! by [`Document::to_json`], which gives the same bytes for the same content.
@@ -19,6 +20,7 @@ mod path;
 mod pid;
 mod plant;
 mod provenance;
+mod start;
 mod vehicle;
 
 pub use bicycle::{Bicycle, BicycleCoefficients, VehicleData};
@@ -35,4 +37,5 @@ pub use pid::{
 };
 pub use plant::{Continuous, Discrete, InputKind, Noise, OperatingPoint, Plant};
 pub use provenance::{Provenance, SourceFile, sha256_hex};
+pub use start::Start;
 pub use vehicle::{Body, SteeringActuator, Tyres, Vehicle};

@@ -5,7 +5,7 @@ use crate::platform::Platform;
 use crate::provenance::Origin;
 use crate::terminals::DOMAIN;
 use crate::{Error, documentation, icons, provenance, reference, terminals};
-use formats::Document;
+use formats::{Document, Start};
 use model_description::{DefaultExperiment, ModelDescription};
 use slaves::Fmu;
 use std::io::{Cursor, Write};
@@ -55,6 +55,20 @@ pub fn package(
     binaries: &[Binary<'_>],
     step: Option<f64>,
 ) -> Result<Packed, Error> {
+    package_with_start(document, file, binaries, step, None)
+}
+
+/// As [`package`], with start values of the archive's own in `resources/start.json`.
+///
+/// # Errors
+/// As [`package`], and where the FMU refuses a start value.
+pub fn package_with_start(
+    document: &str,
+    file: &str,
+    binaries: &[Binary<'_>],
+    step: Option<f64>,
+    start: Option<&Start>,
+) -> Result<Packed, Error> {
     let fmu = fmu_of(document, file)?;
     let sample_time = check(fmu, document, file)?;
     let step = step.or(sample_time).unwrap_or(0.01);
@@ -66,7 +80,9 @@ pub fn package(
     }
     let platforms = platforms(fmu, binaries)?;
 
-    let entries = vec![(fmu.resource().to_owned(), document.as_bytes().to_vec())];
+    let start = start.map(|start| (Start::FILE.to_owned(), start.to_json().into_bytes()));
+    let mut entries = vec![(fmu.resource().to_owned(), document.as_bytes().to_vec())];
+    entries.extend(start.clone());
     let experiment = DefaultExperiment {
         start_time: Some(0.0),
         stop_time: Some(10.0),
@@ -74,7 +90,7 @@ pub fn package(
         tolerance: None,
     };
     let mut description = fmu
-        .describe(entries, experiment)
+        .describe(entries.clone(), experiment)
         .map_err(|source| Error::Slave { file: file.into(), source })?;
     let origin = Origin::of(fmu, document, file)?;
     description.generation_tool = Some(provenance::TOOL.into());
@@ -82,7 +98,7 @@ pub fn package(
     description.vendor_annotations = vec![origin.annotation()];
 
     let icon = icons::of(fmu);
-    let reference = reference::run(fmu, document, file, &description, step)?;
+    let reference = reference::run(fmu, document, file, entries, &description, step)?;
     let extra = format!("extra/{DOMAIN}");
     let mut sorted = platforms.clone();
     sorted.sort_by(|(a, _), (b, _)| a.cmp(b));
@@ -105,6 +121,7 @@ pub fn package(
         ("terminalsAndIcons/terminal.svg".into(), icons::TERMINAL.svg.into()),
         ("terminalsAndIcons/terminalsAndIcons.xml".into(), terminals::xml(&description).into()),
     ];
+    files.extend(start.map(|(name, bytes)| (format!("resources/{name}"), bytes)));
     for (binary, (folder, platform)) in binaries.iter().zip(&platforms) {
         let name = format!("binaries/{folder}/{}.{}", fmu.name(), platform.extension());
         files.push((name, binary.bytes.to_vec()));

@@ -58,6 +58,36 @@ pub enum Error {
         /// The step size.
         step: f64,
     },
+    /// Two FMUs have the output that an input asks for.
+    #[error("{input} could be connected to any of {}", sources.join(", "))]
+    Ambiguous {
+        /// The input.
+        input: String,
+        /// The FMUs that have such an output.
+        sources: Vec<&'static str>,
+    },
+    /// A system names a variable that is not there, or is not what it is taken for.
+    #[error("the system has no {need} {variable}")]
+    NoVariable {
+        /// The variable, `component.variable`.
+        variable: String,
+        /// What it is taken for.
+        need: &'static str,
+    },
+    /// The ends of a connection are not alike.
+    #[error("{connection}: the ends differ in type or unit")]
+    Connection {
+        /// From output to input.
+        connection: String,
+    },
+    /// Writing the package of a system failed.
+    #[error("{name}.ssp: {source}")]
+    Package {
+        /// The system.
+        name: String,
+        /// Why.
+        source: zip::result::ZipError,
+    },
     /// Writing the archive failed.
     #[error("{fmu}.fmu: {source}")]
     Zip {
@@ -91,7 +121,10 @@ impl Error {
                 "the model does not stand its own operating point: mend the file it is made from".into()
             }
             Self::Step { .. } => "give the step in seconds, such as 10ms".into(),
-            Self::Zip { .. } => "check the free space and try again".into(),
+            Self::Ambiguous { .. } => "wire one of them alone: leave out the files of the others".into(),
+            Self::NoVariable { .. } => "name a variable of a component, as component.variable".into(),
+            Self::Connection { .. } => "connect variables of the same type and unit".into(),
+            Self::Zip { .. } | Self::Package { .. } => "check the free space and try again".into(),
         }
     }
 }

@@ -26,6 +26,7 @@ pub(crate) const fn of(fmu: Fmu) -> Icon {
     match fmu {
         Fmu::IdentifiedPlant => icon!("IdentifiedPlant"),
         Fmu::BicyclePlant => icon!("BicyclePlant"),
+        Fmu::NonlinearVehicle => icon!("NonlinearVehicle"),
         Fmu::LateralPid => icon!("LateralPid"),
         Fmu::ReferencePath => icon!("ReferencePath"),
     }

@@ -4,6 +4,8 @@
 //! libraries of its FMU, one for each platform, and returns the archive's bytes. It needs no
 //! compiler: the libraries are generic and read `resources/`. The same inputs give the same bytes.
 //!
+//! [`ssp`] wires packed FMUs into a system structure package.
+//!
 //! This crate knows nothing of where libraries come from, nor how its documents were made.
 
 mod archive;
@@ -13,9 +15,10 @@ mod icons;
 mod platform;
 mod provenance;
 mod reference;
+pub mod ssp;
 mod terminals;
 
-pub use archive::{Binary, Packed, fmu_of, package};
+pub use archive::{Binary, Packed, fmu_of, package, package_with_start};
 pub use documentation::{table_markdown, with_variables};
 pub use error::Error;
 pub use slaves::Fmu;

@@ -64,6 +64,7 @@ impl Origin {
         let (name, provenance, evidence) = match fmu {
             Fmu::IdentifiedPlant => plant(formats::Plant::from_json(document, file)?),
             Fmu::BicyclePlant => bicycle(formats::Bicycle::from_json(document, file)?),
+            Fmu::NonlinearVehicle => vehicle(formats::Vehicle::from_json(document, file)?),
             Fmu::LateralPid => pid(formats::Pid::from_json(document, file)?),
             Fmu::ReferencePath => path(formats::Path::from_json(document, file)?),
         };
@@ -76,10 +77,12 @@ impl Origin {
                 schema: fmu.schema(),
                 name,
                 sha256: sha256_hex(document.as_bytes()),
-                written_by: format!("steerwright {}", provenance.version),
+                written_by: provenance
+                    .as_ref()
+                    .map_or_else(|| "hand".into(), |p| format!("steerwright {}", p.version)),
             },
-            sources: provenance.sources,
-            options: provenance.options,
+            sources: provenance.as_ref().map(|p| p.sources.clone()).unwrap_or_default(),
+            options: provenance.map(|p| p.options).unwrap_or_default(),
             evidence,
         })
     }
@@ -206,7 +209,8 @@ pub(crate) fn shortened(value: f64) -> String {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
 }
 
-type Told = (String, Provenance, Vec<Fact>);
+/// Name, who made it (nobody where it is written by hand), what it says of itself.
+type Told = (String, Option<Provenance>, Vec<Fact>);
 
 fn plant(plant: formats::Plant) -> Told {
     let order = plant.order();
@@ -232,7 +236,7 @@ fn plant(plant: formats::Plant) -> Told {
         fact("steering_ratio", plant.steering_ratio, ""),
         fact("input_delay", plant.input_delay_s, "s"),
     ]);
-    (plant.name, plant.provenance, facts)
+    (plant.name, Some(plant.provenance), facts)
 }
 
 fn bicycle(bicycle: formats::Bicycle) -> Told {
@@ -241,7 +245,16 @@ fn bicycle(bicycle: formats::Bicycle) -> Told {
         fact("speed", vehicle.speed_mps, "m/s"),
         fact("steering_ratio", vehicle.steering_ratio, ""),
     ];
-    (vehicle.name, bicycle.provenance, facts)
+    (vehicle.name, Some(bicycle.provenance), facts)
+}
+
+fn vehicle(vehicle: formats::Vehicle) -> Told {
+    let facts = vec![
+        fact("speed", vehicle.speed_mps, "m/s"),
+        fact("steering_ratio", vehicle.actuator.steering_ratio, ""),
+        fact("friction_coefficient", vehicle.tyres.friction_coefficient, ""),
+    ];
+    (vehicle.name, None, facts)
 }
 
 fn pid(pid: formats::Pid) -> Told {
@@ -262,7 +275,7 @@ fn pid(pid: formats::Pid) -> Told {
     facts.push(fact("steady_state_error", e.step.steady_state_error_percent, "%"));
     facts.push(fact("modulus_margin", e.margins.modulus_margin, ""));
     facts.extend(e.margins.phase_margin_deg.map(|margin| fact("phase_margin", margin, "deg")));
-    (pid.name, pid.provenance, facts)
+    (pid.name, Some(pid.provenance), facts)
 }
 
 fn path(path: formats::Path) -> Told {
@@ -274,5 +287,5 @@ fn path(path: formats::Path) -> Told {
         fact("closed", path.closed, ""),
         fact("speed", path.speed_mps, "m/s"),
     ];
-    (path.name, path.provenance, facts)
+    (path.name, Some(path.provenance), facts)
 }

@@ -7,10 +7,10 @@ mod output;
 mod present;
 
 use crate::failure::Failure;
-use crate::identify;
+use crate::{identify, lateral_loop};
 use control::paths::{self, PointOptions};
 use control::{DesignOptions, DesignPlant};
-use formats::{Bicycle, Path as PathFile, Pid, Plant, SourceFile, StepMetrics};
+use formats::{Bicycle, Document, Path as PathFile, Pid, Plant, SourceFile, StepMetrics};
 use loops::Archives;
 use output::Writer;
 use report::{StepResponse, Traces, Track, TrackErrors};
@@ -141,7 +141,9 @@ pub(crate) fn build(job: &Job) -> Result<Built, Failure> {
     for (basis, model, source) in bases {
         // A model that no controller can be designed on is told, and does not end the rest.
         match model.and_then(|model| control::design(&model, &source, &job.design)) {
-            Ok(pid) => controllers.push(prove(&mut out, &mut archives, basis, pid, &roads)?),
+            Ok(pid) => {
+                controllers.push(prove(&mut out, &mut archives, &plant, basis, pid, &roads)?)
+            }
             Err(error) => {
                 remarks.push(format!("no {} controller: {error}", basis.name()));
             }
@@ -204,6 +206,7 @@ fn roads(
 fn prove(
     out: &mut Writer,
     archives: &mut Archives,
+    plant: &Plant,
     basis: Basis,
     pid: Pid,
     roads: &[(&'static str, PathFile)],
@@ -233,6 +236,10 @@ fn prove(
         };
         out.document(&name, &path)?;
         let archive = out.archive(&folder, &path)?;
+        let documents = [plant.to_json(), path.to_json(), pid.to_json()];
+        let named = documents.each_ref().map(|text| (text.as_str(), folder.as_str()));
+        let wired = lateral_loop::pack(lateral_loop::NAME, &named, None)?;
+        out.bytes(&format!("{folder}/{}.ssp", lateral_loop::NAME), &wired.bytes)?;
         let csv = archives.track(&archive, &path, pid.sample_time_s)?;
         out.bytes(&result, csv.as_bytes())?;
         let track = Track::from_csv(csv.as_bytes(), &result)?;

@@ -125,6 +125,18 @@ pub enum Error {
     #[error("no time grid from {start} s to {stop} s by {step} s: {reason}")]
     BadGrid { start: f64, stop: f64, step: f64, reason: &'static str },
 
+    // --- system structure packages
+    #[error("{package}: no SystemStructure.ssd at the top of the package")]
+    NoSystemStructure { package: String },
+    #[error("{package}: {file}:{line}: {problem}")]
+    SystemStructure { package: String, file: String, line: u32, problem: String },
+    #[error("{package}: {file}:{line}: {what} is not supported")]
+    SystemNotSupported { package: String, file: String, line: u32, what: String },
+    #[error("{package}: the source {source_name:?} cannot be read: {reason}")]
+    SystemSource { package: String, source_name: String, reason: &'static str },
+    #[error("{variable} is in {unit:?}, its value is given in {given:?}")]
+    ParameterUnit { variable: String, unit: String, given: String },
+
     // --- input tables
     #[error("{table}: line {line}, column {column:?}: {text:?} is not {need}")]
     TableCell { table: String, line: u64, column: String, text: String, need: &'static str },
@@ -214,6 +226,18 @@ impl Error {
             Self::NonFiniteOutput { .. } => {
                 "the model diverged: check its parameters, the step size and the loop's stability"
             }
+            Self::NoSystemStructure { .. } => {
+                "SystemStructure.ssd has to lie at the top of the package, not in a folder"
+            }
+            Self::SystemStructure { .. } => "the file breaks SSP 1.0: tell its maker",
+            Self::SystemNotSupported { .. } => {
+                "give a flat SSP 1.0 system: FMI 2.0 co-simulation FMUs, plain connections and \
+                 parameter values"
+            }
+            Self::SystemSource { .. } => {
+                "pack the file into the SSP and name it by its path there, as in resources/A.fmu"
+            }
+            Self::ParameterUnit { .. } => "give the value in the unit of the variable",
             Self::Table { .. } | Self::TableCell { .. } | Self::TableTime { .. } => {
                 "the table is CSV with a header, a first column `time` in s that rises, and numbers"
             }

@@ -4,6 +4,7 @@
 //! - [`Instance`] is one instance: get and set by name or value reference, step, save and restore.
 //! - [`System`] wires instances and runs them with a [`Master`], Gauss–Seidel or Jacobi, into a
 //!   [`Recording`].
+//! - [`SystemPackage`] opens a `.ssp`: FMUs, and the file that wires them into a [`System`].
 //!
 //! Units are those of the FMUs' variables; times are in s. Nothing here knows of vehicles, and the
 //! only `unsafe` is where the C boundary is crossed: `library`, `log` and `instance`.
@@ -16,6 +17,7 @@ mod library;
 mod log;
 mod model;
 mod names;
+mod ssp;
 mod system;
 
 pub use archive::{Archive, Limits, binary_name, platform_folders};
@@ -25,4 +27,5 @@ pub use instance::{FmuState, Instance, InstanceOptions, Phase};
 pub use library::FUNCTION_NAMES;
 pub use log::{LogLine, MAX_LOG_LINES};
 pub use model::Model;
+pub use ssp::{Component, Parameter, SystemPackage, SystemStructure};
 pub use system::{Connection, InputTable, Master, Recording, System};

@@ -3,6 +3,7 @@
 use crate::plant::{SPEED_IS_HELD, kind, pose, settable};
 use crate::resources::optional;
 use crate::saved::{check_settable, decode, encode, refuse};
+use crate::start::with_start_values;
 use crate::tables::bicycle_plant::Variable;
 use fmi2_export::{Capabilities, Known, Log, Resources, Slave, StateSpec, Unknown};
 use model_description::{DependencyKind, Table, Value};
@@ -122,7 +123,7 @@ impl Slave for BicyclePlant {
         if let Some(vehicle) = vehicle {
             plant.speed = vehicle.speed_mps;
         }
-        Ok(Self { plant, flags: Flags::default() })
+        with_start_values(Self { plant, flags: Flags::default() }, resources)
     }
 
     #[inline]

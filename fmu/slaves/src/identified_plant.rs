@@ -3,6 +3,7 @@
 use crate::plant::{SPEED_IS_HELD, kind, pose, settable};
 use crate::resources::required;
 use crate::saved::{check_settable, decode, encode, refuse};
+use crate::start::with_start_values;
 use crate::tables::identified_plant::Variable;
 use fmi2_export::{Capabilities, Known, Log, Resources, Slave, StateSpec, Unknown};
 use model_description::{DependencyKind, Table, Value};
@@ -87,7 +88,7 @@ impl Slave for IdentifiedPlant {
         let model = model_loading::identified_model(&plant)
             .map_err(|e| format!("plant.json: {e}; hint: {}", e.hint()))?;
         let plant = vehicle_models::IdentifiedPlant::new(Arc::new(model));
-        Ok(Self { plant, flags: Flags::default() })
+        with_start_values(Self { plant, flags: Flags::default() }, resources)
     }
 
     #[inline]

@@ -2,6 +2,7 @@
 
 use crate::resources::optional;
 use crate::saved::{check_settable, decode, encode, refuse};
+use crate::start::with_start_values;
 use crate::tables::lateral_pid::Variable;
 use fmi2_export::{Capabilities, Log, Resources, Slave};
 use model_description::{Table, Value};
@@ -84,7 +85,7 @@ impl Slave for LateralPid {
             reference_given: false,
         };
         let phase = Phase::BeforeFirstStep { last_read: inputs };
-        Ok(Self { parameters, inputs, pid: Pid::default(), phase })
+        with_start_values(Self { parameters, inputs, pid: Pid::default(), phase }, resources)
     }
 
     #[inline]

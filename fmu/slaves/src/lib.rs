@@ -11,12 +11,13 @@ mod bicycle_plant;
 mod fmu;
 mod identified_plant;
 mod lateral_pid;
-mod plant;
 mod nonlinear_vehicle;
+mod plant;
 mod reference_path;
 mod resources;
-mod saved;
 mod run;
+mod saved;
+mod start;
 mod tables;
 
 pub use bicycle_plant::BicyclePlant;

@@ -3,6 +3,7 @@
 //! States, from 0: v_y, r, δ, a_φ, which can be set at the start, then ψ, X, Y.
 
 use crate::resources::optional;
+use crate::start::with_start_values;
 use crate::tables::nonlinear_vehicle::Variable;
 use fmi2_export::{Capabilities, Known, Log, Resources, Slave, StateSpec, Unknown, VariableId};
 use model_description::{DependencyKind, Table, Value};
@@ -135,7 +136,7 @@ impl Slave for NonlinearVehicle {
         if let Some(file) = file {
             vehicle.speed = file.speed_mps;
         }
-        Ok(Self { vehicle, flags: Flags::default() })
+        with_start_values(Self { vehicle, flags: Flags::default() }, resources)
     }
 
     #[inline]

@@ -2,6 +2,7 @@
 
 use crate::resources::required;
 use crate::saved::{check_settable, decode, encode, refuse};
+use crate::start::with_start_values;
 use crate::tables::reference_path::Variable;
 use fmi2_export::{Capabilities, Log, Resources, Slave};
 use model_description::{Table, Value};
@@ -75,12 +76,13 @@ impl Slave for ReferencePath {
         let (x, y, yaw) =
             path.points.first().map_or((0.0, 0.0, 0.0), |p| (p.x_m, p.y_m, p.heading_rad));
         let inputs = Inputs { x, y, yaw, speed: path.speed_mps };
-        Ok(Self {
+        let slave = Self {
             guidance: model_loading::guidance_parameters(&path.guidance),
             inputs,
             follower: PathFollower::new(Arc::new(geometry)),
             phase: Phase::BeforeFirstStep { last_read: inputs },
-        })
+        };
+        with_start_values(slave, resources)
     }
 
     #[inline]

@@ -56,13 +56,13 @@ pub(crate) fn run(
     fmu: Fmu,
     document: &str,
     file: &str,
+    resources: Vec<(String, Vec<u8>)>,
     description: &ModelDescription,
     step: f64,
 ) -> Result<Files, Error> {
     let failed =
         |time: f64| move |problem| Error::Reference { file: file.to_owned(), time, problem };
-    let entries = vec![(fmu.resource().to_owned(), document.as_bytes().to_vec())];
-    let mut slave = fmu.open(entries).map_err(failed(0.0))?;
+    let mut slave = fmu.open(resources).map_err(failed(0.0))?;
     let of = |causality| {
         description.variables.iter().filter(move |v| v.causality == causality).collect::<Vec<_>>()
     };

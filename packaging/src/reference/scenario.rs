@@ -30,6 +30,9 @@ enum Script {
 /// Steering of a plant that was not identified from a drive, at the road wheel, rad.
 const ROAD_WHEEL_ANGLE: f64 = 0.02;
 
+/// How much more the nonlinear vehicle is steered, so that its tyres saturate.
+const NEAR_THE_LIMIT: f64 = 3.0;
+
 impl Scenario {
     /// The scenario of an FMU made from this document, for a run of that many seconds.
     pub(super) fn of(fmu: Fmu, document: &str, file: &str, duration: f64) -> Result<Self, Error> {
@@ -49,6 +52,14 @@ impl Scenario {
                 Script::Steer {
                     centre: 0.0,
                     amplitude: ROAD_WHEEL_ANGLE * vehicle.steering_ratio,
+                    speed: vehicle.speed_mps,
+                }
+            }
+            Fmu::NonlinearVehicle => {
+                let vehicle = formats::Vehicle::from_json(document, file)?;
+                Script::Steer {
+                    centre: 0.0,
+                    amplitude: NEAR_THE_LIMIT * ROAD_WHEEL_ANGLE * vehicle.actuator.steering_ratio,
                     speed: vehicle.speed_mps,
                 }
             }

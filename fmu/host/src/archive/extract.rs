@@ -152,7 +152,7 @@ fn check<R: Read>(
 /// The path of an entry name inside the folder, or why there is none.
 ///
 /// Stricter than needed on purpose: a name like `a/../b` is harmless, but no tool writes it.
-fn safe_path(name: &str) -> Result<PathBuf, &'static str> {
+pub(crate) fn safe_path(name: &str) -> Result<PathBuf, &'static str> {
     if name.contains('\0') {
         return Err("its name contains a NUL");
     }

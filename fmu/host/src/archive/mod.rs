@@ -5,7 +5,7 @@
 //! instantiate only FMUs whose maker you trust; what protects against hostile archives (see
 //! [`Limits`]) does not protect against hostile binaries.
 
-mod extract;
+pub(crate) mod extract;
 mod platform;
 mod uri;
 

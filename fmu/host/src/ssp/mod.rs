@@ -1,0 +1,205 @@
+//! System structure packages (SSP 1.0): a zip of FMUs and the `SystemStructure.ssd` that wires them.
+//!
+//! [`SystemPackage`] reads flat systems of FMI 2.0 co-simulation FMUs, of any tool, with parameter
+//! values inline or in `.ssv` files of the package; [`SystemPackage::system`] makes the [`System`]
+//! that a master runs. The package is extracted as an FMU is: checked entry by entry, see
+//! [`Limits`].
+
+mod read;
+mod structure;
+
+use std::fs;
+use std::io::{Cursor, Read, Seek};
+use std::path::{Path, PathBuf};
+
+use model_description::{Causality, Kind, Value, Variable};
+
+pub use structure::{Component, Parameter, SystemStructure};
+
+use crate::archive::extract;
+use crate::{Archive, Connection, Error, Instance, Limits, System};
+
+/// The file that says what a package is.
+const STRUCTURE: &str = "SystemStructure.ssd";
+/// Longest XML file that is read, bytes.
+const XML_LIMIT: u64 = 64 << 20;
+
+/// An opened package.
+#[derive(Debug)]
+pub struct SystemPackage {
+    name: String,
+    structure: SystemStructure,
+    /// One for each component; components of one source share it.
+    archives: Vec<std::sync::Arc<Archive>>,
+}
+
+impl SystemPackage {
+    /// Opens a `.ssp` file.
+    pub fn open(path: impl AsRef<Path>) -> Result<Self, Error> {
+        let path = path.as_ref();
+        let io = |source: std::io::Error| Error::Io { path: path.to_path_buf(), source };
+        if fs::metadata(path).map_err(io)?.is_dir() {
+            return Err(Error::NotAnArchive {
+                archive: path.display().to_string(),
+                reason: "it is a folder".to_owned(),
+            });
+        }
+        let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
+        Self::from_reader(fs::File::open(path).map_err(io)?, &name, &Limits::default())
+    }
+
+    /// Opens a package in memory; `name` is what errors call it.
+    pub fn from_bytes(bytes: &[u8], name: &str) -> Result<Self, Error> {
+        Self::from_reader(Cursor::new(bytes), name, &Limits::default())
+    }
+
+    fn from_reader<R: Read + Seek>(reader: R, name: &str, limits: &Limits) -> Result<Self, Error> {
+        // The FMUs have folders of their own, so this one may go when they are open.
+        let folder = tempfile::Builder::new()
+            .prefix("ssp-")
+            .tempdir()
+            .map_err(|source| Error::Io { path: std::env::temp_dir(), source })?;
+        extract::extract(reader, name, folder.path(), limits)?;
+        if !folder.path().join(STRUCTURE).is_file() {
+            return Err(Error::NoSystemStructure { package: name.to_owned() });
+        }
+        let load = |source: &str| text_of(folder.path(), name, source);
+        let file = read::File { package: name, name: STRUCTURE };
+        let structure = read::structure(&load(STRUCTURE)?, file, &load)?;
+        let mut archives: Vec<std::sync::Arc<Archive>> = Vec::new();
+        for (index, component) in structure.components.iter().enumerate() {
+            let same =
+                structure.components[..index].iter().position(|c| c.source == component.source);
+            archives.push(match same {
+                Some(other) => std::sync::Arc::clone(&archives[other]),
+                None => {
+                    let path = inside(folder.path(), name, &component.source)?;
+                    std::sync::Arc::new(Archive::open(path)?)
+                }
+            });
+        }
+        Ok(Self { name: name.to_owned(), structure, archives })
+    }
+
+    /// What errors call the package.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// What its `SystemStructure.ssd` says.
+    #[must_use]
+    pub fn structure(&self) -> &SystemStructure {
+        &self.structure
+    }
+
+    /// The components' FMUs, in the order of [`SystemStructure::components`].
+    pub fn archives(&self) -> impl Iterator<Item = &Archive> {
+        self.archives.iter().map(AsRef::as_ref)
+    }
+
+    /// The system: an instance of each component, connected, with its values set. Beside it, what
+    /// was left out of account: values for variables that an FMU does not have, which SSP allows,
+    /// and start values of inputs that a connection feeds.
+    pub fn system(&self) -> Result<(System, Vec<String>), Error> {
+        let mut remarks = self.structure.remarks.clone();
+        let mut system = System::new();
+        for (component, archive) in self.structure.components.iter().zip(self.archives()) {
+            system.add(Instance::new(archive, &component.name)?)?;
+        }
+        for connection in &self.structure.connections {
+            let connection = directed(&system, connection)?;
+            system.connect(connection)?;
+        }
+        for component in &self.structure.components {
+            for parameter in &component.parameters {
+                let path = format!("{}.{}", component.name, parameter.name);
+                let instance = system.instance_mut(&component.name)?;
+                let Ok(variable) = instance.variable(&parameter.name) else {
+                    remarks.push(format!("{path} is given a value and does not exist"));
+                    continue;
+                };
+                let value = fitting(variable, parameter, &path)?;
+                let fed = |c: &Connection| c.to == component.name && c.input == parameter.name;
+                if system.connections().iter().any(fed) {
+                    remarks.push(format!("{path} is given a value, but a connection feeds it"));
+                    continue;
+                }
+                system.set(&component.name, &parameter.name, value)?;
+            }
+        }
+        Ok((system, remarks))
+    }
+}
+
+/// A connection from its output to its input, whichever end was written first.
+fn directed(system: &System, c: &Connection) -> Result<Connection, Error> {
+    let causality = |instance: &str, variable: &str| {
+        let known = system.instances().iter().find(|i| i.name() == instance);
+        known.and_then(|i| i.variable(variable).ok()).map(|v| v.causality)
+    };
+    let backwards = causality(&c.from, &c.output) == Some(Causality::Input)
+        && causality(&c.to, &c.input) == Some(Causality::Output);
+    Ok(if backwards { Connection::new(&c.to, &c.input, &c.from, &c.output) } else { c.clone() })
+}
+
+/// A parameter's value as the variable takes it.
+fn fitting(variable: &Variable, parameter: &Parameter, path: &str) -> Result<Value, Error> {
+    if let (Some(given), Some(unit)) = (&parameter.unit, &variable.unit)
+        && given != unit
+    {
+        return Err(Error::ParameterUnit {
+            variable: path.to_owned(),
+            unit: unit.clone(),
+            given: given.clone(),
+        });
+    }
+    Ok(match (&parameter.value, variable.kind) {
+        (Value::Integer(value), Kind::Real) => Value::Real(f64::from(*value)),
+        (value, _) => value.clone(),
+    })
+}
+
+/// The path of a file that the structure names, which has to lie in the package.
+fn inside(folder: &Path, package: &str, source: &str) -> Result<PathBuf, Error> {
+    let bad = |reason: &'static str| Error::SystemSource {
+        package: package.to_owned(),
+        source_name: source.to_owned(),
+        reason,
+    };
+    let decoded = percent_decoded(source).ok_or_else(|| bad("it is no URI"))?;
+    let plain = decoded.strip_prefix("./").unwrap_or(&decoded);
+    let path = folder.join(extract::safe_path(plain).map_err(|_| bad("it leaves the package"))?);
+    if path.is_file() { Ok(path) } else { Err(bad("the package has no such file")) }
+}
+
+fn text_of(folder: &Path, package: &str, source: &str) -> Result<String, Error> {
+    let path = inside(folder, package, source)?;
+    let io = |e: std::io::Error| Error::Io { path: path.clone(), source: e };
+    let bad = |reason: &'static str| Error::SystemSource {
+        package: package.to_owned(),
+        source_name: source.to_owned(),
+        reason,
+    };
+    if fs::metadata(&path).map_err(io)?.len() > XML_LIMIT {
+        return Err(bad("it is larger than 64 MiB"));
+    }
+    String::from_utf8(fs::read(&path).map_err(io)?).map_err(|_| bad("it is not UTF-8"))
+}
+
+/// `%20` and the like as the bytes they stand for; `None` where that is no text.
+fn percent_decoded(text: &str) -> Option<String> {
+    let mut bytes = Vec::with_capacity(text.len());
+    let mut rest = text.as_bytes();
+    while let Some((first, tail)) = rest.split_first() {
+        rest = tail;
+        if *first != b'%' {
+            bytes.push(*first);
+            continue;
+        }
+        let digits = std::str::from_utf8(rest.get(..2)?).ok()?;
+        bytes.push(u8::from_str_radix(digits, 16).ok()?);
+        rest = &rest[2..];
+    }
+    String::from_utf8(bytes).ok()
+}

@@ -1,0 +1,43 @@
+//! `start.json`: values that an FMU starts with instead of its own.
+//!
+//! It lies beside the FMU's other resources, so that a loop starts on its road also in tools that
+//! set nothing: the binary reads it, and modelDescription.xml states what the binary reports.
+
+use crate::{Checker, Document};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// Start values of Real parameters and inputs, by name, in the variables' units.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Start {
+    /// `steerwright/start/1`.
+    pub schema: String,
+    /// A value for each variable.
+    pub values: BTreeMap<String, f64>,
+}
+
+impl Start {
+    /// The name of the file in `resources/`.
+    pub const FILE: &'static str = "start.json";
+
+    /// A file with these values.
+    #[must_use]
+    pub fn new(values: BTreeMap<String, f64>) -> Self {
+        Self { schema: Self::SCHEMA.into(), values }
+    }
+}
+
+impl Document for Start {
+    const SCHEMA: &'static str = "steerwright/start/1";
+
+    fn schema(&self) -> &str {
+        &self.schema
+    }
+
+    fn check(&self, c: &mut Checker) {
+        for (name, value) in &self.values {
+            c.finite(*value, &format!("values.{name}"));
+        }
+    }
+}

@@ -1,0 +1,92 @@
+//! Loops as system structure packages (SSP 1.0).
+//!
+//! [`ssp`] takes packed FMUs, the connections between them and the values they start with, and
+//! returns the package's bytes: `SystemStructure.ssd` and the archives in `resources/`. The same
+//! inputs give the same bytes. Written is what the widespread importers have in common:
+//!
+//! - components and nothing else: no connector of the system, no nested system, no transformation;
+//! - the prefixes `ssd:`, `ssc:` and `ssv:`, which libcosim takes literally;
+//! - a component's connectors are its outputs and its connected inputs: to an input that nothing
+//!   feeds fmpy would give 0;
+//! - the base step as `osp:FixedStepAlgorithm`, since SSP 1.0 itself has no place for it;
+//! - values inline in one parameter set a component. fmpy and FMU containers ignore those, so the
+//!   archives should start with the same values by themselves: [`Start`].
+//!
+//! Components stand in the order plant, pose estimator, path, controller, which a Gauss–Seidel
+//! master steps them in.
+//!
+//! [`Start`]: formats::Start
+
+mod start;
+mod structure;
+mod wiring;
+
+use crate::{Error, Packed};
+use fmi2_host::Connection;
+use std::io::{Cursor, Write};
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, DateTime, ZipWriter};
+
+pub use start::{own_start, start_values};
+pub use wiring::{connections_by_name, loop_order};
+
+/// A component of a system, named after its FMU.
+#[derive(Debug, Clone)]
+pub struct Component<'a> {
+    /// The FMU.
+    pub packed: &'a Packed,
+    /// What its Real parameters and inputs start with, by name.
+    pub start: Vec<(String, f64)>,
+}
+
+impl Component<'_> {
+    fn name(&self) -> &'static str {
+        self.packed.fmu.name()
+    }
+}
+
+/// What to run when nobody says otherwise, s.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Experiment {
+    /// Base step of the master.
+    pub step: f64,
+    /// Length of the run, from time 0.
+    pub stop: f64,
+}
+
+/// The package of a system. `name` is the system's.
+///
+/// # Errors
+/// Where a connection or a value names what is not there, or the step is no step.
+pub fn ssp(
+    name: &str,
+    components: &[Component<'_>],
+    connections: &[Connection],
+    experiment: Experiment,
+) -> Result<Vec<u8>, Error> {
+    let Experiment { step, stop } = experiment;
+    for time in [step, stop] {
+        if !(time.is_finite() && time > 0.0) {
+            return Err(Error::Step { step: time });
+        }
+    }
+    let xml = structure::to_xml(name, components, connections, experiment)?;
+    zipped(&xml, components).map_err(|source| Error::Package { name: name.into(), source })
+}
+
+/// A zip without clock or user. The archives in it are compressed already, so they are stored.
+fn zipped(xml: &str, components: &[Component<'_>]) -> zip::result::ZipResult<Vec<u8>> {
+    let options = SimpleFileOptions::default()
+        .last_modified_time(DateTime::default())
+        .unix_permissions(0o644);
+    let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
+    let deflated = options.compression_method(CompressionMethod::Deflated);
+    zip.start_file("SystemStructure.ssd", deflated)?;
+    zip.write_all(xml.as_bytes())?;
+    for component in components {
+        let stored = options.compression_method(CompressionMethod::Stored);
+        zip.start_file(structure::source(component), stored)?;
+        zip.write_all(&component.packed.bytes)?;
+    }
+    Ok(zip.finish()?.into_inner())
+}

@@ -1,0 +1,284 @@
+//! Writing `SystemStructure.ssd`.
+
+use super::{Component, Experiment};
+use crate::Error;
+use fmi2_host::Connection;
+use model_description::{Causality, Kind, Unit, Variable};
+use quick_xml::Writer;
+use std::io;
+
+type Xml = Writer<Vec<u8>>;
+
+/// What writes the inside of an element.
+type Inner<'a> = &'a dyn Fn(&mut Xml) -> io::Result<()>;
+
+/// Namespaces by prefix.
+const NAMESPACES: [(&str, &str); 4] = [
+    ("xmlns:ssd", "http://ssp-standard.org/SSP1/SystemStructureDescription"),
+    ("xmlns:ssc", "http://ssp-standard.org/SSP1/SystemStructureCommon"),
+    ("xmlns:ssv", "http://ssp-standard.org/SSP1/SystemStructureParameterValues"),
+    ("xmlns:osp", "http://opensimulationplatform.com/SSP/OSPAnnotations"),
+];
+
+/// Base units in the order of a unit's exponents.
+const BASE_UNITS: [&str; 8] = ["kg", "m", "s", "A", "K", "mol", "cd", "rad"];
+
+/// Where a component's archive lies in the package.
+pub(super) fn source(component: &Component<'_>) -> String {
+    format!("resources/{}.fmu", component.name())
+}
+
+/// The text of `SystemStructure.ssd`.
+pub(super) fn to_xml(
+    name: &str,
+    components: &[Component<'_>],
+    connections: &[Connection],
+    experiment: Experiment,
+) -> Result<String, Error> {
+    for connection in connections {
+        check(components, connection)?;
+    }
+    for component in components {
+        for (variable, _) in &component.start {
+            let known = component.packed.description.variable(variable);
+            if known.is_none_or(|v| v.kind != Kind::Real) {
+                return Err(no_variable(component.name(), variable, "Real variable"));
+            }
+        }
+    }
+    let mut xml = Writer::new_with_indent(Vec::new(), b' ', 2);
+    let whole = document(&mut xml, name, components, connections, experiment);
+    whole.map_err(|source| Error::Package { name: name.into(), source: source.into() })?;
+    let text = String::from_utf8_lossy(&xml.into_inner()).into_owned();
+    Ok(format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n{text}\n"))
+}
+
+/// Refuses a connection between what is not there or does not fit.
+fn check(components: &[Component<'_>], c: &Connection) -> Result<(), Error> {
+    let output = find(components, &c.from, &c.output, Causality::Output)?;
+    let input = find(components, &c.to, &c.input, Causality::Input)?;
+    if output.kind != input.kind || output.unit != input.unit {
+        return Err(Error::Connection { connection: c.to_string() });
+    }
+    Ok(())
+}
+
+fn find<'a>(
+    components: &'a [Component<'_>],
+    component: &str,
+    variable: &str,
+    causality: Causality,
+) -> Result<&'a Variable, Error> {
+    let known = components.iter().find(|c| c.name() == component);
+    let found = known.and_then(|c| c.packed.description.variable(variable));
+    found
+        .filter(|v| v.causality == causality)
+        .ok_or_else(|| no_variable(component, variable, causality.as_str()))
+}
+
+fn no_variable(component: &str, variable: &str, need: &'static str) -> Error {
+    Error::NoVariable { variable: format!("{component}.{variable}"), need }
+}
+
+fn document(
+    xml: &mut Xml,
+    name: &str,
+    components: &[Component<'_>],
+    connections: &[Connection],
+    experiment: Experiment,
+) -> io::Result<()> {
+    let tool = format!("steerwright {}", env!("CARGO_PKG_VERSION"));
+    xml.create_element("ssd:SystemStructureDescription")
+        .with_attributes(NAMESPACES)
+        .with_attributes([("version", "1.0"), ("name", name), ("generationTool", &tool)])
+        .write_inner_content(|xml| {
+            xml.create_element("ssd:System").with_attribute(("name", name)).write_inner_content(
+                |xml| {
+                    xml.create_element("ssd:Elements").write_inner_content(|xml| {
+                        components.iter().try_for_each(|c| element(xml, c, connections))
+                    })?;
+                    wires(xml, connections)
+                },
+            )?;
+            units(xml, components, connections)?;
+            default_experiment(xml, experiment)
+        })?;
+    Ok(())
+}
+
+/// A component: its connectors, and the values it starts with.
+fn element(xml: &mut Xml, component: &Component<'_>, connections: &[Connection]) -> io::Result<()> {
+    let description = &component.packed.description;
+    let mut tag = xml.create_element("ssd:Component").with_attributes([
+        ("name", component.name()),
+        ("type", "application/x-fmu-sharedlibrary"),
+        ("source", &source(component)),
+        ("implementation", "CoSimulation"),
+    ]);
+    if let Some(text) = &description.description {
+        tag = tag.with_attribute(("description", text.as_str()));
+    }
+    tag.write_inner_content(|xml| {
+        xml.create_element("ssd:Connectors").write_inner_content(|xml| {
+            connectors(component, connections).try_for_each(|v| connector(xml, v))
+        })?;
+        if component.start.is_empty() {
+            return Ok(());
+        }
+        nested(
+            xml,
+            &["ssd:ParameterBindings", "ssd:ParameterBinding", "ssd:ParameterValues"],
+            &|xml| {
+                xml.create_element("ssv:ParameterSet")
+                    .with_attributes([("version", "1.0"), ("name", "start")])
+                    .write_inner_content(|xml| {
+                        nested(xml, &["ssv:Parameters"], &|xml| {
+                            component.start.iter().try_for_each(|(name, value)| {
+                                let unit =
+                                    description.variable(name).and_then(|v| v.unit.as_deref());
+                                parameter(xml, name, *value, unit)
+                            })
+                        })
+                    })?;
+                Ok(())
+            },
+        )
+    })?;
+    Ok(())
+}
+
+/// Elements without attributes, one in the other, around what `inner` writes.
+fn nested(xml: &mut Xml, names: &[&'static str], inner: Inner<'_>) -> io::Result<()> {
+    match names.split_first() {
+        None => inner(xml),
+        Some((first, rest)) => {
+            xml.create_element(*first).write_inner_content(|xml| nested(xml, rest, inner))?;
+            Ok(())
+        }
+    }
+}
+
+/// The component's outputs and connected inputs, in the order of its description.
+fn connectors<'a>(
+    component: &'a Component<'_>,
+    connections: &'a [Connection],
+) -> impl Iterator<Item = &'a Variable> {
+    let name = component.name();
+    component.packed.description.variables.iter().filter(move |v| match v.causality {
+        Causality::Output => true,
+        Causality::Input => connections.iter().any(|c| c.to == name && c.input == v.name),
+        _ => false,
+    })
+}
+
+fn connector(xml: &mut Xml, variable: &Variable) -> io::Result<()> {
+    xml.create_element("ssd:Connector")
+        .with_attributes([("name", variable.name.as_str()), ("kind", variable.causality.as_str())])
+        .write_inner_content(|xml| {
+            let tag = xml.create_element(format!("ssc:{}", variable.kind.as_str()));
+            match &variable.unit {
+                Some(unit) if variable.kind == Kind::Real => {
+                    tag.with_attribute(("unit", unit.as_str())).write_empty()?
+                }
+                _ => tag.write_empty()?,
+            };
+            Ok(())
+        })?;
+    Ok(())
+}
+
+fn parameter(xml: &mut Xml, name: &str, value: f64, unit: Option<&str>) -> io::Result<()> {
+    xml.create_element("ssv:Parameter").with_attribute(("name", name)).write_inner_content(
+        |xml| {
+            // The shortest text that reads back to the same number.
+            let value = format!("{value:?}");
+            let tag = xml.create_element("ssv:Real").with_attribute(("value", value.as_str()));
+            match unit {
+                Some(unit) => tag.with_attribute(("unit", unit)).write_empty()?,
+                None => tag.write_empty()?,
+            };
+            Ok(())
+        },
+    )?;
+    Ok(())
+}
+
+fn wires(xml: &mut Xml, connections: &[Connection]) -> io::Result<()> {
+    if connections.is_empty() {
+        return Ok(());
+    }
+    nested(xml, &["ssd:Connections"], &|xml| {
+        connections.iter().try_for_each(|c| {
+            xml.create_element("ssd:Connection")
+                .with_attributes([
+                    ("startElement", c.from.as_str()),
+                    ("startConnector", c.output.as_str()),
+                    ("endElement", c.to.as_str()),
+                    ("endConnector", c.input.as_str()),
+                ])
+                .write_empty()?;
+            Ok(())
+        })
+    })
+}
+
+/// The units that connectors and parameters cite.
+fn units(
+    xml: &mut Xml,
+    components: &[Component<'_>],
+    connections: &[Connection],
+) -> io::Result<()> {
+    let mut cited: Vec<&Unit> = Vec::new();
+    for component in components {
+        let description = &component.packed.description;
+        let started = component.start.iter().filter_map(|(name, _)| description.variable(name));
+        let variables = connectors(component, connections).chain(started);
+        for name in variables.filter_map(|v| v.unit.as_deref()) {
+            let unit = description.units.iter().find(|unit| unit.name == name);
+            cited.extend(unit.filter(|_| cited.iter().all(|known| known.name != name)));
+        }
+    }
+    if cited.is_empty() {
+        return Ok(());
+    }
+    nested(xml, &["ssd:Units"], &|xml| {
+        cited.iter().try_for_each(|unit| {
+            let named = xml.create_element("ssc:Unit").with_attribute(("name", &*unit.name));
+            named.write_inner_content(|xml| {
+                let mut tag = xml.create_element("ssc:BaseUnit");
+                if let Some(base) = &unit.base {
+                    for (name, exponent) in BASE_UNITS.iter().zip(base.exponents) {
+                        if exponent != 0 {
+                            tag = tag.with_attribute((*name, exponent.to_string().as_str()));
+                        }
+                    }
+                }
+                tag.write_empty()?;
+                Ok(())
+            })?;
+            Ok(())
+        })
+    })
+}
+
+fn default_experiment(xml: &mut Xml, experiment: Experiment) -> io::Result<()> {
+    let (step, stop) = (format!("{:?}", experiment.step), format!("{:?}", experiment.stop));
+    xml.create_element("ssd:DefaultExperiment")
+        .with_attributes([("startTime", "0.0"), ("stopTime", stop.as_str())])
+        .write_inner_content(|xml| {
+            nested(xml, &["ssd:Annotations"], &|xml| {
+                xml.create_element("ssc:Annotation")
+                    .with_attribute(("type", "com.opensimulationplatform"))
+                    .write_inner_content(|xml| {
+                        nested(xml, &["osp:Algorithm"], &|xml| {
+                            xml.create_element("osp:FixedStepAlgorithm")
+                                .with_attribute(("baseStepSize", step.as_str()))
+                                .write_empty()?;
+                            Ok(())
+                        })
+                    })?;
+                Ok(())
+            })
+        })?;
+    Ok(())
+}

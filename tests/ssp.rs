@@ -1,0 +1,118 @@
+//! The loop as a system structure package: made, run, and run as its FMUs are.
+#![allow(clippy::unwrap_used)]
+
+mod support;
+
+use fmi2_host::{Archive, SystemPackage};
+use serde_json::Value;
+use std::path::Path;
+use std::process::Output;
+use support::{chain, steerwright, told, words};
+
+fn run(folder: &Path, line: &str) -> Output {
+    steerwright(folder, &words(line, chain()))
+}
+
+fn done(folder: &Path, line: &str) -> Output {
+    let output = run(folder, line);
+    assert_eq!(output.status.code(), Some(0), "{line}: {}", told(&output));
+    output
+}
+
+/// The recorded road of the multi-body drive, which starts away from the origin, and the loop
+/// packed for it.
+fn packed(folder: &Path) {
+    done(folder, "path {data}/multibody/position.csv --pid {chain}/pid.json -o path.json");
+    let files = "{chain}/pid.json path.json {chain}/plant.json";
+    done(folder, &format!("package {files} --out fmu --ssp LateralLoop.ssp"));
+}
+
+#[test]
+fn a_package_starts_on_its_road_and_runs_as_its_fmus_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    packed(folder);
+    let text = std::fs::read_to_string(folder.join("path.json")).unwrap();
+    let path: Value = serde_json::from_str(&text).unwrap();
+    let first = &path["points"][0];
+    assert!(first[1].as_f64().unwrap().hypot(first[2].as_f64().unwrap()) > 0.01, "{first}");
+
+    // Each FMU starts there by itself, and the package says so once more.
+    let package = SystemPackage::open(folder.join("fmu/LateralLoop.ssp")).unwrap();
+    let plant = Archive::open(folder.join("fmu/IdentifiedPlant.fmu")).unwrap();
+    let components = &package.structure().components;
+    let names: Vec<&str> = components.iter().map(|c| c.name.as_str()).collect();
+    assert_eq!(names, ["IdentifiedPlant", "ReferencePath", "LateralPid"]);
+    for (name, value) in
+        [("initial_x", &first[1]), ("initial_y", &first[2]), ("initial_yaw", &first[3])]
+    {
+        let value = value.as_f64().unwrap().into();
+        assert_eq!(plant.model().variable(name).unwrap().start, Some(value), "{name}");
+        let stated = components[0].parameters.iter().find(|p| p.name == name).unwrap();
+        assert_eq!(Some(&stated.value), plant.model().variable(name).unwrap().start.as_ref());
+    }
+    for (component, archive) in components.iter().zip(package.archives()).take(2) {
+        let stated = component.parameters.iter().find(|p| p.name == "speed").unwrap();
+        assert_eq!(Some(&stated.value), archive.model().variable("speed").unwrap().start.as_ref());
+        assert_eq!(stated.value, path["speed_mps"].as_f64().unwrap().into());
+    }
+
+    let fmus = "fmu/IdentifiedPlant.fmu fmu/ReferencePath.fmu fmu/LateralPid.fmu";
+    let stop = package.structure().stop_time.unwrap();
+    for master in ["gauss-seidel", "jacobi"] {
+        done(folder, &format!("simulate fmu/LateralLoop.ssp -o ssp.csv --master {master}"));
+        done(folder, &format!("simulate {fmus} -o fmus.csv --master {master} --stop {stop}s"));
+        let read = |name| std::fs::read_to_string(folder.join(name)).unwrap();
+        assert!(read("ssp.csv") == read("fmus.csv"), "{master}");
+    }
+    // It drove on the road to its end.
+    let text = std::fs::read_to_string(folder.join("ssp.csv")).unwrap();
+    let mut lines = text.lines();
+    let header: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let column = header.iter().position(|n| *n == "ReferencePath.cross_track_error").unwrap();
+    let errors: Vec<f64> =
+        lines.map(|l| l.split(',').nth(column).unwrap().parse().unwrap()).collect();
+    assert!(errors.len() > 1000 && errors.iter().all(|e| e.abs() < 1.0));
+}
+
+#[test]
+fn a_package_is_the_same_to_the_byte_and_tells_its_connections() {
+    let (one, two) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let files = "{chain}/plant.json {chain}/pid.json {chain}/path.json";
+    let output =
+        done(one.path(), &format!("package {files} --out fmu --ssp LateralLoop.ssp --json"));
+    done(two.path(), &format!("package {files} --out fmu --ssp LateralLoop.ssp"));
+    for name in ["LateralLoop.ssp", "IdentifiedPlant.fmu"] {
+        let read = |folder: &Path| std::fs::read(folder.join("fmu").join(name)).unwrap();
+        assert!(read(one.path()) == read(two.path()), "{name}");
+    }
+    let printed: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let package = printed.as_array().unwrap().last().unwrap();
+    assert_eq!(package["file"], "fmu/LateralLoop.ssp");
+    assert_eq!(package["connections"].as_array().unwrap().len(), 7);
+    // This road starts at the origin, as the plant does: nothing had to be packed otherwise.
+    let plain = std::fs::read(chain().join("fmu/IdentifiedPlant.fmu")).unwrap();
+    assert!(plain == std::fs::read(one.path().join("fmu/IdentifiedPlant.fmu")).unwrap());
+}
+
+#[test]
+fn what_cannot_be_wired_or_read_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("broken.ssp"), "no zip").unwrap();
+    let both = "{chain}/plant.json {chain}/bicycle.json {chain}/path.json {chain}/pid.json";
+    for (line, what) in [
+        (format!("package {both} --ssp L.ssp"), "could be connected to any of"),
+        ("package {chain}/pid.json --ssp L.zip".into(), "not the name of an .ssp file"),
+        ("simulate broken.ssp".into(), "broken.ssp: not a readable zip archive"),
+        ("simulate broken.ssp {chain}/fmu/LateralPid.fmu".into(), "stands beside other files"),
+    ] {
+        let output = run(folder.path(), &line);
+        assert_eq!(output.status.code(), Some(2), "{line}");
+        assert!(told(&output).contains(what), "{}", told(&output));
+        assert!(told(&output).contains("\nhint: "), "{}", told(&output));
+    }
+    // The bicycle makes a loop as well.
+    let files = "{chain}/bicycle.json {chain}/path.json {chain}/pid.json";
+    done(folder.path(), &format!("package {files} --ssp Bicycle.ssp"));
+    done(folder.path(), "simulate Bicycle.ssp --stop 1s");
+}
