@@ -33,3 +33,39 @@ pub(crate) fn with_start_values<S: Slave>(
 }
 
 const HINT: &str = "pack the archive again with `steerwright package`";
+
+#[cfg(test)]
+mod tests {
+    use crate::LateralPid;
+    use crate::tables::lateral_pid::Variable;
+    use fmi2_export::{Resources, Slave};
+    use model_description::Value;
+
+    fn opened(values: &str) -> Result<LateralPid, String> {
+        let text = format!("{{\"schema\": \"steerwright/start/1\", \"values\": {{{values}}}}}");
+        let files = vec![("start.json".to_owned(), text.into_bytes())];
+        LateralPid::open(&Resources::from(files))
+    }
+
+    #[test]
+    fn an_archive_starts_with_its_own_values() {
+        let mut pid = opened("\"kp\": 0.75, \"steering_feedforward\": 0.125").unwrap();
+        assert_eq!(pid.get(Variable::Kp), Value::Real(0.75));
+        assert_eq!(pid.get(Variable::SteeringFeedforward), Value::Real(0.125));
+    }
+
+    #[test]
+    fn what_cannot_start_so_is_refused() {
+        for (values, what) in [
+            ("\"kq\": 1", "LateralPid has no variable kq"),
+            ("\"steering_angle\": 1", "steering_angle is no Real parameter or input"),
+            ("\"enabled\": 1", "enabled is no Real parameter or input"),
+            ("\"sample_time\": -1", "sample_time is -1, not in"),
+            ("\"kp\": 1e999", "start.json"),
+            ("\"kp\": \"1\"", "start.json"),
+        ] {
+            let error = opened(values).err().unwrap();
+            assert!(error.contains(what) && error.contains("hint: "), "{error}");
+        }
+    }
+}

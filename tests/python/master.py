@@ -1,4 +1,4 @@
-"""A Gauss–Seidel co-simulation master over fmpy's FMU2Slave.
+"""A co-simulation master over fmpy's FMU2Slave, Gauss–Seidel or Jacobi.
 
 Written against the FMI 2.0 text and interfaces of the FMUs alone, so that it can disagree with
 the Rust host.
@@ -67,39 +67,44 @@ class Wire:
 def run(
     units: list[Unit],
     wires: list[Wire],
-    starts: dict[tuple[str, str], float],
-    stop: float,
+    master: str,
+    steps: int,
     step: float,
-    record: list[tuple[str, str]],
+    record: list[str],
 ) -> np.ndarray:
     """Steps `units` in their order; returns time and the recorded variables, a row each point."""
     by_name = {unit.name: unit for unit in units}
     for unit in units:
         unit.fmu.setupExperiment(startTime=0.0)
-    for (unit, variable), value in starts.items():
-        by_name[unit].set(variable, value)
-    for unit in units:
         unit.fmu.enterInitializationMode()
 
-    def feed(sink: Unit) -> None:
-        for wire in wires:
-            if wire.sink is sink:
-                sink.set(wire.input, wire.source.get(wire.output))
+    def read() -> list[float]:
+        return [wire.source.get(wire.output) for wire in wires]
 
+    def feed(sink: Unit, values: list[float]) -> None:
+        for wire, value in zip(wires, values):
+            if wire.sink is sink:
+                sink.set(wire.input, value)
+
+    # No chain of wires is longer than the units are many.
     for _ in range(len(units) + 1):
         for unit in units:
-            feed(unit)
+            feed(unit, read())
     for unit in units:
         unit.fmu.exitInitializationMode()
 
+    ports = [column.split(".", 1) for column in record]
+
     def row(time: float) -> list[float]:
-        return [time, *(by_name[unit].get(variable) for unit, variable in record)]
+        return [time, *(by_name[unit].get(variable) for unit, variable in ports)]
 
     rows = [row(0.0)]
-    count = round(stop / step)
-    for k in range(count):
+    for k in range(steps):
+        values = read()
         for unit in units:
-            feed(unit)
+            feed(unit, values)
             unit.fmu.doStep(currentCommunicationPoint=k * step, communicationStepSize=step)
+            if master == "gauss_seidel":
+                values = read()
         rows.append(row((k + 1) * step))
     return np.array(rows)
