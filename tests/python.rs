@@ -40,17 +40,25 @@ fn main() -> ExitCode {
     }
 }
 
-/// The trajectories of the pure functions along the demo's roads, under each importer's master and
-/// after its initialization.
+/// The roads: the demo's, and the same moved away from the origin, for which the loop is packed
+/// anew. Beside them the trajectories of the pure functions, under each importer's master and after
+/// its initialization.
 fn write_references(folder: &Path) {
     fn read<D: Document>(file: &Path) -> D {
         D::from_json(&std::fs::read_to_string(file).unwrap(), "file").unwrap()
     }
-    let (plant, pid): (formats::Plant, formats::Pid) =
-        (read(&folder.join("plant.json")), read(&folder.join("pid.json")));
+    let plant: formats::Plant = read(&folder.join("plant.json"));
+    let pid: formats::Pid = read(&folder.join("pid.json"));
+    let path: formats::Path = read(&folder.join("path.json"));
+    let moved = moved(&path);
+    std::fs::write(folder.join("path-moved.json"), moved.to_json()).unwrap();
+    let files = ["plant.json", "path-moved.json", "pid.json"];
+    let options = ["--out", "fmu-moved", "--ssp", "LateralLoop.ssp"];
+    let packed = support::steerwright(folder, &[&["package"][..], &files, &options].concat());
+    assert!(packed.status.success(), "{}", support::told(&packed));
+
     std::fs::create_dir_all(folder.join("reference")).unwrap();
-    for (road, file) in [("road", "path.json"), ("recorded", "path-recorded.json")] {
-        let path: formats::Path = read(&folder.join(file));
+    for (road, path) in [("road", &path), ("moved", &moved)] {
         let (first, last) = (path.points.first().unwrap(), path.points.last().unwrap());
         let length = (last.distance_m - first.distance_m) / path.speed_mps;
         let steps = (length / pid.sample_time_s).floor() as usize;
@@ -59,9 +67,24 @@ fn write_references(folder: &Path) {
             ("jacobi-settled", Master::Jacobi, Initialization::Settled),
             ("jacobi-zeros", Master::Jacobi, Initialization::Zeros),
         ] {
-            let rows = pure_loop::run(&plant, &path, &pid, master, initialization, steps);
+            let rows = pure_loop::run(&plant, path, &pid, master, initialization, steps);
             let file = folder.join(format!("reference/{road}-{name}.csv"));
             std::fs::write(file, pure_loop::to_csv(&rows)).unwrap();
         }
     }
+}
+
+/// A road elsewhere and in another direction, at a speed a little off that of the identification.
+fn moved(path: &formats::Path) -> formats::Path {
+    let (turn, x, y) = (2.0_f64, 1000.0, -500.0);
+    let mut moved = path.clone();
+    moved.speed_mps *= 1.05;
+    for point in &mut moved.points {
+        (point.x_m, point.y_m) = (
+            x + turn.cos() * point.x_m - turn.sin() * point.y_m,
+            y + turn.sin() * point.x_m + turn.cos() * point.y_m,
+        );
+        point.heading_rad += turn;
+    }
+    moved
 }

@@ -3,7 +3,9 @@
 
 mod support;
 
-use fmi2_host::{Archive, SystemPackage};
+use fmi2_host::{Archive, Connection, SystemPackage};
+use packaging::Binary;
+use packaging::ssp::{Component, Experiment};
 use serde_json::Value;
 use std::path::Path;
 use std::process::Output;
@@ -115,4 +117,40 @@ fn what_cannot_be_wired_or_read_is_told() {
     let files = "{chain}/bicycle.json {chain}/path.json {chain}/pid.json";
     done(folder.path(), &format!("package {files} --ssp Bicycle.ssp"));
     done(folder.path(), "simulate Bicycle.ssp --stop 1s");
+}
+
+#[test]
+fn a_system_is_written_of_what_is_there_alone() {
+    let read = |name: &str| std::fs::read_to_string(chain().join(name)).unwrap();
+    let library = [Binary { platform: "linux64", bytes: b"none" }];
+    let [plant, pid] = ["plant.json", "pid.json"]
+        .map(|name| packaging::package(&read(name), name, &library, None).unwrap());
+    let write = |start: &[(&str, f64)], wires: &[Connection], step: f64| {
+        let start = start.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
+        let components =
+            [Component { packed: &plant, start }, Component { packed: &pid, start: Vec::new() }];
+        packaging::ssp::ssp("A & B", &components, wires, Experiment { step, stop: 1.0 })
+    };
+    let wire = |output, input| [Connection::new("IdentifiedPlant", output, "LateralPid", input)];
+    let bytes = write(&[("initial_x", -0.1)], &wire("yaw", "yaw"), 0.01).unwrap();
+    let package = SystemPackage::from_bytes(&bytes, "a.ssp").unwrap();
+    let said = package.structure();
+    assert_eq!(said.name, "A & B");
+    assert_eq!((said.start_time, said.stop_time, said.step), (Some(0.0), Some(1.0), Some(0.01)));
+    assert_eq!(said.connections, wire("yaw", "yaw"));
+    let parameter = &said.components[0].parameters[0];
+    assert_eq!((&*parameter.name, parameter.unit.as_deref()), ("initial_x", Some("m")));
+    assert_eq!(parameter.value, (-0.1).into());
+    for (result, what) in [
+        (write(&[], &wire("yaw", "jaw"), 0.01), "no input LateralPid.jaw"),
+        (write(&[], &wire("speed", "yaw"), 0.01), "no output IdentifiedPlant.speed"),
+        (write(&[], &wire("yaw_rate", "yaw"), 0.01), "differ in type or unit"),
+        (write(&[], &wire("yaw", "enabled"), 0.01), "differ in type or unit"),
+        (write(&[("mass", 1.0)], &[], 0.01), "no Real variable IdentifiedPlant.mass"),
+        (write(&[], &[], 0.0), "the step size is 0"),
+        (write(&[], &[], f64::NAN), "the step size is NaN"),
+    ] {
+        let error = result.unwrap_err();
+        assert!(error.to_string().contains(what) && !error.hint().is_empty(), "{error}");
+    }
 }

@@ -81,9 +81,10 @@ def reference(out: Path) -> Callable[[str, str, str], Reference]:
     return read
 
 
-@pytest.fixture(params=["road", "recorded"])
+@pytest.fixture(params=["road", "moved"])
 def road(request: pytest.FixtureRequest) -> str:
-    """The demo's roads: one starts at the origin, the other where the drive was recorded."""
+    """The demo's road, which starts at the origin, and the same elsewhere: there an importer that
+    sets no start values has only those of the archives."""
     return request.param
 
 

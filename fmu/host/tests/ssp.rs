@@ -149,7 +149,10 @@ fn what_is_not_supported_is_named_with_its_line() {
             "x-ssp-package",
         ),
         (with(r#"gain.fmu"/>"#, r#"gain.fmu" implementation="ModelExchange"/>"#), "model exchange"),
-        (ssd(PAIR, "").replacen(r#"version="1.0""#, r#"version="2.0""#, 1), "version 2.0"),
+        (
+            ssd(PAIR, "").replacen(r#""1.0" name="whole""#, r#""2.0" name="whole""#, 1),
+            "version 2.0",
+        ),
     ] {
         let Some(message) = refused(&text) else { return };
         assert!(message.contains(what) && message.ends_with("is not supported"), "{message}");
