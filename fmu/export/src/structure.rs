@@ -4,7 +4,7 @@
 //! At a communication point the knowns are the inputs and the states, and [`Slave::dependency`] says
 //! what depends on what. In initialization mode they are the inputs and what has `initial="exact"`;
 //! there a table's row says what it depends on among the variables, and [`Slave::dependency`] the
-//! rest.
+//! rest, and what follows from the resources (a feedthrough, say), which no table knows.
 
 use crate::{Known, Slave, Unknown, VariableId};
 use model_description as xml;
@@ -39,10 +39,14 @@ pub(crate) fn depends_initially<S: Slave>(
     unknown: Unknown<S::Variable>,
     known: Known<S::Variable>,
 ) -> Option<DependencyKind> {
-    match (unknown, known) {
+    let of_table = match (unknown, known) {
         (Unknown::Variable(unknown), Known::Variable(known)) => {
             listed(unknown.spec().initial_depends_on, known)
         }
+        _ => None,
+    };
+    match (unknown, known) {
+        _ if of_table.is_some() => of_table,
         // It is fixed before there is a state.
         (Unknown::Variable(unknown), Known::State(_))
             if unknown.spec().causality == Causality::CalculatedParameter =>

@@ -167,6 +167,9 @@ pub(crate) fn document(fmu: Fmu) -> String {
     match fmu {
         Fmu::IdentifiedPlant => plant(),
         Fmu::BicyclePlant => bicycle(),
+        Fmu::NonlinearVehicle => {
+            include_str!("../../../tests/data/multibody/vehicle.json").to_owned()
+        }
         Fmu::LateralPid => pid(),
         Fmu::ReferencePath => path(),
     }
