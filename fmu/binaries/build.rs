@@ -11,13 +11,7 @@ use std::process::Command;
 use std::{env, fs};
 
 /// Package and FMU name of each library.
-const LIBRARIES: [(&str, &str); 5] = [
-    ("identified-plant", "IdentifiedPlant"),
-    ("bicycle-plant", "BicyclePlant"),
-    ("nonlinear-vehicle", "NonlinearVehicle"),
-    ("lateral-pid", "LateralPid"),
-    ("reference-path", "ReferencePath"),
-];
+const LIBRARIES: &[(&str, &str)] = &include!("libraries.rs");
 
 /// What the outer cargo sets for its own build and the inner one must not inherit.
 const NOT_INHERITED: [&str; 9] = [
@@ -41,6 +35,7 @@ struct Library {
 
 fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo::rerun-if-changed=build.rs");
+    println!("cargo::rerun-if-changed=libraries.rs");
     println!("cargo::rerun-if-env-changed=STEERWRIGHT_FMU_BINARIES");
     let libraries = match env::var_os("STEERWRIGHT_FMU_BINARIES") {
         Some(folder) => ready(Path::new(&folder))?,

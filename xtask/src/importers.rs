@@ -7,10 +7,13 @@ use std::path::Path;
 use std::process::Command;
 
 /// Runs the demo and, on its archives, the tests. `python` is an interpreter of the tests'
-/// environment, which holds libclang.
-pub(crate) fn importers(python: &Path) -> Result<(), String> {
+/// environment, which holds libclang; `binaries` a folder of libraries to pack instead of this
+/// machine's own.
+pub(crate) fn importers(python: &Path, binaries: Option<&Path>) -> Result<(), String> {
     let out = target().join("importers-out");
-    run(cargo(&["run", "--release", "--quiet", "--", "demo", "--out"]).arg(&out))?;
+    let mut demo = cargo(&["run", "--release", "--quiet", "--", "demo", "--out"]);
+    demo.arg(&out).envs(binaries.map(|folder| ("STEERWRIGHT_FMU_BINARIES", folder)));
+    run(&mut demo)?;
     let manifest = root().join("tests/importers/Cargo.toml");
     let mut test = cargo(&["test", "--release", "--no-fail-fast", "--manifest-path"]);
     test.arg(manifest).args(["--", "--show-output"]);

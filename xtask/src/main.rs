@@ -1,6 +1,7 @@
-//! What developers run: `cargo xtask test`, `cargo xtask lint`, `cargo xtask readme`.
+//! What developers run: `cargo xtask test`, `lint`, `readme`, `cross`.
 
 mod fuzz;
+mod cross;
 mod importers;
 mod licenses;
 mod lint;
@@ -24,9 +25,16 @@ struct Arguments {
 enum Command {
     /// Every test, also those that need Python or libclang: makes its own environment in
     /// target/python
-    Test,
+    Test {
+        /// Also with the libraries of other platforms, as far as they run here; without names,
+        /// linux64 and win64
+        #[arg(long, num_args = 0.., value_name = "PLATFORM")]
+        cross: Option<Vec<cross::Platform>>,
+    },
     /// rustfmt and clippy, warnings denied
     Lint,
+    /// Build the FMU libraries for other platforms, and the demo's archives with them
+    Cross(cross::Options),
     /// Make the Python environment and print its interpreter
     Python,
     /// Run the fuzzer over the targets of tests/fuzzing
@@ -45,7 +53,8 @@ enum Command {
 
 fn main() -> ExitCode {
     let result = match Arguments::parse().command {
-        Command::Test => test::test(),
+        Command::Test { cross } => test::test(cross.as_deref()),
+        Command::Cross(options) => cross::cross(&options),
         Command::Lint => lint::lint(),
         Command::Fuzz { minutes, targets } => fuzz::fuzz(minutes, &targets),
         Command::Licenses => licenses::licenses(),

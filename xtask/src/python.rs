@@ -1,16 +1,19 @@
-//! The Python environment of the tests: target/python, made from tests/python/requirements.txt.
+//! Python environments: that of the tests is target/python, made from tests/python/requirements.txt.
 
 use crate::run::{root, run, target};
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The interpreter of an environment that holds exactly the pinned requirements.
+/// The interpreter of the tests' environment.
 pub(crate) fn environment() -> Result<PathBuf, String> {
-    let requirements = root().join("tests/python/requirements.txt");
-    let wanted = fs::read_to_string(&requirements)
-        .map_err(|e| format!("{}: {e}", requirements.display()))?;
-    let folder = target().join("python");
+    environment_in(&target().join("python"), &root().join("tests/python/requirements.txt"))
+}
+
+/// The interpreter of an environment that holds exactly the pinned requirements.
+pub(crate) fn environment_in(folder: &Path, requirements: &Path) -> Result<PathBuf, String> {
+    let wanted =
+        fs::read_to_string(requirements).map_err(|e| format!("{}: {e}", requirements.display()))?;
     let python =
         if cfg!(windows) { folder.join("Scripts/python.exe") } else { folder.join("bin/python") };
     let stamp = folder.join("installed.txt");
@@ -18,11 +21,11 @@ pub(crate) fn environment() -> Result<PathBuf, String> {
         return Ok(python);
     }
     if folder.exists() {
-        fs::remove_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+        fs::remove_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     }
     let base = base_interpreter()?;
     // Debian's Python has no ensurepip: then virtualenv's single-file form is asked of pip.
-    if run(Command::new(base).args(["-m", "venv"]).arg(&folder)).is_err() {
+    if run(Command::new(base).args(["-m", "venv"]).arg(folder)).is_err() {
         let tools = target().join("virtualenv");
         run(Command::new(base)
             .args(["-m", "pip", "install", "--quiet", "--target"])
@@ -31,12 +34,12 @@ pub(crate) fn environment() -> Result<PathBuf, String> {
         .map_err(|e| format!("{e}; install the package python3-venv, or pip"))?;
         run(Command::new(base)
             .args(["-m", "virtualenv", "--quiet"])
-            .arg(&folder)
+            .arg(folder)
             .env("PYTHONPATH", &tools))?;
     }
     run(Command::new(&python)
         .args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r"])
-        .arg(&requirements))?;
+        .arg(requirements))?;
     fs::write(&stamp, wanted).map_err(|e| format!("{}: {e}", stamp.display()))?;
     Ok(python)
 }

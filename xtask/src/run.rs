@@ -24,12 +24,18 @@ pub(crate) fn cargo(arguments: &[&str]) -> Command {
     cargo
 }
 
-/// Runs to the end; an error names the command.
-pub(crate) fn run(command: &mut Command) -> Result<(), String> {
+/// A command as a line, which is shown.
+pub(crate) fn told(command: &Command) -> String {
     let name = command.get_program().to_string_lossy().into_owned();
     let words = command.get_args().map(|a| a.to_string_lossy().into_owned()).collect::<Vec<_>>();
     let line = format!("{name} {}", words.join(" "));
     eprintln!("$ {line}");
+    line
+}
+
+/// Runs to the end; an error names the command.
+pub(crate) fn run(command: &mut Command) -> Result<(), String> {
+    let line = told(command);
     let status = command.status().map_err(|e| format!("{line}: {e}"))?;
     if status.success() { Ok(()) } else { Err(format!("{line}: {status}")) }
 }

@@ -1,13 +1,43 @@
 //! `cargo xtask test`.
 
-use crate::run::{cargo, run};
+use crate::cross::{self, Platform};
+use crate::run::{cargo, run, target};
 use crate::{importers, python};
+use std::path::Path;
 
 /// Every test of the workspace, with the Python environment that some of them need, and then those
-/// that are outside of it.
-pub(crate) fn test() -> Result<(), String> {
+/// that are outside of it. With `platforms`, those that use FMU libraries run with the cross-built
+/// ones too.
+pub(crate) fn test(platforms: Option<&[Platform]>) -> Result<(), String> {
+    let platforms = platforms.map(cross::with_own);
+    if let Some(platforms) = &platforms {
+        cross::check(platforms)?;
+    }
     let python = python::environment()?;
     // Release: the tests step models millions of times.
     run(cargo(&["test", "--release", "--no-fail-fast"]).env("STEERWRIGHT_PYTHON", &python))?;
-    importers::importers(&python)
+    match platforms {
+        None => {
+            importers::importers(&python, None)?;
+            eprintln!(
+                "left out: the libraries for an older glibc and for Windows (`cargo xtask test \
+                 --cross`), for ARM (`--cross aarch64-linux`)"
+            );
+            Ok(())
+        }
+        Some(platforms) => across(&platforms, &python),
+    }
+}
+
+/// The tests with the cross-built libraries in the archives, and each platform's own runs.
+fn across(platforms: &[Platform], python: &Path) -> Result<(), String> {
+    let native = target().join("cross/native");
+    run(cargo(&["run", "--release", "--quiet", "--", "demo", "--out"]).arg(&native))?;
+    cross::libraries(platforms, cross::Source::Auto)?;
+    cross::run(platforms, &native)?;
+    let binaries = cross::binaries();
+    run(cargo(&["test", "--release", "--no-fail-fast", "--package", "steerwright"])
+        .env("STEERWRIGHT_PYTHON", python)
+        .env("STEERWRIGHT_FMU_BINARIES", &binaries))?;
+    importers::importers(python, Some(&binaries))
 }

@@ -1,0 +1,112 @@
+//! Debian's Rust compiler and the source of its standard library, unpacked into a folder of their
+//! own: nothing is installed, and no root is needed.
+
+use super::folder;
+use crate::run::{run, told};
+use std::fs;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// The compiler that Debian keeps new for its web browsers.
+const COMPILER: &str = "rustc-web";
+/// The source of its standard library.
+const SOURCE: &str = "rust-web-src";
+/// The compiler's own libraries.
+const LIBRARIES: &str = "libstd-rust-web-dev";
+
+/// An unpacked compiler.
+pub(crate) struct Compiler {
+    /// Starts it.
+    pub(crate) rustc: PathBuf,
+    /// Its sysroot, with the source of the standard library.
+    pub(crate) sysroot: PathBuf,
+}
+
+/// Unpacks the compiler, unless the newest version on offer is there already.
+pub(crate) fn compiler() -> Result<Compiler, String> {
+    let version = field(COMPILER, "Version").map_err(|e| {
+        format!(
+            "{e}\nhint: without rustup's targets this takes Debian's packages: `apt-get update` as \
+             root, on Debian 12 or newer; `rustup target add` is the simpler way"
+        )
+    })?;
+    let tools = folder().join("tools/rust");
+    let compiler = Compiler { rustc: tools.join("rustc"), sysroot: tools.join("usr") };
+    let stamp = tools.join("unpacked.txt");
+    if fs::read_to_string(&stamp).is_ok_and(|unpacked| unpacked == version) {
+        return Ok(compiler);
+    }
+    eprintln!("unpacking Debian's Rust compiler and standard library, {version}");
+    let said = |path: &Path| {
+        let path = path.display().to_string();
+        move |e: std::io::Error| format!("{path}: {e}")
+    };
+    if tools.exists() {
+        fs::remove_dir_all(&tools).map_err(said(&tools))?;
+    }
+    let downloads = tools.join("downloads");
+    fs::create_dir_all(&downloads).map_err(said(&downloads))?;
+
+    let exactly = |package: &str| format!("{package}={version}");
+    let standard = dependency(&exactly(LIBRARIES), "libstd-rust-web-")?;
+    let llvm = dependency(&exactly(&standard), "libllvm")?;
+    run(Command::new("apt-get")
+        .args(["download", "--quiet=2", "--option", "APT::Sandbox::User=root"])
+        .args([COMPILER, SOURCE, LIBRARIES, &standard].map(exactly))
+        .arg(llvm)
+        .current_dir(&downloads))?;
+    let entries = fs::read_dir(&downloads).map_err(said(&downloads))?;
+    for package in entries.filter_map(|entry| Some(entry.ok()?.path())) {
+        run(Command::new("dpkg").arg("-x").args([&package, &tools]))?;
+    }
+    fs::remove_dir_all(&downloads).map_err(said(&downloads))?;
+    // Most of the source package is LLVM and the compiler.
+    remove_all_but_library(&compiler.sysroot.join("lib/rustlib/src/rust"))?;
+
+    let libraries = compiler.sysroot.join("lib/x86_64-linux-gnu");
+    let script = format!(
+        "#!/bin/sh\nLD_LIBRARY_PATH='{}' exec '{}' \"$@\"\n",
+        libraries.display(),
+        compiler.sysroot.join("bin/rustc").display()
+    );
+    fs::write(&compiler.rustc, script).map_err(said(&compiler.rustc))?;
+    fs::set_permissions(&compiler.rustc, fs::Permissions::from_mode(0o755))
+        .map_err(said(&compiler.rustc))?;
+    run(Command::new(&compiler.rustc).arg("--version"))?;
+    fs::write(&stamp, version).map_err(said(&stamp))?;
+    Ok(compiler)
+}
+
+/// Removes what the standard library does not need from the unpacked source.
+fn remove_all_but_library(source: &Path) -> Result<(), String> {
+    let entries = fs::read_dir(source).map_err(|e| format!("{}: {e}", source.display()))?;
+    for entry in entries.filter_map(Result::ok) {
+        let path = entry.path();
+        if path.is_dir() && entry.file_name() != "library" {
+            fs::remove_dir_all(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+        }
+    }
+    Ok(())
+}
+
+/// A field of the newest version of a package that apt knows of.
+fn field(package: &str, name: &str) -> Result<String, String> {
+    let mut apt = Command::new("apt-cache");
+    apt.args(["show", "--no-all-versions", package]).env("LC_ALL", "C");
+    let output = apt.output().map_err(|e| format!("{}: {e}", told(&apt)))?;
+    String::from_utf8_lossy(&output.stdout)
+        .lines()
+        .find_map(|line| Some(line.strip_prefix(name)?.strip_prefix(": ")?.to_owned()))
+        .ok_or_else(|| format!("apt knows no package {package}"))
+}
+
+/// The dependency of a package whose name begins so.
+fn dependency(package: &str, prefix: &str) -> Result<String, String> {
+    field(package, "Depends")?
+        .split(", ")
+        .filter_map(|entry| entry.split_whitespace().next())
+        .find(|name| name.starts_with(prefix))
+        .map(str::to_owned)
+        .ok_or_else(|| format!("{package} depends on no {prefix}…"))
+}

@@ -1,0 +1,136 @@
+//! `cargo xtask cross`: the FMU libraries for other platforms than this one, checked, and the
+//! demo's archives with all of them inside.
+//!
+//! Everything is in `target/cross`: `binaries/<platform>/<FMU name>.<so|dll|dylib>`, which is what
+//! `STEERWRIGHT_FMU_BINARIES` takes; `archives`, the demo's; `tools` and `build`, which may be
+//! deleted.
+
+mod archives;
+mod build;
+mod debian;
+mod differences;
+mod inspect;
+mod platform;
+mod setup;
+mod toolchain;
+mod trajectories;
+
+use crate::run::target;
+use clap::Args;
+pub(crate) use platform::Platform;
+use platform::Runner;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+pub(crate) use toolchain::Source;
+
+/// Package and FMU name of each library.
+const LIBRARIES: &[(&str, &str)] = &include!("../../../fmu/binaries/libraries.rs");
+
+/// What is built where no platform is named: what `cargo xtask test --cross` runs.
+pub(crate) const USUAL: [Platform; 2] = [Platform::Linux64, Platform::Win64];
+
+/// What to build, and how.
+#[derive(Args)]
+pub(crate) struct Options {
+    /// The platforms; without any, linux64 and win64
+    platforms: Vec<Platform>,
+    /// Install what the platforms need, and build nothing
+    #[arg(long)]
+    setup: bool,
+    /// Where the standard library of another platform comes from
+    #[arg(long, value_enum, default_value = "auto")]
+    std: Source,
+}
+
+/// `cargo xtask cross`.
+pub(crate) fn cross(options: &Options) -> Result<(), String> {
+    let platforms = with_own(&options.platforms);
+    if options.setup {
+        return timed("set up", || setup::install(&platforms));
+    }
+    libraries(&platforms, options.std)?;
+    timed("archives", || archives::archives(&platforms))
+}
+
+/// Builds and checks the libraries for the platforms, and for no others: an older library beside
+/// them could be of other sources.
+pub(crate) fn libraries(platforms: &[Platform], source: Source) -> Result<(), String> {
+    if !cfg!(all(target_os = "linux", target_arch = "x86_64")) {
+        return Err("`cargo xtask cross` runs on x86-64 Linux\nhint: elsewhere, \
+                    `cargo build --profile fmu --target TARGET --package FMU` builds one library"
+            .into());
+    }
+    setup::check(platforms, false)?;
+    if binaries().exists() {
+        fs::remove_dir_all(binaries()).map_err(|e| format!("{}: {e}", binaries().display()))?;
+    }
+    let zig = timed("zig", setup::zig)?;
+    for &platform in platforms {
+        let name = platform.name();
+        let toolchain = timed(&format!("{name}: Rust"), || toolchain::toolchain(platform, source))?;
+        timed(&format!("{name}: build"), || build::build(platform, &toolchain, &zig))?;
+        for (_, library) in LIBRARIES {
+            let file = library_file(platform, library);
+            let told = inspect::inspect(platform, library, &file)?;
+            eprintln!("{name}/{library}: {told}");
+        }
+        let run = match platform.runner() {
+            Runner::Nothing => "built and inspected, never run",
+            _ => "`cargo xtask test --cross` runs it",
+        };
+        eprintln!("{name}: {}; {run}", toolchain.name());
+    }
+    Ok(())
+}
+
+/// Runs the libraries of the platforms beside this machine's own, `native`: a folder of a demo's
+/// archives.
+pub(crate) fn run(platforms: &[Platform], native: &Path) -> Result<(), String> {
+    for &platform in platforms {
+        if platform.runner() == Runner::Nothing {
+            eprintln!("{}: built and inspected, never run", platform.name());
+        } else {
+            let name = format!("{}: run", platform.name());
+            timed(&name, || trajectories::compare(platform, native))?;
+        }
+    }
+    Ok(())
+}
+
+/// Says what is missing before anything long begins.
+pub(crate) fn check(platforms: &[Platform]) -> Result<(), String> {
+    setup::check(platforms, true)
+}
+
+/// The platforms, each once, and this machine's own among them: the program that packs the archives
+/// runs its library.
+pub(crate) fn with_own(platforms: &[Platform]) -> Vec<Platform> {
+    let mut all = if platforms.is_empty() { USUAL.to_vec() } else { platforms.to_vec() };
+    all.push(Platform::Linux64);
+    all.sort();
+    all.dedup();
+    all
+}
+
+/// Where all of this is.
+fn folder() -> PathBuf {
+    target().join("cross")
+}
+
+/// The libraries: what `STEERWRIGHT_FMU_BINARIES` takes.
+pub(crate) fn binaries() -> PathBuf {
+    folder().join("binaries")
+}
+
+fn library_file(platform: Platform, library: &str) -> PathBuf {
+    binaries().join(platform.name()).join(format!("{library}.{}", platform.extension()))
+}
+
+/// Does something and says how long it took.
+fn timed<T>(what: &str, work: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
+    let start = Instant::now();
+    let done = work().map_err(|e| format!("{what}: {e}"))?;
+    eprintln!("{what}: {:.1} s", start.elapsed().as_secs_f64());
+    Ok(done)
+}

@@ -1,0 +1,117 @@
+//! What the builds and runs need from the system: Debian's packages, and the Python environment
+//! that holds zig.
+
+use super::folder;
+use super::platform::{Platform, Runner};
+use crate::python;
+use crate::run::run;
+use std::env;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// A program, or a file by its whole path, and Debian's package with it.
+struct Needed {
+    program: &'static str,
+    package: &'static str,
+}
+
+/// Where an ARM machine's C library is, for qemu.
+pub(crate) const ARM_ROOT: &str = "/usr/aarch64-linux-gnu";
+
+const MINGW: Needed =
+    Needed { program: "x86_64-w64-mingw32-gcc", package: "gcc-mingw-w64-x86-64-win32" };
+const QEMU: Needed = Needed { program: "qemu-aarch64-static", package: "qemu-user-static" };
+const ARM_LIBRARIES: Needed = Needed {
+    program: "/usr/aarch64-linux-gnu/lib/ld-linux-aarch64.so.1",
+    package: "libc6-arm64-cross",
+};
+const WINE: Needed = Needed { program: "wine64", package: "wine64" };
+
+/// Programs outside of the path, as Debian installs wine without its wrapper scripts.
+const ELSEWHERE: &[&str] = &["/usr/lib/wine"];
+
+/// Where a program is.
+pub(crate) fn find(program: &str) -> Option<PathBuf> {
+    let path = env::var_os("PATH").unwrap_or_default();
+    env::split_paths(&path)
+        .chain(ELSEWHERE.iter().map(PathBuf::from))
+        .map(|folder| folder.join(program))
+        .find(|file| file.is_file())
+}
+
+/// The programs that building for the platforms takes, or running what was built for them too.
+fn needed(platforms: &[Platform], running: bool) -> Vec<Needed> {
+    let mut all = Vec::new();
+    if platforms.contains(&Platform::Win64) {
+        all.push(MINGW);
+    }
+    for platform in platforms.iter().filter(|_| running) {
+        match platform.runner() {
+            Runner::Wine => all.push(WINE),
+            Runner::Qemu => all.extend([QEMU, ARM_LIBRARIES]),
+            Runner::Itself | Runner::Nothing => {}
+        }
+    }
+    all
+}
+
+/// An error that says what to install, if a program is missing.
+pub(crate) fn check(platforms: &[Platform], running: bool) -> Result<(), String> {
+    let missing: Vec<_> =
+        needed(platforms, running).into_iter().filter(|n| find(n.program).is_none()).collect();
+    if missing.is_empty() {
+        return Ok(());
+    }
+    let programs: Vec<_> = missing.iter().map(|n| n.program).collect();
+    Err(format!(
+        "not found: {}\nhint: {}, or `cargo xtask cross --setup` as root",
+        programs.join(", "),
+        apt_line(&missing)
+    ))
+}
+
+fn apt_line(missing: &[Needed]) -> String {
+    let packages: Vec<_> = missing.iter().map(|n| n.package).collect();
+    format!("apt-get install --no-install-recommends {}", packages.join(" "))
+}
+
+/// Installs what is missing, as root; others get the command to run.
+pub(crate) fn install(platforms: &[Platform]) -> Result<(), String> {
+    let missing: Vec<_> =
+        needed(platforms, true).into_iter().filter(|n| find(n.program).is_none()).collect();
+    if !missing.is_empty() {
+        if find("apt-get").is_none() {
+            return check(platforms, true);
+        }
+        if !is_root() {
+            return Err(format!("only root can install\nhint: sudo {}", apt_line(&missing)));
+        }
+        let packages: Vec<_> = missing.iter().map(|n| n.package).collect();
+        update()?;
+        run(Command::new("apt-get")
+            .env("DEBIAN_FRONTEND", "noninteractive")
+            .args(["install", "--yes", "--quiet=2", "--no-install-recommends"])
+            .args(&packages))?;
+    }
+    check(platforms, true)?;
+    if platforms.iter().any(|p| p.linked_by_zig()) {
+        zig()?;
+    }
+    Ok(())
+}
+
+/// Refreshes apt's lists.
+fn update() -> Result<(), String> {
+    run(Command::new("apt-get").args(["update", "--quiet=2"]))
+}
+
+fn is_root() -> bool {
+    Command::new("id").arg("-u").output().is_ok_and(|output| output.stdout.trim_ascii() == b"0")
+}
+
+/// zig and cargo-zigbuild, from their Python packages: the folder of the environment's programs.
+pub(crate) fn zig() -> Result<PathBuf, String> {
+    let requirements = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/cross/requirements.txt");
+    let python = python::environment_in(&folder().join("tools/zig"), &requirements)?;
+    python.parent().map(Path::to_path_buf).ok_or_else(|| "no folder of programs".into())
+}
