@@ -1,12 +1,12 @@
 //! Debian's Rust compiler and the source of its standard library, unpacked into a folder of their
 //! own: nothing is installed, and no root is needed.
 
-use super::folder;
+use super::{folder, setup};
 use crate::run::{run, told};
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 /// The compiler that Debian keeps new for its web browsers.
 const COMPILER: &str = "rustc-web";
@@ -25,7 +25,12 @@ pub(crate) struct Compiler {
 
 /// Unpacks the compiler, unless the newest version on offer is there already.
 pub(crate) fn compiler() -> Result<Compiler, String> {
-    let version = field(COMPILER, "Version").map_err(|e| {
+    let mut version = field(COMPILER, "Version");
+    if version.is_err() && setup::find("apt-get").is_some() && setup::is_root() {
+        setup::update()?;
+        version = field(COMPILER, "Version");
+    }
+    let version = version.map_err(|e| {
         format!(
             "{e}\nhint: without rustup's targets this takes Debian's packages: `apt-get update` as \
              root, on Debian 12 or newer; `rustup target add` is the simpler way"
@@ -58,11 +63,9 @@ pub(crate) fn compiler() -> Result<Compiler, String> {
         .current_dir(&downloads))?;
     let entries = fs::read_dir(&downloads).map_err(said(&downloads))?;
     for package in entries.filter_map(|entry| Some(entry.ok()?.path())) {
-        run(Command::new("dpkg").arg("-x").args([&package, &tools]))?;
+        unpack(&package, &tools)?;
     }
     fs::remove_dir_all(&downloads).map_err(said(&downloads))?;
-    // Most of the source package is LLVM and the compiler.
-    remove_all_but_library(&compiler.sysroot.join("lib/rustlib/src/rust"))?;
 
     let libraries = compiler.sysroot.join("lib/x86_64-linux-gnu");
     let script = format!(
@@ -78,16 +81,24 @@ pub(crate) fn compiler() -> Result<Compiler, String> {
     Ok(compiler)
 }
 
-/// Removes what the standard library does not need from the unpacked source.
-fn remove_all_but_library(source: &Path) -> Result<(), String> {
-    let entries = fs::read_dir(source).map_err(|e| format!("{}: {e}", source.display()))?;
-    for entry in entries.filter_map(Result::ok) {
-        let path = entry.path();
-        if path.is_dir() && entry.file_name() != "library" {
-            fs::remove_dir_all(&path).map_err(|e| format!("{}: {e}", path.display()))?;
-        }
+/// Unpacks a package; of the source, which is mostly LLVM and the compiler, the library alone.
+fn unpack(package: &Path, to: &Path) -> Result<(), String> {
+    let name = package.file_name().unwrap_or_default().to_string_lossy();
+    if !name.starts_with(SOURCE) {
+        return run(Command::new("dpkg").arg("-x").args([package, to]));
     }
-    Ok(())
+    let mut dpkg = Command::new("dpkg-deb");
+    dpkg.arg("--fsys-tarfile").arg(package).stdout(Stdio::piped());
+    let line = told(&dpkg);
+    let mut dpkg = dpkg.spawn().map_err(|e| format!("{line}: {e}"))?;
+    let mut tar = Command::new("tar");
+    tar.args(["--extract", "--wildcards", "--directory"]).arg(to);
+    tar.args(["./usr/src/*/library/*", "./usr/lib/rustlib/src/*"]);
+    tar.stdin(dpkg.stdout.take().map_or_else(Stdio::null, Stdio::from));
+    let unpacked = run(&mut tar);
+    let status = dpkg.wait().map_err(|e| format!("{line}: {e}"))?;
+    unpacked?;
+    if status.success() { Ok(()) } else { Err(format!("{line}: {status}")) }
 }
 
 /// A field of the newest version of a package that apt knows of.

@@ -42,12 +42,21 @@ impl fmt::Display for Differences {
     }
 }
 
-/// Compares line by line. The first column is the time, the others are named.
+/// Compares line by line. The first column is the time, the others are named. Lines that begin with
+/// `fmi2` tell what a function answered, and must be the same.
 pub(crate) fn differences(
     ours: &str,
     theirs: &str,
     columns: &[String],
 ) -> Result<Differences, String> {
+    for (ours, theirs) in answers(ours).zip(answers(theirs)) {
+        if ours != theirs {
+            return Err(format!("{theirs} instead of {ours}"));
+        }
+    }
+    if answers(ours).count() != answers(theirs).count() {
+        return Err("one answered more calls than the other".into());
+    }
     let (ours, theirs) = (table(ours)?, table(theirs)?);
     if ours.len() != theirs.len() || ours.is_empty() {
         return Err(format!("{} lines against {}", ours.len(), theirs.len()));
@@ -73,9 +82,16 @@ pub(crate) fn differences(
     Ok(Differences { lines: ours.len(), columns: found, largest })
 }
 
+fn answers(text: &str) -> impl Iterator<Item = &str> {
+    text.lines().filter(|line| line.starts_with("fmi2"))
+}
+
 fn table(text: &str) -> Result<Vec<Vec<f64>>, String> {
     let number = |word: &str| hexadecimal(word).ok_or_else(|| format!("{word:?} is no number"));
-    text.lines().map(|line| line.split_whitespace().map(number).collect()).collect()
+    text.lines()
+        .filter(|line| !line.starts_with("fmi2"))
+        .map(|line| line.split_whitespace().map(number).collect())
+        .collect()
 }
 
 /// Reads `+0x1.8000000000000p-3`, `-inf` and `+nan`, as the host prints them: each exactly.
@@ -152,6 +168,15 @@ mod tests {
         let none = "+0x0.0000000000000p+0 +nan\n";
         assert_eq!(differences(one, none, &columns).unwrap().largest, f64::INFINITY);
         assert_eq!(differences(none, one, &columns).unwrap().largest, f64::INFINITY);
+    }
+
+    #[test]
+    fn another_answer_is_an_error() {
+        let with = |answer: &str| format!("+0x0.0000000000000p+0\n{answer}");
+        let (one, other) = (with("fmi2CancelStep 3\n"), with("fmi2CancelStep 0\n"));
+        assert!(differences(&one, &one, &[]).is_ok());
+        assert!(differences(&one, &other, &[]).is_err());
+        assert!(differences(&one, &with(""), &[]).is_err());
     }
 
     #[test]

@@ -47,7 +47,7 @@ pub(crate) struct Options {
 pub(crate) fn cross(options: &Options) -> Result<(), String> {
     let platforms = with_own(&options.platforms);
     if options.setup {
-        return timed("set up", || setup::install(&platforms));
+        return timed("set up", || setup::install(&platforms, options.std));
     }
     libraries(&platforms, options.std)?;
     timed("archives", || archives::archives(&platforms))
@@ -62,10 +62,10 @@ pub(crate) fn libraries(platforms: &[Platform], source: Source) -> Result<(), St
             .into());
     }
     setup::check(platforms, false)?;
+    let zig = timed("zig", setup::zig)?;
     if binaries().exists() {
         fs::remove_dir_all(binaries()).map_err(|e| format!("{}: {e}", binaries().display()))?;
     }
-    let zig = timed("zig", setup::zig)?;
     for &platform in platforms {
         let name = platform.name();
         let toolchain = timed(&format!("{name}: Rust"), || toolchain::toolchain(platform, source))?;

@@ -3,6 +3,7 @@
 
 use super::folder;
 use super::platform::{Platform, Runner};
+use super::toolchain::{Source, toolchain};
 use crate::python;
 use crate::run::run;
 use std::env;
@@ -75,8 +76,8 @@ fn apt_line(missing: &[Needed]) -> String {
     format!("apt-get install --no-install-recommends {}", packages.join(" "))
 }
 
-/// Installs what is missing, as root; others get the command to run.
-pub(crate) fn install(platforms: &[Platform]) -> Result<(), String> {
+/// Installs what is missing, as root; others get the command to run. Then brings what needs no root.
+pub(crate) fn install(platforms: &[Platform], source: Source) -> Result<(), String> {
     let missing: Vec<_> =
         needed(platforms, true).into_iter().filter(|n| find(n.program).is_none()).collect();
     if !missing.is_empty() {
@@ -94,18 +95,19 @@ pub(crate) fn install(platforms: &[Platform]) -> Result<(), String> {
             .args(&packages))?;
     }
     check(platforms, true)?;
-    if platforms.iter().any(|p| p.linked_by_zig()) {
-        zig()?;
+    zig()?;
+    for &platform in platforms {
+        toolchain(platform, source)?;
     }
     Ok(())
 }
 
 /// Refreshes apt's lists.
-fn update() -> Result<(), String> {
+pub(crate) fn update() -> Result<(), String> {
     run(Command::new("apt-get").args(["update", "--quiet=2"]))
 }
 
-fn is_root() -> bool {
+pub(crate) fn is_root() -> bool {
     Command::new("id").arg("-u").output().is_ok_and(|output| output.stdout.trim_ascii() == b"0")
 }
 

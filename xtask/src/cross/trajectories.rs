@@ -198,7 +198,8 @@ fn drive(
         }
     };
     command.arg(library).args([&subject.guid, &uri, &subject.step, &STEPS.to_string()]);
-    command.args(words).stdin(Stdio::null());
+    // At last each of the functions once more.
+    command.args(words).arg("calls").stdin(Stdio::null());
     // Files, not pipes: wine's services outlive the program and would hold a pipe open.
     let log = out.with_extension("log");
     let create = |path: &Path| File::create(path).map_err(|e| format!("{}: {e}", path.display()));
