@@ -7,8 +7,9 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use zip::ZipArchive;
 
-/// Builds `steerwright` around the libraries and writes the demo's archives.
-pub(crate) fn archives(platforms: &[Platform]) -> Result<(), String> {
+/// Builds `steerwright` around the libraries and writes the demo's archives into the folder that it
+/// returns.
+pub(crate) fn archives(platforms: &[Platform]) -> Result<PathBuf, String> {
     let out = folder().join("archives");
     if out.exists() {
         fs::remove_dir_all(&out).map_err(|e| format!("{}: {e}", out.display()))?;
@@ -33,7 +34,7 @@ pub(crate) fn archives(platforms: &[Platform]) -> Result<(), String> {
     }
     let names: Vec<_> = platforms.iter().map(|platform| platform.name()).collect();
     eprintln!("{} archives for {} in {}", archives.len(), names.join(", "), out.display());
-    Ok(())
+    Ok(out)
 }
 
 /// Every FMU below a folder, in order.

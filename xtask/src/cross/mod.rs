@@ -14,6 +14,7 @@ mod platform;
 mod setup;
 mod toolchain;
 mod trajectories;
+mod universal;
 
 use crate::run::target;
 use clap::Args;
@@ -38,6 +39,9 @@ pub(crate) struct Options {
     /// Install what the platforms need, and build nothing
     #[arg(long)]
     setup: bool,
+    /// Also run the libraries beside those of linux64, as far as they run here
+    #[arg(long)]
+    run: bool,
     /// Where the standard library of another platform comes from
     #[arg(long, value_enum, default_value = "auto")]
     std: Source,
@@ -49,8 +53,14 @@ pub(crate) fn cross(options: &Options) -> Result<(), String> {
     if options.setup {
         return timed("set up", || setup::install(&platforms, options.std));
     }
+    setup::check(&platforms, options.run)?;
     libraries(&platforms, options.std)?;
-    timed("archives", || archives::archives(&platforms))
+    let packed = timed("archives", || archives::archives(&platforms))?;
+    if options.run {
+        let others: Vec<_> = platforms.into_iter().filter(|p| *p != Platform::Linux64).collect();
+        run(&others, &packed)?;
+    }
+    Ok(())
 }
 
 /// Builds and checks the libraries for the platforms, and for no others: an older library beside
@@ -81,10 +91,10 @@ pub(crate) fn libraries(platforms: &[Platform], source: Source) -> Result<(), St
         };
         eprintln!("{name}: {}; {run}", toolchain.name());
     }
-    Ok(())
+    universal::join(platforms)
 }
 
-/// Runs the libraries of the platforms beside this machine's own, `native`: a folder of a demo's
+/// Runs the libraries of the platforms beside those for linux64 in `native`, a folder of a demo's
 /// archives.
 pub(crate) fn run(platforms: &[Platform], native: &Path) -> Result<(), String> {
     for &platform in platforms {
