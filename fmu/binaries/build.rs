@@ -116,7 +116,7 @@ fn built() -> Result<Vec<Library>, Box<dyn Error>> {
     let platform = platform(&target)?;
     let mut sources = BTreeSet::new();
     let mut libraries = Vec::new();
-    for (package, name) in LIBRARIES {
+    for &(package, name) in LIBRARIES {
         let file = products.join(library_file(&target, &package.replace('-', "_")));
         sources.extend(dependencies(&file.with_extension("d"))?);
         // A name of its own in OUT_DIR, so that a later inner build cannot swap what was embedded.
