@@ -16,8 +16,9 @@ use zip::ZipArchive;
 const STEPS: usize = 3000;
 /// A difference beyond this part of the largest value is more than the last digits of a sine.
 const TOLERANCE: f64 = 1e-9;
-/// How far the inputs swing, by their unit.
-const SWING: [(&str, &str); 2] = [("rad", "0.1"), ("m", "20")];
+/// How far the first input of a unit swings; the next does half as far, and so on: a controller
+/// whose reference and measurement were equal would do nothing.
+const SWING: [(&str, f64); 2] = [("rad", 0.125), ("m", 16.0)];
 
 /// What a library runs on.
 struct Subject {
@@ -150,7 +151,8 @@ fn unpack(archive: &Path, to: &Path) -> Result<Subject, String> {
             "input" if letter.is_empty() => {
                 let unit = kind.attribute("unit").unwrap_or_default();
                 if let Some((_, swing)) = SWING.iter().find(|(of, _)| *of == unit) {
-                    words.push(format!("{reference}~{swing}"));
+                    let count = words.len() as i32;
+                    words.push(format!("{reference}~{}", swing * 0.5_f64.powi(count)));
                 }
             }
             "output" | "local" => {
