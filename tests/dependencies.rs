@@ -32,6 +32,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("fmu-binaries", NOTHING),
     ("fuzzing", &["fmi2-export", "fmi2-host", "model-description", "slaves"]),
     ("xtask", NOTHING),
+    ("abi-tests", NOTHING),
 ];
 
 #[test]

@@ -1,0 +1,144 @@
+//! The file that each FMU is made from, small enough to be read a million times.
+
+use formats::{
+    DesignEvidence, DesignedFor, Discrete, Document, GuidanceAdvice, InputKind, Limits, Margins,
+    Matrix, Noise, OperatingPoint, Path, PathPoint, Pid, PidGains, Plant, Specification,
+    StepMetrics,
+};
+
+/// The document with that schema; `None` for an FMU whose resources are optional and that nobody
+/// has given an example here yet.
+pub(crate) fn document(schema: &str) -> Option<String> {
+    Some(match schema {
+        Plant::SCHEMA => plant().to_json(),
+        formats::Bicycle::SCHEMA => {
+            control::bicycle_from_toml(VEHICLE, "vehicle.toml").unwrap().to_json()
+        }
+        Pid::SCHEMA => pid().to_json(),
+        Path::SCHEMA => path().to_json(),
+        _ => return None,
+    })
+}
+
+const VEHICLE: &str = "name = \"car\"\nmass_kg = 1093.3\nyaw_inertia_kgm2 = 1791.6\n\
+    distance_front_m = 1.156\ndistance_rear_m = 1.422\ncornering_stiffness_front_npr = 110000.0\n\
+    cornering_stiffness_rear_npr = 105000.0\nactuator_time_constant_s = 0.05\n\
+    steering_ratio = 15.0\nspeed_mps = 15.0\n";
+
+/// Four stable states with a delay and noise.
+fn plant() -> Plant {
+    Plant {
+        schema: Plant::SCHEMA.into(),
+        name: "example".into(),
+        input: InputKind::Steering,
+        steering_ratio: 15.0,
+        input_delay_s: 0.025,
+        operating_point: OperatingPoint {
+            speed_mps: 15.0,
+            steering_offset_rad: 0.01,
+            yaw_rate_offset_radps: 0.0,
+        },
+        discrete: Discrete {
+            sample_time_s: 0.01,
+            a: Matrix(vec![
+                vec![0.95, 0.05, 0.0, 0.0],
+                vec![-0.05, 0.95, 0.02, 0.0],
+                vec![0.0, 0.0, 0.8, 0.1],
+                vec![0.0, 0.0, -0.1, 0.8],
+            ]),
+            b: Matrix::column(&[0.01, 0.02, 0.03, 0.01]),
+            c: Matrix(vec![vec![1.0, 0.5, 0.25, 0.125]]),
+            d: Matrix(vec![vec![0.0]]),
+            k: Matrix::column(&[0.1, 0.05, 0.02, 0.01]),
+            x0: vec![0.0; 4],
+        },
+        continuous: None,
+        noise: Noise { innovation_variance: 1e-6 },
+        evidence: formats::Evidence::default(),
+        provenance: formats::Provenance::default(),
+    }
+}
+
+fn pid() -> Pid {
+    let step = StepMetrics {
+        overshoot_percent: 0.5,
+        settling_time_s: Some(0.9),
+        steady_state_error_percent: 0.1,
+        rise_time_s: Some(0.5),
+        largest_angle_rad: 1.0,
+        largest_increment_rad: 0.1,
+    };
+    Pid {
+        schema: Pid::SCHEMA.into(),
+        name: "example".into(),
+        sample_time_s: 0.01,
+        gains: PidGains {
+            kp: 30.0,
+            ki: 2.0,
+            kd: 1.5,
+            derivative_filter_time_s: 0.02,
+            setpoint_weight_proportional: 0.7,
+            setpoint_weight_derivative: 0.0,
+            anti_windup_time_s: 0.5,
+        },
+        limits: Limits { max_angle_rad: 5.76, max_increment_rad: 3.9, max_rate_radps: 6.0 },
+        designed_for: DesignedFor {
+            model: "plant".into(),
+            name: "example".into(),
+            sha256: String::new(),
+            speed_mps: 15.0,
+            steering_ratio: 15.0,
+            loop_delay_s: 0.0,
+        },
+        specification: Specification {
+            overshoot_percent: 1.0,
+            settling_time_s: 1.0,
+            steady_state_error_percent: 2.0,
+            step_rad: 0.1,
+            steering_offset_rad: 0.0,
+            steady_state_time_s: 5.0,
+            modulus_margin: 0.5,
+        },
+        evidence: DesignEvidence {
+            met: true,
+            shortfalls: Vec::new(),
+            step,
+            step_with_offset: step,
+            small_step: None,
+            margins: Margins {
+                gain_margin_db: None,
+                phase_margin_deg: Some(60.0),
+                delay_margin_s: None,
+                modulus_margin: 0.7,
+                crossover_radps: None,
+            },
+        },
+        guidance: GuidanceAdvice { feedforward_gain_radm: 40.0, preview_time_s: 0.2 },
+        provenance: formats::Provenance::default(),
+    }
+}
+
+/// A straight of 20 m, then an arc to the left.
+fn path() -> Path {
+    let radius = 50.0;
+    let point = |i: i32| {
+        let distance_m = f64::from(i) * 2.0;
+        let angle = ((distance_m - 20.0) / radius).max(0.0);
+        PathPoint {
+            distance_m,
+            x_m: distance_m.min(20.0) + radius * angle.sin(),
+            y_m: radius * (1.0 - angle.cos()),
+            heading_rad: angle,
+            curvature_per_m: if angle > 0.0 { 1.0 / radius } else { 0.0 },
+        }
+    };
+    Path {
+        schema: Path::SCHEMA.into(),
+        name: "example".into(),
+        closed: false,
+        guidance: formats::Guidance::default(),
+        speed_mps: 15.0,
+        points: (0..=60).map(point).collect(),
+        provenance: formats::Provenance::default(),
+    }
+}

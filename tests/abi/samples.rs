@@ -1,0 +1,131 @@
+//! The archives of all FMUs, packed, unpacked and loaded once.
+
+use crate::api::Api;
+use crate::documents::document;
+use fmi2_host::Archive;
+use model_description::{
+    Causality, CoSimulation, DefaultExperiment, Initial, Kind, ModelDescription, Variability,
+    Variable,
+};
+use packaging::{Binary, Fmu};
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+use tempfile::TempDir;
+
+/// An unpacked FMU.
+pub(crate) struct Sample {
+    pub(crate) fmu: Fmu,
+    pub(crate) description: ModelDescription,
+    pub(crate) library: PathBuf,
+    pub(crate) folder: PathBuf,
+    pub(crate) api: Api,
+    _files: Files,
+}
+
+enum Files {
+    /// Keep what was unpacked.
+    Archive(#[allow(dead_code)] Archive),
+    Folder(#[allow(dead_code)] TempDir),
+}
+
+/// Every FMU.
+pub(crate) fn samples() -> &'static [Sample] {
+    static SAMPLES: OnceLock<Vec<Sample>> = OnceLock::new();
+    SAMPLES.get_or_init(|| Fmu::ALL.into_iter().map(unpacked).collect())
+}
+
+/// The FMU of that name.
+pub(crate) fn sample(name: &str) -> &'static Sample {
+    samples().iter().find(|sample| sample.fmu.name() == name).expect(name)
+}
+
+/// Packs and unpacks an FMU; one without an example document has empty resources.
+fn unpacked(fmu: Fmu) -> Sample {
+    let binaries: Vec<Binary<'_>> = fmu_binaries::of(fmu.name())
+        .map(|library| Binary { platform: library.platform, bytes: library.bytes })
+        .collect();
+    match document(fmu.schema()) {
+        Some(document) => {
+            let packed = packaging::package(&document, fmu.resource(), &binaries, None).unwrap();
+            let archive = Archive::from_bytes(&packed.bytes, fmu.name()).unwrap();
+            let (library, folder) = (archive.binary().unwrap(), archive.folder().to_owned());
+            let description = archive.model().description().clone();
+            Sample::new(fmu, description, library, folder, Files::Archive(archive))
+        }
+        None => {
+            let experiment = DefaultExperiment { step_size: Some(0.01), ..Default::default() };
+            let description = fmu.describe(Vec::new(), experiment).unwrap();
+            let folder = tempfile::tempdir().unwrap();
+            std::fs::create_dir(folder.path().join("resources")).unwrap();
+            let here = fmi2_host::platform_folders();
+            let binary = binaries.iter().find(|b| here.contains(&b.platform)).unwrap();
+            let library = folder.path().join(fmi2_host::binary_name(fmu.name()));
+            std::fs::write(&library, binary.bytes).unwrap();
+            let path = folder.path().to_owned();
+            Sample::new(fmu, description, library, path, Files::Folder(folder))
+        }
+    }
+}
+
+impl Sample {
+    fn new(
+        fmu: Fmu,
+        description: ModelDescription,
+        library: PathBuf,
+        folder: PathBuf,
+        files: Files,
+    ) -> Self {
+        let api = Api::load(&library);
+        Self { fmu, description, library, folder, api, _files: files }
+    }
+
+    pub(crate) fn name(&self) -> &'static str {
+        self.fmu.name()
+    }
+
+    /// The URI of its `resources` folder, as RFC 8089 has it.
+    pub(crate) fn uri(&self) -> String {
+        uri_of(&self.folder.join("resources"))
+    }
+
+    /// What the description says that it can do.
+    pub(crate) fn flags(&self) -> &CoSimulation {
+        self.description.co_simulation.as_ref().unwrap()
+    }
+
+    /// The step size that its description advises, s.
+    pub(crate) fn step(&self) -> f64 {
+        self.description.default_experiment.and_then(|e| e.step_size).unwrap()
+    }
+
+    pub(crate) fn variables(&self) -> &[Variable] {
+        &self.description.variables
+    }
+
+    /// The variables of one kind and causality.
+    pub(crate) fn of(&self, kind: Kind, causality: Causality) -> impl Iterator<Item = &Variable> {
+        self.variables().iter().filter(move |v| v.kind == kind && v.causality == causality)
+    }
+
+    /// The value reference of a variable.
+    pub(crate) fn reference(&self, name: &str) -> u32 {
+        self.description.variable(name).expect(name).reference
+    }
+
+    /// The continuous Real variables of that causality.
+    pub(crate) fn continuous(&self, causality: Causality) -> Vec<&Variable> {
+        let continuous = |v: &&Variable| v.variability == Variability::Continuous;
+        self.of(Kind::Real, causality).filter(continuous).collect()
+    }
+}
+
+/// Whether a variable has a start value that may be set before the start.
+pub(crate) fn is_exact(variable: &Variable) -> bool {
+    variable.effective_initial() == Some(Initial::Exact)
+}
+
+/// The `file:` URI of a folder whose path needs no escapes.
+pub(crate) fn uri_of(folder: &Path) -> String {
+    let path = folder.display().to_string().replace('\\', "/");
+    format!("file:///{}", path.trim_start_matches('/'))
+}
