@@ -11,7 +11,8 @@
  *   first=K        the first step is step K (default 0), and the start time K * STEP
  *   save=FILE      after the last step, writes the serialized FMU state
  *   load=FILE      starts from that state, not from an initialization
- *   locale=NAME    calls setlocale(LC_ALL, NAME) first
+ *   cycles=N       first makes, starts, steps and frees N other instances
+ *   locale=NAME    calls setlocale(LC_ALL, NAME) first, and tells the decimal point on stderr
  *   reset          after the run resets the instance and runs again
  *   calls          at last calls all 34 functions once more, and prints each status
  *
@@ -122,7 +123,7 @@ struct word {
 static struct word words[MOST_WORDS];
 static size_t word_count;
 static double step_size;
-static long step_count, first_step;
+static long step_count, first_step, cycles;
 static const char *save_file, *load_file, *locale_name;
 static int with_reset, with_calls;
 
@@ -130,6 +131,7 @@ static int parse_word(const char *text) {
     struct word *word = &words[word_count];
     char *end;
     if (!strncmp(text, "first=", 6)) return first_step = strtol(text + 6, NULL, 10), 1;
+    if (!strncmp(text, "cycles=", 7)) return cycles = strtol(text + 7, NULL, 10), 1;
     if (!strncmp(text, "save=", 5)) return save_file = text + 5, 1;
     if (!strncmp(text, "load=", 5)) return load_file = text + 5, 1;
     if (!strncmp(text, "locale=", 7)) return locale_name = text + 7, 1;
@@ -316,8 +318,28 @@ static void call_all(fmi2Component c) {
     SAY(ExitInitializationMode, c);
 }
 
-int main(int count, char **arguments) {
+static fmi2Component instantiate(char **arguments) {
+    /* On the stack: an FMU has to copy it. */
     fmi2CallbackFunctions callbacks = {logger, allocate, free, NULL, NULL};
+    const char *location = strcmp(arguments[3], "-") ? arguments[3] : NULL;
+    return fmu.Instantiate("host", fmi2CoSimulation, arguments[2], location, &callbacks, fmi2False,
+                           fmi2False);
+}
+
+static void cycle(char **arguments) {
+    fmi2FMUstate state = NULL;
+    fmi2Component c = instantiate(arguments);
+    CALL(SetupExperiment, c, fmi2False, 0.0, 0.0, fmi2False, 0.0);
+    CALL(EnterInitializationMode, c);
+    CALL(ExitInitializationMode, c);
+    CALL(DoStep, c, 0.0, step_size, fmi2True);
+    CALL(GetFMUstate, c, &state);
+    CALL(SetFMUstate, c, state);
+    CALL(FreeFMUstate, c, &state);
+    fmu.FreeInstance(c);
+}
+
+int main(int count, char **arguments) {
     fmi2Component c;
     void *library;
     if (count < 6) return fprintf(stderr, "host LIBRARY GUID URI STEP COUNT [WORD...]\n"), 2;
@@ -327,7 +349,10 @@ int main(int count, char **arguments) {
         if (!parse_word(arguments[i])) return fprintf(stderr, "bad word %s\n", arguments[i]), 2;
     }
     /* Only now: strtod reads by the locale. */
-    if (locale_name && !setlocale(LC_ALL, locale_name)) return fprintf(stderr, "no locale\n"), 2;
+    if (locale_name) {
+        if (!setlocale(LC_ALL, locale_name)) return fprintf(stderr, "no such locale\n"), 2;
+        fprintf(stderr, "decimal point %s\n", localeconv()->decimal_point);
+    }
 #ifdef _WIN32
     _setmode(_fileno(stdout), _O_BINARY);
 #endif
@@ -335,9 +360,8 @@ int main(int count, char **arguments) {
     if (!library || !find_all(library)) return fprintf(stderr, "no library\n"), 2;
     if (strcmp(fmu.GetTypesPlatform(), fmi2TypesPlatform) || strcmp(fmu.GetVersion(), fmi2Version))
         return fprintf(stderr, "another platform or version\n"), 1;
-    c = fmu.Instantiate("host", fmi2CoSimulation, arguments[2],
-                        strcmp(arguments[3], "-") ? arguments[3] : NULL, &callbacks, fmi2False,
-                        fmi2False);
+    for (long k = 0; k < cycles && !failed; k++) cycle(arguments);
+    c = instantiate(arguments);
     if (!c) return fprintf(stderr, "no instance\n"), 1;
     run(c);
     if (with_reset && !failed) {

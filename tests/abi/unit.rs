@@ -295,7 +295,7 @@ impl<'s> Unit<'s> {
         for (i, input) in self.sample.of(Kind::Real, Causality::Input).enumerate() {
             let wave = (f64::from(k) * 0.1 + i as f64).sin();
             // A speed stays positive.
-            let value = if input.min == Some(0.0) { 12.0 + 2.0 * wave } else { 0.1 * wave };
+            let value = if input.min == Some(0.0) { 15.0 + 2.0 * wave } else { 0.1 * wave };
             assert!(self.set_real(input.reference, value) <= 1);
         }
         for input in self.sample.of(Kind::Boolean, Causality::Input) {
@@ -325,9 +325,8 @@ impl Unit<'_> {
         let mut state = null_mut();
         let (pointer, n) = (bytes.as_ptr(), bytes.len());
         // SAFETY: a live instance, as many bytes as said, a pointer to null.
-        let status = unsafe {
-            (self.api.de_serialize_fmu_state)(self.component, pointer, n, &mut state)
-        };
+        let status =
+            unsafe { (self.api.de_serialize_fmu_state)(self.component, pointer, n, &mut state) };
         if status == OK {
             assert_eq!(self.restore(state), OK);
             self.free(state);

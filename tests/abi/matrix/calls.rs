@@ -48,21 +48,22 @@ fn whole(sample: &Sample) -> Vec<Case<'_>> {
 }
 
 fn setup<'s>() -> Vec<Case<'s>> {
-    let case = |class: &str, expected, (tolerance_defined, tolerance, start, stop_defined, stop)| {
-        Case::new("fmi2SetupExperiment", class, expected, move |unit| {
-            // SAFETY: a live instance.
-            unsafe {
-                (unit.api.setup_experiment)(
-                    unit.component,
-                    tolerance_defined,
-                    tolerance,
-                    start,
-                    stop_defined,
-                    stop,
-                )
-            }
-        })
-    };
+    let case =
+        |class: &str, expected, (tolerance_defined, tolerance, start, stop_defined, stop)| {
+            Case::new("fmi2SetupExperiment", class, expected, move |unit| {
+                // SAFETY: a live instance.
+                unsafe {
+                    (unit.api.setup_experiment)(
+                        unit.component,
+                        tolerance_defined,
+                        tolerance,
+                        start,
+                        stop_defined,
+                        stop,
+                    )
+                }
+            })
+        };
     vec![
         case("valid", OK, (0, 0.0, 0.0, 0, 0.0)),
         case("a late start", OK, (1, 1e-6, 100.0, 1, 200.0)),

@@ -147,8 +147,7 @@ fn of_type<'s, T: Copy + PartialEq + std::fmt::Debug + 's>(
             let mut room = value;
             let values = if with_values { &raw mut room } else { std::ptr::null_mut() };
             // SAFETY: a live instance; elements that cannot be are refused before they are read.
-            let status =
-                unsafe { functions(unit.api).0(unit.component, references(), n, values) };
+            let status = unsafe { functions(unit.api).0(unit.component, references(), n, values) };
             assert_eq!(room, value);
             status
         }));
