@@ -33,6 +33,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("fuzzing", &["fmi2-export", "fmi2-host", "model-description", "slaves"]),
     ("xtask", NOTHING),
     ("abi-tests", NOTHING),
+    ("bench-fmus", &["fmi2-export"]),
 ];
 
 #[test]

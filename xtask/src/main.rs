@@ -1,13 +1,16 @@
-//! What developers run: `cargo xtask test`, `lint`, `readme`, `cross`.
+//! What developers run: `cargo xtask test`, `lint`, `readme`, `licenses`, `cross`, `fuzz`, `stress`,
+//! `bench fmu`.
 
-mod fuzz;
+mod bench;
 mod cross;
+mod fuzz;
 mod importers;
 mod licenses;
 mod lint;
 mod python;
 mod readme;
 mod run;
+mod stress;
 mod test;
 
 use clap::{Parser, Subcommand};
@@ -49,6 +52,13 @@ enum Command {
     Licenses,
     /// Put the demo's table and picture into the README
     Readme,
+    /// The tests that take minutes: millions of instances, thousands under valgrind
+    Stress,
+    /// Measure something
+    Bench {
+        /// What to measure
+        what: bench::Bench,
+    },
 }
 
 fn main() -> ExitCode {
@@ -59,6 +69,8 @@ fn main() -> ExitCode {
         Command::Fuzz { minutes, targets } => fuzz::fuzz(minutes, &targets),
         Command::Licenses => licenses::licenses(),
         Command::Readme => readme::readme(),
+        Command::Stress => stress::stress(),
+        Command::Bench { what } => bench::bench(what),
         Command::Python => python::environment().map(|python| println!("{}", python.display())),
     };
     match result {

@@ -1,0 +1,222 @@
+//! What a call of an FMU costs, beside the same arithmetic in C and in pythonfmu.
+//!
+//! `cargo xtask bench fmu` prepares what this needs and runs it: the libraries of `fmus/`, built
+//! with the profile of the FMUs, in `STEERWRIGHT_BENCH_FMUS`, and an unpacked FMU of pythonfmu in
+//! `STEERWRIGHT_BENCH_PYTHONFMU` (without it the ratios are left out). A C program does the timing:
+//! rounds in which each subject has its turn, processor time of its thread.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)] // a tool of developers
+
+#[path = "../documents.rs"]
+#[allow(dead_code)]
+mod documents;
+mod table;
+
+use fmi2_export::{Resources, Slave};
+use fmi2_host::Archive;
+use packaging::Binary;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use table::{Row, Statistics};
+
+const ROUNDS: usize = 15;
+const STEP: f64 = 0.01;
+
+/// What is timed, as `timing.c` reads it.
+struct Subject {
+    kind: &'static str,
+    library: PathBuf,
+    guid: String,
+    uri: String,
+    count: u32,
+    reference: u32,
+}
+
+fn main() {
+    if std::env::args().any(|argument| argument == "--test") {
+        return;
+    }
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let folder = tempfile::tempdir().unwrap();
+    let timing = folder.path().join("timing");
+    let bare = folder.path().join("bare.so");
+    compile(&["-std=c99", "-O2", "-I", "fmi2", "bench/timing.c", "-ldl"], here, &timing);
+    compile(&["-O3", "-shared", "-fPIC", "bench/bare.c", "-lm"], here, &bare);
+
+    let mut subjects = Vec::new();
+    let mut names = Vec::new();
+    let mut add = |name: &str, subject: Subject| {
+        names.push(name.to_owned());
+        subjects.push(subject);
+    };
+    for function in ["linear_step", "pid_step"] {
+        let (library, guid) = (bare.clone(), function.to_owned());
+        let subject = Subject {
+            kind: "bare",
+            library,
+            guid,
+            uri: "-".into(),
+            count: 1_000_000,
+            reference: 0,
+        };
+        add(&format!("bare {function}"), subject);
+    }
+    let archives = archives();
+    let mut fmus = own(&archives);
+    if let Some(fmus_folder) = std::env::var_os("STEERWRIGHT_BENCH_FMUS") {
+        fmus.extend(of_the_benchmark(Path::new(&fmus_folder)));
+    }
+    for fmu in &fmus {
+        for (kind, reference) in [
+            ("empty", 0),
+            ("get", fmu.output),
+            ("set", fmu.input),
+            ("step", 0),
+            ("setstep", fmu.input),
+        ] {
+            let subject = Subject {
+                kind,
+                library: fmu.library.clone(),
+                guid: fmu.guid.clone(),
+                uri: fmu.uri.clone(),
+                count: 1_000_000,
+                reference,
+            };
+            add(&format!("{} {kind}", fmu.name), subject);
+        }
+    }
+    if let Some(unpacked) = std::env::var_os("STEERWRIGHT_BENCH_PYTHONFMU") {
+        let fmu = pythonfmu(Path::new(&unpacked));
+        for (kind, reference) in [("step", 0), ("setstep", fmu.input)] {
+            let subject = Subject {
+                kind,
+                library: fmu.library.clone(),
+                guid: fmu.guid.clone(),
+                uri: fmu.uri.clone(),
+                count: 5_000,
+                reference,
+            };
+            add(&format!("{} {kind}", fmu.name), subject);
+        }
+    }
+
+    let rounds = time(&timing, &subjects);
+    let rows: Vec<Row> = names
+        .into_iter()
+        .enumerate()
+        .map(|(i, name)| Row { name, ns: Statistics::of(rounds.iter().map(|r| r[i]).collect()) })
+        .collect();
+    table::print(&rows, ROUNDS);
+}
+
+fn compile(arguments: &[&str], folder: &Path, to: &Path) {
+    let status = Command::new("cc").args(arguments).arg("-o").arg(to).current_dir(folder).status();
+    assert!(status.expect("a C compiler, cc").success(), "cc {arguments:?}");
+}
+
+/// An FMU to be timed: a Real that is set and one that is read.
+struct Timed {
+    name: String,
+    library: PathBuf,
+    guid: String,
+    uri: String,
+    input: u32,
+    output: u32,
+}
+
+/// The packed FMUs, and an identified plant without its delay.
+fn archives() -> Vec<(String, Archive)> {
+    let mut archives = Vec::new();
+    for fmu in packaging::Fmu::ALL {
+        let binaries: Vec<Binary<'_>> = fmu_binaries::of(fmu.name())
+            .map(|library| Binary { platform: library.platform, bytes: library.bytes })
+            .collect();
+        let Some(document) = documents::document(fmu.schema()) else {
+            println!("{}: left out, for it has no example document", fmu.name());
+            continue;
+        };
+        let mut add = |name: String, document: &str| {
+            let packed = packaging::package(document, fmu.resource(), &binaries, None).unwrap();
+            archives.push((name, Archive::from_bytes(&packed.bytes, fmu.name()).unwrap()));
+        };
+        let without_delay = document.replace("\"input_delay_s\": 0.025", "\"input_delay_s\": 0.0");
+        if without_delay == document {
+            add(fmu.name().to_owned(), &document);
+        } else {
+            add(fmu.name().to_owned(), &without_delay);
+            add(format!("{} (25 ms delay)", fmu.name()), &document);
+        }
+    }
+    archives
+}
+
+fn own(archives: &[(String, Archive)]) -> Vec<Timed> {
+    let timed = |(name, archive): &(String, Archive)| {
+        let reference = |names: &[&str]| {
+            names.iter().find_map(|n| archive.model().variable(n)).expect("a variable").reference
+        };
+        Timed {
+            name: name.clone(),
+            library: archive.binary().unwrap(),
+            guid: archive.model().description().guid.clone(),
+            uri: format!("file://{}", archive.folder().join("resources").display()),
+            input: reference(&["speed", "yaw"]),
+            output: reference(&["yaw_rate", "steering_angle", "yaw_reference"]),
+        }
+    };
+    archives.iter().map(timed).collect()
+}
+
+fn of_the_benchmark(folder: &Path) -> Vec<Timed> {
+    let timed = |name: &str, file: &str, guid: String| Timed {
+        name: name.into(),
+        library: folder.join(libloading::library_filename(file)),
+        guid,
+        uri: "file:///nothing".into(),
+        input: 0,
+        output: 1,
+    };
+    fn guid<S: Slave>() -> String {
+        fmi2_export::guid::<S>(&Resources::default())
+    }
+    vec![
+        timed("Empty", "empty", guid::<bench_fmus::Empty>()),
+        timed("Linear", "linear", guid::<bench_fmus::Linear>()),
+    ]
+}
+
+fn pythonfmu(unpacked: &Path) -> Timed {
+    let xml = std::fs::read_to_string(unpacked.join("modelDescription.xml")).unwrap();
+    let description = model_description::ModelDescription::from_xml(&xml).unwrap();
+    let reference = |name| description.variable(name).unwrap().reference;
+    Timed {
+        name: "pythonfmu".into(),
+        library: unpacked.join("binaries/linux64/Linear.so"),
+        guid: description.guid.clone(),
+        uri: format!("file://{}", unpacked.join("resources").display()),
+        input: reference("u"),
+        output: reference("y"),
+    }
+}
+
+/// Nanoseconds a call: round by round, subject by subject.
+fn time(timing: &Path, subjects: &[Subject]) -> Vec<Vec<f64>> {
+    let mut child = Command::new(timing)
+        .arg(ROUNDS.to_string())
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut input = child.stdin.take().unwrap();
+    for s in subjects {
+        let (kind, guid, uri) = (s.kind, &s.guid, &s.uri);
+        let library = s.library.display();
+        writeln!(input, "{kind}\t{library}\t{guid}\t{uri}\t{STEP}\t{}\t{}", s.count, s.reference)
+            .unwrap();
+    }
+    drop(input);
+    let output = child.wait_with_output().unwrap();
+    assert!(output.status.success(), "timing: {}", output.status);
+    let numbers = |line: &str| line.split_whitespace().map(|word| word.parse().unwrap()).collect();
+    String::from_utf8(output.stdout).unwrap().lines().map(numbers).collect()
+}

@@ -1,0 +1,46 @@
+//! `cargo xtask bench fmu`: builds what is compared, and runs the benchmark of `tests/abi`.
+
+use crate::python;
+use crate::run::{cargo, root, run, target};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// The FMUs' own profile for the libraries, and the pinned rival, if it can be had.
+pub(crate) fn fmu() -> Result<(), String> {
+    run(&mut cargo(&["build", "--profile", "fmu", "--package", "bench-fmus", "--examples"]))?;
+    let mut bench = cargo(&["bench", "--package", "abi-tests", "--bench", "fmu"]);
+    bench.env("STEERWRIGHT_BENCH_FMUS", target().join("fmu/examples"));
+    match pythonfmu() {
+        Ok(unpacked) => {
+            bench.env("STEERWRIGHT_BENCH_PYTHONFMU", unpacked);
+        }
+        Err(problem) => eprintln!("left out: pythonfmu: {problem}"),
+    }
+    run(&mut bench)
+}
+
+/// An unpacked FMU of pythonfmu with the linear model, made in an environment of its own.
+fn pythonfmu() -> Result<PathBuf, String> {
+    let python = python::environment_in(
+        &target().join("bench-python"),
+        &root().join("tests/abi/bench/requirements.txt"),
+    )?;
+    let script = root().join("tests/abi/bench/linear.py");
+    let folder = target().join("bench-pythonfmu");
+    let said = |e: std::io::Error| format!("{}: {e}", folder.display());
+    if folder.exists() {
+        fs::remove_dir_all(&folder).map_err(said)?;
+    }
+    fs::create_dir_all(&folder).map_err(said)?;
+    let module = |module: &str| {
+        let mut command = Command::new(&python);
+        command.args(["-m", module]);
+        command
+    };
+    run(module("pythonfmu").args(["build", "-f"]).arg(&script).arg("-d").arg(&folder))?;
+    let unpacked = folder.join("unpacked");
+    let archive: &Path = &folder.join("Linear.fmu");
+    run(module("zipfile").arg("-e").arg(archive).arg(&unpacked))?;
+    Ok(unpacked)
+}

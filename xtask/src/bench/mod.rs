@@ -1,0 +1,19 @@
+//! `cargo xtask bench`: measurements, none of which runs in the tests.
+
+mod fmu;
+
+use clap::ValueEnum;
+
+/// What can be measured.
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum Bench {
+    /// What a call of an FMU costs, beside the same arithmetic in C and in pythonfmu
+    Fmu,
+}
+
+/// Measures it.
+pub(crate) fn bench(what: Bench) -> Result<(), String> {
+    match what {
+        Bench::Fmu => fmu::fmu(),
+    }
+}
