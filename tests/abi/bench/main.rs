@@ -2,7 +2,8 @@
 //!
 //! `cargo xtask bench fmu` prepares what this needs and runs it: the libraries of `fmus/`, built
 //! with the profile of the FMUs, in `STEERWRIGHT_BENCH_FMUS`, and an unpacked FMU of pythonfmu in
-//! `STEERWRIGHT_BENCH_PYTHONFMU` (without it the ratios are left out). A C program does the timing:
+//! `STEERWRIGHT_BENCH_PYTHONFMU` (without it the ratios are left out), which finds the symbols of
+//! Python only if the library `STEERWRIGHT_BENCH_LIBPYTHON` is loaded before. A C program does the timing:
 //! rounds in which each subject has its turn, processor time of its thread.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)] // a tool of developers
 
@@ -13,12 +14,14 @@ mod table;
 
 use fmi2_export::{Resources, Slave};
 use fmi2_host::Archive;
+use model_description::Causality;
 use packaging::Binary;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use table::{Row, Statistics};
 
+/// Rounds, of which each times every subject for a million calls, the slow ones for fewer.
 const ROUNDS: usize = 15;
 const STEP: f64 = 0.01;
 
@@ -30,6 +33,8 @@ struct Subject {
     uri: String,
     count: u32,
     reference: u32,
+    range: [f64; 2],
+    start: String,
 }
 
 fn main() {
@@ -58,6 +63,8 @@ fn main() {
             uri: "-".into(),
             count: 1_000_000,
             reference: 0,
+            range: [0.0; 2],
+            start: "-".into(),
         };
         add(&format!("bare {function}"), subject);
     }
@@ -67,36 +74,14 @@ fn main() {
         fmus.extend(of_the_benchmark(Path::new(&fmus_folder)));
     }
     for fmu in &fmus {
-        for (kind, reference) in [
-            ("empty", 0),
-            ("get", fmu.output),
-            ("set", fmu.input),
-            ("step", 0),
-            ("setstep", fmu.input),
-        ] {
-            let subject = Subject {
-                kind,
-                library: fmu.library.clone(),
-                guid: fmu.guid.clone(),
-                uri: fmu.uri.clone(),
-                count: 1_000_000,
-                reference,
-            };
-            add(&format!("{} {kind}", fmu.name), subject);
+        for kind in ["empty", "get", "set", "step", "setstep"] {
+            add(&format!("{} {kind}", fmu.name), fmu.subject(kind, 1_000_000));
         }
     }
     if let Some(unpacked) = std::env::var_os("STEERWRIGHT_BENCH_PYTHONFMU") {
         let fmu = pythonfmu(Path::new(&unpacked));
-        for (kind, reference) in [("step", 0), ("setstep", fmu.input)] {
-            let subject = Subject {
-                kind,
-                library: fmu.library.clone(),
-                guid: fmu.guid.clone(),
-                uri: fmu.uri.clone(),
-                count: 5_000,
-                reference,
-            };
-            add(&format!("{} {kind}", fmu.name), subject);
+        for kind in ["step", "setstep"] {
+            add(&format!("{} {kind}", fmu.name), fmu.subject(kind, 5_000));
         }
     }
 
@@ -121,7 +106,26 @@ struct Timed {
     guid: String,
     uri: String,
     input: u32,
+    /// What the input is given: from the first, to the second.
+    range: [f64; 2],
     output: u32,
+    /// Inputs before the start, as `timing.c` reads them.
+    start: String,
+}
+
+impl Timed {
+    fn subject(&self, kind: &'static str, count: u32) -> Subject {
+        Subject {
+            kind,
+            library: self.library.clone(),
+            guid: self.guid.clone(),
+            uri: self.uri.clone(),
+            count,
+            reference: if kind == "get" { self.output } else { self.input },
+            range: self.range,
+            start: self.start.clone(),
+        }
+    }
 }
 
 /// The packed FMUs, and an identified plant without its delay.
@@ -155,12 +159,25 @@ fn own(archives: &[(String, Archive)]) -> Vec<Timed> {
         let reference = |names: &[&str]| {
             names.iter().find_map(|n| archive.model().variable(n)).expect("a variable").reference
         };
+        // A vehicle in a curve and a controller with an error: nothing is zero by chance.
+        let start = [("steering_angle", 0.3), ("yaw_reference", 0.05), ("yaw", 0.01), ("x", 5.0)];
+        let is_input = |name: &str| {
+            let variable = archive.model().variable(name)?;
+            (variable.causality == Causality::Input).then_some(variable.reference)
+        };
+        let start: Vec<String> = start
+            .iter()
+            .filter_map(|(name, value)| Some(format!("{}={value}", is_input(name)?)))
+            .collect();
+        let is_vehicle = archive.model().variable("speed").is_some();
         Timed {
             name: name.clone(),
             library: archive.binary().unwrap(),
             guid: archive.model().description().guid.clone(),
             uri: format!("file://{}", archive.folder().join("resources").display()),
             input: reference(&["speed", "yaw"]),
+            range: if is_vehicle { [14.0, 16.0] } else { [0.0, 0.02] },
+            start: start.join(","),
             output: reference(&["yaw_rate", "steering_angle", "yaw_reference"]),
         }
     };
@@ -174,7 +191,9 @@ fn of_the_benchmark(folder: &Path) -> Vec<Timed> {
         guid,
         uri: "file:///nothing".into(),
         input: 0,
+        range: [0.5, 1.5],
         output: 1,
+        start: "0=1".into(),
     };
     fn guid<S: Slave>() -> String {
         fmi2_export::guid::<S>(&Resources::default())
@@ -195,13 +214,19 @@ fn pythonfmu(unpacked: &Path) -> Timed {
         guid: description.guid.clone(),
         uri: format!("file://{}", unpacked.join("resources").display()),
         input: reference("u"),
+        range: [0.5, 1.5],
+        start: "-".into(),
         output: reference("y"),
     }
 }
 
 /// Nanoseconds a call: round by round, subject by subject.
 fn time(timing: &Path, subjects: &[Subject]) -> Vec<Vec<f64>> {
-    let mut child = Command::new(timing)
+    let mut command = Command::new(timing);
+    if let Some(python) = std::env::var_os("STEERWRIGHT_BENCH_LIBPYTHON") {
+        command.env("LD_PRELOAD", python);
+    }
+    let mut child = command
         .arg(ROUNDS.to_string())
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
@@ -210,9 +235,9 @@ fn time(timing: &Path, subjects: &[Subject]) -> Vec<Vec<f64>> {
     let mut input = child.stdin.take().unwrap();
     for s in subjects {
         let (kind, guid, uri) = (s.kind, &s.guid, &s.uri);
-        let library = s.library.display();
-        writeln!(input, "{kind}\t{library}\t{guid}\t{uri}\t{STEP}\t{}\t{}", s.count, s.reference)
-            .unwrap();
+        let (library, [low, high], start) = (s.library.display(), s.range, &s.start);
+        write!(input, "{kind}\t{library}\t{guid}\t{uri}\t{STEP}\t{}\t", s.count).unwrap();
+        writeln!(input, "{}\t{low}\t{high}\t{start}", s.reference).unwrap();
     }
     drop(input);
     let output = child.wait_with_output().unwrap();

@@ -3,7 +3,8 @@
  *   timing ROUNDS < SUBJECTS > NANOSECONDS
  *
  * A line of SUBJECTS has its fields apart by a tab: what is called, LIBRARY, GUID, URI, STEP,
- * COUNT, and the value reference of a Real. What is called is
+ * COUNT, the value reference of a Real, the smallest and the largest value that it is given, and
+ * the Reals set in initialization mode, REF=VALUE apart by commas or "-". What is called is
  *
  *   bare     the function named in the field GUID, with the signature of fmi2DoStep
  *   empty    fmi2GetVersion, of which only the call costs anything
@@ -26,7 +27,7 @@ enum { MOST = 64 };
 
 struct subject {
     char kind[16];
-    double step;
+    double step, low, high;
     long count, done;
     fmi2ValueReference reference;
     fmi2Component component;
@@ -49,7 +50,8 @@ static void find(void *library, const char *name, void *function) {
     memcpy(function, &address, sizeof address);
 }
 
-static void start(struct subject *s, void *library, const char *guid, const char *uri) {
+static void start(struct subject *s, void *library, const char *guid, const char *uri,
+                  const char *values) {
     fmi2InstantiateTYPE *instantiate;
     fmi2SetupExperimentTYPE *setup;
     fmi2EnterInitializationModeTYPE *enter;
@@ -65,9 +67,19 @@ static void start(struct subject *s, void *library, const char *guid, const char
     find(library, "fmi2GetVersion", &s->get_version);
     s->component = instantiate("timing", fmi2CoSimulation, guid, uri, &callbacks, 0, 0);
     if (!s->component) fail("no instance");
-    if (setup(s->component, 0, 0.0, 0.0, 0, 0.0) > fmi2Warning || enter(s->component) > fmi2Warning
-        || leave(s->component) > fmi2Warning)
+    if (setup(s->component, 0, 0.0, 0.0, 0, 0.0) > fmi2Warning || enter(s->component) > fmi2Warning)
         fail("no initialization");
+    while (values && strchr(values, '=')) {
+        fmi2ValueReference reference = (fmi2ValueReference)strtoul(values, NULL, 10);
+        double value = atof(strchr(values, '=') + 1);
+        if (s->set_real(s->component, &reference, 1, &value) > fmi2Warning) fail("a start value");
+        values = strchr(values, ',');
+        if (values) values++;
+    }
+    if (leave(s->component) > fmi2Warning) fail("no start");
+    /* What is read and set is that of a model that runs. */
+    if (s->do_step(s->component, 0.0, s->step, fmi2True) > fmi2Warning) fail("no step");
+    s->done = 1;
 }
 
 static double now(void) {
@@ -79,7 +91,7 @@ static double now(void) {
 
 static double run(struct subject *s, long count) {
     fmi2Status worst = fmi2OK, status;
-    double value = 0.0, begin = now();
+    double value = 0.0, slope = (s->high - s->low) / 65536.0, begin = now();
     long first = s->done;
 #define EACH(call) \
     for (long k = first; k < first + count; k++) { \
@@ -90,15 +102,16 @@ static double run(struct subject *s, long count) {
         EACH(s->do_step(s->component, (double)k * s->step, s->step, fmi2True))
         s->done += count;
     } else if (!strcmp(s->kind, "setstep")) {
-        /* Never the same, and always plausible: a speed from 10 to 20 m/s. */
-        EACH((value = 10.0 + (double)(k % 10000000) * 1e-6,
+        /* Never the same as before. */
+        EACH((value = s->low + (double)(k % 65536) * slope,
               (void)s->set_real(s->component, &s->reference, 1, &value),
               s->do_step(s->component, (double)k * s->step, s->step, fmi2True)))
         s->done += count;
     } else if (!strcmp(s->kind, "get")) {
         EACH(s->get_real(s->component, &s->reference, 1, &value))
     } else if (!strcmp(s->kind, "set")) {
-        EACH((value = 10.0 + (double)(k & 1), s->set_real(s->component, &s->reference, 1, &value)))
+        EACH((value = s->low + (double)(k % 65536) * slope,
+              s->set_real(s->component, &s->reference, 1, &value)))
     } else {
         EACH(s->get_version() ? fmi2OK : fmi2Error)
     }
@@ -111,9 +124,9 @@ int main(int argc, char **argv) {
     int count = 0, rounds = argc > 1 ? atoi(argv[1]) : 15;
     while (count < MOST && fgets(line, sizeof line, stdin)) {
         struct subject *s = &subjects[count++];
-        char *field[7];
+        char *field[10];
         void *library;
-        for (int i = 0; i < 7; i++) {
+        for (int i = 0; i < 10; i++) {
             field[i] = strtok(i ? NULL : line, "\t\n");
             if (!field[i]) fail("a field is missing");
         }
@@ -121,12 +134,14 @@ int main(int argc, char **argv) {
         s->step = atof(field[4]);
         s->count = atol(field[5]);
         s->reference = (fmi2ValueReference)strtoul(field[6], NULL, 10);
+        s->low = atof(field[7]);
+        s->high = atof(field[8]);
         library = dlopen(field[1], RTLD_NOW | RTLD_LOCAL);
         if (!library) fail(dlerror());
         if (!strcmp(s->kind, "bare")) {
             find(library, field[2], &s->do_step);
         } else {
-            start(s, library, field[2], field[3]);
+            start(s, library, field[2], field[3], field[9]);
         }
         run(s, s->count / 10 + 1);
     }

@@ -12,16 +12,18 @@ pub(crate) fn fmu() -> Result<(), String> {
     let mut bench = cargo(&["bench", "--package", "abi-tests", "--bench", "fmu"]);
     bench.env("STEERWRIGHT_BENCH_FMUS", target().join("fmu/examples"));
     match pythonfmu() {
-        Ok(unpacked) => {
+        Ok((unpacked, library)) => {
             bench.env("STEERWRIGHT_BENCH_PYTHONFMU", unpacked);
+            bench.env("STEERWRIGHT_BENCH_LIBPYTHON", library);
         }
         Err(problem) => eprintln!("left out: pythonfmu: {problem}"),
     }
     run(&mut bench)
 }
 
-/// An unpacked FMU of pythonfmu with the linear model, made in an environment of its own.
-fn pythonfmu() -> Result<PathBuf, String> {
+/// An unpacked FMU of pythonfmu with the linear model, made in an environment of its own, and the
+/// library of Python that it takes to be loaded.
+fn pythonfmu() -> Result<(PathBuf, PathBuf), String> {
     let python = python::environment_in(
         &target().join("bench-python"),
         &root().join("tests/abi/bench/requirements.txt"),
@@ -42,5 +44,12 @@ fn pythonfmu() -> Result<PathBuf, String> {
     let unpacked = folder.join("unpacked");
     let archive: &Path = &folder.join("Linear.fmu");
     run(module("zipfile").arg("-e").arg(archive).arg(&unpacked))?;
-    Ok(unpacked)
+    let library = "import sysconfig; v = sysconfig.get_config_var; \
+                   print(v('LIBDIR') + '/' + v('LDLIBRARY'))";
+    let answer = Command::new(&python).args(["-c", library]).output().map_err(|e| e.to_string())?;
+    let library = PathBuf::from(String::from_utf8_lossy(&answer.stdout).trim());
+    if !library.is_file() || library.extension().is_some_and(|e| e == "a") {
+        return Err(format!("this Python has no shared library: {}", library.display()));
+    }
+    Ok((unpacked, library))
 }
