@@ -84,7 +84,7 @@ pub use description::{
 pub use error::Error;
 pub use guid::guid;
 pub use legality::{allows_start, default_initial, is_legal, needs_start};
-pub use rules::Finding;
+pub use rules::{Finding, List, Place};
 pub use states::ExposedState;
 pub use table::{DependsOn, Table, VariableSpec};
 pub use units::{BaseUnit, DisplayUnit, UNITS, Unit, UnitSpec};
