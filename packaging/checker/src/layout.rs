@@ -1,0 +1,183 @@
+//! What the folders of an archive have to hold (section 2.3).
+
+use crate::archive::Contents;
+use crate::binary::platform;
+use crate::finding::{Findings, Location};
+use model_description::ModelDescription;
+use std::collections::BTreeSet;
+
+/// Entries that the standard has a place for, at the top of the archive.
+const TOP: &[&str] = &[
+    "modelDescription.xml",
+    "model.png",
+    "documentation",
+    "sources",
+    "binaries",
+    "resources",
+    "extra",
+    "terminalsAndIcons",
+];
+
+/// Headers that the importer brings.
+const HEADERS: &[&str] = &["fmi2TypesPlatform.h", "fmi2FunctionTypes.h", "fmi2Functions.h"];
+
+/// Checks the folders.
+pub(crate) fn check(
+    contents: &Contents<'_>,
+    description: Option<&ModelDescription>,
+    findings: &mut Findings,
+) {
+    top(contents, findings);
+    binaries(contents, description, findings);
+    if let Some(description) = description {
+        sources(contents, description, findings);
+    }
+    documentation(contents, findings);
+    terminals(contents, findings);
+    if let Some(image) = contents.file("model.png")
+        && !image.starts_with(b"\x89PNG\r\n\x1a\n")
+    {
+        findings.add("icon", Location::entry("model.png"), "it is no PNG image");
+    }
+}
+
+/// The parts of a path below a folder, for the entries below it.
+fn below<'c>(contents: &'c Contents<'_>, folder: &'static str) -> impl Iterator<Item = &'c str> {
+    contents
+        .names()
+        .filter_map(move |name| name.strip_prefix(folder))
+        .filter(|rest| !rest.is_empty())
+}
+
+fn top(contents: &Contents<'_>, findings: &mut Findings) {
+    let tops: BTreeSet<&str> =
+        contents.names().filter_map(|name| name.split(['/', '\\']).next()).collect();
+    for name in tops.iter().filter(|name| !TOP.contains(name)) {
+        findings.add("unknown-entry", Location::entry(*name), "the standard has no place for it");
+    }
+    let mut seen = BTreeSet::new();
+    for rest in below(contents, "extra/") {
+        let (folder, file) = rest.split_once('/').unwrap_or((rest, ""));
+        if seen.insert(folder) && (!folder.contains('.') || file.is_empty() && !rest.ends_with('/'))
+        {
+            let message = "it is in no folder named after a domain";
+            findings.add("extra-name", Location::entry(format!("extra/{rest}")), message);
+        }
+    }
+}
+
+fn binaries(
+    contents: &Contents<'_>,
+    description: Option<&ModelDescription>,
+    findings: &mut Findings,
+) {
+    let has_files = |folder: &'static str| below(contents, folder).any(|name| !name.ends_with('/'));
+    if !has_files("binaries/") && !has_files("sources/") {
+        let message = "there is neither a binary nor a source file";
+        findings.add("no-implementation", Location::archive(), message);
+    }
+    let folders: BTreeSet<&str> = below(contents, "binaries/")
+        .filter_map(|rest| rest.split_once('/').map(|(folder, _)| folder))
+        .collect();
+    let identifiers: Vec<&str> = description.map_or_else(Vec::new, |description| {
+        let co_simulation = description.co_simulation.as_ref().map(|c| c.model_identifier.as_str());
+        let exchange = description.model_exchange.as_ref().map(|m| m.model_identifier.as_str());
+        co_simulation.into_iter().chain(exchange).collect()
+    });
+    for folder in folders {
+        let path = format!("binaries/{folder}/");
+        let Some(platform) = platform(folder) else {
+            let message = format!("\"{folder}\" is the name of no platform known here");
+            findings.add("platform-name", Location::entry(path), message);
+            continue;
+        };
+        // A folder of static libraries alone is for linking.
+        let has_own_file = contents
+            .names()
+            .filter_map(|name| name.strip_prefix(&path))
+            .any(|rest| !rest.is_empty() && !rest.contains('/'));
+        if !has_own_file {
+            continue;
+        }
+        for identifier in &identifiers {
+            let name = format!("{path}{identifier}.{}", platform.extension);
+            if !contents.has(&name) {
+                let message = format!("there is no {identifier}.{}", platform.extension);
+                findings.add("binary-name", Location::entry(&path), message);
+                break;
+            }
+        }
+    }
+    for rest in below(contents, "binaries/").filter(|rest| !rest.contains('/')) {
+        let message = "it lies beside the platforms' folders";
+        findings.add("binary-name", Location::entry(format!("binaries/{rest}")), message);
+    }
+}
+
+fn sources(contents: &Contents<'_>, description: &ModelDescription, findings: &mut Findings) {
+    let listed = description.co_simulation.as_ref().map_or(&[][..], |c| &c.source_files);
+    for name in listed {
+        let place = || Location::entry(format!("sources/{name}"));
+        let is_plain =
+            !name.contains('\\') && name.split('/').all(|part| !matches!(part, "" | "." | ".."));
+        if !is_plain {
+            findings.add("source-name", place(), format!("SourceFiles lists \"{name}\""));
+        } else if !contents.has(&format!("sources/{name}")) {
+            findings.add("source-missing", place(), "SourceFiles lists it, the archive has it not");
+        }
+    }
+    let mut units = below(contents, "sources/")
+        .filter(|name| [".c", ".cpp", ".cc", ".cxx"].iter().any(|ending| name.ends_with(ending)));
+    if listed.is_empty()
+        && description.model_exchange.is_none()
+        && !contents.has("sources/buildDescription.xml")
+        && let Some(name) = units.next()
+    {
+        let message = "there are sources, and no SourceFiles to say which to compile";
+        findings.add("sources-unlisted", Location::entry(format!("sources/{name}")), message);
+    }
+    for name in below(contents, "sources/") {
+        if HEADERS.contains(&name.rsplit('/').next().unwrap_or(name)) {
+            let message = "the importer brings this header";
+            findings.add("source-header", Location::entry(format!("sources/{name}")), message);
+        }
+    }
+}
+
+fn documentation(contents: &Contents<'_>, findings: &mut Findings) {
+    if !contents.has_folder("documentation/") {
+        findings.add("no-documentation", Location::archive(), "there is no documentation/");
+    } else if !contents.has("documentation/index.html") {
+        let place = Location::entry("documentation/");
+        findings.add("documentation-entry", place, "there is no index.html");
+    }
+    let licenses = "documentation/licenses/";
+    let entries = ["license.txt", "license.html"];
+    if contents.has_folder(licenses)
+        && !entries.iter().any(|name| contents.has(&format!("{licenses}{name}")))
+    {
+        let message = "there is neither license.txt nor license.html";
+        findings.add("license-entry", Location::entry(licenses), message);
+    }
+}
+
+fn terminals(contents: &Contents<'_>, findings: &mut Findings) {
+    const FILE: &str = "terminalsAndIcons/terminalsAndIcons.xml";
+    let Some(bytes) = contents.file(FILE) else {
+        return;
+    };
+    let place = Location::entry(FILE);
+    let Ok(text) = String::from_utf8(bytes) else {
+        return findings.add("terminals", place, "it is not UTF-8");
+    };
+    if let Some(problem) = crate::xml::nesting(&text) {
+        return findings.add("terminals", place, problem);
+    }
+    match roxmltree::Document::parse(text.trim_start_matches('\u{feff}')) {
+        Err(error) => findings.add("terminals", place, error.to_string()),
+        Ok(tree) if tree.root_element().tag_name().name() != "fmiTerminalsAndIcons" => {
+            findings.add("terminals", place, "its root is not fmiTerminalsAndIcons");
+        }
+        Ok(_) => {}
+    }
+}

@@ -1,0 +1,75 @@
+//! Holds FMI 2.0 Co-Simulation archives of any tool against the standard (FMI 2.0.5).
+//!
+//! [`check`] reads an archive's bytes and reports every breach it finds: of the zip rules and the
+//! folder structure (section 2.3), of the XML schema (a table, [`xml`]'s `schema`), of the rules the
+//! schema cannot express (sections 2.2.1 to 2.2.9, most of them in `model-description`), and of what
+//! a binary has to be (sections 2.1 and 2.3). It writes no file and runs nothing of the archive.
+//!
+//! [`run`] adds what only a running binary shows: it is exercised in a child process, so that one
+//! that crashes or hangs is a finding.
+//!
+//! Every finding carries the name of its [`Rule`], the section, the place and a hint. Errors are
+//! breaches; warnings go against a recommendation; notes are good to know. Hostile archives end in
+//! findings: sizes are bounded before anything is unpacked, and no bytes make the checker panic.
+//! This crate knows no vehicle.
+
+mod archive;
+mod binary;
+mod error;
+mod finding;
+mod layout;
+mod rules;
+pub mod run;
+mod xml;
+
+pub use error::Error;
+pub use finding::{Finding, Location, Report, Severity};
+pub use rules::{RULES, Rule};
+
+use archive::Contents;
+use finding::Findings;
+use std::path::Path;
+
+/// Largest archive that is read, bytes.
+const LARGEST_FILE: u64 = 2 << 30;
+
+/// Reads and checks an archive.
+///
+/// # Errors
+/// Only where the file cannot be read at all; whatever is in it ends in findings.
+pub fn check_file(path: &Path) -> Result<Report, Error> {
+    let io = |source| Error::Io { path: path.into(), source };
+    let metadata = std::fs::metadata(path).map_err(io)?;
+    if metadata.is_dir() {
+        return Err(Error::Folder { path: path.into() });
+    }
+    if metadata.len() > LARGEST_FILE {
+        return Err(Error::TooLarge {
+            path: path.into(),
+            got: metadata.len(),
+            limit: LARGEST_FILE,
+        });
+    }
+    let bytes = std::fs::read(path).map_err(io)?;
+    let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
+    Ok(check(&bytes, &name))
+}
+
+/// Checks an archive in memory; `name` is its file name.
+#[must_use]
+pub fn check(bytes: &[u8], name: &str) -> Report {
+    let mut findings = Findings::default();
+    if !name.ends_with(".fmu") {
+        findings.add(
+            "file-extension",
+            Location::archive(),
+            format!("the file is named \"{name}\""),
+        );
+    }
+    if let Some(contents) = Contents::read(bytes, &mut findings) {
+        let description = xml::check(&contents, &mut findings);
+        layout::check(&contents, description.as_ref(), &mut findings);
+        binary::check(&contents, description.as_ref(), &mut findings);
+    }
+    Report::new(name, findings.into_vec())
+}

@@ -1,0 +1,83 @@
+//! The rules of the text that `model-description` knows, with the places of its findings.
+
+use super::Document;
+use crate::finding::{Findings, Location};
+use model_description::{ModelDescription, Place};
+use roxmltree::Node;
+
+/// Reports what the description's own rules find.
+pub(super) fn check(
+    document: &Document<'_>,
+    description: &ModelDescription,
+    findings: &mut Findings,
+) {
+    let places = Places::new(document);
+    for finding in description.findings() {
+        let message = match finding.variable {
+            Some(name) => format!("`{name}`: {}", finding.message),
+            None => finding.message,
+        };
+        findings.add(finding.rule, places.location(finding.place), message);
+    }
+}
+
+/// The elements that rules are about, in document order.
+struct Places<'a, 'd> {
+    document: &'a Document<'d>,
+    root: Node<'a, 'd>,
+    variables: Vec<Node<'a, 'd>>,
+}
+
+impl<'a, 'd> Places<'a, 'd> {
+    fn new(document: &'a Document<'d>) -> Self {
+        let root = document.tree.root_element();
+        let variables = items(root, "ModelVariables", "ScalarVariable").collect();
+        Self { document, root, variables }
+    }
+
+    /// The root stands for what cannot be found.
+    fn location(&self, place: Place) -> Location {
+        let node = match place {
+            Place::Root => None,
+            Place::CoSimulation => child(self.root, "CoSimulation"),
+            Place::DefaultExperiment => child(self.root, "DefaultExperiment"),
+            Place::LogCategory(n) => items(self.root, "LogCategories", "Category").nth(n),
+            Place::Unit(n) => items(self.root, "UnitDefinitions", "Unit").nth(n),
+            Place::DisplayUnit { unit, position } => items(self.root, "UnitDefinitions", "Unit")
+                .nth(unit)
+                .and_then(|unit| children(unit, "DisplayUnit").nth(position)),
+            Place::VendorAnnotation(n) => items(self.root, "VendorAnnotations", "Tool").nth(n),
+            Place::Variable(n) => self.variables.get(n).copied(),
+            Place::List(list) => self.list(list.as_str()),
+            Place::Unknown { list, position } => {
+                self.list(list.as_str()).and_then(|list| children(list, "Unknown").nth(position))
+            }
+        };
+        self.document.place(node.unwrap_or(self.root))
+    }
+
+    fn list(&self, name: &str) -> Option<Node<'a, 'd>> {
+        child(child(self.root, "ModelStructure")?, name)
+    }
+}
+
+/// The child elements of that name.
+pub(super) fn children<'a, 'd>(
+    node: Node<'a, 'd>,
+    name: &str,
+) -> impl Iterator<Item = Node<'a, 'd>> {
+    node.children().filter(move |child| child.is_element() && child.tag_name().name() == name)
+}
+
+fn child<'a, 'd>(node: Node<'a, 'd>, name: &str) -> Option<Node<'a, 'd>> {
+    children(node, name).next()
+}
+
+/// The `item` children of the root's child `list`.
+pub(super) fn items<'a, 'd>(
+    root: Node<'a, 'd>,
+    list: &str,
+    item: &str,
+) -> impl Iterator<Item = Node<'a, 'd>> {
+    child(root, list).into_iter().flat_map(move |list| children(list, item))
+}

@@ -1,0 +1,121 @@
+//! From bytes to a tree: encoding, document type, nesting.
+
+use crate::archive::Contents;
+use crate::finding::{Findings, Location};
+
+/// The description's place in the archive.
+pub(crate) const DESCRIPTION: &str = "modelDescription.xml";
+
+/// Bytes a description may have; the largest known ones have about 10⁸.
+const LARGEST: usize = 256 << 20;
+/// Elements may be nested this deep; the schema's own depth is 5, annotations may go on.
+const DEEPEST: usize = 256;
+
+/// The text of the description, fit to be parsed, or `None`.
+pub(super) fn read(contents: &Contents<'_>, findings: &mut Findings) -> Option<String> {
+    let Some(bytes) = contents.file(DESCRIPTION) else {
+        let elsewhere = contents.names().find(|name| {
+            name.rsplit('/').next().is_some_and(|file| file.eq_ignore_ascii_case(DESCRIPTION))
+        });
+        let message = match elsewhere {
+            Some(name) if name == DESCRIPTION => "modelDescription.xml cannot be read".into(),
+            Some(name) => format!("modelDescription.xml is not at the top; there is {name:?}"),
+            None => "there is no modelDescription.xml".into(),
+        };
+        findings.add("no-description", Location::archive(), message);
+        return None;
+    };
+    let mut report =
+        |rule, message: String| findings.add(rule, Location::entry(DESCRIPTION), message);
+    if bytes.len() > LARGEST {
+        report("xml-refused", format!("{} bytes, more than {LARGEST}", bytes.len()));
+        return None;
+    }
+    let mut text = match String::from_utf8(bytes) {
+        Ok(text) => text,
+        Err(error) => {
+            let at = error.utf8_error().valid_up_to();
+            report("xml-encoding", format!("it is not UTF-8 from byte {at} on"));
+            return None;
+        }
+    };
+    if text.starts_with('\u{feff}') {
+        text.remove(0);
+    }
+    declaration(&text, &mut report);
+    if let Some(problem) = nesting(&text) {
+        report("xml-refused", problem);
+        return None;
+    }
+    Some(text)
+}
+
+/// The first line names the encoding, and it is UTF-8 (section 2.2).
+fn declaration(text: &str, report: &mut impl FnMut(&'static str, String)) {
+    let declaration = text
+        .strip_prefix("<?xml")
+        .filter(|rest| rest.starts_with([' ', '\t', '\r', '\n']))
+        .and_then(|rest| rest.split_once("?>"));
+    let Some((declaration, _)) = declaration else {
+        return report(
+            "xml-encoding",
+            "it does not begin with <?xml … encoding=\"UTF-8\"?>".into(),
+        );
+    };
+    let encoding = declaration.split_once("encoding").and_then(|(_, rest)| {
+        let rest = rest.trim_start().strip_prefix('=')?.trim_start();
+        let quote = rest.chars().next().filter(|c| matches!(c, '"' | '\''))?;
+        rest[1..].split(quote).next()
+    });
+    match encoding {
+        None => report("xml-encoding", "its first line names no encoding".into()),
+        Some(name) if name.eq_ignore_ascii_case("UTF-8") => {}
+        Some(name) => report("xml-encoding", format!("its encoding is said to be {name:?}")),
+    }
+}
+
+/// Why the text is not given to a parser that recurses: a rough count of open elements.
+pub(crate) fn nesting(text: &str) -> Option<String> {
+    let bytes = text.as_bytes();
+    let mut depth = 0_usize;
+    let mut at = 0;
+    while let Some(open) = bytes[at..].iter().position(|b| *b == b'<') {
+        at += open + 1;
+        let rest = &text[at..];
+        // What is skipped here cannot hold elements.
+        let skip = |end: &str| rest.find(end).map_or(rest.len(), |found| found + end.len());
+        if rest.starts_with("!--") {
+            at += skip("-->");
+        } else if rest.starts_with("![CDATA[") {
+            at += skip("]]>");
+        } else if rest.starts_with('?') {
+            at += skip("?>");
+        } else if rest.starts_with('/') {
+            depth = depth.saturating_sub(1);
+        } else if !rest.starts_with('!') {
+            let end = tag_end(rest.as_bytes());
+            if !rest[..end].ends_with('/') {
+                depth += 1;
+                if depth > DEEPEST {
+                    return Some(format!("its elements are nested more than {DEEPEST} deep"));
+                }
+            }
+            at += end;
+        }
+    }
+    None
+}
+
+/// Where a start tag ends: its `>`, not one within quotes.
+fn tag_end(bytes: &[u8]) -> usize {
+    let mut quote = None;
+    for (at, byte) in bytes.iter().enumerate() {
+        match (quote, byte) {
+            (None, b'>') => return at,
+            (None, b'"' | b'\'') => quote = Some(*byte),
+            (Some(open), _) if open == *byte => quote = None,
+            _ => {}
+        }
+    }
+    bytes.len()
+}
