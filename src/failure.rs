@@ -68,6 +68,7 @@ from_stage!(
     control::Error,
     packaging::Error,
     fmi2_host::Error,
+    fmu_checker::Error,
     report::Error
 );
 

@@ -5,6 +5,7 @@
 
 mod bicycle;
 mod build;
+mod check;
 mod demo;
 mod design;
 mod failure;
@@ -48,6 +49,7 @@ enum Command {
     Path(path::Arguments),
     Package(package::Arguments),
     Simulate(simulate::Arguments),
+    Check(check::Arguments),
 }
 
 fn run(command: Command) -> Result<Outcome, Failure> {
@@ -60,6 +62,7 @@ fn run(command: Command) -> Result<Outcome, Failure> {
         Command::Path(arguments) => path::run(&arguments),
         Command::Package(arguments) => package::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Check(arguments) => check::run(&arguments),
     }
 }
 

@@ -55,7 +55,7 @@ impl Check<'_> {
                 let message = format!("its alias `{}` is constant at another value", first.name);
                 self.report("alias-constant", place, message);
             }
-            if v.unit != first.unit {
+            if v.unit != first.unit && other.is_none() {
                 let message = format!("its alias `{}` has another unit", first.name);
                 self.report("alias-unit", place, message);
             }

@@ -107,10 +107,7 @@ impl Check<'_> {
     fn unknown(&mut self, list: List, unknown: &Unknown, place: Place) {
         let description = self.description;
         let states_count = description.model_exchange.is_some()
-            || description
-                .co_simulation
-                .as_ref()
-                .is_some_and(|c| c.provides_directional_derivative);
+            || description.co_simulation.as_ref().is_none_or(|c| c.provides_directional_derivative);
         if let Some(dependencies) = &unknown.dependencies {
             if !dependencies.is_sorted_by(|a, b| a < b) {
                 let message = format!("its dependencies under {list} do not ascend");
@@ -167,6 +164,7 @@ impl Check<'_> {
 fn is_known(variable: &Variable, list: List, is_state: bool) -> bool {
     match variable.causality {
         Causality::Input | Causality::Independent => true,
+        Causality::Parameter if list == List::InitialUnknowns => true,
         _ if list == List::InitialUnknowns => variable.effective_initial() == Some(Initial::Exact),
         _ => is_state,
     }

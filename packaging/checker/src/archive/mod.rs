@@ -54,9 +54,9 @@ impl<'a> Contents<'a> {
         self.records.iter().map(|record| record.name.as_str())
     }
 
-    /// Whether there is an intact file of that name.
+    /// Whether there is an entry of that name, intact or not: a damaged one is a finding already.
     pub(crate) fn has(&self, name: &str) -> bool {
-        self.files.contains_key(name)
+        self.names().any(|other| other == name)
     }
 
     /// The bytes of an intact file.

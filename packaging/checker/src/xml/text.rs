@@ -18,7 +18,8 @@ pub(super) fn read(contents: &Contents<'_>, findings: &mut Findings) -> Option<S
             name.rsplit('/').next().is_some_and(|file| file.eq_ignore_ascii_case(DESCRIPTION))
         });
         let message = match elsewhere {
-            Some(name) if name == DESCRIPTION => "modelDescription.xml cannot be read".into(),
+            // A damaged entry is a finding already.
+            Some(DESCRIPTION) => return None,
             Some(name) => format!("modelDescription.xml is not at the top; there is {name:?}"),
             None => "there is no modelDescription.xml".into(),
         };

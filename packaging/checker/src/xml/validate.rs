@@ -79,7 +79,7 @@ impl Validator<'_, '_> {
         let name = node.tag_name().name();
         for attribute in node.attributes() {
             let place = self.document.attribute_place(node, &attribute);
-            let mut report = |rule, message: String| self.findings.add(rule, place, message);
+            let report = |rule, message: String| self.findings.add(rule, place, message);
             let value = attribute.value();
             match attribute.namespace() {
                 Some(INSTANCE)

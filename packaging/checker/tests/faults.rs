@@ -1,0 +1,51 @@
+//! Every seeded fault is found under its own rule, and nothing else is said of it.
+#![allow(clippy::unwrap_used)]
+
+mod corpus;
+
+use corpus::{FAULTS, base};
+use fmu_checker::{Report, Severity};
+use std::collections::BTreeSet;
+
+/// The rules that errors and warnings name.
+fn rules(report: &Report) -> BTreeSet<&'static str> {
+    report.findings.iter().filter(|f| f.severity > Severity::Note).map(|f| f.rule).collect()
+}
+
+#[test]
+fn the_good_archive_has_no_findings() {
+    let report = fmu_checker::check(&base().zip(), "Base.fmu");
+    assert_eq!(rules(&report), BTreeSet::new(), "{:#?}", report.findings);
+    assert!(report.is_clean());
+}
+
+#[test]
+fn every_fault_is_found_under_its_rule_and_nothing_else() {
+    let names: BTreeSet<&str> = FAULTS.iter().map(|fault| fault.name).collect();
+    assert_eq!(names.len(), FAULTS.len());
+    assert!(FAULTS.len() >= 60);
+    let mut wrong = Vec::new();
+    for fault in FAULTS {
+        let report = fmu_checker::check(&fault.archive(), "Base.fmu");
+        if rules(&report) != BTreeSet::from([fault.rule]) {
+            let told: Vec<String> = report.findings.iter().map(ToString::to_string).collect();
+            wrong.push(format!("{} ({}):\n  {}", fault.name, fault.rule, told.join("\n  ")));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// A finding of the description leads to its line.
+#[test]
+fn findings_say_where() {
+    let mut files = base();
+    files.replace(r#"min="0" max="9""#, r#"min="4" max="9""#);
+    let report = fmu_checker::check(&files.zip(), "Base.fmu");
+    let finding = report.findings.iter().find(|f| f.rule == "start-outside-limits").unwrap();
+    let xml = String::from_utf8(files.get("modelDescription.xml").clone()).unwrap();
+    let line = xml.lines().position(|line| line.contains(r#"name="count""#)).unwrap() + 1;
+    assert_eq!(finding.location.line.map(|l| l as usize), Some(line));
+    assert_eq!(finding.location.column, Some(5));
+    assert_eq!(finding.location.element.as_deref(), Some("<ScalarVariable name=\"count\">"));
+    assert_eq!(finding.section, "2.2.7");
+}

@@ -1,0 +1,76 @@
+//! `steerwright check`: archives of any tool held against the standard.
+
+use crate::failure::{Failure, Outcome};
+use crate::tell::Tell;
+use fmu_checker::{Report, Severity, run};
+use std::path::PathBuf;
+
+/// Check FMUs of any tool against FMI 2.0 for Co-Simulation
+///
+/// Looks at the archive, the XML, the folders and the binaries of every platform; runs nothing
+/// unless asked to. Errors are breaches of the standard, warnings go against its recommendations,
+/// notes are good to know.
+///
+/// Exit status: 0 no errors (there may be warnings), 1 errors found, 2 a file cannot be read.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// Archives
+    #[arg(required = true, value_name = "FMU")]
+    fmus: Vec<PathBuf>,
+    /// Run the binary of this platform too, in a process of its own that may crash or hang
+    #[arg(long)]
+    run: bool,
+    /// Take warnings for errors
+    #[arg(long)]
+    strict: bool,
+    /// Print the findings as JSON on stdout
+    #[arg(long)]
+    json: bool,
+    /// What `--run` calls itself with: exercise the FMU and write findings to this file
+    #[arg(long, hide = true, value_name = "FILE")]
+    run_child: Option<PathBuf>,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    if let (Some(file), [fmu]) = (&arguments.run_child, arguments.fmus.as_slice()) {
+        run::child(fmu, file)?;
+        return Ok(Outcome::Done);
+    }
+    let mut reports = Vec::new();
+    for fmu in &arguments.fmus {
+        let mut report = fmu_checker::check_file(fmu)?;
+        if arguments.run {
+            let program =
+                std::env::current_exe().map_err(|error| Failure::file(fmu, &error))?;
+            let command = run::Command {
+                program,
+                arguments: vec!["check".into()],
+                option: "--run-child".into(),
+            };
+            let findings = run::supervise(&command, fmu, &report, &run::Bounds::default())?;
+            report.extend(findings);
+        }
+        reports.push(report);
+    }
+    let text: Vec<String> = reports.iter().map(text).collect();
+    Tell::new(arguments.json).result(&text.join("\n\n"), &reports)?;
+    let is_met = |report: &Report| report.is_clean() && !(arguments.strict && report.warnings > 0);
+    Ok(if reports.iter().all(is_met) { Outcome::Done } else { Outcome::RequirementNotMet })
+}
+
+/// The findings of an archive, the worst last, where the eye is.
+fn text(report: &Report) -> String {
+    let mut findings: Vec<_> = report.findings.iter().collect();
+    findings.sort_by_key(|finding| finding.severity);
+    let lines: Vec<String> = findings.iter().map(|finding| format!("{finding}\n")).collect();
+    let notes = report.findings.iter().filter(|f| f.severity == Severity::Note).count();
+    let verdict = match (report.errors, report.warnings) {
+        (0, 0) => "no breach of FMI 2.0 found".to_owned(),
+        (errors, warnings) => format!("{} and {}", count(errors, "error"), count(warnings, "warning")),
+    };
+    format!("{}{}: {verdict} ({})", lines.concat(), report.archive, count(notes, "note"))
+}
+
+fn count(number: usize, word: &str) -> String {
+    if number == 1 { format!("1 {word}") } else { format!("{number} {word}s") }
+}
