@@ -40,8 +40,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     for fmu in &arguments.fmus {
         let mut report = fmu_checker::check_file(fmu)?;
         if arguments.run {
-            let program =
-                std::env::current_exe().map_err(|error| Failure::file(fmu, &error))?;
+            let program = std::env::current_exe().map_err(|error| Failure::file(fmu, &error))?;
             let command = run::Command {
                 program,
                 arguments: vec!["check".into()],
@@ -66,7 +65,9 @@ fn text(report: &Report) -> String {
     let notes = report.findings.iter().filter(|f| f.severity == Severity::Note).count();
     let verdict = match (report.errors, report.warnings) {
         (0, 0) => "no breach of FMI 2.0 found".to_owned(),
-        (errors, warnings) => format!("{} and {}", count(errors, "error"), count(warnings, "warning")),
+        (errors, warnings) => {
+            format!("{} and {}", count(errors, "error"), count(warnings, "warning"))
+        }
     };
     format!("{}{}: {verdict} ({})", lines.concat(), report.archive, count(notes, "note"))
 }

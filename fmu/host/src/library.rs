@@ -133,6 +133,12 @@ impl Library {
         })
     }
 
+    /// Frees no instance at all: the standard has NULL ignored.
+    pub(crate) fn free_null(&self) {
+        // SAFETY: `fmi2FreeInstance` takes NULL at any time (FMI 2.0.5, 2.1.5).
+        unsafe { (self.functions.free_instance)(std::ptr::null_mut()) };
+    }
+
     /// Marks the binary as unusable: an instance of it returned `fmi2Fatal`.
     pub(crate) fn set_fatal(&self) {
         self.fatal.store(true, Ordering::Release);

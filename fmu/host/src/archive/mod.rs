@@ -138,6 +138,11 @@ impl Archive {
         self.library().map(drop)
     }
 
+    /// Calls `fmi2FreeInstance` with NULL, which the standard has the FMU ignore: for checkers.
+    pub fn free_null_instance(&self) -> Result<(), Error> {
+        self.library().map(|library| library.free_null())
+    }
+
     pub(crate) fn library(&self) -> Result<Arc<Library>, Error> {
         let mut library = self.library.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(library) = &*library {

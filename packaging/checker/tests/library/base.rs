@@ -389,8 +389,35 @@ macro_rules! absent {
     )*};
 }
 
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetDirectionalDerivative(
+    c: *mut c_void,
+    unknown: *const u32,
+    unknowns: usize,
+    known: *const u32,
+    knowns: usize,
+    change: *const f64,
+    value: *mut f64,
+) -> Status {
+    let gain = instance(c).state.gain;
+    for k in 0..unknowns {
+        let mut sum = 0.0;
+        for l in 0..knowns {
+            // SAFETY: arrays of these lengths.
+            let (u, v, d) = unsafe { (*unknown.add(k), *known.add(l), *change.add(l)) };
+            sum += d * match (u, v) {
+                (2, 2) | (3, 0) | (5, 0) | (5, 2) => 1.0,
+                (4, 2) => gain,
+                _ => 0.0,
+            };
+        }
+        // SAFETY: as above.
+        unsafe { *value.add(k) = sum };
+    }
+    OK
+}
+
 absent!(
-    fmi2GetDirectionalDerivative,
     fmi2SetRealInputDerivatives,
     fmi2GetRealOutputDerivatives,
     fmi2CancelStep,

@@ -1,0 +1,34 @@
+//! The smallest checker: `check FMU…` tells the findings, of the running binary too.
+//!
+//! `check --run-child JOURNAL FMU` is what it calls itself with.
+
+use fmu_checker::run::{self, Bounds, Command};
+use std::path::Path;
+use std::process::ExitCode;
+
+fn main() -> Result<ExitCode, Box<dyn std::error::Error>> {
+    let arguments: Vec<_> = std::env::args_os().skip(1).collect();
+    if let [option, journal, fmu] = arguments.as_slice()
+        && option == "--run-child"
+    {
+        run::child(Path::new(fmu), Path::new(journal))?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    let command = Command {
+        program: std::env::current_exe()?,
+        arguments: Vec::new(),
+        option: "--run-child".into(),
+    };
+    let mut clean = true;
+    for fmu in &arguments {
+        let fmu = Path::new(fmu);
+        let mut report = fmu_checker::check_file(fmu)?;
+        let findings = run::supervise(&command, fmu, &report, &Bounds::default())?;
+        report.extend(findings);
+        for finding in &report.findings {
+            println!("{finding}");
+        }
+        clean &= report.is_clean();
+    }
+    Ok(if clean { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}

@@ -1,0 +1,415 @@
+//! What an FMU is put through: each phase of the state machine, with the calls that are legal there
+//! (section 4.2.4), and comparisons of what it answers.
+
+use super::journal::Journal;
+use super::reference;
+use super::trajectory::{Plan, Trajectory, difference, drive, outputs, same, show};
+use fmi2_host::{Archive, Error, Instance, InstanceOptions};
+use model_description::{Causality, Initial, Kind, ModelDescription, Value, Variability};
+use std::path::Path;
+
+/// A GUID that no FMU has.
+const WRONG_GUID: &str = "ffffffff-0000-4000-8000-00000000dead";
+
+/// Everything, from loading to unloading.
+pub(super) fn all(fmu: &Path, journal: &mut Journal) {
+    journal.start("opening the archive");
+    let archive = match Archive::open(fmu) {
+        Ok(archive) => archive,
+        Err(error) => return journal.found("run-load", error.to_string()),
+    };
+    journal.start("loading the binary");
+    match archive.load() {
+        Ok(()) => {}
+        Err(error @ Error::NoBinary { .. }) => {
+            return journal.found("run-skipped", error.to_string());
+        }
+        Err(error @ Error::WrongVersion { .. }) => {
+            return journal.found("run-version", error.to_string());
+        }
+        Err(error) => return journal.found("run-load", error.to_string()),
+    }
+    let mut run = Run { archive: &archive, plan: Plan::of(archive.model().description()), journal };
+    run.life();
+    run.journal.start("fmi2FreeInstance(NULL)");
+    if let Err(error) = archive.free_null_instance() {
+        run.journal.found("run-null", error.to_string());
+    }
+    run.wrong_guid();
+    reference::replay(&archive, run.journal);
+    journal.start("unloading the binary");
+    drop(archive);
+}
+
+struct Run<'a> {
+    archive: &'a Archive,
+    plan: Plan,
+    journal: &'a mut Journal,
+}
+
+/// A rule is broken so that going on with the instance makes no sense.
+struct Stop;
+
+impl Run<'_> {
+    fn description(&self) -> &ModelDescription {
+        self.archive.model().description()
+    }
+
+    /// Any refusal of a legal call is a finding that ends the exercise.
+    fn legal<T>(&mut self, result: Result<T, Error>) -> Result<T, Stop> {
+        result.map_err(|error| {
+            let rule = match error {
+                Error::Instantiate { .. } => "run-instantiate",
+                _ => "run-call",
+            };
+            self.journal.found(rule, format!("a legal call fails: {error}"));
+            Stop
+        })
+    }
+
+    fn instance(&mut self, name: &str) -> Result<Instance, Stop> {
+        self.journal.start("fmi2Instantiate");
+        let options = InstanceOptions { logging_on: true, visible: false };
+        let made = Instance::with_options(self.archive, name, options);
+        self.legal(made)
+    }
+
+    fn wrong_guid(&mut self) {
+        self.journal.start("fmi2Instantiate with a wrong GUID");
+        let made = Instance::with_guid(self.archive, "check", Default::default(), WRONG_GUID);
+        if made.is_ok() {
+            self.journal.found("run-guid", "instantiated with a GUID other than the XML's");
+        }
+        self.journal.start("fmi2FreeInstance after a wrong GUID");
+    }
+
+    /// A simulation with everything in it; findings tell where it stops.
+    fn life(&mut self) {
+        let Ok(mut instance) = self.instance("check") else { return };
+        let _ = self.live(&mut instance);
+        self.log(&mut instance);
+        self.journal.start("fmi2FreeInstance");
+        drop(instance);
+    }
+
+    fn live(&mut self, instance: &mut Instance) -> Result<(), Stop> {
+        self.settings(instance, |variable| {
+            matches!(variable.effective_initial(), Some(Initial::Exact | Initial::Approx))
+                && variable.variability != Variability::Constant
+        })?;
+        self.initialize(instance)?;
+        self.starts(instance)?;
+        self.readings(instance)?;
+        let first = self.steps(instance)?;
+        self.settings(instance, |variable| {
+            variable.causality == Causality::Input
+                || variable.causality == Causality::Parameter
+                    && variable.variability == Variability::Tunable
+        })?;
+        self.journal.start("fmi2Terminate");
+        let terminated = instance.terminate();
+        self.legal(terminated)?;
+        self.journal.start("fmi2GetXXX after fmi2Terminate");
+        self.readings(instance)?;
+
+        self.journal.start("fmi2Reset after fmi2Terminate");
+        let reset = instance.reset();
+        self.legal(reset)?;
+        self.initialize(instance)?;
+        let second = self.steps(instance)?;
+        if let Some(difference) = difference(&first, &second, &outputs(instance)) {
+            self.journal.found("run-reset", format!("after fmi2Reset {difference}"));
+        }
+        self.states(instance)
+    }
+
+    /// Sets variables to their own start values, which changes nothing.
+    fn settings(
+        &mut self,
+        instance: &mut Instance,
+        wanted: impl Fn(&model_description::Variable) -> bool,
+    ) -> Result<(), Stop> {
+        self.journal.start("fmi2SetXXX");
+        let variables: Vec<_> = self
+            .description()
+            .variables
+            .iter()
+            .filter(|variable| wanted(variable))
+            .filter_map(|variable| Some((variable.name.clone(), variable.start.clone()?)))
+            .collect();
+        for (name, start) in variables {
+            let set = instance.set(&name, start);
+            self.legal(set)?;
+        }
+        Ok(())
+    }
+
+    fn initialize(&mut self, instance: &mut Instance) -> Result<(), Stop> {
+        self.journal.start("fmi2SetupExperiment");
+        let done = instance.setup_experiment(self.plan.start, None, None);
+        self.legal(done)?;
+        self.journal.start("fmi2EnterInitializationMode");
+        let done = instance.enter_initialization_mode();
+        self.legal(done)?;
+        self.settings(instance, |variable| variable.causality == Causality::Input)?;
+        self.journal.start("fmi2GetXXX in initialization mode");
+        for name in outputs(instance) {
+            let value = instance.value(&name);
+            let value = self.legal(value)?;
+            self.finite(&name, &value);
+        }
+        self.journal.start("fmi2ExitInitializationMode");
+        let done = instance.exit_initialization_mode();
+        self.legal(done)
+    }
+
+    /// Start values of the XML against those of an initialization in which nothing else was set.
+    fn starts(&mut self, instance: &mut Instance) -> Result<(), Stop> {
+        // An instance of its own: here nothing at all is set.
+        let only_once =
+            self.archive.model().co_simulation().can_be_instantiated_only_once_per_process;
+        let mut other = if only_once { None } else { Some(self.instance("fresh")?) };
+        self.journal.start("the comparison of start values");
+        if let Some(fresh) = &mut other {
+            let ready = fresh
+                .setup_experiment(self.plan.start, None, None)
+                .and_then(|()| fresh.enter_initialization_mode())
+                .and_then(|()| fresh.exit_initialization_mode());
+            self.legal(ready)?;
+        }
+        let target = other.as_mut().unwrap_or(instance);
+        let variables: Vec<_> = self
+            .description()
+            .variables
+            .iter()
+            .filter(|variable| variable.effective_initial() != Some(Initial::Approx))
+            .filter_map(|variable| Some((variable.name.clone(), variable.start.clone()?)))
+            .collect();
+        for (name, start) in variables {
+            let value = target.value(&name);
+            let value = self.legal(value)?;
+            if !same(&start, &value) {
+                let (xml, binary) = (show(&start), show(&value));
+                let message =
+                    format!("`{name}` starts at {xml} in the XML and at {binary} in fact");
+                self.journal.found("run-start", message);
+            }
+        }
+        Ok(())
+    }
+
+    /// Every variable can be read at a communication point.
+    fn readings(&mut self, instance: &mut Instance) -> Result<(), Stop> {
+        self.journal.start("fmi2GetXXX of every variable");
+        let names: Vec<String> =
+            self.description().variables.iter().map(|v| v.name.clone()).collect();
+        for name in names {
+            let value = instance.value(&name);
+            let value = self.legal(value)?;
+            self.finite(&name, &value);
+        }
+        Ok(())
+    }
+
+    fn finite(&mut self, name: &str, value: &Value) {
+        if let Value::Real(value) = value
+            && !value.is_finite()
+        {
+            self.journal.found("run-value", format!("`{name}` is {value}"));
+        }
+    }
+
+    fn steps(&mut self, instance: &mut Instance) -> Result<Trajectory, Stop> {
+        self.journal.start("fmi2DoStep");
+        let driven = drive(instance, self.plan, 0, self.plan.count);
+        let trajectory = self.legal(driven)?;
+        let names = outputs(instance);
+        let not_finite = trajectory.iter().enumerate().find_map(|(step, values)| {
+            let is_bad = |value: &Value| matches!(value, Value::Real(v) if !v.is_finite());
+            let at = values.iter().position(is_bad)?;
+            Some(format!("`{}` is {} after step {}", names[at], show(&values[at]), step + 1))
+        });
+        if let Some(message) = not_finite {
+            self.journal.found("run-value", message);
+        }
+        let co_simulation = self.archive.model().co_simulation();
+        let (interpolates, order, directional) = (
+            co_simulation.can_interpolate_inputs,
+            co_simulation.max_output_derivative_order,
+            co_simulation.provides_directional_derivative,
+        );
+        // A discarded step leaves the instance where none of this is legal.
+        if trajectory.len() == self.plan.count as usize {
+            if order > 0 {
+                self.output_derivatives(instance)?;
+            }
+            if directional {
+                self.directional_derivatives(instance)?;
+            }
+            if interpolates {
+                self.input_derivatives(instance)?;
+            }
+        }
+        Ok(trajectory)
+    }
+
+    /// References of the continuous Reals of a causality.
+    fn continuous(&self, causality: Causality) -> Vec<u32> {
+        let wanted = |v: &&model_description::Variable| {
+            v.causality == causality
+                && v.kind == Kind::Real
+                && v.variability == Variability::Continuous
+        };
+        self.description().variables.iter().filter(wanted).map(|v| v.reference).collect()
+    }
+
+    fn input_derivatives(&mut self, instance: &mut Instance) -> Result<(), Stop> {
+        self.journal.start("fmi2SetRealInputDerivatives");
+        for reference in self.continuous(Causality::Input) {
+            let set = instance.set_real_input_derivatives(&[reference], &[1], &[0.0]);
+            self.legal(set)?;
+        }
+        Ok(())
+    }
+
+    fn output_derivatives(&mut self, instance: &mut Instance) -> Result<(), Stop> {
+        self.journal.start("fmi2GetRealOutputDerivatives");
+        for reference in self.continuous(Causality::Output) {
+            let mut value = [0.0];
+            let got = instance.get_real_output_derivatives(&[reference], &[1], &mut value);
+            self.legal(got)?;
+            self.finite(&format!("derivative of reference {reference}"), &Value::Real(value[0]));
+        }
+        Ok(())
+    }
+
+    /// Each unknown with each of the knowns it says it depends on.
+    fn directional_derivatives(&mut self, instance: &mut Instance) -> Result<(), Stop> {
+        self.journal.start("fmi2GetDirectionalDerivative");
+        let description = self.description();
+        let real = |index: u32| {
+            description.variable_at(index).filter(|v| v.kind == Kind::Real).map(|v| v.reference)
+        };
+        let mut pairs = Vec::new();
+        for unknown in description.outputs.iter().chain(&description.derivatives) {
+            for known in unknown.dependencies.iter().flatten() {
+                let is_time = description
+                    .variable_at(*known)
+                    .is_some_and(|v| v.causality == Causality::Independent);
+                if let (Some(unknown), Some(known), false) =
+                    (real(unknown.index), real(*known), is_time)
+                {
+                    pairs.push((unknown, known));
+                }
+            }
+        }
+        for (unknown, known) in pairs.into_iter().take(1000) {
+            let mut value = [0.0];
+            let got = instance.get_directional_derivative(&[unknown], &[known], &[1.0], &mut value);
+            self.legal(got)?;
+            let name = format!("derivative of reference {unknown} by {known}");
+            self.finite(&name, &Value::Real(value[0]));
+        }
+        Ok(())
+    }
+
+    /// Saves, goes on, restores and goes on again; then through bytes into another instance.
+    fn states(&mut self, instance: &mut Instance) -> Result<(), Stop> {
+        let co_simulation = self.archive.model().co_simulation();
+        let can_serialize = co_simulation.can_serialize_fmu_state;
+        let only_once = co_simulation.can_be_instantiated_only_once_per_process;
+        if !co_simulation.can_get_and_set_fmu_state {
+            return Ok(());
+        }
+        self.journal.start("fmi2Reset");
+        let reset = instance.reset();
+        self.legal(reset)?;
+        self.initialize(instance)?;
+        let half = self.plan.count / 2;
+        let rest = self.plan.count - half;
+        let driven = drive(instance, self.plan, 0, half);
+        if self.legal(driven)?.len() < half as usize {
+            return Ok(());
+        }
+        self.journal.start("fmi2GetFMUstate");
+        let state = instance.get_state();
+        let state = self.legal(state)?;
+        let bytes = if can_serialize {
+            self.journal.start("fmi2SerializeFMUstate");
+            let bytes = instance.serialize_state(&state);
+            Some(self.legal(bytes)?)
+        } else {
+            None
+        };
+        // Inputs move, so that a state that is not restored shows.
+        self.nudge(instance)?;
+        let driven = drive(instance, self.plan, half, rest);
+        let first = self.legal(driven)?;
+        self.journal.start("fmi2SetFMUstate");
+        let set = instance.set_state(&state);
+        self.legal(set)?;
+        self.nudge(instance)?;
+        let driven = drive(instance, self.plan, half, rest);
+        let second = self.legal(driven)?;
+        let names = outputs(instance);
+        if let Some(difference) = difference(&first, &second, &names) {
+            self.journal.found("run-state", format!("after fmi2SetFMUstate {difference}"));
+        }
+        let Some(bytes) = bytes.filter(|_| !only_once) else { return Ok(()) };
+        let mut other = self.instance("restored")?;
+        self.initialize(&mut other)?;
+        self.journal.start("fmi2DeSerializeFMUstate");
+        let state = other.deserialize_state(&bytes, fmi2_host::Phase::StepComplete);
+        let state = self.legal(state)?;
+        let set = other.set_state(&state);
+        self.legal(set)?;
+        self.nudge(&mut other)?;
+        let driven = drive(&mut other, self.plan, half, rest);
+        let third = self.legal(driven)?;
+        if let Some(difference) = difference(&first, &third, &names) {
+            let message = format!("in another instance, from the state's bytes, {difference}");
+            self.journal.found("run-state", message);
+        }
+        Ok(())
+    }
+
+    /// Gives the continuous inputs another legal value than their start.
+    fn nudge(&mut self, instance: &mut Instance) -> Result<(), Stop> {
+        let inputs: Vec<(String, f64)> = self
+            .description()
+            .variables
+            .iter()
+            .filter(|v| v.causality == Causality::Input && v.kind == Kind::Real)
+            .map(|v| {
+                let start = v.start.as_ref().and_then(Value::as_number).unwrap_or(0.0);
+                let above = start + 0.01;
+                let value = if v.max.is_none_or(|max| above <= max) { above } else { start };
+                (v.name.clone(), value)
+            })
+            .collect();
+        for (name, value) in inputs {
+            let set = instance.set(&name, value);
+            self.legal(set)?;
+        }
+        Ok(())
+    }
+
+    /// Categories of what was logged against those of the XML.
+    fn log(&mut self, instance: &mut Instance) {
+        let mut unknown: Vec<String> = instance
+            .take_log()
+            .into_iter()
+            .map(|line| line.category)
+            .filter(|category| !category.is_empty())
+            .filter(|category| {
+                self.description().log_categories.iter().all(|known| known.name != *category)
+            })
+            .collect();
+        unknown.sort();
+        unknown.dedup();
+        for category in unknown {
+            let message = format!("logs with the category \"{category}\", which is not declared");
+            self.journal.found("run-log-category", message);
+        }
+    }
+}

@@ -1,0 +1,223 @@
+//! Results that an archive brings along, held against what its binary computes here.
+//!
+//! `extra/io.github.steerwright/reference.json` names two tables with a column `time` and one for
+//! each variable: the inputs, held from their time on, and the results after each communication
+//! point.
+
+use super::journal::Journal;
+use super::trajectory::Plan;
+use fmi2_host::{Archive, Instance};
+use model_description::{Causality, Kind, Value};
+use serde::Deserialize;
+use std::path::Path;
+
+const FOLDER: &str = "extra/io.github.steerwright";
+const SCHEMA: &str = "steerwright/reference/1";
+
+/// `reference.json`.
+#[derive(Deserialize)]
+struct Reference {
+    schema: String,
+    input: Option<String>,
+    result: String,
+    start_time: f64,
+    stop_time: f64,
+    step_size: f64,
+    absolute_tolerance: f64,
+}
+
+/// A table, by rows.
+struct Table {
+    names: Vec<String>,
+    rows: Vec<Vec<f64>>,
+}
+
+impl Table {
+    fn read(path: &Path) -> Result<Self, String> {
+        let shown = path.file_name().unwrap_or_default().to_string_lossy();
+        let problem = |error: csv::Error| format!("{shown}: {error}");
+        let mut reader = csv::Reader::from_path(path).map_err(problem)?;
+        let header = reader.headers().map_err(problem)?;
+        let names: Vec<String> = header.iter().skip(1).map(|name| name.trim().into()).collect();
+        if header.get(0).map(str::trim) != Some("time") {
+            return Err(format!("{shown}: the first column is not `time`"));
+        }
+        let mut rows: Vec<Vec<f64>> = Vec::new();
+        for record in reader.records() {
+            let record = record.map_err(problem)?;
+            let cells = record.iter().map(|cell| number(cell.trim()));
+            let row = cells.collect::<Option<Vec<f64>>>().filter(|row| !row.is_empty());
+            let line = rows.len() + 2;
+            let row = row.ok_or_else(|| format!("{shown}:{line}: a cell is no finite number"))?;
+            if rows.last().is_some_and(|last| last[0] >= row[0]) {
+                return Err(format!("{shown}:{line}: the time does not rise"));
+            }
+            rows.push(row);
+        }
+        Ok(Self { names, rows })
+    }
+
+    /// The row that holds at a time: the last one not after it.
+    fn at(&self, time: f64, slack: f64) -> Option<&[f64]> {
+        let after = self.rows.partition_point(|row| row[0] <= time + slack);
+        Some(&self.rows.get(after.checked_sub(1)?)?[1..])
+    }
+
+    /// The row of that very time.
+    fn exactly(&self, time: f64, slack: f64) -> Option<&[f64]> {
+        let first = self.rows.partition_point(|row| row[0] < time - slack);
+        self.rows.get(first).filter(|row| row[0] <= time + slack).map(|row| &row[1..])
+    }
+}
+
+fn number(cell: &str) -> Option<f64> {
+    match cell {
+        "true" => Some(1.0),
+        "false" => Some(0.0),
+        cell => cell.parse().ok().filter(|value: &f64| value.is_finite()),
+    }
+}
+
+/// Replays the reference, if the archive has one.
+pub(super) fn replay(archive: &Archive, journal: &mut Journal) {
+    let folder = archive.folder().join(FOLDER);
+    let file = folder.join("reference.json");
+    if !file.is_file() {
+        return;
+    }
+    journal.start("the replay of the archive's reference");
+    let tables = match read(&file, &folder) {
+        Ok(tables) => tables,
+        Err(problem) => return journal.found("run-reference-form", problem),
+    };
+    match compare(archive, &tables) {
+        Err(problem) => journal.found("run-reference", problem),
+        Ok(largest) => {
+            let message = format!("largest difference from the reference: {largest}");
+            journal.found("run-reference-difference", message);
+            if largest.value > tables.reference.absolute_tolerance {
+                let limit = tables.reference.absolute_tolerance;
+                let message = format!("{largest}, more than {limit:e}");
+                journal.found("run-reference", message);
+            }
+        }
+    }
+}
+
+struct Tables {
+    reference: Reference,
+    input: Option<Table>,
+    result: Table,
+}
+
+fn read(file: &Path, folder: &Path) -> Result<Tables, String> {
+    let text = std::fs::read_to_string(file).map_err(|error| error.to_string())?;
+    let reference: Reference =
+        serde_json::from_str(&text).map_err(|error| format!("reference.json: {error}"))?;
+    if reference.schema != SCHEMA {
+        return Err(format!("reference.json: the schema is \"{}\"", reference.schema));
+    }
+    let span = reference.stop_time - reference.start_time;
+    let steps = span / reference.step_size;
+    if !(reference.step_size > 0.0 && steps >= 1.0 && steps <= 1e6 && span.is_finite()) {
+        return Err("reference.json: start, stop and step make no run".into());
+    }
+    // The names come from the archive: they stay in its folder.
+    let table = |name: &str| {
+        let is_plain = !name.contains(['/', '\\', ':']) && !matches!(name, "" | "." | "..");
+        if !is_plain {
+            return Err(format!("reference.json: \"{name}\" is no file beside it"));
+        }
+        Table::read(&folder.join(name))
+    };
+    let input = reference.input.as_deref().map(table).transpose()?;
+    let result = table(&reference.result)?;
+    Ok(Tables { reference, input, result })
+}
+
+/// The largest difference, and where it is.
+struct Largest {
+    value: f64,
+    variable: String,
+    time: f64,
+}
+
+impl std::fmt::Display for Largest {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{:e} in `{}` at {} s", self.value, self.variable, self.time)
+    }
+}
+
+fn compare(archive: &Archive, tables: &Tables) -> Result<Largest, String> {
+    let Tables { reference, input, result } = tables;
+    let said = |error: fmi2_host::Error| error.to_string();
+    let steps = ((reference.stop_time - reference.start_time) / reference.step_size).round();
+    // At most 10⁶, as read.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    let count = steps as u32;
+    let plan = Plan { start: reference.start_time, step: reference.step_size, count };
+    let slack = reference.step_size * 1e-6;
+    let mut instance = Instance::new(archive, "reference").map_err(said)?;
+    let mut largest = Largest { value: 0.0, variable: String::new(), time: plan.start };
+    let mut met = 0;
+
+    let apply = |instance: &mut Instance, time: f64, parameters: bool| {
+        let Some((table, row)) =
+            input.as_ref().and_then(|table| Some((table, table.at(time, slack)?)))
+        else {
+            return Ok(());
+        };
+        for (name, value) in table.names.iter().zip(row) {
+            let variable = instance.variable(name).map_err(said)?;
+            if (variable.causality == Causality::Parameter) == parameters {
+                let value = typed(variable.kind, *value);
+                instance.set(name, value).map_err(said)?;
+            }
+        }
+        Ok::<(), String>(())
+    };
+    apply(&mut instance, plan.start, true)?;
+    instance
+        .setup_experiment(plan.start, Some(reference.stop_time), None)
+        .and_then(|()| instance.enter_initialization_mode())
+        .map_err(said)?;
+    apply(&mut instance, plan.start, false)?;
+    instance.exit_initialization_mode().map_err(said)?;
+    for point in 0..=count {
+        let time = plan.time(point);
+        if let Some(row) = result.exactly(time, slack) {
+            met += 1;
+            for (name, expected) in result.names.iter().zip(row) {
+                let value = instance.value(name).map_err(said)?;
+                let value = match value {
+                    Value::Boolean(value) => f64::from(u8::from(value)),
+                    value => value.as_number().unwrap_or(f64::NAN),
+                };
+                let difference = (value - expected).abs();
+                if difference.is_nan() || difference > largest.value {
+                    let value = if difference.is_nan() { f64::INFINITY } else { difference };
+                    largest = Largest { value, variable: name.clone(), time };
+                }
+            }
+        }
+        if point < count {
+            apply(&mut instance, time, false)?;
+            instance.do_step(time, plan.step).map_err(said)?;
+        }
+    }
+    if met < result.rows.len() {
+        let missed = result.rows.len() - met;
+        return Err(format!("{missed} rows of the results are at no communication point"));
+    }
+    Ok(largest)
+}
+
+fn typed(kind: Kind, value: f64) -> Value {
+    match kind {
+        Kind::Boolean => Value::Boolean(value != 0.0),
+        // A fraction is cut off; the table is the archive's own.
+        #[allow(clippy::cast_possible_truncation)]
+        Kind::Integer => Value::Integer(value as i32),
+        Kind::Real | Kind::String => Value::Real(value),
+    }
+}

@@ -1,0 +1,116 @@
+//! What an instance's outputs do over some steps, to be held against what they did before.
+
+use fmi2_host::{Error, Instance, Status};
+use model_description::{Causality, ModelDescription, Value};
+
+/// The experiment that an FMU recommends, cut to some steps.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Plan {
+    /// Start time, s.
+    pub(super) start: f64,
+    /// Communication step, s.
+    pub(super) step: f64,
+    /// Number of steps.
+    pub(super) count: u32,
+}
+
+/// Steps of a run at most.
+const MOST_STEPS: u32 = 100;
+
+impl Plan {
+    /// Start, step and stop of `DefaultExperiment`, or 100 steps of 10 ms.
+    pub(super) fn of(description: &ModelDescription) -> Self {
+        let experiment = description.default_experiment.unwrap_or_default();
+        let start = experiment.start_time.filter(|t| t.is_finite()).unwrap_or(0.0);
+        let positive = |value: &f64| value.is_finite() && *value > 0.0;
+        let span = experiment.stop_time.map(|stop| stop - start).filter(positive);
+        let step = experiment.step_size.filter(positive);
+        let step = step.or_else(|| span.map(|span| span / 100.0)).unwrap_or(0.01);
+        let steps = span.map_or(f64::from(MOST_STEPS), |span| (span / step + 1e-9).floor());
+        // In range by the clamp.
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let count = steps.clamp(1.0, f64::from(MOST_STEPS)) as u32;
+        Self { start, step, count }
+    }
+
+    /// The time of a communication point.
+    pub(super) fn time(self, point: u32) -> f64 {
+        self.start + f64::from(point) * self.step
+    }
+}
+
+/// The outputs after each of some steps; shorter where a step was discarded.
+pub(super) type Trajectory = Vec<Vec<Value>>;
+
+/// Steps from one communication point on and reads all outputs after each step.
+pub(super) fn drive(
+    instance: &mut Instance,
+    plan: Plan,
+    from: u32,
+    count: u32,
+) -> Result<Trajectory, Error> {
+    let outputs = outputs(instance);
+    let mut trajectory = Trajectory::new();
+    for point in from..from + count {
+        match instance.do_step(plan.time(point), plan.step) {
+            // The standard lets an FMU say that it cannot do this step.
+            Err(Error::Step { status: Status::Discard, .. }) => break,
+            other => other?,
+        }
+        let values = outputs.iter().map(|name| instance.value(name));
+        trajectory.push(values.collect::<Result<_, _>>()?);
+    }
+    Ok(trajectory)
+}
+
+/// The names of all outputs.
+pub(super) fn outputs(instance: &Instance) -> Vec<String> {
+    let variables = instance.model().variables().iter();
+    variables.filter(|v| v.causality == Causality::Output).map(|v| v.name.clone()).collect()
+}
+
+/// Where two trajectories differ, told with the outputs' names.
+pub(super) fn difference(one: &Trajectory, other: &Trajectory, names: &[String]) -> Option<String> {
+    if one.len() != other.len() {
+        return Some(format!("{} steps succeed, then {}", one.len(), other.len()));
+    }
+    for (step, (a, b)) in one.iter().zip(other).enumerate() {
+        for ((a, b), name) in a.iter().zip(b).zip(names) {
+            if !same(a, b) {
+                let step = step + 1;
+                return Some(format!(
+                    "`{name}` is {} and then {} after step {step}",
+                    show(a),
+                    show(b)
+                ));
+            }
+        }
+    }
+    None
+}
+
+/// Relative difference of two Reals that counts as none: an FMU may compute through other libraries
+/// than the tool that wrote its XML.
+const RELATIVE: f64 = 1e-9;
+
+/// Whether two values are the same, Reals but for rounding; NaN is the same as NaN here.
+pub(super) fn same(a: &Value, b: &Value) -> bool {
+    match (a, b) {
+        (Value::Real(a), Value::Real(b)) => {
+            a == b
+                || a.is_nan() && b.is_nan()
+                || (a - b).abs() <= RELATIVE * a.abs().max(b.abs()).max(1e-3)
+        }
+        (a, b) => a == b,
+    }
+}
+
+/// A value in a message.
+pub(super) fn show(value: &Value) -> String {
+    match value {
+        Value::Real(value) => format!("{value:?}"),
+        Value::Integer(value) => value.to_string(),
+        Value::Boolean(value) => value.to_string(),
+        Value::String(value) => format!("{value:?}"),
+    }
+}

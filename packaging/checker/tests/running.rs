@@ -1,0 +1,128 @@
+//! Binaries that misbehave are found out, each under its own rule, and none takes the checker down.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+mod corpus;
+
+use corpus::{Files, base};
+use fmu_checker::run::{Bounds, Command, supervise};
+use fmu_checker::{Finding, Severity};
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+/// The program that is called again; cargo puts examples beside the tests.
+fn command() -> Command {
+    let mut path: PathBuf = std::env::current_exe().unwrap();
+    path.pop();
+    path.pop();
+    let program = path.join("examples").join(format!("check{}", std::env::consts::EXE_SUFFIX));
+    assert!(program.exists(), "first run `cargo build -p fmu-checker --example check`");
+    Command { program, arguments: Vec::new(), option: "--run-child".into() }
+}
+
+fn findings(files: &Files, bounds: &Bounds) -> Vec<Finding> {
+    let folder = tempfile::tempdir().unwrap();
+    let fmu = folder.path().join("Base.fmu");
+    std::fs::write(&fmu, files.zip()).unwrap();
+    let report = fmu_checker::check_file(&fmu).unwrap();
+    supervise(&command(), &fmu, &report, bounds).unwrap()
+}
+
+fn rules(findings: &[Finding]) -> Vec<&'static str> {
+    let mut rules: Vec<_> =
+        findings.iter().filter(|f| f.severity > Severity::Note).map(|f| f.rule).collect();
+    rules.dedup();
+    rules
+}
+
+/// The base with a binary's fault, which its GUID chooses.
+fn faulty(fault: &str) -> Files {
+    let mut files = base();
+    files.replace(r#"guid="base""#, &format!("guid=\"base-{fault}\""));
+    files
+}
+
+#[test]
+fn the_good_binary_passes() {
+    let found = findings(&base(), &Bounds::default());
+    assert_eq!(found, []);
+}
+
+#[test]
+fn each_fault_of_a_binary_is_found_under_its_rule() {
+    for (fault, rule) in [
+        ("crash", "run-crash"),
+        ("null", "run-crash"),
+        ("any-guid", "run-guid"),
+        ("refuse", "run-instantiate"),
+        ("start", "run-start"),
+        ("nan", "run-value"),
+        ("reset", "run-reset"),
+        ("state", "run-state"),
+        ("serialize", "run-call"),
+        ("initialization", "run-call"),
+        ("step", "run-call"),
+        ("log", "run-log-category"),
+    ] {
+        let found = findings(&faulty(fault), &Bounds::default());
+        assert_eq!(rules(&found), [rule], "{fault}: {found:#?}");
+    }
+}
+
+#[test]
+fn a_crash_is_told_with_the_call() {
+    let found = findings(&faulty("crash"), &Bounds::default());
+    assert!(found[0].message.contains("in fmi2DoStep"), "{found:?}");
+    let found = findings(&faulty("null"), &Bounds::default());
+    assert!(found[0].message.contains("fmi2FreeInstance(NULL)"), "{found:?}");
+}
+
+#[test]
+fn a_binary_that_hangs_is_ended() {
+    let start = Instant::now();
+    let bounds = Bounds { time: Duration::from_secs(1) };
+    let found = findings(&faulty("hang"), &bounds);
+    assert_eq!(rules(&found), ["run-hang"]);
+    assert!(start.elapsed() < Duration::from_secs(20));
+}
+
+/// The base with a reference; `result` is the table.
+fn with_reference(result: &str) -> Files {
+    let mut files = base();
+    let reference = r#"{"schema": "steerwright/reference/1", "input": "in.csv", "result": "out.csv",
+        "start_time": 0.0, "stop_time": 1.0, "step_size": 0.25, "absolute_tolerance": 1e-9}"#;
+    let folder = "extra/io.github.steerwright";
+    files.add(&format!("{folder}/reference.json"), reference.as_bytes());
+    // Held from its time on: 1 m/s for half a second, then 2 m/s.
+    files.add(&format!("{folder}/in.csv"), b"time,u,gain\n0,1,3\n0.5,2,3\n");
+    files.add(&format!("{folder}/out.csv"), result.as_bytes());
+    files
+}
+
+#[test]
+fn references_are_replayed() {
+    // x is the integral of the held input, y[1] is 3 x.
+    let good = "time,x,y[1],moving\n0,0,0,1\n0.25,0.25,0.75,1\n0.5,0.5,1.5,1\n1,1.5,4.5,1\n";
+    let found = findings(&with_reference(good), &Bounds::default());
+    assert_eq!(rules(&found), [""; 0], "{found:?}");
+    assert_eq!(found[0].rule, "run-reference-difference");
+
+    let bad = good.replace("1,1.5,4.5", "1,1.5,4.6");
+    let found = findings(&with_reference(&bad), &Bounds::default());
+    assert_eq!(rules(&found), ["run-reference"], "{found:?}");
+    assert!(found.iter().any(|f| f.message.contains("`y[1]` at 1 s")), "{found:?}");
+
+    let off = format!("{good}1.1,2,2,1\n");
+    assert_eq!(rules(&findings(&with_reference(&off), &Bounds::default())), ["run-reference"]);
+
+    let mut strange = with_reference(good);
+    *strange.get("extra/io.github.steerwright/out.csv") = b"t,x\n0,0\n".to_vec();
+    assert_eq!(rules(&findings(&strange, &Bounds::default())), ["run-reference-form"]);
+}
+
+#[test]
+fn what_cannot_be_opened_safely_is_not_run() {
+    let mut files = base();
+    files.rename("resources/data.txt", "../data.txt");
+    let found = findings(&files, &Bounds::default());
+    assert_eq!(found.iter().map(|f| f.rule).collect::<Vec<_>>(), ["run-skipped"]);
+}
