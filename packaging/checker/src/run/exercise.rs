@@ -6,6 +6,7 @@ use super::reference;
 use super::trajectory::{Plan, Trajectory, difference, drive, outputs, same, show};
 use fmi2_host::{Archive, Error, Instance, InstanceOptions};
 use model_description::{Causality, Initial, Kind, ModelDescription, Value, Variability};
+use std::collections::BTreeSet;
 use std::path::Path;
 
 /// A GUID that no FMU has.
@@ -29,7 +30,8 @@ pub(super) fn all(fmu: &Path, journal: &mut Journal) {
         }
         Err(error) => return journal.found("run-load", error.to_string()),
     }
-    let mut run = Run { archive: &archive, plan: Plan::of(archive.model().description()), journal };
+    let plan = Plan::of(archive.model().description());
+    let mut run = Run { archive: &archive, plan, journal, mismatched: BTreeSet::new() };
     run.life();
     run.journal.start("fmi2FreeInstance(NULL)");
     if let Err(error) = archive.free_null_instance() {
@@ -45,6 +47,8 @@ struct Run<'a> {
     archive: &'a Archive,
     plan: Plan,
     journal: &'a mut Journal,
+    /// Variables whose start values were told to be wrong.
+    mismatched: BTreeSet<String>,
 }
 
 /// A rule is broken so that going on with the instance makes no sense.
@@ -98,8 +102,9 @@ impl Run<'_> {
                 && variable.variability != Variability::Constant
         })?;
         self.initialize(instance)?;
-        self.starts(instance)?;
+        self.fresh_starts()?;
         self.readings(instance)?;
+        self.nudge(instance)?;
         let first = self.steps(instance)?;
         self.settings(instance, |variable| {
             variable.causality == Causality::Input
@@ -115,7 +120,13 @@ impl Run<'_> {
         self.journal.start("fmi2Reset after fmi2Terminate");
         let reset = instance.reset();
         self.legal(reset)?;
+        self.untouched(instance)?;
+        self.starts(instance, "run-reset")?;
+        self.journal.start("fmi2Reset");
+        let reset = instance.reset();
+        self.legal(reset)?;
         self.initialize(instance)?;
+        self.nudge(instance)?;
         let second = self.steps(instance)?;
         if let Some(difference) = difference(&first, &second, &outputs(instance)) {
             self.journal.found("run-reset", format!("after fmi2Reset {difference}"));
@@ -163,21 +174,30 @@ impl Run<'_> {
         self.legal(done)
     }
 
-    /// Start values of the XML against those of an initialization in which nothing else was set.
-    fn starts(&mut self, instance: &mut Instance) -> Result<(), Stop> {
-        // An instance of its own: here nothing at all is set.
-        let only_once =
-            self.archive.model().co_simulation().can_be_instantiated_only_once_per_process;
-        let mut other = if only_once { None } else { Some(self.instance("fresh")?) };
-        self.journal.start("the comparison of start values");
-        if let Some(fresh) = &mut other {
-            let ready = fresh
-                .setup_experiment(self.plan.start, None, None)
-                .and_then(|()| fresh.enter_initialization_mode())
-                .and_then(|()| fresh.exit_initialization_mode());
-            self.legal(ready)?;
+    /// An initialization in which nothing is set.
+    fn untouched(&mut self, instance: &mut Instance) -> Result<(), Stop> {
+        self.journal.start("an initialization in which nothing is set");
+        let ready = instance
+            .setup_experiment(self.plan.start, None, None)
+            .and_then(|()| instance.enter_initialization_mode())
+            .and_then(|()| instance.exit_initialization_mode());
+        self.legal(ready)
+    }
+
+    /// Start values against those of an instance of its own, in which nothing was set.
+    fn fresh_starts(&mut self) -> Result<(), Stop> {
+        if self.archive.model().co_simulation().can_be_instantiated_only_once_per_process {
+            // The one instance is compared after its reset.
+            return Ok(());
         }
-        let target = other.as_mut().unwrap_or(instance);
+        let mut fresh = self.instance("fresh")?;
+        self.untouched(&mut fresh)?;
+        self.starts(&mut fresh, "run-start")
+    }
+
+    /// Start values of the XML against what an untouched instance answers.
+    fn starts(&mut self, instance: &mut Instance, rule: &'static str) -> Result<(), Stop> {
+        self.journal.start("the comparison of start values");
         let variables: Vec<_> = self
             .description()
             .variables
@@ -186,13 +206,13 @@ impl Run<'_> {
             .filter_map(|variable| Some((variable.name.clone(), variable.start.clone()?)))
             .collect();
         for (name, start) in variables {
-            let value = target.value(&name);
+            let value = instance.value(&name);
             let value = self.legal(value)?;
-            if !same(&start, &value) {
+            if !same(&start, &value) && self.mismatched.insert(name.clone()) {
                 let (xml, binary) = (show(&start), show(&value));
                 let message =
                     format!("`{name}` starts at {xml} in the XML and at {binary} in fact");
-                self.journal.found("run-start", message);
+                self.journal.found(rule, message);
             }
         }
         Ok(())
