@@ -1,9 +1,11 @@
 //! `steerwright check`: archives of any tool held against the standard.
 
 use crate::failure::{Failure, Outcome};
+use crate::quantity;
 use crate::tell::Tell;
 use fmu_checker::{Report, Severity, run};
 use std::path::PathBuf;
+use std::time::Duration;
 
 /// Check FMUs of any tool against FMI 2.0 for Co-Simulation
 ///
@@ -20,6 +22,9 @@ pub(crate) struct Arguments {
     /// Run the binary of this platform too, in a process of its own that may crash or hang
     #[arg(long)]
     run: bool,
+    /// The longest that a run may take
+    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = quantity::time)]
+    time_limit: f64,
     /// Take warnings for errors
     #[arg(long)]
     strict: bool,
@@ -36,6 +41,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         run::child(fmu, file)?;
         return Ok(Outcome::Done);
     }
+    let Ok(time) = Duration::try_from_secs_f64(arguments.time_limit) else {
+        let message = format!("--time-limit: {} s is no time to wait", arguments.time_limit);
+        return Err(Failure::new(message, "give a time such as 60s"));
+    };
+    let bounds = run::Bounds { time };
     let mut reports = Vec::new();
     for fmu in &arguments.fmus {
         let mut report = fmu_checker::check_file(fmu)?;
@@ -46,7 +56,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
                 arguments: vec!["check".into()],
                 option: "--run-child".into(),
             };
-            let findings = run::supervise(&command, fmu, &report, &run::Bounds::default())?;
+            let findings = run::supervise(&command, fmu, &report, &bounds)?;
             report.extend(findings);
         }
         reports.push(report);

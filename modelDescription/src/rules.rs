@@ -2,8 +2,8 @@
 
 use crate::description::{ModelDescription, Variable};
 use crate::table::is_c_identifier;
-use crate::{Causality, Initial, Kind, Variability, allows_start, is_legal, needs_start};
-use std::collections::BTreeSet;
+use crate::{Causality, Initial, Kind, Unit, Variability, allows_start, is_legal, needs_start};
+use std::collections::{BTreeMap, BTreeSet};
 
 mod aliases;
 mod names;
@@ -39,7 +39,8 @@ impl ModelDescription {
     #[must_use]
     pub fn findings(&self) -> Vec<Finding> {
         let states = self.variables.iter().filter_map(|v| v.derivative).collect();
-        let mut check = Check { description: self, states, findings: Vec::new() };
+        let units = self.units.iter().map(|unit| (unit.name.as_str(), unit)).collect();
+        let mut check = Check { description: self, states, units, findings: Vec::new() };
         check.header();
         check.variables();
         check.aliases();
@@ -53,6 +54,8 @@ struct Check<'a> {
     description: &'a ModelDescription,
     /// Indices of the variables of which another one is the derivative.
     states: BTreeSet<u32>,
+    /// Units by name.
+    units: BTreeMap<&'a str, &'a Unit>,
     findings: Vec<Finding>,
 }
 
@@ -206,7 +209,6 @@ impl Check<'_> {
     }
 
     fn units(&mut self, v: &Variable, place: Place) {
-        let description = self.description;
         match (&v.unit, &v.display_unit) {
             (None, None) => {}
             (None, Some(display)) => {
@@ -214,8 +216,7 @@ impl Check<'_> {
                 self.report("display-unit-without-unit", place, message);
             }
             (Some(unit), display) => {
-                let Some(defined) = description.units.iter().find(|known| known.name == *unit)
-                else {
+                let Some(defined) = self.units.get(unit.as_str()) else {
                     let message = format!("unit \"{unit}\" is not under UnitDefinitions");
                     return self.report("unit-undefined", place, message);
                 };

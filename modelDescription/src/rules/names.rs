@@ -9,7 +9,7 @@ impl Check<'_> {
         let description = self.description;
         let structured = description.naming_convention == NamingConvention::Structured;
         // Position and indices of the element last seen of each array.
-        let mut arrays: BTreeMap<String, (usize, Vec<u64>)> = BTreeMap::new();
+        let mut arrays: BTreeMap<&str, (usize, Vec<u64>)> = BTreeMap::new();
         for (variable, position) in description.variables.iter().zip(0..) {
             let (name, place) = (variable.name.as_str(), Place::Variable(position));
             if name.is_empty() {
@@ -36,23 +36,10 @@ impl Check<'_> {
     }
 }
 
-/// The array, with the place of the indices marked, and the indices of a name that ends in some.
-fn element(name: &str) -> Option<(String, Vec<u64>)> {
-    let (inner, around) = match name.strip_prefix("der(") {
-        Some(rest) => {
-            let inner = rest.strip_suffix(')')?;
-            let order = inner.rfind(']')? + 1;
-            (&inner[..order], Some(&inner[order..]))
-        }
-        None => (name, None),
-    };
-    let indices = inner.strip_suffix(']')?;
-    let open = indices.rfind('[')?;
-    let values = indices[open + 1..].split(',').map(|text| text.parse().ok());
-    let array = match around {
-        Some(order) => format!("der({}[]{order})", &indices[..open]),
-        None => format!("{}[]", &indices[..open]),
-    };
+/// The array and the indices of a name that ends in some.
+fn element(name: &str) -> Option<(&str, Vec<u64>)> {
+    let (array, indices) = name.strip_suffix(']')?.rsplit_once('[')?;
+    let values = indices.split(',').map(|text| text.parse().ok());
     Some((array, values.collect::<Option<_>>()?))
 }
 

@@ -137,7 +137,7 @@ impl Check<'_> {
         }
         if let Some(kinds) = &unknown.kinds {
             let entries = unknown.dependencies.as_ref().map_or(0, Vec::len);
-            if kinds.len() != entries {
+            if unknown.dependencies.is_none() || kinds.len() != entries {
                 let message = format!(
                     "under {list}: {} kinds of dependency for {entries} dependencies",
                     kinds.len()

@@ -160,10 +160,20 @@ impl Findings {
         location: Location,
         message: impl Into<String>,
     ) {
+        self.add_at(rule, || location, message);
+    }
+
+    /// Adds a finding whose place takes time to find, such as a line in a long text.
+    pub(crate) fn add_at(
+        &mut self,
+        rule: &'static str,
+        location: impl FnOnce() -> Location,
+        message: impl Into<String>,
+    ) {
         let count = self.counts.entry(rule).or_default();
         *count += 1;
         if *count <= OF_ONE_RULE {
-            self.list.push(Finding::new(rule, location, message));
+            self.list.push(Finding::new(rule, location(), message));
         }
     }
 

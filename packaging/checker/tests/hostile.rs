@@ -119,6 +119,25 @@ fn entities_and_other_encodings_are_refused() {
     assert!(has(&check(&files.zip(), "Base.fmu"), "xml-encoding"));
 }
 
+/// Time grows with the size of a description, not with its square, whatever is wrong with it.
+#[test]
+fn large_descriptions_take_their_time_and_no_more() {
+    let start = Instant::now();
+    let line = "<ScalarVariable name=\"a\" valueReference=\"7\" x=\"1\" causality=\"parameter\">\
+                <Real unit=\"z\" min=\"2\" max=\"1\"/></ScalarVariable>\n";
+    let mut files = base();
+    files.replace("</ModelVariables>", &format!("{}</ModelVariables>", line.repeat(30_000)));
+    let report = check(&files.zip(), "Base.fmu");
+    assert!(has(&report, "name-twice") && has(&report, "xsd-attribute"));
+    // A rule that is broken everywhere is not told 30,000 times.
+    assert!(report.findings.len() < 2000, "{}", report.findings.len());
+    let mut files = base();
+    let attributes: String = (0..100_000).map(|n| format!(" a{n}=\"\"")).collect();
+    files.replace("<ModelVariables>", &format!("<ModelVariables{attributes}>"));
+    assert!(has(&check(&files.zip(), "Base.fmu"), "xml-refused"));
+    assert!(start.elapsed() < Duration::from_secs(30), "{:?}", start.elapsed());
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
 

@@ -28,7 +28,7 @@ pub(super) fn all(fmu: &Path, journal: &mut Journal) {
         Err(error @ Error::WrongVersion { .. }) => {
             return journal.found("run-version", error.to_string());
         }
-        Err(error) => return journal.found("run-load", error.to_string()),
+        Err(error) => return refused(&archive, journal, "run-load", &error),
     }
     let plan = Plan::of(archive.model().description());
     let mut run = Run { archive: &archive, plan, journal, mismatched: BTreeSet::new() };
@@ -41,6 +41,19 @@ pub(super) fn all(fmu: &Path, journal: &mut Journal) {
     reference::replay(&archive, run.journal);
     journal.start("unloading the binary");
     drop(archive);
+}
+
+/// Tells an error, unless the FMU needs a tool that may well not be here.
+fn refused(archive: &Archive, journal: &mut Journal, rule: &'static str, error: &Error) {
+    // The temporary folder's name would differ from run to run.
+    let folder = format!("{}/", archive.folder().display());
+    let message = error.to_string().replace(&folder, "");
+    if archive.model().co_simulation().needs_execution_tool {
+        let message = format!("it needs a tool (needsExecutionTool) that is not here: {message}");
+        journal.found("run-skipped", message);
+    } else {
+        journal.found(rule, message);
+    }
 }
 
 struct Run<'a> {
@@ -62,11 +75,12 @@ impl Run<'_> {
     /// Any refusal of a legal call is a finding that ends the exercise.
     fn legal<T>(&mut self, result: Result<T, Error>) -> Result<T, Stop> {
         result.map_err(|error| {
-            let rule = match error {
-                Error::Instantiate { .. } => "run-instantiate",
-                _ => "run-call",
-            };
-            self.journal.found(rule, format!("a legal call fails: {error}"));
+            match error {
+                Error::Instantiate { .. } => {
+                    refused(self.archive, self.journal, "run-instantiate", &error);
+                }
+                error => self.journal.found("run-call", format!("a legal call fails: {error}")),
+            }
             Stop
         })
     }

@@ -17,7 +17,7 @@ pub(super) fn check(
             Some(name) => format!("`{name}`: {}", finding.message),
             None => finding.message,
         };
-        findings.add(finding.rule, places.location(finding.place), message);
+        findings.add_at(finding.rule, || places.location(finding.place), message);
     }
 }
 

@@ -75,7 +75,10 @@ fn declaration(text: &str, report: &mut impl FnMut(&'static str, String)) {
     }
 }
 
-/// Why the text is not given to a parser that recurses: a rough count of open elements.
+/// Attributes an element may have; a parser compares each with each.
+const MOST_ATTRIBUTES: usize = 1000;
+
+/// Why the text is not given to a parser: a rough count of open elements and of attributes.
 pub(crate) fn nesting(text: &str) -> Option<String> {
     let bytes = text.as_bytes();
     let mut depth = 0_usize;
@@ -94,7 +97,10 @@ pub(crate) fn nesting(text: &str) -> Option<String> {
         } else if rest.starts_with('/') {
             depth = depth.saturating_sub(1);
         } else if !rest.starts_with('!') {
-            let end = tag_end(rest.as_bytes());
+            let (end, attributes) = tag_end(rest.as_bytes());
+            if attributes > MOST_ATTRIBUTES {
+                return Some(format!("an element has more than {MOST_ATTRIBUTES} attributes"));
+            }
             if !rest[..end].ends_with('/') {
                 depth += 1;
                 if depth > DEEPEST {
@@ -107,16 +113,19 @@ pub(crate) fn nesting(text: &str) -> Option<String> {
     None
 }
 
-/// Where a start tag ends: its `>`, not one within quotes.
-fn tag_end(bytes: &[u8]) -> usize {
-    let mut quote = None;
+/// Where a start tag ends, at its `>` and not at one within quotes, and how many values it has.
+fn tag_end(bytes: &[u8]) -> (usize, usize) {
+    let (mut quote, mut values) = (None, 0);
     for (at, byte) in bytes.iter().enumerate() {
         match (quote, byte) {
-            (None, b'>') => return at,
+            (None, b'>') => return (at, values),
             (None, b'"' | b'\'') => quote = Some(*byte),
-            (Some(open), _) if open == *byte => quote = None,
+            (Some(open), _) if open == *byte => {
+                quote = None;
+                values += 1;
+            }
             _ => {}
         }
     }
-    bytes.len()
+    (bytes.len(), values)
 }

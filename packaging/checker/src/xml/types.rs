@@ -33,7 +33,7 @@ struct Check<'a, 'd> {
 
 impl<'a, 'd> Check<'a, 'd> {
     fn report(&mut self, rule: &'static str, node: Node<'_, '_>, message: impl Into<String>) {
-        self.findings.add(rule, self.document.place(node), message);
+        self.findings.add_at(rule, || self.document.place(node), message);
     }
 
     fn header(&mut self) {
@@ -80,9 +80,11 @@ impl<'a, 'd> Check<'a, 'd> {
 
     fn types(&mut self) {
         let root = self.document.tree.root_element();
+        let variables: BTreeSet<&str> =
+            self.description.variables.iter().map(|v| v.name.as_str()).collect();
         for simple in items(root, "TypeDefinitions", "SimpleType") {
             let Some(name) = simple.attribute("name") else { continue };
-            if self.description.variable(name).is_some() {
+            if variables.contains(name) {
                 self.report("type-named-as-variable", simple, "a variable has this name too");
             }
             let Some(element) = simple.children().find(Node::is_element) else { continue };

@@ -32,7 +32,7 @@ struct Validator<'a, 'd> {
 
 impl Validator<'_, '_> {
     fn report(&mut self, rule: &'static str, node: Node<'_, '_>, message: String) {
-        self.findings.add(rule, self.document.place(node), message);
+        self.findings.add_at(rule, || self.document.place(node), message);
     }
 
     /// Recursion ends with the schema: what is not in it is not entered.
@@ -78,8 +78,9 @@ impl Validator<'_, '_> {
     fn attributes(&mut self, node: Node<'_, '_>, known: &'static [Attribute]) {
         let name = node.tag_name().name();
         for attribute in node.attributes() {
-            let place = self.document.attribute_place(node, &attribute);
-            let report = |rule, message: String| self.findings.add(rule, place, message);
+            let (document, findings) = (self.document, &mut *self.findings);
+            let place = || document.attribute_place(node, &attribute);
+            let mut report = |rule, message: String| findings.add_at(rule, place, message);
             let value = attribute.value();
             match attribute.namespace() {
                 Some(INSTANCE)

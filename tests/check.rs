@@ -1,0 +1,63 @@
+//! `steerwright check` before our own archives, and its exit statuses.
+#![allow(clippy::unwrap_used)]
+
+mod support;
+
+use std::path::PathBuf;
+use support::{demo, steerwright, told};
+
+/// Every archive that the demo wrote.
+fn archives() -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for drive in std::fs::read_dir(&demo().folder).unwrap().flatten() {
+        for folder in std::fs::read_dir(drive.path()).into_iter().flatten().flatten() {
+            for file in std::fs::read_dir(folder.path()).into_iter().flatten().flatten() {
+                found.extend(Some(file.path()).filter(|p| p.extension() == Some("fmu".as_ref())));
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+#[test]
+fn our_archives_break_no_rule_at_rest_or_at_work() {
+    let archives = archives();
+    assert!(archives.len() >= 8, "{archives:?}");
+    let mut arguments = vec!["check".into(), "--run".into(), "--json".into()];
+    arguments.extend(archives.iter().map(|path| path.display().to_string()));
+    let output = steerwright(&demo().folder, &arguments);
+    assert_eq!(output.status.code(), Some(0), "{}", told(&output));
+    let reports: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let reports = reports.as_array().unwrap();
+    assert_eq!(reports.len(), archives.len());
+    for report in reports {
+        assert_eq!(report["errors"], 0, "{report:#}");
+        for finding in report["findings"].as_array().unwrap() {
+            // What a run adds is notes at most, and no run was left out.
+            let rule = finding["rule"].as_str().unwrap();
+            assert!(!rule.starts_with("run-") || rule == "run-reference-difference", "{finding:#}");
+        }
+    }
+}
+
+#[test]
+fn exit_statuses_tell_errors_from_unreadable_files() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("text.fmu"), "no archive").unwrap();
+    let output = steerwright(folder.path(), &["check", "text.fmu"]);
+    assert_eq!(output.status.code(), Some(1));
+    let text = told(&output);
+    assert!(text.contains("error: archive: ") && text.contains("[zip-unreadable, FMI 2.0.5, 2.3]"));
+    assert!(text.contains("hint: "), "{text}");
+    assert!(output.stdout.is_empty());
+
+    let output = steerwright(folder.path(), &["check", "--run", "text.fmu"]);
+    assert!(told(&output).contains("run-skipped"), "{}", told(&output));
+
+    for arguments in [&["check", "none.fmu"][..], &["check", "."], &["check"]] {
+        let output = steerwright(folder.path(), arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        assert!(told(&output).contains("hint: "), "{}", told(&output));
+    }
+}
