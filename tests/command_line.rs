@@ -154,7 +154,7 @@ fn parameters_are_set_and_free_inputs_are_fed() {
 #[test]
 fn every_command_has_help_and_bad_usage_a_hint() {
     let folder = tempfile::tempdir().unwrap();
-    for command in ["identify", "bicycle", "design", "path", "package", "simulate"] {
+    for command in ["identify", "bicycle", "design", "path", "package", "simulate", "check"] {
         let help = run(folder.path(), &format!("{command} --help"));
         let text = String::from_utf8(help.stdout).unwrap();
         assert!(help.status.success() && help.stderr.is_empty(), "{command}");

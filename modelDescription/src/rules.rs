@@ -39,7 +39,8 @@ impl ModelDescription {
     #[must_use]
     pub fn findings(&self) -> Vec<Finding> {
         let states = self.variables.iter().filter_map(|v| v.derivative).collect();
-        let units = self.units.iter().map(|unit| (unit.name.as_str(), unit)).collect();
+        // Reversed, so that the first of a name counts.
+        let units = self.units.iter().rev().map(|unit| (unit.name.as_str(), unit)).collect();
         let mut check = Check { description: self, states, units, findings: Vec::new() };
         check.header();
         check.variables();

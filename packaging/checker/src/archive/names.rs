@@ -26,8 +26,8 @@ pub(super) fn check(names: &[&str], findings: &mut Findings) {
     }
     // A file that is a folder of another entry as well.
     for &name in names {
-        let parents = name.match_indices('/').map(|(at, _)| &name[..at]);
-        if let Some(file) = parents.filter(|parent| seen.contains(parent)).last() {
+        let mut parents = name.rmatch_indices('/').map(|(at, _)| &name[..at]);
+        if let Some(file) = parents.find(|parent| seen.contains(parent)) {
             let message = format!("lies in {file:?}, which is a file");
             findings.add("zip-duplicate", Location::entry(name), message);
         }

@@ -56,24 +56,24 @@ fn refused(archive: &Archive, journal: &mut Journal, rule: &'static str, error: 
     }
 }
 
-struct Run<'a> {
-    archive: &'a Archive,
+pub(super) struct Run<'a> {
+    pub(super) archive: &'a Archive,
     plan: Plan,
-    journal: &'a mut Journal,
+    pub(super) journal: &'a mut Journal,
     /// Variables whose start values were told to be wrong.
     mismatched: BTreeSet<String>,
 }
 
 /// A rule is broken so that going on with the instance makes no sense.
-struct Stop;
+pub(super) struct Stop;
 
 impl Run<'_> {
-    fn description(&self) -> &ModelDescription {
+    pub(super) fn description(&self) -> &ModelDescription {
         self.archive.model().description()
     }
 
     /// Any refusal of a legal call is a finding that ends the exercise.
-    fn legal<T>(&mut self, result: Result<T, Error>) -> Result<T, Stop> {
+    pub(super) fn legal<T>(&mut self, result: Result<T, Error>) -> Result<T, Stop> {
         result.map_err(|error| {
             match error {
                 Error::Instantiate { .. } => {
@@ -245,7 +245,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    fn finite(&mut self, name: &str, value: &Value) {
+    pub(super) fn finite(&mut self, name: &str, value: &Value) {
         if let Value::Real(value) = value
             && !value.is_finite()
         {
@@ -285,66 +285,6 @@ impl Run<'_> {
             }
         }
         Ok(trajectory)
-    }
-
-    /// References of the continuous Reals of a causality.
-    fn continuous(&self, causality: Causality) -> Vec<u32> {
-        let wanted = |v: &&model_description::Variable| {
-            v.causality == causality
-                && v.kind == Kind::Real
-                && v.variability == Variability::Continuous
-        };
-        self.description().variables.iter().filter(wanted).map(|v| v.reference).collect()
-    }
-
-    fn input_derivatives(&mut self, instance: &mut Instance) -> Result<(), Stop> {
-        self.journal.start("fmi2SetRealInputDerivatives");
-        for reference in self.continuous(Causality::Input) {
-            let set = instance.set_real_input_derivatives(&[reference], &[1], &[0.0]);
-            self.legal(set)?;
-        }
-        Ok(())
-    }
-
-    fn output_derivatives(&mut self, instance: &mut Instance) -> Result<(), Stop> {
-        self.journal.start("fmi2GetRealOutputDerivatives");
-        for reference in self.continuous(Causality::Output) {
-            let mut value = [0.0];
-            let got = instance.get_real_output_derivatives(&[reference], &[1], &mut value);
-            self.legal(got)?;
-            self.finite(&format!("derivative of reference {reference}"), &Value::Real(value[0]));
-        }
-        Ok(())
-    }
-
-    /// Each unknown with each of the knowns it says it depends on.
-    fn directional_derivatives(&mut self, instance: &mut Instance) -> Result<(), Stop> {
-        self.journal.start("fmi2GetDirectionalDerivative");
-        let description = self.description();
-        let real = |index: u32| {
-            description.variable_at(index).filter(|v| v.kind == Kind::Real).map(|v| v.reference)
-        };
-        let mut pairs = Vec::new();
-        for unknown in description.outputs.iter().chain(&description.derivatives) {
-            for known in unknown.dependencies.iter().flatten() {
-                let is_time = description
-                    .variable_at(*known)
-                    .is_some_and(|v| v.causality == Causality::Independent);
-                if let (Some(unknown), Some(known), false) =
-                    (real(unknown.index), real(*known), is_time)
-                {
-                    pairs.push((unknown, known));
-                }
-            }
-        }
-        for (unknown, known) in pairs.into_iter().take(1000) {
-            let mut value = [0.0];
-            let got = instance.get_directional_derivative(&[unknown], &[known], &[1.0], &mut value);
-            self.legal(got)?;
-            let name = format!("derivative of reference {unknown} by {known}");
-            self.finite(&name, &Value::Real(value[0]));
-        }
-        Ok(())
     }
 
     /// Saves, goes on, restores and goes on again; then through bytes into another instance.

@@ -7,6 +7,7 @@
 //! This protects against faulty binaries, not against hostile ones: the process has the caller's
 //! rights.
 
+mod derivatives;
 mod exercise;
 mod journal;
 mod reference;

@@ -119,7 +119,7 @@ fn read(file: &Path, folder: &Path) -> Result<Tables, String> {
     }
     let span = reference.stop_time - reference.start_time;
     let steps = span / reference.step_size;
-    if !(reference.step_size > 0.0 && steps >= 1.0 && steps <= 1e6 && span.is_finite()) {
+    if !(reference.step_size > 0.0 && (1.0..=1e6).contains(&steps) && span.is_finite()) {
         return Err("reference.json: start, stop and step make no run".into());
     }
     // The names come from the archive: they stay in its folder.

@@ -3,7 +3,7 @@
 
 mod faults;
 
-pub(crate) use faults::FAULTS;
+pub(crate) use faults::faults;
 
 use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
@@ -106,7 +106,7 @@ pub(crate) fn write(folder: &Path) -> Vec<PathBuf> {
     let good = folder.join("good.fmu");
     std::fs::write(&good, base().zip()).unwrap();
     let mut files = vec![good];
-    for fault in FAULTS {
+    for fault in faults() {
         let file = folder.join(format!("{}.fmu", fault.name));
         std::fs::write(&file, fault.archive()).unwrap();
         files.push(file);

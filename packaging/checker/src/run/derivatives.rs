@@ -1,0 +1,68 @@
+//! The three kinds of derivatives, where an FMU says that it has them: the calls are accepted and the
+//! answers finite.
+
+use super::exercise::{Run, Stop};
+use fmi2_host::Instance;
+use model_description::{Causality, Kind, Value, Variability, Variable};
+
+impl Run<'_> {
+    /// References of the continuous Reals of a causality.
+    fn continuous(&self, causality: Causality) -> Vec<u32> {
+        let wanted = |v: &&Variable| {
+            v.causality == causality
+                && v.kind == Kind::Real
+                && v.variability == Variability::Continuous
+        };
+        self.description().variables.iter().filter(wanted).map(|v| v.reference).collect()
+    }
+
+    pub(super) fn input_derivatives(&mut self, instance: &mut Instance) -> Result<(), Stop> {
+        self.journal.start("fmi2SetRealInputDerivatives");
+        for reference in self.continuous(Causality::Input) {
+            let set = instance.set_real_input_derivatives(&[reference], &[1], &[0.0]);
+            self.legal(set)?;
+        }
+        Ok(())
+    }
+
+    pub(super) fn output_derivatives(&mut self, instance: &mut Instance) -> Result<(), Stop> {
+        self.journal.start("fmi2GetRealOutputDerivatives");
+        for reference in self.continuous(Causality::Output) {
+            let mut value = [0.0];
+            let got = instance.get_real_output_derivatives(&[reference], &[1], &mut value);
+            self.legal(got)?;
+            self.finite(&format!("derivative of reference {reference}"), &Value::Real(value[0]));
+        }
+        Ok(())
+    }
+
+    /// Each unknown with each of the knowns it says it depends on.
+    pub(super) fn directional_derivatives(&mut self, instance: &mut Instance) -> Result<(), Stop> {
+        self.journal.start("fmi2GetDirectionalDerivative");
+        let description = self.description();
+        let real = |index: u32| {
+            description.variable_at(index).filter(|v| v.kind == Kind::Real).map(|v| v.reference)
+        };
+        let mut pairs = Vec::new();
+        for unknown in description.outputs.iter().chain(&description.derivatives) {
+            for known in unknown.dependencies.iter().flatten() {
+                let is_time = description
+                    .variable_at(*known)
+                    .is_some_and(|v| v.causality == Causality::Independent);
+                if let (Some(unknown), Some(known), false) =
+                    (real(unknown.index), real(*known), is_time)
+                {
+                    pairs.push((unknown, known));
+                }
+            }
+        }
+        for (unknown, known) in pairs.into_iter().take(1000) {
+            let mut value = [0.0];
+            let got = instance.get_directional_derivative(&[unknown], &[known], &[1.0], &mut value);
+            self.legal(got)?;
+            let name = format!("derivative of reference {unknown} by {known}");
+            self.finite(&name, &Value::Real(value[0]));
+        }
+        Ok(())
+    }
+}
