@@ -92,17 +92,20 @@ fn binaries(
             continue;
         };
         // A folder of static libraries alone is for linking.
-        let has_own_file = contents
+        let present: Vec<&str> = contents
             .names()
             .filter_map(|name| name.strip_prefix(&path))
-            .any(|rest| !rest.is_empty() && !rest.contains('/'));
-        if !has_own_file {
+            .filter(|rest| !rest.is_empty() && !rest.contains('/'))
+            .take(10)
+            .collect();
+        if present.is_empty() {
             continue;
         }
         for identifier in &identifiers {
             let name = format!("{path}{identifier}.{}", platform.extension);
             if !contents.has(&name) {
-                let message = format!("there is no {identifier}.{}", platform.extension);
+                let (ending, present) = (platform.extension, present.join(", "));
+                let message = format!("there is no {identifier}.{ending}; there is {present}");
                 findings.add("binary-name", Location::entry(&path), message);
                 break;
             }
@@ -126,8 +129,7 @@ fn sources(contents: &Contents<'_>, description: &ModelDescription, findings: &m
             findings.add("source-missing", place(), "SourceFiles lists it, the archive has it not");
         }
     }
-    let mut units = below(contents, "sources/")
-        .filter(|name| [".c", ".cpp", ".cc", ".cxx"].iter().any(|ending| name.ends_with(ending)));
+    let mut units = below(contents, "sources/").filter(|name| name.ends_with(".c"));
     if listed.is_empty()
         && description.model_exchange.is_none()
         && !contents.has("sources/buildDescription.xml")
