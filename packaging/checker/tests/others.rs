@@ -6,8 +6,8 @@
 
 mod corpus;
 
-use corpus::faults;
-use fmu_checker::{Severity, check_file};
+use corpus::{base, faults};
+use fmu_checker::{Severity, check, check_file};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -17,6 +17,85 @@ use std::process::Command;
 /// the schema lets them pass.
 fn is_of_the_schema(rule: &str) -> bool {
     rule.starts_with("xsd-")
+}
+
+/// Descriptions with a random change that are held against both schemas.
+const MUTATIONS: usize = 600;
+
+/// The good description with a random change, the same for the same number.
+fn mutation(number: usize) -> Vec<u8> {
+    const VALUES: &[&str] = &[
+        "",
+        "1",
+        "-1",
+        "true",
+        "1.5",
+        "INF",
+        "x y",
+        "2020-01-01T00:00:00Z",
+        "flat",
+        "input",
+        "1 2",
+        "constant",
+        "99999999999",
+        " 1 ",
+        "+3",
+        "1e3",
+        ".",
+        "exact",
+    ];
+    const NAMES: &[&str] = &["name", "start", "min", "unit", "index", "causality", "kg", "foo"];
+    const ELEMENTS: &[&str] = &[
+        "<Real/>",
+        "<Unit name=\"q\"/>",
+        "<BaseUnit/>",
+        "<Tool name=\"t\"/>",
+        "<Outputs/>",
+        "<Foo/>",
+        "<Unknown index=\"1\"/>",
+        "<Item name=\"i\" value=\"7\"/>",
+        "<ModelVariables/>",
+        "text",
+    ];
+    // A linear congruential generator: the numbers need to be mixed, no more.
+    let mut state = number as u64;
+    let mut below = |bound: usize| {
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as usize % bound
+    };
+    let mut files = base();
+    let xml = files.get("modelDescription.xml");
+    let text = String::from_utf8(xml.clone()).unwrap();
+    // The first line is no element.
+    let mut lines: Vec<String> = text.lines().map(Into::into).collect();
+    let line = 1 + below(lines.len() - 1);
+    let kind = below(8);
+    if kind < 5 {
+        let attributes: Vec<_> = text.match_indices("=\"").skip(2).map(|(at, _)| at).collect();
+        let at = attributes[below(attributes.len())];
+        let from = text[..at].rfind(' ').unwrap() + 1;
+        let to = at + 2 + text[at + 2..].find('"').unwrap();
+        let (head, name, value, tail) =
+            (&text[..from], &text[from..at], &text[at + 2..to], &text[to + 1..]);
+        *xml = match kind {
+            0 => format!("{head}{tail}"),
+            1 => format!("{head}{}=\"{value}\"{tail}", NAMES[below(NAMES.len())]),
+            _ => format!("{head}{name}=\"{}\"{tail}", VALUES[below(VALUES.len())]),
+        }
+        .into_bytes();
+        return files.zip();
+    }
+    match kind {
+        5 => drop(lines.remove(line)),
+        6 => {
+            let other = 1 + below(lines.len() - 1);
+            lines.swap(line, other);
+        }
+        _ => lines.insert(line, ELEMENTS[below(ELEMENTS.len())].into()),
+    }
+    *xml = lines.join("\n").into_bytes();
+    files.zip()
 }
 
 /// What a tool says of an archive and not of the good one; `None` where it is not installed.
@@ -37,12 +116,30 @@ fn the_schema_is_that_of_fmpy_and_the_others_find_less() {
     };
     let folder = tempfile::tempdir().unwrap();
     corpus::write(folder.path());
+    let mutated = folder.path().join("mutated");
+    std::fs::create_dir(&mutated).unwrap();
+    let archives: Vec<Vec<u8>> = (0..MUTATIONS).map(mutation).collect();
+    for (number, archive) in archives.iter().enumerate() {
+        std::fs::write(mutated.join(format!("{number}.fmu")), archive).unwrap();
+    }
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/others.py");
     let output = Command::new(python).arg(script).arg(folder.path()).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     // The tool prints on its own; the JSON is the last line.
     let text = String::from_utf8(output.stdout).unwrap();
     let told: Value = serde_json::from_str(text.lines().last().unwrap()).unwrap();
+
+    let mut invalid = 0;
+    for (number, archive) in archives.iter().enumerate() {
+        // What is no XML any more is judged by no schema.
+        let Some(schema) = told[format!("mutated/{number}")]["schema"].as_array() else { continue };
+        let report = check(archive, "Base.fmu");
+        let ours: Vec<_> = report.findings.iter().filter(|f| is_of_the_schema(f.rule)).collect();
+        assert_eq!(ours.is_empty(), schema.is_empty(), "{number}: {ours:#?}, {schema:#?}");
+        invalid += usize::from(!schema.is_empty());
+    }
+    println!("{invalid} of {MUTATIONS} mutated descriptions break both schemas, none breaks one");
+    assert!(invalid > MUTATIONS / 4 && invalid < MUTATIONS);
 
     assert_eq!(told["good"]["schema"], serde_json::json!([]));
     assert_eq!(told["good"]["fmpy"], serde_json::json!([]));
