@@ -90,7 +90,7 @@ fn with_reference(result: &str) -> Files {
     let mut files = base();
     let reference = r#"{"schema": "steerwright/reference/1", "input": "in.csv", "result": "out.csv",
         "start_time": 0.0, "stop_time": 1.0, "step_size": 0.25, "absolute_tolerance": 1e-9}"#;
-    let folder = "extra/io.github.steerwright";
+    let folder = "extra/io.github.steerwright/reference";
     files.add(&format!("{folder}/reference.json"), reference.as_bytes());
     // Held from its time on: 1 m/s for half a second, then 2 m/s.
     files.add(&format!("{folder}/in.csv"), b"time,u,gain\n0,1,3\n0.5,2,3\n");
@@ -115,7 +115,7 @@ fn references_are_replayed() {
     assert_eq!(rules(&findings(&with_reference(&off), &Bounds::default())), ["run-reference"]);
 
     let mut strange = with_reference(good);
-    *strange.get("extra/io.github.steerwright/out.csv") = b"t,x\n0,0\n".to_vec();
+    *strange.get("extra/io.github.steerwright/reference/out.csv") = b"t,x\n0,0\n".to_vec();
     assert_eq!(rules(&findings(&strange, &Bounds::default())), ["run-reference-form"]);
 }
 

@@ -1,6 +1,6 @@
 //! Results that an archive brings along, held against what its binary computes here.
 //!
-//! `extra/io.github.steerwright/reference.json` names two tables with a column `time` and one for
+//! `extra/io.github.steerwright/reference/reference.json` names two tables with a column `time` and one for
 //! each variable: the inputs, held from their time on, and the results after each communication
 //! point.
 
@@ -11,7 +11,7 @@ use model_description::{Causality, Kind, Value};
 use serde::Deserialize;
 use std::path::Path;
 
-const FOLDER: &str = "extra/io.github.steerwright";
+const FOLDER: &str = "extra/io.github.steerwright/reference";
 const SCHEMA: &str = "steerwright/reference/1";
 
 /// `reference.json`.
