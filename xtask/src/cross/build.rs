@@ -19,7 +19,9 @@ pub(crate) fn build(platform: Platform, toolchain: &Toolchain, zig: &Path) -> Re
         // One at a time: a library of macOS holds its own name.
         for (package, name) in LIBRARIES {
             let link = format!("-Clink-arg=-Wl,-install_name,@rpath/{name}.dylib");
-            run(command(platform, toolchain, zig, "rustc", &[package]).args(["--", &link]))?;
+            // Without `-S` the linker would list the object files, with their paths, for a debugger.
+            let mut one = command(platform, toolchain, zig, "rustc", &[package]);
+            run(one.args(["--", &link, "-Clink-arg=-Wl,-S"]))?;
         }
     } else {
         let packages: Vec<_> = LIBRARIES.iter().map(|(package, _)| *package).collect();
