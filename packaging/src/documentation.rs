@@ -108,7 +108,7 @@ impl Sections<'_> {
         }
         let _ = write!(
             text,
-            "\nThey need the system's C library and nothing else.\n\n## Reference run\n\n\
+            "\nThey load libraries of the system alone: on Linux the C library and libgcc_s.\n\n## Reference run\n\n\
              The inputs of [input.csv](../{extra}/reference/input.csv) give the outputs of \
              [result.csv](../{extra}/reference/result.csv), within the tolerance that \
              [reference.json](../{extra}/reference/reference.json) names. A row of inputs is set at \
