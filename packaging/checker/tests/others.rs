@@ -183,4 +183,15 @@ fn the_schema_is_that_of_fmpy_and_the_others_find_less() {
     );
     assert_eq!(found[0], faults().len());
     assert!(found[1] < faults().len() && found[2] < faults().len());
+    // What the README says of it.
+    let readme =
+        include_str!("../../../README.md").split_whitespace().collect::<Vec<_>>().join(" ");
+    let claim = format!(
+        "of {} the checker finds {}, FMPy 0.3.32 finds {} and the toolbox 2.0 finds {}",
+        faults().len(),
+        found[0],
+        found[1],
+        found[2]
+    );
+    assert!(readme.contains(&claim), "the README does not say: {claim}");
 }
