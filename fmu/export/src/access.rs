@@ -129,14 +129,18 @@ impl<S: Slave> Instance<S> {
     }
 
     #[cold]
-    fn wrong_kind(&self, reference: u32, kind: Kind) -> String {
+    fn no_value(&self, reference: u32, kind: Kind) -> String {
         match self.find(reference, kind) {
+            Ok(target) if kind == Kind::Real => {
+                format!("the model has no finite value for `{}` here", target.name())
+            }
             Ok(target) => format!("the model gave `{}` a value of another type", target.name()),
             Err(problem) => problem,
         }
     }
 
-    /// Reads variables of one type. `take` gives `None` for a value of another type.
+    /// Reads variables of one type. `take` gives `None` for a value of another type, and for a Real
+    /// that is not finite.
     #[inline]
     pub(crate) fn get_all<T>(
         &mut self,
@@ -148,7 +152,7 @@ impl<S: Slave> Instance<S> {
         self.may_get(references, kind)?;
         for (&reference, slot) in references.iter().zip(values) {
             let Some(value) = take(self.value(reference, kind)?) else {
-                return Err(self.wrong_kind(reference, kind));
+                return Err(self.no_value(reference, kind));
             };
             slot.write(value);
         }
@@ -165,7 +169,7 @@ impl<S: Slave> Instance<S> {
         let mut strings = Vec::with_capacity(references.len());
         for &reference in references {
             let Value::String(text) = self.value(reference, Kind::String)? else {
-                return Err(self.wrong_kind(reference, Kind::String));
+                return Err(self.no_value(reference, Kind::String));
             };
             // C has no string with a zero in it.
             strings.push(CString::new(text.replace('\0', "")).unwrap_or_default());

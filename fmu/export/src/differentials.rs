@@ -13,7 +13,7 @@ use crate::exposed::Exposed;
 use crate::instance::{Instance, Outcome};
 use crate::structure::depends_initially;
 use crate::types::Status;
-use crate::{Known, Slave, Unknown};
+use crate::{Known, Slave, Unknown, VariableId};
 use model_description::{Causality, Kind, Value, Variability, VariableSpec};
 use std::mem::MaybeUninit;
 
@@ -76,8 +76,12 @@ impl<S: Slave> Instance<S> {
             self.find_continuous(reference, order, Causality::Output)?;
         }
         for ((&reference, &order), slot) in references.iter().zip(orders).zip(values) {
-            let (variable, _) = self.find_continuous(reference, order, Causality::Output)?;
-            slot.write(self.core.slave.output_derivative(variable));
+            let (variable, row) = self.find_continuous(reference, order, Causality::Output)?;
+            let derivative = self.core.slave.output_derivative(variable);
+            if !derivative.is_finite() {
+                return Err(format!("the derivative of `{}` is {derivative} here", row.name));
+            }
+            slot.write(derivative);
         }
         Ok(Status::Ok)
     }
@@ -95,11 +99,16 @@ impl<S: Slave> Instance<S> {
         Err(format!("`{}` is no unknown here: it is not {need}", target.name()))
     }
 
-    /// A known of a directional derivative.
-    fn find_known(&self, reference: u32) -> Result<Target<S::Variable>, String> {
-        let target = self.find(reference, Kind::Real)?;
+    /// A known of a directional derivative; `None` where it is known and no Real: the XML may list
+    /// such a dependency, and a derivative by it is zero.
+    fn find_known(&self, reference: u32) -> Result<Option<Target<S::Variable>>, String> {
+        let target = match S::Variable::from_reference(reference) {
+            Some(variable) => Target::Variable(variable, variable.spec()),
+            None => self.find(reference, Kind::Real)?,
+        };
         if target.class().is_known_in(self.core.state) {
-            return Ok(target);
+            let is_real = !matches!(target, Target::Variable(_, row) if row.kind != Kind::Real);
+            return Ok(is_real.then_some(target));
         }
         let need = match self.core.state {
             State::Initialization => "an input, nor does it have initial=\"exact\" and may vary",
@@ -127,7 +136,7 @@ impl<S: Slave> Instance<S> {
             return Err(format!("dvKnown cannot be {direction}"));
         }
         for (&reference, &direction) in knowns.iter().zip(seed).filter(|(_, d)| **d != 0.0) {
-            let known = self.find_known(reference)?;
+            let Some(known) = self.find_known(reference)? else { continue };
             let mut around = None;
             for (&unknown, sum) in unknowns.iter().zip(&mut sums) {
                 *sum += self.partial(unknown, known, &mut around)? * direction;

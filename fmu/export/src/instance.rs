@@ -194,12 +194,16 @@ impl<S: Slave> Instance<S> {
         if let Some(stop) = stop_time.filter(|stop| !(stop.is_finite() && *stop >= start_time)) {
             return Err(format!("the stop time is {stop}, the start time {start_time}"));
         }
-        if let Some(tolerance) = tolerance.filter(|t| !(t.is_finite() && *t > 0.0)) {
+        if let Some(tolerance) = tolerance.filter(|t| !t.is_finite()) {
             return Err(format!("the tolerance is {tolerance}"));
         }
         self.core.experiment = Some(Experiment { start_time, stop_time });
         self.core.time = start_time;
-        Ok(Status::Ok)
+        // Nothing here is iterated to a tolerance, and importers are seen to pass their default, 0.
+        let Some(tolerance) = tolerance.filter(|t| *t <= 0.0) else { return Ok(Status::Ok) };
+        let text = format!("fmi2SetupExperiment: the tolerance of {tolerance} is not used");
+        self.logger.tell(Category::Warning, &text);
+        Ok(Status::Warning)
     }
 
     pub(crate) fn enter_initialization_mode(&mut self) -> Outcome {

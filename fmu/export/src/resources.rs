@@ -8,6 +8,9 @@ const BYTES_LIMIT: u64 = 256 << 20;
 /// The most files that resources may have.
 const FILES_LIMIT: usize = 10_000;
 
+/// What file managers leave in folders.
+const LEFT_BEHIND: [&str; 2] = ["Thumbs.db", "desktop.ini"];
+
 /// Why the resources cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum ResourceError {
@@ -66,7 +69,9 @@ impl From<Vec<(String, Vec<u8>)>> for Resources {
 }
 
 impl Resources {
-    /// Reads a folder and those in it. Links are passed over; a folder that is not there is empty.
+    /// Reads a folder and those in it. Links are passed over, and what file managers leave behind
+    /// (names that begin with a dot, `Thumbs.db`, `desktop.ini`): an FMU whose folder was looked at
+    /// is still the same. A folder that is not there is empty.
     ///
     /// # Errors
     /// [`ResourceError`] if something cannot be read or is too large.
@@ -107,7 +112,12 @@ fn collect(
     for entry in std::fs::read_dir(folder).map_err(fault(folder))? {
         let entry = entry.map_err(fault(folder))?;
         let path = entry.path();
-        let name = format!("{prefix}{}", entry.file_name().to_string_lossy());
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        if name.starts_with('.') || LEFT_BEHIND.contains(&&*name) {
+            continue;
+        }
+        let name = format!("{prefix}{name}");
         let metadata = entry.metadata().map_err(fault(&path))?;
         if metadata.is_dir() {
             collect(root, &path, &format!("{name}/"), entries, bytes)?;
@@ -125,4 +135,23 @@ fn collect(
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_file_managers_leave_is_passed_over() {
+        let folder = std::env::temp_dir().join(format!("resources-{}", std::process::id()));
+        std::fs::create_dir_all(folder.join(".git")).unwrap();
+        std::fs::create_dir_all(folder.join("deep")).unwrap();
+        for name in [".DS_Store", "Thumbs.db", "desktop.ini", ".git/a", "deep/.b", "deep/c.json"] {
+            std::fs::write(folder.join(name), name).unwrap();
+        }
+        let read = Resources::read(&folder);
+        std::fs::remove_dir_all(&folder).unwrap();
+        let read = read.unwrap();
+        assert_eq!(read.entries(), [("deep/c.json".to_owned(), b"deep/c.json".to_vec())]);
+    }
 }

@@ -25,7 +25,8 @@ pub unsafe fn get_real<S: Slave>(
         // SAFETY: as above.
         let values = unsafe { slots(values, length, VALUES)? };
         instance.get_all(references, values, Kind::Real, |value| match value {
-            Value::Real(value) => Some(value),
+            // A number that is none is never passed on as if all were well.
+            Value::Real(value) if value.is_finite() => Some(value),
             _ => None,
         })
     };

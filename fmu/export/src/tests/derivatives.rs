@@ -160,7 +160,8 @@ fn partial_derivatives_by_state_of_the_machine() {
                     _ => &[Y, Z, HELD, DX1, DX2],
                 };
                 let knowns: &[u32] = match state {
-                    State::Initialization => &[U, GATE, A, B, Z0, X1],
+                    // By an Integer the derivative is zero.
+                    State::Initialization => &[U, GATE, A, B, Z0, N, X1],
                     _ => &[U, GATE, X1, X2],
                 };
                 let rig = make();
@@ -283,4 +284,24 @@ fn without_the_capability_each_is_an_error() {
         assert_eq!(c::free_fmu_state::<Poor>(p, &mut state), OK);
     }
     assert!(rig.take_lines().iter().all(|line| line.3.contains("not supported")));
+}
+
+/// A state can be set where the model has no finite output: that is told, and nothing is passed on.
+#[test]
+fn what_is_not_finite_is_an_error_and_no_value() {
+    let rig = Rig::in_state(State::Initialization);
+    assert_eq!(rig.set(X1, f64::MAX), OK);
+    assert_eq!(rig.set(U, 1e3), OK);
+    let mut value = 7.0;
+    assert_eq!(on!(rig, get_real(&DX1, 1, &mut value)), OK);
+    let rig = Rig::in_state(State::Initialization);
+    assert_eq!(rig.set(B, f64::MAX), OK);
+    assert_eq!(rig.set(U, 1e3), OK);
+    assert_eq!(on!(rig, get_real(&DX1, 1, &mut value)), ERROR);
+    assert_ne!(value, f64::INFINITY);
+    let rig = Rig::in_state(State::StepComplete);
+    assert_eq!((rig.set(B, f64::MAX), rig.set(U, 1e3)), (OK, OK));
+    let mut value = 7.0;
+    assert_eq!(on!(rig, get_real_output_derivatives(&Y, 1, &1, &mut value)), ERROR);
+    assert_eq!(value, 7.0);
 }
