@@ -10,16 +10,7 @@
 //! other too: at most three motions a piece, each smooth, so that whatever is integrated along a
 //! motion keeps its order of convergence.
 
-/// A linear piece of the command, as a road-wheel angle: `start + slope·τ`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Line {
-    /// How long it holds, s.
-    pub duration: f64,
-    /// Its value at the beginning, rad.
-    pub start: f64,
-    /// Its slope, rad/s.
-    pub slope: f64,
-}
+use crate::delay::Segment;
 
 /// A smooth motion: `δ(τ) = start + slope·τ + swing·exp(−τ/T)`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -90,11 +81,11 @@ impl Actuator {
         (error / self.time_constant).clamp(-self.rate, self.rate)
     }
 
-    /// The command between the end stops.
+    /// The command between the end stops, in pieces; both as road-wheel angles, in rad.
     #[must_use]
-    pub fn within_stops(&self, line: Line) -> UpToThree<Line> {
-        let mut pieces = UpToThree::new(Line { duration: 0.0, start: 0.0, slope: 0.0 });
-        let Line { duration: mut left, mut start, slope } = line;
+    pub fn within_stops(&self, command: Segment) -> UpToThree<Segment> {
+        let mut pieces = UpToThree::new(Segment::default());
+        let Segment { duration: mut left, value: mut start, slope } = command;
         // Down to the nearer stop, to the farther one, and beyond: the third piece is the last.
         for _ in 0..3 {
             let until = |level: f64| (level - start) / slope;
@@ -111,7 +102,7 @@ impl Actuator {
             let ends = time >= left;
             let duration = if ends { left } else { time };
             let value = if held { level } else { start };
-            pieces.add(Line { duration, start: value, slope: if held { 0.0 } else { slope } });
+            pieces.add(Segment { duration, value, slope: if held { 0.0 } else { slope } });
             if ends {
                 break;
             }
@@ -123,11 +114,11 @@ impl Actuator {
 
     /// How δ, now `angle`, follows a command between the end stops.
     #[must_use]
-    pub fn follow(&self, angle: f64, command: Line) -> UpToThree<Motion> {
+    pub fn follow(&self, angle: f64, command: Segment) -> UpToThree<Motion> {
         let mut motions = UpToThree::new(Motion::default());
         let mut left = command.duration;
         let limit = self.rate * self.time_constant;
-        let mut error = command.start - angle;
+        let mut error = command.value - angle;
         let mut from = angle;
         if error.abs() > limit {
             let side = error.signum();

@@ -40,7 +40,6 @@
 
 pub mod actuator;
 mod dynamics;
-pub mod history;
 mod parameters;
 mod saved;
 pub mod tyre;

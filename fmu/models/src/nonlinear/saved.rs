@@ -1,10 +1,10 @@
 //! A vehicle as plain data, to be kept and read again, perhaps in another process.
 
 use super::dynamics::Constants;
-use super::history::History;
-use super::parameters::{NonlinearParameters, within};
+use super::parameters::NonlinearParameters;
 use super::vehicle::NonlinearVehicle;
-use crate::error::Error;
+use crate::delay::{DelayLine, History};
+use crate::error::{Error, finite};
 use crate::quadrature::Pose;
 use serde::{Deserialize, Serialize};
 
@@ -15,11 +15,9 @@ pub struct SavedVehicle {
     started: NonlinearParameters,
     /// Steering angle, its slope, speed.
     inputs: [f64; 3],
-    /// X, Y, ψ at the start.
-    initial_pose: [f64; 3],
+    initial_pose: Pose,
     initial_states: [f64; 4],
-    /// X, Y, ψ.
-    pose: [f64; 3],
+    pose: Pose,
     /// (v_y, r, δ, a_φ).
     states: [f64; 4],
     history: History,
@@ -33,11 +31,11 @@ impl NonlinearVehicle {
             parameters: self.parameters,
             started: self.started,
             inputs: [self.steering_angle, self.steering_slope, self.speed],
-            initial_pose: [self.initial_x, self.initial_y, self.initial_yaw],
+            initial_pose: Pose { x: self.initial_x, y: self.initial_y, yaw: self.initial_yaw },
             initial_states: self.initial_states,
-            pose: [self.pose.x, self.pose.y, self.pose.yaw],
+            pose: self.pose,
             states: self.states(),
-            history: self.history.clone(),
+            history: self.delay.save(),
         }
     }
 
@@ -48,24 +46,20 @@ impl NonlinearVehicle {
     pub fn restore(saved: SavedVehicle) -> Result<Self, Error> {
         // What is started was checked at the start; what is set since is checked at the next.
         saved.started.check()?;
-        let [x, y, yaw] = saved.pose;
-        let numbers = [
-            &saved.inputs[..],
-            &saved.initial_pose,
-            &saved.initial_states,
-            &saved.pose,
-            &saved.states,
-        ];
-        for value in numbers.into_iter().flatten() {
-            within("a number of the saved vehicle", *value, f64::MIN, f64::MAX)?;
-        }
-        within("the saved speed", saved.inputs[2], 0.0, f64::MAX)?;
-        let stop = saved.started.road_wheel_angle_max;
-        within("the saved road-wheel angle", saved.states[2], -stop, stop)?;
-        saved.history.check(saved.started.actuator_delay)?;
+        finite("an input", &saved.inputs)?;
+        finite("an initial state", &saved.initial_states)?;
+        finite("a state", &saved.states)?;
+        saved.initial_pose.check()?;
+        saved.pose.check()?;
         let [steering_angle, steering_slope, speed] = saved.inputs;
-        let [initial_x, initial_y, initial_yaw] = saved.initial_pose;
+        let Pose { x: initial_x, y: initial_y, yaw: initial_yaw } = saved.initial_pose;
         let [lateral_velocity, yaw_rate, angle, roll] = saved.states;
+        if angle.abs() > saved.started.road_wheel_angle_max {
+            let expected = "between the end stops";
+            return Err(Error::SavedState { name: "the road-wheel angle", value: angle, expected });
+        }
+        let mut delay = DelayLine::new(saved.started.actuator_delay, 0.0);
+        delay.restore(saved.history)?;
         Ok(Self {
             parameters: saved.parameters,
             steering_angle,
@@ -77,10 +71,10 @@ impl NonlinearVehicle {
             initial_states: saved.initial_states,
             started: saved.started,
             constants: Constants::new(&saved.started),
-            pose: Pose { x, y, yaw },
+            pose: saved.pose,
             lateral: [lateral_velocity, yaw_rate, roll],
             angle,
-            history: saved.history,
+            delay,
         })
     }
 }

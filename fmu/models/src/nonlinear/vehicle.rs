@@ -1,9 +1,8 @@
 //! The vehicle: inputs, states, steps and outputs. Equations are in [`super`].
 
-use super::actuator::Line;
 use super::dynamics::{Constants, Lateral};
-use super::history::History;
 use super::parameters::{NonlinearParameters, within};
+use crate::delay::{DelayLine, Segment};
 use crate::error::Error;
 use crate::identified_plant::LONGEST_STEP;
 use crate::quadrature::Pose;
@@ -38,7 +37,7 @@ pub struct NonlinearVehicle {
     pub(super) lateral: Lateral,
     /// δ, rad.
     pub(super) angle: f64,
-    pub(super) history: History,
+    pub(super) delay: DelayLine,
 }
 
 impl NonlinearVehicle {
@@ -62,7 +61,7 @@ impl NonlinearVehicle {
             pose: Pose::default(),
             lateral: [0.0; 3],
             angle: 0.0,
-            history: History::new(parameters.actuator_delay, 0.0),
+            delay: DelayLine::new(parameters.actuator_delay, 0.0),
         })
     }
 
@@ -75,6 +74,7 @@ impl NonlinearVehicle {
             self.parameters.check()?;
             self.started = self.parameters;
             self.constants = Constants::new(&self.parameters);
+            self.delay = DelayLine::new(self.started.actuator_delay, 0.0);
         }
         let [lateral_velocity, yaw_rate, angle, roll] = self.initial_states;
         for (name, value) in [
@@ -91,7 +91,7 @@ impl NonlinearVehicle {
         self.pose = Pose { x: self.initial_x, y: self.initial_y, yaw: self.initial_yaw };
         self.lateral = [lateral_velocity, yaw_rate, roll];
         self.angle = angle;
-        self.history.reset(self.started.actuator_delay, angle * self.started.steering_ratio);
+        self.delay.reset(angle * self.started.steering_ratio);
         Ok(())
     }
 
@@ -99,25 +99,23 @@ impl NonlinearVehicle {
     ///
     /// # Errors
     /// Where h is not in (0, [`LONGEST_STEP`]], or takes more than ten million panels, or the
-    /// states grow beyond all numbers.
+    /// steering angle or the states grow beyond all numbers.
     pub fn step(&mut self, h: f64) -> Result<(), Error> {
         let longest = self.constants.longest_panel(self.speed);
         let limit = LONGEST_STEP.min(MOST_PANELS * longest);
         if !(h > 0.0 && h <= limit) {
             return Err(Error::Step { step: h, limit });
         }
-        let line = Line { duration: h, start: self.steering_angle, slope: self.steering_slope };
-        if self.started.actuator_delay > 0.0 {
-            self.history.push(line);
-            let mut left = h;
-            while left > 0.0 {
-                // The belt is longer than what is asked of it, but for rounding.
-                let Some(piece) = self.history.next(left) else { break };
-                left -= piece.duration;
-                self.follow(piece, longest);
-            }
-        } else {
-            self.follow(line, longest);
+        let end = self.steering_angle + self.steering_slope * h;
+        if !end.is_finite() {
+            return Err(Error::Diverged { name: "the steering angle", value: end });
+        }
+        self.delay.push(h, self.steering_angle, self.steering_slope);
+        let mut left = h;
+        while left > 0.0 {
+            let piece = self.delay.next(left);
+            left -= piece.duration;
+            self.follow(piece, longest);
         }
         if self.pose.x.is_finite() && self.pose.y.is_finite() && self.lateral[2].is_finite() {
             Ok(())
@@ -127,11 +125,11 @@ impl NonlinearVehicle {
     }
 
     /// Moves under a command that is one line, in steering coordinates.
-    fn follow(&mut self, command: Line, longest: f64) {
+    fn follow(&mut self, command: Segment, longest: f64) {
         let constants = self.constants;
         let (n, actuator) = (constants.n, constants.actuator);
         let dynamics = constants.at_speed(self.speed);
-        let at_wheel = Line { start: command.start * n, slope: command.slope * n, ..command };
+        let at_wheel = Segment { value: command.value * n, slope: command.slope * n, ..command };
         for line in actuator.within_stops(at_wheel).as_slice() {
             for motion in actuator.follow(self.angle, *line).as_slice() {
                 if motion.duration > 0.0 {
@@ -211,8 +209,8 @@ impl NonlinearVehicle {
     pub fn derivatives(&self) -> [f64; 4] {
         let ([vy, r, roll], _) =
             self.constants.at_speed(self.speed).rates(&self.lateral, self.angle);
-        let command = self.history.output(self.steering_angle) * self.constants.n;
-        [vy, r, self.constants.actuator.rate_of(self.angle, command), roll]
+        let (command, _) = self.delay.output(self.steering_angle, self.steering_slope);
+        [vy, r, self.constants.actuator.rate_of(self.angle, command * self.constants.n), roll]
     }
 
     /// Derivatives by time of yaw and position: ψ̇, Ẋ, Ẏ.
