@@ -90,6 +90,7 @@ pub const UNITS: &[UnitSpec] = &[
     unit("m", [0, 1, 0, 0], &[]),
     unit("m/s", [0, 1, -1, 0], &[("km/h", 3.6)]),
     unit("m/s2", [0, 1, -2, 0], &[]),
+    unit("m/s3", [0, 1, -3, 0], &[]),
     unit("rad", [0, 0, 0, 1], &[("deg", DEGREES)]),
     unit("rad.m", [0, 1, 0, 1], &[("deg.m", DEGREES)]),
     unit("rad/m", [0, -1, 0, 1], &[("deg/m", DEGREES)]),

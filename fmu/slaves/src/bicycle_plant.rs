@@ -1,6 +1,6 @@
 //! `BicyclePlant`: the glue from [`vehicle_models::BicyclePlant`] to the export trait.
 
-use crate::plant::{SPEED_IS_HELD, kind, pose, settable};
+use crate::plant::{SpeedRate, kind, pose, settable};
 use crate::resources::optional;
 use crate::saved::{check_settable, decode, encode, refuse};
 use crate::start::with_start_values;
@@ -22,8 +22,7 @@ pub struct BicyclePlant {
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 struct Flags {
     started: bool,
-    speed_rate_given: bool,
-    warned_of_speed_rate: bool,
+    speed_rate: SpeedRate,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -185,10 +184,7 @@ impl Slave for BicyclePlant {
     }
 
     fn step(&mut self, _time: f64, step: f64, log: &mut Log) -> Result<(), String> {
-        if self.flags.speed_rate_given && !self.flags.warned_of_speed_rate {
-            self.flags.warned_of_speed_rate = true;
-            log.warning(SPEED_IS_HELD);
-        }
+        self.flags.speed_rate.warn(log);
         self.plant.step(step).map_err(|e| refuse(&e))
     }
 
@@ -218,7 +214,7 @@ impl Slave for BicyclePlant {
     fn set_input_derivative(&mut self, variable: Variable, derivative: f64) {
         match variable {
             Variable::SteeringAngle => self.plant.steering_rate = derivative,
-            Variable::Speed => self.flags.speed_rate_given = derivative != 0.0,
+            Variable::Speed => self.flags.speed_rate.set(derivative),
             _ => {}
         }
     }

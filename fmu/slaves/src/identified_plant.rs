@@ -1,6 +1,6 @@
 //! `IdentifiedPlant`: the glue from [`vehicle_models::IdentifiedPlant`] to the export trait.
 
-use crate::plant::{SPEED_IS_HELD, kind, pose, settable};
+use crate::plant::{SpeedRate, kind, pose, settable};
 use crate::resources::required;
 use crate::saved::{check_settable, decode, encode, refuse};
 use crate::start::with_start_values;
@@ -24,8 +24,7 @@ pub struct IdentifiedPlant {
 struct Flags {
     started: bool,
     warned_of_speed: bool,
-    speed_rate_given: bool,
-    warned_of_speed_rate: bool,
+    speed_rate: SpeedRate,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -149,10 +148,7 @@ impl Slave for IdentifiedPlant {
                 self.plant.speed, data.speed
             ));
         }
-        if self.flags.speed_rate_given && !self.flags.warned_of_speed_rate {
-            self.flags.warned_of_speed_rate = true;
-            log.warning(SPEED_IS_HELD);
-        }
+        self.flags.speed_rate.warn(log);
         self.plant.step(step).map_err(|e| refuse(&e))
     }
 
@@ -179,7 +175,7 @@ impl Slave for IdentifiedPlant {
     fn set_input_derivative(&mut self, variable: Variable, derivative: f64) {
         match variable {
             Variable::SteeringAngle => self.plant.steering_rate = derivative,
-            Variable::Speed => self.flags.speed_rate_given = derivative != 0.0,
+            Variable::Speed => self.flags.speed_rate.set(derivative),
             _ => {}
         }
     }

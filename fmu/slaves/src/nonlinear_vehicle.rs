@@ -2,10 +2,12 @@
 //!
 //! States, from 0: v_y, r, δ, a_φ, which can be set at the start, then ψ, X, Y.
 
+use crate::plant::{SpeedRate, pose, settable};
 use crate::resources::optional;
+use crate::saved::{check_settable, decode, encode, refuse};
 use crate::start::with_start_values;
 use crate::tables::nonlinear_vehicle::Variable;
-use fmi2_export::{Capabilities, Known, Log, Resources, Slave, StateSpec, Unknown, VariableId};
+use fmi2_export::{Capabilities, Known, Log, Resources, Slave, StateSpec, Unknown};
 use model_description::{DependencyKind, Table, Value};
 use serde::{Deserialize, Serialize};
 use vehicle_models::NonlinearParameters;
@@ -22,29 +24,19 @@ pub struct NonlinearVehicle {
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 struct Flags {
     started: bool,
-    speed_rate_given: bool,
-    warned_of_speed_rate: bool,
+    speed_rate: SpeedRate,
 }
 
-const SPEED_IS_HELD: &str =
-    "the derivative of speed has no effect: the speed is held within a step";
+#[derive(Serialize, Deserialize)]
+struct Saved {
+    flags: Flags,
+    vehicle: SavedVehicle,
+}
 
 /// Places of the states that follow from the pose at the start.
 const YAW: usize = 4;
 const X: usize = 5;
 const Y: usize = 6;
-
-/// Description, unit, unit of the derivative, whether it can be set.
-const STATES: [(&str, &str, Option<&str>, bool); 7] = [
-    ("velocity to the left of the centre of gravity", "m/s", Some("m/s2"), true),
-    ("yaw rate, positive to the left", "rad/s", Some("rad/s2"), true),
-    ("road-wheel angle behind the actuator", "rad", Some("rad/s"), true),
-    // m/s3 is none of the units of a table.
-    ("lateral acceleration that the load has followed", "m/s2", None, true),
-    ("yaw, not wrapped", "rad", Some("rad/s"), false),
-    ("position of the centre of gravity, x", "m", Some("m/s"), false),
-    ("position of the centre of gravity, y", "m", Some("m/s"), false),
-];
 
 impl NonlinearVehicle {
     /// Until the start, everything is as a start from the present settings would give it; a vehicle
@@ -161,27 +153,22 @@ impl Slave for NonlinearVehicle {
 
     fn exit_initialization(&mut self, _start_time: f64, _log: &mut Log) -> Result<(), String> {
         self.flags.started = true;
-        self.vehicle.start().map_err(|e| format!("{e}; hint: {}", e.hint()))
+        self.vehicle.start().map_err(|e| refuse(&e))
     }
 
     fn step(&mut self, _time: f64, step: f64, log: &mut Log) -> Result<(), String> {
-        if self.flags.speed_rate_given && !self.flags.warned_of_speed_rate {
-            self.flags.warned_of_speed_rate = true;
-            log.warning(SPEED_IS_HELD);
-        }
-        self.vehicle.step(step).map_err(|e| format!("{e}; hint: {}", e.hint()))
+        self.flags.speed_rate.warn(log);
+        self.vehicle.step(step).map_err(|e| refuse(&e))
     }
 
     fn states(&self) -> Vec<StateSpec> {
-        STATES
-            .iter()
-            .map(|&(description, unit, derivative_unit, settable)| StateSpec {
-                description: description.into(),
-                unit: Some(unit),
-                derivative_unit,
-                settable,
-            })
-            .collect()
+        let model = [
+            settable("lateral velocity v_y of the centre of gravity", Some("m/s"), Some("m/s2")),
+            settable("yaw rate r", Some("rad/s"), Some("rad/s2")),
+            settable("road-wheel angle behind the actuator", Some("rad"), Some("rad/s")),
+            settable("lateral acceleration that the load has followed", Some("m/s2"), Some("m/s3")),
+        ];
+        model.into_iter().chain(pose()).collect()
     }
 
     fn state(&mut self, index: usize) -> f64 {
@@ -207,7 +194,7 @@ impl Slave for NonlinearVehicle {
     fn set_input_derivative(&mut self, variable: Variable, derivative: f64) {
         match variable {
             Variable::SteeringAngle => self.vehicle.steering_slope = derivative,
-            Variable::Speed => self.flags.speed_rate_given = derivative != 0.0,
+            Variable::Speed => self.flags.speed_rate.set(derivative),
             _ => {}
         }
     }
@@ -310,32 +297,15 @@ impl Slave for NonlinearVehicle {
     }
 
     fn save(&self) -> Vec<u8> {
-        // Into a growing vector nothing can fail; no bytes at all would be refused when loaded.
-        postcard::to_allocvec(&(self.flags, self.vehicle.save())).unwrap_or_default()
+        encode(&Saved { flags: self.flags, vehicle: self.vehicle.save() })
     }
 
     fn load(&mut self, bytes: &[u8]) -> Result<(), String> {
-        let ((flags, saved), rest): ((Flags, SavedVehicle), &[u8]) =
-            postcard::take_from_bytes(bytes)
-                .map_err(|e| format!("the saved state cannot be read: {e}"))?;
-        if !rest.is_empty() {
-            return Err(format!("the saved state has {} bytes too many", rest.len()));
-        }
-        let vehicle = vehicle_models::NonlinearVehicle::restore(saved)
-            .map_err(|e| format!("the saved state: {e}"))?;
-        let mut loaded = Self { vehicle, flags };
-        // What no importer could have set is refused.
-        for row in Self::TABLE.variables {
-            let Some(value) =
-                Variable::from_reference(row.reference).and_then(|v| loaded.parameter(v))
-            else {
-                continue;
-            };
-            let (min, max) = (row.min.unwrap_or(f64::MIN), row.max.unwrap_or(f64::MAX));
-            if !(min..=max).contains(value) {
-                return Err(format!("{} of the saved state is {value}, which cannot be", row.name));
-            }
-        }
+        let saved: Saved = decode(bytes)?;
+        let vehicle =
+            vehicle_models::NonlinearVehicle::restore(saved.vehicle).map_err(|e| refuse(&e))?;
+        let mut loaded = Self { vehicle, flags: saved.flags };
+        check_settable(&mut loaded)?;
         *self = loaded;
         Ok(())
     }

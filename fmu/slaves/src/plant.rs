@@ -1,12 +1,33 @@
-//! What the glue of the plants shares: kinds of dependencies, and states of a pose.
+//! What the glue of the plants shares: the speed's derivative, kinds of dependencies, and states of
+//! a pose.
 
-use fmi2_export::StateSpec;
+use fmi2_export::{Log, StateSpec};
 use model_description::DependencyKind;
+use serde::{Deserialize, Serialize};
 use vehicle_models::sensitivity::Factor;
 
-/// Said once where the derivative of a speed is set.
-pub(crate) const SPEED_IS_HELD: &str =
-    "the derivative of speed has no effect: the speed is held within a step";
+/// The derivative of the speed, which no plant follows: that is said once.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+pub(crate) struct SpeedRate {
+    given: bool,
+    warned: bool,
+}
+
+impl SpeedRate {
+    /// Notes what was set.
+    pub(crate) fn set(&mut self, derivative: f64) {
+        self.given = derivative != 0.0;
+    }
+
+    /// Warns before the first step in which it would have mattered.
+    #[inline]
+    pub(crate) fn warn(&mut self, log: &mut Log) {
+        if self.given && !self.warned {
+            self.warned = true;
+            log.warning("the derivative of speed has no effect: the speed is held within a step");
+        }
+    }
+}
 
 /// The word of the standard (2.2.8) for how a factor can change.
 pub(crate) const fn kind(factor: Factor) -> DependencyKind {
