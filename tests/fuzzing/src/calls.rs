@@ -12,10 +12,10 @@
 mod importer;
 
 use crate::cursor::Cursor;
-use crate::documents::{BICYCLE, DELAYED, PATH, PID, PLANT};
+use crate::documents::{BICYCLE, DELAYED, PATH, PID, PLANT, VEHICLE};
 use fmi2_export::Slave;
 use importer::Importer;
-use slaves::{BicyclePlant, IdentifiedPlant, LateralPid, ReferencePath};
+use slaves::{BicyclePlant, IdentifiedPlant, LateralPid, NonlinearVehicle, ReferencePath};
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
@@ -25,12 +25,13 @@ const LONGEST: usize = 400;
 /// Runs the sequence that the bytes say.
 pub(crate) fn calls(bytes: &[u8]) {
     let mut cursor = Cursor::new(bytes);
-    match cursor.byte() % 5 {
+    match cursor.byte() % 6 {
         0 => sequence::<IdentifiedPlant>(&mut cursor, "plant.json", PLANT),
         1 => sequence::<IdentifiedPlant>(&mut cursor, "plant.json", DELAYED),
         2 => sequence::<BicyclePlant>(&mut cursor, "bicycle.json", BICYCLE),
         3 => sequence::<LateralPid>(&mut cursor, "pid.json", PID),
-        _ => sequence::<ReferencePath>(&mut cursor, "path.json", PATH),
+        4 => sequence::<ReferencePath>(&mut cursor, "path.json", PATH),
+        _ => sequence::<NonlinearVehicle>(&mut cursor, "vehicle.json", VEHICLE),
     }
 }
 

@@ -6,6 +6,8 @@ pub(crate) const PLANT: &[u8] = include_bytes!("../documents/plant.json");
 pub(crate) const DELAYED: &[u8] = include_bytes!("../documents/plant-delayed.json");
 /// `bicycle.json`.
 pub(crate) const BICYCLE: &[u8] = include_bytes!("../documents/bicycle.json");
+/// `vehicle.json`, with a delay.
+pub(crate) const VEHICLE: &[u8] = include_bytes!("../documents/vehicle.json");
 /// `pid.json`.
 pub(crate) const PID: &[u8] = include_bytes!("../documents/pid.json");
 /// `path.json`.
