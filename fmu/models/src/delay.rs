@@ -102,12 +102,19 @@ impl DelayLine {
 
     /// The input is `value + slope·t` for the `step` seconds to come, which [`Self::next`] then
     /// walks.
+    ///
+    /// # Errors
+    /// Where the input grows beyond all numbers; it is then as if nothing had been put in.
     #[inline]
-    pub fn push(&mut self, step: f64, value: f64, slope: f64) {
+    pub fn push(&mut self, step: f64, value: f64, slope: f64) -> Result<(), Error> {
+        let end = value + slope * step;
+        if !end.is_finite() {
+            return Err(Error::Diverged { name: "the steering input", value: end });
+        }
         let segment = Segment { duration: step, value, slope };
         self.latest = segment;
         if self.delay <= 0.0 {
-            return;
+            return Ok(());
         }
         self.end_rounding();
         match self.segments.back_mut() {
@@ -117,6 +124,7 @@ impl DelayLine {
             Some(back) if back.duration + step <= self.delay / RESOLUTION => back.merge(&segment),
             _ => self.segments.push_back(segment),
         }
+        Ok(())
     }
 
     /// Walks on by at most `limit` seconds over which the delayed input is one ramp; returns that
@@ -165,10 +173,12 @@ impl DelayLine {
         }
     }
 
-    /// What is remembered.
+    /// What is remembered: between steps, so that what is restored is saved as the same again.
     #[must_use]
     pub fn save(&self) -> History {
-        History { segments: self.segments.clone(), latest: self.latest }
+        let mut line = self.clone();
+        line.end_rounding();
+        History { segments: line.segments, latest: line.latest }
     }
 
     /// Takes over what a line of the same delay remembered.
@@ -224,7 +234,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn walk_ramp(line: &mut DelayLine, step: f64, value: f64, slope: f64) -> Vec<Segment> {
-        line.push(step, value, slope);
+        line.push(step, value, slope).unwrap();
         let (mut left, mut pieces) = (step, Vec::new());
         while left > 0.0 {
             let piece = line.next(left);
@@ -278,6 +288,7 @@ mod tests {
                 history.push((time, value, slope));
                 let mut restored = DelayLine::new(delay, 0.0);
                 restored.restore(line.save()).unwrap();
+                prop_assert_eq!(restored.save(), line.save());
                 let pieces = walk_ramp(&mut line, step, value, slope);
                 prop_assert_eq!(&walk_ramp(&mut restored, step, value, slope), &pieces);
                 for piece in pieces {
@@ -356,6 +367,30 @@ mod tests {
         }
         out += walk(&mut line, 1.0, 0.0).iter().map(|(t, u)| t * u).sum::<f64>();
         assert!((into - out).abs() < 1e-9, "{into} {out}");
+    }
+
+    /// One segment, shortened and lengthened by steps that are no binary fractions.
+    #[test]
+    fn a_held_input_is_saved_alike_before_and_after_it_is_restored() {
+        let mut line = DelayLine::new(0.025, 1.0);
+        for _ in 0..1000 {
+            walk(&mut line, 0.001, 1.0);
+            let mut restored = DelayLine::new(0.025, 0.0);
+            restored.restore(line.save()).unwrap();
+            assert_eq!(restored.save(), line.save());
+        }
+    }
+
+    #[test]
+    fn an_input_beyond_all_numbers_is_refused() {
+        let mut line = DelayLine::new(0.1, 1.0);
+        let before = line.clone();
+        for (value, slope) in
+            [(f64::INFINITY, 0.0), (f64::NAN, 0.0), (1e308, 1e308), (0.0, f64::NEG_INFINITY)]
+        {
+            assert!(line.push(10.0, value, slope).is_err(), "{value} {slope}");
+            assert_eq!(line, before);
+        }
     }
 
     #[test]

@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{PLAIN, bicycle, get, identified, kinds, set, start, step, variable};
+use common::{PLAIN, bicycle, get, identified, kinds, nonlinear, set, start, step, variable};
 use fmi2_export::model_description::{Causality, DependencyKind, DependsOn, Kind as Type};
 use fmi2_export::{Known, Slave, Unknown, VariableId};
 use std::fmt::Debug;
@@ -202,6 +202,7 @@ fn the_tables_agree() {
     }
     agree(&identified(PLAIN));
     agree(&bicycle());
+    agree(&nonlinear());
 }
 
 /// The derivative of each state is how fast it moves in the next moment, and that of each output
@@ -259,6 +260,11 @@ fn derivatives_by_time() {
         let mut plant = bicycle();
         set(&mut plant, "speed", speed);
         check_rates(plant, speed);
+        let mut vehicle = nonlinear();
+        set(&mut vehicle, "speed", speed);
+        check_rates(vehicle.clone(), speed);
+        set(&mut vehicle, "actuator_delay", 0.0);
+        check_rates(vehicle, speed);
     }
 }
 
@@ -286,6 +292,7 @@ fn states_start_where_they_are_set() {
     check(identified(PLAIN), 3);
     check(identified(common::Kind { continuous: false, ..PLAIN }), 0);
     check(bicycle(), 3);
+    check(nonlinear(), 4);
     // Outputs read before the start follow.
     let mut plant = bicycle();
     plant.set_state(1, 0.4);
@@ -300,15 +307,18 @@ fn states_start_where_they_are_set() {
 /// A speed's derivative does nothing, and that is told once.
 #[test]
 fn speed_is_held() {
-    let mut plant = bicycle();
-    start(&mut plant);
-    let mut other = plant.clone();
-    plant.set_input_derivative(variable::<slaves::BicyclePlant>("speed"), 3.0);
-    let mut log = fmi2_export::Log::default();
-    plant.step(0.0, 0.1, &mut log).unwrap();
-    plant.step(0.1, 0.1, &mut log).unwrap();
-    assert_eq!(log.lines().len(), 1);
-    step(&mut other, 0.1);
-    step(&mut other, 0.1);
-    assert_eq!(get(&mut plant, "x"), get(&mut other, "x"));
+    fn held<S: Slave>(mut plant: S) {
+        start(&mut plant);
+        let mut other = plant.clone();
+        plant.set_input_derivative(variable::<S>("speed"), 3.0);
+        let mut log = fmi2_export::Log::default();
+        plant.step(0.0, 0.1, &mut log).unwrap();
+        plant.step(0.1, 0.1, &mut log).unwrap();
+        assert_eq!(log.lines().len(), 1);
+        step(&mut other, 0.1);
+        step(&mut other, 0.1);
+        assert_eq!(get(&mut plant, "x"), get(&mut other, "x"));
+    }
+    held(bicycle());
+    held(nonlinear());
 }

@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{bicycle, get, identified, kinds, path, pid};
+use common::{bicycle, get, identified, kinds, nonlinear, path, pid};
 use fmi2_export::model_description::{Causality, Kind, Value};
 use fmi2_export::{Log, Slave, VariableId};
 use proptest::prelude::*;
@@ -77,9 +77,10 @@ fn survive<S: Slave>(
         });
         let variables: Vec<f64> =
             S::TABLE.variables.iter().map(|row| get(&mut slave, row.name)).collect();
-        let _ = slave.clone().load(&slave.save());
+        let loaded = slave.clone().load(&slave.save());
         match result {
             Ok(()) => {
+                prop_assert!(loaded.is_ok(), "{loaded:?}");
                 prop_assert!(states.iter().all(|x| x.is_finite()), "{states:?}");
                 // Of a plant, speed times yaw rate may still overflow.
                 prop_assert!(n > 0 || variables.iter().all(|x| x.is_finite()), "{variables:?}");
@@ -104,6 +105,7 @@ proptest! {
     ) {
         survive(identified(kind), &parameters, &steps)?;
         survive(bicycle(), &parameters, &steps)?;
+        survive(nonlinear(), &parameters, &steps)?;
         survive(pid(), &parameters, &steps)?;
         for closed in [false, true] {
             survive(path(closed), &parameters, &steps)?;

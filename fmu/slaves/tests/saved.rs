@@ -3,7 +3,9 @@
 
 mod common;
 
-use common::{Kind, PLAIN, bicycle, get, identified, kinds, path, pid, set, start, variable};
+use common::{
+    Kind, PLAIN, bicycle, get, identified, kinds, nonlinear, path, pid, set, start, variable,
+};
 use fmi2_export::model_description::Causality;
 use fmi2_export::{Log, Slave};
 use proptest::prelude::*;
@@ -75,6 +77,16 @@ fn bicycles_go_on() {
 }
 
 #[test]
+fn nonlinear_vehicles_go_on() {
+    let mut prepared = nonlinear();
+    set(&mut prepared, "actuator_delay", 0.05);
+    set(&mut prepared, "friction_coefficient", 0.3);
+    set(&mut prepared, "initial_x", -3.0);
+    prepared.set_state(2, 0.2);
+    goes_on(&nonlinear(), &prepared);
+}
+
+#[test]
 fn controllers_go_on() {
     let mut prepared = pid();
     for (name, value) in [("ki", 0.7), ("kd", 0.1), ("derivative_filter_time", 0.02)] {
@@ -121,29 +133,32 @@ fn impossible_values_are_refused() {
     assert!(pid().load(&controller.save()).unwrap_err().contains("sample_time"));
 }
 
-/// Numbers inside the models, found in the bytes by their value, are refused where they cannot be.
+/// A number inside a model, found in the bytes by its value, is refused where it cannot be.
+fn refused<S: Slave>(fresh: &S, used: &S, number: f64, instead: &[f64]) {
+    assert!(number != 0.0, "zeros are everywhere");
+    let bytes = used.save();
+    let places: Vec<usize> =
+        (0..bytes.len() - 7).filter(|&i| bytes[i..i + 8] == number.to_le_bytes()).collect();
+    assert!(!places.is_empty(), "{number} is not in the state");
+    for value in instead {
+        let mut changed = bytes.clone();
+        places.iter().for_each(|&i| changed[i..i + 8].copy_from_slice(&value.to_le_bytes()));
+        assert!(fresh.clone().load(&changed).is_err(), "{value} instead of {number}");
+    }
+}
+
+fn driven<S: Slave>(fresh: &S, steps: u32, change: impl Fn(&mut S)) -> S {
+    let mut used = fresh.clone();
+    change(&mut used);
+    start(&mut used);
+    drive(&mut used, 0..steps);
+    used
+}
+
+const NOT_FINITE: [f64; 2] = [f64::NAN, f64::INFINITY];
+
 #[test]
 fn impossible_states_are_refused() {
-    fn refused<S: Slave>(fresh: &S, used: &S, number: f64, instead: &[f64]) {
-        assert!(number != 0.0, "zeros are everywhere");
-        let bytes = used.save();
-        let places: Vec<usize> =
-            (0..bytes.len() - 7).filter(|&i| bytes[i..i + 8] == number.to_le_bytes()).collect();
-        assert!(!places.is_empty(), "{number} is not in the state");
-        for value in instead {
-            let mut changed = bytes.clone();
-            places.iter().for_each(|&i| changed[i..i + 8].copy_from_slice(&value.to_le_bytes()));
-            assert!(fresh.clone().load(&changed).is_err(), "{value} instead of {number}");
-        }
-    }
-    fn driven<S: Slave>(fresh: &S, steps: u32, change: impl Fn(&mut S)) -> S {
-        let mut used = fresh.clone();
-        change(&mut used);
-        start(&mut used);
-        drive(&mut used, 0..steps);
-        used
-    }
-    const NOT_FINITE: [f64; 2] = [f64::NAN, f64::INFINITY];
     let not_a_phase = [1.0, -0.5, f64::NAN];
 
     let fresh = identified(Kind { delay: 0.05, ..PLAIN });
@@ -182,6 +197,21 @@ fn impossible_states_are_refused() {
     }
 }
 
+#[test]
+fn impossible_nonlinear_vehicles_are_refused() {
+    let fresh = nonlinear();
+    let mut used = driven(&fresh, 20, |s| s.set_state(0, 0.1));
+    for i in 0..7 {
+        let state = used.state(i);
+        refused(&fresh, &used, state, &NOT_FINITE);
+    }
+    // Beyond the end stops, which stand in the state as a parameter too.
+    let angle = used.state(2);
+    refused(&fresh, &used, angle, &[1.1, -1.1]);
+    let used = driven(&fresh, 1, |_| {});
+    refused(&fresh, &used, 0.025 - 0.013, &[0.2, -0.013, f64::NAN]);
+}
+
 fn any_bytes<S: Slave>(fresh: &S, bytes: &[u8]) {
     let mut slave = fresh.clone();
     if slave.load(bytes).is_ok() {
@@ -214,6 +244,7 @@ proptest! {
     fn random_bytes_do_no_harm(bytes in prop::collection::vec(byte(), 0..400)) {
         any_bytes(&identified(PLAIN), &bytes);
         any_bytes(&bicycle(), &bytes);
+        any_bytes(&nonlinear(), &bytes);
         any_bytes(&pid(), &bytes);
     }
 
@@ -236,6 +267,7 @@ proptest! {
             both(&fresh, used, steps, |s| mutated(s, &changes, cut));
         }
         both(&bicycle(), bicycle(), steps, |s| mutated(s, &changes, cut));
+        both(&nonlinear(), nonlinear(), steps, |s| mutated(s, &changes, cut));
         both(&pid(), pid(), steps, |s| mutated(s, &changes, cut));
         for closed in [false, true] {
             let fresh = path(closed);

@@ -31,10 +31,10 @@ impl IdentifiedPlant {
         let u = self.model.input(self.steering_angle, self.speed);
         let slope = self.steering_rate * self.model.input_by_steering(self.speed);
         if self.on_grid {
-            self.delay.push(h, u, slope);
+            self.delay.push(h, u, slope)?;
             self.walk_grid(h);
         } else if self.model.data().delay > 0.0 {
-            self.delay.push(h, u, slope);
+            self.delay.push(h, u, slope)?;
             self.walk(h);
         } else {
             self.move_exactly(&Segment { duration: h, value: u, slope });

@@ -106,11 +106,7 @@ impl NonlinearVehicle {
         if !(h > 0.0 && h <= limit) {
             return Err(Error::Step { step: h, limit });
         }
-        let end = self.steering_angle + self.steering_slope * h;
-        if !end.is_finite() {
-            return Err(Error::Diverged { name: "the steering angle", value: end });
-        }
-        self.delay.push(h, self.steering_angle, self.steering_slope);
+        self.delay.push(h, self.steering_angle, self.steering_slope)?;
         let mut left = h;
         while left > 0.0 {
             let piece = self.delay.next(left);

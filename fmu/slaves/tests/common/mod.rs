@@ -4,7 +4,7 @@
 use fmi2_export::model_description::Value;
 use fmi2_export::{Log, Resources, Slave, VariableId};
 use formats::{Document, InputKind, Matrix, Plant};
-use slaves::{BicyclePlant, IdentifiedPlant, LateralPid, ReferencePath};
+use slaves::{BicyclePlant, IdentifiedPlant, LateralPid, NonlinearVehicle, ReferencePath};
 use vehicle_models::linear::discretize;
 
 fn column(entries: &[f64]) -> Matrix {
@@ -84,6 +84,13 @@ pub fn identified(kind: Kind) -> IdentifiedPlant {
 
 pub fn bicycle() -> BicyclePlant {
     BicyclePlant::open(&Resources::default()).unwrap()
+}
+
+/// With a delay of 0.025 s.
+pub fn nonlinear() -> NonlinearVehicle {
+    let mut vehicle = NonlinearVehicle::open(&Resources::default()).unwrap();
+    set(&mut vehicle, "actuator_delay", 0.025);
+    vehicle
 }
 
 pub fn pid() -> LateralPid {
