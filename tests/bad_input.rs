@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::Path;
-use support::{chain, steerwright, told, words};
+use support::{chain, data, steerwright, told, words};
 
 /// Files to write, arguments, and what the error and its hint must say.
 type Case<'a> = (&'a [(&'a str, &'a str)], &'a str, &'a [&'a str]);
@@ -238,6 +238,8 @@ fn documents() {
     let plant = |edit: fn(&mut Value)| edited("plant.json", edit);
     let pid = |edit: fn(&mut Value)| edited("pid.json", edit);
     let path = |edit: fn(&mut Value)| edited("path.json", edit);
+    let example = data().join("multibody/vehicle.json").display().to_string();
+    let vehicle = |edit: fn(&mut Value)| edited(&example, edit);
     let not_json = plant(|_| ()).replacen("\"A\":[[", "\"A\":[[NaN, ", 1);
     for (content, command, says) in [
         (plant(|p| p["schema"] = json!("steerwright/plant/2")), "design", &["plant/2"] as &[_]),
@@ -274,6 +276,17 @@ fn documents() {
         (pid(|_| ()), "design", &["`steerwright/pid/1` stands here"]),
         (pid(|p| p["sample_time_s"] = json!(-0.01)), "package", &["at `sample_time_s`: -0.01"]),
         (pid(|p| p["gains"]["kp"] = json!(-1)), "package", &["at `gains.kp`: -1"]),
+        (vehicle(|_| ()), "design", &["`steerwright/vehicle/1` stands here"]),
+        (
+            vehicle(|v| v["tyres"]["shape_factor"] = json!(3)),
+            "package",
+            &["at `tyres.shape_factor`: 3"],
+        ),
+        (
+            vehicle(|v| v["body"]["track_width_m"] = json!(1e6)),
+            "package",
+            &["the track width is 1000000"],
+        ),
         (path(|p| p["points"] = json!([[0, 0, 0, 0, 0]])), "package", &["at `points`: 1 points"]),
         (path(|p| p["points"][5][0] = json!(0)), "package", &["at `points[5][0]`"]),
         (path(|p| p["schema"] = json!("steerwright/x/1")), "package", &["`steerwright/x/1`"]),

@@ -4,14 +4,15 @@
 mod support;
 
 use fmi2_host::{Archive, Instance};
-use support::demo;
+use support::archives;
 use vehicle_models::{Pid, PidInput, PidParameters};
 
 const TS: f64 = 0.01;
-const FMUS: [&str; 4] = ["IdentifiedPlant", "BicyclePlant", "LateralPid", "ReferencePath"];
+const FMUS: [&str; 5] =
+    ["IdentifiedPlant", "BicyclePlant", "NonlinearVehicle", "LateralPid", "ReferencePath"];
 
 fn archive(name: &str) -> Archive {
-    Archive::open(demo().folder.join(format!("multibody/fmu/{name}.fmu"))).unwrap()
+    Archive::open(archives().join(format!("{name}.fmu"))).unwrap()
 }
 
 /// An instance in initialization mode.
@@ -155,7 +156,7 @@ fn disabled_it_puts_out_the_feedforward_and_enabling_is_bumpless() {
 
 #[test]
 fn a_step_of_ages_is_refused_at_once_and_reset_brings_the_instance_back() {
-    for name in ["LateralPid", "IdentifiedPlant", "BicyclePlant"] {
+    for name in ["LateralPid", "IdentifiedPlant", "BicyclePlant", "NonlinearVehicle"] {
         let archive = archive(name);
         let mut fmu = initialized(&archive);
         assert!(fmu.do_step(0.0, 1e12).is_err(), "{name}");

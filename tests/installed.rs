@@ -6,7 +6,7 @@ mod support;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
-use support::{demo, told};
+use support::{archives, data, demo, told};
 
 #[test]
 fn a_copied_binary_packs_the_same_archives_with_an_empty_environment() {
@@ -19,9 +19,11 @@ fn a_copied_binary_packs_the_same_archives_with_an_empty_environment() {
     for file in files {
         fs::copy(demo().folder.join("multibody").join(file), folder.join(file)).unwrap();
     }
+    fs::copy(data().join("multibody/vehicle.json"), folder.join("vehicle.json")).unwrap();
     let output = Command::new(&program)
         .arg("package")
         .args(files)
+        .arg("vehicle.json")
         .args(["--out", "fmu"])
         .current_dir(&folder)
         .env_clear()
@@ -29,10 +31,12 @@ fn a_copied_binary_packs_the_same_archives_with_an_empty_environment() {
         .output()
         .unwrap();
     assert!(output.status.success(), "{}", told(&output));
-    for name in ["IdentifiedPlant", "BicyclePlant", "LateralPid", "ReferencePath"] {
-        let archive = format!("fmu/{name}.fmu");
-        let packed = fs::read(folder.join(&archive)).unwrap();
-        let by_the_demo = fs::read(demo().folder.join("multibody").join(&archive)).unwrap();
-        assert!(packed == by_the_demo, "{archive} differs");
+    for name in
+        ["IdentifiedPlant", "BicyclePlant", "NonlinearVehicle", "LateralPid", "ReferencePath"]
+    {
+        let archive = format!("{name}.fmu");
+        let packed = fs::read(folder.join("fmu").join(&archive)).unwrap();
+        let elsewhere = fs::read(archives().join(&archive)).unwrap();
+        assert!(packed == elsewhere, "{archive} differs");
     }
 }

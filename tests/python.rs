@@ -23,6 +23,7 @@ fn main() -> ExitCode {
     };
     let out = &support::demo().folder;
     write_references(&out.join("multibody"));
+    support::archives();
     let tests = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/python");
     let status = Command::new(python)
         .args(["-m", "pytest", "-q", "-rA", "-p", "no:cacheprovider"])

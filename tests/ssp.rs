@@ -119,10 +119,14 @@ fn what_cannot_be_wired_or_read_is_told() {
         assert!(told(&output).contains(what), "{}", told(&output));
         assert!(told(&output).contains("\nhint: "), "{}", told(&output));
     }
-    // The bicycle makes a loop as well.
-    let files = "{chain}/bicycle.json {chain}/path.json {chain}/pid.json";
-    done(folder.path(), &format!("package {files} --ssp Bicycle.ssp"));
-    done(folder.path(), "simulate Bicycle.ssp --stop 1s");
+    // The other plants make a loop as well.
+    for (name, plant) in
+        [("Bicycle", "{chain}/bicycle.json"), ("Nonlinear", "{data}/multibody/vehicle.json")]
+    {
+        let files = format!("{plant} {{chain}}/path.json {{chain}}/pid.json");
+        done(folder.path(), &format!("package {files} --ssp {name}.ssp"));
+        done(folder.path(), &format!("simulate {name}.ssp --stop 1s"));
+    }
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! FMI 2.0 archives from the stages' files and the libraries' bytes.
 //!
-//! [`package`] takes a document (`plant.json`, `bicycle.json`, `pid.json` or `path.json`) and the
-//! libraries of its FMU, one for each platform, and returns the archive's bytes. It needs no
+//! [`package`] takes a document (`plant.json`, `bicycle.json`, `vehicle.json`, `pid.json` or
+//! `path.json`) and the libraries of its FMU, one for each platform, and returns the archive's bytes. It needs no
 //! compiler: the libraries are generic and read `resources/`. The same inputs give the same bytes.
 //!
 //! [`ssp`] wires packed FMUs into a system structure package.

@@ -6,14 +6,14 @@ use formats::{
     StepMetrics,
 };
 
-/// The document with that schema; `None` for an FMU whose resources are optional and that nobody
-/// has given an example here yet.
+/// The document with that schema; `None` for one that nobody has given an example of here yet.
 pub(crate) fn document(schema: &str) -> Option<String> {
     Some(match schema {
         Plant::SCHEMA => plant().to_json(),
         formats::Bicycle::SCHEMA => {
             control::bicycle_from_toml(VEHICLE, "vehicle.toml").unwrap().to_json()
         }
+        formats::Vehicle::SCHEMA => NONLINEAR.to_owned(),
         Pid::SCHEMA => pid().to_json(),
         Path::SCHEMA => path().to_json(),
         _ => return None,
@@ -24,6 +24,8 @@ const VEHICLE: &str = "name = \"car\"\nmass_kg = 1093.3\nyaw_inertia_kgm2 = 1791
     distance_front_m = 1.156\ndistance_rear_m = 1.422\ncornering_stiffness_front_npr = 110000.0\n\
     cornering_stiffness_rear_npr = 105000.0\nactuator_time_constant_s = 0.05\n\
     steering_ratio = 15.0\nspeed_mps = 15.0\n";
+
+const NONLINEAR: &str = include_str!("../data/multibody/vehicle.json");
 
 /// Four stable states with a delay and noise.
 fn plant() -> Plant {

@@ -4,13 +4,11 @@ use crate::api::Api;
 use crate::documents::document;
 use fmi2_host::Archive;
 use model_description::{
-    Causality, CoSimulation, DefaultExperiment, Initial, Kind, ModelDescription, Variability,
-    Variable,
+    Causality, CoSimulation, Initial, Kind, ModelDescription, Variability, Variable,
 };
 use packaging::{Binary, Fmu};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
-use tempfile::TempDir;
 
 /// An unpacked FMU.
 pub(crate) struct Sample {
@@ -19,13 +17,8 @@ pub(crate) struct Sample {
     pub(crate) library: PathBuf,
     pub(crate) folder: PathBuf,
     pub(crate) api: Api,
-    _files: Files,
-}
-
-enum Files {
-    /// Keep what was unpacked.
-    Archive(#[allow(dead_code)] Archive),
-    Folder(#[allow(dead_code)] TempDir),
+    /// Keeps what was unpacked.
+    _archive: Archive,
 }
 
 /// Every FMU.
@@ -39,46 +32,21 @@ pub(crate) fn sample(name: &str) -> &'static Sample {
     samples().iter().find(|sample| sample.fmu.name() == name).expect(name)
 }
 
-/// Packs and unpacks an FMU; one without an example document has empty resources.
+/// Packs and unpacks an FMU.
 fn unpacked(fmu: Fmu) -> Sample {
     let binaries: Vec<Binary<'_>> = fmu_binaries::of(fmu.name())
         .map(|library| Binary { platform: library.platform, bytes: library.bytes })
         .collect();
-    match document(fmu.schema()) {
-        Some(document) => {
-            let packed = packaging::package(&document, fmu.resource(), &binaries, None).unwrap();
-            let archive = Archive::from_bytes(&packed.bytes, fmu.name()).unwrap();
-            let (library, folder) = (archive.binary().unwrap(), archive.folder().to_owned());
-            let description = archive.model().description().clone();
-            Sample::new(fmu, description, library, folder, Files::Archive(archive))
-        }
-        None => {
-            let experiment = DefaultExperiment { step_size: Some(0.01), ..Default::default() };
-            let description = fmu.describe(Vec::new(), experiment).unwrap();
-            let folder = tempfile::tempdir().unwrap();
-            std::fs::create_dir(folder.path().join("resources")).unwrap();
-            let here = fmi2_host::platform_folders();
-            let binary = binaries.iter().find(|b| here.contains(&b.platform)).unwrap();
-            let library = folder.path().join(fmi2_host::binary_name(fmu.name()));
-            std::fs::write(&library, binary.bytes).unwrap();
-            let path = folder.path().to_owned();
-            Sample::new(fmu, description, library, path, Files::Folder(folder))
-        }
-    }
+    let document = document(fmu.schema()).expect("a document of every FMU");
+    let packed = packaging::package(&document, fmu.resource(), &binaries, None).unwrap();
+    let archive = Archive::from_bytes(&packed.bytes, fmu.name()).unwrap();
+    let (library, folder) = (archive.binary().unwrap(), archive.folder().to_owned());
+    let description = archive.model().description().clone();
+    let api = Api::load(&library);
+    Sample { fmu, description, library, folder, api, _archive: archive }
 }
 
 impl Sample {
-    fn new(
-        fmu: Fmu,
-        description: ModelDescription,
-        library: PathBuf,
-        folder: PathBuf,
-        files: Files,
-    ) -> Self {
-        let api = Api::load(&library);
-        Self { fmu, description, library, folder, api, _files: files }
-    }
-
     pub(crate) fn name(&self) -> &'static str {
         self.fmu.name()
     }

@@ -122,7 +122,9 @@ macro_rules! missing {
 
 #[test]
 fn every_archive_exports_every_function() {
-    for name in ["IdentifiedPlant", "BicyclePlant", "ReferencePath", "LateralPid"] {
+    for name in
+        ["IdentifiedPlant", "BicyclePlant", "NonlinearVehicle", "ReferencePath", "LateralPid"]
+    {
         let unit = Rust::open(name, false);
         let binding = unit.import.binding(name).unwrap();
         assert_eq!(functions!(missing)(&binding), [""; 0], "{name}");

@@ -1,4 +1,4 @@
-"""fmpy's own checks of every archive that the demo writes, and what the archives carry along."""
+"""fmpy's own checks of every archive, and what the archives carry along."""
 
 import csv
 import io
@@ -13,7 +13,7 @@ from fmpy.fmi2 import FMU2Slave
 from fmpy.validation import validate_fmu
 from lxml import etree
 
-ARCHIVES = ["IdentifiedPlant", "BicyclePlant", "LateralPid", "ReferencePath"]
+ARCHIVES = ["IdentifiedPlant", "BicyclePlant", "NonlinearVehicle", "LateralPid", "ReferencePath"]
 
 
 @pytest.mark.parametrize("name", ARCHIVES)

@@ -36,6 +36,19 @@ pub(crate) fn demo() -> &'static Demo {
     DEMO.get_or_init(|| run_demo("demo"))
 }
 
+/// The folder with the archives of all FMUs, made once for a test binary: those of the demo's
+/// multi-body drive, and the nonlinear vehicle, which no drive makes, beside them.
+pub(crate) fn archives() -> &'static Path {
+    static ARCHIVES: OnceLock<PathBuf> = OnceLock::new();
+    ARCHIVES.get_or_init(|| {
+        let folder = demo().folder.join("multibody");
+        let package = words("package {data}/multibody/vehicle.json --out fmu", &folder);
+        let output = steerwright(&folder, &package);
+        assert!(output.status.success(), "{}", told(&output));
+        folder.join("fmu")
+    })
+}
+
 /// Runs the demo into a folder of that name, made anew.
 pub(crate) fn run_demo(name: &str) -> Demo {
     // The test binary's name keeps binaries that run at the same time apart.

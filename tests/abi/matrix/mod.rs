@@ -14,7 +14,7 @@ mod table;
 mod values;
 
 use crate::api::{ERROR, State, Status};
-use crate::samples::{Sample, samples};
+use crate::samples::{Sample, sample, samples};
 use crate::unit::Unit;
 use table::{Place, is_legal};
 
@@ -111,6 +111,24 @@ fn try_all<'s>(sample: &'s Sample, cases: &[Case<'s>]) -> usize {
         unit.free(saved);
     }
     cases.len() * Place::ALL.len()
+}
+
+/// The cases ask for what the flags promise: these are promised.
+#[test]
+fn the_plants_have_every_capability() {
+    for name in ["IdentifiedPlant", "BicyclePlant", "NonlinearVehicle"] {
+        let flags = sample(name).flags();
+        assert!(
+            flags.can_interpolate_inputs
+                && flags.max_output_derivative_order == 1
+                && flags.can_get_and_set_fmu_state
+                && flags.can_serialize_fmu_state
+                && flags.provides_directional_derivative,
+            "{name}: {flags:?}"
+        );
+        let states = sample(name).variables().iter().filter(|v| v.derivative.is_some()).count();
+        assert!(states >= 6, "{name}: {states} states");
+    }
 }
 
 #[test]
