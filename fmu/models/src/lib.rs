@@ -14,7 +14,7 @@
 //! | [`nonlinear`] | a vehicle up to its limits: load transfer, saturating tyres, a real actuator |
 //! | [`path`], [`guidance`] | the geometry of a reference path, and line-of-sight guidance on it |
 //! | [`sensitivity`] | partial derivatives of the plants, and which of them are always zero |
-//! | [`quadrature`], [`noise`], [`delay`], [`angle`] | what those share |
+//! | [`quadrature`], [`trigonometry`], [`noise`], [`delay`], [`angle`] | what those share |
 //!
 //! Equation numbers are those of Yoon, Hwang, Ryu and Lee, *System Identification and Controller
 //! Design for Lateral Control of an Unmanned Vehicle*. SI units and radians throughout, axes and
@@ -36,6 +36,7 @@ pub mod pid;
 pub mod quadrature;
 pub mod sensitivity;
 pub mod ticks;
+pub mod trigonometry;
 
 pub use angle::wrap_angle;
 pub use bicycle::{BicycleParameters, Coefficients, Eq13, bicycle_body_frame, bicycle_eq13};

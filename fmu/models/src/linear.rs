@@ -117,8 +117,28 @@ impl ContinuousModel {
     }
 }
 
+/// The integral of the output since a panel's start.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Integral {
+    /// At the quadrature's nodes.
+    pub at_nodes: [f64; NODES],
+    /// At the panel's end.
+    pub end: f64,
+}
+
+impl Integral {
+    /// What there is where a map does not fit the states, which never happens.
+    const NONE: Self = Self { at_nodes: [f64::NAN; NODES], end: f64::NAN };
+}
+
+/// Rows of a [`StepMap`] besides those of the states.
+const INTEGRALS: usize = NODES + 1;
+
+/// Columns of a [`StepMap`] before those of the states: constant, input, the input's derivative.
+const DRIVES: usize = 3;
+
 /// One panel of a step of a [`ContinuousModel`]: the states at its end, and the integral of the
-/// output at its end and at the quadrature's nodes, all linear in `z = (x, u, 1, u̇)`.
+/// output at its end and at the quadrature's nodes, all linear in `(1, u, u̇, x)`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StepMap {
     /// The step this is for.
@@ -127,13 +147,10 @@ pub struct StepMap {
     panels: u64,
     /// Length of a panel, s.
     panel: f64,
-    /// Column by column, so that the inner loop runs over outputs: integral at the end, at the
-    /// nodes, then the states.
+    /// Column by column, so that the inner loop runs over the rows: the integral at the nodes, the
+    /// states, the integral at the end. Pairs that are read together lie in one aligned pair.
     columns: Vec<f64>,
 }
-
-/// Rows of a [`StepMap`] before the states: the integral at the end and at the nodes.
-pub const INTEGRALS: usize = 1 + NODES;
 
 impl StepMap {
     /// The map of `model` for a step, in panels of at most `longest` seconds.
@@ -143,11 +160,10 @@ impl StepMap {
         let (panels, panel) = panels(step, longest);
         let end = model.propagate(panel);
         let nodes = NODE.map(|node| model.propagate(panel * node));
-        let mut columns = Vec::with_capacity((INTEGRALS + n) * (n + 3));
-        for j in 0..n + 3 {
-            columns.push(end[(n, j)]);
+        let mut columns = Vec::with_capacity((INTEGRALS + n) * (DRIVES + n));
+        for j in [n + 1, n, n + 2].into_iter().chain(0..n) {
             columns.extend(nodes.iter().map(|node| node[(n, j)]));
-            columns.extend((0..n).map(|i| end[(i, j)]));
+            columns.extend((0..=n).map(|i| end[(i, j)]));
         }
         Self { step, panels, panel, columns }
     }
@@ -164,38 +180,65 @@ impl StepMap {
         self.panel
     }
 
-    /// Applies the map of one panel to `z`, n + 3 entries, or n + 2 where the input is held; `out`
-    /// takes [`INTEGRALS`] + n.
+    /// Moves the states, n of them, over one panel, under an input that is `u` and grows by `slope`
+    /// a second.
     #[inline]
-    pub fn apply(&self, z: &[f64], out: &mut [f64]) {
-        // Orders up to 6 with the sum in registers.
-        match out.len() {
-            6 => self.apply_fixed::<6>(z, out),
-            7 => self.apply_fixed::<7>(z, out),
-            8 => self.apply_fixed::<8>(z, out),
-            9 => self.apply_fixed::<9>(z, out),
-            10 => self.apply_fixed::<10>(z, out),
-            11 => self.apply_fixed::<11>(z, out),
-            _ => {
-                out.fill(0.0);
-                for (column, z) in self.columns.chunks_exact(out.len()).zip(z) {
-                    for (out, entry) in out.iter_mut().zip(column) {
-                        *out += entry * z;
-                    }
-                }
-            }
+    pub fn advance(&self, states: &mut [f64], u: f64, slope: f64) -> Integral {
+        // Orders up to 6 in registers, without loops whose length is not known.
+        match states.len() {
+            1 => self.advance_fixed::<1, { INTEGRALS + 1 }>(states, u, slope),
+            2 => self.advance_fixed::<2, { INTEGRALS + 2 }>(states, u, slope),
+            3 => self.advance_fixed::<3, { INTEGRALS + 3 }>(states, u, slope),
+            4 => self.advance_fixed::<4, { INTEGRALS + 4 }>(states, u, slope),
+            5 => self.advance_fixed::<5, { INTEGRALS + 5 }>(states, u, slope),
+            6 => self.advance_fixed::<6, { INTEGRALS + 6 }>(states, u, slope),
+            _ => self.advance_any(states, u, slope),
         }
     }
 
+    /// `ROWS` is [`INTEGRALS`] + N.
     #[inline]
-    fn apply_fixed<const ROWS: usize>(&self, z: &[f64], out: &mut [f64]) {
-        let mut sum = [0.0; ROWS];
-        for (column, z) in self.columns.as_chunks::<ROWS>().0.iter().zip(z) {
+    fn advance_fixed<const N: usize, const ROWS: usize>(
+        &self,
+        states: &mut [f64],
+        u: f64,
+        slope: f64,
+    ) -> Integral {
+        let (columns, _) = self.columns.as_chunks::<ROWS>();
+        let (Some((drives, columns)), Some(states)) =
+            (columns.split_first_chunk::<DRIVES>(), states.first_chunk_mut::<N>())
+        else {
+            return Integral::NONE;
+        };
+        let Some(columns) = columns.first_chunk::<N>() else { return Integral::NONE };
+        let mut sum = drives[0];
+        let mut add = |column: &[f64; ROWS], z: f64| {
+            for (sum, entry) in sum.iter_mut().zip(column) {
+                *sum += entry * z;
+            }
+        };
+        add(&drives[1], u);
+        if slope != 0.0 {
+            add(&drives[2], slope);
+        }
+        for (column, x) in columns.iter().zip(*states) {
+            add(column, x);
+        }
+        states.copy_from_slice(&sum[NODES..NODES + N]);
+        Integral { at_nodes: [sum[0], sum[1], sum[2], sum[3]], end: sum[NODES + N] }
+    }
+
+    fn advance_any(&self, states: &mut [f64], u: f64, slope: f64) -> Integral {
+        let rows = INTEGRALS + states.len();
+        let drives = [1.0, u, slope];
+        let mut sum = vec![0.0; rows];
+        for (column, z) in self.columns.chunks_exact(rows).zip(drives.iter().chain(&*states)) {
             for (sum, entry) in sum.iter_mut().zip(column) {
                 *sum += entry * z;
             }
         }
-        out.copy_from_slice(&sum);
+        states.copy_from_slice(&sum[NODES..rows - 1]);
+        Integral { at_nodes: [sum[0], sum[1], sum[2], sum[3]], end: sum[rows - 1] }
     }
 }
 
@@ -237,5 +280,38 @@ impl StepCache {
         self.oldest = (place + 1) % CACHED_STEPS;
         self.maps[place] = map;
         place
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The orders that have code of their own, and two that have not.
+    #[test]
+    fn all_orders_move_alike() {
+        for n in 1..=8 {
+            let entry = |k: usize| ((k * k + 7 * k + 3) % 11) as f64 - 5.0;
+            let model = ContinuousModel {
+                f: (0..n * n).map(entry).collect(),
+                g: (0..n).map(entry).collect(),
+                h: (1..=n).map(entry).collect(),
+                d: 0.3,
+                offset: 0.02,
+            };
+            let map = StepMap::new(&model, 0.01, 0.01);
+            let start: Vec<f64> = (2..n + 2).map(entry).collect();
+            for slope in [0.0, 2.0] {
+                let (mut ours, mut expected) = (start.clone(), start.clone());
+                let turned = map.advance(&mut ours, 0.7, slope);
+                let slow = map.advance_any(&mut expected, 0.7, slope);
+                let all = |states: Vec<f64>, integral: Integral| {
+                    states.into_iter().chain(integral.at_nodes).chain([integral.end])
+                };
+                for (a, b) in all(ours, turned).zip(all(expected, slow)) {
+                    assert!((a - b).abs() < 1e-14, "order {n}: {a} {b}");
+                }
+            }
+        }
     }
 }

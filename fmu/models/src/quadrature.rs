@@ -6,6 +6,7 @@
 //! the panel's start, so that one sine and cosine of the large angle serve all nodes.
 
 use crate::error::{Error, finite};
+use crate::trigonometry::{sin_cos, sin_cos_small};
 use serde::{Deserialize, Serialize};
 
 /// Longest panel, s.
@@ -35,32 +36,12 @@ pub const WEIGHT: [f64; NODES] = [
 #[must_use]
 pub fn panels(step: f64, longest: f64) -> (u64, f64) {
     // The slack keeps a step that is a hair above 10 ms from costing two panels.
-    let count = (step / longest - 1e-6).ceil().max(1.0);
-    if count == 1.0 { (1, step) } else { (count as u64, step / count) }
-}
-
-const S3: f64 = -1.0 / 6.0;
-const S5: f64 = 1.0 / 120.0;
-const S7: f64 = -1.0 / 5040.0;
-const S9: f64 = 1.0 / 362_880.0;
-const C2: f64 = -0.5;
-const C4: f64 = 1.0 / 24.0;
-const C6: f64 = -1.0 / 720.0;
-const C8: f64 = 1.0 / 40_320.0;
-const C10: f64 = -1.0 / 3_628_800.0;
-
-/// Sine and cosine; by series where the angle is small, as it is within a panel.
-#[inline]
-#[must_use]
-pub fn sin_cos_small(a: f64) -> (f64, f64) {
-    if a.abs() > 0.125 {
-        return a.sin_cos();
+    let ratio = step / longest - 1e-6;
+    if ratio <= 1.0 {
+        return (1, step);
     }
-    let q = a * a;
-    // Coefficients, not nested quotients: a division costs ten multiplications.
-    let sin = a + a * q * (S3 + q * (S5 + q * (S7 + q * S9)));
-    let cos = 1.0 + q * (C2 + q * (C4 + q * (C6 + q * (C8 + q * C10))));
-    (sin, cos)
+    let count = ratio.ceil();
+    (count as u64, step / count)
 }
 
 /// Mean of (cos, sin) of the deviations over a panel: the direction of travel, seen from the
@@ -68,13 +49,42 @@ pub fn sin_cos_small(a: f64) -> (f64, f64) {
 #[inline]
 #[must_use]
 pub fn mean_direction(deviations: &[f64; NODES]) -> (f64, f64) {
-    let (mut along, mut across) = (0.0, 0.0);
-    for (deviation, weight) in deviations.iter().zip(WEIGHT) {
-        let (sin, cos) = sin_cos_small(*deviation);
-        along += weight * cos;
-        across += weight * sin;
+    let (sin, cos) = sin_cos_small(deviations);
+    (mean(&cos), mean(&sin))
+}
+
+/// Mean over a panel of what has these values at the nodes.
+#[inline]
+#[must_use]
+pub fn mean(at: &[f64; NODES]) -> f64 {
+    // The rule is symmetric.
+    WEIGHT[0] * (at[0] + at[3]) + WEIGHT[1] * (at[1] + at[2])
+}
+
+/// Coefficients of `sin t/t` and `(1 − cos t)/t²` by t².
+const ARC: [[f64; 2]; 5] = [
+    [1.0, 1.0 / 2.0],
+    [-1.0 / 6.0, -1.0 / 24.0],
+    [1.0 / 120.0, 1.0 / 720.0],
+    [-1.0 / 5040.0, -1.0 / 40_320.0],
+    [1.0 / 362_880.0, 1.0 / 3_628_800.0],
+];
+
+/// [`mean_direction`] over an arc of any length that turns evenly, by `turn` in all: exactly
+/// `(sin t/t, (1 − cos t)/t)`.
+#[inline]
+#[must_use]
+pub fn mean_direction_of_arc(turn: f64) -> (f64, f64) {
+    if turn.abs() <= 0.125 {
+        let q = turn * turn;
+        let mut sum = ARC[4];
+        for coefficients in ARC[..4].iter().rev() {
+            sum = [sum[0] * q + coefficients[0], sum[1] * q + coefficients[1]];
+        }
+        return (sum[0], sum[1] * turn);
     }
-    (along, across)
+    let (sin, cos) = sin_cos(turn);
+    (sin / turn, (1.0 - cos) / turn)
 }
 
 /// Where a vehicle is and where it points.
@@ -92,7 +102,18 @@ impl Pose {
     /// Moves by a displacement in the vehicle's own axes at the panel's start, then turns.
     #[inline]
     pub fn advance(&mut self, along: f64, across: f64, yaw_increment: f64) {
-        let (sin, cos) = self.yaw.sin_cos();
+        self.advance_by(sin_cos(self.yaw), along, across, yaw_increment);
+    }
+
+    /// [`Self::advance`] with sine and cosine of the yaw, which can be had before the displacement.
+    #[inline]
+    pub fn advance_by(
+        &mut self,
+        (sin, cos): (f64, f64),
+        along: f64,
+        across: f64,
+        yaw_increment: f64,
+    ) {
         self.x += along * cos - across * sin;
         self.y += along * sin + across * cos;
         self.yaw += yaw_increment;
@@ -125,13 +146,23 @@ mod tests {
         assert!(integral(8).abs() > 1e-6);
     }
 
+    /// Against the quadrature where it is good, and by where the arc leads.
     #[test]
-    fn small_angles_to_the_last_bit_but_one() {
-        for k in -2000..=2000 {
-            let a = f64::from(k) * 1e-4;
-            let (s, c) = sin_cos_small(a);
-            assert!((s - a.sin()).abs() < 1.2e-16 && (c - a.cos()).abs() < 2.3e-16, "{a}");
+    fn arcs() {
+        for k in -100..=100 {
+            let turn = f64::from(k) * 1e-3;
+            let (along, across) = mean_direction_of_arc(turn);
+            let (a, b) = mean_direction(&NODE.map(|s| s * turn));
+            assert!((along - a).abs() < 5e-16 && (across - b).abs() < 5e-16, "{turn}");
         }
+        for turn in [-700.0, -2.5, 0.12, 0.13, 0.3, 7.0] {
+            let (along, across) = mean_direction_of_arc(turn);
+            // The chord has the length 2·sin(t/2)/t and points along t/2.
+            let chord = 2.0 * (0.5 * turn).sin() / turn;
+            assert!((along - chord * (0.5 * turn).cos()).abs() < 1e-15, "{turn}");
+            assert!((across - chord * (0.5 * turn).sin()).abs() < 1e-15, "{turn}");
+        }
+        assert_eq!(mean_direction_of_arc(0.0), (1.0, 0.0));
     }
 
     #[test]

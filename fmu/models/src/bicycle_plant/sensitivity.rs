@@ -5,6 +5,7 @@
 
 use super::BicyclePlant;
 use crate::sensitivity::{Factor, Known, Unknown};
+use crate::trigonometry::sin_cos;
 
 /// Index of yaw among the states.
 const YAW: usize = 3;
@@ -27,7 +28,7 @@ impl BicyclePlant {
     /// The derivative of a state by time, at the present inputs.
     #[must_use]
     pub fn state_rate(&self, index: usize) -> f64 {
-        let (sin, cos) = self.pose.yaw.sin_cos();
+        let (sin, cos) = sin_cos(self.pose.yaw);
         match index {
             0..YAW => self.rates()[index],
             YAW => self.w[1],
@@ -67,7 +68,7 @@ impl BicyclePlant {
             },
             Unknown::Rate(YAW) => (known == Known::State(1)).then_some(Factor::Constant(1.0)),
             Unknown::Rate(i) => {
-                let (sin, cos) = self.pose.yaw.sin_cos();
+                let (sin, cos) = sin_cos(self.pose.yaw);
                 let (ahead, left) = if i == 4 { (cos, -sin) } else { (sin, cos) };
                 match known {
                     Known::Speed => Some(Factor::Dependent(ahead)),

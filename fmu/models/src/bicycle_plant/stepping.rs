@@ -4,7 +4,8 @@ use super::BicyclePlant;
 use super::dynamics::Dynamics;
 use crate::error::Error;
 use crate::identified_plant::LONGEST_STEP;
-use crate::quadrature::{LONGEST_PANEL, NODE, NODES, WEIGHT, panels, sin_cos_small};
+use crate::quadrature::{LONGEST_PANEL, NODE, NODES, mean, panels};
+use crate::trigonometry::sin_cos_small;
 
 /// More terms than the series ever needs where the panel is shorter than the time constants.
 const MOST_TERMS: usize = 60;
@@ -101,12 +102,13 @@ impl BicyclePlant {
             ramp = 0.0;
         }
 
-        let (mut along, mut across) = (0.0, 0.0);
+        let (sin, cos) = sin_cos_small(&yaw_at);
+        let (mut ahead, mut aside) = ([0.0; NODES], [0.0; NODES]);
         for i in 0..NODES {
-            let (sin, cos) = sin_cos_small(yaw_at[i]);
-            along += WEIGHT[i] * (self.speed * cos - lateral_at[i] * sin);
-            across += WEIGHT[i] * (self.speed * sin + lateral_at[i] * cos);
+            ahead[i] = self.speed * cos[i] - lateral_at[i] * sin[i];
+            aside[i] = self.speed * sin[i] + lateral_at[i] * cos[i];
         }
+        let (along, across) = (mean(&ahead), mean(&aside));
         self.pose.advance(panel * along, panel * across, yaw_increment);
         self.w = end;
     }

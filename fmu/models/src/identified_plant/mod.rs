@@ -27,7 +27,7 @@
 
 use crate::delay::DelayLine;
 use crate::identified::IdentifiedModel;
-use crate::linear::{INTEGRALS, StepCache};
+use crate::linear::StepCache;
 use crate::noise::gaussian;
 use crate::quadrature::Pose;
 use crate::ticks::Ticks;
@@ -64,10 +64,11 @@ pub struct IdentifiedPlant {
     pub noise_seed: i32,
     model: Arc<IdentifiedModel>,
     pose: Pose,
-    /// States, input, 1, the input's derivative.
-    z: Vec<f64>,
-    /// What a panel's map yields; the states at the next grid point.
-    out: Vec<f64>,
+    states: Vec<f64>,
+    /// The states at the next grid point, where there is no continuous form.
+    next: Vec<f64>,
+    /// The input of the present grid interval, where there is no continuous form.
+    input: f64,
     /// States at the start.
     initial: Vec<f64>,
     delay: DelayLine,
@@ -100,8 +101,9 @@ impl IdentifiedPlant {
             noise_scale: 0.0,
             noise_seed: 0,
             pose: Pose::default(),
-            z: vec![0.0; n + 3],
-            out: vec![0.0; INTEGRALS + n],
+            states: vec![0.0; n],
+            next: vec![0.0; n],
+            input: 0.0,
             initial: vec![0.0; n],
             delay: DelayLine::new(data.delay, 0.0),
             cache: StepCache::default(),
@@ -126,10 +128,9 @@ impl IdentifiedPlant {
 
     /// Puts the plant at its initial pose, with its model in its initial states.
     pub fn start(&mut self) {
-        let n = self.model.order();
         self.pose = Pose { x: self.initial_x, y: self.initial_y, yaw: self.initial_yaw };
-        self.z[..n].copy_from_slice(&self.initial);
-        self.z[n..].copy_from_slice(&[0.0, 1.0, 0.0]);
+        self.states.copy_from_slice(&self.initial);
+        self.input = 0.0;
         self.delay.reset(0.0);
         self.grid = Ticks::new();
         self.scale = self.noise_scale * self.model.data().innovation_std;
@@ -178,7 +179,7 @@ impl IdentifiedPlant {
     /// The model's states.
     #[must_use]
     pub fn states(&self) -> &[f64] {
-        &self.z[..self.model.order()]
+        &self.states
     }
 
     /// The model's states at the start: all zero, unless changed. [`Self::start`] takes them over.
@@ -205,7 +206,7 @@ impl IdentifiedPlant {
     #[inline]
     fn output(&self, u: f64) -> f64 {
         let data = self.model.data();
-        let cx: f64 = data.c.iter().zip(&self.z).map(|(c, x)| c * x).sum();
+        let cx: f64 = data.c.iter().zip(&self.states).map(|(c, x)| c * x).sum();
         cx + data.d * u + data.yaw_rate_offset
     }
 

@@ -41,8 +41,8 @@ impl IdentifiedPlant {
             noise_scale: self.noise_scale,
             noise_seed: self.noise_seed,
             pose: self.pose,
-            states: self.states().to_vec(),
-            input: self.z[self.model.order()],
+            states: self.states.clone(),
+            input: self.input,
             history: self.delay.save(),
             grid: self.grid,
             scale: self.scale,
@@ -85,8 +85,8 @@ impl IdentifiedPlant {
         self.noise_scale = saved.noise_scale;
         self.noise_seed = saved.noise_seed;
         self.pose = saved.pose;
-        self.z[..n].copy_from_slice(&saved.states);
-        self.z[n..].copy_from_slice(&[saved.input, 1.0, 0.0]);
+        self.states = saved.states;
+        self.input = saved.input;
         self.grid = saved.grid;
         self.scale = saved.scale;
         self.seed = saved.seed;

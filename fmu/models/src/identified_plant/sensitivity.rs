@@ -12,6 +12,7 @@
 use super::IdentifiedPlant;
 use crate::noise::gaussian;
 use crate::sensitivity::{Factor, Known, Unknown};
+use crate::trigonometry::sin_cos;
 
 impl IdentifiedPlant {
     /// Continuous states of the model: its order, or none where it has no continuous form. Yaw, x
@@ -26,7 +27,7 @@ impl IdentifiedPlant {
     pub fn state(&self, index: usize) -> f64 {
         let n = self.model_states();
         match index.checked_sub(n) {
-            None => self.z[index],
+            None => self.states[index],
             Some(0) => self.pose.yaw,
             Some(1) => self.pose.x,
             Some(_) => self.pose.y,
@@ -36,7 +37,7 @@ impl IdentifiedPlant {
     /// The derivative of a state by time, at the present inputs.
     #[must_use]
     pub fn state_rate(&self, index: usize) -> f64 {
-        let (sin, cos) = self.pose.yaw.sin_cos();
+        let (sin, cos) = sin_cos(self.pose.yaw);
         match (index.checked_sub(self.model_states()), self.model.continuous()) {
             (None, Some(model)) => model.derivative(index, self.states(), self.delayed_input().0),
             (None, None) => 0.0,
@@ -71,7 +72,7 @@ impl IdentifiedPlant {
             Unknown::Rate(i) if i < n => self.model_rate_by(i, known),
             Unknown::Rate(i) if i == n => self.yaw_rate_by(known),
             Unknown::Rate(i) => {
-                let (sin, cos) = self.pose.yaw.sin_cos();
+                let (sin, cos) = sin_cos(self.pose.yaw);
                 let (direction, turned) = if i == n + 1 { (cos, -sin) } else { (sin, cos) };
                 match known {
                     Known::Speed => Some(Factor::Dependent(direction)),

@@ -3,8 +3,8 @@
 use super::IdentifiedPlant;
 use crate::delay::Segment;
 use crate::error::Error;
-use crate::linear::INTEGRALS;
-use crate::quadrature::{NODE, NODES, Pose, mean_direction, panels};
+use crate::quadrature::{Pose, mean_direction, mean_direction_of_arc};
+use crate::trigonometry::sin_cos;
 
 /// Longest communication step, s.
 pub const LONGEST_STEP: f64 = 3600.0;
@@ -22,17 +22,15 @@ impl IdentifiedPlant {
         if !(h > 0.0 && h <= LONGEST_STEP) {
             return Err(Error::Step { step: h, limit: LONGEST_STEP });
         }
+        let u = self.model.input(self.steering_angle, self.speed);
+        let slope = self.steering_rate * self.model.input_by_steering(self.speed);
         if self.on_grid {
             let points = h / self.model.data().sample_time;
             if points > MOST_GRID_POINTS {
                 return Err(Error::TooManyGridPoints { step: h, points, limit: MOST_GRID_POINTS });
             }
-        }
-        let u = self.model.input(self.steering_angle, self.speed);
-        let slope = self.steering_rate * self.model.input_by_steering(self.speed);
-        if self.on_grid {
             self.delay.push(h, u, slope)?;
-            self.walk_grid(h);
+            self.walk_grid(h, points);
         } else if self.model.data().delay > 0.0 {
             self.delay.push(h, u, slope)?;
             self.walk(h);
@@ -60,12 +58,12 @@ impl IdentifiedPlant {
         Ok(())
     }
 
-    /// A step split at the grid points in it.
-    fn walk_grid(&mut self, h: f64) {
+    /// A step of so many grid intervals, split at the grid points in it.
+    fn walk_grid(&mut self, h: f64, points: f64) {
         let ts = self.model.data().sample_time;
         let to_first = (1.0 - self.grid.phase()) * ts;
         let at_start = self.grid.phase() == 0.0;
-        let count = self.grid.advance(h / ts);
+        let count = self.grid.advance(points);
         let ends_on_grid = self.grid.phase() == 0.0;
         let mut left = h;
         for k in 1..=count {
@@ -87,8 +85,7 @@ impl IdentifiedPlant {
     fn walk_from(&mut self, length: f64, begins_interval: bool) {
         if begins_interval && self.model.continuous().is_none() {
             let u = self.delay.here();
-            let n = self.model.order();
-            self.z[n] = u;
+            self.input = u;
             self.held = self.output(u);
         }
         self.walk(length);
@@ -100,14 +97,14 @@ impl IdentifiedPlant {
         let data = self.model.data();
         let n = self.model.order();
         if self.model.continuous().is_none() {
-            let u = self.z[n];
-            for (i, next) in self.out[..n].iter_mut().enumerate() {
-                let row = &data.a[i * n..(i + 1) * n];
-                *next = row.iter().zip(&self.z).map(|(a, x)| a * x).sum::<f64>() + data.b[i] * u;
+            for (i, next) in self.next.iter_mut().enumerate() {
+                let row = data.a[i * n..(i + 1) * n].iter();
+                let ax: f64 = row.zip(&self.states).map(|(a, x)| a * x).sum();
+                *next = ax + data.b[i] * self.input;
             }
-            self.z[..n].copy_from_slice(&self.out[..n]);
+            std::mem::swap(&mut self.states, &mut self.next);
         }
-        for (x, k) in self.z.iter_mut().zip(&data.k) {
+        for (x, k) in self.states.iter_mut().zip(&data.k) {
             *x += k * self.innovation;
         }
         self.draw();
@@ -132,37 +129,23 @@ impl IdentifiedPlant {
     #[inline]
     fn move_exactly(&mut self, piece: &Segment) {
         let Some(model) = self.model.continuous() else { return };
-        let n = self.z.len() - 3;
         let map = self.cache.get(model, piece.duration, self.model.longest_panel());
         let distance = self.speed * map.panel();
-        let known = if piece.slope == 0.0 { n + 2 } else { n + 3 };
-        self.z[n] = piece.value;
-        self.z[n + 2] = piece.slope;
         for panel in 0..map.panels() {
-            if panel > 0 {
-                self.z[n] = piece.value + piece.slope * (panel as f64 * map.panel());
-            }
-            map.apply(&self.z[..known], &mut self.out);
-            let (integrals, states) = self.out.split_at(INTEGRALS);
-            self.z[..n].copy_from_slice(states);
-            let (along, across) =
-                mean_direction(&[integrals[1], integrals[2], integrals[3], integrals[4]]);
-            self.pose.advance(distance * along, distance * across, integrals[0]);
+            let u = piece.value + piece.slope * (panel as f64 * map.panel());
+            let direction = sin_cos(self.pose.yaw);
+            let turned = map.advance(&mut self.states, u, piece.slope);
+            let (along, across) = mean_direction(&turned.at_nodes);
+            self.pose.advance_by(direction, distance * along, distance * across, turned.end);
         }
     }
 
-    /// A piece with the output held.
+    /// A piece with the output held: an arc.
+    #[inline]
     fn move_held(&mut self, piece: f64) {
-        let (count, panel) = panels(piece, self.model.longest_panel());
-        let turn = self.held * panel;
-        let mut deviations = [0.0; NODES];
-        for (deviation, node) in deviations.iter_mut().zip(NODE) {
-            *deviation = turn * node;
-        }
-        let (along, across) = mean_direction(&deviations);
-        let distance = self.speed * panel;
-        for _ in 0..count {
-            self.pose.advance(distance * along, distance * across, turn);
-        }
+        let turn = self.held * piece;
+        let (along, across) = mean_direction_of_arc(turn);
+        let distance = self.speed * piece;
+        self.pose.advance(distance * along, distance * across, turn);
     }
 }

@@ -11,7 +11,8 @@ use super::actuator::{Actuator, Motion};
 use super::parameters::NonlinearParameters;
 use super::tyre::{Axle, TyreParameters};
 use crate::bicycle::{BLEND_SPEED, BicycleParameters, Coefficients};
-use crate::quadrature::{Pose, panels, sin_cos_small};
+use crate::quadrature::{Pose, panels};
+use crate::trigonometry::sin_cos_small;
 
 /// Acceleration of free fall, m/s².
 pub(super) const GRAVITY: f64 = 9.81;
@@ -193,12 +194,10 @@ impl Dynamics<'_> {
         let sixth = h / 6.0;
         // Directions of travel at the stages, seen from the panel's start.
         let (mut ahead, mut aside) = (self.speed, s[0]);
-        for (state, yaw, weight) in
-            [(&s2, 0.5 * h * s[1], 2.0), (&s3, 0.5 * h * s2[1], 2.0), (&s4, h * s3[1], 1.0)]
-        {
-            let (sin, cos) = sin_cos_small(yaw);
-            ahead += weight * (self.speed * cos - state[0] * sin);
-            aside += weight * (self.speed * sin + state[0] * cos);
+        let (sin, cos) = sin_cos_small(&[0.5 * h * s[1], 0.5 * h * s2[1], h * s3[1]]);
+        for (i, (state, weight)) in [(&s2, 2.0), (&s3, 2.0), (&s4, 1.0)].into_iter().enumerate() {
+            ahead += weight * (self.speed * cos[i] - state[0] * sin[i]);
+            aside += weight * (self.speed * sin[i] + state[0] * cos[i]);
         }
         let yaw = sixth * (s[1] + 2.0 * (s2[1] + s3[1]) + s4[1]);
         pose.advance(sixth * ahead, sixth * aside, yaw);

@@ -6,6 +6,7 @@ use crate::delay::{DelayLine, Segment};
 use crate::error::Error;
 use crate::identified_plant::LONGEST_STEP;
 use crate::quadrature::Pose;
+use crate::trigonometry::sin_cos;
 
 /// Most panels a step may take: some seconds of computing.
 const MOST_PANELS: f64 = 1e7;
@@ -212,7 +213,7 @@ impl NonlinearVehicle {
     /// Derivatives by time of yaw and position: ψ̇, Ẋ, Ẏ.
     #[must_use]
     pub fn pose_derivatives(&self) -> [f64; 3] {
-        let (sin, cos) = self.pose.yaw.sin_cos();
+        let (sin, cos) = sin_cos(self.pose.yaw);
         let [vy, r, _] = self.lateral;
         [r, self.speed * cos - vy * sin, self.speed * sin + vy * cos]
     }
