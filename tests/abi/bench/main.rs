@@ -10,6 +10,7 @@
 #[path = "../documents.rs"]
 #[allow(dead_code)]
 mod documents;
+mod examples;
 mod table;
 
 use fmi2_export::{Resources, Slave};
@@ -128,27 +129,21 @@ impl Timed {
     }
 }
 
-/// The packed FMUs, and an identified plant without its delay.
+/// The packed FMUs, each with every example there is of it.
 fn archives() -> Vec<(String, Archive)> {
     let mut archives = Vec::new();
     for fmu in packaging::Fmu::ALL {
         let binaries: Vec<Binary<'_>> = fmu_binaries::of(fmu.name())
             .map(|library| Binary { platform: library.platform, bytes: library.bytes })
             .collect();
-        let Some(document) = documents::document(fmu.schema()) else {
+        let examples = examples::of(fmu.schema());
+        if examples.is_empty() {
             println!("{}: left out, for it has no example document", fmu.name());
-            continue;
-        };
-        let mut add = |name: String, document: &str| {
-            let packed = packaging::package(document, fmu.resource(), &binaries, None).unwrap();
-            archives.push((name, Archive::from_bytes(&packed.bytes, fmu.name()).unwrap()));
-        };
-        let without_delay = document.replace("\"input_delay_s\": 0.025", "\"input_delay_s\": 0.0");
-        if without_delay == document {
-            add(fmu.name().to_owned(), &document);
-        } else {
-            add(fmu.name().to_owned(), &without_delay);
-            add(format!("{} (25 ms delay)", fmu.name()), &document);
+        }
+        for (what, document) in examples {
+            let packed = packaging::package(&document, fmu.resource(), &binaries, None).unwrap();
+            let archive = Archive::from_bytes(&packed.bytes, fmu.name()).unwrap();
+            archives.push((format!("{}{what}", fmu.name()), archive));
         }
     }
     archives
