@@ -205,20 +205,7 @@ impl Pid {
     ///
     /// # Errors
     /// Names the value.
-    #[inline]
     pub fn check(&self) -> Result<(), Error> {
-        let before = self.before.as_ref().map_or(0.0, |b| {
-            b.yaw_reference + b.yaw + (b.kp + b.kd) + b.setpoint_weight_derivative
-        });
-        // One test instead of one for each; a sum of finite numbers may overflow too.
-        if (self.integral + self.derivative + (self.steering_angle + before)).is_finite() {
-            return Ok(());
-        }
-        self.check_each()
-    }
-
-    #[cold]
-    fn check_each(&self) -> Result<(), Error> {
         for (name, value) in [
             ("the integral action", self.integral),
             ("the derivative action", self.derivative),
