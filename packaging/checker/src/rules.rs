@@ -38,10 +38,13 @@ const fn note(name: &'static str, section: &'static str, hint: &'static str) -> 
 const ZIP: &str = "write the archive anew with a plain zip writer: deflate or store, no extensions";
 const CUT: &str = "the file is damaged or was made to deceive: get or export it again";
 const XSD: &str = "hold modelDescription.xml against fmi2ModelDescription.xsd";
+const LIMIT: &str = "a limit of the checker, not of FMI: what is beyond it is neither good nor bad";
 const RUN: &str = "the binary's maker has to mend it: what it does is against the standard";
 
 /// Every rule, in the order in which archives are checked.
 pub static RULES: &[Rule] = &[
+    // The checker.
+    warning("not-examined", "2.3", LIMIT),
     // The archive.
     error("file-extension", "2.3", "name the file with the ending .fmu"),
     error("zip-unreadable", "2.3", CUT),

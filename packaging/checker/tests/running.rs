@@ -68,6 +68,13 @@ fn each_fault_of_a_binary_is_found_under_its_rule() {
     }
 }
 
+/// Steps may be discarded (table 4.2.4); what our own host then refuses is no fault of the FMU.
+#[test]
+fn discarded_steps_are_no_fault() {
+    let found = findings(&faulty("discard"), &Bounds::default());
+    assert_eq!(found, []);
+}
+
 #[test]
 fn a_crash_is_told_with_the_call() {
     let found = findings(&faulty("crash"), &Bounds::default());

@@ -79,7 +79,16 @@ impl Run<'_> {
                 Error::Instantiate { .. } => {
                     refused(self.archive, self.journal, "run-instantiate", &error);
                 }
-                error => self.journal.found("run-call", format!("a legal call fails: {error}")),
+                Error::Call { .. }
+                | Error::Step { .. }
+                | Error::Fatal { .. }
+                | Error::NullResult { .. } => {
+                    self.journal.found("run-call", format!("a legal call fails: {error}"));
+                }
+                // Our own host made no call: that says nothing about the FMU.
+                error => {
+                    self.journal.found("not-examined", format!("the rest of the run: {error}"))
+                }
             }
             Stop
         })
@@ -120,11 +129,14 @@ impl Run<'_> {
         self.readings(instance)?;
         self.nudge(instance)?;
         let first = self.steps(instance)?;
-        self.settings(instance, |variable| {
-            variable.causality == Causality::Input
-                || variable.causality == Causality::Parameter
-                    && variable.variability == Variability::Tunable
-        })?;
+        // After a discarded step nothing may be set.
+        if self.is_whole(&first) {
+            self.settings(instance, |variable| {
+                variable.causality == Causality::Input
+                    || variable.causality == Causality::Parameter
+                        && variable.variability == Variability::Tunable
+            })?;
+        }
         self.journal.start("fmi2Terminate");
         let terminated = instance.terminate();
         self.legal(terminated)?;
@@ -273,7 +285,7 @@ impl Run<'_> {
             co_simulation.provides_directional_derivative,
         );
         // A discarded step leaves the instance where none of this is legal.
-        if trajectory.len() == self.plan.count as usize {
+        if self.is_whole(&trajectory) {
             if order > 0 {
                 self.output_derivatives(instance)?;
             }
@@ -285,6 +297,11 @@ impl Run<'_> {
             }
         }
         Ok(trajectory)
+    }
+
+    /// Whether no step was discarded.
+    fn is_whole(&self, trajectory: &Trajectory) -> bool {
+        trajectory.len() == self.plan.count as usize
     }
 
     /// Saves, goes on, restores and goes on again; then through bytes into another instance.

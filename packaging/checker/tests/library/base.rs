@@ -21,6 +21,7 @@ type Logger = unsafe extern "C" fn(
     *const c_char,
 );
 const OK: Status = 0;
+const DISCARD: Status = 2;
 const ERROR: Status = 3;
 
 #[repr(C)]
@@ -372,6 +373,9 @@ pub extern "C" fn fmi2DoStep(c: *mut c_void, time: f64, step: f64, _: c_int) -> 
     }
     if i.has("step") && i.state.steps > 3 {
         return ERROR;
+    }
+    if i.has("discard") && i.state.steps > 2 {
+        return DISCARD;
     }
     i.state.x += step * i.state.u;
     i.state.time = time + step;
