@@ -121,11 +121,14 @@ fn sources(contents: &Contents<'_>, description: &ModelDescription, findings: &m
     let listed = description.co_simulation.as_ref().map_or(&[][..], |c| &c.source_files);
     for name in listed {
         let place = || Location::entry(format!("sources/{name}"));
-        let is_plain =
-            !name.contains('\\') && name.split('/').all(|part| !matches!(part, "" | "." | ".."));
+        // A `.` names the folder it stands in: `./gc/x.c` is `gc/x.c`, and modeling tools write it.
+        let parts: Vec<&str> = name.split('/').filter(|part| *part != ".").collect();
+        let is_plain = !name.contains(['\\', ':'])
+            && !parts.is_empty()
+            && parts.iter().all(|part| !matches!(*part, "" | ".."));
         if !is_plain {
             findings.add("source-name", place(), format!("SourceFiles lists \"{name}\""));
-        } else if !contents.has(&format!("sources/{name}")) {
+        } else if !contents.has(&format!("sources/{}", parts.join("/"))) {
             findings.add("source-missing", place(), "SourceFiles lists it, the archive has it not");
         }
     }

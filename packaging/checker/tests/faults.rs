@@ -49,3 +49,22 @@ fn findings_say_where() {
     assert_eq!(finding.location.element.as_deref(), Some("<ScalarVariable name=\"count\">"));
     assert_eq!(finding.section, "2.2.7");
 }
+
+/// Names of sources with `.` in them lead to the same file.
+#[test]
+fn a_dot_in_the_name_of_a_source_is_looked_through() {
+    let told = |name: &str| {
+        let mut files = base();
+        files.add("sources/gc/more.c", b"int more;\n");
+        let listed = format!("<File name=\"base.c\"/><File name=\"{name}\"/>");
+        files.replace(r#"<File name="base.c"/>"#, &listed);
+        rules(&fmu_checker::check(&files.zip(), "Base.fmu"))
+    };
+    for name in ["./gc/more.c", "gc/./more.c", "././gc/more.c"] {
+        assert_eq!(told(name), BTreeSet::new(), "{name}");
+    }
+    assert_eq!(told("./gc/other.c"), BTreeSet::from(["source-missing"]));
+    for name in ["gc/../base.c", "/gc/more.c", "gc\\more.c", "gc//more.c", "./", "c:base.c"] {
+        assert_eq!(told(name), BTreeSet::from(["source-name"]), "{name}");
+    }
+}
