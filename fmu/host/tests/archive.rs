@@ -59,7 +59,7 @@ fn links_and_devices_are_refused() {
 
 #[test]
 fn zip_bombs_are_refused_before_they_are_unpacked() {
-    let zeros = vec![0u8; 32 << 20];
+    let zeros = vec![0u8; 65 << 20];
     let error = refused(&zip_of(&[("modelDescription.xml", &zeros)]));
     assert!(error.to_string().contains("times its compressed size"), "{error}");
 
@@ -72,6 +72,22 @@ fn zip_bombs_are_refused_before_they_are_unpacked() {
     assert!(matches!(open(small), Error::TooLarge { limit: 1000, .. }));
     let total = Limits { total_bytes: xml.len() as u64 - 1, ..Limits::default() };
     assert!(matches!(open(total), Error::TooLarge { .. }));
+    // Below 64 MiB the ratio is free, and the sum of all entries is bounded all the same.
+    std::fs::write(
+        &path,
+        zip_of(&[
+            ("modelDescription.xml", xml.as_bytes()),
+            ("resources/map.bin", &zeros[..4 << 20]),
+        ]),
+    )
+    .unwrap();
+    assert!(Archive::open(&path).is_ok());
+    let total = Limits { total_bytes: 4 << 20, ..Limits::default() };
+    assert!(matches!(
+        open(total),
+        Error::TooLarge { what: "bytes in all entries up to this one", .. }
+    ));
+    std::fs::write(&path, zip_of(&[("modelDescription.xml", xml.as_bytes())])).unwrap();
     let entries = Limits { entries: 0, ..Limits::default() };
     assert!(matches!(open(entries), Error::TooManyEntries { got: 1, limit: 0, .. }));
 }

@@ -175,8 +175,9 @@ fn terminals(contents: &Contents<'_>, findings: &mut Findings) {
     let Ok(text) = String::from_utf8(bytes) else {
         return findings.add("terminals", place, "it is not UTF-8");
     };
-    if let Some(problem) = crate::xml::nesting(&text) {
-        return findings.add("terminals", place, problem);
+    if let Some((rule, problem)) = crate::xml::nesting(&text) {
+        let rule = if rule == "not-examined" { rule } else { "terminals" };
+        return findings.add(rule, place, problem);
     }
     match roxmltree::Document::parse(text.trim_start_matches('\u{feff}')) {
         Err(error) => findings.add("terminals", place, error.to_string()),

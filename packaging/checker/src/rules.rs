@@ -60,7 +60,6 @@ pub static RULES: &[Rule] = &[
     error("zip-local-header", "2.3", CUT),
     error("zip-entry-damaged", "2.3", CUT),
     error("zip-overlap", "2.3", CUT),
-    error("zip-too-large", "2.3", "no ordinary FMU unpacks to that; it is not unpacked here"),
     warning("zip-outside-data", "2.3", "importers that read from the file's start will fail"),
     warning("zip-case-collision", "2.3", "on Windows and macOS the two are one file"),
     warning("zip-name-encoding", "2.3", "mark names as UTF-8 (general purpose bit 11)"),

@@ -29,14 +29,15 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// An entry up to this size (1 MiB) may be compressed as well as it likes: it does no harm.
-    pub const RATIO_FREE_BYTES: u64 = 1 << 20;
+    /// An entry up to this size (64 MiB) may be compressed as well as it likes: maps and tables of
+    /// zeros are, and the limit on all entries together holds all the same.
+    pub const RATIO_FREE_BYTES: u64 = 64 << 20;
 }
 
 impl Default for Limits {
     fn default() -> Self {
         Self {
-            entries: 10_000,
+            entries: 100_000,
             entry_bytes: 512 << 20,
             total_bytes: 2 << 30,
             compression_ratio: 200,

@@ -89,7 +89,8 @@ pub(super) fn read(bytes: &[u8], limits: &Limits, findings: &mut Findings) -> Op
         findings.add("zip-unreadable", Location::archive(), message);
     };
     if usize::from(count) > limits.entries {
-        unreadable(findings, format!("{count} entries, more than {}", limits.entries));
+        let message = format!("{count} entries, more than {}", limits.entries);
+        findings.add("not-examined", Location::archive(), message);
         return None;
     }
     // A zip64 end record lies between the directory and the end; it is an error already.

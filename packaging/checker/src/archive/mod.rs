@@ -32,7 +32,7 @@ impl<'a> Contents<'a> {
         for (record, index) in records.iter().zip(0..) {
             let place = || Location::entry(&record.name);
             if let Some(problem) = too_large(record, &mut total, &limits) {
-                findings.add("zip-too-large", place(), problem);
+                findings.add("not-examined", place(), problem);
                 continue;
             }
             if !record.is_readable {

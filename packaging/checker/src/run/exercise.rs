@@ -17,6 +17,9 @@ pub(super) fn all(fmu: &Path, journal: &mut Journal) {
     journal.start("opening the archive");
     let archive = match Archive::open(fmu) {
         Ok(archive) => archive,
+        Err(error @ (Error::TooManyEntries { .. } | Error::TooLarge { .. })) => {
+            return journal.found("not-examined", error.to_string());
+        }
         Err(error) => return journal.found("run-load", error.to_string()),
     };
     journal.start("loading the binary");

@@ -29,7 +29,7 @@ pub(super) fn read(contents: &Contents<'_>, findings: &mut Findings) -> Option<S
     let mut report =
         |rule, message: String| findings.add(rule, Location::entry(DESCRIPTION), message);
     if bytes.len() > LARGEST {
-        report("xml-refused", format!("{} bytes, more than {LARGEST}", bytes.len()));
+        report("not-examined", format!("{} bytes, more than {LARGEST}", bytes.len()));
         return None;
     }
     let mut text = match String::from_utf8(bytes) {
@@ -44,8 +44,8 @@ pub(super) fn read(contents: &Contents<'_>, findings: &mut Findings) -> Option<S
         text.remove(0);
     }
     declaration(&text, &mut report);
-    if let Some(problem) = nesting(&text) {
-        report("xml-refused", problem);
+    if let Some((rule, problem)) = nesting(&text) {
+        report(rule, problem);
         return None;
     }
     Some(text)
@@ -78,8 +78,9 @@ fn declaration(text: &str, report: &mut impl FnMut(&'static str, String)) {
 /// Attributes an element may have; a parser compares each with each.
 const MOST_ATTRIBUTES: usize = 1000;
 
-/// Why the text is not given to a parser: a rough count of open elements and of attributes.
-pub(crate) fn nesting(text: &str) -> Option<String> {
+/// Why the text is not given to a parser: a rough count of open elements and of attributes. No
+/// element of FMI has that many attributes; annotations may be as deep as they like.
+pub(crate) fn nesting(text: &str) -> Option<(&'static str, String)> {
     let bytes = text.as_bytes();
     let mut depth = 0_usize;
     let mut at = 0;
@@ -99,12 +100,14 @@ pub(crate) fn nesting(text: &str) -> Option<String> {
         } else if !rest.starts_with('!') {
             let (end, attributes) = tag_end(rest.as_bytes());
             if attributes > MOST_ATTRIBUTES {
-                return Some(format!("an element has more than {MOST_ATTRIBUTES} attributes"));
+                let message = format!("an element has more than {MOST_ATTRIBUTES} attributes");
+                return Some(("xml-refused", message));
             }
             if !rest[..end].ends_with('/') {
                 depth += 1;
                 if depth > DEEPEST {
-                    return Some(format!("its elements are nested more than {DEEPEST} deep"));
+                    let message = format!("its elements are nested more than {DEEPEST} deep");
+                    return Some(("not-examined", message));
                 }
             }
             at += end;

@@ -154,5 +154,4 @@ pub(super) static FAULTS: &[Fault] = &[
         "zip-case-collision",
         InFiles(|f| f.add("resources/Data.txt", b"other\n")),
     ),
-    fault("bomb", "zip-too-large", InFiles(|f| f.add("resources/zeros", &vec![0; 4 << 20]))),
 ];

@@ -112,7 +112,7 @@ pub(super) static FAULTS: &[Fault] = &[
     ),
     fault(
         "deep-nesting",
-        "xml-refused",
+        "not-examined",
         InFiles(|f| {
             let (open, close) = ("<a>".repeat(100_000), "</a>".repeat(100_000));
             f.replace(r#"<Tool name="One"/>"#, &format!("<Tool name=\"One\">{open}{close}</Tool>"));
