@@ -182,6 +182,11 @@ impl Findings {
         self.list.iter().filter(|finding| finding.severity == Severity::Error).count()
     }
 
+    /// Whether a rule was told to be broken.
+    pub(crate) fn has(&self, rule: &str) -> bool {
+        self.counts.contains_key(rule)
+    }
+
     pub(crate) fn into_vec(mut self) -> Vec<Finding> {
         for (rule, count) in self.counts {
             if let Some(more) = count.checked_sub(OF_ONE_RULE).filter(|more| *more > 0) {

@@ -95,6 +95,7 @@ pub static RULES: &[Rule] = &[
     error("unit-twice", "2.2.2", "define each unit once"),
     error("display-unit-twice", "2.2.2", "define each display unit of a unit once"),
     warning("unit-factor", "2.2.2", "a factor of zero cannot be converted back"),
+    error("fmi-version", "2.2.1", "take a checker for that version, or export as FMI 2.0"),
     // Types.
     error("type-twice", "2.2.3", "define each type once"),
     error("type-named-as-variable", "2.2.3", "name types otherwise than variables"),

@@ -101,7 +101,8 @@ pub fn supervise(
 
 /// Why there is nothing to run.
 fn why_not(report: &Report) -> Option<String> {
-    const IN_THE_WAY: [&str; 5] = ["zip-", "xml-", "no-", "not-co-simulation", "binary-f"];
+    const IN_THE_WAY: [&str; 6] =
+        ["zip-", "xml-", "no-", "not-co-simulation", "binary-f", "fmi-version"];
     let broken = report.findings.iter().find(|finding| {
         finding.severity == crate::Severity::Error
             && IN_THE_WAY.iter().any(|head| finding.rule.starts_with(head))

@@ -70,6 +70,11 @@ pub(crate) fn check(contents: &Contents<'_>, findings: &mut Findings) -> Option<
         }
     };
     let document = Document { tree: &tree };
+    if let Some(version) = other_version(tree.root_element()) {
+        let message = format!("this is FMI {version}, the checker knows 2.0");
+        findings.add("fmi-version", document.place(tree.root_element()), message);
+        return None;
+    }
     let errors = findings.errors();
     validate::validate(&document, findings);
     let valid = findings.errors() == errors;
@@ -88,4 +93,11 @@ pub(crate) fn check(contents: &Contents<'_>, findings: &mut Findings) -> Option<
             None
         }
     }
+}
+
+/// The version, where the description is of FMI 1.0 or 3.0 and our schema says nothing about it.
+fn other_version<'d>(root: Node<'d, '_>) -> Option<&'d str> {
+    let version = root.attribute("fmiVersion")?;
+    let is_other = ["1.", "3."].iter().any(|head| version.trim().starts_with(head));
+    (root.tag_name().name() == "fmiModelDescription" && is_other).then_some(version.trim())
 }

@@ -69,6 +69,8 @@ pub(super) static FAULTS: &[Fault] = &[
         "xsd-attribute-missing",
         Xml(r#"<Enumeration declaredType="Mode""#, "<Enumeration"),
     ),
+    fault("fmi-3", "fmi-version", Xml(r#"fmiVersion="2.0""#, r#"fmiVersion="3.0" x="1""#)),
+    fault("fmi-1", "fmi-version", Xml(r#"fmiVersion="2.0""#, r#"fmiVersion="1.0""#)),
     fault("fmi-version", "xsd-value", Xml(r#"fmiVersion="2.0""#, r#"fmiVersion="2.0.4""#)),
     fault("decimal-comma", "xsd-value", Xml(r#"stepSize="0.125""#, r#"stepSize="0,125""#)),
     fault(
