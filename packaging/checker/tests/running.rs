@@ -62,9 +62,48 @@ fn each_fault_of_a_binary_is_found_under_its_rule() {
         ("initialization", "run-call"),
         ("step", "run-call"),
         ("log", "run-log-category"),
+        // A start value of its own, the same after a reset.
+        ("gain", "run-start"),
+        ("chance", "run-nondeterministic"),
+        ("global", "run-instances"),
+        ("step-size", "run-step-size"),
+        ("dependency", "run-dependency"),
+        ("path", "run-instantiate"),
     ] {
         let found = findings(&faulty(fault), &Bounds::default());
         assert_eq!(rules(&found), [rule], "{fault}: {found:#?}");
+    }
+}
+
+#[test]
+fn findings_name_the_binary_and_no_temporary_folder() {
+    let mut files = with_reference("time,x\n0,0\n");
+    files.replace(r#"guid="base""#, r#"guid="base-path""#);
+    // One cause, one finding: the reference is not replayed.
+    let [found] = findings(&files, &Bounds::default()).try_into().unwrap();
+    assert_eq!(found.location.entry, Some(corpus::binary_name()));
+    assert!(
+        found.message.ends_with(" resources") || found.message.ends_with("]resources"),
+        "{}",
+        found.message
+    );
+    let temporary = std::env::temp_dir();
+    assert!(!found.message.contains(&*temporary.to_string_lossy()), "{}", found.message);
+    let found = findings(&faulty("crash"), &Bounds::default());
+    assert_eq!(found[0].location.entry, Some(corpus::binary_name()));
+}
+
+/// Differences as small as single precision are told and no breach; output is told.
+#[test]
+fn small_things_are_notes() {
+    for (fault, rule) in [
+        ("rounded", "run-start-rounding"),
+        #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
+        ("output", "run-output"),
+    ] {
+        let found = findings(&faulty(fault), &Bounds::default());
+        let told: Vec<_> = found.iter().map(|f| (f.rule, f.severity)).collect();
+        assert_eq!(told, [(rule, Severity::Note)], "{fault}: {found:#?}");
     }
 }
 

@@ -6,19 +6,20 @@ use fmi2_host::Instance;
 use model_description::{Causality, Kind, Value, Variability, Variable};
 
 impl Run<'_> {
-    /// References of the continuous Reals of a causality.
-    fn continuous(&self, causality: Causality) -> Vec<u32> {
+    /// Names and references of the continuous Reals of a causality.
+    pub(super) fn continuous(&self, causality: Causality) -> Vec<(String, u32)> {
         let wanted = |v: &&Variable| {
             v.causality == causality
                 && v.kind == Kind::Real
                 && v.variability == Variability::Continuous
         };
-        self.description().variables.iter().filter(wanted).map(|v| v.reference).collect()
+        let variables = self.description().variables.iter().filter(wanted);
+        variables.map(|v| (v.name.clone(), v.reference)).collect()
     }
 
     pub(super) fn input_derivatives(&mut self, instance: &mut Instance) -> Result<(), Stop> {
         self.journal.start("fmi2SetRealInputDerivatives");
-        for reference in self.continuous(Causality::Input) {
+        for (_, reference) in self.continuous(Causality::Input) {
             let set = instance.set_real_input_derivatives(&[reference], &[1], &[0.0]);
             self.legal(set)?;
         }
@@ -27,11 +28,11 @@ impl Run<'_> {
 
     pub(super) fn output_derivatives(&mut self, instance: &mut Instance) -> Result<(), Stop> {
         self.journal.start("fmi2GetRealOutputDerivatives");
-        for reference in self.continuous(Causality::Output) {
+        for (name, reference) in self.continuous(Causality::Output) {
             let mut value = [0.0];
             let got = instance.get_real_output_derivatives(&[reference], &[1], &mut value);
             self.legal(got)?;
-            self.finite(&format!("derivative of reference {reference}"), &Value::Real(value[0]));
+            self.finite(&format!("derivative of {name}"), &Value::Real(value[0]));
         }
         Ok(())
     }
@@ -41,7 +42,8 @@ impl Run<'_> {
         self.journal.start("fmi2GetDirectionalDerivative");
         let description = self.description();
         let real = |index: u32| {
-            description.variable_at(index).filter(|v| v.kind == Kind::Real).map(|v| v.reference)
+            let variable = description.variable_at(index).filter(|v| v.kind == Kind::Real)?;
+            Some((variable.name.clone(), variable.reference))
         };
         let mut pairs = Vec::new();
         for unknown in description.outputs.iter().chain(&description.derivatives) {
@@ -56,11 +58,11 @@ impl Run<'_> {
                 }
             }
         }
-        for (unknown, known) in pairs.into_iter().take(1000) {
+        for ((of, unknown), (by, known)) in pairs.into_iter().take(1000) {
             let mut value = [0.0];
             let got = instance.get_directional_derivative(&[unknown], &[known], &[1.0], &mut value);
             self.legal(got)?;
-            let name = format!("derivative of reference {unknown} by {known}");
+            let name = format!("derivative of {of} by {by}");
             self.finite(&name, &Value::Real(value[0]));
         }
         Ok(())

@@ -3,7 +3,7 @@
 
 use super::journal::Journal;
 use super::reference;
-use super::trajectory::{Plan, Trajectory, difference, drive, outputs, same, show};
+use super::trajectory::{Plan, Trajectory, difference, drive, is_rounding, outputs, same, show};
 use fmi2_host::{Archive, Error, Instance, InstanceOptions};
 use model_description::{Causality, Initial, Kind, ModelDescription, Value, Variability};
 use std::collections::BTreeSet;
@@ -34,23 +34,40 @@ pub(super) fn all(fmu: &Path, journal: &mut Journal) {
         Err(error) => return refused(&archive, journal, "run-load", &error),
     }
     let plan = Plan::of(archive.model().description());
-    let mut run = Run { archive: &archive, plan, journal, mismatched: BTreeSet::new() };
-    run.life();
+    journal.runs(binary(&archive));
+    let mut run = Run {
+        archive: &archive,
+        plan,
+        journal,
+        mismatched: BTreeSet::new(),
+        differences: Vec::new(),
+    };
+    let is_alive = run.life();
     run.journal.start("fmi2FreeInstance(NULL)");
     if let Err(error) = archive.free_null_instance() {
         run.journal.found("run-null", error.to_string());
     }
     run.wrong_guid();
-    reference::replay(&archive, run.journal);
+    // What refuses to be instantiated was told.
+    if is_alive {
+        reference::replay(&archive, run.journal);
+    }
     journal.start("unloading the binary");
     drop(archive);
 }
 
+/// The entry of the binary that is loaded here.
+fn binary(archive: &Archive) -> Option<String> {
+    let name = fmi2_host::binary_name(&archive.model().co_simulation().model_identifier);
+    fmi2_host::platform_folders()
+        .iter()
+        .map(|folder| format!("binaries/{folder}/{name}"))
+        .find(|entry| archive.folder().join(entry).is_file())
+}
+
 /// Tells an error, unless the FMU needs a tool that may well not be here.
 fn refused(archive: &Archive, journal: &mut Journal, rule: &'static str, error: &Error) {
-    // The temporary folder's name would differ from run to run.
-    let folder = format!("{}/", archive.folder().display());
-    let message = error.to_string().replace(&folder, "");
+    let message = error.to_string();
     if archive.model().co_simulation().needs_execution_tool {
         let message = format!("it needs a tool (needsExecutionTool) that is not here: {message}");
         journal.found("run-skipped", message);
@@ -61,10 +78,13 @@ fn refused(archive: &Archive, journal: &mut Journal, rule: &'static str, error: 
 
 pub(super) struct Run<'a> {
     pub(super) archive: &'a Archive,
-    plan: Plan,
+    pub(super) plan: Plan,
     pub(super) journal: &'a mut Journal,
     /// Variables whose start values were told to be wrong.
     mismatched: BTreeSet<String>,
+    /// Rules and messages of runs that should have been the same, told once it is known whether any
+    /// two runs are.
+    pub(super) differences: Vec<(&'static str, String)>,
 }
 
 /// A rule is broken so that going on with the instance makes no sense.
@@ -97,7 +117,7 @@ impl Run<'_> {
         })
     }
 
-    fn instance(&mut self, name: &str) -> Result<Instance, Stop> {
+    pub(super) fn instance(&mut self, name: &str) -> Result<Instance, Stop> {
         self.journal.start("fmi2Instantiate");
         let options = InstanceOptions { logging_on: true, visible: false };
         let made = Instance::with_options(self.archive, name, options);
@@ -113,22 +133,29 @@ impl Run<'_> {
         self.journal.start("fmi2FreeInstance after a wrong GUID");
     }
 
-    /// A simulation with everything in it; findings tell where it stops.
-    fn life(&mut self) {
-        let Ok(mut instance) = self.instance("check") else { return };
-        let _ = self.live(&mut instance);
+    /// Simulations with everything in them; findings tell where they stop. Tells whether there was
+    /// an instance at all.
+    fn life(&mut self) -> bool {
+        if self.fresh_starts().is_err() {
+            return false;
+        }
+        let Ok(mut instance) = self.instance("check") else { return false };
+        let lived = self.live(&mut instance);
         self.log(&mut instance);
         self.journal.start("fmi2FreeInstance");
         drop(instance);
+        // A run with a discarded step is no measure for others.
+        if let Ok(first) = lived
+            && self.is_whole(&first)
+        {
+            self.probes(&first);
+        }
+        self.tell_differences();
+        true
     }
 
-    fn live(&mut self, instance: &mut Instance) -> Result<(), Stop> {
-        self.settings(instance, |variable| {
-            matches!(variable.effective_initial(), Some(Initial::Exact | Initial::Approx))
-                && variable.variability != Variability::Constant
-        })?;
-        self.initialize(instance)?;
-        self.fresh_starts()?;
+    fn live(&mut self, instance: &mut Instance) -> Result<Trajectory, Stop> {
+        self.ready(instance)?;
         self.readings(instance)?;
         self.nudge(instance)?;
         let first = self.steps(instance)?;
@@ -154,17 +181,27 @@ impl Run<'_> {
         self.journal.start("fmi2Reset");
         let reset = instance.reset();
         self.legal(reset)?;
-        self.initialize(instance)?;
+        self.ready(instance)?;
         self.nudge(instance)?;
         let second = self.steps(instance)?;
         if let Some(difference) = difference(&first, &second, &outputs(instance)) {
-            self.journal.found("run-reset", format!("after fmi2Reset {difference}"));
+            self.differences.push(("run-reset", format!("after fmi2Reset {difference}")));
         }
-        self.states(instance)
+        self.states(instance)?;
+        Ok(first)
+    }
+
+    /// Start values set and initialized, the same in all runs that are compared.
+    pub(super) fn ready(&mut self, instance: &mut Instance) -> Result<(), Stop> {
+        self.settings(instance, |variable| {
+            matches!(variable.effective_initial(), Some(Initial::Exact | Initial::Approx))
+                && variable.variability != Variability::Constant
+        })?;
+        self.initialize(instance)
     }
 
     /// Sets variables to their own start values, which changes nothing.
-    fn settings(
+    pub(super) fn settings(
         &mut self,
         instance: &mut Instance,
         wanted: impl Fn(&model_description::Variable) -> bool,
@@ -184,7 +221,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    fn initialize(&mut self, instance: &mut Instance) -> Result<(), Stop> {
+    pub(super) fn initialize(&mut self, instance: &mut Instance) -> Result<(), Stop> {
         self.journal.start("fmi2SetupExperiment");
         let done = instance.setup_experiment(self.plan.start, None, None);
         self.legal(done)?;
@@ -215,10 +252,6 @@ impl Run<'_> {
 
     /// Start values against those of an instance of its own, in which nothing was set.
     fn fresh_starts(&mut self) -> Result<(), Stop> {
-        if self.archive.model().co_simulation().can_be_instantiated_only_once_per_process {
-            // The one instance is compared after its reset.
-            return Ok(());
-        }
         let mut fresh = self.instance("fresh")?;
         self.untouched(&mut fresh)?;
         self.starts(&mut fresh, "run-start")
@@ -241,6 +274,7 @@ impl Run<'_> {
                 let (xml, binary) = (show(&start), show(&value));
                 let message =
                     format!("`{name}` starts at {xml} in the XML and at {binary} in fact");
+                let rule = if is_rounding(&start, &value) { "run-start-rounding" } else { rule };
                 self.journal.found(rule, message);
             }
         }
@@ -307,68 +341,8 @@ impl Run<'_> {
         trajectory.len() == self.plan.count as usize
     }
 
-    /// Saves, goes on, restores and goes on again; then through bytes into another instance.
-    fn states(&mut self, instance: &mut Instance) -> Result<(), Stop> {
-        let co_simulation = self.archive.model().co_simulation();
-        let can_serialize = co_simulation.can_serialize_fmu_state;
-        let only_once = co_simulation.can_be_instantiated_only_once_per_process;
-        if !co_simulation.can_get_and_set_fmu_state {
-            return Ok(());
-        }
-        self.journal.start("fmi2Reset");
-        let reset = instance.reset();
-        self.legal(reset)?;
-        self.initialize(instance)?;
-        let half = self.plan.count / 2;
-        let rest = self.plan.count - half;
-        let driven = drive(instance, self.plan, 0, half);
-        if self.legal(driven)?.len() < half as usize {
-            return Ok(());
-        }
-        self.journal.start("fmi2GetFMUstate");
-        let state = instance.get_state();
-        let state = self.legal(state)?;
-        let bytes = if can_serialize {
-            self.journal.start("fmi2SerializeFMUstate");
-            let bytes = instance.serialize_state(&state);
-            Some(self.legal(bytes)?)
-        } else {
-            None
-        };
-        // Inputs move, so that a state that is not restored shows.
-        self.nudge(instance)?;
-        let driven = drive(instance, self.plan, half, rest);
-        let first = self.legal(driven)?;
-        self.journal.start("fmi2SetFMUstate");
-        let set = instance.set_state(&state);
-        self.legal(set)?;
-        self.nudge(instance)?;
-        let driven = drive(instance, self.plan, half, rest);
-        let second = self.legal(driven)?;
-        let names = outputs(instance);
-        if let Some(difference) = difference(&first, &second, &names) {
-            self.journal.found("run-state", format!("after fmi2SetFMUstate {difference}"));
-        }
-        let Some(bytes) = bytes.filter(|_| !only_once) else { return Ok(()) };
-        let mut other = self.instance("restored")?;
-        self.initialize(&mut other)?;
-        self.journal.start("fmi2DeSerializeFMUstate");
-        let state = other.deserialize_state(&bytes, fmi2_host::Phase::StepComplete);
-        let state = self.legal(state)?;
-        let set = other.set_state(&state);
-        self.legal(set)?;
-        self.nudge(&mut other)?;
-        let driven = drive(&mut other, self.plan, half, rest);
-        let third = self.legal(driven)?;
-        if let Some(difference) = difference(&first, &third, &names) {
-            let message = format!("in another instance, from the state's bytes, {difference}");
-            self.journal.found("run-state", message);
-        }
-        Ok(())
-    }
-
     /// Gives the continuous inputs another legal value than their start.
-    fn nudge(&mut self, instance: &mut Instance) -> Result<(), Stop> {
+    pub(super) fn nudge(&mut self, instance: &mut Instance) -> Result<(), Stop> {
         let inputs: Vec<(String, f64)> = self
             .description()
             .variables

@@ -13,6 +13,8 @@ use std::path::Path;
 enum Line {
     /// What is done from here on.
     Started(String),
+    /// The entry that runs; findings from here on are about it.
+    Runs(String),
     /// Rule and message.
     Found(String, String),
     /// The end was reached.
@@ -23,6 +25,8 @@ enum Line {
 pub(super) struct Journal {
     file: File,
     found: usize,
+    /// Where temporary folders are; their names differ from run to run.
+    temporary: Vec<String>,
 }
 
 /// Findings that are written at most.
@@ -30,7 +34,16 @@ const MOST: usize = 200;
 
 impl Journal {
     pub(super) fn create(path: &Path) -> io::Result<Self> {
-        Ok(Self { file: File::create(path)?, found: 0 })
+        let folder = std::env::temp_dir();
+        let mut temporary: Vec<String> = folder
+            .canonicalize()
+            .iter()
+            .chain([&folder])
+            .map(|path| path.to_string_lossy().trim_end_matches(['/', '\\']).to_owned())
+            .filter(|path| !path.is_empty())
+            .collect();
+        temporary.dedup();
+        Ok(Self { file: File::create(path)?, found: 0, temporary })
     }
 
     fn write(&mut self, line: &Line) {
@@ -48,7 +61,17 @@ impl Journal {
     pub(super) fn found(&mut self, rule: &'static str, message: impl Into<String>) {
         self.found += 1;
         if self.found <= MOST {
-            self.write(&Line::Found(rule.into(), message.into()));
+            let mut message = message.into();
+            for root in &self.temporary {
+                message = without(&message, root);
+            }
+            self.write(&Line::Found(rule.into(), message));
+        }
+    }
+
+    pub(super) fn runs(&mut self, entry: Option<String>) {
+        if let Some(entry) = entry {
+            self.write(&Line::Runs(entry));
         }
     }
 
@@ -57,9 +80,39 @@ impl Journal {
     }
 }
 
+/// A text with the paths below temporary folders in `root` made relative to those.
+fn without(text: &str, root: &str) -> String {
+    let mut short = String::new();
+    let mut rest = text;
+    while let Some(at) = rest.find(root) {
+        let before = &rest[..at];
+        let tail = &rest[at + root.len()..];
+        let Some(below) = tail.strip_prefix(['/', '\\']) else {
+            // Another folder whose name goes on.
+            let (kept, next) = rest.split_at(at + root.len());
+            short.push_str(kept);
+            rest = next;
+            continue;
+        };
+        short.push_str(before.strip_suffix("file://").unwrap_or(before));
+        let ends = |c: char| "/\\'\"`:,;)".contains(c) || c.is_whitespace();
+        let after = &below[below.find(ends).unwrap_or(below.len())..];
+        match after.strip_prefix(['/', '\\']) {
+            Some(relative) => rest = relative,
+            None => {
+                short.push_str("the unpacked archive");
+                rest = after;
+            }
+        }
+    }
+    short + rest
+}
+
 /// How far a run came.
 #[derive(Default)]
 pub(super) struct End {
+    /// The entry that runs.
+    pub(super) place: Location,
     pub(super) started: Option<String>,
     pub(super) done: bool,
 }
@@ -77,12 +130,36 @@ pub(super) fn read(path: &Path) -> io::Result<(Vec<Finding>, End)> {
             Ok(Line::Started(what)) => end.started = Some(what),
             Ok(Line::Found(name, message)) => {
                 if let Some(rule) = RULES.iter().find(|rule| rule.name == name) {
-                    findings.push(Finding::new(rule.name, Location::archive(), message));
+                    let place = match rule.name {
+                        name if name.starts_with("run-reference") => {
+                            Location::entry(super::reference::FILE)
+                        }
+                        _ => end.place.clone(),
+                    };
+                    findings.push(Finding::new(rule.name, place, message));
                 }
             }
+            Ok(Line::Runs(entry)) => end.place = Location::entry(entry),
             Ok(Line::Done) => end.done = true,
             Err(_) => {}
         }
     }
     Ok((findings, end))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn temporary_folders_are_left_out() {
+        for (text, short) in [
+            ("/t/fmu-1/binaries/x.so: no", "binaries/x.so: no"),
+            ("at file:///t/fmu-1/resources, not", "at resources, not"),
+            ("in '/t/fmu-1' and /t/fmu-1/a /t/fmu-2/b", "in 'the unpacked archive' and a b"),
+            ("/tea/x and none", "/tea/x and none"),
+        ] {
+            assert_eq!(without(text, "/t"), short);
+        }
+    }
 }

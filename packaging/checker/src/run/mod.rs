@@ -10,7 +10,10 @@
 mod derivatives;
 mod exercise;
 mod journal;
+mod output;
+mod probes;
 mod reference;
+mod states;
 mod trajectory;
 
 use crate::error::Error;
@@ -74,7 +77,7 @@ pub fn supervise(
         .arg(&journal)
         .arg(fmu)
         .stdin(Stdio::null())
-        .stdout(Stdio::null())
+        .stdout(Stdio::piped())
         .stderr(Stdio::null());
     for variable in ["TMPDIR", "TMP", "TEMP"] {
         process.env(variable, folder.path());
@@ -82,11 +85,12 @@ pub fn supervise(
     #[cfg(unix)]
     std::os::unix::process::CommandExt::process_group(&mut process, 0);
     let mut child = process.spawn().map_err(failed)?;
+    let output = output::Output::of(&mut child);
     let ended = wait(&mut child, bounds.time).map_err(failed)?;
     let (mut findings, end) = journal::read(&journal).map_err(failed)?;
     let during = end.started.as_deref().unwrap_or("the start of the process");
     let mut report = |rule, message: String| {
-        findings.push(Finding::new(rule, Location::archive(), message));
+        findings.push(Finding::new(rule, end.place.clone(), message));
     };
     match ended {
         None => {
@@ -95,6 +99,9 @@ pub fn supervise(
         }
         Some(_) if end.done => {}
         Some(status) => report("run-crash", format!("{}, in {during}", describe(status))),
+    }
+    if let Some(text) = output.taken() {
+        report("run-output", format!("it writes to stdout: {text:?}"));
     }
     Ok(findings)
 }

@@ -12,6 +12,8 @@ use serde::Deserialize;
 use std::path::Path;
 
 const FOLDER: &str = "extra/io.github.steerwright/reference";
+/// Where the findings of a replay are.
+pub(super) const FILE: &str = "extra/io.github.steerwright/reference/reference.json";
 const SCHEMA: &str = "steerwright/reference/1";
 
 /// `reference.json`.

@@ -105,6 +105,14 @@ pub(super) fn same(a: &Value, b: &Value) -> bool {
     }
 }
 
+/// Relative difference that a number kept in single precision may have.
+const SINGLE: f64 = 1e-6;
+
+/// Whether two Reals differ by no more than single precision does.
+pub(super) fn is_rounding(a: &Value, b: &Value) -> bool {
+    matches!((a, b), (Value::Real(a), Value::Real(b)) if (a - b).abs() <= SINGLE * a.abs().max(b.abs()))
+}
+
 /// A value in a message.
 pub(super) fn show(value: &Value) -> String {
     match value {

@@ -106,7 +106,7 @@ pub unsafe extern "C" fn fmi2Instantiate(
     name: *const c_char,
     kind: c_int,
     guid: *const c_char,
-    _: *const c_char,
+    resources: *const c_char,
     callbacks: *const Callbacks,
     _: c_int,
     _: c_int,
@@ -129,6 +129,12 @@ pub unsafe extern "C" fn fmi2Instantiate(
                 return null_mut();
             }
         };
+        if fault == b"path" {
+            if let Some(logger) = callbacks.logger {
+                logger(callbacks.environment, name, ERROR, c"logAll".as_ptr(), c"%s".as_ptr(), resources);
+            }
+            return null_mut();
+        }
         if kind != 1 || fault == b"refuse" {
             return null_mut();
         }
@@ -143,6 +149,9 @@ pub unsafe extern "C" fn fmi2Instantiate(
                 *slot = Instance { used: true, ..FREE };
                 let length = fault.len().min(32);
                 slot.fault[..length].copy_from_slice(&fault[..length]);
+                if slot.has("gain") {
+                    slot.state.gain = 2.0;
+                }
                 if slot.has("null") {
                     FREE_CRASHES = true;
                 }
@@ -153,6 +162,8 @@ pub unsafe extern "C" fn fmi2Instantiate(
     null_mut()
 }
 
+static mut READINGS: usize = 0;
+static mut GLOBAL: f64 = 0.0;
 static mut FREE_CRASHES: bool = false;
 
 #[unsafe(no_mangle)]
@@ -193,6 +204,9 @@ pub extern "C" fn fmi2Reset(c: *mut c_void) -> Status {
     let i = instance(c);
     let x = i.state.x;
     i.state = FRESH;
+    if i.has("gain") {
+        i.state.gain = 2.0;
+    }
     if i.has("reset") {
         i.state.x = x;
     }
@@ -232,7 +246,16 @@ fn read_real(i: &Instance, reference: u32) -> Option<f64> {
     Some(match reference {
         0 => s.u,
         1 if i.has("start") => 2.0,
+        1 if i.has("rounded") => s.gain * 1.000_000_1,
         1 => s.gain,
+        // SAFETY: one thread at a time.
+        2 if i.has("chance") && s.steps > 0 => unsafe {
+            READINGS += 1;
+            READINGS as f64
+        },
+        // SAFETY: as above.
+        5 if i.has("global") => s.x + unsafe { GLOBAL },
+        4 if i.has("dependency") && s.steps > 0 => s.gain * s.x + s.u,
         2 if i.has("nan") && s.steps > 2 => f64::NAN,
         2 => s.x,
         3 => s.u,
@@ -245,7 +268,11 @@ fn read_real(i: &Instance, reference: u32) -> Option<f64> {
 
 fn write_real(i: &mut Instance, reference: u32, value: f64) -> bool {
     match reference {
-        0 => i.state.u = value,
+        0 => {
+            i.state.u = value;
+            // SAFETY: one thread at a time.
+            unsafe { GLOBAL = value };
+        }
         1 => i.state.gain = value,
         2 => i.state.x = value,
         _ => return false,
@@ -373,6 +400,18 @@ pub extern "C" fn fmi2DoStep(c: *mut c_void, time: f64, step: f64, _: c_int) -> 
     }
     if i.has("step") && i.state.steps > 3 {
         return ERROR;
+    }
+    if i.has("step-size") && step != 0.125 {
+        return ERROR;
+    }
+    #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
+    if i.has("output") && i.state.steps == 0 {
+        let text = b"hello\n";
+        // SAFETY: write(1, text, length).
+        unsafe {
+            core::arch::asm!("syscall", inlateout("rax") 1_usize => _, in("rdi") 1, in("rsi") text.as_ptr(),
+                in("rdx") text.len(), out("rcx") _, out("r11") _);
+        }
     }
     if i.has("discard") && i.state.steps > 2 {
         return DISCARD;

@@ -1,0 +1,168 @@
+//! Runs beside the first one, each about one promise of the XML or of the standard: instances keep to
+//! themselves, steps may vary, outputs follow the inputs they list and no others.
+
+use super::exercise::{Run, Stop};
+use super::trajectory::{Trajectory, difference, drive, outputs, same};
+use fmi2_host::{Error, Status};
+use model_description::{Causality, Kind, Value};
+use std::collections::BTreeSet;
+
+/// Inputs that are perturbed one by one.
+const MOST_INPUTS: usize = 200;
+
+impl Run<'_> {
+    /// All of them; `first` is the trajectory of an instance that ran alone.
+    pub(super) fn probes(&mut self, first: &Trajectory) {
+        let co_simulation = self.archive.model().co_simulation();
+        let varies = co_simulation.can_handle_variable_communication_step_size;
+        if !co_simulation.can_be_instantiated_only_once_per_process {
+            let _ = self.interleaved(first);
+        }
+        if varies {
+            let _ = self.half_step();
+        }
+        let _ = self.dependencies();
+    }
+
+    /// Two instances by turns, with different inputs: the first does what it did alone.
+    fn interleaved(&mut self, first: &Trajectory) -> Result<(), Stop> {
+        let (mut one, mut other) = (self.instance("one")?, self.instance("other")?);
+        self.ready(&mut one)?;
+        self.ready(&mut other)?;
+        self.nudge(&mut one)?;
+        let mut by_turns = Trajectory::new();
+        for point in 0..self.plan.count {
+            self.journal.start("fmi2DoStep of two instances by turns");
+            let driven = drive(&mut one, self.plan, point, 1);
+            let values = self.legal(driven)?;
+            let driven = drive(&mut other, self.plan, point, 1);
+            if values.is_empty() || self.legal(driven)?.is_empty() {
+                break;
+            }
+            by_turns.extend(values);
+            self.settings(&mut other, |variable| variable.causality == Causality::Input)?;
+        }
+        if let Some(difference) = difference(first, &by_turns, &outputs(&one)) {
+            let message = format!("beside another instance with other inputs {difference}");
+            self.differences.push(("run-instances", message));
+        }
+        Ok(())
+    }
+
+    /// A step of half the size after a whole one.
+    fn half_step(&mut self) -> Result<(), Stop> {
+        let mut instance = self.instance("half")?;
+        self.ready(&mut instance)?;
+        self.journal.start("fmi2DoStep");
+        let driven = drive(&mut instance, self.plan, 0, 1);
+        if self.legal(driven)?.is_empty() {
+            return Ok(());
+        }
+        self.journal.start("fmi2DoStep of half the size");
+        match instance.do_step(self.plan.time(1), self.plan.step / 2.0) {
+            Err(Error::Step { status: Status::Discard, .. }) => {}
+            Err(error @ Error::Step { .. }) => {
+                self.journal.found("run-step-size", error.to_string());
+            }
+            other => self.legal(other)?,
+        }
+        Ok(())
+    }
+
+    /// Each continuous input moved by itself: outputs that do not list it stay where they are.
+    fn dependencies(&mut self) -> Result<(), Stop> {
+        let mut instance = self.instance("perturbed")?;
+        self.ready(&mut instance)?;
+        self.nudge(&mut instance)?;
+        // What is evaluated for the first time with the first step has settled after two.
+        self.journal.start("fmi2DoStep");
+        let driven = drive(&mut instance, self.plan, 0, 2);
+        if self.legal(driven)?.len() < 2 {
+            return Ok(());
+        }
+        self.journal.start("fmi2GetReal after one input has moved");
+        let description = self.description();
+        let real = |index: u32| {
+            description.variable_at(index).filter(|v| v.kind == Kind::Real).map(|v| v.reference)
+        };
+        // Name of each output, and the references it lists.
+        let listed: Vec<(String, BTreeSet<u32>)> = description
+            .outputs
+            .iter()
+            .filter_map(|unknown| {
+                let name = description.variable_at(unknown.index)?.name.clone();
+                let knowns = unknown.dependencies.as_ref()?;
+                Some((name, knowns.iter().filter_map(|index| real(*index)).collect()))
+            })
+            .collect();
+        let inputs = self.continuous(Causality::Input);
+        let mut told = BTreeSet::new();
+        for (input, reference) in inputs.into_iter().take(MOST_INPUTS) {
+            let before = self.values(&mut instance, &listed)?;
+            // What moves by itself is no sign of the input.
+            let still = self.values(&mut instance, &listed)?;
+            let value = instance.value(&input);
+            let Some(value) = self.legal(value)?.as_number() else { continue };
+            let variable = self.description().variables.iter().find(|v| v.name == input);
+            let above = value + 0.01;
+            let fits = variable.and_then(|v| v.max).is_none_or(|max| above <= max);
+            let set = instance.set(&input, if fits { above } else { value - 0.01 });
+            self.legal(set)?;
+            let after = self.values(&mut instance, &listed)?;
+            let compared = listed.iter().zip(&before).zip(&still).zip(&after);
+            for ((((output, knowns), before), still), after) in compared {
+                if same(before, still)
+                    && !knowns.contains(&reference)
+                    && !same(before, after)
+                    && told.insert(output.clone())
+                {
+                    let message =
+                        format!("`{output}` moves at once with `{input}`, which it does not list");
+                    self.journal.found("run-dependency", message);
+                }
+            }
+            let set = instance.set(&input, value);
+            self.legal(set)?;
+        }
+        Ok(())
+    }
+
+    fn values(
+        &mut self,
+        instance: &mut fmi2_host::Instance,
+        listed: &[(String, BTreeSet<u32>)],
+    ) -> Result<Vec<Value>, Stop> {
+        let values: Result<Vec<_>, _> =
+            listed.iter().map(|(name, _)| instance.value(name)).collect();
+        self.legal(values)
+    }
+
+    /// A run of a fresh instance.
+    fn again(&mut self) -> Result<(Trajectory, Vec<String>), Stop> {
+        let mut instance = self.instance("again")?;
+        self.ready(&mut instance)?;
+        self.nudge(&mut instance)?;
+        self.journal.start("fmi2DoStep");
+        let driven = drive(&mut instance, self.plan, 0, self.plan.count);
+        let trajectory = self.legal(driven)?;
+        Ok((trajectory, outputs(&instance)))
+    }
+
+    /// Runs that differ are a breach, unless any two of the FMU's runs differ: the standard does not
+    /// forbid what is left to chance.
+    pub(super) fn tell_differences(&mut self) {
+        let differences = std::mem::take(&mut self.differences);
+        if differences.is_empty() {
+            return;
+        }
+        if let (Ok((one, names)), Ok((other, _))) = (self.again(), self.again())
+            && let Some(difference) = difference(&one, &other, &names)
+        {
+            let message = format!("of two fresh instances with the same inputs {difference}");
+            return self.journal.found("run-nondeterministic", message);
+        }
+        for (rule, message) in differences {
+            self.journal.found(rule, message);
+        }
+    }
+}

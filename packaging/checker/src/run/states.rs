@@ -1,0 +1,68 @@
+//! FMU states, where an FMU says that it has them: what is restored goes on as it did the first time
+//! (section 2.1.8).
+
+use super::exercise::{Run, Stop};
+use super::trajectory::{difference, drive, outputs};
+use fmi2_host::Instance;
+
+impl Run<'_> {
+    /// Saves, goes on, restores and goes on again; then through bytes into another instance.
+    pub(super) fn states(&mut self, instance: &mut Instance) -> Result<(), Stop> {
+        let co_simulation = self.archive.model().co_simulation();
+        let can_serialize = co_simulation.can_serialize_fmu_state;
+        let only_once = co_simulation.can_be_instantiated_only_once_per_process;
+        if !co_simulation.can_get_and_set_fmu_state {
+            return Ok(());
+        }
+        self.journal.start("fmi2Reset");
+        let reset = instance.reset();
+        self.legal(reset)?;
+        self.initialize(instance)?;
+        let half = self.plan.count / 2;
+        let rest = self.plan.count - half;
+        let driven = drive(instance, self.plan, 0, half);
+        if self.legal(driven)?.len() < half as usize {
+            return Ok(());
+        }
+        self.journal.start("fmi2GetFMUstate");
+        let state = instance.get_state();
+        let state = self.legal(state)?;
+        let bytes = if can_serialize {
+            self.journal.start("fmi2SerializeFMUstate");
+            let bytes = instance.serialize_state(&state);
+            Some(self.legal(bytes)?)
+        } else {
+            None
+        };
+        // Inputs move, so that a state that is not restored shows.
+        self.nudge(instance)?;
+        let driven = drive(instance, self.plan, half, rest);
+        let first = self.legal(driven)?;
+        self.journal.start("fmi2SetFMUstate");
+        let set = instance.set_state(&state);
+        self.legal(set)?;
+        self.nudge(instance)?;
+        let driven = drive(instance, self.plan, half, rest);
+        let second = self.legal(driven)?;
+        let names = outputs(instance);
+        if let Some(difference) = difference(&first, &second, &names) {
+            self.differences.push(("run-state", format!("after fmi2SetFMUstate {difference}")));
+        }
+        let Some(bytes) = bytes.filter(|_| !only_once) else { return Ok(()) };
+        let mut other = self.instance("restored")?;
+        self.initialize(&mut other)?;
+        self.journal.start("fmi2DeSerializeFMUstate");
+        let state = other.deserialize_state(&bytes, fmi2_host::Phase::StepComplete);
+        let state = self.legal(state)?;
+        let set = other.set_state(&state);
+        self.legal(set)?;
+        self.nudge(&mut other)?;
+        let driven = drive(&mut other, self.plan, half, rest);
+        let third = self.legal(driven)?;
+        if let Some(difference) = difference(&first, &third, &names) {
+            let message = format!("in another instance, from the state's bytes, {difference}");
+            self.differences.push(("run-state", message));
+        }
+        Ok(())
+    }
+}
