@@ -4,16 +4,19 @@ use crate::failure::{Failure, Outcome};
 use crate::quantity;
 use crate::tell::Tell;
 use fmu_checker::{Report, Severity, run};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// Check FMUs of any tool against FMI 2.0 for Co-Simulation
 ///
 /// Looks at the archive, the XML, the folders and the binaries of every platform; runs nothing
 /// unless asked to. Errors are breaches of the standard, warnings go against its recommendations,
-/// notes are good to know.
+/// notes are good to know. With `--run`, the binary is run with your rights: a process of its own
+/// keeps a faulty one from taking the check down, and does not contain a malicious one, which may do
+/// whatever you may do and outlive the check. Run none that you would not simulate.
 ///
-/// Exit status: 0 no errors (there may be warnings), 1 errors found, 2 a file cannot be read.
+/// Exit status: 0 no errors (there may be warnings), 1 errors found, 2 a file cannot be read; the
+/// others are checked all the same.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// Archives
@@ -41,30 +44,42 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         run::child(fmu, file)?;
         return Ok(Outcome::Done);
     }
-    let Ok(time) = Duration::try_from_secs_f64(arguments.time_limit) else {
+    let time = Duration::try_from_secs_f64(arguments.time_limit).ok().filter(|t| !t.is_zero());
+    let Some(time) = time else {
         let message = format!("--time-limit: {} s is no time to wait", arguments.time_limit);
         return Err(Failure::new(message, "give a time such as 60s"));
     };
     let bounds = run::Bounds { time };
-    let mut reports = Vec::new();
+    let (mut reports, mut failures) = (Vec::new(), Vec::new());
     for fmu in &arguments.fmus {
-        let mut report = fmu_checker::check_file(fmu)?;
-        if arguments.run {
-            let program = std::env::current_exe().map_err(|error| Failure::file(fmu, &error))?;
-            let command = run::Command {
-                program,
-                arguments: vec!["check".into()],
-                option: "--run-child".into(),
-            };
-            let findings = run::supervise(&command, fmu, &report, &bounds)?;
-            report.extend(findings);
+        match check(fmu, arguments.run.then_some(&bounds)) {
+            Ok(report) => reports.push(report),
+            Err(failure) => failures.push(failure),
         }
-        reports.push(report);
     }
     let text: Vec<String> = reports.iter().map(text).collect();
     Tell::new(arguments.json).result(&text.join("\n\n"), &reports)?;
+    // A file that cannot be read keeps nothing from being told of the others.
+    if let Some(last) = failures.pop() {
+        for failure in failures {
+            failure.tell();
+        }
+        return Err(last);
+    }
     let is_met = |report: &Report| report.is_clean() && !(arguments.strict && report.warnings > 0);
     Ok(if reports.iter().all(is_met) { Outcome::Done } else { Outcome::RequirementNotMet })
+}
+
+fn check(fmu: &Path, bounds: Option<&run::Bounds>) -> Result<Report, Failure> {
+    let mut report = fmu_checker::check_file(fmu)?;
+    if let Some(bounds) = bounds {
+        let program = std::env::current_exe().map_err(|error| Failure::file(fmu, &error))?;
+        let command =
+            run::Command { program, arguments: vec!["check".into()], option: "--run-child".into() };
+        let findings = run::supervise(&command, fmu, &report, bounds)?;
+        report.extend(findings);
+    }
+    Ok(report)
 }
 
 /// The findings of an archive, the worst last, where the eye is.

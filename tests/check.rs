@@ -64,4 +64,20 @@ fn exit_statuses_tell_errors_from_unreadable_files() {
         assert_eq!(output.status.code(), Some(2), "{arguments:?}");
         assert!(told(&output).contains("hint: "), "{}", told(&output));
     }
+    // Bad usage, not an FMU that hangs.
+    for time in ["0s", "0ms"] {
+        let output =
+            steerwright(folder.path(), &["check", "--run", "--time-limit", time, "text.fmu"]);
+        assert_eq!(output.status.code(), Some(2), "{}", told(&output));
+    }
+
+    // The one that can be read is told of, before and after one that cannot.
+    for files in [["text.fmu", "none.fmu"], ["none.fmu", "text.fmu"]] {
+        let output = steerwright(folder.path(), &[&["check", "--json"], &files[..]].concat());
+        assert_eq!(output.status.code(), Some(2));
+        assert!(told(&output).contains("none.fmu: "), "{}", told(&output));
+        let reports: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(reports.as_array().unwrap().len(), 1);
+        assert_eq!(reports[0]["archive"], "text.fmu");
+    }
 }
