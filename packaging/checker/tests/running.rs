@@ -93,6 +93,14 @@ fn findings_name_the_binary_and_no_temporary_folder() {
     assert_eq!(found[0].location.entry, Some(corpus::binary_name()));
 }
 
+/// The base's derivatives are asked for after each of its runs.
+#[test]
+fn what_is_wrong_in_every_run_is_told_once() {
+    let found = findings(&faulty("derivative"), &Bounds::default());
+    let told: Vec<_> = found.iter().map(|f| f.message.as_str()).collect();
+    assert_eq!(told, ["`derivative of y[2] by x` is NaN"]);
+}
+
 /// Differences as small as single precision are told and no breach; output is told.
 #[test]
 fn small_things_are_notes() {

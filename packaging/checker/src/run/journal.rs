@@ -3,6 +3,7 @@
 use crate::finding::{Finding, Location};
 use crate::rules::RULES;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::{self, Write};
 use std::path::Path;
@@ -24,7 +25,8 @@ enum Line {
 /// A journal being written.
 pub(super) struct Journal {
     file: File,
-    found: usize,
+    /// What was told; the same in a second run is not told again.
+    found: BTreeSet<(&'static str, String)>,
     /// Where temporary folders are; their names differ from run to run.
     temporary: Vec<String>,
 }
@@ -43,7 +45,7 @@ impl Journal {
             .filter(|path| !path.is_empty())
             .collect();
         temporary.dedup();
-        Ok(Self { file: File::create(path)?, found: 0, temporary })
+        Ok(Self { file: File::create(path)?, found: BTreeSet::new(), temporary })
     }
 
     fn write(&mut self, line: &Line) {
@@ -59,12 +61,11 @@ impl Journal {
     }
 
     pub(super) fn found(&mut self, rule: &'static str, message: impl Into<String>) {
-        self.found += 1;
-        if self.found <= MOST {
-            let mut message = message.into();
-            for root in &self.temporary {
-                message = without(&message, root);
-            }
+        let mut message = message.into();
+        for root in &self.temporary {
+            message = without(&message, root);
+        }
+        if self.found.len() < MOST && self.found.insert((rule, message.clone())) {
             self.write(&Line::Found(rule.into(), message));
         }
     }

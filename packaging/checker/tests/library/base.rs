@@ -443,12 +443,14 @@ pub unsafe extern "C" fn fmi2GetDirectionalDerivative(
     value: *mut f64,
 ) -> Status {
     let gain = instance(c).state.gain;
+    let is_wrong = instance(c).has("derivative");
     for k in 0..unknowns {
         let mut sum = 0.0;
         for l in 0..knowns {
             // SAFETY: arrays of these lengths.
             let (u, v, d) = unsafe { (*unknown.add(k), *known.add(l), *change.add(l)) };
             sum += d * match (u, v) {
+                (5, 2) if is_wrong => f64::NAN,
                 (2, 2) | (3, 0) | (5, 0) | (5, 2) => 1.0,
                 (4, 2) => gain,
                 _ => 0.0,
