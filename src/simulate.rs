@@ -8,9 +8,13 @@ use fmi2_host::{
     Archive, Connection, Error, InputTable, Instance, Master, Status, System, SystemPackage,
 };
 use serde::Serialize;
+use std::io::Write;
 use std::path::PathBuf;
 
 /// Simulate FMUs together; outputs and inputs of equal name are wired, or what an .ssp says
+///
+/// The FMUs' binaries run in this process: one that crashes ends it, without a message. To try an
+/// FMU in a process of its own, run `steerwright check --run` on it.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// Archives, in the order in which a Gauss–Seidel master steps them: plant, path, controller;
@@ -61,6 +65,10 @@ struct Done {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let Setup { mut system, connections, start, step, stop, remarks } = setup(arguments)?;
+    // Before the run, for they may say why it fails.
+    for remark in &remarks {
+        let _ = writeln!(std::io::stderr(), "warning: {remark}");
+    }
     for text in &arguments.set {
         system.set_text(text)?;
     }
@@ -72,18 +80,18 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         MasterName::Jacobi => Master::Jacobi,
     };
     let recording = system.run(master, start, stop, step)?;
-    let mut warnings = warnings(&mut system)?;
-    warnings.splice(0..0, remarks);
+    let of_the_run = warnings(&mut system)?;
     files::write(&arguments.out, recording.to_csv().as_bytes())?;
 
     let last = recording.rows.last().cloned().unwrap_or_default();
+    let told: String = of_the_run.iter().map(|w| format!("warning: {w}\n")).collect();
     let done = Done {
         file: arguments.out.clone(),
         connections: connections.iter().map(ToString::to_string).collect(),
         steps: recording.times.len().saturating_sub(1),
         step_s: step,
         last: recording.names.iter().cloned().zip(last.iter().copied()).collect(),
-        warnings,
+        warnings: remarks.into_iter().chain(of_the_run).collect(),
     };
     let mut table = report::Table::new(["variable", "unit", "last value"]);
     for ((name, unit), value) in recording.names.iter().zip(&recording.units).zip(&last) {
@@ -95,8 +103,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         some => format!("wired:\n  {some}"),
     };
     let text = format!(
-        "{wired}\n\n{table}{}\n{} steps of {step} s, written to {}",
-        done.warnings.iter().map(|w| format!("\nwarning: {w}")).collect::<String>(),
+        "{told}{wired}\n\n{table}\n{} steps of {step} s, written to {}",
         done.steps,
         done.file.display()
     );

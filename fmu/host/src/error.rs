@@ -6,6 +6,7 @@ use model_description::{Causality, Kind};
 
 use crate::c_types::Status;
 use crate::log::LogLine;
+use crate::names::near_text;
 
 /// An error of this crate; [`Error::hint`] says what to do.
 #[derive(Debug, thiserror::Error)]
@@ -134,8 +135,42 @@ pub enum Error {
     SystemNotSupported { package: String, file: String, line: u32, what: String },
     #[error("{package}: the source {source_name:?} cannot be read: {reason}")]
     SystemSource { package: String, source_name: String, reason: &'static str },
-    #[error("{variable} is in {unit:?}, its value is given in {given:?}")]
-    ParameterUnit { variable: String, unit: String, given: String },
+    #[error(
+        "{package}: {file}:{line}: {variable} is in {unit:?}, its value is given in {given:?}, \
+         which nothing converts to it"
+    )]
+    ParameterUnit {
+        package: String,
+        file: String,
+        line: u32,
+        variable: String,
+        unit: String,
+        given: String,
+    },
+    #[error("{package}: {file}:{line}: the connection of {start} and {end}: {source}")]
+    SystemConnection {
+        package: String,
+        file: String,
+        line: u32,
+        start: String,
+        end: String,
+        source: Box<Error>,
+    },
+    #[error("{from} is in {from_unit:?} and {to} is in {to_unit:?}, a unit of another dimension")]
+    UnitDimension { from: String, from_unit: String, to: String, to_unit: String },
+    #[error(
+        "{from} is in {from_unit:?} and {to} is in {to_unit:?}, where a value is {factor} times as \
+         large{}, and units of connections are not converted",
+        if *offset == 0.0 { String::new() } else { format!(" plus {offset}") }
+    )]
+    UnitFactor {
+        from: String,
+        from_unit: String,
+        to: String,
+        to_unit: String,
+        factor: f64,
+        offset: f64,
+    },
 
     // --- input tables
     #[error("{table}: line {line}, column {column:?}: {text:?} is not {need}")]
@@ -156,6 +191,7 @@ impl Error {
     pub fn hint(&self) -> String {
         match self {
             Self::ModelDescription { source, .. } => source.hint(),
+            Self::SystemConnection { source, .. } => source.hint(),
             _ => self.own_hint().to_owned(),
         }
     }
@@ -175,6 +211,8 @@ impl Error {
             Self::NoModelDescription { .. } => {
                 "modelDescription.xml has to lie at the top of the archive, not in a folder"
             }
+            // Never asked: `hint` asks what it wraps.
+            Self::SystemConnection { .. } => "see the error it wraps",
             Self::ModelDescription { .. }
             | Self::NotUtf8 { .. }
             | Self::DuplicateVariable { .. }
@@ -237,7 +275,15 @@ impl Error {
             Self::SystemSource { .. } => {
                 "pack the file into the SSP and name it by its path there, as in resources/A.fmu"
             }
-            Self::ParameterUnit { .. } => "give the value in the unit of the variable",
+            Self::ParameterUnit { .. } => {
+                "give the value in the variable's unit or a display unit of it, or define its unit \
+                 in Units"
+            }
+            Self::UnitDimension { .. } => "connect variables of the same quantity",
+            Self::UnitFactor { .. } => {
+                "connect variables of the same unit, or put an FMU between that scales; where the \
+                 values are meant as they are, write suppressUnitConversion=\"true\""
+            }
             Self::Table { .. } | Self::TableCell { .. } | Self::TableTime { .. } => {
                 "the table is CSV with a header, a first column `time` in s that rises, and numbers"
             }
@@ -251,10 +297,6 @@ impl Error {
 
 fn list_or(items: &[String], none: &str) -> String {
     if items.is_empty() { none.to_owned() } else { items.join(", ") }
-}
-
-fn near_text(near: &[String]) -> String {
-    if near.is_empty() { String::new() } else { format!("; near it: {}", near.join(", ")) }
 }
 
 fn lines(log: &[LogLine]) -> String {

@@ -27,5 +27,5 @@ pub use instance::{FmuState, Instance, InstanceOptions, Phase};
 pub use library::FUNCTION_NAMES;
 pub use log::{LogLine, MAX_LOG_LINES};
 pub use model::Model;
-pub use ssp::{Component, Parameter, SystemPackage, SystemStructure};
+pub use ssp::{Component, Connector, Parameter, Place, SystemPackage, SystemStructure};
 pub use system::{Connection, InputTable, Master, Recording, System};

@@ -23,6 +23,11 @@ pub(crate) fn near<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> 
     found.into_iter().take(5).map(|(_, candidate)| candidate.to_owned()).collect()
 }
 
+/// Near names as the end of a message; nothing where there are none.
+pub(crate) fn near_text(near: &[String]) -> String {
+    if near.is_empty() { String::new() } else { format!("; near it: {}", near.join(", ")) }
+}
+
 /// The optimal string alignment distance, in characters: Levenshtein's, and neighbours swapped
 /// count once.
 fn edit_distance(a: &str, b: &str) -> usize {

@@ -107,8 +107,15 @@ fn a_package_runs_as_its_fmus_do() {
         Connection::new("gain", "y", "integrator", "u"),
     ];
     assert_eq!(system.connections(), expected);
-    assert_eq!(remarks.len(), 2, "{remarks:?}");
-    assert!(remarks[0].contains("gain.u") && remarks[1].contains("gain.unknown"), "{remarks:?}");
+    let told = [
+        "starts at the input integrator.u and ends at the output gain.y",
+        "values.ssv:5: gain.u is given a value, but",
+        "values.ssv:6: gain.unknown is given a value and does not exist",
+    ];
+    assert_eq!(remarks.len(), told.len(), "{remarks:?}");
+    for (remark, told) in remarks.iter().zip(told) {
+        assert!(remark.contains(told), "{told:?} is not in {remark}");
+    }
 
     let mut by_hand = System::new();
     for (archive, name) in package.archives().zip(["integrator", "gain"]) {
@@ -213,10 +220,14 @@ fn values_and_connections_have_to_fit_the_fmus() {
     for (text, what) in [
         (
             bound("u", r#"<v:Real value="1" unit="km"/>"#),
-            "is in \"m\", its value is given in \"km\"",
+            "loop.ssp: SystemStructure.ssd:14: gain.u is in \"m\", its value is given in \"km\"",
         ),
         (bound("gain", r#"<v:Boolean value="true"/>"#), "gain.gain is Real, not Boolean"),
-        (ssd(&format!("{PAIR}{wrong}"), ""), "has no variable \"z\""),
+        (
+            ssd(&format!("{PAIR}{wrong}"), ""),
+            "SystemStructure.ssd:14: the connection of integrator.z and gain.u: \
+             integrator has no variable \"z\"",
+        ),
     ] {
         let Some(package) = package(&text, &[]) else { return };
         let message = package.unwrap().system().unwrap_err().to_string();

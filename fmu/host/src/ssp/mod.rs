@@ -5,18 +5,22 @@
 //! that a master runs. The package is extracted as an FMU is: checked entry by entry, see
 //! [`Limits`].
 
+mod checks;
 mod read;
 mod structure;
+mod unit_definitions;
+mod units;
 
 use std::fs;
 use std::io::{Cursor, Read, Seek};
 use std::path::{Path, PathBuf};
 
-use model_description::{Causality, Kind, Value, Variable};
+use model_description::{Causality, Kind, Unit, Value, Variable};
 
-pub use structure::{Component, Parameter, SystemStructure};
+pub use structure::{Component, Connector, Parameter, Place, SystemStructure};
 
 use crate::archive::extract;
+use crate::names::near_text;
 use crate::{Archive, Connection, Error, Instance, Limits, System};
 
 /// The file that says what a package is.
@@ -100,29 +104,39 @@ impl SystemPackage {
 
     /// The system: an instance of each component, connected, with its values set. Beside it, what
     /// was left out of account: values for variables that an FMU does not have, which SSP allows,
-    /// and start values of inputs that a connection feeds.
+    /// start values of inputs that a connection feeds, connectors that are not as their FMUs say,
+    /// connections written from an input to an output.
     pub fn system(&self) -> Result<(System, Vec<String>), Error> {
         let mut remarks = self.structure.remarks.clone();
         let mut system = System::new();
         for (component, archive) in self.structure.components.iter().zip(self.archives()) {
             system.add(Instance::new(archive, &component.name)?)?;
         }
-        for connection in &self.structure.connections {
-            let connection = directed(&system, connection)?;
-            system.connect(connection)?;
+        for (component, archive) in self.structure.components.iter().zip(self.archives()) {
+            remarks.extend(checks::connectors(component, archive));
+        }
+        for (connection, how) in self.structure.connections.iter().zip(&self.structure.written) {
+            self.connect(&mut system, connection, how, &mut remarks)
+                .map_err(|error| checks::at(&self.name, &how.place, connection, error))?;
         }
         for component in &self.structure.components {
             for parameter in &component.parameters {
                 let path = format!("{}.{}", component.name, parameter.name);
                 let instance = system.instance_mut(&component.name)?;
+                let place = &parameter.place;
                 let Ok(variable) = instance.variable(&parameter.name) else {
-                    remarks.push(format!("{path} is given a value and does not exist"));
+                    let near = near_text(&instance.model().near(&parameter.name));
+                    remarks
+                        .push(format!("{place}: {path} is given a value and does not exist{near}"));
                     continue;
                 };
-                let value = fitting(variable, parameter, &path)?;
+                let units = &instance.model().description().units;
+                let value = self.fitting(variable, parameter, &path, units)?;
                 let fed = |c: &Connection| c.to == component.name && c.input == parameter.name;
                 if system.connections().iter().any(fed) {
-                    remarks.push(format!("{path} is given a value, but a connection feeds it"));
+                    remarks.push(format!(
+                        "{place}: {path} is given a value, but a connection feeds it"
+                    ));
                     continue;
                 }
                 system.set(&component.name, &parameter.name, value)?;
@@ -130,34 +144,76 @@ impl SystemPackage {
         }
         Ok((system, remarks))
     }
-}
 
-/// A connection from its output to its input, whichever end was written first.
-fn directed(system: &System, c: &Connection) -> Result<Connection, Error> {
-    let causality = |instance: &str, variable: &str| {
-        let known = system.instances().iter().find(|i| i.name() == instance);
-        known.and_then(|i| i.variable(variable).ok()).map(|v| v.causality)
-    };
-    let backwards = causality(&c.from, &c.output) == Some(Causality::Input)
-        && causality(&c.to, &c.input) == Some(Causality::Output);
-    Ok(if backwards { Connection::new(&c.to, &c.input, &c.from, &c.output) } else { c.clone() })
-}
+    /// Makes a connection from its output to its input, whichever end was written first.
+    fn connect(
+        &self,
+        system: &mut System,
+        written: &Connection,
+        how: &structure::Written,
+        remarks: &mut Vec<String>,
+    ) -> Result<(), Error> {
+        let all = || self.structure.components.iter().zip(self.archives());
+        let start = checks::End::find(all(), &written.from, &written.output);
+        let end = checks::End::find(all(), &written.to, &written.input);
+        // Unknown components are refused while reading; `System::connect` names them again.
+        let (Some(start), Some(end)) = (start, end) else {
+            return system.connect(written.clone()).map(drop);
+        };
+        let backwards = start.causality() == Some(Causality::Input)
+            && end.causality() == Some(Causality::Output);
+        let (connection, ends) = if backwards {
+            let c = written;
+            (Connection::new(&c.to, &c.input, &c.from, &c.output), (&end, &start))
+        } else {
+            (written.clone(), (&start, &end))
+        };
+        if backwards {
+            remarks.push(format!(
+                "{}: the connection starts at the input {} and ends at the output {}: taken as \
+                 {connection}",
+                how.place,
+                written.source(),
+                written.target()
+            ));
+        }
+        let told = checks::units(&connection, ends, &self.structure.units, how.suppressed)?;
+        remarks.extend(told.map(|told| format!("{}: {told}", how.place)));
+        system.connect_compared(connection)
+    }
 
-/// A parameter's value as the variable takes it.
-fn fitting(variable: &Variable, parameter: &Parameter, path: &str) -> Result<Value, Error> {
-    if let (Some(given), Some(unit)) = (&parameter.unit, &variable.unit)
-        && given != unit
-    {
-        return Err(Error::ParameterUnit {
+    /// A parameter's value as the variable takes it, in the variable's type and unit.
+    fn fitting(
+        &self,
+        variable: &Variable,
+        parameter: &Parameter,
+        path: &str,
+        of_fmu: &[Unit],
+    ) -> Result<Value, Error> {
+        let value = match (&parameter.value, variable.kind) {
+            (Value::Integer(value), Kind::Real) => Value::Real(f64::from(*value)),
+            (value, _) => value.clone(),
+        };
+        let (Some(given), Some(unit)) = (&parameter.unit, &variable.unit) else { return Ok(value) };
+        let Value::Real(number) = value else { return Ok(value) };
+        if given == unit {
+            return Ok(value);
+        }
+        // Units of the value's own file come before those of the structure.
+        let own = Unit { name: given.clone(), base: parameter.base, display_units: Vec::new() };
+        let mut defined = vec![own];
+        defined.retain(|own| own.base.is_some());
+        defined.extend_from_slice(&self.structure.units);
+        let refused = || Error::ParameterUnit {
+            package: self.name.clone(),
+            file: parameter.place.file.clone(),
+            line: parameter.place.line,
             variable: path.to_owned(),
             unit: unit.clone(),
             given: given.clone(),
-        });
+        };
+        units::converted(number, given, unit, of_fmu, &defined).map(Value::Real).ok_or_else(refused)
     }
-    Ok(match (&parameter.value, variable.kind) {
-        (Value::Integer(value), Kind::Real) => Value::Real(f64::from(*value)),
-        (value, _) => value.clone(),
-    })
 }
 
 /// The path of a file that the structure names, which has to lie in the package.

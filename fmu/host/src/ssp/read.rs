@@ -8,7 +8,9 @@
 use model_description::Value;
 use roxmltree::{Document, Node, ParsingOptions};
 
-use super::structure::{Component, Parameter, SystemStructure};
+use super::structure::{Component, Connector, Parameter, Place, SystemStructure, Written};
+use super::unit_definitions;
+use crate::names::{near, near_text};
 use crate::{Connection, Error};
 
 const SSD: &str = "http://ssp-standard.org/SSP1/SystemStructureDescription";
@@ -46,22 +48,26 @@ impl File<'_> {
 
 /// An element and the file it is of.
 #[derive(Clone, Copy)]
-struct Element<'a, 'input> {
-    node: Node<'a, 'input>,
+pub(super) struct Element<'a, 'input> {
+    pub(super) node: Node<'a, 'input>,
     file: File<'a>,
 }
 
 impl<'a, 'input> Element<'a, 'input> {
-    fn is(self, namespace: &str, name: &str) -> bool {
+    pub(super) fn is(self, namespace: &str, name: &str) -> bool {
         self.node.tag_name().namespace() == Some(namespace) && self.node.tag_name().name() == name
     }
 
-    fn children(self) -> impl Iterator<Item = Element<'a, 'input>> {
+    pub(super) fn children(self) -> impl Iterator<Item = Element<'a, 'input>> {
         let file = self.file;
         self.node.children().filter(Node::is_element).map(move |node| Element { node, file })
     }
 
-    fn child(self, namespace: &'static str, name: &'static str) -> Option<Element<'a, 'input>> {
+    pub(super) fn child(
+        self,
+        namespace: &'static str,
+        name: &'static str,
+    ) -> Option<Element<'a, 'input>> {
         self.children().find(|child| child.is(namespace, name))
     }
 
@@ -74,7 +80,11 @@ impl<'a, 'input> Element<'a, 'input> {
         self.node.document().text_pos_at(self.node.range().start).row
     }
 
-    fn error(self, problem: impl Into<String>) -> Error {
+    fn place(self) -> Place {
+        Place { file: self.file.name.to_owned(), line: self.line() }
+    }
+
+    pub(super) fn error(self, problem: impl Into<String>) -> Error {
         self.file.error(self.line(), problem)
     }
 
@@ -87,18 +97,18 @@ impl<'a, 'input> Element<'a, 'input> {
         }
     }
 
-    fn optional(self, name: &str) -> Option<&'a str> {
+    pub(super) fn optional(self, name: &str) -> Option<&'a str> {
         self.node.attribute(name)
     }
 
-    fn attribute(self, name: &str) -> Result<&'a str, Error> {
+    pub(super) fn attribute(self, name: &str) -> Result<&'a str, Error> {
         self.optional(name).ok_or_else(|| {
             self.error(format!("<{}> has no attribute {name}", self.node.tag_name().name()))
         })
     }
 
     /// A finite number.
-    fn number(self, name: &str) -> Result<Option<f64>, Error> {
+    pub(super) fn number(self, name: &str) -> Result<Option<f64>, Error> {
         let Some(text) = self.optional(name) else { return Ok(None) };
         match text.trim().parse::<f64>() {
             Ok(value) if value.is_finite() => Ok(Some(value)),
@@ -125,6 +135,7 @@ pub(super) fn structure(
     let system = root.child(SSD, "System").ok_or_else(|| root.error("there is no System"))?;
     let mut structure =
         SystemStructure { name: system.attribute("name")?.to_owned(), ..Default::default() };
+    structure.units = unit_definitions::read(root, SSD, SSC)?;
     for element in system.inside("Elements") {
         let component = component(element, load)?;
         if structure.components.iter().any(|other| other.name == component.name) {
@@ -172,12 +183,27 @@ fn component(
     let mut component = Component {
         name: element.attribute("name")?.to_owned(),
         source: element.attribute("source")?.to_owned(),
+        connectors: Vec::new(),
         parameters: Vec::new(),
     };
+    for written in element.inside("Connectors").filter(|e| e.is(SSD, "Connector")) {
+        component.connectors.push(connector(written)?);
+    }
     for binding in element.inside("ParameterBindings") {
         component.parameters.extend(bound(binding, load)?);
     }
     Ok(component)
+}
+
+fn connector(element: Element<'_, '_>) -> Result<Connector, Error> {
+    let of_type = element.children().find(|child| child.node.tag_name().namespace() == Some(SSC));
+    Ok(Connector {
+        name: element.attribute("name")?.to_owned(),
+        kind: element.attribute("kind")?.to_owned(),
+        of_type: of_type.map(|child| child.node.tag_name().name().to_owned()),
+        unit: of_type.and_then(|child| child.optional("unit")).map(str::to_owned),
+        place: element.place(),
+    })
 }
 
 /// The values of a `ParameterBinding`, which stand in it or in a file of the package.
@@ -218,6 +244,7 @@ fn bound(
 
 /// The values of a `ParameterSet`.
 fn parameters(set: Element<'_, '_>, prefix: &str) -> Result<Vec<Parameter>, Error> {
+    let units = unit_definitions::read(set, SSV, SSC)?;
     let all = set.child(SSV, "Parameters").into_iter().flat_map(Element::children);
     all.map(|parameter| {
         let name = format!("{prefix}{}", parameter.attribute("name")?);
@@ -237,7 +264,10 @@ fn parameters(set: Element<'_, '_>, prefix: &str) -> Result<Vec<Parameter>, Erro
             "String" => Value::String(text.to_owned()),
             _ => return Err(typed.not_supported(format!("a parameter of type {kind}"))),
         };
-        Ok(Parameter { name, value, unit: typed.optional("unit").map(str::to_owned) })
+        let unit = typed.optional("unit").map(str::to_owned);
+        let defined = units.iter().find(|known| Some(&known.name) == unit.as_ref());
+        let base = defined.and_then(|known| known.base);
+        Ok(Parameter { name, value, unit, base, place: parameter.place() })
     })
     .collect()
 }
@@ -251,7 +281,8 @@ fn distribute(structure: &mut SystemStructure, parameter: Parameter) {
             return;
         }
     }
-    structure.remarks.push(format!("no component has the parameter {}", parameter.name));
+    let (place, name) = (parameter.place, parameter.name);
+    structure.remarks.push(format!("{place}: no component has the parameter {name}"));
 }
 
 fn connect(structure: &mut SystemStructure, element: Element<'_, '_>) -> Result<(), Error> {
@@ -272,12 +303,25 @@ fn connect(structure: &mut SystemStructure, element: Element<'_, '_>) -> Result<
     };
     for name in [start, end] {
         if !structure.components.iter().any(|component| component.name == name) {
-            return Err(
-                element.error(format!("a connection names {name:?}, which is no component"))
-            );
+            let known = structure.components.iter().map(|component| component.name.as_str());
+            return Err(element.error(format!(
+                "the connection of {start}.{} and {end}.{} names {name:?}, which is no component{}",
+                connectors.0,
+                connectors.1,
+                near_text(&near(name, known))
+            )));
         }
     }
+    let suppressed = match element.optional("suppressUnitConversion").map(str::trim) {
+        None | Some("false" | "0") => false,
+        Some("true" | "1") => true,
+        Some(text) => {
+            let problem = format!("suppressUnitConversion is {text:?}, not true or false");
+            return Err(element.error(problem));
+        }
+    };
     structure.connections.push(Connection::new(start, connectors.0, end, connectors.1));
+    structure.written.push(Written { place: element.place(), suppressed });
     Ok(())
 }
 

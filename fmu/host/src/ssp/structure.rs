@@ -1,6 +1,6 @@
 //! What a flat `SystemStructure.ssd` says.
 
-use model_description::Value;
+use model_description::{BaseUnit, Unit, Value};
 
 use crate::Connection;
 
@@ -15,6 +15,10 @@ pub struct SystemStructure {
     ///
     /// [`SystemPackage::system`]: crate::SystemPackage::system
     pub connections: Vec<Connection>,
+    /// Where each connection is written, and whether it forbids converting units.
+    pub(super) written: Vec<Written>,
+    /// The units that the file defines.
+    pub units: Vec<Unit>,
     /// Start of the default experiment, s.
     pub start_time: Option<f64>,
     /// Stop of the default experiment, s.
@@ -32,6 +36,8 @@ pub struct Component {
     pub name: String,
     /// Where it lies in the package, such as `resources/Plant.fmu`.
     pub source: String,
+    /// What the file says of its variables.
+    pub connectors: Vec<Connector>,
     /// Values to start with; of several for one variable the last counts.
     pub parameters: Vec<Parameter>,
 }
@@ -45,4 +51,46 @@ pub struct Parameter {
     pub value: Value,
     /// The value's unit, where one is stated.
     pub unit: Option<String>,
+    /// That unit in base units, where the file of the value defines it.
+    pub base: Option<BaseUnit>,
+    /// Where the value is written.
+    pub place: Place,
+}
+
+/// What a package says of a variable of an FMU.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Connector {
+    /// The variable.
+    pub name: String,
+    /// `input`, `output`, `parameter` or `calculatedParameter`.
+    pub kind: String,
+    /// `Real`, `Integer`, `Boolean`, `String`, `Enumeration` or `Binary`, where one is stated.
+    pub of_type: Option<String>,
+    /// Its unit, where one is stated.
+    pub unit: Option<String>,
+    /// Where it is written.
+    pub place: Place,
+}
+
+/// A line of a file of a package.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Place {
+    /// The file, such as `SystemStructure.ssd`.
+    pub file: String,
+    /// The line, from 1.
+    pub line: u32,
+}
+
+impl std::fmt::Display for Place {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}:{}", self.file, self.line)
+    }
+}
+
+/// How a connection is written.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Written {
+    pub(super) place: Place,
+    /// `suppressUnitConversion`.
+    pub(super) suppressed: bool,
 }

@@ -30,11 +30,11 @@ impl Connection {
         }
     }
 
-    fn source(&self) -> String {
+    pub(crate) fn source(&self) -> String {
         format!("{}.{}", self.from, self.output)
     }
 
-    fn target(&self) -> String {
+    pub(crate) fn target(&self) -> String {
         format!("{}.{}", self.to, self.input)
     }
 }
@@ -54,6 +54,19 @@ impl System {
 
     /// Connects an output to an input of the same kind and, where both state one, the same unit.
     pub fn connect(&mut self, connection: Connection) -> Result<&mut Self, Error> {
+        self.connect_in(connection, true)
+    }
+
+    /// [`System::connect`] for ends whose units the caller has compared.
+    pub(crate) fn connect_compared(&mut self, connection: Connection) -> Result<(), Error> {
+        self.connect_in(connection, false).map(drop)
+    }
+
+    fn connect_in(
+        &mut self,
+        connection: Connection,
+        compare_units: bool,
+    ) -> Result<&mut Self, Error> {
         let from = self.instances[self.index(&connection.from)?].variable(&connection.output)?;
         let to = self.instances[self.index(&connection.to)?].variable(&connection.input)?;
         let wrong_causality =
@@ -72,7 +85,8 @@ impl System {
                 to_kind: to.kind,
             });
         }
-        if let (Some(from_unit), Some(to_unit)) = (&from.unit, &to.unit)
+        if compare_units
+            && let (Some(from_unit), Some(to_unit)) = (&from.unit, &to.unit)
             && from_unit != to_unit
         {
             return Err(Error::UnitMismatch {

@@ -1,0 +1,167 @@
+//! Whether what a package says of its connectors is what its FMUs say.
+//!
+//! Connectors repeat what the FMU states; where they differ the FMU counts and the difference is
+//! told. Connections pass values as they are, so ends in unlike units are refused.
+
+use model_description::{Causality, Kind, Unit, Variable};
+
+use super::structure::{Component, Place};
+use super::units::{Relation, base_of, relation};
+use crate::names::near_text;
+use crate::{Archive, Connection, Error};
+
+/// What a component's connectors say that its FMU does not, one line each.
+pub(super) fn connectors(component: &Component, archive: &Archive) -> Vec<String> {
+    let mut remarks = Vec::new();
+    for connector in &component.connectors {
+        let place = &connector.place;
+        let path = format!("{}.{}", component.name, connector.name);
+        let Some(variable) = archive.model().variable(&connector.name) else {
+            let near = near_text(&archive.model().near(&connector.name));
+            remarks
+                .push(format!("{place}: {path} is a connector and no variable of the FMU{near}"));
+            continue;
+        };
+        let mut differs = |what: &str, fmu: &str, said: &str| {
+            remarks.push(format!(
+                "{place}: the connector {path} has the {what} {said:?}, its FMU says {fmu:?}; \
+                 the FMU counts"
+            ));
+        };
+        let causality = variable.causality.to_string();
+        if connector.kind != causality {
+            differs("kind", &causality, &connector.kind);
+        }
+        if let Some(said) = &connector.of_type
+            && !is_type(variable, said)
+        {
+            let fmu = if variable.is_enumeration {
+                "Enumeration".to_owned()
+            } else {
+                variable.kind.to_string()
+            };
+            differs("type", &fmu, said);
+        }
+        if let (Some(said), Some(fmu)) = (&connector.unit, &variable.unit)
+            && said != fmu
+        {
+            differs("unit", fmu, said);
+        }
+    }
+    remarks
+}
+
+fn is_type(variable: &Variable, said: &str) -> bool {
+    match said {
+        "Enumeration" => variable.is_enumeration,
+        "Integer" => variable.kind == Kind::Integer,
+        "Real" => variable.kind == Kind::Real,
+        "Boolean" => variable.kind == Kind::Boolean,
+        "String" => variable.kind == Kind::String,
+        _ => false,
+    }
+}
+
+/// One end of a connection.
+pub(super) struct End<'a> {
+    component: &'a Component,
+    archive: &'a Archive,
+    name: &'a str,
+}
+
+impl<'a> End<'a> {
+    /// The variable of a component, where there is that component.
+    pub(super) fn find(
+        mut all: impl Iterator<Item = (&'a Component, &'a Archive)>,
+        component: &str,
+        name: &'a str,
+    ) -> Option<Self> {
+        let (component, archive) = all.find(|(known, _)| known.name == component)?;
+        Some(Self { component, archive, name })
+    }
+
+    fn variable(&self) -> Option<&Variable> {
+        self.archive.model().variable(self.name)
+    }
+
+    pub(super) fn causality(&self) -> Option<Causality> {
+        self.variable().map(|v| v.causality)
+    }
+
+    fn unit_of_fmu(&self) -> Option<&str> {
+        self.variable()?.unit.as_deref()
+    }
+
+    fn unit_of_connector(&self) -> Option<&str> {
+        let mut all = self.component.connectors.iter();
+        all.find(|connector| connector.name == self.name)?.unit.as_deref()
+    }
+
+    fn units(&self) -> &[Unit] {
+        &self.archive.model().description().units
+    }
+}
+
+/// Whether values may pass from the one end to the other: neither what the connectors say nor what
+/// the FMUs say may differ in dimension, and what the FMUs say not in factor or offset either,
+/// unless the package forbids conversion (`suppressUnitConversion`). Gives what is to be told.
+pub(super) fn units(
+    connection: &Connection,
+    (from, to): (&End<'_>, &End<'_>),
+    package: &[Unit],
+    suppressed: bool,
+) -> Result<Option<String>, Error> {
+    let ends = |from_unit: &str, to_unit: &str| {
+        let quoted = |path: String, unit: &str| (path, unit.to_owned());
+        (quoted(connection.source(), from_unit), quoted(connection.target(), to_unit))
+    };
+    let related = |one: &str, other: &str| {
+        let bases = (base_of(one, from.units(), package), base_of(other, to.units(), package));
+        match bases {
+            _ if one == other => Some(Relation::Same),
+            (Some(one), Some(other)) => Some(relation(&one, &other)),
+            _ => None,
+        }
+    };
+    let other_dimension = |one: &str, other: &str| {
+        let ((from, from_unit), (to, to_unit)) = ends(one, other);
+        Error::UnitDimension { from, from_unit, to, to_unit }
+    };
+    let said = |end: &End<'_>| end.unit_of_connector().or(end.unit_of_fmu()).map(str::to_owned);
+    if let (Some(one), Some(other)) = (said(from), said(to))
+        && related(&one, &other) == Some(Relation::OtherDimension)
+    {
+        return Err(other_dimension(&one, &other));
+    }
+    let meant = |end: &End<'_>| end.unit_of_fmu().or(end.unit_of_connector()).map(str::to_owned);
+    let (Some(one), Some(other)) = (meant(from), meant(to)) else { return Ok(None) };
+    let relation = related(&one, &other);
+    match relation {
+        Some(Relation::Same) => Ok(None),
+        Some(Relation::OtherDimension) => Err(other_dimension(&one, &other)),
+        _ if suppressed => Ok(Some(format!(
+            "{connection} passes values in {one:?} to {other:?} as they are: \
+             suppressUnitConversion is true"
+        ))),
+        Some(Relation::Scaled { factor, offset }) => {
+            let ((from, from_unit), (to, to_unit)) = ends(&one, &other);
+            Err(Error::UnitFactor { from, from_unit, to, to_unit, factor, offset })
+        }
+        None => {
+            let ((from, from_unit), (to, to_unit)) = ends(&one, &other);
+            Err(Error::UnitMismatch { from, from_unit, to, to_unit })
+        }
+    }
+}
+
+/// An error of a connection, with the place and the ends as they are written.
+pub(super) fn at(package: &str, place: &Place, written: &Connection, source: Error) -> Error {
+    Error::SystemConnection {
+        package: package.to_owned(),
+        file: place.file.clone(),
+        line: place.line,
+        start: written.source(),
+        end: written.target(),
+        source: Box::new(source),
+    }
+}
