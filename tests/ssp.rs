@@ -7,6 +7,7 @@ use fmi2_host::{Archive, Connection, SystemPackage};
 use packaging::Binary;
 use packaging::ssp::{Component, Experiment};
 use serde_json::Value;
+use std::io::{Read, Write};
 use std::path::Path;
 use std::process::Output;
 use support::{chain, steerwright, told, words};
@@ -127,6 +128,110 @@ fn what_cannot_be_wired_or_read_is_told() {
         done(folder.path(), &format!("package {files} --ssp {name}.ssp"));
         done(folder.path(), &format!("simulate {name}.ssp --stop 1s"));
     }
+}
+
+/// The package with the first place where its structure has one text having another.
+fn edited(package: &Path, from: &str, to: &str) -> Vec<u8> {
+    let mut old = zip::ZipArchive::new(std::fs::File::open(package).unwrap()).unwrap();
+    let mut new = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+    for index in 0..old.len() {
+        let mut entry = old.by_index(index).unwrap();
+        let name = entry.name().unwrap().into_owned();
+        let mut bytes = Vec::new();
+        entry.read_to_end(&mut bytes).unwrap();
+        if name == "SystemStructure.ssd" {
+            let text = String::from_utf8(bytes).unwrap();
+            assert!(text.contains(from), "{from:?} is not in {text}");
+            bytes = text.replacen(from, to, 1).into_bytes();
+        }
+        new.start_file(name, zip::write::SimpleFileOptions::default()).unwrap();
+        new.write_all(&bytes).unwrap();
+    }
+    new.finish().unwrap().into_inner()
+}
+
+#[test]
+fn a_package_at_odds_with_its_fmus_is_told_before_its_result() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    packed(folder);
+    let package = folder.join("fmu/LateralLoop.ssp");
+    done(folder, "simulate fmu/LateralLoop.ssp --stop 1s -o as_made.csv");
+    let read = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
+    let simulate = |from: &str, to: &str| {
+        std::fs::write(folder.join("edited.ssp"), edited(&package, from, to)).unwrap();
+        run(folder, "simulate edited.ssp --stop 1s -o edited.csv --json")
+    };
+    let steering = r#"<ssd:Connector name="steering_angle" kind="input">"#;
+    let backwards = [
+        r#"startElement="LateralPid" startConnector="steering_angle" endElement="IdentifiedPlant""#,
+        r#"startElement="IdentifiedPlant" startConnector="steering_angle" endElement="LateralPid""#,
+    ];
+    for (from, to, what) in [
+        (
+            steering,
+            &*steering.replace("input", "output"),
+            "IdentifiedPlant.steering_angle has the kind",
+        ),
+        (r#"unit="rad""#, r#"unit="deg""#, "IdentifiedPlant.steering_angle has the unit \"deg\""),
+        (backwards[0], backwards[1], "starts at the input IdentifiedPlant.steering_angle"),
+        (
+            r#"</ssv:Parameters>"#,
+            r#"<ssv:Parameter name="intial_x"><ssv:Real value="1"/></ssv:Parameter></ssv:Parameters>"#,
+            "IdentifiedPlant.intial_x is given a value and does not exist; near it: initial_x",
+        ),
+    ] {
+        let output = simulate(from, to);
+        let text = told(&output);
+        assert_eq!(output.status.code(), Some(0), "{text}");
+        assert!(text.starts_with("warning: SystemStructure.ssd:"), "{text}");
+        assert!(text.lines().next().unwrap().contains(what), "{what:?} is not in {text}");
+        assert_eq!(text.matches("warning: ").count(), 1, "{text}");
+        let printed: Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert!(printed["warnings"][0].as_str().unwrap().contains(what), "{printed}");
+        // The FMUs count, so it runs as it did.
+        assert!(read("edited.csv") == read("as_made.csv"), "{what}");
+    }
+    // The speed in km/h is the same speed.
+    let speed = read("path.json");
+    let speed = serde_json::from_str::<Value>(&speed).unwrap()["speed_mps"].as_f64().unwrap();
+    let output = simulate(
+        &format!(r#"value="{speed:?}" unit="m/s""#),
+        &format!(r#"value="{:?}" unit="km/h""#, speed * 3.6),
+    );
+    assert_eq!(output.status.code(), Some(0), "{}", told(&output));
+    let numbers = |name: &str| -> Vec<f64> {
+        read(name).split([',', '\n']).filter_map(|cell| cell.parse().ok()).collect()
+    };
+    let (one, other) = (numbers("as_made.csv"), numbers("edited.csv"));
+    assert!(one.len() == other.len() && one.len() > 500);
+    assert!(one.iter().zip(&other).all(|(a, b)| (a - b).abs() < 1e-9));
+    for (from, to, what) in [
+        (r#"unit="m/s""#, r#"unit="furlong""#, "is in \"m/s\", its value is given in \"furlong\""),
+        (
+            r#"startConnector="steering_angle""#,
+            r#"startConnector="stering_angle""#,
+            "the connection of LateralPid.stering_angle and IdentifiedPlant.steering_angle: \
+             LateralPid has no variable \"stering_angle\"; near it: steering_angle",
+        ),
+        (r#"unit="rad""#, r#"unit="m""#, "a unit of another dimension"),
+    ] {
+        let output = simulate(from, to);
+        let text = told(&output);
+        assert_eq!(output.status.code(), Some(2), "{text}");
+        assert!(text.starts_with("error: edited.ssp: SystemStructure.ssd:"), "{text}");
+        assert!(text.contains(what) && text.contains("\nhint: "), "{what:?} is not in {text}");
+    }
+}
+
+#[test]
+fn the_help_says_where_binaries_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let help = String::from_utf8(done(folder.path(), "simulate --help").stdout).unwrap();
+    let words: Vec<&str> = help.split_whitespace().collect();
+    let help = words.join(" ");
+    assert!(help.contains("binaries run in this process"), "{help}");
+    assert!(help.contains("steerwright check --run"), "{help}");
 }
 
 #[test]

@@ -220,12 +220,12 @@ fn values_and_connections_have_to_fit_the_fmus() {
     for (text, what) in [
         (
             bound("u", r#"<v:Real value="1" unit="km"/>"#),
-            "loop.ssp: SystemStructure.ssd:14: gain.u is in \"m\", its value is given in \"km\"",
+            "loop.ssp: SystemStructure.ssd:12: gain.u is in \"m\", its value is given in \"km\"",
         ),
         (bound("gain", r#"<v:Boolean value="true"/>"#), "gain.gain is Real, not Boolean"),
         (
             ssd(&format!("{PAIR}{wrong}"), ""),
-            "SystemStructure.ssd:14: the connection of integrator.z and gain.u: \
+            "SystemStructure.ssd:13: the connection of integrator.z and gain.u: \
              integrator has no variable \"z\"",
         ),
     ] {
