@@ -136,17 +136,10 @@ pub enum Error {
     #[error("{package}: the source {source_name:?} cannot be read: {reason}")]
     SystemSource { package: String, source_name: String, reason: &'static str },
     #[error(
-        "{package}: {file}:{line}: {variable} is in {unit:?}, its value is given in {given:?}, \
+        "{at}: {variable} is in {unit:?}, its value is given in {given:?}, \
          which nothing converts to it"
     )]
-    ParameterUnit {
-        package: String,
-        file: String,
-        line: u32,
-        variable: String,
-        unit: String,
-        given: String,
-    },
+    ParameterUnit { at: String, variable: String, unit: String, given: String },
     #[error("{package}: {file}:{line}: the connection of {start} and {end}: {source}")]
     SystemConnection {
         package: String,

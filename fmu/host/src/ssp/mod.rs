@@ -205,9 +205,7 @@ impl SystemPackage {
         defined.retain(|own| own.base.is_some());
         defined.extend_from_slice(&self.structure.units);
         let refused = || Error::ParameterUnit {
-            package: self.name.clone(),
-            file: parameter.place.file.clone(),
-            line: parameter.place.line,
+            at: format!("{}: {}", self.name, parameter.place),
             variable: path.to_owned(),
             unit: unit.clone(),
             given: given.clone(),
