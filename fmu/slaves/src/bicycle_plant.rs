@@ -1,6 +1,6 @@
 //! `BicyclePlant`: the glue from [`vehicle_models::BicyclePlant`] to the export trait.
 
-use crate::plant::{SpeedRate, kind, pose, settable};
+use crate::plant::{SpeedRate, kind, outputs_are_finite, pose, settable};
 use crate::resources::optional;
 use crate::saved::{check_settable, decode, encode, refuse};
 use crate::start::with_start_values;
@@ -180,7 +180,8 @@ impl Slave for BicyclePlant {
 
     fn exit_initialization(&mut self, _start_time: f64, _log: &mut Log) -> Result<(), String> {
         self.flags.started = true;
-        self.plant.start().map_err(|e| refuse(&e))
+        self.plant.start().map_err(|e| refuse(&e))?;
+        outputs_are_finite(self)
     }
 
     fn step(&mut self, _time: f64, step: f64, log: &mut Log) -> Result<(), String> {

@@ -1,6 +1,6 @@
 //! `IdentifiedPlant`: the glue from [`vehicle_models::IdentifiedPlant`] to the export trait.
 
-use crate::plant::{SpeedRate, kind, pose, settable};
+use crate::plant::{SpeedRate, kind, outputs_are_finite, pose, settable};
 use crate::resources::required;
 use crate::saved::{check_settable, decode, encode, refuse};
 use crate::start::with_start_values;
@@ -131,7 +131,7 @@ impl Slave for IdentifiedPlant {
     fn exit_initialization(&mut self, _start_time: f64, _log: &mut Log) -> Result<(), String> {
         self.plant.start();
         self.flags.started = true;
-        Ok(())
+        outputs_are_finite(self)
     }
 
     fn step(&mut self, _time: f64, step: f64, log: &mut Log) -> Result<(), String> {

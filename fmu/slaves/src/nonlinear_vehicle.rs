@@ -2,7 +2,7 @@
 //!
 //! States, from 0: v_y, r, δ, a_φ, which can be set at the start, then ψ, X, Y.
 
-use crate::plant::{SpeedRate, pose, settable};
+use crate::plant::{SpeedRate, outputs_are_finite, pose, settable};
 use crate::resources::optional;
 use crate::saved::{check_settable, decode, encode, refuse};
 use crate::start::with_start_values;
@@ -153,7 +153,8 @@ impl Slave for NonlinearVehicle {
 
     fn exit_initialization(&mut self, _start_time: f64, _log: &mut Log) -> Result<(), String> {
         self.flags.started = true;
-        self.vehicle.start().map_err(|e| refuse(&e))
+        self.vehicle.start().map_err(|e| refuse(&e))?;
+        outputs_are_finite(self)
     }
 
     fn step(&mut self, _time: f64, step: f64, log: &mut Log) -> Result<(), String> {
