@@ -1,26 +1,18 @@
 //! The tests in tests/importers: a package of its own, which needs libclang, a C compiler and the
 //! archives of a demo.
 
+use crate::every_fmu;
 use crate::run::{answer, cargo, root, run, target};
 use std::env;
-use std::ffi::OsStr;
 use std::path::Path;
 use std::process::Command;
 
-/// Runs the demo, packs the nonlinear vehicle beside its archives and runs the tests on them all. `python` is an interpreter of the tests'
+/// Packs every FMU and runs the tests on them all. `python` is an interpreter of the tests'
 /// environment, which holds libclang; `binaries` a folder of libraries to pack instead of this
 /// machine's own.
 pub(crate) fn importers(python: &Path, binaries: Option<&Path>) -> Result<(), String> {
     let out = target().join("importers-out");
-    let vehicle = root().join("tests/data/multibody/vehicle.json");
-    for (arguments, out) in [
-        (vec![OsStr::new("demo")], out.clone()),
-        (vec![OsStr::new("package"), vehicle.as_os_str()], out.join("multibody/fmu")),
-    ] {
-        let mut program = cargo(&["run", "--release", "--quiet", "--"]);
-        program.args(arguments).arg("--out").arg(out);
-        run(program.envs(binaries.map(|folder| ("STEERWRIGHT_FMU_BINARIES", folder))))?;
-    }
+    every_fmu::pack(&out, binaries)?;
     let manifest = root().join("tests/importers/Cargo.toml");
     let mut test = cargo(&["test", "--release", "--no-fail-fast", "--manifest-path"]);
     test.arg(manifest).args(["--", "--show-output"]);

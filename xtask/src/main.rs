@@ -3,6 +3,7 @@
 
 mod bench;
 mod cross;
+mod every_fmu;
 mod fuzz;
 mod importers;
 mod licenses;

@@ -2,7 +2,7 @@
 
 use crate::cross::{self, Platform};
 use crate::run::{cargo, run, target};
-use crate::{importers, python};
+use crate::{every_fmu, importers, python};
 use std::path::Path;
 
 /// Every test of the workspace, with the Python environment that some of them need, and then those
@@ -32,7 +32,7 @@ pub(crate) fn test(platforms: Option<&[Platform]>) -> Result<(), String> {
 /// The tests with the cross-built libraries in the archives, and each platform's own runs.
 fn across(platforms: &[Platform], python: &Path) -> Result<(), String> {
     let native = target().join("cross/native");
-    run(cargo(&["run", "--release", "--quiet", "--", "demo", "--out"]).arg(&native))?;
+    every_fmu::pack(&native, None)?;
     cross::libraries(platforms, cross::Source::Auto)?;
     cross::run(platforms, &native)?;
     let binaries = cross::binaries();

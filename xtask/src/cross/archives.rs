@@ -2,7 +2,7 @@
 
 use super::platform::Platform;
 use super::{LIBRARIES, binaries, folder};
-use crate::run::{cargo, run};
+use crate::every_fmu;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use zip::ZipArchive;
@@ -14,9 +14,7 @@ pub(crate) fn archives(platforms: &[Platform]) -> Result<PathBuf, String> {
     if out.exists() {
         fs::remove_dir_all(&out).map_err(|e| format!("{}: {e}", out.display()))?;
     }
-    run(cargo(&["run", "--release", "--quiet", "--", "demo", "--out"])
-        .arg(&out)
-        .env("STEERWRIGHT_FMU_BINARIES", binaries()))?;
+    every_fmu::pack(&out, Some(&binaries()))?;
     let archives = find(&out)?;
     for archive in &archives {
         let name = stem(archive);

@@ -1,0 +1,20 @@
+//! One archive at least of every FMU: the demo's, and the nonlinear vehicle, which no drive asks for.
+
+use crate::run::{cargo, root, run};
+use std::ffi::OsStr;
+use std::path::Path;
+
+/// Runs the demo into `out` and packs the nonlinear vehicle beside its archives; `binaries` is a
+/// folder of libraries to pack instead of this machine's own.
+pub(crate) fn pack(out: &Path, binaries: Option<&Path>) -> Result<(), String> {
+    let vehicle = root().join("tests/data/multibody/vehicle.json");
+    for (arguments, out) in [
+        (vec![OsStr::new("demo")], out.to_owned()),
+        (vec![OsStr::new("package"), vehicle.as_os_str()], out.join("multibody/fmu")),
+    ] {
+        let mut program = cargo(&["run", "--release", "--quiet", "--"]);
+        program.args(arguments).arg("--out").arg(out);
+        run(program.envs(binaries.map(|folder| ("STEERWRIGHT_FMU_BINARIES", folder))))?;
+    }
+    Ok(())
+}
