@@ -112,7 +112,7 @@ impl NonlinearVehicle {
         while left > 0.0 {
             let piece = self.delay.next(left);
             left -= piece.duration;
-            self.follow(piece, longest);
+            self.follow(piece, longest)?;
         }
         if self.pose.x.is_finite() && self.pose.y.is_finite() && self.lateral[2].is_finite() {
             Ok(())
@@ -122,11 +122,20 @@ impl NonlinearVehicle {
     }
 
     /// Moves under a command that is one line, in steering coordinates.
-    fn follow(&mut self, command: Segment, longest: f64) {
+    fn follow(&mut self, command: Segment, longest: f64) -> Result<(), Error> {
         let constants = self.constants;
         let (n, actuator) = (constants.n, constants.actuator);
         let dynamics = constants.at_speed(self.speed);
         let at_wheel = Segment { value: command.value * n, slope: command.slope * n, ..command };
+        // A steering ratio near zero makes any angle infinite; what follows divides by neither.
+        for (name, value) in [
+            ("the steering at the road wheel", at_wheel.value),
+            ("the steering's rate at the road wheel", at_wheel.slope * actuator.time_constant),
+        ] {
+            if !value.is_finite() {
+                return Err(Error::NotFinite { name, value });
+            }
+        }
         for line in actuator.within_stops(at_wheel).as_slice() {
             for motion in actuator.follow(self.angle, *line).as_slice() {
                 if motion.duration > 0.0 {
@@ -136,6 +145,7 @@ impl NonlinearVehicle {
                 }
             }
         }
+        Ok(())
     }
 
     /// Yaw rate r, rad/s.
