@@ -1,7 +1,7 @@
 //! Holds FMI 2.0 Co-Simulation archives of any tool against the standard (FMI 2.0.5).
 //!
 //! [`check`] reads an archive's bytes and reports every breach it finds: of the zip rules and the
-//! folder structure (section 2.3), of the XML schema (a table, [`xml`]'s `schema`), of the rules the
+//! folder structure (section 2.3), of the XML schema (a table in `xml/schema.rs`), of the rules the
 //! schema cannot express (sections 2.2.1 to 2.2.9, most of them in `model-description`), and of what
 //! a binary has to be (sections 2.1 and 2.3). It writes no file and runs nothing of the archive.
 //!

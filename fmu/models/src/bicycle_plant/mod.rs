@@ -12,12 +12,12 @@
 //!
 //! **Exact for every step and speed.** The matrix exponential acts on the states through its
 //! Taylor series, `w(τ) = w + τ·ẇ + Σ τᵏ/k!·Fᵏ⁻²·ẅ` from k = 2 with `ẅ = F·ẇ + G·u̇`, summed to the
-//! last bit over panels shorter than the fastest time constant. Three states make a term cheaper than looking up a cached matrix would
-//! pay for, and a speed that changes at every step costs the same as a constant one. The same
+//! last bit over panels shorter than the fastest time constant. Three states make a term cheaper
+//! than looking up a cached matrix would pay for, and a speed that changes at every step costs the same as a constant one. The same
 //! terms give v_y and ψ at the quadrature's nodes.
 //!
-//! **Below 1 m/s** ([`BLEND_SPEED`]) the rates ∝ 1/V would grow without bound. There the states
-//! approach the steady turn of the present speed with the dynamics of 1 m/s:
+//! **Below 1 m/s** ([`BLEND_SPEED`](crate::bicycle::BLEND_SPEED)) the rates ∝ 1/V would grow without
+//! bound. There the states approach the steady turn of the present speed with the dynamics of 1 m/s:
 //!
 //! ```text
 //! (v̇_y, ṙ) = F(1 m/s)·((v_y, r) − s(v)·δ),   s(v) = (Lr − m·Lf·v²/(Cr·L), 1)·v/(L + K·v²)
