@@ -1,6 +1,7 @@
 //! `BicyclePlant`: the glue from [`vehicle_models::BicyclePlant`] to the export trait.
 
-use crate::plant::{SpeedRate, kind, outputs_are_finite, pose, settable};
+use crate::finite::outputs_are_finite;
+use crate::plant::{SpeedRate, kind, pose, settable};
 use crate::resources::optional;
 use crate::saved::{check_settable, decode, encode, refuse};
 use crate::start::with_start_values;

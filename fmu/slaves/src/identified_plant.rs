@@ -1,6 +1,7 @@
 //! `IdentifiedPlant`: the glue from [`vehicle_models::IdentifiedPlant`] to the export trait.
 
-use crate::plant::{SpeedRate, kind, outputs_are_finite, pose, settable};
+use crate::finite::outputs_are_finite;
+use crate::plant::{SpeedRate, kind, pose, settable};
 use crate::resources::required;
 use crate::saved::{check_settable, decode, encode, refuse};
 use crate::start::with_start_values;

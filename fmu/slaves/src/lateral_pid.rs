@@ -1,5 +1,6 @@
 //! `LateralPid`: the glue from [`vehicle_models::Pid`] to the export trait.
 
+use crate::finite::outputs_are_finite;
 use crate::resources::optional;
 use crate::saved::{check_settable, decode, encode, refuse};
 use crate::start::with_start_values;
@@ -148,7 +149,7 @@ impl Slave for LateralPid {
 
     fn exit_initialization(&mut self, _start_time: f64, _log: &mut Log) -> Result<(), String> {
         self.phase = Phase::BeforeFirstStep { last_read: self.inputs };
-        Ok(())
+        outputs_are_finite(self)
     }
 
     fn step(&mut self, _time: f64, step: f64, log: &mut Log) -> Result<(), String> {

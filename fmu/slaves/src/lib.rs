@@ -8,6 +8,7 @@
 //! Times are seconds, angles radians; signs are ISO 8855.
 
 mod bicycle_plant;
+mod finite;
 mod fmu;
 mod identified_plant;
 mod lateral_pid;

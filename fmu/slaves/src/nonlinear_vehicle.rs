@@ -2,7 +2,8 @@
 //!
 //! States, from 0: v_y, r, δ, a_φ, which can be set at the start, then ψ, X, Y.
 
-use crate::plant::{SpeedRate, outputs_are_finite, pose, settable};
+use crate::finite::outputs_are_finite;
+use crate::plant::{SpeedRate, pose, settable};
 use crate::resources::optional;
 use crate::saved::{check_settable, decode, encode, refuse};
 use crate::start::with_start_values;

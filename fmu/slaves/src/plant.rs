@@ -1,8 +1,8 @@
 //! What the glue of the plants shares: the speed's derivative, kinds of dependencies, and states of
 //! a pose.
 
-use fmi2_export::{Log, Slave, StateSpec, VariableId};
-use model_description::{Causality, DependencyKind, Value};
+use fmi2_export::{Log, StateSpec};
+use model_description::DependencyKind;
 use serde::{Deserialize, Serialize};
 use vehicle_models::sensitivity::Factor;
 
@@ -56,20 +56,4 @@ pub(crate) fn pose() -> [StateSpec; 3] {
             derivative_unit: Some(derivative_unit),
             settable: false,
         })
-}
-
-/// Refuses a start from which an output is beyond all numbers.
-pub(crate) fn outputs_are_finite<S: Slave>(slave: &mut S) -> Result<(), String> {
-    for row in S::TABLE.variables.iter().filter(|row| row.causality == Causality::Output) {
-        let Some(variable) = S::Variable::from_reference(row.reference) else { continue };
-        if let Value::Real(value) = slave.get(variable)
-            && !value.is_finite()
-        {
-            return Err(format!(
-                "{} is {value} at the start; hint: check the parameters and the initial states",
-                row.name
-            ));
-        }
-    }
-    Ok(())
 }

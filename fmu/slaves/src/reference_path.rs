@@ -1,5 +1,6 @@
 //! `ReferencePath`: the glue from [`vehicle_models::PathFollower`] to the export trait.
 
+use crate::finite::outputs_are_finite;
 use crate::resources::required;
 use crate::saved::{check_settable, decode, encode, refuse};
 use crate::start::with_start_values;
@@ -134,7 +135,7 @@ impl Slave for ReferencePath {
 
     fn exit_initialization(&mut self, _start_time: f64, _log: &mut Log) -> Result<(), String> {
         self.phase = Phase::BeforeFirstStep { last_read: self.inputs };
-        Ok(())
+        outputs_are_finite(self)
     }
 
     fn step(&mut self, _time: f64, _step: f64, _log: &mut Log) -> Result<(), String> {
