@@ -33,6 +33,14 @@ impl Capabilities {
         directional_derivatives: false,
         serializes: false,
     };
+
+    /// All of them.
+    pub const ALL: Self = Self {
+        interpolates_inputs: true,
+        output_derivatives: true,
+        directional_derivatives: true,
+        serializes: true,
+    };
 }
 
 /// A continuous state, which the layer exposes as `state[i]` and `der(state[i])`.

@@ -105,12 +105,7 @@ fn by_parameter(unknown: Unknown<Variable>, parameter: Variable) -> bool {
 impl Slave for BicyclePlant {
     type Variable = Variable;
     const TABLE: &'static Table = Variable::TABLE;
-    const CAPABILITIES: Capabilities = Capabilities {
-        interpolates_inputs: true,
-        output_derivatives: true,
-        directional_derivatives: true,
-        serializes: true,
-    };
+    const CAPABILITIES: Capabilities = Capabilities::ALL;
 
     fn open(resources: &Resources) -> Result<Self, String> {
         let bicycle = optional::<formats::Bicycle>(resources, "bicycle.json")?;

@@ -76,12 +76,7 @@ impl IdentifiedPlant {
 impl Slave for IdentifiedPlant {
     type Variable = Variable;
     const TABLE: &'static Table = Variable::TABLE;
-    const CAPABILITIES: Capabilities = Capabilities {
-        interpolates_inputs: true,
-        output_derivatives: true,
-        directional_derivatives: true,
-        serializes: true,
-    };
+    const CAPABILITIES: Capabilities = Capabilities::ALL;
 
     fn open(resources: &Resources) -> Result<Self, String> {
         let plant = required::<formats::Plant>(resources, "plant.json")?;

@@ -112,12 +112,7 @@ impl NonlinearVehicle {
 impl Slave for NonlinearVehicle {
     type Variable = Variable;
     const TABLE: &'static Table = Variable::TABLE;
-    const CAPABILITIES: Capabilities = Capabilities {
-        interpolates_inputs: true,
-        output_derivatives: true,
-        directional_derivatives: true,
-        serializes: true,
-    };
+    const CAPABILITIES: Capabilities = Capabilities::ALL;
 
     fn open(resources: &Resources) -> Result<Self, String> {
         let file = optional::<formats::Vehicle>(resources, "vehicle.json")?;
