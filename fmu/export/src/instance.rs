@@ -294,6 +294,9 @@ impl<S: Slave> Instance<S> {
         // Written so that NaN is far away.
         let near = (time - expected).abs() <= slack;
         match self.core.experiment {
+            _ if near && (time + step).is_infinite() => {
+                Err(format!("the step from {time} by {step} has no finite end"))
+            }
             Some(Experiment { start_time, stop_time: Some(stop) }) if near => {
                 let count = (time - start_time) / step + 1.0;
                 let rounding = count * f64::EPSILON * stop.abs().max(start_time.abs());

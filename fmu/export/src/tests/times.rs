@@ -56,6 +56,14 @@ fn times_that_cannot_be() {
 }
 
 #[test]
+fn a_step_without_a_finite_end_is_told_as_that() {
+    let host = experiment(f64::MAX, None);
+    assert_eq!(host.do_step(f64::MAX, f64::MAX), ERROR);
+    let lines = host.take_lines();
+    assert!(lines.iter().any(|line| line.3.contains("has no finite end")), "{lines:?}");
+}
+
+#[test]
 fn the_first_communication_point_is_the_start_time() {
     let host = experiment(5.0, None);
     assert_eq!(host.do_step(5.0, 0.1), OK);
