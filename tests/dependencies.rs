@@ -19,6 +19,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("control", &["formats", "model-loading", "vehicle-models"]),
     ("model-loading", &["formats", "vehicle-models"]),
     ("sysid", &["formats"]),
+    ("sysid-evaluation", &["sysid"]),
     ("fmi2-host", &["model-description"]),
     ("packaging", &["fmi2-host", "formats", "model-description", "slaves"]),
     ("fmu-checker", &["fmi2-host", "model-description"]),

@@ -122,6 +122,8 @@ pub enum Error {
     NoSpeed,
     #[error("an order of {order} needs a horizon above it; the horizon is {horizon}")]
     OrderAboveHorizon { order: usize, horizon: usize },
+    #[error("inputs and outputs are no data set: {problem}")]
+    Data { problem: String },
     #[error("no model came out: {problem}")]
     NoModel { problem: String },
     #[error("a matrix factorisation did not converge: {what}")]
@@ -217,6 +219,9 @@ impl Error {
             Self::NoSpeed => "name it with --speed, or identify with the input steering".into(),
             Self::OrderAboveHorizon { order, .. } => {
                 format!("give --horizon {} or more, or leave it out", order + 2)
+            }
+            Self::Data { .. } => {
+                "give each segment as many samples of input as of output, all of them finite numbers".into()
             }
             Self::NoModel { .. } => {
                 "check the mapping, the signs and the units; the input must drive the output".into()

@@ -30,6 +30,7 @@
 //! This crate opens no files, and knows nothing of design or FMUs.
 
 pub mod conversion;
+mod dataset;
 mod dense;
 mod error;
 mod identify;
@@ -42,6 +43,7 @@ pub mod stability;
 pub mod statistics;
 pub mod subspace;
 
+pub use dataset::{DataSet, Segment};
 pub use error::{Error, Place};
 pub use formats::InputKind;
 pub use identify::{Identified, IdentifyOptions, Judged, Traces, identify, judge};

@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{Random, data};
+use common::data;
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 use formats::{Document, Plant};
@@ -12,6 +12,7 @@ use std::f64::consts::PI;
 use sysid::conversion::discretize;
 use sysid::subspace::Realization;
 use sysid::{DriveLog, Error, IdentifyOptions, InputKind, LogOptions, Method, identify, read_log};
+use sysid_evaluation::Random;
 
 fn multibody() -> DriveLog {
     let files = vec![("drive.csv".to_owned(), data("multibody/drive.csv"))];

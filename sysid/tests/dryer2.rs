@@ -4,10 +4,11 @@
 
 mod common;
 
-use common::{Random, data, pole_distance, response_distance};
+use common::data;
 use faer::Mat;
 use sysid::subspace::{Factor, noise_model, shift_realization, structured_bd, subspace};
 use sysid::{IdentifyOptions, LogOptions, Method, StateSpace, identify, read_log};
+use sysid_evaluation::{Random, pole_distance, response_distance};
 
 /// SLICOT's printed matrices, four decimals.
 struct Printed {

@@ -2,13 +2,11 @@
 //! figures that its identification gave it.
 #![allow(clippy::unwrap_used)]
 
-mod common;
-
-use common::Random;
 use faer::Mat;
 use formats::{Continuous, Matrix};
 use sysid::conversion::discretize;
 use sysid::{DriveLog, Error, IdentifyOptions, InputKind, Method, identify, judge};
+use sysid_evaluation::Random;
 
 /// ẋ = F x + G u, r = H x of a bicycle at 20 m/s with a steering servo.
 fn vehicle(gain: f64) -> Continuous {

@@ -2,9 +2,6 @@
 //! same from data in other units.
 #![allow(clippy::unwrap_used)]
 
-mod common;
-
-use common::{Random, markov_distance, pole_distance};
 use faer::Mat;
 use sysid::refine::{Stop, refine_output_error};
 use sysid::subspace::{
@@ -12,6 +9,7 @@ use sysid::subspace::{
     subspace,
 };
 use sysid::{Method, StateSpace, simulate};
+use sysid_evaluation::{Random, markov_distance, pole_distance};
 
 const SHAPES: [(usize, usize, usize); 6] =
     [(1, 1, 1), (2, 1, 1), (4, 1, 1), (3, 2, 1), (4, 1, 2), (5, 2, 3)];

@@ -1,8 +1,9 @@
 //! What developers run: `cargo xtask test`, `lint`, `readme`, `licenses`, `cross`, `fuzz`, `stress`,
-//! `bench fmu`.
+//! `bench fmu`, `evaluate`.
 
 mod bench;
 mod cross;
+mod evaluate;
 mod every_fmu;
 mod fuzz;
 mod importers;
@@ -55,6 +56,14 @@ enum Command {
     Readme,
     /// The tests that take minutes: millions of instances, thousands under valgrind
     Stress,
+    /// How well the identification does, beside its peers
+    Evaluate {
+        /// A program of sysid/evaluation/src/bin, such as `orders`
+        program: String,
+        /// Its arguments
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        arguments: Vec<String>,
+    },
     /// Measure something
     Bench {
         /// What to measure
@@ -71,6 +80,7 @@ fn main() -> ExitCode {
         Command::Licenses => licenses::licenses(),
         Command::Readme => readme::readme(),
         Command::Stress => stress::stress(),
+        Command::Evaluate { program, arguments } => evaluate::evaluate(&program, &arguments),
         Command::Bench { what } => bench::bench(what),
         Command::Python => python::environment().map(|python| println!("{}", python.display())),
     };

@@ -1,0 +1,7 @@
+//! Known systems and what tells them apart: for the tests of `sysid` and for its evaluation.
+
+mod distance;
+mod random;
+
+pub use distance::{markov_distance, pole_distance, response_distance};
+pub use random::Random;
