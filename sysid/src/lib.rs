@@ -32,6 +32,7 @@
 pub mod conversion;
 mod dataset;
 mod dense;
+mod elimination;
 mod error;
 mod identify;
 mod log;
@@ -47,7 +48,7 @@ pub use dataset::{DataSet, Segment};
 pub use error::{Error, Place};
 pub use formats::InputKind;
 pub use identify::{Identified, IdentifyOptions, Judged, Traces, identify, judge};
-pub use log::{DriveLog, LogOptions, read_log};
-pub use model::{StateSpace, simulate};
+pub use log::{DriveLog, LogOptions, Stretch, read_log};
+pub use model::{Innovation, StateSpace, simulate};
 pub use statistics::fit_percent;
 pub use subspace::Method;

@@ -109,6 +109,15 @@ impl StateSpace {
     }
 }
 
+/// `x⁺ = A x + B u + K e`, `y = C x + D u + e` (eq 3–4).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Innovation {
+    /// A, B, C, D.
+    pub model: StateSpace,
+    /// Kalman gain K, n by ny.
+    pub gain: Mat<f64>,
+}
+
 /// Output of the model from the state `x0` (eq 1–2), ny by N.
 #[must_use]
 pub fn simulate(model: &StateSpace, u: MatRef<'_, f64>, x0: &[f64]) -> Mat<f64> {

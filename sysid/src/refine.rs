@@ -1,5 +1,5 @@
 //! Refinement of a stable model by its simulation error: Gauss–Newton with Levenberg–Marquardt
-//! damping over A, B, C, D and the initial state.
+//! damping over A, B, C, D and the initial state of each segment.
 //!
 //! The parametrisation is that of data-driven local coordinates (T. McKelvey, A. Helmersson,
 //! T. Ribarits, *Data driven local coordinates for multivariable linear systems and their
@@ -9,9 +9,10 @@
 //!
 //! Steps that would make the model unstable are refused, so the result is as stable as the start.
 
-use crate::Error;
-use crate::dense::{hcat, least_squares, spectral_radius, triangle, vcat};
-use crate::model::{StateSpace, predict, rows, simulate};
+use crate::dense::{hcat, spectral_radius};
+use crate::elimination::{Elimination, Solution};
+use crate::model::{StateSpace, free_response, predict, rows, simulate};
+use crate::{DataSet, Error, Segment};
 use faer::{Mat, MatRef};
 
 /// When to stop refining.
@@ -23,43 +24,44 @@ pub struct Stop {
     pub least_gain: f64,
 }
 
-/// Refines `model` and `x0` for the simulation of `u` → `y` until `stop`; spectral
-/// radii above `radius` are refused. Returns what was reached.
+/// A model with the initial state of each segment.
+pub type WithStates = (StateSpace, Vec<Vec<f64>>);
+
+/// Refines `model` and the initial states `x0` of the segments for the simulation of the data until
+/// `stop`; spectral radii above `radius` are refused. Returns what was reached.
 ///
 /// # Errors
 /// [`Error::Numerical`] where a decomposition does not converge.
 pub fn refine_output_error(
     model: &StateSpace,
-    x0: &[f64],
-    u: MatRef<'_, f64>,
-    y: MatRef<'_, f64>,
+    x0: &[Vec<f64>],
+    data: &DataSet,
     feedthrough: bool,
     stop: Stop,
     radius: f64,
-) -> Result<(StateSpace, Vec<f64>), Error> {
+) -> Result<WithStates, Error> {
     let mut best = (model.clone(), x0.to_vec());
-    let mut error = y - simulate(&best.0, u, &best.1);
-    let mut cost = error.squared_norm_l2();
+    let (mut errors, mut cost) = errors(data, &best.1, |s, x0| simulate(&best.0, s.u.as_ref(), x0));
     let mut damping = 1e-4;
     for _ in 0..stop.steps {
         let directions = directions(&best.0, feedthrough)?;
-        let jacobian = sensitivities(&best.0, &best.1, u, &directions);
-        let p = y.nrows();
-        let flat = Mat::from_fn(p * y.ncols(), 1, |r, _| error[(r % p, r / p)]);
-        let r = triangle(hcat(&[jacobian.as_ref(), flat.as_ref()]).as_ref());
-        let n = jacobian.ncols();
-        let rhs = r.get(..n, n..);
-        let r = r.get(..n, ..n);
+        let mut elimination = Elimination::new(directions.ncols(), model.order());
+        for ((segment, x0), error) in data.segments().iter().zip(&best.1).zip(&errors) {
+            let along = sensitivities(&best.0, x0, segment.u.as_ref(), &directions);
+            let free = free_response(&best.0, segment.len());
+            let rows = hcat(&[free.as_ref(), along.as_ref(), flat(error).as_ref()]);
+            elimination.segment(rows.as_ref());
+        }
         let mut moved = false;
         for _ in 0..8 {
-            let step = damped_step(r, rhs, damping)?;
-            let candidate = apply(&best, &directions, &step);
+            let candidate = apply(&best, &directions, &elimination.solve(damping)?);
             if candidate.0.spectral_radius() < radius {
-                let trial = y - simulate(&candidate.0, u, &candidate.1);
-                let trial_cost = trial.squared_norm_l2();
+                let (trial, trial_cost) = self::errors(data, &candidate.1, |s, x0| {
+                    simulate(&candidate.0, s.u.as_ref(), x0)
+                });
                 if trial_cost < cost {
                     let gain = 1.0 - trial_cost / cost;
-                    (best, error, cost) = (candidate, trial, trial_cost);
+                    (best, errors, cost) = (candidate, trial, trial_cost);
                     damping = (damping * 0.2).max(1e-12);
                     moved = gain > stop.least_gain;
                     break;
@@ -74,8 +76,8 @@ pub fn refine_output_error(
     Ok(best)
 }
 
-/// Refines the Kalman gain `k` of a fixed model by its one-step prediction errors, from the state
-/// `x0`; A − K C stays stable. Returns the gain that was reached.
+/// Refines the Kalman gain `k` of a fixed model by its one-step prediction errors, from the
+/// segments' states `x0`; A − K C stays stable. Returns the gain that was reached.
 ///
 /// With the innovation e, `∂ŷ/∂K_kj` is state k of `w⁺ = (A − K C)ᵀ w + c_iᵀ e_j` for output i.
 ///
@@ -84,48 +86,33 @@ pub fn refine_output_error(
 pub fn refine_gain(
     model: &StateSpace,
     k: MatRef<'_, f64>,
-    u: MatRef<'_, f64>,
-    y: MatRef<'_, f64>,
-    x0: &[f64],
+    data: &DataSet,
+    x0: &[Vec<f64>],
     stop: Stop,
 ) -> Result<Mat<f64>, Error> {
     const LARGEST_RADIUS: f64 = 0.9999;
-    let (n, p, count) = (model.order(), model.outputs(), y.ncols());
+    let (n, p) = (model.order(), model.outputs());
+    let prediction_errors = |gain: &Mat<f64>| {
+        errors(data, x0, |s, x0| predict(model, gain.as_ref(), s.u.as_ref(), s.y.as_ref(), x0))
+    };
     let mut gain = k.to_owned();
-    let mut error = y - predict(model, gain.as_ref(), u, y, x0);
-    let mut cost = error.squared_norm_l2();
+    let (mut errors, mut cost) = prediction_errors(&gain);
     let mut damping = 1e-4;
     for _ in 0..stop.steps {
         let closed = rows((&model.a - &gain * &model.c).transpose());
-        let mut jacobian = Mat::zeros(p * count, n * p + 1);
-        for (i, j) in (0..p).flat_map(|i| (0..p).map(move |j| (i, j))) {
-            let mut w = vec![0.0; n];
-            for t in 0..count {
-                for (state, v) in w.iter().enumerate() {
-                    jacobian[(t * p + i, state * p + j)] = *v;
-                }
-                w = (0..n)
-                    .map(|s| {
-                        crate::model::dot(&closed[s * n..(s + 1) * n], &w)
-                            + model.c[(i, s)] * error[(j, t)]
-                    })
-                    .collect();
-            }
+        let mut elimination = Elimination::new(n * p, 0);
+        for error in &errors {
+            elimination.segment(gain_regressors(model, &closed, error).as_ref());
         }
-        for (t, i) in (0..count).flat_map(|t| (0..p).map(move |i| (t, i))) {
-            jacobian[(t * p + i, n * p)] = error[(i, t)];
-        }
-        let r = triangle(jacobian.as_ref());
         let mut moved = false;
         for _ in 0..8 {
-            let step = damped_step(r.get(..n * p, ..n * p), r.get(..n * p, n * p..), damping)?;
+            let step = elimination.solve(damping)?.shared;
             let trial = Mat::from_fn(n, p, |s, j| gain[(s, j)] + step[s * p + j]);
             if spectral_radius((&model.a - &trial * &model.c).as_ref()) < LARGEST_RADIUS {
-                let trial_error = y - predict(model, trial.as_ref(), u, y, x0);
-                let trial_cost = trial_error.squared_norm_l2();
+                let (trial_errors, trial_cost) = prediction_errors(&trial);
                 if trial_cost < cost {
                     moved = 1.0 - trial_cost / cost > stop.least_gain;
-                    (gain, error, cost) = (trial, trial_error, trial_cost);
+                    (gain, errors, cost) = (trial, trial_errors, trial_cost);
                     damping = (damping * 0.2).max(1e-12);
                     break;
                 }
@@ -139,15 +126,46 @@ pub fn refine_gain(
     Ok(gain)
 }
 
-/// Solution of (RᵀR + λ·diag(RᵀR)) δ = Rᵀ q as a least-squares problem.
-fn damped_step(r: MatRef<'_, f64>, rhs: MatRef<'_, f64>, damping: f64) -> Result<Vec<f64>, Error> {
-    let n = r.ncols();
-    let diagonal =
-        Mat::from_fn(n, n, |i, j| if i == j { damping.sqrt() * r.col(i).norm_l2() } else { 0.0 });
-    let a = vcat(&[r, diagonal.as_ref()]);
-    let b = vcat(&[rhs, Mat::zeros(n, 1).as_ref()]);
-    let x = least_squares(a.as_ref(), b.as_ref(), 1e-13)?;
-    Ok((0..n).map(|i| x[(i, 0)]).collect())
+/// What `output` misses of each segment's output, and the sum of squares.
+fn errors(
+    data: &DataSet,
+    x0: &[Vec<f64>],
+    output: impl Fn(&Segment, &[f64]) -> Mat<f64>,
+) -> (Vec<Mat<f64>>, f64) {
+    let errors: Vec<Mat<f64>> =
+        data.segments().iter().zip(x0).map(|(s, x0)| &s.y - output(s, x0)).collect();
+    let cost = errors.iter().map(|e| e.squared_norm_l2()).sum();
+    (errors, cost)
+}
+
+/// A signal as one column, outputs of a sample together.
+fn flat(signal: &Mat<f64>) -> Mat<f64> {
+    let p = signal.nrows();
+    Mat::from_fn(p * signal.ncols(), 1, |r, _| signal[(r % p, r / p)])
+}
+
+/// Derivatives of a segment's predictions by the entries of K, and its prediction errors.
+fn gain_regressors(model: &StateSpace, closed: &[f64], error: &Mat<f64>) -> Mat<f64> {
+    let (n, p, count) = (model.order(), model.outputs(), error.ncols());
+    let mut jacobian = Mat::zeros(p * count, n * p + 1);
+    for (i, j) in (0..p).flat_map(|i| (0..p).map(move |j| (i, j))) {
+        let mut w = vec![0.0; n];
+        for t in 0..count {
+            for (state, v) in w.iter().enumerate() {
+                jacobian[(t * p + i, state * p + j)] = *v;
+            }
+            w = (0..n)
+                .map(|s| {
+                    crate::model::dot(&closed[s * n..(s + 1) * n], &w)
+                        + model.c[(i, s)] * error[(j, t)]
+                })
+                .collect();
+        }
+    }
+    for (t, i) in (0..count).flat_map(|t| (0..p).map(move |i| (t, i))) {
+        jacobian[(t * p + i, n * p)] = error[(i, t)];
+    }
+    jacobian
 }
 
 /// Orthonormal directions in (vec A, vec B, vec C, vec D), row by row, that are no change of basis.
@@ -181,8 +199,7 @@ fn directions(model: &StateSpace, feedthrough: bool) -> Result<Mat<f64>, Error> 
     }))
 }
 
-/// Derivatives of the simulated output along `directions` and then by each state of x0; rows run
-/// over outputs, then time.
+/// Derivatives of a segment's simulated output along `directions`; rows run over outputs, then time.
 ///
 /// The response of output i to the entry (k, j) of A is that of state k of the transposed system
 /// `w⁺ = Aᵀ w + c_iᵀ x_j`, and likewise of B with u_j in place of x_j, since C(zI−A)⁻¹e_k is the k-th
@@ -238,21 +255,15 @@ fn sensitivities(
         }
     }
     let all = MatRef::from_row_major_slice(&all, p * count, size);
-    let along = all * directions;
-    let free = crate::model::free_response(model, count);
-    hcat(&[along.as_ref(), free.as_ref()])
+    all * directions
 }
 
-fn apply(
-    from: &(StateSpace, Vec<f64>),
-    directions: &Mat<f64>,
-    step: &[f64],
-) -> (StateSpace, Vec<f64>) {
+fn apply(from: &WithStates, directions: &Mat<f64>, step: &Solution) -> WithStates {
     let mut to = from.clone();
     let (n, m, p) = (to.0.order(), to.0.inputs(), to.0.outputs());
     let count = directions.ncols();
     let moves: Vec<f64> = (0..directions.nrows())
-        .map(|k| (0..count).map(|j| directions[(k, j)] * step[j]).sum())
+        .map(|k| (0..count).map(|j| directions[(k, j)] * step.shared[j]).sum())
         .collect();
     let mut moves = moves.into_iter();
     for (matrix, height, width) in
@@ -264,8 +275,10 @@ fn apply(
             }
         }
     }
-    for (x, h) in to.1.iter_mut().zip(&step[count..]) {
-        *x += h;
+    for (x0, moves) in to.1.iter_mut().zip(&step.own) {
+        for (x, h) in x0.iter_mut().zip(moves) {
+            *x += h;
+        }
     }
     to
 }

@@ -11,7 +11,9 @@ use formats::{Document, Plant};
 use std::f64::consts::PI;
 use sysid::conversion::discretize;
 use sysid::subspace::Realization;
-use sysid::{DriveLog, Error, IdentifyOptions, InputKind, LogOptions, Method, identify, read_log};
+use sysid::{
+    DriveLog, Error, IdentifyOptions, InputKind, LogOptions, Method, Stretch, identify, read_log,
+};
 use sysid_evaluation::Random;
 
 fn multibody() -> DriveLog {
@@ -235,7 +237,7 @@ fn recording(input: Vec<f64>, output: Vec<f64>) -> DriveLog {
     DriveLog {
         name: "made".into(),
         sample_time_s: 0.04,
-        time0_s: 0.0,
+        segments: vec![Stretch { time0_s: 0.0, range: 0..input.len() }],
         input,
         output,
         speed: None,

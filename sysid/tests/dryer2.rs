@@ -7,7 +7,7 @@ mod common;
 use common::data;
 use faer::Mat;
 use sysid::subspace::{Factor, noise_model, shift_realization, structured_bd, subspace};
-use sysid::{IdentifyOptions, LogOptions, Method, StateSpace, identify, read_log};
+use sysid::{DataSet, IdentifyOptions, LogOptions, Method, StateSpace, identify, read_log};
 use sysid_evaluation::{Random, pole_distance, response_distance};
 
 /// SLICOT's printed matrices, four decimals.
@@ -56,7 +56,8 @@ fn signals() -> (Mat<f64>, Mat<f64>) {
 fn the_combined_method_gives_slicots_model() {
     let reference = printed();
     let (u, y) = signals();
-    let factor = Factor::new(u.as_ref(), y.as_ref(), 15, 0.08).unwrap();
+    let data = DataSet::single(0.08, u, y).unwrap();
+    let factor = Factor::new(&data, 15).unwrap();
     let sub = subspace(&factor, Method::Moesp).unwrap();
     let (a, c) = shift_realization(&sub, 4, 1).unwrap();
     let model = structured_bd(&factor, &sub, a.as_ref(), c.as_ref(), true).unwrap();

@@ -5,7 +5,7 @@
 use faer::Mat;
 use formats::{Continuous, Matrix};
 use sysid::conversion::discretize;
-use sysid::{DriveLog, Error, IdentifyOptions, InputKind, Method, identify, judge};
+use sysid::{DriveLog, Error, IdentifyOptions, InputKind, Method, Stretch, identify, judge};
 use sysid_evaluation::Random;
 
 /// ẋ = F x + G u, r = H x of a bicycle at 20 m/s with a steering servo.
@@ -45,7 +45,7 @@ fn drive(noise: f64) -> DriveLog {
     DriveLog {
         name: "made".into(),
         sample_time_s: SAMPLE_TIME,
-        time0_s: 0.0,
+        segments: vec![Stretch { time0_s: 0.0, range: 0..2000 }],
         input,
         output,
         speed: Some(vec![20.0; 2000]),

@@ -61,7 +61,7 @@ fn a_clean_log_is_read_and_resampled() {
     assert_eq!(log.sample_time_s, 0.04);
     assert_eq!(log.name, "drive");
     for (k, y) in log.output.iter().enumerate() {
-        let t = log.time0_s + 0.04 * k as f64;
+        let t = log.segments[0].time0_s + 0.04 * k as f64;
         assert!((y - rate(t)).abs() < 1e-4, "{t}: {y} {}", rate(t));
     }
     assert!(log.speed.unwrap().iter().all(|v| (v - 15.0).abs() < 1e-9));
@@ -129,7 +129,7 @@ fn yaw_is_differenced_where_there_is_no_yaw_rate() {
     let log = read_one(bytes, &options).unwrap();
     assert!(log.warnings.iter().any(|w| w.contains("differenced")), "{:?}", log.warnings);
     for (k, y) in log.output.iter().enumerate() {
-        let t = log.time0_s + 0.04 * k as f64;
+        let t = log.segments[0].time0_s + 0.04 * k as f64;
         assert!((y - rate(t) - 5.0_f64.to_radians()).abs() < 1e-3, "{t}: {y}");
     }
 }
@@ -146,13 +146,13 @@ fn files_with_clocks_of_their_own_are_merged() {
     });
     let files = vec![("a.csv".to_owned(), a), ("b.csv".to_owned(), b)];
     let log = read_log(&files, &LogOptions::default()).unwrap();
-    assert!(log.time0_s >= 0.3);
+    assert!(log.segments[0].time0_s >= 0.3);
     for (k, y) in log.output.iter().enumerate() {
-        assert!((y - rate(log.time0_s + 0.04 * k as f64)).abs() < 5e-4);
+        assert!((y - rate(log.segments[0].time0_s + 0.04 * k as f64)).abs() < 5e-4);
     }
     // The input is held: its sample stands for the middle of its interval.
     for (k, u) in log.input.iter().enumerate() {
-        let middle = log.time0_s + 0.04 * k as f64 + 0.5 * (0.04 - 0.012);
+        let middle = log.segments[0].time0_s + 0.04 * k as f64 + 0.5 * (0.04 - 0.012);
         assert!((u - steer(middle)).abs() < 5e-4);
     }
     let same = vec![files[0].clone(), ("c.csv".to_owned(), files[0].1.clone()), files[1].clone()];
@@ -352,7 +352,7 @@ fn short_gaps_are_bridged_with_a_warning_and_long_ones_refused() {
     assert!(e.hint().contains(&format!("--window 4.99s..{}s;", longest.1)), "{}", e.hint());
     let window = LogOptions { window: Some(longest), ..o.clone() };
     let part = read_one(holed(200, 500), &window).unwrap();
-    assert!(part.time0_s >= 4.99);
+    assert!(part.segments[0].time0_s >= 4.99);
     let wide = LogOptions { max_gap_s: 5.0, ..o };
     assert!(read_one(holed(200, 500), &wide).is_ok());
 }

@@ -8,17 +8,18 @@ use sysid::subspace::{
     Factor, Projections, eq12, noise_model, refit_output, shift_realization, structured_bd,
     subspace,
 };
-use sysid::{Method, StateSpace, simulate};
+use sysid::{DataSet, Method, Segment, StateSpace, simulate};
 use sysid_evaluation::{Random, markov_distance, pole_distance};
 
 const SHAPES: [(usize, usize, usize); 6] =
     [(1, 1, 1), (2, 1, 1), (4, 1, 1), (3, 2, 1), (4, 1, 2), (5, 2, 3)];
 
 fn estimate(u: &Mat<f64>, y: &Mat<f64>, n: usize, method: Method, d: bool) -> [StateSpace; 3] {
-    let factor = Factor::new(u.as_ref(), y.as_ref(), n + 3, 1.0).unwrap();
+    let data = DataSet::single(1.0, u.clone(), y.clone()).unwrap();
+    let factor = Factor::new(&data, n + 3).unwrap();
     let sub = subspace(&factor, method).unwrap();
     let (a, c) = shift_realization(&sub, n, y.nrows()).unwrap();
-    let refit = refit_output(a.as_ref(), c.as_ref(), u.as_ref(), y.as_ref(), d, false).unwrap();
+    let refit = refit_output(a.as_ref(), c.as_ref(), &data, d, false).unwrap();
     [
         refit.model,
         structured_bd(&factor, &sub, a.as_ref(), c.as_ref(), d).unwrap(),
@@ -108,13 +109,12 @@ fn model_and_kalman_gain_come_out_of_noisy_data() {
     let count = 20_000;
     let (u, e) = (random.matrix(1, count), random.matrix(1, count));
     let y = innovation_form(&truth, &gain, &u, &e);
-    let factor = Factor::new(u.as_ref(), y.as_ref(), 15, 0.04).unwrap();
+    let data = DataSet::single(0.04, u, y).unwrap();
+    let factor = Factor::new(&data, 15).unwrap();
     for method in Method::ALL {
         let sub = subspace(&factor, method).unwrap();
         let (a, c) = shift_realization(&sub, 2, 1).unwrap();
-        let model = refit_output(a.as_ref(), c.as_ref(), u.as_ref(), y.as_ref(), false, false)
-            .unwrap()
-            .model;
+        let model = refit_output(a.as_ref(), c.as_ref(), &data, false, false).unwrap().model;
         let (poles, markov) = (pole_distance(&model, &truth), markov_distance(&truth, &model, 30));
         let noise = noise_model(&factor, &model).unwrap();
         let filter = |m: &StateSpace, k: &Mat<f64>| StateSpace { b: k.clone(), ..m.clone() };
@@ -141,10 +141,42 @@ fn refinement_reaches_the_optimum_from_a_distance() {
         ..truth.clone()
     };
     let stop = Stop { steps: 60, least_gain: 1e-12 };
+    let data = DataSet::single(1.0, u.clone(), y.clone()).unwrap();
     let (model, x0) =
-        refine_output_error(&start, &[0.0; 2], u.as_ref(), y.as_ref(), false, stop, 0.999).unwrap();
+        refine_output_error(&start, &[vec![0.0; 2]], &data, false, stop, 0.999).unwrap();
     let markov = markov_distance(&truth, &model, 30);
     assert!(markov < 1e-8, "{markov:e}");
-    let error = &y - simulate(&model, u.as_ref(), &x0);
+    let error = &y - simulate(&model, u.as_ref(), &x0[0]);
     assert!(error.norm_max() < 1e-8);
+}
+
+/// The same drive in three pieces, each from a state of its own.
+#[test]
+fn segments_are_no_continuation_of_each_other() {
+    let mut random = Random(5);
+    let truth = StateSpace { d: Mat::zeros(2, 1), ..random.system(3, 1, 2) };
+    let segments: Vec<Segment> = [120, 300, 57]
+        .into_iter()
+        .map(|count| {
+            let u = random.matrix(1, count);
+            let x0: Vec<f64> = (0..3).map(|_| 3.0 * random.normal()).collect();
+            Segment { y: simulate(&truth, u.as_ref(), &x0), u }
+        })
+        .collect();
+    let data = DataSet::new(1.0, segments.clone()).unwrap();
+    let factor = Factor::new(&data, 6).unwrap();
+    let (a, c) = shift_realization(&subspace(&factor, Method::Moesp).unwrap(), 3, 2).unwrap();
+    let refit = refit_output(a.as_ref(), c.as_ref(), &data, false, false).unwrap();
+    assert!(markov_distance(&truth, &refit.model, 30) < 1e-9);
+    for (segment, x0) in segments.iter().zip(&refit.x0) {
+        let error = &segment.y - simulate(&refit.model, segment.u.as_ref(), x0);
+        assert!(error.norm_max() < 1e-8);
+    }
+    // From wrong parameters the refinement finds all of it again.
+    let start =
+        StateSpace { b: Mat::from_fn(3, 1, |i, _| refit.model.b[(i, 0)] * 1.2), ..refit.model };
+    let stop = Stop { steps: 60, least_gain: 1e-12 };
+    let x0 = vec![vec![0.0; 3]; 3];
+    let (model, _) = refine_output_error(&start, &x0, &data, false, stop, 0.9999).unwrap();
+    assert!(markov_distance(&truth, &model, 30) < 1e-7);
 }

@@ -45,8 +45,8 @@ pub(crate) struct Candidate {
     pub(crate) horizon: usize,
     pub(crate) singular_value: f64,
     pub(crate) model: StateSpace,
-    /// State at the first estimation sample.
-    pub(crate) x0: Vec<f64>,
+    /// State at the first sample of each segment of the estimation data.
+    pub(crate) x0: Vec<Vec<f64>>,
     pub(crate) estimation_fit: f64,
     pub(crate) validation_fit: f64,
     /// Spectral radius before stability was enforced, where it was.
@@ -64,8 +64,7 @@ pub(crate) struct Choice {
 pub(crate) fn choose(data: &Data, options: &IdentifyOptions) -> Result<Choice, Error> {
     let horizons = horizons(data, options)?;
     let longest = horizons.iter().copied().max().unwrap_or(2);
-    let (u, y) = (data.estimation.u.as_ref(), data.estimation.y.as_ref());
-    let full = Factor::new(u, y, longest, data.sample_time)?;
+    let full = Factor::new(&data.estimation.data, longest)?;
     let methods = options.method.map_or(Method::ALL.to_vec(), |m| vec![m]);
     let mut best: Option<(f64, Factor, Vec<Candidate>)> = None;
     let mut last_error = None;
@@ -219,14 +218,7 @@ fn start(
     let part = &data.estimation;
     let most = largest_radius(part.len());
     let Realized { a, c, stabilised_from } = base.realize(realization, order, most)?;
-    let refit = refit_output(
-        a.as_ref(),
-        c.as_ref(),
-        part.u.as_ref(),
-        part.y.as_ref(),
-        options.feedthrough,
-        false,
-    )?;
+    let refit = refit_output(a.as_ref(), c.as_ref(), &part.data, options.feedthrough, false)?;
     let mut candidate = Candidate {
         method: base.method,
         realization,
@@ -254,8 +246,7 @@ fn refine(
     let (model, x0) = refine_output_error(
         &candidate.model,
         &candidate.x0,
-        part.u.as_ref(),
-        part.y.as_ref(),
+        &part.data,
         options.feedthrough,
         stop,
         (radius + 1e-12).min(1.0),
@@ -274,15 +265,25 @@ fn measure_estimation(data: &Data, candidate: &mut Candidate) {
 
 fn measure_validation(data: &Data, candidate: &mut Candidate) -> Result<(), Error> {
     let part = &data.validation;
-    let x0 = initial_state(&candidate.model, part.u.as_ref(), part.y.as_ref())?;
+    let x0 = initial_states(&candidate.model, part)?;
     candidate.validation_fit = fit_percent(&part.output, &output(&candidate.model, part, &x0));
     Ok(())
 }
 
-/// Simulated output of one part.
-pub(crate) fn output(model: &StateSpace, part: &Part, x0: &[f64]) -> Vec<f64> {
-    let y = simulate(model, part.u.as_ref(), x0);
-    (0..y.ncols()).map(|t| y[(0, t)]).collect()
+/// Simulated output of one part from the states at the beginning of its segments.
+pub(crate) fn output(model: &StateSpace, part: &Part, x0: &[Vec<f64>]) -> Vec<f64> {
+    let mut all = Vec::with_capacity(part.len());
+    for (segment, x0) in part.data.segments().iter().zip(x0) {
+        let y = simulate(model, segment.u.as_ref(), x0);
+        all.extend((0..y.ncols()).map(|t| y[(0, t)]));
+    }
+    all
+}
+
+/// The states at the beginning of each segment of a part that fit its output best.
+pub(crate) fn initial_states(model: &StateSpace, part: &Part) -> Result<Vec<Vec<f64>>, Error> {
+    let segments = part.data.segments().iter();
+    segments.map(|s| initial_state(model, s.u.as_ref(), s.y.as_ref())).collect()
 }
 
 /// The least order that is about as good as the best.

@@ -3,11 +3,11 @@
 use super::IdentifyOptions;
 use crate::dense::row;
 use crate::signal::{mean, standard_deviation};
-use crate::{DriveLog, Error};
-use faer::Mat;
+use crate::{DataSet, DriveLog, Error, Segment};
 use formats::InputKind;
+use std::ops::Range;
 
-/// Signals of one input and one output, 1 by N, `(signal − mean)/scale` of the estimation part.
+/// Signals of one input and one output, `(signal − mean)/scale` of the estimation part.
 pub(crate) struct Data {
     pub(crate) sample_time: f64,
     pub(crate) estimation: Part,
@@ -18,17 +18,26 @@ pub(crate) struct Data {
     pub(crate) output_scale: f64,
 }
 
-/// One stretch of time.
+/// One stretch of time, in as many segments as the log has there.
 pub(crate) struct Part {
-    pub(crate) u: Mat<f64>,
-    pub(crate) y: Mat<f64>,
-    /// The output as a slice's worth of numbers, for fits.
+    pub(crate) data: DataSet,
+    /// The output of all segments, one after the other, for fits.
     pub(crate) output: Vec<f64>,
 }
 
 impl Part {
-    fn new(u: &[f64], y: &[f64]) -> Self {
-        Self { u: row(u), y: row(y), output: y.to_vec() }
+    /// The part of the log's segments within `range`.
+    fn new(log: &DriveLog, range: &Range<usize>, u: &[f64], y: &[f64]) -> Result<Self, Error> {
+        let within = |s: &Range<usize>| s.start.max(range.start)..s.end.min(range.end);
+        let segments = log
+            .segments
+            .iter()
+            .map(|s| within(&s.range))
+            .filter(|s| !s.is_empty())
+            .map(|s| Segment { u: row(&u[s.clone()]), y: row(&y[s]) })
+            .collect();
+        let data = DataSet::new(log.sample_time_s, segments)?;
+        Ok(Self { data, output: y[range.clone()].to_vec() })
     }
 
     pub(crate) fn len(&self) -> usize {
@@ -80,8 +89,8 @@ impl Data {
             (scaled(&input[..n], means.0, scales.0), scaled(&log.output[..n], means.1, scales.1));
         Ok(Self {
             sample_time: log.sample_time_s,
-            estimation: Part::new(&u[..split], &y[..split]),
-            validation: Part::new(&u[split..], &y[split..]),
+            estimation: Part::new(log, &(0..split), &u, &y)?,
+            validation: Part::new(log, &(split..n), &u, &y)?,
             input_mean: means.0,
             output_mean: means.1,
             input_scale: scales.0,

@@ -1,10 +1,10 @@
 //! Another model on the same drive, judged as an identified one is.
 
-use super::candidates::output;
+use super::candidates::{initial_states, output};
 use super::data::Data;
 use super::{IdentifyOptions, Part};
 use crate::conversion::discretize;
-use crate::model::{StateSpace, initial_state};
+use crate::model::StateSpace;
 use crate::statistics::fit_percent;
 use crate::{DriveLog, Error};
 use faer::Mat;
@@ -50,7 +50,7 @@ pub fn judge(
 
     let mut simulated = Vec::with_capacity(data.estimation.len() + data.validation.len());
     let mut fit = |part: &Part| -> Result<f64, Error> {
-        let x0 = initial_state(&scaled, part.u.as_ref(), part.y.as_ref())?;
+        let x0 = initial_states(&scaled, part)?;
         let y = output(&scaled, part, &x0);
         simulated.extend(y.iter().map(|y| data.output_mean + data.output_scale * y));
         Ok(fit_percent(&part.output, &y))

@@ -8,13 +8,13 @@ mod options;
 
 use crate::conversion::{ContinuousModel, to_continuous};
 use crate::dense::spectral_radius;
-use crate::model::{StateSpace, initial_state, joined, predict, predictor, simulate};
+use crate::model::{StateSpace, initial_state, joined, predictor, simulate};
 use crate::refine::{Stop, refine_gain};
 use crate::signal::{integrate, mean, standard_deviation};
 use crate::statistics::{fit_percent, independence, whiteness};
 use crate::subspace::noise_model;
 use crate::{DriveLog, Error};
-use candidates::{Candidate, choose, output};
+use candidates::{Candidate, choose, initial_states, output};
 use data::{Data, Part, driving_input};
 use evidence::LAGS;
 use faer::{Mat, MatRef};
@@ -51,7 +51,7 @@ pub struct Traces {
     pub simulated_yaw_rate_radps: Vec<f64>,
     /// Whether the sample was held out.
     pub is_validation: Vec<bool>,
-    /// Integral of the measured yaw rate from 0, rad.
+    /// Integral of the measured yaw rate from 0, rad; nothing is added over a gap.
     pub yaw_rad: Vec<f64>,
     /// Integral of the simulated yaw rate from 0, rad.
     pub simulated_yaw_rad: Vec<f64>,
@@ -142,7 +142,7 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
         steering_ratio: log.steering_ratio,
         input_delay_s: 0.0,
         operating_point: point,
-        discrete: discrete(&model, &gain, &chosen.x0, data.sample_time),
+        discrete: discrete(&model, &gain, &chosen.x0[0], data.sample_time),
         continuous: continuous.map(|c| continuous_form(&c, &model)),
         noise: Noise { innovation_variance: residual * data.output_scale * data.output_scale },
         evidence,
@@ -188,8 +188,7 @@ fn filter(
         warnings.push("the Riccati equation has no stabilising solution".into());
     }
     if refine {
-        gain =
-            refine_gain(model, gain.as_ref(), part.u.as_ref(), part.y.as_ref(), &chosen.x0, STOP)?;
+        gain = refine_gain(model, gain.as_ref(), &part.data, &chosen.x0, STOP)?;
     }
     let mut residuals = difference(&part.output, &one_step(model, gain.as_ref(), part)?);
     let power = |e: &[f64]| e.iter().map(|x| x * x).sum::<f64>();
@@ -217,12 +216,17 @@ fn filter(
     Ok(Filter { gain, residuals, validation_residuals, validation_fit })
 }
 
-/// One-step predictions of a part, the initial state estimated.
+/// One-step predictions of a part, the initial states estimated.
 fn one_step(model: &StateSpace, gain: MatRef<'_, f64>, part: &Part) -> Result<Vec<f64>, Error> {
-    let (u, y) = (part.u.as_ref(), part.y.as_ref());
-    let x0 = initial_state(&predictor(model, gain), joined(u, y).as_ref(), y)?;
-    let y_hat = predict(model, gain, u, y, &x0);
-    Ok((0..y_hat.ncols()).map(|t| y_hat[(0, t)]).collect())
+    let predictor = predictor(model, gain);
+    let mut all = Vec::with_capacity(part.len());
+    for segment in part.data.segments() {
+        let uy = joined(segment.u.as_ref(), segment.y.as_ref());
+        let x0 = initial_state(&predictor, uy.as_ref(), segment.y.as_ref())?;
+        let y_hat = simulate(&predictor, uy.as_ref(), &x0);
+        all.extend((0..y_hat.ncols()).map(|t| y_hat[(0, t)]));
+    }
+    Ok(all)
 }
 
 fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
@@ -293,22 +297,33 @@ fn continuous_form(c: &ContinuousModel, model: &StateSpace) -> Continuous {
 
 fn traces(log: &DriveLog, data: &Data, chosen: &Candidate) -> Result<Traces, Error> {
     let held_out = &data.validation;
-    let x0 = initial_state(&chosen.model, held_out.u.as_ref(), held_out.y.as_ref())?;
+    let x0 = initial_states(&chosen.model, held_out)?;
     let mut simulated = output(&chosen.model, &data.estimation, &chosen.x0);
-    let tail = simulate(&chosen.model, held_out.u.as_ref(), &x0);
-    simulated.extend((0..tail.ncols()).map(|t| tail[(0, t)]));
+    simulated.extend(output(&chosen.model, held_out, &x0));
     for y in &mut simulated {
         *y = data.output_mean + data.output_scale * *y;
     }
     let n = simulated.len();
     let split = data.estimation.len();
     Ok(Traces {
-        time_s: (0..n).map(|k| log.time0_s + k as f64 * log.sample_time_s).collect(),
+        time_s: log.time_s(),
         steering_rad: log.input.clone(),
         yaw_rate_radps: log.output.clone(),
         is_validation: (0..n).map(|k| k >= split).collect(),
-        yaw_rad: integrate(&log.output, log.sample_time_s),
-        simulated_yaw_rad: integrate(&simulated, log.sample_time_s),
+        yaw_rad: yaw(log, &log.output),
+        simulated_yaw_rad: yaw(log, &simulated),
         simulated_yaw_rate_radps: simulated,
     })
+}
+
+/// Integral of a yaw rate; what happens in a gap is not known, so each segment starts where the last
+/// one ended.
+fn yaw(log: &DriveLog, rate: &[f64]) -> Vec<f64> {
+    let mut all: Vec<f64> = Vec::with_capacity(rate.len());
+    for stretch in &log.segments {
+        let from = all.last().copied().unwrap_or(0.0);
+        let yaw = integrate(&rate[stretch.range.clone()], log.sample_time_s);
+        all.extend(yaw.iter().map(|yaw| from + yaw));
+    }
+    all
 }

@@ -15,6 +15,7 @@ use resample::{Grid, Hold, resample};
 use role::Role;
 use series::Series;
 use std::collections::BTreeMap;
+use std::ops::Range;
 use table::Table;
 use units::Quantity;
 
@@ -42,8 +43,8 @@ pub struct DriveLog {
     pub name: String,
     /// Sample time T, s.
     pub sample_time_s: f64,
-    /// The log's time at the first sample, s.
-    pub time0_s: f64,
+    /// The stretches without a gap, in order; together they are all samples.
+    pub segments: Vec<Stretch>,
     /// Steering angle, rad, in the log's coordinates, held over each sample.
     pub input: Vec<f64>,
     /// Yaw rate, rad/s.
@@ -62,7 +63,26 @@ pub struct DriveLog {
     pub options: BTreeMap<String, String>,
 }
 
+/// Samples of a log that follow each other without a gap.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stretch {
+    /// The log's time at the first sample, s.
+    pub time0_s: f64,
+    /// Which of the log's samples they are.
+    pub range: Range<usize>,
+}
+
 impl DriveLog {
+    /// The log's time at each sample, s.
+    #[must_use]
+    pub fn time_s(&self) -> Vec<f64> {
+        let times = |s: &Stretch| {
+            let (from, step) = (s.time0_s, self.sample_time_s);
+            (0..s.range.len()).map(move |k| from + k as f64 * step)
+        };
+        self.segments.iter().flat_map(times).collect()
+    }
+
     /// Number of samples.
     #[must_use]
     pub fn len(&self) -> usize {
@@ -129,7 +149,7 @@ pub fn read_log(files: &[(String, Vec<u8>)], options: &LogOptions) -> Result<Dri
     Ok(DriveLog {
         name: stem(&files[0].0),
         sample_time_s: grid.step,
-        time0_s: grid.start,
+        segments: vec![Stretch { time0_s: grid.start, range: 0..grid.count }],
         input: on_grid(Role::Steering).unwrap_or_default(),
         output: on_grid(Role::YawRate).unwrap_or_default(),
         speed,

@@ -1,8 +1,8 @@
 //! The LQ factorisation of the stacked block Hankel matrices, in blocks of bounded memory.
 
-use crate::Error;
 use crate::dense::triangle;
-use faer::{Mat, MatRef};
+use crate::{DataSet, Error};
+use faer::Mat;
 
 /// L of the data, rows in the order U_f, U_p, Y_p, Y_f, divided by √j so that products are
 /// covariances.
@@ -23,43 +23,43 @@ pub struct Factor {
 }
 
 impl Factor {
-    /// Factors the data `u` (nu by N) and `y` (ny by N) with `horizon` block rows.
+    /// Factors the data with `horizon` block rows.
     ///
     /// Columns of the Hankel matrices are taken in blocks, and each block's triangle is factored
-    /// together with the last one (Golub and Van Loan, 5.2.8), so memory does not grow with N.
+    /// together with the last one (Golub and Van Loan, 5.2.8), so memory does not grow with N. No
+    /// column reaches from one segment into another.
     ///
     /// # Errors
     /// [`Error::TooFewSamples`] where there are fewer columns than rows.
-    pub fn new(
-        u: MatRef<'_, f64>,
-        y: MatRef<'_, f64>,
-        horizon: usize,
-        sample_time_s: f64,
-    ) -> Result<Self, Error> {
-        let (m, p) = (u.nrows(), y.nrows());
+    pub fn new(data: &DataSet, horizon: usize) -> Result<Self, Error> {
+        let (m, p) = (data.inputs(), data.outputs());
         let window = 2 * horizon;
         let size = window * (m + p);
-        let n = u.ncols().min(y.ncols());
-        if n + 1 < window + size {
-            return Err(Error::TooFewSamples { got: n, need: window + size - 1, sample_time_s });
+        let columns: usize =
+            data.segments().iter().map(|s| (s.len() + 1).saturating_sub(window)).sum();
+        if columns < size {
+            let (got, sample_time_s) = (data.samples(), data.sample_time_s());
+            return Err(Error::TooFewSamples { got, need: window + size - 1, sample_time_s });
         }
-        let columns = n + 1 - window;
         let block = (4 * size).max(256);
         let mut r: Mat<f64> = Mat::zeros(0, size);
-        let mut start = 0;
-        while start < columns {
-            let count = block.min(columns - start);
-            let kept = r.nrows();
-            let stacked = Mat::from_fn(kept + count, size, |i, j| {
-                if i < kept {
-                    return r[(i, j)];
-                }
-                let (lag, channel) = (j / (m + p), j % (m + p));
-                let t = start + i - kept + lag;
-                if channel < m { u[(channel, t)] } else { y[(channel - m, t)] }
-            });
-            r = triangle(stacked.as_ref());
-            start += count;
+        for segment in data.segments() {
+            let columns = (segment.len() + 1).saturating_sub(window);
+            let mut start = 0;
+            while start < columns {
+                let count = block.min(columns - start);
+                let kept = r.nrows();
+                let stacked = Mat::from_fn(kept + count, size, |i, j| {
+                    if i < kept {
+                        return r[(i, j)];
+                    }
+                    let (lag, channel) = (j / (m + p), j % (m + p));
+                    let t = start + i - kept + lag;
+                    if channel < m { segment.u[(channel, t)] } else { segment.y[(channel - m, t)] }
+                });
+                r = triangle(stacked.as_ref());
+                start += count;
+            }
         }
         let scale = 1.0 / (columns as f64).sqrt();
         let by_time = Mat::from_fn(size, size, |i, j| r[(i, j)] * scale);

@@ -2,11 +2,12 @@
 
 use super::weights::{oblique, oblique_next};
 use super::{Factor, Subspace};
-use crate::Error;
 use crate::dense::{hcat, least_squares, pseudo_inverse, spectral_radius, vcat};
+use crate::elimination::{Elimination, Solution};
 use crate::model::{StateSpace, free_response};
 use crate::riccati::kalman_filter;
 use crate::stability::stable_fit;
+use crate::{DataSet, Error, Segment};
 use faer::{Mat, MatRef};
 
 const TOLERANCE: f64 = 1e-12;
@@ -302,14 +303,14 @@ pub fn noise_model(factor: &Factor, model: &StateSpace) -> Result<NoiseModel, Er
 pub struct Refit {
     /// The model with B and D refitted.
     pub model: StateSpace,
-    /// Initial state.
-    pub x0: Vec<f64>,
+    /// Initial state of each segment.
+    pub x0: Vec<Vec<f64>>,
     /// Constant added to each output; zeros unless asked for.
     pub offset: Vec<f64>,
 }
 
-/// B, D, the initial state and, where asked, a constant on each output that make the *simulated*
-/// output of (A, C) fit `y` best, by linear least squares. A must be stable.
+/// B, D, the initial states and, where asked, a constant on each output that make the *simulated*
+/// output of (A, C) fit the data best, by linear least squares. A must be stable.
 ///
 /// The response of output i to column j of B is the state of the transposed system driven by input
 /// j, `z⁺ = Aᵀ z + c_iᵀ u_j`, since C(zI−A)⁻¹B = Bᵀ(zI−Aᵀ)⁻¹Cᵀ.
@@ -319,17 +320,53 @@ pub struct Refit {
 pub fn refit_output(
     a: MatRef<'_, f64>,
     c: MatRef<'_, f64>,
-    u: MatRef<'_, f64>,
-    y: MatRef<'_, f64>,
+    data: &DataSet,
     feedthrough: bool,
     offset: bool,
 ) -> Result<Refit, Error> {
-    let (n, m, p, count) = (a.nrows(), u.nrows(), y.nrows(), u.ncols());
+    let (n, m, p) = (a.nrows(), data.inputs(), data.outputs());
+    let unstable = Error::Numerical { what: "simulation of an unstable model" };
+    if !spectral_radius(a).is_finite() {
+        return Err(unstable);
+    }
+    let (d_start, o_start) = (n * m, n * m + if feedthrough { p * m } else { 0 });
+    let shared = o_start + if offset { p } else { 0 };
+    let mut elimination = Elimination::new(shared, n);
+    for segment in data.segments() {
+        let rows = output_regressors(a, c, segment, (feedthrough, offset));
+        if !crate::dense::is_finite(rows.as_ref()) {
+            return Err(unstable);
+        }
+        elimination.segment(rows.as_ref());
+    }
+    let Solution { shared: solution, own: x0 } = elimination.solve(0.0)?;
+    let at = |k: usize| solution[k];
+    Ok(Refit {
+        model: StateSpace {
+            a: a.to_owned(),
+            b: Mat::from_fn(n, m, |k, j| at(k * m + j)),
+            c: c.to_owned(),
+            d: Mat::from_fn(p, m, |i, j| if feedthrough { at(d_start + i * m + j) } else { 0.0 }),
+        },
+        x0,
+        offset: (0..p).map(|i| if offset { at(o_start + i) } else { 0.0 }).collect(),
+    })
+}
+
+/// Rows of [`refit_output`] for one segment: x0, B, D, offset, output.
+fn output_regressors(
+    a: MatRef<'_, f64>,
+    c: MatRef<'_, f64>,
+    segment: &Segment,
+    (feedthrough, offset): (bool, bool),
+) -> Mat<f64> {
+    let (u, y) = (&segment.u, &segment.y);
+    let (n, m, p, count) = (a.nrows(), u.nrows(), y.nrows(), segment.len());
     let at = crate::model::rows(a.transpose());
-    let (d_start, x_start) = (n * m, n * m + if feedthrough { p * m } else { 0 });
-    let o_start = x_start + n;
-    let width = o_start + if offset { p } else { 0 };
-    let mut regressors = Mat::zeros(p * count, width);
+    let (b_start, d_start) = (n, n + n * m);
+    let o_start = d_start + if feedthrough { p * m } else { 0 };
+    let target = o_start + if offset { p } else { 0 };
+    let mut regressors = Mat::zeros(p * count, target + 1);
     let mut next = vec![0.0; n];
     let mut step = |z: &mut Vec<f64>, drive: f64, ci: &[f64]| {
         for (k, x) in next.iter_mut().enumerate() {
@@ -343,7 +380,7 @@ pub fn refit_output(
             let mut z = vec![0.0; n];
             for t in 0..count {
                 for k in 0..n {
-                    regressors[(i * count + t, k * m + j)] = z[k];
+                    regressors[(i * count + t, b_start + k * m + j)] = z[k];
                 }
                 if feedthrough {
                     regressors[(i * count + t, d_start + i * m + j)] = u[(j, t)];
@@ -354,28 +391,14 @@ pub fn refit_output(
         let mut free = ci.clone();
         for t in 0..count {
             for k in 0..n {
-                regressors[(i * count + t, x_start + k)] = free[k];
+                regressors[(i * count + t, k)] = free[k];
             }
             if offset {
                 regressors[(i * count + t, o_start + i)] = 1.0;
             }
+            regressors[(i * count + t, target)] = y[(i, t)];
             step(&mut free, 0.0, &ci);
         }
     }
-    if !spectral_radius(a).is_finite() || !crate::dense::is_finite(regressors.as_ref()) {
-        return Err(Error::Numerical { what: "simulation of an unstable model" });
-    }
-    let target = Mat::from_fn(p * count, 1, |r, _| y[(r / count, r % count)]);
-    let solution = least_squares(regressors.as_ref(), target.as_ref(), TOLERANCE)?;
-    let at = |k: usize| solution[(k, 0)];
-    Ok(Refit {
-        model: StateSpace {
-            a: a.to_owned(),
-            b: Mat::from_fn(n, m, |k, j| at(k * m + j)),
-            c: c.to_owned(),
-            d: Mat::from_fn(p, m, |i, j| if feedthrough { at(d_start + i * m + j) } else { 0.0 }),
-        },
-        x0: (0..n).map(|k| at(x_start + k)).collect(),
-        offset: (0..p).map(|i| if offset { at(o_start + i) } else { 0.0 }).collect(),
-    })
+    regressors
 }
