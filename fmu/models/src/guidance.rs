@@ -16,7 +16,7 @@
 //! `yaw_reference` is not wrapped: it is as continuous as the path.
 
 use crate::angle::wrap_angle;
-use crate::error::{Error, finite};
+use crate::error::{Error, diverged, finite};
 use crate::path::PathGeometry;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -73,19 +73,14 @@ impl PathOutput {
     /// # Errors
     /// Names the value.
     pub fn check(&self) -> Result<(), Error> {
-        for (name, value) in [
+        diverged([
             ("the yaw reference", self.yaw_reference),
             ("the steering feedforward", self.steering_feedforward),
             ("the cross-track error", self.cross_track_error),
             ("the heading error", self.heading_error),
             ("the curvature", self.curvature),
             ("the distance", self.distance),
-        ] {
-            if !value.is_finite() {
-                return Err(Error::Diverged { name, value });
-            }
-        }
-        Ok(())
+        ])
     }
 }
 

@@ -10,7 +10,7 @@
 //! and, where A has a real logarithm, the continuous form of eq 6–11 whose zero-order-hold samples
 //! these are. The plant that moves by it is [`crate::identified_plant::IdentifiedPlant`].
 
-use crate::error::Error;
+use crate::error::{Error, numbers};
 use crate::linear::{ContinuousModel, discretize};
 use crate::quadrature::LONGEST_PANEL;
 use nalgebra::DMatrix;
@@ -173,7 +173,7 @@ fn check(data: &IdentifiedData) -> Result<(), Error> {
             return Err(Error::NotFinite { name, value });
         }
     }
-    for (name, value) in [
+    numbers(&[
         ("D", data.d),
         ("the sample time", data.sample_time),
         ("the input delay", data.delay),
@@ -181,11 +181,7 @@ fn check(data: &IdentifiedData) -> Result<(), Error> {
         ("the yaw-rate offset", data.yaw_rate_offset),
         ("the identified speed", data.speed),
         ("the innovation's standard deviation", data.innovation_std),
-    ] {
-        if !value.is_finite() {
-            return Err(Error::NotFinite { name, value });
-        }
-    }
+    ])?;
     if data.sample_time <= 0.0 {
         return Err(Error::NotPositive { name: "the sample time", value: data.sample_time });
     }

@@ -29,7 +29,7 @@
 //!   part of D (kd, c) into I. ki, b and Tt act on increments and are bumpless as they are.
 
 use crate::angle::wrap_angle;
-use crate::error::{Error, finite};
+use crate::error::{Error, diverged, finite};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
@@ -206,15 +206,11 @@ impl Pid {
     /// # Errors
     /// Names the value.
     pub fn check(&self) -> Result<(), Error> {
-        for (name, value) in [
+        diverged([
             ("the integral action", self.integral),
             ("the derivative action", self.derivative),
             ("the steering angle", self.steering_angle),
-        ] {
-            if !value.is_finite() {
-                return Err(Error::Diverged { name, value });
-            }
-        }
+        ])?;
         let Some(b) = &self.before else { return Ok(()) };
         finite(
             "an input or gain of the tick before",

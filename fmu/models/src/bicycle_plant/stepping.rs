@@ -2,7 +2,7 @@
 
 use super::BicyclePlant;
 use super::dynamics::Dynamics;
-use crate::error::Error;
+use crate::error::{Error, diverged};
 use crate::identified_plant::LONGEST_STEP;
 use crate::quadrature::{LONGEST_PANEL, NODE, NODES, mean, panels};
 use crate::trigonometry::sin_cos_small;
@@ -49,19 +49,14 @@ impl BicyclePlant {
     #[inline]
     fn check_finite(&self) -> Result<(), Error> {
         let [lateral_velocity, yaw_rate, wheel] = self.w;
-        for (name, value) in [
+        diverged([
             ("the lateral velocity", lateral_velocity),
             ("the yaw rate", yaw_rate),
             ("the road-wheel angle", wheel),
             ("yaw", self.pose.yaw),
             ("x", self.pose.x),
             ("y", self.pose.y),
-        ] {
-            if !value.is_finite() {
-                return Err(Error::Diverged { name, value });
-            }
-        }
-        Ok(())
+        ])
     }
 
     /// One panel, which begins at a steering angle.

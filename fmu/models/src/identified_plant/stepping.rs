@@ -2,7 +2,7 @@
 
 use super::IdentifiedPlant;
 use crate::delay::Segment;
-use crate::error::Error;
+use crate::error::{Error, diverged};
 use crate::quadrature::{Pose, mean_direction, mean_direction_of_arc};
 use crate::trigonometry::sin_cos;
 
@@ -50,12 +50,7 @@ impl IdentifiedPlant {
             return Ok(());
         }
         let states = self.states().iter().map(|&x| ("a state of the model", x));
-        for (name, value) in states.chain([("yaw", yaw), ("x", x), ("y", y)]) {
-            if !value.is_finite() {
-                return Err(Error::Diverged { name, value });
-            }
-        }
-        Ok(())
+        diverged(states.chain([("yaw", yaw), ("x", x), ("y", y)]))
     }
 
     /// A step of so many grid intervals, split at the grid points in it.

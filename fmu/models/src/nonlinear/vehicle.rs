@@ -3,7 +3,7 @@
 use super::dynamics::{Constants, Lateral};
 use super::parameters::{NonlinearParameters, within};
 use crate::delay::{DelayLine, Segment};
-use crate::error::Error;
+use crate::error::{Error, diverged, numbers};
 use crate::identified_plant::LONGEST_STEP;
 use crate::quadrature::Pose;
 use crate::trigonometry::sin_cos;
@@ -78,15 +78,11 @@ impl NonlinearVehicle {
             self.delay = DelayLine::new(self.started.actuator_delay, 0.0);
         }
         let [lateral_velocity, yaw_rate, angle, roll] = self.initial_states;
-        for (name, value) in [
+        numbers(&[
             ("the lateral velocity", lateral_velocity),
             ("the yaw rate", yaw_rate),
-            ("the roll", roll),
-        ] {
-            if !value.is_finite() {
-                return Err(Error::NotFinite { name, value });
-            }
-        }
+            ("the lateral acceleration that the load has followed", roll),
+        ])?;
         let stop = self.started.road_wheel_angle_max;
         within("the road-wheel angle at the start", angle, -stop, stop)?;
         self.pose = Pose { x: self.initial_x, y: self.initial_y, yaw: self.initial_yaw };
@@ -114,11 +110,15 @@ impl NonlinearVehicle {
             left -= piece.duration;
             self.follow(piece, longest)?;
         }
-        if self.pose.x.is_finite() && self.pose.y.is_finite() && self.lateral[2].is_finite() {
-            Ok(())
-        } else {
-            Err(Error::Diverged { name: "yaw rate", value: self.lateral[1] })
-        }
+        let [lateral_velocity, yaw_rate, roll] = self.lateral;
+        diverged([
+            ("the lateral velocity", lateral_velocity),
+            ("the yaw rate", yaw_rate),
+            ("the lateral acceleration that the load has followed", roll),
+            ("yaw", self.pose.yaw),
+            ("x", self.pose.x),
+            ("y", self.pose.y),
+        ])
     }
 
     /// Moves under a command that is one line, in steering coordinates.
@@ -128,14 +128,10 @@ impl NonlinearVehicle {
         let dynamics = constants.at_speed(self.speed);
         let at_wheel = Segment { value: command.value * n, slope: command.slope * n, ..command };
         // A steering ratio near zero makes any angle infinite; what follows divides by neither.
-        for (name, value) in [
+        numbers(&[
             ("the steering at the road wheel", at_wheel.value),
             ("the steering's rate at the road wheel", at_wheel.slope * actuator.time_constant),
-        ] {
-            if !value.is_finite() {
-                return Err(Error::NotFinite { name, value });
-            }
-        }
+        ])?;
         for line in actuator.within_stops(at_wheel).as_slice() {
             for motion in actuator.follow(self.angle, *line).as_slice() {
                 if motion.duration > 0.0 {

@@ -1,0 +1,126 @@
+//! The nonlinear vehicle against an independent solution, that of `data/nonlinear_reference.py`.
+#![allow(clippy::unwrap_used)]
+
+use std::collections::BTreeMap;
+use vehicle_models::{NonlinearParameters, NonlinearVehicle};
+
+/// A case of the reference: its name, its columns, a vehicle at its start.
+struct Case {
+    name: String,
+    columns: BTreeMap<String, f64>,
+    vehicle: NonlinearVehicle,
+}
+
+fn cases() -> Vec<Case> {
+    let text = include_str!("data/nonlinear_reference.csv");
+    let mut lines = text.lines();
+    let header: Vec<&str> = lines.next().unwrap().split(',').collect();
+    lines
+        .map(|line| {
+            let fields: Vec<&str> = line.split(',').collect();
+            assert_eq!(fields.len(), header.len());
+            let columns: BTreeMap<String, f64> = header
+                .iter()
+                .zip(&fields)
+                .skip(1)
+                .map(|(name, field)| ((*name).to_owned(), field.parse().unwrap()))
+                .collect();
+            let get = |name: &str| columns[name];
+            let mut vehicle = NonlinearVehicle::new(NonlinearParameters {
+                mass: get("mass"),
+                yaw_inertia: get("yaw_inertia"),
+                distance_front: get("distance_front"),
+                distance_rear: get("distance_rear"),
+                cornering_stiffness_front: get("cornering_stiffness_front"),
+                cornering_stiffness_rear: get("cornering_stiffness_rear"),
+                friction_coefficient: get("friction_coefficient"),
+                tyre_shape_factor: get("tyre_shape_factor"),
+                tyre_curvature_factor: get("tyre_curvature_factor"),
+                friction_load_sensitivity: get("friction_load_sensitivity"),
+                stiffness_load_sensitivity: get("stiffness_load_sensitivity"),
+                centre_of_gravity_height: get("centre_of_gravity_height"),
+                track_width: get("track_width"),
+                roll_stiffness_front: get("roll_stiffness_front"),
+                roll_time_constant: get("roll_time_constant"),
+                steering_ratio: get("steering_ratio"),
+                actuator_time_constant: get("actuator_time_constant"),
+                actuator_delay: get("actuator_delay"),
+                road_wheel_rate_max: get("road_wheel_rate_max"),
+                road_wheel_angle_max: get("road_wheel_angle_max"),
+            })
+            .unwrap();
+            vehicle.speed = get("speed");
+            vehicle.initial_states = [
+                get("start_lateral_velocity"),
+                get("start_yaw_rate"),
+                get("start_road_wheel_angle"),
+                get("start_roll_acceleration"),
+            ];
+            vehicle.start().unwrap();
+            Case { name: fields[0].to_owned(), columns, vehicle }
+        })
+        .collect()
+}
+
+/// Drives the case in `count` steps; largest difference from the reference, states and outputs.
+fn error(case: &Case, count: u32) -> f64 {
+    let get = |name: &str| case.columns[name];
+    let mut vehicle = case.vehicle.clone();
+    let h = get("time") / f64::from(count);
+    for k in 0..count {
+        vehicle.steering_angle = get("steering") + get("slope") * h * f64::from(k);
+        vehicle.steering_slope = get("slope");
+        vehicle.step(h).unwrap();
+    }
+    vehicle.steering_angle = get("steering") + get("slope") * get("time");
+    [
+        (vehicle.lateral_velocity(), "lateral_velocity"),
+        (vehicle.yaw_rate(), "yaw_rate"),
+        (vehicle.road_wheel_angle(), "road_wheel_angle"),
+        (vehicle.roll_acceleration(), "roll_acceleration"),
+        (vehicle.yaw(), "yaw"),
+        (vehicle.x(), "x"),
+        (vehicle.y(), "y"),
+        (vehicle.lateral_acceleration(), "lateral_acceleration"),
+    ]
+    .into_iter()
+    .map(|(value, name)| (value - get(name)).abs())
+    .fold(0.0, f64::max)
+}
+
+#[test]
+fn agrees_with_the_independent_solution() {
+    for case in cases() {
+        // One long step, and steps of 10 ms as importers take them.
+        let steps = (case.columns["time"] / 0.01).round() as u32;
+        for count in [1, steps] {
+            let error = error(&case, count);
+            println!("{}: {count} steps: {error:.2e}", case.name);
+            assert!(error < 2e-7, "{}: {error:e} in {count} steps", case.name);
+        }
+    }
+}
+
+/// A communication step below the longest panel is one panel, except where the actuator's motion
+/// changes: halving it sixteen times less error means order four, rate limits and end stops or not.
+#[test]
+fn converges_with_order_four() {
+    let mut seen = 0;
+    for case in cases() {
+        if case.columns["speed"] < 5.0 {
+            continue;
+        }
+        let time = case.columns["time"];
+        // The coarsest panel of all is 2 ms.
+        let errors = [0.002, 0.001, 0.0005].map(|h| error(&case, (time / h).round() as u32));
+        let orders = [(errors[0] / errors[1]).log2(), (errors[1] / errors[2]).log2()];
+        println!("{}: {errors:?}, orders {orders:.2?}", case.name);
+        seen += 1;
+        assert!((3.8..4.3).contains(&orders[0]), "{}: {orders:?}", case.name);
+        // Below this the reference's own error shows.
+        if errors[2] > 1e-11 {
+            assert!((3.8..4.3).contains(&orders[1]), "{}: {orders:?}", case.name);
+        }
+    }
+    assert_eq!(seen, 8);
+}
