@@ -1,14 +1,13 @@
 //! `BicyclePlant`: the glue from [`vehicle_models::BicyclePlant`] to the export trait.
 
 use crate::finite::outputs_are_finite;
-use crate::plant::{SpeedRate, kind, pose, settable};
+use crate::plant::{Flags, kind, pose, settable};
 use crate::resources::optional;
 use crate::saved::{check_settable, decode, encode, refuse};
 use crate::start::with_start_values;
 use crate::tables::bicycle_plant::Variable;
 use fmi2_export::{Capabilities, Known, Log, Resources, Slave, StateSpec, Unknown};
 use model_description::{DependencyKind, Table, Value};
-use serde::{Deserialize, Serialize};
 use vehicle_models::sensitivity::{self, Factor};
 use vehicle_models::{BicycleParameters, SavedBicyclePlant};
 
@@ -17,19 +16,6 @@ use vehicle_models::{BicycleParameters, SavedBicyclePlant};
 pub struct BicyclePlant {
     plant: vehicle_models::BicyclePlant,
     flags: Flags,
-}
-
-/// What the glue itself remembers.
-#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
-struct Flags {
-    started: bool,
-    speed_rate: SpeedRate,
-}
-
-#[derive(Serialize, Deserialize)]
-struct Saved {
-    flags: Flags,
-    plant: SavedBicyclePlant,
 }
 
 /// Indices of the states.
@@ -258,13 +244,13 @@ impl Slave for BicyclePlant {
     }
 
     fn save(&self) -> Vec<u8> {
-        encode(&Saved { flags: self.flags, plant: self.plant.save() })
+        encode(&(self.flags, self.plant.save()))
     }
 
     fn load(&mut self, bytes: &[u8]) -> Result<(), String> {
-        let saved: Saved = decode(bytes)?;
-        let plant = vehicle_models::BicyclePlant::restore(&saved.plant).map_err(|e| refuse(&e))?;
-        let mut loaded = Self { plant, flags: saved.flags };
+        let (flags, saved): (Flags, SavedBicyclePlant) = decode(bytes)?;
+        let plant = vehicle_models::BicyclePlant::restore(&saved).map_err(|e| refuse(&e))?;
+        let mut loaded = Self { plant, flags };
         check_settable(&mut loaded)?;
         *self = loaded;
         Ok(())

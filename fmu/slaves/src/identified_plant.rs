@@ -1,14 +1,13 @@
 //! `IdentifiedPlant`: the glue from [`vehicle_models::IdentifiedPlant`] to the export trait.
 
 use crate::finite::outputs_are_finite;
-use crate::plant::{SpeedRate, kind, pose, settable};
+use crate::plant::{Flags, kind, pose, settable};
 use crate::resources::required;
 use crate::saved::{check_settable, decode, encode, refuse};
 use crate::start::with_start_values;
 use crate::tables::identified_plant::Variable;
 use fmi2_export::{Capabilities, Known, Log, Resources, Slave, StateSpec, Unknown};
 use model_description::{DependencyKind, Table, Value};
-use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use vehicle_models::sensitivity::{self, Factor};
 use vehicle_models::{InputKind, SavedIdentifiedPlant};
@@ -18,20 +17,8 @@ use vehicle_models::{InputKind, SavedIdentifiedPlant};
 pub struct IdentifiedPlant {
     plant: vehicle_models::IdentifiedPlant,
     flags: Flags,
-}
-
-/// What the glue itself remembers.
-#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
-struct Flags {
-    started: bool,
+    /// Whether a speed far from the identified one was told.
     warned_of_speed: bool,
-    speed_rate: SpeedRate,
-}
-
-#[derive(Serialize, Deserialize)]
-struct Saved {
-    flags: Flags,
-    plant: SavedIdentifiedPlant,
 }
 
 impl IdentifiedPlant {
@@ -83,7 +70,10 @@ impl Slave for IdentifiedPlant {
         let model = model_loading::identified_model(&plant)
             .map_err(|e| format!("plant.json: {e}; hint: {}", e.hint()))?;
         let plant = vehicle_models::IdentifiedPlant::new(Arc::new(model));
-        with_start_values(Self { plant, flags: Flags::default() }, resources)
+        with_start_values(
+            Self { plant, flags: Flags::default(), warned_of_speed: false },
+            resources,
+        )
     }
 
     #[inline]
@@ -125,14 +115,14 @@ impl Slave for IdentifiedPlant {
     }
 
     fn exit_initialization(&mut self, _start_time: f64, _log: &mut Log) -> Result<(), String> {
-        self.plant.start();
         self.flags.started = true;
+        self.plant.start();
         outputs_are_finite(self)
     }
 
     fn step(&mut self, _time: f64, step: f64, log: &mut Log) -> Result<(), String> {
-        if !self.flags.warned_of_speed && self.plant.speed_far_from_identified() {
-            self.flags.warned_of_speed = true;
+        if !self.warned_of_speed && self.plant.speed_far_from_identified() {
+            self.warned_of_speed = true;
             let data = self.plant.model().data();
             let consequence = match data.input {
                 InputKind::Steering => "x and y follow it, the dynamics do not",
@@ -206,14 +196,14 @@ impl Slave for IdentifiedPlant {
     }
 
     fn save(&self) -> Vec<u8> {
-        encode(&Saved { flags: self.flags, plant: self.plant.save() })
+        encode(&(self.flags, self.warned_of_speed, self.plant.save()))
     }
 
     fn load(&mut self, bytes: &[u8]) -> Result<(), String> {
-        let saved: Saved = decode(bytes)?;
+        let saved: SavedIdentifiedPlant;
         let mut loaded = self.clone();
-        loaded.plant.restore(saved.plant).map_err(|e| refuse(&e))?;
-        loaded.flags = saved.flags;
+        (loaded.flags, loaded.warned_of_speed, saved) = decode(bytes)?;
+        loaded.plant.restore(saved).map_err(|e| refuse(&e))?;
         check_settable(&mut loaded)?;
         *self = loaded;
         Ok(())

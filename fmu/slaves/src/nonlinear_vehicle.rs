@@ -3,14 +3,13 @@
 //! States, from 0: v_y, r, δ, a_φ, which can be set at the start, then ψ, X, Y.
 
 use crate::finite::outputs_are_finite;
-use crate::plant::{SpeedRate, pose, settable};
+use crate::plant::{Flags, pose, settable};
 use crate::resources::optional;
 use crate::saved::{check_settable, decode, encode, refuse};
 use crate::start::with_start_values;
 use crate::tables::nonlinear_vehicle::Variable;
 use fmi2_export::{Capabilities, Known, Log, Resources, Slave, StateSpec, Unknown};
 use model_description::{DependencyKind, Table, Value};
-use serde::{Deserialize, Serialize};
 use vehicle_models::NonlinearParameters;
 use vehicle_models::nonlinear::SavedVehicle;
 
@@ -19,19 +18,6 @@ use vehicle_models::nonlinear::SavedVehicle;
 pub struct NonlinearVehicle {
     vehicle: vehicle_models::NonlinearVehicle,
     flags: Flags,
-}
-
-/// What the glue itself remembers.
-#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
-struct Flags {
-    started: bool,
-    speed_rate: SpeedRate,
-}
-
-#[derive(Serialize, Deserialize)]
-struct Saved {
-    flags: Flags,
-    vehicle: SavedVehicle,
 }
 
 /// Places of the states that follow from the pose at the start.
@@ -294,14 +280,13 @@ impl Slave for NonlinearVehicle {
     }
 
     fn save(&self) -> Vec<u8> {
-        encode(&Saved { flags: self.flags, vehicle: self.vehicle.save() })
+        encode(&(self.flags, self.vehicle.save()))
     }
 
     fn load(&mut self, bytes: &[u8]) -> Result<(), String> {
-        let saved: Saved = decode(bytes)?;
-        let vehicle =
-            vehicle_models::NonlinearVehicle::restore(saved.vehicle).map_err(|e| refuse(&e))?;
-        let mut loaded = Self { vehicle, flags: saved.flags };
+        let (flags, saved): (Flags, SavedVehicle) = decode(bytes)?;
+        let vehicle = vehicle_models::NonlinearVehicle::restore(saved).map_err(|e| refuse(&e))?;
+        let mut loaded = Self { vehicle, flags };
         check_settable(&mut loaded)?;
         *self = loaded;
         Ok(())

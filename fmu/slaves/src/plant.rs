@@ -1,10 +1,18 @@
-//! What the glue of the plants shares: the speed's derivative, kinds of dependencies, and states of
-//! a pose.
+//! What the glue of the plants shares: what it remembers, kinds of dependencies, and states of a
+//! pose.
 
 use fmi2_export::{Log, StateSpec};
 use model_description::DependencyKind;
 use serde::{Deserialize, Serialize};
 use vehicle_models::sensitivity::Factor;
+
+/// What the glue remembers beside the model.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+pub(crate) struct Flags {
+    /// Whether initialization mode was left.
+    pub(crate) started: bool,
+    pub(crate) speed_rate: SpeedRate,
+}
 
 /// The derivative of the speed, which no plant follows: that is said once.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
