@@ -9,6 +9,7 @@ use std::fs;
 use std::io::{Read, Seek, Write};
 use std::path::{Path, PathBuf};
 
+use tempfile::TempDir;
 use zip::CompressionMethod;
 use zip::read::ZipFile;
 
@@ -50,8 +51,36 @@ const TYPE_MASK: u32 = 0o170_000;
 const TYPE_FILE: u32 = 0o100_000;
 const TYPE_FOLDER: u32 = 0o040_000;
 
-/// Extracts the archive `name`, read from `reader`, into the existing empty folder `into`.
+/// Opens what is to be an archive; gives its name for messages too.
+pub(crate) fn open(path: &Path) -> Result<(fs::File, String), Error> {
+    let io = |source: std::io::Error| Error::Io { path: path.to_path_buf(), source };
+    if fs::metadata(path).map_err(io)?.is_dir() {
+        return Err(Error::NotAnArchive {
+            archive: path.display().to_string(),
+            reason: "it is a folder".to_owned(),
+        });
+    }
+    let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+    Ok((fs::File::open(path).map_err(io)?, name))
+}
+
+/// Extracts the archive `name`, read from `reader`, into a temporary folder whose name begins with
+/// `prefix`.
 pub(crate) fn extract<R: Read + Seek>(
+    reader: R,
+    name: &str,
+    prefix: &str,
+    limits: &Limits,
+) -> Result<TempDir, Error> {
+    let folder = tempfile::Builder::new()
+        .prefix(prefix)
+        .tempdir()
+        .map_err(|source| Error::Io { path: std::env::temp_dir(), source })?;
+    extract_into(reader, name, folder.path(), limits)?;
+    Ok(folder)
+}
+
+fn extract_into<R: Read + Seek>(
     reader: R,
     name: &str,
     into: &Path,

@@ -43,16 +43,7 @@ impl Archive {
 
     /// Opens a `.fmu` file that may be larger, or has to be smaller, than the default limits.
     pub fn open_with_limits(path: impl AsRef<Path>, limits: &Limits) -> Result<Self, Error> {
-        let path = path.as_ref();
-        let io = |source: std::io::Error| Error::Io { path: path.to_path_buf(), source };
-        if fs::metadata(path).map_err(io)?.is_dir() {
-            return Err(Error::NotAnArchive {
-                archive: path.display().to_string(),
-                reason: "it is a folder".to_owned(),
-            });
-        }
-        let file = fs::File::open(path).map_err(io)?;
-        let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
+        let (file, name) = extract::open(path.as_ref())?;
         Self::from_reader(file, &name, limits)
     }
 
@@ -62,11 +53,7 @@ impl Archive {
     }
 
     fn from_reader<R: Read + Seek>(reader: R, name: &str, limits: &Limits) -> Result<Self, Error> {
-        let folder = tempfile::Builder::new()
-            .prefix("fmu-")
-            .tempdir()
-            .map_err(|source| Error::Io { path: std::env::temp_dir(), source })?;
-        extract::extract(reader, name, folder.path(), limits)?;
+        let folder = extract::extract(reader, name, "fmu-", limits)?;
         let xml = folder.path().join("modelDescription.xml");
         if !xml.is_file() {
             return Err(Error::NoModelDescription { archive: name.to_owned() });

@@ -40,16 +40,8 @@ pub struct SystemPackage {
 impl SystemPackage {
     /// Opens a `.ssp` file.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, Error> {
-        let path = path.as_ref();
-        let io = |source: std::io::Error| Error::Io { path: path.to_path_buf(), source };
-        if fs::metadata(path).map_err(io)?.is_dir() {
-            return Err(Error::NotAnArchive {
-                archive: path.display().to_string(),
-                reason: "it is a folder".to_owned(),
-            });
-        }
-        let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
-        Self::from_reader(fs::File::open(path).map_err(io)?, &name, &Limits::default())
+        let (file, name) = extract::open(path.as_ref())?;
+        Self::from_reader(file, &name, &Limits::default())
     }
 
     /// Opens a package in memory; `name` is what errors call it.
@@ -59,11 +51,7 @@ impl SystemPackage {
 
     fn from_reader<R: Read + Seek>(reader: R, name: &str, limits: &Limits) -> Result<Self, Error> {
         // The FMUs have folders of their own, so this one may go when they are open.
-        let folder = tempfile::Builder::new()
-            .prefix("ssp-")
-            .tempdir()
-            .map_err(|source| Error::Io { path: std::env::temp_dir(), source })?;
-        extract::extract(reader, name, folder.path(), limits)?;
+        let folder = extract::extract(reader, name, "ssp-", limits)?;
         if !folder.path().join(STRUCTURE).is_file() {
             return Err(Error::NoSystemStructure { package: name.to_owned() });
         }
