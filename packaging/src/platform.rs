@@ -20,13 +20,6 @@ enum System {
     Darwin,
 }
 
-const ARCHITECTURES: [(&str, &str); 4] = [
-    ("aarch32", "32-bit ARM"),
-    ("aarch64", "64-bit ARM"),
-    ("x86", "32-bit x86"),
-    ("x86_64", "64-bit x86"),
-];
-
 impl Platform {
     /// The platform of that folder.
     ///
@@ -51,10 +44,11 @@ impl Platform {
             "darwin" => System::Darwin,
             _ => return Err(unknown()),
         };
-        let (_, architecture) = ARCHITECTURES
-            .into_iter()
-            .find(|(name, _)| *name == architecture && name.starts_with("aarch"))
-            .ok_or_else(unknown)?;
+        let architecture = match architecture {
+            "aarch32" => "32-bit ARM",
+            "aarch64" => "64-bit ARM",
+            _ => return Err(unknown()),
+        };
         Ok(Self { system, architecture })
     }
 

@@ -1,19 +1,18 @@
 //! Which output feeds which input of a loop, and in which order its FMUs are stepped.
 
-use crate::{Error, Packed};
+use crate::{Error, Fmu, Packed};
 use fmi2_host::Connection;
 use model_description::{Causality, Variable};
 
-/// The FMUs in the order plant, pose estimator, path, controller: no delay enters the loop when a
-/// Gauss–Seidel master steps them so.
+/// The FMUs in the order plant, path, controller: no delay enters the loop when a Gauss–Seidel
+/// master steps them so.
 #[must_use]
 pub fn loop_order(packed: &[Packed]) -> Vec<&Packed> {
     let mut ordered: Vec<&Packed> = packed.iter().collect();
-    ordered.sort_by_key(|p| match p.fmu.name() {
-        "PoseEstimator" => 1,
-        "ReferencePath" => 2,
-        "LateralPid" => 3,
-        _ => 0,
+    ordered.sort_by_key(|p| match p.fmu {
+        Fmu::IdentifiedPlant | Fmu::BicyclePlant | Fmu::NonlinearVehicle => 0,
+        Fmu::ReferencePath => 1,
+        Fmu::LateralPid => 2,
     });
     ordered
 }
