@@ -7,6 +7,7 @@ use model_description::{
     Causality, CoSimulation, Initial, Kind, ModelDescription, Variability, Variable,
 };
 use packaging::{Binary, Fmu};
+use std::ffi::c_int;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
@@ -21,10 +22,27 @@ pub(crate) struct Sample {
     _archive: Archive,
 }
 
+static SAMPLES: OnceLock<Vec<Sample>> = OnceLock::new();
+
 /// Every FMU.
 pub(crate) fn samples() -> &'static [Sample] {
-    static SAMPLES: OnceLock<Vec<Sample>> = OnceLock::new();
-    SAMPLES.get_or_init(|| Fmu::ALL.into_iter().map(unpacked).collect())
+    SAMPLES.get_or_init(|| {
+        // SAFETY: C's function of that name; what it is given is a function of this program.
+        unsafe { atexit(clean_up) };
+        Fmu::ALL.into_iter().map(unpacked).collect()
+    })
+}
+
+// SAFETY: as C declares it (7.22.4.2).
+unsafe extern "C" {
+    fn atexit(function: extern "C" fn()) -> c_int;
+}
+
+/// Deletes what was unpacked, since nothing static is dropped.
+extern "C" fn clean_up() {
+    for sample in SAMPLES.get().into_iter().flatten() {
+        let _ = std::fs::remove_dir_all(&sample.folder);
+    }
 }
 
 /// The FMU of that name.

@@ -49,12 +49,19 @@ pub(crate) fn archives() -> &'static Path {
     })
 }
 
-/// Runs the demo into a folder of that name, made anew.
-pub(crate) fn run_demo(name: &str) -> Demo {
+/// A folder of that name for this test binary, not there yet: what is shared by tests lives until
+/// the next run, since nothing is dropped when a test binary ends.
+fn shared(name: &str) -> PathBuf {
     // The test binary's name keeps binaries that run at the same time apart.
     let exe = std::env::current_exe().unwrap();
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(exe.file_stem().unwrap()).join(name);
     let _ = std::fs::remove_dir_all(&folder);
+    folder
+}
+
+/// Runs the demo into a folder of that name, made anew.
+pub(crate) fn run_demo(name: &str) -> Demo {
+    let folder = shared(name);
     let output = steerwright(
         &std::env::temp_dir(),
         &["demo".as_ref(), "--json".as_ref(), "--out".as_ref(), folder.as_os_str()],
@@ -66,9 +73,10 @@ pub(crate) fn run_demo(name: &str) -> Demo {
 /// The multi-body drive's files, each made by its subcommand, once for a test binary: `plant.json`,
 /// `bicycle.json`, `pid.json`, `path.json`, and `fmu/` with their archives.
 pub(crate) fn chain() -> &'static Path {
-    static CHAIN: OnceLock<tempfile::TempDir> = OnceLock::new();
-    let folder = CHAIN.get_or_init(|| {
-        let folder = tempfile::tempdir().unwrap();
+    static CHAIN: OnceLock<PathBuf> = OnceLock::new();
+    CHAIN.get_or_init(|| {
+        let folder = shared("chain");
+        std::fs::create_dir_all(&folder).unwrap();
         for arguments in [
             "identify {data}/multibody/drive.csv --input steering_command_rad",
             "bicycle {data}/multibody/vehicle.toml",
@@ -76,12 +84,11 @@ pub(crate) fn chain() -> &'static Path {
             "path --pid pid.json",
             "package plant.json bicycle.json pid.json path.json --out fmu",
         ] {
-            let output = steerwright(folder.path(), &words(arguments, Path::new("")));
+            let output = steerwright(&folder, &words(arguments, Path::new("")));
             assert!(output.status.success(), "{arguments}: {}", told(&output));
         }
         folder
-    });
-    folder.path()
+    })
 }
 
 /// A command line's arguments, with the folders that stand in it as `{data}` and `{chain}`.
