@@ -184,8 +184,12 @@ fn experiment<'a>(
             Err(Failure::new("no FMU recommends a stop time", "give one, such as --stop 10s"))
         }
         (Some(step), Some(stop)) => Err(Failure::new(
-            format!("step {step} s and stop {stop} s must be above 0"),
-            "give --step and --stop above 0",
+            format!(
+                "step {step} s and stop {stop} s: the step must be above 0, the stop after the \
+                 start at {} s",
+                said.start
+            ),
+            "give others with --step and --stop",
         )),
     }
 }

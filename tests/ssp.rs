@@ -222,6 +222,9 @@ fn a_package_at_odds_with_its_fmus_is_told_before_its_result() {
         assert!(text.starts_with("error: edited.ssp: SystemStructure.ssd:"), "{text}");
         assert!(text.contains(what) && text.contains("\nhint: "), "{what:?} is not in {text}");
     }
+    // A stop of 1 s, and a start behind it.
+    let text = told(&simulate(r#"startTime="0.0""#, r#"startTime="5""#));
+    assert!(text.contains("the stop after the start at 5 s"), "{text}");
 }
 
 #[test]
