@@ -156,6 +156,24 @@ fn large_descriptions_take_their_time_and_no_more() {
     assert!(start.elapsed() < Duration::from_secs(30), "{:?}", start.elapsed());
 }
 
+/// As many files as a zip can have, and as many sources that are none of them.
+#[test]
+fn long_lists_of_files_take_their_time_and_no_more() {
+    let mut files = base();
+    for number in 0..60_000 {
+        files.add(&format!("sources/folder/with/a/long/name/{number:05}.h"), b"");
+    }
+    let list: String = (0..60_000)
+        .map(|number| format!("<File name=\"folder/with/a/long/name/{number:05}.c\"/>"))
+        .collect();
+    files.replace("<File name=\"base.c\"/>", &list);
+    let bytes = files.zip();
+    let start = Instant::now();
+    let report = check(&bytes, "Base.fmu");
+    assert!(has(&report, "source-missing"), "{:?}", report.findings);
+    assert!(start.elapsed() < Duration::from_secs(20), "{:?}", start.elapsed());
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
 

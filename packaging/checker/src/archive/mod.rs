@@ -10,12 +10,14 @@ mod unpack;
 use crate::finding::{Findings, Location};
 use directory::Record;
 use fmi2_host::Limits;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The entries of a readable archive.
 pub(crate) struct Contents<'a> {
     bytes: &'a [u8],
     records: Vec<Record>,
+    /// The names of all entries, sorted.
+    present: BTreeSet<String>,
     /// Files by name; the first of a name counts.
     files: BTreeMap<String, usize>,
 }
@@ -46,7 +48,8 @@ impl<'a> Contents<'a> {
                 Ok(()) => {}
             }
         }
-        Some(Self { bytes, records, files })
+        let present = names.into_iter().map(str::to_owned).collect();
+        Some(Self { bytes, records, present, files })
     }
 
     /// The names of all entries, folders among them, as they stand in the directory.
@@ -56,7 +59,7 @@ impl<'a> Contents<'a> {
 
     /// Whether there is an entry of that name, intact or not: a damaged one is a finding already.
     pub(crate) fn has(&self, name: &str) -> bool {
-        self.names().any(|other| other == name)
+        self.present.contains(name)
     }
 
     /// The bytes of an intact file.
