@@ -13,6 +13,10 @@ use std::{env, fs};
 /// Package and FMU name of each library.
 const LIBRARIES: &[(&str, &str)] = &include!("libraries.rs");
 
+/// The crates that the libraries link, whose manifests say with what features.
+const LINKED: [&str; 6] =
+    ["formats", "modelDescription", "fmu/models", "fmu/loading", "fmu/export", "fmu/slaves"];
+
 /// What the outer cargo sets for its own build and the inner one must not inherit.
 const NOT_INHERITED: [&str; 9] = [
     "CARGO_BUILD_RUSTFLAGS",
@@ -124,9 +128,11 @@ fn built() -> Result<Vec<Library>, Box<dyn Error>> {
         fs::copy(&file, &copy).map_err(|e| format!("{}: {e}", file.display()))?;
         libraries.push(Library { name: name.into(), platform: platform.into(), file: copy });
     }
-    for manifest in ["Cargo.toml", "Cargo.lock", "fmu/export/Cargo.toml", "fmu/slaves/Cargo.toml"] {
-        sources.insert(root.join(manifest));
-    }
+    sources.extend(LINKED.iter().map(|crate_| root.join(crate_).join("Cargo.toml")));
+    sources.extend(
+        LIBRARIES.iter().map(|(crate_, _)| root.join("fmu").join(crate_).join("Cargo.toml")),
+    );
+    sources.extend(["Cargo.toml", "Cargo.lock"].map(|file| root.join(file)));
     for source in sources {
         println!("cargo::rerun-if-changed={}", source.display());
     }
