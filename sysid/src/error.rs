@@ -98,6 +98,10 @@ pub enum Error {
     Standstill { file: String, column: String, mean_mps: f64 },
     #[error("{file}: column `{column}` has {got} values with a time, a log needs {need} or more")]
     TooFewRows { file: String, column: String, got: usize, need: usize },
+    #[error("the data do not excite the system: {problem}")]
+    NotExciting { problem: String },
+    #[error("the data's condition {condition:.1e} is too large for sums of products")]
+    IllConditioned { condition: f64 },
     #[error("{got} samples of {sample_time_s} s are too few: {need} are needed")]
     TooFewSamples { got: usize, need: usize, sample_time_s: f64 },
     #[error("{} s by samples of {} s: more than {limit} samples", short(*.duration_s), short(*.sample_time_s))]
@@ -199,6 +203,12 @@ impl Error {
             }
             Self::Standstill { .. } => {
                 "map the column that has the speed with --speed NAME, state its unit with --unit, or cut to the part that is driven with --window; without any speed column the dynamics can be identified, but no position".into()
+            }
+            Self::NotExciting { .. } => {
+                "leave out channels that do not move, and record an input that moves at many frequencies, such as a slalom of changing pace".into()
+            }
+            Self::IllConditioned { .. } => {
+                "absorb the data again with a QR factorisation, Decomposition::Qr".into()
             }
             Self::TooFewSamples { .. } => {
                 "record longer (a minute or more), widen --window, or give a shorter --sample-time; where the drive was longer, check the unit of the time".into()

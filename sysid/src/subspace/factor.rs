@@ -1,8 +1,13 @@
-//! The LQ factorisation of the stacked block Hankel matrices, in blocks of bounded memory.
+//! The LQ factorisation of the stacked block Hankel matrices, by whichever way the data allow.
 
-use crate::dense::triangle;
+use super::accumulator::{Accumulator, Decomposition};
+use super::conditioning::{Conditioning, MOST_FOR_GRAM, MOST_OF_INPUT, condition};
+use super::tall::lower;
 use crate::{DataSet, Error};
-use faer::Mat;
+use faer::{Mat, Side};
+
+/// The least horizon of any use: a first-order model sees its own shift in it.
+const LEAST_HORIZON: usize = 2;
 
 /// L of the data, rows in the order U_f, U_p, Y_p, Y_f, divided by √j so that products are
 /// covariances.
@@ -18,90 +23,131 @@ pub struct Factor {
     pub columns: usize,
     /// Lower triangular, 2s(nu+ny) square.
     pub l: Mat<f64>,
-    /// The triangle with the variables in order of time, from which other horizons are cut.
-    by_time: Mat<f64>,
+    /// How it was computed, and the condition behind that.
+    pub conditioning: Conditioning,
+    /// What other horizons are cut from.
+    source: Source,
+}
+
+/// All windows, variables in order of time.
+#[derive(Debug, Clone)]
+struct Source {
+    triangle: Triangle,
+    mean: Vec<f64>,
+    /// Whether the windows' mean has been taken off.
+    about_mean: bool,
+    /// Horizon of the windows.
+    full: usize,
+    /// The longest horizon that the input excites, and its condition at the full one.
+    longest: usize,
+    input_condition: f64,
+}
+
+/// The windows about their mean, divided by √j.
+#[derive(Debug, Clone)]
+pub(super) enum Triangle {
+    /// Their covariance.
+    Gram(Mat<f64>),
+    /// Upper triangle of their QR factorisation.
+    Qr(Mat<f64>),
 }
 
 impl Factor {
     /// Factors the data with `horizon` block rows.
     ///
-    /// Columns of the Hankel matrices are taken in blocks, and each block's triangle is factored
-    /// together with the last one (Golub and Van Loan, 5.2.8), so memory does not grow with N. No
-    /// column reaches from one segment into another.
+    /// The Gram matrix is tried first, and where the data are too ill-conditioned for it a blocked QR
+    /// factorisation takes a second pass over them; memory does not grow with N. No column reaches
+    /// from one segment into another. Where the input does not excite windows of 2·horizon samples,
+    /// the factor's horizon is shorter than was asked for: see [`Conditioning`].
     ///
     /// # Errors
-    /// [`Error::TooFewSamples`] where there are fewer columns than rows.
+    /// - [`Error::TooFewSamples`] where there are fewer columns than rows.
+    /// - [`Error::NotExciting`] where a channel is constant or the input does not move.
+    /// - [`Error::Data`] where a value is too large to be squared.
     pub fn new(data: &DataSet, horizon: usize) -> Result<Self, Error> {
-        let (m, p) = (data.inputs(), data.outputs());
+        match Self::by(Decomposition::Gram, data, horizon) {
+            Err(Error::IllConditioned { .. }) => Self::by(Decomposition::Qr, data, horizon),
+            done => done,
+        }
+    }
+
+    /// Factors the data in the given way.
+    ///
+    /// # Errors
+    /// As [`Accumulator::factor`].
+    pub fn by(kind: Decomposition, data: &DataSet, horizon: usize) -> Result<Self, Error> {
+        let channels = (data.inputs(), data.outputs());
         let window = 2 * horizon;
-        let size = window * (m + p);
+        let size = window.saturating_mul(channels.0 + channels.1);
         let columns: usize =
             data.segments().iter().map(|s| (s.len() + 1).saturating_sub(window)).sum();
+        // Before the sums of a horizon that is far too long are made room for.
         if columns < size {
             let (got, sample_time_s) = (data.samples(), data.sample_time_s());
             return Err(Error::TooFewSamples { got, need: window + size - 1, sample_time_s });
         }
-        let block = (4 * size).max(256);
-        let mut r: Mat<f64> = Mat::zeros(0, size);
+        let mut sums = Accumulator::new(kind, horizon, channels, data.sample_time_s())?;
         for segment in data.segments() {
-            let columns = (segment.len() + 1).saturating_sub(window);
-            let mut start = 0;
-            while start < columns {
-                let count = block.min(columns - start);
-                let kept = r.nrows();
-                let stacked = Mat::from_fn(kept + count, size, |i, j| {
-                    if i < kept {
-                        return r[(i, j)];
-                    }
-                    let (lag, channel) = (j / (m + p), j % (m + p));
-                    let t = start + i - kept + lag;
-                    if channel < m { segment.u[(channel, t)] } else { segment.y[(channel - m, t)] }
-                });
-                r = triangle(stacked.as_ref());
-                start += count;
-            }
+            sums.push(segment.u.as_ref(), segment.y.as_ref())?;
+            sums.end_segment();
         }
-        let scale = 1.0 / (columns as f64).sqrt();
-        let by_time = Mat::from_fn(size, size, |i, j| r[(i, j)] * scale);
-        Ok(Self::cut(by_time, horizon, horizon, m, p, columns))
+        sums.factor()
     }
 
     /// The factor for a smaller horizon from the same pass over the data.
     ///
     /// # Errors
-    /// [`Error::OrderAboveHorizon`] where the horizon is larger than this one's.
+    /// [`Error::OrderAboveHorizon`] where the horizon is larger than that of the pass.
     pub fn with_horizon(&self, horizon: usize) -> Result<Self, Error> {
-        let full = self.by_time.ncols() / (2 * (self.inputs + self.outputs));
+        let full = self.source.full;
         if horizon == 0 || horizon > full {
             return Err(Error::OrderAboveHorizon { order: horizon, horizon: full });
         }
-        let by_time = self.by_time.clone();
-        Ok(Self::cut(by_time, full, horizon, self.inputs, self.outputs, self.columns))
+        self.source.cut(horizon, (self.inputs, self.outputs), self.columns)
     }
 
-    fn cut(by_time: Mat<f64>, full: usize, s: usize, m: usize, p: usize, columns: usize) -> Self {
-        let lags = |from: usize, channels: std::ops::Range<usize>| {
-            (from..from + s)
-                .flat_map(move |lag| channels.clone().map(move |c| lag * (m + p) + c))
-                .collect::<Vec<_>>()
+    /// The factor of the windows about their mean: constants on inputs and outputs have no part in it.
+    ///
+    /// # Errors
+    /// [`Error::Numerical`] where the decomposition fails.
+    pub fn about_mean(&self) -> Result<Self, Error> {
+        let source = Source { about_mean: true, ..self.source.clone() };
+        source.cut(self.horizon, (self.inputs, self.outputs), self.columns)
+    }
+
+    /// The factor from moments of the windows in order of time; `cancellation` is the share by which
+    /// centring the Gram matrix has cancelled.
+    pub(super) fn from_moments(
+        triangle: Triangle,
+        mean: Vec<f64>,
+        cancellation: f64,
+        horizon: usize,
+        channels: (usize, usize),
+        columns: usize,
+    ) -> Result<Self, Error> {
+        let mut source = Source {
+            triangle,
+            mean,
+            about_mean: false,
+            full: horizon,
+            longest: horizon,
+            input_condition: 1.0,
         };
-        let mut order = lags(full, 0..m);
-        order.extend(lags(full - s, 0..m));
-        order.extend(lags(full - s, m..m + p));
-        order.extend(lags(full, m..m + p));
-        let chosen = Mat::from_fn(by_time.nrows(), order.len(), |i, j| by_time[(i, order[j])]);
-        let r = triangle(chosen.as_ref());
-        // Signs of the rows of R are arbitrary; a positive diagonal makes the factor unique.
-        let l = Mat::from_fn(r.ncols(), r.ncols(), |i, j| {
-            if j >= r.nrows() {
-                0.0
-            } else if r[(j, j)] < 0.0 {
-                -r[(j, i)]
-            } else {
-                r[(j, i)]
+        if matches!(source.triangle, Triangle::Qr(_)) {
+            source.check_channels(channels)?;
+            source.limit_horizon(channels)?;
+            return source.cut(horizon, channels, columns);
+        }
+        let ill = |condition: f64| Error::IllConditioned { condition };
+        let factor =
+            source.cut(horizon, channels, columns).map_err(|_| ill(f64::INFINITY))?;
+        match factor.conditioning {
+            Conditioning::Gram { condition } => {
+                let worst = condition * cancellation.sqrt();
+                if worst < MOST_FOR_GRAM { Ok(factor) } else { Err(ill(worst)) }
             }
-        });
-        Self { horizon: s, inputs: m, outputs: p, columns, l, by_time }
+            _ => Ok(factor),
+        }
     }
 
     /// Row where W_p starts.
@@ -112,5 +158,151 @@ impl Factor {
     /// Row where Y_f starts.
     pub(crate) fn future(&self) -> usize {
         self.horizon * (2 * self.inputs + self.outputs)
+    }
+}
+
+impl Source {
+    /// Places of some channels in the variables in order of time, `blocks` of them from lag `from`.
+    fn places(
+        &self,
+        (m, p): (usize, usize),
+        lags: std::ops::Range<usize>,
+        channels: std::ops::Range<usize>,
+    ) -> Vec<usize> {
+        lags.flat_map(|lag| channels.clone().map(move |c| lag * (m + p) + c)).collect()
+    }
+
+    fn cut(
+        &self,
+        asked: usize,
+        channels: (usize, usize),
+        columns: usize,
+    ) -> Result<Factor, Error> {
+        let (m, p) = channels;
+        let s = asked.min(self.longest);
+        let (past, future) = (self.full - s..self.full, self.full..self.full + s);
+        let mut order = self.places(channels, future.clone(), 0..m);
+        order.extend(self.places(channels, past.clone(), 0..m));
+        order.extend(self.places(channels, past, m..m + p));
+        order.extend(self.places(channels, future, m..m + p));
+        let (mut l, conditioning) = match &self.triangle {
+            Triangle::Gram(covariance) => {
+                let l = cholesky(covariance, &order)
+                    .ok_or(Error::Numerical { what: "Cholesky factor of the Gram matrix" })?;
+                let condition = condition(l.as_ref());
+                (l, Conditioning::Gram { condition })
+            }
+            Triangle::Qr(r) => {
+                let l = chosen(r, &order);
+                let conditioning = if s < asked {
+                    Conditioning::Reduced { asked, horizon: s, condition: self.input_condition }
+                } else {
+                    Conditioning::Qr { condition: condition(l.as_ref()) }
+                };
+                (l, conditioning)
+            }
+        };
+        if !self.about_mean {
+            let mut mean: Vec<f64> = order.iter().map(|k| self.mean[*k]).collect();
+            add_column(&mut l, &mut mean);
+        }
+        Ok(Factor {
+            horizon: s,
+            inputs: m,
+            outputs: p,
+            columns,
+            l,
+            conditioning,
+            source: self.clone(),
+        })
+    }
+
+    /// No channel is constant.
+    fn check_channels(&self, (m, p): (usize, usize)) -> Result<(), Error> {
+        let Triangle::Qr(r) = &self.triangle else { return Ok(()) };
+        for c in 0..m + p {
+            let lags = (c..r.ncols()).step_by(m + p);
+            let spread = lags.map(|j| r.col(j).norm_l2()).fold(0.0, f64::max);
+            let value = self.mean[c];
+            if spread <= 1e-14 * value.abs() || spread < 1e-150 {
+                let (what, k) = if c < m { ("input", c) } else { ("output", c - m) };
+                let problem = format!("{what} {k} (counted from 0) is {value} throughout");
+                return Err(Error::NotExciting { problem });
+            }
+        }
+        Ok(())
+    }
+
+    /// Finds the longest horizon that the input excites.
+    fn limit_horizon(&mut self, channels: (usize, usize)) -> Result<(), Error> {
+        let input_condition = |s: usize| match &self.triangle {
+            Triangle::Qr(r) if channels.0 > 0 => {
+                let lags = self.full - s..self.full + s;
+                condition(chosen(r, &self.places(channels, lags, 0..channels.0)).as_ref())
+            }
+            _ => 1.0,
+        };
+        let full = input_condition(self.full);
+        if full <= MOST_OF_INPUT {
+            self.input_condition = full;
+            return Ok(());
+        }
+        // Fewer lags never have a larger condition, so the limit is found by halving.
+        let (mut good, mut bad) = (LEAST_HORIZON.min(self.full), self.full);
+        let least = input_condition(good);
+        if least > MOST_OF_INPUT {
+            return Err(Error::NotExciting {
+                problem: format!(
+                    "the condition of {} samples of it in a row is {least:.1e}, {MOST_OF_INPUT:.0e} is the most that can be used",
+                    2 * good
+                ),
+            });
+        }
+        while bad - good > 1 {
+            let middle = usize::midpoint(good, bad);
+            if input_condition(middle) <= MOST_OF_INPUT { good = middle } else { bad = middle }
+        }
+        self.longest = good;
+        self.input_condition = full;
+        Ok(())
+    }
+}
+
+/// Columns of an upper triangle, factored again and transposed.
+fn chosen(r: &Mat<f64>, order: &[usize]) -> Mat<f64> {
+    lower(Mat::from_fn(r.nrows(), order.len(), |i, j| r[(i, order[j])]).as_ref())
+}
+
+/// Cholesky factor of some rows and columns of a covariance, which is scaled to a unit diagonal for it;
+/// `None` where it is not positive definite.
+fn cholesky(covariance: &Mat<f64>, order: &[usize]) -> Option<Mat<f64>> {
+    let size = order.len();
+    let deviation: Vec<f64> = order.iter().map(|k| covariance[(*k, *k)].sqrt()).collect();
+    if !deviation.iter().all(|d| d.is_normal()) {
+        return None;
+    }
+    let scaled = Mat::from_fn(size, size, |i, j| {
+        covariance[(order[i], order[j])] / deviation[i] / deviation[j]
+    });
+    let f = scaled.llt(Side::Lower).ok()?;
+    let l = f.L();
+    Some(Mat::from_fn(size, size, |i, j| if i < j { 0.0 } else { l[(i, j)] * deviation[i] }))
+}
+
+/// L with L Lᵀ + v vᵀ = L' L'ᵀ, by Givens rotations of the columns of \[L v\] (P. E. Gill,
+/// G. H. Golub, W. Murray and M. A. Saunders, *Methods for modifying matrix factorizations*,
+/// Mathematics of Computation 28, 1974, method C1).
+fn add_column(l: &mut Mat<f64>, v: &mut [f64]) {
+    for k in 0..v.len() {
+        let r = l[(k, k)].hypot(v[k]);
+        if r == 0.0 {
+            continue;
+        }
+        let (c, s) = (l[(k, k)] / r, v[k] / r);
+        for i in k..v.len() {
+            let (a, b) = (l[(i, k)], v[i]);
+            l[(i, k)] = c * a + s * b;
+            v[i] = c * b - s * a;
+        }
     }
 }

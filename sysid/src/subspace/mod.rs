@@ -13,11 +13,19 @@
 //!
 //! and everything after works on the small matrix L. Shapes: U_f is s·nu by j, Y_f s·ny by j.
 
+mod accumulator;
+mod conditioning;
 mod factor;
+mod gram;
+mod lags;
 mod realization;
+mod tall;
 mod weights;
 
+pub use accumulator::{Accumulator, Decomposition};
+pub use conditioning::Conditioning;
 pub use factor::Factor;
+use factor::Triangle;
 pub use realization::{
     NoiseModel, Projections, Realization, Refit, eq12, noise_model, refit_output,
     shift_realization, stable_eq12, structured_bd,

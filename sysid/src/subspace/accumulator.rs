@@ -1,0 +1,316 @@
+//! Samples absorbed in chunks into a small state, of which the factor is made: for logs larger than
+//! memory, and for many logs on many machines.
+
+use super::gram::Gram;
+use super::tall::Tall;
+use super::{Factor, Triangle};
+use crate::Error;
+use faer::MatRef;
+
+/// Windows that are added at once.
+const BLOCK: usize = 1024;
+/// Rows of windows beyond which the state would no longer be small.
+const MOST_ROWS: usize = 20_000;
+/// Magnitudes beyond which products of sums overflow.
+const LARGEST: f64 = 1e100;
+
+/// What an [`Accumulator`] keeps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Decomposition {
+    /// Sums of the Gram matrix: fast, for data of a condition up to 1e6.
+    Gram,
+    /// The triangle of a QR factorisation: for any data, at about twenty times the work.
+    Qr,
+}
+
+#[derive(Debug, Clone)]
+enum State {
+    Gram(Gram),
+    Qr(Tall),
+}
+
+/// The windows of the samples so far, as sums or as a triangle.
+///
+/// The samples that are pushed continue a segment until [`end_segment`](Self::end_segment); no window
+/// reaches over its end. The state is the same however a segment is cut into chunks, to the last
+/// bit. Where one log is shared out, give each part the last 2·horizon − 1 samples of the part
+/// before, as every window is then in one part.
+///
+/// Sums of ill-conditioned data cannot be turned into a triangle afterwards, so there
+/// [`factor`](Self::factor) refuses and the data are absorbed again with [`Decomposition::Qr`], which
+/// is what [`Factor::new`] does.
+///
+/// ```
+/// # use faer::Mat;
+/// # use sysid::subspace::{Accumulator, Decomposition};
+/// # fn main() -> Result<(), sysid::Error> {
+/// let mut sums = Accumulator::new(Decomposition::Gram, 2, (1, 1), 0.01)?;
+/// # let random = |k: usize| (k as f64 * 1.7).sin() * (k as f64 * 0.3).cos();
+/// for chunk in 0..10 {
+///     let u = Mat::from_fn(1, 50, |_, t| random(50 * chunk + t));
+///     let y = Mat::from_fn(1, 50, |_, t| random(777 + 3 * (50 * chunk + t)));
+///     sums.push(u.as_ref(), y.as_ref())?;
+/// }
+/// let factor = sums.factor()?;
+/// assert_eq!(factor.columns, 500 - 2 * 2 + 1);
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug, Clone)]
+pub struct Accumulator {
+    horizon: usize,
+    inputs: usize,
+    outputs: usize,
+    sample_time_s: f64,
+    state: State,
+    /// Taken off each channel: the mean of the first samples.
+    shift: Option<Vec<f64>>,
+    /// Samples of the segment that are part of windows to come, channel after channel.
+    buffer: Vec<f64>,
+    stride: usize,
+    filled: usize,
+    /// The segment's first w−1 samples once a window of it was added.
+    head: Vec<f64>,
+    samples: usize,
+    columns: usize,
+}
+
+impl Accumulator {
+    /// No samples yet; `horizon` block rows of past and of future, numbers of (inputs, outputs).
+    ///
+    /// # Errors
+    /// [`Error::Data`] without horizon or outputs, and where the state would not be small.
+    pub fn new(
+        kind: Decomposition,
+        horizon: usize,
+        (inputs, outputs): (usize, usize),
+        sample_time_s: f64,
+    ) -> Result<Self, Error> {
+        let channels = inputs + outputs;
+        let rows = horizon.saturating_mul(2).saturating_mul(channels);
+        if horizon == 0 || outputs == 0 || rows > MOST_ROWS {
+            let problem = format!(
+                "a horizon of {horizon} with {inputs} inputs and {outputs} outputs: give 1 output or more, and 1 to {MOST_ROWS} rows in 2·horizon·(inputs + outputs)"
+            );
+            return Err(Error::Data { problem });
+        }
+        let window = 2 * horizon;
+        let stride = BLOCK.max(2 * rows) + window + 8;
+        let state = match kind {
+            Decomposition::Gram => State::Gram(Gram::new(channels, window)),
+            Decomposition::Qr => State::Qr(Tall::new(channels, window)),
+        };
+        Ok(Self {
+            horizon,
+            inputs,
+            outputs,
+            sample_time_s,
+            state,
+            shift: None,
+            buffer: vec![0.0; channels * stride],
+            stride,
+            filled: 0,
+            head: Vec::new(),
+            samples: 0,
+            columns: 0,
+        })
+    }
+
+    /// Number of samples absorbed.
+    #[must_use]
+    pub fn samples(&self) -> usize {
+        self.samples
+    }
+
+    /// Absorbs the next samples of the segment, `u` nu by N and `y` ny by N.
+    ///
+    /// # Errors
+    /// [`Error::Data`] where the shapes are not those announced, and where a sample is not finite or
+    /// beyond 1e100; the samples before it have been absorbed.
+    pub fn push(&mut self, u: MatRef<'_, f64>, y: MatRef<'_, f64>) -> Result<(), Error> {
+        let wrong = |problem: String| Err(Error::Data { problem });
+        if (u.nrows(), y.nrows()) != (self.inputs, self.outputs) {
+            return wrong(format!(
+                "a chunk has {} inputs and {} outputs, the state {} and {}",
+                u.nrows(),
+                y.nrows(),
+                self.inputs,
+                self.outputs
+            ));
+        }
+        // Without inputs, `u` has no columns to speak of.
+        if u.nrows() > 0 && u.ncols() != y.ncols() {
+            return wrong(format!(
+                "a chunk has {} samples of input and {} of output",
+                u.ncols(),
+                y.ncols()
+            ));
+        }
+        let full = self.stride - 8 - 1;
+        let mut start = 0;
+        while start < y.ncols() {
+            let count = (full - self.filled).min(y.ncols() - start);
+            for c in 0..self.inputs + self.outputs {
+                let (m, row) = if c < self.inputs { (u, c) } else { (y, c - self.inputs) };
+                let to = &mut self.buffer[c * self.stride + self.filled..][..count];
+                let shift = self.shift.as_ref().map_or(0.0, |s| s[c]);
+                if let Some(bad) = copy(m.get(row, start..start + count), to, shift) {
+                    let what = if c < self.inputs { "input" } else { "output" };
+                    let at = self.samples + bad;
+                    let value = m[(row, start + bad)];
+                    return wrong(format!(
+                        "{what} {row} is {value:e} at sample {at}, counted from 0; magnitudes up to {LARGEST:e} can be used"
+                    ));
+                }
+            }
+            self.filled += count;
+            self.samples += count;
+            start += count;
+            if self.filled == full {
+                self.flush();
+            }
+        }
+        Ok(())
+    }
+
+    /// Ends the segment: the next samples are no continuation of those before.
+    ///
+    /// A segment shorter than a window of 2·horizon samples says nothing, and is left out.
+    pub fn end_segment(&mut self) {
+        let edge = 2 * self.horizon - 1;
+        if self.filled > edge {
+            self.flush();
+        }
+        if !self.head.is_empty() {
+            let tail = self.first_samples(edge);
+            if let State::Gram(gram) = &mut self.state {
+                gram.add_edges(&self.head, &tail);
+            }
+        }
+        self.head.clear();
+        self.filled = 0;
+    }
+
+    /// Adds what `other` has absorbed, as segments of its own.
+    ///
+    /// # Errors
+    /// [`Error::Data`] where the two differ in kind, shape, horizon or sample time.
+    pub fn merge(&mut self, mut other: Self) -> Result<(), Error> {
+        self.end_segment();
+        other.end_segment();
+        let shape = |a: &Self| (a.horizon, a.inputs, a.outputs);
+        let differs = |problem: String| Err(Error::Data { problem });
+        if shape(self) != shape(&other) {
+            return differs(format!(
+                "states of (horizon, inputs, outputs) {:?} and {:?} cannot be merged",
+                shape(self),
+                shape(&other)
+            ));
+        }
+        if (self.sample_time_s - other.sample_time_s).abs() > 1e-9 * self.sample_time_s.abs() {
+            return differs(format!(
+                "states of {} s and {} s a sample cannot be merged",
+                self.sample_time_s, other.sample_time_s
+            ));
+        }
+        self.samples += other.samples;
+        let Some(theirs) = other.shift.take() else { return Ok(()) };
+        let ours = self.shift.get_or_insert_with(|| theirs.clone());
+        let shift: Vec<f64> = theirs.iter().zip(ours.iter()).map(|(t, o)| t - o).collect();
+        match (&mut self.state, &other.state) {
+            (State::Gram(a), State::Gram(b)) => a.merge(b, &shift, other.columns),
+            (State::Qr(a), State::Qr(b)) => a.merge(b, &shift),
+            _ => return differs("sums and a triangle cannot be merged".into()),
+        }
+        self.columns += other.columns;
+        Ok(())
+    }
+
+    /// The factor of all windows so far.
+    ///
+    /// # Errors
+    /// - [`Error::TooFewSamples`] where there are fewer windows than rows.
+    /// - [`Error::IllConditioned`] where sums are not enough.
+    /// - [`Error::NotExciting`] where a channel is constant or the input does not move.
+    pub fn factor(&self) -> Result<Factor, Error> {
+        let mut done = self.clone();
+        done.end_segment();
+        let size = 2 * self.horizon * (self.inputs + self.outputs);
+        if done.columns < size {
+            return Err(Error::TooFewSamples {
+                got: self.samples,
+                need: size + 2 * self.horizon - 1,
+                sample_time_s: self.sample_time_s,
+            });
+        }
+        let shift = done.shift.unwrap_or_default();
+        let (triangle, mut mean, cancellation) = match &done.state {
+            State::Gram(gram) => {
+                let m = gram.moments(done.columns);
+                (Triangle::Gram(m.covariance), m.mean, m.cancellation)
+            }
+            State::Qr(tall) => {
+                let (r, mean) = tall.centred(done.columns);
+                (Triangle::Qr(r), mean, 1.0)
+            }
+        };
+        for (j, mean) in mean.iter_mut().enumerate() {
+            *mean += shift[j % shift.len()];
+        }
+        let channels = (self.inputs, self.outputs);
+        Factor::from_moments(triangle, mean, cancellation, self.horizon, channels, done.columns)
+    }
+
+    /// Adds the windows that the buffer has in full, and keeps the samples that are in later ones.
+    fn flush(&mut self) {
+        let (channels, stride) = (self.inputs + self.outputs, self.stride);
+        let edge = 2 * self.horizon - 1;
+        let count = self.filled - edge;
+        if self.shift.is_none() {
+            let mut shift = Vec::with_capacity(channels);
+            for samples in self.buffer.chunks_exact_mut(stride) {
+                let mean = super::gram::sum(&samples[..self.filled]) / self.filled as f64;
+                samples[..self.filled].iter_mut().for_each(|x| *x -= mean);
+                shift.push(mean);
+            }
+            self.shift = Some(shift);
+        }
+        if self.head.is_empty() {
+            self.head = self.first_samples(edge);
+        }
+        match &mut self.state {
+            State::Gram(gram) => gram.add_windows(&self.buffer, stride, count),
+            State::Qr(tall) => tall.add_windows(&self.buffer, stride, count),
+        }
+        self.columns += count;
+        for samples in self.buffer.chunks_exact_mut(stride) {
+            samples.copy_within(count..self.filled, 0);
+        }
+        self.filled = edge;
+    }
+
+    /// The first samples of the buffer, sample after sample.
+    fn first_samples(&self, count: usize) -> Vec<f64> {
+        let channels = self.inputs + self.outputs;
+        (0..count * channels).map(|k| self.buffer[k % channels * self.stride + k / channels]).collect()
+    }
+}
+
+/// Copies a row less a constant; tells the place of a value that cannot be used.
+fn copy(row: faer::RowRef<'_, f64>, to: &mut [f64], shift: f64) -> Option<usize> {
+    let usable = |x: f64| x.abs() <= LARGEST;
+    // No early end, so that the loops are vectorised.
+    let mut all = true;
+    if let Some(row) = row.try_as_row_major() {
+        for (to, &x) in to.iter_mut().zip(row.as_slice()) {
+            all &= usable(x);
+            *to = x - shift;
+        }
+    } else {
+        for (to, &x) in to.iter_mut().zip(row.iter()) {
+            all &= usable(x);
+            *to = x - shift;
+        }
+    }
+    if all { None } else { row.iter().position(|x| !usable(*x)) }
+}

@@ -1,0 +1,116 @@
+//! How well the data determine the factor, and which way it was computed for that.
+//!
+//! Two conditions count, both of variables scaled to equal size (which comes near the best that
+//! scaling can do: A. van der Sluis, Numerische Mathematik 14, 1969) and about their mean. That of all
+//! windows together decides how the factor can be computed: a Gram matrix squares it. Data without
+//! noise make it infinite, and are no worse for that. That of the input alone says what the input
+//! excites; where it is beyond [`MOST_OF_INPUT`], the longest windows for which it is not are used.
+
+use faer::MatRef;
+
+/// Conditions of all windows up to which the Gram matrix is trusted.
+pub(super) const MOST_FOR_GRAM: f64 = 1e6;
+/// Conditions of the input beyond which it is said not to excite.
+pub(super) const MOST_OF_INPUT: f64 = 1e12;
+
+/// How the factor was computed, with the estimated condition that decided it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Conditioning {
+    /// By the Gram matrix and its Cholesky factor.
+    Gram {
+        /// Condition of the windows.
+        condition: f64,
+    },
+    /// By a QR factorisation.
+    Qr {
+        /// Condition of the windows; infinite where data without noise depend on each other.
+        condition: f64,
+    },
+    /// By a QR factorisation, with a shorter horizon than was asked for since the input does not
+    /// excite the longer one.
+    Reduced {
+        /// The horizon that was asked for.
+        asked: usize,
+        /// The longest horizon that the input excites.
+        horizon: usize,
+        /// Condition of the input at the horizon that was asked for.
+        condition: f64,
+    },
+}
+
+impl std::fmt::Display for Conditioning {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match *self {
+            Self::Gram { condition } => write!(f, "Gram matrix, condition {condition:.1e}"),
+            Self::Qr { condition } if condition.is_finite() => {
+                write!(f, "QR factorisation, condition {condition:.1e}")
+            }
+            Self::Qr { .. } => write!(f, "QR factorisation, data that depend on each other"),
+            Self::Reduced { asked, horizon, condition } => write!(
+                f,
+                "this input does not excite {} samples of past and future (condition {condition:.1e}): the horizon is reduced from {asked} to {horizon}",
+                2 * asked
+            ),
+        }
+    }
+}
+
+/// Estimated condition of a lower triangular matrix whose rows are scaled to unit length: the norm by
+/// power iteration, that of the inverse by inverse iteration. An estimate from below, within a small
+/// factor.
+pub(super) fn condition(l: MatRef<'_, f64>) -> f64 {
+    let size = l.nrows();
+    let scale: Vec<f64> = (0..size).map(|i| 1.0 / l.row(i).norm_l2()).collect();
+    if size == 0 || scale.iter().any(|s| !s.is_finite()) {
+        return if size == 0 { 1.0 } else { f64::INFINITY };
+    }
+    // Columns of the scaled matrix lie side by side in memory.
+    let mut columns = vec![0.0; size * size];
+    for (j, column) in columns.chunks_exact_mut(size).enumerate() {
+        for i in j..size {
+            column[i] = l[(i, j)] * scale[i];
+        }
+    }
+    let diagonal = || (0..size).map(|j| columns[j * size + j]);
+    if diagonal().any(|d| d == 0.0) {
+        return f64::INFINITY;
+    }
+    let start = || (0..size).map(|i| if i % 2 == 0 { 1.0 } else { -0.7 }).collect::<Vec<f64>>();
+    let largest = grow(start(), |x| {
+        // x := L (Lᵀ x)
+        let mut product = vec![0.0; size];
+        for (j, column) in columns.chunks_exact(size).enumerate() {
+            let dot = crate::model::dot(&column[j..], &x[j..]);
+            product[j..].iter_mut().zip(&column[j..]).for_each(|(p, c)| *p += c * dot);
+        }
+        *x = product;
+    });
+    let smallest = grow(start(), |x| {
+        // x := L⁻ᵀ (L⁻¹ x)
+        for (j, column) in columns.chunks_exact(size).enumerate() {
+            x[j] /= column[j];
+            let (done, rest) = x.split_at_mut(j + 1);
+            rest.iter_mut().zip(&column[j + 1..]).for_each(|(r, c)| *r -= c * done[j]);
+        }
+        for (j, column) in columns.chunks_exact(size).enumerate().rev() {
+            let dot = crate::model::dot(&column[j + 1..], &x[j + 1..]);
+            x[j] = (x[j] - dot) / column[j];
+        }
+    });
+    let condition = (largest * smallest).sqrt();
+    if condition.is_finite() { condition } else { f64::INFINITY }
+}
+
+/// Growth of a vector in the last of a few applications of `apply`.
+fn grow(mut x: Vec<f64>, mut apply: impl FnMut(&mut Vec<f64>)) -> f64 {
+    const STEPS: usize = 4;
+    let mut growth = 0.0;
+    for _ in 0..STEPS {
+        let norm = crate::model::dot(&x, &x).sqrt();
+        x.iter_mut().for_each(|v| *v /= norm);
+        apply(&mut x);
+        growth = crate::model::dot(&x, &x).sqrt();
+    }
+    growth
+}
