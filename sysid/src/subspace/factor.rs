@@ -150,6 +150,12 @@ impl Factor {
         }
     }
 
+    /// The triangle with the variables in order of time: columns u(0), y(0), u(1), … over all lags of
+    /// the pass, whatever the horizon cut from it.
+    pub(crate) fn by_time(&self) -> MatRef<'_, f64> {
+        self.by_time.as_ref()
+    }
+
     /// Row where W_p starts.
     pub(crate) fn past(&self) -> usize {
         self.horizon * self.inputs
