@@ -1,0 +1,271 @@
+//! Levenberg–Marquardt on the determinant of the error's covariance.
+//!
+//! The criterion is det Λ with `Λ = Σ e eᵀ/N`, the maximum-likelihood one for white Gaussian errors
+//! of unknown covariance (Ljung, *System Identification*, 2nd ed. 1999, eq 7.90–7.91); it does not
+//! depend on the units of the outputs. For one output it is the sum of squares. Its gradient is that
+//! of `Σ eᵀΛ⁻¹e` with Λ held, so each step is one of least squares with the rows weighted by the
+//! Cholesky factor of Λ at the present model.
+//!
+//! The initial state of each segment enters that segment's rows alone: these columns are eliminated
+//! there by the same QR factorisation, so any number of segments costs no more than one.
+
+use super::Stop;
+use super::coordinates::Coordinates;
+use super::rows::{Drive, Sensitivities};
+use super::triangle::Triangle;
+use crate::Error;
+use crate::dataset::{DataSet, Segment};
+use crate::dense::{identity, is_finite, least_squares, spectral_radius, vcat};
+use crate::model::StateSpace;
+use faer::{Mat, MatRef, Side};
+
+/// The model driven by `drive` with an initial state for each segment.
+#[derive(Debug, Clone)]
+pub(super) struct Point {
+    pub(super) model: StateSpace,
+    pub(super) x0s: Vec<Vec<f64>>,
+}
+
+/// The least-squares problem of one step.
+pub(super) struct Linearised {
+    /// R of the weighted derivatives along the local coordinates with the initial states
+    /// eliminated, square, and last the errors' column.
+    pub(super) triangle: Mat<f64>,
+    /// For each segment the first n rows of its own triangle: (R₀₀, R₀θ, r₀).
+    pub(super) heads: Vec<Mat<f64>>,
+}
+
+/// The error covariance Σ e eᵀ/N; not finite where the model's output is not.
+pub(super) fn error_covariance(point: &Point, drive: Drive, data: &DataSet) -> Mat<f64> {
+    let p = data.outputs();
+    let mut sum = Mat::zeros(p, p);
+    for (segment, x0) in data.segments().iter().zip(&point.x0s) {
+        each_error(&point.model, drive, segment, x0, |_, e| {
+            for j in 0..p {
+                for i in 0..p {
+                    sum[(i, j)] += e[i] * e[j];
+                }
+            }
+        });
+    }
+    let count = data.samples() as f64;
+    Mat::from_fn(p, p, |i, j| sum[(i, j)] / count)
+}
+
+/// Calls `tell` with the time and the error y − ŷ of each sample of a segment.
+pub(super) fn each_error(
+    model: &StateSpace,
+    drive: Drive,
+    segment: &Segment,
+    x0: &[f64],
+    mut tell: impl FnMut(usize, &[f64]),
+) {
+    let (n, m, p) = (model.order(), model.inputs(), model.outputs());
+    let [a, b, c, d] =
+        [&model.a, &model.b, &model.c, &model.d].map(|m| crate::model::rows(m.as_ref()));
+    let mut x = x0.to_vec();
+    let (mut next, mut v, mut e) = (vec![0.0; n], vec![0.0; m], vec![0.0; p]);
+    let dot = crate::model::dot;
+    for t in 0..segment.len() {
+        drive.fill(segment, t, &mut v);
+        for (i, e) in e.iter_mut().enumerate() {
+            *e = segment.y[(i, t)]
+                - dot(&c[i * n..(i + 1) * n], &x)
+                - dot(&d[i * m..(i + 1) * m], &v);
+        }
+        tell(t, &e);
+        for (i, o) in next.iter_mut().enumerate() {
+            *o = dot(&a[i * n..(i + 1) * n], &x) + dot(&b[i * m..(i + 1) * m], &v);
+        }
+        std::mem::swap(&mut x, &mut next);
+    }
+}
+
+/// `det(Λ)^(1/ny)`; infinite where Λ is not finite.
+pub(super) fn criterion(covariance: &Mat<f64>) -> f64 {
+    if !is_finite(covariance.as_ref()) {
+        return f64::INFINITY;
+    }
+    let p = covariance.nrows();
+    if p == 1 {
+        return covariance[(0, 0)];
+    }
+    covariance.determinant().max(0.0).powf(1.0 / p as f64)
+}
+
+/// The lower triangle L⁻¹ with `L Lᵀ = Λ`; where Λ is singular, as for data without noise, of what is
+/// nearly Λ.
+pub(super) fn weight(covariance: &Mat<f64>) -> Result<Mat<f64>, Error> {
+    let p = covariance.nrows();
+    let size = (0..p).map(|i| covariance[(i, i)]).sum::<f64>();
+    if size <= 0.0 {
+        return Ok(identity(p));
+    }
+    for floor in [0.0, 1e-15, 1e-12] {
+        let near = Mat::from_fn(p, p, |i, j| {
+            covariance[(i, j)] + if i == j { floor * size } else { 0.0 }
+        });
+        if let Ok(cholesky) = near.llt(Side::Lower) {
+            return Ok(crate::dense::solve(cholesky.L(), identity(p).as_ref()));
+        }
+    }
+    Err(Error::Numerical { what: "covariance of the prediction errors" })
+}
+
+/// The derivatives at the coordinates' model, weighted by `weight`, reduced to triangles.
+pub(super) fn linearise(
+    coordinates: &Coordinates,
+    x0s: &[Vec<f64>],
+    drive: Drive,
+    data: &DataSet,
+    weight: &Mat<f64>,
+) -> Linearised {
+    let (n, p) = (coordinates.model.order(), coordinates.model.outputs());
+    let count = coordinates.count();
+    let width = n + count + 1;
+    let mut all = Triangle::new(count + 1);
+    let mut heads = Vec::new();
+    let mut rows = vec![0.0; p * width];
+    for (segment, x0) in data.segments().iter().zip(x0s) {
+        let mut filters = Sensitivities::new(coordinates, drive, segment, x0);
+        let mut head = Some(Triangle::new(width));
+        let mut close = |head: &mut Option<Triangle>, all: &mut Triangle| {
+            if let Some(head) = head.take() {
+                let r = head.finish();
+                all.absorb(r.get(n.., n..));
+                heads.push(r.get(..n, ..).to_owned());
+            }
+        };
+        for t in 0..segment.len() {
+            if !filters.is_free() {
+                close(&mut head, &mut all);
+            }
+            filters.sample(t, &mut rows);
+            weigh(weight, &mut rows);
+            for row in rows.chunks_exact(width) {
+                match &mut head {
+                    Some(head) => head.push(row),
+                    None => all.push(&row[n..]),
+                }
+            }
+        }
+        close(&mut head, &mut all);
+    }
+    Linearised { triangle: all.finish(), heads }
+}
+
+/// rows ← weight · rows, weight lower triangular.
+pub(super) fn weigh(weight: &Mat<f64>, rows: &mut [f64]) {
+    let p = weight.nrows();
+    let width = rows.len() / p;
+    for i in (0..p).rev() {
+        for k in 0..width {
+            rows[i * width + k] = (0..=i).map(|j| weight[(i, j)] * rows[j * width + k]).sum();
+        }
+    }
+}
+
+impl Linearised {
+    /// The step of the coordinates and of each initial state under a damping.
+    fn step(&self, damping: f64) -> Result<(Vec<f64>, Vec<Vec<f64>>), Error> {
+        let q = self.triangle.ncols() - 1;
+        let step = damped_step(self.triangle.get(..q, ..q), self.triangle.get(..q, q..), damping)?;
+        let mut initial = Vec::new();
+        for head in &self.heads {
+            let n = head.nrows();
+            let rhs = Mat::from_fn(n, 1, |i, _| {
+                head[(i, n + q)] - (0..q).map(|j| head[(i, n + j)] * step[j]).sum::<f64>()
+            });
+            let x = least_squares(head.get(.., ..n), rhs.as_ref(), 1e-12)?;
+            initial.push((0..n).map(|i| x[(i, 0)]).collect());
+        }
+        Ok((step, initial))
+    }
+}
+
+/// Solution of (RᵀR + λ·diag(RᵀR)) δ = Rᵀ q as a least-squares problem.
+pub(super) fn damped_step(
+    r: MatRef<'_, f64>,
+    rhs: MatRef<'_, f64>,
+    damping: f64,
+) -> Result<Vec<f64>, Error> {
+    let n = r.ncols();
+    let diagonal =
+        Mat::from_fn(n, n, |i, j| if i == j { damping.sqrt() * r.col(i).norm_l2() } else { 0.0 });
+    let a = vcat(&[r, diagonal.as_ref()]);
+    let b = vcat(&[rhs, Mat::zeros(n, 1).as_ref()]);
+    let x = least_squares(a.as_ref(), b.as_ref(), 1e-13)?;
+    Ok((0..n).map(|i| x[(i, 0)]).collect())
+}
+
+/// What a search reached.
+pub(super) struct Found {
+    pub(super) point: Point,
+    pub(super) covariance: Mat<f64>,
+    pub(super) steps: usize,
+}
+
+/// Lowers the criterion from `start` until `stop`; models of spectral radius `radius` or more are
+/// refused. `feedthrough` names the inputs whose column of D may move.
+pub(super) fn search(
+    start: Point,
+    drive: Drive,
+    data: &DataSet,
+    feedthrough: &[bool],
+    stop: Stop,
+    radius: f64,
+) -> Result<Found, Error> {
+    let mut best = start;
+    let mut covariance = error_covariance(&best, drive, data);
+    let mut cost = criterion(&covariance);
+    if !cost.is_finite() {
+        return Err(Error::Numerical { what: "errors of the model to be refined" });
+    }
+    let mut damping = 1e-4;
+    let mut steps = 0;
+    // What leads back to the basis of the start.
+    let mut basis = identity(best.model.order());
+    for _ in 0..stop.steps {
+        if cost <= 0.0 {
+            break;
+        }
+        let coordinates = Coordinates::new(&best.model, feedthrough)?;
+        basis = &coordinates.basis * basis;
+        best.x0s = best.x0s.iter().map(|x| times(&coordinates.basis, x)).collect();
+        best.model = coordinates.model.clone();
+        let linear = linearise(&coordinates, &best.x0s, drive, data, &weight(&covariance)?);
+        let mut moved = false;
+        for _ in 0..8 {
+            let (step, initial) = linear.step(damping)?;
+            let model = coordinates.moved(&step);
+            if spectral_radius(model.a.as_ref()) < radius {
+                let add = |(x, d): (&Vec<f64>, &Vec<f64>)| -> Vec<f64> {
+                    x.iter().zip(d).map(|(x, d)| x + d).collect()
+                };
+                let x0s = best.x0s.iter().zip(&initial).map(add).collect();
+                let trial = Point { model, x0s };
+                let trial_covariance = error_covariance(&trial, drive, data);
+                let trial_cost = criterion(&trial_covariance);
+                if trial_cost < cost {
+                    moved = 1.0 - trial_cost / cost > stop.least_gain;
+                    (best, covariance, cost) = (trial, trial_covariance, trial_cost);
+                    damping = (damping * 0.2).max(1e-12);
+                    steps += 1;
+                    break;
+                }
+            }
+            damping *= 8.0;
+        }
+        if !moved {
+            break;
+        }
+    }
+    let back = super::coordinates::inverse(basis.as_ref());
+    best.x0s = best.x0s.iter().map(|x| times(&back, x)).collect();
+    best.model = best.model.in_basis(back.as_ref());
+    Ok(Found { point: best, covariance, steps })
+}
+
+pub(super) fn times(m: &Mat<f64>, x: &[f64]) -> Vec<f64> {
+    (0..m.nrows()).map(|i| (0..m.ncols()).map(|j| m[(i, j)] * x[j]).sum()).collect()
+}
