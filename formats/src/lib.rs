@@ -21,6 +21,7 @@ mod pid;
 mod plant;
 mod provenance;
 mod start;
+mod uncertainty;
 mod vehicle;
 
 pub use bicycle::{Bicycle, BicycleCoefficients, VehicleData};
@@ -38,4 +39,7 @@ pub use pid::{
 pub use plant::{Continuous, Discrete, InputKind, Noise, OperatingPoint, Plant};
 pub use provenance::{Provenance, SourceFile, sha256_hex};
 pub use start::Start;
+pub use uncertainty::{
+    Estimate, EstimationFocus, FrequencyBand, NORMAL_95, StepBand, UncertainPole, Uncertainty,
+};
 pub use vehicle::{Body, SteeringActuator, Tyres, Vehicle};

@@ -1,6 +1,6 @@
 //! `plant.json`: the identified lateral dynamics, steering angle in, yaw rate out.
 
-use crate::{Checker, Document, Evidence, Matrix, Provenance};
+use crate::{Checker, Document, Evidence, Matrix, Provenance, Uncertainty};
 use serde::{Deserialize, Serialize};
 
 /// The identified plant: model, operating point, noise, evidence and provenance.
@@ -30,6 +30,9 @@ pub struct Plant {
     pub continuous: Option<Continuous>,
     /// The noise as identified.
     pub noise: Noise,
+    /// How uncertain the model is, absent where that was not estimated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub uncertainty: Option<Uncertainty>,
     /// How far the model can be trusted.
     pub evidence: Evidence,
     /// Where it came from.
@@ -155,5 +158,8 @@ impl Document for Plant {
             c.shape(&continuous.h, 1, n, "continuous.H");
         }
         c.not_negative(self.noise.innovation_variance, "noise.innovation_variance");
+        if let Some(uncertainty) = &self.uncertainty {
+            uncertainty.check(n, c);
+        }
     }
 }

@@ -134,6 +134,7 @@ pub fn plant() -> Plant {
         },
         continuous: None,
         noise: Noise { innovation_variance: 1e-5 },
+        uncertainty: None,
         evidence: evidence(),
         provenance: provenance(),
     }

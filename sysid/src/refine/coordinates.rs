@@ -51,17 +51,17 @@ impl Coordinates {
     pub(super) fn new(model: &StateSpace, feedthrough: &[bool]) -> Result<Self, Error> {
         let (n, p) = (model.order(), model.outputs());
         let basis = output_normal(model)?;
-        let model = model.in_basis(basis.as_ref());
+        let model = in_basis(model, basis.as_ref());
         let tall = vcat(&[model.a.as_ref(), model.c.as_ref()]);
         let q = tall.qr().compute_Q();
-        Ok(Self {
+        Self {
             x: q.get(..n, n..).to_owned(),
             y: q.get(n.., n..).to_owned(),
             basis,
             model,
             feedthrough: feedthrough.to_vec(),
         }
-        .checked(p)?)
+        .checked(p)
     }
 
     fn checked(self, p: usize) -> Result<Self, Error> {
@@ -147,9 +147,15 @@ fn output_normal(model: &StateSpace) -> Result<Mat<f64>, Error> {
     }
 }
 
-/// `inverse(l) · m`.
-pub(super) fn undo(l: MatRef<'_, f64>, m: MatRef<'_, f64>) -> Mat<f64> {
-    solve(l, m)
+/// The model whose state is `l · x`.
+pub(super) fn in_basis(model: &StateSpace, l: MatRef<'_, f64>) -> StateSpace {
+    let over = |m: MatRef<'_, f64>| solve(l.transpose(), m.transpose()).transpose().to_owned();
+    StateSpace {
+        a: over((l * &model.a).as_ref()),
+        b: l * &model.b,
+        c: over(model.c.as_ref()),
+        d: model.d.clone(),
+    }
 }
 
 /// `inverse(l)`.

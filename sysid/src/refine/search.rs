@@ -10,7 +10,7 @@
 //! there by the same QR factorisation, so any number of segments costs no more than one.
 
 use super::Stop;
-use super::coordinates::Coordinates;
+use super::coordinates::{Coordinates, in_basis, inverse};
 use super::rows::{Drive, Sensitivities};
 use super::triangle::Triangle;
 use crate::Error;
@@ -38,7 +38,7 @@ pub(super) struct Linearised {
 /// The error covariance Σ e eᵀ/N; not finite where the model's output is not.
 pub(super) fn error_covariance(point: &Point, drive: Drive, data: &DataSet) -> Mat<f64> {
     let p = data.outputs();
-    let mut sum = Mat::zeros(p, p);
+    let mut sum = Mat::<f64>::zeros(p, p);
     for (segment, x0) in data.segments().iter().zip(&point.x0s) {
         each_error(&point.model, drive, segment, x0, |_, e| {
             for j in 0..p {
@@ -102,9 +102,8 @@ pub(super) fn weight(covariance: &Mat<f64>) -> Result<Mat<f64>, Error> {
         return Ok(identity(p));
     }
     for floor in [0.0, 1e-15, 1e-12] {
-        let near = Mat::from_fn(p, p, |i, j| {
-            covariance[(i, j)] + if i == j { floor * size } else { 0.0 }
-        });
+        let near =
+            Mat::from_fn(p, p, |i, j| covariance[(i, j)] + if i == j { floor * size } else { 0.0 });
         if let Ok(cholesky) = near.llt(Side::Lower) {
             return Ok(crate::dense::solve(cholesky.L(), identity(p).as_ref()));
         }
@@ -260,9 +259,9 @@ pub(super) fn search(
             break;
         }
     }
-    let back = super::coordinates::inverse(basis.as_ref());
+    let back = inverse(basis.as_ref());
     best.x0s = best.x0s.iter().map(|x| times(&back, x)).collect();
-    best.model = best.model.in_basis(back.as_ref());
+    best.model = in_basis(&best.model, back.as_ref());
     Ok(Found { point: best, covariance, steps })
 }
 

@@ -72,6 +72,7 @@ pub fn plant_file(kind: Kind) -> Plant {
             h: Matrix(vec![H.to_vec()]),
         }),
         noise: formats::Noise { innovation_variance: 1e-4 },
+        uncertainty: None,
         evidence: formats::Evidence::default(),
         provenance: formats::Provenance::default(),
     }

@@ -1,0 +1,164 @@
+//! The autocovariance of errors as a filter: an autoregression of ny channels.
+//!
+//! For errors v with autocovariance `R(τ) = E v(t) v(t−τ)ᵀ` and regressors ψ(t), ny by q,
+//! `Σ_t Σ_s ψ(t)ᵀ R(t−s) ψ(s)` is wanted. With the autoregression of the time-reversed errors,
+//! `v(−t) = Σ A_k v(−t+k) + e'`, `E e'e'ᵀ = Λ'`, that is `Σ_t ψ̄(t)ᵀ Λ' ψ̄(t)` for
+//! `ψ̄(t) = ψ(t) + Σ A_kᵀ ψ̄(t−k)`: one causal filter over the rows, whatever the number of lags.
+//! (For one output reversal changes nothing, and this is the filtered regressor of Ljung 1999, eq 9.42.)
+//! The order is that of least AIC.
+
+use crate::Error;
+use crate::dense::{positive_part, solve};
+use faer::{Mat, Side};
+
+const ORDERS: [usize; 12] = [0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48];
+
+/// Sums of products of a signal with its own past.
+pub(super) struct Autocovariance {
+    channels: usize,
+    /// R(τ) times the count, τ from 0.
+    sums: Vec<Mat<f64>>,
+    past: std::collections::VecDeque<Vec<f64>>,
+    count: usize,
+}
+
+impl Autocovariance {
+    /// For about `samples` samples of `channels` signals.
+    pub(super) fn new(channels: usize, samples: usize) -> Self {
+        let lags = (samples / (10 * channels)).min(ORDERS[ORDERS.len() - 1]);
+        Self {
+            channels,
+            sums: vec![Mat::zeros(channels, channels); lags + 1],
+            past: std::collections::VecDeque::new(),
+            count: 0,
+        }
+    }
+
+    /// Forgets the past: what comes is no continuation.
+    pub(super) fn break_off(&mut self) {
+        self.past.clear();
+    }
+
+    pub(super) fn push(&mut self, v: &[f64]) {
+        self.past.push_front(v.to_vec());
+        self.past.truncate(self.sums.len());
+        for (sum, before) in self.sums.iter_mut().zip(&self.past) {
+            for j in 0..self.channels {
+                for i in 0..self.channels {
+                    sum[(i, j)] += v[i] * before[j];
+                }
+            }
+        }
+        self.count += 1;
+    }
+
+    /// The autoregression of the reversed signal.
+    pub(super) fn reversed(&self) -> Result<Autoregression, Error> {
+        let p = self.channels;
+        let scale = 1.0 / self.count.max(1) as f64;
+        // R'(τ) = R(τ)ᵀ, R'(−τ) = R(τ).
+        let r = |lag: isize, i: usize, j: usize| {
+            let sum = &self.sums[lag.unsigned_abs()];
+            scale * if lag >= 0 { sum[(j, i)] } else { sum[(i, j)] }
+        };
+        let mut best: Option<(f64, Autoregression)> = None;
+        for order in ORDERS.into_iter().filter(|order| *order < self.sums.len()) {
+            let size = order * p;
+            let toeplitz = Mat::from_fn(size, size, |row, column| {
+                r((column / p) as isize - (row / p) as isize, row % p, column % p)
+                    + if row == column { 1e-12 * r(0, row % p, row % p) } else { 0.0 }
+            });
+            let right =
+                Mat::from_fn(p, size, |i, column| r((column / p + 1) as isize, i, column % p));
+            let a = if size == 0 {
+                Mat::zeros(p, 0)
+            } else {
+                solve(toeplitz.transpose(), right.transpose()).transpose().to_owned()
+            };
+            let remaining = Mat::from_fn(p, p, |i, j| r(0, i, j)) - &a * right.transpose();
+            let innovation = positive_part(remaining.as_ref())?;
+            let determinant = innovation.determinant();
+            let aic = self.count as f64 * determinant.max(1e-300).ln() + 2.0 * (size * p) as f64;
+            if determinant.is_finite() && best.as_ref().is_none_or(|(least, _)| aic < *least) {
+                let a = (0..order).map(|k| a.get(.., k * p..(k + 1) * p).to_owned()).collect();
+                best = Some((aic, Autoregression { a, innovation }));
+            }
+        }
+        best.map(|(_, model)| model)
+            .ok_or(Error::Numerical { what: "autocovariance of the simulation errors" })
+    }
+}
+
+/// `v(t) = Σ A_k v(t−k) + e`.
+pub(super) struct Autoregression {
+    a: Vec<Mat<f64>>,
+    innovation: Mat<f64>,
+}
+
+impl Autoregression {
+    /// A filter of rows ψ (ny rows of `width`) to chol(Λ)ᵀψ̄.
+    pub(super) fn filter(&self, width: usize) -> Result<RowFilter<'_>, Error> {
+        let p = self.innovation.nrows();
+        let size = (0..p).map(|i| self.innovation[(i, i)]).sum::<f64>();
+        let near = Mat::from_fn(p, p, |i, j| {
+            self.innovation[(i, j)] + if i == j { 1e-14 * size } else { 0.0 }
+        });
+        let factor = match near.llt(Side::Lower) {
+            Ok(cholesky) => cholesky.L().transpose().to_owned(),
+            Err(_) if size == 0.0 => Mat::zeros(p, p),
+            Err(_) => return Err(Error::Numerical { what: "covariance of the simulation errors" }),
+        };
+        let past = std::collections::VecDeque::from(vec![vec![0.0; p * width]; self.a.len()]);
+        Ok(RowFilter { model: self, factor, past, width })
+    }
+}
+
+/// The running filter.
+pub(super) struct RowFilter<'a> {
+    model: &'a Autoregression,
+    factor: Mat<f64>,
+    past: std::collections::VecDeque<Vec<f64>>,
+    width: usize,
+}
+
+impl RowFilter<'_> {
+    /// ψ in, ψ̄ remembered; calls `tell` with each row of chol(Λ)ᵀψ̄.
+    pub(super) fn push(&mut self, psi: &[f64], mut tell: impl FnMut(&[f64])) {
+        let (p, width) = (self.factor.nrows(), self.width);
+        let mut now = self.past.pop_back().unwrap_or_else(|| vec![0.0; p * width]);
+        // The oldest is needed still: A_k of the last k is applied from a copy.
+        let oldest = now.clone();
+        now.copy_from_slice(psi);
+        let before = self.past.iter().map(Vec::as_slice).chain(std::iter::once(oldest.as_slice()));
+        for (a, before) in self.model.a.iter().zip(before) {
+            for i in 0..p {
+                for j in 0..p {
+                    let factor = a[(j, i)];
+                    let from = &before[j * width..(j + 1) * width];
+                    for (o, v) in now[i * width..(i + 1) * width].iter_mut().zip(from) {
+                        *o += factor * v;
+                    }
+                }
+            }
+        }
+        let mut row = vec![0.0; width];
+        for i in 0..p {
+            row.fill(0.0);
+            for j in i..p {
+                let from = &now[j * width..(j + 1) * width];
+                for (o, v) in row.iter_mut().zip(from) {
+                    *o += self.factor[(i, j)] * v;
+                }
+            }
+            tell(&row);
+        }
+        if !self.model.a.is_empty() {
+            self.past.push_front(now);
+        }
+    }
+
+    /// How many rows of zeros the filter is to be run on for its response to end.
+    pub(super) fn tail(&self) -> usize {
+        20 * self.model.a.len()
+    }
+}
