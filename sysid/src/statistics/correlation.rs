@@ -1,0 +1,158 @@
+//! Auto- and cross-correlation of residuals with their confidence bands, and the tests over all lags.
+//!
+//! Covariances are the biased ones, R(k) = Σ e(t) e(t+k)/N over all stretches, each pair within one
+//! stretch. The cross-covariance of residuals and input at one lag scatters, where they are
+//! unrelated, with variance P(0)/N, and at two lags i, j with covariance P(i − j)/N, where
+//!
+//! `P(m) = Σ_k w(k) R_e(k) R_u(k + m)`
+//!
+//! (Bartlett's formula; Ljung 1999, eq 16.74). Residuals need not be white for that; w is Parzen's
+//! lag window, which keeps P positive.
+
+use super::{Z995, test};
+use crate::dense::{column, solve};
+use faer::Mat;
+use formats::ResidualTest;
+
+/// Correlation at consecutive lags.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Correlation {
+    /// Lag of the first value.
+    pub first_lag: i64,
+    /// Correlation coefficients.
+    pub values: Vec<f64>,
+    /// Each alone stays within ± this with a probability of 99 % where there is no correlation.
+    pub bound: f64,
+}
+
+/// Σ a(t) b(t + k) within the stretches, over N; `a` and `b` have zero mean.
+fn covariance(a: &[Vec<f64>], b: &[Vec<f64>], k: i64) -> f64 {
+    let shift = k.unsigned_abs() as usize;
+    let mut sum = 0.0;
+    let mut count = 0;
+    for (a, b) in a.iter().zip(b) {
+        let n = a.len().min(b.len());
+        count += n;
+        if shift < n {
+            let (early, late) = if k >= 0 { (&a[..n], &b[shift..n]) } else { (&b[..n], &a[shift..n]) };
+            sum += early.iter().zip(late).map(|(x, y)| x * y).sum::<f64>();
+        }
+    }
+    if count > 0 { sum / count as f64 } else { 0.0 }
+}
+
+/// The stretches without their common mean.
+fn centred(x: &[&[f64]]) -> Vec<Vec<f64>> {
+    let count: usize = x.iter().map(|s| s.len()).sum();
+    let sum: f64 = x.iter().map(|s| s.iter().sum::<f64>()).sum();
+    let mean = if count > 0 { sum / count as f64 } else { 0.0 };
+    x.iter().map(|s| s.iter().map(|v| v - mean).collect()).collect()
+}
+
+fn samples(x: &[&[f64]]) -> usize {
+    x.iter().map(|s| s.len()).sum()
+}
+
+/// Autocorrelation of residuals at lags 1 to `lags`; the band is that of white noise, ±2.576/√N.
+#[must_use]
+pub fn autocorrelation(residuals: &[&[f64]], lags: usize) -> Correlation {
+    let e = centred(residuals);
+    let zero = covariance(&e, &e, 0);
+    let value = |k: usize| if zero > 0.0 { covariance(&e, &e, k as i64) / zero } else { 0.0 };
+    Correlation {
+        first_lag: 1,
+        values: (1..=lags).map(value).collect(),
+        bound: Z995 / (samples(residuals).max(1) as f64).sqrt(),
+    }
+}
+
+/// Whether residuals are white (Ljung and Box 1978): Q = N(N+2) Σ r_k²/(N−k) over lags 1 to `lags`,
+/// χ² with as many degrees of freedom where they are.
+#[must_use]
+pub fn whiteness(residuals: &[&[f64]], lags: usize) -> ResidualTest {
+    let n = samples(residuals);
+    let r = autocorrelation(residuals, lags.min(n.saturating_sub(1)));
+    let sum: f64 = r.values.iter().enumerate().map(|(k, r)| r * r / (n - k - 1) as f64).sum();
+    test(lags, n as f64 * (n as f64 + 2.0) * sum)
+}
+
+/// Residuals and input without their means, with P(m) for m below `count`.
+struct Pair {
+    e: Vec<Vec<f64>>,
+    u: Vec<Vec<f64>>,
+    samples: f64,
+    p: Vec<f64>,
+}
+
+impl Pair {
+    fn new(residuals: &[&[f64]], input: &[&[f64]], count: usize) -> Self {
+        let (e, u) = (centred(residuals), centred(input));
+        // Long enough for what one-step residuals and a driver's hands remember.
+        let reach = 2 * count as i64;
+        let re: Vec<f64> = (0..=reach).map(|k| covariance(&e, &e, k)).collect();
+        let ru: Vec<f64> = (0..=reach + count as i64).map(|k| covariance(&u, &u, k)).collect();
+        let at = |k: i64| ru[k.unsigned_abs() as usize];
+        let p = (0..count as i64)
+            .map(|m| {
+                let term = |k: i64| parzen(k as f64 / (reach + 1) as f64) * re[k as usize];
+                let both = |k: i64| term(k) * (at(m + k) + at(m - k));
+                term(0) * at(m) + (1..=reach).map(both).sum::<f64>()
+            })
+            .collect();
+        let samples = e.iter().zip(&u).map(|(e, u)| e.len().min(u.len())).sum::<usize>() as f64;
+        Self { e, u, samples, p }
+    }
+
+    /// N rᵀ P⁻¹ r of the covariances of u(t) and e(t + k) at `lags` consecutive lags.
+    fn test(&self, first_lag: i64, lags: usize) -> ResidualTest {
+        if self.p.first().is_none_or(|p| p.is_nan() || *p <= 0.0) {
+            return test(lags, 0.0);
+        }
+        let r: Vec<f64> =
+            (0..lags as i64).map(|k| covariance(&self.u, &self.e, first_lag + k)).collect();
+        // A ridge far below the noise keeps a band-limited input's covariance invertible.
+        let covariance = Mat::from_fn(lags, lags, |i, j| {
+            self.p[i.abs_diff(j)] + if i == j { 1e-6 * self.p[0] } else { 0.0 }
+        });
+        let x = solve(covariance.as_ref(), column(&r).as_ref());
+        let form: f64 = r.iter().enumerate().map(|(i, r)| r * x[(i, 0)]).sum();
+        test(lags, (self.samples * form).max(0.0))
+    }
+}
+
+/// Parzen's lag window on −1…1.
+fn parzen(x: f64) -> f64 {
+    let x = x.abs();
+    if x <= 0.5 { 1.0 - 6.0 * x * x * (1.0 - x) } else { 2.0 * (1.0 - x).powi(3) }
+}
+
+/// Correlation of u(t) and e(t + k) at lags −`lags` to `lags`: positive lags are what of the input's
+/// effect is missing in the model, negative ones what of the residuals comes back to the input
+/// (feedback).
+#[must_use]
+pub fn cross_correlation(residuals: &[&[f64]], input: &[&[f64]], lags: usize) -> Correlation {
+    let pair = Pair::new(residuals, input, lags.max(1));
+    let power = covariance(&pair.e, &pair.e, 0) * covariance(&pair.u, &pair.u, 0);
+    let scale = if power > 0.0 { 1.0 / power.sqrt() } else { 0.0 };
+    let reach = lags as i64;
+    Correlation {
+        first_lag: -reach,
+        values: (-reach..=reach).map(|k| scale * covariance(&pair.u, &pair.e, k)).collect(),
+        bound: Z995 * scale * (pair.p[0].max(0.0) / pair.samples.max(1.0)).sqrt(),
+    }
+}
+
+/// Whether residuals depend on past input (Ljung 1999, section 16.6): N rᵀ P⁻¹ r over lags 1 to
+/// `lags`, χ² with as many degrees of freedom where they do not.
+#[must_use]
+pub fn independence(residuals: &[&[f64]], input: &[&[f64]], lags: usize) -> ResidualTest {
+    Pair::new(residuals, input, lags.max(1)).test(1, lags)
+}
+
+/// Whether the input depends on past residuals, as a driver's steering does: as [`independence`]
+/// over the lags −`lags` to −1.
+#[must_use]
+pub fn feedback(residuals: &[&[f64]], input: &[&[f64]], lags: usize) -> ResidualTest {
+    Pair::new(residuals, input, lags.max(1)).test(-(lags as i64), lags)
+}
+
