@@ -28,7 +28,9 @@ pub use bicycle::{Bicycle, BicycleCoefficients, VehicleData};
 pub use check::Checker;
 pub use document::{Document, Error, schema_of};
 pub use evidence::{
-    ChannelSummary, CoherencePoint, Evidence, Excitation, Fits, OrderRow, ResidualTest, Verdict,
+    ChannelSummary, CoherencePoint, Evidence, Excitation, ExcitationBand, Fits, FrequencyResponse,
+    HeldOut, Information, Mode, OrderRow, Persistence, PoleZeroMap, PredictionFit,
+    ResidualCorrelation, ResidualTest, ResponsePoint, Verdict,
 };
 pub use matrix::Matrix;
 pub use path::{Guidance, Path, PathPoint};

@@ -43,6 +43,19 @@ impl Part {
     pub(crate) fn len(&self) -> usize {
         self.output.len()
     }
+
+    /// One number for each sample of the part, segment by segment.
+    pub(crate) fn stretches<'a>(&self, values: &'a [f64]) -> Vec<&'a [f64]> {
+        let mut rest = values;
+        let lengths = self.data.segments().iter().map(Segment::len);
+        lengths
+            .map(|n| {
+                let (head, tail) = rest.split_at(n.min(rest.len()));
+                rest = tail;
+                head
+            })
+            .collect()
+    }
 }
 
 /// The signal that drives the model: steering, or steering times speed.

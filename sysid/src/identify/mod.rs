@@ -96,6 +96,29 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
     if log.speed.is_none() {
         warnings.push("no speed channel: the operating point's speed is written as 0".into());
     }
+    let part = &data.validation;
+    let simulated = output(&chosen.model, part, &initial_states(&chosen.model, part)?);
+    let residuals = part.stretches(&filter.validation_residuals);
+    let held_out_input = part.stretches(&input[data.estimation.len()..]);
+    let held_out = evidence::held_out(&evidence::Prediction {
+        model: &chosen.model,
+        gain: &(0..model.order()).map(|i| filter.gain[(i, 0)]).collect::<Vec<_>>(),
+        output: &part.stretches(&part.output),
+        simulated: &part.stretches(&simulated),
+        residuals: &residuals,
+        sample_time_s: data.sample_time,
+    });
+    let per_input = match options.input_kind {
+        InputKind::Steering => 1.0,
+        InputKind::SteeringTimesSpeed => 1.0 / mean(speed).max(0.1),
+    };
+    let modelled = evidence::Modelled {
+        model: &model,
+        delay_s: 0.0,
+        input: &input,
+        to_road_wheel: per_input / log.steering_ratio,
+    };
+    let (excitation, frequency_response) = evidence::frequencies(log, &modelled, residual.sqrt());
     let mut evidence = Evidence {
         method: chosen.method.name().into(),
         horizon: chosen.horizon,
@@ -107,13 +130,17 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
             validation_one_step: filter.validation_fit,
         },
         order_table: choice.candidates.iter().map(order_row).collect(),
-        whiteness: whiteness(&filter.validation_residuals, LAGS),
-        independence: independence(
-            &filter.validation_residuals,
-            &input[data.estimation.len()..],
-            LAGS,
-        ),
-        excitation: evidence::excitation(log, &input, residual.sqrt()),
+        whiteness: whiteness(&residuals, LAGS),
+        independence: independence(&residuals, &held_out_input, LAGS),
+        excitation,
+        held_out: Some(held_out),
+        residuals: Some(evidence::correlations(&residuals, &held_out_input)),
+        frequency_response: Some(frequency_response),
+        poles_and_zeros: Some(evidence::poles_and_zeros(
+            &model,
+            continuous.as_ref(),
+            data.sample_time,
+        )),
         stabilised_from: chosen.stabilised_from,
         conversion_round_trip: continuous.as_ref().map(|c| c.round_trip),
         channels: log.channels.clone(),
@@ -129,7 +156,16 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
     }
     let spread =
         if speed.is_empty() { 0.0 } else { standard_deviation(speed) / mean(speed).max(0.1) };
-    evidence.verdict = evidence::verdict(&evidence, continuous.is_some(), spread, options);
+    let drive = evidence::Drive {
+        has_continuous: continuous.is_some(),
+        speed_mps: mean(speed),
+        speed_spread: spread,
+        steering_ratio: log.steering_ratio,
+        steering: &log.input,
+        sample_time_s: data.sample_time,
+        order: model.order(),
+    };
+    evidence.verdict = evidence::verdict(&evidence, &drive, options);
 
     let traces = traces(log, &data, chosen)?;
     let mut used = log.options.clone();

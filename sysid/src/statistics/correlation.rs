@@ -34,7 +34,8 @@ fn covariance(a: &[Vec<f64>], b: &[Vec<f64>], k: i64) -> f64 {
         let n = a.len().min(b.len());
         count += n;
         if shift < n {
-            let (early, late) = if k >= 0 { (&a[..n], &b[shift..n]) } else { (&b[..n], &a[shift..n]) };
+            let (early, late) =
+                if k >= 0 { (&a[..n], &b[shift..n]) } else { (&b[..n], &a[shift..n]) };
             sum += early.iter().zip(late).map(|(x, y)| x * y).sum::<f64>();
         }
     }
@@ -156,3 +157,143 @@ pub fn feedback(residuals: &[&[f64]], input: &[&[f64]], lags: usize) -> Residual
     Pair::new(residuals, input, lags.max(1)).test(-(lags as i64), lags)
 }
 
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn noise(state: &mut u64) -> f64 {
+        let mut uniform = || {
+            *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (*state >> 33) as f64 / f64::from(1_u32 << 31)
+        };
+        (0..12).map(|_| uniform()).sum::<f64>() - 6.0
+    }
+
+    fn white(n: usize, state: &mut u64) -> Vec<f64> {
+        (0..n).map(|_| noise(state)).collect()
+    }
+
+    /// First-order low pass: neighbouring samples correlate by `a`.
+    fn coloured(n: usize, a: f64, state: &mut u64) -> Vec<f64> {
+        let mut x = 0.0;
+        (0..n)
+            .map(|_| {
+                x = a * x + noise(state);
+                x
+            })
+            .collect()
+    }
+
+    /// Printed by SciPy 1.17.1 and NumPy:
+    /// ```python
+    /// import numpy as np; from scipy import signal, stats
+    /// t = np.arange(300); e = np.sin(.7*t*t) ; u = np.cos(.11*t*t)
+    /// e = e - e.mean(); u = u - u.mean()
+    /// R = lambda a, b: signal.correlate(b, a) / 300  # index 299 + k: sum of a(t) b(t+k)
+    /// r = R(e, e)[300:305] / R(e, e)[299]; c = R(u, e)[297:302] / (e.std() * u.std())
+    /// k = np.arange(1, 6); print(repr(r), repr(c), 300*302*np.sum(r**2/(300-k)), stats.chi2.ppf(.99, 5))
+    /// ```
+    #[test]
+    fn correlations_are_those_of_scipy() {
+        let t: Vec<f64> = (0..300).map(f64::from).collect();
+        let e: Vec<f64> = t.iter().map(|t| (0.7 * t * t).sin()).collect();
+        let u: Vec<f64> = t.iter().map(|t| (0.11 * t * t).cos()).collect();
+        let r = autocorrelation(&[&e], 5);
+        let c = cross_correlation(&[&e], &[&u], 2);
+        let q = whiteness(&[&e], 5);
+        let near = |got: &[f64], expected: &[f64]| {
+            for (g, e) in got.iter().zip(expected) {
+                assert!((g - e).abs() < 1e-10, "{got:?}");
+            }
+        };
+        near(
+            &r.values,
+            &[
+                0.03431180961228107,
+                0.008101247678590481,
+                -0.01676668232528026,
+                -0.02533306972802706,
+                0.029970856467945874,
+            ],
+        );
+        near(
+            &c.values,
+            &[
+                0.056057226704186204,
+                -0.034326261916054895,
+                -0.026892786331085855,
+                -0.13767517705674223,
+                0.009151379941887685,
+            ],
+        );
+        assert_eq!((r.first_lag, c.first_lag), (1, -2));
+        assert!((q.statistic - 0.9347453981286835).abs() < 1e-8, "{}", q.statistic);
+        assert!((q.bound / 15.08627246938899 - 1.0).abs() < 3e-3);
+    }
+
+    /// Tests at 99 % fail on 1 % of seeds where there is nothing to find, with white residuals as
+    /// with coloured ones, white input as with a driver's slow one.
+    #[test]
+    fn tests_raise_a_false_alarm_as_often_as_they_say() {
+        const SEEDS: u64 = 400;
+        for (colour_e, colour_u) in [(0.0, 0.0), (0.0, 0.95), (0.8, 0.9)] {
+            let [mut not_white, mut dependent, mut fed_back, mut outside] = [0.0; 4];
+            for seed in 0..SEEDS {
+                let state = &mut (seed + 1);
+                let e = coloured(1500, colour_e, state);
+                let u = coloured(1500, colour_u, state);
+                let (e, u): (Vec<&[f64]>, Vec<&[f64]>) =
+                    (e.chunks(700).collect(), u.chunks(700).collect());
+                let one = 1.0 / SEEDS as f64;
+                not_white += one * f64::from(u8::from(!whiteness(&e, 25).pass));
+                dependent += one * f64::from(u8::from(!independence(&e, &u, 25).pass));
+                fed_back += one * f64::from(u8::from(!feedback(&e, &u, 25).pass));
+                let c = cross_correlation(&e, &u, 10);
+                let beyond = c.values.iter().filter(|v| v.abs() > c.bound).count();
+                outside += one * beyond as f64 / c.values.len() as f64;
+            }
+            println!(
+                "{colour_e} {colour_u}: white {not_white:.4} independent {dependent:.4} feedback {fed_back:.4} lags {outside:.4}"
+            );
+            assert!(colour_e > 0.0 || not_white < 0.03, "{not_white}");
+            assert!(dependent < 0.04 && fed_back < 0.04, "{dependent} {fed_back}");
+            assert!((0.002..0.03).contains(&outside), "{outside}");
+        }
+    }
+
+    #[test]
+    fn colour_missing_dynamics_and_feedback_are_found() {
+        let state = &mut 7;
+        let e = white(5000, state);
+        let u = white(5000, state);
+        let late = |x: &[f64], t: usize, k: usize| if t >= k { x[t - k] } else { 0.0 };
+        let with = |x: &[f64], of: &[f64], share: f64, k: usize| -> Vec<f64> {
+            (0..5000).map(|t| x[t] + share * late(of, t, k)).collect()
+        };
+        assert!(whiteness(&[&e], 25).pass && independence(&[&e], &[&u], 25).pass);
+        assert!(!whiteness(&[&with(&e, &e, 0.1, 1)], 25).pass);
+        let driven = with(&e, &u, 0.1, 3);
+        assert!(!independence(&[&driven], &[&u], 25).pass);
+        assert!(feedback(&[&driven], &[&u], 25).pass);
+        let c = cross_correlation(&[&driven], &[&u], 25);
+        assert!((c.values[25 + 3] - 0.1).abs() < 0.04 && c.values[25 + 3] > c.bound);
+        let steered = with(&u, &e, 0.1, 3);
+        assert!(!feedback(&[&e], &[&steered], 25).pass);
+        assert!(independence(&[&e], &[&steered], 25).pass);
+        assert!(cross_correlation(&[&e], &[&steered], 25).values[25 - 3] > c.bound);
+    }
+
+    #[test]
+    fn no_lag_reaches_over_a_gap() {
+        // Correlated by the jump between the stretches alone.
+        let a = [1.0, -1.0, 1.0, -1.0];
+        let joined = autocorrelation(&[&[a, a].concat()], 1).values[0];
+        let apart = autocorrelation(&[&a, &a], 1).values[0];
+        assert!((joined + 7.0 / 8.0).abs() < 1e-12 && (apart + 6.0 / 8.0).abs() < 1e-12);
+        for empty in [&[][..], &[&[][..]], &[&[1.0][..]], &[&[2.0; 30][..]]] {
+            assert_eq!(whiteness(empty, 25).statistic, 0.0);
+            assert_eq!(independence(empty, empty, 25).statistic, 0.0);
+            assert!(cross_correlation(empty, empty, 25).values.iter().all(|v| *v == 0.0));
+        }
+    }
+}

@@ -61,3 +61,53 @@ pub fn fit_with_error(
     out.standard_error = standard_error.is_finite().then_some(standard_error);
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit_percent;
+
+    fn noise(state: &mut u64) -> f64 {
+        let mut uniform = || {
+            *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (*state >> 33) as f64 / f64::from(1_u32 << 31)
+        };
+        (0..12).map(|_| uniform()).sum::<f64>() - 6.0
+    }
+
+    /// Over seeds, the fit scatters as its standard error says, with errors that correlate over
+    /// half a second and a signal that does over two, in one stretch as in several.
+    #[test]
+    fn the_standard_error_is_the_scatter() {
+        for stretch in [4000, 900] {
+            let (mut fits, mut errors) = (Vec::new(), 0.0);
+            for seed in 0..150_u64 {
+                let state = &mut (seed + 1);
+                let (mut y, mut y_hat, mut slow, mut error) = (vec![], vec![], 0.0, 0.0);
+                for _ in 0..4000 {
+                    slow = 0.98 * slow + noise(state);
+                    error = 0.92 * error + 0.8 * noise(state);
+                    y.push(slow + error);
+                    y_hat.push(slow);
+                }
+                let pairs: Vec<_> = y.chunks(stretch).zip(y_hat.chunks(stretch)).collect();
+                let got = fit_with_error(&pairs, 0.04, 3.0);
+                assert!((got.fit - fit_percent(&y, &y_hat)).abs() < 1e-9);
+                fits.push(got.fit);
+                errors += got.standard_error.unwrap().powi(2) / 150.0;
+            }
+            let (scatter, said) = (crate::signal::standard_deviation(&fits), errors.sqrt());
+            println!("stretches of {stretch}: scatter {scatter:.3}, said {said:.3} points");
+            assert!((0.75..1.33).contains(&(said / scatter)), "{said} {scatter}");
+        }
+    }
+
+    #[test]
+    fn too_little_data_has_no_standard_error() {
+        let y: Vec<f64> = (0..200).map(f64::from).collect();
+        let got = fit_with_error(&[(&y, &y)], 0.04, 3.0);
+        assert_eq!((got.fit, got.standard_error), (100.0, None));
+        assert_eq!(fit_with_error(&[], 0.04, 3.0).fit, f64::NEG_INFINITY);
+        assert_eq!(fit_with_error(&[(&[1.0; 500], &[1.0; 500])], 0.04, 3.0).standard_error, None);
+    }
+}

@@ -30,7 +30,8 @@ pub fn fit_percent(y: &[f64], y_hat: &[f64]) -> f64 {
 #[must_use]
 pub fn variance_accounted_for(y: &[f64], y_hat: &[f64]) -> f64 {
     let error: Vec<f64> = y.iter().zip(y_hat).map(|(a, b)| a - b).collect();
-    let (spread, left) = (crate::signal::standard_deviation(y), crate::signal::standard_deviation(&error));
+    let (spread, left) =
+        (crate::signal::standard_deviation(y), crate::signal::standard_deviation(&error));
     if !left.is_finite() || spread <= 0.0 {
         return f64::NEG_INFINITY;
     }

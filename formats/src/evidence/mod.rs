@@ -1,6 +1,17 @@
 //! How far an identified model can be trusted, with the numbers behind it.
 
+mod frequency;
+mod poles;
+mod residuals;
+
 use serde::{Deserialize, Serialize};
+
+pub use frequency::{
+    CoherencePoint, Excitation, ExcitationBand, FrequencyResponse, Information, Persistence,
+    ResponsePoint,
+};
+pub use poles::{Mode, PoleZeroMap};
+pub use residuals::{HeldOut, PredictionFit, ResidualCorrelation, ResidualTest};
 
 /// Everything measured on the way from log to model.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -24,6 +35,18 @@ pub struct Evidence {
     pub independence: ResidualTest,
     /// What the log can say.
     pub excitation: Excitation,
+    /// Prediction of the held-out data.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub held_out: Option<HeldOut>,
+    /// The residuals lag by lag.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub residuals: Option<ResidualCorrelation>,
+    /// Measured and modelled frequency response.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frequency_response: Option<FrequencyResponse>,
+    /// Poles and zeros.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub poles_and_zeros: Option<PoleZeroMap>,
     /// Largest eigenvalue modulus of A before stability was enforced, where it was.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stabilised_from: Option<f64>,
@@ -65,46 +88,6 @@ pub struct OrderRow {
     pub validation_fit: f64,
     /// Whether the model was stable as estimated.
     pub stable: bool,
-}
-
-/// A test of residuals against a χ² bound.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ResidualTest {
-    /// Number of lags.
-    pub lags: usize,
-    /// The statistic.
-    pub statistic: f64,
-    /// The bound at 99 %.
-    pub bound: f64,
-    /// Whether statistic ≤ bound.
-    pub pass: bool,
-}
-
-/// What the log can say about the dynamics.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Excitation {
-    /// Standard deviation of the steering angle at the road wheel, rad.
-    pub road_wheel_std_rad: f64,
-    /// Standard deviation of the yaw rate, rad/s.
-    pub yaw_rate_std_radps: f64,
-    /// Standard deviation of the innovation over that of the yaw rate.
-    pub noise_to_signal: f64,
-    /// Largest frequency below which the coherence stays above 0.5, Hz; 0 where it never does.
-    pub informative_up_to_hz: f64,
-    /// Coherence of steering and yaw rate.
-    pub coherence: Vec<CoherencePoint>,
-}
-
-/// Coherence at one frequency.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct CoherencePoint {
-    /// Frequency, Hz.
-    pub frequency_hz: f64,
-    /// Magnitude-squared coherence, 0 to 1.
-    pub coherence: f64,
 }
 
 /// What was read from one channel.

@@ -1,0 +1,131 @@
+//! What the log says by frequency, and the model beside it.
+
+use serde::{Deserialize, Serialize};
+
+/// What the log can say about the dynamics.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Excitation {
+    /// Standard deviation of the steering angle at the road wheel, rad.
+    pub road_wheel_std_rad: f64,
+    /// Standard deviation of the yaw rate, rad/s.
+    pub yaw_rate_std_radps: f64,
+    /// Standard deviation of the innovation over that of the yaw rate.
+    pub noise_to_signal: f64,
+    /// Largest frequency below which the coherence stays above 0.5, Hz; 0 where it never does.
+    pub informative_up_to_hz: f64,
+    /// Coherence of steering and yaw rate.
+    pub coherence: Vec<CoherencePoint>,
+    /// What the log says in bands of frequency.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub bands: Vec<ExcitationBand>,
+    /// Of how high an order the input is persistently exciting.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub persistence: Option<Persistence>,
+}
+
+impl Excitation {
+    /// The frequency from which on no band has information, Hz; `None` where the highest has some.
+    #[must_use]
+    pub fn silent_from_hz(&self) -> Option<f64> {
+        let silent = |b: &&ExcitationBand| b.information == Information::None;
+        self.bands.iter().rev().take_while(silent).last().map(|b| b.from_hz)
+    }
+}
+
+/// Coherence at one frequency.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CoherencePoint {
+    /// Frequency, Hz.
+    pub frequency_hz: f64,
+    /// Magnitude-squared coherence, 0 to 1.
+    pub coherence: f64,
+}
+
+/// What a log says in a band of frequency.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ExcitationBand {
+    /// Lower end, Hz.
+    pub from_hz: f64,
+    /// Upper end, Hz.
+    pub to_hz: f64,
+    /// Standard deviation of the steering within the band, at the road wheel, rad.
+    pub road_wheel_std_rad: f64,
+    /// Standard deviation of the yaw rate within the band, rad/s.
+    pub yaw_rate_std_radps: f64,
+    /// Share of that yaw rate's power that the steering explains, 0 to 1.
+    pub coherence: f64,
+    /// Standard error of the band's gain as the spectra alone give it, over that gain: it falls
+    /// with the square root of the time recorded, and as the steering grows.
+    pub relative_error: f64,
+    /// What that means.
+    pub information: Information,
+}
+
+/// Whether a log says something.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Information {
+    /// Yaw rate follows the steering, and the gain is known.
+    Good,
+    /// It does so in part.
+    Weak,
+    /// The log has no information in this band.
+    None,
+}
+
+/// Order of persistent excitation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Persistence {
+    /// Largest order found.
+    pub order: usize,
+    /// Largest order tried; the order may be higher where both are equal.
+    pub tried: usize,
+}
+
+/// Frequency response estimated without a model (Welch's method, H1), and the model's.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FrequencyResponse {
+    /// Probability of each band at one frequency.
+    pub confidence: f64,
+    /// Independent averages of the spectra.
+    pub averages: f64,
+    /// Distance of two frequencies, Hz.
+    pub resolution_hz: f64,
+    /// Coherence that unrelated signals exceed with a probability of 1 %.
+    pub significant_coherence: f64,
+    /// Frequencies that are compared: those whose coherence is significant and above 0.5.
+    pub compared: usize,
+    /// Share of these at which the model lies within the band.
+    pub within: f64,
+    /// One for each frequency.
+    pub points: Vec<ResponsePoint>,
+}
+
+/// Measured and modelled response at one frequency; gains in yaw rate over the model's input.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ResponsePoint {
+    /// Frequency, Hz.
+    pub frequency_hz: f64,
+    /// Measured gain.
+    pub gain: f64,
+    /// Measured phase, rad, continuous over frequency.
+    pub phase_rad: f64,
+    /// Radius of the confidence disk about the measured response, in the unit of the gain.
+    pub radius: f64,
+    /// Magnitude-squared coherence.
+    pub coherence: f64,
+    /// Its lower confidence bound.
+    pub coherence_low: f64,
+    /// Its upper confidence bound.
+    pub coherence_high: f64,
+    /// The model's gain.
+    pub model_gain: f64,
+    /// The model's phase, rad, with its input delay.
+    pub model_phase_rad: f64,
+}

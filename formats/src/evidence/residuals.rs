@@ -1,0 +1,66 @@
+//! What a model leaves unexplained.
+
+use serde::{Deserialize, Serialize};
+
+/// A test of residuals against a χ² bound.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ResidualTest {
+    /// Number of lags.
+    pub lags: usize,
+    /// The statistic.
+    pub statistic: f64,
+    /// The bound at 99 %.
+    pub bound: f64,
+    /// Whether statistic ≤ bound.
+    pub pass: bool,
+}
+
+/// How the model predicts what it was not estimated on.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HeldOut {
+    /// Standard error of the simulation fit over the time held out, percentage points (block
+    /// jackknife); absent where too little time is held out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fit_standard_error: Option<f64>,
+    /// Blocks of time it comes from.
+    pub blocks: usize,
+    /// Variance of the yaw rate that the simulation accounts for, percent.
+    pub variance_accounted_for: f64,
+    /// Fits of predictions some steps ahead, by rising number of steps.
+    pub predictions: Vec<PredictionFit>,
+}
+
+/// Fit of k-step predictions: from all inputs, and the outputs up to k samples ago.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PredictionFit {
+    /// Steps k ahead; absent for the simulation, which sees no output.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub steps: Option<usize>,
+    /// The same in seconds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ahead_s: Option<f64>,
+    /// Fit, percent.
+    pub fit: f64,
+    /// Variance accounted for, percent.
+    pub variance_accounted_for: f64,
+}
+
+/// Correlation of the held-out one-step residuals, lag by lag.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ResidualCorrelation {
+    /// Autocorrelation at lags 1, 2, …
+    pub autocorrelation: Vec<f64>,
+    /// What each stays within, up to its sign, with a probability of 99 % for white residuals.
+    pub autocorrelation_bound: f64,
+    /// Correlation of the input at t and the residual at t + k, k from −n to n.
+    pub with_input: Vec<f64>,
+    /// What each stays within, up to its sign, with a probability of 99 % where they are unrelated.
+    pub with_input_bound: f64,
+    /// Whether past residuals say something of the input, as where a driver corrects what he sees:
+    /// passed where they do not.
+    pub feedback: ResidualTest,
+}

@@ -1,0 +1,111 @@
+//! What stands behind a model: prediction of held-out data, residuals, spectra, poles and zeros, and
+//! the judgement in plain words.
+
+mod bands;
+mod poles;
+mod prediction;
+mod response;
+mod verdict;
+
+use crate::DriveLog;
+use crate::model::StateSpace;
+use crate::signal::{Spectra, standard_deviation};
+use crate::statistics::{autocorrelation, cross_correlation, feedback};
+use formats::{CoherencePoint, Excitation, FrequencyResponse, ResidualCorrelation};
+
+pub(crate) use poles::poles_and_zeros;
+pub(crate) use prediction::{Prediction, held_out};
+pub(crate) use verdict::{Drive, verdict};
+
+/// Lags of the residual tests.
+pub(crate) const LAGS: usize = 25;
+/// Frequencies beyond this say nothing about lateral dynamics, Hz.
+const HIGHEST_SHOWN: f64 = 10.0;
+/// The lowest frequencies, where drift rules, do not end the informative band, Hz.
+const DRIFT: f64 = 0.5;
+/// Coherence above which at least half of the yaw rate's power follows the steering.
+const INFORMATIVE: f64 = 0.5;
+
+/// A model with what drives it.
+pub(crate) struct Modelled<'a> {
+    /// The model in SI units.
+    pub(crate) model: &'a StateSpace,
+    /// Its delay from the recorded input to the input of the model, s.
+    pub(crate) delay_s: f64,
+    /// The recorded input: steering, or steering times speed.
+    pub(crate) input: &'a [f64],
+    /// Factor from the input to the angle at the road wheel, rad.
+    pub(crate) to_road_wheel: f64,
+}
+
+/// What the whole log can say, by frequency, and the model's response beside it.
+pub(crate) fn frequencies(
+    log: &DriveLog,
+    modelled: &Modelled<'_>,
+    noise_to_signal: f64,
+) -> (Excitation, FrequencyResponse) {
+    let stretches: Vec<(&[f64], &[f64])> = log
+        .segments
+        .iter()
+        .map(|s| (&modelled.input[s.range.clone()], &log.output[s.range.clone()]))
+        .collect();
+    let spectra = Spectra::welch(&stretches, log.sample_time_s);
+    let inputs: Vec<&[f64]> = stretches.iter().map(|s| s.0).collect();
+    let shown = |k: &usize| spectra.frequency_hz[*k] <= HIGHEST_SHOWN;
+    let coherence = (0..spectra.len()).filter(shown).map(|k| CoherencePoint {
+        frequency_hz: spectra.frequency_hz[k],
+        coherence: spectra.coherence(k),
+    });
+    let excitation = Excitation {
+        road_wheel_std_rad: standard_deviation(&log.input) / log.steering_ratio,
+        yaw_rate_std_radps: standard_deviation(&log.output),
+        noise_to_signal,
+        informative_up_to_hz: informative_up_to(&spectra),
+        coherence: coherence.collect(),
+        bands: bands::bands(&spectra, modelled),
+        persistence: Some(bands::persistence(&inputs)),
+    };
+    let response = response::response(&spectra, modelled, log.sample_time_s, HIGHEST_SHOWN);
+    (excitation, response)
+}
+
+/// Largest frequency up to which the coherence stays informative, Hz.
+fn informative_up_to(spectra: &Spectra) -> f64 {
+    let all: Vec<f64> = (0..spectra.len()).map(|k| spectra.coherence(k)).collect();
+    // Three neighbouring frequencies together, since a single estimate scatters.
+    let smooth = |i: usize| {
+        let near = &all[i.saturating_sub(1)..(i + 2).min(all.len())];
+        near.iter().sum::<f64>() / near.len() as f64
+    };
+    let threshold = INFORMATIVE.max(spectra.significance(0.01));
+    let mut limit = 0.0;
+    for (i, frequency) in spectra.frequency_hz.iter().enumerate() {
+        if smooth(i) >= threshold {
+            limit = *frequency;
+        } else if limit > 0.0 || *frequency > DRIFT {
+            break;
+        }
+    }
+    limit
+}
+
+/// The residuals lag by lag.
+pub(crate) fn correlations(residuals: &[&[f64]], input: &[&[f64]]) -> ResidualCorrelation {
+    let own = autocorrelation(residuals, LAGS);
+    let cross = cross_correlation(residuals, input, LAGS);
+    ResidualCorrelation {
+        autocorrelation: own.values.iter().copied().map(rounded).collect(),
+        autocorrelation_bound: rounded(own.bound),
+        with_input: cross.values.iter().copied().map(rounded).collect(),
+        with_input_bound: rounded(cross.bound),
+        feedback: feedback(residuals, input, LAGS),
+    }
+}
+
+/// Six significant digits: what is plotted needs no more, and the file stays readable.
+fn rounded(x: f64) -> f64 {
+    if x == 0.0 || !x.is_finite() {
+        return 0.0;
+    }
+    format!("{x:.5e}").parse().unwrap_or(x)
+}

@@ -1,0 +1,128 @@
+//! Poles and transmission zeros, with natural frequency and damping.
+//!
+//! Transmission zeros are the finite generalised eigenvalues of the system pencil
+//!
+//! `P − z E`, P = [A B; C D], E = [I 0; 0 0],
+//!
+//! found by shift and invert: with σ no zero, μ is an eigenvalue of (P − σE)⁻¹E and z = σ + 1/μ, so
+//! that the zeros at infinity are those of μ = 0 and need no division.
+
+use super::rounded;
+use crate::conversion::ContinuousModel;
+use crate::dense::{eigenvalues, solve};
+use crate::model::StateSpace;
+use faer::{Mat, MatRef};
+use formats::{Mode, PoleZeroMap};
+
+/// Zeros further out than that many times the scale are at infinity but for rounding.
+const FAR: f64 = 1e3;
+
+/// Poles and zeros; those that cannot be computed are left out.
+pub(crate) fn poles_and_zeros(
+    model: &StateSpace,
+    continuous: Option<&ContinuousModel>,
+    sample_time_s: f64,
+) -> PoleZeroMap {
+    let upper = |values: Vec<(f64, f64)>| -> Vec<Mode> {
+        let mut modes: Vec<Mode> =
+            values.into_iter().filter(|z| z.1 >= 0.0).map(|z| mode(z, sample_time_s)).collect();
+        // Slowest first.
+        modes.sort_by(|a, b| {
+            let rank = |m: &Mode| m.natural_frequency_hz.unwrap_or(f64::INFINITY);
+            rank(a).total_cmp(&rank(b)).then(a.discrete[1].total_cmp(&b.discrete[1]))
+        });
+        modes
+    };
+    let zeros = transmission_zeros(
+        model.a.as_ref(),
+        model.b.as_ref(),
+        model.c.as_ref(),
+        model.d.as_ref(),
+        1.0,
+    );
+    let continuous_zeros = continuous.map_or_else(Vec::new, |c| {
+        let scale = eigenvalues(c.f.as_ref())
+            .map_or(0.0, |p| p.iter().map(|p| p.0.hypot(p.1)).fold(0.0, f64::max));
+        let mut zeros = transmission_zeros(
+            c.f.as_ref(),
+            c.g.as_ref(),
+            model.c.as_ref(),
+            model.d.as_ref(),
+            scale.max(1e-3),
+        );
+        zeros.sort_by(|a, b| a.0.hypot(a.1).total_cmp(&b.0.hypot(b.1)).then(a.1.total_cmp(&b.1)));
+        zeros.into_iter().map(|(re, im)| [rounded(re), rounded(im)]).collect()
+    });
+    PoleZeroMap {
+        poles: upper(model.poles().unwrap_or_default()),
+        zeros: upper(zeros),
+        continuous_zeros,
+    }
+}
+
+fn mode((re, im): (f64, f64), sample_time_s: f64) -> Mode {
+    // No −0: a negative z on the axis is the upper one of its pair.
+    let im = im.abs();
+    let modulus = re.hypot(im);
+    let mut mode = Mode {
+        discrete: [rounded(re), rounded(im)],
+        continuous: None,
+        natural_frequency_hz: None,
+        damping: None,
+        time_constant_s: None,
+    };
+    if modulus < 1e-12 {
+        return mode;
+    }
+    let s = (modulus.ln() / sample_time_s, im.atan2(re) / sample_time_s);
+    let magnitude = s.0.hypot(s.1);
+    mode.continuous = Some([rounded(s.0), rounded(s.1)]);
+    mode.natural_frequency_hz = Some(rounded(magnitude / std::f64::consts::TAU));
+    mode.damping = (magnitude > 0.0).then(|| rounded(-s.0 / magnitude));
+    mode.time_constant_s = (s.0 < 0.0).then(|| rounded(-1.0 / s.0));
+    mode
+}
+
+/// Finite transmission zeros of a square system, as (real, imaginary); `scale` is the size of its
+/// poles.
+fn transmission_zeros(
+    a: MatRef<'_, f64>,
+    b: MatRef<'_, f64>,
+    c: MatRef<'_, f64>,
+    d: MatRef<'_, f64>,
+    scale: f64,
+) -> Vec<(f64, f64)> {
+    let (n, m) = (a.nrows(), b.ncols());
+    if c.nrows() != m {
+        return Vec::new();
+    }
+    // Inputs and outputs of the size of the states: rounding is told from zero by it.
+    let unit = |m: MatRef<'_, f64>| {
+        let norm = m.norm_l2();
+        if norm > 0.0 { norm / scale.sqrt() } else { 1.0 }
+    };
+    let (ub, uc) = (unit(b), unit(c));
+    // Right of and beyond all that is of interest, and no round number that a zero might be.
+    let shift = 1.618_033 * scale;
+    let pencil = Mat::from_fn(n + m, n + m, |i, j| match (i < n, j < n) {
+        (true, true) => a[(i, j)] - if i == j { shift } else { 0.0 },
+        (true, false) => b[(i, j - n)] / ub,
+        (false, true) => c[(i - n, j)] / uc,
+        (false, false) => d[(i - n, j - n)] / (ub * uc),
+    });
+    let right = Mat::from_fn(n + m, n, |i, j| if i == j { 1.0 } else { 0.0 });
+    // Only the first n columns of (P − σE)⁻¹E are not zero: its upper left block has all μ ≠ 0.
+    let solved = solve(pencil.as_ref(), right.as_ref());
+    let Ok(values) = eigenvalues(solved.get(..n, ..)) else {
+        return Vec::new();
+    };
+    values
+        .into_iter()
+        .filter_map(|(re, im)| {
+            let square = re * re + im * im;
+            let z = (shift + re / square, -im / square);
+            (square * scale * scale > 1.0 / (FAR * FAR) && z.0.is_finite() && z.1.is_finite())
+                .then_some(z)
+        })
+        .collect()
+}

@@ -1,0 +1,105 @@
+//! Prediction of the held-out data, k steps ahead.
+//!
+//! With the one-step residuals e, the error of the prediction from outputs up to t − k is
+//!
+//! `y(t) − ŷ(t|t−k) = e(t) + Σ_{j=1}^{k−1} C A^{j−1} K e(t−j) = e(t) + C z(t) − C A^{k−1} z(t−k+1)`,
+//! `z(t+1) = A z(t) + K e(t)`,
+//!
+//! which costs two products with A a sample, however large k is. k = 1 gives the residuals. The
+//! first k − 1 samples of a stretch are predicted from its estimated initial state.
+
+use super::rounded;
+use crate::model::{StateSpace, dot, rows};
+use crate::statistics::{fit_percent, fit_with_error, variance_accounted_for};
+use formats::{HeldOut, PredictionFit};
+
+/// How far ahead predictions are tried, s.
+const AHEAD: [f64; 3] = [0.1, 0.5, 1.0];
+/// A block of held-out time that is nearly independent of the others, s: a few manoeuvres.
+const BLOCK_S: f64 = 3.0;
+
+/// Held-out data with what the model makes of them, in any units common to all.
+pub(crate) struct Prediction<'a> {
+    /// The model.
+    pub(crate) model: &'a StateSpace,
+    /// Its Kalman gain.
+    pub(crate) gain: &'a [f64],
+    /// Measured output, stretch by stretch.
+    pub(crate) output: &'a [&'a [f64]],
+    /// Simulated output.
+    pub(crate) simulated: &'a [&'a [f64]],
+    /// One-step residuals.
+    pub(crate) residuals: &'a [&'a [f64]],
+    /// Sample time, s.
+    pub(crate) sample_time_s: f64,
+}
+
+pub(crate) fn held_out(p: &Prediction<'_>) -> HeldOut {
+    let y = p.output.concat();
+    let simulated = p.simulated.concat();
+    let pairs: Vec<(&[f64], &[f64])> =
+        p.output.iter().copied().zip(p.simulated.iter().copied()).collect();
+    let with_error = fit_with_error(&pairs, p.sample_time_s, BLOCK_S);
+    let row = |steps: Option<usize>, y_hat: &[f64]| PredictionFit {
+        steps,
+        ahead_s: steps.map(|k| rounded(k as f64 * p.sample_time_s)),
+        fit: bounded(fit_percent(&y, y_hat)),
+        variance_accounted_for: bounded(variance_accounted_for(&y, y_hat)),
+    };
+    let longest = p.output.iter().map(|s| s.len()).max().unwrap_or(0);
+    let mut steps: Vec<usize> =
+        AHEAD.iter().map(|s| ((s / p.sample_time_s).round() as usize).max(1)).collect();
+    steps.insert(0, 1);
+    steps.dedup();
+    steps.retain(|k| *k < longest);
+    let mut predictions: Vec<PredictionFit> = steps
+        .into_iter()
+        .map(|k| {
+            let errors = p.residuals.iter().flat_map(|e| ahead(p.model, p.gain, e, k));
+            let y_hat: Vec<f64> = y.iter().zip(errors).map(|(y, e)| y - e).collect();
+            row(Some(k), &y_hat)
+        })
+        .collect();
+    predictions.push(row(None, &simulated));
+    HeldOut {
+        fit_standard_error: with_error.standard_error,
+        blocks: with_error.blocks,
+        variance_accounted_for: bounded(variance_accounted_for(&y, &simulated)),
+        predictions,
+    }
+}
+
+/// A file holds finite numbers only.
+fn bounded(percent: f64) -> f64 {
+    percent.max(-1e9)
+}
+
+/// Errors of the predictions k steps ahead in one stretch.
+fn ahead(model: &StateSpace, gain: &[f64], residuals: &[f64], k: usize) -> Vec<f64> {
+    let n = model.order();
+    let a = rows(model.a.as_ref());
+    let times_a = |x: &[f64]| -> Vec<f64> { a.chunks_exact(n).map(|row| dot(row, x)).collect() };
+    let c = rows(model.c.as_ref());
+    // C A^{k−1}: rows times A is Aᵀ times columns.
+    let at = rows(model.a.transpose());
+    let mut far = c.clone();
+    for _ in 1..k {
+        far = at.chunks_exact(n).map(|row| dot(row, &far)).collect();
+    }
+    let mut z = vec![0.0; n];
+    let mut before: std::collections::VecDeque<Vec<f64>> = std::collections::VecDeque::new();
+    let mut errors = Vec::with_capacity(residuals.len());
+    for e in residuals {
+        before.push_back(z.clone());
+        if before.len() > k {
+            before.pop_front();
+        }
+        let old = if before.len() == k { dot(&far, &before[0]) } else { 0.0 };
+        errors.push(e + dot(&c, &z) - old);
+        z = times_a(&z);
+        for (z, k) in z.iter_mut().zip(gain) {
+            *z += k * e;
+        }
+    }
+    errors
+}

@@ -1,0 +1,76 @@
+//! The measured frequency response, and the model's beside it.
+
+use super::{INFORMATIVE, Modelled, rounded};
+use crate::signal::Spectra;
+use crate::statistics::Z975;
+use formats::{FrequencyResponse, ResponsePoint};
+use std::f64::consts::{PI, TAU};
+
+/// Risk of each confidence band.
+const RISK: f64 = 0.05;
+
+pub(crate) fn response(
+    spectra: &Spectra,
+    modelled: &Modelled<'_>,
+    sample_time_s: f64,
+    highest_hz: f64,
+) -> FrequencyResponse {
+    let significant = spectra.significance(0.01);
+    let comparable = significant.max(INFORMATIVE);
+    let (mut compared, mut within) = (0, 0);
+    let mut points = Vec::new();
+    let mut before = [0.0; 2];
+    for k in 0..spectra.len() {
+        let frequency_hz = spectra.frequency_hz[k];
+        if frequency_hz > highest_hz {
+            break;
+        }
+        let measured = spectra.response(k);
+        let model = modelled.response(frequency_hz, sample_time_s);
+        let radius = spectra.radius(k, RISK);
+        let coherence = spectra.coherence(k);
+        if coherence > comparable {
+            compared += 1;
+            let apart = (measured.0 - model.0).hypot(measured.1 - model.1);
+            within += usize::from(apart <= radius);
+        }
+        let (low, high) = spectra.coherence_bounds(k, Z975);
+        // Phases continue from one frequency to the next.
+        for (before, z) in before.iter_mut().zip([measured, model]) {
+            let phase = z.1.atan2(z.0);
+            *before = phase + TAU * ((*before - phase) / TAU).round();
+        }
+        // The measured phase wanders where nothing is measured: it stays near the model's.
+        let turns = ((before[1] - before[0]) / TAU).round();
+        points.push(ResponsePoint {
+            frequency_hz: rounded(frequency_hz),
+            gain: rounded(measured.0.hypot(measured.1)),
+            phase_rad: rounded(before[0] + TAU * turns),
+            radius: rounded(radius.min(1e9)),
+            coherence: rounded(coherence),
+            coherence_low: rounded(low),
+            coherence_high: rounded(high),
+            model_gain: rounded(model.0.hypot(model.1)),
+            model_phase_rad: rounded(before[1]),
+        });
+    }
+    FrequencyResponse {
+        confidence: 1.0 - RISK,
+        averages: rounded(spectra.averages),
+        resolution_hz: rounded(spectra.resolution_hz()),
+        significant_coherence: rounded(significant),
+        compared,
+        within: if compared > 0 { within as f64 / compared as f64 } else { 0.0 },
+        points,
+    }
+}
+
+impl Modelled<'_> {
+    /// The model's response with its input delay, (real, imaginary).
+    pub(crate) fn response(&self, frequency_hz: f64, sample_time_s: f64) -> (f64, f64) {
+        let omega = (TAU * frequency_hz * sample_time_s).min(PI);
+        let (re, im) = self.model.frequency_response(0, 0, omega);
+        let (s, c) = (-TAU * frequency_hz * self.delay_s).sin_cos();
+        (re * c - im * s, re * s + im * c)
+    }
+}

@@ -1,0 +1,327 @@
+//! The judgement in plain words, and the next thing to do.
+//!
+//! What to drive is reckoned from what the log shows: with the noise as it was, the standard error of
+//! a band's gain falls as one over the steering's amplitude in that band, and as one over the square
+//! root of the time driven (see `bands`). A sweep of amplitude A with equal time for each octave puts
+//! `A²/2 · ln(f₂/f₁)/ln(F₂/F₁)` of steering power into the band from f₁ to f₂.
+
+use super::INFORMATIVE;
+use crate::identify::IdentifyOptions;
+use formats::{Evidence, ExcitationBand, Information, InputKind, ResponsePoint, Verdict};
+
+/// What the judgement needs to know of the drive beside the evidence.
+pub(crate) struct Drive<'a> {
+    /// Whether the model has a continuous counterpart.
+    pub(crate) has_continuous: bool,
+    /// Mean speed, m/s; 0 where it is not known.
+    pub(crate) speed_mps: f64,
+    /// Standard deviation of the speed over its mean.
+    pub(crate) speed_spread: f64,
+    /// Steering angle over road-wheel angle.
+    pub(crate) steering_ratio: f64,
+    /// Steering angle, rad.
+    pub(crate) steering: &'a [f64],
+    /// Sample time, s.
+    pub(crate) sample_time_s: f64,
+    /// Order of the model.
+    pub(crate) order: usize,
+}
+
+/// Below, the steering hardly moves the vehicle: a fifth of a degree at the road wheel.
+const LEAST_STEERING: f64 = 0.0035;
+/// The band that a yaw controller with a settling time of a second needs, Hz.
+const LEAST_BAND: f64 = 0.8;
+const GOOD_FIT: f64 = 60.0;
+const LARGEST_NOISE: f64 = 0.5;
+/// The rhythm to drive, Hz: what a driver can steer, and a controller needs.
+const SWEEP: (f64, f64) = (0.2, 2.0);
+/// Time to drive, s.
+const SWEEP_S: f64 = 60.0;
+const LONGEST_S: f64 = 1200.0;
+/// Gain of each band to be known to this share.
+const WANTED: f64 = 0.05;
+/// A drive stays linear up to about that lateral acceleration, m/s².
+const LINEAR: f64 = 3.0;
+/// A slalom that is felt: 20° at the steering wheel of a car, at the road wheel, rad.
+const USUAL: f64 = 0.0233;
+
+/// Judges by what matters for steering: does the log say enough, does the model simulate data it
+/// has not seen, and can it be converted.
+pub(crate) fn verdict(
+    evidence: &Evidence,
+    drive: &Drive<'_>,
+    options: &IdentifyOptions,
+) -> Verdict {
+    let e = &evidence.excitation;
+    let mut reasons = Vec::new();
+    let mut advice = Vec::new();
+    let degrees = e.road_wheel_std_rad.to_degrees();
+    if e.road_wheel_std_rad < LEAST_STEERING {
+        reasons.push(format!("the road wheel moves by {degrees:.2}° (standard deviation) only"));
+    }
+    if e.informative_up_to_hz < LEAST_BAND {
+        reasons.push(if e.informative_up_to_hz > 0.0 {
+            format!(
+                "yaw rate follows the steering (coherence above 0.5) up to {:.1} Hz only",
+                e.informative_up_to_hz
+            )
+        } else {
+            "at no frequency does the steering explain half of the yaw rate".to_owned()
+        });
+    }
+    let weak = !reasons.is_empty();
+    let poor = poor_bands(e.bands.as_slice());
+    if weak || !poor.is_empty() {
+        advice.extend(poor);
+        advice.push(what_to_drive(evidence, drive));
+    }
+    if e.noise_to_signal > LARGEST_NOISE {
+        reasons.push(format!("noise is {:.0} % of the yaw rate", 100.0 * e.noise_to_signal));
+        advice.push("steer more strongly, or use a less noisy gyro".to_owned());
+    }
+    let fit = evidence.fit.validation;
+    if fit < GOOD_FIT {
+        reasons.push(format!(
+            "the model reproduces held-out data to {} only",
+            with_error(fit, evidence, 0)
+        ));
+        if !weak {
+            advice.push(
+                "check the mapping, signs and clocks of the channels; a delay between clocks or a changing speed spoils the fit"
+                    .to_owned(),
+            );
+        }
+    }
+    if !drive.has_continuous {
+        reasons.push("the model has no continuous counterpart".to_owned());
+        advice.push("try another --order or --sample-time".to_owned());
+    }
+    advice.extend(doubts(evidence, drive, options));
+    let trustworthy = reasons.is_empty();
+    let summary = if trustworthy {
+        // Said where it flatters: a model that is refused has nothing to gain from it.
+        let also = options
+            .chosen_by_validation()
+            .map(|what| format!(" (the part that also chose {what})"))
+            .unwrap_or_default();
+        format!(
+            "The model reproduces held-out yaw rate{also} to {}, and the log informs up to {:.1} Hz: fit to design on.",
+            with_error(fit, evidence, 1),
+            e.informative_up_to_hz
+        )
+    } else if weak {
+        format!("Weakly excited: {}. Do not design on this model.", reasons.join("; "))
+    } else {
+        format!("Not to be trusted: {}.", reasons.join("; "))
+    };
+    Verdict { trustworthy, summary, advice }
+}
+
+/// `45 ± 6 %`: twice the standard error, about 95 %.
+fn with_error(fit: f64, evidence: &Evidence, digits: usize) -> String {
+    match evidence.held_out.as_ref().and_then(|h| h.fit_standard_error) {
+        // An uncertainty below the last digit would read as none.
+        Some(error) => {
+            let shown = (2.0 * error).max(0.1_f64.powi(digits as i32));
+            format!("{fit:.digits$} ± {shown:.digits$} %")
+        }
+        None => format!("{fit:.digits$} %"),
+    }
+}
+
+/// The bands of the sweep in which the log says too little, and why.
+fn poor_bands(bands: &[ExcitationBand]) -> Vec<String> {
+    let name = |b: &&ExcitationBand| format!("{} to {} Hz", b.from_hz, b.to_hz);
+    let of = |information: Information| -> Vec<&ExcitationBand> {
+        bands.iter().filter(|b| swept(b) && b.information == information).collect()
+    };
+    let mut out = Vec::new();
+    let none = of(Information::None);
+    if !none.is_empty() {
+        let names: Vec<String> = none.iter().map(name).collect();
+        out.push(format!("the log has no information from {}", names.join(" and ")));
+    }
+    for b in of(Information::Weak) {
+        out.push(format!(
+            "from {} the gain is known to ±{:.0} % and steering explains {:.0} % of the yaw rate: {}",
+            name(&b),
+            100.0 * b.relative_error,
+            100.0 * b.coherence,
+            if b.relative_error > WANTED {
+                format!(
+                    "{:.0} times the time of such driving would make it ±{:.0} %",
+                    (b.relative_error / WANTED).powi(2).max(2.0),
+                    100.0 * b.relative_error.min(WANTED)
+                )
+            } else {
+                "something else moves the vehicle there".to_owned()
+            }
+        ));
+    }
+    out
+}
+
+fn swept(band: &ExcitationBand) -> bool {
+    band.from_hz >= SWEEP.0 && band.to_hz <= SWEEP.1
+}
+
+/// The sweep that would make the gain of each band known as wanted.
+fn what_to_drive(evidence: &Evidence, drive: &Drive<'_>) -> String {
+    let duration = drive.steering.len() as f64 * drive.sample_time_s;
+    let octaves = |b: &ExcitationBand| (b.to_hz / b.from_hz).ln() / (SWEEP.1 / SWEEP.0).ln();
+    let bands = || evidence.excitation.bands.iter().filter(|b| swept(b));
+    // Relative error of a band's gain at amplitude 1 rad (road wheel) for a second.
+    let at_unit = |b: &ExcitationBand| {
+        b.relative_error * b.road_wheel_std_rad * (2.0 * duration / octaves(b)).sqrt()
+    };
+    let worst = bands().map(at_unit).fold(0.0, f64::max);
+    let most = largest_amplitude(evidence, drive).unwrap_or(f64::INFINITY);
+    let needed = worst / (WANTED * SWEEP_S.sqrt());
+    let amplitude = needed.max(USUAL).min(2.0 * USUAL).min(most);
+    let time = (worst / (WANTED * amplitude)).powi(2).clamp(SWEEP_S, LONGEST_S);
+    let time = (time / 30.0).ceil() * 30.0;
+    let reached = worst / (amplitude * time.sqrt());
+    let angle = amplitude.to_degrees() * drive.steering_ratio;
+    let angle = if drive.steering_ratio > 2.0 {
+        format!("about ±{:.0}° at the steering wheel", nice(angle))
+    } else {
+        format!("about ±{:.1}° at the road wheel", angle)
+    };
+    let speed = if drive.speed_mps > 0.5 {
+        format!("a steady {:.0} m/s", drive.speed_mps)
+    } else {
+        "steady speed".to_owned()
+    };
+    let mut text = format!(
+        "drive a slalom whose rhythm sweeps from {} to {} Hz, {angle}, for {time:.0} s at {speed}",
+        SWEEP.0, SWEEP.1
+    );
+    if reached > 0.0 && reached.is_finite() && reached < 1.0 {
+        text += &format!(
+            ": the noise of this log would then leave ±{:.0} % of uncertainty or less in the gain",
+            (100.0 * reached).ceil()
+        );
+    }
+    text
+}
+
+/// Whole degrees, multiples of five from ten on.
+fn nice(degrees: f64) -> f64 {
+    if degrees < 10.0 { degrees.round().max(1.0) } else { 5.0 * (degrees / 5.0).round() }
+}
+
+/// Amplitude at the road wheel that keeps the lateral acceleration v·r within what is linear, from
+/// the measured gain where the steering explains the yaw rate.
+fn largest_amplitude(evidence: &Evidence, drive: &Drive<'_>) -> Option<f64> {
+    let response = evidence.frequency_response.as_ref()?;
+    let known = |p: &&ResponsePoint| {
+        p.frequency_hz <= SWEEP.1 && p.coherence > response.significant_coherence.max(0.3)
+    };
+    let gain = response.points.iter().filter(known).map(|p| p.gain).fold(0.0, f64::max);
+    let gain = gain * drive.steering_ratio;
+    (gain > 0.0 && drive.speed_mps > 0.5).then(|| LINEAR / (gain * drive.speed_mps))
+}
+
+/// What does not forbid a design but should be known.
+fn doubts(evidence: &Evidence, drive: &Drive<'_>, options: &IdentifyOptions) -> Vec<String> {
+    let mut out = Vec::new();
+    if drive.speed_spread > 0.2 {
+        let other = match options.input_kind {
+            InputKind::Steering => ", or identify with the input steering*speed",
+            InputKind::SteeringTimesSpeed => "",
+        };
+        let percent = 100.0 * drive.speed_spread;
+        out.push(format!("speed varies by {percent:.0} % (standard deviation): hold it{other}"));
+    }
+    if !evidence.independence.pass {
+        out.push(
+            "held-out residuals still depend on past steering: expect effects that a linear model of this order leaves out"
+                .to_owned(),
+        );
+    }
+    if evidence.residuals.as_ref().is_some_and(|r| !r.feedback.pass) {
+        out.push(
+            "the steering answers to earlier residuals of the yaw rate, as where a driver corrects what he sees: this feedback biases methods that take the steering for independent; steer by a plan, such as a slalom, more than by the road"
+                .to_owned(),
+        );
+    }
+    if let Some(persistence) = evidence.excitation.persistence
+        && persistence.order < persistence.tried.min(2 * evidence.horizon)
+    {
+        out.push(format!(
+            "the steering is persistently exciting of order {} only, where {} block rows ask for {}: its rhythm holds too few frequencies{}",
+            persistence.order,
+            evidence.horizon,
+            2 * evidence.horizon,
+            if persistence.order < 2 * drive.order {
+                format!(", too few for a model of order {}", drive.order)
+            } else {
+                String::new()
+            }
+        ));
+    }
+    if let Some((angle, share)) = at_limit(drive.steering) {
+        out.push(format!(
+            "the steering stays at {:.1}° for {:.0} % of the time: if that is a limit, log the angle that was reached, not the command",
+            angle.to_degrees(),
+            100.0 * share
+        ));
+    }
+    if let Some(text) = departure(evidence) {
+        out.push(text);
+    }
+    if let Some(radius) = evidence.stabilised_from {
+        out.push(format!(
+            "the subspace estimate was unstable (largest eigenvalue modulus {radius:.4}) before it was stabilised: compare neighbouring orders"
+        ));
+    }
+    out
+}
+
+/// The extreme at which the steering rests for a good part of the time, and that part. A command of
+/// few levels, such as a binary sequence or steps, is meant to.
+fn at_limit(steering: &[f64]) -> Option<(f64, f64)> {
+    const SHARE: f64 = 0.03;
+    let (low, high) = steering
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
+    let near = 1e-3 * (high - low);
+    let share = |at: f64| {
+        let resting = steering.windows(2).filter(|w| w.iter().all(|v| (v - at).abs() <= near));
+        resting.count() as f64 / steering.len().max(1) as f64
+    };
+    let still = steering.windows(2).filter(|w| (w[0] - w[1]).abs() <= near).count() as f64
+        / steering.len().max(1) as f64;
+    let (low, high) = ((low, share(low)), (high, share(high)));
+    let worst = if low.1 > high.1 { low } else { high };
+    // Where it moves, it moves: most of the resting is at the extremes.
+    (worst.1 >= SHARE && still < 0.6 && low.1 + high.1 > 0.5 * still).then_some(worst)
+}
+
+/// Where the model departs from the measured response beyond its band.
+fn departure(evidence: &Evidence) -> Option<String> {
+    const MOST_WITHIN: f64 = 0.8;
+    const LEAST_COMPARED: usize = 5;
+    const LEAST_DEPARTURE: f64 = 0.1;
+    let response = evidence.frequency_response.as_ref()?;
+    if response.within >= MOST_WITHIN || response.compared < LEAST_COMPARED {
+        return None;
+    }
+    let apart = |p: &ResponsePoint| {
+        let (s, c) = (p.phase_rad - p.model_phase_rad).sin_cos();
+        (p.gain * c - p.model_gain).hypot(p.gain * s)
+    };
+    let worst = response
+        .points
+        .iter()
+        .filter(|p| p.coherence > response.significant_coherence.max(INFORMATIVE))
+        .map(|p| (p, (apart(p) - p.radius) / p.gain))
+        .max_by(|a, b| a.1.total_cmp(&b.1))?;
+    (worst.1 > LEAST_DEPARTURE).then(|| {
+        format!(
+            "the model departs from the measured frequency response beyond its band, most at {:.1} Hz (gain {:.2} times the measured): a higher order, a delay or an effect that is not linear",
+            worst.0.frequency_hz,
+            worst.0.model_gain / worst.0.gain
+        )
+    })
+}
