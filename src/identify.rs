@@ -2,6 +2,7 @@
 
 use crate::failure::{Failure, Outcome};
 use crate::files;
+use crate::identify_bicycle::{self, BicycleArguments};
 use crate::log_options::{IdentifyArguments, LogArguments};
 use crate::tell::Tell;
 use formats::Plant;
@@ -15,9 +16,9 @@ pub(crate) struct Arguments {
     /// CSV files with a header, each with a clock of its own
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
-    /// Write the plant here
-    #[arg(long = "out", short = 'o', value_name = "FILE", default_value = "plant.json")]
-    out: PathBuf,
+    /// Write the model here: by default plant.json, of the structure bicycle bicycle.json
+    #[arg(long = "out", short = 'o', value_name = "FILE")]
+    out: Option<PathBuf>,
     /// Also write measured and simulated signals as CSV
     #[arg(long, value_name = "CSV")]
     traces: Option<PathBuf>,
@@ -28,16 +29,25 @@ pub(crate) struct Arguments {
     log: LogArguments,
     #[command(flatten)]
     identify: IdentifyArguments,
+    #[command(flatten)]
+    bicycle: BicycleArguments,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let log = arguments.log.read(&arguments.logs)?;
+    let traces = arguments.traces.as_deref();
+    let out = |default: &str| arguments.out.clone().unwrap_or_else(|| default.into());
+    if let Some(options) = arguments.bicycle.options(&arguments.identify)? {
+        let out = out("bicycle.json");
+        return identify_bicycle::run(&log, &options, &out, traces, arguments.json);
+    }
+    let out = out("plant.json");
     let identified = sysid::identify(&log, &arguments.identify.options())?;
-    files::write_document(&arguments.out, &identified.plant)?;
-    if let Some(traces) = &arguments.traces {
+    files::write_document(&out, &identified.plant)?;
+    if let Some(traces) = traces {
         files::write(traces, traces_csv(&identified.traces, None).as_bytes())?;
     }
-    let text = format!("{}\nwritten to {}", evidence(&identified.plant), arguments.out.display());
+    let text = format!("{}\nwritten to {}", evidence(&identified.plant), out.display());
     Tell::new(arguments.json).result(&text, &identified.plant)?;
     Ok(Outcome::Done)
 }
@@ -45,20 +55,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 /// The evidence behind a plant, for people.
 pub(crate) fn evidence(plant: &Plant) -> String {
     let e = &plant.evidence;
-    let mut channels =
-        report::Table::new(["channel", "column", "read as", "rows", "rate", "min", "mean", "max"]);
-    for c in &e.channels {
-        channels = channels.row([
-            c.role.clone(),
-            c.column.clone(),
-            c.unit.clone(),
-            c.rows.to_string(),
-            format!("{:.1} Hz", c.rate_hz),
-            format!("{:.4}", c.min),
-            format!("{:.4}", c.mean),
-            format!("{:.4}", c.max),
-        ]);
-    }
+    let channels = channel_table(&e.channels);
     let mut orders =
         report::Table::new(["order", "singular value", "estimation", "held out", "as estimated"]);
     for row in &e.order_table {
@@ -105,6 +102,25 @@ pub(crate) fn evidence(plant: &Plant) -> String {
         let _ = writeln!(text, "         {advice}");
     }
     text
+}
+
+/// What was read of the log.
+pub(crate) fn channel_table(all: &[formats::ChannelSummary]) -> report::Table {
+    let mut channels =
+        report::Table::new(["channel", "column", "read as", "rows", "rate", "min", "mean", "max"]);
+    for c in all {
+        channels = channels.row([
+            c.role.clone(),
+            c.column.clone(),
+            c.unit.clone(),
+            c.rows.to_string(),
+            format!("{:.1} Hz", c.rate_hz),
+            format!("{:.4}", c.min),
+            format!("{:.4}", c.mean),
+            format!("{:.4}", c.max),
+        ]);
+    }
+    channels
 }
 
 /// The signals as CSV; with the yaw rate of a bicycle model where there is one.

@@ -11,6 +11,7 @@ mod design;
 mod failure;
 mod files;
 mod identify;
+mod identify_bicycle;
 mod lateral_loop;
 mod log_options;
 mod overview;

@@ -1,6 +1,6 @@
 //! `bicycle.json`: the two-wheel bicycle model of eq 13.
 
-use crate::{Checker, Document, Matrix, Provenance};
+use crate::{BicycleEvidence, Checker, Document, Matrix, Provenance};
 use serde::{Deserialize, Serialize};
 
 /// Vehicle data as a person writes them (the TOML that `steerwright bicycle` reads).
@@ -43,6 +43,9 @@ pub struct Bicycle {
     pub state_matrix: Matrix,
     /// Input matrix of eq 13, 5 by 1.
     pub input_matrix: Matrix,
+    /// How far it can be trusted, where it was identified from a log.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub evidence: Option<BicycleEvidence>,
     /// Where it came from.
     pub provenance: Provenance,
 }
@@ -99,5 +102,8 @@ impl Document for Bicycle {
         self.vehicle.check(c, "vehicle.");
         c.shape(&self.state_matrix, 5, 5, "state_matrix");
         c.shape(&self.input_matrix, 5, 1, "input_matrix");
+        if let Some(evidence) = &self.evidence {
+            evidence.check(c, "evidence.");
+        }
     }
 }

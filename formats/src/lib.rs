@@ -12,6 +12,7 @@
 //! This crate knows nothing of identification, design or FMUs.
 
 mod bicycle;
+mod bicycle_evidence;
 mod check;
 mod document;
 mod evidence;
@@ -25,6 +26,7 @@ mod uncertainty;
 mod vehicle;
 
 pub use bicycle::{Bicycle, BicycleCoefficients, VehicleData};
+pub use bicycle_evidence::{BicycleEvidence, Estimated, SpeedSummary, Stated, WithDelay};
 pub use check::Checker;
 pub use document::{Document, Error, schema_of};
 pub use evidence::{

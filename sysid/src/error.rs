@@ -124,6 +124,8 @@ pub enum Error {
     Option { option: &'static str, value: String, expected: String },
     #[error("the input steering*speed needs a speed column")]
     NoSpeed,
+    #[error("the structure bicycle needs the speed, and the log has no column of it")]
+    SpeedNeeded,
     #[error("an order of {order} needs a horizon above it; the horizon is {horizon}")]
     OrderAboveHorizon { order: usize, horizon: usize },
     #[error("inputs and outputs are no data set: {problem}")]
@@ -226,6 +228,9 @@ impl Error {
                 format!("give --sample-time {}s or more, or leave it out", short(*least))
             }
             Self::Option { option, .. } => format!("give {option} within that range, or leave it out"),
+            Self::SpeedNeeded => {
+                "name it with --speed (with the steering and yaw rate, or in a file of its own), or identify with --structure state-space".into()
+            }
             Self::NoSpeed => "name it with --speed, or identify with the input steering".into(),
             Self::OrderAboveHorizon { order, .. } => {
                 format!("give --horizon {} or more, or leave it out", order + 2)

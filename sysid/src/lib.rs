@@ -29,6 +29,7 @@
 //!
 //! This crate opens no files, and knows nothing of design or FMUs.
 
+pub mod bicycle;
 pub mod closed_loop;
 pub mod conversion;
 mod dataset;

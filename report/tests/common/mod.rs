@@ -286,6 +286,7 @@ pub fn bicycle() -> Bicycle {
         },
         state_matrix: Matrix::from_fn(5, 5, |_, _| 0.0),
         input_matrix: Matrix::from_fn(5, 1, |_, _| 0.0),
+        evidence: None,
         provenance: provenance(),
     }
 }

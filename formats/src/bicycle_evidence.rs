@@ -1,0 +1,122 @@
+//! How far an identified bicycle can be trusted, with the numbers behind it.
+
+use crate::{ChannelSummary, Checker, Verdict};
+use serde::{Deserialize, Serialize};
+
+/// What was measured on the way from a log to a bicycle.
+///
+/// Fit is 100·(1 − ‖y − ŷ‖/‖y − mean(y)‖) on yaw rate, in percent, of a simulation over the recorded
+/// steering and speed with the estimated offsets; the initial state is estimated at the start of each
+/// part.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BicycleEvidence {
+    /// Samples used for estimation.
+    pub estimation_samples: usize,
+    /// Samples held out for validation.
+    pub validation_samples: usize,
+    /// Sample time, s.
+    pub sample_time_s: f64,
+    /// Fit on the estimation data, percent.
+    pub estimation_fit: f64,
+    /// Fit on the held-out data, percent.
+    pub validation_fit: f64,
+    /// Speed over the estimation data.
+    pub speed: SpeedSummary,
+    /// What yaw rate identifies; angles are those of the road wheel by the log's steering ratio.
+    pub identified: Vec<Estimated>,
+    /// What yaw rate does not tell and the file states nevertheless.
+    pub stated: Vec<Stated>,
+    /// Steering angle that drives straight, rad, in the log's coordinates. The plant has none.
+    pub steering_offset_rad: f64,
+    /// Offset of the yaw rate's sensor, rad/s. The plant has none.
+    pub yaw_rate_offset_radps: f64,
+    /// The same model with a delay of the steering, which the plant does not have: in the file, the
+    /// actuator's lag stands for both.
+    pub with_delay: WithDelay,
+    /// How long the simulation errors last, s: their long-run variance over their variance, by the
+    /// sample time. The standard errors count with it.
+    pub error_correlation_time_s: f64,
+    /// What was read from the log, after resampling.
+    pub channels: Vec<ChannelSummary>,
+    /// What the reader of the log and the identification warned of.
+    pub warnings: Vec<String>,
+    /// The judgement in plain words.
+    pub verdict: Verdict,
+}
+
+/// A number with its uncertainty.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Estimated {
+    /// What it is.
+    pub name: String,
+    /// The estimate.
+    pub value: f64,
+    /// Its standard deviation.
+    pub standard_error: f64,
+    /// Unit of both.
+    pub unit: String,
+}
+
+/// A number that was not identified.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Stated {
+    /// Key in the vehicle's data.
+    pub name: String,
+    /// The number.
+    pub value: f64,
+    /// Whose number it is.
+    pub origin: String,
+}
+
+/// Speeds of a recording, m/s.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SpeedSummary {
+    /// The lowest, m/s.
+    pub min_mps: f64,
+    /// Mean, m/s.
+    pub mean_mps: f64,
+    /// The highest, m/s.
+    pub max_mps: f64,
+    /// Standard deviation, m/s.
+    pub standard_deviation_mps: f64,
+}
+
+/// A bicycle whose steering acts some time later.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WithDelay {
+    /// The delay, s; negative where the steering channel lags behind the gyro.
+    pub input_delay_s: f64,
+    /// Its standard deviation, s.
+    pub standard_error_s: f64,
+    /// The actuator's time constant beside it, s.
+    pub actuator_time_constant_s: f64,
+    /// Fit on the estimation data, percent.
+    pub estimation_fit: f64,
+    /// Fit on the held-out data, percent.
+    pub validation_fit: f64,
+}
+
+impl BicycleEvidence {
+    /// Reports numbers that cannot be; `at` is put before each key.
+    pub(crate) fn check(&self, c: &mut Checker, at: &str) {
+        c.positive(self.sample_time_s, &format!("{at}sample_time_s"));
+        for (value, key) in [
+            (self.steering_offset_rad, "steering_offset_rad"),
+            (self.yaw_rate_offset_radps, "yaw_rate_offset_radps"),
+            (self.with_delay.input_delay_s, "with_delay.input_delay_s"),
+            (self.estimation_fit, "estimation_fit"),
+            (self.validation_fit, "validation_fit"),
+        ] {
+            c.finite(value, &format!("{at}{key}"));
+        }
+        for (i, e) in self.identified.iter().enumerate() {
+            c.finite(e.value, &format!("{at}identified[{i}].value"));
+            c.not_negative(e.standard_error, &format!("{at}identified[{i}].standard_error"));
+        }
+    }
+}

@@ -1,0 +1,169 @@
+//! `steerwright identify --structure bicycle`: the bicycle in a drive log.
+
+use crate::failure::{Failure, Outcome};
+use crate::identify::{channel_table, traces_csv};
+use crate::log_options::IdentifyArguments;
+use crate::tell::Tell;
+use crate::{files, quantity};
+use formats::{Bicycle, BicycleEvidence};
+use std::fmt::Write;
+use std::path::Path;
+use sysid::DriveLog;
+use sysid::bicycle::{BicycleOptions, identify_bicycle};
+
+/// Which model, and what of a bicycle is known beside the log.
+#[derive(clap::Args, Debug, Clone)]
+#[command(next_help_heading = "Structure")]
+pub(crate) struct BicycleArguments {
+    /// What the model is: a state space, or the bicycle of eq 13 scheduled by the speed, for drives
+    /// whose speed varies; auto is state-space
+    #[arg(long, value_name = "auto|state-space|bicycle", default_value = "state-space", value_parser = structure)]
+    structure: Structure,
+    /// Mass to write into bicycle.json, kg; yaw rate does not depend on it. By default 1500
+    #[arg(long, value_name = "KG", allow_hyphen_values = true)]
+    mass: Option<f64>,
+    /// Wheelbase of the bicycle, m; the steering ratio is then identified. By default the wheelbase
+    /// is, by the log's steering ratio
+    #[arg(long, value_name = "M", allow_hyphen_values = true)]
+    wheelbase: Option<f64>,
+    /// Share of the bicycle's weight on its front axle; yaw rate hardly depends on it. By default 50%
+    #[arg(long, value_name = "SHARE", allow_hyphen_values = true, value_parser = quantity::percent)]
+    front_share: Option<f64>,
+}
+
+/// What is identified.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Structure {
+    StateSpace,
+    Bicycle,
+}
+
+impl BicycleArguments {
+    /// The options of the bicycle where that is the structure; options of the other one are refused.
+    pub(crate) fn options(
+        &self,
+        other: &IdentifyArguments,
+    ) -> Result<Option<BicycleOptions>, Failure> {
+        let options = BicycleOptions {
+            mass_kg: self.mass,
+            wheelbase_m: self.wheelbase,
+            front_share: self.front_share.map(|percent| percent / 100.0),
+            validation_fraction: other.hold_out / 100.0,
+        };
+        let told = IdentifyArguments::options(other);
+        let refuse = |used: &[(bool, &str)], of: &str, hint: &str| {
+            used.iter().find(|(used, _)| *used).map_or(Ok(()), |(_, name)| {
+                Err(Failure::new(format!("{name} is an option of the structure {of}"), hint))
+            })
+        };
+        if self.structure == Structure::StateSpace {
+            let used = [
+                (self.mass.is_some(), "--mass"),
+                (self.wheelbase.is_some(), "--wheelbase"),
+                (self.front_share.is_some(), "--front-share"),
+            ];
+            refuse(&used, "bicycle", "add --structure bicycle, or leave the option out")?;
+            return Ok(None);
+        }
+        let used = [
+            (told.method.is_some(), "--method"),
+            (told.order.is_some(), "--order"),
+            (told.horizon.is_some(), "--horizon"),
+            (told.feedthrough, "--feedthrough"),
+            (told.input_kind != sysid::InputKind::Steering, "--model-input"),
+        ];
+        refuse(&used, "state-space", "leave the option out, or identify with --structure state-space")?;
+        Ok(Some(options))
+    }
+}
+
+fn structure(text: &str) -> Result<Structure, String> {
+    match text {
+        "auto" | "state-space" => Ok(Structure::StateSpace),
+        "bicycle" => Ok(Structure::Bicycle),
+        _ => Err("expected auto, state-space or bicycle".into()),
+    }
+}
+
+/// Identifies, writes and tells.
+pub(crate) fn run(
+    log: &DriveLog,
+    options: &BicycleOptions,
+    out: &Path,
+    traces: Option<&Path>,
+    json: bool,
+) -> Result<Outcome, Failure> {
+    let found = identify_bicycle(log, options)?;
+    files::write_document(out, &found.bicycle)?;
+    if let Some(traces) = traces {
+        files::write(traces, traces_csv(&found.traces, None).as_bytes())?;
+    }
+    let mut text = found.bicycle.evidence.as_ref().map(evidence).unwrap_or_default();
+    let _ = write!(text, "{}written to {}", vehicle(&found.bicycle), out.display());
+    Tell::new(json).result(&text, &found.bicycle)?;
+    Ok(Outcome::Done)
+}
+
+/// The vehicle in the file, for people.
+fn vehicle(bicycle: &Bicycle) -> String {
+    let v = &bicycle.vehicle;
+    format!(
+        "vehicle  m {:.0} kg, J {:.0} kg·m², Lf {:.3} m, Lr {:.3} m, Cf {:.0} N/rad, Cr {:.0} N/rad, Tn {:.4} s, steering ratio {:.3}\n",
+        v.mass_kg,
+        v.yaw_inertia_kgm2,
+        v.distance_front_m,
+        v.distance_rear_m,
+        v.cornering_stiffness_front_npr,
+        v.cornering_stiffness_rear_npr,
+        v.actuator_time_constant_s,
+        v.steering_ratio
+    )
+}
+
+/// The evidence behind a bicycle, for people.
+fn evidence(e: &BicycleEvidence) -> String {
+    let mut identified = report::Table::new(["identified", "value", "standard error", "unit"]);
+    for q in &e.identified {
+        identified = identified.row([
+            q.name.replace('_', " "),
+            format!("{:.5}", q.value),
+            format!("{:.5}", q.standard_error),
+            q.unit.clone(),
+        ]);
+    }
+    let mut stated = report::Table::new(["not identified", "value", "origin"]);
+    for s in &e.stated {
+        stated = stated.row([s.name.clone(), format!("{}", s.value), s.origin.clone()]);
+    }
+    let channels = channel_table(&e.channels);
+    let mut text =
+        format!("{channels}values in rad, rad/s and m/s\n\n{identified}\n{stated}\n");
+    let _ = writeln!(
+        text,
+        "fit      {:.2} % simulated on held-out data, {:.2} % on estimation data",
+        e.validation_fit, e.estimation_fit
+    );
+    let d = &e.with_delay;
+    let _ = writeln!(
+        text,
+        "delay    {:.1} ± {:.1} ms, with which {:.2} % and {:.2} %; not in the file, whose actuator lag stands for it",
+        1e3 * d.input_delay_s,
+        1e3 * d.standard_error_s,
+        d.validation_fit,
+        d.estimation_fit
+    );
+    let _ = writeln!(
+        text,
+        "offsets  {:.3}° of the steering angle, {:.3}°/s of the yaw rate; not in the file either",
+        e.steering_offset_rad.to_degrees(),
+        e.yaw_rate_offset_radps.to_degrees()
+    );
+    for warning in &e.warnings {
+        let _ = writeln!(text, "warning: {warning}");
+    }
+    let _ = writeln!(text, "verdict  {}", e.verdict.summary);
+    for advice in &e.verdict.advice {
+        let _ = writeln!(text, "         {advice}");
+    }
+    text
+}

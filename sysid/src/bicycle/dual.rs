@@ -1,0 +1,140 @@
+//! Numbers that carry their derivatives (forward-mode differentiation): the simulation is written
+//! once and gives its sensitivities to the last bit, without a step size.
+
+use std::ops::{Add, Mul, Neg, Sub};
+
+/// What the model is computed with: plain numbers, or numbers with derivatives.
+pub(super) trait Scalar:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
+{
+    /// A number that depends on nothing.
+    fn constant(value: f64) -> Self;
+    /// The number itself.
+    fn value(self) -> f64;
+    /// `factor·self`.
+    fn times(self, factor: f64) -> Self;
+    /// eˣ.
+    fn exp(self) -> Self;
+    /// 1/x.
+    fn inverse(self) -> Self;
+    /// √x.
+    fn sqrt(self) -> Self;
+}
+
+/// A number and its derivatives by `P` parameters.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Dual<const P: usize> {
+    pub(super) value: f64,
+    pub(super) by: [f64; P],
+}
+
+impl<const P: usize> Dual<P> {
+    /// The parameter `index` itself.
+    pub(super) fn parameter(value: f64, index: usize) -> Self {
+        let mut by = [0.0; P];
+        by[index] = 1.0;
+        Self { value, by }
+    }
+
+    /// f(x) by the chain rule, with f's value and derivative at x.
+    #[inline]
+    fn chain(self, value: f64, slope: f64) -> Self {
+        let mut by = self.by;
+        for b in &mut by {
+            *b *= slope;
+        }
+        Self { value, by }
+    }
+}
+
+impl<const P: usize> Add for Dual<P> {
+    type Output = Self;
+    #[inline]
+    fn add(mut self, other: Self) -> Self {
+        self.value += other.value;
+        for (a, b) in self.by.iter_mut().zip(&other.by) {
+            *a += b;
+        }
+        self
+    }
+}
+
+impl<const P: usize> Sub for Dual<P> {
+    type Output = Self;
+    #[inline]
+    fn sub(mut self, other: Self) -> Self {
+        self.value -= other.value;
+        for (a, b) in self.by.iter_mut().zip(&other.by) {
+            *a -= b;
+        }
+        self
+    }
+}
+
+impl<const P: usize> Mul for Dual<P> {
+    type Output = Self;
+    #[inline]
+    fn mul(mut self, other: Self) -> Self {
+        for (a, b) in self.by.iter_mut().zip(&other.by) {
+            *a = *a * other.value + self.value * b;
+        }
+        self.value *= other.value;
+        self
+    }
+}
+
+impl<const P: usize> Neg for Dual<P> {
+    type Output = Self;
+    #[inline]
+    fn neg(self) -> Self {
+        self.chain(-self.value, -1.0)
+    }
+}
+
+impl<const P: usize> Scalar for Dual<P> {
+    #[inline]
+    fn constant(value: f64) -> Self {
+        Self { value, by: [0.0; P] }
+    }
+    #[inline]
+    fn value(self) -> f64 {
+        self.value
+    }
+    #[inline]
+    fn times(self, factor: f64) -> Self {
+        self.chain(self.value * factor, factor)
+    }
+    fn exp(self) -> Self {
+        let e = self.value.exp();
+        self.chain(e, e)
+    }
+    fn inverse(self) -> Self {
+        let i = 1.0 / self.value;
+        self.chain(i, -i * i)
+    }
+    fn sqrt(self) -> Self {
+        let s = self.value.sqrt();
+        self.chain(s, 0.5 / s)
+    }
+}
+
+impl Scalar for f64 {
+    fn constant(value: f64) -> Self {
+        value
+    }
+    fn value(self) -> f64 {
+        self
+    }
+    fn times(self, factor: f64) -> Self {
+        self * factor
+    }
+    fn exp(self) -> Self {
+        f64::exp(self)
+    }
+    fn inverse(self) -> Self {
+        1.0 / self
+    }
+    fn sqrt(self) -> Self {
+        f64::sqrt(self)
+    }
+}

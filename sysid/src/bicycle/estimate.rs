@@ -1,0 +1,318 @@
+//! Estimation by the simulation error: Levenberg–Marquardt over the parameters and each segment's
+//! initial states, from several starts.
+//!
+//! What is minimised is `Σ (y − ŷ)² + s²·Σ ((p − μ)/σ)²`: the squared simulation errors, and the priors
+//! of [`super::parameters`]. `s²` is the long-run variance of the errors (their spectral density at
+//! zero): for white errors their variance, for errors that last it is that much larger, since then
+//! neighbouring samples say the same and the drive weighs less against what is known before. With
+//! that, the sum is twice the negative log posterior density up to the factor s².
+
+use super::parameters::{
+    ALL, DELAY, FRONT, INDEX, LAG, PARAMETERS, Prior, REAR, STEERING_FACTOR, STEERING_OFFSET,
+    WHEELBASE, YAW_RATE_OFFSET, priors,
+};
+use super::simulate::{Start, Stretch, sensitivities, yaw_rate};
+use super::uncertainty::long_run_variance;
+use crate::Error;
+use crate::dense::least_squares;
+use crate::elimination::Elimination;
+use crate::signal::standard_deviation;
+use faer::Mat;
+
+const STEPS: usize = 40;
+/// A step that lowers the sum by a smaller share is the last.
+const LEAST_GAIN: f64 = 1e-8;
+/// Largest step: of a logarithm, and of what is measured in its prior's deviations.
+const LARGEST_STEP: f64 = 1.0;
+/// Starts that are refined, of those that are tried.
+const REFINED: usize = 2;
+
+/// What is estimated from.
+pub(super) struct Problem<'a> {
+    pub(super) segments: Vec<Stretch<'a>>,
+    /// Share λ of the weight on the front axle.
+    pub(super) share: f64,
+    pub(super) priors: [Prior; PARAMETERS],
+    /// Numbers of the parameters that are estimated, in ascending order.
+    pub(super) free: Vec<usize>,
+    /// Value of those that are not; of a stated wheelbase the value.
+    pub(super) fixed: [f64; PARAMETERS],
+}
+
+/// What was found.
+#[derive(Debug, Clone)]
+pub(super) struct Estimate {
+    pub(super) parameters: [f64; PARAMETERS],
+    /// Initial v_y and r of each segment.
+    pub(super) starts: Vec<Start>,
+    /// Long-run variance s² of the errors, per sample.
+    pub(super) long_run_variance: f64,
+    /// The cost function's value.
+    cost: f64,
+}
+
+impl<'a> Problem<'a> {
+    /// All parameters free but the delay (0 unless `delay`), and the wheelbase where it is stated or
+    /// else the factor on the steering.
+    pub(super) fn new(
+        segments: Vec<Stretch<'a>>,
+        share: f64,
+        wheelbase: Option<f64>,
+        delay: bool,
+    ) -> Self {
+        let priors = priors(wheelbase);
+        let mut free = vec![FRONT, REAR, INDEX, LAG, STEERING_OFFSET, YAW_RATE_OFFSET];
+        free.push(if wheelbase.is_some() { STEERING_FACTOR } else { WHEELBASE });
+        if delay {
+            free.push(DELAY);
+        }
+        free.sort_unstable();
+        Self { segments, share, priors, free, fixed: priors.map(|p| p.mean) }
+    }
+
+    pub(super) fn samples(&self) -> usize {
+        self.segments.iter().map(Stretch::len).sum()
+    }
+
+    /// Errors y − ŷ of all segments; `None` where the model leaves all bounds.
+    pub(super) fn errors(&self, p: &[f64; PARAMETERS], starts: &[Start]) -> Option<Vec<Vec<f64>>> {
+        let of = |(s, start): (&Stretch<'_>, &Start)| {
+            let simulated = yaw_rate(p, self.share, s, start)?;
+            Some(s.yaw_rate.iter().zip(&simulated).map(|(y, r)| y - r).collect())
+        };
+        self.segments.iter().zip(starts).map(of).collect()
+    }
+
+    fn cost(&self, p: &[f64; PARAMETERS], starts: &[Start], s2: f64) -> Option<f64> {
+        let errors = self.errors(p, starts)?;
+        let sum: f64 = errors.iter().flatten().map(|e| e * e).sum();
+        let prior: f64 = self.free.iter().map(|&i| self.deviation(p, i).powi(2)).sum();
+        let cost = sum + s2 * prior;
+        cost.is_finite().then_some(cost)
+    }
+
+    /// (p − μ)/σ.
+    fn deviation(&self, p: &[f64; PARAMETERS], i: usize) -> f64 {
+        (p[i] - self.priors[i].mean) / self.priors[i].deviation
+    }
+
+    /// Estimates from several starts.
+    ///
+    /// # Errors
+    /// [`Error::NoModel`] where no start gives a simulation within all bounds.
+    pub(super) fn solve(&self) -> Result<Estimate, Error> {
+        let output: Vec<f64> = self.segments.iter().flat_map(|s| s.yaw_rate).copied().collect();
+        // Before there are errors: a tenth of the signal, as if white.
+        let s2 = (0.1 * standard_deviation(&output)).powi(2).max(f64::MIN_POSITIVE);
+        let mut tried: Vec<Estimate> = self
+            .candidates()
+            .into_iter()
+            .filter_map(|parameters| {
+                let starts: Vec<Start> = self
+                    .segments
+                    .iter()
+                    .map(|s| [0.0, s.yaw_rate.first().copied().unwrap_or(0.0)])
+                    .collect();
+                let cost = self.cost(&parameters, &starts, s2)?;
+                Some(Estimate { parameters, starts, long_run_variance: s2, cost })
+            })
+            .collect();
+        tried.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        let mut best: Option<Estimate> = None;
+        for start in tried.into_iter().take(REFINED) {
+            let found = self.refine(start)?;
+            if best.as_ref().is_none_or(|b| found.cost < b.cost) {
+                best = Some(found);
+            }
+        }
+        let mut best = best.ok_or(Error::NoModel {
+            problem: "no bicycle follows this drive, not even roughly".into(),
+        })?;
+        // The weight of the priors follows from the errors; they hardly depend on it in turn.
+        for _ in 0..2 {
+            let Some(errors) = self.errors(&best.parameters, &best.starts) else { break };
+            let s2 = long_run_variance(&errors).max(f64::MIN_POSITIVE);
+            let cost = self.cost(&best.parameters, &best.starts, s2).unwrap_or(best.cost);
+            best = self.refine(Estimate { long_run_variance: s2, cost, ..best })?;
+        }
+        Ok(best)
+    }
+
+    /// Estimates the delay too, from an estimate without.
+    ///
+    /// # Errors
+    /// As [`Problem::solve`].
+    pub(super) fn solve_with_delay(&self, without: &Estimate) -> Result<Estimate, Error> {
+        let s2 = without.long_run_variance;
+        let mut best: Option<Estimate> = None;
+        // A long lag without a delay may be a delay: shared out in two ways.
+        for part in [0.0, 0.7] {
+            let mut from = without.clone();
+            let lag = from.parameters[LAG].exp();
+            from.parameters[DELAY] = part * lag;
+            from.parameters[LAG] = ((1.0 - part) * lag).ln();
+            let Some(cost) = self.cost(&from.parameters, &from.starts, s2) else { continue };
+            let found = self.refine(Estimate { cost, ..from })?;
+            if best.as_ref().is_none_or(|b| found.cost < b.cost) {
+                best = Some(found);
+            }
+        }
+        best.ok_or(Error::NoModel { problem: "the bicycle with a delay diverges".into() })
+    }
+
+    /// Starting points: the steady turn's wheelbase and understeer gradient by regression, with weak,
+    /// common and strong tyres, a fast and a slow steering; and the priors' means.
+    fn candidates(&self) -> Vec<[f64; PARAMETERS]> {
+        let (length, gradient) = self.steady_turn();
+        let mut all = vec![self.fixed];
+        for front in [25.0_f64, 60.0, 130.0] {
+            for lag in [0.02_f64, 0.1] {
+                let mut p = self.fixed;
+                p[FRONT] = front.ln();
+                let wheelbase = if self.free.contains(&WHEELBASE) {
+                    p[WHEELBASE] = length.ln();
+                    length
+                } else {
+                    p[STEERING_FACTOR] = (self.fixed[WHEELBASE].exp() / length).ln();
+                    self.fixed[WHEELBASE].exp()
+                };
+                // K = (β − α)/(α·β·L) for β.
+                let rest = 1.0 - gradient * front * wheelbase;
+                p[REAR] = (front / rest.max(0.2)).ln();
+                p[LAG] = lag.ln();
+                all.push(p);
+            }
+        }
+        all
+    }
+
+    /// L and K of `δ = (L/v + K·v)·r + o` by least squares.
+    fn steady_turn(&self) -> (f64, f64) {
+        let rows: Vec<[f64; 4]> = self
+            .segments
+            .iter()
+            .flat_map(|s| (0..s.len()).map(move |k| (s.speed[k], s.yaw_rate[k], s.steering[k])))
+            .filter(|(v, _, _)| *v > 1.0)
+            .map(|(v, r, delta)| [r / v, r * v, 1.0, delta])
+            .collect();
+        let a = Mat::from_fn(rows.len(), 3, |i, j| rows[i][j]);
+        let b = Mat::from_fn(rows.len(), 1, |i, _| rows[i][3]);
+        let wheelbase = self.fixed[WHEELBASE].exp();
+        match least_squares(a.as_ref(), b.as_ref(), 1e-6) {
+            Ok(x) if rows.len() > 3 && (0.5..20.0).contains(&x[(0, 0)]) => (x[(0, 0)], x[(1, 0)]),
+            _ => (wheelbase, 0.002),
+        }
+    }
+
+    /// Levenberg–Marquardt until nothing is gained.
+    fn refine(&self, from: Estimate) -> Result<Estimate, Error> {
+        let mut best = from;
+        let mut damping = 1e-3;
+        for _ in 0..STEPS {
+            let Some(system) = self.linearised(&best) else { break };
+            let mut moved = false;
+            for _ in 0..10 {
+                let solution = system.solve(damping)?;
+                let scale = self.shortened(&solution.shared);
+                let mut parameters = best.parameters;
+                for (&i, step) in self.free.iter().zip(&solution.shared) {
+                    parameters[i] += scale * step;
+                }
+                let moved_start = |(start, step): (&Start, &Vec<f64>)| {
+                    std::array::from_fn(|i| start[i] + scale * step[i])
+                };
+                let starts: Vec<Start> =
+                    best.starts.iter().zip(&solution.own).map(moved_start).collect();
+                if let Some(cost) = self.cost(&parameters, &starts, best.long_run_variance)
+                    && cost < best.cost
+                {
+                    moved = 1.0 - cost / best.cost > LEAST_GAIN;
+                    best = Estimate { parameters, starts, cost, ..best };
+                    damping = (damping * 0.1).max(1e-12);
+                    break;
+                }
+                damping *= 8.0;
+            }
+            if !moved {
+                break;
+            }
+        }
+        Ok(best)
+    }
+
+    /// What a step is shortened by, so that no parameter moves too far at once.
+    fn shortened(&self, step: &[f64]) -> f64 {
+        let largest = self
+            .free
+            .iter()
+            .zip(step)
+            .map(|(&i, s)| {
+                let unit = match i {
+                    DELAY | STEERING_OFFSET | YAW_RATE_OFFSET => self.priors[i].deviation,
+                    _ => 1.0,
+                };
+                (s / unit).abs()
+            })
+            .fold(0.0, f64::max);
+        if largest > LARGEST_STEP { LARGEST_STEP / largest } else { 1.0 }
+    }
+
+    /// The least-squares problem of a step.
+    fn linearised(&self, at: &Estimate) -> Option<Elimination> {
+        const OWN: usize = ALL - PARAMETERS;
+        let free = self.free.len();
+        let s = at.long_run_variance.sqrt();
+        let mut system = Elimination::new(free, OWN);
+        for (k, (segment, start)) in self.segments.iter().zip(&at.starts).enumerate() {
+            let found = self.sensitivities(&at.parameters, segment, start)?;
+            let n = segment.len();
+            // The priors come with the first segment's rows.
+            let more = if k == 0 { free } else { 0 };
+            let rows = Mat::from_fn(n + more, OWN + free + 1, |t, j| {
+                if t < n {
+                    match j {
+                        _ if j < OWN => found.by[t][PARAMETERS + j],
+                        _ if j < OWN + free => found.by[t][self.free[j - OWN]],
+                        _ => segment.yaw_rate[t] - found.yaw_rate[t],
+                    }
+                } else {
+                    let i = self.free[t - n];
+                    match j {
+                        _ if j == OWN + t - n => s / self.priors[i].deviation,
+                        _ if j == OWN + free => -s * self.deviation(&at.parameters, i),
+                        _ => 0.0,
+                    }
+                }
+            });
+            system.segment(rows.as_ref());
+        }
+        Some(system)
+    }
+
+    pub(super) fn sensitivities(
+        &self,
+        p: &[f64; PARAMETERS],
+        segment: &Stretch<'_>,
+        start: &Start,
+    ) -> Option<super::simulate::Sensitivities> {
+        sensitivities(p, self.share, segment, start, self.free.contains(&DELAY))
+    }
+
+    /// The initial states with which given parameters follow the segments best; the yaw rate is
+    /// linear in them. `None` where the model leaves all bounds.
+    pub(super) fn starts(&self, p: &[f64; PARAMETERS]) -> Result<Option<Vec<Start>>, Error> {
+        let mut all = Vec::new();
+        for segment in &self.segments {
+            let from = [0.0, segment.yaw_rate.first().copied().unwrap_or(0.0)];
+            let Some(found) = sensitivities(p, self.share, segment, &from, false) else {
+                return Ok(None);
+            };
+            let by = Mat::from_fn(segment.len(), 2, |t, j| found.by[t][PARAMETERS + j]);
+            let rest =
+                Mat::from_fn(segment.len(), 1, |t, _| segment.yaw_rate[t] - found.yaw_rate[t]);
+            let step = least_squares(by.as_ref(), rest.as_ref(), 1e-9)?;
+            all.push(std::array::from_fn(|i| from[i] + step[(i, 0)]));
+        }
+        Ok(Some(all))
+    }
+}

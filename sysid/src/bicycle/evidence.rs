@@ -1,0 +1,204 @@
+//! Evidence and judgement of an identified bicycle.
+
+use super::options::BicycleOptions;
+use super::parameters::{PARAMETERS, STEERING_OFFSET, YAW_RATE_OFFSET, combinations};
+use super::uncertainty::deviation;
+use super::{Estimate, Judged, Recording};
+use crate::DriveLog;
+use crate::signal::{mean, standard_deviation};
+use formats::{BicycleEvidence, Estimated, SpeedSummary, Stated, Verdict, WithDelay};
+
+/// Speed that varies by less (standard deviation over mean) schedules nothing.
+const LEAST_SPREAD: f64 = 0.05;
+/// A delay matters where it is beyond this, s, and beyond two of its standard deviations.
+const LEAST_DELAY: f64 = 0.01;
+
+/// What the evidence is made of.
+pub(super) struct Known<'a> {
+    pub(super) log: &'a DriveLog,
+    pub(super) options: &'a BicycleOptions,
+    pub(super) recording: &'a Recording,
+    pub(super) estimate: &'a Estimate,
+    pub(super) covariance: &'a [[f64; PARAMETERS]; PARAMETERS],
+    pub(super) judged: &'a Judged,
+    pub(super) with_delay: WithDelay,
+}
+
+impl Known<'_> {
+    pub(super) fn evidence(&self) -> BicycleEvidence {
+        let p = &self.estimate.parameters;
+        let speed = self.speed();
+        let identified = combinations(p, self.options.front_share(), speed.mean_mps)
+            .into_iter()
+            .map(|c| Estimated {
+                name: c.name.into(),
+                value: c.value.value,
+                standard_error: deviation(&c.value.by, self.covariance),
+                unit: c.unit.into(),
+            })
+            .collect();
+        let (log, judged) = (self.log, self.judged);
+        let errors: Vec<f64> = log.output[self.recording.estimation.clone()]
+            .iter()
+            .zip(&judged.simulated)
+            .map(|(y, s)| y - s)
+            .collect();
+        let variance = errors.iter().map(|e| e * e).sum::<f64>() / errors.len().max(1) as f64;
+        let mut evidence = BicycleEvidence {
+            estimation_samples: self.recording.estimation.len(),
+            validation_samples: self.recording.validation.len(),
+            sample_time_s: log.sample_time_s,
+            estimation_fit: judged.estimation_fit,
+            validation_fit: judged.validation_fit,
+            speed,
+            identified,
+            stated: self.stated(),
+            steering_offset_rad: p[STEERING_OFFSET] * log.steering_ratio,
+            yaw_rate_offset_radps: p[YAW_RATE_OFFSET],
+            with_delay: self.with_delay,
+            error_correlation_time_s: log.sample_time_s
+                * (self.estimate.long_run_variance / variance.max(f64::MIN_POSITIVE)).max(1.0),
+            channels: log.channels.clone(),
+            warnings: log.warnings.clone(),
+            verdict: Verdict::default(),
+        };
+        self.warn(&mut evidence);
+        evidence.verdict = self.verdict(&evidence);
+        evidence
+    }
+
+    fn speed(&self) -> SpeedSummary {
+        let v = &self.recording.speed[self.recording.estimation.clone()];
+        SpeedSummary {
+            min_mps: v.iter().copied().fold(f64::INFINITY, f64::min),
+            // Of a vehicle that stands most of the time too, so that eq 13 can be written.
+            mean_mps: mean(v).max(1.0),
+            max_mps: v.iter().copied().fold(0.0, f64::max),
+            standard_deviation_mps: standard_deviation(v),
+        }
+    }
+
+    fn stated(&self) -> Vec<Stated> {
+        let o = self.options;
+        let mut all = vec![
+            of("mass_kg", o.mass(), o.mass_kg.is_some(), "; yaw rate does not depend on it"),
+            of(
+                "front_share",
+                o.front_share(),
+                o.front_share.is_some(),
+                "; yaw rate hardly depends on it, lateral velocity does",
+            ),
+        ];
+        match o.wheelbase_m {
+            Some(wheelbase) => {
+                all.push(of("wheelbase_m", wheelbase, true, "; the steering ratio is identified"));
+            }
+            None => all.push(of("steering_ratio", self.log.steering_ratio, true, "")),
+        }
+        all
+    }
+
+    fn warn(&self, e: &mut BicycleEvidence) {
+        let d = &self.with_delay;
+        let matters = d.input_delay_s.abs() > LEAST_DELAY.max(2.0 * d.standard_error_s);
+        let (milliseconds, error) = (1e3 * d.input_delay_s.abs(), 1e3 * d.standard_error_s);
+        if matters && d.input_delay_s > 0.0 {
+            e.warnings.push(format!(
+                "the steering acts {milliseconds:.0} ms late (± {error:.0} ms), which the plant cannot: its actuator's lag stands for it, with a fit of {:.2} % in place of {:.2} % on estimation data",
+                e.estimation_fit, d.estimation_fit
+            ));
+        } else if matters {
+            e.warnings.push(format!(
+                "yaw rate comes {milliseconds:.0} ms (± {error:.0} ms) before its steering: check the channels' clocks and filters"
+            ));
+        }
+        if e.speed.standard_deviation_mps < LEAST_SPREAD * e.speed.mean_mps {
+            e.warnings.push(format!(
+                "the speed hardly varies ({:.1} m/s ± {:.1}): what depends on it rests on what is known of road vehicles, not on this drive",
+                e.speed.mean_mps, e.speed.standard_deviation_mps
+            ));
+        }
+        let crooked = (e.steering_offset_rad / self.log.steering_ratio).to_degrees();
+        if crooked.abs() > 1.0 {
+            e.warnings.push(format!(
+                "driving straight would need {crooked:.1}° at the road wheel: check the zero of the steering angle"
+            ));
+        }
+        if e.yaw_rate_offset_radps.to_degrees().abs() > 1.0 {
+            e.warnings.push(format!(
+                "the yaw rate is off by {:.1}°/s: check the gyro's bias",
+                e.yaw_rate_offset_radps.to_degrees()
+            ));
+        }
+        if !self.judged.bounded {
+            e.warnings.push("the model diverges on the held-out data".into());
+        }
+    }
+
+    /// Judges by what matters for steering: does the log say enough, and does the model simulate data
+    /// it has not seen.
+    fn verdict(&self, e: &BicycleEvidence) -> Verdict {
+        /// Below, the steering hardly moves the vehicle: a fifth of a degree at the road wheel.
+        const LEAST_STEERING: f64 = 0.0035;
+        const GOOD_FIT: f64 = 60.0;
+        /// Relative standard error of the yaw rate's gain beyond which it is not known.
+        const LARGEST_ERROR: f64 = 0.15;
+        let slalom = "drive a slalom with sweeping rhythm, 0.2 to 2 Hz, about ±20° at the steering wheel, for 60 s at each of two or three speeds";
+        let (mut reasons, mut advice) = (Vec::new(), Vec::new());
+        let steering = standard_deviation(&self.recording.steering);
+        if steering < LEAST_STEERING {
+            reasons.push(format!(
+                "the road wheel moves by {:.2}° (standard deviation) only",
+                steering.to_degrees()
+            ));
+            advice.push(slalom.to_owned());
+        }
+        if e.validation_fit < GOOD_FIT {
+            reasons.push(format!(
+                "the model reproduces held-out data to {:.0} % only",
+                e.validation_fit
+            ));
+            advice.push(
+                "check the mapping, signs and clocks of the channels, the steering ratio, and that the tyres are not at their limit"
+                    .to_owned(),
+            );
+        }
+        if let Some(gain) = e.identified.iter().find(|c| c.name == "yaw_rate_gain")
+            && gain.standard_error > LARGEST_ERROR * gain.value.abs()
+        {
+            reasons.push(format!(
+                "the yaw rate's gain is uncertain, {:.2} ± {:.2} 1/s",
+                gain.value, gain.standard_error
+            ));
+            advice.push(slalom.to_owned());
+        }
+        let spread = e.speed.standard_deviation_mps / e.speed.mean_mps;
+        if spread < LEAST_SPREAD {
+            advice.push(
+                "for other speeds than this one, give logs at several speeds, or one whose speed varies"
+                    .to_owned(),
+            );
+        }
+        advice.dedup();
+        let trustworthy = reasons.is_empty();
+        let summary = if !trustworthy {
+            format!("Not to be trusted: {}.", reasons.join("; "))
+        } else if spread < LEAST_SPREAD {
+            format!(
+                "The bicycle reproduces held-out yaw rate to {:.1} % at {:.1} m/s, the only speed driven: fit to design on there.",
+                e.validation_fit, e.speed.mean_mps
+            )
+        } else {
+            format!(
+                "The bicycle reproduces held-out yaw rate to {:.1} % between {:.0} and {:.0} m/s: fit to design on there.",
+                e.validation_fit, e.speed.min_mps, e.speed.max_mps
+            )
+        };
+        Verdict { trustworthy, summary, advice }
+    }
+}
+
+fn of(name: &str, value: f64, given: bool, more: &str) -> Stated {
+    let origin = if given { "given" } else { "conventional" };
+    Stated { name: name.into(), value, origin: format!("{origin}{more}") }
+}

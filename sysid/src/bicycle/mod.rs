@@ -1,0 +1,232 @@
+//! The structure `bicycle`: the two-wheel model of eq 13 from a drive whose speed varies.
+//!
+//! ```text
+//! v̇_y = A1/v·v_y + (A2/v − v)·r + B1·δ        yaw rate = r + yaw-rate offset
+//! ṙ   = A3/v·v_y +  A4/v·r      + B2·δ
+//! δ̇   = (steering(t − τ)/ratio − offset − δ)/Tn
+//! ```
+//!
+//! The coefficients are those of eq 13, the speed v of each sample schedules them, and the result is a
+//! `bicycle.json` for the BicyclePlant. What yaw rate identifies and what it does not is derived in
+//! `parameters`, the simulation and its derivatives are in `simulate`, the estimation and its priors
+//! in `estimate`, the standard errors in `uncertainty`.
+//!
+//! The focus is simulation: the sum of squared simulation errors, unweighted. A model this small is
+//! wrong somewhere on every drive (tyres saturate, load shifts), and its errors are slow; whitening them would
+//! fit what remains at high frequency, at the expense of the turns.
+
+mod document;
+mod dual;
+mod estimate;
+mod evidence;
+mod options;
+mod parameters;
+mod simulate;
+mod uncertainty;
+
+use crate::identify::Traces;
+use crate::signal::{integrate, standard_deviation};
+use crate::statistics::fit_percent;
+use crate::{DriveLog, Error};
+use estimate::{Estimate, Problem};
+use formats::{Bicycle, Document, Provenance, WithDelay};
+use parameters::DELAY;
+use simulate::{Stretch, within};
+use std::ops::Range;
+
+pub use options::BicycleOptions;
+
+/// Fewest samples of the recording, and of each part of it.
+const LEAST_SAMPLES: usize = 100;
+
+/// A bicycle with the signals behind its plots.
+#[derive(Debug, Clone, PartialEq)]
+pub struct IdentifiedBicycle {
+    /// What goes into `bicycle.json`; its evidence is there.
+    pub bicycle: Bicycle,
+    /// Measured and simulated signals.
+    pub traces: Traces,
+}
+
+/// The recording as the model sees it.
+struct Recording {
+    steering: Vec<f64>,
+    speed: Vec<f64>,
+    estimation: Range<usize>,
+    validation: Range<usize>,
+}
+
+/// Identifies the bicycle in `log`, which must have a speed.
+///
+/// The end of the log is held out; it judges the model and chooses nothing.
+///
+/// # Errors
+/// [`Error`] where the log or the options allow no model. A poor model is no error: the evidence and
+/// its verdict say so.
+pub fn identify_bicycle(
+    log: &DriveLog,
+    options: &BicycleOptions,
+) -> Result<IdentifiedBicycle, Error> {
+    options.check()?;
+    let recording = Recording::new(log, options)?;
+    let stretches = recording.stretches(log);
+    let part = |range: &Range<usize>| within(&stretches, range);
+    let problem = |range: &Range<usize>, delay: bool| {
+        Problem::new(part(range), options.front_share(), options.wheelbase_m, delay)
+    };
+    let folded = problem(&recording.estimation, false);
+    let found = folded.solve()?;
+    let delayed = problem(&recording.estimation, true);
+    let with_delay = delayed.solve_with_delay(&found)?;
+    let held_out = problem(&recording.validation, false);
+    let judge = |e: &Estimate| -> Result<Judged, Error> {
+        let estimation = folded.errors(&e.parameters, &e.starts);
+        let starts = held_out.starts(&e.parameters)?;
+        let validation = starts.and_then(|starts| held_out.errors(&e.parameters, &starts));
+        Ok(Judged::new(log, &recording, estimation, validation))
+    };
+    let judged = judge(&found)?;
+    let judged_with_delay = judge(&with_delay)?;
+
+    let covariance = uncertainty::covariance(&folded, &found)?;
+    let with_delay = WithDelay {
+        input_delay_s: with_delay.parameters[DELAY],
+        standard_error_s: uncertainty::covariance(&delayed, &with_delay)?[DELAY][DELAY]
+            .max(0.0)
+            .sqrt(),
+        actuator_time_constant_s: with_delay.parameters[parameters::LAG].exp(),
+        estimation_fit: judged_with_delay.estimation_fit,
+        validation_fit: judged_with_delay.validation_fit,
+    };
+    let evidence = evidence::Known {
+        log,
+        options,
+        recording: &recording,
+        estimate: &found,
+        covariance: &covariance,
+        judged: &judged,
+        with_delay,
+    }
+    .evidence();
+    let mut used = log.options.clone();
+    used.extend(options.to_map());
+    let vehicle = parameters::vehicle(
+        &found.parameters,
+        options,
+        &log.name,
+        log.steering_ratio,
+        evidence.speed.mean_mps,
+    );
+    let provenance = Provenance {
+        version: env!("CARGO_PKG_VERSION").into(),
+        sources: log.sources.clone(),
+        options: used,
+    };
+    let bicycle = document::document(vehicle, evidence, provenance);
+    bicycle.checked("bicycle.json").map_err(|e| Error::NoModel { problem: e.to_string() })?;
+    Ok(IdentifiedBicycle { bicycle, traces: traces(log, &recording, &judged) })
+}
+
+impl Recording {
+    fn new(log: &DriveLog, options: &BicycleOptions) -> Result<Self, Error> {
+        let speed = log.speed.clone().ok_or(Error::SpeedNeeded)?;
+        let n = log.len();
+        let no_model = |problem: &str| Err(Error::NoModel { problem: problem.into() });
+        if log.output.len() != n || speed.len() != n {
+            return no_model("steering, yaw rate and speed are not equally long");
+        }
+        let split = n - (options.validation_fraction * n as f64).round() as usize;
+        if split.min(n - split) < LEAST_SAMPLES {
+            let (got, need) = (n, (n * LEAST_SAMPLES).div_ceil(split.min(n - split).max(1)));
+            let sample_time_s = log.sample_time_s;
+            return Err(Error::TooFewSamples {
+                got,
+                need: need.max(2 * LEAST_SAMPLES),
+                sample_time_s,
+            });
+        }
+        if !log.input.iter().chain(&log.output).chain(&speed).all(|x| x.is_finite()) {
+            return no_model("the recording is not finite");
+        }
+        if !(log.sample_time_s > 0.0 && log.steering_ratio > 0.0) {
+            return no_model("sample time and steering ratio must be positive");
+        }
+        if let Some(v) = speed.iter().find(|v| **v < 0.0) {
+            return Err(Error::NoModel { problem: format!("the speed is {v} m/s somewhere") });
+        }
+        for (signal, role) in [(&log.input, "steering"), (&log.output, "yaw rate")] {
+            if standard_deviation(&signal[..split]) <= 0.0 {
+                let problem = format!("the {role} does not move in the estimation data");
+                return Err(Error::NoModel { problem });
+            }
+        }
+        let steering = log.input.iter().map(|u| u / log.steering_ratio).collect();
+        Ok(Self { steering, speed, estimation: 0..split, validation: split..n })
+    }
+
+    /// The log's stretches, each with its place.
+    fn stretches<'a>(&'a self, log: &'a DriveLog) -> Vec<(Range<usize>, Stretch<'a>)> {
+        let of = |range: &Range<usize>| Stretch {
+            sample_time: log.sample_time_s,
+            steering: &self.steering[range.clone()],
+            speed: &self.speed[range.clone()],
+            yaw_rate: &log.output[range.clone()],
+        };
+        log.segments.iter().map(|s| (s.range.clone(), of(&s.range))).collect()
+    }
+}
+
+/// A model held against the drive.
+struct Judged {
+    estimation_fit: f64,
+    validation_fit: f64,
+    simulated: Vec<f64>,
+    /// Whether the simulation of the held-out part stayed within all bounds.
+    bounded: bool,
+}
+
+impl Judged {
+    /// Fit of a part that left all bounds, percent: nothing of the drive is reproduced.
+    const LOST: f64 = -100.0;
+
+    fn new(
+        log: &DriveLog,
+        recording: &Recording,
+        estimation: Option<Vec<Vec<f64>>>,
+        validation: Option<Vec<Vec<f64>>>,
+    ) -> Self {
+        let mut simulated = log.output.clone();
+        let bounded = estimation.is_some() && validation.is_some();
+        let mut fit = |errors: Option<Vec<Vec<f64>>>, range: &Range<usize>| {
+            let Some(errors) = errors else { return Self::LOST };
+            for (y, e) in simulated[range.clone()].iter_mut().zip(errors.into_iter().flatten()) {
+                *y -= e;
+            }
+            fit_percent(&log.output[range.clone()], &simulated[range.clone()]).max(Self::LOST)
+        };
+        let estimation_fit = fit(estimation, &recording.estimation);
+        let validation_fit = fit(validation, &recording.validation);
+        Self { estimation_fit, validation_fit, simulated, bounded }
+    }
+}
+
+fn traces(log: &DriveLog, recording: &Recording, judged: &Judged) -> Traces {
+    let yaw = |rate: &[f64]| -> Vec<f64> {
+        let mut all: Vec<f64> = Vec::with_capacity(rate.len());
+        for stretch in &log.segments {
+            let from = all.last().copied().unwrap_or(0.0);
+            let yaw = integrate(&rate[stretch.range.clone()], log.sample_time_s);
+            all.extend(yaw.iter().map(|yaw| from + yaw));
+        }
+        all
+    };
+    Traces {
+        time_s: log.time_s(),
+        steering_rad: log.input.clone(),
+        yaw_rate_radps: log.output.clone(),
+        is_validation: (0..log.len()).map(|k| recording.validation.contains(&k)).collect(),
+        yaw_rad: yaw(&log.output),
+        simulated_yaw_rad: yaw(&judged.simulated),
+        simulated_yaw_rate_radps: judged.simulated.clone(),
+    }
+}

@@ -1,0 +1,66 @@
+//! How a bicycle is identified.
+
+use crate::Error;
+use std::collections::BTreeMap;
+
+/// Mass that is written where none is stated, kg: that of a mid-size car. Yaw rate does not depend on
+/// it as long as inertia and stiffness go with it.
+const CONVENTIONAL_MASS: f64 = 1500.0;
+/// Share of the weight on the front axle where none is stated.
+const CONVENTIONAL_SHARE: f64 = 0.5;
+
+/// Options of [`identify_bicycle`](super::identify_bicycle).
+#[derive(Debug, Clone, PartialEq)]
+pub struct BicycleOptions {
+    /// Mass, kg, which yaw rate cannot tell; 1500 where `None`.
+    pub mass_kg: Option<f64>,
+    /// Wheelbase, m. Stated, the steering ratio is identified in its place; `None` identifies the
+    /// wheelbase by the log's steering ratio.
+    pub wheelbase_m: Option<f64>,
+    /// Share of the weight on the front axle, Lr/L, which yaw rate hardly tells; 0.5 where `None`.
+    pub front_share: Option<f64>,
+    /// Share of the log, at its end, that is held out for validation.
+    pub validation_fraction: f64,
+}
+
+impl Default for BicycleOptions {
+    fn default() -> Self {
+        Self { mass_kg: None, wheelbase_m: None, front_share: None, validation_fraction: 0.5 }
+    }
+}
+
+impl BicycleOptions {
+    pub(super) fn mass(&self) -> f64 {
+        self.mass_kg.unwrap_or(CONVENTIONAL_MASS)
+    }
+
+    pub(super) fn front_share(&self) -> f64 {
+        self.front_share.unwrap_or(CONVENTIONAL_SHARE)
+    }
+
+    pub(super) fn check(&self) -> Result<(), Error> {
+        let within = |option, value: f64, (low, high): (f64, f64), unit: &str| {
+            if (low..=high).contains(&value) {
+                return Ok(());
+            }
+            let expected = format!("{low} to {high}{unit}");
+            Err(Error::Option { option, value: format!("{value}{unit}"), expected })
+        };
+        within("--hold-out", 100.0 * self.validation_fraction, (10.0, 90.0), " %")?;
+        within("--mass", self.mass(), (10.0, 200_000.0), " kg")?;
+        within("--front-share", 100.0 * self.front_share(), (10.0, 90.0), " %")?;
+        within("--wheelbase", self.wheelbase_m.unwrap_or(2.7), (0.3, 20.0), " m")
+    }
+
+    /// The options in force by name, for the provenance.
+    pub(super) fn to_map(&self) -> BTreeMap<String, String> {
+        let wheelbase = self.wheelbase_m.map_or_else(|| "identified".into(), |l| l.to_string());
+        BTreeMap::from([
+            ("structure".into(), "bicycle".into()),
+            ("mass_kg".into(), self.mass().to_string()),
+            ("wheelbase_m".into(), wheelbase),
+            ("front_share".into(), self.front_share().to_string()),
+            ("validation_fraction".into(), self.validation_fraction.to_string()),
+        ])
+    }
+}

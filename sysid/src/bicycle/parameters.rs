@@ -1,0 +1,218 @@
+//! What yaw rate can tell of a bicycle, and the parameters made of it.
+//!
+//! With f = Cf/m, g = Cr/m and ρ = J/m, eq 13 in its body-frame form (v_y, r) at the speed v has
+//!
+//! ```text
+//! r(s)/δ(s) = (p1·s + p2/v) / (s² + p3/v·s + p4/v² + p5)
+//! p1 = a·f/ρ           p2 = f·g·L/ρ        p3 = f + g + (a²f + b²g)/ρ
+//! p4 = f·g·L²/ρ        p5 = (b·g − a·f)/ρ
+//! ```
+//!
+//! The mass is in none of them, so it cannot be told from yaw rate: it scales J, Cf and Cr alike. With
+//! α = a·f/ρ and β = b·g/ρ (the yaw acceleration by a front and a rear slip angle), the dynamic index
+//! η = J/(m·a·b) and the front axle's share λ = b/L of the weight,
+//!
+//! ```text
+//! p1 = α    p2 = α·β·η·L    p4 = α·β·η·L²    p5 = β − α
+//! p3 = L·((α·λ + β·(1 − λ))·η + α·(1 − λ) + β·λ)
+//! ```
+//!
+//! λ enters p3 alone, by L·(α − β)·(η − 1)·λ: both factors are near zero for a road car (η is 0.8 to
+//! 1.1, and for η = 1 front and rear axle do not interact at all), so λ is not identified but stated.
+//! The four that remain, (α, β, L, η), are the identifiable combinations; the steady turn has them as
+//! `r = v·δ/(L + K·v²)` with K = (β − α)/(α·β·η·L).
+//!
+//! Where the wheelbase is stated, a factor on the road-wheel angle takes its place: the steering ratio
+//! is then what comes out of it.
+
+use super::dual::{Dual, Scalar};
+use super::options::BicycleOptions;
+use formats::VehicleData;
+
+/// Number of parameters, and of the two initial states after them.
+pub(super) const PARAMETERS: usize = 9;
+/// With the initial v_y and r of a segment.
+pub(super) const ALL: usize = PARAMETERS + 2;
+
+/// ln α, ln β, ln L, ln η, ln Tn, τ, offset at the road wheel, offset of the yaw rate, ln of the
+/// factor on the road-wheel angle.
+pub(super) const FRONT: usize = 0;
+pub(super) const REAR: usize = 1;
+pub(super) const WHEELBASE: usize = 2;
+pub(super) const INDEX: usize = 3;
+pub(super) const LAG: usize = 4;
+pub(super) const DELAY: usize = 5;
+pub(super) const STEERING_OFFSET: usize = 6;
+pub(super) const YAW_RATE_OFFSET: usize = 7;
+pub(super) const STEERING_FACTOR: usize = 8;
+
+/// Below this speed the plant's dynamics are those of this speed, m/s, as in the FMU.
+pub(super) const BLEND_SPEED: f64 = 1.0;
+
+/// What is known of road vehicles before the drive: a normal distribution of each parameter, wide
+/// enough for a kart and a lorry. It matters where the drive says nothing.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Prior {
+    pub(super) mean: f64,
+    pub(super) deviation: f64,
+}
+
+/// The prior of each parameter. `wheelbase` is the one stated, if any.
+pub(super) fn priors(wheelbase: Option<f64>) -> [Prior; PARAMETERS] {
+    let of = |mean: f64, deviation: f64| Prior { mean, deviation };
+    [
+        // Road cars have 40 to 110 rad/s² per rad at either axle.
+        of(60.0_f64.ln(), 0.7),
+        of(60.0_f64.ln(), 0.7),
+        of(wheelbase.unwrap_or(2.7).ln(), 0.5),
+        of(0.0, 0.2),
+        of(0.05_f64.ln(), 1.0),
+        of(0.0, 0.05),
+        // A degree of misalignment and half a degree a second of gyro bias.
+        of(0.0, 0.02),
+        of(0.0, 0.01),
+        of(0.0, 0.3),
+    ]
+}
+
+/// The model's coefficients, with derivatives where `S` carries them.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Coefficients<S> {
+    pub(super) a1: S,
+    pub(super) a2: S,
+    pub(super) a3: S,
+    pub(super) a4: S,
+    pub(super) b1: S,
+    pub(super) b2: S,
+    /// 1/Tn.
+    pub(super) rate: S,
+    pub(super) delay: S,
+    pub(super) steering_offset: S,
+    pub(super) yaw_rate_offset: S,
+    pub(super) steering_factor: S,
+    /// L.
+    wheelbase: S,
+    /// K of the road wheel.
+    gradient: S,
+    /// Lr and m·Lf/(Cr·L), of which v_y/r of a steady turn is made.
+    rear: S,
+    rear_slip: S,
+}
+
+impl<S: Scalar> Coefficients<S> {
+    /// Of the parameters and the front axle's share λ.
+    pub(super) fn new(p: &[S; PARAMETERS], share: f64) -> Self {
+        let (alpha, beta, wheelbase) = (p[FRONT].exp(), p[REAR].exp(), p[WHEELBASE].exp());
+        let index = p[INDEX].exp();
+        let (a, b) = (wheelbase.times(1.0 - share), wheelbase.times(share));
+        // f = α·ρ/a and g = β·ρ/b with ρ = η·a·b.
+        let (f, g) = (alpha * index * b, beta * index * a);
+        Self {
+            a1: -(f + g),
+            a2: b * g - a * f,
+            a3: beta - alpha,
+            a4: -(alpha * a + beta * b),
+            b1: f,
+            b2: alpha,
+            rate: (-p[LAG]).exp(),
+            delay: p[DELAY],
+            steering_offset: p[STEERING_OFFSET],
+            yaw_rate_offset: p[YAW_RATE_OFFSET],
+            steering_factor: p[STEERING_FACTOR].exp(),
+            wheelbase,
+            gradient: (beta - alpha) * (alpha * beta * index * wheelbase).inverse(),
+            rear: b,
+            rear_slip: a * (g * wheelbase).inverse(),
+        }
+    }
+
+    /// F(v) for (v_y, r), row by row, and the column of δ; below [`BLEND_SPEED`] blended to the
+    /// kinematic steady turn, as `BicyclePlant` does.
+    pub(super) fn at_speed(&self, speed: f64) -> ([S; 4], [S; 2]) {
+        let v = speed.max(BLEND_SPEED);
+        let i = 1.0 / v;
+        let lateral = [
+            self.a1.times(i),
+            self.a2.times(i) - S::constant(v),
+            self.a3.times(i),
+            self.a4.times(i),
+        ];
+        if speed >= BLEND_SPEED {
+            return (lateral, [self.b1, self.b2]);
+        }
+        let turn = (self.wheelbase + self.gradient.times(speed * speed)).inverse().times(speed);
+        let sideways = (self.rear - self.rear_slip.times(speed * speed)) * turn;
+        let steer = -(lateral[0] * sideways + lateral[1] * turn);
+        (lateral, [steer, self.b2.times(speed)])
+    }
+}
+
+/// A combination that yaw rate identifies, with its derivatives.
+pub(super) struct Combination {
+    pub(super) name: &'static str,
+    pub(super) unit: &'static str,
+    pub(super) value: Dual<PARAMETERS>,
+}
+
+/// The identified combinations, some of them at a speed. Angles are those of the road wheel by the
+/// log's steering ratio.
+pub(super) fn combinations(p: &[f64; PARAMETERS], share: f64, speed: f64) -> Vec<Combination> {
+    let d: [Dual<PARAMETERS>; PARAMETERS] = std::array::from_fn(|i| Dual::parameter(p[i], i));
+    let c = Coefficients::new(&d, share);
+    let factor = c.steering_factor.inverse();
+    let length = c.wheelbase * factor;
+    let gradient = c.gradient * factor;
+    let (v, square) = (speed, speed * speed);
+    let mut all =
+        vec![("effective_wheelbase", "m", length), ("understeer_gradient", "rad.s2/m", gradient)];
+    // Where L + K·v² is twice L, or nothing.
+    let ratio = length * gradient.inverse();
+    if ratio.value > 0.0 {
+        all.push(("characteristic_speed", "m/s", ratio.sqrt()));
+    } else if ratio.value < 0.0 {
+        all.push(("critical_speed", "m/s", (-ratio).sqrt()));
+    }
+    let gain = (length + gradient.times(square)).inverse().times(v);
+    all.push(("yaw_rate_gain", "1/s", gain));
+    all.push(("yaw_acceleration_gain", "1/s2", c.b2 * c.steering_factor));
+    let determinant = (c.a1 * c.a4 - c.a2 * c.a3).times(1.0 / square) + c.a3;
+    if determinant.value > 0.0 {
+        let frequency = determinant.sqrt();
+        let damping = -(c.a1 + c.a4) * (frequency.times(2.0 * v)).inverse();
+        all.push(("natural_frequency", "rad/s", frequency));
+        all.push(("damping_ratio", "1", damping));
+    }
+    all.push(("front_stiffness_per_mass", "m/(s2.rad)", c.b1));
+    all.push(("rear_stiffness_per_mass", "m/(s2.rad)", -(c.a1 + c.b1)));
+    all.push(("dynamic_index", "1", d[INDEX].exp()));
+    all.push(("actuator_time_constant", "s", d[LAG].exp()));
+    all.push(("steering_offset_road_wheel", "rad", d[STEERING_OFFSET]));
+    all.push(("yaw_rate_offset", "rad/s", d[YAW_RATE_OFFSET]));
+    all.into_iter().map(|(name, unit, value)| Combination { name, unit, value }).collect()
+}
+
+/// The vehicle whose yaw response is the identified one, with the mass and the share that are stated.
+pub(super) fn vehicle(
+    p: &[f64; PARAMETERS],
+    options: &BicycleOptions,
+    name: &str,
+    steering_ratio: f64,
+    speed_mps: f64,
+) -> VehicleData {
+    let c = Coefficients::new(p, options.front_share());
+    let mass = options.mass();
+    let wheelbase = p[WHEELBASE].exp();
+    let (a, b) = (wheelbase * (1.0 - options.front_share()), wheelbase * options.front_share());
+    VehicleData {
+        name: name.to_owned(),
+        mass_kg: mass,
+        yaw_inertia_kgm2: mass * p[INDEX].exp() * a * b,
+        distance_front_m: a,
+        distance_rear_m: b,
+        cornering_stiffness_front_npr: mass * c.b1,
+        cornering_stiffness_rear_npr: -mass * (c.a1 + c.b1),
+        actuator_time_constant_s: p[LAG].exp(),
+        steering_ratio: steering_ratio / c.steering_factor,
+        speed_mps,
+    }
+}

@@ -1,0 +1,318 @@
+//! Simulation of the bicycle over recorded steering and speed, with its sensitivities.
+//!
+//! The speed is that of each sample, held over it, as in the FMU; so is the steering angle, which
+//! acts τ later: within a sample it is first the older value, then the newer. Over each of the two
+//! parts the transition of (v_y, r, δ) is exact,
+//!
+//! ```text
+//!     | A  b  0 |
+//! exp | 0 −l  l | h     by scaling and squaring of its blocks (l = 1/Tn),
+//!     | 0  0  0 |
+//! ```
+//!
+//! and so are its derivatives, by h as well, which gives that by the delay.
+
+use super::dual::{Dual, Scalar};
+use super::parameters::{ALL, Coefficients, PARAMETERS};
+use std::ops::Range;
+
+/// A recording without a gap: steering angle at the road wheel, speed, yaw rate.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Stretch<'a> {
+    pub(super) sample_time: f64,
+    pub(super) steering: &'a [f64],
+    pub(super) speed: &'a [f64],
+    pub(super) yaw_rate: &'a [f64],
+}
+
+impl Stretch<'_> {
+    pub(super) fn len(&self) -> usize {
+        self.yaw_rate.len()
+    }
+}
+
+/// Initial v_y and r.
+pub(super) type Start = [f64; 2];
+
+/// Yaw rates beyond this end a simulation, rad/s: no vehicle turns like that, and a diverging model
+/// must not reach infinity.
+const BOUND: f64 = 1e3;
+/// Terms of the series; with a norm of at most 1/4 the next is below 1e-15.
+const TERMS: i32 = 10;
+const LARGEST_NORM: f64 = 0.25;
+
+/// The exact transition over some time.
+struct Transition<S> {
+    lateral: [S; 4],
+    /// (v_y, r) by the initial δ and by the commanded one.
+    by_wheel: [S; 2],
+    by_target: [S; 2],
+    /// δ by the initial δ; by the commanded one it is the rest to 1.
+    wheel: S,
+}
+
+fn product<S: Scalar>(m: &[S; 4], x: &[S; 2]) -> [S; 2] {
+    [m[0] * x[0] + m[1] * x[1], m[2] * x[0] + m[3] * x[1]]
+}
+
+fn sum<S: Scalar>(x: &[S; 2], y: &[S; 2]) -> [S; 2] {
+    [x[0] + y[0], x[1] + y[1]]
+}
+
+impl<S: Scalar> Transition<S> {
+    fn new(a: &[S; 4], b: &[S; 2], rate: S, h: S) -> Self {
+        let size = |x: S| x.value().abs();
+        // A bound on the norm after scaling the states such that the off-diagonals are of one size.
+        let norm = h.value().abs()
+            * (size(a[0]).max(size(a[3])) + (size(a[1]) * size(a[2])).sqrt() + size(rate));
+        // A norm beyond all numbers ends in a result that is not finite, which is refused.
+        let halvings = if norm > LARGEST_NORM {
+            (norm / LARGEST_NORM).log2().ceil().clamp(0.0, 60.0) as i32
+        } else {
+            0
+        };
+        let h = h.times(0.5_f64.powi(halvings));
+        let (a, b, l) = (a.map(|x| x * h), b.map(|x| x * h), rate * h);
+        let (zero, one) = (S::constant(0.0), S::constant(1.0));
+        // Columns of the exponential: of v_y and r, of δ, of the command.
+        let mut t = Self {
+            lateral: [one, zero, zero, one],
+            by_wheel: [zero; 2],
+            by_target: [zero; 2],
+            wheel: one,
+        };
+        let mut power = [one, zero, zero, one];
+        let (mut of_wheel, mut wheel) = ([zero; 2], one);
+        let (mut of_target, mut target) = ([zero; 2], zero);
+        for k in 1..=TERMS {
+            let i = 1.0 / f64::from(k);
+            let next = |x: &[S; 2], d: S| {
+                let p = product(&a, x);
+                [(p[0] + b[0] * d).times(i), (p[1] + b[1] * d).times(i)]
+            };
+            let (first, second) =
+                (product(&a, &[power[0], power[2]]), product(&a, &[power[1], power[3]]));
+            power = [first[0], second[0], first[1], second[1]].map(|x| x.times(i));
+            of_wheel = next(&of_wheel, wheel);
+            of_target = next(&of_target, target);
+            wheel = -(l * wheel).times(i);
+            target = if k == 1 { l } else { -(l * target).times(i) };
+            for (sum, term) in t.lateral.iter_mut().zip(&power) {
+                *sum = *sum + *term;
+            }
+            t.by_wheel = sum(&t.by_wheel, &of_wheel);
+            t.by_target = sum(&t.by_target, &of_target);
+            t.wheel = t.wheel + wheel;
+        }
+        for _ in 0..halvings {
+            t = t.twice();
+        }
+        t
+    }
+
+    /// The transition over double the time.
+    fn twice(&self) -> Self {
+        let e = &self.lateral;
+        let rest = S::constant(1.0) - self.wheel;
+        let (first, second) = (product(e, &[e[0], e[2]]), product(e, &[e[1], e[3]]));
+        let scaled = |x: &[S; 2], k: S| [x[0] * k, x[1] * k];
+        Self {
+            lateral: [first[0], second[0], first[1], second[1]],
+            by_wheel: sum(&product(e, &self.by_wheel), &scaled(&self.by_wheel, self.wheel)),
+            by_target: sum(
+                &sum(&product(e, &self.by_target), &scaled(&self.by_wheel, rest)),
+                &self.by_target,
+            ),
+            wheel: self.wheel * self.wheel,
+        }
+    }
+
+    fn apply(&self, x: &mut [S; 2], wheel: &mut S, target: S) {
+        let turned = product(&self.lateral, x);
+        for (i, turned) in turned.into_iter().enumerate() {
+            x[i] = turned + self.by_wheel[i] * *wheel + self.by_target[i] * target;
+        }
+        *wheel = target + self.wheel * (*wheel - target);
+    }
+}
+
+/// Runs the model over `recording`; `each` gets the yaw rates. Stops and returns `false`
+/// where the model leaves all bounds. `by_delay` keeps the older part of a sample where it is empty,
+/// for the derivative by its length.
+fn run<S: Scalar>(
+    c: &Coefficients<S>,
+    recording: &Stretch<'_>,
+    start: [S; 2],
+    by_delay: bool,
+    mut each: impl FnMut(S),
+) -> bool {
+    let t = recording.sample_time;
+    let whole = (c.delay.value() / t).floor();
+    // The part of a sample in which the older value still acts.
+    let older = c.delay - S::constant(whole * t);
+    let newer = S::constant(t) - older;
+    let last = recording.len() as f64 - 1.0;
+    let target = |k: f64| {
+        let angle = recording.steering[k.clamp(0.0, last) as usize];
+        (S::constant(angle) - c.steering_offset) * c.steering_factor
+    };
+    let mut x = start;
+    // The wheel starts where it is commanded to.
+    let mut wheel = target(-whole - 1.0);
+    for k in 0..recording.len() {
+        each(x[1] + c.yaw_rate_offset);
+        let (a, b) = c.at_speed(recording.speed[k]);
+        let at = k as f64 - whole;
+        if older.value() > 0.0 || by_delay {
+            Transition::new(&a, &b, c.rate, older).apply(&mut x, &mut wheel, target(at - 1.0));
+        }
+        Transition::new(&a, &b, c.rate, newer).apply(&mut x, &mut wheel, target(at));
+        // Not a number is no less than the bound either.
+        if !(x[1].value().abs() < BOUND && x[0].value().abs() < 1e3 * BOUND) {
+            return false;
+        }
+    }
+    true
+}
+
+/// The simulated yaw rate; `None` where the model leaves all bounds.
+pub(super) fn yaw_rate(
+    p: &[f64; PARAMETERS],
+    share: f64,
+    recording: &Stretch<'_>,
+    start: &Start,
+) -> Option<Vec<f64>> {
+    let mut all = Vec::with_capacity(recording.len());
+    run(&Coefficients::new(p, share), recording, *start, false, |r| all.push(r)).then_some(all)
+}
+
+/// A simulated yaw rate, and its derivatives by the parameters and the two initial states.
+pub(super) struct Sensitivities {
+    pub(super) yaw_rate: Vec<f64>,
+    /// A row for each sample.
+    pub(super) by: Vec<[f64; ALL]>,
+}
+
+/// The simulated yaw rate with its derivatives; that by the delay only if `by_delay`. `None` where
+/// the model leaves all bounds.
+pub(super) fn sensitivities(
+    p: &[f64; PARAMETERS],
+    share: f64,
+    recording: &Stretch<'_>,
+    start: &Start,
+    by_delay: bool,
+) -> Option<Sensitivities> {
+    let p = std::array::from_fn(|i| Dual::<ALL>::parameter(p[i], i));
+    let start = std::array::from_fn(|i| Dual::<ALL>::parameter(start[i], PARAMETERS + i));
+    let mut all = Vec::with_capacity(recording.len());
+    let mut by = Vec::with_capacity(recording.len());
+    let bounded = run(&Coefficients::new(&p, share), recording, start, by_delay, |r| {
+        all.push(r.value);
+        by.push(r.by);
+    });
+    bounded.then_some(Sensitivities { yaw_rate: all, by })
+}
+
+/// The parts of a log's stretches that lie within `range`.
+pub(super) fn within<'a>(
+    stretches: &[(Range<usize>, Stretch<'a>)],
+    range: &Range<usize>,
+) -> Vec<Stretch<'a>> {
+    stretches
+        .iter()
+        .filter_map(|(at, s)| {
+            let (from, to) = (at.start.max(range.start), at.end.min(range.end));
+            let cut = from.checked_sub(at.start)?..to.checked_sub(at.start)?;
+            (cut.start < cut.end).then(|| Stretch {
+                sample_time: s.sample_time,
+                steering: &s.steering[cut.clone()],
+                speed: &s.speed[cut.clone()],
+                yaw_rate: &s.yaw_rate[cut],
+            })
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bicycle::parameters::{DELAY, LAG};
+
+    /// Steering and speed of a drive that stops and starts again.
+    fn signals(n: usize) -> (Vec<f64>, Vec<f64>) {
+        let time = (0..n).map(|k| k as f64 * 0.04);
+        let steering = time.clone().map(|t| 0.05 * (1.3 * t).sin() + 0.02 * (5.1 * t).cos());
+        (steering.collect(), time.map(|t| 12.0 * (0.3 * t).cos().max(0.0)).collect())
+    }
+
+    #[test]
+    fn derivatives_are_those_of_central_differences() {
+        let (steering, speed) = signals(300);
+        let zeros = vec![0.0; 300];
+        let recording =
+            Stretch { sample_time: 0.04, steering: &steering, speed: &speed, yaw_rate: &zeros };
+        let base = [4.2, 4.4, 0.9, -0.1, -2.5, 0.07, 0.01, 0.002, 0.1];
+        for (lag, delay) in [(-2.5, 0.07), (-8.0, 0.0431), (-1.0, -0.013), (-12.0, 0.31)] {
+            let mut p = base;
+            (p[LAG], p[DELAY]) = (lag, delay);
+            let start = [0.3, 0.1];
+            let found = sensitivities(&p, 0.45, &recording, &start, true).unwrap();
+            assert_eq!(found.yaw_rate, yaw_rate(&p, 0.45, &recording, &start).unwrap());
+            for i in 0..ALL {
+                let at = |h: f64| {
+                    let (mut p, mut start) = (p, start);
+                    if i < PARAMETERS { p[i] += h } else { start[i - PARAMETERS] += h }
+                    yaw_rate(&p, 0.45, &recording, &start).unwrap()
+                };
+                let (up, down) = (at(1e-5), at(-1e-5));
+                let size = found.by.iter().map(|row| row[i].abs()).fold(0.0, f64::max);
+                for t in 0..300 {
+                    let difference = (up[t] - down[t]) / 2e-5;
+                    let error = (difference - found.by[t][i]).abs();
+                    assert!(error < 1e-6 * size + 1e-9, "{i} at {t}: {difference} {error:e}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_delay_of_whole_samples_is_a_shift_and_halves_of_a_step_are_the_step() {
+        let (steering, speed) = signals(400);
+        let zeros = vec![0.0; 400];
+        let whole =
+            Stretch { sample_time: 0.04, steering: &steering, speed: &speed, yaw_rate: &zeros };
+        let shifted: Vec<f64> = (0..400_usize).map(|k| steering[k.saturating_sub(3)]).collect();
+        let late = Stretch { steering: &shifted, ..whole };
+        let p = [4.2, 4.4, 0.9, -0.1, -2.5, 0.0, 0.01, 0.002, 0.0];
+        let mut delayed = p;
+        delayed[DELAY] = 0.12;
+        let simulate = |p, r: &Stretch<'_>| yaw_rate(p, 0.5, r, &[0.1, 0.2]).unwrap();
+        let close = |a: &[f64], b: &[f64]| {
+            a.iter().zip(b).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max) < 1e-12
+        };
+        assert!(close(&simulate(&delayed, &whole), &simulate(&p, &late)));
+        // Twice as many samples of half the time.
+        let double = |x: &[f64]| x.iter().flat_map(|v| [*v, *v]).collect::<Vec<f64>>();
+        let (steering2, speed2, zeros2) = (double(&steering), double(&speed), double(&zeros));
+        let fine = Stretch {
+            sample_time: 0.02,
+            steering: &steering2,
+            speed: &speed2,
+            yaw_rate: &zeros2,
+        };
+        let every: Vec<f64> = simulate(&p, &fine).into_iter().step_by(2).collect();
+        assert!(close(&every, &simulate(&p, &whole)));
+    }
+
+    #[test]
+    fn a_model_that_diverges_ends_the_simulation() {
+        let (steering, _) = signals(2000);
+        let speed = vec![60.0; 2000];
+        let recording =
+            Stretch { sample_time: 0.04, steering: &steering, speed: &speed, yaw_rate: &speed };
+        // Oversteering far beyond its critical speed.
+        let p = [4.8, 3.5, 0.9, 0.0, -3.0, 0.0, 0.0, 0.0, 0.0];
+        assert!(yaw_rate(&p, 0.5, &recording, &[0.0, 0.0]).is_none());
+        assert!(sensitivities(&p, 0.5, &recording, &[0.0, 0.0], false).is_none());
+    }
+}

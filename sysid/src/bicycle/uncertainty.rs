@@ -1,0 +1,118 @@
+//! Standard errors that hold for errors of any colour.
+//!
+//! With H the information of the cost function (JᵀJ and the priors' s²/σ²) after each segment's initial
+//! states are eliminated, the estimate's covariance is the sandwich `H⁻¹·(M + s²·P)·H⁻¹`, P the
+//! priors' and M the long-run covariance of the scores J_t·e_t with Bartlett's weights (W. K. Newey,
+//! K. D. West, *A simple, positive semi-definite, heteroskedasticity and autocorrelation consistent
+//! covariance matrix*, Econometrica 55, 1987). For white errors M is σ²·JᵀJ.
+
+use super::estimate::{Estimate, Problem};
+use super::parameters::{ALL, PARAMETERS};
+use crate::Error;
+use crate::dense::pseudo_inverse;
+use faer::Mat;
+
+const OWN: usize = ALL - PARAMETERS;
+
+/// Sum of the autocovariances over all lags: the initial positive sequence of C. J. Geyer (*Practical
+/// Markov chain Monte Carlo*, Statistical Science 7, 1992), which ends at the first pair of lags whose
+/// sum is not positive. Never below the variance.
+pub(super) fn long_run_variance(segments: &[Vec<f64>]) -> f64 {
+    let count = segments.iter().map(Vec::len).sum::<usize>().max(1) as f64;
+    let longest = segments.iter().map(Vec::len).max().unwrap_or(0);
+    let covariance = |lag: usize| -> f64 {
+        let of =
+            |e: &Vec<f64>| -> f64 { e.iter().zip(e.iter().skip(lag)).map(|(a, b)| a * b).sum() };
+        segments.iter().map(of).sum::<f64>() / count
+    };
+    let variance = covariance(0);
+    let mut sum = -variance;
+    // A tenth of the drive tells nothing of correlations that last longer.
+    for pair in 0..(longest / 20).max(1) {
+        let two = covariance(2 * pair) + covariance(2 * pair + 1);
+        if two <= 0.0 {
+            break;
+        }
+        sum += 2.0 * two;
+    }
+    sum.max(variance)
+}
+
+/// Covariance of all parameters, zero for those that are not free.
+///
+/// # Errors
+/// [`Error::Numerical`] where a factorisation does not converge.
+pub(super) fn covariance(
+    problem: &Problem<'_>,
+    at: &Estimate,
+) -> Result<[[f64; PARAMETERS]; PARAMETERS], Error> {
+    let n = problem.free.len();
+    let mut information: Mat<f64> = Mat::zeros(n, n);
+    let mut scores: Mat<f64> = Mat::zeros(n, n);
+    let errors = problem
+        .errors(&at.parameters, &at.starts)
+        .ok_or(Error::Numerical { what: "simulation of the estimate" })?;
+    let variance =
+        errors.iter().flatten().map(|e| e * e).sum::<f64>() / problem.samples().max(1) as f64;
+    let lags = bandwidth(problem.samples(), at.long_run_variance / variance);
+    for ((segment, start), errors) in problem.segments.iter().zip(&at.starts).zip(&errors) {
+        let found = problem
+            .sensitivities(&at.parameters, segment, start)
+            .ok_or(Error::Numerical { what: "simulation of the estimate" })?;
+        let count = segment.len();
+        let own = Mat::from_fn(count, OWN, |t, j| found.by[t][PARAMETERS + j]);
+        let all = Mat::from_fn(count, n, |t, j| found.by[t][problem.free[j]]);
+        // What the initial states explain is no information.
+        let inner = pseudo_inverse((own.transpose() * &own).as_ref(), 1e-12)?;
+        let rest = &all - &own * (inner * (own.transpose() * &all));
+        information += rest.transpose() * &rest;
+        let score = Mat::from_fn(count, n, |t, j| rest[(t, j)] * errors[t]);
+        scores += score.transpose() * &score;
+        for lag in 1..=lags.min(count.saturating_sub(1)) {
+            let weight = 1.0 - lag as f64 / (lags as f64 + 1.0);
+            let cross = score.get(lag.., ..).transpose() * score.get(..count - lag, ..);
+            scores += Mat::from_fn(n, n, |i, j| weight * (cross[(i, j)] + cross[(j, i)]));
+        }
+    }
+    let s2 = at.long_run_variance;
+    for (j, &i) in problem.free.iter().enumerate() {
+        let prior = s2 / problem.priors[i].deviation.powi(2);
+        information[(j, j)] += prior;
+        scores[(j, j)] += s2 * prior;
+    }
+    // Scaled to a unit diagonal, so that the inverse does not depend on units.
+    let scale: Vec<f64> =
+        (0..n).map(|i| information[(i, i)].max(f64::MIN_POSITIVE).sqrt()).collect();
+    let scaled = Mat::from_fn(n, n, |i, j| information[(i, j)] / (scale[i] * scale[j]));
+    let inverse = pseudo_inverse(scaled.as_ref(), 1e-13)?;
+    let middle = Mat::from_fn(n, n, |i, j| scores[(i, j)] / (scale[i] * scale[j]));
+    let small = &inverse * middle * &inverse;
+    let mut all = [[0.0; PARAMETERS]; PARAMETERS];
+    for (i, &row) in problem.free.iter().enumerate() {
+        for (j, &column) in problem.free.iter().enumerate() {
+            all[row][column] = small[(i, j)] / (scale[i] * scale[j]);
+        }
+    }
+    Ok(all)
+}
+
+/// Lags of the scores' covariance: Newey and West's rule for short-lived correlations, several times
+/// the errors' correlation time where they last.
+fn bandwidth(samples: usize, correlation: f64) -> usize {
+    let n = samples as f64;
+    let short = 4.0 * (n / 100.0).powf(2.0 / 9.0);
+    let long = if correlation > 2.0 { 3.0 * correlation } else { 0.0 };
+    short.max(long).min(0.1 * n).ceil() as usize
+}
+
+/// √(gᵀ·C·g).
+pub(super) fn deviation(
+    gradient: &[f64; PARAMETERS],
+    covariance: &[[f64; PARAMETERS]; PARAMETERS],
+) -> f64 {
+    let form: f64 = (0..PARAMETERS)
+        .flat_map(|i| (0..PARAMETERS).map(move |j| (i, j)))
+        .map(|(i, j)| gradient[i] * covariance[i][j] * gradient[j])
+        .sum();
+    form.max(0.0).sqrt()
+}
