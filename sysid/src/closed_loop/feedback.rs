@@ -63,7 +63,7 @@ pub fn feedback(data: &DataSet, memory_s: f64, ahead_s: f64) -> Result<Feedback,
     while past + ahead + 1 > most && past + ahead > 2 {
         if past > ahead { past -= 1 } else { ahead -= 1 }
     }
-    feedback_in(&super::windows_factor(data, (past + ahead + 1).div_ceil(2))?, past, ahead)
+    feedback_in(&Factor::new(data, (past + ahead + 1).div_ceil(2))?, past, ahead)
 }
 
 /// The test on a factor of `past + ahead + 1` lags or more: `past` is the largest VARX order that

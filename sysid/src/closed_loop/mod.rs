@@ -100,7 +100,7 @@ pub fn identify(
 /// horizon is 0.
 pub fn factor(data: &DataSet, past: usize, future: usize) -> Result<Factor, Error> {
     horizons(past, future)?;
-    windows_factor(data, (past + future + 1).div_ceil(2))
+    Factor::new(data, (past + future + 1).div_ceil(2))
 }
 
 /// States for all orders at once: one VARX model and one singular value decomposition.
@@ -141,10 +141,4 @@ fn horizons(past: usize, future: usize) -> Result<(), Error> {
         return out("future horizon", future, format!("1 to the past horizon, {past}"));
     }
     Ok(())
-}
-
-/// The factor of the first segment.
-fn windows_factor(data: &DataSet, horizon: usize) -> Result<Factor, Error> {
-    let first = &data.segments()[0];
-    Factor::new(first.u.as_ref(), first.y.as_ref(), horizon, data.sample_time_s())
 }

@@ -36,10 +36,10 @@ pub(super) enum Signals {
 impl Windows {
     pub(super) fn new(factor: &Factor) -> Result<Self, Error> {
         let (m, p) = (factor.inputs, factor.outputs);
-        let by_time = factor.by_time();
+        let by_time = factor.by_time()?;
         let width = m + p;
         let lags = by_time.ncols() / width;
-        if !is_finite(by_time) {
+        if !is_finite(by_time.as_ref()) {
             return Err(Error::Numerical { what: "triangle of the data" });
         }
         if m == 0 {
