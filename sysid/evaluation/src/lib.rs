@@ -2,6 +2,8 @@
 
 mod distance;
 mod halves;
+pub mod measure;
+pub mod peers;
 mod random;
 
 pub use distance::{markov_distance, pole_distance, response_distance};

@@ -292,7 +292,9 @@ impl Accumulator {
     /// The first samples of the buffer, sample after sample.
     fn first_samples(&self, count: usize) -> Vec<f64> {
         let channels = self.inputs + self.outputs;
-        (0..count * channels).map(|k| self.buffer[k % channels * self.stride + k / channels]).collect()
+        (0..count * channels)
+            .map(|k| self.buffer[k % channels * self.stride + k / channels])
+            .collect()
     }
 }
 

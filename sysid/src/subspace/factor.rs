@@ -4,7 +4,7 @@ use super::accumulator::{Accumulator, Decomposition};
 use super::conditioning::{Conditioning, MOST_FOR_GRAM, MOST_OF_INPUT, condition};
 use super::tall::lower;
 use crate::{DataSet, Error};
-use faer::{Mat, Side};
+use faer::{Mat, MatRef, Side};
 
 /// The least horizon of any use: a first-order model sees its own shift in it.
 const LEAST_HORIZON: usize = 2;
@@ -65,8 +65,23 @@ impl Factor {
     /// - [`Error::NotExciting`] where a channel is constant or the input does not move.
     /// - [`Error::Data`] where a value is too large to be squared.
     pub fn new(data: &DataSet, horizon: usize) -> Result<Self, Error> {
-        match Self::by(Decomposition::Gram, data, horizon) {
-            Err(Error::IllConditioned { .. }) => Self::by(Decomposition::Qr, data, horizon),
+        Self::of_signals(&signals(data), horizon, data.sample_time_s())
+    }
+
+    /// As [`Factor::new`], of segments (u, y) that are someone else's, nu by N and ny by N each. Signals
+    /// of which each channel's samples lie side by side in memory are read fastest.
+    ///
+    /// # Errors
+    /// As [`Factor::new`]; [`Error::Data`] too where the segments are not of one shape.
+    pub fn of_signals(
+        segments: &[(MatRef<'_, f64>, MatRef<'_, f64>)],
+        horizon: usize,
+        sample_time_s: f64,
+    ) -> Result<Self, Error> {
+        match absorbed(Decomposition::Gram, segments, horizon, sample_time_s) {
+            Err(Error::IllConditioned { .. }) => {
+                absorbed(Decomposition::Qr, segments, horizon, sample_time_s)
+            }
             done => done,
         }
     }
@@ -76,22 +91,7 @@ impl Factor {
     /// # Errors
     /// As [`Accumulator::factor`].
     pub fn by(kind: Decomposition, data: &DataSet, horizon: usize) -> Result<Self, Error> {
-        let channels = (data.inputs(), data.outputs());
-        let window = 2 * horizon;
-        let size = window.saturating_mul(channels.0 + channels.1);
-        let columns: usize =
-            data.segments().iter().map(|s| (s.len() + 1).saturating_sub(window)).sum();
-        // Before the sums of a horizon that is far too long are made room for.
-        if columns < size {
-            let (got, sample_time_s) = (data.samples(), data.sample_time_s());
-            return Err(Error::TooFewSamples { got, need: window + size - 1, sample_time_s });
-        }
-        let mut sums = Accumulator::new(kind, horizon, channels, data.sample_time_s())?;
-        for segment in data.segments() {
-            sums.push(segment.u.as_ref(), segment.y.as_ref())?;
-            sums.end_segment();
-        }
-        sums.factor()
+        absorbed(kind, &signals(data), horizon, data.sample_time_s())
     }
 
     /// The factor for a smaller horizon from the same pass over the data.
@@ -139,8 +139,7 @@ impl Factor {
             return source.cut(horizon, channels, columns);
         }
         let ill = |condition: f64| Error::IllConditioned { condition };
-        let factor =
-            source.cut(horizon, channels, columns).map_err(|_| ill(f64::INFINITY))?;
+        let factor = source.cut(horizon, channels, columns).map_err(|_| ill(f64::INFINITY))?;
         match factor.conditioning {
             Conditioning::Gram { condition } => {
                 let worst = condition * cancellation.sqrt();
@@ -183,12 +182,7 @@ impl Source {
         lags.flat_map(|lag| channels.clone().map(move |c| lag * (m + p) + c)).collect()
     }
 
-    fn cut(
-        &self,
-        asked: usize,
-        channels: (usize, usize),
-        columns: usize,
-    ) -> Result<Factor, Error> {
+    fn cut(&self, asked: usize, channels: (usize, usize), columns: usize) -> Result<Factor, Error> {
         let (m, p) = channels;
         let s = asked.min(self.longest);
         let (past, future) = (self.full - s..self.full, self.full..self.full + s);
@@ -284,6 +278,34 @@ impl Source {
         self.input_condition = full;
         Ok(())
     }
+}
+
+fn signals(data: &DataSet) -> Vec<(MatRef<'_, f64>, MatRef<'_, f64>)> {
+    data.segments().iter().map(|s| (s.u.as_ref(), s.y.as_ref())).collect()
+}
+
+fn absorbed(
+    kind: Decomposition,
+    segments: &[(MatRef<'_, f64>, MatRef<'_, f64>)],
+    horizon: usize,
+    sample_time_s: f64,
+) -> Result<Factor, Error> {
+    let channels = segments.first().map_or((0, 0), |(u, y)| (u.nrows(), y.nrows()));
+    let window = horizon.saturating_mul(2);
+    let size = window.saturating_mul(channels.0 + channels.1);
+    let columns: usize = segments.iter().map(|(_, y)| (y.ncols() + 1).saturating_sub(window)).sum();
+    // Before room is made for the sums of a horizon that is far too long.
+    if columns < size {
+        let got = segments.iter().map(|(_, y)| y.ncols()).sum();
+        let need = window.saturating_add(size) - 1;
+        return Err(Error::TooFewSamples { got, need, sample_time_s });
+    }
+    let mut sums = Accumulator::new(kind, horizon, channels, sample_time_s)?;
+    for (u, y) in segments {
+        sums.push(*u, *y)?;
+        sums.end_segment();
+    }
+    sums.factor()
 }
 
 /// Columns of an upper triangle, factored again and transposed.

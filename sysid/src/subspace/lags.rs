@@ -96,10 +96,8 @@ fn accumulate<S: Simd, const G: usize>(
         let (a0, a1) = (simd.splat_f64s(a0), simd.splat_f64s(a1));
         for g in 0..G {
             let x = S::as_simd_f64s(&b[g][t..t + S::F64_LANES]).0[0];
-            sums[g] = [
-                simd.mul_add_e_f64s(a0, x, sums[g][0]),
-                simd.mul_add_e_f64s(a1, x, sums[g][1]),
-            ];
+            sums[g] =
+                [simd.mul_add_e_f64s(a0, x, sums[g][0]), simd.mul_add_e_f64s(a1, x, sums[g][1])];
         }
     }
     for (g, sum) in sums.into_iter().enumerate() {

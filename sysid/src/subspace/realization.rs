@@ -176,42 +176,58 @@ pub fn structured_bd(
 ) -> Result<StateSpace, Error> {
     let (n, m, p) = (a.nrows(), factor.inputs, factor.outputs);
     let gamma = subspace.basis.get(.., ..n);
-    let blank =
-        StateSpace { a: a.to_owned(), b: Mat::zeros(n, m), c: c.to_owned(), d: Mat::zeros(p, m) };
-    // The residuals of the recursion are affine in (B, D); those of unit B and D give the slope.
-    let base = recursion_residuals(factor, &blank, gamma)?;
+    let s = factor.horizon;
+    let short = (s - 1) * p;
+    let now = pseudo_inverse(gamma, TOLERANCE)?;
+    let next = pseudo_inverse(gamma.get(..short, ..), TOLERANCE)?;
+    // 𝒦 U_f has columns in Q1 only, so only these can be fitted.
+    let (past, future) = (factor.past(), factor.future());
+    let l = factor.l.get(.., ..past);
+    let x = &now * l.get(future.., ..);
+    let w = &next * l.get(future + p.., ..) - a * &x;
+    let v = l.get(future..future + p, ..) - c * &x;
+    let target = vcat(&[w.as_ref(), v.as_ref()]);
+    let cells = target.nrows() * past;
     let count = m * (n + if feedthrough { p } else { 0 });
-    let unit = |index: usize| {
-        let mut model = blank.clone();
-        let (row, input) = (index / m, index % m);
-        if row < n {
-            model.b[(row, input)] = 1.0;
-        } else {
-            model.d[(row - n, input)] = 1.0;
-        }
-        model
-    };
-    let cells = base.nrows() * base.ncols();
     let mut slopes = Mat::zeros(cells, count);
     for index in 0..count {
-        let moved = recursion_residuals(factor, &unit(index), gamma)?;
-        for k in 0..cells {
-            let (i, j) = (k % base.nrows(), k / base.nrows());
-            slopes[(k, index)] = base[(i, j)] - moved[(i, j)];
-        }
-    }
-    let target = Mat::from_fn(cells, 1, |k, _| base[(k % base.nrows(), k / base.nrows())]);
-    let solution = least_squares(slopes.as_ref(), target.as_ref(), TOLERANCE)?;
-    let mut model = blank;
-    for index in 0..count {
         let (row, input) = (index / m, index % m);
-        if row < n {
-            model.b[(row, input)] = solution[(index, 0)];
-        } else {
-            model.d[(row - n, input)] = solution[(index, 0)];
+        // Columns of H_i for this input that B or D of one puts there, one for each sample of it.
+        let column = |sample: usize, i: usize| {
+            let start = (sample + usize::from(row < n)) * p;
+            if row >= n {
+                f64::from(i == start + row - n)
+            } else if i >= start {
+                gamma[(i - start, row)]
+            } else {
+                0.0
+            }
+        };
+        let h = Mat::from_fn(s * p, s, |i, sample| column(sample, i));
+        let x = &now * &h;
+        let mut slope = vcat(&[(-(a * &x)).as_ref(), (-(c * &x)).as_ref()]);
+        let x_next = &next * h.get(..short, ..s - 1);
+        let mut later = slope.get_mut(..n, 1..);
+        later += &x_next;
+        slope[(row, 0)] += 1.0;
+        for sample in 0..s {
+            for k in 0..n + p {
+                for j in 0..past {
+                    slopes[(j * (n + p) + k, index)] +=
+                        slope[(k, sample)] * l[(sample * m + input, j)];
+                }
+            }
         }
     }
-    Ok(model)
+    let target = Mat::from_fn(cells, 1, |k, _| target[(k % (n + p), k / (n + p))]);
+    let solution = least_squares(slopes.as_ref(), target.as_ref(), TOLERANCE)?;
+    let at = |row: usize, input: usize| solution[(row * m + input, 0)];
+    Ok(StateSpace {
+        a: a.to_owned(),
+        b: Mat::from_fn(n, m, at),
+        c: c.to_owned(),
+        d: Mat::from_fn(p, m, |i, j| if feedthrough { at(n + i, j) } else { 0.0 }),
+    })
 }
 
 /// Residuals [W; V] of the state recursion with the states that Γ sees in the data:

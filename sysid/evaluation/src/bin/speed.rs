@@ -1,0 +1,356 @@
+//! From samples to (A, B, C, D, K) with order and horizon given: time, memory and accuracy beside
+//! SLICOT, which runs in turns on the same data, and beside others where they can.
+//!
+//! Times are processor times of one thread, medians of several turns. The system is a seeded one of
+//! order 4 with one input and one output; its output carries white noise of a fifth of its size.
+
+use clap::Parser;
+use faer::MatRef;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode};
+use sysid::subspace::{Factor, noise_model, shift_realization, structured_bd, subspace};
+use sysid::{DataSet, Innovation, Method, StateSpace, fit_percent, simulate};
+use sysid_evaluation::measure::{median, peak_memory, processor_time_s};
+use sysid_evaluation::peers::{PeerModel, Peers, read_signals, write_signals};
+use sysid_evaluation::{Random, markov_distance};
+
+const HORIZON: usize = 15;
+const ORDER: usize = 4;
+/// Samples, turns, and runs of each in a turn.
+const SIZES: [(usize, usize, usize); 4] =
+    [(1_000, 15, 20), (10_000, 15, 10), (100_000, 11, 2), (1_000_000, 9, 1)];
+const NOISE: f64 = 0.2;
+
+type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
+
+#[derive(Parser)]
+struct Arguments {
+    /// Only load the signals of this file and tell the peak memory, or compute the model too
+    #[arg(long, hide = true, num_args = 3, value_names = ["loaded|model", "FILE", "COUNT"])]
+    memory: Option<Vec<String>>,
+}
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let done = match arguments.memory {
+        Some(values) => memory_of(&values),
+        None => report(),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(problem) => {
+            eprintln!("error: {problem}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Signals with the output that has no noise.
+struct Signals {
+    u: Vec<f64>,
+    y: Vec<f64>,
+    clean: Vec<f64>,
+}
+
+fn truth() -> StateSpace {
+    Random(4).system(ORDER, 1, 1)
+}
+
+/// Drives the true system with `u`, and adds noise of a share of its output.
+fn drive(u: Vec<f64>, noise: f64, random: &mut Random) -> Signals {
+    let clean = simulate(&truth(), row(&u), &[0.0; ORDER]);
+    let clean: Vec<f64> = (0..u.len()).map(|t| clean[(0, t)]).collect();
+    let size = (clean.iter().map(|x| x * x).sum::<f64>() / clean.len() as f64).sqrt();
+    let y = clean.iter().map(|x| x + noise * size * random.normal()).collect();
+    Signals { u, y, clean }
+}
+
+fn white(count: usize, random: &mut Random) -> Vec<f64> {
+    (0..count).map(|_| random.normal()).collect()
+}
+
+fn row(x: &[f64]) -> MatRef<'_, f64> {
+    MatRef::from_row_major_slice(x, 1, x.len())
+}
+
+/// R factor to (A, B, C, D, K): A, C by MOESP and B, D by N4SID, as SLICOT's combined method.
+fn ours(u: &[f64], y: &[f64]) -> Result<(Factor, Innovation), sysid::Error> {
+    let factor = Factor::of_signals(&[(row(u), row(y))], HORIZON, 1.0)?;
+    let model = model(&factor)?;
+    Ok((factor, model))
+}
+
+fn model(factor: &Factor) -> Result<Innovation, sysid::Error> {
+    let space = subspace(factor, Method::Moesp)?;
+    let (a, c) = shift_realization(&space, ORDER, 1)?;
+    let model = structured_bd(factor, &space, a.as_ref(), c.as_ref(), true)?;
+    let gain = noise_model(factor, &model)?.gain;
+    Ok(Innovation { model, gain })
+}
+
+/// Fit of a simulation to the output without noise, percent.
+fn fit(model: &StateSpace, signals: &Signals) -> f64 {
+    let y = simulate(model, row(&signals.u), &[0.0; ORDER]);
+    let y: Vec<f64> = (0..y.ncols()).map(|t| y[(0, t)]).collect();
+    fit_percent(&signals.clean, &y)
+}
+
+fn report() -> Outcome<()> {
+    let folder = tempfile::tempdir()?;
+    let path = folder.path().join("signals.bin");
+    let mut peers = match Peers::start() {
+        Ok(peers) => Some(peers),
+        Err(problem) => {
+            println!("left out: SLICOT, sippy, nfoursid: {problem}");
+            None
+        }
+    };
+    println!(
+        "R factor to (A, B, C, D, K), order {ORDER}, s = {HORIZON}, one input and output, one thread; ms"
+    );
+    println!(
+        "| samples | here | SLICOT | ratio | aim | of which factor | from a DataSet | fit here, % | fit SLICOT, % | fit K here, % | fit K SLICOT, % | factor by |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|---|---|---|");
+    for (count, turns, runs) in SIZES {
+        let mut random = Random(count as u64);
+        let u = white(count, &mut random);
+        let signals = drive(u, NOISE, &mut random);
+        write_signals(&path, &signals.u, &signals.y)?;
+        if let Some(peers) = &mut peers {
+            peers.load(&path, count)?;
+        }
+        line(&signals, turns, runs, peers.as_mut())?;
+    }
+    memory(&path, SIZES[3].0, peers.take())?;
+    let mut peers = Peers::start().ok();
+    ill_conditioned(&path, peers.as_mut())?;
+    others(&path, peers.as_mut())?;
+    octave(&path)
+}
+
+/// Mean processor seconds of a few runs.
+fn timed<T>(runs: usize, mut work: impl FnMut() -> T) -> (f64, T) {
+    let start = processor_time_s();
+    for _ in 1..runs {
+        std::hint::black_box(work());
+    }
+    let last = std::hint::black_box(work());
+    ((processor_time_s() - start) / runs as f64, last)
+}
+
+fn line(
+    signals: &Signals,
+    turns: usize,
+    runs: usize,
+    mut peers: Option<&mut Peers>,
+) -> Outcome<()> {
+    let (u, y) = (&signals.u, &signals.y);
+    let count = u.len();
+    let data = DataSet::single(1.0, row(u).to_owned(), row(y).to_owned())?;
+    let [mut here, mut factor_only, mut from_data, mut there] = [const { Vec::new() }; 4];
+    let mut peer: Option<PeerModel> = None;
+    for _ in 0..turns {
+        here.push(timed(runs, || ours(u, y)).0);
+        if let Some(peers) = peers.as_deref_mut() {
+            let found = peers.slicot(HORIZON, ORDER, 'C', runs)?;
+            there.push(found.seconds);
+            peer = Some(found);
+        }
+        factor_only.push(timed(runs, || Factor::of_signals(&[(row(u), row(y))], HORIZON, 1.0)).0);
+        from_data.push(timed(runs, || Factor::new(&data, HORIZON).and_then(|f| model(&f))).0);
+    }
+    let (factor, found) = ours(u, y)?;
+    let ms = |seconds: &[f64]| format!("{:.3}", 1e3 * median(seconds));
+    let ratio = median(&here) / median(&there);
+    let aim = if count == SIZES[3].0 { 0.4 } else { 1.0 };
+    let predicted = |m: &Innovation| {
+        let y_hat = sysid::model::predict(&m.model, m.gain.as_ref(), row(u), row(y), &[0.0; ORDER]);
+        fit_percent(y, &(0..count).map(|t| y_hat[(0, t)]).collect::<Vec<_>>())
+    };
+    let of_peer = |f: &dyn Fn(&Innovation) -> f64| {
+        peer.as_ref().map_or("–".into(), |p| format!("{:.4}", f(&p.model)))
+    };
+    println!(
+        "| {count} | {} | {} | {ratio:.2} | {} {aim} | {} | {} | {:.4} | {} | {:.4} | {} | {} |",
+        ms(&here),
+        ms(&there),
+        if ratio <= aim { "≤" } else { "missed:" },
+        ms(&factor_only),
+        ms(&from_data),
+        fit(&found.model, signals),
+        of_peer(&|m| fit(&m.model, signals)),
+        predicted(&found),
+        of_peer(&predicted),
+        factor.conditioning,
+    );
+    Ok(())
+}
+
+/// Peak memory of this program with only the signals loaded and with the model computed.
+fn memory(path: &Path, count: usize, peers: Option<Peers>) -> Outcome<()> {
+    let peak = |what: &str| -> Outcome<f64> {
+        let path: PathBuf = path.into();
+        let output = Command::new(std::env::current_exe()?)
+            .args(["--memory", what])
+            .arg(path)
+            .arg(count.to_string())
+            .output()?;
+        let text = String::from_utf8_lossy(&output.stdout).trim().to_owned();
+        text.parse().map_err(|_| format!("the system does not tell the peak memory: {text}").into())
+    };
+    match (peak("loaded"), peak("model")) {
+        (Ok(loaded), Ok(computed)) => println!(
+            "\nPeak memory at N = {count}: {:.2} MB with the signals loaded, {:.2} MB with factor and model, {:.2} MB more (aim: below 4)",
+            loaded / 1e6,
+            computed / 1e6,
+            (computed - loaded) / 1e6
+        ),
+        (Err(problem), _) | (_, Err(problem)) => println!("\nPeak memory left out: {problem}"),
+    }
+    drop(peers);
+    if let Ok(mut fresh) = Peers::start() {
+        fresh.load(path, count)?;
+        // A first call on few samples loads the library.
+        let loaded = fresh.peak_memory()?;
+        fresh.slicot(HORIZON, ORDER, 'C', 1)?;
+        let computed = fresh.peak_memory()?;
+        println!(
+            "SLICOT through ctrlsys, its library included: {:.2} MB more",
+            (computed - loaded) / 1e6
+        );
+    }
+    Ok(())
+}
+
+fn memory_of(values: &[String]) -> Outcome<()> {
+    let [what, path, count] = values else { return Err("three values are needed".into()) };
+    let (u, y) = read_signals(Path::new(path), count.parse()?)?;
+    if what == "model" {
+        std::hint::black_box(ours(&u, &y)?);
+    }
+    std::hint::black_box((&u, &y));
+    println!("{}", peak_memory().ok_or("no /proc/self/status")?);
+    Ok(())
+}
+
+/// Inputs of less and less power at high frequencies.
+fn ill_conditioned(path: &Path, mut peers: Option<&mut Peers>) -> Outcome<()> {
+    const COUNT: usize = 20_000;
+    println!(
+        "\nIll-conditioned data: white noise through so many low-pass filters as input, N = {COUNT}, output noise 1e-6 of its size"
+    );
+    println!(
+        "| filters | factor by | horizon | Markov parameters off here | SLICOT, QR | SLICOT, Cholesky | fit here, % | fit SLICOT QR, % |"
+    );
+    println!("|---|---|---|---|---|---|---|---|");
+    let truth = truth();
+    for filters in [0, 2, 4, 5, 6, 7, 8] {
+        let mut random = Random(99);
+        let mut u = white(COUNT, &mut random);
+        for _ in 0..filters {
+            let (mut last, mut state) = (0.0, 0.0);
+            for x in &mut u {
+                // (1 + z⁻¹)/(1 − 0.6 z⁻¹)/5: nothing is left at the highest frequency.
+                state = 0.6 * state + 0.2 * (*x + last);
+                last = *x;
+                *x = state;
+            }
+        }
+        let signals = drive(u, 1e-6, &mut random);
+        write_signals(path, &signals.u, &signals.y)?;
+        let off = |m: &StateSpace| markov_distance(&truth, m, 30);
+        let mut cells = vec!["–".to_string(); 3];
+        if let Some(peers) = peers.as_deref_mut() {
+            peers.load(path, COUNT)?;
+            for (k, algorithm) in ['Q', 'C'].into_iter().enumerate() {
+                match peers.slicot(HORIZON, ORDER, algorithm, 1) {
+                    Ok(found) => {
+                        cells[k] = format!("{:.1e}", off(&found.model.model));
+                        if k == 0 {
+                            cells[2] = format!("{:.4}", fit(&found.model.model, &signals));
+                        }
+                    }
+                    Err(problem) => cells[k] = problem,
+                }
+            }
+        }
+        match ours(&signals.u, &signals.y) {
+            Ok((factor, found)) => println!(
+                "| {filters} | {} | {} | {:.1e} | {} | {} | {:.4} | {} |",
+                factor.conditioning,
+                factor.horizon,
+                off(&found.model),
+                cells[0],
+                cells[1],
+                fit(&found.model, &signals),
+                cells[2]
+            ),
+            Err(problem) => println!(
+                "| {filters} | {problem} | | | {} | {} | | {} |",
+                cells[0], cells[1], cells[2]
+            ),
+        }
+    }
+    Ok(())
+}
+
+/// Packages that need far more time, at sizes they can do.
+fn others(path: &Path, peers: Option<&mut Peers>) -> Outcome<()> {
+    let Some(peers) = peers else { return Ok(()) };
+    println!("\nOthers, one run; ms");
+    println!("| package | samples | time | here | fit, % | fit here, % |");
+    println!("|---|---|---|---|---|---|");
+    for (name, count) in [("sippy", 1_000), ("sippy", 10_000), ("nfoursid", 1_000)] {
+        let mut random = Random(count as u64);
+        let u = white(count, &mut random);
+        let signals = drive(u, NOISE, &mut random);
+        write_signals(path, &signals.u, &signals.y)?;
+        peers.load(path, count)?;
+        let (here, mine) = timed(5, || ours(&signals.u, &signals.y));
+        let mine = fit(&mine?.1.model, &signals);
+        match peers.other(name, HORIZON, ORDER) {
+            Ok(found) => println!(
+                "| {name} | {count} | {:.1} | {:.3} | {:.3} | {mine:.3} |",
+                1e3 * found.seconds,
+                1e3 * here,
+                fit(&found.model.model, &signals)
+            ),
+            Err(problem) => {
+                println!("| {name} | {count} | {problem} | {:.3} | | {mine:.3} |", 1e3 * here)
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Octave's `n4sid` where Octave and its package `control` are installed.
+fn octave(path: &Path) -> Outcome<()> {
+    const COUNT: usize = 10_000;
+    let mut random = Random(COUNT as u64);
+    let u = white(COUNT, &mut random);
+    let signals = drive(u, NOISE, &mut random);
+    write_signals(path, &signals.u, &signals.y)?;
+    let script = format!(
+        "pkg load control; f = fopen('{}'); u = fread(f, {COUNT}, 'double'); y = fread(f, {COUNT}, 'double'); d = iddata(y, u, 1); n4sid(d, {ORDER}, 's', {HORIZON}); t = cputime; for k = 1:5 n4sid(d, {ORDER}, 's', {HORIZON}); end; printf('%g', (cputime - t) / 5)",
+        path.display()
+    );
+    let run = Command::new("octave-cli")
+        .args(["--quiet", "--norc", "--eval", &script])
+        .env("OMP_NUM_THREADS", "1")
+        .env("OPENBLAS_NUM_THREADS", "1")
+        .output();
+    match run {
+        Ok(output) if output.status.success() => {
+            let seconds: f64 = String::from_utf8_lossy(&output.stdout).trim().parse()?;
+            let (here, _) = timed(5, || ours(&signals.u, &signals.y));
+            println!("| Octave n4sid | {COUNT} | {:.1} | {:.3} | | |", 1e3 * seconds, 1e3 * here);
+        }
+        Ok(output) => {
+            let said = String::from_utf8_lossy(&output.stderr);
+            println!("left out: Octave: {}", said.lines().next().unwrap_or("it failed"));
+        }
+        Err(problem) => println!("left out: Octave (octave-cli): {problem}"),
+    }
+    Ok(())
+}
