@@ -1,9 +1,12 @@
 //! Known systems and what tells them apart: for the tests of `sysid` and for its evaluation.
 
+pub mod bias;
 mod distance;
 mod halves;
 pub mod measure;
 pub mod peers;
+pub mod driver;
+pub mod parsim;
 mod random;
 
 pub use distance::{markov_distance, pole_distance, response_distance};

@@ -32,9 +32,8 @@ impl Predictor {
         let (u, y) = (&windows.input_scale, &windows.output_scale);
         let m = windows.inputs;
         let of = |j: usize| if j < m { u[j] } else { y[j - m] };
-        let back = |x: &Mat<f64>| {
-            Mat::from_fn(x.nrows(), x.ncols(), |i, j| x[(i, j)] * y[i] / of(j))
-        };
+        let back =
+            |x: &Mat<f64>| Mat::from_fn(x.nrows(), x.ncols(), |i, j| x[(i, j)] * y[i] / of(j));
         Ok(Self {
             markov: scaled.markov.iter().map(back).collect(),
             feedthrough: back(&scaled.feedthrough),
@@ -60,9 +59,8 @@ impl Predictor {
         let theta = least_squares(regressors.as_ref(), y.as_ref(), RANK_TOLERANCE)?;
         let error = y - regressors * &theta;
         // Lag j = 1 is the last block of the window's past.
-        let block = |from: usize, columns: usize| {
-            Mat::from_fn(p, columns, |i, j| theta[(from + j, i)])
-        };
+        let block =
+            |from: usize, columns: usize| Mat::from_fn(p, columns, |i, j| theta[(from + j, i)]);
         Ok(Self {
             markov: (1..=past).map(|j| block((past - j) * width, width)).collect(),
             feedthrough: if feedthrough { block(past * width, m) } else { Mat::zeros(p, m) },

@@ -37,11 +37,10 @@ fn without_the_known(windows: &Windows, predictor: &Predictor, future: usize) ->
     let mut out = windows.take(past..past + future, Signals::Y);
     for row in 0..future {
         let now = past + row;
-        let mut known =
-            windows.take(now..now + 1, Signals::U) * predictor.feedthrough.transpose();
+        let mut known = windows.take(now..now + 1, Signals::U) * predictor.feedthrough.transpose();
         for j in 1..=row.min(past) {
-            known +=
-                windows.take(now - j..now - j + 1, Signals::Z) * predictor.markov[j - 1].transpose();
+            known += windows.take(now - j..now - j + 1, Signals::Z)
+                * predictor.markov[j - 1].transpose();
         }
         let mut part = out.get_mut(.., row * p..(row + 1) * p);
         part -= known;

@@ -124,11 +124,8 @@ impl<'a> Regression<'a> {
         }
         let (m, p) = (from.u.ncols(), from.y.ncols());
         let now = from.now.get(.., ..order);
-        let regressors = if from.feedthrough {
-            hcat(&[now, from.u.as_ref()])
-        } else {
-            now.to_owned()
-        };
+        let regressors =
+            if from.feedthrough { hcat(&[now, from.u.as_ref()]) } else { now.to_owned() };
         let theta = least_squares(regressors.as_ref(), from.y.as_ref(), TOLERANCE)?;
         let error = &from.y - regressors * &theta;
         let noisy =
@@ -192,12 +189,7 @@ impl<'a> Regression<'a> {
 
     /// The regression's gain where A − K C is stable, otherwise that of the Riccati equation with the
     /// covariances of the residuals.
-    fn stable_gain(
-        &self,
-        a: &Mat<f64>,
-        b: &Mat<f64>,
-        gain: Mat<f64>,
-    ) -> Result<Mat<f64>, Error> {
+    fn stable_gain(&self, a: &Mat<f64>, b: &Mat<f64>, gain: Mat<f64>) -> Result<Mat<f64>, Error> {
         if spectral_radius((a - &gain * &self.c).as_ref()) < 1.0 {
             return Ok(gain);
         }

@@ -1,0 +1,224 @@
+//! Bias of the identification with a driver in the loop, by Monte Carlo: the open-loop methods beside
+//! SSARX and PBSID-opt with growing past horizon, Chou and Verhaegen's method where it applies, the
+//! test for feedback, and PARSIM-K of another package on the same data.
+
+use clap::Parser;
+use sysid::closed_loop::{self, Method, errors_in_variables};
+use sysid::subspace::{Factor, shift_realization, structured_bd, subspace};
+use sysid::{DataSet, Error, StateSpace};
+use sysid_evaluation::bias::{Bias, Biases, Errors};
+use sysid_evaluation::driver::{Drive, SAMPLE_TIME_S};
+use sysid_evaluation::parsim;
+
+/// Bias with a driver in the loop
+#[derive(Parser)]
+struct Arguments {
+    /// Samples a record
+    #[arg(long, default_value_t = 4000)]
+    samples: usize,
+    /// Records
+    #[arg(long, default_value_t = 200)]
+    seeds: u64,
+    /// Past horizons
+    #[arg(long, value_delimiter = ',', default_values_t = [5, 10, 20, 40])]
+    past: Vec<usize>,
+    /// Block rows of the future, at most the past horizon
+    #[arg(long, default_value_t = 10)]
+    future: usize,
+    /// Records that PARSIM-K is run on
+    #[arg(long, default_value_t = 20)]
+    peer_seeds: u64,
+}
+
+const ORDER: usize = 3;
+
+fn main() -> Result<(), Error> {
+    let arguments = Arguments::parse();
+    let truth = Drive::vehicle();
+    println!(
+        "{} records of {} samples of {SAMPLE_TIME_S} s; mean error ± half its 95 % interval, * outside it",
+        arguments.seeds, arguments.samples
+    );
+    let controlled = Drive::controlled();
+    heading("a controller on the measured yaw rate, process and measurement noise", &controlled);
+    let data = records(&controlled, &arguments, arguments.seeds, 0)?;
+    for &past in &arguments.past {
+        open_loop_rows(&data, past, &truth);
+        closed_loop_rows(&data, past, arguments.future.min(past), &truth);
+    }
+    let sensors = Drive::white_sensors();
+    heading(
+        "white noise on both sensors, a driver who feels the true yaw rate, a slalom",
+        &sensors,
+    );
+    let data = records(&sensors, &arguments, arguments.seeds, 10_000)?;
+    for &past in &arguments.past {
+        let future = arguments.future.min(past);
+        open_loop_rows(&data, past, &truth);
+        closed_loop_rows(&data, past, future, &truth);
+        row("chou-verhaegen", past, &truth, &data, |d| {
+            Ok(errors_in_variables::identify(d, past, future, ORDER, false)?.model)
+        });
+    }
+    feedback_rates(&arguments)?;
+    peer(&arguments, &truth)
+}
+
+fn records(
+    drive: &Drive,
+    arguments: &Arguments,
+    count: u64,
+    from: u64,
+) -> Result<Vec<DataSet>, Error> {
+    (from..from + count).map(|seed| drive.record(arguments.samples, seed)).collect()
+}
+
+fn heading(what: &str, drive: &Drive) {
+    println!("\n{what}");
+    if let Some(radius) = drive.predictor_radius() {
+        println!("the predictor forgets by {radius:.3} a sample");
+    }
+    println!("{:>5} {:<16}{:>22}{:>22}{:>24}", "past", "method", "response %", "gain %", "poles");
+}
+
+fn open_loop_rows(data: &[DataSet], past: usize, truth: &StateSpace) {
+    for method in sysid::Method::ALL {
+        row(method.name(), past, truth, data, |d| {
+            let factor = Factor::new(d, past)?;
+            let found = subspace(&factor, method)?;
+            let (a, c) = shift_realization(&found, ORDER, 1)?;
+            structured_bd(&factor, &found, a.as_ref(), c.as_ref(), false)
+        });
+    }
+}
+
+fn closed_loop_rows(data: &[DataSet], past: usize, future: usize, truth: &StateSpace) {
+    for method in Method::ALL {
+        row(method.name(), past, truth, data, |d| {
+            Ok(closed_loop::identify(d, method, past, future, ORDER, false)?.model)
+        });
+    }
+}
+
+fn row(
+    name: &str,
+    past: usize,
+    truth: &StateSpace,
+    data: &[DataSet],
+    estimate: impl Fn(&DataSet) -> Result<StateSpace, Error> + Sync,
+) {
+    let one = |d: &DataSet| estimate(d).ok().and_then(|m| Errors::new(&m, truth));
+    let (first, second) = data.split_at(data.len() / 2);
+    let each = |part: &[DataSet]| part.iter().filter_map(one).collect::<Vec<_>>();
+    let errors = std::thread::scope(|scope| {
+        let other = scope.spawn(|| each(second));
+        let mut errors = each(first);
+        errors.extend(other.join().unwrap_or_default());
+        errors
+    });
+    if errors.len() < 2 {
+        println!("{past:>5} {name:<16}no model");
+        return;
+    }
+    let b = Biases::new(&errors);
+    let lost = data.len() - b.records;
+    let note = if lost > 0 { format!("  {lost} without a model") } else { String::new() };
+    println!(
+        "{past:>5} {name:<16}{:>22}{:>22}{:>24}{note}",
+        cell(b.response, 100.0, 2),
+        cell(b.gain, 100.0, 2),
+        cell(b.poles, 1.0, 4)
+    );
+}
+
+fn cell(b: Bias, unit: f64, digits: usize) -> String {
+    let mark = if b.is_significant() { "*" } else { " " };
+    format!("{:.digits$} ± {:.digits$}{mark}", b.mean * unit, b.half_width * unit)
+}
+
+fn feedback_rates(arguments: &Arguments) -> Result<(), Error> {
+    println!("\ntest for feedback at a level of 1 %");
+    let controlled = Drive::controlled();
+    let open = Drive { gain: 0.0, ..controlled.clone() };
+    let open_slalom = Drive { gain: 0.0, input_noise: 0.0, ..Drive::white_sensors() };
+    for (what, drive) in [
+        ("no loop, noise", &open),
+        ("no loop, slalom", &open_slalom),
+        ("a tenth of the gain", &Drive { gain: 0.1 * controlled.gain, ..controlled.clone() }),
+        ("in the loop", &controlled),
+    ] {
+        let mut found = 0;
+        for data in records(drive, arguments, arguments.seeds, 20_000)? {
+            found += usize::from(closed_loop::feedback(&data, 2.0, 1.0)?.detected);
+        }
+        println!("  {what:<22}{found} of {} records", arguments.seeds);
+    }
+    Ok(())
+}
+
+/// PARSIM-K and PBSID-opt on the same records.
+fn peer(arguments: &Arguments, truth: &StateSpace) -> Result<(), Error> {
+    const HORIZON: usize = 20;
+    println!(
+        "\npoles by PARSIM-K (sippy_unipi) and here, horizons {HORIZON}, mean error ± half its 95 % interval"
+    );
+    let drive = Drive::controlled();
+    let mut found: Vec<(&str, Vec<Errors>)> =
+        [("parsim-k", vec![]), ("ssarx", vec![]), ("pbsid", vec![])].into();
+    let mut apart = Vec::new();
+    for data in records(&drive, arguments, arguments.peer_seeds, 30_000)? {
+        let theirs = match parsim::poles(&data, HORIZON, ORDER) {
+            Ok(poles) => poles,
+            Err(problem) => {
+                println!("left out: {problem}");
+                return Ok(());
+            }
+        };
+        let theirs = Errors::new(&with_poles(&theirs), truth);
+        let ours: Vec<Option<Errors>> = Method::ALL
+            .iter()
+            .map(|m| {
+                let model =
+                    closed_loop::identify(&data, *m, HORIZON, HORIZON, ORDER, false).ok()?.model;
+                Errors::new(&model, truth)
+            })
+            .collect();
+        if let (Some(theirs), [Some(ssarx), Some(pbsid)]) = (theirs, ours.as_slice()) {
+            apart.push(theirs.poles.iter().zip(&pbsid.poles).map(|(a, b)| a - b).collect());
+            found[0].1.push(theirs);
+            found[1].1.push(ssarx.clone());
+            found[2].1.push(pbsid.clone());
+        }
+    }
+    if apart.len() < 2 {
+        println!("left out: no models");
+        return Ok(());
+    }
+    for (name, errors) in &found {
+        println!("  {name:<24}{}", cell(Biases::new(errors).poles, 1.0, 4));
+    }
+    println!("  {:<24}{}", "parsim-k minus pbsid", cell(Bias::new(&apart), 1.0, 4));
+    Ok(())
+}
+
+/// A model with these poles and nothing else of meaning.
+fn with_poles(poles: &[(f64, f64)]) -> StateSpace {
+    use faer::Mat;
+    let n = poles.len();
+    // A complex pair, in whatever order, fills a block [re im; −im re] from its first to its second.
+    let mut a = Mat::zeros(n, n);
+    let mut k = 0;
+    while k < n {
+        let (re, im) = poles[k];
+        a[(k, k)] = re;
+        if im != 0.0 && k + 1 < n {
+            a[(k + 1, k + 1)] = re;
+            a[(k, k + 1)] = im;
+            a[(k + 1, k)] = -im;
+            k += 1;
+        }
+        k += 1;
+    }
+    let ones = |r: usize, c: usize| Mat::from_fn(r, c, |_, _| 1.0);
+    StateSpace { a, b: ones(n, 1), c: ones(1, n), d: Mat::zeros(1, 1) }
+}
