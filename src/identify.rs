@@ -5,7 +5,7 @@ use crate::files;
 use crate::identify_bicycle::{self, BicycleArguments};
 use crate::log_options::{IdentifyArguments, LogArguments};
 use crate::tell::Tell;
-use formats::Plant;
+use formats::{Evidence, Information, Mode, Plant, ResidualTest};
 use std::fmt::Write;
 use std::path::PathBuf;
 use sysid::Traces;
@@ -78,22 +78,7 @@ pub(crate) fn evidence(plant: &Plant) -> String {
         e.horizon,
         plant.discrete.sample_time_s
     );
-    let _ = writeln!(
-        text,
-        "fit      {:.2} % simulated on held-out data, {:.2} % one step ahead, {:.2} % on estimation data",
-        e.fit.validation, e.fit.validation_one_step, e.fit.estimation
-    );
-    let passed = |pass: bool| if pass { "passed" } else { "failed" };
-    let _ = writeln!(
-        text,
-        "tests    on held-out residuals: whiteness {} ({:.1}, bound {:.1}), independence of input {} ({:.1}, bound {:.1})",
-        passed(e.whiteness.pass),
-        e.whiteness.statistic,
-        e.whiteness.bound,
-        passed(e.independence.pass),
-        e.independence.statistic,
-        e.independence.bound
-    );
+    text.push_str(&judgement(e));
     for warning in &e.warnings {
         let _ = writeln!(text, "warning: {warning}");
     }
@@ -121,6 +106,90 @@ pub(crate) fn channel_table(all: &[formats::ChannelSummary]) -> report::Table {
         ]);
     }
     channels
+}
+
+/// Fits, tests and where in frequency the log says something.
+fn judgement(e: &Evidence) -> String {
+    let mut text = String::new();
+    let error = e.held_out.as_ref().and_then(|h| h.fit_standard_error);
+    let _ = writeln!(
+        text,
+        "fit      {:.2}{} % simulated on held-out data, {:.2} % one step ahead, {:.2} % on estimation data",
+        e.fit.validation,
+        error.map_or_else(String::new, |error| format!(" ± {:.2}", 2.0 * error)),
+        e.fit.validation_one_step,
+        e.fit.estimation
+    );
+    if let Some(held_out) = &e.held_out {
+        let ahead = held_out.predictions.iter().filter_map(|p| {
+            let seconds = p.ahead_s.filter(|_| p.steps > Some(1))?;
+            Some(format!("{seconds} s {:.2} %", p.fit))
+        });
+        let ahead: Vec<String> = ahead.collect();
+        let vaf = held_out.variance_accounted_for;
+        let _ = writeln!(
+            text,
+            "         predicted ahead by {}; the simulation accounts for {vaf:.2} % of the variance",
+            ahead.join(", ")
+        );
+    }
+    let test = |name: &str, t: &ResidualTest| {
+        let passed = if t.pass { "passed" } else { "failed" };
+        format!("{name} {passed} ({:.1}, bound {:.1})", t.statistic, t.bound)
+    };
+    let mut tests =
+        vec![test("whiteness", &e.whiteness), test("independence of input", &e.independence)];
+    if let Some(residuals) = &e.residuals {
+        tests.push(test("no feedback", &residuals.feedback));
+    }
+    let _ = writeln!(text, "tests    on held-out residuals: {}", tests.join(", "));
+    if let Some(response) = e.frequency_response.as_ref().filter(|r| r.compared > 0) {
+        let _ = writeln!(
+            text,
+            "response of the model within the measured one's {:.0} % band at {:.0} % of {} frequencies",
+            100.0 * response.confidence,
+            100.0 * response.within,
+            response.compared
+        );
+    }
+    if let Some(map) = &e.poles_and_zeros {
+        let modes: Vec<String> = map.poles.iter().filter_map(mode).collect();
+        let _ = writeln!(text, "modes    {}", modes.join(", "));
+    }
+    if !e.excitation.bands.is_empty() {
+        let headers = ["excitation", "road wheel", "yaw rate", "explained", "gain known to", ""];
+        let mut bands = report::Table::new(headers);
+        for b in &e.excitation.bands {
+            bands.push([
+                format!("{} to {} Hz", b.from_hz, b.to_hz),
+                format!("{:.3}°", b.road_wheel_std_rad.to_degrees()),
+                format!("{:.3} °/s", b.yaw_rate_std_radps.to_degrees()),
+                format!("{:.0} %", 100.0 * b.coherence),
+                if b.relative_error < 1.0 {
+                    format!("±{:.1} %", 100.0 * b.relative_error)
+                } else {
+                    "–".to_owned()
+                },
+                match b.information {
+                    Information::Good => "good",
+                    Information::Weak => "weak",
+                    Information::None => "no information",
+                }
+                .to_owned(),
+            ]);
+        }
+        let _ = write!(text, "\n{bands}\n");
+    }
+    text
+}
+
+/// A pole for people: its time constant, or frequency and damping.
+fn mode(pole: &Mode) -> Option<String> {
+    let (hz, damping) = (pole.natural_frequency_hz?, pole.damping?);
+    if pole.discrete[1] != 0.0 {
+        return Some(format!("{hz:.2} Hz (damping {damping:.2})"));
+    }
+    Some(pole.time_constant_s.map_or_else(|| "integrator".into(), |t| format!("{t:.3} s")))
 }
 
 /// The signals as CSV; with the yaw rate of a bicycle model where there is one.

@@ -20,6 +20,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ("comparison", figures::comparison(&traces, &e.fit, Some(61.0)), 720),
         ("coherence", figures::coherence(&e.excitation), 330),
         ("orders", figures::order_table(&e.order_table, 2), 320),
+        ("prediction", figures::prediction(e.held_out.as_ref().ok_or("held out")?), 280),
+        ("residuals", figures::residuals(e.residuals.as_ref().ok_or("residuals")?, 0.05), 320),
+        (
+            "frequency-response",
+            figures::frequency_response(
+                e.frequency_response.as_ref().ok_or("response")?,
+                plant.input,
+            ),
+            760,
+        ),
+        ("poles", figures::poles_and_zeros(e.poles_and_zeros.as_ref().ok_or("poles")?), 440),
         (
             "step",
             figures::yaw_step("Yaw step of 5 deg", &step, s, &good.evidence.step, &good.limits),

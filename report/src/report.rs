@@ -66,6 +66,7 @@ impl Report<'_> {
         if let Some(plant) = self.plant {
             out.push(sections::log(plant, self.traces));
             out.push(sections::model(plant, self.traces, self.bicycle_fit));
+            out.extend(sections::evidence(plant));
         }
         if let Some(bicycle) = self.bicycle {
             out.push(sections::bicycle(bicycle, self.bicycle_fit));

@@ -26,6 +26,16 @@ pub(super) fn write(
     draw("comparison", &figures::comparison(traces, &e.fit, built.bicycle_fit), 720)?;
     draw("coherence", &figures::coherence(&e.excitation), 330)?;
     draw("orders", &figures::order_table(&e.order_table, plant.order()), 320)?;
+    if let Some(response) = &e.frequency_response {
+        draw("frequency-response", &figures::frequency_response(response, plant.input), 760)?;
+    }
+    if let Some(residuals) = &e.residuals {
+        let step = plant.discrete.sample_time_s;
+        draw("residuals", &figures::residuals(residuals, step), 320)?;
+    }
+    if let Some(map) = &e.poles_and_zeros {
+        draw("poles-and-zeros", &figures::poles_and_zeros(map), 440)?;
+    }
     for c in &built.controllers {
         let title = format!("Yaw step, {} controller, loop of the FMUs", c.basis.name());
         let figure = figures::yaw_step(

@@ -4,11 +4,13 @@
 
 mod design;
 mod drive;
+mod evidence;
 mod identification;
 mod tracking;
 
 pub use design::yaw_step;
 pub use drive::drive;
+pub use evidence::{frequency_response, poles_and_zeros, prediction, residuals};
 pub use identification::{coherence, comparison, order_table};
 pub use tracking::{reference_road, road_height, tracking_errors};
 

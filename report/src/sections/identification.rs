@@ -45,6 +45,7 @@ pub(crate) fn log(plant: &Plant, traces: Option<&Traces>) -> Section {
                 .into(),
         });
     }
+    blocks.extend(super::evidence::bands(&e.excitation));
     Section { heading: "The log".into(), blocks }
 }
 

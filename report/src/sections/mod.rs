@@ -1,10 +1,12 @@
 //! The sections of the report, each from a file or two.
 
 mod design;
+mod evidence;
 mod identification;
 mod outcome;
 
 pub(crate) use design::{bicycle, controller};
+pub(crate) use evidence::evidence;
 pub(crate) use identification::{log, model};
 pub(crate) use outcome::{provenance, summary, tracking};
 

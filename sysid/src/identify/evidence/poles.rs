@@ -126,3 +126,85 @@ fn transmission_zeros(
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(values: &[f64]) -> Mat<f64> {
+        Mat::from_fn(1, values.len(), |_, j| values[j])
+    }
+
+    /// The companion form of b(z)/a(z), a monic.
+    fn companion(a: &[f64], b: &[f64], d: f64) -> StateSpace {
+        let n = a.len();
+        StateSpace {
+            a: Mat::from_fn(n, n, |i, j| match i {
+                0 => -a[j],
+                _ if i == j + 1 => 1.0,
+                _ => 0.0,
+            }),
+            b: Mat::from_fn(n, 1, |i, _| if i == 0 { 1.0 } else { 0.0 }),
+            c: row(b),
+            d: row(&[d]),
+        }
+    }
+
+    fn zeros(model: &StateSpace) -> Vec<(f64, f64)> {
+        let [a, b, c, d] = [&model.a, &model.b, &model.c, &model.d].map(|m| m.as_ref());
+        let mut zeros = transmission_zeros(a, b, c, d, 1.0);
+        zeros.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        zeros
+    }
+
+    fn near(got: &[(f64, f64)], expected: &[(f64, f64)]) {
+        assert_eq!(got.len(), expected.len(), "{got:?}");
+        for (g, e) in got.iter().zip(expected) {
+            assert!((g.0 - e.0).hypot(g.1 - e.1) < 1e-6, "{got:?}");
+        }
+    }
+
+    #[test]
+    fn zeros_are_the_roots_of_the_numerator() {
+        // a = (z − 0.5)(z² − 1.2 z + 0.72), b of every degree, with and without feedthrough.
+        let a = [-1.7, 1.32, -0.36];
+        near(&zeros(&companion(&a, &[0.0, 0.0, 3.0], 0.0)), &[]);
+        near(&zeros(&companion(&a, &[0.0, 2.0, -0.6], 0.0)), &[(0.3, 0.0)]);
+        // 4(z² − 0.4 z + 0.29), and (z + 2)(z − 0.9).
+        near(&zeros(&companion(&a, &[4.0, -1.6, 1.16], 0.0)), &[(0.2, -0.5), (0.2, 0.5)]);
+        near(&zeros(&companion(&a, &[1.0, 1.1, -1.8], 0.0)), &[(-2.0, 0.0), (0.9, 0.0)]);
+        // d·a + b with d = 1: z³ + …, three zeros at the roots of (z − 0.1)(z² − 0.4 z + 0.29).
+        let target = [-0.5, 0.33, -0.029];
+        let b: Vec<f64> = target.iter().zip(&a).map(|(t, a)| t - a).collect();
+        near(&zeros(&companion(&a, &b, 1.0)), &[(0.1, 0.0), (0.2, -0.5), (0.2, 0.5)]);
+    }
+
+    /// Units of input, output and state do not move a zero.
+    #[test]
+    fn zeros_do_not_depend_on_units() {
+        let model = companion(&[-1.7, 1.32, -0.36], &[1.0, 1.1, -1.8], 0.0);
+        for k in [1e-9, 1e9] {
+            near(&zeros(&model.scaled(&[k], &[1.0 / k])), &zeros(&model));
+            near(&zeros(&model.scaled(&[k], &[k])), &zeros(&model));
+        }
+    }
+
+    #[test]
+    fn modes_are_told_in_continuous_terms() {
+        // s = −3 ± 4j rad/s: 5 rad/s, damping 0.6, time constant 1/3 s.
+        let (t, r) = (0.04, (-0.12_f64).exp());
+        let map = poles_and_zeros(
+            &companion(&[-2.0 * r * 0.16_f64.cos(), r * r], &[0.0, 1.0], 0.0),
+            None,
+            t,
+        );
+        let [pair] = map.poles.as_slice() else { panic!("{map:?}") };
+        let close = |got: Option<f64>, expected: f64| (got.unwrap() - expected).abs() < 1e-4;
+        assert!(close(pair.natural_frequency_hz, 5.0 / std::f64::consts::TAU));
+        assert!(close(pair.damping, 0.6) && close(pair.time_constant_s, 1.0 / 3.0));
+        // A dead beat has no continuous counterpart, an integrator no time constant.
+        let map = poles_and_zeros(&companion(&[-1.0, 0.0], &[0.0, 1.0], 0.0), None, t);
+        assert!(map.poles.iter().any(|p| p.discrete == [1.0, 0.0] && p.time_constant_s.is_none()));
+        assert!(map.poles.iter().any(|p| p.discrete[0].abs() < 1e-6));
+    }
+}

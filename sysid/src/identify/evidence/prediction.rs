@@ -14,7 +14,7 @@ use crate::statistics::{fit_percent, fit_with_error, variance_accounted_for};
 use formats::{HeldOut, PredictionFit};
 
 /// How far ahead predictions are tried, s.
-const AHEAD: [f64; 3] = [0.1, 0.5, 1.0];
+const AHEAD: [f64; 5] = [0.1, 0.2, 0.5, 1.0, 2.0];
 /// A block of held-out time that is nearly independent of the others, s: a few manoeuvres.
 const BLOCK_S: f64 = 3.0;
 
@@ -102,4 +102,58 @@ fn ahead(model: &StateSpace, gain: &[f64], residuals: &[f64], k: usize) -> Vec<f
         }
     }
     errors
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dense::row;
+    use crate::model::simulate;
+    use faer::Mat;
+
+    /// Against the definition: the filtered state of k samples ago, run open-loop from there.
+    #[test]
+    fn k_step_errors_are_those_of_the_definition() {
+        let model = StateSpace {
+            a: Mat::from_fn(2, 2, |i, j| [[0.8, 0.3], [-0.2, 0.7]][i][j]),
+            b: Mat::from_fn(2, 1, |i, _| [0.5, 1.0][i]),
+            c: row(&[1.0, -0.4]),
+            d: row(&[0.2]),
+        };
+        let gain = [0.3, 0.1];
+        let n = 60;
+        let u: Vec<f64> = (0..n).map(|k| f64::from(k * k % 7) - 3.0).collect();
+        let y: Vec<f64> = (0..n).map(|k| f64::from(k * k * k % 11) - 5.0).collect();
+        // One step: x(t+1|t), and the residuals.
+        let step = |x: [f64; 2], u: f64, e: f64| -> [f64; 2] {
+            std::array::from_fn(|i| {
+                model.a[(i, 0)] * x[0] + model.a[(i, 1)] * x[1] + model.b[(i, 0)] * u + gain[i] * e
+            })
+        };
+        let out = |x: [f64; 2], u: f64| x[0] - 0.4 * x[1] + 0.2 * u;
+        let mut states = vec![[0.4, -0.3]];
+        let mut residuals = Vec::new();
+        for t in 0..u.len() {
+            let e = y[t] - out(states[t], u[t]);
+            residuals.push(e);
+            states.push(step(states[t], u[t], e));
+        }
+        for k in [1, 2, 5, 20] {
+            let got = ahead(&model, &gain, &residuals, k);
+            for t in k..u.len() {
+                // From x(t−k+1|t−k), k − 1 steps without measurements.
+                let mut x = states[t + 1 - k];
+                for u in &u[t + 1 - k..t] {
+                    x = step(x, *u, 0.0);
+                }
+                let expected = y[t] - out(x, u[t]);
+                assert!((got[t] - expected).abs() < 1e-10, "{k} {t}: {} {expected}", got[t]);
+            }
+        }
+        // Longer than the data it is the simulation from the initial state.
+        let simulated = simulate(&model, row(&u).as_ref(), &states[0]);
+        for (t, error) in ahead(&model, &gain, &residuals, 1000).iter().enumerate() {
+            assert!((error - (y[t] - simulated[(0, t)])).abs() < 1e-10);
+        }
+    }
 }

@@ -5,9 +5,10 @@
 //! root of the time driven (see `bands`). A sweep of amplitude A with equal time for each octave puts
 //! `A²/2 · ln(f₂/f₁)/ln(F₂/F₁)` of steering power into the band from f₁ to f₂.
 
-use super::INFORMATIVE;
 use crate::identify::IdentifyOptions;
-use formats::{Evidence, ExcitationBand, Information, InputKind, ResponsePoint, Verdict};
+use formats::{
+    Evidence, Excitation, ExcitationBand, Information, InputKind, ResponsePoint, Verdict,
+};
 
 /// What the judgement needs to know of the drive beside the evidence.
 pub(crate) struct Drive<'a> {
@@ -70,7 +71,7 @@ pub(crate) fn verdict(
         });
     }
     let weak = !reasons.is_empty();
-    let poor = poor_bands(e.bands.as_slice());
+    let poor = poor_bands(e);
     if weak || !poor.is_empty() {
         advice.extend(poor);
         advice.push(what_to_drive(evidence, drive));
@@ -96,6 +97,7 @@ pub(crate) fn verdict(
         reasons.push("the model has no continuous counterpart".to_owned());
         advice.push("try another --order or --sample-time".to_owned());
     }
+    advice.extend(departure(evidence));
     advice.extend(doubts(evidence, drive, options));
     let trustworthy = reasons.is_empty();
     let summary = if trustworthy {
@@ -129,34 +131,38 @@ fn with_error(fit: f64, evidence: &Evidence, digits: usize) -> String {
     }
 }
 
-/// The bands of the sweep in which the log says too little, and why.
-fn poor_bands(bands: &[ExcitationBand]) -> Vec<String> {
-    let name = |b: &&ExcitationBand| format!("{} to {} Hz", b.from_hz, b.to_hz);
-    let of = |information: Information| -> Vec<&ExcitationBand> {
-        bands.iter().filter(|b| swept(b) && b.information == information).collect()
-    };
+/// Where the log says too little of what a controller needs, and how much more it would take.
+fn poor_bands(excitation: &Excitation) -> Vec<String> {
+    let name = |b: &ExcitationBand| format!("{} to {} Hz", b.from_hz, b.to_hz);
+    let silent = excitation.silent_from_hz().filter(|f| *f <= SWEEP.1);
     let mut out = Vec::new();
-    let none = of(Information::None);
-    if !none.is_empty() {
-        let names: Vec<String> = none.iter().map(name).collect();
-        out.push(format!("the log has no information from {}", names.join(" and ")));
+    if let Some(from) = silent {
+        out.push(if from > 0.0 {
+            format!("above {from} Hz there is no information in this log")
+        } else {
+            "there is no information in this log at any frequency".to_owned()
+        });
     }
-    for b in of(Information::Weak) {
-        out.push(format!(
-            "from {} the gain is known to ±{:.0} % and steering explains {:.0} % of the yaw rate: {}",
-            name(&b),
-            100.0 * b.relative_error,
-            100.0 * b.coherence,
-            if b.relative_error > WANTED {
-                format!(
-                    "{:.0} times the time of such driving would make it ±{:.0} %",
-                    (b.relative_error / WANTED).powi(2).max(2.0),
-                    100.0 * b.relative_error.min(WANTED)
-                )
-            } else {
-                "something else moves the vehicle there".to_owned()
+    for b in excitation.bands.iter().filter(|b| swept(b)) {
+        let explained = 100.0 * b.coherence;
+        match b.information {
+            Information::Good => {}
+            Information::None if silent.is_some_and(|from| b.from_hz >= from) => {}
+            Information::None => {
+                out.push(format!("from {} there is no information in this log", name(b)));
             }
-        ));
+            Information::Weak if b.relative_error > WANTED => out.push(format!(
+                "from {} steering explains {explained:.0} % of the yaw rate, and the gain is known to ±{:.0} %: {:.0} times the time of such driving would make it ±{:.0} %",
+                name(b),
+                100.0 * b.relative_error,
+                (b.relative_error / WANTED).powi(2).ceil(),
+                100.0 * WANTED
+            )),
+            Information::Weak => out.push(format!(
+                "from {} steering explains {explained:.0} % of the yaw rate only: something else moves the vehicle, or what it does there is not linear",
+                name(b)
+            )),
+        }
     }
     out
 }
@@ -197,8 +203,14 @@ fn what_to_drive(evidence: &Evidence, drive: &Drive<'_>) -> String {
         SWEEP.0, SWEEP.1
     );
     if reached > 0.0 && reached.is_finite() && reached < 1.0 {
+        let now = bands().map(|b| b.relative_error).fold(0.0, f64::max);
+        let now = if now < 1.0 {
+            format!("±{:.0} %", (100.0 * now).ceil())
+        } else {
+            "not at all".to_owned()
+        };
         text += &format!(
-            ": the noise of this log would then leave ±{:.0} % of uncertainty or less in the gain",
+            ": with the noise of this log, the gain at each of these frequencies would be known to ±{:.0} % (from this log: {now})",
             (100.0 * reached).ceil()
         );
     }
@@ -241,7 +253,7 @@ fn doubts(evidence: &Evidence, drive: &Drive<'_>, options: &IdentifyOptions) -> 
     }
     if evidence.residuals.as_ref().is_some_and(|r| !r.feedback.pass) {
         out.push(
-            "the steering answers to earlier residuals of the yaw rate, as where a driver corrects what he sees: this feedback biases methods that take the steering for independent; steer by a plan, such as a slalom, more than by the road"
+            "the steering answers to what the yaw rate did (feedback by the driver), which biases methods that take it for independent: steer by a plan, such as a slalom, more than by the road"
                 .to_owned(),
         );
     }
@@ -266,9 +278,6 @@ fn doubts(evidence: &Evidence, drive: &Drive<'_>, options: &IdentifyOptions) -> 
             angle.to_degrees(),
             100.0 * share
         ));
-    }
-    if let Some(text) = departure(evidence) {
-        out.push(text);
     }
     if let Some(radius) = evidence.stabilised_from {
         out.push(format!(
@@ -307,21 +316,27 @@ fn departure(evidence: &Evidence) -> Option<String> {
     if response.within >= MOST_WITHIN || response.compared < LEAST_COMPARED {
         return None;
     }
+    let ahead = |p: &ResponsePoint| p.model_phase_rad - p.phase_rad;
     let apart = |p: &ResponsePoint| {
-        let (s, c) = (p.phase_rad - p.model_phase_rad).sin_cos();
-        (p.gain * c - p.model_gain).hypot(p.gain * s)
+        let (s, c) = ahead(p).sin_cos();
+        (p.model_gain * c - p.gain).hypot(p.model_gain * s)
     };
+    let limit = evidence.excitation.informative_up_to_hz * (1.0 + 1e-9);
     let worst = response
         .points
         .iter()
-        .filter(|p| p.coherence > response.significant_coherence.max(INFORMATIVE))
+        .filter(|p| p.frequency_hz <= limit && p.gain > 0.0)
         .map(|p| (p, (apart(p) - p.radius) / p.gain))
         .max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let p = worst.0;
+    let degrees = ahead(p).to_degrees();
     (worst.1 > LEAST_DEPARTURE).then(|| {
         format!(
-            "the model departs from the measured frequency response beyond its band, most at {:.1} Hz (gain {:.2} times the measured): a higher order, a delay or an effect that is not linear",
-            worst.0.frequency_hz,
-            worst.0.model_gain / worst.0.gain
+            "the model departs from the measured frequency response beyond its confidence, most at {:.1} Hz: its gain is {:.2} times the measured, its phase {:.0}° {}; a higher order, an input delay or an effect that is not linear",
+            p.frequency_hz,
+            p.model_gain / p.gain,
+            degrees.abs(),
+            if degrees >= 0.0 { "ahead" } else { "behind" }
         )
     })
 }

@@ -1,0 +1,208 @@
+//! How far a model can be trusted: prediction, residuals, frequency response, poles and zeros.
+
+use super::{DEG, text};
+use crate::palette::{BLACK, BLUE, Color, GREY, VERMILLION};
+use crate::{Figure, Mark, Panel, Place, Series, Style};
+use formats::{
+    FrequencyResponse, HeldOut, InputKind, Mode, PoleZeroMap, ResidualCorrelation, ResponsePoint,
+};
+use std::f64::consts::TAU;
+
+const GAP: (f64, f64) = (f64::NAN, f64::NAN);
+
+fn dots(color: Color) -> Style {
+    Style { width: 0.0, ..Style::dots(color) }
+}
+
+/// Fit of predictions over how far they look ahead, and of the simulation.
+#[must_use]
+pub fn prediction(held_out: &HeldOut) -> Figure {
+    let points: Vec<_> =
+        held_out.predictions.iter().filter_map(|p| Some((p.ahead_s?, p.fit.max(-20.0)))).collect();
+    let mut panel = Panel::new("Looking ahead (s)", "Fit, held out (%)").with(Series::new(
+        "prediction from measured yaw rate up to then",
+        points,
+        Style::dots(BLUE),
+    ));
+    if let Some(simulation) = held_out.predictions.iter().find(|p| p.steps.is_none()) {
+        let fit = simulation.fit.max(-20.0);
+        let name = format!("simulation: {} %", text(simulation.fit, 1));
+        panel = panel.mark(Mark::new(name, Place::YLine(fit), VERMILLION));
+        if let Some(error) = held_out.fit_standard_error {
+            let band = Place::YBand(fit - 2.0 * error, fit + 2.0 * error);
+            panel = panel.mark(Mark::new("± two standard errors", band, VERMILLION));
+        }
+    }
+    Figure::new("Prediction of the held-out drive", vec![panel])
+}
+
+/// Auto- and cross-correlation of the residuals, lag by lag, with the bands of 99 %.
+#[must_use]
+pub fn residuals(correlation: &ResidualCorrelation, sample_time_s: f64) -> Figure {
+    let half = (correlation.with_input.len() / 2) as f64;
+    let own = stems(&correlation.autocorrelation, 1.0, sample_time_s);
+    let cross = stems(&correlation.with_input, -half, sample_time_s);
+    let panel = |x: &str, y: &str, points: Vec<(f64, f64)>, bound: f64| {
+        let last = (points.len() / 3).saturating_sub(1);
+        let tips = points.chunks(3).take(last).skip(1).map(|c| c[1]).collect();
+        let band = Place::YBand(-bound, bound);
+        Panel::new(x, y)
+            .with(Series::new("", points, Style::line(BLUE)))
+            .with(Series::new("", tips, Style { dot: 2.5, ..dots(BLUE) }))
+            .mark(Mark::new("99 % of lags where there is nothing", band, GREY))
+    };
+    let own = panel("Lag (s)", "Autocorrelation (1)", own, correlation.autocorrelation_bound);
+    let cross = panel(
+        "Residual after steering (s)",
+        "Correlation with steering (1)",
+        cross,
+        correlation.with_input_bound,
+    )
+    .mark(Mark::new("", Place::XLine(0.0), GREY));
+    Figure { columns: 2, ..Figure::new("What the model leaves unexplained", vec![own, cross]) }
+}
+
+/// From 0 to each value.
+fn stems(values: &[f64], first: f64, sample_time_s: f64) -> Vec<(f64, f64)> {
+    let stem = |(k, v): (usize, f64)| {
+        let t = (first - 1.0 + k as f64) * sample_time_s;
+        [(t, 0.0), (t, v), GAP]
+    };
+    // A lag more at each end, for air.
+    let padded = std::iter::once(0.0).chain(values.iter().copied()).chain([0.0]);
+    padded.enumerate().flat_map(stem).collect()
+}
+
+/// Gain, phase and coherence over frequency: measured without a model, with confidence, and the
+/// model's.
+#[must_use]
+pub fn frequency_response(response: &FrequencyResponse, input: InputKind) -> Figure {
+    let unit = match input {
+        InputKind::Steering => "1/s",
+        InputKind::SteeringTimesSpeed => "1/m",
+    };
+    let all = &response.points;
+    let known: Vec<&ResponsePoint> =
+        all.iter().filter(|p| p.coherence > response.significant_coherence).collect();
+    let percent = text(100.0 * response.confidence, 0);
+    let bars = |f: &dyn Fn(&ResponsePoint) -> Option<(f64, f64)>| -> Vec<(f64, f64)> {
+        let bar = |p: &&ResponsePoint| {
+            let (low, high) = f(p)?;
+            Some([(p.frequency_hz, low), (p.frequency_hz, high), GAP])
+        };
+        known.iter().filter_map(bar).flatten().collect()
+    };
+    let over = |f: fn(&ResponsePoint) -> f64| all.iter().map(move |p| (p.frequency_hz, f(p)));
+    let gain_bars = bars(&|p| Some(((p.gain - p.radius).max(0.05 * p.gain), p.gain + p.radius)));
+    let phase_bars = bars(&|p| {
+        let apart = (p.radius / p.gain).min(1.0).asin();
+        Some((DEG * (p.phase_rad - apart), DEG * (p.phase_rad + apart)))
+    });
+    let model = Style::line(VERMILLION);
+    let measured = Style { dot: 2.5, ..dots(BLACK) };
+    let mut gain = Panel::new("Frequency (Hz)", format!("Gain ({unit})"))
+        .with(Series::new(
+            format!("measured, {percent} % confidence"),
+            known.iter().map(|p| (p.frequency_hz, p.gain)).collect(),
+            measured,
+        ))
+        .with(Series::new("", gain_bars, Style::line(GREY).width(1.0)))
+        .with(Series::new("model", over(|p| p.model_gain).collect(), model));
+    gain.y_log = true;
+    let phase = Panel::new("Frequency (Hz)", "Phase (deg)")
+        .with(Series::new(
+            "",
+            known.iter().map(|p| (p.frequency_hz, DEG * p.phase_rad)).collect(),
+            measured,
+        ))
+        .with(Series::new("", phase_bars, Style::line(GREY).width(1.0)))
+        .with(Series::new("", over(|p| DEG * p.model_phase_rad).collect(), model));
+    let mut coherence = Panel::new("Frequency (Hz)", "Coherence (1)")
+        .with(Series::new("coherence", over(|p| p.coherence).collect(), Style::line(BLUE)))
+        .with(Series::new(
+            format!("{percent} % confidence"),
+            over(|p| p.coherence_low).chain([GAP]).chain(over(|p| p.coherence_high)).collect(),
+            Style::dashed(GREY).width(1.0),
+        ))
+        .mark(Mark::new(
+            "1 % of unrelated signals are above",
+            Place::YLine(response.significant_coherence),
+            VERMILLION,
+        ));
+    coherence.y_limits = Some((0.0, 1.0));
+    coherence.weight = 0.75;
+    let mut panels = vec![gain, phase, coherence];
+    if known.is_empty() {
+        // Nothing was measured: the model alone would look like a finding.
+        panels.drain(..2);
+    }
+    for panel in &mut panels {
+        panel.x_log = true;
+    }
+    Figure::new("Frequency response, measured and modelled", panels)
+}
+
+/// Poles and zeros in the z-plane with the unit circle, and in the s-plane.
+#[must_use]
+pub fn poles_and_zeros(map: &PoleZeroMap) -> Figure {
+    let both = |[re, im]: [f64; 2]| {
+        let mirrored = (im != 0.0).then_some((re, -im));
+        [Some((re, im)), mirrored].into_iter().flatten().collect::<Vec<_>>()
+    };
+    let plane = |of: fn(&Mode) -> Option<[f64; 2]>, modes: &[Mode]| -> Vec<(f64, f64)> {
+        modes.iter().filter_map(of).flat_map(both).collect()
+    };
+    let circle = (0..=180).map(|k| (TAU * f64::from(k) / 180.0).sin_cos()).collect();
+    let near = |zeros: Vec<(f64, f64)>, reach: f64| -> Vec<(f64, f64)> {
+        zeros.into_iter().filter(|z| z.0.hypot(z.1) <= reach).collect()
+    };
+    let mut z = Panel::new("Re z (1)", "Im z (1)").with(Series::new(
+        "unit circle",
+        circle,
+        Style::line(GREY).width(1.0),
+    ));
+    z = z.with(crosses("pole", &plane(|m| Some(m.discrete), &map.poles), 0.04)).with(rings(
+        "zero",
+        &near(plane(|m| Some(m.discrete), &map.zeros), 2.0),
+        0.04,
+    ));
+    let poles = plane(|m| m.continuous, &map.poles);
+    let reach = poles.iter().map(|p| p.0.hypot(p.1)).fold(1e-3, f64::max);
+    let zeros = near(map.continuous_zeros.iter().map(|z| (z[0], z[1])).collect(), 2.0 * reach);
+    // Seen with the axes' crossing, from which frequency and damping are read.
+    let wide = zeros.iter().map(|p| p.0.hypot(p.1)).fold(reach, f64::max);
+    let axes = vec![(-wide, 0.0), (0.2 * wide, 0.0), GAP, (0.0, -0.6 * wide), (0.0, 0.6 * wide)];
+    let s = Panel::new("Re s (rad/s)", "Im s (rad/s)")
+        .with(Series::new("stable to the left", axes, Style::line(GREY).width(1.0)))
+        .with(crosses("", &poles, 0.025 * wide))
+        .with(rings("", &zeros, 0.025 * wide));
+    let panels = [z, s].map(|p| Panel { equal_aspect: true, ..p }).to_vec();
+    Figure { columns: 2, ..Figure::new("Poles and zeros", panels) }
+}
+
+fn crosses(name: &str, at: &[(f64, f64)], size: f64) -> Series {
+    let cross = |p: &(f64, f64)| {
+        let (x, y) = *p;
+        [
+            (x - size, y - size),
+            (x + size, y + size),
+            GAP,
+            (x - size, y + size),
+            (x + size, y - size),
+            GAP,
+        ]
+    };
+    Series::new(name, at.iter().flat_map(cross).collect(), Style::line(VERMILLION).width(2.0))
+}
+
+fn rings(name: &str, at: &[(f64, f64)], size: f64) -> Series {
+    let ring = |p: &(f64, f64)| {
+        let (x, y) = *p;
+        let point = move |k: i32| {
+            let (s, c) = (TAU * f64::from(k) / 24.0).sin_cos();
+            (x + size * c, y + size * s)
+        };
+        (0..=24).map(point).chain([GAP]).collect::<Vec<_>>()
+    };
+    Series::new(name, at.iter().flat_map(ring).collect(), Style::line(BLUE).width(2.0))
+}

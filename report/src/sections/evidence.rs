@@ -1,0 +1,215 @@
+//! How far the model can be trusted.
+
+use super::{optional, significant, value};
+use crate::figures::{self, text};
+use crate::{Block, Section, Table};
+use formats::{
+    Excitation, FrequencyResponse, HeldOut, Information, Plant, PoleZeroMap, ResidualCorrelation,
+};
+
+/// The evidence behind the model; `None` where a file holds none.
+pub(crate) fn evidence(plant: &Plant) -> Option<Section> {
+    let e = &plant.evidence;
+    let mut blocks = Vec::new();
+    blocks.extend(e.held_out.iter().flat_map(held_out));
+    blocks.extend(e.residuals.iter().flat_map(|r| residuals(r, plant)));
+    blocks.extend(e.frequency_response.iter().flat_map(|r| response(r, plant)));
+    blocks.extend(e.poles_and_zeros.iter().flat_map(poles_and_zeros));
+    (!blocks.is_empty())
+        .then(|| Section { heading: "How far the model can be trusted".into(), blocks })
+}
+
+fn held_out(h: &HeldOut) -> Vec<Block> {
+    let mut table =
+        Table::new(["held-out data, from yaw rate up to", "fit", "variance accounted for"]);
+    for p in &h.predictions {
+        let ahead = match (p.steps, p.ahead_s) {
+            (Some(1), Some(s)) => format!("{} s before (one sample)", significant(s)),
+            (_, Some(s)) => format!("{} s before", significant(s)),
+            _ => "never (simulation)".into(),
+        };
+        let uncertainty = match (p.steps, h.fit_standard_error) {
+            (None, Some(error)) => format!(" ± {}", text(2.0 * error, 1)),
+            _ => String::new(),
+        };
+        table.push([
+            ahead,
+            format!("{}{uncertainty}\u{a0}%", text(p.fit, 1)),
+            value(p.variance_accounted_for, 1, "%"),
+        ]);
+    }
+    vec![
+        Block::Heading("Prediction of the held-out drive".into()),
+        Block::Table(table),
+        Block::Figure {
+            figure: figures::prediction(h),
+            height: 280,
+            caption: format!(
+                "The less a prediction may see of the yaw rate, the more it is the model's own. {}",
+                if h.fit_standard_error.is_some() {
+                    format!(
+                        "The ± is two standard errors from leaving out one of {} blocks of time \
+                         after the other: what another drive of the same kind would give.",
+                        h.blocks
+                    )
+                } else {
+                    "Too little time is held out to say how certain the fit is.".into()
+                }
+            ),
+        },
+    ]
+}
+
+fn residuals(r: &ResidualCorrelation, plant: &Plant) -> Vec<Block> {
+    let e = &plant.evidence;
+    let mut table = Table::new(["test of the one-step residuals", "statistic", "99 % bound", ""]);
+    for (name, test) in [
+        ("white (Ljung–Box)", &e.whiteness),
+        ("independent of past steering", &e.independence),
+        ("steering independent of past residuals (no feedback)", &r.feedback),
+    ] {
+        table.push([
+            name.to_owned(),
+            significant(test.statistic),
+            significant(test.bound),
+            if test.pass { "passed" } else { "failed" }.into(),
+        ]);
+    }
+    vec![
+        Block::Heading("Residuals".into()),
+        Block::Table(table),
+        Block::Figure {
+            figure: figures::residuals(r, plant.discrete.sample_time_s),
+            height: 320,
+            caption: "Left: structure in time that the noise model misses. Right, positive lags: \
+                      effects of the steering that the model misses; negative lags: the driver's \
+                      answer to what he saw, which is feedback."
+                .into(),
+        },
+    ]
+}
+
+fn response(r: &FrequencyResponse, plant: &Plant) -> Vec<Block> {
+    let compared = if r.compared > 0 {
+        format!(
+            "The model lies within the band at {} of {} frequencies whose coherence is above 0.5.",
+            text(r.within * r.compared as f64, 0),
+            r.compared
+        )
+    } else {
+        "At no frequency is the coherence high enough for a comparison.".into()
+    };
+    vec![
+        Block::Heading("Frequency response".into()),
+        Block::Figure {
+            figure: figures::frequency_response(r, plant.input),
+            height: 760,
+            caption: format!(
+                "Measured by Welch's method from {} independent averages, {} Hz apart, without a \
+                 model; shown where the coherence is significant. {compared}",
+                text(r.averages, 0),
+                significant(r.resolution_hz)
+            ),
+        },
+    ]
+}
+
+fn poles_and_zeros(map: &PoleZeroMap) -> Vec<Block> {
+    let mut table = Table::new(["", "z", "s", "natural frequency", "damping", "time constant"]);
+    let rad = "rad/s";
+    for (name, modes) in [("pole", &map.poles), ("zero", &map.zeros)] {
+        for m in modes {
+            let name = if m.discrete[1] == 0.0 { name.to_owned() } else { format!("{name} pair") };
+            table.push([
+                name,
+                complex(m.discrete, 3, ""),
+                m.continuous.map_or_else(|| "–".into(), |s| complex(s, 2, rad)),
+                optional(m.natural_frequency_hz, 3, "Hz", "–"),
+                optional(m.damping, 3, "", "–"),
+                optional(m.time_constant_s, 3, "s", "–"),
+            ]);
+        }
+    }
+    for z in map.continuous_zeros.iter().filter(|z| z[1] >= 0.0) {
+        let name = if z[1] == 0.0 { "zero, continuous" } else { "zero pair, continuous" };
+        table.push([name.into(), "–".into(), complex(*z, 2, rad)]);
+    }
+    vec![
+        Block::Heading("Poles and zeros".into()),
+        Block::Table(table),
+        Block::Figure {
+            figure: figures::poles_and_zeros(map),
+            height: 440,
+            caption:
+                "Left the discrete model, right s = ln(z)/T of its poles with the zeros of the \
+                      continuous model. Zeros far outside are in the table alone; those of the \
+                      discrete model without a continuous one come from sampling."
+                    .into(),
+        },
+    ]
+}
+
+fn complex([re, im]: [f64; 2], digits: usize, unit: &str) -> String {
+    if im == 0.0 {
+        return value(re, digits, unit);
+    }
+    value_pair(&text(re, digits), &text(im.abs(), digits), unit)
+}
+
+fn value_pair(re: &str, im: &str, unit: &str) -> String {
+    let space = if unit.is_empty() { "" } else { "\u{a0}" };
+    format!("{re}\u{a0}±\u{a0}{im}j{space}{unit}")
+}
+
+/// Where in frequency the log says something.
+pub(super) fn bands(x: &Excitation) -> Vec<Block> {
+    if x.bands.is_empty() {
+        return Vec::new();
+    }
+    let headers =
+        ["band", "road wheel", "yaw rate", "explained by steering", "gain known to", "information"];
+    let mut table = Table::new(headers);
+    for b in &x.bands {
+        table.push([
+            format!("{} to {}\u{a0}Hz", b.from_hz, b.to_hz),
+            value(figures::DEG * b.road_wheel_std_rad, 3, "deg"),
+            value(figures::DEG * b.yaw_rate_std_radps, 3, "deg/s"),
+            value(100.0 * b.coherence, 0, "%"),
+            known_to(b.relative_error),
+            information(b.information).into(),
+        ]);
+    }
+    let mut sentence = x.silent_from_hz().map_or_else(
+        || "The log has information in all bands".to_owned(),
+        |f| {
+            if f > 0.0 {
+                format!("Above {f} Hz there is no information in this log")
+            } else {
+                "There is no information in this log".to_owned()
+            }
+        },
+    );
+    if let Some(p) = x.persistence {
+        let more = if p.order == p.tried { "at least " } else { "" };
+        sentence += &format!("; the steering is persistently exciting of order {more}{}", p.order);
+    }
+    vec![
+        Block::Table(table),
+        Block::Text(format!("{sentence}. Standard deviations; the gain is known to ± one.")),
+    ]
+}
+
+fn known_to(relative_error: f64) -> String {
+    if relative_error >= 1.0 {
+        return "–".into();
+    }
+    format!("±{}", value(100.0 * relative_error, if relative_error < 0.1 { 1 } else { 0 }, "%"))
+}
+
+fn information(information: Information) -> &'static str {
+    match information {
+        Information::Good => "good",
+        Information::Weak => "weak",
+        Information::None => "none",
+    }
+}

@@ -1,0 +1,207 @@
+//! The evidence and its verdict on drives whose truth is known: rich, weak, noisy, slow, driven in
+//! closed loop, held at a limit; and what stands in the file.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use faer::Mat;
+use formats::{Document, Evidence, Information, Plant};
+use std::f64::consts::TAU;
+use sysid::conversion::discretize;
+use sysid::{DriveLog, IdentifyOptions, Method, Stretch, identify};
+use sysid_evaluation::Random;
+
+const SAMPLE_TIME: f64 = 0.04;
+const RATIO: f64 = 15.0;
+
+/// A drive at 20 m/s of a bicycle with a steering servo, whose steering (at the wheel, rad) is
+/// `steer(time, yaw rate as measured one sample ago)`.
+fn drive(
+    seconds: f64,
+    noise: f64,
+    seed: u64,
+    mut steer: impl FnMut(f64, f64, &mut Random) -> f64,
+) -> DriveLog {
+    let f = [[-6.0, -18.0, 80.0], [0.9, -7.0, 55.0], [0.0, 0.0, -12.0]];
+    let (a, b) = discretize(
+        Mat::from_fn(3, 3, |i, j| f[i][j]).as_ref(),
+        Mat::from_fn(3, 1, |i, _| if i == 2 { 12.0 / RATIO } else { 0.0 }).as_ref(),
+        SAMPLE_TIME,
+    );
+    let mut random = Random(seed);
+    let n = (seconds / SAMPLE_TIME) as usize;
+    let (mut x, mut input, mut output) = ([0.0; 3], Vec::new(), Vec::new());
+    let mut before = 0.0;
+    for k in 0..n {
+        let u = steer(k as f64 * SAMPLE_TIME, before, &mut random);
+        before = x[1] + noise * random.normal();
+        input.push(u);
+        output.push(before);
+        x = std::array::from_fn(|i| (0..3).map(|j| a[(i, j)] * x[j]).sum::<f64>() + b[(i, 0)] * u);
+    }
+    DriveLog {
+        name: "made".into(),
+        sample_time_s: SAMPLE_TIME,
+        segments: vec![Stretch { time0_s: 0.0, range: 0..n }],
+        speed: Some(vec![20.0; n]),
+        input,
+        output,
+        steering_ratio: RATIO,
+        channels: Vec::new(),
+        warnings: Vec::new(),
+        sources: Vec::new(),
+        options: std::collections::BTreeMap::new(),
+    }
+}
+
+/// A slalom from 0.1 to 3 Hz and back, ±20° at the wheel.
+fn slalom() -> impl FnMut(f64, f64, &mut Random) -> f64 {
+    let mut phase = 0.0;
+    move |t, _, _| {
+        let octaves = 1.0 - (t / 20.0 % 2.0 - 1.0).abs();
+        phase += TAU * 0.1 * 30_f64.powf(octaves) * SAMPLE_TIME;
+        0.35 * f64::sin(phase)
+    }
+}
+
+/// Slow random steering of a standard deviation (rad, at the wheel) below about `hz`.
+fn slow(std: f64, hz: f64) -> impl FnMut(f64, f64, &mut Random) -> f64 {
+    let a = (-TAU * hz * SAMPLE_TIME).exp();
+    let (mut x, mut y) = (0.0, 0.0);
+    move |_, _, random| {
+        x = a * x + (1.0 - a) * random.normal();
+        y = a * y + (1.0 - a) * x;
+        // The variance of two such filters in a row.
+        y * std / ((1.0 - a).powi(4) * (1.0 + a * a) / (1.0 - a * a).powi(3)).sqrt()
+    }
+}
+
+fn plant(log: &DriveLog) -> Plant {
+    let options = IdentifyOptions {
+        order: Some(3),
+        method: Some(Method::Moesp),
+        horizon: Some(15),
+        ..IdentifyOptions::default()
+    };
+    identify(log, &options).unwrap().plant
+}
+
+fn advises(e: &Evidence, what: &str) -> bool {
+    e.verdict.advice.iter().any(|a| a.contains(what))
+}
+
+#[test]
+fn a_rich_drive_is_trusted_and_needs_nothing_more() {
+    let plant = plant(&drive(120.0, 2e-3, 1, slalom()));
+    let e = &plant.evidence;
+    println!("{:#?}", e.verdict);
+    assert!(e.verdict.trustworthy && e.verdict.advice.is_empty(), "{:?}", e.verdict);
+    assert!(e.whiteness.pass && e.independence.pass);
+    let residuals = e.residuals.as_ref().unwrap();
+    assert!(residuals.feedback.pass);
+    assert_eq!((residuals.autocorrelation.len(), residuals.with_input.len()), (25, 51));
+    let response = e.frequency_response.as_ref().unwrap();
+    println!("within {} of {}", response.within, response.compared);
+    assert!(response.within > 0.8 && response.compared > 20);
+    for band in e.excitation.bands.iter().filter(|b| b.to_hz <= 2.0) {
+        assert_eq!(band.information, Information::Good, "{band:?}");
+    }
+    // The truth's poles, −12 and the bicycle's pair, and no more.
+    let map = e.poles_and_zeros.as_ref().unwrap();
+    println!("{:?}", map.poles);
+    assert!(map.poles.iter().any(|p| (p.time_constant_s.unwrap() - 1.0 / 6.5).abs() < 0.02));
+    let held_out = e.held_out.as_ref().unwrap();
+    assert!(held_out.variance_accounted_for > 99.0 && held_out.fit_standard_error.unwrap() < 1.0);
+    assert_eq!(held_out.predictions[0].fit, e.fit.validation_one_step);
+    let last = held_out.predictions.last().unwrap();
+    assert!(last.steps.is_none() && (last.fit - e.fit.validation).abs() < 1e-9);
+    // What is written is read back, and in no other bytes.
+    let text = plant.to_json();
+    let back = Plant::from_json(&text, "plant.json").unwrap();
+    assert_eq!((&back, back.to_json()), (&plant, text));
+}
+
+#[test]
+fn a_weak_drive_says_where_it_is_weak_and_what_to_drive() {
+    // A tenth of a degree at the road wheel, below 0.3 Hz, in the noise of a cheap gyro.
+    let e = plant(&drive(120.0, 5e-3, 2, slow(0.026, 0.3))).evidence;
+    println!("{:#?} {:#?}", e.verdict, e.excitation.bands);
+    assert!(!e.verdict.trustworthy && e.verdict.summary.starts_with("Weakly excited"));
+    // The fit with its uncertainty, and a slalom in numbers.
+    assert!(e.verdict.summary.contains('±') || e.fit.validation > 60.0, "{}", e.verdict.summary);
+    assert!(advises(&e, "there is no information in this log"));
+    assert!(advises(&e, "sweeps from 0.2 to 2 Hz") && advises(&e, "at the steering wheel"));
+    assert_eq!(e.excitation.silent_from_hz(), Some(1.0));
+}
+
+/// What is recommended reaches the accuracy that is promised, on the vehicle at hand.
+#[test]
+fn the_drive_that_is_recommended_does_what_it_promises() {
+    let noise = 0.02;
+    let weak = plant(&drive(120.0, noise, 3, slow(0.1, 0.5))).evidence;
+    let advice = weak.verdict.advice.iter().find(|a| a.contains("slalom")).unwrap();
+    println!("{advice}");
+    let number = |after: &str| -> f64 {
+        let rest = &advice[advice.find(after).unwrap() + after.len()..];
+        let end = rest.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap();
+        rest[..end].parse().unwrap()
+    };
+    let (degrees, seconds) = (number("about ±"), number("wheel, for "));
+    let promised = number("would be known to ±") / 100.0;
+    let mut phase = 0.0;
+    let log = drive(seconds, noise, 4, |t, _, _| {
+        phase += TAU * 0.2 * 10_f64.powf(t / seconds) * SAMPLE_TIME;
+        degrees.to_radians() * f64::sin(phase)
+    });
+    let e = plant(&log).evidence;
+    for b in e.excitation.bands.iter().filter(|b| b.from_hz >= 0.2 && b.to_hz <= 2.0) {
+        println!("{b:?}");
+        assert!(b.relative_error < 1.3 * promised + 0.005, "{b:?} promised {promised}");
+    }
+}
+
+#[test]
+fn noise_is_named() {
+    let e = plant(&drive(120.0, 0.3, 5, slalom())).evidence;
+    println!("{:#?}", e.verdict);
+    assert!(!e.verdict.trustworthy && e.verdict.summary.contains("noise is"), "{:?}", e.verdict);
+    // A fit near zero is told with its uncertainty.
+    assert!(e.verdict.summary.contains('±'));
+}
+
+/// A driver who steers by what he sees is found, one who does not is not: false alarms over seeds.
+#[test]
+fn feedback_is_found_where_there_is_some() {
+    let [mut found, mut alarms] = [0, 0];
+    for seed in 0..10 {
+        let mut plan = slow(0.05, 1.0);
+        let closed =
+            drive(120.0, 0.01, 10 + seed, |t, seen, random| plan(t, seen, random) - 3.0 * seen);
+        let open = drive(120.0, 0.01, 10 + seed, slow(0.05, 1.0));
+        let fed_back = |log| {
+            let e = plant(&log).evidence;
+            (!e.residuals.as_ref().unwrap().feedback.pass, advises(&e, "feedback by the driver"))
+        };
+        let (closed, open) = (fed_back(closed), fed_back(open));
+        assert!(closed.0 == closed.1 && open.0 == open.1);
+        found += usize::from(closed.0);
+        alarms += usize::from(open.0);
+    }
+    println!("found in {found} of 10, false alarms {alarms}");
+    assert!(found == 10 && alarms <= 1);
+}
+
+#[test]
+fn a_limit_of_the_steering_and_a_poor_rhythm_are_named() {
+    let mut plan = slow(0.3, 0.5);
+    let clipped = drive(120.0, 2e-3, 6, |t, y, r| plan(t, y, r).clamp(-0.25, 0.25));
+    let e = plant(&clipped).evidence;
+    assert!(advises(&e, "the steering stays at"), "{:?}", e.verdict);
+    // Steps between few levels are no limit.
+    let steps = drive(120.0, 2e-3, 7, |t, _, _| if (t / 1.7) as u64 % 3 == 1 { 0.2 } else { -0.1 });
+    assert!(!advises(&plant(&steps).evidence, "the steering stays at"));
+    // Two frequencies are persistently exciting of order four.
+    let sines =
+        drive(120.0, 2e-3, 8, |t, _, _| 0.2 * (TAU * 0.3 * t).sin() + 0.1 * (TAU * 1.1 * t).sin());
+    let e = plant(&sines).evidence;
+    assert_eq!(e.excitation.persistence.unwrap().order, 4);
+    assert!(advises(&e, "persistently exciting of order 4 only"), "{:?}", e.verdict);
+}
