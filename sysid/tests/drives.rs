@@ -145,7 +145,13 @@ fn a_weakly_excited_drive_gets_a_model_and_is_called_weak() {
     let plant = identify(&log, &IdentifyOptions::default()).unwrap().plant;
     let verdict = &plant.evidence.verdict;
     assert!(!verdict.trustworthy && verdict.summary.starts_with("Weakly excited"), "{verdict:?}");
-    assert!(verdict.advice.iter().any(|a| a.contains("slalom")));
+    // The fit with its uncertainty, and what to drive in numbers.
+    assert!(plant.evidence.held_out.as_ref().unwrap().fit_standard_error.is_some());
+    let fit = format!("{:.0} ± ", plant.evidence.fit.validation);
+    assert!(plant.evidence.fit.validation > 60.0 || verdict.summary.contains(&fit), "{verdict:?}");
+    let advice = verdict.advice.join("; ");
+    assert!(advice.contains("above 2 Hz there is no information in this log"), "{advice}");
+    assert!(advice.contains("slalom whose rhythm sweeps from 0.2 to 2 Hz, about ±"), "{advice}");
     assert!(plant.evidence.excitation.road_wheel_std_rad < 0.002);
     // Left steering turns left: the axis was mapped with its sign.
     let other = LogOptions { output: Some("gyro_down_radps".into()), ..options };

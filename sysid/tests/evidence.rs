@@ -100,7 +100,7 @@ fn a_rich_drive_is_trusted_and_needs_nothing_more() {
     assert_eq!((residuals.autocorrelation.len(), residuals.with_input.len()), (25, 51));
     let response = e.frequency_response.as_ref().unwrap();
     println!("within {} of {}", response.within, response.compared);
-    assert!(response.within > 0.8 && response.compared > 20);
+    assert!(response.within > 0.9 && response.compared > 20);
     for band in e.excitation.bands.iter().filter(|b| b.to_hz <= 2.0) {
         assert_eq!(band.information, Information::Good, "{band:?}");
     }
@@ -126,10 +126,11 @@ fn a_weak_drive_says_where_it_is_weak_and_what_to_drive() {
     println!("{:#?} {:#?}", e.verdict, e.excitation.bands);
     assert!(!e.verdict.trustworthy && e.verdict.summary.starts_with("Weakly excited"));
     // The fit with its uncertainty, and a slalom in numbers.
-    assert!(e.verdict.summary.contains('±') || e.fit.validation > 60.0, "{}", e.verdict.summary);
+    assert!(e.held_out.as_ref().unwrap().fit_standard_error.is_some());
     assert!(advises(&e, "there is no information in this log"));
     assert!(advises(&e, "sweeps from 0.2 to 2 Hz") && advises(&e, "at the steering wheel"));
-    assert_eq!(e.excitation.silent_from_hz(), Some(1.0));
+    assert!(advises(&e, "from 1 to 2 Hz steering explains"));
+    assert_eq!(e.excitation.silent_from_hz(), Some(2.0));
 }
 
 /// What is recommended reaches the accuracy that is promised, on the vehicle at hand.
@@ -144,6 +145,7 @@ fn the_drive_that_is_recommended_does_what_it_promises() {
         let end = rest.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap();
         rest[..end].parse().unwrap()
     };
+    assert!(advice.contains(" s at a steady"), "in seconds");
     let (degrees, seconds) = (number("about ±"), number("wheel, for "));
     let promised = number("would be known to ±") / 100.0;
     let mut phase = 0.0;
@@ -155,6 +157,33 @@ fn the_drive_that_is_recommended_does_what_it_promises() {
     for b in e.excitation.bands.iter().filter(|b| b.from_hz >= 0.2 && b.to_hz <= 2.0) {
         println!("{b:?}");
         assert!(b.relative_error < 1.3 * promised + 0.005, "{b:?} promised {promised}");
+    }
+}
+
+/// A model that is too small for the vehicle leaves the measured response, and the evidence says
+/// where; with a gap in the drive as without, since no window reaches over it.
+#[test]
+fn a_model_too_small_departs_from_the_measured_response() {
+    let whole = drive(120.0, 2e-3, 12, slalom());
+    let mut gap = whole.clone();
+    gap.segments = vec![
+        Stretch { time0_s: 0.0, range: 0..1300 },
+        Stretch { time0_s: 500.0, range: 1300..whole.len() },
+    ];
+    for log in [whole, gap] {
+        let options = |order| IdentifyOptions {
+            order: Some(order),
+            method: Some(Method::Moesp),
+            horizon: Some(15),
+            ..IdentifyOptions::default()
+        };
+        let small = identify(&log, &options(1)).unwrap().plant.evidence;
+        println!("{:#?}", small.verdict.advice);
+        assert!(small.frequency_response.as_ref().unwrap().within < 0.5);
+        assert!(advises(&small, "departs from the measured frequency response"));
+        let right = identify(&log, &options(3)).unwrap().plant.evidence;
+        assert!(right.frequency_response.as_ref().unwrap().within > 0.9);
+        assert!(!advises(&right, "departs from"));
     }
 }
 

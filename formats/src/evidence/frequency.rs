@@ -86,7 +86,8 @@ pub struct Persistence {
     pub tried: usize,
 }
 
-/// Frequency response estimated without a model (Welch's method, H1), and the model's.
+/// Frequency response measured (Welch's method, H1, less the smear of its windows as the model's own
+/// simulation shows it), and the model's.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FrequencyResponse {

@@ -105,8 +105,8 @@ fn response(r: &FrequencyResponse, plant: &Plant) -> Vec<Block> {
             figure: figures::frequency_response(r, plant.input),
             height: 760,
             caption: format!(
-                "Measured by Welch's method from {} independent averages, {} Hz apart, without a \
-                 model; shown where the coherence is significant. {compared}",
+                "Measured by Welch's method from {} independent averages, {} Hz apart; shown where \
+                 the coherence is significant. {compared}",
                 text(r.averages, 0),
                 significant(r.resolution_hz)
             ),

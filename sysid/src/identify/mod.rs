@@ -96,6 +96,7 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
     if log.speed.is_none() {
         warnings.push("no speed channel: the operating point's speed is written as 0".into());
     }
+    let traces = traces(log, &data, chosen)?;
     let part = &data.validation;
     let simulated = output(&chosen.model, part, &initial_states(&chosen.model, part)?);
     let residuals = part.stretches(&filter.validation_residuals);
@@ -116,6 +117,7 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
         model: &model,
         delay_s: 0.0,
         input: &input,
+        simulated: &traces.simulated_yaw_rate_radps,
         to_road_wheel: per_input / log.steering_ratio,
     };
     let (excitation, frequency_response) = evidence::frequencies(log, &modelled, residual.sqrt());
@@ -167,7 +169,6 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
     };
     evidence.verdict = evidence::verdict(&evidence, &drive, options);
 
-    let traces = traces(log, &data, chosen)?;
     let mut used = log.options.clone();
     used.extend(options.to_map());
     used.insert("realization".into(), chosen.realization.name().into());

@@ -34,6 +34,8 @@ pub(crate) struct Modelled<'a> {
     pub(crate) delay_s: f64,
     /// The recorded input: steering, or steering times speed.
     pub(crate) input: &'a [f64],
+    /// What the model makes of it, rad/s.
+    pub(crate) simulated: &'a [f64],
     /// Factor from the input to the angle at the road wheel, rad.
     pub(crate) to_road_wheel: f64,
 }
@@ -44,13 +46,15 @@ pub(crate) fn frequencies(
     modelled: &Modelled<'_>,
     noise_to_signal: f64,
 ) -> (Excitation, FrequencyResponse) {
-    let stretches: Vec<(&[f64], &[f64])> = log
-        .segments
-        .iter()
-        .map(|s| (&modelled.input[s.range.clone()], &log.output[s.range.clone()]))
-        .collect();
-    let spectra = Spectra::welch(&stretches, log.sample_time_s);
-    let inputs: Vec<&[f64]> = stretches.iter().map(|s| s.0).collect();
+    let ranges = || log.segments.iter().map(|s| s.range.clone());
+    let inputs: Vec<&[f64]> = ranges().map(|r| &modelled.input[r]).collect();
+    let with = |output: &[f64]| {
+        let pairs: Vec<(&[f64], &[f64])> =
+            inputs.iter().copied().zip(ranges().map(|r| &output[r])).collect();
+        Spectra::welch(&pairs, log.sample_time_s)
+    };
+    let spectra = with(&log.output);
+    let simulated = with(modelled.simulated);
     let shown = |k: &usize| spectra.frequency_hz[*k] <= HIGHEST_SHOWN;
     let coherence = (0..spectra.len()).filter(shown).map(|k| CoherencePoint {
         frequency_hz: spectra.frequency_hz[k],
@@ -65,7 +69,8 @@ pub(crate) fn frequencies(
         bands: bands::bands(&spectra, modelled),
         persistence: Some(bands::persistence(&inputs)),
     };
-    let response = response::response(&spectra, modelled, log.sample_time_s, HIGHEST_SHOWN);
+    let response =
+        response::response(&spectra, &simulated, modelled, log.sample_time_s, HIGHEST_SHOWN);
     (excitation, response)
 }
 

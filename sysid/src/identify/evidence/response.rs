@@ -1,4 +1,10 @@
 //! The measured frequency response, and the model's beside it.
+//!
+//! Windows of finite length smear a response that changes within their resolution or a rhythm that
+//! changes within their time. The model's own simulation from the same input shows by how much: its
+//! estimate minus its true response is the smear, which is taken off the measured one. What is
+//! compared is thus H1 from the input to the simulation's error (a model of the model's error: Ljung
+//! 1999, section 16.6), against the confidence disk of the measured response.
 
 use super::{INFORMATIVE, Modelled, rounded};
 use crate::signal::Spectra;
@@ -11,6 +17,7 @@ const RISK: f64 = 0.05;
 
 pub(crate) fn response(
     spectra: &Spectra,
+    simulated: &Spectra,
     modelled: &Modelled<'_>,
     sample_time_s: f64,
     highest_hz: f64,
@@ -25,14 +32,15 @@ pub(crate) fn response(
         if frequency_hz > highest_hz {
             break;
         }
-        let measured = spectra.response(k);
         let model = modelled.response(frequency_hz, sample_time_s);
+        let (with_noise, without) = (spectra.response(k), simulated.response(k));
+        let error = (with_noise.0 - without.0, with_noise.1 - without.1);
+        let measured = (model.0 + error.0, model.1 + error.1);
         let radius = spectra.radius(k, RISK);
         let coherence = spectra.coherence(k);
         if coherence > comparable {
             compared += 1;
-            let apart = (measured.0 - model.0).hypot(measured.1 - model.1);
-            within += usize::from(apart <= radius);
+            within += usize::from(error.0.hypot(error.1) <= radius);
         }
         let (low, high) = spectra.coherence_bounds(k, Z975);
         // Phases continue from one frequency to the next.

@@ -186,6 +186,11 @@ fn what_to_drive(evidence: &Evidence, drive: &Drive<'_>) -> String {
     let amplitude = needed.max(USUAL).min(2.0 * USUAL).min(most);
     let time = (worst / (WANTED * amplitude)).powi(2).clamp(SWEEP_S, LONGEST_S);
     let time = (time / 30.0).ceil() * 30.0;
+    let for_long = if time <= 120.0 {
+        format!("{time:.0} s")
+    } else {
+        format!("{:.0} min", (time / 60.0).ceil())
+    };
     let reached = worst / (amplitude * time.sqrt());
     let angle = amplitude.to_degrees() * drive.steering_ratio;
     let angle = if drive.steering_ratio > 2.0 {
@@ -199,7 +204,7 @@ fn what_to_drive(evidence: &Evidence, drive: &Drive<'_>) -> String {
         "steady speed".to_owned()
     };
     let mut text = format!(
-        "drive a slalom whose rhythm sweeps from {} to {} Hz, {angle}, for {time:.0} s at {speed}",
+        "drive a slalom whose rhythm sweeps from {} to {} Hz, {angle}, for {for_long} at {speed}",
         SWEEP.0, SWEEP.1
     );
     if reached > 0.0 && reached.is_finite() && reached < 1.0 {
