@@ -72,7 +72,11 @@ impl BicycleArguments {
             (told.feedthrough, "--feedthrough"),
             (told.input_kind != sysid::InputKind::Steering, "--model-input"),
         ];
-        refuse(&used, "state-space", "leave the option out, or identify with --structure state-space")?;
+        refuse(
+            &used,
+            "state-space",
+            "leave the option out, or identify with --structure state-space",
+        )?;
         Ok(Some(options))
     }
 }
@@ -136,8 +140,7 @@ fn evidence(e: &BicycleEvidence) -> String {
         stated = stated.row([s.name.clone(), format!("{}", s.value), s.origin.clone()]);
     }
     let channels = channel_table(&e.channels);
-    let mut text =
-        format!("{channels}values in rad, rad/s and m/s\n\n{identified}\n{stated}\n");
+    let mut text = format!("{channels}values in rad, rad/s and m/s\n\n{identified}\n{stated}\n");
     let _ = writeln!(
         text,
         "fit      {:.2} % simulated on held-out data, {:.2} % on estimation data",

@@ -458,14 +458,17 @@ fn hopeless_drives_are_errors_or_said_to_be() {
     for (what, log) in [
         ("standing", DriveLog { speed: Some(vec![0.0; n]), ..good.clone() }),
         ("noise", DriveLog { output: noise.clone(), ..good.clone() }),
-        ("opposite sign", DriveLog {
-            input: good.input.iter().map(|u| -u).collect(),
-            ..good.clone()
-        }),
-        ("spikes", DriveLog {
-            output: noise.iter().map(|e| if *e > 2.0 { 1e6 } else { 0.0 }).collect(),
-            ..good.clone()
-        }),
+        (
+            "opposite sign",
+            DriveLog { input: good.input.iter().map(|u| -u).collect(), ..good.clone() },
+        ),
+        (
+            "spikes",
+            DriveLog {
+                output: noise.iter().map(|e| if *e > 2.0 { 1e6 } else { 0.0 }).collect(),
+                ..good.clone()
+            },
+        ),
         ("flying", DriveLog { speed: Some(vec![1e4; n]), ..good.clone() }),
         ("huge", DriveLog { input: noise.iter().map(|e| 1e300 * e).collect(), ..good.clone() }),
     ] {
