@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// CSV files with a header, each with a clock of its own
-    #[arg(required = true, value_name = "LOG")]
+    #[arg(required_unless_present = "drives", value_name = "LOG")]
     logs: Vec<PathBuf>,
     /// Folder for everything
     #[arg(long, short, value_name = "DIR", default_value = "out")]

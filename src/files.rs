@@ -11,6 +11,16 @@ pub(crate) fn read(path: &Path) -> Result<Vec<u8>, Failure> {
     fs::read(path).map_err(|e| Failure::file(path, &e))
 }
 
+/// A file to be read from its start to its end.
+pub(crate) fn open(path: &Path) -> Result<fs::File, Failure> {
+    let file = fs::File::open(path).map_err(|e| Failure::file(path, &e))?;
+    let metadata = file.metadata().map_err(|e| Failure::file(path, &e))?;
+    if metadata.is_dir() {
+        return Err(Failure::file(path, &ErrorKind::IsADirectory.into()));
+    }
+    Ok(file)
+}
+
 /// A file's text.
 pub(crate) fn read_text(path: &Path) -> Result<String, Failure> {
     let text = String::from_utf8(read(path)?).ok().filter(|text| !text.contains('\0'));

@@ -13,8 +13,9 @@ use sysid::Traces;
 /// Identify the lateral dynamics in a drive log: steering angle in, yaw rate out
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// CSV files with a header, each with a clock of its own
-    #[arg(required = true, value_name = "LOG")]
+    /// CSV files with a header, each with a clock of its own: drives where each brings steering and yaw
+    /// rate, else the channels of one drive
+    #[arg(required_unless_present = "drives", value_name = "LOG")]
     logs: Vec<PathBuf>,
     /// Write the model here: by default plant.json, of the structure bicycle bicycle.json
     #[arg(long = "out", short = 'o', value_name = "FILE")]

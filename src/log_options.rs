@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use crate::{files, quantity};
 use std::path::PathBuf;
-use sysid::{DriveLog, IdentifyOptions, InputKind, LogOptions, Method};
+use sysid::{Detrend, DriveLog, IdentifyOptions, InputKind, LogFile, LogOptions, Method};
 
 /// How the log is read. Columns are named as in the header, as `file.csv:column` where several
 /// files have one of that name, and with a leading `-` where the sign is opposite.
@@ -30,16 +30,24 @@ pub(crate) struct LogArguments {
     /// Steering angle over road-wheel angle; needed where the log has the steering wheel
     #[arg(long, value_name = "R", allow_hyphen_values = true)]
     pub(crate) steering_ratio: Option<f64>,
-    /// Part of the drive to use, such as 10s..60s
-    #[arg(long, value_name = "FROM..TO", allow_hyphen_values = true, value_parser = window)]
-    pub(crate) window: Option<(f64, f64)>,
+    /// Files of one drive, where several drives are given and the files do not tell: those that each
+    /// bring steering and yaw rate are drives of their own, others are channels of one. May be repeated
+    #[arg(long = "drive", value_name = "FILE,FILE…", value_parser = drive)]
+    pub(crate) drives: Vec<Files>,
+    /// Part of each drive to use, such as 10s..60s; may be repeated
+    #[arg(long = "window", value_name = "FROM..TO", allow_hyphen_values = true, value_parser = window)]
+    pub(crate) windows: Vec<(f64, f64)>,
+    /// Use the stretches where the speed, averaged over a second, stays within, such as 14..16 (m/s)
+    /// or 50km/h..60km/h
+    #[arg(long, value_name = "FROM..TO", allow_hyphen_values = true, value_parser = speed_window)]
+    pub(crate) speed_window: Option<(f64, f64)>,
     /// Sample time of the merged log; by default about 40 ms
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time)]
     pub(crate) sample_time: Option<f64>,
     /// Time between rows, for files without a clock
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time)]
     pub(crate) row_period: Option<f64>,
-    /// Longest gap in a channel that is bridged
+    /// Longest gap in a channel that is bridged; a longer one splits the drive
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time, default_value = "0.5s")]
     pub(crate) max_gap: f64,
 }
@@ -63,6 +71,13 @@ pub(crate) struct IdentifyArguments {
     /// What drives the model: the steering angle, or its product with speed
     #[arg(long, value_name = "steering|steering*speed", default_value = "steering", value_parser = input_kind)]
     pub(crate) model_input: InputKind,
+    /// Pure delay of the steering; auto takes the one that the log asks for, if it does
+    #[arg(long, value_name = "TIME|auto", allow_hyphen_values = true, default_value = "auto", value_parser = delay)]
+    pub(crate) delay: Auto<f64>,
+    /// Offsets and trends to take out: the means of the estimation data, a straight line over time for
+    /// each drive, or none
+    #[arg(long, value_name = "mean|linear|none", default_value = "mean", value_parser = detrend)]
+    pub(crate) detrend: Detrend,
     /// Let the yaw rate depend on the steering of its own sample
     #[arg(long)]
     pub(crate) feedthrough: bool,
@@ -75,6 +90,10 @@ pub(crate) struct IdentifyArguments {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Auto<T>(Option<T>);
 
+/// Files that belong together.
+#[derive(Debug, Clone)]
+pub(crate) struct Files(Vec<PathBuf>);
+
 impl LogArguments {
     /// The options of the reader.
     pub(crate) fn options(&self) -> LogOptions {
@@ -85,20 +104,28 @@ impl LogArguments {
             time: self.time.clone(),
             units: self.units.iter().cloned().collect(),
             steering_ratio: self.steering_ratio,
-            window: self.window,
+            windows: self.windows.clone(),
+            speed_window: self.speed_window,
             sample_time_s: self.sample_time,
             row_period_s: self.row_period,
             max_gap_s: self.max_gap,
         }
     }
 
-    /// Reads the log's files.
+    /// Reads the log's files: those named by themselves, and those of `--drive`.
     pub(crate) fn read(&self, paths: &[PathBuf]) -> Result<DriveLog, Failure> {
-        let files = paths
-            .iter()
-            .map(|path| Ok((path.display().to_string(), files::read(path)?)))
-            .collect::<Result<Vec<_>, Failure>>()?;
-        Ok(sysid::read_log(&files, &self.options())?)
+        let open = |paths: &[PathBuf]| {
+            paths
+                .iter()
+                .map(|path| {
+                    let name = path.display().to_string();
+                    Ok(LogFile { name, reader: Box::new(files::open(path)?) })
+                })
+                .collect::<Result<Vec<_>, Failure>>()
+        };
+        let drives =
+            self.drives.iter().map(|files| open(&files.0)).collect::<Result<Vec<_>, Failure>>()?;
+        Ok(sysid::read_drives(open(paths)?, drives, &self.options())?)
     }
 }
 
@@ -110,6 +137,8 @@ impl IdentifyArguments {
             order: self.order.0,
             max_order: self.max_order,
             horizon: self.horizon.0,
+            delay_s: self.delay.0,
+            detrend: self.detrend,
             feedthrough: self.feedthrough,
             input_kind: self.model_input,
             validation_fraction: self.hold_out / 100.0,
@@ -129,6 +158,40 @@ fn window(text: &str) -> Result<(f64, f64), String> {
     let (from, to) = text.split_once("..").ok_or("expected FROM..TO, such as 10s..60s")?;
     let (from, to) = (quantity::time(from)?, quantity::time(to)?);
     if from < to { Ok((from, to)) } else { Err(format!("{from} s is not before {to} s")) }
+}
+
+/// Speeds in m/s; a number without a unit has that of the other, or m/s.
+fn speed_window(text: &str) -> Result<(f64, f64), String> {
+    let (from, to) = text.split_once("..").ok_or("expected FROM..TO, such as 14..16")?;
+    let (from, to) = (from.trim(), to.trim());
+    let unit = |text: &str| {
+        let number = text.trim_end_matches(|c: char| c.is_alphabetic() || c == '/');
+        text[number.len()..].to_owned()
+    };
+    let own = |text: &str, other: &str| match (unit(text).is_empty(), unit(other).is_empty()) {
+        (false, _) => quantity::speed(text),
+        (true, false) => quantity::speed(&format!("{text}{}", unit(other))),
+        (true, true) => quantity::speed(&format!("{text}m/s")),
+    };
+    let (low, high) = (own(from, to)?, own(to, from)?);
+    if low < high { Ok((low, high)) } else { Err(format!("{from} is not below {to}")) }
+}
+
+fn drive(text: &str) -> Result<Files, String> {
+    let files: Vec<PathBuf> = text.split(',').map(PathBuf::from).collect();
+    if files.iter().any(|f| f.as_os_str().is_empty()) {
+        return Err("expected file names with commas between them, such as a.csv,b.csv".into());
+    }
+    Ok(Files(files))
+}
+
+fn delay(text: &str) -> Result<Auto<f64>, String> {
+    if text == "auto" { Ok(Auto(None)) } else { Ok(Auto(Some(quantity::time(text)?))) }
+}
+
+fn detrend(text: &str) -> Result<Detrend, String> {
+    let named = Detrend::ALL.into_iter().find(|d| d.name() == text);
+    named.ok_or_else(|| "expected mean, linear or none".into())
 }
 
 fn method(text: &str) -> Result<Auto<Method>, String> {

@@ -41,7 +41,7 @@ pub use pid::{
     Specification, StepMetrics,
 };
 pub use plant::{Continuous, Discrete, InputKind, Noise, OperatingPoint, Plant};
-pub use provenance::{Provenance, SourceFile, sha256_hex};
+pub use provenance::{HashingReader, Provenance, SourceFile, sha256_hex};
 pub use start::Start;
 pub use uncertainty::{
     Estimate, EstimationFocus, FrequencyBand, NORMAL_95, StepBand, UncertainPole, Uncertainty,

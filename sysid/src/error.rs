@@ -74,6 +74,26 @@ pub enum Error {
         short(*.to_s), short(*.gap_s)
     )]
     Gap { at: Box<Place>, from_s: f64, to_s: f64, gap_s: f64, limit_s: f64, longest: (f64, f64) },
+    #[error(
+        "which files are one drive? {complete} bring steering and yaw rate each, {other} does not"
+    )]
+    AmbiguousDrives { complete: String, first: String, other: String },
+    #[error("{second} is the same recording as {first}")]
+    RepeatedDrive { first: String, second: String },
+    #[error(
+        "the speed stays within {from:.1} to {to:.1} m/s for {kept_s:.1} s only (in stretches of {shortest_s:.1} s or more); it goes from {least:.1} to {most:.1} m/s"
+    )]
+    SpeedWindow {
+        from: f64,
+        to: f64,
+        kept_s: f64,
+        shortest_s: f64,
+        least: f64,
+        most: f64,
+        quartiles: (f64, f64),
+    },
+    #[error("a speed window needs a speed column, and {drive} has none")]
+    NoSpeedForWindow { drive: String },
     #[error("{file}: column `{column}`: the {role} is {value} {unit} throughout")]
     Constant { file: String, column: String, role: &'static str, value: f64, unit: &'static str },
     #[error("{at}: the {role} would be {} {si} (read as {unit}), beyond {limit} {si}", short(*.value))]
@@ -189,9 +209,19 @@ impl Error {
                 "sort the rows by time and drop repeated ones; where two recordings were joined, give them one at a time".into()
             }
             Self::Gap { longest, .. } => format!(
-                "the longest part without such a gap: --window {}s..{}s; a larger --max-gap bridges it by a straight line, which is wrong where the vehicle turned",
+                "the longest part without such a gap, {}s..{}s, is too short to identify from; a larger --max-gap bridges it by a straight line, which is wrong where the vehicle turned",
                 longest.0, longest.1
             ),
+            Self::AmbiguousDrives { first, other, .. } => format!(
+                "say which belong together, as in --drive {first},{other}, or leave {other} out"
+            ),
+            Self::RepeatedDrive { second, .. } => format!("give {second} once"),
+            Self::SpeedWindow { quartiles: (low, high), .. } => format!(
+                "half of the time it is between {low:.1} and {high:.1} m/s: widen --speed-window, or leave it out"
+            ),
+            Self::NoSpeedForWindow { .. } => {
+                "name it with --speed, or leave --speed-window out".into()
+            }
             Self::Constant { role, .. } if *role == "steering" => {
                 "nothing can be identified from a steering angle that does not move: check the mapping, or record a slalom".into()
             }
@@ -249,7 +279,7 @@ impl Error {
 }
 
 /// A number for people: nine digits, with an exponent where it is large or small.
-fn short(x: f64) -> String {
+pub(crate) fn short(x: f64) -> String {
     if x == 0.0 || (1e-4..1e7).contains(&x.abs()) {
         let scale = 10f64.powi(8 - x.abs().max(1e-4).log10().floor() as i32);
         ((x * scale).round() / scale).to_string()

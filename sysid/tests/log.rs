@@ -1,10 +1,10 @@
 //! Logs as they are found: several files and clocks, units, and every kind of bad input, each of
 //! which must be refused with its place and a hint, or mended with a warning.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::panic)]
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
-use sysid::{DriveLog, Error, LogOptions, read_log};
+use sysid::{DriveLog, Error, LogFile, LogOptions, read_drives, read_log};
 
 /// A CSV text with a row for each 10 ms made by `row`.
 fn csv(header: &str, rows: usize, row: impl Fn(usize) -> String) -> Vec<u8> {
@@ -251,7 +251,10 @@ fn wrong_mappings_are_refused() {
         LogOptions { steering_ratio: Some(0.0), ..o.clone() },
         LogOptions { sample_time_s: Some(f64::NAN), ..o.clone() },
         LogOptions { max_gap_s: -1.0, ..o.clone() },
-        LogOptions { window: Some((5.0, 2.0)), ..o.clone() },
+        LogOptions { windows: vec![(5.0, 2.0)], ..o.clone() },
+        LogOptions { windows: vec![(0.0, 3.0), (f64::NAN, 2.0)], ..o.clone() },
+        LogOptions { speed_window: Some((16.0, 14.0)), ..o.clone() },
+        LogOptions { speed_window: Some((14.0, f64::INFINITY)), ..o.clone() },
     ] {
         assert!(matches!(refused(good(), &bad), Error::Option { .. }));
     }
@@ -301,7 +304,7 @@ fn a_speed_that_says_standstill_is_refused() {
     let starts = csv(HEADER, 1000, starts);
     assert!(read_one(starts.clone(), &o).is_ok());
     let options = |from, to| LogOptions {
-        window: Some((from, to)),
+        windows: vec![(from, to)],
         sample_time_s: Some(0.01),
         ..LogOptions::default()
     };
@@ -309,52 +312,287 @@ fn a_speed_that_says_standstill_is_refused() {
     assert!(read_one(starts, &options(6.0, 9.0)).is_ok());
 }
 
+/// The text without some of its lines; the header is line 0.
+fn holed(text: &[u8], holes: &[std::ops::Range<usize>]) -> Vec<u8> {
+    let text = std::str::from_utf8(text).unwrap();
+    let kept = text.lines().enumerate().filter(|(i, _)| !holes.iter().any(|h| h.contains(i)));
+    kept.map(|(_, line)| line).collect::<Vec<_>>().join("\n").into_bytes()
+}
+
+fn warning<'a>(log: &'a DriveLog, part: &str) -> &'a str {
+    let found = log.warnings.iter().find(|w| w.contains(part));
+    found.unwrap_or_else(|| panic!("no `{part}` in {:?}", log.warnings))
+}
+
+/// Every sample is where and what it is in the drive without gaps, and the stretches are all samples.
+fn is_part_of(log: &DriveLog, tolerance: f64) {
+    let mut next = 0;
+    for stretch in &log.segments {
+        assert_eq!(stretch.range.start, next);
+        next = stretch.range.end;
+    }
+    assert_eq!((next, log.input.len()), (log.len(), log.len()));
+    for (t, y) in log.time_s().into_iter().zip(&log.output) {
+        assert!((y - rate(t)).abs() < tolerance, "{t}: {y} {}", rate(t));
+    }
+}
+
 #[test]
-fn short_gaps_are_bridged_with_a_warning_and_long_ones_refused() {
+fn short_gaps_are_bridged_and_long_ones_split_the_drive() {
     let o = LogOptions::default();
-    let clean = read_one(good(), &o).unwrap();
     // Blank, NaN and missing cells of the yaw rate on lines 302 to 305.
-    let blanks = csv(HEADER, 1000, |k| {
-        let cell = ["", "NaN", " ", "nan"];
-        match k.checked_sub(300) {
-            Some(i) if i < 4 => {
-                format!("{:.2},{:.9},{},15.0", k as f64 * 0.01, steer(k as f64 * 0.01), cell[i])
+    let blanks = |from: usize, to: usize| {
+        csv(HEADER, 1000, |k| {
+            let t = k as f64 * 0.01;
+            let cell = ["", "NaN", " ", "nan"][k % 4];
+            if (from..to).contains(&k) {
+                format!("{t:.2},{:.9},{cell},15.0", steer(t))
+            } else {
+                good_row(k)
             }
-            _ => good_row(k),
-        }
-    });
-    let log = read_one(blanks, &o).unwrap();
-    let warning = log.warnings.iter().find(|w| w.contains("yaw_rate_radps")).unwrap();
-    assert!(warning.contains("4 samples") && warning.contains("302-305"), "{warning}");
-    assert!(log.output.iter().zip(&clean.output).all(|(a, b)| (a - b).abs() < 2e-3));
-    // Rows missing altogether: 0.2 s bridged, 3 s refused with the longest whole part.
-    let holed = |from: usize, to: usize| {
-        let text = String::from_utf8(good()).unwrap();
-        let kept: Vec<&str> = text
-            .lines()
-            .enumerate()
-            .filter(|(i, _)| !(from..to).contains(i))
-            .map(|(_, l)| l)
-            .collect();
-        kept.join("\n").into_bytes()
+        })
     };
-    let log = read_one(holed(400, 420), &o).unwrap();
-    assert!(
-        log.warnings.iter().any(|w| w.contains("bridged") && w.contains("line 401")),
-        "{:?}",
-        log.warnings
+    let log = read_one(blanks(300, 304), &o).unwrap();
+    let told = warning(&log, "yaw_rate_radps");
+    assert!(told.contains("4 samples") && told.contains("302-305"), "{told}");
+    assert_eq!(log.segments.len(), 1);
+    is_part_of(&log, 2e-3);
+    // Blank for a second: two stretches, and the steering that is there is not used between them.
+    let log = read_one(blanks(400, 500), &o).unwrap();
+    let told = warning(&log, "split");
+    assert!(told.starts_with("drive.csv:502: column `yaw_rate_radps`"), "{told}");
+    assert!(told.contains("nothing from 3.99 s to 5 s"), "{told}");
+    assert_eq!(log.segments.len(), 2);
+    is_part_of(&log, 1e-4);
+    // Rows missing altogether: 0.2 s bridged, 1 s not.
+    let log = read_one(holed(&good(), &[400..420]), &o).unwrap();
+    assert!(warning(&log, "bridged").contains("line 401"));
+    assert_eq!(log.segments.len(), 1);
+    let log = read_one(holed(&good(), &[400..500]), &o).unwrap();
+    let told: Vec<&String> = log.warnings.iter().filter(|w| w.contains("split")).collect();
+    // Once for the file, though three columns have the gap.
+    assert!(told.len() == 1 && told[0].starts_with("drive.csv:401:"), "{told:?}");
+    assert_eq!(log.segments.len(), 2);
+    // The anti-alias filter takes 0.36 s at either end of each stretch.
+    let ends: Vec<(f64, f64)> = log
+        .segments
+        .iter()
+        .map(|s| (s.time0_s, s.time0_s + 0.04 * (s.range.len() - 1) as f64))
+        .collect();
+    assert!(ends[0].1 <= 3.98 - 0.35 && ends[1].0 >= 4.99 + 0.35, "{ends:?}");
+    is_part_of(&log, 1e-4);
+    let wide = LogOptions { max_gap_s: 5.0, ..o.clone() };
+    assert_eq!(read_one(holed(&good(), &[200..500]), &wide).unwrap().segments.len(), 1);
+    // At the log's own rate there is no filter, and no sample is lost.
+    let own = LogOptions { sample_time_s: Some(0.01), ..o.clone() };
+    let log = read_one(holed(&good(), &[301..601]), &own).unwrap();
+    assert_eq!(
+        log.segments.iter().map(|s| s.range.clone()).collect::<Vec<_>>(),
+        [0..300, 300..700]
     );
-    let e = refused(holed(200, 500), &o);
+    is_part_of(&log, 1e-8);
+    // A piece too short is left out and told.
+    let log = read_one(holed(&good(), &[100..200, 300..400]), &o).unwrap();
+    assert_eq!(log.segments.len(), 1);
+    assert!(warning(&log, "left out").contains("2 stretches"));
+    // One wild instant at the end costs itself alone.
+    let wild = with_line(1001, "1e300,0.01,0.1,15");
+    let log = read_one(wild, &o).unwrap();
+    assert!(warning(&log, "split").contains("1.000e300"), "{:?}", log.warnings);
+    is_part_of(&log, 1e-4);
+}
+
+#[test]
+fn gaps_that_leave_nothing_are_refused_with_the_longest_whole_part() {
+    let holes: Vec<_> = (0..9).map(|i| 60 + 110 * i..130 + 110 * i).collect();
+    let e = refused(holed(&good(), &holes), &LogOptions::default());
     let Error::Gap { at, gap_s, longest, .. } = e.clone() else { panic!("{e:?}") };
-    assert_eq!((at.line, gap_s), (201, 3.01));
-    assert!((longest.0 - 4.99).abs() < 1e-9 && (9.9..=9.99).contains(&longest.1), "{longest:?}");
-    // As the command line takes it.
-    assert!(e.hint().contains(&format!("--window 4.99s..{}s;", longest.1)), "{}", e.hint());
-    let window = LogOptions { window: Some(longest), ..o.clone() };
-    let part = read_one(holed(200, 500), &window).unwrap();
-    assert!(part.segments[0].time0_s >= 4.99);
-    let wide = LogOptions { max_gap_s: 5.0, ..o };
-    assert!(read_one(holed(200, 500), &wide).is_ok());
+    assert!(at.line > 1 && (gap_s - 0.71).abs() < 1e-9, "{e}");
+    assert!((longest.1 - longest.0 - 0.59).abs() < 0.03, "{longest:?}");
+    assert!(e.hint().contains("--max-gap"), "{}", e.hint());
+}
+
+#[test]
+fn yaw_over_a_gap_is_no_yaw_rate() {
+    let all = csv("time_s,steer_rad,heading_deg", 1000, |k| {
+        let t = k as f64 * 0.01;
+        format!("{t:.2},{:.9},{:.9}", steer(t), (-0.2 / PI * (PI * t - 0.3).cos()).to_degrees())
+    });
+    let options = LogOptions { output: Some("heading_deg".into()), ..LogOptions::default() };
+    // 0.8 s: its middle is within the bridged length of either end.
+    let log = read_one(holed(&all, &[451..531]), &options).unwrap();
+    assert_eq!(log.segments.len(), 2);
+    is_part_of(&log, 1e-3);
+}
+
+#[test]
+fn windows_may_be_several() {
+    let windows = |w: &[(f64, f64)]| LogOptions { windows: w.to_vec(), ..LogOptions::default() };
+    let log = read_one(good(), &windows(&[(6.0, 9.5), (0.5, 4.0)])).unwrap();
+    assert_eq!(log.segments.len(), 2);
+    assert!(log.segments[0].time0_s >= 0.5 && log.segments[1].time0_s >= 6.0);
+    assert!(log.time_s().iter().all(|t| (0.5..=4.0).contains(t) || (6.0..=9.5).contains(t)));
+    is_part_of(&log, 1e-4);
+    // Windows that meet are one.
+    let log = read_one(good(), &windows(&[(1.0, 5.0), (5.0, 9.0)])).unwrap();
+    assert_eq!(log.segments.len(), 1);
+    let error = read_one(good(), &windows(&[(20.0, 30.0)])).unwrap_err();
+    assert!(matches!(error, Error::NoOverlap { .. }), "{error:?}");
+}
+
+#[test]
+fn a_speed_window_keeps_the_stretches_within_it() {
+    // 8 m/s for 20 s, up to 15 m/s within 5 s, 15 m/s with noise for 35 s, 30 m/s to the end.
+    let speed = |k: usize| match k {
+        0..2000 => 8.0,
+        2000..2500 => 8.0 + 7.0 * (k - 2000) as f64 / 500.0,
+        2500..6000 => 15.0 + 1.4 * ((k * 7919) % 1000) as f64 / 1000.0,
+        _ => 30.0,
+    };
+    let row = |k: usize| {
+        let t = k as f64 * 0.01;
+        format!("{t:.2},{:.9},{:.9},{:.4}", steer(t), rate(t), speed(k))
+    };
+    let bytes = csv(HEADER, 7000, row);
+    let window = |from, to| LogOptions { speed_window: Some((from, to)), ..LogOptions::default() };
+    // Single samples beyond 16 m/s break nothing: the average over a second is within.
+    let log = read_one(bytes.clone(), &window(14.0, 16.0)).unwrap();
+    assert_eq!(log.segments.len(), 1, "{:?}", log.segments);
+    let (from, to) = (log.time_s()[0], log.time_s()[log.len() - 1]);
+    assert!((24.0..25.0).contains(&from) && (59.0..60.1).contains(&to), "{from} {to}");
+    assert!(warning(&log, "speed window").contains("in 1 stretch"), "{:?}", log.warnings);
+    is_part_of(&log, 1e-4);
+    let log = read_one(bytes.clone(), &window(7.0, 16.0)).unwrap();
+    assert!((log.len() as f64 * 0.04 - 59.5).abs() < 1.0);
+    // Passing through 11 m/s takes less than a second.
+    let error = read_one(bytes.clone(), &window(11.0, 12.0)).unwrap_err();
+    let Error::SpeedWindow { least, most, quartiles, .. } = error else { panic!("{error:?}") };
+    // A filtered jump overshoots.
+    assert!((least - 8.0).abs() < 0.1 && (30.0..32.0).contains(&most), "{least} {most}");
+    assert!(quartiles.0 < 9.0 && (15.0..17.0).contains(&quartiles.1), "{quartiles:?}");
+    assert!(error.hint().contains("--speed-window"), "{}", error.hint());
+    let still = csv("time_s,steer_rad,yaw_rate_radps", 1000, |k| good_row(k).replace(",15.0", ""));
+    let error = read_one(still, &window(7.0, 16.0)).unwrap_err();
+    assert!(matches!(error, Error::NoSpeedForWindow { .. }), "{error:?}");
+}
+
+fn file(name: &str, bytes: &[u8]) -> (String, Vec<u8>) {
+    (name.to_owned(), bytes.to_vec())
+}
+
+/// A drive that starts at another time on another clock.
+fn other_drive() -> Vec<u8> {
+    csv(HEADER, 800, |k| {
+        let t = k as f64 * 0.0125;
+        format!("{:.4},{:.9},{:.9},15.0", 1000.0 + t, steer(t), rate(t))
+    })
+}
+
+#[test]
+fn files_that_bring_everything_are_drives_of_their_own() {
+    let o = LogOptions::default();
+    let log = read_log(&[file("one/a.csv", &good()), file("b.csv", &other_drive())], &o).unwrap();
+    let (one, two) = (read_one(good(), &o).unwrap(), read_one(other_drive(), &o).unwrap());
+    assert_eq!(log.segments.len(), 2);
+    // 0.04 s suits the first, 0.0375 s the second: one sample time for all.
+    assert_eq!((one.sample_time_s, two.sample_time_s, log.sample_time_s), (0.04, 0.0375, 0.04));
+    assert_eq!(log.output[log.segments[0].range.clone()], one.output[..]);
+    assert!(log.segments[1].time0_s > 1000.0);
+    for (k, y) in log.output[log.segments[1].range.clone()].iter().enumerate() {
+        let t = log.segments[1].time0_s - 1000.0 + 0.04 * k as f64;
+        assert!((y - rate(t)).abs() < 1e-3, "{t}");
+    }
+    // Each file by name and hash, each channel by file and column, and which drives there are.
+    let hashes: Vec<_> = log.sources.iter().map(|s| s.name.as_str()).collect();
+    assert_eq!(hashes, ["a.csv", "b.csv"]);
+    assert_eq!(
+        (&log.sources[0].sha256, &log.sources[1].sha256),
+        (&{ formats::sha256_hex(&good()) }, &formats::sha256_hex(&other_drive()))
+    );
+    let columns: Vec<_> = log.channels.iter().map(|c| c.column.as_str()).collect();
+    assert_eq!(&columns[..2], ["a.csv:steer_rad", "a.csv:yaw_rate_radps"]);
+    assert_eq!((columns.len(), columns[5]), (6, "b.csv:speed_mps"));
+    assert_eq!(log.options["drives"], "a.csv; b.csv");
+    // A window is on each drive's own clock; a drive that none meets is left out.
+    let window = LogOptions { windows: vec![(1001.0, 1008.0)], ..o.clone() };
+    let part = read_log(&[file("a.csv", &good()), file("b.csv", &other_drive())], &window).unwrap();
+    assert_eq!(part.segments.len(), 1);
+    assert!(warning(&part, "no window meets").starts_with("a.csv"));
+    let none = LogOptions { windows: vec![(50.0, 60.0)], ..o.clone() };
+    let error = read_log(&[file("a.csv", &good()), file("b.csv", &other_drive())], &none);
+    assert!(matches!(error, Err(Error::NoOverlap { .. })));
+    // The same drive twice would judge a model by what it was estimated from.
+    let error = read_log(&[file("a.csv", &good()), file("copy.csv", &good())], &o).unwrap_err();
+    assert!(
+        matches!(&error, Error::RepeatedDrive { first, second } if first == "a.csv" && second == "copy.csv")
+    );
+    // Where one drive has no speed, none is used.
+    let mute = csv("time_s,steer_rad,yaw_rate_radps", 999, |k| good_row(k).replace(",15.0", ""));
+    let log = read_log(&[file("a.csv", &good()), file("mute.csv", &mute)], &o).unwrap();
+    assert!(log.speed.is_none() && warning(&log, "no speed in").contains("mute.csv"));
+}
+
+#[test]
+fn which_files_are_one_drive_is_told_or_asked() {
+    let o = LogOptions::default();
+    let bare = csv("time_s,steer_rad,yaw_rate_radps", 1000, |k| good_row(k).replace(",15.0", ""));
+    let speed = csv("time_s,speed_mps", 1000, |k| format!("{},15", k as f64 * 0.01));
+    // A file that adds to the only whole one.
+    let log = read_log(&[file("a.csv", &bare), file("speed.csv", &speed)], &o).unwrap();
+    assert!(log.segments.len() == 1 && log.speed.is_some());
+    // To which of two it adds is not known.
+    let three = [file("a.csv", &bare), file("b.csv", &other_drive()), file("speed.csv", &speed)];
+    let error = read_log(&three, &o).unwrap_err();
+    assert!(matches!(error, Error::AmbiguousDrives { .. }), "{error:?}");
+    assert!(error.hint().contains("--drive a.csv,speed.csv"), "{}", error.hint());
+    let open = |i: usize| LogFile::of_bytes(&three[i].0, &three[i].1);
+    let log = read_drives(vec![open(1)], vec![vec![open(0), open(2)]], &o).unwrap();
+    assert_eq!(
+        (log.segments.len(), log.options["drives"].as_str()),
+        (2, "b.csv; a.csv + speed.csv")
+    );
+    assert!(log.speed.is_some());
+    // Columns named with their files are channels of one drive.
+    let named = LogOptions {
+        input: Some("a.csv:steer_rad".into()),
+        output: Some("b.csv:yaw_rate_radps".into()),
+        ..o.clone()
+    };
+    let error = read_log(&three[..2], &named).unwrap_err();
+    assert!(matches!(error, Error::NoOverlap { .. }), "{error:?}");
+    assert!(matches!(read_drives(Vec::new(), vec![Vec::new()], &o), Err(Error::NoFiles)));
+}
+
+/// A reader that gives a byte at a time, and fails where told.
+struct Slow<'a>(&'a [u8], usize);
+
+impl std::io::Read for Slow<'_> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        if self.1 == 0 {
+            return Err(std::io::Error::other("the disk is gone"));
+        }
+        self.1 -= 1;
+        let count = self.0.len().min(buffer.len()).min(1);
+        buffer[..count].copy_from_slice(&self.0[..count]);
+        self.0 = &self.0[count..];
+        Ok(count)
+    }
+}
+
+#[test]
+fn a_file_is_read_as_it_comes() {
+    let text = [b"\xEF\xBB\xBF", b"\n \n".as_slice(), &good()].concat();
+    let read = |budget: usize| {
+        let file = LogFile { name: "slow.csv".into(), reader: Box::new(Slow(&text, budget)) };
+        read_drives(vec![file], Vec::new(), &LogOptions::default())
+    };
+    let log = read(usize::MAX).unwrap();
+    assert_eq!(log.output, read_one(good(), &LogOptions::default()).unwrap().output);
+    assert_eq!(log.sources[0].sha256, formats::sha256_hex(&text));
+    for budget in [10, 20_000] {
+        let error = read(budget).unwrap_err().to_string();
+        assert!(error.starts_with("slow.csv:") && error.contains("the disk is gone"), "{error}");
+    }
 }
 
 proptest::proptest! {

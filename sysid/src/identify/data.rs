@@ -1,6 +1,14 @@
-//! Estimation and held-out data, means removed and scaled to unit spread.
+//! Estimation and held-out data, offsets and trends removed, scaled to unit spread.
+//!
+//! *One offset for all drives.* The operating point is the vehicle's, and the mean of a single drive
+//! tells its bends as much as the zeros of its sensors; so the means removed are those of the
+//! estimation data of all drives together. Where a sensor's zero drifts, or differs from drive to
+//! drive, [`Detrend::Linear`] takes out a line of its own for each.
+//!
+//! *The split* counts samples over all stretches; it is moved to the nearest end of a stretch where it
+//! would leave a crumb of one.
 
-use super::IdentifyOptions;
+use super::{Detrend, IdentifyOptions};
 use crate::dense::row;
 use crate::signal::{mean, standard_deviation};
 use crate::{DataSet, DriveLog, Error, Segment};
@@ -16,6 +24,34 @@ pub(crate) struct Data {
     pub(crate) output_mean: f64,
     pub(crate) input_scale: f64,
     pub(crate) output_scale: f64,
+    /// What was taken from the output, for each run of samples.
+    output_lines: Vec<(Range<usize>, Line)>,
+}
+
+/// `offset + slope·(t − middle)`, t in s on the clock.
+#[derive(Clone, Copy)]
+struct Line {
+    offset: f64,
+    slope: f64,
+    middle: f64,
+}
+
+impl Line {
+    fn flat(offset: f64) -> Self {
+        Self { offset, slope: 0.0, middle: 0.0 }
+    }
+
+    /// The least-squares line.
+    fn through(time: &[f64], x: &[f64]) -> Self {
+        let (middle, offset) = (mean(time), mean(x));
+        let square: f64 = time.iter().map(|t| (t - middle).powi(2)).sum();
+        let along: f64 = time.iter().zip(x).map(|(t, x)| (t - middle) * (x - offset)).sum();
+        Self { offset, slope: if square > 0.0 { along / square } else { 0.0 }, middle }
+    }
+
+    fn at(self, t: f64) -> f64 {
+        self.offset + self.slope * (t - self.middle)
+    }
 }
 
 /// One stretch of time, in as many segments as the log has there.
@@ -85,9 +121,8 @@ impl Data {
         if input.iter().chain(&log.output).any(|x| !x.is_finite()) {
             return Err(Error::NoModel { problem: "the recording is not finite".into() });
         }
-        let split = n - (options.validation_fraction * n as f64).round() as usize;
+        let split = split(log, n, options.validation_fraction);
         let (u, y) = (&input[..split], &log.output[..split]);
-        let means = if options.remove_means { (mean(u), mean(y)) } else { (0.0, 0.0) };
         let scales = (standard_deviation(u), standard_deviation(y));
         for (scale, role) in [(scales.0, "steering"), (scales.1, "yaw rate")] {
             if scale <= 0.0 {
@@ -96,10 +131,28 @@ impl Data {
                 });
             }
         }
-        let scaled =
-            |x: &[f64], m: f64, s: f64| -> Vec<f64> { x.iter().map(|v| (v - m) / s).collect() };
-        let (u, y) =
-            (scaled(&input[..n], means.0, scales.0), scaled(&log.output[..n], means.1, scales.1));
+        let means = match options.detrend {
+            Detrend::None => (0.0, 0.0),
+            Detrend::Mean | Detrend::Linear => (mean(u), mean(y)),
+        };
+        let time = log.time_s();
+        let lines = |x: &[f64], mean: f64| -> Vec<(Range<usize>, Line)> {
+            match options.detrend {
+                Detrend::Linear => clock_runs(&time, split)
+                    .into_iter()
+                    .map(|run| (run.clone(), Line::through(&time[run.clone()], &x[run])))
+                    .collect(),
+                Detrend::Mean | Detrend::None => vec![(0..n, Line::flat(mean))],
+            }
+        };
+        let input_lines = lines(&input, means.0);
+        let output_lines = lines(&log.output, means.1);
+        let scaled = |x: &[f64], lines: &[(Range<usize>, Line)], scale: f64| -> Vec<f64> {
+            let runs = lines.iter().flat_map(|(run, line)| run.clone().map(move |k| (k, *line)));
+            runs.map(|(k, line)| (x[k] - line.at(time[k])) / scale).collect()
+        };
+        let u = scaled(&input, &input_lines, scales.0);
+        let y = scaled(&log.output, &output_lines, scales.1);
         Ok(Self {
             sample_time: log.sample_time_s,
             estimation: Part::new(log, &(0..split), &u, &y)?,
@@ -108,6 +161,40 @@ impl Data {
             output_mean: means.1,
             input_scale: scales.0,
             output_scale: scales.1,
+            output_lines,
         })
     }
+
+    /// Yaw rate, rad/s, in place of the scaled one of all samples.
+    pub(crate) fn restore(&self, log: &DriveLog, y: &mut [f64]) {
+        let time = log.time_s();
+        for (run, line) in &self.output_lines {
+            for k in run.clone() {
+                y[k] = line.at(time[k]) + self.output_scale * y[k];
+            }
+        }
+    }
+}
+
+/// The first sample that is held out.
+fn split(log: &DriveLog, n: usize, held_out: f64) -> usize {
+    /// Shorter pieces of a stretch have no column in a block Hankel matrix of 30 block rows.
+    const CRUMB: usize = 60;
+    let split = n - (held_out * n as f64).round() as usize;
+    let ends = log.segments.iter().map(|s| s.range.end).filter(|end| *end < n);
+    ends.min_by_key(|end| end.abs_diff(split))
+        .filter(|end| end.abs_diff(split) < CRUMB)
+        .unwrap_or(split)
+}
+
+/// Runs of samples on one clock, none across the split: a clock that goes back is another drive's.
+fn clock_runs(time: &[f64], split: usize) -> Vec<Range<usize>> {
+    let mut runs: Vec<Range<usize>> = Vec::new();
+    for k in 0..time.len() {
+        match runs.last_mut() {
+            Some(run) if k != split && time[k] > time[k - 1] => run.end = k + 1,
+            _ => runs.push(k..k + 1),
+        }
+    }
+    runs
 }

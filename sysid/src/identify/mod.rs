@@ -2,6 +2,7 @@
 
 mod candidates;
 mod data;
+mod delayed;
 mod evidence;
 mod judge;
 mod options;
@@ -16,6 +17,7 @@ use crate::subspace::noise_model;
 use crate::{DriveLog, Error};
 use candidates::{Candidate, choose, initial_states, output};
 use data::{Data, Part, driving_input};
+use delayed::delayed;
 use evidence::LAGS;
 use faer::{Mat, MatRef};
 use formats::{
@@ -24,7 +26,7 @@ use formats::{
 };
 
 pub use judge::{Judged, judge};
-pub use options::IdentifyOptions;
+pub use options::{Detrend, IdentifyOptions};
 
 /// A steering offset beyond this is doubtful, degrees at the road wheel.
 const MOST_CROOKED_DEG: f64 = 1.0;
@@ -68,11 +70,15 @@ pub struct Traces {
 /// and its verdict say so.
 pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified, Error> {
     options.check()?;
+    let measured = log;
+    let (log, delay) = delayed(measured, options)?;
+    let log = &*log;
     let input = driving_input(log, options.input_kind)?;
     let data = Data::new(log, options)?;
     let choice = choose(&data, options)?;
     let chosen = &choice.candidates[choice.chosen];
     let mut warnings = log.warnings.clone();
+    warnings.extend(delay.told.clone());
     let filter = filter(&data, &choice.factor, chosen, options.refine, &mut warnings)?;
 
     // Back to SI: u' = (u − ū)/s_u, y' = (y − ȳ)/s_y.
@@ -96,7 +102,8 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
     if log.speed.is_none() {
         warnings.push("no speed channel: the operating point's speed is written as 0".into());
     }
-    let traces = traces(log, &data, chosen)?;
+    let mut traces = traces(log, &data, chosen)?;
+    traces.steering_rad.clone_from(&measured.input);
     let part = &data.validation;
     let simulated = output(&chosen.model, part, &initial_states(&chosen.model, part)?);
     let residuals = part.stretches(&filter.validation_residuals);
@@ -177,7 +184,7 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
         name: log.name.clone(),
         input: options.input_kind,
         steering_ratio: log.steering_ratio,
-        input_delay_s: 0.0,
+        input_delay_s: delay.seconds,
         operating_point: point,
         discrete: discrete(&model, &gain, &chosen.x0[0], data.sample_time),
         continuous: continuous.map(|c| continuous_form(&c, &model)),
@@ -338,9 +345,7 @@ fn traces(log: &DriveLog, data: &Data, chosen: &Candidate) -> Result<Traces, Err
     let x0 = initial_states(&chosen.model, held_out)?;
     let mut simulated = output(&chosen.model, &data.estimation, &chosen.x0);
     simulated.extend(output(&chosen.model, held_out, &x0));
-    for y in &mut simulated {
-        *y = data.output_mean + data.output_scale * *y;
-    }
+    data.restore(log, &mut simulated);
     let n = simulated.len();
     let split = data.estimation.len();
     Ok(Traces {

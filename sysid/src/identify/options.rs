@@ -30,10 +30,41 @@ pub struct IdentifyOptions {
     pub input_kind: InputKind,
     /// Share of the log, at its end, that is held out for validation.
     pub validation_fraction: f64,
-    /// Whether the means of the estimation data are removed from input and output.
-    pub remove_means: bool,
+    /// What is taken out of input and output before a model is fitted.
+    pub detrend: Detrend,
+    /// Pure delay of the input, s. `None`: the one that the data ask for (see
+    /// [`estimate_delay`](crate::delay::estimate_delay)).
+    pub delay_s: Option<f64>,
     /// Whether the subspace model is refined by its simulation error.
     pub refine: bool,
+}
+
+/// Offsets and trends that are no dynamics.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Detrend {
+    /// The means of the estimation data, all drives together, from estimation and held-out data.
+    Mean,
+    /// A straight line over time for the estimation data and one for the held-out data of each clock:
+    /// for sensors whose zero drifts or differs between drives. The held-out fit then is that beside
+    /// a line of its own.
+    Linear,
+    /// Nothing: the model passes through the origin.
+    None,
+}
+
+impl Detrend {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Mean, Self::Linear, Self::None];
+
+    /// The word on the command line and in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Mean => "mean",
+            Self::Linear => "linear",
+            Self::None => "none",
+        }
+    }
 }
 
 impl Default for IdentifyOptions {
@@ -47,7 +78,8 @@ impl Default for IdentifyOptions {
             feedthrough: false,
             input_kind: InputKind::Steering,
             validation_fraction: 0.5,
-            remove_means: true,
+            detrend: Detrend::Mean,
+            delay_s: None,
             refine: true,
         }
     }
@@ -69,6 +101,11 @@ impl IdentifyOptions {
             && !(1..=32).contains(&order)
         {
             return out_of_range("--order", order.to_string(), "1 to 32, or auto");
+        }
+        if let Some(delay) = self.delay_s
+            && !(0.0..=2.0).contains(&delay)
+        {
+            return out_of_range("--delay", format!("{delay} s"), "0 s to 2 s, or auto");
         }
         if let Some(horizon) = self.horizon {
             if !(2..=200).contains(&horizon) {
@@ -107,7 +144,8 @@ impl IdentifyOptions {
             ("horizon".into(), number(self.horizon)),
             ("feedthrough".into(), self.feedthrough.to_string()),
             ("validation_fraction".into(), self.validation_fraction.to_string()),
-            ("remove_means".into(), self.remove_means.to_string()),
+            ("detrend".into(), self.detrend.name().into()),
+            ("delay_s".into(), self.delay_s.map_or_else(|| "auto".into(), |x| x.to_string())),
             ("refine".into(), self.refine.to_string()),
         ])
     }

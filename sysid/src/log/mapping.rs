@@ -32,7 +32,7 @@ pub(crate) fn find(
         && let Some((file, column)) = name.rsplit_once(':')
     {
         hits = self::hits(tables, column);
-        hits.retain(|(t, _)| same_file(tables[*t].file, file));
+        hits.retain(|(t, _)| same_file(&tables[*t].file, file));
         // The file's whole name goes before its last part.
         if hits.iter().any(|(t, _)| tables[*t].file == file) {
             hits.retain(|(t, _)| tables[*t].file == file);
@@ -52,7 +52,11 @@ pub(crate) fn find(
         _ => Err(Error::AmbiguousColumn {
             role: role.name(),
             column: name.into(),
-            files: hits.iter().map(|(t, _)| tables[*t].file).collect::<Vec<_>>().join(", "),
+            files: hits
+                .iter()
+                .map(|(t, _)| tables[*t].file.as_str())
+                .collect::<Vec<_>>()
+                .join(", "),
         }),
     }
 }
@@ -129,29 +133,29 @@ pub(crate) fn unit_of(
         name == header
             || name == bare
             || name.rsplit_once(':').is_some_and(|(file, column)| {
-                same_file(table.file, file) && (column == header || column == bare)
+                same_file(&table.file, file) && (column == header || column == bare)
             })
     });
     match stated {
         Some((_, text)) => parse_unit(text).ok_or_else(|| Error::UnknownUnit {
-            file: table.file.into(),
+            file: table.file.clone(),
             column: header.clone(),
             unit: text.clone(),
         }),
         None => unit_of_header(header).ok_or_else(|| Error::UnitNotStated {
-            at: Place::new(table.file, table.header_line, header),
+            at: Place::new(&table.file, table.header_line, header),
         }),
     }
 }
 
 /// Every stated unit must belong to a column that exists.
-pub(crate) fn check_units_are_used(
-    tables: &[Table<'_>],
+pub(crate) fn check_units_are_used<'a>(
+    tables: impl Iterator<Item = &'a Table<'a>> + Clone,
     options: &LogOptions,
 ) -> Result<(), Error> {
     for name in options.units.keys() {
         let column = name.rsplit_once(':').map_or(name.as_str(), |(_, column)| column);
-        if hits(tables, name).is_empty() && hits(tables, column).is_empty() {
+        if !tables.clone().any(|t| t.find(name).is_some() || t.find(column).is_some()) {
             return Err(Error::UnusedUnit { column: name.clone() });
         }
     }
@@ -163,7 +167,7 @@ fn check_quantity(table: &Table<'_>, column: usize, unit: Unit, role: Role) -> R
         return Ok(());
     }
     Err(Error::WrongQuantity {
-        file: table.file.into(),
+        file: table.file.clone(),
         column: table.header[column].clone(),
         role: role.name(),
         unit: unit.name,
@@ -201,7 +205,7 @@ pub(crate) fn time_column(
     if unfit.len() == 1 {
         return Err(unfit.remove(0));
     }
-    Err(Error::NoTime { file: table.file.into(), available: table.header.join(", ") })
+    Err(Error::NoTime { file: table.file.clone(), available: table.header.join(", ") })
 }
 
 fn available(tables: &[Table<'_>]) -> String {

@@ -1,40 +1,34 @@
-//! From CSV files to one uniform recording of steering angle and yaw rate.
+//! From CSV files to one uniform recording of steering angle and yaw rate, in as many stretches as
+//! drives, gaps and windows make of it.
 
+mod assemble;
+mod delayed;
+mod drive;
 mod mapping;
 mod options;
 mod resample;
 mod role;
 mod series;
+mod stretches;
 mod table;
 mod units;
 
-use crate::signal::mean;
-use crate::{Error, Place};
+use crate::Error;
+use drive::Drive;
 use formats::{ChannelSummary, SourceFile};
-use resample::{Grid, Hold, resample};
 use role::Role;
 use series::Series;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use table::Table;
-use units::Quantity;
 
 pub use options::LogOptions;
 pub(crate) use role::unit_in_place_of;
+pub use table::LogFile;
 pub(crate) use units::known_units;
 
 /// Fewest samples of the merged recording.
 pub(crate) const LEAST_SAMPLES: usize = 100;
-/// Most samples of the merged recording, and of the fine grid it is filtered on.
-const MOST_SAMPLES: usize = 20_000_000;
-/// Sample time that is aimed at: a Nyquist frequency of 12.5 Hz, two and a half times the about
-/// 5 Hz up to which lateral dynamics respond, and ten samples or more in a rise time.
-const AIMED_SAMPLE_TIME: f64 = 0.04;
-/// Slower on average, a vehicle stands, m/s: yaw dynamics of it are none, and a column that says so
-/// while the vehicle turns is dead, in another unit or another signal.
-const LEAST_MEAN_SPEED: f64 = 0.5;
-/// A road wheel turns no further, rad.
-const LARGEST_ROAD_WHEEL_ANGLE: f64 = 0.8;
 
 /// A drive on one uniform grid, SI and radians, ISO 8855 signs.
 #[derive(Debug, Clone, PartialEq)]
@@ -96,72 +90,76 @@ impl DriveLog {
     }
 }
 
-/// Reads CSV files, each with a header and a clock of its own, and merges the mapped columns onto
-/// one uniform grid over the time that all of them cover.
+/// Reads CSV files, each with a header and a clock of its own.
 ///
-/// The sample time is the one asked for, else the multiple of the log's own period that comes
-/// nearest to 0.04 s from below (0.04 s where the clocks differ or are irregular). Anti-alias
-/// filtering and its effect on the held input are described in the module `resample`.
+/// Files that each bring steering and yaw rate are drives of their own; else the files are channels of
+/// one drive. [`read_drives`] takes files that are grouped already, and says the rest.
 ///
 /// # Errors
 /// [`Error`] with file, line and column.
 pub fn read_log(files: &[(String, Vec<u8>)], options: &LogOptions) -> Result<DriveLog, Error> {
+    let files = files.iter().map(|(name, bytes)| LogFile::of_bytes(name, bytes)).collect();
+    read_drives(files, Vec::new(), options)
+}
+
+/// Reads drives as one recording on one sample time: `files`, which are grouped by what they bring,
+/// and `drives`, each the files of one drive.
+///
+/// The mapped columns of a drive are merged onto a uniform grid over the time that all of them cover
+/// within the windows. Blank cells and gaps up to `max_gap_s` are bridged by straight lines; a longer
+/// gap splits the drive, and so does a speed window. Stretches too short to identify from are left out,
+/// with a warning.
+///
+/// The sample time is the one asked for, else the multiple of the log's own period that comes
+/// nearest to 0.04 s from below (0.04 s where the clocks differ or are irregular), the longest of
+/// those of the drives. Anti-alias filtering and its effect on the held input are described in the
+/// module `resample`.
+///
+/// # Errors
+/// [`Error`] with file, line and column.
+pub fn read_drives(
+    files: Vec<LogFile<'_>>,
+    drives: Vec<Vec<LogFile<'_>>>,
+    options: &LogOptions,
+) -> Result<DriveLog, Error> {
     check_options(options)?;
-    if files.is_empty() {
-        return Err(Error::NoFiles);
+    let open = |files: Vec<_>| files.into_iter().map(Table::open).collect::<Result<Vec<_>, _>>();
+    let mut groups = drive::grouped(open(files)?, options)?;
+    for files in drives.into_iter().filter(|files| !files.is_empty()) {
+        groups.push(open(files)?);
     }
-    let tables = files.iter().map(|(n, b)| Table::open(n, b)).collect::<Result<Vec<_>, _>>()?;
-    mapping::check_units_are_used(&tables, options)?;
+    let Some(first) = groups.first() else { return Err(Error::NoFiles) };
+    let name = stem(&first[0].file);
+    mapping::check_units_are_used(groups.iter().flatten(), options)?;
     let mut warnings = Vec::new();
-    let mut channels = Vec::new();
-    for role in [Role::Steering, Role::YawRate, Role::Speed] {
-        if let Some(source) = mapping::find(&tables, options, role, &mut warnings)? {
-            channels.push(series::read(&tables, source, role, options, &mut warnings)?);
-        }
-    }
-    for channel in channels.iter().take(2) {
-        check_constant(channel)?;
-    }
-    let steering_ratio = steering_ratio(&channels[0], options, &mut warnings)?;
-    let grid = common_grid(&channels, options)?;
-    let margin = if grid.per_step > 1 { 9.0 * grid.step } else { 0.0 };
-    let (from, to) =
-        (grid.start - margin, grid.start + (grid.count as f64 - 1.0) * grid.step + margin);
-    for channel in &channels {
-        channel.check_gaps(from, to, options.max_gap_s, &mut warnings)?;
-    }
-    let on_grid = |role: Role| {
-        let channel = channels.iter().find(|c| c.role == role)?;
-        let hold = match role {
-            Role::Steering => Hold::Held(channel.period),
-            _ => Hold::Sampled,
-        };
-        Some(resample(&channel.time, &channel.value, &grid, hold))
-    };
-    let speed: Option<Vec<f64>> =
-        on_grid(Role::Speed).map(|v| v.into_iter().map(|x| x.max(0.0)).collect());
-    if let (Some(speed), Some(channel)) = (&speed, channels.iter().find(|c| c.role == Role::Speed))
-    {
-        check_moves(speed, channel)?;
-    }
+    let drives = groups
+        .into_iter()
+        .map(|tables| Drive::read(tables, options, &mut warnings))
+        .collect::<Result<Vec<_>, _>>()?;
+    check_repeated(&drives)?;
     let mut used = options.to_map();
-    used.insert("sample_time_used_s".into(), grid.step.to_string());
-    Ok(DriveLog {
-        name: stem(&files[0].0),
-        sample_time_s: grid.step,
-        segments: vec![Stretch { time0_s: grid.start, range: 0..grid.count }],
-        input: on_grid(Role::Steering).unwrap_or_default(),
-        output: on_grid(Role::YawRate).unwrap_or_default(),
-        speed,
-        steering_ratio,
-        channels: channels.iter().map(Series::summary).collect(),
+    if drives.len() > 1 {
+        let names: Vec<&str> = drives.iter().map(|d| d.name.as_str()).collect();
+        used.insert("drives".into(), names.join("; "));
+    }
+    let mut log = DriveLog {
+        name,
+        sample_time_s: 0.0,
+        segments: Vec::new(),
+        input: Vec::new(),
+        output: Vec::new(),
+        speed: has_speed(&drives, options, &mut warnings)?.then(Vec::new),
+        steering_ratio: drives[0].steering_ratio,
+        channels: channels(&drives),
         warnings,
-        sources: files
-            .iter()
-            .map(|(name, bytes)| SourceFile::of(std::path::Path::new(name), bytes))
-            .collect(),
+        sources: drives.iter().flat_map(|d| d.files.iter().cloned()).collect(),
         options: used,
-    })
+    };
+    log.fill(&drives, options)?;
+    log.options.insert("sample_time_used_s".into(), log.sample_time_s.to_string());
+    let mut seen = std::collections::BTreeSet::new();
+    log.warnings.retain(|warning| seen.insert(warning.clone()));
+    Ok(log)
 }
 
 fn check_options(options: &LogOptions) -> Result<(), Error> {
@@ -178,153 +176,67 @@ fn check_options(options: &LogOptions) -> Result<(), Error> {
     positive("--sample-time", options.sample_time_s)?;
     positive("--row-period", options.row_period_s)?;
     positive("--max-gap", Some(options.max_gap_s))?;
-    match options.window {
-        Some((from, to)) if from.is_nan() || to.is_nan() || from >= to => Err(Error::Option {
-            option: "--window",
-            value: format!("{from},{to}"),
-            expected: "the start before the end".into(),
-        }),
-        _ => Ok(()),
+    let range = |option, range: &(f64, f64), expected: &str| match *range {
+        (from, to) if from.is_finite() && to.is_finite() && from < to => Ok(()),
+        (from, to) => {
+            let value = format!("{from}..{to}");
+            Err(Error::Option { option, value, expected: expected.into() })
+        }
+    };
+    for window in &options.windows {
+        range("--window", window, "the start before the end")?;
+    }
+    match &options.speed_window {
+        Some(window) => range("--speed-window", window, "the lower speed before the higher"),
+        None => Ok(()),
     }
 }
 
-fn check_constant(channel: &Series) -> Result<(), Error> {
-    let first = channel.value[0];
-    if channel.value.iter().any(|x| (x - first).abs() > 1e-12 * (1.0 + first.abs())) {
-        return Ok(());
+/// A drive given twice would be held out and estimated from at once.
+fn check_repeated(drives: &[Drive]) -> Result<(), Error> {
+    for (i, drive) in drives.iter().enumerate() {
+        let hashes = |d: &Drive| d.files.iter().map(|f| f.sha256.clone()).collect::<Vec<_>>();
+        if let Some(first) = drives[..i].iter().find(|d| hashes(d) == hashes(drive)) {
+            let (first, second) = (first.name.clone(), drive.name.clone());
+            return Err(Error::RepeatedDrive { first, second });
+        }
     }
-    Err(Error::Constant {
-        file: channel.file.clone(),
-        column: channel.column.clone(),
-        role: channel.role.name(),
-        value: first / channel.unit.to_si,
-        unit: channel.unit.name,
-    })
+    Ok(())
 }
 
-/// The speed of the part that is used is no standstill's.
-fn check_moves(speed: &[f64], channel: &Series) -> Result<(), Error> {
-    let mean_mps = mean(speed);
-    if mean_mps >= LEAST_MEAN_SPEED {
-        return Ok(());
-    }
-    Err(Error::Standstill { file: channel.file.clone(), column: channel.column.clone(), mean_mps })
-}
-
-/// The ratio stated, or 1 where the column may be a road wheel's.
-fn steering_ratio(
-    steering: &Series,
+/// Whether every drive tells its speed.
+fn has_speed(
+    drives: &[Drive],
     options: &LogOptions,
     warnings: &mut Vec<String>,
-) -> Result<f64, Error> {
-    if let Some(ratio) = options.steering_ratio {
-        return Ok(ratio);
+) -> Result<bool, Error> {
+    let without: Vec<&str> = drives
+        .iter()
+        .filter(|d| d.channel(Role::Speed).is_none())
+        .map(|d| d.name.as_str())
+        .collect();
+    if !without.is_empty() && options.speed_window.is_some() {
+        return Err(Error::NoSpeedForWindow { drive: without[0].into() });
     }
-    let name = steering.column.to_lowercase();
-    if name.contains("wheel") && !name.contains("road") {
-        return Err(Error::SteeringRatioUnknown {
-            file: steering.file.clone(),
-            column: steering.column.clone(),
-        });
+    if !without.is_empty() && without.len() < drives.len() {
+        let names = without.join(", ");
+        warnings.push(format!("no speed in {names}: the speed of the other drives is not used"));
     }
-    if steering.unit.quantity == Quantity::Angle {
-        let angles = steering.value.iter().map(|x| x.abs()).zip(&steering.line);
-        let (largest, line) = angles.fold((0.0, &0), |m, x| if x.0 > m.0 { x } else { m });
-        if largest > LARGEST_ROAD_WHEEL_ANGLE {
-            return Err(Error::NotARoadWheel {
-                at: Place::new(&steering.file, *line, &steering.column),
-                largest_deg: largest.to_degrees(),
-            });
-        }
-    }
-    if !name.contains("road") {
-        warnings.push(format!(
-            "no steering ratio is given: column `{}` is taken for the road-wheel angle (ratio 1)",
-            steering.column
-        ));
-    }
-    Ok(1.0)
+    Ok(without.is_empty())
 }
 
-/// The grid over the time all channels cover, within the window.
-fn common_grid(channels: &[Series], options: &LogOptions) -> Result<Grid, Error> {
-    let latest = |a: usize, b: usize| if channels[b].start() > channels[a].start() { b } else { a };
-    let earliest = |a: usize, b: usize| if channels[b].end() < channels[a].end() { b } else { a };
-    let first = (1..channels.len()).fold(0, latest);
-    let last = (1..channels.len()).fold(0, earliest);
-    let (mut from, mut to) = (channels[first].start(), channels[last].end());
-    if from >= to {
-        let (a, b) = (&channels[last], &channels[first]);
-        return Err(Error::NoOverlap {
-            first: format!("{} ({})", a.column, a.file),
-            first_from: a.start(),
-            first_to: a.end(),
-            second: format!("{} ({})", b.column, b.file),
-            second_from: b.start(),
-            second_to: b.end(),
-        });
-    }
-    if let Some((start, end)) = options.window {
-        if start >= to || end <= from {
-            return Err(Error::NoOverlap {
-                first: "the window".into(),
-                first_from: start,
-                first_to: end,
-                second: "the log".into(),
-                second_from: from,
-                second_to: to,
-            });
-        }
-        from = from.max(start);
-        to = to.min(end);
-    }
-    // Steering and yaw rate set the rate; a slower speed follows.
-    let periods = [channels[0].period, channels[1].period];
-    let (fast, slow) = (periods[0].min(periods[1]), periods[0].max(periods[1]));
-    let shared = is_uniform(&channels[0]) && same_clock(&channels[0], &channels[1]);
-    let step = match options.sample_time_s {
-        Some(asked) if asked < fast * (1.0 - 1e-3) => {
-            return Err(Error::SampleTimeTooShort { asked, least: fast });
-        }
-        Some(asked) => asked,
-        None if shared => fast * (AIMED_SAMPLE_TIME / fast + 1e-6).floor().max(1.0),
-        None => AIMED_SAMPLE_TIME.max(slow),
+/// What was read from each column; of several drives, with the file.
+fn channels(drives: &[Drive]) -> Vec<ChannelSummary> {
+    let summary = |channel: &Series| {
+        let summary = channel.summary();
+        let column = if drives.len() > 1 {
+            format!("{}:{}", last_part(&channel.file), summary.column)
+        } else {
+            summary.column.clone()
+        };
+        ChannelSummary { column, ..summary }
     };
-    // Decimal clocks leave digits like 0.03999999999999915.
-    let step = (step * 1e9).round() / 1e9;
-    let per_step = (step / fast - 1e-3).ceil().max(1.0);
-    if per_step * ((to - from) / step + 20.0) > MOST_SAMPLES as f64 {
-        // One wild instant makes a gap, which says where.
-        for channel in channels {
-            channel.check_gaps(from, to, options.max_gap_s, &mut Vec::new())?;
-        }
-        let (duration_s, sample_time_s) = (to - from, step / per_step);
-        return Err(Error::TooManySamples { duration_s, sample_time_s, limit: MOST_SAMPLES });
-    }
-    let per_step = per_step as usize;
-    // Start on a sample of a shared clock, so that interpolation changes nothing.
-    if shared {
-        let i = channels[0].time.partition_point(|t| *t < from - 1e-9);
-        from = channels[0].time.get(i).copied().unwrap_or(from);
-    }
-    let grid = Grid::within(from, to, step, per_step);
-    if grid.count < LEAST_SAMPLES {
-        return Err(Error::TooFewSamples {
-            got: grid.count,
-            need: LEAST_SAMPLES,
-            sample_time_s: step,
-        });
-    }
-    Ok(grid)
-}
-
-fn is_uniform(series: &Series) -> bool {
-    series.time.windows(2).all(|w| ((w[1] - w[0]) / series.period - 1.0).abs() < 0.05)
-}
-
-fn same_clock(a: &Series, b: &Series) -> bool {
-    let apart = (a.start() - b.start()) / a.period;
-    (a.period / b.period - 1.0).abs() < 1e-3 && (apart - apart.round()).abs() < 1e-3
+    drives.iter().flat_map(|d| d.channels.iter().map(summary)).collect()
 }
 
 /// `1 gap`, `2 gaps`.
@@ -332,7 +244,15 @@ fn signal_words(count: usize, what: &str) -> String {
     if count == 1 { format!("1 {what}") } else { format!("{count} {what}s") }
 }
 
+fn round_ms(x: f64) -> f64 {
+    (x * 1e3).round() / 1e3
+}
+
+fn last_part(path: &str) -> &str {
+    path.rsplit(['/', '\\']).next().unwrap_or(path)
+}
+
 fn stem(path: &str) -> String {
-    let name = path.rsplit(['/', '\\']).next().unwrap_or(path);
+    let name = last_part(path);
     name.rsplit_once('.').map_or(name, |(stem, _)| stem).to_owned()
 }

@@ -20,13 +20,17 @@ pub struct LogOptions {
     pub units: BTreeMap<String, String>,
     /// Steering angle over road-wheel angle. `None`: 1, which is refused for a steering wheel.
     pub steering_ratio: Option<f64>,
-    /// Part of the drive to use, from and to, s on the log's clock.
-    pub window: Option<(f64, f64)>,
-    /// Sample time of the merged recording, s. `None`: about 0.04 s (see [`read_log`](crate::read_log)).
+    /// Parts of each drive to use, from and to, s on its clock; none for all of it.
+    pub windows: Vec<(f64, f64)>,
+    /// Speeds to use, from and to, m/s: the stretches where the speed, averaged over a second, stays
+    /// within.
+    pub speed_window: Option<(f64, f64)>,
+    /// Sample time of the merged recording, s. `None`: about 0.04 s (see
+    /// [`read_drives`](crate::read_drives)).
     pub sample_time_s: Option<f64>,
     /// Period of the rows, s, for files without a clock.
     pub row_period_s: Option<f64>,
-    /// Longest gap that is bridged by a straight line, s.
+    /// Longest gap that is bridged by a straight line, s; a longer one splits the drive.
     pub max_gap_s: f64,
 }
 
@@ -39,7 +43,8 @@ impl Default for LogOptions {
             time: None,
             units: BTreeMap::new(),
             steering_ratio: None,
-            window: None,
+            windows: Vec::new(),
+            speed_window: None,
             sample_time_s: None,
             row_period_s: None,
             max_gap_s: 0.5,
@@ -62,8 +67,13 @@ impl LogOptions {
             ("sample_time_s".into(), number(self.sample_time_s)),
             ("max_gap_s".into(), self.max_gap_s.to_string()),
         ]);
-        if let Some((from, to)) = self.window {
-            map.insert("window_s".into(), format!("{from},{to}"));
+        if !self.windows.is_empty() {
+            let windows: Vec<String> =
+                self.windows.iter().map(|(from, to)| format!("{from},{to}")).collect();
+            map.insert("window_s".into(), windows.join("; "));
+        }
+        if let Some((from, to)) = self.speed_window {
+            map.insert("speed_window_mps".into(), format!("{from},{to}"));
         }
         if let Some(period) = self.row_period_s {
             map.insert("row_period_s".into(), period.to_string());

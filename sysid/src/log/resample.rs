@@ -78,7 +78,7 @@ pub(crate) fn interpolate(
     step: f64,
     count: usize,
 ) -> Vec<f64> {
-    let mut i = 0;
+    let mut i = time.partition_point(|t| *t <= start).saturating_sub(1).min(time.len() - 2);
     (0..count)
         .map(|k| {
             let t = start + k as f64 * step;

@@ -6,7 +6,8 @@ use super::table::Table;
 use super::units::{Quantity, Unit};
 use super::{LogOptions, signal_words};
 use crate::{Error, Place};
-use formats::ChannelSummary;
+use formats::{ChannelSummary, SourceFile};
+use std::rc::Rc;
 
 /// Samples of one channel in time order.
 #[derive(Debug, Clone)]
@@ -15,80 +16,94 @@ pub(crate) struct Series {
     pub(crate) file: String,
     pub(crate) column: String,
     pub(crate) unit: Unit,
-    /// Instants, s.
-    pub(crate) time: Vec<f64>,
+    /// Instants, s; shared by the channels of a file where none of its cells is blank.
+    pub(crate) time: Rc<Vec<f64>>,
     /// SI values.
     pub(crate) value: Vec<f64>,
     /// Lines in the file.
-    pub(crate) line: Vec<u64>,
+    pub(crate) line: Rc<Vec<u64>>,
     /// Median period of the clock, s.
     pub(crate) period: f64,
 }
 
-/// Reads the channel of `source`.
+/// Reads the channels of `sources`, in that order, and each file once.
 pub(crate) fn read(
-    tables: &[Table<'_>],
-    source: Source,
-    role: Role,
+    tables: Vec<Table<'_>>,
+    sources: &[(Role, Source)],
+    options: &LogOptions,
+    warnings: &mut Vec<String>,
+) -> Result<(Vec<Series>, Vec<SourceFile>), Error> {
+    let mut channels: Vec<(usize, Series)> = Vec::new();
+    let mut files = Vec::new();
+    for (t, table) in tables.into_iter().enumerate() {
+        let own = || sources.iter().enumerate().filter(|(_, (_, source))| source.table == t);
+        let clock = if own().next().is_some() { time_column(&table, options)? } else { None };
+        let wanted: Vec<usize> =
+            clock.iter().map(|(c, _)| *c).chain(own().map(|(_, (_, s))| s.column)).collect();
+        let (file, header) = (table.file.clone(), table.header.clone());
+        let (columns, source) = table.columns(&wanted)?;
+        files.push(source);
+        let mut values = columns.values.into_iter();
+        let time: Vec<f64> = match (clock, options.row_period_s) {
+            (Some((_, unit)), _) => {
+                let mut time = values.next().unwrap_or_default();
+                time.iter_mut().for_each(|t| *t *= unit.to_si);
+                time
+            }
+            (None, period) => {
+                (0..columns.lines.len()).map(|i| i as f64 * period.unwrap_or(1.0)).collect()
+            }
+        };
+        if let Some((c, _)) = clock {
+            check_clock(&file, &header[c], &time, &columns.lines)?;
+        }
+        let time = Rc::new(time);
+        for ((place, (role, source)), value) in own().zip(values) {
+            let raw = Series {
+                role: *role,
+                file: file.clone(),
+                column: header[source.column].clone(),
+                unit: source.unit,
+                time: Rc::clone(&time),
+                value,
+                line: Rc::clone(&columns.lines),
+                period: 0.0,
+            };
+            channels.push((place, finished(raw, source.sign, options, warnings)?));
+        }
+    }
+    channels.sort_by_key(|(place, _)| *place);
+    Ok((channels.into_iter().map(|(_, series)| series).collect(), files))
+}
+
+/// SI values, missing samples dropped, yaw differenced.
+fn finished(
+    mut series: Series,
+    sign: f64,
     options: &LogOptions,
     warnings: &mut Vec<String>,
 ) -> Result<Series, Error> {
-    let table = &tables[source.table];
-    let clock = time_column(table, options)?;
-    let wanted: Vec<usize> =
-        clock.iter().map(|(c, _)| *c).chain(std::iter::once(source.column)).collect();
-    let columns = table.columns(&wanted)?;
-    let raw = columns.values.last().map_or(&[][..], Vec::as_slice);
-    let file = table.file.to_owned();
-    let column = table.header[source.column].clone();
-    let time: Vec<f64> = match (clock, options.row_period_s) {
-        (Some((_, unit)), _) => columns.values[0].iter().map(|t| t * unit.to_si).collect(),
-        (None, period) => (0..raw.len()).map(|i| i as f64 * period.unwrap_or(1.0)).collect(),
-    };
-    if let Some((c, _)) = clock {
-        check_clock(&file, &table.header[c], &time, &columns.lines)?;
-    }
-    let mut series = Series {
-        role,
-        file,
-        column,
-        unit: source.unit,
-        time: Vec::with_capacity(raw.len()),
-        value: Vec::with_capacity(raw.len()),
-        line: Vec::with_capacity(raw.len()),
-        period: 0.0,
-    };
-    let limits = role.limits(source.unit.quantity);
-    let mut missing = MissingRuns::default();
-    for ((&t, &x), &line) in time.iter().zip(raw).zip(&columns.lines) {
-        if t.is_nan() || x.is_nan() {
-            missing.note(line);
-            continue;
-        }
-        let value = source.sign * x * source.unit.to_si;
-        if let Some((least, most, si)) = limits
-            && !(least..=most).contains(&value)
+    let (role, unit) = (series.role, series.unit);
+    let factor = sign * unit.to_si;
+    if let Some((least, most, si)) = role.limits(unit.quantity) {
+        let outside = |x: f64| x < least || x > most;
+        if let Some(i) = (0..series.value.len())
+            .find(|&i| outside(factor * series.value[i]) && !series.time[i].is_nan())
         {
+            let value = factor * series.value[i];
             return Err(Error::Impossible {
-                at: Place::new(&series.file, line, &series.column),
+                at: Place::new(&series.file, series.line[i], &series.column),
                 role: role.name(),
                 value,
                 si,
-                unit: source.unit.name,
+                unit: unit.name,
                 limit: if value < least { least } else { most },
-                alternatives: role.alternatives(source.sign * x, source.unit.name),
+                alternatives: role.alternatives(sign * series.value[i], unit.name),
             });
         }
-        series.time.push(t);
-        series.value.push(value);
-        series.line.push(line);
     }
-    if let Some(text) = missing.finish() {
-        warnings.push(format!(
-            "{}: column `{}`: {text} missing, bridged by straight lines",
-            series.file, series.column
-        ));
-    }
+    series.value.iter_mut().for_each(|x| *x *= factor);
+    drop_missing(&mut series, warnings);
     if series.time.len() < 3 {
         return Err(Error::TooFewRows {
             got: series.time.len(),
@@ -97,15 +112,47 @@ pub(crate) fn read(
             column: series.column,
         });
     }
-    if role == Role::YawRate && source.unit.quantity == Quantity::Angle {
-        difference(&mut series);
+    series.period = median_period(&series.time);
+    if role == Role::YawRate && unit.quantity == Quantity::Angle {
+        let limit = series.gap_limit(options.max_gap_s);
+        difference(&mut series, limit);
+        if series.time.len() < 3 {
+            return Err(Error::TooFewRows {
+                got: series.time.len(),
+                need: super::LEAST_SAMPLES,
+                file: series.file,
+                column: series.column,
+            });
+        }
         warnings.push(format!(
             "{}: column `{}` is an angle ({}): taken for yaw, unwrapped and differenced to yaw rate",
             series.file, series.column, series.unit.name
         ));
     }
-    series.period = median_period(&series.time);
     Ok(series)
+}
+
+/// Leaves rows without an instant or without a value out.
+fn drop_missing(series: &mut Series, warnings: &mut Vec<String>) {
+    let missing = |i: usize| series.time[i].is_nan() || series.value[i].is_nan();
+    let mut runs = MissingRuns::default();
+    let there: Vec<usize> = (0..series.value.len())
+        .filter(|&i| {
+            if missing(i) {
+                runs.note(series.line[i]);
+            }
+            !missing(i)
+        })
+        .collect();
+    if let Some(text) = runs.finish() {
+        warnings.push(format!(
+            "{}: column `{}`: {text} missing; short runs are bridged by straight lines",
+            series.file, series.column
+        ));
+        series.time = Rc::new(there.iter().map(|&i| series.time[i]).collect());
+        series.line = Rc::new(there.iter().map(|&i| series.line[i]).collect());
+        series.value = there.iter().map(|&i| series.value[i]).collect();
+    }
 }
 
 /// Time must increase from row to row.
@@ -127,14 +174,14 @@ fn check_clock(file: &str, column: &str, time: &[f64], lines: &[u64]) -> Result<
 }
 
 /// Yaw to yaw rate: unwrapped increments over time, placed at the middle of each interval, so
-/// that no delay arises.
-fn difference(series: &mut Series) {
+/// that no delay arises. How far the vehicle turned in a gap is not known: it stays one.
+fn difference(series: &mut Series, limit: f64) {
     let yaw = crate::signal::unwrap(&series.value);
-    let n = yaw.len() - 1;
-    let time = &series.time;
-    series.value = (0..n).map(|i| (yaw[i + 1] - yaw[i]) / (time[i + 1] - time[i])).collect();
-    series.time = (0..n).map(|i| 0.5 * (time[i] + time[i + 1])).collect();
-    series.line.truncate(n);
+    let time = Rc::clone(&series.time);
+    let near: Vec<usize> = (0..yaw.len() - 1).filter(|&i| time[i + 1] - time[i] <= limit).collect();
+    series.value = near.iter().map(|&i| (yaw[i + 1] - yaw[i]) / (time[i + 1] - time[i])).collect();
+    series.time = Rc::new(near.iter().map(|&i| 0.5 * (time[i] + time[i + 1])).collect());
+    series.line = Rc::new(near.iter().map(|&i| series.line[i]).collect());
 }
 
 fn median_period(time: &[f64]) -> f64 {
@@ -152,40 +199,33 @@ impl Series {
         self.time.last().copied().unwrap_or(f64::NAN)
     }
 
-    /// Refuses gaps above the limit between `from` and `to`, and warns of the smaller ones.
-    pub(crate) fn check_gaps(
-        &self,
-        from: f64,
-        to: f64,
-        limit: f64,
-        warnings: &mut Vec<String>,
-    ) -> Result<(), Error> {
-        let inside = |i: usize| self.time[i + 1] > from && self.time[i] < to;
+    /// Gaps above this are not bridged, s.
+    pub(crate) fn gap_limit(&self, limit: f64) -> f64 {
+        limit.max(1.5 * self.period)
+    }
+
+    /// Gaps above the limit within `from..to`, as the row before each.
+    pub(crate) fn gaps(&self, from: f64, to: f64, limit: f64) -> Vec<usize> {
+        let limit = self.gap_limit(limit);
+        let time = &self.time;
+        (0..time.len().saturating_sub(1))
+            .filter(|&i| time[i + 1] > from && time[i] < to && time[i + 1] - time[i] > limit)
+            .collect()
+    }
+
+    /// Line of the row after `i`.
+    pub(crate) fn line_after(&self, i: usize) -> u64 {
+        self.line[(i + 1).min(self.line.len() - 1)]
+    }
+
+    /// Tells of the gaps within `from..to` that are bridged.
+    pub(crate) fn tell_bridged(&self, from: f64, to: f64, limit: f64, warnings: &mut Vec<String>) {
+        let limit = self.gap_limit(limit);
         let gap = |i: usize| self.time[i + 1] - self.time[i];
-        let limit = limit.max(1.5 * self.period);
-        let count = self.time.len() - 1;
-        if let Some(i) = (0..count).find(|&i| inside(i) && gap(i) > limit) {
-            let (mut longest, mut start) = ((from, from), from);
-            for j in (0..count).filter(|&j| inside(j) && gap(j) > limit) {
-                longest = longer(longest, (start, self.time[j].min(to)));
-                start = self.time[j + 1];
-            }
-            longest = longer(longest, (start.min(to), to));
-            return Err(Error::Gap {
-                at: Place::new(
-                    &self.file,
-                    self.line[(i + 1).min(self.line.len() - 1)],
-                    &self.column,
-                ),
-                from_s: round_ms(self.time[i]),
-                to_s: round_ms(self.time[i + 1]),
-                gap_s: round_ms(gap(i)),
-                limit_s: round_ms(limit),
-                longest: (round_ms(longest.0), round_ms(longest.1)),
-            });
-        }
-        let small: Vec<usize> =
-            (0..count).filter(|&i| inside(i) && gap(i) > 3.0 * self.period).collect();
+        let small: Vec<usize> = (0..self.time.len() - 1)
+            .filter(|&i| self.time[i + 1] > from && self.time[i] < to)
+            .filter(|&i| gap(i) > 3.0 * self.period && gap(i) <= limit)
+            .collect();
         if let Some(worst) = small.iter().copied().max_by(|a, b| gap(*a).total_cmp(&gap(*b))) {
             warnings.push(format!(
                 "{}: column `{}`: {} bridged by straight lines, the longest {:.3} s before line {}",
@@ -193,10 +233,9 @@ impl Series {
                 self.column,
                 signal_words(small.len(), "gap"),
                 gap(worst),
-                self.line[(worst + 1).min(self.line.len() - 1)],
+                self.line_after(worst),
             ));
         }
-        Ok(())
     }
 
     pub(crate) fn summary(&self) -> ChannelSummary {
@@ -213,14 +252,6 @@ impl Series {
             max: self.value.iter().copied().fold(f64::NEG_INFINITY, f64::max),
         }
     }
-}
-
-fn longer(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
-    if b.1 - b.0 > a.1 - a.0 { b } else { a }
-}
-
-fn round_ms(x: f64) -> f64 {
-    (x * 1e3).round() / 1e3
 }
 
 /// Runs of lines without a sample.

@@ -1,0 +1,190 @@
+//! The best model of one order, with a given delay or with its own.
+//!
+//! Variable projection (Golub and Pereyra 1973): for given poles and delay the numerator is a linear
+//! least-squares problem, and Levenberg–Marquardt steps move poles and delay on what it leaves.
+
+use super::lags::Quadratic;
+use super::response::{basis, polynomial};
+
+/// A model with its cost; times in samples.
+#[derive(Debug, Clone)]
+pub(super) struct Fit {
+    /// Poles, as [`polynomial`] takes them.
+    pub(super) parameters: Vec<f64>,
+    pub(super) delay: f64,
+    /// Squared whitened error beyond the least.
+    pub(super) excess: f64,
+}
+
+/// Natural logarithms of a polynomial's coefficients stay between these: time constants from a
+/// twentieth of a sample to a thousand samples.
+const BOUNDS: (f64, f64) = (-14.0, 6.0);
+const STEPS: usize = 30;
+
+impl Fit {
+    pub(super) fn order(&self) -> usize {
+        self.parameters.len()
+    }
+
+    /// From these poles and this delay, which stays unless it is `free`.
+    pub(super) fn new(
+        q: &Quadratic,
+        parameters: &[f64],
+        delay: f64,
+        free: bool,
+        most: f64,
+    ) -> Self {
+        let n = parameters.len();
+        let mut x: Vec<f64> = parameters.to_vec();
+        x.push(delay);
+        let unknowns = if free { n + 1 } else { n };
+        let mut residual = left(q, &x);
+        let mut cost = squares(&residual);
+        let mut damping = 1e-3;
+        for _ in 0..STEPS {
+            let jacobian = jacobian(q, &x, &residual, unknowns, most);
+            let mut gain = 0.0;
+            for _ in 0..6 {
+                let step = damped(&jacobian, &residual, damping);
+                let mut trial = x.clone();
+                for (t, s) in trial.iter_mut().zip(&step) {
+                    *t += s.clamp(-1.5, 1.5);
+                }
+                bound(&mut trial, most);
+                let trial_residual = left(q, &trial);
+                let trial_cost = squares(&trial_residual);
+                if trial_cost < cost {
+                    gain = cost - trial_cost;
+                    (x, residual, cost) = (trial, trial_residual, trial_cost);
+                    damping = (damping * 0.1).max(1e-10);
+                    break;
+                }
+                damping *= 10.0;
+            }
+            // What is left to gain is nothing beside the noise.
+            if gain <= 1e-3 * (q.least / q.count.max(1) as f64) + 1e-6 * cost {
+                break;
+            }
+        }
+        let delay = x.pop().unwrap_or(0.0);
+        Self { parameters: x, delay, excess: cost }
+    }
+
+    /// Variance of the delay over that of the whitened noise, where all of them are free;
+    /// `None` where the data do not determine it.
+    pub(super) fn delay_variance(&self, q: &Quadratic, most: f64) -> Option<f64> {
+        let mut x = self.parameters.clone();
+        x.push(self.delay);
+        let n = x.len();
+        let jacobian = jacobian(q, &x, &left(q, &x), n, most);
+        // The delay's column, what the poles explain of it taken away.
+        let mut columns: Vec<Vec<f64>> = jacobian;
+        for j in 0..n {
+            let (before, rest) = columns.split_at_mut(j);
+            let column = &mut rest[0];
+            for other in before {
+                let size = squares(other);
+                if size > 0.0 {
+                    let along = inner(other, column) / size;
+                    column.iter_mut().zip(other.iter()).for_each(|(c, o)| *c -= along * o);
+                }
+            }
+        }
+        let information = squares(&columns[n - 1]);
+        (information > 0.0).then_some(1.0 / information)
+    }
+}
+
+fn bound(x: &mut [f64], most: f64) {
+    let n = x.len() - 1;
+    for p in &mut x[..n] {
+        *p = p.clamp(BOUNDS.0, BOUNDS.1);
+    }
+    x[n] = x[n].clamp(0.0, most);
+}
+
+/// What the best numerator leaves of the target.
+fn left(q: &Quadratic, x: &[f64]) -> Vec<f64> {
+    let n = x.len() - 1;
+    let columns = basis(&polynomial(&x[..n]), x[n], q.target.len());
+    let mut residual = q.target.clone();
+    let mut orthogonal: Vec<Vec<f64>> = Vec::with_capacity(n);
+    for column in columns {
+        let mut c = q.times(&column);
+        let full = squares(&c);
+        // Twice is enough (Kahan and Parlett).
+        for _ in 0..2 {
+            for o in &orthogonal {
+                let along = inner(o, &c);
+                c.iter_mut().zip(o).for_each(|(c, o)| *c -= along * o);
+            }
+        }
+        let size = squares(&c);
+        if size > 1e-20 * full {
+            let norm = size.sqrt();
+            c.iter_mut().for_each(|x| *x /= norm);
+            let along = inner(&c, &residual);
+            residual.iter_mut().zip(&c).for_each(|(r, c)| *r -= along * c);
+            orthogonal.push(c);
+        }
+    }
+    residual
+}
+
+/// Columns of derivatives of [`left`] by the first unknowns.
+fn jacobian(
+    q: &Quadratic,
+    x: &[f64],
+    residual: &[f64],
+    unknowns: usize,
+    most: f64,
+) -> Vec<Vec<f64>> {
+    const STEP: f64 = 1e-4;
+    // The delay is last, and is differenced towards the inside.
+    (0..x.len())
+        .map(|i| {
+            if i >= unknowns {
+                return vec![0.0; residual.len()];
+            }
+            let h = if i + 1 == x.len() && x[i] + STEP > most { -STEP } else { STEP };
+            let mut moved = x.to_vec();
+            moved[i] += h;
+            left(q, &moved).iter().zip(residual).map(|(a, b)| (a - b) / h).collect()
+        })
+        .collect()
+}
+
+/// −(JᵀJ + λ·diag)⁻¹ Jᵀ r by Cholesky; a column of zeros gives a zero.
+fn damped(columns: &[Vec<f64>], residual: &[f64], damping: f64) -> Vec<f64> {
+    let n = columns.len();
+    let mut m = vec![vec![0.0; n]; n];
+    for i in 0..n {
+        for j in 0..=i {
+            m[i][j] = inner(&columns[i], &columns[j]);
+        }
+        m[i][i] = m[i][i] * (1.0 + damping) + f64::MIN_POSITIVE;
+    }
+    let mut x: Vec<f64> = columns.iter().map(|c| -inner(c, residual)).collect();
+    for i in 0..n {
+        for j in 0..=i {
+            let known: f64 = (0..j).map(|k| m[i][k] * m[j][k]).sum();
+            let value = m[i][j] - known;
+            m[i][j] = if i == j { value.max(1e-14 * m[i][i]).sqrt() } else { value / m[j][j] };
+        }
+        let known: f64 = (0..i).map(|k| m[i][k] * x[k]).sum();
+        x[i] = (x[i] - known) / m[i][i];
+    }
+    for i in (0..n).rev() {
+        let known: f64 = (i + 1..n).map(|k| m[k][i] * x[k]).sum();
+        x[i] = (x[i] - known) / m[i][i];
+    }
+    x
+}
+
+fn squares(x: &[f64]) -> f64 {
+    inner(x, x)
+}
+
+fn inner(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}

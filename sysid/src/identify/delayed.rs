@@ -1,0 +1,51 @@
+//! The recording with its steering delayed, so that what is left to identify has no delay.
+
+use super::data::Data;
+use super::{Detrend, IdentifyOptions};
+use crate::delay::{Delay, estimate_delay};
+use crate::{DriveLog, Error};
+use std::borrow::Cow;
+
+/// What was found, or given.
+pub(super) struct InputDelay {
+    /// Delay in use, s.
+    pub(super) seconds: f64,
+    /// What to say about it.
+    pub(super) told: Option<String>,
+}
+
+/// Delays the steering by what the options or the estimation data say.
+pub(super) fn delayed<'a>(
+    log: &'a DriveLog,
+    options: &IdentifyOptions,
+) -> Result<(Cow<'a, DriveLog>, InputDelay), Error> {
+    let delay = match options.delay_s {
+        Some(seconds) => InputDelay { seconds, told: None },
+        None => found(log, options)?,
+    };
+    if delay.seconds == 0.0 {
+        return Ok((Cow::Borrowed(log), delay));
+    }
+    Ok((Cow::Owned(log.with_input_delayed(delay.seconds)), delay))
+}
+
+fn found(log: &DriveLog, options: &IdentifyOptions) -> Result<InputDelay, Error> {
+    let options = IdentifyOptions { detrend: Detrend::Mean, ..options.clone() };
+    let data = Data::new(log, &options)?;
+    // A log too short to tell a delay, or one that says nothing of it, has none.
+    let Ok(delay) = estimate_delay(&data.estimation.data) else {
+        return Ok(InputDelay { seconds: 0.0, told: None });
+    };
+    let told = (delay.seconds > 0.0).then(|| words(&delay));
+    Ok(InputDelay { seconds: delay.seconds, told })
+}
+
+fn words(delay: &Delay) -> String {
+    format!(
+        "the yaw rate follows the steering after {:.3} ± {:.3} s of pure delay, which is taken for the input's (a model of order {} without it needs a lag of {:.3} s and does worse); --delay 0s leaves it out",
+        delay.seconds,
+        2.0 * delay.standard_error_s,
+        delay.order_without,
+        delay.lag_without_s
+    )
+}
