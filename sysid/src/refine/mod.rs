@@ -26,6 +26,8 @@ mod gain;
 mod noise;
 mod rows;
 mod search;
+#[cfg(test)]
+mod tests;
 mod triangle;
 mod uncertain;
 
@@ -97,6 +99,7 @@ pub fn refine_prediction(
     let model = &start.model;
     match focus {
         Focus::Simulation => {
+            require_stable(model.spectral_radius())?;
             let found = by_simulation(model, x0s, data, feedthrough, stop, radius)?;
             let (model, x0s) = (found.point.model, found.point.x0s);
             let gain = stable_gain(&model, &start.gain, 1.0)?;
@@ -170,13 +173,17 @@ fn stable_gain(model: &StateSpace, gain: &Mat<f64>, radius: f64) -> Result<Mat<f
         }
         factor *= 0.5;
     }
-    let of_model = model.spectral_radius();
-    if of_model < radius {
-        return Ok(Mat::zeros(gain.nrows(), gain.ncols()));
+    require_stable(model.spectral_radius())?;
+    Ok(Mat::zeros(gain.nrows(), gain.ncols()))
+}
+
+fn require_stable(radius: f64) -> Result<(), Error> {
+    if radius < 1.0 {
+        return Ok(());
     }
     Err(Error::NoModel {
         problem: format!(
-            "neither the model nor its predictor is stable (spectral radius {of_model:.4}), so it cannot be refined"
+            "a model that is not stable (spectral radius {radius:.4}) cannot be refined"
         ),
     })
 }

@@ -1,17 +1,19 @@
-//! Discrete ↔ continuous time under a zero-order hold (eq 6–11).
+//! Discrete ↔ continuous time under a zero-order hold (eq 6–11) or a first-order hold.
 //!
 //! Eq 9 and 10 together are one exponential, `exp([F G; 0 0]·T) = [A B; 0 I]`, so its logarithm
-//! inverts both exactly.
-//!
-//! The exponential is by Padé approximation with scaling and squaring (Higham 2005). The logarithm
-//! is by inverse scaling and squaring: square roots by the product form of the Denman–Beavers
-//! iteration with determinantal scaling (Cheng, Higham, Kenney and Laub 2001) until the matrix is
-//! near I, then the diagonal Padé approximant of degree 7 as partial fractions on Gauss–Legendre
-//! nodes (Higham, *Functions of Matrices*, 2008, ch. 11).
+//! inverts both exactly. The first-order hold is built on it, see [`discretize_held`].
 
-use crate::dense::{eigenvalues, identity, is_finite, relative_difference, solve};
+mod exponential;
+mod hold;
+mod logarithm;
+
+use crate::dense::{eigenvalues, relative_difference};
 use faer::{Mat, MatRef};
 use std::f64::consts::PI;
+
+pub use exponential::exponential;
+pub use hold::{ContinuousStateSpace, Hold, discretize_held, to_continuous_held};
+pub use logarithm::logarithm;
 
 /// The continuous model F, G of eq 6 with the round-trip error of eq 9–10.
 #[derive(Debug, Clone, PartialEq)]
@@ -93,127 +95,6 @@ fn check_branch(a: MatRef<'_, f64>) -> Result<(), String> {
         }
     }
     Ok(())
-}
-
-/// Matrix exponential.
-#[must_use]
-pub fn exponential(a: MatRef<'_, f64>) -> Mat<f64> {
-    const B: [f64; 14] = [
-        64_764_752_532_480_000.0,
-        32_382_376_266_240_000.0,
-        7_771_770_303_897_600.0,
-        1_187_353_796_428_800.0,
-        129_060_195_264_000.0,
-        10_559_470_521_600.0,
-        670_442_572_800.0,
-        33_522_128_640.0,
-        1_323_241_920.0,
-        40_840_800.0,
-        960_960.0,
-        16_380.0,
-        182.0,
-        1.0,
-    ];
-    let n = a.nrows();
-    let norm = one_norm(a);
-    let squarings = if norm > 5.37 { (norm / 5.37).log2().ceil().min(1000.0) as i32 } else { 0 };
-    let factor = 0.5_f64.powi(squarings);
-    let a = Mat::from_fn(n, n, |i, j| a[(i, j)] * factor);
-    let (i, a2) = (identity(n), &a * &a);
-    let a4 = &a2 * &a2;
-    let a6 = &a4 * &a2;
-    let sum = |k: [f64; 4]| {
-        Mat::from_fn(n, n, |r, c| {
-            k[0] * a6[(r, c)] + k[1] * a4[(r, c)] + k[2] * a2[(r, c)] + k[3] * i[(r, c)]
-        })
-    };
-    let u = &a * (&a6 * sum([B[13], B[11], B[9], 0.0]) + sum([B[7], B[5], B[3], B[1]]));
-    let v = &a6 * sum([B[12], B[10], B[8], 0.0]) + sum([B[6], B[4], B[2], B[0]]);
-    let mut e = solve((&v - &u).as_ref(), (&v + &u).as_ref());
-    for _ in 0..squarings {
-        e = &e * &e;
-    }
-    e
-}
-
-/// Principal matrix logarithm; `None` where the iteration does not converge.
-#[must_use]
-pub fn logarithm(a: MatRef<'_, f64>) -> Option<Mat<f64>> {
-    const NEAR: f64 = 0.264;
-    let n = a.nrows();
-    let mut root = a.to_owned();
-    let mut halvings = 0;
-    while one_norm((&root - identity(n)).as_ref()) > NEAR {
-        root = square_root(root.as_ref())?;
-        halvings += 1;
-        if halvings > 60 {
-            return None;
-        }
-    }
-    let x = root - identity(n);
-    let mut sum = Mat::<f64>::zeros(n, n);
-    for (node, weight) in gauss_legendre_7() {
-        let denominator =
-            Mat::from_fn(n, n, |i, j| node * x[(i, j)] + if i == j { 1.0 } else { 0.0 });
-        let term = solve(denominator.as_ref(), x.as_ref());
-        sum = Mat::from_fn(n, n, |i, j| sum[(i, j)] + weight * term[(i, j)]);
-    }
-    let factor = 2.0_f64.powi(halvings);
-    let log = Mat::from_fn(n, n, |i, j| factor * sum[(i, j)]);
-    is_finite(log.as_ref()).then_some(log)
-}
-
-/// Principal square root: M_{k+1} = ½(I + (μ²M + μ⁻²M⁻¹)/2), X_{k+1} = ½ μ X (I + μ⁻²M⁻¹).
-fn square_root(a: MatRef<'_, f64>) -> Option<Mat<f64>> {
-    let n = a.nrows();
-    let one = identity(n);
-    let (mut m, mut x) = (a.to_owned(), a.to_owned());
-    let mut last = f64::INFINITY;
-    for _ in 0..100 {
-        let distance = (&m - &one).norm_l2();
-        if !distance.is_finite() {
-            return None;
-        }
-        // Rounding stops the quadratic convergence near n·ε.
-        if distance < 1e-15 * n as f64 || (distance < 1e-9 && distance >= last) {
-            return Some(x);
-        }
-        last = distance;
-        let mu2 = if distance > 1e-2 {
-            let determinant = m.determinant().abs();
-            determinant.powf(-1.0 / n as f64).clamp(1e-12, 1e12)
-        } else {
-            1.0
-        };
-        let mu = mu2.sqrt();
-        let inverse = solve(m.as_ref(), one.as_ref());
-        x = Mat::from_fn(n, n, |i, j| 0.5 * mu * x[(i, j)])
-            * Mat::from_fn(n, n, |i, j| one[(i, j)] + inverse[(i, j)] / mu2);
-        m = Mat::from_fn(n, n, |i, j| {
-            0.5 * (one[(i, j)] + 0.5 * (mu2 * m[(i, j)] + inverse[(i, j)] / mu2))
-        });
-    }
-    (last < 1e-9).then_some(x)
-}
-
-/// Nodes and weights on 0..1.
-fn gauss_legendre_7() -> [(f64, f64); 7] {
-    const NODES: [(f64, f64); 4] = [
-        (0.0, 0.417_959_183_673_469_4),
-        (0.405_845_151_377_397_2, 0.381_830_050_505_118_9),
-        (0.741_531_185_599_394_4, 0.279_705_391_489_276_7),
-        (0.949_107_912_342_758_5, 0.129_484_966_168_869_7),
-    ];
-    let mut out = [(0.5, 0.5 * NODES[0].1); 7];
-    for (k, (x, w)) in NODES.iter().skip(1).enumerate() {
-        out[2 * k + 1] = (0.5 * (1.0 + x), 0.5 * w);
-        out[2 * k + 2] = (0.5 * (1.0 - x), 0.5 * w);
-    }
-    out
-}
-
-fn one_norm(m: MatRef<'_, f64>) -> f64 {
-    (0..m.ncols()).map(|j| m.col(j).norm_l1()).fold(0.0, f64::max)
 }
 
 #[cfg(test)]

@@ -1,0 +1,171 @@
+//! The refinement beside scipy's `least_squares` on the same criterion, from the same start.
+//!
+//! Both foci on a simulated car (order 2, 20 dB) and on Ljung's dryer (order 4): the least mean square
+//! that each reaches, and the standard errors each tells. scipy works on polynomials with a Jacobian by
+//! finite differences (`python/refinement.py`), so nothing but the criterion is shared. For the
+//! simulation focus scipy's errors are from the sample autocovariance up to 40 lags, the project's
+//! from an autoregression.
+#![allow(clippy::print_stdout)]
+
+use faer::Mat;
+use std::io::Write;
+use std::process::{Command, Stdio};
+use std::time::Instant;
+use sysid::refine::{Focus, Stop, Uncertain, refine_prediction, uncertain};
+use sysid::subspace::{Factor, noise_model, refit_output, shift_realization, subspace};
+use sysid::{DataSet, Error, Innovation, Method, StateSpace, simulate};
+use sysid_evaluation::Random;
+
+const STOP: Stop = Stop { steps: 200, least_gain: 1e-12 };
+const SCRIPT: &str = include_str!("../../python/refinement.py");
+
+/// Name, value, standard error.
+type Row = (String, f64, f64);
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let peer = std::env::var_os("STEERWRIGHT_PEERS_PYTHON");
+    if peer.is_none() {
+        println!("scipy is left out: STEERWRIGHT_PEERS_PYTHON is not set");
+    }
+    for (name, data, order) in [("simulated car", car()?, 2), ("dryer2", dryer()?, 4)] {
+        for focus in [Focus::Simulation, Focus::Prediction] {
+            let start = start(&data, order)?;
+            let clock = Instant::now();
+            let (cost, ours) = ours(&start, &data, focus)?;
+            let elapsed = clock.elapsed();
+            println!("\n{name}, order {order}, {} samples, {focus:?}", data.samples());
+            let theirs = match &peer {
+                Some(python) => Some(theirs(python, &start.0, &data, focus)?),
+                None => None,
+            };
+            println!("  {:16}{:>14}{:>14}{:>14}{:>14}", "", "here", "scipy", "± here", "± scipy");
+            let (their_cost, their_rows) = theirs.unwrap_or((f64::NAN, Vec::new()));
+            println!("  {:16}{cost:14.8}{their_cost:14.8}", "mean square");
+            for (name, value, error) in &ours {
+                let other = their_rows.iter().find(|(n, ..)| n == name);
+                let (v, e) = other.map_or((f64::NAN, f64::NAN), |(_, v, e)| (*v, *e));
+                println!("  {name:16}{value:14.6}{v:14.6}{error:14.6}{e:14.6}");
+            }
+            println!("  {:.1} ms here", elapsed.as_secs_f64() * 1e3);
+        }
+    }
+    Ok(())
+}
+
+/// A car's yaw rate by a driven steering, noise in innovation form.
+fn car() -> Result<DataSet, Error> {
+    let count = 5000;
+    let mut random = Random(1);
+    let (white, e) = (random.matrix(1, count), random.matrix(1, count));
+    let mut state = 0.0;
+    let u = Mat::from_fn(1, count, |_, t| {
+        state = 0.8 * state + white[(0, t)];
+        state
+    });
+    let a = Mat::from_fn(2, 2, |i, j| [[0.75, 0.2], [-0.2, 0.7]][i][j]);
+    let both = StateSpace {
+        a,
+        b: Mat::from_fn(2, 2, |i, j| [[0.9, 0.2], [0.4, -0.1]][i][j]),
+        c: Mat::from_fn(1, 2, |_, j| [1.0, 0.3][j]),
+        d: Mat::from_fn(1, 2, |_, j| [0.0, 0.5][j]),
+    };
+    let signals = Mat::from_fn(2, count, |i, t| if i == 0 { u[(0, t)] } else { e[(0, t)] });
+    let y = simulate(&both, signals.as_ref(), &[0.0; 2]);
+    DataSet::single(0.04, u, y)
+}
+
+/// Ljung's dryer, its means removed.
+fn dryer() -> Result<DataSet, Box<dyn std::error::Error>> {
+    let path =
+        concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/dryer2/dryer2_slicot_ib01ad.csv");
+    let text = std::fs::read_to_string(path)?;
+    let mut rows = Vec::new();
+    for line in text.lines().skip(1) {
+        let (u, y) = line.split_once(',').ok_or("two columns are expected")?;
+        rows.push([u.trim().parse::<f64>()?, y.trim().parse::<f64>()?]);
+    }
+    let signal = |k: usize| {
+        let mean = rows.iter().map(|r| r[k]).sum::<f64>() / rows.len() as f64;
+        Mat::from_fn(1, rows.len(), |_, t| rows[t][k] - mean)
+    };
+    Ok(DataSet::single(0.08, signal(0), signal(1))?)
+}
+
+/// The subspace model (MOESP, 15 block rows), and its initial state.
+fn start(data: &DataSet, order: usize) -> Result<(Innovation, Vec<Vec<f64>>), Error> {
+    let factor = Factor::new(data, 15)?;
+    let (a, c) = shift_realization(&subspace(&factor, Method::Moesp)?, order, 1)?;
+    let refit = refit_output(a.as_ref(), c.as_ref(), data, false, false)?;
+    let gain = noise_model(&factor, &refit.model)?.gain;
+    Ok((Innovation { model: refit.model, gain }, refit.x0))
+}
+
+fn ours(
+    (start, x0s): &(Innovation, Vec<Vec<f64>>),
+    data: &DataSet,
+    focus: Focus,
+) -> Result<(f64, Vec<Row>), Error> {
+    let found = refine_prediction(start, x0s, data, false, focus, STOP, 0.9999)?;
+    let of = uncertain(&found.innovation, &found.x0s, data, false, focus)?;
+    let mut rows = Vec::new();
+    if let Some((value, error)) = of.steady_state_gain(0, 0) {
+        rows.push(("gain".into(), value, error));
+    }
+    for omega in [0.1, 0.5, 1.5] {
+        let r = of.frequency_response(0, 0, omega);
+        rows.push((format!("magnitude({omega})"), r.re.hypot(r.im), r.magnitude_error));
+    }
+    rows.extend(slowest_pole(&of)?);
+    Ok((found.error_covariance[(0, 0)], rows))
+}
+
+/// The largest modulus of a pole.
+fn slowest_pole(of: &Uncertain) -> Result<Option<Row>, Error> {
+    let size = |p: &sysid::refine::PoleEstimate| p.re.hypot(p.im);
+    Ok(of.poles()?.into_iter().max_by(|a, b| size(a).total_cmp(&size(b))).map(|p| {
+        let (x, y) = (p.re / size(&p), p.im / size(&p));
+        let variance = x * x * p.variance_re + y * y * p.variance_im + 2.0 * x * y * p.covariance;
+        ("slowest_pole".into(), size(&p), variance.sqrt())
+    }))
+}
+
+fn theirs(
+    python: &std::ffi::OsStr,
+    start: &Innovation,
+    data: &DataSet,
+    focus: Focus,
+) -> Result<(f64, Vec<Row>), Box<dyn std::error::Error>> {
+    let segment = &data.segments()[0];
+    let line = |m: &Mat<f64>| {
+        let numbers = (0..m.nrows()).flat_map(|i| (0..m.ncols()).map(move |j| (i, j)));
+        numbers.map(|at| format!("{:e}", m[at])).collect::<Vec<_>>().join(" ")
+    };
+    let m = &start.model;
+    let focus = if focus == Focus::Simulation { "simulation" } else { "prediction" };
+    let mut text = format!("{focus} {} {}\n", m.order(), data.samples());
+    for matrix in [&m.a, &m.b, &m.c, &start.gain, &segment.u, &segment.y] {
+        text += &line(matrix);
+        text.push('\n');
+    }
+    let mut child = Command::new(python)
+        .args(["-c", SCRIPT])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()?;
+    child.stdin.take().ok_or("no input to the peer")?.write_all(text.as_bytes())?;
+    let output = child.wait_with_output()?;
+    if !output.status.success() {
+        return Err("the peer failed".into());
+    }
+    let mut cost = f64::NAN;
+    let mut rows = Vec::new();
+    for line in String::from_utf8(output.stdout)?.lines() {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        match words[..] {
+            ["cost", value] => cost = value.parse()?,
+            [name, value, error] => rows.push((name.into(), value.parse()?, error.parse()?)),
+            _ => return Err(format!("the peer said: {line}").into()),
+        }
+    }
+    Ok((cost, rows))
+}
