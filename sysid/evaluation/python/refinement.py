@@ -54,7 +54,7 @@ with np.errstate(all="ignore"):
     )
 theta, residual = found.x, found.fun
 cost = residual @ residual / count
-print("cost", repr(cost))
+print("cost", repr(float(cost)))
 
 
 def jacobian(of, at):
