@@ -5,6 +5,8 @@
 //! finite differences (`python/refinement.py`), so nothing but the criterion is shared. For the
 //! simulation focus scipy's errors are from the sample autocovariance up to 40 lags, the project's
 //! from an autoregression.
+//!
+//! Then the time that one step takes and what the search needs of memory, at growing length.
 #![allow(clippy::print_stdout)]
 
 use faer::Mat;
@@ -12,6 +14,7 @@ use std::io::Write;
 use std::process::{Command, Stdio};
 use std::time::Instant;
 use sysid::refine::{Focus, Stop, Uncertain, refine_prediction, uncertain};
+use sysid::stability::{largest_radius, stable_shift};
 use sysid::subspace::{Factor, noise_model, refit_output, shift_realization, subspace};
 use sysid::{DataSet, Error, Innovation, Method, StateSpace, simulate};
 use sysid_evaluation::Random;
@@ -30,9 +33,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for (name, data, order) in [("simulated car", car()?, 2), ("dryer2", dryer()?, 4)] {
         for focus in [Focus::Simulation, Focus::Prediction] {
             let start = start(&data, order)?;
-            let clock = Instant::now();
+            let clock = Clock::start();
             let (cost, ours) = ours(&start, &data, focus)?;
-            let elapsed = clock.elapsed();
+            let elapsed = clock.ms();
             println!("\n{name}, order {order}, {} samples, {focus:?}", data.samples());
             let theirs = match &peer {
                 Some(python) => Some(theirs(python, &start.0, &data, focus)?),
@@ -46,15 +49,84 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 let (v, e) = other.map_or((f64::NAN, f64::NAN), |(_, v, e)| (*v, *e));
                 println!("  {name:16}{value:14.6}{v:14.6}{error:14.6}{e:14.6}");
             }
-            println!("  {:.1} ms here", elapsed.as_secs_f64() * 1e3);
+            println!("  {elapsed:.1} ms here");
         }
+    }
+    cost_of_steps()
+}
+
+/// Time and memory of the simulation focus on the car's drive.
+fn cost_of_steps() -> Result<(), Box<dyn std::error::Error>> {
+    println!(
+        "\nsimulation focus   order   steps   ms/step   covariance ms   peak memory beyond the data"
+    );
+    for (count, order) in [(13_750, 2), (13_750, 4), (13_750, 8), (100_000, 4), (1_000_000, 4)] {
+        let data = car_of(count)?;
+        let (start, x0s) = start(&data, order)?;
+        let before = restart_peak();
+        let clock = Clock::start();
+        let stop = Stop { steps: 10, least_gain: 0.0 };
+        let found = refine_prediction(&start, &x0s, &data, false, Focus::Simulation, stop, 0.9999)?;
+        let refining = clock.ms();
+        let clock = Clock::start();
+        let told = uncertain(&found.innovation, &found.x0s, &data, false, Focus::Simulation);
+        let telling = clock.ms();
+        let memory = peak().zip(before).map_or("not known here".into(), |(peak, before)| {
+            format!("{:.1} MB", (peak - before) / 1024.0)
+        });
+        println!(
+            "N = {count:8} {order:12} {:7} {:9.2} {telling:15.1}{} {memory:>18}",
+            found.steps,
+            refining / found.steps.max(1) as f64,
+            if told.is_ok() { " " } else { "?" },
+        );
     }
     Ok(())
 }
 
+/// Time that this thread has run for, where the system tells it (Linux), else what has passed.
+struct Clock {
+    wall: Instant,
+    run: Option<f64>,
+}
+
+impl Clock {
+    fn start() -> Self {
+        Self { wall: Instant::now(), run: Self::run_ms() }
+    }
+
+    fn run_ms() -> Option<f64> {
+        let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
+        Some(text.split_whitespace().next()?.parse::<f64>().ok()? * 1e-6)
+    }
+
+    fn ms(&self) -> f64 {
+        match (self.run, Self::run_ms()) {
+            (Some(then), Some(now)) => now - then,
+            _ => self.wall.elapsed().as_secs_f64() * 1e3,
+        }
+    }
+}
+
+/// Peak memory of this process in kB, where the system tells it (Linux).
+fn peak() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find(|l| l.starts_with("VmHWM"))?;
+    line.split_whitespace().nth(1)?.parse().ok()
+}
+
+/// Starts the peak anew from what is used now.
+fn restart_peak() -> Option<f64> {
+    std::fs::write("/proc/self/clear_refs", "5").ok()?;
+    peak()
+}
+
 /// A car's yaw rate by a driven steering, noise in innovation form.
 fn car() -> Result<DataSet, Error> {
-    let count = 5000;
+    car_of(5000)
+}
+
+fn car_of(count: usize) -> Result<DataSet, Error> {
     let mut random = Random(1);
     let (white, e) = (random.matrix(1, count), random.matrix(1, count));
     let mut state = 0.0;
@@ -94,7 +166,12 @@ fn dryer() -> Result<DataSet, Box<dyn std::error::Error>> {
 /// The subspace model (MOESP, 15 block rows), and its initial state.
 fn start(data: &DataSet, order: usize) -> Result<(Innovation, Vec<Vec<f64>>), Error> {
     let factor = Factor::new(data, 15)?;
-    let (a, c) = shift_realization(&subspace(&factor, Method::Moesp)?, order, 1)?;
+    let sub = subspace(&factor, Method::Moesp)?;
+    let (mut a, c) = shift_realization(&sub, order, 1)?;
+    let radius = largest_radius(data.samples());
+    if let Some(stable) = stable_shift(sub.basis.as_ref(), order, 1, radius) {
+        a = stable;
+    }
     let refit = refit_output(a.as_ref(), c.as_ref(), data, false, false)?;
     let gain = noise_model(&factor, &refit.model)?.gain;
     Ok((Innovation { model: refit.model, gain }, refit.x0))
