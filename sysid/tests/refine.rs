@@ -14,7 +14,7 @@ const NORMAL_95: f64 = 1.959_964;
 /// A car at speed sampled at 25 Hz, roughly, with a filter.
 fn vehicle() -> Innovation {
     let model = StateSpace {
-        a: Mat::from_fn(2, 2, |i, j| [[0.75, 0.2], [-0.2, 0.7]][i][j]),
+        a: Mat::from_fn(2, 2, |i, j| [[0.75, 0.3], [-0.3, 0.7]][i][j]),
         b: Mat::from_fn(2, 1, |i, _| [0.9, 0.4][i]),
         c: Mat::from_fn(1, 2, |_, j| [1.0, 0.3][j]),
         d: Mat::zeros(1, 1),
@@ -63,7 +63,6 @@ fn quantities(of: &Uncertain) -> Vec<(f64, f64)> {
     }
     let steps = of.step_response(0, 0, 12);
     all.extend([steps[2], steps[6], steps[11]]);
-    // The noise model: the impulse response of K.
     all
 }
 
@@ -115,7 +114,10 @@ fn scatter(truth: &Innovation, focus: Focus, seed: u64, noise: impl Fn(&mut Rand
 
 #[test]
 fn standard_errors_of_the_prediction_focus_are_the_scatter() {
-    scatter(&vehicle(), Focus::Prediction, 11, |random| random.matrix(1, 500));
+    scatter(&vehicle(), Focus::Prediction, 11, |random| {
+        let white = random.matrix(1, 500);
+        Mat::from_fn(1, 500, |_, t| 0.5 * white[(0, t)])
+    });
 }
 
 #[test]
@@ -129,7 +131,7 @@ fn standard_errors_of_the_simulation_focus_are_the_scatter_with_coloured_noise()
         let white = random.matrix(1, 500);
         let mut state = 0.0;
         Mat::from_fn(1, 500, |_, t| {
-            state = 0.9 * state + white[(0, t)];
+            state = 0.9 * state + 0.3 * white[(0, t)];
             state
         })
     });
@@ -232,7 +234,8 @@ fn units_do_not_matter() {
 fn estimated(focus: Focus) -> Uncertain {
     let truth = vehicle();
     let mut random = Random(41);
-    let (u, e) = (random.matrix(1, 2000), random.matrix(1, 2000));
+    let (u, white) = (random.matrix(1, 2000), random.matrix(1, 2000));
+    let e = Mat::from_fn(1, 2000, |_, t| 0.3 * white[(0, t)]);
     let data = DataSet::single(0.04, u.clone(), driven(&truth, &u, &e)).unwrap();
     let found = refined(&truth, &data, focus);
     uncertain(&found.innovation, &found.x0s, &data, false, focus).unwrap()

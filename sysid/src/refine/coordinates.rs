@@ -8,7 +8,8 @@
 //!
 //! `dA = X Vᵀ, dC = Y Vᵀ, dB = W`, with `AᵀX + CᵀY = 0` in a basis where `AᵀA + CᵀC = I`,
 //!
-//! (X; Y) orthonormal and (V, W) free: n(ny + nu) parameters. No move of this form but zero is a
+//! (X; Y) orthonormal and (V, W) free: n(ny + nu) parameters. The outputs are weighted as their errors
+//! are, so that units do not matter. No move of this form but zero is a
 //! change of basis: `EA − AE = XVᵀ` and `−CE = YVᵀ` give `AᵀEA = E` when multiplied by (Aᵀ, Cᵀ), so
 //! E = 0 where A is stable. `Y + C(zI − A)⁻¹X` is all-pass, which keeps the coordinates well
 //! scaled, and its entries are scalar filters, which makes the derivatives cheap (see `rows`).
@@ -47,16 +48,22 @@ pub(super) struct Move {
 }
 
 impl Coordinates {
-    /// The local coordinates about `model`; D moves for the inputs named by `feedthrough`.
-    pub(super) fn new(model: &StateSpace, feedthrough: &[bool]) -> Result<Self, Error> {
+    /// The local coordinates about `model`, its outputs weighted by `weight`; D moves for the inputs
+    /// named by `feedthrough`.
+    pub(super) fn new(
+        model: &StateSpace,
+        weight: &Mat<f64>,
+        feedthrough: &[bool],
+    ) -> Result<Self, Error> {
         let (n, p) = (model.order(), model.outputs());
-        let basis = output_normal(model)?;
+        let basis = output_normal(model, weight)?;
         let model = in_basis(model, basis.as_ref());
-        let tall = vcat(&[model.a.as_ref(), model.c.as_ref()]);
+        let seen = weight * &model.c;
+        let tall = vcat(&[model.a.as_ref(), seen.as_ref()]);
         let q = tall.qr().compute_Q();
         Self {
             x: q.get(..n, n..).to_owned(),
-            y: q.get(n.., n..).to_owned(),
+            y: solve(weight.as_ref(), q.get(n.., n..)),
             basis,
             model,
             feedthrough: feedthrough.to_vec(),
@@ -111,13 +118,14 @@ impl Coordinates {
 }
 
 /// The change of basis L = chol(G) to a model with AᵀA + CᵀC = I, where G = AᵀGA + CᵀC is the
-/// observability Gramian.
-fn output_normal(model: &StateSpace) -> Result<Mat<f64>, Error> {
+/// observability Gramian, its outputs weighted by `weight`.
+fn output_normal(model: &StateSpace, weight: &Mat<f64>) -> Result<Mat<f64>, Error> {
     const MOST_DOUBLINGS: usize = 60;
     let n = model.order();
     let shrink = (LARGEST_RADIUS / spectral_radius(model.a.as_ref())).min(1.0);
     let mut power = Mat::from_fn(n, n, |i, j| shrink * model.a[(i, j)]);
-    let mut gramian = model.c.transpose() * &model.c;
+    let seen = weight * &model.c;
+    let mut gramian = seen.transpose() * &seen;
     for _ in 0..MOST_DOUBLINGS {
         let more = power.transpose() * &gramian * &power;
         let done = more.norm_l2() <= 1e-17 * gramian.norm_l2();

@@ -93,9 +93,9 @@ impl Local {
         let moving: Vec<bool> = moving_inputs(data.inputs(), data.outputs(), feedthrough, drive);
         let point = Point { model: model.clone(), x0s: x0s.to_vec() };
         let covariance = error_covariance(&point, drive, data);
-        let coordinates = Coordinates::new(model, &moving)?;
-        let x0s: Vec<Vec<f64>> = x0s.iter().map(|x| times(&coordinates.basis, x)).collect();
         let weight = weight(&covariance)?;
+        let coordinates = Coordinates::new(model, &weight, &moving)?;
+        let x0s: Vec<Vec<f64>> = x0s.iter().map(|x| times(&coordinates.basis, x)).collect();
         let linear = linearise(&coordinates, &x0s, drive, data, &weight);
         let q = coordinates.count();
         let r = linear.triangle.get(..q, ..q).to_owned();

@@ -228,11 +228,12 @@ pub(super) fn search(
         if cost <= 0.0 {
             break;
         }
-        let coordinates = Coordinates::new(&best.model, feedthrough)?;
+        let weight = weight(&covariance)?;
+        let coordinates = Coordinates::new(&best.model, &weight, feedthrough)?;
         basis = &coordinates.basis * basis;
         best.x0s = best.x0s.iter().map(|x| times(&coordinates.basis, x)).collect();
         best.model = coordinates.model.clone();
-        let linear = linearise(&coordinates, &best.x0s, drive, data, &weight(&covariance)?);
+        let linear = linearise(&coordinates, &best.x0s, drive, data, &weight);
         let mut moved = false;
         for _ in 0..8 {
             let (step, initial) = linear.step(damping)?;

@@ -42,7 +42,8 @@ fn derivatives_are_those_of_finite_differences() {
             let segment = Segment { u: numbers(m, COUNT, 5), y: numbers(p, COUNT, 6) };
             let width = drive.width(m, p);
             let moving: Vec<bool> = (0..width).map(|l| l < m).collect();
-            let coordinates = Coordinates::new(&model(n, width, p), &moving).unwrap();
+            let weight = Mat::from_fn(p, p, |i, j| if i >= j { 1.0 + (i + j) as f64 } else { 0.0 });
+            let coordinates = Coordinates::new(&model(n, width, p), &weight, &moving).unwrap();
             let x0: Vec<f64> = (0..n).map(|i| 0.5 + 0.3 * i as f64).collect();
             let count = coordinates.count();
             assert_eq!(count, n * (p + width) + p * m);
@@ -88,7 +89,8 @@ fn derivatives_are_those_of_finite_differences() {
 #[test]
 fn coordinates_complement_the_changes_of_basis() {
     for (n, m, p) in [(2, 1, 1), (3, 1, 2), (4, 1, 3), (4, 3, 2)] {
-        let coordinates = Coordinates::new(&model(n, m, p), &vec![false; m]).unwrap();
+        let coordinates =
+            Coordinates::new(&model(n, m, p), &Mat::identity(p, p), &vec![false; m]).unwrap();
         let of = &coordinates.model;
         let isometry = vcat(&[of.a.as_ref(), of.c.as_ref()]);
         let unit = isometry.transpose() * &isometry - Mat::<f64>::identity(n, n);
