@@ -6,7 +6,7 @@
 //! [`formats::Plant`].
 //!
 //! The pieces are public: [`subspace`] (block Hankel → LQ → weighted SVD → eq 12), [`riccati`],
-//! [`conversion`], [`stability`], [`refine`], [`statistics`], [`signal`], [`model`]. They take
+//! [`conversion`], [`stability`], [`reduction`], [`refine`], [`statistics`], [`signal`], [`model`]. They take
 //! any number of inputs and outputs; signals are matrices with time along columns.
 //!
 //! ```
@@ -40,6 +40,7 @@ mod error;
 mod identify;
 mod log;
 pub mod model;
+pub mod reduction;
 pub mod refine;
 pub mod riccati;
 pub mod signal;

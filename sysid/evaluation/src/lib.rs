@@ -11,4 +11,9 @@ mod random;
 
 pub use distance::{markov_distance, pole_distance, response_distance};
 pub use halves::swapped_halves;
+mod order;
+mod random;
+
+pub use distance::{markov_distance, pole_distance, response_distance};
+pub use order::Experiment;
 pub use random::Random;
