@@ -139,7 +139,7 @@ impl IdentifyArguments {
             horizon: self.horizon.0,
             delay_s: self.delay.0,
             detrend: self.detrend,
-            feedthrough: self.feedthrough,
+            feedthrough: self.feedthrough.then_some(true),
             input_kind: self.model_input,
             validation_fraction: self.hold_out / 100.0,
             ..IdentifyOptions::default()

@@ -51,7 +51,10 @@ pub mod subspace;
 pub use dataset::{DataSet, Segment};
 pub use error::{Error, Place};
 pub use formats::InputKind;
-pub use identify::{Detrend, Identified, IdentifyOptions, Judged, Traces, identify, judge};
+pub use identify::{
+    Automatic, Detrend, Identified, IdentifyOptions, Judged, Traces, TriedOrder, automatic,
+    identify, judge,
+};
 pub use log::{DriveLog, LogFile, LogOptions, Stretch, read_drives, read_log};
 pub use model::{Innovation, StateSpace, simulate};
 pub use statistics::fit_percent;

@@ -12,8 +12,12 @@ mod random;
 pub use distance::{markov_distance, pole_distance, response_distance};
 pub use halves::swapped_halves;
 mod order;
+mod python;
 mod random;
+mod recorded;
 
 pub use distance::{markov_distance, pole_distance, response_distance};
 pub use order::Experiment;
+pub use python::ask;
 pub use random::Random;
+pub use recorded::{halves, recording};

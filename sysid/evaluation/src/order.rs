@@ -4,7 +4,7 @@ use crate::Random;
 use faer::Mat;
 use sysid::reduction::balanced;
 use sysid::refine::{Stop, refine_output_error};
-use sysid::{StateSpace, simulate};
+use sysid::{DataSet, StateSpace, simulate};
 
 /// A system with its input and outputs, one of each, from rest.
 #[derive(Debug, Clone)]
@@ -56,6 +56,7 @@ impl Experiment {
             rms(&(&self.clean - simulate(model, self.u.as_ref(), x0))) / size
         };
         let Ok(all) = balanced(&self.truth) else { return 0.0 };
+        let Ok(data) = DataSet::single(1.0, self.u.clone(), self.clean.clone()) else { return 0.0 };
         if all.model.order() < n {
             return 0.0;
         }
@@ -66,19 +67,19 @@ impl Experiment {
             if n == 1 {
                 // Without a state only the direct gain is left.
                 let gain = if feedthrough { projected_gain(&self.u, &self.clean) } else { 0.0 };
-                let rest =
-                    Mat::from_fn(1, self.u.ncols(), |_, t| self.clean[(0, t)] - gain * self.u[(0, t)]);
+                let rest = Mat::from_fn(1, self.u.ncols(), |_, t| {
+                    self.clean[(0, t)] - gain * self.u[(0, t)]
+                });
                 return rms(&rest) / size;
             }
             let x0 = vec![0.0; n - 1];
             if start.spectral_radius() >= 1.0 {
                 continue;
             }
-            let (u, y) = (self.u.as_ref(), self.clean.as_ref());
             if let Ok((model, x0)) =
-                refine_output_error(&start, &x0, u, y, feedthrough, STOP, 1.0)
+                refine_output_error(&start, &[x0], &data, feedthrough, STOP, 1.0)
             {
-                least = least.min(of(&model, &x0));
+                least = least.min(of(&model, &x0[0]));
             }
         }
         least

