@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use crate::{files, quantity};
 use std::path::PathBuf;
-use sysid::{Detrend, DriveLog, IdentifyOptions, InputKind, LogFile, LogOptions, Method};
+use sysid::{Approach, Detrend, DriveLog, IdentifyOptions, InputKind, LogFile, LogOptions};
 
 /// How the log is read. Columns are named as in the header, as `file.csv:column` where several
 /// files have one of that name, and with a leading `-` where the sign is opposite.
@@ -56,9 +56,10 @@ pub(crate) struct LogArguments {
 #[derive(clap::Args, Debug, Clone)]
 #[command(next_help_heading = "Identification")]
 pub(crate) struct IdentifyArguments {
-    /// Weighting of the subspace method
-    #[arg(long, value_name = "auto|n4sid|moesp|cva", default_value = "auto", value_parser = method)]
-    pub(crate) method: Auto<Method>,
+    /// Subspace method: n4sid, moesp and cva for open-loop data, ssarx and pbsid where a driver or a
+    /// controller steers by what the vehicle does; auto goes by a test for that
+    #[arg(long, value_name = "auto|n4sid|moesp|cva|ssarx|pbsid", default_value = "auto", value_parser = method)]
+    pub(crate) method: Auto<Approach>,
     /// Order of the model
     #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = number)]
     pub(crate) order: Auto<usize>,
@@ -194,13 +195,13 @@ fn detrend(text: &str) -> Result<Detrend, String> {
     named.ok_or_else(|| "expected mean, linear or none".into())
 }
 
-fn method(text: &str) -> Result<Auto<Method>, String> {
-    let methods = [Method::N4sid, Method::Moesp, Method::Cva];
-    let named = methods.into_iter().find(|m| m.name() == text);
+fn method(text: &str) -> Result<Auto<Approach>, String> {
+    let named = Approach::ALL.into_iter().find(|m| m.name() == text);
     if text == "auto" || named.is_some() {
         Ok(Auto(named))
     } else {
-        Err("expected auto, n4sid, moesp or cva".into())
+        let names: Vec<&str> = Approach::ALL.iter().map(|m| m.name()).collect();
+        Err(format!("expected auto, {}", names.join(", ")))
     }
 }
 

@@ -52,8 +52,8 @@ pub use dataset::{DataSet, Segment};
 pub use error::{Error, Place};
 pub use formats::InputKind;
 pub use identify::{
-    Automatic, Detrend, Identified, IdentifyOptions, Judged, Traces, TriedOrder, automatic,
-    identify, judge,
+    Approach, Automatic, Detrend, Identified, IdentifyOptions, Judged, Traces, TriedOrder,
+    automatic, identify, judge,
 };
 pub use log::{DriveLog, LogFile, LogOptions, Stretch, read_drives, read_log};
 pub use model::{Innovation, StateSpace, simulate};

@@ -32,7 +32,7 @@ fn multibody() -> DriveLog {
 fn quick(order: usize) -> IdentifyOptions {
     IdentifyOptions {
         order: Some(order),
-        method: Some(Method::Moesp),
+        method: Some(Method::Moesp.into()),
         horizon: Some(15),
         ..IdentifyOptions::default()
     }
@@ -82,7 +82,7 @@ fn every_method_order_and_feedthrough_gives_a_valid_stable_plant() {
     for method in Method::ALL {
         for (order, feedthrough, refine) in [(1, false, false), (3, true, true), (8, true, false)] {
             let options = IdentifyOptions {
-                method: Some(method),
+                method: Some(method.into()),
                 order: Some(order),
                 horizon: Some(12),
                 feedthrough: Some(feedthrough),
@@ -106,7 +106,7 @@ fn eq_12_and_the_shift_structure_compete_by_fit() {
         for order in 1..=4 {
             let fit = |realization: Option<Realization>| {
                 let options = IdentifyOptions {
-                    method: Some(method),
+                    method: Some(method.into()),
                     realization,
                     refine: false,
                     ..quick(order)
@@ -331,7 +331,7 @@ fn the_result_is_stable_where_the_estimate_is_not() {
                     (false, Some(Realization::Eq12)),
                 ] {
                     let options = IdentifyOptions {
-                        method: Some(method),
+                        method: Some(method.into()),
                         realization,
                         order: Some(order),
                         horizon: Some(12),

@@ -111,7 +111,7 @@ fn the_held_out_half_is_simulated_at_least_as_well_as_by_n4sid() {
     let log = read_log(&files, &options).unwrap();
     // Octave's n4sid with 10 block rows and order 3: 89.1 % and 85.9 %.
     let fixed = IdentifyOptions {
-        method: Some(Method::N4sid),
+        method: Some(Method::N4sid.into()),
         order: Some(3),
         horizon: Some(10),
         refine: false,

@@ -77,7 +77,7 @@ fn slow(std: f64, hz: f64) -> impl FnMut(f64, f64, &mut Random) -> f64 {
 fn plant(log: &DriveLog) -> Plant {
     let options = IdentifyOptions {
         order: Some(3),
-        method: Some(Method::Moesp),
+        method: Some(Method::Moesp.into()),
         horizon: Some(15),
         ..IdentifyOptions::default()
     };
@@ -173,7 +173,7 @@ fn a_model_too_small_departs_from_the_measured_response() {
     for log in [whole, gap] {
         let options = |order| IdentifyOptions {
             order: Some(order),
-            method: Some(Method::Moesp),
+            method: Some(Method::Moesp.into()),
             horizon: Some(15),
             ..IdentifyOptions::default()
         };

@@ -60,7 +60,7 @@ fn drive(noise: f64) -> DriveLog {
 fn options(hold_out: f64) -> IdentifyOptions {
     IdentifyOptions {
         order: Some(3),
-        method: Some(Method::Moesp),
+        method: Some(Method::Moesp.into()),
         horizon: Some(15),
         validation_fraction: hold_out,
         ..IdentifyOptions::default()

@@ -29,6 +29,10 @@ pub struct Evidence {
     pub fit: Fits,
     /// One row for each order tried.
     pub order_table: Vec<OrderRow>,
+    /// Test of the estimation data for feedback from yaw rate to steering, which decides between
+    /// open-loop and closed-loop methods; it passes where none is seen.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub feedback: Option<ResidualTest>,
     /// Autocorrelation of the held-out one-step residuals.
     pub whiteness: ResidualTest,
     /// Cross-correlation of past input and held-out one-step residuals.

@@ -2,21 +2,18 @@
 
 pub mod bias;
 mod distance;
+pub mod driver;
 mod halves;
 pub mod measure;
-pub mod peers;
-pub mod driver;
-pub mod parsim;
-mod random;
-
-pub use distance::{markov_distance, pole_distance, response_distance};
-pub use halves::swapped_halves;
 mod order;
+pub mod parsim;
+pub mod peers;
 mod python;
 mod random;
 mod recorded;
 
 pub use distance::{markov_distance, pole_distance, response_distance};
+pub use halves::swapped_halves;
 pub use order::Experiment;
 pub use python::ask;
 pub use random::Random;

@@ -1,11 +1,10 @@
 //! The same choice for any number of inputs and outputs, without a vehicle around it.
 
-use super::{Detrend, IdentifyOptions};
 use super::candidates::choose_from;
 use super::level::level;
 use super::order::{errors, fit};
+use super::{Approach, Detrend, IdentifyOptions};
 use crate::model::{StateSpace, initial_state};
-use crate::subspace::Method;
 use crate::{DataSet, Error, Segment};
 use faer::Mat;
 
@@ -18,8 +17,8 @@ pub struct Automatic {
     pub input_levels: Vec<f64>,
     /// Levels of the outputs in the estimation data; zeros where they were to stay.
     pub output_levels: Vec<f64>,
-    /// Weighting of the subspace method that it was refined from.
-    pub method: Method,
+    /// The method that it was refined from.
+    pub approach: Approach,
     /// Block rows of the subspace method that it was refined from.
     pub horizon: usize,
     /// Simulation fit on the estimation data, percent, over all outputs together, each in the unit of
@@ -104,7 +103,7 @@ pub fn automatic(
         model: chosen.model.scaled(&units.input.scales, &units.output.scales),
         input_levels: units.input.means,
         output_levels: units.output.means,
-        method: chosen.method,
+        approach: chosen.approach,
         horizon: chosen.horizon,
         estimation_fit: chosen.estimation_fit,
         validation_fit: chosen.validation_fit,

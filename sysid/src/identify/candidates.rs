@@ -10,19 +10,29 @@
 //! 5. Of orders that are [about as likely](AS_LIKELY), one whose A has a real logarithm (eq 9) goes
 //!    before one without.
 //!
+//! Where the input depends on past outputs, a driver's as every other feedback does, the starts are
+//! predictor-based and all errors are those of one-step prediction ([`super::predicted`]).
+//!
 //! The held-out data take no part, so the fit on them says what it should: how the model does on
 //! data that neither estimated nor chose it.
 
-use super::IdentifyOptions;
 use super::data::{Data, Part};
 use super::order::{Errors, effective_samples, errors, fit, log_square, parameters, schwarz};
+use super::predicted::{Predicted, prediction_errors};
 use super::starts::{Stabilised, Start, Starts};
+use super::{Approach, IdentifyOptions};
+use crate::closed_loop::{self, Feedback, feedback};
 use crate::conversion::to_continuous;
-use crate::model::{StateSpace, initial_state, simulate};
-use crate::refine::{Stop, refine_output_error};
+use crate::model::{Innovation, StateSpace, initial_state, predictor, simulate};
+use crate::refine::{Focus, Stop, refine_output_error, refine_prediction};
 use crate::stability::largest_radius;
-use crate::subspace::{Factor, Method, Realization, refit_output};
+use crate::subspace::{Factor, Realization, refit_output};
 use crate::{DataSet, Error};
+use faer::Mat;
+
+/// Memory and reach of the test for feedback, s: of the vehicle, and of a driver's reaction.
+const MEMORY_S: f64 = 2.0;
+const AHEAD_S: f64 = 1.0;
 
 /// Enough to compare orders.
 const ROUGH: Stop = Stop { steps: 25, least_gain: 2e-5 };
@@ -39,13 +49,15 @@ const AS_LIKELY: f64 = 6.0;
 /// A model in scaled units with its fits.
 #[derive(Debug, Clone)]
 pub(crate) struct Candidate {
-    pub(crate) method: Method,
+    pub(crate) approach: Approach,
     pub(crate) realization: Realization,
     pub(crate) horizon: usize,
     pub(crate) singular_value: f64,
     pub(crate) model: StateSpace,
-    /// State at the first sample of each segment of the estimation data.
+    /// State at the first sample of each segment of the estimation data, for the simulation.
     pub(crate) x0: Vec<Vec<f64>>,
+    /// The predictor, where its errors are those that are made small.
+    pub(crate) filtered: Option<Filtered>,
     pub(crate) estimation_fit: f64,
     pub(crate) validation_fit: f64,
     /// Schwarz's criterion; of two orders the one with the lesser is the likelier.
@@ -53,8 +65,18 @@ pub(crate) struct Candidate {
     /// What stability cost, where the subspace estimate was unstable.
     pub(crate) stabilised: Option<Stabilised>,
     pub(crate) has_logarithm: bool,
-    feedthrough: bool,
-    errors: Errors,
+    pub(crate) feedthrough: bool,
+    /// Those that are made small: of the simulation, or of one-step prediction.
+    pub(crate) errors: Errors,
+}
+
+/// The rest of a predictor in innovation form.
+#[derive(Debug, Clone)]
+pub(crate) struct Filtered {
+    /// Kalman gain.
+    pub(crate) gain: Mat<f64>,
+    /// Its state at the first sample of each segment of the estimation data.
+    pub(crate) x0: Vec<Vec<f64>>,
 }
 
 /// All orders that were tried, the chosen one, and its factor.
@@ -62,6 +84,8 @@ pub(crate) struct Choice {
     pub(crate) candidates: Vec<Candidate>,
     pub(crate) chosen: usize,
     pub(crate) factor: Factor,
+    /// The test for feedback, where the data are enough for it.
+    pub(crate) feedback: Option<Feedback>,
 }
 
 /// [`choose_from`] for the signals of a drive.
@@ -75,11 +99,51 @@ pub(crate) fn choose_from(
     held_out: &DataSet,
     options: &IdentifyOptions,
 ) -> Result<Choice, Error> {
+    let feedback = feedback(data, MEMORY_S, AHEAD_S).ok();
+    let closed = match options.method {
+        Some(Approach::ClosedLoop(method)) => vec![method],
+        None if feedback.is_some_and(|f| f.detected) => closed_loop::Method::ALL.to_vec(),
+        _ => Vec::new(),
+    };
+    let mut choice = if closed.is_empty() {
+        by_simulation(data, options)?
+    } else {
+        by_prediction(data, options, &closed)?
+    };
+    choice.feedback = feedback;
+    for candidate in &mut choice.candidates {
+        measure(data, held_out, candidate)?;
+    }
+    if !choice.candidates[choice.chosen].validation_fit.is_finite() {
+        return Err(Error::NoModel { problem: "no model can be simulated".into() });
+    }
+    Ok(choice)
+}
+
+/// The simulation fits of a candidate.
+fn measure(data: &DataSet, held_out: &DataSet, candidate: &mut Candidate) -> Result<(), Error> {
+    if candidate.filtered.is_some() {
+        candidate.x0 = simulated_states(&candidate.model, data)?;
+        candidate.estimation_fit = fit(data, &errors(&candidate.model, &candidate.x0, data));
+    } else {
+        candidate.estimation_fit = fit(data, &candidate.errors);
+    }
+    let x0 = simulated_states(&candidate.model, held_out)?;
+    candidate.validation_fit = fit(held_out, &errors(&candidate.model, &x0, held_out));
+    Ok(())
+}
+
+/// The choice for data without feedback.
+fn by_simulation(data: &DataSet, options: &IdentifyOptions) -> Result<Choice, Error> {
     let starts = Starts::new(data, options)?;
-    let mut candidates = ascend(data, options, &starts, options.feedthrough == Some(true))?;
+    let start =
+        |order, feedthrough| Ok(Candidate::new(starts.best(order, feedthrough)?, feedthrough));
+    let largest = starts.largest_order();
+    let ascend = |feedthrough| ascend(data, options, largest, |order| start(order, feedthrough));
+    let mut candidates = ascend(options.feedthrough == Some(true))?;
     let mut chosen = judge_orders(data, &mut candidates);
     if options.feedthrough.is_none() && wants_feedthrough(data, &starts, &candidates, chosen) {
-        let mut others = ascend(data, options, &starts, true)?;
+        let mut others = ascend(true)?;
         let other = judge_orders(data, &mut others);
         // The same poles without: what the first pass may not have found.
         let rival = without_feedthrough(data, options, &others[other])?;
@@ -101,41 +165,47 @@ pub(crate) fn choose_from(
     if options.refine {
         refine(data, &mut candidates[chosen], FINE)?;
     }
-    for candidate in &mut candidates {
-        candidate.estimation_fit = fit(data, &candidate.errors);
-        let x0 = held_out
-            .segments()
-            .iter()
-            .map(|s| initial_state(&candidate.model, s.u.as_ref(), s.y.as_ref()))
-            .collect::<Result<Vec<_>, _>>()?;
-        candidate.validation_fit = fit(held_out, &errors(&candidate.model, &x0, held_out));
-    }
-    let best = &candidates[chosen];
-    if !best.validation_fit.is_finite() {
-        return Err(Error::NoModel { problem: "no model can be simulated".into() });
-    }
     let factor = starts
-        .into_factor(best.horizon)
+        .into_factor(candidates[chosen].horizon)
         .ok_or(Error::NoModel { problem: "the chosen horizon was not tried".into() })?;
-    Ok(Choice { candidates, chosen, factor })
+    Ok(Choice { candidates, chosen, factor, feedback: None })
+}
+
+/// The choice for data with feedback. D is zero unless asked for: without a delay in the loop it could
+/// not be told from the feedback's own gain.
+fn by_prediction(
+    data: &DataSet,
+    options: &IdentifyOptions,
+    methods: &[closed_loop::Method],
+) -> Result<Choice, Error> {
+    let feedthrough = options.feedthrough == Some(true);
+    let predicted = Predicted::new(data, options, methods)?;
+    let mut candidates = ascend(data, options, predicted.largest_order(), |order| {
+        predicted.best(order, feedthrough)
+    })?;
+    let chosen = judge_orders(data, &mut candidates);
+    if options.refine {
+        refine(data, &mut candidates[chosen], FINE)?;
+    }
+    Ok(Choice { candidates, chosen, factor: predicted.into_factor(), feedback: None })
 }
 
 /// Models of growing order, until the criterion has not fallen for a while.
 fn ascend(
     data: &DataSet,
     options: &IdentifyOptions,
-    starts: &Starts<'_>,
-    feedthrough: bool,
+    largest: usize,
+    start: impl Fn(usize) -> Result<Candidate, Error>,
 ) -> Result<Vec<Candidate>, Error> {
     let orders = match options.order {
         Some(order) => order..=order,
-        None => 1..=options.max_order.min(starts.largest_order()),
+        None => 1..=options.max_order.min(largest),
     };
     let mut candidates: Vec<Candidate> = Vec::new();
     let mut last_error = None;
     for order in orders {
-        let mut candidate = match starts.best(order, feedthrough) {
-            Ok(start) => Candidate::new(start, feedthrough),
+        let mut candidate = match start(order) {
+            Ok(candidate) => candidate,
             Err(error) => {
                 last_error = Some(error);
                 continue;
@@ -165,7 +235,8 @@ fn least_criterion(data: &DataSet, candidates: &mut [Candidate]) -> usize {
     let Some(samples) = independent_samples(data, candidates) else { return 0 };
     let (m, p) = (data.inputs(), data.outputs());
     for c in candidates.iter_mut() {
-        let d = parameters(c.model.order(), m, p, c.feedthrough);
+        let gain = if c.filtered.is_some() { c.model.order() * p } else { 0 };
+        let d = parameters(c.model.order(), m, p, c.feedthrough) + gain;
         c.criterion = schwarz(log_square(&c.errors), p, d, samples);
     }
     (0..candidates.len())
@@ -234,12 +305,13 @@ fn without_feedthrough(
 impl Candidate {
     fn new(start: Start, feedthrough: bool) -> Self {
         Self {
-            method: start.method,
+            approach: start.method.into(),
             realization: start.realization,
             horizon: start.horizon,
             singular_value: start.singular_value,
             model: start.model,
             x0: start.x0,
+            filtered: None,
             estimation_fit: f64::NEG_INFINITY,
             validation_fit: f64::NEG_INFINITY,
             criterion: f64::INFINITY,
@@ -252,6 +324,9 @@ impl Candidate {
 }
 
 fn refine(data: &DataSet, candidate: &mut Candidate, stop: Stop) -> Result<(), Error> {
+    if candidate.filtered.is_some() {
+        return refine_predictor(data, candidate, stop);
+    }
     let radius = largest_radius(data.samples()).max(candidate.model.spectral_radius());
     let (model, x0) = refine_output_error(
         &candidate.model,
@@ -266,6 +341,26 @@ fn refine(data: &DataSet, candidate: &mut Candidate, stop: Stop) -> Result<(), E
     Ok(())
 }
 
+/// Refines by the prediction errors; a step to an unstable A, which they allow, is not taken.
+fn refine_predictor(data: &DataSet, candidate: &mut Candidate, stop: Stop) -> Result<(), Error> {
+    let Some(Filtered { gain, x0 }) = candidate.filtered.clone() else { return Ok(()) };
+    let start = Innovation { model: candidate.model.clone(), gain };
+    let found =
+        refine_prediction(&start, &x0, data, candidate.feedthrough, Focus::Prediction, stop, 1.0)?;
+    let Innovation { model, gain } = found.innovation;
+    if model.spectral_radius() < 1.0 {
+        candidate.errors = prediction_errors(&predictor(&model, gain.as_ref()), &found.x0s, data);
+        candidate.model = model;
+        candidate.filtered = Some(Filtered { gain, x0: found.x0s });
+    }
+    Ok(())
+}
+
+fn simulated_states(model: &StateSpace, data: &DataSet) -> Result<Vec<Vec<f64>>, Error> {
+    let segments = data.segments().iter();
+    segments.map(|s| initial_state(model, s.u.as_ref(), s.y.as_ref())).collect()
+}
+
 /// Simulated output of one part from the states at the beginning of its segments.
 pub(crate) fn output(model: &StateSpace, part: &Part, x0: &[Vec<f64>]) -> Vec<f64> {
     let mut all = Vec::with_capacity(part.len());
@@ -278,6 +373,5 @@ pub(crate) fn output(model: &StateSpace, part: &Part, x0: &[Vec<f64>]) -> Vec<f6
 
 /// The states at the beginning of each segment of a part that fit its output best.
 pub(crate) fn initial_states(model: &StateSpace, part: &Part) -> Result<Vec<Vec<f64>>, Error> {
-    let segments = part.data.segments().iter();
-    segments.map(|s| initial_state(model, s.u.as_ref(), s.y.as_ref())).collect()
+    simulated_states(model, &part.data)
 }

@@ -1,5 +1,6 @@
 //! From a recording to `plant.json`: data → candidates → noise → evidence.
 
+mod approach;
 mod automatic;
 mod candidates;
 mod data;
@@ -9,12 +10,14 @@ mod judge;
 mod level;
 mod options;
 mod order;
+mod predicted;
 mod starts;
 
+use crate::closed_loop::Feedback;
 use crate::conversion::{ContinuousModel, to_continuous};
 use crate::dense::spectral_radius;
-use crate::model::{StateSpace, initial_state, joined, predictor, simulate};
-use crate::refine::{Stop, refine_gain};
+use crate::model::{Innovation, StateSpace, initial_state, joined, predictor, simulate};
+use crate::refine::{Focus, Stop, refine_gain, uncertain};
 use crate::signal::{integrate, mean, standard_deviation};
 use crate::statistics::{fit_percent, independence, whiteness};
 use crate::subspace::noise_model;
@@ -26,9 +29,10 @@ use evidence::LAGS;
 use faer::{Mat, MatRef};
 use formats::{
     Continuous, Discrete, Document, Evidence, Fits, InputKind, Matrix, Noise, OperatingPoint,
-    OrderRow, Plant, Provenance,
+    OrderRow, Plant, Provenance, ResidualTest,
 };
 
+pub use approach::Approach;
 pub use automatic::{Automatic, TriedOrder, automatic};
 pub use judge::{Judged, judge};
 pub use options::{Detrend, IdentifyOptions};
@@ -104,6 +108,13 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
 
     let residual =
         filter.residuals.iter().map(|e| e * e).sum::<f64>() / filter.residuals.len().max(1) as f64;
+    let uncertainty = match uncertainty(&data, chosen, &filter.gain) {
+        Ok(uncertainty) => Some(uncertainty),
+        Err(error) => {
+            warnings.push(format!("the model's uncertainty cannot be told: {error}"));
+            None
+        }
+    };
     let speed = log.speed.as_deref().unwrap_or_default();
     if log.speed.is_none() {
         warnings.push("no speed channel: the operating point's speed is written as 0".into());
@@ -135,7 +146,7 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
     };
     let (excitation, frequency_response) = evidence::frequencies(log, &modelled, residual.sqrt());
     let mut evidence = Evidence {
-        method: chosen.method.name().into(),
+        method: chosen.approach.name().into(),
         horizon: chosen.horizon,
         estimation_samples: data.estimation.len(),
         validation_samples: data.validation.len(),
@@ -145,6 +156,7 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
             validation_one_step: filter.validation_fit,
         },
         order_table: choice.candidates.iter().map(order_row).collect(),
+        feedback: choice.feedback.map(feedback_test),
         whiteness: whiteness(&residuals, LAGS),
         independence: independence(&residuals, &held_out_input, LAGS),
         excitation,
@@ -195,7 +207,7 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
         discrete: discrete(&model, &gain, &chosen.x0[0], data.sample_time),
         continuous: continuous.map(|c| continuous_form(&c, &model)),
         noise: Noise { innovation_variance: residual * data.output_scale * data.output_scale },
-        uncertainty: None,
+        uncertainty,
         evidence,
         provenance: Provenance {
             version: env!("CARGO_PKG_VERSION").into(),
@@ -235,11 +247,15 @@ fn filter(
     let part = &data.estimation;
     let simulation_error = difference(&part.output, &output(model, part, &chosen.x0));
     let mut gain = noise.gain;
-    if !noise.solved {
-        warnings.push("the Riccati equation has no stabilising solution".into());
-    }
-    if refine {
-        gain = refine_gain(model, gain.as_ref(), &part.data, &chosen.x0, STOP)?;
+    if let Some(filtered) = &chosen.filtered {
+        gain = filtered.gain.clone();
+    } else {
+        if !noise.solved {
+            warnings.push("the Riccati equation has no stabilising solution".into());
+        }
+        if refine {
+            gain = refine_gain(model, gain.as_ref(), &part.data, &chosen.x0, STOP)?;
+        }
     }
     let mut residuals = difference(&part.output, &one_step(model, gain.as_ref(), part)?);
     let power = |e: &[f64]| e.iter().map(|x| x * x).sum::<f64>();
@@ -267,6 +283,21 @@ fn filter(
     Ok(Filter { gain, residuals, validation_residuals, validation_fit })
 }
 
+/// The uncertainty of the model and its gain, in SI units.
+fn uncertainty(
+    data: &Data,
+    chosen: &Candidate,
+    gain: &Mat<f64>,
+) -> Result<formats::Uncertainty, Error> {
+    let innovation = Innovation { model: chosen.model.clone(), gain: gain.clone() };
+    let (focus, x0) = match &chosen.filtered {
+        Some(filtered) => (Focus::Prediction, &filtered.x0),
+        None => (Focus::Simulation, &chosen.x0),
+    };
+    let estimate = uncertain(&innovation, x0, &data.estimation.data, chosen.feedthrough, focus)?;
+    estimate.scaled(&[data.input_scale], &[data.output_scale]).to_file(data.sample_time)
+}
+
 /// One-step predictions of a part, the initial states estimated.
 fn one_step(model: &StateSpace, gain: MatRef<'_, f64>, part: &Part) -> Result<Vec<f64>, Error> {
     let predictor = predictor(model, gain);
@@ -282,6 +313,15 @@ fn one_step(model: &StateSpace, gain: MatRef<'_, f64>, part: &Part) -> Result<Ve
 
 fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
     a.iter().zip(b).map(|(x, y)| x - y).collect()
+}
+
+fn feedback_test(feedback: Feedback) -> ResidualTest {
+    ResidualTest {
+        lags: feedback.degrees,
+        statistic: feedback.statistic,
+        bound: feedback.bound,
+        pass: !feedback.detected,
+    }
 }
 
 fn order_row(candidate: &Candidate) -> OrderRow {

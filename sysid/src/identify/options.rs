@@ -1,7 +1,8 @@
 //! How a model is identified.
 
+use super::Approach;
 use crate::Error;
-use crate::subspace::{Method, Realization};
+use crate::subspace::Realization;
 use formats::InputKind;
 use std::collections::BTreeMap;
 
@@ -9,8 +10,9 @@ use std::collections::BTreeMap;
 /// held-out part chooses nothing and only judges.
 #[derive(Debug, Clone, PartialEq)]
 pub struct IdentifyOptions {
-    /// Weighting of the subspace method.
-    pub method: Option<Method>,
+    /// Method. `None`: the open-loop ones, or the closed-loop ones where the data show feedback
+    /// ([`feedback`](crate::closed_loop::feedback)).
+    pub method: Option<Approach>,
     /// How A and C are realized. `None`: for each order the one whose simulation fits the estimation
     /// data better, since both have equally many parameters.
     pub realization: Option<Realization>,
@@ -120,7 +122,7 @@ impl IdentifyOptions {
     pub(crate) fn to_map(&self) -> BTreeMap<String, String> {
         let number = |x: Option<usize>| x.map_or_else(|| "auto".into(), |x| x.to_string());
         BTreeMap::from([
-            ("method".into(), self.method.map_or("auto", Method::name).into()),
+            ("method".into(), self.method.map_or("auto", Approach::name).into()),
             ("order".into(), number(self.order)),
             ("max_order".into(), self.max_order.to_string()),
             ("horizon".into(), number(self.horizon)),

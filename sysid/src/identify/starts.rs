@@ -5,8 +5,8 @@
 //! equally many parameters, so the one that simulates the estimation data best is taken; their rows
 //! of data differ by horizon, their simulations are over the same samples.
 
-use super::IdentifyOptions;
 use super::order::{Errors, errors, fit, sum_of_squares};
+use super::{Approach, IdentifyOptions};
 use crate::model::StateSpace;
 use crate::stability::{largest_radius, stable_shift};
 use crate::subspace::{
@@ -65,7 +65,10 @@ impl<'a> Starts<'a> {
     pub(crate) fn new(data: &'a DataSet, options: &IdentifyOptions) -> Result<Self, Error> {
         let horizons = horizons(data, options)?;
         let full = Factor::new(data, horizons.iter().copied().max().unwrap_or(2))?;
-        let methods = options.method.map_or(Method::ALL.to_vec(), |m| vec![m]);
+        let methods = match options.method {
+            Some(Approach::OpenLoop(method)) => vec![method],
+            _ => Method::ALL.to_vec(),
+        };
         let of = |s: usize| -> Result<Horizon, Error> {
             let factor = full.with_horizon(s)?;
             let subspaces = methods
