@@ -54,7 +54,8 @@ enum Command {
     Licenses,
     /// Put the demo's table and picture into the README
     Readme,
-    /// The tests that take minutes: millions of instances, thousands under valgrind
+    /// The tests that take minutes: millions of instances, thousands under valgrind, everything
+    /// built twice
     Stress,
     /// How well the identification does, beside its peers
     Evaluate {

@@ -2,8 +2,9 @@
 
 use crate::run::{cargo, run};
 
-/// The tests of the C interface that take minutes.
+/// The tests that take minutes: of the C interface, and of builds in two folders.
 pub(crate) fn stress() -> Result<(), String> {
     let only = ["--", "--ignored", "--nocapture", "--test-threads=1"];
-    run(cargo(&["test", "--release", "--package", "abi-tests"]).args(only))
+    let packages = ["--package", "abi-tests", "--package", "fmu-binaries"];
+    run(cargo(&["test", "--release"]).args(packages).args(only))
 }
