@@ -1,11 +1,12 @@
-//! What is built does not say where: the same sources in two folders give the same libraries and the
-//! same archive, byte for byte.
+//! What is built does not say where: the same sources in two folders, built by users whose cargo keeps
+//! its packages in different places, give the same libraries and the same archive, byte for byte.
+#![cfg(unix)] // for a link
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 const VEHICLE: &str = "tests/data/multibody/vehicle.json";
@@ -27,15 +28,23 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
+/// Where cargo keeps what it downloads.
+fn cargo_home() -> PathBuf {
+    std::env::var_os("CARGO_HOME")
+        .map(PathBuf::from)
+        .unwrap_or_else(|| Path::new(&std::env::var_os("HOME").unwrap()).join(".cargo"))
+}
+
 /// Builds everything in a folder as a user does, into the target folder there, packs an archive,
 /// and gives the digests of the libraries and of the archive.
-fn digests(folder: &Path) -> BTreeMap<String, String> {
+fn digests(folder: &Path, cargo_home: &Path) -> BTreeMap<String, String> {
     let mut cargo = Command::new(env!("CARGO"));
     for (name, _) in std::env::vars() {
-        if name.starts_with("CARGO") && name != "CARGO_HOME" || name.starts_with("STEERWRIGHT") {
+        if name.starts_with("CARGO") || name.starts_with("STEERWRIGHT") {
             cargo.env_remove(name);
         }
     }
+    cargo.env("CARGO_HOME", cargo_home);
     // The program itself need not be fast; the libraries are built with a profile of their own.
     let quick = ["profile.dev.debug=false", "profile.dev.package.\"*\".opt-level=0"];
     cargo.current_dir(folder).env_remove("RUSTFLAGS").args(["run", "--quiet", "--locked"]);
@@ -68,7 +77,12 @@ fn two_folders_give_the_same_bytes() {
         ["a", "a much/longer path to the same sources"].map(|name| place.path().join(name));
     // Both before the first is built: nobody's edits come between them.
     folders.iter().for_each(|folder| copy(root, folder));
-    let [short, long] = folders.map(|folder| digests(&folder));
+    // The sources of packages show up in libraries by the paths that cargo knows them by.
+    let home = cargo_home();
+    let another = place.path().join("the home of another");
+    std::os::unix::fs::symlink(&home, &another).unwrap();
+    let [short, long] =
+        [(&folders[0], &home), (&folders[1], &another)].map(|(folder, home)| digests(folder, home));
     assert_eq!(short.len(), 6, "five libraries and an archive: {short:#?}");
     for (name, digest) in &short {
         eprintln!("{digest}  {name}");
