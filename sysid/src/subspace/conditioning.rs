@@ -26,6 +26,8 @@ pub enum Conditioning {
     Qr {
         /// Condition of the windows; infinite where data without noise depend on each other.
         condition: f64,
+        /// Condition of the input's part of them.
+        input: f64,
     },
     /// By a QR factorisation, with a shorter horizon than was asked for since the input does not
     /// excite the longer one.
@@ -43,10 +45,10 @@ impl std::fmt::Display for Conditioning {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match *self {
             Self::Gram { condition } => write!(f, "Gram matrix, condition {condition:.1e}"),
-            Self::Qr { condition } if condition.is_finite() => {
-                write!(f, "QR factorisation, condition {condition:.1e}")
-            }
-            Self::Qr { .. } => write!(f, "QR factorisation, data that depend on each other"),
+            Self::Qr { condition, input } => write!(
+                f,
+                "QR factorisation, condition {condition:.1e}, that of the input {input:.1e}"
+            ),
             Self::Reduced { asked, horizon, condition } => write!(
                 f,
                 "this input does not excite {} samples of past and future (condition {condition:.1e}): the horizon is reduced from {asked} to {horizon}",

@@ -2,8 +2,9 @@
 
 use super::Factor;
 use crate::Error;
-use crate::dense::{pseudo_inverse, svd, vcat};
-use faer::{Mat, MatRef};
+use crate::dense::{pseudo_inverse, svd, triangle, vcat};
+use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
+use faer::{Mat, MatRef, Par};
 
 /// Singular values below this share of the largest are rounding, not data.
 const RANK_TOLERANCE: f64 = 1e-12;
@@ -80,7 +81,15 @@ pub fn subspace(factor: &Factor, method: Method) -> Result<Subspace, Error> {
         // O_i Π = L32 Q2.
         Method::Moesp => from_svd(l32, None),
         Method::Cva => {
-            // Y_f Π Y_fᵀ = [L32 L33][L32 L33]ᵀ = U S² Uᵀ, so W1 = S⁻¹ Uᵀ, W1⁻¹ = U S.
+            // Y_f Π Y_fᵀ = [L32 L33][L32 L33]ᵀ = T Tᵀ; any root gives the same canonical
+            // correlations, so W1 = T⁻¹ with the triangle T where it is regular.
+            let t = triangle(l.get(future.., past..).transpose());
+            if t.nrows() == t.ncols() && is_regular(t.as_ref()) {
+                let mut whitened = l32.to_owned();
+                solve_lower_triangular_in_place(t.transpose(), whitened.as_mut(), Par::Seq);
+                return from_svd(whitened.as_ref(), Some(t.transpose()));
+            }
+            // Otherwise = U S² Uᵀ, so W1 = S⁻¹ Uᵀ, W1⁻¹ = U S.
             let f = svd(l.get(future.., past..))?;
             let cut = RANK_TOLERANCE * f.s.first().copied().unwrap_or(0.0);
             let rank = f.s.iter().take_while(|s| **s > cut).count();
@@ -89,6 +98,12 @@ pub fn subspace(factor: &Factor, method: Method) -> Result<Subspace, Error> {
             from_svd((ut * l32).as_ref(), Some(back.as_ref()))
         }
     }
+}
+
+/// Whether a triangle is far from singular, each column (a signal's) seen in its own unit.
+fn is_regular(t: MatRef<'_, f64>) -> bool {
+    const LEAST: f64 = 1e-6;
+    (0..t.ncols()).all(|j| t[(j, j)].abs() > LEAST * t.col(j).norm_l2())
 }
 
 /// Data without noise leave fewer singular values than rows; zeros stand for the rest, so that any

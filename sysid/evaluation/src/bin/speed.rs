@@ -20,6 +20,8 @@ const ORDER: usize = 4;
 const SIZES: [(usize, usize, usize); 4] =
     [(1_000, 15, 20), (10_000, 15, 10), (100_000, 11, 2), (1_000_000, 9, 1)];
 const NOISE: f64 = 0.2;
+/// The weighting that is timed.
+const METHOD: Method = Method::Cva;
 
 type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
 
@@ -76,12 +78,12 @@ fn row(x: &[f64]) -> MatRef<'_, f64> {
 /// R factor to (A, B, C, D, K): A, C by MOESP and B, D by N4SID, as SLICOT's combined method.
 fn ours(u: &[f64], y: &[f64]) -> Result<(Factor, Innovation), sysid::Error> {
     let factor = Factor::of_signals(&[(row(u), row(y))], HORIZON, 1.0)?;
-    let model = model(&factor)?;
+    let model = model(&factor, METHOD)?;
     Ok((factor, model))
 }
 
-fn model(factor: &Factor) -> Result<Innovation, sysid::Error> {
-    let space = subspace(factor, Method::Moesp)?;
+fn model(factor: &Factor, method: Method) -> Result<Innovation, sysid::Error> {
+    let space = subspace(factor, method)?;
     let (a, c) = shift_realization(&space, ORDER, 1)?;
     let model = structured_bd(factor, &space, a.as_ref(), c.as_ref(), true)?;
     let gain = noise_model(factor, &model)?.gain;
@@ -123,6 +125,7 @@ fn report() -> Outcome<()> {
         line(&signals, turns, runs, peers.as_mut())?;
     }
     memory(&path, SIZES[3].0, peers.take())?;
+    fits(&path)?;
     let mut peers = Peers::start().ok();
     ill_conditioned(&path, peers.as_mut())?;
     others(&path, peers.as_mut())?;
@@ -158,7 +161,8 @@ fn line(
             peer = Some(found);
         }
         factor_only.push(timed(runs, || Factor::of_signals(&[(row(u), row(y))], HORIZON, 1.0)).0);
-        from_data.push(timed(runs, || Factor::new(&data, HORIZON).and_then(|f| model(&f))).0);
+        from_data
+            .push(timed(runs, || Factor::new(&data, HORIZON).and_then(|f| model(&f, METHOD))).0);
     }
     let (factor, found) = ours(u, y)?;
     let ms = |seconds: &[f64]| format!("{:.3}", 1e3 * median(seconds));
@@ -184,6 +188,45 @@ fn line(
         of_peer(&predicted),
         factor.conditioning,
     );
+    Ok(())
+}
+
+/// Fits to the noise-free output over several draws of input and noise: one draw is luck.
+fn fits(path: &Path) -> Outcome<()> {
+    println!("\nFit to the noise-free output, %, mean over draws (least in brackets)");
+    println!("| samples | draws | MOESP | CVA | N4SID | SLICOT | draws in which CVA is no worse |");
+    println!("|---|---|---|---|---|---|---|");
+    let mut peers = Peers::start().ok();
+    for (count, draws) in [(1_000, 40), (10_000, 20), (100_000, 10), (1_000_000, 3)] {
+        let mut all = [const { Vec::new() }; 4];
+        for draw in 0..draws {
+            let mut random = Random(1_000 * count as u64 + draw);
+            let u = white(count, &mut random);
+            let signals = drive(u, NOISE, &mut random);
+            let factor = Factor::of_signals(&[(row(&signals.u), row(&signals.y))], HORIZON, 1.0)?;
+            for (method, fits) in [Method::Moesp, Method::Cva, Method::N4sid].iter().zip(&mut all) {
+                fits.push(fit(&model(&factor, *method)?.model, &signals));
+            }
+            if let Some(peers) = &mut peers {
+                write_signals(path, &signals.u, &signals.y)?;
+                peers.load(path, count)?;
+                let found = peers.slicot(HORIZON, ORDER, 'C', 1)?;
+                all[3].push(fit(&found.model.model, &signals));
+            }
+        }
+        let cell = |fits: &Vec<f64>| {
+            let least = fits.iter().copied().fold(f64::INFINITY, f64::min);
+            format!("{:.4} ({least:.4})", fits.iter().sum::<f64>() / fits.len() as f64)
+        };
+        let wins = all[1].iter().zip(&all[3]).filter(|(a, b)| a >= b).count();
+        println!(
+            "| {count} | {draws} | {} | {} | {} | {} | {wins} |",
+            cell(&all[0]),
+            cell(&all[1]),
+            cell(&all[2]),
+            cell(&all[3])
+        );
+    }
     Ok(())
 }
 
@@ -237,15 +280,17 @@ fn memory_of(values: &[String]) -> Outcome<()> {
 /// Inputs of less and less power at high frequencies.
 fn ill_conditioned(path: &Path, mut peers: Option<&mut Peers>) -> Outcome<()> {
     const COUNT: usize = 20_000;
+    const CASES: [(usize, f64); 8] =
+        [(0, 1e-3), (3, 1e-3), (4, 0.0), (6, 0.0), (8, 0.0), (9, 0.0), (10, 0.0), (12, 0.0)];
     println!(
-        "\nIll-conditioned data: white noise through so many low-pass filters as input, N = {COUNT}, output noise 1e-6 of its size"
+        "\nIll-conditioned data: white noise through so many low-pass filters as input, N = {COUNT}; MOESP"
     );
     println!(
-        "| filters | factor by | horizon | Markov parameters off here | SLICOT, QR | SLICOT, Cholesky | fit here, % | fit SLICOT QR, % |"
+        "| filters | noise | factor by | horizon | Markov parameters off here | SLICOT, QR | SLICOT, Cholesky | fit here, % | fit SLICOT QR, % |"
     );
-    println!("|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|");
     let truth = truth();
-    for filters in [0, 2, 4, 5, 6, 7, 8] {
+    for (filters, noise) in CASES {
         let mut random = Random(99);
         let mut u = white(COUNT, &mut random);
         for _ in 0..filters {
@@ -257,7 +302,7 @@ fn ill_conditioned(path: &Path, mut peers: Option<&mut Peers>) -> Outcome<()> {
                 *x = state;
             }
         }
-        let signals = drive(u, 1e-6, &mut random);
+        let signals = drive(u, noise, &mut random);
         write_signals(path, &signals.u, &signals.y)?;
         let off = |m: &StateSpace| markov_distance(&truth, m, 30);
         let mut cells = vec!["–".to_string(); 3];
@@ -275,9 +320,10 @@ fn ill_conditioned(path: &Path, mut peers: Option<&mut Peers>) -> Outcome<()> {
                 }
             }
         }
-        match ours(&signals.u, &signals.y) {
+        let factor = Factor::of_signals(&[(row(&signals.u), row(&signals.y))], HORIZON, 1.0);
+        match factor.and_then(|f| model(&f, Method::Moesp).map(|m| (f, m))) {
             Ok((factor, found)) => println!(
-                "| {filters} | {} | {} | {:.1e} | {} | {} | {:.4} | {} |",
+                "| {filters} | {noise:e} | {} | {} | {:.1e} | {} | {} | {:.4} | {} |",
                 factor.conditioning,
                 factor.horizon,
                 off(&found.model),
@@ -287,7 +333,7 @@ fn ill_conditioned(path: &Path, mut peers: Option<&mut Peers>) -> Outcome<()> {
                 cells[2]
             ),
             Err(problem) => println!(
-                "| {filters} | {problem} | | | {} | {} | | {} |",
+                "| {filters} | {noise:e} | {problem} | | | {} | {} | | {} |",
                 cells[0], cells[1], cells[2]
             ),
         }
