@@ -2,7 +2,7 @@
 
 use super::weights::{oblique, oblique_next};
 use super::{Factor, Subspace};
-use crate::dense::{hcat, least_squares, pseudo_inverse, spectral_radius, vcat};
+use crate::dense::{hcat, least_squares, pseudo_inverse, spectral_radius, triangle, vcat};
 use crate::elimination::{Elimination, Solution};
 use crate::model::{StateSpace, free_response};
 use crate::riccati::kalman_filter;
@@ -186,7 +186,10 @@ pub fn structured_bd(
     let x = &now * l.get(future.., ..);
     let w = &next * l.get(future + p.., ..) - a * &x;
     let v = l.get(future..future + p, ..) - c * &x;
-    let target = vcat(&[w.as_ref(), v.as_ref()]);
+    // Errors of the state count by what they do to the outputs, ‖Γ w‖ = ‖T w‖, so that the result does
+    // not depend on the basis of the state.
+    let t = triangle(gamma);
+    let target = vcat(&[(&t * &w).as_ref(), v.as_ref()]);
     let cells = target.nrows() * past;
     let count = m * (n + if feedthrough { p } else { 0 });
     let mut slopes = Mat::zeros(cells, count);
@@ -210,6 +213,8 @@ pub fn structured_bd(
         let mut later = slope.get_mut(..n, 1..);
         later += &x_next;
         slope[(row, 0)] += 1.0;
+        let weighted = &t * slope.get(..n, ..);
+        slope.get_mut(..n, ..).copy_from(&weighted);
         for sample in 0..s {
             for k in 0..n + p {
                 for j in 0..past {
