@@ -192,6 +192,37 @@ fn one_log_on_two_machines_is_one_pass_where_the_parts_overlap() {
 }
 
 #[test]
+fn a_state_goes_through_bytes_to_the_last_bit() {
+    let mut random = Random(22);
+    let (first, second) =
+        (drive(&mut random, (1, 2), 1300, 0.1), drive(&mut random, (1, 2), 200, 0.1));
+    for kind in [Decomposition::Gram, Decomposition::Qr] {
+        let mut sums = absorb(kind, 6, &first, 300);
+        let bytes = sums.to_bytes();
+        let mut back = Accumulator::from_bytes(&bytes).unwrap();
+        assert_eq!(back.to_bytes(), bytes);
+        for sums in [&mut sums, &mut back] {
+            sums.merge(absorb(kind, 6, &second, 300)).unwrap();
+        }
+        assert_eq!(back.factor().unwrap().l, sums.factor().unwrap().l);
+        for cut in [0, 7, 8, 60, 64, bytes.len() - 8, bytes.len() - 1] {
+            assert!(Accumulator::from_bytes(&bytes[..cut]).is_err(), "{cut}");
+        }
+        assert!(Accumulator::from_bytes(&[bytes.clone(), vec![0; 8]].concat()).is_err());
+        let empty = Accumulator::new(kind, 6, (1, 2), 1.0).unwrap().to_bytes();
+        assert_eq!(Accumulator::from_bytes(&empty).unwrap().to_bytes(), empty);
+        for place in 0..7 {
+            for value in [f64::NAN, -1.0, 0.5, 1e15] {
+                let mut broken = bytes.clone();
+                broken[8 + 8 * place..16 + 8 * place].copy_from_slice(&value.to_le_bytes());
+                // A sample time and counts of samples may be anything; nothing may crash.
+                let _ = Accumulator::from_bytes(&broken);
+            }
+        }
+    }
+}
+
+#[test]
 fn states_that_do_not_belong_together_are_not_merged() {
     let new = |kind, s, channels, ts| Accumulator::new(kind, s, channels, ts).unwrap();
     let a = new(Decomposition::Gram, 5, (1, 1), 0.01);

@@ -10,7 +10,7 @@ use faer::MatRef;
 /// Windows that are added at once.
 const BLOCK: usize = 1024;
 /// Rows of windows beyond which the state would no longer be small.
-const MOST_ROWS: usize = 20_000;
+const MOST_ROWS: usize = 8_000;
 /// Magnitudes beyond which products of sums overflow.
 const LARGEST: f64 = 1e100;
 
@@ -24,7 +24,7 @@ pub enum Decomposition {
 }
 
 #[derive(Debug, Clone)]
-enum State {
+pub(super) enum State {
     Gram(Gram),
     Qr(Tall),
 }
@@ -58,21 +58,21 @@ enum State {
 /// ```
 #[derive(Debug, Clone)]
 pub struct Accumulator {
-    horizon: usize,
-    inputs: usize,
-    outputs: usize,
-    sample_time_s: f64,
-    state: State,
+    pub(super) horizon: usize,
+    pub(super) inputs: usize,
+    pub(super) outputs: usize,
+    pub(super) sample_time_s: f64,
+    pub(super) state: State,
     /// Taken off each channel: the mean of the first samples.
-    shift: Option<Vec<f64>>,
+    pub(super) shift: Option<Vec<f64>>,
     /// Samples of the segment that are part of windows to come, channel after channel.
     buffer: Vec<f64>,
     stride: usize,
     filled: usize,
     /// The segment's first w−1 samples once a window of it was added.
     head: Vec<f64>,
-    samples: usize,
-    columns: usize,
+    pub(super) samples: usize,
+    pub(super) columns: usize,
 }
 
 impl Accumulator {

@@ -120,6 +120,39 @@ impl Gram {
         }
     }
 
+    /// Appends all sums.
+    pub(super) fn write(&self, to: &mut Vec<f64>) {
+        for sums in [&self.lags, &self.firsts] {
+            to.extend(&sums.high);
+            to.extend(&sums.low);
+        }
+        to.extend(&self.edge_sums);
+        for j in 0..self.edge_sums.len() {
+            to.extend((j..self.edge_sums.len()).map(|i| self.edges[(i, j)]));
+        }
+    }
+
+    /// Takes what [`write`](Self::write) has appended; the rest, or `None` where there is too little.
+    pub(super) fn read<'a>(&mut self, mut from: &'a [f64]) -> Option<&'a [f64]> {
+        let mut take = |to: &mut [f64]| {
+            let (values, rest) = from.split_at_checked(to.len())?;
+            to.copy_from_slice(values);
+            from = rest;
+            Some(())
+        };
+        for sums in [&mut self.lags, &mut self.firsts] {
+            take(&mut sums.high)?;
+            take(&mut sums.low)?;
+        }
+        take(&mut self.edge_sums)?;
+        for j in 0..self.edge_sums.len() {
+            let mut column = vec![0.0; self.edge_sums.len() - j];
+            take(&mut column)?;
+            column.iter().enumerate().for_each(|(i, x)| self.edges[(i + j, j)] = *x);
+        }
+        Some(from)
+    }
+
     /// The moments of all `columns` windows.
     pub(super) fn moments(&self, columns: usize) -> Moments {
         let (c, w) = (self.channels, self.window);

@@ -19,6 +19,7 @@ mod factor;
 mod gram;
 mod lags;
 mod realization;
+mod state;
 mod tall;
 mod weights;
 

@@ -49,6 +49,28 @@ impl Tall {
         self.r = triangle(vcat(&[self.r.as_ref(), r.as_ref()]).as_ref());
     }
 
+    /// Appends the triangle, row after row.
+    pub(super) fn write(&self, to: &mut Vec<f64>) {
+        for i in 0..self.r.nrows() {
+            to.extend((i..self.r.ncols()).map(|j| self.r[(i, j)]));
+        }
+    }
+
+    /// Takes what [`write`](Self::write) has appended of so many windows; the rest, or `None` where
+    /// there is too little.
+    pub(super) fn read<'a>(&mut self, mut from: &'a [f64], columns: usize) -> Option<&'a [f64]> {
+        let size = self.r.ncols();
+        let rows = columns.min(size);
+        let mut r = Mat::zeros(rows, size);
+        for i in 0..rows {
+            let (values, rest) = from.split_at_checked(size - i)?;
+            values.iter().enumerate().for_each(|(k, x)| r[(i, i + k)] = *x);
+            from = rest;
+        }
+        self.r = r;
+        Some(from)
+    }
+
     /// The triangle of the windows about their mean and the mean, variables in order of time, without
     /// the constant that was taken off the samples; the triangle divided by √j.
     pub(super) fn centred(&self, columns: usize) -> (Mat<f64>, Vec<f64>) {
