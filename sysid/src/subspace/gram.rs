@@ -105,9 +105,9 @@ impl Gram {
                 late.iter_mut().zip(step(lag)).for_each(|(s, e)| *s += e);
             }
         }
-        for a in 0..c {
+        for (a, shift) in shift.iter().enumerate() {
             self.firsts.add_one(a, other.firsts.value(a));
-            self.firsts.add_one(a, columns as f64 * shift[a]);
+            self.firsts.add_one(a, columns as f64 * shift);
         }
         let edge = self.edge_sums.len();
         for j in 0..edge {
