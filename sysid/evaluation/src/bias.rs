@@ -13,9 +13,8 @@ pub struct Errors {
     pub gain: f64,
     /// Real and imaginary parts of the response's errors over the grid, over the largest response.
     pub response: Vec<f64>,
-    /// Real and imaginary parts of the nearest pole's distance from each true pole above or on the
-    /// real axis.
-    pub poles: Vec<f64>,
+    /// Real and imaginary parts of the distance of the pole nearest to the true slowest one.
+    pub pole: Vec<f64>,
 }
 
 impl Errors {
@@ -31,20 +30,17 @@ impl Errors {
             .flat_map(|(a, b)| [(a.0 - b.0) / size, (a.1 - b.1) / size])
             .collect();
         let found = model.poles().ok()?;
-        let mut poles = Vec::new();
-        for (re, im) in truth.poles().ok()? {
-            if im < 0.0 {
-                continue;
-            }
-            let nearest = found
-                .iter()
-                .map(|(r, i)| (r - re, i.abs() - im))
-                .min_by(|a, b| a.0.hypot(a.1).total_cmp(&b.0.hypot(b.1)))?;
-            poles.extend([nearest.0, nearest.1]);
-        }
+        let slowest = |poles: &[(f64, f64)]| {
+            let above = poles.iter().filter(|p| p.1 >= 0.0);
+            above.max_by(|a, b| a.0.hypot(a.1).total_cmp(&b.0.hypot(b.1))).copied()
+        };
+        let (re, im) = slowest(&truth.poles().ok()?)?;
+        let near = |p: &&(f64, f64)| (p.0 - re).hypot(p.1.abs() - im);
+        let found = found.iter().min_by(|a, b| near(a).total_cmp(&near(b)))?;
+        let pole = vec![found.0 - re, found.1.abs() - im];
         let gain = got[0].0 / expected[0].0 - 1.0;
-        let finite = response.iter().chain(&poles).all(|x| x.is_finite());
-        (finite && gain.is_finite()).then_some(Self { gain, response, poles })
+        let finite = response.iter().chain(&pole).all(|x| x.is_finite());
+        (finite && gain.is_finite()).then_some(Self { gain, response, pole })
     }
 }
 
@@ -90,8 +86,8 @@ pub struct Biases {
     pub gain: Bias,
     /// Of the frequency response, relative to its largest.
     pub response: Bias,
-    /// Of the poles.
-    pub poles: Bias,
+    /// Of the slowest pole.
+    pub pole: Bias,
     /// Records that gave a model.
     pub records: usize,
 }
@@ -105,7 +101,7 @@ impl Biases {
         Self {
             gain: over(|e| vec![e.gain]),
             response: over(|e| e.response.clone()),
-            poles: over(|e| e.poles.clone()),
+            pole: over(|e| e.pole.clone()),
             records: errors.len(),
         }
     }

@@ -32,8 +32,8 @@ pub struct Drive {
 pub enum Excitation {
     /// Noise through a low-pass of 1 Hz.
     Noise,
-    /// Twelve sines from 0.1 to 3 Hz with random phases, as a slalom of changing pace has them.
-    Slalom,
+    /// Twelve sines from 0.2 to 6 Hz with random phases, as a steering robot drives them.
+    Sines,
 }
 
 impl Drive {
@@ -44,7 +44,7 @@ impl Drive {
             process: [0.02, 0.02],
             output_noise: 0.03,
             input_noise: 0.0,
-            gain: 0.12,
+            gain: 0.06,
             acts_on_measurement: true,
             excitation: Excitation::Noise,
         }
@@ -57,18 +57,18 @@ impl Drive {
             process: [0.0, 0.0],
             output_noise: 0.03,
             input_noise: 0.01,
-            gain: 0.12,
+            gain: 0.06,
             acts_on_measurement: false,
-            excitation: Excitation::Slalom,
+            excitation: Excitation::Sines,
         }
     }
 
     /// The vehicle from steering angle to yaw rate: lateral velocity, yaw rate, road wheel behind an
-    /// actuator lag of 0.15 s, at 20 m/s, sampled with the input held.
+    /// actuator lag of 0.06 s, at 30 m/s, sampled with the input held.
     #[must_use]
     pub fn vehicle() -> StateSpace {
         let (mass, inertia, front, rear, cf, cr, v, lag) =
-            (1500.0, 2500.0, 1.2, 1.5, 8e4, 9e4, 20.0, 0.15);
+            (1500.0, 2500.0, 1.2, 1.5, 8e4, 9e4, 30.0, 0.06);
         let f = [
             [-(cf + cr) / (mass * v), (rear * cr - front * cf) / (mass * v) - v, cf / mass],
             [
@@ -130,7 +130,7 @@ impl Drive {
         let mut random = Random(seed);
         let sines: Vec<[f64; 2]> = (0..12)
             .map(|k| {
-                let hz = 0.1 * 30f64.powf(f64::from(k) / 11.0);
+                let hz = 0.2 + 5.8 * f64::from(k) / 11.0;
                 [
                     std::f64::consts::TAU * hz * SAMPLE_TIME_S,
                     std::f64::consts::TAU * random.uniform(),
@@ -152,8 +152,8 @@ impl Drive {
             let news = random.normal();
             want = match self.excitation {
                 Excitation::Noise => smooth * want + (1.0 - smooth * smooth).sqrt() * 0.03 * news,
-                Excitation::Slalom => {
-                    0.012 * sines.iter().map(|[w, p]| (w * t as f64 + p).sin()).sum::<f64>()
+                Excitation::Sines => {
+                    0.02 * sines.iter().map(|[w, p]| (w * t as f64 + p).sin()).sum::<f64>()
                 }
             };
             let steering = want - self.gain * reaction;

@@ -14,7 +14,7 @@ use sysid_evaluation::parsim;
 #[derive(Parser)]
 struct Arguments {
     /// Samples a record
-    #[arg(long, default_value_t = 4000)]
+    #[arg(long, default_value_t = 10_000)]
     samples: usize,
     /// Records
     #[arg(long, default_value_t = 200)]
@@ -25,6 +25,9 @@ struct Arguments {
     /// Block rows of the future, at most the past horizon
     #[arg(long, default_value_t = 10)]
     future: usize,
+    /// Block rows of the future for Chou and Verhaegen's method, whose input they must excite
+    #[arg(long, default_value_t = 6)]
+    sensors_future: usize,
     /// Records that PARSIM-K is run on
     #[arg(long, default_value_t = 20)]
     peer_seeds: u64,
@@ -48,7 +51,7 @@ fn main() -> Result<(), Error> {
     }
     let sensors = Drive::white_sensors();
     heading(
-        "white noise on both sensors, a driver who feels the true yaw rate, a slalom",
+        "white noise on both sensors, a driver who feels the true yaw rate, steady sines",
         &sensors,
     );
     let data = records(&sensors, &arguments, arguments.seeds, 10_000)?;
@@ -57,6 +60,7 @@ fn main() -> Result<(), Error> {
         open_loop_rows(&data, past, &truth);
         closed_loop_rows(&data, past, future, &truth);
         row("chou-verhaegen", past, &truth, &data, |d| {
+            let future = arguments.sensors_future.min(past);
             Ok(errors_in_variables::identify(d, past, future, ORDER, false)?.model)
         });
     }
@@ -78,7 +82,10 @@ fn heading(what: &str, drive: &Drive) {
     if let Some(radius) = drive.predictor_radius() {
         println!("the predictor forgets by {radius:.3} a sample");
     }
-    println!("{:>5} {:<16}{:>22}{:>22}{:>24}", "past", "method", "response %", "gain %", "poles");
+    println!(
+        "{:>5} {:<16}{:>22}{:>22}{:>24}",
+        "past", "method", "response %", "gain %", "slowest pole"
+    );
 }
 
 fn open_loop_rows(data: &[DataSet], past: usize, truth: &StateSpace) {
@@ -127,7 +134,7 @@ fn row(
         "{past:>5} {name:<16}{:>22}{:>22}{:>24}{note}",
         cell(b.response, 100.0, 2),
         cell(b.gain, 100.0, 2),
-        cell(b.poles, 1.0, 4)
+        cell(b.pole, 1.0, 4)
     );
 }
 
@@ -140,10 +147,10 @@ fn feedback_rates(arguments: &Arguments) -> Result<(), Error> {
     println!("\ntest for feedback at a level of 1 %");
     let controlled = Drive::controlled();
     let open = Drive { gain: 0.0, ..controlled.clone() };
-    let open_slalom = Drive { gain: 0.0, input_noise: 0.0, ..Drive::white_sensors() };
+    let open_sines = Drive { gain: 0.0, input_noise: 0.0, ..Drive::white_sensors() };
     for (what, drive) in [
         ("no loop, noise", &open),
-        ("no loop, slalom", &open_slalom),
+        ("no loop, sines", &open_sines),
         ("a tenth of the gain", &Drive { gain: 0.1 * controlled.gain, ..controlled.clone() }),
         ("in the loop", &controlled),
     ] {
@@ -184,7 +191,7 @@ fn peer(arguments: &Arguments, truth: &StateSpace) -> Result<(), Error> {
             })
             .collect();
         if let (Some(theirs), [Some(ssarx), Some(pbsid)]) = (theirs, ours.as_slice()) {
-            apart.push(theirs.poles.iter().zip(&pbsid.poles).map(|(a, b)| a - b).collect());
+            apart.push(theirs.pole.iter().zip(&pbsid.pole).map(|(a, b)| a - b).collect());
             found[0].1.push(theirs);
             found[1].1.push(ssarx.clone());
             found[2].1.push(pbsid.clone());
@@ -195,7 +202,7 @@ fn peer(arguments: &Arguments, truth: &StateSpace) -> Result<(), Error> {
         return Ok(());
     }
     for (name, errors) in &found {
-        println!("  {name:<24}{}", cell(Biases::new(errors).poles, 1.0, 4));
+        println!("  {name:<24}{}", cell(Biases::new(errors).pole, 1.0, 4));
     }
     println!("  {:<24}{}", "parsim-k minus pbsid", cell(Bias::new(&apart), 1.0, 4));
     Ok(())
