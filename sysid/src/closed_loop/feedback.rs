@@ -115,8 +115,7 @@ pub fn feedback_in(factor: &Factor, past: usize, ahead: usize) -> Result<Feedbac
     let free = windows.count as f64 - (known.ncols() + rank) as f64;
     let weight = free - 0.5 * (outputs as f64 - rank as f64 + 1.0);
     if weight < 1.0 {
-        let need = windows.count + (1.0 - weight).ceil() as usize;
-        return Err(Error::TooFewSamples { got: windows.count, need, sample_time_s: 0.0 });
+        return Err(Error::Numerical { what: "feedback test of so few samples" });
     }
     let ratio = left.determinant() / whole.determinant();
     let statistic = -weight * ratio.max(f64::MIN_POSITIVE).ln();
