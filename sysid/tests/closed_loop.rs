@@ -153,7 +153,7 @@ fn open_loop(data: &DataSet, method: sysid::Method, past: usize) -> StateSpace {
 #[test]
 fn with_a_driver_in_the_loop_only_the_predictors_bias_goes_with_the_past() {
     let data: Vec<DataSet> =
-        (0..40).map(|seed| Drive::controlled().record(6000, seed).unwrap()).collect();
+        (0..12).map(|seed| Drive::controlled().record(20_000, seed).unwrap()).collect();
     for method in sysid::Method::ALL {
         let bias = biases(&data, |d| open_loop(d, method, 20)).response;
         assert!(bias.is_significant(), "{method:?}: {bias:?}");

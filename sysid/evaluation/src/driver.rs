@@ -44,7 +44,7 @@ impl Drive {
             process: [0.02, 0.02],
             output_noise: 0.03,
             input_noise: 0.0,
-            gain: 0.06,
+            gain: 0.09,
             acts_on_measurement: true,
             excitation: Excitation::Noise,
         }

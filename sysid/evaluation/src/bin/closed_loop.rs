@@ -5,7 +5,7 @@
 use clap::Parser;
 use sysid::closed_loop::{self, Method, errors_in_variables};
 use sysid::subspace::{Factor, shift_realization, structured_bd, subspace};
-use sysid::{DataSet, Error, StateSpace};
+use sysid::{Error, StateSpace};
 use sysid_evaluation::bias::{Bias, Biases, Errors};
 use sysid_evaluation::driver::{Drive, SAMPLE_TIME_S};
 use sysid_evaluation::parsim;
@@ -14,7 +14,7 @@ use sysid_evaluation::parsim;
 #[derive(Parser)]
 struct Arguments {
     /// Samples a record
-    #[arg(long, default_value_t = 10_000)]
+    #[arg(long, default_value_t = 100_000)]
     samples: usize,
     /// Records
     #[arg(long, default_value_t = 200)]
@@ -28,6 +28,12 @@ struct Arguments {
     /// Block rows of the future for Chou and Verhaegen's method, whose input they must excite
     #[arg(long, default_value_t = 6)]
     sensors_future: usize,
+    /// Samples a record for the test for feedback
+    #[arg(long, default_value_t = 4000)]
+    feedback_samples: usize,
+    /// Samples a record for PARSIM-K
+    #[arg(long, default_value_t = 10_000)]
+    peer_samples: usize,
     /// Records that PARSIM-K is run on
     #[arg(long, default_value_t = 20)]
     peer_seeds: u64,
@@ -44,7 +50,7 @@ fn main() -> Result<(), Error> {
     );
     let controlled = Drive::controlled();
     heading("a controller on the measured yaw rate, process and measurement noise", &controlled);
-    let data = records(&controlled, &arguments, arguments.seeds, 0)?;
+    let data = factors(&controlled, &arguments, 0)?;
     for &past in &arguments.past {
         open_loop_rows(&data, past, &truth);
         closed_loop_rows(&data, past, arguments.future.min(past), &truth);
@@ -54,27 +60,34 @@ fn main() -> Result<(), Error> {
         "white noise on both sensors, a driver who feels the true yaw rate, steady sines",
         &sensors,
     );
-    let data = records(&sensors, &arguments, arguments.seeds, 10_000)?;
+    let data = factors(&sensors, &arguments, 10_000)?;
     for &past in &arguments.past {
         let future = arguments.future.min(past);
         open_loop_rows(&data, past, &truth);
         closed_loop_rows(&data, past, future, &truth);
         row("chou-verhaegen", past, &truth, &data, |d| {
             let future = arguments.sensors_future.min(past);
-            Ok(errors_in_variables::identify(d, past, future, ORDER, false)?.model)
+            Ok(errors_in_variables::identify_in(d, past, future, ORDER, false)?.model)
         });
     }
     feedback_rates(&arguments)?;
     peer(&arguments, &truth)
 }
 
-fn records(
-    drive: &Drive,
-    arguments: &Arguments,
-    count: u64,
-    from: u64,
-) -> Result<Vec<DataSet>, Error> {
-    (from..from + count).map(|seed| drive.record(arguments.samples, seed)).collect()
+/// One factor for each record, long enough for all horizons: two threads, no record kept.
+fn factors(drive: &Drive, arguments: &Arguments, from: u64) -> Result<Vec<Factor>, Error> {
+    let longest = arguments.past.iter().copied().max().unwrap_or(1);
+    let horizon = longest.max((longest + arguments.future + 1).div_ceil(2));
+    let each = |seeds: std::ops::Range<u64>| -> Result<Vec<Factor>, Error> {
+        seeds.map(|s| Factor::new(&drive.record(arguments.samples, s)?, horizon)).collect()
+    };
+    let (half, end) = (from + arguments.seeds / 2, from + arguments.seeds);
+    std::thread::scope(|scope| {
+        let other = scope.spawn(|| each(half..end));
+        let mut all = each(from..half)?;
+        all.extend(other.join().unwrap_or_else(|_| Ok(Vec::new()))?);
+        Ok(all)
+    })
 }
 
 fn heading(what: &str, drive: &Drive) {
@@ -88,10 +101,10 @@ fn heading(what: &str, drive: &Drive) {
     );
 }
 
-fn open_loop_rows(data: &[DataSet], past: usize, truth: &StateSpace) {
+fn open_loop_rows(data: &[Factor], past: usize, truth: &StateSpace) {
     for method in sysid::Method::ALL {
         row(method.name(), past, truth, data, |d| {
-            let factor = Factor::new(d, past)?;
+            let factor = d.with_horizon(past)?;
             let found = subspace(&factor, method)?;
             let (a, c) = shift_realization(&found, ORDER, 1)?;
             structured_bd(&factor, &found, a.as_ref(), c.as_ref(), false)
@@ -99,10 +112,10 @@ fn open_loop_rows(data: &[DataSet], past: usize, truth: &StateSpace) {
     }
 }
 
-fn closed_loop_rows(data: &[DataSet], past: usize, future: usize, truth: &StateSpace) {
+fn closed_loop_rows(data: &[Factor], past: usize, future: usize, truth: &StateSpace) {
     for method in Method::ALL {
         row(method.name(), past, truth, data, |d| {
-            Ok(closed_loop::identify(d, method, past, future, ORDER, false)?.model)
+            Ok(closed_loop::decompose(d, method, past, future, false)?.model(ORDER)?.model)
         });
     }
 }
@@ -111,12 +124,12 @@ fn row(
     name: &str,
     past: usize,
     truth: &StateSpace,
-    data: &[DataSet],
-    estimate: impl Fn(&DataSet) -> Result<StateSpace, Error> + Sync,
+    data: &[Factor],
+    estimate: impl Fn(&Factor) -> Result<StateSpace, Error> + Sync,
 ) {
-    let one = |d: &DataSet| estimate(d).ok().and_then(|m| Errors::new(&m, truth));
+    let one = |d: &Factor| estimate(d).ok().and_then(|m| Errors::new(&m, truth));
     let (first, second) = data.split_at(data.len() / 2);
-    let each = |part: &[DataSet]| part.iter().filter_map(one).collect::<Vec<_>>();
+    let each = |part: &[Factor]| part.iter().filter_map(one).collect::<Vec<_>>();
     let errors = std::thread::scope(|scope| {
         let other = scope.spawn(|| each(second));
         let mut errors = each(first);
@@ -144,7 +157,10 @@ fn cell(b: Bias, unit: f64, digits: usize) -> String {
 }
 
 fn feedback_rates(arguments: &Arguments) -> Result<(), Error> {
-    println!("\ntest for feedback at a level of 1 %");
+    println!(
+        "\ntest for feedback at a level of 1 %, records of {} samples",
+        arguments.feedback_samples
+    );
     let controlled = Drive::controlled();
     let open = Drive { gain: 0.0, ..controlled.clone() };
     let open_sines = Drive { gain: 0.0, input_noise: 0.0, ..Drive::white_sensors() };
@@ -155,7 +171,8 @@ fn feedback_rates(arguments: &Arguments) -> Result<(), Error> {
         ("in the loop", &controlled),
     ] {
         let mut found = 0;
-        for data in records(drive, arguments, arguments.seeds, 20_000)? {
+        for seed in 20_000..20_000 + arguments.seeds {
+            let data = drive.record(arguments.feedback_samples, seed)?;
             found += usize::from(closed_loop::feedback(&data, 2.0, 1.0)?.detected);
         }
         println!("  {what:<22}{found} of {} records", arguments.seeds);
@@ -173,7 +190,8 @@ fn peer(arguments: &Arguments, truth: &StateSpace) -> Result<(), Error> {
     let mut found: Vec<(&str, Vec<Errors>)> =
         [("parsim-k", vec![]), ("ssarx", vec![]), ("pbsid", vec![])].into();
     let mut apart = Vec::new();
-    for data in records(&drive, arguments, arguments.peer_seeds, 30_000)? {
+    for seed in 30_000..30_000 + arguments.peer_seeds {
+        let data = drive.record(arguments.peer_samples, seed)?;
         let theirs = match parsim::poles(&data, HORIZON, ORDER) {
             Ok(poles) => poles,
             Err(problem) => {
