@@ -10,27 +10,27 @@ const BLOCK: usize = 256;
 /// An upper triangle that absorbs rows.
 #[derive(Debug, Clone)]
 pub(super) struct Triangle {
-    /// The triangle above, the rows gathered since below.
-    stack: Mat<f64>,
-    gathered: usize,
+    columns: usize,
+    /// Row by row: the triangle, then the rows gathered since.
+    rows: Vec<f64>,
+    most: usize,
 }
 
 impl Triangle {
     pub(super) fn new(columns: usize) -> Self {
-        Self { stack: Mat::zeros(columns + BLOCK.max(2 * columns), columns), gathered: 0 }
+        let most = (columns + BLOCK.max(2 * columns)) * columns;
+        let mut rows = Vec::with_capacity(most);
+        rows.resize(columns * columns, 0.0);
+        Self { columns, rows, most }
     }
 
-    /// Takes one row, zero beyond its length.
+    /// Takes one row.
     pub(super) fn push(&mut self, row: &[f64]) {
-        let columns = self.stack.ncols();
-        if columns + self.gathered == self.stack.nrows() {
+        debug_assert_eq!(row.len(), self.columns);
+        if self.rows.len() >= self.most {
             self.reduce();
         }
-        let at = columns + self.gathered;
-        for (j, value) in row.iter().enumerate() {
-            self.stack[(at, j)] = *value;
-        }
-        self.gathered += 1;
+        self.rows.extend_from_slice(row);
     }
 
     /// Takes the rows of another triangle.
@@ -42,16 +42,19 @@ impl Triangle {
     }
 
     fn reduce(&mut self) {
-        let columns = self.stack.ncols();
-        let r = triangle(self.stack.get(..columns + self.gathered, ..));
-        self.stack.get_mut(..columns, ..).copy_from(&r);
-        self.gathered = 0;
+        let columns = self.columns;
+        let height = self.rows.len() / columns;
+        let r = triangle(MatRef::from_row_major_slice(&self.rows, height, columns));
+        self.rows.clear();
+        for i in 0..columns {
+            self.rows.extend(r.row(i).iter());
+        }
     }
 
     /// The triangle of all rows, square.
     pub(super) fn finish(mut self) -> Mat<f64> {
         self.reduce();
-        let columns = self.stack.ncols();
-        self.stack.get(..columns, ..).to_owned()
+        let columns = self.columns;
+        Mat::from_fn(columns, columns, |i, j| self.rows[i * columns + j])
     }
 }
