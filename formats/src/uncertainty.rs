@@ -191,7 +191,7 @@ fn is_stable(a: &Matrix) -> bool {
         if size < 0.5 {
             return true;
         }
-        if !(size < 1e100) {
+        if !size.is_finite() || size > 1e100 {
             return false;
         }
         let square = |i: usize, j: usize| (0..n).map(|k| power[i][k] * power[k][j]).sum();

@@ -149,7 +149,7 @@ fn output_normal(model: &StateSpace, weight: &Mat<f64>) -> Result<Mat<f64>, Erro
             return Ok(cholesky.L().transpose().to_owned());
         }
         more = if more > 0.0 { 100.0 * more } else { floor };
-        if !(more < 1e300) {
+        if !more.is_finite() || more > 1e300 {
             return Err(Error::Numerical { what: "observability of the model" });
         }
     }

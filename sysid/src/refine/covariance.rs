@@ -113,7 +113,7 @@ impl Local {
         let scaled = Mat::from_fn(q, q, |i, j| self.r[(i, j)] / sizes[j].max(1e-300));
         let singular = svd(scaled.as_ref())?.s;
         let least = singular.last().copied().unwrap_or(1.0);
-        if !(least > WORST * singular.first().copied().unwrap_or(1.0)) {
+        if !least.is_finite() || least <= WORST * singular.first().copied().unwrap_or(1.0) {
             return Err(Error::NoModel {
                 problem: "the data do not determine all parameters of the model".into(),
             });

@@ -16,9 +16,11 @@ const ORDERS: [usize; 12] = [0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48];
 /// Sums of products of a signal with its own past.
 pub(super) struct Autocovariance {
     channels: usize,
-    /// R(τ) times the count, τ from 0.
-    sums: Vec<Mat<f64>>,
-    past: std::collections::VecDeque<Vec<f64>>,
+    lags: usize,
+    /// R(τ) times the count, τ from 0, each row by row.
+    sums: Vec<f64>,
+    /// The samples so far, all channels of the oldest first.
+    past: Vec<f64>,
     count: usize,
 }
 
@@ -28,8 +30,9 @@ impl Autocovariance {
         let lags = (samples / (10 * channels)).min(ORDERS[ORDERS.len() - 1]);
         Self {
             channels,
-            sums: vec![Mat::zeros(channels, channels); lags + 1],
-            past: std::collections::VecDeque::new(),
+            lags,
+            sums: vec![0.0; (lags + 1) * channels * channels],
+            past: Vec::new(),
             count: 0,
         }
     }
@@ -40,12 +43,16 @@ impl Autocovariance {
     }
 
     pub(super) fn push(&mut self, v: &[f64]) {
-        self.past.push_front(v.to_vec());
-        self.past.truncate(self.sums.len());
-        for (sum, before) in self.sums.iter_mut().zip(&self.past) {
-            for j in 0..self.channels {
-                for i in 0..self.channels {
-                    sum[(i, j)] += v[i] * before[j];
+        let p = self.channels;
+        if self.past.len() > 8 * (self.lags + 1) * p {
+            self.past.drain(..self.past.len() - self.lags * p);
+        }
+        self.past.extend_from_slice(v);
+        let newest_first = self.past.rchunks_exact(p);
+        for (sum, before) in self.sums.chunks_exact_mut(p * p).zip(newest_first) {
+            for (row, v) in sum.chunks_exact_mut(p).zip(v) {
+                for (sum, before) in row.iter_mut().zip(before) {
+                    *sum += v * before;
                 }
             }
         }
@@ -58,11 +65,11 @@ impl Autocovariance {
         let scale = 1.0 / self.count.max(1) as f64;
         // R'(τ) = R(τ)ᵀ, R'(−τ) = R(τ).
         let r = |lag: isize, i: usize, j: usize| {
-            let sum = &self.sums[lag.unsigned_abs()];
-            scale * if lag >= 0 { sum[(j, i)] } else { sum[(i, j)] }
+            let at = lag.unsigned_abs() * p * p;
+            scale * self.sums[at + if lag >= 0 { j * p + i } else { i * p + j }]
         };
         let mut best: Option<(f64, Autoregression)> = None;
-        for order in ORDERS.into_iter().filter(|order| *order < self.sums.len()) {
+        for order in ORDERS.into_iter().filter(|order| *order <= self.lags) {
             let size = order * p;
             let toeplitz = Mat::from_fn(size, size, |row, column| {
                 r((column / p) as isize - (row / p) as isize, row % p, column % p)

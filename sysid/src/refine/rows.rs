@@ -44,21 +44,21 @@ impl Drive {
     }
 }
 
-/// Square matrix times vectors with the columns contiguous.
-struct Square {
-    n: usize,
-    /// Column by column.
+/// A matrix stored column by column: its products with vectors then run along the result, which the
+/// compiler can do several entries at a time.
+pub(super) struct Columns {
+    height: usize,
     values: Vec<f64>,
 }
 
-impl Square {
-    fn new(m: MatRef<'_, f64>) -> Self {
-        Self { n: m.nrows(), values: rows(m.transpose()) }
+impl Columns {
+    pub(super) fn new(m: MatRef<'_, f64>) -> Self {
+        Self { height: m.nrows(), values: rows(m.transpose()) }
     }
 
-    /// out = self · x + extra.
-    fn advance(&self, x: &[f64], out: &mut [f64]) {
-        for (column, v) in self.values.chunks_exact(self.n).zip(x) {
+    /// out += self · x.
+    pub(super) fn add_product(&self, x: &[f64], out: &mut [f64]) {
+        for (column, v) in self.values.chunks_exact(self.height).zip(x) {
             for (o, a) in out.iter_mut().zip(column) {
                 *o += a * v;
             }
@@ -71,10 +71,10 @@ pub(super) struct Sensitivities<'a> {
     coordinates: &'a Coordinates,
     drive: Drive,
     segment: &'a Segment,
-    a: Square,
-    at: Square,
-    /// B column by column, C and D row by row, X column by column.
-    b: Vec<f64>,
+    a: Columns,
+    at: Columns,
+    b: Columns,
+    /// C and D row by row, X column by column.
     c: Vec<f64>,
     d: Vec<f64>,
     x_perp: Vec<f64>,
@@ -111,9 +111,9 @@ impl<'a> Sensitivities<'a> {
             }
         }
         Self {
-            a: Square::new(model.a.as_ref()),
-            at: Square::new(model.a.transpose()),
-            b: rows(model.b.transpose()),
+            a: Columns::new(model.a.as_ref()),
+            at: Columns::new(model.a.transpose()),
+            b: Columns::new(model.b.as_ref()),
             d: rows(model.d.as_ref()),
             x_perp: rows(coordinates.x.transpose()),
             v: vec![0.0; m],
@@ -175,7 +175,7 @@ impl<'a> Sensitivities<'a> {
     }
 
     fn advance(&mut self) {
-        let (n, m) = (self.a.n, self.v.len());
+        let (n, m) = (self.a.height, self.v.len());
         let p = self.c.len() / n;
         for i in 0..p {
             let f = &self.f[i * n..(i + 1) * n];
@@ -195,8 +195,8 @@ impl<'a> Sensitivities<'a> {
                     self.next.fill(0.0);
                 }
                 let states = &mut self.xv[(i * p + j) * n..(i * p + j + 1) * n];
-                driven(&self.b, &self.s, &mut self.next);
-                self.a.advance(states, &mut self.next);
+                self.b.add_product(&self.s, &mut self.next);
+                self.a.add_product(states, &mut self.next);
                 states.copy_from_slice(&self.next);
             }
             for l in 0..m {
@@ -204,18 +204,18 @@ impl<'a> Sensitivities<'a> {
                 for (o, c) in self.next.iter_mut().zip(&self.c[i * n..(i + 1) * n]) {
                     *o = c * self.v[l];
                 }
-                self.at.advance(states, &mut self.next);
+                self.at.add_product(states, &mut self.next);
                 states.copy_from_slice(&self.next);
             }
         }
         self.next.fill(0.0);
-        driven(&self.b, &self.v, &mut self.next);
-        self.a.advance(&self.x, &mut self.next);
+        self.b.add_product(&self.v, &mut self.next);
+        self.a.add_product(&self.x, &mut self.next);
         self.x.copy_from_slice(&self.next);
         if self.free {
             for states in self.f.chunks_exact_mut(n) {
                 self.next.fill(0.0);
-                self.at.advance(states, &mut self.next);
+                self.at.add_product(states, &mut self.next);
                 states.copy_from_slice(&self.next);
             }
             let size = |v: &[f64]| v.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
@@ -223,15 +223,6 @@ impl<'a> Sensitivities<'a> {
                 self.free = false;
                 self.f.fill(0.0);
             }
-        }
-    }
-}
-
-/// out += B v, B column by column.
-fn driven(b: &[f64], v: &[f64], out: &mut [f64]) {
-    for (column, v) in b.chunks_exact(out.len()).zip(v) {
-        for (o, b) in out.iter_mut().zip(column) {
-            *o += b * v;
         }
     }
 }

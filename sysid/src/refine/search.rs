@@ -11,7 +11,7 @@
 
 use super::Stop;
 use super::coordinates::{Coordinates, in_basis, inverse};
-use super::rows::{Drive, Sensitivities};
+use super::rows::{Columns, Drive, Sensitivities};
 use super::triangle::Triangle;
 use crate::Error;
 use crate::dataset::{DataSet, Segment};
@@ -61,22 +61,21 @@ pub(super) fn each_error(
     mut tell: impl FnMut(usize, &[f64]),
 ) {
     let (n, m, p) = (model.order(), model.inputs(), model.outputs());
-    let [a, b, c, d] =
-        [&model.a, &model.b, &model.c, &model.d].map(|m| crate::model::rows(m.as_ref()));
+    let [a, b, c, d] = [&model.a, &model.b, &model.c, &model.d].map(|m| Columns::new(m.as_ref()));
     let mut x = x0.to_vec();
-    let (mut next, mut v, mut e) = (vec![0.0; n], vec![0.0; m], vec![0.0; p]);
-    let dot = crate::model::dot;
+    let (mut next, mut v, mut y, mut e) = (vec![0.0; n], vec![0.0; m], vec![0.0; p], vec![0.0; p]);
     for t in 0..segment.len() {
         drive.fill(segment, t, &mut v);
-        for (i, e) in e.iter_mut().enumerate() {
-            *e = segment.y[(i, t)]
-                - dot(&c[i * n..(i + 1) * n], &x)
-                - dot(&d[i * m..(i + 1) * m], &v);
+        y.fill(0.0);
+        c.add_product(&x, &mut y);
+        d.add_product(&v, &mut y);
+        for (i, (e, y)) in e.iter_mut().zip(&y).enumerate() {
+            *e = segment.y[(i, t)] - y;
         }
         tell(t, &e);
-        for (i, o) in next.iter_mut().enumerate() {
-            *o = dot(&a[i * n..(i + 1) * n], &x) + dot(&b[i * m..(i + 1) * m], &v);
-        }
+        next.fill(0.0);
+        a.add_product(&x, &mut next);
+        b.add_product(&v, &mut next);
         std::mem::swap(&mut x, &mut next);
     }
 }
