@@ -89,25 +89,31 @@ pub(super) fn criterion(covariance: &Mat<f64>) -> f64 {
     if p == 1 {
         return covariance[(0, 0)];
     }
-    covariance.determinant().max(0.0).powf(1.0 / p as f64)
+    regular(covariance).determinant().max(0.0).powf(1.0 / p as f64)
 }
 
-/// The lower triangle L⁻¹ with `L Lᵀ = Λ`; where Λ is singular, as for data without noise, of what is
-/// nearly Λ.
+/// The covariance with a ten-billionth of each variance added: where a combination of outputs is met
+/// exactly, as without noise, the others still count, in any units.
+fn regular(covariance: &Mat<f64>) -> Mat<f64> {
+    const SHARE: f64 = 1e-10;
+    let p = covariance.nrows();
+    let trace = (0..p).map(|i| covariance[(i, i)]).sum::<f64>();
+    Mat::from_fn(p, p, |i, j| {
+        let variance = covariance[(i, i)].max(1e-30 * trace);
+        covariance[(i, j)] + if i == j { SHARE * variance } else { 0.0 }
+    })
+}
+
+/// The lower triangle L⁻¹ with `L Lᵀ = Λ`.
 pub(super) fn weight(covariance: &Mat<f64>) -> Result<Mat<f64>, Error> {
     let p = covariance.nrows();
-    let size = (0..p).map(|i| covariance[(i, i)]).sum::<f64>();
-    if size <= 0.0 {
+    if covariance.norm_max() == 0.0 {
         return Ok(identity(p));
     }
-    for floor in [0.0, 1e-15, 1e-12] {
-        let near =
-            Mat::from_fn(p, p, |i, j| covariance[(i, j)] + if i == j { floor * size } else { 0.0 });
-        if let Ok(cholesky) = near.llt(Side::Lower) {
-            return Ok(crate::dense::solve(cholesky.L(), identity(p).as_ref()));
-        }
-    }
-    Err(Error::Numerical { what: "covariance of the prediction errors" })
+    let cholesky = regular(covariance)
+        .llt(Side::Lower)
+        .map_err(|_| Error::Numerical { what: "covariance of the prediction errors" })?;
+    Ok(crate::dense::solve(cholesky.L(), identity(p).as_ref()))
 }
 
 /// The derivatives at the coordinates' model, weighted by `weight`, reduced to triangles.
