@@ -82,7 +82,7 @@ pub struct Refined {
 ///
 /// With [`Focus::Prediction`] spectral radii of A − KC above `radius` are refused, with
 /// [`Focus::Simulation`] those of A. A start whose A − KC is beyond it has its gain halved until it
-/// is not. D moves only with `feedthrough`.
+/// is not. D moves only with `feedthrough`. The result is in a basis of the state of its own.
 ///
 /// # Errors
 /// [`Error::NoModel`] where the start is unstable, [`Error::Numerical`] where a decomposition
@@ -102,7 +102,7 @@ pub fn refine_prediction(
             require_stable(model.spectral_radius())?;
             let found = by_simulation(model, x0s, data, feedthrough, stop, radius)?;
             let (model, x0s) = (found.point.model, found.point.x0s);
-            let gain = stable_gain(&model, &start.gain, 1.0)?;
+            let gain = stable_gain(&model, &(&found.basis * &start.gain), 1.0)?;
             let gain = refine_gain(&model, gain.as_ref(), data, &x0s, stop)?;
             Ok(Refined {
                 innovation: Innovation { model, gain },
@@ -128,7 +128,8 @@ pub fn refine_prediction(
 }
 
 /// Refines `model` and the initial states `x0` of the segments for the simulation of the data until
-/// `stop`; spectral radii above `radius` are refused. Returns what was reached.
+/// `stop`; spectral radii above `radius` are refused. Returns what was reached, in a basis of the
+/// state of its own.
 ///
 /// # Errors
 /// [`Error::Numerical`] where a decomposition does not converge.

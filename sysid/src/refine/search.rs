@@ -10,7 +10,7 @@
 //! there by the same QR factorisation, so any number of segments costs no more than one.
 
 use super::Stop;
-use super::coordinates::{Coordinates, in_basis, inverse};
+use super::coordinates::Coordinates;
 use super::rows::{Columns, Drive, Sensitivities};
 use super::triangle::Triangle;
 use crate::Error;
@@ -207,7 +207,12 @@ pub(super) struct Found {
     pub(super) point: Point,
     pub(super) covariance: Mat<f64>,
     pub(super) steps: usize,
+    /// The state there is `basis · x` of the start's state.
+    pub(super) basis: Mat<f64>,
 }
+
+/// A step to a model stable by less is refused: rounding would decide.
+const MARGIN: f64 = 1e-9;
 
 /// Lowers the criterion from `start` until `stop`; models of spectral radius `radius` or more are
 /// refused. `feedthrough` names the inputs whose column of D may move.
@@ -219,6 +224,7 @@ pub(super) fn search(
     stop: Stop,
     radius: f64,
 ) -> Result<Found, Error> {
+    let radius = radius.min(1.0 - MARGIN);
     let mut best = start;
     let mut covariance = error_covariance(&best, drive, data);
     let mut cost = criterion(&covariance);
@@ -227,7 +233,8 @@ pub(super) fn search(
     }
     let mut damping = 1e-4;
     let mut steps = 0;
-    // What leads back to the basis of the start.
+    // The model stays in the basis of its last step: going back to that of the start could, where
+    // that basis is nearly degenerate, spoil the stability that was checked.
     let mut basis = identity(best.model.order());
     for _ in 0..stop.steps {
         if cost <= 0.0 {
@@ -235,10 +242,9 @@ pub(super) fn search(
         }
         let weight = weight(&covariance)?;
         let coordinates = Coordinates::new(&best.model, &weight, feedthrough)?;
-        basis = &coordinates.basis * basis;
-        best.x0s = best.x0s.iter().map(|x| times(&coordinates.basis, x)).collect();
-        best.model = coordinates.model.clone();
-        let linear = linearise(&coordinates, &best.x0s, drive, data, &weight);
+        // `best` itself stays as it was checked until a step is taken.
+        let x0s: Vec<Vec<f64>> = best.x0s.iter().map(|x| times(&coordinates.basis, x)).collect();
+        let linear = linearise(&coordinates, &x0s, drive, data, &weight);
         let mut moved = false;
         for _ in 0..8 {
             let (step, initial) = linear.step(damping)?;
@@ -247,13 +253,14 @@ pub(super) fn search(
                 let add = |(x, d): (&Vec<f64>, &Vec<f64>)| -> Vec<f64> {
                     x.iter().zip(d).map(|(x, d)| x + d).collect()
                 };
-                let x0s = best.x0s.iter().zip(&initial).map(add).collect();
+                let x0s = x0s.iter().zip(&initial).map(add).collect();
                 let trial = Point { model, x0s };
                 let trial_covariance = error_covariance(&trial, drive, data);
                 let trial_cost = criterion(&trial_covariance);
                 if trial_cost < cost {
                     moved = 1.0 - trial_cost / cost > stop.least_gain;
                     (best, covariance, cost) = (trial, trial_covariance, trial_cost);
+                    basis = &coordinates.basis * &basis;
                     damping = (damping * 0.2).max(1e-12);
                     steps += 1;
                     break;
@@ -265,10 +272,7 @@ pub(super) fn search(
             break;
         }
     }
-    let back = inverse(basis.as_ref());
-    best.x0s = best.x0s.iter().map(|x| times(&back, x)).collect();
-    best.model = in_basis(&best.model, back.as_ref());
-    Ok(Found { point: best, covariance, steps })
+    Ok(Found { point: best, covariance, steps, basis })
 }
 
 pub(super) fn times(m: &Mat<f64>, x: &[f64]) -> Vec<f64> {
