@@ -149,6 +149,17 @@ impl Factor {
         }
     }
 
+    /// The upper triangle with the variables in order of time: columns u(0), y(0), u(1), … over all
+    /// lags of the pass, whatever the horizon cut from it.
+    ///
+    /// # Errors
+    /// [`Error::Numerical`] where the decomposition fails.
+    pub(crate) fn by_time(&self) -> Result<Mat<f64>, Error> {
+        let order: Vec<usize> = (0..self.source.mean.len()).collect();
+        let l = self.source.with_mean(self.source.of_deviations(&order)?, &order);
+        Ok(l.transpose().to_owned())
+    }
+
     /// Row where W_p starts.
     pub(crate) fn past(&self) -> usize {
         self.horizon * self.inputs
@@ -179,28 +190,19 @@ impl Source {
         order.extend(self.places(channels, past.clone(), 0..m));
         order.extend(self.places(channels, past, m..m + p));
         order.extend(self.places(channels, future, m..m + p));
-        let (mut l, conditioning) = match &self.triangle {
-            Triangle::Gram(covariance) => {
-                let l = cholesky(covariance, &order)
-                    .ok_or(Error::Numerical { what: "Cholesky factor of the Gram matrix" })?;
-                let condition = condition(l.as_ref());
-                (l, Conditioning::Gram { condition })
+        // Conditions are those of the windows about their mean, before it is added.
+        let l = self.of_deviations(&order)?;
+        let conditioning = match &self.triangle {
+            Triangle::Gram(_) => Conditioning::Gram { condition: condition(l.as_ref()) },
+            Triangle::Qr(_) if s < asked => {
+                Conditioning::Reduced { asked, horizon: s, condition: self.input_condition }
             }
-            Triangle::Qr(r) => {
-                let l = chosen(r, &order);
-                let conditioning = if s < asked {
-                    Conditioning::Reduced { asked, horizon: s, condition: self.input_condition }
-                } else {
-                    let inputs = condition(l.get(..2 * s * m, ..2 * s * m));
-                    Conditioning::Qr { condition: condition(l.as_ref()), input: inputs }
-                };
-                (l, conditioning)
-            }
+            Triangle::Qr(_) => Conditioning::Qr {
+                condition: condition(l.as_ref()),
+                input: condition(l.get(..2 * s * m, ..2 * s * m)),
+            },
         };
-        if !self.about_mean {
-            let mut mean: Vec<f64> = order.iter().map(|k| self.mean[*k]).collect();
-            add_column(&mut l, &mut mean);
-        }
+        let l = self.with_mean(l, &order);
         Ok(Factor {
             horizon: s,
             inputs: m,
@@ -210,6 +212,24 @@ impl Source {
             conditioning,
             source: self.clone(),
         })
+    }
+
+    /// Lower triangle of some of the variables about their mean.
+    fn of_deviations(&self, order: &[usize]) -> Result<Mat<f64>, Error> {
+        match &self.triangle {
+            Triangle::Gram(covariance) => cholesky(covariance, order)
+                .ok_or(Error::Numerical { what: "Cholesky factor of the Gram matrix" }),
+            Triangle::Qr(r) => Ok(chosen(r, order)),
+        }
+    }
+
+    /// The same with their mean, unless that is to stay off.
+    fn with_mean(&self, mut l: Mat<f64>, order: &[usize]) -> Mat<f64> {
+        if !self.about_mean {
+            let mut mean: Vec<f64> = order.iter().map(|k| self.mean[*k]).collect();
+            add_column(&mut l, &mut mean);
+        }
+        l
     }
 
     /// No channel is constant.
