@@ -69,7 +69,7 @@ fn drive(vehicle: BicycleParameters, d: Drive) -> DriveLog {
         let speed = d.slowest + 0.5 * (d.fastest - d.slowest) * (1.0 - (TAU * t / 50.0).cos());
         // A sweep from 0.1 to 2 Hz, and random levels.
         phase += TAU * T * 0.1 * 20.0_f64.powf((t / 25.0).fract());
-        if k % 40 == 0 {
+        if k % 40 == 39 {
             level = 0.01 * random.normal();
         }
         input.push((0.015 * phase.sin() + level) * vehicle.steering_ratio + d.offset);
@@ -257,7 +257,7 @@ fn scores(d: Drive, runs: u64) -> Vec<f64> {
 #[test]
 fn standard_errors_cover_what_they_say() {
     for (colour, noise) in [(0.0, 0.01), (0.9, 0.01)] {
-        let z = scores(Drive { noise, colour, ..DRIVE }, 15);
+        let z = scores(Drive { noise, colour, ..DRIVE }, 10);
         let rms = (z.iter().map(|z| z * z).sum::<f64>() / z.len() as f64).sqrt();
         let within = z.iter().filter(|z| z.abs() < 2.0).count() as f64 / z.len() as f64;
         println!("colour {colour}: rms {rms:.2}, within two deviations {within:.3}");
@@ -352,7 +352,7 @@ fn mass_is_stated_and_moves_no_response() {
 
 #[test]
 fn stretches_have_initial_states_of_their_own() {
-    let whole = drive(car(), Drive { noise: 0.003, ..DRIVE });
+    let whole = drive(car(), Drive { noise: 0.001, ..DRIVE });
     // Ten seconds are lost, in which the vehicle turned on.
     let (a, b) = (0..700, 950..whole.len());
     let keep = |x: &[f64]| [&x[a.clone()], &x[b.clone()]].concat();
@@ -374,7 +374,7 @@ fn stretches_have_initial_states_of_their_own() {
 
 #[test]
 fn a_constant_speed_is_said_to_schedule_nothing() {
-    let log = drive(car(), Drive { noise: 0.003, slowest: 15.0, fastest: 15.0, ..DRIVE });
+    let log = drive(car(), Drive { noise: 0.001, slowest: 15.0, fastest: 15.0, ..DRIVE });
     let found = identify_bicycle(&log, &BicycleOptions::default()).unwrap();
     let e = evidence(&found);
     assert!(e.validation_fit > 97.0);

@@ -146,12 +146,12 @@ impl Known<'_> {
         let slalom = "drive a slalom with sweeping rhythm, 0.2 to 2 Hz, about ±20° at the steering wheel, for 60 s at each of two or three speeds";
         let (mut reasons, mut advice) = (Vec::new(), Vec::new());
         let steering = standard_deviation(&self.recording.steering);
-        if steering < LEAST_STEERING {
+        let mut weak = steering < LEAST_STEERING;
+        if weak {
             reasons.push(format!(
                 "the road wheel moves by {:.2}° (standard deviation) only",
                 steering.to_degrees()
             ));
-            advice.push(slalom.to_owned());
         }
         if e.validation_fit < GOOD_FIT {
             reasons.push(format!(
@@ -170,6 +170,9 @@ impl Known<'_> {
                 "the yaw rate's gain is uncertain, {:.2} ± {:.2} 1/s",
                 gain.value, gain.standard_error
             ));
+            weak = true;
+        }
+        if weak {
             advice.push(slalom.to_owned());
         }
         let spread = e.speed.standard_deviation_mps / e.speed.mean_mps;
@@ -179,7 +182,6 @@ impl Known<'_> {
                     .to_owned(),
             );
         }
-        advice.dedup();
         let trustworthy = reasons.is_empty();
         let summary = if !trustworthy {
             format!("Not to be trusted: {}.", reasons.join("; "))

@@ -155,7 +155,8 @@ impl Recording {
             return Err(Error::NoModel { problem: format!("the speed is {v} m/s somewhere") });
         }
         for (signal, role) in [(&log.input, "steering"), (&log.output, "yaw rate")] {
-            if standard_deviation(&signal[..split]) <= 0.0 {
+            let size = signal[..split].iter().fold(0.0_f64, |a, x| a.max(x.abs()));
+            if standard_deviation(&signal[..split]) <= 1e-12 * size {
                 let problem = format!("the {role} does not move in the estimation data");
                 return Err(Error::NoModel { problem });
             }
@@ -168,6 +169,7 @@ impl Recording {
     fn stretches<'a>(&'a self, log: &'a DriveLog) -> Vec<(Range<usize>, Stretch<'a>)> {
         let of = |range: &Range<usize>| Stretch {
             sample_time: log.sample_time_s,
+            before: &[],
             steering: &self.steering[range.clone()],
             speed: &self.speed[range.clone()],
             yaw_rate: &log.output[range.clone()],
