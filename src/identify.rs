@@ -141,13 +141,15 @@ fn judgement(e: &Evidence) -> String {
     let mut tests =
         vec![test("whiteness", &e.whiteness), test("independence of input", &e.independence)];
     if let Some(residuals) = &e.residuals {
-        tests.push(test("no feedback", &residuals.feedback));
+        let t = &residuals.feedback;
+        let found = if t.pass { "none" } else { "found" };
+        tests.push(format!("feedback {found} ({:.1}, bound {:.1})", t.statistic, t.bound));
     }
     let _ = writeln!(text, "tests    on held-out residuals: {}", tests.join(", "));
     if let Some(response) = e.frequency_response.as_ref().filter(|r| r.compared > 0) {
         let _ = writeln!(
             text,
-            "response of the model within the measured one's {:.0} % band at {:.0} % of {} frequencies",
+            "response model within the {:.0} % confidence of the measured one at {:.0} % of {} frequencies",
             100.0 * response.confidence,
             100.0 * response.within,
             response.compared
@@ -166,7 +168,7 @@ fn judgement(e: &Evidence) -> String {
                 format!("{:.3}°", b.road_wheel_std_rad.to_degrees()),
                 format!("{:.3} °/s", b.yaw_rate_std_radps.to_degrees()),
                 format!("{:.0} %", 100.0 * b.coherence),
-                if b.relative_error < 1.0 {
+                if b.information != Information::None {
                     format!("±{:.1} %", 100.0 * b.relative_error)
                 } else {
                     "–".to_owned()

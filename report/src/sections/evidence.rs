@@ -66,7 +66,7 @@ fn residuals(r: &ResidualCorrelation, plant: &Plant) -> Vec<Block> {
     for (name, test) in [
         ("white (Ljung–Box)", &e.whiteness),
         ("independent of past steering", &e.independence),
-        ("steering independent of past residuals (no feedback)", &r.feedback),
+        ("no feedback: steering independent of past residuals", &r.feedback),
     ] {
         table.push([
             name.to_owned(),
@@ -82,8 +82,9 @@ fn residuals(r: &ResidualCorrelation, plant: &Plant) -> Vec<Block> {
             figure: figures::residuals(r, plant.discrete.sample_time_s),
             height: 320,
             caption: "Left: structure in time that the noise model misses. Right, positive lags: \
-                      effects of the steering that the model misses; negative lags: the driver's \
-                      answer to what he saw, which is feedback."
+                      effects of the steering that the model misses; negative lags, where the \
+                      positive ones are clean: the driver's answer to what he saw, which is feedback. \
+                      The test of feedback allows for the steering's own memory."
                 .into(),
         },
     ]
@@ -175,7 +176,11 @@ pub(super) fn bands(x: &Excitation) -> Vec<Block> {
             value(figures::DEG * b.road_wheel_std_rad, 3, "deg"),
             value(figures::DEG * b.yaw_rate_std_radps, 3, "deg/s"),
             value(100.0 * b.coherence, 0, "%"),
-            known_to(b.relative_error),
+            if b.information == Information::None {
+                "–".into()
+            } else {
+                known_to(b.relative_error)
+            },
             information(b.information).into(),
         ]);
     }
@@ -200,9 +205,6 @@ pub(super) fn bands(x: &Excitation) -> Vec<Block> {
 }
 
 fn known_to(relative_error: f64) -> String {
-    if relative_error >= 1.0 {
-        return "–".into();
-    }
     format!("±{}", value(100.0 * relative_error, if relative_error < 0.1 { 1 } else { 0 }, "%"))
 }
 

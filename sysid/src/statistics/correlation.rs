@@ -150,11 +150,59 @@ pub fn independence(residuals: &[&[f64]], input: &[&[f64]], lags: usize) -> Resi
     Pair::new(residuals, input, lags.max(1)).test(1, lags)
 }
 
-/// Whether the input depends on past residuals, as a driver's steering does: as [`independence`]
-/// over the lags −`lags` to −1.
+/// Whether the input depends on past residuals, as a driver's steering does: as [`independence`] over
+/// the lags −`lags` to −1, of what the input's own past does not say of it (twice as many lags, by
+/// least squares). Without that, an input with a memory and a model with an error would look like
+/// feedback: the residuals hang on the past input, and so does the present one.
 #[must_use]
 pub fn feedback(residuals: &[&[f64]], input: &[&[f64]], lags: usize) -> ResidualTest {
-    Pair::new(residuals, input, lags.max(1)).test(-(lags as i64), lags)
+    let order = 2 * lags;
+    let news = news(input, order);
+    let late: Vec<&[f64]> = residuals
+        .iter()
+        .zip(input)
+        .map(|(e, u)| e.get(order..e.len().min(u.len())).unwrap_or_default())
+        .collect();
+    let news: Vec<&[f64]> = news.iter().map(Vec::as_slice).collect();
+    Pair::new(&late, &news, lags.max(1)).test(-(lags as i64), lags)
+}
+
+/// What the past `order` samples of a signal do not say of it by least squares, from sample `order`
+/// of each stretch on. The Gram matrix of the lags is updated along its diagonals.
+fn news(x: &[&[f64]], order: usize) -> Vec<Vec<f64>> {
+    let x = centred(x);
+    let count = order + 1;
+    let mut gram = Mat::<f64>::zeros(count, count);
+    for x in x.iter().filter(|x| x.len() > order) {
+        // Row i is the signal i samples ago: G(i, j) = Σ x(t−i) x(t−j), t from `order` on.
+        let n = x.len();
+        for lag in 0..count {
+            let mut g: f64 = x[order..].iter().zip(&x[order - lag..]).map(|(a, b)| a * b).sum();
+            for i in 0..count - lag {
+                gram[(i, i + lag)] += g;
+                if lag > 0 {
+                    gram[(i + lag, i)] += g;
+                }
+                let (first, last) = (order - i, n - 1 - i);
+                if i + lag + 1 < count {
+                    g += x[first - 1] * x[first - 1 - lag] - x[last] * x[last - lag];
+                }
+            }
+        }
+    }
+    // A band-limited signal is determined by its past to rounding: the ridge bounds the weights.
+    let ridge = 1e-9 * gram[(0, 0)];
+    let past = Mat::from_fn(order, order, |i, j| {
+        gram[(i + 1, j + 1)] + if i == j { ridge.max(f64::MIN_POSITIVE) } else { 0.0 }
+    });
+    let now = Mat::from_fn(order, 1, |i, _| gram[(i + 1, 0)]);
+    let weights = solve(past.as_ref(), now.as_ref());
+    x.iter()
+        .map(|x| {
+            let said = |t: usize| (0..order).map(|i| weights[(i, 0)] * x[t - 1 - i]).sum::<f64>();
+            (order..x.len()).map(|t| x[t] - said(t)).collect()
+        })
+        .collect()
 }
 
 #[cfg(test)]
@@ -277,6 +325,16 @@ mod tests {
         assert!(feedback(&[&driven], &[&u], 25).pass);
         let c = cross_correlation(&[&driven], &[&u], 25);
         assert!((c.values[25 + 3] - 0.1).abs() < 0.04 && c.values[25 + 3] > c.bound);
+        // An input with a memory does not make feedback of missing dynamics.
+        let state = &mut 8;
+        for seed in 0..20 {
+            *state = 100 + seed;
+            let slow = coloured(3000, 0.97, state);
+            let e: Vec<f64> = (0..3000).map(|t| noise(state) + 0.5 * late(&slow, t, 2)).collect();
+            assert!(!independence(&[&e], &[&slow], 25).pass);
+            let got = feedback(&[&e[..1700], &e[1700..]], &[&slow[..1700], &slow[1700..]], 25);
+            assert!(got.statistic < 55.0, "{got:?}");
+        }
         let steered = with(&u, &e, 0.1, 3);
         assert!(!feedback(&[&e], &[&steered], 25).pass);
         assert!(independence(&[&e], &[&steered], 25).pass);
