@@ -85,18 +85,23 @@ pub fn frequency_response(response: &FrequencyResponse, input: InputKind) -> Fig
     let known: Vec<&ResponsePoint> =
         all.iter().filter(|p| p.coherence > response.significant_coherence).collect();
     let percent = text(100.0 * response.confidence, 0);
-    let bars = |f: &dyn Fn(&ResponsePoint) -> Option<(f64, f64)>| -> Vec<(f64, f64)> {
+    let bars = |f: &dyn Fn(&ResponsePoint) -> (f64, f64)| -> Vec<Series> {
         let bar = |p: &&ResponsePoint| {
-            let (low, high) = f(p)?;
-            Some([(p.frequency_hz, low), (p.frequency_hz, high), GAP])
+            let (low, high) = f(p);
+            [(p.frequency_hz, low), (p.frequency_hz, high), GAP]
         };
-        known.iter().filter_map(bar).flatten().collect()
+        // A series torn into very many pieces would be thinned when it is drawn.
+        let some = |part: &[&ResponsePoint]| {
+            let points = part.iter().flat_map(bar).collect();
+            Series::new("", points, Style::line(GREY).width(1.0))
+        };
+        known.chunks(20).map(some).collect()
     };
     let over = |f: fn(&ResponsePoint) -> f64| all.iter().map(move |p| (p.frequency_hz, f(p)));
-    let gain_bars = bars(&|p| Some(((p.gain - p.radius).max(0.05 * p.gain), p.gain + p.radius)));
+    let gain_bars = bars(&|p| ((p.gain - p.radius).max(0.05 * p.gain), p.gain + p.radius));
     let phase_bars = bars(&|p| {
         let apart = (p.radius / p.gain).min(1.0).asin();
-        Some((DEG * (p.phase_rad - apart), DEG * (p.phase_rad + apart)))
+        (DEG * (p.phase_rad - apart), DEG * (p.phase_rad + apart))
     });
     let model = Style::line(VERMILLION);
     let measured = Style { dot: 2.5, ..dots(BLACK) };
@@ -106,17 +111,17 @@ pub fn frequency_response(response: &FrequencyResponse, input: InputKind) -> Fig
             known.iter().map(|p| (p.frequency_hz, p.gain)).collect(),
             measured,
         ))
-        .with(Series::new("", gain_bars, Style::line(GREY).width(1.0)))
         .with(Series::new("model", over(|p| p.model_gain).collect(), model));
     gain.y_log = true;
-    let phase = Panel::new("Frequency (Hz)", "Phase (deg)")
+    gain.series.extend(gain_bars);
+    let mut phase = Panel::new("Frequency (Hz)", "Phase (deg)")
         .with(Series::new(
             "",
             known.iter().map(|p| (p.frequency_hz, DEG * p.phase_rad)).collect(),
             measured,
         ))
-        .with(Series::new("", phase_bars, Style::line(GREY).width(1.0)))
         .with(Series::new("", over(|p| DEG * p.model_phase_rad).collect(), model));
+    phase.series.extend(phase_bars);
     let mut coherence = Panel::new("Frequency (Hz)", "Coherence (1)")
         .with(Series::new("coherence", over(|p| p.coherence).collect(), Style::line(BLUE)))
         .with(Series::new(

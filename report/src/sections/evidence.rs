@@ -84,7 +84,7 @@ fn residuals(r: &ResidualCorrelation, plant: &Plant) -> Vec<Block> {
             caption: "Left: structure in time that the noise model misses. Right, positive lags: \
                       effects of the steering that the model misses; negative lags, where the \
                       positive ones are clean: the driver's answer to what he saw, which is feedback. \
-                      The test of feedback allows for the steering's own memory."
+                      The tests weigh all lags together and allow for the steering's own memory."
                 .into(),
         },
     ]

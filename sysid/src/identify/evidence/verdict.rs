@@ -178,7 +178,7 @@ fn what_to_drive(evidence: &Evidence, drive: &Drive<'_>) -> String {
     let worst = bands().map(at_unit).fold(0.0, f64::max);
     let most = largest_amplitude(evidence, drive).unwrap_or(f64::INFINITY);
     let needed = worst / (WANTED * SWEEP_S.sqrt());
-    let amplitude = needed.max(USUAL).min(2.0 * USUAL).min(most);
+    let amplitude = needed.clamp(USUAL, 2.0 * USUAL).min(most);
     let time = (worst / (WANTED * amplitude)).powi(2).clamp(SWEEP_S, LONGEST_S);
     let time = (time / 30.0).ceil() * 30.0;
     let for_long = if time <= 120.0 {
