@@ -19,7 +19,12 @@ pub(super) struct Fit {
 /// Natural logarithms of a polynomial's coefficients stay between these: time constants from a
 /// twentieth of a sample to a thousand samples.
 const BOUNDS: (f64, f64) = (-14.0, 6.0);
-const STEPS: usize = 30;
+
+/// Coefficients of the numerator: yaw rate follows the road wheel with a zero, and what comes on top
+/// of two poles are lags without one, so that they cannot take the shape of a delay (Padé).
+pub(super) fn numerators(order: usize) -> usize {
+    if order < 3 { order } else { order - 1 }
+}
 
 impl Fit {
     pub(super) fn order(&self) -> usize {
@@ -33,6 +38,7 @@ impl Fit {
         delay: f64,
         free: bool,
         most: f64,
+        steps: usize,
     ) -> Self {
         let n = parameters.len();
         let mut x: Vec<f64> = parameters.to_vec();
@@ -41,7 +47,7 @@ impl Fit {
         let mut residual = left(q, &x);
         let mut cost = squares(&residual);
         let mut damping = 1e-3;
-        for _ in 0..STEPS {
+        for _ in 0..steps {
             let jacobian = jacobian(q, &x, &residual, unknowns, most);
             let mut gain = 0.0;
             for _ in 0..6 {
@@ -78,20 +84,22 @@ impl Fit {
         let n = x.len();
         let jacobian = jacobian(q, &x, &left(q, &x), n, most);
         // The delay's column, what the poles explain of it taken away.
-        let mut columns: Vec<Vec<f64>> = jacobian;
-        for j in 0..n {
-            let (before, rest) = columns.split_at_mut(j);
-            let column = &mut rest[0];
-            for other in before {
-                let size = squares(other);
-                if size > 0.0 {
-                    let along = inner(other, column) / size;
-                    column.iter_mut().zip(other.iter()).for_each(|(c, o)| *c -= along * o);
-                }
+        let mut delay = jacobian.last().cloned().unwrap_or_default();
+        let full = squares(&delay);
+        let mut orthogonal: Vec<Vec<f64>> = Vec::new();
+        for mut column in jacobian.into_iter().take(n - 1) {
+            let size = squares(&column);
+            without(&mut column, &orthogonal);
+            // A pole far beyond the samples moves nothing: no direction to take away.
+            let left = squares(&column);
+            if left > 1e-8 * size && left > 1e-10 * full {
+                column.iter_mut().for_each(|x| *x /= left.sqrt());
+                orthogonal.push(column);
             }
         }
-        let information = squares(&columns[n - 1]);
-        (information > 0.0).then_some(1.0 / information)
+        without(&mut delay, &orthogonal);
+        let information = squares(&delay);
+        (information > 1e-12 * full).then_some(1.0 / information)
     }
 }
 
@@ -109,16 +117,10 @@ fn left(q: &Quadratic, x: &[f64]) -> Vec<f64> {
     let columns = basis(&polynomial(&x[..n]), x[n], q.target.len());
     let mut residual = q.target.clone();
     let mut orthogonal: Vec<Vec<f64>> = Vec::with_capacity(n);
-    for column in columns {
+    for column in columns.into_iter().skip(n - numerators(n)) {
         let mut c = q.times(&column);
         let full = squares(&c);
-        // Twice is enough (Kahan and Parlett).
-        for _ in 0..2 {
-            for o in &orthogonal {
-                let along = inner(o, &c);
-                c.iter_mut().zip(o).for_each(|(c, o)| *c -= along * o);
-            }
-        }
+        without(&mut c, &orthogonal);
         let size = squares(&c);
         if size > 1e-20 * full {
             let norm = size.sqrt();
@@ -129,6 +131,16 @@ fn left(q: &Quadratic, x: &[f64]) -> Vec<f64> {
         }
     }
     residual
+}
+
+/// Takes what lies along orthonormal columns out of `x`; twice is enough (Kahan and Parlett).
+fn without(x: &mut [f64], orthonormal: &[Vec<f64>]) {
+    for _ in 0..2 {
+        for o in orthonormal {
+            let along = inner(o, x);
+            x.iter_mut().zip(o).for_each(|(x, o)| *x -= along * o);
+        }
+    }
 }
 
 /// Columns of derivatives of [`left`] by the first unknowns.

@@ -1,22 +1,24 @@
 //! The pure delay between steering and yaw rate, in seconds.
 //!
 //! A long ARX model whitens the noise; then models of order 1 to 5 in continuous time are fitted, each
-//! with the delays of a grid and then with a delay of its own, exactly for an input that is held over
-//! the samples (so fractions of a sample count as they are). All of it works on lag sums, so the
-//! cost beyond one pass over the data does not depend on their number.
+//! without a delay and with one of its own, exactly for an input that is held over the samples (so
+//! fractions of a sample count as they are). All of it works on lag sums, so the cost beyond one
+//! pass over the data does not depend on their number.
 //!
-//! *Delay or lag.* An actuator's lag, a further pole and a delay look alike where the log says little
-//! about high frequencies. The delay competes with further poles by the Bayesian information
-//! criterion (Schwarz 1978): it is taken only where no model of up to order 5 without one does as well
-//! for its number of parameters. What it replaces is reported: the fastest time constant of the best
-//! model without a delay.
+//! *Delay or lag.* A delay, an actuator's lag and further poles look alike where the log says little
+//! about high frequencies. The models are those of a vehicle: two poles and a zero, and lags without
+//! a zero on top, which cannot take the shape of a delay as a Padé approximant does. The delay competes
+//! with the lags by the Bayesian information criterion (Schwarz 1978) and is taken only where it wins
+//! clearly. What it replaces is reported: the fastest time constant of the best model without a delay.
+//! Where a lag and a delay are both there and the noise hides which is which, a model of lower order
+//! has a longer delay in place of the lag: the phase is right, the split is not.
 
 mod fit;
 mod lags;
 mod response;
 
 use crate::{DataSet, Error};
-use fit::Fit;
+use fit::{Fit, numerators};
 use lags::Quadratic;
 use response::{MOST, polynomial};
 
@@ -25,7 +27,7 @@ const LONGEST_S: f64 = 0.5;
 /// What impulse responses last, s: lateral dynamics settle in about a second.
 const RESPONSE_S: f64 = 2.0;
 /// Difference of the criterion that counts as strong evidence (Kass and Raftery 1995).
-const STRONG: f64 = 10.0;
+const STRONG: f64 = 6.0;
 /// Delays shorter than that share of a sample are none.
 const LEAST_SAMPLES: f64 = 0.25;
 /// Standard errors by which a delay must differ from none.
@@ -38,8 +40,9 @@ pub struct Delay {
     pub seconds: f64,
     /// Delay of the best model that has one, s.
     pub estimate_s: f64,
-    /// Its standard error, s, from the curvature of the squared error and what the model leaves
-    /// unexplained; infinite where the data do not determine it.
+    /// Its standard error, s, from the curvature of the squared error, what the model leaves
+    /// unexplained, and how the models of other orders differ; infinite where the data do not determine
+    /// it.
     pub standard_error_s: f64,
     /// Order of that model.
     pub order: usize,
@@ -78,30 +81,22 @@ pub fn estimate_delay(data: &DataSet) -> Result<Delay, Error> {
     let most = (LONGEST_S / sample).min(lags as f64 / 3.0);
     let q = Quadratic::new(data, lags)?;
     let models = models(&q, most);
-    let criterion = |fit: &Fit, parameters: usize| {
-        let n = q.count as f64;
-        n * ((q.least + fit.excess) / n).ln() + parameters as f64 * n.ln()
-    };
-    let mut with: Option<(f64, &Fit, &Fit)> = None;
-    let mut without: Option<(f64, &Fit)> = None;
-    for (none, free) in &models {
-        let n = none.order();
-        let (j0, j1) = (criterion(none, 2 * n), criterion(free, 2 * n + 1));
-        if without.is_none_or(|(j, _)| j0 < j) {
-            without = Some((j0, none));
-        }
-        if with.is_none_or(|(j, ..)| j1 < j) {
-            with = Some((j1, free, none));
-        }
-    }
-    let (Some((j1, best, same)), Some((j0, plain))) = (with, without) else {
+    let n = q.count as f64;
+    let deviance = |fit: &Fit| n * ((q.least + fit.excess) / n).ln();
+    let count = |fit: &Fit| (fit.order() + numerators(fit.order())) as f64;
+    let bayes = |fit: &Fit, more: f64| deviance(fit) + (count(fit) + more) * n.ln();
+    let akaike = |fit: &Fit| deviance(fit) + 2.0 * (count(fit) + 1.0);
+    let plain = models.iter().map(|(none, _)| none);
+    let plain = plain.min_by(|a, b| bayes(a, 0.0).total_cmp(&bayes(b, 0.0)));
+    // A servo's lag beside the delay is plausible however little the data say of it, so the order of
+    // the model that gives the value is chosen by the more generous criterion (Akaike 1974).
+    let chosen = models.iter().min_by(|a, b| akaike(&a.1).total_cmp(&akaike(&b.1)));
+    let (Some(plain), Some((same, best))) = (plain, chosen) else {
         return Err(Error::Numerical { what: "models with a delay" });
     };
-    // What the model leaves beyond the noise is no less uncertain than noise is.
-    let noise =
-        (q.least / q.count as f64).max(best.excess / (lags - 2 * best.order()).max(1) as f64);
-    let error =
-        best.delay_variance(&q, most).map_or(f64::INFINITY, |variance| (variance * noise).sqrt());
+    let j0 = bayes(plain, 0.0);
+    let j1 = models.iter().map(|(_, free)| bayes(free, 1.0)).fold(f64::INFINITY, f64::min);
+    let error = spread(&q, &models, best, most, |fit| bayes(fit, 1.0) - j1);
     let evidence = j0 - j1;
     let taken =
         evidence > STRONG && best.delay >= LEAST_SAMPLES && best.delay > LEAST_ERRORS * error;
@@ -117,50 +112,69 @@ pub fn estimate_delay(data: &DataSet) -> Result<Delay, Error> {
     })
 }
 
+/// Standard error of the best model's delay, with what the orders differ by: the variances about it,
+/// weighted by the Bayesian criterion, whose `excess` over the least is given.
+fn spread(
+    q: &Quadratic,
+    models: &[(Fit, Fit)],
+    best: &Fit,
+    most: f64,
+    excess: impl Fn(&Fit) -> f64,
+) -> f64 {
+    let (mut sum, mut weights) = (0.0, 0.0);
+    for (_, fit) in models {
+        let weight = (-0.5 * excess(fit)).exp();
+        // Occam's window (Madigan and Raftery 1994).
+        if weight < 0.05 {
+            continue;
+        }
+        // What the model leaves beyond the noise is no less uncertain than noise is.
+        let freedom = q.target.len().saturating_sub(2 * fit.order()).max(1) as f64;
+        let noise = (q.least / q.count as f64).max(fit.excess / freedom);
+        let Some(variance) = fit.delay_variance(q, most) else { return f64::INFINITY };
+        sum += weight * (variance * noise + (fit.delay - best.delay).powi(2));
+        weights += weight;
+    }
+    (sum / weights).sqrt()
+}
+
 /// For each order the best model without a delay and the best with one.
 fn models(q: &Quadratic, most: f64) -> Vec<(Fit, Fit)> {
-    let steps = most.ceil().clamp(2.0, 14.0) as usize;
+    /// Delays tried where models are simple; the higher orders grow from these.
+    const GRID: usize = 12;
+    const ROUGH: usize = 5;
+    const FINE: usize = 30;
+    let best = |fits: Vec<Fit>| fits.into_iter().min_by(|a, b| a.excess.total_cmp(&b.excess));
     let mut all: Vec<(Fit, Fit)> = Vec::new();
     for order in 1..=MOST {
-        let starts = |fit: Option<&Fit>| -> Vec<Vec<f64>> {
-            match fit {
-                None => vec![vec![0.2_f64.ln()]],
-                Some(f) => grown(&f.parameters),
-            }
-        };
         let last = all.last();
-        let best = |fits: Vec<Fit>| fits.into_iter().min_by(|a, b| a.excess.total_cmp(&b.excess));
-        let none = best(
-            starts(last.map(|l| &l.0)).iter().map(|p| Fit::new(q, p, 0.0, false, most)).collect(),
-        );
-        let mut candidates: Vec<Fit> = Vec::new();
+        let starts = |fit: Option<&Fit>| match fit {
+            None => vec![vec![0.2_f64.ln()]],
+            Some(fit) => grown(&fit.parameters),
+        };
+        let without = starts(last.map(|l| &l.0));
+        let without = without.iter().map(|p| Fit::new(q, p, 0.0, false, most, FINE)).collect();
+        let Some(none) = best(without) else { break };
+        let from = starts(last.map(|l| &l.1));
+        let mut tried: Vec<(Vec<f64>, f64)> = Vec::new();
         if order <= 2 {
-            // All delays are tried where models are simple; the higher orders grow from these.
-            for k in 0..=steps {
-                let delay = most * k as f64 / steps as f64;
-                for p in starts(last.map(|l| &l.1)) {
-                    candidates.push(Fit::new(q, &p, delay, false, most));
-                }
-            }
-            candidates.sort_by(|a, b| a.excess.total_cmp(&b.excess));
-            candidates.truncate(2);
-            candidates = candidates
-                .iter()
-                .map(|f| Fit::new(q, &f.parameters, f.delay, true, most))
+            let mut rough: Vec<Fit> = (0..=GRID)
+                .map(|k| most * k as f64 / GRID as f64)
+                .map(|delay| Fit::new(q, &from[0], delay, false, most, ROUGH))
                 .collect();
-        } else if let Some((_, free)) = last {
-            for p in grown(&free.parameters) {
-                candidates.push(Fit::new(q, &p, free.delay, true, most));
-            }
+            rough.sort_by(|a, b| a.excess.total_cmp(&b.excess));
+            tried.extend(rough.into_iter().take(2).map(|f| (f.parameters, f.delay)));
         }
-        if let Some(none) = &none {
-            // A model without a delay is one with a delay of nought.
-            candidates.push(Fit::new(q, &none.parameters, 0.1, true, most));
-            candidates.push(none.clone());
+        if let Some((_, free)) = last {
+            tried.extend(from.into_iter().map(|p| (p, free.delay)));
         }
-        if let (Some(none), Some(free)) = (none, best(candidates)) {
-            all.push((none, free));
-        }
+        tried.push((none.parameters.clone(), 0.3));
+        let mut fits: Vec<Fit> =
+            tried.iter().map(|(p, delay)| Fit::new(q, p, *delay, true, most, FINE)).collect();
+        // A model without a delay is one with a delay of nought.
+        fits.push(none.clone());
+        let Some(free) = best(fits) else { break };
+        all.push((none, free));
     }
     all
 }
