@@ -6,6 +6,10 @@ use crate::run::{cargo, root, run, target};
 
 /// Runs one of the programs with its arguments; where the peers cannot be had, without them.
 pub(crate) fn evaluate(program: &str, arguments: &[String]) -> Result<(), String> {
+    if program == "command_line" {
+        // It runs the program that users run.
+        run(&mut cargo(&["build", "--release", "--quiet", "--package", "steerwright"]))?;
+    }
     let mut command =
         cargo(&["run", "--release", "--quiet", "--package", "sysid-evaluation", "--bin", program]);
     command.arg("--").args(arguments);

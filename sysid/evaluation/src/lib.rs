@@ -9,6 +9,7 @@ mod order;
 pub mod parsim;
 pub mod peers;
 mod python;
+mod drive;
 mod random;
 mod recorded;
 
@@ -16,5 +17,6 @@ pub use distance::{markov_distance, pole_distance, response_distance};
 pub use halves::swapped_halves;
 pub use order::Experiment;
 pub use python::ask;
+pub use drive::{Drive, Recording};
 pub use random::Random;
 pub use recorded::{halves, recording};

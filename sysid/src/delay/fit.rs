@@ -20,10 +20,30 @@ pub(super) struct Fit {
 /// twentieth of a sample to a thousand samples.
 const BOUNDS: (f64, f64) = (-14.0, 6.0);
 
-/// Coefficients of the numerator: yaw rate follows the road wheel with a zero, and what comes on top
-/// of two poles are lags without one, so that they cannot take the shape of a delay (Padé).
-pub(super) fn numerators(order: usize) -> usize {
-    if order < 3 { order } else { order - 1 }
+/// Which numerators a model may have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Zeros {
+    /// Those of a vehicle: yaw rate follows the road wheel with a zero, and what comes on top of two
+    /// poles are lags without one, so that they cannot take the shape of a delay (Padé).
+    Vehicle,
+    /// As many as a held input allows.
+    Free,
+}
+
+/// What is fitted to, and among what.
+#[derive(Clone, Copy)]
+pub(super) struct Search<'a> {
+    pub(super) q: &'a Quadratic,
+    /// Longest delay, samples.
+    pub(super) most: f64,
+    pub(super) zeros: Zeros,
+}
+
+impl Search<'_> {
+    /// Coefficients of the numerator.
+    pub(super) fn numerators(&self, order: usize) -> usize {
+        if self.zeros == Zeros::Free || order < 3 { order } else { order - 1 }
+    }
 }
 
 impl Fit {
@@ -33,22 +53,22 @@ impl Fit {
 
     /// From these poles and this delay, which stays unless it is `free`.
     pub(super) fn new(
-        q: &Quadratic,
+        search: &Search<'_>,
         parameters: &[f64],
         delay: f64,
         free: bool,
-        most: f64,
         steps: usize,
     ) -> Self {
+        let q = search.q;
         let n = parameters.len();
         let mut x: Vec<f64> = parameters.to_vec();
         x.push(delay);
         let unknowns = if free { n + 1 } else { n };
-        let mut residual = left(q, &x);
+        let mut residual = left(search, &x);
         let mut cost = squares(&residual);
         let mut damping = 1e-3;
         for _ in 0..steps {
-            let jacobian = jacobian(q, &x, &residual, unknowns, most);
+            let jacobian = jacobian(search, &x, &residual, unknowns);
             let mut gain = 0.0;
             for _ in 0..6 {
                 let step = damped(&jacobian, &residual, damping);
@@ -56,8 +76,8 @@ impl Fit {
                 for (t, s) in trial.iter_mut().zip(&step) {
                     *t += s.clamp(-1.5, 1.5);
                 }
-                bound(&mut trial, most);
-                let trial_residual = left(q, &trial);
+                bound(&mut trial, search.most);
+                let trial_residual = left(search, &trial);
                 let trial_cost = squares(&trial_residual);
                 if trial_cost < cost {
                     gain = cost - trial_cost;
@@ -78,11 +98,11 @@ impl Fit {
 
     /// Variance of the delay over that of the whitened noise, where all of them are free;
     /// `None` where the data do not determine it.
-    pub(super) fn delay_variance(&self, q: &Quadratic, most: f64) -> Option<f64> {
+    pub(super) fn delay_variance(&self, search: &Search<'_>) -> Option<f64> {
         let mut x = self.parameters.clone();
         x.push(self.delay);
         let n = x.len();
-        let jacobian = jacobian(q, &x, &left(q, &x), n, most);
+        let jacobian = jacobian(search, &x, &left(search, &x), n);
         // The delay's column, what the poles explain of it taken away.
         let mut delay = jacobian.last().cloned().unwrap_or_default();
         let full = squares(&delay);
@@ -112,12 +132,13 @@ fn bound(x: &mut [f64], most: f64) {
 }
 
 /// What the best numerator leaves of the target.
-fn left(q: &Quadratic, x: &[f64]) -> Vec<f64> {
+fn left(search: &Search<'_>, x: &[f64]) -> Vec<f64> {
+    let q = search.q;
     let n = x.len() - 1;
     let columns = basis(&polynomial(&x[..n]), x[n], q.target.len());
     let mut residual = q.target.clone();
     let mut orthogonal: Vec<Vec<f64>> = Vec::with_capacity(n);
-    for column in columns.into_iter().skip(n - numerators(n)) {
+    for column in columns.into_iter().skip(n - search.numerators(n)) {
         let mut c = q.times(&column);
         let full = squares(&c);
         without(&mut c, &orthogonal);
@@ -144,13 +165,7 @@ fn without(x: &mut [f64], orthonormal: &[Vec<f64>]) {
 }
 
 /// Columns of derivatives of [`left`] by the first unknowns.
-fn jacobian(
-    q: &Quadratic,
-    x: &[f64],
-    residual: &[f64],
-    unknowns: usize,
-    most: f64,
-) -> Vec<Vec<f64>> {
+fn jacobian(search: &Search<'_>, x: &[f64], residual: &[f64], unknowns: usize) -> Vec<Vec<f64>> {
     const STEP: f64 = 1e-4;
     // The delay is last, and is differenced towards the inside.
     (0..x.len())
@@ -158,10 +173,10 @@ fn jacobian(
             if i >= unknowns {
                 return vec![0.0; residual.len()];
             }
-            let h = if i + 1 == x.len() && x[i] + STEP > most { -STEP } else { STEP };
+            let h = if i + 1 == x.len() && x[i] + STEP > search.most { -STEP } else { STEP };
             let mut moved = x.to_vec();
             moved[i] += h;
-            left(q, &moved).iter().zip(residual).map(|(a, b)| (a - b) / h).collect()
+            left(search, &moved).iter().zip(residual).map(|(a, b)| (a - b) / h).collect()
         })
         .collect()
 }

@@ -9,7 +9,8 @@
 //! about high frequencies. The models are those of a vehicle: two poles and a zero, and lags without
 //! a zero on top, which cannot take the shape of a delay as a Padé approximant does. The delay competes
 //! with the lags by the Bayesian information criterion (Schwarz 1978) and is taken only where it wins
-//! clearly. What it replaces is reported: the fastest time constant of the best model without a delay.
+//! clearly; and it must do better than models without a delay whose zeros are free, since it is such
+//! a model that is identified after it. What it replaces is reported: the fastest time constant of the best model without a delay.
 //! Where a lag and a delay are both there and the noise hides which is which, a model of lower order
 //! has a longer delay in place of the lag: the phase is right, the split is not.
 
@@ -18,7 +19,7 @@ mod lags;
 mod response;
 
 use crate::{DataSet, Error};
-use fit::{Fit, numerators};
+use fit::{Fit, Search, Zeros};
 use lags::Quadratic;
 use response::{MOST, polynomial};
 
@@ -28,8 +29,14 @@ const LONGEST_S: f64 = 0.5;
 const RESPONSE_S: f64 = 2.0;
 /// Difference of the criterion that counts as strong evidence (Kass and Raftery 1995).
 const STRONG: f64 = 6.0;
+/// … and as positive evidence.
+const POSITIVE: f64 = 2.0;
 /// Delays shorter than that share of a sample are none.
 const LEAST_SAMPLES: f64 = 0.25;
+/// Largest standard error of a delay that is used, s: at 2 Hz, a fifth of a radian of phase.
+const LARGEST_ERROR_S: f64 = 0.015;
+/// Steps of a search.
+const FINE: usize = 30;
 /// Standard errors by which a delay must differ from none.
 const LEAST_ERRORS: f64 = 3.0;
 
@@ -51,8 +58,10 @@ pub struct Delay {
     /// Fastest time constant of the best model without a delay, s: the lag that can stand in place
     /// of the delay.
     pub lag_without_s: f64,
-    /// By how much the information criterion prefers the delay; negative where it does not.
+    /// By how much the information criterion prefers the delay to lags; negative where it does not.
     pub evidence: f64,
+    /// The same against models without a delay whose zeros are free.
+    pub evidence_free: f64,
     /// By how much the whitened squared error falls by the delay at its order, percent.
     pub gain_percent: f64,
 }
@@ -80,12 +89,16 @@ pub fn estimate_delay(data: &DataSet) -> Result<Delay, Error> {
     }
     let most = (LONGEST_S / sample).min(lags as f64 / 3.0);
     let q = Quadratic::new(data, lags)?;
-    let models = models(&q, most);
+    let search = Search { q: &q, most, zeros: Zeros::Vehicle };
+    let models = models(&search);
+    let free = Search { zeros: Zeros::Free, ..search };
+    let others = models.iter().map(|(none, _)| Fit::new(&free, &none.parameters, 0.0, false, FINE));
+    let others: Vec<Fit> = others.collect();
     let n = q.count as f64;
     let deviance = |fit: &Fit| n * ((q.least + fit.excess) / n).ln();
-    let count = |fit: &Fit| (fit.order() + numerators(fit.order())) as f64;
-    let bayes = |fit: &Fit, more: f64| deviance(fit) + (count(fit) + more) * n.ln();
-    let akaike = |fit: &Fit| deviance(fit) + 2.0 * (count(fit) + 1.0);
+    let count = |s: &Search<'_>, fit: &Fit| (fit.order() + s.numerators(fit.order())) as f64;
+    let bayes = |fit: &Fit, more: f64| deviance(fit) + (count(&search, fit) + more) * n.ln();
+    let akaike = |fit: &Fit| deviance(fit) + 2.0 * (count(&search, fit) + 1.0);
     let plain = models.iter().map(|(none, _)| none);
     let plain = plain.min_by(|a, b| bayes(a, 0.0).total_cmp(&bayes(b, 0.0)));
     // A servo's lag beside the delay is plausible however little the data say of it, so the order of
@@ -96,10 +109,15 @@ pub fn estimate_delay(data: &DataSet) -> Result<Delay, Error> {
     };
     let j0 = bayes(plain, 0.0);
     let j1 = models.iter().map(|(_, free)| bayes(free, 1.0)).fold(f64::INFINITY, f64::min);
-    let error = spread(&q, &models, best, most, |fit| bayes(fit, 1.0) - j1);
+    let other = others.iter().map(|fit| deviance(fit) + count(&free, fit) * n.ln());
+    let other = other.fold(f64::INFINITY, f64::min) - j1;
+    let error = spread(&search, &models, best, |fit| bayes(fit, 1.0) - j1);
     let evidence = j0 - j1;
-    let taken =
-        evidence > STRONG && best.delay >= LEAST_SAMPLES && best.delay > LEAST_ERRORS * error;
+    let taken = evidence > STRONG
+        && other > POSITIVE
+        && best.delay >= LEAST_SAMPLES
+        && best.delay > LEAST_ERRORS * error
+        && error * sample <= LARGEST_ERROR_S;
     Ok(Delay {
         seconds: if taken { best.delay * sample } else { 0.0 },
         estimate_s: best.delay * sample,
@@ -108,6 +126,7 @@ pub fn estimate_delay(data: &DataSet) -> Result<Delay, Error> {
         order_without: plain.order(),
         lag_without_s: sample * fastest(&plain.parameters),
         evidence,
+        evidence_free: other,
         gain_percent: 100.0 * (same.excess - best.excess) / (q.least + same.excess),
     })
 }
@@ -115,12 +134,12 @@ pub fn estimate_delay(data: &DataSet) -> Result<Delay, Error> {
 /// Standard error of the best model's delay, with what the orders differ by: the variances about it,
 /// weighted by the Bayesian criterion, whose `excess` over the least is given.
 fn spread(
-    q: &Quadratic,
+    search: &Search<'_>,
     models: &[(Fit, Fit)],
     best: &Fit,
-    most: f64,
     excess: impl Fn(&Fit) -> f64,
 ) -> f64 {
+    let q = search.q;
     let (mut sum, mut weights) = (0.0, 0.0);
     for (_, fit) in models {
         let weight = (-0.5 * excess(fit)).exp();
@@ -131,7 +150,7 @@ fn spread(
         // What the model leaves beyond the noise is no less uncertain than noise is.
         let freedom = q.target.len().saturating_sub(2 * fit.order()).max(1) as f64;
         let noise = (q.least / q.count as f64).max(fit.excess / freedom);
-        let Some(variance) = fit.delay_variance(q, most) else { return f64::INFINITY };
+        let Some(variance) = fit.delay_variance(search) else { return f64::INFINITY };
         sum += weight * (variance * noise + (fit.delay - best.delay).powi(2));
         weights += weight;
     }
@@ -139,11 +158,10 @@ fn spread(
 }
 
 /// For each order the best model without a delay and the best with one.
-fn models(q: &Quadratic, most: f64) -> Vec<(Fit, Fit)> {
+fn models(search: &Search<'_>) -> Vec<(Fit, Fit)> {
     /// Delays tried where models are simple; the higher orders grow from these.
     const GRID: usize = 12;
     const ROUGH: usize = 5;
-    const FINE: usize = 30;
     let best = |fits: Vec<Fit>| fits.into_iter().min_by(|a, b| a.excess.total_cmp(&b.excess));
     let mut all: Vec<(Fit, Fit)> = Vec::new();
     for order in 1..=MOST {
@@ -153,14 +171,14 @@ fn models(q: &Quadratic, most: f64) -> Vec<(Fit, Fit)> {
             Some(fit) => grown(&fit.parameters),
         };
         let without = starts(last.map(|l| &l.0));
-        let without = without.iter().map(|p| Fit::new(q, p, 0.0, false, most, FINE)).collect();
+        let without = without.iter().map(|p| Fit::new(search, p, 0.0, false, FINE)).collect();
         let Some(none) = best(without) else { break };
         let from = starts(last.map(|l| &l.1));
         let mut tried: Vec<(Vec<f64>, f64)> = Vec::new();
         if order <= 2 {
             let mut rough: Vec<Fit> = (0..=GRID)
-                .map(|k| most * k as f64 / GRID as f64)
-                .map(|delay| Fit::new(q, &from[0], delay, false, most, ROUGH))
+                .map(|k| search.most * k as f64 / GRID as f64)
+                .map(|delay| Fit::new(search, &from[0], delay, false, ROUGH))
                 .collect();
             rough.sort_by(|a, b| a.excess.total_cmp(&b.excess));
             tried.extend(rough.into_iter().take(2).map(|f| (f.parameters, f.delay)));
@@ -170,7 +188,7 @@ fn models(q: &Quadratic, most: f64) -> Vec<(Fit, Fit)> {
         }
         tried.push((none.parameters.clone(), 0.3));
         let mut fits: Vec<Fit> =
-            tried.iter().map(|(p, delay)| Fit::new(q, p, *delay, true, most, FINE)).collect();
+            tried.iter().map(|(p, delay)| Fit::new(search, p, *delay, true, FINE)).collect();
         // A model without a delay is one with a delay of nought.
         fits.push(none.clone());
         let Some(free) = best(fits) else { break };

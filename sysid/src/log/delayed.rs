@@ -1,6 +1,7 @@
 //! A recording with its steering later.
 
 use super::DriveLog;
+use super::role::Role;
 
 /// Taps on either side of the instant.
 const HALF: i64 = 3;
@@ -8,15 +9,17 @@ const HALF: i64 = 3;
 impl DriveLog {
     /// The same drive with the steering angle delayed by `seconds` against all else.
     ///
-    /// Fractions of a sample are interpolated by a polynomial through the six samples around the
-    /// instant (Lagrange), which passes lateral dynamics unchanged: at a fifth of the sample rate its
-    /// gain is above 0.98 and its delay is exact at half a sample. What was steered before a stretch
-    /// starts is not known: its first value stands for it.
+    /// At the log's own rate the steering is held over each sample, so a fraction of a sample is the
+    /// mean over the time that each of two samples is held. A log that was brought to a lower rate
+    /// is smooth between its samples: there, fractions are interpolated by a polynomial through the six
+    /// samples around the instant (Lagrange), which passes lateral dynamics unchanged (at a fifth of
+    /// the sample rate its gain is above 0.98). What was steered before a stretch starts is not
+    /// known: its first value stands for it.
     #[must_use]
     pub fn with_input_delayed(&self, seconds: f64) -> Self {
         let delay = seconds / self.sample_time_s;
         let whole = delay.floor();
-        let weights = lagrange(delay - whole);
+        let weights = if self.is_held() { held(delay - whole) } else { lagrange(delay - whole) };
         let mut log = self.clone();
         for stretch in &self.segments {
             let samples = &self.input[stretch.range.clone()];
@@ -29,6 +32,20 @@ impl DriveLog {
         }
         log
     }
+
+    /// Whether the steering is as it was recorded, one sample for each of its own.
+    fn is_held(&self) -> bool {
+        let steering = self.channels.iter().filter(|c| c.role == Role::Steering.key());
+        steering.map(|c| c.rate_hz * self.sample_time_s).all(|samples| samples < 1.5)
+    }
+}
+
+/// Weights of the samples at −3 … 2 where each is held.
+fn held(fraction: f64) -> [f64; 2 * HALF as usize] {
+    let mut weights = [0.0; 2 * HALF as usize];
+    weights[HALF as usize - 1] = fraction;
+    weights[HALF as usize] = 1.0 - fraction;
+    weights
 }
 
 /// Weights of the samples at −3 … 2 for the value at −`fraction`.
