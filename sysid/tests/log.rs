@@ -1,6 +1,6 @@
 //! Logs as they are found: several files and clocks, units, and every kind of bad input, each of
 //! which must be refused with its place and a hint, or mended with a warning.
-#![allow(clippy::unwrap_used, clippy::panic)]
+#![allow(clippy::unwrap_used, clippy::panic, clippy::single_range_in_vec_init)]
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
