@@ -80,8 +80,8 @@ pub(crate) struct IdentifyArguments {
     #[arg(long, value_name = "mean|linear|none", default_value = "mean", value_parser = detrend)]
     pub(crate) detrend: Detrend,
     /// Let the yaw rate depend on the steering of its own sample
-    #[arg(long)]
-    pub(crate) feedthrough: bool,
+    #[arg(long, value_name = "auto|on|off", default_value = "auto", default_missing_value = "on", num_args = 0..=1, require_equals = true, value_parser = switch)]
+    pub(crate) feedthrough: Auto<bool>,
     /// Share of the log, at its end, that is held out to judge the model
     #[arg(long, value_name = "SHARE", allow_hyphen_values = true, value_parser = quantity::percent, default_value = "50%")]
     pub(crate) hold_out: f64,
@@ -140,7 +140,7 @@ impl IdentifyArguments {
             horizon: self.horizon.0,
             delay_s: self.delay.0,
             detrend: self.detrend,
-            feedthrough: self.feedthrough.then_some(true),
+            feedthrough: self.feedthrough.0,
             input_kind: self.model_input,
             validation_fraction: self.hold_out / 100.0,
             ..IdentifyOptions::default()
@@ -210,6 +210,15 @@ fn number(text: &str) -> Result<Auto<usize>, String> {
         return Ok(Auto(None));
     }
     text.parse().map(|n| Auto(Some(n))).map_err(|_| "expected a number or auto".into())
+}
+
+fn switch(text: &str) -> Result<Auto<bool>, String> {
+    match text {
+        "auto" => Ok(Auto(None)),
+        "on" => Ok(Auto(Some(true))),
+        "off" => Ok(Auto(Some(false))),
+        _ => Err("expected auto, on or off".into()),
+    }
 }
 
 fn input_kind(text: &str) -> Result<InputKind, String> {

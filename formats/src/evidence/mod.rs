@@ -92,6 +92,9 @@ pub struct OrderRow {
     pub validation_fit: f64,
     /// Whether the model was stable as estimated.
     pub stable: bool,
+    /// Schwarz's criterion on the estimation data; the order of least criterion is chosen.
+    #[serde(default)]
+    pub criterion: f64,
 }
 
 /// What was read from one channel.

@@ -40,6 +40,7 @@ pub fn evidence() -> Evidence {
         estimation_fit,
         validation_fit,
         stable,
+        criterion: 0.0,
     };
     let channel = |role: &str, column: &str, unit: &str, min, mean, max| ChannelSummary {
         role: role.into(),

@@ -214,6 +214,10 @@ fn ascend(
         if options.refine {
             refine(data, &mut candidate, ROUGH)?;
         }
+        if !log_square(&candidate.errors).is_finite() {
+            last_error = Some(Error::NoModel { problem: "no model can be simulated".into() });
+            continue;
+        }
         let m = &candidate.model;
         candidate.has_logarithm = to_continuous(m.a.as_ref(), m.b.as_ref(), 1.0).is_ok();
         candidates.push(candidate);

@@ -331,6 +331,7 @@ fn order_row(candidate: &Candidate) -> OrderRow {
         estimation_fit: candidate.estimation_fit,
         validation_fit: candidate.validation_fit,
         stable: candidate.stabilised.is_none(),
+        criterion: candidate.criterion,
     }
 }
 

@@ -47,14 +47,18 @@ pub(crate) fn sum_of_squares(errors: &Errors) -> f64 {
     errors.iter().map(|e| e.squared_norm_l2()).sum()
 }
 
-/// Σ_i ln V_i over the outputs.
+/// Σ_i ln V_i over the outputs; ∞ where an error is not finite.
 pub(crate) fn log_square(errors: &Errors) -> f64 {
     let outputs = errors.first().map_or(0, Mat::nrows);
     let samples: usize = errors.iter().map(Mat::ncols).sum();
     (0..outputs)
         .map(|i| {
             let sum: f64 = errors.iter().map(|e| e.row(i).squared_norm_l2()).sum();
-            (sum / samples.max(1) as f64).max(1e-300).ln()
+            if sum.is_finite() {
+                (sum / samples.max(1) as f64).max(1e-300).ln()
+            } else {
+                f64::INFINITY
+            }
         })
         .sum()
 }
