@@ -142,7 +142,9 @@ fn by_simulation(data: &DataSet, options: &IdentifyOptions) -> Result<Choice, Er
     let ascend = |feedthrough| ascend(data, options, largest, |order| start(order, feedthrough));
     let mut candidates = ascend(options.feedthrough == Some(true))?;
     let mut chosen = judge_orders(data, &mut candidates);
-    if options.feedthrough.is_none() && wants_feedthrough(data, &starts, &candidates, chosen) {
+    // At a given order, a direct gain could stand for states that are not allowed.
+    let open = options.feedthrough.is_none() && options.order.is_none();
+    if open && wants_feedthrough(data, &starts, &candidates, chosen) {
         let mut others = ascend(true)?;
         let other = judge_orders(data, &mut others);
         // The same poles without: what the first pass may not have found.
@@ -268,8 +270,9 @@ fn judge_orders(data: &DataSet, candidates: &mut [Candidate]) -> usize {
         .unwrap_or(least)
 }
 
-/// Whether a direct gain, estimated along with B for the poles that the chosen order's subspace model
-/// has, lowers the criterion. The order at hand was chosen without, so one more on either side is asked.
+/// Whether a direct gain, estimated along with B for the poles of a subspace model, lowers the
+/// criterion, at the chosen order or the one before: it was chosen without, which may have cost a
+/// state.
 fn wants_feedthrough(
     data: &DataSet,
     starts: &Starts<'_>,
@@ -278,14 +281,14 @@ fn wants_feedthrough(
 ) -> bool {
     let Some(samples) = independent_samples(data, candidates) else { return false };
     let (m, p) = (data.inputs(), data.outputs());
-    let order = candidates[chosen].model.order();
-    let criterion = |order: usize, feedthrough: bool| {
-        let start = starts.best(order, feedthrough).ok()?;
-        let d = parameters(order, m, p, feedthrough);
-        Some(schwarz(log_square(&start.errors), p, d, samples))
-    };
-    [order.saturating_sub(1).max(1), order].into_iter().any(|order| {
-        matches!((criterion(order, true), criterion(order, false)), (Some(a), Some(b)) if a < b)
+    candidates[chosen.saturating_sub(1)..=chosen].iter().any(|c| {
+        let criterion = |feedthrough: bool| {
+            let order = c.model.order();
+            let start = starts.again((c.horizon, c.method, c.realization), order, feedthrough)?;
+            let d = parameters(order, m, p, feedthrough);
+            Some(schwarz(log_square(&start.errors), p, d, samples))
+        };
+        matches!((criterion(true), criterion(false)), (Some(a), Some(b)) if a < b)
     })
 }
 

@@ -100,9 +100,14 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
     }
     let continuous = continuous.ok();
     if let Some(s) = chosen.stabilised {
+        let refined = if options.refine {
+            format!("; refinement brought it to {:.1} %", chosen.estimation_fit)
+        } else {
+            String::new()
+        };
         warnings.push(format!(
-            "the subspace estimate was unstable (spectral radius {:.4}) and has been stabilised, which took its simulation of the estimation data from {:.1} to {:.1} %; refined, {:.1} %",
-            s.radius, s.fit_before, s.fit_after, chosen.estimation_fit
+            "the subspace estimate was unstable (spectral radius {:.4}) and has been stabilised, which took its fit to the estimation data from {:.1} to {:.1} %{refined}",
+            s.radius, s.fit_before, s.fit_after
         ));
     }
 

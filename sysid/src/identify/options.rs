@@ -23,7 +23,8 @@ pub struct IdentifyOptions {
     /// Block rows s of the Hankel matrices.
     pub horizon: Option<usize>,
     /// Whether the output may depend on the input of its own sample; without, D is zero by
-    /// construction. `None`: where the data ask for it.
+    /// construction. `None`: where the data ask for it and the order is chosen too, since at a given
+    /// order it could stand for states that are not allowed.
     pub feedthrough: Option<bool>,
     /// What drives the model.
     pub input_kind: InputKind,

@@ -116,6 +116,18 @@ impl<'a> Starts<'a> {
         best.map(|(_, start)| start).ok_or(last_error)
     }
 
+    /// The model that another was made of, with feedthrough or without.
+    pub(crate) fn again(
+        &self,
+        (horizon, method, realization): (usize, Method, Realization),
+        order: usize,
+        feedthrough: bool,
+    ) -> Option<Start> {
+        let horizon = self.horizons.iter().find(|h| h.factor.horizon == horizon)?;
+        let (method, sub) = horizon.subspaces.iter().find(|(m, _)| *m == method)?;
+        self.start(horizon, (*method, sub), realization, order, feedthrough).ok()
+    }
+
     fn start(
         &self,
         horizon: &Horizon,
