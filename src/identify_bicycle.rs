@@ -69,7 +69,7 @@ impl BicycleArguments {
             (told.method.is_some(), "--method"),
             (told.order.is_some(), "--order"),
             (told.horizon.is_some(), "--horizon"),
-            (told.feedthrough, "--feedthrough"),
+            (told.feedthrough.is_some(), "--feedthrough"),
             (told.input_kind != sysid::InputKind::Steering, "--model-input"),
         ];
         refuse(

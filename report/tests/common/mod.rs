@@ -68,6 +68,7 @@ pub fn evidence() -> Evidence {
             row(7, 0.36, 82.2, 72.4, false),
             row(8, 0.35, 82.2, 70.8, true),
         ],
+        feedback: Some(ResidualTest { lags: 25, statistic: 19.3, bound: 44.3, pass: true }),
         whiteness: ResidualTest { lags: 25, statistic: 61.0, bound: 44.3, pass: false },
         independence: ResidualTest { lags: 25, statistic: 30.2, bound: 44.3, pass: true },
         excitation: Excitation {

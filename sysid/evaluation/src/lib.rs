@@ -2,6 +2,7 @@
 
 pub mod bias;
 mod distance;
+mod drive;
 pub mod driver;
 mod halves;
 pub mod measure;
@@ -9,14 +10,13 @@ mod order;
 pub mod parsim;
 pub mod peers;
 mod python;
-mod drive;
 mod random;
 mod recorded;
 
 pub use distance::{markov_distance, pole_distance, response_distance};
+pub use drive::{Drive, Recording};
 pub use halves::swapped_halves;
 pub use order::Experiment;
 pub use python::ask;
-pub use drive::{Drive, Recording};
 pub use random::Random;
 pub use recorded::{halves, recording};

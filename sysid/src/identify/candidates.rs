@@ -284,7 +284,8 @@ fn wants_feedthrough(
     candidates[chosen.saturating_sub(1)..=chosen].iter().any(|c| {
         let criterion = |feedthrough: bool| {
             let order = c.model.order();
-            let start = starts.again((c.horizon, c.method, c.realization), order, feedthrough)?;
+            let Approach::OpenLoop(method) = c.approach else { return None };
+            let start = starts.again((c.horizon, method, c.realization), order, feedthrough)?;
             let d = parameters(order, m, p, feedthrough);
             Some(schwarz(log_square(&start.errors), p, d, samples))
         };
