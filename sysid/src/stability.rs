@@ -61,11 +61,15 @@ pub(crate) fn stable_fit(
     Some(at(high))
 }
 
-/// The spectral radius that a stabilised model gets: its slowest mode lasts as long as the record,
-/// beyond which it could not be told from an integrator.
+/// The largest spectral radius that a model of so many samples gets: the time constant of its slowest
+/// mode is a tenth of the record.
+///
+/// The input hardly excites a slower one, and its initial state fits whatever drifts: such a mode is no
+/// dynamics but a trend, with which a simulation of other data goes astray.
 #[must_use]
 pub fn largest_radius(samples: usize) -> f64 {
-    (-1.0 / samples.max(10) as f64).exp()
+    const TIME_CONSTANTS: f64 = 10.0;
+    (-TIME_CONSTANTS / samples.max(100) as f64).exp()
 }
 
 #[cfg(test)]

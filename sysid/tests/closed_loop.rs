@@ -288,7 +288,7 @@ fn data_and_requests_that_cannot_be_met_are_told() {
         for still in [&constant, &zero] {
             for data in [single(still, &y), single(&u, still)] {
                 let error = told(ask(&data.unwrap(), 10, 5, 2));
-                assert!(matches!(error, Error::NoModel { .. }), "{error}");
+                assert!(matches!(error, Error::NotExciting { .. }), "{error}");
             }
         }
         let short = single(&few(&u), &few(&y)).unwrap();

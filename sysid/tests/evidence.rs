@@ -6,7 +6,7 @@ use faer::Mat;
 use formats::{Document, Evidence, Information, Plant};
 use std::f64::consts::TAU;
 use sysid::conversion::discretize;
-use sysid::{DriveLog, IdentifyOptions, Method, Stretch, identify};
+use sysid::{DriveLog, Error, IdentifyOptions, Method, Stretch, identify};
 use sysid_evaluation::Random;
 
 const SAMPLE_TIME: f64 = 0.04;
@@ -230,7 +230,15 @@ fn a_limit_of_the_steering_and_a_poor_rhythm_are_named() {
     // Two frequencies are persistently exciting of order four.
     let sines =
         drive(120.0, 2e-3, 8, |t, _, _| 0.2 * (TAU * 0.3 * t).sin() + 0.1 * (TAU * 1.1 * t).sin());
-    let e = plant(&sines).evidence;
+    // Too little for the order and horizon of the others, which is an error that says so.
+    let options = IdentifyOptions { order: Some(3), horizon: Some(15), ..Default::default() };
+    let error = identify(&sines, &options).unwrap_err();
+    assert!(
+        matches!(error, Error::NotExciting { .. }) && error.hint().contains("slalom"),
+        "{error}"
+    );
+    let e = identify(&sines, &IdentifyOptions::default()).unwrap().plant.evidence;
+    assert!(e.warnings.iter().any(|w| w.contains("does not excite")), "{:?}", e.warnings);
     assert_eq!(e.excitation.persistence.unwrap().order, 4);
     assert!(advises(&e, "persistently exciting of order 4 only"), "{:?}", e.verdict);
 }

@@ -97,7 +97,12 @@ impl<'a> Starts<'a> {
     /// The model of an order that simulates the estimation data best.
     pub(crate) fn best(&self, order: usize, feedthrough: bool) -> Result<Start, Error> {
         let mut best: Option<(f64, Start)> = None;
-        let mut last_error = Error::NoModel { problem: "no horizon is long enough".into() };
+        let longest = self.largest_order();
+        let mut last_error = Error::NotExciting {
+            problem: format!(
+                "it allows an order of {longest} at most with the horizons tried, not {order}"
+            ),
+        };
         for horizon in self.horizons.iter().filter(|h| h.factor.horizon > order) {
             for (method, sub) in &horizon.subspaces {
                 for &realization in &self.realizations {
@@ -150,10 +155,10 @@ impl<'a> Starts<'a> {
             let errors = errors(&refit.model, &refit.x0, self.data);
             Ok::<_, Error>((refit, errors))
         };
-        let (found, stabilised) = if radius < 1.0 {
+        let most = largest_radius(self.data.samples());
+        let (found, stabilised) = if radius <= most {
             (refit(&a)?, None)
         } else {
-            let most = largest_radius(self.data.samples());
             let stable = match realization {
                 Realization::Shift => stable_shift(sub.basis.as_ref(), order, factor.outputs, most),
                 Realization::Eq12 => stable_eq12(factor, &horizon.projections, sub, order, most)?,
@@ -161,7 +166,8 @@ impl<'a> Starts<'a> {
             let found = refit(&stable.ok_or(Error::Numerical { what: "stabilisation" })?)?;
             let fit_before = refit(&a).map_or(f64::NEG_INFINITY, |(_, e)| fit(self.data, &e));
             let fit_after = fit(self.data, &found.1);
-            (found, Some(Stabilised { radius, fit_before, fit_after }))
+            let stabilised = Stabilised { radius, fit_before, fit_after };
+            (found, (radius >= 1.0).then_some(stabilised))
         };
         let (refit, errors) = found;
         Ok(Start {

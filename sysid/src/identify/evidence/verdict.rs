@@ -258,13 +258,11 @@ fn doubts(evidence: &Evidence, drive: &Drive<'_>, options: &IdentifyOptions) -> 
         );
     }
     if let Some(persistence) = evidence.excitation.persistence
-        && persistence.order < persistence.tried.min(2 * evidence.horizon)
+        && persistence.order < persistence.tried
     {
         out.push(format!(
-            "the steering is persistently exciting of order {} only, where {} block rows ask for {}: its rhythm holds too few frequencies{}",
+            "the steering is persistently exciting of order {} only: its rhythm holds too few frequencies{}",
             persistence.order,
-            evidence.horizon,
-            2 * evidence.horizon,
             if persistence.order < 2 * drive.order {
                 format!(", too few for a model of order {}", drive.order)
             } else {
