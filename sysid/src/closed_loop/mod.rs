@@ -31,7 +31,7 @@
 //! [`errors_in_variables`] holds and these two do not. [`feedback`] tests for feedback at all.
 //!
 //! Everything is computed from the triangle of the data in order of time
-//! ([`Factor`](crate::subspace::Factor)): its columns stand for the signals at each lag, and a
+//! ([`Factor`]): its columns stand for the signals at each lag, and a
 //! regression among them is the one among the data. The cost after the factor does not depend on
 //! the number of samples. Means are the caller's to remove, as for the factor.
 
