@@ -99,7 +99,7 @@ fn logs() {
                     row.clear();
                 }
             }),
-            &["log.csv:42:", "a gap of 0.61 s", "is too short", "--max-gap"],
+            &["log.csv:", "a gap of 0.61 s", "is too short", "--max-gap"],
         ),
         (&log(HEADER, |_, row| row[1] = "0.1".into()), &["the steering is 0.1 rad throughout"]),
         (&log(HEADER, |_, row| row[2] = "0".into()), &["the yaw rate is 0 rad/s throughout"]),
