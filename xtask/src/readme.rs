@@ -20,6 +20,10 @@ pub(crate) fn readme() -> Result<(), String> {
         .output()
         .map_err(|e| e.to_string())?;
     let told = String::from_utf8_lossy(&demo.stderr);
+    // 1: done, but a requirement is not met, which the table says.
+    if !matches!(demo.status.code(), Some(0 | 1)) {
+        return Err(format!("the demo ended with {}: {told}", demo.status));
+    }
     // The table ends at the first empty line; what follows names the files.
     let table = told.split("\n\n").next().unwrap_or_default().trim_end();
     let readme = root().join("README.md");
