@@ -75,7 +75,7 @@ fn coloured_noise_is_no_state_and_no_feedthrough() {
 }
 
 #[test]
-#[ignore = "the criterion still takes strongly coloured noise for a state now and then"]
+#[ignore = "with coloured noise and the order free the error does not halve yet; the cause is not found"]
 fn more_data_bring_the_model_nearer() {
     let error = |samples: usize| {
         let errors = (1..=3).map(|seed| {
