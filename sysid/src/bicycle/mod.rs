@@ -25,7 +25,7 @@ mod simulate;
 mod uncertainty;
 
 use crate::identify::Traces;
-use crate::signal::{integrate, standard_deviation};
+use crate::signal::standard_deviation;
 use crate::statistics::fit_percent;
 use crate::{DriveLog, Error};
 use estimate::{Estimate, Problem};
@@ -213,22 +213,13 @@ impl Judged {
 }
 
 fn traces(log: &DriveLog, recording: &Recording, judged: &Judged) -> Traces {
-    let yaw = |rate: &[f64]| -> Vec<f64> {
-        let mut all: Vec<f64> = Vec::with_capacity(rate.len());
-        for stretch in &log.segments {
-            let from = all.last().copied().unwrap_or(0.0);
-            let yaw = integrate(&rate[stretch.range.clone()], log.sample_time_s);
-            all.extend(yaw.iter().map(|yaw| from + yaw));
-        }
-        all
-    };
     Traces {
         time_s: log.time_s(),
         steering_rad: log.input.clone(),
         yaw_rate_radps: log.output.clone(),
         is_validation: (0..log.len()).map(|k| recording.validation.contains(&k)).collect(),
-        yaw_rad: yaw(&log.output),
-        simulated_yaw_rad: yaw(&judged.simulated),
+        yaw_rad: log.yaw(&log.output),
+        simulated_yaw_rad: log.yaw(&judged.simulated),
         simulated_yaw_rate_radps: judged.simulated.clone(),
     }
 }

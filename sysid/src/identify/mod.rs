@@ -18,7 +18,7 @@ use crate::conversion::{ContinuousModel, to_continuous};
 use crate::dense::spectral_radius;
 use crate::model::{Innovation, StateSpace, initial_state, joined, predictor, simulate};
 use crate::refine::{Focus, Stop, refine_gain, uncertain};
-use crate::signal::{integrate, mean, standard_deviation};
+use crate::signal::{mean, standard_deviation};
 use crate::statistics::{fit_percent, independence, whiteness};
 use crate::subspace::{Conditioning, noise_model};
 use crate::{DriveLog, Error};
@@ -408,20 +408,8 @@ fn traces(log: &DriveLog, data: &Data, chosen: &Candidate) -> Result<Traces, Err
         steering_rad: log.input.clone(),
         yaw_rate_radps: log.output.clone(),
         is_validation: (0..n).map(|k| k >= split).collect(),
-        yaw_rad: yaw(log, &log.output),
-        simulated_yaw_rad: yaw(log, &simulated),
+        yaw_rad: log.yaw(&log.output),
+        simulated_yaw_rad: log.yaw(&simulated),
         simulated_yaw_rate_radps: simulated,
     })
-}
-
-/// Integral of a yaw rate; what happens in a gap is not known, so each segment starts where the last
-/// one ended.
-fn yaw(log: &DriveLog, rate: &[f64]) -> Vec<f64> {
-    let mut all: Vec<f64> = Vec::with_capacity(rate.len());
-    for stretch in &log.segments {
-        let from = all.last().copied().unwrap_or(0.0);
-        let yaw = integrate(&rate[stretch.range.clone()], log.sample_time_s);
-        all.extend(yaw.iter().map(|yaw| from + yaw));
-    }
-    all
 }

@@ -14,6 +14,7 @@ mod table;
 mod units;
 
 use crate::Error;
+use crate::signal::integrate;
 use drive::Drive;
 use formats::{ChannelSummary, SourceFile};
 use role::Role;
@@ -75,6 +76,18 @@ impl DriveLog {
             (0..s.range.len()).map(move |k| from + k as f64 * step)
         };
         self.segments.iter().flat_map(times).collect()
+    }
+
+    /// Integral of a yaw rate on the log's samples, rad; what happens in a gap is not known, so each
+    /// stretch starts where the last one ended.
+    pub(crate) fn yaw(&self, rate: &[f64]) -> Vec<f64> {
+        let mut all: Vec<f64> = Vec::with_capacity(rate.len());
+        for stretch in &self.segments {
+            let from = all.last().copied().unwrap_or(0.0);
+            let yaw = integrate(&rate[stretch.range.clone()], self.sample_time_s);
+            all.extend(yaw.iter().map(|yaw| from + yaw));
+        }
+        all
     }
 
     /// Number of samples.
