@@ -20,7 +20,7 @@ use crate::model::{Innovation, StateSpace, initial_state, joined, predictor, sim
 use crate::refine::{Focus, Stop, refine_gain, uncertain};
 use crate::signal::{mean, standard_deviation};
 use crate::statistics::{fit_percent, independence, whiteness};
-use crate::subspace::{Conditioning, noise_model};
+use crate::subspace::noise_model;
 use crate::{DriveLog, Error};
 use candidates::{Candidate, choose, initial_states, output};
 use data::{Data, Part, driving_input};
@@ -88,8 +88,8 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
     let chosen = &choice.candidates[choice.chosen];
     let mut warnings = log.warnings.clone();
     warnings.extend(delay.told.clone());
-    if let conditioning @ Conditioning::Reduced { .. } = choice.factor.conditioning {
-        warnings.push(conditioning.to_string());
+    if choice.factor.conditioning.is_reduced() {
+        warnings.push(choice.factor.conditioning.to_string());
     }
     let filter = filter(&data, &choice.factor, chosen, options.refine, &mut warnings)?;
 

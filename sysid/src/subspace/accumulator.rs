@@ -23,6 +23,17 @@ pub enum Decomposition {
     Qr,
 }
 
+impl Decomposition {
+    /// The name in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Gram => "gram",
+            Self::Qr => "qr",
+        }
+    }
+}
+
 #[derive(Debug, Clone)]
 pub(super) enum State {
     Gram(Gram),

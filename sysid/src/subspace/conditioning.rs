@@ -6,6 +6,7 @@
 //! noise make it infinite, and are no worse for that. That of the input alone says what the input
 //! excites; where it is beyond [`MOST_OF_INPUT`], the longest windows for which it is not are used.
 
+use super::accumulator::Decomposition;
 use faer::MatRef;
 
 /// Conditions of all windows up to which the Gram matrix is trusted.
@@ -13,46 +14,45 @@ pub(super) const MOST_FOR_GRAM: f64 = 1e6;
 /// Conditions of the input beyond which it is said not to excite.
 pub(super) const MOST_OF_INPUT: f64 = 1e12;
 
-/// How the factor was computed, with the estimated condition that decided it.
+/// How the factor was computed, and what of the data decided that.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
-pub enum Conditioning {
-    /// By the Gram matrix and its Cholesky factor.
-    Gram {
-        /// Condition of the windows.
-        condition: f64,
-    },
-    /// By a QR factorisation.
-    Qr {
-        /// Condition of the windows; infinite where data without noise depend on each other.
-        condition: f64,
-        /// Condition of the input's part of them.
-        input: f64,
-    },
-    /// By a QR factorisation, with a shorter horizon than was asked for since the input does not
-    /// excite the longer one.
-    Reduced {
-        /// The horizon that was asked for.
-        asked: usize,
-        /// The longest horizon that the input excites.
-        horizon: usize,
-        /// Condition of the input at the horizon that was asked for.
-        condition: f64,
-    },
+pub struct Conditioning {
+    /// Sums of the Gram matrix and their Cholesky factor, or a QR factorisation.
+    pub method: Decomposition,
+    /// Condition of the windows of the horizon used; infinite where data without noise depend on each
+    /// other.
+    pub condition: f64,
+    /// Condition of the input's part of the windows of the horizon asked for.
+    pub input_condition: f64,
+    /// The horizon that was asked for.
+    pub asked_horizon: usize,
+    /// The horizon used: the longest up to that which the input excites.
+    pub horizon: usize,
+}
+
+impl Conditioning {
+    /// Whether the input does not excite the horizon that was asked for.
+    #[must_use]
+    pub fn is_reduced(&self) -> bool {
+        self.horizon < self.asked_horizon
+    }
 }
 
 impl std::fmt::Display for Conditioning {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match *self {
-            Self::Gram { condition } => write!(f, "Gram matrix, condition {condition:.1e}"),
-            Self::Qr { condition, input } => write!(
+        let Self { method, condition, input_condition: input, asked_horizon: asked, horizon } =
+            *self;
+        match method {
+            _ if self.is_reduced() => write!(
+                f,
+                "this input does not excite {} samples of past and future (condition {input:.1e}): the horizon is reduced from {asked} to {horizon}",
+                2 * asked
+            ),
+            Decomposition::Gram => write!(f, "Gram matrix, condition {condition:.1e}"),
+            Decomposition::Qr => write!(
                 f,
                 "QR factorisation, condition {condition:.1e}, that of the input {input:.1e}"
-            ),
-            Self::Reduced { asked, horizon, condition } => write!(
-                f,
-                "this input does not excite {} samples of past and future (condition {condition:.1e}): the horizon is reduced from {asked} to {horizon}",
-                2 * asked
             ),
         }
     }

@@ -140,13 +140,8 @@ impl Factor {
         }
         let ill = |condition: f64| Error::IllConditioned { condition };
         let factor = source.cut(horizon, channels, columns).map_err(|_| ill(f64::INFINITY))?;
-        match factor.conditioning {
-            Conditioning::Gram { condition } => {
-                let worst = condition * cancellation.sqrt();
-                if worst < MOST_FOR_GRAM { Ok(factor) } else { Err(ill(worst)) }
-            }
-            _ => Ok(factor),
-        }
+        let worst = factor.conditioning.condition * cancellation.sqrt();
+        if worst < MOST_FOR_GRAM { Ok(factor) } else { Err(ill(worst)) }
     }
 
     /// The upper triangle with the variables in order of time: columns u(0), y(0), u(1), … over all
@@ -192,15 +187,17 @@ impl Source {
         order.extend(self.places(channels, future, m..m + p));
         // Conditions are those of the windows about their mean, before it is added.
         let l = self.of_deviations(&order)?;
-        let conditioning = match &self.triangle {
-            Triangle::Gram(_) => Conditioning::Gram { condition: condition(l.as_ref()) },
-            Triangle::Qr(_) if s < asked => {
-                Conditioning::Reduced { asked, horizon: s, condition: self.input_condition }
-            }
-            Triangle::Qr(_) => Conditioning::Qr {
-                condition: condition(l.as_ref()),
-                input: condition(l.get(..2 * s * m, ..2 * s * m)),
-            },
+        let method = match &self.triangle {
+            Triangle::Gram(_) => Decomposition::Gram,
+            Triangle::Qr(_) => Decomposition::Qr,
+        };
+        let of_input = || condition(l.get(..2 * s * m, ..2 * s * m));
+        let conditioning = Conditioning {
+            method,
+            condition: condition(l.as_ref()),
+            input_condition: if s < asked { self.input_condition } else { of_input() },
+            asked_horizon: asked,
+            horizon: s,
         };
         let l = self.with_mean(l, &order);
         Ok(Factor {
