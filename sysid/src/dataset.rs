@@ -4,19 +4,24 @@
 //! [`DataSet`]: one sample time, and a [`Segment`] for each stretch, each with an initial state of
 //! its own.
 
-use crate::Error;
-use faer::Mat;
+use crate::{Error, Signals};
 
 /// Samples without a gap, time along columns.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Segment {
     /// Inputs, nu by N.
-    pub u: Mat<f64>,
+    pub u: Signals,
     /// Outputs, ny by N.
-    pub y: Mat<f64>,
+    pub y: Signals,
 }
 
 impl Segment {
+    /// Inputs nu by N and outputs ny by N: matrices, or the samples of one channel.
+    #[must_use]
+    pub fn new(u: impl Into<Signals>, y: impl Into<Signals>) -> Self {
+        Self { u: u.into(), y: y.into() }
+    }
+
     /// Number of samples N.
     #[must_use]
     pub fn len(&self) -> usize {
@@ -68,22 +73,25 @@ impl DataSet {
                     y.ncols()
                 ));
             }
-            for t in 0..u.ncols() {
-                let finite = |m: &Mat<f64>| m.col(t).iter().all(|x| x.is_finite());
-                if !(finite(u) && finite(y)) {
-                    return wrong(format!("sample {t} of segment {k} is not finite"));
-                }
+            let rows = (0..nu).map(|i| u.row(i)).chain((0..ny).map(|i| y.row(i)));
+            let bad = |row: &[f64]| row.iter().position(|x| !x.is_finite());
+            if let Some(t) = rows.filter_map(bad).min() {
+                return wrong(format!("sample {t} of segment {k} is not finite"));
             }
         }
         Ok(Self { sample_time_s, segments })
     }
 
-    /// One segment.
+    /// One segment of inputs nu by N and outputs ny by N: matrices, or the samples of one channel.
     ///
     /// # Errors
     /// As [`DataSet::new`].
-    pub fn single(sample_time_s: f64, u: Mat<f64>, y: Mat<f64>) -> Result<Self, Error> {
-        Self::new(sample_time_s, vec![Segment { u, y }])
+    pub fn single(
+        sample_time_s: f64,
+        u: impl Into<Signals>,
+        y: impl Into<Signals>,
+    ) -> Result<Self, Error> {
+        Self::new(sample_time_s, vec![Segment::new(u, y)])
     }
 
     /// Sample time T, s.

@@ -125,11 +125,6 @@ pub(crate) fn column(values: &[f64]) -> Mat<f64> {
     Mat::from_fn(values.len(), 1, |i, _| values[i])
 }
 
-/// One row, as a signal with time along columns.
-pub(crate) fn row(values: &[f64]) -> Mat<f64> {
-    Mat::from_fn(1, values.len(), |_, j| values[j])
-}
-
 /// Largest relative difference in the Frobenius norm.
 pub(crate) fn relative_difference(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> f64 {
     let norm = b.norm_l2();

@@ -38,8 +38,13 @@ impl Elimination {
         let r = triangle(rows);
         let cut = self.own.min(r.nrows());
         self.above.push(r.get(..cut, ..).to_owned());
-        let rest = vcat(&[self.below.as_ref(), r.get(cut.., self.own..)]);
-        self.below = triangle(rest.as_ref());
+        self.rest(r.get(cut.., self.own..));
+    }
+
+    /// Absorbs rows of a segment in which its own unknowns have no part; columns are the shared ones
+    /// and the target.
+    pub(crate) fn rest(&mut self, rows: MatRef<'_, f64>) {
+        self.below = triangle(vcat(&[self.below.as_ref(), rows]).as_ref());
     }
 
     /// Least squares with `damping·‖column‖²` added for each shared unknown.

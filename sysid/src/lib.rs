@@ -44,9 +44,11 @@ pub mod reduction;
 pub mod refine;
 pub mod riccati;
 pub mod signal;
+mod signals;
 pub mod stability;
 pub mod statistics;
 pub mod subspace;
+mod triangle;
 
 pub use dataset::{DataSet, Segment};
 pub use error::{Error, Place};
@@ -57,5 +59,6 @@ pub use identify::{
 };
 pub use log::{DriveLog, LogFile, LogOptions, Stretch, read_drives, read_log};
 pub use model::{Innovation, StateSpace, simulate};
+pub use signals::Signals;
 pub use statistics::fit_percent;
 pub use subspace::Method;

@@ -1,9 +1,9 @@
 //! The discrete state-space model (eq 1–5) and its simulation.
 //!
-//! Signals are matrices with time along columns: `u` is nu by N, `y` is ny by N.
+//! Signals have time along columns: `u` is nu by N, `y` is ny by N.
 
-use crate::Error;
 use crate::dense::{column, eigenvalues, least_squares, spectral_radius};
+use crate::{Error, Signals};
 use faer::{Mat, MatRef};
 
 /// `x⁺ = A x + B u`, `y = C x + D u` (eq 1–2 without noise).
@@ -120,17 +120,25 @@ pub struct Innovation {
 
 /// Output of the model from the state `x0` (eq 1–2), ny by N.
 #[must_use]
-pub fn simulate(model: &StateSpace, u: MatRef<'_, f64>, x0: &[f64]) -> Mat<f64> {
+pub fn simulate(model: &StateSpace, u: MatRef<'_, f64>, x0: &[f64]) -> Signals {
+    driven(model, u.ncols(), x0, |t, v| v.iter_mut().enumerate().for_each(|(j, v)| *v = u[(j, t)]))
+}
+
+/// Output of the model from the state `x0` over `count` samples, of which `input` fills in each.
+fn driven(
+    model: &StateSpace,
+    count: usize,
+    x0: &[f64],
+    mut input: impl FnMut(usize, &mut [f64]),
+) -> Signals {
     let (n, p, m) = (model.order(), model.outputs(), model.inputs());
     let mut x = x0.to_vec();
     let mut next = vec![0.0; n];
-    let mut y = Mat::zeros(p, u.ncols());
+    let mut y = Signals::zeros(p, count);
     let [a, b, c, d] = [&model.a, &model.b, &model.c, &model.d].map(|m| rows(m.as_ref()));
     let mut now = vec![0.0; m];
-    for t in 0..u.ncols() {
-        for (j, v) in now.iter_mut().enumerate() {
-            *v = u[(j, t)];
-        }
+    for t in 0..count {
+        input(t, &mut now);
         for i in 0..p {
             y[(i, t)] = dot(&c[i * n..(i + 1) * n], &x) + dot(&d[i * m..(i + 1) * m], &now);
         }
@@ -150,8 +158,23 @@ pub fn predict(
     u: MatRef<'_, f64>,
     y: MatRef<'_, f64>,
     x0: &[f64],
-) -> Mat<f64> {
-    simulate(&predictor(model, k), joined(u, y).as_ref(), x0)
+) -> Signals {
+    predictions(&predictor(model, k), u, y, x0)
+}
+
+/// Output of a predictor, driven by inputs and outputs together.
+pub(crate) fn predictions(
+    predictor: &StateSpace,
+    u: MatRef<'_, f64>,
+    y: MatRef<'_, f64>,
+    x0: &[f64],
+) -> Signals {
+    let m = u.nrows();
+    driven(predictor, y.ncols(), x0, |t, v| {
+        for (l, v) in v.iter_mut().enumerate() {
+            *v = if l < m { u[(l, t)] } else { y[(l - m, t)] };
+        }
+    })
 }
 
 /// `x⁺ = (A − K C) x + (B − K D) u + K y`, `ŷ = C x + D u` as a system with the inputs (u, y).
@@ -166,10 +189,6 @@ pub(crate) fn predictor(model: &StateSpace, k: MatRef<'_, f64>) -> StateSpace {
     }
 }
 
-pub(crate) fn joined(u: MatRef<'_, f64>, y: MatRef<'_, f64>) -> Mat<f64> {
-    crate::dense::vcat(&[u, y])
-}
-
 /// The initial state that makes the simulation fit `y` best in the least-squares sense.
 ///
 /// # Errors
@@ -179,12 +198,32 @@ pub fn initial_state(
     u: MatRef<'_, f64>,
     y: MatRef<'_, f64>,
 ) -> Result<Vec<f64>, Error> {
-    let (n, p) = (model.order(), model.outputs());
-    // The free response of a stable model has died out after a while: more rows say nothing.
+    let count = y.ncols().min(memory(model));
+    let at_rest = vec![0.0; model.order()];
+    free_state(model, &simulate(model, u.get(.., ..count), &at_rest), y)
+}
+
+/// As [`initial_state`], of a predictor.
+pub(crate) fn predictor_state(
+    predictor: &StateSpace,
+    u: MatRef<'_, f64>,
+    y: MatRef<'_, f64>,
+) -> Result<Vec<f64>, Error> {
+    let count = y.ncols().min(memory(predictor));
+    let at_rest = vec![0.0; predictor.order()];
+    let forced = predictions(predictor, u.get(.., ..count), y.get(.., ..count), &at_rest);
+    free_state(predictor, &forced, y)
+}
+
+/// Samples until the free response of a stable model has died out: more say nothing of its start.
+fn memory(model: &StateSpace) -> usize {
     let radius = model.spectral_radius().clamp(1e-3, 1.0 - 1e-6);
-    let enough = (36.0 / -radius.ln()).ceil() as usize + 2 * n + 10;
-    let count = u.ncols().min(enough);
-    let forced = simulate(model, u.get(.., ..count), &vec![0.0; n]);
+    (36.0 / -radius.ln()).ceil() as usize + 2 * model.order() + 10
+}
+
+/// The state whose free response is what the forced one lacks of `y`.
+fn free_state(model: &StateSpace, forced: &Signals, y: MatRef<'_, f64>) -> Result<Vec<f64>, Error> {
+    let (n, p, count) = (model.order(), model.outputs(), forced.ncols());
     let free = free_response(model, count);
     let error: Vec<f64> =
         (0..p * count).map(|r| y[(r % p, r / p)] - forced[(r % p, r / p)]).collect();

@@ -5,7 +5,7 @@
 use faer::Mat;
 use sysid::closed_loop::{self, Criterion, Method, errors_in_variables};
 use sysid::subspace::{Factor, shift_realization, structured_bd, subspace};
-use sysid::{DataSet, Error, Segment, StateSpace, simulate};
+use sysid::{DataSet, Error, Segment, Signals, StateSpace, simulate};
 use sysid_evaluation::bias::{Biases, Errors};
 use sysid_evaluation::driver::Drive;
 use sysid_evaluation::{Random, markov_distance, pole_distance};
@@ -23,7 +23,7 @@ fn without_noise_both_methods_are_exact() {
             let mut drive = |x0: f64| {
                 let u = random.matrix(m, 300);
                 let y = simulate(&truth, u.as_ref(), &vec![x0; n]);
-                Segment { u, y }
+                Segment::new(u, y)
             };
             let data = DataSet::new(1.0, vec![drive(1.0), drive(-2.0)]).unwrap();
             for method in Method::ALL {
@@ -110,8 +110,7 @@ fn units_and_order_of_the_channels_do_not_matter() {
     let (_, _, data) = two_by_two(1500, 7);
     let (ku, ky) = ([1e-5, -3e3], [4e4, -2e-3]);
     let first = &data.segments()[0];
-    let change =
-        |x: &Mat<f64>, k: [f64; 2]| Mat::from_fn(2, x.ncols(), |i, t| k[i] * x[(1 - i, t)]);
+    let change = |x: &Signals, k: [f64; 2]| Mat::from_fn(2, x.ncols(), |i, t| k[i] * x[(1 - i, t)]);
     let changed = DataSet::single(1.0, change(&first.u, ku), change(&first.y, ky)).unwrap();
     for method in Method::ALL {
         let one = closed_loop::identify(&data, method, 10, 5, 3, true).unwrap();

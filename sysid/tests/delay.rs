@@ -112,7 +112,7 @@ fn scale_offset_and_segments_do_not_matter() {
     let segments = cuts.windows(2).map(|w| {
         // The levels of the stretches differ, as after a change of the sensor's zero.
         let y = moved(&y[w[0]..w[1]], 1.0, 0.01 * w[0] as f64);
-        Segment { u: row(&u[w[0]..w[1]]), y: row(&y) }
+        Segment::new(row(&u[w[0]..w[1]]), row(&y))
     });
     let cut = estimate_delay(&DataSet::new(ts, segments.collect()).unwrap()).unwrap();
     assert!((whole.seconds - cut.seconds).abs() < 0.004, "{whole:?} {cut:?}");

@@ -6,7 +6,7 @@ use faer::Mat;
 use sysid::subspace::{
     Accumulator, Decomposition, Factor, shift_realization, structured_bd, subspace,
 };
-use sysid::{DataSet, Error, Method, Segment, StateSpace, simulate};
+use sysid::{DataSet, Error, Method, Segment, Signals, StateSpace, simulate};
 use sysid_evaluation::{Random, markov_distance};
 
 /// L by its definition: all windows of all segments written out, and one QR factorisation.
@@ -15,7 +15,7 @@ fn written_out(segments: &[Segment], s: usize) -> Mat<f64> {
     for segment in segments {
         let (u, y) = (&segment.u, &segment.y);
         for t in 0..(segment.len() + 1).saturating_sub(2 * s) {
-            let rows = |m: &Mat<f64>, from: usize| -> Vec<f64> {
+            let rows = |m: &Signals, from: usize| -> Vec<f64> {
                 (from..from + s)
                     .flat_map(|lag| (0..m.nrows()).map(move |c| (c, t + lag)))
                     .map(|(c, t)| m[(c, t)])
@@ -49,11 +49,11 @@ fn drive(random: &mut Random, (m, p): (usize, usize), count: usize, noise: f64) 
     let u = random.matrix(m, count);
     let e = random.matrix(p, count);
     let y = simulate(&truth, u.as_ref(), &[0.5; 3]);
-    Segment { y: Mat::from_fn(p, count, |i, t| y[(i, t)] + noise * e[(i, t)]), u }
+    Segment::new(u, Mat::from_fn(p, count, |i, t| y[(i, t)] + noise * e[(i, t)]))
 }
 
-fn moved(m: &Mat<f64>, scale: f64, offset: f64) -> Mat<f64> {
-    Mat::from_fn(m.nrows(), m.ncols(), |i, t| scale * m[(i, t)] + offset)
+fn moved(m: &Signals, scale: f64, offset: f64) -> Signals {
+    Signals::from_fn(m.nrows(), m.ncols(), |i, t| scale * m[(i, t)] + offset)
 }
 
 #[test]
@@ -104,8 +104,7 @@ fn a_smaller_horizon_is_cut_from_the_same_windows() {
     for kind in [Decomposition::Gram, Decomposition::Qr] {
         let cut = Factor::by(kind, &data, 9).unwrap().with_horizon(5).unwrap();
         // The windows of 18 samples leave out 4 samples on both sides of those of 10.
-        let inner = |m: &Mat<f64>| m.get(.., 4..896).to_owned();
-        let inner = Segment { u: inner(&segment.u), y: inner(&segment.y) };
+        let inner = Segment::new(segment.u.columns(4..896), segment.y.columns(4..896));
         let error = distance(&cut.l, &written_out(&[inner], 5));
         assert!(error < 1e-12, "{kind:?}: {error:e}");
     }
@@ -116,7 +115,7 @@ fn absorb(kind: Decomposition, s: usize, segment: &Segment, chunk: usize) -> Acc
     let mut start = 0;
     while start < segment.len() {
         let end = (start + chunk).min(segment.len());
-        sums.push(segment.u.get(.., start..end), segment.y.get(.., start..end)).unwrap();
+        sums.push(segment.u.columns(start..end), segment.y.columns(start..end)).unwrap();
         start = end;
     }
     sums
@@ -145,7 +144,7 @@ fn merged_states_are_one_pass() {
         .enumerate()
         .map(|(k, count)| {
             let d = drive(&mut random, (1, 1), count, 0.1);
-            Segment { u: moved(&d.u, 1.0, k as f64), y: moved(&d.y, 1.0, -3.0 * k as f64) }
+            Segment::new(moved(&d.u, 1.0, k as f64), moved(&d.y, 1.0, -3.0 * k as f64))
         })
         .collect();
     let s = 7;
@@ -172,9 +171,8 @@ fn one_log_on_two_machines_is_one_pass_where_the_parts_overlap() {
     let mut random = Random(16);
     let segment = drive(&mut random, (1, 1), 3000, 0.1);
     let s = 10;
-    let part = |from: usize, to: usize| Segment {
-        u: segment.u.get(.., from..to).to_owned(),
-        y: segment.y.get(.., from..to).to_owned(),
+    let part = |from: usize, to: usize| {
+        Segment::new(segment.u.columns(from..to), segment.y.columns(from..to))
     };
     for kind in [Decomposition::Gram, Decomposition::Qr] {
         let mut merged = absorb(kind, s, &part(0, 1700), 512);
@@ -244,19 +242,21 @@ fn offsets_and_units_cost_no_digits() {
         .about_mean()
         .unwrap();
     for (scale, offset) in [(1.0, 1e6), (1e-9, 0.0), (1e9, 0.0), (1e-9, 1e-3), (1e9, -1e15)] {
-        let other =
-            Segment { u: moved(&plain.u, scale, offset), y: moved(&plain.y, scale, offset) };
+        let other = Segment::new(moved(&plain.u, scale, offset), moved(&plain.y, scale, offset));
         // What adding the offset has rounded away is gone from the data.
         let lost = 1e-15 * offset.abs() / scale;
         let data = DataSet::new(1.0, vec![other.clone()]).unwrap();
         for kind in [Decomposition::Gram, Decomposition::Qr] {
             let factor = Factor::by(kind, &data, 12).unwrap();
             let l = factor.about_mean().unwrap().l;
-            let error = distance(&moved(&l, 1.0 / scale, 0.0), &expected.l);
+            let error = distance(
+                &Mat::from_fn(l.nrows(), l.ncols(), |i, j| l[(i, j)] / scale),
+                &expected.l,
+            );
             assert!(error < 1e-12 + 10.0 * lost, "{kind:?} {scale:e} {offset:e}: {error:e}");
             // With the offset, the factor is still that of the data as they are.
             let squares = |m: &Mat<f64>| (m * m.transpose())[(0, 0)];
-            let u = other.u.get(.., 12..4000 - 11);
+            let u = other.u.columns(12..4000 - 11);
             let mean_square = u.squared_norm_l2() / u.ncols() as f64;
             assert!((squares(&factor.l) / mean_square - 1.0).abs() < 1e-12, "{kind:?}");
         }
@@ -269,7 +269,7 @@ fn constants_on_noise_free_signals_leave_the_model_exact() {
     let truth = StateSpace { d: Mat::zeros(1, 1), ..random.system(3, 1, 1) };
     let u = random.matrix(1, 500);
     let y = simulate(&truth, u.as_ref(), &[1.0; 3]);
-    let data = DataSet::single(1.0, moved(&u, 1.0, 20.0), moved(&y, 1.0, -7.0)).unwrap();
+    let data = DataSet::single(1.0, moved(&u.into(), 1.0, 20.0), moved(&y, 1.0, -7.0)).unwrap();
     let factor = Factor::new(&data, 8).unwrap().about_mean().unwrap();
     assert_eq!(factor.conditioning.method, Decomposition::Qr);
     let sub = subspace(&factor, Method::Moesp).unwrap();

@@ -8,13 +8,13 @@ use sysid::subspace::{
     Factor, Projections, eq12, noise_model, refit_output, shift_realization, structured_bd,
     subspace,
 };
-use sysid::{DataSet, Method, Segment, StateSpace, simulate};
+use sysid::{DataSet, Method, Segment, Signals, StateSpace, simulate};
 use sysid_evaluation::{Random, markov_distance, pole_distance};
 
 const SHAPES: [(usize, usize, usize); 6] =
     [(1, 1, 1), (2, 1, 1), (4, 1, 1), (3, 2, 1), (4, 1, 2), (5, 2, 3)];
 
-fn estimate(u: &Mat<f64>, y: &Mat<f64>, n: usize, method: Method, d: bool) -> [StateSpace; 3] {
+fn estimate(u: &Mat<f64>, y: &Signals, n: usize, method: Method, d: bool) -> [StateSpace; 3] {
     let data = DataSet::single(1.0, u.clone(), y.clone()).unwrap();
     let factor = Factor::new(&data, n + 3).unwrap();
     let sub = subspace(&factor, method).unwrap();
@@ -64,10 +64,10 @@ fn units_of_the_signals_do_not_matter() {
         let noise = random.matrix(1, 800);
         let y = simulate(&truth, u.as_ref(), &[0.0; 3]);
         let y = Mat::from_fn(1, 800, |_, t| y[(0, t)] + 0.1 * noise[(0, t)]);
-        let one = &estimate(&u, &y, 3, method, false)[0];
+        let one = &estimate(&u, &y.clone().into(), 3, method, false)[0];
         let (ku, ky) = (1e-5, 3e4);
         let scaled = |m: &Mat<f64>, k: f64| Mat::from_fn(1, 800, |_, t| k * m[(0, t)]);
-        let two = &estimate(&scaled(&u, ku), &scaled(&y, ky), 3, method, false)[0];
+        let two = &estimate(&scaled(&u, ku), &scaled(&y, ky).into(), 3, method, false)[0];
         let back = StateSpace {
             b: Mat::from_fn(3, 1, |i, _| two.b[(i, 0)] * ku),
             c: Mat::from_fn(1, 3, |_, j| two.c[(0, j)] / ky),
@@ -79,7 +79,7 @@ fn units_of_the_signals_do_not_matter() {
 }
 
 /// A simulation in innovation form with the noise `e`, 1 by N.
-fn innovation_form(m: &StateSpace, k: &Mat<f64>, u: &Mat<f64>, e: &Mat<f64>) -> Mat<f64> {
+fn innovation_form(m: &StateSpace, k: &Mat<f64>, u: &Mat<f64>, e: &Mat<f64>) -> Signals {
     let n = m.order();
     let joined = Mat::from_fn(2, u.ncols(), |i, t| if i == 0 { u[(0, t)] } else { e[(0, t)] });
     let both = StateSpace {
@@ -147,7 +147,7 @@ fn refinement_reaches_the_optimum_from_a_distance() {
     let markov = markov_distance(&truth, &model, 30);
     assert!(markov < 1e-8, "{markov:e}");
     let error = &y - simulate(&model, u.as_ref(), &x0[0]);
-    assert!(error.norm_max() < 1e-8);
+    assert!(error.as_ref().norm_max() < 1e-8);
 }
 
 /// The same drive in three pieces, each from a state of its own.
@@ -160,7 +160,7 @@ fn segments_are_no_continuation_of_each_other() {
         .map(|count| {
             let u = random.matrix(1, count);
             let x0: Vec<f64> = (0..3).map(|_| 3.0 * random.normal()).collect();
-            Segment { y: simulate(&truth, u.as_ref(), &x0), u }
+            Segment::new(&u, simulate(&truth, u.as_ref(), &x0))
         })
         .collect();
     let data = DataSet::new(1.0, segments.clone()).unwrap();
@@ -170,7 +170,7 @@ fn segments_are_no_continuation_of_each_other() {
     assert!(markov_distance(&truth, &refit.model, 30) < 1e-9);
     for (segment, x0) in segments.iter().zip(&refit.x0) {
         let error = &segment.y - simulate(&refit.model, segment.u.as_ref(), x0);
-        assert!(error.norm_max() < 1e-8);
+        assert!(error.as_ref().norm_max() < 1e-8);
     }
     // From wrong parameters the refinement finds all of it again.
     let start =

@@ -39,7 +39,7 @@ fn driven(of: &Innovation, u: &Mat<f64>, e: &Mat<f64>) -> Mat<f64> {
     };
     let signals =
         Mat::from_fn(m + p, u.ncols(), |i, t| if i < m { u[(i, t)] } else { e[(i - m, t)] });
-    simulate(&both, signals.as_ref(), &vec![0.0; of.model.order()])
+    simulate(&both, signals.as_ref(), &vec![0.0; of.model.order()]).as_ref().to_owned()
 }
 
 fn refined(start: &Innovation, data: &DataSet, focus: Focus) -> Refined {
@@ -188,7 +188,7 @@ fn without_noise_it_is_exact() {
             .map(|count| {
                 let u = random.matrix(m, count);
                 let x0: Vec<f64> = (0..n).map(|_| random.normal()).collect();
-                Segment { y: simulate(&truth, u.as_ref(), &x0), u }
+                Segment::new(&u, simulate(&truth, u.as_ref(), &x0))
             })
             .collect();
         let data = DataSet::new(1.0, segments).unwrap();

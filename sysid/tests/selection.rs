@@ -4,7 +4,8 @@
 
 use faer::Mat;
 use sysid::{
-    Automatic, DataSet, Detrend, Error, IdentifyOptions, Segment, StateSpace, automatic, simulate,
+    Automatic, DataSet, Detrend, Error, IdentifyOptions, Segment, Signals, StateSpace, automatic,
+    simulate,
 };
 use sysid_evaluation::{Experiment, Random, halves, response_distance};
 
@@ -57,7 +58,7 @@ fn coloured(samples: usize, seed: u64) -> (StateSpace, DataSet) {
     };
     let (u, e) = (low_pass(&white, 0.9), low_pass(&noise, 0.95));
     let clean = simulate(&truth, u.as_ref(), &[0.0; 2]);
-    let size = 0.3 * clean.norm_l2() / e.norm_l2();
+    let size = 0.3 * clean.as_ref().norm_l2() / e.norm_l2();
     let y = Mat::from_fn(1, samples, |_, t| clean[(0, t)] + size * e[(0, t)] + 7.0);
     (truth, DataSet::single(0.05, u, y).unwrap())
 }
@@ -95,7 +96,7 @@ fn units_offsets_and_the_order_of_channels_do_not_matter() {
     let truth = random.system(3, 2, 2);
     let (u, noise) = (random.matrix(2, 1200), random.matrix(2, 1200));
     let clean = simulate(&truth, u.as_ref(), &[0.0; 3]);
-    let y = &clean + Mat::from_fn(2, 1200, |i, t| 0.1 * noise[(i, t)]);
+    let y = clean.as_ref() + Mat::from_fn(2, 1200, |i, t| 0.1 * noise[(i, t)]);
     let plain = DataSet::single(1.0, u.clone(), y.clone()).unwrap();
     let (ku, ly) = ([1e-4, 3e3], [1e5, 0.02]);
     let other = DataSet::single(
@@ -162,7 +163,7 @@ fn hard_data_give_stable_models_in_every_setting() {
     assert!(stabilised > 0, "the data were meant to mislead");
 }
 
-fn single(u: Mat<f64>, y: Mat<f64>) -> Result<DataSet, Error> {
+fn single(u: impl Into<Signals>, y: impl Into<Signals>) -> Result<DataSet, Error> {
     DataSet::single(1.0, u, y)
 }
 
@@ -197,7 +198,7 @@ fn hostile_inputs_are_errors_that_say_what_to_do() {
         &auto,
     );
     assert!(matches!(shapes, Err(Error::Data { .. })));
-    let uneven = DataSet::new(1.0, vec![Segment { u: u.clone(), y: y.get(.., ..9).to_owned() }]);
+    let uneven = DataSet::new(1.0, vec![Segment::new(u.clone(), y.get(.., ..9).to_owned())]);
     assert!(matches!(uneven, Err(Error::Data { .. })));
 }
 

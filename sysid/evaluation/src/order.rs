@@ -4,7 +4,7 @@ use crate::Random;
 use faer::Mat;
 use sysid::reduction::balanced;
 use sysid::refine::{Stop, refine_output_error};
-use sysid::{DataSet, StateSpace, simulate};
+use sysid::{DataSet, Signals, StateSpace, simulate};
 
 /// A system with its input and outputs, one of each, from rest.
 #[derive(Debug, Clone)]
@@ -12,11 +12,11 @@ pub struct Experiment {
     /// What made the data.
     pub truth: StateSpace,
     /// Input, 1 by N: white, standard normal.
-    pub u: Mat<f64>,
+    pub u: Signals,
     /// Output without noise.
-    pub clean: Mat<f64>,
+    pub clean: Signals,
     /// Output with white noise.
-    pub noisy: Mat<f64>,
+    pub noisy: Signals,
 }
 
 impl Experiment {
@@ -33,11 +33,11 @@ impl Experiment {
         if !feedthrough {
             truth.d = Mat::zeros(1, 1);
         }
-        let u = random.matrix(1, samples);
+        let u = Signals::from(random.matrix(1, samples));
         let clean = simulate(&truth, u.as_ref(), &vec![0.0; order]);
         let size = rms(&clean) * 10f64.powf(-snr_db / 20.0);
         let noise = random.matrix(1, samples);
-        let noisy = Mat::from_fn(1, samples, |_, t| clean[(0, t)] + size * noise[(0, t)]);
+        let noisy = Signals::from_fn(1, samples, |_, t| clean[(0, t)] + size * noise[(0, t)]);
         Self { truth, u, clean, noisy }
     }
 
@@ -67,7 +67,7 @@ impl Experiment {
             if n == 1 {
                 // Without a state only the direct gain is left.
                 let gain = if feedthrough { projected_gain(&self.u, &self.clean) } else { 0.0 };
-                let rest = Mat::from_fn(1, self.u.ncols(), |_, t| {
+                let rest = Signals::from_fn(1, self.u.ncols(), |_, t| {
                     self.clean[(0, t)] - gain * self.u[(0, t)]
                 });
                 return rms(&rest) / size;
@@ -97,11 +97,11 @@ impl Experiment {
 }
 
 /// Root mean square over all samples.
-fn rms(m: &Mat<f64>) -> f64 {
-    (m.squared_norm_l2() / (m.nrows() * m.ncols()) as f64).sqrt()
+fn rms(m: &Signals) -> f64 {
+    (m.as_ref().squared_norm_l2() / m.values().len() as f64).sqrt()
 }
 
-fn projected_gain(u: &Mat<f64>, y: &Mat<f64>) -> f64 {
+fn projected_gain(u: &Signals, y: &Signals) -> f64 {
     let both: f64 = (0..u.ncols()).map(|t| u[(0, t)] * y[(0, t)]).sum();
-    both / u.squared_norm_l2()
+    both / u.as_ref().squared_norm_l2()
 }

@@ -1,22 +1,19 @@
 //! Recorded data from CSV files, and their halves.
 
-use faer::Mat;
 use std::path::Path;
-use sysid::{DataSet, Error, Segment};
+use sysid::{DataSet, Error, Segment, Signals};
 
 /// The first and the second half of each segment.
 ///
 /// # Errors
 /// [`Error::Data`] where a segment has one sample only.
 pub fn halves(data: &DataSet) -> Result<[DataSet; 2], Error> {
-    let part = |m: &Mat<f64>, second: bool| {
-        let half = m.ncols() / 2;
-        let (from, to) = if second { (half, m.ncols()) } else { (0, half) };
-        m.get(.., from..to).to_owned()
-    };
     let of = |second: bool| {
-        let segments = data.segments().iter();
-        let cut = segments.map(|s| Segment { u: part(&s.u, second), y: part(&s.y, second) });
+        let cut = data.segments().iter().map(|s| {
+            let half = s.len() / 2;
+            let range = if second { half..s.len() } else { 0..half };
+            Segment::new(s.u.columns(range.clone()), s.y.columns(range))
+        });
         DataSet::new(data.sample_time_s(), cut.collect())
     };
     Ok([of(false)?, of(true)?])
@@ -38,12 +35,12 @@ pub fn recording(
     let rows = lines
         .map(|l| l.split(',').map(|x| x.trim().parse::<f64>().map_err(|e| e.to_string())).collect())
         .collect::<Result<Vec<Vec<f64>>, String>>()?;
-    let signals = |names: &[&str]| -> Result<Mat<f64>, String> {
+    let signals = |names: &[&str]| -> Result<Signals, String> {
         let columns = names
             .iter()
             .map(|n| header.iter().position(|h| h == n).ok_or(format!("no column {n}")))
             .collect::<Result<Vec<_>, _>>()?;
-        Ok(Mat::from_fn(names.len(), rows.len(), |i, t| {
+        Ok(Signals::from_fn(names.len(), rows.len(), |i, t| {
             rows[t].get(columns[i]).map_or(f64::NAN, |x| *x)
         }))
     };

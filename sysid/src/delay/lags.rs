@@ -6,7 +6,7 @@
 //! So the lag sums of the first block row give the whole matrix exactly (covariance method).
 
 use crate::Error;
-use crate::signal::mean;
+use crate::signal::{dot, mean};
 use crate::{DataSet, dense};
 use faer::{Mat, Side};
 
@@ -55,19 +55,6 @@ impl Gram {
     }
 }
 
-/// Eight sums side by side, which a compiler makes vectors of.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 8];
-    let (a8, b8) = (a.chunks_exact(8), b.chunks_exact(8));
-    let rest: f64 = a8.remainder().iter().zip(b8.remainder()).map(|(x, y)| x * y).sum();
-    for (x, y) in a8.zip(b8) {
-        for (s, (x, y)) in sums.iter_mut().zip(x.iter().zip(y)) {
-            *s += x * y;
-        }
-    }
-    sums.iter().sum::<f64>() + rest
-}
-
 /// What impulse responses of `lags` samples are judged by: the squared error of
 /// `y_f(t) − Σ g_k u_f(t−k)` is `least + ‖target − factor·g‖²`, where y_f and u_f are the signals
 /// whitened by the denominator of a long ARX model.
@@ -88,12 +75,11 @@ impl Quadratic {
             .segments()
             .iter()
             .map(|s| {
-                let signal = |m: &Mat<f64>| -> Vec<f64> {
-                    let x: Vec<f64> = (0..s.len()).map(|t| m[(0, t)]).collect();
-                    let middle = mean(&x);
-                    x.into_iter().map(|x| x - middle).collect()
+                let signal = |x: &[f64]| -> Vec<f64> {
+                    let middle = mean(x);
+                    x.iter().map(|x| x - middle).collect()
                 };
-                Pair { y: signal(&s.y), u: signal(&s.u) }
+                Pair { y: signal(s.y.row(0)), u: signal(s.u.row(0)) }
             })
             .collect();
         let denominator = denominator(&pairs, lags)?;

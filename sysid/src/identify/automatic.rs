@@ -5,8 +5,7 @@ use super::level::level;
 use super::order::{errors, fit};
 use super::{Approach, Detrend, IdentifyOptions};
 use crate::model::{StateSpace, initial_state};
-use crate::{DataSet, Error, Segment};
-use faer::Mat;
+use crate::{DataSet, Error, Segment, Signals};
 
 /// A model chosen by [`automatic`], in the units of its data.
 #[derive(Debug, Clone, PartialEq)]
@@ -92,9 +91,10 @@ pub fn automatic(
     let errors = errors(&chosen.model, &x0, &judged);
     let validation_fits = (0..judged.outputs())
         .map(|i| {
-            let row = |m: &Mat<f64>| Mat::from_fn(1, m.ncols(), |_, t| m[(i, t)]);
+            let row = |m: &Signals| Signals::from(m.row(i).to_vec());
             let segments = judged.segments().iter();
-            let one = segments.map(|s| Segment { u: s.u.clone(), y: row(&s.y) }).collect();
+            let one = segments.map(|s| Segment::new(Signals::zeros(0, s.len()), row(&s.y)));
+            let one = one.collect();
             let errors = errors.iter().map(row).collect();
             Ok(fit(&DataSet::new(judged.sample_time_s(), one)?, &errors))
         })
@@ -136,7 +136,7 @@ struct Unit {
 
 impl Units {
     fn of(data: &DataSet, remove_means: bool) -> Result<Self, Error> {
-        let unit = |signal: fn(&Segment) -> &Mat<f64>, count: usize, what: &str| {
+        let unit = |signal: fn(&Segment) -> &Signals, count: usize, what: &str| {
             let (mut means, mut scales) = (Vec::new(), Vec::new());
             for i in 0..count {
                 let all: Vec<f64> =
@@ -170,13 +170,13 @@ impl Units {
     }
 
     fn scaled(&self, data: &DataSet) -> Result<DataSet, Error> {
-        let apply = |m: &Mat<f64>, by: &Unit| {
-            Mat::from_fn(m.nrows(), m.ncols(), |i, t| (m[(i, t)] - by.means[i]) / by.scales[i])
+        let apply = |m: &Signals, by: &Unit| {
+            Signals::from_fn(m.nrows(), m.ncols(), |i, t| (m[(i, t)] - by.means[i]) / by.scales[i])
         };
         let segments = data
             .segments()
             .iter()
-            .map(|s| Segment { u: apply(&s.u, &self.input), y: apply(&s.y, &self.output) });
+            .map(|s| Segment::new(apply(&s.u, &self.input), apply(&s.y, &self.output)));
         DataSet::new(data.sample_time_s(), segments.collect())
     }
 }

@@ -373,8 +373,7 @@ fn simulated_states(model: &StateSpace, data: &DataSet) -> Result<Vec<Vec<f64>>,
 pub(crate) fn output(model: &StateSpace, part: &Part, x0: &[Vec<f64>]) -> Vec<f64> {
     let mut all = Vec::with_capacity(part.len());
     for (segment, x0) in part.data.segments().iter().zip(x0) {
-        let y = simulate(model, segment.u.as_ref(), x0);
-        all.extend((0..y.ncols()).map(|t| y[(0, t)]));
+        all.extend(simulate(model, segment.u.as_ref(), x0).row(0));
     }
     all
 }

@@ -10,7 +10,6 @@
 
 use super::level::level;
 use super::{Detrend, IdentifyOptions};
-use crate::dense::row;
 use crate::signal::{mean, standard_deviation};
 use crate::{DataSet, DriveLog, Error, Segment};
 use formats::InputKind;
@@ -71,7 +70,7 @@ impl Part {
             .iter()
             .map(|s| within(&s.range))
             .filter(|s| !s.is_empty())
-            .map(|s| Segment { u: row(&u[s.clone()]), y: row(&y[s]) })
+            .map(|s| Segment::new(u[s.clone()].to_vec(), y[s].to_vec()))
             .collect();
         let data = DataSet::new(log.sample_time_s, segments)?;
         Ok(Self { data, output: y[range.clone()].to_vec() })

@@ -16,7 +16,7 @@ mod starts;
 use crate::closed_loop::Feedback;
 use crate::conversion::{ContinuousModel, to_continuous};
 use crate::dense::spectral_radius;
-use crate::model::{Innovation, StateSpace, initial_state, joined, predictor, simulate};
+use crate::model::{Innovation, StateSpace, predictions, predictor, predictor_state};
 use crate::refine::{Focus, Stop, refine_gain, uncertain};
 use crate::signal::{mean, standard_deviation};
 use crate::statistics::{fit_percent, independence, whiteness};
@@ -311,10 +311,9 @@ fn one_step(model: &StateSpace, gain: MatRef<'_, f64>, part: &Part) -> Result<Ve
     let predictor = predictor(model, gain);
     let mut all = Vec::with_capacity(part.len());
     for segment in part.data.segments() {
-        let uy = joined(segment.u.as_ref(), segment.y.as_ref());
-        let x0 = initial_state(&predictor, uy.as_ref(), segment.y.as_ref())?;
-        let y_hat = simulate(&predictor, uy.as_ref(), &x0);
-        all.extend((0..y_hat.ncols()).map(|t| y_hat[(0, t)]));
+        let (u, y) = (segment.u.as_ref(), segment.y.as_ref());
+        let x0 = predictor_state(&predictor, u, y)?;
+        all.extend(predictions(&predictor, u, y, &x0).row(0));
     }
     Ok(all)
 }

@@ -28,13 +28,12 @@
 //! Simulation errors rather than prediction errors: a disturbance's own dynamics would count as states
 //! of the plant in these.
 
-use crate::DataSet;
 use crate::model::{StateSpace, simulate};
-use crate::signal::mean;
-use faer::Mat;
+use crate::signal::{dot, mean};
+use crate::{DataSet, Signals};
 
 /// Errors of the simulation, ny by N of each segment.
-pub(crate) type Errors = Vec<Mat<f64>>;
+pub(crate) type Errors = Vec<Signals>;
 
 /// `y − ŷ` of each segment from its initial state.
 pub(crate) fn errors(model: &StateSpace, x0: &[Vec<f64>], data: &DataSet) -> Errors {
@@ -44,16 +43,20 @@ pub(crate) fn errors(model: &StateSpace, x0: &[Vec<f64>], data: &DataSet) -> Err
 
 /// Sum of squares over samples and outputs.
 pub(crate) fn sum_of_squares(errors: &Errors) -> f64 {
-    errors.iter().map(|e| e.squared_norm_l2()).sum()
+    errors.iter().map(|e| squares(e.values())).sum()
+}
+
+fn squares(x: &[f64]) -> f64 {
+    dot(x, x)
 }
 
 /// Σ_i ln V_i over the outputs; ∞ where an error is not finite.
 pub(crate) fn log_square(errors: &Errors) -> f64 {
-    let outputs = errors.first().map_or(0, Mat::nrows);
-    let samples: usize = errors.iter().map(Mat::ncols).sum();
+    let outputs = errors.first().map_or(0, Signals::nrows);
+    let samples: usize = errors.iter().map(Signals::ncols).sum();
     (0..outputs)
         .map(|i| {
-            let sum: f64 = errors.iter().map(|e| e.row(i).squared_norm_l2()).sum();
+            let sum: f64 = errors.iter().map(|e| squares(e.row(i))).sum();
             if sum.is_finite() {
                 (sum / samples.max(1) as f64).max(1e-300).ln()
             } else {
@@ -85,17 +88,16 @@ pub(crate) fn effective_samples(data: &DataSet, errors: &Errors) -> f64 {
 
 /// Autocorrelation of all rows together at lags from 0 up to √N.
 fn autocorrelation(signals: &Errors) -> Vec<f64> {
-    let samples: usize = signals.iter().map(Mat::ncols).sum();
+    let samples: usize = signals.iter().map(Signals::ncols).sum();
     let lags = (samples as f64).sqrt().ceil().max(1.0) as usize;
     let mut r = vec![0.0; lags];
     for signal in signals {
         for i in 0..signal.nrows() {
-            let x: Vec<f64> = (0..signal.ncols()).map(|t| signal[(i, t)]).collect();
-            let m = mean(&x);
-            let x: Vec<f64> = x.iter().map(|v| v - m).collect();
+            let m = mean(signal.row(i));
+            let x: Vec<f64> = signal.row(i).iter().map(|v| v - m).collect();
             for (k, r) in r.iter_mut().enumerate() {
                 let later = x.get(k..).unwrap_or_default();
-                *r += x.iter().zip(later).map(|(a, b)| a * b).sum::<f64>();
+                *r += dot(&x[..later.len()], later);
             }
         }
     }

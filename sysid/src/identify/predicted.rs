@@ -9,7 +9,7 @@ use super::IdentifyOptions;
 use super::candidates::{Candidate, Filtered};
 use super::order::{Errors, sum_of_squares};
 use crate::closed_loop::{Criterion, Decomposition, Method, decompose, factor, past_horizon};
-use crate::model::{Innovation, StateSpace, initial_state, joined, predictor, simulate};
+use crate::model::{Innovation, StateSpace, predictions, predictor, predictor_state};
 use crate::stability::largest_radius;
 use crate::subspace::{Factor, Realization};
 use crate::{DataSet, Error};
@@ -123,19 +123,14 @@ impl<'a> Predicted<'a> {
 /// The states of a predictor at the beginning of each segment.
 fn states(predictor: &StateSpace, data: &DataSet) -> Result<Vec<Vec<f64>>, Error> {
     let segments = data.segments().iter();
-    segments
-        .map(|s| {
-            let uy = joined(s.u.as_ref(), s.y.as_ref());
-            initial_state(predictor, uy.as_ref(), s.y.as_ref())
-        })
-        .collect()
+    segments.map(|s| predictor_state(predictor, s.u.as_ref(), s.y.as_ref())).collect()
 }
 
 /// What a predictor misses of each segment.
 pub(super) fn prediction_errors(predictor: &StateSpace, x0: &[Vec<f64>], data: &DataSet) -> Errors {
     let segments = data.segments().iter().zip(x0);
     let of = |(s, x0): (&crate::Segment, &Vec<f64>)| {
-        &s.y - simulate(predictor, joined(s.u.as_ref(), s.y.as_ref()).as_ref(), x0)
+        &s.y - predictions(predictor, s.u.as_ref(), s.y.as_ref(), x0)
     };
     segments.map(of).collect()
 }

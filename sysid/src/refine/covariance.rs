@@ -19,11 +19,11 @@ use super::rows::{Drive, Sensitivities};
 use super::search::{
     Linearised, Point, each_error, error_covariance, linearise, times, weigh, weight,
 };
-use super::triangle::Triangle;
 use super::uncertain::Uncertain;
 use super::{Focus, moving_inputs};
 use crate::dense::{hcat, least_squares, solve, svd, triangle};
 use crate::model::{Innovation, StateSpace, predictor};
+use crate::triangle::Triangle;
 use crate::{DataSet, Error};
 use faer::Mat;
 

@@ -3,9 +3,9 @@
 use super::Stop;
 use super::rows::Drive;
 use super::search::{Point, criterion, damped_step, each_error, error_covariance, weigh, weight};
-use super::triangle::Triangle;
 use crate::dense::spectral_radius;
 use crate::model::{StateSpace, dot, predictor, rows};
+use crate::triangle::Triangle;
 use crate::{DataSet, Error};
 use faer::{Mat, MatRef};
 

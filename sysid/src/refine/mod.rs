@@ -28,7 +28,6 @@ mod rows;
 mod search;
 #[cfg(test)]
 mod tests;
-mod triangle;
 mod uncertain;
 
 use crate::dense::spectral_radius;

@@ -12,11 +12,11 @@
 use super::Stop;
 use super::coordinates::Coordinates;
 use super::rows::{Columns, Drive, Sensitivities};
-use super::triangle::Triangle;
 use crate::Error;
 use crate::dataset::{DataSet, Segment};
 use crate::dense::{identity, is_finite, least_squares, spectral_radius, vcat};
 use crate::model::StateSpace;
+use crate::triangle::Triangle;
 use faer::{Mat, MatRef, Side};
 
 /// The model driven by `drive` with an initial state for each segment.

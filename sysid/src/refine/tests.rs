@@ -39,7 +39,7 @@ fn derivatives_are_those_of_finite_differences() {
     const STEP: f64 = 1e-6;
     for (n, m, p) in [(1, 1, 1), (3, 1, 1), (4, 2, 1), (3, 1, 2), (5, 2, 3)] {
         for drive in [Drive::Inputs, Drive::InputsAndOutputs] {
-            let segment = Segment { u: numbers(m, COUNT, 5), y: numbers(p, COUNT, 6) };
+            let segment = Segment::new(numbers(m, COUNT, 5), numbers(p, COUNT, 6));
             let width = drive.width(m, p);
             let moving: Vec<bool> = (0..width).map(|l| l < m).collect();
             let weight = Mat::from_fn(p, p, |i, j| if i >= j { 1.0 + (i + j) as f64 } else { 0.0 });

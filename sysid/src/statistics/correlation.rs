@@ -11,6 +11,7 @@
 
 use super::{Z995, test};
 use crate::dense::{column, solve};
+use crate::signal::dot;
 use faer::Mat;
 use formats::ResidualTest;
 
@@ -36,7 +37,7 @@ fn covariance(a: &[Vec<f64>], b: &[Vec<f64>], k: i64) -> f64 {
         if shift < n {
             let (early, late) =
                 if k >= 0 { (&a[..n], &b[shift..n]) } else { (&b[..n], &a[shift..n]) };
-            sum += early.iter().zip(late).map(|(x, y)| x * y).sum::<f64>();
+            sum += dot(&early[..late.len()], late);
         }
     }
     if count > 0 { sum / count as f64 } else { 0.0 }

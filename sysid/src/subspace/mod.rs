@@ -18,8 +18,11 @@ mod conditioning;
 mod factor;
 mod gram;
 mod lags;
+mod noise;
 mod realization;
+mod refit;
 mod state;
+mod structured;
 mod tall;
 mod weights;
 
@@ -27,8 +30,8 @@ pub use accumulator::{Accumulator, Decomposition};
 pub use conditioning::Conditioning;
 pub use factor::Factor;
 use factor::Triangle;
-pub use realization::{
-    NoiseModel, Projections, Realization, Refit, eq12, noise_model, refit_output,
-    shift_realization, stable_eq12, structured_bd,
-};
+pub use noise::{NoiseModel, noise_model};
+pub use realization::{Projections, Realization, eq12, shift_realization, stable_eq12};
+pub use refit::{Refit, refit_output};
+pub use structured::structured_bd;
 pub use weights::{Method, Subspace, subspace};

@@ -173,7 +173,7 @@ fn halves(name: &str, path: &Path, orders: &[usize]) -> Result<(), Box<dyn std::
                 let x0 = initial_state(&model, u.as_ref(), y.as_ref())?;
                 let simulated = simulate(&model, u.as_ref(), &x0);
                 let list = |m: &Mat<f64>| (0..m.ncols()).map(|t| m[(0, t)]).collect::<Vec<_>>();
-                fit_percent(&list(&y), &list(&simulated))
+                fit_percent(&list(&y), simulated.row(0))
             } else {
                 f64::NEG_INFINITY
             };

@@ -9,7 +9,7 @@
 //! Then the time that one step takes and what the search needs of memory, at growing length.
 #![allow(clippy::print_stdout)]
 
-use faer::Mat;
+use faer::{Mat, MatRef};
 use std::io::Write;
 use std::process::{Command, Stdio};
 use std::time::Instant;
@@ -213,14 +213,15 @@ fn theirs(
     focus: Focus,
 ) -> Result<(f64, Vec<Row>), Box<dyn std::error::Error>> {
     let segment = &data.segments()[0];
-    let line = |m: &Mat<f64>| {
+    let line = |m: MatRef<'_, f64>| {
         let numbers = (0..m.nrows()).flat_map(|i| (0..m.ncols()).map(move |j| (i, j)));
         numbers.map(|at| format!("{:e}", m[at])).collect::<Vec<_>>().join(" ")
     };
     let m = &start.model;
     let focus = if focus == Focus::Simulation { "simulation" } else { "prediction" };
     let mut text = format!("{focus} {} {}\n", m.order(), data.samples());
-    for matrix in [&m.a, &m.b, &m.c, &start.gain, &segment.u, &segment.y] {
+    let (u, y) = (segment.u.as_ref(), segment.y.as_ref());
+    for matrix in [m.a.as_ref(), m.b.as_ref(), m.c.as_ref(), start.gain.as_ref(), u, y] {
         text += &line(matrix);
         text.push('\n');
     }

@@ -107,9 +107,9 @@ fn ahead(model: &StateSpace, gain: &[f64], residuals: &[f64], k: usize) -> Vec<f
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dense::row;
+    use crate::Signals;
     use crate::model::simulate;
-    use faer::Mat;
+    use faer::{Mat, mat};
 
     /// Against the definition: the filtered state of k samples ago, run open-loop from there.
     #[test]
@@ -117,8 +117,8 @@ mod tests {
         let model = StateSpace {
             a: Mat::from_fn(2, 2, |i, j| [[0.8, 0.3], [-0.2, 0.7]][i][j]),
             b: Mat::from_fn(2, 1, |i, _| [0.5, 1.0][i]),
-            c: row(&[1.0, -0.4]),
-            d: row(&[0.2]),
+            c: mat![[1.0, -0.4]],
+            d: mat![[0.2]],
         };
         let gain = [0.3, 0.1];
         let n = 60;
@@ -151,7 +151,7 @@ mod tests {
             }
         }
         // Longer than the data it is the simulation from the initial state.
-        let simulated = simulate(&model, row(&u).as_ref(), &states[0]);
+        let simulated = simulate(&model, Signals::from(u.clone()).as_ref(), &states[0]);
         for (t, error) in ahead(&model, &gain, &residuals, 1000).iter().enumerate() {
             assert!((error - (y[t] - simulated[(0, t)])).abs() < 1e-10);
         }

@@ -9,7 +9,7 @@ const BLOCK: usize = 256;
 
 /// An upper triangle that absorbs rows.
 #[derive(Debug, Clone)]
-pub(super) struct Triangle {
+pub(crate) struct Triangle {
     columns: usize,
     /// Row by row: the triangle, then the rows gathered since.
     rows: Vec<f64>,
@@ -17,7 +17,7 @@ pub(super) struct Triangle {
 }
 
 impl Triangle {
-    pub(super) fn new(columns: usize) -> Self {
+    pub(crate) fn new(columns: usize) -> Self {
         let most = (columns + BLOCK.max(2 * columns)) * columns;
         let mut rows = Vec::with_capacity(most);
         rows.resize(columns * columns, 0.0);
@@ -25,7 +25,7 @@ impl Triangle {
     }
 
     /// Takes one row.
-    pub(super) fn push(&mut self, row: &[f64]) {
+    pub(crate) fn push(&mut self, row: &[f64]) {
         debug_assert_eq!(row.len(), self.columns);
         if self.rows.len() >= self.most {
             self.reduce();
@@ -34,7 +34,7 @@ impl Triangle {
     }
 
     /// Takes the rows of another triangle.
-    pub(super) fn absorb(&mut self, rows: MatRef<'_, f64>) {
+    pub(crate) fn absorb(&mut self, rows: MatRef<'_, f64>) {
         for i in 0..rows.nrows() {
             let row: Vec<f64> = rows.row(i).iter().copied().collect();
             self.push(&row);
@@ -52,7 +52,7 @@ impl Triangle {
     }
 
     /// The triangle of all rows, square.
-    pub(super) fn finish(mut self) -> Mat<f64> {
+    pub(crate) fn finish(mut self) -> Mat<f64> {
         self.reduce();
         let columns = self.columns;
         Mat::from_fn(columns, columns, |i, j| self.rows[i * columns + j])

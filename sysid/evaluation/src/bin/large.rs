@@ -1,0 +1,69 @@
+//! `cargo xtask evaluate large`: `identify` with all its choices and evidence on a recording of a
+//! million samples, in processor time and peak memory, beside what the recording itself takes.
+
+use clap::Parser;
+use sysid::{DriveLog, IdentifyOptions, LogOptions, Stretch};
+use sysid_evaluation::Drive;
+use sysid_evaluation::measure::{peak_memory, processor_time_s};
+
+/// `identify` on a long recording.
+#[derive(Parser)]
+struct Arguments {
+    /// Samples, of 0.04 s
+    #[arg(long, default_value_t = 1_000_000)]
+    samples: usize,
+    /// Order of the model, or all that are tried
+    #[arg(long)]
+    order: Option<usize>,
+    /// Leave the delay at zero
+    #[arg(long)]
+    no_delay: bool,
+    /// Leave the refinement by simulation errors out
+    #[arg(long)]
+    no_refinement: bool,
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let arguments = Arguments::parse();
+    let log = recording(arguments.samples)?;
+    let held = peak_memory().ok_or("the system does not tell the peak memory")?;
+    let options = IdentifyOptions {
+        order: arguments.order,
+        delay_s: arguments.no_delay.then_some(0.0),
+        refine: !arguments.no_refinement,
+        ..IdentifyOptions::default()
+    };
+    let start = processor_time_s();
+    let found = sysid::identify(&log, &options)?;
+    let seconds = processor_time_s() - start;
+    let peak = peak_memory().unwrap_or_default();
+    let channel = 8e-6 * arguments.samples as f64;
+    println!(
+        "{} samples (a channel of them is {channel:.1} MB): {:.1} MB with the recording loaded, {:.1} MB more at the peak of identify, that is {:.1} channels",
+        log.len(),
+        held * 1e-6,
+        (peak - held) * 1e-6,
+        (peak - held) * 1e-6 / channel
+    );
+    println!(
+        "{seconds:.2} s of processor time; order {}, held-out fit {:.3} %",
+        found.plant.order(),
+        found.plant.evidence.fit.validation
+    );
+    Ok(())
+}
+
+/// A recording without a file: the reader's own cost is measured by `command_line`.
+fn recording(samples: usize) -> Result<DriveLog, sysid::Error> {
+    let drive = |samples| {
+        Drive { sample_time: 0.04, delay: 0.0, servo: 0.05, noise: 0.002, seed: 1 }.record(samples)
+    };
+    // What a short file says about itself, with the long signals in it.
+    let short = [("drive.csv".to_owned(), drive(500).csv().into_bytes())];
+    let mut log = sysid::read_log(&short, &LogOptions::default())?;
+    let long = drive(samples);
+    log.speed = Some(vec![15.0; samples]);
+    log.segments = vec![Stretch { time0_s: 0.0, range: 0..samples }];
+    (log.input, log.output) = (long.steering, long.yaw_rate);
+    Ok(log)
+}

@@ -1,0 +1,122 @@
+//! B, D and initial states for given A and C by least squares on the simulated output.
+
+use crate::dense::{is_finite, spectral_radius};
+use crate::elimination::{Elimination, Solution};
+use crate::model::{StateSpace, dot, rows};
+use crate::triangle::Triangle;
+use crate::{DataSet, Error, Segment};
+use faer::{Mat, MatRef};
+
+/// What [`refit_output`] found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Refit {
+    /// The model with B and D refitted.
+    pub model: StateSpace,
+    /// Initial state of each segment.
+    pub x0: Vec<Vec<f64>>,
+    /// Constant added to each output; zeros unless asked for.
+    pub offset: Vec<f64>,
+}
+
+/// B, D, the initial states and, where asked, a constant on each output that make the *simulated*
+/// output of (A, C) fit the data best, by linear least squares. A must be stable.
+///
+/// The response of output i to column j of B is the state of the transposed system driven by input
+/// j, `z⁺ = Aᵀ z + c_iᵀ u_j`, since C(zI−A)⁻¹B = Bᵀ(zI−Aᵀ)⁻¹Cᵀ.
+///
+/// # Errors
+/// [`Error::Numerical`] where the regressors are not finite.
+pub fn refit_output(
+    a: MatRef<'_, f64>,
+    c: MatRef<'_, f64>,
+    data: &DataSet,
+    feedthrough: bool,
+    offset: bool,
+) -> Result<Refit, Error> {
+    let (n, m, p) = (a.nrows(), data.inputs(), data.outputs());
+    let unstable = Error::Numerical { what: "simulation of an unstable model" };
+    if !spectral_radius(a).is_finite() {
+        return Err(unstable);
+    }
+    let (d_start, o_start) = (n * m, n * m + if feedthrough { p * m } else { 0 });
+    let shared = o_start + if offset { p } else { 0 };
+    let mut elimination = Elimination::new(shared, n);
+    for segment in data.segments() {
+        let [own, rest] = reduced(a, c, segment, (feedthrough, offset));
+        if !(is_finite(own.as_ref()) && is_finite(rest.as_ref())) {
+            return Err(unstable);
+        }
+        elimination.segment(own.as_ref());
+        elimination.rest(rest.as_ref());
+    }
+    let Solution { shared: solution, own: x0 } = elimination.solve(0.0)?;
+    let at = |k: usize| solution[k];
+    Ok(Refit {
+        model: StateSpace {
+            a: a.to_owned(),
+            b: Mat::from_fn(n, m, |k, j| at(k * m + j)),
+            c: c.to_owned(),
+            d: Mat::from_fn(p, m, |i, j| if feedthrough { at(d_start + i * m + j) } else { 0.0 }),
+        },
+        x0,
+        offset: (0..p).map(|i| if offset { at(o_start + i) } else { 0.0 }).collect(),
+    })
+}
+
+/// The triangles of one segment's rows, made as they come so that they are never together in memory:
+/// of those that the initial state shows in, columns x0, B, D, offset, output; of those after it has
+/// died out, without x0.
+fn reduced(
+    a: MatRef<'_, f64>,
+    c: MatRef<'_, f64>,
+    segment: &Segment,
+    (feedthrough, offset): (bool, bool),
+) -> [Mat<f64>; 2] {
+    let (n, m, p) = (a.nrows(), segment.u.nrows(), segment.y.nrows());
+    let (b_start, d_start) = (n, n + n * m);
+    let o_start = d_start + if feedthrough { p * m } else { 0 };
+    let target = o_start + if offset { p } else { 0 };
+    let (at, c) = (rows(a.transpose()), rows(c));
+    // States of the transposed system: of (output i, input j), and the free ones of output i.
+    let mut forced = vec![0.0; p * m * n];
+    let mut free = c.clone();
+    let mut next = vec![0.0; n];
+    let mut step = |z: &mut [f64], drive: f64, ci: &[f64]| {
+        for (k, x) in next.iter_mut().enumerate() {
+            *x = dot(&at[k * n..(k + 1) * n], z) + ci[k] * drive;
+        }
+        z.copy_from_slice(&next);
+    };
+    let mut own = Triangle::new(target + 1);
+    let mut rest = Triangle::new(target + 1 - n);
+    let size = |x: &[f64]| x.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    let mut is_free = true;
+    let mut row = vec![0.0; target + 1];
+    for t in 0..segment.len() {
+        is_free = is_free && size(&free) > 1e-18 * size(&c);
+        for (i, ci) in c.chunks_exact(n).enumerate() {
+            row[n..].fill(0.0);
+            row[..n].copy_from_slice(&free[i * n..(i + 1) * n]);
+            for j in 0..m {
+                let u = segment.u[(j, t)];
+                let z = &mut forced[(i * m + j) * n..(i * m + j + 1) * n];
+                z.iter().enumerate().for_each(|(k, z)| row[b_start + k * m + j] = *z);
+                if feedthrough {
+                    row[d_start + i * m + j] = u;
+                }
+                step(z, u, ci);
+            }
+            if offset {
+                row[o_start + i] = 1.0;
+            }
+            row[target] = segment.y[(i, t)];
+            if is_free {
+                own.push(&row);
+                step(&mut free[i * n..(i + 1) * n], 0.0, ci);
+            } else {
+                rest.push(&row[n..]);
+            }
+        }
+    }
+    [own.finish(), rest.finish()]
+}
