@@ -20,33 +20,28 @@ the camber angle changes sign, so driving straight ends in a faint weave.
 """
 
 import argparse
-import math
 from functools import partial
 from pathlib import Path
 
 import numpy as np
+from datasheet import bicycle_parameters
+from drive_log import noisy, write_drive, write_table
+from excitation import SAMPLE_TIME_S, Excitation, straight
 from vehiclemodels.init_mb import init_mb
 from vehiclemodels.parameters_vehicle2 import parameters_vehicle2
 from vehiclemodels.vehicle_dynamics_mb import vehicle_dynamics_mb
 
-GRAVITY_MPS2 = 9.81  # the vehicle model's own figure
 SPEED_MPS = 15.0
 SPEED_HOLD_PER_S = 2.0  # acceleration per speed error
 
-SAMPLE_TIME_S = 0.01
 POSITION_EVERY = 10  # samples of drive.csv between two positions
 STEP_S = 0.0005  # of the Runge-Kutta integration; divides SAMPLE_TIME_S
 SETTLING_S = 4.0  # the suspension finds its rest before the recording
 
 SERVO_TIME_CONSTANT_S = 0.05
 SERVO_RATE_LIMIT_RADPS = 0.4
-COMMAND_RATE_LIMIT_RADPS = 0.35  # the driver's hands stay below the servo's limit
 
-YAW_RATE_NOISE_RADPS = 0.002  # standard deviations, white
-SPEED_NOISE_MPS = 0.02
-STEERING_NOISE_RAD = 0.0005
-ACCELERATION_NOISE_MPS2 = 0.05
-POSITION_NOISE_M = 0.02
+POSITION_NOISE_M = 0.02  # standard deviation, white
 
 # Places in the model's state vector.
 X, Y, STEER, SPEED, YAW, YAW_RATE, LATERAL_VELOCITY = 0, 1, 2, 3, 4, 5, 10
@@ -55,87 +50,8 @@ X, Y, STEER, SPEED, YAW, YAW_RATE, LATERAL_VELOCITY = 0, 1, 2, 3, 4, 5, 10
 ZERO_AT_START = (X, Y, STEER, YAW, YAW_RATE, 6, 7, 10, 13, 14, 15, 18, 19, 20, 27, 28)
 
 
-# ---- Excitation: each piece is an array of lateral accelerations wanted, in m/s2 ----
-
-
-def samples(duration_s):
-    """Times of the samples of a piece that lasts `duration_s`."""
-    return SAMPLE_TIME_S * np.arange(round(duration_s / SAMPLE_TIME_S))
-
-
-def straight(duration_s):
-    return np.zeros(len(samples(duration_s)))
-
-
-def sweep(amplitude, start_hz, stop_hz, duration_s):
-    """Logarithmic sweep; its amplitude falls where the rate limit asks for it."""
-    growth = math.log(stop_hz / start_hz) / duration_s
-    frequency = start_hz * np.exp(growth * samples(duration_s))
-    phase = 2 * np.pi * (frequency - start_hz) / growth
-    reachable = COMMAND_RATE_LIMIT_RADPS / (2 * np.pi * frequency) / road_wheel_angle(1.0)
-    return np.minimum(amplitude, reachable) * np.sin(phase)
-
-
-def steps(sizes, hold_s, rest_s):
-    """From straight to each size and back."""
-    return np.concatenate(
-        [np.concatenate([straight(hold_s) + size, straight(rest_s)]) for size in sizes]
-    )
-
-
-def slalom(amplitude, frequency_hz, cycles):
-    return amplitude * np.sin(2 * np.pi * frequency_hz * samples(cycles / frequency_hz))
-
-
-def multilevel(rng, amplitude, shortest_s, longest_s, duration_s):
-    """Pseudo-random levels, each held for a pseudo-random while."""
-    count = len(samples(duration_s))
-    levels = np.empty(0)
-    while len(levels) < count:
-        level = amplitude * rng.uniform(-1.0, 1.0)
-        levels = np.append(levels, straight(rng.uniform(shortest_s, longest_s)) + level)
-    return levels[:count]
-
-
-def road_wheel_angle(lateral_acceleration_mps2):
-    """Steady cornering of a neutral car, as this one is: delta = L a_y / v^2."""
-    p = parameters_vehicle2()
-    return (p.a + p.b) * lateral_acceleration_mps2 / SPEED_MPS**2
-
-
-def limit_rate(command):
-    """Turns steps into the ramps a servo can follow."""
-    largest = COMMAND_RATE_LIMIT_RADPS * SAMPLE_TIME_S
-    limited = np.zeros_like(command)
-    for k in range(1, len(command)):
-        limited[k] = limited[k - 1] + np.clip(command[k] - limited[k - 1], -largest, largest)
-    return limited
-
-
-def steering_command(rng):
-    """The whole drive. Both halves excite the same band with 1 to 4 m/s2."""
-    first_half = [
-        straight(1.0),
-        sweep(3.0, 0.1, 2.0, 20.0),
-        straight(1.0),
-        steps([1.0, -1.0, 2.0, -2.0, 3.0, -3.0, 3.8, -3.8], 1.2, 0.8),
-        straight(0.5),
-        slalom(3.5, 0.5, 4),
-        straight(0.5),
-        slalom(2.0, 0.8, 4),
-    ]
-    second_half = [
-        straight(1.0),
-        sweep(2.0, 2.0, 0.1, 14.0),
-        straight(1.0),
-        steps([-3.5, 2.5, -1.5, 1.5, 3.5], 0.9, 0.6),
-        straight(0.5),
-        slalom(3.8, 0.4, 3),
-        straight(0.5),
-        multilevel(rng, 3.8, 0.2, 1.2, 18.0),
-        straight(1.0),
-    ]
-    return limit_rate(road_wheel_angle(np.concatenate(first_half + second_half)))
+def excitation(p):
+    return Excitation(p.a + p.b, SPEED_MPS)
 
 
 # ---- The vehicle ----
@@ -197,20 +113,6 @@ def lateral_acceleration(states, command, p):
 # ---- The data sheet's bicycle ----
 
 
-def bicycle_parameters(p):
-    """As CommonRoad's single-track model derives them: mu C_S F_z, with mu C_S = -p_ky1."""
-    wheelbase = p.a + p.b
-    per_load = p.tire.p_dy1 * (-p.tire.p_ky1 / p.tire.p_dy1)
-    return {
-        "mass_kg": p.m,
-        "yaw_inertia_kgm2": p.I_z,
-        "distance_front_m": p.a,
-        "distance_rear_m": p.b,
-        "cornering_stiffness_front_npr": per_load * p.m * GRAVITY_MPS2 * p.b / wheelbase,
-        "cornering_stiffness_rear_npr": per_load * p.m * GRAVITY_MPS2 * p.a / wheelbase,
-    }
-
-
 def vehicle_toml(p):
     b = bicycle_parameters(p)
     return f"""\
@@ -255,38 +157,16 @@ def bicycle_rate(p):
 # ---- Files and figures ----
 
 
-def write_table(path, header, decimals, columns):
-    rows = (",".join(f"{value:.{d}f}" for value, d in zip(row, decimals)) for row in zip(*columns))
-    path.write_text("\n".join([header, *rows]) + "\n", newline="\n")
-
-
 def write_logs(out, rng, command, states, acceleration):
     """Returns the yaw rate as the gyro read it."""
-    time = SAMPLE_TIME_S * np.arange(len(command))
+    truth = (states[:, STEER], states[:, YAW_RATE], states[:, SPEED], acceleration)
+    yaw_rate = write_drive(out / "drive.csv", rng, SAMPLE_TIME_S, command, *truth)
 
-    def noisy(values, deviation):
-        return values + deviation * rng.standard_normal(len(values))
-
-    yaw_rate = noisy(states[:, YAW_RATE], YAW_RATE_NOISE_RADPS)
+    fixes = states[::POSITION_EVERY]
     columns = [
-        time,
-        command,
-        noisy(states[:, STEER], STEERING_NOISE_RAD),
-        yaw_rate,
-        noisy(states[:, SPEED], SPEED_NOISE_MPS),
-        noisy(acceleration, ACCELERATION_NOISE_MPS2),
-    ]
-    header = (
-        "time_s,steering_command_rad,steering_angle_rad,"
-        "yaw_rate_radps,speed_mps,lateral_acceleration_mps2"
-    )
-    write_table(out / "drive.csv", header, (2, 7, 7, 7, 5, 5), columns)
-
-    fixes = slice(None, None, POSITION_EVERY)
-    columns = [
-        time[fixes],
-        noisy(states[fixes, X], POSITION_NOISE_M),
-        noisy(states[fixes, Y], POSITION_NOISE_M),
+        SAMPLE_TIME_S * np.arange(len(states))[::POSITION_EVERY],
+        noisy(rng, fixes[:, X], POSITION_NOISE_M),
+        noisy(rng, fixes[:, Y], POSITION_NOISE_M),
     ]
     write_table(out / "position.csv", "time_s,x_m,y_m", (1, 4, 4), columns)
     return yaw_rate
@@ -317,7 +197,7 @@ def print_verification(p, command, states, yaw_rate):
     largest, rms = np.max(np.abs(change)), np.sqrt(np.mean(change**2))
     tell("halving the step changes", f"yaw rate by {largest:.1e} rad/s at most, {rms:.1e} rms")
 
-    left = drive(p, straight(1.0) + road_wheel_angle(1.0), STEP_S)[-1]
+    left = drive(p, straight(1.0) + excitation(p).road_wheel_angle(1.0), STEP_S)[-1]
     tell("steering left for 1 s gives", f"yaw rate {left[YAW_RATE]:+.3f} rad/s, y {left[Y]:+.3f} m")
 
     bicycle = simulate(bicycle_rate(p), [0.0, 0.0, 0.0], command, STEP_S)[:, 1]
@@ -360,7 +240,7 @@ def main():
 
     p = parameters_vehicle2()
     # The logged digits are the command that is driven; adding zero drops the sign of -0.
-    command = np.round(steering_command(levels_rng), 7) + 0.0
+    command = np.round(excitation(p).steering_command(levels_rng), 7) + 0.0
     states = drive(p, command, STEP_S)
     acceleration = lateral_acceleration(states, command, p)
 

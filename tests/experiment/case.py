@@ -1,0 +1,58 @@
+"""The cases: three cars at three speeds, and the drive that is recorded of each."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import vehicle
+from datasheet import bicycle_parameters
+from drive_log import write_drive
+from excitation import SAMPLE_TIME_S, Excitation
+
+CARS = (1, 2, 3)
+SPEEDS_MPS = (8.0, 15.0, 22.0)
+
+
+@dataclass(frozen=True)
+class Case:
+    number: int
+    speed: float
+
+    @property
+    def name(self):
+        return f"car{self.number}_{self.speed:.0f}mps"
+
+    @property
+    def car(self):
+        return vehicle.Car(self.number)
+
+    def seed(self, purpose):
+        """Of a generator: own numbers for each case and purpose."""
+        return [self.number, round(self.speed), purpose]
+
+    def record(self, file):
+        """Drives and writes the log; returns the largest lateral acceleration, m/s2."""
+        p = self.car.published
+        levels, noise = np.random.default_rng(self.seed(0)).spawn(2)
+        command = Excitation(p.a + p.b, self.speed).steering_command(levels)
+        # The logged digits are the command that is driven; adding zero drops the sign of -0.
+        command = np.round(command, 7) + 0.0
+        states = self.car.drive(command, self.speed)
+        acceleration = self.car.lateral_acceleration(states, command, self.speed)
+        truth = [states[:, i] for i in (vehicle.STEER, vehicle.YAW_RATE, vehicle.SPEED)]
+        write_drive(file, noise, SAMPLE_TIME_S, command, *truth, acceleration)
+        return float(np.max(np.abs(acceleration)))
+
+    def datasheet(self, scale=None, lag=vehicle.SERVO_TIME_CONSTANT_S):
+        """TOML of the linear bicycle; `scale` multiplies some of its parameters."""
+        values = bicycle_parameters(self.car.published)
+        for key, factor in (scale or {}).items():
+            values[key] *= factor
+        values["actuator_time_constant_s"] = lag
+        values["steering_ratio"] = 1.0
+        values["speed_mps"] = self.speed
+        lines = [f'name = "{vehicle.NAMES[self.number]}"']
+        return "\n".join(lines + [f"{key} = {value!r}" for key, value in values.items()]) + "\n"
+
+
+def every():
+    return [Case(car, speed) for car in CARS for speed in SPEEDS_MPS]

@@ -1,0 +1,6 @@
+"""Finds the test drive's modules, which tests/data/multibody shares with the experiment."""
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "data" / "multibody"))

@@ -1,0 +1,112 @@
+"""A car of the experiment: the multi-body vehicle behind a steering servo, at a held speed.
+
+Servo: dδ/dt = (command − δ)/T with |dδ/dt| ≤ limit. Speed hold: acceleration = 2/s · (v0 − v).
+Both as in tests/data/multibody. Integration is the classical Runge–Kutta method of order four, the
+command held for a sample.
+
+States: x, y m; road-wheel angle rad; v_x m/s; yaw rad; yaw rate rad/s; … (29, see
+`vehicle_dynamics_mb`). ISO 8855: yaw and steering positive to the left.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import compiled
+import numba
+import numpy as np
+from excitation import SAMPLE_TIME_S
+from vehiclemodels.init_mb import init_mb
+from vehiclemodels.vehicle_parameters import setup_vehicle_parameters
+
+STEPS = 5  # of the integration in a sample; twice as many change the yaw rate by 1e-5 rad/s rms
+SETTLING_S = 4.0  # the suspension finds its rest before anything starts
+
+SPEED_HOLD_PER_S = 2.0  # acceleration per speed error
+SERVO_TIME_CONSTANT_S = 0.05
+SERVO_RATE_LIMIT_RADPS = 0.4
+
+# Places in the state vector.
+X, Y, STEER, SPEED, YAW, YAW_RATE, LATERAL_VELOCITY = 0, 1, 2, 3, 4, 5, 10
+# Vanish by symmetry where the car drives straight; the position starts at the origin.
+ZERO_AT_START = (X, Y, STEER, YAW, YAW_RATE, 6, 7, 10, 13, 14, 15, 18, 19, 20, 27, 28)
+
+NAMES = {1: "Ford Escort", 2: "BMW 320i", 3: "VW Vanagon"}
+
+vehicle_dynamics = compiled.vehicle_dynamics()
+
+
+@numba.njit
+def rate(state, command, speed, p, out):
+    """Of the car's 29 states, with servo and speed hold."""
+    wanted = (command - state[STEER]) / SERVO_TIME_CONSTANT_S
+    steering_rate = max(-SERVO_RATE_LIMIT_RADPS, min(SERVO_RATE_LIMIT_RADPS, wanted))
+    acceleration = SPEED_HOLD_PER_S * (speed - state[SPEED])
+    rates = vehicle_dynamics(state, [steering_rate, acceleration], p)
+    for i in range(len(out)):
+        out[i] = rates[i]
+
+
+@numba.njit
+def advance(state, command, speed, p, steps):
+    """A sample further, in place."""
+    h = SAMPLE_TIME_S / steps
+    n = len(state)
+    k1, k2, k3, k4 = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    for _ in range(steps):
+        rate(state, command, speed, p, k1)
+        rate(state + h / 2 * k1, command, speed, p, k2)
+        rate(state + h / 2 * k2, command, speed, p, k3)
+        rate(state + h * k3, command, speed, p, k4)
+        for i in range(n):
+            state[i] = state[i] + h / 6 * (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i])
+
+
+@numba.njit
+def drive(state, command, speed, p, steps):
+    """States at the samples, each before its command acts."""
+    states = np.empty((len(command), len(state)))
+    for k in range(len(command)):
+        states[k] = state
+        advance(state, command[k], speed, p, steps)
+    return states
+
+
+@dataclass(frozen=True)
+class Car:
+    """One of the published parameter sets."""
+
+    number: int
+
+    @property
+    def published(self):
+        return published_parameters(self.number)
+
+    @property
+    def parameters(self):
+        return compiled.parameters(self.published)
+
+    def at_start(self, speed):
+        """Straight ahead, wheels spinning, the suspension at rest."""
+        start = init_mb([0.0, 0.0, 0.0, speed, 0.0, 0.0, 0.0], self.published)
+        state = np.array(start, dtype=float)
+        drive(state, np.zeros(round(SETTLING_S / SAMPLE_TIME_S)), speed, self.parameters, STEPS)
+        state[list(ZERO_AT_START)] = 0.0
+        return state
+
+    def drive(self, command, speed):
+        """States at the samples of a steering command."""
+        return drive(self.at_start(speed), command, speed, self.parameters, STEPS)
+
+    def lateral_acceleration(self, states, command, speed):
+        """Of the body: dv_y/dt + r v_x."""
+        p, out = self.parameters, np.empty(states.shape[1])
+        found = np.empty(len(states))
+        for k, state in enumerate(states):
+            rate(state, command[k], speed, p, out)
+            found[k] = out[LATERAL_VELOCITY] + state[YAW_RATE] * state[SPEED]
+        return found
+
+
+@lru_cache
+def published_parameters(number):
+    return setup_vehicle_parameters(vehicle_id=number)
