@@ -29,10 +29,18 @@ class Case:
         """Of a generator: own numbers for each case and purpose."""
         return [self.number, round(self.speed), purpose]
 
-    def record(self, file):
-        """Drives and writes the log; returns the largest lateral acceleration, m/s2."""
+    @property
+    def lag(self):
+        """Of the steering, as its maker would state it, s."""
+        return vehicle.SERVO_TIME_CONSTANT_S
+
+    def record(self, file, seed):
+        """Drives and writes the log; returns the states and the largest lateral acceleration, m/s2.
+
+        The seed names levels of the steering and sensor noise.
+        """
         p = self.car.published
-        levels, noise = np.random.default_rng(self.seed(0)).spawn(2)
+        levels, noise = np.random.default_rng([*self.seed(0), seed]).spawn(2)
         command = Excitation(p.a + p.b, self.speed).steering_command(levels)
         # The logged digits are the command that is driven; adding zero drops the sign of -0.
         command = np.round(command, 7) + 0.0
@@ -40,14 +48,14 @@ class Case:
         acceleration = self.car.lateral_acceleration(states, command, self.speed)
         truth = [states[:, i] for i in (vehicle.STEER, vehicle.YAW_RATE, vehicle.SPEED)]
         write_drive(file, noise, SAMPLE_TIME_S, command, *truth, acceleration)
-        return float(np.max(np.abs(acceleration)))
+        return states, float(np.max(np.abs(acceleration)))
 
-    def datasheet(self, scale=None, lag=vehicle.SERVO_TIME_CONSTANT_S):
+    def datasheet(self, scale=None, lag=None):
         """TOML of the linear bicycle; `scale` multiplies some of its parameters."""
         values = bicycle_parameters(self.car.published)
         for key, factor in (scale or {}).items():
             values[key] *= factor
-        values["actuator_time_constant_s"] = lag
+        values["actuator_time_constant_s"] = self.lag if lag is None else lag
         values["steering_ratio"] = 1.0
         values["speed_mps"] = self.speed
         lines = [f'name = "{vehicle.NAMES[self.number]}"']

@@ -10,6 +10,7 @@ from collections import namedtuple
 from dataclasses import fields, is_dataclass
 
 import numba
+import numpy as np
 from vehiclemodels import vehicle_dynamics_mb as multi_body
 from vehiclemodels.utils import (
     acceleration_constraints,
@@ -52,14 +53,39 @@ def vehicle_dynamics():
     )
 
 
-def parameters(published):
-    """Nested named tuples of the parameters; what has no value is left out."""
-    values = {}
-    for field in fields(published):
-        value = getattr(published, field.name)
+def values(published):
+    """All parameters in one array, in the order of the fields; what has no value is left out."""
+    return np.array([value for _, value in _walk(published)])
+
+
+def unpacking(published):
+    """A compiled function that makes nested named tuples of [`values`].
+
+    They are made inside of the compiled code because handing them over takes ten times as long as
+    a sample of driving.
+    """
+    scope, count = {}, iter(range(len(values(published))))
+
+    def expression(part):
+        members = {}
+        for field in fields(part):
+            value = getattr(part, field.name)
+            if is_dataclass(value) and any(True for _ in _walk(value)):
+                members[field.name] = expression(value)
+            elif isinstance(value, (int, float)):
+                members[field.name] = f"values[{next(count)}]"
+        name = type(part).__name__
+        scope[name] = namedtuple(name, members)
+        return f"{name}({', '.join(members.values())})"
+
+    exec(f"def unpack(values): return {expression(published)}", scope)
+    return numba.njit(scope["unpack"])
+
+
+def _walk(part):
+    for field in fields(part):
+        value = getattr(part, field.name)
         if is_dataclass(value):
-            values[field.name] = parameters(value)
-        elif value is not None:
-            values[field.name] = float(value)
-    values = {name: value for name, value in values.items() if value != ()}
-    return namedtuple(type(published).__name__, values)(**values)
+            yield from _walk(value)
+        elif isinstance(value, (int, float)):
+            yield field.name, float(value)

@@ -3,4 +3,5 @@
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "data" / "multibody"))
+MULTIBODY = Path(__file__).resolve().parents[1] / "data" / "multibody"
+sys.path.insert(0, str(MULTIBODY))

@@ -34,15 +34,18 @@ class Unit:
         self.fmu.setupExperiment(startTime=0.0)
 
     def set(self, **values):
+        """Variables by name; those of Real in one call."""
+        reals = {}
         for name, value in values.items():
-            reference = [self.archive.reference[name]]
-            kind = self.archive.kind[name]
+            kind, reference = self.archive.kind[name], self.archive.reference[name]
             if kind == "Real":
-                self.fmu.setReal(reference, [value])
+                reals[reference] = value
             elif kind == "Integer":
-                self.fmu.setInteger(reference, [value])
+                self.fmu.setInteger([reference], [value])
             else:
-                self.fmu.setBoolean(reference, [value])
+                self.fmu.setBoolean([reference], [value])
+        if reals:
+            self.fmu.setReal(list(reals), list(reals.values()))
 
     def get(self, *names):
         """Real outputs."""

@@ -32,7 +32,15 @@ ZERO_AT_START = (X, Y, STEER, YAW, YAW_RATE, 6, 7, 10, 13, 14, 15, 18, 19, 20, 2
 
 NAMES = {1: "Ford Escort", 2: "BMW 320i", 3: "VW Vanagon"}
 
+
+@lru_cache
+def published_parameters(number):
+    return setup_vehicle_parameters(vehicle_id=number)
+
+
 vehicle_dynamics = compiled.vehicle_dynamics()
+# The same for every car, since all have the same fields.
+unpack = compiled.unpacking(published_parameters(1))
 
 
 @numba.njit
@@ -41,14 +49,23 @@ def rate(state, command, speed, p, out):
     wanted = (command - state[STEER]) / SERVO_TIME_CONSTANT_S
     steering_rate = max(-SERVO_RATE_LIMIT_RADPS, min(SERVO_RATE_LIMIT_RADPS, wanted))
     acceleration = SPEED_HOLD_PER_S * (speed - state[SPEED])
-    rates = vehicle_dynamics(state, [steering_rate, acceleration], p)
+    found = vehicle_dynamics(state, [steering_rate, acceleration], p)
     for i in range(len(out)):
-        out[i] = rates[i]
+        out[i] = found[i]
 
 
 @numba.njit
-def advance(state, command, speed, p, steps):
+def rates(state, command, speed, values):
+    """[`rate`] for those who have but the values."""
+    out = np.empty(len(state))
+    rate(state, command, speed, unpack(values), out)
+    return out
+
+
+@numba.njit
+def advance(state, command, speed, values, steps):
     """A sample further, in place."""
+    p = unpack(values)
     h = SAMPLE_TIME_S / steps
     n = len(state)
     k1, k2, k3, k4 = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
@@ -62,12 +79,12 @@ def advance(state, command, speed, p, steps):
 
 
 @numba.njit
-def drive(state, command, speed, p, steps):
+def drive(state, command, speed, values, steps):
     """States at the samples, each before its command acts."""
     states = np.empty((len(command), len(state)))
     for k in range(len(command)):
         states[k] = state
-        advance(state, command[k], speed, p, steps)
+        advance(state, command[k], speed, values, steps)
     return states
 
 
@@ -83,7 +100,7 @@ class Car:
 
     @property
     def parameters(self):
-        return compiled.parameters(self.published)
+        return compiled.values(self.published)
 
     def at_start(self, speed):
         """Straight ahead, wheels spinning, the suspension at rest."""
@@ -99,14 +116,9 @@ class Car:
 
     def lateral_acceleration(self, states, command, speed):
         """Of the body: dv_y/dt + r v_x."""
-        p, out = self.parameters, np.empty(states.shape[1])
-        found = np.empty(len(states))
+        p, found = self.parameters, np.empty(len(states))
         for k, state in enumerate(states):
-            rate(state, command[k], speed, p, out)
-            found[k] = out[LATERAL_VELOCITY] + state[YAW_RATE] * state[SPEED]
+            changing = rates(state, command[k], speed, p)[LATERAL_VELOCITY]
+            found[k] = changing + state[YAW_RATE] * state[SPEED]
         return found
 
-
-@lru_cache
-def published_parameters(number):
-    return setup_vehicle_parameters(vehicle_id=number)

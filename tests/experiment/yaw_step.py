@@ -60,7 +60,7 @@ def metrics(yaw, command, height=STEP_RAD):
     def crossing(k, level):
         """Between samples k and k + 1, s."""
         part = (level - y[k]) / (y[k + 1] - y[k]) if y[k + 1] != y[k] else 0.0
-        return (k + min(max(part, 0.0), 1.0)) * SAMPLE_TIME_S
+        return float((k + min(max(part, 0.0), 1.0)) * SAMPLE_TIME_S)
 
     outside = np.flatnonzero(np.abs(y - 1.0) > BAND)
     settling = 0.0

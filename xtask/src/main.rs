@@ -1,10 +1,11 @@
 //! What developers run: `cargo xtask test`, `lint`, `readme`, `licenses`, `cross`, `fuzz`, `stress`,
-//! `bench fmu`, `evaluate`.
+//! `bench fmu`, `evaluate`, `experiment`.
 
 mod bench;
 mod cross;
 mod evaluate;
 mod every_fmu;
+mod experiment;
 mod fuzz;
 mod importers;
 mod licenses;
@@ -65,6 +66,15 @@ enum Command {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         arguments: Vec<String>,
     },
+    /// Controllers designed from a drive, on multi-body cars from outside, beside their rivals
+    Experiment {
+        /// The experiment's own tests instead
+        #[arg(long)]
+        test: bool,
+        /// Arguments of tests/experiment/experiment.py, such as `--quick` or `--seeds 40`
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        arguments: Vec<String>,
+    },
     /// Measure something
     Bench {
         /// What to measure
@@ -82,6 +92,7 @@ fn main() -> ExitCode {
         Command::Readme => readme::readme(),
         Command::Stress => stress::stress(),
         Command::Evaluate { program, arguments } => evaluate::evaluate(&program, &arguments),
+        Command::Experiment { test, arguments } => experiment::experiment(test, &arguments),
         Command::Bench { what } => bench::bench(what),
         Command::Python => python::environment().map(|python| println!("{}", python.display())),
     };

@@ -1,0 +1,76 @@
+"""Who steers: the design on the identified plant, its rivals, and the oracle.
+
+All are designed by the same command with the same options; only the model differs.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import oracle
+from program import read
+
+IDENTIFIED = "identified"
+NO_LAG = "datasheet, no lag"
+LAG = "datasheet"
+ERRORS = "datasheet ±15 %"
+FITTED = "fitted bicycle"
+ORACLE = "tuned on the car"
+# (a) to (e) of the rivals, after the contender itself.
+NAMES = (IDENTIFIED, NO_LAG, LAG, ERRORS, FITTED, ORACLE)
+# The same for every seed of a case.
+FIXED = (NO_LAG, LAG, ORACLE)
+
+# A bicycle file needs a lag: this one is nothing to a controller that ticks at 10 ms.
+NO_LAG_S = 1e-4
+DATASHEET_ERROR = 0.15
+# What every design is told beyond its defaults: how fast the steering servo can turn.
+DESIGN = ("--max-rate", "0.4rad/s")
+
+
+@dataclass
+class Workshop:
+    """Makes controllers with the command line."""
+
+    program: object
+    design: tuple
+
+    def controller(self, model, folder):
+        """Designs on a model's file and packs; returns the pid.json as read."""
+        pid = self.program.design(model, folder / "pid.json", *self.design)
+        self.program.package(folder, folder / "pid.json")
+        return pid
+
+    def identified(self, log, folder):
+        plant = self.program.identify(log, folder / "plant.json")
+        return plant, self.controller(folder / "plant.json", folder)
+
+    def fitted(self, case, log, folder):
+        p = case.car.published
+        mass = ("--mass", p.m, "--front-share", p.b / (p.a + p.b))
+        model = folder / "bicycle.json"
+        bicycle = self.program.identify(log, model, "--structure", "bicycle", *mass)
+        return bicycle, self.controller(model, folder)
+
+    def datasheet(self, case, folder, **changes):
+        (folder / "vehicle.toml").write_text(case.datasheet(**changes))
+        bicycle = self.program.bicycle(folder / "vehicle.toml", folder / "bicycle.json")
+        return bicycle, self.controller(folder / "bicycle.json", folder)
+
+    def with_errors(self, case, seed, folder):
+        """Mass, inertia and each axle's tyres off by up to the error, uniformly."""
+        rng = np.random.default_rng([*case.seed(3), seed])
+        keys = (
+            "mass_kg",
+            "yaw_inertia_kgm2",
+            "cornering_stiffness_front_npr",
+            "cornering_stiffness_rear_npr",
+        )
+        factors = rng.uniform(1.0 - DATASHEET_ERROR, 1.0 + DATASHEET_ERROR, len(keys))
+        return self.datasheet(case, folder, scale=dict(zip(keys, map(float, factors))))
+
+    def oracle(self, case, start, folder):
+        """From the design on the data sheet with lag: it shares limits and specification."""
+        tuned = oracle.tune(case.car, case.speed, start)
+        oracle.write(tuned, folder / "pid.json")
+        self.program.package(folder, folder / "pid.json")
+        return None, read(folder / "pid.json")

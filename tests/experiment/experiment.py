@@ -1,0 +1,164 @@
+#!/usr/bin/env python3
+"""Controllers designed from a drive, on cars that no one of this project wrote.
+
+For each of CommonRoad's three multi-body cars at 8, 15 and 22 m/s and each seed: record the drive,
+identify, design, pack, step the yaw by 5° on the car, and track the road. Outcomes go to the output
+folder; what is there already, from the same program and the same scripts, is not done again.
+
+    cargo xtask experiment               20 seeds
+    cargo xtask experiment --quick       2 seeds
+"""
+
+import argparse
+import hashlib
+import json
+import multiprocessing
+import os
+import sys
+import time
+from pathlib import Path
+
+import shared  # noqa: F401  (finds the test drive's modules)
+import case
+import contenders
+import figures
+import road
+import scores
+import sensors
+import study
+import tables
+import vehicle
+from program import Program
+
+ESTIMATOR = {
+    "schema": "steerwright/estimator/1",
+    "name": "GNSS, gyro and wheel speeds of the experiment",
+    "gnss": {
+        "latency_s": sensors.LATENCY_S,
+        "antenna_x_m": sensors.ANTENNA_M[0],
+        "antenna_y_m": sensors.ANTENNA_M[1],
+    },
+    "sideslip_per_yaw_rate_s": 0.0,
+    "noise": {
+        "yaw_rate_density": sensors.GYRO_NOISE_RADPS * vehicle.SAMPLE_TIME_S**0.5,
+        "yaw_rate_bias_density": 1e-5,
+        "speed_density": sensors.SPEED_NOISE_MPS * vehicle.SAMPLE_TIME_S**0.5,
+        "lateral_velocity_density": 0.02,
+    },
+    "initial": {
+        "position_std_m": 0.1,
+        "yaw_std_rad": sensors.INITIAL_YAW_STD_RAD,
+        "yaw_rate_bias_std_radps": sensors.GYRO_BIAS_RADPS,
+    },
+    "speed_mps": 15.0,
+}
+
+
+def arguments():
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--program", required=True, help="the command line under test")
+    parser.add_argument("--out", type=Path, required=True, help="folder of the outcomes")
+    parser.add_argument("--seeds", type=int, default=20, help="of each case (default: 20)")
+    parser.add_argument("--quick", action="store_true", help="2 seeds")
+    parser.add_argument("--cases", nargs="+", metavar="CASE", help="such as car2_15mps; all if none")
+    parser.add_argument("--processes", type=int, default=os.cpu_count())
+    parser.add_argument(
+        "--pose",
+        default="estimator",
+        help="estimator (default), truth, or the archive of another PoseEstimator",
+    )
+    parser.add_argument(
+        "--design",
+        default=" ".join(contenders.DESIGN),
+        help="options of every design (default: %(default)s)",
+    )
+    return parser.parse_args()
+
+
+def key_of(options):
+    """Of all that an outcome depends on, the seed apart."""
+    digest = hashlib.sha256(Path(options.program).read_bytes())
+    here = Path(__file__).parent
+    for file in sorted([*here.glob("*.py"), *Path(shared.MULTIBODY).glob("*.py")]):
+        if file.name not in ("figures.py", "tables.py", "scores.py", "experiment.py"):
+            digest.update(file.read_bytes())
+    digest.update(f"{options.design}\0{options.pose}".encode())
+    if Path(options.pose).is_file():
+        digest.update(Path(options.pose).read_bytes())
+    return digest.hexdigest()
+
+
+def estimator(options, program):
+    """The archive of the pose estimator; `None` for the true pose."""
+    if options.pose == "truth":
+        return None
+    if options.pose != "estimator":
+        return Path(options.pose)
+    file = options.out / "work" / "estimator.json"
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(json.dumps(ESTIMATOR, indent=1) + "\n")
+    program.package(file.parent, file)
+    return file.parent / "PoseEstimator.fmu"
+
+
+def perform(task):
+    """A whole case, since its seeds share folders."""
+    the_study, of, seeds = task
+    found = []
+    for seed in range(1, seeds + 1):
+        began = time.monotonic()
+        found.append(the_study.run(of, seed))
+        took = time.monotonic() - began
+        print(f"{of.name} seed {seed}: {took:.0f} s", file=sys.stderr, flush=True)
+    return found
+
+
+def in_processes(count, work, tasks):
+    if count < 2:
+        return [work(task) for task in tasks]
+    # A fork has the compiled vehicle already.
+    forks = "fork" in multiprocessing.get_all_start_methods()
+    context = multiprocessing.get_context("fork" if forks else "spawn")
+    with context.Pool(count) as pool:
+        return pool.map(work, tasks, chunksize=1)
+
+
+def conditions(options):
+    pose = {"truth": "the true pose", "estimator": "the packed PoseEstimator"}
+    g = sensors
+    return (
+        f"Road: double lane change and S-curve at {study.ROAD_ACCELERATION_MPS2} m/s² at most. "
+        f"Design options: `{options.design}`. Pose: {pose.get(options.pose, 'a given estimator')}. "
+        f"GNSS: 10 Hz, {g.CORRECTED.deviation_m} m corrected, {g.UNCORRECTED.deviation_m} m "
+        f"uncorrected, {g.LATENCY_S} s late, drop-outs of {g.DROP_OUT.drop_out_s} s. Gyro: bias "
+        f"{g.GYRO_BIAS_RADPS} rad/s (1σ), noise {g.GYRO_NOISE_RADPS} rad/s. Limits: ±22°, 15° a "
+        f"sample. Before the road {road.LEAD_IN_S:.0f} s straight."
+    )
+
+
+def main():
+    options = arguments()
+    seeds = 2 if options.quick else options.seeds
+    known = {c.name: c for c in case.every()}
+    chosen = [known[name] for name in options.cases or known]
+    program = Program(options.program)
+    options.out.mkdir(parents=True, exist_ok=True)
+    workshop = contenders.Workshop(program, tuple(options.design.split()))
+    the_study = study.Study(workshop, estimator(options, program), options.out, key_of(options))
+
+    chosen[0].car.at_start(chosen[0].speed)  # compiles, for all forks
+    tasks = [(the_study, c, seeds) for c in chosen]
+    runs = sum(in_processes(options.processes, perform, tasks), [])
+
+    (options.out / "results.json").write_text(json.dumps(runs, indent=1) + "\n")
+    scores.write_csv(runs, options.out / "results.csv")
+    figures.draw(runs, options.out)
+    text = tables.everything(runs, conditions(options))
+    (options.out / "results.md").write_text(text)
+    print(text)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,116 @@
+"""The oracle: a controller tuned on the vehicle itself, to the design's requirements.
+
+The quickest settling with overshoot and steady-state error within the specification and the modulus
+margin kept, by differential evolution over kp, ki, kd, filter time and setpoint weight. It knows
+what no design can: the vehicle, and without noise.
+"""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+from pid_law import modulus_margin, respond, sampled_yaw
+from scipy.optimize import differential_evolution
+from yaw_step import STEP_RAD, metrics
+
+SEARCH_S = 3.0  # of each response, while searching
+SAMPLES = 300
+SEED = 1
+POPULATION, GENERATIONS = 10, 30
+OUTSIDE = 100.0  # cost of a requirement missed by all of its bound
+
+
+def limits_of(pid):
+    limits = pid["limits"]
+    rate = limits["max_rate_radps"] * pid["sample_time_s"]
+    return (limits["max_angle_rad"], min(limits["max_increment_rad"], rate))
+
+
+def gains_of(pid):
+    g = pid["gains"]
+    return (
+        g["kp"],
+        g["ki"],
+        g["kd"],
+        g["derivative_filter_time_s"],
+        g["setpoint_weight_proportional"],
+        g["anti_windup_time_s"],
+    )
+
+
+def gains_at(x):
+    """Of the search's coordinates: logarithms of kp, ki/kp, kd/kp and the filter time, and b."""
+    kp, reset, lead, filter_time = np.exp(x[:4])
+    # Åström and Hägglund, as in the design.
+    anti_windup = min(max(math.sqrt(lead / reset), 0.1), 1.0 / reset)
+    return (kp, kp * reset, kp * lead, filter_time, x[4], anti_windup)
+
+
+def tune(car, speed, pid):
+    """`pid` is a design's file as read: where the search starts; returns it with tuned gains."""
+    spec, limits, p = pid["specification"], limits_of(pid), car.parameters
+    start, (omega, yaw) = car.at_start(speed), sampled_yaw(car, speed)
+
+    def cost(x):
+        gains = gains_at(x)
+        margin = modulus_margin(gains, omega, yaw)
+        missed = max(0.0, spec["modulus_margin"] - margin) / spec["modulus_margin"]
+        if missed > 0.3:
+            return OUTSIDE * (1.0 + missed)
+        response = respond(start.copy(), speed, p, gains, limits, STEP_RAD, SAMPLES)
+        m = metrics(*response)
+        settling = SEARCH_S if m.settling_time_s is None else m.settling_time_s
+        overshoot = spec["overshoot_percent"]
+        missed += max(0.0, m.overshoot_percent - overshoot) / max(overshoot, 0.1)
+        error = float(np.mean(np.abs(1.0 - response[0] / STEP_RAD))) * SEARCH_S
+        return OUTSIDE * missed + settling + 0.1 * error
+
+    g = gains_of(pid)
+    guess = [math.log(g[0]), math.log(g[1] / g[0]), math.log(g[2] / g[0]), math.log(g[3]), g[4]]
+    spread = [1.2, 1.2, 1.2, 1.2]
+    bounds = [(c - s, c + s) for c, s in zip(guess, spread)] + [(0.0, 1.0)]
+    found = differential_evolution(
+        cost, bounds, x0=guess, seed=SEED, popsize=POPULATION, maxiter=GENERATIONS, tol=1e-3,
+        polish=False,
+    )  # fmt: skip
+    return with_gains(pid, gains_at(found.x), modulus_margin(gains_at(found.x), omega, yaw))
+
+
+def with_gains(pid, gains, margin):
+    """The file with other gains, and the guidance that belongs to them."""
+    kp, ki, kd, filter_time, weight, anti_windup = map(float, gains)
+    pid = json.loads(json.dumps(pid))
+    steady = steady_gain(pid)
+    pid["name"] = "tuned on the vehicle"
+    pid["gains"] |= {
+        "kp": kp,
+        "ki": ki,
+        "kd": kd,
+        "derivative_filter_time_s": filter_time,
+        "setpoint_weight_proportional": weight,
+        "anti_windup_time_s": anti_windup,
+    }
+    preview = kp * (1.0 - weight) / ki
+    share = 1.0 + steady * (kd - weight * kp * preview - ki * preview**2 / 2.0)
+    speed = pid["designed_for"]["speed_mps"]
+    pid["guidance"] |= {
+        "preview_time_s": preview,
+        "feedforward_gain_radm": share * speed / steady,
+    }
+    pid["evidence"]["margins"]["modulus_margin"] = margin
+    return pid
+
+
+def steady_gain(pid):
+    """Yaw rate per steering in a steady turn, 1/s: the design's, out of its own guidance."""
+    kp, ki, kd, _, weight, _ = gains_of(pid)
+    preview = pid["guidance"]["preview_time_s"]
+    speed = pid["designed_for"]["speed_mps"]
+    # feedforward = speed · (1/G + kd − b kp p − ki p²/2)
+    rest = kd - weight * kp * preview - ki * preview**2 / 2.0
+    return 1.0 / (pid["guidance"]["feedforward_gain_radm"] / speed - rest)
+
+
+def write(pid, file):
+    Path(file).write_text(json.dumps(pid, indent=2) + "\n")

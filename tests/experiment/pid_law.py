@@ -1,0 +1,74 @@
+"""The law of LateralPid (eq 14) once more, compiled, for tuning on the vehicle.
+
+Only what tuning needs: constant gains, enabled, no feedforward, no wrapping. `test_experiment.py`
+holds it against the packed FMU. Gains: kp, ki 1/s, kd s, filter time s, setpoint weight b,
+anti-windup time s; limits: angle rad, increment a tick rad.
+"""
+
+import math
+
+import numba
+import numpy as np
+import vehicle
+from excitation import SAMPLE_TIME_S
+from vehicle import STEPS, advance
+
+
+@numba.njit
+def respond(state, speed, p, gains, limits, height, count):
+    """Yaw and command at `count` samples of a yaw step on the car."""
+    kp, ki, kd, filter_time, weight, anti_windup = gains
+    angle, increment = limits
+    ts = SAMPLE_TIME_S
+    yaw, command = np.zeros(count), np.zeros(count)
+    integral, derivative, before, u = 0.0, 0.0, 0.0, 0.0
+    for k in range(count):
+        y = state[vehicle.YAW]
+        error = height - y
+        if k == 0:
+            integral = ki * ts * error - kp * (1.0 - weight) * error
+            before = y
+        else:
+            integral += ki * ts * error
+        derivative = (filter_time * derivative - kd * (y - before)) / (filter_time + ts)
+        before = y
+        wanted = kp * error + derivative + integral
+        u = max(-angle, min(angle, max(u - increment, min(u + increment, wanted))))
+        integral += min(ts / anti_windup, 1.0) * (u - wanted)
+        yaw[k], command[k] = y, u
+        advance(state, u, speed, p, STEPS)
+    return yaw, command
+
+
+def frequency_response(gains, z):
+    """Command per yaw error at z = exp(jωTs), of the feedback."""
+    kp, ki, kd, filter_time, _, _ = gains
+    ts = SAMPLE_TIME_S
+    integral = ki * ts / (1.0 - 1.0 / z)
+    derivative = kd * (1.0 - 1.0 / z) / (filter_time + ts - filter_time / z)
+    return kp + integral + derivative
+
+
+def sampled_yaw(car, speed):
+    """Frequencies, rad/s, and the car's own response from command to yaw there, sampled and held.
+
+    From a small step of the command, 0.5 m/s², that stays below the servo's rate limit.
+    """
+    wheelbase = car.published.a + car.published.b
+    size = min(
+        0.5 * wheelbase / speed**2,
+        0.9 * vehicle.SERVO_RATE_LIMIT_RADPS * vehicle.SERVO_TIME_CONSTANT_S,
+    )
+    command = np.full(round(4.0 / SAMPLE_TIME_S), size)
+    increments = np.diff(car.drive(command, speed)[:, vehicle.YAW]) / size
+    impulse = np.diff(increments, prepend=0.0)
+    omega = np.geomspace(0.5, math.pi / SAMPLE_TIME_S, 400)
+    z = np.exp(1j * omega * SAMPLE_TIME_S)
+    powers = z[:, None] ** -(1.0 + np.arange(len(impulse)))
+    return omega, (powers @ impulse) / (1.0 - 1.0 / z)
+
+
+def modulus_margin(gains, omega, yaw):
+    """Smallest distance of the loop from −1."""
+    controller = frequency_response(gains, np.exp(1j * omega * SAMPLE_TIME_S))
+    return float(np.min(np.abs(1.0 + controller * yaw)))

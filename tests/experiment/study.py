@@ -1,0 +1,205 @@
+"""One seed of one case: from its drive to all that is scored."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import contenders
+import numpy as np
+import road
+import sensors
+import sideslip
+import yaw_step
+from contenders import ERRORS, FITTED, FIXED, IDENTIFIED, LAG, NAMES, NO_LAG, ORACLE, Workshop
+from oracle import gains_of
+from pid_law import modulus_margin, sampled_yaw
+from units import Archive
+
+ROAD_ACCELERATION_MPS2 = 4.0  # where the road is curved most
+TRACED_SEED = 1  # whose traces are kept for the figures
+
+
+@dataclass
+class Study:
+    """Where files go, and who makes them."""
+
+    workshop: Workshop
+    estimator: Path | None
+    out: Path
+    key: str
+
+    def folder(self, case, who):
+        made = self.out / "work" / case.name / who.replace(" ", "_").replace("%", "percent")
+        made.mkdir(parents=True, exist_ok=True)
+        return made
+
+    # ---- What is the same for every seed ----
+
+    def prepare(self, case):
+        """Controllers of [`FIXED`], and their yaw steps; returns the file with the outcome."""
+        file = self.out / "cases" / f"{case.name}.json"
+        if done := self.unchanged(file):
+            return done
+        car = case.car
+        start, shop = car.at_start(case.speed), self.workshop
+        found = {"key": self.key, "case": case.name, "contenders": {}}
+        pids = {}
+        for who, lag in ((NO_LAG, contenders.NO_LAG_S), (LAG, case.lag)):
+            folder = self.folder(case, who)
+            _, pids[who] = shop.datasheet(case, folder, lag=lag)
+        _, pids[ORACLE] = shop.oracle(case, pids[LAG], self.folder(case, ORACLE))
+        for who, pid in pids.items():
+            found["contenders"][who] = self.steps(case, who, start, pid)
+        # What the car itself does in the step is the oracle's prediction.
+        oracle = found["contenders"][ORACLE]
+        oracle["predicted"] = oracle["achieved"]
+        found["datasheet"] = case.datasheet()
+        write(file, found)
+        return found
+
+    def steps(self, case, who, start, pid):
+        """Predicted and achieved metrics of the yaw step of the packed controller."""
+        archive = Archive(self.folder(case, who) / "LateralPid.fmu")
+        response = yaw_step.respond(case.car, case.speed, archive, start)
+        archive.remove()
+        predicted = pid["evidence"]["step"]
+        keys = ("overshoot_percent", "settling_time_s", "steady_state_error_percent")
+        loop = gains_of(pid), *sampled_yaw(case.car, case.speed)
+        np.savez_compressed(self.folder(case, who) / "step.npz", yaw=response[0], u=response[1])
+        return {
+            "gains": dict(pid["gains"]),
+            "guidance": dict(pid["guidance"]),
+            "predicted": {key: predicted[key] for key in keys},
+            "achieved": yaw_step.metrics(*response).as_dict(),
+            "modulus_margin_predicted": pid["evidence"]["margins"]["modulus_margin"],
+            "modulus_margin_on_the_car": modulus_margin(*loop),
+        }
+
+    # ---- One seed ----
+
+    def run(self, case, seed):
+        file = self.out / "seeds" / f"{case.name}_{seed:03}.json"
+        if done := self.unchanged(file):
+            return done
+        common = self.prepare(case)
+        car, start = case.car, case.car.at_start(case.speed)
+        folder = self.folder(case, f"seed_{seed}")
+        log = folder / "drive.csv"
+        states, acceleration = case.record(log, seed)
+        slip = sideslip.calibrate(states, np.random.default_rng([*case.seed(1), seed]))
+        found = {"key": self.key, "case": case.name, "seed": seed, "contenders": {}}
+        found["drive"] = {
+            "largest_lateral_acceleration_mps2": acceleration,
+            "sideslip_per_yaw_rate_s": slip,
+        }
+        shop, pids = self.workshop, {}
+        plant, pids[IDENTIFIED] = shop.identified(log, self.folder(case, IDENTIFIED))
+        _, pids[FITTED] = shop.fitted(case, log, self.folder(case, FITTED))
+        _, pids[ERRORS] = shop.with_errors(case, seed, self.folder(case, ERRORS))
+        found["identification"] = identification(plant)
+        for who in NAMES:
+            if who in FIXED:
+                found["contenders"][who] = dict(common["contenders"][who])
+            else:
+                found["contenders"][who] = self.steps(case, who, start, pids[who])
+        for who in NAMES:
+            drives = self.roads(case, seed, who, start, slip)
+            found["contenders"][who]["road"] = drives
+        if seed != TRACED_SEED:
+            log.unlink()
+        write(file, found)
+        return found
+
+    def roads(self, case, seed, who, start, slip):
+        """Each reception's drive along the road."""
+        folder = self.folder(case, who)
+        made = self.workshop.program.path(
+            folder / "path.json", folder / "pid.json", case.speed, ROAD_ACCELERATION_MPS2
+        )
+        self.workshop.program.package(folder, folder / "path.json")
+        length = made["points"][-1][0]
+        archives = [folder / "ReferencePath.fmu", folder / "LateralPid.fmu"]
+        estimator = Archive(self.estimator) if self.estimator else None
+        loop = road.Loop(estimator, *map(Archive, archives))
+        duration = length / case.speed
+        # In the first half of the seeds in the lane change, later in the turns: where it happens.
+        lost = np.random.default_rng([*case.seed(4), seed]).uniform(1.0, duration - 5.0)
+        traces, scores = {}, {}
+        for reception in sensors.RECEPTIONS:
+            count = round((duration + road.LEAD_IN_S + road.MARGIN_S) / road.SAMPLE_TIME_S) + 1
+            read = sensors.Sensors(
+                reception, [*case.seed(5), seed], road.LEAD_IN_S + lost, count
+            )
+            trace, finished = road.follow(
+                case.car, case.speed, loop, read, start, slip, length
+            )
+            traces[reception.name] = trace
+            scores[reception.name] = road_scores(trace, finished)
+        loop.remove()
+        scores[sensors.DROP_OUT.name] |= drop_out_scores(traces, lost)
+        scores["guidance"] = made["guidance"]
+        scores["largest_curvature_per_m"] = max(abs(point[4]) for point in made["points"])
+        if seed == TRACED_SEED:
+            np.savez_compressed(folder / "road.npz", **traces)
+        return scores
+
+    def unchanged(self, file):
+        """An outcome of the same program and the same experiment."""
+        if not file.exists():
+            return None
+        found = json.loads(file.read_text())
+        return found if found["key"] == self.key else None
+
+
+def identification(plant):
+    evidence = plant["evidence"]
+    return {
+        "order": len(plant["discrete"]["A"]),
+        "method": evidence["method"],
+        "fit_percent": evidence["fit"]["validation"],
+    }
+
+
+def rms(values):
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def road_scores(trace, finished):
+    column = dict(zip(road.TRACED, trace.T))
+    command = column["command"]
+    return {
+        "finished": bool(finished),
+        "cross_track_rms_m": rms(column["cross_track"]),
+        "cross_track_largest_m": float(np.max(np.abs(column["cross_track"]))),
+        "course_rms_rad": rms(column["course"]),
+        "course_largest_rad": float(np.max(np.abs(column["course"]))),
+        "steering_rate_rms_radps": rms(np.diff(command)) / road.SAMPLE_TIME_S,
+        "estimated_position_rms_m": rms(column["position"]),
+        "estimated_yaw_rms_rad": rms(column["yaw"]),
+    }
+
+
+def drop_out_scores(traces, lost):
+    """What 2 s without fixes do, against the same drive with them."""
+    with_fixes, without = (traces[r.name] for r in (sensors.CORRECTED, sensors.DROP_OUT))
+    shared = min(len(with_fixes), len(without))
+    off = without[:shared, 1] - with_fixes[:shared, 1]
+    begin = round(lost / road.SAMPLE_TIME_S)
+    back = begin + round((sensors.DROP_OUT.drop_out_s + sensors.LATENCY_S) / road.SAMPLE_TIME_S)
+    within = np.abs(without[begin : back + 300, 1])
+    returning = off[back : back + 500]
+    away = float(returning[0]) if len(returning) else 0.0
+    beyond = np.max(-np.sign(away) * returning) if len(returning) else 0.0
+    return {
+        "drop_out_from_s": float(lost),
+        "drop_out_largest_m": float(np.max(within)) if len(within) else None,
+        "drop_out_away_at_return_m": abs(away),
+        "drop_out_overshoot_m": float(max(0.0, beyond)),
+    }
+
+
+def write(file, value):
+    file.parent.mkdir(parents=True, exist_ok=True)
+    part = file.with_suffix(".part")
+    part.write_text(json.dumps(value, indent=1) + "\n")
+    part.replace(file)

@@ -1,0 +1,207 @@
+"""The outcome as Markdown."""
+
+import math
+
+import numpy as np
+from contenders import FITTED, IDENTIFIED, LAG, NAMES, NO_LAG, ORACLE, ERRORS
+from scores import metric, prediction_error_s, ratios, worst
+from sensors import CORRECTED, DROP_OUT, UNCORRECTED
+
+# Aims of the yaw step, and the settling times that tuning on the car itself is known to reach.
+OVERSHOOT_PERCENT, SETTLING_S, ERROR_PERCENT = 1.0, 1.0, 2.0
+TUNED_SETTLING_S = {8: 0.64, 15: 0.54, 22: 0.47}
+WITHIN = 1.25
+CROSS_TRACK_RMS_M = 0.10
+DROP_OUT_M, DROP_OUT_OVERSHOOT_M = 0.5, 0.05
+
+
+def table(header, lines):
+    text = [header, ["---"] * len(header), *lines]
+    return "\n".join("| " + " | ".join(map(str, line)) + " |" for line in text)
+
+
+def seconds(value):
+    return "never" if value is None else f"{value:.3f} s"
+
+
+def by_case(runs):
+    found = {}
+    for run in runs:
+        found.setdefault(run["case"], []).append(run)
+    return found
+
+
+def speed_of(case):
+    return int(case.split("_")[1].removesuffix("mps"))
+
+
+def steps(runs):
+    """The yaw step: identified, predicted, achieved; the worst of the seeds."""
+    header = ["case", "order", "fit", "overshoot", "settling", "predicted", "error at 5 s"]
+    header += ["modulus on the car", "oracle settles", "kept", "within 25 %"]
+    lines = []
+    for case, seeds in by_case(runs).items():
+        get = lambda *path: [metric(run, IDENTIFIED, path) for run in seeds]  # noqa: E731
+        overshoot = max(get("achieved", "overshoot_percent"))
+        settling = worst(get("achieved", "settling_time_s"))
+        error = max(get("achieved", "steady_state_error_percent"))
+        kept = overshoot <= OVERSHOOT_PERCENT and error <= ERROR_PERCENT
+        kept = kept and settling is not None and settling <= SETTLING_S
+        soon = settling is not None and settling <= WITHIN * TUNED_SETTLING_S[speed_of(case)]
+        orders = sorted({run["identification"]["order"] for run in seeds})
+        fits = [run["identification"]["fit_percent"] for run in seeds]
+        lines.append(
+            [
+                case,
+                ", ".join(map(str, orders)),
+                f"{np.mean(fits):.2f} %",
+                f"{overshoot:.2f} %",
+                seconds(settling),
+                seconds(worst(get("predicted", "settling_time_s"))),
+                f"{error:.2f} %",
+                f"{min(get('modulus_margin_on_the_car')):.3f}",
+                seconds(metric(seeds[0], ORACLE, ("achieved", "settling_time_s"))),
+                "yes" if kept else "no",
+                "yes" if soon else "no",
+            ]
+        )
+    return table(header, lines)
+
+
+def contenders(runs):
+    """Over all cases and seeds: how each contender's yaw step and road went."""
+    header = ["designed on", "settling predicted off by", "overshoot predicted off by"]
+    header += ["step keeps all aims", "modulus on the car", "cross-track RMS", "largest"]
+    header += ["course RMS", "steering rate RMS", "RMS, drop-outs", "RMS, uncorrected"]
+    lines = []
+    for who in NAMES:
+        get = lambda *path: [metric(run, who, path) for run in runs]  # noqa: E731
+        road = lambda reception, key: get("road", reception.name, key)  # noqa: E731
+        over = zip(get("predicted", "overshoot_percent"), get("achieved", "overshoot_percent"))
+        kept = [
+            run["contenders"][who]["achieved"]["overshoot_percent"] <= OVERSHOOT_PERCENT
+            and (metric(run, who, ("achieved", "settling_time_s")) or math.inf) <= SETTLING_S
+            and metric(run, who, ("achieved", "steady_state_error_percent")) <= ERROR_PERCENT
+            for run in runs
+        ]
+        off = np.mean([prediction_error_s(run, who) for run in runs])
+        cross = road(CORRECTED, "cross_track_rms_m")
+        lines.append(
+            [
+                who,
+                "–" if who == ORACLE else f"{off:.3f} s",
+                "–" if who == ORACLE else f"{np.mean([abs(a - b) for a, b in over]):.2f} %",
+                f"{100 * np.mean(kept):.0f} %",
+                f"{min(get('modulus_margin_on_the_car')):.3f}",
+                f"{np.mean(cross):.3f} m",
+                f"{np.mean(road(CORRECTED, 'cross_track_largest_m')):.3f} m",
+                f"{math.degrees(np.mean(road(CORRECTED, 'course_rms_rad'))):.2f}°",
+                f"{np.mean(road(CORRECTED, 'steering_rate_rms_radps')):.3f} rad/s",
+                f"{np.mean(road(DROP_OUT, 'cross_track_rms_m')):.3f} m",
+                f"{np.mean(road(UNCORRECTED, 'cross_track_rms_m')):.3f} m",
+            ]
+        )
+    return table(header, lines)
+
+
+def compared(runs):
+    """Ratios of the identified design to each rival, with their confidence intervals."""
+    rivals = [NO_LAG, LAG, ERRORS, FITTED, ORACLE]
+    lines = [
+        [what, *("–" if r[rival] is None else "{:.3f} ({:.3f}–{:.3f})".format(*r[rival]) for rival in rivals)]
+        for what, r in ratios(runs).items()
+    ]
+    return table(["identified over", *rivals], lines)
+
+
+def roads(runs):
+    """The identified design on the road, case by case."""
+    header = ["case", "curvature", "look-ahead", "preview", "sideslip per yaw rate"]
+    header += ["cross-track RMS", "largest", "RMS, drop-out", "largest, drop-out"]
+    header += ["beyond the road on return", "RMS, uncorrected", "finished"]
+    lines = []
+    for case, seeds in by_case(runs).items():
+        get = lambda reception, key: [  # noqa: E731
+            metric(run, IDENTIFIED, ("road", reception.name, key)) for run in seeds
+        ]
+        guide = seeds[0]["contenders"][IDENTIFIED]["road"]
+        guidance = guide["guidance"]
+        every = [v for r in (CORRECTED, DROP_OUT, UNCORRECTED) for v in get(r, "finished")]
+        ahead = max(guidance["lookahead_min_m"], guidance["lookahead_time_s"] * speed_of(case))
+        lines.append(
+            [
+                case,
+                f"{guide['largest_curvature_per_m']:.4f} 1/m",
+                f"{ahead:.1f} m",
+                f"{guidance['preview_time_s']:.3f} s",
+                f"{np.mean([run['drive']['sideslip_per_yaw_rate_s'] for run in seeds]):.4f} s",
+                f"{max(get(CORRECTED, 'cross_track_rms_m')):.3f} m",
+                f"{max(get(CORRECTED, 'cross_track_largest_m')):.3f} m",
+                f"{max(get(DROP_OUT, 'cross_track_rms_m')):.3f} m",
+                f"{worst(get(DROP_OUT, 'drop_out_largest_m')):.3f} m",
+                f"{max(get(DROP_OUT, 'drop_out_overshoot_m')):.3f} m",
+                f"{max(get(UNCORRECTED, 'cross_track_rms_m')):.3f} m",
+                f"{sum(every)} of {len(every)}",
+            ]
+        )
+    return table(header, lines)
+
+
+def aims(runs):
+    """The figures to reach, and whether they are."""
+    cases = by_case(runs)
+    own = lambda run, *path: metric(run, IDENTIFIED, path)  # noqa: E731
+
+    def kept(run):
+        settling = own(run, "achieved", "settling_time_s")
+        return (
+            own(run, "achieved", "overshoot_percent") <= OVERSHOOT_PERCENT
+            and settling is not None
+            and settling <= SETTLING_S
+            and own(run, "achieved", "steady_state_error_percent") <= ERROR_PERCENT
+        )
+
+    def soon(run):
+        settling = own(run, "achieved", "settling_time_s")
+        return settling is not None and settling <= WITHIN * TUNED_SETTLING_S[speed_of(run["case"])]
+
+    all_of = lambda test: sum(all(map(test, seeds)) for seeds in cases.values())  # noqa: E731
+    at_15 = [run for run in runs if speed_of(run["case"]) == 15]
+    rms = [own(run, "road", CORRECTED.name, "cross_track_rms_m") for run in at_15]
+    away = [own(run, "road", DROP_OUT.name, "drop_out_largest_m") for run in runs]
+    beyond = [own(run, "road", DROP_OUT.name, "drop_out_overshoot_m") for run in runs]
+    r = ratios(runs)["cross-track RMS, corrected GNSS"]
+    told = lambda rival: "–" if r[rival] is None else "{:.3f} ({:.3f}–{:.3f})".format(*r[rival])  # noqa: E731
+    lines = [
+        ["yaw step keeps 1 %, 1 s, 2 %, every seed", "all cases", f"{all_of(kept)} of {len(cases)}"],
+        ["settling within 25 % of tuning, every seed", "all cases", f"{all_of(soon)} of {len(cases)}"],
+        ["cross-track RMS at 15 m/s, corrected, worst seed", "0.10 m", f"{max(rms):.3f} m" if rms else "–"],
+        ["in and after a drop-out, worst seed", "0.5 m", f"{max(away):.3f} m"],
+        ["overshoot on return, worst seed", "0.05 m", f"{max(beyond):.3f} m"],
+        [f"cross-track RMS over that of: {NO_LAG}", "< 1", told(NO_LAG)],
+        [f"the same: {ERRORS}", "< 1", told(ERRORS)],
+        [f"the same: {LAG}", "≤ 1.05", told(LAG)],
+        [f"the same: {FITTED}", "≤ 1.05", told(FITTED)],
+    ]
+    return table(["figure", "aim", "reached"], lines)
+
+
+def everything(runs, conditions):
+    seeds = len({run["seed"] for run in runs})
+    return "\n\n".join(
+        [
+            "# Controllers on cars from outside",
+            conditions,
+            f"{len(by_case(runs))} cases, {seeds} seeds each.",
+            "## Aims",
+            aims(runs),
+            "## Yaw step of 5° on the car, designed on the identified plant (worst seed)",
+            steps(runs),
+            "## Contenders, means over all cases and seeds",
+            contenders(runs),
+            "## Ratios: geometric mean, 95 % confidence interval",
+            compared(runs),
+            "## The road, identified design (worst seed)",
+            roads(runs),
+        ]
+    ) + "\n"

@@ -1,0 +1,23 @@
+//! `cargo xtask experiment`: tests/experiment, on cars that no one here wrote.
+
+use crate::python;
+use crate::run::{cargo, root, run, target};
+use std::process::Command;
+
+/// Runs the experiment with its own Python environment and the released command line.
+pub(crate) fn experiment(test: bool, arguments: &[String]) -> Result<(), String> {
+    let folder = root().join("tests/experiment");
+    let requirements = folder.join("requirements.txt");
+    let python = python::environment_in(&target().join("experiment-python"), &requirements)?;
+    if test {
+        let mut tests = Command::new(&python);
+        return run(tests.args(["-m", "pytest", "-q", "-p", "no:cacheprovider"]).arg(&folder));
+    }
+    run(&mut cargo(&["build", "--release", "--quiet", "--package", "steerwright"]))?;
+    let program = format!("steerwright{}", std::env::consts::EXE_SUFFIX);
+    let mut command = Command::new(&python);
+    command.arg(folder.join("experiment.py"));
+    command.arg("--program").arg(target().join("release").join(program));
+    command.arg("--out").arg(target().join("experiment"));
+    run(command.args(arguments))
+}
