@@ -14,6 +14,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("nonlinear-vehicle", LIBRARY),
     ("lateral-pid", LIBRARY),
     ("reference-path", LIBRARY),
+    ("pose-estimator", LIBRARY),
     ("slaves", &["fmi2-export", "formats", "model-description", "model-loading", "vehicle-models"]),
     ("fmi2-export", &["model-description"]),
     ("control", &["formats", "model-loading", "vehicle-models"]),
@@ -76,7 +77,7 @@ fn no_edge_beyond_the_architecture() {
 #[test]
 fn an_fmu_binary_links_no_identification_and_no_design() {
     for library in
-        ["identified-plant", "bicycle-plant", "nonlinear-vehicle", "lateral-pid", "reference-path"]
+        ["identified-plant", "bicycle-plant", "nonlinear-vehicle", "lateral-pid", "reference-path", "pose-estimator"]
     {
         let tree = Command::new(env!("CARGO"))
             .args(["tree", "--edges", "normal", "--prefix", "none", "--package", library])

@@ -6,4 +6,5 @@
     ("nonlinear-vehicle", "NonlinearVehicle"),
     ("lateral-pid", "LateralPid"),
     ("reference-path", "ReferencePath"),
+    ("pose-estimator", "PoseEstimator"),
 ]

@@ -1,6 +1,7 @@
 //! The versioned JSON files that pass between Steerwright's stages.
 //!
-//! Each file is one type here: [`Plant`], [`Bicycle`], [`Vehicle`], [`Pid`], [`Path`], [`Start`].
+//! Each file is one type here: [`Plant`], [`Bicycle`], [`Vehicle`], [`Pid`], [`Path`],
+//! [`Estimator`], [`Start`].
 //! Every type knows its
 //! schema name (`steerwright/plant/1` …), is read by [`Document::from_json`], which refuses unknown
 //! versions, wrong shapes and non-finite numbers with the JSON path of the fault, and is written
@@ -15,6 +16,7 @@ mod bicycle;
 mod bicycle_evidence;
 mod check;
 mod document;
+mod estimator;
 mod evidence;
 mod matrix;
 mod path;
@@ -29,6 +31,7 @@ pub use bicycle::{Bicycle, BicycleCoefficients, VehicleData};
 pub use bicycle_evidence::{BicycleEvidence, Estimated, SpeedSummary, Stated, WithDelay};
 pub use check::Checker;
 pub use document::{Document, Error, schema_of};
+pub use estimator::{Estimator, Gnss, InitialUncertainty, SensorNoise};
 pub use evidence::{
     ChannelSummary, CoherencePoint, Evidence, Excitation, ExcitationBand, Fits, FrequencyResponse,
     HeldOut, Information, Mode, OrderRow, Persistence, PoleZeroMap, PredictionFit,

@@ -157,6 +157,7 @@ fn check(fmu: Fmu, document: &str, file: &str) -> Result<Option<f64>, formats::E
         Fmu::NonlinearVehicle => formats::Vehicle::from_json(document, file).map(|_| None)?,
         Fmu::LateralPid => Some(formats::Pid::from_json(document, file)?.sample_time_s),
         Fmu::ReferencePath => formats::Path::from_json(document, file).map(|_| None)?,
+        Fmu::PoseEstimator => formats::Estimator::from_json(document, file).map(|_| None)?,
     })
 }
 

@@ -29,6 +29,7 @@ pub(crate) const fn of(fmu: Fmu) -> Icon {
         Fmu::NonlinearVehicle => icon!("NonlinearVehicle"),
         Fmu::LateralPid => icon!("LateralPid"),
         Fmu::ReferencePath => icon!("ReferencePath"),
+        Fmu::PoseEstimator => icon!("PoseEstimator"),
     }
 }
 

@@ -67,6 +67,7 @@ impl Origin {
             Fmu::NonlinearVehicle => vehicle(formats::Vehicle::from_json(document, file)?),
             Fmu::LateralPid => pid(formats::Pid::from_json(document, file)?),
             Fmu::ReferencePath => path(formats::Path::from_json(document, file)?),
+            Fmu::PoseEstimator => estimator(formats::Estimator::from_json(document, file)?),
         };
         Ok(Self {
             schema: "steerwright/provenance/1",
@@ -255,6 +256,15 @@ fn vehicle(vehicle: formats::Vehicle) -> Told {
         fact("friction_coefficient", vehicle.tyres.friction_coefficient, ""),
     ];
     (vehicle.name, None, facts)
+}
+
+fn estimator(estimator: formats::Estimator) -> Told {
+    let facts = vec![
+        fact("gnss_latency", estimator.gnss.latency_s, "s"),
+        fact("sideslip_per_yaw_rate", estimator.sideslip_per_yaw_rate_s, "s"),
+        fact("speed", estimator.speed_mps, "m/s"),
+    ];
+    (estimator.name, None, facts)
 }
 
 fn pid(pid: formats::Pid) -> Told {

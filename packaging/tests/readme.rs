@@ -34,6 +34,7 @@ fn each_fmu_lists_its_variables() {
         (Fmu::NonlinearVehicle, "nonlinear-vehicle"),
         (Fmu::LateralPid, "lateral-pid"),
         (Fmu::ReferencePath, "reference-path"),
+        (Fmu::PoseEstimator, "pose-estimator"),
     ] {
         holds(&root().join("fmu").join(folder).join("README.md"), &table_markdown(fmu.table()));
     }

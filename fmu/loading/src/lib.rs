@@ -7,15 +7,16 @@
 //! | `vehicle.json` | [`nonlinear_parameters`] | [`NonlinearParameters`] |
 //! | `pid.json` | [`pid_parameters`] | [`PidParameters`] |
 //! | `path.json` | [`path_geometry`], [`guidance_parameters`] | [`PathGeometry`], [`GuidanceParameters`] |
+//! | `estimator.json` | [`pose_parameters`] | [`PoseParameters`] |
 //!
 //! Design and FMUs both read their files by these functions: a controller that was tuned on a file
 //! is the one that runs from it. Nothing is computed here and no unit changes: SI and radians on
 //! both sides. Matrices go from rows of rows to row-major vectors.
 
-use formats::{Guidance, InputKind, Matrix, Path, Pid, Plant, Vehicle, VehicleData};
+use formats::{Estimator, Guidance, InputKind, Matrix, Path, Pid, Plant, Vehicle, VehicleData};
 use vehicle_models::{
     BicycleParameters, Continuous, Error, GuidanceParameters, IdentifiedData, IdentifiedModel,
-    NonlinearParameters, PathGeometry, PathPoint, PidParameters,
+    NonlinearParameters, PathGeometry, PathPoint, PidParameters, PoseParameters,
 };
 
 /// The identified model of `plant.json`.
@@ -108,6 +109,28 @@ pub fn pid_parameters(pid: &Pid) -> PidParameters {
         max_increment: limits.max_increment_rad,
         max_rate: limits.max_rate_radps,
         sample_time: pid.sample_time_s,
+    }
+}
+
+/// The estimator of `estimator.json`; where it starts is no part of the file.
+#[must_use]
+pub fn pose_parameters(estimator: &Estimator) -> PoseParameters {
+    let Estimator { gnss, noise, initial, .. } = estimator;
+    PoseParameters {
+        gnss_latency: gnss.latency_s,
+        antenna_x: gnss.antenna_x_m,
+        antenna_y: gnss.antenna_y_m,
+        sideslip_per_yaw_rate: estimator.sideslip_per_yaw_rate_s,
+        yaw_rate_noise_density: noise.yaw_rate_density,
+        yaw_rate_bias_density: noise.yaw_rate_bias_density,
+        speed_noise_density: noise.speed_density,
+        lateral_velocity_noise_density: noise.lateral_velocity_density,
+        initial_x: 0.0,
+        initial_y: 0.0,
+        initial_yaw: 0.0,
+        initial_position_std: initial.position_std_m,
+        initial_yaw_std: initial.yaw_std_rad,
+        initial_yaw_rate_bias_std: initial.yaw_rate_bias_std_radps,
     }
 }
 

@@ -13,6 +13,7 @@
 //! | [`bicycle`], [`bicycle_plant`] | eq 13, its body-frame form, and the plant made of it |
 //! | [`nonlinear`] | a vehicle up to its limits: load transfer, saturating tyres, a real actuator |
 //! | [`path`], [`guidance`] | the geometry of a reference path, and line-of-sight guidance on it |
+//! | [`pose`] | the vehicle's pose from GNSS fixes, gyro and speed: an extended Kalman filter |
 //! | [`sensitivity`] | partial derivatives of the plants, and which of them are always zero |
 //! | [`quadrature`], [`trigonometry`], [`noise`], [`delay`], [`angle`] | what those share |
 //!
@@ -33,6 +34,7 @@ pub mod noise;
 pub mod nonlinear;
 pub mod path;
 pub mod pid;
+pub mod pose;
 pub mod quadrature;
 pub mod sensitivity;
 pub mod ticks;
@@ -48,4 +50,5 @@ pub use identified_plant::{IdentifiedPlant, SavedIdentifiedPlant};
 pub use nonlinear::{NonlinearParameters, NonlinearVehicle};
 pub use path::{PathGeometry, PathPoint, Projection};
 pub use pid::{Pid, PidInput, PidOutput, PidParameters};
+pub use pose::{PoseEstimator, PoseInput, PoseParameters, SavedPose};
 pub use ticks::Ticks;

@@ -1,6 +1,6 @@
 //! The FMUs by name, for those who pack them.
 
-use crate::{BicyclePlant, IdentifiedPlant, LateralPid, NonlinearVehicle, ReferencePath};
+use crate::{BicyclePlant, IdentifiedPlant, LateralPid, NonlinearVehicle, PoseEstimator, ReferencePath};
 use fmi2_export::{DescribeError, Resources, Slave, describe};
 use formats::Document;
 use model_description::{DefaultExperiment, ModelDescription, Table};
@@ -21,16 +21,19 @@ pub enum Fmu {
     LateralPid,
     /// The reference road and its guidance.
     ReferencePath,
+    /// The filter for the pose.
+    PoseEstimator,
 }
 
 impl Fmu {
     /// Every FMU.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
         Self::IdentifiedPlant,
         Self::BicyclePlant,
         Self::NonlinearVehicle,
         Self::LateralPid,
         Self::ReferencePath,
+        Self::PoseEstimator,
     ];
 
     /// The variable table.
@@ -42,6 +45,7 @@ impl Fmu {
             Self::NonlinearVehicle => NonlinearVehicle::TABLE,
             Self::LateralPid => LateralPid::TABLE,
             Self::ReferencePath => ReferencePath::TABLE,
+            Self::PoseEstimator => PoseEstimator::TABLE,
         }
     }
 
@@ -60,6 +64,7 @@ impl Fmu {
             Self::NonlinearVehicle => formats::Vehicle::SCHEMA,
             Self::LateralPid => formats::Pid::SCHEMA,
             Self::ReferencePath => formats::Path::SCHEMA,
+            Self::PoseEstimator => formats::Estimator::SCHEMA,
         }
     }
 
@@ -72,6 +77,7 @@ impl Fmu {
             Self::NonlinearVehicle => "vehicle.json",
             Self::LateralPid => "pid.json",
             Self::ReferencePath => "path.json",
+            Self::PoseEstimator => "estimator.json",
         }
     }
 
@@ -84,6 +90,7 @@ impl Fmu {
             Self::NonlinearVehicle => include_str!("../../nonlinear-vehicle/README.md"),
             Self::LateralPid => include_str!("../../lateral-pid/README.md"),
             Self::ReferencePath => include_str!("../../reference-path/README.md"),
+            Self::PoseEstimator => include_str!("../../pose-estimator/README.md"),
         }
     }
 
@@ -105,6 +112,7 @@ impl Fmu {
             Self::NonlinearVehicle => describe::<NonlinearVehicle>(resources, experiment),
             Self::LateralPid => describe::<LateralPid>(resources, experiment),
             Self::ReferencePath => describe::<ReferencePath>(resources, experiment),
+            Self::PoseEstimator => describe::<PoseEstimator>(resources, experiment),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! An FMU's slave run in this process, without its C symbols: the code that its library runs.
 
-use crate::{BicyclePlant, Fmu, IdentifiedPlant, LateralPid, NonlinearVehicle, ReferencePath};
+use crate::{BicyclePlant, Fmu, IdentifiedPlant, LateralPid, NonlinearVehicle, PoseEstimator, ReferencePath};
 use fmi2_export::{Log, Resources, Slave, VariableId};
 use model_description::Value;
 
@@ -52,6 +52,7 @@ impl Fmu {
             Self::BicyclePlant => boxed::<BicyclePlant>(resources),
             Self::NonlinearVehicle => boxed::<NonlinearVehicle>(resources),
             Self::LateralPid => boxed::<LateralPid>(resources),
+            Self::PoseEstimator => boxed::<PoseEstimator>(resources),
             Self::ReferencePath => boxed::<ReferencePath>(resources),
         }
     }

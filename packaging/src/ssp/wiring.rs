@@ -4,15 +4,16 @@ use crate::{Error, Fmu, Packed};
 use fmi2_host::Connection;
 use model_description::{Causality, Variable};
 
-/// The FMUs in the order plant, path, controller: no delay enters the loop when a Gauss–Seidel
+/// The FMUs in the order plant, pose estimator, path, controller: no delay enters the loop when a Gauss–Seidel
 /// master steps them so.
 #[must_use]
 pub fn loop_order(packed: &[Packed]) -> Vec<&Packed> {
     let mut ordered: Vec<&Packed> = packed.iter().collect();
     ordered.sort_by_key(|p| match p.fmu {
         Fmu::IdentifiedPlant | Fmu::BicyclePlant | Fmu::NonlinearVehicle => 0,
-        Fmu::ReferencePath => 1,
-        Fmu::LateralPid => 2,
+        Fmu::PoseEstimator => 1,
+        Fmu::ReferencePath => 2,
+        Fmu::LateralPid => 3,
     });
     ordered
 }

@@ -173,6 +173,9 @@ pub(crate) fn document(fmu: Fmu) -> String {
         }
         Fmu::LateralPid => pid(),
         Fmu::ReferencePath => path(),
+        Fmu::PoseEstimator => {
+            include_str!("../../../tests/data/multibody/estimator.json").to_owned()
+        }
     }
 }
 

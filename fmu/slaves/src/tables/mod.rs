@@ -4,6 +4,7 @@ pub(crate) mod bicycle_plant;
 pub(crate) mod identified_plant;
 pub(crate) mod lateral_pid;
 pub(crate) mod nonlinear_vehicle;
+pub(crate) mod pose_estimator;
 pub(crate) mod reference_path;
 
 /// Makes an enum of variables and the table behind it from one list.

@@ -1,0 +1,54 @@
+//! Every number of `estimator.json` arrives at its place.
+#![allow(clippy::unwrap_used)]
+
+use formats::{Document, Estimator};
+use model_loading::pose_parameters;
+use vehicle_models::PoseParameters;
+
+/// Everything but the latency is the estimator that is compiled in, which knows of none.
+#[test]
+fn the_example_is_the_default() {
+    let text = include_str!("../../../tests/data/multibody/estimator.json");
+    let estimator = Estimator::from_json(text, "estimator.json").unwrap();
+    let expected = PoseParameters { gnss_latency: 0.1, ..PoseParameters::default() };
+    assert_eq!(pose_parameters(&estimator), expected);
+}
+
+#[test]
+fn the_estimator() {
+    let estimator = Estimator {
+        schema: Estimator::SCHEMA.into(),
+        name: "sensors".into(),
+        gnss: formats::Gnss { latency_s: 1.0, antenna_x_m: 2.0, antenna_y_m: 3.0 },
+        sideslip_per_yaw_rate_s: 4.0,
+        noise: formats::SensorNoise {
+            yaw_rate_density: 5.0,
+            yaw_rate_bias_density: 6.0,
+            speed_density: 7.0,
+            lateral_velocity_density: 8.0,
+        },
+        initial: formats::InitialUncertainty {
+            position_std_m: 9.0,
+            yaw_std_rad: 0.5,
+            yaw_rate_bias_std_radps: 0.25,
+        },
+        speed_mps: 12.0,
+    };
+    let expected = PoseParameters {
+        gnss_latency: 1.0,
+        antenna_x: 2.0,
+        antenna_y: 3.0,
+        sideslip_per_yaw_rate: 4.0,
+        yaw_rate_noise_density: 5.0,
+        yaw_rate_bias_density: 6.0,
+        speed_noise_density: 7.0,
+        lateral_velocity_noise_density: 8.0,
+        initial_x: 0.0,
+        initial_y: 0.0,
+        initial_yaw: 0.0,
+        initial_position_std: 9.0,
+        initial_yaw_std: 0.5,
+        initial_yaw_rate_bias_std: 0.25,
+    };
+    assert_eq!(pose_parameters(&estimator), expected);
+}

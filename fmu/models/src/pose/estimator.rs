@@ -1,0 +1,229 @@
+//! The estimator: readings and fixes in, a pose out, step by step.
+
+use super::alignment::{Alignment, UNKNOWN};
+use super::filter::{BIAS, Filter, YAW};
+use super::history::{History, Stretch};
+use super::parameters::PoseParameters;
+use crate::error::{Error, diverged};
+use nalgebra::Vector2;
+use serde::{Deserialize, Serialize};
+
+/// The normalised innovation squared beyond which a fix is an outlier: one good fix in 10,000
+/// (χ², two degrees of freedom).
+pub const GATE: f64 = 18.42;
+
+/// Outliers in a row after which it is the filter that is wrong.
+pub const MOST_OUTLIERS: u32 = 10;
+
+/// Least standard deviation that a fix is believed to have, m.
+const LEAST_STD: f64 = 1e-3;
+
+/// The longest step, s.
+const LONGEST_STEP: f64 = 3600.0;
+
+/// What the sensors say.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct PoseInput {
+    /// The latest fix of the antenna, m.
+    pub gnss_x: f64,
+    /// The latest fix of the antenna, m.
+    pub gnss_y: f64,
+    /// Its standard deviation in each coordinate, m; not usable unless above zero.
+    pub gnss_std: f64,
+    /// Counts fixes: a new fix is a changed count.
+    pub gnss_fix_count: i32,
+    /// The gyro's reading, rad/s.
+    pub yaw_rate: f64,
+    /// Longitudinal velocity, m/s.
+    pub speed: f64,
+}
+
+/// An extended Kalman filter that takes fixes at the time they were valid.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PoseEstimator {
+    /// What it is told beforehand; taken over by [`Self::start`].
+    pub parameters: PoseParameters,
+    /// What the sensors say at the end of the next step.
+    pub input: PoseInput,
+    /// As of when a fix that arrives now was valid.
+    pub(super) delayed: Filter,
+    pub(super) present: Filter,
+    /// The readings between the two.
+    pub(super) history: History,
+    /// Readings at the end of the last step: yaw rate and speed.
+    pub(super) last: Option<[f64; 2]>,
+    pub(super) fix_count: i32,
+    /// Outliers since the last fix that was taken.
+    pub(super) outliers: u32,
+    /// Under way where the yaw is to be told from where fixes lead.
+    pub(super) alignment: Option<Alignment>,
+}
+
+impl PoseEstimator {
+    /// An estimator before its start.
+    ///
+    /// # Errors
+    /// Names the parameter that is wrong.
+    pub fn new(parameters: PoseParameters) -> Result<Self, Error> {
+        parameters.check()?;
+        let start = Filter::start(&parameters);
+        Ok(Self {
+            parameters,
+            input: PoseInput::default(),
+            delayed: start,
+            present: start,
+            history: History::default(),
+            last: None,
+            fix_count: 0,
+            outliers: 0,
+            alignment: None,
+        })
+    }
+
+    /// Forgets everything and starts from the parameters. The fix that stands at the input is not
+    /// used: nobody knows how old it is.
+    ///
+    /// # Errors
+    /// Names the parameter that is wrong.
+    pub fn start(&mut self) -> Result<(), Error> {
+        let (input, parameters) = (self.input, self.parameters);
+        let unknown = parameters.initial_yaw_std > UNKNOWN;
+        *self = Self {
+            input,
+            fix_count: input.gnss_fix_count,
+            alignment: unknown.then(Alignment::waiting),
+            ..Self::new(parameters)?
+        };
+        Ok(())
+    }
+
+    /// Moves on by a step (s), at whose end the sensors say what stands in [`Self::input`].
+    ///
+    /// # Errors
+    /// Where the step is too long, or the estimate is beyond all numbers.
+    pub fn step(&mut self, step: f64) -> Result<(), Error> {
+        if !(step > 0.0 && step <= LONGEST_STEP) {
+            return Err(Error::Step { step, limit: LONGEST_STEP });
+        }
+        let PoseInput { yaw_rate, speed, .. } = self.input;
+        let [yaw_rate_before, speed_before] = self.last.unwrap_or([yaw_rate, speed]);
+        self.last = Some([yaw_rate, speed]);
+        let stretch = Stretch {
+            duration: step,
+            yaw_rate: 0.5 * yaw_rate_before + 0.5 * yaw_rate,
+            speed: 0.5 * speed_before + 0.5 * speed,
+        };
+        let latency = self.parameters.gnss_latency;
+        self.present.predict(&self.parameters, &stretch);
+        self.history.push(stretch, latency);
+        while let Some(passed) = self.history.pop(latency) {
+            self.delayed.predict(&self.parameters, &passed);
+        }
+        if self.input.gnss_fix_count != self.fix_count {
+            self.fix_count = self.input.gnss_fix_count;
+            self.take_fix();
+        }
+        self.check()
+    }
+
+    /// Holds the new fix against the filter of its time, and makes the present one anew.
+    fn take_fix(&mut self) {
+        let PoseInput { gnss_x, gnss_y, gnss_std, .. } = self.input;
+        let usable = gnss_std > 0.0 && [gnss_x, gnss_y, gnss_std].iter().all(|v| v.is_finite());
+        // A fix from before the start tells nothing of the time since.
+        if !usable || !self.history.reaches(self.parameters.gnss_latency) {
+            return;
+        }
+        let fix = Vector2::new(gnss_x, gnss_y);
+        let variance = gnss_std.max(LEAST_STD).powi(2);
+        let (p, delayed) = (&self.parameters, &mut self.delayed);
+        if let Some(alignment) = &mut self.alignment {
+            if alignment.take(delayed, p, fix, variance) {
+                self.alignment = None;
+            }
+        } else {
+            let innovation = delayed.innovation(p, fix, variance);
+            // NaN, of a covariance beyond all numbers, fits as little.
+            if innovation.normalised_square <= GATE {
+                delayed.correct(&innovation);
+                self.outliers = 0;
+            } else if self.outliers + 1 < MOST_OUTLIERS {
+                self.outliers += 1;
+                return;
+            } else {
+                self.outliers = 0;
+                let mut alignment = Alignment::waiting();
+                alignment.take(delayed, p, fix, variance);
+                self.alignment = Some(alignment);
+            }
+        }
+        self.present = self.delayed;
+        for stretch in self.history.iter() {
+            self.present.predict(p, stretch);
+        }
+    }
+
+    fn check(&self) -> Result<(), Error> {
+        let [x, y, yaw, bias] = self.mean();
+        diverged([
+            ("x", x),
+            ("y", y),
+            ("the yaw", yaw),
+            ("the gyro's bias", bias),
+            ("the position's deviation", self.position_std()),
+        ])?;
+        // What has no name of its own.
+        let rest = self.delayed.is_finite() && self.present.is_finite();
+        diverged([("a covariance", if rest { 0.0 } else { f64::NAN })])
+    }
+
+    /// X, Y (m), yaw (rad) and the gyro's bias (rad/s), at present.
+    #[must_use]
+    pub fn mean(&self) -> [f64; 4] {
+        self.present.mean.into()
+    }
+
+    /// Their covariance.
+    #[must_use]
+    pub fn covariance(&self) -> [[f64; 4]; 4] {
+        self.present.covariance.into()
+    }
+
+    /// Position of the centre of gravity, m.
+    #[must_use]
+    pub fn x(&self) -> f64 {
+        self.present.mean[0]
+    }
+
+    /// Position of the centre of gravity, m.
+    #[must_use]
+    pub fn y(&self) -> f64 {
+        self.present.mean[1]
+    }
+
+    /// Yaw, rad, not wrapped.
+    #[must_use]
+    pub fn yaw(&self) -> f64 {
+        self.present.mean[YAW]
+    }
+
+    /// The direction in which the centre of gravity moves, rad, not wrapped.
+    #[must_use]
+    pub fn course(&self) -> f64 {
+        let yaw_rate = self.last.map_or(self.input.yaw_rate, |[yaw_rate, _]| yaw_rate);
+        let rate = yaw_rate - self.present.mean[BIAS];
+        self.yaw() + (self.parameters.sideslip_per_yaw_rate * rate).atan()
+    }
+
+    /// Standard deviation of the position in the direction in which it is largest, m.
+    #[must_use]
+    pub fn position_std(&self) -> f64 {
+        self.present.position_std()
+    }
+
+    /// Whether the yaw is still to be told from where fixes lead.
+    #[must_use]
+    pub fn is_aligning(&self) -> bool {
+        self.alignment.is_some()
+    }
+}

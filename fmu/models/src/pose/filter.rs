@@ -1,0 +1,297 @@
+//! The filter itself: mean and covariance of (X, Y, ψ, b), moved over a stretch and corrected by a
+//! fix.
+//!
+//! Over a stretch of T seconds with the readings g and v, θ = (g − b)·T and v_y = S·v·(g − b),
+//!
+//! ```text
+//! d = R(ψ)·T·(v·s − v_y·c, v·c + v_y·s),       s = sin θ/θ,  c = (1 − cos θ)/θ
+//! p ← p + d,   ψ ← ψ + θ
+//! ```
+//!
+//! which is the exact arc. The covariance moves by the Jacobian of that, and grows by
+//! `∫ e^{Aτ}·(Σ g·q²·gᵀ)·e^{Aᵀτ} dτ` with the velocity d/T and the heading ψ + θ/2 held:
+//!
+//! ```text
+//! A = [0, J·d/T, −S·v·n; 0, 0, −1; 0, 0, 0]      J turns by 90°, u along the heading, n = J·u
+//! g_r = (S·v·n, 1, 0),  g_b = (0, 0, 1),  g_v = (u, 0, 0),  g_l = (n, 0, 0)
+//! ```
+
+use super::history::Stretch;
+use super::parameters::PoseParameters;
+use crate::quadrature::mean_direction_of_arc;
+use crate::trigonometry::sin_cos;
+use nalgebra::{Matrix2, Matrix2x4, Matrix4, Vector2, Vector4};
+
+/// Places of yaw and bias among the states; x and y stand before them.
+pub const YAW: usize = 2;
+/// Place of the gyro's bias.
+pub const BIAS: usize = 3;
+
+/// Mean and covariance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Filter {
+    /// X, Y, ψ, b.
+    pub mean: Vector4<f64>,
+    /// Their covariance.
+    pub covariance: Matrix4<f64>,
+}
+
+/// A fix held against the filter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Innovation {
+    /// How far the fix is from where the antenna was expected, m.
+    pub difference: Vector2<f64>,
+    /// Its square over its covariance: χ² with two degrees of freedom where filter and fix agree.
+    pub normalised_square: f64,
+    inverse: Matrix2<f64>,
+    h: Matrix2x4<f64>,
+    variance: f64,
+}
+
+impl Filter {
+    /// What is known at the start.
+    #[must_use]
+    pub fn start(p: &PoseParameters) -> Self {
+        let std = Vector4::new(
+            p.initial_position_std,
+            p.initial_position_std,
+            p.initial_yaw_std,
+            p.initial_yaw_rate_bias_std,
+        );
+        Self {
+            mean: Vector4::new(p.initial_x, p.initial_y, p.initial_yaw, 0.0),
+            covariance: Matrix4::from_diagonal(&std.component_mul(&std)),
+        }
+    }
+
+    /// Moves on over a stretch.
+    pub fn predict(&mut self, p: &PoseParameters, stretch: &Stretch) {
+        let Stretch { duration: t, yaw_rate, speed: v } = *stretch;
+        let rate = yaw_rate - self.mean[BIAS];
+        let turn = rate * t;
+        let slip = p.sideslip_per_yaw_rate * v;
+        let lateral = slip * rate;
+        let (s, c) = mean_direction_of_arc(turn);
+        let (s_slope, c_slope) = slopes_of_arc(turn, s, c);
+        let world = rotation(self.mean[YAW]);
+        let d = world * Vector2::new(t * (v * s - lateral * c), t * (v * c + lateral * s));
+        let by_bias = world
+            * Vector2::new(
+                t * (t * (lateral * c_slope - v * s_slope) + slip * c),
+                -t * (t * (v * c_slope + lateral * s_slope) + slip * s),
+            );
+        let mut f = Matrix4::identity();
+        (f[(0, YAW)], f[(1, YAW)]) = (-d.y, d.x);
+        (f[(0, BIAS)], f[(1, BIAS)]) = (by_bias.x, by_bias.y);
+        f[(YAW, BIAS)] = -t;
+        let noise = process_noise(p, t, &d, self.mean[YAW] + 0.5 * turn, slip);
+        self.covariance = f * self.covariance * f.transpose() + noise;
+        self.make_symmetric();
+        self.mean[0] += d.x;
+        self.mean[1] += d.y;
+        self.mean[YAW] += turn;
+    }
+
+    /// Where the antenna is expected, m.
+    #[must_use]
+    pub fn antenna(&self, p: &PoseParameters) -> Vector2<f64> {
+        self.mean.xy() + rotation(self.mean[YAW]) * Vector2::new(p.antenna_x, p.antenna_y)
+    }
+
+    /// Holds a fix against the filter.
+    #[must_use]
+    pub fn innovation(&self, p: &PoseParameters, fix: Vector2<f64>, variance: f64) -> Innovation {
+        let antenna = self.antenna(p);
+        let arm = antenna - self.mean.xy();
+        let mut h = Matrix2x4::zeros();
+        (h[(0, 0)], h[(1, 1)]) = (1.0, 1.0);
+        (h[(0, YAW)], h[(1, YAW)]) = (-arm.y, arm.x);
+        let covariance = h * self.covariance * h.transpose() + Matrix2::identity() * variance;
+        // One that is singular by rounding agrees with nothing.
+        let inverse = covariance.try_inverse().unwrap_or(Matrix2::repeat(f64::NAN));
+        let difference = fix - antenna;
+        let normalised_square = difference.dot(&(inverse * difference));
+        Innovation { difference, normalised_square, inverse, h, variance }
+    }
+
+    /// Corrects by a fix (Joseph's form, which keeps the covariance one).
+    pub fn correct(&mut self, innovation: &Innovation) {
+        let Innovation { difference, inverse, h, variance, .. } = innovation;
+        let gain = self.covariance * h.transpose() * inverse;
+        self.mean += gain * difference;
+        let kept = Matrix4::identity() - gain * h;
+        self.covariance =
+            kept * self.covariance * kept.transpose() + gain * gain.transpose() * *variance;
+        self.make_symmetric();
+    }
+
+    /// Standard deviation of the position in the direction in which it is largest, m.
+    #[must_use]
+    pub fn position_std(&self) -> f64 {
+        let p = &self.covariance;
+        let (mean, half) = (0.5 * (p[(0, 0)] + p[(1, 1)]), 0.5 * (p[(0, 0)] - p[(1, 1)]));
+        (mean + half.hypot(p[(0, 1)])).max(0.0).sqrt()
+    }
+
+    /// Whether every number is one.
+    #[must_use]
+    pub fn is_finite(&self) -> bool {
+        self.mean.iter().chain(self.covariance.iter()).all(|value| value.is_finite())
+    }
+
+    fn make_symmetric(&mut self) {
+        self.covariance = (self.covariance + self.covariance.transpose()) * 0.5;
+    }
+}
+
+/// R(angle).
+#[must_use]
+pub fn rotation(angle: f64) -> Matrix2<f64> {
+    let (sin, cos) = sin_cos(angle);
+    Matrix2::new(cos, -sin, sin, cos)
+}
+
+/// Derivatives of `sin θ/θ` and `(1 − cos θ)/θ`, whose values are s and c.
+fn slopes_of_arc(turn: f64, s: f64, c: f64) -> (f64, f64) {
+    let q = turn * turn;
+    if turn.abs() <= 0.125 {
+        let s_slope = turn * (-1.0 / 3.0 + q * (1.0 / 30.0 - q * (1.0 / 840.0 - q / 45_360.0)));
+        let c_slope =
+            0.5 - q * (1.0 / 8.0 - q * (1.0 / 144.0 - q * (1.0 / 5760.0 - q / 403_200.0)));
+        return (s_slope, c_slope);
+    }
+    // cos θ is 1 − θ·c, sin θ is θ·s.
+    ((1.0 - s) / turn - c, s - c / turn)
+}
+
+/// What the noises add to the covariance over a stretch.
+fn process_noise(
+    p: &PoseParameters,
+    t: f64,
+    d: &Vector2<f64>,
+    heading: f64,
+    slip: f64,
+) -> Matrix4<f64> {
+    if t <= 0.0 {
+        return Matrix4::zeros();
+    }
+    let square = |x: f64| x * x;
+    let (yaw_rate, bias) = (square(p.yaw_rate_noise_density), square(p.yaw_rate_bias_density));
+    let (along, across) = (square(p.speed_noise_density), square(p.lateral_velocity_noise_density));
+    let axes = rotation(heading);
+    let (u, n) = (axes.column(0), axes.column(1));
+    // e^{Aτ}·g_r = (a + c·τ, 1, 0) and e^{Aτ}·g_b = −(a·τ + c·τ²/2, τ, −1).
+    let (a, c) = (n * slip, Vector2::new(-d.y, d.x) / t);
+    let (aa, cc) = (a * a.transpose(), c * c.transpose());
+    let ac = a * c.transpose() + c * a.transpose();
+    let (t2, t3, t4, t5) = (t * t, t.powi(3), t.powi(4), t.powi(5));
+    let position = (aa * t + ac * (t2 / 2.0) + cc * (t3 / 3.0)) * yaw_rate
+        + (aa * (t3 / 3.0) + ac * (t4 / 8.0) + cc * (t5 / 20.0)) * bias
+        + (u * u.transpose() * along + n * n.transpose() * across) * t;
+    let with_yaw = (a * t + c * (t2 / 2.0)) * yaw_rate + (a * (t3 / 3.0) + c * (t4 / 8.0)) * bias;
+    let with_bias = -(a * (t2 / 2.0) + c * (t3 / 6.0)) * bias;
+    let mut q = Matrix4::zeros();
+    q.fixed_view_mut::<2, 2>(0, 0).copy_from(&position);
+    q.fixed_view_mut::<2, 1>(0, YAW).copy_from(&with_yaw);
+    q.fixed_view_mut::<1, 2>(YAW, 0).copy_from(&with_yaw.transpose());
+    q.fixed_view_mut::<2, 1>(0, BIAS).copy_from(&with_bias);
+    q.fixed_view_mut::<1, 2>(BIAS, 0).copy_from(&with_bias.transpose());
+    q[(YAW, YAW)] = t * yaw_rate + t3 / 3.0 * bias;
+    (q[(YAW, BIAS)], q[(BIAS, YAW)]) = (-t2 / 2.0 * bias, -t2 / 2.0 * bias);
+    q[(BIAS, BIAS)] = t * bias;
+    q
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parameters() -> PoseParameters {
+        PoseParameters { sideslip_per_yaw_rate: 0.07, ..PoseParameters::default() }
+    }
+
+    /// The Jacobian is that of the move: seen in how a covariance without noise is carried.
+    #[test]
+    fn jacobian_against_differences() {
+        let quiet = PoseParameters {
+            yaw_rate_noise_density: 0.0,
+            yaw_rate_bias_density: 0.0,
+            speed_noise_density: 0.0,
+            lateral_velocity_noise_density: 0.0,
+            ..parameters()
+        };
+        for yaw_rate in [0.0, 0.4, -3.0] {
+            let stretch = Stretch { duration: 0.3, yaw_rate, speed: 12.0 };
+            let moved = |mean: Vector4<f64>| {
+                let mut filter = Filter { mean, covariance: Matrix4::zeros() };
+                filter.predict(&quiet, &stretch);
+                filter.mean
+            };
+            let mean = Vector4::new(3.0, -2.0, 0.8, 0.02);
+            for i in 0..4 {
+                let mut unit = Vector4::zeros();
+                unit[i] = 1.0;
+                let mut filter = Filter { mean, covariance: unit * unit.transpose() };
+                filter.predict(&quiet, &stretch);
+                let h = 1e-5;
+                let slope = (moved(mean + unit * h) - moved(mean - unit * h)) / (2.0 * h);
+                let expected = slope * slope.transpose();
+                let off = (filter.covariance - expected).amax();
+                assert!(off < 1e-7 * (1.0 + expected.amax()), "{yaw_rate}, state {i}: {off}");
+            }
+        }
+    }
+
+    /// A stretch is the sum of its parts: exactly in the mean, nearly so in the covariance.
+    #[test]
+    fn stretches_can_be_cut() {
+        let mut whole = Filter::start(&parameters());
+        let mut parts = whole;
+        let stretch = |duration| Stretch { duration, yaw_rate: 0.3, speed: 15.0 };
+        whole.predict(&parameters(), &stretch(0.01));
+        parts.predict(&parameters(), &stretch(0.003));
+        parts.predict(&parameters(), &stretch(0.007));
+        assert!((whole.mean - parts.mean).amax() < 1e-14);
+        assert!((whole.covariance - parts.covariance).amax() < 1e-9);
+    }
+
+    /// The process noise by the definition, summed over many short pieces.
+    #[test]
+    fn noise_is_the_integral() {
+        let p = PoseParameters { yaw_rate_bias_density: 0.02, ..parameters() };
+        let (t, d, slip) = (0.5, Vector2::new(5.0, 3.0), 0.9);
+        let heading: f64 = 0.4;
+        let closed = process_noise(&p, t, &d, heading, slip);
+        let n = Vector2::new(-heading.sin(), heading.cos());
+        let mut a = Matrix4::zeros();
+        (a[(0, YAW)], a[(1, YAW)]) = (-d.y / t, d.x / t);
+        (a[(0, BIAS)], a[(1, BIAS)]) = (-slip * n.x, -slip * n.y);
+        a[(YAW, BIAS)] = -1.0;
+        let g = |v: Vector4<f64>, q: f64| v * v.transpose() * (q * q);
+        let density = g(Vector4::new(slip * n.x, slip * n.y, 1.0, 0.0), p.yaw_rate_noise_density)
+            + g(Vector4::new(0.0, 0.0, 0.0, 1.0), p.yaw_rate_bias_density)
+            + g(Vector4::new(n.y, -n.x, 0.0, 0.0), p.speed_noise_density)
+            + g(Vector4::new(n.x, n.y, 0.0, 0.0), p.lateral_velocity_noise_density);
+        let pieces = 20_000;
+        let h = t / f64::from(pieces);
+        let mut sum = Matrix4::zeros();
+        for k in 0..pieces {
+            let at = a * ((f64::from(k) + 0.5) * h);
+            let e = Matrix4::identity() + at + at * at * 0.5;
+            sum += e * density * e.transpose() * h;
+        }
+        assert!((closed - sum).amax() < 1e-9, "{closed} {sum}");
+    }
+
+    #[test]
+    fn slopes_meet_where_their_formulas_change() {
+        for turn in [0.124_999_9, 0.125_000_1, -2.0, 0.05] {
+            let (s, c) = mean_direction_of_arc(turn);
+            let (s_slope, c_slope) = slopes_of_arc(turn, s, c);
+            let h = 1e-5;
+            let (high, low) = (mean_direction_of_arc(turn + h), mean_direction_of_arc(turn - h));
+            assert!((s_slope - (high.0 - low.0) / (2.0 * h)).abs() < 1e-9, "{turn}");
+            assert!((c_slope - (high.1 - low.1) / (2.0 * h)).abs() < 1e-9, "{turn}");
+        }
+    }
+}

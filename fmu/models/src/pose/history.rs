@@ -1,0 +1,160 @@
+//! The readings between the time at which an arriving fix was valid and now, oldest first.
+//!
+//! All times are durations, so nothing is lost however long the drive. The history is bounded:
+//! stretches shorter than the latency over [`RESOLUTION`] are merged into their neighbour, their
+//! readings averaged over time.
+
+use crate::error::Error;
+use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
+
+/// Least number of stretches that the latency can hold before they are merged.
+pub const RESOLUTION: f64 = 1024.0;
+
+/// How near to the end of a stretch a cut may be to be taken as on it, relative to the stretch.
+const SLIVER: f64 = 1e-9;
+
+/// A stretch of time over which both readings are constant.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Stretch {
+    /// How long, s.
+    pub duration: f64,
+    /// The gyro's reading, rad/s.
+    pub yaw_rate: f64,
+    /// The speed, m/s.
+    pub speed: f64,
+}
+
+impl Stretch {
+    fn merge(&mut self, other: &Self) {
+        let duration = self.duration + other.duration;
+        let mean = |a: f64, b: f64| (a * self.duration + b * other.duration) / duration;
+        *self = Self {
+            duration,
+            yaw_rate: mean(self.yaw_rate, other.yaw_rate),
+            speed: mean(self.speed, other.speed),
+        };
+    }
+}
+
+/// The latest stretches, as long together as the latency once that time has passed.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct History {
+    stretches: VecDeque<Stretch>,
+    length: f64,
+}
+
+impl History {
+    /// Puts the latest stretch in.
+    pub fn push(&mut self, stretch: Stretch, latency: f64) {
+        self.length += stretch.duration;
+        match self.stretches.back_mut() {
+            Some(back) if back.duration + stretch.duration <= latency / RESOLUTION => {
+                back.merge(&stretch);
+            }
+            _ => self.stretches.push_back(stretch),
+        }
+    }
+
+    /// Takes the oldest stretch out, or its older part, as far as it lies before the latency.
+    pub fn pop(&mut self, latency: f64) -> Option<Stretch> {
+        let before = self.length - latency;
+        let front = self.stretches.front_mut()?;
+        if before <= SLIVER * front.duration {
+            return None;
+        }
+        if before >= (1.0 - SLIVER) * front.duration {
+            self.length -= front.duration;
+            let taken = self.stretches.pop_front();
+            if self.stretches.is_empty() {
+                self.length = 0.0;
+            }
+            return taken;
+        }
+        front.duration -= before;
+        self.length -= before;
+        Some(Stretch { duration: before, ..*front })
+    }
+
+    /// Whether it reaches back as far as the latency.
+    #[must_use]
+    pub fn reaches(&self, latency: f64) -> bool {
+        self.length >= latency * (1.0 - SLIVER) - f64::EPSILON
+    }
+
+    /// The stretches, oldest first.
+    pub fn iter(&self) -> impl Iterator<Item = &Stretch> {
+        self.stretches.iter()
+    }
+
+    /// Refuses a history that cannot be one of this latency.
+    ///
+    /// # Errors
+    /// Names what cannot be.
+    pub fn check(&self, latency: f64) -> Result<(), Error> {
+        let bad = |name, value, expected| Err(Error::SavedState { name, value, expected });
+        let count = self.stretches.len() as f64;
+        if count > 2.0 * RESOLUTION + 2.0 {
+            return bad("the number of stretches in the history", count, "at most 2050");
+        }
+        let mut sum = 0.0;
+        for s in &self.stretches {
+            if !(s.duration > 0.0 && s.duration <= latency * (1.0 + 1e-6)) {
+                return bad("a duration in the history", s.duration, "more than 0, to the latency");
+            }
+            for value in [s.yaw_rate, s.speed] {
+                if !value.is_finite() {
+                    return bad("a reading in the history", value, "a finite number");
+                }
+            }
+            sum += s.duration;
+        }
+        if !((self.length - sum).abs() <= 1e-6 * latency && sum <= latency * (1.0 + 1e-6)) {
+            return bad("the length of the history", self.length, "at most the latency");
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn stretch(duration: f64) -> Stretch {
+        Stretch { duration, yaw_rate: 0.1, speed: 2.0 }
+    }
+
+    #[test]
+    fn what_comes_out_went_in_and_the_rest_is_the_latency() {
+        let latency = 0.1;
+        for steps in [vec![0.01; 500], vec![0.003, 0.25, 0.04, 1e-5, 0.1], vec![1e-7; 20_000]] {
+            let mut history = History::default();
+            let (mut given, mut taken) = (0.0, 0.0);
+            for step in steps {
+                history.push(stretch(step), latency);
+                given += step;
+                while let Some(old) = history.pop(latency) {
+                    assert!(old.duration > 0.0);
+                    taken += old.duration;
+                }
+                let rest: f64 = history.iter().map(|s| s.duration).sum();
+                assert!((rest + taken - given).abs() < 1e-12);
+                assert!((rest - given.min(latency)).abs() < 1e-9);
+                assert_eq!(history.reaches(latency), given > latency * (1.0 - 1e-8));
+                history.check(latency).unwrap();
+            }
+        }
+    }
+
+    #[test]
+    fn without_latency_nothing_is_kept() {
+        let mut history = History::default();
+        for _ in 0..10 {
+            assert!(history.reaches(0.0));
+            history.push(stretch(0.01), 0.0);
+            assert_eq!(history.pop(0.0), Some(stretch(0.01)));
+            assert_eq!(history.pop(0.0), None);
+            assert_eq!(history, History::default());
+        }
+    }
+}

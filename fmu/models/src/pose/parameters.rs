@@ -1,0 +1,98 @@
+//! What the filter is told beforehand.
+
+use crate::error::Error;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::PI;
+
+/// Where the sensors are, how noisy they are, and where the vehicle may be at the start.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct PoseParameters {
+    /// Age of a fix when it arrives, s.
+    pub gnss_latency: f64,
+    /// The antenna ahead of the centre of gravity, m.
+    pub antenna_x: f64,
+    /// The antenna to the left of the centre of gravity, m.
+    pub antenna_y: f64,
+    /// Sideslip angle per yaw rate in a steady turn S, s.
+    pub sideslip_per_yaw_rate: f64,
+    /// Density of the gyro's white noise, (rad/s)/√Hz.
+    pub yaw_rate_noise_density: f64,
+    /// Density of what the gyro's bias walks by, (rad/s²)/√Hz.
+    pub yaw_rate_bias_density: f64,
+    /// Density of the speed's white noise, (m/s)/√Hz.
+    pub speed_noise_density: f64,
+    /// Density of the lateral velocity that the sideslip does not tell, (m/s)/√Hz.
+    pub lateral_velocity_noise_density: f64,
+    /// Position at the start, m.
+    pub initial_x: f64,
+    /// Position at the start, m.
+    pub initial_y: f64,
+    /// Yaw at the start, rad.
+    pub initial_yaw: f64,
+    /// Standard deviation of each coordinate at the start, m.
+    pub initial_position_std: f64,
+    /// Standard deviation of the yaw at the start, rad.
+    pub initial_yaw_std: f64,
+    /// Standard deviation of the gyro's bias at the start, rad/s.
+    pub initial_yaw_rate_bias_std: f64,
+}
+
+impl Default for PoseParameters {
+    /// An automotive gyro and wheel speeds; a start known to a metre and six degrees.
+    fn default() -> Self {
+        Self {
+            gnss_latency: 0.0,
+            antenna_x: 0.0,
+            antenna_y: 0.0,
+            sideslip_per_yaw_rate: 0.0,
+            yaw_rate_noise_density: 1e-3,
+            yaw_rate_bias_density: 5e-5,
+            speed_noise_density: 0.05,
+            lateral_velocity_noise_density: 0.05,
+            initial_x: 0.0,
+            initial_y: 0.0,
+            initial_yaw: 0.0,
+            initial_position_std: 1.0,
+            initial_yaw_std: 0.1,
+            initial_yaw_rate_bias_std: 0.01,
+        }
+    }
+}
+
+impl PoseParameters {
+    /// The longest latency taken, s: what lies within it is remembered.
+    pub const LONGEST_LATENCY: f64 = 10.0;
+
+    /// Refuses what no sensor or start can be.
+    ///
+    /// # Errors
+    /// Names the value that is wrong.
+    pub fn check(&self) -> Result<(), Error> {
+        for (name, value, min, max) in [
+            ("the GNSS latency", self.gnss_latency, 0.0, Self::LONGEST_LATENCY),
+            ("the antenna's x", self.antenna_x, -100.0, 100.0),
+            ("the antenna's y", self.antenna_y, -100.0, 100.0),
+            ("the sideslip per yaw rate", self.sideslip_per_yaw_rate, -10.0, 10.0),
+            ("the density of the yaw rate's noise", self.yaw_rate_noise_density, 0.0, 100.0),
+            ("the density of the bias's walk", self.yaw_rate_bias_density, 0.0, 100.0),
+            ("the density of the speed's noise", self.speed_noise_density, 0.0, 1e3),
+            (
+                "the density of the lateral velocity's noise",
+                self.lateral_velocity_noise_density,
+                0.0,
+                1e3,
+            ),
+            ("the initial x", self.initial_x, f64::MIN, f64::MAX),
+            ("the initial y", self.initial_y, f64::MIN, f64::MAX),
+            ("the initial yaw", self.initial_yaw, f64::MIN, f64::MAX),
+            ("the position's initial deviation", self.initial_position_std, 0.0, 1e6),
+            ("the yaw's initial deviation", self.initial_yaw_std, 0.0, PI),
+            ("the bias's initial deviation", self.initial_yaw_rate_bias_std, 0.0, 10.0),
+        ] {
+            if !(min..=max).contains(&value) {
+                return Err(Error::Range { name, value, min, max });
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,543 @@
+//! The pose estimator on drives whose truth is known.
+#![allow(clippy::unwrap_used)]
+
+use proptest::prelude::*;
+use vehicle_models::noise::gaussian;
+use vehicle_models::{PoseEstimator, PoseInput, PoseParameters};
+
+const H: f64 = 0.01;
+
+/// A car at 15 m/s on a winding road, its sensors and their noise.
+#[derive(Debug, Clone, Copy)]
+struct Drive {
+    seed: i32,
+    parameters: PoseParameters,
+    gnss_std: f64,
+    /// Whether readings are as noisy as the filter is told.
+    noise: bool,
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Truth {
+    x: f64,
+    y: f64,
+    yaw: f64,
+    bias: f64,
+}
+
+/// What the sensors say at a communication point, and the truth there.
+#[derive(Debug, Clone, Copy)]
+struct Moment {
+    input: PoseInput,
+    truth: Truth,
+}
+
+fn parameters() -> PoseParameters {
+    PoseParameters {
+        gnss_latency: 0.1,
+        antenna_x: 0.7,
+        antenna_y: 0.3,
+        sideslip_per_yaw_rate: -0.06,
+        ..PoseParameters::default()
+    }
+}
+
+const DRIVE: Drive = Drive {
+    seed: 1,
+    parameters: PoseParameters {
+        gnss_latency: 0.1,
+        antenna_x: 0.7,
+        antenna_y: 0.3,
+        sideslip_per_yaw_rate: -0.06,
+        yaw_rate_noise_density: 1e-3,
+        yaw_rate_bias_density: 5e-5,
+        speed_noise_density: 0.05,
+        lateral_velocity_noise_density: 0.05,
+        initial_x: 0.0,
+        initial_y: 0.0,
+        initial_yaw: 0.0,
+        initial_position_std: 1.0,
+        initial_yaw_std: 0.1,
+        initial_yaw_rate_bias_std: 0.01,
+    },
+    gnss_std: 0.02,
+    noise: true,
+};
+
+impl Drive {
+    /// The moments after each of `steps` steps; a fix every ten steps, of the antenna as it was
+    /// `lag` steps before.
+    fn moments(&self, steps: usize, lag: usize) -> Vec<Moment> {
+        let p = &self.parameters;
+        let mut drawn = 0_u64;
+        let mut draw = |std: f64| {
+            drawn += 1;
+            if self.noise { std * gaussian(self.seed, drawn) } else { 0.0 }
+        };
+        let mut truth = Truth {
+            x: p.initial_x + draw(p.initial_position_std),
+            y: p.initial_y + draw(p.initial_position_std),
+            yaw: p.initial_yaw + draw(p.initial_yaw_std),
+            bias: draw(p.initial_yaw_rate_bias_std),
+        };
+        let white = 1.0 / H.sqrt();
+        let rate_at = |t: f64| 0.25 * (0.6 * t).sin() + 0.1 * (1.7 * t).cos();
+        let speed_at = |t: f64| 15.0 + (0.3 * t).sin();
+        let mut truths = vec![truth];
+        let mut moments = Vec::new();
+        let mut input = PoseInput { gnss_std: self.gnss_std, ..PoseInput::default() };
+        for k in 1..=steps {
+            let end = k as f64 * H;
+            // Trapezia, as the filter joins the readings.
+            let rate = 0.5 * (rate_at(end - H) + rate_at(end));
+            let speed = 0.5 * (speed_at(end - H) + speed_at(end));
+            let across = p.sideslip_per_yaw_rate * speed * rate
+                + draw(p.lateral_velocity_noise_density * white);
+            let middle = truth.yaw + 0.5 * rate * H;
+            truth.x += H * (speed * middle.cos() - across * middle.sin());
+            truth.y += H * (speed * middle.sin() + across * middle.cos());
+            truth.yaw += rate * H;
+            truth.bias += draw(p.yaw_rate_bias_density * H.sqrt());
+            truths.push(truth);
+            input.yaw_rate = rate_at(end) + truth.bias + draw(p.yaw_rate_noise_density * white);
+            input.speed = speed_at(end) + draw(p.speed_noise_density * white);
+            if k % 10 == 0 && k >= lag {
+                let Truth { x, y, yaw, .. } = truths[k - lag];
+                let (sin, cos) = yaw.sin_cos();
+                input.gnss_x = x + p.antenna_x * cos - p.antenna_y * sin + draw(self.gnss_std);
+                input.gnss_y = y + p.antenna_x * sin + p.antenna_y * cos + draw(self.gnss_std);
+                input.gnss_fix_count += 1;
+            }
+            moments.push(Moment { input, truth });
+        }
+        moments
+    }
+
+    fn estimator(&self) -> PoseEstimator {
+        let mut estimator = PoseEstimator::new(self.parameters).unwrap();
+        estimator.start().unwrap();
+        estimator
+    }
+}
+
+fn step(estimator: &mut PoseEstimator, input: PoseInput) {
+    estimator.input = input;
+    estimator.step(H).unwrap();
+}
+
+fn error(estimator: &PoseEstimator, truth: &Truth) -> [f64; 4] {
+    let [x, y, yaw, bias] = estimator.mean();
+    [x - truth.x, y - truth.y, yaw - truth.yaw, bias - truth.bias]
+}
+
+/// eᵀ·P⁻¹·e, by elimination.
+fn nees(estimator: &PoseEstimator, truth: &Truth) -> f64 {
+    let (e, mut a) = (error(estimator, truth), estimator.covariance());
+    let mut b = e;
+    for i in 0..4 {
+        for j in i + 1..4 {
+            let factor = a[j][i] / a[i][i];
+            let row = a[i];
+            a[j].iter_mut().zip(row).for_each(|(x, y)| *x -= factor * y);
+            b[j] -= factor * b[i];
+        }
+    }
+    for i in (0..4).rev() {
+        let rest: f64 = (i + 1..4).map(|j| a[i][j] * b[j]).sum();
+        b[i] = (b[i] - rest) / a[i][i];
+    }
+    b.iter().zip(e).map(|(x, y)| x * y).sum()
+}
+
+fn away(estimator: &PoseEstimator, truth: &Truth) -> f64 {
+    (estimator.x() - truth.x).hypot(estimator.y() - truth.y)
+}
+
+/// Normalised estimation error squared (Bar-Shalom, section 5.4): χ² with four degrees of freedom
+/// at each time, over drives whose noise is what the filter is told, for centimetre fixes and metre
+/// ones.
+#[test]
+fn errors_are_as_large_as_the_filter_says() {
+    const SEEDS: i32 = 150;
+    for gnss_std in [0.02, 1.0] {
+        let times: Vec<usize> = (1..=8).map(|k| k * 250 - 1).collect();
+        let mut sums = vec![0.0; times.len()];
+        let mut outliers = 0;
+        for seed in 0..SEEDS {
+            let drive = Drive { seed, gnss_std, ..DRIVE };
+            let mut estimator = drive.estimator();
+            for (k, moment) in drive.moments(2000, 10).iter().enumerate() {
+                step(&mut estimator, moment.input);
+                outliers += u32::from(estimator.is_aligning());
+                if let Some(i) = times.iter().position(|t| *t == k) {
+                    sums[i] += nees(&estimator, &moment.truth);
+                }
+            }
+        }
+        assert_eq!(outliers, 0, "a filter that is right was taken for wrong");
+        let n = f64::from(SEEDS);
+        let means: Vec<f64> = sums.iter().map(|sum| sum / n).collect();
+        println!("NEES at {gnss_std} m: {means:.2?}");
+        // Mean 4 and variance 8 a drive; four standard errors.
+        let bound = 4.0 * (8.0 / n).sqrt();
+        assert!(means.iter().all(|mean| (mean - 4.0).abs() < bound), "{means:?}");
+        let overall = means.iter().sum::<f64>() / means.len() as f64;
+        assert!((overall - 4.0).abs() < 0.45, "{overall}");
+    }
+}
+
+/// A fix that arrives late gives the estimate of one that was there in time: to the last bit once
+/// the readings since have been caught up, here in drop-outs as long as the latency.
+#[test]
+fn latency_is_made_up_for_exactly() {
+    let lag = 13;
+    let late = Drive {
+        parameters: PoseParameters { gnss_latency: lag as f64 * H, ..parameters() },
+        ..DRIVE
+    };
+    let prompt =
+        Drive { parameters: PoseParameters { gnss_latency: 0.0, ..parameters() }, ..DRIVE };
+    let mut moments = late.moments(600, lag);
+    // Fixes come in the first half of each second alone.
+    for k in 0..moments.len() {
+        if (k + 1) % 100 > 50 {
+            moments[k].input.gnss_fix_count = moments[k - 1].input.gnss_fix_count;
+        }
+    }
+    let (mut one, mut other) = (late.estimator(), prompt.estimator());
+    let mut compared = 0;
+    for k in 0..moments.len() - lag {
+        step(&mut one, moments[k].input);
+        // The other has the fixes when they are valid.
+        let fix = moments[k + lag].input;
+        let Moment { input: PoseInput { yaw_rate, speed, .. }, .. } = moments[k];
+        step(&mut other, PoseInput { yaw_rate, speed, ..fix });
+        if moments[k].input.gnss_fix_count == fix.gnss_fix_count {
+            assert_eq!(one.mean(), other.mean(), "step {k}");
+            assert_eq!(one.covariance(), other.covariance(), "step {k}");
+            compared += 1;
+        } else if k > lag {
+            assert_ne!(one.mean(), other.mean(), "step {k}");
+        }
+    }
+    assert!(compared > 200, "{compared}");
+}
+
+#[test]
+fn a_fix_is_fused_once() {
+    let drive = DRIVE;
+    let moments = drive.moments(300, 10);
+    let mut estimator = drive.estimator();
+    for moment in &moments {
+        step(&mut estimator, moment.input);
+    }
+    // The input stays: the deviation only grows, as by dead reckoning.
+    let input = moments[moments.len() - 1].input;
+    let mut without = estimator.clone();
+    let mut before = estimator.position_std();
+    for k in 0..50 {
+        step(&mut estimator, input);
+        // Whatever stands at the inputs without a new count.
+        let moved = PoseInput { gnss_x: 1e6 * f64::from(k), gnss_std: 1e-3, ..input };
+        step(&mut without, moved);
+        assert!(estimator.position_std() > before, "step {k}");
+        before = estimator.position_std();
+    }
+    assert_eq!(estimator.mean(), without.mean());
+    assert_eq!(estimator.covariance(), without.covariance());
+    // A count that goes back is a change too.
+    let again = PoseInput { gnss_fix_count: -5, gnss_std: 100.0, ..input };
+    let p = estimator.covariance()[0][0];
+    step(&mut estimator, again);
+    step(&mut without, input);
+    assert!(estimator.covariance()[0][0] < without.covariance()[0][0], "{p}");
+}
+
+/// Fixes that say nothing usable leave dead reckoning alone, and so does no fix at all.
+#[test]
+fn unusable_fixes_are_not_used() {
+    let drive = DRIVE;
+    let mut reckoning = drive.estimator();
+    let moments = drive.moments(200, 10);
+    for moment in &moments {
+        step(&mut reckoning, PoseInput { gnss_fix_count: 0, ..moment.input });
+    }
+    for std in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let mut estimator = drive.estimator();
+        for moment in &moments {
+            step(&mut estimator, PoseInput { gnss_std: std, ..moment.input });
+        }
+        assert_eq!(estimator.mean(), reckoning.mean(), "{std}");
+    }
+    let mut estimator = drive.estimator();
+    for moment in &moments {
+        step(&mut estimator, PoseInput { gnss_x: f64::NAN, ..moment.input });
+    }
+    assert_eq!(estimator.mean(), reckoning.mean());
+    let last = moments[moments.len() - 1].truth;
+    assert!(away(&reckoning, &last) < 3.0 * reckoning.position_std());
+}
+
+/// The estimate is of the centre of gravity; an antenna taken for it would be off by its arm.
+#[test]
+fn the_antenna_is_not_the_centre_of_gravity() {
+    let arm = PoseParameters { antenna_x: -1.5, antenna_y: 0.8, ..parameters() };
+    let drive = Drive { parameters: arm, noise: false, ..DRIVE };
+    let moments = drive.moments(1500, 10);
+    let mut estimator = drive.estimator();
+    let ignorant =
+        Drive { parameters: PoseParameters { antenna_x: 0.0, antenna_y: 0.0, ..arm }, ..drive };
+    let mut other = ignorant.estimator();
+    for moment in &moments {
+        step(&mut estimator, moment.input);
+        step(&mut other, moment.input);
+    }
+    let truth = moments[moments.len() - 1].truth;
+    assert!(away(&estimator, &truth) < 1e-3, "{}", away(&estimator, &truth));
+    assert!(away(&other, &truth) > 1.0, "{}", away(&other, &truth));
+}
+
+#[test]
+fn the_bias_is_found() {
+    let drive = Drive { noise: false, ..DRIVE };
+    let mut estimator = drive.estimator();
+    let bias = 0.02;
+    for moment in drive.moments(3000, 10) {
+        let yaw_rate = moment.input.yaw_rate + bias;
+        step(&mut estimator, PoseInput { yaw_rate, ..moment.input });
+    }
+    let [.., found] = estimator.mean();
+    assert!((found - bias).abs() < 5e-4, "{found}");
+    assert!(estimator.covariance()[3][3].sqrt() < 2e-3);
+}
+
+/// Through two seconds without fixes the position stays within three of its own deviations, but for
+/// the one drive in a hundred or so that chance allows, and it comes back.
+#[test]
+fn drop_outs_are_survived() {
+    let mut beyond = 0;
+    let mut largest = 0.0_f64;
+
+    for seed in 0..60 {
+        let drive = Drive { seed, ..DRIVE };
+        let mut estimator = drive.estimator();
+        let (mut held, mut worst) = (0, 0.0_f64);
+        for (k, moment) in drive.moments(1500, 10).iter().enumerate() {
+            let mut input = moment.input;
+            // The fix of step 1200 is the first one again.
+            if (1000..1199).contains(&k) {
+                input.gnss_fix_count = held;
+            } else {
+                held = input.gnss_fix_count;
+            }
+            step(&mut estimator, input);
+            if (1000..1200).contains(&k) {
+                worst = worst.max(away(&estimator, &moment.truth) / estimator.position_std());
+                largest = largest.max(away(&estimator, &moment.truth));
+            }
+            if k == 1499 {
+                assert!(away(&estimator, &moment.truth) < 0.2, "seed {seed} did not come back");
+            }
+        }
+        beyond += u32::from(worst > 3.0);
+    }
+    println!("largest error {largest:.3} m, beyond three deviations in {beyond} of 60 drives");
+    assert!(beyond <= 3, "{beyond} of 60");
+    assert!(largest < 0.5, "{largest}");
+}
+
+/// Single outliers pass without a trace; where the filter is wrong it finds back.
+#[test]
+fn outliers_are_left_out_and_a_filter_that_is_wrong_starts_again() {
+    let drive = DRIVE;
+    let moments = drive.moments(3000, 10);
+    let mut estimator = drive.estimator();
+    let mut clean = drive.estimator();
+    for (k, moment) in moments.iter().enumerate() {
+        let mut input = moment.input;
+        if k > 500 && (k / 10) % 7 == 0 {
+            input.gnss_x += 4.0;
+        }
+        step(&mut estimator, input);
+        step(&mut clean, moment.input);
+        assert!(away(&estimator, &moment.truth) < 0.5 || k < 300, "step {k}");
+        assert!(!estimator.is_aligning());
+    }
+    // It was carried elsewhere: from half-way on, turned by 2 rad about a far point and shifted.
+    for turn in [2.0_f64, std::f64::consts::PI, -0.4] {
+        let mut estimator = drive.estimator();
+        let (sin, cos) = turn.sin_cos();
+        let carried = |x: f64, y: f64| (100.0 + x * cos - y * sin, -50.0 + x * sin + y * cos);
+        for (k, moment) in moments.iter().enumerate() {
+            let mut input = moment.input;
+            if k >= 1000 {
+                (input.gnss_x, input.gnss_y) = carried(input.gnss_x, input.gnss_y);
+            }
+            step(&mut estimator, input);
+        }
+        let Truth { x, y, yaw, .. } = moments[moments.len() - 1].truth;
+        let (x, y) = carried(x, y);
+        let off = (estimator.x() - x).hypot(estimator.y() - y);
+        let turned = vehicle_models::wrap_angle(estimator.yaw() - yaw - turn);
+        assert!(off < 0.1 && turned.abs() < 0.02, "{turn}: {off} m, {turned} rad");
+        assert!(!estimator.is_aligning());
+    }
+}
+
+/// Nothing known of yaw and little of the position.
+#[test]
+fn a_cold_start_finds_its_yaw() {
+    for gnss_std in [0.02, 1.0] {
+        for seed in 0..20 {
+            let p = PoseParameters { initial_position_std: 500.0, ..parameters() };
+            let drive = Drive { seed, parameters: p, gnss_std, ..DRIVE };
+            let unknown = PoseParameters {
+                initial_yaw: 2.0 - 0.2 * f64::from(seed),
+                initial_yaw_std: 3.0,
+                ..p
+            };
+            let mut estimator = PoseEstimator::new(unknown).unwrap();
+            estimator.start().unwrap();
+            let moments = drive.moments(1500, 10);
+            moments.iter().for_each(|moment| step(&mut estimator, moment.input));
+            assert!(!estimator.is_aligning());
+            let truth = moments[moments.len() - 1].truth;
+            let [.., yaw, _] = error(&estimator, &truth);
+            let yaw = vehicle_models::wrap_angle(yaw);
+            let std = estimator.covariance()[2][2].sqrt();
+            assert!(yaw.abs() < 5.0 * std && std < 0.1, "seed {seed}: {yaw}, std {std}");
+            assert!(away(&estimator, &truth) < 5.0 * estimator.position_std(), "seed {seed}");
+        }
+    }
+}
+
+/// In a steady turn the course, not the yaw, is where the vehicle goes; neither is wrapped.
+#[test]
+fn course_is_yaw_and_sideslip() {
+    let p = PoseParameters { sideslip_per_yaw_rate: -0.06, ..PoseParameters::default() };
+    let mut estimator = PoseEstimator::new(p).unwrap();
+    estimator.start().unwrap();
+    for _ in 0..2000 {
+        let before = [estimator.x(), estimator.y()];
+        step(&mut estimator, PoseInput { yaw_rate: 0.5, speed: 15.0, ..PoseInput::default() });
+        let (dx, dy) = (estimator.x() - before[0], estimator.y() - before[1]);
+        let middle = estimator.course() - 0.5 * 0.5 * H;
+        assert!(vehicle_models::wrap_angle(dy.atan2(dx) - middle).abs() < 1e-9);
+    }
+    assert!((estimator.yaw() - 10.0).abs() < 1e-9);
+    assert!((estimator.course() - estimator.yaw() + (0.06_f64 * 0.5).atan()).abs() < 1e-12);
+}
+
+/// The frame in which fixes are given does not matter.
+fn in_another_frame(turn: f64, dx: f64, dy: f64) -> f64 {
+    let drive = DRIVE;
+    let (sin, cos) = turn.sin_cos();
+    let there = |x: f64, y: f64| (dx + x * cos - y * sin, dy + x * sin + y * cos);
+    let (initial_x, initial_y) = there(0.0, 0.0);
+    let moved = PoseParameters { initial_x, initial_y, initial_yaw: turn, ..parameters() };
+    let mut estimator = drive.estimator();
+    let mut other = PoseEstimator::new(moved).unwrap();
+    other.start().unwrap();
+    let mut largest = 0.0_f64;
+    for moment in drive.moments(300, 10) {
+        step(&mut estimator, moment.input);
+        let mut input = moment.input;
+        (input.gnss_x, input.gnss_y) = there(input.gnss_x, input.gnss_y);
+        step(&mut other, input);
+        let (x, y) = there(estimator.x(), estimator.y());
+        largest = largest
+            .max((other.x() - x).hypot(other.y() - y))
+            .max((other.yaw() - estimator.yaw() - turn).abs())
+            .max((other.position_std() - estimator.position_std()).abs());
+    }
+    largest
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    #[test]
+    fn rotation_and_shift_change_nothing(turn in -9.0..9.0_f64, dx in -1e4..1e4_f64, dy in -1e4..1e4_f64) {
+        prop_assert!(in_another_frame(turn, dx, dy) < 1e-7);
+    }
+
+    /// What was saved goes on to the last bit, wherever it was saved.
+    #[test]
+    fn saved_estimators_go_on(at in 0_usize..250, cold in any::<bool>()) {
+        let mut p = parameters();
+        if cold { p.initial_yaw_std = 2.0 }
+        let drive = Drive { parameters: p, ..DRIVE };
+        let moments = drive.moments(300, 10);
+        let mut one = drive.estimator();
+        moments[..at].iter().for_each(|moment| step(&mut one, moment.input));
+        let text = serde_json::to_string(&one.save()).unwrap();
+        let mut other = PoseEstimator::restore(serde_json::from_str(&text).unwrap()).unwrap();
+        for moment in &moments[at..] {
+            step(&mut one, moment.input);
+            step(&mut other, moment.input);
+            prop_assert_eq!(one.mean(), other.mean());
+        }
+        prop_assert_eq!(one.covariance(), other.covariance());
+    }
+
+    /// Whatever comes: a finite estimate with a covariance that can be one, or an error.
+    #[test]
+    fn nothing_harms_it(
+        inputs in prop::collection::vec(
+            (prop::array::uniform5(any::<f64>()), any::<i32>(), 1e-9..20.0_f64), 1..60),
+        latency in 0.0..10.0_f64,
+    ) {
+        let p = PoseParameters { gnss_latency: latency, ..parameters() };
+        let mut estimator = PoseEstimator::new(p).unwrap();
+        estimator.start().unwrap();
+        for ([gnss_x, gnss_y, gnss_std, yaw_rate, speed], gnss_fix_count, h) in inputs {
+            estimator.input =
+                PoseInput { gnss_x, gnss_y, gnss_std, gnss_fix_count, yaw_rate, speed };
+            match estimator.step(h) {
+                Err(error) => {
+                    prop_assert!(!error.hint().is_empty());
+                    return Ok(());
+                }
+                Ok(()) => {
+                    prop_assert!(estimator.mean().iter().all(|x| x.is_finite()));
+                    prop_assert!(estimator.course().is_finite());
+                    prop_assert!(estimator.position_std() >= 0.0);
+                }
+            }
+        }
+    }
+}
+
+/// However small the steps, the past that is kept is bounded; long steps are taken whole.
+#[test]
+fn any_step_size() {
+    let p = PoseParameters { gnss_latency: 1.0, ..parameters() };
+    let mut estimator = PoseEstimator::new(p).unwrap();
+    estimator.start().unwrap();
+    for k in 0..30_000 {
+        estimator.input = PoseInput {
+            speed: 15.0,
+            yaw_rate: 0.2,
+            gnss_std: 1.0,
+            gnss_fix_count: k / 10_000,
+            ..PoseInput::default()
+        };
+        estimator.step(1e-4).unwrap();
+    }
+    let length = serde_json::to_string(&estimator.save()).unwrap().len();
+    assert!(length < 300_000, "{length} characters");
+    assert!(estimator.step(0.0).is_err() && estimator.step(f64::NAN).is_err());
+    assert!(estimator.step(1e12).unwrap_err().to_string().contains("1000000000000 s"));
+    estimator.step(30.0).unwrap();
+}
+
+#[test]
+fn parameters_that_cannot_be_are_refused() {
+    let refused = |p: PoseParameters| PoseEstimator::new(p).unwrap_err().to_string();
+    let p = parameters();
+    assert!(refused(PoseParameters { gnss_latency: -0.1, ..p }).contains("latency is -0.1"));
+    assert!(refused(PoseParameters { gnss_latency: 11.0, ..p }).contains("0 to 10"));
+    assert!(refused(PoseParameters { speed_noise_density: f64::NAN, ..p }).contains("NaN"));
+    assert!(refused(PoseParameters { initial_yaw_std: 4.0, ..p }).contains("yaw"));
+    assert!(refused(PoseParameters { initial_x: f64::INFINITY, ..p }).contains("initial x"));
+}

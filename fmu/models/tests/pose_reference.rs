@@ -1,0 +1,65 @@
+//! The pose estimator against an independent filter, that of `data/pose_reference.py`.
+#![allow(clippy::unwrap_used)]
+
+use vehicle_models::{PoseEstimator, PoseInput, PoseParameters};
+
+/// The drive of the script, whose latency is no multiple of its step.
+fn estimator() -> PoseEstimator {
+    let mut estimator = PoseEstimator::new(PoseParameters {
+        gnss_latency: 0.07,
+        antenna_x: 1.2,
+        antenna_y: -0.4,
+        sideslip_per_yaw_rate: 0.08,
+        yaw_rate_noise_density: 2e-3,
+        yaw_rate_bias_density: 1e-3,
+        speed_noise_density: 0.1,
+        lateral_velocity_noise_density: 0.08,
+        initial_x: 3.0,
+        initial_y: -2.0,
+        initial_yaw: 0.5,
+        initial_position_std: 0.8,
+        initial_yaw_std: 0.15,
+        initial_yaw_rate_bias_std: 0.03,
+    })
+    .unwrap();
+    estimator.start().unwrap();
+    estimator
+}
+
+#[test]
+fn the_same_estimates_as_an_independent_filter() {
+    let mut estimator = estimator();
+    let mut before = 0.0;
+    let (mut rows, mut largest) = (0, [0.0_f64; 2]);
+    for line in include_str!("data/pose_reference.csv").lines().skip(1) {
+        let row: Vec<f64> = line.split(',').map(|field| field.parse().unwrap()).collect();
+        #[allow(clippy::cast_possible_truncation)] // a count below 100
+        let gnss_fix_count = row[6] as i32;
+        estimator.input = PoseInput {
+            yaw_rate: row[1],
+            speed: row[2],
+            gnss_x: row[3],
+            gnss_y: row[4],
+            gnss_std: row[5],
+            gnss_fix_count,
+        };
+        estimator.step(row[0] - before).unwrap();
+        before = row[0];
+        for (mean, expected) in estimator.mean().iter().zip(&row[7..11]) {
+            largest[0] = largest[0].max((mean - expected).abs());
+        }
+        let covariance = estimator.covariance();
+        let lower = (0..4).flat_map(|i| (0..=i).map(move |j| (i, j)));
+        for ((i, j), expected) in lower.zip(&row[11..]) {
+            // Relative to the two deviations.
+            let scale = (covariance[i][i] * covariance[j][j]).sqrt();
+            largest[1] = largest[1].max((covariance[i][j] - expected).abs() / scale);
+        }
+        rows += 1;
+    }
+    println!("largest differences: mean {:.1e}, covariance {:.1e}", largest[0], largest[1]);
+    assert_eq!(rows, 300);
+    // What the covariance of a stretch that is cut lacks, and the reference's nine digits.
+    assert!(largest[0] < 2e-6, "{largest:?}");
+    assert!(largest[1] < 2e-5, "{largest:?}");
+}

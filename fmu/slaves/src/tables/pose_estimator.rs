@@ -1,0 +1,65 @@
+//! Variables of `PoseEstimator`.
+
+use model_description::DependsOn::{Nothing, On};
+
+super::variables! {
+    /// Variables of the pose estimator. Its outputs are evaluated in a step, from the inputs set
+    /// before it, so at a communication point they depend on no input.
+    Variable, "PoseEstimator", "extended Kalman filter for the pose: GNSS fixes, yaw rate and speed in, pose and course out";
+    GnssX = 0, real "gnss_x", Input, Continuous,
+        .unit("m").nominal(100.0).description("position of the antenna at the latest fix");
+    GnssY = 1, real "gnss_y", Input, Continuous,
+        .unit("m").nominal(100.0).description("position of the antenna at the latest fix");
+    GnssStd = 2, real "gnss_std", Input, Continuous,
+        .unit("m").nominal(0.1).description("standard deviation of the latest fix in each coordinate; not usable unless above 0");
+    GnssFixCount = 3, integer "gnss_fix_count", Input, Discrete,
+        .description("counts the fixes: a new fix is a changed count");
+    YawRate = 4, real "yaw_rate", Input, Continuous,
+        .unit("rad/s").display_unit("deg/s").description("yaw rate that the gyro measures, positive to the left");
+    Speed = 5, real "speed", Input, Continuous,
+        .unit("m/s").display_unit("km/h").min(0.0).nominal(10.0).description("longitudinal velocity");
+    X = 10, real "x", Output, Continuous,
+        .unit("m").nominal(100.0).depends_on(Nothing).initial_depends_on(On(&["initial_x"]))
+        .description("position of the centre of gravity");
+    Y = 11, real "y", Output, Continuous,
+        .unit("m").nominal(100.0).depends_on(Nothing).initial_depends_on(On(&["initial_y"]))
+        .description("position of the centre of gravity");
+    Yaw = 12, real "yaw", Output, Continuous,
+        .unit("rad").display_unit("deg").depends_on(Nothing).initial_depends_on(On(&["initial_yaw"]))
+        .description("yaw, not wrapped");
+    Course = 13, real "course", Output, Continuous,
+        .unit("rad").display_unit("deg").depends_on(Nothing)
+        .initial_depends_on(On(&["yaw_rate", "sideslip_per_yaw_rate", "initial_yaw"]))
+        .description("direction in which the centre of gravity moves, not wrapped");
+    PositionStd = 14, real "position_std", Output, Continuous,
+        .unit("m").nominal(0.1).depends_on(Nothing).initial_depends_on(On(&["initial_position_std"]))
+        .description("standard deviation of the position in the direction in which it is largest");
+    GnssLatency = 20, real "gnss_latency", Parameter, Fixed,
+        .unit("s").display_unit("ms").min(0.0).max(10.0).description("age of a fix when it arrives");
+    AntennaX = 21, real "antenna_x", Parameter, Fixed,
+        .unit("m").min(-100.0).max(100.0).description("the antenna ahead of the centre of gravity");
+    AntennaY = 22, real "antenna_y", Parameter, Fixed,
+        .unit("m").min(-100.0).max(100.0).description("the antenna to the left of the centre of gravity");
+    SideslipPerYawRate = 23, real "sideslip_per_yaw_rate", Parameter, Fixed,
+        .unit("s").nominal(0.1).min(-10.0).max(10.0).description("sideslip angle per yaw rate in a steady turn");
+    YawRateNoiseDensity = 24, real "yaw_rate_noise_density", Parameter, Fixed,
+        .nominal(1e-3).min(0.0).max(100.0).description("density of the gyro's white noise, rad/s per root Hz");
+    YawRateBiasDensity = 25, real "yaw_rate_bias_density", Parameter, Fixed,
+        .nominal(1e-4).min(0.0).max(100.0).description("density of what the gyro's bias walks by, rad/s2 per root Hz");
+    SpeedNoiseDensity = 26, real "speed_noise_density", Parameter, Fixed,
+        .nominal(0.1).min(0.0).max(1000.0).description("density of the speed's white noise, m/s per root Hz");
+    LateralVelocityNoiseDensity = 27, real "lateral_velocity_noise_density", Parameter, Fixed,
+        .nominal(0.1).min(0.0).max(1000.0).description("density of the lateral velocity that the sideslip does not tell, m/s per root Hz");
+    InitialX = 30, real "initial_x", Parameter, Fixed,
+        .unit("m").description("position at the start");
+    InitialY = 31, real "initial_y", Parameter, Fixed,
+        .unit("m").description("position at the start");
+    InitialYaw = 32, real "initial_yaw", Parameter, Fixed,
+        .unit("rad").display_unit("deg").description("yaw at the start");
+    InitialPositionStd = 33, real "initial_position_std", Parameter, Fixed,
+        .unit("m").min(0.0).max(1e6).description("standard deviation of each coordinate at the start");
+    InitialYawStd = 34, real "initial_yaw_std", Parameter, Fixed,
+        .unit("rad").display_unit("deg").min(0.0).max(3.15).description("standard deviation of the yaw at the start; above 0.5 it is told from where the first fixes lead");
+    InitialYawRateBiasStd = 35, real "initial_yaw_rate_bias_std", Parameter, Fixed,
+        .unit("rad/s").display_unit("deg/s").min(0.0).max(10.0).description("standard deviation of the gyro's bias at the start");
+}

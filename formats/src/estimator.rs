@@ -1,0 +1,95 @@
+//! `estimator.json`: what a pose estimator is told of its sensors.
+//!
+//! Written by hand; the example in this repository is `tests/data/multibody/estimator.json`. What a
+//! number means is said where the filter is: the README of `PoseEstimator`.
+
+use crate::{Checker, Document};
+use serde::{Deserialize, Serialize};
+
+/// Sensors, their noise, and how well the start is known.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Estimator {
+    /// `steerwright/estimator/1`.
+    pub schema: String,
+    /// A name for people.
+    pub name: String,
+    /// The receiver and its antenna.
+    pub gnss: Gnss,
+    /// Sideslip angle per yaw rate in steady state, s.
+    pub sideslip_per_yaw_rate_s: f64,
+    /// How noisy gyro and speed are.
+    pub noise: SensorNoise,
+    /// How well the start is known.
+    pub initial: InitialUncertainty,
+    /// Longitudinal velocity that the `speed` input starts with, m/s.
+    pub speed_mps: f64,
+}
+
+/// The receiver and its antenna.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Gnss {
+    /// Age of a fix when it arrives, s; at most 10.
+    pub latency_s: f64,
+    /// The antenna ahead of the centre of gravity, m.
+    pub antenna_x_m: f64,
+    /// The antenna to the left of the centre of gravity, m.
+    pub antenna_y_m: f64,
+}
+
+/// Noise densities: a white noise of density q adds up to q·√t in t seconds.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SensorNoise {
+    /// Of the gyro, (rad/s)/√Hz.
+    pub yaw_rate_density: f64,
+    /// Of what the gyro's bias walks by, (rad/s²)/√Hz.
+    pub yaw_rate_bias_density: f64,
+    /// Of the speed, (m/s)/√Hz.
+    pub speed_density: f64,
+    /// Of the lateral velocity that the sideslip does not tell, (m/s)/√Hz.
+    pub lateral_velocity_density: f64,
+}
+
+/// Standard deviations at the start.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct InitialUncertainty {
+    /// Of each coordinate, m.
+    pub position_std_m: f64,
+    /// Of the yaw, rad; above 0.5 it is told from where the first fixes lead.
+    pub yaw_std_rad: f64,
+    /// Of the gyro's bias, rad/s.
+    pub yaw_rate_bias_std_radps: f64,
+}
+
+impl Document for Estimator {
+    const SCHEMA: &'static str = "steerwright/estimator/1";
+
+    fn schema(&self) -> &str {
+        &self.schema
+    }
+
+    fn check(&self, c: &mut Checker) {
+        let (g, n, i) = (&self.gnss, &self.noise, &self.initial);
+        for (value, min, max, path) in [
+            (g.latency_s, 0.0, 10.0, "gnss.latency_s"),
+            (g.antenna_x_m, -100.0, 100.0, "gnss.antenna_x_m"),
+            (g.antenna_y_m, -100.0, 100.0, "gnss.antenna_y_m"),
+            (self.sideslip_per_yaw_rate_s, -10.0, 10.0, "sideslip_per_yaw_rate_s"),
+            (n.yaw_rate_density, 0.0, 100.0, "noise.yaw_rate_density"),
+            (n.yaw_rate_bias_density, 0.0, 100.0, "noise.yaw_rate_bias_density"),
+            (n.speed_density, 0.0, 1e3, "noise.speed_density"),
+            (n.lateral_velocity_density, 0.0, 1e3, "noise.lateral_velocity_density"),
+            (i.position_std_m, 0.0, 1e6, "initial.position_std_m"),
+            (i.yaw_std_rad, 0.0, std::f64::consts::PI, "initial.yaw_std_rad"),
+            (i.yaw_rate_bias_std_radps, 0.0, 10.0, "initial.yaw_rate_bias_std_radps"),
+        ] {
+            c.require((min..=max).contains(&value), path, || {
+                format!("{value} must be from {min} to {max}")
+            });
+        }
+        c.not_negative(self.speed_mps, "speed_mps");
+    }
+}
