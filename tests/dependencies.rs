@@ -76,9 +76,14 @@ fn no_edge_beyond_the_architecture() {
 
 #[test]
 fn an_fmu_binary_links_no_identification_and_no_design() {
-    for library in
-        ["identified-plant", "bicycle-plant", "nonlinear-vehicle", "lateral-pid", "reference-path", "pose-estimator"]
-    {
+    for library in [
+        "identified-plant",
+        "bicycle-plant",
+        "nonlinear-vehicle",
+        "lateral-pid",
+        "reference-path",
+        "pose-estimator",
+    ] {
         let tree = Command::new(env!("CARGO"))
             .args(["tree", "--edges", "normal", "--prefix", "none", "--package", library])
             .current_dir(env!("CARGO_MANIFEST_DIR"))

@@ -8,8 +8,14 @@ use support::archives;
 use vehicle_models::{Pid, PidInput, PidParameters};
 
 const TS: f64 = 0.01;
-const FMUS: [&str; 5] =
-    ["IdentifiedPlant", "BicyclePlant", "NonlinearVehicle", "LateralPid", "ReferencePath"];
+const FMUS: [&str; 6] = [
+    "IdentifiedPlant",
+    "BicyclePlant",
+    "NonlinearVehicle",
+    "LateralPid",
+    "ReferencePath",
+    "PoseEstimator",
+];
 
 fn archive(name: &str) -> Archive {
     Archive::open(archives().join(format!("{name}.fmu"))).unwrap()
@@ -156,7 +162,9 @@ fn disabled_it_puts_out_the_feedforward_and_enabling_is_bumpless() {
 
 #[test]
 fn a_step_of_ages_is_refused_at_once_and_reset_brings_the_instance_back() {
-    for name in ["LateralPid", "IdentifiedPlant", "BicyclePlant", "NonlinearVehicle"] {
+    for name in
+        ["LateralPid", "IdentifiedPlant", "BicyclePlant", "NonlinearVehicle", "PoseEstimator"]
+    {
         let archive = archive(name);
         let mut fmu = initialized(&archive);
         assert!(fmu.do_step(0.0, 1e12).is_err(), "{name}");

@@ -19,11 +19,14 @@ fn a_copied_binary_packs_the_same_archives_with_an_empty_environment() {
     for file in files {
         fs::copy(demo().folder.join("multibody").join(file), folder.join(file)).unwrap();
     }
-    fs::copy(data().join("multibody/vehicle.json"), folder.join("vehicle.json")).unwrap();
+    let by_hand = ["vehicle.json", "estimator.json"];
+    for file in by_hand {
+        fs::copy(data().join("multibody").join(file), folder.join(file)).unwrap();
+    }
     let output = Command::new(&program)
         .arg("package")
         .args(files)
-        .arg("vehicle.json")
+        .args(by_hand)
         .args(["--out", "fmu"])
         .current_dir(&folder)
         .env_clear()
@@ -31,9 +34,14 @@ fn a_copied_binary_packs_the_same_archives_with_an_empty_environment() {
         .output()
         .unwrap();
     assert!(output.status.success(), "{}", told(&output));
-    for name in
-        ["IdentifiedPlant", "BicyclePlant", "NonlinearVehicle", "LateralPid", "ReferencePath"]
-    {
+    for name in [
+        "IdentifiedPlant",
+        "BicyclePlant",
+        "NonlinearVehicle",
+        "LateralPid",
+        "ReferencePath",
+        "PoseEstimator",
+    ] {
         let archive = format!("{name}.fmu");
         let packed = fs::read(folder.join("fmu").join(&archive)).unwrap();
         let elsewhere = fs::read(archives().join(&archive)).unwrap();

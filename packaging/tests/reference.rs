@@ -96,6 +96,32 @@ fn times_are_communication_points_from_start_to_stop() {
     }
 }
 
+/// The estimate stays on the drive of the scenario, whose truth is two arcs, through the outlier and
+/// the time without fixes, and says how far off it is.
+#[test]
+fn the_estimator_stays_on_the_drive() {
+    let run = run(Fmu::PoseEstimator, None);
+    let result = &run.result;
+    let radius = 15.0 / 0.2;
+    for (i, time) in result["time"].iter().enumerate().filter(|(_, time)| **time > 1.0) {
+        // Inputs are set when a step has ended: all are a step late, and so is the estimate.
+        let t = time - 0.01;
+        let (left, right) = (0.2 * t.min(5.0), 0.2 * (t - 5.0).max(0.0));
+        let yaw = left - right;
+        let x = radius * (2.0 * left.sin() - yaw.sin());
+        let y = radius * (1.0 - 2.0 * left.cos() + yaw.cos());
+        let away = (result["x"][i] - x).hypot(result["y"][i] - y);
+        assert!(away < 3.0 * result["position_std"][i] && away < 0.3, "{t} s: {away} m");
+        assert!((result["yaw"][i] - yaw).abs() < 0.02, "{t} s");
+    }
+    // Fixes come in, stay away and come back.
+    let std = |t: f64| {
+        let i = result["time"].iter().position(|time| (time - t).abs() < 0.011).unwrap();
+        result["position_std"][i]
+    };
+    assert!(std(0.05) > 0.9 && std(5.9) < 0.05 && std(7.9) > 2.0 * std(5.9) && std(8.5) < std(7.9));
+}
+
 /// Against the equation of the plant, solved apart: ẋ = −5 x + 5 (u − offset), r = x, ψ̇ = r.
 #[test]
 fn the_plant_answers_its_inputs() {

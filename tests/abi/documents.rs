@@ -14,6 +14,7 @@ pub(crate) fn document(schema: &str) -> Option<String> {
             control::bicycle_from_toml(VEHICLE, "vehicle.toml").unwrap().to_json()
         }
         formats::Vehicle::SCHEMA => NONLINEAR.to_owned(),
+        formats::Estimator::SCHEMA => ESTIMATOR.to_owned(),
         Pid::SCHEMA => pid().to_json(),
         Path::SCHEMA => path().to_json(),
         _ => return None,
@@ -26,6 +27,8 @@ const VEHICLE: &str = "name = \"car\"\nmass_kg = 1093.3\nyaw_inertia_kgm2 = 1791
     steering_ratio = 15.0\nspeed_mps = 15.0\n";
 
 const NONLINEAR: &str = include_str!("../data/multibody/vehicle.json");
+
+const ESTIMATOR: &str = include_str!("../data/multibody/estimator.json");
 
 /// Four stable states with a delay and noise.
 fn plant() -> Plant {

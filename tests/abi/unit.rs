@@ -301,6 +301,10 @@ impl<'s> Unit<'s> {
         for input in self.sample.of(Kind::Boolean, Causality::Input) {
             assert_eq!(self.set(input, &Value::Boolean(k % 16 < 12)), OK);
         }
+        // What counts events: one in five steps.
+        for input in self.sample.of(Kind::Integer, Causality::Input) {
+            assert_eq!(self.set(input, &Value::Integer(i32::try_from(k / 5).unwrap())), OK);
+        }
     }
 }
 

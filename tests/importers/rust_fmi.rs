@@ -122,9 +122,14 @@ macro_rules! missing {
 
 #[test]
 fn every_archive_exports_every_function() {
-    for name in
-        ["IdentifiedPlant", "BicyclePlant", "NonlinearVehicle", "ReferencePath", "LateralPid"]
-    {
+    for name in [
+        "IdentifiedPlant",
+        "BicyclePlant",
+        "NonlinearVehicle",
+        "ReferencePath",
+        "LateralPid",
+        "PoseEstimator",
+    ] {
         let unit = Rust::open(name, false);
         let binding = unit.import.binding(name).unwrap();
         assert_eq!(functions!(missing)(&binding), [""; 0], "{name}");

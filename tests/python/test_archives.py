@@ -13,7 +13,14 @@ from fmpy.fmi2 import FMU2Slave
 from fmpy.validation import validate_fmu
 from lxml import etree
 
-ARCHIVES = ["IdentifiedPlant", "BicyclePlant", "NonlinearVehicle", "LateralPid", "ReferencePath"]
+ARCHIVES = [
+    "IdentifiedPlant",
+    "BicyclePlant",
+    "NonlinearVehicle",
+    "LateralPid",
+    "ReferencePath",
+    "PoseEstimator",
+]
 
 
 @pytest.mark.parametrize("name", ARCHIVES)
@@ -82,6 +89,8 @@ def test_the_library_gives_the_reference_results(out: Path, name: str, tmp_path:
                 continue
             if variables[key].type == "Boolean":
                 fmu.setBoolean([variables[key].valueReference], [bool(value)])
+            elif variables[key].type == "Integer":
+                fmu.setInteger([variables[key].valueReference], [int(value)])
             else:
                 fmu.setReal([variables[key].valueReference], [value])
 

@@ -37,12 +37,15 @@ pub(crate) fn demo() -> &'static Demo {
 }
 
 /// The folder with the archives of all FMUs, made once for a test binary: those of the demo's
-/// multi-body drive, and the nonlinear vehicle, which no drive makes, beside them.
+/// multi-body drive, and beside them those that no drive makes: nonlinear vehicle and pose estimator.
 pub(crate) fn archives() -> &'static Path {
     static ARCHIVES: OnceLock<PathBuf> = OnceLock::new();
     ARCHIVES.get_or_init(|| {
         let folder = demo().folder.join("multibody");
-        let package = words("package {data}/multibody/vehicle.json --out fmu", &folder);
+        let package = words(
+            "package {data}/multibody/vehicle.json {data}/multibody/estimator.json --out fmu",
+            &folder,
+        );
         let output = steerwright(&folder, &package);
         assert!(output.status.success(), "{}", told(&output));
         folder.join("fmu")

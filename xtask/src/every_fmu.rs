@@ -1,16 +1,21 @@
-//! One archive at least of every FMU: the demo's, and the nonlinear vehicle, which no drive asks for.
+//! One archive at least of every FMU: the demo's, and those that no drive asks for, the nonlinear vehicle and
+//! the pose estimator.
 
 use crate::run::{cargo, root, run};
 use std::ffi::OsStr;
 use std::path::Path;
 
-/// Runs the demo into `out` and packs the nonlinear vehicle beside its archives; `binaries` is a
+/// Runs the demo into `out` and packs the two written by hand beside its archives; `binaries` is a
 /// folder of libraries to pack instead of this machine's own.
 pub(crate) fn pack(out: &Path, binaries: Option<&Path>) -> Result<(), String> {
-    let vehicle = root().join("tests/data/multibody/vehicle.json");
+    let by_hand = |name: &str| root().join("tests/data/multibody").join(name);
+    let (vehicle, estimator) = (by_hand("vehicle.json"), by_hand("estimator.json"));
     for (arguments, out) in [
         (vec![OsStr::new("demo")], out.to_owned()),
-        (vec![OsStr::new("package"), vehicle.as_os_str()], out.join("multibody/fmu")),
+        (
+            vec![OsStr::new("package"), vehicle.as_os_str(), estimator.as_os_str()],
+            out.join("multibody/fmu"),
+        ),
     ] {
         let mut program = cargo(&["run", "--release", "--quiet", "--"]);
         program.args(arguments).arg("--out").arg(out);

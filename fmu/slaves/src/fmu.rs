@@ -1,6 +1,8 @@
 //! The FMUs by name, for those who pack them.
 
-use crate::{BicyclePlant, IdentifiedPlant, LateralPid, NonlinearVehicle, PoseEstimator, ReferencePath};
+use crate::{
+    BicyclePlant, IdentifiedPlant, LateralPid, NonlinearVehicle, PoseEstimator, ReferencePath,
+};
 use fmi2_export::{DescribeError, Resources, Slave, describe};
 use formats::Document;
 use model_description::{DefaultExperiment, ModelDescription, Table};

@@ -84,9 +84,8 @@ impl Slave for PoseEstimator {
 
     fn open(resources: &Resources) -> Result<Self, String> {
         let file = optional::<formats::Estimator>(resources, "estimator.json")?;
-        let parameters = file
-            .as_ref()
-            .map_or_else(PoseParameters::default, model_loading::pose_parameters);
+        let parameters =
+            file.as_ref().map_or_else(PoseParameters::default, model_loading::pose_parameters);
         let mut estimator = vehicle_models::PoseEstimator::new(parameters)
             .map_err(|e| format!("estimator.json: {e}; hint: {}", e.hint()))?;
         estimator.input.speed = file.map_or(SPEED, |file| file.speed_mps);

@@ -1,6 +1,8 @@
 //! An FMU's slave run in this process, without its C symbols: the code that its library runs.
 
-use crate::{BicyclePlant, Fmu, IdentifiedPlant, LateralPid, NonlinearVehicle, PoseEstimator, ReferencePath};
+use crate::{
+    BicyclePlant, Fmu, IdentifiedPlant, LateralPid, NonlinearVehicle, PoseEstimator, ReferencePath,
+};
 use fmi2_export::{Log, Resources, Slave, VariableId};
 use model_description::Value;
 

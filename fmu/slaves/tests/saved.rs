@@ -4,9 +4,9 @@
 mod common;
 
 use common::{
-    Kind, PLAIN, bicycle, get, identified, kinds, nonlinear, path, pid, set, start, variable,
+    Kind, PLAIN, bicycle, get, identified, kinds, nonlinear, path, pid, pose, set, start, variable,
 };
-use fmi2_export::model_description::Causality;
+use fmi2_export::model_description::{Causality, Value};
 use fmi2_export::{Log, Slave};
 use proptest::prelude::*;
 
@@ -18,6 +18,12 @@ fn drive<S: Slave>(slave: &mut S, steps: std::ops::Range<u32>) -> Vec<u64> {
         for row in S::TABLE.variables.iter().filter(|row| row.causality == Causality::Input) {
             match row.name {
                 "enabled" => {}
+                "gnss_std" => set(slave, "gnss_std", 0.05),
+                // A fix every tenth step.
+                "gnss_fix_count" => slave.set(
+                    variable::<S>("gnss_fix_count"),
+                    &Value::Integer(i32::try_from(k / 10).unwrap()),
+                ),
                 "speed" => set(slave, "speed", 10.0 + (0.3 * t).sin()),
                 "x" | "y" => set(slave, row.name, 9.0 * t),
                 name => set(slave, name, 0.1 * (3.0 * t).sin() + 0.01 * name.len() as f64),
@@ -101,6 +107,17 @@ fn paths_go_on() {
         let mut prepared = path(closed);
         set(&mut prepared, "lookahead_min", 3.0);
         goes_on(&path(closed), &prepared);
+    }
+}
+
+#[test]
+fn estimators_go_on() {
+    for (name, value) in [("initial_yaw_std", 0.1), ("initial_yaw_std", 2.0), ("gnss_latency", 0.0)]
+    {
+        let mut prepared = pose();
+        set(&mut prepared, "initial_x", 2.0);
+        set(&mut prepared, name, value);
+        goes_on(&pose(), &prepared);
     }
 }
 
@@ -212,6 +229,22 @@ fn impossible_nonlinear_vehicles_are_refused() {
     refused(&fresh, &used, 0.025 - 0.013, &[0.2, -0.013, f64::NAN]);
 }
 
+#[test]
+fn impossible_estimators_are_refused() {
+    let fresh = pose();
+    let mut used = driven(&fresh, 25, |s| set(s, "initial_yaw", 0.3));
+    for name in ["x", "y", "yaw"] {
+        let value = get(&mut used, name);
+        refused(&fresh, &used, value, &NOT_FINITE);
+    }
+    // A latency, and a stretch of the history, of another length.
+    refused(&fresh, &used, 0.05, &[-1.0, 0.2, f64::NAN]);
+    refused(&fresh, &used, 0.013, &[-0.013, 0.1, f64::NAN]);
+    // The variance of the yaw at the start.
+    let used = driven(&fresh, 0, |s| set(s, "initial_yaw_std", 0.125));
+    refused(&fresh, &used, 0.125 * 0.125, &[-1.0, f64::NAN]);
+}
+
 fn any_bytes<S: Slave>(fresh: &S, bytes: &[u8]) {
     let mut slave = fresh.clone();
     if slave.load(bytes).is_ok() {
@@ -246,6 +279,7 @@ proptest! {
         any_bytes(&bicycle(), &bytes);
         any_bytes(&nonlinear(), &bytes);
         any_bytes(&pid(), &bytes);
+        any_bytes(&pose(), &bytes);
     }
 
     #[test]
@@ -269,6 +303,7 @@ proptest! {
         both(&bicycle(), bicycle(), steps, |s| mutated(s, &changes, cut));
         both(&nonlinear(), nonlinear(), steps, |s| mutated(s, &changes, cut));
         both(&pid(), pid(), steps, |s| mutated(s, &changes, cut));
+        both(&pose(), pose(), steps, |s| mutated(s, &changes, cut));
         for closed in [false, true] {
             let fresh = path(closed);
             both(&fresh, fresh.clone(), steps, |s| mutated(s, &changes, cut));

@@ -3,7 +3,8 @@
 //! A plant is steered left, right and to and fro, by as much as the drive that it was identified
 //! from, and slows a little near the end. A controller sees a step of its reference and a yaw that
 //! follows late, some feedforward, and a second in which it is disabled. A path is driven along,
-//! beside it and with a heading that is off. Whatever has no part here keeps its start value.
+//! beside it and with a heading that is off. An estimator is driven through a left and a right turn; the
+//! fixes that it is given get worse, one of them is an outlier, and for two seconds there are none. Whatever has no part here keeps its start value.
 
 use crate::Error;
 use formats::{Document, PathPoint};
@@ -25,6 +26,8 @@ enum Script {
     Track { step: f64, feedforward: f64 },
     /// Along the road at a speed, m/s.
     Drive { points: Vec<PathPoint>, speed: f64 },
+    /// Through two turns at a speed, m/s, with fixes that are late by so much, s.
+    Locate { speed: f64, latency: f64 },
 }
 
 /// Steering of a plant that was not identified from a drive, at the road wheel, rad.
@@ -74,6 +77,10 @@ impl Scenario {
                 let path = formats::Path::from_json(document, file)?;
                 Script::Drive { points: path.points, speed: path.speed_mps }
             }
+            Fmu::PoseEstimator => {
+                let file = formats::Estimator::from_json(document, file)?;
+                Script::Locate { speed: file.speed_mps, latency: file.gnss.latency_s }
+            }
         };
         Ok(Self { pace: 10.0 / duration, script })
     }
@@ -122,8 +129,13 @@ impl Scenario {
                     _ => place.heading_rad + 0.02 * (TAU * 0.2 * t).cos(),
                 }
             }
+            (Script::Locate { speed, latency }, _) => locate(name, time, *speed, *latency)?,
             _ => return None,
         };
+        if variable.kind == Kind::Integer {
+            #[allow(clippy::cast_possible_truncation)] // saturates
+            return Some(Value::Integer(number as i32));
+        }
         let within =
             number.max(variable.min.unwrap_or(f64::MIN)).min(variable.max.unwrap_or(f64::MAX));
         (variable.kind == Kind::Real).then(|| Value::Real(super::rounded(within)))
@@ -139,6 +151,37 @@ fn weave(t: f64) -> f64 {
         t if t < 7.5 => (TAU * 0.5 * (t - 3.5)).sin(),
         t => 0.5 * (TAU * (t - 7.5)).sin(),
     }
+}
+
+/// Yaw rate of the two turns, rad/s; the gyro reads a little more.
+const TURN: f64 = 0.2;
+const GYRO_BIAS: f64 = 0.01;
+
+/// An input of the estimator at a time, s: five seconds to the left, then to the right.
+fn locate(name: &str, time: f64, speed: f64, latency: f64) -> Option<f64> {
+    // The latest fix: ten a second, none from 6 s to 8 s.
+    let count = if (6.0..8.0).contains(&time) { 60.0 } else { (10.0 * time + 1e-6).floor() };
+    let valid = (0.1 * count - latency).max(0.0);
+    let radius = speed / TURN;
+    let (left, right) = (TURN * valid.min(5.0), TURN * (valid - 5.0).max(0.0));
+    Some(match name {
+        "yaw_rate" => GYRO_BIAS + if time < 5.0 { TURN } else { -TURN },
+        "speed" => speed,
+        "gnss_fix_count" => count,
+        "gnss_std" => {
+            if count < 80.0 {
+                0.02
+            } else {
+                0.5
+            }
+        }
+        "gnss_x" => {
+            let outlier = if count == 30.0 { 5.0 } else { 0.0 };
+            outlier + radius * (left.sin() + left.sin() - (left - right).sin())
+        }
+        "gnss_y" => radius * (1.0 - left.cos() + (left - right).cos() - left.cos()),
+        _ => return None,
+    })
 }
 
 /// The place at that distance along the path, at most its end.

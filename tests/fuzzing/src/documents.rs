@@ -8,6 +8,8 @@ pub(crate) const DELAYED: &[u8] = include_bytes!("../documents/plant-delayed.jso
 pub(crate) const BICYCLE: &[u8] = include_bytes!("../documents/bicycle.json");
 /// `vehicle.json`, with a delay.
 pub(crate) const VEHICLE: &[u8] = include_bytes!("../documents/vehicle.json");
+/// `estimator.json`, with a latency.
+pub(crate) const ESTIMATOR: &[u8] = include_bytes!("../documents/estimator.json");
 /// `pid.json`.
 pub(crate) const PID: &[u8] = include_bytes!("../documents/pid.json");
 /// `path.json`.

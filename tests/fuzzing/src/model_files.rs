@@ -1,10 +1,13 @@
 //! The stages' files, as an FMU's `resources/` may hold them.
 
+use crate::calls::chosen;
 use crate::cursor::Cursor;
-use crate::documents::{BICYCLE, DELAYED, PATH, PID, PLANT, VEHICLE};
+use crate::documents::{BICYCLE, DELAYED, ESTIMATOR, PATH, PID, PLANT, VEHICLE};
 use fmi2_export::{Log, Resources, Slave};
 use serde_json::Value;
-use slaves::{BicyclePlant, IdentifiedPlant, LateralPid, NonlinearVehicle, ReferencePath};
+use slaves::{
+    BicyclePlant, IdentifiedPlant, LateralPid, NonlinearVehicle, PoseEstimator, ReferencePath,
+};
 
 /// Numbers changed in one document, at most.
 const MOST_CHANGES: usize = 8;
@@ -16,13 +19,14 @@ const MOST_CHANGES: usize = 8;
 pub(crate) fn model_files(bytes: &[u8]) {
     if let Some(changes) = bytes.strip_prefix(b"#") {
         let mut cursor = Cursor::new(changes);
-        match cursor.byte() % 6 {
+        match chosen(cursor.byte()) {
             0 => run::<IdentifiedPlant>("plant.json", &changed(PLANT, &mut cursor)),
             1 => run::<IdentifiedPlant>("plant.json", &changed(DELAYED, &mut cursor)),
             2 => run::<BicyclePlant>("bicycle.json", &changed(BICYCLE, &mut cursor)),
             3 => run::<LateralPid>("pid.json", &changed(PID, &mut cursor)),
             4 => run::<ReferencePath>("path.json", &changed(PATH, &mut cursor)),
-            _ => run::<NonlinearVehicle>("vehicle.json", &changed(VEHICLE, &mut cursor)),
+            5 => run::<NonlinearVehicle>("vehicle.json", &changed(VEHICLE, &mut cursor)),
+            _ => run::<PoseEstimator>("estimator.json", &changed(ESTIMATOR, &mut cursor)),
         }
         return;
     }
@@ -31,6 +35,7 @@ pub(crate) fn model_files(bytes: &[u8]) {
     run::<LateralPid>("pid.json", bytes);
     run::<ReferencePath>("path.json", bytes);
     run::<NonlinearVehicle>("vehicle.json", bytes);
+    run::<PoseEstimator>("estimator.json", bytes);
 }
 
 /// The document with some of its numbers changed.

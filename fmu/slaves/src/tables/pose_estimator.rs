@@ -59,7 +59,7 @@ super::variables! {
     InitialPositionStd = 33, real "initial_position_std", Parameter, Fixed,
         .unit("m").min(0.0).max(1e6).description("standard deviation of each coordinate at the start");
     InitialYawStd = 34, real "initial_yaw_std", Parameter, Fixed,
-        .unit("rad").display_unit("deg").min(0.0).max(3.15).description("standard deviation of the yaw at the start; above 0.5 it is told from where the first fixes lead");
+        .unit("rad").display_unit("deg").min(0.0).max(std::f64::consts::PI).description("standard deviation of the yaw at the start; above 0.5 it is told from where the first fixes lead");
     InitialYawRateBiasStd = 35, real "initial_yaw_rate_bias_std", Parameter, Fixed,
         .unit("rad/s").display_unit("deg/s").min(0.0).max(10.0).description("standard deviation of the gyro's bias at the start");
 }

@@ -4,7 +4,9 @@
 use fmi2_export::model_description::Value;
 use fmi2_export::{Log, Resources, Slave, VariableId};
 use formats::{Document, InputKind, Matrix, Plant};
-use slaves::{BicyclePlant, IdentifiedPlant, LateralPid, NonlinearVehicle, ReferencePath};
+use slaves::{
+    BicyclePlant, IdentifiedPlant, LateralPid, NonlinearVehicle, PoseEstimator, ReferencePath,
+};
 use vehicle_models::linear::discretize;
 
 fn column(entries: &[f64]) -> Matrix {
@@ -96,6 +98,14 @@ pub fn nonlinear() -> NonlinearVehicle {
 
 pub fn pid() -> LateralPid {
     LateralPid::open(&Resources::default()).unwrap()
+}
+
+/// With fixes that are 0.05 s late and an antenna elsewhere.
+pub fn pose() -> PoseEstimator {
+    let mut estimator = PoseEstimator::open(&Resources::default()).unwrap();
+    set(&mut estimator, "gnss_latency", 0.05);
+    set(&mut estimator, "antenna_x", 0.6);
+    estimator
 }
 
 /// A circle of 30 m radius, closed or open.
