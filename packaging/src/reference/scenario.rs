@@ -4,7 +4,8 @@
 //! from, and slows a little near the end. A controller sees a step of its reference and a yaw that
 //! follows late, some feedforward, and a second in which it is disabled. A path is driven along,
 //! beside it and with a heading that is off. An estimator is driven through a left and a right turn; the
-//! fixes that it is given get worse, one of them is an outlier, and for two seconds there are none. Whatever has no part here keeps its start value.
+//! fixes that it is given get worse for a while, one of them is an outlier, and for two seconds there
+//! are none. Whatever has no part here keeps its start value.
 
 use crate::Error;
 use formats::{Document, PathPoint};
@@ -169,10 +170,10 @@ fn locate(name: &str, time: f64, speed: f64, latency: f64) -> Option<f64> {
         "speed" => speed,
         "gnss_fix_count" => count,
         "gnss_std" => {
-            if count < 80.0 {
-                0.02
-            } else {
+            if (40.0..=60.0).contains(&count) {
                 0.5
+            } else {
+                0.02
             }
         }
         "gnss_x" => {
