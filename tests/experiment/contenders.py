@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import oracle
+import pid_file
+from pid_law import factor_to_margin, scaled
 from program import read
 
 IDENTIFIED = "identified"
@@ -46,7 +48,7 @@ class Workshop:
 
     def fitted(self, case, log, folder):
         p = case.car.published
-        mass = ("--mass", p.m, "--front-share", p.b / (p.a + p.b))
+        mass = ("--mass", p.m, "--front-share", f"{100.0 * p.b / (p.a + p.b)}%")
         model = folder / "bicycle.json"
         bicycle = self.program.identify(log, model, "--structure", "bicycle", *mass)
         return bicycle, self.controller(model, folder)
@@ -71,6 +73,20 @@ class Workshop:
     def oracle(self, case, start, folder):
         """From the design on the data sheet with lag: it shares limits and specification."""
         tuned = oracle.tune(case.car, case.speed, start)
-        oracle.write(tuned, folder / "pid.json")
+        pid_file.write(tuned, folder / "pid.json")
         self.program.package(folder, folder / "pid.json")
         return None, read(folder / "pid.json")
+
+    def at_margin(self, pid, omega, yaw, folder):
+        """All three gains multiplied by one factor, so that the loop with the car has the modulus
+        margin of the specification; `None` where no factor does. Returns the factor, too."""
+        gains = pid_file.gains_of(pid)
+        wanted = pid["specification"]["modulus_margin"]
+        factor = factor_to_margin(gains, omega, yaw, wanted)
+        if factor is None:
+            return None
+        folder.mkdir(exist_ok=True)
+        made = pid_file.with_gains(pid, scaled(gains, factor), wanted, "at equal margin")
+        pid_file.write(made, folder / "pid.json")
+        self.program.package(folder, folder / "pid.json")
+        return factor

@@ -5,11 +5,10 @@ margin kept, by differential evolution over kp, ki, kd, filter time and setpoint
 what no design can: the vehicle, and without noise.
 """
 
-import json
 import math
-from pathlib import Path
 
 import numpy as np
+from pid_file import gains_of, limits_of, with_gains
 from pid_law import modulus_margin, respond, sampled_yaw
 from scipy.optimize import differential_evolution
 from yaw_step import STEP_RAD, metrics
@@ -19,24 +18,6 @@ SAMPLES = 300
 SEED = 1
 POPULATION, GENERATIONS = 10, 30
 OUTSIDE = 100.0  # cost of a requirement missed by all of its bound
-
-
-def limits_of(pid):
-    limits = pid["limits"]
-    rate = limits["max_rate_radps"] * pid["sample_time_s"]
-    return (limits["max_angle_rad"], min(limits["max_increment_rad"], rate))
-
-
-def gains_of(pid):
-    g = pid["gains"]
-    return (
-        g["kp"],
-        g["ki"],
-        g["kd"],
-        g["derivative_filter_time_s"],
-        g["setpoint_weight_proportional"],
-        g["anti_windup_time_s"],
-    )
 
 
 def gains_at(x):
@@ -74,43 +55,5 @@ def tune(car, speed, pid):
         cost, bounds, x0=guess, seed=SEED, popsize=POPULATION, maxiter=GENERATIONS, tol=1e-3,
         polish=False,
     )  # fmt: skip
-    return with_gains(pid, gains_at(found.x), modulus_margin(gains_at(found.x), omega, yaw))
-
-
-def with_gains(pid, gains, margin):
-    """The file with other gains, and the guidance that belongs to them."""
-    kp, ki, kd, filter_time, weight, anti_windup = map(float, gains)
-    pid = json.loads(json.dumps(pid))
-    steady = steady_gain(pid)
-    pid["name"] = "tuned on the vehicle"
-    pid["gains"] |= {
-        "kp": kp,
-        "ki": ki,
-        "kd": kd,
-        "derivative_filter_time_s": filter_time,
-        "setpoint_weight_proportional": weight,
-        "anti_windup_time_s": anti_windup,
-    }
-    preview = kp * (1.0 - weight) / ki
-    share = 1.0 + steady * (kd - weight * kp * preview - ki * preview**2 / 2.0)
-    speed = pid["designed_for"]["speed_mps"]
-    pid["guidance"] |= {
-        "preview_time_s": preview,
-        "feedforward_gain_radm": share * speed / steady,
-    }
-    pid["evidence"]["margins"]["modulus_margin"] = margin
-    return pid
-
-
-def steady_gain(pid):
-    """Yaw rate per steering in a steady turn, 1/s: the design's, out of its own guidance."""
-    kp, ki, kd, _, weight, _ = gains_of(pid)
-    preview = pid["guidance"]["preview_time_s"]
-    speed = pid["designed_for"]["speed_mps"]
-    # feedforward = speed · (1/G + kd − b kp p − ki p²/2)
-    rest = kd - weight * kp * preview - ki * preview**2 / 2.0
-    return 1.0 / (pid["guidance"]["feedforward_gain_radm"] / speed - rest)
-
-
-def write(pid, file):
-    Path(file).write_text(json.dumps(pid, indent=2) + "\n")
+    gains = gains_at(found.x)
+    return with_gains(pid, gains, modulus_margin(gains, omega, yaw), "tuned on the car")

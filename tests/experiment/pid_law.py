@@ -72,3 +72,35 @@ def modulus_margin(gains, omega, yaw):
     """Smallest distance of the loop from −1."""
     controller = frequency_response(gains, np.exp(1j * omega * SAMPLE_TIME_S))
     return float(np.min(np.abs(1.0 + controller * yaw)))
+
+
+def scaled(gains, factor):
+    """kp, ki and kd times a factor."""
+    return (*(factor * gain for gain in gains[:3]), *gains[3:])
+
+
+def factor_to_margin(gains, omega, yaw, wanted):
+    """The factor of the gains at which the loop comes to have a modulus margin; `None` if none does.
+
+    Found in small steps from the gains as they are, up while they have more and down while they
+    have less, since beyond instability the distance from −1 grows again.
+    """
+
+    def keeps(factor):
+        return modulus_margin(scaled(gains, factor), omega, yaw) >= wanted
+
+    enough = keeps(1.0)
+    step = 1.02 if enough else 1.0 / 1.02
+    here = 1.0
+    for _ in range(200):
+        there = here * step
+        if keeps(there) != enough:
+            break
+        here = there
+    else:
+        return None
+    low, high = min(here, there), max(here, there)
+    for _ in range(30):
+        middle = math.sqrt(low * high)
+        low, high = (middle, high) if keeps(middle) else (low, middle)
+    return float(low)

@@ -6,6 +6,7 @@ import math
 import numpy as np
 from contenders import IDENTIFIED, NAMES
 from sensors import CORRECTED, DROP_OUT, UNCORRECTED
+from study import EQUAL_MARGIN
 
 RESAMPLES = 2000
 CONFIDENCE = 0.95
@@ -33,6 +34,10 @@ def road(reception, key):
     return lambda run, who: metric(run, who, ("road", reception.name, key))
 
 
+def equal(key):
+    return lambda run, who: metric(run, who, ("road", EQUAL_MARGIN, key))
+
+
 # What is compared with each rival, as ratios of the identified design's to the rival's.
 COMPARED = {
     "error of predicted settling time": lambda run, who: max(
@@ -42,6 +47,9 @@ COMPARED = {
     "largest cross-track error, corrected": road(CORRECTED, "cross_track_largest_m"),
     "course error RMS, corrected": road(CORRECTED, "course_rms_rad"),
     "largest course error, corrected": road(CORRECTED, "course_largest_rad"),
+    "cross-track RMS at equal modulus margin": equal("cross_track_rms_m"),
+    "largest cross-track error at equal margin": equal("cross_track_largest_m"),
+    "course error RMS at equal margin": equal("course_rms_rad"),
     "cross-track RMS, drop-outs": road(DROP_OUT, "cross_track_rms_m"),
     "cross-track RMS, uncorrected GNSS": road(UNCORRECTED, "cross_track_rms_m"),
     "steering rate RMS, corrected": road(CORRECTED, "steering_rate_rms_radps"),
@@ -101,6 +109,8 @@ def rows(runs):
             for reception in (CORRECTED, DROP_OUT, UNCORRECTED):
                 scores = found["road"][reception.name]
                 row |= {f"{reception.name}_{key}": value for key, value in scores.items()}
+            scores = found["road"][EQUAL_MARGIN] or {}
+            row |= {f"{EQUAL_MARGIN}_{key}": value for key, value in scores.items()}
             yield row
 
 

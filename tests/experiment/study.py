@@ -11,11 +11,13 @@ import sensors
 import sideslip
 import yaw_step
 from contenders import ERRORS, FITTED, FIXED, IDENTIFIED, LAG, NAMES, NO_LAG, ORACLE, Workshop
-from oracle import gains_of
+from pid_file import gains_of
 from pid_law import modulus_margin, sampled_yaw
+from program import read as read_file
 from units import Archive
 
 ROAD_ACCELERATION_MPS2 = 4.0  # where the road is curved most
+EQUAL_MARGIN = "equal margin"  # as if a way of reception
 TRACED_SEED = 1  # whose traces are kept for the figures
 
 
@@ -124,17 +126,19 @@ class Study:
         duration = length / case.speed
         # In the first half of the seeds in the lane change, later in the turns: where it happens.
         lost = np.random.default_rng([*case.seed(4), seed]).uniform(1.0, duration - 5.0)
+
+        def drive(steered_by, reception):
+            count = round((duration + road.LEAD_IN_S + road.MARGIN_S) / road.SAMPLE_TIME_S) + 1
+            errors = [*case.seed(5), seed]
+            read = sensors.Sensors(reception, errors, road.LEAD_IN_S + lost, count)
+            return road.follow(case.car, case.speed, steered_by, read, start, slip, length)
+
         traces, scores = {}, {}
         for reception in sensors.RECEPTIONS:
-            count = round((duration + road.LEAD_IN_S + road.MARGIN_S) / road.SAMPLE_TIME_S) + 1
-            read = sensors.Sensors(
-                reception, [*case.seed(5), seed], road.LEAD_IN_S + lost, count
-            )
-            trace, finished = road.follow(
-                case.car, case.speed, loop, read, start, slip, length
-            )
+            trace, finished = drive(loop, reception)
             traces[reception.name] = trace
             scores[reception.name] = road_scores(trace, finished)
+        scores[EQUAL_MARGIN] = self.at_equal_margin(case, folder, loop, drive)
         loop.remove()
         scores[sensors.DROP_OUT.name] |= drop_out_scores(traces, lost)
         scores["guidance"] = made["guidance"]
@@ -142,6 +146,22 @@ class Study:
         if seed == TRACED_SEED:
             np.savez_compressed(folder / "road.npz", **traces)
         return scores
+
+    def at_equal_margin(self, case, folder, loop, drive):
+        """Corrected GNSS, all gains scaled to the same modulus margin with the car."""
+        pid, out = read_file(folder / "pid.json"), folder / "equal"
+        made = self.workshop.at_margin(pid, *sampled_yaw(case.car, case.speed), out)
+        if made is None:
+            return None
+        self.workshop.program.path(
+            out / "path.json", out / "pid.json", case.speed, ROAD_ACCELERATION_MPS2
+        )
+        self.workshop.program.package(out, out / "path.json")
+        archives = [Archive(out / f"{name}.fmu") for name in ("ReferencePath", "LateralPid")]
+        trace, finished = drive(road.Loop(loop.estimator, *archives), sensors.CORRECTED)
+        for archive in archives:
+            archive.remove()
+        return {"gains_times": made} | road_scores(trace, finished)
 
     def unchanged(self, file):
         """An outcome of the same program and the same experiment."""

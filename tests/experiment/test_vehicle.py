@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-import shared  # noqa: F401  (finds the test drive's modules)
 import vehicle
 from vehiclemodels.vehicle_dynamics_mb import vehicle_dynamics_mb
 

@@ -1,0 +1,57 @@
+"""The compiled controller and what is computed of its loop."""
+
+import math
+
+import numpy as np
+import pid_law
+import pytest
+import vehicle
+import yaw_step
+
+GAINS = (1.5, 2.0, 0.1, 0.02, 0.7, 0.3)
+
+
+def test_metrics_of_a_known_response():
+    """1 − exp(−t/T) enters the band of 2 % at T ln 50 and rises in T ln 9."""
+    time, constant = 0.01 * np.arange(501), 0.2
+    yaw = yaw_step.STEP_RAD * (1.0 - np.exp(-time / constant))
+    m = yaw_step.metrics(yaw, np.zeros_like(yaw))
+    assert m.overshoot_percent == 0.0
+    assert m.settling_time_s == pytest.approx(constant * math.log(50.0), abs=1e-4)
+    assert m.rise_time_s == pytest.approx(constant * math.log(9.0), abs=1e-3)
+    assert m.steady_state_error_percent == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_response_that_never_settles_says_so():
+    yaw = 0.9 * yaw_step.STEP_RAD * np.ones(501)
+    m = yaw_step.metrics(yaw, np.zeros_like(yaw))
+    assert m.settling_time_s is None
+    assert m.steady_state_error_percent == pytest.approx(10.0)
+
+
+def test_modulus_margin_of_an_integrator():
+    """kp over an integrator of gain g, sampled: L = k/(z − 1), k = kp g Ts; nearest to −1 at z = −1,
+    where L = −k/2."""
+    omega = np.geomspace(0.5, math.pi / 0.01, 2000)
+    yaw = 4.0 * 0.01 / (np.exp(1j * omega * 0.01) - 1.0)
+    margin = pid_law.modulus_margin((10.0, 0.0, 0.0, 0.0, 1.0, 1.0), omega, yaw)
+    assert margin == pytest.approx(1.0 - 10.0 * 4.0 * 0.01 / 2.0, abs=1e-6)
+
+
+def test_gains_come_to_a_margin_from_either_side():
+    omega, yaw = pid_law.sampled_yaw(vehicle.Car(2), 15.0)
+    for start in (0.3, 6.0):
+        gains = pid_law.scaled(GAINS, start)
+        factor = pid_law.factor_to_margin(gains, omega, yaw, 0.5)
+        assert pid_law.modulus_margin(pid_law.scaled(gains, factor), omega, yaw) == pytest.approx(
+            0.5, abs=1e-4
+        )
+
+
+def test_the_sampled_response_is_an_integrator_of_the_steady_gain():
+    """At low frequency: yaw rate per steering over jω."""
+    car, speed = vehicle.Car(2), 15.0
+    omega, yaw = pid_law.sampled_yaw(car, speed)
+    states = car.drive(np.full(400, 0.008), speed)
+    steady = states[-1, vehicle.YAW_RATE] / 0.008
+    assert abs(yaw[0]) * omega[0] == pytest.approx(steady, rel=0.03)
