@@ -69,7 +69,8 @@ from_stage!(
     packaging::Error,
     fmi2_host::Error,
     fmu_checker::Error,
-    report::Error
+    report::Error,
+    ::sweep::Error
 );
 
 /// How a command ended that did its work.

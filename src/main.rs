@@ -20,6 +20,7 @@ mod path;
 mod pipeline;
 mod quantity;
 mod simulate;
+mod sweep;
 mod tell;
 
 use clap::{Parser, Subcommand};
@@ -50,6 +51,7 @@ enum Command {
     Path(path::Arguments),
     Package(package::Arguments),
     Simulate(simulate::Arguments),
+    Sweep(sweep::Arguments),
     Check(check::Arguments),
 }
 
@@ -63,6 +65,7 @@ fn run(command: Command) -> Result<Outcome, Failure> {
         Command::Path(arguments) => path::run(&arguments),
         Command::Package(arguments) => package::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Sweep(arguments) => sweep::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
     }
 }

@@ -25,6 +25,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("packaging", &["fmi2-host", "formats", "model-description", "slaves"]),
     ("fmu-checker", &["fmi2-host", "model-description"]),
     ("report", &["formats"]),
+    ("sweep", &["fmi2-host"]),
     (
         "steerwright",
         &[
@@ -35,6 +36,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "formats",
             "packaging",
             "report",
+            "sweep",
             "sysid",
         ],
     ),

@@ -27,5 +27,7 @@ pub use instance::{FmuState, Instance, InstanceOptions, Phase};
 pub use library::FUNCTION_NAMES;
 pub use log::{LogLine, MAX_LOG_LINES};
 pub use model::Model;
+/// What the variables of a [`Model`] are described with.
+pub use model_description::{Causality, DefaultExperiment, Kind, Value, Variability, Variable};
 pub use ssp::{Component, Connector, Parameter, Place, SystemPackage, SystemStructure};
-pub use system::{Connection, InputTable, Master, Recording, System};
+pub use system::{Connection, InputTable, Master, Recording, System, grid};

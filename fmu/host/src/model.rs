@@ -63,6 +63,17 @@ impl Model {
         self.by_name.get(name).map(|index| &self.description.variables[*index])
     }
 
+    /// A value that is given in a unit, as a variable takes it; `None` where the FMU does not
+    /// relate that unit to the variable's.
+    #[must_use]
+    pub fn converted(&self, variable: &Variable, value: f64, unit: &str) -> Option<f64> {
+        let of_variable = variable.unit.as_deref()?;
+        if unit == of_variable {
+            return Some(value);
+        }
+        crate::ssp::converted(value, unit, of_variable, &self.description.units, &[])
+    }
+
     /// Names near a misspelt one.
     pub(crate) fn near(&self, name: &str) -> Vec<String> {
         near(name, self.variables().iter().map(|v| v.name.as_str()))

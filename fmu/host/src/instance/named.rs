@@ -67,10 +67,8 @@ impl Instance {
         Ok(value[0])
     }
 
-    /// Sets a variable, if it is of the value's kind and may be set in the present phase.
-    pub fn set(&mut self, name: &str, value: impl Into<Value>) -> Result<(), Error> {
-        let value = value.into();
-        let reference = self.reference(name, value.kind())?;
+    /// Refuses a variable that may not be set in the present phase, and tells why.
+    pub fn settable(&self, name: &str) -> Result<(), Error> {
         if let Some(reason) = why_not_settable(self.variable(name)?, self.phase) {
             return Err(Error::NotSettable {
                 instance: self.name.clone(),
@@ -79,6 +77,14 @@ impl Instance {
                 reason,
             });
         }
+        Ok(())
+    }
+
+    /// Sets a variable, if it is of the value's kind and may be set in the present phase.
+    pub fn set(&mut self, name: &str, value: impl Into<Value>) -> Result<(), Error> {
+        let value = value.into();
+        let reference = self.reference(name, value.kind())?;
+        self.settable(name)?;
         match value {
             Value::Real(value) => self.set_real(&reference, &[value]),
             Value::Integer(value) => self.set_integer(&reference, &[value]),

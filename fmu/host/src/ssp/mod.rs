@@ -17,6 +17,8 @@ use std::path::{Path, PathBuf};
 
 use model_description::{Causality, Kind, Unit, Value, Variable};
 
+pub(crate) use units::converted;
+
 pub use structure::{Component, Connector, Parameter, Place, SystemStructure};
 
 use crate::archive::extract;

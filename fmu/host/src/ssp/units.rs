@@ -49,7 +49,7 @@ pub(super) fn relation(from: &BaseUnit, to: &BaseUnit) -> Relation {
 
 /// A value in a unit that the FMU's definitions (or the package's) relate to the variable's unit,
 /// as the variable takes it; `None` where nothing relates them or the dimensions differ.
-pub(super) fn converted(
+pub(crate) fn converted(
     value: f64,
     given: &str,
     unit: &str,

@@ -57,8 +57,8 @@ impl System {
         self.connect_in(connection, true)
     }
 
-    /// [`System::connect`] for ends whose units the caller has compared.
-    pub(crate) fn connect_compared(&mut self, connection: Connection) -> Result<(), Error> {
+    /// [`System::connect`] for ends whose units the caller has compared, or converts.
+    pub fn connect_compared(&mut self, connection: Connection) -> Result<(), Error> {
         self.connect_in(connection, false).map(drop)
     }
 

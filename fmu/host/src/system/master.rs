@@ -65,8 +65,9 @@ impl System {
     }
 }
 
-/// The number of steps of a time grid.
-fn grid(start: f64, stop: f64, step: f64) -> Result<usize, Error> {
+/// The number of steps of a time grid, all in s; refuses grids that are no whole steps, or more than
+/// 100 million.
+pub fn grid(start: f64, stop: f64, step: f64) -> Result<usize, Error> {
     let bad = |reason: &'static str| Err(Error::BadGrid { start, stop, step, reason });
     if !(start.is_finite() && stop.is_finite() && step.is_finite()) {
         return bad("a time is not finite");

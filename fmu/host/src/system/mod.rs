@@ -12,7 +12,7 @@ mod wiring;
 
 pub use connections::Connection;
 pub use inputs::InputTable;
-pub use master::Master;
+pub use master::{Master, grid};
 pub use recording::Recording;
 
 use model_description::{Causality, Kind, Value, Variable};
@@ -119,6 +119,12 @@ impl System {
         self.settings.retain(|s| !(s.instance == index && s.variable == variable));
         self.settings.push(Setting { instance: index, variable: variable.to_owned(), value });
         Ok(self)
+    }
+
+    /// The values that are set, `(instance, variable, value)`.
+    pub fn settings(&self) -> impl Iterator<Item = (&str, &str, &Value)> {
+        let all = self.settings.iter();
+        all.map(|s| (self.instances[s.instance].name(), s.variable.as_str(), &s.value))
     }
 
     /// [`System::set`] from a text like `pid.kp=2.5` or `pid.enabled=false`.

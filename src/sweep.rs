@@ -1,0 +1,156 @@
+//! `steerwright sweep`: Monte Carlo over closed loops of FMUs.
+
+use crate::failure::{Failure, Outcome};
+use crate::tell::Tell;
+use ::sweep::{Finished, MetricSummary, Options, Requirement, Study, Sweep};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde::Serialize;
+use std::io::Write;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Simulate a system of FMUs many times over, with what a study varies, and judge every run
+///
+/// The study is a TOML file: the FMUs or the .ssp, what is varied and how, disturbances, metrics
+/// and what is required of them. A row of the results depends on the study and the run's number
+/// alone. The FMUs' binaries run in this process; after one has crashed, --resume goes on.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// The study
+    #[arg(value_name = "STUDY.toml")]
+    study: PathBuf,
+    /// Write the results here, a row a run
+    #[arg(long, alias = "output", short, value_name = "CSV", default_value = "results.csv")]
+    out: PathBuf,
+    /// Go on with results that an earlier call left unfinished
+    #[arg(long, conflicts_with = "overwrite")]
+    resume: bool,
+    /// Write over results of this study that an earlier call left unfinished
+    #[arg(long)]
+    overwrite: bool,
+    /// Threads; by default one a core
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+    /// Write trajectories of the runs that --of names into this folder
+    #[arg(long, value_name = "DIR", requires = "of")]
+    trajectories: Option<PathBuf>,
+    /// Runs to write trajectories of, such as 0,7,12
+    #[arg(long, value_name = "RUNS", value_delimiter = ',', requires = "trajectories")]
+    of: Vec<usize>,
+    /// Print counts, quantiles and shares as JSON on stdout
+    #[arg(long)]
+    json: bool,
+}
+
+/// What was done, for scripts.
+#[derive(Serialize)]
+struct Done {
+    file: PathBuf,
+    threads: usize,
+    resumed: usize,
+    warnings: Vec<String>,
+    #[serde(flatten)]
+    summary: ::sweep::Summary,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let study = Study::open(&arguments.study)?;
+    // Ours reset exactly, which a test holds them to; what others do is for the study to say.
+    let sweep = Sweep::prepare(&study, &|tool| tool.starts_with("steerwright "))?;
+    let warnings = warnings(&sweep, arguments);
+    for warning in &warnings {
+        let _ = writeln!(std::io::stderr(), "warning: {warning}");
+    }
+    let stop = Arc::new(AtomicBool::new(false));
+    let asked = Arc::clone(&stop);
+    ctrlc::set_handler(move || asked.store(true, Ordering::Relaxed)).map_err(|e| {
+        Failure::new(format!("no signal handler: {e}"), "run the command in a process of its own")
+    })?;
+    let bar = bar(sweep.runs());
+    let finished = sweep.run(&Options {
+        results: &arguments.out,
+        threads: arguments.threads.map(usize::from),
+        resume: arguments.resume,
+        overwrite: arguments.overwrite,
+        trajectories: arguments.trajectories.clone().map(|dir| (dir, arguments.of.clone())),
+        stop: &stop,
+        progress: &|rows| bar.set_position(rows as u64),
+    });
+    bar.finish_and_clear();
+    let finished = finished?;
+    complete(arguments, &finished)?;
+    let met = finished.summary.all_passed();
+    let text = text(arguments, &finished);
+    let done = Done {
+        file: arguments.out.clone(),
+        threads: finished.threads,
+        resumed: finished.resumed,
+        warnings,
+        summary: finished.summary,
+    };
+    Tell::new(arguments.json).result(&text, &done)?;
+    Ok(if met { Outcome::Done } else { Outcome::RequirementNotMet })
+}
+
+fn warnings(sweep: &Sweep, arguments: &Arguments) -> Vec<String> {
+    let mut warnings = sweep.remarks().to_vec();
+    if let Some(fmu) = sweep.only_once()
+        && arguments.threads != Some(1)
+    {
+        warnings.push(format!("{fmu} allows one instance in a process: one thread runs"));
+    }
+    warnings
+}
+
+/// On stderr, and only where that is a terminal.
+fn bar(runs: usize) -> ProgressBar {
+    let bar = ProgressBar::with_draw_target(Some(runs as u64), ProgressDrawTarget::stderr());
+    let style = "{bar:40} {pos}/{len} runs, {per_sec}, {eta} left";
+    bar.set_style(ProgressStyle::with_template(style).unwrap_or(ProgressStyle::default_bar()));
+    bar
+}
+
+/// Refuses to call done what is not: the results hold the first rows, and can be gone on with.
+fn complete(arguments: &Arguments, finished: &Finished) -> Result<(), Failure> {
+    let (rows, runs) = (finished.rows, finished.summary.runs);
+    if rows == runs {
+        return Ok(());
+    }
+    let held = format!("{} holds {rows} of {runs} runs", arguments.out.display());
+    Err(match &finished.fatal {
+        Some(fatal) => Failure::new(
+            format!("{fatal}\nno function of that FMU may be called any more; {held}"),
+            "go on in a new process with --resume",
+        ),
+        None => Failure::new(format!("interrupted: {held}"), "go on with --resume"),
+    })
+}
+
+fn text(arguments: &Arguments, finished: &Finished) -> String {
+    let summary = &finished.summary;
+    let mut table =
+        report::Table::new(["metric", "unit", "median", "5 %", "95 %", "99 %", "largest", "met"]);
+    for metric in &summary.metrics {
+        let MetricSummary { name, unit, median, q05, q95, q99, maximum, requirement, .. } = metric;
+        let cells = [median, q05, q95, q99, maximum]
+            .map(|value| value.map_or_else(|| "–".to_owned(), |value| format!("{value:.4}")));
+        let met = requirement.as_ref().map_or_else(String::new, share);
+        let names = [name.clone(), unit.clone().unwrap_or_default()];
+        table = table.row(names.into_iter().chain(cells).chain([met]));
+    }
+    let mut text = format!("{table}\n{} runs", summary.rows);
+    if let Some(passed) = &summary.passed {
+        text += &format!(", {} as required: {}", passed.passed, share(passed));
+    }
+    if let Some(error) = &summary.first_error {
+        text += &format!("\n{} ended in an error, the first: {error}", summary.errors);
+    }
+    text + &format!("\nwritten to {}", arguments.out.display())
+}
+
+/// A share with its interval, in percent.
+fn share(requirement: &Requirement) -> String {
+    let [low, high] = requirement.share_interval_95.map(|share| 100.0 * share);
+    format!("{:.1} % ({low:.1} to {high:.1})", 100.0 * requirement.share)
+}

@@ -1,0 +1,238 @@
+//! From a study to a wired system: archives opened, connections made, times found.
+
+use std::collections::HashMap;
+use std::path::PathBuf;
+
+use fmi2_host::{
+    Archive, Causality, Connection, Error as HostError, Instance, System, SystemPackage,
+};
+use toml::Spanned;
+
+use crate::error::Error;
+use crate::quantity::Linear;
+use crate::study::Study;
+
+/// The opened archives, kept for as long as instances are made of them.
+#[derive(Debug)]
+pub(crate) enum Source {
+    Package(Box<SystemPackage>),
+    Files(Vec<(String, Archive)>),
+}
+
+impl Source {
+    /// The archives, in the order of the system's instances.
+    pub(crate) fn archives(&self) -> Vec<&Archive> {
+        match self {
+            Self::Package(package) => package.archives().collect(),
+            Self::Files(files) => files.iter().map(|(_, archive)| archive).collect(),
+        }
+    }
+}
+
+/// A wired system.
+pub(crate) struct Wired {
+    pub(crate) source: Source,
+    /// One instance of each archive; to be asked, not to be run.
+    pub(crate) system: System,
+    /// Connections that scale, by instance and input.
+    pub(crate) scaled: HashMap<(String, String), Linear>,
+    /// The files that were read.
+    pub(crate) files: Vec<PathBuf>,
+    /// What a package says and was left out of account.
+    pub(crate) remarks: Vec<String>,
+    pub(crate) start: f64,
+    pub(crate) step: f64,
+    pub(crate) steps: usize,
+}
+
+/// Opens and wires what a study names.
+pub(crate) fn connect(study: &Study) -> Result<Wired, Error> {
+    let (source, files) = open(study)?;
+    let (start, step, steps) = times(study, &source)?;
+    let mut remarks = Vec::new();
+    let mut scaled = HashMap::new();
+    let system = match &source {
+        Source::Package(package) => {
+            let at = study.raw.ssp.as_ref();
+            let (mut system, left_out) = package.system().map_err(|e| host(study, at, e))?;
+            remarks = left_out;
+            explicit(study, &mut system, &mut scaled)?;
+            system
+        }
+        Source::Files(files) => {
+            let mut system = System::new();
+            for ((name, archive), entry) in files.iter().zip(&study.raw.fmu) {
+                let said = |e| host(study, Some(entry), e);
+                system.add(Instance::new(archive, name).map_err(said)?).map_err(said)?;
+            }
+            explicit(study, &mut system, &mut scaled)?;
+            by_name(study, &mut system)?;
+            system
+        }
+    };
+    Ok(Wired { source, system, scaled, files, remarks, start, step, steps })
+}
+
+/// An error of the host, with the entry of the study that led to it.
+pub(crate) fn host<T>(study: &Study, at: Option<&Spanned<T>>, error: HostError) -> Error {
+    let at = at.map_or_else(|| study.top(), |entry| study.place(entry));
+    Error::System { at, source: Box::new(error) }
+}
+
+/// `instance.variable`.
+pub(crate) fn split<'a>(
+    study: &Study,
+    path: &'a Spanned<String>,
+) -> Result<(&'a str, &'a str), Error> {
+    path.get_ref().split_once('.').ok_or_else(|| {
+        let error = HostError::BadPath { text: path.get_ref().clone(), with_value: false };
+        host(study, Some(path), error)
+    })
+}
+
+fn open(study: &Study) -> Result<(Source, Vec<PathBuf>), Error> {
+    if let Some(ssp) = &study.raw.ssp {
+        if let Some(fmu) = study.raw.fmu.first() {
+            let hint = "keep one of the two: a package has its FMUs in it";
+            return Err(study.fault(fmu, "an [[fmu]] beside an ssp", hint));
+        }
+        let path = study.file(ssp.get_ref());
+        let package = SystemPackage::open(&path).map_err(|e| host(study, Some(ssp), e))?;
+        return Ok((Source::Package(Box::new(package)), vec![path]));
+    }
+    if study.raw.fmu.is_empty() {
+        return Err(Error::Study {
+            at: study.top(),
+            problem: "no system: there is neither an ssp nor an [[fmu]]".to_owned(),
+            hint: "name a package, ssp = \"LateralLoop.ssp\", or a file in each [[fmu]]",
+        });
+    }
+    let mut archives = Vec::new();
+    let mut paths = Vec::new();
+    for entry in &study.raw.fmu {
+        let fmu = entry.get_ref();
+        let path = study.file(fmu.file.get_ref());
+        let archive = Archive::open(&path).map_err(|e| host(study, Some(&fmu.file), e))?;
+        let model_name = || archive.model().description().model_name.clone();
+        archives.push((fmu.name.clone().unwrap_or_else(model_name), archive));
+        paths.push(path);
+    }
+    Ok((Source::Files(archives), paths))
+}
+
+/// Start, step and number of steps: as the study says, else as the package does, else as the FMUs
+/// recommend.
+fn times(study: &Study, source: &Source) -> Result<(f64, f64, usize), Error> {
+    let recommended: Vec<_> = source
+        .archives()
+        .iter()
+        .filter_map(|archive| archive.model().description().default_experiment)
+        .collect();
+    let (of_package, stop_of_package, step_of_package) = match source {
+        Source::Package(package) => {
+            let said = package.structure();
+            (said.start_time, said.stop_time, said.step)
+        }
+        Source::Files(_) => (None, None, None),
+    };
+    let smallest = || recommended.iter().filter_map(|e| e.step_size).reduce(f64::min);
+    let longest = || recommended.iter().filter_map(|e| e.stop_time).reduce(f64::max);
+    let start = study.raw.start_s.or(of_package).unwrap_or(0.0);
+    let step = study.raw.step_s.as_ref().map(|s| *s.get_ref()).or(step_of_package);
+    let stop = study.raw.stop_s.as_ref().map(|s| *s.get_ref()).or(stop_of_package);
+    let missing = |key: &str, hint| Error::Study {
+        at: study.top(),
+        problem: format!("no {key}, and no FMU recommends one"),
+        hint,
+    };
+    let step =
+        step.or_else(smallest).ok_or_else(|| missing("step_s", "give one, as in step_s = 0.01"))?;
+    let stop =
+        stop.or_else(longest).ok_or_else(|| missing("stop_s", "give one, as in stop_s = 20.0"))?;
+    let stated = study.raw.step_s.as_ref().or(study.raw.stop_s.as_ref());
+    let steps = fmi2_host::grid(start, stop, step).map_err(|e| host(study, stated, e))?;
+    Ok((start, step, steps))
+}
+
+/// The connections that the study writes out.
+fn explicit(
+    study: &Study,
+    system: &mut System,
+    scaled: &mut HashMap<(String, String), Linear>,
+) -> Result<(), Error> {
+    for entry in &study.raw.connect {
+        let stated = entry.get_ref();
+        let (from, output) = split(study, &stated.from)?;
+        let (to, input) = split(study, &stated.to)?;
+        let connection = Connection::new(from, output, to, input);
+        let said = |e| host(study, Some(entry), e);
+        if stated.factor.is_none() && stated.offset.is_none() {
+            system.connect(connection).map_err(said)?;
+            continue;
+        }
+        let scale =
+            Linear { factor: stated.factor.unwrap_or(1.0), offset: stated.offset.unwrap_or(0.0) };
+        if !(scale.factor.is_finite() && scale.offset.is_finite()) {
+            let hint = "give finite numbers";
+            return Err(study.fault(entry, "factor or offset is no finite number", hint));
+        }
+        system.connect_compared(connection).map_err(said)?;
+        scaled.insert((to.to_owned(), input.to_owned()), scale);
+    }
+    Ok(())
+}
+
+/// Wires each free input to the output of the same name, as renamed, in another FMU.
+fn by_name(study: &Study, system: &mut System) -> Result<(), Error> {
+    for entry in &study.raw.fmu {
+        let fmu = entry.get_ref();
+        let place = study.raw.fmu.iter().position(|other| std::ptr::eq(other, entry));
+        let instance = &system.instances()[place.unwrap_or(0)];
+        for variable in fmu.rename.keys() {
+            instance.variable(variable.get_ref()).map_err(|e| host(study, Some(variable), e))?;
+        }
+    }
+    let wired_as = |index: usize, variable: &str| {
+        let renamed = &study.raw.fmu[index].get_ref().rename;
+        let found = renamed.iter().find(|(name, _)| name.get_ref() == variable);
+        found.map_or_else(|| variable.to_owned(), |(_, new)| new.clone())
+    };
+    let mut found: Vec<(usize, Connection)> = Vec::new();
+    let all = system.instances();
+    for (to, taker) in all.iter().enumerate() {
+        for input in taker.model().variables() {
+            let fed = |c: &Connection| c.to == taker.name() && c.input == input.name;
+            if input.causality != Causality::Input || system.connections().iter().any(fed) {
+                continue;
+            }
+            let wanted = wired_as(to, &input.name);
+            let mut candidates = Vec::new();
+            for (from, giver) in all.iter().enumerate().filter(|(from, _)| *from != to) {
+                for output in giver.model().variables() {
+                    if output.causality == Causality::Output
+                        && wired_as(from, &output.name) == wanted
+                    {
+                        candidates.push((giver.name().to_owned(), output.name.clone()));
+                    }
+                }
+            }
+            match &candidates[..] {
+                [] => {}
+                [(from, output)] => {
+                    found.push((to, Connection::new(from, output, taker.name(), &input.name)));
+                }
+                _ => {
+                    let to_path = format!("{}.{}", taker.name(), input.name);
+                    let paths = candidates.iter().map(|(i, v)| format!("{i}.{v}")).collect();
+                    let error = HostError::Ambiguous { to: to_path, candidates: paths };
+                    return Err(host(study, Some(&study.raw.fmu[to]), error));
+                }
+            }
+        }
+    }
+    for (to, connection) in found {
+        let said = |e| host(study, Some(&study.raw.fmu[to]), e);
+        system.connect(connection).map_err(said)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,292 @@
+//! Distributions of varied quantities.
+//!
+//! Real numbers have 53 random bits. Normal numbers are those of `rand_distr` (ziggurat), truncated
+//! ones drawn again until they lie within the bounds, which [`Distribution::of`] keeps from being
+//! rare. For Integer and Boolean variables, `uniform` draws whole numbers, both ends included.
+
+use rand::RngExt;
+use rand::rngs::ChaCha8Rng;
+use rand_distr::StandardNormal;
+
+use crate::study::{Kind, Vary};
+
+/// The least share of a normal distribution that its bounds may leave.
+const LEAST_SHARE: f64 = 1e-3;
+/// How many standard deviations a normal distribution is taken to reach.
+const REACH: f64 = 6.0;
+/// More points than this are taken for a slip.
+const MOST_POINTS: usize = 1_000_000;
+
+/// How a quantity's values come about.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Distribution {
+    Uniform {
+        minimum: f64,
+        maximum: f64,
+    },
+    Whole {
+        minimum: i64,
+        maximum: i64,
+    },
+    LogUniform {
+        minimum: f64,
+        maximum: f64,
+    },
+    Normal {
+        mean: f64,
+        deviation: f64,
+        minimum: f64,
+        maximum: f64,
+    },
+    /// Values and the upper ends of their shares of [0, 1).
+    Choice {
+        values: Vec<f64>,
+        ends: Vec<f64>,
+    },
+    /// One after the other.
+    Points(Vec<f64>),
+}
+
+impl Distribution {
+    /// The distribution that a study describes; `whole` for variables that are no Reals.
+    pub(crate) fn of(vary: &Vary, whole: bool) -> Result<Self, String> {
+        unused(vary)?;
+        let need = |key: &str, value: Option<f64>| match value {
+            None => Err(format!("{} needs {key}", vary.distribution.name())),
+            Some(value) if !value.is_finite() => Err(format!("{key} is {value}")),
+            Some(value) => Ok(value),
+        };
+        let bounds = || {
+            let minimum = need("minimum", vary.minimum)?;
+            let maximum = need("maximum", vary.maximum)?;
+            if minimum < maximum {
+                return Ok((minimum, maximum));
+            }
+            Err(format!("minimum {minimum} is not below maximum {maximum}"))
+        };
+        let normal = |minimum: f64, maximum: f64| {
+            let mean = need("mean", vary.mean)?;
+            let deviation = need("standard_deviation", vary.standard_deviation)?;
+            if deviation <= 0.0 {
+                return Err(format!("standard_deviation {deviation} is not above 0"));
+            }
+            Ok(Self::Normal { mean, deviation, minimum, maximum })
+        };
+        let real_only = |d: Self| {
+            if whole {
+                let name = vary.distribution.name();
+                return Err(format!("{name} draws real numbers, and the variable is none"));
+            }
+            Ok(d)
+        };
+        match vary.distribution {
+            Kind::Uniform if whole => {
+                let (minimum, maximum) = bounds()?;
+                if minimum.fract() != 0.0 || maximum.fract() != 0.0 {
+                    return Err(format!("{minimum} and {maximum} must be whole numbers here"));
+                }
+                Ok(Self::Whole { minimum: minimum as i64, maximum: maximum as i64 })
+            }
+            Kind::Uniform => {
+                let (minimum, maximum) = bounds()?;
+                if (maximum - minimum).is_infinite() {
+                    return Err(format!("{minimum} to {maximum} is too wide"));
+                }
+                Ok(Self::Uniform { minimum, maximum })
+            }
+            Kind::LogUniform => {
+                let (minimum, maximum) = bounds()?;
+                if minimum <= 0.0 {
+                    return Err(format!("log-uniform needs a minimum above 0, not {minimum}"));
+                }
+                real_only(Self::LogUniform { minimum, maximum })
+            }
+            Kind::Normal => real_only(normal(f64::NEG_INFINITY, f64::INFINITY)?),
+            Kind::TruncatedNormal => {
+                let (minimum, maximum) = bounds()?;
+                let distribution = normal(minimum, maximum)?;
+                if let Self::Normal { mean, deviation, .. } = distribution {
+                    let share = share(mean, deviation, minimum, maximum);
+                    if share < LEAST_SHARE {
+                        return Err(format!(
+                            "only {share:.1e} of normal({mean}, {deviation}) lies from {minimum} \
+                             to {maximum}"
+                        ));
+                    }
+                }
+                real_only(distribution)
+            }
+            Kind::Choice => choice(vary),
+            Kind::Grid => Ok(Self::Points(values(vary)?)),
+            Kind::Linspace => {
+                let (minimum, maximum) = bounds()?;
+                let count = vary.count.ok_or("linspace needs count")?;
+                if !(2..=MOST_POINTS).contains(&count) {
+                    return Err(format!("count {count} is not from 2 to {MOST_POINTS}"));
+                }
+                let last = (count - 1) as f64;
+                let at = |k: usize| {
+                    let share = k as f64 / last;
+                    // Both ends exactly.
+                    minimum * (1.0 - share) + maximum * share
+                };
+                Ok(Self::Points((0..count).map(at).collect()))
+            }
+        }
+    }
+
+    /// The points of a grid; 1 for what is drawn.
+    pub(crate) fn points(&self) -> usize {
+        if let Self::Points(values) = self { values.len() } else { 1 }
+    }
+
+    /// The least and the greatest value, to six standard deviations for a normal distribution.
+    pub(crate) fn reach(&self) -> (f64, f64) {
+        let ends = |values: &[f64]| {
+            let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+            (least, values.iter().copied().fold(f64::NEG_INFINITY, f64::max))
+        };
+        match self {
+            Self::Uniform { minimum, maximum } | Self::LogUniform { minimum, maximum } => {
+                (*minimum, *maximum)
+            }
+            Self::Whole { minimum, maximum } => (*minimum as f64, *maximum as f64),
+            Self::Normal { mean, deviation, minimum, maximum } => {
+                ((mean - REACH * deviation).max(*minimum), (mean + REACH * deviation).min(*maximum))
+            }
+            Self::Choice { values, .. } | Self::Points(values) => ends(values),
+        }
+    }
+
+    /// The value of a run; `point` is its place on the grid's axis.
+    pub(crate) fn value(&self, stream: &mut ChaCha8Rng, point: usize) -> f64 {
+        match self {
+            Self::Uniform { minimum, maximum } => {
+                let share: f64 = stream.random();
+                (minimum + (maximum - minimum) * share).clamp(*minimum, *maximum)
+            }
+            Self::Whole { minimum, maximum } => stream.random_range(*minimum..=*maximum) as f64,
+            Self::LogUniform { minimum, maximum } => {
+                let share: f64 = stream.random();
+                (minimum.ln() + (maximum.ln() - minimum.ln()) * share)
+                    .exp()
+                    .clamp(*minimum, *maximum)
+            }
+            Self::Normal { mean, deviation, minimum, maximum } => loop {
+                let unit: f64 = stream.sample(StandardNormal);
+                let value = mean + deviation * unit;
+                if (*minimum..=*maximum).contains(&value) {
+                    return value;
+                }
+            },
+            Self::Choice { values, ends } => {
+                let share: f64 = stream.random();
+                let index = ends.partition_point(|end| *end <= share);
+                values[index.min(values.len() - 1)]
+            }
+            Self::Points(values) => values[point],
+        }
+    }
+}
+
+impl Kind {
+    /// As it is written.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Uniform => "uniform",
+            Self::LogUniform => "log-uniform",
+            Self::Normal => "normal",
+            Self::TruncatedNormal => "truncated-normal",
+            Self::Choice => "choice",
+            Self::Grid => "grid",
+            Self::Linspace => "linspace",
+        }
+    }
+}
+
+/// Refuses keys that the distribution makes no use of: they are a slip.
+fn unused(vary: &Vary) -> Result<(), String> {
+    let given = [
+        ("minimum", vary.minimum.is_some()),
+        ("maximum", vary.maximum.is_some()),
+        ("mean", vary.mean.is_some()),
+        ("standard_deviation", vary.standard_deviation.is_some()),
+        ("count", vary.count.is_some()),
+        ("values", vary.values.is_some()),
+        ("weights", vary.weights.is_some()),
+    ];
+    let used: &[&str] = match vary.distribution {
+        Kind::Uniform | Kind::LogUniform => &["minimum", "maximum"],
+        Kind::Normal => &["mean", "standard_deviation"],
+        Kind::TruncatedNormal => &["minimum", "maximum", "mean", "standard_deviation"],
+        Kind::Choice => &["values", "weights"],
+        Kind::Grid => &["values"],
+        Kind::Linspace => &["minimum", "maximum", "count"],
+    };
+    match given.iter().find(|(key, given)| *given && !used.contains(key)) {
+        None => Ok(()),
+        Some((key, _)) => Err(format!("{} has no {key}", vary.distribution.name())),
+    }
+}
+
+fn values(vary: &Vary) -> Result<Vec<f64>, String> {
+    let name = vary.distribution.name();
+    let values = vary.values.as_deref().ok_or_else(|| format!("{name} needs values"))?;
+    if values.is_empty() || values.len() > MOST_POINTS {
+        return Err(format!("{name} has {} values", values.len()));
+    }
+    let number = |value: &toml::Value| match value {
+        toml::Value::Integer(value) => Some(*value as f64),
+        toml::Value::Float(value) => Some(*value).filter(|v| v.is_finite()),
+        toml::Value::Boolean(value) => Some(f64::from(u8::from(*value))),
+        _ => None,
+    };
+    values
+        .iter()
+        .map(|v| number(v).ok_or_else(|| format!("{v} is no finite number, true or false")))
+        .collect()
+}
+
+fn choice(vary: &Vary) -> Result<Distribution, String> {
+    let values = values(vary)?;
+    let weights = vary.weights.clone().unwrap_or_else(|| vec![1.0; values.len()]);
+    if weights.len() != values.len() {
+        return Err(format!("{} weights for {} values", weights.len(), values.len()));
+    }
+    if let Some(bad) = weights.iter().find(|w| !(w.is_finite() && **w >= 0.0)) {
+        return Err(format!("weight {bad} is not 0 or more"));
+    }
+    let sum: f64 = weights.iter().sum();
+    if !(sum > 0.0 && sum.is_finite()) {
+        return Err(format!("the weights' sum is {sum}"));
+    }
+    let mut end = 0.0;
+    let mut ends: Vec<f64> = weights
+        .iter()
+        .map(|weight| {
+            end += weight / sum;
+            end
+        })
+        .collect();
+    // The sum may end an ulp short of 1; the last value with a weight gets the rest.
+    let last = weights.iter().rposition(|w| *w > 0.0).unwrap_or(0);
+    ends[last..].fill(1.0);
+    Ok(Distribution::Choice { values, ends })
+}
+
+/// The share of a normal distribution between two bounds, to about 1e-7.
+fn share(mean: f64, deviation: f64, minimum: f64, maximum: f64) -> f64 {
+    (upper_tail((minimum - mean) / deviation) - upper_tail((maximum - mean) / deviation)).max(0.0)
+}
+
+/// 1 − Φ(z) by formula 26.2.17 of Abramowitz and Stegun, absolute error below 7.5e-8.
+fn upper_tail(z: f64) -> f64 {
+    if z < 0.0 {
+        return 1.0 - upper_tail(-z);
+    }
+    let t = 1.0 / (1.0 + 0.231_641_9 * z);
+    let polynomial = [1.330_274_429, -1.821_255_978, 1.781_477_937, -0.356_563_782, 0.319_381_530]
+        .iter()
+        .fold(0.0, |sum, c| (sum + c) * t);
+    polynomial * (-0.5 * z * z).exp() / (2.0 * std::f64::consts::PI).sqrt()
+}

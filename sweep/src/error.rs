@@ -1,0 +1,69 @@
+//! What can go wrong with a study.
+
+use std::path::PathBuf;
+
+/// Where in a study something stands.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Place {
+    /// What errors call the study.
+    pub file: String,
+    /// The line, from 1.
+    pub line: usize,
+    /// The column, from 1, in characters.
+    pub column: usize,
+}
+
+impl std::fmt::Display for Place {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}:{}:{}", self.file, self.line, self.column)
+    }
+}
+
+/// Why a study cannot be run.
+#[derive(Debug, thiserror::Error)]
+#[allow(missing_docs)]
+pub enum Error {
+    #[error("{}: {source}", path.display())]
+    Io { path: PathBuf, source: std::io::Error },
+    #[error("{at}: {problem}")]
+    Study { at: Place, problem: String, hint: &'static str },
+    #[error("{at}: {source}")]
+    System { at: Place, source: Box<fmi2_host::Error> },
+    #[error("{at}: no run gets past its first step: {source}")]
+    FirstStep { at: Place, source: Box<fmi2_host::Error> },
+    #[error("{}: cannot be gone on with: {problem}", path.display())]
+    Resume { path: PathBuf, problem: String },
+    #[error("{}: holds the first {rows} of {runs} runs of this study", path.display())]
+    Unfinished { path: PathBuf, rows: usize, runs: usize },
+    #[error("run {run} does not exist: the study has {runs} runs, from 0")]
+    NoSuchRun { run: usize, runs: usize },
+    #[error("no threads can be started: {reason}")]
+    Threads { reason: String },
+}
+
+impl Error {
+    /// What to do about it.
+    #[must_use]
+    pub fn hint(&self) -> String {
+        match self {
+            Self::Io { .. } => {
+                "check that the path is right and that you may read and write there".to_owned()
+            }
+            Self::Study { hint, .. } => (*hint).to_owned(),
+            Self::System { source, .. } => source.hint(),
+            Self::FirstStep { source, .. } => {
+                format!("see whether the FMUs take this step_s; {}", source.hint())
+            }
+            Self::Resume { .. } => {
+                "resume with the study, FMUs and program that the file was begun with, or start \
+                 anew without --resume"
+                    .to_owned()
+            }
+            Self::Unfinished { .. } => {
+                "go on with --resume, or write over it with --overwrite".to_owned()
+            }
+            Self::NoSuchRun { .. } => "name runs that the study has".to_owned(),
+            Self::Threads { .. } => "ask for fewer with --threads".to_owned(),
+        }
+    }
+}

@@ -1,0 +1,37 @@
+//! Monte Carlo studies over closed loops of FMUs: one system, many runs, a row of numbers a run.
+//!
+//! A study is a TOML file ([`Study`]): a system structure package or FMU files, what is varied and
+//! how, disturbances that are added to inputs, metrics with their requirements.
+//! [`Sweep::prepare`] opens the FMUs and resolves every name; [`Sweep::run`] runs what is left to
+//! do on some threads and appends the rows, in order, to a CSV file that a later call can go on
+//! with; [`Summary`] is what the rows say together.
+//!
+//! The numbers of a run depend on the study and the run's index alone ([`draws`]), so neither the
+//! number of threads nor an interruption changes a byte of the results. Any FMU for FMI 2.0
+//! Co-Simulation will do: nothing here knows of vehicles or of our own FMUs. Times are in s, values
+//! in the units of the FMUs' variables unless the study states others.
+
+mod connect;
+mod distribution;
+mod disturbance;
+pub mod draws;
+mod error;
+mod metric;
+mod metric_kind;
+mod plan;
+mod prepare;
+mod quantity;
+mod resolve;
+mod results;
+mod rig;
+mod run;
+mod study;
+mod summary;
+mod trajectory;
+mod values;
+
+pub use error::{Error, Place};
+pub use prepare::Sweep;
+pub use run::{Finished, Options};
+pub use study::Study;
+pub use summary::{MetricSummary, Requirement, Summary};

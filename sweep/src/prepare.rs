@@ -1,0 +1,115 @@
+//! A study made ready: FMUs open, names resolved, the first steps tried.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
+
+use sha2::{Digest, Sha256};
+
+use crate::connect::{Source, Wired, connect};
+use crate::error::{Error, Place};
+use crate::plan::Plan;
+use crate::resolve::{Resets, resolve};
+use crate::rig::{Ended, Rig};
+use crate::study::Study;
+
+/// Bytes of the hash that results are marked with.
+const ID_BYTES: usize = 8;
+
+/// A study ready to run.
+#[derive(Debug)]
+pub struct Sweep {
+    pub(crate) source: Source,
+    pub(crate) plan: Plan,
+    pub(crate) id: String,
+    /// An FMU that may have one instance in a process.
+    pub(crate) only_once: Option<String>,
+    remarks: Vec<String>,
+}
+
+impl Sweep {
+    /// Opens the FMUs, wires them, resolves every name of the study and tries the first step of the
+    /// first and the last run.
+    ///
+    /// `resets_exactly` says of a generation tool whether `fmi2Reset` of its FMUs is as good as a
+    /// new instance; their instances serve many runs. It has a say only where the study leaves
+    /// `instances` at `auto`.
+    pub fn prepare(study: &Study, resets_exactly: Resets<'_>) -> Result<Self, Error> {
+        let mut wired = connect(study)?;
+        let plan = resolve(study, &wired, resets_exactly)?;
+        let id = id(study, &wired.files)?;
+        let once = |a: &&fmi2_host::Archive| {
+            a.model().co_simulation().can_be_instantiated_only_once_per_process
+        };
+        let only_once =
+            wired.source.archives().iter().find(|a| once(a)).map(|a| a.name().to_owned());
+        let remarks = std::mem::take(&mut wired.remarks);
+        // The instances that were asked for names may be in the way of those that run.
+        let Wired { source, system, .. } = wired;
+        drop(system);
+        let sweep = Self { source, plan, id, only_once, remarks };
+        let at = study.raw.step_s.as_ref().map_or_else(|| study.top(), |step| study.place(step));
+        sweep.try_first_step(at)?;
+        Ok(sweep)
+    }
+
+    /// The number of runs.
+    #[must_use]
+    pub fn runs(&self) -> usize {
+        self.plan.runs()
+    }
+
+    /// The number of communication steps of a run.
+    #[must_use]
+    pub fn steps(&self) -> usize {
+        self.plan.steps
+    }
+
+    /// The hash of study, FMUs and program version that results are marked with.
+    #[must_use]
+    pub fn id(&self) -> &str {
+        &self.id
+    }
+
+    /// What a system structure package says and was left out of account.
+    #[must_use]
+    pub fn remarks(&self) -> &[String] {
+        &self.remarks
+    }
+
+    /// One run may fail for its draws; two that fail at once are the study's fault.
+    fn try_first_step(&self, at: Place) -> Result<(), Error> {
+        let mut rig = Rig::new(&self.plan, self.source.archives());
+        let stop = AtomicBool::new(false);
+        let mut failure = None;
+        for run in [0, self.runs() - 1] {
+            match rig.run_for(1, run, &self.plan.quantities(run), &stop, None) {
+                Err(Ended::Failed(error)) => failure = Some(failure.unwrap_or(error)),
+                _ => return Ok(()),
+            }
+        }
+        match failure {
+            None => Ok(()),
+            Some(source) => Err(Error::FirstStep { at, source: Box::new(source) }),
+        }
+    }
+}
+
+/// What the numbers of the results depend on, in one word.
+fn id(study: &Study, files: &[PathBuf]) -> Result<String, Error> {
+    let mut hash = Sha256::new();
+    hash.update(env!("CARGO_PKG_VERSION"));
+    hash.update([0]);
+    hash.update(study.canonical());
+    for path in files {
+        let bytes =
+            std::fs::read(path).map_err(|source| Error::Io { path: path.clone(), source })?;
+        hash.update(Sha256::digest(bytes));
+    }
+    let mut text = String::new();
+    for byte in &hash.finalize()[..ID_BYTES] {
+        // Writing to a String cannot fail.
+        let _ = write!(text, "{byte:02x}");
+    }
+    Ok(text)
+}

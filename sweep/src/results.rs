@@ -1,0 +1,191 @@
+//! The results: a CSV with a row a run, in the order of the runs, that a later call can go on with.
+//!
+//! Columns are `run`, the varied quantities as the study states them, the metrics, `passed` where
+//! the study requires anything, `status` (`ok`, or what went wrong; then the metrics are empty), and
+//! `study`, the hash of study, FMUs and program version. Each row is written at once, whole, so
+//! that at any moment the file is the results of the first runs; a last line that a crash of the
+//! machine cut short is taken off again by the next call.
+
+use std::fs::{File, OpenOptions};
+use std::io::{Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use crate::error::Error;
+use crate::plan::Plan;
+use crate::prepare::Sweep;
+use crate::quantity::shortest;
+
+/// What a run ended with.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Outcome {
+    /// Its metrics.
+    Done(Vec<f64>),
+    /// What went wrong, in one line.
+    Failed(String),
+}
+
+/// A results file, open at its end.
+#[derive(Debug)]
+pub(crate) struct Results {
+    file: File,
+    path: PathBuf,
+}
+
+impl Results {
+    /// A new file with its header; what is there already is written over, unless it is unfinished
+    /// results of the same study and `overwrite` is off.
+    pub(crate) fn create(sweep: &Sweep, path: &Path, overwrite: bool) -> Result<Self, Error> {
+        let io = |source| Error::Io { path: path.to_path_buf(), source };
+        if !overwrite && let Ok(file) = File::open(path) {
+            let (rows, _, _) = read(sweep, file, path).unwrap_or_default();
+            if !rows.is_empty() && rows.len() < sweep.runs() {
+                let (rows, runs) = (rows.len(), sweep.runs());
+                return Err(Error::Unfinished { path: path.to_path_buf(), rows, runs });
+            }
+        }
+        if let Some(folder) = path.parent().filter(|f| !f.as_os_str().is_empty()) {
+            std::fs::create_dir_all(folder).map_err(io)?;
+        }
+        let mut file = File::create(path).map_err(io)?;
+        file.write_all(&line(&header(&sweep.plan))).map_err(io)?;
+        Ok(Self { file, path: path.to_path_buf() })
+    }
+
+    /// Goes on with a file, or begins one that is not there; gives what it holds.
+    pub(crate) fn resume(sweep: &Sweep, path: &Path) -> Result<(Self, Vec<Outcome>), Error> {
+        let io = |source| Error::Io { path: path.to_path_buf(), source };
+        let open = OpenOptions::new().read(true).write(true).open(path);
+        let mut file = match open {
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
+                return Ok((Self::create(sweep, path, true)?, Vec::new()));
+            }
+            other => other.map_err(io)?,
+        };
+        let (rows, end, has_header) = read(sweep, &mut file, path)?;
+        file.set_len(end).map_err(io)?;
+        file.seek(SeekFrom::End(0)).map_err(io)?;
+        if !has_header {
+            file.write_all(&line(&header(&sweep.plan))).map_err(io)?;
+        }
+        Ok((Self { file, path: path.to_path_buf() }, rows))
+    }
+
+    /// Appends a row.
+    pub(crate) fn append(&mut self, row: &[u8]) -> Result<(), Error> {
+        self.file.write_all(row).map_err(|source| Error::Io { path: self.path.clone(), source })
+    }
+}
+
+/// The row of a run, as it is appended.
+pub(crate) fn row(sweep: &Sweep, run: usize, quantities: &[f64], outcome: &Outcome) -> Vec<u8> {
+    let plan = &sweep.plan;
+    let mut cells = vec![run.to_string()];
+    for (value, varied) in quantities.iter().zip(&plan.varied) {
+        cells.push(if varied.whole { format!("{value:.0}") } else { shortest(*value) });
+    }
+    let status = match outcome {
+        Outcome::Done(metrics) => {
+            cells.extend(metrics.iter().map(|value| shortest(*value)));
+            "ok"
+        }
+        Outcome::Failed(text) => {
+            cells.extend(plan.metrics.iter().map(|_| String::new()));
+            text
+        }
+    };
+    if plan.requires() {
+        cells.push(plan.passes(outcome).to_string());
+    }
+    cells.extend([status.to_owned(), sweep.id.clone()]);
+    line(&cells)
+}
+
+impl Plan {
+    /// Whether anything is required of the metrics.
+    pub(crate) fn requires(&self) -> bool {
+        self.metrics.iter().any(crate::metric::Metric::is_required)
+    }
+
+    /// Whether a run did all that is required; one that failed did not.
+    pub(crate) fn passes(&self, outcome: &Outcome) -> bool {
+        match outcome {
+            Outcome::Failed(_) => false,
+            Outcome::Done(values) => {
+                self.metrics.iter().zip(values).all(|(metric, value)| metric.is_met(*value))
+            }
+        }
+    }
+}
+
+fn header(plan: &Plan) -> Vec<String> {
+    let mut names = vec!["run".to_owned()];
+    names.extend(plan.varied.iter().map(|v| v.name.clone()));
+    names.extend(plan.metrics.iter().map(|m| m.name.clone()));
+    if plan.requires() {
+        names.push("passed".to_owned());
+    }
+    names.extend(["status".to_owned(), "study".to_owned()]);
+    names
+}
+
+/// Cells as a line of CSV.
+fn line(cells: &[String]) -> Vec<u8> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    // Writing to memory cannot fail.
+    let _ = writer.write_record(cells);
+    writer.into_inner().unwrap_or_default()
+}
+
+/// What a file holds: its rows, where the last whole one ends, and whether its header is whole.
+type Held = (Vec<Outcome>, u64, bool);
+
+fn read(sweep: &Sweep, mut file: impl Read, path: &Path) -> Result<Held, Error> {
+    let bad = |problem: String| Error::Resume { path: path.to_path_buf(), problem };
+    let mut bytes = Vec::new();
+    file.read_to_end(&mut bytes)
+        .map_err(|source| Error::Io { path: path.to_path_buf(), source })?;
+    // No cell holds a line break, so a line is whole if it has its end.
+    let end = bytes.iter().rposition(|b| *b == b'\n').map_or(0, |at| at + 1);
+    if end == 0 {
+        if line(&header(&sweep.plan)).starts_with(&bytes) {
+            return Ok((Vec::new(), 0, false));
+        }
+        return Err(bad("it is no results of this study".to_owned()));
+    }
+    let mut reader = csv::ReaderBuilder::new().has_headers(false).from_reader(&bytes[..end]);
+    let mut records = reader.records();
+    let expected = header(&sweep.plan);
+    let found = records.next().and_then(Result::ok).unwrap_or_default();
+    if found.iter().ne(expected.iter().map(String::as_str)) {
+        return Err(bad("its header is not that of this study".to_owned()));
+    }
+    let first = 1 + sweep.plan.varied.len();
+    let metrics = first..first + sweep.plan.metrics.len();
+    let mut rows = Vec::new();
+    for record in records {
+        let number = rows.len();
+        let record = record.map_err(|e| bad(format!("row of run {number}: {e}")))?;
+        let cell = |index: usize| record.get(index).unwrap_or_default();
+        let (status, id) = (cell(expected.len() - 2), cell(expected.len() - 1));
+        if id != sweep.id {
+            return Err(bad(format!(
+                "the row of run {number} is of study {id:?}, and study and FMUs are now {:?}",
+                sweep.id
+            )));
+        }
+        if cell(0) != number.to_string() || number >= sweep.runs() {
+            return Err(bad(format!("run {number} is wanted where run {:?} stands", cell(0))));
+        }
+        rows.push(if status == "ok" {
+            let value = |index| {
+                cell(index).parse().map_err(|_| {
+                    bad(format!("row of run {number}: {:?} is no number", cell(index)))
+                })
+            };
+            Outcome::Done(metrics.clone().map(value).collect::<Result<_, _>>()?)
+        } else {
+            Outcome::Failed(status.to_owned())
+        });
+    }
+    Ok((rows, end as u64, true))
+}

@@ -1,0 +1,220 @@
+//! The runs of a study on some threads, their rows in order.
+//!
+//! Each thread has instances and buffers of its own and takes the next run that nobody has; rows
+//! wait until those before them are written. A run that an FMU refuses is a row with its error.
+//! After `fmi2Fatal` nothing of that FMU may be called any more in this process: the sweep ends
+//! there, and can be gone on with in another process.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc;
+
+use crate::error::Error;
+use crate::prepare::Sweep;
+use crate::results::{Outcome, Results, row};
+use crate::rig::{Ended, Rig};
+use crate::summary::Summary;
+use crate::trajectory;
+
+/// How to run a study.
+pub struct Options<'a> {
+    /// The results file.
+    pub results: &'a Path,
+    /// Threads; by default as many as there are cores.
+    pub threads: Option<usize>,
+    /// Go on with the results file, if it is there.
+    pub resume: bool,
+    /// Write over unfinished results of the same study.
+    pub overwrite: bool,
+    /// Where to write trajectories, and of which runs.
+    pub trajectories: Option<(PathBuf, Vec<usize>)>,
+    /// Set, from anywhere, to end as soon as may be.
+    pub stop: &'a AtomicBool,
+    /// Told the number of rows in the file whenever it grows.
+    pub progress: &'a (dyn Fn(usize) + Sync),
+}
+
+/// What a call did.
+#[derive(Debug)]
+pub struct Finished {
+    /// Rows that were there before.
+    pub resumed: usize,
+    /// Rows in the file now.
+    pub rows: usize,
+    /// Threads that ran.
+    pub threads: usize,
+    /// The FMU that ended fatally, if that is why not all runs were made.
+    pub fatal: Option<String>,
+    /// What the rows say together.
+    pub summary: Summary,
+}
+
+/// What a thread tells.
+enum Told {
+    Row(usize, Outcome, Vec<u8>),
+    Fatal(String),
+    Io(Error),
+    Ended,
+}
+
+impl Sweep {
+    /// Runs what is left to do and appends it to the results.
+    pub fn run(&self, options: &Options<'_>) -> Result<Finished, Error> {
+        let wanted: &[usize] = options.trajectories.as_ref().map_or(&[], |(_, runs)| runs);
+        if let Some(&run) = wanted.iter().find(|run| **run >= self.runs()) {
+            return Err(Error::NoSuchRun { run, runs: self.runs() });
+        }
+        let (mut results, mut outcomes) = if options.resume {
+            Results::resume(self, options.results)?
+        } else {
+            (Results::create(self, options.results, options.overwrite)?, Vec::new())
+        };
+        let resumed = outcomes.len();
+        (options.progress)(resumed);
+        let threads = self.threads(options, self.runs() - resumed);
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .map_err(|e| Error::Threads { reason: e.to_string() })?;
+        let next = AtomicUsize::new(resumed);
+        let ending = AtomicBool::new(false);
+        let (tell, told) = mpsc::channel();
+        let mut fatal = None;
+        let written = pool.in_place_scope(|scope| {
+            scope.spawn_broadcast(|_, _| {
+                // Told also where a panic ends the thread.
+                let _end = AtEnd(&tell);
+                self.work(options, &next, &ending, &tell);
+            });
+            let mut waiting = BTreeMap::new();
+            let mut running = threads;
+            let mut result = Ok(());
+            while running > 0 {
+                let Ok(message) = told.recv() else { break };
+                match message {
+                    Told::Ended => running -= 1,
+                    Told::Fatal(text) => fatal = fatal.take().or(Some(text)),
+                    Told::Io(error) => result = result.and(Err(error)),
+                    Told::Row(run, outcome, bytes) => {
+                        waiting.insert(run, (outcome, bytes));
+                    }
+                }
+                while let Some((outcome, bytes)) = waiting.remove(&outcomes.len()) {
+                    if result.is_ok() {
+                        result = results.append(&bytes);
+                    }
+                    if result.is_err() {
+                        break;
+                    }
+                    outcomes.push(outcome);
+                    (options.progress)(outcomes.len());
+                }
+                if result.is_err() {
+                    ending.store(true, Ordering::Relaxed);
+                }
+            }
+            result
+        });
+        written?;
+        self.earlier_trajectories(options, resumed)?;
+        let summary = Summary::of(self, &outcomes);
+        Ok(Finished { resumed, rows: outcomes.len(), threads, fatal, summary })
+    }
+
+    /// Threads that have something to do, one where an FMU allows one instance.
+    fn threads(&self, options: &Options<'_>, left: usize) -> usize {
+        let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+        let wanted = options.threads.unwrap_or_else(cores);
+        if self.only_once.is_some() { 1 } else { wanted.clamp(1, left.max(1)) }
+    }
+
+    /// An FMU that keeps the sweep to one thread.
+    #[must_use]
+    pub fn only_once(&self) -> Option<&str> {
+        self.only_once.as_deref()
+    }
+
+    fn work(
+        &self,
+        options: &Options<'_>,
+        next: &AtomicUsize,
+        ending: &AtomicBool,
+        tell: &mpsc::Sender<Told>,
+    ) {
+        let mut rig = Rig::new(&self.plan, self.source.archives());
+        let asked = || options.stop.load(Ordering::Relaxed) || ending.load(Ordering::Relaxed);
+        while !asked() {
+            let run = next.fetch_add(1, Ordering::Relaxed);
+            if run >= self.runs() {
+                break;
+            }
+            let quantities = self.plan.quantities(run);
+            let result = self.one(&mut rig, options, run, &quantities);
+            let outcome = match result {
+                Ok(Ok(metrics)) => Outcome::Done(metrics),
+                Ok(Err(ended)) => {
+                    let (fatal, aftermath) = (ended.is_fatal(), ended.is_aftermath());
+                    let Ended::Failed(error) = ended else { break };
+                    if fatal {
+                        ending.store(true, Ordering::Relaxed);
+                        let _ = tell.send(Told::Fatal(error.to_string()));
+                    }
+                    if aftermath {
+                        break;
+                    }
+                    Outcome::Failed(in_a_line(&format!("error: {error}")))
+                }
+                Err(error) => {
+                    let _ = tell.send(Told::Io(error));
+                    break;
+                }
+            };
+            let bytes = row(self, run, &quantities, &outcome);
+            // Whoever does not listen any more does not miss it.
+            let _ = tell.send(Told::Row(run, outcome, bytes));
+        }
+    }
+
+    /// A run, with its trajectory written if it was asked for.
+    fn one(
+        &self,
+        rig: &mut Rig<'_>,
+        options: &Options<'_>,
+        run: usize,
+        quantities: &[f64],
+    ) -> Result<Result<Vec<f64>, Ended>, Error> {
+        match &options.trajectories {
+            Some((folder, runs)) if runs.contains(&run) => {
+                trajectory::write(&self.plan, rig, folder, run, quantities, options.stop)
+            }
+            _ => Ok(rig.run(run, quantities, options.stop, None)),
+        }
+    }
+
+    /// Trajectories of runs that an earlier call made.
+    fn earlier_trajectories(&self, options: &Options<'_>, resumed: usize) -> Result<(), Error> {
+        let Some((_, runs)) = &options.trajectories else { return Ok(()) };
+        let mut rig = Rig::new(&self.plan, self.source.archives());
+        for &run in runs.iter().filter(|run| **run < resumed) {
+            let quantities = self.plan.quantities(run);
+            // What the run ended with stands in its row.
+            let _ = self.one(&mut rig, options, run, &quantities)?;
+        }
+        Ok(())
+    }
+}
+
+/// Errors of FMUs have a line for each line of their log.
+fn in_a_line(text: &str) -> String {
+    text.lines().map(str::trim).collect::<Vec<_>>().join("; ").replace('\r', " ")
+}
+
+/// Tells that a thread has ended, however it does.
+struct AtEnd<'a>(&'a mpsc::Sender<Told>);
+
+impl Drop for AtEnd<'_> {
+    fn drop(&mut self) {
+        let _ = self.0.send(Told::Ended);
+    }
+}

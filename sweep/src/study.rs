@@ -1,0 +1,254 @@
+//! A study as it stands in its TOML file.
+//!
+//! Unknown keys, wrong types and missing keys are refused with their line and column. What a name
+//! means is found when the FMUs are open, see [`crate::Sweep::prepare`]; every entry keeps its
+//! place in the file until then.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use toml::Spanned;
+
+use crate::error::{Error, Place};
+
+/// A read study.
+#[derive(Debug, Clone)]
+pub struct Study {
+    pub(crate) raw: Raw,
+    file: String,
+    text: String,
+    folder: PathBuf,
+}
+
+/// The file's keys.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Raw {
+    /// A system structure package, relative to the study.
+    pub(crate) ssp: Option<Spanned<String>>,
+    /// FMUs, in the order in which a Gauss–Seidel master steps them.
+    #[serde(default)]
+    pub(crate) fmu: Vec<Spanned<Fmu>>,
+    #[serde(default)]
+    pub(crate) connect: Vec<Spanned<Connect>>,
+    pub(crate) start_s: Option<f64>,
+    pub(crate) stop_s: Option<Spanned<f64>>,
+    pub(crate) step_s: Option<Spanned<f64>>,
+    #[serde(default)]
+    pub(crate) master: MasterName,
+    #[serde(default)]
+    pub(crate) instances: Instances,
+    pub(crate) seed: u64,
+    /// Draws for each point of the grid.
+    pub(crate) runs: Spanned<usize>,
+    /// Whether the points of a grid share their draws.
+    #[serde(default)]
+    pub(crate) same_draws_on_grid: bool,
+    /// Values that all runs share.
+    #[serde(default)]
+    pub(crate) set: BTreeMap<Spanned<String>, Spanned<toml::Value>>,
+    #[serde(default)]
+    pub(crate) vary: Vec<Spanned<Vary>>,
+    #[serde(default)]
+    pub(crate) disturb: Vec<Spanned<Disturb>>,
+    #[serde(default)]
+    pub(crate) metric: Vec<Spanned<Metric>>,
+    /// What else a trajectory shows.
+    #[serde(default)]
+    pub(crate) record: Vec<Spanned<String>>,
+}
+
+/// An FMU file.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Fmu {
+    pub(crate) file: Spanned<String>,
+    /// What the study calls it; by default the model's name.
+    pub(crate) name: Option<String>,
+    /// Names under which variables are wired: `rename = { delta = "steering_angle" }`.
+    #[serde(default)]
+    pub(crate) rename: BTreeMap<Spanned<String>, String>,
+}
+
+/// A connection that equal names do not make.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Connect {
+    pub(crate) from: Spanned<String>,
+    pub(crate) to: Spanned<String>,
+    /// The input is `factor · output + offset`.
+    pub(crate) factor: Option<f64>,
+    pub(crate) offset: Option<f64>,
+}
+
+/// How values pass between FMUs within a step.
+#[derive(Debug, Clone, Copy, Deserialize, Default)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum MasterName {
+    #[default]
+    GaussSeidel,
+    Jacobi,
+}
+
+/// Whether instances serve several runs.
+#[derive(Debug, Clone, Copy, Deserialize, Default, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Instances {
+    /// Those that are known to reset exactly.
+    #[default]
+    Auto,
+    /// A new one for each run.
+    Fresh,
+    /// One a thread, reset between runs.
+    Reset,
+}
+
+/// What is varied, and how.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Vary {
+    /// Its column; by default the first variable.
+    pub(crate) name: Option<String>,
+    /// The variables that get the value; none for a quantity that only disturbances use.
+    #[serde(default)]
+    pub(crate) variables: Vec<Spanned<String>>,
+    pub(crate) distribution: Kind,
+    /// The unit of the numbers here; by default that of the variables.
+    pub(crate) unit: Option<String>,
+    pub(crate) minimum: Option<f64>,
+    pub(crate) maximum: Option<f64>,
+    pub(crate) mean: Option<f64>,
+    pub(crate) standard_deviation: Option<f64>,
+    pub(crate) count: Option<usize>,
+    pub(crate) values: Option<Vec<toml::Value>>,
+    pub(crate) weights: Option<Vec<f64>>,
+}
+
+/// Names of distributions; the last two are not drawn from but gone through.
+#[derive(Debug, Clone, Copy, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Kind {
+    Uniform,
+    LogUniform,
+    Normal,
+    TruncatedNormal,
+    Choice,
+    Grid,
+    Linspace,
+}
+
+/// A number, or the name of a varied quantity.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(untagged, expecting = "a number or the name of a varied quantity is expected")]
+pub(crate) enum Quantity {
+    Number(f64),
+    Name(String),
+}
+
+/// A signal that is added to an input.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Disturb {
+    pub(crate) input: Spanned<String>,
+    pub(crate) shape: Shape,
+    pub(crate) amplitude: Spanned<Quantity>,
+    /// The amplitude's unit; by default that of the input.
+    pub(crate) unit: Option<String>,
+    pub(crate) start_s: Option<Spanned<Quantity>>,
+    pub(crate) duration_s: Option<Spanned<Quantity>>,
+    pub(crate) bandwidth_hz: Option<f64>,
+}
+
+/// Shapes of disturbances; see [`crate::disturbance`].
+#[derive(Debug, Clone, Copy, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Shape {
+    Step,
+    Pulse,
+    Gust,
+    Noise,
+}
+
+/// A number that a run is judged by.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Metric {
+    pub(crate) name: String,
+    pub(crate) variable: Spanned<String>,
+    pub(crate) kind: crate::metric_kind::Kind,
+    /// The unit of the numbers here and of the result; by default that of the variable.
+    pub(crate) unit: Option<String>,
+    pub(crate) from_s: Option<f64>,
+    pub(crate) to_s: Option<f64>,
+    /// Whether the variable's absolute value counts.
+    #[serde(default)]
+    pub(crate) absolute: bool,
+    pub(crate) above: Option<f64>,
+    pub(crate) below: Option<f64>,
+    /// What is taken off the variable: a number, a varied quantity or another variable.
+    pub(crate) target: Option<Spanned<Quantity>>,
+    pub(crate) band: Option<f64>,
+    pub(crate) band_percent: Option<f64>,
+    pub(crate) at_most: Option<f64>,
+    pub(crate) at_least: Option<f64>,
+}
+
+impl Study {
+    /// Reads a study file; the files it names are sought from its folder.
+    pub fn open(path: impl AsRef<Path>) -> Result<Self, Error> {
+        let path = path.as_ref();
+        let io = |source| Error::Io { path: path.to_path_buf(), source };
+        let text = std::fs::read_to_string(path).map_err(io)?;
+        let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
+        Self::read(text, path.display().to_string(), folder)
+    }
+
+    /// Reads a study; `file` is what errors call it, `folder` where the files lie that it names.
+    pub fn read(text: String, file: String, folder: PathBuf) -> Result<Self, Error> {
+        let raw = toml::from_str(&text).map_err(|error| Error::Study {
+            at: place(&file, &text, error.span().map_or(0, |span| span.start)),
+            problem: error.message().trim().replace('\n', "; "),
+            hint: "a study's keys are listed in the example that ships with the program",
+        })?;
+        Ok(Self { raw, file, text, folder })
+    }
+
+    /// Where an entry stands.
+    pub(crate) fn place<T>(&self, entry: &Spanned<T>) -> Place {
+        place(&self.file, &self.text, entry.span().start)
+    }
+
+    /// The start of the file, for what is missing from it.
+    pub(crate) fn top(&self) -> Place {
+        place(&self.file, &self.text, 0)
+    }
+
+    /// A fault of an entry.
+    pub(crate) fn fault<T>(
+        &self,
+        entry: &Spanned<T>,
+        problem: impl Into<String>,
+        hint: &'static str,
+    ) -> Error {
+        Error::Study { at: self.place(entry), problem: problem.into(), hint }
+    }
+
+    /// A file that the study names.
+    pub(crate) fn file(&self, name: &str) -> PathBuf {
+        self.folder.join(name)
+    }
+
+    /// The study without its comments and layout, which change no number.
+    pub(crate) fn canonical(&self) -> String {
+        // It was read a moment ago; should that fail now, the text itself is as good.
+        self.text.parse::<toml::Table>().map_or_else(|_| self.text.clone(), |t| t.to_string())
+    }
+}
+
+fn place(file: &str, text: &str, offset: usize) -> Place {
+    let before = text.get(..offset).unwrap_or(text);
+    let line = before.matches('\n').count() + 1;
+    let column = before.rsplit('\n').next().unwrap_or_default().chars().count() + 1;
+    Place { file: file.to_owned(), line, column }
+}

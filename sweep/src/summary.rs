@@ -1,0 +1,202 @@
+//! What the rows of a sweep say together.
+
+use serde::Serialize;
+
+use crate::metric::Metric;
+use crate::prepare::Sweep;
+use crate::results::Outcome;
+
+/// The 97.5 % quantile of the normal distribution.
+const Z95: f64 = 1.959_963_984_540_054;
+
+/// Counts, shares and quantiles over the rows of the results.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Summary {
+    /// The hash that the rows are marked with.
+    pub study: String,
+    /// Runs that the study has.
+    pub runs: usize,
+    /// Runs that have a row.
+    pub rows: usize,
+    /// Rows that are no results but errors.
+    pub errors: usize,
+    /// The first of these errors.
+    pub first_error: Option<String>,
+    /// Runs that did everything required, where anything is.
+    pub passed: Option<Requirement>,
+    /// The metrics, in the order of the study.
+    pub metrics: Vec<MetricSummary>,
+}
+
+/// How many runs did what is required. A run that ended in an error did not.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Requirement {
+    /// Runs that did.
+    pub passed: usize,
+    /// Of so many.
+    pub of: usize,
+    /// Their share.
+    pub share: f64,
+    /// Wilson's interval for the probability, at 95 %.
+    pub share_interval_95: [f64; 2],
+}
+
+/// A metric over the rows that have a value of it: neither an error, nor NaN.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MetricSummary {
+    /// Its name.
+    pub name: String,
+    /// Its unit.
+    pub unit: Option<String>,
+    /// Rows with a value.
+    pub count: usize,
+    /// Rows where it never came about (`inf`): what did not settle, a bound never passed.
+    pub never: usize,
+    /// Mean; `None`, as everything below, where it is no finite number.
+    pub mean: Option<f64>,
+    /// Standard deviation, of one less than the count.
+    pub standard_deviation: Option<f64>,
+    /// Smallest value.
+    pub minimum: Option<f64>,
+    /// 5 % quantile, linear between order statistics.
+    pub q05: Option<f64>,
+    /// 25 % quantile.
+    pub q25: Option<f64>,
+    /// Median.
+    pub median: Option<f64>,
+    /// 75 % quantile.
+    pub q75: Option<f64>,
+    /// 95 % quantile.
+    pub q95: Option<f64>,
+    /// 99 % quantile.
+    pub q99: Option<f64>,
+    /// Largest value.
+    pub maximum: Option<f64>,
+    /// Runs that did what is required of this metric, where anything is.
+    pub requirement: Option<Requirement>,
+}
+
+impl Summary {
+    pub(crate) fn of(sweep: &Sweep, outcomes: &[Outcome]) -> Self {
+        let plan = &sweep.plan;
+        let errors: Vec<&String> = outcomes
+            .iter()
+            .filter_map(|o| if let Outcome::Failed(text) = o { Some(text) } else { None })
+            .collect();
+        let passed = outcomes.iter().filter(|outcome| plan.passes(outcome)).count();
+        let metrics = plan.metrics.iter().enumerate();
+        Self {
+            study: sweep.id.clone(),
+            runs: plan.runs(),
+            rows: outcomes.len(),
+            errors: errors.len(),
+            first_error: errors.first().map(|text| (*text).clone()),
+            passed: plan.requires().then(|| Requirement::of(passed, outcomes.len())),
+            metrics: metrics.map(|(i, m)| MetricSummary::of(m, i, outcomes)).collect(),
+        }
+    }
+
+    /// Whether every row is a result that is as required.
+    #[must_use]
+    pub fn all_passed(&self) -> bool {
+        self.errors == 0 && self.passed.as_ref().is_none_or(|p| p.passed == p.of)
+    }
+}
+
+impl Requirement {
+    fn of(passed: usize, of: usize) -> Self {
+        let share = if of == 0 { 0.0 } else { passed as f64 / of as f64 };
+        Self { passed, of, share, share_interval_95: wilson(passed, of) }
+    }
+}
+
+/// Wilson's score interval (1927) for a probability, at 95 %.
+fn wilson(passed: usize, of: usize) -> [f64; 2] {
+    if of == 0 {
+        return [0.0, 1.0];
+    }
+    let (n, z2) = (of as f64, Z95 * Z95);
+    let share = passed as f64 / n;
+    let centre = (share + z2 / (2.0 * n)) / (1.0 + z2 / n);
+    let half = Z95 / (1.0 + z2 / n) * (share * (1.0 - share) / n + z2 / (4.0 * n * n)).sqrt();
+    // At the ends the formula gives 0 and 1 but for rounding.
+    let low = if passed == 0 { 0.0 } else { centre - half };
+    let high = if passed == of { 1.0 } else { centre + half };
+    [low, high]
+}
+
+impl MetricSummary {
+    fn of(metric: &Metric, index: usize, outcomes: &[Outcome]) -> Self {
+        let all = outcomes.iter().filter_map(|outcome| match outcome {
+            Outcome::Done(values) => Some(values[index]),
+            Outcome::Failed(_) => None,
+        });
+        let mut values: Vec<f64> = all.filter(|value| !value.is_nan()).collect();
+        let met = values.iter().filter(|value| metric.is_met(**value)).count();
+        values.sort_by(f64::total_cmp);
+        let count = values.len();
+        let mean = values.iter().sum::<f64>() / count as f64;
+        let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+        let finite = |value: f64| Some(value).filter(|value| value.is_finite());
+        let quantile = |share| finite(quantile(&values, share));
+        Self {
+            name: metric.name.clone(),
+            unit: metric.unit.clone(),
+            count,
+            never: values.iter().filter(|value| value.is_infinite()).count(),
+            mean: finite(mean),
+            standard_deviation: finite((squares / (count as f64 - 1.0)).sqrt()),
+            minimum: quantile(0.0),
+            q05: quantile(0.05),
+            q25: quantile(0.25),
+            median: quantile(0.5),
+            q75: quantile(0.75),
+            q95: quantile(0.95),
+            q99: quantile(0.99),
+            maximum: quantile(1.0),
+            requirement: metric.is_required().then(|| Requirement::of(met, outcomes.len())),
+        }
+    }
+}
+
+/// Linear between order statistics, as numpy's default; NaN of nothing.
+fn quantile(sorted: &[f64], share: f64) -> f64 {
+    let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
+    let at = share * last as f64;
+    let (low, rest) = (at.floor() as usize, at.fract());
+    if rest == 0.0 || sorted[low] == sorted[low + 1] {
+        return sorted[low];
+    }
+    sorted[low] + rest * (sorted[low + 1] - sorted[low])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_interval_is_that_of_the_literature() {
+        // Newcombe (1998), table I: 81 of 263, 15 of 148, 0 of 20, 1 of 29.
+        for (passed, of, low, high) in [
+            (81, 263, 0.2553, 0.3662),
+            (15, 148, 0.0624, 0.1605),
+            (0, 20, 0.0, 0.1611),
+            (1, 29, 0.0061, 0.1718),
+        ] {
+            let [l, h] = wilson(passed, of);
+            assert!((l - low).abs() < 5e-5 && (h - high).abs() < 5e-5, "{passed}/{of}: {l} {h}");
+        }
+        assert_eq!(wilson(20, 20)[1], 1.0);
+        assert_eq!(wilson(0, 0), [0.0, 1.0]);
+    }
+
+    #[test]
+    fn quantiles_are_numpys() {
+        let sorted = [1.0, 2.0, 4.0, 8.0];
+        assert_eq!(quantile(&sorted, 0.5), 3.0);
+        assert!((quantile(&sorted, 0.95) - 7.4).abs() < 1e-12);
+        assert_eq!(quantile(&sorted, 1.0), 8.0);
+        assert_eq!(quantile(&[1.0, f64::INFINITY, f64::INFINITY], 0.75), f64::INFINITY);
+        assert!(quantile(&[], 0.5).is_nan());
+    }
+}
