@@ -41,7 +41,7 @@ pub(crate) enum Target {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Memory {
     count: f64,
-    /// Of values, of squares, or of times.
+    /// Of values, of squares, or of points that count.
     sum: f64,
     /// The extreme, the last value or the time found.
     value: f64,
@@ -97,8 +97,10 @@ impl Memory {
             Kind::Time => {
                 // The value at a point holds until the next.
                 if self.inside {
-                    self.sum += step;
+                    self.sum += 1.0;
                 }
+                // Counted, so that no rounding adds up.
+                self.value = self.sum * step;
                 self.inside = passes(metric, x);
             }
             Kind::FirstTime => {
@@ -126,7 +128,6 @@ impl Memory {
         match kind {
             Kind::Rms => (self.sum / self.count).sqrt(),
             Kind::Mean => self.sum / self.count,
-            Kind::Time => self.sum,
             Kind::Overshoot if self.first == 0.0 => f64::NAN,
             _ => self.value,
         }

@@ -3,7 +3,6 @@
 #![allow(dead_code)] // each test file uses a part
 
 use std::io::{Cursor, Write};
-use std::path::PathBuf;
 use std::process::Command;
 use std::sync::OnceLock;
 
@@ -36,8 +35,10 @@ pub(crate) fn library(behaviour: Behaviour) -> Option<&'static [u8]> {
 }
 
 fn compile(flags: &[&str]) -> Option<Vec<u8>> {
-    let source = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/support/fmu.c");
     let folder = tempfile::tempdir().unwrap();
+    // Not read where it stands, which tests of other crates do not know.
+    let source = folder.path().join("fmu.c");
+    std::fs::write(&source, include_str!("fmu.c")).unwrap();
     let output = folder.path().join("fmu.bin");
     let compiler = std::env::var("CC").unwrap_or_else(|_| "cc".to_owned());
     let status = Command::new(&compiler)
