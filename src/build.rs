@@ -5,7 +5,7 @@ use crate::failure::{Failure, Outcome};
 use crate::log_options::{IdentifyArguments, LogArguments};
 use crate::pipeline::{self, Built, Job, Text};
 use crate::tell::Tell;
-use crate::{files, identify, overview, quantity};
+use crate::{evidence, files, overview, quantity};
 use std::path::{Path, PathBuf};
 
 /// Identify, design, pack, track and report: everything for one drive
@@ -48,7 +48,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         lateral_acceleration: arguments.lateral_acceleration,
         out: arguments.out.clone(),
     })?;
-    let mut told = identify::evidence(&built.plant);
+    let mut told = evidence::evidence(&built.plant);
     for controller in &built.controllers {
         told.push_str(&format!(
             "\n{} controller\n{}\n",

@@ -1,11 +1,12 @@
 //! `steerwright identify`: the plant in a drive log.
 
+use crate::evidence::{evidence, plots};
 use crate::failure::{Failure, Outcome};
 use crate::files;
 use crate::identify_bicycle::{self, BicycleArguments};
 use crate::log_options::{IdentifyArguments, LogArguments};
 use crate::tell::Tell;
-use formats::{Evidence, Information, Mode, Plant, ResidualTest};
+use formats::Plant;
 use std::fmt::Write;
 use std::path::PathBuf;
 use sysid::Traces;
@@ -23,6 +24,12 @@ pub(crate) struct Arguments {
     /// Also write measured and simulated signals as CSV
     #[arg(long, value_name = "CSV")]
     traces: Option<PathBuf>,
+    /// Also draw the evidence, as SVG files in this folder
+    #[arg(long, value_name = "DIR")]
+    plots: Option<PathBuf>,
+    /// Also write the evidence with its figures as one HTML page
+    #[arg(long, value_name = "HTML")]
+    report: Option<PathBuf>,
     /// Print the plant as JSON on stdout
     #[arg(long)]
     json: bool,
@@ -39,160 +46,49 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let traces = arguments.traces.as_deref();
     let out = |default: &str| arguments.out.clone().unwrap_or_else(|| default.into());
     if let Some(options) = arguments.bicycle.options(&arguments.identify)? {
+        let drawn = [("--plots", &arguments.plots), ("--report", &arguments.report)];
+        if let Some((name, _)) = drawn.iter().find(|(_, path)| path.is_some()) {
+            let message = format!("{name} is an option of the structure state-space");
+            return Err(Failure::new(message, "leave it out; --traces writes the signals as CSV"));
+        }
         let out = out("bicycle.json");
         return identify_bicycle::run(&log, &options, &out, traces, arguments.json);
     }
     let out = out("plant.json");
     let identified = sysid::identify(&log, &arguments.identify.options())?;
     files::write_document(&out, &identified.plant)?;
+    let csv = traces_csv(&identified.traces, None);
     if let Some(traces) = traces {
-        files::write(traces, traces_csv(&identified.traces, None).as_bytes())?;
+        files::write(traces, csv.as_bytes())?;
     }
-    let text = format!("{}\nwritten to {}", evidence(&identified.plant), out.display());
+    let mut text = format!("{}\nwritten to {}", evidence(&identified.plant), out.display());
+    text += &show(arguments, &identified.plant, &csv)?;
     Tell::new(arguments.json).result(&text, &identified.plant)?;
     Ok(Outcome::Done)
 }
 
-/// The evidence behind a plant, for people.
-pub(crate) fn evidence(plant: &Plant) -> String {
-    let e = &plant.evidence;
-    let channels = channel_table(&e.channels);
-    let mut orders =
-        report::Table::new(["order", "singular value", "estimation", "held out", "as estimated"]);
-    for row in &e.order_table {
-        let chosen = if row.order == plant.order() { " <" } else { "" };
-        orders = orders.row([
-            format!("{}{chosen}", row.order),
-            format!("{:.4e}", row.singular_value),
-            format!("{:.2} %", row.estimation_fit),
-            format!("{:.2} %", row.validation_fit),
-            if row.stable { "stable".into() } else { "unstable".to_owned() },
-        ]);
-    }
-    let mut text = format!("{channels}values in rad, rad/s and m/s\n\n{orders}\n");
-    let _ = writeln!(
-        text,
-        "model    order {}, {} ({}) with {} block rows, sample time {} s",
-        plant.order(),
-        e.method,
-        plant.provenance.options.get("realization").map_or("", String::as_str),
-        e.horizon,
-        plant.discrete.sample_time_s
-    );
-    text.push_str(&judgement(e));
-    for warning in &e.warnings {
-        let _ = writeln!(text, "warning: {warning}");
-    }
-    let _ = writeln!(text, "verdict  {}", e.verdict.summary);
-    for advice in &e.verdict.advice {
-        let _ = writeln!(text, "         {advice}");
-    }
-    text
-}
-
-/// What was read of the log.
-pub(crate) fn channel_table(all: &[formats::ChannelSummary]) -> report::Table {
-    let mut channels =
-        report::Table::new(["channel", "column", "read as", "rows", "rate", "min", "mean", "max"]);
-    for c in all {
-        channels = channels.row([
-            c.role.clone(),
-            c.column.clone(),
-            c.unit.clone(),
-            c.rows.to_string(),
-            format!("{:.1} Hz", c.rate_hz),
-            format!("{:.4}", c.min),
-            format!("{:.4}", c.mean),
-            format!("{:.4}", c.max),
-        ]);
-    }
-    channels
-}
-
-/// Fits, tests and where in frequency the log says something.
-fn judgement(e: &Evidence) -> String {
+/// Draws what was asked for; the places it was written to, for people.
+fn show(arguments: &Arguments, plant: &Plant, csv: &str) -> Result<String, Failure> {
     let mut text = String::new();
-    let error = e.held_out.as_ref().and_then(|h| h.fit_standard_error);
-    let _ = writeln!(
-        text,
-        "fit      {:.2}{} % simulated on held-out data, {:.2} % one step ahead, {:.2} % on estimation data",
-        e.fit.validation,
-        error.map_or_else(String::new, |error| format!(" ± {:.2}", 2.0 * error)),
-        e.fit.validation_one_step,
-        e.fit.estimation
-    );
-    if let Some(held_out) = &e.held_out {
-        let ahead = held_out.predictions.iter().filter_map(|p| {
-            let seconds = p.ahead_s.filter(|_| p.steps > Some(1))?;
-            Some(format!("{seconds} s {:.2} %", p.fit))
-        });
-        let ahead: Vec<String> = ahead.collect();
-        let vaf = held_out.variance_accounted_for;
-        let _ = writeln!(
-            text,
-            "         predicted ahead by {}; the simulation accounts for {vaf:.2} % of the variance",
-            ahead.join(", ")
-        );
+    if arguments.plots.is_none() && arguments.report.is_none() {
+        return Ok(text);
     }
-    let test = |name: &str, t: &ResidualTest| {
-        let passed = if t.pass { "passed" } else { "failed" };
-        format!("{name} {passed} ({:.1}, bound {:.1})", t.statistic, t.bound)
-    };
-    let mut tests =
-        vec![test("whiteness", &e.whiteness), test("independence of input", &e.independence)];
-    if let Some(residuals) = &e.residuals {
-        let t = &residuals.feedback;
-        let found = if t.pass { "none" } else { "found" };
-        tests.push(format!("feedback {found} ({:.1}, bound {:.1})", t.statistic, t.bound));
+    let traces = report::Traces::from_csv(csv.as_bytes(), "traces")?;
+    if let Some(folder) = &arguments.plots {
+        plots(plant, &traces, folder)?;
+        let _ = write!(text, "\nfigures in {}", folder.display());
     }
-    let _ = writeln!(text, "tests    on held-out residuals: {}", tests.join(", "));
-    if let Some(response) = e.frequency_response.as_ref().filter(|r| r.compared > 0) {
-        let _ = writeln!(
-            text,
-            "response model within the {:.0} % confidence of the measured one at {:.0} % of {} frequencies",
-            100.0 * response.confidence,
-            100.0 * response.within,
-            response.compared
-        );
+    if let Some(path) = &arguments.report {
+        let page = report::Report {
+            title: format!("{}: the identified model", plant.name),
+            plant: Some(plant),
+            traces: Some(&traces),
+            ..report::Report::default()
+        };
+        files::write(path, page.to_html().as_bytes())?;
+        let _ = write!(text, "\nreport in {}", path.display());
     }
-    if let Some(map) = &e.poles_and_zeros {
-        let modes: Vec<String> = map.poles.iter().filter_map(mode).collect();
-        let _ = writeln!(text, "modes    {}", modes.join(", "));
-    }
-    if !e.excitation.bands.is_empty() {
-        let headers = ["excitation", "road wheel", "yaw rate", "explained", "gain known to", ""];
-        let mut bands = report::Table::new(headers);
-        for b in &e.excitation.bands {
-            bands.push([
-                format!("{} to {} Hz", b.from_hz, b.to_hz),
-                format!("{:.3}°", b.road_wheel_std_rad.to_degrees()),
-                format!("{:.3} °/s", b.yaw_rate_std_radps.to_degrees()),
-                format!("{:.0} %", 100.0 * b.coherence),
-                if b.information != Information::None {
-                    format!("±{:.1} %", 100.0 * b.relative_error)
-                } else {
-                    "–".to_owned()
-                },
-                match b.information {
-                    Information::Good => "good",
-                    Information::Weak => "weak",
-                    Information::None => "no information",
-                }
-                .to_owned(),
-            ]);
-        }
-        let _ = write!(text, "\n{bands}\n");
-    }
-    text
-}
-
-/// A pole for people: its time constant, or frequency and damping.
-fn mode(pole: &Mode) -> Option<String> {
-    let (hz, damping) = (pole.natural_frequency_hz?, pole.damping?);
-    if pole.discrete[1] != 0.0 {
-        return Some(format!("{hz:.2} Hz (damping {damping:.2})"));
-    }
-    Some(pole.time_constant_s.map_or_else(|| "integrator".into(), |t| format!("{t:.3} s")))
+    Ok(text)
 }
 
 /// The signals as CSV; with the yaw rate of a bicycle model where there is one.

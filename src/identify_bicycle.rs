@@ -1,7 +1,8 @@
 //! `steerwright identify --structure bicycle`: the bicycle in a drive log.
 
+use crate::evidence::{channel_table, conclusion};
 use crate::failure::{Failure, Outcome};
-use crate::identify::{channel_table, traces_csv};
+use crate::identify::traces_csv;
 use crate::log_options::IdentifyArguments;
 use crate::tell::Tell;
 use crate::{files, quantity};
@@ -161,12 +162,5 @@ fn evidence(e: &BicycleEvidence) -> String {
         e.steering_offset_rad.to_degrees(),
         e.yaw_rate_offset_radps.to_degrees()
     );
-    for warning in &e.warnings {
-        let _ = writeln!(text, "warning: {warning}");
-    }
-    let _ = writeln!(text, "verdict  {}", e.verdict.summary);
-    for advice in &e.verdict.advice {
-        let _ = writeln!(text, "         {advice}");
-    }
-    text
+    text + &conclusion(&e.warnings, &e.verdict)
 }

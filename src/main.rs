@@ -8,6 +8,7 @@ mod build;
 mod check;
 mod demo;
 mod design;
+mod evidence;
 mod failure;
 mod files;
 mod identify;

@@ -130,7 +130,7 @@ pub trait Document: Serialize + DeserializeOwned {
         // Serialising these plain types into memory cannot fail; an empty text would be refused
         // by every reader.
         let mut text = serde_json::to_string_pretty(self).unwrap_or_default();
-        text = compact_number_rows(&text);
+        text = compact_table_rows(&compact_number_rows(&text));
         text.push('\n');
         text
     }
@@ -173,9 +173,50 @@ fn compact_number_rows(pretty: &str) -> String {
     out
 }
 
+/// Puts objects in arrays that hold no others on one line each, so that a list of them reads as a
+/// table. A line break never stands inside a string, so joining lines changes no content.
+fn compact_table_rows(pretty: &str) -> String {
+    /// Longer ones stay as they are.
+    const LONGEST: usize = 300;
+    let mut out = String::with_capacity(pretty.len());
+    let mut lines = pretty.lines();
+    while let Some(line) = lines.next() {
+        out.push_str(line);
+        if line.trim_start() == "{" {
+            let rest = lines.clone().map(str::trim);
+            let inside: Vec<&str> = rest.take_while(|l| !l.starts_with('}')).collect();
+            let row = inside.join(" ");
+            let nested = inside.iter().any(|l| l.ends_with(['{', '[']));
+            if !nested && !inside.is_empty() && row.len() <= LONGEST {
+                let close = lines.nth(inside.len()).map_or("", str::trim);
+                out.push(' ');
+                out.push_str(&row);
+                out.push(' ');
+                out.push_str(close);
+            }
+        }
+        out.push('\n');
+    }
+    out.truncate(out.trim_end().len());
+    out
+}
+
 #[cfg(test)]
 mod tests {
-    use super::compact_number_rows;
+    use super::{compact_number_rows, compact_table_rows};
+
+    #[test]
+    fn rows_of_a_table_stand_on_one_line_and_mean_the_same() {
+        let value = serde_json::json!({
+            "rows": [{"a": 1.5, "b": "x } {"}, {"a": [1, 2], "b": null}, {}, {"c": {"d": 1}}],
+            "named": {"a": 1, "b": 2}
+        });
+        let text = serde_json::to_string_pretty(&value).unwrap();
+        let text = compact_table_rows(&compact_number_rows(&text));
+        assert!(text.contains("\n    { \"a\": 1.5, \"b\": \"x } {\" },\n"), "{text}");
+        assert!(text.contains("\n    { \"a\": [1, 2], \"b\": null },\n"), "{text}");
+        assert_eq!(serde_json::from_str::<serde_json::Value>(&text).unwrap(), value);
+    }
 
     #[test]
     fn number_rows_stand_on_one_line_and_strings_with_brackets_survive() {

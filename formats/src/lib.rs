@@ -33,9 +33,10 @@ pub use check::Checker;
 pub use document::{Document, Error, schema_of};
 pub use estimator::{Estimator, Gnss, InitialUncertainty, SensorNoise};
 pub use evidence::{
-    ChannelSummary, CoherencePoint, Evidence, Excitation, ExcitationBand, Fits, FrequencyResponse,
-    HeldOut, Information, Mode, OrderRow, Persistence, PoleZeroMap, PredictionFit,
-    ResidualCorrelation, ResidualTest, ResponsePoint, Verdict,
+    BandDeparture, ChannelSummary, CoherencePoint, DataFactor, DelayEstimate, Evidence, Excitation,
+    ExcitationBand, FactorMethod, Fits, FrequencyResponse, HeldOut, Information, Mode, OrderRow,
+    Persistence, PoleZeroMap, PredictionFit, ResidualCorrelation, ResidualTest, ResponsePoint,
+    Spread, Verdict,
 };
 pub use matrix::Matrix;
 pub use path::{Guidance, Path, PathPoint};

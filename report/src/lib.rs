@@ -34,4 +34,5 @@ pub use html::{Block, Section, Tone, escape, report_html};
 pub use palette::Color;
 pub use read::{StepResponse, Traces, Track, TrackErrors};
 pub use report::{Controller, LoopStep, Report};
+pub use sections::factor_in_words;
 pub use table::Table;

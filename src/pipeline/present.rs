@@ -2,12 +2,11 @@
 
 use super::output::Writer;
 use super::{Built, RECORDED_ROAD, STANDARD_ROAD};
+use crate::evidence::WIDTH;
 use crate::failure::Failure;
 use formats::Bicycle;
 use report::figures::{self, road_height};
 use report::{Figure, Report, Traces, Track};
-
-const WIDTH: u32 = 900;
 
 /// Writes the figures as SVG files, and the report.
 pub(super) fn write(
@@ -17,24 +16,12 @@ pub(super) fn write(
     traces: &Traces,
 ) -> Result<(), Failure> {
     let plant = &built.plant;
-    let e = &plant.evidence;
     let mut draw = |name: &str, figure: &Figure, height: u32| -> Result<(), Failure> {
         let svg = figure.to_svg(WIDTH, height)?;
         out.bytes(&format!("figures/{name}.svg"), svg.as_bytes()).map(|_| ())
     };
-    draw("drive", &figures::drive(traces), 600)?;
-    draw("comparison", &figures::comparison(traces, &e.fit, built.bicycle_fit), 720)?;
-    draw("coherence", &figures::coherence(&e.excitation), 330)?;
-    draw("orders", &figures::order_table(&e.order_table, plant.order()), 320)?;
-    if let Some(response) = &e.frequency_response {
-        draw("frequency-response", &figures::frequency_response(response, plant.input), 760)?;
-    }
-    if let Some(residuals) = &e.residuals {
-        let step = plant.discrete.sample_time_s;
-        draw("residuals", &figures::residuals(residuals, step), 320)?;
-    }
-    if let Some(map) = &e.poles_and_zeros {
-        draw("poles-and-zeros", &figures::poles_and_zeros(map), 440)?;
+    for (name, height, figure) in figures::of_identification(plant, traces, built.bicycle_fit) {
+        draw(name, &figure, height)?;
     }
     for c in &built.controllers {
         let title = format!("Yaw step, {} controller, loop of the FMUs", c.basis.name());

@@ -103,8 +103,33 @@ pub struct FrequencyResponse {
     pub compared: usize,
     /// Share of these at which the model lies within the band.
     pub within: f64,
-    /// One for each frequency.
+    /// The model against the measured response in bands of frequency where the log is coherent.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub bands: Vec<BandDeparture>,
+    /// For the plot: each frequency at the low end, where they are closer on a logarithmic axis than
+    /// can be seen, some.
     pub points: Vec<ResponsePoint>,
+}
+
+/// By how much the model departs from the measured response over a band: the complex factor from its
+/// simulation to the measured yaw rate, all frequencies of the band together, weighted by the power
+/// of the simulation.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BandDeparture {
+    /// Lower end, Hz.
+    pub from_hz: f64,
+    /// Upper end, Hz.
+    pub to_hz: f64,
+    /// The model's gain over the measured one.
+    pub gain_ratio: f64,
+    /// The model's phase less the measured one, rad; positive where the model is ahead.
+    pub phase_ahead_rad: f64,
+    /// Standard error of the gain ratio over itself, and of the phase in rad.
+    pub standard_error: f64,
+    /// Share of the measured response that the model misses or makes up, |model − measured|/|measured|,
+    /// less twice its standard error; 0 where that is all.
+    pub departure: f64,
 }
 
 /// Measured and modelled response at one frequency; gains in yaw rate over the model's input.

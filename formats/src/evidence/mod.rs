@@ -1,26 +1,34 @@
 //! How far an identified model can be trusted, with the numbers behind it.
 
+mod estimation;
 mod frequency;
 mod poles;
 mod residuals;
 
 use serde::{Deserialize, Serialize};
 
+pub use estimation::{DataFactor, DelayEstimate, FactorMethod};
 pub use frequency::{
-    CoherencePoint, Excitation, ExcitationBand, FrequencyResponse, Information, Persistence,
-    ResponsePoint,
+    BandDeparture, CoherencePoint, Excitation, ExcitationBand, FrequencyResponse, Information,
+    Persistence, ResponsePoint,
 };
-pub use poles::{Mode, PoleZeroMap};
+pub use poles::{Mode, PoleZeroMap, Spread};
 pub use residuals::{HeldOut, PredictionFit, ResidualCorrelation, ResidualTest};
 
 /// Everything measured on the way from log to model.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Evidence {
-    /// `n4sid`, `moesp` or `cva`.
+    /// `n4sid`, `moesp`, `cva`, `ssarx` or `pbsid`.
     pub method: String,
     /// Block rows s of the Hankel matrices (past and future horizon).
     pub horizon: usize,
+    /// How the data were reduced, and how well that is conditioned.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub factor: Option<DataFactor>,
+    /// What the data say of a pure delay; absent where it was given, or cannot be told.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub delay: Option<DelayEstimate>,
     /// Samples used for estimation.
     pub estimation_samples: usize,
     /// Samples held out for validation.
@@ -84,8 +92,10 @@ pub struct Fits {
 pub struct OrderRow {
     /// Order n.
     pub order: usize,
-    /// The n-th singular value.
-    pub singular_value: f64,
+    /// The n-th singular value with the method and horizon of the chosen model, whichever this order's
+    /// own are; absent where there are not as many.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub singular_value: Option<f64>,
     /// Simulation fit on the estimation data, percent.
     pub estimation_fit: f64,
     /// Simulation fit on the held-out data, percent.

@@ -14,6 +14,21 @@ pub struct PoleZeroMap {
     /// those of the discrete model that come from sampling alone are not among them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub continuous_zeros: Vec<[f64; 2]>,
+    /// How uncertain each of these is, in the same order; empty where that is not known.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub continuous_zero_spreads: Vec<Spread>,
+}
+
+/// Covariance of a point in the plane, to first order.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Spread {
+    /// Variance of the real part.
+    pub variance_re: f64,
+    /// Variance of the imaginary part.
+    pub variance_im: f64,
+    /// Covariance of the two.
+    pub covariance: f64,
 }
 
 /// A pole or zero z, and s = ln(z)/T.
@@ -22,6 +37,9 @@ pub struct PoleZeroMap {
 pub struct Mode {
     /// z, (real, imaginary).
     pub discrete: [f64; 2],
+    /// How uncertain z is; absent where that is not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spread: Option<Spread>,
     /// s, rad/s, (real, imaginary); absent for z = 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub continuous: Option<[f64; 2]>,

@@ -5,6 +5,7 @@ use crate::palette::{BLACK, BLUE, Color, GREY, VERMILLION};
 use crate::{Figure, Mark, Panel, Place, Series, Style};
 use formats::{
     FrequencyResponse, HeldOut, InputKind, Mode, PoleZeroMap, ResidualCorrelation, ResponsePoint,
+    Spread,
 };
 use std::f64::consts::TAU;
 
@@ -147,7 +148,8 @@ pub fn frequency_response(response: &FrequencyResponse, input: InputKind) -> Fig
     Figure::new("Frequency response, measured and modelled", panels)
 }
 
-/// Poles and zeros in the z-plane with the unit circle, and in the s-plane.
+/// Poles and zeros in the z-plane with the unit circle, and in the s-plane, with the ellipses that hold
+/// each with 95 % probability where its covariance is known.
 #[must_use]
 pub fn poles_and_zeros(map: &PoleZeroMap) -> Figure {
     let both = |[re, im]: [f64; 2]| {
@@ -171,9 +173,20 @@ pub fn poles_and_zeros(map: &PoleZeroMap) -> Figure {
         &near(plane(|m| Some(m.discrete), &map.zeros), 2.0),
         0.04,
     ));
+    let within: Vec<_> =
+        map.zeros.iter().filter(|m| m.discrete[0].hypot(m.discrete[1]) <= 2.0).collect();
+    let of = |modes: &[&Mode]| -> Vec<(f64, f64)> {
+        let ellipse =
+            |m: &&Mode| Some(ellipse(m.discrete, m.spread?, (1.0, 0.0), m.discrete[1] != 0.0));
+        modes.iter().filter_map(ellipse).flatten().map(|p| near_point(p, 2.0)).collect()
+    };
+    let all: Vec<_> = map.poles.iter().collect();
+    z = with_ellipses(z, [(of(&all), VERMILLION), (of(&within), BLUE)], true);
     let poles = plane(|m| m.continuous, &map.poles);
     let reach = poles.iter().map(|p| p.0.hypot(p.1)).fold(1e-3, f64::max);
-    let zeros = near(map.continuous_zeros.iter().map(|z| (z[0], z[1])).collect(), 2.0 * reach);
+    let shown = |z: &[f64; 2]| z[0].hypot(z[1]) <= 2.0 * reach;
+    let zeros =
+        map.continuous_zeros.iter().filter(|z| shown(z)).map(|z| (z[0], z[1])).collect::<Vec<_>>();
     // Seen with the axes' crossing, from which frequency and damping are read.
     let wide = zeros.iter().map(|p| p.0.hypot(p.1)).fold(reach, f64::max);
     let axes = vec![(-wide, 0.0), (0.2 * wide, 0.0), GAP, (0.0, -0.6 * wide), (0.0, 0.6 * wide)];
@@ -181,8 +194,70 @@ pub fn poles_and_zeros(map: &PoleZeroMap) -> Figure {
         .with(Series::new("stable to the left", axes, Style::line(GREY).width(1.0)))
         .with(crosses("", &poles, 0.025 * wide))
         .with(rings("", &zeros, 0.025 * wide));
+    let of_poles: Vec<(f64, f64)> =
+        map.poles.iter().filter_map(continuous_ellipse).flatten().collect();
+    let spreads = map.continuous_zeros.iter().zip(&map.continuous_zero_spreads);
+    let of_zeros: Vec<(f64, f64)> = spreads
+        .filter(|(z, _)| shown(z))
+        .flat_map(|(z, s)| ellipse(*z, *s, (1.0, 0.0), false))
+        .collect();
+    let clip =
+        |points: Vec<(f64, f64)>| points.into_iter().map(|p| near_point(p, 1.5 * wide)).collect();
+    let s = with_ellipses(s, [(clip(of_poles), VERMILLION), (clip(of_zeros), BLUE)], false);
     let panels = [z, s].map(|p| Panel { equal_aspect: true, ..p }).to_vec();
     Figure { columns: 2, ..Figure::new("Poles and zeros", panels) }
+}
+
+/// What lies far outside is not drawn: it would leave nothing of the rest to be seen.
+fn near_point(p: (f64, f64), reach: f64) -> (f64, f64) {
+    if p.0.hypot(p.1) <= reach { p } else { GAP }
+}
+
+fn with_ellipses(panel: Panel, of: [(Vec<(f64, f64)>, Color); 2], named: bool) -> Panel {
+    let mut name = if named { "95 % confidence" } else { "" };
+    of.into_iter().filter(|(points, _)| points.iter().any(|p| p.0.is_finite())).fold(
+        panel,
+        |panel, (points, color)| {
+            panel.with(Series::new(
+                std::mem::take(&mut name),
+                points,
+                Style::dashed(color).width(1.0),
+            ))
+        },
+    )
+}
+
+/// The 95 % ellipse of a pole in the s-plane: s = ln(z)/T moves by dz/(zT).
+fn continuous_ellipse(m: &Mode) -> Option<Vec<(f64, f64)>> {
+    let (s, spread) = (m.continuous?, m.spread?);
+    let [re, im] = m.discrete;
+    let size = re * re + im * im;
+    let logarithm = (0.5 * size.ln()).hypot(im.atan2(re));
+    let sample_time = logarithm / s[0].hypot(s[1]);
+    let per = sample_time * size;
+    (per > 0.0).then(|| ellipse(s, spread, (re / per, -im / per), im != 0.0))
+}
+
+/// The ellipse that holds a point with 95 % probability, its moves turned and scaled by a complex
+/// `factor`, and its mirror image. Of a real point it is a piece of the real axis.
+fn ellipse(at: [f64; 2], spread: Spread, factor: (f64, f64), mirrored: bool) -> Vec<(f64, f64)> {
+    // χ² with one and with two degrees of freedom at 95 %.
+    let real = spread.variance_im == 0.0;
+    let radius = f64::sqrt(if real { 3.841 } else { 5.991 });
+    // Cholesky factor of the covariance.
+    let first = spread.variance_re.max(0.0).sqrt();
+    let across = if first > 0.0 { spread.covariance / first } else { 0.0 };
+    let second = (spread.variance_im - across * across).max(0.0).sqrt();
+    let point = |k: i32| {
+        let (sin, cos) = (TAU * f64::from(k) / 72.0).sin_cos();
+        let (x, y) = (radius * first * cos, radius * (across * cos + second * sin));
+        (at[0] + factor.0 * x - factor.1 * y, at[1] + factor.0 * y + factor.1 * x)
+    };
+    let mut points: Vec<(f64, f64)> = (0..=72).map(point).chain([GAP]).collect();
+    if mirrored {
+        points.extend((0..=72).map(point).map(|(x, y)| (x, -y)).chain([GAP]));
+    }
+    points
 }
 
 fn crosses(name: &str, at: &[(f64, f64)], size: f64) -> Series {

@@ -122,14 +122,15 @@ fn significant(value: f64) -> String {
 /// Singular values and fits by order, with the order that was chosen.
 #[must_use]
 pub fn order_table(rows: &[OrderRow], chosen: usize) -> Figure {
-    let points = |f: fn(&OrderRow) -> f64| rows.iter().map(|r| (r.order as f64, f(r))).collect();
+    let values =
+        rows.iter().map(|r| (r.order as f64, r.singular_value.unwrap_or(f64::NAN))).collect();
     // Unstable models fit by minus millions; what is below 0 is as useless at −10 as at −1e6.
     let fit = |f: fn(&OrderRow) -> f64| -> Vec<_> {
         rows.iter().map(|r| (r.order as f64, f(r).max(-20.0))).collect()
     };
     let marked = || Place::XLine(chosen as f64);
     let mut singular = Panel::new("Order n", "Singular value")
-        .with(Series::new("singular value", points(|r| r.singular_value), Style::dots(BLUE)))
+        .with(Series::new("of the chosen method and horizon", values, Style::dots(BLUE)))
         .mark(Mark::new(format!("chosen: {chosen}"), marked(), VERMILLION));
     singular.y_log = true;
     let unstable: Vec<_> = rows

@@ -14,6 +14,37 @@ pub use evidence::{frequency_response, poles_and_zeros, prediction, residuals};
 pub use identification::{coherence, comparison, order_table};
 pub use tracking::{reference_road, road_height, tracking_errors};
 
+use crate::{Figure, Traces};
+use formats::Plant;
+
+/// Every figure of an identified plant and its drive: a name for a file, a height in pixels that suits
+/// a width of 900, and the figure. What the file does not tell is left out.
+#[must_use]
+pub fn of_identification(
+    plant: &Plant,
+    traces: &Traces,
+    bicycle_fit: Option<f64>,
+) -> Vec<(&'static str, u32, Figure)> {
+    let e = &plant.evidence;
+    let step = plant.discrete.sample_time_s;
+    let mut all = vec![
+        ("drive", 600, drive(traces)),
+        ("comparison", 720, comparison(traces, &e.fit, bicycle_fit)),
+    ];
+    if !e.excitation.coherence.is_empty() {
+        all.push(("coherence", 330, coherence(&e.excitation)));
+    }
+    if !e.order_table.is_empty() {
+        all.push(("orders", 320, order_table(&e.order_table, plant.order())));
+    }
+    all.extend(e.held_out.iter().map(|h| ("prediction", 280, prediction(h))));
+    all.extend(e.residuals.iter().map(|r| ("residuals", 320, residuals(r, step))));
+    let response = |r| ("frequency-response", 760, frequency_response(r, plant.input));
+    all.extend(e.frequency_response.iter().map(response));
+    all.extend(e.poles_and_zeros.iter().map(|m| ("poles-and-zeros", 440, poles_and_zeros(m))));
+    all
+}
+
 pub(crate) const DEG: f64 = 180.0 / std::f64::consts::PI;
 
 /// A number with a proper minus sign.

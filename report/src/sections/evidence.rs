@@ -100,19 +100,39 @@ fn response(r: &FrequencyResponse, plant: &Plant) -> Vec<Block> {
     } else {
         "At no frequency is the coherence high enough for a comparison.".into()
     };
-    vec![
-        Block::Heading("Frequency response".into()),
-        Block::Figure {
-            figure: figures::frequency_response(r, plant.input),
-            height: 760,
-            caption: format!(
-                "Measured by Welch's method from {} independent averages, {} Hz apart; shown where \
+    let mut blocks = vec![Block::Heading("Frequency response".into())];
+    if !r.bands.is_empty() {
+        let mut table = Table::new(["band", "model's gain over measured", "model's phase", "±"]);
+        for b in &r.bands {
+            table.push([
+                format!("{} to {}\u{a0}Hz", b.from_hz, b.to_hz),
+                text(b.gain_ratio, 3),
+                value(figures::DEG * b.phase_ahead_rad, 1, "deg"),
+                format!(
+                    "{}, {}",
+                    value(200.0 * b.standard_error, 1, "%"),
+                    value(2.0 * figures::DEG * b.standard_error, 1, "deg")
+                ),
+            ]);
+        }
+        blocks.push(Block::Table(table));
+        blocks.push(Block::Text(
+            "Each band as a whole, where steering explains most of the yaw rate; phase is positive \
+             where the model is ahead; ± two standard errors."
+                .into(),
+        ));
+    }
+    blocks.push(Block::Figure {
+        figure: figures::frequency_response(r, plant.input),
+        height: 760,
+        caption: format!(
+            "Measured by Welch's method from {} independent averages, {} Hz apart; shown where \
                  the coherence is significant. {compared}",
-                text(r.averages, 0),
-                significant(r.resolution_hz)
-            ),
-        },
-    ]
+            text(r.averages, 0),
+            significant(r.resolution_hz)
+        ),
+    });
+    blocks
 }
 
 fn poles_and_zeros(map: &PoleZeroMap) -> Vec<Block> {
@@ -144,7 +164,8 @@ fn poles_and_zeros(map: &PoleZeroMap) -> Vec<Block> {
             caption:
                 "Left the discrete model, right s = ln(z)/T of its poles with the zeros of the \
                       continuous model. Zeros far outside are in the table alone; those of the \
-                      discrete model without a continuous one come from sampling."
+                      discrete model without a continuous one come from sampling. Dashed: what holds \
+                      the true one with 95 % probability, for a model of the right order."
                     .into(),
         },
     ]

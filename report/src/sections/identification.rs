@@ -3,7 +3,7 @@
 use super::{significant, value};
 use crate::figures::{self, DEG, text};
 use crate::{Block, Section, Table, Traces};
-use formats::{ChannelSummary, Evidence, InputKind, Plant, ResidualTest};
+use formats::{ChannelSummary, DataFactor, Evidence, FactorMethod, InputKind, Plant, ResidualTest};
 
 /// What was read and what it can say.
 pub(crate) fn log(plant: &Plant, traces: Option<&Traces>) -> Section {
@@ -72,6 +72,7 @@ pub(crate) fn model(plant: &Plant, traces: Option<&Traces>, bicycle_fit: Option<
         ("method", e.method.to_uppercase()),
         ("order n", plant.order().to_string()),
         ("horizon (block rows)", e.horizon.to_string()),
+        ("data factor", e.factor.as_ref().map_or_else(|| "–".into(), factor_in_words)),
         ("input", input.to_owned()),
         ("sample time", format!("{} s", plant.discrete.sample_time_s)),
         ("input delay", value(plant.input_delay_s, 3, "s")),
@@ -99,8 +100,10 @@ pub(crate) fn model(plant: &Plant, traces: Option<&Traces>, bicycle_fit: Option<
         blocks.push(Block::Figure {
             figure: figures::order_table(&e.order_table, plant.order()),
             height: 320,
-            caption: "A gap after the n-th singular value, and a held-out fit that stops rising, \
-                      speak for order n."
+            caption: "Singular values of the chosen method and horizon: a gap after the n-th, and \
+                      a held-out fit that stops rising, speak for order n. The fits are those of \
+                      each order's own best method and horizon, refined; what is chosen is the \
+                      order of least criterion on the estimation data."
                 .into(),
         });
         let headers = ["order", "singular value", "estimation fit", "held-out fit", "stable", ""];
@@ -108,7 +111,7 @@ pub(crate) fn model(plant: &Plant, traces: Option<&Traces>, bicycle_fit: Option<
         for row in &e.order_table {
             table.push([
                 row.order.to_string(),
-                significant(row.singular_value),
+                row.singular_value.map_or_else(|| "–".into(), significant),
                 fit(row.estimation_fit),
                 fit(row.validation_fit),
                 if row.stable { "yes" } else { "no" }.into(),
@@ -120,6 +123,26 @@ pub(crate) fn model(plant: &Plant, traces: Option<&Traces>, bicycle_fit: Option<
     blocks.push(Block::Heading("The evidence in words".into()));
     blocks.push(Block::List(in_words(plant)));
     Section { heading: "The identified model".into(), blocks }
+}
+
+/// How the data were reduced, for people.
+#[must_use]
+pub fn factor_in_words(f: &DataFactor) -> String {
+    let condition = |c: Option<f64>| c.map_or_else(|| "infinite".into(), |c| format!("{c:.1e}"));
+    let method = match f.method {
+        FactorMethod::Gram => "Gram matrix",
+        FactorMethod::Qr => "QR factorisation",
+    };
+    let mut words = format!(
+        "{method}, condition {} (input alone {})",
+        condition(f.condition),
+        condition(f.input_condition)
+    );
+    if f.horizon < f.asked_horizon {
+        let more = format!("; {} block rows asked for, {} excited", f.asked_horizon, f.horizon);
+        words.push_str(&more);
+    }
+    words
 }
 
 /// Below −100 % only the sign of a fit means anything.

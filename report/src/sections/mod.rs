@@ -7,6 +7,7 @@ mod outcome;
 
 pub(crate) use design::{bicycle, controller};
 pub(crate) use evidence::evidence;
+pub use identification::factor_in_words;
 pub(crate) use identification::{log, model};
 pub(crate) use outcome::{provenance, summary, tracking};
 

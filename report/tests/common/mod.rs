@@ -36,7 +36,7 @@ pub fn traces(samples: usize) -> Traces {
 pub fn evidence() -> Evidence {
     let row = |order, singular_value, estimation_fit, validation_fit, stable| OrderRow {
         order,
-        singular_value,
+        singular_value: Some(singular_value),
         estimation_fit,
         validation_fit,
         stable,
@@ -55,6 +55,20 @@ pub fn evidence() -> Evidence {
     Evidence {
         method: "n4sid".into(),
         horizon: 20,
+        factor: Some(DataFactor {
+            method: FactorMethod::Gram,
+            condition: Some(3.2e3),
+            input_condition: Some(1.7e2),
+            asked_horizon: 30,
+            horizon: 20,
+        }),
+        delay: Some(DelayEstimate {
+            estimate_s: 0.052,
+            standard_error_s: Some(0.011),
+            lag_without_s: 0.06,
+            evidence: 31.0,
+            taken: true,
+        }),
         estimation_samples: 3000,
         validation_samples: 3000,
         fit: Fits { estimation: 81.2, validation: 77.9, validation_one_step: 95.4 },
@@ -187,7 +201,20 @@ fn frequency_response() -> FrequencyResponse {
         significant_coherence: 0.083,
         compared: 17,
         within: 16.0 / 17.0,
+        bands: vec![departure(0.2, 0.5, 0.99, 1.0), departure(0.5, 1.0, 1.31, -14.0)],
         points,
+    }
+}
+
+fn departure(from_hz: f64, to_hz: f64, gain_ratio: f64, degrees: f64) -> BandDeparture {
+    let phase_ahead_rad = f64::to_radians(degrees);
+    BandDeparture {
+        from_hz,
+        to_hz,
+        gain_ratio,
+        phase_ahead_rad,
+        standard_error: 0.01,
+        departure: ((gain_ratio - 1.0).hypot(phase_ahead_rad) - 0.02).max(0.0),
     }
 }
 
@@ -196,6 +223,11 @@ fn poles_and_zeros() -> PoleZeroMap {
         let (a, b) = (re.hypot(im).ln() / 0.05, im.atan2(re) / 0.05);
         Mode {
             discrete: [re, im],
+            spread: Some(Spread {
+                variance_re: 1e-3,
+                variance_im: if im == 0.0 { 0.0 } else { 4e-4 },
+                covariance: if im == 0.0 { 0.0 } else { 4e-4 },
+            }),
             continuous: Some([a, b]),
             natural_frequency_hz: Some(a.hypot(b) / std::f64::consts::TAU),
             damping: Some(-a / a.hypot(b)),
@@ -206,6 +238,10 @@ fn poles_and_zeros() -> PoleZeroMap {
         poles: vec![mode(0.75, 0.09), mode(0.4, 0.0)],
         zeros: vec![mode(0.3, 0.0), mode(-3.2, 0.0)],
         continuous_zeros: vec![[-9.0, 0.0], [-400.0, 0.0]],
+        continuous_zero_spreads: vec![
+            Spread { variance_re: 2.0, variance_im: 0.0, covariance: 0.0 },
+            Spread { variance_re: 1e5, variance_im: 0.0, covariance: 0.0 },
+        ],
     }
 }
 

@@ -52,7 +52,8 @@ pub(crate) struct Candidate {
     pub(crate) approach: Approach,
     pub(crate) realization: Realization,
     pub(crate) horizon: usize,
-    pub(crate) singular_value: f64,
+    /// All of the decomposition that it was read from.
+    pub(crate) singular_values: Vec<f64>,
     pub(crate) model: StateSpace,
     /// State at the first sample of each segment of the estimation data, for the simulation.
     pub(crate) x0: Vec<Vec<f64>>,
@@ -316,7 +317,7 @@ impl Candidate {
             approach: start.method.into(),
             realization: start.realization,
             horizon: start.horizon,
-            singular_value: start.singular_value,
+            singular_values: start.singular_values,
             model: start.model,
             x0: start.x0,
             filtered: None,

@@ -4,6 +4,7 @@ use super::data::Data;
 use super::{Detrend, IdentifyOptions};
 use crate::delay::{Delay, estimate_delay};
 use crate::{DriveLog, Error};
+use formats::DelayEstimate;
 use std::borrow::Cow;
 
 /// What was found, or given.
@@ -12,6 +13,8 @@ pub(super) struct InputDelay {
     pub(super) seconds: f64,
     /// What to say about it.
     pub(super) told: Option<String>,
+    /// What the data say, where they were asked.
+    pub(super) estimate: Option<DelayEstimate>,
 }
 
 /// Delays the steering by what the options or the estimation data say.
@@ -20,7 +23,7 @@ pub(super) fn delayed<'a>(
     options: &IdentifyOptions,
 ) -> Result<(Cow<'a, DriveLog>, InputDelay), Error> {
     let delay = match options.delay_s {
-        Some(seconds) => InputDelay { seconds, told: None },
+        Some(seconds) => InputDelay { seconds, told: None, estimate: None },
         None => found(log, options)?,
     };
     if delay.seconds == 0.0 {
@@ -34,15 +37,24 @@ fn found(log: &DriveLog, options: &IdentifyOptions) -> Result<InputDelay, Error>
     let data = Data::new(log, &options)?;
     // A log too short to tell a delay, or one that says nothing of it, has none.
     let Ok(delay) = estimate_delay(&data.estimation.data) else {
-        return Ok(InputDelay { seconds: 0.0, told: None });
+        return Ok(InputDelay { seconds: 0.0, told: None, estimate: None });
     };
     let told = (delay.seconds > 0.0).then(|| words(&delay));
-    Ok(InputDelay { seconds: delay.seconds, told })
+    let estimate = DelayEstimate {
+        estimate_s: delay.estimate_s,
+        standard_error_s: Some(delay.standard_error_s).filter(|e| e.is_finite()),
+        lag_without_s: delay.lag_without_s,
+        evidence: delay.evidence,
+        taken: delay.seconds > 0.0,
+    };
+    let finite = [estimate.estimate_s, estimate.lag_without_s, estimate.evidence];
+    let estimate = Some(estimate).filter(|_| finite.iter().all(|x| x.is_finite()));
+    Ok(InputDelay { seconds: delay.seconds, told, estimate })
 }
 
 fn words(delay: &Delay) -> String {
     format!(
-        "the yaw rate follows the steering after {:.3} ± {:.3} s of pure delay, which is taken for the input's (a model of order {} without it needs a lag of {:.3} s and does worse); --delay 0s leaves it out",
+        "the yaw rate follows the steering after {:.3} ± {:.3} s of pure delay, which is taken for the input's (a model of order {} without it needs a lag of {:.3} s and does worse; the ± holds what a servo's lag can stand for, their sum is known better); --delay 0s leaves it out",
         delay.seconds,
         2.0 * delay.standard_error_s,
         delay.order_without,

@@ -22,7 +22,7 @@ use crate::signal::{mean, standard_deviation};
 use crate::statistics::{fit_percent, independence, whiteness};
 use crate::subspace::noise_model;
 use crate::{DriveLog, Error};
-use candidates::{Candidate, choose, initial_states, output};
+use candidates::{Candidate, Choice, choose, initial_states, output};
 use data::{Data, Part, driving_input};
 use delayed::delayed;
 use evidence::LAGS;
@@ -156,6 +156,8 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
     let mut evidence = Evidence {
         method: chosen.approach.name().into(),
         horizon: chosen.horizon,
+        factor: Some(evidence::data_factor(&choice.factor.conditioning)),
+        delay: delay.estimate,
         estimation_samples: data.estimation.len(),
         validation_samples: data.validation.len(),
         fit: Fits {
@@ -163,7 +165,7 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
             validation: chosen.validation_fit,
             validation_one_step: filter.validation_fit,
         },
-        order_table: choice.candidates.iter().map(order_row).collect(),
+        order_table: order_table(&choice),
         feedback: choice.feedback.map(feedback_test),
         whiteness: whiteness(&residuals, LAGS),
         independence: independence(&residuals, &held_out_input, LAGS),
@@ -175,6 +177,7 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
             &model,
             continuous.as_ref(),
             data.sample_time,
+            uncertainty.as_ref(),
         )),
         stabilised_from: chosen.stabilised.map(|s| s.radius),
         conversion_round_trip: continuous.as_ref().map(|c| c.round_trip),
@@ -331,10 +334,20 @@ fn feedback_test(feedback: Feedback) -> ResidualTest {
     }
 }
 
-fn order_row(candidate: &Candidate) -> OrderRow {
+/// By rising order; singular values are those of one decomposition, since those of another method or
+/// horizon are others.
+fn order_table(choice: &Choice) -> Vec<OrderRow> {
+    let values = &choice.candidates[choice.chosen].singular_values;
+    let mut rows: Vec<OrderRow> =
+        choice.candidates.iter().map(|c| order_row(c, values.get(c.model.order() - 1))).collect();
+    rows.sort_by_key(|row| row.order);
+    rows
+}
+
+fn order_row(candidate: &Candidate, singular_value: Option<&f64>) -> OrderRow {
     OrderRow {
         order: candidate.model.order(),
-        singular_value: candidate.singular_value,
+        singular_value: singular_value.copied(),
         estimation_fit: candidate.estimation_fit,
         validation_fit: candidate.validation_fit,
         stable: candidate.stabilised.is_none(),

@@ -105,7 +105,7 @@ impl<'a> Predicted<'a> {
             approach: method.into(),
             realization: Realization::Eq12,
             horizon: self.past,
-            singular_value: decomposition.singular_values[order - 1],
+            singular_values: decomposition.singular_values.clone(),
             model,
             x0: Vec::new(),
             filtered: Some(Filtered { gain, x0 }),

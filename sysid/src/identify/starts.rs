@@ -25,7 +25,8 @@ pub(crate) struct Start {
     pub(crate) method: Method,
     pub(crate) realization: Realization,
     pub(crate) horizon: usize,
-    pub(crate) singular_value: f64,
+    /// All of its weighted projection.
+    pub(crate) singular_values: Vec<f64>,
     pub(crate) model: StateSpace,
     /// State at the first sample of each segment of the estimation data.
     pub(crate) x0: Vec<Vec<f64>>,
@@ -174,7 +175,7 @@ impl<'a> Starts<'a> {
             method,
             realization,
             horizon: factor.horizon,
-            singular_value: sub.singular_values[order - 1],
+            singular_values: sub.singular_values.clone(),
             model: refit.model,
             x0: refit.x0,
             errors,

@@ -15,22 +15,25 @@ use faer::Mat;
 use formats::{ExcitationBand, Information, Persistence};
 
 /// Ends of the bands, Hz.
-const ENDS: [f64; 7] = [0.0, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0];
+pub(super) const ENDS: [f64; 7] = [0.0, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0];
 /// A gain known to this share of itself is known.
 const KNOWN: f64 = 0.2;
 /// Noise bandwidth of von Hann's window, in distances of two frequencies.
-const COUPLED: f64 = 1.5;
+pub(super) const COUPLED: f64 = 1.5;
+
+/// Whether a frequency belongs to the band between two ends, of which the upper is its.
+pub(super) fn inside(ends: &[f64], frequency_hz: f64) -> bool {
+    let f = frequency_hz * (1.0 + 1e-9);
+    f > ends[0] && f <= ends[1]
+}
 
 pub(crate) fn bands(spectra: &Spectra, modelled: &Modelled<'_>) -> Vec<ExcitationBand> {
     let resolution = spectra.resolution_hz();
     let sample_time_s = 1.0 / (2.0 * resolution * spectra.len().max(1) as f64);
     ENDS.windows(2)
         .filter_map(|ends| {
-            let inside = |k: &usize| {
-                let f = spectra.frequency_hz[*k] * (1.0 + 1e-9);
-                f > ends[0] && f <= ends[1]
-            };
-            let bins: Vec<usize> = (0..spectra.len()).filter(inside).collect();
+            let bins: Vec<usize> =
+                (0..spectra.len()).filter(|k| inside(ends, spectra.frequency_hz[*k])).collect();
             let sum = |f: &dyn Fn(usize) -> f64| bins.iter().map(|k| f(*k)).sum::<f64>();
             let input = sum(&|k| spectra.input[k]);
             let output = sum(&|k| spectra.output[k]);

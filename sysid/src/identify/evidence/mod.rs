@@ -2,16 +2,22 @@
 //! the judgement in plain words.
 
 mod bands;
+mod departed;
+mod departure;
 mod poles;
 mod prediction;
 mod response;
+mod spread;
 mod verdict;
 
 use crate::DriveLog;
 use crate::model::StateSpace;
 use crate::signal::{Spectra, standard_deviation};
 use crate::statistics::{autocorrelation, cross_correlation, feedback};
-use formats::{CoherencePoint, Excitation, FrequencyResponse, ResidualCorrelation};
+use crate::subspace::{Conditioning, Decomposition};
+use formats::{
+    CoherencePoint, DataFactor, Excitation, FactorMethod, FrequencyResponse, ResidualCorrelation,
+};
 
 pub(crate) use poles::poles_and_zeros;
 pub(crate) use prediction::{Prediction, held_out};
@@ -57,8 +63,8 @@ pub(crate) fn frequencies(
     let simulated = with(modelled.simulated);
     let shown = |k: &usize| spectra.frequency_hz[*k] <= HIGHEST_SHOWN;
     let coherence = (0..spectra.len()).filter(shown).map(|k| CoherencePoint {
-        frequency_hz: spectra.frequency_hz[k],
-        coherence: spectra.coherence(k),
+        frequency_hz: rounded(spectra.frequency_hz[k]),
+        coherence: rounded(spectra.coherence(k)),
     });
     let excitation = Excitation {
         road_wheel_std_rad: standard_deviation(&log.input) / log.steering_ratio,
@@ -104,6 +110,21 @@ pub(crate) fn correlations(residuals: &[&[f64]], input: &[&[f64]]) -> ResidualCo
         with_input: cross.values.iter().copied().map(rounded).collect(),
         with_input_bound: rounded(cross.bound),
         feedback: feedback(residuals, input, LAGS),
+    }
+}
+
+/// How the data were reduced.
+pub(crate) fn data_factor(c: &Conditioning) -> DataFactor {
+    let finite = |condition: f64| condition.is_finite().then(|| rounded(condition));
+    DataFactor {
+        method: match c.method {
+            Decomposition::Gram => FactorMethod::Gram,
+            Decomposition::Qr => FactorMethod::Qr,
+        },
+        condition: finite(c.condition),
+        input_condition: finite(c.input_condition),
+        asked_horizon: c.asked_horizon,
+        horizon: c.horizon,
     }
 }
 

@@ -8,24 +8,33 @@
 //! that the zeros at infinity are those of μ = 0 and need no division.
 
 use super::rounded;
-use crate::conversion::ContinuousModel;
+use super::spread::spreads;
+use crate::conversion::{ContinuousModel, to_continuous};
 use crate::dense::{eigenvalues, solve};
 use crate::model::StateSpace;
 use faer::{Mat, MatRef};
-use formats::{Mode, PoleZeroMap};
+use formats::{Mode, PoleZeroMap, Spread, Uncertainty};
 
 /// Zeros further out than that many times the scale are at infinity but for rounding.
 const FAR: f64 = 1e3;
 
-/// Poles and zeros; those that cannot be computed are left out.
+/// Poles and zeros, with how uncertain they are where the model's uncertainty is known; those that
+/// cannot be computed are left out.
 pub(crate) fn poles_and_zeros(
     model: &StateSpace,
     continuous: Option<&ContinuousModel>,
     sample_time_s: f64,
+    uncertainty: Option<&Uncertainty>,
 ) -> PoleZeroMap {
-    let upper = |values: Vec<(f64, f64)>| -> Vec<Mode> {
+    let spreads = |points: &[(f64, f64)], of: &dyn Fn(&StateSpace) -> Vec<(f64, f64)>| {
+        uncertainty
+            .map_or_else(|| vec![None; points.len()], |u| spreads(model, &u.directions, points, of))
+    };
+    let upper = |of: &dyn Fn(&StateSpace) -> Vec<(f64, f64)>| -> Vec<Mode> {
+        let values: Vec<(f64, f64)> = of(model).into_iter().filter(|z| z.1 >= 0.0).collect();
+        let spreads = spreads(&values, of);
         let mut modes: Vec<Mode> =
-            values.into_iter().filter(|z| z.1 >= 0.0).map(|z| mode(z, sample_time_s)).collect();
+            values.iter().zip(spreads).map(|(z, s)| mode(*z, s, sample_time_s)).collect();
         // Slowest first.
         modes.sort_by(|a, b| {
             let rank = |m: &Mode| m.natural_frequency_hz.unwrap_or(f64::INFINITY);
@@ -33,39 +42,39 @@ pub(crate) fn poles_and_zeros(
         });
         modes
     };
-    let zeros = transmission_zeros(
-        model.a.as_ref(),
-        model.b.as_ref(),
-        model.c.as_ref(),
-        model.d.as_ref(),
-        1.0,
-    );
-    let continuous_zeros = continuous.map_or_else(Vec::new, |c| {
-        let scale = eigenvalues(c.f.as_ref())
-            .map_or(0.0, |p| p.iter().map(|p| p.0.hypot(p.1)).fold(0.0, f64::max));
-        let mut zeros = transmission_zeros(
-            c.f.as_ref(),
-            c.g.as_ref(),
-            model.c.as_ref(),
-            model.d.as_ref(),
-            scale.max(1e-3),
-        );
-        zeros.sort_by(|a, b| a.0.hypot(a.1).total_cmp(&b.0.hypot(b.1)).then(a.1.total_cmp(&b.1)));
-        zeros.into_iter().map(|(re, im)| [rounded(re), rounded(im)]).collect()
-    });
+    let mut zeros = continuous.map_or_else(Vec::new, |c| continuous_zeros(c, model));
+    zeros.sort_by(|a, b| a.0.hypot(a.1).total_cmp(&b.0.hypot(b.1)).then(a.1.total_cmp(&b.1)));
+    let moved = |m: &StateSpace| {
+        to_continuous(m.a.as_ref(), m.b.as_ref(), sample_time_s)
+            .map_or_else(|_| Vec::new(), |c| continuous_zeros(&c, m))
+    };
+    let known: Option<Vec<Spread>> = spreads(&zeros, &moved).into_iter().collect();
     PoleZeroMap {
-        poles: upper(model.poles().unwrap_or_default()),
-        zeros: upper(zeros),
-        continuous_zeros,
+        poles: upper(&|m| m.poles().unwrap_or_default()),
+        zeros: upper(&zeros_of),
+        continuous_zeros: zeros.iter().map(|(re, im)| [rounded(*re), rounded(*im)]).collect(),
+        continuous_zero_spreads: known.unwrap_or_default(),
     }
 }
 
-fn mode((re, im): (f64, f64), sample_time_s: f64) -> Mode {
+fn zeros_of(m: &StateSpace) -> Vec<(f64, f64)> {
+    transmission_zeros(m.a.as_ref(), m.b.as_ref(), m.c.as_ref(), m.d.as_ref(), 1.0)
+}
+
+fn continuous_zeros(c: &ContinuousModel, model: &StateSpace) -> Vec<(f64, f64)> {
+    let scale = eigenvalues(c.f.as_ref())
+        .map_or(0.0, |p| p.iter().map(|p| p.0.hypot(p.1)).fold(0.0, f64::max));
+    let [f, g] = [&c.f, &c.g].map(|m| m.as_ref());
+    transmission_zeros(f, g, model.c.as_ref(), model.d.as_ref(), scale.max(1e-3))
+}
+
+fn mode((re, im): (f64, f64), spread: Option<Spread>, sample_time_s: f64) -> Mode {
     // No −0: a negative z on the axis is the upper one of its pair.
     let im = im.abs();
     let modulus = re.hypot(im);
     let mut mode = Mode {
         discrete: [rounded(re), rounded(im)],
+        spread,
         continuous: None,
         natural_frequency_hz: None,
         damping: None,
@@ -197,13 +206,14 @@ mod tests {
             &companion(&[-2.0 * r * 0.16_f64.cos(), r * r], &[0.0, 1.0], 0.0),
             None,
             t,
+            None,
         );
         let [pair] = map.poles.as_slice() else { panic!("{map:?}") };
         let close = |got: Option<f64>, expected: f64| (got.unwrap() - expected).abs() < 1e-4;
         assert!(close(pair.natural_frequency_hz, 5.0 / std::f64::consts::TAU));
         assert!(close(pair.damping, 0.6) && close(pair.time_constant_s, 1.0 / 3.0));
         // A dead beat has no continuous counterpart, an integrator no time constant.
-        let map = poles_and_zeros(&companion(&[-1.0, 0.0], &[0.0, 1.0], 0.0), None, t);
+        let map = poles_and_zeros(&companion(&[-1.0, 0.0], &[0.0, 1.0], 0.0), None, t, None);
         assert!(map.poles.iter().any(|p| p.discrete == [1.0, 0.0] && p.time_constant_s.is_none()));
         assert!(map.poles.iter().any(|p| p.discrete[0].abs() < 1e-6));
     }

@@ -6,6 +6,7 @@
 //! compared is thus H1 from the input to the simulation's error (a model of the model's error: Ljung
 //! 1999, section 16.6), against the confidence disk of the measured response.
 
+use super::departure::departures;
 use super::{INFORMATIVE, Modelled, rounded};
 use crate::signal::Spectra;
 use crate::statistics::Z975;
@@ -14,6 +15,8 @@ use std::f64::consts::{PI, TAU};
 
 /// Risk of each confidence band.
 const RISK: f64 = 0.05;
+/// Frequencies closer than by this factor are one on a plot.
+pub(super) const CLOSE: f64 = 1.05;
 
 pub(crate) fn response(
     spectra: &Spectra,
@@ -25,7 +28,8 @@ pub(crate) fn response(
     let significant = spectra.significance(0.01);
     let comparable = significant.max(INFORMATIVE);
     let (mut compared, mut within) = (0, 0);
-    let mut points = Vec::new();
+    let (mut points, mut all) = (Vec::new(), Vec::new());
+    let mut shown_hz = 0.0;
     let mut before = [0.0; 2];
     for k in 0..spectra.len() {
         let frequency_hz = spectra.frequency_hz[k];
@@ -36,6 +40,7 @@ pub(crate) fn response(
         let (with_noise, without) = (spectra.response(k), simulated.response(k));
         let error = (with_noise.0 - without.0, with_noise.1 - without.1);
         let measured = (model.0 + error.0, model.1 + error.1);
+        all.push(measured);
         let radius = spectra.radius(k, RISK);
         let coherence = spectra.coherence(k);
         if coherence > comparable {
@@ -50,6 +55,10 @@ pub(crate) fn response(
         }
         // The measured phase wanders where nothing is measured: it stays near the model's.
         let turns = ((before[1] - before[0]) / TAU).round();
+        if frequency_hz < CLOSE * shown_hz {
+            continue;
+        }
+        shown_hz = frequency_hz;
         points.push(ResponsePoint {
             frequency_hz: rounded(frequency_hz),
             gain: rounded(measured.0.hypot(measured.1)),
@@ -69,6 +78,7 @@ pub(crate) fn response(
         significant_coherence: rounded(significant),
         compared,
         within: if compared > 0 { within as f64 / compared as f64 } else { 0.0 },
+        bands: departures(spectra, modelled, &all, sample_time_s),
         points,
     }
 }

@@ -5,6 +5,7 @@
 //! root of the time driven (see `bands`). A sweep of amplitude A with equal time for each octave puts
 //! `A²/2 · ln(f₂/f₁)/ln(F₂/F₁)` of steering power into the band from f₁ to f₂.
 
+use super::departed::{departed, mend, nearness, too_far};
 use crate::identify::IdentifyOptions;
 use formats::{
     Evidence, Excitation, ExcitationBand, Information, InputKind, ResponsePoint, Verdict,
@@ -35,7 +36,7 @@ const LEAST_BAND: f64 = 0.8;
 const GOOD_FIT: f64 = 60.0;
 const LARGEST_NOISE: f64 = 0.5;
 /// The rhythm to drive, Hz: what a driver can steer, and a controller needs.
-const SWEEP: (f64, f64) = (0.2, 2.0);
+pub(super) const SWEEP: (f64, f64) = (0.2, 2.0);
 /// Time to drive, s.
 const SWEEP_S: f64 = 60.0;
 const LONGEST_S: f64 = 1200.0;
@@ -97,12 +98,17 @@ pub(crate) fn verdict(
         reasons.push("the model has no continuous counterpart".to_owned());
         advice.push("try another --order or --sample-time".to_owned());
     }
-    advice.extend(departure(evidence));
+    let departed = departed(evidence);
+    reasons.extend(too_far(&departed));
+    advice.extend(mend(evidence, drive, options, &departed));
     advice.extend(doubts(evidence, drive, options));
     let trustworthy = reasons.is_empty();
     let summary = if trustworthy {
+        let near = nearness(evidence).map_or_else(String::new, |(percent, from, to)| {
+            format!("; from {from} to {to} Hz it is within {percent:.0} % of the measured response")
+        });
         format!(
-            "The model reproduces held-out yaw rate to {}, and the log informs up to {:.1} Hz: fit to design on.",
+            "The model reproduces held-out yaw rate to {}, and the log informs up to {:.1} Hz{near}: fit to design on.",
             with_error(fit, evidence, 1),
             e.informative_up_to_hz
         )
@@ -303,38 +309,4 @@ fn at_limit(steering: &[f64]) -> Option<(f64, f64)> {
     let worst = if low.1 > high.1 { low } else { high };
     // Where it moves, it moves: most of the resting is at the extremes.
     (worst.1 >= SHARE && still < 0.6 && low.1 + high.1 > 0.5 * still).then_some(worst)
-}
-
-/// Where the model departs from the measured response beyond its band.
-fn departure(evidence: &Evidence) -> Option<String> {
-    const MOST_WITHIN: f64 = 0.8;
-    const LEAST_COMPARED: usize = 5;
-    const LEAST_DEPARTURE: f64 = 0.1;
-    let response = evidence.frequency_response.as_ref()?;
-    if response.within >= MOST_WITHIN || response.compared < LEAST_COMPARED {
-        return None;
-    }
-    let ahead = |p: &ResponsePoint| p.model_phase_rad - p.phase_rad;
-    let apart = |p: &ResponsePoint| {
-        let (s, c) = ahead(p).sin_cos();
-        (p.model_gain * c - p.gain).hypot(p.model_gain * s)
-    };
-    let limit = evidence.excitation.informative_up_to_hz * (1.0 + 1e-9);
-    let worst = response
-        .points
-        .iter()
-        .filter(|p| p.frequency_hz <= limit && p.gain > 0.0)
-        .map(|p| (p, (apart(p) - p.radius) / p.gain))
-        .max_by(|a, b| a.1.total_cmp(&b.1))?;
-    let p = worst.0;
-    let degrees = ahead(p).to_degrees();
-    (worst.1 > LEAST_DEPARTURE).then(|| {
-        format!(
-            "the model departs from the measured frequency response beyond its confidence, most at {:.1} Hz: its gain is {:.2} times the measured, its phase {:.0}° {}; a higher order, an input delay or an effect that is not linear",
-            p.frequency_hz,
-            p.model_gain / p.gain,
-            degrees.abs(),
-            if degrees >= 0.0 { "ahead" } else { "behind" }
-        )
-    })
 }

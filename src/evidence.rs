@@ -1,0 +1,205 @@
+//! The evidence behind an identified plant, for people: tables and figures.
+
+use crate::failure::Failure;
+use crate::files;
+use formats::{
+    BandDeparture, Evidence, ExcitationBand, Information, Mode, Plant, ResidualTest, Verdict,
+};
+use std::fmt::Write;
+use std::path::Path;
+
+/// Width of every figure, px.
+pub(crate) const WIDTH: u32 = 900;
+
+/// The evidence behind a plant, for people.
+pub(crate) fn evidence(plant: &Plant) -> String {
+    let e = &plant.evidence;
+    let channels = channel_table(&e.channels);
+    let mut orders =
+        report::Table::new(["order", "singular value", "estimation", "held out", "as estimated"]);
+    for row in &e.order_table {
+        let chosen = if row.order == plant.order() { " <" } else { "" };
+        orders = orders.row([
+            format!("{}{chosen}", row.order),
+            row.singular_value.map_or_else(|| "–".into(), |s| format!("{s:.4e}")),
+            format!("{:.2} %", row.estimation_fit),
+            format!("{:.2} %", row.validation_fit),
+            if row.stable { "stable".into() } else { "unstable".to_owned() },
+        ]);
+    }
+    let mut text = format!("{channels}values in rad, rad/s and m/s\n\n{orders}\n");
+    let _ = writeln!(
+        text,
+        "model    order {}, {} ({}) with {} block rows, sample time {} s",
+        plant.order(),
+        e.method,
+        plant.provenance.options.get("realization").map_or("", String::as_str),
+        e.horizon,
+        plant.discrete.sample_time_s
+    );
+    if let Some(factor) = &e.factor {
+        let _ = writeln!(text, "factor   {}", report::factor_in_words(factor));
+    }
+    if let Some(d) = &e.delay {
+        let error = d.standard_error_s.map_or_else(String::new, |e| format!(" ± {:.3}", 2.0 * e));
+        let taken = if d.taken { "taken" } else { "not taken: lags explain the log as well" };
+        let _ = writeln!(text, "delay    {:.3}{error} s, {taken}", d.estimate_s);
+    }
+    text.push_str(&judgement(e));
+    text + &conclusion(&e.warnings, &e.verdict)
+}
+
+/// Warnings, verdict and advice, whatever was identified.
+pub(crate) fn conclusion(warnings: &[String], verdict: &Verdict) -> String {
+    let mut text = String::new();
+    for warning in warnings {
+        let _ = writeln!(text, "warning: {warning}");
+    }
+    let _ = writeln!(text, "verdict  {}", verdict.summary);
+    for advice in &verdict.advice {
+        let _ = writeln!(text, "         {advice}");
+    }
+    text
+}
+
+/// Draws the evidence into a folder.
+pub(crate) fn plots(plant: &Plant, traces: &report::Traces, folder: &Path) -> Result<(), Failure> {
+    for (name, height, figure) in report::figures::of_identification(plant, traces, None) {
+        match figure.to_svg(WIDTH, height) {
+            Ok(svg) => files::write(&folder.join(format!("{name}.svg")), svg.as_bytes())?,
+            // A short log leaves some of them empty.
+            Err(report::Error::NoData { .. }) => {}
+            Err(error) => return Err(error.into()),
+        }
+    }
+    Ok(())
+}
+
+/// What was read of the log.
+pub(crate) fn channel_table(all: &[formats::ChannelSummary]) -> report::Table {
+    let mut channels =
+        report::Table::new(["channel", "column", "read as", "rows", "rate", "min", "mean", "max"]);
+    for c in all {
+        channels = channels.row([
+            c.role.clone(),
+            c.column.clone(),
+            c.unit.clone(),
+            c.rows.to_string(),
+            format!("{:.1} Hz", c.rate_hz),
+            format!("{:.4}", c.min),
+            format!("{:.4}", c.mean),
+            format!("{:.4}", c.max),
+        ]);
+    }
+    channels
+}
+
+/// Fits, tests and where in frequency the log says something.
+fn judgement(e: &Evidence) -> String {
+    let mut text = String::new();
+    let error = e.held_out.as_ref().and_then(|h| h.fit_standard_error);
+    let _ = writeln!(
+        text,
+        "fit      {:.2}{} % simulated on held-out data, {:.2} % one step ahead, {:.2} % on estimation data",
+        e.fit.validation,
+        error.map_or_else(String::new, |error| format!(" ± {:.2}", 2.0 * error)),
+        e.fit.validation_one_step,
+        e.fit.estimation
+    );
+    if let Some(held_out) = &e.held_out {
+        let ahead = held_out.predictions.iter().filter_map(|p| {
+            let seconds = p.ahead_s.filter(|_| p.steps > Some(1))?;
+            Some(format!("{seconds} s {:.2} %", p.fit))
+        });
+        let ahead: Vec<String> = ahead.collect();
+        let vaf = held_out.variance_accounted_for;
+        let _ = writeln!(
+            text,
+            "         predicted ahead by {}; the simulation accounts for {vaf:.2} % of the variance",
+            ahead.join(", ")
+        );
+    }
+    let test = |name: &str, t: &ResidualTest| {
+        let passed = if t.pass { "passed" } else { "failed" };
+        format!("{name} {passed} ({:.1}, bound {:.1})", t.statistic, t.bound)
+    };
+    let mut tests =
+        vec![test("whiteness", &e.whiteness), test("independence of input", &e.independence)];
+    if let Some(residuals) = &e.residuals {
+        let t = &residuals.feedback;
+        let found = if t.pass { "none" } else { "found" };
+        tests.push(format!("feedback {found} ({:.1}, bound {:.1})", t.statistic, t.bound));
+    }
+    let _ = writeln!(text, "tests    on held-out residuals: {}", tests.join(", "));
+    if let Some(response) = e.frequency_response.as_ref().filter(|r| r.compared > 0) {
+        let _ = writeln!(
+            text,
+            "response model within the {:.0} % confidence of the measured one at {:.0} % of {} frequencies",
+            100.0 * response.confidence,
+            100.0 * response.within,
+            response.compared
+        );
+    }
+    if let Some(map) = &e.poles_and_zeros {
+        let modes: Vec<String> = map.poles.iter().filter_map(mode).collect();
+        let _ = writeln!(text, "modes    {}", modes.join(", "));
+    }
+    if !e.excitation.bands.is_empty() {
+        let headers = [
+            "excitation",
+            "road wheel",
+            "yaw rate",
+            "explained",
+            "gain known to",
+            "",
+            "model's gain",
+            "phase",
+        ];
+        let departures = e.frequency_response.as_ref().map_or(&[][..], |r| &r.bands);
+        let mut bands = report::Table::new(headers);
+        for b in &e.excitation.bands {
+            bands.push([
+                format!("{} to {} Hz", b.from_hz, b.to_hz),
+                format!("{:.3}°", b.road_wheel_std_rad.to_degrees()),
+                format!("{:.3} °/s", b.yaw_rate_std_radps.to_degrees()),
+                format!("{:.0} %", 100.0 * b.coherence),
+                if b.information != Information::None {
+                    format!("±{:.1} %", 100.0 * b.relative_error)
+                } else {
+                    "–".to_owned()
+                },
+                match b.information {
+                    Information::Good => "good",
+                    Information::Weak => "weak",
+                    Information::None => "no information",
+                }
+                .to_owned(),
+                of_band(departures, b, |d| format!("×{:.2}", d.gain_ratio)),
+                of_band(departures, b, |d| format!("{:+.0}°", d.phase_ahead_rad.to_degrees())),
+            ]);
+        }
+        let _ = write!(text, "\n{bands}\n");
+    }
+    text
+}
+
+/// What is said of the model in a band against the measured response; a dash where that is not known.
+fn of_band(
+    departures: &[BandDeparture],
+    band: &ExcitationBand,
+    told: impl Fn(&BandDeparture) -> String,
+) -> String {
+    departures
+        .iter()
+        .find(|d| d.from_hz == band.from_hz && d.to_hz == band.to_hz)
+        .map_or_else(|| "–".into(), told)
+}
+
+/// A pole for people: its time constant, or frequency and damping.
+fn mode(pole: &Mode) -> Option<String> {
+    let (hz, damping) = (pole.natural_frequency_hz?, pole.damping?);
+    if pole.discrete[1] != 0.0 {
+        return Some(format!("{hz:.2} Hz (damping {damping:.2})"));
+    }
+    Some(pole.time_constant_s.map_or_else(|| "integrator".into(), |t| format!("{t:.3} s")))
+}

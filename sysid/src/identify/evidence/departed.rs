@@ -1,0 +1,102 @@
+//! What is to be said, and done, where the model departs from the measured response.
+
+use super::verdict::{Drive, SWEEP};
+use crate::identify::IdentifyOptions;
+use formats::{BandDeparture, Evidence, InputKind};
+
+/// Beyond that share, less what chance can do, no controller should be designed on the model: a sixth
+/// of a turn of the margins' usual 60° is 17°, and as much in gain (see [`super::departure`]).
+pub(super) const LARGEST_DEPARTURE: f64 = 0.3;
+/// Beyond that share it is told.
+const NOTICED: f64 = 0.1;
+
+/// Whether a yaw controller works there.
+pub(super) fn steered(band: &BandDeparture) -> bool {
+    band.from_hz >= SWEEP.0 && band.to_hz <= SWEEP.1
+}
+
+/// Bands in which the model departs from the measured response beyond chance.
+pub(super) fn departed(evidence: &Evidence) -> Vec<BandDeparture> {
+    let bands = evidence.frequency_response.iter().flat_map(|r| &r.bands);
+    bands.filter(|b| b.departure > NOTICED).copied().collect()
+}
+
+/// The departure that forbids a design, in words; `None` where there is none.
+pub(super) fn too_far(departed: &[BandDeparture]) -> Option<String> {
+    let far = departed.iter().filter(|b| steered(b) && b.departure > LARGEST_DEPARTURE);
+    let worst = far.max_by(|a, b| a.departure.total_cmp(&b.departure))?;
+    Some(format!("it departs from the measured frequency response: {}", in_words(worst)))
+}
+
+/// How near the model is to the measurement in the steered bands that are coherent, percent, with
+/// twice the standard error, and these bands' ends.
+pub(super) fn nearness(evidence: &Evidence) -> Option<(f64, f64, f64)> {
+    let bands = evidence.frequency_response.iter().flat_map(|r| &r.bands);
+    let apart = |b: &BandDeparture| {
+        let (s, c) = b.phase_ahead_rad.sin_cos();
+        (b.gain_ratio * c - 1.0).hypot(b.gain_ratio * s)
+    };
+    bands.filter(|b| steered(b)).fold(None, |all: Option<(f64, f64, f64)>, b| {
+        let percent = 100.0 * apart(b).max(2.0 * b.standard_error);
+        let (worst, from, to) = all.unwrap_or((0.0, f64::INFINITY, 0.0));
+        Some((worst.max(percent), from.min(b.from_hz), to.max(b.to_hz)))
+    })
+}
+
+fn in_words(band: &BandDeparture) -> String {
+    let degrees = band.phase_ahead_rad.to_degrees();
+    format!(
+        "from {} to {} Hz its gain is {:.2} times the measured, its phase {:.0}° {} (each known to ±{:.0} % or {:.0}°)",
+        band.from_hz,
+        band.to_hz,
+        band.gain_ratio,
+        degrees.abs(),
+        if degrees >= 0.0 { "ahead" } else { "behind" },
+        (200.0 * band.standard_error).max(1.0),
+        (2.0 * band.standard_error).to_degrees().max(1.0)
+    )
+}
+
+/// Each departure, and what may lie behind it.
+pub(super) fn mend(
+    evidence: &Evidence,
+    drive: &Drive<'_>,
+    options: &IdentifyOptions,
+    departed: &[BandDeparture],
+) -> Vec<String> {
+    let Some(worst) = departed.iter().max_by(|a, b| a.departure.total_cmp(&b.departure)) else {
+        return Vec::new();
+    };
+    let told = |b: &BandDeparture| format!("against the measured response, {}", in_words(b));
+    let forbids = too_far(departed).is_some();
+    // What the summary says is not said twice.
+    let said = |b: &&BandDeparture| !(forbids && steered(b) && b.departure == worst.departure);
+    let mut out: Vec<String> = departed.iter().filter(said).map(told).collect();
+    let mut causes = Vec::new();
+    if options.order.is_some() {
+        causes.push("an order that is too low: leave --order out, or raise it".to_owned());
+    }
+    if options.delay_s.is_some() {
+        causes.push("a delay that is not the vehicle's: leave --delay out".to_owned());
+    }
+    if drive.speed_spread > 0.2 {
+        causes.push(match options.input_kind {
+            InputKind::Steering => {
+                "a speed that changes: identify a --speed-window, or --structure bicycle".to_owned()
+            }
+            InputKind::SteeringTimesSpeed => "a speed that changes".to_owned(),
+        });
+    }
+    let fed_back = |t: &formats::ResidualTest| !t.pass;
+    if evidence.feedback.as_ref().is_some_and(fed_back)
+        || evidence.residuals.as_ref().is_some_and(|r| fed_back(&r.feedback))
+    {
+        causes.push(
+            "feedback by the driver, which biases the measured response and not the model: a slalom by a plan would tell"
+                .to_owned(),
+        );
+    }
+    causes.push("tyres beyond their linear range: steer less".to_owned());
+    out.push(format!("behind such a departure may stand {}", causes.join("; ")));
+    out
+}
