@@ -10,11 +10,11 @@ use packaging::{Binary, Fmu, Packed};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// Pack FMUs: one archive for each plant, bicycle, vehicle, controller or path file; no compiler
-/// needed
+/// Pack FMUs: one archive for each plant, bicycle, vehicle, controller, path or estimator file; no
+/// compiler needed
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// plant.json, bicycle.json, vehicle.json, pid.json or path.json
+    /// plant.json, bicycle.json, vehicle.json, pid.json, path.json or estimator.json
     #[arg(required = true, value_name = "FILE.json")]
     files: Vec<PathBuf>,
     /// Folder for the archives
