@@ -70,12 +70,11 @@ class Workshop:
         factors = rng.uniform(1.0 - DATASHEET_ERROR, 1.0 + DATASHEET_ERROR, len(keys))
         return self.datasheet(case, folder, scale=dict(zip(keys, map(float, factors))))
 
-    def oracle(self, case, start, folder):
-        """From the design on the data sheet with lag: it shares limits and specification."""
-        tuned = oracle.tune(case.car, case.speed, start)
-        pid_file.write(tuned, folder / "pid.json")
+    def oracle(self, pid, gains, margin, folder):
+        """Tuned gains in the file of a design, whose limits and specification they share."""
+        pid_file.write(oracle.file_with(pid, gains, margin), folder / "pid.json")
         self.program.package(folder, folder / "pid.json")
-        return None, read(folder / "pid.json")
+        return read(folder / "pid.json")
 
     def at_margin(self, pid, omega, yaw, folder):
         """All three gains multiplied by one factor, so that the loop with the car has the modulus

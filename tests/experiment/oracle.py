@@ -2,22 +2,26 @@
 
 The quickest settling with overshoot and steady-state error within the specification and the modulus
 margin kept, by differential evolution over kp, ki, kd, filter time and setpoint weight. It knows
-what no design can: the vehicle, and without noise.
+what no design can: the vehicle, and without noise. What it finds depends on the car, the
+specification and the limits alone.
 """
 
 import math
 
 import numpy as np
-from pid_file import gains_of, limits_of, with_gains
-from pid_law import modulus_margin, respond, sampled_yaw
+from pid_file import limits_of, with_gains
+from pid_law import modulus_margin, respond, sampled_yaw, steady_gain
 from scipy.optimize import differential_evolution
 from yaw_step import STEP_RAD, metrics
 
 SEARCH_S = 3.0  # of each response, while searching
 SAMPLES = 300
 SEED = 1
-POPULATION, GENERATIONS = 10, 30
+POPULATION, GENERATIONS = 12, 40
 OUTSIDE = 100.0  # cost of a requirement missed by all of its bound
+# Of the search: kp times the car's gain 1/s, ki/kp 1/s, kd/kp s, filter time s, setpoint weight.
+SMALLEST = (1.0, 0.2, 0.005, 0.003, 0.0)
+LARGEST = (30.0, 10.0, 0.3, 0.06, 1.0)
 
 
 def gains_at(x):
@@ -29,7 +33,7 @@ def gains_at(x):
 
 
 def tune(car, speed, pid):
-    """`pid` is a design's file as read: where the search starts; returns it with tuned gains."""
+    """Tuned gains and their modulus margin; of `pid`, a design's file, specification and limits."""
     spec, limits, p = pid["specification"], limits_of(pid), car.parameters
     start, (omega, yaw) = car.at_start(speed), sampled_yaw(car, speed)
 
@@ -47,13 +51,15 @@ def tune(car, speed, pid):
         error = float(np.mean(np.abs(1.0 - response[0] / STEP_RAD))) * SEARCH_S
         return OUTSIDE * missed + settling + 0.1 * error
 
-    g = gains_of(pid)
-    guess = [math.log(g[0]), math.log(g[1] / g[0]), math.log(g[2] / g[0]), math.log(g[3]), g[4]]
-    spread = [1.2, 1.2, 1.2, 1.2]
-    bounds = [(c - s, c + s) for c, s in zip(guess, spread)] + [(0.0, 1.0)]
+    gain = steady_gain(car, speed)
+    low, high = ([c[0] / gain, *c[1:4]] for c in (SMALLEST, LARGEST))
+    bounds = [*zip(np.log(low), np.log(high)), (SMALLEST[4], LARGEST[4])]
     found = differential_evolution(
-        cost, bounds, x0=guess, seed=SEED, popsize=POPULATION, maxiter=GENERATIONS, tol=1e-3,
-        polish=False,
-    )  # fmt: skip
+        cost, bounds, seed=SEED, popsize=POPULATION, maxiter=GENERATIONS, tol=1e-3, polish=False
+    )
     gains = gains_at(found.x)
-    return with_gains(pid, gains, modulus_margin(gains, omega, yaw), "tuned on the car")
+    return list(map(float, gains)), modulus_margin(gains, omega, yaw)
+
+
+def file_with(pid, gains, margin):
+    return with_gains(pid, gains, margin, "tuned on the car")

@@ -1,7 +1,7 @@
 """The law of LateralPid (eq 14) once more, compiled, for tuning on the vehicle.
 
-Only what tuning needs: constant gains, enabled, no feedforward, no wrapping. `test_experiment.py`
-holds it against the packed FMU. Gains: kp, ki 1/s, kd s, filter time s, setpoint weight b,
+Only what tuning needs: constant gains, enabled, no feedforward, no wrapping. Each run holds it
+against the packed FMU (`study.check_law`). Gains: kp, ki 1/s, kd s, filter time s, setpoint weight b,
 anti-windup time s; limits: angle rad, increment a tick rad.
 """
 
@@ -49,18 +49,26 @@ def frequency_response(gains, z):
     return kp + integral + derivative
 
 
-def sampled_yaw(car, speed):
-    """Frequencies, rad/s, and the car's own response from command to yaw there, sampled and held.
-
-    From a small step of the command, 0.5 m/s², that stays below the servo's rate limit.
-    """
+def small_step(car, speed):
+    """Increments of yaw a sample per steering, after a small step of the command, 0.5 m/s², that
+    stays below the servo's rate limit."""
     wheelbase = car.published.a + car.published.b
     size = min(
         0.5 * wheelbase / speed**2,
         0.9 * vehicle.SERVO_RATE_LIMIT_RADPS * vehicle.SERVO_TIME_CONSTANT_S,
     )
     command = np.full(round(4.0 / SAMPLE_TIME_S), size)
-    increments = np.diff(car.drive(command, speed)[:, vehicle.YAW]) / size
+    return np.diff(car.drive(command, speed)[:, vehicle.YAW]) / size
+
+
+def steady_gain(car, speed):
+    """Yaw rate per steering in a steady turn, 1/s."""
+    return float(np.mean(small_step(car, speed)[-100:])) / SAMPLE_TIME_S
+
+
+def sampled_yaw(car, speed):
+    """Frequencies, rad/s, and the car's own response from command to yaw there, sampled and held."""
+    increments = small_step(car, speed)
     impulse = np.diff(increments, prepend=0.0)
     omega = np.geomspace(0.5, math.pi / SAMPLE_TIME_S, 400)
     z = np.exp(1j * omega * SAMPLE_TIME_S)

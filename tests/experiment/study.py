@@ -1,22 +1,28 @@
 """One seed of one case: from its drive to all that is scored."""
 
+import hashlib
 import json
 from dataclasses import dataclass
 from pathlib import Path
 
+import compiled
 import contenders
 import numpy as np
+import oracle
+import pid_law
 import road
 import sensors
 import sideslip
+import vehicle
 import yaw_step
 from contenders import ERRORS, FITTED, FIXED, IDENTIFIED, LAG, NAMES, NO_LAG, ORACLE, Workshop
-from pid_file import gains_of
+from pid_file import gains_of, limits_of
 from pid_law import modulus_margin, sampled_yaw
 from program import read as read_file
 from units import Archive
 
 ROAD_ACCELERATION_MPS2 = 4.0  # where the road is curved most
+LAW_TOLERANCE_RAD = 1e-9
 EQUAL_MARGIN = "equal margin"  # as if a way of reception
 TRACED_SEED = 1  # whose traces are kept for the figures
 
@@ -40,7 +46,7 @@ class Study:
     def prepare(self, case):
         """Controllers of [`FIXED`], and their yaw steps; returns the file with the outcome."""
         file = self.out / "cases" / f"{case.name}.json"
-        if done := self.unchanged(file):
+        if done := unchanged(file, self.key):
             return done
         car = case.car
         start, shop = car.at_start(case.speed), self.workshop
@@ -49,13 +55,30 @@ class Study:
         for who, lag in ((NO_LAG, contenders.NO_LAG_S), (LAG, case.lag)):
             folder = self.folder(case, who)
             _, pids[who] = shop.datasheet(case, folder, lag=lag)
-        _, pids[ORACLE] = shop.oracle(case, pids[LAG], self.folder(case, ORACLE))
+        tuned = self.tuned(case, pids[LAG])
+        folder = self.folder(case, ORACLE)
+        pids[ORACLE] = shop.oracle(pids[LAG], tuned["gains"], tuned["margin"], folder)
         for who, pid in pids.items():
             found["contenders"][who] = self.steps(case, who, start, pid)
         # What the car itself does in the step is the oracle's prediction.
-        oracle = found["contenders"][ORACLE]
-        oracle["predicted"] = oracle["achieved"]
+        best = found["contenders"][ORACLE]
+        best["predicted"] = best["achieved"]
         found["datasheet"] = case.datasheet()
+        write(file, found)
+        return found
+
+    def tuned(self, case, pid):
+        """The oracle's gains, which no change of the command line touches."""
+        kept = [pid["specification"][name] for name in ("overshoot_percent", "modulus_margin")]
+        told = json.dumps([kept, pid["limits"]], sort_keys=True)
+        key = hashlib.sha256(told.encode())
+        for module in (compiled, oracle, pid_law, vehicle, yaw_step):
+            key.update(Path(module.__file__).read_bytes())
+        file = self.out / "oracle" / f"{case.name}.json"
+        if done := unchanged(file, key.hexdigest()):
+            return done
+        gains, margin = oracle.tune(case.car, case.speed, pid)
+        found = {"key": key.hexdigest(), "gains": gains, "margin": margin}
         write(file, found)
         return found
 
@@ -64,6 +87,7 @@ class Study:
         archive = Archive(self.folder(case, who) / "LateralPid.fmu")
         response = yaw_step.respond(case.car, case.speed, archive, start)
         archive.remove()
+        check_law(case, start, pid, response)
         predicted = pid["evidence"]["step"]
         keys = ("overshoot_percent", "settling_time_s", "steady_state_error_percent")
         loop = gains_of(pid), *sampled_yaw(case.car, case.speed)
@@ -81,7 +105,7 @@ class Study:
 
     def run(self, case, seed):
         file = self.out / "seeds" / f"{case.name}_{seed:03}.json"
-        if done := self.unchanged(file):
+        if done := unchanged(file, self.key):
             return done
         common = self.prepare(case)
         car, start = case.car, case.car.at_start(case.speed)
@@ -163,12 +187,23 @@ class Study:
             archive.remove()
         return {"gains_times": made} | road_scores(trace, finished)
 
-    def unchanged(self, file):
-        """An outcome of the same program and the same experiment."""
-        if not file.exists():
-            return None
-        found = json.loads(file.read_text())
-        return found if found["key"] == self.key else None
+
+def unchanged(file, key):
+    """An outcome of the same program and the same experiment; `None` where there is none."""
+    if not file.exists():
+        return None
+    found = json.loads(file.read_text())
+    return found if found["key"] == key else None
+
+
+def check_law(case, start, pid, response):
+    """The law that the oracle was tuned with is the packed one."""
+    gains, limits, count = gains_of(pid), limits_of(pid), len(response[0])
+    p, height = case.car.parameters, yaw_step.STEP_RAD
+    again = pid_law.respond(start.copy(), case.speed, p, gains, limits, height, count)
+    off = max(float(np.max(np.abs(a - b))) for a, b in zip(again, response))
+    if off > LAW_TOLERANCE_RAD:
+        raise RuntimeError(f"{case.name}: the packed LateralPid differs from its law by {off} rad")
 
 
 def identification(plant):
