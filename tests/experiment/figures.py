@@ -47,6 +47,11 @@ def grid(cases):
     return figure, list(zip(cases, axes.flat))
 
 
+def legend(figure, axes):
+    lines, names = axes[0][1].get_legend_handles_labels()
+    figure.legend(lines, names, loc="outside lower center", ncols=3, fontsize=7)
+
+
 def traces(out, case, who, name):
     folder = out / "work" / case / who.replace(" ", "_").replace("%", "percent")
     file = folder / name
@@ -64,7 +69,7 @@ def yaw_steps(cases, out):
                 time = SAMPLE_TIME_S * np.arange(len(found["yaw"]))
                 axis.plot(time, found["yaw"] / STEP_RAD, color=COLOURS[who], lw=1, label=who)
         axis.set(title=case, xlim=(0, 1.5), ylim=(0, 1.3), xlabel="s", ylabel="yaw / 5°")
-    axes[0][1].legend(fontsize=6, loc="lower right")
+    legend(figure, axes)
     save(figure, out / "yaw_steps.svg")
 
 
@@ -81,18 +86,19 @@ def the_road(cases, out):
                 )
         axis.set(title=case, xlabel="s", ylabel="cross-track error, m")
         axis.grid(lw=0.3)
-    axes[0][1].legend(fontsize=6)
+    legend(figure, axes)
     save(figure, out / "road.svg")
 
 
 def compared(runs, out):
     """Identified over rival, with confidence intervals; left of 1 is better."""
     found = ratios(runs)
-    figure, axes = plt.subplots(
-        1, len(found), figsize=(2.4 * len(found), 2.4), sharey=True, layout="constrained"
-    )
+    columns = 4
+    shape = (math.ceil(len(found) / columns), columns)
+    size = (2.6 * columns, 2.0 * shape[0])
+    figure, axes = plt.subplots(*shape, figsize=size, sharey=True, layout="constrained")
     rivals = [who for who in NAMES if who != IDENTIFIED]
-    for axis, (what, each) in zip(axes, found.items()):
+    for axis, (what, each) in zip(axes.flat, found.items()):
         axis.axvline(1.0, color="0.6", lw=0.8)
         for place, rival in enumerate(rivals):
             if each[rival] is not None:
@@ -100,6 +106,15 @@ def compared(runs, out):
                 axis.plot([low, high], [place, place], color=COLOURS[rival])
                 axis.plot(middle, place, "o", color=COLOURS[rival], ms=3)
         axis.set_xscale("log")
+        shown = [value for r in each.values() if r is not None for value in r]
+        least, most = min([*shown, 0.7]) / 1.1, max([*shown, 1.4]) * 1.1
+        axis.set_xlim(least, most)
+        ticks = [t for t in (0.03, 0.1, 0.3, 0.5, 0.7, 1.0, 1.4, 2.0, 3.0, 10.0) if least < t < most]
+        axis.set_xticks(ticks, [f"{t:g}" for t in ticks])
+        axis.minorticks_off()
         axis.set_title(what, fontsize=7)
-    axes[0].set_yticks(range(len(rivals)), rivals)
+    for axis in axes.flat[len(found) :]:
+        axis.axis("off")
+    for row in axes:
+        row[0].set_yticks(range(len(rivals)), rivals)
     save(figure, out / "ratios.svg")

@@ -49,7 +49,7 @@ class Estimator:
             sideslip_per_yaw_rate=sideslip,
             initial_x=state[vehicle.X],
             initial_y=state[vehicle.Y],
-            initial_yaw=sensors.initial_yaw,
+            initial_yaw=state[vehicle.YAW] + sensors.initial_yaw,
             initial_yaw_std=INITIAL_YAW_STD_RAD,
         )
         self.unit.initialize()
@@ -99,8 +99,7 @@ def follow(car, speed, loop, sensors, start, sideslip, length):
     For [`LEAD_IN_S`] before, the car rolls straight towards the road's start, not steered, while the
     estimator finds its yaw and the gyro's bias.
     """
-    state, p = start.copy(), car.parameters
-    state[vehicle.X] = -speed * LEAD_IN_S
+    state, p = before_the_road(car, speed, start), car.parameters
     estimator = Estimator(loop.estimator, sensors, state, sideslip) if loop.estimator else Truth()
     for k in range(LEAD_IN):
         estimator.pose(k, sensors.read(k, state), state)
@@ -132,6 +131,20 @@ def follow(car, speed, loop, sensors, start, sideslip, length):
     for unit in (estimator, path, judge, pid):
         unit.close()
     return np.array(rows), finished
+
+
+def before_the_road(car, speed, start):
+    """The pose from which the car, not steered, comes to the road's start along the road."""
+    end = start.copy()
+    vehicle.drive(end, np.zeros(LEAD_IN), speed, car.parameters, STEPS)
+    # A car on flat ground does the same wherever it is and heads.
+    yaw = start[vehicle.YAW] - end[vehicle.YAW]
+    x, y = (start[i] - end[i] for i in (vehicle.X, vehicle.Y))
+    state = start.copy()
+    state[vehicle.YAW] = yaw
+    state[vehicle.X] = x * math.cos(yaw) - y * math.sin(yaw)
+    state[vehicle.Y] = x * math.sin(yaw) + y * math.cos(yaw)
+    return state
 
 
 def judgement(judge, k, state, speed):
