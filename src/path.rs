@@ -3,15 +3,16 @@
 use crate::failure::{Failure, Outcome};
 use crate::tell::Tell;
 use crate::{files, quantity};
-use control::paths::{self, PointOptions};
+use control::paths::{self, FixOptions, PointOptions, PoorFixes};
 use formats::{Path as PathFile, Pid, SourceFile};
 use std::path::PathBuf;
 
-/// Make a reference path from recorded points (CSV: x_m, y_m or latitude_deg, longitude_deg)
+/// Make a reference path from recorded points: CSV (x_m, y_m or latitude_deg, longitude_deg), GPX or
+/// NMEA (GGA, RMC)
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// Points of the track; without it the standard road: a double lane change and an S-curve
-    #[arg(value_name = "TRACK.csv")]
+    #[arg(value_name = "TRACK")]
     track: Option<PathBuf>,
     /// Write the path here
     #[arg(long = "out", short = 'o', value_name = "FILE", default_value = "path.json")]
@@ -25,12 +26,33 @@ pub(crate) struct Arguments {
     /// The track's last point leads to its first
     #[arg(long, requires = "track")]
     closed: bool,
+    /// What becomes of fixes with fewer than 5 satellites or without correction, where GPX or NMEA
+    /// tell
+    #[arg(long, value_name = "WHAT", requires = "track", default_value = "refuse")]
+    poor_fixes: PoorFixesName,
     /// Controller that will follow the path: sets feedforward and preview
     #[arg(long, value_name = "PID.json")]
     pid: Option<PathBuf>,
     /// Print the path as JSON on stdout
     #[arg(long)]
     json: bool,
+}
+
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+enum PoorFixesName {
+    /// They are left out
+    Refuse,
+    /// They are used, and told
+    Mark,
+}
+
+impl From<PoorFixesName> for PoorFixes {
+    fn from(name: PoorFixesName) -> Self {
+        match name {
+            PoorFixesName::Refuse => Self::Refuse,
+            PoorFixesName::Mark => Self::Mark,
+        }
+    }
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
@@ -41,13 +63,18 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             let options = PointOptions {
                 speed: arguments.speed,
                 closed: arguments.closed,
+                fixes: FixOptions { poor: arguments.poor_fixes.into(), ..FixOptions::default() },
                 ..PointOptions::default()
             };
-            let recorded = paths::path_from_csv(&text, &track.display().to_string(), &options)
-                .map_err(|e| match e {
-                    control::Error::PointFile { .. } => e.into(),
-                    e => Failure::in_file(track, &e, e.hint()),
-                })?;
+            let recorded = paths::path_from_recording(
+                &text,
+                &track.display().to_string(),
+                &options,
+            )
+            .map_err(|e| match e {
+                control::Error::PointFile { .. } | control::Error::PoorFixes { .. } => e.into(),
+                e => Failure::in_file(track, &e, e.hint()),
+            })?;
             let mut notes: Vec<String> =
                 recorded.warnings.iter().map(|w| format!("warning: {w}")).collect();
             notes.push(format!(

@@ -27,6 +27,22 @@ pub enum Error {
         /// What is wrong.
         problem: String,
     },
+    /// A satellite receiver's recording has no fix that may be used.
+    #[error(
+        "{file}: none of {total} fixes can be used: {without} have no position, {poor} have fewer than {least_satellites} satellites or no correction"
+    )]
+    PoorFixes {
+        /// Name of the file as the caller gave it.
+        file: String,
+        /// Fixes in the file.
+        total: usize,
+        /// Those without a position.
+        without: usize,
+        /// Those that are not good enough.
+        poor: usize,
+        /// Satellites needed.
+        least_satellites: u32,
+    },
     /// A document made here contradicts itself.
     #[error(transparent)]
     Document(#[from] formats::Error),
@@ -194,7 +210,13 @@ impl Error {
             }
             Self::PointFile { .. } => {
                 "give a comma-separated table with the columns x_m and y_m, or latitude_deg and \
-                 longitude_deg (and altitude_m)"
+                 longitude_deg (and altitude_m), a GPX track, or NMEA sentences (GGA, RMC); repair \
+                 or delete the line that is named"
+                    .into()
+            }
+            Self::PoorFixes { .. } => {
+                "record with a receiver that has correction data, or use the fixes all the same and \
+                 have them marked (`steerwright path --poor-fixes mark`)"
                     .into()
             }
             Self::Document(inner) => inner.hint(),

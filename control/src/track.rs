@@ -206,6 +206,7 @@ pub fn track_with(
         plant.step(steering, h)?;
         pose = plant.outputs();
         let next = follow(&mut follower, pose);
+        follower.integrate(&law, &next, speed, h);
         steering = match master {
             Master::GaussSeidel => tick(&next, pose[2]),
             Master::Jacobi => {

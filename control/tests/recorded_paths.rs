@@ -4,7 +4,9 @@
 #![allow(clippy::expect_used)]
 
 use control::Error;
-use control::paths::{PointOptions, RecordedPath, from_points, path_from_csv, read_points};
+use control::paths::{
+    FixOptions, PointOptions, RecordedPath, from_points, path_from_recording, read_points,
+};
 use std::f64::consts::TAU;
 
 fn data(name: &str) -> (String, String) {
@@ -143,10 +145,10 @@ fn curvature_stays_within_its_bound() {
 #[test]
 fn the_city_street() {
     let (text, name) = data("comma2k19/gnss_pose.csv");
-    let points = read_points(&text, &name).expect("positions");
+    let points = read_points(&text, &name, &FixOptions::default()).expect("positions");
     assert!(points.geodetic && points.x_m.len() == 1200);
     let options = PointOptions { speed: 16.8, ..Default::default() };
-    let recorded = path_from_csv(&text, &name, &options).expect("a path");
+    let recorded = path_from_recording(&text, &name, &options).expect("a path");
     let path = &recorded.path.points;
     println!(
         "rms {:.4} m, largest {:.4} m, {} points, length {:.1} m",
@@ -188,7 +190,7 @@ fn the_city_street() {
 fn the_test_drive() {
     let (text, name) = data("multibody/position.csv");
     let options = PointOptions { speed: 15.0, smoothing_length: 15.0, ..Default::default() };
-    let recorded = path_from_csv(&text, &name, &options).expect("a path");
+    let recorded = path_from_recording(&text, &name, &options).expect("a path");
     let curvature =
         recorded.path.points.iter().map(|p| p.curvature_per_m.abs()).fold(0.0, f64::max);
     println!("rms {:.4} m, v²κ {:.2} m/s²", recorded.rms_distance_m, curvature * 225.0);

@@ -192,7 +192,7 @@ fn roads(
     let mut roads = vec![(STANDARD_ROAD, paths::reference_road(speed, job.lateral_acceleration)?)];
     if let Some(Text { name, text }) = &job.track {
         let options = PointOptions { name: name.clone(), speed, ..PointOptions::default() };
-        let recorded = paths::path_from_csv(text, name, &options)?;
+        let recorded = paths::path_from_recording(text, name, &options)?;
         remarks.extend(recorded.warnings.iter().map(|w| format!("{name}: {w}")));
         let mut path = recorded.path;
         path.provenance.sources =

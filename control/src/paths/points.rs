@@ -7,6 +7,7 @@
 //! foot on the curve, measured in the curve's own arc length. Lengths in m, angles in rad.
 
 use super::compose::{GAUSS, document};
+use super::fixes::FixOptions;
 use super::outliers::{Cleaned, clean};
 use super::spline::{Fitter, Spline, penalty};
 use crate::Error;
@@ -42,6 +43,8 @@ pub struct PointOptions {
     pub largest_jump: f64,
     /// Distance between the path's points, m.
     pub spacing: f64,
+    /// Which fixes of a satellite receiver are used.
+    pub fixes: FixOptions,
 }
 
 impl Default for PointOptions {
@@ -55,6 +58,7 @@ impl Default for PointOptions {
             max_curvature: 0.2,
             largest_jump: 1.0,
             spacing: 0.5,
+            fixes: FixOptions::default(),
         }
     }
 }

@@ -1,7 +1,9 @@
-//! Recorded points from comma-separated tables.
+//! Recorded points from comma-separated tables, GPX and NMEA.
 
+use super::fixes::{self, FixOptions};
 use super::geodesy::wgs84_to_local;
 use super::points::{PointOptions, RecordedPath, from_points};
+use super::{gpx, nmea};
 use crate::Error;
 
 /// Positions in a local plane, in the order of the file.
@@ -13,21 +15,41 @@ pub struct RecordedPoints {
     pub y_m: Vec<f64>,
     /// Whether they came from latitude and longitude.
     pub geodetic: bool,
+    /// What was left out or is doubtful, in words.
+    pub warnings: Vec<String>,
 }
 
-/// Reads the columns `x_m` and `y_m`, or `latitude_deg` and `longitude_deg` (with `altitude_m`
-/// where there is one); other columns are left alone. `file` is named in errors.
+/// Reads recorded points: GPX where the text begins with `<`, NMEA where it begins with `$`, a table
+/// otherwise. `file` is named in errors.
+///
+/// A table has the columns `x_m` and `y_m`, or `latitude_deg` and `longitude_deg` (with `altitude_m`
+/// where there is one); other columns are left alone.
 ///
 /// # Errors
-/// [`Error::PointFile`] with the place of the first fault.
-pub fn read_points(text: &str, file: &str) -> Result<RecordedPoints, Error> {
+/// [`Error::PointFile`] with the place of the first fault, [`Error::PoorFixes`] where no fix is good
+/// enough.
+pub fn read_points(text: &str, file: &str, options: &FixOptions) -> Result<RecordedPoints, Error> {
+    let text = text.trim_start_matches('\u{feff}');
+    let first = text.lines().map(str::trim).find(|l| !l.is_empty() && !l.starts_with('#'));
+    match first.and_then(|line| line.chars().next()) {
+        Some('<') => {
+            let (found, warnings) = gpx::fixes(text, file)?;
+            let mut points = fixes::choose(&found, file, options)?;
+            points.warnings.splice(0..0, warnings);
+            Ok(points)
+        }
+        Some('$' | '!') => fixes::choose(&nmea::fixes(text, file)?, file, options),
+        _ => read_table(text, file),
+    }
+}
+
+fn read_table(text: &str, file: &str) -> Result<RecordedPoints, Error> {
     let fault = |line: u64, column: usize, problem: String| Error::PointFile {
         file: file.into(),
         line,
         column,
         problem,
     };
-    let text = text.trim_start_matches('\u{feff}');
     let first = text.lines().find(|l| !l.trim().is_empty() && !l.starts_with('#'));
     let has = |d: &u8| first.is_some_and(|l| l.as_bytes().contains(d));
     let delimiter = [b',', b';', b'\t'].into_iter().find(has).unwrap_or(b',');
@@ -97,7 +119,7 @@ pub fn read_points(text: &str, file: &str) -> Result<RecordedPoints, Error> {
         (values.next().unwrap_or_default(), values.next().unwrap_or_default(), values.next());
     let (x_m, y_m) =
         if geodetic { wgs84_to_local(&first, &second, third.as_deref()) } else { (first, second) };
-    Ok(RecordedPoints { x_m, y_m, geodetic })
+    Ok(RecordedPoints { x_m, y_m, geodetic, warnings: Vec::new() })
 }
 
 /// The reader counts blank lines and comments before a record as the record's own.
@@ -109,17 +131,18 @@ fn line_of_record(text: &str, position: &csv::Position) -> u64 {
     position.line() + skipped as u64
 }
 
-/// Reads a table of points and makes a path of it.
+/// Reads recorded points and makes a path of them.
 ///
 /// # Errors
 /// As [`read_points`] and [`from_points`].
-pub fn path_from_csv(
+pub fn path_from_recording(
     text: &str,
     file: &str,
     options: &PointOptions,
 ) -> Result<RecordedPath, Error> {
-    let points = read_points(text, file)?;
+    let points = read_points(text, file, &options.fixes)?;
     let mut recorded = from_points(&points.x_m, &points.y_m, options)?;
+    recorded.warnings.splice(0..0, points.warnings);
     recorded.path.provenance.sources =
         vec![formats::SourceFile::of(std::path::Path::new(file), text.as_bytes())];
     Ok(recorded)
@@ -128,6 +151,10 @@ pub fn path_from_csv(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn read_points(text: &str, file: &str) -> Result<RecordedPoints, Error> {
+        super::read_points(text, file, &FixOptions::default())
+    }
 
     #[test]
     fn faults_name_file_line_and_column() {
