@@ -65,6 +65,15 @@ pub struct Guidance {
     pub feedforward_gain_radm: f64,
     /// Sideslip angle per yaw rate in steady state, s.
     pub sideslip_per_yaw_rate_s: f64,
+    /// How fast the integral of the cross-track error grows, 1/s; 0, which need not be said: there is
+    /// none.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub cross_track_integral_gain_per_s: f64,
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref)] // as serde asks for it
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 impl Default for Guidance {
@@ -75,6 +84,7 @@ impl Default for Guidance {
             preview_time_s: 0.0,
             feedforward_gain_radm: 0.0,
             sideslip_per_yaw_rate_s: 0.0,
+            cross_track_integral_gain_per_s: 0.0,
         }
     }
 }
@@ -93,6 +103,10 @@ impl Document for Path {
         c.not_negative(g.preview_time_s, "guidance.preview_time_s");
         c.finite(g.feedforward_gain_radm, "guidance.feedforward_gain_radm");
         c.finite(g.sideslip_per_yaw_rate_s, "guidance.sideslip_per_yaw_rate_s");
+        c.not_negative(
+            g.cross_track_integral_gain_per_s,
+            "guidance.cross_track_integral_gain_per_s",
+        );
         c.positive(self.speed_mps, "speed_mps");
         c.require(self.points.len() >= 2, "points", || {
             format!("{} points, a path needs at least 2", self.points.len())

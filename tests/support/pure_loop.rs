@@ -168,6 +168,7 @@ impl Units {
             1 => {
                 let output = self.guide(self.pose);
                 self.follower.commit(&output);
+                self.follower.integrate(&self.law, &output, self.speed, h);
                 self.running.as_mut().unwrap().0 = output;
             }
             _ => {

@@ -173,6 +173,7 @@ fn the_path_and_its_guidance() {
         preview_time_s: 3.0,
         feedforward_gain_radm: 4.0,
         sideslip_per_yaw_rate_s: 5.0,
+        cross_track_integral_gain_per_s: 6.0,
     };
     let expected = GuidanceParameters {
         lookahead_time: 1.0,
@@ -180,6 +181,7 @@ fn the_path_and_its_guidance() {
         preview_time: 3.0,
         feedforward_gain: 4.0,
         sideslip_per_yaw_rate: 5.0,
+        cross_track_integral_gain: 6.0,
     };
     assert_eq!(guidance_parameters(&guidance), expected);
 

@@ -1,9 +1,10 @@
 //! Guidance along a path: look-ahead based line of sight.
 //!
 //! ```text
-//! yaw_reference        = ψ_p(s') + atan2(−e, Δ) − sideslip_per_yaw_rate·κ(s')·v
+//! yaw_reference        = ψ_p(s') + atan2(−(e + z), Δ) − sideslip_per_yaw_rate·κ(s')·v
 //! steering_feedforward = feedforward_gain·κ(s')
 //! s' = s + v·preview_time,   Δ = max(lookahead_min, lookahead_time·v)
+//! ż  = cross_track_integral_gain·e·Δ²/(Δ² + (e + z)²)   while the vehicle moves
 //! ```
 //!
 //! with s the foot of the vehicle on the path, e its cross-track error, positive to the left, ψ_p
@@ -12,6 +13,14 @@
 //! the point Δ ahead on the path; the sideslip turns the course it asks for into a yaw. The
 //! preview exists because a yaw loop with a setpoint weight below 1 follows a ramp with a lag that
 //! no feedforward of steering removes.
+//!
+//! z is the integral of integral line of sight (Børhaug, Pavlov and Pettersen, *Integral LOS control
+//! for path following of underactuated marine surface vessels in the presence of constant ocean
+//! currents*, 2008; their σ·y_int, and σ/Δ here the gain): where the yaw is off by a constant, of a
+//! sideslip that is not known or a road that falls to one side, it takes the place of the error that
+//! would remain. Far from the path it hardly grows, so it does not wind up. It must be slow: for a
+//! look-ahead time T the error follows s² + s/T + gain/T, damped by ½/√(T·gain). The gain
+//! is 0 by default: there is none.
 //!
 //! `yaw_reference` is not wrapped: it is as continuous as the path.
 
@@ -34,6 +43,8 @@ pub struct GuidanceParameters {
     pub feedforward_gain: f64,
     /// Sideslip angle per yaw rate in a steady turn, s.
     pub sideslip_per_yaw_rate: f64,
+    /// How fast the integral of the cross-track error grows, 1/s; 0: there is none.
+    pub cross_track_integral_gain: f64,
 }
 
 impl Default for GuidanceParameters {
@@ -44,6 +55,7 @@ impl Default for GuidanceParameters {
             preview_time: 0.0,
             feedforward_gain: 0.0,
             sideslip_per_yaw_rate: 0.0,
+            cross_track_integral_gain: 0.0,
         }
     }
 }
@@ -96,13 +108,22 @@ const MOST_LAPS: f64 = 1e9;
 pub struct PathFollower {
     geometry: Arc<PathGeometry>,
     progress: Option<f64>,
+    /// z, m.
+    integral: f64,
+}
+
+impl GuidanceParameters {
+    /// Δ, m.
+    fn lookahead(&self, speed: f64) -> f64 {
+        self.lookahead_min.max(self.lookahead_time * speed)
+    }
 }
 
 impl PathFollower {
     /// A vehicle somewhere near a path.
     #[must_use]
     pub fn new(geometry: Arc<PathGeometry>) -> Self {
-        Self { geometry, progress: None }
+        Self { geometry, progress: None, integral: 0.0 }
     }
 
     /// The path.
@@ -128,10 +149,11 @@ impl PathFollower {
         let foot = projection.foot;
         let error = projection.cross_track_error;
         let previewed = self.geometry.at(foot.distance + speed * p.preview_time);
-        let lookahead = p.lookahead_min.max(p.lookahead_time * speed);
+        let lookahead = p.lookahead(speed);
+        let aimed = error + self.integral;
         let sideslip = p.sideslip_per_yaw_rate * previewed.curvature * speed;
         PathOutput {
-            yaw_reference: previewed.heading + (-error).atan2(lookahead) - sideslip,
+            yaw_reference: previewed.heading + (-aimed).atan2(lookahead) - sideslip,
             steering_feedforward: p.feedforward_gain * previewed.curvature,
             cross_track_error: error,
             heading_error: wrap_angle(yaw - foot.heading),
@@ -147,11 +169,33 @@ impl PathFollower {
         self.progress
     }
 
-    /// Goes on from a saved progress.
+    /// The integral of the cross-track error z, m.
+    #[must_use]
+    pub fn integral(&self) -> f64 {
+        self.integral
+    }
+
+    /// Lets the integral grow over a step (s) at whose end the outputs were evaluated. Neither at a
+    /// standstill nor beyond the look-ahead distance.
+    pub fn integrate(&mut self, p: &GuidanceParameters, out: &PathOutput, speed: f64, step: f64) {
+        if p.cross_track_integral_gain == 0.0 || speed <= 0.0 {
+            return;
+        }
+        let lookahead = p.lookahead(speed);
+        let (error, aimed) = (out.cross_track_error, out.cross_track_error + self.integral);
+        let share = 1.0 / (1.0 + (aimed / lookahead).powi(2));
+        let grown = self.integral + step * p.cross_track_integral_gain * error * share;
+        if grown.is_finite() {
+            self.integral = grown.clamp(-lookahead, lookahead);
+        }
+    }
+
+    /// Goes on from a saved progress and integral.
     ///
     /// # Errors
-    /// Where it is not finite or more laps of a closed path than anybody drives.
-    pub fn restore(&mut self, progress: Option<f64>) -> Result<(), Error> {
+    /// Where one is not finite, or more laps of a closed path than anybody drives.
+    pub fn restore(&mut self, progress: Option<f64>, integral: f64) -> Result<(), Error> {
+        finite("the integral of the cross-track error", &[integral])?;
         if let Some(value) = progress {
             let name = "the distance along the path";
             finite(name, &[value])?;
@@ -164,6 +208,7 @@ impl PathFollower {
             }
         }
         self.progress = progress;
+        self.integral = integral;
         Ok(())
     }
 

@@ -134,6 +134,7 @@ fn guidance_law() {
         preview_time: 0.2,
         feedforward_gain: 45.0,
         sideslip_per_yaw_rate: -0.03,
+        ..GuidanceParameters::default()
     };
     let p = path.at(50.0);
     let (x, y) = (p.x - 2.0 * p.heading.sin(), p.y + 2.0 * p.heading.cos());
@@ -146,6 +147,47 @@ fn guidance_law() {
         assert!((out.cross_track_error - 2.0).abs() < 1e-6 && !out.finished);
         assert!((out.heading_error - 0.1).abs() < 1e-6 && (out.curvature - 0.02).abs() < 1e-12);
     }
+}
+
+/// A vehicle whose course is its yaw and a constant, steered perfectly along a straight: where it
+/// ends up beside the path, and the furthest it was on the other side on the way.
+fn crabbing(gain: f64, crab: f64, start: f64) -> (f64, f64) {
+    let path = Arc::new(PathGeometry::new(&road(3000.0, 10.0, |_| 0.0), false).unwrap());
+    let mut follower = PathFollower::new(path);
+    let g = GuidanceParameters { cross_track_integral_gain: gain, ..GuidanceParameters::default() };
+    let (mut x, mut y, speed, h) = (0.0, start, 15.0, 0.01);
+    let mut beyond = 0.0_f64;
+    for _ in 0..15_000 {
+        let out = follower.evaluate(&g, x, y, 0.0, speed);
+        follower.commit(&out);
+        follower.integrate(&g, &out, speed, h);
+        let course = out.yaw_reference + crab;
+        x += h * speed * course.cos();
+        y += h * speed * course.sin();
+        beyond = beyond.max(-y * start.signum());
+    }
+    (y, beyond)
+}
+
+#[test]
+fn the_integral_takes_the_place_of_a_lasting_error() {
+    let crab = 0.02;
+    // Without it the look-ahead distance of 15 m times the crab's tangent remains.
+    assert!((crabbing(0.0, crab, 1.0).0 - 15.0 * crab.tan()).abs() < 1e-3);
+    for gain in [0.05, 0.2] {
+        assert!(crabbing(gain, crab, 1.0).0.abs() < 1e-3, "{gain}");
+    }
+    // From afar it does not wind up: the path is met with hardly more overshoot than from near by.
+    let (end, beyond) = crabbing(0.05, 0.0, 80.0);
+    assert!(end.abs() < 1e-3 && beyond < 0.15 * 15.0, "{end} {beyond}");
+    // At a standstill it waits.
+    let mut follower = PathFollower::new(eight());
+    let g = GuidanceParameters { cross_track_integral_gain: 1.0, ..GuidanceParameters::default() };
+    let out = follower.evaluate(&g, 1.0, 2.0, 0.0, 0.0);
+    follower.integrate(&g, &out, 0.0, 1e3);
+    assert_eq!(follower.integral(), 0.0);
+    follower.integrate(&g, &out, 1.0, 1e9);
+    assert!(follower.integral().abs() <= g.lookahead_min);
 }
 
 /// Round the eight for five laps, also right through the crossing, with an error to the side.

@@ -43,6 +43,7 @@ struct Saved {
     guidance: GuidanceParameters,
     inputs: Inputs,
     progress: Option<f64>,
+    integral: f64,
     phase: Phase,
 }
 
@@ -106,6 +107,7 @@ impl Slave for ReferencePath {
             Variable::PreviewTime => g.preview_time,
             Variable::FeedforwardGain => g.feedforward_gain,
             Variable::SideslipPerYawRate => g.sideslip_per_yaw_rate,
+            Variable::CrossTrackIntegralGain => g.cross_track_integral_gain,
         })
     }
 
@@ -123,6 +125,7 @@ impl Slave for ReferencePath {
             Variable::PreviewTime => &mut g.preview_time,
             Variable::FeedforwardGain => &mut g.feedforward_gain,
             Variable::SideslipPerYawRate => &mut g.sideslip_per_yaw_rate,
+            Variable::CrossTrackIntegralGain => &mut g.cross_track_integral_gain,
             Variable::YawReference
             | Variable::SteeringFeedforward
             | Variable::CrossTrackError
@@ -138,7 +141,7 @@ impl Slave for ReferencePath {
         outputs_are_finite(self)
     }
 
-    fn step(&mut self, _time: f64, _step: f64, _log: &mut Log) -> Result<(), String> {
+    fn step(&mut self, _time: f64, step: f64, _log: &mut Log) -> Result<(), String> {
         if let Phase::BeforeFirstStep { last_read } = self.phase {
             let start = self.evaluate(&last_read);
             start.check().map_err(|e| refuse(&e))?;
@@ -147,6 +150,7 @@ impl Slave for ReferencePath {
         let output = self.evaluate(&self.inputs);
         output.check().map_err(|e| refuse(&e))?;
         self.follower.commit(&output);
+        self.follower.integrate(&self.guidance, &output, self.inputs.speed, step);
         self.phase = Phase::Running(output);
         Ok(())
     }
@@ -156,6 +160,7 @@ impl Slave for ReferencePath {
             guidance: self.guidance,
             inputs: self.inputs,
             progress: self.follower.progress(),
+            integral: self.follower.integral(),
             phase: self.phase.clone(),
         })
     }
@@ -163,7 +168,7 @@ impl Slave for ReferencePath {
     fn load(&mut self, bytes: &[u8]) -> Result<(), String> {
         let saved: Saved = decode(bytes)?;
         let mut loaded = self.clone();
-        loaded.follower.restore(saved.progress).map_err(|e| refuse(&e))?;
+        loaded.follower.restore(saved.progress, saved.integral).map_err(|e| refuse(&e))?;
         match &saved.phase {
             Phase::BeforeFirstStep { last_read: Inputs { x, y, yaw, speed } } => {
                 if [x, y, yaw, speed].iter().any(|value| !value.is_finite()) {

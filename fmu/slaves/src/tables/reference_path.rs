@@ -38,4 +38,6 @@ super::variables! {
         .unit("rad.m").display_unit("deg.m").nominal(10.0).description("steering angle per curvature");
     SideslipPerYawRate = 24, real "sideslip_per_yaw_rate", Parameter, Tunable,
         .unit("s").nominal(0.1).description("sideslip angle per yaw rate in a steady turn");
+    CrossTrackIntegralGain = 25, real "cross_track_integral_gain", Parameter, Tunable,
+        .unit("1/s").min(0.0).nominal(0.1).description("how fast the integral of the cross-track error grows; 0: there is none");
 }

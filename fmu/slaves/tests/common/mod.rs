@@ -135,6 +135,7 @@ pub fn path(closed: bool) -> ReferencePath {
             preview_time_s: 0.2,
             feedforward_gain_radm: 2.7,
             sideslip_per_yaw_rate_s: 0.05,
+            cross_track_integral_gain_per_s: 0.1,
         },
         provenance: formats::Provenance::default(),
     };
