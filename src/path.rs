@@ -4,11 +4,11 @@ use crate::failure::{Failure, Outcome};
 use crate::tell::Tell;
 use crate::{files, quantity};
 use control::paths::{self, FixOptions, PointOptions, PoorFixes};
-use formats::{Path as PathFile, Pid, SourceFile};
-use std::path::PathBuf;
+use formats::{Document, Path as PathFile, Pid, SourceFile};
+use std::path::{Path, PathBuf};
 
-/// Make a reference path from recorded points: CSV (x_m, y_m or latitude_deg, longitude_deg), GPX or
-/// NMEA (GGA, RMC)
+/// Make a reference path from recorded points (CSV: x_m, y_m or latitude_deg, longitude_deg; GPX;
+/// NMEA: GGA, RMC) or from segments (TOML)
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// Points of the track; without it the standard road: a double lane change and an S-curve
@@ -33,6 +33,13 @@ pub(crate) struct Arguments {
     /// Controller that will follow the path: sets feedforward and preview
     #[arg(long, value_name = "PID.json")]
     pid: Option<PathBuf>,
+    /// Sideslip angle per yaw rate of the vehicle in a steady turn, such as -40ms: its course is not
+    /// its yaw
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time, default_value = "0s")]
+    sideslip_per_yaw_rate: f64,
+    /// How fast the integral of the cross-track error grows, such as 0.05/s; by default there is none
+    #[arg(long, value_name = "RATE", allow_hyphen_values = true, value_parser = quantity::rate, default_value = "0/s")]
+    cross_track_integral: f64,
     /// Print the path as JSON on stdout
     #[arg(long)]
     json: bool,
@@ -58,34 +65,16 @@ impl From<PoorFixesName> for PoorFixes {
 pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let (mut path, mut notes) = match &arguments.track {
         None => (paths::reference_road(arguments.speed, arguments.lateral_acceleration)?, vec![]),
-        Some(track) => {
+        Some(track) if track.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) => {
+            if arguments.closed {
+                let hint = "leave --closed out, or record the points of a lap";
+                return Err(Failure::in_file(track, "a road of segments has ends", hint.into()));
+            }
             let text = files::read_text(track)?;
-            let options = PointOptions {
-                speed: arguments.speed,
-                closed: arguments.closed,
-                fixes: FixOptions { poor: arguments.poor_fixes.into(), ..FixOptions::default() },
-                ..PointOptions::default()
-            };
-            let recorded = paths::path_from_recording(
-                &text,
-                &track.display().to_string(),
-                &options,
-            )
-            .map_err(|e| match e {
-                control::Error::PointFile { .. } | control::Error::PoorFixes { .. } => e.into(),
-                e => Failure::in_file(track, &e, e.hint()),
-            })?;
-            let mut notes: Vec<String> =
-                recorded.warnings.iter().map(|w| format!("warning: {w}")).collect();
-            notes.push(format!(
-                "smoothed over {:.1} m; the points are {:.3} m (RMS) and at most {:.3} m off",
-                recorded.smoothing_length_m, recorded.rms_distance_m, recorded.largest_distance_m
-            ));
-            let mut path = recorded.path;
-            path.provenance.version = env!("CARGO_PKG_VERSION").into();
-            path.provenance.sources = vec![SourceFile::of(track, text.as_bytes())];
-            (path, notes)
+            let path = paths::path_from_road(&text, &track.display().to_string(), arguments.speed)?;
+            (of_this_version(path, track, &text), vec![])
         }
+        Some(track) => recorded(arguments, track)?,
     };
     if let Some(file) = &arguments.pid {
         let (pid, source) = files::read_document::<Pid>(file)?;
@@ -94,11 +83,44 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     } else {
         notes.push("no feedforward: give --pid to set it for a controller".into());
     }
+    path.guidance.sideslip_per_yaw_rate_s = arguments.sideslip_per_yaw_rate;
+    path.guidance.cross_track_integral_gain_per_s = arguments.cross_track_integral;
+    path.checked("the path's guidance")?;
     files::write_document(&arguments.out, &path)?;
     notes.push(extent(&path));
     notes.push(format!("written to {}", arguments.out.display()));
     Tell::new(arguments.json).result(&notes.join("\n"), &path)?;
     Ok(Outcome::Done)
+}
+
+/// The path of recorded points, and what is to be said of it.
+fn recorded(arguments: &Arguments, track: &Path) -> Result<(PathFile, Vec<String>), Failure> {
+    let text = files::read_text(track)?;
+    let options = PointOptions {
+        speed: arguments.speed,
+        closed: arguments.closed,
+        fixes: FixOptions { poor: arguments.poor_fixes.into(), ..FixOptions::default() },
+        ..PointOptions::default()
+    };
+    let recorded = paths::path_from_recording(&text, &track.display().to_string(), &options)
+        .map_err(|e| match e {
+            control::Error::PointFile { .. } | control::Error::PoorFixes { .. } => e.into(),
+            e => Failure::in_file(track, &e, e.hint()),
+        })?;
+    let mut notes: Vec<String> =
+        recorded.warnings.iter().map(|w| format!("warning: {w}")).collect();
+    notes.push(format!(
+        "smoothed over {:.1} m; the points are {:.3} m (RMS) and at most {:.3} m off",
+        recorded.smoothing_length_m, recorded.rms_distance_m, recorded.largest_distance_m
+    ));
+    Ok((of_this_version(recorded.path, track, &text), notes))
+}
+
+/// The path with the file that it was made from.
+fn of_this_version(mut path: PathFile, track: &Path, text: &str) -> PathFile {
+    path.provenance.version = env!("CARGO_PKG_VERSION").into();
+    path.provenance.sources = vec![SourceFile::of(track, text.as_bytes())];
+    path
 }
 
 /// Length, points, curvature and lateral acceleration.

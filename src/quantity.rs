@@ -10,6 +10,7 @@ const ANGLE_RATES: Units = &[("deg/s", PI / 180.0), ("rad/s", 1.0)];
 const TIMES: Units = &[("ms", 1e-3), ("s", 1.0)];
 const SPEEDS: Units = &[("m/s", 1.0), ("km/h", 1.0 / 3.6)];
 const ACCELERATIONS: Units = &[("m/s2", 1.0), ("g", 9.80665)];
+const RATES: Units = &[("/s", 1.0)];
 const SHARES: Units = &[("%", 1.0)];
 /// Sizes that are taken, whatever the unit; times since 1970 are among them.
 const SENSIBLE: std::ops::RangeInclusive<f64> = 1e-12..=1e12;
@@ -39,6 +40,11 @@ pub(crate) fn acceleration(text: &str) -> Result<f64, String> {
     with_unit(text, ACCELERATIONS)
 }
 
+/// A rate in 1/s.
+pub(crate) fn rate(text: &str) -> Result<f64, String> {
+    with_unit(text, RATES)
+}
+
 /// A share in percent.
 pub(crate) fn percent(text: &str) -> Result<f64, String> {
     with_unit(text, SHARES)
@@ -66,12 +72,13 @@ fn with_unit(text: &str, units: Units) -> Result<f64, String> {
 
 #[cfg(test)]
 mod tests {
-    use super::{angle, angle_rate, percent, speed, time};
+    use super::{angle, angle_rate, percent, rate, speed, time};
 
     #[test]
     fn units_are_applied_and_required() {
         assert!((angle("22deg").unwrap() - 0.383_972_435_438_752_5).abs() < 1e-15);
         assert_eq!(angle("0.5 rad").unwrap(), 0.5);
+        assert_eq!(rate("0.05/s").unwrap(), 0.05);
         assert_eq!(time("250ms").unwrap(), 0.25);
         assert_eq!(time("1s").unwrap(), 1.0);
         assert_eq!(percent("1%").unwrap(), 1.0);

@@ -84,7 +84,7 @@ fn document(vehicle: &VehicleData) -> Bicycle {
 }
 
 /// Line and column, from 1, of a byte.
-fn place(text: &str, byte: usize) -> (usize, usize) {
+pub(crate) fn place(text: &str, byte: usize) -> (usize, usize) {
     let before = text.get(..byte).unwrap_or(text);
     let line = before.matches('\n').count() + 1;
     let column = before.rsplit('\n').next().unwrap_or_default().chars().count() + 1;

@@ -27,6 +27,18 @@ pub enum Error {
         /// What is wrong.
         problem: String,
     },
+    /// The file of a road is not what it should be.
+    #[error("{file}:{line}:{column}: {problem}")]
+    RoadFile {
+        /// Name of the file as the caller gave it.
+        file: String,
+        /// Line, from 1.
+        line: usize,
+        /// Column, from 1.
+        column: usize,
+        /// What is wrong.
+        problem: String,
+    },
     /// A satellite receiver's recording has no fix that may be used.
     #[error(
         "{file}: none of {total} fixes can be used: {without} have no position, {poor} have fewer than {least_satellites} satellites or no correction"
@@ -212,6 +224,11 @@ impl Error {
                 "give a comma-separated table with the columns x_m and y_m, or latitude_deg and \
                  longitude_deg (and altitude_m), a GPX track, or NMEA sentences (GGA, RMC); repair \
                  or delete the line that is named"
+                    .into()
+            }
+            Self::RoadFile { .. } => {
+                "a road has a name and [[segments]], each with length_m, curvature_per_m and \
+                 end_curvature_per_m; metres, 1/m, positive to the left"
                     .into()
             }
             Self::PoorFixes { .. } => {
