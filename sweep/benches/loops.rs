@@ -1,11 +1,12 @@
 //! How fast the closed loop of plant, path and controller runs: a thread, two, and each plant.
 //!
 //! `cargo xtask bench sweep` makes the FMUs, names their folder in `STEERWRIGHT_BENCH_FMUS` and runs
-//! this; the number of loops may follow as an argument. Times are wall time of whole sweeps, with
-//! all that belongs to them: draws, initialization, metrics, the results file.
+//! this; the number of loops may follow as an argument. Times are of whole sweeps, with all that
+//! belongs to them: draws, instances, initialization, metrics, the results file. Where others use
+//! the machine too, wall times are theirs as well, and the processor's time tells what a sweep takes.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
@@ -39,12 +40,17 @@ fn study(plant: &str, runs: usize) -> String {
     )
 }
 
-/// Wall time of a sweep, s.
-fn time(plant: &str, runs: usize, threads: usize, folder: &PathBuf, out: &PathBuf) -> f64 {
-    let study = Study::read(study(plant, runs), "bench".into(), folder.clone()).unwrap();
+/// What a sweep takes, s.
+struct Taken {
+    wall: f64,
+    processor: f64,
+}
+
+fn time(plant: &str, runs: usize, threads: usize, folder: &Path, out: &Path) -> Taken {
+    let study = Study::read(study(plant, runs), "bench".into(), folder.to_path_buf()).unwrap();
     let sweep = Sweep::prepare(&study, &|_| true).unwrap();
     let stop = AtomicBool::new(false);
-    let begun = Instant::now();
+    let (begun, before) = (Instant::now(), processor());
     let finished = sweep
         .run(&Options {
             results: out,
@@ -57,7 +63,19 @@ fn time(plant: &str, runs: usize, threads: usize, folder: &PathBuf, out: &PathBu
         })
         .unwrap();
     assert!(finished.summary.all_passed());
-    begun.elapsed().as_secs_f64()
+    Taken { wall: begun.elapsed().as_secs_f64(), processor: processor() - before }
+}
+
+/// The time that this process has had a processor, all threads together, s.
+#[cfg(unix)]
+fn processor() -> f64 {
+    let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
+    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
+}
+
+#[cfg(not(unix))]
+fn processor() -> f64 {
+    f64::NAN
 }
 
 fn main() {
@@ -70,20 +88,26 @@ fn main() {
     let out = tempfile::tempdir().unwrap();
     let out = out.path().join("results.csv");
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    println!("{cores} cores; loops of 20 s at 100 Hz");
+    println!("{runs} loops of 20 s at 100 Hz, {cores} cores");
+    println!("plant             threads   wall s   processor s   processor ns a step");
     for plant in ["IdentifiedPlant", "NonlinearVehicle"] {
-        // Warm, and the second time that a file's pages are touched.
+        // Pages and caches are warm from here on.
         time(plant, runs.min(20), 1, &folder, &out);
-        let one = time(plant, runs, 1, &folder, &out);
-        let two = time(plant, runs, 2, &folder, &out);
-        let step = |wall: f64, threads: f64| wall * threads / (runs as f64 * STEPS) * 1e9;
+        let taken = [1, 2].map(|threads| {
+            let taken = time(plant, runs, threads, &folder, &out);
+            println!(
+                "{plant:16}  {threads:7}  {:7.2}  {:12.2}  {:20.0}",
+                taken.wall,
+                taken.processor,
+                taken.processor / (runs as f64 * STEPS) * 1e9
+            );
+            taken
+        });
         println!(
-            "{plant}: {runs} loops in {one:.2} s on one thread ({:.0} ns a step), {two:.2} s on \
-             two ({:.0} ns of a core a step); scaling {:.2}",
-            step(one, 1.0),
-            step(two, 2.0),
-            one / two,
+            "{plant:16}  scaling {:.2}; the processor's time with two threads is {:.2} of one's",
+            taken[0].wall / taken[1].wall,
+            taken[1].processor / taken[0].processor
         );
-        println!("{plant}: {:.6} ms a loop on one thread", one / runs as f64 * 1e3);
+        println!("ms a loop on one thread: {:.4}", taken[0].processor / runs as f64 * 1e3);
     }
 }

@@ -1,6 +1,7 @@
 //! `cargo xtask bench`: measurements, none of which runs in the tests.
 
 mod fmu;
+mod sweep;
 
 use clap::ValueEnum;
 
@@ -11,12 +12,15 @@ pub(crate) enum Bench {
     Fmu,
     /// What identification costs in time and memory, beside its peers
     Sysid,
+    /// What a closed loop of FMUs costs in a sweep, on a thread and on two, beside fmpy
+    Sweep,
 }
 
 /// Measures it.
 pub(crate) fn bench(what: Bench) -> Result<(), String> {
     match what {
         Bench::Fmu => fmu::fmu(),
+        Bench::Sweep => sweep::sweep(),
         Bench::Sysid => crate::evaluate::evaluate("speed", &[]),
     }
 }

@@ -1,0 +1,147 @@
+//! `steerwright sweep` over the packed FMUs: the study in the repository, its results, its exits.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod support;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use support::{archives, demo, steerwright, told};
+
+const EXAMPLE: &str = include_str!("../sweep/examples/lateral-loop.toml");
+
+/// A study beside the demo's archives.
+fn study(name: &str, text: &str) -> PathBuf {
+    let file = archives().join(name);
+    fs::write(&file, text).unwrap();
+    file
+}
+
+fn small(runs: usize, stop: &str) -> String {
+    EXAMPLE
+        .replace("runs = 200", &format!("runs = {runs}"))
+        .replace("stop_s = 20.0", &format!("stop_s = {stop}"))
+}
+
+fn sweep(folder: &Path, study: &Path, more: &[&str]) -> std::process::Output {
+    let mut arguments = vec!["sweep".as_ref(), study.as_os_str()];
+    arguments.extend(more.iter().map(std::ffi::OsStr::new));
+    steerwright(folder, &arguments)
+}
+
+#[test]
+fn the_example_runs_and_its_summary_is_that_of_its_rows() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = study("example.toml", &small(12, "8.0"));
+    let one = sweep(
+        folder.path(),
+        &file,
+        &["-o", "one.csv", "--threads", "1", "--json", "--trajectories", "of", "--of", "3"],
+    );
+    assert_eq!(one.status.code(), Some(0), "{}", told(&one));
+    assert_eq!(
+        sweep(folder.path(), &file, &["-o", "two.csv", "--threads", "2"]).status.code(),
+        Some(0)
+    );
+    let table = fs::read_to_string(folder.path().join("one.csv")).unwrap();
+    assert_eq!(table, fs::read_to_string(folder.path().join("two.csv")).unwrap());
+
+    let summary: serde_json::Value = serde_json::from_slice(&one.stdout).unwrap();
+    assert_eq!((&summary["rows"], &summary["errors"]), (&12.into(), &0.into()));
+    let header = "run,speed,IdentifiedPlant.noise_seed,gust,cross_track_rms_m,cross_track_max_m,\
+                  off_by_10_cm_s,yaw_error_rms_deg,saturated_s,passed,status,study";
+    assert_eq!(table.lines().next(), Some(header));
+    let cell = |line: &str, index: usize| line.split(',').nth(index).unwrap().to_owned();
+    let largest = table.lines().skip(1).map(|l| cell(l, 5).parse::<f64>().unwrap());
+    let largest = largest.fold(0.0, f64::max);
+    assert_eq!(summary["metrics"][1]["maximum"].as_f64(), Some(largest));
+    // The trajectory's own largest error is the metric of its run.
+    let trajectory = fs::read_to_string(folder.path().join("of/run-3.csv")).unwrap();
+    let column = trajectory
+        .lines()
+        .next()
+        .unwrap()
+        .split(',')
+        .position(|n| n == "ReferencePath.cross_track_error")
+        .unwrap();
+    let errors = trajectory.lines().skip(1).map(|l| cell(l, column).parse::<f64>().unwrap().abs());
+    assert_eq!(trajectory.lines().count(), 802);
+    assert_eq!(errors.fold(0.0, f64::max), cell(table.lines().nth(4).unwrap(), 5).parse().unwrap());
+}
+
+#[test]
+fn the_same_reset_or_new_for_every_fmu_of_ours() {
+    let folder = tempfile::tempdir().unwrap();
+    let of = |plant: &str, instances: &str| {
+        let text = small(6, "3.0")
+            .replace("seed = 1 ", &format!("instances = \"{instances}\"\nseed = 1 "));
+        // Only the identified plant has noise.
+        let text = if plant == "IdentifiedPlant" {
+            text
+        } else {
+            text.replace("\"IdentifiedPlant.noise_scale\" = 1.0\n", "")
+                .replace("variables = [\"IdentifiedPlant.noise_seed\"]", "name = \"seed\"")
+                .replace("IdentifiedPlant", plant)
+        };
+        let file = study(&format!("{plant}-{instances}.toml"), &text);
+        let out = format!("{plant}-{instances}.csv");
+        let output = sweep(folder.path(), &file, &["-o", &out]);
+        assert!(matches!(output.status.code(), Some(0 | 1)), "{}", told(&output));
+        let table = fs::read_to_string(folder.path().join(out)).unwrap();
+        assert!(!table.contains("error"), "{table}");
+        // All but the study's hash.
+        table.lines().map(|l| l.rsplit_once(',').unwrap().0.to_owned()).collect::<Vec<_>>()
+    };
+    for plant in ["IdentifiedPlant", "BicyclePlant", "NonlinearVehicle"] {
+        let reset = of(plant, "auto");
+        assert_eq!(reset.len(), 7);
+        assert_eq!(reset, of(plant, "fresh"), "{plant}");
+    }
+}
+
+#[test]
+fn a_package_is_swept_as_it_is_wired() {
+    let folder = tempfile::tempdir().unwrap();
+    let package = demo().folder.join("multibody/fmu/LateralLoop.ssp");
+    let text = format!(
+        "ssp = {package:?}\nseed = 1\nruns = 2\nstop_s = 2.0\n\
+         [[vary]]\nvariables = [\"LateralPid.kp\"]\ndistribution = \"choice\"\nvalues = [0.5, 1.0]\n\
+         [[metric]]\nname = \"x\"\nvariable = \"IdentifiedPlant.x\"\nkind = \"final\"\nat_least = 1e3\n"
+    );
+    let file = folder.path().join("study.toml");
+    fs::write(&file, text).unwrap();
+    let output = sweep(folder.path(), &file, &["--json"]);
+    // Nobody drives a kilometre in 2 s: a requirement is not met.
+    assert_eq!(output.status.code(), Some(1), "{}", told(&output));
+    let summary: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    // The package's own speed, of the drive, held for 2 s.
+    let x = summary["metrics"][0]["median"].as_f64().unwrap();
+    assert!((29.0..31.0).contains(&x), "{x}");
+    assert_eq!(summary["passed"]["passed"], 0);
+    // The results are done: a second call writes them anew, a third goes on with nothing to do.
+    assert_eq!(sweep(folder.path(), &file, &[]).status.code(), Some(1));
+    assert_eq!(sweep(folder.path(), &file, &["--resume"]).status.code(), Some(1));
+}
+
+#[test]
+fn bad_studies_are_bad_input() {
+    let folder = tempfile::tempdir().unwrap();
+    for (from, to, says) in [
+        (
+            "noise_seed\"]",
+            "noise_sed\"]",
+            "bad.toml:43:14: IdentifiedPlant has no variable \"noise_sed\"; near it: noise_seed",
+        ),
+        ("maximum = 60.0", "maximum = 40.0", "minimum 48 is not below maximum 40"),
+        ("minimum = 48.0", "minimum = -5.0", "beyond its minimum 0"),
+        ("IdentifiedPlant.fmu", "Missing.fmu", "Missing.fmu"),
+    ] {
+        let text = small(2, "1.0");
+        assert!(text.contains(from));
+        let file = study("bad.toml", &text.replace(from, to));
+        let output = sweep(folder.path(), &file, &[]);
+        assert_eq!(output.status.code(), Some(2));
+        let told = told(&output);
+        assert!(told.contains(says) && told.contains("\nhint: "), "{told}");
+        assert!(!folder.path().join("results.csv").exists());
+    }
+}
