@@ -7,6 +7,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 use std::io::Write;
 use std::path::PathBuf;
+use std::process::Command;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -14,7 +15,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 ///
 /// The study is a TOML file: the FMUs or the .ssp, what is varied and how, disturbances, metrics
 /// and what is required of them. A row of the results depends on the study and the run's number
-/// alone. The FMUs' binaries run in this process; after one has crashed, --resume goes on.
+/// alone. The FMUs' binaries run in this process unless --isolate is given.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// The study
@@ -32,6 +33,13 @@ pub(crate) struct Arguments {
     /// Threads; by default one a core
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
+    /// Have each thread's FMUs in a process of its own: one that crashes spoils one run alone, and
+    /// FMUs that allow one instance in a process run on all threads
+    #[arg(long)]
+    isolate: bool,
+    /// What `--isolate` starts
+    #[arg(long, hide = true, conflicts_with = "isolate")]
+    serve: bool,
     /// Write trajectories of the runs that --of names into this folder
     #[arg(long, value_name = "DIR", requires = "of")]
     trajectories: Option<PathBuf>,
@@ -58,25 +66,35 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let study = Study::open(&arguments.study)?;
     // Ours reset exactly, which a test holds them to; what others do is for the study to say.
     let sweep = Sweep::prepare(&study, &|tool| tool.starts_with("steerwright "))?;
-    let warnings = warnings(&sweep, arguments);
-    for warning in &warnings {
-        let _ = writeln!(std::io::stderr(), "warning: {warning}");
+    if !(arguments.isolate || arguments.serve) {
+        sweep.try_first_step(&study)?;
     }
     let stop = Arc::new(AtomicBool::new(false));
     let asked = Arc::clone(&stop);
     ctrlc::set_handler(move || asked.store(true, Ordering::Relaxed)).map_err(|e| {
         Failure::new(format!("no signal handler: {e}"), "run the command in a process of its own")
     })?;
+    let start = || isolated(arguments);
     let bar = bar(sweep.runs());
-    let finished = sweep.run(&Options {
+    let options = Options {
         results: &arguments.out,
         threads: arguments.threads.map(usize::from),
         resume: arguments.resume,
         overwrite: arguments.overwrite,
         trajectories: arguments.trajectories.clone().map(|dir| (dir, arguments.of.clone())),
+        isolate: if arguments.isolate { Some(&start) } else { None },
         stop: &stop,
         progress: &|rows| bar.set_position(rows as u64),
-    });
+    };
+    if arguments.serve {
+        sweep.serve(&options, std::io::stdin().lock(), std::io::stdout())?;
+        return Ok(Outcome::Done);
+    }
+    let warnings = warnings(&sweep, arguments);
+    for warning in &warnings {
+        let _ = writeln!(std::io::stderr(), "warning: {warning}");
+    }
+    let finished = sweep.run(&options);
     bar.finish_and_clear();
     let finished = finished?;
     complete(arguments, &finished)?;
@@ -97,10 +115,25 @@ fn warnings(sweep: &Sweep, arguments: &Arguments) -> Vec<String> {
     let mut warnings = sweep.remarks().to_vec();
     if let Some(fmu) = sweep.only_once()
         && arguments.threads != Some(1)
+        && !arguments.isolate
     {
-        warnings.push(format!("{fmu} allows one instance in a process: one thread runs"));
+        warnings.push(format!(
+            "{fmu} allows one instance in a process: one thread runs; --isolate lets all run"
+        ));
     }
     warnings
+}
+
+/// This command once more, for the FMUs of one thread.
+fn isolated(arguments: &Arguments) -> Command {
+    // Where the program does not know its own file, starting nothing tells so.
+    let mut command = Command::new(std::env::current_exe().unwrap_or_default());
+    command.arg("sweep").arg(&arguments.study).arg("--serve");
+    if let Some(folder) = &arguments.trajectories {
+        let runs: Vec<String> = arguments.of.iter().map(ToString::to_string).collect();
+        command.arg("--trajectories").arg(folder).args(["--of", &runs.join(",")]);
+    }
+    command
 }
 
 /// On stderr, and only where that is a terminal.
@@ -121,7 +154,7 @@ fn complete(arguments: &Arguments, finished: &Finished) -> Result<(), Failure> {
     Err(match &finished.fatal {
         Some(fatal) => Failure::new(
             format!("{fatal}\nno function of that FMU may be called any more; {held}"),
-            "go on in a new process with --resume",
+            "go on with --resume, or have --isolate go on by itself",
         ),
         None => Failure::new(format!("interrupted: {held}"), "go on with --resume"),
     })

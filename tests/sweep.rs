@@ -1,6 +1,8 @@
 //! `steerwright sweep` over the packed FMUs: the study in the repository, its results, its exits.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+#[path = "../fmu/host/tests/support/mod.rs"]
+mod crashing;
 mod support;
 
 use std::fs;
@@ -65,7 +67,10 @@ fn the_example_runs_and_its_summary_is_that_of_its_rows() {
         .unwrap();
     let errors = trajectory.lines().skip(1).map(|l| cell(l, column).parse::<f64>().unwrap().abs());
     assert_eq!(trajectory.lines().count(), 802);
-    assert_eq!(errors.fold(0.0, f64::max), cell(table.lines().nth(4).unwrap(), 5).parse().unwrap());
+    assert_eq!(
+        errors.fold(0.0, f64::max),
+        cell(table.lines().nth(4).unwrap(), 5).parse::<f64>().unwrap()
+    );
 }
 
 #[test]
@@ -87,7 +92,7 @@ fn the_same_reset_or_new_for_every_fmu_of_ours() {
         let output = sweep(folder.path(), &file, &["-o", &out]);
         assert!(matches!(output.status.code(), Some(0 | 1)), "{}", told(&output));
         let table = fs::read_to_string(folder.path().join(out)).unwrap();
-        assert!(!table.contains("error"), "{table}");
+        assert!(!table.contains(",error: "), "{table}");
         // All but the study's hash.
         table.lines().map(|l| l.rsplit_once(',').unwrap().0.to_owned()).collect::<Vec<_>>()
     };
@@ -122,6 +127,79 @@ fn a_package_is_swept_as_it_is_wired() {
     assert_eq!(sweep(folder.path(), &file, &["--resume"]).status.code(), Some(1));
 }
 
+/// A plant that aborts where its misbehaviour is 9, and ends fatally where it is 3.
+const CRASHING: &str = r#"
+seed = 3
+runs = 30
+step_s = 0.01
+stop_s = 0.5
+fmu = [{ file = "crashing.fmu", name = "plant" }]
+[[vary]]
+variables = ["plant.misbehaviour"]
+distribution = "choice"
+values = [0, 3, 9]
+weights = [8, 1, 1]
+[[vary]]
+variables = ["plant.u"]
+distribution = "uniform"
+minimum = 0.0
+maximum = 1.0
+[[metric]]
+name = "y"
+variable = "plant.y"
+kind = "final"
+"#;
+
+#[test]
+fn isolated_a_crash_is_the_row_of_its_run() {
+    use crashing::{Behaviour, binary_path, library, xml, zip_of};
+    let folder = tempfile::tempdir().unwrap();
+    let Some(library) = library(Behaviour::Integrator) else { return };
+    let described = xml(("u", ""), ("y", ""));
+    let files = [("modelDescription.xml", described.as_bytes()), (&binary_path(), library)];
+    fs::write(folder.path().join("crashing.fmu"), zip_of(&files)).unwrap();
+    let file = folder.path().join("study.toml");
+    fs::write(&file, CRASHING).unwrap();
+    let mut tables = Vec::new();
+    for threads in ["1", "2"] {
+        let out = format!("{threads}.csv");
+        let how =
+            ["--isolate", "--threads", threads, "-o", &out, "--trajectories", "of", "--of", "0"];
+        let output = sweep(folder.path(), &file, &how);
+        assert_eq!(output.status.code(), Some(1), "{}", told(&output));
+        tables.push(fs::read_to_string(folder.path().join(out)).unwrap());
+    }
+    assert_eq!(tables[0], tables[1]);
+    assert_eq!(tables[0].lines().count(), 31);
+    let mut seen = [0; 3];
+    for row in tables[0].lines().skip(1) {
+        let cells: Vec<&str> = row.split(',').collect();
+        match cells[1] {
+            "0" => {
+                seen[0] += 1;
+                // x' = u over half a second.
+                let (u, y): (f64, f64) = (cells[2].parse().unwrap(), cells[3].parse().unwrap());
+                assert!((y - 0.5 * u).abs() < 1e-12 && cells[4] == "ok", "{row}");
+            }
+            "3" => {
+                seen[1] += 1;
+                assert!(row.contains("fmi2DoStep answered fatal"), "{row}");
+            }
+            _ => {
+                seen[2] += 1;
+                assert!(row.contains("error: the process ended: "), "{row}");
+            }
+        }
+    }
+    assert!(seen.iter().all(|count| *count > 0), "{seen:?}");
+    assert!(folder.path().join("of/run-0.csv").is_file());
+    // In one process, the rows before the crash are kept.
+    let output = sweep(folder.path(), &file, &["-o", "here.csv", "--threads", "1"]);
+    assert!(!matches!(output.status.code(), Some(0 | 1)));
+    let here = fs::read_to_string(folder.path().join("here.csv")).unwrap();
+    assert!(tables[0].starts_with(&here) && here.ends_with('\n'));
+}
+
 #[test]
 fn bad_studies_are_bad_input() {
     let folder = tempfile::tempdir().unwrap();
@@ -129,10 +207,14 @@ fn bad_studies_are_bad_input() {
         (
             "noise_seed\"]",
             "noise_sed\"]",
-            "bad.toml:43:14: IdentifiedPlant has no variable \"noise_sed\"; near it: noise_seed",
+            "bad.toml:48:14: IdentifiedPlant has no variable \"noise_sed\"; near it: noise_seed",
         ),
         ("maximum = 60.0", "maximum = 40.0", "minimum 48 is not below maximum 40"),
-        ("minimum = 48.0", "minimum = -5.0", "beyond its minimum 0"),
+        (
+            "standard_deviation = 2.0\nminimum = 48.0",
+            "standard_deviation = 20.0\nminimum = -5.0",
+            "beyond its minimum 0",
+        ),
         ("IdentifiedPlant.fmu", "Missing.fmu", "Missing.fmu"),
     ] {
         let text = small(2, "1.0");

@@ -58,6 +58,7 @@ fn time(plant: &str, runs: usize, threads: usize, folder: &Path, out: &Path) -> 
             resume: false,
             overwrite: true,
             trajectories: None,
+            isolate: None,
             stop: &stop,
             progress: &|_| {},
         })

@@ -37,6 +37,8 @@ pub enum Error {
     Unfinished { path: PathBuf, rows: usize, runs: usize },
     #[error("run {run} does not exist: the study has {runs} runs, from 0")]
     NoSuchRun { run: usize, runs: usize },
+    #[error("no process can be started for the FMUs: {reason}")]
+    Process { reason: String },
     #[error("no threads can be started: {reason}")]
     Threads { reason: String },
 }
@@ -63,6 +65,9 @@ impl Error {
                 "go on with --resume, or write over it with --overwrite".to_owned()
             }
             Self::NoSuchRun { .. } => "name runs that the study has".to_owned(),
+            Self::Process { .. } => {
+                "what it said stands above; or run without --isolate".to_owned()
+            }
             Self::Threads { .. } => "ask for fewer with --threads".to_owned(),
         }
     }

@@ -7,7 +7,7 @@ use std::sync::atomic::AtomicBool;
 use sha2::{Digest, Sha256};
 
 use crate::connect::{Source, Wired, connect};
-use crate::error::{Error, Place};
+use crate::error::Error;
 use crate::plan::Plan;
 use crate::resolve::{Resets, resolve};
 use crate::rig::{Ended, Rig};
@@ -28,8 +28,7 @@ pub struct Sweep {
 }
 
 impl Sweep {
-    /// Opens the FMUs, wires them, resolves every name of the study and tries the first step of the
-    /// first and the last run.
+    /// Opens the FMUs, wires them and resolves every name of the study.
     ///
     /// `resets_exactly` says of a generation tool whether `fmi2Reset` of its FMUs is as good as a
     /// new instance; their instances serve many runs. It has a say only where the study leaves
@@ -47,10 +46,7 @@ impl Sweep {
         // The instances that were asked for names may be in the way of those that run.
         let Wired { source, system, .. } = wired;
         drop(system);
-        let sweep = Self { source, plan, id, only_once, remarks };
-        let at = study.raw.step_s.as_ref().map_or_else(|| study.top(), |step| study.place(step));
-        sweep.try_first_step(at)?;
-        Ok(sweep)
+        Ok(Self { source, plan, id, only_once, remarks })
     }
 
     /// The number of runs.
@@ -77,8 +73,10 @@ impl Sweep {
         &self.remarks
     }
 
-    /// One run may fail for its draws; two that fail at once are the study's fault.
-    fn try_first_step(&self, at: Place) -> Result<(), Error> {
+    /// Tries the first step of the first and the last run: one may fail for its draws, if both do it
+    /// is the study's fault.
+    pub fn try_first_step(&self, study: &Study) -> Result<(), Error> {
+        let at = study.raw.step_s.as_ref().map_or_else(|| study.top(), |step| study.place(step));
         let mut rig = Rig::new(&self.plan, self.source.archives());
         let stop = AtomicBool::new(false);
         let mut failure = None;

@@ -159,33 +159,46 @@ fn read(sweep: &Sweep, mut file: impl Read, path: &Path) -> Result<Held, Error> 
     if found.iter().ne(expected.iter().map(String::as_str)) {
         return Err(bad("its header is not that of this study".to_owned()));
     }
-    let first = 1 + sweep.plan.varied.len();
-    let metrics = first..first + sweep.plan.metrics.len();
     let mut rows = Vec::new();
     for record in records {
         let number = rows.len();
         let record = record.map_err(|e| bad(format!("row of run {number}: {e}")))?;
-        let cell = |index: usize| record.get(index).unwrap_or_default();
-        let (status, id) = (cell(expected.len() - 2), cell(expected.len() - 1));
-        if id != sweep.id {
-            return Err(bad(format!(
-                "the row of run {number} is of study {id:?}, and study and FMUs are now {:?}",
-                sweep.id
-            )));
-        }
-        if cell(0) != number.to_string() || number >= sweep.runs() {
-            return Err(bad(format!("run {number} is wanted where run {:?} stands", cell(0))));
-        }
-        rows.push(if status == "ok" {
-            let value = |index| {
-                cell(index).parse().map_err(|_| {
-                    bad(format!("row of run {number}: {:?} is no number", cell(index)))
-                })
-            };
-            Outcome::Done(metrics.clone().map(value).collect::<Result<_, _>>()?)
-        } else {
-            Outcome::Failed(status.to_owned())
-        });
+        rows.push(outcome(sweep, number, &record).map_err(bad)?);
     }
     Ok((rows, end as u64, true))
+}
+
+/// What a row says; an error if it is not that of the run.
+fn outcome(sweep: &Sweep, run: usize, record: &csv::StringRecord) -> Result<Outcome, String> {
+    let cell = |index: usize| record.get(index).unwrap_or_default();
+    let last = record.len().saturating_sub(1);
+    let (status, id) = (cell(last.saturating_sub(1)), cell(last));
+    if id != sweep.id {
+        return Err(format!(
+            "the row of run {run} is of study {id:?}, and study and FMUs are now {:?}",
+            sweep.id
+        ));
+    }
+    if cell(0) != run.to_string() || run >= sweep.runs() {
+        return Err(format!("run {run} is wanted where run {:?} stands", cell(0)));
+    }
+    if status != "ok" {
+        return Ok(Outcome::Failed(status.to_owned()));
+    }
+    let first = 1 + sweep.plan.varied.len();
+    let value = |index| {
+        let text = cell(index);
+        text.parse().map_err(|_| format!("row of run {run}: {text:?} is no number"))
+    };
+    (first..first + sweep.plan.metrics.len())
+        .map(value)
+        .collect::<Result<_, _>>()
+        .map(Outcome::Done)
+}
+
+/// A row from its line.
+pub(crate) fn row_of_line(sweep: &Sweep, run: usize, line: &str) -> Result<Outcome, String> {
+    let mut reader = csv::ReaderBuilder::new().has_headers(false).from_reader(line.as_bytes());
+    let record = reader.records().next().and_then(Result::ok).unwrap_or_default();
+    outcome(sweep, run, &record)
 }

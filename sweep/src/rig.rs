@@ -7,7 +7,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use fmi2_host::{Archive, Error as HostError, Instance, Kind, Master, Phase, Status, Value};
+use fmi2_host::{Archive, Error as HostError, Instance, Kind, Master, Phase, Value};
 
 use crate::disturbance::Signal;
 use crate::metric::Memory;
@@ -26,25 +26,6 @@ pub(crate) enum Ended {
     Failed(HostError),
     /// The user asked to stop.
     Stopped,
-}
-
-impl Ended {
-    /// Whether an FMU may not be called any more in this process.
-    pub(crate) fn is_fatal(&self) -> bool {
-        matches!(
-            self,
-            Self::Failed(
-                HostError::Call { status: Status::Fatal, .. }
-                    | HostError::Step { status: Status::Fatal, .. }
-                    | HostError::Fatal { .. }
-            )
-        )
-    }
-
-    /// Whether that was known before: the run itself is not to blame.
-    pub(crate) fn is_aftermath(&self) -> bool {
-        matches!(self, Self::Failed(HostError::Fatal { .. }) | Self::Stopped)
-    }
 }
 
 /// A thread's instances and buffers.

@@ -7,10 +7,14 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc;
 
+use fmi2_host::{Error as HostError, Status};
+
 use crate::error::Error;
+use crate::isolate::Worker;
 use crate::prepare::Sweep;
 use crate::results::{Outcome, Results, row};
 use crate::rig::{Ended, Rig};
@@ -29,6 +33,8 @@ pub struct Options<'a> {
     pub overwrite: bool,
     /// Where to write trajectories, and of which runs.
     pub trajectories: Option<(PathBuf, Vec<usize>)>,
+    /// Has the FMUs of each thread in a process of its own, started by this; see [`Sweep::serve`].
+    pub isolate: Option<&'a (dyn Fn() -> Command + Sync)>,
     /// Set, from anywhere, to end as soon as may be.
     pub stop: &'a AtomicBool,
     /// Told the number of rows in the file whenever it grows.
@@ -124,9 +130,10 @@ impl Sweep {
 
     /// Threads that have something to do, one where an FMU allows one instance.
     fn threads(&self, options: &Options<'_>, left: usize) -> usize {
+        let one = self.only_once.is_some() && options.isolate.is_none();
         let cores = || std::thread::available_parallelism().map_or(1, usize::from);
         let wanted = options.threads.unwrap_or_else(cores);
-        if self.only_once.is_some() { 1 } else { wanted.clamp(1, left.max(1)) }
+        if one { 1 } else { wanted.clamp(1, left.max(1)) }
     }
 
     /// An FMU that keeps the sweep to one thread.
@@ -142,67 +149,110 @@ impl Sweep {
         ending: &AtomicBool,
         tell: &mpsc::Sender<Told>,
     ) {
-        let mut rig = Rig::new(&self.plan, self.source.archives());
+        let mut maker = Maker::new(self, options);
         let asked = || options.stop.load(Ordering::Relaxed) || ending.load(Ordering::Relaxed);
         while !asked() {
             let run = next.fetch_add(1, Ordering::Relaxed);
             if run >= self.runs() {
                 break;
             }
-            let quantities = self.plan.quantities(run);
-            let result = self.one(&mut rig, options, run, &quantities);
-            let outcome = match result {
-                Ok(Ok(metrics)) => Outcome::Done(metrics),
-                Ok(Err(ended)) => {
-                    let (fatal, aftermath) = (ended.is_fatal(), ended.is_aftermath());
-                    let Ended::Failed(error) = ended else { break };
-                    if fatal {
-                        ending.store(true, Ordering::Relaxed);
-                        let _ = tell.send(Told::Fatal(error.to_string()));
-                    }
-                    if aftermath {
-                        break;
-                    }
-                    Outcome::Failed(in_a_line(&format!("error: {error}")))
-                }
+            let made = match maker.make(self, options, run) {
+                Ok(made) => made,
                 Err(error) => {
+                    // Whoever does not listen any more does not miss it.
                     let _ = tell.send(Told::Io(error));
                     break;
                 }
             };
-            let bytes = row(self, run, &quantities, &outcome);
-            // Whoever does not listen any more does not miss it.
+            if let Some(text) = made.fatal {
+                ending.store(true, Ordering::Relaxed);
+                let _ = tell.send(Told::Fatal(text));
+            }
+            let Some((outcome, bytes)) = made.row else { break };
             let _ = tell.send(Told::Row(run, outcome, bytes));
         }
     }
 
-    /// A run, with its trajectory written if it was asked for.
-    fn one(
+    /// Makes a run here, with its trajectory written if it was asked for.
+    pub(crate) fn make_here(
         &self,
         rig: &mut Rig<'_>,
-        options: &Options<'_>,
+        wanted: Option<&(PathBuf, Vec<usize>)>,
+        stop: &AtomicBool,
         run: usize,
-        quantities: &[f64],
-    ) -> Result<Result<Vec<f64>, Ended>, Error> {
-        match &options.trajectories {
+    ) -> Result<Made, Error> {
+        let quantities = self.plan.quantities(run);
+        let result = match wanted {
             Some((folder, runs)) if runs.contains(&run) => {
-                trajectory::write(&self.plan, rig, folder, run, quantities, options.stop)
+                trajectory::write(&self.plan, rig, folder, run, &quantities, stop)?
             }
-            _ => Ok(rig.run(run, quantities, options.stop, None)),
-        }
+            _ => rig.run(run, &quantities, stop, None),
+        };
+        let (outcome, fatal, aftermath) = match result {
+            Ok(metrics) => (Outcome::Done(metrics), None, false),
+            Err(Ended::Stopped) => return Ok(Made { row: None, fatal: None }),
+            Err(Ended::Failed(error)) => {
+                let text = in_a_line(&format!("error: {error}"));
+                let fatal = is_fatal(&error).then(|| error.to_string());
+                (Outcome::Failed(text), fatal, matches!(error, HostError::Fatal { .. }))
+            }
+        };
+        // Of an FMU that had ended before, the run itself is not to blame.
+        let bytes = (!aftermath).then(|| row(self, run, &quantities, &outcome));
+        Ok(Made { row: bytes.map(|bytes| (outcome, bytes)), fatal })
     }
 
-    /// Trajectories of runs that an earlier call made.
+    /// Trajectories of runs that an earlier call made; what they ended with stands in their rows.
     fn earlier_trajectories(&self, options: &Options<'_>, resumed: usize) -> Result<(), Error> {
         let Some((_, runs)) = &options.trajectories else { return Ok(()) };
-        let mut rig = Rig::new(&self.plan, self.source.archives());
+        let mut maker = Maker::new(self, options);
         for &run in runs.iter().filter(|run| **run < resumed) {
-            let quantities = self.plan.quantities(run);
-            // What the run ended with stands in its row.
-            let _ = self.one(&mut rig, options, run, &quantities)?;
+            maker.make(self, options, run)?;
         }
         Ok(())
     }
+}
+
+/// What became of a run.
+pub(crate) struct Made {
+    /// Nothing, where it was stopped or could not be begun.
+    pub(crate) row: Option<(Outcome, Vec<u8>)>,
+    /// Why nothing more can be run in the same process.
+    pub(crate) fatal: Option<String>,
+}
+
+/// Where a thread's runs are made.
+enum Maker<'a> {
+    Here(Box<Rig<'a>>),
+    Apart(Worker<'a>),
+}
+
+impl<'a> Maker<'a> {
+    fn new(sweep: &'a Sweep, options: &Options<'a>) -> Self {
+        match options.isolate {
+            None => Self::Here(Box::new(Rig::new(&sweep.plan, sweep.source.archives()))),
+            Some(start) => Self::Apart(Worker::new(start)),
+        }
+    }
+
+    fn make(&mut self, sweep: &Sweep, options: &Options<'_>, run: usize) -> Result<Made, Error> {
+        match self {
+            Self::Here(rig) => {
+                sweep.make_here(rig, options.trajectories.as_ref(), options.stop, run)
+            }
+            Self::Apart(worker) => worker.make(sweep, run, options.stop),
+        }
+    }
+}
+
+/// Whether an FMU may not be called any more in this process.
+fn is_fatal(error: &HostError) -> bool {
+    matches!(
+        error,
+        HostError::Call { status: Status::Fatal, .. }
+            | HostError::Step { status: Status::Fatal, .. }
+            | HostError::Fatal { .. }
+    )
 }
 
 /// Errors of FMUs have a line for each line of their log.

@@ -95,7 +95,9 @@ pub(crate) fn study(runs: usize) -> String {
 
 pub(crate) fn prepare(folder: &Path, text: &str) -> Result<Sweep, Error> {
     let study = Study::read(text.to_owned(), "study.toml".to_owned(), folder.to_path_buf())?;
-    Sweep::prepare(&study, &|_| false)
+    let sweep = Sweep::prepare(&study, &|_| false)?;
+    sweep.try_first_step(&study)?;
+    Ok(sweep)
 }
 
 /// How a sweep is run in a test.
@@ -124,6 +126,7 @@ pub(crate) fn run_with(
         resume: how.resume,
         overwrite: false,
         trajectories,
+        isolate: None,
         stop: &stop,
         progress: &|rows| {
             if how.stop_after.is_some_and(|most| rows >= most) {

@@ -10,6 +10,7 @@
  * 8 label, 12 resource location (String).
  */
 #include <stddef.h>
+#include <stdlib.h>
 #include <string.h>
 #ifdef _WIN32
 #define EXPORT __declspec(dllexport)
@@ -245,6 +246,7 @@ EXPORT Status fmi2DoStep(Component component, double t, double h, int no_set_pri
         case 4: return PENDING;
         case 5: return 42;
         case 6: say(c, WARNING, "far from the operating point"); break;
+        case 9: abort();
         case 8: for (int i = 0; i < 3000; i++) say(c, OK, "chatter"); break;
     }
     s->x += h * s->gain * s->u * s->enabled;

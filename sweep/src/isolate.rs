@@ -1,0 +1,171 @@
+//! Runs in processes of their own, so that an FMU that crashes takes one run with it and no more.
+//!
+//! The parent writes the number of a run as a line; the child answers with a line: `ready` and the
+//! study's hash once at its start, then for each run `row` and the row of the results, or `stopped`.
+//! Other lines are what the FMUs print, and are passed over. A child whose FMU has ended fatally
+//! says `last` instead of `row` and goes; the next run gets another.
+
+use std::io::{BufRead, BufReader, Write};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::error::Error;
+use crate::prepare::Sweep;
+use crate::results::{Outcome, row, row_of_line};
+use crate::rig::Rig;
+use crate::run::{Made, Options};
+
+const READY: &str = "steerwright sweep ready ";
+const ROW: &str = "steerwright sweep row ";
+const LAST: &str = "steerwright sweep last ";
+const STOPPED: &str = "steerwright sweep stopped";
+
+/// A thread's process, if one is running.
+pub(crate) struct Worker<'a> {
+    start: &'a (dyn Fn() -> Command + Sync),
+    running: Option<Running>,
+}
+
+struct Running {
+    child: Child,
+    to: ChildStdin,
+    from: BufReader<ChildStdout>,
+}
+
+impl<'a> Worker<'a> {
+    pub(crate) fn new(start: &'a (dyn Fn() -> Command + Sync)) -> Self {
+        Self { start, running: None }
+    }
+
+    /// Has a run made; where the process ends over it, its row says how.
+    pub(crate) fn make(
+        &mut self,
+        sweep: &Sweep,
+        run: usize,
+        stop: &AtomicBool,
+    ) -> Result<Made, Error> {
+        let mut running = match self.running.take() {
+            Some(running) => running,
+            None => Running::start((self.start)(), &sweep.id)?,
+        };
+        if running.ask(run).is_none() {
+            // It has ended since its last answer.
+            running.end();
+            running = Running::start((self.start)(), &sweep.id)?;
+            let _ = running.ask(run);
+        }
+        let stopped = Made { row: None, fatal: None };
+        match running.answer() {
+            Some(line) if line.starts_with(STOPPED) => Ok(stopped),
+            Some(line) => {
+                let goes_on = line.starts_with(ROW);
+                let line = line.strip_prefix(if goes_on { ROW } else { LAST }).unwrap_or_default();
+                let outcome =
+                    row_of_line(sweep, run, line).map_err(|reason| Error::Process { reason })?;
+                let row = Some((outcome, line.as_bytes().to_vec()));
+                self.running = goes_on.then_some(running);
+                Ok(Made { row, fatal: None })
+            }
+            // Asked to stop, a process may be gone before it can say so.
+            None if stop.load(Ordering::Relaxed) => Ok(stopped),
+            None => {
+                let outcome =
+                    Outcome::Failed(format!("error: the process ended: {}", running.end()));
+                let bytes = row(sweep, run, &sweep.plan.quantities(run), &outcome);
+                Ok(Made { row: Some((outcome, bytes)), fatal: None })
+            }
+        }
+    }
+}
+
+impl Running {
+    fn start(mut command: Command, id: &str) -> Result<Self, Error> {
+        let failed = |reason: String| Error::Process { reason };
+        let mut child = command
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .map_err(|e| failed(e.to_string()))?;
+        let (Some(to), Some(from)) = (child.stdin.take(), child.stdout.take()) else {
+            return Err(failed("it has no pipes".to_owned()));
+        };
+        let mut running = Self { child, to, from: BufReader::new(from) };
+        match running.answer() {
+            Some(line) if line.strip_prefix(READY).map(str::trim_end) == Some(id) => Ok(running),
+            Some(_) => {
+                running.end();
+                Err(failed("study or FMUs have changed meanwhile".to_owned()))
+            }
+            None => Err(failed(format!("it ended: {}", running.end()))),
+        }
+    }
+
+    fn ask(&mut self, run: usize) -> Option<()> {
+        writeln!(self.to, "{run}").and_then(|()| self.to.flush()).ok()
+    }
+
+    /// The next line that is an answer; `None` where the process has ended.
+    fn answer(&mut self) -> Option<String> {
+        let mut bytes = Vec::new();
+        loop {
+            bytes.clear();
+            if self.from.read_until(b'\n', &mut bytes).ok()? == 0 {
+                return None;
+            }
+            let line = String::from_utf8_lossy(&bytes);
+            if [READY, ROW, LAST, STOPPED].iter().any(|start| line.starts_with(start)) {
+                return line.ends_with('\n').then(|| line.into_owned());
+            }
+        }
+    }
+
+    /// Waits for its end, and says what it was.
+    fn end(&mut self) -> String {
+        self.child.wait().map_or_else(|e| e.to_string(), |status| status.to_string())
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        // The end of its input is the end of its work; one that does not listen is not waited for.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+impl Sweep {
+    /// Makes the runs that `input` names, a line each, and answers on `output`: the other side of
+    /// [`Options::isolate`]. Of the options, trajectories and stop count.
+    pub fn serve(
+        &self,
+        options: &Options<'_>,
+        input: impl BufRead,
+        mut output: impl Write,
+    ) -> Result<(), Error> {
+        let mut rig = Rig::new(&self.plan, self.source.archives());
+        let closed = |e: std::io::Error| Error::Process { reason: format!("its parent: {e}") };
+        let mut say = |text: &str| {
+            writeln!(output, "{}", text.trim_end()).and_then(|()| output.flush()).map_err(closed)
+        };
+        say(&format!("{READY}{}", self.id))?;
+        for line in input.lines() {
+            let line = line.map_err(closed)?;
+            let Some(run) = line.trim().parse().ok().filter(|run| *run < self.runs()) else {
+                return Err(Error::Process { reason: format!("{line:?} is no run") });
+            };
+            let made =
+                self.make_here(&mut rig, options.trajectories.as_ref(), options.stop, run)?;
+            match made.row {
+                Some((_, bytes)) => {
+                    let what = if made.fatal.is_some() { LAST } else { ROW };
+                    say(&format!("{what}{}", String::from_utf8_lossy(&bytes)))?;
+                }
+                None => return say(STOPPED),
+            }
+            if made.fatal.is_some() {
+                break;
+            }
+        }
+        Ok(())
+    }
+}
