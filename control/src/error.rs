@@ -90,6 +90,12 @@ pub enum Error {
         /// The mode in words.
         text: String,
     },
+    /// Another speed was asked of a model that holds at one.
+    #[error("{model}: the model holds at the speed of its identification alone")]
+    NotScheduled {
+        /// The model's name.
+        model: String,
+    },
     /// Steering to the left does not turn the plant to the left.
     #[error(
         "{model}: the steady-state gain from steering to yaw rate is {gain} 1/s, it must be positive"
@@ -141,6 +147,16 @@ pub enum Error {
         value: f64,
         /// What it must be.
         must: &'static str,
+    },
+    /// Two things asked for cannot hold at once.
+    #[error("{one} contradicts {other}: {why}")]
+    Contradiction {
+        /// The one.
+        one: String,
+        /// The other.
+        other: String,
+        /// Why.
+        why: &'static str,
     },
     /// Controller and plant speak of different steering angles.
     #[error("the controller is for a steering ratio of {pid}, the plant has {plant}")]
@@ -248,6 +264,10 @@ impl Error {
                  unstable above its critical speed"
                     .into()
             }
+            Self::NotScheduled { .. } => {
+                "identify in a structure that holds at other speeds, such as `--structure bicycle`"
+                    .into()
+            }
             Self::SteadyStateGain { .. } => {
                 "check the signs of the log: steering and yaw rate are positive to the left".into()
             }
@@ -260,6 +280,7 @@ impl Error {
             ),
             Self::DelayTooLong { .. } => "check the unit of the delay: it is in seconds".into(),
             Self::Option { must, .. } => format!("give a value that is {must}"),
+            Self::Contradiction { .. } => "leave one of the two out, or change it".into(),
             Self::SteeringRatio { .. } => {
                 "compare models whose steering angles are taken at the same place (steering wheel \
                  or road wheel)"

@@ -1,25 +1,36 @@
 //! What a controller reaches on a plant, whichever it was designed on.
 
 use crate::Error;
-use crate::margins::margins;
+use crate::advice::Advice;
+use crate::margins::{controller, margins};
 use crate::metrics::{Metrics, metrics};
 use crate::plant::DesignPlant;
+use crate::requirement::Reached;
 use crate::sampled::Sampled;
+use crate::scenario::{Step, on_curve, simulated_step, small_step};
 use crate::simulate::{Excitation, Simulator, Trace};
-use formats::{DesignEvidence, Pid, Shortfall, Specification, StepMetrics};
+use formats::{DesignEvidence, Pid, Specification, StepMetrics};
 use model_loading::pid_parameters;
+use nalgebra::Complex;
+use std::f64::consts::PI;
 use vehicle_models::PidParameters;
 
 /// The evidence for a controller on a plant: its specification's step, the same with the steering
-/// offset, and the margins. With another plant than the one designed on, this compares models.
+/// offset, the curve, and the margins. With another plant than the one designed on, this compares
+/// models.
 ///
 /// # Errors
 /// [`Error::SteeringRatio`] where the plant's steering angle is another one, and what sampling the
 /// plant may say.
 pub fn evaluate(plant: &DesignPlant, pid: &Pid) -> Result<DesignEvidence, Error> {
-    let sampled = sampled_for(plant, pid)?;
+    let sampled = sampled_for(plant, pid, pid.designed_for.loop_delay_s)?;
     let parameters = pid_parameters(pid);
-    Ok(evidence(&sampled, plant.steering_ratio, &parameters, &pid.specification))
+    let advice = Advice {
+        feedforward_gain: pid.guidance.feedforward_gain_radm,
+        // The delay of the path's loop is made up for in the preview, and is not in this one.
+        preview_time: pid.guidance.preview_time_s - late_path(pid),
+    };
+    Ok(evidence(&sampled, plant, &parameters, &pid.specification, &advice))
 }
 
 /// The response to the specification's step, for plots; with the steering offset or without.
@@ -35,7 +46,7 @@ pub fn step_response(
     if !(until.is_finite() && until > 0.0 && until <= 3600.0) {
         return Err(Error::Option { option: "time", value: until, must: "between 0 and 3600 s" });
     }
-    let sampled = sampled_for(plant, pid)?;
+    let sampled = sampled_for(plant, pid, pid.designed_for.loop_delay_s)?;
     let offset = if with_offset { plant.steering_ratio } else { 0.0 };
     let excitation = Excitation {
         step: pid.specification.step_rad,
@@ -49,120 +60,132 @@ pub fn step_response(
     Ok(simulator.trace)
 }
 
-fn sampled_for(plant: &DesignPlant, pid: &Pid) -> Result<Sampled, Error> {
+/// The metrics of the specification's step with another delay of the loop than the one designed for,
+/// such as that of another master.
+///
+/// # Errors
+/// As [`evaluate`].
+pub fn step_metrics(plant: &DesignPlant, pid: &Pid, loop_delay: f64) -> Result<StepMetrics, Error> {
+    let sampled = sampled_for(plant, pid, loop_delay)?;
+    let (parameters, spec) = (pid_parameters(pid), &pid.specification);
+    let step = Step::of(spec);
+    Ok(simulated_step(&mut Simulator::default(), &sampled, &parameters, spec, step).step)
+}
+
+/// By how much later than the yaw loop the loop through the path is, s.
+fn late_path(pid: &Pid) -> f64 {
+    (pid.designed_for.path_delay_s - pid.designed_for.loop_delay_s).max(0.0)
+}
+
+/// One point of the open loop's frequency response.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LoopPoint {
+    /// Frequency, Hz.
+    pub frequency_hz: f64,
+    /// Real part.
+    pub real: f64,
+    /// Imaginary part.
+    pub imaginary: f64,
+}
+
+/// The open loop, sampled and with its delay, at `points` frequencies from a thousandth of the Nyquist
+/// frequency to it.
+///
+/// # Errors
+/// As [`evaluate`].
+pub fn loop_response(
+    plant: &DesignPlant,
+    pid: &Pid,
+    points: usize,
+) -> Result<Vec<LoopPoint>, Error> {
+    let sampled = sampled_for(plant, pid, pid.designed_for.loop_delay_s)?;
+    let parameters = pid_parameters(pid);
+    let step = 1000.0_f64.powf(1.0 / (points.max(2) - 1) as f64);
+    let angles = (0..points).map(|i| 1e-3 * PI * step.powf(i as f64));
+    Ok(angles
+        .map(|angle| {
+            let z = Complex::from_polar(1.0, angle);
+            let l = controller(&parameters, z) * sampled.response(z);
+            let frequency_hz = angle / (2.0 * PI * pid.sample_time_s);
+            LoopPoint { frequency_hz, real: l.re, imaginary: l.im }
+        })
+        .collect())
+}
+
+fn sampled_for(plant: &DesignPlant, pid: &Pid, loop_delay: f64) -> Result<Sampled, Error> {
     let ratio = pid.designed_for.steering_ratio;
     // Ratios of one car may be known to a few percent; 1 and 15 are two places.
     let same_place = (plant.steering_ratio / ratio - 1.0).abs() <= 0.25;
     if !same_place {
         return Err(Error::SteeringRatio { pid: ratio, plant: plant.steering_ratio });
     }
-    Sampled::new(plant, pid.sample_time_s, pid.designed_for.loop_delay_s)
+    Sampled::new(plant, pid.sample_time_s, loop_delay)
 }
 
-/// Both steps of a specification.
-pub(crate) fn steps(
-    simulator: &mut Simulator,
-    plant: &Sampled,
-    ratio: f64,
-    pid: &PidParameters,
-    spec: &Specification,
-) -> [Metrics; 2] {
-    [0.0, ratio * spec.steering_offset_rad].map(|offset| {
-        let excitation = Excitation {
-            step: spec.step_rad,
-            ramp: 0.0,
-            feedforward: 0.0,
-            offset,
-            until: spec.steady_state_time_s,
-        };
-        let trace = simulator.run(plant, pid, &excitation);
-        metrics(trace, spec.step_rad, spec.steady_state_error_percent)
-    })
-}
-
-/// Share of the specification's step that the small step is.
-const SMALL: f64 = 0.1;
-
-/// The metrics of a tenth of the step. A loop whose overshoot is kept down by a limit that acts on
-/// the whole step shows it here.
-pub(crate) fn small_step(
-    simulator: &mut Simulator,
-    plant: &Sampled,
-    pid: &PidParameters,
-    spec: &Specification,
-) -> Metrics {
-    let step = SMALL * spec.step_rad;
-    let until = spec.steady_state_time_s;
-    let excitation = Excitation { step, ramp: 0.0, feedforward: 0.0, offset: 0.0, until };
-    metrics(simulator.run(plant, pid, &excitation), step, spec.steady_state_error_percent)
-}
-
+/// The evidence on one plant.
 pub(crate) fn evidence(
-    plant: &Sampled,
-    ratio: f64,
+    sampled: &Sampled,
+    plant: &DesignPlant,
     pid: &PidParameters,
     spec: &Specification,
+    advice: &Advice,
 ) -> DesignEvidence {
-    let [step, step_with_offset] = steps(&mut Simulator::default(), plant, ratio, pid, spec);
-    let margins = margins(plant, pid);
-    let shortfalls: Vec<Shortfall> =
-        requirements(&step.step, &step_with_offset.step, margins.modulus_margin, spec)
-            .into_iter()
-            .filter(|r| !r.met())
-            .map(|r| Shortfall {
-                requirement: r.name.into(),
-                required: r.required,
-                reached: r.reached,
+    let mut simulator = Simulator::default();
+    let offset = plant.steering_ratio * spec.steering_offset_rad;
+    let step = simulated_step(&mut simulator, sampled, pid, spec, Step::of(spec));
+    let with_offset =
+        simulated_step(&mut simulator, sampled, pid, spec, Step { offset, ..Step::of(spec) });
+    let small = small_step(&mut simulator, sampled, pid, spec, spec.steady_state_time_s);
+    let mut evidence = DesignEvidence {
+        step: step.step,
+        step_with_offset: with_offset.step,
+        small_step: Some(small.step),
+        without_limits: Some(linear_step(sampled, pid, spec).step),
+        curve: Some(on_curve(&mut simulator, sampled, plant.speed, pid, spec, advice)),
+        margins: margins(sampled, pid),
+        ..DesignEvidence::default()
+    };
+    evidence.shortfalls = Reached::of(&evidence, spec).shortfalls(spec);
+    evidence.met = evidence.shortfalls.is_empty();
+    evidence
+}
+
+/// The step by linear theory: the closed loop's difference equation, without the controller's tick
+/// function and without limits.
+///
+/// ```text
+/// z⁺ = Φ z + Γ_old u(k−d−1) + Γ_new u(k−d)
+/// u = kp·(b·r − ψ) + I + D,   I⁺ = I + ki·T·(r − ψ),   D⁺ = (Tf·D − kd·Δψ)/(Tf + T)
+/// ```
+pub(crate) fn linear_step(plant: &Sampled, pid: &PidParameters, spec: &Specification) -> Metrics {
+    let (n, ts, r) = (plant.order, plant.sample_time, spec.step_rad);
+    let last = (spec.steady_state_time_s / ts).round() as usize;
+    let mut z = vec![0.0; n];
+    let (mut integral, mut derivative, mut before) = (0.0, 0.0, 0.0);
+    let mut trace = Trace::default();
+    for k in 0..=last {
+        let yaw = z[n - 1];
+        let tf = pid.derivative_filter_time;
+        derivative = (tf * derivative - pid.kd * (yaw - before)) / (tf + ts);
+        integral += pid.ki * ts * (r - yaw);
+        before = yaw;
+        let u = pid.kp * (pid.setpoint_weight_proportional * r - yaw) + integral + derivative;
+        trace.time.push(k as f64 * ts);
+        trace.yaw_reference.push(r);
+        trace.yaw.push(yaw);
+        trace.steering.push(u);
+        let ago = |d: usize| if k >= d { trace.steering[k - d] } else { 0.0 };
+        let (new, old) = (ago(plant.delay), ago(plant.delay + 1));
+        z = (0..n)
+            .map(|i| {
+                let row = &plant.phi[i * n..(i + 1) * n];
+                let moved: f64 = row.iter().zip(&z).map(|(a, x)| a * x).sum();
+                moved + plant.gamma_old[i] * old + plant.gamma_new[i] * new
             })
             .collect();
-    DesignEvidence {
-        met: shortfalls.is_empty(),
-        shortfalls,
-        step: step.step,
-        step_with_offset: step_with_offset.step,
-        small_step: Some(small_step(&mut Simulator::default(), plant, pid, spec).step),
-        margins,
+        if !z[n - 1].is_finite() {
+            break;
+        }
     }
-}
-
-/// A requirement with what is reached.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Requirement {
-    pub(crate) name: &'static str,
-    pub(crate) required: f64,
-    pub(crate) reached: f64,
-    /// Whether `reached` must not be below, rather than not above, `required`.
-    pub(crate) at_least: bool,
-}
-
-impl Requirement {
-    fn met(&self) -> bool {
-        if self.at_least { self.reached >= self.required } else { self.reached <= self.required }
-    }
-}
-
-/// The five requirements. A response that never settles is told as the end of the simulation plus
-/// the share by which it is off, so that better ones have less.
-pub(crate) fn requirements(
-    step: &StepMetrics,
-    offset: &StepMetrics,
-    modulus_margin: f64,
-    spec: &Specification,
-) -> [Requirement; 5] {
-    let upper = |name, required, reached| Requirement { name, required, reached, at_least: false };
-    let never = spec.steady_state_time_s * (1.0 + 0.01 * step.steady_state_error_percent);
-    let settling = step.settling_time_s.unwrap_or(never);
-    let error = spec.steady_state_error_percent;
-    [
-        upper("overshoot_percent", spec.overshoot_percent, step.overshoot_percent),
-        upper("settling_time_s", spec.settling_time_s, settling),
-        upper("steady_state_error_percent", error, step.steady_state_error_percent),
-        upper("steady_state_error_with_offset_percent", error, offset.steady_state_error_percent),
-        Requirement {
-            name: "modulus_margin",
-            required: spec.modulus_margin,
-            reached: modulus_margin,
-            at_least: true,
-        },
-    ]
+    metrics(&trace, r, spec.settling_band_percent)
 }

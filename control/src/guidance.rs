@@ -16,7 +16,10 @@ const LEAST_LOOKAHEAD: f64 = 1.0;
 #[must_use]
 pub fn guidance_for(pid: &Pid, speed: f64) -> Guidance {
     let advice = &pid.guidance;
-    let lookahead_time_s = LEAST_LOOKAHEAD.max(LOOKAHEAD_PER_LAG * advice.preview_time_s);
+    // Delays of the outer loop count as lag.
+    let late = pid.designed_for.estimator_delay_s - pid.designed_for.path_delay_s;
+    let lag = advice.preview_time_s + late.max(0.0);
+    let lookahead_time_s = LEAST_LOOKAHEAD.max(LOOKAHEAD_PER_LAG * lag);
     Guidance {
         lookahead_time_s: (lookahead_time_s * 100.0).round() / 100.0,
         lookahead_min_m: (0.5 * lookahead_time_s * speed).clamp(2.0, 5.0),

@@ -12,7 +12,7 @@
 //! | [`bicycle_from_toml`], [`bicycle()`] | vehicle data → eq 13 |
 //! | [`DesignPlant`] | steering → yaw rate, identified or bicycle |
 //! | [`design()`] | eq 14 to a specification, with evidence |
-//! | [`evaluate()`], [`step_response`], [`metrics_of`] | any controller on any plant |
+//! | [`evaluate()`], [`step_response`], [`step_metrics`], [`metrics_of`] | any controller on any plant |
 //! | [`guidance_for`], [`with_sideslip`] | the path follower around the loop |
 //! | [`track()`], [`track_with`] | plant, path and controller in one process |
 //! | [`paths`] | composed, standard and recorded paths |
@@ -21,22 +21,34 @@
 //! input gives the same output. SI units and radians; ISO 8855 axes. Steering angles are in the
 //! plant's own steering coordinates unless a name says road wheel.
 
+mod advice;
 mod bicycle;
+mod blocked;
+mod breaking;
 mod design;
 mod error;
 mod evaluate;
+mod family;
 mod guidance;
+mod logarithm;
 mod margins;
 mod metrics;
+mod nominal;
 mod objective;
 mod optimise;
 mod options;
 pub mod paths;
 mod plant;
 mod quickest;
+mod requirement;
+mod robust;
 mod sampled;
+mod scenario;
+mod search;
 mod simulate;
 mod track;
+mod trade_off;
+mod zeros;
 
 #[cfg(test)]
 mod tests;
@@ -44,10 +56,11 @@ mod tests;
 pub use bicycle::{bicycle, bicycle_from_toml};
 pub use design::design;
 pub use error::Error;
-pub use evaluate::{evaluate, step_response};
+pub use evaluate::{LoopPoint, evaluate, loop_response, step_metrics, step_response};
 pub use guidance::{guidance_for, with_sideslip};
 pub use metrics::{Metrics, metrics_of};
-pub use options::DesignOptions;
+pub use options::{DesignOptions, RobustOptions};
 pub use plant::DesignPlant;
+pub use requirement::Requirement;
 pub use simulate::Trace;
 pub use track::{Master, PlantModel, TrackTrace, track, track_with};

@@ -39,6 +39,18 @@ fn on_circle(angle: f64) -> Complex<f64> {
     Complex::new(cos, sin)
 }
 
+/// |1 + L|, the modulus margin's measure.
+fn distance(l: Complex<f64>) -> f64 {
+    (l + Complex::new(1.0, 0.0)).norm()
+}
+
+/// 2·|1 + L|/|1 − L| = 1/|S − ½|, the disk margin's measure with zero skew (Seiler, Packard and
+/// Gahinet 2020).
+fn disk_distance(l: Complex<f64>) -> f64 {
+    let one = Complex::new(1.0, 0.0);
+    2.0 * (one + l).norm() / (one - l).norm().max(f64::MIN_POSITIVE)
+}
+
 /// A plant's response on a grid, so that many controllers can be judged on it.
 #[derive(Debug, Clone)]
 pub(crate) struct ResponseGrid {
@@ -55,23 +67,79 @@ impl ResponseGrid {
         Self { points: angles.map(|a| (on_circle(a), plant.response(on_circle(a)))).collect() }
     }
 
-    /// Smallest |1 + L| on the grid; 0 for an unstable loop, as far as the grid can tell.
-    pub(crate) fn modulus_margin(&self, pid: &PidParameters) -> f64 {
+    /// The margins as far as the grid can tell; modulus and disk margin 0 for an unstable loop.
+    pub(crate) fn margins(&self, pid: &PidParameters, all: bool) -> Margins {
+        let one = Complex::new(1.0, 0.0);
         let mut least = f64::INFINITY;
-        let mut before: Option<Complex<f64>> = None;
+        let mut disk = f64::INFINITY;
+        let mut crossings = Crossings::default();
+        let mut before: Option<(Complex<f64>, f64)> = None;
         // The argument begins at −π/2 for each integrator and, in a stable loop, ends at 0.
         let mut argument = 0.0;
         for (z, p) in &self.points {
-            let value = controller(pid, *z) * p + Complex::new(1.0, 0.0);
+            let open = controller(pid, *z) * p;
+            let value = open + one;
             least = least.min(value.norm_sqr());
             argument += match before {
-                Some(before) => (value * before.conj()).arg(),
+                Some((before, _)) => (value * (before + one).conj()).arg(),
                 None if pid.ki > 0.0 && value.im > 0.0 => value.arg() - TAU,
                 None => value.arg(),
             };
-            before = Some(value);
+            if all {
+                disk = disk.min(disk_distance(open));
+                let angle = z.im.atan2(z.re);
+                if let Some(before) = before {
+                    crossings.between(before, (open, angle));
+                }
+            }
+            before = Some((open, z.im.atan2(z.re)));
         }
-        if argument.abs() < FRAC_PI_2 { least.sqrt() } else { 0.0 }
+        let stable = argument.abs() < FRAC_PI_2;
+        let held = |margin: f64| if stable { margin } else { 0.0 };
+        let finite = |margin: f64| Some(held(margin)).filter(|m| m.is_finite());
+        Margins {
+            gain_margin_db: finite(20.0 * crossings.gain.log10()),
+            phase_margin_deg: finite(crossings.phase.to_degrees()),
+            delay_margin_s: finite(crossings.delay * pid.sample_time),
+            modulus_margin: held(least.sqrt()),
+            disk_margin: Some(held(disk)),
+            crossover_radps: None,
+        }
+    }
+}
+
+/// Gain, phase (rad) and delay (samples) margin, read linearly between points of a grid.
+struct Crossings {
+    gain: f64,
+    phase: f64,
+    delay: f64,
+}
+
+impl Default for Crossings {
+    fn default() -> Self {
+        Self { gain: f64::INFINITY, phase: f64::INFINITY, delay: f64::INFINITY }
+    }
+}
+
+impl Crossings {
+    fn between(&mut self, a: (Complex<f64>, f64), b: (Complex<f64>, f64)) {
+        let ((l, angle), (next, next_angle)) = (a, b);
+        if (l.im > 0.0) != (next.im > 0.0) {
+            let share = l.im / (l.im - next.im);
+            let real = l.re + share * (next.re - l.re);
+            if real < 0.0 && real > -1.0 {
+                self.gain = self.gain.min(-1.0 / real);
+            }
+        }
+        let (size, next_size) = (l.norm(), next.norm());
+        if (size > 1.0) != (next_size > 1.0) {
+            let share = (size - 1.0) / (size - next_size);
+            let at = l + (next - l) * share;
+            let margin = (-at).arg();
+            self.phase = self.phase.min(margin.abs());
+            let lag = if margin < 0.0 { margin + TAU } else { margin };
+            self.delay = self.delay.min(lag / (angle + share * (next_angle - angle)));
+        }
     }
 }
 
@@ -84,10 +152,6 @@ impl Loop<'_> {
     fn at(&self, angle: f64) -> Complex<f64> {
         let z = on_circle(angle);
         controller(self.pid, z) * self.plant.response(z)
-    }
-
-    fn distance(&self, angle: f64) -> f64 {
-        (self.at(angle) + Complex::new(1.0, 0.0)).norm()
     }
 
     fn grid(&self) -> Vec<f64> {
@@ -129,14 +193,14 @@ impl Loop<'_> {
         0.5 * (a + b)
     }
 
-    /// The least distance from −1 between two angles, by golden section.
-    fn least_distance(&self, mut a: f64, mut b: f64) -> f64 {
+    /// The least value between two angles, by golden section.
+    fn least(&self, f: impl Fn(Complex<f64>) -> f64, mut a: f64, mut b: f64) -> f64 {
         let ratio = 0.5 * (5.0_f64.sqrt() - 1.0);
         for _ in 0..60 {
             let (c, d) = (b - ratio * (b - a), a + ratio * (b - a));
-            if self.distance(c) < self.distance(d) { b = d } else { a = c }
+            if f(self.at(c)) < f(self.at(d)) { b = d } else { a = c }
         }
-        self.distance(0.5 * (a + b))
+        f(self.at(0.5 * (a + b)))
     }
 }
 
@@ -145,13 +209,13 @@ pub(crate) fn margins(plant: &Sampled, pid: &PidParameters) -> Margins {
     let open = Loop { plant, pid };
     let grid = open.grid();
     let values: Vec<Complex<f64>> = grid.iter().map(|a| open.at(*a)).collect();
-    let one = Complex::new(1.0, 0.0);
     if !is_stable(&open, &grid, &values) {
         return Margins {
             gain_margin_db: Some(0.0),
             phase_margin_deg: Some(0.0),
             delay_margin_s: Some(0.0),
             modulus_margin: 0.0,
+            disk_margin: Some(0.0),
             crossover_radps: None,
         };
     }
@@ -182,19 +246,26 @@ pub(crate) fn margins(plant: &Sampled, pid: &PidParameters) -> Margins {
     if values[last].re < 0.0 && values[last].re > -1.0 {
         gain = gain.min(-1.0 / values[last].re);
     }
-    let distance: Vec<f64> = values.iter().map(|l| (l + one).norm()).collect();
-    let mut modulus = distance.iter().copied().fold(f64::INFINITY, f64::min);
-    for k in 1..last {
-        let lowest = distance[k] <= distance[k - 1] && distance[k] <= distance[k + 1];
-        if lowest && distance[k] < 1.2 * modulus {
-            modulus = modulus.min(open.least_distance(grid[k - 1], grid[k + 1]));
+    // The smallest value of a function of the loop.
+    let smallest = |f: fn(Complex<f64>) -> f64| {
+        let on_grid: Vec<f64> = values.iter().map(|l| f(*l)).collect();
+        let mut smallest = on_grid.iter().copied().fold(f64::INFINITY, f64::min);
+        for k in 1..last {
+            let lowest = on_grid[k] <= on_grid[k - 1] && on_grid[k] <= on_grid[k + 1];
+            if lowest && on_grid[k] < 1.2 * smallest {
+                smallest = smallest.min(open.least(f, grid[k - 1], grid[k + 1]));
+            }
         }
-    }
+        smallest
+    };
+    let modulus = smallest(distance);
+    let disk = smallest(disk_distance);
     Margins {
         gain_margin_db: gain.is_finite().then(|| 20.0 * gain.log10()),
         phase_margin_deg: phase.map(f64::to_degrees),
         delay_margin_s: delay.is_finite().then_some(delay),
         modulus_margin: modulus,
+        disk_margin: Some(disk),
         crossover_radps: crossover,
     }
 }

@@ -3,13 +3,11 @@
 use crate::simulate::Trace;
 use formats::StepMetrics;
 
-/// The metrics of the file, and the integral of the absolute error.
+/// The metrics of the file, and what a search needs beside them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Metrics {
     /// What stands in the file.
     pub step: StepMetrics,
-    /// Integral of the absolute error over the step's height, s.
-    pub integral_absolute_error: f64,
     /// A settling time without jumps, s: where a response just leaves its band again, the settling
     /// time jumps, and a search finds no way across.
     pub(crate) smooth_settling_s: f64,
@@ -75,8 +73,8 @@ pub(crate) fn metrics(trace: &Trace, height: f64, band_percent: f64) -> Metrics 
             rise_time_s,
             largest_angle_rad,
             largest_increment_rad,
+            integral_absolute_error_s: integral_absolute_error,
         },
-        integral_absolute_error,
         smooth_settling_s: smooth_settling(trace, height, band),
     }
 }
@@ -150,7 +148,7 @@ mod tests {
         assert!((m.step.rise_time_s.unwrap() - tau * 9.0_f64.ln()).abs() < 1e-4);
         let error = (-5.0 / tau).exp();
         assert!((m.step.steady_state_error_percent - 100.0 * error).abs() < 1e-9);
-        assert!((m.integral_absolute_error - tau * (1.0 - error)).abs() < 1e-4);
+        assert!((m.step.integral_absolute_error_s - tau * (1.0 - error)).abs() < 1e-4);
         assert_eq!(m.step.overshoot_percent, 0.0);
     }
 

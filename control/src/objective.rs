@@ -5,21 +5,23 @@
 //! kp·(1 − b)/ki (the lag behind a yaw ramp). c is 0: a derivative that acts on the reference
 //! would kick, and pass on the noise of a path.
 //!
-//! Cost: first the violations of the requirements, each relative to its bound, the bounds being
-//! taken a little tighter than asked for, so that other steppings keep them. Where none is left:
-//! lag behind a ramp and absolute error (speed), distance from −1 (robustness), and gain at high
-//! frequency (noise).
+//! Cost: first the violations of the requirements on every plant held against, each relative to its
+//! bound, the bounds being taken a little tighter than asked for, so that other steppings keep them.
+//! Where none is left: the logarithm of the longest settling time of all plants and, on the nominal
+//! plant, lag behind a ramp and absolute error (speed), distance from −1 (robustness), and gain at high
+//! frequency (noise). None of these depends on what was asked for: a loop that may be slow is as quick as one that must be.
 //!
-//! Where not all can be kept, the settling time is what gives way: the quickest loop that keeps the
-//! other requirements is looked for. That one does not depend on how much too soon the loop was
-//! asked to settle.
+//! Where not all can be kept, one requirement gives way, the settling time as a rule: the loop that
+//! misses it least and keeps the others is looked for. That one does not depend on how much too soon
+//! the loop was asked to settle.
 
-use crate::evaluate::{requirements, small_step, steps};
-use crate::margins::ResponseGrid;
+use crate::advice::Advice;
+use crate::margins::margins;
 use crate::options::DesignOptions;
 use crate::plant::DesignPlant;
 use crate::quickest::settling_scale;
-use crate::sampled::Sampled;
+use crate::requirement::{Reached, Requirement};
+use crate::scenario::{Scenario, View};
 use crate::simulate::Simulator;
 use formats::{Limits, Specification, StepMetrics};
 use std::cell::RefCell;
@@ -28,96 +30,151 @@ use vehicle_models::PidParameters;
 /// Number of decision variables.
 pub(crate) const VARIABLES: usize = 5;
 /// What is aimed at, so that other steppings keep the requirements.
-pub(crate) const WITH_RESERVE: Aim =
-    Aim { upper: [0.8, 0.95, 0.8, 0.8], modulus: 0.01, quickest: false };
-/// What is aimed at where that cannot be reached; the modulus margin's coarse grid may miss a
-/// little of its minimum.
-pub(crate) const BARELY: Aim =
-    Aim { upper: [0.98, 0.99, 0.98, 0.98], modulus: 0.006, quickest: false };
+pub(crate) const WITH_RESERVE: Aim = Aim {
+    overshoot: 0.8,
+    times: 0.95,
+    errors: 0.8,
+    margins: 0.01,
+    gives_way: None,
+    others_slow: false,
+};
+/// What is aimed at where that cannot be reached; the grid of the margins may miss a little of their
+/// minimum.
+pub(crate) const BARELY: Aim = Aim {
+    overshoot: 0.98,
+    times: 0.99,
+    errors: 0.98,
+    margins: 0.006,
+    gives_way: None,
+    others_slow: false,
+};
 /// The same, and as quick as the plant allows.
-pub(crate) const QUICKEST: Aim = Aim { quickest: true, ..BARELY };
+pub(crate) const QUICKEST: Aim = Aim { gives_way: Some(Requirement::Settling), ..BARELY };
+/// What is aimed at on many plants: plants drawn anew are a little worse.
+pub(crate) const ROBUST: Aim = Aim { overshoot: 0.9, margins: 0.015, ..BARELY };
+/// The same where all but the nominal plant may be slow.
+pub(crate) const ROBUST_BUT_SLOW: Aim = Aim { others_slow: true, ..ROBUST };
 /// Settling time times crossover of a usual loop, rad.
 pub(crate) const CROSSOVER_TIMES_SETTLING: f64 = 5.0;
-/// Modulus margin beyond which more is not paid for.
+/// Weight of the logarithm of the settling time, the longest of all plants.
+const SETTLING_WEIGHT: f64 = 2.0;
+/// Modulus margin beyond which more is not paid for, and what is paid for one that is short of it by
+/// 1: a tenth of the margin for a seventh of the settling time.
 const MODULUS_ENOUGH: f64 = 0.7;
+const MODULUS_WEIGHT: f64 = 3.0;
+/// Weight of what comes beside the settling time: lag behind a ramp and absolute error.
+const SPEED_WEIGHT: f64 = 0.5;
 /// Weight of violations against the rest of the cost, which is about 1.
 const VIOLATION_WEIGHT: f64 = 100.0;
-/// Where the quickest loop is looked for: weight of the settling time's logarithm, small enough
-/// that no requirement is given up for it, and of what is not a requirement.
+/// Where a requirement gives way: weight of its logarithm, small enough that no other requirement is
+/// given up for it, and of what is not a requirement.
 const URGENCY_WEIGHT: f64 = 4.0;
 const REST_WEIGHT: f64 = 0.1;
 /// There, weight of what a requirement is missed by beyond twice its bound: what is out of reach
 /// must not take the rest with it.
 const HOPELESS_WEIGHT: f64 = 0.02;
-/// Bounds below this, such as an overshoot of 0, are violated relative to this, percent or s.
-const LEAST_SCALE: f64 = 0.01;
 /// Violation of an unstable loop. Its response may look harmless within the simulated time, so it
 /// is not looked at: the way out is less gain.
 const UNSTABLE: f64 = 50.0;
-/// Points of the frequency grid.
-const GRID_POINTS: usize = 120;
+/// Share of that for plants whose steady state is not looked at.
+const SHORT: f64 = 0.5;
+/// Share of the settling band that a search aims at: a response that grazes the band settles much
+/// later on a plant that differs by a hair.
+const BAND: f64 = 0.8;
+/// Responses are looked at for this many times the plant's scale, and for 5 s at least, however long
+/// the specification waits: a steady state only gets better.
+const HORIZON: f64 = 8.0;
+const LEAST_HORIZON: f64 = 5.0;
 
 /// How much tighter than the requirements is aimed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Aim {
-    /// Shares of the upper bounds: overshoot, settling, both steady-state errors.
-    upper: [f64; 4],
-    /// Added to the modulus margin.
-    modulus: f64,
-    /// Whether the settling time gives way to the other requirements.
-    quickest: bool,
+    /// Shares of the upper bounds.
+    overshoot: f64,
+    times: f64,
+    errors: f64,
+    /// Added to modulus and disk margin; the others grow by that share.
+    margins: f64,
+    /// The requirement that gives way to the others.
+    gives_way: Option<Requirement>,
+    /// Whether plants other than the nominal one are held to no time.
+    others_slow: bool,
 }
 
-/// The cost of decision variables on a plant.
+impl Aim {
+    /// The same with another requirement that gives way.
+    pub(crate) fn giving(self, way: Requirement) -> Self {
+        Self { gives_way: Some(way), ..self }
+    }
+
+    /// What is aimed at for a requirement.
+    fn bound(&self, requirement: Requirement, required: f64) -> f64 {
+        use Requirement as R;
+        match requirement {
+            R::Overshoot => self.overshoot * required,
+            R::Settling | R::Rise | R::IntegralError => self.times * required,
+            R::SteadyState | R::SteadyStateWithOffset | R::SteadyStateOnCurve => {
+                self.errors * required
+            }
+            R::ModulusMargin => (required + self.margins).min(0.99),
+            R::DiskMargin => (required + self.margins).min(1.99),
+            R::GainMargin | R::PhaseMargin | R::DelayMargin => required * (1.0 + self.margins),
+        }
+    }
+}
+
+/// The cost of decision variables on some plants, the first of which is the nominal one.
 pub(crate) struct Objective {
-    pub(crate) plant: Sampled,
     pub(crate) spec: Specification,
     pub(crate) limits: Limits,
-    /// The time by which the decision variables are scaled, s: a settling time.
+    /// The time by which the decision variables are scaled, s: a settling time near the shortest.
     pub(crate) scale: f64,
-    gain: f64,
-    ratio: f64,
-    grid: ResponseGrid,
-    simulator: RefCell<Simulator>,
+    pub(crate) scenarios: Vec<Scenario>,
+    pub(crate) gain: f64,
+    pub(crate) sample_time: f64,
+    view: View,
+}
+
+thread_local! {
+    static SIMULATOR: RefCell<Simulator> = RefCell::default();
 }
 
 impl Objective {
     pub(crate) fn new(plant: &DesignPlant, options: &DesignOptions) -> Result<Self, crate::Error> {
-        let sampled = Sampled::new(plant, options.sample_time_s, options.loop_delay_s)?;
-        let scale = options.settling_time_s;
+        let (spec, limits) = (options.specification(), options.limits(plant));
+        let nominal = Scenario::new(plant, options.sample_time_s, options.loop_delay_s, 1.0)?;
+        let gain = plant.gain();
+        let scale = settling_scale(&nominal.plant, gain, limits.max_angle_rad);
+        let all_margins =
+            [spec.gain_margin_db, spec.phase_margin_deg, spec.delay_margin_s, spec.disk_margin]
+                .iter()
+                .any(Option::is_some);
+        let until = spec.steady_state_time_s.min(LEAST_HORIZON.max(HORIZON * scale));
         Ok(Self {
-            grid: ResponseGrid::coarse(&sampled, 0.1 / scale, GRID_POINTS),
-            plant: sampled,
+            scenarios: vec![nominal.at_scale(scale)],
             scale,
-            spec: options.specification(),
-            limits: options.limits(plant),
-            gain: plant.gain(),
-            ratio: plant.steering_ratio,
-            simulator: RefCell::default(),
+            spec,
+            limits,
+            gain,
+            sample_time: options.sample_time_s,
+            view: View {
+                until,
+                band: BAND,
+                all_margins,
+                with_offset: spec.steady_state_error_percent.is_some(),
+            },
         })
-    }
-
-    /// The same with another scale.
-    pub(crate) fn at_scale(mut self, scale: f64) -> Self {
-        self.scale = scale;
-        self.grid = ResponseGrid::coarse(&self.plant, 0.1 / scale, GRID_POINTS);
-        self
-    }
-
-    /// A settling time near the shortest within reach, s.
-    pub(crate) fn plants_scale(&self) -> f64 {
-        settling_scale(&self.plant, self.gain, self.limits.max_angle_rad)
     }
 
     /// Lower and upper bounds of the decision variables before taking logarithms.
     pub(crate) fn bounds(&self) -> [(f64, f64); VARIABLES] {
-        let (t, ts) = (self.scale, self.plant.sample_time);
+        let (t, ts) = (self.scale, self.sample_time);
         [
-            (0.2 / t, 40.0 / t),
-            (0.05 / t, 20.0 / t),
+            (0.05 / t, 60.0 / t),
+            (0.01 / t, 20.0 / t),
             (1e-4 * t, 0.5 * t),
-            (ts, 0.2 * t + ts),
-            (1e-3 * t, t),
+            (ts, 0.3 * t + ts),
+            (1e-3 * t, 3.0 * t),
         ]
     }
 
@@ -135,7 +192,7 @@ impl Objective {
         // b = 1 − lag·ki/kp, which must not turn the proportional action round.
         let weight = 1.0 - lag * reset;
         outside += (-weight).max(0.0);
-        let ts = self.plant.sample_time;
+        let ts = self.sample_time;
         let integral_time = 1.0 / reset;
         let parameters = PidParameters {
             kp,
@@ -154,11 +211,148 @@ impl Objective {
         (parameters, outside)
     }
 
+    /// What is asked for.
+    pub(crate) fn required(&self) -> Vec<(Requirement, f64)> {
+        let all = Requirement::ALL.into_iter();
+        all.filter_map(|r| Some((r, r.required(&self.spec)?))).collect()
+    }
+
+    /// The same on the nominal plant alone with another specification, or other limits.
+    pub(crate) fn with(&self, spec: Specification) -> Self {
+        Self { spec, scenarios: self.scenarios[..1].to_vec(), ..*self }
+    }
+
+    /// See [`Objective::with`].
+    pub(crate) fn limited(&self, limits: Limits) -> Self {
+        Self { limits, ..self.with(self.spec) }
+    }
+
+    /// What a controller reaches on the nominal plant, on the curve as well, up to the end of the
+    /// specification.
+    pub(crate) fn whole(&self, simulator: &mut Simulator, pid: &PidParameters) -> Reached {
+        let nominal = &self.scenarios[0];
+        let margins = margins(&nominal.plant, pid);
+        let view = View {
+            until: self.spec.steady_state_time_s,
+            band: 1.0,
+            all_margins: true,
+            with_offset: true,
+        };
+        let (reached, _) = nominal.reached(simulator, pid, &self.spec, view, margins);
+        let advice = Advice::by_theory(pid, self.gain, nominal.speed);
+        let on_curve = nominal.on_curve(simulator, pid, &self.spec, &advice);
+        Reached { on_curve: on_curve.steady_state_error_percent, ..reached }
+    }
+
+    /// What a controller reaches on a plant, as the search sees it.
+    pub(crate) fn reached(
+        &self,
+        simulator: &mut Simulator,
+        scenario: &Scenario,
+        pid: &PidParameters,
+    ) -> Reached {
+        let margins = scenario.margins(pid, self.view.all_margins);
+        let view = View { band: 1.0, ..self.view };
+        scenario.reached(simulator, pid, &self.spec, view, margins).0
+    }
+
+    /// The cost of decision variables.
+    pub(crate) fn cost(&self, x: &[f64], aim: &Aim) -> f64 {
+        let (pid, outside) = self.controller(x);
+        // Scratch space of each thread.
+        SIMULATOR.with_borrow_mut(|simulator| self.cost_with(simulator, &pid, outside, aim))
+    }
+
+    fn cost_with(
+        &self,
+        simulator: &mut Simulator,
+        pid: &PidParameters,
+        outside: f64,
+        aim: &Aim,
+    ) -> f64 {
+        let mut violation = 0.0;
+        let (mut rest, mut urgency, mut slowest) = (0.0, f64::NEG_INFINITY, 0.0_f64);
+        for (k, scenario) in self.scenarios.iter().enumerate() {
+            let margins = scenario.margins(pid, self.view.all_margins);
+            if margins.modulus_margin <= 0.0 {
+                // Less gain is the way out, so more of it costs more.
+                violation += UNSTABLE + (pid.kp * self.gain * self.scale).ln().max(0.0);
+                continue;
+            }
+            let (reached, step) =
+                scenario.reached(simulator, pid, &self.spec, self.view_of(scenario), margins);
+            violation += self.violation(&reached, aim, k > 0);
+            slowest = slowest.max(step.smooth_settling_s);
+            if let Some((weak, required)) = self.giving_way(aim) {
+                let value = match weak {
+                    Requirement::Settling => step.smooth_settling_s,
+                    other => reached.value(other),
+                };
+                let bound = aim.bound(weak, required);
+                let ratio = if weak.at_least() {
+                    bound / value.clamp(1e-3 * bound, bound)
+                } else {
+                    value.max(bound).max(1e-9)
+                };
+                urgency = urgency.max(URGENCY_WEIGHT * ratio.ln());
+            }
+            if k == 0 {
+                rest = self.rest(pid, &reached);
+                violation += self.small_violation(simulator, scenario, pid, &step.step, aim);
+            }
+        }
+        let settling = (slowest.max(1e-9) / self.scale).ln();
+        let rest = rest + SETTLING_WEIGHT * settling;
+        let rest = if urgency.is_finite() { urgency + REST_WEIGHT * rest } else { rest };
+        let cost = VIOLATION_WEIGHT * (violation + outside) + rest;
+        if cost.is_finite() { cost } else { 1e12 }
+    }
+
+    /// What the search looks at of a plant.
+    fn view_of(&self, scenario: &Scenario) -> View {
+        if scenario.offset_matters {
+            return self.view;
+        }
+        // Overshoot and settling show early; what comes late is seen when all plants are judged.
+        View { with_offset: false, until: SHORT * self.view.until, ..self.view }
+    }
+
+    /// The requirement that gives way; without a settling time asked for, the shortest is wanted.
+    fn giving_way(&self, aim: &Aim) -> Option<(Requirement, f64)> {
+        let weak = aim.gives_way?;
+        Some((weak, weak.required(&self.spec).unwrap_or(0.0)))
+    }
+
+    /// What makes one good loop better than another.
+    fn rest(&self, pid: &PidParameters, reached: &Reached) -> f64 {
+        let t = self.scale;
+        let lag = pid.kp * (1.0 - pid.setpoint_weight_proportional) / pid.ki;
+        let slow = (lag + reached.step.integral_absolute_error_s) / t;
+        let weak = (MODULUS_ENOUGH - reached.margins.modulus_margin).max(0.0);
+        let high_frequency =
+            1.0 + pid.kd / (pid.kp * (pid.derivative_filter_time + pid.sample_time));
+        let noise = 0.004 * high_frequency * pid.kp * self.gain;
+        SPEED_WEIGHT * slow + MODULUS_WEIGHT * weak + noise
+    }
+
+    fn violation(&self, reached: &Reached, aim: &Aim, other: bool) -> f64 {
+        let hopeless = if aim.gives_way.is_some() { HOPELESS_WEIGHT } else { 1.0 };
+        Requirement::ALL
+            .into_iter()
+            .filter(|r| aim.gives_way != Some(*r))
+            .filter(|r| !(other && aim.others_slow && r.is_time()))
+            .filter_map(|r| Some((r, r.required(&self.spec)?)))
+            .map(|(r, required)| r.missed(aim.bound(r, required), reached.value(r)))
+            .map(|v| v.min(1.0) + hopeless * v.max(1.0).ln())
+            .sum()
+    }
+
     /// By how far the small step misses overshoot and settling time, where a limit acts on the
     /// whole step; elsewhere the two are alike.
     fn small_violation(
         &self,
         simulator: &mut Simulator,
+        scenario: &Scenario,
         pid: &PidParameters,
         step: &StepMetrics,
         aim: &Aim,
@@ -166,70 +360,15 @@ impl Objective {
         const ACTS: f64 = 0.999;
         let limited = step.largest_increment_rad >= ACTS * pid.largest_increment()
             || step.largest_angle_rad >= ACTS * pid.max_angle;
-        if !limited || aim.quickest {
+        if !limited || aim.gives_way.is_some() {
             return 0.0;
         }
-        let small = small_step(simulator, &self.plant, pid, &self.spec).step;
-        let spec = &self.spec;
-        let settling = small.settling_time_s.unwrap_or(spec.steady_state_time_s);
-        [
-            (small.overshoot_percent, aim.upper[0] * spec.overshoot_percent),
-            (settling, aim.upper[1] * spec.settling_time_s),
-        ]
-        .into_iter()
-        .map(|(reached, bound)| ((reached - bound) / bound.max(LEAST_SCALE)).max(0.0))
-        .map(|v| v.min(1.0) + v.max(1.0).ln())
-        .sum()
-    }
-
-    /// The cost; always finite.
-    pub(crate) fn cost(&self, x: &[f64], aim: &Aim) -> f64 {
-        let (pid, outside) = self.controller(x);
-        let t = self.scale;
-        let modulus = self.grid.modulus_margin(&pid);
-        if modulus == 0.0 {
-            let less = |rate: f64| (20.0 * rate * t).max(1.0).ln();
-            let gains = less(pid.kp * self.gain) + less(pid.ki / pid.kp);
-            return VIOLATION_WEIGHT * (UNSTABLE + gains + outside);
-        }
-        let mut simulator = self.simulator.borrow_mut();
-        let [step, offset] = steps(&mut simulator, &self.plant, self.ratio, &pid, &self.spec);
-        let required = requirements(&step.step, &offset.step, modulus, &self.spec);
-        let aims = aim.upper.map(Some).into_iter().chain([None]);
-        let hopeless = if aim.quickest { HOPELESS_WEIGHT } else { 1.0 };
-        let violation: f64 = required
-            .iter()
-            .zip(aims)
-            .enumerate()
-            .filter(|(i, _)| !(aim.quickest && *i == 1))
-            .map(|(_, (r, share))| match share {
-                Some(share) => {
-                    let bound = share * r.required;
-                    ((r.reached - bound) / bound.max(LEAST_SCALE)).max(0.0)
-                }
-                None => {
-                    let required = (r.required + aim.modulus).min(0.99);
-                    ((required - r.reached) / required).max(0.0)
-                }
-            })
-            .map(|v| v.min(1.0) + hopeless * v.max(1.0).ln())
-            .sum();
-        let violation = violation + self.small_violation(&mut simulator, &pid, &step.step, aim);
-        let lag = pid.kp * (1.0 - pid.setpoint_weight_proportional) / pid.ki;
-        let speed = lag / t + step.integral_absolute_error / t;
-        let robustness = (MODULUS_ENOUGH - modulus).max(0.0) * 2.0;
-        let high_frequency =
-            1.0 + pid.kd / (pid.kp * (pid.derivative_filter_time + pid.sample_time));
-        let noise = 0.02 * high_frequency * pid.kp * self.gain * t / 5.0;
-        let rest = speed + robustness + noise;
-        let rest = if aim.quickest {
-            let [_, settling, ..] = &required;
-            let settling = step.smooth_settling_s.max(aim.upper[1] * settling.required);
-            URGENCY_WEIGHT * (settling / t).ln() + REST_WEIGHT * rest
-        } else {
-            rest
-        };
-        let cost = VIOLATION_WEIGHT * (violation + outside) + rest;
-        if cost.is_finite() { cost } else { 1e12 }
+        let small = scenario.small_step(simulator, pid, &self.spec, self.view.until).step;
+        let settling = small.settling_time_s.unwrap_or(self.view.until);
+        [(Requirement::Overshoot, small.overshoot_percent), (Requirement::Settling, settling)]
+            .into_iter()
+            .filter_map(|(r, reached)| Some((r, r.required(&self.spec)?, reached)))
+            .map(|(r, required, reached)| r.missed(aim.bound(r, required), reached))
+            .sum()
     }
 }

@@ -9,9 +9,8 @@ use crate::Error;
 use argmin::core::{CostFunction, Executor, State};
 use argmin::solver::neldermead::NelderMead;
 
-/// Iterations of each start, and of a restart.
+/// Iterations of each start.
 const ITERATIONS: u64 = 120;
-const POLISH: u64 = 250;
 /// Size of the first simplex, and of a restart's.
 const SIMPLEX: f64 = 0.4;
 const SMALL_SIMPLEX: f64 = 0.12;
@@ -27,29 +26,84 @@ impl<F: Fn(&[f64]) -> f64> CostFunction for Cost<'_, F> {
     }
 }
 
-/// The best point found and its cost, from these starts, the best `keep` of which are restarted.
+/// How much is spent on a search.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Effort {
+    /// How many of the starts are gone down from: those that cost least.
+    pub(crate) begin: usize,
+    /// How many of the points found are restarted, how often each, and for how many iterations.
+    pub(crate) keep: usize,
+    pub(crate) restarts: usize,
+    pub(crate) polish: u64,
+}
+
+/// What is spent where nothing good is known yet.
+pub(crate) const THOROUGH: Effort = Effort { begin: 99, keep: 2, restarts: 2, polish: 250 };
+/// What is spent from a good start.
+pub(crate) const QUICK: Effort = Effort { begin: 1, keep: 1, restarts: 1, polish: 120 };
+
+/// The points found, from the best on, each with its cost.
+pub(crate) type Points = Vec<(Vec<f64>, f64)>;
+
+/// The points found from these starts, of which the best are restarted.
 pub(crate) fn minimise(
-    cost: &impl Fn(&[f64]) -> f64,
+    cost: &(impl Fn(&[f64]) -> f64 + Sync),
     starts: &[Vec<f64>],
-    keep: usize,
-) -> Result<(Vec<f64>, f64), Error> {
-    let mut found = starts
-        .iter()
-        .map(|start| descend(cost, start, SIMPLEX, ITERATIONS))
-        .collect::<Result<Vec<_>, _>>()?;
+    effort: Effort,
+) -> Result<Points, Error> {
     // A stable sort: equal costs keep the order of the starts.
+    let mut starts: Points = starts.iter().map(|x| (x.clone(), cost(x))).collect();
+    if effort.begin < starts.len() {
+        starts.sort_by(|a, b| a.1.total_cmp(&b.1));
+        starts.truncate(effort.begin);
+    }
+    let mut found = each(&starts, |(start, _)| descend(cost, start, SIMPLEX, ITERATIONS))?;
     found.sort_by(|a, b| a.1.total_cmp(&b.1));
-    found.truncate(keep);
-    for candidate in &mut found {
-        for size in [SMALL_SIMPLEX, SMALL_SIMPLEX] {
-            let polished = descend(cost, &candidate.0, size, POLISH)?;
-            if polished.1 < candidate.1 {
-                *candidate = polished;
+    let kept = effort.keep.min(found.len());
+    let polished = each(&found[..kept], |candidate| {
+        let mut best = candidate.clone();
+        for _ in 0..effort.restarts {
+            let polished = descend(cost, &best.0, SMALL_SIMPLEX, effort.polish)?;
+            if polished.1 < best.1 {
+                best = polished;
             }
         }
-    }
+        Ok(best)
+    })?;
+    found.splice(..kept, polished);
     found.sort_by(|a, b| a.1.total_cmp(&b.1));
-    found.into_iter().next().ok_or_else(|| Error::Optimiser("nothing to start from".into()))
+    if found.is_empty() {
+        return Err(Error::Optimiser("nothing to start from".into()));
+    }
+    Ok(found)
+}
+
+/// One result for each item, in order whatever the number of threads.
+fn each<T: Sync>(
+    items: &[T],
+    work: impl Fn(&T) -> Result<(Vec<f64>, f64), Error> + Sync,
+) -> Result<Points, Error> {
+    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(items.len());
+    if threads < 2 {
+        return items.iter().map(work).collect();
+    }
+    // Taken in turns, since the first starts are the best guesses and end soonest.
+    let part =
+        |first: usize| -> Vec<_> { items.iter().skip(first).step_by(threads).map(&work).collect() };
+    let parts: Vec<Vec<_>> = std::thread::scope(|scope| {
+        let part = &part;
+        let running: Vec<_> = (0..threads).map(|first| scope.spawn(move || part(first))).collect();
+        running
+            .into_iter()
+            .map(|thread| {
+                thread.join().unwrap_or_else(|_| {
+                    vec![Err(Error::Optimiser("a thread of the search ended early".into()))]
+                })
+            })
+            .collect()
+    });
+    let mut parts: Vec<_> = parts.into_iter().map(Vec::into_iter).collect();
+    (0..items.len()).filter_map(|i| parts[i % threads].next()).collect()
 }
 
 /// The first points of the recurrence in a box.
@@ -109,9 +163,9 @@ mod tests {
         let box_ = [(-2.0, 2.0), (-1.0, 3.0)];
         let mut starts = sequence(&box_, 6, 3);
         starts.insert(0, vec![-1.2, 1.0]);
-        let (x, cost) = minimise(&valley, &starts, 2).unwrap();
+        let (x, cost) = minimise(&valley, &starts, THOROUGH).unwrap().remove(0);
         assert!(cost < 1e-5 && (x[0] - 1.0).abs() < 0.01, "{x:?} {cost}");
-        assert_eq!(minimise(&valley, &starts, 2).unwrap().0, x);
+        assert_eq!(minimise(&valley, &starts, THOROUGH).unwrap()[0].0, x);
     }
 
     #[test]

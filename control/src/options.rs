@@ -1,18 +1,14 @@
 //! What a design is asked for.
 
-use crate::{Error, plant::DesignPlant};
+use crate::{Error, plant::DesignPlant, requirement::Requirement};
 use formats::{Limits, Specification};
-use std::f64::consts::PI;
 
 /// Requirements, limits and loop of a design. The defaults are the paper's.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DesignOptions {
-    /// Largest overshoot of a yaw step, percent; 0 allows none.
-    pub overshoot_percent: f64,
-    /// Longest settling time, s.
-    pub settling_time_s: f64,
-    /// Largest steady-state error, percent; also the settling band.
-    pub steady_state_error_percent: f64,
+    /// What the loop must reach; each requirement is optional. When the steady state is read is chosen
+    /// by [`DesignOptions::specification`].
+    pub requirements: Specification,
     /// Largest steering angle, rad, in steering coordinates; 22° at the road wheel by default.
     pub max_angle_rad: Option<f64>,
     /// Largest change in a sample, rad, in steering coordinates; 15° at the road wheel by default.
@@ -21,104 +17,160 @@ pub struct DesignOptions {
     pub max_rate_radps: Option<f64>,
     /// Time between the controller's ticks, s.
     pub sample_time_s: f64,
-    /// Delay of the loop beyond the plant's own, s.
+    /// Delay of the yaw loop beyond the plant's own, s.
     pub loop_delay_s: f64,
-    /// Smallest modulus margin.
-    pub modulus_margin: f64,
-    /// Names the sequence of starting points; the same seed gives the same design.
+    /// Delay of the loop through the path beyond the plant's own, s; at least the yaw loop's.
+    pub path_delay_s: f64,
+    /// Delay of the loop through pose estimator and path beyond the plant's own, s; at least the
+    /// path's.
+    pub estimator_delay_s: f64,
+    /// How the gains are held against other plants than the nominal one; `None` for not at all.
+    pub robust: Option<RobustOptions>,
+    /// Names the sequence of starting points and the plants drawn; the same seed gives the same design.
     pub seed: u64,
+}
+
+/// Which other plants one set of gains must serve.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RobustOptions {
+    /// Plants drawn from the identified uncertainty.
+    pub members: usize,
+    /// Latency beyond and below the one designed for, s; 0 where none was measured.
+    pub latency_s: f64,
+    /// Lowest and highest gain of the plant over the nominal one: tyres give way beyond the lateral
+    /// acceleration of the drive, which no uncertainty of a linear model tells.
+    pub gain: [f64; 2],
+    /// Speed beyond and below the one designed for, as a share, where the model holds at others.
+    pub speed_share: f64,
+}
+
+impl Default for RobustOptions {
+    fn default() -> Self {
+        Self { members: 100, latency_s: 0.0, gain: [0.9, 1.05], speed_share: 0.2 }
+    }
 }
 
 impl Default for DesignOptions {
     fn default() -> Self {
         Self {
-            overshoot_percent: 1.0,
-            settling_time_s: 1.0,
-            steady_state_error_percent: 2.0,
+            requirements: Specification::default(),
             max_angle_rad: None,
             max_increment_rad: None,
             max_rate_radps: None,
             sample_time_s: 0.01,
             loop_delay_s: 0.0,
-            modulus_margin: 0.5,
+            path_delay_s: 0.0,
+            estimator_delay_s: 0.0,
+            robust: Some(RobustOptions::default()),
             seed: 1,
         }
     }
 }
 
-/// Height of the step, rad.
-pub(crate) const STEP: f64 = 5.0 / 180.0 * PI;
-/// Steering offset of the second step, rad at the road wheel.
-pub(crate) const OFFSET: f64 = 1.0 / 180.0 * PI;
 /// Samples that a settling time must hold.
 const LEAST_SAMPLES: usize = 4;
+/// Most plants drawn.
+const MOST_MEMBERS: usize = 10_000;
 
 impl DesignOptions {
     /// Checks the values against each other.
     ///
     /// # Errors
-    /// [`Error::Option`], [`Error::SampleTimeTooLong`].
+    /// [`Error::Option`], [`Error::Contradiction`], [`Error::SampleTimeTooLong`].
     pub fn check(&self) -> Result<(), Error> {
-        let optional = |v: Option<f64>| v.unwrap_or(1.0);
-        for (option, value) in [
-            ("overshoot", self.overshoot_percent),
-            ("settling time", self.settling_time_s),
-            ("steady-state error", self.steady_state_error_percent),
-            ("largest angle", optional(self.max_angle_rad)),
-            ("largest increment", optional(self.max_increment_rad)),
-            ("largest rate", optional(self.max_rate_radps)),
-            ("sample time", self.sample_time_s),
-        ] {
-            // An overshoot of exactly 0 may be asked for.
-            let (least, must) = if option == "overshoot" {
-                (value >= 0.0, "0 or more")
-            } else {
-                (value > 0.0, "greater than 0")
-            };
-            if !(value.is_finite() && least) {
+        let s = &self.requirements;
+        for requirement in Requirement::ALL {
+            let Some(value) = requirement.required(s) else { continue };
+            let (option, must, within) = bounds(requirement);
+            if !(value.is_finite() && within(value)) {
                 return Err(Error::Option { option, value, must });
             }
         }
-        if !(self.loop_delay_s.is_finite() && self.loop_delay_s >= 0.0) {
-            let (option, value) = ("loop delay", self.loop_delay_s);
-            return Err(Error::Option { option, value, must: "0 or more" });
+        let band = ("settling band", s.settling_band_percent);
+        let limits = [
+            ("largest angle", self.max_angle_rad),
+            ("largest increment", self.max_increment_rad),
+            ("largest rate", self.max_rate_radps),
+        ]
+        .map(|(name, value)| (name, value.unwrap_or(1.0)));
+        for (option, value) in limits.into_iter().chain([("sample time", self.sample_time_s), band])
+        {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(Error::Option { option, value, must: "greater than 0" });
+            }
         }
-        if !(0.0..1.0).contains(&self.modulus_margin) {
-            let (option, value) = ("modulus margin", self.modulus_margin);
-            return Err(Error::Option { option, value, must: "at least 0 and below 1" });
+        for (option, value) in [
+            ("loop delay", self.loop_delay_s),
+            ("delay through the path", self.path_delay_s),
+            ("delay through the estimator", self.estimator_delay_s),
+            ("latency spread", self.robust.map_or(0.0, |r| r.latency_s)),
+        ] {
+            if !(value.is_finite() && value >= 0.0) {
+                return Err(Error::Option { option, value, must: "0 or more" });
+            }
         }
-        if self.settling_time_s > 60.0 {
-            let (option, value) = ("settling time", self.settling_time_s);
-            return Err(Error::Option { option, value, must: "at most 60 s" });
+        if let Some(r) = self.robust {
+            if !(0.0..1.0).contains(&r.speed_share) {
+                let (option, value) = ("speed spread", r.speed_share);
+                return Err(Error::Option { option, value, must: "at least 0 and below 1" });
+            }
+            if let Some(value) = r.gain.into_iter().find(|g| !(0.1..=10.0).contains(g)) {
+                let option = "gain of the plant over the nominal one";
+                return Err(Error::Option { option, value, must: "between 0.1 and 10" });
+            }
+            if r.members > MOST_MEMBERS {
+                let (option, value) = ("ensemble", r.members as f64);
+                return Err(Error::Option { option, value, must: "at most 10000 plants" });
+            }
         }
         // One step simulation stays below a million ticks.
         if self.sample_time_s < 1e-4 {
             let (option, value) = ("sample time", self.sample_time_s);
             return Err(Error::Option { option, value, must: "at least 0.0001 s" });
         }
-        if self.settling_time_s < LEAST_SAMPLES as f64 * self.sample_time_s {
-            return Err(Error::SampleTimeTooLong {
-                sample_time_s: self.sample_time_s,
-                settling_time_s: self.settling_time_s,
-                need: LEAST_SAMPLES,
+        self.contradictions()
+    }
+
+    /// What cannot hold at once whatever the plant.
+    fn contradictions(&self) -> Result<(), Error> {
+        let s = &self.requirements;
+        if let Some(settling_time_s) = s.settling_time_s {
+            if settling_time_s < LEAST_SAMPLES as f64 * self.sample_time_s {
+                return Err(Error::SampleTimeTooLong {
+                    sample_time_s: self.sample_time_s,
+                    settling_time_s,
+                    need: LEAST_SAMPLES,
+                });
+            }
+            if let Some(rise) = s.rise_time_s.filter(|rise| *rise > settling_time_s) {
+                return Err(Error::Contradiction {
+                    one: format!("a rise time of up to {rise} s"),
+                    other: format!("a settling time of at most {settling_time_s} s"),
+                    why: "what has settled has risen",
+                });
+            }
+        }
+        if self.path_delay_s < self.loop_delay_s || self.estimator_delay_s < self.path_delay_s {
+            return Err(Error::Contradiction {
+                one: format!("a delay of {} s of the yaw loop", self.loop_delay_s),
+                other: format!(
+                    "{} s through the path and {} s through the estimator",
+                    self.path_delay_s, self.estimator_delay_s
+                ),
+                why: "the loop through the path goes through the yaw loop, and that through the \
+                      estimator goes through the path",
             });
         }
         Ok(())
     }
 
-    /// The specification of the file.
+    /// The specification of the file: the steady state is read at 5 s, unless settling itself may
+    /// take longer than half of that.
     #[must_use]
     pub fn specification(&self) -> Specification {
-        Specification {
-            overshoot_percent: self.overshoot_percent,
-            settling_time_s: self.settling_time_s,
-            steady_state_error_percent: self.steady_state_error_percent,
-            step_rad: STEP,
-            steering_offset_rad: OFFSET,
-            // 5 s, unless settling itself may take longer than half of that.
-            steady_state_time_s: f64::max(5.0, 2.0 * self.settling_time_s),
-            modulus_margin: self.modulus_margin,
-        }
+        let settling = self.requirements.settling_time_s.unwrap_or(0.0);
+        let steady_state_time_s = self.requirements.steady_state_time_s.max(2.0 * settling);
+        Specification { steady_state_time_s, ..self.requirements }
     }
 
     /// The limits of the file, in the plant's steering coordinates.
@@ -131,5 +183,21 @@ impl DesignOptions {
             max_increment_rad,
             max_rate_radps: self.max_rate_radps.unwrap_or(max_increment_rad / self.sample_time_s),
         }
+    }
+}
+
+/// What a requirement is called in errors, and what can be asked of it.
+fn bounds(requirement: Requirement) -> (&'static str, &'static str, fn(f64) -> bool) {
+    use Requirement as R;
+    let label = requirement.label();
+    match requirement {
+        // None at all may be asked for.
+        R::Overshoot => (label, "0 or more", |v| v >= 0.0),
+        R::Settling => (label, "greater than 0 and at most 60 s", |v| v > 0.0 && v <= 60.0),
+        R::ModulusMargin => (label, "at least 0 and below 1", |v| (0.0..1.0).contains(&v)),
+        R::DiskMargin => (label, "at least 0 and below 2", |v| (0.0..2.0).contains(&v)),
+        R::PhaseMargin => (label, "at least 0 and below 180°", |v| (0.0..180.0).contains(&v)),
+        R::GainMargin | R::DelayMargin => (label, "0 or more", |v| v >= 0.0),
+        _ => (label, "greater than 0", |v| v > 0.0),
     }
 }

@@ -5,6 +5,8 @@
 //! form, its discrete one moves on its own grid and the output is held between, as in the FMU.
 
 use crate::Error;
+use crate::family::Family;
+use crate::logarithm;
 use formats::{Bicycle, Continuous, InputKind, Matrix, Plant};
 use model_loading::identified_model;
 use nalgebra::{DMatrix, DVector};
@@ -24,6 +26,7 @@ pub struct DesignPlant {
     /// Delay of the input τ, s.
     pub input_delay: f64,
     pub(crate) dynamics: Dynamics,
+    pub(crate) family: Family,
     gain: f64,
 }
 
@@ -65,6 +68,13 @@ impl DesignPlant {
         // What the FMU would refuse is not designed on.
         identified_model(plant)
             .map_err(|source| Error::Identified { model: plant.name.clone(), source })?;
+        let family = Family::Identified(Box::new(plant.clone()));
+        Ok(Self { family, ..Self::drawn(plant, plant.continuous.is_none())? })
+    }
+
+    /// The plant of a model that needs no checking, on its own grid only or, where there is a
+    /// logarithm, moving all the time.
+    pub(crate) fn drawn(plant: &Plant, on_its_grid: bool) -> Result<Self, Error> {
         let speed = plant.operating_point.speed_mps;
         if speed == 0.0 {
             return Err(Error::NoSpeed { model: plant.name.clone() });
@@ -85,10 +95,16 @@ impl DesignPlant {
         };
         let dynamics = match &plant.continuous {
             Some(c) => Dynamics::Continuous(matrices(&c.f, &c.g, &c.h)),
-            None => Dynamics::Discrete {
-                sample_time: d.sample_time_s,
-                matrices: matrices(&d.a, &d.b, &d.c),
-            },
+            None => {
+                let m = matrices(&d.a, &d.b, &d.c);
+                let moving = (!on_its_grid)
+                    .then(|| logarithm::continuous(&m.state, &m.input, d.sample_time_s))
+                    .flatten();
+                match moving {
+                    Some((state, input)) => Dynamics::Continuous(Matrices { state, input, ..m }),
+                    None => Dynamics::Discrete { sample_time: d.sample_time_s, matrices: m },
+                }
+            }
         };
         let info = PlantInfo {
             model: "plant".into(),
@@ -121,7 +137,8 @@ impl DesignPlant {
             output: DVector::from_vec(vec![0.0, 1.0, 0.0]),
             feedthrough: 0.0,
         };
-        Self::checked(info, Dynamics::Continuous(matrices))
+        let family = Family::Bicycle(Box::new(bicycle.clone()));
+        Ok(Self { family, ..Self::checked(info, Dynamics::Continuous(matrices))? })
     }
 
     /// A plant from its matrices: `f` n by n row by row, `g` and `h` n long.
@@ -166,6 +183,10 @@ impl DesignPlant {
         self.gain
     }
 
+    pub(crate) fn is_discrete(&self) -> bool {
+        matches!(self.dynamics, Dynamics::Discrete { .. })
+    }
+
     fn checked(info: PlantInfo, dynamics: Dynamics) -> Result<Self, Error> {
         let (Dynamics::Continuous(m) | Dynamics::Discrete { matrices: m, .. }) = &dynamics;
         let finite = m.state.iter().chain(&m.input).chain(&m.output).all(|v| v.is_finite())
@@ -182,7 +203,8 @@ impl DesignPlant {
             return Err(Error::SteadyStateGain { model: info.name, gain });
         }
         let PlantInfo { model, name, speed, steering_ratio, input_delay } = info;
-        Ok(Self { model, name, speed, steering_ratio, input_delay, dynamics, gain })
+        let family = Family::Alone;
+        Ok(Self { model, name, speed, steering_ratio, input_delay, dynamics, family, gain })
     }
 }
 
@@ -196,7 +218,13 @@ fn unstable_mode(dynamics: &Dynamics) -> Option<String> {
             .map(|l| l.re)
             .max_by(f64::total_cmp)
             .filter(|rate| *rate >= -1e-9)
-            .map(|rate| format!("grows at a rate of {rate:.3} 1/s")),
+            .map(|rate| {
+                let limit = 2.0 * rate.max(0.0);
+                format!(
+                    "grows at a rate of {rate:.3} 1/s, which only a crossover above about \
+                     {limit:.3} rad/s would hold"
+                )
+            }),
         Dynamics::Discrete { matrices, .. } => matrices
             .state
             .complex_eigenvalues()

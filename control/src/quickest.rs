@@ -6,10 +6,12 @@
 //! r takes `r/(G₀·u_max)` at least.
 
 use crate::objective::CROSSOVER_TIMES_SETTLING;
-use crate::options::STEP;
 use crate::sampled::Sampled;
 use nalgebra::Complex;
 use std::f64::consts::{FRAC_PI_2, PI};
+
+/// Height of the step, rad: only the scale of a search depends on it.
+const STEP: f64 = 5.0 / 180.0 * PI;
 
 /// Lowest angle that is looked at, rad a sample, and points of the grid.
 const LOWEST: f64 = 1e-5;

@@ -1,6 +1,6 @@
 //! The sampled loop against theory and against the models that run in the FMUs.
 
-use crate::design::ramp_lag;
+use crate::advice::ramp_lag;
 use crate::margins::{controller, margins};
 use crate::metrics::metrics;
 use crate::plant::{DesignPlant, Dynamics, PlantInfo};
@@ -305,7 +305,7 @@ fn preview_and_feedforward_leave_no_error_on_circle_and_clothoid() {
     let p = model_loading::pid_parameters(&document);
     let sampled = Sampled::new(&plant, p.sample_time, 0.0).unwrap();
     let theory = p.kp * (1.0 - p.setpoint_weight_proportional) / p.ki;
-    let measured = ramp_lag(&plant, &sampled, &p);
+    let measured = ramp_lag(plant.gain(), &sampled, &p);
     assert!((measured - theory).abs() < 1e-3 * theory, "{measured} {theory}");
 
     let advice = document.guidance;

@@ -15,6 +15,7 @@
 mod bicycle;
 mod bicycle_evidence;
 mod check;
+mod design;
 mod document;
 mod estimator;
 mod evidence;
@@ -30,6 +31,10 @@ mod vehicle;
 pub use bicycle::{Bicycle, BicycleCoefficients, VehicleData};
 pub use bicycle_evidence::{BicycleEvidence, Estimated, SpeedSummary, Stated, WithDelay};
 pub use check::Checker;
+pub use design::{
+    Breaking, DesignEvidence, FmuLoop, Margins, OnACurve, OverEnsemble, Robustness, Shortfall,
+    Specification, StepMetrics, TradeOff,
+};
 pub use document::{Document, Error, schema_of};
 pub use estimator::{Estimator, Gnss, InitialUncertainty, SensorNoise};
 pub use evidence::{
@@ -40,10 +45,7 @@ pub use evidence::{
 };
 pub use matrix::Matrix;
 pub use path::{Guidance, Path, PathPoint};
-pub use pid::{
-    DesignEvidence, DesignedFor, GuidanceAdvice, Limits, Margins, Pid, PidGains, Shortfall,
-    Specification, StepMetrics,
-};
+pub use pid::{DesignedFor, GuidanceAdvice, Limits, Pid, PidGains};
 pub use plant::{Continuous, Discrete, InputKind, Noise, OperatingPoint, Plant};
 pub use provenance::{HashingReader, Provenance, SourceFile, sha256_hex};
 pub use start::Start;

@@ -1,6 +1,6 @@
 //! `pid.json`: the steering controller of eq 14 with the proof that it meets its specification.
 
-use crate::{Checker, Document, Provenance};
+use crate::{Checker, DesignEvidence, Document, Provenance, Specification};
 use serde::{Deserialize, Serialize};
 
 /// The controller, what it was designed for, and what it reaches.
@@ -62,7 +62,7 @@ pub struct Limits {
 }
 
 /// The model and the loop the controller was designed for.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DesignedFor {
     /// `plant` (identified) or `bicycle`.
@@ -75,112 +75,14 @@ pub struct DesignedFor {
     pub speed_mps: f64,
     /// Steering angle over road-wheel angle.
     pub steering_ratio: f64,
-    /// Delay of the loop beyond the model's own, s (0 under a Gauss–Seidel master).
+    /// Delay of the yaw loop beyond the model's own, s (0 under a Gauss–Seidel master).
     pub loop_delay_s: f64,
-}
-
-/// What was asked for, on a yaw step.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Specification {
-    /// Largest overshoot, percent of the step.
-    pub overshoot_percent: f64,
-    /// Longest settling time, s.
-    pub settling_time_s: f64,
-    /// Largest steady-state error, percent of the step; also the settling band.
-    pub steady_state_error_percent: f64,
-    /// Height of the step, rad.
-    pub step_rad: f64,
-    /// Steering offset of the second step, rad at the road wheel.
-    pub steering_offset_rad: f64,
-    /// When the steady-state error is read, s after the step.
-    pub steady_state_time_s: f64,
-    /// Smallest modulus margin.
-    pub modulus_margin: f64,
-}
-
-impl Specification {
-    /// Whether a response to the specification's step meets overshoot, settling time and
-    /// steady-state error, up to rounding.
-    #[must_use]
-    pub fn is_met_by(&self, step: &StepMetrics) -> bool {
-        let within = |reached: f64, asked: f64| reached <= asked * (1.0 + 1e-9);
-        within(step.overshoot_percent, self.overshoot_percent)
-            && step.settling_time_s.is_some_and(|t| within(t, self.settling_time_s))
-            && within(step.steady_state_error_percent, self.steady_state_error_percent)
-    }
-}
-
-/// What was reached.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct DesignEvidence {
-    /// Whether every requirement is met.
-    pub met: bool,
-    /// Each requirement that is not, and by how much.
-    pub shortfalls: Vec<Shortfall>,
-    /// On the step of the specification.
-    pub step: StepMetrics,
-    /// On the same step with the steering offset.
-    pub step_with_offset: StepMetrics,
-    /// On a tenth of the step, where the limits act that much less: aimed at as the step is, so that
-    /// no limit is what keeps the overshoot down, but not required.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub small_step: Option<StepMetrics>,
-    /// Margins of the linear sampled loop, broken at the plant's input.
-    pub margins: Margins,
-}
-
-/// A requirement that is not met.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Shortfall {
-    /// The requirement.
-    pub requirement: String,
-    /// What was asked.
-    pub required: f64,
-    /// What was reached.
-    pub reached: f64,
-}
-
-/// Metrics of one step response.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct StepMetrics {
-    /// Overshoot, percent of the step.
-    pub overshoot_percent: f64,
-    /// Time after which the response stays within the band; absent where it never does.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub settling_time_s: Option<f64>,
-    /// Error at the steady-state time, percent of the step.
-    pub steady_state_error_percent: f64,
-    /// Time from 10 % to 90 %; absent where 90 % is never reached.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub rise_time_s: Option<f64>,
-    /// Largest steering angle used, rad, in steering coordinates.
-    pub largest_angle_rad: f64,
-    /// Largest change in a sample, rad.
-    pub largest_increment_rad: f64,
-}
-
-/// Margins of the linear sampled loop, broken at the plant's input, with its delay.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Margins {
-    /// Gain margin, dB; absent where unlimited.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub gain_margin_db: Option<f64>,
-    /// Phase margin, degrees; absent where the gain never crosses 1.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub phase_margin_deg: Option<f64>,
-    /// Delay margin, s; absent where unlimited.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub delay_margin_s: Option<f64>,
-    /// Smallest distance of the loop from −1.
-    pub modulus_margin: f64,
-    /// Gain crossover, rad/s.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub crossover_radps: Option<f64>,
+    /// Delay of the loop through the path beyond the model's own, s.
+    #[serde(default)]
+    pub path_delay_s: f64,
+    /// Delay of the loop through pose estimator and path beyond the model's own, s.
+    #[serde(default)]
+    pub estimator_delay_s: f64,
 }
 
 /// What a path follower around this loop should use.
@@ -215,6 +117,16 @@ impl Document for Pid {
         c.positive(self.limits.max_angle_rad, "limits.max_angle_rad");
         c.positive(self.limits.max_increment_rad, "limits.max_increment_rad");
         c.positive(self.limits.max_rate_radps, "limits.max_rate_radps");
+        c.positive(self.specification.step_rad, "specification.step_rad");
+        c.positive(self.specification.steady_state_time_s, "specification.steady_state_time_s");
+        c.positive(self.specification.settling_band_percent, "specification.settling_band_percent");
+        for (delay, key) in [
+            (self.designed_for.loop_delay_s, "loop_delay_s"),
+            (self.designed_for.path_delay_s, "path_delay_s"),
+            (self.designed_for.estimator_delay_s, "estimator_delay_s"),
+        ] {
+            c.not_negative(delay, &format!("designed_for.{key}"));
+        }
         c.finite(self.guidance.feedforward_gain_radm, "guidance.feedforward_gain_radm");
         c.not_negative(self.guidance.preview_time_s, "guidance.preview_time_s");
     }

@@ -73,6 +73,7 @@ fn pid() -> Pid {
         rise_time_s: Some(0.5),
         largest_angle_rad: 1.0,
         largest_increment_rad: 0.1,
+        integral_absolute_error_s: 0.2,
     };
     Pid {
         schema: Pid::SCHEMA.into(),
@@ -95,15 +96,12 @@ fn pid() -> Pid {
             speed_mps: 15.0,
             steering_ratio: 15.0,
             loop_delay_s: 0.0,
+            ..DesignedFor::default()
         },
         specification: Specification {
-            overshoot_percent: 1.0,
-            settling_time_s: 1.0,
-            steady_state_error_percent: 2.0,
             step_rad: 0.1,
             steering_offset_rad: 0.0,
-            steady_state_time_s: 5.0,
-            modulus_margin: 0.5,
+            ..Specification::default()
         },
         evidence: DesignEvidence {
             met: true,
@@ -117,7 +115,9 @@ fn pid() -> Pid {
                 delay_margin_s: None,
                 modulus_margin: 0.7,
                 crossover_radps: None,
+                disk_margin: Some(0.9),
             },
+            ..DesignEvidence::default()
         },
         guidance: GuidanceAdvice { feedforward_gain_radm: 40.0, preview_time_s: 0.2 },
         provenance: formats::Provenance::default(),

@@ -113,15 +113,12 @@ fn the_controller() {
             speed_mps: 15.0,
             steering_ratio: 1.0,
             loop_delay_s: 0.0,
+            ..formats::DesignedFor::default()
         },
         specification: formats::Specification {
-            overshoot_percent: 1.0,
-            settling_time_s: 1.0,
-            steady_state_error_percent: 2.0,
             step_rad: 0.1,
             steering_offset_rad: 0.01,
-            steady_state_time_s: 5.0,
-            modulus_margin: 0.5,
+            ..formats::Specification::default()
         },
         evidence: formats::DesignEvidence {
             met: true,
@@ -135,7 +132,9 @@ fn the_controller() {
                 delay_margin_s: None,
                 modulus_margin: 0.7,
                 crossover_radps: None,
+                disk_margin: Some(0.9),
             },
+            ..formats::DesignEvidence::default()
         },
         guidance: formats::GuidanceAdvice { feedforward_gain_radm: 0.0, preview_time_s: 0.0 },
         provenance: formats::Provenance::default(),
@@ -163,6 +162,7 @@ const STEP: formats::StepMetrics = formats::StepMetrics {
     rise_time_s: None,
     largest_angle_rad: 0.0,
     largest_increment_rad: 0.0,
+    integral_absolute_error_s: 0.2,
 };
 
 #[test]

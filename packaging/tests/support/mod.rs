@@ -83,6 +83,7 @@ pub(crate) fn pid() -> String {
         rise_time_s: Some(0.4),
         largest_angle_rad: 0.05,
         largest_increment_rad: 0.004,
+        integral_absolute_error_s: 0.2,
     };
     Pid {
         schema: Pid::SCHEMA.into(),
@@ -109,15 +110,12 @@ pub(crate) fn pid() -> String {
             speed_mps: 10.0,
             steering_ratio: 2.0,
             loop_delay_s: 0.0,
+            ..formats::DesignedFor::default()
         },
         specification: formats::Specification {
-            overshoot_percent: 1.0,
-            settling_time_s: 1.0,
-            steady_state_error_percent: 2.0,
             step_rad: 0.0873,
             steering_offset_rad: 0.0175,
-            steady_state_time_s: 5.0,
-            modulus_margin: 0.5,
+            ..formats::Specification::default()
         },
         evidence: formats::DesignEvidence {
             met: true,
@@ -131,7 +129,9 @@ pub(crate) fn pid() -> String {
                 delay_margin_s: Some(0.14),
                 modulus_margin: 0.7,
                 crossover_radps: Some(6.5),
+                disk_margin: Some(0.9),
             },
+            ..formats::DesignEvidence::default()
         },
         guidance: formats::GuidanceAdvice { feedforward_gain_radm: 0.0, preview_time_s: 0.25 },
         provenance: provenance(),

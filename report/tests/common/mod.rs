@@ -306,6 +306,7 @@ pub fn pid(met: bool) -> Pid {
         rise_time_s: Some(0.37),
         largest_angle_rad: 0.18,
         largest_increment_rad: 0.11,
+        integral_absolute_error_s: 0.2,
     };
     Pid {
         schema: Pid::SCHEMA.into(),
@@ -328,15 +329,12 @@ pub fn pid(met: bool) -> Pid {
             speed_mps: 38.2,
             steering_ratio: 1.0,
             loop_delay_s: 0.0,
+            ..DesignedFor::default()
         },
         specification: Specification {
-            overshoot_percent: 1.0,
-            settling_time_s: 1.0,
-            steady_state_error_percent: 2.0,
             step_rad: 0.0873,
             steering_offset_rad: 0.0175,
-            steady_state_time_s: 5.0,
-            modulus_margin: 0.5,
+            ..Specification::default()
         },
         evidence: DesignEvidence {
             met,
@@ -357,7 +355,9 @@ pub fn pid(met: bool) -> Pid {
                 delay_margin_s: Some(0.21),
                 modulus_margin: 0.71,
                 crossover_radps: Some(5.3),
+                disk_margin: Some(0.9),
             },
+            ..DesignEvidence::default()
         },
         guidance: GuidanceAdvice { feedforward_gain_radm: 3.1, preview_time_s: 0.2 },
         provenance: provenance(),

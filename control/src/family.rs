@@ -1,0 +1,81 @@
+//! The plants that may stand in place of the nominal one: drawn from the identified uncertainty,
+//! and at other speeds where the model holds there.
+
+use crate::Error;
+use crate::plant::{DesignPlant, Dynamics};
+use formats::{Bicycle, InputKind, Plant};
+
+/// Where a design plant came from, for making its relatives.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) enum Family {
+    /// None but itself.
+    #[default]
+    Alone,
+    /// An identified model; at other speeds where the product of steering and speed drives it.
+    Identified(Box<Plant>),
+    /// Eq 13 holds at any speed; its evidence says that it was identified.
+    Bicycle(Box<Bicycle>),
+}
+
+impl DesignPlant {
+    /// Numbers that [`DesignPlant::member`] takes; 0 where no uncertainty is stated.
+    #[must_use]
+    pub fn ensemble_dimension(&self) -> usize {
+        match &self.family {
+            Family::Identified(plant) => plant.ensemble_dimension(),
+            Family::Alone | Family::Bicycle(_) => 0,
+        }
+    }
+
+    /// Whether the model was identified in a structure that holds at other speeds than its own.
+    #[must_use]
+    pub fn is_speed_scheduled(&self) -> bool {
+        match &self.family {
+            Family::Identified(plant) => plant.input == InputKind::SteeringTimesSpeed,
+            Family::Bicycle(bicycle) => bicycle.evidence.is_some(),
+            Family::Alone => false,
+        }
+    }
+
+    /// The plant that standard normal numbers draw from the identified uncertainty, at its own speed.
+    /// `None` where what is drawn is no plant to steer.
+    #[must_use]
+    pub fn member(&self, xi: &[f64]) -> Option<Self> {
+        let Family::Identified(plant) = &self.family else { return None };
+        let mut drawn = Self::drawn(&plant.ensemble_member(xi)?, self.is_discrete()).ok()?;
+        drawn.input_delay = self.input_delay;
+        Some(drawn)
+    }
+
+    /// The same plant with a gain that many times its own.
+    pub(crate) fn with_gain(&self, times: f64) -> Self {
+        let mut other = self.clone();
+        let (Dynamics::Continuous(m) | Dynamics::Discrete { matrices: m, .. }) =
+            &mut other.dynamics;
+        m.input *= times;
+        m.feedthrough *= times;
+        other
+    }
+
+    /// The same plant at another speed, where its structure holds there.
+    ///
+    /// # Errors
+    /// [`Error::NotScheduled`], and where no controller can be designed at that speed.
+    pub fn at_speed(&self, speed: f64) -> Result<Self, Error> {
+        let mut moved = match &self.family {
+            Family::Bicycle(bicycle) => {
+                let mut bicycle = bicycle.as_ref().clone();
+                bicycle.vehicle.speed_mps = speed;
+                Self::from_bicycle(&bicycle)?
+            }
+            Family::Identified(plant) if plant.input == InputKind::SteeringTimesSpeed => {
+                let mut plant = plant.as_ref().clone();
+                plant.operating_point.speed_mps = speed;
+                Self::from_plant(&plant)?
+            }
+            _ => return Err(Error::NotScheduled { model: self.name.clone() }),
+        };
+        moved.input_delay = self.input_delay;
+        Ok(moved)
+    }
+}

@@ -1,0 +1,74 @@
+//! The design on the nominal plant alone, which a robust one begins from.
+
+use crate::Error;
+use crate::objective::{Objective, QUICKEST, WITH_RESERVE};
+use crate::optimise::{Effort, THOROUGH};
+use crate::requirement::{Reached, Requirement};
+use crate::search::{EXACT_DIGITS, READABLE_DIGITS, rounded, search, starts};
+use crate::simulate::Simulator;
+use vehicle_models::PidParameters;
+
+/// Multiples of the plant's scale about which the quickest loop is looked for: the settling time
+/// jumps where a response just leaves its band again, and has many minima.
+const SCALES: [f64; 3] = [1.0, 1.5, 2.25];
+
+/// A controller, its decision variables, and what it reaches on the nominal plant.
+#[derive(Debug, Clone)]
+pub(crate) struct Found {
+    pub(crate) pid: PidParameters,
+    pub(crate) variables: Vec<f64>,
+    pub(crate) reached: Reached,
+    pub(crate) met: bool,
+    /// Other loops that were found on the way, to begin again from.
+    pub(crate) others: Vec<Vec<f64>>,
+}
+
+impl Found {
+    /// Rounded to what a person can read, unless that breaks what was just kept.
+    pub(crate) fn of(objective: &Objective, mut points: Vec<Vec<f64>>) -> Self {
+        // A search never comes back without a point.
+        let variables = if points.is_empty() { Vec::new() } else { points.remove(0) };
+        let mut simulator = Simulator::default();
+        let mut finish = |digits| {
+            let pid = rounded(&objective.controller(&variables).0, digits);
+            let reached = objective.whole(&mut simulator, &pid);
+            (pid, reached, reached.shortfalls(&objective.spec).len())
+        };
+        let mut best = finish(READABLE_DIGITS);
+        if best.2 > 0 {
+            let exact = finish(EXACT_DIGITS);
+            if exact.2 < best.2 {
+                best = exact;
+            }
+        }
+        let (pid, reached, short) = best;
+        Self { pid, variables, reached, met: short == 0, others: points }
+    }
+
+    /// What a requirement is missed by, summed over those asked for.
+    fn missed(&self, objective: &Objective) -> f64 {
+        let missed = |(r, required): (Requirement, f64)| r.missed(required, self.reached.value(r));
+        objective
+            .required()
+            .into_iter()
+            .filter(|(r, _)| *r != Requirement::Settling)
+            .map(missed)
+            .sum()
+    }
+}
+
+/// With some reserve; or else the quickest loop that keeps everything but the settling time.
+pub(crate) fn find(objective: &Objective, seed: u64) -> Result<Found, Error> {
+    let own = starts(objective, 1.5, 6, seed);
+    let found = Found::of(objective, search(objective, &WITH_RESERVE, &own, THOROUGH)?);
+    if found.met {
+        return Ok(found);
+    }
+    // The second search forgets the first one: what is too soon is missed by the same loop, however
+    // much too soon it was asked for.
+    let all = SCALES.map(|multiple| starts(objective, multiple, 3, seed)).concat();
+    let effort = Effort { keep: 3, ..THOROUGH };
+    let quickest = Found::of(objective, search(objective, &QUICKEST, &all, effort)?);
+    let better = quickest.met || quickest.missed(objective) <= found.missed(objective);
+    Ok(if better { quickest } else { found })
+}

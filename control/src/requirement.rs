@@ -1,0 +1,227 @@
+//! The requirements a design may be held to: what each is called, asked for, and reached by.
+
+use formats::{DesignEvidence, Margins, OnACurve, Shortfall, Specification, StepMetrics};
+
+/// One requirement.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Requirement {
+    /// Overshoot of the yaw step.
+    Overshoot,
+    /// Settling time of the yaw step.
+    Settling,
+    /// Error at the end of the yaw step.
+    SteadyState,
+    /// The same with the steering offset.
+    SteadyStateWithOffset,
+    /// Error on a curve of constant curvature, with feedforward.
+    SteadyStateOnCurve,
+    /// Rise time, 10 to 90 %.
+    Rise,
+    /// Integral of the absolute error.
+    IntegralError,
+    /// Gain margin.
+    GainMargin,
+    /// Phase margin.
+    PhaseMargin,
+    /// Smallest distance of the loop from −1.
+    ModulusMargin,
+    /// Delay that the loop bears.
+    DelayMargin,
+    /// Gain and phase together.
+    DiskMargin,
+}
+
+use Requirement as R;
+
+impl Requirement {
+    /// All of them.
+    pub const ALL: [Self; 12] = [
+        R::Overshoot,
+        R::Settling,
+        R::SteadyState,
+        R::SteadyStateWithOffset,
+        R::SteadyStateOnCurve,
+        R::Rise,
+        R::IntegralError,
+        R::GainMargin,
+        R::PhaseMargin,
+        R::ModulusMargin,
+        R::DelayMargin,
+        R::DiskMargin,
+    ];
+
+    /// Its name in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            R::Overshoot => "overshoot_percent",
+            R::Settling => "settling_time_s",
+            R::SteadyState => "steady_state_error_percent",
+            R::SteadyStateWithOffset => "steady_state_error_with_offset_percent",
+            R::SteadyStateOnCurve => "steady_state_error_on_curve_percent",
+            R::Rise => "rise_time_s",
+            R::IntegralError => "integral_absolute_error_s",
+            R::GainMargin => "gain_margin_db",
+            R::PhaseMargin => "phase_margin_deg",
+            R::ModulusMargin => "modulus_margin",
+            R::DelayMargin => "delay_margin_s",
+            R::DiskMargin => "disk_margin",
+        }
+    }
+
+    /// The requirement of a name in a file.
+    #[must_use]
+    pub fn of(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|r| r.name() == name)
+    }
+
+    /// What people call it.
+    #[must_use]
+    pub fn label(self) -> &'static str {
+        match self {
+            R::Overshoot => "overshoot",
+            R::Settling => "settling time",
+            R::SteadyState => "steady-state error",
+            R::SteadyStateWithOffset => "steady-state error with the steering 1° off",
+            R::SteadyStateOnCurve => "steady-state error on a curve",
+            R::Rise => "rise time",
+            R::IntegralError => "integral of the absolute error",
+            R::GainMargin => "gain margin",
+            R::PhaseMargin => "phase margin",
+            R::ModulusMargin => "modulus margin",
+            R::DelayMargin => "delay margin",
+            R::DiskMargin => "disk margin",
+        }
+    }
+
+    /// A value with its unit, as people write it.
+    #[must_use]
+    pub fn text(self, value: f64) -> String {
+        if value == f64::INFINITY {
+            return "unlimited".into();
+        }
+        let (digits, unit) = match self {
+            R::Overshoot | R::SteadyState | R::SteadyStateWithOffset | R::SteadyStateOnCurve => {
+                (3, " %")
+            }
+            R::Settling | R::Rise | R::IntegralError | R::DelayMargin => (3, " s"),
+            R::GainMargin => (2, " dB"),
+            R::PhaseMargin => (1, "°"),
+            R::ModulusMargin | R::DiskMargin => (3, ""),
+        };
+        let text = format!("{value:.digits$}");
+        // 1 and not 1.000.
+        let text = text.trim_end_matches('0').trim_end_matches('.');
+        format!("{text}{unit}")
+    }
+
+    /// Whether more is better: a margin.
+    #[must_use]
+    pub fn at_least(self) -> bool {
+        matches!(
+            self,
+            R::GainMargin | R::PhaseMargin | R::ModulusMargin | R::DelayMargin | R::DiskMargin
+        )
+    }
+
+    /// Whether it is about how quick the loop is.
+    pub(crate) fn is_time(self) -> bool {
+        matches!(self, R::Settling | R::Rise | R::IntegralError)
+    }
+
+    /// What a specification asks of it.
+    #[must_use]
+    pub fn required(self, s: &Specification) -> Option<f64> {
+        match self {
+            R::Overshoot => s.overshoot_percent,
+            R::Settling => s.settling_time_s,
+            R::SteadyState | R::SteadyStateWithOffset | R::SteadyStateOnCurve => {
+                s.steady_state_error_percent
+            }
+            R::Rise => s.rise_time_s,
+            R::IntegralError => s.integral_absolute_error_s,
+            R::GainMargin => s.gain_margin_db,
+            R::PhaseMargin => s.phase_margin_deg,
+            R::ModulusMargin => s.modulus_margin,
+            R::DelayMargin => s.delay_margin_s,
+            R::DiskMargin => s.disk_margin,
+        }
+    }
+
+    /// Whether what is reached is as asked for.
+    #[must_use]
+    pub fn is_met(self, required: f64, reached: f64) -> bool {
+        // Not `!(… <)`: what is no number is not met.
+        if self.at_least() { reached >= required } else { reached <= required }
+    }
+
+    /// By what share a bound is missed; 0 where it is kept.
+    pub(crate) fn missed(self, bound: f64, reached: f64) -> f64 {
+        let over = if self.at_least() { bound - reached } else { reached - bound };
+        // What is no number misses it by far.
+        if over.is_nan() { 1e3 } else { (over / bound.max(LEAST_SCALE)).max(0.0) }
+    }
+}
+
+/// Bounds below this, such as an overshoot of 0, are missed relative to this, percent or s.
+const LEAST_SCALE: f64 = 0.01;
+
+/// What a controller reaches on one plant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Reached {
+    pub(crate) step: StepMetrics,
+    pub(crate) with_offset: StepMetrics,
+    /// Error on the curve, percent of the step.
+    pub(crate) on_curve: f64,
+    pub(crate) margins: Margins,
+    /// Where the responses end, s.
+    pub(crate) end: f64,
+}
+
+impl Reached {
+    /// Of the evidence in a file.
+    pub(crate) fn of(e: &DesignEvidence, s: &Specification) -> Self {
+        Self {
+            step: e.step,
+            with_offset: e.step_with_offset,
+            on_curve: e.curve.map_or(0.0, |c: OnACurve| c.steady_state_error_percent),
+            margins: e.margins,
+            end: s.steady_state_time_s,
+        }
+    }
+
+    /// The figure a requirement is held to. A response that never settles is told as its end plus
+    /// the share by which it is off, so that better ones have less.
+    pub(crate) fn value(&self, requirement: Requirement) -> f64 {
+        let never = self.end * (1.0 + 0.01 * self.step.steady_state_error_percent);
+        let unlimited = |margin: Option<f64>| margin.unwrap_or(f64::INFINITY);
+        match requirement {
+            R::Overshoot => self.step.overshoot_percent,
+            R::Settling => self.step.settling_time_s.unwrap_or(never),
+            R::SteadyState => self.step.steady_state_error_percent,
+            R::SteadyStateWithOffset => self.with_offset.steady_state_error_percent,
+            R::SteadyStateOnCurve => self.on_curve,
+            R::Rise => self.step.rise_time_s.unwrap_or(never),
+            R::IntegralError => self.step.integral_absolute_error_s,
+            R::GainMargin => unlimited(self.margins.gain_margin_db),
+            R::PhaseMargin => unlimited(self.margins.phase_margin_deg.map(f64::abs)),
+            R::ModulusMargin => self.margins.modulus_margin,
+            R::DelayMargin => unlimited(self.margins.delay_margin_s),
+            R::DiskMargin => self.margins.disk_margin.unwrap_or(0.0),
+        }
+    }
+
+    /// What a specification asks for and this does not reach.
+    pub(crate) fn shortfalls(&self, s: &Specification) -> Vec<Shortfall> {
+        Requirement::ALL
+            .into_iter()
+            .filter_map(|r| Some((r, r.required(s)?, self.value(r))))
+            .filter(|(r, required, reached)| !r.is_met(*required, *reached))
+            .map(|(r, required, reached)| Shortfall {
+                requirement: r.name().into(),
+                required,
+                reached,
+            })
+            .collect()
+    }
+}

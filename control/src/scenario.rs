@@ -1,0 +1,201 @@
+//! One plant, at one latency and one speed, that a controller is held against.
+
+use crate::Error;
+use crate::advice::Advice;
+use crate::margins::ResponseGrid;
+use crate::metrics::{Metrics, metrics};
+use crate::plant::DesignPlant;
+use crate::requirement::Reached;
+use crate::sampled::Sampled;
+use crate::simulate::{Excitation, Simulator};
+use formats::{Margins, OnACurve, Specification};
+use vehicle_models::PidParameters;
+
+/// Points of the frequency grid.
+const GRID_POINTS: usize = 120;
+/// Share of the specification's step that the small step is.
+const SMALL: f64 = 0.1;
+
+/// See the module.
+#[derive(Debug, Clone)]
+pub(crate) struct Scenario {
+    pub(crate) plant: Sampled,
+    pub(crate) speed: f64,
+    /// Whether the search looks at the steering offset: a slow error that hardly differs between
+    /// plants.
+    pub(crate) offset_matters: bool,
+    ratio: f64,
+    grid: ResponseGrid,
+}
+
+/// What of a scenario is looked at.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct View {
+    /// Where the responses end, s.
+    pub(crate) until: f64,
+    /// Share of the settling band within which a response must stay.
+    pub(crate) band: f64,
+    /// Whether any other margin than the modulus margin is asked for.
+    pub(crate) all_margins: bool,
+    /// Whether the response to the steering offset is asked for.
+    pub(crate) with_offset: bool,
+}
+
+impl Scenario {
+    /// A plant with a delay of the loop; `scale` is about how long a response takes, s.
+    pub(crate) fn new(
+        plant: &DesignPlant,
+        sample_time: f64,
+        loop_delay: f64,
+        scale: f64,
+    ) -> Result<Self, Error> {
+        let sampled = Sampled::new(plant, sample_time, loop_delay)?;
+        Ok(Self {
+            grid: ResponseGrid::coarse(&sampled, 0.1 / scale, GRID_POINTS),
+            plant: sampled,
+            speed: plant.speed,
+            offset_matters: true,
+            ratio: plant.steering_ratio,
+        })
+    }
+
+    /// The same on another grid.
+    pub(crate) fn at_scale(self, scale: f64) -> Self {
+        Self { grid: ResponseGrid::coarse(&self.plant, 0.1 / scale, GRID_POINTS), ..self }
+    }
+
+    /// The same for a search that looks at the start of its step alone.
+    pub(crate) fn in_short(self) -> Self {
+        Self { offset_matters: false, ..self }
+    }
+
+    /// What a controller reaches, the margins as far as the grid tells, and the step's metrics.
+    pub(crate) fn reached(
+        &self,
+        simulator: &mut Simulator,
+        pid: &PidParameters,
+        spec: &Specification,
+        view: View,
+        margins: Margins,
+    ) -> (Reached, Metrics) {
+        let (sampled, until) = (&self.plant, view.until);
+        let band = view.band * spec.settling_band_percent;
+        let spec = &Specification { settling_band_percent: band, ..*spec };
+        let step = simulated_step(simulator, sampled, pid, spec, Step { until, ..Step::of(spec) });
+        let with_offset = if view.with_offset {
+            let offset = self.ratio * spec.steering_offset_rad;
+            simulated_step(simulator, sampled, pid, spec, Step { offset, until, ..Step::of(spec) })
+        } else {
+            step
+        };
+        let reached = Reached {
+            step: step.step,
+            with_offset: with_offset.step,
+            on_curve: 0.0,
+            margins,
+            end: until,
+        };
+        (reached, step)
+    }
+
+    /// The margins as far as the grid tells: of the modulus alone, or all.
+    pub(crate) fn margins(&self, pid: &PidParameters, all: bool) -> Margins {
+        self.grid.margins(pid, all)
+    }
+
+    /// The metrics of a tenth of the step. A loop whose overshoot is kept down by a limit that acts
+    /// on the whole step shows it here.
+    pub(crate) fn small_step(
+        &self,
+        simulator: &mut Simulator,
+        pid: &PidParameters,
+        spec: &Specification,
+        until: f64,
+    ) -> Metrics {
+        small_step(simulator, &self.plant, pid, spec, until)
+    }
+
+    /// The error on the curve with the advice for the nominal plant.
+    pub(crate) fn on_curve(
+        &self,
+        simulator: &mut Simulator,
+        pid: &PidParameters,
+        spec: &Specification,
+        advice: &Advice,
+    ) -> OnACurve {
+        on_curve(simulator, &self.plant, self.speed, pid, spec, advice)
+    }
+}
+
+/// A step to simulate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Step {
+    pub(crate) height: f64,
+    /// Steering offset in steering coordinates, rad.
+    pub(crate) offset: f64,
+    pub(crate) until: f64,
+}
+
+impl Step {
+    pub(crate) fn of(spec: &Specification) -> Self {
+        Self { height: spec.step_rad, offset: 0.0, until: spec.steady_state_time_s }
+    }
+}
+
+/// The metrics of a simulated step.
+pub(crate) fn simulated_step(
+    simulator: &mut Simulator,
+    plant: &Sampled,
+    pid: &PidParameters,
+    spec: &Specification,
+    Step { height, offset, until }: Step,
+) -> Metrics {
+    let excitation = Excitation { step: height, ramp: 0.0, feedforward: 0.0, offset, until };
+    metrics(simulator.run(plant, pid, &excitation), height, spec.settling_band_percent)
+}
+
+/// See [`Scenario::small_step`].
+pub(crate) fn small_step(
+    simulator: &mut Simulator,
+    plant: &Sampled,
+    pid: &PidParameters,
+    spec: &Specification,
+    until: f64,
+) -> Metrics {
+    let step = Step { height: SMALL * spec.step_rad, offset: 0.0, until };
+    simulated_step(simulator, plant, pid, spec, step)
+}
+
+/// The error of yaw on a curve that begins at time 0, read ahead by the preview. The reference is a
+/// ramp that begins that much earlier, and so does the feedforward.
+pub(crate) fn on_curve(
+    simulator: &mut Simulator,
+    plant: &Sampled,
+    speed: f64,
+    pid: &PidParameters,
+    spec: &Specification,
+    advice: &Advice,
+) -> OnACurve {
+    let rate = spec.curve_lateral_acceleration_mps2 / speed;
+    let curvature = rate / speed;
+    let excitation = Excitation {
+        step: 0.0,
+        ramp: rate,
+        feedforward: advice.feedforward_gain * curvature,
+        offset: 0.0,
+        until: spec.steady_state_time_s + advice.preview_time,
+    };
+    let trace = simulator.run(plant, pid, &excitation);
+    let error = |k: usize| {
+        let heading = rate * (trace.time[k] - advice.preview_time).max(0.0);
+        100.0 * (trace.yaw[k] - heading).abs() / spec.step_rad
+    };
+    let last = trace.time.len() - 1;
+    // A loop that runs away on the way has no steady state.
+    let whole = trace.time[last] >= excitation.until - pid.sample_time;
+    OnACurve {
+        curvature_1pm: curvature,
+        steady_state_error_percent: if whole { error(last).min(1e4) } else { 1e4 },
+        largest_error_percent: (0..=last).map(error).fold(0.0, f64::max).min(1e4),
+    }
+}

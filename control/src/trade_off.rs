@@ -1,0 +1,41 @@
+//! What robustness costs: how soon the loop can settle at each modulus margin.
+
+use crate::Error;
+use crate::nominal::Found;
+use crate::objective::{Objective, QUICKEST};
+use crate::optimise::QUICK;
+use crate::search::search;
+use formats::{Specification, TradeOff};
+
+/// The modulus margins looked at.
+const MARGINS: [f64; 5] = [0.4, 0.5, 0.6, 0.7, 0.8];
+
+/// The quickest loop on the nominal plant at each modulus margin, the other requirements kept.
+pub(crate) fn trade_off(objective: &Objective, found: &Found) -> Result<Vec<TradeOff>, Error> {
+    let mut rows = Vec::new();
+    let mut from = found.variables.clone();
+    // From the most robust one down: what is kept at a margin is kept at a smaller one.
+    for modulus_margin in MARGINS.into_iter().rev() {
+        let spec = Specification {
+            modulus_margin: Some(modulus_margin),
+            settling_time_s: None,
+            ..objective.spec
+        };
+        let easier = objective.with(spec);
+        let begin = [from.clone(), found.variables.clone()];
+        let quickest = Found::of(&easier, search(&easier, &QUICKEST, &begin, QUICK)?);
+        if quickest.met {
+            from.clone_from(&quickest.variables);
+        }
+        let settling_time_s = quickest.reached.step.settling_time_s.filter(|_| quickest.met);
+        rows.push(TradeOff { modulus_margin, settling_time_s });
+    }
+    // A search may stop short: a loop that is more robust and quicker is a loop for less, too.
+    let mut best = f64::INFINITY;
+    for row in &mut rows {
+        best = best.min(row.settling_time_s.unwrap_or(f64::INFINITY));
+        row.settling_time_s = Some(best).filter(|t| t.is_finite());
+    }
+    rows.reverse();
+    Ok(rows)
+}

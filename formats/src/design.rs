@@ -1,0 +1,319 @@
+//! What a controller is asked for, and what it reaches: the part of `pid.json` that proves it.
+
+use serde::{Deserialize, Serialize};
+use std::f64::consts::PI;
+
+/// What was asked for. Every requirement is optional; the rest says what it is read on.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Specification {
+    /// Largest overshoot, percent of the step.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub overshoot_percent: Option<f64>,
+    /// Longest settling time, s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub settling_time_s: Option<f64>,
+    /// Largest steady-state error, percent of the step: on the step, with the steering offset, and on
+    /// the curve.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub steady_state_error_percent: Option<f64>,
+    /// Longest rise time, 10 to 90 %, s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rise_time_s: Option<f64>,
+    /// Largest integral of the absolute error over the step's height, s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub integral_absolute_error_s: Option<f64>,
+    /// Smallest gain margin, dB.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gain_margin_db: Option<f64>,
+    /// Smallest phase margin, degrees.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub phase_margin_deg: Option<f64>,
+    /// Smallest modulus margin.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub modulus_margin: Option<f64>,
+    /// Smallest delay margin, s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub delay_margin_s: Option<f64>,
+    /// Smallest disk margin, with zero skew.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub disk_margin: Option<f64>,
+    /// Band within which the response has settled, percent of the step to either side.
+    #[serde(default = "settling_band")]
+    pub settling_band_percent: f64,
+    /// Height of the step, rad.
+    pub step_rad: f64,
+    /// Steering offset of the second step, rad at the road wheel.
+    pub steering_offset_rad: f64,
+    /// When the steady-state error is read, s after the step.
+    pub steady_state_time_s: f64,
+    /// Lateral acceleration on the curve of constant curvature, m/s².
+    #[serde(default = "curve_acceleration")]
+    pub curve_lateral_acceleration_mps2: f64,
+}
+
+fn settling_band() -> f64 {
+    2.0
+}
+
+fn curve_acceleration() -> f64 {
+    2.0
+}
+
+impl Default for Specification {
+    /// The paper's: overshoot 1 %, settling 1 s, error 2 % on a step of 5°; modulus margin 0.5.
+    fn default() -> Self {
+        Self {
+            overshoot_percent: Some(1.0),
+            settling_time_s: Some(1.0),
+            steady_state_error_percent: Some(2.0),
+            modulus_margin: Some(0.5),
+            ..Self::none()
+        }
+    }
+}
+
+impl Specification {
+    /// The step, the offset and the curve, and no requirement.
+    #[must_use]
+    pub fn none() -> Self {
+        Self {
+            overshoot_percent: None,
+            settling_time_s: None,
+            steady_state_error_percent: None,
+            rise_time_s: None,
+            integral_absolute_error_s: None,
+            gain_margin_db: None,
+            phase_margin_deg: None,
+            modulus_margin: None,
+            delay_margin_s: None,
+            disk_margin: None,
+            settling_band_percent: settling_band(),
+            step_rad: 5.0 / 180.0 * PI,
+            steering_offset_rad: 1.0 / 180.0 * PI,
+            steady_state_time_s: 5.0,
+            curve_lateral_acceleration_mps2: curve_acceleration(),
+        }
+    }
+
+    /// Whether a response to the specification's step meets what is asked of it, up to rounding.
+    #[must_use]
+    pub fn is_met_by(&self, step: &StepMetrics) -> bool {
+        let within = |reached: Option<f64>, asked: Option<f64>| match (reached, asked) {
+            (_, None) => true,
+            (None, Some(_)) => false,
+            (Some(reached), Some(asked)) => reached <= asked * (1.0 + 1e-9),
+        };
+        within(Some(step.overshoot_percent), self.overshoot_percent)
+            && within(step.settling_time_s, self.settling_time_s)
+            && within(step.rise_time_s, self.rise_time_s)
+            && within(Some(step.integral_absolute_error_s), self.integral_absolute_error_s)
+            && self.error_is_met_by(step)
+    }
+
+    /// Whether the error at the end of a response is as small as asked for.
+    #[must_use]
+    pub fn error_is_met_by(&self, step: &StepMetrics) -> bool {
+        let asked = self.steady_state_error_percent;
+        asked.is_none_or(|asked| step.steady_state_error_percent <= asked * (1.0 + 1e-9))
+    }
+}
+
+/// What was reached.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DesignEvidence {
+    /// Whether every requirement is met on the model it was designed on.
+    pub met: bool,
+    /// Each requirement that is not, and by how much.
+    pub shortfalls: Vec<Shortfall>,
+    /// In words: what blocks a requirement that is not met, what else is worth knowing.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub advice: Vec<String>,
+    /// On the step of the specification.
+    pub step: StepMetrics,
+    /// On the same step with the steering offset.
+    pub step_with_offset: StepMetrics,
+    /// On a tenth of the step, where the limits act that much less: aimed at as the step is, so that
+    /// no limit is what keeps the overshoot down, but not required.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub small_step: Option<StepMetrics>,
+    /// The step by linear theory, as if there were no limits.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub without_limits: Option<StepMetrics>,
+    /// On the curve of constant curvature, with the advised feedforward and preview.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub curve: Option<OnACurve>,
+    /// In the loop of the packed FMUs.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub fmu_loops: Vec<FmuLoop>,
+    /// Margins of the linear sampled loop, broken at the plant's input.
+    pub margins: Margins,
+    /// Over the plants that the uncertainty allows, other latencies and other speeds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub robustness: Option<Robustness>,
+    /// How soon the loop can settle at each modulus margin, with the other requirements kept.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub trade_off: Vec<TradeOff>,
+}
+
+/// A requirement that is not met.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Shortfall {
+    /// The requirement.
+    pub requirement: String,
+    /// What was asked.
+    pub required: f64,
+    /// What was reached.
+    pub reached: f64,
+}
+
+/// Metrics of one step response.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StepMetrics {
+    /// Overshoot, percent of the step.
+    pub overshoot_percent: f64,
+    /// Time after which the response stays within the band; absent where it never does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub settling_time_s: Option<f64>,
+    /// Error at the steady-state time, percent of the step.
+    pub steady_state_error_percent: f64,
+    /// Time from 10 % to 90 %; absent where 90 % is never reached.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rise_time_s: Option<f64>,
+    /// Largest steering angle used, rad, in steering coordinates.
+    pub largest_angle_rad: f64,
+    /// Largest change in a sample, rad.
+    pub largest_increment_rad: f64,
+    /// Integral of the absolute error over the step's height, s.
+    #[serde(default)]
+    pub integral_absolute_error_s: f64,
+}
+
+/// On a curve of constant curvature that begins at once, at the speed of the design.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OnACurve {
+    /// Curvature of the path, 1/m.
+    pub curvature_1pm: f64,
+    /// Yaw less the path's heading at the steady-state time, percent of the step's height.
+    pub steady_state_error_percent: f64,
+    /// The largest such difference on the way, percent of the step's height.
+    pub largest_error_percent: f64,
+}
+
+/// The specification's steps in the loop of the packed FMUs.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FmuLoop {
+    /// `gauss-seidel` or `jacobi`.
+    pub master: String,
+    /// The delay that this master puts into the yaw loop, s.
+    pub loop_delay_s: f64,
+    /// On the step.
+    pub step: StepMetrics,
+    /// The same by the design's own simulation with that delay.
+    pub predicted: StepMetrics,
+    /// On the step with the steering offset; absent where the plant cannot be given one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub step_with_offset: Option<StepMetrics>,
+}
+
+/// Margins of the linear sampled loop, broken at the plant's input, with its delay.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Margins {
+    /// Gain margin, dB; absent where unlimited.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gain_margin_db: Option<f64>,
+    /// Phase margin, degrees; absent where the gain never crosses 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub phase_margin_deg: Option<f64>,
+    /// Delay margin, s; absent where unlimited.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub delay_margin_s: Option<f64>,
+    /// Smallest distance of the loop from −1.
+    pub modulus_margin: f64,
+    /// Disk margin with zero skew, `1/max|S − ½|`: gain and phase may change together by that much.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub disk_margin: Option<f64>,
+    /// Gain crossover, rad/s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub crossover_radps: Option<f64>,
+}
+
+/// The same gains on other plants than the nominal one.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Robustness {
+    /// Whether every plant looked at keeps every requirement.
+    pub met: bool,
+    /// Plants drawn from the identified uncertainty; 0 where none is stated.
+    pub members: usize,
+    /// Names the draws.
+    pub seed: u64,
+    /// Lowest and highest delay of the yaw loop beyond the model's own, s.
+    pub loop_delay_range_s: [f64; 2],
+    /// Lowest and highest gain of the plant over the nominal one: beyond the lateral acceleration of
+    /// the drive tyres give way, which no uncertainty of a linear model tells.
+    pub gain_range: [f64; 2],
+    /// Lowest and highest speed, m/s, where the model holds at several.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub speed_range_mps: Option<[f64; 2]>,
+    /// Plants looked at: members, at the latencies and speeds of the ranges.
+    pub plants: usize,
+    /// Each requirement over them.
+    pub requirements: Vec<OverEnsemble>,
+    /// At which delay of the yaw loop beyond the model's own each requirement breaks, s; nominal plant.
+    pub latency: Vec<Breaking>,
+    /// At which speed each requirement breaks, m/s; nominal plant.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub speed: Vec<Breaking>,
+}
+
+/// One requirement over many plants.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OverEnsemble {
+    /// The requirement.
+    pub requirement: String,
+    /// What was asked.
+    pub required: f64,
+    /// The worst that any of the plants reaches.
+    pub worst: f64,
+    /// Share of the plants that keep it.
+    pub share_kept: f64,
+    /// Share of the drawn plants that keep it at the latency and speed designed for; absent where none
+    /// was drawn.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub share_kept_at_nominal: Option<f64>,
+}
+
+/// Where one requirement is no longer kept, going away from what was designed for.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Breaking {
+    /// The requirement.
+    pub requirement: String,
+    /// Broken below this; absent where it is kept as far as was looked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub below: Option<f64>,
+    /// Broken above this; absent where it is kept as far as was looked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub above: Option<f64>,
+    /// How far was looked: the lowest and the highest value.
+    pub looked: [f64; 2],
+}
+
+/// What a modulus margin costs.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TradeOff {
+    /// The modulus margin kept.
+    pub modulus_margin: f64,
+    /// The shortest settling time found with it, the other requirements kept; absent where none was.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub settling_time_s: Option<f64>,
+}
