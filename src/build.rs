@@ -1,9 +1,10 @@
 //! `steerwright build`: everything for one drive.
 
-use crate::design::{self, SpecificationArguments};
+use crate::design;
 use crate::failure::{Failure, Outcome};
 use crate::log_options::{IdentifyArguments, LogArguments};
 use crate::pipeline::{self, Built, Job, Text};
+use crate::requirements::SpecificationArguments;
 use crate::tell::Tell;
 use crate::{evidence, files, overview, quantity};
 use std::path::{Path, PathBuf};
@@ -42,7 +43,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let built = pipeline::build(&Job {
         log: arguments.log.read(&arguments.logs)?,
         identify: arguments.identify.options(),
-        design: arguments.specification.options(),
+        design: arguments.specification.options()?,
         vehicle: text(&arguments.vehicle)?,
         track: text(&arguments.track)?,
         lateral_acceleration: arguments.lateral_acceleration,

@@ -113,24 +113,22 @@ pub(crate) fn table(all: &[Built]) -> String {
             row(
                 format!("  overshoot, {place}"),
                 on(&|c| {
-                    let limit = spec(c).overshoot_percent;
-                    format!("{:.3} % (at most {limit} %)", step(c).overshoot_percent)
+                    let limit = at_most(spec(c).overshoot_percent, "%");
+                    format!("{:.3} %{limit}", step(c).overshoot_percent)
                 }),
             );
             row(
                 format!("  settling time, {place}"),
                 on(&|c| {
-                    let limit = spec(c).settling_time_s;
-                    step(c)
-                        .settling_time_s
-                        .map_or("never".into(), |t| format!("{t:.3} s (at most {limit} s)"))
+                    let limit = at_most(spec(c).settling_time_s, "s");
+                    step(c).settling_time_s.map_or("never".into(), |t| format!("{t:.3} s{limit}"))
                 }),
             );
             row(
                 format!("  steady-state error, {place}"),
                 on(&|c| {
-                    let limit = spec(c).steady_state_error_percent;
-                    format!("{:.3} % (at most {limit} %)", step(c).steady_state_error_percent)
+                    let limit = at_most(spec(c).steady_state_error_percent, "%");
+                    format!("{:.3} %{limit}", step(c).steady_state_error_percent)
                 }),
             );
             let with_offset = |c: &Controller| {
@@ -139,9 +137,9 @@ pub(crate) fn table(all: &[Built]) -> String {
             row(
                 format!("  the same, steering off by 1°, {place}"),
                 on(&|c| {
-                    let limit = spec(c).steady_state_error_percent;
+                    let limit = at_most(spec(c).steady_state_error_percent, "%");
                     let error = with_offset(c).steady_state_error_percent;
-                    format!("{error:.3} % (at most {limit} %)")
+                    format!("{error:.3} %{limit}")
                 }),
             );
         }
@@ -189,6 +187,10 @@ pub(crate) fn table(all: &[Built]) -> String {
         }
     }
     text
+}
+
+fn at_most(asked: Option<f64>, unit: &str) -> String {
+    asked.map_or_else(String::new, |asked| format!(" (at most {asked} {unit})"))
 }
 
 fn met(met: bool) -> String {

@@ -12,6 +12,7 @@ const SPEEDS: Units = &[("m/s", 1.0), ("km/h", 1.0 / 3.6)];
 const ACCELERATIONS: Units = &[("m/s2", 1.0), ("g", 9.80665)];
 const RATES: Units = &[("/s", 1.0)];
 const SHARES: Units = &[("%", 1.0)];
+const GAINS: Units = &[("dB", 1.0)];
 /// Sizes that are taken, whatever the unit; times since 1970 are among them.
 const SENSIBLE: std::ops::RangeInclusive<f64> = 1e-12..=1e12;
 
@@ -48,6 +49,19 @@ pub(crate) fn rate(text: &str) -> Result<f64, String> {
 /// A share in percent.
 pub(crate) fn percent(text: &str) -> Result<f64, String> {
     with_unit(text, SHARES)
+}
+
+/// A gain in dB.
+pub(crate) fn decibel(text: &str) -> Result<f64, String> {
+    with_unit(text, GAINS)
+}
+
+/// A number without a unit.
+pub(crate) fn plain(text: &str) -> Result<f64, String> {
+    let value: f64 =
+        text.trim().parse().map_err(|_| format!("`{text}` is not a number without a unit"))?;
+    let sensible = value == 0.0 || SENSIBLE.contains(&value.abs());
+    sensible.then_some(value).ok_or_else(|| format!("`{text}` is beyond any sensible value"))
 }
 
 fn with_unit(text: &str, units: Units) -> Result<f64, String> {

@@ -1,15 +1,14 @@
 //! Closed loops of the packed FMUs under a Gauss–Seidel master.
 
 use crate::failure::Failure;
-use crate::package;
 use crate::simulate::system_of;
-use fmi2_host::{Archive, InputTable, Master, Recording, System};
-use formats::{Document, Path as PathFile, Pid, Plant, Specification, StepMetrics};
+use crate::{fmu_step, package};
+use fmi2_host::{Archive, Master, System};
+use formats::{Document, Path as PathFile, Pid, Plant, StepMetrics};
 use report::StepResponse;
 use std::path::{Path, PathBuf};
 
 const PLANT: &str = "IdentifiedPlant";
-const PID: &str = "LateralPid";
 
 /// How long the loop holds its course before the step: the integral action takes up the plant's
 /// steering offset meanwhile, as it would on the road.
@@ -42,12 +41,15 @@ impl Archives {
         Ok(())
     }
 
-    /// Plant, path where there is one, controller, in the order of a loop without delay.
-    fn system(&self, plant: &Archive, path: Option<&Archive>) -> Result<System, Failure> {
-        let pid = self.pid.as_ref().ok_or_else(|| {
+    fn controller(&self) -> Result<&Archive, Failure> {
+        self.pid.as_ref().ok_or_else(|| {
             Failure::new("no controller was packed", "pack the controller before the loop is run")
-        })?;
-        let mut system = system_of([Some(plant), path, Some(pid)].into_iter().flatten())?;
+        })
+    }
+
+    /// Plant, path, controller, in the order of a loop without delay.
+    fn system(&self, path: &Archive) -> Result<System, Failure> {
+        let mut system = system_of([&self.plant, path, self.controller()?])?;
         system.connect_by_name()?;
         Ok(system)
     }
@@ -70,37 +72,15 @@ impl Archives {
 
     /// The step at tick `first`.
     fn step_on(&self, plant: &Archive, pid: &Pid, first: usize) -> Result<Step, Failure> {
-        let s = &pid.specification;
-        let ts = pid.sample_time_s;
-        let steps = first + (s.steady_state_time_s / ts).round() as usize;
-        let mut system = self.system(plant, None)?;
-        // What holds from one communication point on is what the tick at the next one sees.
-        let mut table = format!("time,{PID}.yaw_reference\n0,{}\n", step_at(first == 0, s));
-        if first > 0 {
-            table.push_str(&format!("{},{}\n", (first as f64 - 1.0) * ts, s.step_rad));
-        }
-        system.feed(InputTable::read(table.as_bytes(), "the step")?);
-        let recording = system.run(Master::GaussSeidel, 0.0, steps as f64 * ts, ts)?;
-        let column = |name: &str| column(&recording, name);
-        let yaw = column("IdentifiedPlant.yaw")?;
-        let steering = column("LateralPid.steering_angle")?;
-        let trace = control::Trace {
-            time: recording.times[first..].iter().map(|t| t - recording.times[first]).collect(),
-            yaw_reference: vec![s.step_rad; recording.times.len() - first],
-            yaw: yaw[first..].iter().map(|y| y - yaw[first]).collect(),
-            steering: steering[first..].to_vec(),
-        };
-        let metrics = control::metrics_of(&trace, s.step_rad, s.steady_state_error_percent)
-            .ok_or_else(|| Failure::new("the step has no samples", "report this as a fault"))?
-            .step;
+        let step = fmu_step::step(plant, self.controller()?, pid, first, Master::GaussSeidel)?;
         Ok(Step {
-            csv: recording.to_csv(),
+            csv: step.csv,
             response: StepResponse {
-                time_s: trace.time,
-                yaw_rad: trace.yaw,
-                steering_rad: trace.steering,
+                time_s: step.trace.time,
+                yaw_rad: step.trace.yaw,
+                steering_rad: step.trace.steering,
             },
-            metrics,
+            metrics: step.metrics,
         })
     }
 
@@ -112,7 +92,7 @@ impl Archives {
         ts: f64,
     ) -> Result<String, Failure> {
         let archive = Archive::open(archive)?;
-        let mut system = self.system(&self.plant, Some(&archive))?;
+        let mut system = self.system(&archive)?;
         if let (Some(first), Some(last)) = (path.points.first(), path.points.last()) {
             system.set(PLANT, "initial_x", first.x_m)?;
             system.set(PLANT, "initial_y", first.y_m)?;
@@ -123,15 +103,4 @@ impl Archives {
             Err(Failure::new("the path has no points", "make the path again"))
         }
     }
-}
-
-/// The reference before the step, or from the start where the step is there.
-fn step_at(start: bool, specification: &Specification) -> f64 {
-    if start { specification.step_rad } else { 0.0 }
-}
-
-fn column(recording: &Recording, name: &str) -> Result<Vec<f64>, Failure> {
-    recording
-        .column(name)
-        .ok_or_else(|| Failure::new(format!("{name} was not recorded"), "report this as a fault"))
 }

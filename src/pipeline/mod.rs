@@ -7,7 +7,7 @@ mod output;
 mod present;
 
 use crate::failure::Failure;
-use crate::{identify, lateral_loop};
+use crate::{fmu_step, identify, lateral_loop};
 use control::paths::{self, PointOptions};
 use control::{DesignOptions, DesignPlant};
 use formats::{Bicycle, Document, Path as PathFile, Pid, Plant, SourceFile, StepMetrics};
@@ -71,8 +71,7 @@ impl Controller {
     pub(crate) fn step_meets(&self) -> bool {
         let specification = &self.pid.specification;
         specification.is_met_by(&self.step_metrics)
-            && self.offset_metrics.steady_state_error_percent
-                <= specification.steady_state_error_percent
+            && specification.error_is_met_by(&self.offset_metrics)
     }
 }
 
@@ -131,17 +130,23 @@ pub(crate) fn build(job: &Job) -> Result<Built, Failure> {
     out.bytes("traces.csv", traces.as_bytes())?;
 
     let roads = roads(job, &plant, &mut remarks)?;
-    let mut bases = vec![(Basis::Identified, DesignPlant::from_plant(&plant), plant_source)];
+    let document = plant.to_json();
+    let mut bases =
+        vec![(Basis::Identified, DesignPlant::from_plant(&plant), plant_source, document)];
     if let Some(bicycle) = &bicycle {
         let source = out.document("bicycle.json", bicycle)?;
         out.archive("fmu", bicycle)?;
-        bases.push((Basis::Bicycle, DesignPlant::from_bicycle(bicycle), source));
+        bases.push((Basis::Bicycle, DesignPlant::from_bicycle(bicycle), source, bicycle.to_json()));
     }
     let mut controllers = Vec::new();
-    for (basis, model, source) in bases {
+    for (basis, model, source, document) in bases {
         // A model that no controller can be designed on is told, and does not end the rest.
-        match model.and_then(|model| control::design(&model, &source, &job.design)) {
-            Ok(pid) => {
+        let designed = model.and_then(|model| {
+            control::design(&model, &source, &job.design).map(|pid| (model, pid))
+        });
+        match designed {
+            Ok((model, mut pid)) => {
+                fmu_step::prove(&mut pid, &document, &model)?;
                 controllers.push(prove(&mut out, &mut archives, &plant, basis, pid, &roads)?)
             }
             Err(error) => {

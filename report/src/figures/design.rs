@@ -17,11 +17,11 @@ pub fn yaw_step(
 ) -> Figure {
     let t = &response.time_s;
     let step = specification.step_rad * DEG;
-    let band = specification.steady_state_error_percent;
+    let band = specification.settling_band_percent;
     let end = t.iter().copied().filter(|t| t.is_finite()).fold(0.0, f64::max);
     let reference = vec![(0.0, step), (end, step)];
     let tolerance = 0.01 * band * step.abs();
-    let overshoot = step * (1.0 + 0.01 * specification.overshoot_percent);
+    let overshoot = specification.overshoot_percent.map(|share| step * (1.0 + 0.01 * share));
     let name = format!("yaw (overshoot {} %)", text(reached.overshoot_percent, 2));
     let mut yaw = Panel::new("Time (s)", "Yaw (deg)")
         .with(Series::new("reference", reference, Style::line(GREY).width(1.0)))
@@ -30,17 +30,15 @@ pub fn yaw_step(
             format!("±{} %", short(band)),
             Place::YBand(step - tolerance, step + tolerance),
             GREEN,
-        ))
-        .mark(Mark::new(
-            format!("overshoot allowed {} %", short(specification.overshoot_percent)),
-            Place::YLine(overshoot),
-            VERMILLION,
-        ))
-        .mark(Mark::new(
-            format!("to settle by {} s", short(specification.settling_time_s)),
-            Place::XLine(specification.settling_time_s),
-            BLACK,
         ));
+    if let (Some(line), Some(share)) = (overshoot, specification.overshoot_percent) {
+        let name = format!("overshoot allowed {} %", short(share));
+        yaw = yaw.mark(Mark::new(name, Place::YLine(line), VERMILLION));
+    }
+    if let Some(time) = specification.settling_time_s {
+        let name = format!("to settle by {} s", short(time));
+        yaw = yaw.mark(Mark::new(name, Place::XLine(time), BLACK));
+    }
     if let Some(settled) = reached.settling_time_s {
         let name = format!("settled at {} s", text(settled, 3));
         let at = value_at(t, &response.yaw_rad, settled) * DEG;
@@ -52,7 +50,7 @@ pub fn yaw_step(
     let mut near = Panel { y_label: "Yaw, magnified (deg)".into(), ..yaw.clone() };
     near.series.iter_mut().for_each(|s| s.name.clear());
     near.marks.iter_mut().for_each(|m| m.name.clear());
-    let most = tolerance.max((overshoot - step).abs());
+    let most = tolerance.max(overshoot.map_or(0.0, |line| (line - step).abs()));
     near.y_limits = (most > 0.0).then_some((step - 2.5 * most, step + 2.5 * most));
     near.weight = 0.8;
     let largest = limits.max_angle_rad * DEG;

@@ -6,12 +6,14 @@ mod design;
 mod drive;
 mod evidence;
 mod identification;
+mod open_loop;
 mod tracking;
 
 pub use design::yaw_step;
 pub use drive::drive;
 pub use evidence::{frequency_response, poles_and_zeros, prediction, residuals};
 pub use identification::{coherence, comparison, order_table};
+pub use open_loop::{OpenLoop, bode, nyquist};
 pub use tracking::{reference_road, road_height, tracking_errors};
 
 use crate::{Figure, Traces};

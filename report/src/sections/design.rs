@@ -48,6 +48,7 @@ pub(crate) fn controller(controller: &Controller<'_>) -> Section {
         (!e.shortfalls.is_empty())
             .then(|| Block::List(e.shortfalls.iter().map(shortfall).collect())),
     );
+    blocks.extend((!e.advice.is_empty()).then(|| Block::List(e.advice.clone())));
     blocks.push(Block::Text(format!(
         "Designed on the {} model {} at {}, {}.",
         if pid.designed_for.model == "plant" { "identified" } else { &pid.designed_for.model },
@@ -123,23 +124,32 @@ fn requirements(pid: &Pid, in_loop: Option<&StepMetrics>) -> Table {
         table.push(cells);
     };
     let within = |reached: f64, asked: f64| reached <= asked * (1.0 + 1e-9);
+    let kept = |reached: Option<f64>, asked: Option<f64>| {
+        reached.zip(asked).is_some_and(|(reached, asked)| within(reached, asked))
+    };
+    let overshoot = |m: &StepMetrics| kept(Some(m.overshoot_percent), s.overshoot_percent);
+    let settling = |m: &StepMetrics| kept(m.settling_time_s, s.settling_time_s);
+    let error = |m: &StepMetrics| s.error_is_met_by(m);
+    let asked = |asked: Option<f64>, unit: &str| {
+        asked.map_or_else(String::new, |v| at_most(format!("{v}\u{a0}{unit}")))
+    };
     row(
         "overshoot",
-        at_most(format!("{}\u{a0}%", s.overshoot_percent)),
+        asked(s.overshoot_percent, "%"),
         &|m| value(m.overshoot_percent, 2, "%"),
-        Some(&|m| within(m.overshoot_percent, s.overshoot_percent)),
+        s.overshoot_percent.map(|_| &overshoot as Within<'_>),
     );
     row(
         "settling time",
-        at_most(format!("{}\u{a0}s", s.settling_time_s)),
+        asked(s.settling_time_s, "s"),
         &|m| settled(m.settling_time_s),
-        Some(&|m| m.settling_time_s.is_some_and(|t| within(t, s.settling_time_s))),
+        s.settling_time_s.map(|_| &settling as Within<'_>),
     );
     row(
         "steady-state error",
-        at_most(format!("{}\u{a0}%", s.steady_state_error_percent)),
+        asked(s.steady_state_error_percent, "%"),
         &|m| value(m.steady_state_error_percent, 2, "%"),
-        Some(&|m| within(m.steady_state_error_percent, s.steady_state_error_percent)),
+        s.steady_state_error_percent.map(|_| &error as Within<'_>),
     );
     row("rise time, 10 to 90 %", String::new(), &|m| settled(m.rise_time_s), None);
     row(
@@ -160,12 +170,14 @@ fn requirements(pid: &Pid, in_loop: Option<&StepMetrics>) -> Table {
 fn margins(pid: &Pid) -> Table {
     let m = &pid.evidence.margins;
     let asked = pid.specification.modulus_margin;
-    let modulus = format!("{} (asked: at least {asked})", text(m.modulus_margin, 3));
+    let asked = asked.map_or_else(String::new, |asked| format!(" (asked: at least {asked})"));
+    let modulus = format!("{}{asked}", text(m.modulus_margin, 3));
     Table::new(["margin", "value"])
         .row(["gain margin".into(), optional(m.gain_margin_db, 1, "dB", "∞")])
         .row(["phase margin".into(), optional(m.phase_margin_deg, 1, "deg", "∞")])
         .row(["delay margin".into(), optional(m.delay_margin_s, 3, "s", "∞")])
         .row(["modulus margin".into(), modulus])
+        .row(["disk margin".into(), optional(m.disk_margin, 3, "", "–")])
         .row(["gain crossover".into(), optional(m.crossover_radps, 2, "rad/s", "–")])
 }
 

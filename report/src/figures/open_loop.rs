@@ -1,0 +1,115 @@
+//! The open loop of a design: Bode and Nyquist plots with its margins.
+
+use super::{DEG, text};
+use crate::palette::{BLACK, BLUE, GREEN, GREY, VERMILLION};
+use crate::{Figure, Mark, Panel, Place, Series, Style};
+use formats::Margins;
+use std::f64::consts::TAU;
+
+/// The open loop's frequency response, broken at the plant's input, and its margins.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OpenLoop {
+    /// Frequencies, Hz.
+    pub frequency_hz: Vec<f64>,
+    /// Real part.
+    pub real: Vec<f64>,
+    /// Imaginary part.
+    pub imaginary: Vec<f64>,
+    /// What the margins are.
+    pub margins: Margins,
+    /// The modulus margin asked for.
+    pub asked_modulus_margin: Option<f64>,
+}
+
+/// Gain and phase over frequency, with crossover, gain and phase margin.
+#[must_use]
+pub fn bode(open: &OpenLoop) -> Figure {
+    let m = &open.margins;
+    let parts = open.real.iter().zip(&open.imaginary);
+    let decibel: Vec<f64> = parts.clone().map(|(re, im)| 20.0 * re.hypot(*im).log10()).collect();
+    let mut phase = Vec::with_capacity(decibel.len());
+    let mut before = f64::NAN;
+    for (re, im) in parts {
+        // Continuous, and below 0 from the integrators on.
+        let mut angle = im.atan2(*re) * DEG;
+        if before.is_nan() && angle > 0.0 {
+            angle -= 360.0;
+        }
+        while angle - before > 180.0 {
+            angle -= 360.0;
+        }
+        while before - angle > 180.0 {
+            angle += 360.0;
+        }
+        before = angle;
+        phase.push(angle);
+    }
+    let gain_name = match m.gain_margin_db {
+        Some(margin) => format!("loop (gain margin {} dB)", text(margin, 1)),
+        None => "loop (gain margin unlimited)".into(),
+    };
+    let phase_name = match m.phase_margin_deg {
+        Some(margin) => format!("loop (phase margin {} deg)", text(margin, 1)),
+        None => "loop".into(),
+    };
+    let f = &open.frequency_hz;
+    let line = Style::line(BLUE).width(2.0);
+    let mut gain = Panel::new("Frequency (Hz)", "Gain (dB)")
+        .with(Series::over(gain_name, f, (&decibel, 1.0), line))
+        .mark(Mark::new("", Place::YLine(0.0), GREY));
+    let mut angle = Panel::new("Frequency (Hz)", "Phase (deg)")
+        .with(Series::over(phase_name, f, (&phase, 1.0), line))
+        .mark(Mark::new("−180 deg", Place::YLine(-180.0), VERMILLION));
+    if let Some(crossover) = m.crossover_radps {
+        let at = crossover / TAU;
+        let name = format!("crossover at {} Hz", text(at, 2));
+        gain = gain.mark(Mark::new(name, Place::XLine(at), BLACK));
+        angle = angle.mark(Mark::new("", Place::XLine(at), BLACK));
+    }
+    // Far below that the phase winds down for nothing.
+    angle.y_limits = Some((-400.0, -60.0));
+    let panels = [gain, angle].map(|p| Panel { x_log: true, ..p }).to_vec();
+    Figure::new("Open loop, sampled, with its delay", panels)
+}
+
+/// The loop in the complex plane with the disc about −1 that the modulus margin keeps free.
+#[must_use]
+pub fn nyquist(open: &OpenLoop) -> Figure {
+    const REACH: f64 = 2.5;
+    let near: Vec<(f64, f64)> = open
+        .real
+        .iter()
+        .zip(&open.imaginary)
+        .map(|(re, im)| {
+            let far = re.hypot(*im) > REACH;
+            if far { (f64::NAN, f64::NAN) } else { (*re, *im) }
+        })
+        .collect();
+    let circle = |x: f64, radius: f64| -> Vec<(f64, f64)> {
+        (0..=180)
+            .map(|k| (TAU * f64::from(k) / 180.0).sin_cos())
+            .map(|(s, c)| (x + radius * c, radius * s))
+            .collect()
+    };
+    let m = &open.margins;
+    let thin = |color| Style::line(color).width(1.0);
+    let mut panel = Panel::new("Real part (1)", "Imaginary part (1)")
+        .with(Series::new("loop", near, Style::line(BLUE).width(2.0)))
+        .with(Series::new("unit circle", circle(0.0, 1.0), thin(GREY)))
+        .with(Series::new(
+            format!("modulus margin {}", text(m.modulus_margin, 3)),
+            circle(-1.0, m.modulus_margin),
+            thin(GREEN),
+        ))
+        .with(Series::new(
+            "−1",
+            vec![(-1.0, 0.0)],
+            Style { width: 0.0, dot: 4.0, ..Style::dots(VERMILLION) },
+        ));
+    if let Some(asked) = open.asked_modulus_margin.filter(|asked| *asked > 0.0) {
+        let style = Style::dashed(VERMILLION).width(1.0);
+        panel = panel.with(Series::new(format!("asked: {asked}"), circle(-1.0, asked), style));
+    }
+    panel.equal_aspect = true;
+    Figure::new("Open loop in the complex plane", vec![panel])
+}

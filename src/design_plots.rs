@@ -1,0 +1,61 @@
+//! Bode, Nyquist and step plots of a design.
+
+use crate::failure::Failure;
+use crate::files;
+use control::DesignPlant;
+use formats::Pid;
+use report::figures::{self, OpenLoop};
+use report::{Figure, StepResponse};
+use std::path::{Path, PathBuf};
+
+const WIDTH: u32 = 900;
+/// Points of the loop's frequency response.
+const POINTS: usize = 600;
+
+/// Writes the plots; the names of the files.
+pub(crate) fn write(
+    folder: &Path,
+    plant: &DesignPlant,
+    pid: &Pid,
+) -> Result<Vec<PathBuf>, Failure> {
+    let points = control::loop_response(plant, pid, POINTS)?;
+    let open = OpenLoop {
+        frequency_hz: points.iter().map(|p| p.frequency_hz).collect(),
+        real: points.iter().map(|p| p.real).collect(),
+        imaginary: points.iter().map(|p| p.imaginary).collect(),
+        margins: pid.evidence.margins,
+        asked_modulus_margin: pid.specification.modulus_margin,
+    };
+    let until = pid.specification.settling_time_s.unwrap_or(1.0);
+    let until = (3.0 * until).min(pid.specification.steady_state_time_s);
+    let step = |with_offset: bool, until: f64| -> Result<StepResponse, Failure> {
+        let trace = control::step_response(plant, pid, with_offset, until)?;
+        Ok(StepResponse { time_s: trace.time, yaw_rad: trace.yaw, steering_rad: trace.steering })
+    };
+    let s = &pid.specification;
+    let figure = |title: &str, response: &StepResponse, reached| {
+        figures::yaw_step(title, response, s, reached, &pid.limits)
+    };
+    let e = &pid.evidence;
+    let all: [(&str, Figure, u32); 4] = [
+        ("bode", figures::bode(&open), 620),
+        ("nyquist", figures::nyquist(&open), 620),
+        ("step", figure("Yaw step on the model", &step(false, until)?, &e.step), 680),
+        (
+            "step-with-offset",
+            figure(
+                "Yaw step on the model with a steering offset",
+                &step(true, s.steady_state_time_s)?,
+                &e.step_with_offset,
+            ),
+            680,
+        ),
+    ];
+    all.iter()
+        .map(|(name, figure, height)| {
+            let path = folder.join(format!("{name}.svg"));
+            files::write(&path, figure.to_svg(WIDTH, *height)?.as_bytes())?;
+            Ok(path)
+        })
+        .collect()
+}

@@ -1,0 +1,183 @@
+//! A design for people: gains, what was asked and reached, margins, robustness.
+
+use control::Requirement;
+use formats::{Breaking, DesignEvidence, OnACurve, Pid, Robustness, StepMetrics};
+use report::Table;
+use std::fmt::Write;
+
+/// Gains, requirements, margins and what they hold for.
+pub(crate) fn summary(pid: &Pid) -> String {
+    let g = &pid.gains;
+    let e = &pid.evidence;
+    let mut text = format!(
+        "designed on {} {} at {:.1} m/s\n\
+         gains    kp {:.4}, ki {:.4} 1/s, kd {:.4} s, filter {:.4} s, weights {:.3} and {:.3}\n\n",
+        pid.designed_for.model,
+        pid.designed_for.name,
+        pid.designed_for.speed_mps,
+        g.kp,
+        g.ki,
+        g.kd,
+        g.derivative_filter_time_s,
+        g.setpoint_weight_proportional,
+        g.setpoint_weight_derivative
+    );
+    let _ = writeln!(text, "{}", asked_and_reached(pid));
+    if let Some(robustness) = &e.robustness {
+        let _ = writeln!(text, "{}", ranges(robustness));
+    }
+    text.push_str(&trade_off(e));
+    text.push_str(if e.met {
+        "every requirement is met\n"
+    } else {
+        "not every requirement is met\n"
+    });
+    for shortfall in &e.shortfalls {
+        let (label, value): (&str, Box<dyn Fn(f64) -> String>) =
+            match Requirement::of(&shortfall.requirement) {
+                Some(r) => (r.label(), Box::new(move |v| r.text(v))),
+                None => (&shortfall.requirement, Box::new(|v| format!("{v:.4}"))),
+            };
+        let (reached, required) = (value(shortfall.reached), value(shortfall.required));
+        let _ = writeln!(text, "not met: {label} is {reached}, {required} is asked for");
+    }
+    for advice in &e.advice {
+        let _ = writeln!(text, "  {advice}");
+    }
+    text.trim_end().to_owned()
+}
+
+/// A row for each figure, with what was asked for it.
+fn asked_and_reached(pid: &Pid) -> Table {
+    let (s, e) = (&pid.specification, &pid.evidence);
+    let robust = e.robustness.as_ref();
+    let mut headers = vec!["requirement", "asked", "reached"];
+    headers.extend(e.fmu_loops.iter().map(|l| match l.master.as_str() {
+        "jacobi" => "FMUs, Jacobi",
+        _ => "FMUs, Gauss–Seidel",
+    }));
+    if robust.is_some() {
+        headers.extend(["worst plant", "kept by"]);
+    }
+    let mut table = Table::new(headers);
+    for r in Requirement::ALL {
+        let asked = r.required(s);
+        let reached = figure(r, e);
+        if asked.is_none() && reached.is_none() {
+            continue;
+        }
+        let sign = if r.at_least() { "≥" } else { "≤" };
+        let mut row = vec![
+            r.label().to_owned(),
+            asked.map_or_else(String::new, |v| format!("{sign} {}", r.text(v))),
+            reached.map_or_else(|| nothing(r).into(), |v| r.text(v)),
+        ];
+        row.extend(e.fmu_loops.iter().map(|l| {
+            let offset = l.step_with_offset.as_ref();
+            of_steps(r, &l.step, offset, None).map_or_else(String::new, |v| r.text(v))
+        }));
+        if let Some(robust) = robust {
+            let over = robust.requirements.iter().find(|o| o.requirement == r.name());
+            row.push(over.map_or_else(String::new, |o| r.text(o.worst)));
+            row.push(over.map_or_else(String::new, |o| format!("{:.0} %", 100.0 * o.share_kept)));
+        }
+        table = table.row(row);
+    }
+    table
+}
+
+/// What stands for a figure that there is none of.
+fn nothing(r: Requirement) -> &'static str {
+    if r.at_least() { "unlimited" } else { "never" }
+}
+
+fn figure(r: Requirement, e: &DesignEvidence) -> Option<f64> {
+    let m = &e.margins;
+    match r {
+        Requirement::GainMargin => m.gain_margin_db,
+        Requirement::PhaseMargin => m.phase_margin_deg,
+        Requirement::ModulusMargin => Some(m.modulus_margin),
+        Requirement::DelayMargin => m.delay_margin_s,
+        Requirement::DiskMargin => m.disk_margin,
+        _ => of_steps(r, &e.step, Some(&e.step_with_offset), e.curve.as_ref()),
+    }
+}
+
+fn of_steps(
+    r: Requirement,
+    step: &StepMetrics,
+    with_offset: Option<&StepMetrics>,
+    curve: Option<&OnACurve>,
+) -> Option<f64> {
+    match r {
+        Requirement::Overshoot => Some(step.overshoot_percent),
+        Requirement::Settling => step.settling_time_s,
+        Requirement::SteadyState => Some(step.steady_state_error_percent),
+        Requirement::SteadyStateWithOffset => with_offset.map(|m| m.steady_state_error_percent),
+        Requirement::SteadyStateOnCurve => curve.map(|c| c.steady_state_error_percent),
+        Requirement::Rise => step.rise_time_s,
+        Requirement::IntegralError => Some(step.integral_absolute_error_s),
+        _ => None,
+    }
+}
+
+/// Over which plants, and where each requirement breaks.
+fn ranges(r: &Robustness) -> String {
+    let ms = |s: f64| format!("{:.0}", 1e3 * s);
+    let mut text = format!(
+        "worst of {} plants: {} drawn from the identified uncertainty, gain {} to {}",
+        r.plants, r.members, r.gain_range[0], r.gain_range[1]
+    );
+    let [low, high] = r.loop_delay_range_s;
+    if high > low {
+        let _ = write!(text, ", delay of the loop {} to {} ms", ms(low.max(0.0)), ms(high));
+    }
+    if let Some([low, high]) = r.speed_range_mps {
+        let _ = write!(text, ", {low:.1} to {high:.1} m/s");
+    }
+    text.push('\n');
+    let mut table = Table::new(["requirement", "breaks at a loop delay of", "at a speed of"]);
+    for b in &r.latency {
+        let label = Requirement::of(&b.requirement).map_or(b.requirement.as_str(), |r| r.label());
+        let speed = r.speed.iter().find(|s| s.requirement == b.requirement);
+        table = table.row([
+            label.to_owned(),
+            where_it_breaks(b, &|v| format!("{} ms", ms(v))),
+            speed.map_or_else(
+                || "the model holds at one".into(),
+                |b| where_it_breaks(b, &|v| format!("{v:.1} m/s")),
+            ),
+        ]);
+    }
+    format!("{text}{table}")
+}
+
+fn where_it_breaks(b: &Breaking, value: &dyn Fn(f64) -> String) -> String {
+    match (b.below, b.above) {
+        (None, None) => format!("none up to {}", value(b.looked[1])),
+        (Some(below), None) => format!("below {}", value(below)),
+        (None, Some(above)) => format!("above {}", value(above)),
+        (Some(below), Some(above)) => format!("below {}, above {}", value(below), value(above)),
+    }
+}
+
+/// What robustness costs.
+fn trade_off(e: &DesignEvidence) -> String {
+    let rows: Vec<String> = e
+        .trade_off
+        .iter()
+        .map(|t| {
+            let settling = t.settling_time_s.map_or("none".into(), |s| format!("{s:.2} s"));
+            format!("{} at {}", settling, t.modulus_margin)
+        })
+        .collect();
+    if rows.is_empty() {
+        return String::new();
+    }
+    format!(
+        "shortest settling on the nominal plant by modulus margin: {} (here {} at {:.2})\n",
+        rows.join(", "),
+        e.step.settling_time_s.map_or("never".into(), |s| format!("{s:.2} s")),
+        e.margins.modulus_margin
+    )
+}
