@@ -200,6 +200,45 @@ fn isolated_a_crash_is_the_row_of_its_run() {
     assert!(tables[0].starts_with(&here) && here.ends_with('\n'));
 }
 
+#[cfg(unix)]
+#[test]
+fn an_interrupt_ends_cleanly_and_is_resumed() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = study("long.toml", &small(60, "20.0"));
+    let whole = sweep(folder.path(), &file, &["-o", "whole.csv"]);
+    assert_eq!(whole.status.code(), Some(0), "{}", told(&whole));
+    for isolate in [&[][..], &["--isolate"][..]] {
+        let out = folder.path().join("cut.csv");
+        let _ = fs::remove_file(&out);
+        let child = std::process::Command::new(env!("CARGO_BIN_EXE_steerwright"))
+            .arg("sweep")
+            .arg(&file)
+            .args(["--threads", "1", "--overwrite", "-o"])
+            .arg(&out)
+            .args(isolate)
+            .stderr(std::process::Stdio::piped())
+            .spawn()
+            .unwrap();
+        // The first rows are there: it is at work.
+        let rows = || fs::read_to_string(&out).map_or(0, |text| text.lines().count());
+        while rows() < 4 {
+            std::thread::sleep(std::time::Duration::from_millis(2));
+        }
+        let interrupt = ["-INT".to_owned(), child.id().to_string()];
+        assert!(std::process::Command::new("kill").args(interrupt).status().unwrap().success());
+        let ended = child.wait_with_output().unwrap();
+        assert_eq!(ended.status.code(), Some(2));
+        let told = String::from_utf8_lossy(&ended.stderr).into_owned();
+        assert!(told.contains("interrupted: ") && told.contains("--resume"), "{told}");
+        assert!((4..60).contains(&rows()));
+        let mut more = vec!["--resume", "-o", "cut.csv"];
+        more.extend(isolate);
+        assert_eq!(sweep(folder.path(), &file, &more).status.code(), Some(0));
+        let same = fs::read(&out).unwrap() == fs::read(folder.path().join("whole.csv")).unwrap();
+        assert!(same, "{isolate:?}");
+    }
+}
+
 #[test]
 fn bad_studies_are_bad_input() {
     let folder = tempfile::tempdir().unwrap();

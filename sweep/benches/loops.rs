@@ -1,7 +1,8 @@
 //! How fast the closed loop of plant, path and controller runs: a thread, two, and each plant.
 //!
 //! `cargo xtask bench sweep` makes the FMUs, names their folder in `STEERWRIGHT_BENCH_FMUS` and runs
-//! this; the number of loops may follow as an argument. Times are of whole sweeps, with all that
+//! this; `STEERWRIGHT_BENCH_LOOPS` may name another number of loops than 10,000,
+//! `STEERWRIGHT_BENCH_PLANT` one plant alone. Times are of whole sweeps, with all that
 //! belongs to them: draws, instances, initialization, metrics, the results file. Where others use
 //! the machine too, wall times are theirs as well, and the processor's time tells what a sweep takes.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
@@ -80,8 +81,8 @@ fn processor() -> f64 {
 }
 
 fn main() {
-    // cargo adds an option of its own harness.
-    let runs = std::env::args().skip(1).find_map(|a| a.parse().ok()).unwrap_or(10_000);
+    let stated = std::env::var("STEERWRIGHT_BENCH_LOOPS").ok();
+    let runs = stated.map_or(10_000, |text| text.parse().expect("STEERWRIGHT_BENCH_LOOPS"));
     let Some(folder) = std::env::var_os("STEERWRIGHT_BENCH_FMUS").map(PathBuf::from) else {
         println!("left out: run it by `cargo xtask bench sweep`");
         return;
@@ -91,7 +92,11 @@ fn main() {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     println!("{runs} loops of 20 s at 100 Hz, {cores} cores");
     println!("plant             threads   wall s   processor s   processor ns a step");
+    let only = std::env::var("STEERWRIGHT_BENCH_PLANT").ok();
     for plant in ["IdentifiedPlant", "NonlinearVehicle"] {
+        if only.as_deref().is_some_and(|only| only != plant) {
+            continue;
+        }
         // Pages and caches are warm from here on.
         time(plant, runs.min(20), 1, &folder, &out);
         let taken = [1, 2].map(|threads| {

@@ -290,3 +290,81 @@ fn upper_tail(z: f64) -> f64 {
         .fold(0.0, |sum, c| (sum + c) * t);
     polynomial * (-0.5 * z * z).exp() / (2.0 * std::f64::consts::PI).sqrt()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::draws::Key;
+
+    const DRAWS: usize = 4_000;
+
+    fn of(text: &str, whole: bool) -> Result<Distribution, String> {
+        Distribution::of(&toml::from_str(text).unwrap(), whole)
+    }
+
+    /// Draws of as many runs, sorted.
+    fn drawn(text: &str, whole: bool) -> Vec<f64> {
+        let distribution = of(text, whole).unwrap();
+        let key = Key::new(1, "x");
+        let value = |run| distribution.value(&mut key.stream(run), 0);
+        let mut values: Vec<f64> = (0..DRAWS).map(value).collect();
+        values.sort_by(f64::total_cmp);
+        values
+    }
+
+    /// Kolmogorov and Smirnov's distance to a distribution function; 1.63/√n is passed by chance
+    /// once in a hundred.
+    fn assert_distributed(values: &[f64], function: impl Fn(f64) -> f64) {
+        let n = values.len() as f64;
+        let distance = values
+            .iter()
+            .enumerate()
+            .map(|(i, x)| (function(*x) - (i as f64 + 0.5) / n).abs())
+            .fold(0.0, f64::max);
+        assert!(distance < 1.63 / n.sqrt(), "{distance}");
+    }
+
+    #[test]
+    fn draws_have_the_distribution_that_is_named() {
+        let uniform = drawn("distribution = \"uniform\"\nminimum = -2.0\nmaximum = 3.0", false);
+        assert_distributed(&uniform, |x| (x + 2.0) / 5.0);
+        let log = drawn("distribution = \"log-uniform\"\nminimum = 0.1\nmaximum = 10.0", false);
+        assert_distributed(&log, |x| (x / 0.1).ln() / 100f64.ln());
+        let normal = "mean = 5.0\nstandard_deviation = 2.0";
+        let whole = drawn(&format!("distribution = \"normal\"\n{normal}"), false);
+        assert_distributed(&whole, |x| 1.0 - upper_tail((x - 5.0) / 2.0));
+        let text =
+            format!("distribution = \"truncated-normal\"\nminimum = 6\nmaximum = 9\n{normal}");
+        let cut = drawn(&text, false);
+        assert!(cut[0] >= 6.0 && cut[DRAWS - 1] <= 9.0);
+        let all = share(5.0, 2.0, 6.0, 9.0);
+        assert_distributed(&cut, |x| share(5.0, 2.0, 6.0, x) / all);
+    }
+
+    #[test]
+    fn whole_numbers_and_choices_have_their_shares() {
+        let count = |values: &[f64], x: f64| values.iter().filter(|v| **v == x).count() as f64;
+        let dice = drawn("distribution = \"uniform\"\nminimum = 1\nmaximum = 6", true);
+        let text = "distribution = \"choice\"\nvalues = [1, 2, 3]\nweights = [3, 0, 1]";
+        let choice = drawn(text, false);
+        for (values, x, share) in [
+            (&dice, 1.0, 1.0 / 6.0),
+            (&dice, 6.0, 1.0 / 6.0),
+            (&choice, 1.0, 0.75),
+            (&choice, 2.0, 0.0),
+            (&choice, 3.0, 0.25),
+        ] {
+            let n = DRAWS as f64;
+            let off = (count(values, x) - share * n).abs();
+            assert!(off <= 3.3 * (n * share * (1.0 - share)).sqrt(), "{x}: {off}");
+        }
+    }
+
+    #[test]
+    fn a_linspace_has_both_its_ends() {
+        let text = "distribution = \"linspace\"\nminimum = 0.1\nmaximum = 0.7\ncount = 4";
+        let Ok(Distribution::Points(values)) = of(text, false) else { panic!("no points") };
+        assert_eq!((values.len(), values[0], values[3]), (4, 0.1, 0.7));
+        assert!((values[1] - 0.3).abs() < 1e-15);
+    }
+}
