@@ -186,7 +186,10 @@ fn faults_of_nmea_are_named_by_their_place() {
     assert!(told(&broken).contains("the checksum is"), "{}", told(&broken));
     let cut = good.trim_end().rsplit_once('*').unwrap().0.to_owned();
     assert!(told(&cut).contains("without a checksum"));
-    assert!(told(&format!("{cut}*ZZ")).contains("no hexadecimal number"));
+    for sum in ["ZZ", "", "7", "012", "+5"] {
+        let told = told(&format!("{cut}*{sum}"));
+        assert!(told.contains("not two hexadecimal digits"), "{told}");
+    }
     assert!(told(&format!("{good}garbage\n")).starts_with("road:2:1: a sentence begins with"));
     assert!(told(&sentence("GPGSV,1,1,00")).contains("no sentence GGA or RMC"));
     for (data, says) in [

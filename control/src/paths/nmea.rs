@@ -109,12 +109,14 @@ fn checked_fields(sentence: &str) -> Result<Vec<&str>, (usize, String)> {
     };
     let sum = data.bytes().fold(0_u8, |sum, byte| sum ^ byte);
     let column = data.len() + 3;
-    match u8::from_str_radix(told.trim(), 16) {
-        Ok(told) if told == sum => Ok(data.split(',').collect()),
-        Ok(told) => {
+    let told = told.trim();
+    let digits = told.len() == 2 && told.bytes().all(|b| b.is_ascii_hexdigit());
+    match u8::from_str_radix(told, 16).ok().filter(|_| digits) {
+        Some(told) if told == sum => Ok(data.split(',').collect()),
+        Some(told) => {
             Err((column, format!("the checksum is {told:02X}, the sentence's is {sum:02X}")))
         }
-        Err(_) => Err((column, format!("the checksum `{told}` is no hexadecimal number"))),
+        None => Err((column, format!("the checksum `{told}` is not two hexadecimal digits"))),
     }
 }
 
