@@ -119,9 +119,10 @@ fn judgement(e: &Evidence) -> String {
             ahead.join(", ")
         );
     }
-    let test = |name: &str, t: &ResidualTest| {
-        let passed = if t.pass { "passed" } else { "failed" };
-        format!("{name} {passed} ({:.1}, bound {:.1})", t.statistic, t.bound)
+    let test = |name: &str, t: &ResidualTest| match (t.lags, t.pass) {
+        (0, _) => format!("{name} not tested"),
+        (_, true) => format!("{name} passed ({:.1}, bound {:.1})", t.statistic, t.bound),
+        (_, false) => format!("{name} failed ({:.1}, bound {:.1})", t.statistic, t.bound),
     };
     let mut tests =
         vec![test("whiteness", &e.whiteness), test("independence of input", &e.independence)];

@@ -4,6 +4,7 @@ use crate::evidence::{evidence, plots};
 use crate::failure::{Failure, Outcome};
 use crate::files;
 use crate::identify_bicycle::{self, BicycleArguments};
+use crate::identify_factor;
 use crate::log_options::{IdentifyArguments, LogArguments};
 use crate::tell::Tell;
 use formats::Plant;
@@ -15,7 +16,7 @@ use sysid::Traces;
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// CSV files with a header, each with a clock of its own: drives where each brings steering and yaw
-    /// rate, else the channels of one drive
+    /// rate, else the channels of one drive. Or factors written by `absorb`, which are merged
     #[arg(required_unless_present = "drives", value_name = "LOG")]
     logs: Vec<PathBuf>,
     /// Write the model here: by default plant.json, of the structure bicycle bicycle.json
@@ -42,9 +43,26 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let log = arguments.log.read(&arguments.logs)?;
     let traces = arguments.traces.as_deref();
     let out = |default: &str| arguments.out.clone().unwrap_or_else(|| default.into());
+    if identify_factor::are_factors(&arguments.logs)? {
+        let asked = [
+            ("--structure bicycle", arguments.bicycle.options(&arguments.identify)?.is_some()),
+            ("--traces", traces.is_some()),
+            ("--plots", arguments.plots.is_some()),
+            ("--report", arguments.report.is_some()),
+        ];
+        if let Some((option, _)) = asked.iter().find(|(_, asked)| *asked) {
+            return Err(Failure::new(
+                format!("{option}: a factor holds no signals"),
+                "identify from the log itself, or leave it out",
+            ));
+        }
+        let (log, identify) = (&arguments.log, &arguments.identify);
+        let out = out("plant.json");
+        return identify_factor::run(&arguments.logs, log, identify, &out, arguments.json);
+    }
+    let log = arguments.log.read(&arguments.logs)?;
     if let Some(options) = arguments.bicycle.options(&arguments.identify)? {
         let drawn = [("--plots", &arguments.plots), ("--report", &arguments.report)];
         if let Some((name, _)) = drawn.iter().find(|(_, path)| path.is_some()) {

@@ -221,7 +221,7 @@ fn switch(text: &str) -> Result<Auto<bool>, String> {
     }
 }
 
-fn input_kind(text: &str) -> Result<InputKind, String> {
+pub(crate) fn input_kind(text: &str) -> Result<InputKind, String> {
     match text {
         "steering" => Ok(InputKind::Steering),
         "steering*speed" => Ok(InputKind::SteeringTimesSpeed),

@@ -3,6 +3,7 @@
 //! Each subcommand is a file: it reads, calls a stage, writes and tells. Results a script may want
 //! go to stdout as JSON with `--json`; everything else goes to stderr.
 
+mod absorb;
 mod bicycle;
 mod build;
 mod check;
@@ -16,6 +17,7 @@ mod files;
 mod fmu_step;
 mod identify;
 mod identify_bicycle;
+mod identify_factor;
 mod lateral_loop;
 mod log_options;
 mod overview;
@@ -51,6 +53,7 @@ enum Command {
     Demo(demo::Arguments),
     Build(build::Arguments),
     Identify(identify::Arguments),
+    Absorb(absorb::Arguments),
     Bicycle(bicycle::Arguments),
     Design(design::Arguments),
     Path(path::Arguments),
@@ -65,6 +68,7 @@ fn run(command: Command) -> Result<Outcome, Failure> {
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Build(arguments) => build::run(&arguments),
         Command::Identify(arguments) => identify::run(&arguments),
+        Command::Absorb(arguments) => absorb::run(&arguments),
         Command::Bicycle(arguments) => bicycle::run(&arguments),
         Command::Design(arguments) => design::run(&arguments),
         Command::Path(arguments) => path::run(&arguments),

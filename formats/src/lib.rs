@@ -19,6 +19,7 @@ mod design;
 mod document;
 mod estimator;
 mod evidence;
+mod factor;
 mod matrix;
 mod path;
 mod pid;
@@ -43,6 +44,7 @@ pub use evidence::{
     Persistence, PoleZeroMap, PredictionFit, ResidualCorrelation, ResidualTest, ResponsePoint,
     Spread, Verdict,
 };
+pub use factor::{AbsorbedDrives, AbsorbedSpeed};
 pub use matrix::Matrix;
 pub use path::{Guidance, Path, PathPoint};
 pub use pid::{DesignedFor, GuidanceAdvice, Limits, Pid, PidGains};

@@ -150,6 +150,17 @@ pub enum Error {
     OrderAboveHorizon { order: usize, horizon: usize },
     #[error("inputs and outputs are no data set: {problem}")]
     Data { problem: String },
+    #[error("{file}: the file has no {role}, and each file is read as a drive of its own here")]
+    NotADrive { file: String, role: &'static str },
+    #[error(
+        "{file}:{line}: column `{column}`: the clock's period changes from {} s to {} s",
+        short(*.before_s), short(*.period_s)
+    )]
+    ClockChanged { file: String, line: u64, column: String, before_s: f64, period_s: f64 },
+    #[error("{first} and {second} cannot be merged: {problem}")]
+    Differ { first: String, second: String, problem: String },
+    #[error("{file}: this is no whole factor: {problem}")]
+    NoFactor { file: String, problem: String },
     #[error("no model came out: {problem}")]
     NoModel { problem: String },
     #[error("a matrix factorisation did not converge: {what}")]
@@ -268,6 +279,17 @@ impl Error {
             Self::Data { .. } => {
                 "give each segment as many samples of input as of output, all of them finite numbers".into()
             }
+            Self::NotADrive { role, .. } => format!(
+                "name the column with {}; where a drive's channels are in several files, merge them into one, or identify from the files together: steerwright identify A.csv B.csv",
+                flag(role)
+            ),
+            Self::ClockChanged { .. } => {
+                "cut the file where its rate changes and absorb the parts one by one, with one --sample-time".into()
+            }
+            Self::Differ { .. } => {
+                "absorb all logs with the same version and options; --sample-time, --steering-ratio and --horizon make them equal where the logs differ".into()
+            }
+            Self::NoFactor { .. } => "absorb the log again, or copy the file again".into(),
             Self::NoModel { .. } => {
                 "check the mapping, the signs and the units; the input must drive the output".into()
             }

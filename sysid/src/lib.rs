@@ -29,6 +29,7 @@
 //!
 //! This crate opens no files, and knows nothing of design or FMUs.
 
+mod absorbed;
 pub mod bicycle;
 pub mod closed_loop;
 pub mod conversion;
@@ -50,6 +51,7 @@ pub mod statistics;
 pub mod subspace;
 mod triangle;
 
+pub use absorbed::{AbsorbOptions, Absorbed};
 pub use dataset::{DataSet, Segment};
 pub use error::{Error, Place};
 pub use formats::InputKind;

@@ -5,11 +5,11 @@ mod automatic;
 mod candidates;
 mod data;
 mod delayed;
-mod evidence;
+pub(crate) mod evidence;
 mod judge;
 mod level;
 mod options;
-mod order;
+pub(crate) mod order;
 mod predicted;
 mod starts;
 
@@ -185,7 +185,13 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
         warnings,
         verdict: formats::Verdict::default(),
     };
-    let point = operating_point(&data, &model, speed, options.input_kind);
+    let point = operating_point(
+        (data.input_mean, data.output_mean),
+        [data.input_scale, data.output_scale],
+        &model,
+        mean(speed),
+        options.input_kind,
+    );
     let crooked = (point.steering_offset_rad / log.steering_ratio).to_degrees();
     if crooked.abs() > MOST_CROOKED_DEG {
         evidence.warnings.push(format!(
@@ -325,7 +331,7 @@ fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
     a.iter().zip(b).map(|(x, y)| x - y).collect()
 }
 
-fn feedback_test(feedback: Feedback) -> ResidualTest {
+pub(crate) fn feedback_test(feedback: Feedback) -> ResidualTest {
     ResidualTest {
         lags: feedback.degrees,
         statistic: feedback.statistic,
@@ -358,23 +364,22 @@ fn order_row(candidate: &Candidate, singular_value: Option<&f64>) -> OrderRow {
 /// The means' difference is put on the steering, `δ0 = ū − ȳ/G(0)`, since a car that yaws at rest
 /// steering has a crooked wheel; where the steady-state gain is too small against the signals' ratio
 /// to tell, both means stay.
-fn operating_point(
-    data: &Data,
+pub(crate) fn operating_point(
+    (u, y): (f64, f64),
+    [input_scale, output_scale]: [f64; 2],
     model: &StateSpace,
-    speed: &[f64],
+    speed_mps: f64,
     kind: InputKind,
 ) -> OperatingPoint {
     const LEAST_RELATIVE_GAIN: f64 = 0.05;
-    let speed_mps = mean(speed);
     let per_steering = match kind {
         InputKind::Steering => 1.0,
         InputKind::SteeringTimesSpeed => speed_mps.max(1e-3),
     };
-    let (u, y) = (data.input_mean, data.output_mean);
-    let least = LEAST_RELATIVE_GAIN * data.output_scale / data.input_scale;
+    let least = LEAST_RELATIVE_GAIN * output_scale / input_scale;
     let shift = model.steady_state_gain(0, 0).filter(|g| g.abs() > least).map(|g| y / g);
     match shift {
-        Some(shift) if shift.abs() < 5.0 * data.input_scale => OperatingPoint {
+        Some(shift) if shift.abs() < 5.0 * input_scale => OperatingPoint {
             speed_mps,
             steering_offset_rad: (u - shift) / per_steering,
             yaw_rate_offset_radps: 0.0,
@@ -391,7 +396,12 @@ fn matrix(m: &Mat<f64>) -> Matrix {
     Matrix::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)])
 }
 
-fn discrete(model: &StateSpace, gain: &[f64], x0: &[f64], sample_time_s: f64) -> Discrete {
+pub(crate) fn discrete(
+    model: &StateSpace,
+    gain: &[f64],
+    x0: &[f64],
+    sample_time_s: f64,
+) -> Discrete {
     Discrete {
         sample_time_s,
         a: matrix(&model.a),
@@ -403,7 +413,7 @@ fn discrete(model: &StateSpace, gain: &[f64], x0: &[f64], sample_time_s: f64) ->
     }
 }
 
-fn continuous_form(c: &ContinuousModel, model: &StateSpace) -> Continuous {
+pub(crate) fn continuous_form(c: &ContinuousModel, model: &StateSpace) -> Continuous {
     Continuous { f: matrix(&c.f), g: matrix(&c.g), h: matrix(&model.c) }
 }
 

@@ -54,7 +54,7 @@ pub(crate) fn grouped<'a>(
 }
 
 /// Whether a column of the table is meant by the role, be its unit as it may.
-fn brings(table: &Table<'_>, role: Role, options: &LogOptions) -> bool {
+pub(super) fn brings(table: &Table<'_>, role: Role, options: &LogOptions) -> bool {
     match role.wanted(options) {
         Some(name) => table.find(name.strip_prefix('-').unwrap_or(name)).is_some(),
         None => table.header.iter().any(|h| role.is_named_like(&h.to_lowercase())),
@@ -104,7 +104,7 @@ fn check_constant(channel: &Series) -> Result<(), Error> {
 }
 
 /// The ratio stated, or 1 where the column may be a road wheel's.
-fn steering_ratio(
+pub(super) fn steering_ratio(
     steering: &Series,
     options: &LogOptions,
     warnings: &mut Vec<String>,

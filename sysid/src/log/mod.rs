@@ -9,6 +9,7 @@ mod options;
 mod resample;
 mod role;
 mod series;
+mod stream;
 mod stretches;
 mod table;
 mod units;
@@ -25,6 +26,7 @@ use table::Table;
 
 pub use options::LogOptions;
 pub(crate) use role::unit_in_place_of;
+pub(crate) use stream::{Piece, stream};
 pub use table::LogFile;
 pub(crate) use units::known_units;
 

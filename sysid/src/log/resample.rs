@@ -24,6 +24,8 @@ use std::f64::consts::PI;
 
 const ROLL_OFF: f64 = 0.25;
 const HALF_LENGTH: f64 = 8.0;
+/// Samples beyond an instant, on either side, that its filters may ask for.
+pub(crate) const MARGIN: f64 = HALF_LENGTH + 1.0;
 const KAISER_BETA: f64 = 6.0;
 
 /// A uniform grid: `count` instants from `start`, `step` apart, made from `per_step` fine steps.
@@ -38,7 +40,7 @@ pub(crate) struct Grid {
 impl Grid {
     /// The grid within `from..to`, with room for the filter at both ends where it is used.
     pub(crate) fn within(from: f64, to: f64, step: f64, per_step: usize) -> Self {
-        let margin = if per_step > 1 { HALF_LENGTH + 1.0 } else { 0.0 };
+        let margin = if per_step > 1 { MARGIN } else { 0.0 };
         let count = ((to - from) / step + 1e-6 - 2.0 * margin).floor();
         let count = if count >= 0.0 { count as usize + 1 } else { 0 };
         Self { start: from + margin * step, step, count, per_step }

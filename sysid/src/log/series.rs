@@ -55,7 +55,7 @@ pub(crate) fn read(
             }
         };
         if let Some((c, _)) = clock {
-            check_clock(&file, &header[c], &time, &columns.lines)?;
+            check_clock(&file, &header[c], &time, &columns.lines, f64::NEG_INFINITY)?;
         }
         let time = Rc::new(time);
         for ((place, (role, source)), value) in own().zip(values) {
@@ -84,25 +84,7 @@ fn finished(
     warnings: &mut Vec<String>,
 ) -> Result<Series, Error> {
     let (role, unit) = (series.role, series.unit);
-    let factor = sign * unit.to_si;
-    if let Some((least, most, si)) = role.limits(unit.quantity) {
-        let outside = |x: f64| x < least || x > most;
-        if let Some(i) = (0..series.value.len())
-            .find(|&i| outside(factor * series.value[i]) && !series.time[i].is_nan())
-        {
-            let value = factor * series.value[i];
-            return Err(Error::Impossible {
-                at: Place::new(&series.file, series.line[i], &series.column),
-                role: role.name(),
-                value,
-                si,
-                unit: unit.name,
-                limit: if value < least { least } else { most },
-                alternatives: role.alternatives(sign * series.value[i], unit.name),
-            });
-        }
-    }
-    series.value.iter_mut().for_each(|x| *x *= factor);
+    series.bring_to_si(sign)?;
     drop_missing(&mut series, warnings);
     if series.time.len() < 3 {
         return Err(Error::TooFewRows {
@@ -155,9 +137,14 @@ fn drop_missing(series: &mut Series, warnings: &mut Vec<String>) {
     }
 }
 
-/// Time must increase from row to row.
-fn check_clock(file: &str, column: &str, time: &[f64], lines: &[u64]) -> Result<(), Error> {
-    let mut before = f64::NEG_INFINITY;
+/// Time must increase from row to row, from the instant `before` them; the last instant.
+pub(super) fn check_clock(
+    file: &str,
+    column: &str,
+    time: &[f64],
+    lines: &[u64],
+    mut before: f64,
+) -> Result<f64, Error> {
     for (&t, &line) in time.iter().zip(lines) {
         if t <= before {
             return Err(Error::TimeNotIncreasing {
@@ -170,12 +157,12 @@ fn check_clock(file: &str, column: &str, time: &[f64], lines: &[u64]) -> Result<
             before = t;
         }
     }
-    Ok(())
+    Ok(before)
 }
 
 /// Yaw to yaw rate: unwrapped increments over time, placed at the middle of each interval, so
 /// that no delay arises. How far the vehicle turned in a gap is not known: it stays one.
-fn difference(series: &mut Series, limit: f64) {
+pub(super) fn difference(series: &mut Series, limit: f64) {
     let yaw = crate::signal::unwrap(&series.value);
     let time = Rc::clone(&series.time);
     let near: Vec<usize> = (0..yaw.len() - 1).filter(|&i| time[i + 1] - time[i] <= limit).collect();
@@ -184,13 +171,38 @@ fn difference(series: &mut Series, limit: f64) {
     series.line = Rc::new(near.iter().map(|&i| series.line[i]).collect());
 }
 
-fn median_period(time: &[f64]) -> f64 {
+pub(super) fn median_period(time: &[f64]) -> f64 {
     let mut steps: Vec<f64> = time.windows(2).map(|w| w[1] - w[0]).collect();
     let middle = steps.len() / 2;
     if steps.is_empty() { 0.0 } else { *steps.select_nth_unstable_by(middle, f64::total_cmp).1 }
 }
 
 impl Series {
+    /// SI values; what no vehicle has is refused.
+    pub(super) fn bring_to_si(&mut self, sign: f64) -> Result<(), Error> {
+        let (role, unit) = (self.role, self.unit);
+        let factor = sign * unit.to_si;
+        if let Some((least, most, si)) = role.limits(unit.quantity) {
+            let outside = |x: f64| x < least || x > most;
+            if let Some(i) = (0..self.value.len())
+                .find(|&i| outside(factor * self.value[i]) && !self.time[i].is_nan())
+            {
+                let value = factor * self.value[i];
+                return Err(Error::Impossible {
+                    at: Place::new(&self.file, self.line[i], &self.column),
+                    role: role.name(),
+                    value,
+                    si,
+                    unit: unit.name,
+                    limit: if value < least { least } else { most },
+                    alternatives: role.alternatives(sign * self.value[i], unit.name),
+                });
+            }
+        }
+        self.value.iter_mut().for_each(|x| *x *= factor);
+        Ok(())
+    }
+
     pub(crate) fn start(&self) -> f64 {
         self.time.first().copied().unwrap_or(f64::NAN)
     }

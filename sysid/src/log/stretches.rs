@@ -221,9 +221,14 @@ fn same_clock(a: &Series, b: &Series) -> bool {
     (a.period / b.period - 1.0).abs() < 1e-3 && (apart - apart.round()).abs() < 1e-3
 }
 
+/// Samples on either side of one over which its speed is averaged.
+pub(crate) fn half_average(step: f64) -> usize {
+    (0.5 * SPEED_AVERAGE / step).round() as usize
+}
+
 /// The runs of samples in which the averaged speed stays within `window`, and are long enough.
 pub(crate) fn within_speeds(speed: &[f64], step: f64, window: (f64, f64)) -> Vec<Range<usize>> {
-    let half = (0.5 * SPEED_AVERAGE / step).round() as usize;
+    let half = half_average(step);
     let inside = |k: usize| {
         let (a, b) = (k.saturating_sub(half), (k + half + 1).min(speed.len()));
         (window.0..=window.1).contains(&mean(&speed[a..b]))

@@ -113,17 +113,24 @@ impl<'a> Table<'a> {
 
     /// Reads the file to its end: the columns' numbers, as written in it, and its hash.
     pub(crate) fn columns(mut self, wanted: &[usize]) -> Result<(Columns, SourceFile), Error> {
+        let mut columns = self.rows(wanted, usize::MAX)?;
+        columns.values.iter_mut().for_each(Vec::shrink_to_fit);
+        Ok((columns, self.finish()))
+    }
+
+    /// Reads so many rows, or those that are left: the columns' numbers, as written in the file.
+    pub(crate) fn rows(&mut self, wanted: &[usize], most: usize) -> Result<Columns, Error> {
         let mut values = vec![Vec::new(); wanted.len()];
         let mut lines = Vec::new();
         let mut record = csv::ByteRecord::new();
-        while self.next(&mut record)? {
+        while lines.len() < most && self.next(&mut record)? {
             if record.iter().all(|c| c.trim_ascii().is_empty()) {
                 continue;
             }
             let line = line(&record);
             if record.len() != self.header.len() {
                 return Err(Error::RaggedRow {
-                    file: self.file,
+                    file: self.file.clone(),
                     line,
                     got: record.len(),
                     expected: self.header.len(),
@@ -134,11 +141,14 @@ impl<'a> Table<'a> {
                 values.push(self.number(&record[j], line, j)?);
             }
         }
+        Ok(Columns { values, lines: Rc::new(lines) })
+    }
+
+    /// The file by name and hash, once all of it has been read.
+    pub(crate) fn finish(self) -> SourceFile {
         let name = std::path::Path::new(&self.file);
         let name = name.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-        let source = SourceFile { name, sha256: self.reader.into_inner().sha256_hex() };
-        values.iter_mut().for_each(Vec::shrink_to_fit);
-        Ok((Columns { values, lines: Rc::new(lines) }, source))
+        SourceFile { name, sha256: self.reader.into_inner().sha256_hex() }
     }
 
     fn number(&self, cell: &[u8], line: u64, column: usize) -> Result<f64, Error> {

@@ -69,9 +69,9 @@ pub(super) enum State {
 /// ```
 #[derive(Debug, Clone)]
 pub struct Accumulator {
-    pub(super) horizon: usize,
-    pub(super) inputs: usize,
-    pub(super) outputs: usize,
+    pub(crate) horizon: usize,
+    pub(crate) inputs: usize,
+    pub(crate) outputs: usize,
     pub(super) sample_time_s: f64,
     pub(super) state: State,
     /// Taken off each channel: the mean of the first samples.
@@ -131,6 +131,17 @@ impl Accumulator {
     #[must_use]
     pub fn samples(&self) -> usize {
         self.samples
+    }
+
+    /// Sample time, s.
+    #[must_use]
+    pub fn sample_time_s(&self) -> f64 {
+        self.sample_time_s
+    }
+
+    /// Whether the state is a triangle.
+    pub(crate) fn is_triangle(&self) -> bool {
+        matches!(self.state, State::Qr(_))
     }
 
     /// Absorbs the next samples of the segment, `u` nu by N and `y` ny by N.

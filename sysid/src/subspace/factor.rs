@@ -155,6 +155,16 @@ impl Factor {
         Ok(l.transpose().to_owned())
     }
 
+    /// Means of the first input and the first output over all windows, mean or not in L.
+    pub(crate) fn means(&self) -> (f64, f64) {
+        let width = self.inputs + self.outputs;
+        let of = |channel: usize| {
+            let lags = self.source.mean.iter().skip(channel).step_by(width);
+            lags.sum::<f64>() / (self.source.mean.len() / width) as f64
+        };
+        (of(0), of(self.inputs))
+    }
+
     /// Row where W_p starts.
     pub(crate) fn past(&self) -> usize {
         self.horizon * self.inputs

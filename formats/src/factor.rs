@@ -1,0 +1,93 @@
+//! `*.factor`: what is kept of drives that are too long, or too many, to be held: the windows'
+//! triangle, which can be merged with others and identified from.
+//!
+//! The triangles are the bytes that `sysid` keeps them as, in hexadecimal, since their numbers mean
+//! nothing to a reader; everything else is plain. A checksum over the whole file finds what was cut or
+//! changed on the way.
+
+use crate::{ChannelSummary, Checker, Document, InputKind, Provenance, sha256_hex};
+use serde::{Deserialize, Serialize};
+
+/// The windows of some drives, absorbed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AbsorbedDrives {
+    /// `steerwright/factor/1`.
+    pub schema: String,
+    /// A name for people, such as the first log's.
+    pub name: String,
+    /// What drives the model.
+    pub input: InputKind,
+    /// Steering angle over road-wheel angle.
+    pub steering_ratio: f64,
+    /// Sample time T.
+    pub sample_time_s: f64,
+    /// Block rows of past and of future.
+    pub horizon: usize,
+    /// Samples to estimate from.
+    pub estimation_samples: usize,
+    /// Samples held out.
+    pub validation_samples: usize,
+    /// The speed over all samples, where every drive tells it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub speed: Option<AbsorbedSpeed>,
+    /// What was read from the logs, drives with equal columns together.
+    pub channels: Vec<ChannelSummary>,
+    /// What the reader had to do or doubts.
+    pub warnings: Vec<String>,
+    /// Where it came from.
+    pub provenance: Provenance,
+    /// State of the estimation data's windows, in hexadecimal.
+    pub estimation: String,
+    /// State of the held-out data's windows, in hexadecimal.
+    pub validation: String,
+    /// SHA-256 of this file with nothing in this place.
+    pub sha256: String,
+}
+
+/// Mean and spread of a speed.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AbsorbedSpeed {
+    /// Mean, m/s.
+    pub mean_mps: f64,
+    /// Standard deviation, m/s.
+    pub standard_deviation_mps: f64,
+}
+
+impl AbsorbedDrives {
+    /// The document with its checksum.
+    #[must_use]
+    pub fn sealed(mut self) -> Self {
+        self.sha256 = self.checksum();
+        self
+    }
+
+    fn checksum(&self) -> String {
+        let open = Self { sha256: String::new(), ..self.clone() };
+        sha256_hex(open.to_json().as_bytes())
+    }
+}
+
+impl Document for AbsorbedDrives {
+    const SCHEMA: &'static str = "steerwright/factor/1";
+
+    fn schema(&self) -> &str {
+        &self.schema
+    }
+
+    fn check(&self, c: &mut Checker) {
+        c.positive(self.steering_ratio, "steering_ratio");
+        c.positive(self.sample_time_s, "sample_time_s");
+        c.require((2..=200).contains(&self.horizon), "horizon", || {
+            format!("{} is not within 2 to 200", self.horizon)
+        });
+        if let Some(speed) = &self.speed {
+            c.not_negative(speed.mean_mps, "speed.mean_mps");
+            c.not_negative(speed.standard_deviation_mps, "speed.standard_deviation_mps");
+        }
+        c.require(self.sha256 == self.checksum(), "sha256", || {
+            "the checksum is not that of the file: it was cut or changed".into()
+        });
+    }
+}

@@ -1,0 +1,73 @@
+//! `steerwright absorb`: logs into a factor, in memory that does not grow with them.
+
+use crate::failure::{Failure, Outcome};
+use crate::files;
+use crate::evidence::channel_table;
+use crate::log_options::{LogArguments, input_kind};
+use crate::tell::Tell;
+use std::path::PathBuf;
+use sysid::{AbsorbOptions, Absorbed, InputKind, LogFile};
+
+/// Absorb logs of any length into a small file, which `identify` takes in place of logs; files of many
+/// machines are merged there as if all logs had been absorbed at once
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    /// CSV files with a header, read in chunks; each is a drive of its own and brings steering and yaw
+    /// rate on one clock
+    #[arg(required = true, value_name = "LOG")]
+    logs: Vec<PathBuf>,
+    /// Write the factor here
+    #[arg(long = "out", short = 'o', value_name = "FILE", default_value = "drives.factor")]
+    out: PathBuf,
+    /// Print the factor as JSON on stdout
+    #[arg(long)]
+    json: bool,
+    /// Block rows of the Hankel matrices, the most that can be identified with later
+    #[arg(long, value_name = "N", default_value_t = AbsorbOptions::default().horizon)]
+    horizon: usize,
+    /// What will drive the model: the steering angle, or its product with speed
+    #[arg(long, value_name = "steering|steering*speed", default_value = "steering", value_parser = input_kind)]
+    model_input: InputKind,
+    #[command(flatten)]
+    log: LogArguments,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    if !arguments.log.drives.is_empty() {
+        return Err(Failure::new(
+            "--drive: each file is read as a drive of its own here",
+            "merge the channels of a drive into one CSV file, or identify from the files together: steerwright identify --drive A.csv,B.csv",
+        ));
+    }
+    let options = AbsorbOptions {
+        log: arguments.log.options(),
+        input_kind: arguments.model_input,
+        horizon: arguments.horizon,
+    };
+    let mut all: Option<Absorbed> = None;
+    for path in &arguments.logs {
+        let file =
+            LogFile { name: path.display().to_string(), reader: Box::new(files::open(path)?) };
+        let one = Absorbed::of_log(file, &options)?;
+        match &mut all {
+            Some(all) => all.merge(one)?,
+            None => all = Some(one),
+        }
+    }
+    let Some(all) = all else { return Err(sysid::Error::NoFiles.into()) };
+    let file = all.to_file();
+    files::write_document(&arguments.out, &file)?;
+    let (estimation, held_out) = all.samples();
+    let mut text = format!(
+        "{}values in rad, rad/s and m/s\n\n{estimation} samples of {} s to estimate from, {held_out} held out, windows of {} samples\n",
+        channel_table(all.channels()),
+        file.sample_time_s,
+        2 * file.horizon
+    );
+    for warning in all.warnings() {
+        text += &format!("warning: {warning}\n");
+    }
+    text += &format!("written to {}", arguments.out.display());
+    Tell::new(arguments.json).result(&text, &file)?;
+    Ok(Outcome::Done)
+}

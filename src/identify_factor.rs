@@ -1,0 +1,72 @@
+//! `steerwright identify` from factors: states of absorbed drives, merged.
+
+use crate::failure::{Failure, Outcome};
+use crate::files;
+use crate::evidence::evidence;
+use crate::log_options::{IdentifyArguments, LogArguments};
+use crate::tell::Tell;
+use formats::AbsorbedDrives;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use sysid::{Absorbed, IdentifyOptions, LogOptions};
+
+/// Whether all of the files are factors rather than logs.
+pub(crate) fn are_factors(paths: &[PathBuf]) -> Result<bool, Failure> {
+    let mut factors = Vec::new();
+    for path in paths {
+        let mut file = files::open(path)?;
+        // A factor is a JSON object, which no CSV header begins as. A pipe is not looked into: what is
+        // read of it is gone.
+        let mut start = [0; 1];
+        let is_file = file.metadata().is_ok_and(|m| m.is_file());
+        let read = if is_file { file.read(&mut start) } else { Ok(0) };
+        factors.push(start[..read.map_err(|e| Failure::file(path, &e))?] == *b"{");
+    }
+    match (factors.iter().position(|f| *f), factors.iter().position(|f| !f)) {
+        (Some(factor), Some(log)) => Err(Failure::new(
+            format!("{} is a factor, {} a log", paths[factor].display(), paths[log].display()),
+            "absorb the log first: steerwright absorb LOG -o LOG.factor",
+        )),
+        (factor, _) => Ok(factor.is_some()),
+    }
+}
+
+/// Merges the factors and identifies.
+pub(crate) fn run(
+    paths: &[PathBuf],
+    log: &LogArguments,
+    identify: &IdentifyArguments,
+    out: &Path,
+    json: bool,
+) -> Result<Outcome, Failure> {
+    if log.options() != LogOptions::default() || !log.drives.is_empty() {
+        return Err(Failure::new(
+            "options of how a log is read have no effect on a factor",
+            "give them to steerwright absorb",
+        ));
+    }
+    let options = identify.options();
+    if options.validation_fraction.to_bits()
+        != IdentifyOptions::default().validation_fraction.to_bits()
+    {
+        return Err(Failure::new(
+            "--hold-out: what is held out was set aside when the logs were absorbed",
+            "leave it out",
+        ));
+    }
+    let mut all: Option<Absorbed> = None;
+    for path in paths {
+        let (file, _) = files::read_document::<AbsorbedDrives>(path)?;
+        let one = Absorbed::from_file(&file, &path.display().to_string())?;
+        match &mut all {
+            Some(all) => all.merge(one)?,
+            None => all = Some(one),
+        }
+    }
+    let Some(all) = all else { return Err(sysid::Error::NoFiles.into()) };
+    let plant = all.identify(&options)?;
+    files::write_document(out, &plant)?;
+    let text = format!("{}\nwritten to {}", evidence(&plant), out.display());
+    Tell::new(json).result(&text, &plant)?;
+    Ok(Outcome::Done)
+}

@@ -1,0 +1,127 @@
+//! The windows' triangle read as data.
+//!
+//! With W the matrix of all windows, a row for each, and W = Q R, sums of squares of any linear
+//! combination of the windows' samples are those of the rows of R. Simulation and prediction errors of
+//! a model are such combinations, of input and output and an initial state for each window, so that R's
+//! rows, each a stretch of 2·horizon samples, stand for all windows: what is fitted to them by least
+//! squares is what would be fitted to every window of the drives, each from an initial state of its own.
+
+use crate::identify::order::Errors;
+use crate::model::{StateSpace, initial_state, predictions, predictor, predictor_state, simulate};
+use crate::subspace::Factor;
+use crate::{DataSet, Error, Segment, Signals};
+use faer::{Mat, MatRef};
+
+/// Windows about their mean, in units of each channel's standard deviation.
+pub(super) struct Windows {
+    /// A stretch for each row of R.
+    pub(super) data: DataSet,
+    /// Samples of a window.
+    pub(super) length: usize,
+    /// Number of windows that the rows stand for.
+    pub(super) count: usize,
+    /// Standard deviations of input and output.
+    pub(super) scales: [f64; 2],
+    /// Upper triangle in these units; columns u(0), y(0), u(1), …
+    r: Mat<f64>,
+}
+
+impl Windows {
+    /// Of a factor about its mean, in units of its own or of `scales`.
+    pub(super) fn new(
+        factor: &Factor,
+        sample_time_s: f64,
+        scales: Option<[f64; 2]>,
+    ) -> Result<Self, Error> {
+        let mut r = factor.by_time()?;
+        let length = r.ncols() / 2;
+        let scales = scales.unwrap_or_else(|| {
+            [0, 1].map(|c| {
+                let squares: f64 =
+                    (0..length).map(|lag| r.col(2 * lag + c).squared_norm_l2()).sum();
+                (squares / length as f64).sqrt()
+            })
+        });
+        for j in 0..r.ncols() {
+            for i in 0..r.nrows() {
+                r[(i, j)] /= scales[j % 2];
+            }
+        }
+        let channel = |i: usize, c: usize| -> Vec<f64> {
+            (0..length).map(|lag| r[(i, 2 * lag + c)]).collect()
+        };
+        let segments = (0..r.nrows()).map(|i| Segment::new(channel(i, 0), channel(i, 1)));
+        let data = DataSet::new(sample_time_s, segments.collect())?;
+        Ok(Self { data, length, count: factor.columns, scales, r })
+    }
+
+    /// Covariance of channel a now and channel b `lag` samples later; 0 is the input, 1 the output.
+    pub(super) fn covariance(&self, a: usize, b: usize, lag: usize) -> f64 {
+        let pairs = self.length - lag;
+        let sum: f64 = (0..pairs)
+            .map(|t| self.r.col(2 * t + a).transpose() * self.r.col(2 * (t + lag) + b))
+            .sum();
+        sum / pairs as f64
+    }
+
+    /// Initial states and errors of the simulation of every window.
+    pub(super) fn simulated(&self, model: &StateSpace) -> Result<(Vec<Vec<f64>>, Errors), Error> {
+        let (mut x0s, mut errors) = (Vec::new(), Vec::new());
+        for s in self.data.segments() {
+            let x0 = initial_state(model, s.u.as_ref(), s.y.as_ref())?;
+            errors.push(&s.y - simulate(model, s.u.as_ref(), &x0));
+            x0s.push(x0);
+        }
+        Ok((x0s, errors))
+    }
+
+    /// Errors of the second half of every window, simulated from the state that its first half gives.
+    pub(super) fn ahead(&self, model: &StateSpace) -> Result<Errors, Error> {
+        let half = self.length / 2;
+        let of = |s: &Segment| -> Result<Signals, Error> {
+            let x0 = initial_state(model, s.u.columns(0..half), s.y.columns(0..half))?;
+            let y = simulate(model, s.u.as_ref(), &x0);
+            let errors = s.y.row(0).iter().zip(y.row(0)).skip(half).map(|(y, s)| y - s);
+            Ok(errors.collect::<Vec<f64>>().into())
+        };
+        self.data.segments().iter().map(of).collect()
+    }
+
+    /// Variance of such errors; ∞ where they are not finite.
+    pub(super) fn variance_ahead(&self, errors: &Errors) -> f64 {
+        let squares = crate::identify::order::sum_of_squares(errors);
+        let count = self.length - self.length / 2;
+        if squares.is_finite() { squares / count as f64 } else { f64::INFINITY }
+    }
+
+    /// Initial states and errors of the one-step prediction of every window.
+    pub(super) fn predicted(
+        &self,
+        model: &StateSpace,
+        gain: MatRef<'_, f64>,
+    ) -> Result<(Vec<Vec<f64>>, Errors), Error> {
+        let predictor = predictor(model, gain);
+        let (mut x0s, mut errors) = (Vec::new(), Vec::new());
+        for s in self.data.segments() {
+            let (u, y) = (s.u.as_ref(), s.y.as_ref());
+            let x0 = predictor_state(&predictor, u, y)?;
+            errors.push(&s.y - predictions(&predictor, u, y, &x0));
+            x0s.push(x0);
+        }
+        Ok((x0s, errors))
+    }
+
+    /// Variance of errors whose `order` initial states were fitted to each window; ∞ where they are not
+    /// finite.
+    pub(super) fn variance(&self, errors: &Errors, order: usize) -> f64 {
+        let squares = crate::identify::order::sum_of_squares(errors);
+        let free = self.length.saturating_sub(order).max(1);
+        if squares.is_finite() { squares / free as f64 } else { f64::INFINITY }
+    }
+
+    /// Fit of errors of that variance, percent.
+    pub(super) fn fit(&self, variance: f64) -> f64 {
+        let fit = 100.0 * (1.0 - (variance / self.covariance(1, 1, 0)).sqrt());
+        if fit.is_nan() { f64::NEG_INFINITY } else { fit }
+    }
+}

@@ -1,0 +1,154 @@
+//! One channel of a file that is read in chunks.
+
+use crate::Error;
+use crate::log::mapping::Source;
+use crate::log::role::Role;
+use crate::log::series::{Series, difference, median_period};
+use crate::log::table::Table;
+use crate::log::units::Quantity;
+use formats::ChannelSummary;
+use std::rc::Rc;
+
+/// A clock whose median period differs by that share from what it was is another clock.
+const SAME_PERIOD: f64 = 0.1;
+/// Fewest values of which a period is told.
+const ENOUGH: usize = 100;
+
+/// What is known of a channel beside the rows at hand.
+pub(super) struct Channel {
+    pub(super) column: String,
+    /// Whether the yaw rate is the difference of a yaw.
+    pub(super) is_angle: bool,
+    pub(super) missing: usize,
+    pub(super) least: f64,
+    most: f64,
+    sum: f64,
+    count: usize,
+    sign: f64,
+    /// The last row of a yaw: instant, angle and line.
+    last: Option<(f64, f64, u64)>,
+}
+
+/// No rows yet.
+pub(super) fn empty(table: &Table<'_>, role: Role, source: &Source) -> Series {
+    Series {
+        role,
+        file: table.file.clone(),
+        column: table.header[source.column].clone(),
+        unit: source.unit,
+        time: Rc::default(),
+        value: Vec::new(),
+        line: Rc::default(),
+        period: 0.0,
+    }
+}
+
+impl Channel {
+    pub(super) fn new(table: &Table<'_>, source: &Source) -> Self {
+        Self {
+            column: table.header[source.column].clone(),
+            is_angle: source.unit.quantity == Quantity::Angle,
+            missing: 0,
+            least: f64::INFINITY,
+            most: f64::NEG_INFINITY,
+            sum: 0.0,
+            count: 0,
+            sign: source.sign,
+            last: None,
+        }
+    }
+
+    /// Adds rows, as written in the file, to those at hand.
+    pub(super) fn take(
+        &mut self,
+        to: &mut Series,
+        time: &[f64],
+        value: Vec<f64>,
+        line: &[u64],
+        max_gap_s: f64,
+    ) -> Result<(), Error> {
+        let (time, line) = (Rc::new(time.to_vec()), Rc::new(line.to_vec()));
+        let mut new = Series { time, value, line, ..empty_like(to) };
+        new.bring_to_si(self.sign)?;
+        let there: Vec<usize> = (0..new.value.len())
+            .filter(|&i| !(new.time[i].is_nan() || new.value[i].is_nan()))
+            .collect();
+        self.missing += new.value.len() - there.len();
+        let of_yaw = to.role == Role::YawRate && self.is_angle;
+        let last = self.last.filter(|_| of_yaw);
+        let time = last.iter().map(|l| l.0).chain(there.iter().map(|&i| new.time[i]));
+        let value = last.iter().map(|l| l.1).chain(there.iter().map(|&i| new.value[i]));
+        let line = last.iter().map(|l| l.2).chain(there.iter().map(|&i| new.line[i]));
+        let mut new = Series {
+            value: value.collect(),
+            time: Rc::new(time.collect()),
+            line: Rc::new(line.collect()),
+            ..empty_like(to)
+        };
+        self.check_period(to, &new)?;
+        if of_yaw && let Some(i) = new.value.len().checked_sub(1) {
+            self.last = Some((new.time[i], new.value[i], new.line[i]));
+            difference(&mut new, to.gap_limit(max_gap_s));
+        }
+        for x in &new.value {
+            (self.least, self.most) = (self.least.min(*x), self.most.max(*x));
+            self.sum += x;
+        }
+        self.count += new.value.len();
+        Rc::make_mut(&mut to.time).extend_from_slice(&new.time);
+        Rc::make_mut(&mut to.line).extend_from_slice(&new.line);
+        to.value.append(&mut new.value);
+        Ok(())
+    }
+
+    /// Takes the first rows' period, and holds those of later rows against it.
+    fn check_period(&self, to: &mut Series, new: &Series) -> Result<(), Error> {
+        let period = median_period(&new.time);
+        if self.count == 0 {
+            to.period = period;
+        } else if new.time.len() >= ENOUGH && (period / to.period - 1.0).abs() > SAME_PERIOD {
+            return Err(Error::ClockChanged {
+                file: to.file.clone(),
+                line: new.line[0],
+                column: to.column.clone(),
+                before_s: to.period,
+                period_s: period,
+            });
+        }
+        Ok(())
+    }
+
+    pub(super) fn mean(&self) -> f64 {
+        self.sum / self.count.max(1) as f64
+    }
+
+    pub(super) fn is_constant(&self) -> bool {
+        self.most - self.least <= 1e-12 * (1.0 + self.least.abs())
+    }
+
+    /// All rows of the file.
+    pub(super) fn summary(&self, series: &Series) -> ChannelSummary {
+        ChannelSummary {
+            role: series.role.key().into(),
+            column: series.column.clone(),
+            unit: series.unit.name.into(),
+            rows: self.count,
+            rate_hz: (1e3 / series.period).round() / 1e3,
+            min: self.least,
+            mean: self.mean(),
+            max: self.most,
+        }
+    }
+}
+
+/// The channel without its rows.
+fn empty_like(series: &Series) -> Series {
+    Series {
+        time: Rc::default(),
+        value: Vec::new(),
+        line: Rc::default(),
+        file: series.file.clone(),
+        column: series.column.clone(),
+        ..*series
+    }
+}

@@ -1,0 +1,179 @@
+//! The stretches of a drive that is read in chunks, on the grids they have where it is read whole.
+
+use super::gate::Gate;
+use super::{Piece, Sink};
+use crate::Error;
+use crate::log::LogOptions;
+use crate::log::drive::Drive;
+use crate::log::resample::{Grid, Hold, MARGIN, resample};
+use crate::log::role::Role;
+use crate::log::signal_words;
+use crate::log::stretches::{self, Clock, LEAST_STRETCH, Span};
+use std::rc::Rc;
+
+/// Most samples between rows that are read together; more, and a clock or an option is wrong.
+const MOST_SAMPLES: usize = 5_000_000;
+
+/// A stretch that may go on.
+struct Open {
+    /// Where the data of its grid begin, s.
+    from: f64,
+    /// Its first sample, s.
+    start: f64,
+    /// Samples that have gone out.
+    done: usize,
+}
+
+/// Stretch after stretch.
+pub(super) struct Spans {
+    clock: Clock,
+    step: f64,
+    per_step: usize,
+    open: Option<Open>,
+    gate: Option<Gate>,
+    gaps: usize,
+    short: usize,
+}
+
+impl Spans {
+    pub(super) fn new(clock: Clock, step: f64, speeds: Option<(f64, f64)>) -> Self {
+        let per_step = clock.per_step(step) as usize;
+        let gate = speeds.map(|window| Gate::new(window, step));
+        Self { clock, step, per_step, open: None, gate, gaps: 0, short: 0 }
+    }
+
+    /// Sends out what the rows at hand allow, and drops the rows that are done with.
+    pub(super) fn advance(
+        &mut self,
+        drive: &mut Drive,
+        options: &LogOptions,
+        is_last: bool,
+        sink: &mut Sink<'_>,
+    ) -> Result<(), Error> {
+        let channels = &drive.channels;
+        let from = channels.iter().map(|c| c.start()).fold(f64::NEG_INFINITY, f64::max);
+        let to = channels.iter().map(|c| c.end()).fold(f64::INFINITY, f64::min);
+        let (spans, splits) = stretches::without_gaps(drive, vec![(from, to)], options);
+        self.gaps += splits.len();
+        let continues = |open: &Open, span: &Span| {
+            let next =
+                if open.done > 0 { self.step * open.done as f64 + open.start } else { open.from };
+            span.0 <= next + 1e-9 * self.step
+        };
+        let goes_on = self.open.as_ref().zip(spans.first()).is_some_and(|(o, s)| continues(o, s));
+        if self.open.is_some() && !goes_on {
+            self.close(sink)?;
+        }
+        for (k, span) in spans.iter().enumerate().filter(|(_, span)| span.0 < span.1) {
+            if self.open.is_none() {
+                let start = self.clock.grid(drive, *span, self.step).start;
+                self.open = Some(Open { from: start - self.margin(), start, done: 0 });
+            }
+            let closed = is_last || k + 1 < spans.len();
+            self.send(drive, span.1, closed, sink)?;
+            if closed {
+                self.close(sink)?;
+            }
+        }
+        let keep = match &self.open {
+            Some(o) if o.done > 0 => {
+                o.start + self.step * o.done as f64 - (MARGIN + 2.0) * self.step
+            }
+            Some(o) => o.from,
+            None => to,
+        };
+        for series in &mut drive.channels {
+            // One row before, to draw the line from.
+            let cut = series.time.partition_point(|t| *t <= keep).saturating_sub(1);
+            Rc::make_mut(&mut series.time).drain(..cut);
+            Rc::make_mut(&mut series.line).drain(..cut);
+            series.value.drain(..cut);
+        }
+        Ok(())
+    }
+
+    fn margin(&self) -> f64 {
+        if self.per_step > 1 { MARGIN * self.step } else { 0.0 }
+    }
+
+    /// Sends out the samples that have all of their data up to `to`.
+    fn send(
+        &mut self,
+        drive: &Drive,
+        to: f64,
+        closed: bool,
+        sink: &mut Sink<'_>,
+    ) -> Result<(), Error> {
+        let Some(open) = &mut self.open else { return Ok(()) };
+        let count = Grid::within(open.from, to, self.step, self.per_step).count;
+        if count < LEAST_STRETCH {
+            self.short += usize::from(closed);
+            return Ok(());
+        }
+        if count - open.done.min(count) > MOST_SAMPLES {
+            let sample_time_s = self.step;
+            let duration_s = count as f64 * self.step;
+            return Err(Error::TooManySamples { duration_s, sample_time_s, limit: MOST_SAMPLES });
+        }
+        let grid = Grid {
+            start: open.start + self.step * open.done as f64,
+            step: self.step,
+            count: count.saturating_sub(open.done),
+            per_step: self.per_step,
+        };
+        open.done = open.done.max(count);
+        if grid.count == 0 {
+            return Ok(());
+        }
+        let on_grid = |role: Role, hold: Hold| {
+            let channel = drive.channel(role)?;
+            Some(resample(&channel.time, &channel.value, &grid, hold))
+        };
+        let held = Hold::Held(drive.channels[0].period);
+        let steering = on_grid(Role::Steering, held).unwrap_or_default();
+        let yaw_rate = on_grid(Role::YawRate, Hold::Sampled).unwrap_or_default();
+        let mut speed = on_grid(Role::Speed, Hold::Sampled);
+        speed.iter_mut().flatten().for_each(|v| *v = v.max(0.0));
+        match (&mut self.gate, speed) {
+            (Some(gate), Some(speed)) => {
+                let mut sink = |piece: Piece<'_>| sink(self.step, piece);
+                gate.push([&steering, &yaw_rate, &speed], &mut sink)
+            }
+            (_, speed) => sink(
+                self.step,
+                Piece::Samples {
+                    steering: &steering,
+                    yaw_rate: &yaw_rate,
+                    speed: speed.as_deref(),
+                },
+            ),
+        }
+    }
+
+    /// Ends the stretch.
+    fn close(&mut self, sink: &mut Sink<'_>) -> Result<(), Error> {
+        if self.open.take().is_none_or(|open| open.done == 0) {
+            return Ok(());
+        }
+        match &mut self.gate {
+            Some(gate) => gate.end(&mut |piece| sink(self.step, piece)),
+            None => sink(self.step, Piece::End),
+        }
+    }
+
+    /// What was split and left out.
+    pub(super) fn told(&self, name: &str) -> Vec<String> {
+        let mut told = Vec::new();
+        if self.gaps > 0 {
+            told.push(format!("{name}: split at {}", signal_words(self.gaps, "gap")));
+        }
+        if self.short > 0 {
+            told.push(format!(
+                "{name}: {} shorter than {:.1} s left out",
+                signal_words(self.short, "stretch").replace("hs", "hes"),
+                LEAST_STRETCH as f64 * self.step
+            ));
+        }
+        told
+    }
+}
