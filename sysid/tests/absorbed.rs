@@ -45,7 +45,7 @@ fn merged(states: &[&Absorbed]) -> Absorbed {
 
 #[test]
 fn merging_is_one_pass_in_any_order_and_through_files() {
-    let [a, b, c] = [1, 2, 3].map(|seed| absorbed(&csv(seed, 40_000)));
+    let [a, b, c] = [1, 2, 3].map(|seed| absorbed(&csv(seed, 24_000)));
     let order = IdentifyOptions { order: Some(2), ..IdentifyOptions::default() };
     let one = merged(&[&a, &b, &c]).identify(&order).unwrap();
     let samples = one.evidence.estimation_samples + one.evidence.validation_samples;
@@ -83,7 +83,7 @@ fn the_model_is_that_of_the_log_and_offsets_cost_nothing() {
         let at = |p: &Plant| model(p).frequency_response(0, 0, TAU * hz * p.discrete.sample_time_s);
         let (a, b) = (at(&plant), at(&whole));
         let apart = (a.0 - b.0).hypot(a.1 - b.1) / b.0.hypot(b.1);
-        assert!(apart < 0.01, "{hz} Hz: {apart}");
+        assert!(apart < 0.02, "{hz} Hz: {apart}");
     }
     assert_eq!(plant.order(), whole.order());
     assert!(model(&plant).spectral_radius() < 1.0);
