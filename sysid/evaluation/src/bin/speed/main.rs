@@ -4,15 +4,19 @@
 //! Times are processor times of one thread, medians of several turns. The system is a seeded one of
 //! order 4 with one input and one output; its output carries white noise of a fifth of its size.
 
+mod conditioning;
+mod memory;
+mod others;
+
 use clap::Parser;
 use faer::MatRef;
-use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode};
+use std::path::Path;
+use std::process::ExitCode;
 use sysid::subspace::{Factor, noise_model, shift_realization, structured_bd, subspace};
 use sysid::{DataSet, Innovation, Method, StateSpace, fit_percent, simulate};
-use sysid_evaluation::measure::{median, peak_memory, processor_time_s};
-use sysid_evaluation::peers::{PeerModel, Peers, read_signals, write_signals};
-use sysid_evaluation::{Random, markov_distance};
+use sysid_evaluation::Random;
+use sysid_evaluation::measure::{median, processor_time_s};
+use sysid_evaluation::peers::{PeerModel, Peers, write_signals};
 
 const HORIZON: usize = 15;
 const ORDER: usize = 4;
@@ -35,7 +39,7 @@ struct Arguments {
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let done = match arguments.memory {
-        Some(values) => memory_of(&values),
+        Some(values) => memory::memory_of(&values),
         None => report(),
     };
     match done {
@@ -129,11 +133,11 @@ fn report() -> Outcome<()> {
         }
         line(&signals, turns, runs, peers.as_mut())?;
     }
-    memory(&path, SIZES[3].0);
+    memory::memory(&path, SIZES[3].0);
     fits(&path, peers.as_mut())?;
-    ill_conditioned(&path, peers.as_mut())?;
-    others(&path, peers.as_mut())?;
-    octave(&path)
+    conditioning::ill_conditioned(&path, peers.as_mut())?;
+    others::others(&path, peers.as_mut())?;
+    others::octave(&path)
 }
 
 /// Mean processor seconds of a few runs.
@@ -233,173 +237,6 @@ fn fits(path: &Path, mut peers: Option<&mut Peers>) -> Outcome<()> {
             cell(&all[2]),
             cell(&all[3])
         );
-    }
-    Ok(())
-}
-
-/// Peak memory of this program with only the signals loaded and with the model computed.
-fn memory(path: &Path, count: usize) {
-    let peak = |what: &str| -> Outcome<f64> {
-        let path: PathBuf = path.into();
-        let output = Command::new(std::env::current_exe()?)
-            .args(["--memory", what])
-            .arg(path)
-            .arg(count.to_string())
-            .output()?;
-        let text = String::from_utf8_lossy(&output.stdout).trim().to_owned();
-        text.parse().map_err(|_| format!("the system does not tell the peak memory: {text}").into())
-    };
-    match (peak("loaded"), peak("model")) {
-        (Ok(loaded), Ok(computed)) => println!(
-            "\nPeak memory at N = {count}: {:.2} MB with the signals loaded, {:.2} MB with factor and model, {:.2} MB more (aim: below 4)",
-            loaded / 1e6,
-            computed / 1e6,
-            (computed - loaded) / 1e6
-        ),
-        (Err(problem), _) | (_, Err(problem)) => println!("\nPeak memory left out: {problem}"),
-    }
-}
-
-fn memory_of(values: &[String]) -> Outcome<()> {
-    let [what, path, count] = values else { return Err("three values are needed".into()) };
-    let (u, y) = read_signals(Path::new(path), count.parse()?)?;
-    if what == "model" {
-        std::hint::black_box(ours(&u, &y)?);
-    }
-    std::hint::black_box((&u, &y));
-    println!("{}", peak_memory().ok_or("no /proc/self/status")?);
-    Ok(())
-}
-
-/// Inputs of less and less power at high frequencies.
-fn ill_conditioned(path: &Path, mut peers: Option<&mut Peers>) -> Outcome<()> {
-    const COUNT: usize = 20_000;
-    const CASES: [(usize, f64); 9] = [
-        (0, 1e-3),
-        (3, 1e-3),
-        (0, 1e-7),
-        (4, 1e-8),
-        (6, 1e-8),
-        (9, 1e-11),
-        (12, 1e-11),
-        (4, 0.0),
-        (9, 0.0),
-    ];
-    println!(
-        "\nIll-conditioned data: white noise through so many low-pass filters as input, N = {COUNT}; MOESP"
-    );
-    println!(
-        "| filters | noise | factor by | horizon | Markov parameters off here | SLICOT, QR | SLICOT, Cholesky | fit here, % | fit SLICOT QR, % |"
-    );
-    println!("|---|---|---|---|---|---|---|---|---|");
-    let truth = truth();
-    for (filters, noise) in CASES {
-        let mut random = Random(99);
-        let mut u = white(COUNT, &mut random);
-        for _ in 0..filters {
-            let (mut last, mut state) = (0.0, 0.0);
-            for x in &mut u {
-                // (1 + z⁻¹)/(1 − 0.6 z⁻¹)/5: nothing is left at the highest frequency.
-                state = 0.6 * state + 0.2 * (*x + last);
-                last = *x;
-                *x = state;
-            }
-        }
-        let signals = drive(u, noise, &mut random);
-        write_signals(path, &signals.u, &signals.y)?;
-        let off = |m: &StateSpace| markov_distance(&truth, m, 30);
-        let mut cells = vec!["–".to_string(); 3];
-        if let Some(peers) = peers.as_deref_mut() {
-            peers.load(path, COUNT)?;
-            for (k, algorithm) in ['Q', 'C'].into_iter().enumerate() {
-                match peers.slicot(HORIZON, ORDER, algorithm, 1) {
-                    Ok(found) => {
-                        cells[k] = format!("{:.1e}", off(&found.model.model));
-                        if k == 0 {
-                            cells[2] = format!("{:.4}", fit(&found.model.model, &signals));
-                        }
-                    }
-                    Err(problem) => cells[k] = problem,
-                }
-            }
-        }
-        let factor = Factor::of_signals(&[(row(&signals.u), row(&signals.y))], HORIZON, 1.0);
-        match factor.and_then(|f| model(&f, Method::Moesp).map(|m| (f, m))) {
-            Ok((factor, found)) => println!(
-                "| {filters} | {noise:e} | {} | {} | {:.1e} | {} | {} | {:.4} | {} |",
-                factor.conditioning,
-                factor.horizon,
-                off(&found.model),
-                cells[0],
-                cells[1],
-                fit(&found.model, &signals),
-                cells[2]
-            ),
-            Err(problem) => println!(
-                "| {filters} | {noise:e} | {problem} | | | {} | {} | | {} |",
-                cells[0], cells[1], cells[2]
-            ),
-        }
-    }
-    Ok(())
-}
-
-/// Packages that need far more time, at sizes they can do.
-fn others(path: &Path, peers: Option<&mut Peers>) -> Outcome<()> {
-    let Some(peers) = peers else { return Ok(()) };
-    println!("\nOthers, one run; ms");
-    println!("| package | samples | time | here | fit, % | fit here, % |");
-    println!("|---|---|---|---|---|---|");
-    for (name, count) in [("sippy", 1_000), ("sippy", 10_000), ("nfoursid", 1_000)] {
-        let mut random = Random(count as u64);
-        let u = white(count, &mut random);
-        let signals = drive(u, NOISE, &mut random);
-        write_signals(path, &signals.u, &signals.y)?;
-        peers.load(path, count)?;
-        let (here, mine) = timed(5, || ours(&signals.u, &signals.y));
-        let mine = fit(&mine?.1.model, &signals);
-        match peers.other(name, HORIZON, ORDER) {
-            Ok(found) => println!(
-                "| {name} | {count} | {:.1} | {:.3} | {:.3} | {mine:.3} |",
-                1e3 * found.seconds,
-                1e3 * here,
-                fit(&found.model.model, &signals)
-            ),
-            Err(problem) => {
-                println!("| {name} | {count} | {problem} | {:.3} | | {mine:.3} |", 1e3 * here)
-            }
-        }
-    }
-    Ok(())
-}
-
-/// Octave's `n4sid` where Octave and its package `control` are installed.
-fn octave(path: &Path) -> Outcome<()> {
-    const COUNT: usize = 10_000;
-    let mut random = Random(COUNT as u64);
-    let u = white(COUNT, &mut random);
-    let signals = drive(u, NOISE, &mut random);
-    write_signals(path, &signals.u, &signals.y)?;
-    let script = format!(
-        "pkg load control; f = fopen('{}'); u = fread(f, {COUNT}, 'double'); y = fread(f, {COUNT}, 'double'); d = iddata(y, u, 1); n4sid(d, {ORDER}, 's', {HORIZON}); t = cputime; for k = 1:5 n4sid(d, {ORDER}, 's', {HORIZON}); end; printf('%g', (cputime - t) / 5)",
-        path.display()
-    );
-    let run = Command::new("octave-cli")
-        .args(["--quiet", "--norc", "--eval", &script])
-        .env("OMP_NUM_THREADS", "1")
-        .env("OPENBLAS_NUM_THREADS", "1")
-        .output();
-    match run {
-        Ok(output) if output.status.success() => {
-            let seconds: f64 = String::from_utf8_lossy(&output.stdout).trim().parse()?;
-            let (here, _) = timed(5, || ours(&signals.u, &signals.y));
-            println!("| Octave n4sid | {COUNT} | {:.1} | {:.3} | | |", 1e3 * seconds, 1e3 * here);
-        }
-        Ok(output) => {
-            let said = String::from_utf8_lossy(&output.stderr);
-            println!("left out: Octave: {}", said.lines().next().unwrap_or("it failed"));
-        }
-        Err(problem) => println!("left out: Octave (octave-cli): {problem}"),
     }
     Ok(())
 }

@@ -1,0 +1,95 @@
+//! `cargo xtask evaluate long_log`: a log of some hundred megabytes absorbed in chunks, alone and in
+//! two files that are merged, in time and peak memory.
+
+use clap::Parser;
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::Path;
+use sysid::{AbsorbOptions, Absorbed, IdentifyOptions, LogFile};
+use sysid_evaluation::Drive;
+use sysid_evaluation::measure::{peak_memory, processor_time_s};
+
+/// A long log, absorbed.
+#[derive(Parser)]
+struct Arguments {
+    /// Size of the log
+    #[arg(long, default_value_t = 300)]
+    megabytes: usize,
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let arguments = Arguments::parse();
+    let folder = tempfile::tempdir()?;
+    let [long, short] = ["long.csv", "short.csv"].map(|name| folder.path().join(name));
+    let size = write(&long, 1_000_000 * arguments.megabytes)?;
+    write(&short, 10_000_000)?;
+    // The program's own memory with a log of 10 MB: what grows with the log is beyond that.
+    let base = absorb(&short)?;
+    let before = peak_memory().ok_or("the system does not tell the peak memory")?;
+    let start = processor_time_s();
+    let mut all = absorb(&long)?;
+    let seconds = processor_time_s() - start;
+    let peak = peak_memory().unwrap_or_default();
+    let (estimation, held_out) = all.samples();
+    println!(
+        "{:.0} MB of CSV, {} samples: absorbed in {seconds:.1} s of processor time ({:.0} MB/s)",
+        size * 1e-6,
+        estimation + held_out,
+        size * 1e-6 / seconds
+    );
+    println!(
+        "peak memory of the program {:.1} MB, after a log of 10 MB {:.1} MB; the factor is a file of {:.0} kB",
+        peak * 1e-6,
+        before * 1e-6,
+        formats_size(&all)
+    );
+    all.merge(base)?;
+    let start = processor_time_s();
+    let plant = all.identify(&IdentifyOptions::default())?;
+    println!(
+        "merged with another and identified in {:.2} s: order {}, {:.2} % on held-out windows",
+        processor_time_s() - start,
+        plant.order(),
+        plant.evidence.fit.validation
+    );
+    Ok(())
+}
+
+/// Kilobytes of the file.
+fn formats_size(state: &Absorbed) -> f64 {
+    let file = state.to_file();
+    1e-3 * (file.estimation.len() + file.validation.len()) as f64
+}
+
+fn absorb(path: &Path) -> Result<Absorbed, Box<dyn std::error::Error>> {
+    let file = LogFile { name: path.display().to_string(), reader: Box::new(File::open(path)?) };
+    Ok(Absorbed::of_log(file, &AbsorbOptions::default())?)
+}
+
+/// Writes drive after drive on one clock; the bytes written.
+fn write(path: &Path, bytes: usize) -> Result<f64, Box<dyn std::error::Error>> {
+    const ROWS: usize = 60_000;
+    const STEP: f64 = 0.01;
+    let mut out = BufWriter::new(File::create(path)?);
+    let (mut written, mut part) = (0, 0);
+    while written < bytes {
+        let drive = Drive { sample_time: STEP, delay: 0.0, servo: 0.0, noise: 0.002, seed: part };
+        for (k, line) in drive.record(ROWS).csv().lines().enumerate() {
+            if k == 0 {
+                if part == 0 {
+                    writeln!(out, "{line}")?;
+                }
+                continue;
+            }
+            let rest = line.split_once(',').map_or("", |(_, rest)| rest);
+            // Between drives the logger rests for ten seconds.
+            let t = STEP * (k - 1) as f64 + part as f64 * (STEP * ROWS as f64 + 10.0);
+            writeln!(out, "{t:.2},{rest}")?;
+            written += rest.len() + 10;
+        }
+        part += 1;
+    }
+    out.flush()?;
+    drop(out);
+    Ok(std::fs::metadata(path)?.len() as f64)
+}
