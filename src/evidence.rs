@@ -176,7 +176,9 @@ fn judgement(e: &Evidence) -> String {
                 }
                 .to_owned(),
                 of_band(departures, b, |d| format!("×{:.2}", d.gain_ratio)),
-                of_band(departures, b, |d| format!("{:+.0}°", d.phase_ahead_rad.to_degrees())),
+                of_band(departures, b, |d| {
+                    format!("{:+.0}°", d.phase_ahead_rad.to_degrees().round() + 0.0)
+                }),
             ]);
         }
         let _ = write!(text, "\n{bands}\n");

@@ -44,7 +44,8 @@ fn a_delay_is_found_to_a_hundredth_of_a_second() {
             let error = (found.seconds - delay).abs();
             assert!(error < 0.01, "{delay} {servo} {seed}: {found:?}");
             assert!(error < 4.0 * found.standard_error_s + 0.001, "{delay} {seed}: {found:?}");
-            assert!(found.standard_error_s < 0.015 && found.evidence > 6.0, "{found:?}");
+            // The noisier records cannot tell all of it from an actuator's lag, and say so.
+            assert!(found.standard_error_s < 0.02 && found.evidence > 6.0, "{found:?}");
         }
     }
 }
@@ -71,6 +72,32 @@ fn where_noise_hides_which_is_which_delay_and_lag_are_one() {
         let between = (0.11..=0.18).contains(&found.seconds);
         assert!(found.seconds == 0.0 || between, "{found:?}");
     }
+}
+
+/// A servo's lag that the noise hides is taken into the delay. The stated error covers that: over
+/// seeds, sample times and levels of noise, the truth lies within two standard errors as often as it
+/// should.
+#[test]
+fn the_stated_error_holds_what_a_lag_can_stand_for() {
+    let (mut inside, mut all, mut widest) = (0, 0, 0.0_f64);
+    for seed in 1..=6 {
+        for (noise, sample_time) in [(0.002, 0.04), (0.01, 0.01), (0.02, 0.02)] {
+            let drive = Drive { delay: 0.12, servo: 0.05, noise, sample_time, seed };
+            let found = estimate(&drive);
+            let error = (found.estimate_s - 0.12).abs();
+            all += 1;
+            inside += usize::from(error <= 2.0 * found.standard_error_s + 1e-3);
+            if found.seconds > 0.0 {
+                widest = widest.max(found.standard_error_s);
+            }
+            if error > 2.0 * found.standard_error_s + 1e-3 {
+                println!("{noise} {sample_time} {seed}: {found:?}");
+            }
+        }
+    }
+    println!("{inside} of {all} within two standard errors, the widest {widest:.3} s");
+    assert!(inside as f64 >= 0.9 * f64::from(all as u32), "{inside} of {all}");
+    assert!(widest < 0.06, "{widest}");
 }
 
 /// The drives in the repository; none of them has a delay beside the servo's lag.

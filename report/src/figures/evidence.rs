@@ -168,11 +168,11 @@ pub fn poles_and_zeros(map: &PoleZeroMap) -> Figure {
         circle,
         Style::line(GREY).width(1.0),
     ));
-    z = z.with(crosses("pole", &plane(|m| Some(m.discrete), &map.poles), 0.04)).with(rings(
-        "zero",
-        &near(plane(|m| Some(m.discrete), &map.zeros), 2.0),
-        0.04,
-    ));
+    z = z.with(crosses("pole", &plane(|m| Some(m.discrete), &map.poles), 0.04));
+    let zeros = near(plane(|m| Some(m.discrete), &map.zeros), 2.0);
+    if !zeros.is_empty() {
+        z = z.with(rings("zero", &zeros, 0.04));
+    }
     let within: Vec<_> =
         map.zeros.iter().filter(|m| m.discrete[0].hypot(m.discrete[1]) <= 2.0).collect();
     let of = |modes: &[&Mode]| -> Vec<(f64, f64)> {
@@ -248,6 +248,10 @@ fn ellipse(at: [f64; 2], spread: Spread, factor: (f64, f64), mirrored: bool) -> 
     let first = spread.variance_re.max(0.0).sqrt();
     let across = if first > 0.0 { spread.covariance / first } else { 0.0 };
     let second = (spread.variance_im - across * across).max(0.0).sqrt();
+    if real && !mirrored {
+        let (x, y) = (factor.0 * radius * first, factor.1 * radius * first);
+        return vec![(at[0] - x, at[1] - y), (at[0] + x, at[1] + y), GAP];
+    }
     let point = |k: i32| {
         let (sin, cos) = (TAU * f64::from(k) / 72.0).sin_cos();
         let (x, y) = (radius * first * cos, radius * (across * cos + second * sin));

@@ -4,7 +4,7 @@
 //! least-squares problem, and Levenberg–Marquardt steps move poles and delay on what it leaves.
 
 use super::lags::Quadratic;
-use super::response::{basis, polynomial};
+use super::response::{basis, polynomial, with_pole};
 
 /// A model with its cost; times in samples.
 #[derive(Debug, Clone)]
@@ -37,6 +37,8 @@ pub(super) struct Search<'a> {
     /// Longest delay, samples.
     pub(super) most: f64,
     pub(super) zeros: Zeros,
+    /// Time constant of a lag that every model has beside its poles, samples; 0 for none.
+    pub(super) lag: f64,
 }
 
 impl Search<'_> {
@@ -135,10 +137,14 @@ fn bound(x: &mut [f64], most: f64) {
 fn left(search: &Search<'_>, x: &[f64]) -> Vec<f64> {
     let q = search.q;
     let n = x.len() - 1;
-    let columns = basis(&polynomial(&x[..n]), x[n], q.target.len());
+    let mut a = polynomial(&x[..n]);
+    if search.lag > 0.0 {
+        a = with_pole(&a, 1.0 / search.lag);
+    }
+    let columns = basis(&a, x[n], q.target.len());
     let mut residual = q.target.clone();
     let mut orthogonal: Vec<Vec<f64>> = Vec::with_capacity(n);
-    for column in columns.into_iter().skip(n - search.numerators(n)) {
+    for column in columns.into_iter().skip(a.len() - search.numerators(n)) {
         let mut c = q.times(&column);
         let full = squares(&c);
         without(&mut c, &orthogonal);

@@ -169,3 +169,17 @@ fn whitened(x: &[f64], a: &[f64]) -> Vec<f64> {
     let reversed: Vec<f64> = a.iter().rev().copied().collect();
     (a.len()..x.len()).map(|t| x[t] - dot(&reversed, &x[t - a.len()..t])).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whitening_takes_the_past_in_its_order() {
+        // x(t) − 0.5 x(t−1) + 0.2 x(t−2).
+        let got = whitened(&[1.0, 2.0, 4.0, -3.0], &[0.5, -0.2]);
+        let expected = [4.0 - 1.0 + 0.2, -3.0 - 2.0 + 0.4];
+        assert!(got.iter().zip(expected).all(|(g, e)| (g - e).abs() < 1e-15), "{got:?}");
+        assert_eq!(got.len(), 2);
+    }
+}

@@ -35,6 +35,8 @@ const POSITIVE: f64 = 2.0;
 const LEAST_SAMPLES: f64 = 0.25;
 /// Largest standard error of a delay that is used, s: at 2 Hz, a fifth of a radian of phase.
 const LARGEST_ERROR_S: f64 = 0.015;
+/// Longest lag of a steering actuator that is thought of, s.
+const LONGEST_LAG_S: f64 = 0.1;
 /// Steps of a search.
 const FINE: usize = 30;
 /// Standard errors by which a delay must differ from none.
@@ -47,9 +49,10 @@ pub struct Delay {
     pub seconds: f64,
     /// Delay of the best model that has one, s.
     pub estimate_s: f64,
-    /// Its standard error, s, from the curvature of the squared error, what the model leaves
-    /// unexplained, and how the models of other orders differ; infinite where the data do not determine
-    /// it.
+    /// Its standard error, s: from the curvature of the squared error, what the model leaves
+    /// unexplained and how the models of other orders differ, or from what an actuator's lag can
+    /// stand for, whichever is larger; infinite where the data do not determine it. The sum of delay
+    /// and lags is known better.
     pub standard_error_s: f64,
     /// Order of that model.
     pub order: usize,
@@ -89,7 +92,7 @@ pub fn estimate_delay(data: &DataSet) -> Result<Delay, Error> {
     }
     let most = (LONGEST_S / sample).min(lags as f64 / 3.0);
     let q = Quadratic::new(data, lags)?;
-    let search = Search { q: &q, most, zeros: Zeros::Vehicle };
+    let search = Search { q: &q, most, zeros: Zeros::Vehicle, lag: 0.0 };
     let models = models(&search);
     let free = Search { zeros: Zeros::Free, ..search };
     let others = models.iter().map(|(none, _)| Fit::new(&free, &none.parameters, 0.0, false, FINE));
@@ -112,6 +115,7 @@ pub fn estimate_delay(data: &DataSet) -> Result<Delay, Error> {
     let other = others.iter().map(|fit| deviance(fit) + count(&free, fit) * n.ln());
     let other = other.fold(f64::INFINITY, f64::min) - j1;
     let error = spread(&search, &models, best, |fit| bayes(fit, 1.0) - j1);
+    let split = if error.is_finite() { split(&search, best, sample, &deviance) } else { 0.0 };
     let evidence = j0 - j1;
     let taken = evidence > STRONG
         && other > POSITIVE
@@ -121,7 +125,7 @@ pub fn estimate_delay(data: &DataSet) -> Result<Delay, Error> {
     Ok(Delay {
         seconds: if taken { best.delay * sample } else { 0.0 },
         estimate_s: best.delay * sample,
-        standard_error_s: error * sample,
+        standard_error_s: error.max(split) * sample,
         order: best.order(),
         order_without: plain.order(),
         lag_without_s: sample * fastest(&plain.parameters),
@@ -152,6 +156,29 @@ fn spread(
         let noise = (q.least / q.count as f64).max(fit.excess / freedom);
         let Some(variance) = fit.delay_variance(search) else { return f64::INFINITY };
         sum += weight * (variance * noise + (fit.delay - best.delay).powi(2));
+        weights += weight;
+    }
+    (sum / weights).sqrt()
+}
+
+/// Standard deviation of the best model's delay about its value where an actuator's lag of up to
+/// [`LONGEST_LAG_S`] may stand in part for it, all of them equally plausible before the data are seen:
+/// with each, the delay is fitted anew, and weighs by its likelihood. A model without that lag takes
+/// it into the delay, and the curvature at its optimum knows nothing of that.
+fn split(search: &Search<'_>, best: &Fit, sample: f64, deviance: &impl Fn(&Fit) -> f64) -> f64 {
+    const TRIED: usize = 5;
+    const STEPS: usize = 12;
+    let (mut sum, mut weights) = (0.0, 0.5);
+    let nominal = deviance(best);
+    for k in 1..=TRIED {
+        let lag = LONGEST_LAG_S / sample * k as f64 / TRIED as f64;
+        let with_lag = Search { lag, ..*search };
+        let from = (best.delay - lag).max(0.0);
+        let fit = Fit::new(&with_lag, &best.parameters, from, true, STEPS);
+        // A better fit counts no more than the best: it is the split that is in doubt.
+        let weight = (-0.5 * (deviance(&fit) - nominal).max(0.0)).exp();
+        let weight = if k == TRIED { 0.5 * weight } else { weight };
+        sum += weight * (fit.delay - best.delay).powi(2);
         weights += weight;
     }
     (sum / weights).sqrt()

@@ -8,10 +8,12 @@
 
 /// Largest order.
 pub(super) const MOST: usize = 5;
+/// … with a lag beside.
+const SIZE: usize = MOST + 1;
 
-type Square = [[f64; MOST]; MOST];
+type Square = [[f64; SIZE]; SIZE];
 
-const ZERO: Square = [[0.0; MOST]; MOST];
+const ZERO: Square = [[0.0; SIZE]; SIZE];
 
 /// Coefficients a_1 … a_n of the characteristic polynomial sⁿ + a_1 sⁿ⁻¹ + …, which has its roots in
 /// the left half plane: a product of s² + e^{p₀} s + e^{p₁} for each pair of parameters, and of
@@ -32,9 +34,16 @@ pub(super) fn polynomial(parameters: &[f64]) -> Vec<f64> {
     a
 }
 
+/// The coefficients with another root at −p: those of (sⁿ + a_1 sⁿ⁻¹ + …)(s + p).
+pub(super) fn with_pole(a: &[f64], p: f64) -> Vec<f64> {
+    let before = std::iter::once(1.0).chain(a.iter().copied());
+    let own = a.iter().copied().chain([0.0]);
+    own.zip(before).map(|(x, b)| x + p * b).collect()
+}
+
 /// The basis: column j is the response of `count` samples from sample 1 with G = e_j.
 pub(super) fn basis(a: &[f64], delay: f64, count: usize) -> Vec<Vec<f64>> {
-    let n = a.len().min(MOST);
+    let n = a.len().min(SIZE);
     let mut f = ZERO;
     for i in 0..n {
         f[i][0] = -a[i];
@@ -55,13 +64,13 @@ pub(super) fn basis(a: &[f64], delay: f64, count: usize) -> Vec<Vec<f64>> {
         }
     }
     // H e^{Fm}, a row.
-    let mut h = [0.0; MOST];
+    let mut h = [0.0; SIZE];
     h[0] = 1.0;
     for k in whole + 1..count {
         for (j, column) in columns.iter_mut().enumerate() {
             column[k] = (0..n).map(|i| h[i] * later[i][j]).sum();
         }
-        let mut next = [0.0; MOST];
+        let mut next = [0.0; SIZE];
         for (j, x) in next.iter_mut().enumerate().take(n) {
             *x = (0..n).map(|i| h[i] * e[i][j]).sum();
         }

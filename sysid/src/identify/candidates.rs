@@ -65,6 +65,8 @@ pub(crate) struct Candidate {
     pub(crate) criterion: f64,
     /// What stability cost, where the subspace estimate was unstable.
     pub(crate) stabilised: Option<Stabilised>,
+    /// Spectral radius of the A that a refinement led to and that was not taken for it.
+    pub(crate) refused: Option<f64>,
     pub(crate) has_logarithm: bool,
     pub(crate) feedthrough: bool,
     /// Those that are made small: of the simulation, or of one-step prediction.
@@ -325,6 +327,7 @@ impl Candidate {
             validation_fit: f64::NEG_INFINITY,
             criterion: f64::INFINITY,
             stabilised: start.stabilised,
+            refused: None,
             has_logarithm: false,
             feedthrough,
             errors: start.errors,
@@ -357,7 +360,9 @@ fn refine_predictor(data: &DataSet, candidate: &mut Candidate, stop: Stop) -> Re
     let found =
         refine_prediction(&start, &x0, data, candidate.feedthrough, Focus::Prediction, stop, 1.0)?;
     let Innovation { model, gain } = found.innovation;
-    if model.spectral_radius() < 1.0 {
+    let radius = model.spectral_radius();
+    candidate.refused = (radius >= 1.0).then_some(radius);
+    if candidate.refused.is_none() {
         candidate.errors = prediction_errors(&predictor(&model, gain.as_ref()), &found.x0s, data);
         candidate.model = model;
         candidate.filtered = Some(Filtered { gain, x0: found.x0s });

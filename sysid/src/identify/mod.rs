@@ -102,6 +102,11 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
         warnings.push(format!("the model stays discrete: {reason}"));
     }
     let continuous = continuous.ok();
+    if let Some(radius) = chosen.refused {
+        warnings.push(format!(
+            "refinement by the prediction errors led to an unstable model (spectral radius {radius:.4}) and was left out: this one is as the method before it gave it"
+        ));
+    }
     if let Some(s) = chosen.stabilised {
         let refined = if options.refine {
             format!("; refinement brought it to {:.1} %", chosen.estimation_fit)
@@ -109,8 +114,11 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
             String::new()
         };
         warnings.push(format!(
-            "the subspace estimate was unstable (spectral radius {:.4}) and has been stabilised, which took its fit to the estimation data from {:.1} to {:.1} %{refined}",
-            s.radius, s.fit_before, s.fit_after
+            "the subspace estimate was unstable (spectral radius {:.4}) and has been stabilised, which took its fit to the estimation data from {} to {:.1} %{refined}",
+            s.radius,
+            // An unstable simulation may fit by minus any number.
+            if s.fit_before > -100.0 { format!("{:.1}", s.fit_before) } else { "nothing".into() },
+            s.fit_after
         ));
     }
 

@@ -7,7 +7,8 @@
 
 use super::IdentifyOptions;
 use super::candidates::{Candidate, Filtered};
-use super::order::{Errors, sum_of_squares};
+use super::order::{Errors, errors, fit, sum_of_squares};
+use super::starts::Stabilised;
 use crate::closed_loop::{Criterion, Decomposition, Method, decompose, factor, past_horizon};
 use crate::model::{Innovation, StateSpace, predictions, predictor, predictor_state};
 use crate::stability::largest_radius;
@@ -101,6 +102,12 @@ impl<'a> Predicted<'a> {
         if !sum_of_squares(&errors).is_finite() {
             return Err(Error::NoModel { problem: "the predictor overflows".into() });
         }
+        // Held down to the radius, or near it by itself: which, the data without the penalty tell.
+        let stabilised = if model.spectral_radius() > 0.99 * radius {
+            decomposition.model(order).ok().and_then(|free| self.stabilised(&free.model, &model))
+        } else {
+            None
+        };
         Ok(Candidate {
             approach: method.into(),
             realization: Realization::Eq12,
@@ -112,10 +119,32 @@ impl<'a> Predicted<'a> {
             estimation_fit: f64::NEG_INFINITY,
             validation_fit: f64::NEG_INFINITY,
             criterion: f64::INFINITY,
-            stabilised: None,
+            stabilised,
+            refused: None,
             has_logarithm: false,
             feedthrough,
             errors,
+        })
+    }
+}
+
+impl Predicted<'_> {
+    /// What stability took of the simulation fit, where the data's own A is unstable.
+    fn stabilised(&self, free: &StateSpace, stable: &StateSpace) -> Option<Stabilised> {
+        let radius = free.spectral_radius();
+        let simulated = |model: &StateSpace| {
+            let x0: Result<Vec<_>, _> = self
+                .data
+                .segments()
+                .iter()
+                .map(|s| initial_state(model, s.u.as_ref(), s.y.as_ref()))
+                .collect();
+            x0.map_or(f64::NEG_INFINITY, |x0| fit(self.data, &errors(model, &x0, self.data)))
+        };
+        (radius >= 1.0).then(|| Stabilised {
+            radius,
+            fit_before: simulated(free),
+            fit_after: simulated(stable),
         })
     }
 }

@@ -278,6 +278,52 @@ mod tests {
         assert_eq!((r.first_lag, c.first_lag), (1, -2));
         assert!((q.statistic - 0.9347453981286835).abs() < 1e-8, "{}", q.statistic);
         assert!((q.bound / 15.08627246938899 - 1.0).abs() < 3e-3);
+        assert!((r.bound * 300_f64.sqrt() - 2.575_829_3).abs() < 1e-6, "{}", r.bound);
+    }
+
+    /// Against least squares written out, in two stretches.
+    #[test]
+    fn news_is_what_least_squares_leaves() {
+        let state = &mut 11;
+        let x = coloured(300, 0.9, state);
+        let stretches = [&x[..120], &x[120..]];
+        let order = 3;
+        let mean = x.iter().sum::<f64>() / 300.0;
+        let at = |s: &[f64], t: usize| s[t] - mean;
+        let rows: Vec<(Vec<f64>, f64)> = stretches
+            .iter()
+            .flat_map(|s| {
+                (order..s.len()).map(|t| ((1..=order).map(|i| at(s, t - i)).collect(), at(s, t)))
+            })
+            .collect();
+        let past = Mat::from_fn(rows.len(), order, |i, j| rows[i].0[j]);
+        let now = Mat::from_fn(rows.len(), 1, |i, _| rows[i].1);
+        let weights = crate::dense::least_squares(past.as_ref(), now.as_ref(), 1e-14).unwrap();
+        let left = &now - &past * &weights;
+        let got = news(&stretches, order).concat();
+        assert_eq!(got.len(), rows.len());
+        for (i, g) in got.iter().enumerate() {
+            assert!((g - left[(i, 0)]).abs() < 1e-6, "{i}: {g} {}", left[(i, 0)]);
+        }
+    }
+
+    /// An answer after one sample is found at that lag, by a test of that lag alone.
+    #[test]
+    fn feedback_is_looked_for_at_its_lag() {
+        let state = &mut 21;
+        let (e, u) = (white(3000, state), white(3000, state));
+        let answer = |after: usize| -> Vec<f64> {
+            (0..3000).map(|t| u[t] + if t >= after { 0.3 * e[t - after] } else { 0.0 }).collect()
+        };
+        assert!(!feedback(&[&e], &[&answer(1)], 1).pass);
+        assert!(feedback(&[&e], &[&answer(2)], 1).pass && feedback(&[&e], &[&answer(0)], 1).pass);
+    }
+
+    #[test]
+    fn the_lag_window_is_parzens() {
+        for (x, w) in [(0.0, 1.0), (0.25, 0.71875), (0.5, 0.25), (-0.75, 0.03125), (1.0, 0.0)] {
+            assert!((parzen(x) - w).abs() < 1e-15, "{x}");
+        }
     }
 
     /// Tests at 99 % fail on 1 % of seeds where there is nothing to find, with white residuals as

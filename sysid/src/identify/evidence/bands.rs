@@ -3,9 +3,9 @@
 //! Within a band the gain is estimated from all its frequencies together, weighted by the input's
 //! power; with noise of density S_v its standard error is
 //!
-//! `σ² = Σ S_u S_v / (Σ S_u)² · 1.5/(2 n_d)`,
+//! `σ² = Σ S_u S_v / (Σ S_u)² · κ/(2 n_d)`,
 //!
-//! 1.5 being the frequencies that von Hann's window couples (its noise bandwidth). n_d grows with the
+//! κ, up to 1.94, for the neighbouring frequencies that von Hann's window [couples](coupling). n_d grows with the
 //! time recorded, so σ falls with its square root as long as the drive stays alike.
 
 use super::{INFORMATIVE, Modelled, rounded};
@@ -18,10 +18,16 @@ use formats::{ExcitationBand, Information, Persistence};
 pub(super) const ENDS: [f64; 7] = [0.0, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0];
 /// A gain known to this share of itself is known.
 const KNOWN: f64 = 0.2;
-/// Noise bandwidth of von Hann's window, in distances of two frequencies.
-pub(super) const COUPLED: f64 = 1.5;
+/// By how much the mean of so many neighbouring cross densities scatters more than that of as many
+/// independent ones: transforms with von Hann's window correlate by 2/3 at the next frequency and by
+/// 1/6 at the one after it, their products with independent noise by the squares.
+pub(super) fn coupling(frequencies: usize) -> f64 {
+    let n = frequencies.max(1) as f64;
+    let apart = |k: f64, correlation: f64| (1.0 - k / n).max(0.0) * correlation * correlation;
+    1.0 + 2.0 * (apart(1.0, 2.0 / 3.0) + apart(2.0, 1.0 / 6.0))
+}
 
-/// Whether a frequency belongs to the band between two ends, of which the upper is its.
+/// Whether a frequency belongs to the band between two ends, of which the lower is its.
 pub(super) fn inside(ends: &[f64], frequency_hz: f64) -> bool {
     let f = frequency_hz * (1.0 + 1e-9);
     f > ends[0] && f <= ends[1]
@@ -43,7 +49,7 @@ pub(crate) fn bands(spectra: &Spectra, modelled: &Modelled<'_>) -> Vec<Excitatio
             let noise = sum(&|k| spectra.noise(k));
             let explained = if output > 0.0 { 1.0 - noise / output } else { 0.0 };
             let variance = sum(&|k| spectra.input[k] * spectra.noise(k)) / (input * input)
-                * COUPLED.min(bins.len() as f64)
+                * coupling(bins.len())
                 / (2.0 * spectra.averages.max(1.0));
             let model_power = sum(&|k| {
                 let (re, im) = modelled.response(spectra.frequency_hz[k], sample_time_s);

@@ -1,8 +1,8 @@
 //! What is to be said, and done, where the model departs from the measured response.
 
-use super::verdict::{Drive, SWEEP};
+use super::verdict::{Drive, LINEAR, SWEEP};
 use crate::identify::IdentifyOptions;
-use formats::{BandDeparture, Evidence, InputKind};
+use formats::{BandDeparture, Evidence};
 
 /// Beyond that share, less what chance can do, no controller should be designed on the model: a sixth
 /// of a turn of the margins' usual 60° is 17°, and as much in gain (see [`super::departure`]).
@@ -64,14 +64,18 @@ pub(super) fn mend(
     options: &IdentifyOptions,
     departed: &[BandDeparture],
 ) -> Vec<String> {
-    let Some(worst) = departed.iter().max_by(|a, b| a.departure.total_cmp(&b.departure)) else {
+    if departed.is_empty() {
         return Vec::new();
+    }
+    let told = |b: &BandDeparture| {
+        let degrees = b.phase_ahead_rad.to_degrees().round() + 0.0;
+        format!("×{:.2} and {degrees:+.0}° from {} to {} Hz", b.gain_ratio, b.from_hz, b.to_hz)
     };
-    let told = |b: &BandDeparture| format!("against the measured response, {}", in_words(b));
-    let forbids = too_far(departed).is_some();
-    // What the summary says is not said twice.
-    let said = |b: &&BandDeparture| !(forbids && steered(b) && b.departure == worst.departure);
-    let mut out: Vec<String> = departed.iter().filter(said).map(told).collect();
+    let all: Vec<String> = departed.iter().map(told).collect();
+    let mut out = vec![format!(
+        "against the measured response, the model's gain and phase are {}",
+        all.join(", ")
+    )];
     let mut causes = Vec::new();
     if options.order.is_some() {
         causes.push("an order that is too low: leave --order out, or raise it".to_owned());
@@ -80,12 +84,8 @@ pub(super) fn mend(
         causes.push("a delay that is not the vehicle's: leave --delay out".to_owned());
     }
     if drive.speed_spread > 0.2 {
-        causes.push(match options.input_kind {
-            InputKind::Steering => {
-                "a speed that changes: identify a --speed-window, or --structure bicycle".to_owned()
-            }
-            InputKind::SteeringTimesSpeed => "a speed that changes".to_owned(),
-        });
+        let cause = "a speed that changes: take a --speed-window, or --structure bicycle";
+        causes.push(cause.to_owned());
     }
     let fed_back = |t: &formats::ResidualTest| !t.pass;
     if evidence.feedback.as_ref().is_some_and(fed_back)
@@ -96,7 +96,13 @@ pub(super) fn mend(
                 .to_owned(),
         );
     }
-    causes.push("tyres beyond their linear range: steer less".to_owned());
+    // Twice the standard deviation is what the drive's stronger turns have.
+    if 2.0 * drive.speed_mps * evidence.excitation.yaw_rate_std_radps > LINEAR {
+        causes.push("tyres beyond their linear range: steer less".to_owned());
+    }
+    if causes.is_empty() {
+        causes.push("an effect that a linear model of this order leaves out".to_owned());
+    }
     out.push(format!("behind such a departure may stand {}", causes.join("; ")));
     out
 }

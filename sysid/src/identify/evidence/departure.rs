@@ -6,7 +6,7 @@
 //! `ρ = Σ S_u G* Ĝ / Σ S_u |G|²`
 //!
 //! is the complex factor that brings the model to the measurement, whose real and imaginary part
-//! scatter, with noise of density S_v, by `σ² = Σ S_u |G|² S_v / (Σ S_u |G|²)² · 1.5/(2 n_d)` each (as
+//! scatter, with noise of density S_v, by `σ² = Σ S_u |G|² S_v / (Σ S_u |G|²)² · κ/(2 n_d)` each (as
 //! in [`super::bands`]). Many frequencies together tell small departures from chance, and one outlier
 //! does not make one.
 //!
@@ -15,7 +15,7 @@
 //! Postlethwaite 2005, section 7.5); |T| is at most about 1.3 in a loop with little overshoot, and
 //! below half of that share its margins remain ones.
 
-use super::bands::{COUPLED, inside};
+use super::bands::{coupling, inside};
 use super::{INFORMATIVE, Modelled, rounded};
 use crate::signal::Spectra;
 use formats::BandDeparture;
@@ -32,7 +32,7 @@ pub(crate) fn departures(
         .windows(2)
         .filter_map(|ends| {
             let (mut factor, mut power, mut scatter) = ((0.0, 0.0), 0.0, 0.0);
-            let (mut noise, mut output, mut count) = (0.0, 0.0, 0.0);
+            let (mut noise, mut output, mut count) = (0.0, 0.0, 0);
             for k in (0..measured.len()).filter(|k| inside(ends, spectra.frequency_hz[*k])) {
                 let model = modelled.response(spectra.frequency_hz[k], sample_time_s);
                 let (u, v) = (spectra.input[k], spectra.noise(k));
@@ -43,7 +43,7 @@ pub(crate) fn departures(
                 scatter += u * size * v;
                 noise += v;
                 output += spectra.output[k];
-                count += 1.0;
+                count += 1;
             }
             let significant = spectra.significance(0.01).max(INFORMATIVE);
             if !(power > 0.0 && noise < (1.0 - significant) * output) {
@@ -51,7 +51,7 @@ pub(crate) fn departures(
             }
             let (re, im) = (factor.0 / power, factor.1 / power);
             let size = re.hypot(im);
-            let coupled = COUPLED.min(count) / (2.0 * spectra.averages.max(1.0));
+            let coupled = coupling(count) / (2.0 * spectra.averages.max(1.0));
             let standard_error = (scatter * coupled).sqrt() / (power * size);
             // |G − Ĝ|/|Ĝ| = |1 − ρ|/|ρ|.
             let apart = (1.0 - re).hypot(im) / size;
@@ -65,4 +65,87 @@ pub(crate) fn departures(
             })
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::bands::bands;
+    use super::*;
+    use crate::dense::row;
+    use crate::model::StateSpace;
+
+    const TS: f64 = 0.04;
+
+    fn unit() -> StateSpace {
+        StateSpace { a: row(&[0.0]), b: row(&[0.0]), c: row(&[0.0]), d: row(&[1.0]) }
+    }
+
+    fn modelled<'a>(model: &'a StateSpace, delay_s: f64) -> Modelled<'a> {
+        Modelled { model, delay_s, input: &[], simulated: &[], to_road_wheel: 1.0 }
+    }
+
+    fn noise(state: &mut u64) -> f64 {
+        let mut uniform = || {
+            *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (*state >> 33) as f64 / f64::from(1_u32 << 31)
+        };
+        (0..12).map(|_| uniform()).sum::<f64>() - 6.0
+    }
+
+    fn measured(s: &Spectra) -> Vec<(f64, f64)> {
+        (0..s.len()).map(|k| s.response(k)).collect()
+    }
+
+    /// Half the gain and 0.04 s late: the model y = u has twice the gain and is ahead; with the delay
+    /// of 0.08 s it is behind by as much.
+    #[test]
+    fn gain_and_phase_are_the_models_against_the_measured() {
+        let state = &mut 3;
+        let u: Vec<f64> = (0..6000).map(|_| noise(state)).collect();
+        let y: Vec<f64> = (0..6000).map(|t| if t > 0 { 0.5 * u[t - 1] } else { 0.0 }).collect();
+        let s = Spectra::welch(&[(&u, &y)], TS);
+        let model = unit();
+        for (delay, sign) in [(0.0, 1.0), (2.0 * TS, -1.0)] {
+            let all = departures(&s, &modelled(&model, delay), &measured(&s), TS);
+            let band = all.iter().find(|b| b.from_hz == 1.0).unwrap();
+            let lead = std::f64::consts::TAU * 1.5 * TS;
+            assert!((band.gain_ratio - 2.0).abs() < 0.06, "{band:?}");
+            assert!((band.phase_ahead_rad - sign * lead).abs() < 0.06, "{band:?}");
+            // |2 e^{jφ} − 1|, little of it chance.
+            let apart = (2.0 * lead.cos() - 1.0).hypot(2.0 * lead.sin());
+            assert!((band.departure - apart).abs() < 0.1, "{band:?}");
+        }
+    }
+
+    /// The stated errors, of the departure and of the band's gain, are the scatter over seeds.
+    #[test]
+    fn standard_errors_of_a_band_are_the_scatter() {
+        const SEEDS: u64 = 150;
+        let model = unit();
+        let [mut gain, mut phase, mut told, mut known] = [0.0; 4];
+        for seed in 0..SEEDS {
+            let state = &mut (100 + seed);
+            let u: Vec<f64> = (0..1500).map(|_| noise(state)).collect();
+            let y: Vec<f64> = u.iter().map(|u| u + 0.5 * noise(state)).collect();
+            let s = Spectra::welch(&[(&u, &y)], TS);
+            let m = modelled(&model, 0.0);
+            let all = departures(&s, &m, &measured(&s), TS);
+            let band = all.iter().find(|b| b.from_hz == 1.0).unwrap();
+            gain += (band.gain_ratio - 1.0).powi(2);
+            phase += band.phase_ahead_rad.powi(2);
+            told += band.standard_error.powi(2);
+            let of_gain = bands(&s, &m).into_iter().find(|b| b.from_hz == 1.0).unwrap();
+            known += of_gain.relative_error.powi(2);
+        }
+        let ratio = |of: f64| (of / told).sqrt();
+        let ratios = [gain, phase, known].map(ratio);
+        println!("gain, phase, band's gain over told: {ratios:?}");
+        assert!(ratios.iter().all(|r| (0.8..1.25).contains(r)), "{ratios:?}");
+    }
+
+    #[test]
+    fn a_frequency_at_an_end_belongs_to_the_band_above() {
+        assert!(inside(&[0.5, 1.0], 0.5) && !inside(&[0.5, 1.0], 1.0));
+        assert!(inside(&[0.0, 0.2], 0.1) && !inside(&[0.0, 0.2], 0.3));
+    }
 }

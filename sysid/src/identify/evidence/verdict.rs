@@ -35,6 +35,9 @@ const LEAST_STEERING: f64 = 0.0035;
 const LEAST_BAND: f64 = 0.8;
 const GOOD_FIT: f64 = 60.0;
 const LARGEST_NOISE: f64 = 0.5;
+/// From here on the choice of the order shows in the estimate's scatter: over seeds, its 95 % bands
+/// held the truth in 83 to 87 of 100.
+const LOUD: f64 = 0.25;
 /// The rhythm to drive, Hz: what a driver can steer, and a controller needs.
 pub(super) const SWEEP: (f64, f64) = (0.2, 2.0);
 /// Time to drive, s.
@@ -43,7 +46,7 @@ const LONGEST_S: f64 = 1200.0;
 /// Gain of each band to be known to this share.
 const WANTED: f64 = 0.05;
 /// A drive stays linear up to about that lateral acceleration, m/s².
-const LINEAR: f64 = 3.0;
+pub(super) const LINEAR: f64 = 3.0;
 /// A slalom that is felt: 20° at the steering wheel of a car, at the road wheel, rad.
 const USUAL: f64 = 0.0233;
 
@@ -76,6 +79,12 @@ pub(crate) fn verdict(
     if weak || !poor.is_empty() {
         advice.extend(poor);
         advice.push(what_to_drive(evidence, drive));
+    }
+    if weak || e.noise_to_signal > LOUD {
+        advice.push(
+            "the stated uncertainty is that of the order chosen; that it was chosen on the same noise is not in it: expect errors up to twice as large from a log like this"
+                .to_owned(),
+        );
     }
     if e.noise_to_signal > LARGEST_NOISE {
         reasons.push(format!("noise is {:.0} % of the yaw rate", 100.0 * e.noise_to_signal));
@@ -309,4 +318,42 @@ fn at_limit(steering: &[f64]) -> Option<(f64, f64)> {
     let worst = if low.1 > high.1 { low } else { high };
     // Where it moves, it moves: most of the resting is at the extremes.
     (worst.1 >= SHARE && still < 0.6 && low.1 + high.1 > 0.5 * still).then_some(worst)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The sweep that is recommended, reckoned by hand: in the octave from 1 to 2 Hz (0.301 of the
+    /// sweep) a log of 60 s with 2 mrad gave the gain to 90 %. A sweep of ±46.6 mrad needs
+    /// (0.9·0.002·√(2·60/0.301)/(0.05·0.0466))² = 238 s for 5 %.
+    #[test]
+    fn the_sweep_that_is_recommended() {
+        let band = ExcitationBand {
+            from_hz: 1.0,
+            to_hz: 2.0,
+            road_wheel_std_rad: 2e-3,
+            yaw_rate_std_radps: 1e-2,
+            coherence: 0.3,
+            relative_error: 0.9,
+            information: Information::Weak,
+        };
+        let mut evidence = Evidence::default();
+        evidence.excitation.bands = vec![band];
+        let drive = Drive {
+            has_continuous: true,
+            speed_mps: 20.0,
+            speed_spread: 0.0,
+            steering_ratio: 15.0,
+            steering: &[0.0; 1500],
+            sample_time_s: 0.04,
+            order: 2,
+        };
+        let text = what_to_drive(&evidence, &drive);
+        assert!(
+            text.contains("±40° at the steering wheel, for 4 min at a steady 20 m/s"),
+            "{text}"
+        );
+        assert!(text.contains("known to ±5 % (from this log: ±90 %)"), "{text}");
+    }
 }
