@@ -127,7 +127,8 @@ pub(crate) struct SpecificationArguments {
     /// other speeds where the model holds there [default: on]
     #[arg(long, value_enum)]
     robust: Option<Switch>,
-    /// Latency to either side that must change nothing; by default 30ms where a latency is stated
+    /// Latency to either side that must change nothing; by default 30ms where a latency is stated,
+    /// a sample elsewhere
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time)]
     latency_spread: Option<f64>,
     /// Speed to either side that must change nothing, where the model holds there [default: 20%]
@@ -272,7 +273,8 @@ fn finish(options: &mut DesignOptions, stated: &Stated) {
     options.loop_delay_s = stated.yaw + stated.latency + sample;
     options.path_delay_s = path + stated.latency + 2.0 * sample;
     options.estimator_delay_s = estimator + stated.latency + 3.0 * sample;
-    let spread = if stated.latency > 0.0 { LATENCY_SPREAD } else { 0.0 };
+    // Without a measured latency, what another master would add.
+    let spread = if stated.latency > 0.0 { LATENCY_SPREAD } else { options.sample_time_s };
     if let Some(robust) = &mut options.robust {
         robust.latency_s = stated.spread.unwrap_or(spread);
     }

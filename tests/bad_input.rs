@@ -349,11 +349,34 @@ fn documents() {
     }
     let two = "package {chain}/plant.json f.json";
     refused((&[("f.json", &plant(|_| ()))], two, &["both make IdentifiedPlant.fmu"]));
+    for (content, says) in [
+        ("settling = \"1s\"\nsetling = \"1s\"\n", &["s.toml:2:1: `setling` is no requirement"]),
+        ("settling = \"1\"\n", &["s.toml:1:12: settling: a number with its unit (ms or s)"]),
+        ("settling = 1\n", &["s.toml:1:12: settling: a number with its unit"]),
+        ("overshoot = [1]\n", &["s.toml:1:13: overshoot: a text with a unit"]),
+        ("disk-margin = 3\n", &["s.toml:1:15: disk-margin: disk margin is 3"]),
+        (
+            "settling = \"1s\"\n  rise-time = \"2s\"\n",
+            &["s.toml:2:15: rise-time: a rise time of up to 2 s contradicts"],
+        ),
+        ("settling = \"1s\"\nsettling = \"2s\"\n", &["s.toml:2:1:"]),
+        ("", &["s.toml:1:1: nothing is asked for"]),
+    ] as [(&str, &[&str]); 8]
+    {
+        let line = "design {chain}/plant.json --requirements s.toml";
+        refused((&[("s.toml", content)], line, says));
+    }
     for (line, says) in [
         ("design {chain}/plant.json --settling 0s", &["settling time is 0"] as &[_]),
         ("design {chain}/plant.json --overshoot -1%", &["overshoot is -1"]),
         ("design {chain}/plant.json --max-angle 22", &["'--max-angle <ANGLE>'", "(deg or rad)"]),
         ("design {chain}/plant.json --modulus-margin 2", &["modulus margin is 2"]),
+        ("design {chain}/plant.json --settling 30ms", &["fewer than 4 samples"]),
+        ("design {chain}/plant.json --gain-margin 6", &["'--gain-margin <GAIN>'", "(dB)"]),
+        (
+            "design {chain}/plant.json --rise-time 2s",
+            &["a rise time of up to 2 s contradicts a settling time of at most 1 s"],
+        ),
         ("package {chain}/plant.json --step 0s", &["the step size is 0"]),
         ("package missing.json", &["missing.json: No such file"]),
     ] {

@@ -94,7 +94,7 @@ fn an_infeasible_specification_is_told_by_exit_1_and_the_controller_is_written()
     let folder = tempfile::tempdir().unwrap();
     let output = run(folder.path(), "design {chain}/plant.json --settling 0.1s --json");
     assert_eq!(output.status.code(), Some(1), "{}", told(&output));
-    assert!(told(&output).contains("not met: settling_time_s"), "{}", told(&output));
+    assert!(told(&output).contains("not met: settling time"), "{}", told(&output));
     let printed: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(printed, read(&folder.path().join("pid.json")));
     assert_eq!(printed["evidence"]["met"], false);

@@ -57,6 +57,7 @@ pub fn design(
     evidence
         .advice
         .extend(evidence.robustness.iter().flat_map(|r| not_everywhere(r, evidence.met)));
+    let [path_delay_s, estimator_delay_s] = options.outer_delays();
     let document = Pid {
         schema: Pid::SCHEMA.into(),
         name: format!("PID for {}", plant.name),
@@ -78,15 +79,14 @@ pub fn design(
             speed_mps: plant.speed,
             steering_ratio: plant.steering_ratio,
             loop_delay_s: options.loop_delay_s,
-            path_delay_s: options.path_delay_s,
-            estimator_delay_s: options.estimator_delay_s,
+            path_delay_s,
+            estimator_delay_s,
         },
         specification: objective.spec,
         guidance: GuidanceAdvice {
             feedforward_gain_radm: advice.feedforward_gain,
             // What the path sees is later than what the controller sees, and read as much ahead.
-            preview_time_s: advice.preview_time
-                + (options.path_delay_s - options.loop_delay_s).max(0.0),
+            preview_time_s: advice.preview_time + (path_delay_s - options.loop_delay_s),
         },
         evidence,
         provenance: provenance(source, options),

@@ -1,7 +1,7 @@
 //! The design on the nominal plant alone, which a robust one begins from.
 
 use crate::Error;
-use crate::objective::{Objective, QUICKEST, WITH_RESERVE};
+use crate::objective::{HOPELESS_WEIGHT, Objective, QUICKEST, WITH_RESERVE};
 use crate::optimise::{Effort, THOROUGH};
 use crate::requirement::{Reached, Requirement};
 use crate::search::{EXACT_DIGITS, READABLE_DIGITS, rounded, search, starts};
@@ -47,7 +47,10 @@ impl Found {
 
     /// What a requirement is missed by, summed over those asked for.
     fn missed(&self, objective: &Objective) -> f64 {
-        let missed = |(r, required): (Requirement, f64)| r.missed(required, self.reached.value(r));
+        // What is out of reach must not take the rest with it.
+        let capped = |v: f64| v.min(1.0) + HOPELESS_WEIGHT * v.max(1.0).ln();
+        let missed =
+            |(r, required): (Requirement, f64)| capped(r.missed(required, self.reached.value(r)));
         objective
             .required()
             .into_iter()

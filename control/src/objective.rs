@@ -35,23 +35,18 @@ pub(crate) const WITH_RESERVE: Aim = Aim {
     times: 0.95,
     errors: 0.8,
     margins: 0.01,
+    band: 0.8,
     gives_way: None,
     others_slow: false,
 };
 /// What is aimed at where that cannot be reached; the grid of the margins may miss a little of their
 /// minimum.
-pub(crate) const BARELY: Aim = Aim {
-    overshoot: 0.98,
-    times: 0.99,
-    errors: 0.98,
-    margins: 0.006,
-    gives_way: None,
-    others_slow: false,
-};
+pub(crate) const BARELY: Aim =
+    Aim { overshoot: 0.98, times: 0.99, errors: 0.98, margins: 0.006, band: 1.0, ..WITH_RESERVE };
 /// The same, and as quick as the plant allows.
 pub(crate) const QUICKEST: Aim = Aim { gives_way: Some(Requirement::Settling), ..BARELY };
 /// What is aimed at on many plants: plants drawn anew are a little worse.
-pub(crate) const ROBUST: Aim = Aim { overshoot: 0.9, margins: 0.015, ..BARELY };
+pub(crate) const ROBUST: Aim = Aim { overshoot: 0.85, margins: 0.015, band: 0.8, ..BARELY };
 /// The same where all but the nominal plant may be slow.
 pub(crate) const ROBUST_BUT_SLOW: Aim = Aim { others_slow: true, ..ROBUST };
 /// Settling time times crossover of a usual loop, rad.
@@ -72,15 +67,12 @@ const URGENCY_WEIGHT: f64 = 4.0;
 const REST_WEIGHT: f64 = 0.1;
 /// There, weight of what a requirement is missed by beyond twice its bound: what is out of reach
 /// must not take the rest with it.
-const HOPELESS_WEIGHT: f64 = 0.02;
+pub(crate) const HOPELESS_WEIGHT: f64 = 0.02;
 /// Violation of an unstable loop. Its response may look harmless within the simulated time, so it
 /// is not looked at: the way out is less gain.
 const UNSTABLE: f64 = 50.0;
 /// Share of that for plants whose steady state is not looked at.
 const SHORT: f64 = 0.5;
-/// Share of the settling band that a search aims at: a response that grazes the band settles much
-/// later on a plant that differs by a hair.
-const BAND: f64 = 0.8;
 /// Responses are looked at for this many times the plant's scale, and for 5 s at least, however long
 /// the specification waits: a steady state only gets better.
 const HORIZON: f64 = 8.0;
@@ -97,6 +89,9 @@ pub(crate) struct Aim {
     margins: f64,
     /// The requirement that gives way to the others.
     gives_way: Option<Requirement>,
+    /// Share of the settling band: a response that grazes the band settles much later on a plant that
+    /// differs by a hair.
+    band: f64,
     /// Whether plants other than the nominal one are held to no time.
     others_slow: bool,
 }
@@ -159,7 +154,7 @@ impl Objective {
             sample_time: options.sample_time_s,
             view: View {
                 until,
-                band: BAND,
+                band: 1.0,
                 all_margins,
                 with_offset: spec.steady_state_error_percent.is_some(),
             },
@@ -280,7 +275,7 @@ impl Objective {
                 continue;
             }
             let (reached, step) =
-                scenario.reached(simulator, pid, &self.spec, self.view_of(scenario), margins);
+                scenario.reached(simulator, pid, &self.spec, self.view_of(scenario, aim), margins);
             violation += self.violation(&reached, aim, k > 0);
             slowest = slowest.max(step.smooth_settling_s);
             if let Some((weak, required)) = self.giving_way(aim) {
@@ -309,12 +304,13 @@ impl Objective {
     }
 
     /// What the search looks at of a plant.
-    fn view_of(&self, scenario: &Scenario) -> View {
+    fn view_of(&self, scenario: &Scenario, aim: &Aim) -> View {
+        let view = View { band: aim.band, ..self.view };
         if scenario.offset_matters {
-            return self.view;
+            return view;
         }
         // Overshoot and settling show early; what comes late is seen when all plants are judged.
-        View { with_offset: false, until: SHORT * self.view.until, ..self.view }
+        View { with_offset: false, until: SHORT * self.view.until, ..view }
     }
 
     /// The requirement that gives way; without a settling time asked for, the shortest is wanted.

@@ -19,10 +19,9 @@ pub struct DesignOptions {
     pub sample_time_s: f64,
     /// Delay of the yaw loop beyond the plant's own, s.
     pub loop_delay_s: f64,
-    /// Delay of the loop through the path beyond the plant's own, s; at least the yaw loop's.
+    /// Delay of the loop through the path beyond the plant's own, s; 0 for the yaw loop's.
     pub path_delay_s: f64,
-    /// Delay of the loop through pose estimator and path beyond the plant's own, s; at least the
-    /// path's.
+    /// Delay of the loop through pose estimator and path beyond the plant's own, s; 0 for the path's.
     pub estimator_delay_s: f64,
     /// How the gains are held against other plants than the nominal one; `None` for not at all.
     pub robust: Option<RobustOptions>,
@@ -35,7 +34,7 @@ pub struct DesignOptions {
 pub struct RobustOptions {
     /// Plants drawn from the identified uncertainty.
     pub members: usize,
-    /// Latency beyond and below the one designed for, s; 0 where none was measured.
+    /// Latency beyond and below the one designed for, s; by default what another master adds.
     pub latency_s: f64,
     /// Lowest and highest gain of the plant over the nominal one: tyres give way beyond the lateral
     /// acceleration of the drive, which no uncertainty of a linear model tells.
@@ -46,7 +45,7 @@ pub struct RobustOptions {
 
 impl Default for RobustOptions {
     fn default() -> Self {
-        Self { members: 100, latency_s: 0.0, gain: [0.9, 1.05], speed_share: 0.2 }
+        Self { members: 100, latency_s: 0.01, gain: [0.9, 1.05], speed_share: 0.2 }
     }
 }
 
@@ -150,7 +149,10 @@ impl DesignOptions {
                 });
             }
         }
-        if self.path_delay_s < self.loop_delay_s || self.estimator_delay_s < self.path_delay_s {
+        let shorter = |outer: f64, inner: f64| outer > 0.0 && outer < inner;
+        if shorter(self.path_delay_s, self.loop_delay_s)
+            || shorter(self.estimator_delay_s, self.path_delay_s)
+        {
             return Err(Error::Contradiction {
                 one: format!("a delay of {} s of the yaw loop", self.loop_delay_s),
                 other: format!(
@@ -162,6 +164,12 @@ impl DesignOptions {
             });
         }
         Ok(())
+    }
+
+    /// The delays of the loop through the path and of that through the estimator, s.
+    pub(crate) fn outer_delays(&self) -> [f64; 2] {
+        let path = self.path_delay_s.max(self.loop_delay_s);
+        [path, self.estimator_delay_s.max(path)]
     }
 
     /// The specification of the file: the steady state is read at 5 s, unless settling itself may

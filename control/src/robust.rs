@@ -10,7 +10,7 @@ use crate::Error;
 use crate::advice::Advice;
 use crate::breaking::breaking;
 use crate::nominal::{self, Found};
-use crate::objective::{Aim, Objective, ROBUST, ROBUST_BUT_SLOW};
+use crate::objective::{Aim, HOPELESS_WEIGHT, Objective, ROBUST, ROBUST_BUT_SLOW};
 use crate::optimise::{Effort, QUICK};
 use crate::options::{DesignOptions, RobustOptions};
 use crate::plant::DesignPlant;
@@ -23,7 +23,7 @@ use vehicle_models::PidParameters;
 use vehicle_models::noise::gaussian;
 
 /// Plants that the gains are made for; those of the evidence are others.
-const DESIGNED_ON: usize = 30;
+const DESIGNED_ON: usize = 100;
 /// How many times as many plants are drawn at the nominal latency as beyond and below it.
 const AT_NOMINAL: usize = 3;
 /// What is spent on the plants at the ends of the ranges.
@@ -222,7 +222,9 @@ impl<'a> Ensemble<'a> {
             all.iter().map(|r| objective.reached(&mut simulator, &r.scenario, pid)).collect();
         let (mut worst, mut sum) = (Vec::new(), 0.0);
         for (r, required) in objective.required() {
-            let missed = |k: usize| r.missed(required, reached[k].value(r));
+            // What is out of reach must not take the rest with it.
+            let capped = |v: f64| v.min(1.0) + HOPELESS_WEIGHT * v.max(1.0).ln();
+            let missed = |k: usize| capped(r.missed(required, reached[k].value(r)));
             let most = (0..all.len()).max_by(|a, b| missed(*a).total_cmp(&missed(*b)));
             if let Some(k) = most.filter(|k| missed(*k) > 0.0) {
                 worst.push((r, k));
