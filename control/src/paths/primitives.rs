@@ -79,7 +79,7 @@ pub fn path_from_road(text: &str, file: &str, speed: f64) -> Result<Path, Error>
             return Err(fault(at, format!("length_m is {length_m}: it must be greater than 0")));
         }
         // A car turns within metres; tighter than this is a slip of the unit.
-        if let Some(curvature) = [from, to].into_iter().find(|k| !(k.abs() <= 1.0)) {
+        if let Some(curvature) = [from, to].into_iter().find(|k| !(-1.0..=1.0).contains(k)) {
             return Err(fault(at, format!("a curvature of {curvature} 1/m: it must be within ±1")));
         }
         total += length_m;
