@@ -109,7 +109,11 @@ def perform(task):
     found = []
     for seed in range(1, seeds + 1):
         began = time.monotonic()
-        found.append(the_study.run(of, seed))
+        try:
+            found.append(the_study.run(of, seed))
+        except Exception as problem:
+            # Not every exception survives the way to another process: fmpy's do not.
+            raise RuntimeError(f"{of.name} seed {seed}: {problem}") from None
         took = time.monotonic() - began
         print(f"{of.name} seed {seed}: {took:.0f} s", file=sys.stderr, flush=True)
     return found

@@ -128,6 +128,8 @@ def follow(car, speed, loop, sensors, start, sideslip, length):
         if finished or abs(cross_track) > OFF_ROAD_M or not math.isfinite(command):
             break
         advance(state, command, speed, p, STEPS)
+        if not np.all(np.isfinite(state)):
+            break
     for unit in (estimator, path, judge, pid):
         unit.close()
     return np.array(rows), finished

@@ -201,6 +201,8 @@ def check_law(case, start, pid, response):
     gains, limits, count = gains_of(pid), limits_of(pid), len(response[0])
     p, height = case.car.parameters, yaw_step.STEP_RAD
     again = pid_law.respond(start.copy(), case.speed, p, gains, limits, height, count)
+    if not np.all(np.isfinite(again[0])):
+        return  # lost either way
     off = max(float(np.max(np.abs(a - b))) for a, b in zip(again, response))
     if off > LAW_TOLERANCE_RAD:
         raise RuntimeError(f"{case.name}: the packed LateralPid differs from its law by {off} rad")

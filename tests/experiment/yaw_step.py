@@ -12,6 +12,7 @@ from vehicle import STEPS, advance
 STEP_RAD = math.radians(5.0)
 BAND = 0.02  # of the step: the settling band
 DURATION_S = 5.0  # the steady-state error is read there
+LOST = 10.0  # yaw over the step of a car whose model knows no way on
 
 
 @dataclass
@@ -48,6 +49,10 @@ def respond(car, speed, controller, start, duration=DURATION_S, height=STEP_RAD,
             pid.step((k - 1) * SAMPLE_TIME_S, SAMPLE_TIME_S)
         command[k] = pid.get("steering_angle")[0]
         advance(state, command[k] + offset, speed, p, STEPS)
+        if not np.all(np.isfinite(state)):
+            # The car is lost, and where it was last it did not settle.
+            yaw[k + 1 :], command[k + 1 :] = LOST * height, command[k]
+            break
     pid.close()
     return yaw, command
 
