@@ -29,6 +29,14 @@ def test_a_response_that_never_settles_says_so():
     assert m.steady_state_error_percent == pytest.approx(10.0)
 
 
+def test_a_car_that_is_lost_never_settles():
+    yaw = yaw_step.STEP_RAD * np.ones(501)
+    yaw[300:] = np.nan
+    m = yaw_step.metrics(yaw, np.zeros_like(yaw))
+    assert m.settling_time_s is None
+    assert m.overshoot_percent > 100.0
+
+
 def test_modulus_margin_of_an_integrator():
     """kp over an integrator of gain g, sampled: L = k/(z − 1), k = kp g Ts; nearest to −1 at z = −1,
     where L = −k/2."""

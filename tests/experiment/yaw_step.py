@@ -50,7 +50,6 @@ def respond(car, speed, controller, start, duration=DURATION_S, height=STEP_RAD,
         command[k] = pid.get("steering_angle")[0]
         advance(state, command[k] + offset, speed, p, STEPS)
         if not np.all(np.isfinite(state)):
-            # The car is lost, and where it was last it did not settle.
             yaw[k + 1 :], command[k + 1 :] = LOST * height, command[k]
             break
     pid.close()
@@ -59,7 +58,8 @@ def respond(car, speed, controller, start, duration=DURATION_S, height=STEP_RAD,
 
 def metrics(yaw, command, height=STEP_RAD):
     """Of a response sampled each 10 ms."""
-    y = yaw / height
+    # A comparison with what is no number is false: it would count as settled.
+    y = np.where(np.isfinite(yaw), yaw / height, LOST)
     last = len(y) - 1
 
     def crossing(k, level):
