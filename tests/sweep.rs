@@ -127,6 +127,46 @@ fn a_package_is_swept_as_it_is_wired() {
     assert_eq!(sweep(folder.path(), &file, &["--resume"]).status.code(), Some(1));
 }
 
+#[test]
+fn a_run_is_that_of_simulate_to_the_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    for master in ["gauss-seidel", "jacobi"] {
+        let text = format!(
+            "seed = 1\nruns = 1\nstep_s = 0.01\nstop_s = 6.0\nmaster = {master:?}\n\
+             record = [\"IdentifiedPlant.yaw_rate\", \"LateralPid.saturated\"]\n\
+             fmu = [{{ file = \"IdentifiedPlant.fmu\" }}, {{ file = \"ReferencePath.fmu\" }}, \
+             {{ file = \"LateralPid.fmu\" }}]\n"
+        );
+        let file = study(&format!("{master}.toml"), &text);
+        let swept = sweep(folder.path(), &file, &["--trajectories", ".", "--of", "0"]);
+        assert_eq!(swept.status.code(), Some(0), "{}", told(&swept));
+        let line = format!(
+            "simulate {{chain}}/IdentifiedPlant.fmu {{chain}}/ReferencePath.fmu \
+             {{chain}}/LateralPid.fmu --step 10ms --stop 6s --master {master}"
+        );
+        let simulated = steerwright(folder.path(), &support::words(&line, archives()));
+        assert_eq!(simulated.status.code(), Some(0), "{}", told(&simulated));
+        let column = |file: &str, name: &str| -> Vec<f64> {
+            let text = fs::read_to_string(folder.path().join(file)).unwrap();
+            let index = text.lines().next().unwrap().split(',').position(|n| n == name).unwrap();
+            let cell = |line: &str| line.split(',').nth(index).unwrap().parse().unwrap();
+            text.lines().skip(1).map(cell).collect()
+        };
+        for name in [
+            "time",
+            "IdentifiedPlant.y",
+            "IdentifiedPlant.yaw_rate",
+            "ReferencePath.yaw_reference",
+            "LateralPid.steering_angle",
+            "LateralPid.saturated",
+        ] {
+            let ours = column("run-0.csv", name);
+            assert_eq!(ours.len(), 601);
+            assert_eq!(ours, column("result.csv", name), "{master}: {name}");
+        }
+    }
+}
+
 /// A plant that aborts where its misbehaviour is 9, and ends fatally where it is 3.
 const CRASHING: &str = r#"
 seed = 3
