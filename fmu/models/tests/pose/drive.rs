@@ -1,0 +1,119 @@
+//! A drive whose truth is known, and what its sensors say.
+
+use vehicle_models::noise::gaussian;
+use vehicle_models::{PoseEstimator, PoseInput, PoseParameters};
+
+pub(crate) const H: f64 = 0.01;
+
+/// A car at 15 m/s on a winding road, its sensors and their noise.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Drive {
+    pub(crate) seed: i32,
+    pub(crate) parameters: PoseParameters,
+    pub(crate) gnss_std: f64,
+    /// Whether readings are as noisy as the filter is told.
+    pub(crate) noise: bool,
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Truth {
+    pub(crate) x: f64,
+    pub(crate) y: f64,
+    pub(crate) yaw: f64,
+    pub(crate) bias: f64,
+}
+
+/// What the sensors say at a communication point, and the truth there.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Moment {
+    pub(crate) input: PoseInput,
+    pub(crate) truth: Truth,
+}
+
+pub(crate) fn parameters() -> PoseParameters {
+    PoseParameters {
+        gnss_latency: 0.1,
+        antenna_x: 0.7,
+        antenna_y: 0.3,
+        sideslip_per_yaw_rate: -0.06,
+        ..PoseParameters::default()
+    }
+}
+
+pub(crate) const DRIVE: Drive = Drive {
+    seed: 1,
+    parameters: PoseParameters {
+        gnss_latency: 0.1,
+        antenna_x: 0.7,
+        antenna_y: 0.3,
+        sideslip_per_yaw_rate: -0.06,
+        yaw_rate_noise_density: 1e-3,
+        yaw_rate_bias_density: 5e-5,
+        speed_noise_density: 0.05,
+        lateral_velocity_noise_density: 0.05,
+        initial_x: 0.0,
+        initial_y: 0.0,
+        initial_yaw: 0.0,
+        initial_position_std: 1.0,
+        initial_yaw_std: 0.1,
+        initial_yaw_rate_bias_std: 0.01,
+    },
+    gnss_std: 0.02,
+    noise: true,
+};
+
+impl Drive {
+    /// The moments after each of `steps` steps; a fix every ten steps, of the antenna as it was
+    /// `lag` steps before.
+    pub(crate) fn moments(&self, steps: usize, lag: usize) -> Vec<Moment> {
+        let p = &self.parameters;
+        let mut drawn = 0_u64;
+        let mut draw = |std: f64| {
+            drawn += 1;
+            if self.noise { std * gaussian(self.seed, drawn) } else { 0.0 }
+        };
+        let mut truth = Truth {
+            x: p.initial_x + draw(p.initial_position_std),
+            y: p.initial_y + draw(p.initial_position_std),
+            yaw: p.initial_yaw + draw(p.initial_yaw_std),
+            bias: draw(p.initial_yaw_rate_bias_std),
+        };
+        let white = 1.0 / H.sqrt();
+        let rate_at = |t: f64| 0.25 * (0.6 * t).sin() + 0.1 * (1.7 * t).cos();
+        let speed_at = |t: f64| 15.0 + (0.3 * t).sin();
+        let mut truths = vec![truth];
+        let mut moments = Vec::new();
+        let mut input = PoseInput { gnss_std: self.gnss_std, ..PoseInput::default() };
+        for k in 1..=steps {
+            let end = k as f64 * H;
+            // Trapezia, as the filter joins the readings.
+            let rate = 0.5 * (rate_at(end - H) + rate_at(end));
+            let speed = 0.5 * (speed_at(end - H) + speed_at(end));
+            let across = p.sideslip_per_yaw_rate * speed * rate
+                + draw(p.lateral_velocity_noise_density * white);
+            let middle = truth.yaw + 0.5 * rate * H;
+            truth.x += H * (speed * middle.cos() - across * middle.sin());
+            truth.y += H * (speed * middle.sin() + across * middle.cos());
+            truth.yaw += rate * H;
+            truth.bias += draw(p.yaw_rate_bias_density * H.sqrt());
+            truths.push(truth);
+            input.yaw_rate = rate_at(end) + truth.bias + draw(p.yaw_rate_noise_density * white);
+            input.speed = speed_at(end) + draw(p.speed_noise_density * white);
+            if k % 10 == 0 && k >= lag {
+                let Truth { x, y, yaw, .. } = truths[k - lag];
+                let (sin, cos) = yaw.sin_cos();
+                input.gnss_x = x + p.antenna_x * cos - p.antenna_y * sin + draw(self.gnss_std);
+                input.gnss_y = y + p.antenna_x * sin + p.antenna_y * cos + draw(self.gnss_std);
+                input.gnss_fix_count += 1;
+            }
+            moments.push(Moment { input, truth });
+        }
+        moments
+    }
+
+    pub(crate) fn estimator(&self) -> PoseEstimator {
+        let mut estimator = PoseEstimator::new(self.parameters).unwrap();
+        estimator.start().unwrap();
+        estimator
+    }
+}
