@@ -1,8 +1,8 @@
 //! `steerwright absorb`: logs into a factor, in memory that does not grow with them.
 
+use crate::evidence::channel_table;
 use crate::failure::{Failure, Outcome};
 use crate::files;
-use crate::evidence::channel_table;
 use crate::log_options::{LogArguments, input_kind};
 use crate::tell::Tell;
 use std::path::PathBuf;

@@ -1,8 +1,8 @@
 //! `steerwright identify` from factors: states of absorbed drives, merged.
 
+use crate::evidence::evidence;
 use crate::failure::{Failure, Outcome};
 use crate::files;
-use crate::evidence::evidence;
 use crate::log_options::{IdentifyArguments, LogArguments};
 use crate::tell::Tell;
 use formats::AbsorbedDrives;

@@ -67,7 +67,7 @@ impl Absorbed {
         }
         let continuous = continuous.ok();
         evidence.conversion_round_trip = continuous.as_ref().map(|c| c.round_trip);
-        let map = evidence::poles_and_zeros(&model, continuous.as_ref(), step);
+        let map = evidence::poles_and_zeros(&model, continuous.as_ref(), step, None);
         evidence.poles_and_zeros = Some(map);
         evidence.verdict = verdict(&evidence, held_out.is_some(), continuous.is_some());
         let mut used = self.options.clone();
@@ -147,7 +147,7 @@ impl Absorbed {
         };
         let order_table = choice.candidates.iter().map(|c| OrderRow {
             order: c.model.order(),
-            singular_value: c.singular_value,
+            singular_value: Some(c.singular_value),
             estimation_fit: simulation(windows, c),
             validation_fit: held_out.map_or(0.0, |on| simulation(on, c)),
             stable: c.stabilised_from.is_none(),

@@ -7,9 +7,10 @@
 //! that its first half gives. Over the whole window the initial state would take up what disturbances
 //! leave, so that their modes would count as the plant's.
 
+use super::effective::effective_samples;
 use super::windows::Windows;
 use crate::closed_loop::{self, Feedback, feedback_in};
-use crate::identify::order::{effective_samples, parameters, schwarz, sum_of_squares};
+use crate::identify::order::{parameters, schwarz, sum_of_squares};
 use crate::model::{Innovation, StateSpace};
 use crate::refine::{Focus, Stop, refine_gain, refine_output_error, refine_prediction};
 use crate::stability::{largest_radius, stable_shift};

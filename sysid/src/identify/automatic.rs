@@ -41,7 +41,7 @@ pub struct TriedOrder {
     pub estimation_fit: f64,
     /// Simulation fit on the held-out data, percent.
     pub validation_fit: f64,
-    /// Schwarz's criterion over the independent samples, of which the least is chosen.
+    /// Schwarz's criterion for the prediction with a noise model, of which the least is chosen.
     pub criterion: f64,
     /// Largest eigenvalue modulus of A before stability was enforced on the subspace estimate, where
     /// it was.

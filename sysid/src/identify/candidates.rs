@@ -1,50 +1,49 @@
 //! Models of every order, and the choice among them.
 //!
 //! 1. Each order's start is the subspace model of any horizon and weighting that simulates the
-//!    estimation data best ([`Starts`]).
-//! 2. It is refined by its simulation error on the estimation data, so that orders are compared by
-//!    what each can do rather than by how well a subspace method happened to see it.
-//! 3. The order is the one of least [criterion](super::order); orders are tried in turn until
-//!    [`LOOK_AHEAD`] in a row have not lowered it.
+//!    estimation data best ([`Starts`]); where the input depends on past outputs, a driver's as every
+//!    other feedback does, the best predictor-based one ([`Predicted`]).
+//! 2. It is refined by its simulation error, since it is to simulate, and compared by how well it then
+//!    [predicts](super::comparison) along with a model of the noise.
+//! 3. The order is the one of least criterion; orders are tried in turn until [`LOOK_AHEAD`] in a row
+//!    have not lowered it.
 //! 4. The same once more with feedthrough where the criterion asks for it ([`wants_feedthrough`]).
-//! 5. Of orders that are [about as likely](AS_LIKELY), one whose A has a real logarithm (eq 9) goes
-//!    before one without.
+//! 5. Of orders that are about as likely, one whose A has a real logarithm (eq 9) goes before one
+//!    without.
 //!
-//! Where the input depends on past outputs, a driver's as every other feedback does, the starts are
-//! predictor-based and all errors are those of one-step prediction ([`super::predicted`]).
+//! Under feedback the input of the simulation is the [external](super::external) one, unless the model
+//! that predicts best is the better simulator ([`finish`]).
 //!
 //! The held-out data take no part, so the fit on them says what it should: how the model does on
 //! data that neither estimated nor chose it.
 
+use super::comparison::Comparison;
 use super::data::{Data, Part};
-use super::order::{Errors, effective_samples, errors, fit, log_square, parameters, schwarz};
-use super::predicted::{Predicted, prediction_errors};
+use super::feedthrough::{wants_feedthrough, without_feedthrough};
+use super::order::{errors, fit, sum_of_squares};
+use super::predicted::Predicted;
 use super::starts::{Stabilised, Start, Starts};
 use super::{Approach, IdentifyOptions};
 use crate::closed_loop::{self, Feedback, feedback};
 use crate::conversion::to_continuous;
-use crate::model::{Innovation, StateSpace, initial_state, predictor, simulate};
-use crate::refine::{Focus, Stop, refine_output_error, refine_prediction};
+use crate::model::{StateSpace, initial_state, simulate};
+use crate::refine::{Stop, refine_output_error};
 use crate::stability::largest_radius;
-use crate::subspace::{Factor, Realization, refit_output};
+use crate::subspace::{Factor, Realization};
 use crate::{DataSet, Error};
-use faer::Mat;
 
 /// Memory and reach of the test for feedback, s: of the vehicle, and of a driver's reaction.
 const MEMORY_S: f64 = 2.0;
 const AHEAD_S: f64 = 1.0;
 
 /// Enough to compare orders.
-const ROUGH: Stop = Stop { steps: 25, least_gain: 2e-5 };
+pub(super) const ROUGH: Stop = Stop { steps: 25, least_gain: 2e-5 };
 /// For the chosen order.
 const FINE: Stop = Stop { steps: 40, least_gain: 1e-9 };
 /// Orders that are tried beyond the best so far.
 const LOOK_AHEAD: usize = 3;
 /// Orders up to this one are tried anyhow: modes come in pairs, and the first may show little.
-const AT_LEAST: usize = 4;
-/// A difference of the criterion that is no strong evidence (R. E. Kass, A. E. Raftery, *Bayes
-/// factors*, J. American Statistical Association 90, 1995).
-const AS_LIKELY: f64 = 6.0;
+const AT_LEAST: usize = 6;
 
 /// A model in scaled units with its fits.
 #[derive(Debug, Clone)]
@@ -55,31 +54,20 @@ pub(crate) struct Candidate {
     /// All of the decomposition that it was read from.
     pub(crate) singular_values: Vec<f64>,
     pub(crate) model: StateSpace,
-    /// State at the first sample of each segment of the estimation data, for the simulation.
+    /// State at the first sample of each segment of the estimation data.
     pub(crate) x0: Vec<Vec<f64>>,
-    /// The predictor, where its errors are those that are made small.
-    pub(crate) filtered: Option<Filtered>,
     pub(crate) estimation_fit: f64,
     pub(crate) validation_fit: f64,
+    /// Σ_i ln V_i of the one-step prediction errors that it is compared by.
+    pub(crate) log_square: f64,
     /// Schwarz's criterion; of two orders the one with the lesser is the likelier.
     pub(crate) criterion: f64,
     /// What stability cost, where the subspace estimate was unstable.
     pub(crate) stabilised: Option<Stabilised>,
-    /// Spectral radius of the A that a refinement led to and that was not taken for it.
-    pub(crate) refused: Option<f64>,
     pub(crate) has_logarithm: bool,
     pub(crate) feedthrough: bool,
-    /// Those that are made small: of the simulation, or of one-step prediction.
-    pub(crate) errors: Errors,
-}
-
-/// The rest of a predictor in innovation form.
-#[derive(Debug, Clone)]
-pub(crate) struct Filtered {
-    /// Kalman gain.
-    pub(crate) gain: Mat<f64>,
-    /// Its state at the first sample of each segment of the estimation data.
-    pub(crate) x0: Vec<Vec<f64>>,
+    /// Under feedback, the model that predicts best along with a model of the noise.
+    pub(crate) direct: Option<StateSpace>,
 }
 
 /// All orders that were tried, the chosen one, and its factor.
@@ -89,6 +77,9 @@ pub(crate) struct Choice {
     pub(crate) factor: Factor,
     /// The test for feedback, where the data are enough for it.
     pub(crate) feedback: Option<Feedback>,
+    /// The data whose simulation error the chosen model makes small, where they are not the
+    /// estimation data themselves: with the external input, or whitened.
+    pub(crate) fitted: Option<DataSet>,
 }
 
 /// [`choose_from`] for the signals of a drive.
@@ -109,9 +100,9 @@ pub(crate) fn choose_from(
         _ => Vec::new(),
     };
     let mut choice = if closed.is_empty() {
-        by_simulation(data, options)?
+        open_loop(data, options)?
     } else {
-        by_prediction(data, options, &closed)?
+        in_a_loop(data, options, &closed)?
     };
     choice.feedback = feedback;
     for candidate in &mut choice.candidates {
@@ -125,36 +116,38 @@ pub(crate) fn choose_from(
 
 /// The simulation fits of a candidate.
 fn measure(data: &DataSet, held_out: &DataSet, candidate: &mut Candidate) -> Result<(), Error> {
-    if candidate.filtered.is_some() {
-        candidate.x0 = simulated_states(&candidate.model, data)?;
-        candidate.estimation_fit = fit(data, &errors(&candidate.model, &candidate.x0, data));
-    } else {
-        candidate.estimation_fit = fit(data, &candidate.errors);
-    }
-    let x0 = simulated_states(&candidate.model, held_out)?;
-    candidate.validation_fit = fit(held_out, &errors(&candidate.model, &x0, held_out));
+    let fit_to = |model: &StateSpace, data: &DataSet| -> Result<_, Error> {
+        let x0 = simulated_states(model, data)?;
+        let fit = fit(data, &errors(model, &x0, data));
+        Ok((x0, fit))
+    };
+    (candidate.x0, candidate.estimation_fit) = fit_to(&candidate.model, data)?;
+    (_, candidate.validation_fit) = fit_to(&candidate.model, held_out)?;
     Ok(())
 }
 
 /// The choice for data without feedback.
-fn by_simulation(data: &DataSet, options: &IdentifyOptions) -> Result<Choice, Error> {
+fn open_loop(data: &DataSet, options: &IdentifyOptions) -> Result<Choice, Error> {
     let starts = Starts::new(data, options)?;
-    let start =
-        |order, feedthrough| Ok(Candidate::new(starts.best(order, feedthrough)?, feedthrough));
     let largest = starts.largest_order();
-    let ascend = |feedthrough| ascend(data, options, largest, |order| start(order, feedthrough));
+    let largest_start = |order| starts.best(order, true).map(|start| vec![start]);
+    let compare = Comparison::new(data, options, largest, false, largest_start)?;
+    let ascend = |feedthrough| {
+        let start = |order| starts.best(order, feedthrough).map(|start| vec![start]);
+        ascend(data, &compare, options, largest, feedthrough, start)
+    };
     let mut candidates = ascend(options.feedthrough == Some(true))?;
-    let mut chosen = judge_orders(data, &mut candidates);
+    let mut chosen = compare.judge(&mut candidates);
     // At a given order, a direct gain could stand for states that are not allowed.
     let open = options.feedthrough.is_none() && options.order.is_none();
-    if open && wants_feedthrough(data, &starts, &candidates, chosen) {
+    if open && wants_feedthrough(&compare, &starts, &candidates, chosen) {
         let mut others = ascend(true)?;
-        let other = judge_orders(data, &mut others);
+        let other = compare.judge(&mut others);
         // The same poles without: what the first pass may not have found.
-        let rival = without_feedthrough(data, options, &others[other])?;
+        let rival = without_feedthrough(&compare, options, &others[other])?;
         let mut finals = vec![candidates[chosen].clone(), rival, others[other].clone()];
-        let least = least_criterion(data, &mut finals);
-        let sure = finals[..2].iter().all(|c| c.criterion > finals[2].criterion + AS_LIKELY);
+        let least = compare.least(&mut finals);
+        let sure = finals[..2].iter().all(|c| compare.surely_less(&finals[2], c));
         if sure {
             (candidates, chosen) = (others, other);
         } else if least != 0 && finals[1].criterion < finals[0].criterion {
@@ -164,7 +157,7 @@ fn by_simulation(data: &DataSet, options: &IdentifyOptions) -> Result<Choice, Er
                 Some(at) => candidates[at] = rival,
                 None => candidates.push(rival),
             }
-            chosen = judge_orders(data, &mut candidates);
+            chosen = compare.judge(&mut candidates);
         }
     }
     if options.refine {
@@ -173,34 +166,71 @@ fn by_simulation(data: &DataSet, options: &IdentifyOptions) -> Result<Choice, Er
     let factor = starts
         .into_factor(candidates[chosen].horizon)
         .ok_or(Error::NoModel { problem: "the chosen horizon was not tried".into() })?;
-    Ok(Choice { candidates, chosen, factor, feedback: None })
+    Ok(Choice { candidates, chosen, factor, feedback: None, fitted: None })
 }
 
 /// The choice for data with feedback. D is zero unless asked for: without a delay in the loop it could
 /// not be told from the feedback's own gain.
-fn by_prediction(
+fn in_a_loop(
     data: &DataSet,
     options: &IdentifyOptions,
     methods: &[closed_loop::Method],
 ) -> Result<Choice, Error> {
     let feedthrough = options.feedthrough == Some(true);
     let predicted = Predicted::new(data, options, methods)?;
-    let mut candidates = ascend(data, options, predicted.largest_order(), |order| {
-        predicted.best(order, feedthrough)
-    })?;
-    let chosen = judge_orders(data, &mut candidates);
-    if options.refine {
-        refine(data, &mut candidates[chosen], FINE)?;
-    }
-    Ok(Choice { candidates, chosen, factor: predicted.into_factor(), feedback: None })
+    let by = &predicted.external;
+    let largest = predicted.largest_order();
+    // To the open-loop methods the external input is one of open loop.
+    let others = if options.method.is_none() { Some(Starts::new(by, options)?) } else { None };
+    let start = |order| {
+        let other = others.as_ref().map(|o| o.best(order, feedthrough));
+        let all = std::iter::once(predicted.best(data, order, feedthrough)).chain(other);
+        at_least_one(all)
+    };
+    let compare = Comparison::new(data, options, largest, true, start)?;
+    let mut candidates = ascend(by, &compare, options, largest, feedthrough, start)?;
+    let chosen = compare.judge(&mut candidates);
+    let whitened = match options.refine {
+        true => finish(by, &compare, &mut candidates[chosen])?,
+        false => None,
+    };
+    let (factor, external) = predicted.into_parts();
+    let fitted = Some(whitened.unwrap_or(external));
+    Ok(Choice { candidates, chosen, factor, feedback: None, fitted })
 }
 
-/// Models of growing order, until the criterion has not fallen for a while.
+/// Feedback biases neither the model that simulates the external input best nor the one that predicts
+/// best; of the two the better simulator of the estimation data is taken. Returns the whitened data
+/// where it is the latter.
+fn finish(
+    by: &DataSet,
+    compare: &Comparison<'_>,
+    chosen: &mut Candidate,
+) -> Result<Option<DataSet>, Error> {
+    refine(by, chosen, FINE)?;
+    let Some(model) = chosen.direct.take() else { return Ok(None) };
+    let mut direct = Candidate { model, ..chosen.clone() };
+    let whitened = compare.refine(&mut direct, FINE)?;
+    let cost = |model: &StateSpace| -> Result<f64, Error> {
+        let x0 = simulated_states(model, compare.data)?;
+        Ok(sum_of_squares(&errors(model, &x0, compare.data)))
+    };
+    if cost(&direct.model)? < cost(&chosen.model)? {
+        *chosen = direct;
+        return Ok(Some(whitened));
+    }
+    Ok(None)
+}
+
+/// Models of growing order, refined by the simulation errors of the data `by`, until the criterion has
+/// not fallen for a while.
 fn ascend(
-    data: &DataSet,
+    by: &DataSet,
+    compare: &Comparison<'_>,
     options: &IdentifyOptions,
     largest: usize,
-    start: impl Fn(usize) -> Result<Candidate, Error>,
+    feedthrough: bool,
+    starts: impl Fn(usize) -> Result<Vec<Start>, Error>,
 ) -> Result<Vec<Candidate>, Error> {
     let orders = match options.order {
         Some(order) => order..=order,
@@ -209,24 +239,25 @@ fn ascend(
     let mut candidates: Vec<Candidate> = Vec::new();
     let mut last_error = None;
     for order in orders {
-        let mut candidate = match start(order) {
-            Ok(candidate) => candidate,
+        let (mut candidate, first) = match starts(order) {
+            Ok(starts) => {
+                let first = starts.first().map(|start| start.model.clone());
+                (best_of(by, starts, options.refine, feedthrough)?, first)
+            }
             Err(error) => {
                 last_error = Some(error);
                 continue;
             }
         };
-        if options.refine {
-            refine(data, &mut candidate, ROUGH)?;
-        }
-        if !log_square(&candidate.errors).is_finite() {
+        compare.weigh(&mut candidate, first, options.refine)?;
+        if !candidate.log_square.is_finite() {
             last_error = Some(Error::NoModel { problem: "no model can be simulated".into() });
             continue;
         }
         let m = &candidate.model;
         candidate.has_logarithm = to_continuous(m.a.as_ref(), m.b.as_ref(), 1.0).is_ok();
         candidates.push(candidate);
-        let least = least_criterion(data, &mut candidates);
+        let least = compare.least(&mut candidates);
         let far = candidates.len() - 1 - least;
         if far >= LOOK_AHEAD && order >= AT_LEAST {
             break;
@@ -239,138 +270,83 @@ fn ascend(
     Ok(candidates)
 }
 
-/// Sets the criterion of all and tells the least.
-fn least_criterion(data: &DataSet, candidates: &mut [Candidate]) -> usize {
-    let Some(samples) = independent_samples(data, candidates) else { return 0 };
-    let (m, p) = (data.inputs(), data.outputs());
-    for c in candidates.iter_mut() {
-        let gain = if c.filtered.is_some() { c.model.order() * p } else { 0 };
-        let d = parameters(c.model.order(), m, p, c.feedthrough) + gain;
-        c.criterion = schwarz(log_square(&c.errors), p, d, samples);
-    }
-    (0..candidates.len())
-        .min_by(|a, b| candidates[*a].criterion.total_cmp(&candidates[*b].criterion))
-        .unwrap_or(0)
-}
-
-/// The independent samples in the errors of the model that errs least.
-fn independent_samples(data: &DataSet, candidates: &[Candidate]) -> Option<f64> {
-    let cost = |c: &&Candidate| log_square(&c.errors);
-    let best = candidates.iter().min_by(|a, b| cost(a).total_cmp(&cost(b)))?;
-    Some(effective_samples(data, &best.errors))
-}
-
-/// The order of least criterion, or of one about as likely whose A has a real logarithm.
-fn judge_orders(data: &DataSet, candidates: &mut [Candidate]) -> usize {
-    let least = least_criterion(data, candidates);
-    let enough = candidates[least].criterion + AS_LIKELY;
-    if candidates[least].has_logarithm {
-        return least;
-    }
-    (0..candidates.len())
-        .filter(|i| candidates[*i].has_logarithm && candidates[*i].criterion <= enough)
-        .min_by(|a, b| candidates[*a].criterion.total_cmp(&candidates[*b].criterion))
-        .unwrap_or(least)
-}
-
-/// Whether a direct gain, estimated along with B for the poles of a subspace model, lowers the
-/// criterion, at the chosen order or the one before: it was chosen without, which may have cost a
-/// state.
-fn wants_feedthrough(
-    data: &DataSet,
-    starts: &Starts<'_>,
-    candidates: &[Candidate],
-    chosen: usize,
-) -> bool {
-    let Some(samples) = independent_samples(data, candidates) else { return false };
-    let (m, p) = (data.inputs(), data.outputs());
-    candidates[chosen.saturating_sub(1)..=chosen].iter().any(|c| {
-        let criterion = |feedthrough: bool| {
-            let order = c.model.order();
-            let Approach::OpenLoop(method) = c.approach else { return None };
-            let start = starts.again((c.horizon, method, c.realization), order, feedthrough)?;
-            let d = parameters(order, m, p, feedthrough);
-            Some(schwarz(log_square(&start.errors), p, d, samples))
-        };
-        matches!((criterion(true), criterion(false)), (Some(a), Some(b)) if a < b)
-    })
-}
-
-/// The model with D taken out, fitted anew.
-fn without_feedthrough(
-    data: &DataSet,
-    options: &IdentifyOptions,
-    from: &Candidate,
+/// Of models of one order, refined where asked, the one that simulates the data best.
+fn best_of(
+    by: &DataSet,
+    starts: Vec<Start>,
+    refined: bool,
+    feedthrough: bool,
 ) -> Result<Candidate, Error> {
-    let m = &from.model;
-    let refit = refit_output(m.a.as_ref(), m.c.as_ref(), data, false, false)?;
-    let mut rival = Candidate { feedthrough: false, ..from.clone() };
-    rival.errors = errors(&refit.model, &refit.x0, data);
-    (rival.model, rival.x0) = (refit.model, refit.x0);
-    if options.refine {
-        refine(data, &mut rival, ROUGH)?;
+    let mut best: Option<(f64, Candidate)> = None;
+    for start in starts {
+        let mut cost = sum_of_squares(&start.errors);
+        let mut candidate = Candidate::new(start, feedthrough);
+        if refined {
+            refine(by, &mut candidate, ROUGH)?;
+            cost = sum_of_squares(&errors(&candidate.model, &candidate.x0, by));
+        }
+        if best.as_ref().is_none_or(|(least, _)| cost < *least) {
+            best = Some((cost, candidate));
+        }
     }
-    Ok(rival)
+    best.map(|(_, candidate)| candidate)
+        .ok_or_else(|| Error::NoModel { problem: "no method could be tried".into() })
+}
+
+/// Those that are there, or the last error.
+fn at_least_one(all: impl Iterator<Item = Result<Start, Error>>) -> Result<Vec<Start>, Error> {
+    let (mut starts, mut problem) = (Vec::new(), None);
+    for start in all {
+        match start {
+            Ok(start) => starts.push(start),
+            Err(error) => problem = Some(error),
+        }
+    }
+    match problem {
+        Some(error) if starts.is_empty() => Err(error),
+        _ => Ok(starts),
+    }
 }
 
 impl Candidate {
-    fn new(start: Start, feedthrough: bool) -> Self {
+    pub(super) fn new(start: Start, feedthrough: bool) -> Self {
         Self {
-            approach: start.method.into(),
+            approach: start.approach,
             realization: start.realization,
             horizon: start.horizon,
             singular_values: start.singular_values,
             model: start.model,
             x0: start.x0,
-            filtered: None,
             estimation_fit: f64::NEG_INFINITY,
             validation_fit: f64::NEG_INFINITY,
+            log_square: f64::INFINITY,
             criterion: f64::INFINITY,
             stabilised: start.stabilised,
-            refused: None,
             has_logarithm: false,
             feedthrough,
-            errors: start.errors,
+            direct: None,
         }
     }
 }
 
-fn refine(data: &DataSet, candidate: &mut Candidate, stop: Stop) -> Result<(), Error> {
-    if candidate.filtered.is_some() {
-        return refine_predictor(data, candidate, stop);
-    }
-    let radius = largest_radius(data.samples()).max(candidate.model.spectral_radius());
+/// Refines by the simulation errors of these data.
+pub(super) fn refine(data: &DataSet, candidate: &mut Candidate, stop: Stop) -> Result<(), Error> {
+    let model = &candidate.model;
+    let radius = largest_radius(data.samples()).max(model.spectral_radius());
     let (model, x0) = refine_output_error(
-        &candidate.model,
-        &candidate.x0,
+        model,
+        &simulated_states(model, data)?,
         data,
         candidate.feedthrough,
         stop,
         (radius + 1e-12).min(1.0),
     )?;
-    candidate.errors = errors(&model, &x0, data);
     (candidate.model, candidate.x0) = (model, x0);
     Ok(())
 }
 
-/// Refines by the prediction errors; a step to an unstable A, which they allow, is not taken.
-fn refine_predictor(data: &DataSet, candidate: &mut Candidate, stop: Stop) -> Result<(), Error> {
-    let Some(Filtered { gain, x0 }) = candidate.filtered.clone() else { return Ok(()) };
-    let start = Innovation { model: candidate.model.clone(), gain };
-    let found =
-        refine_prediction(&start, &x0, data, candidate.feedthrough, Focus::Prediction, stop, 1.0)?;
-    let Innovation { model, gain } = found.innovation;
-    let radius = model.spectral_radius();
-    candidate.refused = (radius >= 1.0).then_some(radius);
-    if candidate.refused.is_none() {
-        candidate.errors = prediction_errors(&predictor(&model, gain.as_ref()), &found.x0s, data);
-        candidate.model = model;
-        candidate.filtered = Some(Filtered { gain, x0: found.x0s });
-    }
-    Ok(())
-}
-
-fn simulated_states(model: &StateSpace, data: &DataSet) -> Result<Vec<Vec<f64>>, Error> {
+/// The states at the beginning of each segment that fit its output best.
+pub(super) fn simulated_states(model: &StateSpace, data: &DataSet) -> Result<Vec<Vec<f64>>, Error> {
     let segments = data.segments().iter();
     segments.map(|s| initial_state(model, s.u.as_ref(), s.y.as_ref())).collect()
 }

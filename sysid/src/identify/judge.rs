@@ -1,8 +1,8 @@
 //! Another model on the same drive, judged as an identified one is.
 
+use super::IdentifyOptions;
 use super::candidates::{initial_states, output};
-use super::data::Data;
-use super::{IdentifyOptions, Part};
+use super::data::{Data, Part};
 use crate::conversion::discretize;
 use crate::model::StateSpace;
 use crate::statistics::fit_percent;

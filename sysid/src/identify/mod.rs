@@ -3,9 +3,14 @@
 mod approach;
 mod automatic;
 mod candidates;
+mod colour;
+mod comparison;
 mod data;
 mod delayed;
 pub(crate) mod evidence;
+mod external;
+mod feedthrough;
+mod filter;
 mod judge;
 mod level;
 mod options;
@@ -15,18 +20,16 @@ mod starts;
 
 use crate::closed_loop::Feedback;
 use crate::conversion::{ContinuousModel, to_continuous};
-use crate::dense::spectral_radius;
-use crate::model::{Innovation, StateSpace, predictions, predictor, predictor_state};
-use crate::refine::{Focus, Stop, refine_gain, uncertain};
+use crate::model::StateSpace;
 use crate::signal::{mean, standard_deviation};
-use crate::statistics::{fit_percent, independence, whiteness};
-use crate::subspace::noise_model;
+use crate::statistics::{independence, whiteness};
 use crate::{DriveLog, Error};
 use candidates::{Candidate, Choice, choose, initial_states, output};
-use data::{Data, Part, driving_input};
+use data::{Data, driving_input};
 use delayed::delayed;
 use evidence::LAGS;
-use faer::{Mat, MatRef};
+use faer::Mat;
+use filter::{filter, uncertainty};
 use formats::{
     Continuous, Discrete, Document, Evidence, Fits, InputKind, Matrix, Noise, OperatingPoint,
     OrderRow, Plant, Provenance, ResidualTest,
@@ -70,9 +73,8 @@ pub struct Traces {
 
 /// Identifies the lateral dynamics in `log`.
 ///
-/// The end of the log is held out. It estimates no parameter; it chooses what the options leave open
-/// of order, horizon and weighting, gives the fits by which the model is judged, and its one-step
-/// residuals are those that are tested.
+/// The end of the log is held out. It estimates and chooses nothing; it gives the fits by which the
+/// model is judged, and its one-step residuals are those that are tested.
 ///
 /// # Errors
 /// [`Error`] where the log or the options allow no model. A poor model is no error: the evidence
@@ -102,11 +104,6 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
         warnings.push(format!("the model stays discrete: {reason}"));
     }
     let continuous = continuous.ok();
-    if let Some(radius) = chosen.refused {
-        warnings.push(format!(
-            "refinement by the prediction errors led to an unstable model (spectral radius {radius:.4}) and was left out: this one is as the method before it gave it"
-        ));
-    }
     if let Some(s) = chosen.stabilised {
         let refined = if options.refine {
             format!("; refinement brought it to {:.1} %", chosen.estimation_fit)
@@ -124,7 +121,7 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
 
     let residual =
         filter.residuals.iter().map(|e| e * e).sum::<f64>() / filter.residuals.len().max(1) as f64;
-    let uncertainty = match uncertainty(&data, chosen, &filter.gain) {
+    let uncertainty = match uncertainty(&data, chosen, choice.fitted.as_ref(), &filter.gain) {
         Ok(uncertainty) => Some(uncertainty),
         Err(error) => {
             warnings.push(format!("the model's uncertainty cannot be told: {error}"));
@@ -242,101 +239,6 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
     };
     plant.checked("plant.json").map_err(|e| Error::NoModel { problem: e.to_string() })?;
     Ok(Identified { plant, traces })
-}
-
-/// The innovation form's gain with what it predicts, in scaled units.
-struct Filter {
-    gain: Mat<f64>,
-    /// One-step prediction errors on the estimation data.
-    residuals: Vec<f64>,
-    /// One-step prediction errors on the held-out data, which are those that are tested: no
-    /// parameter has been fitted to them, so the χ² bounds need no correction for that.
-    validation_residuals: Vec<f64>,
-    /// One-step fit on the held-out data, percent.
-    validation_fit: f64,
-}
-
-/// The Kalman gain from the residual covariances, refined by its prediction errors; zero where it
-/// would predict worse than the simulation does. Where the Riccati equation has no solution, the
-/// refinement starts from zero, with A − K C = A stable.
-fn filter(
-    data: &Data,
-    factor: &crate::subspace::Factor,
-    chosen: &Candidate,
-    refine: bool,
-    warnings: &mut Vec<String>,
-) -> Result<Filter, Error> {
-    const STOP: Stop = Stop { steps: 20, least_gain: 1e-5 };
-    let model = &chosen.model;
-    let noise = noise_model(factor, model)?;
-    let part = &data.estimation;
-    let simulation_error = difference(&part.output, &output(model, part, &chosen.x0));
-    let mut gain = noise.gain;
-    if let Some(filtered) = &chosen.filtered {
-        gain = filtered.gain.clone();
-    } else {
-        if !noise.solved {
-            warnings.push("the Riccati equation has no stabilising solution".into());
-        }
-        if refine {
-            gain = refine_gain(model, gain.as_ref(), &part.data, &chosen.x0, STOP)?;
-        }
-    }
-    let mut residuals = difference(&part.output, &one_step(model, gain.as_ref(), part)?);
-    let power = |e: &[f64]| e.iter().map(|x| x * x).sum::<f64>();
-    // A gain that is stable by a hair, or only in one scaling of the signals, is not: rounding in
-    // the file would decide.
-    let scaled = |k: f64| {
-        let gain = Mat::from_fn(gain.nrows(), 1, |i, _| gain[(i, 0)] / k);
-        let c = Mat::from_fn(1, model.order(), |_, j| model.c[(0, j)] * k);
-        spectral_radius((&model.a - gain * c).as_ref())
-    };
-    let stable = [1.0, data.output_scale, 1e3].into_iter().all(|k| scaled(k) < 1.0 - 1e-6);
-    if !stable || power(&residuals) > power(&simulation_error) {
-        warnings.push(if stable {
-            "the Kalman filter predicts no better than the simulation: K is 0".into()
-        } else {
-            "the Kalman filter is on the verge of instability: K is 0".into()
-        });
-        gain = Mat::zeros(model.order(), 1);
-        residuals = simulation_error;
-    }
-    let part = &data.validation;
-    let predicted = one_step(model, gain.as_ref(), part)?;
-    let validation_residuals = difference(&part.output, &predicted);
-    let validation_fit = fit_percent(&part.output, &predicted);
-    Ok(Filter { gain, residuals, validation_residuals, validation_fit })
-}
-
-/// The uncertainty of the model and its gain, in SI units.
-fn uncertainty(
-    data: &Data,
-    chosen: &Candidate,
-    gain: &Mat<f64>,
-) -> Result<formats::Uncertainty, Error> {
-    let innovation = Innovation { model: chosen.model.clone(), gain: gain.clone() };
-    let (focus, x0) = match &chosen.filtered {
-        Some(filtered) => (Focus::Prediction, &filtered.x0),
-        None => (Focus::Simulation, &chosen.x0),
-    };
-    let estimate = uncertain(&innovation, x0, &data.estimation.data, chosen.feedthrough, focus)?;
-    estimate.scaled(&[data.input_scale], &[data.output_scale]).to_file(data.sample_time)
-}
-
-/// One-step predictions of a part, the initial states estimated.
-fn one_step(model: &StateSpace, gain: MatRef<'_, f64>, part: &Part) -> Result<Vec<f64>, Error> {
-    let predictor = predictor(model, gain);
-    let mut all = Vec::with_capacity(part.len());
-    for segment in part.data.segments() {
-        let (u, y) = (segment.u.as_ref(), segment.y.as_ref());
-        let x0 = predictor_state(&predictor, u, y)?;
-        all.extend(predictions(&predictor, u, y, &x0).row(0));
-    }
-    Ok(all)
-}
-
-fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
-    a.iter().zip(b).map(|(x, y)| x - y).collect()
 }
 
 pub(crate) fn feedback_test(feedback: Feedback) -> ResidualTest {

@@ -1,35 +1,19 @@
 //! How many states the data ask for.
 //!
-//! Adding a state always lowers the simulation error of the estimation data. Whether by more than
-//! chance is told by Schwarz's criterion (G. Schwarz, *Estimating the dimension of a model*, Annals of
-//! Statistics 6, 1978),
+//! Adding a state always lowers the errors on the estimation data. Whether by more than chance is told
+//! by Schwarz's criterion (G. Schwarz, *Estimating the dimension of a model*, Annals of Statistics 6,
+//! 1978),
 //!
 //! ```text
-//! N_e·Σ_i ln V_i + d·ln(N_e·ny)
+//! N·Σ_i ln V_i + d·ln(N·ny)
 //! ```
 //!
-//! with V_i the mean squared simulation error of output i and d the number of parameters. It counts
-//! independent samples, which those of a drive are not: its simulation errors are correlated over
-//! time, and so is the steering. How much of the errors a superfluous parameter takes up by chance is
-//! governed by the correlation of the errors e and of the sensitivities together, so that N samples
-//! count for
-//!
-//! ```text
-//! N_e = N / Σ_τ ρ_e(τ)·ρ_ŷ(τ)
-//! ```
-//!
-//! (M. S. Bartlett, *Some aspects of the time-correlation problem in regard to tests of significance*,
-//! J. Royal Statistical Society 98, 1935; for criteria of likelihoods that take samples for independent
-//! which are not: X. Gao, P. X.-K. Song, *Composite likelihood Bayesian information criteria for model
-//! selection in high-dimensional data*, J. American Statistical Association 105, 2010). The simulated
-//! output ŷ stands for the sensitivities, which are the input filtered by the model's poles as it is.
-//! White errors leave N_e = N.
-//!
-//! Simulation errors rather than prediction errors: a disturbance's own dynamics would count as states
-//! of the plant in these.
+//! with V_i the mean squared error of output i and d the number of parameters. It takes the errors for
+//! independent over time. Simulation errors are not, so it is applied to the errors of one-step
+//! prediction by plant and noise model together ([`comparison`](super::comparison)).
 
 use crate::model::{StateSpace, simulate};
-use crate::signal::{dot, mean};
+use crate::signal::dot;
 use crate::{DataSet, Signals};
 
 /// Errors of the simulation, ny by N of each segment.
@@ -71,41 +55,9 @@ pub(crate) fn parameters(order: usize, inputs: usize, outputs: usize, feedthroug
     order * (inputs + outputs) + if feedthrough { inputs * outputs } else { 0 }
 }
 
-/// Schwarz's criterion for `log_square` = Σ_i ln V_i from `samples` independent ones.
+/// Schwarz's criterion for `log_square` = Σ_i ln V_i from so many samples.
 pub(crate) fn schwarz(log_square: f64, outputs: usize, parameters: usize, samples: f64) -> f64 {
     samples * log_square + parameters as f64 * (samples * outputs as f64).max(2.0).ln()
-}
-
-/// The number N_e of independent samples in simulation errors of `data`.
-pub(crate) fn effective_samples(data: &DataSet, errors: &Errors) -> f64 {
-    let simulated: Errors = data.segments().iter().zip(errors).map(|(s, e)| &s.y - e).collect();
-    let (a, b) = (autocorrelation(errors), autocorrelation(&simulated));
-    let lags = a.len();
-    // Bartlett's taper, since far lags are all chance.
-    let sum: f64 = (1..lags).map(|k| (1.0 - k as f64 / lags as f64) * a[k] * b[k]).sum();
-    data.samples() as f64 / (1.0 + 2.0 * sum).max(1.0)
-}
-
-/// Autocorrelation of all rows together at lags from 0 up to √N.
-fn autocorrelation(signals: &Errors) -> Vec<f64> {
-    let samples: usize = signals.iter().map(Signals::ncols).sum();
-    let lags = (samples as f64).sqrt().ceil().max(1.0) as usize;
-    let mut r = vec![0.0; lags];
-    for signal in signals {
-        for i in 0..signal.nrows() {
-            let m = mean(signal.row(i));
-            let x: Vec<f64> = signal.row(i).iter().map(|v| v - m).collect();
-            for (k, r) in r.iter_mut().enumerate() {
-                let later = x.get(k..).unwrap_or_default();
-                *r += dot(&x[..later.len()], later);
-            }
-        }
-    }
-    let r0 = r[0];
-    if r0 > 0.0 {
-        r.iter_mut().for_each(|x| *x /= r0);
-    }
-    r
 }
 
 /// `100·(1 − ‖Y − Ŷ‖/‖Y − mean(Y)‖)` over all outputs, the mean of each taken out; −∞ where an error

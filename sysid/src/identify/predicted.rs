@@ -1,18 +1,19 @@
-//! Starts from closed-loop data: predictor-based models of every order, judged by one-step prediction.
+//! Starts from closed-loop data: predictor-based models of every order.
 //!
-//! Where the input depends on past outputs, simulation errors are correlated with it and whatever
-//! makes them small is biased; one-step prediction errors of the innovation form are not
-//! ([`closed_loop`](crate::closed_loop)). So here both the choice of the order and the refinement go
-//! by prediction errors, and the dynamics of the disturbance count as states of the model.
+//! The predictor-based methods ([`closed_loop`](crate::closed_loop)) are right under feedback where the
+//! open-loop ones are not. A and C are theirs; B, D and the initial states make the simulation of the
+//! [external](super::external) input best, which is what all models are compared and refined by.
 
 use super::IdentifyOptions;
-use super::candidates::{Candidate, Filtered};
-use super::order::{Errors, errors, fit, sum_of_squares};
-use super::starts::Stabilised;
+use super::candidates::ROUGH;
+use super::external::external;
+use super::order::{errors, fit, sum_of_squares};
+use super::starts::{Stabilised, Start};
 use crate::closed_loop::{Criterion, Decomposition, Method, decompose, factor, past_horizon};
-use crate::model::{Innovation, StateSpace, predictions, predictor, predictor_state};
+use crate::model::{Innovation, StateSpace, initial_state, predictor, predictor_state};
+use crate::refine::{Focus, refine_prediction};
 use crate::stability::largest_radius;
-use crate::subspace::{Factor, Realization};
+use crate::subspace::{Factor, Realization, refit_output};
 use crate::{DataSet, Error};
 
 /// Longest past that is tried, s: the memory of lateral dynamics and of what disturbs them.
@@ -21,16 +22,18 @@ const MEMORY_S: f64 = 2.0;
 const WINDOWS: usize = 20;
 
 /// The decomposition of each method, of which the models of all orders are read.
-pub(super) struct Predicted<'a> {
-    data: &'a DataSet,
+pub(super) struct Predicted {
     past: usize,
     factor: Factor,
     decompositions: Vec<(Method, Decomposition)>,
+    /// The data with the external input.
+    pub(super) external: DataSet,
+    refined: bool,
 }
 
-impl<'a> Predicted<'a> {
+impl Predicted {
     pub(super) fn new(
-        data: &'a DataSet,
+        data: &DataSet,
         options: &IdentifyOptions,
         methods: &[Method],
     ) -> Result<Self, Error> {
@@ -58,108 +61,117 @@ impl<'a> Predicted<'a> {
             .iter()
             .map(|&m| Ok((m, decompose(&factor, m, past, future, feedthrough)?)))
             .collect::<Result<_, Error>>()?;
-        Ok(Self { data, past, factor, decompositions })
+        let external = external(data, &factor, past)?;
+        Ok(Self { past, factor, decompositions, external, refined: options.refine })
     }
 
     pub(super) fn largest_order(&self) -> usize {
         self.decompositions.iter().map(|(_, d)| d.largest_order()).max().unwrap_or(0)
     }
 
-    pub(super) fn into_factor(self) -> Factor {
-        self.factor
+    /// The factor of the data, and the data with the external input.
+    pub(super) fn into_parts(self) -> (Factor, DataSet) {
+        (self.factor, self.external)
     }
 
-    /// The model of an order that predicts the estimation data best.
-    pub(super) fn best(&self, order: usize, feedthrough: bool) -> Result<Candidate, Error> {
-        let mut best: Option<(f64, Candidate)> = None;
+    /// The model of an order that simulates the external input best; those of the methods as they are
+    /// and, where models are refined, by the errors of their own one-step prediction of `data`.
+    pub(super) fn best(
+        &self,
+        data: &DataSet,
+        order: usize,
+        feedthrough: bool,
+    ) -> Result<Start, Error> {
+        let mut best: Option<(f64, Start)> = None;
         let mut last_error = Error::NoModel { problem: "no method could be tried".into() };
+        let radius = largest_radius(data.samples());
         for (method, decomposition) in &self.decompositions {
-            match self.start(*method, decomposition, order, feedthrough) {
-                Ok(candidate) => {
-                    let cost = sum_of_squares(&candidate.errors);
-                    if best.as_ref().is_none_or(|(least, _)| cost < *least) {
-                        best = Some((cost, candidate));
-                    }
+            let found = decomposition.stable_model(order, radius);
+            let refined = found.clone().and_then(|found| predicting(&found, data, feedthrough));
+            let of = |found: Result<Innovation, Error>| {
+                let model = found?.model;
+                let values = &decomposition.singular_values;
+                let mut start = self.start(*method, &model, values, feedthrough)?;
+                // Held down to the radius, or near it by itself: which, the data without the
+                // penalty tell.
+                if model.spectral_radius() > 0.99 * radius {
+                    let free = decomposition.model(order).ok();
+                    start.stabilised = free.and_then(|f| self.stabilised(&f.model, &start));
                 }
-                Err(error) => last_error = error,
+                Ok(start)
+            };
+            let refined = self.refined.then(|| of(refined));
+            for start in std::iter::once(of(found)).chain(refined) {
+                match start {
+                    Ok(start) => {
+                        let cost = sum_of_squares(&start.errors);
+                        if best.as_ref().is_none_or(|(least, _)| cost < *least) {
+                            best = Some((cost, start));
+                        }
+                    }
+                    Err(error) => last_error = error,
+                }
             }
         }
-        best.map(|(_, candidate)| candidate).ok_or(last_error)
+        best.map(|(_, start)| start).ok_or(last_error)
     }
 
+    /// A and C of a model with the rest for the simulation of the external input.
     fn start(
         &self,
         method: Method,
-        decomposition: &Decomposition,
-        order: usize,
+        model: &StateSpace,
+        singular_values: &[f64],
         feedthrough: bool,
-    ) -> Result<Candidate, Error> {
-        let radius = largest_radius(self.data.samples());
-        let Innovation { model, gain } = decomposition.stable_model(order, radius)?;
-        let predictor = predictor(&model, gain.as_ref());
-        let x0 = states(&predictor, self.data)?;
-        let errors = prediction_errors(&predictor, &x0, self.data);
+    ) -> Result<Start, Error> {
+        let data = &self.external;
+        let refit = refit_output(model.a.as_ref(), model.c.as_ref(), data, feedthrough, false)?;
+        let errors = errors(&refit.model, &refit.x0, data);
         if !sum_of_squares(&errors).is_finite() {
-            return Err(Error::NoModel { problem: "the predictor overflows".into() });
+            return Err(Error::NoModel { problem: "the simulation overflows".into() });
         }
-        // Held down to the radius, or near it by itself: which, the data without the penalty tell.
-        let stabilised = if model.spectral_radius() > 0.99 * radius {
-            decomposition.model(order).ok().and_then(|free| self.stabilised(&free.model, &model))
-        } else {
-            None
-        };
-        Ok(Candidate {
+        Ok(Start {
             approach: method.into(),
             realization: Realization::Eq12,
             horizon: self.past,
-            singular_values: decomposition.singular_values.clone(),
-            model,
-            x0: Vec::new(),
-            filtered: Some(Filtered { gain, x0 }),
-            estimation_fit: f64::NEG_INFINITY,
-            validation_fit: f64::NEG_INFINITY,
-            criterion: f64::INFINITY,
-            stabilised,
-            refused: None,
-            has_logarithm: false,
-            feedthrough,
+            singular_values: singular_values.to_vec(),
+            model: refit.model,
+            x0: refit.x0,
             errors,
+            stabilised: None,
         })
     }
-}
 
-impl Predicted<'_> {
     /// What stability took of the simulation fit, where the data's own A is unstable.
-    fn stabilised(&self, free: &StateSpace, stable: &StateSpace) -> Option<Stabilised> {
+    fn stabilised(&self, free: &StateSpace, start: &Start) -> Option<Stabilised> {
         let radius = free.spectral_radius();
-        let simulated = |model: &StateSpace| {
-            let x0: Result<Vec<_>, _> = self
-                .data
-                .segments()
-                .iter()
-                .map(|s| initial_state(model, s.u.as_ref(), s.y.as_ref()))
-                .collect();
-            x0.map_or(f64::NEG_INFINITY, |x0| fit(self.data, &errors(model, &x0, self.data)))
-        };
-        (radius >= 1.0).then(|| Stabilised {
+        if radius < 1.0 {
+            return None;
+        }
+        let data = &self.external;
+        let segments = data.segments().iter();
+        let x0: Result<Vec<_>, _> =
+            segments.map(|s| initial_state(free, s.u.as_ref(), s.y.as_ref())).collect();
+        Some(Stabilised {
             radius,
-            fit_before: simulated(free),
-            fit_after: simulated(stable),
+            fit_before: x0.map_or(f64::NEG_INFINITY, |x0| fit(data, &errors(free, &x0, data))),
+            fit_after: fit(data, &start.errors),
         })
     }
 }
 
-/// The states of a predictor at the beginning of each segment.
-fn states(predictor: &StateSpace, data: &DataSet) -> Result<Vec<Vec<f64>>, Error> {
+/// The innovation form refined by its prediction errors, where that leaves A stable.
+fn predicting(start: &Innovation, data: &DataSet, feedthrough: bool) -> Result<Innovation, Error> {
+    let predictor = predictor(&start.model, start.gain.as_ref());
     let segments = data.segments().iter();
-    segments.map(|s| predictor_state(predictor, s.u.as_ref(), s.y.as_ref())).collect()
-}
-
-/// What a predictor misses of each segment.
-pub(super) fn prediction_errors(predictor: &StateSpace, x0: &[Vec<f64>], data: &DataSet) -> Errors {
-    let segments = data.segments().iter().zip(x0);
-    let of = |(s, x0): (&crate::Segment, &Vec<f64>)| {
-        &s.y - predictions(predictor, s.u.as_ref(), s.y.as_ref(), x0)
-    };
-    segments.map(of).collect()
+    let x0 = segments
+        .map(|s| predictor_state(&predictor, s.u.as_ref(), s.y.as_ref()))
+        .collect::<Result<Vec<_>, _>>()?;
+    let found =
+        refine_prediction(start, &x0, data, feedthrough, Focus::Prediction, ROUGH, 1.0)?.innovation;
+    if found.model.spectral_radius() < 1.0 {
+        Ok(found)
+    } else {
+        Err(Error::NoModel { problem: "prediction errors ask for an unstable model".into() })
+    }
 }

@@ -22,7 +22,7 @@ const HORIZONS: [usize; 4] = [10, 15, 20, 30];
 /// A stable subspace model.
 #[derive(Debug, Clone)]
 pub(crate) struct Start {
-    pub(crate) method: Method,
+    pub(crate) approach: Approach,
     pub(crate) realization: Realization,
     pub(crate) horizon: usize,
     /// All of its weighted projection.
@@ -172,7 +172,7 @@ impl<'a> Starts<'a> {
         };
         let (refit, errors) = found;
         Ok(Start {
-            method,
+            approach: method.into(),
             realization,
             horizon: factor.horizon,
             singular_values: sub.singular_values.clone(),

@@ -42,22 +42,38 @@ pub fn uncertain(
     feedthrough: bool,
     focus: Focus,
 ) -> Result<Uncertain, Error> {
-    let factor = match focus {
+    match focus {
         Focus::Prediction => {
             let local = Local::new(&predictor_of(innovation), x0s, data, feedthrough, focus)?;
             let root = local.inverse()?;
             let moves: Vec<Vec<f64>> = columns(&root)
                 .map(|step| of_innovation(innovation, &local.direction(&step)))
                 .collect();
-            from_columns(&moves)
+            let factor = from_columns(&moves);
+            Ok(Uncertain { innovation: innovation.clone(), factor, focus })
         }
         Focus::Simulation => {
-            let local = Local::new(&innovation.model, x0s, data, feedthrough, focus)?;
-            let root = local.sandwich(data)?;
-            let moves: Vec<Move> = columns(&root).map(|step| local.direction(&step)).collect();
-            with_gain(innovation, x0s, data, feedthrough, &moves)?
+            uncertain_simulation(innovation, (x0s, data), (x0s, data), feedthrough)
         }
-    };
+    }
+}
+
+/// The estimate with its covariance where the model made the simulation errors of `simulated` small
+/// and K, for that model, the one-step prediction errors of `predicted`: initial states and data.
+///
+/// # Errors
+/// As [`uncertain`].
+pub(crate) fn uncertain_simulation(
+    innovation: &Innovation,
+    simulated: (&[Vec<f64>], &DataSet),
+    predicted: (&[Vec<f64>], &DataSet),
+    feedthrough: bool,
+) -> Result<Uncertain, Error> {
+    let focus = Focus::Simulation;
+    let local = Local::new(&innovation.model, simulated.0, simulated.1, feedthrough, focus)?;
+    let root = local.sandwich(simulated.1)?;
+    let moves: Vec<Move> = columns(&root).map(|step| local.direction(&step)).collect();
+    let factor = with_gain(innovation, predicted.0, predicted.1, feedthrough, &moves)?;
     Ok(Uncertain { innovation: innovation.clone(), factor, focus })
 }
 

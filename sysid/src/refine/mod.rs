@@ -38,6 +38,7 @@ use rows::Drive;
 use search::{Point, search};
 
 pub use covariance::uncertain;
+pub(crate) use covariance::uncertain_simulation;
 pub use gain::refine_gain;
 pub use uncertain::{PoleEstimate, ResponseEstimate, Uncertain};
 

@@ -71,8 +71,12 @@ pub(crate) fn departures(
 mod tests {
     use super::super::bands::bands;
     use super::*;
-    use crate::dense::row;
     use crate::model::StateSpace;
+    use faer::Mat;
+
+    fn row(values: &[f64]) -> Mat<f64> {
+        Mat::from_fn(1, values.len(), |_, j| values[j])
+    }
 
     const TS: f64 = 0.04;
 

@@ -75,7 +75,10 @@ fn moved(model: &StateSpace, row: &[f64], step: f64) -> StateSpace {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dense::row;
+
+    fn row(values: &[f64]) -> Mat<f64> {
+        Mat::from_fn(1, values.len(), |_, j| values[j])
+    }
 
     /// Covariance of poles and zeros of models drawn at random, and the share in the 95 % ellipse.
     #[test]

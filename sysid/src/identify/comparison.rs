@@ -1,0 +1,159 @@
+//! Which of several models the data make the likeliest, whatever the colour of the noise.
+//!
+//! A model is judged by the errors of one-step prediction that it makes along with a noise model of its
+//! own, an autoregression of its simulation errors ([`Colour`]) of one order for all models: that of the
+//! noise as the largest model leaves it. These errors are white for the right model, so all N samples
+//! count, and Schwarz's criterion ([`schwarz`]) holds. A superfluous state would have to predict what the
+//! colour of the noise does not, and under feedback such a direct prediction error is not biased (Ljung,
+//! *System Identification*, 2nd ed. 1999, section 13.4).
+//!
+//! Plant and colour are estimated in turn, each for the other as it is, which lowers one sum of squares.
+
+use super::IdentifyOptions;
+use super::candidates::{Candidate, ROUGH, refine, simulated_states};
+use super::colour::Colour;
+use super::order::{errors, log_square, parameters, schwarz};
+use super::starts::Start;
+use crate::model::StateSpace;
+use crate::refine::Stop;
+use crate::{DataSet, Error};
+use std::borrow::Cow;
+
+/// Turns of plant and colour, unless the errors have stopped to fall by [`LEAST_GAIN`].
+const TURNS: usize = 4;
+const LEAST_GAIN: f64 = 1e-4;
+/// A difference of the criterion that is no strong evidence (R. E. Kass, A. E. Raftery, *Bayes
+/// factors*, J. American Statistical Association 90, 1995).
+const AS_LIKELY: f64 = 6.0;
+
+/// What models are compared on.
+pub(super) struct Comparison<'a> {
+    /// The estimation data.
+    pub(super) data: &'a DataSet,
+    /// Order of the noise's autoregression.
+    colour: usize,
+    samples: f64,
+    /// Whether the data come from a loop.
+    looped: bool,
+}
+
+impl<'a> Comparison<'a> {
+    /// For models up to the order `largest` or the largest that the options allow, of which `starts`
+    /// makes some.
+    pub(super) fn new(
+        data: &'a DataSet,
+        options: &IdentifyOptions,
+        largest: usize,
+        looped: bool,
+        starts: impl Fn(usize) -> Result<Vec<Start>, Error>,
+    ) -> Result<Self, Error> {
+        // A given order is not compared with others.
+        let mut colour = 0;
+        if looped || options.order.is_none() {
+            let most = options.order.unwrap_or(options.max_order.min(largest));
+            let largest = (1..=most).rev();
+            let found =
+                largest.into_iter().find_map(|order| starts(order).ok()?.into_iter().next());
+            if let Some(start) = found {
+                let x0 = simulated_states(&start.model, data)?;
+                colour = Colour::order(&errors(&start.model, &x0, data), data);
+            }
+        }
+        let samples = (data.samples() - colour * data.segments().len()) as f64;
+        Ok(Self { data, colour, samples, looped })
+    }
+
+    /// Finds the prediction errors of a candidate, where `refined` those of the model that makes them
+    /// least, sought from its own and, in a loop, from `another`.
+    pub(super) fn weigh(
+        &self,
+        candidate: &mut Candidate,
+        another: Option<StateSpace>,
+        refined: bool,
+    ) -> Result<(), Error> {
+        // Without colour these errors are those that were made small already.
+        if !refined || (self.colour == 0 && !self.looped) {
+            let data = self.whitened(candidate)?;
+            let x0 = simulated_states(&candidate.model, &data)?;
+            candidate.log_square = log_square(&errors(&candidate.model, &x0, &data));
+            return Ok(());
+        }
+        let another = another.filter(|_| self.looped);
+        candidate.log_square = f64::INFINITY;
+        for model in std::iter::once(candidate.model.clone()).chain(another) {
+            let mut trial = Candidate { model, ..candidate.clone() };
+            self.refine(&mut trial, ROUGH)?;
+            if trial.log_square < candidate.log_square {
+                candidate.log_square = trial.log_square;
+                candidate.direct = Some(trial.model).filter(|_| self.looped);
+            }
+        }
+        Ok(())
+    }
+
+    /// Makes the prediction errors of a model small; returns the data that show them as simulation
+    /// errors.
+    pub(super) fn refine(&self, of: &mut Candidate, stop: Stop) -> Result<DataSet, Error> {
+        of.log_square = f64::INFINITY;
+        let mut turn = 0;
+        loop {
+            let data = self.whitened(of)?;
+            refine(&data, of, stop)?;
+            let now = log_square(&errors(&of.model, &of.x0, &data));
+            let gain = of.log_square - now;
+            of.log_square = now;
+            turn += 1;
+            if self.colour == 0
+                || turn == TURNS
+                || (turn > 1 && (gain.is_nan() || gain <= LEAST_GAIN))
+            {
+                return Ok(data.into_owned());
+            }
+        }
+    }
+
+    /// The data through the colour of a candidate's errors.
+    fn whitened(&self, candidate: &Candidate) -> Result<Cow<'a, DataSet>, Error> {
+        if self.colour == 0 {
+            return Ok(Cow::Borrowed(self.data));
+        }
+        let x0 = simulated_states(&candidate.model, self.data)?;
+        let colour = Colour::fitted(&errors(&candidate.model, &x0, self.data), self.colour);
+        Ok(Cow::Owned(colour.whitened(self.data)?))
+    }
+
+    /// Schwarz's criterion.
+    pub(super) fn criterion(&self, of: &Candidate) -> f64 {
+        let (m, p) = (self.data.inputs(), self.data.outputs());
+        let count = parameters(of.model.order(), m, p, of.feedthrough);
+        schwarz(of.log_square, p, count, self.samples)
+    }
+
+    /// Sets the criterion of all and tells the least.
+    pub(super) fn least(&self, candidates: &mut [Candidate]) -> usize {
+        for c in candidates.iter_mut() {
+            c.criterion = self.criterion(c);
+        }
+        (0..candidates.len())
+            .min_by(|a, b| candidates[*a].criterion.total_cmp(&candidates[*b].criterion))
+            .unwrap_or(0)
+    }
+
+    /// Whether the data speak strongly for one against the other.
+    pub(super) fn surely_less(&self, one: &Candidate, other: &Candidate) -> bool {
+        one.criterion + AS_LIKELY < other.criterion
+    }
+
+    /// The order of least criterion, or of one about as likely whose A has a real logarithm.
+    pub(super) fn judge(&self, candidates: &mut [Candidate]) -> usize {
+        let least = self.least(candidates);
+        if candidates[least].has_logarithm {
+            return least;
+        }
+        (0..candidates.len())
+            .filter(|i| candidates[*i].has_logarithm)
+            .filter(|i| !self.surely_less(&candidates[least], &candidates[*i]))
+            .min_by(|a, b| candidates[*a].criterion.total_cmp(&candidates[*b].criterion))
+            .unwrap_or(least)
+    }
+}

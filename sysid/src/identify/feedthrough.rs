@@ -1,0 +1,47 @@
+//! Whether the output depends on the input of its own sample.
+
+use super::candidates::{Candidate, ROUGH, refine};
+use super::comparison::Comparison;
+use super::starts::Starts;
+use super::{Approach, IdentifyOptions};
+use crate::Error;
+use crate::subspace::refit_output;
+
+/// Whether a direct gain, estimated along with B for the poles of a subspace model, lowers the
+/// criterion, at the chosen order or the one before: it was chosen without, which may have cost a
+/// state.
+pub(super) fn wants_feedthrough(
+    compare: &Comparison<'_>,
+    starts: &Starts<'_>,
+    candidates: &[Candidate],
+    chosen: usize,
+) -> bool {
+    candidates[chosen.saturating_sub(1)..=chosen].iter().any(|c| {
+        let criterion = |feedthrough: bool| {
+            let Approach::OpenLoop(method) = c.approach else { return None };
+            let order = c.model.order();
+            let start = starts.again((c.horizon, method, c.realization), order, feedthrough)?;
+            let mut start = Candidate::new(start, feedthrough);
+            compare.weigh(&mut start, None, false).ok()?;
+            Some(compare.criterion(&start))
+        };
+        matches!((criterion(true), criterion(false)), (Some(a), Some(b)) if a < b)
+    })
+}
+
+/// The model with D taken out, fitted anew.
+pub(super) fn without_feedthrough(
+    compare: &Comparison<'_>,
+    options: &IdentifyOptions,
+    from: &Candidate,
+) -> Result<Candidate, Error> {
+    let m = &from.model;
+    let refit = refit_output(m.a.as_ref(), m.c.as_ref(), compare.data, false, false)?;
+    let mut rival = Candidate { feedthrough: false, ..from.clone() };
+    rival.model = refit.model;
+    if options.refine {
+        refine(compare.data, &mut rival, ROUGH)?;
+    }
+    compare.weigh(&mut rival, None, options.refine)?;
+    Ok(rival)
+}
