@@ -191,7 +191,7 @@ impl Search<'_> {
         };
         let (radius, most) =
             (crate::dense::spectral_radius(a.as_ref()), largest_radius(self.samples));
-        if !(radius <= most) {
+        if radius > most || radius.is_nan() {
             let stable = match realization {
                 Realization::Shift => stable_shift(subspace.basis.as_ref(), order, 1, most),
                 Realization::Eq12 => {

@@ -277,7 +277,7 @@ impl Taking {
             let state = &mut states[usize::from(block % HELD_OUT == HELD_OUT - 1)];
             state.push(input.columns(from..to), output.columns(from..to))?;
             self.taken += to - from;
-            if self.taken % BLOCK == 0 {
+            if self.taken.is_multiple_of(BLOCK) {
                 state.end_segment();
             }
             from = to;
