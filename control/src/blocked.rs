@@ -43,7 +43,10 @@ pub(crate) fn blocked(
     }
     let before = words.len();
     let search_from = |objective: &Objective, aim: &Aim| -> Result<Found, Error> {
-        Ok(Found::of(objective, search(objective, aim, &[found.variables.clone()], QUICK)?))
+        Ok(Found::of(
+            objective,
+            search(objective, aim, std::slice::from_ref(&found.variables), QUICK)?,
+        ))
     };
     // Another requirement that gives way.
     for (r, required) in objective.required() {

@@ -34,7 +34,8 @@ pub(crate) fn continuous(
     }
     let log = logarithm(whole.clone())? / sample_time;
     let back = vehicle_models::linear::exponential(&(&log * sample_time));
-    if !((back - &whole).norm() <= TRUSTED * whole.norm()) {
+    let error = (back - &whole).norm() / whole.norm();
+    if error.is_nan() || error > TRUSTED {
         return None;
     }
     Some((log.view((0, 0), (n, n)).into_owned(), log.view((0, n), (n, 1)).column(0).into_owned()))
