@@ -29,6 +29,11 @@ DATASHEET_ERROR = 0.15
 DESIGN = ("--max-rate", "0.4rad/s")
 
 
+def folder_of(out, case_name, who):
+    """Where a contender's files are."""
+    return out / "work" / case_name / who.replace(" ", "_").replace("%", "percent")
+
+
 @dataclass
 class Workshop:
     """Makes controllers with the command line."""

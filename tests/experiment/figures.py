@@ -7,7 +7,7 @@ import matplotlib
 matplotlib.use("svg")
 import matplotlib.pyplot as plt
 import numpy as np
-from contenders import ERRORS, FITTED, IDENTIFIED, LAG, NAMES, NO_LAG, ORACLE
+from contenders import ERRORS, FITTED, IDENTIFIED, LAG, NAMES, NO_LAG, ORACLE, folder_of
 from excitation import SAMPLE_TIME_S
 from road import TRACED
 from scores import ratios
@@ -53,8 +53,7 @@ def legend(figure, axes):
 
 
 def traces(out, case, who, name):
-    folder = out / "work" / case / who.replace(" ", "_").replace("%", "percent")
-    file = folder / name
+    file = folder_of(out, case, who) / name
     return np.load(file) if file.exists() else None
 
 

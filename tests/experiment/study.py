@@ -37,7 +37,7 @@ class Study:
     key: str
 
     def folder(self, case, who):
-        made = self.out / "work" / case.name / who.replace(" ", "_").replace("%", "percent")
+        made = contenders.folder_of(self.out, case.name, who)
         made.mkdir(parents=True, exist_ok=True)
         return made
 
