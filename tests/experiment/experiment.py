@@ -18,7 +18,7 @@ import sys
 import time
 from pathlib import Path
 
-import shared  # noqa: F401  (finds the test drive's modules)
+import shared  # finds the test drive's modules
 import case
 import contenders
 import figures

@@ -14,7 +14,7 @@ class Program:
 
     def run(self, *arguments, accept=(DONE,)):
         words = [str(self.file), *map(str, arguments)]
-        done = subprocess.run(words, capture_output=True, text=True)
+        done = subprocess.run(words, capture_output=True, text=True, check=False)
         if done.returncode not in accept:
             raise RuntimeError(f"{' '.join(words)}: exit {done.returncode}\n{done.stderr}")
         return done

@@ -108,7 +108,7 @@ class Study:
         if done := unchanged(file, self.key):
             return done
         common = self.prepare(case)
-        car, start = case.car, case.car.at_start(case.speed)
+        start = case.car.at_start(case.speed)
         folder = self.folder(case, f"seed_{seed}")
         log = folder / "drive.csv"
         states, acceleration = case.record(log, seed)

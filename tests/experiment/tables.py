@@ -44,7 +44,7 @@ def steps(runs):
     header += ["modulus on the car", "oracle settles", "kept", "within 25 %"]
     lines = []
     for case, seeds in by_case(runs).items():
-        get = lambda *path: [metric(run, IDENTIFIED, path) for run in seeds]  # noqa: E731
+        get = lambda *path: [metric(run, IDENTIFIED, path) for run in seeds]
         overshoot = max(get("achieved", "overshoot_percent"))
         settling = worst(get("achieved", "settling_time_s"))
         error = max(get("achieved", "steady_state_error_percent"))
@@ -78,8 +78,8 @@ def contenders(runs):
     header += ["RMS at equal margin", "gains times", "course RMS", "steering rate RMS", "RMS, drop-outs", "RMS, uncorrected"]
     lines = []
     for who in NAMES:
-        get = lambda *path: [metric(run, who, path) for run in runs]  # noqa: E731
-        road = lambda reception, key: get("road", reception.name, key)  # noqa: E731
+        get = lambda *path: [metric(run, who, path) for run in runs]
+        road = lambda reception, key: get("road", reception.name, key)
         over = zip(get("predicted", "overshoot_percent"), get("achieved", "overshoot_percent"))
         kept = [
             run["contenders"][who]["achieved"]["overshoot_percent"] <= OVERSHOOT_PERCENT
@@ -128,7 +128,7 @@ def roads(runs):
     header += ["beyond the road on return", "RMS, uncorrected", "finished"]
     lines = []
     for case, seeds in by_case(runs).items():
-        get = lambda reception, key: [  # noqa: E731
+        get = lambda reception, key: [
             metric(run, IDENTIFIED, ("road", reception.name, key)) for run in seeds
         ]
         guide = seeds[0]["contenders"][IDENTIFIED]["road"]
@@ -157,7 +157,7 @@ def roads(runs):
 def aims(runs):
     """The figures to reach, and whether they are."""
     cases = by_case(runs)
-    own = lambda run, *path: metric(run, IDENTIFIED, path)  # noqa: E731
+    own = lambda run, *path: metric(run, IDENTIFIED, path)
 
     def kept(run):
         settling = own(run, "achieved", "settling_time_s")
@@ -172,7 +172,7 @@ def aims(runs):
         settling = own(run, "achieved", "settling_time_s")
         return settling is not None and settling <= WITHIN * TUNED_SETTLING_S[speed_of(run["case"])]
 
-    all_of = lambda test: sum(all(map(test, seeds)) for seeds in cases.values())  # noqa: E731
+    all_of = lambda test: sum(all(map(test, seeds)) for seeds in cases.values())
     at_15 = [run for run in runs if speed_of(run["case"]) == 15]
     rms = [own(run, "road", CORRECTED.name, "cross_track_rms_m") for run in at_15]
     away = [own(run, "road", DROP_OUT.name, "drop_out_largest_m") for run in runs]
