@@ -77,9 +77,16 @@ def sampled_yaw(car, speed):
 
 
 def modulus_margin(gains, omega, yaw):
-    """Smallest distance of the loop from −1."""
+    """Smallest distance of the loop from −1; 0 for an unstable loop, which may be far from it.
+
+    Nyquist: with both integrators on the circle and all other poles within, 1 + L of a stable loop
+    comes from −180° to 0° without a turn about the origin.
+    """
     controller = frequency_response(gains, np.exp(1j * omega * SAMPLE_TIME_S))
-    return float(np.min(np.abs(1.0 + controller * yaw)))
+    difference = 1.0 + controller * yaw
+    if abs(np.unwrap(np.angle(difference))[-1]) > 0.5 * math.pi:
+        return 0.0
+    return float(np.min(np.abs(difference)))
 
 
 def scaled(gains, factor):

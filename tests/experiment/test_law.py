@@ -56,6 +56,15 @@ def test_gains_come_to_a_margin_from_either_side():
         )
 
 
+def test_an_unstable_loop_has_no_margin():
+    """The oracle once found one that is far from −1 and grows after the search's 3 s."""
+    car, speed = vehicle.Car(2), 22.0
+    found = (1.406, 11.492, 0.1935, 0.00558, 0.3666, 0.1224)
+    assert pid_law.modulus_margin(found, *pid_law.sampled_yaw(car, speed)) == 0.0
+    stable = (0.9, 1.5, 0.08, 0.01, 0.6, 0.2)
+    assert pid_law.modulus_margin(stable, *pid_law.sampled_yaw(car, speed)) > 0.5
+
+
 def test_the_sampled_response_is_an_integrator_of_the_steady_gain():
     """At low frequency: yaw rate per steering over jω."""
     car, speed = vehicle.Car(2), 15.0
