@@ -51,7 +51,8 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Command {
     Demo(demo::Arguments),
-    Build(build::Arguments),
+    // Boxed: it has the options of all stages.
+    Build(Box<build::Arguments>),
     Identify(identify::Arguments),
     Absorb(absorb::Arguments),
     Bicycle(bicycle::Arguments),

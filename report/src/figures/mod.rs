@@ -1,4 +1,4 @@
-//! The figures of a report, each a function from plain data to a [`Figure`](crate::Figure).
+//! The figures of a report, each a function from plain data to a [`Figure`].
 //!
 //! Angles are shown in degrees; everything handed over is SI and radians.
 
