@@ -125,7 +125,7 @@ pub(crate) fn column(values: &[f64]) -> Mat<f64> {
     Mat::from_fn(values.len(), 1, |i, _| values[i])
 }
 
-/// Largest relative difference in the Frobenius norm.
+/// ‖a − b‖/‖b‖ in the Frobenius norm.
 pub(crate) fn relative_difference(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> f64 {
     let norm = b.norm_l2();
     (a - b).norm_l2() / if norm > 0.0 { norm } else { 1.0 }

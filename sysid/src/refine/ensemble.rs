@@ -53,8 +53,8 @@ fn is_stable(of: &Innovation) -> bool {
         && (of.gain.norm_max() == 0.0 || spectral_radius(closed.as_ref()) < 1.0)
 }
 
-/// Standard normal numbers: SplitMix64 (Steele, Lea and Flood 2014) and the polar form of Box and
-/// Muller.
+/// Standard normal numbers: SplitMix64 (Steele, Lea and Flood 2014) through the transform of Box and
+/// Muller (1958).
 struct Normal {
     state: u64,
 }

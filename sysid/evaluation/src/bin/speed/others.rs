@@ -44,7 +44,7 @@ pub(crate) fn octave(path: &Path) -> Outcome<()> {
     let signals = drive(u, NOISE, &mut random);
     write_signals(path, &signals.u, &signals.y)?;
     let script = format!(
-        "pkg load control; f = fopen('{}'); u = fread(f, {COUNT}, 'double'); y = fread(f, {COUNT}, 'double'); d = iddata(y, u, 1); n4sid(d, {ORDER}, 's', {HORIZON}); t = cputime; for k = 1:5 n4sid(d, {ORDER}, 's', {HORIZON}); end; printf('%g', (cputime - t) / 5)",
+        "pkg load control; f = fopen('{}'); u = fread(f, {COUNT}, 'double'); y = fread(f, {COUNT}, 'double'); d = iddata(y, u, 1); m = n4sid(d, {ORDER}, 's', {HORIZON}); t = cputime; for k = 1:5 m = n4sid(d, {ORDER}, 's', {HORIZON}); end; printf('%g', (cputime - t) / 5)",
         path.display()
     );
     let run = Command::new("octave-cli")
