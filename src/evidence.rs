@@ -17,13 +17,14 @@ pub(crate) fn evidence(plant: &Plant) -> String {
     let channels = channel_table(&e.channels);
     let mut orders =
         report::Table::new(["order", "singular value", "estimation", "held out", "as estimated"]);
+    let held_out = |fit: f64| fit_text(fit, e.validation_samples);
     for row in &e.order_table {
         let chosen = if row.order == plant.order() { " <" } else { "" };
         orders = orders.row([
             format!("{}{chosen}", row.order),
             row.singular_value.map_or_else(|| "–".into(), |s| format!("{s:.4e}")),
             format!("{:.2} %", row.estimation_fit),
-            format!("{:.2} %", row.validation_fit),
+            held_out(row.validation_fit),
             if row.stable { "stable".into() } else { "unstable".to_owned() },
         ]);
     }
@@ -94,16 +95,23 @@ pub(crate) fn channel_table(all: &[formats::ChannelSummary]) -> report::Table {
     channels
 }
 
+/// A fit on held-out data, if there are any.
+fn fit_text(fit: f64, samples: usize) -> String {
+    if samples == 0 { "–".into() } else { format!("{fit:.2} %") }
+}
+
 /// Fits, tests and where in frequency the log says something.
 fn judgement(e: &Evidence) -> String {
     let mut text = String::new();
     let error = e.held_out.as_ref().and_then(|h| h.fit_standard_error);
     let _ = writeln!(
         text,
-        "fit      {:.2}{} % simulated on held-out data, {:.2} % one step ahead, {:.2} % on estimation data",
-        e.fit.validation,
-        error.map_or_else(String::new, |error| format!(" ± {:.2}", 2.0 * error)),
-        e.fit.validation_one_step,
+        "fit      {} simulated on held-out data, {} one step ahead, {:.2} % on estimation data",
+        error.map_or_else(
+            || fit_text(e.fit.validation, e.validation_samples),
+            |error| format!("{:.2} ± {:.2} %", e.fit.validation, 2.0 * error)
+        ),
+        fit_text(e.fit.validation_one_step, e.validation_samples),
         e.fit.estimation
     );
     if let Some(held_out) = &e.held_out {

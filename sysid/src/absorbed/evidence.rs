@@ -65,6 +65,7 @@ impl Absorbed {
         if let Err(reason) = &continuous {
             evidence.warnings.push(format!("the model stays discrete: {reason}"));
         }
+        evidence.factor = Some(evidence::data_factor(&factor.conditioning));
         let continuous = continuous.ok();
         evidence.conversion_round_trip = continuous.as_ref().map(|c| c.round_trip);
         let map = evidence::poles_and_zeros(&model, continuous.as_ref(), step, None);
@@ -147,7 +148,9 @@ impl Absorbed {
         };
         let order_table = choice.candidates.iter().map(|c| OrderRow {
             order: c.model.order(),
-            singular_value: Some(c.singular_value),
+            // Those of another decomposition are others.
+            singular_value: (c.approach == chosen.approach && c.horizon == chosen.horizon)
+                .then_some(c.singular_value),
             estimation_fit: simulation(windows, c),
             validation_fit: held_out.map_or(0.0, |on| simulation(on, c)),
             stable: c.stabilised_from.is_none(),
