@@ -88,7 +88,9 @@ fn the_model_is_that_of_the_log_and_offsets_cost_nothing() {
     assert_eq!(plant.order(), whole.order());
     assert!(model(&plant).spectral_radius() < 1.0);
     assert!(plant.evidence.fit.validation > 95.0, "{:?}", plant.evidence.fit);
-    assert!(plant.continuous.is_some());
+    // The third pole, which hardly shows, may come out on the negative axis: then that is said.
+    let warnings = plant.evidence.warnings.join("\n");
+    assert!(plant.continuous.is_some() || warnings.contains("stays discrete"), "{warnings}");
     assert!((plant.operating_point.speed_mps - whole.operating_point.speed_mps).abs() < 0.01);
     assert!(plant.evidence.excitation.informative_up_to_hz > 0.8);
     // Not tested is not passed.

@@ -10,6 +10,7 @@
 use super::effective::effective_samples;
 use super::windows::Windows;
 use crate::closed_loop::{self, Feedback, feedback_in};
+use crate::conversion::to_continuous;
 use crate::identify::order::{parameters, schwarz, sum_of_squares};
 use crate::model::{Innovation, StateSpace};
 use crate::refine::{Focus, Stop, refine_gain, refine_output_error, refine_prediction};
@@ -336,7 +337,8 @@ impl Search<'_> {
     }
 
     /// Sets the criterion of all and tells the model to take: of those whose errors' variance is
-    /// within [`NO_MORE`] of that of least criterion, the one of least order.
+    /// within [`NO_MORE`] of that of least criterion, the one of least order, if it may be of those
+    /// that have a continuous form.
     fn least(&self, candidates: &mut [Candidate]) -> usize {
         let best = candidates.iter().min_by(|a, b| a.ahead.total_cmp(&b.ahead));
         let errors = best.and_then(|c| match &c.gain {
@@ -357,7 +359,12 @@ impl Search<'_> {
             .min_by(|a, b| candidates[*a].criterion.total_cmp(&candidates[*b].criterion))
             .unwrap_or(0);
         let enough = (1.0 + NO_MORE) * candidates[least].ahead;
-        candidates.iter().position(|c| c.ahead <= enough).unwrap_or(least)
+        let first = |also: &dyn Fn(&Candidate) -> bool| {
+            candidates.iter().position(|c| c.ahead <= enough && also(c))
+        };
+        let continuous =
+            |c: &Candidate| to_continuous(c.model.a.as_ref(), c.model.b.as_ref(), 1.0).is_ok();
+        first(&continuous).or_else(|| first(&|_| true)).unwrap_or(least)
     }
 
     /// The Kalman gain; zero where its filter is on the verge of instability or predicts worse than the
