@@ -244,8 +244,10 @@ impl Tally {
     fn print(&self, name: &str) {
         let least = self.held_out.iter().copied().fold(f64::INFINITY, f64::min);
         let most = self.held_out.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        // An unstable simulation may fit by minus any number.
+        let least = if least < -1e3 { format!("{least:.0e}") } else { format!("{least:.1}") };
         println!(
-            "  {name:<26} {} settings: {} unstable, {} with a negative fit, {} failed; held-out fits from {least:.1} to {most:.1} %",
+            "  {name:<26} {} settings: {} unstable, {} with a negative fit, {} failed; held-out fits from {least} to {most:.1} %",
             self.settings, self.unstable, self.negative, self.failed
         );
     }
