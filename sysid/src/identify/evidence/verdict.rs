@@ -35,8 +35,8 @@ const LEAST_STEERING: f64 = 0.0035;
 const LEAST_BAND: f64 = 0.8;
 const GOOD_FIT: f64 = 60.0;
 const LARGEST_NOISE: f64 = 0.5;
-/// From here on the choice of the order shows in the estimate's scatter: over seeds, its 95 % bands
-/// held the truth in 83 to 87 of 100.
+/// From here on the choice of the order shows in the estimate's scatter, which the stated bands, those
+/// of the order chosen, do not hold.
 const LOUD: f64 = 0.25;
 /// The rhythm to drive, Hz: what a driver can steer, and a controller needs.
 pub(super) const SWEEP: (f64, f64) = (0.2, 2.0);
