@@ -57,7 +57,7 @@ pub use error::{Error, Place};
 pub use formats::InputKind;
 pub use identify::{
     Approach, Automatic, Detrend, Identified, IdentifyOptions, Judged, Traces, TriedOrder,
-    automatic, identify, judge,
+    automatic, identify, judge, judge_plant,
 };
 pub use log::{DriveLog, LogFile, LogOptions, Stretch, read_drives, read_log};
 pub use model::{Innovation, StateSpace, simulate};

@@ -5,7 +5,9 @@
 use faer::Mat;
 use formats::{Continuous, Matrix};
 use sysid::conversion::discretize;
-use sysid::{DriveLog, Error, IdentifyOptions, InputKind, Method, Stretch, identify, judge};
+use sysid::{
+    DriveLog, Error, IdentifyOptions, InputKind, Method, Stretch, identify, judge, judge_plant,
+};
 use sysid_evaluation::Random;
 
 /// ẋ = F x + G u, r = H x of a bicycle at 20 m/s with a steering servo.
@@ -124,4 +126,51 @@ fn matrices_that_do_not_fit_each_other_are_refused() {
         let error = judge(&drive(0.0), &options(0.5), &bad);
         assert!(matches!(error, Err(Error::NoModel { .. })), "{error:?}");
     }
+}
+
+/// From its file alone: with its delay, its direct gain, what drives it, and on samples that are not
+/// its own.
+#[test]
+fn a_plant_gets_the_figures_of_its_identification_from_its_file() {
+    let log = drive(5e-3);
+    for (delay_s, feedthrough, input_kind) in [
+        (0.0, false, InputKind::Steering),
+        (0.05, false, InputKind::Steering),
+        (0.0, true, InputKind::Steering),
+        (0.04, false, InputKind::SteeringTimesSpeed),
+    ] {
+        let options = IdentifyOptions {
+            delay_s: Some(delay_s),
+            feedthrough: Some(feedthrough),
+            input_kind,
+            ..options(0.4)
+        };
+        let plant = identify(&log, &options).unwrap().plant;
+        assert_eq!(plant.input_delay_s, delay_s);
+        // What stands in the plant goes before the options.
+        let judged = judge_plant(
+            &log,
+            &IdentifyOptions { validation_fraction: 0.4, ..IdentifyOptions::default() },
+            &plant,
+        )
+        .unwrap();
+        let fit = &plant.evidence.fit;
+        assert!((fit.validation - judged.validation_fit).abs() < 1e-6, "{fit:?} {judged:?}");
+        assert_eq!(judged.first_held_out, 1200);
+    }
+    // On every second sample, the driving angle held over both.
+    let options = IdentifyOptions { delay_s: Some(0.0), ..options(0.5) };
+    let mut plant = identify(&log, &options).unwrap().plant;
+    let mut half = log.clone();
+    half.sample_time_s *= 2.0;
+    half.segments[0].range = 0..1000;
+    for signal in [&mut half.input, &mut half.output, half.speed.as_mut().unwrap()] {
+        *signal = signal.iter().copied().step_by(2).collect();
+    }
+    // The levels last 15 samples, so some begin on a sample that is left out.
+    let fit = judge_plant(&half, &options, &plant).unwrap().validation_fit;
+    assert!((80.0..99.0).contains(&fit), "{fit}");
+    plant.continuous = None;
+    let error = judge_plant(&half, &options, &plant).unwrap_err();
+    assert!(matches!(error, Error::NoModel { .. }), "{error}");
 }

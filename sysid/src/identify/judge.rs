@@ -1,4 +1,4 @@
-//! Another model on the same drive, judged as an identified one is.
+//! A model on a drive that need not be its own, judged as an identified one is on its own.
 
 use super::IdentifyOptions;
 use super::candidates::{initial_states, output};
@@ -8,7 +8,7 @@ use crate::model::StateSpace;
 use crate::statistics::fit_percent;
 use crate::{DriveLog, Error};
 use faer::Mat;
-use formats::{Continuous, InputKind, Matrix};
+use formats::{Continuous, InputKind, Matrix, Plant};
 
 /// How well a given model follows a drive, by the measures of [`formats::Fits`].
 #[derive(Debug, Clone, PartialEq)]
@@ -20,6 +20,8 @@ pub struct Judged {
     /// Simulated yaw rate over the whole drive, rad/s; the initial state is estimated at the start
     /// of each part.
     pub simulated_yaw_rate_radps: Vec<f64>,
+    /// The first sample that is held out.
+    pub first_held_out: usize,
 }
 
 /// Judges a model from steering angle (rad) to yaw rate (rad/s) on a drive: the same halves, means
@@ -33,29 +35,86 @@ pub fn judge(
     options: &IdentifyOptions,
     model: &Continuous,
 ) -> Result<Judged, Error> {
-    options.check()?;
-    let options = IdentifyOptions { input_kind: InputKind::Steering, ..options.clone() };
-    let data = Data::new(log, &options)?;
-    let n = model.f.rows();
-    let fits = |m: &Matrix, rows, columns| m.rows() == rows && m.columns() == Some(columns);
-    if !(fits(&model.f, n, n) && fits(&model.g, n, 1) && fits(&model.h, 1, n)) {
-        return Err(Error::NoModel { problem: "the matrices F, G, H do not fit".into() });
-    }
-    let dense = |m: &Matrix, rows, columns| Mat::from_fn(rows, columns, |i, j| m.at(i, j));
-    let (f, g) = (dense(&model.f, n, n), dense(&model.g, n, 1));
-    let (a, b) = discretize(f.as_ref(), g.as_ref(), data.sample_time);
-    // Into the scaled signals of the data: u' = (u − ū)/s_u, y' = (y − ȳ)/s_y.
-    let scaled = StateSpace { a, b, c: dense(&model.h, 1, n), d: Mat::zeros(1, 1) }
-        .scaled(&[1.0 / data.input_scale], &[1.0 / data.output_scale]);
+    let none = Matrix::from_fn(1, 1, |_, _| 0.0);
+    let [a, b, c, d] = sampled([&model.f, &model.g, &model.h, &none], Some(log.sample_time_s))?;
+    judged(log, options, InputKind::Steering, StateSpace { a, b, c, d })
+}
 
+/// Judges an identified plant on a drive, its own or another, as [`judge`] does: by its discrete form
+/// on the log's samples where they are its own, else by its continuous one; with its input delay.
+///
+/// # Errors
+/// As [`judge`]; [`Error::NoModel`] where the log's sample time is not the plant's and the plant has
+/// no continuous form.
+pub fn judge_plant(
+    log: &DriveLog,
+    options: &IdentifyOptions,
+    plant: &Plant,
+) -> Result<Judged, Error> {
+    let discrete = &plant.discrete;
+    let own = (discrete.sample_time_s - log.sample_time_s).abs() <= 1e-9 * log.sample_time_s;
+    let [a, b, c, d] = match &plant.continuous {
+        _ if own => sampled([&discrete.a, &discrete.b, &discrete.c, &discrete.d], None)?,
+        Some(m) => sampled([&m.f, &m.g, &m.h, &discrete.d], Some(log.sample_time_s))?,
+        None => {
+            return Err(Error::NoModel {
+                problem: format!(
+                    "{} steps every {} s and has no continuous form, the log is read every {} s",
+                    plant.name, discrete.sample_time_s, log.sample_time_s
+                ),
+            });
+        }
+    };
+    let model = StateSpace { a, b, c, d };
+    if plant.input_delay_s > 0.0 {
+        return judged(&log.with_input_delayed(plant.input_delay_s), options, plant.input, model);
+    }
+    judged(log, options, plant.input, model)
+}
+
+/// Checked matrices; sampled where a sample time is given, with the input held.
+fn sampled(matrices: [&Matrix; 4], step: Option<f64>) -> Result<[Mat<f64>; 4], Error> {
+    let n = matrices[0].rows();
+    let shapes = [(n, n), (n, 1), (1, n), (1, 1)];
+    if matrices.iter().zip(shapes).any(|(m, (r, c))| m.rows() != r || m.columns() != Some(c)) {
+        let problem = "the matrices from steering angle to yaw rate do not fit each other".into();
+        return Err(Error::NoModel { problem });
+    }
+    let dense = |i: usize| {
+        let (rows, columns) = shapes[i];
+        Mat::from_fn(rows, columns, |r, c| matrices[i].at(r, c))
+    };
+    let (mut a, mut b) = (dense(0), dense(1));
+    if let Some(step) = step {
+        (a, b) = discretize(a.as_ref(), b.as_ref(), step);
+    }
+    Ok([a, b, dense(2), dense(3)])
+}
+
+fn judged(
+    log: &DriveLog,
+    options: &IdentifyOptions,
+    input_kind: InputKind,
+    model: StateSpace,
+) -> Result<Judged, Error> {
+    options.check()?;
+    let data = Data::new(log, &IdentifyOptions { input_kind, ..options.clone() })?;
+    // Into the scaled signals of the data: u' = (u − ū)/s_u, y' = (y − ȳ)/s_y.
+    let scaled = model.scaled(&[1.0 / data.input_scale], &[1.0 / data.output_scale]);
     let mut simulated = Vec::with_capacity(data.estimation.len() + data.validation.len());
     let mut fit = |part: &Part| -> Result<f64, Error> {
         let x0 = initial_states(&scaled, part)?;
         let y = output(&scaled, part, &x0);
-        simulated.extend(y.iter().map(|y| data.output_mean + data.output_scale * y));
+        simulated.extend_from_slice(&y);
         Ok(fit_percent(&part.output, &y))
     };
     let estimation_fit = fit(&data.estimation)?;
     let validation_fit = fit(&data.validation)?;
-    Ok(Judged { estimation_fit, validation_fit, simulated_yaw_rate_radps: simulated })
+    data.restore(log, &mut simulated);
+    Ok(Judged {
+        estimation_fit,
+        validation_fit,
+        simulated_yaw_rate_radps: simulated,
+        first_held_out: data.estimation.len(),
+    })
 }

@@ -37,7 +37,7 @@ use formats::{
 
 pub use approach::Approach;
 pub use automatic::{Automatic, TriedOrder, automatic};
-pub use judge::{Judged, judge};
+pub use judge::{Judged, judge, judge_plant};
 pub use options::{Detrend, IdentifyOptions};
 
 /// A steering offset beyond this is doubtful, degrees at the road wheel.

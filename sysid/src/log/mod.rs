@@ -82,7 +82,8 @@ impl DriveLog {
 
     /// Integral of a yaw rate on the log's samples, rad; what happens in a gap is not known, so each
     /// stretch starts where the last one ended.
-    pub(crate) fn yaw(&self, rate: &[f64]) -> Vec<f64> {
+    #[must_use]
+    pub fn yaw(&self, rate: &[f64]) -> Vec<f64> {
         let mut all: Vec<f64> = Vec::with_capacity(rate.len());
         for stretch in &self.segments {
             let from = all.last().copied().unwrap_or(0.0);
