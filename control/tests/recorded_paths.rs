@@ -88,6 +88,19 @@ fn a_closed_track_meets_its_start() {
     }
 }
 
+/// A lap that was not driven to its end is closed by a piece of road that nobody drove.
+#[test]
+fn what_closes_a_track_that_ends_far_from_its_start_is_told() {
+    let closed = PointOptions { closed: true, ..Default::default() };
+    let warnings = |turn: f64| {
+        let (x, y) = circle(60.0, 1.0, turn, 0.01);
+        from_points(&x, &y, &closed).expect("a path").warnings
+    };
+    assert_eq!(warnings(TAU - 0.05), Vec::<String>::new());
+    let told = warnings(0.9 * TAU);
+    assert!(told.len() == 1 && told[0].starts_with("the last point is 3"), "{told:?}");
+}
+
 #[test]
 fn repeated_points_and_single_outliers_are_left_out_with_a_word() {
     let (mut x, mut y) = circle(50.0, 1.0, 3.0, 0.0);
@@ -102,6 +115,22 @@ fn repeated_points_and_single_outliers_are_left_out_with_a_word() {
     assert!(recorded.warnings[0].contains("5 of"), "{}", recorded.warnings[0]);
     assert!(recorded.warnings[1].contains("point 76"), "{}", recorded.warnings[1]);
     assert!(recorded.largest_distance_m < 0.05, "{}", recorded.largest_distance_m);
+}
+
+/// A long recording with as many outliers as are allowed must not take a time that grows with both.
+#[test]
+fn many_outliers_of_a_long_recording_are_left_out_in_a_moment() {
+    let (mut x, mut y) = circle(50_000.0, 0.5, 2.0, 0.0);
+    let wrong: Vec<usize> = (50..x.len() - 50).step_by(60).collect();
+    for &i in &wrong {
+        (x[i], y[i]) = (x[i] + 3.0, y[i] - 4.0);
+    }
+    let start = std::time::Instant::now();
+    let options = PointOptions { spacing: 50.0, smoothing_length: 100.0, ..Default::default() };
+    let recorded = from_points(&x, &y, &options).expect("a path");
+    assert_eq!(recorded.warnings.len(), wrong.len());
+    // Looking at all points for each of them takes minutes.
+    assert!(start.elapsed().as_secs() < 20, "{:?}", start.elapsed());
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use super::points::PointOptions;
 use crate::Error;
+use std::collections::BinaryHeap;
 
 /// Points that are kept, and what was left out.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,26 +34,15 @@ pub(crate) fn clean(xs: &[f64], ys: &[f64], options: &PointOptions) -> Result<Cl
         return Err(Error::TooFewPoints { got: kept.len(), need: super::points::LEAST_POINTS });
     }
     let repeated = xs.len() - kept.len();
-    let total = kept.len();
-    let at = |i: usize| (xs[i], ys[i]);
-    let deviation = |kept: &[usize], j: usize| match (j, kept.len() - 1 - j) {
-        (0, _) => off_ray(at(kept[0]), at(kept[1]), at(kept[2])),
-        (_, 0) => off_ray(at(kept[j]), at(kept[j - 1]), at(kept[j - 2])),
-        _ => off_chord(at(kept[j]), at(kept[j - 1]), at(kept[j + 1])),
-    };
-    let mut deviations: Vec<f64> = (0..kept.len()).map(|j| deviation(&kept, j)).collect();
-    let mut sorted = deviations.clone();
+    let mut chain = Chain::new(kept.iter().map(|&i| (xs[i], ys[i])).collect());
+    let mut sorted = chain.deviations.clone();
     sorted.sort_by(f64::total_cmp);
     let limit = options.largest_jump.max(8.0 * sorted[sorted.len() / 2]);
-    let allowed = (total / 50).max(2);
+    let (total, allowed) = (kept.len(), (kept.len() / 50).max(2));
     let mut outliers = Vec::new();
-    let worst_of = |deviations: &[f64]| {
-        let all = deviations.iter().copied().enumerate();
-        all.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, size)| *size > limit)
-    };
-    while let Some((worst, size)) = worst_of(&deviations) {
+    while let Some((worst, size)) = chain.worst(limit) {
         outliers.push((kept[worst], size));
-        if outliers.len() > allowed || kept.len() <= super::points::LEAST_POINTS {
+        if outliers.len() > allowed || chain.left <= super::points::LEAST_POINTS {
             let (first, jump_m) =
                 outliers.iter().copied().min_by_key(|(i, _)| *i).unwrap_or((0, 0.0));
             return Err(Error::Jumps {
@@ -63,13 +53,11 @@ pub(crate) fn clean(xs: &[f64], ys: &[f64], options: &PointOptions) -> Result<Cl
                 allowed,
             });
         }
-        kept.remove(worst);
-        deviations.remove(worst);
-        let near = worst.saturating_sub(2)..(worst + 2).min(kept.len());
-        for (j, slot) in deviations.iter_mut().enumerate().take(near.end).skip(near.start) {
-            *slot = deviation(&kept, j);
-        }
+        chain.remove(worst);
     }
+    let kept: Vec<usize> =
+        kept.iter().enumerate().filter(|(j, _)| !chain.removed[*j]).map(|(_, &i)| i).collect();
+    let at = |i: usize| (xs[i], ys[i]);
     outliers.sort_by_key(|(i, _)| *i);
     refuse_jump(&kept, at, limit)?;
     Ok(Cleaned {
@@ -78,6 +66,81 @@ pub(crate) fn clean(xs: &[f64], ys: &[f64], options: &PointOptions) -> Result<Cl
         repeated,
         outliers,
     })
+}
+
+/// Points that are left out one after the other, the worst first: in order of deviation by a heap, since
+/// a recording may be long.
+struct Chain {
+    points: Vec<(f64, f64)>,
+    /// Neighbours of each point among those that are left; none at the ends.
+    before: Vec<Option<usize>>,
+    after: Vec<Option<usize>>,
+    removed: Vec<bool>,
+    left: usize,
+    deviations: Vec<f64>,
+    /// Deviations as they were once, which order as their bits do: none is negative.
+    heap: BinaryHeap<(u64, usize)>,
+}
+
+impl Chain {
+    fn new(points: Vec<(f64, f64)>) -> Self {
+        let left = points.len();
+        let mut chain = Self {
+            before: (0..left).map(|j| j.checked_sub(1)).collect(),
+            after: (0..left).map(|j| Some(j + 1).filter(|k| *k < left)).collect(),
+            removed: vec![false; left],
+            left,
+            deviations: vec![0.0; left],
+            heap: BinaryHeap::with_capacity(left),
+            points,
+        };
+        (0..left).for_each(|j| chain.measure(j));
+        chain
+    }
+
+    fn measure(&mut self, j: usize) {
+        let at = |k: usize| self.points[k];
+        // An end is held against the line of the two points next to it.
+        let ray = |near: Option<usize>, on: &[Option<usize>]| {
+            near.and_then(|near| Some(off_ray(at(j), at(near), at(on[near]?))))
+        };
+        let deviation = match (self.before[j], self.after[j]) {
+            (Some(a), Some(b)) => Some(off_chord(at(j), at(a), at(b))),
+            (None, next) => ray(next, &self.after),
+            (previous, None) => ray(previous, &self.before),
+        };
+        self.deviations[j] = deviation.unwrap_or(0.0);
+        self.heap.push((self.deviations[j].to_bits(), j));
+    }
+
+    /// The point that is off by most, and by more than a limit.
+    fn worst(&mut self, limit: f64) -> Option<(usize, f64)> {
+        while let Some(&(bits, j)) = self.heap.peek() {
+            let size = f64::from_bits(bits);
+            if self.removed[j] || size != self.deviations[j] {
+                self.heap.pop();
+                continue;
+            }
+            return (size > limit).then_some((j, size));
+        }
+        None
+    }
+
+    fn remove(&mut self, j: usize) {
+        let (before, after) = (self.before[j], self.after[j]);
+        self.removed[j] = true;
+        self.left -= 1;
+        if let Some(before) = before {
+            self.after[before] = after;
+        }
+        if let Some(after) = after {
+            self.before[after] = before;
+        }
+        // Two to either side, since an end looks at two.
+        let changed =
+            [before.and_then(|k| self.before[k]), before, after, after.and_then(|k| self.after[k])];
+        changed.into_iter().flatten().for_each(|k| self.measure(k));
+    }
 }
 
 /// A recording that goes on elsewhere has no bad point but a bad step: one that leads aside or

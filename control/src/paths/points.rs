@@ -92,7 +92,7 @@ pub fn from_points(xs: &[f64], ys: &[f64], options: &PointOptions) -> Result<Rec
         let (option, must) = ("length of the path", "at most a million times its points' spacing");
         return Err(Error::Option { option, value: length.round(), must });
     }
-    let mut warnings = warnings(&cleaned, xs.len());
+    let mut warnings = warnings(&cleaned, xs.len(), options.closed);
     let mut smoothing = options.smoothing_length;
     loop {
         let curve = Curve::fit(&cleaned, smoothing, options)?;
@@ -159,7 +159,7 @@ fn check(xs: &[f64], ys: &[f64], options: &PointOptions) -> Result<(), Error> {
     Ok(())
 }
 
-fn warnings(cleaned: &Cleaned, total: usize) -> Vec<String> {
+fn warnings(cleaned: &Cleaned, total: usize, closed: bool) -> Vec<String> {
     let mut out = Vec::new();
     if cleaned.repeated > 0 {
         out.push(format!(
@@ -175,10 +175,18 @@ fn warnings(cleaned: &Cleaned, total: usize) -> Vec<String> {
     let mut sorted = steps.clone();
     sorted.sort_by(f64::total_cmp);
     let usual = sorted[sorted.len() / 2];
-    for (i, step) in steps.iter().enumerate().filter(|(_, s)| **s > (8.0 * usual).max(5.0)) {
+    let largest = (8.0 * usual).max(5.0);
+    for (i, step) in steps.iter().enumerate().filter(|(_, s)| **s > largest) {
         out.push(format!(
             "a gap of {step:.1} m at x {:.1} m, y {:.1} m was bridged",
             cleaned.x[i], cleaned.y[i]
+        ));
+    }
+    let last = cleaned.x.len() - 1;
+    let closing = (cleaned.x[last] - cleaned.x[0]).hypot(cleaned.y[last] - cleaned.y[0]);
+    if closed && closing > largest {
+        out.push(format!(
+            "the last point is {closing:.1} m from the first: nobody has seen the road that closes it"
         ));
     }
     out
