@@ -139,7 +139,8 @@ fn missing(error: &Error) -> String {
 }
 
 fn push_table(out: &mut String, table: &Table) {
-    let class = |k: usize| if table.is_numeric(k) { " class=\"n\"" } else { "" };
+    let numeric: Vec<bool> = (0..table.headers().len()).map(|k| table.is_numeric(k)).collect();
+    let class = |k: usize| if numeric[k] { " class=\"n\"" } else { "" };
     out.push_str("<div class=\"wide\"><table>\n<thead><tr>");
     for (k, header) in table.headers().iter().enumerate() {
         push(out, format_args!("<th scope=\"col\"{}>{}</th>", class(k), escape(header)));

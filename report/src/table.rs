@@ -91,13 +91,14 @@ impl std::fmt::Display for Table {
         let widths: Vec<usize> = (0..headers.len())
             .map(|k| rows.iter().chain([&headers]).map(|r| width(&r[k])).fold(0, usize::max))
             .collect();
+        let numeric: Vec<bool> = (0..headers.len()).map(|k| self.is_numeric(k)).collect();
         let mut line = |cells: &[String]| {
             let mut text = String::new();
             for (k, cell) in cells.iter().enumerate() {
                 let space = " ".repeat(widths[k] - width(cell));
                 let between = if k == 0 { "" } else { "  " };
                 let (before, after) =
-                    if self.is_numeric(k) { (space.as_str(), "") } else { ("", space.as_str()) };
+                    if numeric[k] { (space.as_str(), "") } else { ("", space.as_str()) };
                 text += &format!("{between}{before}{cell}{after}");
             }
             writeln!(f, "{}", text.trim_end())

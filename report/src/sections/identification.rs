@@ -154,10 +154,9 @@ fn in_words(plant: &Plant) -> Vec<String> {
     let e: &Evidence = &plant.evidence;
     let test = |t: &ResidualTest| {
         format!(
-            "statistic {} over {} lags, {} % bound {}",
+            "statistic {} over {} lags, 99 % bound {}",
             significant(t.statistic),
             t.lags,
-            99,
             significant(t.bound)
         )
     };
