@@ -3,6 +3,7 @@
 #[path = "../tests/common/mod.rs"]
 mod common;
 
+use report::figures::{Driven, Simulated};
 use report::{Controller, LoopStep, Report, figures};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -15,6 +16,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let tracks = [("identified model", &near), ("bicycle model", &far)];
     let e = &plant.evidence;
     let s = &good.specification;
+    let driven = Driven {
+        time_s: &traces.time_s,
+        yaw_rate_radps: &traces.yaw_rate_radps,
+        yaw_rad: &traces.yaw_rad,
+    };
+    let simulated = ["identified model", "bicycle model"].map(|name| Simulated {
+        name,
+        fit: e.fit.validation,
+        yaw_rate_radps: &traces.simulated_yaw_rate_radps,
+        yaw_rad: &traces.simulated_yaw_rad,
+    });
     for (name, figure, height) in [
         ("drive", figures::drive(&traces), 640),
         ("comparison", figures::comparison(&traces, &e.fit, Some(61.0)), 720),
@@ -42,6 +54,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             figures::road_height(900, &path.points, &tracks),
         ),
         ("errors", figures::tracking_errors(&tracks), 660),
+        ("models", figures::models_against_drive(driven, &simulated), 1000),
+        ("curvature", figures::road_and_curvature(&path.points, false, path.speed_mps), 600),
+        (
+            "tracking",
+            figures::tracking("Controller along the road", &path.points, false, &tracks),
+            1080,
+        ),
     ] {
         let svg = figure.to_svg(900, height)?;
         println!("{name}: {} bytes", svg.len());

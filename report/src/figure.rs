@@ -170,6 +170,23 @@ impl Panel {
         self.marks.push(mark);
         self
     }
+
+    /// Where another series leaves the range of the first by far, that range, half as wide again to
+    /// each side: a simulation that runs away should be seen to leave, not flatten the rest.
+    pub(crate) fn limits_of_the_first(&self) -> Option<(f64, f64)> {
+        let range = |series: &Series| {
+            let values = series.points.iter().map(|p| p.1).filter(|v| v.is_finite());
+            values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)))
+        };
+        let (low, high) = self.series.first().map(range)?;
+        let width = high - low;
+        let away = |s: &Series| {
+            let (a, b) = range(s);
+            a < low - 3.0 * width || b > high + 3.0 * width
+        };
+        (width > 0.0 && self.series.iter().any(away))
+            .then_some((low - 0.5 * width, high + 0.5 * width))
+    }
 }
 
 impl Figure {

@@ -5,7 +5,8 @@ mod common;
 
 use common::*;
 use proptest::prelude::*;
-use report::{Error, Figure, Mark, Panel, Place, Series, Style, figures, palette};
+use report::figures::{Driven, Simulated, YawStep};
+use report::{Error, Figure, Mark, Panel, Place, Series, StepResponse, Style, figures, palette};
 
 const LIMIT: usize = 150_000;
 
@@ -32,6 +33,7 @@ fn polylines(svg: &str) -> Vec<Vec<(f64, f64)>> {
 fn all() -> Vec<Figure> {
     let (plant, pid, path) = (plant(), pid(true), path());
     let (near, far) = (track(0.2), track(0.5));
+    let (measured, own) = (traces(3000), step(1.0));
     let tracks = [("identified model", &near), ("bicycle model", &far)];
     let (e, s) = (&plant.evidence, &pid.specification);
     vec![
@@ -46,7 +48,28 @@ fn all() -> Vec<Figure> {
         figures::yaw_step("Yaw step", &step(1.0), s, &pid.evidence.step, &pid.limits),
         figures::reference_road(&path.points, true, &tracks),
         figures::tracking_errors(&tracks),
+        figures::models_against_drive(driven(&measured), &simulated(&measured)),
+        figures::road_and_curvature(&path.points, true, 10.0),
+        figures::tracking("A controller along the road", &path.points, true, &tracks),
+        figures::yaw_steps(0.0873, 2.0, &[yaw_step("plant on its own model", true, &own)]),
     ]
+}
+
+fn driven(t: &report::Traces) -> Driven<'_> {
+    Driven { time_s: &t.time_s, yaw_rate_radps: &t.yaw_rate_radps, yaw_rad: &t.yaw_rad }
+}
+
+fn simulated(t: &report::Traces) -> [Simulated<'_>; 2] {
+    ["identified", "bicycle"].map(|name| Simulated {
+        name,
+        fit: 77.9,
+        yaw_rate_radps: &t.simulated_yaw_rate_radps,
+        yaw_rad: &t.simulated_yaw_rad,
+    })
+}
+
+fn yaw_step<'a>(name: &'a str, predicted: bool, response: &'a StepResponse) -> YawStep<'a> {
+    YawStep { name, rank: 0, predicted, response }
 }
 
 #[test]

@@ -39,11 +39,11 @@ pub fn comparison(traces: &Traces, fit: &Fits, bicycle_fit: Option<f64>) -> Figu
         (&traces.simulated_yaw_rate_radps, DEG),
         Style::line(VERMILLION),
     ));
-    rate.y_limits = sane_limits(&rate);
+    rate.y_limits = rate.limits_of_the_first();
     let mut yaw = Panel::new("Time (s)", "Yaw (deg)")
         .with(Series::over("", t, (&traces.yaw_rad, DEG), measured))
         .with(Series::over("", t, (&traces.simulated_yaw_rad, DEG), Style::line(VERMILLION)));
-    yaw.y_limits = sane_limits(&yaw);
+    yaw.y_limits = yaw.limits_of_the_first();
     yaw.weight = 0.8;
     let near = magnified(&rate, traces);
     for (k, (from, to)) in traces.held_out_ranges().into_iter().enumerate() {
@@ -71,23 +71,6 @@ fn magnified(rate: &Panel, traces: &Traces) -> Option<Panel> {
     }
     // Where a model leaves the range of the drive is seen above.
     Some(near)
-}
-
-/// Where a simulation runs away, the range of what was measured, half as wide again to each side:
-/// an unstable model should be seen to leave, not flatten the rest.
-fn sane_limits(panel: &Panel) -> Option<(f64, f64)> {
-    let range = |series: &Series| {
-        let values = series.points.iter().map(|p| p.1).filter(|v| v.is_finite());
-        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)))
-    };
-    let (low, high) = panel.series.first().map(range)?;
-    let width = high - low;
-    let away = |s: &Series| {
-        let (a, b) = range(s);
-        a < low - 3.0 * width || b > high + 3.0 * width
-    };
-    (width > 0.0 && panel.series.iter().any(away))
-        .then_some((low - 0.5 * width, high + 0.5 * width))
 }
 
 /// Coherence of steering and yaw rate over frequency; beyond the information limit is shaded.

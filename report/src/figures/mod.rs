@@ -2,6 +2,7 @@
 //!
 //! Angles are shown in degrees; everything handed over is SI and radians.
 
+mod compared;
 mod design;
 mod drive;
 mod evidence;
@@ -9,6 +10,9 @@ mod identification;
 mod open_loop;
 mod tracking;
 
+pub use compared::{
+    Driven, Simulated, YawStep, models_against_drive, road_and_curvature, tracking, yaw_steps,
+};
 pub use design::yaw_step;
 pub use drive::drive;
 pub use evidence::{frequency_response, poles_and_zeros, prediction, residuals};

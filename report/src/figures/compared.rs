@@ -1,0 +1,147 @@
+//! Several models against one drive (the paper's Fig. 3), and several plants under one controller
+//! along the reference road (its Fig. 5 to 7).
+
+use super::tracking::{reference_road, tracking_errors};
+use super::{DEG, text};
+use crate::palette::{BLUE, Color, GREY, nth};
+use crate::{Figure, Mark, Panel, Place, Series, StepResponse, Style, Track};
+use formats::PathPoint;
+
+/// What was measured, under what is simulated.
+const HALO: Color = Color(185, 185, 185);
+
+/// What a drive was like, from where the models are judged on it. NaN is a gap.
+#[derive(Debug, Clone, Copy)]
+pub struct Driven<'a> {
+    /// Time, s.
+    pub time_s: &'a [f64],
+    /// Measured yaw rate, rad/s.
+    pub yaw_rate_radps: &'a [f64],
+    /// Its integral, rad.
+    pub yaw_rad: &'a [f64],
+}
+
+/// What a model makes of the drive's steering, sample by sample.
+#[derive(Debug, Clone, Copy)]
+pub struct Simulated<'a> {
+    /// The model's name.
+    pub name: &'a str,
+    /// Fit of the yaw rate, percent.
+    pub fit: f64,
+    /// Simulated yaw rate, rad/s.
+    pub yaw_rate_radps: &'a [f64],
+    /// Its integral, rad.
+    pub yaw_rad: &'a [f64],
+}
+
+/// Yaw rate and yaw, measured and simulated, and what each simulation is off by.
+#[must_use]
+pub fn models_against_drive(driven: Driven<'_>, models: &[Simulated<'_>]) -> Figure {
+    let t = driven.time_s;
+    let label = "Time (s)";
+    // Wide and light: good simulations lie on it.
+    let measured = Style::line(HALO).width(4.5);
+    let mut rate = Panel::new(label, "Yaw rate (deg/s)").with(Series::over(
+        "measured",
+        t,
+        (driven.yaw_rate_radps, DEG),
+        measured,
+    ));
+    let mut yaw =
+        Panel::new(label, "Yaw (deg)").with(Series::over("", t, (driven.yaw_rad, DEG), measured));
+    let mut error = Panel::new(label, "Yaw rate error (deg/s)").mark(zero());
+    let mut drift = Panel::new(label, "Yaw error (deg)").mark(zero());
+    for (k, model) in models.iter().enumerate() {
+        let style = Style { dashed: k % 2 == 1, ..Style::line(nth(k)) };
+        let name = format!("{} (fit {} %)", model.name, text(model.fit, 2));
+        rate = rate.with(Series::over(name, t, (model.yaw_rate_radps, DEG), style));
+        yaw = yaw.with(Series::over("", t, (model.yaw_rad, DEG), style));
+        let solid = Style { dashed: false, ..style }.width(1.0);
+        let off = |simulated: &[f64], measured: &[f64]| -> Vec<f64> {
+            simulated.iter().zip(measured).map(|(s, m)| s - m).collect()
+        };
+        let of_rate = off(model.yaw_rate_radps, driven.yaw_rate_radps);
+        let of_yaw = off(model.yaw_rad, driven.yaw_rad);
+        error = error.with(Series::over(model.name, t, (&of_rate, DEG), solid));
+        drift = drift.with(Series::over("", t, (&of_yaw, DEG), solid));
+    }
+    for panel in [&mut rate, &mut yaw] {
+        panel.y_limits = panel.limits_of_the_first();
+    }
+    for panel in [&mut error, &mut yaw, &mut drift] {
+        panel.weight = 0.8;
+    }
+    Figure::new("Models against the drive, held out", vec![rate, error, yaw, drift])
+}
+
+fn zero() -> Mark {
+    Mark::new("", Place::YLine(0.0), GREY)
+}
+
+/// The reference road in the plane, and its curvature, with the lateral acceleration that it asks for
+/// at a speed in the legend.
+#[must_use]
+pub fn road_and_curvature(points: &[PathPoint], closed: bool, speed: f64) -> Figure {
+    let plane = reference_road(points, closed, &[]);
+    let label = "Distance along the road (m)";
+    let over = points.iter().map(|p| (p.distance_m, p.curvature_per_m)).collect();
+    let most = points.iter().map(|p| p.curvature_per_m.abs()).fold(0.0, f64::max) * speed * speed;
+    let name =
+        format!("lateral acceleration up to {} m/s² at {} m/s", text(most, 2), text(speed, 2));
+    let curvature = Panel::new(label, "Curvature (1/m)").mark(zero()).with(Series::new(
+        name,
+        over,
+        Style::line(BLUE),
+    ));
+    let panels = plane.panels.into_iter().chain([curvature]).collect();
+    Figure::new("Reference road", panels)
+}
+
+/// One controller on several plants: the tracks in the plane, and cross-track error, yaw error and
+/// steering along the road.
+#[must_use]
+pub fn tracking(title: &str, points: &[PathPoint], closed: bool, on: &[(&str, &Track)]) -> Figure {
+    let mut panels = reference_road(points, closed, on).panels;
+    panels.extend(tracking_errors(on).panels);
+    // The plane is drawn to scale; what matters is below it.
+    if let Some(plane) = panels.first_mut() {
+        plane.weight = 1.3;
+    }
+    Figure::new(title, panels)
+}
+
+/// One of several yaw steps.
+#[derive(Debug, Clone, Copy)]
+pub struct YawStep<'a> {
+    /// For the legend.
+    pub name: &'a str,
+    /// Steps of equal rank have one colour.
+    pub rank: usize,
+    /// Whether this is what was predicted, which is dashed.
+    pub predicted: bool,
+    /// The response.
+    pub response: &'a StepResponse,
+}
+
+/// Yaw steps to `height`, rad, beside each other, until a time: whole, about the height, and the
+/// steering.
+#[must_use]
+pub fn yaw_steps(height: f64, until: f64, steps: &[YawStep<'_>]) -> Figure {
+    let label = "Time (s)";
+    let aim = height * DEG;
+    let mut yaw = Panel::new(label, "Yaw (deg)").mark(Mark::new("", Place::YLine(aim), GREY));
+    let mut steering = Panel::new(label, "Steering angle (deg)");
+    for step in steps {
+        let r = step.response;
+        let end = r.time_s.iter().take_while(|t| **t <= until).count();
+        let style = Style { dashed: step.predicted, ..Style::line(nth(step.rank)) };
+        let x = &r.time_s[..end];
+        yaw = yaw.with(Series::over(step.name, x, (&r.yaw_rad[..end], DEG), style));
+        steering = steering.with(Series::over("", x, (&r.steering_rad[..end], DEG), style));
+    }
+    yaw.weight = 1.3;
+    let mut near = Panel { y_label: "Yaw, magnified (deg)".into(), weight: 0.9, ..yaw.clone() };
+    near.series.iter_mut().for_each(|s| s.name.clear());
+    near.y_limits = Some((0.9 * aim, 1.1 * aim));
+    Figure::new("Yaw steps", vec![yaw, near, steering])
+}
