@@ -46,7 +46,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 }
 
 /// The model in a plant or bicycle file, and the file's text.
-fn read_plant(path: &Path) -> Result<(DesignPlant, SourceFile, String), Failure> {
+pub(crate) fn read_plant(path: &Path) -> Result<(DesignPlant, SourceFile, String), Failure> {
     let text = files::read_text(path)?;
     let source = SourceFile::of(path, text.as_bytes());
     let file = path.display().to_string();

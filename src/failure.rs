@@ -30,6 +30,11 @@ impl Failure {
         Self::new(format!("{}: {error}", file.display()), hint)
     }
 
+    /// The same, with the file or the thing that it is about before it.
+    pub(crate) fn about(self, what: impl fmt::Display) -> Self {
+        Self { message: format!("{what}: {}", self.message), ..self }
+    }
+
     /// Tells it on stderr; exit status 2, bad input.
     pub(crate) fn tell(&self) -> ExitCode {
         // A closed stderr is no reason to panic.

@@ -4,7 +4,7 @@ use crate::failure::Failure;
 use crate::package;
 use crate::simulate::system_of;
 use control::DesignPlant;
-use fmi2_host::{Archive, InputTable, Master, Recording};
+use fmi2_host::{Archive, InputTable, Master, Recording, System};
 use formats::{Document, FmuLoop, Pid, Plant, StepMetrics};
 
 /// A step in the loop.
@@ -22,11 +22,23 @@ pub(crate) fn step(
     first: usize,
     master: Master,
 ) -> Result<LoopStep, Failure> {
+    let mut system = system_of([plant, controller])?;
+    system.connect_by_name()?;
+    step_of(system, &plant.model().description().model_name, pid, first, master)
+}
+
+/// The same in a system that is wired already, with a controller `LateralPid` and a plant of that
+/// name.
+pub(crate) fn step_of(
+    mut system: System,
+    plant: &str,
+    pid: &Pid,
+    first: usize,
+    master: Master,
+) -> Result<LoopStep, Failure> {
     let s = &pid.specification;
     let ts = pid.sample_time_s;
     let steps = first + (s.steady_state_time_s / ts).round() as usize;
-    let mut system = system_of([plant, controller])?;
-    system.connect_by_name()?;
     // What holds from one communication point on is what the tick at the next one sees.
     let mut table =
         format!("time,LateralPid.yaw_reference\n0,{}\n", if first == 0 { s.step_rad } else { 0.0 });
@@ -35,7 +47,7 @@ pub(crate) fn step(
     }
     system.feed(InputTable::read(table.as_bytes(), "the step")?);
     let recording = system.run(master, 0.0, steps as f64 * ts, ts)?;
-    let yaw = column(&recording, &format!("{}.yaw", plant.model().description().model_name))?;
+    let yaw = column(&recording, &format!("{plant}.yaw"))?;
     let steering = column(&recording, "LateralPid.steering_angle")?;
     let trace = control::Trace {
         time: recording.times[first..].iter().map(|t| t - recording.times[first]).collect(),

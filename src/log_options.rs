@@ -96,6 +96,11 @@ pub(crate) struct Auto<T>(Option<T>);
 pub(crate) struct Files(Vec<PathBuf>);
 
 impl LogArguments {
+    /// Whether `--drive` names files.
+    pub(crate) fn names_files(&self) -> bool {
+        !self.drives.is_empty()
+    }
+
     /// The options of the reader.
     pub(crate) fn options(&self) -> LogOptions {
         LogOptions {

@@ -7,6 +7,8 @@ mod absorb;
 mod bicycle;
 mod build;
 mod check;
+mod compare;
+mod comparison;
 mod demo;
 mod design;
 mod design_plots;
@@ -15,6 +17,7 @@ mod evidence;
 mod failure;
 mod files;
 mod fmu_step;
+mod fmu_track;
 mod identify;
 mod identify_bicycle;
 mod identify_factor;
@@ -60,6 +63,8 @@ enum Command {
     Path(path::Arguments),
     Package(package::Arguments),
     Simulate(simulate::Arguments),
+    // Boxed: it has the options of several stages.
+    Compare(Box<compare::Arguments>),
     Sweep(sweep::Arguments),
     Check(check::Arguments),
 }
@@ -75,6 +80,7 @@ fn run(command: Command) -> Result<Outcome, Failure> {
         Command::Path(arguments) => path::run(&arguments),
         Command::Package(arguments) => package::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Compare(arguments) => compare::run(&arguments),
         Command::Sweep(arguments) => sweep::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
     }

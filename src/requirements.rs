@@ -262,6 +262,19 @@ impl SpecificationArguments {
     }
 }
 
+impl SpecificationArguments {
+    /// The master that the loop is designed for.
+    pub(crate) fn master(&self) -> Result<control::Master, Failure> {
+        let mut stated = Stated::default();
+        match (self.master, &self.requirements) {
+            (Some(master), _) => stated.jacobi = master == MasterName::Jacobi,
+            (None, Some(file)) => read(file, &mut DesignOptions::default(), &mut stated)?,
+            (None, None) => {}
+        }
+        Ok(if stated.jacobi { control::Master::Jacobi } else { control::Master::GaussSeidel })
+    }
+}
+
 /// Latency that is taken as known to this, s, where one is stated.
 const LATENCY_SPREAD: f64 = 0.03;
 

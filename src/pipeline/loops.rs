@@ -1,18 +1,16 @@
 //! Closed loops of the packed FMUs under a Gauss–Seidel master.
 
 use crate::failure::Failure;
-use crate::simulate::system_of;
+use crate::fmu_track::Loop;
 use crate::{fmu_step, package};
-use fmi2_host::{Archive, Master, System};
+use fmi2_host::{Archive, Master};
 use formats::{Document, Path as PathFile, Pid, Plant, StepMetrics};
 use report::StepResponse;
 use std::path::{Path, PathBuf};
 
-const PLANT: &str = "IdentifiedPlant";
-
 /// How long the loop holds its course before the step: the integral action takes up the plant's
 /// steering offset meanwhile, as it would on the road.
-const BEFORE_STEP_S: f64 = 10.0;
+pub(crate) const BEFORE_STEP_S: f64 = 10.0;
 
 /// The archives that a loop is made of.
 pub(super) struct Archives {
@@ -45,13 +43,6 @@ impl Archives {
         self.pid.as_ref().ok_or_else(|| {
             Failure::new("no controller was packed", "pack the controller before the loop is run")
         })
-    }
-
-    /// Plant, path, controller, in the order of a loop without delay.
-    fn system(&self, path: &Archive) -> Result<System, Failure> {
-        let mut system = system_of([&self.plant, path, self.controller()?])?;
-        system.connect_by_name()?;
-        Ok(system)
     }
 
     /// The specification's step of the yaw reference, from a straight course.
@@ -91,16 +82,10 @@ impl Archives {
         path: &PathFile,
         ts: f64,
     ) -> Result<String, Failure> {
-        let archive = Archive::open(archive)?;
-        let mut system = self.system(&archive)?;
-        if let (Some(first), Some(last)) = (path.points.first(), path.points.last()) {
-            system.set(PLANT, "initial_x", first.x_m)?;
-            system.set(PLANT, "initial_y", first.y_m)?;
-            system.set(PLANT, "initial_yaw", first.heading_rad)?;
-            let steps = ((last.distance_m - first.distance_m) / path.speed_mps / ts).floor();
-            Ok(system.run(Master::GaussSeidel, 0.0, steps * ts, ts)?.to_csv())
-        } else {
-            Err(Failure::new("the path has no points", "make the path again"))
-        }
+        let path_archive = Archive::open(archive)?;
+        let (plant, controller) = (&self.plant, self.controller()?);
+        let run = Loop { plant, path: &path_archive, controller };
+        let sideslip = path.guidance.sideslip_per_yaw_rate_s;
+        Ok(run.track(path, ts, Master::GaussSeidel, sideslip)?.to_csv())
     }
 }

@@ -6,18 +6,18 @@ use formats::{Document, SourceFile};
 use std::path::{Path, PathBuf};
 
 /// Writes files below one folder and keeps the list.
-pub(super) struct Writer {
+pub(crate) struct Writer {
     folder: PathBuf,
     written: Vec<SourceFile>,
 }
 
 impl Writer {
-    pub(super) fn new(folder: &Path) -> Self {
+    pub(crate) fn new(folder: &Path) -> Self {
         Self { folder: folder.into(), written: Vec::new() }
     }
 
     /// Writes bytes under a name relative to the folder.
-    pub(super) fn bytes(&mut self, name: &str, bytes: &[u8]) -> Result<PathBuf, Failure> {
+    pub(crate) fn bytes(&mut self, name: &str, bytes: &[u8]) -> Result<PathBuf, Failure> {
         let path = self.folder.join(name);
         files::write(&path, bytes)?;
         self.written.push(SourceFile { name: name.into(), sha256: formats::sha256_hex(bytes) });
@@ -25,7 +25,7 @@ impl Writer {
     }
 
     /// Writes a document; gives what refers to it in the files made from it.
-    pub(super) fn document<D: Document>(
+    pub(crate) fn document<D: Document>(
         &mut self,
         name: &str,
         document: &D,
@@ -37,7 +37,7 @@ impl Writer {
     }
 
     /// Packs a document's FMU into a folder below.
-    pub(super) fn archive<D: Document>(
+    pub(crate) fn archive<D: Document>(
         &mut self,
         folder: &str,
         document: &D,
@@ -47,12 +47,12 @@ impl Writer {
     }
 
     /// What was written, in order.
-    pub(super) fn into_written(self) -> Vec<SourceFile> {
+    pub(crate) fn into_written(self) -> Vec<SourceFile> {
         self.written
     }
 
     /// What was written so far.
-    pub(super) fn written(&self) -> &[SourceFile] {
+    pub(crate) fn written(&self) -> &[SourceFile] {
         &self.written
     }
 }

@@ -1,0 +1,145 @@
+//! `steerwright compare`: models against a drive, controllers against each other and the truth.
+
+use crate::comparison::{self, Comparison, Job, Road, Shape};
+use crate::failure::{Failure, Outcome};
+use crate::log_options::LogArguments;
+use crate::requirements::SpecificationArguments;
+use crate::tell::Tell;
+use crate::{files, quantity};
+use formats::Path as PathFile;
+use std::path::PathBuf;
+use sysid::IdentifyOptions;
+
+/// Compare models and the controllers designed on them: against a drive, on each other's plants, and
+/// on a vehicle that stands for the truth
+///
+/// Every controller follows the same road on the plant of every model and on the truth, as packed
+/// FMUs. The paper's Fig. 3 (with --log), 5, 6 and 7. A controller is designed for each model to the
+/// same specification, unless --pid gives one. Exit status 1 where a controller loses the road.
+///
+///   steerwright compare plant.json bicycle.json --truth NonlinearVehicle.fmu --log drive.csv
+///       --out comparison
+#[derive(clap::Args)]
+#[command(verbatim_doc_comment)]
+pub(crate) struct Arguments {
+    /// plant.json or bicycle.json, two or more; one will do with two controllers
+    #[arg(required = true, value_name = "MODEL.json")]
+    models: Vec<PathBuf>,
+    /// The vehicle to judge on: a plant FMU of any tool (inputs steering_angle and speed, outputs x,
+    /// y, yaw), vehicle.json, or vehicle data (TOML) for a NonlinearVehicle
+    #[arg(long, value_name = "FMU|FILE")]
+    truth: Option<PathBuf>,
+    /// A controller, of the model whose hash it carries, or of the one named before it; may be
+    /// repeated
+    #[arg(long = "pid", value_name = "[MODEL=]PID.json")]
+    pids: Vec<String>,
+    /// A drive (CSV) to hold the models against; more --log for more files
+    #[arg(long = "log", value_name = "LOG")]
+    logs: Vec<PathBuf>,
+    /// Share of the log, at its end, that the models are judged on
+    #[arg(long, value_name = "SHARE", value_parser = quantity::percent, default_value = "50%")]
+    hold_out: f64,
+    /// Folder for figures (SVG), results.csv, the runs, and one HTML page
+    #[arg(long, short, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print everything as JSON on stdout
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    road: RoadArguments,
+    #[command(flatten)]
+    log: LogArguments,
+    #[command(flatten)]
+    specification: SpecificationArguments,
+}
+
+/// What is driven along.
+#[derive(clap::Args)]
+#[command(next_help_heading = "Road")]
+struct RoadArguments {
+    /// Drive along this path, at its speed; its look-ahead, preview, feedforward and sideslip are
+    /// replaced by those of each controller and plant
+    #[arg(long, value_name = "PATH.json", conflicts_with_all = ["road", "road_speed", "lateral_acceleration"])]
+    path: Option<PathBuf>,
+    /// A standard road
+    #[arg(long, value_enum, default_value = "reference")]
+    road: Shape,
+    /// Speed on the standard road; by default that of the models
+    #[arg(long, value_name = "SPEED", allow_hyphen_values = true, value_parser = quantity::speed)]
+    road_speed: Option<f64>,
+    /// Largest lateral acceleration of the standard road
+    #[arg(long, value_name = "ACCELERATION", allow_hyphen_values = true, value_parser = quantity::acceleration, default_value = "4m/s2")]
+    lateral_acceleration: f64,
+    /// How fast the path follower's integral of the cross-track error grows, such as 0.05/s; by
+    /// default the path's, or none
+    #[arg(long, value_name = "RATE", allow_hyphen_values = true, value_parser = quantity::rate)]
+    cross_track_integral: Option<f64>,
+    /// A cross-track error beyond this has lost the road
+    #[arg(long, value_name = "LENGTH", value_parser = quantity::length, default_value = "1.75m")]
+    lost_beyond: f64,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let design = arguments.specification.options()?;
+    let compared = comparison::compare(&Job {
+        models: arguments.models.clone(),
+        pids: arguments.pids.clone(),
+        master: arguments.specification.master()?,
+        design,
+        truth: arguments.truth.clone(),
+        drive: arguments.drive()?,
+        road: arguments.road.read()?,
+        cross_track_integral_per_s: arguments.road.cross_track_integral,
+        lost_beyond_m: arguments.road.lost_beyond,
+    })?;
+    let written = match &arguments.out {
+        Some(folder) => comparison::write(&compared, folder)?,
+        None => Vec::new(),
+    };
+    let mut text = comparison::text(&compared);
+    if let Some(folder) = &arguments.out {
+        text.push_str(&format!(
+            "\n{} files in {}, to read: {}\n",
+            written.len(),
+            folder.display(),
+            folder.join("comparison.html").display()
+        ));
+    }
+    Tell::new(arguments.json).result(&text, &comparison::json(&compared, &written))?;
+    Ok(outcome(&compared))
+}
+
+fn outcome(compared: &Comparison) -> Outcome {
+    if compared.road_is_kept() { Outcome::Done } else { Outcome::RequirementNotMet }
+}
+
+impl Arguments {
+    /// The drive, where there is one.
+    fn drive(&self) -> Result<Option<(sysid::DriveLog, IdentifyOptions)>, Failure> {
+        if self.logs.is_empty() && !self.log.names_files() {
+            return Ok(None);
+        }
+        let log = self.log.read(&self.logs)?;
+        let options = IdentifyOptions {
+            validation_fraction: self.hold_out / 100.0,
+            ..IdentifyOptions::default()
+        };
+        Ok(Some((log, options)))
+    }
+}
+
+impl RoadArguments {
+    fn read(&self) -> Result<Road, Failure> {
+        Ok(match &self.path {
+            Some(file) => {
+                let (path, source) = files::read_document::<PathFile>(file)?;
+                Road::File(Box::new(path), source)
+            }
+            None => Road::Standard {
+                shape: self.road,
+                speed: self.road_speed,
+                lateral_acceleration: self.lateral_acceleration,
+            },
+        })
+    }
+}

@@ -1,0 +1,112 @@
+//! The vehicle that stands for the truth: any plant FMU, or a file that one is packed from.
+
+use crate::failure::Failure;
+use crate::{files, package};
+use fmi2_host::{Archive, Causality, Kind};
+use formats::{Document, SourceFile, Vehicle};
+use packaging::Fmu;
+use std::path::Path;
+
+/// What a data sheet does not tell of a vehicle up to its limits.
+const REST: &str = include_str!("../../tests/data/multibody/vehicle.json");
+
+/// See the module.
+pub(crate) struct Truth {
+    pub(crate) archive: Archive,
+    pub(crate) source: SourceFile,
+    /// What has to be said of it.
+    pub(crate) remark: Option<String>,
+}
+
+/// Opens an FMU, or packs `vehicle.json`, `plant.json`, `bicycle.json`, or vehicle data (TOML).
+pub(crate) fn read(path: &Path) -> Result<Truth, Failure> {
+    let name = path.display().to_string();
+    let is = |end: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(end));
+    if is("toml") || is("json") {
+        let text = files::read_text(path)?;
+        let source = SourceFile::of(path, text.as_bytes());
+        let (document, remark) =
+            if is("toml") { from_data(&text, &name, &source.name)? } else { (text, None) };
+        let packed = package::pack(&document, &name, None)?;
+        if !matches!(packed.fmu, Fmu::NonlinearVehicle | Fmu::IdentifiedPlant | Fmu::BicyclePlant) {
+            return Err(Failure::new(
+                format!("{name}: this makes {}.fmu, which is no vehicle", packed.fmu.name()),
+                "give a plant FMU, vehicle.json, plant.json, bicycle.json, or vehicle data (TOML)",
+            ));
+        }
+        return Ok(Truth { archive: Archive::from_bytes(&packed.bytes, &name)?, source, remark });
+    }
+    let bytes = files::read(path)?;
+    let source = SourceFile::of(path, &bytes);
+    let archive = Archive::from_bytes(&bytes, &name)?;
+    check(&archive, &name)?;
+    Ok(Truth { archive, source, remark: None })
+}
+
+/// A vehicle with the data of a bicycle model, and the tyres and measures of the one that comes with
+/// this program.
+fn from_data(text: &str, path: &str, name: &str) -> Result<(String, Option<String>), Failure> {
+    let data = control::bicycle_from_toml(text, path)?.vehicle;
+    let mut vehicle = Vehicle::from_json(REST, "vehicle.json of the multi-body drive")?;
+    let other = vehicle.name;
+    vehicle.name = data.name;
+    vehicle.speed_mps = data.speed_mps;
+    let (body, tyres, actuator) = (&mut vehicle.body, &mut vehicle.tyres, &mut vehicle.actuator);
+    body.mass_kg = data.mass_kg;
+    body.yaw_inertia_kgm2 = data.yaw_inertia_kgm2;
+    body.distance_front_m = data.distance_front_m;
+    body.distance_rear_m = data.distance_rear_m;
+    tyres.cornering_stiffness_front_npr = data.cornering_stiffness_front_npr;
+    tyres.cornering_stiffness_rear_npr = data.cornering_stiffness_rear_npr;
+    actuator.steering_ratio = data.steering_ratio;
+    actuator.time_constant_s = data.actuator_time_constant_s;
+    let remark = format!(
+        "{name} does not tell friction ({} taken), tyre curves, height, track width, roll, steering \
+         rate ({:.1} deg/s at the road wheel): they are those of the {other}; a vehicle.json states \
+         them",
+        tyres.friction_coefficient,
+        actuator.road_wheel_rate_max_radps.to_degrees()
+    );
+    Ok((vehicle.to_json(), Some(remark)))
+}
+
+/// Whether the FMU has the words of a plant.
+fn check(archive: &Archive, name: &str) -> Result<(), Failure> {
+    let model = archive.model();
+    let has = |name: &str, causalities: &[Causality]| {
+        let real = |v: &&fmi2_host::Variable| v.kind == Kind::Real;
+        model.variable(name).filter(real).is_some_and(|v| causalities.contains(&v.causality))
+    };
+    let mut missing: Vec<String> = Vec::new();
+    if !has("steering_angle", &[Causality::Input]) {
+        missing.push("input steering_angle (rad)".into());
+    }
+    if !has("speed", &[Causality::Input, Causality::Parameter]) {
+        missing.push("input speed (m/s)".into());
+    }
+    for (output, unit) in [("x", "m"), ("y", "m"), ("yaw", "rad")] {
+        if !has(output, &[Causality::Output]) {
+            missing.push(format!("output {output} ({unit})"));
+        }
+    }
+    if missing.is_empty() {
+        return Ok(());
+    }
+    let of = |causality| {
+        let all = model.variables().iter().filter(|v| v.causality == causality);
+        let mut names: Vec<&str> = all.map(|v| v.name.as_str()).collect();
+        let more = names.len().saturating_sub(12);
+        names.truncate(12);
+        let rest = if more > 0 { format!(" and {more} more") } else { String::new() };
+        format!("{}{rest}", names.join(", "))
+    };
+    Err(Failure::new(
+        format!("{name}: as the truth it lacks {}", missing.join(", ")),
+        format!(
+            "its inputs are: {}; its outputs: {}. Names are as in the FMUs of this program, angles \
+             in rad, positive to the left",
+            of(Causality::Input),
+            of(Causality::Output)
+        ),
+    ))
+}

@@ -1,0 +1,261 @@
+//! The verdict in plain words: who tracks better where it counts, by how much, and whose prediction
+//! held.
+
+use super::drive::Drive;
+use super::loops::{Plant, Run};
+use super::models::{Controller, Model};
+use serde::Serialize;
+
+/// Differences of the cross-track error below this are none, m: a corrected GNSS is no better.
+const LEAST_TRACKING_M: f64 = 0.01;
+/// Nor is a smaller share of the larger one.
+const LEAST_SHARE: f64 = 0.05;
+/// Differences of a fit below this are none, percent.
+const LEAST_FIT: f64 = 0.5;
+/// Modulus margins further apart than this are worth a word.
+const LEAST_MARGIN: f64 = 0.05;
+
+/// What can be said, for scripts and people.
+#[derive(Serialize)]
+pub(crate) struct Verdict {
+    /// Where the controllers were judged.
+    pub(crate) judged_on: String,
+    /// The controller that tracks best; absent where there is no difference, or all lost the road.
+    pub(crate) tracks_best: Option<String>,
+    /// Smaller differences of the RMS cross-track error count as none, m.
+    pub(crate) least_difference_m: f64,
+    /// For each controller the figure that it is judged by.
+    pub(crate) cross_track_rms_m: Vec<Judged>,
+    /// In words, the most important first.
+    pub(crate) sentences: Vec<String>,
+}
+
+/// A controller's figure.
+#[derive(Serialize)]
+pub(crate) struct Judged {
+    pub(crate) controller: String,
+    /// Absent where it lost the road.
+    pub(crate) value: Option<f64>,
+}
+
+/// Judges on the truth, or else each controller on the plant that it does worst on.
+pub(crate) fn of(
+    controllers: &[Controller],
+    plants: &[Plant],
+    runs: &[Run],
+    drive: Option<&Drive>,
+    models: &[Model],
+) -> Verdict {
+    let truth = plants.iter().position(|p| p.model.is_none());
+    // The same plants for all: one is harder to follow a road with than another.
+    let counts = |run: &&Run| truth.is_none_or(|truth| run.plant == truth);
+    let judged: Vec<Judged> = (0..controllers.len())
+        .map(|index| {
+            let own = runs.iter().filter(|r| r.controller == index).filter(counts);
+            let value = own.fold(Some(0.0_f64), |worst, run| {
+                let kept = run.lost_at_m.is_none() && run.errors.cross_track_rms_m.is_finite();
+                worst.filter(|_| kept).map(|worst| worst.max(run.errors.cross_track_rms_m))
+            });
+            Judged { controller: controllers[index].label.clone(), value }
+        })
+        .collect();
+    let judged_on = match truth {
+        Some(truth) => plants[truth].label.clone(),
+        None => "the worst of the models' plants".to_owned(),
+    };
+    let mut sentences = lost(controllers, plants, runs);
+    let (tracks_best, told) = tracking(&judged, &judged_on);
+    sentences.extend(told);
+    if let Some(truth) = truth {
+        sentences.extend(predictions(controllers, runs, truth));
+    } else {
+        sentences.push(
+            "No truth was given: this tells how much the controllers depend on their models, not \
+             which model is right. --truth names a vehicle."
+                .into(),
+        );
+    }
+    sentences.extend(drive.and_then(|drive| fits(drive, models)));
+    sentences.extend(margins(controllers));
+    sentences.push(
+        "One road, one speed, no sensor noise: steerwright sweep varies them, and a car has the \
+         last word."
+            .into(),
+    );
+    Verdict {
+        judged_on,
+        tracks_best,
+        least_difference_m: LEAST_TRACKING_M,
+        cross_track_rms_m: judged,
+        sentences,
+    }
+}
+
+fn lost(controllers: &[Controller], plants: &[Plant], runs: &[Run]) -> Vec<String> {
+    let one = |run: &Run| {
+        let at = run.lost_at_m?;
+        Some(format!(
+            "The controller of {} loses the road on {} after {at:.0} m.",
+            controllers[run.controller].label, plants[run.plant].label
+        ))
+    };
+    runs.iter().filter_map(one).collect()
+}
+
+/// Who tracks best, and the sentence about it.
+fn tracking(judged: &[Judged], on: &str) -> (Option<String>, Option<String>) {
+    let mut kept: Vec<(&str, f64)> =
+        judged.iter().filter_map(|j| Some((j.controller.as_str(), j.value?))).collect();
+    kept.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let [(name, best), others @ ..] = &kept[..] else { return (None, None) };
+    let figure = |m: f64| format!("{m:.3} m");
+    let differs = |other: f64| other - best >= LEAST_TRACKING_M.max(LEAST_SHARE * other);
+    let lost = judged.len() > kept.len();
+    let Some((_, next)) = others.first() else {
+        let sentence = lost.then(|| {
+            format!(
+                "On {on} only the controller of {name} keeps the road, to {} RMS.",
+                figure(*best)
+            )
+        });
+        return (lost.then(|| (*name).to_owned()), sentence);
+    };
+    let list = |all: &[(&str, f64)]| {
+        let told: Vec<String> = all.iter().map(|(n, m)| format!("{n} {}", figure(*m))).collect();
+        told.join(", ")
+    };
+    if !differs(*next) {
+        let (same, apart): (Vec<_>, Vec<_>) = kept.iter().partition(|(_, m)| !differs(*m));
+        let mut same = same;
+        // Those that do not differ stand in the order of the table.
+        let place = |n: &str| judged.iter().position(|j| j.controller == n);
+        same.sort_by_key(|(n, _)| place(n));
+        let behind = if apart.is_empty() {
+            String::new()
+        } else {
+            format!("; behind them: {}", list(&apart))
+        };
+        let sentence = format!(
+            "On {on} there is no difference beyond {LEAST_TRACKING_M} m and {:.0} % in RMS \
+             cross-track error: {}{behind}.",
+            100.0 * LEAST_SHARE,
+            list(&same)
+        );
+        return (None, Some(sentence));
+    }
+    let less = 100.0 * (1.0 - best / next);
+    let sentence = format!(
+        "On {on} the controller of {name} tracks best: {} RMS cross-track error against {}, {less:.0} % \
+         less than the next.",
+        figure(*best),
+        list(others)
+    );
+    (Some((*name).to_owned()), Some(sentence))
+}
+
+/// The step that each model promised, and what became of it.
+fn predictions(controllers: &[Controller], runs: &[Run], truth: usize) -> Vec<String> {
+    let settled =
+        |s: Option<f64>| s.map_or("never settled".into(), |s| format!("settled in {s:.2} s"));
+    let one = |(index, controller): (usize, &Controller)| {
+        let run = runs.iter().find(|r| r.controller == index && r.plant == truth)?;
+        let (said, got) = (&controller.predicted, &run.step);
+        let met = if controller.pid.specification.is_met_by(got) {
+            "the step keeps the specification there"
+        } else {
+            "the step does not keep the specification there"
+        };
+        Some(format!(
+            "{} predicted {:.1} % overshoot, {}; the truth gave {:.1} %, {}: {met}.",
+            controller.label,
+            said.overshoot_percent,
+            settled(said.settling_time_s),
+            got.overshoot_percent,
+            settled(got.settling_time_s)
+        ))
+    };
+    controllers.iter().enumerate().filter_map(one).collect()
+}
+
+/// Whose simulation is closer to the drive.
+fn fits(drive: &Drive, models: &[Model]) -> Option<String> {
+    let mut all: Vec<(&str, f64)> =
+        models.iter().zip(&drive.models).map(|(m, d)| (m.label.as_str(), d.fit_percent)).collect();
+    all.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let [(name, best), (next, other), ..] = all[..] else { return None };
+    Some(if best - other < LEAST_FIT {
+        format!("On the drive the fits of {name} and {next} differ by less than {LEAST_FIT} %.")
+    } else {
+        format!(
+            "On the drive {name} is closest: a fit of {best:.1} % against {other:.1} % of {next}."
+        )
+    })
+}
+
+/// That the controllers are not equally robust, where they are not.
+fn margins(controllers: &[Controller]) -> Option<String> {
+    let margin = |c: &Controller| c.pid.evidence.margins.modulus_margin;
+    let least = controllers.iter().min_by(|a, b| margin(a).total_cmp(&margin(b)))?;
+    let most = controllers.iter().max_by(|a, b| margin(a).total_cmp(&margin(b)))?;
+    (margin(most) - margin(least) >= LEAST_MARGIN).then(|| {
+        format!(
+            "The margins are not equal: on their own models the modulus margin of {} is {:.2}, that \
+             of {} {:.2}.",
+            least.label,
+            margin(least),
+            most.label,
+            margin(most)
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn told(all: &[(&str, Option<f64>)]) -> (Option<String>, String) {
+        let judged: Vec<Judged> = all
+            .iter()
+            .map(|(name, value)| Judged { controller: (*name).into(), value: *value })
+            .collect();
+        let (best, sentence) = tracking(&judged, "the car");
+        (best, sentence.unwrap_or_default())
+    }
+
+    #[test]
+    fn a_difference_is_told_only_where_it_is_one() {
+        for all in [
+            // Less than a receiver can tell, though a third of it.
+            [("a", Some(0.016)), ("b", Some(0.011))],
+            // More than that, though 3 %.
+            [("a", Some(1.00)), ("b", Some(1.03))],
+        ] {
+            let (best, sentence) = told(&all);
+            assert!(best.is_none() && sentence.contains("no difference beyond"), "{sentence}");
+        }
+        let all = [("a", Some(0.10)), ("b", Some(0.05))];
+        let (best, sentence) = told(&all);
+        assert_eq!(best.as_deref(), Some("b"));
+        assert!(
+            sentence.contains("0.050 m RMS cross-track error against a 0.100 m, 50 %"),
+            "{sentence}"
+        );
+        // Whatever the order.
+        assert_eq!(told(&[all[1], all[0]]), (best, sentence));
+    }
+
+    #[test]
+    fn of_several_those_that_do_not_differ_stand_together() {
+        let (best, sentence) = told(&[("c", Some(0.2)), ("b", Some(0.052)), ("a", Some(0.05))]);
+        assert!(best.is_none());
+        assert!(sentence.ends_with("b 0.052 m, a 0.050 m; behind them: c 0.200 m."), "{sentence}");
+    }
+
+    #[test]
+    fn who_lost_the_road_is_not_compared() {
+        let (best, sentence) = told(&[("a", None), ("b", Some(0.5))]);
+        assert_eq!(best.as_deref(), Some("b"));
+        assert!(sentence.contains("only the controller of b keeps the road"), "{sentence}");
+        assert_eq!(told(&[("a", None), ("b", None)]), (None, String::new()));
+    }
+}
