@@ -1,7 +1,7 @@
 //! The bicycle model and the controllers with their proof.
 
 use super::{met, optional, significant, value};
-use crate::figures::{self, DEG, text};
+use crate::figures::{self, DEG};
 use crate::{Block, Controller, Section, Table, Tone};
 use formats::{Bicycle, Pid, Shortfall, StepMetrics};
 
@@ -94,9 +94,15 @@ fn verdict(controller: &Controller<'_>) -> Block {
     Block::Note { tone, title, text: String::new() }
 }
 
+/// A requirement's name in the file ends in its unit, as `settling_time_s` does.
 fn shortfall(s: &Shortfall) -> String {
-    let (asked, reached) = (significant(s.required), significant(s.reached));
-    format!("{}: asked {asked}, reached {reached}", s.requirement)
+    let units = [("_percent", "%"), ("_s", "s"), ("_db", "dB"), ("_deg", "deg")];
+    let parted =
+        units.iter().find_map(|(end, unit)| Some((s.requirement.strip_suffix(end)?, *unit)));
+    let (name, unit) = parted.unwrap_or((&s.requirement, ""));
+    let figure = |v: f64| format!("{}\u{a0}{unit}", significant(v)).trim_end().to_owned();
+    let (asked, reached) = (figure(s.required), figure(s.reached));
+    format!("{}: asked {asked}, reached {reached}", name.replace('_', " "))
 }
 
 /// What was asked, and what is reached on the model designed on, in the loop where there is one,
@@ -151,7 +157,21 @@ fn requirements(pid: &Pid, in_loop: Option<&StepMetrics>) -> Table {
         &|m| value(m.steady_state_error_percent, 2, "%"),
         s.steady_state_error_percent.map(|_| &error as Within<'_>),
     );
-    row("rise time, 10 to 90 %", String::new(), &|m| settled(m.rise_time_s), None);
+    let rise = |m: &StepMetrics| kept(m.rise_time_s, s.rise_time_s);
+    row(
+        "rise time, 10 to 90 %",
+        asked(s.rise_time_s, "s"),
+        &|m| settled(m.rise_time_s),
+        s.rise_time_s.map(|_| &rise as Within<'_>),
+    );
+    let absolute =
+        |m: &StepMetrics| kept(Some(m.integral_absolute_error_s), s.integral_absolute_error_s);
+    row(
+        "absolute error, integral over the step's height",
+        asked(s.integral_absolute_error_s, "s"),
+        &|m| value(m.integral_absolute_error_s, 3, "s"),
+        s.integral_absolute_error_s.map(|_| &absolute as Within<'_>),
+    );
     row(
         "largest steering angle",
         at_most(value(pid.limits.max_angle_rad * DEG, 1, "deg")),
@@ -168,17 +188,24 @@ fn requirements(pid: &Pid, in_loop: Option<&StepMetrics>) -> Table {
 }
 
 fn margins(pid: &Pid) -> Table {
-    let m = &pid.evidence.margins;
-    let asked = pid.specification.modulus_margin;
-    let asked = asked.map_or_else(String::new, |asked| format!(" (asked: at least {asked})"));
-    let modulus = format!("{}{asked}", text(m.modulus_margin, 3));
-    Table::new(["margin", "value"])
-        .row(["gain margin".into(), optional(m.gain_margin_db, 1, "dB", "∞")])
-        .row(["phase margin".into(), optional(m.phase_margin_deg, 1, "deg", "∞")])
-        .row(["delay margin".into(), optional(m.delay_margin_s, 3, "s", "∞")])
-        .row(["modulus margin".into(), modulus])
-        .row(["disk margin".into(), optional(m.disk_margin, 3, "", "–")])
-        .row(["gain crossover".into(), optional(m.crossover_radps, 2, "rad/s", "–")])
+    let (m, s) = (&pid.evidence.margins, &pid.specification);
+    let mut table = Table::new(["margin", "asked", "value"]);
+    for (name, asked, reached, digits, unit, absent) in [
+        ("gain margin", s.gain_margin_db, m.gain_margin_db, 1, "dB", "∞"),
+        ("phase margin", s.phase_margin_deg, m.phase_margin_deg, 1, "deg", "∞"),
+        ("delay margin", s.delay_margin_s, m.delay_margin_s, 3, "s", "∞"),
+        ("modulus margin", s.modulus_margin, Some(m.modulus_margin), 3, "", "–"),
+        ("disk margin", s.disk_margin, m.disk_margin, 3, "", "–"),
+        ("gain crossover", None, m.crossover_radps, 2, "rad/s", "–"),
+    ] {
+        let at_least = |v: f64| format!("≥\u{a0}{v}\u{a0}{unit}").trim_end().to_owned();
+        table.push([
+            name.to_owned(),
+            asked.map_or_else(String::new, at_least),
+            optional(reached, digits, unit, absent),
+        ]);
+    }
+    table
 }
 
 fn gains(pid: &Pid) -> Table {

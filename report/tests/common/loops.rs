@@ -59,7 +59,11 @@ pub fn pid(met: bool) -> Pid {
             shortfalls: if met {
                 vec![]
             } else {
-                vec![Shortfall { requirement: "settling time".into(), required: 1.0, reached: 1.4 }]
+                vec![Shortfall {
+                    requirement: "settling_time_s".into(),
+                    required: 1.0,
+                    reached: 1.4,
+                }]
             },
             step: StepMetrics {
                 settling_time_s: if met { Some(0.83) } else { Some(1.4) },
