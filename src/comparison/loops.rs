@@ -105,7 +105,7 @@ impl Setting<'_> {
                 "{label} turns at {gain:.3} rad/s per rad of steering, the models at about {expected:.3}"
             )
         };
-        if !(ratio > 0.0) {
+        if ratio <= 0.0 || !ratio.is_finite() {
             let hint = "steering, yaw rate and yaw must be positive to the left (ISO 8855), and the \
                         vehicle must move";
             return Err(Failure::new(steering(), hint));
@@ -240,12 +240,14 @@ impl Setting<'_> {
     /// Where the road is lost: beside it, or short of its end by more than a second's way.
     fn lost_at(&self, track: &Track) -> Option<f64> {
         let at = |k: usize| track.distance_m.get(k).copied().unwrap_or(f64::NAN);
-        let beside =
-            track.cross_track_error_m.iter().position(|e| !(e.abs() <= self.lost_beyond_m));
+        let beside = track
+            .cross_track_error_m
+            .iter()
+            .position(|e| e.abs() > self.lost_beyond_m || e.is_nan());
         let (first, last) = (self.road.points.first()?, self.road.points.last()?);
         let length = last.distance_m - first.distance_m;
         let end = at(track.distance_m.len().saturating_sub(1));
-        let short = !(end >= length - self.road.speed_mps);
+        let short = end < length - self.road.speed_mps || end.is_nan();
         beside.map(at).or_else(|| short.then_some(end))
     }
 }

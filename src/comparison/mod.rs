@@ -138,7 +138,7 @@ impl Comparison {
 
 /// Compares.
 pub(crate) fn compare(job: &Job) -> Result<Comparison, Failure> {
-    if !(job.lost_beyond_m > 0.0) {
+    if job.lost_beyond_m <= 0.0 {
         let hint = "give what is left of the lane, such as 1.75m";
         return Err(Failure::new("--lost-beyond must be greater than 0", hint));
     }
@@ -196,6 +196,8 @@ pub(crate) fn compare(job: &Job) -> Result<Comparison, Failure> {
         sources.push(truth.source);
         truth.archive
     });
+    let sample_time = controllers.first().map_or(0.01, |c| c.pid.sample_time_s);
+    remarks.extend(archive.as_ref().and_then(|archive| truth::step_remark(archive, sample_time)));
     let setting = Setting {
         models: &models,
         controllers: &controllers,
@@ -249,7 +251,7 @@ fn speed(job: &Job, models: &[Model], remarks: &mut Vec<String>) -> Result<f64, 
         let own = model.design.speed;
         let apart = (speed / own - 1.0).abs();
         let text = format!("is of {own:.2} m/s, the road is driven at {speed:.2} m/s");
-        if !(apart <= HOLDS_WITHIN) {
+        if apart > HOLDS_WITHIN {
             return Err(Failure::new(
                 format!("{} {text}", model.path.display()),
                 "a model holds near its own speed: identify it from a drive at that speed, make \

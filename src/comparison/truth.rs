@@ -70,6 +70,17 @@ fn from_data(text: &str, path: &str, name: &str) -> Result<(String, Option<Strin
     Ok((vehicle.to_json(), Some(remark)))
 }
 
+/// That a vehicle of one step size is stepped by another than it recommends.
+pub(super) fn step_remark(archive: &Archive, step: f64) -> Option<String> {
+    let model = archive.model();
+    let own = model.description().default_experiment?.step_size?;
+    let differs = (own - step).abs() > 1e-9 * step;
+    let any = model.co_simulation().can_handle_variable_communication_step_size;
+    (differs && !any).then(|| {
+        format!("the truth recommends steps of {own} s and is stepped every {step} s, as the controllers")
+    })
+}
+
 /// Whether the FMU has the words of a plant.
 fn check(archive: &Archive, name: &str) -> Result<(), Failure> {
     let model = archive.model();

@@ -49,13 +49,14 @@ pub(crate) fn of(
     let truth = plants.iter().position(|p| p.model.is_none());
     // The same plants for all: one is harder to follow a road with than another.
     let counts = |run: &&Run| truth.is_none_or(|truth| run.plant == truth);
+    let figure = |run: &Run| {
+        Some(run.errors.cross_track_rms_m).filter(|rms| run.lost_at_m.is_none() && rms.is_finite())
+    };
     let judged: Vec<Judged> = (0..controllers.len())
         .map(|index| {
             let own = runs.iter().filter(|r| r.controller == index).filter(counts);
-            let value = own.fold(Some(0.0_f64), |worst, run| {
-                let kept = run.lost_at_m.is_none() && run.errors.cross_track_rms_m.is_finite();
-                worst.filter(|_| kept).map(|worst| worst.max(run.errors.cross_track_rms_m))
-            });
+            // One loss is enough.
+            let value = own.map(figure).try_fold(0.0_f64, |worst, rms| Some(worst.max(rms?)));
             Judged { controller: controllers[index].label.clone(), value }
         })
         .collect();
