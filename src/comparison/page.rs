@@ -41,12 +41,13 @@ pub(super) fn html(c: &Comparison, figures: Vec<Drawn>, written: &[SourceFile]) 
         Block::Heading("Cross-track error, RMS / largest".into()),
         Block::Table(tell::matrix(c)),
         Block::Text("A star marks the model that the controller was designed on.".into()),
-        Block::Heading("Every run".into()),
-        Block::Table(tell::run_table(c)),
+        Block::Heading("Along the road".into()),
+        Block::Table(tell::road_table(c)),
     ];
     blocks.extend(take("fig6"));
     sections.push(Section { heading: "Controllers on every plant".into(), blocks });
-    let blocks = take("steps");
+    let mut blocks = vec![Block::Table(tell::step_table(c))];
+    blocks.extend(take("steps"));
     sections.push(Section { heading: "Predicted and achieved".into(), blocks });
     sections.push(method(c));
     sections.push(provenance(c, written));

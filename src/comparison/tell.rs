@@ -1,6 +1,6 @@
 //! A comparison as tables and as CSV.
 
-use super::Comparison;
+use super::{Comparison, Run};
 use formats::Guidance;
 use report::Table;
 use std::fmt::Write;
@@ -21,7 +21,8 @@ pub(crate) fn text(c: &Comparison) -> String {
         c.lateral_acceleration()
     );
     let _ = writeln!(text, "{}", matrix(c));
-    let _ = writeln!(text, "{}", run_table(c));
+    let _ = writeln!(text, "{}\n{}", road_table(c), step_table(c));
+    let _ = writeln!(text, "* on the model that the controller was designed on\n");
     for remark in &c.remarks {
         let _ = writeln!(text, "remark: {remark}");
     }
@@ -111,39 +112,56 @@ pub(super) fn matrix(c: &Comparison) -> Table {
     table
 }
 
-/// A row for each run.
-pub(super) fn run_table(c: &Comparison) -> Table {
-    let headers = [
-        "controller of",
-        "on",
-        "yaw error RMS",
-        "largest",
-        "steering rate RMS",
-        "largest",
-        "modulus margin",
-        "step overshoot",
-        "settling",
-        "error",
-        "specification",
-    ];
+/// A row for each run: what the road took.
+pub(super) fn road_table(c: &Comparison) -> Table {
+    let headers =
+        ["controller of", "on", "yaw error RMS", "largest", "steering rate RMS", "largest"];
     let mut table = Table::new(headers);
     for r in &c.runs {
-        let (step, degrees) = (&r.step, f64::to_degrees);
+        let degrees = f64::to_degrees;
+        let [controller, plant] = who(c, r);
         table.push([
-            c.controllers[r.controller].label.clone(),
-            format!("{}{}", c.plants[r.plant].label, if c.is_own(r) { " *" } else { "" }),
+            controller,
+            plant,
             format!("{:.3} deg", degrees(r.errors.heading_rms_rad)),
             format!("{:.3} deg", degrees(r.errors.heading_max_rad)),
             format!("{:.2} deg/s", degrees(r.effort.rate_rms_radps)),
             format!("{:.1} deg/s", degrees(r.effort.rate_max_radps)),
-            r.modulus_margin.map_or_else(|| "–".into(), |m| format!("{m:.3}")),
-            format!("{:.2} %", step.overshoot_percent),
-            seconds(step.settling_time_s),
-            format!("{:.2} %", step.steady_state_error_percent),
-            if c.step_meets(r) { "met" } else { "not met" }.into(),
         ]);
     }
     table
+}
+
+/// A row for each run: the yaw step of the specification.
+pub(super) fn step_table(c: &Comparison) -> Table {
+    let headers = [
+        "controller of",
+        "on",
+        "step overshoot",
+        "settling",
+        "error",
+        "specification",
+        "modulus margin",
+    ];
+    let mut table = Table::new(headers);
+    for r in &c.runs {
+        let [controller, plant] = who(c, r);
+        table.push([
+            controller,
+            plant,
+            format!("{:.2} %", r.step.overshoot_percent),
+            seconds(r.step.settling_time_s),
+            format!("{:.2} %", r.step.steady_state_error_percent),
+            if c.step_meets(r) { "met" } else { "not met" }.into(),
+            r.modulus_margin.map_or_else(|| "–".into(), |m| format!("{m:.3}")),
+        ]);
+    }
+    table
+}
+
+fn who(c: &Comparison, r: &Run) -> [String; 2] {
+    let star = if c.is_own(r) { " *" } else { "" };
+    [c.controllers[r.controller].label.clone(), format!("{}{star}", c.plants[r.plant].label)]
 }
 
 fn seconds(value: Option<f64>) -> String {
