@@ -294,3 +294,25 @@ impl Effort {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What a foreign plant calls `distance` is not the road's.
+    #[test]
+    fn of_a_plant_its_pose_is_kept_alone() {
+        let names = ["car.distance", "car.x", "car.body.x", "ReferencePath.distance"];
+        let recording = Recording {
+            names: names.map(str::to_owned).to_vec(),
+            units: vec![None; 4],
+            times: vec![0.0],
+            rows: vec![vec![1.0, 2.0, 3.0, 4.0]],
+            initial_passes: 1,
+            initially_settled: true,
+        };
+        let known = only_known(recording, "car");
+        assert_eq!(known.names, ["car.x", "ReferencePath.distance"]);
+        assert_eq!((known.rows, known.units.len()), (vec![vec![2.0, 4.0]], 2));
+    }
+}
