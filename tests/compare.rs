@@ -201,19 +201,24 @@ fn models_are_judged_on_the_held_out_end_of_the_drive() {
     assert!(!page.contains(&folder().display().to_string()));
 }
 
+/// A bend that asks for more than μ·g = 10.3 m/s² throws the car off the road, and no linear model.
 #[test]
 fn a_controller_that_loses_the_road_is_told_with_status_1() {
-    // As if half a hand's breadth were a lane.
-    let output =
-        run(&format!("{BOTH} --truth fmu/NonlinearVehicle.fmu --lost-beyond 0.02m --json"));
+    let line = "--truth fmu/NonlinearVehicle.fmu --lateral-acceleration 12m/s2";
+    let output = run(&format!("{BOTH} {line} --json"));
     assert_eq!(output.status.code(), Some(1), "{}", told(&output));
     let lost: Value = serde_json::from_slice(&output.stdout).unwrap();
-    let run = run_of(&lost, "plant", "truth (NonlinearVehicle)");
-    let at = number(&run["lost_at_m"]);
-    // The first bend begins after 30 m.
-    assert!(at > 30.0 && at < 290.0 && number(&run["cross_track_largest_m"]) > 0.02, "{run}");
+    for controller in ["plant", "bicycle"] {
+        let run = run_of(&lost, controller, "truth (NonlinearVehicle)");
+        let at = number(&run["lost_at_m"]);
+        // The first bend begins after 30 m.
+        assert!(at > 30.0 && at < 200.0 && number(&run["cross_track_largest_m"]) > 1.75, "{run}");
+        assert_eq!(run_of(&lost, controller, "bicycle")["lost_at_m"], Value::Null);
+    }
+    assert_eq!(lost["verdict"]["tracks_best"], Value::Null);
     let text = told(&output);
     assert!(text.contains("loses the road on truth (NonlinearVehicle) after"), "{text}");
+    assert!(text.contains("remark: the road asks for up to 12.0 m/s2"), "{text}");
 }
 
 #[test]

@@ -35,6 +35,8 @@ pub(crate) use verdict::Verdict;
 const SAME_SPEED: f64 = 0.02;
 /// Beyond this a model does not hold.
 const HOLDS_WITHIN: f64 = 0.2;
+/// Lateral acceleration beyond which tyres are far from linear, m/s².
+const LINEAR_UP_TO: f64 = 6.0;
 
 /// What to compare.
 pub(crate) struct Job {
@@ -177,6 +179,13 @@ pub(crate) fn compare(job: &Job) -> Result<Comparison, Failure> {
     let controllers = models::controllers(&models, &job.pids, &job.design, job.master)?;
     sources.extend(controllers.iter().filter_map(|c| c.source.clone()));
     steerable(&road, &models, &controllers)?;
+    let lateral = largest_curvature(&road) * road.speed_mps * road.speed_mps;
+    if lateral > LINEAR_UP_TO {
+        remarks.push(format!(
+            "the road asks for up to {lateral:.1} m/s2 of lateral acceleration: linear models know of \
+             no tyre that gives way"
+        ));
+    }
     for controller in &controllers {
         let design = &controller.pid.evidence;
         if !design.met {
