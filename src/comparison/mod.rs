@@ -251,7 +251,7 @@ fn speed(job: &Job, models: &[Model], remarks: &mut Vec<String>) -> Result<f64, 
         Road::Standard { .. } => {
             return Err(Failure::new(
                 format!("the models are of speeds from {low:.2} to {high:.2} m/s"),
-                "give the speed to compare them at with --speed, or make a bicycle.json of the \
+                "give the speed to compare them at with --road-speed, or make a bicycle.json of the \
                  other's speed",
             ));
         }
@@ -264,7 +264,7 @@ fn speed(job: &Job, models: &[Model], remarks: &mut Vec<String>) -> Result<f64, 
             return Err(Failure::new(
                 format!("{} {text}", model.path.display()),
                 "a model holds near its own speed: identify it from a drive at that speed, make \
-                 the bicycle.json with it, or give another --speed",
+                 the bicycle.json with it, or give another --road-speed",
             ));
         }
         if apart > SAME_SPEED {
