@@ -6,6 +6,7 @@ anti-windup time s; limits: angle rad, increment a tick rad.
 """
 
 import math
+from functools import lru_cache
 
 import numba
 import numpy as np
@@ -66,6 +67,7 @@ def steady_gain(car, speed):
     return float(np.mean(small_step(car, speed)[-100:])) / SAMPLE_TIME_S
 
 
+@lru_cache
 def sampled_yaw(car, speed):
     """Frequencies, rad/s, and the car's own response from command to yaw there, sampled and held."""
     increments = small_step(car, speed)

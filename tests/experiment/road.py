@@ -6,6 +6,7 @@ the car moves on with the command held. A second ReferencePath, fed with the tru
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import vehicle
@@ -40,7 +41,6 @@ class Estimator:
     """A PoseEstimator fed by the sensors."""
 
     def __init__(self, archive, sensors, state, sideslip):
-        self.deviation = sensors.gnss.deviation_m
         self.unit = Unit(archive, "PoseEstimator")
         self.unit.set(
             gnss_latency=LATENCY_S,
@@ -51,20 +51,18 @@ class Estimator:
             initial_y=state[vehicle.Y],
             initial_yaw=state[vehicle.YAW] + sensors.initial_yaw,
             initial_yaw_std=INITIAL_YAW_STD_RAD,
+            gnss_std=sensors.gnss.deviation_m,
         )
         self.unit.initialize()
+        self.measure = self.unit.writer("gnss_x", "gnss_y", "yaw_rate", "speed")
+        self.count = self.unit.writer("gnss_fix_count")
+        self.read = self.unit.reader("x", "y", "yaw")
 
     def pose(self, k, reading, _state):
-        self.unit.set(
-            gnss_x=reading.gnss_x,
-            gnss_y=reading.gnss_y,
-            gnss_std=self.deviation,
-            gnss_fix_count=reading.fixes,
-            yaw_rate=reading.gyro,
-            speed=reading.speed,
-        )
+        self.measure(reading.gnss_x, reading.gnss_y, reading.gyro, reading.speed)
+        self.count(reading.fixes)
         tick(self.unit, k)
-        return self.unit.get("x", "y", "yaw")
+        return self.read()
 
     def close(self):
         self.unit.close()
@@ -93,52 +91,59 @@ def guide(archive, name, speed, sideslip):
     return unit
 
 
-def follow(car, speed, loop, sensors, start, sideslip, length):
+def follow(car, speed, loop, sensors, sideslip, length):
     """Drives the road to its end; returns rows of [`TRACED`], one a sample, and whether it got there.
 
     For [`LEAD_IN_S`] before, the car rolls straight towards the road's start, not steered, while the
     estimator finds its yaw and the gyro's bias.
     """
-    state, p = before_the_road(car, speed, start), car.parameters
+    before, p = lead_in(car, speed), car.parameters
+    state = before[0]
     estimator = Estimator(loop.estimator, sensors, state, sideslip) if loop.estimator else Truth()
     for k in range(LEAD_IN):
-        estimator.pose(k, sensors.read(k, state), state)
-        advance(state, 0.0, speed, p, STEPS)
+        estimator.pose(k, sensors.read(k, before[k]), before[k])
+    state = before[LEAD_IN].copy()
 
     path, judge = (guide(loop.path, name, speed, sideslip) for name in ("path", "judge"))
     pid = Unit(loop.pid, "LateralPid")
     pid.initialize()
+    locate = path.writer("x", "y", "yaw", "speed")
+    ask = path.reader("yaw_reference", "steering_feedforward")
+    refer = pid.writer("yaw_reference", "yaw", "steering_feedforward")
+    steer = pid.reader("steering_angle")
+    judged = Judge(judge, speed)
     rows, finished = [], False
     for k in range(round((length / speed + MARGIN_S) / SAMPLE_TIME_S)):
         reading = sensors.read(LEAD_IN + k, state)
         x, y, yaw = estimator.pose(LEAD_IN + k, reading, state)
-        path.set(x=x, y=y, yaw=yaw, speed=reading.speed)
+        locate(x, y, yaw, reading.speed)
         tick(path, k)
-        reference, feedforward = path.get("yaw_reference", "steering_feedforward")
-        pid.set(yaw_reference=reference, yaw=yaw, steering_feedforward=feedforward)
+        reference, feedforward = ask()
+        refer(reference, yaw, feedforward)
         tick(pid, k)
-        command = pid.get("steering_angle")[0]
+        (command,) = steer()
 
-        judged = judgement(judge, k, state, speed)
         off = (yaw - state[vehicle.YAW], x - state[vehicle.X], y - state[vehicle.Y])
-        cross_track, course, curvature, distance = judged
+        cross_track, course, curvature, distance = judged(k, state)
         errors = (cross_track, course, math.remainder(off[0], math.tau), math.hypot(*off[1:]))
         rows.append((k * SAMPLE_TIME_S, *errors, command, curvature))
         finished = distance >= length - END_M
         if finished or abs(cross_track) > OFF_ROAD_M or not math.isfinite(command):
             break
-        advance(state, command, speed, p, STEPS)
-        if not np.all(np.isfinite(state)):
+        if not advance(state, command, speed, p, STEPS):
             break
     for unit in (estimator, path, judge, pid):
         unit.close()
     return np.array(rows), finished
 
 
-def before_the_road(car, speed, start):
-    """The pose from which the car, not steered, comes to the road's start along the road."""
+@lru_cache
+def lead_in(car, speed):
+    """States of the car which, not steered, comes to the road's start along the road; the last is
+    there."""
+    start, none = car.at_start(speed), np.zeros(LEAD_IN)
     end = start.copy()
-    vehicle.drive(end, np.zeros(LEAD_IN), speed, car.parameters, STEPS)
+    vehicle.drive(end, none, speed, car.parameters, STEPS)
     # A car on flat ground does the same wherever it is and heads.
     yaw = start[vehicle.YAW] - end[vehicle.YAW]
     x, y = (start[i] - end[i] for i in (vehicle.X, vehicle.Y))
@@ -146,14 +151,21 @@ def before_the_road(car, speed, start):
     state[vehicle.YAW] = yaw
     state[vehicle.X] = x * math.cos(yaw) - y * math.sin(yaw)
     state[vehicle.Y] = x * math.sin(yaw) + y * math.cos(yaw)
-    return state
+    states = vehicle.drive(state, none, speed, car.parameters, STEPS)
+    return np.vstack([states, state])
 
 
-def judgement(judge, k, state, speed):
+class Judge:
     """True cross-track error, course error, the road's curvature and distance along it."""
-    judge.set(x=state[vehicle.X], y=state[vehicle.Y], yaw=state[vehicle.YAW], speed=speed)
-    tick(judge, k)
-    names = ("cross_track_error", "heading_error", "curvature", "distance")
-    cross_track, heading, curvature, distance = judge.get(*names)
-    sideslip = math.atan2(state[vehicle.LATERAL_VELOCITY], state[vehicle.SPEED])
-    return cross_track, math.remainder(heading + sideslip, math.tau), curvature, distance
+
+    def __init__(self, unit, speed):
+        self.unit, self.speed = unit, speed
+        self.locate = unit.writer("x", "y", "yaw", "speed")
+        self.read = unit.reader("cross_track_error", "heading_error", "curvature", "distance")
+
+    def __call__(self, k, state):
+        self.locate(state[vehicle.X], state[vehicle.Y], state[vehicle.YAW], self.speed)
+        tick(self.unit, k)
+        cross_track, heading, curvature, distance = self.read()
+        sideslip = math.atan2(state[vehicle.LATERAL_VELOCITY], state[vehicle.SPEED])
+        return cross_track, math.remainder(heading + sideslip, math.tau), curvature, distance

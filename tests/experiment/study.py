@@ -155,7 +155,7 @@ class Study:
             count = round((duration + road.LEAD_IN_S + road.MARGIN_S) / road.SAMPLE_TIME_S) + 1
             errors = [*case.seed(5), seed]
             read = sensors.Sensors(reception, errors, road.LEAD_IN_S + lost, count)
-            return road.follow(case.car, case.speed, steered_by, read, start, slip, length)
+            return road.follow(case.car, case.speed, steered_by, read, slip, length)
 
         traces, scores = {}, {}
         for reception in sensors.RECEPTIONS:

@@ -1,6 +1,7 @@
 """FMUs under fmpy, with their variables by name."""
 
 import shutil
+from ctypes import c_double, c_int, c_uint
 
 from fmpy import extract, read_model_description
 from fmpy.fmi2 import FMU2Slave
@@ -50,6 +51,37 @@ class Unit:
     def get(self, *names):
         """Real outputs."""
         return self.fmu.getReal([self.archive.reference[name] for name in names])
+
+    def writer(self, *names):
+        """Sets these Reals, or these Integers, each sample: `write(values)`.
+
+        fmpy would make arrays anew with each call, which costs more than the FMU's own step.
+        """
+        integer = self.archive.kind[names[0]] == "Integer"
+        call = self.fmu.fmi2SetInteger if integer else self.fmu.fmi2SetReal
+        references, count, values = self._buffers(names, c_int if integer else c_double)
+        component = self.fmu.component
+
+        def write(*given):
+            values[:] = given
+            call(component, references, count, values)
+
+        return write
+
+    def reader(self, *names):
+        """Reads these Reals each sample."""
+        call, component = self.fmu.fmi2GetReal, self.fmu.component
+        references, count, values = self._buffers(names, c_double)
+
+        def read():
+            call(component, references, count, values)
+            return values[:]
+
+        return read
+
+    def _buffers(self, names, kind):
+        references = [self.archive.reference[name] for name in names]
+        return (c_uint * len(names))(*references), len(names), (kind * len(names))()
 
     def initialize(self):
         self.fmu.enterInitializationMode()

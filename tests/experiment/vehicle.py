@@ -8,6 +8,7 @@ States: x, y m; road-wheel angle rad; v_x m/s; yaw rad; yaw rate rad/s; … (29,
 `vehicle_dynamics_mb`). ISO 8855: yaw and steering positive to the left.
 """
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -38,6 +39,11 @@ def published_parameters(number):
     return setup_vehicle_parameters(vehicle_id=number)
 
 
+@lru_cache
+def parameters(number):
+    return compiled.values(published_parameters(number))
+
+
 vehicle_dynamics = compiled.vehicle_dynamics()
 # The same for every car, since all have the same fields.
 unpack = compiled.unpacking(published_parameters(1))
@@ -64,11 +70,12 @@ def rates(state, command, speed, values):
 
 @numba.njit
 def advance(state, command, speed, values, steps):
-    """A sample further, in place."""
+    """A sample further, in place; whether all states are numbers still."""
     p = unpack(values)
     h = SAMPLE_TIME_S / steps
     n = len(state)
     k1, k2, k3, k4 = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    known = True
     for _ in range(steps):
         rate(state, command, speed, p, k1)
         rate(state + h / 2 * k1, command, speed, p, k2)
@@ -76,6 +83,9 @@ def advance(state, command, speed, values, steps):
         rate(state + h * k3, command, speed, p, k4)
         for i in range(n):
             state[i] = state[i] + h / 6 * (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i])
+    for i in range(n):
+        known = known and math.isfinite(state[i])
+    return known
 
 
 @numba.njit
@@ -83,9 +93,19 @@ def drive(state, command, speed, values, steps):
     """States at the samples, each before its command acts."""
     states = np.empty((len(command), len(state)))
     for k in range(len(command)):
-        states[k] = state
+        for i in range(len(state)):  # a slice would take seconds to compile
+            states[k, i] = state[i]
         advance(state, command[k], speed, values, steps)
     return states
+
+
+@lru_cache
+def at_start(number, speed):
+    start = init_mb([0.0, 0.0, 0.0, speed, 0.0, 0.0, 0.0], published_parameters(number))
+    state = np.array(start, dtype=float)
+    drive(state, np.zeros(round(SETTLING_S / SAMPLE_TIME_S)), speed, parameters(number), STEPS)
+    state[list(ZERO_AT_START)] = 0.0
+    return state
 
 
 @dataclass(frozen=True)
@@ -100,15 +120,11 @@ class Car:
 
     @property
     def parameters(self):
-        return compiled.values(self.published)
+        return parameters(self.number)
 
     def at_start(self, speed):
         """Straight ahead, wheels spinning, the suspension at rest."""
-        start = init_mb([0.0, 0.0, 0.0, speed, 0.0, 0.0, 0.0], self.published)
-        state = np.array(start, dtype=float)
-        drive(state, np.zeros(round(SETTLING_S / SAMPLE_TIME_S)), speed, self.parameters, STEPS)
-        state[list(ZERO_AT_START)] = 0.0
-        return state
+        return at_start(self.number, speed).copy()
 
     def drive(self, command, speed):
         """States at the samples of a steering command."""

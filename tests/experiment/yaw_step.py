@@ -38,18 +38,18 @@ def respond(car, speed, controller, start, duration=DURATION_S, height=STEP_RAD,
     pid = Unit(controller, "LateralPid")
     pid.set(yaw_reference=height, yaw=0.0)
     pid.initialize()
+    measure, read = pid.writer("yaw_reference", "yaw"), pid.reader("steering_angle")
     state, p = start.copy(), car.parameters
     count = round(duration / SAMPLE_TIME_S)
     yaw, command = np.zeros(count + 1), np.zeros(count + 1)
     for k in range(count + 1):
         yaw[k] = state[vehicle.YAW]
-        pid.set(yaw_reference=height, yaw=yaw[k])
+        measure(height, yaw[k])
         if k > 0:
             # Tick k sees what is measured at its instant.
             pid.step((k - 1) * SAMPLE_TIME_S, SAMPLE_TIME_S)
-        command[k] = pid.get("steering_angle")[0]
-        advance(state, command[k] + offset, speed, p, STEPS)
-        if not np.all(np.isfinite(state)):
+        (command[k],) = read()
+        if not advance(state, command[k] + offset, speed, p, STEPS):
             yaw[k + 1 :], command[k + 1 :] = LOST * height, command[k]
             break
     pid.close()
