@@ -29,9 +29,9 @@ DATASHEET_ERROR = 0.15
 DESIGN = ("--max-rate", "0.4rad/s")
 
 
-def folder_of(out, case_name, who):
-    """Where a contender's files are."""
-    return out / "work" / case_name / who.replace(" ", "_").replace("%", "percent")
+def file_name(who):
+    """Of a contender, for folders and files."""
+    return who.replace(",", "").replace(" ", "_").replace("±", "").replace("%", "percent")
 
 
 @dataclass
@@ -89,8 +89,20 @@ class Workshop:
         factor = factor_to_margin(gains, omega, yaw, wanted)
         if factor is None:
             return None
-        folder.mkdir(exist_ok=True)
+        folder.mkdir(parents=True, exist_ok=True)
         made = pid_file.with_gains(pid, scaled(gains, factor), wanted, "at equal margin")
         pid_file.write(made, folder / "pid.json")
         self.program.package(folder, folder / "pid.json")
         return factor
+
+    def path(self, speed, lateral_acceleration, folder):
+        """Packs the road for the folder's controller; returns its figures."""
+        file = folder / "path.json"
+        made = self.program.path(file, folder / "pid.json", speed, lateral_acceleration)
+        self.program.package(folder, file)
+        points = made["points"]
+        return {
+            "guidance": made["guidance"],
+            "length_m": points[-1][0],
+            "largest_curvature_per_m": max(abs(point[4]) for point in points),
+        }

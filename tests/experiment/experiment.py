@@ -22,6 +22,7 @@ import shared  # finds the test drive's modules
 import case
 import contenders
 import figures
+import pid_law
 import road
 import scores
 import sensors
@@ -84,7 +85,8 @@ def key_of(options):
     for file in sorted([*here.glob("*.py"), *Path(shared.MULTIBODY).glob("*.py")]):
         if file.name not in ("figures.py", "tables.py", "scores.py", "experiment.py"):
             digest.update(file.read_bytes())
-    digest.update(f"{options.design}\0{options.pose}".encode())
+    digest.update((here / "requirements.txt").read_bytes())
+    digest.update(f"{options.design}\0{options.pose}\0{json.dumps(ESTIMATOR)}".encode())
     if Path(options.pose).is_file():
         digest.update(Path(options.pose).read_bytes())
     return digest.hexdigest()
@@ -104,29 +106,33 @@ def estimator(options, program):
 
 
 def perform(task):
-    """A whole case, since its seeds share folders."""
-    the_study, of, seeds = task
-    found = []
-    for seed in range(1, seeds + 1):
-        began = time.monotonic()
-        try:
-            found.append(the_study.run(of, seed))
-        except Exception as problem:
-            # Not every exception survives the way to another process: fmpy's do not.
-            raise RuntimeError(f"{of.name} seed {seed}: {problem}") from None
-        took = time.monotonic() - began
-        print(f"{of.name} seed {seed}: {took:.0f} s", file=sys.stderr, flush=True)
+    """A seed of a case, or what all its seeds share."""
+    the_study, of, seed = task
+    what = f"{of.name} seed {seed}" if seed else f"{of.name} datasheet and tuned"
+    began = time.monotonic()
+    try:
+        found = the_study.run(of, seed) if seed else the_study.prepare(of)
+    except Exception as problem:
+        # Not every exception survives the way to another process: fmpy's do not.
+        raise RuntimeError(f"{what}: {problem}") from None
+    print(f"{what}: {time.monotonic() - began:.0f} s", file=sys.stderr, flush=True)
     return found
 
 
-def in_processes(count, work, tasks):
-    if count < 2:
-        return [work(task) for task in tasks]
+def perform_all(the_study, cases, seeds, processes):
+    """Outcomes of every seed of every case, in this order."""
+    # The slow cars take the longest to the road's end: first, so that no process waits for them.
+    cases = sorted(cases, key=lambda c: c.speed)
+    first = [(the_study, c, None) for c in cases]
+    then = [(the_study, c, seed) for c in cases for seed in range(1, seeds + 1)]
+    if processes < 2:
+        return [perform(task) for task in first + then][len(first) :]
     # A fork has the compiled vehicle already.
     forks = "fork" in multiprocessing.get_all_start_methods()
     context = multiprocessing.get_context("fork" if forks else "spawn")
-    with context.Pool(count) as pool:
-        return pool.map(work, tasks, chunksize=1)
+    with context.Pool(processes) as pool:
+        pool.map(perform, first, chunksize=1)
+        return pool.map(perform, then, chunksize=1)
 
 
 def conditions(options):
@@ -152,9 +158,9 @@ def main():
     workshop = contenders.Workshop(program, tuple(options.design.split()))
     the_study = study.Study(workshop, estimator(options, program), options.out, key_of(options))
 
-    chosen[0].car.at_start(chosen[0].speed)  # compiles, for all forks
-    tasks = [(the_study, c, seeds) for c in chosen]
-    runs = sum(in_processes(options.processes, perform, tasks), [])
+    pid_law.compile_all(chosen[0].car)  # for all forks
+    runs = perform_all(the_study, chosen, seeds, options.processes)
+    runs.sort(key=lambda run: (run["case"], run["seed"]))
 
     (options.out / "results.json").write_text(json.dumps(runs, indent=1) + "\n")
     scores.write_csv(runs, options.out / "results.csv")

@@ -7,11 +7,12 @@ import matplotlib
 matplotlib.use("svg")
 import matplotlib.pyplot as plt
 import numpy as np
-from contenders import ERRORS, FITTED, IDENTIFIED, LAG, NAMES, NO_LAG, ORACLE, folder_of
+from contenders import ERRORS, FITTED, IDENTIFIED, LAG, NAMES, NO_LAG, ORACLE
 from excitation import SAMPLE_TIME_S
 from road import TRACED
 from scores import ratios
 from sensors import CORRECTED
+from study import trace_file
 from yaw_step import STEP_RAD
 
 COLOURS = {
@@ -52,8 +53,8 @@ def legend(figure, axes):
     figure.legend(lines, names, loc="outside lower center", ncols=3, fontsize=7)
 
 
-def traces(out, case, who, name):
-    file = folder_of(out, case, who) / name
+def traces(out, case, who, what):
+    file = trace_file(out, case, who, what)
     return np.load(file) if file.exists() else None
 
 
@@ -63,7 +64,7 @@ def yaw_steps(cases, out):
     for case, axis in axes:
         axis.axhspan(0.98, 1.02, color="0.9")
         for who in NAMES:
-            found = traces(out, case, who, "step.npz")
+            found = traces(out, case, who, "step")
             if found is not None:
                 time = SAMPLE_TIME_S * np.arange(len(found["yaw"]))
                 axis.plot(time, found["yaw"] / STEP_RAD, color=COLOURS[who], lw=1, label=who)
@@ -77,7 +78,7 @@ def the_road(cases, out):
     figure, axes = grid(cases)
     for case, axis in axes:
         for who in NAMES:
-            found = traces(out, case, who, "road.npz")
+            found = traces(out, case, who, "road")
             if found is not None:
                 column = dict(zip(TRACED, found[CORRECTED.name].T))
                 axis.plot(

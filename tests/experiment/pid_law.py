@@ -41,6 +41,14 @@ def respond(state, speed, p, gains, limits, height, count):
     return yaw, command
 
 
+def compile_all(car):
+    """Compiles what drives the car, before processes are forked which would each do it."""
+    state = car.at_start(10.0)
+    vehicle.rates(state, 0.0, 10.0, car.parameters)
+    gains, limits = (1.0, 1.0, 0.0, 0.01, 1.0, 1.0), (1.0, 1.0)
+    respond(state, 10.0, car.parameters, gains, limits, 0.0, 1)
+
+
 def frequency_response(gains, z):
     """Command per yaw error at z = exp(jωTs), of the feedback."""
     kp, ki, kd, filter_time, _, _ = gains

@@ -31,11 +31,6 @@ class Loop:
     path: object
     pid: object
 
-    def remove(self):
-        for archive in (self.estimator, self.path, self.pid):
-            if archive is not None:
-                archive.remove()
-
 
 class Estimator:
     """A PoseEstimator fed by the sensors."""

@@ -105,6 +105,7 @@ def rows(runs):
             for part in ("predicted", "achieved"):
                 row |= {f"{part}_{key}": value for key, value in found[part].items()}
             row["modulus_margin_predicted"] = found["modulus_margin_predicted"]
+            row["gains_times_at_equal_margin"] = found["gains_times"]
             row["modulus_margin_on_the_car"] = found["modulus_margin_on_the_car"]
             for reception in (CORRECTED, DROP_OUT, UNCORRECTED):
                 scores = found["road"][reception.name]

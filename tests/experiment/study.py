@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,12 +19,12 @@ import yaw_step
 from contenders import ERRORS, FITTED, FIXED, IDENTIFIED, LAG, NAMES, NO_LAG, ORACLE, Workshop
 from pid_file import gains_of, limits_of
 from pid_law import modulus_margin, sampled_yaw
-from program import read as read_file
 from units import Archive
 
 ROAD_ACCELERATION_MPS2 = 4.0  # where the road is curved most
 LAW_TOLERANCE_RAD = 1e-9
 EQUAL_MARGIN = "equal margin"  # as if a way of reception
+EQUAL = "equal"  # folder of the controller with that margin
 TRACED_SEED = 1  # whose traces are kept for the figures
 
 
@@ -36,17 +37,31 @@ class Study:
     out: Path
     key: str
 
-    def folder(self, case, who):
-        made = contenders.folder_of(self.out, case.name, who)
+    def seed_folder(self, case, seed):
+        return self.out / "work" / case.name / f"seed_{seed:03}"
+
+    def folder(self, case, who, seed=None):
+        """A contender's files; those of [`FIXED`] are the same for every seed."""
+        shared = self.out / "work" / case.name
+        made = shared if who in FIXED else self.seed_folder(case, seed)
+        made /= contenders.file_name(who)
         made.mkdir(parents=True, exist_ok=True)
         return made
+
+    def keep(self, case, who, what, seed, **arrays):
+        """Traces for the figures."""
+        if seed in (None, TRACED_SEED):
+            file = trace_file(self.out, case.name, who, what)
+            file.parent.mkdir(parents=True, exist_ok=True)
+            np.savez_compressed(file, **arrays)
 
     # ---- What is the same for every seed ----
 
     def prepare(self, case):
-        """Controllers of [`FIXED`], and their yaw steps; returns the file with the outcome."""
+        """Controllers of [`FIXED`], packed, and their yaw steps; returns what was found."""
         file = self.out / "cases" / f"{case.name}.json"
-        if done := unchanged(file, self.key):
+        packed = all((self.folder(case, who) / "ReferencePath.fmu").exists() for who in FIXED)
+        if packed and (done := unchanged(file, self.key)):
             return done
         car = case.car
         start, shop = car.at_start(case.speed), self.workshop
@@ -59,7 +74,7 @@ class Study:
         folder = self.folder(case, ORACLE)
         pids[ORACLE] = shop.oracle(pids[LAG], tuned["gains"], tuned["margin"], folder)
         for who, pid in pids.items():
-            found["contenders"][who] = self.steps(case, who, start, pid)
+            found["contenders"][who] = self.contender(case, who, start, pid)
         # What the car itself does in the step is the oracle's prediction.
         best = found["contenders"][ORACLE]
         best["predicted"] = best["achieved"]
@@ -82,16 +97,28 @@ class Study:
         write(file, found)
         return found
 
-    def steps(self, case, who, start, pid):
+    def contender(self, case, who, start, pid, seed=None):
+        """Its yaw step, and its way along the road packed."""
+        folder = self.folder(case, who, seed)
+        found = self.steps(case, who, start, pid, seed)
+        found["path"] = self.workshop.path(case.speed, ROAD_ACCELERATION_MPS2, folder)
+        loop = sampled_yaw(case.car, case.speed)
+        factor = self.workshop.at_margin(pid, *loop, folder / EQUAL)
+        if factor is not None:
+            self.workshop.path(case.speed, ROAD_ACCELERATION_MPS2, folder / EQUAL)
+        found["gains_times"] = factor
+        return found
+
+    def steps(self, case, who, start, pid, seed):
         """Predicted and achieved metrics of the yaw step of the packed controller."""
-        archive = Archive(self.folder(case, who) / "LateralPid.fmu")
+        archive = Archive(self.folder(case, who, seed) / "LateralPid.fmu")
         response = yaw_step.respond(case.car, case.speed, archive, start)
         archive.remove()
         check_law(case, start, pid, response)
         predicted = pid["evidence"]["step"]
         keys = ("overshoot_percent", "settling_time_s", "steady_state_error_percent")
         loop = gains_of(pid), *sampled_yaw(case.car, case.speed)
-        np.savez_compressed(self.folder(case, who) / "step.npz", yaw=response[0], u=response[1])
+        self.keep(case, who, "step", seed, yaw=response[0], u=response[1])
         return {
             "gains": dict(pid["gains"]),
             "guidance": dict(pid["guidance"]),
@@ -109,7 +136,8 @@ class Study:
             return done
         common = self.prepare(case)
         start = case.car.at_start(case.speed)
-        folder = self.folder(case, f"seed_{seed}")
+        folder = self.seed_folder(case, seed)
+        folder.mkdir(parents=True, exist_ok=True)
         log = folder / "drive.csv"
         states, acceleration = case.record(log, seed)
         slip = sideslip.calibrate(states, np.random.default_rng([*case.seed(1), seed]))
@@ -119,73 +147,59 @@ class Study:
             "sideslip_per_yaw_rate_s": slip,
         }
         shop, pids = self.workshop, {}
-        plant, pids[IDENTIFIED] = shop.identified(log, self.folder(case, IDENTIFIED))
-        _, pids[FITTED] = shop.fitted(case, log, self.folder(case, FITTED))
-        _, pids[ERRORS] = shop.with_errors(case, seed, self.folder(case, ERRORS))
+        plant, pids[IDENTIFIED] = shop.identified(log, self.folder(case, IDENTIFIED, seed))
+        _, pids[FITTED] = shop.fitted(case, log, self.folder(case, FITTED, seed))
+        _, pids[ERRORS] = shop.with_errors(case, seed, self.folder(case, ERRORS, seed))
         found["identification"] = identification(plant)
         for who in NAMES:
             if who in FIXED:
-                found["contenders"][who] = dict(common["contenders"][who])
+                one = dict(common["contenders"][who])
             else:
-                found["contenders"][who] = self.steps(case, who, start, pids[who])
-        for who in NAMES:
-            drives = self.roads(case, seed, who, start, slip)
-            found["contenders"][who]["road"] = drives
+                one = self.contender(case, who, start, pids[who], seed)
+            found["contenders"][who] = one | {"road": self.roads(case, seed, who, slip, one)}
         if seed != TRACED_SEED:
-            log.unlink()
+            shutil.rmtree(folder)
         write(file, found)
         return found
 
-    def roads(self, case, seed, who, start, slip):
-        """Each reception's drive along the road."""
-        folder = self.folder(case, who)
-        made = self.workshop.program.path(
-            folder / "path.json", folder / "pid.json", case.speed, ROAD_ACCELERATION_MPS2
-        )
-        self.workshop.program.package(folder, folder / "path.json")
-        length = made["points"][-1][0]
-        archives = [folder / "ReferencePath.fmu", folder / "LateralPid.fmu"]
+    def roads(self, case, seed, who, slip, contender):
+        """Each reception's drive along the road, and that at equal margin."""
+        folder, length = self.folder(case, who, seed), contender["path"]["length_m"]
         estimator = Archive(self.estimator) if self.estimator else None
-        loop = road.Loop(estimator, *map(Archive, archives))
         duration = length / case.speed
         # In the first half of the seeds in the lane change, later in the turns: where it happens.
         lost = np.random.default_rng([*case.seed(4), seed]).uniform(1.0, duration - 5.0)
 
-        def drive(steered_by, reception):
+        def drive(where, receptions):
+            archives = [Archive(where / f"{name}.fmu") for name in ("ReferencePath", "LateralPid")]
+            loop = road.Loop(estimator, *archives)
             count = round((duration + road.LEAD_IN_S + road.MARGIN_S) / road.SAMPLE_TIME_S) + 1
-            errors = [*case.seed(5), seed]
-            read = sensors.Sensors(reception, errors, road.LEAD_IN_S + lost, count)
-            return road.follow(case.car, case.speed, steered_by, read, slip, length)
+            for reception in receptions:
+                errors = [*case.seed(5), seed]
+                read = sensors.Sensors(reception, errors, road.LEAD_IN_S + lost, count)
+                yield reception, *road.follow(case.car, case.speed, loop, read, slip, length)
+            for archive in archives:
+                archive.remove()
 
         traces, scores = {}, {}
-        for reception in sensors.RECEPTIONS:
-            trace, finished = drive(loop, reception)
+        for reception, trace, finished in drive(folder, sensors.RECEPTIONS):
             traces[reception.name] = trace
             scores[reception.name] = road_scores(trace, finished)
-        scores[EQUAL_MARGIN] = self.at_equal_margin(case, folder, loop, drive)
-        loop.remove()
         scores[sensors.DROP_OUT.name] |= drop_out_scores(traces, lost)
-        scores["guidance"] = made["guidance"]
-        scores["largest_curvature_per_m"] = max(abs(point[4]) for point in made["points"])
+        scores[EQUAL_MARGIN] = None
+        if contender["gains_times"] is not None:
+            for _, trace, finished in drive(folder / EQUAL, [sensors.CORRECTED]):
+                scores[EQUAL_MARGIN] = road_scores(trace, finished)
+                traces[EQUAL_MARGIN] = trace
+        if estimator:
+            estimator.remove()
         if seed == TRACED_SEED:
-            np.savez_compressed(folder / "road.npz", **traces)
+            self.keep(case, who, "road", seed, **traces)
         return scores
 
-    def at_equal_margin(self, case, folder, loop, drive):
-        """Corrected GNSS, all gains scaled to the same modulus margin with the car."""
-        pid, out = read_file(folder / "pid.json"), folder / "equal"
-        made = self.workshop.at_margin(pid, *sampled_yaw(case.car, case.speed), out)
-        if made is None:
-            return None
-        self.workshop.program.path(
-            out / "path.json", out / "pid.json", case.speed, ROAD_ACCELERATION_MPS2
-        )
-        self.workshop.program.package(out, out / "path.json")
-        archives = [Archive(out / f"{name}.fmu") for name in ("ReferencePath", "LateralPid")]
-        trace, finished = drive(road.Loop(loop.estimator, *archives), sensors.CORRECTED)
-        for archive in archives:
-            archive.remove()
-        return {"gains_times": made} | road_scores(trace, finished)
+
+def trace_file(out, case_name, who, what):
+    return out / "traces" / case_name / f"{contenders.file_name(who)}_{what}.npz"
 
 
 def unchanged(file, key):

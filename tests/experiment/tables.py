@@ -89,7 +89,7 @@ def contenders(runs):
         ]
         off = np.mean([prediction_error_s(run, who) for run in runs])
         cross = road(CORRECTED, "cross_track_rms_m")
-        equal = [get("road", EQUAL_MARGIN, key) for key in ("cross_track_rms_m", "gains_times")]
+        equal = [get("road", EQUAL_MARGIN, "cross_track_rms_m"), get("gains_times")]
         equal = [np.mean([v for v in values if v is not None] or [math.nan]) for values in equal]
         lines.append(
             [
@@ -131,7 +131,7 @@ def roads(runs):
         get = lambda reception, key: [
             metric(run, IDENTIFIED, ("road", reception.name, key)) for run in seeds
         ]
-        guide = seeds[0]["contenders"][IDENTIFIED]["road"]
+        guide = seeds[0]["contenders"][IDENTIFIED]["path"]
         guidance = guide["guidance"]
         every = [v for r in (CORRECTED, DROP_OUT, UNCORRECTED) for v in get(r, "finished")]
         ahead = max(guidance["lookahead_min_m"], guidance["lookahead_time_s"] * speed_of(case))
