@@ -1,7 +1,7 @@
 //! Guidance along a path: look-ahead based line of sight.
 //!
 //! ```text
-//! yaw_reference        = ψ_p(s') + atan2(−(e + z), Δ) − sideslip_per_yaw_rate·κ(s')·v
+//! yaw_reference        = ψ_p(s' − v·sideslip_per_yaw_rate) + atan2(−(e + z), Δ)
 //! steering_feedforward = feedforward_gain·κ(s')
 //! s' = s + v·preview_time,   Δ = max(lookahead_min, lookahead_time·v)
 //! ż  = cross_track_integral_gain·e·Δ²/(Δ² + (e + z)²)   while the vehicle moves
@@ -10,9 +10,13 @@
 //! with s the foot of the vehicle on the path, e its cross-track error, positive to the left, ψ_p
 //! and κ heading and curvature of the path (Breivik and Fossen 2005; Fossen, *Handbook of Marine
 //! Craft Hydrodynamics and Motion Control*, look-ahead-based steering). The line of sight aims at
-//! the point Δ ahead on the path; the sideslip turns the course it asks for into a yaw. The
-//! preview exists because a yaw loop with a setpoint weight below 1 follows a ramp with a lag that
-//! no feedforward of steering removes.
+//! the point Δ ahead on the path. The preview exists because a yaw loop with a setpoint weight below
+//! 1 follows a ramp with a lag that no feedforward of steering removes.
+//!
+//! The course is asked for, the yaw is steered: with sideslip S·r at the yaw rate r, course is
+//! ψ + S·ψ̇, so yaw lags it by S. Hence the heading is read v·S behind, where at low speed the rear
+//! axle is. In a circle this is ψ_p − S·v·κ; but that would ask where the curvature begins to change
+//! for a jump of the yaw rate, which steers the wrong way at first.
 //!
 //! z is the integral of integral line of sight (Børhaug, Pavlov and Pettersen, *Integral LOS control
 //! for path following of underactuated marine surface vessels in the presence of constant ocean
@@ -151,9 +155,14 @@ impl PathFollower {
         let previewed = self.geometry.at(foot.distance + speed * p.preview_time);
         let lookahead = p.lookahead(speed);
         let aimed = error + self.integral;
-        let sideslip = p.sideslip_per_yaw_rate * previewed.curvature * speed;
+        let behind = speed * p.sideslip_per_yaw_rate;
+        let heading = if behind == 0.0 {
+            previewed.heading
+        } else {
+            self.geometry.at(foot.distance + speed * p.preview_time - behind).heading
+        };
         PathOutput {
-            yaw_reference: previewed.heading + (-aimed).atan2(lookahead) - sideslip,
+            yaw_reference: heading + (-aimed).atan2(lookahead),
             steering_feedforward: p.feedforward_gain * previewed.curvature,
             cross_track_error: error,
             heading_error: wrap_angle(yaw - foot.heading),

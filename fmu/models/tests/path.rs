@@ -149,6 +149,39 @@ fn guidance_law() {
     }
 }
 
+/// A vehicle with sideslip S·r, its yaw steered perfectly, on a double bend of clothoids: it is not
+/// led out of the bend before it is led in, and stays near the road.
+#[test]
+fn sideslip_leaves_little_where_the_curvature_changes() {
+    let bend = |s: f64| match s {
+        ..40.0 => 0.0,
+        ..46.0 => (s - 40.0) / 100.0,
+        ..58.0 => (52.0 - s) / 100.0,
+        ..64.0 => (s - 64.0) / 100.0,
+        _ => 0.0,
+    };
+    let path = Arc::new(PathGeometry::new(&road(120.0, 0.1, bend), false).unwrap());
+    let (speed, h, sideslip) = (8.0, 0.005, 0.16);
+    let g = GuidanceParameters { sideslip_per_yaw_rate: sideslip, ..Default::default() };
+    let mut follower = PathFollower::new(path);
+    let (mut x, mut y, mut yaw) = (0.0, 0.0, 0.0);
+    let (mut largest, mut astray) = (0.0_f64, 0.0_f64);
+    for _ in 0..2_800 {
+        let out = follower.evaluate(&g, x, y, yaw, speed);
+        follower.commit(&out);
+        let course = out.yaw_reference + sideslip * (out.yaw_reference - yaw) / h;
+        yaw = out.yaw_reference;
+        x += h * speed * course.cos();
+        y += h * speed * course.sin();
+        largest = largest.max(out.cross_track_error.abs());
+        if out.distance < 44.0 {
+            astray = astray.max(-yaw);
+        }
+    }
+    assert!(largest < 0.045, "{largest} m");
+    assert!(astray < 0.002, "{astray} rad");
+}
+
 /// A vehicle whose course is its yaw and a constant, steered perfectly along a straight: where it
 /// ends up beside the path, and the furthest it was on the other side on the way.
 fn crabbing(gain: f64, crab: f64, start: f64) -> (f64, f64) {
