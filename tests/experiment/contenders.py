@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import oracle
 import pid_file
-from pid_law import factor_to_margin, scaled
+from pid_law import factor_to_margin, modulus_margin, scaled
 from program import read
 
 IDENTIFIED = "identified"
@@ -25,6 +25,8 @@ FIXED = (NO_LAG, LAG, ORACLE)
 # A bicycle file needs a lag: this one is nothing to a controller that ticks at 10 ms.
 NO_LAG_S = 1e-4
 DATASHEET_ERROR = 0.15
+# Of the modulus margin, asked of a design again whose margin with the car is less than was asked.
+HIGHER_MARGINS = (0.55, 0.6, 0.65, 0.7, 0.75, 0.8, 0.85, 0.9)
 # What every design is told beyond its defaults: how fast the steering servo can turn.
 DESIGN = ("--max-rate", "0.4rad/s")
 
@@ -41,9 +43,10 @@ class Workshop:
     program: object
     design: tuple
 
-    def controller(self, model, folder):
+    def controller(self, model, folder, *more):
         """Designs on a model's file and packs; returns the pid.json as read."""
-        pid = self.program.design(model, folder / "pid.json", *self.design)
+        folder.mkdir(parents=True, exist_ok=True)
+        pid = self.program.design(model, folder / "pid.json", *self.design, *more)
         self.program.package(folder, folder / "pid.json")
         return pid
 
@@ -95,14 +98,37 @@ class Workshop:
         self.program.package(folder, folder / "pid.json")
         return factor
 
+    def redesigned(self, who, pid, omega, yaw, folder):
+        """Designed once more by its own method, the modulus margin that is asked for raised until
+        the loop with the car has what was asked first.
+
+        Returns the margin to ask for: the first one where it has that already; `None` where none
+        of [`HIGHER_MARGINS`] does."""
+        wanted = pid["specification"]["modulus_margin"]
+        model = folder / ("plant.json" if who == IDENTIFIED else "bicycle.json")
+
+        def keeps(found):
+            return modulus_margin(pid_file.gains_of(found), omega, yaw) >= wanted
+
+        if who == ORACLE or keeps(pid):
+            return wanted
+        for asked in HIGHER_MARGINS:
+            if asked > wanted:
+                again = self.controller(model, folder / "again", "--modulus-margin", asked)
+                if keeps(again):
+                    return asked
+        return None
+
     def path(self, speed, lateral_acceleration, folder):
         """Packs the road for the folder's controller; returns its figures."""
         file = folder / "path.json"
         made = self.program.path(file, folder / "pid.json", speed, lateral_acceleration)
         self.program.package(folder, file)
-        points = made["points"]
+        points = np.array(made["points"])
+        s, curvature = points[:, 0], points[:, 4]
         return {
             "guidance": made["guidance"],
-            "length_m": points[-1][0],
-            "largest_curvature_per_m": max(abs(point[4]) for point in points),
+            "length_m": float(s[-1]),
+            "largest_curvature_per_m": float(np.max(np.abs(curvature))),
+            "largest_curvature_slope_per_m2": float(np.max(np.abs(np.diff(curvature) / np.diff(s)))),
         }

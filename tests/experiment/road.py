@@ -19,7 +19,7 @@ LEAD_IN_S = 10.0
 LEAD_IN = round(LEAD_IN_S / SAMPLE_TIME_S)
 MARGIN_S = 2.0  # what the car may take longer than the road's length at its speed
 END_M = 0.5  # so near to the road's end it is reached
-TRACED = ("time", "cross_track", "course", "yaw", "position", "command", "curvature")
+TRACED = ("time", "cross_track", "course", "yaw", "position", "command", "curvature", "x", "y")
 OFF_ROAD_M = 20.0  # then the run is over: lost
 
 
@@ -121,7 +121,8 @@ def follow(car, speed, loop, sensors, sideslip, length):
         off = (yaw - state[vehicle.YAW], x - state[vehicle.X], y - state[vehicle.Y])
         cross_track, course, curvature, distance = judged(k, state)
         errors = (cross_track, course, math.remainder(off[0], math.tau), math.hypot(*off[1:]))
-        rows.append((k * SAMPLE_TIME_S, *errors, command, curvature))
+        place = (state[vehicle.X], state[vehicle.Y])
+        rows.append((k * SAMPLE_TIME_S, *errors, command, curvature, *place))
         finished = distance >= length - END_M
         if finished or abs(cross_track) > OFF_ROAD_M or not math.isfinite(command):
             break

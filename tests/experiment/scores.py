@@ -6,7 +6,7 @@ import math
 import numpy as np
 from contenders import IDENTIFIED, NAMES
 from sensors import CORRECTED, DROP_OUT, UNCORRECTED
-from study import EQUAL_MARGIN
+from study import EQUAL_MARGIN, REDESIGNED
 
 RESAMPLES = 2000
 CONFIDENCE = 0.95
@@ -34,8 +34,8 @@ def road(reception, key):
     return lambda run, who: metric(run, who, ("road", reception.name, key))
 
 
-def equal(key):
-    return lambda run, who: metric(run, who, ("road", EQUAL_MARGIN, key))
+def way(name, key):
+    return lambda run, who: metric(run, who, ("road", name, key))
 
 
 # What is compared with each rival, as ratios of the identified design's to the rival's.
@@ -47,9 +47,13 @@ COMPARED = {
     "largest cross-track error, corrected": road(CORRECTED, "cross_track_largest_m"),
     "course error RMS, corrected": road(CORRECTED, "course_rms_rad"),
     "largest course error, corrected": road(CORRECTED, "course_largest_rad"),
-    "cross-track RMS at equal modulus margin": equal("cross_track_rms_m"),
-    "largest cross-track error at equal margin": equal("cross_track_largest_m"),
-    "course error RMS at equal margin": equal("course_rms_rad"),
+    "cross-track RMS at equal modulus margin": way(EQUAL_MARGIN, "cross_track_rms_m"),
+    "largest cross-track error at equal margin": way(EQUAL_MARGIN, "cross_track_largest_m"),
+    "course error RMS at equal margin": way(EQUAL_MARGIN, "course_rms_rad"),
+    "largest course error at equal margin": way(EQUAL_MARGIN, "course_largest_rad"),
+    "cross-track RMS, re-designed": way(REDESIGNED, "cross_track_rms_m"),
+    "largest cross-track error, re-designed": way(REDESIGNED, "cross_track_largest_m"),
+    "course error RMS, re-designed": way(REDESIGNED, "course_rms_rad"),
     "cross-track RMS, drop-outs": road(DROP_OUT, "cross_track_rms_m"),
     "cross-track RMS, uncorrected GNSS": road(UNCORRECTED, "cross_track_rms_m"),
     "steering rate RMS, corrected": road(CORRECTED, "steering_rate_rms_radps"),
@@ -87,6 +91,11 @@ def ratios(runs):
     }
 
 
+def reached(runs, way, *who):
+    """Of the runs, how many of these contenders all have a drive at the common margin."""
+    return sum(all(run["contenders"][w]["road"][way] is not None for w in who) for run in runs)
+
+
 def worst(values):
     """The largest; never settling is worse than all."""
     values = list(values)
@@ -110,8 +119,10 @@ def rows(runs):
             for reception in (CORRECTED, DROP_OUT, UNCORRECTED):
                 scores = found["road"][reception.name]
                 row |= {f"{reception.name}_{key}": value for key, value in scores.items()}
-            scores = found["road"][EQUAL_MARGIN] or {}
-            row |= {f"{EQUAL_MARGIN}_{key}": value for key, value in scores.items()}
+            row["modulus_margin_asked_re-designed"] = found["modulus_margin_asked"]
+            for way in (EQUAL_MARGIN, REDESIGNED):
+                scores = found["road"][way] or {}
+                row |= {f"{way}_{key}": value for key, value in scores.items()}
             yield row
 
 

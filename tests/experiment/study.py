@@ -18,13 +18,15 @@ import vehicle
 import yaw_step
 from contenders import ERRORS, FITTED, FIXED, IDENTIFIED, LAG, NAMES, NO_LAG, ORACLE, Workshop
 from pid_file import gains_of, limits_of
-from pid_law import modulus_margin, sampled_yaw
+from pid_law import modulus_margin, sampled_yaw, steady_gain
 from units import Archive
 
 ROAD_ACCELERATION_MPS2 = 4.0  # where the road is curved most
 LAW_TOLERANCE_RAD = 1e-9
 EQUAL_MARGIN = "equal margin"  # as if a way of reception
-EQUAL = "equal"  # folder of the controller with that margin
+REDESIGNED = "re-designed"  # likewise
+EQUAL, AGAIN = "equal", "again"  # folders of the controllers with that margin
+SERVO_INCREMENT_RAD = vehicle.SERVO_RATE_LIMIT_RADPS * road.SAMPLE_TIME_S
 TRACED_SEED = 1  # whose traces are kept for the figures
 
 
@@ -107,6 +109,13 @@ class Study:
         if factor is not None:
             self.workshop.path(case.speed, ROAD_ACCELERATION_MPS2, folder / EQUAL)
         found["gains_times"] = factor
+        asked = self.workshop.redesigned(who, pid, *loop, folder)
+        found["modulus_margin_asked"] = asked
+        if asked not in (None, pid["specification"]["modulus_margin"]):
+            self.workshop.path(case.speed, ROAD_ACCELERATION_MPS2, folder / AGAIN)
+        # Steering of a steady turn, changed as quickly as the road's curvature.
+        slope, gain = found["path"]["largest_curvature_slope_per_m2"], steady_gain(case.car, case.speed)
+        found["path"]["steering_rate_radps"] = slope * case.speed**2 / gain
         return found
 
     def steps(self, case, who, start, pid, seed):
@@ -191,6 +200,12 @@ class Study:
             for _, trace, finished in drive(folder / EQUAL, [sensors.CORRECTED]):
                 scores[EQUAL_MARGIN] = road_scores(trace, finished)
                 traces[EQUAL_MARGIN] = trace
+        asked = contender["modulus_margin_asked"]
+        # One whose margin with the car is enough stays as it is.
+        scores[REDESIGNED] = None if asked is None else scores[sensors.CORRECTED.name]
+        if asked in contenders.HIGHER_MARGINS:
+            for _, trace, finished in drive(folder / AGAIN, [sensors.CORRECTED]):
+                scores[REDESIGNED] = road_scores(trace, finished)
         if estimator:
             estimator.remove()
         if seed == TRACED_SEED:
@@ -245,6 +260,7 @@ def road_scores(trace, finished):
         "course_rms_rad": rms(column["course"]),
         "course_largest_rad": float(np.max(np.abs(column["course"]))),
         "steering_rate_rms_radps": rms(np.diff(command)) / road.SAMPLE_TIME_S,
+        "at_rate_limit": float(np.mean(np.abs(np.diff(command)) > 0.999 * SERVO_INCREMENT_RAD)),
         "estimated_position_rms_m": rms(column["position"]),
         "estimated_yaw_rms_rad": rms(column["yaw"]),
     }
