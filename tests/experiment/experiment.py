@@ -22,6 +22,7 @@ import shared  # finds the test drive's modules
 import case
 import contenders
 import figures
+import page
 import pid_law
 import road
 import scores
@@ -83,7 +84,7 @@ def key_of(options):
     digest = hashlib.sha256(Path(options.program).read_bytes())
     here = Path(__file__).parent
     for file in sorted([*here.glob("*.py"), *Path(shared.MULTIBODY).glob("*.py")]):
-        if file.name not in ("figures.py", "tables.py", "scores.py", "experiment.py"):
+        if file.name not in ("figures.py", "page.py", "tables.py", "scores.py", "experiment.py"):
             digest.update(file.read_bytes())
     digest.update((here / "requirements.txt").read_bytes())
     digest.update(f"{options.design}\0{options.pose}\0{json.dumps(ESTIMATOR)}".encode())
@@ -167,6 +168,7 @@ def main():
     figures.draw(runs, options.out)
     text = tables.everything(runs, conditions(options))
     (options.out / "results.md").write_text(text)
+    (options.out / "results.html").write_text(page.page(text, options.out))
     print(text)
 
 

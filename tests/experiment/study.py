@@ -213,6 +213,11 @@ class Study:
         return scores
 
 
+def points_file(out, case_name):
+    """The road of a case, the same for every contender but for its guidance."""
+    return out / "work" / case_name / contenders.file_name(LAG) / "path.json"
+
+
 def trace_file(out, case_name, who, what):
     return out / "traces" / case_name / f"{contenders.file_name(who)}_{what}.npz"
 

@@ -7,7 +7,9 @@ from contenders import FITTED, IDENTIFIED, LAG, NAMES, NO_LAG, ORACLE, ERRORS
 from scores import metric, prediction_error_s, ratios, reached, worst
 from study import EQUAL_MARGIN, REDESIGNED
 from sensors import CORRECTED, DROP_OUT, UNCORRECTED
-from vehicle import SERVO_RATE_LIMIT_RADPS
+from datasheet import bicycle_parameters
+from vehicle import NAMES as NAMES_OF_CARS
+from vehicle import SERVO_RATE_LIMIT_RADPS, SERVO_TIME_CONSTANT_S, published_parameters
 
 # Aims of the yaw step, and the settling times that tuning on the car itself is known to reach.
 OVERSHOOT_PERCENT, SETTLING_S, ERROR_PERCENT = 1.0, 1.0, 2.0
@@ -19,6 +21,15 @@ EQUAL = "cross-track RMS at equal modulus margin"
 AGAIN = "cross-track RMS, re-designed"
 DROP_OUT_M, DROP_OUT_OVERSHOOT_M = 0.5, 0.05
 
+CARS = (
+    "What a data sheet tells of CommonRoad's 29-state cars, with which the rivals are designed. Servo "
+    f"between command and road wheel: {SERVO_TIME_CONSTANT_S} s lag, {SERVO_RATE_LIMIT_RADPS} rad/s at most."
+)
+MEASURED = (
+    "Recorded for identification: command, yaw rate and speed of a drive of 103 s at 100 Hz. On the road the "
+    "packed estimator, path and controller run one after the other each 10 ms; a second ReferencePath at "
+    "the true pose judges."
+)
 AT_MARGIN = (
     "Two readings. *A factor*: kp, ki and kd times one factor, until the loop with the car comes to "
     "the margin asked of every design. There may be none: where the ratio of the gains gives too little "
@@ -72,6 +83,17 @@ def step_soon(run, who):
 def of(test, runs):
     """k of n"""
     return f"{sum(map(bool, map(test, runs)))} of {len(runs)}"
+
+
+def cars(runs):
+    """The vehicles: what a data sheet tells of them."""
+    sheets = {}
+    for run in runs:
+        number = int(run["case"][3])
+        sheets[number] = bicycle_parameters(published_parameters(number))
+    header = ["parameter", *(f"car {number}, {NAMES_OF_CARS[number]}" for number in sheets)]
+    keys = list(next(iter(sheets.values())))
+    return table(header, [[f"`{key}`", *(f"{sheet[key]:.5g}" for sheet in sheets.values())] for key in keys])
 
 
 def steps(runs):
@@ -224,12 +246,12 @@ def aims(runs):
 
     def told(rival, what=AS_DESIGNED, way=None):
         r = found[what][rival]
-        text = "–" if r is None else "{:.3f} ({:.3f}–{:.3f})".format(*r)
+        text = "none" if r is None else "{:.3f} ({:.3f}–{:.3f})".format(*r)
         if way is None or reached(runs, way, IDENTIFIED, rival) == len(runs):
             return text
         both = reached(runs, way, IDENTIFIED, rival)
         alone = reached(runs, way, IDENTIFIED) - both
-        return f"{text} in the {both} of {len(runs)} both reach; {alone} reached by identified alone"
+        return f"{text} over {both} of {len(runs)} drives; {alone} reach it by identified alone"
 
     def every(test):
         """Of the cases, where each seed passes; and of all drives."""
@@ -260,6 +282,11 @@ def everything(runs, conditions):
             "# Controllers on cars from outside",
             conditions,
             f"{len(by_case(runs))} cases, {seeds} seeds each.",
+            "## The cars",
+            CARS,
+            cars(runs),
+            "## Measurement and loop",
+            MEASURED,
             "## Aims",
             aims(runs),
             "## Yaw step of 5° on the car, designed on the identified plant (worst seed)",
