@@ -131,6 +131,7 @@ def contenders(runs):
     header = ["designed on", "settling predicted off by", "overshoot predicted off by"]
     header += ["step keeps all aims", "modulus on the car", "cross-track RMS", "largest"]
     header += ["course RMS", "steering rate RMS", "at its limit", "RMS, drop-outs", "RMS, uncorrected"]
+    header += ["road finished"]
     lines = []
     for who in NAMES:
         get = lambda *path: [metric(run, who, path) for run in runs]
@@ -139,6 +140,7 @@ def contenders(runs):
         kept = [step_kept(run, who) for run in runs]
         off = np.mean([prediction_error_s(run, who) for run in runs])
         cross = road(CORRECTED, "cross_track_rms_m")
+        finished = [v for r in (CORRECTED, DROP_OUT, UNCORRECTED) for v in road(r, "finished")]
         lines.append(
             [
                 who,
@@ -153,6 +155,7 @@ def contenders(runs):
                 f"{100 * np.mean(road(CORRECTED, 'at_rate_limit')):.1f} %",
                 f"{np.mean(road(DROP_OUT, 'cross_track_rms_m')):.3f} m",
                 f"{np.mean(road(UNCORRECTED, 'cross_track_rms_m')):.3f} m",
+                f"{sum(finished)} of {len(finished)}",
             ]
         )
     return table(header, lines)
