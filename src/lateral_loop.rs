@@ -1,5 +1,5 @@
-//! The FMUs of a steering loop, packed to start where its road starts, and the package that wires
-//! them.
+//! The FMUs of a steering loop, packed to start where its road starts and as its plant is, and the
+//! package that wires them.
 
 use crate::failure::Failure;
 use crate::package;
@@ -23,8 +23,8 @@ pub(crate) struct PackedLoop {
     pub(crate) bytes: Vec<u8>,
 }
 
-/// Packs documents, one for each FMU, and wires variables of equal name. `step` is the base step,
-/// by default the controller's sample time.
+/// Packs documents, one for each FMU, and wires them by name. `step` is the base step, by default the
+/// controller's sample time.
 pub(crate) fn pack(
     name: &str,
     documents: &[Named<'_>],
@@ -32,29 +32,38 @@ pub(crate) fn pack(
 ) -> Result<PackedLoop, Failure> {
     let (path, sample_time) = (path_of(documents)?, sample_time_of(documents)?);
     let step = step.or(sample_time).unwrap_or(0.01);
-    let mut fmus = Vec::new();
-    for (text, file) in documents {
-        let packed = package::pack(text, file, Some(step))?;
-        let values = path.as_ref().map(|path| ssp::start_values(&packed, path));
-        // Importers that ignore a system's parameters start on the road all the same.
-        match ssp::own_start(&packed, &values.unwrap_or_default()) {
-            None => fmus.push(packed),
-            start => fmus.push(package::pack_with_start(text, file, Some(step), start.as_ref())?),
-        }
-    }
-    let ordered: Vec<Packed> = ssp::loop_order(&fmus).into_iter().cloned().collect();
-    let connections = ssp::connections_by_name(&ordered.iter().collect::<Vec<_>>())?;
-    let components: Vec<Component<'_>> = ordered
+    let sideslip = sideslip_of(documents)?;
+    let packed = documents
         .iter()
+        .map(|(text, file)| package::pack(text, file, Some(step)))
+        .collect::<Result<Vec<_>, _>>()?;
+    let connections = ssp::connections_by_name(&ssp::loop_order(&packed))?;
+    let mut started = Vec::new();
+    for (packed, (text, file)) in packed.into_iter().zip(documents) {
+        let mut values = path.as_ref().map_or_else(Vec::new, |p| ssp::start_values(&packed, p));
+        values.extend(ssp::receiver_values(&packed, &connections));
+        values.extend(ssp::sideslip_value(&packed, sideslip));
+        // Importers that ignore a system's parameters start with the same values all the same.
+        let packed = match ssp::own_start(&packed, &values) {
+            None => packed,
+            start => package::pack_with_start(text, file, Some(step), start.as_ref())?,
+        };
+        started.push((packed, values));
+    }
+    let (fmus, mut values): (Vec<Packed>, Vec<_>) = started.into_iter().unzip();
+    let components: Vec<Component<'_>> = ssp::loop_order(&fmus)
+        .into_iter()
         .map(|packed| {
-            let start = path.as_ref().map(|path| ssp::start_values(packed, path));
+            let place = fmus.iter().position(|other| other.fmu == packed.fmu);
+            let start = place.map(|place| std::mem::take(&mut values[place]));
             Component { packed, start: start.unwrap_or_default() }
         })
         .collect();
     let stop = path.as_ref().map_or(10.0, |path| length(path, step));
     let stop = (stop / step).floor().max(1.0) * step;
     let bytes = ssp::ssp(name, &components, &connections, Experiment { step, stop })?;
-    Ok(PackedLoop { fmus: ordered, connections, bytes })
+    let fmus = ssp::loop_order(&fmus).into_iter().cloned().collect();
+    Ok(PackedLoop { fmus, connections, bytes })
 }
 
 /// How long a run along the path takes, s.
@@ -63,6 +72,16 @@ fn length(path: &PathFile, step: f64) -> f64 {
         (Some(first), Some(last)) => (last.distance_m - first.distance_m) / path.speed_mps,
         _ => step,
     }
+}
+
+/// The sideslip per yaw rate of the plant among the documents, s.
+fn sideslip_of(documents: &[Named<'_>]) -> Result<f64, Failure> {
+    for (text, file) in documents {
+        if let Some(sideslip) = control::sideslip_per_yaw_rate(text, file, None)? {
+            return Ok(sideslip);
+        }
+    }
+    Ok(0.0)
 }
 
 /// The document of an FMU.

@@ -24,7 +24,10 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time)]
     step: Option<f64>,
     /// Wire the FMUs, variables of equal name, and write them as a system structure package (SSP
-    /// 1.0) into the folder too; with a path file they start on its first point, at its speed
+    /// 1.0) into the folder too; with a path file they start on its first point, at its speed.
+    /// With an estimator file, path and controller take its pose, and it takes the plant's as that of
+    /// a receiver without latency or antenna offset: a fix every gnss.period_s (by default 0.1 s) of
+    /// gnss.std_m (0.02 m). Where path or estimator state no sideslip, they take that of the plant
     #[arg(long, value_name = "NAME.ssp")]
     ssp: Option<PathBuf>,
     /// Print the result as JSON on stdout

@@ -4,7 +4,7 @@ use crate::failure::{Failure, Outcome};
 use crate::tell::Tell;
 use crate::{files, quantity};
 use control::paths::{self, FixOptions, PointOptions, PoorFixes};
-use formats::{Document, Path as PathFile, Pid, SourceFile};
+use formats::{Bicycle, Document, Path as PathFile, Pid, Plant, SourceFile};
 use std::path::{Path, PathBuf};
 
 /// Make a reference path from recorded points (CSV: x_m, y_m or latitude_deg, longitude_deg; GPX;
@@ -33,10 +33,14 @@ pub(crate) struct Arguments {
     /// Controller that will follow the path: sets feedforward and preview
     #[arg(long, value_name = "PID.json")]
     pid: Option<PathBuf>,
+    /// plant.json or bicycle.json of the vehicle that will follow the path: sets its sideslip, as far
+    /// as it is known
+    #[arg(long, value_name = "FILE.json")]
+    plant: Option<PathBuf>,
     /// Sideslip angle per yaw rate of the vehicle in a steady turn, such as -40ms: its course is not
-    /// its yaw
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time, default_value = "0s")]
-    sideslip_per_yaw_rate: f64,
+    /// its yaw; by default that of --plant, else 0
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time)]
+    sideslip_per_yaw_rate: Option<f64>,
     /// How fast the integral of the cross-track error grows, such as 0.05/s; by default there is none
     #[arg(long, value_name = "RATE", allow_hyphen_values = true, value_parser = quantity::rate, default_value = "0/s")]
     cross_track_integral: f64,
@@ -83,7 +87,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     } else {
         notes.push("no feedforward: give --pid to set it for a controller".into());
     }
-    path.guidance.sideslip_per_yaw_rate_s = arguments.sideslip_per_yaw_rate;
+    path.guidance.sideslip_per_yaw_rate_s = sideslip(arguments, &mut path, &mut notes)?;
     path.guidance.cross_track_integral_gain_per_s = arguments.cross_track_integral;
     path.checked("the path's guidance")?;
     files::write_document(&arguments.out, &path)?;
@@ -91,6 +95,36 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     notes.push(format!("written to {}", arguments.out.display()));
     Tell::new(arguments.json).result(&notes.join("\n"), &path)?;
     Ok(Outcome::Done)
+}
+
+/// The sideslip per yaw rate: as given, else the plant's, else 0.
+fn sideslip(
+    arguments: &Arguments,
+    path: &mut PathFile,
+    notes: &mut Vec<String>,
+) -> Result<f64, Failure> {
+    let Some(file) = &arguments.plant else {
+        return Ok(arguments.sideslip_per_yaw_rate.unwrap_or(0.0));
+    };
+    let text = files::read_text(file)?;
+    let name = file.display().to_string();
+    let kinds = [<Plant as Document>::SCHEMA, <Bicycle as Document>::SCHEMA];
+    if formats::schema_of(&text).is_none_or(|schema| !kinds.contains(&&*schema)) {
+        return Err(Failure::in_file(file, "no plant", "give a plant.json or bicycle.json".into()));
+    }
+    let stated = control::sideslip_per_yaw_rate(&text, &name, Some(arguments.speed))?;
+    path.provenance.sources.push(SourceFile::of(file, text.as_bytes()));
+    match (arguments.sideslip_per_yaw_rate, stated) {
+        (Some(given), _) => Ok(given),
+        (None, Some(stated)) => {
+            notes.push(format!("sideslip {:.1} ms per yaw rate, from {name}", 1e3 * stated));
+            Ok(stated)
+        }
+        (None, None) => {
+            notes.push(format!("{name} states no sideslip: it is taken for 0"));
+            Ok(0.0)
+        }
+    }
 }
 
 /// The path of recorded points, and what is to be said of it.

@@ -13,12 +13,16 @@ use std::path::PathBuf;
 
 /// Simulate FMUs together; outputs and inputs of equal name are wired, or what an .ssp says
 ///
+/// With a PoseEstimator, path and controller take the estimate, and its gnss_x and gnss_y are the
+/// plant's x and y unless --input has columns for them. It uses such a fix every gnss_period, which a
+/// package (`package --ssp`) sets; of --input the fixes are told by gnss_fix_count and gnss_std.
+///
 /// The FMUs' binaries run in this process: one that crashes ends it, without a message. To try an
 /// FMU in a process of its own, run `steerwright check --run` on it.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// Archives, in the order in which a Gauss–Seidel master steps them: plant, path, controller;
-    /// or one .ssp, which says itself what is wired
+    /// Archives, in the order in which a Gauss–Seidel master steps them: plant, pose estimator, path,
+    /// controller; or one .ssp, which says itself what is wired
     #[arg(required = true, value_name = "FMU|SSP")]
     fmus: Vec<PathBuf>,
     /// Write the trajectories here as CSV
@@ -71,9 +75,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     for text in &arguments.set {
         system.set_text(text)?;
-    }
-    if let Some(input) = &arguments.input {
-        system.feed(InputTable::open(input)?);
     }
     let master = match arguments.master {
         MasterName::GaussSeidel => Master::GaussSeidel,
@@ -136,7 +137,10 @@ fn setup(arguments: &Arguments) -> Result<Setup, Failure> {
             step: said.step,
         };
         let (start, step, stop) = experiment(arguments, package.archives(), said)?;
-        let (system, remarks) = package.system().map_err(explained)?;
+        let (mut system, remarks) = package.system().map_err(explained)?;
+        if let Some(input) = &arguments.input {
+            system.feed(InputTable::open(input)?);
+        }
         let connections = system.connections().to_vec();
         return Ok(Setup { system, connections, start, step, stop, remarks });
     }
@@ -153,6 +157,9 @@ fn setup(arguments: &Arguments) -> Result<Setup, Failure> {
         .collect::<Result<Vec<_>, Failure>>()?;
     let (start, step, stop) = experiment(arguments, archives.iter(), Experiment::default())?;
     let mut system = system_of(&archives)?;
+    if let Some(input) = &arguments.input {
+        system.feed(InputTable::open(input)?);
+    }
     let connections = system.connect_by_name().map_err(explained)?;
     Ok(Setup { system, connections, start, step, stop, remarks: Vec::new() })
 }

@@ -1,6 +1,7 @@
 //! How a path follower is set up around a designed yaw loop.
 
-use formats::{Guidance, Pid, VehicleData};
+use crate::Error;
+use formats::{Bicycle, Document, Guidance, Pid, Plant, VehicleData};
 
 /// Look-ahead time over the lag of the yaw loop: with a loop that answers as `1/(1 + λs)` the
 /// cross-track error follows `λ·T·s² + T·s + 1`, damped by ½·√(T/λ): 1 for T = 4λ.
@@ -11,8 +12,8 @@ const LEAST_LOOKAHEAD: f64 = 1.0;
 /// Guidance for a controller's loop at a speed.
 ///
 /// The look-ahead time makes line of sight and yaw loop together well damped; preview and
-/// feedforward are the design's. The sideslip is taken as 0, as it is in an identified plant:
-/// [`with_sideslip`] for a vehicle that has one.
+/// feedforward are the design's. The sideslip is taken as 0:
+/// [`sideslip_per_yaw_rate`] and [`with_sideslip`] tell that of a vehicle.
 #[must_use]
 pub fn guidance_for(pid: &Pid, speed: f64) -> Guidance {
     let advice = &pid.guidance;
@@ -36,4 +37,30 @@ pub fn with_sideslip(guidance: Guidance, vehicle: &VehicleData, speed: f64) -> G
     let parameters = model_loading::bicycle_parameters(vehicle);
     let sideslip_per_yaw_rate_s = parameters.sideslip_per_yaw_rate(speed);
     Guidance { sideslip_per_yaw_rate_s, ..guidance }
+}
+
+/// The sideslip per yaw rate that a plant's document states, s: of `plant.json` the measured one, of
+/// `bicycle.json` that of the model in a steady turn at a speed (m/s), by default its own. `None` where
+/// it states none.
+///
+/// # Errors
+/// Where a document of these kinds is refused.
+pub fn sideslip_per_yaw_rate(
+    document: &str,
+    file: &str,
+    speed: Option<f64>,
+) -> Result<Option<f64>, Error> {
+    match formats::schema_of(document).as_deref() {
+        Some(Plant::SCHEMA) => {
+            let sideslip = Plant::from_json(document, file)?.sideslip;
+            Ok(sideslip.map(|sideslip| sideslip.sideslip_per_yaw_rate_s))
+        }
+        Some(Bicycle::SCHEMA) => {
+            let vehicle = Bicycle::from_json(document, file)?.vehicle;
+            let speed = speed.unwrap_or(vehicle.speed_mps);
+            let parameters = model_loading::bicycle_parameters(&vehicle);
+            Ok((speed > 0.0).then(|| parameters.sideslip_per_yaw_rate(speed)))
+        }
+        _ => Ok(None),
+    }
 }

@@ -13,7 +13,7 @@
 //! | [`DesignPlant`] | steering → yaw rate, identified or bicycle |
 //! | [`design()`] | eq 14 to a specification, with evidence |
 //! | [`evaluate()`], [`step_response`], [`step_metrics`], [`metrics_of`] | any controller on any plant |
-//! | [`guidance_for`], [`with_sideslip`] | the path follower around the loop |
+//! | [`guidance_for`], [`with_sideslip`], [`sideslip_per_yaw_rate`] | the path follower around the loop |
 //! | [`track()`], [`track_with`] | plant, path and controller in one process |
 //! | [`paths`] | composed, standard and recorded paths |
 //!
@@ -57,7 +57,7 @@ pub use bicycle::{bicycle, bicycle_from_toml};
 pub use design::design;
 pub use error::Error;
 pub use evaluate::{LoopPoint, evaluate, loop_response, step_metrics, step_response};
-pub use guidance::{guidance_for, with_sideslip};
+pub use guidance::{guidance_for, sideslip_per_yaw_rate, with_sideslip};
 pub use metrics::{Metrics, metrics_of};
 pub use options::{DesignOptions, RobustOptions};
 pub use plant::DesignPlant;

@@ -36,6 +36,14 @@ pub struct Gnss {
     pub antenna_x_m: f64,
     /// The antenna to the left of the centre of gravity, m.
     pub antenna_y_m: f64,
+    /// Standard deviation of a fix in each coordinate that the `gnss_std` input starts with, m; by
+    /// default 0, with which no fix is used.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub std_m: Option<f64>,
+    /// Time between fixes that are taken from the inputs without a changed count, s; by default
+    /// there are none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub period_s: Option<f64>,
 }
 
 /// Noise densities: a white noise of density q adds up to q·√t in t seconds.
@@ -77,6 +85,8 @@ impl Document for Estimator {
             (g.latency_s, 0.0, 10.0, "gnss.latency_s"),
             (g.antenna_x_m, -100.0, 100.0, "gnss.antenna_x_m"),
             (g.antenna_y_m, -100.0, 100.0, "gnss.antenna_y_m"),
+            (g.std_m.unwrap_or(0.0), 0.0, 1e6, "gnss.std_m"),
+            (g.period_s.unwrap_or(0.0), 0.0, 3600.0, "gnss.period_s"),
             (self.sideslip_per_yaw_rate_s, -10.0, 10.0, "sideslip_per_yaw_rate_s"),
             (n.yaw_rate_density, 0.0, 100.0, "noise.yaw_rate_density"),
             (n.yaw_rate_bias_density, 0.0, 100.0, "noise.yaw_rate_bias_density"),

@@ -30,6 +30,9 @@ pub struct Plant {
     pub continuous: Option<Continuous>,
     /// The noise as identified.
     pub noise: Noise,
+    /// How far the course leads the yaw, absent where the drive did not tell.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sideslip: Option<Sideslip>,
     /// How uncertain the model is, absent where that was not estimated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub uncertainty: Option<Uncertainty>,
@@ -111,7 +114,27 @@ pub struct Noise {
     pub innovation_variance: f64,
 }
 
+/// The sideslip of the centre of gravity in steady turns, from where a receiver's fixes lead.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Sideslip {
+    /// Sideslip angle (course minus yaw) per yaw rate, s.
+    pub sideslip_per_yaw_rate_s: f64,
+    /// Its standard error, s; of the fixes' and the gyro's noise alone.
+    pub standard_error_s: f64,
+    /// The age of a fix that was reckoned with, s: an error of it is one of the sideslip.
+    pub gnss_latency_s: f64,
+    /// The antenna ahead of the centre of gravity that was reckoned with, m.
+    pub antenna_x_m: f64,
+}
+
 impl Plant {
+    /// Sideslip per yaw rate, s; 0 where it is not known.
+    #[must_use]
+    pub fn sideslip_per_yaw_rate_s(&self) -> f64 {
+        self.sideslip.map_or(0.0, |sideslip| sideslip.sideslip_per_yaw_rate_s)
+    }
+
     /// Order n of the model.
     #[must_use]
     pub fn order(&self) -> usize {
@@ -158,6 +181,15 @@ impl Document for Plant {
             c.shape(&continuous.h, 1, n, "continuous.H");
         }
         c.not_negative(self.noise.innovation_variance, "noise.innovation_variance");
+        if let Some(s) = &self.sideslip {
+            let value = s.sideslip_per_yaw_rate_s;
+            c.require((-10.0..=10.0).contains(&value), "sideslip.sideslip_per_yaw_rate_s", || {
+                format!("{value} must be from -10 to 10")
+            });
+            c.not_negative(s.standard_error_s, "sideslip.standard_error_s");
+            c.not_negative(s.gnss_latency_s, "sideslip.gnss_latency_s");
+            c.finite(s.antenna_x_m, "sideslip.antenna_x_m");
+        }
         if let Some(uncertainty) = &self.uncertainty {
             uncertainty.check(n, c);
         }

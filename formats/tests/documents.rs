@@ -34,6 +34,7 @@ fn plant() -> Plant {
             h: Matrix(vec![vec![1.0, 0.0]]),
         }),
         noise: Noise { innovation_variance: 4e-6 },
+        sideslip: None,
         uncertainty: None,
         evidence: Evidence::default(),
         provenance: Provenance::default(),

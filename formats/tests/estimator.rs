@@ -16,6 +16,8 @@ fn faults_are_named_by_their_place() {
     for (from, to, expected) in [
         ("\"latency_s\": 0.1", "\"latency_s\": -0.1", "gnss.latency_s"),
         ("\"latency_s\": 0.1", "\"latency_s\": 100", "gnss.latency_s"),
+        ("\"latency_s\": 0.1", "\"latency_s\": 0.1, \"period_s\": -1", "gnss.period_s"),
+        ("\"latency_s\": 0.1", "\"latency_s\": 0.1, \"std_m\": 1e999", "gnss.std_m"),
         ("\"latency_s\": 0.1", "\"latency\": 0.1", "gnss.latency"),
         ("\"speed_density\": 0.05", "\"speed_density\": -1", "noise.speed_density"),
         ("\"speed_density\": 0.05", "\"speed_density\": \"low\"", "noise.speed_density"),

@@ -58,14 +58,9 @@ pub enum Error {
         /// The step size.
         step: f64,
     },
-    /// Two FMUs have the output that an input asks for.
-    #[error("{input} could be connected to any of {}", sources.join(", "))]
-    Ambiguous {
-        /// The input.
-        input: String,
-        /// The FMUs that have such an output.
-        sources: Vec<&'static str>,
-    },
+    /// Names do not tell what feeds an input.
+    #[error(transparent)]
+    Wiring(#[from] fmi2_host::Error),
     /// A system names a variable that is not there, or is not what it is taken for.
     #[error("the system has no {need} {variable}")]
     NoVariable {
@@ -121,7 +116,7 @@ impl Error {
                 "the model does not stand its own operating point: mend the file it is made from".into()
             }
             Self::Step { .. } => "give the step in seconds, such as 10ms".into(),
-            Self::Ambiguous { .. } => "wire one of them alone: leave out the files of the others".into(),
+            Self::Wiring(_) => "wire one of them alone: leave out the files of the others".into(),
             Self::NoVariable { .. } => "name a variable of a component, as component.variable".into(),
             Self::Connection { .. } => "connect variables of the same type and unit".into(),
             Self::Zip { .. } | Self::Package { .. } => "check the free space and try again".into(),

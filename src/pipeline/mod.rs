@@ -230,6 +230,7 @@ fn prove(
     for (road, path) in roads {
         let mut path = path.clone();
         path.guidance = control::guidance_for(&pid, path.speed_mps);
+        path.guidance.sideslip_per_yaw_rate_s = plant.sideslip_per_yaw_rate_s();
         // The controller's own folder has the standard road; others stand beside it.
         let (name, result, folder) = if *road == STANDARD_ROAD {
             (format!("path{suffix}.json"), format!("result{suffix}.csv"), folder.clone())

@@ -3,14 +3,12 @@
 use std::collections::HashMap;
 use std::path::PathBuf;
 
-use fmi2_host::{
-    Archive, Causality, Connection, Error as HostError, Instance, System, SystemPackage,
-};
+use fmi2_host::{Archive, Connection, Error as HostError, Instance, System, SystemPackage, Unit};
 use toml::Spanned;
 
 use crate::error::Error;
 use crate::quantity::Linear;
-use crate::study::Study;
+use crate::study::{Fmu, Study};
 
 /// The opened archives, kept for as long as instances are made of them.
 #[derive(Debug)]
@@ -182,7 +180,7 @@ fn explicit(
     Ok(())
 }
 
-/// Wires each free input to the output of the same name, as renamed, in another FMU.
+/// Wires each free input by its name, as renamed: [`fmi2_host::wires_by_name`].
 fn by_name(study: &Study, system: &mut System) -> Result<(), Error> {
     for entry in &study.raw.fmu {
         let fmu = entry.get_ref();
@@ -192,47 +190,39 @@ fn by_name(study: &Study, system: &mut System) -> Result<(), Error> {
             instance.variable(variable.get_ref()).map_err(|e| host(study, Some(variable), e))?;
         }
     }
-    let wired_as = |index: usize, variable: &str| {
-        let renamed = &study.raw.fmu[index].get_ref().rename;
-        let found = renamed.iter().find(|(name, _)| name.get_ref() == variable);
-        found.map_or_else(|| variable.to_owned(), |(_, new)| new.clone())
-    };
-    let mut found: Vec<(usize, Connection)> = Vec::new();
+    let renames: Vec<_> = study.raw.fmu.iter().map(|entry| renamed(entry.get_ref())).collect();
     let all = system.instances();
-    for (to, taker) in all.iter().enumerate() {
-        for input in taker.model().variables() {
-            let fed = |c: &Connection| c.to == taker.name() && c.input == input.name;
-            if input.causality != Causality::Input || system.connections().iter().any(fed) {
-                continue;
-            }
-            let wanted = wired_as(to, &input.name);
-            let mut candidates = Vec::new();
-            for (from, giver) in all.iter().enumerate().filter(|(from, _)| *from != to) {
-                for output in giver.model().variables() {
-                    if output.causality == Causality::Output
-                        && wired_as(from, &output.name) == wanted
-                    {
-                        candidates.push((giver.name().to_owned(), output.name.clone()));
-                    }
-                }
-            }
-            match &candidates[..] {
-                [] => {}
-                [(from, output)] => {
-                    found.push((to, Connection::new(from, output, taker.name(), &input.name)));
-                }
-                _ => {
-                    let to_path = format!("{}.{}", taker.name(), input.name);
-                    let paths = candidates.iter().map(|(i, v)| format!("{i}.{v}")).collect();
-                    let error = HostError::Ambiguous { to: to_path, candidates: paths };
-                    return Err(host(study, Some(&study.raw.fmu[to]), error));
-                }
-            }
-        }
-    }
+    let units: Vec<Unit<'_>> = all
+        .iter()
+        .zip(&renames)
+        .map(|(instance, renamed)| Unit {
+            wired_as: renamed,
+            ..Unit::new(instance.name(), instance.model().variables())
+        })
+        .collect();
+    let is_fed = |unit: &Unit<'_>, input: &str| {
+        system.connections().iter().any(|c| c.to == unit.name && c.input == input)
+    };
+    let index_of = |name: &str| all.iter().position(|i| i.name() == name).unwrap_or(0);
+    let found = fmi2_host::wires_by_name(&units, &is_fed).map_err(|error| {
+        let at = match &error {
+            HostError::Ambiguous { to, .. } => index_of(to.split('.').next().unwrap_or(to)),
+            _ => 0,
+        };
+        host(study, study.raw.fmu.get(at), error)
+    })?;
+    let found: Vec<(usize, Connection)> = found.into_iter().map(|c| (index_of(&c.to), c)).collect();
     for (to, connection) in found {
         let said = |e| host(study, Some(&study.raw.fmu[to]), e);
         system.connect(connection).map_err(said)?;
     }
     Ok(())
+}
+
+/// The name that a variable of an FMU is wired under, where it is renamed.
+fn renamed(fmu: &Fmu) -> impl Fn(&str) -> Option<&str> {
+    |variable| {
+        let found = fmu.rename.iter().find(|(name, _)| name.get_ref() == variable);
+        found.map(|(_, new)| new.as_str())
+    }
 }

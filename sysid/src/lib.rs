@@ -44,6 +44,7 @@ pub mod model;
 pub mod reduction;
 pub mod refine;
 pub mod riccati;
+mod sideslip;
 pub mod signal;
 mod signals;
 pub mod stability;

@@ -59,6 +59,7 @@ fn plant() -> Plant {
         },
         continuous: None,
         noise: Noise { innovation_variance: 1e-6 },
+        sideslip: None,
         uncertainty: None,
         evidence: formats::Evidence::default(),
         provenance: formats::Provenance::default(),

@@ -52,6 +52,7 @@ pub(crate) fn identified(f: &[f64], g: &[f64], h: &[f64], sample_time: f64, dela
             h: row(h),
         }),
         noise: Noise { innovation_variance: 1e-4 },
+        sideslip: None,
         uncertainty: None,
         evidence: formats::Evidence::default(),
         provenance: formats::Provenance::default(),

@@ -6,7 +6,8 @@
 //!   [`Recording`].
 //! - [`SystemPackage`] opens a `.ssp`: FMUs, and the file that wires them into a [`System`].
 //!
-//! Units are those of the FMUs' variables; times are in s. Nothing here knows of vehicles, and the
+//! Units are those of the FMUs' variables; times are in s. Nothing here knows of vehicles, but for
+//! the pose estimator in [`wires_by_name`], and the
 //! only `unsafe` is where the C boundary is crossed: `library`, `log` and `instance`.
 
 mod archive;
@@ -30,4 +31,4 @@ pub use model::Model;
 /// What the variables of a [`Model`] are described with.
 pub use model_description::{Causality, DefaultExperiment, Kind, Value, Variability, Variable};
 pub use ssp::{Component, Connector, Parameter, Place, SystemPackage, SystemStructure};
-pub use system::{Connection, InputTable, Master, Recording, System, grid};
+pub use system::{Connection, InputTable, Master, Recording, System, Unit, grid, wires_by_name};

@@ -47,6 +47,7 @@ pub fn identified_model(plant: &Plant) -> Result<IdentifiedModel, Error> {
         yaw_rate_offset: point.yaw_rate_offset_radps,
         speed: point.speed_mps,
         innovation_std: plant.noise.innovation_variance.sqrt(),
+        sideslip_per_yaw_rate: plant.sideslip_per_yaw_rate_s(),
     })
 }
 
@@ -118,6 +119,7 @@ pub fn pose_parameters(estimator: &Estimator) -> PoseParameters {
     let Estimator { gnss, noise, initial, .. } = estimator;
     PoseParameters {
         gnss_latency: gnss.latency_s,
+        gnss_period: gnss.period_s.unwrap_or(0.0),
         antenna_x: gnss.antenna_x_m,
         antenna_y: gnss.antenna_y_m,
         sideslip_per_yaw_rate: estimator.sideslip_per_yaw_rate_s,

@@ -19,7 +19,13 @@ fn the_estimator() {
     let estimator = Estimator {
         schema: Estimator::SCHEMA.into(),
         name: "sensors".into(),
-        gnss: formats::Gnss { latency_s: 1.0, antenna_x_m: 2.0, antenna_y_m: 3.0 },
+        gnss: formats::Gnss {
+            latency_s: 1.0,
+            antenna_x_m: 2.0,
+            antenna_y_m: 3.0,
+            std_m: Some(10.0),
+            period_s: Some(11.0),
+        },
         sideslip_per_yaw_rate_s: 4.0,
         noise: formats::SensorNoise {
             yaw_rate_density: 5.0,
@@ -36,6 +42,7 @@ fn the_estimator() {
     };
     let expected = PoseParameters {
         gnss_latency: 1.0,
+        gnss_period: 11.0,
         antenna_x: 2.0,
         antenna_y: 3.0,
         sideslip_per_yaw_rate: 4.0,

@@ -31,6 +31,7 @@ fn plant() -> Plant {
         },
         continuous: None,
         noise: formats::Noise { innovation_variance: 1e-4 },
+        sideslip: None,
         uncertainty: None,
         evidence: formats::Evidence::default(),
         provenance: formats::Provenance::default(),

@@ -53,6 +53,8 @@ pub struct IdentifiedData {
     pub speed: f64,
     /// Standard deviation of the innovation e, rad/s.
     pub innovation_std: f64,
+    /// Sideslip angle per yaw rate, s: the lateral velocity is v·S·r.
+    pub sideslip_per_yaw_rate: f64,
 }
 
 /// `ẋ = F x + G u`, `y = H x + D u` (eq 6–7), row-major.
@@ -181,6 +183,7 @@ fn check(data: &IdentifiedData) -> Result<(), Error> {
         ("the yaw-rate offset", data.yaw_rate_offset),
         ("the identified speed", data.speed),
         ("the innovation's standard deviation", data.innovation_std),
+        ("the sideslip per yaw rate", data.sideslip_per_yaw_rate),
     ])?;
     if data.sample_time <= 0.0 {
         return Err(Error::NotPositive { name: "the sample time", value: data.sample_time });
@@ -257,6 +260,7 @@ pub(crate) mod tests {
             yaw_rate_offset: 0.0,
             speed: 15.0,
             innovation_std: 0.01,
+            sideslip_per_yaw_rate: 0.0,
         }
     }
 

@@ -32,6 +32,7 @@ impl PoseEstimator {
             &mut self.estimator.input;
         let PoseParameters {
             gnss_latency,
+            gnss_period,
             antenna_x,
             antenna_y,
             sideslip_per_yaw_rate,
@@ -53,6 +54,7 @@ impl PoseEstimator {
             Variable::YawRate => yaw_rate,
             Variable::Speed => speed,
             Variable::GnssLatency => gnss_latency,
+            Variable::GnssPeriod => gnss_period,
             Variable::AntennaX => antenna_x,
             Variable::AntennaY => antenna_y,
             Variable::SideslipPerYawRate => sideslip_per_yaw_rate,
@@ -88,6 +90,7 @@ impl Slave for PoseEstimator {
             file.as_ref().map_or_else(PoseParameters::default, model_loading::pose_parameters);
         let mut estimator = vehicle_models::PoseEstimator::new(parameters)
             .map_err(|e| format!("estimator.json: {e}; hint: {}", e.hint()))?;
+        estimator.input.gnss_std = file.as_ref().and_then(|file| file.gnss.std_m).unwrap_or(0.0);
         estimator.input.speed = file.map_or(SPEED, |file| file.speed_mps);
         with_start_values(Self { estimator, started: false }, resources)
     }

@@ -1,6 +1,8 @@
-//! What the FMUs of a loop start with: at the first point of the road, along it, at its speed.
+//! What the FMUs of a loop start with: at the first point of the road, along it, at its speed, with
+//! fixes of the plant's position and its sideslip.
 
-use crate::Packed;
+use crate::{Fmu, Packed};
+use fmi2_host::Connection;
 use formats::{Path, Start};
 use model_description::{Causality, Value};
 
@@ -19,6 +21,47 @@ pub fn start_values(packed: &Packed, path: &Path) -> Vec<(String, f64)> {
     };
     let taken = wanted.into_iter().filter(|(name, causality, _)| has(name, *causality));
     taken.map(|(name, _, value)| (name.to_owned(), value)).collect()
+}
+
+/// Between the fixes of a receiver that nobody described, s.
+const FIX_PERIOD: f64 = 0.1;
+
+/// Their standard deviation, m: that of a receiver with corrections.
+const FIX_STD: f64 = 0.02;
+
+/// What makes a pose estimator take the position of a plant, which the connections may lead to it, for
+/// the fixes of a receiver: they come by the clock, are not late and are of the centre of gravity.
+#[must_use]
+pub fn receiver_values(packed: &Packed, connections: &[Connection]) -> Vec<(String, f64)> {
+    let name = packed.fmu.name();
+    let from_plant = |c: &Connection| c.to == name && c.input == "gnss_x" && c.output == "x";
+    if packed.fmu != Fmu::PoseEstimator || !connections.iter().any(from_plant) {
+        return Vec::new();
+    }
+    let stated = |name: &str, otherwise: f64| {
+        let start = packed.description.variable(name).and_then(|v| v.start.as_ref());
+        match start {
+            Some(Value::Real(value)) if *value > 0.0 => *value,
+            _ => otherwise,
+        }
+    };
+    [
+        ("gnss_std", stated("gnss_std", FIX_STD)),
+        ("gnss_period", stated("gnss_period", FIX_PERIOD)),
+        ("gnss_latency", 0.0),
+        ("antenna_x", 0.0),
+        ("antenna_y", 0.0),
+    ]
+    .map(|(name, value)| (name.to_owned(), value))
+    .into()
+}
+
+/// The plant's sideslip per yaw rate, s, for an FMU that reckons with one and states none.
+#[must_use]
+pub fn sideslip_value(packed: &Packed, sideslip: f64) -> Option<(String, f64)> {
+    const NAME: &str = "sideslip_per_yaw_rate";
+    let start = packed.description.variable(NAME)?.start.as_ref();
+    (sideslip != 0.0 && start == Some(&Value::Real(0.0))).then(|| (NAME.to_owned(), sideslip))
 }
 
 /// Those of the values that the FMU does not start with by itself.

@@ -1,11 +1,10 @@
 //! Which output feeds which input of a loop, and in which order its FMUs are stepped.
 
 use crate::{Error, Fmu, Packed};
-use fmi2_host::Connection;
-use model_description::{Causality, Variable};
+use fmi2_host::{Connection, Unit};
 
-/// The FMUs in the order plant, pose estimator, path, controller: no delay enters the loop when a Gauss–Seidel
-/// master steps them so.
+/// The FMUs in the order plant, pose estimator, path, controller: no delay enters the loop when a
+/// Gauss–Seidel master steps them so.
 #[must_use]
 pub fn loop_order(packed: &[Packed]) -> Vec<&Packed> {
     let mut ordered: Vec<&Packed> = packed.iter().collect();
@@ -18,38 +17,13 @@ pub fn loop_order(packed: &[Packed]) -> Vec<&Packed> {
     ordered
 }
 
-/// Each input with the output of the same name in another FMU; an input without one stays free.
+/// The connections that names make ([`fmi2_host::wires_by_name`]): an input is fed by the output of
+/// its name in another FMU, a pose estimator's `gnss_x` and `gnss_y` by the plant's `x` and `y`.
 ///
 /// # Errors
-/// [`Error::Ambiguous`] where two FMUs have such an output.
+/// [`Error::Wiring`] where two FMUs have such an output.
 pub fn connections_by_name(packed: &[&Packed]) -> Result<Vec<Connection>, Error> {
-    let mut connections = Vec::new();
-    for to in packed {
-        for input in of(to, Causality::Input) {
-            let has_it = |from: &&&Packed| {
-                from.fmu != to.fmu && of(from, Causality::Output).any(|o| o.name == input.name)
-            };
-            let sources: Vec<&&Packed> = packed.iter().filter(has_it).collect();
-            match sources[..] {
-                [] => {}
-                [from] => connections.push(Connection::new(
-                    from.fmu.name(),
-                    &input.name,
-                    to.fmu.name(),
-                    &input.name,
-                )),
-                _ => {
-                    return Err(Error::Ambiguous {
-                        input: format!("{}.{}", to.fmu.name(), input.name),
-                        sources: sources.iter().map(|p| p.fmu.name()).collect(),
-                    });
-                }
-            }
-        }
-    }
-    Ok(connections)
-}
-
-fn of(packed: &Packed, causality: Causality) -> impl Iterator<Item = &Variable> {
-    packed.description.variables.iter().filter(move |v| v.causality == causality)
+    let units: Vec<Unit<'_>> =
+        packed.iter().map(|p| Unit::new(p.fmu.name(), &p.description.variables)).collect();
+    Ok(fmi2_host::wires_by_name(&units, &|_, _| false)?)
 }

@@ -54,6 +54,7 @@ pub(crate) fn plant() -> String {
             h: Matrix(vec![vec![1.0]]),
         }),
         noise: Noise { innovation_variance: 1e-6 },
+        sideslip: None,
         uncertainty: None,
         evidence,
         provenance: provenance(),

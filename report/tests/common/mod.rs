@@ -74,6 +74,7 @@ pub fn plant() -> Plant {
         },
         continuous: None,
         noise: Noise { innovation_variance: 1e-5 },
+        sideslip: None,
         uncertainty: None,
         evidence: evidence(),
         provenance: provenance(),

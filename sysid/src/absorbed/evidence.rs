@@ -96,6 +96,7 @@ impl Absorbed {
             discrete: discrete(&model, &gain, &vec![0.0; model.order()], step),
             continuous: continuous.map(|c| continuous_form(&c, &model)),
             noise: Noise { innovation_variance: residual * y * y },
+            sideslip: None,
             uncertainty: None,
             evidence,
             provenance: Provenance {

@@ -229,6 +229,7 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
         discrete: discrete(&model, &gain, &chosen.x0[0], data.sample_time),
         continuous: continuous.map(|c| continuous_form(&c, &model)),
         noise: Noise { innovation_variance: residual * data.output_scale * data.output_scale },
+        sideslip: log.sideslip,
         uncertainty,
         evidence,
         provenance: Provenance {

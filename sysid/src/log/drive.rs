@@ -27,6 +27,8 @@ pub(crate) struct Drive {
     pub(crate) name: String,
     /// Steering, yaw rate and, where there is one, speed.
     pub(crate) channels: Vec<Series>,
+    /// Where a receiver's fixes are, if it has any.
+    pub(crate) places: Vec<Series>,
     pub(crate) files: Vec<SourceFile>,
     pub(crate) steering_ratio: f64,
 }
@@ -76,12 +78,18 @@ impl Drive {
                 sources.push((role, source));
             }
         }
-        let (channels, files) = series::read(tables, &sources, options, warnings)?;
+        for role in Role::PLACES {
+            if let Some(source) = mapping::find(&tables, options, role, warnings)? {
+                sources.push((role, source));
+            }
+        }
+        let (all, files) = series::read(tables, &sources, options, warnings)?;
+        let (places, channels): (Vec<_>, Vec<_>) = all.into_iter().partition(|c| c.role.is_place());
         for channel in channels.iter().take(2) {
             check_constant(channel)?;
         }
         let steering_ratio = steering_ratio(&channels[0], options, warnings)?;
-        Ok(Self { name, channels, files, steering_ratio })
+        Ok(Self { name, channels, places, files, steering_ratio })
     }
 
     pub(crate) fn channel(&self, role: Role) -> Option<&Series> {

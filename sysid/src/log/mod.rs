@@ -4,6 +4,7 @@
 mod assemble;
 mod delayed;
 mod drive;
+mod fixes;
 mod mapping;
 mod options;
 mod resample;
@@ -17,7 +18,7 @@ mod units;
 use crate::Error;
 use crate::signal::integrate;
 use drive::Drive;
-use formats::{ChannelSummary, SourceFile};
+use formats::{ChannelSummary, Sideslip, SourceFile};
 use role::Role;
 use series::Series;
 use std::collections::BTreeMap;
@@ -50,6 +51,8 @@ pub struct DriveLog {
     pub speed: Option<Vec<f64>>,
     /// Steering angle over road-wheel angle.
     pub steering_ratio: f64,
+    /// Sideslip per yaw rate, where a receiver's fixes tell it.
+    pub sideslip: Option<Sideslip>,
     /// What was read from each column.
     pub channels: Vec<ChannelSummary>,
     /// What the reader had to do or doubts.
@@ -166,12 +169,14 @@ pub fn read_drives(
         output: Vec::new(),
         speed: has_speed(&drives, options, &mut warnings)?.then(Vec::new),
         steering_ratio: drives[0].steering_ratio,
+        sideslip: None,
         channels: channels(&drives),
         warnings,
         sources: drives.iter().flat_map(|d| d.files.iter().cloned()).collect(),
         options: used,
     };
     log.fill(&drives, options)?;
+    log.take_sideslip(&drives, options);
     log.options.insert("sample_time_used_s".into(), log.sample_time_s.to_string());
     let mut seen = std::collections::BTreeSet::new();
     log.warnings.retain(|warning| seen.insert(warning.clone()));

@@ -32,6 +32,10 @@ pub struct LogOptions {
     pub row_period_s: Option<f64>,
     /// Longest gap that is bridged by a straight line, s; a longer one splits the drive.
     pub max_gap_s: f64,
+    /// Age of a fix at the instant that the log gives it, s.
+    pub gnss_latency_s: f64,
+    /// The antenna ahead of the centre of gravity, m.
+    pub antenna_x_m: f64,
 }
 
 impl Default for LogOptions {
@@ -48,6 +52,8 @@ impl Default for LogOptions {
             sample_time_s: None,
             row_period_s: None,
             max_gap_s: 0.5,
+            gnss_latency_s: 0.0,
+            antenna_x_m: 0.0,
         }
     }
 }
@@ -74,6 +80,13 @@ impl LogOptions {
         }
         if let Some((from, to)) = self.speed_window {
             map.insert("speed_window_mps".into(), format!("{from},{to}"));
+        }
+        for (name, value) in
+            [("gnss_latency_s", self.gnss_latency_s), ("antenna_x_m", self.antenna_x_m)]
+        {
+            if value != 0.0 {
+                map.insert(name.into(), value.to_string());
+            }
         }
         if let Some(period) = self.row_period_s {
             map.insert("row_period_s".into(), period.to_string());

@@ -10,6 +10,11 @@ pub(crate) enum Role {
     YawRate,
     Speed,
     Time,
+    /// Where a receiver's fix is, east and north or in degrees.
+    East,
+    North,
+    Latitude,
+    Longitude,
 }
 
 /// A unit for the hint about a column without one, by its name.
@@ -27,6 +32,10 @@ impl Role {
             Self::YawRate => "yaw rate",
             Self::Speed => "speed",
             Self::Time => "time",
+            Self::East => "x of the position",
+            Self::North => "y of the position",
+            Self::Latitude => "latitude",
+            Self::Longitude => "longitude",
         }
     }
 
@@ -45,6 +54,8 @@ impl Role {
             Self::YawRate => ("degps", "deg/s"),
             Self::Speed => ("kmh", "km/h"),
             Self::Time => ("s", "s"),
+            Self::East | Self::North => ("m", "m"),
+            Self::Latitude | Self::Longitude => ("deg", "deg"),
         }
     }
 
@@ -54,7 +65,16 @@ impl Role {
             Self::YawRate => options.output.as_deref(),
             Self::Speed => options.speed.as_deref(),
             Self::Time => options.time.as_deref(),
+            Self::East | Self::North | Self::Latitude | Self::Longitude => None,
         }
+    }
+
+    /// The roles of a receiver's fixes.
+    pub(crate) const PLACES: [Self; 4] = [Self::East, Self::North, Self::Latitude, Self::Longitude];
+
+    /// Whether it is one of [`Self::PLACES`].
+    pub(crate) fn is_place(self) -> bool {
+        Self::PLACES.contains(&self)
     }
 
     pub(crate) fn required(self) -> bool {
@@ -74,6 +94,10 @@ impl Role {
             Self::Time => {
                 name == "t" || ["time", "t_", "t "].into_iter().any(|start| name.starts_with(start))
             }
+            Self::East => matches!(name, "x_m" | "x [m]" | "gnss_x_m"),
+            Self::North => matches!(name, "y_m" | "y [m]" | "gnss_y_m"),
+            Self::Latitude => name.starts_with("latitude"),
+            Self::Longitude => name.starts_with("longitude"),
         }
     }
 
@@ -86,6 +110,8 @@ impl Role {
             ),
             Self::Speed => quantity == Quantity::Speed,
             Self::Time => quantity == Quantity::Time,
+            Self::East | Self::North => quantity == Quantity::Length,
+            Self::Latitude | Self::Longitude => quantity == Quantity::Angle,
         }
     }
 
@@ -95,6 +121,8 @@ impl Role {
             Self::YawRate => "deg/s or rad/s, or deg or rad of yaw",
             Self::Speed => "m/s, km/h or mph",
             Self::Time => "s, ms, us or ns",
+            Self::East | Self::North => "m",
+            Self::Latitude | Self::Longitude => "deg or rad",
         }
     }
 

@@ -85,7 +85,12 @@ fn finished(
 ) -> Result<Series, Error> {
     let (role, unit) = (series.role, series.unit);
     series.bring_to_si(sign)?;
-    drop_missing(&mut series, warnings);
+    let mut unsaid = Vec::new();
+    drop_missing(&mut series, if role.is_place() { &mut unsaid } else { warnings });
+    if role.is_place() {
+        // Drop-outs of a receiver are its own affair, and so is a drive without a fix.
+        return Ok(series);
+    }
     if series.time.len() < 3 {
         return Err(Error::TooFewRows {
             got: series.time.len(),

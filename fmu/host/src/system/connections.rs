@@ -3,6 +3,7 @@
 use model_description::Causality;
 
 use super::System;
+use super::by_name::{Unit, wires_by_name};
 use crate::Error;
 
 /// An output of one instance that feeds an input of another, or of the same.
@@ -107,40 +108,15 @@ impl System {
         Ok(self)
     }
 
-    /// Wires each input that has no connection yet to the output of the same name in another
-    /// instance. Two such outputs are an error; an input without one stays as it is. Gives the new
-    /// connections.
+    /// Wires each input that has no connection yet by its name ([`wires_by_name`]); an input without a
+    /// counterpart stays as it is. Gives the new connections, or makes none.
     pub fn connect_by_name(&mut self) -> Result<Vec<Connection>, Error> {
-        let mut new = Vec::new();
-        for (to, input) in self.inputs() {
-            let to_name = self.instances[to].name();
-            if self.feeding(to_name, &input.name).is_some() {
-                continue;
-            }
-            let candidates: Vec<usize> = self
-                .of_causality(Causality::Output)
-                .filter(|(from, output)| *from != to && output.name == input.name)
-                .map(|(from, _)| from)
-                .collect();
-            match candidates[..] {
-                [] => {}
-                [from] => new.push(Connection::new(
-                    self.instances[from].name(),
-                    &input.name,
-                    to_name,
-                    &input.name,
-                )),
-                _ => {
-                    return Err(Error::Ambiguous {
-                        to: self.path(to, &input.name),
-                        candidates: candidates
-                            .iter()
-                            .map(|from| self.path(*from, &input.name))
-                            .collect(),
-                    });
-                }
-            }
-        }
+        let units: Vec<Unit<'_>> =
+            self.instances.iter().map(|i| Unit::new(i.name(), i.model().variables())).collect();
+        let is_fed = |unit: &Unit<'_>, input: &str| self.feeding(unit.name, input).is_some();
+        let mut new = wires_by_name(&units, &is_fed)?;
+        // A receiver's fixes may come from outside.
+        new.retain(|c| c.output == c.input || !self.is_in_table(&c.to, &c.input));
         let before = self.connections.len();
         for connection in &new {
             if let Err(error) = self.connect(connection.clone()).map(drop) {
@@ -150,6 +126,14 @@ impl System {
             }
         }
         Ok(new)
+    }
+
+    /// Whether a column of the table is meant for an input.
+    fn is_in_table(&self, instance: &str, input: &str) -> bool {
+        self.table.as_ref().is_some_and(|table| {
+            let path = format!("{instance}.{input}");
+            table.columns().iter().any(|column| *column == input || *column == path)
+        })
     }
 
     /// The connection that feeds an input.

@@ -3,6 +3,7 @@
 //! The instances step in the order in which they were added unless [`System::order`] says
 //! otherwise; for a steering loop that is plant, pose estimator, path, PID.
 
+mod by_name;
 mod connections;
 mod inputs;
 mod master;
@@ -10,6 +11,7 @@ mod recording;
 mod signals;
 mod wiring;
 
+pub use by_name::{Unit, wires_by_name};
 pub use connections::Connection;
 pub use inputs::InputTable;
 pub use master::{Master, grid};

@@ -6,10 +6,11 @@
 //! ```text
 //! ẋ = F x + G u,   r = H x + D u + yaw_rate_offset          (eq 6–7)
 //! ψ̇ = r            exactly, the integral is part of the matrix exponential
-//! X' = v cos ψ,  Y' = v sin ψ                               (Gauss–Legendre, to 1e-9 m)
+//! X' = v (cos ψ − S r sin ψ),  Y' = v (sin ψ + S r cos ψ)   (Gauss–Legendre, to 1e-9 m)
 //! ```
 //!
-//! with u the model's input `delay` seconds ago: a step is split where that delayed input changes,
+//! with S the sideslip per yaw rate (what it adds to the position is `v·S` times the change of
+//! `(cos ψ, sin ψ)`, exactly) and u the model's input `delay` seconds ago: a step is split where that delayed input changes,
 //! and each piece is one ramp, which the matrix exponential takes exactly. After the step the
 //! steering angle is u0 again, not where the ramp ended, until it is set anew; what is still under
 //! way in the delay stays the ramp it was. Before the start the input was zero, which is where

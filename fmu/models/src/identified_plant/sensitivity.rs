@@ -4,10 +4,10 @@
 //!
 //! ```text
 //! ẋ = F x + G u,   r = H x + D u + yaw_rate_offset,   ṙ = H ẋ + D u̇
-//! ψ̇ = r,   X' = v cos ψ,   Y' = v sin ψ
+//! ψ̇ = r,   X' = v (cos ψ − S r sin ψ),   Y' = v (sin ψ + S r cos ψ)
 //! ```
 //!
-//! A delay leaves no dependency on the present inputs.
+//! with S the sideslip per yaw rate. A delay leaves no dependency on the present inputs.
 
 use super::IdentifiedPlant;
 use crate::noise::gaussian;
@@ -42,8 +42,16 @@ impl IdentifiedPlant {
             (None, Some(model)) => model.derivative(index, self.states(), self.delayed_input().0),
             (None, None) => 0.0,
             (Some(0), _) => self.noise_free_yaw_rate(),
-            (Some(1), _) => self.speed * cos,
-            (Some(_), _) => self.speed * sin,
+            (Some(1), _) => self.speed * (cos - self.sideslip() * sin),
+            (Some(_), _) => self.speed * (sin + self.sideslip() * cos),
+        }
+    }
+
+    /// Sideslip S·r: lateral over longitudinal velocity.
+    fn sideslip(&self) -> f64 {
+        match self.model.data().sideslip_per_yaw_rate {
+            0.0 => 0.0,
+            per_yaw_rate => per_yaw_rate * self.noise_free_yaw_rate(),
         }
     }
 
@@ -71,15 +79,29 @@ impl IdentifiedPlant {
             Unknown::State(i) => (known == Known::State(i)).then_some(Factor::Constant(1.0)),
             Unknown::Rate(i) if i < n => self.model_rate_by(i, known),
             Unknown::Rate(i) if i == n => self.yaw_rate_by(known),
-            Unknown::Rate(i) => {
-                let (sin, cos) = sin_cos(self.pose.yaw);
-                let (direction, turned) = if i == n + 1 { (cos, -sin) } else { (sin, cos) };
-                match known {
-                    Known::Speed => Some(Factor::Dependent(direction)),
-                    Known::State(j) if j == n => Some(Factor::Dependent(self.speed * turned)),
-                    _ => None,
-                }
-            }
+            Unknown::Rate(i) => self.velocity_by(i == n + 1, known),
+        }
+    }
+
+    /// Of `v·(direction + S·r·turned)`, the velocity along x or y.
+    fn velocity_by(&self, is_x: bool, known: Known) -> Option<Factor> {
+        let n = self.model_states();
+        let (sin, cos) = sin_cos(self.pose.yaw);
+        let (direction, turned) = if is_x { (cos, -sin) } else { (sin, cos) };
+        let slip = self.sideslip();
+        let own = match known {
+            Known::Speed => Some(direction + slip * turned),
+            Known::State(j) if j == n => Some(self.speed * (turned - slip * direction)),
+            _ => None,
+        };
+        let per_yaw_rate = self.model.data().sideslip_per_yaw_rate;
+        let by_yaw_rate = (per_yaw_rate != 0.0)
+            .then(|| self.yaw_rate_by(known))
+            .flatten()
+            .map(|r| self.speed * per_yaw_rate * turned * r.value());
+        match (own, by_yaw_rate) {
+            (None, None) => None,
+            (own, other) => Some(Factor::Dependent(own.unwrap_or(0.0) + other.unwrap_or(0.0))),
         }
     }
 

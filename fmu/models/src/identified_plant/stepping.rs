@@ -126,12 +126,15 @@ impl IdentifiedPlant {
         let Some(model) = self.model.continuous() else { return };
         let map = self.cache.get(model, piece.duration, self.model.longest_panel());
         let distance = self.speed * map.panel();
+        let slip = self.speed * self.model.data().sideslip_per_yaw_rate;
         for panel in 0..map.panels() {
             let u = piece.value + piece.slope * (panel as f64 * map.panel());
             let direction = sin_cos(self.pose.yaw);
             let turned = map.advance(&mut self.states, u, piece.slope);
             let (along, across) = mean_direction(&turned.at_nodes);
-            self.pose.advance_by(direction, distance * along, distance * across, turned.end);
+            let [ahead, aside] = slipped(slip, turned.end);
+            let (along, across) = (distance * along + ahead, distance * across + aside);
+            self.pose.advance_by(direction, along, across, turned.end);
         }
     }
 
@@ -141,6 +144,19 @@ impl IdentifiedPlant {
         let turn = self.held * piece;
         let (along, across) = mean_direction_of_arc(turn);
         let distance = self.speed * piece;
-        self.pose.advance(distance * along, distance * across, turn);
+        let slip = self.speed * self.model.data().sideslip_per_yaw_rate;
+        let [ahead, aside] = slipped(slip, turn);
+        self.pose.advance(distance * along + ahead, distance * across + aside, turn);
     }
+}
+
+/// What a lateral velocity of `slip·ψ̇` (slip in m) adds to the way while the yaw turns by `turn`, in
+/// the vehicle's axes at the beginning: exactly `slip·(cos turn − 1, sin turn)`, however it turns.
+#[inline]
+fn slipped(slip: f64, turn: f64) -> [f64; 2] {
+    if slip == 0.0 {
+        return [0.0, 0.0];
+    }
+    let (s, c) = mean_direction_of_arc(turn);
+    [-slip * turn * c, slip * turn * s]
 }

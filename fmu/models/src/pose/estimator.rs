@@ -5,6 +5,7 @@ use super::filter::{BIAS, Filter, YAW};
 use super::history::{History, Stretch};
 use super::parameters::PoseParameters;
 use crate::error::{Error, diverged};
+use crate::ticks::Ticks;
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
@@ -30,7 +31,7 @@ pub struct PoseInput {
     pub gnss_y: f64,
     /// Its standard deviation in each coordinate, m; not usable unless above zero.
     pub gnss_std: f64,
-    /// Counts fixes: a new fix is a changed count.
+    /// Counts fixes: a new fix is a changed count, or the end of a period.
     pub gnss_fix_count: i32,
     /// The gyro's reading, rad/s.
     pub yaw_rate: f64,
@@ -53,6 +54,8 @@ pub struct PoseEstimator {
     /// Readings at the end of the last step: yaw rate and speed.
     pub(super) last: Option<[f64; 2]>,
     pub(super) fix_count: i32,
+    /// Of the fixes that no count tells.
+    pub(super) clock: Ticks,
     /// Outliers since the last fix that was taken.
     pub(super) outliers: u32,
     /// Under way where the yaw is to be told from where fixes lead.
@@ -75,6 +78,7 @@ impl PoseEstimator {
             history: History::default(),
             last: None,
             fix_count: 0,
+            clock: Ticks::new(),
             outliers: 0,
             alignment: None,
         })
@@ -119,7 +123,9 @@ impl PoseEstimator {
         while let Some(passed) = self.history.pop(latency) {
             self.delayed.predict(&self.parameters, &passed);
         }
-        if self.input.gnss_fix_count != self.fix_count {
+        let period = self.parameters.gnss_period;
+        let due = period > 0.0 && self.clock.advance(step / period) > 0;
+        if due || self.input.gnss_fix_count != self.fix_count {
             self.fix_count = self.input.gnss_fix_count;
             self.take_fix();
         }

@@ -16,6 +16,10 @@
 //! along the exact arc, its Jacobian is that of the arc, and the noise is integrated for the
 //! stretch's mean velocity ([`filter`]).
 //!
+//! **When there is a fix.** A changed count tells a new fix. Where nobody counts, as where a plant's
+//! position is taken for that of an ideal receiver, `gnss_period` has one taken from the inputs at
+//! the end of each step in which a period ends.
+//!
 //! **Latency.** A fix tells where the antenna was `gnss_latency` ago. So two filters are kept, one
 //! at that time and one at present, and the readings between them ([`history`]). A fix corrects the
 //! first, and the second is made of it again by those readings: the estimate is to the last bit

@@ -9,6 +9,8 @@ use std::f64::consts::PI;
 pub struct PoseParameters {
     /// Age of a fix when it arrives, s.
     pub gnss_latency: f64,
+    /// Time between fixes that are taken from the inputs without a changed count, s; 0 for none.
+    pub gnss_period: f64,
     /// The antenna ahead of the centre of gravity, m.
     pub antenna_x: f64,
     /// The antenna to the left of the centre of gravity, m.
@@ -42,6 +44,7 @@ impl Default for PoseParameters {
     fn default() -> Self {
         Self {
             gnss_latency: 0.0,
+            gnss_period: 0.0,
             antenna_x: 0.0,
             antenna_y: 0.0,
             sideslip_per_yaw_rate: 0.0,
@@ -63,6 +66,9 @@ impl PoseParameters {
     /// The longest latency taken, s: what lies within it is remembered.
     pub const LONGEST_LATENCY: f64 = 10.0;
 
+    /// The longest period of fixes, s.
+    pub const LONGEST_PERIOD: f64 = 3600.0;
+
     /// Refuses what no sensor or start can be.
     ///
     /// # Errors
@@ -70,6 +76,7 @@ impl PoseParameters {
     pub fn check(&self) -> Result<(), Error> {
         for (name, value, min, max) in [
             ("the GNSS latency", self.gnss_latency, 0.0, Self::LONGEST_LATENCY),
+            ("the period of the fixes", self.gnss_period, 0.0, Self::LONGEST_PERIOD),
             ("the antenna's x", self.antenna_x, -100.0, 100.0),
             ("the antenna's y", self.antenna_y, -100.0, 100.0),
             ("the sideslip per yaw rate", self.sideslip_per_yaw_rate, -10.0, 10.0),

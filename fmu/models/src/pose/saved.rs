@@ -6,6 +6,7 @@ use super::filter::Filter;
 use super::history::History;
 use super::parameters::PoseParameters;
 use crate::error::{Error, finite};
+use crate::ticks::Ticks;
 use serde::{Deserialize, Serialize};
 
 /// Mean, and covariance by its columns.
@@ -25,6 +26,7 @@ pub struct SavedPose {
     history: History,
     last: Option<[f64; 2]>,
     fix_count: i32,
+    clock: Ticks,
     outliers: u32,
     alignment: Option<Alignment>,
 }
@@ -41,6 +43,7 @@ impl PoseEstimator {
             history: self.history.clone(),
             last: self.last,
             fix_count: self.fix_count,
+            clock: self.clock,
             outliers: self.outliers,
             alignment: self.alignment,
         }
@@ -56,6 +59,7 @@ impl PoseEstimator {
         finite("an input", &[input.gnss_x, input.gnss_y, input.gnss_std])?;
         finite("an input", &[input.yaw_rate, input.speed])?;
         finite("a reading of the last step", saved.last.as_ref().map_or(&[], |last| last))?;
+        saved.clock.check()?;
         saved.history.check(saved.parameters.gnss_latency)?;
         if saved.outliers >= MOST_OUTLIERS {
             let (name, value) = ("the number of outliers in a row", f64::from(saved.outliers));
@@ -72,6 +76,7 @@ impl PoseEstimator {
             history: saved.history,
             last: saved.last,
             fix_count: saved.fix_count,
+            clock: saved.clock,
             outliers: saved.outliers,
             alignment: saved.alignment,
         })

@@ -62,6 +62,7 @@ pub fn from_continuous(f: Vec<f64>, g: Vec<f64>, h: Vec<f64>, d: f64, ts: f64) -
         yaw_rate_offset: 0.02,
         speed: 15.0,
         innovation_std: 0.01,
+        sideslip_per_yaw_rate: -0.06,
     }
 }
 

@@ -44,6 +44,7 @@ pub(crate) const DRIVE: Drive = Drive {
     seed: 1,
     parameters: PoseParameters {
         gnss_latency: 0.1,
+        gnss_period: 0.0,
         antenna_x: 0.7,
         antenna_y: 0.3,
         sideslip_per_yaw_rate: -0.06,

@@ -141,6 +141,39 @@ fn a_fix_is_fused_once() {
 }
 
 /// Fixes that say nothing usable leave dead reckoning alone, and so does no fix at all.
+/// Where nobody counts, a period takes the fixes that a count would tell, whatever the steps.
+#[test]
+fn a_period_stands_for_the_count() {
+    let p = PoseParameters { gnss_latency: 0.0, ..parameters() };
+    let drive = Drive { parameters: p, ..DRIVE };
+    let moments = drive.moments(300, 0);
+    let mut counted = drive.estimator();
+    let mut timed =
+        PoseEstimator::new(PoseParameters { gnss_period: 10.0 * H, ..drive.parameters }).unwrap();
+    timed.start().unwrap();
+    let mut dead = drive.estimator();
+    for moment in &moments {
+        step(&mut counted, moment.input);
+        let uncounted = PoseInput { gnss_fix_count: 0, ..moment.input };
+        step(&mut timed, uncounted);
+        step(&mut dead, uncounted);
+        assert_eq!(timed.mean(), counted.mean());
+        assert_eq!(timed.covariance(), counted.covariance());
+    }
+    assert_ne!(dead.mean(), counted.mean());
+    // A saved one goes on with its period where it was.
+    for moment in &moments[..7] {
+        step(&mut timed, PoseInput { gnss_fix_count: 0, ..moment.input });
+    }
+    let mut loaded = PoseEstimator::restore(timed.save()).unwrap();
+    for moment in &moments[7..30] {
+        let input = PoseInput { gnss_fix_count: 0, ..moment.input };
+        step(&mut timed, input);
+        step(&mut loaded, input);
+        assert_eq!(timed, loaded);
+    }
+}
+
 #[test]
 fn unusable_fixes_are_not_used() {
     let drive = DRIVE;

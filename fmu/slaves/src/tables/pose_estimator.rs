@@ -13,7 +13,7 @@ super::variables! {
     GnssStd = 2, real "gnss_std", Input, Continuous,
         .unit("m").nominal(0.1).description("standard deviation of the latest fix in each coordinate; not usable unless above 0");
     GnssFixCount = 3, integer "gnss_fix_count", Input, Discrete,
-        .description("counts the fixes: a new fix is a changed count");
+        .description("counts the fixes: a new fix is a changed count, or the end of a gnss_period");
     YawRate = 4, real "yaw_rate", Input, Continuous,
         .unit("rad/s").display_unit("deg/s").description("yaw rate that the gyro measures, positive to the left");
     Speed = 5, real "speed", Input, Continuous,
@@ -50,6 +50,8 @@ super::variables! {
         .nominal(0.1).min(0.0).max(1000.0).description("density of the speed's white noise, m/s per root Hz");
     LateralVelocityNoiseDensity = 27, real "lateral_velocity_noise_density", Parameter, Fixed,
         .nominal(0.1).min(0.0).max(1000.0).description("density of the lateral velocity that the sideslip does not tell, m/s per root Hz");
+    GnssPeriod = 28, real "gnss_period", Parameter, Fixed,
+        .unit("s").display_unit("ms").min(0.0).max(3600.0).description("time between fixes taken from the inputs without a changed count; 0 for none");
     InitialX = 30, real "initial_x", Parameter, Fixed,
         .unit("m").description("position at the start");
     InitialY = 31, real "initial_y", Parameter, Fixed,

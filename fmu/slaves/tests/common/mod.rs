@@ -74,6 +74,12 @@ pub fn plant_file(kind: Kind) -> Plant {
             h: Matrix(vec![H.to_vec()]),
         }),
         noise: formats::Noise { innovation_variance: 1e-4 },
+        sideslip: Some(formats::Sideslip {
+            sideslip_per_yaw_rate_s: -0.06,
+            standard_error_s: 0.001,
+            gnss_latency_s: 0.0,
+            antenna_x_m: 0.0,
+        }),
         uncertainty: None,
         evidence: formats::Evidence::default(),
         provenance: formats::Provenance::default(),

@@ -175,6 +175,7 @@ impl Reading {
             drive: Drive {
                 name: last_part(&table.file).into(),
                 channels: series,
+                places: Vec::new(),
                 files: Vec::new(),
                 steering_ratio: 1.0,
             },
