@@ -1,6 +1,7 @@
 //! `steerwright sweep`: Monte Carlo over closed loops of FMUs.
 
 use crate::failure::{Failure, Outcome};
+use crate::quantity;
 use crate::tell::Tell;
 use ::sweep::{Finished, MetricSummary, Options, Requirement, Study, Sweep};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -10,6 +11,7 @@ use std::path::PathBuf;
 use std::process::Command;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 /// Simulate a system of FMUs many times over, with what a study varies, and judge every run
 ///
@@ -37,6 +39,10 @@ pub(crate) struct Arguments {
     /// FMUs that allow one instance in a process run on all threads
     #[arg(long)]
     isolate: bool,
+    /// Longest time that a run may take: one that takes longer is a row with an error. An FMU that does
+    /// not return at all ends the sweep, which can be gone on with, or with --isolate that run alone
+    #[arg(long, value_name = "TIME", default_value = "600s", allow_hyphen_values = true, value_parser = quantity::time)]
+    timeout: f64,
     /// What `--isolate` starts
     #[arg(long, hide = true, conflicts_with = "isolate")]
     serve: bool,
@@ -69,6 +75,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if !(arguments.isolate || arguments.serve) {
         sweep.try_first_step(&study)?;
     }
+    let timeout = Duration::try_from_secs_f64(arguments.timeout).ok().filter(|t| !t.is_zero());
+    let timeout = timeout.ok_or_else(|| {
+        Failure::new("--timeout: not above 0", "give the longest time of a run, such as 60s")
+    })?;
     let stop = Arc::new(AtomicBool::new(false));
     let asked = Arc::clone(&stop);
     ctrlc::set_handler(move || asked.store(true, Ordering::Relaxed)).map_err(|e| {
@@ -76,6 +86,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     })?;
     let start = || isolated(arguments);
     let bar = bar(sweep.runs());
+    let hung = |run: usize, rows: usize| {
+        bar.finish_and_clear();
+        hung(arguments, run, rows, sweep.runs()).tell();
+        // The thread that hangs cannot be waited for.
+        std::process::exit(2);
+    };
     let options = Options {
         results: &arguments.out,
         threads: arguments.threads.map(usize::from),
@@ -83,6 +99,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         overwrite: arguments.overwrite,
         trajectories: arguments.trajectories.clone().map(|dir| (dir, arguments.of.clone())),
         isolate: if arguments.isolate { Some(&start) } else { None },
+        timeout: Some(timeout),
+        hung: &hung,
         stop: &stop,
         progress: &|rows| bar.set_position(rows as u64),
     };
@@ -124,11 +142,24 @@ fn warnings(sweep: &Sweep, arguments: &Arguments) -> Vec<String> {
     warnings
 }
 
+/// What is told of an FMU that does not return.
+fn hung(arguments: &Arguments, run: usize, rows: usize, runs: usize) -> Failure {
+    let (out, limit) = (arguments.out.display(), arguments.timeout);
+    Failure::new(
+        format!(
+            "run {run} hangs: an FMU does not return, after twice the --timeout of {limit} s; {out} \
+             holds {rows} of {runs} runs"
+        ),
+        "go on with --resume --isolate, which ends that run alone",
+    )
+}
+
 /// This command once more, for the FMUs of one thread.
 fn isolated(arguments: &Arguments) -> Command {
     // Where the program does not know its own file, starting nothing tells so.
     let mut command = Command::new(std::env::current_exe().unwrap_or_default());
     command.arg("sweep").arg(&arguments.study).arg("--serve");
+    command.arg("--timeout").arg(format!("{}s", arguments.timeout));
     if let Some(folder) = &arguments.trajectories {
         let runs: Vec<String> = arguments.of.iter().map(ToString::to_string).collect();
         command.arg("--trajectories").arg(folder).args(["--of", &runs.join(",")]);

@@ -23,6 +23,7 @@ fn main() -> ExitCode {
     };
     let out = &support::demo().folder;
     write_references(&out.join("multibody"));
+    write_estimator(&out.join("multibody"));
     support::archives();
     let tests = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/python");
     let status = Command::new(python)
@@ -72,6 +73,18 @@ fn write_references(folder: &Path) {
             let file = folder.join(format!("reference/{road}-{name}.csv"));
             std::fs::write(file, pure_loop::to_csv(&rows)).unwrap();
         }
+    }
+}
+
+/// The loop with the pose estimator, and what it does in our host.
+fn write_estimator(folder: &Path) {
+    let package = "package plant.json path.json pid.json {data}/multibody/estimator.json \
+                   --out fmu-estimator --ssp PoseLoop.ssp";
+    let simulate = "simulate fmu-estimator/PoseLoop.ssp --master jacobi \
+                    -o reference/estimator-jacobi.csv";
+    for line in [package, simulate] {
+        let output = support::steerwright(folder, &support::words(line, folder));
+        assert!(output.status.success(), "{}", support::told(&output));
     }
 }
 

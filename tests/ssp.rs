@@ -1,9 +1,10 @@
 //! The loop as a system structure package: made, run, and run as its FMUs are.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::panic)]
 
 mod support;
 
 use fmi2_host::{Archive, Connection, SystemPackage};
+use formats::Document;
 use packaging::Binary;
 use packaging::ssp::{Component, Experiment};
 use serde_json::Value;
@@ -225,6 +226,118 @@ fn a_package_at_odds_with_its_fmus_is_told_before_its_result() {
     // A stop of 1 s, and a start behind it.
     let text = told(&simulate(r#"startTime="0.0""#, r#"startTime="5""#));
     assert!(text.contains("the stop after the start at 5 s"), "{text}");
+}
+
+/// The loop in which path and controller know the pose by the estimator alone.
+#[test]
+fn with_an_estimator_the_loop_is_closed_through_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let files = "{chain}/pid.json {chain}/path.json {data}/multibody/estimator.json";
+    let output =
+        done(folder, &format!("package {files} {{chain}}/plant.json --ssp PoseLoop.ssp --json"));
+    let printed: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let wired = printed.as_array().unwrap().last().unwrap()["connections"].clone();
+    let wired: Vec<String> = serde_json::from_value(wired).unwrap();
+    let expected = [
+        "LateralPid.steering_angle -> IdentifiedPlant.steering_angle",
+        "IdentifiedPlant.x -> PoseEstimator.gnss_x",
+        "IdentifiedPlant.y -> PoseEstimator.gnss_y",
+        "IdentifiedPlant.yaw_rate -> PoseEstimator.yaw_rate",
+        "PoseEstimator.x -> ReferencePath.x",
+        "PoseEstimator.y -> ReferencePath.y",
+        "PoseEstimator.yaw -> ReferencePath.yaw",
+        "ReferencePath.yaw_reference -> LateralPid.yaw_reference",
+        "PoseEstimator.yaw -> LateralPid.yaw",
+        "ReferencePath.steering_feedforward -> LateralPid.steering_feedforward",
+    ];
+    assert_eq!(wired, expected);
+    // The plant's position is no old one, and of no antenna; what the file says is overruled, in the
+    // archive itself too.
+    let estimator = Archive::open(folder.join("PoseEstimator.fmu")).unwrap();
+    for (name, value) in
+        [("gnss_latency", 0.0), ("antenna_x", 0.0), ("gnss_period", 0.1), ("gnss_std", 0.02)]
+    {
+        let start = estimator.model().variable(name).unwrap().start.clone();
+        assert_eq!(start, Some(value.into()), "{name}");
+    }
+    let fmus = "IdentifiedPlant.fmu PoseEstimator.fmu ReferencePath.fmu LateralPid.fmu";
+    let column = |file: &str, name: &str| -> Vec<f64> {
+        let text = std::fs::read_to_string(folder.join(file)).unwrap();
+        let mut lines = text.lines();
+        let index = lines.next().unwrap().split(',').position(|n| n == name).unwrap();
+        lines.map(|line| line.split(',').nth(index).unwrap().parse().unwrap()).collect()
+    };
+    // At each end of the run, how far the estimate is from the plant.
+    let away = |file: &str| {
+        let [x, y, own_x, own_y] =
+            ["IdentifiedPlant.x", "IdentifiedPlant.y", "PoseEstimator.x", "PoseEstimator.y"]
+                .map(|name| column(file, name));
+        let away = |k: usize| (x[k] - own_x[k]).hypot(y[k] - own_y[k]);
+        [away(0), away(x.len() - 1)]
+    };
+    let start = "--set PoseEstimator.initial_y=0.5";
+    for master in ["gauss-seidel", "jacobi"] {
+        let run = |what: &str| done(folder, &format!("simulate {what} --master {master}"));
+        run(&format!("PoseLoop.ssp --stop 12s -o ssp.csv {start}"));
+        run(&format!("{fmus} --stop 12s -o fmus.csv {start}"));
+        let read = |name| std::fs::read(folder.join(name)).unwrap();
+        assert!(read("ssp.csv") == read("fmus.csv"), "{master}");
+        // A start that is half a metre off is mended by the fixes, and by nothing else. Under Jacobi
+        // the estimate is a step old, as everything is.
+        let [first, last] = away("ssp.csv");
+        let late = if master == "jacobi" { 0.2 } else { 0.0 };
+        assert!((first - 0.5).abs() < 1e-9 && last < late + 0.02, "{master}: {first} {last}");
+        let steering = column("ssp.csv", "LateralPid.steering_angle");
+        assert!(steering.iter().any(|angle| angle.abs() > 0.01));
+        run(&format!("{fmus} --stop 12s -o dead.csv {start} --set PoseEstimator.gnss_period=0"));
+        assert!(away("dead.csv")[1] > 0.3, "{:?}", away("dead.csv"));
+    }
+    // Fixes from a file go before those of the plant.
+    let fixes = "time,gnss_x,gnss_y,gnss_std,gnss_fix_count\n0,0,0,0.02,0\n1,3,4,0.02,1\n";
+    std::fs::write(folder.join("fixes.csv"), fixes).unwrap();
+    let output = done(folder, &format!("simulate {fmus} --stop 2s --input fixes.csv --json"));
+    let printed: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let wired = printed["connections"].as_array().unwrap();
+    assert!(wired.len() == 8 && wired.iter().all(|c| !c.to_string().contains("gnss")), "{wired:?}");
+    assert_eq!(printed["last"]["PoseEstimator.gnss_y"], 4.0);
+}
+
+/// The bicycle model's own sideslip reaches path and estimator, unless their files state one.
+#[test]
+fn the_sideslip_of_the_plant_is_that_of_path_and_estimator() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let start = |name: &str| {
+        let archive = Archive::open(folder.join(format!("{name}.fmu"))).unwrap();
+        match archive.model().variable("sideslip_per_yaw_rate").unwrap().start {
+            Some(fmi2_host::Value::Real(value)) => value,
+            ref other => panic!("{other:?}"),
+        }
+    };
+    let loop_of = |plant: &str, path: &str| {
+        let rest = "{chain}/pid.json {data}/multibody/estimator.json";
+        done(folder, &format!("package {plant} {path} {rest} --ssp L.ssp"));
+        [start("ReferencePath"), start("PoseEstimator")]
+    };
+    let text = std::fs::read_to_string(chain().join("bicycle.json")).unwrap();
+    let bicycle = formats::Bicycle::from_json(&text, "bicycle.json").unwrap().vehicle;
+    let expected =
+        model_loading::bicycle_parameters(&bicycle).sideslip_per_yaw_rate(bicycle.speed_mps);
+    assert!(expected.abs() > 0.005, "{expected}");
+    assert_eq!(loop_of("{chain}/bicycle.json", "{chain}/path.json"), [expected; 2]);
+    // This drive's log has no fixes.
+    assert_eq!(loop_of("{chain}/plant.json", "{chain}/path.json"), [0.0; 2]);
+    done(folder, "path --pid {chain}/pid.json --sideslip-per-yaw-rate=-30ms -o own.json");
+    assert_eq!(loop_of("{chain}/bicycle.json", "own.json"), [-0.03, expected]);
+    done(folder, "path --pid {chain}/pid.json --plant {chain}/bicycle.json -o of_plant.json");
+    let text = std::fs::read_to_string(folder.join("of_plant.json")).unwrap();
+    let path = formats::Path::from_json(&text, "of_plant.json").unwrap();
+    let at_15 = model_loading::bicycle_parameters(&bicycle).sideslip_per_yaw_rate(15.0);
+    assert_eq!(path.guidance.sideslip_per_yaw_rate_s, at_15);
+    let output = run(folder, "path --plant {chain}/pid.json");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(told(&output).contains("no plant"), "{}", told(&output));
 }
 
 #[test]

@@ -60,6 +60,8 @@ fn time(plant: &str, runs: usize, threads: usize, folder: &Path, out: &Path) -> 
             overwrite: true,
             trajectories: None,
             isolate: None,
+            timeout: None,
+            hung: &|_, _| {},
             stop: &stop,
             progress: &|_| {},
         })

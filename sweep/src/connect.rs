@@ -8,7 +8,7 @@ use toml::Spanned;
 
 use crate::error::Error;
 use crate::quantity::Linear;
-use crate::study::{Fmu, Study};
+use crate::study::Study;
 
 /// The opened archives, kept for as long as instances are made of them.
 #[derive(Debug)]
@@ -190,14 +190,16 @@ fn by_name(study: &Study, system: &mut System) -> Result<(), Error> {
             instance.variable(variable.get_ref()).map_err(|e| host(study, Some(variable), e))?;
         }
     }
-    let renames: Vec<_> = study.raw.fmu.iter().map(|entry| renamed(entry.get_ref())).collect();
     let all = system.instances();
     let units: Vec<Unit<'_>> = all
         .iter()
-        .zip(&renames)
-        .map(|(instance, renamed)| Unit {
-            wired_as: renamed,
-            ..Unit::new(instance.name(), instance.model().variables())
+        .zip(&study.raw.fmu)
+        .map(|(instance, entry)| {
+            let renamed = entry.get_ref().rename.iter();
+            Unit {
+                renamed: renamed.map(|(own, new)| (own.get_ref().as_str(), &**new)).collect(),
+                ..Unit::new(instance.name(), instance.model().variables())
+            }
         })
         .collect();
     let is_fed = |unit: &Unit<'_>, input: &str| {
@@ -217,12 +219,4 @@ fn by_name(study: &Study, system: &mut System) -> Result<(), Error> {
         system.connect(connection).map_err(said)?;
     }
     Ok(())
-}
-
-/// The name that a variable of an FMU is wired under, where it is renamed.
-fn renamed(fmu: &Fmu) -> impl Fn(&str) -> Option<&str> {
-    |variable| {
-        let found = fmu.rename.iter().find(|(name, _)| name.get_ref() == variable);
-        found.map(|(_, new)| new.as_str())
-    }
 }

@@ -3,17 +3,21 @@
 //! The parent writes the number of a run as a line; the child answers with a line: `ready` and the
 //! study's hash once at its start, then for each run `row` and the row of the results, or `stopped`.
 //! Other lines are what the FMUs print, and are passed over. A child whose FMU has ended fatally
-//! says `last` instead of `row` and goes; the next run gets another.
+//! says `last` instead of `row` and goes; the next run gets another. One that does not answer in time is
+//! ended by the parent.
 
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
+use std::sync::{Arc, Mutex};
+use std::time::Instant;
 
 use crate::error::Error;
 use crate::prepare::Sweep;
 use crate::results::{Outcome, row, row_of_line};
 use crate::rig::Rig;
-use crate::run::{Made, Options};
+use crate::run::{Made, Options, too_long};
+use crate::watch::{Watch, held};
 
 const READY: &str = "steerwright sweep ready ";
 const ROW: &str = "steerwright sweep row ";
@@ -27,7 +31,8 @@ pub(crate) struct Worker<'a> {
 }
 
 struct Running {
-    child: Child,
+    /// Shared with the watch, which may end it.
+    child: Arc<Mutex<Child>>,
     to: ChildStdin,
     from: BufReader<ChildStdout>,
 }
@@ -42,8 +47,10 @@ impl<'a> Worker<'a> {
         &mut self,
         sweep: &Sweep,
         run: usize,
-        stop: &AtomicBool,
+        options: &Options<'_>,
+        watched: Option<(&Watch, usize)>,
     ) -> Result<Made, Error> {
+        let asked = Instant::now();
         let mut running = match self.running.take() {
             Some(running) => running,
             None => Running::start((self.start)(), &sweep.id)?,
@@ -53,6 +60,9 @@ impl<'a> Worker<'a> {
             running.end();
             running = Running::start((self.start)(), &sweep.id)?;
             let _ = running.ask(run);
+        }
+        if let Some((watch, thread)) = watched {
+            watch.by(thread, Arc::clone(&running.child));
         }
         let stopped = Made { row: None, fatal: None };
         match running.answer() {
@@ -67,10 +77,13 @@ impl<'a> Worker<'a> {
                 Ok(Made { row, fatal: None })
             }
             // Asked to stop, a process may be gone before it can say so.
-            None if stop.load(Ordering::Relaxed) => Ok(stopped),
+            None if options.stop.load(Ordering::Relaxed) => Ok(stopped),
             None => {
-                let outcome =
-                    Outcome::Failed(format!("error: the process ended: {}", running.end()));
+                let ended = running.end();
+                let outcome = Outcome::Failed(match options.timeout {
+                    Some(limit) if asked.elapsed() > limit => too_long(options),
+                    _ => format!("error: the process ended: {ended}"),
+                });
                 let bytes = row(sweep, run, &sweep.plan.quantities(run), &outcome);
                 Ok(Made { row: Some((outcome, bytes)), fatal: None })
             }
@@ -89,6 +102,7 @@ impl Running {
         let (Some(to), Some(from)) = (child.stdin.take(), child.stdout.take()) else {
             return Err(failed("it has no pipes".to_owned()));
         };
+        let child = Arc::new(Mutex::new(child));
         let mut running = Self { child, to, from: BufReader::new(from) };
         match running.answer() {
             Some(line) if line.strip_prefix(READY).map(str::trim_end) == Some(id) => Ok(running),
@@ -121,15 +135,16 @@ impl Running {
 
     /// Waits for its end, and says what it was.
     fn end(&mut self) -> String {
-        self.child.wait().map_or_else(|e| e.to_string(), |status| status.to_string())
+        held(&self.child).wait().map_or_else(|e| e.to_string(), |status| status.to_string())
     }
 }
 
 impl Drop for Running {
     fn drop(&mut self) {
         // The end of its input is the end of its work; one that does not listen is not waited for.
-        let _ = self.child.kill();
-        let _ = self.child.wait();
+        let mut child = held(&self.child);
+        let _ = child.kill();
+        let _ = child.wait();
     }
 }
 
@@ -153,8 +168,7 @@ impl Sweep {
             let Some(run) = line.trim().parse().ok().filter(|run| *run < self.runs()) else {
                 return Err(Error::Process { reason: format!("{line:?} is no run") });
             };
-            let made =
-                self.make_here(&mut rig, options.trajectories.as_ref(), options.stop, run)?;
+            let made = self.make_here(&mut rig, options, run)?;
             match made.row {
                 Some((_, bytes)) => {
                     let what = if made.fatal.is_some() { LAST } else { ROW };

@@ -31,6 +31,7 @@ mod study;
 mod summary;
 mod trajectory;
 mod values;
+mod watch;
 
 pub use error::{Error, Place};
 pub use prepare::Sweep;

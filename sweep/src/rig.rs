@@ -6,6 +6,7 @@
 //! step are those of [`fmi2_host::System::run`], to the bit.
 
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
 
 use fmi2_host::{Archive, Error as HostError, Instance, Kind, Master, Phase, Value};
 
@@ -26,6 +27,8 @@ pub(crate) enum Ended {
     Failed(HostError),
     /// The user asked to stop.
     Stopped,
+    /// It took longer than it may.
+    TooLong,
 }
 
 /// A thread's instances and buffers.
@@ -40,6 +43,8 @@ pub(crate) struct Rig<'a> {
     real: Vec<f64>,
     integer: Vec<i32>,
     boolean: Vec<bool>,
+    /// When a run is ended that has not come to its end, looked at between steps.
+    pub(crate) deadline: Option<Instant>,
 }
 
 impl<'a> Rig<'a> {
@@ -56,6 +61,7 @@ impl<'a> Rig<'a> {
             real: Vec::new(),
             integer: Vec::new(),
             boolean: Vec::new(),
+            deadline: None,
         }
     }
 
@@ -91,21 +97,21 @@ impl<'a> Rig<'a> {
             }
         }
         match result {
-            Ok(true) => {
+            Ok(None) => {
                 let of = |(memory, metric): (&Memory, &crate::metric::Metric)| {
                     memory.result(metric.kind)
                 };
                 Ok(self.memories.iter().zip(&self.plan.metrics).map(of).collect())
             }
-            Ok(false) => {
+            Ok(Some(ended)) => {
                 self.instances.fill_with(|| None);
-                Err(Ended::Stopped)
+                Err(ended)
             }
             Err(error) => Err(Ended::Failed(error)),
         }
     }
 
-    /// Whether the end was reached.
+    /// Why the end was not reached, if it was not.
     fn steps(
         &mut self,
         steps: usize,
@@ -113,7 +119,7 @@ impl<'a> Rig<'a> {
         quantities: &[f64],
         stop: &AtomicBool,
         see: &mut Option<See<'_>>,
-    ) -> Result<bool, HostError> {
+    ) -> Result<Option<Ended>, HostError> {
         let plan = self.plan;
         let (step, draw) = (plan.step, plan.draw_of(run));
         self.values.fill(0.0);
@@ -132,14 +138,19 @@ impl<'a> Rig<'a> {
             let next = plan.time(k + 1);
             self.disturb(next);
             self.observe(next, see)?;
-            if k % STEPS_BETWEEN_LOOKS == 0 && stop.load(Ordering::Relaxed) {
-                return Ok(false);
+            if k % STEPS_BETWEEN_LOOKS == 0 {
+                if stop.load(Ordering::Relaxed) {
+                    return Ok(Some(Ended::Stopped));
+                }
+                if self.deadline.is_some_and(|deadline| Instant::now() > deadline) {
+                    return Ok(Some(Ended::TooLong));
+                }
             }
         }
         for instance in self.instances.iter_mut().flatten() {
             instance.terminate()?;
         }
-        Ok(true)
+        Ok(None)
     }
 
     fn initialize(&mut self, quantities: &[f64]) -> Result<(), HostError> {

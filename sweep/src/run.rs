@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc;
+use std::time::{Duration, Instant};
 
 use fmi2_host::{Error as HostError, Status};
 
@@ -20,6 +21,7 @@ use crate::results::{Outcome, Results, row};
 use crate::rig::{Ended, Rig};
 use crate::summary::Summary;
 use crate::trajectory;
+use crate::watch::Watch;
 
 /// How to run a study.
 pub struct Options<'a> {
@@ -35,6 +37,11 @@ pub struct Options<'a> {
     pub trajectories: Option<(PathBuf, Vec<usize>)>,
     /// Has the FMUs of each thread in a process of its own, started by this; see [`Sweep::serve`].
     pub isolate: Option<&'a (dyn Fn() -> Command + Sync)>,
+    /// The longest that a run may take; one that takes longer is a row with an error.
+    pub timeout: Option<Duration>,
+    /// Told of a run, and of the rows in the file, where an FMU in this process does not return: it
+    /// cannot be made to, so the process is to be ended.
+    pub hung: &'a (dyn Fn(usize, usize) + Sync),
     /// Set, from anywhere, to end as soon as may be.
     pub stop: &'a AtomicBool,
     /// Told the number of rows in the file whenever it grows.
@@ -85,19 +92,30 @@ impl Sweep {
             .map_err(|e| Error::Threads { reason: e.to_string() })?;
         let next = AtomicUsize::new(resumed);
         let ending = AtomicBool::new(false);
+        let watch = Watch::new(options.timeout, threads);
         let (tell, told) = mpsc::channel();
         let mut fatal = None;
         let written = pool.in_place_scope(|scope| {
-            scope.spawn_broadcast(|_, _| {
+            scope.spawn_broadcast(|_, context| {
                 // Told also where a panic ends the thread.
                 let _end = AtEnd(&tell);
-                self.work(options, &next, &ending, &tell);
+                self.work(options, &next, &ending, &tell, (&watch, context.index()));
             });
             let mut waiting = BTreeMap::new();
             let mut running = threads;
             let mut result = Ok(());
             while running > 0 {
-                let Ok(message) = told.recv() else { break };
+                let message = match told.recv_timeout(watch.look()) {
+                    Ok(message) => message,
+                    Err(mpsc::RecvTimeoutError::Disconnected) => break,
+                    Err(mpsc::RecvTimeoutError::Timeout) => {
+                        if let Some(run) = watch.hung() {
+                            ending.store(true, Ordering::Relaxed);
+                            (options.hung)(run, outcomes.len());
+                        }
+                        continue;
+                    }
+                };
                 match message {
                     Told::Ended => running -= 1,
                     Told::Fatal(text) => fatal = fatal.take().or(Some(text)),
@@ -148,6 +166,7 @@ impl Sweep {
         next: &AtomicUsize,
         ending: &AtomicBool,
         tell: &mpsc::Sender<Told>,
+        (watch, thread): (&Watch, usize),
     ) {
         let mut maker = Maker::new(self, options);
         let asked = || options.stop.load(Ordering::Relaxed) || ending.load(Ordering::Relaxed);
@@ -156,7 +175,10 @@ impl Sweep {
             if run >= self.runs() {
                 break;
             }
-            let made = match maker.make(self, options, run) {
+            watch.begin(thread, run);
+            let made = maker.make(self, options, run, Some((watch, thread)));
+            watch.end(thread);
+            let made = match made {
                 Ok(made) => made,
                 Err(error) => {
                     // Whoever does not listen any more does not miss it.
@@ -177,11 +199,13 @@ impl Sweep {
     pub(crate) fn make_here(
         &self,
         rig: &mut Rig<'_>,
-        wanted: Option<&(PathBuf, Vec<usize>)>,
-        stop: &AtomicBool,
+        options: &Options<'_>,
         run: usize,
     ) -> Result<Made, Error> {
         let quantities = self.plan.quantities(run);
+        rig.deadline = options.timeout.map(|timeout| Instant::now() + timeout);
+        let wanted = options.trajectories.as_ref();
+        let stop = options.stop;
         let result = match wanted {
             Some((folder, runs)) if runs.contains(&run) => {
                 trajectory::write(&self.plan, rig, folder, run, &quantities, stop)?
@@ -191,6 +215,7 @@ impl Sweep {
         let (outcome, fatal, aftermath) = match result {
             Ok(metrics) => (Outcome::Done(metrics), None, false),
             Err(Ended::Stopped) => return Ok(Made { row: None, fatal: None }),
+            Err(Ended::TooLong) => (Outcome::Failed(too_long(options)), None, false),
             Err(Ended::Failed(error)) => {
                 let text = in_a_line(&format!("error: {error}"));
                 let fatal = is_fatal(&error).then(|| error.to_string());
@@ -207,7 +232,7 @@ impl Sweep {
         let Some((_, runs)) = &options.trajectories else { return Ok(()) };
         let mut maker = Maker::new(self, options);
         for &run in runs.iter().filter(|run| **run < resumed) {
-            maker.make(self, options, run)?;
+            maker.make(self, options, run, None)?;
         }
         Ok(())
     }
@@ -235,14 +260,24 @@ impl<'a> Maker<'a> {
         }
     }
 
-    fn make(&mut self, sweep: &Sweep, options: &Options<'_>, run: usize) -> Result<Made, Error> {
+    fn make(
+        &mut self,
+        sweep: &Sweep,
+        options: &Options<'_>,
+        run: usize,
+        watched: Option<(&Watch, usize)>,
+    ) -> Result<Made, Error> {
         match self {
-            Self::Here(rig) => {
-                sweep.make_here(rig, options.trajectories.as_ref(), options.stop, run)
-            }
-            Self::Apart(worker) => worker.make(sweep, run, options.stop),
+            Self::Here(rig) => sweep.make_here(rig, options, run),
+            Self::Apart(worker) => worker.make(sweep, run, options, watched),
         }
     }
+}
+
+/// What stands in the row of a run that takes longer than it may.
+pub(crate) fn too_long(options: &Options<'_>) -> String {
+    let limit = options.timeout.map_or(f64::INFINITY, |timeout| timeout.as_secs_f64());
+    format!("error: the run takes longer than {limit} s")
 }
 
 /// Whether an FMU may not be called any more in this process.

@@ -4,6 +4,8 @@
 mod support;
 
 use std::fs;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
 use support::{How, LOOP, TOP, column, folder, numbers, prepare, results, run, study};
 
 #[test]
@@ -186,7 +188,7 @@ fn a_fatal_end_keeps_the_rows_before_it_and_lets_others_go_on() {
             Err(error) => panic!("{error}"),
         };
         let finished =
-            run(&sweep, &out, How { threads: 2, resume: true, stop_after: None }).unwrap();
+            run(&sweep, &out, How { threads: 2, resume: true, ..How::default() }).unwrap();
         calls += 1;
         if finished.rows == 40 {
             break;
@@ -199,6 +201,34 @@ fn a_fatal_end_keeps_the_rows_before_it_and_lets_others_go_on() {
     for (kind, status) in kinds.iter().zip(column(&table, "status")) {
         assert_eq!(status == "ok", *kind == 0.0, "{status}");
     }
+}
+
+/// The run in which the FMU hangs, once it was told; none before.
+static HANGING: AtomicUsize = AtomicUsize::new(usize::MAX);
+
+#[test]
+fn an_fmu_that_does_not_return_is_told_and_the_rows_before_it_are_kept() {
+    let Some(folder) = folder(|_, xml| xml) else { return };
+    let hangs = "[[vary]]\nvariables = [\"plant.misbehaviour\"]\n\
+                 distribution = \"grid\"\nvalues = [0, 10]\n";
+    let text = format!("{}{hangs}", study(1));
+    let out = folder.path().join("results.csv");
+    let sweep = prepare(folder.path(), &text).unwrap();
+    let how = How {
+        threads: 1,
+        timeout: Some(Duration::from_millis(100)),
+        hung: &|run, rows| {
+            // Run 1 hangs, after the row of run 0.
+            assert_eq!(rows, 1);
+            HANGING.store(run, Ordering::Relaxed);
+        },
+        ..How::default()
+    };
+    run(&sweep, &out, how).unwrap();
+    assert_eq!(HANGING.load(Ordering::Relaxed), 1);
+    // It came back after all, later than it may: between two steps that is seen.
+    let table = fs::read_to_string(&out).unwrap();
+    assert_eq!(column(&table, "status"), ["ok", "error: the run takes longer than 0.1 s"]);
 }
 
 #[test]

@@ -32,7 +32,7 @@ fn an_interrupted_sweep_resumed_is_the_same_file() {
     let out = folder.path().join("interrupted.csv");
     for (threads, cut) in [(1, 0), (2, 11), (3, 1)] {
         let _ = fs::remove_file(&out);
-        let how = How { threads, resume: false, stop_after: Some(7) };
+        let how = How { threads, stop_after: Some(7), ..How::default() };
         let first = run(&sweep, &out, how).unwrap();
         assert!((7..RUNS).contains(&first.rows), "{} rows", first.rows);
         let half = fs::read_to_string(&out).unwrap();
@@ -42,13 +42,13 @@ fn an_interrupted_sweep_resumed_is_the_same_file() {
         assert!(matches!(again, Error::Unfinished { rows, runs: RUNS, .. } if rows == first.rows));
         // A machine may die in the middle of a row.
         fs::write(&out, &half[..half.len() - cut]).unwrap();
-        let rest = run(&sweep, &out, How { threads, resume: true, stop_after: None }).unwrap();
+        let rest = run(&sweep, &out, How { threads, resume: true, ..How::default() }).unwrap();
         assert_eq!(rest.rows, RUNS);
         assert_eq!(rest.resumed, first.rows - usize::from(cut > 0));
         assert_eq!(fs::read_to_string(&out).unwrap(), whole, "{threads} threads, {cut} bytes lost");
     }
     // The summary is of all rows, whoever made them.
-    let resumed = run(&sweep, &out, How { threads: 1, resume: true, stop_after: None }).unwrap();
+    let resumed = run(&sweep, &out, How { threads: 1, resume: true, ..How::default() }).unwrap();
     assert_eq!(resumed.resumed, RUNS);
     assert_eq!(resumed.summary, results(folder.path(), &study(RUNS), 2).1.summary);
 }
@@ -58,8 +58,8 @@ fn a_changed_study_or_fmu_is_not_resumed() {
     let Some(folder) = folder(|_, xml| xml) else { return };
     let out = folder.path().join("results.csv");
     let sweep = prepare(folder.path(), &study(9)).unwrap();
-    run(&sweep, &out, How { threads: 1, resume: false, stop_after: Some(3) }).unwrap();
-    let how = How { threads: 1, resume: true, stop_after: None };
+    run(&sweep, &out, How { threads: 1, stop_after: Some(3), ..How::default() }).unwrap();
+    let how = How { threads: 1, resume: true, ..How::default() };
     let refused = |text: &str| {
         let sweep = prepare(folder.path(), text).unwrap();
         let error = run(&sweep, &out, how).unwrap_err();

@@ -101,12 +101,22 @@ pub(crate) fn prepare(folder: &Path, text: &str) -> Result<Sweep, Error> {
 }
 
 /// How a sweep is run in a test.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 pub(crate) struct How {
     pub(crate) threads: usize,
     pub(crate) resume: bool,
+    /// The longest that a run may take.
+    pub(crate) timeout: Option<std::time::Duration>,
     /// Stop after so many rows.
     pub(crate) stop_after: Option<usize>,
+    /// Told of a run that hangs.
+    pub(crate) hung: &'static (dyn Fn(usize, usize) + Sync),
+}
+
+impl Default for How {
+    fn default() -> Self {
+        Self { threads: 0, resume: false, timeout: None, stop_after: None, hung: &|_, _| {} }
+    }
 }
 
 pub(crate) fn run(sweep: &Sweep, out: &Path, how: How) -> Result<Finished, Error> {
@@ -127,6 +137,8 @@ pub(crate) fn run_with(
         overwrite: false,
         trajectories,
         isolate: None,
+        timeout: how.timeout,
+        hung: how.hung,
         stop: &stop,
         progress: &|rows| {
             if how.stop_after.is_some_and(|most| rows >= most) {

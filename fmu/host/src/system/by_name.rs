@@ -23,22 +23,20 @@ pub struct Unit<'a> {
     pub name: &'a str,
     /// The variables.
     pub variables: &'a [Variable],
-    /// The name that a variable is wired under, where it is not its own.
-    pub wired_as: &'a dyn Fn(&str) -> Option<&'a str>,
+    /// Variables, each with the name that it is wired under instead of its own.
+    pub renamed: Vec<(&'a str, &'a str)>,
 }
 
 impl<'a> Unit<'a> {
     /// A unit whose variables are wired under their own names.
     #[must_use]
     pub fn new(name: &'a str, variables: &'a [Variable]) -> Self {
-        Self { name, variables, wired_as: &|_| None }
+        Self { name, variables, renamed: Vec::new() }
     }
 
-    fn name_of<'b>(&self, variable: &'b Variable) -> &'b str
-    where
-        'a: 'b,
-    {
-        (self.wired_as)(&variable.name).unwrap_or(&variable.name)
+    fn name_of(&self, variable: &'a Variable) -> &'a str {
+        let renamed = self.renamed.iter().find(|(own, _)| *own == variable.name);
+        renamed.map_or(&variable.name, |(_, name)| name)
     }
 
     /// The variables of a causality, with the names that they are wired under.
