@@ -50,6 +50,13 @@ pub(crate) struct LogArguments {
     /// Longest gap in a channel that is bridged; a longer one splits the drive
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time, default_value = "0.5s")]
     pub(crate) max_gap: f64,
+    /// Age of a GNSS fix at the instant that the log gives it. Where the log has fixes (x_m and y_m, or
+    /// latitude and longitude), course and gyro tell the sideslip, and an error of this age is one of it
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time, default_value = "0s")]
+    pub(crate) gnss_latency: f64,
+    /// The antenna ahead of the centre of gravity, behind it where negative
+    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true, value_parser = quantity::length, default_value = "0m")]
+    pub(crate) antenna_x: f64,
 }
 
 /// How the model is identified.
@@ -115,6 +122,8 @@ impl LogArguments {
             sample_time_s: self.sample_time,
             row_period_s: self.row_period,
             max_gap_s: self.max_gap,
+            gnss_latency_s: self.gnss_latency,
+            antenna_x_m: self.antenna_x,
         }
     }
 

@@ -8,6 +8,7 @@ type Units = &'static [(&'static str, f64)];
 const ANGLES: Units = &[("deg", PI / 180.0), ("rad", 1.0)];
 const ANGLE_RATES: Units = &[("deg/s", PI / 180.0), ("rad/s", 1.0)];
 const TIMES: Units = &[("ms", 1e-3), ("s", 1.0)];
+const LENGTHS: Units = &[("cm", 1e-2), ("m", 1.0)];
 const SPEEDS: Units = &[("m/s", 1.0), ("km/h", 1.0 / 3.6)];
 const ACCELERATIONS: Units = &[("m/s2", 1.0), ("g", 9.80665)];
 const LENGTHS: Units = &[("m", 1.0)];
@@ -30,6 +31,11 @@ pub(crate) fn angle_rate(text: &str) -> Result<f64, String> {
 /// A time in s.
 pub(crate) fn time(text: &str) -> Result<f64, String> {
     with_unit(text, TIMES)
+}
+
+/// A length in m.
+pub(crate) fn length(text: &str) -> Result<f64, String> {
+    with_unit(text, LENGTHS)
 }
 
 /// A speed in m/s.

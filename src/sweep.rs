@@ -9,8 +9,8 @@ use serde::Serialize;
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::Command;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, mpsc};
 use std::time::Duration;
 
 /// Simulate a system of FMUs many times over, with what a study varies, and judge every run
@@ -72,13 +72,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let study = Study::open(&arguments.study)?;
     // Ours reset exactly, which a test holds them to; what others do is for the study to say.
     let sweep = Sweep::prepare(&study, &|tool| tool.starts_with("steerwright "))?;
-    if !(arguments.isolate || arguments.serve) {
-        sweep.try_first_step(&study)?;
-    }
     let timeout = Duration::try_from_secs_f64(arguments.timeout).ok().filter(|t| !t.is_zero());
     let timeout = timeout.ok_or_else(|| {
         Failure::new("--timeout: not above 0", "give the longest time of a run, such as 60s")
     })?;
+    if !(arguments.isolate || arguments.serve) {
+        try_first_step(&study, &sweep, timeout)?;
+    }
     let stop = Arc::new(AtomicBool::new(false));
     let asked = Arc::clone(&stop);
     ctrlc::set_handler(move || asked.store(true, Ordering::Relaxed)).map_err(|e| {
@@ -140,6 +140,22 @@ fn warnings(sweep: &Sweep, arguments: &Arguments) -> Vec<String> {
         ));
     }
     warnings
+}
+
+/// Whether a first step can be made at all; ends the process where it hangs.
+fn try_first_step(study: &Study, sweep: &Sweep, timeout: Duration) -> Result<(), Failure> {
+    let (done, wait) = mpsc::channel::<()>();
+    std::thread::spawn(move || {
+        if wait.recv_timeout(timeout) == Err(mpsc::RecvTimeoutError::Timeout) {
+            let problem = format!("the first step takes longer than {} s", timeout.as_secs_f64());
+            Failure::new(problem, "give more with --timeout, or try the FMU with check --run")
+                .tell();
+            std::process::exit(2);
+        }
+    });
+    let tried = sweep.try_first_step(study);
+    drop(done);
+    Ok(tried?)
 }
 
 /// What is told of an FMU that does not return.

@@ -4,19 +4,11 @@
 mod support;
 
 use fmi2_host::{Archive, Instance};
+use packaging::Fmu;
 use support::archives;
 use vehicle_models::{Pid, PidInput, PidParameters};
 
 const TS: f64 = 0.01;
-const FMUS: [&str; 6] = [
-    "IdentifiedPlant",
-    "BicyclePlant",
-    "NonlinearVehicle",
-    "LateralPid",
-    "ReferencePath",
-    "PoseEstimator",
-];
-
 fn archive(name: &str) -> Archive {
     Archive::open(archives().join(format!("{name}.fmu"))).unwrap()
 }
@@ -60,7 +52,7 @@ fn input(yaw_reference: f64, yaw: f64) -> PidInput {
 
 #[test]
 fn start_values_are_those_of_an_initialization_in_which_nothing_was_set() {
-    for name in FMUS {
+    for name in Fmu::ALL.map(Fmu::name) {
         let archive = archive(name);
         let mut instance = initialized(&archive);
         let variables = archive.model().variables();
@@ -162,9 +154,8 @@ fn disabled_it_puts_out_the_feedforward_and_enabling_is_bumpless() {
 
 #[test]
 fn a_step_of_ages_is_refused_at_once_and_reset_brings_the_instance_back() {
-    for name in
-        ["LateralPid", "IdentifiedPlant", "BicyclePlant", "NonlinearVehicle", "PoseEstimator"]
-    {
+    // A path has nothing that a step would move.
+    for name in Fmu::ALL.into_iter().filter(|fmu| *fmu != Fmu::ReferencePath).map(Fmu::name) {
         let archive = archive(name);
         let mut fmu = initialized(&archive);
         assert!(fmu.do_step(0.0, 1e12).is_err(), "{name}");
@@ -229,7 +220,7 @@ fn noise_is_named_by_its_seed() {
 
 #[test]
 fn another_guid_is_refused() {
-    for name in FMUS {
+    for name in Fmu::ALL.map(Fmu::name) {
         let archive = archive(name);
         let other = "00000000-0000-0000-0000-000000000000";
         assert!(Instance::with_guid(&archive, "one", Default::default(), other).is_err(), "{name}");

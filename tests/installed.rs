@@ -3,6 +3,7 @@
 
 mod support;
 
+use packaging::Fmu;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
@@ -34,14 +35,7 @@ fn a_copied_binary_packs_the_same_archives_with_an_empty_environment() {
         .output()
         .unwrap();
     assert!(output.status.success(), "{}", told(&output));
-    for name in [
-        "IdentifiedPlant",
-        "BicyclePlant",
-        "NonlinearVehicle",
-        "LateralPid",
-        "ReferencePath",
-        "PoseEstimator",
-    ] {
+    for name in Fmu::ALL.map(Fmu::name) {
         let archive = format!("{name}.fmu");
         let packed = fs::read(folder.join("fmu").join(&archive)).unwrap();
         let elsewhere = fs::read(archives().join(&archive)).unwrap();

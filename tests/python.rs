@@ -30,6 +30,7 @@ fn main() -> ExitCode {
         .args(["-m", "pytest", "-q", "-rA", "-p", "no:cacheprovider"])
         .arg(&tests)
         .env("STEERWRIGHT_OUT", out)
+        .env("STEERWRIGHT_FMUS", packaging::Fmu::ALL.map(packaging::Fmu::name).join(" "))
         .env("PYTHONDONTWRITEBYTECODE", "1")
         .status();
     match status {

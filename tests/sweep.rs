@@ -190,6 +190,23 @@ variable = "plant.y"
 kind = "final"
 "#;
 
+/// Run 1 of 3 hangs in its first step.
+const HANGING: &str = r#"
+seed = 3
+runs = 1
+step_s = 0.01
+stop_s = 0.5
+fmu = [{ file = "crashing.fmu", name = "plant" }]
+[[vary]]
+variables = ["plant.misbehaviour"]
+distribution = "grid"
+values = [0, 10, 0]
+[[metric]]
+name = "y"
+variable = "plant.y"
+kind = "final"
+"#;
+
 #[test]
 fn isolated_a_crash_is_the_row_of_its_run() {
     use crashing::{Behaviour, binary_path, library, xml, zip_of};
@@ -233,6 +250,25 @@ fn isolated_a_crash_is_the_row_of_its_run() {
     }
     assert!(seen.iter().all(|count| *count > 0), "{seen:?}");
     assert!(folder.path().join("of/run-0.csv").is_file());
+    // One that hangs for some seconds ends its run alone, or the sweep.
+    let hanging = folder.path().join("hanging.toml");
+    fs::write(&hanging, HANGING).unwrap();
+    let patient = ["--timeout", "1s", "--threads", "1"];
+    let apart = [&patient[..], &["--isolate", "-o", "apart.csv"]].concat();
+    let output = sweep(folder.path(), &hanging, &apart);
+    assert_eq!(output.status.code(), Some(1), "{}", told(&output));
+    let table = fs::read_to_string(folder.path().join("apart.csv")).unwrap();
+    let rows: Vec<&str> = table.lines().skip(1).collect();
+    assert!(rows[0].contains(",ok,") && rows[2].contains(",ok,"), "{table}");
+    assert!(rows[1].contains("error: the run takes longer than 1 s"), "{table}");
+    let here = [&patient[..], &["-o", "hung.csv"]].concat();
+    let output = sweep(folder.path(), &hanging, &here);
+    assert_eq!(output.status.code(), Some(2), "{}", told(&output));
+    let text = told(&output);
+    assert!(text.contains("error: run 1 hangs") && text.contains("holds 1 of 3 runs"), "{text}");
+    let more = ["--resume", "--isolate", "--timeout", "1s", "-o", "hung.csv"];
+    assert_eq!(sweep(folder.path(), &hanging, &more).status.code(), Some(1));
+    assert_eq!(fs::read_to_string(folder.path().join("hung.csv")).unwrap(), table);
     // In one process, the rows before the crash are kept.
     let output = sweep(folder.path(), &file, &["-o", "here.csv", "--threads", "1"]);
     assert!(!matches!(output.status.code(), Some(0 | 1)));

@@ -50,7 +50,6 @@ impl<'a> Worker<'a> {
         options: &Options<'_>,
         watched: Option<(&Watch, usize)>,
     ) -> Result<Made, Error> {
-        let asked = Instant::now();
         let mut running = match self.running.take() {
             Some(running) => running,
             None => Running::start((self.start)(), &sweep.id)?,
@@ -61,8 +60,9 @@ impl<'a> Worker<'a> {
             running = Running::start((self.start)(), &sweep.id)?;
             let _ = running.ask(run);
         }
+        let asked = Instant::now();
         if let Some((watch, thread)) = watched {
-            watch.by(thread, Arc::clone(&running.child));
+            watch.begin(thread, run, Some(Arc::clone(&running.child)));
         }
         let stopped = Made { row: None, fatal: None };
         match running.answer() {

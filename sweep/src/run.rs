@@ -175,7 +175,6 @@ impl Sweep {
             if run >= self.runs() {
                 break;
             }
-            watch.begin(thread, run);
             let made = maker.make(self, options, run, Some((watch, thread)));
             watch.end(thread);
             let made = match made {
@@ -268,7 +267,12 @@ impl<'a> Maker<'a> {
         watched: Option<(&Watch, usize)>,
     ) -> Result<Made, Error> {
         match self {
-            Self::Here(rig) => sweep.make_here(rig, options, run),
+            Self::Here(rig) => {
+                if let Some((watch, thread)) = watched {
+                    watch.begin(thread, run, None);
+                }
+                sweep.make_here(rig, options, run)
+            }
             Self::Apart(worker) => worker.make(sweep, run, options, watched),
         }
     }

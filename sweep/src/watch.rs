@@ -41,16 +41,9 @@ impl Watch {
     }
 
     /// Says that a thread begins a run, here or in a child.
-    pub(crate) fn begin(&self, thread: usize, run: usize) {
+    pub(crate) fn begin(&self, thread: usize, run: usize, child: Option<Arc<Mutex<Child>>>) {
         if let Some(busy) = self.threads.get(thread) {
-            *held(busy) = Busy { run, since: Some(Instant::now()), child: None };
-        }
-    }
-
-    /// Says which process does it.
-    pub(crate) fn by(&self, thread: usize, child: Arc<Mutex<Child>>) {
-        if let Some(busy) = self.threads.get(thread) {
-            held(busy).child = Some(child);
+            *held(busy) = Busy { run, since: Some(Instant::now()), child };
         }
     }
 

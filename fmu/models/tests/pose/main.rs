@@ -2,11 +2,11 @@
 #![allow(clippy::unwrap_used)]
 
 mod drive;
+mod fixes;
 
 use drive::{DRIVE, Drive, H, Moment, Truth, parameters};
 use proptest::prelude::*;
 use vehicle_models::{PoseEstimator, PoseInput, PoseParameters};
-
 fn step(estimator: &mut PoseEstimator, input: PoseInput) {
     estimator.input = input;
     estimator.step(H).unwrap();
@@ -110,94 +110,6 @@ fn latency_is_made_up_for_exactly() {
     assert!(compared > 200, "{compared}");
 }
 
-#[test]
-fn a_fix_is_fused_once() {
-    let drive = DRIVE;
-    let moments = drive.moments(300, 10);
-    let mut estimator = drive.estimator();
-    for moment in &moments {
-        step(&mut estimator, moment.input);
-    }
-    // The input stays: the deviation only grows, as by dead reckoning.
-    let input = moments[moments.len() - 1].input;
-    let mut without = estimator.clone();
-    let mut before = estimator.position_std();
-    for k in 0..50 {
-        step(&mut estimator, input);
-        // Whatever stands at the inputs without a new count.
-        let moved = PoseInput { gnss_x: 1e6 * f64::from(k), gnss_std: 1e-3, ..input };
-        step(&mut without, moved);
-        assert!(estimator.position_std() > before, "step {k}");
-        before = estimator.position_std();
-    }
-    assert_eq!(estimator.mean(), without.mean());
-    assert_eq!(estimator.covariance(), without.covariance());
-    // A count that goes back is a change too.
-    let again = PoseInput { gnss_fix_count: -5, gnss_std: 100.0, ..input };
-    let p = estimator.covariance()[0][0];
-    step(&mut estimator, again);
-    step(&mut without, input);
-    assert!(estimator.covariance()[0][0] < without.covariance()[0][0], "{p}");
-}
-
-/// Fixes that say nothing usable leave dead reckoning alone, and so does no fix at all.
-/// Where nobody counts, a period takes the fixes that a count would tell, whatever the steps.
-#[test]
-fn a_period_stands_for_the_count() {
-    let p = PoseParameters { gnss_latency: 0.0, ..parameters() };
-    let drive = Drive { parameters: p, ..DRIVE };
-    let moments = drive.moments(300, 0);
-    let mut counted = drive.estimator();
-    let mut timed =
-        PoseEstimator::new(PoseParameters { gnss_period: 10.0 * H, ..drive.parameters }).unwrap();
-    timed.start().unwrap();
-    let mut dead = drive.estimator();
-    for moment in &moments {
-        step(&mut counted, moment.input);
-        let uncounted = PoseInput { gnss_fix_count: 0, ..moment.input };
-        step(&mut timed, uncounted);
-        step(&mut dead, uncounted);
-        assert_eq!(timed.mean(), counted.mean());
-        assert_eq!(timed.covariance(), counted.covariance());
-    }
-    assert_ne!(dead.mean(), counted.mean());
-    // A saved one goes on with its period where it was.
-    for moment in &moments[..7] {
-        step(&mut timed, PoseInput { gnss_fix_count: 0, ..moment.input });
-    }
-    let mut loaded = PoseEstimator::restore(timed.save()).unwrap();
-    for moment in &moments[7..30] {
-        let input = PoseInput { gnss_fix_count: 0, ..moment.input };
-        step(&mut timed, input);
-        step(&mut loaded, input);
-        assert_eq!(timed, loaded);
-    }
-}
-
-#[test]
-fn unusable_fixes_are_not_used() {
-    let drive = DRIVE;
-    let mut reckoning = drive.estimator();
-    let moments = drive.moments(200, 10);
-    for moment in &moments {
-        step(&mut reckoning, PoseInput { gnss_fix_count: 0, ..moment.input });
-    }
-    for std in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        let mut estimator = drive.estimator();
-        for moment in &moments {
-            step(&mut estimator, PoseInput { gnss_std: std, ..moment.input });
-        }
-        assert_eq!(estimator.mean(), reckoning.mean(), "{std}");
-    }
-    let mut estimator = drive.estimator();
-    for moment in &moments {
-        step(&mut estimator, PoseInput { gnss_x: f64::NAN, ..moment.input });
-    }
-    assert_eq!(estimator.mean(), reckoning.mean());
-    let last = moments[moments.len() - 1].truth;
-    assert!(away(&reckoning, &last) < 3.0 * reckoning.position_std());
-}
-
 /// The estimate is of the centre of gravity; an antenna taken for it would be off by its arm.
 #[test]
 fn the_antenna_is_not_the_centre_of_gravity() {
@@ -229,106 +141,6 @@ fn the_bias_is_found() {
     let [.., found] = estimator.mean();
     assert!((found - bias).abs() < 5e-4, "{found}");
     assert!(estimator.covariance()[3][3].sqrt() < 2e-3);
-}
-
-/// Through two seconds without fixes the position stays within three of its own deviations, but for
-/// the one drive in a hundred or so that chance allows, and it comes back.
-#[test]
-fn drop_outs_are_survived() {
-    let mut beyond = 0;
-    let mut largest = 0.0_f64;
-
-    for seed in 0..60 {
-        let drive = Drive { seed, ..DRIVE };
-        let mut estimator = drive.estimator();
-        let (mut held, mut worst) = (0, 0.0_f64);
-        for (k, moment) in drive.moments(1500, 10).iter().enumerate() {
-            let mut input = moment.input;
-            // The fix of step 1200 is the first one again.
-            if (1000..1199).contains(&k) {
-                input.gnss_fix_count = held;
-            } else {
-                held = input.gnss_fix_count;
-            }
-            step(&mut estimator, input);
-            if (1000..1200).contains(&k) {
-                worst = worst.max(away(&estimator, &moment.truth) / estimator.position_std());
-                largest = largest.max(away(&estimator, &moment.truth));
-            }
-            if k == 1499 {
-                assert!(away(&estimator, &moment.truth) < 0.2, "seed {seed} did not come back");
-            }
-        }
-        beyond += u32::from(worst > 3.0);
-    }
-    println!("largest error {largest:.3} m, beyond three deviations in {beyond} of 60 drives");
-    assert!(beyond <= 3, "{beyond} of 60");
-    assert!(largest < 0.5, "{largest}");
-}
-
-/// Single outliers pass without a trace; where the filter is wrong it finds back.
-#[test]
-fn outliers_are_left_out_and_a_filter_that_is_wrong_starts_again() {
-    let drive = DRIVE;
-    let moments = drive.moments(3000, 10);
-    let mut estimator = drive.estimator();
-    let mut clean = drive.estimator();
-    for (k, moment) in moments.iter().enumerate() {
-        let mut input = moment.input;
-        if k > 500 && (k / 10) % 7 == 0 {
-            input.gnss_x += 4.0;
-        }
-        step(&mut estimator, input);
-        step(&mut clean, moment.input);
-        assert!(away(&estimator, &moment.truth) < 0.5 || k < 300, "step {k}");
-        assert!(!estimator.is_aligning());
-    }
-    // It was carried elsewhere: from half-way on, turned by 2 rad about a far point and shifted.
-    for turn in [2.0_f64, std::f64::consts::PI, -0.4] {
-        let mut estimator = drive.estimator();
-        let (sin, cos) = turn.sin_cos();
-        let carried = |x: f64, y: f64| (100.0 + x * cos - y * sin, -50.0 + x * sin + y * cos);
-        for (k, moment) in moments.iter().enumerate() {
-            let mut input = moment.input;
-            if k >= 1000 {
-                (input.gnss_x, input.gnss_y) = carried(input.gnss_x, input.gnss_y);
-            }
-            step(&mut estimator, input);
-        }
-        let Truth { x, y, yaw, .. } = moments[moments.len() - 1].truth;
-        let (x, y) = carried(x, y);
-        let off = (estimator.x() - x).hypot(estimator.y() - y);
-        let turned = vehicle_models::wrap_angle(estimator.yaw() - yaw - turn);
-        assert!(off < 0.1 && turned.abs() < 0.02, "{turn}: {off} m, {turned} rad");
-        assert!(!estimator.is_aligning());
-    }
-}
-
-/// Nothing known of yaw and little of the position.
-#[test]
-fn a_cold_start_finds_its_yaw() {
-    for gnss_std in [0.02, 1.0] {
-        for seed in 0..20 {
-            let p = PoseParameters { initial_position_std: 500.0, ..parameters() };
-            let drive = Drive { seed, parameters: p, gnss_std, ..DRIVE };
-            let unknown = PoseParameters {
-                initial_yaw: 2.0 - 0.2 * f64::from(seed),
-                initial_yaw_std: 3.0,
-                ..p
-            };
-            let mut estimator = PoseEstimator::new(unknown).unwrap();
-            estimator.start().unwrap();
-            let moments = drive.moments(1500, 10);
-            moments.iter().for_each(|moment| step(&mut estimator, moment.input));
-            assert!(!estimator.is_aligning());
-            let truth = moments[moments.len() - 1].truth;
-            let [.., yaw, _] = error(&estimator, &truth);
-            let yaw = vehicle_models::wrap_angle(yaw);
-            let std = estimator.covariance()[2][2].sqrt();
-            assert!(yaw.abs() < 5.0 * std && std < 0.1, "seed {seed}: {yaw}, std {std}");
-            assert!(away(&estimator, &truth) < 5.0 * estimator.position_std(), "seed {seed}");
-        }
-    }
 }
 
 /// In a steady turn the course, not the yaw, is where the vehicle goes; neither is wrapped.
