@@ -1,6 +1,6 @@
 //! What becomes of fixes: which are used and when, drop-outs, outliers, a start without a yaw.
 
-use super::drive::{DRIVE, Drive, H, parameters};
+use super::drive::{DRIVE, Drive, H, Truth, parameters};
 use super::{away, error, step};
 use vehicle_models::{PoseEstimator, PoseInput, PoseParameters};
 

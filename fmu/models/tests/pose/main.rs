@@ -7,6 +7,7 @@ mod fixes;
 use drive::{DRIVE, Drive, H, Moment, Truth, parameters};
 use proptest::prelude::*;
 use vehicle_models::{PoseEstimator, PoseInput, PoseParameters};
+
 fn step(estimator: &mut PoseEstimator, input: PoseInput) {
     estimator.input = input;
     estimator.step(H).unwrap();
