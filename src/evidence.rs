@@ -46,6 +46,14 @@ pub(crate) fn evidence(plant: &Plant) -> String {
         let taken = if d.taken { "taken" } else { "not taken: lags explain the log as well" };
         let _ = writeln!(text, "delay    {:.3}{error} s, {taken}", d.estimate_s);
     }
+    if let Some(s) = &plant.sideslip {
+        let (value, error) = (s.sideslip_per_yaw_rate_s, 2.0 * s.standard_error_s);
+        let latency = s.gnss_latency_s;
+        let _ = writeln!(
+            text,
+            "sideslip {value:.4} ± {error:.4} s per yaw rate, with fixes {latency} s old"
+        );
+    }
     text.push_str(&judgement(e));
     text + &conclusion(&e.warnings, &e.verdict)
 }

@@ -35,6 +35,7 @@ fn plant() -> Plant {
         },
         continuous: None,
         noise: Noise { innovation_variance: 4e-6 },
+        sideslip: None,
         uncertainty: Some(Uncertainty {
             focus: EstimationFocus::Simulation,
             poles: vec![pole(0.9), pole(0.8)],

@@ -9,9 +9,9 @@
 //!
 //! ψ0 the yaw at the beginning, b the gyro's bias, r̄ the second's mean yaw rate, S the sideslip per yaw
 //! rate. A second is long against the transients of the sideslip and the noise of a fix, and short
-//! against a turn. ψ0 and b are those of 20 s each, so that what a gyro drifts by matters little; S is
+//! against a turn. ψ0 and b are those of 10 s each, so that what a gyro drifts by matters little; S is
 //! one number, by least squares (Frisch and Waugh: ψ0 and b taken out of both sides). Its standard error
-//! is that of clusters, one of 20 s (Liang and Zeger 1986), since seconds that overlap share fixes.
+//! is that of clusters, one of 10 s (Liang and Zeger 1986), since seconds that overlap share fixes.
 //!
 //! **Latency.** A fix that is told to be τ younger than it is turns S into S − τ: in a steady turn the
 //! two cannot be told apart. So the age of a fix is stated, never estimated, and its error is one of S.
@@ -30,8 +30,8 @@ const STRETCH: f64 = 1.5;
 const SHORTEST_M: f64 = 2.0;
 
 /// The time that has a yaw and a bias of its own, s, and the least that is used of it.
-const BLOCK_S: f64 = 20.0;
-const LEAST_BLOCK_S: f64 = 8.0;
+const BLOCK_S: f64 = 10.0;
+const LEAST_BLOCK_S: f64 = 6.0;
 
 /// Fewest ways in a block, and fewest blocks that say something of scatter.
 const LEAST_WAYS: usize = 8;

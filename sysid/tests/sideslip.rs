@@ -148,7 +148,7 @@ fn what_fixes_cannot_tell_is_left_out_with_a_reason() {
     for (drive, why) in [
         (Drive { fix_std: 1.5, ..DRIVE }, "standard error would be"),
         (Drive { steering: 0.0005, ..DRIVE }, "standard error would be"),
-        (Drive { seconds: 60.0, ..DRIVE }, "are too few"),
+        (Drive { seconds: 40.0, ..DRIVE }, "are too few"),
     ] {
         let log = logged(drive, &told());
         assert_eq!(log.sideslip, None, "{why}");

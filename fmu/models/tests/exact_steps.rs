@@ -115,7 +115,9 @@ proptest! {
                 let row = |i: usize| (0..3).map(|j| c.f[3 * i + j] * w[j]).sum::<f64>() + c.g[i] * w[6];
                 let rate = c.h.iter().zip(w).map(|(h, x)| h * x).sum::<f64>() + d * w[6] + 0.02;
                 let (sin, cos) = w[3].sin_cos();
-                [row(0), row(1), row(2), rate, speed * cos, speed * sin, slope]
+                let slip = data.sideslip_per_yaw_rate * rate;
+                let (x, y) = (speed * (cos - slip * sin), speed * (sin + slip * cos));
+                [row(0), row(1), row(2), rate, x, y, slope]
             });
             prop_assert!((p.yaw() - w[3]).abs() < 1e-11, "yaw {} {}", p.yaw(), w[3]);
             prop_assert!((p.x() - w[4]).abs() < 1e-9, "x {} {}", p.x(), w[4]);
