@@ -106,10 +106,8 @@ impl Running {
         let mut running = Self { child, to, from: BufReader::new(from) };
         match running.answer() {
             Some(line) if line.strip_prefix(READY).map(str::trim_end) == Some(id) => Ok(running),
-            Some(_) => {
-                running.end();
-                Err(failed("study or FMUs have changed meanwhile".to_owned()))
-            }
+            // It waits for runs: dropped, it is ended.
+            Some(_) => Err(failed("study or FMUs have changed meanwhile".to_owned())),
             None => Err(failed(format!("it ended: {}", running.end()))),
         }
     }

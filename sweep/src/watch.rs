@@ -63,8 +63,10 @@ impl Watch {
             let busy = held(thread);
             match &busy.child {
                 _ if !late(&busy) => {}
-                // Whoever waits for its answer sees its end; if it is gone already, all the better.
-                Some(child) => drop(held(child).kill()),
+                Some(child) => {
+                    // Whoever waits for its answer sees its end; one that is gone is no error.
+                    let _ = held(child).kill();
+                }
                 None => hung = hung.or(Some(busy.run)),
             }
         }

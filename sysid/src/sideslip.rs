@@ -100,8 +100,8 @@ pub(crate) fn sideslip(
     }
     blocks.retain(|ways| ways.len() >= LEAST_WAYS);
     let Regression { slope, standard_error, .. } = told(&blocks)?;
-    // NaN, of a drive without a turn, is no more than this either.
-    if !(standard_error <= LARGEST_ERROR_S) {
+    // A drive without a turn has none.
+    if standard_error.is_nan() || standard_error > LARGEST_ERROR_S {
         return Err(format!(
             "its standard error would be {standard_error:.3} s, above {LARGEST_ERROR_S} s: drive \
              more turns, or with better fixes"
