@@ -5,7 +5,7 @@ use crate::files;
 use crate::quantity;
 use crate::tell::Tell;
 use fmi2_host::{
-    Archive, Connection, Error, InputTable, Instance, Master, Status, System, SystemPackage,
+    Archive, Connection, Error, InputTable, Instance, Master, Status, System, SystemPackage, Value,
 };
 use serde::Serialize;
 use std::io::Write;
@@ -161,7 +161,32 @@ fn setup(arguments: &Arguments) -> Result<Setup, Failure> {
         system.feed(InputTable::open(input)?);
     }
     let connections = system.connect_by_name().map_err(explained)?;
-    Ok(Setup { system, connections, start, step, stop, remarks: Vec::new() })
+    let remarks = unused_receiver(&system, &connections, &arguments.set);
+    Ok(Setup { system, connections, start, step, stop, remarks })
+}
+
+/// Says where a pose estimator gets the plant's position and is not told when that is a fix.
+fn unused_receiver(system: &System, connections: &[Connection], set: &[String]) -> Vec<String> {
+    let is_zero = |unit: &str, name: &str| {
+        let instance = system.instances().iter().find(|i| i.name() == unit);
+        let variable = instance.and_then(|i| i.variable(name).ok());
+        let given = set.iter().any(|text| text.starts_with(&format!("{unit}.{name}=")));
+        !given && variable.is_some_and(|v| v.start == Some(Value::Real(0.0)))
+    };
+    let fixed = connections.iter().filter(|c| c.input == "gnss_x" && c.output == "x");
+    let unused =
+        fixed.filter(|c| ["gnss_period", "gnss_std"].iter().any(|name| is_zero(&c.to, name)));
+    unused
+        .map(|c| {
+            format!(
+                "{to} gets {from}.x and y and uses none of them for a fix: it dead-reckons; set \
+                 {to}.gnss_period, {to}.gnss_std and {to}.gnss_latency=0, or wire the loop by \
+                 package --ssp",
+                to = c.to,
+                from = c.from
+            )
+        })
+        .collect()
 }
 
 /// What a package says of the run, s.

@@ -293,6 +293,11 @@ fn with_an_estimator_the_loop_is_closed_through_it() {
         run(&format!("{fmus} --stop 12s -o dead.csv {start} --set PoseEstimator.gnss_period=0"));
         assert!(away("dead.csv")[1] > 0.3, "{:?}", away("dead.csv"));
     }
+    // An estimator as its file has it is not told when there is a fix, which is said.
+    done(folder, "package {data}/multibody/estimator.json --out plain");
+    let plain = fmus.replace("PoseEstimator", "plain/PoseEstimator");
+    let output = done(folder, &format!("simulate {plain} --stop 1s"));
+    assert!(told(&output).contains("warning: PoseEstimator gets IdentifiedPlant.x"), "{output:?}");
     // Fixes from a file go before those of the plant.
     let fixes = "time,gnss_x,gnss_y,gnss_std,gnss_fix_count\n0,0,0,0.02,0\n1,3,4,0.02,1\n";
     std::fs::write(folder.join("fixes.csv"), fixes).unwrap();
