@@ -60,7 +60,7 @@ pub enum Error {
     },
     /// Names do not tell what feeds an input.
     #[error(transparent)]
-    Wiring(#[from] fmi2_host::Error),
+    Wiring(Box<fmi2_host::Error>),
     /// A system names a variable that is not there, or is not what it is taken for.
     #[error("the system has no {need} {variable}")]
     NoVariable {

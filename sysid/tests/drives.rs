@@ -248,6 +248,7 @@ fn recording(input: Vec<f64>, output: Vec<f64>) -> DriveLog {
         output,
         speed: None,
         steering_ratio: 1.0,
+        sideslip: None,
         channels: Vec::new(),
         warnings: Vec::new(),
         sources: Vec::new(),

@@ -45,6 +45,7 @@ fn drive(
         input,
         output,
         steering_ratio: RATIO,
+        sideslip: None,
         channels: Vec::new(),
         warnings: Vec::new(),
         sources: Vec::new(),

@@ -52,6 +52,7 @@ fn drive(noise: f64) -> DriveLog {
         output,
         speed: Some(vec![20.0; 2000]),
         steering_ratio: 1.0,
+        sideslip: None,
         channels: Vec::new(),
         warnings: Vec::new(),
         sources: Vec::new(),

@@ -6,6 +6,7 @@ use vehicle_models::{PoseEstimator, PoseInput, PoseParameters};
 /// The drive of the script, whose latency is no multiple of its step.
 fn estimator() -> PoseEstimator {
     let mut estimator = PoseEstimator::new(PoseParameters {
+        gnss_period: 0.0,
         gnss_latency: 0.07,
         antenna_x: 1.2,
         antenna_y: -0.4,

@@ -25,5 +25,5 @@ pub fn loop_order(packed: &[Packed]) -> Vec<&Packed> {
 pub fn connections_by_name(packed: &[&Packed]) -> Result<Vec<Connection>, Error> {
     let units: Vec<Unit<'_>> =
         packed.iter().map(|p| Unit::new(p.fmu.name(), &p.description.variables)).collect();
-    Ok(fmi2_host::wires_by_name(&units, &|_, _| false)?)
+    fmi2_host::wires_by_name(&units, &|_, _| false).map_err(|e| Error::Wiring(Box::new(e)))
 }
