@@ -7,10 +7,11 @@
 //! part of what is merged. Every fourth block of samples goes to a state of its own, which is held out
 //! and judges the model. Merging states is the same as absorbing all logs in one pass.
 
-mod effective;
 mod evidence;
 mod file;
 mod identify;
+mod prediction;
+mod starts;
 mod windows;
 
 use crate::log::{Piece, stream};

@@ -64,6 +64,18 @@ impl Windows {
         sum / pairs as f64
     }
 
+    /// A weighted sum of each window's samples, for the rows of R.
+    pub(super) fn times(&self, weights: &[f64]) -> Vec<f64> {
+        let mut sums = vec![0.0; self.r.nrows()];
+        for (j, w) in weights.iter().enumerate() {
+            // Zeros are below the diagonal.
+            for (i, sum) in sums.iter_mut().enumerate().take(j + 1) {
+                *sum += w * self.r[(i, j)];
+            }
+        }
+        sums
+    }
+
     /// Initial states and errors of the simulation of every window.
     pub(super) fn simulated(&self, model: &StateSpace) -> Result<(Vec<Vec<f64>>, Errors), Error> {
         let (mut x0s, mut errors) = (Vec::new(), Vec::new());

@@ -12,7 +12,7 @@
 use super::IdentifyOptions;
 use super::candidates::{Candidate, ROUGH, refine, simulated_states};
 use super::colour::Colour;
-use super::order::{errors, log_square, parameters, schwarz};
+use super::order::{AS_LIKELY, errors, likeliest, log_square, parameters, schwarz};
 use super::starts::Start;
 use crate::model::StateSpace;
 use crate::refine::Stop;
@@ -22,10 +22,6 @@ use std::borrow::Cow;
 /// Turns of plant and colour, unless the errors have stopped to fall by [`LEAST_GAIN`].
 const TURNS: usize = 4;
 const LEAST_GAIN: f64 = 1e-4;
-/// A difference of the criterion that is no strong evidence (R. E. Kass, A. E. Raftery, *Bayes
-/// factors*, J. American Statistical Association 90, 1995).
-const AS_LIKELY: f64 = 6.0;
-
 /// What models are compared on.
 pub(super) struct Comparison<'a> {
     /// The estimation data.
@@ -146,14 +142,8 @@ impl<'a> Comparison<'a> {
 
     /// The order of least criterion, or of one about as likely whose A has a real logarithm.
     pub(super) fn judge(&self, candidates: &mut [Candidate]) -> usize {
-        let least = self.least(candidates);
-        if candidates[least].has_logarithm {
-            return least;
-        }
-        (0..candidates.len())
-            .filter(|i| candidates[*i].has_logarithm)
-            .filter(|i| !self.surely_less(&candidates[least], &candidates[*i]))
-            .min_by(|a, b| candidates[*a].criterion.total_cmp(&candidates[*b].criterion))
-            .unwrap_or(least)
+        self.least(candidates);
+        let each: Vec<_> = candidates.iter().map(|c| (c.criterion, c.has_logarithm)).collect();
+        likeliest(&each)
     }
 }

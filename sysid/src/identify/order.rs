@@ -60,6 +60,22 @@ pub(crate) fn schwarz(log_square: f64, outputs: usize, parameters: usize, sample
     samples * log_square + parameters as f64 * (samples * outputs as f64).max(2.0).ln()
 }
 
+/// A difference of the criterion that is no strong evidence (R. E. Kass, A. E. Raftery, *Bayes
+/// factors*, J. American Statistical Association 90, 1995).
+pub(super) const AS_LIKELY: f64 = 6.0;
+
+/// Of models with their criterion and whether their A has a real logarithm, the one of least criterion,
+/// or one about as likely that has a logarithm.
+pub(crate) fn likeliest(models: &[(f64, bool)]) -> usize {
+    let least = |of: &dyn Fn(&(f64, bool)) -> bool| {
+        let some = (0..models.len()).filter(|i| of(&models[*i]));
+        some.min_by(|a, b| models[*a].0.total_cmp(&models[*b].0))
+    };
+    let best = least(&|_| true).unwrap_or(0);
+    let Some(most) = models.get(best).map(|m| m.0 + AS_LIKELY) else { return best };
+    least(&|(criterion, has_logarithm)| *has_logarithm && *criterion <= most).unwrap_or(best)
+}
+
 /// `100·(1 − ‖Y − Ŷ‖/‖Y − mean(Y)‖)` over all outputs, the mean of each taken out; −∞ where an error
 /// is not finite.
 pub(crate) fn fit(data: &DataSet, errors: &Errors) -> f64 {

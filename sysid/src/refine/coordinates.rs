@@ -25,7 +25,7 @@ const LARGEST_RADIUS: f64 = 0.999_999;
 
 /// A model in a basis for its local coordinates.
 #[derive(Debug, Clone)]
-pub(super) struct Coordinates {
+pub(crate) struct Coordinates {
     /// The model in that basis.
     pub(super) model: StateSpace,
     /// X, n by ny.
@@ -50,7 +50,7 @@ pub(super) struct Move {
 impl Coordinates {
     /// The local coordinates about `model`, its outputs weighted by `weight`; D moves for the inputs
     /// named by `feedthrough`.
-    pub(super) fn new(
+    pub(crate) fn new(
         model: &StateSpace,
         weight: &Mat<f64>,
         feedthrough: &[bool],
@@ -81,7 +81,7 @@ impl Coordinates {
     }
 
     /// Number of parameters: V and W row by row, then D's columns that may move, row by row.
-    pub(super) fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         let (n, m, p) = (self.model.order(), self.model.inputs(), self.model.outputs());
         n * (p + m) + p * self.feedthrough.iter().filter(|moves| **moves).count()
     }
@@ -106,7 +106,7 @@ impl Coordinates {
     }
 
     /// The model moved by `step`, still in the basis of these coordinates.
-    pub(super) fn moved(&self, step: &[f64]) -> StateSpace {
+    pub(crate) fn moved(&self, step: &[f64]) -> StateSpace {
         let delta = self.direction(step);
         StateSpace {
             a: &self.model.a + delta.a,

@@ -37,9 +37,11 @@ use faer::Mat;
 use rows::Drive;
 use search::{Point, search};
 
+pub(crate) use coordinates::Coordinates;
 pub use covariance::uncertain;
 pub(crate) use covariance::uncertain_simulation;
 pub use gain::refine_gain;
+pub(crate) use search::damped_step;
 pub use uncertain::{PoleEstimate, ResponseEstimate, Uncertain};
 
 /// When to stop refining.

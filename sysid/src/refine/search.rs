@@ -188,7 +188,7 @@ impl Linearised {
 }
 
 /// Solution of (RᵀR + λ·diag(RᵀR)) δ = Rᵀ q as a least-squares problem.
-pub(super) fn damped_step(
+pub(crate) fn damped_step(
     r: MatRef<'_, f64>,
     rhs: MatRef<'_, f64>,
     damping: f64,

@@ -1,0 +1,211 @@
+//! One-step prediction errors of plant and noise together, from the windows' triangle alone.
+//!
+//! The model is the one by which orders are compared on a log ([`comparison`](crate::identify)): the
+//! simulation error v = y − G u is an autoregression driven by white noise (Box and Jenkins' kind; L.
+//! Ljung, *System Identification*, 2nd ed. 1999, section 4.2),
+//!
+//! ```text
+//! α(q) (y − G u) = e,    α(q) = 1 − a_1 q⁻¹ − … − a_p q⁻ᵖ
+//! ```
+//!
+//! so that e is the simulation error of G for the signals seen through α. Of a window of L samples
+//! t = 0 … L−1, these are known from t = p on. The state x(p) is what makes the errors at p … L−2 least,
+//! and what is judged is the error at the window's last sample, which had no part in it:
+//!
+//! ```text
+//! ε = ỹ(L−1) − (H ũ)(L−1) − φ (ΦᵀΦ)⁻¹ Φᵀ [ỹ − H ũ](p … L−2)
+//! ```
+//!
+//! with Φ the rows C Aᵗ and φ the one after them. Every sample is the last of one window, so ε is the
+//! prediction error of every sample of the drives from the L−1 before it, an initial state cannot take up
+//! what it is judged by, and under feedback ε is no more biased than any direct prediction error
+//! (section 13.4 there). It is a linear combination cᵀh of the window's samples h, of variance ‖R c‖²: no
+//! look at the data is needed, and a step of Levenberg and Marquardt's method over (A, B, C, a) costs
+//! some hundred thousand operations.
+
+use super::windows::Windows;
+use crate::Error;
+use crate::dense::{identity, least_squares, solve, spectral_radius, triangle};
+use crate::model::{StateSpace, free_response};
+use crate::refine::{Coordinates, Stop, damped_step};
+use faer::Mat;
+
+/// Samples of a window for each coefficient of the noise, and samples of the drives.
+const SHARE: usize = 3;
+const SAMPLES: usize = 50;
+/// Errors of a smaller share of the output are rounding, which has no colour to be known.
+const ROUNDING: f64 = 1e-8;
+/// Relative, of the squares that tell a state: a mode that the window does not show stays finite.
+const RIDGE: f64 = 1e-10;
+/// Step of the derivatives along coordinates whose scale is 1.
+const DIFFERENCE: f64 = 1e-6;
+
+/// Plant and noise.
+#[derive(Debug, Clone)]
+pub(super) struct Predicted {
+    pub(super) model: StateSpace,
+    /// a_1 … a_p.
+    colour: Vec<f64>,
+}
+
+impl Predicted {
+    /// A plant whose noise has a colour of so many coefficients, found for the plant as it is.
+    pub(super) fn new(windows: &Windows, model: StateSpace, colour: usize) -> Result<Self, Error> {
+        let plain = Self { model, colour: Vec::new() };
+        let v = plain.simulation_errors(windows, colour + 1);
+        let a = least_squares(v.get(.., 1..), v.get(.., ..1), 1e-12)?;
+        Ok(Self { colour: (0..colour).map(|k| a[(k, 0)]).collect(), ..plain })
+    }
+
+    /// How many coefficients Akaike's criterion gives the noise that a model leaves.
+    pub(super) fn colour_order(windows: &Windows, model: &StateSpace) -> usize {
+        let samples = windows.count as f64;
+        let most = (windows.length / SHARE).min(windows.count / SAMPLES);
+        let plain = Self { model: model.clone(), colour: Vec::new() };
+        let v = plain.simulation_errors(windows, most + 1);
+        let size = v.col(0).norm_l2();
+        if !(size.is_finite() && size > ROUNDING * windows.covariance(1, 1, 0).sqrt()) {
+            return 0;
+        }
+        // Regressors first: the rows below the first p hold what p of them leave of the last column.
+        let ordered = Mat::from_fn(v.nrows(), most + 1, |i, j| v[(i, (j + 1) % (most + 1))]);
+        let r = triangle(ordered.as_ref());
+        let left = |p: usize| (p..=most).map(|i| r[(i, most)].powi(2)).sum::<f64>();
+        let criterion = |p: usize| samples * left(p).max(f64::MIN_POSITIVE).ln() + 2.0 * p as f64;
+        (0..=most).min_by(|a, b| criterion(*a).total_cmp(&criterion(*b))).unwrap_or(0)
+    }
+
+    /// Variance of the prediction errors; ∞ where they are not finite.
+    pub(super) fn variance(&self, windows: &Windows) -> f64 {
+        let error = self.errors(windows);
+        let squares = error.iter().map(|e| e * e).sum::<f64>();
+        if squares.is_finite() { squares } else { f64::INFINITY }
+    }
+
+    /// Makes the prediction errors small; models of a spectral radius of `radius` or more are refused.
+    pub(super) fn refined(
+        mut self,
+        windows: &Windows,
+        feedthrough: bool,
+        stop: Stop,
+        radius: f64,
+    ) -> Result<Self, Error> {
+        let mut cost = self.variance(windows);
+        let mut damping = 1e-4;
+        for _ in 0..stop.steps {
+            if !(cost.is_finite() && cost > 0.0) {
+                break;
+            }
+            let at = Coordinates::new(&self.model, &identity(1), &[feedthrough])?;
+            let count = at.count();
+            let moved = |step: &[f64]| Self {
+                model: at.moved(&step[..count]),
+                colour: self.colour.iter().zip(&step[count..]).map(|(a, d)| a + d).collect(),
+            };
+            let mut step = vec![0.0; count + self.colour.len()];
+            let here = moved(&step).errors(windows);
+            let mut derivatives = Mat::zeros(here.len(), step.len() + 1);
+            for k in 0..step.len() {
+                step[k] = DIFFERENCE;
+                let there = moved(&step).errors(windows);
+                step[k] = 0.0;
+                for (i, (there, here)) in there.iter().zip(&here).enumerate() {
+                    derivatives[(i, k)] = (here - there) / DIFFERENCE;
+                }
+            }
+            for (i, e) in here.iter().enumerate() {
+                derivatives[(i, step.len())] = *e;
+            }
+            let r = triangle(derivatives.as_ref());
+            let rows = r.nrows().min(step.len());
+            let (left, right) = (r.get(..rows, ..step.len()), r.get(..rows, step.len()..));
+            let mut next = None;
+            for _ in 0..8 {
+                let trial = moved(&damped_step(left, right, damping)?);
+                if spectral_radius(trial.model.a.as_ref()) < radius {
+                    let trial_cost = trial.variance(windows);
+                    if trial_cost < cost {
+                        next = Some((trial, trial_cost));
+                        break;
+                    }
+                }
+                damping *= 8.0;
+            }
+            let Some((trial, trial_cost)) = next else { break };
+            let gain = 1.0 - trial_cost / cost;
+            (self, cost) = (trial, trial_cost);
+            damping = (damping * 0.2).max(1e-12);
+            if gain <= stop.least_gain {
+                break;
+            }
+        }
+        Ok(self)
+    }
+
+    /// ε of each row of the triangle.
+    fn errors(&self, windows: &Windows) -> Vec<f64> {
+        let weights = self.error_weights(windows.length);
+        let c = self.of_samples(&weights, windows.length);
+        windows.times(&c)
+    }
+
+    /// Weights β of the errors at p … L−1 of the signals through α, simulated from rest, in ε.
+    fn error_weights(&self, length: usize) -> Vec<f64> {
+        let free = free_response(&self.model, length - self.colour.len());
+        let last = free.nrows() - 1;
+        let state = self.state_weights(&free);
+        let phi = free.get(last..last + 1, ..);
+        let told = phi * state;
+        (0..last).map(|t| -told[(0, t)]).chain([1.0]).collect()
+    }
+
+    /// (ΦᵀΦ)⁻¹Φᵀ of all rows but the last.
+    fn state_weights(&self, free: &Mat<f64>) -> Mat<f64> {
+        let seen = free.get(..free.nrows() - 1, ..);
+        let mut squares = seen.transpose() * seen;
+        let n = squares.nrows();
+        let ridge = RIDGE * (0..n).map(|i| squares[(i, i)]).sum::<f64>();
+        (0..n).for_each(|i| squares[(i, i)] += ridge);
+        solve(squares.as_ref(), seen.transpose())
+    }
+
+    /// The weights of the window's samples, in the order of its columns, in a sum of such errors.
+    fn of_samples(&self, weights: &[f64], length: usize) -> Vec<f64> {
+        let (p, count) = (self.colour.len(), weights.len());
+        let markov = self.model.markov_parameters(count);
+        let h: Vec<f64> = markov.iter().map(|h| h[(0, 0)]).collect();
+        let of_input: Vec<f64> = (0..count)
+            .map(|j| -weights[j..].iter().zip(&h).map(|(b, h)| b * h).sum::<f64>())
+            .collect();
+        let mut c = vec![0.0; 2 * length];
+        for t in 0..count {
+            for k in 0..=p {
+                let alpha = if k == 0 { 1.0 } else { -self.colour[k - 1] };
+                c[2 * (t + p - k)] += alpha * of_input[t];
+                c[2 * (t + p - k) + 1] += alpha * weights[t];
+            }
+        }
+        c
+    }
+
+    /// The simulation errors v of the window's last `count` samples, the latest first, from the state
+    /// that those before the last give; a row for each of the triangle.
+    fn simulation_errors(&self, windows: &Windows, count: usize) -> Mat<f64> {
+        let length = windows.length;
+        let plain = Self { model: self.model.clone(), colour: Vec::new() };
+        let free = free_response(&self.model, length);
+        let told = &free * plain.state_weights(&free);
+        let mut v = Mat::zeros(2 * length, count);
+        for k in 0..count {
+            let t = length - 1 - k;
+            let of_state = (0..length).map(|j| if j + 1 < length { -told[(t, j)] } else { 0.0 });
+            let mut weights: Vec<f64> = of_state.collect();
+            weights[t] += 1.0;
+            for (i, e) in windows.times(&plain.of_samples(&weights, length)).into_iter().enumerate()
+            {
+                v[(i, k)] = e;
+            }
+        }
+        v
+    }
+}
