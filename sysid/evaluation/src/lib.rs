@@ -1,5 +1,6 @@
 //! Known systems and what tells them apart: for the tests of `sysid` and for its evaluation.
 
+mod absorbed;
 pub mod bias;
 mod distance;
 mod drive;
@@ -13,6 +14,7 @@ mod python;
 mod random;
 mod recorded;
 
+pub use absorbed::{AbsorbedSignals, OfFactor};
 pub use distance::{markov_distance, pole_distance, response_distance};
 pub use drive::{Drive, Recording};
 pub use halves::swapped_halves;

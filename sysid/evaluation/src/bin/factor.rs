@@ -1,0 +1,160 @@
+//! `cargo xtask evaluate factor`: what is identified from a factor beside what is identified from the same
+//! samples in memory, on the random systems whose order can be told, and with a driver in the loop.
+//!
+//! The systems are those of `orders`: of order 1 to 6 in turn with white input and white noise on the
+//! output; both are given the first half of each record.
+
+use clap::Parser;
+use sysid::{AbsorbOptions, DataSet, Error, IdentifyOptions, StateSpace, automatic};
+use sysid_evaluation::bias::{Bias, Biases, Errors};
+use sysid_evaluation::driver::Drive;
+use sysid_evaluation::{AbsorbedSignals, Experiment, Random, halves};
+
+/// Prints how often a factor and the samples in memory give the same order.
+#[derive(Parser)]
+struct Arguments {
+    /// Systems
+    #[arg(long, default_value_t = 200)]
+    systems: usize,
+    /// Samples of each system, of which the first half is identified from
+    #[arg(long, default_value_t = 5000)]
+    samples: usize,
+    /// Signal-to-noise ratio, dB
+    #[arg(long, default_value_t = 20.0)]
+    snr: f64,
+    /// Seed of the random systems
+    #[arg(long, default_value_t = 190)]
+    seed: u64,
+    /// Block rows of the factor
+    #[arg(long, default_value_t = AbsorbOptions::default().horizon)]
+    horizon: usize,
+    /// Records with a driver in the loop
+    #[arg(long, default_value_t = 20)]
+    drives: u64,
+    /// Samples of each of these
+    #[arg(long, default_value_t = 40_000)]
+    drive_samples: usize,
+}
+
+/// The best model of one order less must err by this share of the output's root mean square.
+const LEAST_SHARE: f64 = 0.02;
+const LARGEST_ORDER: usize = 6;
+const SAMPLE_TIME_S: f64 = 0.05;
+
+fn main() -> Result<(), Error> {
+    let arguments = Arguments::parse();
+    if arguments.systems > 0 {
+        open_loop(&arguments)?;
+    }
+    if arguments.drives > 1 {
+        in_a_loop(&arguments)?;
+    }
+    Ok(())
+}
+
+/// Random systems without feedback.
+fn open_loop(arguments: &Arguments) -> Result<(), Error> {
+    let mut random = Random(arguments.seed);
+    let (mut both, mut right) = (0, [0; 2]);
+    let mut losses = Vec::new();
+    let mut apart = Vec::new();
+    while losses.len() < arguments.systems {
+        let order = 1 + losses.len() % LARGEST_ORDER;
+        let e = Experiment::random(&mut random, order, false, arguments.samples, arguments.snr);
+        if e.share_of_last_state(false) < LEAST_SHARE {
+            continue;
+        }
+        let data = DataSet::single(SAMPLE_TIME_S, e.u.clone(), e.noisy.clone())?;
+        let [estimation, held_out] = halves(&data)?;
+        let options = IdentifyOptions::default();
+        let memory = automatic(&estimation, &held_out, &options)?.model;
+        let absorbed = AbsorbedSignals::new(&estimation, arguments.horizon)?;
+        let factor = absorbed.identify(&options)?.model;
+        let orders = [memory.order(), factor.order()];
+        both += usize::from(orders[0] == orders[1]);
+        for (right, got) in right.iter_mut().zip(orders) {
+            *right += usize::from(got == order);
+        }
+        let loss = e.clean_fit(&memory) - e.clean_fit(&factor);
+        losses.push(loss);
+        if orders[0] != orders[1] {
+            apart.push(format!("{order} → {}, {} ({loss:.2})", orders[0], orders[1]));
+        }
+    }
+    let count = losses.len();
+    losses.sort_by(f64::total_cmp);
+    let mean = losses.iter().sum::<f64>() / count as f64;
+    println!(
+        "{count} systems whose best model of one order less errs by {} % of the output or more",
+        100.0 * LEAST_SHARE
+    );
+    println!("  the same order from the factor as in memory: {both}/{count}");
+    println!(
+        "  the right order: {}/{count} in memory, {}/{count} from the factor",
+        right[0], right[1]
+    );
+    println!(
+        "  fit to the output without noise, in memory less from the factor: {mean:.2} points on average, median {:.2}, from {:.2} to {:.2}",
+        losses[count / 2],
+        losses[0],
+        losses[count - 1]
+    );
+    if !apart.is_empty() {
+        println!(
+            "  apart (right → in memory, from the factor, points of fit lost): {}",
+            apart.join(", ")
+        );
+    }
+    Ok(())
+}
+
+/// The same vehicle with a driver in the loop, by both ways.
+fn in_a_loop(arguments: &Arguments) -> Result<(), Error> {
+    let truth = Drive::vehicle();
+    println!(
+        "\n{} records of {} samples with a driver in the loop; mean error ± half its 95 % interval, * outside it",
+        arguments.drives, arguments.drive_samples
+    );
+    println!("{:<24}{:>20}{:>20}{:>22}  feedback found, orders", "", "response %", "gain %", "slowest pole");
+    for order in [Some(truth.order()), None] {
+        let options = IdentifyOptions { order, ..IdentifyOptions::default() };
+        let mut rows: [(&str, Vec<StateSpace>, u64); 2] =
+            [("in memory", Vec::new(), 0), ("from the factor", Vec::new(), 0)];
+        for seed in 0..arguments.drives {
+            let data = Drive::controlled().record(arguments.drive_samples, seed)?;
+            // A factor holds a fourth of the samples out.
+            let cut = 3 * arguments.drive_samples / 4;
+            let [estimation, held_out] = [0..cut, cut..arguments.drive_samples].map(|range| {
+                let s = &data.segments()[0];
+                DataSet::single(data.sample_time_s(), s.u.columns(range.clone()), s.y.columns(range))
+            });
+            let memory = automatic(&estimation?, &held_out?, &options)?;
+            rows[0].2 += u64::from(matches!(memory.approach, sysid::Approach::ClosedLoop(_)));
+            rows[0].1.push(memory.model);
+            let factor = AbsorbedSignals::new(&data, arguments.horizon)?.identify(&options)?;
+            rows[1].2 += u64::from(factor.feedback);
+            rows[1].1.push(factor.model);
+        }
+        for (name, models, feedback) in &rows {
+            let errors: Vec<Errors> = models.iter().filter_map(|m| Errors::new(m, &truth)).collect();
+            let b = Biases::new(&errors);
+            let orders: Vec<String> = models.iter().map(|m| m.order().to_string()).collect();
+            let what = if order.is_some() { "order given" } else { "order chosen" };
+            println!(
+                "{:<24}{:>20}{:>20}{:>22}  {feedback} of {}, {}",
+                format!("{what}, {name}"),
+                cell(b.response, 100.0, 2),
+                cell(b.gain, 100.0, 2),
+                cell(b.pole, 1.0, 4),
+                models.len(),
+                if order.is_some() { "as given".into() } else { orders.join(" ") }
+            );
+        }
+    }
+    Ok(())
+}
+
+fn cell(b: Bias, unit: f64, digits: usize) -> String {
+    let mark = if b.is_significant() { "*" } else { " " };
+    format!("{:.digits$} ± {:.digits$}{mark}", b.mean * unit, b.half_width * unit)
+}
