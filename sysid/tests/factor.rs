@@ -128,7 +128,7 @@ fn chunks_do_not_matter_to_the_last_bit() {
     let data = DataSet::new(1.0, vec![segment.clone()]).unwrap();
     for kind in [Decomposition::Gram, Decomposition::Qr] {
         let whole = Factor::by(kind, &data, 7).unwrap();
-        for chunk in [1, 13, 1024, 1037, 2599] {
+        for chunk in [1, 7, 1000, 1024, 1037, 2599, 2600] {
             let parts = absorb(kind, 7, &segment, chunk).factor().unwrap();
             assert_eq!(parts.l, whole.l, "{kind:?} {chunk}");
         }

@@ -50,15 +50,22 @@ impl Absorbed {
         let choice = choose(&factor, &windows, self.estimation.samples(), options)?;
         // Without enough held-out windows the model is not judged.
         let held_out = self.validation.factor().and_then(|f| f.about_mean());
-        let held_out = held_out.and_then(|f| Windows::new(&f, step, Some(windows.scales))).ok();
+        let held_out = held_out.and_then(|f| Windows::new(&f, step, Some(windows.scales)));
         let chosen = &choice.candidates[choice.chosen];
         let [u, y] = windows.scales;
         let model = chosen.model.scaled(&[u], &[y]);
         let gain: Vec<f64> = (0..model.order()).map(|i| choice.gain[(i, 0)] / y).collect();
         let continuous = to_continuous(model.a.as_ref(), model.b.as_ref(), step);
-        let (_, errors) = windows.predicted(&chosen.model, choice.gain.as_ref())?;
-        let residual = windows.variance(&errors, model.order());
-        let mut evidence = self.evidence(&windows, held_out.as_ref(), &choice, residual)?;
+        let errors = windows.predicted_ahead(&chosen.model, choice.gain.as_ref())?;
+        let residual = windows.variance_ahead(&errors);
+        let mut evidence = self.evidence(&windows, held_out.as_ref().ok(), &choice, residual)?;
+        if let Err(reason) = &held_out {
+            evidence.warnings.push(format!(
+                "no held-out windows to judge the model by (one block in {} of {} samples is held out): {reason}",
+                super::HELD_OUT,
+                super::BLOCK
+            ));
+        }
         evidence
             .warnings
             .extend(factor.conditioning.is_reduced().then(|| factor.conditioning.to_string()));
@@ -70,7 +77,7 @@ impl Absorbed {
         evidence.conversion_round_trip = continuous.as_ref().map(|c| c.round_trip);
         let map = evidence::poles_and_zeros(&model, continuous.as_ref(), step, None);
         evidence.poles_and_zeros = Some(map);
-        evidence.verdict = verdict(&evidence, held_out.is_some(), continuous.is_some());
+        evidence.verdict = verdict(&evidence, held_out.is_ok(), continuous.is_some());
         let mut used = self.options.clone();
         used.extend(options.to_map());
         used.insert("horizon_absorbed".into(), self.horizon.to_string());
@@ -182,12 +189,8 @@ impl Absorbed {
                 .warnings
                 .push("no speed channel: the operating point's speed is written as 0".into());
         }
-        match held_out {
-            Some(on) => judge(&mut evidence, on, &chosen.model, choice.gain.as_ref())?,
-            None => evidence.warnings.push(format!(
-                "too few held-out windows: absorb {} samples or more to have the model judged",
-                super::BLOCK * super::HELD_OUT
-            )),
+        if let Some(on) = held_out {
+            judge(&mut evidence, on, &chosen.model, choice.gain.as_ref())?;
         }
         Ok(evidence)
     }
@@ -249,7 +252,6 @@ fn judge(
     model: &StateSpace,
     gain: MatRef<'_, f64>,
 ) -> Result<(), Error> {
-    let order = model.order();
     let whole = on.covariance(1, 1, 0);
     let row = |steps: Option<usize>, variance: f64| PredictionFit {
         steps,
@@ -257,9 +259,9 @@ fn judge(
         fit: bounded(on.fit(variance)),
         variance_accounted_for: bounded(100.0 * (1.0 - variance / whole)),
     };
-    let (_, predicted) = on.predicted(model, gain)?;
+    let predicted = on.predicted_ahead(model, gain)?;
     let simulated = on.variance_ahead(&on.ahead(model)?);
-    let rows = vec![row(Some(1), on.variance(&predicted, order)), row(None, simulated)];
+    let rows = vec![row(Some(1), on.variance_ahead(&predicted)), row(None, simulated)];
     evidence.fit.validation_one_step = rows[0].fit;
     evidence.whiteness = whiteness(&predicted, on.count);
     evidence.held_out = Some(HeldOut {

@@ -269,11 +269,11 @@ impl Search<'_> {
             warnings.push("the Riccati equation has no stabilising solution".into());
         }
         let gain = Mat::from_fn(order, 1, |i, _| noise.gain[(i, 0)] * y);
-        let (x0s, _) = self.windows.predicted(model, gain.as_ref())?;
+        let x0s = self.windows.predictor_states(model, gain.as_ref())?;
         let gain = refine_gain(model, gain.as_ref(), &self.windows.data, &x0s, STOP)?;
         let filter = crate::model::predictor(model, gain.as_ref());
-        let (_, simulated) = self.windows.simulated(model)?;
-        let (_, predicted) = self.windows.predicted(model, gain.as_ref())?;
+        let simulated = self.windows.ahead(model)?;
+        let predicted = self.windows.predicted_ahead(model, gain.as_ref())?;
         let better = sum_of_squares(&predicted) <= sum_of_squares(&simulated);
         if better && filter.spectral_radius() < 1.0 - 1e-6 {
             return Ok(gain);

@@ -99,6 +99,23 @@ impl Windows {
         self.data.segments().iter().map(of).collect()
     }
 
+    /// Errors of the one-step predictions of the second half of every window, from the state that its
+    /// first half gives: what is judged has no part in the state.
+    pub(super) fn predicted_ahead(
+        &self,
+        model: &StateSpace,
+        gain: MatRef<'_, f64>,
+    ) -> Result<Errors, Error> {
+        let (half, predictor) = (self.length / 2, predictor(model, gain));
+        let of = |s: &Segment| -> Result<Signals, Error> {
+            let x0 = predictor_state(&predictor, s.u.columns(0..half), s.y.columns(0..half))?;
+            let y = predictions(&predictor, s.u.as_ref(), s.y.as_ref(), &x0);
+            let errors = s.y.row(0).iter().zip(y.row(0)).skip(half).map(|(y, s)| y - s);
+            Ok(errors.collect::<Vec<f64>>().into())
+        };
+        self.data.segments().iter().map(of).collect()
+    }
+
     /// Variance of such errors; ∞ where they are not finite.
     pub(super) fn variance_ahead(&self, errors: &Errors) -> f64 {
         let squares = crate::identify::order::sum_of_squares(errors);
@@ -106,21 +123,15 @@ impl Windows {
         if squares.is_finite() { squares / count as f64 } else { f64::INFINITY }
     }
 
-    /// Initial states and errors of the one-step prediction of every window.
-    pub(super) fn predicted(
+    /// The states from which the one-step predictions of each window err least.
+    pub(super) fn predictor_states(
         &self,
         model: &StateSpace,
         gain: MatRef<'_, f64>,
-    ) -> Result<(Vec<Vec<f64>>, Errors), Error> {
+    ) -> Result<Vec<Vec<f64>>, Error> {
         let predictor = predictor(model, gain);
-        let (mut x0s, mut errors) = (Vec::new(), Vec::new());
-        for s in self.data.segments() {
-            let (u, y) = (s.u.as_ref(), s.y.as_ref());
-            let x0 = predictor_state(&predictor, u, y)?;
-            errors.push(&s.y - predictions(&predictor, u, y, &x0));
-            x0s.push(x0);
-        }
-        Ok((x0s, errors))
+        let segments = self.data.segments().iter();
+        segments.map(|s| predictor_state(&predictor, s.u.as_ref(), s.y.as_ref())).collect()
     }
 
     /// Variance of errors whose `order` initial states were fitted to each window; ∞ where they are not

@@ -9,6 +9,8 @@ use crate::Error;
 
 const FORMAT: &[u8; 8] = b"swsums/1";
 const HEAD: usize = 7;
+/// Beyond what samples of 1e100 make of a triangle, and what can still be squared.
+const LARGEST: f64 = 1e150;
 
 impl Accumulator {
     /// The state after the end of the present segment; a few times (2·horizon·channels)² bytes.
@@ -61,6 +63,12 @@ impl Accumulator {
             1 => Decomposition::Qr,
             _ => return Err(wrong("the kind is not known")),
         };
+        if columns > samples {
+            return Err(wrong("it has more windows than samples"));
+        }
+        if kind == Decomposition::Qr && numbers.iter().any(|x| x.abs() > LARGEST) {
+            return Err(wrong("a number is too large to come from samples"));
+        }
         let rows = s.saturating_mul(2).saturating_mul(m.saturating_add(p));
         // Before room is made for a state that the bytes cannot hold.
         if columns > 0 && rows > numbers.len() {
