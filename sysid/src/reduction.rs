@@ -66,7 +66,7 @@ pub fn balanced(model: &StateSpace) -> Result<Balanced, Error> {
 }
 
 /// `X = A X Aᵀ + W` for a stable A: X ← X + A X Aᵀ, A ← A², until nothing is added.
-fn gramian(a: MatRef<'_, f64>, w: Mat<f64>) -> Result<Mat<f64>, Error> {
+pub(crate) fn gramian(a: MatRef<'_, f64>, w: Mat<f64>) -> Result<Mat<f64>, Error> {
     const MOST_DOUBLINGS: usize = 50;
     let (mut a, mut x) = (a.to_owned(), w);
     for _ in 0..MOST_DOUBLINGS {

@@ -10,7 +10,9 @@ use sysid::{
     Method, StateSpace, automatic, fit_percent, identify, model::initial_state, read_log, simulate,
 };
 use sysid_evaluation::bias::Errors;
-use sysid_evaluation::{AbsorbedSignals, Drive, Random, driver, response_distance};
+use sysid_evaluation::{
+    AbsorbedSignals, Drive, Experiment, Random, driver, halves, response_distance,
+};
 
 fn csv(seed: u64, rows: usize) -> String {
     Drive { sample_time: 0.01, delay: 0.0, servo: 0.0, noise: 0.002, seed }.record(rows).csv()
@@ -131,7 +133,7 @@ fn feedback_is_found_and_does_not_bias_the_model() {
         let errors = Errors::new(model, &truth).unwrap().response;
         (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt()
     };
-    let data = drive.record(60_000, 3).unwrap();
+    let data = drive.record(40_000, 3).unwrap();
     let absorbed = AbsorbedSignals::new(&data, 30).unwrap();
     let found = absorbed.identify(&IdentifyOptions::default()).unwrap();
     assert!(found.feedback);
@@ -149,7 +151,7 @@ fn feedback_is_found_and_does_not_bias_the_model() {
         DataSet::single(driver::SAMPLE_TIME_S, u, y).unwrap()
     };
     let memory =
-        automatic(&part(0..45_000), &part(45_000..60_000), &IdentifyOptions::default()).unwrap();
+        automatic(&part(0..30_000), &part(30_000..40_000), &IdentifyOptions::default()).unwrap();
     assert_eq!(found.model.order(), memory.model.order());
     let [of_factor, in_memory, biased] = [&found.model, &memory.model, &forced.model].map(size);
     assert!(of_factor < 0.015 && of_factor < in_memory + 0.005, "{of_factor} {in_memory}");
@@ -195,9 +197,31 @@ fn the_held_out_fit_is_that_of_the_held_out_samples() {
 }
 
 #[test]
+fn the_order_is_that_of_the_samples_in_memory() {
+    let mut random = Random(190);
+    for order in [1, 2, 4] {
+        let e = Experiment::random(&mut random, order, false, 5000, 20.0);
+        let data = DataSet::single(0.05, e.u.clone(), e.noisy.clone()).unwrap();
+        let [estimation, held_out] = halves(&data).unwrap();
+        let options = IdentifyOptions::default();
+        let memory = automatic(&estimation, &held_out, &options).unwrap().model;
+        let absorbed = AbsorbedSignals::new(&estimation, 30).unwrap();
+        let found = absorbed.identify(&options).unwrap().model;
+        assert_eq!(found.order(), memory.order(), "{order}");
+        let loss = e.clean_fit(&memory) - e.clean_fit(&found);
+        assert!(loss < 0.5, "{order}: {loss}");
+    }
+}
+
+#[test]
 fn the_model_is_that_of_the_log_and_offsets_cost_nothing() {
     let text = csv(7, 60_000);
-    let options = IdentifyOptions { delay_s: Some(0.0), ..IdentifyOptions::default() };
+    // As much to estimate from as the factor has.
+    let options = IdentifyOptions {
+        delay_s: Some(0.0),
+        validation_fraction: 0.25,
+        ..IdentifyOptions::default()
+    };
     let log = read_log(&[("a.csv".into(), text.clone().into())], &LogOptions::default()).unwrap();
     let whole = identify(&log, &options).unwrap().plant;
     let plant = absorbed(&text).identify(&IdentifyOptions::default()).unwrap();
@@ -208,7 +232,10 @@ fn the_model_is_that_of_the_log_and_offsets_cost_nothing() {
         let apart = (a.0 - b.0).hypot(a.1 - b.1) / b.0.hypot(b.1);
         assert!(apart < 0.02, "{hz} Hz: {apart}");
     }
-    assert_eq!(plant.order(), whole.order());
+    // A second-order yaw response seen through a filter has no order of its own: which one is asked for
+    // depends on the samples. Neither order may be one of fit.
+    let apart = plant.evidence.fit.validation - whole.evidence.fit.validation;
+    assert!(plant.order().abs_diff(whole.order()) <= 1 && apart.abs() < 0.2, "{apart}");
     assert!(model(&plant).spectral_radius() < 1.0);
     assert!(plant.evidence.fit.validation > 95.0, "{:?}", plant.evidence.fit);
     assert_eq!(plant.continuous.is_some(), whole.continuous.is_some());

@@ -3,7 +3,7 @@
 use super::Absorbed;
 use super::file::input_name;
 use super::identify::{Candidate, Choice, choose};
-use super::windows::Windows;
+use super::windows::{Windows, parzen};
 use crate::conversion::to_continuous;
 use crate::identify::order::Errors;
 use crate::identify::{continuous_form, discrete, evidence, operating_point};
@@ -200,12 +200,8 @@ impl Absorbed {
     /// under Parzen's lag window.
     fn excitation(&self, windows: &Windows, residual: f64) -> Excitation {
         let lags = windows.length;
-        let weight = |k: usize| {
-            let x = k as f64 / lags as f64;
-            if x < 0.5 { 1.0 - 6.0 * x * x * (1.0 - x) } else { 2.0 * (1.0 - x).powi(3) }
-        };
         let table = |a: usize, b: usize| -> Vec<f64> {
-            (0..lags).map(|k| weight(k) * windows.covariance(a, b, k)).collect()
+            (0..lags).map(|k| parzen(k, lags) * windows.covariance(a, b, k)).collect()
         };
         let (uu, yy, uy, yu) = (table(0, 0), table(1, 1), table(0, 1), table(1, 0));
         let step = self.sample_time_s();

@@ -193,17 +193,24 @@ impl Search<'_> {
     }
 
     /// Finds the prediction errors that a candidate is compared by: where models are refined, those of
-    /// the model that makes them least.
-    fn weigh(&self, candidate: &mut Candidate) -> Result<(), Error> {
-        let found = if self.options.refine {
-            self.predicting(&candidate.model, ROUGH)?
-        } else {
-            Predicted::new(self.windows, candidate.model.clone(), self.colour)?
-        };
-        candidate.predicted = found.variance(self.windows);
+    /// the model that makes them least, sought from its own and from `others`. Returns that model.
+    fn weigh(&self, candidate: &mut Candidate, others: &[StateSpace]) -> Result<StateSpace, Error> {
         let m = &candidate.model;
         candidate.has_logarithm = to_continuous(m.a.as_ref(), m.b.as_ref(), 1.0).is_ok();
-        Ok(())
+        if !self.options.refine {
+            let found = Predicted::new(self.windows, m.clone(), self.colour)?;
+            candidate.predicted = found.variance(self.windows);
+            return Ok(found.model);
+        }
+        let mut best = self.predicting(m, ROUGH)?;
+        candidate.predicted = best.variance(self.windows);
+        for found in others.iter().filter_map(|m| self.predicting(m, ROUGH).ok()) {
+            let variance = found.variance(self.windows);
+            if variance < candidate.predicted {
+                (best, candidate.predicted) = (found, variance);
+            }
+        }
+        Ok(best.model)
     }
 
     /// Models of growing order, until the criterion has not fallen for a while.
@@ -211,10 +218,14 @@ impl Search<'_> {
         let orders = self.options.order.unwrap_or(1)..=self.largest_order();
         let mut candidates: Vec<Candidate> = Vec::new();
         let mut last_error = Error::NoModel { problem: "no order could be tried".into() };
+        // With another state, what predicted best with one less predicts no worse.
+        let mut before: Option<StateSpace> = None;
         for order in orders {
             let found = self.best(order).and_then(|mut candidate| {
+                let larger = before.take().map(|model| with_another_state(&model));
+                let others: Vec<_> = [candidate.model.clone()].into_iter().chain(larger).collect();
                 self.refine(&mut candidate, ROUGH)?;
-                self.weigh(&mut candidate)?;
+                before = Some(self.weigh(&mut candidate, &others)?);
                 Ok(candidate)
             });
             match found {
@@ -280,5 +291,26 @@ impl Search<'_> {
         }
         warnings.push("the Kalman filter predicts no better than the simulation: K is 0".into());
         Ok(Mat::zeros(order, 1))
+    }
+}
+
+/// The model with a state more that hardly shows.
+fn with_another_state(model: &StateSpace) -> StateSpace {
+    const POLE: f64 = 0.5;
+    const SHARE: f64 = 0.01;
+    let n = model.order();
+    StateSpace {
+        a: Mat::from_fn(n + 1, n + 1, |i, j| {
+            if i < n && j < n {
+                model.a[(i, j)]
+            } else if i == j {
+                POLE
+            } else {
+                0.0
+            }
+        }),
+        b: Mat::from_fn(n + 1, 1, |i, _| if i < n { model.b[(i, 0)] } else { SHARE }),
+        c: Mat::from_fn(1, n + 1, |_, j| if j < n { model.c[(0, j)] } else { SHARE }),
+        d: model.d.clone(),
     }
 }

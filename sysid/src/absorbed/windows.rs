@@ -22,8 +22,17 @@ pub(super) struct Windows {
     pub(super) count: usize,
     /// Standard deviations of input and output.
     pub(super) scales: [f64; 2],
+    /// Autocovariance of the input at all lags, under Parzen's lag window.
+    pub(super) input: Vec<f64>,
     /// Upper triangle in these units; columns u(0), y(0), u(1), …
     r: Mat<f64>,
+}
+
+/// Parzen's lag window (E. Parzen, *Mathematical considerations in the estimation of spectra*,
+/// Technometrics 3, 1961).
+pub(super) fn parzen(lag: usize, lags: usize) -> f64 {
+    let x = lag as f64 / lags as f64;
+    if x < 0.5 { 1.0 - 6.0 * x * x * (1.0 - x) } else { 2.0 * (1.0 - x).powi(3) }
 }
 
 impl Windows {
@@ -52,7 +61,12 @@ impl Windows {
         };
         let segments = (0..r.nrows()).map(|i| Segment::new(channel(i, 0), channel(i, 1)));
         let data = DataSet::new(sample_time_s, segments.collect())?;
-        Ok(Self { data, length, count: factor.columns, scales, r })
+        let mut windows =
+            Self { data, length, count: factor.columns, scales, input: Vec::new(), r };
+        // Under these weights the covariances stay those of some signal.
+        let own = |lag| parzen(lag, length) * windows.covariance(0, 0, lag);
+        windows.input = (0..length).map(own).collect();
+        Ok(windows)
     }
 
     /// Covariance of channel a now and channel b `lag` samples later; 0 is the input, 1 the output.
