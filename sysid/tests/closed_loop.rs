@@ -185,6 +185,28 @@ fn errors_in_variables_are_met_where_the_predictors_are_biased() {
     assert!(!bias.is_significant(), "{bias:?}");
 }
 
+/// What chance puts into a projection on the past falls as the record grows, what is there does not.
+#[test]
+fn the_excitation_for_errors_in_variables_is_told_in_units_of_chance() {
+    let mut random = Random(12);
+    let mut of = |count: usize, shared: f64| {
+        let (white, e) = (random.matrix(1, count), random.matrix(1, count));
+        let sines = |t: usize| (1..=6).map(|k| (0.4 * (k * t) as f64).sin()).sum::<f64>();
+        let u = Mat::from_fn(1, count, |i, t| white[(i, t)] + shared * sines(t));
+        let y = Mat::from_fn(1, count, |i, t| if t > 0 { u[(i, t - 1)] } else { 0.0 } + e[(i, t)]);
+        let data = DataSet::single(1.0, u, y).unwrap();
+        errors_in_variables::identify(&data, 20, 6, 1, false).unwrap().excitation
+    };
+    // Of white excitation the past tells nothing: somewhat less than 1, since the least is taken.
+    for count in [1000, 30_000] {
+        let chance = of(count, 0.0);
+        assert!((0.3..1.0).contains(&chance), "{count}: {chance}");
+    }
+    let (short, long) = (of(1000, 0.6), of(16_000, 0.6));
+    println!("{short:.2} {long:.2}");
+    assert!(short > 1.5 && (3.0..5.0).contains(&(long / short)), "{short} {long}");
+}
+
 #[test]
 fn errors_in_variables_are_exact_without_noise() {
     let mut random = Random(8);
@@ -224,6 +246,29 @@ fn the_feedback_test_has_its_size_and_its_power() {
     let alarms = found(&open, 0..150) + found(&sines, 150..200);
     assert!(alarms <= 6, "{alarms} false alarms of 200");
     assert_eq!(found(&controlled, 0..20), 20);
+}
+
+/// Of few samples and many coefficients too the statistic is χ² (Bartlett's correction): its mean is the
+/// number of degrees of freedom.
+#[test]
+fn the_feedback_statistic_of_short_records_has_the_mean_of_its_distribution() {
+    const RECORDS: u64 = 400;
+    for outputs in [1, 2] {
+        let mut sum = 0.0;
+        let mut degrees = 0;
+        for seed in 0..RECORDS {
+            let mut random = Random(40_000 + seed);
+            let (u, y) = (random.matrix(1, 121), random.matrix(outputs, 121));
+            let factor = Factor::new(&DataSet::single(1.0, u, y).unwrap(), 11).unwrap();
+            let outcome = closed_loop::feedback_in(&factor, 1, 20).unwrap();
+            (sum, degrees) = (sum + outcome.statistic, outcome.degrees);
+        }
+        assert_eq!(degrees, 20 * outputs);
+        let (mean, degrees) = (sum / RECORDS as f64, degrees as f64);
+        let error = (2.0 * degrees / RECORDS as f64).sqrt();
+        println!("{outputs}: {mean:.2} ± {error:.2} of {degrees}");
+        assert!((mean - degrees).abs() < 3.5 * error, "{mean} of {degrees}");
+    }
 }
 
 #[test]

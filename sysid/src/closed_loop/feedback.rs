@@ -25,13 +25,10 @@
 use super::predictor::{Criterion, RANK_TOLERANCE, order_in};
 use super::windows::{Signals, Windows};
 use crate::dense::{hcat, least_squares, svd};
-use crate::statistics::chi_squared_quantile;
+use crate::statistics::{Z99, chi_squared_quantile};
 use crate::subspace::Factor;
 use crate::{DataSet, Error};
 use faer::Mat;
-
-/// Standard normal quantile of 99 %.
-const Z99: f64 = 2.326_347_874_040_841;
 
 /// Outcome of the test.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -210,3 +210,39 @@ impl<'a> Regression<'a> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn column(values: [f64; 4]) -> Mat<f64> {
+        Mat::from_fn(4, 1, |i, _| values[i])
+    }
+
+    /// x⁺ = 0.5 x + 2 u + k e, y = x + e, with x, u and e orthogonal over the rows.
+    fn decomposition(k: f64) -> Decomposition {
+        let (x, u, e) = ([1.0; 4], [1.0, -1.0, 1.0, -1.0], [1.0, 1.0, -1.0, -1.0]);
+        Decomposition {
+            singular_values: vec![1.0],
+            now: column(x),
+            next: column(std::array::from_fn(|i| 0.5 * x[i] + 2.0 * u[i] + k * e[i])),
+            u: column(u),
+            y: column(std::array::from_fn(|i| x[i] + e[i])),
+            feedthrough: false,
+            input_scale: vec![1.0],
+            output_scale: vec![1.0],
+        }
+    }
+
+    /// A gain that makes A − K C unstable is replaced by that of the same spectrum which does not: with
+    /// H(z) = (z − (a − k))/(z − a), the zero a − k gives way to its mirror image 1/(a − k).
+    #[test]
+    fn a_predictor_that_forgets_nothing_gets_its_stable_twin() {
+        for (k, expected) in [(0.7, 0.7), (2.5, 0.5 + 1.0 / 2.0), (-1.5, 0.5 - 1.0 / 2.0)] {
+            let found = decomposition(k).model(1).unwrap();
+            assert!((found.model.a[(0, 0)] - 0.5).abs() < 1e-12, "{k}");
+            assert!((found.model.b[(0, 0)] - 2.0).abs() < 1e-12, "{k}");
+            assert!((found.gain[(0, 0)] - expected).abs() < 1e-6, "{k}: {:?}", found.gain);
+        }
+    }
+}

@@ -221,3 +221,81 @@ fn squares(x: &[f64]) -> f64 {
 fn inner(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use faer::Mat;
+
+    const COUNT: usize = 60;
+
+    /// Judges impulse responses by their distance to that of the model with these poles, numerator
+    /// (highest power first) and delay.
+    fn like(poles: &[f64], numerator: &[f64], delay: f64) -> Quadratic {
+        let columns = basis(&polynomial(poles), delay, COUNT);
+        let sum = |k: usize| columns.iter().zip(numerator).map(|(c, b)| b * c[k]).sum();
+        Quadratic {
+            factor: Mat::identity(COUNT, COUNT),
+            target: (0..COUNT).map(sum).collect(),
+            least: 1e-12,
+            count: 1000,
+        }
+    }
+
+    fn share_left(q: &Quadratic, zeros: Zeros, poles: &[f64]) -> f64 {
+        let search = Search { q, most: 12.0, zeros, lag: 0.0 };
+        squares(&left(&search, &[poles, &[0.0]].concat())) / squares(&q.target)
+    }
+
+    /// Two poles and a zero, and with a third pole no second zero: what has one is out of reach of a
+    /// vehicle's numerators, and within that of free ones.
+    #[test]
+    fn numerators_of_a_vehicle_have_two_powers_less_than_its_poles_and_a_lags() {
+        let poles = [0.5_f64.ln(), 0.1_f64.ln(), 0.8_f64.ln()];
+        for (count, vehicle) in [(1, true), (2, true), (3, false)] {
+            let mut numerator = vec![0.0; 3 - count];
+            numerator.extend([1.0, -0.4, 0.3].iter().take(count));
+            let q = like(&poles, &numerator, 0.0);
+            assert!(share_left(&q, Zeros::Free, &poles) < 1e-20);
+            let left = share_left(&q, Zeros::Vehicle, &poles);
+            assert!(if vehicle { left < 1e-20 } else { left > 1e-3 }, "{count}: {left:e}");
+        }
+        for count in [1, 2] {
+            let mut numerator = vec![0.0; 2 - count];
+            numerator.extend([1.0, -0.4].iter().take(count));
+            let q = like(&poles[..2], &numerator, 0.0);
+            assert!(share_left(&q, Zeros::Vehicle, &poles[..2]) < 1e-20, "{count}");
+        }
+        let search = |q| Search { q, most: 12.0, zeros: Zeros::Vehicle, lag: 0.0 };
+        let q = like(&poles, &[0.0, 1.0, 0.4], 0.0);
+        assert_eq!([1, 2, 3, 4, 5].map(|n| search(&q).numerators(n)), [1, 2, 2, 3, 4]);
+    }
+
+    /// The delay's variance is that of least squares with all unknowns together, numerators included:
+    /// the inverse of the information of poles, numerators and delay.
+    #[test]
+    fn the_delays_variance_is_that_of_all_unknowns_together() {
+        let poles = [0.5_f64.ln(), 0.1_f64.ln()];
+        let (numerator, delay) = ([1.0, 0.4], 2.4);
+        let q = like(&poles, &numerator, delay);
+        let response = |x: &[f64]| -> Vec<f64> {
+            let columns = basis(&polynomial(&x[..2]), x[4], COUNT);
+            (0..COUNT).map(|k| x[2] * columns[0][k] + x[3] * columns[1][k]).collect()
+        };
+        let x = [poles[0], poles[1], numerator[0], numerator[1], delay];
+        let slopes = Mat::from_fn(COUNT, 5, |k, j| {
+            let moved = |by: f64| {
+                let mut x = x;
+                x[j] += by;
+                response(&x)[k]
+            };
+            (moved(1e-5) - moved(-1e-5)) / 2e-5
+        });
+        let information = slopes.transpose() * &slopes;
+        let inverse = crate::dense::solve(information.as_ref(), crate::dense::identity(5).as_ref());
+        let fit = Fit { parameters: poles.to_vec(), delay, excess: 0.0 };
+        let search = Search { q: &q, most: 12.0, zeros: Zeros::Vehicle, lag: 0.0 };
+        let got = fit.delay_variance(&search).unwrap();
+        assert!((got / inverse[(4, 4)] - 1.0).abs() < 0.02, "{got} {}", inverse[(4, 4)]);
+    }
+}

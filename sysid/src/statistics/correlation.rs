@@ -9,6 +9,7 @@
 //! (Bartlett's formula; Ljung 1999, eq 16.74). Residuals need not be white for that; w is Parzen's
 //! lag window, which keeps P positive.
 
+use super::news::news;
 use super::{Z995, test};
 use crate::dense::{column, solve};
 use crate::signal::dot;
@@ -44,7 +45,7 @@ fn covariance(a: &[Vec<f64>], b: &[Vec<f64>], k: i64) -> f64 {
 }
 
 /// The stretches without their common mean.
-fn centred(x: &[&[f64]]) -> Vec<Vec<f64>> {
+pub(super) fn centred(x: &[&[f64]]) -> Vec<Vec<f64>> {
     let count: usize = x.iter().map(|s| s.len()).sum();
     let sum: f64 = x.iter().map(|s| s.iter().sum::<f64>()).sum();
     let mean = if count > 0 { sum / count as f64 } else { 0.0 };
@@ -168,44 +169,6 @@ pub fn feedback(residuals: &[&[f64]], input: &[&[f64]], lags: usize) -> Residual
     Pair::new(&late, &news, lags.max(1)).test(-(lags as i64), lags)
 }
 
-/// What the past `order` samples of a signal do not say of it by least squares, from sample `order`
-/// of each stretch on. The Gram matrix of the lags is updated along its diagonals.
-fn news(x: &[&[f64]], order: usize) -> Vec<Vec<f64>> {
-    let x = centred(x);
-    let count = order + 1;
-    let mut gram = Mat::<f64>::zeros(count, count);
-    for x in x.iter().filter(|x| x.len() > order) {
-        // Row i is the signal i samples ago: G(i, j) = Σ x(t−i) x(t−j), t from `order` on.
-        let n = x.len();
-        for lag in 0..count {
-            let mut g: f64 = x[order..].iter().zip(&x[order - lag..]).map(|(a, b)| a * b).sum();
-            for i in 0..count - lag {
-                gram[(i, i + lag)] += g;
-                if lag > 0 {
-                    gram[(i + lag, i)] += g;
-                }
-                let (first, last) = (order - i, n - 1 - i);
-                if i + lag + 1 < count {
-                    g += x[first - 1] * x[first - 1 - lag] - x[last] * x[last - lag];
-                }
-            }
-        }
-    }
-    // A band-limited signal is determined by its past to rounding: the ridge bounds the weights.
-    let ridge = 1e-9 * gram[(0, 0)];
-    let past = Mat::from_fn(order, order, |i, j| {
-        gram[(i + 1, j + 1)] + if i == j { ridge.max(f64::MIN_POSITIVE) } else { 0.0 }
-    });
-    let now = Mat::from_fn(order, 1, |i, _| gram[(i + 1, 0)]);
-    let weights = solve(past.as_ref(), now.as_ref());
-    x.iter()
-        .map(|x| {
-            let said = |t: usize| (0..order).map(|i| weights[(i, 0)] * x[t - 1 - i]).sum::<f64>();
-            (order..x.len()).map(|t| x[t] - said(t)).collect()
-        })
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -281,30 +244,29 @@ mod tests {
         assert!((r.bound * 300_f64.sqrt() - 2.575_829_3).abs() < 1e-6, "{}", r.bound);
     }
 
-    /// Against least squares written out, in two stretches.
+    /// Printed by NumPy and SciPy 1.17.1, for signals slow enough for the window to count:
+    /// ```python
+    /// import numpy as np; from scipy import signal, linalg
+    /// n = 400; t = np.arange(n); f = lambda t: np.sin(.0009*t*t)
+    /// e = f(t) + .3*np.sin(.7*t*t); u = np.cos(.0013*t*t) + .4*f(t-5)
+    /// e = e - e.mean(); u = u - u.mean(); lags = 4; reach = 2*lags
+    /// R = lambda a, b: signal.correlate(b, a)/n  # index n-1+k: sum of a(t) b(t+k)
+    /// k = np.arange(-reach, reach+1); x = abs(k)/(reach+1)
+    /// w = np.where(x <= .5, 1 - 6*x**2*(1-x), 2*(1-x)**3)
+    /// P = [sum(w*R(e, e)[n-1+k]*R(u, u)[n-1+k+m]) for m in range(lags)]
+    /// r = R(u, e)[n:n+lags]; C = linalg.toeplitz(P) + 1e-6*P[0]*np.eye(lags)
+    /// print(n*r @ linalg.solve(C, r), 2.5758293035489*np.sqrt(P[0]/n)/(e.std()*u.std()))
+    /// ```
     #[test]
-    fn news_is_what_least_squares_leaves() {
-        let state = &mut 11;
-        let x = coloured(300, 0.9, state);
-        let stretches = [&x[..120], &x[120..]];
-        let order = 3;
-        let mean = x.iter().sum::<f64>() / 300.0;
-        let at = |s: &[f64], t: usize| s[t] - mean;
-        let rows: Vec<(Vec<f64>, f64)> = stretches
-            .iter()
-            .flat_map(|s| {
-                (order..s.len()).map(|t| ((1..=order).map(|i| at(s, t - i)).collect(), at(s, t)))
-            })
-            .collect();
-        let past = Mat::from_fn(rows.len(), order, |i, j| rows[i].0[j]);
-        let now = Mat::from_fn(rows.len(), 1, |i, _| rows[i].1);
-        let weights = crate::dense::least_squares(past.as_ref(), now.as_ref(), 1e-14).unwrap();
-        let left = &now - &past * &weights;
-        let got = news(&stretches, order).concat();
-        assert_eq!(got.len(), rows.len());
-        for (i, g) in got.iter().enumerate() {
-            assert!((g - left[(i, 0)]).abs() < 1e-6, "{i}: {g} {}", left[(i, 0)]);
-        }
+    fn the_scatter_of_the_cross_correlation_is_bartletts_with_parzens_window() {
+        let f = |t: f64| (0.0009 * t * t).sin();
+        let t: Vec<f64> = (0..400).map(f64::from).collect();
+        let e: Vec<f64> = t.iter().map(|t| f(*t) + 0.3 * (0.7 * t * t).sin()).collect();
+        let u: Vec<f64> = t.iter().map(|t| (0.0013 * t * t).cos() + 0.4 * f(t - 5.0)).collect();
+        let q = independence(&[&e], &[&u], 4);
+        assert!((q.statistic / 1.8618632524061065 - 1.0).abs() < 1e-6, "{}", q.statistic);
+        let bound = cross_correlation(&[&e], &[&u], 4).bound;
+        assert!((bound / 0.21419506588710016 - 1.0).abs() < 1e-9, "{bound}");
     }
 
     /// An answer after one sample is found at that lag, by a test of that lag alone.

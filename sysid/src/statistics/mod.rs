@@ -5,6 +5,7 @@
 
 mod correlation;
 mod jackknife;
+mod news;
 
 use crate::signal::mean;
 use formats::ResidualTest;
