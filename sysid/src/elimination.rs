@@ -81,6 +81,30 @@ impl Elimination {
 mod tests {
     use super::*;
 
+    /// The damping is relative to the columns: another unit of an unknown changes nothing but its number.
+    #[test]
+    fn damping_knows_no_units() {
+        let value = |k: usize| ((k * 7919 + 13) % 101) as f64 / 50.0 - 1.0;
+        let solution = |unit: f64| {
+            let mut elimination = Elimination::new(2, 1);
+            let rows = |from: usize| {
+                Mat::from_fn(6, 4, |i, j| value(from + i * 4 + j) * if j == 2 { unit } else { 1.0 })
+            };
+            elimination.segment(rows(0).as_ref());
+            elimination.segment(rows(100).as_ref());
+            elimination.solve(0.3).unwrap().shared
+        };
+        let (one, other) = (solution(1.0), solution(1e4));
+        assert!((one[0] - other[0]).abs() < 1e-12 && (one[1] - 1e4 * other[1]).abs() < 1e-9);
+        let free = {
+            let mut elimination = Elimination::new(1, 0);
+            elimination.rest(Mat::from_fn(2, 2, |i, j| [[3.0, 6.0], [4.0, 8.0]][i][j]).as_ref());
+            [elimination.solve(0.0).unwrap().shared[0], elimination.solve(1.0).unwrap().shared[0]]
+        };
+        // Twice the column; with a damping of 1 half of that.
+        assert!((free[0] - 2.0).abs() < 1e-12 && (free[1] - 1.0).abs() < 1e-12, "{free:?}");
+    }
+
     #[test]
     fn same_as_one_large_system() {
         // Two segments, two shared unknowns, one of each segment's own.

@@ -78,6 +78,22 @@ mod tests {
     use crate::dense::spectral_radius;
     use crate::model::{StateSpace, free_response};
 
+    /// The shift is by all outputs: a mode that is stable already stays where it is.
+    #[test]
+    fn of_two_outputs_the_stable_mode_hardly_moves() {
+        let model = StateSpace {
+            a: Mat::from_fn(2, 2, |i, j| if i == j { [1.0005, 0.5][i] } else { 0.0 }),
+            b: Mat::zeros(2, 1),
+            c: Mat::from_fn(2, 2, |i, j| [[1.0, 2.0], [-0.5, 1.0]][i][j]),
+            d: Mat::zeros(2, 1),
+        };
+        let gamma = free_response(&model, 12);
+        let a = stable_shift(gamma.as_ref(), 2, 2, 0.9999).unwrap();
+        let poles = StateSpace { a, ..model }.poles().unwrap();
+        let near = |want: f64| poles.iter().any(|p| (p.0 - want).abs() < 0.01 && p.1 == 0.0);
+        assert!(near(0.9999) && near(0.5), "{poles:?}");
+    }
+
     #[test]
     fn growing_and_oscillating_modes_are_brought_in() {
         let growing = StateSpace {

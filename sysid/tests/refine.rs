@@ -3,7 +3,7 @@
 
 use faer::Mat;
 use std::f64::consts::PI;
-use sysid::refine::{Focus, Refined, Stop, Uncertain, refine_prediction, uncertain};
+use sysid::refine::{Focus, Refined, Stop, Uncertain, refine_gain, refine_prediction, uncertain};
 use sysid::{DataSet, Innovation, Segment, StateSpace, simulate};
 use sysid_evaluation::{Random, markov_distance, pole_distance};
 
@@ -110,6 +110,78 @@ fn scatter(truth: &Innovation, focus: Focus, seed: u64, noise: impl Fn(&mut Rand
     let coverage = covered as f64 / (RUNS * exact.len()) as f64;
     println!("coverage {coverage:.3}");
     assert!((0.90..=0.99).contains(&coverage), "{coverage}");
+}
+
+/// C·K and C·A·K of the innovation form with their standard errors: what of K no basis changes.
+fn gains(of: &Uncertain) -> [(f64, f64); 2] {
+    let (m, k) = (&of.innovation.model, &of.innovation.gain);
+    let (first, second) = ((&m.c * k)[(0, 0)], (&m.c * &m.a * k)[(0, 0)]);
+    let mut squares = [0.0; 2];
+    for column in of.factor.col_iter() {
+        // Entries of A, B, C, D, K of a model of order 2.
+        let da = Mat::from_fn(2, 2, |i, j| column[2 * i + j]);
+        let dc = Mat::from_fn(1, 2, |_, j| column[6 + j]);
+        let dk = Mat::from_fn(2, 1, |i, _| column[9 + i]);
+        let moves = [&dc * k + &m.c * &dk, &dc * &m.a * k + &m.c * &da * k + &m.c * &m.a * &dk];
+        for (sum, by) in squares.iter_mut().zip(moves) {
+            *sum += by[(0, 0)].powi(2);
+        }
+    }
+    [(first, squares[0].sqrt()), (second, squares[1].sqrt())]
+}
+
+/// In open loop, the gain that follows the model of the least simulation errors scatters as told.
+#[test]
+fn standard_errors_of_the_gain_are_its_scatter() {
+    let truth = vehicle();
+    for focus in [Focus::Prediction, Focus::Simulation] {
+        let mut random = Random(14);
+        let all: Vec<[(f64, f64); 2]> = (0..RUNS)
+            .map(|_| {
+                let (u, white) = (random.matrix(1, 500), random.matrix(1, 500));
+                let e = Mat::from_fn(1, 500, |_, t| 0.7 * white[(0, t)]);
+                let data = DataSet::single(0.04, u.clone(), driven(&truth, &u, &e)).unwrap();
+                let found = refined(&truth, &data, focus);
+                gains(&uncertain(&found.innovation, &found.x0s, &data, false, focus).unwrap())
+            })
+            .collect();
+        for k in 0..2 {
+            let n = RUNS as f64;
+            let mean = all.iter().map(|q| q[k].0).sum::<f64>() / n;
+            let spread = all.iter().map(|q| (q[k].0 - mean).powi(2)).sum::<f64>() / n;
+            let told = all.iter().map(|q| q[k].1.powi(2)).sum::<f64>() / n;
+            let ratio = (told / spread).sqrt();
+            println!("{focus:?} {k}: told/scatter {ratio:.3}");
+            assert!((0.8..1.25).contains(&ratio), "{focus:?} {k}: {ratio}");
+        }
+    }
+}
+
+/// From nought as from the truth, with one output and with two, the gain of the least prediction errors.
+#[test]
+fn the_gain_of_a_given_model_is_found_from_anywhere() {
+    let mut random = Random(15);
+    let two = Innovation {
+        model: StateSpace {
+            a: Mat::from_fn(2, 2, |i, j| [[0.8, 0.3], [-0.2, 0.7]][i][j]),
+            b: Mat::from_fn(2, 1, |i, _| [1.0, 0.5][i]),
+            c: Mat::from_fn(2, 2, |i, j| [[1.0, 0.2], [-0.3, 1.0]][i][j]),
+            d: Mat::zeros(2, 1),
+        },
+        gain: Mat::from_fn(2, 2, |i, j| [[0.5, 0.1], [-0.2, 0.4]][i][j]),
+    };
+    for truth in [vehicle(), two] {
+        let (u, e) = (random.matrix(1, 4000), random.matrix(truth.model.outputs(), 4000));
+        let data = DataSet::single(0.04, u.clone(), driven(&truth, &u, &e)).unwrap();
+        let stop = Stop { steps: 60, least_gain: 1e-14 };
+        let from = |k: &Mat<f64>| {
+            refine_gain(&truth.model, k.as_ref(), &data, &[vec![0.0; 2]], stop).unwrap()
+        };
+        let none = from(&Mat::zeros(2, truth.model.outputs()));
+        let apart = (&none - from(&truth.gain)).norm_max();
+        let off = (&none - &truth.gain).norm_max();
+        assert!(apart < 1e-4 && off < 0.06, "{apart:e} {off}");
+    }
 }
 
 #[test]

@@ -117,13 +117,12 @@ pub fn estimate_delay(data: &DataSet) -> Result<Delay, Error> {
     let error = spread(&search, &models, best, |fit| bayes(fit, 1.0) - j1);
     let split = if error.is_finite() { split(&search, best, sample, &deviance) } else { 0.0 };
     let evidence = j0 - j1;
-    let taken = evidence > STRONG
-        && other > POSITIVE
-        && best.delay >= LEAST_SAMPLES
-        && best.delay > LEAST_ERRORS * error
-        && error * sample <= LARGEST_ERROR_S;
     Ok(Delay {
-        seconds: if taken { best.delay * sample } else { 0.0 },
+        seconds: if taken([evidence, other], best.delay, error, sample) {
+            best.delay * sample
+        } else {
+            0.0
+        },
         estimate_s: best.delay * sample,
         standard_error_s: error.max(split) * sample,
         order: best.order(),
@@ -133,6 +132,17 @@ pub fn estimate_delay(data: &DataSet) -> Result<Delay, Error> {
         evidence_free: other,
         gain_percent: 100.0 * (same.excess - best.excess) / (q.least + same.excess),
     })
+}
+
+/// Whether a delay is used: `evidence` speaks for it strongly against lags and positively against free
+/// zeros, and it is, with its standard error (both in samples), more than a crumb of a sample, more than
+/// chance, and known well enough to be of use.
+fn taken(evidence: [f64; 2], delay: f64, error: f64, sample: f64) -> bool {
+    evidence[0] > STRONG
+        && evidence[1] > POSITIVE
+        && delay >= LEAST_SAMPLES
+        && delay > LEAST_ERRORS * error
+        && error * sample <= LARGEST_ERROR_S
 }
 
 /// Standard error of the best model's delay, with what the orders differ by: the variances about it,
@@ -260,4 +270,45 @@ fn fastest(parameters: &[f64]) -> f64 {
     let poles = crate::dense::eigenvalues(companion.as_ref()).unwrap_or_default();
     let most = poles.iter().map(|(re, im)| re.hypot(*im)).fold(0.0, f64::max);
     if most > 0.0 { 1.0 / most } else { f64::INFINITY }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use faer::Mat;
+
+    /// 0.12 ± 0.004 s at 25 Hz is used; each condition alone forbids it.
+    #[test]
+    fn each_condition_alone_forbids_a_delay() {
+        assert!(taken([20.0, 5.0], 3.0, 0.1, 0.04));
+        // As likely a lag, or a model with other zeros.
+        assert!(!taken([5.0, 5.0], 3.0, 0.1, 0.04) && !taken([20.0, 1.0], 3.0, 0.1, 0.04));
+        // 8 ms at 25 Hz, however well known.
+        assert!(!taken([20.0, 5.0], 0.2, 0.01, 0.04));
+        // 0.02 ± 0.01 s at 100 Hz may be none.
+        assert!(!taken([20.0, 5.0], 2.0, 1.0, 0.01) && taken([20.0, 5.0], 4.0, 1.0, 0.01));
+        // 0.2 ± 0.02 s leaves a fifth of a radian at 2 Hz open.
+        assert!(!taken([20.0, 5.0], 5.0, 0.5, 0.04) && taken([20.0, 5.0], 5.0, 0.5, 0.02));
+        // Nothing determines it.
+        assert!(!taken([20.0, 5.0], 3.0, f64::INFINITY, 0.04));
+    }
+
+    /// What a model leaves beyond the noise makes its delay as uncertain as noise of that size would.
+    #[test]
+    fn what_the_model_leaves_counts_as_noise() {
+        const COUNT: usize = 40;
+        let parameters = vec![0.5_f64.ln(), 0.1_f64.ln()];
+        let target = response::basis(&polynomial(&parameters), 2.4, COUNT)[0].clone();
+        let factor = Mat::identity(COUNT, COUNT);
+        let q = Quadratic { factor, target, least: 2.0, count: 1000 };
+        let search = Search { q: &q, most: 12.0, zeros: Zeros::Vehicle, lag: 0.0 };
+        let error = |excess: f64| {
+            let fit = Fit { parameters: parameters.clone(), delay: 2.4, excess };
+            spread(&search, &[(fit.clone(), fit.clone())], &fit, |_| 0.0).powi(2)
+        };
+        // 2/1000 is the noise's variance; 36 numbers are free of the four of the model.
+        let ratio = error(0.72) / error(0.0);
+        assert!((ratio - 10.0).abs() < 1e-6, "{ratio}");
+        assert!((error(0.036) / error(0.0) - 1.0).abs() < 1e-6);
+    }
 }

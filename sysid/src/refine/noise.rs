@@ -169,3 +169,78 @@ impl RowFilter<'_> {
         20 * self.model.a.len()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A reproducible white sequence of unit variance.
+    fn white(state: &mut u64) -> f64 {
+        *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        ((*state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5) * 12_f64.sqrt()
+    }
+
+    /// Σ_t Σ_s ψ(t)ᵀ R(t−s) ψ(s) by the filter, for v(t) = A v(t−1) + e with an A that is far from
+    /// symmetric, against the sum written out with R(τ) = A^τ R(0).
+    #[test]
+    fn the_filter_gives_the_double_sum_over_the_autocovariance() {
+        const COUNT: usize = 6;
+        let a = Mat::from_fn(2, 2, |i, j| [[0.7, 0.5], [-0.3, 0.6]][i][j]);
+        let mut products = Autocovariance::new(2, 60_000);
+        let (mut v, mut state) = ([0.0; 2], 1);
+        for _ in 0..60_000 {
+            let e = [white(&mut state), 0.5 * white(&mut state)];
+            v = std::array::from_fn(|i| a[(i, 0)] * v[0] + a[(i, 1)] * v[1] + e[i]);
+            products.push(&v);
+        }
+        // R(0) = A R(0) Aᵀ + E eeᵀ.
+        let mut zero = Mat::<f64>::zeros(2, 2);
+        for _ in 0..200 {
+            let e = Mat::from_fn(2, 2, |i, j| if i == j { [1.0, 0.25][i] } else { 0.0 });
+            zero = &a * &zero * a.transpose() + e;
+        }
+        let r = |lag: isize| {
+            let mut r = zero.clone();
+            for _ in 0..lag.unsigned_abs() {
+                r = &a * r;
+            }
+            if lag >= 0 { r } else { r.transpose().to_owned() }
+        };
+        let psi: Vec<Mat<f64>> =
+            (0..COUNT).map(|_| Mat::from_fn(2, 3, |_, _| white(&mut state))).collect();
+        let mut expected = Mat::<f64>::zeros(3, 3);
+        for (t, of_t) in psi.iter().enumerate() {
+            for (s, of_s) in psi.iter().enumerate() {
+                expected += of_t.transpose() * r(t as isize - s as isize) * of_s;
+            }
+        }
+        let model = products.reversed().unwrap();
+        let mut filter = model.filter(3).unwrap();
+        let mut got = Mat::<f64>::zeros(3, 3);
+        let mut add = |row: &[f64]| {
+            for i in 0..3 {
+                for j in 0..3 {
+                    got[(i, j)] += row[i] * row[j];
+                }
+            }
+        };
+        for psi in &psi {
+            filter.push(&crate::model::rows(psi.as_ref()), &mut add);
+        }
+        for _ in 0..filter.tail() {
+            filter.push(&[0.0; 6], &mut add);
+        }
+        let apart = (&got - &expected).norm_max() / expected.norm_max();
+        assert!(apart < 0.03, "{apart}: {got:?} {expected:?}");
+    }
+
+    #[test]
+    fn white_errors_have_no_colour() {
+        let mut products = Autocovariance::new(1, 5000);
+        let mut state = 3;
+        for _ in 0..5000 {
+            products.push(&[white(&mut state)]);
+        }
+        assert!(products.reversed().unwrap().a.len() <= 2);
+    }
+}

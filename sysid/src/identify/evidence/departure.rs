@@ -126,7 +126,7 @@ mod tests {
     fn standard_errors_of_a_band_are_the_scatter() {
         const SEEDS: u64 = 150;
         let model = unit();
-        let [mut gain, mut phase, mut told, mut known] = [0.0; 4];
+        let [mut gain, mut phase, mut told, mut known, mut none] = [0.0; 5];
         for seed in 0..SEEDS {
             let state = &mut (100 + seed);
             let u: Vec<f64> = (0..1500).map(|_| noise(state)).collect();
@@ -138,6 +138,7 @@ mod tests {
             gain += (band.gain_ratio - 1.0).powi(2);
             phase += band.phase_ahead_rad.powi(2);
             told += band.standard_error.powi(2);
+            none += f64::from(u8::from(band.departure == 0.0)) / SEEDS as f64;
             let of_gain = bands(&s, &m).into_iter().find(|b| b.from_hz == 1.0).unwrap();
             known += of_gain.relative_error.powi(2);
         }
@@ -145,6 +146,8 @@ mod tests {
         let ratios = [gain, phase, known].map(ratio);
         println!("gain, phase, band's gain over told: {ratios:?}");
         assert!(ratios.iter().all(|r| (0.8..1.25).contains(r)), "{ratios:?}");
+        // A complex number within two standard errors of each part: 1 − e⁻².
+        assert!((0.77..0.95).contains(&none), "{none}");
     }
 
     #[test]
