@@ -216,7 +216,7 @@ pub(crate) fn predictor_state(
 }
 
 /// Samples until the free response of a stable model has died out: more say nothing of its start.
-fn memory(model: &StateSpace) -> usize {
+pub(crate) fn memory(model: &StateSpace) -> usize {
     let radius = model.spectral_radius().clamp(1e-3, 1.0 - 1e-6);
     (36.0 / -radius.ln()).ceil() as usize + 2 * model.order() + 10
 }

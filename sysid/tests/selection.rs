@@ -39,6 +39,40 @@ fn the_order_of_random_systems_is_found() {
     assert!(right >= 23, "{right} of {count}");
 }
 
+/// Sensors with offsets, and a record that begins and ends in the middle of things: the level is found
+/// with the model, so that nothing is left.
+#[test]
+fn offsets_leave_no_error_where_there_is_no_noise() {
+    let mut random = Random(61);
+    for (n, m, p) in [(1, 1, 1), (2, 1, 1), (4, 1, 1), (3, 2, 1), (3, 1, 2)] {
+        let truth = StateSpace { d: Mat::zeros(p, m), ..random.system(n, m, p) };
+        let u = random.matrix(m, 1000);
+        let y = simulate(&truth, u.as_ref(), &vec![2.0; n]);
+        let (of_u, of_y) = ([3.0, -0.2], [-5.0, 40.0]);
+        let data = DataSet::single(
+            0.04,
+            Mat::from_fn(m, 1000, |i, t| u[(i, t)] + of_u[i]),
+            Mat::from_fn(p, 1000, |i, t| y[(i, t)] + of_y[i]),
+        );
+        let found = chosen(&data.unwrap(), &IdentifyOptions::default()).unwrap();
+        let what = format!("{n} {m} {p}: order {}", found.model.order());
+        // An error of 1e-8 of the output is a fit of 100 − 1e-6 %.
+        let fits = [found.estimation_fit, found.validation_fit];
+        assert!(fits.iter().all(|fit| *fit > 100.0 - 1e-6), "{what}, {fits:?}");
+        assert_eq!(found.model.order(), n, "{what}");
+        for i in 0..p {
+            let moved: f64 = (0..m)
+                .map(|l| {
+                    let gain = found.model.steady_state_gain(i, l).unwrap();
+                    gain * (found.input_levels[l] - of_u[l])
+                })
+                .sum();
+            let off = found.output_levels[i] - of_y[i] - moved;
+            assert!(off.abs() < 1e-7, "{what}: {off:e}");
+        }
+    }
+}
+
 /// Second order, lightly damped, with low-pass input and coloured noise.
 fn coloured(samples: usize, seed: u64) -> (StateSpace, DataSet) {
     let truth = StateSpace {

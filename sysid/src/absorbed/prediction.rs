@@ -128,7 +128,7 @@ impl Predicted {
             let (left, right) = (r.get(..rows, ..step.len()), r.get(..rows, step.len()..));
             let mut next: Option<(Self, f64)> = None;
             for _ in 0..8 {
-                let trial = moved(&damped_step(left, right, damping)?);
+                let trial = moved(&damped_step(left, right, damping, 0)?);
                 if spectral_radius(trial.model.a.as_ref()) < radius {
                     let trial_cost = trial.variance(windows);
                     if trial_cost < cost {

@@ -1,10 +1,11 @@
 //! The same choice for any number of inputs and outputs, without a vehicle around it.
 
 use super::candidates::choose_from;
+use super::conditions::Conditions;
 use super::level::level;
-use super::order::{errors, fit};
+use super::order::fit;
 use super::{Approach, Detrend, IdentifyOptions};
-use crate::model::{StateSpace, initial_state};
+use crate::model::StateSpace;
 use crate::{DataSet, Error, Segment, Signals};
 
 /// A model chosen by [`automatic`], in the units of its data.
@@ -14,7 +15,8 @@ pub struct Automatic {
     pub model: StateSpace,
     /// Levels of the inputs in the estimation data; zeros where they were to stay.
     pub input_levels: Vec<f64>,
-    /// Levels of the outputs in the estimation data; zeros where they were to stay.
+    /// Levels of the outputs in the estimation data that go with those of the inputs; zeros where they
+    /// were to stay.
     pub output_levels: Vec<f64>,
     /// The method that it was refined from.
     pub approach: Approach,
@@ -83,12 +85,13 @@ pub fn automatic(
     let (data, judged) = (units.scaled(estimation)?, units.scaled(held_out)?);
     let choice = choose_from(&data, &judged, options)?;
     let chosen = &choice.candidates[choice.chosen];
-    let x0 = judged
-        .segments()
-        .iter()
-        .map(|s| initial_state(&chosen.model, s.u.as_ref(), s.y.as_ref()))
-        .collect::<Result<Vec<_>, _>>()?;
-    let errors = errors(&chosen.model, &x0, &judged);
+    let judged = chosen.conditions.about_level(&judged)?;
+    let errors = Conditions::new(&chosen.model, &judged, false)?.errors(&chosen.model, &judged);
+    let mut output_levels = units.output.means;
+    let levels = chosen.conditions.levels.iter().flatten();
+    for ((mean, level), scale) in output_levels.iter_mut().zip(levels).zip(&units.output.scales) {
+        *mean += level * scale;
+    }
     let validation_fits = (0..judged.outputs())
         .map(|i| {
             let row = |m: &Signals| Signals::from(m.row(i).to_vec());
@@ -102,7 +105,7 @@ pub fn automatic(
     Ok(Automatic {
         model: chosen.model.scaled(&units.input.scales, &units.output.scales),
         input_levels: units.input.means,
-        output_levels: units.output.means,
+        output_levels,
         approach: chosen.approach,
         horizon: chosen.horizon,
         estimation_fit: chosen.estimation_fit,

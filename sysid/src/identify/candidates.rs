@@ -18,16 +18,17 @@
 //! data that neither estimated nor chose it.
 
 use super::comparison::Comparison;
+use super::conditions::Conditions;
 use super::data::{Data, Part};
 use super::feedthrough::{wants_feedthrough, without_feedthrough};
-use super::order::{errors, fit, sum_of_squares};
+use super::order::{fit, sum_of_squares};
 use super::predicted::Predicted;
-use super::starts::{Stabilised, Start, Starts};
+use super::starts::{Stabilised, Start, Starts, refit_about};
 use super::{Approach, IdentifyOptions};
 use crate::closed_loop::{self, Feedback, feedback};
 use crate::conversion::to_continuous;
-use crate::model::{StateSpace, initial_state, simulate};
-use crate::refine::{Stop, refine_output_error};
+use crate::model::{StateSpace, simulate};
+use crate::refine::{Stop, refine_about_levels};
 use crate::stability::largest_radius;
 use crate::subspace::{Factor, Realization};
 use crate::{DataSet, Error};
@@ -54,8 +55,9 @@ pub(crate) struct Candidate {
     /// All of the decomposition that it was read from.
     pub(crate) singular_values: Vec<f64>,
     pub(crate) model: StateSpace,
-    /// State at the first sample of each segment of the estimation data.
-    pub(crate) x0: Vec<Vec<f64>>,
+    /// At the beginning of each segment of the data that it was made with; of the estimation data in the
+    /// end.
+    pub(crate) conditions: Conditions,
     pub(crate) estimation_fit: f64,
     pub(crate) validation_fit: f64,
     /// Σ_i ln V_i of the one-step prediction errors that it is compared by.
@@ -77,8 +79,8 @@ pub(crate) struct Choice {
     pub(crate) factor: Factor,
     /// The test for feedback, where the data are enough for it.
     pub(crate) feedback: Option<Feedback>,
-    /// The data whose simulation error the chosen model makes small, where they are not the
-    /// estimation data themselves: with the external input, or whitened.
+    /// The data whose simulation error the chosen model makes small, about their level, where they are
+    /// not the estimation data themselves: with the external input, or whitened.
     pub(crate) fitted: Option<DataSet>,
 }
 
@@ -108,6 +110,12 @@ pub(crate) fn choose_from(
     for candidate in &mut choice.candidates {
         measure(data, held_out, candidate)?;
     }
+    let chosen = &choice.candidates[choice.chosen];
+    if let Some(fitted) = choice.fitted.take() {
+        let level = chosen.conditions.levels.is_some();
+        let own = Conditions::new(&chosen.model, &fitted, level)?;
+        choice.fitted = Some(own.about_level(&fitted)?);
+    }
     if !choice.candidates[choice.chosen].validation_fit.is_finite() {
         return Err(Error::NoModel { problem: "no model can be simulated".into() });
     }
@@ -116,13 +124,13 @@ pub(crate) fn choose_from(
 
 /// The simulation fits of a candidate.
 fn measure(data: &DataSet, held_out: &DataSet, candidate: &mut Candidate) -> Result<(), Error> {
-    let fit_to = |model: &StateSpace, data: &DataSet| -> Result<_, Error> {
-        let x0 = simulated_states(model, data)?;
-        let fit = fit(data, &errors(model, &x0, data));
-        Ok((x0, fit))
-    };
-    (candidate.x0, candidate.estimation_fit) = fit_to(&candidate.model, data)?;
-    (_, candidate.validation_fit) = fit_to(&candidate.model, held_out)?;
+    let level = candidate.conditions.levels.is_some();
+    let model = &candidate.model;
+    candidate.conditions = Conditions::new(model, data, level)?;
+    candidate.estimation_fit = fit(data, &candidate.conditions.errors(model, data));
+    let about = candidate.conditions.about_level(held_out)?;
+    let errors = Conditions::new(model, &about, false)?.errors(model, &about);
+    candidate.validation_fit = fit(&about, &errors);
     Ok(())
 }
 
@@ -130,8 +138,11 @@ fn measure(data: &DataSet, held_out: &DataSet, candidate: &mut Candidate) -> Res
 fn open_loop(data: &DataSet, options: &IdentifyOptions) -> Result<Choice, Error> {
     let starts = Starts::new(data, options)?;
     let largest = starts.largest_order();
-    let largest_start = |order| starts.best(order, true).map(|start| vec![start]);
-    let compare = Comparison::new(data, options, largest, false, largest_start)?;
+    let first = match options.order {
+        Some(_) => None,
+        None => Some(largest_start(options, largest, |order| starts.best(order, true))?.model),
+    };
+    let mut compare = Comparison::new(data, options, false, first.as_ref())?;
     let ascend = |feedthrough| {
         let start = |order| starts.best(order, feedthrough).map(|start| vec![start]);
         ascend(data, &compare, options, largest, feedthrough, start)
@@ -160,8 +171,14 @@ fn open_loop(data: &DataSet, options: &IdentifyOptions) -> Result<Choice, Error>
             chosen = compare.judge(&mut candidates);
         }
     }
+    let had_level = compare.level;
+    let has_level = compare.settle_level(&mut candidates, chosen)?;
+    let of = &mut candidates[chosen];
     if options.refine {
-        refine(data, &mut candidates[chosen], FINE)?;
+        refine(data, of, FINE)?;
+    } else if had_level && !has_level {
+        let (a, c) = (&of.model.a, &of.model.c);
+        (of.model, of.conditions) = refit_about(a, c, data, of.feedthrough, false)?;
     }
     let factor = starts
         .into_factor(candidates[chosen].horizon)
@@ -178,8 +195,10 @@ fn in_a_loop(
 ) -> Result<Choice, Error> {
     let feedthrough = options.feedthrough == Some(true);
     let predicted = Predicted::new(data, options, methods)?;
-    let by = &predicted.external;
     let largest = predicted.largest_order();
+    let first = largest_start(options, largest, |order| predicted.best(data, order, feedthrough))?;
+    let mut compare = Comparison::new(data, options, true, Some(&first.model))?;
+    let by = &predicted.external;
     // To the open-loop methods the external input is one of open loop.
     let others = if options.method.is_none() { Some(Starts::new(by, options)?) } else { None };
     let start = |order| {
@@ -187,9 +206,9 @@ fn in_a_loop(
         let all = std::iter::once(predicted.best(data, order, feedthrough)).chain(other);
         at_least_one(all)
     };
-    let compare = Comparison::new(data, options, largest, true, start)?;
     let mut candidates = ascend(by, &compare, options, largest, feedthrough, start)?;
     let chosen = compare.judge(&mut candidates);
+    compare.settle_level(&mut candidates, chosen)?;
     let whitened = match options.refine {
         true => finish(by, &compare, &mut candidates[chosen])?,
         false => None,
@@ -197,6 +216,25 @@ fn in_a_loop(
     let (factor, external) = predicted.into_parts();
     let fitted = Some(whitened.unwrap_or(external));
     Ok(Choice { candidates, chosen, factor, feedback: None, fitted })
+}
+
+/// A start of the largest order that can be had, or of the given one.
+fn largest_start(
+    options: &IdentifyOptions,
+    largest: usize,
+    start: impl Fn(usize) -> Result<Start, Error>,
+) -> Result<Start, Error> {
+    let most = options.order.unwrap_or(options.max_order.min(largest)).max(1);
+    let mut last_error = None;
+    for order in (1..=most).rev() {
+        match start(order) {
+            Ok(start) => return Ok(start),
+            // The error of the largest order tells why there is none.
+            Err(error) if options.order.is_some() => return Err(error),
+            Err(error) => last_error = Some(error),
+        }
+    }
+    Err(last_error.unwrap_or_else(|| Error::NoModel { problem: "no order could be tried".into() }))
 }
 
 /// Feedback biases neither the model that simulates the external input best nor the one that predicts
@@ -212,8 +250,8 @@ fn finish(
     let mut direct = Candidate { model, ..chosen.clone() };
     let whitened = compare.refine(&mut direct, FINE)?;
     let cost = |model: &StateSpace| -> Result<f64, Error> {
-        let x0 = simulated_states(model, compare.data)?;
-        Ok(sum_of_squares(&errors(model, &x0, compare.data)))
+        let conditions = Conditions::new(model, compare.data, compare.level)?;
+        Ok(sum_of_squares(&conditions.errors(model, compare.data)))
     };
     if cost(&direct.model)? < cost(&chosen.model)? {
         *chosen = direct;
@@ -283,7 +321,7 @@ fn best_of(
         let mut candidate = Candidate::new(start, feedthrough);
         if refined {
             refine(by, &mut candidate, ROUGH)?;
-            cost = sum_of_squares(&errors(&candidate.model, &candidate.x0, by));
+            cost = sum_of_squares(&candidate.conditions.errors(&candidate.model, by));
         }
         if best.as_ref().is_none_or(|(least, _)| cost < *least) {
             best = Some((cost, candidate));
@@ -316,7 +354,7 @@ impl Candidate {
             horizon: start.horizon,
             singular_values: start.singular_values,
             model: start.model,
-            x0: start.x0,
+            conditions: start.conditions,
             estimation_fit: f64::NEG_INFINITY,
             validation_fit: f64::NEG_INFINITY,
             log_square: f64::INFINITY,
@@ -333,22 +371,17 @@ impl Candidate {
 pub(super) fn refine(data: &DataSet, candidate: &mut Candidate, stop: Stop) -> Result<(), Error> {
     let model = &candidate.model;
     let radius = largest_radius(data.samples()).max(model.spectral_radius());
-    let (model, x0) = refine_output_error(
+    let from = Conditions::new(model, data, candidate.conditions.levels.is_some())?;
+    let (model, x0, levels) = refine_about_levels(
         model,
-        &simulated_states(model, data)?,
+        (&from.x0, from.levels.as_deref()),
         data,
         candidate.feedthrough,
         stop,
         (radius + 1e-12).min(1.0),
     )?;
-    (candidate.model, candidate.x0) = (model, x0);
+    (candidate.model, candidate.conditions) = (model, Conditions { x0, levels });
     Ok(())
-}
-
-/// The states at the beginning of each segment that fit its output best.
-pub(super) fn simulated_states(model: &StateSpace, data: &DataSet) -> Result<Vec<Vec<f64>>, Error> {
-    let segments = data.segments().iter();
-    segments.map(|s| initial_state(model, s.u.as_ref(), s.y.as_ref())).collect()
 }
 
 /// Simulated output of one part from the states at the beginning of its segments.
@@ -362,5 +395,5 @@ pub(crate) fn output(model: &StateSpace, part: &Part, x0: &[Vec<f64>]) -> Vec<f6
 
 /// The states at the beginning of each segment of a part that fit its output best.
 pub(crate) fn initial_states(model: &StateSpace, part: &Part) -> Result<Vec<Vec<f64>>, Error> {
-    simulated_states(model, &part.data)
+    Ok(Conditions::new(model, &part.data, false)?.x0)
 }

@@ -59,6 +59,14 @@ impl Colour {
             .map_or(0, |c| c.coefficients.len())
     }
 
+    /// How often its standard error a mean of so many errors is off 0, squared: their spectral density at
+    /// the frequency 0 is that of e over (1 − Σ a)², and the mean's variance that over the count.
+    pub(super) fn square_of_mean(&self, mean: f64, variance: f64, count: usize) -> f64 {
+        let past: f64 = self.coefficients.iter().sum();
+        let scatter = variance * self.remaining / count as f64;
+        (mean * (1.0 - past)).powi(2) / scatter.max(f64::MIN_POSITIVE)
+    }
+
     /// Input and output without what the past says by these coefficients, from the sample on where
     /// the past is known.
     pub(super) fn whitened(&self, data: &DataSet) -> Result<DataSet, Error> {
@@ -136,6 +144,29 @@ mod tests {
                 ((state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5) * 12_f64.sqrt()
             })
             .collect()
+    }
+
+    /// The means of records of coloured noise scatter as that says.
+    #[test]
+    fn means_of_coloured_errors_scatter_as_told() {
+        const COUNT: usize = 500;
+        let e = white(200 * COUNT);
+        let mut v = 0.0;
+        let all: Vec<f64> = e
+            .iter()
+            .map(|e| {
+                v = 0.8 * v + e;
+                v
+            })
+            .collect();
+        let mut sum = 0.0;
+        for record in all.chunks(COUNT) {
+            let mean = record.iter().sum::<f64>() / COUNT as f64;
+            let variance = record.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / COUNT as f64;
+            let errors = vec![Signals::from(record.to_vec())];
+            sum += Colour::fitted(&errors, 1).square_of_mean(mean, variance, COUNT) / 200.0;
+        }
+        assert!((0.75..1.3).contains(&sum), "{sum}");
     }
 
     #[test]

@@ -10,10 +10,10 @@
 //! Plant and colour are estimated in turn, each for the other as it is, which lowers one sum of squares.
 
 use super::IdentifyOptions;
-use super::candidates::{Candidate, ROUGH, refine, simulated_states};
+use super::candidates::{Candidate, ROUGH, refine};
 use super::colour::Colour;
-use super::order::{AS_LIKELY, errors, likeliest, log_square, parameters, schwarz};
-use super::starts::Start;
+use super::conditions::{Conditions, asks_for_level};
+use super::order::{AS_LIKELY, likeliest, log_square, parameters, schwarz};
 use crate::model::StateSpace;
 use crate::refine::Stop;
 use crate::{DataSet, Error};
@@ -29,34 +29,43 @@ pub(super) struct Comparison<'a> {
     /// Order of the noise's autoregression.
     colour: usize,
     samples: f64,
+    /// Whether the outputs have a level to be found.
+    pub(super) level: bool,
     /// Whether the data come from a loop.
     looped: bool,
 }
 
 impl<'a> Comparison<'a> {
-    /// For models up to the order `largest` or the largest that the options allow, of which `starts`
-    /// makes some.
+    /// With the colour of the errors of `largest`, a model of the largest order. Where there is none, since a
+    /// given order is not compared with others, they are taken for white.
     pub(super) fn new(
         data: &'a DataSet,
         options: &IdentifyOptions,
-        largest: usize,
         looped: bool,
-        starts: impl Fn(usize) -> Result<Vec<Start>, Error>,
+        largest: Option<&StateSpace>,
     ) -> Result<Self, Error> {
-        // A given order is not compared with others.
-        let mut colour = 0;
-        if looped || options.order.is_none() {
-            let most = options.order.unwrap_or(options.max_order.min(largest));
-            let largest = (1..=most).rev();
-            let found =
-                largest.into_iter().find_map(|order| starts(order).ok()?.into_iter().next());
-            if let Some(start) = found {
-                let x0 = simulated_states(&start.model, data)?;
-                colour = Colour::order(&errors(&start.model, &x0, data), data);
+        let level = options.has_level();
+        let colour = match largest {
+            Some(model) => {
+                Colour::order(&Conditions::new(model, data, level)?.errors(model, data), data)
             }
-        }
+            None => 0,
+        };
         let samples = (data.samples() - colour * data.segments().len()) as f64;
-        Ok(Self { data, colour, samples, looped })
+        Ok(Self { data, colour, samples, level, looped })
+    }
+
+    /// Leaves the levels out where the chosen model does not ask for them; whether it does.
+    pub(super) fn settle_level(
+        &mut self,
+        candidates: &mut [Candidate],
+        chosen: usize,
+    ) -> Result<bool, Error> {
+        if self.level && !asks_for_level(&candidates[chosen].model, self.data)? {
+            self.level = false;
+            candidates.iter_mut().for_each(|c| c.conditions.levels = None);
+        }
+        Ok(self.level)
     }
 
     /// Finds the prediction errors of a candidate, where `refined` those of the model that makes them
@@ -70,8 +79,8 @@ impl<'a> Comparison<'a> {
         // Without colour these errors are those that were made small already.
         if !refined || (self.colour == 0 && !self.looped) {
             let data = self.whitened(candidate)?;
-            let x0 = simulated_states(&candidate.model, &data)?;
-            candidate.log_square = log_square(&errors(&candidate.model, &x0, &data));
+            let errors = candidate.conditions.errors_on(&candidate.model, &data)?;
+            candidate.log_square = log_square(&errors);
             return Ok(());
         }
         let another = another.filter(|_| self.looped);
@@ -95,7 +104,7 @@ impl<'a> Comparison<'a> {
         loop {
             let data = self.whitened(of)?;
             refine(&data, of, stop)?;
-            let now = log_square(&errors(&of.model, &of.x0, &data));
+            let now = log_square(&of.conditions.errors(&of.model, &data));
             let gain = of.log_square - now;
             of.log_square = now;
             turn += 1;
@@ -113,8 +122,8 @@ impl<'a> Comparison<'a> {
         if self.colour == 0 {
             return Ok(Cow::Borrowed(self.data));
         }
-        let x0 = simulated_states(&candidate.model, self.data)?;
-        let colour = Colour::fitted(&errors(&candidate.model, &x0, self.data), self.colour);
+        let errors = candidate.conditions.errors_on(&candidate.model, self.data)?;
+        let colour = Colour::fitted(&errors, self.colour);
         Ok(Cow::Owned(colour.whitened(self.data)?))
     }
 

@@ -8,6 +8,7 @@
 //! *The split* counts samples over all stretches; it is moved to the nearest end of a stretch where it
 //! would leave a crumb of one.
 
+use super::conditions::without;
 use super::level::level;
 use super::{Detrend, IdentifyOptions};
 use crate::signal::{mean, standard_deviation};
@@ -123,14 +124,6 @@ impl Data {
         }
         let split = split(log, n, options.validation_fraction);
         let (u, y) = (&input[..split], &log.output[..split]);
-        let scales = (standard_deviation(u), standard_deviation(y));
-        for (scale, role) in [(scales.0, "steering"), (scales.1, "yaw rate")] {
-            if scale <= 0.0 {
-                return Err(Error::NoModel {
-                    problem: format!("the {role} does not move in the estimation data"),
-                });
-            }
-        }
         let of = |x: &[f64]| {
             let ranges = log.segments.iter().map(|s| s.range.start..s.range.end.min(split));
             level(ranges.filter(|r| !r.is_empty()).map(|r| &x[r]))
@@ -151,6 +144,26 @@ impl Data {
         };
         let input_lines = lines(&input, means.0);
         let output_lines = lines(&log.output, means.1);
+        // A drift is no motion: the spread is that about the lines.
+        let spread = |x: &[f64], lines: &[(Range<usize>, Line)], role: &str| {
+            let runs = lines.iter().flat_map(|(run, line)| run.clone().map(move |k| (k, *line)));
+            let about: Vec<f64> = runs
+                .take_while(|(k, _)| *k < split)
+                .map(|(k, line)| x[k] - line.at(time[k]))
+                .collect();
+            let scale = standard_deviation(&about);
+            let size = x[..split].iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+            if scale <= 1e-13 * size {
+                return Err(Error::NoModel {
+                    problem: format!("the {role} does not move in the estimation data"),
+                });
+            }
+            Ok(scale)
+        };
+        let scales = (
+            spread(&input, &input_lines, "steering")?,
+            spread(&log.output, &output_lines, "yaw rate")?,
+        );
         let scaled = |x: &[f64], lines: &[(Range<usize>, Line)], scale: f64| -> Vec<f64> {
             let runs = lines.iter().flat_map(|(run, line)| run.clone().map(move |k| (k, *line)));
             runs.map(|(k, line)| (x[k] - line.at(time[k])) / scale).collect()
@@ -167,6 +180,18 @@ impl Data {
             output_scale: scales.1,
             output_lines,
         })
+    }
+
+    /// The same about another output level, given in scaled units.
+    pub(crate) fn about(mut self, level: f64) -> Result<Self, Error> {
+        for part in [&mut self.estimation, &mut self.validation] {
+            part.data = without(&part.data, &[level])?;
+            part.output.iter_mut().for_each(|y| *y -= level);
+        }
+        let shift = self.output_scale * level;
+        self.output_mean += shift;
+        self.output_lines.iter_mut().for_each(|(_, line)| line.offset += shift);
+        Ok(self)
     }
 
     /// Yaw rate, rad/s, in place of the scaled one of all samples.

@@ -2,10 +2,9 @@
 
 use super::candidates::{Candidate, ROUGH, refine};
 use super::comparison::Comparison;
-use super::starts::Starts;
+use super::starts::{Starts, refit_about};
 use super::{Approach, IdentifyOptions};
 use crate::Error;
-use crate::subspace::refit_output;
 
 /// Whether a direct gain, estimated along with B for the poles of a subspace model, lowers the
 /// criterion, at the chosen order or the one before: it was chosen without, which may have cost a
@@ -36,9 +35,8 @@ pub(super) fn without_feedthrough(
     from: &Candidate,
 ) -> Result<Candidate, Error> {
     let m = &from.model;
-    let refit = refit_output(m.a.as_ref(), m.c.as_ref(), compare.data, false, false)?;
-    let mut rival = Candidate { feedthrough: false, ..from.clone() };
-    rival.model = refit.model;
+    let (model, conditions) = refit_about(&m.a, &m.c, compare.data, false, compare.level)?;
+    let mut rival = Candidate { feedthrough: false, model, conditions, ..from.clone() };
     if options.refine {
         refine(compare.data, &mut rival, ROUGH)?;
     }

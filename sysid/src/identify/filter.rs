@@ -3,7 +3,8 @@
 //! The model is that of the least simulation errors, and stays; K makes its one-step prediction errors
 //! least, in a loop as without one.
 
-use super::candidates::{Candidate, output, simulated_states};
+use super::candidates::{Candidate, output};
+use super::conditions::Conditions;
 use super::data::{Data, Part};
 use crate::dense::spectral_radius;
 use crate::model::{Innovation, StateSpace, predictions, predictor, predictor_state};
@@ -40,13 +41,13 @@ pub(super) fn filter(
     let model = &chosen.model;
     let noise = noise_model(factor, model)?;
     let part = &data.estimation;
-    let simulation_error = difference(&part.output, &output(model, part, &chosen.x0));
+    let simulation_error = difference(&part.output, &output(model, part, &chosen.conditions.x0));
     let mut gain = noise.gain;
     if !noise.solved {
         warnings.push("the Riccati equation has no stabilising solution".into());
     }
     if refine {
-        gain = refine_gain(model, gain.as_ref(), &part.data, &chosen.x0, STOP)?;
+        gain = refine_gain(model, gain.as_ref(), &part.data, &chosen.conditions.x0, STOP)?;
     }
     let mut residuals = difference(&part.output, &one_step(model, gain.as_ref(), part)?);
     let power = |e: &[f64]| e.iter().map(|x| x * x).sum::<f64>();
@@ -85,9 +86,14 @@ pub(super) fn uncertainty(
     let innovation = Innovation { model: chosen.model.clone(), gain: gain.clone() };
     let actual = &data.estimation.data;
     let fitted = fitted.unwrap_or(actual);
-    let x0 = simulated_states(&chosen.model, fitted)?;
-    let estimate =
-        uncertain_simulation(&innovation, (&x0, fitted), (&chosen.x0, actual), chosen.feedthrough)?;
+    let x0 = Conditions::new(&chosen.model, fitted, false)?.x0;
+    let estimate = uncertain_simulation(
+        &innovation,
+        (&x0, fitted),
+        (&chosen.conditions.x0, actual),
+        chosen.feedthrough,
+        chosen.conditions.levels.is_some(),
+    )?;
     estimate.scaled(&[data.input_scale], &[data.output_scale]).to_file(data.sample_time)
 }
 

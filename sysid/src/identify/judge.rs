@@ -2,6 +2,7 @@
 
 use super::IdentifyOptions;
 use super::candidates::{initial_states, output};
+use super::conditions::{Conditions, asks_for_level};
 use super::data::{Data, Part};
 use crate::conversion::discretize;
 use crate::model::StateSpace;
@@ -24,8 +25,8 @@ pub struct Judged {
     pub first_held_out: usize,
 }
 
-/// Judges a model from steering angle (rad) to yaw rate (rad/s) on a drive: the same halves, means
-/// and estimated initial states as in [`identify`](crate::identify), the same hold of the input.
+/// Judges a model from steering angle (rad) to yaw rate (rad/s) on a drive: the same halves, means,
+/// level and estimated initial states as in [`identify`](crate::identify), the same hold of the input.
 ///
 /// # Errors
 /// As [`identify`](crate::identify) for a drive that is too short or does not move, and
@@ -101,6 +102,15 @@ fn judged(
     let data = Data::new(log, &IdentifyOptions { input_kind, ..options.clone() })?;
     // Into the scaled signals of the data: u' = (u − ū)/s_u, y' = (y − ȳ)/s_y.
     let scaled = model.scaled(&[1.0 / data.input_scale], &[1.0 / data.output_scale]);
+
+    // About the level that suits it on the estimation part, as an identified model may have one.
+    let part = &data.estimation.data;
+    let level = options.has_level() && asks_for_level(&scaled, part)?;
+    let conditions = Conditions::new(&scaled, part, level)?;
+    let data = match conditions.levels.as_deref() {
+        Some([level]) => data.about(*level)?,
+        _ => data,
+    };
     let mut simulated = Vec::with_capacity(data.estimation.len() + data.validation.len());
     let mut fit = |part: &Part| -> Result<f64, Error> {
         let x0 = initial_states(&scaled, part)?;

@@ -5,6 +5,7 @@ mod automatic;
 mod candidates;
 mod colour;
 mod comparison;
+mod conditions;
 mod data;
 mod delayed;
 pub(crate) mod evidence;
@@ -88,6 +89,10 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
     let data = Data::new(log, options)?;
     let choice = choose(&data, options)?;
     let chosen = &choice.candidates[choice.chosen];
+    let data = match chosen.conditions.levels.as_deref() {
+        Some([level]) => data.about(*level)?,
+        _ => data,
+    };
     let mut warnings = log.warnings.clone();
     warnings.extend(delay.told.clone());
     if choice.factor.conditioning.is_reduced() {
@@ -226,7 +231,7 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
         steering_ratio: log.steering_ratio,
         input_delay_s: delay.seconds,
         operating_point: point,
-        discrete: discrete(&model, &gain, &chosen.x0[0], data.sample_time),
+        discrete: discrete(&model, &gain, &chosen.conditions.x0[0], data.sample_time),
         continuous: continuous.map(|c| continuous_form(&c, &model)),
         noise: Noise { innovation_variance: residual * data.output_scale * data.output_scale },
         sideslip: log.sideslip,
@@ -331,7 +336,7 @@ pub(crate) fn continuous_form(c: &ContinuousModel, model: &StateSpace) -> Contin
 fn traces(log: &DriveLog, data: &Data, chosen: &Candidate) -> Result<Traces, Error> {
     let held_out = &data.validation;
     let x0 = initial_states(&chosen.model, held_out)?;
-    let mut simulated = output(&chosen.model, &data.estimation, &chosen.x0);
+    let mut simulated = output(&chosen.model, &data.estimation, &chosen.conditions.x0);
     simulated.extend(output(&chosen.model, held_out, &x0));
     data.restore(log, &mut simulated);
     let n = simulated.len();

@@ -42,7 +42,8 @@ pub struct IdentifyOptions {
 /// Offsets and trends that are no dynamics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Detrend {
-    /// The means of the estimation data, all drives together, from estimation and held-out data.
+    /// The means of the estimation data, all drives together, from estimation and held-out data. That of
+    /// the output is the one about which the model moves: it is found with the model.
     Mean,
     /// A straight line over time for the estimation data and one for the held-out data of each clock:
     /// for sensors whose zero drifts or differs between drives. The held-out fit then is that beside
@@ -117,6 +118,12 @@ impl IdentifyOptions {
             }
         }
         Ok(())
+    }
+
+    /// Whether a constant on the outputs is found along with the model: not where they are to stay as they
+    /// are, nor where each run of samples has a line of its own.
+    pub(crate) fn has_level(&self) -> bool {
+        self.detrend == Detrend::Mean
     }
 
     /// The options in force by name, for the provenance.

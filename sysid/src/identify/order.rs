@@ -34,7 +34,11 @@ fn squares(x: &[f64]) -> f64 {
     dot(x, x)
 }
 
-/// Σ_i ln V_i over the outputs; ∞ where an error is not finite.
+/// Errors of a smaller share of an output of unit spread are rounding, which must not tell two orders
+/// apart.
+const ROUNDING: f64 = 1e-8;
+
+/// Σ_i ln V_i over the outputs, which are of unit spread; ∞ where an error is not finite.
 pub(crate) fn log_square(errors: &Errors) -> f64 {
     let outputs = errors.first().map_or(0, Signals::nrows);
     let samples: usize = errors.iter().map(Signals::ncols).sum();
@@ -42,7 +46,7 @@ pub(crate) fn log_square(errors: &Errors) -> f64 {
         .map(|i| {
             let sum: f64 = errors.iter().map(|e| squares(e.row(i))).sum();
             if sum.is_finite() {
-                (sum / samples.max(1) as f64).max(1e-300).ln()
+                (sum / samples.max(1) as f64).max(ROUNDING * ROUNDING).ln()
             } else {
                 f64::INFINITY
             }

@@ -6,14 +6,15 @@
 
 use super::IdentifyOptions;
 use super::candidates::ROUGH;
+use super::conditions::Conditions;
 use super::external::external;
-use super::order::{errors, fit, sum_of_squares};
-use super::starts::{Stabilised, Start};
+use super::order::{fit, sum_of_squares};
+use super::starts::{Stabilised, Start, refit_about};
 use crate::closed_loop::{Criterion, Decomposition, Method, decompose, factor, past_horizon};
-use crate::model::{Innovation, StateSpace, initial_state, predictor, predictor_state};
+use crate::model::{Innovation, StateSpace, predictor, predictor_state};
 use crate::refine::{Focus, refine_prediction};
 use crate::stability::largest_radius;
-use crate::subspace::{Factor, Realization, refit_output};
+use crate::subspace::{Factor, Realization};
 use crate::{DataSet, Error};
 
 /// Longest past that is tried, s: the memory of lateral dynamics and of what disturbs them.
@@ -29,6 +30,8 @@ pub(super) struct Predicted {
     /// The data with the external input.
     pub(super) external: DataSet,
     refined: bool,
+    /// Whether the outputs have a level to be found.
+    level: bool,
 }
 
 impl Predicted {
@@ -62,7 +65,8 @@ impl Predicted {
             .map(|&m| Ok((m, decompose(&factor, m, past, future, feedthrough)?)))
             .collect::<Result<_, Error>>()?;
         let external = external(data, &factor, past)?;
-        Ok(Self { past, factor, decompositions, external, refined: options.refine })
+        let (refined, level) = (options.refine, options.has_level());
+        Ok(Self { past, factor, decompositions, external, refined, level })
     }
 
     pub(super) fn largest_order(&self) -> usize {
@@ -125,8 +129,8 @@ impl Predicted {
         feedthrough: bool,
     ) -> Result<Start, Error> {
         let data = &self.external;
-        let refit = refit_output(model.a.as_ref(), model.c.as_ref(), data, feedthrough, false)?;
-        let errors = errors(&refit.model, &refit.x0, data);
+        let (model, conditions) = refit_about(&model.a, &model.c, data, feedthrough, self.level)?;
+        let errors = conditions.errors(&model, data);
         if !sum_of_squares(&errors).is_finite() {
             return Err(Error::NoModel { problem: "the simulation overflows".into() });
         }
@@ -135,8 +139,8 @@ impl Predicted {
             realization: Realization::Eq12,
             horizon: self.past,
             singular_values: singular_values.to_vec(),
-            model: refit.model,
-            x0: refit.x0,
+            model,
+            conditions,
             errors,
             stabilised: None,
         })
@@ -149,12 +153,11 @@ impl Predicted {
             return None;
         }
         let data = &self.external;
-        let segments = data.segments().iter();
-        let x0: Result<Vec<_>, _> =
-            segments.map(|s| initial_state(free, s.u.as_ref(), s.y.as_ref())).collect();
+        let conditions = Conditions::new(free, data, self.level);
+        let fit_before = conditions.map(|c| fit(data, &c.errors(free, data)));
         Some(Stabilised {
             radius,
-            fit_before: x0.map_or(f64::NEG_INFINITY, |x0| fit(data, &errors(free, &x0, data))),
+            fit_before: fit_before.unwrap_or(f64::NEG_INFINITY),
             fit_after: fit(data, &start.errors),
         })
     }

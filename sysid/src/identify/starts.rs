@@ -5,7 +5,8 @@
 //! equally many parameters, so the one that simulates the estimation data best is taken; their rows
 //! of data differ by horizon, their simulations are over the same samples.
 
-use super::order::{Errors, errors, fit, sum_of_squares};
+use super::conditions::Conditions;
+use super::order::{Errors, fit, sum_of_squares};
 use super::{Approach, IdentifyOptions};
 use crate::model::StateSpace;
 use crate::stability::{largest_radius, stable_shift};
@@ -28,8 +29,8 @@ pub(crate) struct Start {
     /// All of its weighted projection.
     pub(crate) singular_values: Vec<f64>,
     pub(crate) model: StateSpace,
-    /// State at the first sample of each segment of the estimation data.
-    pub(crate) x0: Vec<Vec<f64>>,
+    /// At the beginning of each segment of the estimation data.
+    pub(crate) conditions: Conditions,
     /// Errors of its simulation of the estimation data.
     pub(crate) errors: Errors,
     /// What stability cost, where the estimate was unstable.
@@ -51,6 +52,8 @@ pub(crate) struct Stabilised {
 /// The factors of the data at every horizon to be tried, with what does not depend on the order.
 pub(crate) struct Starts<'a> {
     data: &'a DataSet,
+    /// Whether the outputs have a level to be found.
+    level: bool,
     horizons: Vec<Horizon>,
     realizations: Vec<Realization>,
 }
@@ -80,6 +83,7 @@ impl<'a> Starts<'a> {
         };
         Ok(Self {
             data,
+            level: options.has_level(),
             horizons: horizons.into_iter().map(of).collect::<Result<_, _>>()?,
             realizations: options.realization.map_or(Realization::ALL.to_vec(), |r| vec![r]),
         })
@@ -152,9 +156,9 @@ impl<'a> Starts<'a> {
         };
         let radius = crate::dense::spectral_radius(a.as_ref());
         let refit = |a: &Mat<f64>| {
-            let refit = refit_output(a.as_ref(), c.as_ref(), self.data, feedthrough, false)?;
-            let errors = errors(&refit.model, &refit.x0, self.data);
-            Ok::<_, Error>((refit, errors))
+            let found = refit_about(a, &c, self.data, feedthrough, self.level)?;
+            let errors = found.1.errors(&found.0, self.data);
+            Ok::<_, Error>((found, errors))
         };
         let most = largest_radius(self.data.samples());
         let (found, stabilised) = if radius <= most {
@@ -170,18 +174,31 @@ impl<'a> Starts<'a> {
             let stabilised = Stabilised { radius, fit_before, fit_after };
             (found, (radius >= 1.0).then_some(stabilised))
         };
-        let (refit, errors) = found;
+        let ((model, conditions), errors) = found;
         Ok(Start {
             approach: method.into(),
             realization,
             horizon: factor.horizon,
             singular_values: sub.singular_values.clone(),
-            model: refit.model,
-            x0: refit.x0,
+            model,
+            conditions,
             errors,
             stabilised,
         })
     }
+}
+
+/// B, D and the conditions of the least simulation errors for given A and C.
+pub(super) fn refit_about(
+    a: &Mat<f64>,
+    c: &Mat<f64>,
+    data: &DataSet,
+    feedthrough: bool,
+    level: bool,
+) -> Result<(StateSpace, Conditions), Error> {
+    let refit = refit_output(a.as_ref(), c.as_ref(), data, feedthrough, level)?;
+    let levels = level.then_some(refit.offset);
+    Ok((refit.model, Conditions { x0: refit.x0, levels }))
 }
 
 fn horizons(data: &DataSet, options: &IdentifyOptions) -> Result<Vec<usize>, Error> {

@@ -6,7 +6,8 @@
 //! - simulation focus: the errors are coloured, with the autocovariance R(τ), and
 //!   `P = H⁻¹ (Σ_t Σ_s ψ(t)ᵀ Λ⁻¹ R(t−s) Λ⁻¹ ψ(s)) H⁻¹` with `H = Σ ψᵀ Λ⁻¹ ψ`.
 //!
-//! The initial states are estimated too and eliminated from ψ. Λ and R are divided by the samples
+//! The initial states, and with the simulation focus where asked a constant on each output, are estimated
+//! too and eliminated from ψ. Λ and R are divided by the samples
 //! less the parameters. Both hold for a model of the right order; what the model cannot follow counts
 //! as noise.
 //!
@@ -44,7 +45,8 @@ pub fn uncertain(
 ) -> Result<Uncertain, Error> {
     match focus {
         Focus::Prediction => {
-            let local = Local::new(&predictor_of(innovation), x0s, data, feedthrough, focus)?;
+            let local =
+                Local::new(&predictor_of(innovation), x0s, data, feedthrough, focus, false)?;
             let root = local.inverse()?;
             let moves: Vec<Vec<f64>> = columns(&root)
                 .map(|step| of_innovation(innovation, &local.direction(&step)))
@@ -53,13 +55,14 @@ pub fn uncertain(
             Ok(Uncertain { innovation: innovation.clone(), factor, focus })
         }
         Focus::Simulation => {
-            uncertain_simulation(innovation, (x0s, data), (x0s, data), feedthrough)
+            uncertain_simulation(innovation, (x0s, data), (x0s, data), feedthrough, false)
         }
     }
 }
 
 /// The estimate with its covariance where the model made the simulation errors of `simulated` small
-/// and K, for that model, the one-step prediction errors of `predicted`: initial states and data.
+/// and K, for that model, the one-step prediction errors of `predicted`: initial states and data. With
+/// `level` the constants that were taken from the outputs of `simulated` were estimated along.
 ///
 /// # Errors
 /// As [`uncertain`].
@@ -68,10 +71,11 @@ pub(crate) fn uncertain_simulation(
     simulated: (&[Vec<f64>], &DataSet),
     predicted: (&[Vec<f64>], &DataSet),
     feedthrough: bool,
+    level: bool,
 ) -> Result<Uncertain, Error> {
     let focus = Focus::Simulation;
-    let local = Local::new(&innovation.model, simulated.0, simulated.1, feedthrough, focus)?;
-    let root = local.sandwich(simulated.1)?;
+    let local = Local::new(&innovation.model, simulated.0, simulated.1, feedthrough, focus, level)?;
+    let root = local.of_coordinates(local.sandwich(simulated.1)?);
     let moves: Vec<Move> = columns(&root).map(|step| local.direction(&step)).collect();
     let factor = with_gain(innovation, predicted.0, predicted.1, feedthrough, &moves)?;
     Ok(Uncertain { innovation: innovation.clone(), factor, focus })
@@ -88,7 +92,7 @@ struct Local {
     drive: Drive,
     weight: Mat<f64>,
     linear: Linearised,
-    /// R.
+    /// R, of the levels and the coordinates.
     r: Mat<f64>,
     /// N·ny over that less the parameters.
     inflation: f64,
@@ -101,19 +105,22 @@ impl Local {
         data: &DataSet,
         feedthrough: bool,
         focus: Focus,
+        level: bool,
     ) -> Result<Self, Error> {
         let drive = match focus {
             Focus::Prediction => Drive::InputsAndOutputs,
             Focus::Simulation => Drive::Inputs,
         };
         let moving: Vec<bool> = moving_inputs(data.inputs(), data.outputs(), feedthrough, drive);
-        let point = Point { model: model.clone(), x0s: x0s.to_vec() };
+        let levels = level.then(|| vec![0.0; data.outputs()]);
+        let point = Point { model: model.clone(), x0s: x0s.to_vec(), levels };
         let covariance = error_covariance(&point, drive, data);
         let weight = weight(&covariance)?;
         let coordinates = Coordinates::new(model, &weight, &moving)?;
         let x0s: Vec<Vec<f64>> = x0s.iter().map(|x| times(&coordinates.basis, x)).collect();
-        let linear = linearise(&coordinates, &x0s, drive, data, &weight);
-        let q = coordinates.count();
+        let levels = point.levels.as_deref();
+        let linear = linearise(&coordinates, (&x0s, levels), drive, data, &weight);
+        let q = linear.levels + coordinates.count();
         let r = linear.triangle.get(..q, ..q).to_owned();
         let values = (data.samples() * data.outputs()) as f64;
         let estimated = (q + model.order() * x0s.len()) as f64;
@@ -154,13 +161,16 @@ impl Local {
             });
         }
         let noise = products.reversed()?;
+        let levels = vec![0.0; self.linear.levels];
+        let levels = (!levels.is_empty()).then_some(levels.as_slice());
         let width = n + q + 1;
         let mut rows = vec![0.0; p * width];
         let mut psi = vec![0.0; p * q];
         let mut filtered = Triangle::new(q);
         for ((segment, x0), head) in data.segments().iter().zip(&self.x0s).zip(&self.linear.heads) {
             let through_x0 = least_squares(head.get(.., ..n), head.get(.., n..n + q), 1e-12)?;
-            let mut sensitivities = Sensitivities::new(&self.coordinates, self.drive, segment, x0);
+            let mut sensitivities =
+                Sensitivities::new(&self.coordinates, self.drive, segment, x0, levels);
             let mut filter = noise.filter(q)?;
             for t in 0..segment.len() {
                 let free = sensitivities.is_free();
@@ -188,6 +198,14 @@ impl Local {
         Ok(Mat::from_fn(q, q, |i, j| once * root[(i, j)]))
     }
 
+    /// The root of the coordinates' covariance, of that with the levels.
+    fn of_coordinates(&self, root: Mat<f64>) -> Mat<f64> {
+        if self.linear.levels == 0 {
+            return root;
+        }
+        triangle(root.get(self.linear.levels.., ..).transpose()).transpose().to_owned()
+    }
+
     /// The move along `step` in the basis of the model that was given.
     fn direction(&self, step: &[f64]) -> Move {
         let delta = self.coordinates.direction(step);
@@ -213,7 +231,7 @@ fn with_gain(
         ));
     }
     let predictor = predictor_of(innovation);
-    let local = Local::new(&predictor, x0s, data, feedthrough, Focus::Prediction)?;
+    let local = Local::new(&predictor, x0s, data, feedthrough, Focus::Prediction, false)?;
     // What moves the predictor: its local coordinates, and for nothing changes of basis.
     let q = local.r.ncols();
     let unit = |k: usize, of: usize| -> Vec<f64> {

@@ -26,7 +26,8 @@ pub fn refine_gain(
     const LARGEST_RADIUS: f64 = 0.9999;
     let (n, p) = (model.order(), model.outputs());
     let covariance_of = |gain: &Mat<f64>| {
-        let point = Point { model: predictor(model, gain.as_ref()), x0s: x0.to_vec() };
+        let point =
+            Point { model: predictor(model, gain.as_ref()), x0s: x0.to_vec(), levels: None };
         error_covariance(&point, Drive::InputsAndOutputs, data)
     };
     let mut gain = k.to_owned();
@@ -41,7 +42,7 @@ pub fn refine_gain(
         let (r, rhs) = (r.get(..n * p, ..n * p), r.get(..n * p, n * p..));
         let mut moved = false;
         for _ in 0..8 {
-            let step = damped_step(r, rhs, damping)?;
+            let step = damped_step(r, rhs, damping, 0)?;
             let trial = Mat::from_fn(n, p, |s, j| gain[(s, j)] + step[s * p + j]);
             if spectral_radius((&model.a - &trial * &model.c).as_ref()) < LARGEST_RADIUS {
                 let trial_covariance = covariance_of(&trial);

@@ -102,7 +102,7 @@ pub fn refine_prediction(
     match focus {
         Focus::Simulation => {
             require_stable(model.spectral_radius())?;
-            let found = by_simulation(model, x0s, data, feedthrough, stop, radius)?;
+            let found = by_simulation(model, (x0s, None), data, feedthrough, stop, radius)?;
             let (model, x0s) = (found.point.model, found.point.x0s);
             let gain = stable_gain(&model, &(&found.basis * &start.gain), 1.0)?;
             let gain = refine_gain(&model, gain.as_ref(), data, &x0s, stop)?;
@@ -115,7 +115,8 @@ pub fn refine_prediction(
         }
         Focus::Prediction => {
             let gain = stable_gain(model, &start.gain, radius)?;
-            let point = Point { model: predictor(model, gain.as_ref()), x0s: x0s.to_vec() };
+            let point =
+                Point { model: predictor(model, gain.as_ref()), x0s: x0s.to_vec(), levels: None };
             let feedthrough =
                 moving_inputs(data.inputs(), data.outputs(), feedthrough, Drive::InputsAndOutputs);
             let found = search(point, Drive::InputsAndOutputs, data, &feedthrough, stop, radius)?;
@@ -143,19 +144,34 @@ pub fn refine_output_error(
     stop: Stop,
     radius: f64,
 ) -> Result<WithStates, Error> {
-    let found = by_simulation(model, x0, data, feedthrough, stop, radius)?;
+    let found = by_simulation(model, (x0, None), data, feedthrough, stop, radius)?;
     Ok((found.point.model, found.point.x0s))
+}
+
+/// As [`refine_output_error`] beside the initial states and, where there are any, the constants `levels`
+/// on the outputs, both of which move.
+pub(crate) fn refine_about_levels(
+    model: &StateSpace,
+    (x0, levels): (&[Vec<f64>], Option<&[f64]>),
+    data: &DataSet,
+    feedthrough: bool,
+    stop: Stop,
+    radius: f64,
+) -> Result<(StateSpace, Vec<Vec<f64>>, Option<Vec<f64>>), Error> {
+    let found = by_simulation(model, (x0, levels), data, feedthrough, stop, radius)?;
+    Ok((found.point.model, found.point.x0s, found.point.levels))
 }
 
 fn by_simulation(
     model: &StateSpace,
-    x0: &[Vec<f64>],
+    (x0, levels): (&[Vec<f64>], Option<&[f64]>),
     data: &DataSet,
     feedthrough: bool,
     stop: Stop,
     radius: f64,
 ) -> Result<search::Found, Error> {
-    let point = Point { model: model.clone(), x0s: x0.to_vec() };
+    let levels = levels.map(<[f64]>::to_vec);
+    let point = Point { model: model.clone(), x0s: x0.to_vec(), levels };
     let feedthrough = moving_inputs(data.inputs(), data.outputs(), feedthrough, Drive::Inputs);
     search(point, Drive::Inputs, data, &feedthrough, stop, radius)
 }

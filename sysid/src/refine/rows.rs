@@ -79,6 +79,8 @@ pub(super) struct Sensitivities<'a> {
     d: Vec<f64>,
     x_perp: Vec<f64>,
     x0: &'a [f64],
+    /// Constants on the outputs, where they are free.
+    levels: Option<&'a [f64]>,
     v: Vec<f64>,
     /// n: state; ny² by n: states behind V, ordered (i, j); ny·nv by n: adjoint states, ordered
     /// (i, l); ny by n: free responses.
@@ -98,6 +100,7 @@ impl<'a> Sensitivities<'a> {
         drive: Drive,
         segment: &'a Segment,
         x0: &'a [f64],
+        levels: Option<&'a [f64]>,
     ) -> Self {
         let model = &coordinates.model;
         let (n, m, p) = (model.order(), model.inputs(), model.outputs());
@@ -129,6 +132,7 @@ impl<'a> Sensitivities<'a> {
             drive,
             segment,
             x0,
+            levels,
         }
     }
 
@@ -137,8 +141,9 @@ impl<'a> Sensitivities<'a> {
         self.free
     }
 
-    /// The rows of sample t, one for each output: derivatives by x(0), by the local coordinates, and
-    /// the error y − ŷ, each row `n + count + 1` long. Then the filters move on, so t runs from 0.
+    /// The rows of sample t, one for each output: derivatives by x(0), by the levels where these are
+    /// free, by the local coordinates, and the error y − ŷ, each row `n + ny + count + 1` long, without
+    /// levels `n + count + 1`. Then the filters move on, so t runs from 0.
     pub(super) fn sample(&mut self, t: usize, out: &mut [f64]) {
         let model = &self.coordinates.model;
         let (n, m, p) = (model.order(), model.inputs(), model.outputs());
@@ -147,13 +152,18 @@ impl<'a> Sensitivities<'a> {
         for i in 0..p {
             let row = &mut out[i * width..(i + 1) * width];
             row[..n].copy_from_slice(&self.f[i * n..(i + 1) * n]);
+            let levels = self.levels.map_or(0, <[f64]>::len);
+            for (j, value) in row[n..n + levels].iter_mut().enumerate() {
+                *value = f64::from(u8::from(i == j));
+            }
+            let first = n + levels;
             for j in 0..p {
                 let states = &self.xv[(i * p + j) * n..(i * p + j + 1) * n];
                 for (k, value) in states.iter().enumerate() {
-                    row[n + k * p + j] = *value;
+                    row[first + k * p + j] = *value;
                 }
             }
-            let at = n + n * p;
+            let at = first + n * p;
             for l in 0..m {
                 let states = &self.w[(i * m + l) * n..(i * m + l + 1) * n];
                 for (k, value) in states.iter().enumerate() {
@@ -169,7 +179,8 @@ impl<'a> Sensitivities<'a> {
             }
             let output = crate::model::dot(&self.c[i * n..(i + 1) * n], &self.x)
                 + crate::model::dot(&self.d[i * m..(i + 1) * m], &self.v);
-            row[width - 1] = self.segment.y[(i, t)] - output;
+            let level = self.levels.map_or(0.0, |levels| levels[i]);
+            row[width - 1] = self.segment.y[(i, t)] - output - level;
         }
         self.advance();
     }

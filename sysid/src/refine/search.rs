@@ -7,7 +7,9 @@
 //! Cholesky factor of Λ at the present model.
 //!
 //! The initial state of each segment enters that segment's rows alone: these columns are eliminated
-//! there by the same QR factorisation, so any number of segments costs no more than one.
+//! there by the same QR factorisation, so any number of segments costs no more than one. Where the
+//! outputs have a level to be found, a constant in all segments, it is a parameter beside the model's,
+//! in which the output is linear.
 
 use super::Stop;
 use super::coordinates::Coordinates;
@@ -19,31 +21,36 @@ use crate::model::StateSpace;
 use crate::triangle::Triangle;
 use faer::{Mat, MatRef, Side};
 
-/// The model driven by `drive` with an initial state for each segment.
+/// The model driven by `drive` with an initial state for each segment and, where they are free, constants
+/// on the outputs.
 #[derive(Debug, Clone)]
 pub(super) struct Point {
     pub(super) model: StateSpace,
     pub(super) x0s: Vec<Vec<f64>>,
+    pub(super) levels: Option<Vec<f64>>,
 }
 
 /// The least-squares problem of one step.
 pub(super) struct Linearised {
-    /// R of the weighted derivatives along the local coordinates with the initial states
-    /// eliminated, square, and last the errors' column.
+    /// R of the weighted derivatives by the free levels and along the local coordinates with the
+    /// initial states eliminated, square, and last the errors' column.
     pub(super) triangle: Mat<f64>,
     /// For each segment the first n rows of its own triangle: (R₀₀, R₀θ, r₀).
     pub(super) heads: Vec<Mat<f64>>,
+    /// Number of free levels, whose columns are the first of θ.
+    pub(super) levels: usize,
 }
 
 /// The error covariance Σ e eᵀ/N; not finite where the model's output is not.
 pub(super) fn error_covariance(point: &Point, drive: Drive, data: &DataSet) -> Mat<f64> {
     let p = data.outputs();
+    let level = |i: usize| point.levels.as_ref().map_or(0.0, |levels| levels[i]);
     let mut sum = Mat::<f64>::zeros(p, p);
     for (segment, x0) in data.segments().iter().zip(&point.x0s) {
         each_error(&point.model, drive, segment, x0, |_, e| {
             for j in 0..p {
                 for i in 0..p {
-                    sum[(i, j)] += e[i] * e[j];
+                    sum[(i, j)] += (e[i] - level(i)) * (e[j] - level(j));
                 }
             }
         });
@@ -119,19 +126,20 @@ pub(super) fn weight(covariance: &Mat<f64>) -> Result<Mat<f64>, Error> {
 /// The derivatives at the coordinates' model, weighted by `weight`, reduced to triangles.
 pub(super) fn linearise(
     coordinates: &Coordinates,
-    x0s: &[Vec<f64>],
+    (x0s, levels): (&[Vec<f64>], Option<&[f64]>),
     drive: Drive,
     data: &DataSet,
     weight: &Mat<f64>,
 ) -> Linearised {
     let (n, p) = (coordinates.model.order(), coordinates.model.outputs());
-    let count = coordinates.count();
+    let free = levels.map_or(0, <[f64]>::len);
+    let count = free + coordinates.count();
     let width = n + count + 1;
     let mut all = Triangle::new(count + 1);
     let mut heads = Vec::new();
     let mut rows = vec![0.0; p * width];
     for (segment, x0) in data.segments().iter().zip(x0s) {
-        let mut filters = Sensitivities::new(coordinates, drive, segment, x0);
+        let mut filters = Sensitivities::new(coordinates, drive, segment, x0, levels);
         let mut head = Some(Triangle::new(width));
         let mut close = |head: &mut Option<Triangle>, all: &mut Triangle| {
             if let Some(head) = head.take() {
@@ -155,7 +163,7 @@ pub(super) fn linearise(
         }
         close(&mut head, &mut all);
     }
-    Linearised { triangle: all.finish(), heads }
+    Linearised { triangle: all.finish(), heads, levels: free }
 }
 
 /// rows ← weight · rows, weight lower triangular.
@@ -170,10 +178,16 @@ pub(super) fn weigh(weight: &Mat<f64>, rows: &mut [f64]) {
 }
 
 impl Linearised {
-    /// The step of the coordinates and of each initial state under a damping.
+    /// The step of the levels and the coordinates, and that of each initial state, under a damping of
+    /// the coordinates.
     fn step(&self, damping: f64) -> Result<(Vec<f64>, Vec<Vec<f64>>), Error> {
         let q = self.triangle.ncols() - 1;
-        let step = damped_step(self.triangle.get(..q, ..q), self.triangle.get(..q, q..), damping)?;
+        let step = damped_step(
+            self.triangle.get(..q, ..q),
+            self.triangle.get(..q, q..),
+            damping,
+            self.levels,
+        )?;
         let mut initial = Vec::new();
         for head in &self.heads {
             let n = head.nrows();
@@ -187,15 +201,17 @@ impl Linearised {
     }
 }
 
-/// Solution of (RᵀR + λ·diag(RᵀR)) δ = Rᵀ q as a least-squares problem.
+/// Solution of (RᵀR + λ·diag(RᵀR)) δ = Rᵀ q as a least-squares problem; the first `linear` unknowns
+/// are not damped.
 pub(crate) fn damped_step(
     r: MatRef<'_, f64>,
     rhs: MatRef<'_, f64>,
     damping: f64,
+    linear: usize,
 ) -> Result<Vec<f64>, Error> {
     let n = r.ncols();
-    let diagonal =
-        Mat::from_fn(n, n, |i, j| if i == j { damping.sqrt() * r.col(i).norm_l2() } else { 0.0 });
+    let damped = |i: usize| if i < linear { 0.0 } else { damping.sqrt() * r.col(i).norm_l2() };
+    let diagonal = Mat::from_fn(n, n, |i, j| if i == j { damped(i) } else { 0.0 });
     let a = vcat(&[r, diagonal.as_ref()]);
     let b = vcat(&[rhs, Mat::zeros(n, 1).as_ref()]);
     let x = least_squares(a.as_ref(), b.as_ref(), 1e-13)?;
@@ -244,17 +260,21 @@ pub(super) fn search(
         let coordinates = Coordinates::new(&best.model, &weight, feedthrough)?;
         // `best` itself stays as it was checked until a step is taken.
         let x0s: Vec<Vec<f64>> = best.x0s.iter().map(|x| times(&coordinates.basis, x)).collect();
-        let linear = linearise(&coordinates, &x0s, drive, data, &weight);
+        let linear = linearise(&coordinates, (&x0s, best.levels.as_deref()), drive, data, &weight);
         let mut moved = false;
         for _ in 0..8 {
             let (step, initial) = linear.step(damping)?;
-            let model = coordinates.moved(&step);
+            let (of_levels, step) = step.split_at(linear.levels);
+            let model = coordinates.moved(step);
             if spectral_radius(model.a.as_ref()) < radius {
                 let add = |(x, d): (&Vec<f64>, &Vec<f64>)| -> Vec<f64> {
                     x.iter().zip(d).map(|(x, d)| x + d).collect()
                 };
                 let x0s = x0s.iter().zip(&initial).map(add).collect();
-                let trial = Point { model, x0s };
+                let levels = best.levels.as_ref().map(|levels| {
+                    levels.iter().zip(of_levels).map(|(level, d)| level + d).collect()
+                });
+                let trial = Point { model, x0s, levels };
                 let trial_covariance = error_covariance(&trial, drive, data);
                 let trial_cost = criterion(&trial_covariance);
                 if trial_cost < cost {
