@@ -372,7 +372,7 @@ pub(super) fn refine(data: &DataSet, candidate: &mut Candidate, stop: Stop) -> R
     let model = &candidate.model;
     let radius = largest_radius(data.samples()).max(model.spectral_radius());
     let from = Conditions::new(model, data, candidate.conditions.levels.is_some())?;
-    let (model, x0, levels) = refine_about_levels(
+    let ((model, x0), levels) = refine_about_levels(
         model,
         (&from.x0, from.levels.as_deref()),
         data,

@@ -157,9 +157,9 @@ pub(crate) fn refine_about_levels(
     feedthrough: bool,
     stop: Stop,
     radius: f64,
-) -> Result<(StateSpace, Vec<Vec<f64>>, Option<Vec<f64>>), Error> {
+) -> Result<(WithStates, Option<Vec<f64>>), Error> {
     let found = by_simulation(model, (x0, levels), data, feedthrough, stop, radius)?;
-    Ok((found.point.model, found.point.x0s, found.point.levels))
+    Ok(((found.point.model, found.point.x0s), found.point.levels))
 }
 
 fn by_simulation(
