@@ -99,6 +99,7 @@ fn recording(
         output,
         speed,
         steering_ratio,
+        sideslip: None,
         channels: Vec::new(),
         warnings: Vec::new(),
         sources: Vec::new(),
