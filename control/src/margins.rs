@@ -54,8 +54,38 @@ fn disk_distance(l: Complex<f64>) -> f64 {
 /// A plant's response on a grid, so that many controllers can be judged on it.
 #[derive(Debug, Clone)]
 pub(crate) struct ResponseGrid {
-    /// z and P(z).
-    points: Vec<(Complex<f64>, Complex<f64>)>,
+    points: Vec<GridPoint>,
+}
+
+/// What of the loop no controller changes: `L = kp·P + ki·(P·T/D) + kd·(P·D)/(Tf·D + T)` with
+/// `D = 1 − z⁻¹`.
+#[derive(Debug, Clone)]
+struct GridPoint {
+    angle: f64,
+    difference: Complex<f64>,
+    plant: Complex<f64>,
+    integrated: Complex<f64>,
+    differenced: Complex<f64>,
+}
+
+impl GridPoint {
+    fn new(plant: &Sampled, angle: f64) -> Self {
+        let z = on_circle(angle);
+        let (response, difference) = (plant.response(z), Complex::new(1.0, 0.0) - z.inv());
+        Self {
+            angle,
+            difference,
+            plant: response,
+            integrated: response * plant.sample_time / difference,
+            differenced: response * difference,
+        }
+    }
+
+    fn open(&self, p: &PidParameters) -> Complex<f64> {
+        let filter = self.difference * p.derivative_filter_time + p.sample_time;
+        let derivative = self.differenced * filter.conj() * (p.kd / filter.norm_sqr());
+        self.plant * p.kp + self.integrated * p.ki + derivative
+    }
 }
 
 impl ResponseGrid {
@@ -64,7 +94,7 @@ impl ResponseGrid {
         let low = (lowest * plant.sample_time).min(0.1 * PI);
         let step = (PI / low).ln() / (points - 1) as f64;
         let angles = (0..points).map(|i| low * (step * i as f64).exp());
-        Self { points: angles.map(|a| (on_circle(a), plant.response(on_circle(a)))).collect() }
+        Self { points: angles.map(|a| GridPoint::new(plant, a)).collect() }
     }
 
     /// The margins as far as the grid can tell; modulus and disk margin 0 for an unstable loop.
@@ -74,26 +104,27 @@ impl ResponseGrid {
         let mut disk = f64::INFINITY;
         let mut crossings = Crossings::default();
         let mut before: Option<(Complex<f64>, f64)> = None;
-        // The argument begins at −π/2 for each integrator and, in a stable loop, ends at 0.
-        let mut argument = 0.0;
-        for (z, p) in &self.points {
-            let open = controller(pid, *z) * p;
+        let (mut first, mut last, mut turns) = (one, one, 0);
+        for point in &self.points {
+            let open = point.open(pid);
             let value = open + one;
             least = least.min(value.norm_sqr());
-            argument += match before {
-                Some((before, _)) => (value * (before + one).conj()).arg(),
-                None if pid.ki > 0.0 && value.im > 0.0 => value.arg() - TAU,
-                None => value.arg(),
-            };
+            match before {
+                Some(_) => turns += turn_over_negative_axis(last, value),
+                None => first = value,
+            }
+            last = value;
             if all {
                 disk = disk.min(disk_distance(open));
-                let angle = z.im.atan2(z.re);
                 if let Some(before) = before {
-                    crossings.between(before, (open, angle));
+                    crossings.between(before, (open, point.angle));
                 }
             }
-            before = Some((open, z.im.atan2(z.re)));
+            before = Some((open, point.angle));
         }
+        // The argument begins at −π/2 for each integrator and, in a stable loop, ends at 0.
+        let start = if pid.ki > 0.0 && first.im > 0.0 { TAU } else { 0.0 };
+        let argument = last.arg() + TAU * f64::from(turns) - start;
         let stable = argument.abs() < FRAC_PI_2;
         let held = |margin: f64| if stable { margin } else { 0.0 };
         let finite = |margin: f64| Some(held(margin)).filter(|m| m.is_finite());
@@ -105,6 +136,21 @@ impl ResponseGrid {
             disk_margin: Some(held(disk)),
             crossover_radps: None,
         }
+    }
+}
+
+/// Whole turns that the principal argument misses on the straight way from `a` to `b`: 1 where it
+/// crosses the negative real axis upwards to downwards, −1 the other way round.
+fn turn_over_negative_axis(a: Complex<f64>, b: Complex<f64>) -> i32 {
+    if (a.im >= 0.0) == (b.im >= 0.0) {
+        return 0;
+    }
+    let cross = a.re * b.im - a.im * b.re;
+    match (a.im >= 0.0, cross > 0.0) {
+        // From above to below on the left of the origin is anticlockwise.
+        (true, true) => 1,
+        (false, false) => -1,
+        _ => 0,
     }
 }
 

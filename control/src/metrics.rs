@@ -32,7 +32,8 @@ pub fn metrics_of(trace: &Trace, height: f64, band_percent: f64) -> Option<Metri
 
 /// As [`metrics_of`], for traces of the simulator, which are never empty.
 pub(crate) fn metrics(trace: &Trace, height: f64, band_percent: f64) -> Metrics {
-    let y = |k: usize| trace.yaw[k] / height;
+    let share = height.recip();
+    let y = |k: usize| trace.yaw[k] * share;
     let t = &trace.time;
     let last = t.len() - 1;
     let band = band_percent / 100.0;
@@ -60,9 +61,13 @@ pub(crate) fn metrics(trace: &Trace, height: f64, band_percent: f64) -> Metrics 
         largest_increment_rad = largest_increment_rad.max((u - before).abs());
         before = u;
     }
-    let integral_absolute_error = (0..last)
-        .map(|k| 0.5 * ((1.0 - y(k)).abs() + (1.0 - y(k + 1)).abs()) * (t[k + 1] - t[k]))
-        .sum();
+    let mut integral_absolute_error = 0.0;
+    let mut off_before = (1.0 - y(0)).abs();
+    for k in 1..=last {
+        let off = (1.0 - y(k)).abs();
+        integral_absolute_error += 0.5 * (off_before + off) * (t[k] - t[k - 1]);
+        off_before = off;
+    }
     let percent = |x: f64| if x.is_nan() { RUNAWAY_PERCENT } else { x.min(RUNAWAY_PERCENT) };
     let overshoot = percent(100.0 * (peak - 1.0));
     Metrics {
@@ -88,7 +93,8 @@ fn smooth_settling(trace: &Trace, height: f64, band: f64) -> f64 {
     let t = &trace.time;
     let last = t.len() - 1;
     let band_at = |share: f64| share * band;
-    let off = |k: usize| (trace.yaw[k] / height - 1.0).abs();
+    let share = height.recip();
+    let off = |k: usize| (trace.yaw[k] * share - 1.0).abs();
     let tight = band_at(LEAVING.0);
     let Some(entry) = (0..=last).find(|&k| off(k) <= tight) else {
         return t[last] * (1.0 + off(last).min(RUNAWAY_PERCENT));

@@ -38,8 +38,6 @@ pub(crate) struct Excitation {
 /// Scratch space, so that thousands of simulations allocate once.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Simulator {
-    state: Vec<f64>,
-    next: Vec<f64>,
     pub(crate) trace: Trace,
 }
 
@@ -49,49 +47,150 @@ const RUNAWAY: f64 = 100.0;
 impl Simulator {
     /// Simulates from rest; the trace holds ticks 0 to `until`, fewer where the loop runs away.
     pub(crate) fn run(&mut self, plant: &Sampled, pid: &PidParameters, e: &Excitation) -> &Trace {
-        let n = plant.order;
-        let ts = plant.sample_time;
-        let last = (e.until / ts).round() as usize;
-        self.state.clear();
-        self.state.resize(n, 0.0);
-        self.next.clear();
-        self.next.resize(n, 0.0);
+        let last = (e.until / plant.sample_time).round() as usize;
         let trace = &mut self.trace;
         for column in
             [&mut trace.time, &mut trace.yaw_reference, &mut trace.yaw, &mut trace.steering]
         {
-            column.clear();
-            column.reserve(last + 1);
+            column.resize(last + 1, 0.0);
         }
-        let bound = RUNAWAY * e.step.abs().max(e.ramp.abs() * e.until);
-        let mut controller = Pid::default();
-        controller.tick(pid, &PidInput { enabled: true, ..PidInput::default() });
-        for k in 0..=last {
-            let time = k as f64 * ts;
-            let yaw = self.state[n - 1];
-            let yaw_reference = e.step + e.ramp * time;
-            let input =
-                PidInput { yaw_reference, yaw, steering_feedforward: e.feedforward, enabled: true };
-            let output = controller.tick(pid, &input);
-            trace.time.push(time);
-            trace.yaw_reference.push(yaw_reference);
-            trace.yaw.push(yaw);
-            trace.steering.push(output.steering_angle);
-            let bounded = yaw.abs() <= bound;
-            if !bounded {
-                break;
-            }
-            let ago = |d: usize| if k >= d { trace.steering[k - d] } else { 0.0 };
-            let (new, old) = (ago(plant.delay) + e.offset, ago(plant.delay + 1) + e.offset);
-            let rows = plant.phi.chunks_exact(n);
-            for (i, (next, row)) in self.next.iter_mut().zip(rows).enumerate() {
-                *next = plant.gamma_old[i] * old + plant.gamma_new[i] * new;
-                for (phi, x) in row.iter().zip(&self.state) {
-                    *next += phi * x;
-                }
-            }
-            std::mem::swap(&mut self.state, &mut self.next);
+        // Loops of a known small number of states are several times as quick.
+        let ticks = match plant.order {
+            0..=4 => ticks(trace, &mut Small::<4>::of(plant), plant, pid, e),
+            5 => ticks(trace, &mut Small::<5>::of(plant), plant, pid, e),
+            6 => ticks(trace, &mut Small::<6>::of(plant), plant, pid, e),
+            7..=8 => ticks(trace, &mut Small::<8>::of(plant), plant, pid, e),
+            _ => ticks(trace, &mut Large::of(plant), plant, pid, e),
+        };
+        for column in
+            [&mut trace.time, &mut trace.yaw_reference, &mut trace.yaw, &mut trace.steering]
+        {
+            column.truncate(ticks);
         }
         &self.trace
     }
+}
+
+/// The plant's states on their way.
+trait Motion {
+    fn yaw(&self) -> f64;
+
+    /// To the next tick, with the steering of two ticks before it.
+    fn advance(&mut self, old: f64, new: f64);
+}
+
+/// Up to N states; those beyond the plant's own rest at 0.
+struct Small<const N: usize> {
+    yaw: usize,
+    state: [f64; N],
+    /// Φ, column by column.
+    phi: [[f64; N]; N],
+    gamma_old: [f64; N],
+    gamma_new: [f64; N],
+}
+
+impl<const N: usize> Small<N> {
+    fn of(plant: &Sampled) -> Self {
+        let n = plant.order.min(N);
+        let column = |from: &[f64]| std::array::from_fn(|i| if i < n { from[i] } else { 0.0 });
+        let phi = |i: usize, j: usize| if i < n && j < n { plant.phi[i * n + j] } else { 0.0 };
+        Self {
+            yaw: n - 1,
+            state: [0.0; N],
+            phi: std::array::from_fn(|j| std::array::from_fn(|i| phi(i, j))),
+            gamma_old: column(&plant.gamma_old),
+            gamma_new: column(&plant.gamma_new),
+        }
+    }
+}
+
+impl<const N: usize> Motion for Small<N> {
+    #[inline]
+    fn yaw(&self) -> f64 {
+        self.state[self.yaw]
+    }
+
+    #[inline]
+    fn advance(&mut self, old: f64, new: f64) {
+        let mut next = [0.0; N];
+        for i in 0..N {
+            next[i] = self.gamma_old[i] * old + self.gamma_new[i] * new;
+        }
+        for (column, x) in self.phi.iter().zip(self.state) {
+            for (next, phi) in next.iter_mut().zip(column) {
+                *next += phi * x;
+            }
+        }
+        self.state = next;
+    }
+}
+
+/// Any number of states.
+struct Large<'a> {
+    plant: &'a Sampled,
+    state: Vec<f64>,
+    next: Vec<f64>,
+}
+
+impl<'a> Large<'a> {
+    fn of(plant: &'a Sampled) -> Self {
+        Self { plant, state: vec![0.0; plant.order], next: vec![0.0; plant.order] }
+    }
+}
+
+impl Motion for Large<'_> {
+    fn yaw(&self) -> f64 {
+        self.state[self.plant.order - 1]
+    }
+
+    fn advance(&mut self, old: f64, new: f64) {
+        let p = self.plant;
+        let rows = p.phi.chunks_exact(p.order);
+        for (i, (next, row)) in self.next.iter_mut().zip(rows).enumerate() {
+            *next = p.gamma_old[i] * old + p.gamma_new[i] * new;
+            for (phi, x) in row.iter().zip(&self.state) {
+                *next += phi * x;
+            }
+        }
+        std::mem::swap(&mut self.state, &mut self.next);
+    }
+}
+
+/// Fills the trace; the number of ticks until the end, or until the loop runs away.
+fn ticks(
+    trace: &mut Trace,
+    motion: &mut impl Motion,
+    plant: &Sampled,
+    pid: &PidParameters,
+    e: &Excitation,
+) -> usize {
+    let ts = plant.sample_time;
+    let bound = RUNAWAY * e.step.abs().max(e.ramp.abs() * e.until);
+    let mut controller = Pid::default();
+    controller.tick(pid, &PidInput { enabled: true, ..PidInput::default() });
+    let columns = trace.time.iter_mut().zip(&mut trace.yaw_reference).zip(&mut trace.yaw);
+    let (steering, mut old) = (&mut trace.steering, e.offset);
+    let mut ticks = 0;
+    for (k, ((time, yaw_reference), yaw)) in columns.enumerate() {
+        ticks = k + 1;
+        *time = k as f64 * ts;
+        *yaw = motion.yaw();
+        *yaw_reference = e.step + e.ramp * *time;
+        let input = PidInput {
+            yaw_reference: *yaw_reference,
+            yaw: *yaw,
+            steering_feedforward: e.feedforward,
+            enabled: true,
+        };
+        steering[k] = controller.tick(pid, &input).steering_angle;
+        // What is no number is beyond it, too.
+        let bounded = yaw.abs() <= bound;
+        if !bounded {
+            break;
+        }
+        let new = e.offset + if k >= plant.delay { steering[k - plant.delay] } else { 0.0 };
+        motion.advance(old, new);
+        old = new;
+    }
+    ticks
 }

@@ -132,6 +132,7 @@ struct Before {
 
 impl Pid {
     /// One sample: advances the memory and returns the steering angle to hold until the next.
+    #[inline(always)]
     pub fn tick(&mut self, p: &PidParameters, input: &PidInput) -> PidOutput {
         let error = wrap_angle(input.yaw_reference - input.yaw);
         let proportional = p.kp * error;
