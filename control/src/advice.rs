@@ -57,7 +57,8 @@ pub(crate) fn ramp_lag(gain: f64, sampled: &Sampled, pid: &PidParameters) -> f64
     let reset_time = if pid.ki > 0.0 { pid.kp / pid.ki } else { 1.0 };
     let until = (20.0 * reset_time).clamp(20.0, 400.0);
     let ramp = 1e-4;
-    let excitation = Excitation { step: 0.0, ramp, feedforward: ramp / gain, offset: 0.0, until };
+    let excitation =
+        Excitation { step: 0.0, ramp, feedforward: ramp / gain, offset: 0.0, until, quiet: 0.0 };
     let mut simulator = Simulator::default();
     let trace = simulator.run(sampled, pid, &excitation);
     let last = trace.yaw.len() - 1;

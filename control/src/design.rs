@@ -12,7 +12,7 @@ use crate::objective::Objective;
 use crate::options::DesignOptions;
 use crate::plant::DesignPlant;
 use crate::requirement::Requirement;
-use crate::robust::Ensemble;
+use crate::robust::{Ensemble, Robust};
 use crate::search::significant;
 use crate::trade_off::trade_off;
 use formats::{
@@ -35,9 +35,12 @@ pub fn design(
     options.check()?;
     let objective = Objective::new(plant, options)?;
     let ensemble = options.robust.map(|r| Ensemble::new(plant, options, r, objective.scale));
-    let (found, objective) = match &ensemble {
+    let Robust { found, objective, kept_by } = match &ensemble {
         Some(ensemble) => ensemble.find(objective)?,
-        None => (nominal::find(&objective, options.seed)?, objective),
+        None => {
+            let found = nominal::find(&objective, options.seed, false)?;
+            Robust { found, objective, kept_by: None }
+        }
     };
     let pid = found.pid;
     let sampled = &objective.scenarios[0].plant;
@@ -51,12 +54,14 @@ pub fn design(
     let advice = Advice { feedforward_gain: significant(advice.feedforward_gain, 5), ..advice };
     let mut evidence = evidence(sampled, plant, &pid, &objective.spec, &advice);
     evidence.robustness = ensemble.map(|e| e.evidence(&objective, &pid, &advice));
-    evidence.trade_off = trade_off(&objective, &found)?;
+    evidence.trade_off = trade_off(&objective, &found, options.seed)?;
     evidence.advice = blocked(&objective, plant, options, &found)?;
     evidence.advice.extend(wrong_way(plant, evidence.margins.crossover_radps));
-    evidence
-        .advice
-        .extend(evidence.robustness.iter().flat_map(|r| not_everywhere(r, evidence.met)));
+    let not_kept = evidence.robustness.iter().flat_map(|r| not_everywhere(r, evidence.met));
+    evidence.advice.extend(not_kept);
+    if evidence.robustness.as_ref().is_some_and(|r| !r.met) {
+        evidence.advice.extend(kept_by.map(all_could_keep));
+    }
     let [path_delay_s, estimator_delay_s] = options.outer_delays();
     let document = Pid {
         schema: Pid::SCHEMA.into(),
@@ -93,6 +98,16 @@ pub fn design(
     };
     document.checked("the designed controller")?;
     Ok(document)
+}
+
+/// The settling time of the slowest plant, with a little to spare and as people write it.
+fn all_could_keep(settling_time_s: f64) -> String {
+    const SPARE: f64 = 1.03;
+    let settling = (20.0 * SPARE * settling_time_s).ceil() / 20.0;
+    format!(
+        "all plants could keep a settling time of {}, with everything else as asked for",
+        Requirement::Settling.text(settling)
+    )
 }
 
 /// What the nominal plant keeps and others do not.

@@ -54,6 +54,7 @@ pub fn step_response(
         feedforward: 0.0,
         offset: offset * pid.specification.steering_offset_rad,
         until,
+        quiet: 0.0,
     };
     let mut simulator = Simulator::default();
     simulator.run(&sampled, &pid_parameters(pid), &excitation);

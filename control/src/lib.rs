@@ -28,6 +28,7 @@ mod breaking;
 mod design;
 mod error;
 mod evaluate;
+mod evolve;
 mod family;
 mod guidance;
 mod logarithm;

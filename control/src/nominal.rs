@@ -2,7 +2,7 @@
 
 use crate::Error;
 use crate::objective::{BARELY, HOPELESS_WEIGHT, Objective, QUICKEST, WITH_RESERVE};
-use crate::optimise::{Effort, THOROUGH};
+use crate::optimise::THOROUGH;
 use crate::requirement::{Reached, Requirement};
 use crate::search::{EXACT_DIGITS, READABLE_DIGITS, rounded, search, starts};
 use crate::simulate::Simulator;
@@ -11,6 +11,11 @@ use vehicle_models::PidParameters;
 /// Multiples of the plant's scale about which the quickest loop is looked for: the settling time
 /// jumps where a response just leaves its band again, and has many minima.
 const SCALES: [f64; 3] = [1.0, 1.5, 2.25];
+
+/// Starts about a scale.
+const STARTS: u32 = 32;
+/// A quickest loop slower than the time asked for by more is nowhere near it.
+const FAR: f64 = 1.15;
 
 /// A controller, its decision variables, and what it reaches on the nominal plant.
 #[derive(Debug, Clone)]
@@ -45,7 +50,7 @@ impl Found {
         Self { pid, variables, reached, met: short == 0, others: points }
     }
 
-    /// What a requirement is missed by, summed over those asked for.
+    /// What a requirement is missed by, summed over those asked for, the settling time apart.
     fn missed(&self, objective: &Objective) -> f64 {
         // What is out of reach must not take the rest with it.
         let capped = |v: f64| v.min(1.0) + HOPELESS_WEIGHT * v.max(1.0).ln();
@@ -60,14 +65,27 @@ impl Found {
     }
 }
 
+/// Whether the quickest loop is too slow for another search to change that.
+pub(crate) fn is_far(objective: &Objective, quickest: &Found) -> bool {
+    let reached = quickest.reached.value(Requirement::Settling);
+    objective.spec.settling_time_s.is_some_and(|asked| reached > FAR * asked)
+}
+
 /// With some reserve; or else the quickest loop that keeps everything but the settling time.
-pub(crate) fn find(objective: &Objective, seed: u64) -> Result<Found, Error> {
+/// `doubtful` says that others have not been found to keep it.
+pub(crate) fn find(objective: &Objective, seed: u64, doubtful: bool) -> Result<Found, Error> {
     // About the plant's own scale, and about the time asked for where that is longer.
     const OWN: f64 = 1.5;
     let asked = objective.spec.settling_time_s.map_or(OWN, |t| t / objective.scale);
-    let mut own = starts(objective, OWN, 6, seed);
+    let mut own = starts(objective, OWN, STARTS, seed);
     if asked > OWN {
-        own.extend(starts(objective, asked, 6, seed));
+        own.extend(starts(objective, asked, STARTS, seed));
+    }
+    let all = SCALES.map(|multiple| starts(objective, multiple, STARTS / 2, seed)).concat();
+    let quickest = || search(objective, &QUICKEST, &all, THOROUGH);
+    let quickest_first = doubtful.then(quickest).transpose()?.map(|x| Found::of(objective, x));
+    if let Some(quickest) = quickest_first.as_ref().filter(|q| is_far(objective, q)) {
+        return Ok(quickest.clone());
     }
     let found = Found::of(objective, search(objective, &WITH_RESERVE, &own, THOROUGH)?);
     if found.met {
@@ -75,15 +93,17 @@ pub(crate) fn find(objective: &Objective, seed: u64) -> Result<Found, Error> {
     }
     // The second search forgets the first one: what is too soon is missed by the same loop, however
     // much too soon it was asked for.
-    let all = SCALES.map(|multiple| starts(objective, multiple, 3, seed)).concat();
-    let effort = Effort { keep: 3, ..THOROUGH };
-    let quickest = Found::of(objective, search(objective, &QUICKEST, &all, effort)?);
-    if quickest.met {
-        return Ok(quickest);
+    let quickest = match quickest_first {
+        Some(quickest) => quickest,
+        None => Found::of(objective, quickest()?),
+    };
+    if quickest.met || is_far(objective, &quickest) {
+        let better = quickest.met || quickest.missed(objective) <= found.missed(objective);
+        return Ok(if better { quickest } else { found });
     }
     // Many minima lie near the requirements: one that just keeps them may be none of the quickest.
     let near = [own, vec![found.variables.clone(), quickest.variables.clone()]].concat();
-    let barely = Found::of(objective, search(objective, &BARELY, &near, effort)?);
+    let barely = Found::of(objective, search(objective, &BARELY, &near, THOROUGH)?);
     if barely.met {
         return Ok(barely);
     }

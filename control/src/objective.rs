@@ -23,7 +23,7 @@ use crate::quickest::settling_scale;
 use crate::requirement::{Reached, Requirement};
 use crate::scenario::{Scenario, View};
 use crate::simulate::Simulator;
-use formats::{Limits, Specification, StepMetrics};
+use formats::{Limits, Margins, Specification, StepMetrics};
 use std::cell::RefCell;
 use vehicle_models::PidParameters;
 
@@ -47,6 +47,8 @@ pub(crate) const BARELY: Aim =
 pub(crate) const QUICKEST: Aim = Aim { gives_way: Some(Requirement::Settling), ..BARELY };
 /// What is aimed at on many plants: plants drawn anew are a little worse.
 pub(crate) const ROBUST: Aim = Aim { overshoot: 0.85, margins: 0.015, band: 0.8, ..BARELY };
+/// The same where the settling time gives way.
+pub(crate) const ROBUST_AND_QUICK: Aim = Aim { gives_way: Some(Requirement::Settling), ..ROBUST };
 /// The same where all but the nominal plant may be slow.
 pub(crate) const ROBUST_BUT_SLOW: Aim = Aim { others_slow: true, ..ROBUST };
 /// Settling time times crossover of a usual loop, rad.
@@ -71,6 +73,8 @@ pub(crate) const HOPELESS_WEIGHT: f64 = 0.02;
 /// Violation of an unstable loop. Its response may look harmless within the simulated time, so it
 /// is not looked at: the way out is less gain.
 const UNSTABLE: f64 = 50.0;
+/// No response may take more than this off the cost.
+const ENOUGH: f64 = 60.0;
 /// Share of that for plants whose steady state is not looked at.
 const SHORT: f64 = 0.5;
 /// Responses are looked at for this many times the plant's scale, and for 5 s at least, however long
@@ -157,6 +161,7 @@ impl Objective {
                 band: 1.0,
                 all_margins,
                 with_offset: spec.steady_state_error_percent.is_some(),
+                early: true,
             },
         })
     }
@@ -232,6 +237,7 @@ impl Objective {
             band: 1.0,
             all_margins: true,
             with_offset: true,
+            early: false,
         };
         let (reached, _) = nominal.reached(simulator, pid, &self.spec, view, margins);
         let advice = Advice::by_theory(pid, self.gain, nominal.speed);
@@ -247,15 +253,15 @@ impl Objective {
         pid: &PidParameters,
     ) -> Reached {
         let margins = scenario.margins(pid, self.view.all_margins);
-        let view = View { band: 1.0, ..self.view };
+        let view = View { band: 1.0, early: false, ..self.view };
         scenario.reached(simulator, pid, &self.spec, view, margins).0
     }
 
-    /// The cost of decision variables.
-    pub(crate) fn cost(&self, x: &[f64], aim: &Aim) -> f64 {
+    /// The cost of decision variables; where it is more than `most`, by how much is left open.
+    pub(crate) fn cost(&self, x: &[f64], aim: &Aim, most: f64) -> f64 {
         let (pid, outside) = self.controller(x);
         // Scratch space of each thread.
-        SIMULATOR.with_borrow_mut(|simulator| self.cost_with(simulator, &pid, outside, aim))
+        SIMULATOR.with_borrow_mut(|simulator| self.cost_with(simulator, &pid, outside, aim, most))
     }
 
     fn cost_with(
@@ -264,18 +270,33 @@ impl Objective {
         pid: &PidParameters,
         outside: f64,
         aim: &Aim,
+        most: f64,
     ) -> f64 {
-        let mut violation = 0.0;
         let (mut rest, mut urgency, mut slowest) = (0.0, f64::NEG_INFINITY, 0.0_f64);
-        for (k, scenario) in self.scenarios.iter().enumerate() {
-            let margins = scenario.margins(pid, self.view.all_margins);
+        // Margins cost little: those of all plants come before any response.
+        let margins = self.scenarios.iter().map(|s| s.margins(pid, self.view.all_margins));
+        let margins: Vec<Margins> = margins.collect();
+        // Less gain is the way out of instability, so more of it costs more.
+        let unstable = UNSTABLE + (pid.kp * self.gain * self.scale).ln().max(0.0);
+        let lost = margins.iter().filter(|m| m.modulus_margin <= 0.0).count();
+        let mut violation = outside + lost as f64 * unstable;
+        let total = |violation: f64, rest: f64, urgency: f64, slowest: f64| {
+            let settling = (slowest.max(1e-9) / self.scale).ln();
+            let rest = rest + SETTLING_WEIGHT * settling;
+            let rest = if urgency.is_finite() { urgency + REST_WEIGHT * rest } else { rest };
+            VIOLATION_WEIGHT * violation + rest
+        };
+        for (k, (scenario, margins)) in self.scenarios.iter().zip(&margins).enumerate() {
             if margins.modulus_margin <= 0.0 {
-                // Less gain is the way out, so more of it costs more.
-                violation += UNSTABLE + (pid.kp * self.gain * self.scale).ln().max(0.0);
                 continue;
             }
-            let (reached, step) =
-                scenario.reached(simulator, pid, &self.spec, self.view_of(scenario, aim), margins);
+            // Each further plant only adds to the cost; only the nominal one may take off.
+            let less = if k == 0 { ENOUGH } else { 0.0 };
+            if total(violation, rest, urgency, slowest) - less > most {
+                break;
+            }
+            let view = self.view_of(scenario, aim);
+            let (reached, step) = scenario.reached(simulator, pid, &self.spec, view, *margins);
             violation += self.violation(&reached, aim, k > 0);
             slowest = slowest.max(step.smooth_settling_s);
             if let Some((weak, required)) = self.giving_way(aim) {
@@ -296,10 +317,7 @@ impl Objective {
                 violation += self.small_violation(simulator, scenario, pid, &step.step, aim);
             }
         }
-        let settling = (slowest.max(1e-9) / self.scale).ln();
-        let rest = rest + SETTLING_WEIGHT * settling;
-        let rest = if urgency.is_finite() { urgency + REST_WEIGHT * rest } else { rest };
-        let cost = VIOLATION_WEIGHT * (violation + outside) + rest;
+        let cost = total(violation, rest, urgency, slowest);
         if cost.is_finite() { cost } else { 1e12 }
     }
 

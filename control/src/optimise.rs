@@ -1,81 +1,80 @@
-//! Nelder–Mead from several starting points, the same each time.
+//! The search of a minimum, the same each time.
 //!
-//! The starts are the caller's own guesses and points of the additive recurrence of Roberts (2018),
-//! `xₙ = frac(seed + n·α)` with αᵢ = φ⁻ⁱ and φ the positive root of φ^{d+1} = φ + 1: a
-//! low-discrepancy sequence without a random number. The best few are restarted with a fresh
-//! simplex, since Nelder–Mead may stall where the cost has a kink.
+//! Differential evolution (`evolve`) on islands of their own, whose best points Nelder–Mead then
+//! polishes; or Nelder–Mead alone, from a point that is known to be good. The starts are the caller's
+//! own guesses and points of the additive recurrence of Roberts (2018), `xₙ = frac(seed + n·α)` with
+//! αᵢ = φ⁻ⁱ and φ the positive root of φ^{d+1} = φ + 1: a low-discrepancy sequence without a random
+//! number.
 
 use crate::Error;
+use crate::evolve::evolve;
 use argmin::core::{CostFunction, Executor, State};
 use argmin::solver::neldermead::NelderMead;
 
-/// Iterations of each start.
+/// Iterations from a good start.
 const ITERATIONS: u64 = 120;
-/// Size of the first simplex, and of a restart's.
+/// Size of the first simplex, and of a polish.
 const SIMPLEX: f64 = 0.4;
 const SMALL_SIMPLEX: f64 = 0.12;
 
 struct Cost<'a, F>(&'a F);
 
-impl<F: Fn(&[f64]) -> f64> CostFunction for Cost<'_, F> {
+impl<F: Fn(&[f64], f64) -> f64> CostFunction for Cost<'_, F> {
     type Param = Vec<f64>;
     type Output = f64;
 
     fn cost(&self, x: &Self::Param) -> Result<f64, argmin::core::Error> {
-        Ok((self.0)(x))
+        Ok((self.0)(x, f64::INFINITY))
     }
 }
 
 /// How much is spent on a search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Effort {
-    /// How many of the starts are gone down from: those that cost least.
-    pub(crate) begin: usize,
-    /// How many of the points found are restarted, how often each, and for how many iterations.
-    pub(crate) keep: usize,
-    pub(crate) restarts: usize,
+    /// Populations that evolve by themselves; none for a descent from the best start alone.
+    pub(crate) islands: usize,
+    pub(crate) generations: usize,
+    /// Iterations on what was found.
     pub(crate) polish: u64,
 }
 
 /// What is spent where nothing good is known yet.
-pub(crate) const THOROUGH: Effort = Effort { begin: 99, keep: 2, restarts: 2, polish: 250 };
+pub(crate) const THOROUGH: Effort = Effort { islands: 2, generations: 80, polish: 200 };
+/// What is spent beside good starts.
+pub(crate) const BRIEF: Effort = Effort { islands: 1, generations: 40, polish: 80 };
 /// What is spent from a good start.
-pub(crate) const QUICK: Effort = Effort { begin: 1, keep: 1, restarts: 1, polish: 120 };
+pub(crate) const QUICK: Effort = Effort { islands: 0, generations: 0, polish: 120 };
 
 /// The points found, from the best on, each with its cost.
 pub(crate) type Points = Vec<(Vec<f64>, f64)>;
 
-/// The points found from these starts, of which the best are restarted.
+/// The points found from these starts. `cost` takes a point and a cost beyond which it need not be
+/// exact.
 pub(crate) fn minimise(
-    cost: &(impl Fn(&[f64]) -> f64 + Sync),
+    cost: &(impl Fn(&[f64], f64) -> f64 + Sync),
     starts: &[Vec<f64>],
     effort: Effort,
 ) -> Result<Points, Error> {
-    // A stable sort: equal costs keep the order of the starts.
-    let mut starts: Points = starts.iter().map(|x| (x.clone(), cost(x))).collect();
-    if effort.begin < starts.len() {
-        starts.sort_by(|a, b| a.1.total_cmp(&b.1));
-        starts.truncate(effort.begin);
-    }
-    let mut found = each(&starts, |(start, _)| descend(cost, start, SIMPLEX, ITERATIONS))?;
-    found.sort_by(|a, b| a.1.total_cmp(&b.1));
-    let kept = effort.keep.min(found.len());
-    let polished = each(&found[..kept], |candidate| {
-        let mut best = candidate.clone();
-        for _ in 0..effort.restarts {
-            let polished = descend(cost, &best.0, SMALL_SIMPLEX, effort.polish)?;
-            if polished.1 < best.1 {
-                best = polished;
-            }
-        }
-        Ok(best)
+    let nothing = || Error::Optimiser("nothing to start from".into());
+    let found = if effort.islands == 0 {
+        let costs = starts.iter().map(|x| (x, cost(x, f64::INFINITY)));
+        let best = costs.min_by(|a, b| a.1.total_cmp(&b.1)).ok_or_else(nothing)?.0;
+        vec![descend(cost, best, SIMPLEX, ITERATIONS)?]
+    } else {
+        let island = |i: usize| -> Vec<Vec<f64>> {
+            starts.iter().skip(i).step_by(effort.islands).cloned().collect()
+        };
+        let islands: Vec<usize> = (0..effort.islands.min(starts.len())).collect();
+        each(&islands, |i| {
+            evolve(cost, island(*i), effort.generations, *i as u64).ok_or_else(nothing)
+        })?
+    };
+    let mut found = each(&found, |candidate| {
+        let polished = descend(cost, &candidate.0, SMALL_SIMPLEX, effort.polish)?;
+        Ok(if polished.1 < candidate.1 { polished } else { candidate.clone() })
     })?;
-    found.splice(..kept, polished);
     found.sort_by(|a, b| a.1.total_cmp(&b.1));
-    if found.is_empty() {
-        return Err(Error::Optimiser("nothing to start from".into()));
-    }
-    Ok(found)
+    if found.is_empty() { Err(nothing()) } else { Ok(found) }
 }
 
 /// One result for each item, in order whatever the number of threads.
@@ -129,7 +128,7 @@ pub(crate) fn sequence(box_: &[(f64, f64)], count: u32, seed: u64) -> Vec<Vec<f6
 }
 
 fn descend(
-    cost: &impl Fn(&[f64]) -> f64,
+    cost: &impl Fn(&[f64], f64) -> f64,
     start: &[f64],
     size: f64,
     iterations: u64,
@@ -159,9 +158,10 @@ mod tests {
     /// Rosenbrock's valley, minimum 0 at (1, 1).
     #[test]
     fn finds_the_end_of_a_curved_valley() {
-        let valley = |x: &[f64]| (1.0 - x[0]).powi(2) + 100.0 * (x[1] - x[0] * x[0]).powi(2);
+        let valley =
+            |x: &[f64], _: f64| (1.0 - x[0]).powi(2) + 100.0 * (x[1] - x[0] * x[0]).powi(2);
         let box_ = [(-2.0, 2.0), (-1.0, 3.0)];
-        let mut starts = sequence(&box_, 6, 3);
+        let mut starts = sequence(&box_, 30, 3);
         starts.insert(0, vec![-1.2, 1.0]);
         let (x, cost) = minimise(&valley, &starts, THOROUGH).unwrap().remove(0);
         assert!(cost < 1e-5 && (x[0] - 1.0).abs() < 0.01, "{x:?} {cost}");

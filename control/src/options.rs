@@ -45,7 +45,7 @@ pub struct RobustOptions {
 
 impl Default for RobustOptions {
     fn default() -> Self {
-        Self { members: 100, latency_s: 0.01, gain: [0.9, 1.05], speed_share: 0.2 }
+        Self { members: 100, latency_s: 0.01, gain: [0.93, 1.05], speed_share: 0.2 }
     }
 }
 

@@ -10,8 +10,10 @@ use crate::Error;
 use crate::advice::Advice;
 use crate::breaking::breaking;
 use crate::nominal::{self, Found};
-use crate::objective::{Aim, HOPELESS_WEIGHT, Objective, ROBUST, ROBUST_BUT_SLOW};
-use crate::optimise::{Effort, QUICK};
+use crate::objective::{
+    Aim, HOPELESS_WEIGHT, Objective, ROBUST, ROBUST_AND_QUICK, ROBUST_BUT_SLOW,
+};
+use crate::optimise::{QUICK, THOROUGH};
 use crate::options::{DesignOptions, RobustOptions};
 use crate::plant::DesignPlant;
 use crate::requirement::{Reached, Requirement};
@@ -26,8 +28,8 @@ use vehicle_models::noise::gaussian;
 const DESIGNED_ON: usize = 100;
 /// How many times as many plants are drawn at the nominal latency as beyond and below it.
 const AT_NOMINAL: usize = 3;
-/// What is spent on the plants at the ends of the ranges.
-const ROBUSTLY: Effort = Effort { begin: 99, keep: 4, restarts: 2, polish: 200 };
+/// Multiples of the plant's scale about which a search begins, and how many starts there are.
+const SCALES: [(f64, u32); 4] = [(1.0, 11), (1.5, 11), (3.0, 11), (5.0, 11)];
 /// Rounds of adding the worst plants.
 const ROUNDS: usize = 5;
 /// Draws tried for one plant: what is drawn may be unstable.
@@ -49,6 +51,16 @@ pub(crate) struct Ensemble<'a> {
 struct Relative {
     scenario: Scenario,
     at_nominal: bool,
+}
+
+/// What was found for all plants.
+pub(crate) struct Robust {
+    pub(crate) found: Found,
+    /// On the nominal plant alone.
+    pub(crate) objective: Objective,
+    /// Where not all plants keep the requirements: the settling time that could be asked for of all
+    /// of them, s.
+    pub(crate) kept_by: Option<f64>,
 }
 
 impl<'a> Ensemble<'a> {
@@ -132,40 +144,67 @@ impl<'a> Ensemble<'a> {
 
     /// Gains that serve all plants; or else those that serve the nominal one and the others as well as
     /// can be.
-    pub(crate) fn find(&self, mut objective: Objective) -> Result<(Found, Objective), Error> {
+    pub(crate) fn find(&self, mut objective: Objective) -> Result<Robust, Error> {
         let seed = self.options.seed;
         let relatives = self.draw(0, DESIGNED_ON);
-        for relative in self.extremes() {
-            objective.scenarios.push(relative.scenario.in_short());
-        }
-        let begin = [
-            starts(&objective, 1.0, 3, seed),
-            starts(&objective, 1.5, 6, seed),
-            starts(&objective, 3.0, 2, seed),
-        ]
-        .concat();
-        let first = Found::of(&objective, search(&objective, &ROBUST, &begin, ROBUSTLY)?);
-        let best = self.on_members(&mut objective, first, &ROBUST, &relatives)?;
+        self.begin_again(&mut objective);
+        let begin = SCALES.map(|(multiple, count)| starts(&objective, multiple, count, seed));
+        let begin = begin.concat();
+        let first = Found::of(&objective, search(&objective, &ROBUST, &begin, THOROUGH)?);
+        // What is nowhere near on few plants is not looked for on more.
+        let best = match nominal::is_far(&objective, &first) {
+            true => first,
+            false => self.on_members(&mut objective, first, &ROBUST, &relatives)?,
+        };
         let missed = self.missed(&objective, &best.pid, &relatives).1;
         if best.met && missed == 0.0 {
             objective.scenarios.truncate(1);
-            return Ok((best, objective));
+            return Ok(Robust { found: best, objective, kept_by: None });
         }
+        // How soon all could settle.
+        self.begin_again(&mut objective);
+        let first = search(&objective, &ROBUST_AND_QUICK, &begin, THOROUGH)?;
+        let first = Found::of(&objective, first);
+        let quick = self.on_members(&mut objective, first, &ROBUST_AND_QUICK, &relatives)?;
+        let kept_by = self.kept_by(&objective, &quick.pid, &relatives);
         // The nominal plant comes first.
         objective.scenarios.truncate(1);
-        let nominal = nominal::find(&objective, seed)?;
-        for relative in self.extremes() {
-            objective.scenarios.push(relative.scenario.in_short());
+        let nominal = nominal::find(&objective, seed, true)?;
+        let mut all = vec![best, quick, nominal.clone()];
+        if nominal.met {
+            self.begin_again(&mut objective);
+            all.push(self.on_members(&mut objective, nominal, &ROBUST_BUT_SLOW, &relatives)?);
         }
-        let slow =
-            self.on_members(&mut objective, nominal.clone(), &ROBUST_BUT_SLOW, &relatives)?;
         objective.scenarios.truncate(1);
-        let mut choice: Vec<(bool, f64, Found)> = [best, slow, nominal]
+        let mut choice: Vec<(bool, f64, Found)> = all
             .into_iter()
             .map(|f| (!f.met, self.missed(&objective, &f.pid, &relatives).1, f))
             .collect();
         choice.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
-        Ok((choice.remove(0).2, objective))
+        Ok(Robust { found: choice.remove(0).2, objective, kept_by })
+    }
+
+    /// The nominal plant and the extremes alone.
+    fn begin_again(&self, objective: &mut Objective) {
+        objective.scenarios.truncate(1);
+        objective.scenarios.extend(self.extremes().into_iter().map(|r| r.scenario.in_short()));
+    }
+
+    /// The settling time that all plants keep, where they keep everything else.
+    fn kept_by(&self, objective: &Objective, pid: &PidParameters, all: &[Relative]) -> Option<f64> {
+        let mut simulator = Simulator::default();
+        let mut slowest = 0.0_f64;
+        for scenario in objective.scenarios[..1].iter().chain(all.iter().map(|r| &r.scenario)) {
+            let reached = objective.reached(&mut simulator, scenario, pid);
+            let missed = |(r, required): &(Requirement, f64)| {
+                *r != Requirement::Settling && !r.is_met(*required, reached.value(*r))
+            };
+            if objective.required().iter().any(missed) {
+                return None;
+            }
+            slowest = slowest.max(reached.step.settling_time_s?);
+        }
+        Some(slowest)
     }
 
     /// Adds the worst of the plants drawn and looks again from there, until none is missed.

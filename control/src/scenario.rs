@@ -8,7 +8,7 @@ use crate::plant::DesignPlant;
 use crate::requirement::Reached;
 use crate::sampled::Sampled;
 use crate::simulate::{Excitation, Simulator};
-use formats::{Margins, OnACurve, Specification};
+use formats::{Margins, OnACurve, Specification, StepMetrics};
 use vehicle_models::PidParameters;
 
 /// Points of the frequency grid.
@@ -39,6 +39,8 @@ pub(crate) struct View {
     pub(crate) all_margins: bool,
     /// Whether the response to the steering offset is asked for.
     pub(crate) with_offset: bool,
+    /// Whether a response that has come to rest, or decays as one mode, is taken to go on so.
+    pub(crate) early: bool,
 }
 
 impl Scenario {
@@ -80,21 +82,24 @@ impl Scenario {
     ) -> (Reached, Metrics) {
         let (sampled, until) = (&self.plant, view.until);
         let band = view.band * spec.settling_band_percent;
+        let quiet = if view.early { quiet(spec) } else { 0.0 };
         let spec = &Specification { settling_band_percent: band, ..*spec };
-        let step = simulated_step(simulator, sampled, pid, spec, Step { until, ..Step::of(spec) });
-        let with_offset = if view.with_offset {
-            let offset = self.ratio * spec.steering_offset_rad;
-            simulated_step(simulator, sampled, pid, spec, Step { offset, until, ..Step::of(spec) })
-        } else {
-            step
+        let step =
+            simulated_step(simulator, sampled, pid, spec, Step { until, quiet, ..Step::of(spec) });
+        let with_offset = match view.with_offset {
+            true => {
+                let offset = self.ratio * spec.steering_offset_rad;
+                let disturbed = Step { offset, until, ..Step::of(spec) };
+                match view.early.then(|| decayed(simulator, sampled, pid, disturbed)).flatten() {
+                    Some(error) => {
+                        StepMetrics { steady_state_error_percent: 100.0 * error, ..step.step }
+                    }
+                    None => simulated_step(simulator, sampled, pid, spec, disturbed).step,
+                }
+            }
+            false => step.step,
         };
-        let reached = Reached {
-            step: step.step,
-            with_offset: with_offset.step,
-            on_curve: 0.0,
-            margins,
-            end: until,
-        };
+        let reached = Reached { step: step.step, with_offset, on_curve: 0.0, margins, end: until };
         (reached, step)
     }
 
@@ -112,7 +117,9 @@ impl Scenario {
         spec: &Specification,
         until: f64,
     ) -> Metrics {
-        small_step(simulator, &self.plant, pid, spec, until)
+        let quiet = SMALL * quiet(spec);
+        let step = Step { height: SMALL * spec.step_rad, offset: 0.0, until, quiet };
+        simulated_step(simulator, &self.plant, pid, spec, step)
     }
 
     /// The error on the curve with the advice for the nominal plant.
@@ -134,12 +141,51 @@ pub(crate) struct Step {
     /// Steering offset in steering coordinates, rad.
     pub(crate) offset: f64,
     pub(crate) until: f64,
+    /// See [`Excitation::quiet`].
+    pub(crate) quiet: f64,
 }
 
 impl Step {
     pub(crate) fn of(spec: &Specification) -> Self {
-        Self { height: spec.step_rad, offset: 0.0, until: spec.steady_state_time_s }
+        Self { height: spec.step_rad, offset: 0.0, until: spec.steady_state_time_s, quiet: 0.0 }
     }
+}
+
+/// The distance from the step within which a response has come to rest, rad: a quarter of what is
+/// held against it.
+fn quiet(spec: &Specification) -> f64 {
+    let error = spec.steady_state_error_percent.unwrap_or(f64::INFINITY);
+    let overshoot = spec.overshoot_percent.unwrap_or(f64::INFINITY);
+    0.0025 * spec.settling_band_percent.min(error).min(overshoot) * spec.step_rad
+}
+
+/// Where the decay of a disturbance is read, as shares of the time, and by how much its rate may
+/// differ between them for one mode to be left.
+const READ_AT: [f64; 3] = [0.4, 0.5, 0.6];
+const ONE_MODE: f64 = 0.01;
+
+/// The error at the end of a step, as a share of it, where it decays as a single mode long before;
+/// none where it does not.
+fn decayed(
+    simulator: &mut Simulator,
+    plant: &Sampled,
+    pid: &PidParameters,
+    Step { height, offset, until, quiet }: Step,
+) -> Option<f64> {
+    let [.., read] = READ_AT;
+    let (step, until) = (height, until * read);
+    let excitation = Excitation { step, ramp: 0.0, feedforward: 0.0, offset, until, quiet };
+    let yaw = &simulator.run(plant, pid, &excitation).yaw;
+    let last = (until / plant.sample_time).round() as usize;
+    let off = |share: f64| {
+        let k = (share / read * last as f64).round() as usize;
+        yaw.get(k).map(|y| 1.0 - y / height)
+    };
+    let [first, second, third] = [off(READ_AT[0])?, off(READ_AT[1])?, off(READ_AT[2])?];
+    let (earlier, later) = (second / first, third / second);
+    let decays = (0.0..1.0).contains(&earlier) && (0.0..1.0).contains(&later);
+    let intervals = (1.0 - READ_AT[2]) / (READ_AT[2] - READ_AT[1]);
+    (decays && (later - earlier).abs() < ONE_MODE).then(|| third.abs() * later.powf(intervals))
 }
 
 /// The metrics of a simulated step.
@@ -148,9 +194,9 @@ pub(crate) fn simulated_step(
     plant: &Sampled,
     pid: &PidParameters,
     spec: &Specification,
-    Step { height, offset, until }: Step,
+    Step { height, offset, until, quiet }: Step,
 ) -> Metrics {
-    let excitation = Excitation { step: height, ramp: 0.0, feedforward: 0.0, offset, until };
+    let excitation = Excitation { step: height, ramp: 0.0, feedforward: 0.0, offset, until, quiet };
     metrics(simulator.run(plant, pid, &excitation), height, spec.settling_band_percent)
 }
 
@@ -162,7 +208,7 @@ pub(crate) fn small_step(
     spec: &Specification,
     until: f64,
 ) -> Metrics {
-    let step = Step { height: SMALL * spec.step_rad, offset: 0.0, until };
+    let step = Step { height: SMALL * spec.step_rad, offset: 0.0, until, quiet: 0.0 };
     simulated_step(simulator, plant, pid, spec, step)
 }
 
@@ -184,6 +230,7 @@ pub(crate) fn on_curve(
         feedforward: advice.feedforward_gain * curvature,
         offset: 0.0,
         until: spec.steady_state_time_s + advice.preview_time,
+        quiet: 0.0,
     };
     let trace = simulator.run(plant, pid, &excitation);
     let error = |k: usize| {

@@ -34,7 +34,7 @@ pub(crate) fn search(
     starts: &[Vec<f64>],
     effort: Effort,
 ) -> Result<Vec<Vec<f64>>, Error> {
-    let found = minimise(&|x| objective.cost(x, aim), starts, effort)?;
+    let found = minimise(&|x, most| objective.cost(x, aim, most), starts, effort)?;
     Ok(found.into_iter().map(|(x, _)| x).collect())
 }
 

@@ -33,6 +33,9 @@ pub(crate) struct Excitation {
     pub(crate) offset: f64,
     /// Last time of the trace, s.
     pub(crate) until: f64,
+    /// Distance from the step within which a response that has come to rest is not followed to the
+    /// end, rad; 0 for always.
+    pub(crate) quiet: f64,
 }
 
 /// Scratch space, so that thousands of simulations allocate once.
@@ -156,7 +159,12 @@ impl Motion for Large<'_> {
     }
 }
 
-/// Fills the trace; the number of ticks until the end, or until the loop runs away.
+/// Ticks, and share of the time so far, for which a response must have been quiet.
+const QUIET_TICKS: usize = 20;
+const QUIET_SHARE: usize = 5;
+
+/// Fills the trace; the number of ticks until the end, until the loop has come to rest, or until it
+/// runs away.
 fn ticks(
     trace: &mut Trace,
     motion: &mut impl Motion,
@@ -168,29 +176,40 @@ fn ticks(
     let bound = RUNAWAY * e.step.abs().max(e.ramp.abs() * e.until);
     let mut controller = Pid::default();
     controller.tick(pid, &PidInput { enabled: true, ..PidInput::default() });
-    let columns = trace.time.iter_mut().zip(&mut trace.yaw_reference).zip(&mut trace.yaw);
-    let (steering, mut old) = (&mut trace.steering, e.offset);
-    let mut ticks = 0;
-    for (k, ((time, yaw_reference), yaw)) in columns.enumerate() {
-        ticks = k + 1;
-        *time = k as f64 * ts;
-        *yaw = motion.yaw();
-        *yaw_reference = e.step + e.ramp * *time;
+    let Trace { time, yaw_reference, yaw, steering } = trace;
+    let last = time.len() - 1;
+    let mut old = e.offset;
+    let mut loud = 0;
+    for k in 0..=last {
+        time[k] = k as f64 * ts;
+        yaw[k] = motion.yaw();
+        yaw_reference[k] = e.step + e.ramp * time[k];
         let input = PidInput {
-            yaw_reference: *yaw_reference,
-            yaw: *yaw,
+            yaw_reference: yaw_reference[k],
+            yaw: yaw[k],
             steering_feedforward: e.feedforward,
             enabled: true,
         };
         steering[k] = controller.tick(pid, &input).steering_angle;
         // What is no number is beyond it, too.
-        let bounded = yaw.abs() <= bound;
+        let bounded = yaw[k].abs() <= bound;
         if !bounded {
-            break;
+            return k + 1;
+        }
+        let off = (yaw[k] - e.step).abs();
+        if off > e.quiet {
+            loud = k;
+        } else if k - loud > QUIET_TICKS.max(k / QUIET_SHARE) && e.quiet > 0.0 {
+            // Going on like this it must stay there: an overshoot that is still to come shows in
+            // the slope.
+            let moved = (yaw[k] - yaw[loud + 1]).abs() / (k - loud - 1) as f64;
+            if off + moved * (last - k) as f64 <= e.quiet {
+                return k + 1;
+            }
         }
         let new = e.offset + if k >= plant.delay { steering[k - plant.delay] } else { 0.0 };
         motion.advance(old, new);
         old = new;
     }
-    ticks
+    last + 1
 }

@@ -58,7 +58,7 @@ fn pid() -> PidParameters {
 }
 
 const STEP: Excitation =
-    Excitation { step: 0.1, ramp: 0.0, feedforward: 0.0, offset: 0.0, until: 5.0 };
+    Excitation { step: 0.1, ramp: 0.0, feedforward: 0.0, offset: 0.0, until: 5.0, quiet: 0.0 };
 
 fn proportional(kp: f64, sample_time: f64) -> PidParameters {
     PidParameters { kp, ki: 0.0, kd: 0.0, setpoint_weight_proportional: 1.0, sample_time, ..pid() }

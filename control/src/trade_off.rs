@@ -3,15 +3,23 @@
 use crate::Error;
 use crate::nominal::Found;
 use crate::objective::{Objective, QUICKEST};
-use crate::optimise::QUICK;
-use crate::search::search;
+use crate::optimise::BRIEF;
+use crate::search::{search, starts};
 use formats::{Specification, TradeOff};
 
 /// The modulus margins looked at.
 const MARGINS: [f64; 5] = [0.4, 0.5, 0.6, 0.7, 0.8];
 
+/// Starts beside the loops that are known, and the multiple of the plant's scale about which.
+const STARTS: u32 = 13;
+const SCALE: f64 = 1.5;
+
 /// The quickest loop on the nominal plant at each modulus margin, the other requirements kept.
-pub(crate) fn trade_off(objective: &Objective, found: &Found) -> Result<Vec<TradeOff>, Error> {
+pub(crate) fn trade_off(
+    objective: &Objective,
+    found: &Found,
+    seed: u64,
+) -> Result<Vec<TradeOff>, Error> {
     let mut rows = Vec::new();
     let mut from = found.variables.clone();
     // From the most robust one down: what is kept at a margin is kept at a smaller one.
@@ -22,8 +30,9 @@ pub(crate) fn trade_off(objective: &Objective, found: &Found) -> Result<Vec<Trad
             ..objective.spec
         };
         let easier = objective.with(spec);
-        let begin = [from.clone(), found.variables.clone()];
-        let quickest = Found::of(&easier, search(&easier, &QUICKEST, &begin, QUICK)?);
+        let mut begin = starts(&easier, SCALE, STARTS, seed);
+        begin.extend([from.clone(), found.variables.clone()]);
+        let quickest = Found::of(&easier, search(&easier, &QUICKEST, &begin, BRIEF)?);
         if quickest.met {
             from.clone_from(&quickest.variables);
         }
