@@ -7,7 +7,7 @@ use crate::requirements::SpecificationArguments;
 use crate::tell::Tell;
 use crate::{files, fmu_step};
 use control::DesignPlant;
-use formats::{Bicycle, Document, Plant, SourceFile};
+use formats::{Bicycle, Document, Pid, Plant, SourceFile};
 use std::path::{Path, PathBuf};
 
 /// Design a PID steering controller (eq 14) on a plant or bicycle file
@@ -42,7 +42,17 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         }
     }
     Tell::new(arguments.json).result(&text, &pid)?;
-    Ok(if pid.evidence.met { Outcome::Done } else { Outcome::RequirementNotMet })
+    Ok(if is_kept(&pid, &arguments.specification) {
+        Outcome::Done
+    } else {
+        Outcome::RequirementNotMet
+    })
+}
+
+/// Whether what was asked for is kept; by all plants where that was asked for in so many words.
+fn is_kept(pid: &Pid, specification: &SpecificationArguments) -> bool {
+    let by_all = pid.evidence.robustness.as_ref().is_none_or(|r| r.met);
+    pid.evidence.met && (by_all || !specification.must_be_robust())
 }
 
 /// The model in a plant or bicycle file, and the file's text.

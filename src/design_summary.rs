@@ -27,10 +27,12 @@ pub(crate) fn summary(pid: &Pid) -> String {
         let _ = writeln!(text, "{}", ranges(robustness));
     }
     text.push_str(&trade_off(e));
-    text.push_str(if e.met {
-        "every requirement is met\n"
-    } else {
-        "not every requirement is met\n"
+    text.push_str(match (e.met, e.robustness.as_ref().is_none_or(|r| r.met)) {
+        (true, true) => "every requirement is met\n",
+        (true, false) => {
+            "every requirement is met on the plant itself, not by all it may stand for\n"
+        }
+        (false, _) => "not every requirement is met\n",
     });
     for shortfall in &e.shortfalls {
         let (label, value): (&str, Box<dyn Fn(f64) -> String>) =

@@ -124,7 +124,8 @@ pub(crate) struct SpecificationArguments {
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time)]
     estimator_delay: Option<f64>,
     /// Hold the gains against the plants within the identified uncertainty, other latencies, and
-    /// other speeds where the model holds there [default: on]
+    /// other speeds where the model holds there [default: on]. What they do not all keep is advice, and
+    /// where `on` is written a requirement that is not met
     #[arg(long, value_enum)]
     robust: Option<Switch>,
     /// Latency to either side that must change nothing; by default 30ms where a latency is stated,
@@ -206,6 +207,11 @@ const KEYS: &[Key] = &[
 ];
 
 impl SpecificationArguments {
+    /// Whether a design that not all plants keep is none: `--robust on` was written, not only meant.
+    pub(crate) fn must_be_robust(&self) -> bool {
+        self.robust == Some(Switch::On)
+    }
+
     /// The options of the design.
     pub(crate) fn options(&self) -> Result<DesignOptions, Failure> {
         let mut options = DesignOptions::default();

@@ -4,13 +4,16 @@
 use crate::Error;
 use crate::nominal::Found;
 use crate::objective::{Aim, BARELY, Objective, QUICKEST};
-use crate::optimise::QUICK;
+use crate::optimise::{QUICK, TWICE};
 use crate::requirement::Requirement;
-use crate::search::search;
+use crate::search::{search, starts};
 use crate::zeros::nearest_right_half_plane;
 use crate::{DesignOptions, DesignPlant};
 use formats::Limits;
 
+/// Starts beside the loop found, and the multiple of the plant's scale about which.
+const STARTS: u32 = 6;
+const SCALE: f64 = 1.5;
 /// A limit that is as good as none.
 const NONE: f64 = 1e6;
 
@@ -48,6 +51,12 @@ pub(crate) fn blocked(
             search(objective, aim, std::slice::from_ref(&found.variables), QUICK)?,
         ))
     };
+    // Another plant, or other limits, may want quite other gains.
+    let anew = |objective: &Objective| -> Result<Found, Error> {
+        let mut begin = starts(objective, SCALE, STARTS, options.seed);
+        begin.push(found.variables.clone());
+        Ok(Found::of(objective, search(objective, &QUICKEST, &begin, TWICE)?))
+    };
     // Another requirement that gives way.
     for (r, required) in objective.required() {
         if missed.iter().any(|(m, _)| *m == r) {
@@ -77,7 +86,7 @@ pub(crate) fn blocked(
     let free = Limits { max_angle_rad: NONE, ..limits };
     let fast = Limits { max_increment_rad: NONE, max_rate_radps: NONE, ..limits };
     for (changed, is_angle) in [(free, true), (fast, false)] {
-        let given = search_from(&objective.limited(changed), &QUICKEST)?;
+        let given = anew(&objective.limited(changed))?;
         if given.met {
             let step = &given.reached.step;
             let degrees = |rad: f64| rad.to_degrees();
@@ -103,7 +112,7 @@ pub(crate) fn blocked(
         let without = DesignOptions { loop_delay_s: 0.0, ..*options };
         let mut undelayed = Objective::new(&prompt, &without)?;
         undelayed.scale = objective.scale;
-        if search_from(&undelayed, &QUICKEST)?.met {
+        if anew(&undelayed)?.met {
             let ms = 1e3 * delay;
             words.push(format!("without the delay of {ms:.0} ms in the loop it could be met"));
         }

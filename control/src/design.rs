@@ -5,6 +5,7 @@
 
 use crate::Error;
 use crate::advice::{Advice, ramp_lag};
+use crate::beyond::beyond_the_drive;
 use crate::blocked::{blocked, wrong_way};
 use crate::evaluate::evidence;
 use crate::nominal;
@@ -57,6 +58,7 @@ pub fn design(
     evidence.trade_off = trade_off(&objective, &found, options.seed)?;
     evidence.advice = blocked(&objective, plant, options, &found)?;
     evidence.advice.extend(wrong_way(plant, evidence.margins.crossover_radps));
+    evidence.advice.extend(beyond_the_drive(plant, sampled, &pid, &objective.spec));
     let not_kept = evidence.robustness.iter().flat_map(|r| not_everywhere(r, evidence.met));
     evidence.advice.extend(not_kept);
     if evidence.robustness.as_ref().is_some_and(|r| !r.met) {

@@ -6,7 +6,7 @@
 //! is no worse than what it is to replace, so a cost may stop early, once it exceeds that.
 
 /// Share of candidates that begin from the best point.
-const FROM_BEST: f64 = 0.3;
+const FROM_BEST: f64 = 0.1;
 /// Smallest factor of a difference, and how much larger it may be.
 const FACTOR: (f64, f64) = (0.4, 0.5);
 /// Share of the coordinates that are a candidate's own.

@@ -22,6 +22,7 @@
 //! plant's own steering coordinates unless a name says road wheel.
 
 mod advice;
+mod beyond;
 mod bicycle;
 mod blocked;
 mod breaking;

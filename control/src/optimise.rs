@@ -1,7 +1,8 @@
 //! The search of a minimum, the same each time.
 //!
-//! Differential evolution (`evolve`) on islands of their own, whose best points Nelder–Mead then
-//! polishes; or Nelder–Mead alone, from a point that is known to be good. The starts are the caller's
+//! Nelder–Mead from several starting points, or differential evolution (`evolve`) on islands of their
+//! own. The best few are then polished by Nelder–Mead with a fresh simplex, since it may stall where
+//! the cost has a kink. The starts are the caller's
 //! own guesses and points of the additive recurrence of Roberts (2018), `xₙ = frac(seed + n·α)` with
 //! αᵢ = φ⁻ⁱ and φ the positive root of φ^{d+1} = φ + 1: a low-discrepancy sequence without a random
 //! number.
@@ -11,7 +12,7 @@ use crate::evolve::evolve;
 use argmin::core::{CostFunction, Executor, State};
 use argmin::solver::neldermead::NelderMead;
 
-/// Iterations from a good start.
+/// Iterations of each start.
 const ITERATIONS: u64 = 120;
 /// Size of the first simplex, and of a polish.
 const SIMPLEX: f64 = 0.4;
@@ -31,19 +32,28 @@ impl<F: Fn(&[f64], f64) -> f64> CostFunction for Cost<'_, F> {
 /// How much is spent on a search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Effort {
-    /// Populations that evolve by themselves; none for a descent from the best start alone.
+    /// Populations that evolve by themselves, and for how long; without any, how many of the starts
+    /// are gone down from: those that cost least.
     pub(crate) islands: usize,
     pub(crate) generations: usize,
-    /// Iterations on what was found.
+    pub(crate) begin: usize,
+    /// How many of the points found are polished, how often each, and for how many iterations.
+    pub(crate) keep: usize,
+    pub(crate) restarts: usize,
     pub(crate) polish: u64,
 }
 
-/// What is spent where nothing good is known yet.
-pub(crate) const THOROUGH: Effort = Effort { islands: 2, generations: 80, polish: 200 };
-/// What is spent beside good starts.
-pub(crate) const BRIEF: Effort = Effort { islands: 1, generations: 40, polish: 80 };
+/// What is spent on one plant where nothing good is known yet.
+pub(crate) const THOROUGH: Effort =
+    Effort { islands: 0, generations: 0, begin: 99, keep: 3, restarts: 2, polish: 250 };
+/// What is spent on many plants: their requirements together have more ledges.
+pub(crate) const EVOLVED: Effort =
+    Effort { islands: 2, generations: 90, begin: 0, keep: 2, restarts: 1, polish: 200 };
+/// The same from two of them.
+pub(crate) const TWICE: Effort = Effort { begin: 2, keep: 2, ..QUICK };
 /// What is spent from a good start.
-pub(crate) const QUICK: Effort = Effort { islands: 0, generations: 0, polish: 120 };
+pub(crate) const QUICK: Effort =
+    Effort { islands: 0, generations: 0, begin: 1, keep: 1, restarts: 1, polish: 120 };
 
 /// The points found, from the best on, each with its cost.
 pub(crate) type Points = Vec<(Vec<f64>, f64)>;
@@ -56,10 +66,15 @@ pub(crate) fn minimise(
     effort: Effort,
 ) -> Result<Points, Error> {
     let nothing = || Error::Optimiser("nothing to start from".into());
-    let found = if effort.islands == 0 {
-        let costs = starts.iter().map(|x| (x, cost(x, f64::INFINITY)));
-        let best = costs.min_by(|a, b| a.1.total_cmp(&b.1)).ok_or_else(nothing)?.0;
-        vec![descend(cost, best, SIMPLEX, ITERATIONS)?]
+    let mut found = if effort.islands == 0 {
+        // A stable sort: equal costs keep the order of the starts.
+        let mut starts: Points =
+            starts.iter().map(|x| (x.clone(), cost(x, f64::INFINITY))).collect();
+        if effort.begin < starts.len() {
+            starts.sort_by(|a, b| a.1.total_cmp(&b.1));
+            starts.truncate(effort.begin);
+        }
+        each(&starts, |(start, _)| descend(cost, start, SIMPLEX, ITERATIONS))?
     } else {
         let island = |i: usize| -> Vec<Vec<f64>> {
             starts.iter().skip(i).step_by(effort.islands).cloned().collect()
@@ -69,10 +84,19 @@ pub(crate) fn minimise(
             evolve(cost, island(*i), effort.generations, *i as u64).ok_or_else(nothing)
         })?
     };
-    let mut found = each(&found, |candidate| {
-        let polished = descend(cost, &candidate.0, SMALL_SIMPLEX, effort.polish)?;
-        Ok(if polished.1 < candidate.1 { polished } else { candidate.clone() })
+    found.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let kept = effort.keep.min(found.len());
+    let polished = each(&found[..kept], |candidate| {
+        let mut best = candidate.clone();
+        for _ in 0..effort.restarts {
+            let polished = descend(cost, &best.0, SMALL_SIMPLEX, effort.polish)?;
+            if polished.1 < best.1 {
+                best = polished;
+            }
+        }
+        Ok(best)
     })?;
+    found.splice(..kept, polished);
     found.sort_by(|a, b| a.1.total_cmp(&b.1));
     if found.is_empty() { Err(nothing()) } else { Ok(found) }
 }
@@ -161,7 +185,7 @@ mod tests {
         let valley =
             |x: &[f64], _: f64| (1.0 - x[0]).powi(2) + 100.0 * (x[1] - x[0] * x[0]).powi(2);
         let box_ = [(-2.0, 2.0), (-1.0, 3.0)];
-        let mut starts = sequence(&box_, 30, 3);
+        let mut starts = sequence(&box_, 6, 3);
         starts.insert(0, vec![-1.2, 1.0]);
         let (x, cost) = minimise(&valley, &starts, THOROUGH).unwrap().remove(0);
         assert!(cost < 1e-5 && (x[0] - 1.0).abs() < 0.01, "{x:?} {cost}");

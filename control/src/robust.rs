@@ -13,7 +13,7 @@ use crate::nominal::{self, Found};
 use crate::objective::{
     Aim, HOPELESS_WEIGHT, Objective, ROBUST, ROBUST_AND_QUICK, ROBUST_BUT_SLOW,
 };
-use crate::optimise::{QUICK, THOROUGH};
+use crate::optimise::{EVOLVED, QUICK};
 use crate::options::{DesignOptions, RobustOptions};
 use crate::plant::DesignPlant;
 use crate::requirement::{Reached, Requirement};
@@ -32,6 +32,8 @@ const AT_NOMINAL: usize = 3;
 const SCALES: [(f64, u32); 4] = [(1.0, 11), (1.5, 11), (3.0, 11), (5.0, 11)];
 /// Rounds of adding the worst plants.
 const ROUNDS: usize = 5;
+/// The same where the settling time gives way.
+const FEW_ROUNDS: usize = 3;
 /// Draws tried for one plant: what is drawn may be unstable.
 const TRIES: u64 = 20;
 /// Latency that is looked at for where requirements break, s.
@@ -150,11 +152,11 @@ impl<'a> Ensemble<'a> {
         self.begin_again(&mut objective);
         let begin = SCALES.map(|(multiple, count)| starts(&objective, multiple, count, seed));
         let begin = begin.concat();
-        let first = Found::of(&objective, search(&objective, &ROBUST, &begin, THOROUGH)?);
+        let first = Found::of(&objective, search(&objective, &ROBUST, &begin, EVOLVED)?);
         // What is nowhere near on few plants is not looked for on more.
         let best = match nominal::is_far(&objective, &first) {
             true => first,
-            false => self.on_members(&mut objective, first, &ROBUST, &relatives)?,
+            false => self.on_members(&mut objective, first, &ROBUST, &relatives, ROUNDS)?,
         };
         let missed = self.missed(&objective, &best.pid, &relatives).1;
         if best.met && missed == 0.0 {
@@ -163,9 +165,10 @@ impl<'a> Ensemble<'a> {
         }
         // How soon all could settle.
         self.begin_again(&mut objective);
-        let first = search(&objective, &ROBUST_AND_QUICK, &begin, THOROUGH)?;
+        let first = search(&objective, &ROBUST_AND_QUICK, &begin, EVOLVED)?;
         let first = Found::of(&objective, first);
-        let quick = self.on_members(&mut objective, first, &ROBUST_AND_QUICK, &relatives)?;
+        let quick =
+            self.on_members(&mut objective, first, &ROBUST_AND_QUICK, &relatives, FEW_ROUNDS)?;
         let kept_by = self.kept_by(&objective, &quick.pid, &relatives);
         // The nominal plant comes first.
         objective.scenarios.truncate(1);
@@ -173,7 +176,21 @@ impl<'a> Ensemble<'a> {
         let mut all = vec![best, quick, nominal.clone()];
         if nominal.met {
             self.begin_again(&mut objective);
-            all.push(self.on_members(&mut objective, nominal, &ROBUST_BUT_SLOW, &relatives)?);
+            all.push(self.on_members(
+                &mut objective,
+                nominal.clone(),
+                &ROBUST,
+                &relatives,
+                FEW_ROUNDS,
+            )?);
+            self.begin_again(&mut objective);
+            all.push(self.on_members(
+                &mut objective,
+                nominal,
+                &ROBUST_BUT_SLOW,
+                &relatives,
+                ROUNDS,
+            )?);
         }
         objective.scenarios.truncate(1);
         let mut choice: Vec<(bool, f64, Found)> = all
@@ -214,11 +231,12 @@ impl<'a> Ensemble<'a> {
         first: Found,
         aim: &Aim,
         relatives: &[Relative],
+        rounds: usize,
     ) -> Result<Found, Error> {
         let mut chosen: Vec<(bool, usize)> = Vec::new();
         let mut found = first.clone();
         let (mut best, mut least) = (first, f64::INFINITY);
-        for _ in 0..ROUNDS {
+        for _ in 0..rounds {
             let (worst, missed) = self.missed(objective, &found.pid, relatives);
             if missed < least && (found.met || !best.met) {
                 (best, least) = (found.clone(), missed);

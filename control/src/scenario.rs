@@ -162,7 +162,7 @@ fn quiet(spec: &Specification) -> f64 {
 /// Where the decay of a disturbance is read, as shares of the time, and by how much its rate may
 /// differ between them for one mode to be left.
 const READ_AT: [f64; 3] = [0.4, 0.5, 0.6];
-const ONE_MODE: f64 = 0.01;
+const ONE_MODE: f64 = 0.002;
 
 /// The error at the end of a step, as a share of it, where it decays as a single mode long before;
 /// none where it does not.

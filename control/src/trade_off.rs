@@ -3,7 +3,7 @@
 use crate::Error;
 use crate::nominal::Found;
 use crate::objective::{Objective, QUICKEST};
-use crate::optimise::BRIEF;
+use crate::optimise::TWICE;
 use crate::search::{search, starts};
 use formats::{Specification, TradeOff};
 
@@ -32,7 +32,7 @@ pub(crate) fn trade_off(
         let easier = objective.with(spec);
         let mut begin = starts(&easier, SCALE, STARTS, seed);
         begin.extend([from.clone(), found.variables.clone()]);
-        let quickest = Found::of(&easier, search(&easier, &QUICKEST, &begin, BRIEF)?);
+        let quickest = Found::of(&easier, search(&easier, &QUICKEST, &begin, TWICE)?);
         if quickest.met {
             from.clone_from(&quickest.variables);
         }

@@ -187,3 +187,40 @@ fn linear_theory_and_the_sampled_loop_agree() {
         assert!(later.overshoot_percent > e.step.overshoot_percent);
     }
 }
+
+/// Where only the plant itself keeps a settling time, the advice says which one all could keep, and
+/// all do keep that one when it is asked for.
+#[test]
+fn the_settling_time_that_all_plants_could_keep_is_told() {
+    let plant = DesignPlant::from_plant(&identified_car()).expect("a plant");
+    let robust = Some(RobustOptions { latency_s: 0.03, ..RobustOptions::default() });
+    let mut options = DesignOptions { loop_delay_s: 0.06, robust, ..DesignOptions::default() };
+    options.requirements.settling_time_s = Some(0.7);
+    let e = designed(&plant, &options).evidence;
+    assert!(e.met && !e.robustness.expect("robustness").met, "{:?}", e.step);
+    let words = e.advice.join("; ");
+    let (_, rest) = words.split_once("could keep a settling time of ").expect("it is told");
+    let told: f64 = rest.split(' ').next().expect("a time").parse().expect("a number");
+    assert!(told > 0.7 && told < 1.2, "{words}");
+    options.requirements.settling_time_s = Some(told);
+    let e = designed(&plant, &options).evidence;
+    assert!(e.met && e.robustness.expect("robustness").met, "{:?}", e.step);
+}
+
+/// A drive that was steered gently says nothing of a step that is not.
+#[test]
+fn a_step_beyond_the_drive_is_told() {
+    let words = |angle: f64, rate: f64, max_rate_radps: Option<f64>| {
+        let mut plant = identified_car();
+        plant.evidence.excitation.largest_steering_rad = Some(angle);
+        plant.evidence.excitation.largest_steering_rate_radps = Some(rate);
+        let plant = DesignPlant::from_plant(&plant).expect("a plant");
+        let options = DesignOptions { max_rate_radps, robust: None, ..DesignOptions::default() };
+        designed(&plant, &options).evidence.advice.join("; ")
+    };
+    let gentle = words(0.04, 0.3, None);
+    assert!(gentle.contains("no more than 17°/s") && gentle.contains("--max-rate"), "{gentle}");
+    assert!(gentle.contains("no more than 2.3°"), "{gentle}");
+    assert_eq!(words(0.5, 5.0, None), "");
+    assert_eq!(words(0.5, 0.3, Some(0.4)), "");
+}

@@ -22,9 +22,27 @@ pub struct Excitation {
     /// Of how high an order the input is persistently exciting.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub persistence: Option<Persistence>,
+    /// Largest angle steered to either side of the mean, rad, in steering coordinates.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub largest_steering_rad: Option<f64>,
+    /// Largest rate of steering, rad/s, by [`Excitation::largest_rate`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub largest_steering_rate_radps: Option<f64>,
 }
 
+/// The time over which a rate of steering is read, s: a difference of neighbouring samples is mostly
+/// the sensor's noise.
+const RATE_OVER_S: f64 = 0.1;
+
 impl Excitation {
+    /// The largest mean rate of a signal over a tenth of a second, in its unit per second.
+    #[must_use]
+    pub fn largest_rate(signal: &[f64], sample_time_s: f64) -> f64 {
+        let apart = ((RATE_OVER_S / sample_time_s).round() as usize).max(1);
+        let over = apart as f64 * sample_time_s;
+        signal.windows(apart + 1).map(|w| (w[apart] - w[0]).abs() / over).fold(0.0, f64::max)
+    }
+
     /// The frequency from which on no band has information, Hz; `None` where the highest has some.
     #[must_use]
     pub fn silent_from_hz(&self) -> Option<f64> {

@@ -70,6 +70,7 @@ pub fn evidence() -> Evidence {
                 .collect(),
             bands: bands(),
             persistence: Some(Persistence { order: 50, tried: 50 }),
+            ..Excitation::default()
         },
         held_out: Some(held_out()),
         residuals: Some(residuals()),

@@ -12,7 +12,7 @@ mod verdict;
 
 use crate::DriveLog;
 use crate::model::StateSpace;
-use crate::signal::{Spectra, standard_deviation};
+use crate::signal::{Spectra, mean, standard_deviation};
 use crate::statistics::{autocorrelation, cross_correlation, feedback};
 use crate::subspace::{Conditioning, Decomposition};
 use formats::{
@@ -66,6 +66,11 @@ pub(crate) fn frequencies(
         frequency_hz: rounded(spectra.frequency_hz[k]),
         coherence: rounded(spectra.coherence(k)),
     });
+    let straight = mean(&log.input);
+    let largest_angle = log.input.iter().map(|u| (u - straight).abs()).fold(0.0, f64::max);
+    let largest_rate = ranges()
+        .map(|r| Excitation::largest_rate(&log.input[r], log.sample_time_s))
+        .fold(0.0, f64::max);
     let excitation = Excitation {
         road_wheel_std_rad: standard_deviation(&log.input) / log.steering_ratio,
         yaw_rate_std_radps: standard_deviation(&log.output),
@@ -74,6 +79,8 @@ pub(crate) fn frequencies(
         coherence: coherence.collect(),
         bands: bands::bands(&spectra, modelled),
         persistence: Some(bands::persistence(&inputs)),
+        largest_steering_rad: Some(rounded(largest_angle)),
+        largest_steering_rate_radps: Some(rounded(largest_rate)),
     };
     let response =
         response::response(&spectra, &simulated, modelled, log.sample_time_s, HIGHEST_SHOWN);
