@@ -74,11 +74,15 @@ pub(crate) fn is_far(objective: &Objective, quickest: &Found) -> bool {
 /// With some reserve; or else the quickest loop that keeps everything but the settling time.
 /// `doubtful` says that others have not been found to keep it.
 pub(crate) fn find(objective: &Objective, seed: u64, doubtful: bool) -> Result<Found, Error> {
-    // About the plant's own scale, and about the time asked for where that is longer.
+    // About the plant's own scale and beyond, and about the time asked for where that is longer.
     const OWN: f64 = 1.5;
     let asked = objective.spec.settling_time_s.map_or(OWN, |t| t / objective.scale);
-    let mut own = starts(objective, OWN, STARTS, seed);
-    own.extend(starts(objective, asked.max(2.0 * OWN), STARTS, seed));
+    let mut own = [OWN, 2.0 * OWN, 4.0 * OWN]
+        .map(|multiple| starts(objective, multiple, STARTS, seed))
+        .concat();
+    if asked > 4.0 * OWN {
+        own.extend(starts(objective, asked, STARTS, seed));
+    }
     let all = SCALES.map(|multiple| starts(objective, multiple, STARTS / 2, seed)).concat();
     let quickest = || search(objective, &QUICKEST, &all, THOROUGH);
     let quickest_first = doubtful.then(quickest).transpose()?.map(|x| Found::of(objective, x));
