@@ -115,10 +115,8 @@ impl<const N: usize> Motion for Small<N> {
 
     #[inline]
     fn advance(&mut self, old: f64, new: f64) {
-        let mut next = [0.0; N];
-        for i in 0..N {
-            next[i] = self.gamma_old[i] * old + self.gamma_new[i] * new;
-        }
+        let mut next: [f64; N] =
+            std::array::from_fn(|i| self.gamma_old[i] * old + self.gamma_new[i] * new);
         for (column, x) in self.phi.iter().zip(self.state) {
             for (next, phi) in next.iter_mut().zip(column) {
                 *next += phi * x;
