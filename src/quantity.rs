@@ -11,7 +11,6 @@ const TIMES: Units = &[("ms", 1e-3), ("s", 1.0)];
 const LENGTHS: Units = &[("cm", 1e-2), ("m", 1.0)];
 const SPEEDS: Units = &[("m/s", 1.0), ("km/h", 1.0 / 3.6)];
 const ACCELERATIONS: Units = &[("m/s2", 1.0), ("g", 9.80665)];
-const LENGTHS: Units = &[("m", 1.0)];
 const RATES: Units = &[("/s", 1.0)];
 const SHARES: Units = &[("%", 1.0)];
 const GAINS: Units = &[("dB", 1.0)];
@@ -46,11 +45,6 @@ pub(crate) fn speed(text: &str) -> Result<f64, String> {
 /// An acceleration in m/s².
 pub(crate) fn acceleration(text: &str) -> Result<f64, String> {
     with_unit(text, ACCELERATIONS)
-}
-
-/// A length in m.
-pub(crate) fn length(text: &str) -> Result<f64, String> {
-    with_unit(text, LENGTHS)
 }
 
 /// A rate in 1/s.
