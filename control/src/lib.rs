@@ -21,48 +21,26 @@
 //! input gives the same output. SI units and radians; ISO 8855 axes. Steering angles are in the
 //! plant's own steering coordinates unless a name says road wheel.
 
-mod advice;
-mod beyond;
 mod bicycle;
-mod blocked;
-mod breaking;
+mod closed_loop;
 mod design;
 mod error;
-mod evaluate;
-mod evolve;
-mod family;
 mod guidance;
-mod logarithm;
-mod margins;
-mod metrics;
-mod nominal;
-mod objective;
-mod optimise;
-mod options;
 pub mod paths;
-mod plant;
-mod quickest;
+mod plants;
 mod requirement;
-mod robust;
-mod sampled;
-mod scenario;
-mod search;
-mod simulate;
-mod track;
-mod trade_off;
-mod zeros;
 
 #[cfg(test)]
 mod tests;
 
 pub use bicycle::{bicycle, bicycle_from_toml};
+pub use closed_loop::evaluate::{LoopPoint, evaluate, loop_response, step_metrics, step_response};
+pub use closed_loop::metrics::{Metrics, metrics_of};
+pub use closed_loop::simulate::Trace;
 pub use design::design;
+pub use design::options::{DesignOptions, RobustOptions};
 pub use error::Error;
-pub use evaluate::{LoopPoint, evaluate, loop_response, step_metrics, step_response};
+pub use guidance::track::{Master, PlantModel, TrackTrace, track, track_with};
 pub use guidance::{guidance_for, sideslip_per_yaw_rate, with_sideslip};
-pub use metrics::{Metrics, metrics_of};
-pub use options::{DesignOptions, RobustOptions};
-pub use plant::DesignPlant;
+pub use plants::DesignPlant;
 pub use requirement::Requirement;
-pub use simulate::Trace;
-pub use track::{Master, PlantModel, TrackTrace, track, track_with};

@@ -1,11 +1,11 @@
 //! The sampled loop against theory and against the models that run in the FMUs.
 
-use crate::advice::ramp_lag;
-use crate::margins::{controller, margins};
-use crate::metrics::metrics;
-use crate::plant::{DesignPlant, Dynamics, PlantInfo};
-use crate::sampled::Sampled;
-use crate::simulate::{Excitation, Simulator};
+use crate::closed_loop::margins::{controller, margins};
+use crate::closed_loop::metrics::metrics;
+use crate::closed_loop::simulate::{Excitation, Simulator};
+use crate::guidance::advice::ramp_lag;
+use crate::plants::sampled::Sampled;
+use crate::plants::{DesignPlant, Dynamics, PlantInfo};
 use crate::{DesignOptions, design};
 use formats::SourceFile;
 use nalgebra::{Complex, DMatrix, DVector};

@@ -1,8 +1,8 @@
 //! The search for the best controller on given plants.
 
 use crate::Error;
-use crate::objective::{Aim, CROSSOVER_TIMES_SETTLING, Objective, VARIABLES};
-use crate::optimise::{Effort, minimise, sequence};
+use crate::design::objective::{Aim, CROSSOVER_TIMES_SETTLING, Objective, VARIABLES};
+use crate::design::optimise::{Effort, minimise, sequence};
 use vehicle_models::PidParameters;
 
 /// Digits of the gains, and where those just miss a requirement.

@@ -4,7 +4,7 @@
 //! output acts from tick k on (delayed by the plant's and the loop's delay). The loop is at rest
 //! with reference 0 at tick −1.
 
-use crate::sampled::Sampled;
+use crate::plants::sampled::Sampled;
 use vehicle_models::{Pid, PidInput, PidParameters};
 
 /// A response at the controller's ticks.

@@ -1,6 +1,6 @@
 //! What a design is asked for.
 
-use crate::{Error, plant::DesignPlant, requirement::Requirement};
+use crate::{Error, plants::DesignPlant, requirement::Requirement};
 use formats::{Limits, Specification};
 
 /// Requirements, limits and loop of a design. The defaults are the paper's.

@@ -1,14 +1,14 @@
 //! What a controller reaches on a plant, whichever it was designed on.
 
 use crate::Error;
-use crate::advice::Advice;
-use crate::margins::{controller, margins};
-use crate::metrics::{Metrics, metrics};
-use crate::plant::DesignPlant;
+use crate::closed_loop::margins::{controller, margins};
+use crate::closed_loop::metrics::{Metrics, metrics};
+use crate::closed_loop::scenario::{Step, on_curve, simulated_step, small_step};
+use crate::closed_loop::simulate::{Excitation, Simulator, Trace};
+use crate::guidance::advice::Advice;
+use crate::plants::DesignPlant;
+use crate::plants::sampled::Sampled;
 use crate::requirement::Reached;
-use crate::sampled::Sampled;
-use crate::scenario::{Step, on_curve, simulated_step, small_step};
-use crate::simulate::{Excitation, Simulator, Trace};
 use formats::{DesignEvidence, Pid, Specification, StepMetrics};
 use model_loading::pid_parameters;
 use nalgebra::Complex;

@@ -1,10 +1,10 @@
 //! What robustness costs: how soon the loop can settle at each modulus margin.
 
 use crate::Error;
-use crate::nominal::Found;
-use crate::objective::{Objective, QUICKEST};
-use crate::optimise::TWICE;
-use crate::search::{search, starts};
+use crate::design::nominal::Found;
+use crate::design::objective::{Objective, QUICKEST};
+use crate::design::optimise::TWICE;
+use crate::design::search::{search, starts};
 use formats::{Specification, TradeOff};
 
 /// The modulus margins looked at.

@@ -1,13 +1,13 @@
 //! One plant, at one latency and one speed, that a controller is held against.
 
 use crate::Error;
-use crate::advice::Advice;
-use crate::margins::ResponseGrid;
-use crate::metrics::{Metrics, metrics};
-use crate::plant::DesignPlant;
+use crate::closed_loop::margins::ResponseGrid;
+use crate::closed_loop::metrics::{Metrics, metrics};
+use crate::closed_loop::simulate::{Excitation, Simulator};
+use crate::guidance::advice::Advice;
+use crate::plants::DesignPlant;
+use crate::plants::sampled::Sampled;
 use crate::requirement::Reached;
-use crate::sampled::Sampled;
-use crate::simulate::{Excitation, Simulator};
 use formats::{Margins, OnACurve, Specification, StepMetrics};
 use vehicle_models::PidParameters;
 

@@ -15,7 +15,7 @@
 //! on or outside it). An unstable loop has no margins: modulus margin, gain margin, phase margin
 //! and delay margin are 0.
 
-use crate::sampled::Sampled;
+use crate::plants::sampled::Sampled;
 use formats::Margins;
 use nalgebra::Complex;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};

@@ -4,9 +4,13 @@
 //! coordinates as deviation from driving straight. Where an identified model has no continuous
 //! form, its discrete one moves on its own grid and the output is held between, as in the FMU.
 
+pub(crate) mod family;
+pub(crate) mod logarithm;
+pub(crate) mod sampled;
+pub(crate) mod zeros;
+
 use crate::Error;
-use crate::family::Family;
-use crate::logarithm;
+use crate::plants::family::Family;
 use formats::{Bicycle, Continuous, InputKind, Matrix, Plant};
 use model_loading::identified_model;
 use nalgebra::{DMatrix, DVector};

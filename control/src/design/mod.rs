@@ -3,19 +3,31 @@
 //! On the nominal plant first (`nominal`), then for all plants that it may stand for (`robust`); the
 //! evidence is that of the gains as they are written.
 
+mod beyond;
+mod blocked;
+mod breaking;
+mod evolve;
+mod nominal;
+mod objective;
+mod optimise;
+pub(crate) mod options;
+mod quickest;
+mod robust;
+mod search;
+mod trade_off;
+
 use crate::Error;
-use crate::advice::{Advice, ramp_lag};
-use crate::beyond::beyond_the_drive;
-use crate::blocked::{blocked, wrong_way};
-use crate::evaluate::evidence;
-use crate::nominal;
-use crate::objective::Objective;
-use crate::options::DesignOptions;
-use crate::plant::DesignPlant;
+use crate::closed_loop::evaluate::evidence;
+use crate::design::beyond::beyond_the_drive;
+use crate::design::blocked::{blocked, wrong_way};
+use crate::design::objective::Objective;
+use crate::design::options::DesignOptions;
+use crate::design::robust::{Ensemble, Robust};
+use crate::design::search::significant;
+use crate::design::trade_off::trade_off;
+use crate::guidance::advice::{Advice, ramp_lag};
+use crate::plants::DesignPlant;
 use crate::requirement::Requirement;
-use crate::robust::{Ensemble, Robust};
-use crate::search::significant;
-use crate::trade_off::trade_off;
 use formats::{
     DesignedFor, Document, GuidanceAdvice, Pid, PidGains, Provenance, Robustness, SourceFile,
 };

@@ -15,14 +15,14 @@
 //! misses it least and keeps the others is looked for. That one does not depend on how much too soon
 //! the loop was asked to settle.
 
-use crate::advice::Advice;
-use crate::margins::margins;
-use crate::options::DesignOptions;
-use crate::plant::DesignPlant;
-use crate::quickest::settling_scale;
+use crate::closed_loop::margins::margins;
+use crate::closed_loop::scenario::{Scenario, View};
+use crate::closed_loop::simulate::Simulator;
+use crate::design::options::DesignOptions;
+use crate::design::quickest::settling_scale;
+use crate::guidance::advice::Advice;
+use crate::plants::DesignPlant;
 use crate::requirement::{Reached, Requirement};
-use crate::scenario::{Scenario, View};
-use crate::simulate::Simulator;
 use formats::{Limits, Margins, Specification, StepMetrics};
 use std::cell::RefCell;
 use vehicle_models::PidParameters;

@@ -1,5 +1,8 @@
 //! How a path follower is set up around a designed yaw loop.
 
+pub(crate) mod advice;
+pub(crate) mod track;
+
 use crate::Error;
 use formats::{Bicycle, Document, Guidance, Pid, Plant, VehicleData};
 

@@ -83,7 +83,7 @@ pub(crate) fn evolve(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::optimise::sequence;
+    use crate::design::optimise::sequence;
 
     /// A ledge beside the way down, on which a descent stops; the minimum is 0 at (1, −2).
     #[test]

@@ -1,11 +1,11 @@
 //! The design on the nominal plant alone, which a robust one begins from.
 
 use crate::Error;
-use crate::objective::{BARELY, HOPELESS_WEIGHT, Objective, QUICKEST, WITH_RESERVE};
-use crate::optimise::THOROUGH;
+use crate::closed_loop::simulate::Simulator;
+use crate::design::objective::{BARELY, HOPELESS_WEIGHT, Objective, QUICKEST, WITH_RESERVE};
+use crate::design::optimise::THOROUGH;
+use crate::design::search::{EXACT_DIGITS, READABLE_DIGITS, rounded, search, starts};
 use crate::requirement::{Reached, Requirement};
-use crate::search::{EXACT_DIGITS, READABLE_DIGITS, rounded, search, starts};
-use crate::simulate::Simulator;
 use vehicle_models::PidParameters;
 
 /// Multiples of the plant's scale about which the quickest loop is looked for: the settling time

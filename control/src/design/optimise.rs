@@ -8,7 +8,7 @@
 //! number.
 
 use crate::Error;
-use crate::evolve::evolve;
+use crate::design::evolve::evolve;
 use argmin::core::{CostFunction, Executor, State};
 use argmin::solver::neldermead::NelderMead;
 

@@ -13,8 +13,8 @@
 //! setpoint weight hides the slow pole of its integral action answers like a lag already, and what
 //! is left of f is small: the whole feedforward would be counted twice.
 
-use crate::sampled::Sampled;
-use crate::simulate::{Excitation, Simulator};
+use crate::closed_loop::simulate::{Excitation, Simulator};
+use crate::plants::sampled::Sampled;
 use vehicle_models::PidParameters;
 
 /// What a path follower should use.

@@ -2,7 +2,7 @@
 //! and at other speeds where the model holds there.
 
 use crate::Error;
-use crate::plant::{DesignPlant, Dynamics};
+use crate::plants::{DesignPlant, Dynamics};
 use formats::{Bicycle, InputKind, Plant};
 
 /// Where a design plant came from, for making its relatives.

@@ -5,8 +5,8 @@
 //! beyond; a step settles in about 5 over the crossover. And the steering angle is limited: a step
 //! r takes `r/(G₀·u_max)` at least.
 
-use crate::objective::CROSSOVER_TIMES_SETTLING;
-use crate::sampled::Sampled;
+use crate::design::objective::CROSSOVER_TIMES_SETTLING;
+use crate::plants::sampled::Sampled;
 use nalgebra::Complex;
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -49,7 +49,7 @@ fn phase_crossover(plant: &Sampled) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plant::{DesignPlant, PlantInfo};
+    use crate::plants::{DesignPlant, PlantInfo};
 
     fn lag(gain: f64, tau: f64, delay: f64) -> Sampled {
         let info = PlantInfo {

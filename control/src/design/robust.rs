@@ -7,19 +7,19 @@
 //! figures in the evidence are those of plants drawn anew.
 
 use crate::Error;
-use crate::advice::Advice;
-use crate::breaking::breaking;
-use crate::nominal::{self, Found};
-use crate::objective::{
+use crate::closed_loop::scenario::Scenario;
+use crate::closed_loop::simulate::Simulator;
+use crate::design::breaking::breaking;
+use crate::design::nominal::{self, Found};
+use crate::design::objective::{
     Aim, HOPELESS_WEIGHT, Objective, ROBUST, ROBUST_AND_QUICK, ROBUST_BUT_SLOW,
 };
-use crate::optimise::{EVOLVED, QUICK};
-use crate::options::{DesignOptions, RobustOptions};
-use crate::plant::DesignPlant;
+use crate::design::optimise::{EVOLVED, QUICK};
+use crate::design::options::{DesignOptions, RobustOptions};
+use crate::design::search::{search, starts};
+use crate::guidance::advice::Advice;
+use crate::plants::DesignPlant;
 use crate::requirement::{Reached, Requirement};
-use crate::scenario::Scenario;
-use crate::search::{search, starts};
-use crate::simulate::Simulator;
 use formats::{OverEnsemble, Robustness};
 use vehicle_models::PidParameters;
 use vehicle_models::noise::gaussian;

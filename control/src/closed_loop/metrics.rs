@@ -1,6 +1,6 @@
 //! What a step response reaches. Between ticks the response is read linearly.
 
-use crate::simulate::Trace;
+use crate::closed_loop::simulate::Trace;
 use formats::StepMetrics;
 
 /// The metrics of the file, and what a search needs beside them.

@@ -12,7 +12,7 @@
 //! A model on its own grid moves by whole steps of that grid within a tick.
 
 use crate::Error;
-use crate::plant::{DesignPlant, Dynamics, Matrices};
+use crate::plants::{DesignPlant, Dynamics, Matrices};
 use nalgebra::{Complex, DMatrix};
 use vehicle_models::linear::discretize;
 

@@ -5,7 +5,7 @@
 //! feedthrough those of `F − G·H/D`. A zero at z in the right half-plane keeps the crossover below
 //! about z/2 (Skogestad and Postlethwaite, *Multivariable Feedback Control*, 5.6).
 
-use crate::plant::{DesignPlant, Dynamics, Matrices};
+use crate::plants::{DesignPlant, Dynamics, Matrices};
 use nalgebra::{Complex, DMatrix};
 
 /// Below this share of what it could be, a product is rounding.

@@ -2,12 +2,12 @@
 //! value of it would let them be met.
 
 use crate::Error;
-use crate::nominal::Found;
-use crate::objective::{Aim, BARELY, Objective, QUICKEST};
-use crate::optimise::{QUICK, TWICE};
+use crate::design::nominal::Found;
+use crate::design::objective::{Aim, BARELY, Objective, QUICKEST};
+use crate::design::optimise::{QUICK, TWICE};
+use crate::design::search::{search, starts};
+use crate::plants::zeros::nearest_right_half_plane;
 use crate::requirement::Requirement;
-use crate::search::{search, starts};
-use crate::zeros::nearest_right_half_plane;
 use crate::{DesignOptions, DesignPlant};
 use formats::Limits;
 

@@ -3,11 +3,11 @@
 //! A linear model knows neither that an actuator has a largest rate nor that tyres give way: beyond the
 //! angle and the rate that were driven it is extrapolated.
 
-use crate::family::Family;
-use crate::plant::DesignPlant;
-use crate::sampled::Sampled;
-use crate::scenario::{Step, simulated_step};
-use crate::simulate::Simulator;
+use crate::closed_loop::scenario::{Step, simulated_step};
+use crate::closed_loop::simulate::Simulator;
+use crate::plants::DesignPlant;
+use crate::plants::family::Family;
+use crate::plants::sampled::Sampled;
 use formats::{Excitation, Specification};
 use vehicle_models::PidParameters;
 

@@ -1,0 +1,7 @@
+//! The sampled loop of a controller around a plant: its response, margins, and what they amount to.
+
+pub(crate) mod evaluate;
+pub(crate) mod margins;
+pub(crate) mod metrics;
+pub(crate) mod scenario;
+pub(crate) mod simulate;
