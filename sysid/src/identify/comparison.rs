@@ -55,17 +55,17 @@ impl<'a> Comparison<'a> {
         Ok(Self { data, colour, samples, level, looped })
     }
 
-    /// Leaves the levels out where the chosen model does not ask for them; whether it does.
+    /// Leaves the levels out where the chosen model does not ask for them.
     pub(super) fn settle_level(
         &mut self,
         candidates: &mut [Candidate],
         chosen: usize,
-    ) -> Result<bool, Error> {
+    ) -> Result<(), Error> {
         if self.level && !asks_for_level(&candidates[chosen].model, self.data)? {
             self.level = false;
             candidates.iter_mut().for_each(|c| c.conditions.levels = None);
         }
-        Ok(self.level)
+        Ok(())
     }
 
     /// Finds the prediction errors of a candidate, where `refined` those of the model that makes them

@@ -121,9 +121,9 @@ impl IdentifyOptions {
     }
 
     /// Whether a constant on the outputs is found along with the model: not where they are to stay as they
-    /// are, nor where each run of samples has a line of its own.
+    /// are, where each run of samples has a line of its own, or where nothing is refined.
     pub(crate) fn has_level(&self) -> bool {
-        self.detrend == Detrend::Mean
+        self.detrend == Detrend::Mean && self.refine
     }
 
     /// The options in force by name, for the provenance.
