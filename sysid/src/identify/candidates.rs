@@ -23,7 +23,7 @@ use super::data::{Data, Part};
 use super::feedthrough::{wants_feedthrough, without_feedthrough};
 use super::order::{fit, sum_of_squares};
 use super::predicted::Predicted;
-use super::starts::{Stabilised, Start, Starts};
+use super::starts::{Stabilised, Start, Starts, refit_about};
 use super::{Approach, IdentifyOptions};
 use crate::closed_loop::{self, Feedback, feedback};
 use crate::conversion::to_continuous;
@@ -171,9 +171,15 @@ fn open_loop(data: &DataSet, options: &IdentifyOptions) -> Result<Choice, Error>
             chosen = compare.judge(&mut candidates);
         }
     }
+    let had_level = compare.level;
     compare.settle_level(&mut candidates, chosen)?;
     if options.refine {
-        refine(data, &mut candidates[chosen], FINE)?;
+        let of = &mut candidates[chosen];
+        if had_level && !compare.level {
+            let (a, c) = (&of.model.a, &of.model.c);
+            (of.model, of.conditions) = refit_about(a, c, data, of.feedthrough, false)?;
+        }
+        refine(data, of, FINE)?;
     }
     let factor = starts
         .into_factor(candidates[chosen].horizon)

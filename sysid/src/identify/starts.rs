@@ -169,8 +169,13 @@ impl<'a> Starts<'a> {
                 Realization::Eq12 => stable_eq12(factor, &horizon.projections, sub, order, most)?,
             };
             let found = refit(&stable.ok_or(Error::Numerical { what: "stabilisation" })?)?;
-            let fit_before = refit(&a).map_or(f64::NEG_INFINITY, |(_, e)| fit(self.data, &e));
-            let fit_after = fit(self.data, &found.1);
+            // About the means, as it is told what stability cost: a level may be left out later.
+            let fit_of = |a: &Mat<f64>| -> Result<f64, Error> {
+                let (model, conditions) = refit_about(a, &c, self.data, feedthrough, false)?;
+                Ok(fit(self.data, &conditions.errors(&model, self.data)))
+            };
+            let fit_before = fit_of(&a).unwrap_or(f64::NEG_INFINITY);
+            let fit_after = fit_of(&found.0.0.a)?;
             let stabilised = Stabilised { radius, fit_before, fit_after };
             (found, (radius >= 1.0).then_some(stabilised))
         };
