@@ -279,8 +279,10 @@ fn isolated_a_crash_is_the_row_of_its_run() {
 #[cfg(unix)]
 #[test]
 fn an_interrupt_ends_cleanly_and_is_resumed() {
+    /// So many that they are not over before the signal comes.
+    const RUNS: usize = 400;
     let folder = tempfile::tempdir().unwrap();
-    let file = study("long.toml", &small(60, "20.0"));
+    let file = study("long.toml", &small(RUNS, "20.0"));
     let whole = sweep(folder.path(), &file, &["-o", "whole.csv"]);
     assert_eq!(whole.status.code(), Some(0), "{}", told(&whole));
     for isolate in [&[][..], &["--isolate"][..]] {
@@ -306,7 +308,7 @@ fn an_interrupt_ends_cleanly_and_is_resumed() {
         assert_eq!(ended.status.code(), Some(2));
         let told = String::from_utf8_lossy(&ended.stderr).into_owned();
         assert!(told.contains("interrupted: ") && told.contains("--resume"), "{told}");
-        assert!((4..60).contains(&rows()));
+        assert!((4..RUNS).contains(&rows()));
         let mut more = vec!["--resume", "-o", "cut.csv"];
         more.extend(isolate);
         assert_eq!(sweep(folder.path(), &file, &more).status.code(), Some(0));

@@ -66,17 +66,19 @@ impl PoseParameters {
     /// The longest latency taken, s: what lies within it is remembered.
     pub const LONGEST_LATENCY: f64 = 10.0;
 
-    /// The longest period of fixes, s.
-    pub const LONGEST_PERIOD: f64 = 3600.0;
+    /// The shortest and the longest period of fixes, s.
+    pub const PERIODS: [f64; 2] = [1e-6, 3600.0];
 
     /// Refuses what no sensor or start can be.
     ///
     /// # Errors
     /// Names the value that is wrong.
     pub fn check(&self) -> Result<(), Error> {
+        // None at all, or one whose ends a step can count.
+        let [shortest, longest] = if self.gnss_period == 0.0 { [0.0; 2] } else { Self::PERIODS };
         for (name, value, min, max) in [
             ("the GNSS latency", self.gnss_latency, 0.0, Self::LONGEST_LATENCY),
-            ("the period of the fixes", self.gnss_period, 0.0, Self::LONGEST_PERIOD),
+            ("the period of the fixes", self.gnss_period, shortest, longest),
             ("the antenna's x", self.antenna_x, -100.0, 100.0),
             ("the antenna's y", self.antenna_y, -100.0, 100.0),
             ("the sideslip per yaw rate", self.sideslip_per_yaw_rate, -10.0, 10.0),
