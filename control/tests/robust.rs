@@ -158,9 +158,9 @@ fn what_blocks_a_requirement_is_said_in_words() {
     };
     let rate = with(&|o| o.max_rate_radps = Some(0.05));
     assert!(rate.contains("settling time of 1 s is out of reach"), "{rate}");
-    assert!(rate.contains("steering's rate holds it back"), "{rate}");
+    assert!(rate.contains("steering's rate of 3°/s holds it back"), "{rate}");
     let angle = with(&|o| o.max_angle_rad = Some(0.009));
-    assert!(angle.contains("steering angle holds it back: up to"), "{angle}");
+    assert!(angle.contains("steering angle of 0.5° holds it back"), "{angle}");
     // A zero at +2 rad/s.
     let wrong = transfer(&[-6.0, 12.0], &[5.0, 6.0], 0.1);
     let words = designed(&wrong, &DesignOptions::default()).evidence.advice.join("; ");

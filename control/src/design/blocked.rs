@@ -92,15 +92,17 @@ pub(crate) fn blocked(
             let degrees = |rad: f64| rad.to_degrees();
             words.push(if is_angle {
                 format!(
-                    "the steering angle holds it back: up to {:.1}° instead of {:.1}° would do",
-                    degrees(step.largest_angle_rad),
-                    degrees(limits.max_angle_rad)
+                    "the steering angle of {:.1}° holds it back: a loop without that limit meets it \
+                     with up to {:.1}°",
+                    degrees(limits.max_angle_rad),
+                    degrees(step.largest_angle_rad)
                 )
             } else {
                 format!(
-                    "the steering's rate holds it back: up to {:.0}°/s instead of {:.0}°/s would do",
-                    degrees(step.largest_increment_rad) / objective.sample_time,
-                    degrees(largest_rate)
+                    "the steering's rate of {:.0}°/s holds it back: a loop without that limit meets it \
+                     with up to {:.0}°/s",
+                    degrees(largest_rate),
+                    degrees(step.largest_increment_rad) / objective.sample_time
                 )
             });
         }
