@@ -107,13 +107,17 @@ def estimator(options, program):
 
 
 def perform(task):
-    """A seed of a case, or what all its seeds share."""
+    """A seed of a case, or what all its seeds share. A seed that fails is an outcome, too: what was
+    found for the others stands."""
     the_study, of, seed = task
     what = f"{of.name} seed {seed}" if seed else f"{of.name} datasheet and tuned"
     began = time.monotonic()
     try:
         found = the_study.run(of, seed) if seed else the_study.prepare(of)
     except Exception as problem:
+        if seed:
+            print(f"{what}: {problem}", file=sys.stderr, flush=True)
+            return {"case": of.name, "seed": seed, "failed": str(problem).strip()}
         # Not every exception survives the way to another process: fmpy's do not.
         raise RuntimeError(f"{what}: {problem}") from None
     print(f"{what}: {time.monotonic() - began:.0f} s", file=sys.stderr, flush=True)
@@ -162,14 +166,20 @@ def main():
     pid_law.compile_all(chosen[0].car)  # for all forks
     runs = perform_all(the_study, chosen, seeds, options.processes)
     runs.sort(key=lambda run: (run["case"], run["seed"]))
+    failed = [run for run in runs if "failed" in run]
+    runs = [run for run in runs if "failed" not in run]
+    if not runs:
+        sys.exit("every drive failed")
 
     (options.out / "results.json").write_text(json.dumps(runs, indent=1) + "\n")
     scores.write_csv(runs, options.out / "results.csv")
     figures.draw(runs, options.out)
-    text = tables.everything(runs, conditions(options))
+    text = tables.everything(runs, conditions(options)) + tables.failures(failed, len(runs))
     (options.out / "results.md").write_text(text)
     (options.out / "results.html").write_text(page.page(text, options.out))
     print(text)
+    if failed:
+        sys.exit(1)
 
 
 if __name__ == "__main__":

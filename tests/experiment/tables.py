@@ -306,3 +306,12 @@ def everything(runs, conditions):
             roads(runs),
         ]
     ) + "\n"
+
+
+def failures(failed, succeeded):
+    """The drives that gave no result, and why: they are in none of the figures."""
+    if not failed:
+        return ""
+    rows = [[run["case"], run["seed"], " ".join(run["failed"].split())] for run in failed]
+    title = f"\n## Without a result: {len(failed)} of {len(failed) + succeeded} drives\n\n"
+    return title + table(["case", "seed", "why"], rows) + "\n"

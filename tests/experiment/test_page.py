@@ -3,6 +3,7 @@
 import re
 
 import page
+import tables
 
 MARKDOWN = """# Title
 
@@ -28,3 +29,9 @@ def test_page_holds_tables_and_figures_with_names_of_their_own(tmp_path):
     assert len(ids) == len(set(ids)) == len(page.FIGURES["The road"])
     for used in re.findall(r'href="#([^"]+)"', made) + re.findall(r"url\(#([^)]+)\)", made):
         assert used in ids
+
+
+def test_a_drive_without_a_result_is_listed_with_its_reason():
+    assert tables.failures([], 3) == ""
+    text = tables.failures([{"case": "car1_8mps", "seed": 6, "failed": "no\n  model"}], 3)
+    assert "1 of 4 drives" in text and "| car1_8mps | 6 | no model |" in text
