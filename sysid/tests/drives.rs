@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::data;
+use common::{data, multibody};
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 use formats::{Document, Plant};
@@ -15,18 +15,6 @@ use sysid::{
     DriveLog, Error, IdentifyOptions, InputKind, LogOptions, Method, Stretch, identify, read_log,
 };
 use sysid_evaluation::Random;
-
-fn multibody() -> DriveLog {
-    let files = vec![("drive.csv".to_owned(), data("multibody/drive.csv"))];
-    let options = LogOptions {
-        input: Some("steering_command_rad".into()),
-        output: Some("yaw_rate_radps".into()),
-        speed: Some("speed_mps".into()),
-        steering_ratio: Some(1.0),
-        ..LogOptions::default()
-    };
-    read_log(&files, &options).unwrap()
-}
 
 /// One order, weighting and horizon, where a test is not about their choice.
 fn quick(order: usize) -> IdentifyOptions {

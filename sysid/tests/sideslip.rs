@@ -1,28 +1,18 @@
 //! The sideslip per yaw rate from fixes and gyro, on drives whose truth is known.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+mod common;
+
+use common::car;
 use std::f64::consts::TAU;
 use std::fmt::Write;
 use sysid::{DriveLog, LogOptions, read_log};
 use sysid_evaluation::Random;
-use vehicle_models::{BicycleParameters, BicyclePlant};
+use vehicle_models::BicyclePlant;
 
 const H: f64 = 0.01;
 const SPEED: f64 = 15.0;
 const LATENCY: f64 = 0.1;
-
-fn car() -> BicycleParameters {
-    BicycleParameters {
-        mass: 1093.0,
-        yaw_inertia: 1650.0,
-        distance_front: 1.2,
-        distance_rear: 1.4,
-        cornering_stiffness_front: 98_000.0,
-        cornering_stiffness_rear: 105_000.0,
-        actuator_time_constant: 0.06,
-        steering_ratio: 1.0,
-    }
-}
 
 /// How a vehicle is driven and seen.
 #[derive(Clone, Copy)]

@@ -7,6 +7,7 @@ mod common;
 mod limits;
 mod multibody;
 
+use common::car;
 use formats::{Bicycle, BicycleEvidence, Document};
 use std::f64::consts::TAU;
 use sysid::bicycle::{BicycleOptions, IdentifiedBicycle, identify_bicycle};
@@ -15,20 +16,6 @@ use sysid_evaluation::Random;
 use vehicle_models::{BicycleParameters, BicyclePlant, bicycle_eq13};
 
 const T: f64 = 0.04;
-
-/// A car of the size of CommonRoad's, understeering a little.
-fn car() -> BicycleParameters {
-    BicycleParameters {
-        mass: 1093.0,
-        yaw_inertia: 1650.0,
-        distance_front: 1.2,
-        distance_rear: 1.4,
-        cornering_stiffness_front: 98_000.0,
-        cornering_stiffness_rear: 105_000.0,
-        actuator_time_constant: 0.06,
-        steering_ratio: 1.0,
-    }
-}
 
 /// How a vehicle is driven and measured.
 #[derive(Clone, Copy)]

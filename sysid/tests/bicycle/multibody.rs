@@ -1,23 +1,15 @@
 //! A vehicle that no one here wrote.
 
-use super::common::data;
+use super::common::multibody;
 use super::evidence;
 use formats::Matrix;
 use sysid::bicycle::{BicycleOptions, identify_bicycle};
-use sysid::{IdentifyOptions, LogOptions, judge, read_log};
+use sysid::{IdentifyOptions, judge};
 use vehicle_models::{BicycleParameters, bicycle_body_frame};
 
 #[test]
 fn on_the_multi_body_vehicle_it_beats_the_data_sheet() {
-    let files = vec![("drive.csv".to_owned(), data("multibody/drive.csv"))];
-    let options = LogOptions {
-        input: Some("steering_command_rad".into()),
-        output: Some("yaw_rate_radps".into()),
-        speed: Some("speed_mps".into()),
-        steering_ratio: Some(1.0),
-        ..LogOptions::default()
-    };
-    let log = read_log(&files, &options).unwrap();
+    let log = multibody();
     let found = identify_bicycle(&log, &BicycleOptions::default()).unwrap();
     // tests/data/multibody/vehicle.toml
     let sheet = BicycleParameters {
