@@ -18,7 +18,7 @@ pub use absorbed::{AbsorbedSignals, OfFactor};
 pub use distance::{markov_distance, pole_distance, response_distance};
 pub use drive::{Drive, Recording};
 pub use halves::swapped_halves;
-pub use order::Experiment;
+pub use order::{Experiment, LARGEST_ORDER, LEAST_SHARE};
 pub use python::ask;
 pub use random::Random;
 pub use recorded::{halves, recording};

@@ -6,6 +6,12 @@ use sysid::reduction::balanced;
 use sysid::refine::{Stop, refine_output_error};
 use sysid::{DataSet, Signals, StateSpace, simulate};
 
+/// Of a system whose order can be told, the best model of one order less errs by this share of the
+/// output's root mean square, or more: else no method can tell.
+pub const LEAST_SHARE: f64 = 0.02;
+/// Systems are of order 1 to this one in turn.
+pub const LARGEST_ORDER: usize = 6;
+
 /// A system with its input and outputs, one of each, from rest.
 #[derive(Debug, Clone)]
 pub struct Experiment {

@@ -8,7 +8,7 @@ use clap::Parser;
 use sysid::{AbsorbOptions, DataSet, Error, IdentifyOptions, StateSpace, automatic};
 use sysid_evaluation::bias::{Bias, Biases, Errors};
 use sysid_evaluation::driver::Drive;
-use sysid_evaluation::{AbsorbedSignals, Experiment, Random, halves};
+use sysid_evaluation::{AbsorbedSignals, Experiment, LARGEST_ORDER, LEAST_SHARE, Random, halves};
 
 /// Prints how often a factor and the samples in memory give the same order.
 #[derive(Parser)]
@@ -36,9 +36,6 @@ struct Arguments {
     drive_samples: usize,
 }
 
-/// The best model of one order less must err by this share of the output's root mean square.
-const LEAST_SHARE: f64 = 0.02;
-const LARGEST_ORDER: usize = 6;
 const SAMPLE_TIME_S: f64 = 0.05;
 
 fn main() -> Result<(), Error> {

@@ -5,7 +5,7 @@
 
 use clap::Parser;
 use sysid::{Automatic, DataSet, Error, IdentifyOptions, automatic};
-use sysid_evaluation::{Experiment, Random, ask};
+use sysid_evaluation::{Experiment, LARGEST_ORDER, LEAST_SHARE, Random, ask};
 
 /// Prints how often the order of random systems is found.
 #[derive(Parser)]
@@ -24,9 +24,6 @@ struct Arguments {
     seed: u64,
 }
 
-/// The best model of one order less must err by this share of the output's root mean square.
-const LEAST_SHARE: f64 = 0.02;
-const LARGEST_ORDER: usize = 6;
 /// Block rows for SLICOT: twice the largest order and more.
 const BLOCK_ROWS: usize = 15;
 
