@@ -1,5 +1,6 @@
 //! The closed loops of the comparison: every controller on every plant, as packed FMUs.
 
+use super::guidance;
 use super::models::{Controller, Model};
 use crate::failure::Failure;
 use crate::fmu_track::{self, CONTROLLER, Loop, add, drive_at};
@@ -173,11 +174,7 @@ impl Setting<'_> {
 
     /// The road with a controller's guidance.
     pub(crate) fn road_for(&self, controller: &Controller) -> PathFile {
-        let mut road = self.road.clone();
-        let integral = road.guidance.cross_track_integral_gain_per_s;
-        road.guidance = control::guidance_for(&controller.pid, road.speed_mps);
-        road.guidance.cross_track_integral_gain_per_s = integral;
-        road
+        PathFile { guidance: guidance(self.road, controller), ..self.road.clone() }
     }
 
     fn run(

@@ -112,13 +112,6 @@ impl Comparison {
         self.controllers[run.controller].pid.specification.is_met_by(&run.step)
     }
 
-    fn guidance(&self, controller: &Controller) -> Guidance {
-        let mut guidance = control::guidance_for(&controller.pid, self.road.speed_mps);
-        guidance.cross_track_integral_gain_per_s =
-            self.road.guidance.cross_track_integral_gain_per_s;
-        guidance
-    }
-
     fn master_name(&self) -> &'static str {
         match self.master {
             Master::GaussSeidel => "gauss-seidel",
@@ -135,6 +128,14 @@ impl Comparison {
     /// Whether every controller keeps the road on every plant.
     pub(crate) fn road_is_kept(&self) -> bool {
         self.runs.iter().all(|r| r.lost_at_m.is_none())
+    }
+}
+
+/// A controller's guidance along the road; how fast the integral grows is the road's.
+fn guidance(road: &PathFile, controller: &Controller) -> Guidance {
+    Guidance {
+        cross_track_integral_gain_per_s: road.guidance.cross_track_integral_gain_per_s,
+        ..control::guidance_for(&controller.pid, road.speed_mps)
     }
 }
 

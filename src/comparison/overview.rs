@@ -1,5 +1,6 @@
 //! A comparison as JSON, in SI units.
 
+use super::guidance;
 use super::{Comparison, Verdict};
 use formats::{Guidance, PidGains, SourceFile, StepMetrics};
 use serde::Serialize;
@@ -120,7 +121,7 @@ pub(crate) fn json<'a>(c: &'a Comparison, files: &'a [SourceFile]) -> Overview<'
         model: &c.models[k.model].label,
         file: k.source.as_ref(),
         gains: &k.pid.gains,
-        guidance: c.guidance(k),
+        guidance: guidance(&c.road, k),
         specification: &k.pid.specification,
         met_on_its_model: k.pid.evidence.met,
         margins: &k.pid.evidence.margins,

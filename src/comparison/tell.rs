@@ -1,5 +1,6 @@
 //! A comparison as tables and as CSV.
 
+use super::guidance;
 use super::{Comparison, Run};
 use formats::Guidance;
 use report::Table;
@@ -67,7 +68,7 @@ pub(super) fn controller_table(c: &Comparison) -> Table {
     ];
     let mut table = Table::new(headers);
     for k in &c.controllers {
-        let (g, guidance) = (&k.pid.gains, c.guidance(k));
+        let (g, guidance) = (&k.pid.gains, guidance(&c.road, k));
         let what = match &k.source {
             Some(source) => format!("{} from {}", k.label, source.name),
             None => k.label.clone(),
