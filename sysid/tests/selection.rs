@@ -73,6 +73,37 @@ fn offsets_leave_no_error_where_there_is_no_noise() {
     }
 }
 
+/// A mode that dies out within a sample and lies a little on the wrong side of zero keeps no model from a
+/// continuous form, a mode that truly alternates does, and without noise nothing is touched.
+#[test]
+fn a_negative_pole_that_hardly_shows_gives_way_to_a_continuous_form() {
+    let found = |pole: f64, noise: f64| {
+        let truth = StateSpace {
+            a: Mat::from_fn(2, 2, |i, j| [[0.85, 0.0], [0.0, pole]][i][j]),
+            b: Mat::from_fn(2, 1, |i, _| [0.15, 0.2 * (1.0 - pole)][i]),
+            c: Mat::from_fn(1, 2, |_, _| 1.0),
+            d: Mat::zeros(1, 1),
+        };
+        let mut random = Random(5);
+        let u = random.matrix(1, 3000);
+        let e = random.matrix(1, 3000);
+        let y = simulate(&truth, u.as_ref(), &[0.0; 2]);
+        let y = Mat::from_fn(1, 3000, |_, t| y[(0, t)] + noise * e[(0, t)]);
+        let data = DataSet::single(0.01, u, y).unwrap();
+        let options = IdentifyOptions { order: Some(2), ..IdentifyOptions::default() };
+        let found = chosen(&data, &options).unwrap();
+        let mut poles = found.model.poles().unwrap();
+        poles.sort_by(|a, b| a.0.total_cmp(&b.0));
+        (poles[0].0, found.estimation_fit, found.model.steady_state_gain(0, 0).unwrap())
+    };
+    let (pole, _, gain) = found(-0.03, 0.2);
+    assert!(pole > 0.0 && pole < 0.1 && (gain - 1.2).abs() < 0.02, "{pole} {gain}");
+    let (alternating, ..) = found(-0.5, 0.2);
+    assert!((alternating + 0.5).abs() < 0.1, "{alternating}");
+    let (exact, fit, _) = found(-0.03, 0.0);
+    assert!((exact + 0.03).abs() < 1e-8 && fit > 100.0 - 1e-6, "{exact} {fit}");
+}
+
 /// Second order, lightly damped, with low-pass input and coloured noise.
 fn coloured(samples: usize, seed: u64) -> (StateSpace, DataSet) {
     let truth = StateSpace {

@@ -10,12 +10,13 @@ use super::prediction::Predicted;
 use super::starts::{Start, Starts};
 use super::windows::Windows;
 use crate::closed_loop::{self, Feedback, feedback_in};
-use crate::conversion::to_continuous;
+use crate::conversion::{MOST_LOSS, has_logarithm, mirrored};
+use crate::identify::logarithm::told;
 use crate::identify::order::{likeliest, parameters, schwarz, sum_of_squares};
 use crate::model::StateSpace;
 use crate::refine::{Stop, refine_gain, refine_output_error};
 use crate::stability::largest_radius;
-use crate::subspace::{Factor, Realization, noise_model};
+use crate::subspace::{Factor, Realization, noise_model, refit_output};
 use crate::{Approach, Error, IdentifyOptions};
 use faer::Mat;
 
@@ -84,9 +85,10 @@ pub(super) fn choose(
     let mut search = Search { windows, options, samples, starts, looped, colour: 0 };
     search.colour = search.colour();
     let mut candidates = search.ascend()?;
-    let chosen = search.judge(&mut candidates);
+    let mut chosen = search.judge(&mut candidates);
     search.refine(&mut candidates[chosen], FINE)?;
     let mut warnings = Vec::new();
+    chosen = search.give_logarithm(&mut candidates, chosen, &mut warnings)?;
     let gain = search.gain(factor, &candidates[chosen], &mut warnings)?;
     Ok(Choice { candidates, chosen, gain, feedback, warnings })
 }
@@ -196,7 +198,7 @@ impl Search<'_> {
     /// the model that makes them least, sought from its own and from `others`. Returns that model.
     fn weigh(&self, candidate: &mut Candidate, others: &[StateSpace]) -> Result<StateSpace, Error> {
         let m = &candidate.model;
-        candidate.has_logarithm = to_continuous(m.a.as_ref(), m.b.as_ref(), 1.0).is_ok();
+        candidate.has_logarithm = has_logarithm(m);
         if !self.options.refine {
             let found = Predicted::new(self.windows, m.clone(), self.colour)?;
             candidate.predicted = found.variance(self.windows);
@@ -261,6 +263,51 @@ impl Search<'_> {
         let each: Vec<(f64, bool)> =
             candidates.iter().map(|c| (c.criterion, c.has_logarithm)).collect();
         likeliest(&each)
+    }
+
+    /// The chosen model taken off the branch cut, or else the smallest of lower order that has a
+    /// continuous form or is brought to one, where that costs nearly nothing; returns which is chosen then.
+    fn give_logarithm(
+        &self,
+        candidates: &mut [Candidate],
+        chosen: usize,
+        warnings: &mut Vec<String>,
+    ) -> Result<usize, Error> {
+        if mirrored(&candidates[chosen].model)?.is_none() {
+            return Ok(chosen);
+        }
+        let least = candidates[chosen].variance;
+        let order = candidates[chosen].model.order();
+        let lower: Vec<usize> =
+            (0..candidates.len()).filter(|i| candidates[*i].model.order() < order).collect();
+        for i in std::iter::once(chosen).chain(lower) {
+            let mut one = candidates[i].clone();
+            if i != chosen {
+                self.refine(&mut one, FINE)?;
+            }
+            let off = mirrored(&one.model)?;
+            let moved = off.is_some();
+            if let Some(off) = off {
+                one = self.refitted(off, &one)?;
+                self.measure(&mut one)?;
+            }
+            one.has_logarithm = has_logarithm(&one.model);
+            if one.has_logarithm && one.variance <= (1.0 + MOST_LOSS) * least {
+                warnings.extend(moved.then(|| told(one.variance / least - 1.0)));
+                candidates[i] = one;
+                return Ok(i);
+            }
+        }
+        Ok(chosen)
+    }
+
+    /// A candidate with the poles of a model; under feedback its B, too, since the simulation's is biased.
+    fn refitted(&self, mut model: StateSpace, from: &Candidate) -> Result<Candidate, Error> {
+        if !self.looped {
+            let (a, c, data) = (model.a.as_ref(), model.c.as_ref(), &self.windows.data);
+            model = refit_output(a, c, data, self.feedthrough(), false)?.model;
+        }
+        Ok(Candidate { model, ..from.clone() })
     }
 
     /// The Kalman gain; zero where its filter is on the verge of instability or predicts worse than the

@@ -3,6 +3,7 @@
 //! Eq 9 and 10 together are one exponential, `exp([F G; 0 0]·T) = [A B; 0 I]`, so its logarithm
 //! inverts both exactly. The first-order hold is built on it, see [`discretize_held`].
 
+mod branch;
 mod exponential;
 mod hold;
 mod logarithm;
@@ -11,6 +12,7 @@ use crate::dense::{eigenvalues, relative_difference};
 use faer::{Mat, MatRef};
 use std::f64::consts::PI;
 
+pub(crate) use branch::{MOST_LOSS, has_logarithm, mirrored};
 pub use exponential::exponential;
 pub use hold::{ContinuousStateSpace, Hold, discretize_held, to_continuous_held};
 pub use logarithm::logarithm;

@@ -9,7 +9,7 @@
 //!    have not lowered it.
 //! 4. The same once more with feedthrough where the criterion asks for it ([`wants_feedthrough`]).
 //! 5. Of orders that are about as likely, one whose A has a real logarithm (eq 9) goes before one
-//!    without.
+//!    without; the chosen model is [given](super::logarithm) one where that costs nearly nothing.
 //!
 //! Under feedback the input of the simulation is the [external](super::external) one, unless the model
 //! that predicts best is the better simulator ([`finish`]).
@@ -21,12 +21,13 @@ use super::comparison::Comparison;
 use super::conditions::Conditions;
 use super::data::{Data, Part};
 use super::feedthrough::{wants_feedthrough, without_feedthrough};
+use super::logarithm::with_logarithm;
 use super::order::{fit, sum_of_squares};
 use super::predicted::Predicted;
-use super::starts::{Stabilised, Start, Starts, refit_about};
+use super::starts::{Stabilised, Start, Starts, at_least_one, refit_about};
 use super::{Approach, IdentifyOptions};
 use crate::closed_loop::{self, Feedback, feedback};
-use crate::conversion::to_continuous;
+use crate::conversion::has_logarithm;
 use crate::model::{StateSpace, simulate};
 use crate::refine::{Stop, refine_about_levels};
 use crate::stability::largest_radius;
@@ -40,7 +41,7 @@ const AHEAD_S: f64 = 1.0;
 /// Enough to compare orders.
 pub(super) const ROUGH: Stop = Stop { steps: 25, least_gain: 2e-5 };
 /// For the chosen order.
-const FINE: Stop = Stop { steps: 40, least_gain: 1e-9 };
+pub(super) const FINE: Stop = Stop { steps: 40, least_gain: 1e-9 };
 /// Orders that are tried beyond the best so far.
 const LOOK_AHEAD: usize = 3;
 /// Orders up to this one are tried anyhow: modes come in pairs, and the first may show little.
@@ -67,6 +68,8 @@ pub(crate) struct Candidate {
     /// What stability cost, where the subspace estimate was unstable.
     pub(crate) stabilised: Option<Stabilised>,
     pub(crate) has_logarithm: bool,
+    /// Share by which the squared errors grew for a logarithm's sake.
+    pub(crate) mirroring_cost: Option<f64>,
     pub(crate) feedthrough: bool,
     /// Under feedback, the model that predicts best along with a model of the noise.
     pub(crate) direct: Option<StateSpace>,
@@ -181,6 +184,7 @@ fn open_loop(data: &DataSet, options: &IdentifyOptions) -> Result<Choice, Error>
         }
         refine(data, of, FINE)?;
     }
+    chosen = with_logarithm(data, &mut candidates, chosen, options.refine)?;
     let factor = starts
         .into_factor(candidates[chosen].horizon)
         .ok_or(Error::NoModel { problem: "the chosen horizon was not tried".into() })?;
@@ -208,12 +212,14 @@ fn in_a_loop(
         at_least_one(all)
     };
     let mut candidates = ascend(by, &compare, options, largest, feedthrough, start)?;
-    let chosen = compare.judge(&mut candidates);
+    let mut chosen = compare.judge(&mut candidates);
     compare.settle_level(&mut candidates, chosen)?;
     let whitened = match options.refine {
         true => finish(by, &compare, &mut candidates[chosen])?,
         false => None,
     };
+    let made_small = whitened.as_ref().unwrap_or(by);
+    chosen = with_logarithm(made_small, &mut candidates, chosen, options.refine)?;
     let (factor, external) = predicted.into_parts();
     let fitted = Some(whitened.unwrap_or(external));
     Ok(Choice { candidates, chosen, factor, feedback: None, fitted })
@@ -293,8 +299,7 @@ fn ascend(
             last_error = Some(Error::NoModel { problem: "no model can be simulated".into() });
             continue;
         }
-        let m = &candidate.model;
-        candidate.has_logarithm = to_continuous(m.a.as_ref(), m.b.as_ref(), 1.0).is_ok();
+        candidate.has_logarithm = has_logarithm(&candidate.model);
         candidates.push(candidate);
         let least = compare.least(&mut candidates);
         let far = candidates.len() - 1 - least;
@@ -332,21 +337,6 @@ fn best_of(
         .ok_or_else(|| Error::NoModel { problem: "no method could be tried".into() })
 }
 
-/// Those that are there, or the last error.
-fn at_least_one(all: impl Iterator<Item = Result<Start, Error>>) -> Result<Vec<Start>, Error> {
-    let (mut starts, mut problem) = (Vec::new(), None);
-    for start in all {
-        match start {
-            Ok(start) => starts.push(start),
-            Err(error) => problem = Some(error),
-        }
-    }
-    match problem {
-        Some(error) if starts.is_empty() => Err(error),
-        _ => Ok(starts),
-    }
-}
-
 impl Candidate {
     pub(super) fn new(start: Start, feedthrough: bool) -> Self {
         Self {
@@ -362,6 +352,7 @@ impl Candidate {
             criterion: f64::INFINITY,
             stabilised: start.stabilised,
             has_logarithm: false,
+            mirroring_cost: None,
             feedthrough,
             direct: None,
         }

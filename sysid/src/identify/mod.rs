@@ -14,6 +14,7 @@ mod feedthrough;
 mod filter;
 mod judge;
 mod level;
+pub(crate) mod logarithm;
 mod options;
 pub(crate) mod order;
 mod predicted;
@@ -105,6 +106,7 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
     let gain: Vec<f64> =
         (0..model.order()).map(|i| filter.gain[(i, 0)] / data.output_scale).collect();
     let continuous = to_continuous(model.a.as_ref(), model.b.as_ref(), data.sample_time);
+    warnings.extend(chosen.mirroring_cost.map(logarithm::told));
     if let Err(reason) = &continuous {
         warnings.push(format!("the model stays discrete: {reason}"));
     }

@@ -206,6 +206,23 @@ pub(super) fn refit_about(
     Ok((refit.model, Conditions { x0: refit.x0, levels }))
 }
 
+/// Those that are there, or the last error.
+pub(super) fn at_least_one(
+    all: impl Iterator<Item = Result<Start, Error>>,
+) -> Result<Vec<Start>, Error> {
+    let (mut starts, mut problem) = (Vec::new(), None);
+    for start in all {
+        match start {
+            Ok(start) => starts.push(start),
+            Err(error) => problem = Some(error),
+        }
+    }
+    match problem {
+        Some(error) if starts.is_empty() => Err(error),
+        _ => Ok(starts),
+    }
+}
+
 fn horizons(data: &DataSet, options: &IdentifyOptions) -> Result<Vec<usize>, Error> {
     if let Some(horizon) = options.horizon {
         return Ok(vec![horizon]);

@@ -1,0 +1,69 @@
+//! A continuous form for a model that hardly lacks one ([`mirrored`]).
+
+use super::candidates::{Candidate, FINE, refine};
+use super::order::sum_of_squares;
+use super::starts::refit_about;
+use crate::conversion::{MOST_LOSS, has_logarithm, mirrored};
+use crate::{DataSet, Error};
+
+/// The chosen model taken off the branch cut, or else the smallest of lower order that has a
+/// continuous form or is brought to one, where that costs nearly nothing; returns which is chosen then. `data` are
+/// those whose simulation errors the chosen one makes small.
+pub(super) fn with_logarithm(
+    data: &DataSet,
+    candidates: &mut [Candidate],
+    chosen: usize,
+    refined: bool,
+) -> Result<usize, Error> {
+    if mirrored(&candidates[chosen].model)?.is_none() {
+        return Ok(chosen);
+    }
+    let level = candidates[chosen].conditions.levels.is_some();
+    let least = squares(&candidates[chosen], data);
+    let order = candidates[chosen].model.order();
+    let lower: Vec<usize> =
+        (0..candidates.len()).filter(|i| candidates[*i].model.order() < order).collect();
+    for i in std::iter::once(chosen).chain(lower) {
+        let mut one = candidates[i].clone();
+        if i != chosen {
+            refit(&mut one, data, level)?;
+            if refined {
+                refine(data, &mut one, FINE)?;
+            }
+        }
+        let off = mirrored(&one.model)?;
+        let moved = off.is_some();
+        if let Some(off) = off {
+            one.model = off;
+            refit(&mut one, data, level)?;
+        }
+        let cost = squares(&one, data) / least - 1.0;
+        one.has_logarithm = has_logarithm(&one.model);
+        if one.has_logarithm && cost <= MOST_LOSS {
+            one.mirroring_cost = moved.then_some(cost);
+            candidates[i] = one;
+            return Ok(i);
+        }
+    }
+    Ok(chosen)
+}
+
+/// Gives the candidate's poles the B, D, initial states and level of least errors.
+fn refit(candidate: &mut Candidate, data: &DataSet, level: bool) -> Result<(), Error> {
+    let (a, c) = (&candidate.model.a, &candidate.model.c);
+    (candidate.model, candidate.conditions) =
+        refit_about(a, c, data, candidate.feedthrough, level)?;
+    Ok(())
+}
+
+fn squares(candidate: &Candidate, data: &DataSet) -> f64 {
+    sum_of_squares(&candidate.conditions.errors(&candidate.model, data))
+}
+
+/// What is told of a model that was taken off the branch cut at this cost of squared errors.
+pub(crate) fn told(cost: f64) -> String {
+    format!(
+        "a mode that dies out within a sample came out alternating, which no continuous model does: it was made to decay, at {:.2} % of the squared errors",
+        100.0 * cost.max(0.0)
+    )
+}
