@@ -11,6 +11,7 @@ mod nominal;
 mod objective;
 mod optimise;
 pub(crate) mod options;
+mod over_plants;
 mod quickest;
 mod robust;
 mod search;

@@ -48,8 +48,10 @@ pub(crate) const THOROUGH: Effort =
     Effort { islands: 0, generations: 0, begin: 99, keep: 3, restarts: 2, polish: 250 };
 /// What is spent on many plants: their requirements together have more ledges.
 pub(crate) const EVOLVED: Effort =
-    Effort { islands: 2, generations: 90, begin: 0, keep: 2, restarts: 1, polish: 200 };
-/// The same from two of them.
+    Effort { islands: 2, generations: 90, begin: 0, keep: 2, restarts: 2, polish: 200 };
+/// What is spent on the same once more, when much is known.
+pub(crate) const SHORT: Effort = Effort { generations: 60, ..EVOLVED };
+/// What is spent from two good starts.
 pub(crate) const TWICE: Effort = Effort { begin: 2, keep: 2, ..QUICK };
 /// What is spent from a good start.
 pub(crate) const QUICK: Effort =
@@ -118,15 +120,27 @@ fn each<T: Sync>(
         let running: Vec<_> = (0..threads).map(|first| scope.spawn(move || part(first))).collect();
         running
             .into_iter()
-            .map(|thread| {
-                thread.join().unwrap_or_else(|_| {
-                    vec![Err(Error::Optimiser("a thread of the search ended early".into()))]
-                })
-            })
+            .map(|thread| thread.join().unwrap_or_else(|_| vec![Err(ended_early())]))
             .collect()
     });
     let mut parts: Vec<_> = parts.into_iter().map(Vec::into_iter).collect();
     (0..items.len()).filter_map(|i| parts[i % threads].next()).collect()
+}
+
+/// Two things at once.
+pub(crate) fn both<A: Send, B>(
+    one: impl FnOnce() -> A + Send,
+    other: impl FnOnce() -> B,
+) -> Result<(A, B), Error> {
+    std::thread::scope(|scope| {
+        let one = scope.spawn(one);
+        let other = other();
+        one.join().map(|one| (one, other)).map_err(|_| ended_early())
+    })
+}
+
+fn ended_early() -> Error {
+    Error::Optimiser("a thread of the search ended early".into())
 }
 
 /// The first points of the recurrence in a box.

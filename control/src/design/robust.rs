@@ -9,18 +9,15 @@
 use crate::Error;
 use crate::closed_loop::scenario::Scenario;
 use crate::closed_loop::simulate::Simulator;
-use crate::design::breaking::breaking;
 use crate::design::nominal::{self, Found};
 use crate::design::objective::{
     Aim, HOPELESS_WEIGHT, Objective, ROBUST, ROBUST_AND_QUICK, ROBUST_BUT_SLOW,
 };
-use crate::design::optimise::{EVOLVED, QUICK};
+use crate::design::optimise::{EVOLVED, QUICK, SHORT, both};
 use crate::design::options::{DesignOptions, RobustOptions};
 use crate::design::search::{search, starts};
-use crate::guidance::advice::Advice;
 use crate::plants::DesignPlant;
 use crate::requirement::{Reached, Requirement};
-use formats::{OverEnsemble, Robustness};
 use vehicle_models::PidParameters;
 use vehicle_models::noise::gaussian;
 
@@ -36,23 +33,19 @@ const ROUNDS: usize = 5;
 const FEW_ROUNDS: usize = 3;
 /// Draws tried for one plant: what is drawn may be unstable.
 const TRIES: u64 = 20;
-/// Latency that is looked at for where requirements break, s.
-const LONGEST_LATENCY: f64 = 0.5;
-/// Speeds that are looked at, as shares of the nominal one.
-const SPEEDS: (f64, f64) = (0.4, 2.5);
 
 /// The plants of a robust design.
 pub(crate) struct Ensemble<'a> {
-    plant: &'a DesignPlant,
-    options: &'a DesignOptions,
-    robust: RobustOptions,
+    pub(super) plant: &'a DesignPlant,
+    pub(super) options: &'a DesignOptions,
+    pub(super) robust: RobustOptions,
     scale: f64,
 }
 
 /// A plant of the ensemble, and whether it is a drawn one at the nominal latency and speed.
-struct Relative {
-    scenario: Scenario,
-    at_nominal: bool,
+pub(super) struct Relative {
+    pub(super) scenario: Scenario,
+    pub(super) at_nominal: bool,
 }
 
 /// What was found for all plants.
@@ -76,23 +69,23 @@ impl<'a> Ensemble<'a> {
     }
 
     /// Lowest and highest delay of the loop beyond the plant's own.
-    fn delays(&self) -> [f64; 2] {
+    pub(super) fn delays(&self) -> [f64; 2] {
         let (delay, spread) = (self.options.loop_delay_s, self.robust.latency_s);
         [(delay - spread).max(-self.plant.input_delay), delay + spread]
     }
 
-    fn speeds(&self) -> Option<[f64; 2]> {
+    pub(super) fn speeds(&self) -> Option<[f64; 2]> {
         let scheduled = self.plant.is_speed_scheduled() && self.robust.speed_share > 0.0;
         let share = self.robust.speed_share;
         scheduled.then(|| [1.0 - share, 1.0 + share].map(|s| s * self.plant.speed))
     }
 
-    fn scenario(&self, plant: &DesignPlant, delay: f64) -> Option<Scenario> {
+    pub(super) fn scenario(&self, plant: &DesignPlant, delay: f64) -> Option<Scenario> {
         Scenario::new(plant, self.options.sample_time_s, delay, self.scale).ok()
     }
 
     /// `count` drawn plants, and the nominal one where none can be drawn, at all latencies and speeds.
-    fn draw(&self, stream: u64, count: usize) -> Vec<Relative> {
+    pub(super) fn draw(&self, stream: u64, count: usize) -> Vec<Relative> {
         let nominal = self.options.loop_delay_s;
         let mut delays = self.delays().to_vec();
         delays.retain(|d| (d - nominal).abs() > 1e-9);
@@ -160,37 +153,22 @@ impl<'a> Ensemble<'a> {
         };
         let missed = self.missed(&objective, &best.pid, &relatives).1;
         if best.met && missed == 0.0 {
+            let best = self.once_more(&mut objective, best, &relatives)?;
             objective.scenarios.truncate(1);
             return Ok(Robust { found: best, objective, kept_by: None });
         }
-        // How soon all could settle.
-        self.begin_again(&mut objective);
-        let first = search(&objective, &ROBUST_AND_QUICK, &begin, EVOLVED)?;
-        let first = Found::of(&objective, first);
-        let quick =
-            self.on_members(&mut objective, first, &ROBUST_AND_QUICK, &relatives, FEW_ROUNDS)?;
-        let kept_by = self.kept_by(&objective, &quick.pid, &relatives);
         // The nominal plant comes first.
         objective.scenarios.truncate(1);
-        let nominal = nominal::find(&objective, seed, true)?;
+        let (quick, nominal) = both(
+            || self.quickest(&objective, &begin, &relatives),
+            || nominal::find(&objective, seed, true),
+        )?;
+        let ((quick, kept_by), nominal) = (quick?, nominal?);
         let mut all = vec![best, quick, nominal.clone()];
         if nominal.met {
-            self.begin_again(&mut objective);
-            all.push(self.on_members(
-                &mut objective,
-                nominal.clone(),
-                &ROBUST,
-                &relatives,
-                FEW_ROUNDS,
-            )?);
-            self.begin_again(&mut objective);
-            all.push(self.on_members(
-                &mut objective,
-                nominal,
-                &ROBUST_BUT_SLOW,
-                &relatives,
-                ROUNDS,
-            )?);
+            let from = |aim| self.serving_all(&objective, &nominal, aim, &relatives);
+            let (first, second) = both(|| from(&ROBUST), || from(&ROBUST_BUT_SLOW))?;
+            all.extend([first?, second?]);
         }
         objective.scenarios.truncate(1);
         let mut choice: Vec<(bool, f64, Found)> = all
@@ -199,6 +177,54 @@ impl<'a> Ensemble<'a> {
             .collect();
         choice.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
         Ok(Robust { found: choice.remove(0).2, objective, kept_by })
+    }
+
+    /// How soon all plants could settle: the quickest loop, and the settling time that all keep with it
+    /// where they keep everything else.
+    fn quickest(
+        &self,
+        objective: &Objective,
+        begin: &[Vec<f64>],
+        relatives: &[Relative],
+    ) -> Result<(Found, Option<f64>), Error> {
+        let mut objective = objective.with(objective.spec);
+        self.begin_again(&mut objective);
+        let first = Found::of(&objective, search(&objective, &ROBUST_AND_QUICK, begin, SHORT)?);
+        let quick =
+            self.on_members(&mut objective, first, &ROBUST_AND_QUICK, relatives, FEW_ROUNDS)?;
+        let kept_by = self.kept_by(&objective, &quick.pid, relatives);
+        Ok((quick, kept_by))
+    }
+
+    /// What serves all plants, looked for from what serves the nominal one.
+    fn serving_all(
+        &self,
+        objective: &Objective,
+        nominal: &Found,
+        aim: &Aim,
+        relatives: &[Relative],
+    ) -> Result<Found, Error> {
+        let mut objective = objective.with(objective.spec);
+        self.begin_again(&mut objective);
+        self.on_members(&mut objective, nominal.clone(), aim, relatives, FEW_ROUNDS)
+    }
+
+    /// A loop that keeps everything on all plants, looked for once more with those that were added: what
+    /// evolves may have come together too soon.
+    fn once_more(
+        &self,
+        objective: &mut Objective,
+        best: Found,
+        relatives: &[Relative],
+    ) -> Result<Found, Error> {
+        let seed = self.options.seed.wrapping_add(1);
+        let begin = SCALES.map(|(multiple, count)| starts(objective, multiple, count, seed));
+        let begin = begin.concat();
+        let other = Found::of(objective, search(objective, &ROBUST, &begin, EVOLVED)?);
+        let other = self.on_members(objective, other, &ROBUST, relatives, ROUNDS)?;
+        let cost = |found: &Found| objective.cost(&found.variables, &ROBUST, f64::INFINITY);
+        let kept = other.met && self.missed(objective, &other.pid, relatives).1 == 0.0;
+        Ok(if kept && cost(&other) < cost(&best) { other } else { best })
     }
 
     /// The nominal plant and the extremes alone.
@@ -291,83 +317,5 @@ impl<'a> Ensemble<'a> {
             }
         }
         (worst, sum)
-    }
-
-    /// What the gains reach over plants drawn anew.
-    pub(crate) fn evidence(
-        &self,
-        objective: &Objective,
-        pid: &PidParameters,
-        advice: &Advice,
-    ) -> Robustness {
-        let all = self.draw(1, self.robust.members);
-        let mut simulator = Simulator::default();
-        let spec = &objective.spec;
-        let reached: Vec<Reached> = all
-            .iter()
-            .map(|r| {
-                let on_curve = r.scenario.on_curve(&mut simulator, pid, spec, advice);
-                let reached = objective.reached(&mut simulator, &r.scenario, pid);
-                Reached { on_curve: on_curve.steady_state_error_percent, ..reached }
-            })
-            .collect();
-        let at_nominal = all.iter().filter(|r| r.at_nominal).count();
-        let requirements: Vec<OverEnsemble> = Requirement::ALL
-            .into_iter()
-            .filter_map(|r| Some((r, r.required(spec)?)))
-            .map(|(r, required)| {
-                let kept = |k: &usize| r.is_met(required, reached[*k].value(r));
-                let share = |kept: usize, of: usize| kept as f64 / of.max(1) as f64;
-                let values = reached.iter().map(|x| x.value(r));
-                let worst = if r.at_least() {
-                    values.fold(f64::INFINITY, f64::min)
-                } else {
-                    values.fold(0.0, f64::max)
-                };
-                let nominal = (0..all.len()).filter(|k| all[*k].at_nominal).filter(kept).count();
-                OverEnsemble {
-                    requirement: r.name().into(),
-                    required,
-                    // A file holds no infinity.
-                    worst: worst.min(1e4),
-                    share_kept: share((0..all.len()).filter(kept).count(), all.len()),
-                    share_kept_at_nominal: (at_nominal > 0).then(|| share(nominal, at_nominal)),
-                }
-            })
-            .collect();
-        let reach = |scenario: Scenario| {
-            let mut simulator = Simulator::default();
-            let on_curve = scenario.on_curve(&mut simulator, pid, spec, advice);
-            let reached = objective.reached(&mut simulator, &scenario, pid);
-            Reached { on_curve: on_curve.steady_state_error_percent, ..reached }
-        };
-        let latency = breaking(
-            spec,
-            self.options.loop_delay_s,
-            [-self.plant.input_delay, self.options.loop_delay_s + LONGEST_LATENCY],
-            |delay| self.scenario(self.plant, delay).map(reach),
-        );
-        let speed = self.plant.is_speed_scheduled().then(|| {
-            let (v, delay) = (self.plant.speed, self.options.loop_delay_s);
-            breaking(spec, v, [SPEEDS.0 * v, SPEEDS.1 * v], |speed| {
-                self.plant
-                    .at_speed(speed)
-                    .ok()
-                    .and_then(|plant| self.scenario(&plant, delay))
-                    .map(reach)
-            })
-        });
-        Robustness {
-            met: requirements.iter().all(|r| r.share_kept >= 1.0),
-            members: at_nominal,
-            seed: self.options.seed,
-            loop_delay_range_s: self.delays(),
-            gain_range: self.robust.gain,
-            speed_range_mps: self.speeds(),
-            plants: all.len(),
-            requirements,
-            latency,
-            speed: speed.unwrap_or_default(),
-        }
     }
 }
