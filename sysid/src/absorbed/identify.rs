@@ -10,7 +10,7 @@ use super::prediction::Predicted;
 use super::starts::{Start, Starts};
 use super::windows::Windows;
 use crate::closed_loop::{self, Feedback, feedback_in};
-use crate::conversion::{MOST_LOSS, has_logarithm, mirrored};
+use crate::conversion::{costs_nothing, has_logarithm, mirrored};
 use crate::identify::logarithm::told;
 use crate::identify::order::{likeliest, parameters, schwarz, sum_of_squares};
 use crate::model::StateSpace;
@@ -292,7 +292,7 @@ impl Search<'_> {
                 self.measure(&mut one)?;
             }
             one.has_logarithm = has_logarithm(&one.model);
-            if one.has_logarithm && one.variance <= (1.0 + MOST_LOSS) * least {
+            if one.has_logarithm && costs_nothing(least, one.variance) {
                 warnings.extend(moved.then(|| told(one.variance / least - 1.0)));
                 candidates[i] = one;
                 return Ok(i);

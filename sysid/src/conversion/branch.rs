@@ -13,7 +13,9 @@ use faer::{Mat, MatRef};
 
 /// Of the squared errors, what a continuous form may cost: one percent of their root mean square, which
 /// is 0.02 points of fit where that is 98 %. A mode that truly alternates costs more.
-pub(crate) const MOST_LOSS: f64 = 0.02;
+const MOST_LOSS: f64 = 0.02;
+/// Of the output's root mean square, what it may add to them: noise must not hide more.
+const NEGLIGIBLE: f64 = 0.005;
 
 /// Steps of inverse iteration, and how far from an eigenvector its result may be.
 const STEPS: usize = 4;
@@ -22,6 +24,13 @@ const INEXACT: f64 = 1e-8;
 /// Whether a model has a continuous form.
 pub(crate) fn has_logarithm(model: &StateSpace) -> bool {
     to_continuous(model.a.as_ref(), model.b.as_ref(), 1.0).is_ok()
+}
+
+/// Whether mean squared errors that have grown from `least` are those of a continuous form that costs
+/// nearly nothing, for outputs of unit spread.
+pub(crate) fn costs_nothing(least: f64, with_logarithm: f64) -> bool {
+    let growth = with_logarithm - least;
+    growth <= MOST_LOSS * least && growth <= NEGLIGIBLE * NEGLIGIBLE
 }
 
 /// The model with each negative eigenvalue λ of A taken to −λ. With its right and left eigenvectors v

@@ -12,7 +12,7 @@ use crate::dense::{eigenvalues, relative_difference};
 use faer::{Mat, MatRef};
 use std::f64::consts::PI;
 
-pub(crate) use branch::{MOST_LOSS, has_logarithm, mirrored};
+pub(crate) use branch::{costs_nothing, has_logarithm, mirrored};
 pub use exponential::exponential;
 pub use hold::{ContinuousStateSpace, Hold, discretize_held, to_continuous_held};
 pub use logarithm::logarithm;

@@ -3,7 +3,7 @@
 use super::candidates::{Candidate, FINE, refine};
 use super::order::sum_of_squares;
 use super::starts::refit_about;
-use crate::conversion::{MOST_LOSS, has_logarithm, mirrored};
+use crate::conversion::{costs_nothing, has_logarithm, mirrored};
 use crate::{DataSet, Error};
 
 /// The chosen model taken off the branch cut, or else the smallest of lower order that has a
@@ -19,7 +19,7 @@ pub(super) fn with_logarithm(
         return Ok(chosen);
     }
     let level = candidates[chosen].conditions.levels.is_some();
-    let least = squares(&candidates[chosen], data);
+    let least = mean_square(&candidates[chosen], data);
     let order = candidates[chosen].model.order();
     let lower: Vec<usize> =
         (0..candidates.len()).filter(|i| candidates[*i].model.order() < order).collect();
@@ -37,10 +37,10 @@ pub(super) fn with_logarithm(
             one.model = off;
             refit(&mut one, data, level)?;
         }
-        let cost = squares(&one, data) / least - 1.0;
+        let now = mean_square(&one, data);
         one.has_logarithm = has_logarithm(&one.model);
-        if one.has_logarithm && cost <= MOST_LOSS {
-            one.mirroring_cost = moved.then_some(cost);
+        if one.has_logarithm && costs_nothing(least, now) {
+            one.mirroring_cost = moved.then_some(now / least - 1.0);
             candidates[i] = one;
             return Ok(i);
         }
@@ -56,8 +56,9 @@ fn refit(candidate: &mut Candidate, data: &DataSet, level: bool) -> Result<(), E
     Ok(())
 }
 
-fn squares(candidate: &Candidate, data: &DataSet) -> f64 {
-    sum_of_squares(&candidate.conditions.errors(&candidate.model, data))
+fn mean_square(candidate: &Candidate, data: &DataSet) -> f64 {
+    let count = (data.samples() * data.outputs()) as f64;
+    sum_of_squares(&candidate.conditions.errors(&candidate.model, data)) / count
 }
 
 /// What is told of a model that was taken off the branch cut at this cost of squared errors.
