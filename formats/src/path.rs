@@ -63,8 +63,16 @@ pub struct Guidance {
     pub preview_time_s: f64,
     /// Steering angle per curvature, rad·m.
     pub feedforward_gain_radm: f64,
-    /// Sideslip angle per yaw rate in steady state, s.
+    /// Sideslip angle per yaw rate in a steady turn, s; of small lateral acceleration, where the growth
+    /// is stated.
     pub sideslip_per_yaw_rate_s: f64,
+    /// Sideslip angle per yaw acceleration, s²; 0, which need not be said: not known.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub sideslip_per_yaw_acceleration_s2: f64,
+    /// What the sideslip per yaw rate grows by, per squared lateral acceleration, s⁵/m²; 0, which need
+    /// not be said: not known.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub sideslip_growth_s5pm2: f64,
     /// How fast the integral of the cross-track error grows, 1/s; 0, which need not be said: there is
     /// none.
     #[serde(default, skip_serializing_if = "is_zero")]
@@ -84,6 +92,8 @@ impl Default for Guidance {
             preview_time_s: 0.0,
             feedforward_gain_radm: 0.0,
             sideslip_per_yaw_rate_s: 0.0,
+            sideslip_per_yaw_acceleration_s2: 0.0,
+            sideslip_growth_s5pm2: 0.0,
             cross_track_integral_gain_per_s: 0.0,
         }
     }
@@ -103,6 +113,8 @@ impl Document for Path {
         c.not_negative(g.preview_time_s, "guidance.preview_time_s");
         c.finite(g.feedforward_gain_radm, "guidance.feedforward_gain_radm");
         c.finite(g.sideslip_per_yaw_rate_s, "guidance.sideslip_per_yaw_rate_s");
+        c.finite(g.sideslip_per_yaw_acceleration_s2, "guidance.sideslip_per_yaw_acceleration_s2");
+        c.finite(g.sideslip_growth_s5pm2, "guidance.sideslip_growth_s5pm2");
         c.not_negative(
             g.cross_track_integral_gain_per_s,
             "guidance.cross_track_integral_gain_per_s",

@@ -30,6 +30,8 @@ pub fn guidance_for(pid: &Pid, speed: f64) -> Guidance {
         preview_time_s: advice.preview_time_s,
         feedforward_gain_radm: advice.feedforward_gain_radm,
         sideslip_per_yaw_rate_s: 0.0,
+        sideslip_per_yaw_acceleration_s2: 0.0,
+        sideslip_growth_s5pm2: 0.0,
         cross_track_integral_gain_per_s: 0.0,
     }
 }

@@ -154,6 +154,8 @@ pub fn guidance_parameters(guidance: &Guidance) -> GuidanceParameters {
         preview_time: guidance.preview_time_s,
         feedforward_gain: guidance.feedforward_gain_radm,
         sideslip_per_yaw_rate: guidance.sideslip_per_yaw_rate_s,
+        sideslip_per_yaw_acceleration: guidance.sideslip_per_yaw_acceleration_s2,
+        sideslip_growth: guidance.sideslip_growth_s5pm2,
         cross_track_integral_gain: guidance.cross_track_integral_gain_per_s,
     }
 }

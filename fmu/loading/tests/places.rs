@@ -175,6 +175,8 @@ fn the_path_and_its_guidance() {
         feedforward_gain_radm: 4.0,
         sideslip_per_yaw_rate_s: 5.0,
         cross_track_integral_gain_per_s: 6.0,
+        sideslip_per_yaw_acceleration_s2: 7.0,
+        sideslip_growth_s5pm2: 8.0,
     };
     let expected = GuidanceParameters {
         lookahead_time: 1.0,
@@ -183,6 +185,8 @@ fn the_path_and_its_guidance() {
         feedforward_gain: 4.0,
         sideslip_per_yaw_rate: 5.0,
         cross_track_integral_gain: 6.0,
+        sideslip_per_yaw_acceleration: 7.0,
+        sideslip_growth: 8.0,
     };
     assert_eq!(guidance_parameters(&guidance), expected);
 

@@ -1,7 +1,7 @@
 //! Guidance along a path: look-ahead based line of sight.
 //!
 //! ```text
-//! yaw_reference        = ψ_p(s' − v·sideslip_per_yaw_rate) + atan2(−(e + z), Δ)
+//! yaw_reference        = ψ(s') + atan2(−(e + z), Δ),   ψ(s') = ψ_p(s' − v·S) without C and Q, below
 //! steering_feedforward = feedforward_gain·κ(s')
 //! s' = s + v·preview_time,   Δ = max(lookahead_min, lookahead_time·v)
 //! ż  = cross_track_integral_gain·e·Δ²/(Δ² + (e + z)²)   while the vehicle moves
@@ -13,10 +13,31 @@
 //! the point Δ ahead on the path. The preview exists because a yaw loop with a setpoint weight below
 //! 1 follows a ramp with a lag that no feedforward of steering removes.
 //!
-//! The course is asked for, the yaw is steered: with sideslip S·r at the yaw rate r, course is
-//! ψ + S·ψ̇, so yaw lags it by S. Hence the heading is read v·S behind, where at low speed the rear
-//! axle is. In a circle this is ψ_p − S·v·κ; but that would ask where the curvature begins to change
-//! for a jump of the yaw rate, which steers the wrong way at first.
+//! The course is asked for, the yaw is steered. Between them is the sideslip, at the yaw rate r
+//!
+//! ```text
+//! β = (S + Q·a²)·r + C·ṙ,   a = v·r
+//! ```
+//!
+//! with S the sideslip_per_yaw_rate, Q the sideslip_growth (a rear tyre gives way the more the more it
+//! carries) and C the sideslip_per_yaw_acceleration. Without Q and C, course is ψ + S·ψ̇, so yaw lags it
+//! by S. Hence the heading is read v·S behind, where at low speed the rear axle is. In a circle this is
+//! ψ_p − S·v·κ; but that would ask where the curvature begins to change for a jump of the yaw rate, which
+//! steers the wrong way at first.
+//!
+//! In full, ψ + S·ψ̇ + C·ψ̈ is the course, so the yaw is the course averaged over the past, with mean S
+//! and variance S² − 2C (cumulants of 1/(1 + S·s + C·s²)). Two points have both. With
+//! `Sₐ = S + Q·a²` of the acceleration `a = v²·κ(s' − v·S)`, at most g, and `h = √|Sₐ² − 2C|`,
+//!
+//! ```text
+//! ψ(s') = ½·[ψ_p(m − v·h) + ψ_p(m + v·h)]                  Sₐ² ≥ 2C
+//!       = 2·ψ_p(m) − ½·[ψ_p(m − v·h) + ψ_p(m + v·h)]       Sₐ² < 2C: yaw leads changes, no average
+//! m     = s' − v·Sₐ
+//! ```
+//!
+//! Differences of headings are smooth where the curvature's derivative would jump. No tyre carries more
+//! than about g, so no curvature, however absurd, makes the heading be read far away. C = 0 says that C
+//! is not known: the heading is then read at m alone, which is right for C = S²/2.
 //!
 //! z is the integral of integral line of sight (Børhaug, Pavlov and Pettersen, *Integral LOS control
 //! for path following of underactuated marine surface vessels in the presence of constant ocean
@@ -30,9 +51,12 @@
 
 use crate::angle::wrap_angle;
 use crate::error::{Error, diverged, finite};
-use crate::path::PathGeometry;
+use crate::path::{PathGeometry, PathPoint};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
+
+/// The most lateral acceleration that sideslip is reckoned with, m/s².
+const GRAVITY: f64 = 9.81;
 
 /// Parameters of the guidance law.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -45,8 +69,13 @@ pub struct GuidanceParameters {
     pub preview_time: f64,
     /// Steering angle per curvature, rad·m.
     pub feedforward_gain: f64,
-    /// Sideslip angle per yaw rate in a steady turn, s.
+    /// Sideslip angle per yaw rate in a steady turn, of small lateral acceleration where
+    /// `sideslip_growth` is not 0, s.
     pub sideslip_per_yaw_rate: f64,
+    /// Sideslip angle per yaw acceleration, s²; 0: not known.
+    pub sideslip_per_yaw_acceleration: f64,
+    /// What the sideslip per yaw rate grows by, per squared lateral acceleration, s⁵/m².
+    pub sideslip_growth: f64,
     /// How fast the integral of the cross-track error grows, 1/s; 0: there is none.
     pub cross_track_integral_gain: f64,
 }
@@ -59,6 +88,8 @@ impl Default for GuidanceParameters {
             preview_time: 0.0,
             feedforward_gain: 0.0,
             sideslip_per_yaw_rate: 0.0,
+            sideslip_per_yaw_acceleration: 0.0,
+            sideslip_growth: 0.0,
             cross_track_integral_gain: 0.0,
         }
     }
@@ -121,6 +152,28 @@ impl GuidanceParameters {
     fn lookahead(&self, speed: f64) -> f64 {
         self.lookahead_min.max(self.lookahead_time * speed)
     }
+
+    /// ψ(s'), rad: the yaw with which the course is the path's heading at a point of it.
+    fn yaw(&self, path: &PathGeometry, point: PathPoint, speed: f64) -> f64 {
+        let behind = |from: &PathPoint, time: f64| match speed * time {
+            0.0 => *from,
+            way => path.at(from.distance - way),
+        };
+        let mut lag = self.sideslip_per_yaw_rate;
+        let mut middle = behind(&point, lag);
+        if self.sideslip_growth != 0.0 {
+            let acceleration = (speed * speed * middle.curvature).clamp(-GRAVITY, GRAVITY);
+            lag += self.sideslip_growth * acceleration * acceleration;
+            middle = behind(&point, lag);
+        }
+        if self.sideslip_per_yaw_acceleration == 0.0 {
+            return middle.heading;
+        }
+        let variance = lag * lag - 2.0 * self.sideslip_per_yaw_acceleration;
+        let half = variance.abs().sqrt();
+        let mean = 0.5 * (behind(&middle, half).heading + behind(&middle, -half).heading);
+        if variance < 0.0 { 2.0 * middle.heading - mean } else { mean }
+    }
 }
 
 impl PathFollower {
@@ -155,14 +208,8 @@ impl PathFollower {
         let previewed = self.geometry.at(foot.distance + speed * p.preview_time);
         let lookahead = p.lookahead(speed);
         let aimed = error + self.integral;
-        let behind = speed * p.sideslip_per_yaw_rate;
-        let heading = if behind == 0.0 {
-            previewed.heading
-        } else {
-            self.geometry.at(foot.distance + speed * p.preview_time - behind).heading
-        };
         PathOutput {
-            yaw_reference: heading + (-aimed).atan2(lookahead),
+            yaw_reference: p.yaw(&self.geometry, previewed, speed) + (-aimed).atan2(lookahead),
             steering_feedforward: p.feedforward_gain * previewed.curvature,
             cross_track_error: error,
             heading_error: wrap_angle(yaw - foot.heading),

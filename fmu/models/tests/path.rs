@@ -1,33 +1,15 @@
 //! The path's geometry and the guidance on it.
 #![allow(clippy::unwrap_used)]
 
+mod common;
+
+use common::road;
 use proptest::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
 use vehicle_models::{
     Error, GuidanceParameters, PathFollower, PathGeometry, PathPoint, wrap_angle,
 };
-
-/// Points of a road whose curvature is a function of distance, by fine quadrature.
-fn road(length: f64, spacing: f64, curvature: impl Fn(f64) -> f64) -> Vec<PathPoint> {
-    let fine = 400;
-    let h = spacing / f64::from(fine);
-    let (mut x, mut y, mut psi) = (0.0_f64, 0.0_f64, 0.0_f64);
-    let mut points = Vec::new();
-    for i in 0..=(length / spacing).round() as i32 {
-        let s = f64::from(i) * spacing;
-        points.push(PathPoint { distance: s, x, y, heading: psi, curvature: curvature(s) });
-        for k in 0..fine {
-            let s = s + f64::from(k) * h;
-            let (first, second) = (curvature(s), curvature(s + h));
-            let middle = psi + h / 2.0 * curvature(s + h / 4.0);
-            x += h * middle.cos();
-            y += h * middle.sin();
-            psi += h / 6.0 * (first + 4.0 * curvature(s + h / 2.0) + second);
-        }
-    }
-    points
-}
 
 fn winding(s: f64) -> f64 {
     0.04 * (s / 17.0).sin()
@@ -147,39 +129,6 @@ fn guidance_law() {
         assert!((out.cross_track_error - 2.0).abs() < 1e-6 && !out.finished);
         assert!((out.heading_error - 0.1).abs() < 1e-6 && (out.curvature - 0.02).abs() < 1e-12);
     }
-}
-
-/// A vehicle with sideslip S·r, its yaw steered perfectly, on a double bend of clothoids: it is not
-/// led out of the bend before it is led in, and stays near the road.
-#[test]
-fn sideslip_leaves_little_where_the_curvature_changes() {
-    let bend = |s: f64| match s {
-        ..40.0 => 0.0,
-        ..46.0 => (s - 40.0) / 100.0,
-        ..58.0 => (52.0 - s) / 100.0,
-        ..64.0 => (s - 64.0) / 100.0,
-        _ => 0.0,
-    };
-    let path = Arc::new(PathGeometry::new(&road(120.0, 0.1, bend), false).unwrap());
-    let (speed, h, sideslip) = (8.0, 0.005, 0.16);
-    let g = GuidanceParameters { sideslip_per_yaw_rate: sideslip, ..Default::default() };
-    let mut follower = PathFollower::new(path);
-    let (mut x, mut y, mut yaw) = (0.0, 0.0, 0.0);
-    let (mut largest, mut astray) = (0.0_f64, 0.0_f64);
-    for _ in 0..2_800 {
-        let out = follower.evaluate(&g, x, y, yaw, speed);
-        follower.commit(&out);
-        let course = out.yaw_reference + sideslip * (out.yaw_reference - yaw) / h;
-        yaw = out.yaw_reference;
-        x += h * speed * course.cos();
-        y += h * speed * course.sin();
-        largest = largest.max(out.cross_track_error.abs());
-        if out.distance < 44.0 {
-            astray = astray.max(-yaw);
-        }
-    }
-    assert!(largest < 0.045, "{largest} m");
-    assert!(astray < 0.002, "{astray} rad");
 }
 
 /// A vehicle whose course is its yaw and a constant, steered perfectly along a straight: where it

@@ -2,7 +2,7 @@
 #![allow(dead_code, unreachable_pub)]
 
 use nalgebra::DMatrix;
-use vehicle_models::{Continuous, IdentifiedData, InputKind};
+use vehicle_models::{Continuous, IdentifiedData, InputKind, PathPoint};
 
 /// `e^A` by 60 Taylor terms after scaling to a norm below 2, then squaring. Each
 /// squaring doubles the rounding: this reference, not the crate, sets the tolerance at large norms.
@@ -93,4 +93,25 @@ pub fn runge_kutta<const N: usize>(
         }
     }
     x
+}
+
+/// Points of a road whose curvature is a function of distance, by fine quadrature.
+pub fn road(length: f64, spacing: f64, curvature: impl Fn(f64) -> f64) -> Vec<PathPoint> {
+    let fine = 400;
+    let h = spacing / f64::from(fine);
+    let (mut x, mut y, mut psi) = (0.0_f64, 0.0_f64, 0.0_f64);
+    let mut points = Vec::new();
+    for i in 0..=(length / spacing).round() as i32 {
+        let s = f64::from(i) * spacing;
+        points.push(PathPoint { distance: s, x, y, heading: psi, curvature: curvature(s) });
+        for k in 0..fine {
+            let s = s + f64::from(k) * h;
+            let (first, second) = (curvature(s), curvature(s + h));
+            let middle = psi + h / 2.0 * curvature(s + h / 4.0);
+            x += h * middle.cos();
+            y += h * middle.sin();
+            psi += h / 6.0 * (first + 4.0 * curvature(s + h / 2.0) + second);
+        }
+    }
+    points
 }

@@ -1,0 +1,198 @@
+//! The guidance of a vehicle whose course is not its yaw.
+
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use common::road;
+use std::sync::Arc;
+use vehicle_models::{GuidanceParameters, PathFollower, PathGeometry, PathOutput};
+
+/// A vehicle with sideslip S·r, its yaw steered perfectly, on a double bend of clothoids: it is not
+/// led out of the bend before it is led in, and stays near the road.
+#[test]
+fn sideslip_leaves_little_where_the_curvature_changes() {
+    let bend = |s: f64| match s {
+        ..40.0 => 0.0,
+        ..46.0 => (s - 40.0) / 100.0,
+        ..58.0 => (52.0 - s) / 100.0,
+        ..64.0 => (s - 64.0) / 100.0,
+        _ => 0.0,
+    };
+    let path = Arc::new(PathGeometry::new(&road(120.0, 0.1, bend), false).unwrap());
+    let (speed, h, sideslip) = (8.0, 0.005, 0.16);
+    let g = GuidanceParameters { sideslip_per_yaw_rate: sideslip, ..Default::default() };
+    let mut follower = PathFollower::new(path);
+    let (mut x, mut y, mut yaw) = (0.0, 0.0, 0.0);
+    let (mut largest, mut astray) = (0.0_f64, 0.0_f64);
+    for _ in 0..2_800 {
+        let out = follower.evaluate(&g, x, y, yaw, speed);
+        follower.commit(&out);
+        let course = out.yaw_reference + sideslip * (out.yaw_reference - yaw) / h;
+        yaw = out.yaw_reference;
+        x += h * speed * course.cos();
+        y += h * speed * course.sin();
+        largest = largest.max(out.cross_track_error.abs());
+        if out.distance < 44.0 {
+            astray = astray.max(-yaw);
+        }
+    }
+    assert!(largest < 0.045, "{largest} m");
+    assert!(astray < 0.002, "{astray} rad");
+}
+
+/// Sideslip of the multi-body cars of the experiment: speed, S, Q and C.
+const CARS: [[f64; 4]; 3] = [
+    [15.0, 0.040, -0.00101, 0.0033],
+    [22.0, 0.0044, -0.00141, 0.0042],
+    [8.0, 0.1655, -0.00044, 0.0011],
+];
+
+/// Lateral acceleration of the double bend's turns, m/s².
+const ACCELERATION: f64 = 4.0;
+
+/// Left, right and straight again: clothoids of 1.2 s between turns of 0.6 s.
+fn double_bend(speed: f64) -> Arc<PathGeometry> {
+    let curvature = move |s: f64| {
+        let share = match s / speed - 2.0 {
+            t if t < 0.0 => 0.0,
+            t if t < 1.2 => t / 1.2,
+            t if t < 1.8 => 1.0,
+            t if t < 4.2 => 1.0 - (t - 1.8) / 1.2,
+            t if t < 4.8 => -1.0,
+            t if t < 6.0 => (t - 6.0) / 1.2,
+            _ => 0.0,
+        };
+        share * ACCELERATION / (speed * speed)
+    };
+    Arc::new(PathGeometry::new(&road(10.0 * speed, speed / 50.0, curvature), false).unwrap())
+}
+
+/// A point whose course is its yaw and β = (S + Q·(v·r)²)·r + C·ṙ, on a yaw loop of third order which
+/// the preview makes up for: largest and RMS cross-track error on the double bend.
+fn followed(car: [f64; 4], guided: GuidanceParameters) -> (f64, f64) {
+    const BANDWIDTH: f64 = 60.0;
+    let [speed, s, q, c] = car;
+    let guided = GuidanceParameters { preview_time: 3.0 / BANDWIDTH, ..guided };
+    let mut follower = PathFollower::new(double_bend(speed));
+    let (mut x, mut y, mut yaw, mut rate, mut turning) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    let (mut largest, mut squares, h) = (0.0_f64, 0.0, 1e-3);
+    for _ in 0..10_000 {
+        let out: PathOutput = follower.evaluate(&guided, x, y, yaw, speed);
+        follower.commit(&out);
+        let jerk = BANDWIDTH
+            * (BANDWIDTH * (BANDWIDTH * (out.yaw_reference - yaw) - 3.0 * rate) - 3.0 * turning);
+        turning += h * jerk;
+        rate += h * turning;
+        yaw += h * rate;
+        let course = yaw + (s + q * (speed * rate).powi(2)) * rate + c * turning;
+        x += h * speed * course.cos();
+        y += h * speed * course.sin();
+        largest = largest.max(out.cross_track_error.abs());
+        squares += out.cross_track_error.powi(2);
+    }
+    (largest, (squares * 1e-4).sqrt())
+}
+
+fn knowing(s: f64, q: f64, c: f64) -> GuidanceParameters {
+    GuidanceParameters {
+        sideslip_per_yaw_rate: s,
+        sideslip_growth: q,
+        sideslip_per_yaw_acceleration: c,
+        ..GuidanceParameters::default()
+    }
+}
+
+#[test]
+fn what_is_known_of_the_sideslip_leaves_little_error() {
+    for car in CARS {
+        let [speed, s, q, c] = car;
+        // What a straight line through the same drive's turns would have told.
+        let mean = s + 0.6 * q * ACCELERATION * ACCELERATION;
+        let (line, without_growth, without_lead, full) = (
+            followed(car, knowing(mean, 0.0, 0.0)),
+            followed(car, knowing(mean, 0.0, c)),
+            followed(car, knowing(s, q, 0.0)),
+            followed(car, knowing(s, q, c)),
+        );
+        println!("{speed} m/s: {line:.4?} {without_growth:.4?} {without_lead:.4?} {full:.4?}");
+        assert!(full.1 < line.1 / 5.0 && full.0 < line.0 / 4.0, "{speed} m/s: {full:?} {line:?}");
+        assert!(full.1 < without_growth.1 && full.1 < without_lead.1 / 3.0, "{speed} m/s");
+    }
+}
+
+/// In a circle the yaw is the path's heading less (S + Q·a²)·κ·v; C has no part in it. Beyond g no
+/// tyre follows: the yaw goes on from there in proportion.
+#[test]
+fn a_steady_turn_asks_for_the_steady_sideslip() {
+    let (s, q, c) = (0.04, -0.001, 0.003);
+    for (speed, curvature) in [(15.0, 0.0178), (15.0, -0.0178), (5.0, 0.1), (20.0, 0.1)] {
+        let path = PathGeometry::new(&road(60.0, 0.5, |_| curvature), false).unwrap();
+        let point = path.at(30.0);
+        let follower = PathFollower::new(Arc::new(path));
+        let out = follower.evaluate(&knowing(s, q, c), point.x, point.y, point.heading, speed);
+        let acceleration = (speed * speed * curvature).clamp(-9.81, 9.81);
+        let sideslip = (s + q * acceleration * acceleration) * curvature * speed;
+        let off = out.yaw_reference - (point.heading - sideslip);
+        assert!(off.abs() < 1e-9, "{speed} m/s, {curvature} 1/m: {off}");
+    }
+}
+
+/// What C adds is what a change of the yaw rate asks for, of either sign of S² − 2C: on a clothoid,
+/// whose heading is of second degree, ½·S² − C times the course's second derivative, exactly.
+#[test]
+fn a_clothoid_asks_for_the_lead_exactly() {
+    let (speed, slope) = (12.0, 0.0008);
+    let path = PathGeometry::new(&road(80.0, 0.5, |s| slope * s), false).unwrap();
+    let point = path.at(40.0);
+    let follower = PathFollower::new(Arc::new(path));
+    for (s, c) in [(0.1, 0.001), (0.1, 0.02), (-0.05, 0.004), (0.0, 0.004), (0.0, -0.004)] {
+        let out = follower.evaluate(&knowing(s, 0.0, c), point.x, point.y, 0.0, speed);
+        let (rate, turning) = (point.curvature * speed, slope * speed * speed);
+        let expected = point.heading - s * rate + (s * s - c) * turning;
+        assert!((out.yaw_reference - expected).abs() < 1e-9, "{s} {c}: {out:?} {expected}");
+    }
+}
+
+/// The yaw that is asked for moves about as the course does, also where clothoids begin and end.
+#[test]
+fn the_yaw_asked_for_is_continuous() {
+    for [speed, s, q, c] in CARS {
+        let path = double_bend(speed);
+        let step = 0.01 * speed;
+        let follower = PathFollower::new(path.clone());
+        let mut before: Option<f64> = None;
+        for k in 1..900 {
+            let p = path.at(f64::from(k) * step);
+            let yaw =
+                follower.evaluate(&knowing(s, q, c), p.x, p.y, p.heading, speed).yaw_reference;
+            if let Some(before) = before {
+                // The course turns by 4 m/s² over the speed.
+                let most = 1.25 * ACCELERATION / speed * 0.01;
+                assert!((yaw - before).abs() < most, "{speed} m/s, {k}: {}", yaw - before);
+            }
+            before = Some(yaw);
+        }
+    }
+}
+
+/// Nothing known beyond S: to the last bit what S alone gives. Absurd values give numbers or are refused.
+#[test]
+fn without_growth_and_lead_the_heading_is_read_behind() {
+    let (speed, s) = (15.0, 0.07);
+    let path = double_bend(speed);
+    for k in 0..1_000 {
+        let p = path.at(0.15 * f64::from(k));
+        let mut follower = PathFollower::new(path.clone());
+        follower.restore(Some(p.distance), 0.0).unwrap();
+        let guided = GuidanceParameters { preview_time: 0.2, ..knowing(s, 0.0, 0.0) };
+        let out = follower.evaluate(&guided, p.x, p.y, p.heading, speed);
+        let behind = path.at(out.distance + speed * 0.2 - speed * s).heading;
+        let expected = behind + (-out.cross_track_error).atan2(15.0);
+        assert_eq!(out.yaw_reference.to_bits(), expected.to_bits());
+        for (q, c) in [(1e300, 1e300), (-1e300, -1e300), (f64::MAX, f64::MIN), (-1e3, 1e6)] {
+            let out = follower.evaluate(&knowing(s, q, c), p.x, p.y, p.heading, speed);
+            assert!(out.check().is_err() || out.yaw_reference.abs() < 10.0, "{out:?}");
+        }
+    }
+}
