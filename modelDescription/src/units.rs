@@ -97,6 +97,8 @@ pub const UNITS: &[UnitSpec] = &[
     unit("rad/s", [0, 0, -1, 1], &[("deg/s", DEGREES)]),
     unit("rad/s2", [0, 0, -2, 1], &[("deg/s2", DEGREES)]),
     unit("s", [0, 0, 1, 0], &[("ms", 1000.0)]),
+    unit("s2", [0, 0, 2, 0], &[]),
+    unit("s5/m2", [0, -2, 5, 0], &[]),
 ];
 
 impl UnitSpec {

@@ -40,4 +40,8 @@ super::variables! {
         .unit("s").nominal(0.1).description("sideslip angle per yaw rate in a steady turn");
     CrossTrackIntegralGain = 25, real "cross_track_integral_gain", Parameter, Tunable,
         .unit("1/s").min(0.0).nominal(0.1).description("how fast the integral of the cross-track error grows; 0: there is none");
+    SideslipPerYawAcceleration = 26, real "sideslip_per_yaw_acceleration", Parameter, Tunable,
+        .unit("s2").nominal(0.01).description("sideslip angle per yaw acceleration; 0: not known");
+    SideslipGrowth = 27, real "sideslip_growth", Parameter, Tunable,
+        .unit("s5/m2").nominal(0.001).description("what the sideslip per yaw rate grows by, per squared lateral acceleration");
 }

@@ -142,6 +142,8 @@ pub fn path(closed: bool) -> ReferencePath {
             feedforward_gain_radm: 2.7,
             sideslip_per_yaw_rate_s: 0.05,
             cross_track_integral_gain_per_s: 0.1,
+            sideslip_per_yaw_acceleration_s2: 0.004,
+            sideslip_growth_s5pm2: -0.001,
         },
         provenance: formats::Provenance::default(),
     };
