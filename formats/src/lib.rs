@@ -48,7 +48,9 @@ pub use factor::{AbsorbedDrives, AbsorbedSpeed};
 pub use matrix::Matrix;
 pub use path::{Guidance, Path, PathPoint};
 pub use pid::{DesignedFor, GuidanceAdvice, Limits, Pid, PidGains};
-pub use plant::{Continuous, Discrete, InputKind, Noise, OperatingPoint, Plant, Sideslip};
+pub use plant::{
+    Continuous, Discrete, InputKind, Noise, OperatingPoint, Plant, Sideslip, SideslipTerm,
+};
 pub use provenance::{HashingReader, Provenance, SourceFile, sha256_hex};
 pub use start::Start;
 pub use uncertainty::{

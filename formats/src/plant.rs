@@ -114,18 +114,75 @@ pub struct Noise {
     pub innovation_variance: f64,
 }
 
-/// The sideslip of the centre of gravity in steady turns, from where a receiver's fixes lead.
+/// The sideslip of the centre of gravity, from where a receiver's fixes lead: with the yaw rate r and
+/// the lateral acceleration `a = v·r`, course minus yaw is `(S + Q·a²)·r + C·dr/dt`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sideslip {
-    /// Sideslip angle (course minus yaw) per yaw rate, s.
+    /// S, sideslip angle per yaw rate, s: in gentle turns where the growth is stated, else a mean over
+    /// the drive's turns.
     pub sideslip_per_yaw_rate_s: f64,
     /// Its standard error, s; of the fixes' and the gyro's noise alone.
     pub standard_error_s: f64,
+    /// Q, what S grows by per squared lateral acceleration, s⁵/m²; absent where the drive does not tell
+    /// it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sideslip_growth_s5pm2: Option<SideslipTerm>,
+    /// C, sideslip angle per yaw acceleration, s²; absent where the drive does not tell it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sideslip_per_yaw_acceleration_s2: Option<SideslipTerm>,
     /// The age of a fix that was reckoned with, s: an error of it is one of the sideslip.
     pub gnss_latency_s: f64,
     /// The antenna ahead of the centre of gravity that was reckoned with, m.
     pub antenna_x_m: f64,
+}
+
+/// A term of the sideslip, in the unit of its name.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SideslipTerm {
+    /// As found.
+    pub value: f64,
+    /// Its standard error, of the fixes' and the gyro's noise alone.
+    pub standard_error: f64,
+}
+
+impl Sideslip {
+    /// Q, s⁵/m²; 0 where it is not known.
+    #[must_use]
+    pub fn growth(&self) -> f64 {
+        self.sideslip_growth_s5pm2.map_or(0.0, |term| term.value)
+    }
+
+    /// C, s²; 0 where it is not known.
+    #[must_use]
+    pub fn per_yaw_acceleration(&self) -> f64 {
+        self.sideslip_per_yaw_acceleration_s2.map_or(0.0, |term| term.value)
+    }
+
+    fn check(&self, c: &mut Checker) {
+        let mut within = |value: f64, limit: f64, field: &str| {
+            c.require((-limit..=limit).contains(&value), &format!("sideslip.{field}"), || {
+                format!("{value} must be from -{limit} to {limit}")
+            });
+        };
+        within(self.sideslip_per_yaw_rate_s, 10.0, "sideslip_per_yaw_rate_s");
+        let growth = "sideslip_growth_s5pm2";
+        within(self.growth(), 1.0, &format!("{growth}.value"));
+        let acceleration = "sideslip_per_yaw_acceleration_s2";
+        within(self.per_yaw_acceleration(), 10.0, &format!("{acceleration}.value"));
+        c.not_negative(self.standard_error_s, "sideslip.standard_error_s");
+        let terms = [
+            (self.sideslip_growth_s5pm2, growth),
+            (self.sideslip_per_yaw_acceleration_s2, acceleration),
+        ];
+        for (term, name) in terms {
+            let error = term.map_or(0.0, |term| term.standard_error);
+            c.not_negative(error, &format!("sideslip.{name}.standard_error"));
+        }
+        c.not_negative(self.gnss_latency_s, "sideslip.gnss_latency_s");
+        c.finite(self.antenna_x_m, "sideslip.antenna_x_m");
+    }
 }
 
 impl Plant {
@@ -182,13 +239,7 @@ impl Document for Plant {
         }
         c.not_negative(self.noise.innovation_variance, "noise.innovation_variance");
         if let Some(s) = &self.sideslip {
-            let value = s.sideslip_per_yaw_rate_s;
-            c.require((-10.0..=10.0).contains(&value), "sideslip.sideslip_per_yaw_rate_s", || {
-                format!("{value} must be from -10 to 10")
-            });
-            c.not_negative(s.standard_error_s, "sideslip.standard_error_s");
-            c.not_negative(s.gnss_latency_s, "sideslip.gnss_latency_s");
-            c.finite(s.antenna_x_m, "sideslip.antenna_x_m");
+            s.check(c);
         }
         if let Some(uncertainty) = &self.uncertainty {
             uncertainty.check(n, c);

@@ -77,6 +77,8 @@ pub fn plant_file(kind: Kind) -> Plant {
         sideslip: Some(formats::Sideslip {
             sideslip_per_yaw_rate_s: -0.06,
             standard_error_s: 0.001,
+            sideslip_growth_s5pm2: None,
+            sideslip_per_yaw_acceleration_s2: None,
             gnss_latency_s: 0.0,
             antenna_x_m: 0.0,
         }),

@@ -1,0 +1,102 @@
+//! Least squares over blocks, each with a yaw and a bias of its own.
+
+use super::ways::Way;
+use super::{LEAST_BLOCKS, LEAST_WAYS, OUTLIER, TERMS};
+use crate::dense;
+use faer::Mat;
+
+/// Values of the terms, 0 where they are not looked for, and their standard errors.
+pub(super) struct Regression {
+    pub(super) values: [f64; TERMS],
+    pub(super) errors: [f64; TERMS],
+    residuals: Vec<Vec<f64>>,
+}
+
+/// Some terms over all blocks, once those fixes are left out that are far off. `None` where there are
+/// too few blocks.
+pub(super) fn robust(blocks: &[Vec<Way>], wanted: &[usize]) -> Option<Regression> {
+    let first = regression(blocks, wanted)?;
+    let mut sizes: Vec<f64> = first.residuals.iter().flatten().map(|r| r.abs()).collect();
+    sizes.sort_by(f64::total_cmp);
+    let bound = OUTLIER * 1.4826 * sizes[sizes.len() / 2];
+    if bound.is_nan() {
+        return Some(first);
+    }
+    let good = |(ways, residuals): (&Vec<Way>, &Vec<f64>)| -> Vec<Way> {
+        let good = ways.iter().zip(residuals).filter(|(_, r)| r.abs() <= bound);
+        good.map(|(way, _)| *way).collect()
+    };
+    let mut blocks: Vec<Vec<Way>> = blocks.iter().zip(&first.residuals).map(good).collect();
+    blocks.retain(|ways| ways.len() >= LEAST_WAYS);
+    regression(&blocks, wanted)
+}
+
+/// Frisch and Waugh: yaw and bias are taken out of both sides. Standard errors of clusters.
+fn regression(blocks: &[Vec<Way>], wanted: &[usize]) -> Option<Regression> {
+    if blocks.len() < LEAST_BLOCKS {
+        return None;
+    }
+    let blocks: Vec<Detrended> = blocks.iter().map(|ways| Detrended::of(ways, wanted)).collect();
+    let total = |f: &dyn Fn(&Detrended) -> f64| blocks.iter().map(f).sum::<f64>();
+    // Each term in its own unit, so that the sums are of one size.
+    let n = wanted.len();
+    let unit: Vec<f64> = (0..n).map(|i| total(&|b| dot(&b.terms[i], &b.terms[i])).sqrt()).collect();
+    let square =
+        Mat::from_fn(n, n, |i, j| total(&|b| dot(&b.terms[i], &b.terms[j])) / (unit[i] * unit[j]));
+    let inverse = dense::solve(square.as_ref(), dense::identity(n).as_ref());
+    let product = Mat::from_fn(n, 1, |i, _| total(&|b| dot(&b.terms[i], &b.difference)) / unit[i]);
+    let found = &inverse * product;
+    let left = |block: &Detrended| {
+        let mut left = block.difference.clone();
+        for (i, term) in block.terms.iter().enumerate() {
+            let value = found[(i, 0)] / unit[i];
+            left.iter_mut().zip(term).for_each(|(left, x)| *left -= value * x);
+        }
+        left
+    };
+    let residuals: Vec<Vec<f64>> = blocks.iter().map(left).collect();
+    let count = blocks.len() as f64;
+    let mut scatter = vec![0.0; n];
+    for (block, left) in blocks.iter().zip(&residuals) {
+        let score = Mat::from_fn(n, 1, |i, _| dot(&block.terms[i], left) / unit[i]);
+        let by = &inverse * score;
+        scatter.iter_mut().enumerate().for_each(|(i, sum)| *sum += by[(i, 0)].powi(2));
+    }
+    let mut made = Regression { values: [0.0; TERMS], errors: [0.0; TERMS], residuals };
+    for (i, &term) in wanted.iter().enumerate() {
+        made.values[term] = found[(i, 0)] / unit[i];
+        made.errors[term] = (count / (count - 1.0) * scatter[i]).sqrt() / unit[i];
+    }
+    Some(made)
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// A block without its yaw and bias: the wanted terms, and what they are to explain.
+struct Detrended {
+    terms: Vec<Vec<f64>>,
+    difference: Vec<f64>,
+}
+
+impl Detrended {
+    fn of(ways: &[Way], wanted: &[usize]) -> Self {
+        let each = |f: &dyn Fn(&Way) -> f64| ways.iter().map(f).collect::<Vec<f64>>();
+        let time = each(&|w| w.time);
+        let terms = wanted.iter().map(|&i| without_line(&time, each(&|w| w.terms[i]))).collect();
+        Self { terms, difference: without_line(&time, each(&|w| w.difference)) }
+    }
+}
+
+/// What is left of values over time without their straight line.
+fn without_line(time: &[f64], mut values: Vec<f64>) -> Vec<f64> {
+    let n = time.len() as f64;
+    let mean = |x: &[f64]| x.iter().sum::<f64>() / n;
+    let (t0, v0) = (mean(time), mean(&values));
+    let square: f64 = time.iter().map(|t| (t - t0).powi(2)).sum();
+    let product: f64 = time.iter().zip(&values).map(|(t, v)| (t - t0) * (v - v0)).sum();
+    let slope = if square > 0.0 { product / square } else { 0.0 };
+    values.iter_mut().zip(time).for_each(|(v, t)| *v -= v0 + slope * (t - t0));
+    values
+}

@@ -1,0 +1,141 @@
+//! Ways between fixes: by how much fixes and gyro differ in their direction, and what each term of the
+//! sideslip has in it.
+//!
+//! With the lateral velocity v·β beside the forward speed v, a way is `D + S·E_S + Q·E_Q + C·E_C` but for
+//! where it starts and turns to: D by gyro and speed alone, and with n the direction to the left
+//!
+//! ```text
+//! E_S = ∫ v·r·n dt,   E_Q = ∫ v·r·a²·n dt,   E_C = ∫ v·ṙ·n dt,   a = v·r, at most g
+//! ```
+//!
+//! so a term turns it by the part of its E across D, over the length of D, to first order.
+
+use super::{BLOCK_S, LEAST_BLOCK_S, LEAST_WAYS, Piece, TERMS};
+
+/// How much longer a way may become where fixes are missing, relative to it.
+const STRETCH: f64 = 1.5;
+
+/// Shortest way whose direction tells something, m.
+const SHORTEST_M: f64 = 2.0;
+
+/// No tyre carries more, m/s²: a reading beyond is none of sideslip.
+const GRAVITY: f64 = 9.81;
+
+/// A way: its middle, by how much fixes and gyro differ in its direction, and by how much each term of
+/// the sideslip turns it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Way {
+    pub(super) time: f64,
+    pub(super) difference: f64,
+    pub(super) terms: [f64; TERMS],
+}
+
+/// The ways of a piece about so long (s), by blocks.
+pub(super) fn blocks(piece: &Piece, length: f64) -> Vec<Vec<Way>> {
+    let mut blocks: Vec<Vec<Way>> = Vec::new();
+    for way in ways(piece, length) {
+        match blocks.last_mut() {
+            Some(block) if way.time - block[0].time <= BLOCK_S => {
+                let last = block[block.len() - 1].difference;
+                block.push(Way { difference: last + wrapped(way.difference - last), ..way });
+            }
+            _ => blocks.push(vec![way]),
+        }
+    }
+    blocks.retain(|ways| {
+        ways.len() >= LEAST_WAYS && ways[ways.len() - 1].time - ways[0].time >= LEAST_BLOCK_S
+    });
+    blocks
+}
+
+fn ways(piece: &Piece, length: f64) -> Vec<Way> {
+    let Some(reckoned) = Reckoned::of(piece) else { return Vec::new() };
+    let mut ways = Vec::new();
+    let mut later = 0;
+    for (from, &begin) in piece.fix_time.iter().enumerate() {
+        later = later.max(from);
+        while later < piece.fix_time.len() && piece.fix_time[later] < begin + length - 1e-9 {
+            later += 1;
+        }
+        let Some(&end) = piece.fix_time.get(later) else { break };
+        if end - begin > STRETCH * length {
+            continue;
+        }
+        let (Some(a), Some(b)) = (reckoned.at(begin), reckoned.at(end)) else { continue };
+        let led = [0, 1].map(|i| piece.fix[later][i] - piece.fix[from][i]);
+        let [way, terms @ ..] = std::array::from_fn::<_, { TERMS + 1 }, _>(|i| {
+            [b.moved[i][0] - a.moved[i][0], b.moved[i][1] - a.moved[i][1]]
+        });
+        let square = way[0].powi(2) + way[1].powi(2);
+        if led[0].hypot(led[1]) < SHORTEST_M || square <= 0.0 {
+            continue;
+        }
+        ways.push(Way {
+            time: 0.5 * (begin + end),
+            difference: wrapped(led[1].atan2(led[0]) - way[1].atan2(way[0])),
+            terms: terms.map(|e| (way[0] * e[1] - way[1] * e[0]) / square),
+        });
+    }
+    ways
+}
+
+/// Where gyro and speed alone lead, and what each term of the sideslip adds to it for each unit.
+#[derive(Debug, Clone, Copy, Default)]
+struct Place {
+    yaw: f64,
+    moved: [[f64; 2]; TERMS + 1],
+}
+
+/// [`Place`] at the gyro's instants.
+struct Reckoned<'a> {
+    time: &'a [f64],
+    places: Vec<Place>,
+}
+
+impl<'a> Reckoned<'a> {
+    fn of(piece: &'a Piece) -> Option<Self> {
+        let speed = |k: usize| piece.speed.get(k).copied().unwrap_or(1.0);
+        let mut place = Place::default();
+        let mut places = vec![place];
+        for k in 1..piece.time.len() {
+            let h = piece.time[k] - piece.time[k - 1];
+            let (before, after) = (piece.yaw_rate[k - 1], piece.yaw_rate[k]);
+            let rate = 0.5 * (before + after);
+            let speed = 0.5 * (speed(k - 1) + speed(k));
+            let (sin, cos) = (place.yaw + 0.5 * h * rate).sin_cos();
+            let acceleration = (speed * rate).clamp(-GRAVITY, GRAVITY);
+            let turned = h * rate;
+            let terms = [turned, turned * acceleration * acceleration, after - before];
+            let ahead = [h * speed * cos, h * speed * sin];
+            let aside = terms.map(|term| [-term * speed * sin, term * speed * cos]);
+            for (moved, by) in place.moved.iter_mut().zip(std::iter::once(ahead).chain(aside)) {
+                moved[0] += by[0];
+                moved[1] += by[1];
+            }
+            place.yaw += turned;
+            places.push(place);
+        }
+        (piece.time.len() > 1).then_some(Self { time: &piece.time, places })
+    }
+
+    /// Between two readings by a straight line; `None` outside.
+    fn at(&self, time: f64) -> Option<Place> {
+        let after = self.time.partition_point(|t| *t < time);
+        if after == 0 {
+            return (self.time[0] <= time).then(|| self.places[0]);
+        }
+        let (a, b) = (self.places[after - 1], self.places.get(after)?);
+        let part = (time - self.time[after - 1]) / (self.time[after] - self.time[after - 1]);
+        let between = |a: f64, b: f64| a + part * (b - a);
+        Some(Place {
+            yaw: between(a.yaw, b.yaw),
+            moved: std::array::from_fn(|i| {
+                [0, 1].map(|axis| between(a.moved[i][axis], b.moved[i][axis]))
+            }),
+        })
+    }
+}
+
+fn wrapped(angle: f64) -> f64 {
+    angle.sin().atan2(angle.cos())
+}
