@@ -3,7 +3,8 @@
 use crate::failure::Failure;
 use crate::files;
 use formats::{
-    BandDeparture, Evidence, ExcitationBand, Information, Mode, Plant, ResidualTest, Verdict,
+    BandDeparture, Evidence, ExcitationBand, Information, Mode, Plant, ResidualTest, SideslipTerm,
+    Verdict,
 };
 use std::fmt::Write;
 use std::path::Path;
@@ -53,6 +54,17 @@ pub(crate) fn evidence(plant: &Plant) -> String {
             text,
             "sideslip {value:.4} ± {error:.4} s per yaw rate, with fixes {latency} s old"
         );
+        if let Some(SideslipTerm { value, standard_error }) = s.sideslip_growth_s5pm2 {
+            let (value, error) = (1e3 * value, 2e3 * standard_error);
+            let _ = writeln!(
+                text,
+                "         {value:+.2} ± {error:.2} ms of it per (m/s2)2 of lateral acceleration"
+            );
+        }
+        if let Some(SideslipTerm { value, standard_error }) = s.sideslip_per_yaw_acceleration_s2 {
+            let error = 2.0 * standard_error;
+            let _ = writeln!(text, "         {value:.4} ± {error:.4} s2 per yaw acceleration");
+        }
     }
     text.push_str(&judgement(e));
     text + &conclusion(&e.warnings, &e.verdict)

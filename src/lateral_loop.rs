@@ -3,6 +3,7 @@
 
 use crate::failure::Failure;
 use crate::package;
+use control::Sideslip;
 use fmi2_host::Connection;
 use formats::{Document, Path as PathFile, Pid};
 use packaging::ssp::{self, Component, Experiment};
@@ -42,7 +43,7 @@ pub(crate) fn pack(
     for (packed, (text, file)) in packed.into_iter().zip(documents) {
         let mut values = path.as_ref().map_or_else(Vec::new, |p| ssp::start_values(&packed, p));
         values.extend(ssp::receiver_values(&packed, &connections));
-        values.extend(ssp::sideslip_value(&packed, sideslip));
+        values.extend(ssp::sideslip_values(&packed, &sideslip_parameters(sideslip)));
         // Importers that ignore a system's parameters start with the same values all the same.
         let packed = match ssp::own_start(&packed, &values) {
             None => packed,
@@ -74,14 +75,23 @@ fn length(path: &PathFile, step: f64) -> f64 {
     }
 }
 
-/// The sideslip per yaw rate of the plant among the documents, s.
-fn sideslip_of(documents: &[Named<'_>]) -> Result<f64, Failure> {
+/// What an FMU that reckons with sideslip calls it.
+fn sideslip_parameters(sideslip: Sideslip) -> [(&'static str, f64); 3] {
+    [
+        ("sideslip_per_yaw_rate", sideslip.per_yaw_rate_s),
+        ("sideslip_per_yaw_acceleration", sideslip.per_yaw_acceleration_s2),
+        ("sideslip_growth", sideslip.growth_s5pm2),
+    ]
+}
+
+/// The sideslip of the plant among the documents; all 0 where it is not known.
+fn sideslip_of(documents: &[Named<'_>]) -> Result<Sideslip, Failure> {
     for (text, file) in documents {
-        if let Some(sideslip) = control::sideslip_per_yaw_rate(text, file, None)? {
+        if let Some(sideslip) = control::sideslip(text, file, None)? {
             return Ok(sideslip);
         }
     }
-    Ok(0.0)
+    Ok(Sideslip::default())
 }
 
 /// The document of an FMU.

@@ -3,6 +3,7 @@
 use crate::failure::{Failure, Outcome};
 use crate::tell::Tell;
 use crate::{files, quantity};
+use control::Sideslip;
 use control::paths::{self, FixOptions, PointOptions, PoorFixes};
 use formats::{Bicycle, Document, Path as PathFile, Pid, Plant, SourceFile};
 use std::path::{Path, PathBuf};
@@ -34,7 +35,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "PID.json")]
     pid: Option<PathBuf>,
     /// plant.json or bicycle.json of the vehicle that will follow the path: sets its sideslip, as far
-    /// as it is known
+    /// as it is known, with what it grows by in hard turns and leads by where turns change
     #[arg(long, value_name = "FILE.json")]
     plant: Option<PathBuf>,
     /// Sideslip angle per yaw rate of the vehicle in a steady turn, such as -40ms: its course is not
@@ -87,7 +88,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     } else {
         notes.push("no feedforward: give --pid to set it for a controller".into());
     }
-    path.guidance.sideslip_per_yaw_rate_s = sideslip(arguments, &mut path, &mut notes)?;
+    path.guidance = sideslip(arguments, &mut path, &mut notes)?.guide(path.guidance);
     path.guidance.cross_track_integral_gain_per_s = arguments.cross_track_integral;
     path.checked("the path's guidance")?;
     files::write_document(&arguments.out, &path)?;
@@ -97,14 +98,17 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
-/// The sideslip per yaw rate: as given, else the plant's, else 0.
+/// The sideslip: as given, else the plant's, else none.
 fn sideslip(
     arguments: &Arguments,
     path: &mut PathFile,
     notes: &mut Vec<String>,
-) -> Result<f64, Failure> {
+) -> Result<Sideslip, Failure> {
+    let given = arguments
+        .sideslip_per_yaw_rate
+        .map(|per_yaw_rate_s| Sideslip { per_yaw_rate_s, ..Sideslip::default() });
     let Some(file) = &arguments.plant else {
-        return Ok(arguments.sideslip_per_yaw_rate.unwrap_or(0.0));
+        return Ok(given.unwrap_or_default());
     };
     let text = files::read_text(file)?;
     let name = file.display().to_string();
@@ -112,19 +116,32 @@ fn sideslip(
     if formats::schema_of(&text).is_none_or(|schema| !kinds.contains(&&*schema)) {
         return Err(Failure::in_file(file, "no plant", "give a plant.json or bicycle.json".into()));
     }
-    let stated = control::sideslip_per_yaw_rate(&text, &name, Some(arguments.speed))?;
+    let stated = control::sideslip(&text, &name, Some(arguments.speed))?;
     path.provenance.sources.push(SourceFile::of(file, text.as_bytes()));
-    match (arguments.sideslip_per_yaw_rate, stated) {
+    match (given, stated) {
         (Some(given), _) => Ok(given),
         (None, Some(stated)) => {
-            notes.push(format!("sideslip {:.1} ms per yaw rate, from {name}", 1e3 * stated));
+            notes.push(format!("{}, from {name}", in_words(&stated)));
             Ok(stated)
         }
         (None, None) => {
             notes.push(format!("{name} states no sideslip: it is taken for 0"));
-            Ok(0.0)
+            Ok(Sideslip::default())
         }
     }
+}
+
+/// As far as it is known.
+fn in_words(sideslip: &Sideslip) -> String {
+    let mut text = format!("sideslip {:.1} ms per yaw rate", 1e3 * sideslip.per_yaw_rate_s);
+    if sideslip.growth_s5pm2 != 0.0 {
+        let grown = 1e3 * sideslip.growth_s5pm2;
+        text += &format!(" and {grown:.2} ms more per (m/s2)2 of lateral acceleration");
+    }
+    if sideslip.per_yaw_acceleration_s2 != 0.0 {
+        text += &format!(", {:.4} s2 per yaw acceleration", sideslip.per_yaw_acceleration_s2);
+    }
+    text
 }
 
 /// The path of recorded points, and what is to be said of it.

@@ -13,7 +13,7 @@
 //! | [`DesignPlant`] | steering → yaw rate, identified or bicycle |
 //! | [`design()`] | eq 14 to a specification, with evidence |
 //! | [`evaluate()`], [`step_response`], [`step_metrics`], [`metrics_of`] | any controller on any plant |
-//! | [`guidance_for`], [`with_sideslip`], [`sideslip_per_yaw_rate`] | the path follower around the loop |
+//! | [`guidance_for`], [`with_sideslip`], [`sideslip`], [`Sideslip`] | the path follower around the loop |
 //! | [`track()`], [`track_with`] | plant, path and controller in one process |
 //! | [`paths`] | composed, standard and recorded paths |
 //!
@@ -41,6 +41,6 @@ pub use design::design;
 pub use design::options::{DesignOptions, RobustOptions};
 pub use error::Error;
 pub use guidance::track::{Master, PlantModel, TrackTrace, track, track_with};
-pub use guidance::{guidance_for, sideslip_per_yaw_rate, with_sideslip};
+pub use guidance::{Sideslip, guidance_for, sideslip, with_sideslip};
 pub use plants::DesignPlant;
 pub use requirement::Requirement;

@@ -132,6 +132,8 @@ fn the_simulation_is_the_loop_of_the_fmus() {
             speed: 15.0,
             innovation_std: 0.0,
             sideslip_per_yaw_rate: 0.0,
+            sideslip_per_yaw_acceleration: 0.0,
+            sideslip_growth: 0.0,
         })
         .unwrap();
         let mut design = DesignPlant::from_matrices(info(delay), &F, &G, &H, D).unwrap();

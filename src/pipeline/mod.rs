@@ -229,8 +229,8 @@ fn prove(
     let mut runs = Vec::new();
     for (road, path) in roads {
         let mut path = path.clone();
-        path.guidance = control::guidance_for(&pid, path.speed_mps);
-        path.guidance.sideslip_per_yaw_rate_s = plant.sideslip_per_yaw_rate_s();
+        let sideslip = control::Sideslip::of(plant).unwrap_or_default();
+        path.guidance = sideslip.guide(control::guidance_for(&pid, path.speed_mps));
         // The controller's own folder has the standard road; others stand beside it.
         let (name, result, folder) = if *road == STANDARD_ROAD {
             (format!("path{suffix}.json"), format!("result{suffix}.csv"), folder.clone())

@@ -16,7 +16,7 @@ const LEAST_LOOKAHEAD: f64 = 1.0;
 ///
 /// The look-ahead time makes line of sight and yaw loop together well damped; preview and
 /// feedforward are the design's. The sideslip is taken as 0:
-/// [`sideslip_per_yaw_rate`] and [`with_sideslip`] tell that of a vehicle.
+/// [`sideslip`] and [`with_sideslip`] tell that of a vehicle.
 #[must_use]
 pub fn guidance_for(pid: &Pid, speed: f64) -> Guidance {
     let advice = &pid.guidance;
@@ -44,27 +44,55 @@ pub fn with_sideslip(guidance: Guidance, vehicle: &VehicleData, speed: f64) -> G
     Guidance { sideslip_per_yaw_rate_s, ..guidance }
 }
 
-/// The sideslip per yaw rate that a plant's document states, s: of `plant.json` the measured one, of
-/// `bicycle.json` that of the model in a steady turn at a speed (m/s), by default its own. `None` where
-/// it states none.
+/// The sideslip that a path follower reckons with: `(S + Q·a²)·r + C·dr/dt` at the yaw rate r and the
+/// lateral acceleration a.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Sideslip {
+    /// S, s.
+    pub per_yaw_rate_s: f64,
+    /// C, s²; 0 where it is not known.
+    pub per_yaw_acceleration_s2: f64,
+    /// Q, s⁵/m²; 0 where it is not known.
+    pub growth_s5pm2: f64,
+}
+
+impl Sideslip {
+    /// What is known of an identified plant.
+    #[must_use]
+    pub fn of(plant: &Plant) -> Option<Self> {
+        plant.sideslip.map(|s| Self {
+            per_yaw_rate_s: s.sideslip_per_yaw_rate_s,
+            per_yaw_acceleration_s2: s.per_yaw_acceleration(),
+            growth_s5pm2: s.growth(),
+        })
+    }
+
+    /// The same guidance of a vehicle with this sideslip.
+    #[must_use]
+    pub fn guide(&self, guidance: Guidance) -> Guidance {
+        Guidance {
+            sideslip_per_yaw_rate_s: self.per_yaw_rate_s,
+            sideslip_per_yaw_acceleration_s2: self.per_yaw_acceleration_s2,
+            sideslip_growth_s5pm2: self.growth_s5pm2,
+            ..guidance
+        }
+    }
+}
+
+/// The sideslip that a plant's document states: of `plant.json` the measured one, of `bicycle.json` that
+/// of the model in a steady turn at a speed (m/s), by default its own. `None` where it states none.
 ///
 /// # Errors
 /// Where a document of these kinds is refused.
-pub fn sideslip_per_yaw_rate(
-    document: &str,
-    file: &str,
-    speed: Option<f64>,
-) -> Result<Option<f64>, Error> {
+pub fn sideslip(document: &str, file: &str, speed: Option<f64>) -> Result<Option<Sideslip>, Error> {
     match formats::schema_of(document).as_deref() {
-        Some(Plant::SCHEMA) => {
-            let sideslip = Plant::from_json(document, file)?.sideslip;
-            Ok(sideslip.map(|sideslip| sideslip.sideslip_per_yaw_rate_s))
-        }
+        Some(Plant::SCHEMA) => Ok(Sideslip::of(&Plant::from_json(document, file)?)),
         Some(Bicycle::SCHEMA) => {
             let vehicle = Bicycle::from_json(document, file)?.vehicle;
             let speed = speed.unwrap_or(vehicle.speed_mps);
-            let parameters = model_loading::bicycle_parameters(&vehicle);
-            Ok((speed > 0.0).then(|| parameters.sideslip_per_yaw_rate(speed)))
+            let per_yaw_rate_s =
+                model_loading::bicycle_parameters(&vehicle).sideslip_per_yaw_rate(speed);
+            Ok((speed > 0.0).then(|| Sideslip { per_yaw_rate_s, ..Sideslip::default() }))
         }
         _ => Ok(None),
     }

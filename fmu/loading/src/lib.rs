@@ -48,6 +48,8 @@ pub fn identified_model(plant: &Plant) -> Result<IdentifiedModel, Error> {
         speed: point.speed_mps,
         innovation_std: plant.noise.innovation_variance.sqrt(),
         sideslip_per_yaw_rate: plant.sideslip_per_yaw_rate_s(),
+        sideslip_per_yaw_acceleration: plant.sideslip.map_or(0.0, |s| s.per_yaw_acceleration()),
+        sideslip_growth: plant.sideslip.map_or(0.0, |s| s.growth()),
     })
 }
 

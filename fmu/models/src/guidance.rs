@@ -35,9 +35,8 @@
 //! m     = s' − v·Sₐ
 //! ```
 //!
-//! Differences of headings are smooth where the curvature's derivative would jump. No tyre carries more
-//! than about g, so no curvature, however absurd, makes the heading be read far away. C = 0 says that C
-//! is not known: the heading is then read at m alone, which is right for C = S²/2.
+//! Differences of headings are smooth where the curvature's derivative would jump. C = 0 says that C is
+//! not known: the heading is then read at m alone, which is right for C = S²/2.
 //!
 //! z is the integral of integral line of sight (Børhaug, Pavlov and Pettersen, *Integral LOS control
 //! for path following of underactuated marine surface vessels in the presence of constant ocean
@@ -52,11 +51,9 @@
 use crate::angle::wrap_angle;
 use crate::error::{Error, diverged, finite};
 use crate::path::{PathGeometry, PathPoint};
+use crate::sideslip;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
-
-/// The most lateral acceleration that sideslip is reckoned with, m/s².
-const GRAVITY: f64 = 9.81;
 
 /// Parameters of the guidance law.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -162,8 +159,8 @@ impl GuidanceParameters {
         let mut lag = self.sideslip_per_yaw_rate;
         let mut middle = behind(&point, lag);
         if self.sideslip_growth != 0.0 {
-            let acceleration = (speed * speed * middle.curvature).clamp(-GRAVITY, GRAVITY);
-            lag += self.sideslip_growth * acceleration * acceleration;
+            let acceleration = speed * speed * middle.curvature;
+            lag = sideslip::per_yaw_rate(lag, self.sideslip_growth, acceleration);
             middle = behind(&point, lag);
         }
         if self.sideslip_per_yaw_acceleration == 0.0 {

@@ -53,8 +53,12 @@ pub struct IdentifiedData {
     pub speed: f64,
     /// Standard deviation of the innovation e, rad/s.
     pub innovation_std: f64,
-    /// Sideslip angle per yaw rate, s: the lateral velocity is v·S·r.
+    /// S, sideslip angle per yaw rate, s: the lateral velocity is v·β, β = (S + Q·a²)·r + C·ṙ, a = v·r.
     pub sideslip_per_yaw_rate: f64,
+    /// C, sideslip angle per yaw acceleration, s².
+    pub sideslip_per_yaw_acceleration: f64,
+    /// Q, what S grows by per squared lateral acceleration up to g, s⁵/m².
+    pub sideslip_growth: f64,
 }
 
 /// `ẋ = F x + G u`, `y = H x + D u` (eq 6–7), row-major.
@@ -184,6 +188,8 @@ fn check(data: &IdentifiedData) -> Result<(), Error> {
         ("the identified speed", data.speed),
         ("the innovation's standard deviation", data.innovation_std),
         ("the sideslip per yaw rate", data.sideslip_per_yaw_rate),
+        ("the sideslip per yaw acceleration", data.sideslip_per_yaw_acceleration),
+        ("the sideslip's growth", data.sideslip_growth),
     ])?;
     if data.sample_time <= 0.0 {
         return Err(Error::NotPositive { name: "the sample time", value: data.sample_time });
@@ -261,6 +267,8 @@ pub(crate) mod tests {
             speed: 15.0,
             innovation_std: 0.01,
             sideslip_per_yaw_rate: 0.0,
+            sideslip_per_yaw_acceleration: 0.0,
+            sideslip_growth: 0.0,
         }
     }
 

@@ -37,6 +37,7 @@ pub mod pid;
 pub mod pose;
 pub mod quadrature;
 pub mod sensitivity;
+mod sideslip;
 pub mod ticks;
 pub mod trigonometry;
 

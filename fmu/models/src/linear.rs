@@ -96,6 +96,22 @@ impl ContinuousModel {
         fx + self.g[i] * u
     }
 
+    /// By one entry j of `z = (x, u, 1, u̇)` at the beginning, the output and its derivative after
+    /// `time`, of the states' dependence on that entry.
+    fn output_by(&self, j: usize, states: &[f64], time: f64) -> (f64, f64) {
+        let n = self.order();
+        // What 1 in that entry makes of u and u̇.
+        let (u, slope) = match j.checked_sub(n) {
+            Some(0) => (1.0, 0.0),
+            Some(2) => (time, 1.0),
+            _ => (0.0, 0.0),
+        };
+        let constant = if j == n + 1 { self.offset } else { 0.0 };
+        let value: f64 = self.h.iter().zip(states).map(|(h, x)| h * x).sum();
+        let moved = (0..n).map(|i| self.h[i] * self.derivative(i, states, u));
+        (value + self.d * u + constant, moved.sum::<f64>() + self.d * slope)
+    }
+
     /// The map from `z = (x, u, 1, u̇)` to x after `time` and to the integral of y until then:
     /// n + 1 rows of n + 3 entries, from one exponential of the model augmented by input, constant,
     /// the input's derivative and integral.
@@ -150,6 +166,17 @@ pub struct StepMap {
     /// Column by column, so that the inner loop runs over the rows: the integral at the nodes, the
     /// states, the integral at the end. Pairs that are read together lie in one aligned pair.
     columns: Vec<f64>,
+    /// Likewise the output at the nodes, then its derivative.
+    outputs: Vec<f64>,
+}
+
+/// The output and its derivative at the quadrature's nodes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Outputs {
+    /// The output.
+    pub value: [f64; NODES],
+    /// Its derivative by time.
+    pub rate: [f64; NODES],
 }
 
 impl StepMap {
@@ -165,7 +192,30 @@ impl StepMap {
             columns.extend(nodes.iter().map(|node| node[(n, j)]));
             columns.extend((0..=n).map(|i| end[(i, j)]));
         }
-        Self { step, panels, panel, columns }
+        let mut outputs = Vec::with_capacity(2 * NODES * (DRIVES + n));
+        for j in [n + 1, n, n + 2].into_iter().chain(0..n) {
+            let at_nodes = nodes.iter().zip(NODE).map(|(states, node)| {
+                let states: Vec<f64> = (0..n).map(|i| states[(i, j)]).collect();
+                model.output_by(j, &states, node * panel)
+            });
+            let (value, rate): (Vec<f64>, Vec<f64>) = at_nodes.unzip();
+            outputs.extend(value.into_iter().chain(rate));
+        }
+        Self { step, panels, panel, columns, outputs }
+    }
+
+    /// The output at the nodes of the panel that begins with these states, under an input that is
+    /// `u` and grows by `slope` a second.
+    #[must_use]
+    pub fn outputs(&self, states: &[f64], u: f64, slope: f64) -> Outputs {
+        let mut out = Outputs { value: [0.0; NODES], rate: [0.0; NODES] };
+        let (columns, _) = self.outputs.as_chunks::<{ 2 * NODES }>();
+        for (column, z) in columns.iter().zip([1.0, u, slope].iter().chain(states)) {
+            let (value, rate) = column.split_at(NODES);
+            out.value.iter_mut().zip(value).for_each(|(sum, entry)| *sum += entry * z);
+            out.rate.iter_mut().zip(rate).for_each(|(sum, entry)| *sum += entry * z);
+        }
+        out
     }
 
     /// Panels in the step.

@@ -53,6 +53,16 @@ pub fn mean_direction(deviations: &[f64; NODES]) -> (f64, f64) {
     (mean(&cos), mean(&sin))
 }
 
+/// Mean over a panel of so much to the left of the direction of travel, seen from the panel's start:
+/// `(−sin, cos)` of the deviations, times the amounts.
+#[inline]
+#[must_use]
+pub fn mean_aside(amounts: &[f64; NODES], deviations: &[f64; NODES]) -> [f64; 2] {
+    let (sin, cos) = sin_cos_small(deviations);
+    let times = |direction: &[f64; NODES]| std::array::from_fn(|i| amounts[i] * direction[i]);
+    [-mean(&times(&sin)), mean(&times(&cos))]
+}
+
 /// Mean over a panel of what has these values at the nodes.
 #[inline]
 #[must_use]

@@ -125,6 +125,55 @@ proptest! {
         }
     }
 
+    /// The same of a sideslip that grows with the lateral acceleration and leads, as far as tyres carry.
+    #[test]
+    fn pose_with_growth_and_lead(
+        steps in prop::collection::vec((0.001..0.2_f64, -0.1..0.1_f64, -0.3..0.3_f64, 0.0..15.0_f64), 1..8),
+        d in prop_oneof![Just(0.0), -0.5..0.5_f64],
+        (growth, lead) in prop_oneof![
+            (Just(0.0), -0.01..0.01_f64), (-0.002..0.002_f64, Just(0.0)), (-0.002..0.002_f64, -0.01..0.01_f64)
+        ],
+    ) {
+        let data = IdentifiedData {
+            d, sideslip_growth: growth, sideslip_per_yaw_acceleration: lead, ..car()
+        };
+        let mut p = plant(&data);
+        let c = data.continuous.clone().unwrap();
+        let mut w = [0.0; 7];
+        let largest = std::cell::Cell::new(0.0_f64);
+        for (h, steering, slope, speed) in steps {
+            (p.steering_angle, p.steering_rate, p.speed) = (steering, slope, speed);
+            p.step(h).unwrap();
+            // Derivatives of the model's states, yaw rate and sideslip.
+            let moving = |w: &[f64; 7]| {
+                let moved: Vec<f64> = (0..3)
+                    .map(|i| (0..3).map(|j| c.f[3 * i + j] * w[j]).sum::<f64>() + c.g[i] * w[6])
+                    .collect();
+                let by = |v: &[f64]| c.h.iter().zip(v).map(|(h, x)| h * x).sum::<f64>();
+                let rate = by(&w[..3]) + d * w[6] + 0.02;
+                largest.set(largest.get().max((speed * rate).abs()));
+                let steady = data.sideslip_per_yaw_rate + growth * (speed * rate).powi(2);
+                let slip = steady * rate + lead * (by(&moved) + d * slope);
+                (moved, rate, slip)
+            };
+            w[6] = steering - 0.01;
+            w = runge_kutta(w, h, 1 + (h / 5e-5) as usize, |w| {
+                let (moved, rate, slip) = moving(w);
+                let (sin, cos) = w[3].sin_cos();
+                let (x, y) = (speed * (cos - slip * sin), speed * (sin + slip * cos));
+                [moved[0], moved[1], moved[2], rate, x, y, slope]
+            });
+            prop_assume!(largest.get() < 9.8);
+            prop_assert!((p.x() - w[4]).hypot(p.y() - w[5]) < 1e-9, "{} {} {w:?}", p.x(), p.y());
+            // The velocity that it tells, as if it went on along this ramp.
+            (p.steering_angle, p.steering_rate) = (w[6] + 0.01, slope);
+            let (_, _, slip) = moving(&w);
+            let (sin, cos) = w[3].sin_cos();
+            let (x, y) = (speed * (cos - slip * sin), speed * (sin + slip * cos));
+            prop_assert!((p.state_rate(4) - x).hypot(p.state_rate(5) - y) < 1e-8, "{slip}");
+        }
+    }
+
     /// The bicycle under a ramp: one step, 100 pieces, and from 1 m/s on one exponential.
     #[test]
     fn bicycle_ramp(

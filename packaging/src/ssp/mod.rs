@@ -27,7 +27,7 @@ use std::io::{Cursor, Write};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
-pub use start::{own_start, receiver_values, sideslip_value, start_values};
+pub use start::{own_start, receiver_values, sideslip_values, start_values};
 pub use wiring::{connections_by_name, loop_order};
 
 /// A component of a system, named after its FMU.

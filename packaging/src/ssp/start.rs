@@ -56,12 +56,17 @@ pub fn receiver_values(packed: &Packed, connections: &[Connection]) -> Vec<(Stri
     .into()
 }
 
-/// The plant's sideslip per yaw rate, s, for an FMU that reckons with one and states none.
+/// The plant's sideslip, for an FMU that reckons with one and states none: `sideslip` names the
+/// parameters, of which the FMU takes those that it has. All or nothing, since they belong together.
 #[must_use]
-pub fn sideslip_value(packed: &Packed, sideslip: f64) -> Option<(String, f64)> {
-    const NAME: &str = "sideslip_per_yaw_rate";
-    let start = packed.description.variable(NAME)?.start.as_ref();
-    (sideslip != 0.0 && start == Some(&Value::Real(0.0))).then(|| (NAME.to_owned(), sideslip))
+pub fn sideslip_values(packed: &Packed, sideslip: &[(&str, f64)]) -> Vec<(String, f64)> {
+    let start = |name: &str| packed.description.variable(name).map(|v| v.start.as_ref());
+    let states_one = |(name, _): &(&str, f64)| matches!(start(name), Some(Some(Value::Real(value))) if *value != 0.0);
+    if sideslip.iter().any(states_one) {
+        return Vec::new();
+    }
+    let taken = sideslip.iter().filter(|(name, value)| *value != 0.0 && start(name).is_some());
+    taken.map(|(name, value)| ((*name).to_owned(), *value)).collect()
 }
 
 /// Those of the values that the FMU does not start with by itself.

@@ -6,11 +6,16 @@
 //! ```text
 //! ẋ = F x + G u,   r = H x + D u + yaw_rate_offset          (eq 6–7)
 //! ψ̇ = r            exactly, the integral is part of the matrix exponential
-//! X' = v (cos ψ − S r sin ψ),  Y' = v (sin ψ + S r cos ψ)   (Gauss–Legendre, to 1e-9 m)
+//! X' = v (cos ψ − β sin ψ),  Y' = v (sin ψ + β cos ψ),   β = (S + Q·(v·r)²)·r + C·ṙ
 //! ```
 //!
-//! with S the sideslip per yaw rate (what it adds to the position is `v·S` times the change of
-//! `(cos ψ, sin ψ)`, exactly) and u the model's input `delay` seconds ago: a step is split where that delayed input changes,
+//! by Gauss–Legendre quadrature to 1e-9 m, with the terms S, Q and C of the sideslip. What S adds to the
+//! position is `v·S` times the change of `(cos ψ, sin ψ)`, exactly; r and ṙ for the others are those of
+//! the matrix exponential at the quadrature's nodes. Where r jumps, as with the input where D is not zero
+//! or with the innovation, C·ṙ is what it is before and after: a jump moves nobody sideways, and where the
+//! output is held there is no ṙ.
+//!
+//! u is the model's input `delay` seconds ago: a step is split where that delayed input changes,
 //! and each piece is one ramp, which the matrix exponential takes exactly. After the step the
 //! steering angle is u0 again, not where the ramp ended, until it is set anew; what is still under
 //! way in the delay stays the ramp it was. Before the start the input was zero, which is where

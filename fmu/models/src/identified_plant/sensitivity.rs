@@ -4,14 +4,15 @@
 //!
 //! ```text
 //! ẋ = F x + G u,   r = H x + D u + yaw_rate_offset,   ṙ = H ẋ + D u̇
-//! ψ̇ = r,   X' = v (cos ψ − S r sin ψ),   Y' = v (sin ψ + S r cos ψ)
+//! ψ̇ = r,   X' = v (cos ψ − β sin ψ),   Y' = v (sin ψ + β cos ψ),   β = (S + Q·(v·r)²)·r + C·ṙ
 //! ```
 //!
-//! with S the sideslip per yaw rate. A delay leaves no dependency on the present inputs.
+//! with the terms S, Q and C of the sideslip. A delay leaves no dependency on the present inputs.
 
 use super::IdentifiedPlant;
 use crate::noise::gaussian;
 use crate::sensitivity::{Factor, Known, Unknown};
+use crate::sideslip;
 use crate::trigonometry::sin_cos;
 
 impl IdentifiedPlant {
@@ -47,12 +48,21 @@ impl IdentifiedPlant {
         }
     }
 
-    /// Sideslip S·r: lateral over longitudinal velocity.
+    /// Sideslip β: lateral over longitudinal velocity.
     fn sideslip(&self) -> f64 {
-        match self.model.data().sideslip_per_yaw_rate {
-            0.0 => 0.0,
-            per_yaw_rate => per_yaw_rate * self.noise_free_yaw_rate(),
+        let (s, q, c) = self.sideslip_terms();
+        if (s, q, c) == (0.0, 0.0, 0.0) {
+            return 0.0;
         }
+        let rate = self.noise_free_yaw_rate();
+        let lead = if c == 0.0 { 0.0 } else { c * self.yaw_acceleration() };
+        sideslip::per_yaw_rate(s, q, self.speed * rate) * rate + lead
+    }
+
+    /// S, Q and C.
+    fn sideslip_terms(&self) -> (f64, f64, f64) {
+        let data = self.model.data();
+        (data.sideslip_per_yaw_rate, data.sideslip_growth, data.sideslip_per_yaw_acceleration)
     }
 
     /// Derivative of the yaw rate without noise, rad/s²; zero where it is held.
@@ -83,7 +93,7 @@ impl IdentifiedPlant {
         }
     }
 
-    /// Of `v·(direction + S·r·turned)`, the velocity along x or y.
+    /// Of `v·(direction + β·turned)`, the velocity along x or y.
     fn velocity_by(&self, is_x: bool, known: Known) -> Option<Factor> {
         let n = self.model_states();
         let (sin, cos) = sin_cos(self.pose.yaw);
@@ -94,14 +104,48 @@ impl IdentifiedPlant {
             Known::State(j) if j == n => Some(self.speed * (turned - slip * direction)),
             _ => None,
         };
-        let per_yaw_rate = self.model.data().sideslip_per_yaw_rate;
-        let by_yaw_rate = (per_yaw_rate != 0.0)
-            .then(|| self.yaw_rate_by(known))
-            .flatten()
-            .map(|r| self.speed * per_yaw_rate * turned * r.value());
-        match (own, by_yaw_rate) {
+        let by_sideslip = self.sideslip_by(known).map(|beta| self.speed * turned * beta);
+        match (own, by_sideslip) {
             (None, None) => None,
             (own, other) => Some(Factor::Dependent(own.unwrap_or(0.0) + other.unwrap_or(0.0))),
+        }
+    }
+
+    /// Of β, by way of r, of ṙ and, of its growth, of the speed itself.
+    fn sideslip_by(&self, known: Known) -> Option<f64> {
+        let (s, q, c) = self.sideslip_terms();
+        let rate = self.noise_free_yaw_rate();
+        let turning = sideslip::by_yaw_rate(s, q, self.speed * rate);
+        let steady = (s != 0.0 || q != 0.0).then(|| self.yaw_rate_by(known)).flatten();
+        let lead = (c != 0.0).then(|| self.yaw_acceleration_by(known)).flatten();
+        let by_speed =
+            (q != 0.0 && known == Known::Speed).then(|| sideslip::by_speed(q, self.speed, rate));
+        let parts = [steady.map(|r| turning * r.value()), lead.map(|r| c * r), by_speed];
+        let zero = parts.iter().all(Option::is_none);
+        (!zero).then(|| parts.into_iter().flatten().sum())
+    }
+
+    /// Row of H·F, H·G and, for a product that the speed is a factor of, of D.
+    fn yaw_acceleration_by(&self, known: Known) -> Option<f64> {
+        let model = self.model.continuous()?;
+        let n = model.order();
+        let data = self.model.data();
+        match known {
+            Known::State(j) if j < n => {
+                let entry: f64 = (0..n).map(|i| model.h[i] * model.f[i * n + j]).sum();
+                (entry != 0.0).then_some(entry)
+            }
+            _ => {
+                let gain: f64 = model.h.iter().zip(&model.g).map(|(h, g)| h * g).sum();
+                let by_input = self.input_by(known, gain).map(Factor::value);
+                let product = self.model.input_is_product() && data.delay == 0.0;
+                let by_slope = (known == Known::Speed && product && data.d != 0.0)
+                    .then_some(data.d * self.steering_rate);
+                match (by_input, by_slope) {
+                    (None, None) => None,
+                    (a, b) => Some(a.unwrap_or(0.0) + b.unwrap_or(0.0)),
+                }
+            }
         }
     }
 

@@ -3,7 +3,10 @@
 use super::IdentifiedPlant;
 use crate::delay::Segment;
 use crate::error::{Error, diverged};
-use crate::quadrature::{Pose, mean_direction, mean_direction_of_arc};
+use crate::identified::IdentifiedData;
+use crate::linear::Outputs;
+use crate::quadrature::{NODES, Pose, mean_aside, mean_direction, mean_direction_of_arc};
+use crate::sideslip;
 use crate::trigonometry::sin_cos;
 
 /// Longest communication step, s.
@@ -126,14 +129,23 @@ impl IdentifiedPlant {
         let Some(model) = self.model.continuous() else { return };
         let map = self.cache.get(model, piece.duration, self.model.longest_panel());
         let distance = self.speed * map.panel();
-        let slip = self.speed * self.model.data().sideslip_per_yaw_rate;
+        let data = self.model.data();
+        let slip = self.speed * data.sideslip_per_yaw_rate;
+        let beyond = data.sideslip_growth != 0.0 || data.sideslip_per_yaw_acceleration != 0.0;
         for panel in 0..map.panels() {
             let u = piece.value + piece.slope * (panel as f64 * map.panel());
             let direction = sin_cos(self.pose.yaw);
+            let outputs = beyond.then(|| map.outputs(&self.states, u, piece.slope));
             let turned = map.advance(&mut self.states, u, piece.slope);
             let (along, across) = mean_direction(&turned.at_nodes);
             let [ahead, aside] = slipped(slip, turned.end);
-            let (along, across) = (distance * along + ahead, distance * across + aside);
+            let (mut along, mut across) = (distance * along + ahead, distance * across + aside);
+            if let Some(outputs) = outputs {
+                let sideslip = slips_beyond(self.model.data(), self.speed, &outputs);
+                let [ahead, aside] = mean_aside(&sideslip, &turned.at_nodes);
+                along += distance * ahead;
+                across += distance * aside;
+            }
             self.pose.advance_by(direction, along, across, turned.end);
         }
     }
@@ -144,10 +156,22 @@ impl IdentifiedPlant {
         let turn = self.held * piece;
         let (along, across) = mean_direction_of_arc(turn);
         let distance = self.speed * piece;
-        let slip = self.speed * self.model.data().sideslip_per_yaw_rate;
+        let data = self.model.data();
+        let acceleration = self.speed * self.held;
+        let (s, q) = (data.sideslip_per_yaw_rate, data.sideslip_growth);
+        let slip = self.speed * sideslip::per_yaw_rate(s, q, acceleration);
         let [ahead, aside] = slipped(slip, turn);
         self.pose.advance(distance * along + ahead, distance * across + aside, turn);
     }
+}
+
+/// The sideslip beyond S·r at the nodes of a panel: Q·a²·r + C·ṙ.
+fn slips_beyond(data: &IdentifiedData, speed: f64, outputs: &Outputs) -> [f64; NODES] {
+    std::array::from_fn(|i| {
+        let rate = outputs.value[i];
+        let growth = sideslip::per_yaw_rate(0.0, data.sideslip_growth, speed * rate);
+        growth * rate + data.sideslip_per_yaw_acceleration * outputs.rate[i]
+    })
 }
 
 /// What a lateral velocity of `slip·ψ̇` (slip in m) adds to the way while the yaw turns by `turn`, in

@@ -63,6 +63,8 @@ pub fn from_continuous(f: Vec<f64>, g: Vec<f64>, h: Vec<f64>, d: f64, ts: f64) -
         speed: 15.0,
         innovation_std: 0.01,
         sideslip_per_yaw_rate: -0.06,
+        sideslip_per_yaw_acceleration: 0.0,
+        sideslip_growth: 0.0,
     }
 }
 

@@ -77,8 +77,8 @@ pub fn plant_file(kind: Kind) -> Plant {
         sideslip: Some(formats::Sideslip {
             sideslip_per_yaw_rate_s: -0.06,
             standard_error_s: 0.001,
-            sideslip_growth_s5pm2: None,
-            sideslip_per_yaw_acceleration_s2: None,
+            sideslip_growth_s5pm2: Some(term(-0.001)),
+            sideslip_per_yaw_acceleration_s2: Some(term(0.003)),
             gnss_latency_s: 0.0,
             antenna_x_m: 0.0,
         }),
@@ -86,6 +86,10 @@ pub fn plant_file(kind: Kind) -> Plant {
         evidence: formats::Evidence::default(),
         provenance: formats::Provenance::default(),
     }
+}
+
+fn term(value: f64) -> formats::SideslipTerm {
+    formats::SideslipTerm { value, standard_error: 0.0002 }
 }
 
 pub fn identified(kind: Kind) -> IdentifiedPlant {
