@@ -3,7 +3,7 @@
 //! Written by hand; the example in this repository is `tests/data/multibody/estimator.json`. What a
 //! number means is said where the filter is: the README of `PoseEstimator`.
 
-use crate::{Checker, Document};
+use crate::{Checker, Document, is_zero};
 use serde::{Deserialize, Serialize};
 
 /// Sensors, their noise, and how well the start is known.
@@ -16,8 +16,13 @@ pub struct Estimator {
     pub name: String,
     /// The receiver and its antenna.
     pub gnss: Gnss,
-    /// Sideslip angle per yaw rate in steady state, s.
+    /// Sideslip angle per yaw rate in a steady turn, s; of small lateral acceleration, where the growth
+    /// is stated.
     pub sideslip_per_yaw_rate_s: f64,
+    /// What the sideslip per yaw rate grows by, per squared lateral acceleration, s⁵/m²; 0, which need
+    /// not be said: not known.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub sideslip_growth_s5pm2: f64,
     /// How noisy gyro and speed are.
     pub noise: SensorNoise,
     /// How well the start is known.
@@ -88,6 +93,7 @@ impl Document for Estimator {
             (g.std_m.unwrap_or(0.0), 0.0, 1e6, "gnss.std_m"),
             (g.period_s.unwrap_or(0.0), 0.0, 3600.0, "gnss.period_s"),
             (self.sideslip_per_yaw_rate_s, -10.0, 10.0, "sideslip_per_yaw_rate_s"),
+            (self.sideslip_growth_s5pm2, -1.0, 1.0, "sideslip_growth_s5pm2"),
             (n.yaw_rate_density, 0.0, 100.0, "noise.yaw_rate_density"),
             (n.yaw_rate_bias_density, 0.0, 100.0, "noise.yaw_rate_bias_density"),
             (n.speed_density, 0.0, 1e3, "noise.speed_density"),

@@ -57,3 +57,9 @@ pub use uncertainty::{
     Estimate, EstimationFocus, FrequencyBand, NORMAL_95, StepBand, UncertainPole, Uncertainty,
 };
 pub use vehicle::{Body, SteeringActuator, Tyres, Vehicle};
+
+/// Of a number that a file need not state.
+#[allow(clippy::trivially_copy_pass_by_ref)] // as serde asks for it
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
+}

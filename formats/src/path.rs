@@ -1,6 +1,6 @@
 //! `path.json`: a reference road in arc length, and how to be guided along it.
 
-use crate::{Checker, Document, Provenance};
+use crate::{Checker, Document, Provenance, is_zero};
 use serde::{Deserialize, Serialize};
 
 /// A reference path: points in arc length, x and y in a local plane.
@@ -77,11 +77,6 @@ pub struct Guidance {
     /// none.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub cross_track_integral_gain_per_s: f64,
-}
-
-#[allow(clippy::trivially_copy_pass_by_ref)] // as serde asks for it
-fn is_zero(value: &f64) -> bool {
-    *value == 0.0
 }
 
 impl Default for Guidance {

@@ -27,6 +27,7 @@ fn the_estimator() {
             period_s: Some(11.0),
         },
         sideslip_per_yaw_rate_s: 4.0,
+        sideslip_growth_s5pm2: 0.125,
         noise: formats::SensorNoise {
             yaw_rate_density: 5.0,
             yaw_rate_bias_density: 6.0,
@@ -46,6 +47,7 @@ fn the_estimator() {
         antenna_x: 2.0,
         antenna_y: 3.0,
         sideslip_per_yaw_rate: 4.0,
+        sideslip_growth: 0.125,
         yaw_rate_noise_density: 5.0,
         yaw_rate_bias_density: 6.0,
         speed_noise_density: 7.0,

@@ -5,6 +5,7 @@ use super::filter::{BIAS, Filter, YAW};
 use super::history::{History, Stretch};
 use super::parameters::PoseParameters;
 use crate::error::{Error, diverged};
+use crate::sideslip;
 use crate::ticks::Ticks;
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
@@ -216,9 +217,13 @@ impl PoseEstimator {
     /// The direction in which the centre of gravity moves, rad, not wrapped.
     #[must_use]
     pub fn course(&self) -> f64 {
-        let yaw_rate = self.last.map_or(self.input.yaw_rate, |[yaw_rate, _]| yaw_rate);
+        let [yaw_rate, speed] = self.last.unwrap_or([self.input.yaw_rate, self.input.speed]);
         let rate = yaw_rate - self.present.mean[BIAS];
-        self.yaw() + (self.parameters.sideslip_per_yaw_rate * rate).atan()
+        let p = &self.parameters;
+        let acceleration = speed * rate;
+        let sideslip =
+            sideslip::per_yaw_rate(p.sideslip_per_yaw_rate, p.sideslip_growth, acceleration);
+        self.yaw() + (sideslip * rate).atan()
     }
 
     /// Standard deviation of the position in the direction in which it is largest, m.

@@ -19,6 +19,7 @@
 use super::history::Stretch;
 use super::parameters::PoseParameters;
 use crate::quadrature::mean_direction_of_arc;
+use crate::sideslip;
 use crate::trigonometry::sin_cos;
 use nalgebra::{Matrix2, Matrix2x4, Matrix4, Vector2, Vector4};
 
@@ -69,8 +70,10 @@ impl Filter {
         let Stretch { duration: t, yaw_rate, speed: v } = *stretch;
         let rate = yaw_rate - self.mean[BIAS];
         let turn = rate * t;
-        let slip = p.sideslip_per_yaw_rate * v;
-        let lateral = slip * rate;
+        let (sideslip, growth) = (p.sideslip_per_yaw_rate, p.sideslip_growth);
+        let lateral = v * sideslip::per_yaw_rate(sideslip, growth, v * rate) * rate;
+        // How it answers to the rate: gyro noise and bias act by it.
+        let slip = v * sideslip::by_yaw_rate(sideslip, growth, v * rate);
         let (s, c) = mean_direction_of_arc(turn);
         let (s_slope, c_slope) = slopes_of_arc(turn, s, c);
         let world = rotation(self.mean[YAW]);
@@ -207,7 +210,11 @@ mod tests {
     use super::*;
 
     fn parameters() -> PoseParameters {
-        PoseParameters { sideslip_per_yaw_rate: 0.07, ..PoseParameters::default() }
+        PoseParameters {
+            sideslip_per_yaw_rate: 0.07,
+            sideslip_growth: -0.0007,
+            ..PoseParameters::default()
+        }
     }
 
     /// The Jacobian is that of the move: seen in how a covariance without noise is carried.

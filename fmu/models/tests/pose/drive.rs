@@ -36,6 +36,7 @@ pub(crate) fn parameters() -> PoseParameters {
         antenna_x: 0.7,
         antenna_y: 0.3,
         sideslip_per_yaw_rate: -0.06,
+        sideslip_growth: -0.001,
         ..PoseParameters::default()
     }
 }
@@ -48,6 +49,7 @@ pub(crate) const DRIVE: Drive = Drive {
         antenna_x: 0.7,
         antenna_y: 0.3,
         sideslip_per_yaw_rate: -0.06,
+        sideslip_growth: -0.001,
         yaw_rate_noise_density: 1e-3,
         yaw_rate_bias_density: 5e-5,
         speed_noise_density: 0.05,
@@ -90,8 +92,8 @@ impl Drive {
             // Trapezia, as the filter joins the readings.
             let rate = 0.5 * (rate_at(end - H) + rate_at(end));
             let speed = 0.5 * (speed_at(end - H) + speed_at(end));
-            let across = p.sideslip_per_yaw_rate * speed * rate
-                + draw(p.lateral_velocity_noise_density * white);
+            let sideslip = p.sideslip_per_yaw_rate + p.sideslip_growth * (speed * rate).powi(2);
+            let across = sideslip * speed * rate + draw(p.lateral_velocity_noise_density * white);
             let middle = truth.yaw + 0.5 * rate * H;
             truth.x += H * (speed * middle.cos() - across * middle.sin());
             truth.y += H * (speed * middle.sin() + across * middle.cos());

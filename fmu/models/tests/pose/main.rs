@@ -147,7 +147,11 @@ fn the_bias_is_found() {
 /// In a steady turn the course, not the yaw, is where the vehicle goes; neither is wrapped.
 #[test]
 fn course_is_yaw_and_sideslip() {
-    let p = PoseParameters { sideslip_per_yaw_rate: -0.06, ..PoseParameters::default() };
+    let p = PoseParameters {
+        sideslip_per_yaw_rate: -0.06,
+        sideslip_growth: -0.001,
+        ..PoseParameters::default()
+    };
     let mut estimator = PoseEstimator::new(p).unwrap();
     estimator.start().unwrap();
     for _ in 0..2000 {
@@ -158,7 +162,8 @@ fn course_is_yaw_and_sideslip() {
         assert!(vehicle_models::wrap_angle(dy.atan2(dx) - middle).abs() < 1e-9);
     }
     assert!((estimator.yaw() - 10.0).abs() < 1e-9);
-    assert!((estimator.course() - estimator.yaw() + (0.06_f64 * 0.5).atan()).abs() < 1e-12);
+    let sideslip = (0.06 + 0.001 * 7.5_f64.powi(2)) * 0.5;
+    assert!((estimator.course() - estimator.yaw() + sideslip.atan()).abs() < 1e-12);
 }
 
 /// The frame in which fixes are given does not matter.

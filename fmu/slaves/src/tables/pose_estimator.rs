@@ -29,7 +29,7 @@ super::variables! {
         .description("yaw, not wrapped");
     Course = 13, real "course", Output, Continuous,
         .unit("rad").display_unit("deg").depends_on(Nothing)
-        .initial_depends_on(On(&["yaw_rate", "sideslip_per_yaw_rate", "initial_yaw"]))
+        .initial_depends_on(On(&["yaw_rate", "speed", "sideslip_per_yaw_rate", "sideslip_growth", "initial_yaw"]))
         .description("direction in which the centre of gravity moves, not wrapped");
     PositionStd = 14, real "position_std", Output, Continuous,
         .unit("m").nominal(0.1).depends_on(Nothing).initial_depends_on(On(&["initial_position_std"]))
@@ -52,6 +52,8 @@ super::variables! {
         .nominal(0.1).min(0.0).max(1000.0).description("density of the lateral velocity that the sideslip does not tell, m/s per root Hz");
     GnssPeriod = 28, real "gnss_period", Parameter, Fixed,
         .unit("s").display_unit("ms").min(0.0).max(3600.0).description("time between fixes taken from the inputs without a changed count; 0 for none");
+    SideslipGrowth = 29, real "sideslip_growth", Parameter, Fixed,
+        .unit("s5/m2").nominal(0.001).min(-1.0).max(1.0).description("what the sideslip per yaw rate grows by, per squared lateral acceleration");
     InitialX = 30, real "initial_x", Parameter, Fixed,
         .unit("m").description("position at the start");
     InitialY = 31, real "initial_y", Parameter, Fixed,
