@@ -3,9 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
+import sensors
 import vehicle
 from datasheet import bicycle_parameters
-from drive_log import write_drive
+from drive_log import noisy, write_drive, write_table
 from excitation import SAMPLE_TIME_S, Excitation
 
 CARS = (1, 2, 3)
@@ -49,6 +50,16 @@ class Case:
         truth = [states[:, i] for i in (vehicle.STEER, vehicle.YAW_RATE, vehicle.SPEED)]
         write_drive(file, noise, SAMPLE_TIME_S, command, *truth, acceleration)
         return states, float(np.max(np.abs(acceleration)))
+
+    def record_fixes(self, file, seed, states):
+        """Writes where a receiver with corrections had its antenna on that drive, each fix with the
+        time at which it was handed over."""
+        rng = np.random.default_rng([*self.seed(1), seed])
+        at = states[:: sensors.FIX_EVERY]
+        x, y = sensors.antenna(at[:, vehicle.X], at[:, vehicle.Y], at[:, vehicle.YAW])
+        told = SAMPLE_TIME_S * sensors.FIX_EVERY * np.arange(len(at)) + sensors.LATENCY_S
+        fixes = [noisy(rng, values, sensors.CORRECTED.deviation_m) for values in (x, y)]
+        write_table(file, "time_s,x_m,y_m", (2, 4, 4), [told, *fixes])
 
     def datasheet(self, scale=None, lag=None):
         """TOML of the linear bicycle; `scale` multiplies some of its parameters."""

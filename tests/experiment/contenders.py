@@ -10,6 +10,7 @@ import oracle
 import pid_file
 from pid_law import factor_to_margin, modulus_margin, scaled
 from program import read
+from sensors import ANTENNA_M, LATENCY_S
 
 IDENTIFIED = "identified"
 NO_LAG = "datasheet, no lag"
@@ -50,8 +51,9 @@ class Workshop:
         self.program.package(folder, folder / "pid.json")
         return pid
 
-    def identified(self, log, folder):
-        plant = self.program.identify(log, folder / "plant.json")
+    def identified(self, log, fixes, folder):
+        receiver = ("--gnss-latency", f"{LATENCY_S}s", "--antenna-x", f"{ANTENNA_M[0]}m")
+        plant = self.program.identify(log, folder / "plant.json", fixes, *receiver)
         return plant, self.controller(folder / "plant.json", folder)
 
     def fitted(self, case, log, folder):

@@ -21,6 +21,7 @@ MARGIN_S = 2.0  # what the car may take longer than the road's length at its spe
 END_M = 0.5  # so near to the road's end it is reached
 TRACED = ("time", "cross_track", "course", "yaw", "position", "command", "curvature", "x", "y")
 OFF_ROAD_M = 20.0  # then the run is over: lost
+ESTIMATED = ("sideslip_per_yaw_rate", "sideslip_growth")  # what of it the estimator reckons with
 
 
 @dataclass
@@ -41,12 +42,12 @@ class Estimator:
             gnss_latency=LATENCY_S,
             antenna_x=ANTENNA_M[0],
             antenna_y=ANTENNA_M[1],
-            sideslip_per_yaw_rate=sideslip,
             initial_x=state[vehicle.X],
             initial_y=state[vehicle.Y],
             initial_yaw=state[vehicle.YAW] + sensors.initial_yaw,
             initial_yaw_std=INITIAL_YAW_STD_RAD,
             gnss_std=sensors.gnss.deviation_m,
+            **{name: sideslip[name] for name in ESTIMATED if name in sideslip},
         )
         self.unit.initialize()
         self.measure = self.unit.writer("gnss_x", "gnss_y", "yaw_rate", "speed")
@@ -81,7 +82,7 @@ def tick(unit, k):
 
 def guide(archive, name, speed, sideslip):
     unit = Unit(archive, name)
-    unit.set(sideslip_per_yaw_rate=sideslip, speed=speed)
+    unit.set(speed=speed, **sideslip)
     unit.initialize()
     return unit
 

@@ -23,6 +23,13 @@ SPEED_NOISE_MPS = 0.02
 INITIAL_YAW_STD_RAD = math.radians(0.5)
 
 
+def antenna(x, y, yaw):
+    """Where it is, m, for a pose of the centre of gravity."""
+    ahead, left = ANTENNA_M
+    cos, sin = np.cos(yaw), np.sin(yaw)
+    return x + ahead * cos - left * sin, y + ahead * sin + left * cos
+
+
 @dataclass(frozen=True)
 class Gnss:
     """A way of reception."""
@@ -68,9 +75,7 @@ class Sensors:
 
     def read(self, k, state):
         if k % FIX_EVERY == 0 and k not in self.lost:
-            yaw, (ahead, left) = state[vehicle.YAW], ANTENNA_M
-            x = state[vehicle.X] + ahead * math.cos(yaw) - left * math.sin(yaw)
-            y = state[vehicle.Y] + ahead * math.sin(yaw) + left * math.cos(yaw)
+            x, y = antenna(state[vehicle.X], state[vehicle.Y], state[vehicle.YAW])
             fix = (x + self.position[k, 0], y + self.position[k, 1])
             self.under_way[k + LATENCY_SAMPLES] = fix
         if k in self.under_way:

@@ -13,7 +13,6 @@ import oracle
 import pid_law
 import road
 import sensors
-import sideslip
 import vehicle
 import yaw_step
 from contenders import ERRORS, FITTED, FIXED, IDENTIFIED, LAG, NAMES, NO_LAG, ORACLE, Workshop
@@ -149,17 +148,16 @@ class Study:
         folder.mkdir(parents=True, exist_ok=True)
         log = folder / "drive.csv"
         states, acceleration = case.record(log, seed)
-        slip = sideslip.calibrate(states, np.random.default_rng([*case.seed(1), seed]))
+        fixes = folder / "fixes.csv"
+        case.record_fixes(fixes, seed, states)
         found = {"key": self.key, "case": case.name, "seed": seed, "contenders": {}}
-        found["drive"] = {
-            "largest_lateral_acceleration_mps2": acceleration,
-            "sideslip_per_yaw_rate_s": slip,
-        }
         shop, pids = self.workshop, {}
-        plant, pids[IDENTIFIED] = shop.identified(log, self.folder(case, IDENTIFIED, seed))
+        plant, pids[IDENTIFIED] = shop.identified(log, fixes, self.folder(case, IDENTIFIED, seed))
         _, pids[FITTED] = shop.fitted(case, log, self.folder(case, FITTED, seed))
         _, pids[ERRORS] = shop.with_errors(case, seed, self.folder(case, ERRORS, seed))
         found["identification"] = identification(plant)
+        slip = sideslip(plant)
+        found["drive"] = {"largest_lateral_acceleration_mps2": acceleration, "sideslip": slip}
         for who in NAMES:
             if who in FIXED:
                 one = dict(common["contenders"][who])
@@ -249,6 +247,18 @@ def identification(plant):
         "method": evidence["method"],
         "fit_percent": evidence["fit"]["validation"],
     }
+
+
+def sideslip(plant):
+    """That of the drive's fixes, by the parameters that FMUs reckon with. Every contender is guided
+    with it, since it is a property of the car and not of a controller."""
+    told = plant["sideslip"]
+    terms = {
+        "sideslip_growth": "sideslip_growth_s5pm2",
+        "sideslip_per_yaw_acceleration": "sideslip_per_yaw_acceleration_s2",
+    }
+    found = {name: told[key]["value"] for name, key in terms.items() if key in told}
+    return {"sideslip_per_yaw_rate": told["sideslip_per_yaw_rate_s"]} | found
 
 
 def rms(values):

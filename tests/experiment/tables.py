@@ -203,7 +203,7 @@ def compared(runs):
 def roads(runs):
     """The identified design on the road, case by case."""
     header = ["case", "curvature", "steering rate needed", "at its limit", "look-ahead", "preview"]
-    header += ["sideslip per yaw rate"]
+    header += ["sideslip per yaw rate", "its growth", "sideslip per yaw acceleration"]
     header += ["cross-track RMS", "largest", "RMS, drop-out", "largest, drop-out"]
     header += ["beyond the road on return", "RMS, uncorrected", "finished"]
     lines = []
@@ -211,6 +211,8 @@ def roads(runs):
         get = lambda reception, key: [
             metric(run, IDENTIFIED, ("road", reception.name, key)) for run in seeds
         ]
+        # What a drive does not tell counts as 0.
+        slip = lambda term: np.mean([run["drive"]["sideslip"].get(term, 0.0) for run in seeds])
         guide = seeds[0]["contenders"][IDENTIFIED]["path"]
         guidance = guide["guidance"]
         every = [v for r in (CORRECTED, DROP_OUT, UNCORRECTED) for v in get(r, "finished")]
@@ -223,7 +225,9 @@ def roads(runs):
                 f"{100 * np.mean(get(CORRECTED, 'at_rate_limit')):.1f} %",
                 f"{ahead:.1f} m",
                 f"{guidance['preview_time_s']:.3f} s",
-                f"{np.mean([run['drive']['sideslip_per_yaw_rate_s'] for run in seeds]):.4f} s",
+                f"{slip('sideslip_per_yaw_rate'):.4f} s",
+                f"{1e3 * slip('sideslip_growth'):.2f} ms per (m/s²)²",
+                f"{slip('sideslip_per_yaw_acceleration'):.4f} s²",
                 f"{max(get(CORRECTED, 'cross_track_rms_m')):.3f} m",
                 f"{max(get(CORRECTED, 'cross_track_largest_m')):.3f} m",
                 f"{max(get(DROP_OUT, 'cross_track_rms_m')):.3f} m",
