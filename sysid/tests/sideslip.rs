@@ -25,6 +25,8 @@ struct Drive {
     fix_std: f64,
     antenna_x: f64,
     degrees: bool,
+    /// Samples between fixes.
+    fix_every: usize,
     /// Every so many fixes one is twenty metres off.
     outlier: usize,
 }
@@ -36,6 +38,7 @@ const DRIVE: Drive = Drive {
     fix_std: 0.02,
     antenna_x: 0.0,
     degrees: false,
+    fix_every: 10,
     outlier: usize::MAX,
 };
 
@@ -114,8 +117,8 @@ fn logged_of(vehicle: &mut impl Vehicle, d: Drive, options: &LogOptions) -> Driv
     for k in 0..(d.seconds / H) as usize {
         let t = k as f64 * H;
         let [x, y, yaw, rate] = vehicle.seen();
-        if k % 10 == 0 {
-            let wrong = if k / 10 % d.outlier == d.outlier - 1 { 20.0 } else { 0.0 };
+        if k % d.fix_every == 0 {
+            let wrong = if k / d.fix_every % d.outlier == d.outlier - 1 { 20.0 } else { 0.0 };
             let x = x + d.antenna_x * yaw.cos() + d.fix_std * random.normal() + wrong;
             let y = y + d.antenna_x * yaw.sin() + d.fix_std * random.normal();
             let told = t + LATENCY;
@@ -246,6 +249,19 @@ fn a_multi_body_car_tells_all_three() {
     assert!((found.sideslip_per_yaw_rate_s - 0.044).abs() < 0.006, "{found:?}");
     assert!((found.growth() + 0.0009).abs() < 0.0006, "{found:?}");
     assert!((found.per_yaw_acceleration() - 0.0027).abs() < 0.001, "{found:?}");
+}
+
+/// A receiver of one fix a second has no shorter ways: the terms are those of the long ones.
+#[test]
+fn a_fix_a_second_will_do() {
+    let (s, q, c) = (0.04, -0.00101, 0.0033);
+    let mut point = Point { s, q, c, ..Point::default() };
+    let drive = Drive { fix_every: 100, seconds: 600.0, ..DRIVE };
+    let found = logged_of(&mut point, drive, &told()).sideslip.unwrap();
+    println!("{found:?}");
+    assert!((found.sideslip_per_yaw_rate_s - s).abs() < 0.003, "{found:?}");
+    assert!((found.growth() - q).abs() < 0.0003, "{found:?}");
+    assert!((found.per_yaw_acceleration() - c).abs() < 0.0015, "{found:?}");
 }
 
 /// In gentle turns tyres do not give way: the drive says nothing of it, and S is as certain as ever.

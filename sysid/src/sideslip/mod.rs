@@ -29,8 +29,10 @@
 //! prediction Akaike's criterion would take more, from √2 standard errors. A drive that tells neither has
 //! S alone, as a mean over its turns.
 //!
-//! **Length of a way.** Half a second for the three terms: longer ones average away what tells C, and S
-//! and Q with it; shorter ones are of noise. S alone is a mean anyway, from ways of a second.
+//! **Length of a way.** S alone is a mean anyway: it is of ways of a second, which are long against the
+//! noise of a fix and short against a turn. By these, too, is told which terms there are. Their values are
+//! of half a second, if the fixes come as often: longer ways average away what tells C, and S and Q with
+//! it; shorter ones are of noise.
 //!
 //! **Latency.** A fix that is told to be τ younger than it is turns S into S − τ: in a steady turn the
 //! two cannot be told apart. So the age of a fix is stated, never estimated, and its error is one of S
@@ -51,7 +53,8 @@ const RATE: usize = 0;
 const GROWTH: usize = 1;
 const ACCELERATION: usize = 2;
 
-/// Length of the ways whose directions are compared, s: for S alone, and for all terms.
+/// Length of the ways whose directions are compared, s: for S alone and for which terms there are, and
+/// for their values.
 const WAY_S: f64 = 1.0;
 const SHORT_WAY_S: f64 = 0.5;
 
@@ -127,7 +130,13 @@ pub(crate) fn sideslip(
     let known = pieces.iter().all(|piece| !piece.speed.is_empty());
     let candidates: &[usize] =
         if known { &[RATE, GROWTH, ACCELERATION] } else { &[RATE, ACCELERATION] };
-    let found = told(&cut(SHORT_WAY_S), candidates).unwrap_or(alone);
+    let found = match told(&ways, candidates) {
+        None => alone,
+        Some((terms, found)) => match robust(&cut(SHORT_WAY_S), &terms) {
+            Some(shorter) if is_certain(&shorter, &terms) => shorter,
+            _ => found,
+        },
+    };
     let of_antenna = if speed > 0.0 { receiver.antenna_x_m / speed } else { 0.0 };
     let term = |i: usize| {
         let (value, standard_error) = (found.values[i], found.errors[i]);
@@ -143,8 +152,8 @@ pub(crate) fn sideslip(
     })
 }
 
-/// The terms that the ways tell, S always among them; `None` where they tell S alone, or S too badly.
-fn told(ways: &[Vec<Way>], candidates: &[usize]) -> Option<Regression> {
+/// The terms that the ways tell beside S; `None` where there are none.
+fn told(ways: &[Vec<Way>], candidates: &[usize]) -> Option<(Vec<usize>, Regression)> {
     let mut wanted = candidates.to_vec();
     while wanted.len() > 1 {
         let found = robust(ways, &wanted)?;
@@ -161,10 +170,15 @@ fn told(ways: &[Vec<Way>], candidates: &[usize]) -> Option<Regression> {
         let distances: Vec<f64> = wanted[1..].iter().map(distance).collect();
         let least = distances.iter().copied().fold(f64::INFINITY, f64::min);
         if least >= TOLD {
-            return (found.errors[RATE] <= LARGEST_ERROR_S).then_some(found);
+            return is_certain(&found, &wanted).then_some((wanted, found));
         }
         let place = distances.iter().position(|d| *d == least)?;
         wanted.remove(1 + place);
     }
     None
+}
+
+/// Whether the terms lead no turn far astray.
+fn is_certain(found: &Regression, terms: &[usize]) -> bool {
+    terms.iter().all(|&term| found.errors[term] <= LARGEST_ERROR[term])
 }
