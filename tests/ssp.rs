@@ -4,7 +4,6 @@
 mod support;
 
 use fmi2_host::{Archive, Connection, SystemPackage};
-use formats::Document;
 use packaging::Binary;
 use packaging::ssp::{Component, Experiment};
 use serde_json::Value;
@@ -306,95 +305,6 @@ fn with_an_estimator_the_loop_is_closed_through_it() {
     let wired = printed["connections"].as_array().unwrap();
     assert!(wired.len() == 8 && wired.iter().all(|c| !c.to_string().contains("gnss")), "{wired:?}");
     assert_eq!(printed["last"]["PoseEstimator.gnss_y"], 4.0);
-}
-
-/// The bicycle model's own sideslip reaches path and estimator, unless their files state one.
-#[test]
-fn the_sideslip_of_the_plant_is_that_of_path_and_estimator() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
-    let start = |name: &str| {
-        let archive = Archive::open(folder.join(format!("{name}.fmu"))).unwrap();
-        match archive.model().variable("sideslip_per_yaw_rate").unwrap().start {
-            Some(fmi2_host::Value::Real(value)) => value,
-            ref other => panic!("{other:?}"),
-        }
-    };
-    let loop_of = |plant: &str, path: &str| {
-        let rest = "{chain}/pid.json {data}/multibody/estimator.json";
-        done(folder, &format!("package {plant} {path} {rest} --ssp L.ssp"));
-        [start("ReferencePath"), start("PoseEstimator")]
-    };
-    let text = std::fs::read_to_string(chain().join("bicycle.json")).unwrap();
-    let bicycle = formats::Bicycle::from_json(&text, "bicycle.json").unwrap().vehicle;
-    let expected =
-        model_loading::bicycle_parameters(&bicycle).sideslip_per_yaw_rate(bicycle.speed_mps);
-    assert!(expected.abs() > 0.005, "{expected}");
-    assert_eq!(loop_of("{chain}/bicycle.json", "{chain}/path.json"), [expected; 2]);
-    // This drive's log has no fixes.
-    assert_eq!(loop_of("{chain}/plant.json", "{chain}/path.json"), [0.0; 2]);
-    done(folder, "path --pid {chain}/pid.json --sideslip-per-yaw-rate=-30ms -o own.json");
-    assert_eq!(loop_of("{chain}/bicycle.json", "own.json"), [-0.03, expected]);
-    done(folder, "path --pid {chain}/pid.json --plant {chain}/bicycle.json -o of_plant.json");
-    let text = std::fs::read_to_string(folder.join("of_plant.json")).unwrap();
-    let path = formats::Path::from_json(&text, "of_plant.json").unwrap();
-    let at_15 = model_loading::bicycle_parameters(&bicycle).sideslip_per_yaw_rate(15.0);
-    assert_eq!(path.guidance.sideslip_per_yaw_rate_s, at_15);
-    let output = run(folder, "path --plant {chain}/pid.json");
-    assert_eq!(output.status.code(), Some(2));
-    assert!(told(&output).contains("no plant"), "{}", told(&output));
-}
-
-/// What a drive with fixes tells of its car's sideslip reaches path and estimator in full: by `path
-/// --plant`, and in a package whose files state none.
-#[test]
-fn growth_and_lead_of_a_drive_reach_path_and_estimator() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
-    let drive = "{data}/multibody/drive.csv {data}/multibody/position.csv";
-    let columns = "--input steering_command_rad --output yaw_rate_radps --steering-ratio 1";
-    let output = done(folder, &format!("identify {drive} {columns} --order 2 -o car.json"));
-    for line in ["s per yaw rate", "ms of it per (m/s2)2", "s2 per yaw acceleration"] {
-        assert!(told(&output).contains(line), "{line}: {}", told(&output));
-    }
-    let text = std::fs::read_to_string(folder.join("car.json")).unwrap();
-    let found = formats::Plant::from_json(&text, "car.json").unwrap().sideslip.unwrap();
-    let (rate, growth, lead) =
-        (found.sideslip_per_yaw_rate_s, found.growth(), found.per_yaw_acceleration());
-    assert!(growth < 0.0 && lead > 0.0, "{found:?}");
-
-    let output = done(folder, "path --pid {chain}/pid.json --plant car.json -o own.json");
-    assert!(told(&output).contains("more per (m/s2)2"), "{}", told(&output));
-    let text = std::fs::read_to_string(folder.join("own.json")).unwrap();
-    let guidance = formats::Path::from_json(&text, "own.json").unwrap().guidance;
-    assert_eq!(guidance.sideslip_per_yaw_rate_s, rate);
-    assert_eq!(guidance.sideslip_growth_s5pm2, growth);
-    assert_eq!(guidance.sideslip_per_yaw_acceleration_s2, lead);
-
-    let start = |fmu: &str, name: &str| {
-        let archive = Archive::open(folder.join(format!("{fmu}.fmu"))).unwrap();
-        match archive.model().variable(name).unwrap().start {
-            Some(fmi2_host::Value::Real(value)) => value,
-            ref other => panic!("{other:?}"),
-        }
-    };
-    let rest = "{chain}/pid.json {data}/multibody/estimator.json --ssp L.ssp";
-    done(folder, &format!("package car.json {{chain}}/path.json {rest}"));
-    for (fmu, name, expected) in [
-        ("ReferencePath", "sideslip_per_yaw_rate", rate),
-        ("ReferencePath", "sideslip_growth", growth),
-        ("ReferencePath", "sideslip_per_yaw_acceleration", lead),
-        ("PoseEstimator", "sideslip_per_yaw_rate", rate),
-        ("PoseEstimator", "sideslip_growth", growth),
-    ] {
-        assert_eq!(start(fmu, name), expected, "{fmu} {name}");
-    }
-    // One that is given by hand stands alone.
-    done(folder, "path --plant car.json --sideslip-per-yaw-rate=-30ms -o given.json");
-    let text = std::fs::read_to_string(folder.join("given.json")).unwrap();
-    assert!(text.contains("-0.03") && !text.contains("sideslip_growth"), "{text}");
-    done(folder, &format!("package car.json given.json {rest}"));
-    assert_eq!(start("ReferencePath", "sideslip_growth"), 0.0);
 }
 
 #[test]
