@@ -3,7 +3,7 @@
 use crate::closed_loop::margins::{controller, margins};
 use crate::closed_loop::metrics::metrics;
 use crate::closed_loop::simulate::{Excitation, Simulator};
-use crate::guidance::advice::ramp_lag;
+use crate::guidance::advice::{Advice, ramp_lag};
 use crate::plants::sampled::Sampled;
 use crate::plants::{DesignPlant, Dynamics, PlantInfo};
 use crate::{DesignOptions, design};
@@ -298,8 +298,8 @@ fn limits_hold_at_every_tick() {
     assert!((m.step.largest_increment_rad - 0.004).abs() < 1e-12);
 }
 
-/// kp·(1 − b)/ki, with or without feedforward; the advised feedforward leaves no error behind a
-/// reference whose rate grows, as the heading of a clothoid does.
+/// kp·(1 − b)/ki, with or without feedforward; what is advised leaves no error behind a reference whose
+/// rate grows, as the heading of a clothoid does, and little behind one whose growth changes.
 #[test]
 fn preview_and_feedforward_leave_no_error_on_circle_and_clothoid() {
     let plant = DesignPlant::from_matrices(info(0.02), &F, &G, &H, D).unwrap();
@@ -312,21 +312,22 @@ fn preview_and_feedforward_leave_no_error_on_circle_and_clothoid() {
     assert!((measured - theory).abs() < 1e-3 * theory, "{measured} {theory}");
 
     let advice = document.guidance;
-    // Error of yaw, in s of the reference's rate, at the end of a growing rate.
-    let error = |feedforward_gain: f64| {
-        let (rate, until) = (1e-4, 40.0);
-        let reference = |t: f64| 0.5 * rate * t * t;
+    // Errors of yaw on a heading whose rate and its growth are known.
+    let errors = |heading: &dyn Fn(f64) -> [f64; 3], until: f64, feedforward_gain: f64, g: f64| {
+        let mut errors = Vec::new();
         let mut controller = Pid::default();
         let mut z = [0.0; 3];
         let mut u = vec![0.0; 8];
         let ticks = (until / p.sample_time) as usize;
         for k in 0..ticks {
-            let t = k as f64 * p.sample_time + advice.preview_time_s;
+            let t = k as f64 * p.sample_time;
+            errors.push(heading(t)[0] - z[2]);
+            let [yaw, rate, growth] = heading(t + advice.preview_time_s);
             let input = PidInput {
-                yaw_reference: reference(t),
+                yaw_reference: yaw + g * growth,
                 yaw: z[2],
-                // Curvature is the reference's rate over the speed.
-                steering_feedforward: feedforward_gain * rate * t / plant.speed,
+                // Curvature is the heading's rate over the speed.
+                steering_feedforward: feedforward_gain * rate / plant.speed,
                 enabled: true,
             };
             u.insert(0, controller.tick(&p, &input).steering_angle);
@@ -339,10 +340,28 @@ fn preview_and_feedforward_leave_no_error_on_circle_and_clothoid() {
             });
             u.truncate(8);
         }
-        (reference(ticks as f64 * p.sample_time) - z[2]) / rate
+        errors
     };
     // In s²: 1e-3 s² on a road of 4 m/s² at 6 m/s³ (0.4 rad/s² of yaw) is 4e-4 rad.
-    let advised = error(advice.feedforward_gain_radm);
+    let clothoid = |t: f64| [0.5e-4 * t * t, 1e-4 * t, 1e-4];
+    let last = |f, g| errors(&clothoid, 40.0, f, g).pop().unwrap() / 1e-4;
+    let (f, g) = (advice.feedforward_gain_radm, advice.yaw_acceleration_gain_s2);
+    let advised = last(f, g);
     assert!(advised.abs() < 2e-3, "{advised}");
-    assert!(error(plant.speed / plant.gain()).abs() > 2e-2);
+    assert!(last(plant.speed / plant.gain(), 0.0).abs() > 2e-2);
+
+    // Bends of 4 s, one after the other.
+    let bend = |t: f64| {
+        let (sin, cos) = (0.5 * std::f64::consts::PI * t.max(0.0)).sin_cos();
+        let w = 0.5 * std::f64::consts::PI;
+        [1e-2 * (1.0 - cos) / w, 1e-2 * sin, 1e-2 * w * cos]
+    };
+    let rms = |f, g| {
+        let errors = errors(&bend, 20.0, f, g);
+        let late = &errors[errors.len() / 2..];
+        (late.iter().map(|e| e * e).sum::<f64>() / late.len() as f64).sqrt()
+    };
+    let without = Advice::with_preview(&p, plant.gain(), plant.speed, advice.preview_time_s);
+    let (with, without) = (rms(f, g), rms(without.feedforward_gain, 0.0));
+    assert!(with < 0.5 * without, "{with:e} {without:e}");
 }

@@ -73,6 +73,10 @@ pub struct Guidance {
     /// not be said: not known.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub sideslip_growth_s5pm2: f64,
+    /// What of the yaw acceleration is added to the yaw reference, s², for what the loop lacks beyond
+    /// preview and feedforward; 0 need not be said.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub yaw_acceleration_gain_s2: f64,
     /// How fast the integral of the cross-track error grows, 1/s; 0, which need not be said: there is
     /// none.
     #[serde(default, skip_serializing_if = "is_zero")]
@@ -89,6 +93,7 @@ impl Default for Guidance {
             sideslip_per_yaw_rate_s: 0.0,
             sideslip_per_yaw_acceleration_s2: 0.0,
             sideslip_growth_s5pm2: 0.0,
+            yaw_acceleration_gain_s2: 0.0,
             cross_track_integral_gain_per_s: 0.0,
         }
     }
@@ -110,6 +115,7 @@ impl Document for Path {
         c.finite(g.sideslip_per_yaw_rate_s, "guidance.sideslip_per_yaw_rate_s");
         c.finite(g.sideslip_per_yaw_acceleration_s2, "guidance.sideslip_per_yaw_acceleration_s2");
         c.finite(g.sideslip_growth_s5pm2, "guidance.sideslip_growth_s5pm2");
+        c.finite(g.yaw_acceleration_gain_s2, "guidance.yaw_acceleration_gain_s2");
         c.not_negative(
             g.cross_track_integral_gain_per_s,
             "guidance.cross_track_integral_gain_per_s",

@@ -1,6 +1,6 @@
 //! `pid.json`: the steering controller of eq 14 with the proof that it meets its specification.
 
-use crate::{Checker, DesignEvidence, Document, Provenance, Specification};
+use crate::{Checker, DesignEvidence, Document, Provenance, Specification, is_zero};
 use serde::{Deserialize, Serialize};
 
 /// The controller, what it was designed for, and what it reaches.
@@ -95,6 +95,10 @@ pub struct GuidanceAdvice {
     pub feedforward_gain_radm: f64,
     /// Time by which the closed loop lags a yaw ramp, kp·(1 − b)/ki, s.
     pub preview_time_s: f64,
+    /// What of the path's yaw acceleration is to be added to the yaw reference, s²; belongs to the
+    /// feedforward, too. 0 need not be said.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub yaw_acceleration_gain_s2: f64,
 }
 
 impl Document for Pid {
@@ -129,5 +133,6 @@ impl Document for Pid {
         }
         c.finite(self.guidance.feedforward_gain_radm, "guidance.feedforward_gain_radm");
         c.not_negative(self.guidance.preview_time_s, "guidance.preview_time_s");
+        c.finite(self.guidance.yaw_acceleration_gain_s2, "guidance.yaw_acceleration_gain_s2");
     }
 }

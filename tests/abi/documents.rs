@@ -120,7 +120,11 @@ fn pid() -> Pid {
             },
             ..DesignEvidence::default()
         },
-        guidance: GuidanceAdvice { feedforward_gain_radm: 40.0, preview_time_s: 0.2 },
+        guidance: GuidanceAdvice {
+            feedforward_gain_radm: 40.0,
+            preview_time_s: 0.2,
+            yaw_acceleration_gain_s2: 0.0,
+        },
         provenance: formats::Provenance::default(),
     }
 }

@@ -6,7 +6,6 @@ All are designed by the same command with the same options; only the model diffe
 from dataclasses import dataclass
 
 import numpy as np
-import oracle
 import pid_file
 from pid_law import factor_to_margin, modulus_margin, scaled
 from program import read
@@ -80,9 +79,10 @@ class Workshop:
         factors = rng.uniform(1.0 - DATASHEET_ERROR, 1.0 + DATASHEET_ERROR, len(keys))
         return self.datasheet(case, folder, scale=dict(zip(keys, map(float, factors))))
 
-    def oracle(self, pid, gains, margin, folder):
+    def oracle(self, pid, gains, margin, loop, folder):
         """Tuned gains in the file of a design, whose limits and specification they share."""
-        pid_file.write(oracle.file_with(pid, gains, margin), folder / "pid.json")
+        made = pid_file.with_gains(pid, gains, margin, ORACLE, loop)
+        pid_file.write(made, folder / "pid.json")
         self.program.package(folder, folder / "pid.json")
         return read(folder / "pid.json")
 
@@ -95,7 +95,8 @@ class Workshop:
         if factor is None:
             return None
         folder.mkdir(parents=True, exist_ok=True)
-        made = pid_file.with_gains(pid, scaled(gains, factor), wanted, "at equal margin")
+        again = scaled(gains, factor)
+        made = pid_file.with_gains(pid, again, wanted, "at equal margin", (omega, yaw))
         pid_file.write(made, folder / "pid.json")
         self.program.package(folder, folder / "pid.json")
         return factor

@@ -9,7 +9,7 @@ specification and the limits alone.
 import math
 
 import numpy as np
-from pid_file import limits_of, with_gains
+from pid_file import limits_of
 from pid_law import modulus_margin, respond, sampled_yaw, steady_gain
 from scipy.optimize import differential_evolution
 from yaw_step import STEP_RAD, metrics
@@ -59,7 +59,3 @@ def tune(car, speed, pid):
     )
     gains = gains_at(found.x)
     return list(map(float, gains)), modulus_margin(gains, omega, yaw)
-
-
-def file_with(pid, gains, margin):
-    return with_gains(pid, gains, margin, "tuned on the car")

@@ -3,6 +3,12 @@
 import json
 from pathlib import Path
 
+import numpy as np
+from pid_law import SAMPLE_TIME_S, frequency_response
+
+# As in the design.
+LOOKAHEAD_RADPS, HIGHEST_RADPS, LARGEST_S2 = 1.0, 20.0, 0.02
+
 
 def limits_of(pid):
     limits = pid["limits"]
@@ -22,8 +28,9 @@ def gains_of(pid):
     )
 
 
-def with_gains(pid, gains, margin, name):
-    """The file with other gains, and the guidance that belongs to them; `margin`: its modulus margin."""
+def with_gains(pid, gains, margin, name, loop):
+    """The file with other gains, and the guidance that belongs to them; `margin`: its modulus margin,
+    `loop`: frequencies, rad/s, and the response from command to yaw there."""
     kp, ki, kd, filter_time, weight, anti_windup = map(float, gains)
     pid = json.loads(json.dumps(pid))
     steady = steady_gain(pid)
@@ -39,9 +46,12 @@ def with_gains(pid, gains, margin, name):
     preview = kp * (1.0 - weight) / ki
     share = 1.0 + steady * (kd - weight * kp * preview - ki * preview**2 / 2.0)
     speed = pid["designed_for"]["speed_mps"]
+    feedforward = share / steady
+    shape = yaw_acceleration_gain(gains, preview, feedforward, *loop)
     pid["guidance"] |= {
         "preview_time_s": preview,
-        "feedforward_gain_radm": share * speed / steady,
+        "feedforward_gain_radm": (feedforward - ki * shape) * speed,
+        "yaw_acceleration_gain_s2": shape,
     }
     pid["evidence"]["margins"]["modulus_margin"] = margin
     return pid
@@ -52,9 +62,27 @@ def steady_gain(pid):
     kp, ki, kd, _, weight, _ = gains_of(pid)
     preview = pid["guidance"]["preview_time_s"]
     speed = pid["designed_for"]["speed_mps"]
-    # feedforward = speed · (1/G + kd − b kp p − ki p²/2)
-    rest = kd - weight * kp * preview - ki * preview**2 / 2.0
+    # feedforward = speed · (1/G + kd − b kp p − ki p²/2 − ki g)
+    shape = pid["guidance"].get("yaw_acceleration_gain_s2", 0.0)
+    rest = kd - weight * kp * preview - ki * preview**2 / 2.0 - ki * shape
     return 1.0 / (pid["guidance"]["feedforward_gain_radm"] / speed - rest)
+
+
+def yaw_acceleration_gain(gains, preview, feedforward, omega, yaw):
+    """What of the yaw acceleration belongs into the reference, s²: the design's rule (`Advice::on_roads`
+    in control/src/guidance), by least squares over roads. `feedforward`: steering per yaw rate, s."""
+    j_omega = 1j * omega
+    z = np.exp(j_omega * SAMPLE_TIME_S)
+    feedback = frequency_response(gains, z)
+    kp, ki, _, _, weight, _ = gains
+    reference = frequency_response((weight * kp, ki, 0.0, *gains[3:]), z)
+    closed = np.exp(j_omega * preview) * yaw / (1.0 + yaw * feedback)
+    zeroth = closed * (reference + j_omega * feedforward) - 1.0
+    first = closed * (j_omega**2 * reference - j_omega * ki)
+    weights = np.gradient(omega) * (omega**2 + LOOKAHEAD_RADPS**2) ** -4.0
+    weights = np.where(omega <= HIGHEST_RADPS, weights, 0.0)
+    gain = -np.sum(weights * (first.conj() * zeroth).real) / np.sum(weights * np.abs(first) ** 2)
+    return float(np.clip(gain, -LARGEST_S2, LARGEST_S2))
 
 
 def write(pid, file):

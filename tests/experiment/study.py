@@ -73,7 +73,8 @@ class Study:
             _, pids[who] = shop.datasheet(case, folder, lag=lag)
         tuned = self.tuned(case, pids[LAG])
         folder = self.folder(case, ORACLE)
-        pids[ORACLE] = shop.oracle(pids[LAG], tuned["gains"], tuned["margin"], folder)
+        loop = sampled_yaw(car, case.speed)
+        pids[ORACLE] = shop.oracle(pids[LAG], tuned["gains"], tuned["margin"], loop, folder)
         for who, pid in pids.items():
             found["contenders"][who] = self.contender(case, who, start, pid)
         # What the car itself does in the step is the oracle's prediction.

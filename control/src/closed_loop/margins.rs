@@ -34,6 +34,16 @@ pub(crate) fn controller(p: &PidParameters, z: Complex<f64>) -> Complex<f64> {
     Complex::new(p.kp, 0.0) + Complex::new(p.ki * ts, 0.0) / difference + derivative
 }
 
+/// The same from the reference, whose setpoint weights count.
+pub(crate) fn from_reference(p: &PidParameters, z: Complex<f64>) -> Complex<f64> {
+    let weighted = PidParameters {
+        kp: p.setpoint_weight_proportional * p.kp,
+        kd: p.setpoint_weight_derivative * p.kd,
+        ..*p
+    };
+    controller(&weighted, z)
+}
+
 fn on_circle(angle: f64) -> Complex<f64> {
     let (sin, cos) = angle.sin_cos();
     Complex::new(cos, sin)

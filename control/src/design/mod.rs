@@ -58,14 +58,23 @@ pub fn design(
     };
     let pid = found.pid;
     let sampled = &objective.scenarios[0].plant;
-    let lag = if found.reached.margins.modulus_margin > 0.0 {
+    let stable = found.reached.margins.modulus_margin > 0.0;
+    let lag = if stable {
         ramp_lag(plant.gain(), sampled, &pid).max(0.0)
     } else {
         // The lag of an unstable loop is no number to advise.
         0.0
     };
     let advice = Advice::with_preview(&pid, plant.gain(), plant.speed, significant(lag, 4));
-    let advice = Advice { feedforward_gain: significant(advice.feedforward_gain, 5), ..advice };
+    let advice = match stable {
+        true => advice.on_roads(&pid, sampled, plant.speed),
+        false => advice,
+    };
+    let advice = Advice {
+        feedforward_gain: significant(advice.feedforward_gain, 5),
+        yaw_acceleration_gain: significant(advice.yaw_acceleration_gain, 4),
+        ..advice
+    };
     let mut evidence = evidence(sampled, plant, &pid, &objective.spec, &advice);
     evidence.robustness = ensemble.map(|e| e.evidence(&objective, &pid, &advice));
     evidence.trade_off = trade_off(&objective, &found, options.seed)?;
@@ -107,6 +116,7 @@ pub fn design(
             feedforward_gain_radm: advice.feedforward_gain,
             // What the path sees is later than what the controller sees, and read as much ahead.
             preview_time_s: advice.preview_time + (path_delay_s - options.loop_delay_s),
+            yaw_acceleration_gain_s2: advice.yaw_acceleration_gain,
         },
         evidence,
         provenance: provenance(source, options),

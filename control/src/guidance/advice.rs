@@ -12,10 +12,25 @@
 //! f = 1, the whole steering of the curve, is right only without preview (b = 1). A loop whose
 //! setpoint weight hides the slow pole of its integral action answers like a lag already, and what
 //! is left of f is small: the whole feedforward would be counted twice.
+//!
+//! A road is no expansion about s = 0: where its curvature begins to change, s³ and beyond count, too.
+//! The reference may hold `G·s²` of the heading beside it. With f lower by G₀·ki·G the terms in s and s²
+//! still vanish, whatever G is, which is then that of the least cross-track error on roads
+//! ([`on_roads`](Advice::on_roads)).
 
+use crate::closed_loop::margins::{controller, from_reference};
 use crate::closed_loop::simulate::{Excitation, Simulator};
 use crate::plants::sampled::Sampled;
+use nalgebra::Complex;
+use std::f64::consts::PI;
 use vehicle_models::PidParameters;
+
+/// ω₀, rad/s, the highest frequency that is looked at, rad/s, and how many are.
+const LOOKAHEAD_FREQUENCY: f64 = 1.0;
+const HIGHEST: f64 = 20.0;
+const POINTS: i32 = 400;
+/// The largest G, s²: beyond, the heading would be read more than 0.2 s to either side.
+const LARGEST: f64 = 0.02;
 
 /// What a path follower should use.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -24,6 +39,8 @@ pub(crate) struct Advice {
     pub(crate) feedforward_gain: f64,
     /// How far ahead the path is read, s.
     pub(crate) preview_time: f64,
+    /// What of the path's yaw acceleration is added to the yaw reference, s².
+    pub(crate) yaw_acceleration_gain: f64,
 }
 
 impl Advice {
@@ -45,7 +62,49 @@ impl Advice {
         let previewed = weight * pid.kp * preview_time + 0.5 * pid.ki * preview_time.powi(2);
         let share = 1.0 + gain * (pid.kd - previewed);
         // Steering per yaw rate is 1/G₀, yaw rate per curvature is the speed.
-        Self { feedforward_gain: share * speed / gain, preview_time }
+        let feedforward_gain = share * speed / gain;
+        Self { feedforward_gain, preview_time, yaw_acceleration_gain: 0.0 }
+    }
+
+    /// With the G, and its feedforward, of the least cross-track error on roads.
+    ///
+    /// Yaw misses the path's heading by `E₀ + G·E₁`,
+    ///
+    /// ```text
+    /// E₀ = e^{jωp}·P·(R + jω·f/G₀)/(1 + PC) − 1      E₁ = −e^{jωp}·P·(ω²·R + jω·ki)/(1 + PC)
+    /// ```
+    ///
+    /// with the sampled plant P, the controller R from the reference and C from the yaw. What is missed
+    /// becomes cross-track error through `v/(s + ω₀)`, 1/ω₀ the look-ahead time, and the heading is white
+    /// noise thrice through a lag of that time, a road of clothoids. G is real: linear least squares.
+    pub(crate) fn on_roads(self, pid: &PidParameters, plant: &Sampled, speed: f64) -> Self {
+        let ts = plant.sample_time;
+        let (mut square, mut product) = (0.0, 0.0);
+        let highest = HIGHEST.min(PI / ts);
+        for k in 1..=POINTS {
+            let frequency = highest * f64::from(k) / f64::from(POINTS);
+            let j_omega = Complex::new(0.0, frequency);
+            let z = Complex::from_polar(1.0, frequency * ts);
+            let response = plant.response(z);
+            let closed = Complex::from_polar(1.0, frequency * self.preview_time) * response
+                / (response * controller(pid, z) + 1.0);
+            let reference = from_reference(pid, z);
+            let zeroth = closed * (reference + j_omega * (self.feedforward_gain / speed)) - 1.0;
+            let first = closed * (j_omega * j_omega * reference - j_omega * pid.ki);
+            let weight = (frequency.powi(2) + LOOKAHEAD_FREQUENCY.powi(2)).powi(-4);
+            square += weight * first.norm_sqr();
+            product += weight * (first.conj() * zeroth).re;
+        }
+        let gain = -product / square;
+        if !gain.is_finite() {
+            return self;
+        }
+        let gain = gain.clamp(-LARGEST, LARGEST);
+        Self {
+            feedforward_gain: self.feedforward_gain - gain * pid.ki * speed,
+            yaw_acceleration_gain: gain,
+            ..self
+        }
     }
 }
 

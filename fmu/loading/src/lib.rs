@@ -159,6 +159,7 @@ pub fn guidance_parameters(guidance: &Guidance) -> GuidanceParameters {
         sideslip_per_yaw_rate: guidance.sideslip_per_yaw_rate_s,
         sideslip_per_yaw_acceleration: guidance.sideslip_per_yaw_acceleration_s2,
         sideslip_growth: guidance.sideslip_growth_s5pm2,
+        yaw_acceleration_gain: guidance.yaw_acceleration_gain_s2,
         cross_track_integral_gain: guidance.cross_track_integral_gain_per_s,
     }
 }

@@ -137,7 +137,11 @@ fn the_controller() {
             },
             ..formats::DesignEvidence::default()
         },
-        guidance: formats::GuidanceAdvice { feedforward_gain_radm: 0.0, preview_time_s: 0.0 },
+        guidance: formats::GuidanceAdvice {
+            feedforward_gain_radm: 0.0,
+            preview_time_s: 0.0,
+            yaw_acceleration_gain_s2: 0.0,
+        },
         provenance: formats::Provenance::default(),
     };
     let expected = PidParameters {
@@ -177,6 +181,7 @@ fn the_path_and_its_guidance() {
         cross_track_integral_gain_per_s: 6.0,
         sideslip_per_yaw_acceleration_s2: 7.0,
         sideslip_growth_s5pm2: 8.0,
+        yaw_acceleration_gain_s2: 9.0,
     };
     let expected = GuidanceParameters {
         lookahead_time: 1.0,
@@ -187,6 +192,7 @@ fn the_path_and_its_guidance() {
         cross_track_integral_gain: 6.0,
         sideslip_per_yaw_acceleration: 7.0,
         sideslip_growth: 8.0,
+        yaw_acceleration_gain: 9.0,
     };
     assert_eq!(guidance_parameters(&guidance), expected);
 

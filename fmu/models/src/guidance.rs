@@ -38,6 +38,10 @@
 //! Differences of headings are smooth where the curvature's derivative would jump. C = 0 says that C is
 //! not known: the heading is then read at m alone, which is right for C = S²/2.
 //!
+//! A yaw loop follows its reference the better, the more of the loop the reference knows. Preview and
+//! feedforward take off what is of first and second order; `G·ψ̈`, with G the yaw_acceleration_gain, s²,
+//! takes off what is beyond. It changes the average's variance alone: h² is then `|Sₐ² − 2C + 2G|`.
+//!
 //! z is the integral of integral line of sight (Børhaug, Pavlov and Pettersen, *Integral LOS control
 //! for path following of underactuated marine surface vessels in the presence of constant ocean
 //! currents*, 2008; their σ·y_int, and σ/Δ here the gain): where the yaw is off by a constant, of a
@@ -73,6 +77,8 @@ pub struct GuidanceParameters {
     pub sideslip_per_yaw_acceleration: f64,
     /// What the sideslip per yaw rate grows by, per squared lateral acceleration, s⁵/m².
     pub sideslip_growth: f64,
+    /// G, what of the yaw acceleration is added to the yaw reference, s².
+    pub yaw_acceleration_gain: f64,
     /// How fast the integral of the cross-track error grows, 1/s; 0: there is none.
     pub cross_track_integral_gain: f64,
 }
@@ -87,6 +93,7 @@ impl Default for GuidanceParameters {
             sideslip_per_yaw_rate: 0.0,
             sideslip_per_yaw_acceleration: 0.0,
             sideslip_growth: 0.0,
+            yaw_acceleration_gain: 0.0,
             cross_track_integral_gain: 0.0,
         }
     }
@@ -163,10 +170,14 @@ impl GuidanceParameters {
             lag = sideslip::per_yaw_rate(lag, self.sideslip_growth, acceleration);
             middle = behind(&point, lag);
         }
-        if self.sideslip_per_yaw_acceleration == 0.0 {
+        let of_sideslip = match self.sideslip_per_yaw_acceleration {
+            0.0 => 0.0,
+            known => lag * lag - 2.0 * known,
+        };
+        let variance = of_sideslip + 2.0 * self.yaw_acceleration_gain;
+        if variance == 0.0 {
             return middle.heading;
         }
-        let variance = lag * lag - 2.0 * self.sideslip_per_yaw_acceleration;
         let half = variance.abs().sqrt();
         let mean = 0.5 * (behind(&middle, half).heading + behind(&middle, -half).heading);
         if variance < 0.0 { 2.0 * middle.heading - mean } else { mean }

@@ -154,6 +154,25 @@ fn a_clothoid_asks_for_the_lead_exactly() {
     }
 }
 
+/// What of the yaw acceleration the reference is to hold comes to it beside the sideslip's lead, known or
+/// not: on a clothoid exactly.
+#[test]
+fn a_clothoid_asks_for_its_yaw_acceleration_exactly() {
+    let (speed, slope, s) = (12.0, 0.0008, 0.1);
+    let path = PathGeometry::new(&road(80.0, 0.5, |s| slope * s), false).unwrap();
+    let point = path.at(40.0);
+    let follower = PathFollower::new(Arc::new(path));
+    for (c, gain) in [(0.0, -0.006), (0.0, 0.01), (0.002, -0.006), (0.002, 0.004), (0.02, 0.015)] {
+        let guided = GuidanceParameters { yaw_acceleration_gain: gain, ..knowing(s, 0.0, c) };
+        let out = follower.evaluate(&guided, point.x, point.y, 0.0, speed);
+        let (rate, turning) = (point.curvature * speed, slope * speed * speed);
+        // Not known, C is S²/2.
+        let lead = if c == 0.0 { 0.5 * s * s } else { c };
+        let expected = point.heading - s * rate + (s * s - lead + gain) * turning;
+        assert!((out.yaw_reference - expected).abs() < 1e-9, "{c} {gain}: {out:?} {expected}");
+    }
+}
+
 /// The yaw that is asked for moves about as the course does, also where clothoids begin and end.
 #[test]
 fn the_yaw_asked_for_is_continuous() {

@@ -134,7 +134,11 @@ pub(crate) fn pid() -> String {
             },
             ..formats::DesignEvidence::default()
         },
-        guidance: formats::GuidanceAdvice { feedforward_gain_radm: 0.0, preview_time_s: 0.25 },
+        guidance: formats::GuidanceAdvice {
+            feedforward_gain_radm: 0.0,
+            preview_time_s: 0.25,
+            yaw_acceleration_gain_s2: 0.0,
+        },
         provenance: provenance(),
     }
     .to_json()

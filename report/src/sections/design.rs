@@ -225,6 +225,7 @@ fn gains(pid: &Pid) -> Table {
         ("largest rate", l.max_rate_radps * DEG, "deg/s"),
         ("advice: steering per path curvature", a.feedforward_gain_radm, "rad·m"),
         ("advice: preview time", a.preview_time_s, "s"),
+        ("advice: yaw acceleration in the reference", a.yaw_acceleration_gain_s2, "s²"),
     ] {
         table.push([name.to_owned(), format!("{} {unit}", significant(number)).trim_end().into()]);
     }

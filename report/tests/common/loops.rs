@@ -81,7 +81,11 @@ pub fn pid(met: bool) -> Pid {
             },
             ..DesignEvidence::default()
         },
-        guidance: GuidanceAdvice { feedforward_gain_radm: 3.1, preview_time_s: 0.2 },
+        guidance: GuidanceAdvice {
+            feedforward_gain_radm: 3.1,
+            preview_time_s: 0.2,
+            yaw_acceleration_gain_s2: 0.0,
+        },
         provenance: provenance(),
     }
 }

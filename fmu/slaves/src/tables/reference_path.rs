@@ -44,4 +44,6 @@ super::variables! {
         .unit("s2").nominal(0.01).description("sideslip angle per yaw acceleration; 0: not known");
     SideslipGrowth = 27, real "sideslip_growth", Parameter, Tunable,
         .unit("s5/m2").nominal(0.001).description("what the sideslip per yaw rate grows by, per squared lateral acceleration");
+    YawAccelerationGain = 28, real "yaw_acceleration_gain", Parameter, Tunable,
+        .unit("s2").nominal(0.01).description("what of the path's yaw acceleration is added to the yaw reference");
 }

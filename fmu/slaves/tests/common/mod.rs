@@ -150,6 +150,7 @@ pub fn path(closed: bool) -> ReferencePath {
             cross_track_integral_gain_per_s: 0.1,
             sideslip_per_yaw_acceleration_s2: 0.004,
             sideslip_growth_s5pm2: -0.001,
+            yaw_acceleration_gain_s2: -0.006,
         },
         provenance: formats::Provenance::default(),
     };
