@@ -6,18 +6,7 @@ mod support;
 use fmi2_host::Archive;
 use formats::Document;
 use std::path::Path;
-use std::process::Output;
-use support::{chain, steerwright, told, words};
-
-fn run(folder: &Path, line: &str) -> Output {
-    steerwright(folder, &words(line, chain()))
-}
-
-fn done(folder: &Path, line: &str) -> Output {
-    let output = run(folder, line);
-    assert_eq!(output.status.code(), Some(0), "{line}: {}", told(&output));
-    output
-}
+use support::{chain, done, run, told};
 
 /// The start value of an FMU's variable in a folder of archives.
 fn start(folder: &Path, fmu: &str, name: &str) -> f64 {

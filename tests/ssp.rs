@@ -9,18 +9,7 @@ use packaging::ssp::{Component, Experiment};
 use serde_json::Value;
 use std::io::{Read, Write};
 use std::path::Path;
-use std::process::Output;
-use support::{chain, steerwright, told, words};
-
-fn run(folder: &Path, line: &str) -> Output {
-    steerwright(folder, &words(line, chain()))
-}
-
-fn done(folder: &Path, line: &str) -> Output {
-    let output = run(folder, line);
-    assert_eq!(output.status.code(), Some(0), "{line}: {}", told(&output));
-    output
-}
+use support::{chain, done, run, told};
 
 /// The recorded road of the multi-body drive, which starts away from the origin, and the loop
 /// packed for it.

@@ -94,6 +94,18 @@ pub(crate) fn chain() -> &'static Path {
     })
 }
 
+/// The command line with a line of arguments, in which the chain's files may be named.
+pub(crate) fn run(folder: &Path, line: &str) -> Output {
+    steerwright(folder, &words(line, chain()))
+}
+
+/// The same, which must end well.
+pub(crate) fn done(folder: &Path, line: &str) -> Output {
+    let output = run(folder, line);
+    assert_eq!(output.status.code(), Some(0), "{line}: {}", told(&output));
+    output
+}
+
 /// A command line's arguments, with the folders that stand in it as `{data}` and `{chain}`.
 pub(crate) fn words(line: &str, chain: &Path) -> Vec<String> {
     let (data, chain) = (data().display().to_string(), chain.display().to_string());

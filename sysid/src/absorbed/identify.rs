@@ -11,7 +11,7 @@ use super::starts::{Start, Starts};
 use super::windows::Windows;
 use crate::closed_loop::{self, Feedback, feedback_in};
 use crate::conversion::{costs_nothing, has_logarithm, mirrored};
-use crate::identify::logarithm::told;
+use crate::identify::logarithm::{in_turn, told};
 use crate::identify::order::{likeliest, parameters, schwarz, sum_of_squares};
 use crate::model::StateSpace;
 use crate::refine::{Stop, refine_gain, refine_output_error};
@@ -277,10 +277,7 @@ impl Search<'_> {
             return Ok(chosen);
         }
         let least = candidates[chosen].variance;
-        let order = candidates[chosen].model.order();
-        let lower: Vec<usize> =
-            (0..candidates.len()).filter(|i| candidates[*i].model.order() < order).collect();
-        for i in std::iter::once(chosen).chain(lower) {
+        for i in in_turn(candidates.iter().map(|c| c.model.order()), chosen) {
             let mut one = candidates[i].clone();
             if i != chosen {
                 self.refine(&mut one, FINE)?;

@@ -20,10 +20,7 @@ pub(super) fn with_logarithm(
     }
     let level = candidates[chosen].conditions.levels.is_some();
     let least = mean_square(&candidates[chosen], data);
-    let order = candidates[chosen].model.order();
-    let lower: Vec<usize> =
-        (0..candidates.len()).filter(|i| candidates[*i].model.order() < order).collect();
-    for i in std::iter::once(chosen).chain(lower) {
+    for i in in_turn(candidates.iter().map(|c| c.model.order()), chosen) {
         let mut one = candidates[i].clone();
         if i != chosen {
             refit(&mut one, data, level)?;
@@ -46,6 +43,13 @@ pub(super) fn with_logarithm(
         }
     }
     Ok(chosen)
+}
+
+/// The chosen candidate, then those of lower order.
+pub(crate) fn in_turn(orders: impl Iterator<Item = usize>, chosen: usize) -> Vec<usize> {
+    let orders: Vec<usize> = orders.collect();
+    let lower = (0..orders.len()).filter(|i| orders[*i] < orders[chosen]);
+    std::iter::once(chosen).chain(lower).collect()
 }
 
 /// Gives the candidate's poles the B, D, initial states and level of least errors.
