@@ -23,6 +23,9 @@ pub struct Estimator {
     /// not be said: not known.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub sideslip_growth_s5pm2: f64,
+    /// Sideslip angle per yaw acceleration, s²; 0 need not be said.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub sideslip_per_yaw_acceleration_s2: f64,
     /// How noisy gyro and speed are.
     pub noise: SensorNoise,
     /// How well the start is known.
@@ -94,6 +97,7 @@ impl Document for Estimator {
             (g.period_s.unwrap_or(0.0), 0.0, 3600.0, "gnss.period_s"),
             (self.sideslip_per_yaw_rate_s, -10.0, 10.0, "sideslip_per_yaw_rate_s"),
             (self.sideslip_growth_s5pm2, -1.0, 1.0, "sideslip_growth_s5pm2"),
+            (self.sideslip_per_yaw_acceleration_s2, -1.0, 1.0, "sideslip_per_yaw_acceleration_s2"),
             (n.yaw_rate_density, 0.0, 100.0, "noise.yaw_rate_density"),
             (n.yaw_rate_bias_density, 0.0, 100.0, "noise.yaw_rate_bias_density"),
             (n.speed_density, 0.0, 1e3, "noise.speed_density"),

@@ -126,6 +126,7 @@ pub fn pose_parameters(estimator: &Estimator) -> PoseParameters {
         antenna_y: gnss.antenna_y_m,
         sideslip_per_yaw_rate: estimator.sideslip_per_yaw_rate_s,
         sideslip_growth: estimator.sideslip_growth_s5pm2,
+        sideslip_per_yaw_acceleration: estimator.sideslip_per_yaw_acceleration_s2,
         yaw_rate_noise_density: noise.yaw_rate_density,
         yaw_rate_bias_density: noise.yaw_rate_bias_density,
         speed_noise_density: noise.speed_density,

@@ -28,6 +28,7 @@ fn the_estimator() {
         },
         sideslip_per_yaw_rate_s: 4.0,
         sideslip_growth_s5pm2: 0.125,
+        sideslip_per_yaw_acceleration_s2: 0.0625,
         noise: formats::SensorNoise {
             yaw_rate_density: 5.0,
             yaw_rate_bias_density: 6.0,
@@ -48,6 +49,7 @@ fn the_estimator() {
         antenna_y: 3.0,
         sideslip_per_yaw_rate: 4.0,
         sideslip_growth: 0.125,
+        sideslip_per_yaw_acceleration: 0.0625,
         yaw_rate_noise_density: 5.0,
         yaw_rate_bias_density: 6.0,
         speed_noise_density: 7.0,

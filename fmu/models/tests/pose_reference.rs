@@ -12,6 +12,7 @@ fn estimator() -> PoseEstimator {
         antenna_y: -0.4,
         sideslip_per_yaw_rate: 0.08,
         sideslip_growth: 0.0,
+        sideslip_per_yaw_acceleration: 0.0,
         yaw_rate_noise_density: 2e-3,
         yaw_rate_bias_density: 1e-3,
         speed_noise_density: 0.1,

@@ -116,6 +116,7 @@ impl PoseEstimator {
         let stretch = Stretch {
             duration: step,
             yaw_rate: 0.5 * yaw_rate_before + 0.5 * yaw_rate,
+            yaw_acceleration: (yaw_rate - yaw_rate_before) / step,
             speed: 0.5 * speed_before + 0.5 * speed,
         };
         let latency = self.parameters.gnss_latency;
@@ -214,7 +215,8 @@ impl PoseEstimator {
         self.present.mean[YAW]
     }
 
-    /// The direction in which the centre of gravity moves, rad, not wrapped.
+    /// The direction in which the centre of gravity moves, rad, not wrapped. Without the sideslip of yaw
+    /// acceleration: of two readings of a gyro the difference is mostly noise.
     #[must_use]
     pub fn course(&self) -> f64 {
         let [yaw_rate, speed] = self.last.unwrap_or([self.input.yaw_rate, self.input.speed]);

@@ -1,7 +1,7 @@
 //! The filter itself: mean and covariance of (X, Y, ψ, b), moved over a stretch and corrected by a
 //! fix.
 //!
-//! Over a stretch of T seconds with the readings g and v, θ = (g − b)·T and v_y = S·v·(g − b),
+//! Over a stretch of T seconds with the readings g and v, θ = (g − b)·T and v_y = v·(S·(g − b) + C·ġ),
 //!
 //! ```text
 //! d = R(ψ)·T·(v·s − v_y·c, v·c + v_y·s),       s = sin θ/θ,  c = (1 − cos θ)/θ
@@ -67,11 +67,13 @@ impl Filter {
 
     /// Moves on over a stretch.
     pub fn predict(&mut self, p: &PoseParameters, stretch: &Stretch) {
-        let Stretch { duration: t, yaw_rate, speed: v } = *stretch;
+        let Stretch { duration: t, yaw_rate, yaw_acceleration, speed: v } = *stretch;
         let rate = yaw_rate - self.mean[BIAS];
         let turn = rate * t;
         let (sideslip, growth) = (p.sideslip_per_yaw_rate, p.sideslip_growth);
-        let lateral = v * sideslip::per_yaw_rate(sideslip, growth, v * rate) * rate;
+        let lateral = v
+            * (sideslip::per_yaw_rate(sideslip, growth, v * rate) * rate
+                + p.sideslip_per_yaw_acceleration * yaw_acceleration);
         // How it answers to the rate: gyro noise and bias act by it.
         let slip = v * sideslip::by_yaw_rate(sideslip, growth, v * rate);
         let (s, c) = mean_direction_of_arc(turn);
@@ -213,6 +215,7 @@ mod tests {
         PoseParameters {
             sideslip_per_yaw_rate: 0.07,
             sideslip_growth: -0.0007,
+            sideslip_per_yaw_acceleration: 0.005,
             ..PoseParameters::default()
         }
     }
@@ -228,7 +231,7 @@ mod tests {
             ..parameters()
         };
         for yaw_rate in [0.0, 0.4, -3.0] {
-            let stretch = Stretch { duration: 0.3, yaw_rate, speed: 12.0 };
+            let stretch = Stretch { duration: 0.3, yaw_rate, yaw_acceleration: 0.7, speed: 12.0 };
             let moved = |mean: Vector4<f64>| {
                 let mut filter = Filter { mean, covariance: Matrix4::zeros() };
                 filter.predict(&quiet, &stretch);
@@ -254,7 +257,8 @@ mod tests {
     fn stretches_can_be_cut() {
         let mut whole = Filter::start(&parameters());
         let mut parts = whole;
-        let stretch = |duration| Stretch { duration, yaw_rate: 0.3, speed: 15.0 };
+        let stretch =
+            |duration| Stretch { duration, yaw_rate: 0.3, yaw_acceleration: -0.5, speed: 15.0 };
         whole.predict(&parameters(), &stretch(0.01));
         parts.predict(&parameters(), &stretch(0.003));
         parts.predict(&parameters(), &stretch(0.007));

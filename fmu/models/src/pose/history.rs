@@ -14,13 +14,16 @@ pub const RESOLUTION: f64 = 1024.0;
 /// How near to the end of a stretch a cut may be to be taken as on it, relative to the stretch.
 const SLIVER: f64 = 1e-9;
 
-/// A stretch of time over which both readings are constant.
+/// A stretch of time over which the readings are constant.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Stretch {
     /// How long, s.
     pub duration: f64,
     /// The gyro's reading, rad/s.
     pub yaw_rate: f64,
+    /// What that changes by in a second, rad/s².
+    #[serde(default)]
+    pub yaw_acceleration: f64,
     /// The speed, m/s.
     pub speed: f64,
 }
@@ -32,6 +35,7 @@ impl Stretch {
         *self = Self {
             duration,
             yaw_rate: mean(self.yaw_rate, other.yaw_rate),
+            yaw_acceleration: mean(self.yaw_acceleration, other.yaw_acceleration),
             speed: mean(self.speed, other.speed),
         };
     }
@@ -102,7 +106,7 @@ impl History {
             if !(s.duration > 0.0 && s.duration <= latency * (1.0 + 1e-6)) {
                 return bad("a duration in the history", s.duration, "more than 0, to the latency");
             }
-            for value in [s.yaw_rate, s.speed] {
+            for value in [s.yaw_rate, s.yaw_acceleration, s.speed] {
                 if !value.is_finite() {
                     return bad("a reading in the history", value, "a finite number");
                 }
@@ -121,7 +125,7 @@ mod tests {
     use super::*;
 
     fn stretch(duration: f64) -> Stretch {
-        Stretch { duration, yaw_rate: 0.1, speed: 2.0 }
+        Stretch { duration, yaw_rate: 0.1, yaw_acceleration: 0.3, speed: 2.0 }
     }
 
     #[test]

@@ -1,10 +1,10 @@
 //! Where the vehicle is: an extended Kalman filter over GNSS fixes, a gyro with bias, and speed.
 //!
 //! States: position of the centre of gravity p = (X, Y), yaw ψ, gyro bias b. With the gyro's reading
-//! g, the speed v and the sideslip's S and Q, over a stretch of constant g and v,
+//! g, the speed v and the sideslip's S, Q and C, over a stretch of constant g and v,
 //!
 //! ```text
-//! ψ̇ = r = g − b − n_r,   ḃ = n_b,   v_y = v·Sₐ·r,   Sₐ = S + Q·(v·r)²
+//! ψ̇ = r = g − b − n_r,   ḃ = n_b,   v_y = v·(Sₐ·r + C·ġ),   Sₐ = S + Q·(v·r)²
 //! ṗ = R(ψ)·(v + n_v, v_y + n_l),        course = ψ + atan(Sₐ·(g − b))
 //! fix = p + R(ψ)·antenna + gnss_std·(white, each axis),   p and ψ of the time it was valid
 //! ```

@@ -20,6 +20,8 @@ pub struct PoseParameters {
     pub sideslip_per_yaw_rate: f64,
     /// What S grows by per squared lateral acceleration up to g, Q, s⁵/m².
     pub sideslip_growth: f64,
+    /// Sideslip angle per yaw acceleration C, s².
+    pub sideslip_per_yaw_acceleration: f64,
     /// Density of the gyro's white noise, (rad/s)/√Hz.
     pub yaw_rate_noise_density: f64,
     /// Density of what the gyro's bias walks by, (rad/s²)/√Hz.
@@ -52,6 +54,7 @@ impl Default for PoseParameters {
             antenna_y: 0.0,
             sideslip_per_yaw_rate: 0.0,
             sideslip_growth: 0.0,
+            sideslip_per_yaw_acceleration: 0.0,
             yaw_rate_noise_density: 1e-3,
             yaw_rate_bias_density: 5e-5,
             speed_noise_density: 0.05,
@@ -87,6 +90,7 @@ impl PoseParameters {
             ("the antenna's y", self.antenna_y, -100.0, 100.0),
             ("the sideslip per yaw rate", self.sideslip_per_yaw_rate, -10.0, 10.0),
             ("the sideslip's growth", self.sideslip_growth, -1.0, 1.0),
+            ("the sideslip per yaw acceleration", self.sideslip_per_yaw_acceleration, -1.0, 1.0),
             ("the density of the yaw rate's noise", self.yaw_rate_noise_density, 0.0, 100.0),
             ("the density of the bias's walk", self.yaw_rate_bias_density, 0.0, 100.0),
             ("the density of the speed's noise", self.speed_noise_density, 0.0, 1e3),

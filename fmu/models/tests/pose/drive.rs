@@ -37,6 +37,7 @@ pub(crate) fn parameters() -> PoseParameters {
         antenna_y: 0.3,
         sideslip_per_yaw_rate: -0.06,
         sideslip_growth: -0.001,
+        sideslip_per_yaw_acceleration: 0.005,
         ..PoseParameters::default()
     }
 }
@@ -50,6 +51,7 @@ pub(crate) const DRIVE: Drive = Drive {
         antenna_y: 0.3,
         sideslip_per_yaw_rate: -0.06,
         sideslip_growth: -0.001,
+        sideslip_per_yaw_acceleration: 0.005,
         yaw_rate_noise_density: 1e-3,
         yaw_rate_bias_density: 5e-5,
         speed_noise_density: 0.05,
@@ -93,7 +95,9 @@ impl Drive {
             let rate = 0.5 * (rate_at(end - H) + rate_at(end));
             let speed = 0.5 * (speed_at(end - H) + speed_at(end));
             let sideslip = p.sideslip_per_yaw_rate + p.sideslip_growth * (speed * rate).powi(2);
-            let across = sideslip * speed * rate + draw(p.lateral_velocity_noise_density * white);
+            let turning = (rate_at(end) - rate_at(end - H)) / H;
+            let slip = sideslip * rate + p.sideslip_per_yaw_acceleration * turning;
+            let across = slip * speed + draw(p.lateral_velocity_noise_density * white);
             let middle = truth.yaw + 0.5 * rate * H;
             truth.x += H * (speed * middle.cos() - across * middle.sin());
             truth.y += H * (speed * middle.sin() + across * middle.cos());

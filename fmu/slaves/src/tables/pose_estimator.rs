@@ -66,4 +66,6 @@ super::variables! {
         .unit("rad").display_unit("deg").min(0.0).max(std::f64::consts::PI).description("standard deviation of the yaw at the start; above 0.5 it is told from where the first fixes lead");
     InitialYawRateBiasStd = 35, real "initial_yaw_rate_bias_std", Parameter, Fixed,
         .unit("rad/s").display_unit("deg/s").min(0.0).max(10.0).description("standard deviation of the gyro's bias at the start");
+    SideslipPerYawAcceleration = 36, real "sideslip_per_yaw_acceleration", Parameter, Fixed,
+        .unit("s2").nominal(0.01).min(-1.0).max(1.0).description("sideslip angle per yaw acceleration");
 }
