@@ -312,8 +312,9 @@ fn preview_and_feedforward_leave_no_error_on_circle_and_clothoid() {
     assert!((measured - theory).abs() < 1e-3 * theory, "{measured} {theory}");
 
     let advice = document.guidance;
-    // Errors of yaw on a heading whose rate and its growth are known.
-    let errors = |heading: &dyn Fn(f64) -> [f64; 3], until: f64, feedforward_gain: f64, g: f64| {
+    // Errors of yaw on a heading whose derivatives are known.
+    type Heading<'a> = &'a dyn Fn(f64) -> [f64; 4];
+    let errors = |heading: Heading<'_>, until: f64, feedforward_gain: f64, [g, j]: [f64; 2]| {
         let mut errors = Vec::new();
         let mut controller = Pid::default();
         let mut z = [0.0; 3];
@@ -322,9 +323,9 @@ fn preview_and_feedforward_leave_no_error_on_circle_and_clothoid() {
         for k in 0..ticks {
             let t = k as f64 * p.sample_time;
             errors.push(heading(t)[0] - z[2]);
-            let [yaw, rate, growth] = heading(t + advice.preview_time_s);
+            let [yaw, rate, growth, jerk] = heading(t + advice.preview_time_s);
             let input = PidInput {
-                yaw_reference: yaw + g * growth,
+                yaw_reference: yaw + g * growth + j * jerk,
                 yaw: z[2],
                 // Curvature is the heading's rate over the speed.
                 steering_feedforward: feedforward_gain * rate / plant.speed,
@@ -343,25 +344,27 @@ fn preview_and_feedforward_leave_no_error_on_circle_and_clothoid() {
         errors
     };
     // In s²: 1e-3 s² on a road of 4 m/s² at 6 m/s³ (0.4 rad/s² of yaw) is 4e-4 rad.
-    let clothoid = |t: f64| [0.5e-4 * t * t, 1e-4 * t, 1e-4];
-    let last = |f, g| errors(&clothoid, 40.0, f, g).pop().unwrap() / 1e-4;
-    let (f, g) = (advice.feedforward_gain_radm, advice.yaw_acceleration_gain_s2);
-    let advised = last(f, g);
+    let clothoid = |t: f64| [0.5e-4 * t * t, 1e-4 * t, 1e-4, 0.0];
+    let last = |f, gains| errors(&clothoid, 40.0, f, gains).pop().unwrap() / 1e-4;
+    let f = advice.feedforward_gain_radm;
+    let gains = [advice.yaw_acceleration_gain_s2, advice.yaw_jerk_gain_s3];
+    let advised = last(f, gains);
     assert!(advised.abs() < 2e-3, "{advised}");
-    assert!(last(plant.speed / plant.gain(), 0.0).abs() > 2e-2);
+    assert!(last(plant.speed / plant.gain(), [0.0; 2]).abs() > 2e-2);
 
     // Bends of 4 s, one after the other.
     let bend = |t: f64| {
         let (sin, cos) = (0.5 * std::f64::consts::PI * t.max(0.0)).sin_cos();
         let w = 0.5 * std::f64::consts::PI;
-        [1e-2 * (1.0 - cos) / w, 1e-2 * sin, 1e-2 * w * cos]
+        [1e-2 * (1.0 - cos) / w, 1e-2 * sin, 1e-2 * w * cos, -1e-2 * w * w * sin]
     };
-    let rms = |f, g| {
-        let errors = errors(&bend, 20.0, f, g);
+    let rms = |f, gains| {
+        let errors = errors(&bend, 20.0, f, gains);
         let late = &errors[errors.len() / 2..];
         (late.iter().map(|e| e * e).sum::<f64>() / late.len() as f64).sqrt()
     };
     let without = Advice::with_preview(&p, plant.gain(), plant.speed, advice.preview_time_s);
-    let (with, without) = (rms(f, g), rms(without.feedforward_gain, 0.0));
-    assert!(with < 0.5 * without, "{with:e} {without:e}");
+    let (with, without) = (rms(f, gains), rms(without.feedforward_gain, [0.0; 2]));
+    let without_jerk = rms(f, [gains[0], 0.0]);
+    assert!(with < 0.2 * without && with < 0.5 * without_jerk, "{with:e} {without:e}");
 }

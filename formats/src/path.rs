@@ -77,6 +77,9 @@ pub struct Guidance {
     /// preview and feedforward; 0 need not be said.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub yaw_acceleration_gain_s2: f64,
+    /// What of the yaw jerk, s³, for the same; 0 need not be said.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub yaw_jerk_gain_s3: f64,
     /// How fast the integral of the cross-track error grows, 1/s; 0, which need not be said: there is
     /// none.
     #[serde(default, skip_serializing_if = "is_zero")]
@@ -94,6 +97,7 @@ impl Default for Guidance {
             sideslip_per_yaw_acceleration_s2: 0.0,
             sideslip_growth_s5pm2: 0.0,
             yaw_acceleration_gain_s2: 0.0,
+            yaw_jerk_gain_s3: 0.0,
             cross_track_integral_gain_per_s: 0.0,
         }
     }
@@ -116,6 +120,7 @@ impl Document for Path {
         c.finite(g.sideslip_per_yaw_acceleration_s2, "guidance.sideslip_per_yaw_acceleration_s2");
         c.finite(g.sideslip_growth_s5pm2, "guidance.sideslip_growth_s5pm2");
         c.finite(g.yaw_acceleration_gain_s2, "guidance.yaw_acceleration_gain_s2");
+        c.finite(g.yaw_jerk_gain_s3, "guidance.yaw_jerk_gain_s3");
         c.not_negative(
             g.cross_track_integral_gain_per_s,
             "guidance.cross_track_integral_gain_per_s",

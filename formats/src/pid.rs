@@ -99,6 +99,9 @@ pub struct GuidanceAdvice {
     /// feedforward, too. 0 need not be said.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub yaw_acceleration_gain_s2: f64,
+    /// What of the path's yaw jerk is to be added to the yaw reference, s³. 0 need not be said.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub yaw_jerk_gain_s3: f64,
 }
 
 impl Document for Pid {
@@ -134,5 +137,6 @@ impl Document for Pid {
         c.finite(self.guidance.feedforward_gain_radm, "guidance.feedforward_gain_radm");
         c.not_negative(self.guidance.preview_time_s, "guidance.preview_time_s");
         c.finite(self.guidance.yaw_acceleration_gain_s2, "guidance.yaw_acceleration_gain_s2");
+        c.finite(self.guidance.yaw_jerk_gain_s3, "guidance.yaw_jerk_gain_s3");
     }
 }

@@ -124,6 +124,7 @@ fn pid() -> Pid {
             feedforward_gain_radm: 40.0,
             preview_time_s: 0.2,
             yaw_acceleration_gain_s2: 0.0,
+            yaw_jerk_gain_s3: 0.0,
         },
         provenance: formats::Provenance::default(),
     }

@@ -7,7 +7,7 @@ import numpy as np
 from pid_law import SAMPLE_TIME_S, frequency_response
 
 # As in the design.
-LOOKAHEAD_RADPS, HIGHEST_RADPS, LARGEST_S2 = 1.0, 20.0, 0.02
+LOOKAHEAD_RADPS, HIGHEST_RADPS, LARGEST_S2, LARGEST_S3 = 1.0, 20.0, 0.02, 0.004
 
 
 def limits_of(pid):
@@ -47,11 +47,12 @@ def with_gains(pid, gains, margin, name, loop):
     share = 1.0 + steady * (kd - weight * kp * preview - ki * preview**2 / 2.0)
     speed = pid["designed_for"]["speed_mps"]
     feedforward = share / steady
-    shape = yaw_acceleration_gain(gains, preview, feedforward, *loop)
+    shape, jerk = reference_gains(gains, preview, feedforward, *loop)
     pid["guidance"] |= {
         "preview_time_s": preview,
         "feedforward_gain_radm": (feedforward - ki * shape) * speed,
         "yaw_acceleration_gain_s2": shape,
+        "yaw_jerk_gain_s3": jerk,
     }
     pid["evidence"]["margins"]["modulus_margin"] = margin
     return pid
@@ -68,9 +69,10 @@ def steady_gain(pid):
     return 1.0 / (pid["guidance"]["feedforward_gain_radm"] / speed - rest)
 
 
-def yaw_acceleration_gain(gains, preview, feedforward, omega, yaw):
-    """What of the yaw acceleration belongs into the reference, s²: the design's rule (`Advice::on_roads`
-    in control/src/guidance), by least squares over roads. `feedforward`: steering per yaw rate, s."""
+def reference_gains(gains, preview, feedforward, omega, yaw):
+    """What of yaw acceleration, s², and jerk, s³, belongs into the reference: the design's rule
+    (`Advice::on_roads` in control/src/guidance), by least squares over roads. `feedforward`: steering
+    per yaw rate, s."""
     j_omega = 1j * omega
     z = np.exp(j_omega * SAMPLE_TIME_S)
     feedback = frequency_response(gains, z)
@@ -81,8 +83,12 @@ def yaw_acceleration_gain(gains, preview, feedforward, omega, yaw):
     first = closed * (j_omega**2 * reference - j_omega * ki)
     weights = np.gradient(omega) * (omega**2 + LOOKAHEAD_RADPS**2) ** -4.0
     weights = np.where(omega <= HIGHEST_RADPS, weights, 0.0)
-    gain = -np.sum(weights * (first.conj() * zeroth).real) / np.sum(weights * np.abs(first) ** 2)
-    return float(np.clip(gain, -LARGEST_S2, LARGEST_S2))
+    both = np.array([first, closed * j_omega**3 * reference])
+    square = (both.conj() * weights @ both.T).real
+    product = (both.conj() @ (weights * zeroth)).real
+    jerk = np.clip(-np.linalg.solve(square, product)[1], -LARGEST_S3, LARGEST_S3)
+    gain = -(product[0] + square[0, 1] * jerk) / square[0, 0]
+    return float(np.clip(gain, -LARGEST_S2, LARGEST_S2)), float(jerk)
 
 
 def write(pid, file):

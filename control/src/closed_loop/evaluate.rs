@@ -30,6 +30,7 @@ pub fn evaluate(plant: &DesignPlant, pid: &Pid) -> Result<DesignEvidence, Error>
         // The delay of the path's loop is made up for in the preview, and is not in this one.
         preview_time: pid.guidance.preview_time_s - late_path(pid),
         yaw_acceleration_gain: pid.guidance.yaw_acceleration_gain_s2,
+        yaw_jerk_gain: pid.guidance.yaw_jerk_gain_s3,
     };
     Ok(evidence(&sampled, plant, &parameters, &pid.specification, &advice))
 }

@@ -73,6 +73,7 @@ pub fn design(
     let advice = Advice {
         feedforward_gain: significant(advice.feedforward_gain, 5),
         yaw_acceleration_gain: significant(advice.yaw_acceleration_gain, 4),
+        yaw_jerk_gain: significant(advice.yaw_jerk_gain, 4),
         ..advice
     };
     let mut evidence = evidence(sampled, plant, &pid, &objective.spec, &advice);
@@ -117,6 +118,7 @@ pub fn design(
             // What the path sees is later than what the controller sees, and read as much ahead.
             preview_time_s: advice.preview_time + (path_delay_s - options.loop_delay_s),
             yaw_acceleration_gain_s2: advice.yaw_acceleration_gain,
+            yaw_jerk_gain_s3: advice.yaw_jerk_gain,
         },
         evidence,
         provenance: provenance(source, options),

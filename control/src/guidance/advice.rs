@@ -14,14 +14,14 @@
 //! is left of f is small: the whole feedforward would be counted twice.
 //!
 //! A road is no expansion about s = 0: where its curvature begins to change, s³ and beyond count, too.
-//! The reference may hold `G·s²` of the heading beside it. With f lower by G₀·ki·G the terms in s and s²
-//! still vanish, whatever G is, which is then that of the least cross-track error on roads
-//! ([`on_roads`](Advice::on_roads)).
+//! The reference may hold `G·s² + J·s³` of the heading beside it. With f lower by G₀·ki·G the terms in s
+//! and s² still vanish, whatever G and J are, which are then those of the least cross-track error on
+//! roads ([`on_roads`](Advice::on_roads)).
 
 use crate::closed_loop::margins::{controller, from_reference};
 use crate::closed_loop::simulate::{Excitation, Simulator};
 use crate::plants::sampled::Sampled;
-use nalgebra::Complex;
+use nalgebra::{Complex, Matrix2, Vector2};
 use std::f64::consts::PI;
 use vehicle_models::PidParameters;
 
@@ -29,8 +29,9 @@ use vehicle_models::PidParameters;
 const LOOKAHEAD_FREQUENCY: f64 = 1.0;
 const HIGHEST: f64 = 20.0;
 const POINTS: i32 = 400;
-/// The largest G, s²: beyond, the heading would be read more than 0.2 s to either side.
+/// The largest G, s², and J, s³: beyond, headings 0.2 s apart would be taken for its derivatives.
 const LARGEST: f64 = 0.02;
+const LARGEST_JERK: f64 = 0.004;
 
 /// What a path follower should use.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -41,6 +42,8 @@ pub(crate) struct Advice {
     pub(crate) preview_time: f64,
     /// What of the path's yaw acceleration is added to the yaw reference, s².
     pub(crate) yaw_acceleration_gain: f64,
+    /// What of its yaw jerk, s³.
+    pub(crate) yaw_jerk_gain: f64,
 }
 
 impl Advice {
@@ -63,23 +66,25 @@ impl Advice {
         let share = 1.0 + gain * (pid.kd - previewed);
         // Steering per yaw rate is 1/G₀, yaw rate per curvature is the speed.
         let feedforward_gain = share * speed / gain;
-        Self { feedforward_gain, preview_time, yaw_acceleration_gain: 0.0 }
+        Self { feedforward_gain, preview_time, ..Self::default() }
     }
 
-    /// With the G, and its feedforward, of the least cross-track error on roads.
+    /// With the G, its feedforward, and the J of the least cross-track error on roads.
     ///
-    /// Yaw misses the path's heading by `E₀ + G·E₁`,
+    /// Yaw misses the path's heading by `E₀ + G·E₁ + J·E₂`,
     ///
     /// ```text
     /// E₀ = e^{jωp}·P·(R + jω·f/G₀)/(1 + PC) − 1      E₁ = −e^{jωp}·P·(ω²·R + jω·ki)/(1 + PC)
+    /// E₂ = −jω³·e^{jωp}·P·R/(1 + PC)
     /// ```
     ///
     /// with the sampled plant P, the controller R from the reference and C from the yaw. What is missed
     /// becomes cross-track error through `v/(s + ω₀)`, 1/ω₀ the look-ahead time, and the heading is white
-    /// noise thrice through a lag of that time, a road of clothoids. G is real: linear least squares.
+    /// noise thrice through a lag of that time, a road of clothoids. G and J are real: linear least
+    /// squares.
     pub(crate) fn on_roads(self, pid: &PidParameters, plant: &Sampled, speed: f64) -> Self {
         let ts = plant.sample_time;
-        let (mut square, mut product) = (0.0, 0.0);
+        let (mut square, mut product) = (Matrix2::zeros(), Vector2::zeros());
         let highest = HIGHEST.min(PI / ts);
         for k in 1..=POINTS {
             let frequency = highest * f64::from(k) / f64::from(POINTS);
@@ -91,18 +96,27 @@ impl Advice {
             let reference = from_reference(pid, z);
             let zeroth = closed * (reference + j_omega * (self.feedforward_gain / speed)) - 1.0;
             let first = closed * (j_omega * j_omega * reference - j_omega * pid.ki);
+            let second = closed * j_omega.powi(3) * reference;
             let weight = (frequency.powi(2) + LOOKAHEAD_FREQUENCY.powi(2)).powi(-4);
-            square += weight * first.norm_sqr();
-            product += weight * (first.conj() * zeroth).re;
+            // Real parts: scalar products of complex numbers taken for vectors.
+            let [first, second, zeroth] = [first, second, zeroth].map(|e| Vector2::new(e.re, e.im));
+            let both = Matrix2::from_columns(&[first, second]);
+            square += both.transpose() * both * weight;
+            product += both.transpose() * zeroth * weight;
         }
-        let gain = -product / square;
-        if !gain.is_finite() {
+        let Some(inverse) = square.try_inverse() else { return self };
+        let found = -(inverse * product);
+        if !found.iter().all(|gain| gain.is_finite()) {
             return self;
         }
+        // With J at its bound, the G that belongs to it.
+        let jerk = found.y.clamp(-LARGEST_JERK, LARGEST_JERK);
+        let gain = -(product.x + square.m12 * jerk) / square.m11;
         let gain = gain.clamp(-LARGEST, LARGEST);
         Self {
             feedforward_gain: self.feedforward_gain - gain * pid.ki * speed,
             yaw_acceleration_gain: gain,
+            yaw_jerk_gain: jerk,
             ..self
         }
     }

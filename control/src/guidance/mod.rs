@@ -32,6 +32,7 @@ pub fn guidance_for(pid: &Pid, speed: f64) -> Guidance {
         sideslip_per_yaw_rate_s: 0.0,
         sideslip_per_yaw_acceleration_s2: 0.0,
         yaw_acceleration_gain_s2: advice.yaw_acceleration_gain_s2,
+        yaw_jerk_gain_s3: advice.yaw_jerk_gain_s3,
         sideslip_growth_s5pm2: 0.0,
         cross_track_integral_gain_per_s: 0.0,
     }

@@ -161,6 +161,7 @@ pub fn guidance_parameters(guidance: &Guidance) -> GuidanceParameters {
         sideslip_per_yaw_acceleration: guidance.sideslip_per_yaw_acceleration_s2,
         sideslip_growth: guidance.sideslip_growth_s5pm2,
         yaw_acceleration_gain: guidance.yaw_acceleration_gain_s2,
+        yaw_jerk_gain: guidance.yaw_jerk_gain_s3,
         cross_track_integral_gain: guidance.cross_track_integral_gain_per_s,
     }
 }

@@ -141,6 +141,7 @@ fn the_controller() {
             feedforward_gain_radm: 0.0,
             preview_time_s: 0.0,
             yaw_acceleration_gain_s2: 0.0,
+            yaw_jerk_gain_s3: 0.0,
         },
         provenance: formats::Provenance::default(),
     };
@@ -182,6 +183,7 @@ fn the_path_and_its_guidance() {
         sideslip_per_yaw_acceleration_s2: 7.0,
         sideslip_growth_s5pm2: 8.0,
         yaw_acceleration_gain_s2: 9.0,
+        yaw_jerk_gain_s3: 10.0,
     };
     let expected = GuidanceParameters {
         lookahead_time: 1.0,
@@ -193,6 +195,7 @@ fn the_path_and_its_guidance() {
         sideslip_per_yaw_acceleration: 7.0,
         sideslip_growth: 8.0,
         yaw_acceleration_gain: 9.0,
+        yaw_jerk_gain: 10.0,
     };
     assert_eq!(guidance_parameters(&guidance), expected);
 

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! yaw_reference        = ψ(s') + atan2(−(e + z), Δ),   ψ(s') = ψ_p(s' − v·S) without C and Q, below
-//! steering_feedforward = feedforward_gain·κ(s')
+//! steering_feedforward = feedforward_gain·κ(m),     m = s' − v·S, as there
 //! s' = s + v·preview_time,   Δ = max(lookahead_min, lookahead_time·v)
 //! ż  = cross_track_integral_gain·e·Δ²/(Δ² + (e + z)²)   while the vehicle moves
 //! ```
@@ -25,22 +25,22 @@
 //! ψ_p − S·v·κ; but that would ask where the curvature begins to change for a jump of the yaw rate, which
 //! steers the wrong way at first.
 //!
-//! In full, ψ + S·ψ̇ + C·ψ̈ is the course, so the yaw is the course averaged over the past, with mean S
-//! and variance S² − 2C (cumulants of 1/(1 + S·s + C·s²)). Two points have both. With
-//! `Sₐ = S + Q·a²` of the acceleration `a = v²·κ(s' − v·S)`, at most g, and `h = √|Sₐ² − 2C|`,
+//! In full, ψ + S·ψ̇ + C·ψ̈ is the course, so the yaw is the course averaged over the past, by
+//! 1/(1 + S·s + C·s²) of Laplace's s. A yaw loop, too, follows its reference the better, the more of the
+//! loop the reference knows: preview and feedforward take off what is of first and second order, and
+//! `G·ψ̈ + J·ψ⃛`, with G the yaw_acceleration_gain, s², and J the yaw_jerk_gain, s³, takes off what is
+//! beyond. To third order in s (the logarithm of both, as for cumulants), with `Sₐ = S + Q·a²` of the
+//! acceleration `a = v²·κ(s' − v·S)`, at most g,
 //!
 //! ```text
-//! ψ(s') = ½·[ψ_p(m − v·h) + ψ_p(m + v·h)]                  Sₐ² ≥ 2C
-//!       = 2·ψ_p(m) − ½·[ψ_p(m − v·h) + ψ_p(m + v·h)]       Sₐ² < 2C: yaw leads changes, no average
-//! m     = s' − v·Sₐ
+//! ψ(s') = ψ_p(m) + A·ψ̈_p(m) + K·ψ⃛_p(m),       m = s' − v·Sₐ
+//! A     = Sₐ²/2 − C + G,    K = Sₐ·C − Sₐ³/3 + J
 //! ```
 //!
-//! Differences of headings are smooth where the curvature's derivative would jump. C = 0 says that C is
-//! not known: the heading is then read at m alone, which is right for C = S²/2.
-//!
-//! A yaw loop follows its reference the better, the more of the loop the reference knows. Preview and
-//! feedforward take off what is of first and second order; `G·ψ̈`, with G the yaw_acceleration_gain, s²,
-//! takes off what is beyond. It changes the average's variance alone: h² is then `|Sₐ² − 2C + 2G|`.
+//! The derivatives are differences of headings v·h apart, which are smooth where the curvature's
+//! derivative would jump; h² is |2A|, or h³ is |2K| where that is more, so that no difference weighs more
+//! than the heading. C = 0 says that C is not known: of the sideslip, then, is m alone, which is right for
+//! C = S²/2.
 //!
 //! z is the integral of integral line of sight (Børhaug, Pavlov and Pettersen, *Integral LOS control
 //! for path following of underactuated marine surface vessels in the presence of constant ocean
@@ -79,6 +79,8 @@ pub struct GuidanceParameters {
     pub sideslip_growth: f64,
     /// G, what of the yaw acceleration is added to the yaw reference, s².
     pub yaw_acceleration_gain: f64,
+    /// J, what of the yaw jerk is added to the yaw reference, s³.
+    pub yaw_jerk_gain: f64,
     /// How fast the integral of the cross-track error grows, 1/s; 0: there is none.
     pub cross_track_integral_gain: f64,
 }
@@ -94,6 +96,7 @@ impl Default for GuidanceParameters {
             sideslip_per_yaw_acceleration: 0.0,
             sideslip_growth: 0.0,
             yaw_acceleration_gain: 0.0,
+            yaw_jerk_gain: 0.0,
             cross_track_integral_gain: 0.0,
         }
     }
@@ -157,8 +160,9 @@ impl GuidanceParameters {
         self.lookahead_min.max(self.lookahead_time * speed)
     }
 
-    /// ψ(s'), rad: the yaw with which the course is the path's heading at a point of it.
-    fn yaw(&self, path: &PathGeometry, point: PathPoint, speed: f64) -> f64 {
+    /// ψ(s'), rad, with which the course is the path's heading at a point of it, and κ(m), 1/m, as which
+    /// it changes.
+    fn yaw(&self, path: &PathGeometry, point: PathPoint, speed: f64) -> [f64; 2] {
         let behind = |from: &PathPoint, time: f64| match speed * time {
             0.0 => *from,
             way => path.at(from.distance - way),
@@ -170,17 +174,27 @@ impl GuidanceParameters {
             lag = sideslip::per_yaw_rate(lag, self.sideslip_growth, acceleration);
             middle = behind(&point, lag);
         }
-        let of_sideslip = match self.sideslip_per_yaw_acceleration {
-            0.0 => 0.0,
-            known => lag * lag - 2.0 * known,
+        let [second, third] = match self.sideslip_per_yaw_acceleration {
+            0.0 => [0.0; 2],
+            known => [0.5 * lag * lag - known, lag * known - lag.powi(3) / 3.0],
         };
-        let variance = of_sideslip + 2.0 * self.yaw_acceleration_gain;
-        if variance == 0.0 {
-            return middle.heading;
+        let second = second + self.yaw_acceleration_gain;
+        let third = third + self.yaw_jerk_gain;
+        let apart = (2.0 * second).abs().sqrt().max((2.0 * third).abs().cbrt());
+        if apart == 0.0 {
+            return [middle.heading, middle.curvature];
         }
-        let half = variance.abs().sqrt();
-        let mean = 0.5 * (behind(&middle, half).heading + behind(&middle, -half).heading);
-        if variance < 0.0 { 2.0 * middle.heading - mean } else { mean }
+        let heading = |steps: f64| behind(&middle, -steps * apart).heading;
+        let (before, after) = (heading(-1.0), heading(1.0));
+        let bent = second / (apart * apart) * (after - 2.0 * middle.heading + before);
+        let twisted = match third {
+            0.0 => 0.0,
+            third => {
+                let difference = heading(2.0) - 2.0 * after + 2.0 * before - heading(-2.0);
+                0.5 * third / apart.powi(3) * difference
+            }
+        };
+        [middle.heading + bent + twisted, middle.curvature]
     }
 }
 
@@ -216,9 +230,10 @@ impl PathFollower {
         let previewed = self.geometry.at(foot.distance + speed * p.preview_time);
         let lookahead = p.lookahead(speed);
         let aimed = error + self.integral;
+        let [asked, curvature] = p.yaw(&self.geometry, previewed, speed);
         PathOutput {
-            yaw_reference: p.yaw(&self.geometry, previewed, speed) + (-aimed).atan2(lookahead),
-            steering_feedforward: p.feedforward_gain * previewed.curvature,
+            yaw_reference: asked + (-aimed).atan2(lookahead),
+            steering_feedforward: p.feedforward_gain * curvature,
             cross_track_error: error,
             heading_error: wrap_angle(yaw - foot.heading),
             curvature: foot.curvature,

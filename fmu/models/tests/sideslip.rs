@@ -116,8 +116,11 @@ fn what_is_known_of_the_sideslip_leaves_little_error() {
             followed(car, knowing(s, q, c)),
         );
         println!("{speed} m/s: {line:.4?} {without_growth:.4?} {without_lead:.4?} {full:.4?}");
-        assert!(full.1 < line.1 / 5.0 && full.0 < line.0 / 4.0, "{speed} m/s: {full:?} {line:?}");
-        assert!(full.1 < without_growth.1 && full.1 < without_lead.1 / 3.0, "{speed} m/s");
+        assert!(full.1 < line.1 / 6.0 && full.0 < line.0 / 5.0, "{speed} m/s: {full:?} {line:?}");
+        assert!(full.1 < without_lead.1 / 4.0, "{speed} m/s: {full:?} {without_lead:?}");
+        // Where the growth is but a twentieth of S, a mean S is as good.
+        let grows = (q * ACCELERATION * ACCELERATION / s).abs() > 0.05;
+        assert!(!grows || full.1 < without_growth.1 / 4.0, "{speed} m/s: {without_growth:?}");
     }
 }
 
@@ -171,6 +174,45 @@ fn a_clothoid_asks_for_its_yaw_acceleration_exactly() {
         let expected = point.heading - s * rate + (s * s - lead + gain) * turning;
         assert!((out.yaw_reference - expected).abs() < 1e-9, "{c} {gain}: {out:?} {expected}");
     }
+}
+
+/// On a road whose curvature's derivative changes, too, what of the yaw's jerk belongs into the reference:
+/// that of the sideslip, `S·C − S³/3` of the logarithm of its transfer function, and what the loop needs.
+#[test]
+fn a_growing_change_asks_for_its_jerk_exactly() {
+    let (speed, bend) = (12.0, 2e-5);
+    let path = PathGeometry::new(&road(80.0, 0.1, |s| bend * s * s), false).unwrap();
+    let point = path.at(40.0);
+    let (distance, follower) = (point.distance, PathFollower::new(Arc::new(path)));
+    for (s, c, gain) in [(0.1, 0.001, 0.0), (0.1, 0.02, 0.0), (0.0, 0.0, 8e-4), (0.16, 1e-3, -5e-4)]
+    {
+        let guided = GuidanceParameters { yaw_jerk_gain: gain, ..knowing(s, 0.0, c) };
+        let out = follower.evaluate(&guided, point.x, point.y, 0.0, speed);
+        // Heading, yaw rate, and its derivatives where the heading is read.
+        let m = distance - speed * s;
+        let heading = bend * m.powi(3) / 3.0;
+        let [turning, jerk] = [2.0 * bend * m * speed.powi(2), 2.0 * bend * speed.powi(3)];
+        let [second, third] =
+            if c == 0.0 { [0.0; 2] } else { [0.5 * s * s - c, s * c - s.powi(3) / 3.0] };
+        let expected = heading + second * turning + (third + gain) * jerk;
+        assert!((out.yaw_reference - expected).abs() < 1e-6, "{s} {c} {gain}: {out:?} {expected}");
+        // As much as the jerk's smallest part here.
+        assert!(((third + gain) * jerk).abs() > 1e-5);
+    }
+}
+
+/// The feedforward belongs to the yaw that is asked for: it is read where the heading is.
+#[test]
+fn the_feedforward_turns_with_the_yaw() {
+    let (speed, slope, s, preview) = (12.0, 0.0008, 0.1, 0.3);
+    let path = PathGeometry::new(&road(80.0, 0.5, |s| slope * s), false).unwrap();
+    let point = path.at(40.0);
+    let follower = PathFollower::new(Arc::new(path));
+    let guided =
+        GuidanceParameters { feedforward_gain: 2.5, preview_time: preview, ..knowing(s, 0.0, 0.0) };
+    let out = follower.evaluate(&guided, point.x, point.y, 0.0, speed);
+    let expected = 2.5 * slope * (point.distance + speed * (preview - s));
+    assert!((out.steering_feedforward - expected).abs() < 1e-9, "{out:?} {expected}");
 }
 
 /// The yaw that is asked for moves about as the course does, also where clothoids begin and end.

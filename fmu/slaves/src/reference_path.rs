@@ -109,6 +109,7 @@ impl Slave for ReferencePath {
             Variable::SideslipPerYawRate => g.sideslip_per_yaw_rate,
             Variable::CrossTrackIntegralGain => g.cross_track_integral_gain,
             Variable::YawAccelerationGain => g.yaw_acceleration_gain,
+            Variable::YawJerkGain => g.yaw_jerk_gain,
             Variable::SideslipPerYawAcceleration => g.sideslip_per_yaw_acceleration,
             Variable::SideslipGrowth => g.sideslip_growth,
         })
@@ -130,6 +131,7 @@ impl Slave for ReferencePath {
             Variable::SideslipPerYawRate => &mut g.sideslip_per_yaw_rate,
             Variable::CrossTrackIntegralGain => &mut g.cross_track_integral_gain,
             Variable::YawAccelerationGain => &mut g.yaw_acceleration_gain,
+            Variable::YawJerkGain => &mut g.yaw_jerk_gain,
             Variable::SideslipPerYawAcceleration => &mut g.sideslip_per_yaw_acceleration,
             Variable::SideslipGrowth => &mut g.sideslip_growth,
             Variable::YawReference

@@ -138,6 +138,7 @@ pub(crate) fn pid() -> String {
             feedforward_gain_radm: 0.0,
             preview_time_s: 0.25,
             yaw_acceleration_gain_s2: 0.0,
+            yaw_jerk_gain_s3: 0.0,
         },
         provenance: provenance(),
     }

@@ -226,6 +226,7 @@ fn gains(pid: &Pid) -> Table {
         ("advice: steering per path curvature", a.feedforward_gain_radm, "rad·m"),
         ("advice: preview time", a.preview_time_s, "s"),
         ("advice: yaw acceleration in the reference", a.yaw_acceleration_gain_s2, "s²"),
+        ("advice: yaw jerk in the reference", a.yaw_jerk_gain_s3, "s³"),
     ] {
         table.push([name.to_owned(), format!("{} {unit}", significant(number)).trim_end().into()]);
     }

@@ -85,6 +85,7 @@ pub fn pid(met: bool) -> Pid {
             feedforward_gain_radm: 3.1,
             preview_time_s: 0.2,
             yaw_acceleration_gain_s2: 0.0,
+            yaw_jerk_gain_s3: 0.0,
         },
         provenance: provenance(),
     }

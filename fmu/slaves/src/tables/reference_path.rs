@@ -46,4 +46,6 @@ super::variables! {
         .unit("s5/m2").nominal(0.001).description("what the sideslip per yaw rate grows by, per squared lateral acceleration");
     YawAccelerationGain = 28, real "yaw_acceleration_gain", Parameter, Tunable,
         .unit("s2").nominal(0.01).description("what of the path's yaw acceleration is added to the yaw reference");
+    YawJerkGain = 29, real "yaw_jerk_gain", Parameter, Tunable,
+        .unit("s3").nominal(0.001).description("what of the path's yaw jerk is added to the yaw reference");
 }

@@ -151,6 +151,7 @@ pub fn path(closed: bool) -> ReferencePath {
             sideslip_per_yaw_acceleration_s2: 0.004,
             sideslip_growth_s5pm2: -0.001,
             yaw_acceleration_gain_s2: -0.006,
+            yaw_jerk_gain_s3: 0.0004,
         },
         provenance: formats::Provenance::default(),
     };
