@@ -87,8 +87,11 @@ def reference_gains(gains, preview, feedforward, omega, yaw):
     square = (both.conj() * weights @ both.T).real
     product = (both.conj() @ (weights * zeroth)).real
     jerk = np.clip(-np.linalg.solve(square, product)[1], -LARGEST_S3, LARGEST_S3)
+    # With one at its bound, the other that belongs to it.
     gain = -(product[0] + square[0, 1] * jerk) / square[0, 0]
-    return float(np.clip(gain, -LARGEST_S2, LARGEST_S2)), float(jerk)
+    gain = np.clip(gain, -LARGEST_S2, LARGEST_S2)
+    jerk = -(product[1] + square[0, 1] * gain) / square[1, 1]
+    return float(gain), float(np.clip(jerk, -LARGEST_S3, LARGEST_S3))
 
 
 def write(pid, file):

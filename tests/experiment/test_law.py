@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import pid_file
 import pid_law
 import pytest
 import vehicle
@@ -72,3 +73,29 @@ def test_the_sampled_response_is_an_integrator_of_the_steady_gain():
     states = car.drive(np.full(400, 0.008), speed)
     steady = states[-1, vehicle.YAW_RATE] / 0.008
     assert abs(yaw[0]) * omega[0] == pytest.approx(steady, rel=0.03)
+
+
+def test_no_other_reference_keeps_closer_to_roads():
+    """Yaw over heading of the loop, written out: the gains of yaw acceleration and jerk are the best."""
+    omega, yaw = pid_law.sampled_yaw(vehicle.Car(2), 15.0)
+    kp, ki, kd, filter_time, weight, anti_windup = gains = (1.97, 5.07, 0.119, 0.01, 0.48, 0.15)
+    s, z = 1j * omega, np.exp(1j * omega * 0.01)
+    feedback = pid_law.frequency_response(gains, z)
+    weighted = pid_law.frequency_response((weight * kp, ki, 0.0, filter_time, 1.0, anti_windup), z)
+    preview = kp * (1.0 - weight) / ki
+    steady = pid_law.steady_gain(vehicle.Car(2), 15.0)
+    feedforward = 1.0 / steady + kd - weight * kp * preview - ki * preview**2 / 2.0
+
+    def missed(acceleration, jerk):
+        reference = weighted * (1.0 + acceleration * s**2 + jerk * s**3)
+        steered = reference + s * (feedforward - ki * acceleration)
+        error = np.exp(s * preview) * yaw * steered / (1.0 + yaw * feedback) - 1.0
+        # A road's heading: clothoids. Cross-track error: its integral, but for the look-ahead.
+        road = np.where(omega <= 20.0, np.gradient(omega) * (1.0 + omega**2) ** -4, 0.0)
+        return np.sum(road * np.abs(error) ** 2)
+
+    acceleration, jerk = pid_file.reference_gains(gains, preview, feedforward, omega, yaw)
+    least = missed(acceleration, jerk)
+    assert least < 0.25 * missed(0.0, 0.0)
+    for other in ((1.1, 1.0), (0.9, 1.0), (1.0, 1.1), (1.0, 0.9)):
+        assert least < missed(other[0] * acceleration, other[1] * jerk)

@@ -109,10 +109,12 @@ impl Advice {
         if !found.iter().all(|gain| gain.is_finite()) {
             return self;
         }
-        // With J at its bound, the G that belongs to it.
+        // With one at its bound, the other that belongs to it.
         let jerk = found.y.clamp(-LARGEST_JERK, LARGEST_JERK);
         let gain = -(product.x + square.m12 * jerk) / square.m11;
         let gain = gain.clamp(-LARGEST, LARGEST);
+        let jerk = -(product.y + square.m12 * gain) / square.m22;
+        let jerk = jerk.clamp(-LARGEST_JERK, LARGEST_JERK);
         Self {
             feedforward_gain: self.feedforward_gain - gain * pid.ki * speed,
             yaw_acceleration_gain: gain,
