@@ -10,6 +10,7 @@ use control::{
 };
 use formats::{
     BicycleEvidence, EstimationFocus, Matrix, Pid, Plant, SourceFile, Specification, Uncertainty,
+    VehicleDirection,
 };
 
 fn designed(plant: &DesignPlant, options: &DesignOptions) -> Pid {
@@ -135,6 +136,39 @@ fn an_identified_bicycle_is_held_against_other_speeds() {
     assert!(!robust.speed.is_empty());
     let error = DesignPlant::from_plant(&identified_car()).expect("a plant").at_speed(12.0);
     assert!(matches!(error, Err(Error::NotScheduled { .. })));
+}
+
+/// And against those that its data may as well be: here a lag and a yaw inertia known to some percent.
+#[test]
+fn an_identified_bicycle_is_held_against_its_uncertainty() {
+    let mut bicycle = car(1.0);
+    let none = VehicleDirection::default();
+    let directions = vec![
+        VehicleDirection { actuator_time_constant: 0.2, ..none },
+        VehicleDirection { yaw_inertia: 0.05, cornering_stiffness_front: -0.05, ..none },
+    ];
+    bicycle.evidence = Some(BicycleEvidence { directions, ..BicycleEvidence::default() });
+    let plant = DesignPlant::from_bicycle(&bicycle).expect("a plant");
+    assert_eq!(plant.ensemble_dimension(), 2);
+    // Slower by its lag, and no more than that: eq 13 itself.
+    let slower = plant.member(&[1.0, 0.0]).expect("a plant");
+    let mut changed = bicycle.clone();
+    changed.vehicle.actuator_time_constant_s *= 0.2_f64.exp();
+    let expected = DesignPlant::from_bicycle(&changed).expect("a plant");
+    assert!((slower.gain() / expected.gain() - 1.0).abs() < 1e-12);
+    let pid = designed(&plant, &DesignOptions::default());
+    let of = |pid: &Pid, plant: &DesignPlant| evaluate(plant, pid).expect("evidence");
+    let robust = pid.evidence.robustness.as_ref().expect("robustness");
+    assert!(robust.met && robust.members == 100, "{robust:?}");
+    let (same, late) = (of(&pid, &expected), of(&pid, &slower));
+    let off = same.margins.modulus_margin - late.margins.modulus_margin;
+    assert!(off.abs() < 1e-9, "{off}");
+    let kept = (0..40_u64).filter(|k| {
+        let xi = [0, 1].map(|i| vehicle_models::noise::gaussian(4242, 2 * k + i));
+        plant.member(&xi).is_some_and(|member| of(&pid, &member).met)
+    });
+    let kept = kept.count();
+    assert!(kept >= 39, "{kept} of 40");
 }
 
 #[test]

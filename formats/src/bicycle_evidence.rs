@@ -1,6 +1,6 @@
 //! How far an identified bicycle can be trusted, with the numbers behind it.
 
-use crate::{ChannelSummary, Checker, Verdict};
+use crate::{Bicycle, ChannelSummary, Checker, VehicleData, Verdict};
 use serde::{Deserialize, Serialize};
 
 /// What was measured on the way from a log to a bicycle.
@@ -25,6 +25,10 @@ pub struct BicycleEvidence {
     pub speed: SpeedSummary,
     /// What yaw rate identifies; angles are those of the road wheel by the log's steering ratio.
     pub identified: Vec<Estimated>,
+    /// How the vehicle's data vary within the uncertainty: one standard deviation along each axis of what
+    /// was identified, independent of the others. Empty: not stated.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub directions: Vec<VehicleDirection>,
     /// What yaw rate does not tell and the file states nevertheless.
     pub stated: Vec<Stated>,
     /// Steering angle that drives straight, rad, in the log's coordinates. The plant has none.
@@ -57,6 +61,72 @@ pub struct Estimated {
     pub standard_error: f64,
     /// Unit of both.
     pub unit: String,
+}
+
+/// Natural logarithms of factors on a vehicle's data.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct VehicleDirection {
+    /// On both axles' distances from the centre of gravity.
+    pub wheelbase: f64,
+    /// On the yaw inertia.
+    pub yaw_inertia: f64,
+    /// On the front axle's cornering stiffness.
+    pub cornering_stiffness_front: f64,
+    /// On the rear axle's cornering stiffness.
+    pub cornering_stiffness_rear: f64,
+    /// On the actuator's time constant.
+    pub actuator_time_constant: f64,
+    /// On the steering ratio.
+    pub steering_ratio: f64,
+}
+
+impl VehicleDirection {
+    /// A vehicle that many times this direction away.
+    fn moved(&self, v: &VehicleData, times: f64) -> VehicleData {
+        let by = |logarithm: f64| (times * logarithm).exp();
+        VehicleData {
+            distance_front_m: v.distance_front_m * by(self.wheelbase),
+            distance_rear_m: v.distance_rear_m * by(self.wheelbase),
+            yaw_inertia_kgm2: v.yaw_inertia_kgm2 * by(self.yaw_inertia),
+            cornering_stiffness_front_npr: v.cornering_stiffness_front_npr
+                * by(self.cornering_stiffness_front),
+            cornering_stiffness_rear_npr: v.cornering_stiffness_rear_npr
+                * by(self.cornering_stiffness_rear),
+            actuator_time_constant_s: v.actuator_time_constant_s * by(self.actuator_time_constant),
+            steering_ratio: v.steering_ratio * by(self.steering_ratio),
+            ..v.clone()
+        }
+    }
+}
+
+impl Bicycle {
+    /// How many standard normal numbers [`Bicycle::ensemble_member`] takes; 0 where the file states no
+    /// uncertainty.
+    #[must_use]
+    pub fn ensemble_dimension(&self) -> usize {
+        self.evidence.as_ref().map_or(0, |e| e.directions.len())
+    }
+
+    /// The vehicle whose data are `ln nominal + Σ ξ_i · direction_i` in their logarithms: for independent
+    /// standard normal ξ a draw from the estimate's distribution.
+    ///
+    /// `None` where the file states no uncertainty, where there are not [`Bicycle::ensemble_dimension`]
+    /// numbers, and where a vehicle has none of these data.
+    #[must_use]
+    pub fn ensemble_member(&self, xi: &[f64]) -> Option<VehicleData> {
+        let directions = &self.evidence.as_ref()?.directions;
+        if directions.is_empty() || xi.len() != directions.len() {
+            return None;
+        }
+        let drawn = directions
+            .iter()
+            .zip(xi)
+            .fold(self.vehicle.clone(), |vehicle, (direction, xi)| direction.moved(&vehicle, *xi));
+        let mut checker = Checker::default();
+        drawn.check(&mut checker, "");
+        checker.into_first().is_none().then_some(drawn)
+    }
 }
 
 /// A number that was not identified.
@@ -113,6 +183,18 @@ impl BicycleEvidence {
             (self.validation_fit, "validation_fit"),
         ] {
             c.finite(value, &format!("{at}{key}"));
+        }
+        for (i, d) in self.directions.iter().enumerate() {
+            for (value, key) in [
+                (d.wheelbase, "wheelbase"),
+                (d.yaw_inertia, "yaw_inertia"),
+                (d.cornering_stiffness_front, "cornering_stiffness_front"),
+                (d.cornering_stiffness_rear, "cornering_stiffness_rear"),
+                (d.actuator_time_constant, "actuator_time_constant"),
+                (d.steering_ratio, "steering_ratio"),
+            ] {
+                c.finite(value, &format!("{at}directions[{i}].{key}"));
+            }
         }
         for (i, e) in self.identified.iter().enumerate() {
             c.finite(e.value, &format!("{at}identified[{i}].value"));

@@ -30,7 +30,9 @@ mod uncertainty;
 mod vehicle;
 
 pub use bicycle::{Bicycle, BicycleCoefficients, VehicleData};
-pub use bicycle_evidence::{BicycleEvidence, Estimated, SpeedSummary, Stated, WithDelay};
+pub use bicycle_evidence::{
+    BicycleEvidence, Estimated, SpeedSummary, Stated, VehicleDirection, WithDelay,
+};
 pub use check::Checker;
 pub use design::{
     Breaking, DesignEvidence, FmuLoop, Margins, OnACurve, OverEnsemble, Robustness, Shortfall,

@@ -23,7 +23,8 @@ impl DesignPlant {
     pub fn ensemble_dimension(&self) -> usize {
         match &self.family {
             Family::Identified(plant) => plant.ensemble_dimension(),
-            Family::Alone | Family::Bicycle(_) => 0,
+            Family::Bicycle(bicycle) => bicycle.ensemble_dimension(),
+            Family::Alone => 0,
         }
     }
 
@@ -41,8 +42,17 @@ impl DesignPlant {
     /// `None` where what is drawn is no plant to steer.
     #[must_use]
     pub fn member(&self, xi: &[f64]) -> Option<Self> {
-        let Family::Identified(plant) = &self.family else { return None };
-        let mut drawn = Self::drawn(&plant.ensemble_member(xi)?, self.is_discrete()).ok()?;
+        let mut drawn = match &self.family {
+            Family::Identified(plant) => {
+                Self::drawn(&plant.ensemble_member(xi)?, self.is_discrete()).ok()?
+            }
+            Family::Bicycle(bicycle) => {
+                let mut drawn = bicycle.as_ref().clone();
+                drawn.vehicle = bicycle.ensemble_member(xi)?;
+                Self::from_bicycle(&drawn).ok()?
+            }
+            Family::Alone => return None,
+        };
         drawn.input_delay = self.input_delay;
         Some(drawn)
     }

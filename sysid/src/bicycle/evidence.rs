@@ -2,10 +2,10 @@
 
 use super::options::BicycleOptions;
 use super::parameters::{PARAMETERS, STEERING_OFFSET, YAW_RATE_OFFSET, combinations};
-use super::uncertainty::deviation;
+use super::uncertainty::{deviation, directions};
 use super::{Estimate, Judged, Recording};
-use crate::DriveLog;
 use crate::signal::{mean, standard_deviation};
+use crate::{DriveLog, Error};
 use formats::{BicycleEvidence, Estimated, SpeedSummary, Stated, Verdict, WithDelay};
 
 /// Speed that varies by less (standard deviation over mean) schedules nothing.
@@ -25,7 +25,7 @@ pub(super) struct Known<'a> {
 }
 
 impl Known<'_> {
-    pub(super) fn evidence(&self) -> BicycleEvidence {
+    pub(super) fn evidence(&self) -> Result<BicycleEvidence, Error> {
         let p = &self.estimate.parameters;
         let speed = self.speed();
         let identified = combinations(p, self.options.front_share(), speed.mean_mps)
@@ -52,6 +52,7 @@ impl Known<'_> {
             validation_fit: judged.validation_fit,
             speed,
             identified,
+            directions: directions(self.covariance)?,
             stated: self.stated(),
             steering_offset_rad: p[STEERING_OFFSET] * log.steering_ratio,
             yaw_rate_offset_radps: p[YAW_RATE_OFFSET],
@@ -64,7 +65,7 @@ impl Known<'_> {
         };
         self.warn(&mut evidence);
         evidence.verdict = self.verdict(&evidence);
-        evidence
+        Ok(evidence)
     }
 
     fn speed(&self) -> SpeedSummary {

@@ -107,7 +107,7 @@ pub fn identify_bicycle(
         judged: &judged,
         with_delay,
     }
-    .evidence();
+    .evidence()?;
     let mut used = log.options.clone();
     used.extend(options.to_map());
     let vehicle = parameters::vehicle(

@@ -7,10 +7,11 @@
 //! covariance matrix*, Econometrica 55, 1987). For white errors M is σ²·JᵀJ.
 
 use super::estimate::{Estimate, Problem};
-use super::parameters::{ALL, PARAMETERS};
+use super::parameters::{ALL, FRONT, INDEX, LAG, PARAMETERS, REAR, STEERING_FACTOR, WHEELBASE};
 use crate::Error;
-use crate::dense::pseudo_inverse;
+use crate::dense::{pseudo_inverse, svd};
 use faer::Mat;
+use formats::VehicleDirection;
 
 const OWN: usize = ALL - PARAMETERS;
 
@@ -103,6 +104,39 @@ fn bandwidth(samples: usize, correlation: f64) -> usize {
     let short = 4.0 * (n / 100.0).powf(2.0 / 9.0);
     let long = if correlation > 2.0 { 3.0 * correlation } else { 0.0 };
     short.max(long).min(0.1 * n).ceil() as usize
+}
+
+/// The principal axes of the parameters' covariance, as changes of the vehicle's data.
+///
+/// Each is a product of the parameters whose logarithms are estimated ([`super::parameters::vehicle`]), so
+/// its logarithm is linear in theirs. Offsets and delay are no data of the vehicle: what their errors share
+/// with those of the others stays in the others' own variances.
+pub(super) fn directions(
+    covariance: &[[f64; PARAMETERS]; PARAMETERS],
+) -> Result<Vec<VehicleDirection>, Error> {
+    const OF_VEHICLE: [usize; 6] = [FRONT, REAR, WHEELBASE, INDEX, LAG, STEERING_FACTOR];
+    let n = OF_VEHICLE.len();
+    let own = Mat::from_fn(n, n, |i, j| covariance[OF_VEHICLE[i]][OF_VEHICLE[j]]);
+    let axes = svd(own.as_ref())?;
+    let largest = axes.s.first().copied().unwrap_or(0.0);
+    let direction = |k: usize| {
+        let deviation = axes.s[k].sqrt();
+        let p = |parameter: usize| {
+            let place = OF_VEHICLE.iter().position(|&own| own == parameter);
+            place.map_or(0.0, |i| axes.u[(i, k)] * deviation)
+        };
+        let stiffness = |axle: usize| p(axle) + p(INDEX) + p(WHEELBASE);
+        VehicleDirection {
+            wheelbase: p(WHEELBASE),
+            yaw_inertia: p(INDEX) + 2.0 * p(WHEELBASE),
+            cornering_stiffness_front: stiffness(FRONT),
+            cornering_stiffness_rear: stiffness(REAR),
+            actuator_time_constant: p(LAG),
+            steering_ratio: -p(STEERING_FACTOR),
+        }
+    };
+    // Those that are not free have no variance.
+    Ok((0..n).filter(|&k| axes.s[k] > 1e-12 * largest).map(direction).collect())
 }
 
 /// √(gᵀ·C·g).

@@ -4,6 +4,7 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod ensemble;
 mod limits;
 mod multibody;
 
