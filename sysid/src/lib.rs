@@ -32,6 +32,7 @@
 mod absorbed;
 pub mod bicycle;
 pub mod closed_loop;
+mod columns;
 pub mod conversion;
 mod dataset;
 pub mod delay;

@@ -2,6 +2,7 @@
 //!
 //! Signals have time along columns: `u` is nu by N, `y` is ny by N.
 
+use crate::columns::Columns;
 use crate::dense::{column, eigenvalues, least_squares, spectral_radius};
 use crate::{Error, Signals};
 use faer::{Mat, MatRef};
@@ -135,16 +136,17 @@ fn driven(
     let mut x = x0.to_vec();
     let mut next = vec![0.0; n];
     let mut y = Signals::zeros(p, count);
-    let [a, b, c, d] = [&model.a, &model.b, &model.c, &model.d].map(|m| rows(m.as_ref()));
-    let mut now = vec![0.0; m];
+    let [a, b, c, d] = [&model.a, &model.b, &model.c, &model.d].map(|m| Columns::new(m.as_ref()));
+    let (mut now, mut of_now) = (vec![0.0; m], vec![0.0; p]);
     for t in 0..count {
         input(t, &mut now);
-        for i in 0..p {
-            y[(i, t)] = dot(&c[i * n..(i + 1) * n], &x) + dot(&d[i * m..(i + 1) * m], &now);
+        c.product(&x, &mut of_now);
+        d.add_product(&now, &mut of_now);
+        for (i, value) in of_now.iter().enumerate() {
+            y[(i, t)] = *value;
         }
-        for (i, v) in next.iter_mut().enumerate() {
-            *v = dot(&a[i * n..(i + 1) * n], &x) + dot(&b[i * m..(i + 1) * m], &now);
-        }
+        a.product(&x, &mut next);
+        b.add_product(&now, &mut next);
         std::mem::swap(&mut x, &mut next);
     }
     y
@@ -234,7 +236,7 @@ fn free_state(model: &StateSpace, forced: &Signals, y: MatRef<'_, f64>) -> Resul
 /// Rows C, CA, CA², … stacked: ny·count by n.
 pub(crate) fn free_response(model: &StateSpace, count: usize) -> Mat<f64> {
     let (n, p) = (model.order(), model.outputs());
-    let at = rows(model.a.transpose());
+    let at = Columns::new(model.a.transpose());
     let mut out = Mat::zeros(p * count, n);
     let mut next = vec![0.0; n];
     for i in 0..p {
@@ -243,9 +245,7 @@ pub(crate) fn free_response(model: &StateSpace, count: usize) -> Mat<f64> {
             for (k, v) in row.iter().enumerate() {
                 out[(t * p + i, k)] = *v;
             }
-            for (k, v) in next.iter_mut().enumerate() {
-                *v = dot(&at[k * n..(k + 1) * n], &row);
-            }
+            at.product(&row, &mut next);
             std::mem::swap(&mut row, &mut next);
         }
     }

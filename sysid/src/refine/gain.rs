@@ -3,8 +3,9 @@
 use super::Stop;
 use super::rows::Drive;
 use super::search::{Point, criterion, damped_step, each_error, error_covariance, weigh, weight};
+use crate::columns::Columns;
 use crate::dense::spectral_radius;
-use crate::model::{StateSpace, dot, predictor, rows};
+use crate::model::{StateSpace, predictor};
 use crate::triangle::Triangle;
 use crate::{DataSet, Error};
 use faer::{Mat, MatRef};
@@ -74,7 +75,7 @@ fn gain_triangle(
     let (n, p) = (model.order(), model.outputs());
     let width = n * p + 1;
     let predictor = predictor(model, gain.as_ref());
-    let closed = rows(predictor.a.transpose());
+    let closed = Columns::new(predictor.a.transpose());
     let mut all = Triangle::new(width);
     let mut next = vec![0.0; n];
     let mut block = vec![0.0; p * width];
@@ -85,9 +86,10 @@ fn gain_triangle(
             for i in 0..p {
                 for j in 0..p {
                     let states = &mut w[(i * p + j) * n..(i * p + j + 1) * n];
+                    closed.product(states, &mut next);
                     for (s, o) in next.iter_mut().enumerate() {
                         block[i * width + s * p + j] = states[s];
-                        *o = dot(&closed[s * n..(s + 1) * n], states) + model.c[(i, s)] * e[j];
+                        *o += model.c[(i, s)] * e[j];
                     }
                     states.copy_from_slice(&next);
                 }

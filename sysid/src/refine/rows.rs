@@ -13,9 +13,9 @@
 //! that the entries of A and B would need.
 
 use super::coordinates::Coordinates;
+use crate::columns::Columns;
 use crate::dataset::Segment;
 use crate::model::rows;
-use faer::MatRef;
 
 /// What drives the model whose output is compared with y.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,28 +40,6 @@ impl Drive {
         let m = segment.u.nrows();
         for (l, value) in v.iter_mut().enumerate() {
             *value = if l < m { segment.u[(l, t)] } else { segment.y[(l - m, t)] };
-        }
-    }
-}
-
-/// A matrix stored column by column: its products with vectors then run along the result, which the
-/// compiler can do several entries at a time.
-pub(super) struct Columns {
-    height: usize,
-    values: Vec<f64>,
-}
-
-impl Columns {
-    pub(super) fn new(m: MatRef<'_, f64>) -> Self {
-        Self { height: m.nrows(), values: rows(m.transpose()) }
-    }
-
-    /// out += self · x.
-    pub(super) fn add_product(&self, x: &[f64], out: &mut [f64]) {
-        for (column, v) in self.values.chunks_exact(self.height).zip(x) {
-            for (o, a) in out.iter_mut().zip(column) {
-                *o += a * v;
-            }
         }
     }
 }
@@ -186,7 +164,7 @@ impl<'a> Sensitivities<'a> {
     }
 
     fn advance(&mut self) {
-        let (n, m) = (self.a.height, self.v.len());
+        let (n, m) = (self.a.height(), self.v.len());
         let p = self.c.len() / n;
         for i in 0..p {
             let f = &self.f[i * n..(i + 1) * n];
@@ -219,14 +197,12 @@ impl<'a> Sensitivities<'a> {
                 states.copy_from_slice(&self.next);
             }
         }
-        self.next.fill(0.0);
-        self.b.add_product(&self.v, &mut self.next);
+        self.b.product(&self.v, &mut self.next);
         self.a.add_product(&self.x, &mut self.next);
         self.x.copy_from_slice(&self.next);
         if self.free {
             for states in self.f.chunks_exact_mut(n) {
-                self.next.fill(0.0);
-                self.at.add_product(states, &mut self.next);
+                self.at.product(states, &mut self.next);
                 states.copy_from_slice(&self.next);
             }
             let size = |v: &[f64]| v.iter().fold(0.0_f64, |a, b| a.max(b.abs()));

@@ -13,8 +13,9 @@
 
 use super::Stop;
 use super::coordinates::Coordinates;
-use super::rows::{Columns, Drive, Sensitivities};
+use super::rows::{Drive, Sensitivities};
 use crate::Error;
+use crate::columns::Columns;
 use crate::dataset::{DataSet, Segment};
 use crate::dense::{identity, is_finite, least_squares, spectral_radius, vcat};
 use crate::model::StateSpace;
@@ -73,15 +74,13 @@ pub(super) fn each_error(
     let (mut next, mut v, mut y, mut e) = (vec![0.0; n], vec![0.0; m], vec![0.0; p], vec![0.0; p]);
     for t in 0..segment.len() {
         drive.fill(segment, t, &mut v);
-        y.fill(0.0);
-        c.add_product(&x, &mut y);
+        c.product(&x, &mut y);
         d.add_product(&v, &mut y);
         for (i, (e, y)) in e.iter_mut().zip(&y).enumerate() {
             *e = segment.y[(i, t)] - y;
         }
         tell(t, &e);
-        next.fill(0.0);
-        a.add_product(&x, &mut next);
+        a.product(&x, &mut next);
         b.add_product(&v, &mut next);
         std::mem::swap(&mut x, &mut next);
     }

@@ -1,8 +1,9 @@
 //! B, D and initial states for given A and C by least squares on the simulated output.
 
+use crate::columns::Columns;
 use crate::dense::{is_finite, spectral_radius};
 use crate::elimination::{Elimination, Solution};
-use crate::model::{StateSpace, dot, rows};
+use crate::model::{StateSpace, rows};
 use crate::triangle::Triangle;
 use crate::{DataSet, Error, Segment};
 use faer::{Mat, MatRef};
@@ -76,14 +77,15 @@ fn reduced(
     let (b_start, d_start) = (n, n + n * m);
     let o_start = d_start + if feedthrough { p * m } else { 0 };
     let target = o_start + if offset { p } else { 0 };
-    let (at, c) = (rows(a.transpose()), rows(c));
+    let (at, c) = (Columns::new(a.transpose()), rows(c));
     // States of the transposed system: of (output i, input j), and the free ones of output i.
     let mut forced = vec![0.0; p * m * n];
     let mut free = c.clone();
     let mut next = vec![0.0; n];
     let mut step = |z: &mut [f64], drive: f64, ci: &[f64]| {
-        for (k, x) in next.iter_mut().enumerate() {
-            *x = dot(&at[k * n..(k + 1) * n], z) + ci[k] * drive;
+        at.product(z, &mut next);
+        for (x, c) in next.iter_mut().zip(ci) {
+            *x += c * drive;
         }
         z.copy_from_slice(&next);
     };
