@@ -22,48 +22,88 @@ impl Columns {
 
     /// out = self · x.
     pub(crate) fn product(&self, x: &[f64], out: &mut [f64]) {
-        out.fill(0.0);
-        self.add_product(x, out);
+        self.sum(x, Beside::Nothing, out);
     }
 
-    /// out += self · x, one column after the other.
-    #[inline]
+    /// out = self · x + factor · column.
+    pub(crate) fn product_and(&self, x: &[f64], factor: f64, column: &[f64], out: &mut [f64]) {
+        self.sum(x, Beside::Column(factor, column), out);
+    }
+
+    /// out += self · x.
     pub(crate) fn add_product(&self, x: &[f64], out: &mut [f64]) {
-        // Of a known height the sums stay in registers; beyond, they are as good in memory.
+        self.sum(x, Beside::Out, out);
+    }
+
+    #[inline(always)]
+    fn sum(&self, x: &[f64], beside: Beside<'_>, out: &mut [f64]) {
+        // Of a known height the sums stay in registers.
         match self.height {
-            1 => self.of_height::<1>(x, out),
-            2 => self.of_height::<2>(x, out),
-            3 => self.of_height::<3>(x, out),
-            4 => self.of_height::<4>(x, out),
-            5 => self.of_height::<5>(x, out),
-            6 => self.of_height::<6>(x, out),
-            7 => self.of_height::<7>(x, out),
-            8 => self.of_height::<8>(x, out),
-            9 => self.of_height::<9>(x, out),
-            10 => self.of_height::<10>(x, out),
-            _ => self.of_any_height(x, out),
+            1 => self.of_height::<1>(x, beside, out),
+            2 => self.of_height::<2>(x, beside, out),
+            3 => self.of_height::<3>(x, beside, out),
+            4 => self.of_height::<4>(x, beside, out),
+            5 => self.of_height::<5>(x, beside, out),
+            6 => self.of_height::<6>(x, beside, out),
+            7 => self.of_height::<7>(x, beside, out),
+            8 => self.of_height::<8>(x, beside, out),
+            9 => self.of_height::<9>(x, beside, out),
+            10 => self.of_height::<10>(x, beside, out),
+            _ => self.of_any_height(x, beside, out),
         }
     }
 
-    #[inline]
-    fn of_height<const N: usize>(&self, x: &[f64], out: &mut [f64]) {
-        let Ok(out) = <&mut [f64; N]>::try_from(out) else { return };
-        let mut sums = *out;
-        for (column, v) in self.values.as_chunks::<N>().0.iter().zip(x) {
-            for (sum, a) in sums.iter_mut().zip(column) {
-                *sum += a * v;
+    #[inline(always)]
+    fn of_height<const N: usize>(&self, x: &[f64], beside: Beside<'_>, out: &mut [f64]) {
+        let Some(out) = out.first_chunk_mut::<N>() else { return };
+        let mut sums = match beside {
+            Beside::Nothing => [0.0; N],
+            Beside::Out => *out,
+            Beside::Column(factor, column) => match column.first_chunk::<N>() {
+                Some(column) => column.map(|value| factor * value),
+                None => return,
+            },
+        };
+        let columns = self.values.as_chunks::<N>().0;
+        // Two sums side by side, since a sum waits for the one before.
+        let mut others = [0.0; N];
+        let ((pairs, last), (twos, one)) = (columns.as_chunks::<2>(), x.as_chunks::<2>());
+        for ([even, odd], [v, w]) in pairs.iter().zip(twos) {
+            for i in 0..N {
+                sums[i] += even[i] * v;
+                others[i] += odd[i] * w;
             }
         }
-        *out = sums;
+        for (column, v) in last.iter().zip(one) {
+            for i in 0..N {
+                sums[i] += column[i] * v;
+            }
+        }
+        *out = std::array::from_fn(|i| sums[i] + others[i]);
     }
 
-    fn of_any_height(&self, x: &[f64], out: &mut [f64]) {
+    fn of_any_height(&self, x: &[f64], beside: Beside<'_>, out: &mut [f64]) {
+        match beside {
+            Beside::Nothing => out.fill(0.0),
+            Beside::Out => {}
+            Beside::Column(factor, column) => {
+                out.iter_mut().zip(column).for_each(|(o, value)| *o = factor * value);
+            }
+        }
         for (column, v) in self.values.chunks_exact(self.height.max(1)).zip(x) {
             for (o, a) in out.iter_mut().zip(column) {
                 *o += a * v;
             }
         }
     }
+}
+
+/// What a product is added to.
+#[derive(Clone, Copy)]
+enum Beside<'a> {
+    Nothing,
+    Out,
+    Column(f64, &'a [f64]),
 }
 
 #[cfg(test)]
@@ -81,8 +121,10 @@ mod tests {
             let columns = Columns::new(m.as_ref());
             columns.product(&x, &mut out);
             columns.add_product(&x, &mut out);
+            let beside = out.clone();
+            columns.product_and(&x, 3.0, &beside, &mut out);
             for (i, o) in out.iter().enumerate() {
-                let expected: f64 = (0..width).map(|j| 2.0 * m[(i, j)] * x[j]).sum();
+                let expected: f64 = (0..width).map(|j| 7.0 * m[(i, j)] * x[j]).sum();
                 assert!((o - expected).abs() < 1e-12, "{height} by {width}: {o} {expected}");
             }
         }

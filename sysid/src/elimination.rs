@@ -26,6 +26,8 @@ pub(crate) struct Solution {
     pub(crate) shared: Vec<f64>,
     /// Of each segment.
     pub(crate) own: Vec<Vec<f64>>,
+    /// Sum of squares that is left of the targets.
+    pub(crate) squares: f64,
 }
 
 impl Elimination {
@@ -60,13 +62,15 @@ impl Elimination {
         } else {
             least_squares(r, self.below.get(.., n..), TOLERANCE)?
         };
+        let mut squares = (self.below.get(.., n..) - r * &shared).squared_norm_l2();
         let of_segment = |rows: &Mat<f64>| -> Result<Vec<f64>, Error> {
             let rest = rows.get(.., own + n..) - rows.get(.., own..own + n) * &shared;
             let x = least_squares(rows.get(.., ..own), rest.as_ref(), TOLERANCE)?;
+            squares += (rest - rows.get(.., ..own) * &x).squared_norm_l2();
             Ok((0..own).map(|i| x[(i, 0)]).collect())
         };
         let own = self.above.iter().map(of_segment).collect::<Result<_, _>>()?;
-        Ok(Solution { shared: (0..n).map(|i| shared[(i, 0)]).collect(), own })
+        Ok(Solution { shared: (0..n).map(|i| shared[(i, 0)]).collect(), own, squares })
     }
 
     /// Length of the column of a shared unknown over all rows absorbed.
@@ -124,6 +128,8 @@ mod tests {
         }
         let expected = least_squares(large.get(.., ..4), large.get(.., 4..), 1e-14).unwrap();
         let got = elimination.solve(0.0).unwrap();
+        let left = large.get(.., 4..) - large.get(.., ..4) * &expected;
+        assert!((got.squares - left.squared_norm_l2()).abs() < 1e-13, "{}", got.squares);
         let got = [got.own[0][0], got.own[1][0], got.shared[0], got.shared[1]];
         for (i, x) in got.iter().enumerate() {
             assert!((x - expected[(i, 0)]).abs() < 1e-13, "{i}: {x} {}", expected[(i, 0)]);

@@ -180,7 +180,7 @@ fn open_loop(data: &DataSet, options: &IdentifyOptions) -> Result<Choice, Error>
         let of = &mut candidates[chosen];
         if had_level && !compare.level {
             let (a, c) = (&of.model.a, &of.model.c);
-            (of.model, of.conditions) = refit_about(a, c, data, of.feedthrough, false)?;
+            (of.model, of.conditions, _) = refit_about(a, c, data, of.feedthrough, false)?;
         }
         refine(data, of, FINE)?;
     }
@@ -323,7 +323,7 @@ fn best_of(
 ) -> Result<Candidate, Error> {
     let mut best: Option<(f64, Candidate)> = None;
     for start in starts {
-        let mut cost = sum_of_squares(&start.errors);
+        let mut cost = start.cost;
         let mut candidate = Candidate::new(start, feedthrough);
         if refined {
             refine(by, &mut candidate, ROUGH)?;

@@ -56,7 +56,7 @@ impl Conditions {
                 elimination.rest(late.as_ref());
             }
         }
-        let Solution { shared, own } = elimination.solve(0.0)?;
+        let Solution { shared, own, .. } = elimination.solve(0.0)?;
         Ok(Self { x0: own, levels: Some(shared) })
     }
 

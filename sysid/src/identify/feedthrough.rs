@@ -35,7 +35,7 @@ pub(super) fn without_feedthrough(
     from: &Candidate,
 ) -> Result<Candidate, Error> {
     let m = &from.model;
-    let (model, conditions) = refit_about(&m.a, &m.c, compare.data, false, compare.level)?;
+    let (model, conditions, _) = refit_about(&m.a, &m.c, compare.data, false, compare.level)?;
     let mut rival = Candidate { feedthrough: false, model, conditions, ..from.clone() };
     if options.refine {
         refine(compare.data, &mut rival, ROUGH)?;

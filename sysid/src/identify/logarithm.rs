@@ -55,7 +55,7 @@ pub(crate) fn in_turn(orders: impl Iterator<Item = usize>, chosen: usize) -> Vec
 /// Gives the candidate's poles the B, D, initial states and level of least errors.
 fn refit(candidate: &mut Candidate, data: &DataSet, level: bool) -> Result<(), Error> {
     let (a, c) = (&candidate.model.a, &candidate.model.c);
-    (candidate.model, candidate.conditions) =
+    (candidate.model, candidate.conditions, _) =
         refit_about(a, c, data, candidate.feedthrough, level)?;
     Ok(())
 }

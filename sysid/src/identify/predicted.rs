@@ -8,7 +8,7 @@ use super::IdentifyOptions;
 use super::candidates::ROUGH;
 use super::conditions::Conditions;
 use super::external::external;
-use super::order::{fit, sum_of_squares};
+use super::order::fit;
 use super::starts::{Stabilised, Start, refit_about};
 use crate::closed_loop::{Criterion, Decomposition, Method, decompose, factor, past_horizon};
 use crate::model::{Innovation, StateSpace, predictor, predictor_state};
@@ -86,7 +86,7 @@ impl Predicted {
         order: usize,
         feedthrough: bool,
     ) -> Result<Start, Error> {
-        let mut best: Option<(f64, Start)> = None;
+        let mut best: Option<Start> = None;
         let mut last_error = Error::NoModel { problem: "no method could be tried".into() };
         let radius = largest_radius(data.samples());
         for (method, decomposition) in &self.decompositions {
@@ -108,16 +108,15 @@ impl Predicted {
             for start in std::iter::once(of(found)).chain(refined) {
                 match start {
                     Ok(start) => {
-                        let cost = sum_of_squares(&start.errors);
-                        if best.as_ref().is_none_or(|(least, _)| cost < *least) {
-                            best = Some((cost, start));
+                        if best.as_ref().is_none_or(|best| start.cost < best.cost) {
+                            best = Some(start);
                         }
                     }
                     Err(error) => last_error = error,
                 }
             }
         }
-        best.map(|(_, start)| start).ok_or(last_error)
+        best.ok_or(last_error)
     }
 
     /// A and C of a model with the rest for the simulation of the external input.
@@ -129,9 +128,9 @@ impl Predicted {
         feedthrough: bool,
     ) -> Result<Start, Error> {
         let data = &self.external;
-        let (model, conditions) = refit_about(&model.a, &model.c, data, feedthrough, self.level)?;
-        let errors = conditions.errors(&model, data);
-        if !sum_of_squares(&errors).is_finite() {
+        let (model, conditions, cost) =
+            refit_about(&model.a, &model.c, data, feedthrough, self.level)?;
+        if !cost.is_finite() {
             return Err(Error::NoModel { problem: "the simulation overflows".into() });
         }
         Ok(Start {
@@ -141,7 +140,7 @@ impl Predicted {
             singular_values: singular_values.to_vec(),
             model,
             conditions,
-            errors,
+            cost,
             stabilised: None,
         })
     }
@@ -158,7 +157,7 @@ impl Predicted {
         Some(Stabilised {
             radius,
             fit_before: fit_before.unwrap_or(f64::NEG_INFINITY),
-            fit_after: fit(data, &start.errors),
+            fit_after: fit(data, &start.conditions.errors(&start.model, data)),
         })
     }
 }

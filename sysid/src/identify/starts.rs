@@ -6,7 +6,7 @@
 //! of data differ by horizon, their simulations are over the same samples.
 
 use super::conditions::Conditions;
-use super::order::{Errors, fit, sum_of_squares};
+use super::order::fit;
 use super::{Approach, IdentifyOptions};
 use crate::model::StateSpace;
 use crate::stability::{largest_radius, stable_shift};
@@ -31,8 +31,8 @@ pub(crate) struct Start {
     pub(crate) model: StateSpace,
     /// At the beginning of each segment of the estimation data.
     pub(crate) conditions: Conditions,
-    /// Errors of its simulation of the estimation data.
-    pub(crate) errors: Errors,
+    /// Sum of squared errors of its simulation of the estimation data.
+    pub(crate) cost: f64,
     /// What stability cost, where the estimate was unstable.
     pub(crate) stabilised: Option<Stabilised>,
 }
@@ -101,7 +101,7 @@ impl<'a> Starts<'a> {
 
     /// The model of an order that simulates the estimation data best.
     pub(crate) fn best(&self, order: usize, feedthrough: bool) -> Result<Start, Error> {
-        let mut best: Option<(f64, Start)> = None;
+        let mut best: Option<Start> = None;
         let longest = self.largest_order();
         let mut last_error = Error::NotExciting {
             problem: format!(
@@ -113,9 +113,8 @@ impl<'a> Starts<'a> {
                 for &realization in &self.realizations {
                     match self.start(horizon, (*method, sub), realization, order, feedthrough) {
                         Ok(start) => {
-                            let cost = sum_of_squares(&start.errors);
-                            if best.as_ref().is_none_or(|(least, _)| cost < *least) {
-                                best = Some((cost, start));
+                            if best.as_ref().is_none_or(|best| start.cost < best.cost) {
+                                best = Some(start);
                             }
                         }
                         Err(error) => last_error = error,
@@ -123,7 +122,7 @@ impl<'a> Starts<'a> {
                 }
             }
         }
-        best.map(|(_, start)| start).ok_or(last_error)
+        best.ok_or(last_error)
     }
 
     /// The model that another was made of, with feedthrough or without.
@@ -155,11 +154,7 @@ impl<'a> Starts<'a> {
             }
         };
         let radius = crate::dense::spectral_radius(a.as_ref());
-        let refit = |a: &Mat<f64>| {
-            let found = refit_about(a, &c, self.data, feedthrough, self.level)?;
-            let errors = found.1.errors(&found.0, self.data);
-            Ok::<_, Error>((found, errors))
-        };
+        let refit = |a: &Mat<f64>| refit_about(a, &c, self.data, feedthrough, self.level);
         let most = largest_radius(self.data.samples());
         let (found, stabilised) = if radius <= most {
             (refit(&a)?, None)
@@ -171,15 +166,15 @@ impl<'a> Starts<'a> {
             let found = refit(&stable.ok_or(Error::Numerical { what: "stabilisation" })?)?;
             // About the means, as it is told what stability cost: a level may be left out later.
             let fit_of = |a: &Mat<f64>| -> Result<f64, Error> {
-                let (model, conditions) = refit_about(a, &c, self.data, feedthrough, false)?;
+                let (model, conditions, _) = refit_about(a, &c, self.data, feedthrough, false)?;
                 Ok(fit(self.data, &conditions.errors(&model, self.data)))
             };
             let fit_before = fit_of(&a).unwrap_or(f64::NEG_INFINITY);
-            let fit_after = fit_of(&found.0.0.a)?;
+            let fit_after = fit_of(&found.0.a)?;
             let stabilised = Stabilised { radius, fit_before, fit_after };
             (found, (radius >= 1.0).then_some(stabilised))
         };
-        let ((model, conditions), errors) = found;
+        let (model, conditions, cost) = found;
         Ok(Start {
             approach: method.into(),
             realization,
@@ -187,23 +182,24 @@ impl<'a> Starts<'a> {
             singular_values: sub.singular_values.clone(),
             model,
             conditions,
-            errors,
+            cost,
             stabilised,
         })
     }
 }
 
-/// B, D and the conditions of the least simulation errors for given A and C.
+/// B, D and the conditions of the least simulation errors for given A and C, and the sum of their
+/// squares.
 pub(super) fn refit_about(
     a: &Mat<f64>,
     c: &Mat<f64>,
     data: &DataSet,
     feedthrough: bool,
     level: bool,
-) -> Result<(StateSpace, Conditions), Error> {
+) -> Result<(StateSpace, Conditions, f64), Error> {
     let refit = refit_output(a.as_ref(), c.as_ref(), data, feedthrough, level)?;
     let levels = level.then_some(refit.offset);
-    Ok((refit.model, Conditions { x0: refit.x0, levels }))
+    Ok((refit.model, Conditions { x0: refit.x0, levels }, refit.squares))
 }
 
 /// Those that are there, or the last error.

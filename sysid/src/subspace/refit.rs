@@ -17,6 +17,9 @@ pub struct Refit {
     pub x0: Vec<Vec<f64>>,
     /// Constant added to each output; zeros unless asked for.
     pub offset: Vec<f64>,
+    /// Sum of the squared errors of the simulation, as the least-squares problem tells it: exact up to
+    /// rounding of the output's own squares.
+    pub squares: f64,
 }
 
 /// B, D, the initial states and, where asked, a constant on each output that make the *simulated*
@@ -50,23 +53,24 @@ pub fn refit_output(
         elimination.segment(own.as_ref());
         elimination.rest(rest.as_ref());
     }
-    let Solution { shared: solution, own: x0 } = elimination.solve(0.0)?;
+    let Solution { shared: solution, own: x0, squares } = elimination.solve(0.0)?;
     let at = |k: usize| solution[k];
     Ok(Refit {
         model: StateSpace {
             a: a.to_owned(),
-            b: Mat::from_fn(n, m, |k, j| at(k * m + j)),
+            b: Mat::from_fn(n, m, |k, j| at(j * n + k)),
             c: c.to_owned(),
             d: Mat::from_fn(p, m, |i, j| if feedthrough { at(d_start + i * m + j) } else { 0.0 }),
         },
         x0,
         offset: (0..p).map(|i| if offset { at(o_start + i) } else { 0.0 }).collect(),
+        squares,
     })
 }
 
 /// The triangles of one segment's rows, made as they come so that they are never together in memory:
-/// of those that the initial state shows in, columns x0, B, D, offset, output; of those after it has
-/// died out, without x0.
+/// of those that the initial state shows in, columns x0, B column by column, D, offset, output; of those
+/// after it has died out, without x0.
 fn reduced(
     a: MatRef<'_, f64>,
     c: MatRef<'_, f64>,
@@ -74,50 +78,44 @@ fn reduced(
     (feedthrough, offset): (bool, bool),
 ) -> [Mat<f64>; 2] {
     let (n, m, p) = (a.nrows(), segment.u.nrows(), segment.y.nrows());
-    let (b_start, d_start) = (n, n + n * m);
+    let d_start = n + n * m;
     let o_start = d_start + if feedthrough { p * m } else { 0 };
     let target = o_start + if offset { p } else { 0 };
     let (at, c) = (Columns::new(a.transpose()), rows(c));
-    // States of the transposed system: of (output i, input j), and the free ones of output i.
-    let mut forced = vec![0.0; p * m * n];
-    let mut free = c.clone();
-    let mut next = vec![0.0; n];
-    let mut step = |z: &mut [f64], drive: f64, ci: &[f64]| {
-        at.product(z, &mut next);
-        for (x, c) in next.iter_mut().zip(ci) {
-            *x += c * drive;
-        }
-        z.copy_from_slice(&next);
-    };
     let mut own = Triangle::new(target + 1);
     let mut rest = Triangle::new(target + 1 - n);
     let size = |x: &[f64]| x.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    let gone = 1e-18 * size(&c);
+    // A row for each output begins with the states of the transposed system, the free ones and those
+    // driven by each input, which the next row follows from.
+    let mut outputs: Vec<[Vec<f64>; 2]> = Vec::new();
+    for (i, ci) in c.chunks_exact(n).enumerate() {
+        let mut row = vec![0.0; target + 1];
+        row[..n].copy_from_slice(ci);
+        if offset {
+            row[o_start + i] = 1.0;
+        }
+        outputs.push([row.clone(), row]);
+    }
     let mut is_free = true;
-    let mut row = vec![0.0; target + 1];
     for t in 0..segment.len() {
-        is_free = is_free && size(&free) > 1e-18 * size(&c);
-        for (i, ci) in c.chunks_exact(n).enumerate() {
-            row[n..].fill(0.0);
-            row[..n].copy_from_slice(&free[i * n..(i + 1) * n]);
+        is_free = is_free && outputs.iter().any(|[row, _]| size(&row[..n]) > gone);
+        for (i, ([row, next], ci)) in outputs.iter_mut().zip(c.chunks_exact(n)).enumerate() {
             for j in 0..m {
-                let u = segment.u[(j, t)];
-                let z = &mut forced[(i * m + j) * n..(i * m + j + 1) * n];
-                z.iter().enumerate().for_each(|(k, z)| row[b_start + k * m + j] = *z);
+                let (u, states) = (segment.u[(j, t)], n * (j + 1)..n * (j + 2));
                 if feedthrough {
                     row[d_start + i * m + j] = u;
                 }
-                step(z, u, ci);
-            }
-            if offset {
-                row[o_start + i] = 1.0;
+                at.product_and(&row[states.clone()], u, ci, &mut next[states]);
             }
             row[target] = segment.y[(i, t)];
             if is_free {
-                own.push(&row);
-                step(&mut free[i * n..(i + 1) * n], 0.0, ci);
+                own.push(row);
+                at.product(&row[..n], &mut next[..n]);
             } else {
                 rest.push(&row[n..]);
             }
+            std::mem::swap(row, next);
         }
     }
     [own.finish(), rest.finish()]
