@@ -83,6 +83,11 @@ pub(crate) fn likeliest(models: &[(f64, bool)]) -> usize {
 /// `100·(1 − ‖Y − Ŷ‖/‖Y − mean(Y)‖)` over all outputs, the mean of each taken out; −∞ where an error
 /// is not finite.
 pub(crate) fn fit(data: &DataSet, errors: &Errors) -> f64 {
+    fit_of(data, sum_of_squares(errors))
+}
+
+/// [`fit`] of errors whose sum of squares is known.
+pub(crate) fn fit_of(data: &DataSet, squares: f64) -> f64 {
     let n = data.samples() as f64;
     let spread: f64 = (0..data.outputs())
         .map(|i| {
@@ -91,9 +96,8 @@ pub(crate) fn fit(data: &DataSet, errors: &Errors) -> f64 {
             rows().map(|y| (y - m) * (y - m)).sum::<f64>()
         })
         .sum();
-    let error = sum_of_squares(errors);
-    if !error.is_finite() || spread <= 0.0 {
+    if !squares.is_finite() || spread <= 0.0 {
         return f64::NEG_INFINITY;
     }
-    100.0 * (1.0 - (error / spread).sqrt())
+    100.0 * (1.0 - (squares / spread).sqrt())
 }

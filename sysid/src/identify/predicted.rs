@@ -8,7 +8,7 @@ use super::IdentifyOptions;
 use super::candidates::ROUGH;
 use super::conditions::Conditions;
 use super::external::external;
-use super::order::fit;
+use super::order::{fit, fit_of};
 use super::starts::{Stabilised, Start, refit_about};
 use crate::closed_loop::{Criterion, Decomposition, Method, decompose, factor, past_horizon};
 use crate::model::{Innovation, StateSpace, predictor, predictor_state};
@@ -157,7 +157,7 @@ impl Predicted {
         Some(Stabilised {
             radius,
             fit_before: fit_before.unwrap_or(f64::NEG_INFINITY),
-            fit_after: fit(data, &start.conditions.errors(&start.model, data)),
+            fit_after: fit_of(data, start.cost),
         })
     }
 }

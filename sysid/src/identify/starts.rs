@@ -6,7 +6,7 @@
 //! of data differ by horizon, their simulations are over the same samples.
 
 use super::conditions::Conditions;
-use super::order::fit;
+use super::order::fit_of;
 use super::{Approach, IdentifyOptions};
 use crate::model::StateSpace;
 use crate::stability::{largest_radius, stable_shift};
@@ -166,8 +166,8 @@ impl<'a> Starts<'a> {
             let found = refit(&stable.ok_or(Error::Numerical { what: "stabilisation" })?)?;
             // About the means, as it is told what stability cost: a level may be left out later.
             let fit_of = |a: &Mat<f64>| -> Result<f64, Error> {
-                let (model, conditions, _) = refit_about(a, &c, self.data, feedthrough, false)?;
-                Ok(fit(self.data, &conditions.errors(&model, self.data)))
+                let (.., squares) = refit_about(a, &c, self.data, feedthrough, false)?;
+                Ok(fit_of(self.data, squares))
             };
             let fit_before = fit_of(&a).unwrap_or(f64::NEG_INFINITY);
             let fit_after = fit_of(&found.0.a)?;
