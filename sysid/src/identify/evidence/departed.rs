@@ -1,6 +1,7 @@
 //! What is to be said, and done, where the model departs from the measured response.
 
-use super::verdict::{Drive, LINEAR, SWEEP};
+use super::sweep::{LINEAR, swept};
+use super::verdict::Drive;
 use crate::identify::IdentifyOptions;
 use formats::{BandDeparture, Evidence};
 
@@ -10,11 +11,6 @@ pub(super) const LARGEST_DEPARTURE: f64 = 0.3;
 /// Beyond that share it is told.
 const NOTICED: f64 = 0.1;
 
-/// Whether a yaw controller works there.
-pub(super) fn steered(band: &BandDeparture) -> bool {
-    band.from_hz >= SWEEP.0 && band.to_hz <= SWEEP.1
-}
-
 /// Bands in which the model departs from the measured response beyond chance.
 pub(super) fn departed(evidence: &Evidence) -> Vec<BandDeparture> {
     let bands = evidence.frequency_response.iter().flat_map(|r| &r.bands);
@@ -23,12 +19,13 @@ pub(super) fn departed(evidence: &Evidence) -> Vec<BandDeparture> {
 
 /// The departure that forbids a design, in words; `None` where there is none.
 pub(super) fn too_far(departed: &[BandDeparture]) -> Option<String> {
-    let far = departed.iter().filter(|b| steered(b) && b.departure > LARGEST_DEPARTURE);
+    let far =
+        departed.iter().filter(|b| swept(b.from_hz, b.to_hz) && b.departure > LARGEST_DEPARTURE);
     let worst = far.max_by(|a, b| a.departure.total_cmp(&b.departure))?;
     Some(format!("it departs from the measured frequency response: {}", in_words(worst)))
 }
 
-/// How near the model is to the measurement in the steered bands that are coherent, percent, with
+/// How near the model is to the measurement in the swept bands that are coherent, percent, with
 /// twice the standard error, and these bands' ends.
 pub(super) fn nearness(evidence: &Evidence) -> Option<(f64, f64, f64)> {
     let bands = evidence.frequency_response.iter().flat_map(|r| &r.bands);
@@ -36,7 +33,7 @@ pub(super) fn nearness(evidence: &Evidence) -> Option<(f64, f64, f64)> {
         let (s, c) = b.phase_ahead_rad.sin_cos();
         (b.gain_ratio * c - 1.0).hypot(b.gain_ratio * s)
     };
-    bands.filter(|b| steered(b)).fold(None, |all: Option<(f64, f64, f64)>, b| {
+    bands.filter(|b| swept(b.from_hz, b.to_hz)).fold(None, |all: Option<(f64, f64, f64)>, b| {
         let percent = 100.0 * apart(b).max(2.0 * b.standard_error);
         let (worst, from, to) = all.unwrap_or((0.0, f64::INFINITY, 0.0));
         Some((worst.max(percent), from.min(b.from_hz), to.max(b.to_hz)))

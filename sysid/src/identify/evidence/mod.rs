@@ -8,6 +8,7 @@ mod poles;
 mod prediction;
 mod response;
 mod spread;
+mod sweep;
 mod verdict;
 
 use crate::DriveLog;

@@ -1,15 +1,9 @@
 //! The judgement in plain words, and the next thing to do.
-//!
-//! What to drive is reckoned from what the log shows: with the noise as it was, the standard error of
-//! a band's gain falls as one over the steering's amplitude in that band, and as one over the square
-//! root of the time driven (see `bands`). A sweep of amplitude A with equal time for each octave puts
-//! `A²/2 · ln(f₂/f₁)/ln(F₂/F₁)` of steering power into the band from f₁ to f₂.
 
 use super::departed::{departed, mend, nearness, too_far};
+use super::sweep::{SWEEP, WANTED, swept, what_to_drive};
 use crate::identify::IdentifyOptions;
-use formats::{
-    Evidence, Excitation, ExcitationBand, Information, InputKind, ResponsePoint, Verdict,
-};
+use formats::{Evidence, Excitation, ExcitationBand, Information, InputKind, Verdict};
 
 /// What the judgement needs to know of the drive beside the evidence.
 pub(crate) struct Drive<'a> {
@@ -21,6 +15,8 @@ pub(crate) struct Drive<'a> {
     pub(crate) speed_spread: f64,
     /// Steering angle over road-wheel angle.
     pub(crate) steering_ratio: f64,
+    /// Factor from the model's input to the angle at the road wheel, rad.
+    pub(crate) to_road_wheel: f64,
     /// Steering angle, rad.
     pub(crate) steering: &'a [f64],
     /// Sample time, s.
@@ -38,17 +34,6 @@ const LARGEST_NOISE: f64 = 0.5;
 /// From here on the choice of the order shows in the estimate's scatter, which the stated bands, those
 /// of the order chosen, do not hold.
 const LOUD: f64 = 0.25;
-/// The rhythm to drive, Hz: what a driver can steer, and a controller needs.
-pub(super) const SWEEP: (f64, f64) = (0.2, 2.0);
-/// Time to drive, s.
-const SWEEP_S: f64 = 60.0;
-const LONGEST_S: f64 = 1200.0;
-/// Gain of each band to be known to this share.
-const WANTED: f64 = 0.05;
-/// A drive stays linear up to about that lateral acceleration, m/s².
-pub(super) const LINEAR: f64 = 3.0;
-/// A slalom that is felt: 20° at the steering wheel of a car, at the road wheel, rad.
-const USUAL: f64 = 0.0233;
 
 /// Judges by what matters for steering: does the log say enough, does the model simulate data it
 /// has not seen, and can it be converted.
@@ -153,7 +138,7 @@ fn poor_bands(excitation: &Excitation) -> Vec<String> {
             "there is no information in this log at any frequency".to_owned()
         });
     }
-    for b in excitation.bands.iter().filter(|b| swept(b)) {
+    for b in excitation.bands.iter().filter(|b| swept(b.from_hz, b.to_hz)) {
         let explained = 100.0 * b.coherence;
         match b.information {
             Information::Good => {}
@@ -175,78 +160,6 @@ fn poor_bands(excitation: &Excitation) -> Vec<String> {
         }
     }
     out
-}
-
-fn swept(band: &ExcitationBand) -> bool {
-    band.from_hz >= SWEEP.0 && band.to_hz <= SWEEP.1
-}
-
-/// The sweep that would make the gain of each band known as wanted.
-fn what_to_drive(evidence: &Evidence, drive: &Drive<'_>) -> String {
-    let duration = drive.steering.len() as f64 * drive.sample_time_s;
-    let octaves = |b: &ExcitationBand| (b.to_hz / b.from_hz).ln() / (SWEEP.1 / SWEEP.0).ln();
-    let bands = || evidence.excitation.bands.iter().filter(|b| swept(b));
-    // Relative error of a band's gain at amplitude 1 rad (road wheel) for a second.
-    let at_unit = |b: &ExcitationBand| {
-        b.relative_error * b.road_wheel_std_rad * (2.0 * duration / octaves(b)).sqrt()
-    };
-    let worst = bands().map(at_unit).fold(0.0, f64::max);
-    let most = largest_amplitude(evidence, drive).unwrap_or(f64::INFINITY);
-    let needed = worst / (WANTED * SWEEP_S.sqrt());
-    let amplitude = needed.clamp(USUAL, 2.0 * USUAL).min(most);
-    let time = (worst / (WANTED * amplitude)).powi(2).clamp(SWEEP_S, LONGEST_S);
-    let time = (time / 30.0).ceil() * 30.0;
-    let for_long = if time <= 120.0 {
-        format!("{time:.0} s")
-    } else {
-        format!("{:.0} min", (time / 60.0).ceil())
-    };
-    let reached = worst / (amplitude * time.sqrt());
-    let angle = amplitude.to_degrees() * drive.steering_ratio;
-    let angle = if drive.steering_ratio > 2.0 {
-        format!("about ±{:.0}° at the steering wheel", nice(angle))
-    } else {
-        format!("about ±{:.1}° at the road wheel", angle)
-    };
-    let speed = if drive.speed_mps > 0.5 {
-        format!("a steady {:.0} m/s", drive.speed_mps)
-    } else {
-        "steady speed".to_owned()
-    };
-    let mut text = format!(
-        "drive a slalom whose rhythm sweeps from {} to {} Hz, {angle}, for {for_long} at {speed}",
-        SWEEP.0, SWEEP.1
-    );
-    if reached > 0.0 && reached.is_finite() && reached < 1.0 {
-        let now = bands().map(|b| b.relative_error).fold(0.0, f64::max);
-        let now = if now < 1.0 {
-            format!("±{:.0} %", (100.0 * now).ceil())
-        } else {
-            "not at all".to_owned()
-        };
-        text += &format!(
-            ": with the noise of this log, the gain at each of these frequencies would be known to ±{:.0} % (from this log: {now})",
-            (100.0 * reached).ceil()
-        );
-    }
-    text
-}
-
-/// Whole degrees, multiples of five from ten on.
-fn nice(degrees: f64) -> f64 {
-    if degrees < 10.0 { degrees.round().max(1.0) } else { 5.0 * (degrees / 5.0).round() }
-}
-
-/// Amplitude at the road wheel that keeps the lateral acceleration v·r within what is linear, from
-/// the measured gain where the steering explains the yaw rate.
-fn largest_amplitude(evidence: &Evidence, drive: &Drive<'_>) -> Option<f64> {
-    let response = evidence.frequency_response.as_ref()?;
-    let known = |p: &&ResponsePoint| {
-        p.frequency_hz <= SWEEP.1 && p.coherence > response.significant_coherence.max(0.3)
-    };
-    let gain = response.points.iter().filter(known).map(|p| p.gain).fold(0.0, f64::max);
-    let gain = gain * drive.steering_ratio;
-    (gain > 0.0 && drive.speed_mps > 0.5).then(|| LINEAR / (gain * drive.speed_mps))
 }
 
 /// What does not forbid a design but should be known.
@@ -318,42 +231,4 @@ fn at_limit(steering: &[f64]) -> Option<(f64, f64)> {
     let worst = if low.1 > high.1 { low } else { high };
     // Where it moves, it moves: most of the resting is at the extremes.
     (worst.1 >= SHARE && still < 0.6 && low.1 + high.1 > 0.5 * still).then_some(worst)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The sweep that is recommended, reckoned by hand: in the octave from 1 to 2 Hz (0.301 of the
-    /// sweep) a log of 60 s with 2 mrad gave the gain to 90 %. A sweep of ±46.6 mrad needs
-    /// (0.9·0.002·√(2·60/0.301)/(0.05·0.0466))² = 238 s for 5 %.
-    #[test]
-    fn the_sweep_that_is_recommended() {
-        let band = ExcitationBand {
-            from_hz: 1.0,
-            to_hz: 2.0,
-            road_wheel_std_rad: 2e-3,
-            yaw_rate_std_radps: 1e-2,
-            coherence: 0.3,
-            relative_error: 0.9,
-            information: Information::Weak,
-        };
-        let mut evidence = Evidence::default();
-        evidence.excitation.bands = vec![band];
-        let drive = Drive {
-            has_continuous: true,
-            speed_mps: 20.0,
-            speed_spread: 0.0,
-            steering_ratio: 15.0,
-            steering: &[0.0; 1500],
-            sample_time_s: 0.04,
-            order: 2,
-        };
-        let text = what_to_drive(&evidence, &drive);
-        assert!(
-            text.contains("±40° at the steering wheel, for 4 min at a steady 20 m/s"),
-            "{text}"
-        );
-        assert!(text.contains("known to ±5 % (from this log: ±90 %)"), "{text}");
-    }
 }
