@@ -5,6 +5,9 @@ use super::file::input_name;
 use super::identify::{Candidate, Choice, choose};
 use super::windows::{Windows, parzen};
 use crate::conversion::to_continuous;
+use crate::identify::evidence::{
+    DRIFT, GOOD_FIT, HIGHEST_SHOWN, INFORMATIVE, LAGS, LARGEST_NOISE, LEAST_BAND, LEAST_STEERING,
+};
 use crate::identify::order::Errors;
 use crate::identify::{continuous_form, discrete, evidence, operating_point};
 use crate::model::StateSpace;
@@ -16,19 +19,7 @@ use formats::{
     Plant, PredictionFit, Provenance, ResidualTest, Verdict,
 };
 
-/// Frequencies beyond this say nothing about lateral dynamics, Hz.
-const HIGHEST_SHOWN: f64 = 10.0;
 const FREQUENCIES: usize = 50;
-/// Coherence above which at least half of the yaw rate's power follows the steering.
-const INFORMATIVE: f64 = 0.5;
-/// The lowest frequencies, where drift rules, do not end the informative band, Hz.
-const DRIFT: f64 = 0.5;
-const LAGS: usize = 25;
-/// What a model must reach to design on it: as for models of whole logs.
-const GOOD_FIT: f64 = 60.0;
-const LEAST_BAND: f64 = 0.8;
-const LEAST_STEERING: f64 = 0.0035;
-const LARGEST_NOISE: f64 = 0.5;
 
 /// What the windows cannot tell.
 const MISSING: &str = "identified from absorbed windows: simulation fits are of the second half of each window, from the state that its first half gives; there is no simulation of whole drives, no estimate of the delay, no test of residuals against the input, no measured frequency response and no uncertainty of the parameters";

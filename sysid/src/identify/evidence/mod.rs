@@ -22,16 +22,16 @@ use formats::{
 
 pub(crate) use poles::poles_and_zeros;
 pub(crate) use prediction::{Prediction, held_out};
-pub(crate) use verdict::{Drive, verdict};
+pub(crate) use verdict::{Drive, GOOD_FIT, LARGEST_NOISE, LEAST_BAND, LEAST_STEERING, verdict};
 
 /// Lags of the residual tests.
 pub(crate) const LAGS: usize = 25;
 /// Frequencies beyond this say nothing about lateral dynamics, Hz.
-const HIGHEST_SHOWN: f64 = 10.0;
+pub(crate) const HIGHEST_SHOWN: f64 = 10.0;
 /// The lowest frequencies, where drift rules, do not end the informative band, Hz.
-const DRIFT: f64 = 0.5;
+pub(crate) const DRIFT: f64 = 0.5;
 /// Coherence above which at least half of the yaw rate's power follows the steering.
-const INFORMATIVE: f64 = 0.5;
+pub(crate) const INFORMATIVE: f64 = 0.5;
 
 /// A model with what drives it.
 pub(crate) struct Modelled<'a> {

@@ -26,11 +26,13 @@ pub(crate) struct Drive<'a> {
 }
 
 /// Below, the steering hardly moves the vehicle: a fifth of a degree at the road wheel.
-const LEAST_STEERING: f64 = 0.0035;
+pub(crate) const LEAST_STEERING: f64 = 0.0035;
 /// The band that a yaw controller with a settling time of a second needs, Hz.
-const LEAST_BAND: f64 = 0.8;
-const GOOD_FIT: f64 = 60.0;
-const LARGEST_NOISE: f64 = 0.5;
+pub(crate) const LEAST_BAND: f64 = 0.8;
+/// Simulation fit that a model must reach to design on it, percent.
+pub(crate) const GOOD_FIT: f64 = 60.0;
+/// Noise over the yaw rate beyond which a model is not trusted.
+pub(crate) const LARGEST_NOISE: f64 = 0.5;
 /// From here on the choice of the order shows in the estimate's scatter, which the stated bands, those
 /// of the order chosen, do not hold.
 const LOUD: f64 = 0.25;
