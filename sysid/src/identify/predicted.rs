@@ -8,7 +8,7 @@ use super::IdentifyOptions;
 use super::candidates::ROUGH;
 use super::conditions::Conditions;
 use super::external::external;
-use super::order::{fit, fit_of};
+use super::order::{fit, fit_of, sum_of_squares};
 use super::starts::{Stabilised, Start, refit_about};
 use crate::closed_loop::{Criterion, Decomposition, Method, decompose, factor, past_horizon};
 use crate::model::{Innovation, StateSpace, predictor, predictor_state};
@@ -128,8 +128,9 @@ impl Predicted {
         feedthrough: bool,
     ) -> Result<Start, Error> {
         let data = &self.external;
-        let (model, conditions, cost) =
+        let (model, conditions, _) =
             refit_about(&model.a, &model.c, data, feedthrough, self.level)?;
+        let cost = sum_of_squares(&conditions.errors(&model, data));
         if !cost.is_finite() {
             return Err(Error::NoModel { problem: "the simulation overflows".into() });
         }
