@@ -9,6 +9,7 @@ use super::conditions::Conditions;
 use super::order::{fit, fit_of, sum_of_squares};
 use super::{Approach, IdentifyOptions};
 use crate::model::StateSpace;
+use crate::signal::dot;
 use crate::stability::{largest_radius, stable_shift};
 use crate::subspace::{
     Factor, Method, Projections, Realization, Subspace, eq12, refit_output, shift_realization,
@@ -182,10 +183,13 @@ impl<'a> Starts<'a> {
             };
             let found = refit(&stable.ok_or(Error::Numerical { what: "stabilisation" })?)?;
             // About the means, as it is told what stability cost: a level may be left out later.
-            // What grows is not simulated: its least squares tell the same, less the rounding.
+            // What grows is not simulated: its least squares tell the same less the rounding, of which
+            // there may be so much that no output at all would do better.
+            let none: f64 =
+                self.data.segments().iter().map(|s| dot(s.y.values(), s.y.values())).sum();
             let before = refit_about(&a, &c, self.data, feedthrough, false);
-            let fit_before =
-                before.map_or(f64::NEG_INFINITY, |(.., squares)| fit_of(self.data, squares));
+            let fit_before = before
+                .map_or(f64::NEG_INFINITY, |(.., squares)| fit_of(self.data, squares.min(none)));
             let (model, conditions, _) =
                 refit_about(&found.0.a, &c, self.data, feedthrough, false)?;
             let fit_after = fit(self.data, &conditions.errors(&model, self.data));
