@@ -38,12 +38,10 @@ pub fn guidance_for(pid: &Pid, speed: f64) -> Guidance {
     }
 }
 
-/// The same with the sideslip of a vehicle in a steady turn at a speed above zero.
+/// The same with the sideslip of a vehicle at a speed above zero.
 #[must_use]
 pub fn with_sideslip(guidance: Guidance, vehicle: &VehicleData, speed: f64) -> Guidance {
-    let parameters = model_loading::bicycle_parameters(vehicle);
-    let sideslip_per_yaw_rate_s = parameters.sideslip_per_yaw_rate(speed);
-    Guidance { sideslip_per_yaw_rate_s, ..guidance }
+    Sideslip::of_vehicle(vehicle, speed).guide(guidance)
 }
 
 /// The sideslip that a path follower reckons with: `(S + Q·a²)·r + C·dr/dt` at the yaw rate r and the
@@ -69,6 +67,17 @@ impl Sideslip {
         })
     }
 
+    /// That of eq 13 at a speed (m/s) above zero.
+    #[must_use]
+    pub fn of_vehicle(vehicle: &VehicleData, speed: f64) -> Self {
+        let parameters = model_loading::bicycle_parameters(vehicle);
+        Self {
+            per_yaw_rate_s: parameters.sideslip_per_yaw_rate(speed),
+            per_yaw_acceleration_s2: parameters.sideslip_per_yaw_acceleration(speed),
+            growth_s5pm2: 0.0,
+        }
+    }
+
     /// The same guidance of a vehicle with this sideslip.
     #[must_use]
     pub fn guide(&self, guidance: Guidance) -> Guidance {
@@ -82,7 +91,7 @@ impl Sideslip {
 }
 
 /// The sideslip that a plant's document states: of `plant.json` the measured one, of `bicycle.json` that
-/// of the model in a steady turn at a speed (m/s), by default its own. `None` where it states none.
+/// of the model at a speed (m/s), by default its own. `None` where it states none.
 ///
 /// # Errors
 /// Where a document of these kinds is refused.
@@ -92,9 +101,7 @@ pub fn sideslip(document: &str, file: &str, speed: Option<f64>) -> Result<Option
         Some(Bicycle::SCHEMA) => {
             let vehicle = Bicycle::from_json(document, file)?.vehicle;
             let speed = speed.unwrap_or(vehicle.speed_mps);
-            let per_yaw_rate_s =
-                model_loading::bicycle_parameters(&vehicle).sideslip_per_yaw_rate(speed);
-            Ok((speed > 0.0).then(|| Sideslip { per_yaw_rate_s, ..Sideslip::default() }))
+            Ok((speed > 0.0).then(|| Sideslip::of_vehicle(&vehicle, speed)))
         }
         _ => Ok(None),
     }

@@ -184,6 +184,16 @@ impl BicycleParameters {
     pub fn sideslip_per_yaw_rate(&self, speed: f64) -> f64 {
         self.lateral_velocity_per_yaw_rate(speed) / speed
     }
+
+    /// What the sideslip angle has of the yaw acceleration, to first order, s², for a speed above zero.
+    ///
+    /// The rear axle carries `Fr·L = m·Lf·v·(β̇ + r) − J·ṙ` and slips by `β − Lr·r/v = −Fr/Cr`, hence with
+    /// `β = S·r + C·ṙ + …` C is `(J − m·Lf·v·S)/(Cr·L)`.
+    #[must_use]
+    pub fn sideslip_per_yaw_acceleration(&self, speed: f64) -> f64 {
+        let carried = self.mass * self.distance_front * speed * self.sideslip_per_yaw_rate(speed);
+        (self.yaw_inertia - carried) / (self.cornering_stiffness_rear * self.wheelbase())
+    }
 }
 
 impl Coefficients {

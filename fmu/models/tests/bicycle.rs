@@ -115,6 +115,36 @@ fn steady_turn_is_the_textbooks() {
     }
 }
 
+/// On a slow wave of the steering β is S·r + C·ṙ but for what the square of its frequency brings.
+#[test]
+fn sideslip_leads_a_change_of_the_yaw_rate() {
+    let (p, h) = (car(), 1e-3);
+    for v in [4.0, 15.0, 35.0] {
+        let off = |omega: f64| {
+            let mut plant = BicyclePlant::new(p).unwrap();
+            plant.speed = v;
+            let (mut largest, mut before, mut scale) = (0.0_f64, [0.0; 2], 0.0_f64);
+            let [s, c] = [p.sideslip_per_yaw_rate(v), p.sideslip_per_yaw_acceleration(v)];
+            for k in 0..(30.0 / h) as usize {
+                plant.steering_angle = 0.1 * (omega * (k as f64 + 0.5) * h).sin();
+                plant.step(h).unwrap();
+                let [r, beta] = [plant.yaw_rate(), plant.lateral_velocity() / v];
+                let [middle, turning] = [0.5 * (r + before[0]), (r - before[0]) / h];
+                if k as f64 * h > 10.0 {
+                    let expected = s * middle + c * turning;
+                    largest = largest.max((0.5 * (beta + before[1]) - expected).abs());
+                    scale = scale.max((c * turning).abs());
+                }
+                before = [r, beta];
+            }
+            largest / scale
+        };
+        // What is left of the share of C falls with the frequency.
+        let (slow, slower) = (off(0.8), off(0.4));
+        assert!(slower < 0.1 && slower < 0.6 * slow, "{v} m/s: {slow} {slower}");
+    }
+}
+
 proptest! {
     /// Speeds and steps that change all the time, against Newton's law by Runge–Kutta.
     #[test]
