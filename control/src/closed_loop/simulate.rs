@@ -82,9 +82,8 @@ trait Motion {
     fn advance(&mut self, old: f64, new: f64);
 }
 
-/// Up to N states; those beyond the plant's own rest at 0.
+/// Up to N states, the plant's own last: yaw is where the compiler knows it. The others rest at 0.
 struct Small<const N: usize> {
-    yaw: usize,
     state: [f64; N],
     /// Φ, column by column.
     phi: [[f64; N]; N],
@@ -95,10 +94,13 @@ struct Small<const N: usize> {
 impl<const N: usize> Small<N> {
     fn of(plant: &Sampled) -> Self {
         let n = plant.order.min(N);
-        let column = |from: &[f64]| std::array::from_fn(|i| if i < n { from[i] } else { 0.0 });
-        let phi = |i: usize, j: usize| if i < n && j < n { plant.phi[i * n + j] } else { 0.0 };
+        let rest = N - n;
+        let column =
+            |from: &[f64]| std::array::from_fn(|i| if i < rest { 0.0 } else { from[i - rest] });
+        let phi = |i: usize, j: usize| {
+            if i.min(j) < rest { 0.0 } else { plant.phi[(i - rest) * n + j - rest] }
+        };
         Self {
-            yaw: n - 1,
             state: [0.0; N],
             phi: std::array::from_fn(|j| std::array::from_fn(|i| phi(i, j))),
             gamma_old: column(&plant.gamma_old),
@@ -110,17 +112,20 @@ impl<const N: usize> Small<N> {
 impl<const N: usize> Motion for Small<N> {
     #[inline]
     fn yaw(&self) -> f64 {
-        self.state[self.yaw]
+        self.state[N - 1]
     }
 
     #[inline]
     fn advance(&mut self, old: f64, new: f64) {
-        let mut next: [f64; N] =
-            std::array::from_fn(|i| self.gamma_old[i] * old + self.gamma_new[i] * new);
+        let mut next: [f64; N] = std::array::from_fn(|i| self.gamma_old[i] * old);
         for (column, x) in self.phi.iter().zip(self.state) {
             for (next, phi) in next.iter_mut().zip(column) {
                 *next += phi * x;
             }
+        }
+        // What was just computed comes last: the sums before do not wait for it.
+        for (next, gamma) in next.iter_mut().zip(self.gamma_new) {
+            *next += gamma * new;
         }
         self.state = next;
     }

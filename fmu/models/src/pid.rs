@@ -220,11 +220,18 @@ impl Pid {
     }
 
     /// Limits the steering angle and remembers it.
+    #[inline(always)]
     fn limit(&mut self, p: &PidParameters, unlimited: f64) -> PidOutput {
         let increment = p.largest_increment();
         let (low, high) = (self.steering_angle - increment, self.steering_angle + increment);
-        // Not `clamp`, which panics on limits out of order.
-        let steering_angle = unlimited.min(high).max(low).min(p.max_angle).max(-p.max_angle);
+        // Asked first, so that a loop does not wait for four limits at each tick that none acts at.
+        let free = low < unlimited && unlimited < high && unlimited.abs() < p.max_angle;
+        let steering_angle = if free {
+            unlimited
+        } else {
+            // Not `clamp`, which panics on limits out of order.
+            unlimited.min(high).max(low).min(p.max_angle).max(-p.max_angle)
+        };
         self.steering_angle = steering_angle;
         PidOutput { steering_angle, saturated: steering_angle != unlimited }
     }
