@@ -124,6 +124,19 @@ impl Requirement {
         )
     }
 
+    /// The margin it is about; unlimited where it is about none.
+    pub(crate) fn of_margins(self, margins: &Margins) -> f64 {
+        let unlimited = |margin: Option<f64>| margin.unwrap_or(f64::INFINITY);
+        match self {
+            R::GainMargin => unlimited(margins.gain_margin_db),
+            R::PhaseMargin => unlimited(margins.phase_margin_deg.map(f64::abs)),
+            R::ModulusMargin => margins.modulus_margin,
+            R::DelayMargin => unlimited(margins.delay_margin_s),
+            R::DiskMargin => margins.disk_margin.unwrap_or(0.0),
+            _ => f64::INFINITY,
+        }
+    }
+
     /// Whether it is about how quick the loop is.
     pub(crate) fn is_time(self) -> bool {
         matches!(self, R::Settling | R::Rise | R::IntegralError)
@@ -161,6 +174,11 @@ impl Requirement {
         // What is no number misses it by far.
         if over.is_nan() { 1e3 } else { (over / bound.max(LEAST_SCALE)).max(0.0) }
     }
+
+    /// What misses an upper bound by this share.
+    pub(crate) fn missing(bound: f64, share: f64) -> f64 {
+        bound + share * bound.max(LEAST_SCALE)
+    }
 }
 
 /// Bounds below this, such as an overshoot of 0, are missed relative to this, percent or s.
@@ -194,7 +212,6 @@ impl Reached {
     /// the share by which it is off, so that better ones have less.
     pub(crate) fn value(&self, requirement: Requirement) -> f64 {
         let never = self.end * (1.0 + 0.01 * self.step.steady_state_error_percent);
-        let unlimited = |margin: Option<f64>| margin.unwrap_or(f64::INFINITY);
         match requirement {
             R::Overshoot => self.step.overshoot_percent,
             R::Settling => self.step.settling_time_s.unwrap_or(never),
@@ -203,11 +220,7 @@ impl Reached {
             R::SteadyStateOnCurve => self.on_curve,
             R::Rise => self.step.rise_time_s.unwrap_or(never),
             R::IntegralError => self.step.integral_absolute_error_s,
-            R::GainMargin => unlimited(self.margins.gain_margin_db),
-            R::PhaseMargin => unlimited(self.margins.phase_margin_deg.map(f64::abs)),
-            R::ModulusMargin => self.margins.modulus_margin,
-            R::DelayMargin => unlimited(self.margins.delay_margin_s),
-            R::DiskMargin => self.margins.disk_margin.unwrap_or(0.0),
+            margin => margin.of_margins(&self.margins),
         }
     }
 

@@ -84,8 +84,9 @@ pub(crate) fn metrics(trace: &Trace, height: f64, band_percent: f64) -> Metrics 
     }
 }
 
-/// Shares of the band between which leaving it again begins to count and counts fully.
-const LEAVING: (f64, f64) = (0.98, 1.1);
+/// Shares of the band between which leaving it again begins to count and counts fully. No response has
+/// settled, smoothly, before it is within the first.
+pub(crate) const LEAVING: (f64, f64) = (0.98, 1.1);
 
 /// The time of entering a slightly tighter band, and the time from there to the last exit in the
 /// measure that the response leaves it again.

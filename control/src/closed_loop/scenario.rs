@@ -3,7 +3,7 @@
 use crate::Error;
 use crate::closed_loop::margins::ResponseGrid;
 use crate::closed_loop::metrics::{Metrics, metrics};
-use crate::closed_loop::simulate::{Excitation, Simulator};
+use crate::closed_loop::simulate::{Excitation, Patience, Simulator};
 use crate::guidance::advice::Advice;
 use crate::plants::DesignPlant;
 use crate::plants::sampled::Sampled;
@@ -71,7 +71,7 @@ impl Scenario {
         Self { offset_matters: false, ..self }
     }
 
-    /// What a controller reaches, the margins as far as the grid tells, and the step's metrics.
+    /// What a controller reaches, the margins as far as the grid tells.
     pub(crate) fn reached(
         &self,
         simulator: &mut Simulator,
@@ -79,28 +79,51 @@ impl Scenario {
         spec: &Specification,
         view: View,
         margins: Margins,
-    ) -> (Reached, Metrics) {
-        let (sampled, until) = (&self.plant, view.until);
-        let band = view.band * spec.settling_band_percent;
-        let quiet = if view.early { quiet(spec) } else { 0.0 };
-        let spec = &Specification { settling_band_percent: band, ..*spec };
-        let step =
-            simulated_step(simulator, sampled, pid, spec, Step { until, quiet, ..Step::of(spec) });
+    ) -> Reached {
+        let excitation = step_of(spec, view).excitation();
+        let trace = simulator.run(&self.plant, pid, &excitation);
+        let step = metrics(trace, spec.step_rad, view.band * spec.settling_band_percent).step;
         let with_offset = match view.with_offset {
-            true => {
-                let offset = self.ratio * spec.steering_offset_rad;
-                let disturbed = Step { offset, until, ..Step::of(spec) };
-                match view.early.then(|| decayed(simulator, sampled, pid, disturbed)).flatten() {
-                    Some(error) => {
-                        StepMetrics { steady_state_error_percent: 100.0 * error, ..step.step }
-                    }
-                    None => simulated_step(simulator, sampled, pid, spec, disturbed).step,
-                }
-            }
-            false => step.step,
+            true => self.with_offset(simulator, pid, spec, view, step),
+            false => step,
         };
-        let reached = Reached { step: step.step, with_offset, on_curve: 0.0, margins, end: until };
-        (reached, step)
+        Reached { step, with_offset, on_curve: 0.0, margins, end: view.until }
+    }
+
+    /// The metrics of the step alone; none where patience does not last.
+    pub(crate) fn step(
+        &self,
+        simulator: &mut Simulator,
+        pid: &PidParameters,
+        spec: &Specification,
+        view: View,
+        patience: &Patience,
+    ) -> Option<Metrics> {
+        let excitation = step_of(spec, view).excitation();
+        let band = view.band * spec.settling_band_percent;
+        let lasted = simulator.follow(&self.plant, pid, &excitation, patience);
+        lasted.then(|| metrics(&simulator.trace, spec.step_rad, band))
+    }
+
+    /// The metrics of the step with the steering offset: its error alone where that is enough to look at,
+    /// beside those of the `step` without.
+    pub(crate) fn with_offset(
+        &self,
+        simulator: &mut Simulator,
+        pid: &PidParameters,
+        spec: &Specification,
+        view: View,
+        step: StepMetrics,
+    ) -> StepMetrics {
+        let offset = self.ratio * spec.steering_offset_rad;
+        let disturbed = Step { offset, until: view.until, ..Step::of(spec) };
+        match view.early.then(|| decayed(simulator, &self.plant, pid, disturbed)).flatten() {
+            Some(error) => StepMetrics { steady_state_error_percent: 100.0 * error, ..step },
+            None => {
+                let trace = simulator.run(&self.plant, pid, &disturbed.excitation());
+                metrics(trace, spec.step_rad, view.band * spec.settling_band_percent).step
+            }
+        }
     }
 
     /// The margins as far as the grid tells: of the modulus alone, or all.
@@ -149,6 +172,17 @@ impl Step {
     pub(crate) fn of(spec: &Specification) -> Self {
         Self { height: spec.step_rad, offset: 0.0, until: spec.steady_state_time_s, quiet: 0.0 }
     }
+
+    fn excitation(self) -> Excitation {
+        let Self { height: step, offset, until, quiet } = self;
+        Excitation { step, ramp: 0.0, feedforward: 0.0, offset, until, quiet }
+    }
+}
+
+/// What of the step is looked at.
+fn step_of(spec: &Specification, view: View) -> Step {
+    let quiet = if view.early { quiet(spec) } else { 0.0 };
+    Step { until: view.until, quiet, ..Step::of(spec) }
 }
 
 /// The distance from the step within which a response has come to rest, rad: a quarter of what is
@@ -170,11 +204,11 @@ fn decayed(
     simulator: &mut Simulator,
     plant: &Sampled,
     pid: &PidParameters,
-    Step { height, offset, until, quiet }: Step,
+    step: Step,
 ) -> Option<f64> {
     let [.., read] = READ_AT;
-    let (step, until) = (height, until * read);
-    let excitation = Excitation { step, ramp: 0.0, feedforward: 0.0, offset, until, quiet };
+    let (height, until) = (step.height, step.until * read);
+    let excitation = Step { until, ..step }.excitation();
     let yaw = &simulator.run(plant, pid, &excitation).yaw;
     let last = (until / plant.sample_time).round() as usize;
     let off = |share: f64| {
@@ -194,10 +228,10 @@ pub(crate) fn simulated_step(
     plant: &Sampled,
     pid: &PidParameters,
     spec: &Specification,
-    Step { height, offset, until, quiet }: Step,
+    step: Step,
 ) -> Metrics {
-    let excitation = Excitation { step: height, ramp: 0.0, feedforward: 0.0, offset, until, quiet };
-    metrics(simulator.run(plant, pid, &excitation), height, spec.settling_band_percent)
+    let trace = simulator.run(plant, pid, &step.excitation());
+    metrics(trace, step.height, spec.settling_band_percent)
 }
 
 /// See [`Scenario::small_step`].

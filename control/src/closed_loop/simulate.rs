@@ -38,6 +38,26 @@ pub(crate) struct Excitation {
     pub(crate) quiet: f64,
 }
 
+/// What a response must keep to be followed to its end, as shares of its step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Patience {
+    /// Not above this at any time.
+    pub(crate) highest: f64,
+    /// Not off by more than the first after the second, s.
+    pub(crate) settled: (f64, f64),
+    /// Off by no more than the first at some time up to the second, s.
+    pub(crate) entered: (f64, f64),
+}
+
+impl Patience {
+    /// Whatever it is like.
+    pub(crate) const ENDLESS: Self = Self {
+        highest: f64::INFINITY,
+        settled: (f64::INFINITY, f64::INFINITY),
+        entered: (f64::INFINITY, f64::INFINITY),
+    };
+}
+
 /// Scratch space, so that thousands of simulations allocate once.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Simulator {
@@ -50,6 +70,18 @@ const RUNAWAY: f64 = 100.0;
 impl Simulator {
     /// Simulates from rest; the trace holds ticks 0 to `until`, fewer where the loop runs away.
     pub(crate) fn run(&mut self, plant: &Sampled, pid: &PidParameters, e: &Excitation) -> &Trace {
+        self.follow(plant, pid, e, &Patience::ENDLESS);
+        &self.trace
+    }
+
+    /// The same, as long as patience lasts; whether it did.
+    pub(crate) fn follow(
+        &mut self,
+        plant: &Sampled,
+        pid: &PidParameters,
+        e: &Excitation,
+        patience: &Patience,
+    ) -> bool {
         let last = (e.until / plant.sample_time).round() as usize;
         let trace = &mut self.trace;
         for column in
@@ -58,19 +90,19 @@ impl Simulator {
             column.resize(last + 1, 0.0);
         }
         // Loops of a known small number of states are several times as quick.
-        let ticks = match plant.order {
-            0..=4 => ticks(trace, &mut Small::<4>::of(plant), plant, pid, e),
-            5 => ticks(trace, &mut Small::<5>::of(plant), plant, pid, e),
-            6 => ticks(trace, &mut Small::<6>::of(plant), plant, pid, e),
-            7..=8 => ticks(trace, &mut Small::<8>::of(plant), plant, pid, e),
-            _ => ticks(trace, &mut Large::of(plant), plant, pid, e),
+        let (ticks, to_the_end) = match plant.order {
+            0..=4 => ticks(trace, &mut Small::<4>::of(plant), plant, pid, e, patience),
+            5 => ticks(trace, &mut Small::<5>::of(plant), plant, pid, e, patience),
+            6 => ticks(trace, &mut Small::<6>::of(plant), plant, pid, e, patience),
+            7..=8 => ticks(trace, &mut Small::<8>::of(plant), plant, pid, e, patience),
+            _ => ticks(trace, &mut Large::of(plant), plant, pid, e, patience),
         };
         for column in
             [&mut trace.time, &mut trace.yaw_reference, &mut trace.yaw, &mut trace.steering]
         {
             column.truncate(ticks);
         }
-        &self.trace
+        to_the_end
     }
 }
 
@@ -167,22 +199,23 @@ const QUIET_TICKS: usize = 20;
 const QUIET_SHARE: usize = 5;
 
 /// Fills the trace; the number of ticks until the end, until the loop has come to rest, or until it
-/// runs away.
+/// runs away, and whether patience lasted as long.
 fn ticks(
     trace: &mut Trace,
     motion: &mut impl Motion,
     plant: &Sampled,
     pid: &PidParameters,
     e: &Excitation,
-) -> usize {
-    let ts = plant.sample_time;
+    patience: &Patience,
+) -> (usize, bool) {
+    let (ts, share) = (plant.sample_time, e.step.recip());
     let bound = RUNAWAY * e.step.abs().max(e.ramp.abs() * e.until);
     let mut controller = Pid::default();
     controller.tick(pid, &PidInput { enabled: true, ..PidInput::default() });
     let Trace { time, yaw_reference, yaw, steering } = trace;
     let last = time.len() - 1;
     let mut old = e.offset;
-    let mut loud = 0;
+    let (mut loud, mut entered) = (0, false);
     for k in 0..=last {
         time[k] = k as f64 * ts;
         yaw[k] = motion.yaw();
@@ -197,7 +230,16 @@ fn ticks(
         // What is no number is beyond it, too.
         let bounded = yaw[k].abs() <= bound;
         if !bounded {
-            return k + 1;
+            return (k + 1, true);
+        }
+        let reached = yaw[k] * share;
+        let away = (reached - 1.0).abs();
+        entered |= away <= patience.entered.0;
+        let beyond = reached > patience.highest
+            || away > patience.settled.0 && time[k] > patience.settled.1
+            || !entered && time[k] > patience.entered.1;
+        if beyond {
+            return (k + 1, false);
         }
         let off = (yaw[k] - e.step).abs();
         if off > e.quiet {
@@ -207,12 +249,12 @@ fn ticks(
             // the slope.
             let moved = (yaw[k] - yaw[loud + 1]).abs() / (k - loud - 1) as f64;
             if off + moved * (last - k) as f64 <= e.quiet {
-                return k + 1;
+                return (k + 1, true);
             }
         }
         let new = e.offset + if k >= plant.delay { steering[k - plant.delay] } else { 0.0 };
         motion.advance(old, new);
         old = new;
     }
-    last + 1
+    (last + 1, true)
 }

@@ -2,8 +2,9 @@
 //! value of it would let them be met.
 
 use crate::Error;
+use crate::design::aim::{Aim, BARELY, QUICKEST};
 use crate::design::nominal::Found;
-use crate::design::objective::{Aim, BARELY, Objective, QUICKEST};
+use crate::design::objective::Objective;
 use crate::design::optimise::{QUICK, TWICE};
 use crate::design::search::{search, starts};
 use crate::plants::zeros::nearest_right_half_plane;

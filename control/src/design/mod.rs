@@ -3,9 +3,11 @@
 //! On the nominal plant first (`nominal`), then for all plants that it may stand for (`robust`); the
 //! evidence is that of the gains as they are written.
 
+mod aim;
 mod beyond;
 mod blocked;
 mod breaking;
+mod cost;
 mod evolve;
 mod nominal;
 mod objective;
@@ -15,6 +17,7 @@ mod over_plants;
 mod quickest;
 mod robust;
 mod search;
+mod simplex;
 mod trade_off;
 
 use crate::Error;

@@ -2,7 +2,8 @@
 
 use crate::Error;
 use crate::closed_loop::simulate::Simulator;
-use crate::design::objective::{BARELY, HOPELESS_WEIGHT, Objective, QUICKEST, WITH_RESERVE};
+use crate::design::aim::{BARELY, HOPELESS_WEIGHT, QUICKEST, WITH_RESERVE};
+use crate::design::objective::Objective;
 use crate::design::optimise::THOROUGH;
 use crate::design::search::{EXACT_DIGITS, READABLE_DIGITS, rounded, search, starts};
 use crate::requirement::{Reached, Requirement};

@@ -1,33 +1,21 @@
 //! The search of a minimum, the same each time.
 //!
-//! Nelder–Mead from several starting points, or differential evolution (`evolve`) on islands of their
-//! own. The best few are then polished by Nelder–Mead with a fresh simplex, since it may stall where
-//! the cost has a kink. The starts are the caller's
-//! own guesses and points of the additive recurrence of Roberts (2018), `xₙ = frac(seed + n·α)` with
+//! Nelder–Mead (`simplex`) from several starting points, or differential evolution (`evolve`) on islands
+//! of their own. The best few are then polished by Nelder–Mead with a fresh simplex, since it may stall
+//! where the cost has a kink. The starts are the caller's own guesses and points of the additive recurrence of Roberts (2018), `xₙ = frac(seed + n·α)` with
 //! αᵢ = φ⁻ⁱ and φ the positive root of φ^{d+1} = φ + 1: a low-discrepancy sequence without a random
 //! number.
 
 use crate::Error;
 use crate::design::evolve::evolve;
-use argmin::core::{CostFunction, Executor, State};
-use argmin::solver::neldermead::NelderMead;
+use crate::design::simplex::descend;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Iterations of each start.
 const ITERATIONS: u64 = 120;
 /// Size of the first simplex, and of a polish.
 const SIMPLEX: f64 = 0.4;
 const SMALL_SIMPLEX: f64 = 0.12;
-
-struct Cost<'a, F>(&'a F);
-
-impl<F: Fn(&[f64], f64) -> f64> CostFunction for Cost<'_, F> {
-    type Param = Vec<f64>;
-    type Output = f64;
-
-    fn cost(&self, x: &Self::Param) -> Result<f64, argmin::core::Error> {
-        Ok((self.0)(x, f64::INFINITY))
-    }
-}
 
 /// How much is spent on a search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -69,14 +57,16 @@ pub(crate) fn minimise(
 ) -> Result<Points, Error> {
     let nothing = || Error::Optimiser("nothing to start from".into());
     let mut found = if effort.islands == 0 {
-        // A stable sort: equal costs keep the order of the starts.
-        let mut starts: Points =
-            starts.iter().map(|x| (x.clone(), cost(x, f64::INFINITY))).collect();
+        let down = |start: &Vec<f64>| Ok(descend(cost, start, SIMPLEX, ITERATIONS));
         if effort.begin < starts.len() {
+            let mut starts = each(starts, |x| Ok((x.clone(), cost(x, f64::INFINITY))))?;
+            // A stable sort: equal costs keep the order of the starts.
             starts.sort_by(|a, b| a.1.total_cmp(&b.1));
             starts.truncate(effort.begin);
+            each(&starts, |(start, _)| down(start))?
+        } else {
+            each(starts, down)?
         }
-        each(&starts, |(start, _)| descend(cost, start, SIMPLEX, ITERATIONS))?
     } else {
         let island = |i: usize| -> Vec<Vec<f64>> {
             starts.iter().skip(i).step_by(effort.islands).cloned().collect()
@@ -91,7 +81,7 @@ pub(crate) fn minimise(
     let polished = each(&found[..kept], |candidate| {
         let mut best = candidate.clone();
         for _ in 0..effort.restarts {
-            let polished = descend(cost, &best.0, SMALL_SIMPLEX, effort.polish)?;
+            let polished = descend(cost, &best.0, SMALL_SIMPLEX, effort.polish);
             if polished.1 < best.1 {
                 best = polished;
             }
@@ -112,19 +102,21 @@ fn each<T: Sync>(
     if threads < 2 {
         return items.iter().map(work).collect();
     }
-    // Taken in turns, since the first starts are the best guesses and end soonest.
-    let part =
-        |first: usize| -> Vec<_> { items.iter().skip(first).step_by(threads).map(&work).collect() };
-    let parts: Vec<Vec<_>> = std::thread::scope(|scope| {
-        let part = &part;
-        let running: Vec<_> = (0..threads).map(|first| scope.spawn(move || part(first))).collect();
-        running
-            .into_iter()
-            .map(|thread| thread.join().unwrap_or_else(|_| vec![Err(ended_early())]))
-            .collect()
-    });
-    let mut parts: Vec<_> = parts.into_iter().map(Vec::into_iter).collect();
-    (0..items.len()).filter_map(|i| parts[i % threads].next()).collect()
+    let next = AtomicUsize::new(0);
+    let part = || -> Vec<_> {
+        let taken = || Some(next.fetch_add(1, Ordering::Relaxed)).filter(|i| *i < items.len());
+        std::iter::from_fn(|| taken().map(|i| (i, work(&items[i])))).collect()
+    };
+    let mut all: Vec<_> = std::thread::scope(|scope| {
+        let running: Vec<_> = (0..threads).map(|_| scope.spawn(part)).collect();
+        let parts = running.into_iter().map(|thread| thread.join().map_err(|_| ended_early()));
+        parts.collect::<Result<Vec<Vec<_>>, Error>>()
+    })?
+    .into_iter()
+    .flatten()
+    .collect();
+    all.sort_by_key(|(i, _)| *i);
+    all.into_iter().map(|(_, result)| result).collect()
 }
 
 /// Two things at once.
@@ -163,30 +155,6 @@ pub(crate) fn sequence(box_: &[(f64, f64)], count: u32, seed: u64) -> Vec<Vec<f6
                 .collect()
         })
         .collect()
-}
-
-fn descend(
-    cost: &impl Fn(&[f64], f64) -> f64,
-    start: &[f64],
-    size: f64,
-    iterations: u64,
-) -> Result<(Vec<f64>, f64), Error> {
-    let mut simplex = vec![start.to_vec()];
-    for i in 0..start.len() {
-        let mut vertex = start.to_vec();
-        vertex[i] += size;
-        simplex.push(vertex);
-    }
-    let stopped = |e: argmin::core::Error| Error::Optimiser(e.to_string());
-    let solver = NelderMead::new(simplex).with_sd_tolerance(1e-6).map_err(stopped)?;
-    let result = Executor::new(Cost(cost), solver)
-        .configure(|state| state.max_iters(iterations))
-        .timer(false)
-        .run()
-        .map_err(stopped)?;
-    let state = result.state();
-    let best = state.get_best_param().cloned().unwrap_or_else(|| start.to_vec());
-    Ok((best, state.get_best_cost()))
 }
 
 #[cfg(test)]

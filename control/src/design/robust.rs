@@ -9,10 +9,9 @@
 use crate::Error;
 use crate::closed_loop::scenario::Scenario;
 use crate::closed_loop::simulate::Simulator;
+use crate::design::aim::{Aim, HOPELESS_WEIGHT, ROBUST, ROBUST_AND_QUICK, ROBUST_BUT_SLOW};
 use crate::design::nominal::{self, Found};
-use crate::design::objective::{
-    Aim, HOPELESS_WEIGHT, Objective, ROBUST, ROBUST_AND_QUICK, ROBUST_BUT_SLOW,
-};
+use crate::design::objective::Objective;
 use crate::design::optimise::{EVOLVED, QUICK, SHORT, both};
 use crate::design::options::{DesignOptions, RobustOptions};
 use crate::design::search::{search, starts};

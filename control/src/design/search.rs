@@ -1,7 +1,8 @@
 //! The search for the best controller on given plants.
 
 use crate::Error;
-use crate::design::objective::{Aim, CROSSOVER_TIMES_SETTLING, Objective, VARIABLES};
+use crate::design::aim::Aim;
+use crate::design::objective::{CROSSOVER_TIMES_SETTLING, Objective, VARIABLES};
 use crate::design::optimise::{Effort, minimise, sequence};
 use vehicle_models::PidParameters;
 

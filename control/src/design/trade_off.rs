@@ -1,8 +1,9 @@
 //! What robustness costs: how soon the loop can settle at each modulus margin.
 
 use crate::Error;
+use crate::design::aim::QUICKEST;
 use crate::design::nominal::Found;
-use crate::design::objective::{Objective, QUICKEST};
+use crate::design::objective::Objective;
 use crate::design::optimise::TWICE;
 use crate::design::search::{search, starts};
 use formats::{Specification, TradeOff};
