@@ -188,7 +188,8 @@ const LEAST_SCALE: f64 = 0.01;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Reached {
     pub(crate) step: StepMetrics,
-    pub(crate) with_offset: StepMetrics,
+    /// Error with the steering offset, percent of the step.
+    pub(crate) with_offset: f64,
     /// Error on the curve, percent of the step.
     pub(crate) on_curve: f64,
     pub(crate) margins: Margins,
@@ -201,7 +202,7 @@ impl Reached {
     pub(crate) fn of(e: &DesignEvidence, s: &Specification) -> Self {
         Self {
             step: e.step,
-            with_offset: e.step_with_offset,
+            with_offset: e.step_with_offset.steady_state_error_percent,
             on_curve: e.curve.map_or(0.0, |c: OnACurve| c.steady_state_error_percent),
             margins: e.margins,
             end: s.steady_state_time_s,
@@ -216,7 +217,7 @@ impl Reached {
             R::Overshoot => self.step.overshoot_percent,
             R::Settling => self.step.settling_time_s.unwrap_or(never),
             R::SteadyState => self.step.steady_state_error_percent,
-            R::SteadyStateWithOffset => self.with_offset.steady_state_error_percent,
+            R::SteadyStateWithOffset => self.with_offset,
             R::SteadyStateOnCurve => self.on_curve,
             R::Rise => self.step.rise_time_s.unwrap_or(never),
             R::IntegralError => self.step.integral_absolute_error_s,

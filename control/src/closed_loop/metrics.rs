@@ -53,28 +53,29 @@ pub(crate) fn metrics(trace: &Trace, height: f64, band_percent: f64) -> Metrics 
             .map(|k| if k == 0 { t[0] } else { between(k - 1, level) })
     };
     let rise_time_s = first_above(0.9).and_then(|high| first_above(0.1).map(|low| high - low));
-    let peak = (0..=last).map(y).fold(0.0, f64::max);
+    let larger = |a: f64, b: f64| if b > a { b } else { a };
     let mut before = 0.0;
     let (mut largest_angle_rad, mut largest_increment_rad) = (0.0_f64, 0.0_f64);
     for &u in &trace.steering {
-        largest_angle_rad = largest_angle_rad.max(u.abs());
-        largest_increment_rad = largest_increment_rad.max((u - before).abs());
+        largest_angle_rad = larger(largest_angle_rad, u.abs());
+        largest_increment_rad = larger(largest_increment_rad, (u - before).abs());
         before = u;
     }
-    let mut integral_absolute_error = 0.0;
-    let mut off_before = (1.0 - y(0)).abs();
-    for k in 1..=last {
-        let off = (1.0 - y(k)).abs();
-        integral_absolute_error += 0.5 * (off_before + off) * (t[k] - t[k - 1]);
-        off_before = off;
+    let (mut peak, mut integral_absolute_error) = (0.0, 0.0);
+    let (mut off_before, mut t_before) = ((1.0 - y(0)).abs(), t[0]);
+    for (yaw, now) in trace.yaw.iter().zip(t) {
+        let reached = yaw * share;
+        peak = larger(peak, reached);
+        let off = (1.0 - reached).abs();
+        integral_absolute_error += 0.5 * (off_before + off) * (now - t_before);
+        (off_before, t_before) = (off, *now);
     }
-    let percent = |x: f64| if x.is_nan() { RUNAWAY_PERCENT } else { x.min(RUNAWAY_PERCENT) };
     let overshoot = percent(100.0 * (peak - 1.0));
     Metrics {
         step: StepMetrics {
             overshoot_percent: if overshoot > ROUNDING_PERCENT { overshoot } else { 0.0 },
             settling_time_s,
-            steady_state_error_percent: percent(100.0 * (1.0 - y(last)).abs()),
+            steady_state_error_percent: error_percent(trace, height),
             rise_time_s,
             largest_angle_rad,
             largest_increment_rad,
@@ -82,6 +83,16 @@ pub(crate) fn metrics(trace: &Trace, height: f64, band_percent: f64) -> Metrics 
         },
         smooth_settling_s: smooth_settling(trace, height, band),
     }
+}
+
+/// The error at the end of a trace, which must not be empty, percent of the step.
+pub(crate) fn error_percent(trace: &Trace, height: f64) -> f64 {
+    let last = trace.yaw.len() - 1;
+    percent(100.0 * (1.0 - trace.yaw[last] * height.recip()).abs())
+}
+
+fn percent(x: f64) -> f64 {
+    if x.is_nan() { RUNAWAY_PERCENT } else { x.min(RUNAWAY_PERCENT) }
 }
 
 /// Shares of the band between which leaving it again begins to count and counts fully. No response has

@@ -1,14 +1,15 @@
 //! One plant, at one latency and one speed, that a controller is held against.
 
 use crate::Error;
+use crate::closed_loop::decay::Decay;
 use crate::closed_loop::margins::ResponseGrid;
-use crate::closed_loop::metrics::{Metrics, metrics};
+use crate::closed_loop::metrics::{Metrics, error_percent, metrics};
 use crate::closed_loop::simulate::{Excitation, Patience, Simulator};
 use crate::guidance::advice::Advice;
 use crate::plants::DesignPlant;
 use crate::plants::sampled::Sampled;
 use crate::requirement::Reached;
-use formats::{Margins, OnACurve, Specification, StepMetrics};
+use formats::{Margins, OnACurve, Specification};
 use vehicle_models::PidParameters;
 
 /// Points of the frequency grid.
@@ -84,8 +85,8 @@ impl Scenario {
         let trace = simulator.run(&self.plant, pid, &excitation);
         let step = metrics(trace, spec.step_rad, view.band * spec.settling_band_percent).step;
         let with_offset = match view.with_offset {
-            true => self.with_offset(simulator, pid, spec, view, step),
-            false => step,
+            true => self.error_with_offset(simulator, pid, spec, view),
+            false => step.steady_state_error_percent,
         };
         Reached { step, with_offset, on_curve: 0.0, margins, end: view.until }
     }
@@ -105,25 +106,21 @@ impl Scenario {
         lasted.then(|| metrics(&simulator.trace, spec.step_rad, band))
     }
 
-    /// The metrics of the step with the steering offset: its error alone where that is enough to look at,
-    /// beside those of the `step` without.
-    pub(crate) fn with_offset(
+    /// The error at the end of the step with the steering offset, percent.
+    pub(crate) fn error_with_offset(
         &self,
         simulator: &mut Simulator,
         pid: &PidParameters,
         spec: &Specification,
         view: View,
-        step: StepMetrics,
-    ) -> StepMetrics {
+    ) -> f64 {
         let offset = self.ratio * spec.steering_offset_rad;
-        let disturbed = Step { offset, until: view.until, ..Step::of(spec) };
-        match view.early.then(|| decayed(simulator, &self.plant, pid, disturbed)).flatten() {
-            Some(error) => StepMetrics { steady_state_error_percent: 100.0 * error, ..step },
-            None => {
-                let trace = simulator.run(&self.plant, pid, &disturbed.excitation());
-                metrics(trace, spec.step_rad, view.band * spec.settling_band_percent).step
-            }
-        }
+        let step = Step { offset, until: view.until, ..Step::of(spec) };
+        let decay = Decay::of(step.height, view.until, self.plant.sample_time);
+        let patience = Patience { decay: view.early.then_some(decay), ..Patience::ENDLESS };
+        let whole = simulator.follow(&self.plant, pid, &step.excitation(), &patience);
+        let told = if whole { None } else { decay.error(&simulator.trace.yaw) };
+        told.map_or_else(|| error_percent(&simulator.trace, step.height), |share| 100.0 * share)
     }
 
     /// The margins as far as the grid tells: of the modulus alone, or all.
@@ -191,35 +188,6 @@ fn quiet(spec: &Specification) -> f64 {
     let error = spec.steady_state_error_percent.unwrap_or(f64::INFINITY);
     let overshoot = spec.overshoot_percent.unwrap_or(f64::INFINITY);
     0.0025 * spec.settling_band_percent.min(error).min(overshoot) * spec.step_rad
-}
-
-/// Where the decay of a disturbance is read, as shares of the time, and by how much its rate may
-/// differ between them for one mode to be left.
-const READ_AT: [f64; 3] = [0.4, 0.5, 0.6];
-const ONE_MODE: f64 = 0.002;
-
-/// The error at the end of a step, as a share of it, where it decays as a single mode long before;
-/// none where it does not.
-fn decayed(
-    simulator: &mut Simulator,
-    plant: &Sampled,
-    pid: &PidParameters,
-    step: Step,
-) -> Option<f64> {
-    let [.., read] = READ_AT;
-    let (height, until) = (step.height, step.until * read);
-    let excitation = Step { until, ..step }.excitation();
-    let yaw = &simulator.run(plant, pid, &excitation).yaw;
-    let last = (until / plant.sample_time).round() as usize;
-    let off = |share: f64| {
-        let k = (share / read * last as f64).round() as usize;
-        yaw.get(k).map(|y| 1.0 - y / height)
-    };
-    let [first, second, third] = [off(READ_AT[0])?, off(READ_AT[1])?, off(READ_AT[2])?];
-    let (earlier, later) = (second / first, third / second);
-    let decays = (0.0..1.0).contains(&earlier) && (0.0..1.0).contains(&later);
-    let intervals = (1.0 - READ_AT[2]) / (READ_AT[2] - READ_AT[1]);
-    (decays && (later - earlier).abs() < ONE_MODE).then(|| third.abs() * later.powf(intervals))
 }
 
 /// The metrics of a simulated step.

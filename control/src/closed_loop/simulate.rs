@@ -4,6 +4,7 @@
 //! output acts from tick k on (delayed by the plant's and the loop's delay). The loop is at rest
 //! with reference 0 at tick −1.
 
+use crate::closed_loop::decay::Decay;
 use crate::plants::sampled::Sampled;
 use vehicle_models::{Pid, PidInput, PidParameters};
 
@@ -47,6 +48,8 @@ pub(crate) struct Patience {
     pub(crate) settled: (f64, f64),
     /// Off by no more than the first at some time up to the second, s.
     pub(crate) entered: (f64, f64),
+    /// No longer than until it is known to decay as one mode.
+    pub(crate) decay: Option<Decay>,
 }
 
 impl Patience {
@@ -55,6 +58,7 @@ impl Patience {
         highest: f64::INFINITY,
         settled: (f64::INFINITY, f64::INFINITY),
         entered: (f64::INFINITY, f64::INFINITY),
+        decay: None,
     };
 }
 
@@ -216,6 +220,7 @@ fn ticks(
     let last = time.len() - 1;
     let mut old = e.offset;
     let (mut loud, mut entered) = (0, false);
+    let told_at = patience.decay.map_or(usize::MAX, |decay| decay.tick());
     for k in 0..=last {
         time[k] = k as f64 * ts;
         yaw[k] = motion.yaw();
@@ -238,7 +243,8 @@ fn ticks(
         let beyond = reached > patience.highest
             || away > patience.settled.0 && time[k] > patience.settled.1
             || !entered && time[k] > patience.entered.1;
-        if beyond {
+        let told = |d: Decay| d.error(&yaw[..=k]).is_some();
+        if beyond || k == told_at && patience.decay.is_some_and(told) {
             return (k + 1, false);
         }
         let off = (yaw[k] - e.step).abs();

@@ -142,8 +142,9 @@ impl Objective {
             let metrics = scenario.step(simulator, pid, &self.spec, view, &patience);
             let metrics = metrics.ok_or(Told(k))?;
             let (step, smooth, end) = (metrics.step, metrics.smooth_settling_s, view.until);
+            let with_offset = step.steady_state_error_percent;
             let mut reached =
-                Reached { step, with_offset: step, on_curve: 0.0, margins: margins[k], end };
+                Reached { step, with_offset, on_curve: 0.0, margins: margins[k], end };
             parts.slowest = parts.slowest.max(smooth);
             if let Some((weak, required)) = self.giving_way(aim) {
                 let value = match weak {
@@ -157,11 +158,11 @@ impl Objective {
             }
             if view.with_offset {
                 // Without it first: that may be too much already.
-                reached.with_offset = StepMetrics { steady_state_error_percent: 0.0, ..step };
+                reached.with_offset = 0.0;
                 added[k][0] = self.violation(&reached, aim, k > 0);
                 parts.violation = sum(&added);
                 told(&parts)?;
-                reached.with_offset = scenario.with_offset(simulator, pid, &self.spec, view, step);
+                reached.with_offset = scenario.error_with_offset(simulator, pid, &self.spec, view);
             }
             added[k][0] = self.violation(&reached, aim, k > 0);
             if k == 0 {
@@ -225,6 +226,7 @@ impl Objective {
             highest: 1.0 + 0.01 * overshoot,
             settled: (band, beyond(Requirement::Settling)),
             entered: (LEAVING.0 * band, logarithm.exp()),
+            decay: None,
         }
     }
 

@@ -156,7 +156,10 @@ impl Pid {
                 Some(b) if b.enabled => {
                     self.integral +=
                         p.ki * p.sample_time * error - unweighted * reference_increment;
-                    if p.ki > 0.0 {
+                    let same = b.kp == p.kp
+                        && b.kd == p.kd
+                        && b.setpoint_weight_derivative == p.setpoint_weight_derivative;
+                    if p.ki > 0.0 && !same {
                         self.integral += (b.kp - p.kp) * error
                             + (pulse(b.kd, b.setpoint_weight_derivative) - new_pulse);
                     }
