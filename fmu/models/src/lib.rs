@@ -38,6 +38,7 @@ pub mod pose;
 pub mod quadrature;
 pub mod sensitivity;
 mod sideslip;
+mod stretches;
 pub mod ticks;
 pub mod trigonometry;
 

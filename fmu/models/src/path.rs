@@ -11,10 +11,12 @@
 //! The foot s of a position p solves `f(s) = (p − q(s))·t(s) = 0`, t the unit tangent. From a known
 //! distance it is sought in the direction in which f points and the first zero is taken, at most
 //! [`WINDOW`] away: so progress moves along the path and never jumps to another branch where the
-//! path crosses or touches itself, and a step costs the same however long the path is.
+//! path crosses or touches itself, and a step costs the same however long the path is. So does the path
+//! at a distance, whose segment is looked up (`stretches`).
 
 use crate::angle::wrap_angle;
 use crate::error::Error;
+use crate::stretches::Stretches;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// How far from the last progress the foot is sought, m.
@@ -50,6 +52,7 @@ struct Node {
 #[derive(Debug, Clone, PartialEq)]
 pub struct PathGeometry {
     nodes: Vec<Node>,
+    stretches: Stretches,
     closed: bool,
     /// Heading gained in a lap of a closed path, a whole number of turns.
     turn: f64,
@@ -96,6 +99,8 @@ impl PathGeometry {
         for (i, pair) in points.windows(2).enumerate() {
             check_segment(i, &pair[0], &pair[1])?;
         }
+        let distances: Vec<f64> = points.iter().map(|p| p.distance).collect();
+        let stretches = Stretches::of(&distances);
         let nodes = points
             .into_iter()
             .map(|point| {
@@ -103,7 +108,7 @@ impl PathGeometry {
                 Node { point, cos, sin }
             })
             .collect();
-        Ok(Self { nodes, closed, turn })
+        Ok(Self { nodes, stretches, closed, turn })
     }
 
     /// Distance of the first point, m.
@@ -180,7 +185,8 @@ impl PathGeometry {
 
     /// The segment a distance lies in.
     fn segment(&self, local: f64) -> usize {
-        let after = self.nodes.partition_point(|n| n.point.distance <= local);
+        let near = self.stretches.around(local);
+        let after = near.start + self.nodes[near].partition_point(|n| n.point.distance <= local);
         after.saturating_sub(1).min(self.nodes.len() - 2)
     }
 
