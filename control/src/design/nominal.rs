@@ -4,17 +4,15 @@ use crate::Error;
 use crate::closed_loop::simulate::Simulator;
 use crate::design::aim::{BARELY, HOPELESS_WEIGHT, QUICKEST, WITH_RESERVE};
 use crate::design::objective::Objective;
-use crate::design::optimise::THOROUGH;
+use crate::design::optimise::EVOLVED;
 use crate::design::search::{EXACT_DIGITS, READABLE_DIGITS, rounded, search, starts};
 use crate::requirement::{Reached, Requirement};
 use vehicle_models::PidParameters;
 
-/// Multiples of the plant's scale about which the quickest loop is looked for: the settling time
-/// jumps where a response just leaves its band again, and has many minima.
-const SCALES: [f64; 3] = [1.0, 1.5, 2.25];
-
-/// Starts about a scale.
-const STARTS: u32 = 6;
+/// Multiples of the plant's scale about which a loop is looked for, and starts about each: the settling
+/// time jumps where a response just leaves its band again, and has many minima.
+const SCALES: [f64; 6] = [1.0, 1.5, 2.25, 3.0, 4.0, 6.0];
+const STARTS: u32 = 11;
 /// A quickest loop slower than the time asked for by more is nowhere near it.
 const FAR: f64 = 1.15;
 
@@ -75,22 +73,18 @@ pub(crate) fn is_far(objective: &Objective, quickest: &Found) -> bool {
 /// With some reserve; or else the quickest loop that keeps everything but the settling time.
 /// `doubtful` says that others have not been found to keep it.
 pub(crate) fn find(objective: &Objective, seed: u64, doubtful: bool) -> Result<Found, Error> {
-    // About the plant's own scale and beyond, and about the time asked for where that is longer.
-    const OWN: f64 = 1.5;
-    let asked = objective.spec.settling_time_s.map_or(OWN, |t| t / objective.scale);
-    let mut own = [OWN, 2.0 * OWN, 4.0 * OWN]
-        .map(|multiple| starts(objective, multiple, STARTS, seed))
-        .concat();
-    if asked > 4.0 * OWN {
-        own.extend(starts(objective, asked, STARTS, seed));
-    }
-    let all = SCALES.map(|multiple| starts(objective, multiple, STARTS / 2, seed)).concat();
-    let quickest = || search(objective, &QUICKEST, &all, THOROUGH);
+    let begin = SCALES.map(|multiple| starts(objective, multiple, STARTS, seed)).concat();
+    let quickest = || search(objective, &QUICKEST, &begin, EVOLVED);
     let quickest_first = doubtful.then(quickest).transpose()?.map(|x| Found::of(objective, x));
     if let Some(quickest) = quickest_first.as_ref().filter(|q| is_far(objective, q)) {
         return Ok(quickest.clone());
     }
-    let found = Found::of(objective, search(objective, &WITH_RESERVE, &own, THOROUGH)?);
+    // And about the time asked for, where that is longer.
+    let asked = objective.spec.settling_time_s.map_or(0.0, |t| t / objective.scale);
+    let slow = SCALES.iter().all(|multiple| asked > *multiple);
+    let slower = if slow { starts(objective, asked, STARTS, seed) } else { Vec::new() };
+    let own = [begin.clone(), slower].concat();
+    let found = Found::of(objective, search(objective, &WITH_RESERVE, &own, EVOLVED)?);
     if found.met {
         return Ok(found);
     }
@@ -105,7 +99,7 @@ pub(crate) fn find(objective: &Objective, seed: u64, doubtful: bool) -> Result<F
     }
     // Many minima lie near the requirements: one that just keeps them may be none of the quickest.
     let near = [own, vec![found.variables.clone(), quickest.variables.clone()]].concat();
-    let barely = Found::of(objective, search(objective, &BARELY, &near, THOROUGH)?);
+    let barely = Found::of(objective, search(objective, &BARELY, &near, EVOLVED)?);
     if barely.met {
         return Ok(barely);
     }

@@ -31,10 +31,7 @@ pub(crate) struct Effort {
     pub(crate) polish: u64,
 }
 
-/// What is spent on one plant where nothing good is known yet.
-pub(crate) const THOROUGH: Effort =
-    Effort { islands: 0, generations: 0, begin: 99, keep: 3, restarts: 2, polish: 250 };
-/// What is spent on many plants: their requirements together have more ledges.
+/// What is spent where nothing good is known yet.
 pub(crate) const EVOLVED: Effort =
     Effort { islands: 2, generations: 90, begin: 0, keep: 2, restarts: 2, polish: 200 };
 /// What is spent on the same once more, when much is known.
@@ -160,6 +157,9 @@ pub(crate) fn sequence(box_: &[(f64, f64)], count: u32, seed: u64) -> Vec<Vec<f6
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const THOROUGH: Effort =
+        Effort { islands: 0, generations: 0, begin: 99, keep: 3, restarts: 2, polish: 250 };
 
     /// Rosenbrock's valley, minimum 0 at (1, 1).
     #[test]
