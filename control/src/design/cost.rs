@@ -66,6 +66,11 @@ thread_local! {
     static SCRATCH: RefCell<Scratch> = RefCell::default();
 }
 
+/// Something simulated in the scratch space of the thread, which no other simulation is using.
+pub(crate) fn with_simulator<R>(simulate: impl FnOnce(&mut Simulator) -> R) -> R {
+    SCRATCH.with_borrow_mut(|scratch| simulate(&mut scratch.simulator))
+}
+
 /// The parts of a cost.
 #[derive(Clone, Copy)]
 struct Parts {

@@ -80,7 +80,7 @@ pub fn design(
         ..advice
     };
     let mut evidence = evidence(sampled, plant, &pid, &objective.spec, &advice);
-    evidence.robustness = ensemble.map(|e| e.evidence(&objective, &pid, &advice));
+    evidence.robustness = ensemble.map(|e| e.evidence(&objective, &pid, &advice)).transpose()?;
     evidence.trade_off = trade_off(&objective, &found, options.seed)?;
     evidence.advice = blocked(&objective, plant, options, &found)?;
     evidence.advice.extend(wrong_way(plant, evidence.margins.crossover_radps));

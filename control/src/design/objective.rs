@@ -9,6 +9,7 @@
 use crate::closed_loop::margins::margins;
 use crate::closed_loop::scenario::{Scenario, View};
 use crate::closed_loop::simulate::Simulator;
+use crate::design::cost::with_simulator;
 use crate::design::options::DesignOptions;
 use crate::design::quickest::settling_scale;
 use crate::guidance::advice::Advice;
@@ -146,14 +147,9 @@ impl Objective {
     }
 
     /// What a controller reaches on a plant, as the search sees it.
-    pub(crate) fn reached(
-        &self,
-        simulator: &mut Simulator,
-        scenario: &Scenario,
-        pid: &PidParameters,
-    ) -> Reached {
+    pub(crate) fn reached(&self, scenario: &Scenario, pid: &PidParameters) -> Reached {
         let margins = scenario.margins(pid, self.view.all_margins);
         let view = View { band: 1.0, early: false, ..self.view };
-        scenario.reached(simulator, pid, &self.spec, view, margins)
+        with_simulator(|simulator| scenario.reached(simulator, pid, &self.spec, view, margins))
     }
 }

@@ -52,11 +52,10 @@ pub(crate) fn minimise(
     starts: &[Vec<f64>],
     effort: Effort,
 ) -> Result<Points, Error> {
-    let nothing = || Error::Optimiser("nothing to start from".into());
     let mut found = if effort.islands == 0 {
-        let down = |start: &Vec<f64>| Ok(descend(cost, start, SIMPLEX, ITERATIONS));
+        let down = |start: &Vec<f64>| descend(cost, start, SIMPLEX, ITERATIONS);
         if effort.begin < starts.len() {
-            let mut starts = each(starts, |x| Ok((x.clone(), cost(x, f64::INFINITY))))?;
+            let mut starts = each(starts, |x| (x.clone(), cost(x, f64::INFINITY)))?;
             // A stable sort: equal costs keep the order of the starts.
             starts.sort_by(|a, b| a.1.total_cmp(&b.1));
             starts.truncate(effort.begin);
@@ -69,9 +68,8 @@ pub(crate) fn minimise(
             starts.iter().skip(i).step_by(effort.islands).cloned().collect()
         };
         let islands: Vec<usize> = (0..effort.islands.min(starts.len())).collect();
-        each(&islands, |i| {
-            evolve(cost, island(*i), effort.generations, *i as u64).ok_or_else(nothing)
-        })?
+        let evolved = each(&islands, |i| evolve(cost, island(*i), effort.generations, *i as u64))?;
+        evolved.into_iter().flatten().collect()
     };
     found.sort_by(|a, b| a.1.total_cmp(&b.1));
     let kept = effort.keep.min(found.len());
@@ -83,37 +81,38 @@ pub(crate) fn minimise(
                 best = polished;
             }
         }
-        Ok(best)
+        best
     })?;
     found.splice(..kept, polished);
     found.sort_by(|a, b| a.1.total_cmp(&b.1));
-    if found.is_empty() { Err(nothing()) } else { Ok(found) }
+    if found.is_empty() {
+        return Err(Error::Optimiser("nothing to start from".into()));
+    }
+    Ok(found)
 }
 
 /// One result for each item, in order whatever the number of threads.
-fn each<T: Sync>(
+pub(crate) fn each<T: Sync, R: Send>(
     items: &[T],
-    work: impl Fn(&T) -> Result<(Vec<f64>, f64), Error> + Sync,
-) -> Result<Points, Error> {
+    work: impl Fn(&T) -> R + Sync,
+) -> Result<Vec<R>, Error> {
     let threads = std::thread::available_parallelism().map_or(1, usize::from).min(items.len());
     if threads < 2 {
-        return items.iter().map(work).collect();
+        return Ok(items.iter().map(work).collect());
     }
     let next = AtomicUsize::new(0);
     let part = || -> Vec<_> {
         let taken = || Some(next.fetch_add(1, Ordering::Relaxed)).filter(|i| *i < items.len());
         std::iter::from_fn(|| taken().map(|i| (i, work(&items[i])))).collect()
     };
-    let mut all: Vec<_> = std::thread::scope(|scope| {
+    let parts = std::thread::scope(|scope| {
         let running: Vec<_> = (0..threads).map(|_| scope.spawn(part)).collect();
         let parts = running.into_iter().map(|thread| thread.join().map_err(|_| ended_early()));
-        parts.collect::<Result<Vec<Vec<_>>, Error>>()
-    })?
-    .into_iter()
-    .flatten()
-    .collect();
+        parts.collect::<Result<Vec<_>, Error>>()
+    })?;
+    let mut all: Vec<_> = parts.into_iter().flatten().collect();
     all.sort_by_key(|(i, _)| *i);
-    all.into_iter().map(|(_, result)| result).collect()
+    Ok(all.into_iter().map(|(_, result)| result).collect())
 }
 
 /// Two things at once.

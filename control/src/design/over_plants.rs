@@ -1,9 +1,11 @@
 //! What gains reach over plants drawn anew, and where each requirement breaks.
 
+use crate::Error;
 use crate::closed_loop::scenario::Scenario;
-use crate::closed_loop::simulate::Simulator;
 use crate::design::breaking::breaking;
+use crate::design::cost::with_simulator;
 use crate::design::objective::Objective;
+use crate::design::optimise::each;
 use crate::design::robust::Ensemble;
 use crate::guidance::advice::Advice;
 use crate::requirement::{Reached, Requirement};
@@ -22,18 +24,15 @@ impl Ensemble<'_> {
         objective: &Objective,
         pid: &PidParameters,
         advice: &Advice,
-    ) -> Robustness {
+    ) -> Result<Robustness, Error> {
         let all = self.draw(1, self.robust.members);
-        let mut simulator = Simulator::default();
         let spec = &objective.spec;
-        let reached: Vec<Reached> = all
-            .iter()
-            .map(|r| {
-                let on_curve = r.scenario.on_curve(&mut simulator, pid, spec, advice);
-                let reached = objective.reached(&mut simulator, &r.scenario, pid);
-                Reached { on_curve: on_curve.steady_state_error_percent, ..reached }
-            })
-            .collect();
+        let reach = |scenario: &Scenario| {
+            let curve = with_simulator(|s| scenario.on_curve(s, pid, spec, advice));
+            let on_curve = curve.steady_state_error_percent;
+            Reached { on_curve, ..objective.reached(scenario, pid) }
+        };
+        let reached = each(&all, |r| reach(&r.scenario))?;
         let at_nominal = all.iter().filter(|r| r.at_nominal).count();
         let requirements: Vec<OverEnsemble> = Requirement::ALL
             .into_iter()
@@ -58,17 +57,11 @@ impl Ensemble<'_> {
                 }
             })
             .collect();
-        let reach = |scenario: Scenario| {
-            let mut simulator = Simulator::default();
-            let on_curve = scenario.on_curve(&mut simulator, pid, spec, advice);
-            let reached = objective.reached(&mut simulator, &scenario, pid);
-            Reached { on_curve: on_curve.steady_state_error_percent, ..reached }
-        };
         let latency = breaking(
             spec,
             self.options.loop_delay_s,
             [-self.plant.input_delay, self.options.loop_delay_s + LONGEST_LATENCY],
-            |delay| self.scenario(self.plant, delay).map(reach),
+            |delay| self.scenario(self.plant, delay).map(|s| reach(&s)),
         );
         let speed = self.plant.is_speed_scheduled().then(|| {
             let (v, delay) = (self.plant.speed, self.options.loop_delay_s);
@@ -77,10 +70,10 @@ impl Ensemble<'_> {
                     .at_speed(speed)
                     .ok()
                     .and_then(|plant| self.scenario(&plant, delay))
-                    .map(reach)
+                    .map(|s| reach(&s))
             })
         });
-        Robustness {
+        Ok(Robustness {
             met: requirements.iter().all(|r| r.share_kept >= 1.0),
             members: at_nominal,
             seed: self.options.seed,
@@ -91,6 +84,6 @@ impl Ensemble<'_> {
             requirements,
             latency,
             speed: speed.unwrap_or_default(),
-        }
+        })
     }
 }

@@ -8,11 +8,10 @@
 
 use crate::Error;
 use crate::closed_loop::scenario::Scenario;
-use crate::closed_loop::simulate::Simulator;
 use crate::design::aim::{Aim, HOPELESS_WEIGHT, ROBUST, ROBUST_AND_QUICK, ROBUST_BUT_SLOW};
 use crate::design::nominal::{self, Found};
 use crate::design::objective::Objective;
-use crate::design::optimise::{EVOLVED, QUICK, SHORT, both};
+use crate::design::optimise::{EVOLVED, QUICK, SHORT, both, each};
 use crate::design::options::{DesignOptions, RobustOptions};
 use crate::design::search::{search, starts};
 use crate::plants::DesignPlant;
@@ -45,6 +44,19 @@ pub(crate) struct Ensemble<'a> {
 pub(super) struct Relative {
     pub(super) scenario: Scenario,
     pub(super) at_nominal: bool,
+}
+
+/// A loop, and by how much the plants designed on miss the requirements with it.
+struct Judged {
+    found: Found,
+    missed: f64,
+}
+
+impl Judged {
+    /// Whether all plants keep everything.
+    fn is_kept(&self) -> bool {
+        self.found.met && self.missed == 0.0
+    }
 }
 
 /// What was found for all plants.
@@ -147,12 +159,11 @@ impl<'a> Ensemble<'a> {
         let first = Found::of(&objective, search(&objective, &ROBUST, &begin, EVOLVED)?);
         // What is nowhere near on few plants is not looked for on more.
         let best = match nominal::is_far(&objective, &first) {
-            true => first,
+            true => self.judged(&objective, first, &relatives)?,
             false => self.on_members(&mut objective, first, &ROBUST, &relatives, ROUNDS)?,
         };
-        let missed = self.missed(&objective, &best.pid, &relatives).1;
-        if best.met && missed == 0.0 {
-            let best = self.once_more(&mut objective, best, &relatives)?;
+        if best.is_kept() {
+            let best = self.once_more(&mut objective, best.found, &relatives)?;
             objective.scenarios.truncate(1);
             return Ok(Robust { found: best, objective, kept_by: None });
         }
@@ -163,19 +174,16 @@ impl<'a> Ensemble<'a> {
             || nominal::find(&objective, seed, true),
         )?;
         let ((quick, kept_by), nominal) = (quick?, nominal?);
-        let mut all = vec![best, quick, nominal.clone()];
+        let mut all = vec![best, quick, self.judged(&objective, nominal.clone(), &relatives)?];
         if nominal.met {
             let from = |aim| self.serving_all(&objective, &nominal, aim, &relatives);
             let (first, second) = both(|| from(&ROBUST), || from(&ROBUST_BUT_SLOW))?;
             all.extend([first?, second?]);
         }
         objective.scenarios.truncate(1);
-        let mut choice: Vec<(bool, f64, Found)> = all
-            .into_iter()
-            .map(|f| (!f.met, self.missed(&objective, &f.pid, &relatives).1, f))
-            .collect();
-        choice.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
-        Ok(Robust { found: choice.remove(0).2, objective, kept_by })
+        // A stable sort: of those as good as each other the first.
+        all.sort_by(|a, b| b.found.met.cmp(&a.found.met).then(a.missed.total_cmp(&b.missed)));
+        Ok(Robust { found: all.remove(0).found, objective, kept_by })
     }
 
     /// How soon all plants could settle: the quickest loop, and the settling time that all keep with it
@@ -185,13 +193,13 @@ impl<'a> Ensemble<'a> {
         objective: &Objective,
         begin: &[Vec<f64>],
         relatives: &[Relative],
-    ) -> Result<(Found, Option<f64>), Error> {
+    ) -> Result<(Judged, Option<f64>), Error> {
         let mut objective = objective.with(objective.spec);
         self.begin_again(&mut objective);
         let first = Found::of(&objective, search(&objective, &ROBUST_AND_QUICK, begin, SHORT)?);
         let quick =
             self.on_members(&mut objective, first, &ROBUST_AND_QUICK, relatives, FEW_ROUNDS)?;
-        let kept_by = self.kept_by(&objective, &quick.pid, relatives);
+        let kept_by = self.kept_by(&objective, &quick.found.pid, relatives);
         Ok((quick, kept_by))
     }
 
@@ -202,7 +210,7 @@ impl<'a> Ensemble<'a> {
         nominal: &Found,
         aim: &Aim,
         relatives: &[Relative],
-    ) -> Result<Found, Error> {
+    ) -> Result<Judged, Error> {
         let mut objective = objective.with(objective.spec);
         self.begin_again(&mut objective);
         self.on_members(&mut objective, nominal.clone(), aim, relatives, FEW_ROUNDS)
@@ -222,8 +230,8 @@ impl<'a> Ensemble<'a> {
         let other = Found::of(objective, search(objective, &ROBUST, &begin, EVOLVED)?);
         let other = self.on_members(objective, other, &ROBUST, relatives, ROUNDS)?;
         let cost = |found: &Found| objective.cost(&found.variables, &ROBUST, f64::INFINITY);
-        let kept = other.met && self.missed(objective, &other.pid, relatives).1 == 0.0;
-        Ok(if kept && cost(&other) < cost(&best) { other } else { best })
+        let better = other.is_kept() && cost(&other.found) < cost(&best);
+        Ok(if better { other.found } else { best })
     }
 
     /// The nominal plant and the extremes alone.
@@ -234,10 +242,9 @@ impl<'a> Ensemble<'a> {
 
     /// The settling time that all plants keep, where they keep everything else.
     fn kept_by(&self, objective: &Objective, pid: &PidParameters, all: &[Relative]) -> Option<f64> {
-        let mut simulator = Simulator::default();
         let mut slowest = 0.0_f64;
         for scenario in objective.scenarios[..1].iter().chain(all.iter().map(|r| &r.scenario)) {
-            let reached = objective.reached(&mut simulator, scenario, pid);
+            let reached = objective.reached(scenario, pid);
             let missed = |(r, required): &(Requirement, f64)| {
                 *r != Requirement::Settling && !r.is_met(*required, reached.value(*r))
             };
@@ -257,12 +264,12 @@ impl<'a> Ensemble<'a> {
         aim: &Aim,
         relatives: &[Relative],
         rounds: usize,
-    ) -> Result<Found, Error> {
+    ) -> Result<Judged, Error> {
         let mut chosen: Vec<(bool, usize)> = Vec::new();
         let mut found = first.clone();
         let (mut best, mut least) = (first, f64::INFINITY);
         for _ in 0..rounds {
-            let (worst, missed) = self.missed(objective, &found.pid, relatives);
+            let (worst, missed) = self.missed(objective, &found.pid, relatives)?;
             if missed < least && (found.met || !best.met) {
                 (best, least) = (found.clone(), missed);
             }
@@ -289,7 +296,17 @@ impl<'a> Ensemble<'a> {
                 .collect();
             found = Found::of(objective, search(objective, aim, &begin, QUICK)?);
         }
-        Ok(best)
+        Ok(Judged { found: best, missed: least })
+    }
+
+    fn judged(
+        &self,
+        objective: &Objective,
+        found: Found,
+        relatives: &[Relative],
+    ) -> Result<Judged, Error> {
+        let missed = self.missed(objective, &found.pid, relatives)?.1;
+        Ok(Judged { found, missed })
     }
 
     /// The plants that miss each requirement by most, and by how much all is missed.
@@ -298,10 +315,8 @@ impl<'a> Ensemble<'a> {
         objective: &Objective,
         pid: &PidParameters,
         all: &[Relative],
-    ) -> (Vec<(Requirement, usize)>, f64) {
-        let mut simulator = Simulator::default();
-        let reached: Vec<Reached> =
-            all.iter().map(|r| objective.reached(&mut simulator, &r.scenario, pid)).collect();
+    ) -> Result<(Vec<(Requirement, usize)>, f64), Error> {
+        let reached: Vec<Reached> = each(all, |r| objective.reached(&r.scenario, pid))?;
         let (mut worst, mut sum) = (Vec::new(), 0.0);
         for (r, required) in objective.required() {
             // What is out of reach must not take the rest with it.
@@ -315,6 +330,6 @@ impl<'a> Ensemble<'a> {
                 sum += missed(k) + mean;
             }
         }
-        (worst, sum)
+        Ok((worst, sum))
     }
 }
