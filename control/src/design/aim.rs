@@ -24,9 +24,10 @@ pub(crate) const ROBUST: Aim = Aim { overshoot: 0.85, margins: 0.015, band: 0.8,
 pub(crate) const ROBUST_AND_QUICK: Aim = Aim { gives_way: Some(Requirement::Settling), ..ROBUST };
 /// The same where all but the nominal plant may be slow.
 pub(crate) const ROBUST_BUT_SLOW: Aim = Aim { others_slow: true, ..ROBUST };
-/// There, weight of what a requirement is missed by beyond twice its bound: what is out of reach
-/// must not take the rest with it.
+/// Where a requirement gives way, weight of what another is missed by beyond twice its bound: what is out
+/// of reach must not take the rest with it.
 pub(crate) const HOPELESS_WEIGHT: f64 = 0.02;
+
 /// How much tighter than the requirements is aimed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Aim {

@@ -93,7 +93,7 @@ impl Parts {
 struct Told(usize);
 
 impl Objective {
-    /// The cost of decision variables; infinite where it is more than `most`.
+    /// The cost of decision variables; where it is more than `most` it may be told as infinite.
     pub(crate) fn cost(&self, x: &[f64], aim: &Aim, most: f64) -> f64 {
         let (pid, outside) = self.controller(x);
         let most = most + ROUNDING * (1.0 + most.abs());
@@ -209,7 +209,8 @@ impl Objective {
     /// How long the response of a plant can be followed before the cost is more than the most.
     fn patience(&self, aim: &Aim, least: &Parts, most: f64, other: bool) -> Patience {
         let spare = most - self.total(least);
-        if spare == f64::INFINITY {
+        // Without a stable nominal plant nothing is known yet of what gives way.
+        if spare == f64::INFINITY || aim.gives_way.is_some() && !least.urgency.is_finite() {
             return Patience::ENDLESS;
         }
         let beyond = |r: Requirement| {
@@ -314,4 +315,64 @@ fn urgency(weak: Requirement, bound: f64, value: f64) -> f64 {
         value.max(bound).max(1e-9)
     };
     URGENCY_WEIGHT * ratio.ln()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::design::aim::{BARELY, QUICKEST, ROBUST, ROBUST_AND_QUICK, ROBUST_BUT_SLOW};
+    use crate::design::options::DesignOptions;
+    use crate::design::search::starts;
+    use crate::plants::{DesignPlant, PlantInfo};
+
+    /// A mode and a lag, 20 ms late: at its own latency, at others, and with other gains.
+    fn objective(max_rate_radps: Option<f64>) -> Objective {
+        let info = PlantInfo {
+            model: "plant".into(),
+            name: "mode".into(),
+            speed: 15.0,
+            steering_ratio: 1.0,
+            input_delay: 0.02,
+        };
+        let (f, h) = ([0.0, 1.0, -60.0, -9.0], [300.0, 6.0]);
+        let plant = DesignPlant::from_matrices(info, &f, &[0.0, 1.0], &h, 0.0).unwrap();
+        let options = DesignOptions { max_rate_radps, ..DesignOptions::default() };
+        let mut objective = Objective::new(&plant, &options).unwrap();
+        for (late, gain, in_short) in [(0.0, 1.2, true), (0.06, 1.0, true), (0.0, 0.3, false)] {
+            let plant = plant.with_gain(gain);
+            let scenario = Scenario::new(&plant, 0.01, late, objective.scale).unwrap();
+            objective.scenarios.push(if in_short { scenario.in_short() } else { scenario });
+        }
+        objective
+    }
+
+    /// What a cost must not exceed changes when it is told, not what: above it is told to be above, and
+    /// anything else bit by bit.
+    #[test]
+    fn a_candidate_that_ends_early_is_one_that_does_not_count() {
+        let aims = [ROBUST, ROBUST_AND_QUICK, ROBUST_BUT_SLOW, QUICKEST, BARELY]
+            .into_iter()
+            .chain([Requirement::Overshoot, Requirement::ModulusMargin].map(|r| BARELY.giving(r)));
+        for (aim, max_rate) in aims.flat_map(|aim| [(aim, None), (aim, Some(0.5))]) {
+            let objective = objective(max_rate);
+            let points = [0.3, 1.0, 1.5, 3.0, 8.0].map(|m| starts(&objective, m, 12, 1)).concat();
+            let exact: Vec<f64> =
+                points.iter().map(|x| objective.cost(x, &aim, f64::INFINITY)).collect();
+            let (mut early, mut counted) = (0, 0);
+            for (x, exact_cost) in points.iter().zip(&exact) {
+                let near = [0.999, 1.0, 1.001].map(|share| share * exact_cost);
+                for most in exact.iter().copied().step_by(3).chain(near) {
+                    let told = objective.cost(x, &aim, most);
+                    if told == f64::INFINITY {
+                        assert!(*exact_cost > most, "{aim:?}: {exact_cost} {most}");
+                        early += 1;
+                    } else {
+                        assert_eq!(told, *exact_cost, "{aim:?}");
+                        counted += 1;
+                    }
+                }
+            }
+            assert!(early > 300 && counted > 300, "{aim:?}: {early} {counted}");
+        }
+    }
 }
