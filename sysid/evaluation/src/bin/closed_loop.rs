@@ -1,6 +1,10 @@
 //! Bias of the identification with a driver in the loop, by Monte Carlo: the open-loop methods beside
 //! SSARX and PBSID-opt with growing past horizon, Chou and Verhaegen's method where it applies, the
 //! test for feedback, and PARSIM-K of another package on the same data.
+//!
+//! The records are long: of p past samples in N, overfitting leaves a bias of the order p/N, which at
+//! 100,000 samples 200 records just show (0.05 % of the response at p = 20). It is none of the methods',
+//! and falls faster with N than the interval does with the number of records.
 
 use clap::Parser;
 use sysid::closed_loop::{self, Method, errors_in_variables};
@@ -14,10 +18,10 @@ use sysid_evaluation::parsim;
 #[derive(Parser)]
 struct Arguments {
     /// Samples a record
-    #[arg(long, default_value_t = 100_000)]
+    #[arg(long, default_value_t = 400_000)]
     samples: usize,
     /// Records
-    #[arg(long, default_value_t = 200)]
+    #[arg(long, default_value_t = 50)]
     seeds: u64,
     /// Past horizons
     #[arg(long, value_delimiter = ',', default_values_t = [5, 10, 20, 40])]
@@ -31,6 +35,9 @@ struct Arguments {
     /// Samples a record for the test for feedback
     #[arg(long, default_value_t = 4000)]
     feedback_samples: usize,
+    /// Records for that test
+    #[arg(long, default_value_t = 200)]
+    feedback_seeds: u64,
     /// Samples a record for PARSIM-K
     #[arg(long, default_value_t = 10_000)]
     peer_samples: usize,
@@ -171,11 +178,11 @@ fn feedback_rates(arguments: &Arguments) -> Result<(), Error> {
         ("in the loop", &controlled),
     ] {
         let mut found = 0;
-        for seed in 20_000..20_000 + arguments.seeds {
+        for seed in 20_000..20_000 + arguments.feedback_seeds {
             let data = drive.record(arguments.feedback_samples, seed)?;
             found += usize::from(closed_loop::feedback(&data, 2.0, 1.0)?.detected);
         }
-        println!("  {what:<22}{found} of {} records", arguments.seeds);
+        println!("  {what:<22}{found} of {} records", arguments.feedback_seeds);
     }
     Ok(())
 }
