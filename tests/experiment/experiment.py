@@ -62,6 +62,7 @@ def arguments():
     )
     parser.add_argument("--program", required=True, help="the command line under test")
     parser.add_argument("--out", type=Path, required=True, help="folder of the outcomes")
+    parser.add_argument("--record", type=Path, metavar="FILE", help="write the tables there, too")
     parser.add_argument("--seeds", type=int, default=20, help="of each case (default: 20)")
     parser.add_argument("--quick", action="store_true", help="2 seeds")
     parser.add_argument("--cases", nargs="+", metavar="CASE", help="such as car2_15mps; all if none")
@@ -175,7 +176,8 @@ def main():
     scores.write_csv(runs, options.out / "results.csv")
     figures.draw(runs, options.out)
     text = tables.everything(runs, conditions(options)) + tables.failures(failed, len(runs))
-    (options.out / "results.md").write_text(text)
+    for file in filter(None, (options.out / "results.md", options.record)):
+        file.write_text(text)
     (options.out / "results.html").write_text(page.page(text, options.out))
     print(text)
     if failed:
