@@ -4,6 +4,8 @@
 //! starts at `initial_x`, `initial_y` and `initial_yaw` where it has them.
 
 use crate::failure::Failure;
+use crate::lateral_loop::sideslip_parameters;
+use control::Sideslip;
 use fmi2_host::{Archive, Causality, Connection, Instance, Master, Recording, System};
 use formats::Path as PathFile;
 
@@ -25,7 +27,7 @@ impl Loop<'_> {
         path: &PathFile,
         step: f64,
         master: Master,
-        sideslip_per_yaw_rate: f64,
+        sideslip: &Sideslip,
     ) -> Result<Recording, Failure> {
         let (Some(first), Some(last)) = (path.points.first(), path.points.last()) else {
             return Err(Failure::new("the path has no points", "make the path again"));
@@ -64,7 +66,9 @@ impl Loop<'_> {
         }
         drive_at(&mut system, self.plant, path.speed_mps)?;
         system.set(PATH, "speed", path.speed_mps)?;
-        system.set(PATH, "sideslip_per_yaw_rate", sideslip_per_yaw_rate)?;
+        for (name, value) in sideslip_parameters(sideslip) {
+            system.set(PATH, name, value)?;
+        }
         let steps = ((last.distance_m - first.distance_m) / path.speed_mps / step).floor();
         Ok(system.run(master, 0.0, steps * step, step)?)
     }

@@ -43,7 +43,7 @@ pub(crate) fn pack(
     for (packed, (text, file)) in packed.into_iter().zip(documents) {
         let mut values = path.as_ref().map_or_else(Vec::new, |p| ssp::start_values(&packed, p));
         values.extend(ssp::receiver_values(&packed, &connections));
-        values.extend(ssp::sideslip_values(&packed, &sideslip_parameters(sideslip)));
+        values.extend(ssp::sideslip_values(&packed, &sideslip_parameters(&sideslip)));
         // Importers that ignore a system's parameters start with the same values all the same.
         let packed = match ssp::own_start(&packed, &values) {
             None => packed,
@@ -76,7 +76,7 @@ fn length(path: &PathFile, step: f64) -> f64 {
 }
 
 /// What an FMU that reckons with sideslip calls it.
-fn sideslip_parameters(sideslip: Sideslip) -> [(&'static str, f64); 3] {
+pub(crate) fn sideslip_parameters(sideslip: &Sideslip) -> [(&'static str, f64); 3] {
     [
         ("sideslip_per_yaw_rate", sideslip.per_yaw_rate_s),
         ("sideslip_per_yaw_acceleration", sideslip.per_yaw_acceleration_s2),

@@ -42,6 +42,8 @@ fn the_sideslip_of_the_plant_is_that_of_path_and_estimator() {
     let path = formats::Path::from_json(&text, "of_plant.json").unwrap();
     let at_15 = model_loading::bicycle_parameters(&bicycle).sideslip_per_yaw_rate(15.0);
     assert_eq!(path.guidance.sideslip_per_yaw_rate_s, at_15);
+    let lead = model_loading::bicycle_parameters(&bicycle).sideslip_per_yaw_acceleration(15.0);
+    assert_eq!(path.guidance.sideslip_per_yaw_acceleration_s2, lead);
     let output = run(folder, "path --plant {chain}/pid.json");
     assert_eq!(output.status.code(), Some(2));
     assert!(told(&output).contains("no plant"), "{}", told(&output));

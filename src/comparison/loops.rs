@@ -6,18 +6,22 @@ use crate::failure::Failure;
 use crate::fmu_track::{self, CONTROLLER, Loop, add, drive_at};
 use crate::pipeline::BEFORE_STEP_S;
 use crate::{fmu_step, package};
+use control::Sideslip;
 use fmi2_host::{Archive, Connection, InputTable, Master, Recording, System};
 use formats::{Document, Path as PathFile, StepMetrics};
 use report::{StepResponse, Track, TrackErrors};
 
-/// Lateral acceleration of the steady turn in which a plant's gain and sideslip are read, m/s².
+/// Lateral acceleration of the turn in which a plant's gain and sideslip are read, m/s².
 const TURN_MPS2: f64 = 0.5;
-/// How long that turn is held, s.
+/// How long the steering takes to get there, and how long the turn is held, s.
+const RAMP_S: f64 = 2.0;
 const TURN_S: f64 = 8.0;
+/// From what is read to either side of an instant, s.
+const ABOUT_S: f64 = 0.1;
 /// Steering gains of one car are within this factor of each other; a steering wheel's and a road
 /// wheel's are not.
 const SAME_STEERING: f64 = 3.0;
-/// Sideslips are told to this, s.
+/// Sideslips are told to this, s and s².
 const SIDESLIP_DIGITS: f64 = 1e6;
 
 /// A vehicle to drive.
@@ -29,8 +33,8 @@ pub(crate) struct Plant {
     archive: Archive,
     /// Steady-state yaw rate per steering angle, 1/s.
     pub(crate) gain: f64,
-    /// Sideslip angle per yaw rate in that turn, s.
-    pub(crate) sideslip_per_yaw_rate: f64,
+    /// Of that turn and the way into it.
+    pub(crate) sideslip: Sideslip,
 }
 
 /// A controller on a plant.
@@ -99,7 +103,9 @@ impl Setting<'_> {
         let angle = TURN_MPS2 / (self.road.speed_mps * expected);
         let turn = |angle: f64| self.turn(&archive, angle).map_err(|e| e.about(&label));
         let (left, right) = (turn(angle)?, turn(-angle)?);
-        let gain = (left.yaw_rate - right.yaw_rate) / (2.0 * angle);
+        // Half the difference of both: what is the same to either side is no answer to the steering.
+        let [turning, held] = [0, 1].map(|i| left[i].less(&right[i]));
+        let gain = held.yaw_rate / angle;
         let ratio = gain / expected;
         let steering = || {
             format!(
@@ -119,9 +125,15 @@ impl Setting<'_> {
             );
             return Err(Failure::new(steering(), hint));
         }
-        let sideslip = (left.sideslip - right.sideslip) / (left.yaw_rate - right.yaw_rate);
-        let sideslip_per_yaw_rate = (sideslip * SIDESLIP_DIGITS).round() / SIDESLIP_DIGITS;
-        Ok(Plant { label, model, archive, gain, sideslip_per_yaw_rate })
+        let told = |value: f64| (value * SIDESLIP_DIGITS).round() / SIDESLIP_DIGITS;
+        let per_yaw_rate_s = held.sideslip / held.yaw_rate;
+        let rest = turning.sideslip - per_yaw_rate_s * turning.yaw_rate;
+        let sideslip = Sideslip {
+            per_yaw_rate_s: told(per_yaw_rate_s),
+            per_yaw_acceleration_s2: told(rest / turning.yaw_acceleration),
+            growth_s5pm2: 0.0,
+        };
+        Ok(Plant { label, model, archive, gain, sideslip })
     }
 
     /// The middle of the models' gains, whatever their order.
@@ -131,26 +143,44 @@ impl Setting<'_> {
         gains.get(gains.len() / 2).copied().unwrap_or(1.0)
     }
 
-    /// A turn at a steering angle from a straight course, as on a test track.
-    fn turn(&self, archive: &Archive, angle: f64) -> Result<Turn, Failure> {
+    /// A turn at a steering angle from a straight course, as on a test track: at the end of the way into
+    /// it, and when it is steady.
+    fn turn(&self, archive: &Archive, angle: f64) -> Result<[Turn; 2], Failure> {
         let plant = fmu_track::name_of(archive);
         let step = self.sample_time();
         let mut system = System::new();
         add(&mut system, archive, &plant)?;
         drive_at(&mut system, archive, self.road.speed_mps)?;
-        let table = format!("time,steering_angle\n0,{angle}\n");
+        let (ramped, steps) = (RAMP_S / step, ((RAMP_S + TURN_S) / step).round());
+        let mut table = "time,steering_angle\n".to_owned();
+        for k in 0..=ramped.round() as usize {
+            let share = (k as f64 / ramped).min(1.0);
+            table += &format!("{},{}\n", k as f64 * step, share * angle);
+        }
         system.feed(InputTable::read(table.as_bytes(), "the turn")?);
         let names = ["x", "y", "yaw"].map(|v| format!("{plant}.{v}"));
         system.record(&names.each_ref().map(String::as_str))?;
-        let steps = (TURN_S / step).round();
         let recording = system.run(self.master, 0.0, steps * step, step)?;
-        let [.., a, b, c] = &recording.rows[..] else {
-            return Err(Failure::new("a turn has too few steps", "shorten the sample time"));
+        let about = (ABOUT_S / step).round().max(1.0) as usize;
+        let ramped = ramped.round() as usize;
+        let rows = &recording.rows;
+        let at = |end: usize| -> Option<Turn> {
+            let middle = end.checked_sub(about)?;
+            let [a, b, c] =
+                [rows.get(middle.checked_sub(about)?)?, rows.get(middle)?, rows.get(end)?];
+            // The chord has the mean course, and Simpson's rule the mean yaw.
+            let course = (c[1] - a[1]).atan2(c[0] - a[0]);
+            let yaw = (a[2] + 4.0 * b[2] + c[2]) / 6.0;
+            let time = about as f64 * step;
+            Some(Turn {
+                yaw_rate: (c[2] - a[2]) / (2.0 * time),
+                yaw_acceleration: (c[2] - 2.0 * b[2] + a[2]) / (time * time),
+                sideslip: (course - yaw).sin().asin(),
+            })
         };
-        // The chord over two steps is parallel to the course in its middle.
-        let course = (c[1] - a[1]).atan2(c[0] - a[0]);
-        let sideslip = (course - b[2]).sin().asin();
-        Ok(Turn { yaw_rate: (c[2] - a[2]) / (2.0 * step), sideslip })
+        let few = || Failure::new("a turn has too few steps", "shorten the sample time");
+        let last = rows.len().saturating_sub(1);
+        Ok([at(ramped).ok_or_else(few)?, at(last).ok_or_else(few)?])
     }
 
     /// Every controller on every plant, controller by controller.
@@ -187,7 +217,7 @@ impl Setting<'_> {
     ) -> Result<Run, Failure> {
         let step = controller.pid.sample_time_s;
         let archives = Loop { plant: &plant.archive, path, controller: pid };
-        let recording = archives.track(road, step, self.master, plant.sideslip_per_yaw_rate)?;
+        let recording = archives.track(road, step, self.master, &plant.sideslip)?;
         let csv = recording.to_csv();
         let known = only_known(recording, &fmu_track::name_of(&plant.archive));
         let track = Track::from_csv(known.to_csv().as_bytes(), "the run")?;
@@ -272,7 +302,20 @@ fn only_known(mut recording: Recording, plant: &str) -> Recording {
 
 struct Turn {
     yaw_rate: f64,
+    yaw_acceleration: f64,
     sideslip: f64,
+}
+
+impl Turn {
+    /// Half the difference of this turn and one to the other side.
+    fn less(&self, other: &Self) -> Self {
+        let half = |a: f64, b: f64| 0.5 * (a - b);
+        Self {
+            yaw_rate: half(self.yaw_rate, other.yaw_rate),
+            yaw_acceleration: half(self.yaw_acceleration, other.yaw_acceleration),
+            sideslip: half(self.sideslip, other.sideslip),
+        }
+    }
 }
 
 impl Effort {

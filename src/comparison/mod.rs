@@ -4,7 +4,7 @@
 //! follows one road on the plant of every model and on the truth, all as packed FMUs under the
 //! master. What is the same for all: the specification, the road, the rule by which look-ahead,
 //! preview and feedforward follow from a controller, and the sideslip that the path follower reckons
-//! with, which is read for each plant in a steady turn.
+//! with, which is read for each plant in a turn.
 
 mod drive;
 mod loops;

@@ -75,6 +75,7 @@ struct PlantOverview<'a> {
     is_truth: bool,
     gain_per_s: f64,
     sideslip_per_yaw_rate_s: f64,
+    sideslip_per_yaw_acceleration_s2: f64,
 }
 
 #[derive(Serialize)]
@@ -131,7 +132,8 @@ pub(crate) fn json<'a>(c: &'a Comparison, files: &'a [SourceFile]) -> Overview<'
         name: &p.label,
         is_truth: p.model.is_none(),
         gain_per_s: p.gain,
-        sideslip_per_yaw_rate_s: p.sideslip_per_yaw_rate,
+        sideslip_per_yaw_rate_s: p.sideslip.per_yaw_rate_s,
+        sideslip_per_yaw_acceleration_s2: p.sideslip.per_yaw_acceleration_s2,
     });
     let runs = c.runs.iter().map(|r| RunOverview {
         controller: &c.controllers[r.controller].label,

@@ -73,19 +73,25 @@ fn verdict(c: &Comparison) -> Section {
 
 /// What was held equal.
 fn method(c: &Comparison) -> Section {
-    let mut table = Table::new(["plant", "yaw rate per steering", "sideslip per yaw rate"]);
+    let mut table = Table::new([
+        "plant",
+        "yaw rate per steering",
+        "sideslip per yaw rate",
+        "per yaw acceleration",
+    ]);
     for plant in &c.plants {
         table.push([
             plant.label.clone(),
             format!("{:.4} 1/s", plant.gain),
-            format!("{:.1} ms", 1e3 * plant.sideslip_per_yaw_rate),
+            format!("{:.1} ms", 1e3 * plant.sideslip.per_yaw_rate_s),
+            format!("{:.5} s²", plant.sideslip.per_yaw_acceleration_s2),
         ]);
     }
     let text = format!(
         "The master is {}, the step the controllers' sample time. Look-ahead, preview and feedforward \
          follow from each controller by one rule. The path follower reckons with the sideslip of the \
-         plant that it guides, read in a steady turn of each, the same for all controllers; an \
-         identified plant has none. A cross-track error beyond {} m has lost the road.",
+         plant that it guides, read in a turn of each, the same for all controllers; an identified \
+         plant has that of its file. A cross-track error beyond {} m has lost the road.",
         c.master_name(),
         c.lost_beyond_m
     );

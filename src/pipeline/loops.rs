@@ -3,6 +3,7 @@
 use crate::failure::Failure;
 use crate::fmu_track::Loop;
 use crate::{fmu_step, package};
+use control::Sideslip;
 use fmi2_host::{Archive, Master};
 use formats::{Document, Path as PathFile, Pid, Plant, StepMetrics};
 use report::StepResponse;
@@ -85,7 +86,7 @@ impl Archives {
         let path_archive = Archive::open(archive)?;
         let (plant, controller) = (&self.plant, self.controller()?);
         let run = Loop { plant, path: &path_archive, controller };
-        let sideslip = path.guidance.sideslip_per_yaw_rate_s;
-        Ok(run.track(path, ts, Master::GaussSeidel, sideslip)?.to_csv())
+        let sideslip = Sideslip::in_guidance(&path.guidance);
+        Ok(run.track(path, ts, Master::GaussSeidel, &sideslip)?.to_csv())
     }
 }

@@ -78,6 +78,16 @@ impl Sideslip {
         }
     }
 
+    /// What a guidance reckons with.
+    #[must_use]
+    pub fn in_guidance(guidance: &Guidance) -> Self {
+        Self {
+            per_yaw_rate_s: guidance.sideslip_per_yaw_rate_s,
+            per_yaw_acceleration_s2: guidance.sideslip_per_yaw_acceleration_s2,
+            growth_s5pm2: guidance.sideslip_growth_s5pm2,
+        }
+    }
+
     /// The same guidance of a vehicle with this sideslip.
     #[must_use]
     pub fn guide(&self, guidance: Guidance) -> Guidance {
