@@ -22,7 +22,6 @@ pub struct Stretch {
     /// The gyro's reading, rad/s.
     pub yaw_rate: f64,
     /// What that changes by in a second, rad/s².
-    #[serde(default)]
     pub yaw_acceleration: f64,
     /// The speed, m/s.
     pub speed: f64,
