@@ -16,6 +16,8 @@ const TURN_MPS2: f64 = 0.5;
 /// How long the steering takes to get there, and how long the turn is held, s.
 const RAMP_S: f64 = 2.0;
 const TURN_S: f64 = 8.0;
+/// Yaw acceleration over that of the steering's ramp, in a plant that follows it.
+const FOLLOWED: std::ops::Range<f64> = 0.5..2.0;
 /// From what is read to either side of an instant, s.
 const ABOUT_S: f64 = 0.1;
 /// Steering gains of one car are within this factor of each other; a steering wheel's and a road
@@ -128,9 +130,12 @@ impl Setting<'_> {
         let told = |value: f64| (value * SIDESLIP_DIGITS).round() / SIDESLIP_DIGITS;
         let per_yaw_rate_s = held.sideslip / held.yaw_rate;
         let rest = turning.sideslip - per_yaw_rate_s * turning.yaw_rate;
+        // Only a plant that follows the steering into the turn tells what leads there.
+        let followed = turning.yaw_acceleration * RAMP_S / held.yaw_rate;
+        let lead = if FOLLOWED.contains(&followed) { rest / turning.yaw_acceleration } else { 0.0 };
         let sideslip = Sideslip {
             per_yaw_rate_s: told(per_yaw_rate_s),
-            per_yaw_acceleration_s2: told(rest / turning.yaw_acceleration),
+            per_yaw_acceleration_s2: told(lead),
             growth_s5pm2: 0.0,
         };
         Ok(Plant { label, model, archive, gain, sideslip })
