@@ -23,6 +23,15 @@ pub(crate) fn summary(pid: &Pid) -> String {
         g.setpoint_weight_derivative
     );
     let _ = writeln!(text, "{}", asked_and_reached(pid));
+    let delay = pid.designed_for.loop_delay_s;
+    // A master delays by a sample at most; what is beyond was stated.
+    if !e.fmu_loops.is_empty() && delay > 1.5 * pid.sample_time_s {
+        let _ = writeln!(
+            text,
+            "the loops of FMUs have no latency but their master's, the design is for {:.0} ms\n",
+            1e3 * delay
+        );
+    }
     if let Some(robustness) = &e.robustness {
         let _ = writeln!(text, "{}", ranges(robustness));
     }

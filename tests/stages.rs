@@ -87,3 +87,16 @@ fn a_design_is_proved_in_the_loop_of_the_fmus() {
         assert!(folder.path().join(format!("plots/{name}.svg")).is_file(), "{name}");
     }
 }
+
+/// The FMUs' loops run without the latency that a design is told of: the figures beside each other are
+/// of different loops, and it is said.
+#[test]
+fn a_latency_that_the_fmus_have_not_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let unlike = "have no latency but their master's";
+    done(folder.path(), &format!("identify {LOG} -o plant.json"));
+    let text = done(folder.path(), "design plant.json --latency 60ms -o late.json");
+    assert!(text.contains(unlike) && text.contains("60 ms"), "{text}");
+    let text = done(folder.path(), "design plant.json --master jacobi -o jacobi.json");
+    assert!(!text.contains(unlike), "{text}");
+}
