@@ -24,8 +24,8 @@ pub(crate) fn summary(pid: &Pid) -> String {
     );
     let _ = writeln!(text, "{}", asked_and_reached(pid));
     let delay = pid.designed_for.loop_delay_s;
-    // A master delays by a sample at most; what is beyond was stated.
-    if !e.fmu_loops.is_empty() && delay > 1.5 * pid.sample_time_s {
+    let unlike = e.fmu_loops.iter().all(|l| (l.loop_delay_s - delay).abs() > 1e-9);
+    if !e.fmu_loops.is_empty() && unlike {
         let _ = writeln!(
             text,
             "the loops of FMUs have no latency but their master's, the design is for {:.0} ms\n",

@@ -33,7 +33,7 @@ pub(crate) fn pack(
 ) -> Result<PackedLoop, Failure> {
     let (path, sample_time) = (path_of(documents)?, sample_time_of(documents)?);
     let step = step.or(sample_time).unwrap_or(0.01);
-    let sideslip = sideslip_of(documents)?;
+    let sideslip = sideslip_of(documents, path.as_ref().map(|p| p.speed_mps))?;
     let packed = documents
         .iter()
         .map(|(text, file)| package::pack(text, file, Some(step)))
@@ -84,10 +84,11 @@ pub(crate) fn sideslip_parameters(sideslip: &Sideslip) -> [(&'static str, f64); 
     ]
 }
 
-/// The sideslip of the plant among the documents; all 0 where it is not known.
-fn sideslip_of(documents: &[Named<'_>]) -> Result<Sideslip, Failure> {
+/// The sideslip of the plant among the documents at the speed of the path, if there is one; all 0 where
+/// it is not known.
+fn sideslip_of(documents: &[Named<'_>], speed: Option<f64>) -> Result<Sideslip, Failure> {
     for (text, file) in documents {
-        if let Some(sideslip) = control::sideslip(text, file, None)? {
+        if let Some(sideslip) = control::sideslip(text, file, speed)? {
             return Ok(sideslip);
         }
     }

@@ -33,6 +33,12 @@ fn the_sideslip_of_the_plant_is_that_of_path_and_estimator() {
         model_loading::bicycle_parameters(&bicycle).sideslip_per_yaw_rate(bicycle.speed_mps);
     assert!(expected.abs() > 0.005, "{expected}");
     assert_eq!(loop_of("{chain}/bicycle.json", "{chain}/path.json"), [expected; 2]);
+    // At the speed of the path, which is that of the loop.
+    let slow = "path --pid {chain}/pid.json --speed 8m/s -o slow.json";
+    done(folder, slow);
+    let at_8 = model_loading::bicycle_parameters(&bicycle).sideslip_per_yaw_rate(8.0);
+    assert!((at_8 - expected).abs() > 0.05, "{at_8} {expected}");
+    assert_eq!(loop_of("{chain}/bicycle.json", "slow.json"), [at_8; 2]);
     // This drive's log has no fixes.
     assert_eq!(loop_of("{chain}/plant.json", "{chain}/path.json"), [0.0; 2]);
     done(folder, "path --pid {chain}/pid.json --sideslip-per-yaw-rate=-30ms -o own.json");
@@ -83,6 +89,7 @@ fn growth_and_lead_of_a_drive_reach_path_and_estimator() {
         ("ReferencePath", "sideslip_per_yaw_acceleration", lead),
         ("PoseEstimator", "sideslip_per_yaw_rate", rate),
         ("PoseEstimator", "sideslip_growth", growth),
+        ("PoseEstimator", "sideslip_per_yaw_acceleration", lead),
     ] {
         assert_eq!(start(folder, fmu, name), expected, "{fmu} {name}");
     }

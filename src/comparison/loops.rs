@@ -128,16 +128,18 @@ impl Setting<'_> {
             return Err(Failure::new(steering(), hint));
         }
         let told = |value: f64| (value * SIDESLIP_DIGITS).round() / SIDESLIP_DIGITS;
-        let per_yaw_rate_s = held.sideslip / held.yaw_rate;
-        let rest = turning.sideslip - per_yaw_rate_s * turning.yaw_rate;
+        let exact = held.sideslip / held.yaw_rate;
+        let per_yaw_rate_s = told(exact);
+        let rest = turning.sideslip - exact * turning.yaw_rate;
         // Only a plant that follows the steering into the turn tells what leads there.
         let followed = turning.yaw_acceleration * RAMP_S / held.yaw_rate;
-        let lead = if FOLLOWED.contains(&followed) { rest / turning.yaw_acceleration } else { 0.0 };
-        let sideslip = Sideslip {
-            per_yaw_rate_s: told(per_yaw_rate_s),
-            per_yaw_acceleration_s2: told(lead),
-            growth_s5pm2: 0.0,
+        let per_yaw_acceleration_s2 = match told(rest / turning.yaw_acceleration) {
+            _ if !FOLLOWED.contains(&followed) => 0.0,
+            // 0 would say "not known" of a sideslip that is.
+            0.0 if per_yaw_rate_s != 0.0 => 1.0 / SIDESLIP_DIGITS,
+            lead => lead,
         };
+        let sideslip = Sideslip { per_yaw_rate_s, per_yaw_acceleration_s2, growth_s5pm2: 0.0 };
         Ok(Plant { label, model, archive, gain, sideslip })
     }
 

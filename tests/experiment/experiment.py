@@ -176,9 +176,10 @@ def main():
     scores.write_csv(runs, options.out / "results.csv")
     figures.draw(runs, options.out)
     text = tables.everything(runs, conditions(options)) + tables.failures(failed, len(runs))
-    for file in filter(None, (options.out / "results.md", options.record)):
-        file.write_text(text)
+    (options.out / "results.md").write_text(text)
     (options.out / "results.html").write_text(page.page(text, options.out))
+    if options.record:
+        options.record.write_text(text)
     print(text)
     if failed:
         sys.exit(1)

@@ -21,7 +21,8 @@ MARGIN_S = 2.0  # what the car may take longer than the road's length at its spe
 END_M = 0.5  # so near to the road's end it is reached
 TRACED = ("time", "cross_track", "course", "yaw", "position", "command", "curvature", "x", "y")
 OFF_ROAD_M = 20.0  # then the run is over: lost
-ESTIMATED = ("sideslip_per_yaw_rate", "sideslip_growth", "sideslip_per_yaw_acceleration")  # what of it the estimator reckons with
+# What of the sideslip the estimator reckons with.
+ESTIMATED = ("sideslip_per_yaw_rate", "sideslip_growth", "sideslip_per_yaw_acceleration")
 
 
 @dataclass

@@ -137,7 +137,9 @@ impl Objective {
             let scenario = &self.scenarios[k];
             let view = self.view_of(scenario, aim);
             let least = if k == 0 { self.least(pid, &margins[0], aim, parts) } else { parts };
-            let told = |parts: &Parts| match self.total(parts) > most {
+            // Without a stable nominal plant nothing is known yet of what gives way.
+            let told = |parts: &Parts| match self.is_bounded(parts, aim) && self.total(parts) > most
+            {
                 true => Err(Told(k)),
                 false => Ok(()),
             };
@@ -151,29 +153,33 @@ impl Objective {
             let mut reached =
                 Reached { step, with_offset, on_curve: 0.0, margins: margins[k], end };
             parts.slowest = parts.slowest.max(smooth);
-            if let Some((weak, required)) = self.giving_way(aim) {
-                let value = match weak {
-                    Requirement::Settling => smooth,
-                    other => reached.value(other),
-                };
-                parts.urgency = parts.urgency.max(urgency(weak, aim.bound(weak, required), value));
-            }
+            let mut count = |reached: &Reached, parts: &mut Parts| {
+                if let Some((weak, required)) = self.giving_way(aim) {
+                    let value = match weak {
+                        Requirement::Settling => smooth,
+                        other => reached.value(other),
+                    };
+                    let urgency = urgency(weak, aim.bound(weak, required), value);
+                    parts.urgency = parts.urgency.max(urgency);
+                }
+                added[k][0] = self.violation(reached, aim, k > 0);
+                parts.violation = sum(&added);
+            };
             if k == 0 {
                 parts.rest = self.rest(pid, &margins[0], step.integral_absolute_error_s);
             }
             if view.with_offset {
                 // Without it first: that may be too much already.
                 reached.with_offset = 0.0;
-                added[k][0] = self.violation(&reached, aim, k > 0);
-                parts.violation = sum(&added);
+                count(&reached, &mut parts);
                 told(&parts)?;
                 reached.with_offset = scenario.error_with_offset(simulator, pid, &self.spec, view);
             }
-            added[k][0] = self.violation(&reached, aim, k > 0);
+            count(&reached, &mut parts);
             if k == 0 {
                 added[0][1] = self.small_violation(simulator, scenario, pid, &step, aim);
+                parts.violation = sum(&added);
             }
-            parts.violation = sum(&added);
             told(&parts)?;
         }
         Ok(self.total(&parts))
@@ -187,6 +193,12 @@ impl Objective {
             false => rest,
         };
         VIOLATION_WEIGHT * parts.violation + rest
+    }
+
+    /// Whether parts of a cost are a bound on it: where a requirement gives way, once a stable plant has
+    /// told how far.
+    fn is_bounded(&self, parts: &Parts, aim: &Aim) -> bool {
+        aim.gives_way.is_none() || parts.urgency.is_finite()
     }
 
     /// What the nominal plant leaves of the cost at least, whatever its response.
@@ -209,8 +221,7 @@ impl Objective {
     /// How long the response of a plant can be followed before the cost is more than the most.
     fn patience(&self, aim: &Aim, least: &Parts, most: f64, other: bool) -> Patience {
         let spare = most - self.total(least);
-        // Without a stable nominal plant nothing is known yet of what gives way.
-        if spare == f64::INFINITY || aim.gives_way.is_some() && !least.urgency.is_finite() {
+        if spare == f64::INFINITY || !self.is_bounded(least, aim) {
             return Patience::ENDLESS;
         }
         let beyond = |r: Requirement| {
@@ -346,13 +357,31 @@ mod tests {
         objective
     }
 
+    const GIVING: [Requirement; 3] =
+        [Requirement::Overshoot, Requirement::ModulusMargin, Requirement::SteadyStateWithOffset];
+
+    /// What gives way is in the cost: a loop that is steered further off costs more.
+    #[test]
+    fn the_error_with_an_offset_may_give_way() {
+        let aim = BARELY.giving(Requirement::SteadyStateWithOffset);
+        let cost = |degrees: f64| {
+            let mut objective = objective(None);
+            objective.spec.steering_offset_rad = degrees.to_radians();
+            // Its integral action is too slow to take up any offset within the time.
+            let mut x = starts(&objective, 1.0, 1, 1).remove(0);
+            x[1] -= 3.0;
+            objective.cost(&x, &aim, f64::INFINITY)
+        };
+        assert!(cost(2.0) > cost(1.0) + 0.1, "{} {}", cost(2.0), cost(1.0));
+    }
+
     /// What a cost must not exceed changes when it is told, not what: above it is told to be above, and
     /// anything else bit by bit.
     #[test]
     fn a_candidate_that_ends_early_is_one_that_does_not_count() {
         let aims = [ROBUST, ROBUST_AND_QUICK, ROBUST_BUT_SLOW, QUICKEST, BARELY]
             .into_iter()
-            .chain([Requirement::Overshoot, Requirement::ModulusMargin].map(|r| BARELY.giving(r)));
+            .chain(GIVING.map(|r| BARELY.giving(r)));
         for (aim, max_rate) in aims.flat_map(|aim| [(aim, None), (aim, Some(0.5))]) {
             let objective = objective(max_rate);
             let points = [0.3, 1.0, 1.5, 3.0, 8.0].map(|m| starts(&objective, m, 12, 1)).concat();

@@ -1,7 +1,7 @@
 //! Guidance along a path: look-ahead based line of sight.
 //!
 //! ```text
-//! yaw_reference        = ψ(s') + atan2(−(e + z), Δ),   ψ(s') = ψ_p(s' − v·S) without C and Q, below
+//! yaw_reference        = ψ(s') + atan2(−(e + z), Δ),   ψ(s') = ψ_p(s' − v·S) if S is all, below
 //! steering_feedforward = feedforward_gain·κ(m),     m = s' − v·S, as there
 //! s' = s + v·preview_time,   Δ = max(lookahead_min, lookahead_time·v)
 //! ż  = cross_track_integral_gain·e·Δ²/(Δ² + (e + z)²)   while the vehicle moves

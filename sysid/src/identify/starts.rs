@@ -44,8 +44,8 @@ pub(crate) struct Start {
 pub(crate) struct Stabilised {
     /// Spectral radius before.
     pub(crate) radius: f64,
-    /// Simulation fit on the estimation data before, B and x0 fitted as after, percent; −∞ where the
-    /// simulation overflows.
+    /// Simulation fit on the estimation data before, B and x0 fitted as after, percent, and no less than
+    /// that of no output; −∞ where there is no such fit.
     pub(crate) fit_before: f64,
     /// … and after.
     pub(crate) fit_after: f64,

@@ -71,9 +71,12 @@ impl Filter {
         let rate = yaw_rate - self.mean[BIAS];
         let turn = rate * t;
         let (sideslip, growth) = (p.sideslip_per_yaw_rate, p.sideslip_growth);
-        let lateral = v
-            * (sideslip::per_yaw_rate(sideslip, growth, v * rate) * rate
-                + p.sideslip_per_yaw_acceleration * yaw_acceleration);
+        // Not asked for, a step too short for a yaw acceleration does no harm.
+        let leading = match p.sideslip_per_yaw_acceleration {
+            0.0 => 0.0,
+            lead => lead * yaw_acceleration,
+        };
+        let lateral = v * (sideslip::per_yaw_rate(sideslip, growth, v * rate) * rate + leading);
         // How it answers to the rate: gyro noise and bias act by it.
         let slip = v * sideslip::by_yaw_rate(sideslip, growth, v * rate);
         let (s, c) = mean_direction_of_arc(turn);
