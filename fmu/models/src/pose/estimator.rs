@@ -116,7 +116,8 @@ impl PoseEstimator {
         let stretch = Stretch {
             duration: step,
             yaw_rate: 0.5 * yaw_rate_before + 0.5 * yaw_rate,
-            yaw_acceleration: (yaw_rate - yaw_rate_before) / step,
+            // Of readings near the largest numbers, or over next to no time, it would be none.
+            yaw_acceleration: ((yaw_rate - yaw_rate_before) / step).clamp(f64::MIN, f64::MAX),
             speed: 0.5 * speed_before + 0.5 * speed,
         };
         let latency = self.parameters.gnss_latency;

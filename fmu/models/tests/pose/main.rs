@@ -191,6 +191,23 @@ fn in_another_frame(turn: f64, dx: f64, dy: f64) -> f64 {
     largest
 }
 
+/// What an estimator holds after a step that it took can be loaded again, whatever the readings.
+#[test]
+fn readings_near_the_largest_numbers_can_be_saved() {
+    for (first, second, step) in [(-1e308, 1e308, 1e-3), (0.0, 1.0, 1e-309), (0.0, 0.0, 0.01)] {
+        let mut estimator =
+            PoseEstimator::new(PoseParameters { gnss_latency: 0.1, ..PoseParameters::default() })
+                .unwrap();
+        for reading in [first, second] {
+            estimator.input.yaw_rate = reading;
+            if estimator.step(step).is_err() {
+                break;
+            }
+            PoseEstimator::restore(estimator.save()).unwrap();
+        }
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
