@@ -71,11 +71,7 @@ impl Filter {
         let rate = yaw_rate - self.mean[BIAS];
         let turn = rate * t;
         let (sideslip, growth) = (p.sideslip_per_yaw_rate, p.sideslip_growth);
-        // Not asked for, a step too short for a yaw acceleration does no harm.
-        let leading = match p.sideslip_per_yaw_acceleration {
-            0.0 => 0.0,
-            lead => lead * yaw_acceleration,
-        };
+        let leading = p.sideslip_per_yaw_acceleration * yaw_acceleration;
         let lateral = v * (sideslip::per_yaw_rate(sideslip, growth, v * rate) * rate + leading);
         // How it answers to the rate: gyro noise and bias act by it.
         let slip = v * sideslip::by_yaw_rate(sideslip, growth, v * rate);
