@@ -3,8 +3,8 @@
 use crate::failure::Failure;
 use crate::files;
 use formats::{
-    BandDeparture, Evidence, ExcitationBand, Information, Mode, Plant, ResidualTest, SideslipTerm,
-    Verdict,
+    BandDeparture, Evidence, ExcitationBand, Information, Mode, Plant, Quality, ResidualTest,
+    SideslipTerm,
 };
 use std::fmt::Write;
 use std::path::Path;
@@ -67,17 +67,26 @@ pub(crate) fn evidence(plant: &Plant) -> String {
         }
     }
     text.push_str(&judgement(e));
-    text + &conclusion(&e.warnings, &e.verdict)
+    text + &conclusion(&e.warnings, &plant.quality)
 }
 
-/// Warnings, verdict and advice, whatever was identified.
-pub(crate) fn conclusion(warnings: &[String], verdict: &Verdict) -> String {
+/// Warnings, quality and advice, whatever was identified.
+pub(crate) fn conclusion(warnings: &[String], quality: &Quality) -> String {
     let mut text = String::new();
     for warning in warnings {
         let _ = writeln!(text, "warning: {warning}");
     }
-    let _ = writeln!(text, "verdict  {}", verdict.summary);
-    for advice in &verdict.advice {
+    let _ = writeln!(text, "quality  {}: {}", quality.grade, quality.summary);
+    for reason in &quality.reasons {
+        let _ = writeln!(
+            text,
+            "         {} ({}): {}",
+            reason.grade,
+            reason.code.name(),
+            reason.message
+        );
+    }
+    for advice in &quality.advice {
         let _ = writeln!(text, "         {advice}");
     }
     text

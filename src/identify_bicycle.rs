@@ -6,7 +6,7 @@ use crate::identify::traces_csv;
 use crate::log_options::IdentifyArguments;
 use crate::tell::Tell;
 use crate::{files, quantity};
-use formats::{Bicycle, BicycleEvidence};
+use formats::{Bicycle, BicycleEvidence, Quality};
 use std::fmt::Write;
 use std::path::Path;
 use sysid::DriveLog;
@@ -103,7 +103,9 @@ pub(crate) fn run(
     if let Some(traces) = traces {
         files::write(traces, traces_csv(&found.traces, None).as_bytes())?;
     }
-    let mut text = found.bicycle.evidence.as_ref().map(evidence).unwrap_or_default();
+    let bicycle = &found.bicycle;
+    let mut text =
+        bicycle.evidence.as_ref().map(|e| evidence(e, &bicycle.quality)).unwrap_or_default();
     let _ = write!(text, "{}written to {}", vehicle(&found.bicycle), out.display());
     Tell::new(json).result(&text, &found.bicycle)?;
     Ok(Outcome::Done)
@@ -126,7 +128,7 @@ fn vehicle(bicycle: &Bicycle) -> String {
 }
 
 /// The evidence behind a bicycle, for people.
-fn evidence(e: &BicycleEvidence) -> String {
+fn evidence(e: &BicycleEvidence, quality: &Quality) -> String {
     let mut identified = report::Table::new(["identified", "value", "standard error", "unit"]);
     for q in &e.identified {
         identified = identified.row([
@@ -162,5 +164,5 @@ fn evidence(e: &BicycleEvidence) -> String {
         e.steering_offset_rad.to_degrees(),
         e.yaw_rate_offset_radps.to_degrees()
     );
-    text + &conclusion(&e.warnings, &e.verdict)
+    text + &conclusion(&e.warnings, quality)
 }

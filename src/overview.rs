@@ -49,8 +49,8 @@ pub(crate) fn of(built: &Built) -> Overview<'_> {
         speed_mps: plant.operating_point.speed_mps,
         held_out_fit_percent: plant.evidence.fit.validation,
         bicycle_held_out_fit_percent: built.bicycle_fit,
-        trustworthy: plant.evidence.verdict.trustworthy,
-        verdict: &plant.evidence.verdict.summary,
+        trustworthy: plant.quality.allows_design(),
+        verdict: &plant.quality.summary,
         controllers: built
             .controllers
             .iter()
@@ -174,8 +174,8 @@ pub(crate) fn table(all: &[Built]) -> String {
     }
     let mut text = format!("{table}");
     for b in all {
-        let _ = write!(text, "\n{}: {}\n", b.plant.name, b.plant.evidence.verdict.summary);
-        for advice in &b.plant.evidence.verdict.advice {
+        let _ = write!(text, "\n{}: {}\n", b.plant.name, b.plant.quality.summary);
+        for advice in &b.plant.quality.advice {
             let _ = writeln!(text, "  {advice}");
         }
         for remark in &b.remarks {

@@ -74,7 +74,7 @@ fn three_files_with_a_clock_each_become_a_recorded_road_and_a_controller() {
         assert_eq!(plant["steering_ratio"], 16.88);
         assert_eq!(plant["evidence"]["channels"].as_array().unwrap().len(), 3);
         assert_eq!(plant["evidence"]["order_table"].as_array().unwrap().len(), 4);
-        assert_eq!(plant["evidence"]["verdict"]["trustworthy"], false);
+        assert_eq!(plant["quality"]["grade"], "fail");
         let traces = std::fs::read_to_string(folder.path().join("traces.csv")).unwrap();
         let samples = |part: &str| plant["evidence"][part].as_u64().unwrap() as usize;
         let rows = samples("estimation_samples") + samples("validation_samples");

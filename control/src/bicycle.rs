@@ -76,6 +76,7 @@ fn document(vehicle: &VehicleData) -> Bicycle {
         state_matrix: Matrix::from_fn(5, 5, |i, j| model.a[(i, j)]),
         input_matrix: Matrix::from_fn(5, 1, |i, _| model.b[i]),
         evidence: None,
+        quality: formats::Quality::not_validated(),
         provenance: Provenance {
             version: env!("CARGO_PKG_VERSION").into(),
             ..Provenance::default()

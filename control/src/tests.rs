@@ -22,6 +22,7 @@ fn info(input_delay: f64) -> PlantInfo {
         speed: 15.0,
         steering_ratio: 1.0,
         input_delay,
+        quality: formats::Quality::default(),
     }
 }
 

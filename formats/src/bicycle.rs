@@ -1,6 +1,6 @@
 //! `bicycle.json`: the two-wheel bicycle model of eq 13.
 
-use crate::{BicycleEvidence, Checker, Document, Matrix, Provenance};
+use crate::{BicycleEvidence, Checker, Document, Matrix, Provenance, Quality};
 use serde::{Deserialize, Serialize};
 
 /// Vehicle data as a person writes them (the TOML that `steerwright bicycle` reads).
@@ -46,6 +46,9 @@ pub struct Bicycle {
     /// How far it can be trusted, where it was identified from a log.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub evidence: Option<BicycleEvidence>,
+    /// Whether a controller may be designed on it.
+    #[serde(default)]
+    pub quality: Quality,
     /// Where it came from.
     pub provenance: Provenance,
 }
@@ -105,5 +108,6 @@ impl Document for Bicycle {
         if let Some(evidence) = &self.evidence {
             evidence.check(c, "evidence.");
         }
+        self.quality.check(c, "quality.");
     }
 }

@@ -1,6 +1,6 @@
 //! How far an identified bicycle can be trusted, with the numbers behind it.
 
-use crate::{Bicycle, ChannelSummary, Checker, VehicleData, Verdict};
+use crate::{Bicycle, ChannelSummary, Checker, VehicleData};
 use serde::{Deserialize, Serialize};
 
 /// What was measured on the way from a log to a bicycle.
@@ -45,8 +45,6 @@ pub struct BicycleEvidence {
     pub channels: Vec<ChannelSummary>,
     /// What the reader of the log and the identification warned of.
     pub warnings: Vec<String>,
-    /// The judgement in plain words.
-    pub verdict: Verdict,
 }
 
 /// A number with its uncertainty.

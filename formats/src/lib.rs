@@ -25,6 +25,7 @@ mod path;
 mod pid;
 mod plant;
 mod provenance;
+mod quality;
 mod start;
 mod uncertainty;
 mod vehicle;
@@ -44,7 +45,7 @@ pub use evidence::{
     BandDeparture, ChannelSummary, CoherencePoint, DataFactor, DelayEstimate, Evidence, Excitation,
     ExcitationBand, FactorMethod, Fits, FrequencyResponse, HeldOut, Information, Mode, OrderRow,
     Persistence, PoleZeroMap, PredictionFit, ResidualCorrelation, ResidualTest, ResponsePoint,
-    Spread, Verdict,
+    Spread,
 };
 pub use factor::{AbsorbedDrives, AbsorbedSpeed};
 pub use matrix::Matrix;
@@ -54,6 +55,7 @@ pub use plant::{
     Continuous, Discrete, InputKind, Noise, OperatingPoint, Plant, Sideslip, SideslipTerm,
 };
 pub use provenance::{HashingReader, Provenance, SourceFile, sha256_hex};
+pub use quality::{Grade, Quality, Reason, ReasonCode};
 pub use start::Start;
 pub use uncertainty::{
     Estimate, EstimationFocus, FrequencyBand, NORMAL_95, StepBand, UncertainPole, Uncertainty,

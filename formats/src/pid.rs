@@ -1,6 +1,6 @@
 //! `pid.json`: the steering controller of eq 14 with the proof that it meets its specification.
 
-use crate::{Checker, DesignEvidence, Document, Provenance, Specification, is_zero};
+use crate::{Checker, DesignEvidence, Document, Provenance, Quality, Specification, is_zero};
 use serde::{Deserialize, Serialize};
 
 /// The controller, what it was designed for, and what it reaches.
@@ -83,6 +83,9 @@ pub struct DesignedFor {
     /// Delay of the loop through pose estimator and path beyond the model's own, s.
     #[serde(default)]
     pub estimator_delay_s: f64,
+    /// The quality of the model.
+    #[serde(default)]
+    pub quality: Quality,
 }
 
 /// What a path follower around this loop should use.
@@ -134,6 +137,7 @@ impl Document for Pid {
         ] {
             c.not_negative(delay, &format!("designed_for.{key}"));
         }
+        self.designed_for.quality.check(c, "designed_for.quality.");
         c.finite(self.guidance.feedforward_gain_radm, "guidance.feedforward_gain_radm");
         c.not_negative(self.guidance.preview_time_s, "guidance.preview_time_s");
         c.finite(self.guidance.yaw_acceleration_gain_s2, "guidance.yaw_acceleration_gain_s2");

@@ -1,6 +1,6 @@
 //! `plant.json`: the identified lateral dynamics, steering angle in, yaw rate out.
 
-use crate::{Checker, Document, Evidence, Matrix, Provenance, Uncertainty};
+use crate::{Checker, Document, Evidence, Matrix, Provenance, Quality, Uncertainty};
 use serde::{Deserialize, Serialize};
 
 /// The identified plant: model, operating point, noise, evidence and provenance.
@@ -38,6 +38,9 @@ pub struct Plant {
     pub uncertainty: Option<Uncertainty>,
     /// How far the model can be trusted.
     pub evidence: Evidence,
+    /// Whether a controller may be designed on the model.
+    #[serde(default)]
+    pub quality: Quality,
     /// Where it came from.
     pub provenance: Provenance,
 }
@@ -244,5 +247,6 @@ impl Document for Plant {
         if let Some(uncertainty) = &self.uncertainty {
             uncertainty.check(n, c);
         }
+        self.quality.check(c, "quality.");
     }
 }

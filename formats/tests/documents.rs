@@ -37,6 +37,7 @@ fn plant() -> Plant {
         sideslip: None,
         uncertainty: None,
         evidence: Evidence::default(),
+        quality: formats::Quality::default(),
         provenance: Provenance::default(),
     }
 }

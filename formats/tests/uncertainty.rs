@@ -51,6 +51,7 @@ fn plant() -> Plant {
             directions: Matrix(vec![only_b, everything]),
         }),
         evidence: Evidence::default(),
+        quality: formats::Quality::default(),
         provenance: Provenance::default(),
     }
 }

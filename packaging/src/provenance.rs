@@ -216,11 +216,7 @@ type Told = (String, Option<Provenance>, Vec<Fact>);
 fn plant(plant: formats::Plant) -> Told {
     let order = plant.order();
     let e = plant.evidence;
-    let mut facts = vec![
-        fact("trustworthy", e.verdict.trustworthy, ""),
-        fact("verdict", e.verdict.summary, ""),
-    ];
-    facts.extend(e.verdict.advice.into_iter().map(|line| fact("advice", line, "")));
+    let mut facts = quality(plant.quality);
     facts.extend(e.warnings.into_iter().map(|line| fact("warning", line, "")));
     facts.extend([
         fact("fit_held_out", e.fit.validation, "%"),
@@ -242,11 +238,26 @@ fn plant(plant: formats::Plant) -> Told {
 
 fn bicycle(bicycle: formats::Bicycle) -> Told {
     let vehicle = bicycle.vehicle;
-    let facts = vec![
+    let mut facts = quality(bicycle.quality);
+    facts.extend([
         fact("speed", vehicle.speed_mps, "m/s"),
         fact("steering_ratio", vehicle.steering_ratio, ""),
-    ];
+    ]);
     (vehicle.name, Some(bicycle.provenance), facts)
+}
+
+/// The quality of a model: the grade, the reasons with their codes, and the advice.
+fn quality(quality: formats::Quality) -> Vec<Fact> {
+    let mut facts = vec![
+        fact("quality", quality.grade.name(), ""),
+        fact("quality_summary", quality.summary, ""),
+    ];
+    facts.extend(quality.reasons.into_iter().map(|reason| {
+        let line = format!("{} ({}): {}", reason.grade, reason.code.name(), reason.message);
+        fact("quality_reason", line, "")
+    }));
+    facts.extend(quality.advice.into_iter().map(|line| fact("advice", line, "")));
+    facts
 }
 
 fn vehicle(vehicle: formats::Vehicle) -> Told {
@@ -269,7 +280,8 @@ fn estimator(estimator: formats::Estimator) -> Told {
 
 fn pid(pid: formats::Pid) -> Told {
     let (e, d) = (pid.evidence, pid.designed_for);
-    let mut facts = vec![fact("specification_met", e.met, "")];
+    let mut facts = quality(d.quality);
+    facts.push(fact("specification_met", e.met, ""));
     facts.extend(e.shortfalls.into_iter().map(|s| {
         let line = format!("{}: {} required, {} reached", s.requirement, s.required, s.reached);
         fact("shortfall", line, "")

@@ -113,7 +113,7 @@ fn provenance_reaches_programs_and_people() {
             .clone()
     };
     assert_eq!(fact("fit_held_out"), 87.654_321);
-    assert_eq!(fact("trustworthy"), true);
+    assert_eq!(fact("quality"), "pass");
 
     let xml = text(&files, "modelDescription.xml");
     let xml = roxmltree::Document::parse(&xml).unwrap();

@@ -56,12 +56,13 @@ impl Model {
 
     /// Why a design on it may mean little, where its evidence says so.
     pub(crate) fn doubt(&self) -> Option<String> {
-        let verdict = match &self.document {
-            Kind::Identified(plant) => &plant.evidence.verdict,
-            Kind::Bicycle(bicycle) => &bicycle.evidence.as_ref()?.verdict,
+        let quality = match &self.document {
+            Kind::Identified(plant) => &plant.quality,
+            Kind::Bicycle(bicycle) => &bicycle.quality,
         };
-        let told = || format!("{} is not to be trusted: {}", self.label, verdict.summary);
-        (!verdict.trustworthy).then(told)
+        let message =
+            || format!("the quality of {} is {}: {}", self.label, quality.grade, quality.summary);
+        (!quality.allows_design()).then(message)
     }
 
     /// For people.

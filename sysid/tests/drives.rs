@@ -34,7 +34,7 @@ fn the_multi_body_vehicle_is_reproduced_on_the_held_out_half() {
     // What the sensor's noise leaves is 98.4 % at 100 Hz.
     assert!(e.fit.validation > 98.0, "{:?}", e.fit);
     assert!(e.fit.validation_one_step >= e.fit.validation - 0.5);
-    assert!(e.verdict.trustworthy, "{:?}", e.verdict);
+    assert!(found.plant.quality.allows_design(), "{:?}", found.plant.quality);
     assert!(e.excitation.informative_up_to_hz > 1.5);
     assert!(e.conversion_round_trip.unwrap() < 1e-10);
     assert!((found.plant.operating_point.speed_mps - 15.0).abs() < 0.05);
@@ -131,13 +131,16 @@ fn a_weakly_excited_drive_gets_a_model_and_is_called_weak() {
     options.steering_ratio = Some(16.9);
     let log = read_log(&files, &options).unwrap();
     let plant = identify(&log, &IdentifyOptions::default()).unwrap().plant;
-    let verdict = &plant.evidence.verdict;
-    assert!(!verdict.trustworthy && verdict.summary.starts_with("Weakly excited"), "{verdict:?}");
+    let quality = &plant.quality;
+    assert!(
+        !quality.allows_design() && quality.summary.starts_with("Weakly excited"),
+        "{quality:?}"
+    );
     // The fit with its uncertainty, and what to drive in numbers.
     assert!(plant.evidence.held_out.as_ref().unwrap().fit_standard_error.is_some());
     let fit = format!("{:.0} ± ", plant.evidence.fit.validation);
-    assert!(plant.evidence.fit.validation > 60.0 || verdict.summary.contains(&fit), "{verdict:?}");
-    let advice = verdict.advice.join("; ");
+    assert!(plant.evidence.fit.validation > 60.0 || quality.summary.contains(&fit), "{quality:?}");
+    let advice = quality.advice.join("; ");
     assert!(advice.contains("above 2 Hz there is no information in this log"), "{advice}");
     assert!(advice.contains("slalom whose rhythm sweeps from 0.2 to 2 Hz, about ±"), "{advice}");
     assert!(plant.evidence.excitation.road_wheel_std_rad < 0.002);
@@ -343,7 +346,7 @@ fn the_result_is_stable_where_the_estimate_is_not() {
                         "case {case} {method:?} {order} {refine}: {closed} {radius} {:?}",
                         plant.evidence.warnings
                     );
-                    assert!(!plant.evidence.verdict.trustworthy || case == 1 || case == 2);
+                    assert!(!plant.quality.allows_design() || case == 1 || case == 2);
                     if plant.evidence.stabilised_from.is_some() {
                         *stabilised.entry(realization).or_insert(0) += 1;
                     }

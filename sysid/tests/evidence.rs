@@ -1,9 +1,9 @@
-//! The evidence and its verdict on drives whose truth is known: rich, weak, noisy, slow, driven in
+//! Evidence and quality on drives whose truth is known: rich, weak, noisy, slow, driven in
 //! closed loop, held at a limit; and what stands in the file.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use faer::Mat;
-use formats::{Document, Evidence, Information, Plant};
+use formats::{Document, Information, Plant};
 use std::f64::consts::TAU;
 use sysid::conversion::discretize;
 use sysid::{DriveLog, Error, IdentifyOptions, Method, Stretch, identify};
@@ -85,16 +85,16 @@ fn plant(log: &DriveLog) -> Plant {
     identify(log, &options).unwrap().plant
 }
 
-fn advises(e: &Evidence, what: &str) -> bool {
-    e.verdict.advice.iter().any(|a| a.contains(what))
+fn advises(p: &Plant, what: &str) -> bool {
+    p.quality.advice.iter().any(|a| a.contains(what))
 }
 
 #[test]
 fn a_rich_drive_is_trusted_and_needs_nothing_more() {
-    let plant = plant(&drive(120.0, 2e-3, 1, slalom()));
-    let e = &plant.evidence;
-    println!("{:#?}", e.verdict);
-    assert!(e.verdict.trustworthy && e.verdict.advice.is_empty(), "{:?}", e.verdict);
+    let p = plant(&drive(120.0, 2e-3, 1, slalom()));
+    let e = &p.evidence;
+    println!("{:#?}", p.quality);
+    assert!(p.quality.allows_design() && p.quality.advice.is_empty(), "{:?}", p.quality);
     assert!(e.whiteness.pass && e.independence.pass);
     let residuals = e.residuals.as_ref().unwrap();
     assert!(residuals.feedback.pass);
@@ -115,22 +115,23 @@ fn a_rich_drive_is_trusted_and_needs_nothing_more() {
     let last = held_out.predictions.last().unwrap();
     assert!(last.steps.is_none() && (last.fit - e.fit.validation).abs() < 1e-9);
     // What is written is read back, and in no other bytes.
-    let text = plant.to_json();
+    let text = p.to_json();
     let back = Plant::from_json(&text, "plant.json").unwrap();
-    assert_eq!((&back, back.to_json()), (&plant, text));
+    assert_eq!((&back, back.to_json()), (&p, text));
 }
 
 #[test]
 fn a_weak_drive_says_where_it_is_weak_and_what_to_drive() {
     // A tenth of a degree at the road wheel, below 0.3 Hz, in the noise of a cheap gyro.
-    let e = plant(&drive(120.0, 5e-3, 2, slow(0.026, 0.3))).evidence;
-    println!("{:#?} {:#?}", e.verdict, e.excitation.bands);
-    assert!(!e.verdict.trustworthy && e.verdict.summary.starts_with("Weakly excited"));
+    let p = plant(&drive(120.0, 5e-3, 2, slow(0.026, 0.3)));
+    let e = &p.evidence;
+    println!("{:#?} {:#?}", p.quality, e.excitation.bands);
+    assert!(!p.quality.allows_design() && p.quality.summary.starts_with("Weakly excited"));
     // The fit with its uncertainty, and a slalom in numbers.
     assert!(e.held_out.as_ref().unwrap().fit_standard_error.is_some());
-    assert!(advises(&e, "there is no information in this log"));
-    assert!(advises(&e, "sweeps from 0.2 to 2 Hz") && advises(&e, "at the steering wheel"));
-    assert!(advises(&e, "from 1 to 2 Hz steering explains"));
+    assert!(advises(&p, "there is no information in this log"));
+    assert!(advises(&p, "sweeps from 0.2 to 2 Hz") && advises(&p, "at the steering wheel"));
+    assert!(advises(&p, "from 1 to 2 Hz steering explains"));
     assert_eq!(e.excitation.silent_from_hz(), Some(2.0));
 }
 
@@ -138,8 +139,8 @@ fn a_weak_drive_says_where_it_is_weak_and_what_to_drive() {
 #[test]
 fn the_drive_that_is_recommended_does_what_it_promises() {
     let noise = 0.02;
-    let weak = plant(&drive(120.0, noise, 3, slow(0.1, 0.5))).evidence;
-    let advice = weak.verdict.advice.iter().find(|a| a.contains("slalom")).unwrap();
+    let weak = plant(&drive(120.0, noise, 3, slow(0.1, 0.5)));
+    let advice = weak.quality.advice.iter().find(|a| a.contains("slalom")).unwrap();
     println!("{advice}");
     let number = |after: &str| -> f64 {
         let rest = &advice[advice.find(after).unwrap() + after.len()..];
@@ -154,7 +155,8 @@ fn the_drive_that_is_recommended_does_what_it_promises() {
         phase += TAU * 0.2 * 10_f64.powf(t / seconds) * SAMPLE_TIME;
         degrees.to_radians() * f64::sin(phase)
     });
-    let e = plant(&log).evidence;
+    let p = plant(&log);
+    let e = &p.evidence;
     for b in e.excitation.bands.iter().filter(|b| b.from_hz >= 0.2 && b.to_hz <= 2.0) {
         println!("{b:?}");
         assert!(b.relative_error < 1.3 * promised + 0.005, "{b:?} promised {promised}");
@@ -178,27 +180,31 @@ fn a_model_too_small_departs_from_the_measured_response() {
             horizon: Some(15),
             ..IdentifyOptions::default()
         };
-        let small = identify(&log, &options(1)).unwrap().plant.evidence;
-        println!("{:#?}", small.verdict);
-        let told = |e: &Evidence| {
-            e.verdict.summary.contains("departs from the measured frequency response")
-                || advises(e, "against the measured response")
+        let small = identify(&log, &options(1)).unwrap().plant;
+        println!("{:#?}", small.quality);
+        let reported = |p: &Plant| {
+            p.quality.summary.contains("departs from the measured frequency response")
+                || advises(p, "against the measured response")
         };
-        assert!(small.frequency_response.as_ref().unwrap().within < 0.5);
-        assert!(told(&small));
-        let right = identify(&log, &options(3)).unwrap().plant.evidence;
-        assert!(right.frequency_response.as_ref().unwrap().within > 0.9);
-        assert!(!told(&right));
+        assert!(small.evidence.frequency_response.as_ref().unwrap().within < 0.5);
+        assert!(reported(&small));
+        let right = identify(&log, &options(3)).unwrap().plant;
+        assert!(right.evidence.frequency_response.as_ref().unwrap().within > 0.9);
+        assert!(!reported(&right));
     }
 }
 
 #[test]
 fn noise_is_named() {
-    let e = plant(&drive(120.0, 0.3, 5, slalom())).evidence;
-    println!("{:#?}", e.verdict);
-    assert!(!e.verdict.trustworthy && e.verdict.summary.contains("noise is"), "{:?}", e.verdict);
+    let p = plant(&drive(120.0, 0.3, 5, slalom()));
+    println!("{:#?}", p.quality);
+    assert!(
+        !p.quality.allows_design() && p.quality.summary.contains("noise is"),
+        "{:?}",
+        p.quality
+    );
     // A fit near zero is told with its uncertainty.
-    assert!(e.verdict.summary.contains('±'));
+    assert!(p.quality.summary.contains('±'));
 }
 
 /// A driver who steers by what he sees is found, one who does not is not: false alarms over seeds.
@@ -211,8 +217,9 @@ fn feedback_is_found_where_there_is_some() {
             drive(120.0, 0.01, 10 + seed, |t, seen, random| plan(t, seen, random) - 3.0 * seen);
         let open = drive(120.0, 0.01, 10 + seed, slow(0.05, 1.0));
         let fed_back = |log| {
-            let e = plant(&log).evidence;
-            (!e.residuals.as_ref().unwrap().feedback.pass, advises(&e, "feedback by the driver"))
+            let p = plant(&log);
+            let e = &p.evidence;
+            (!e.residuals.as_ref().unwrap().feedback.pass, advises(&p, "feedback by the driver"))
         };
         let (closed, open) = (fed_back(closed), fed_back(open));
         assert!(closed.0 == closed.1 && open.0 == open.1);
@@ -227,11 +234,12 @@ fn feedback_is_found_where_there_is_some() {
 fn a_limit_of_the_steering_and_a_poor_rhythm_are_named() {
     let mut plan = slow(0.3, 0.5);
     let clipped = drive(120.0, 2e-3, 6, |t, y, r| plan(t, y, r).clamp(-0.25, 0.25));
-    let e = plant(&clipped).evidence;
-    assert!(advises(&e, "the steering stays at"), "{:?}", e.verdict);
+    let p = plant(&clipped);
+    let e = &p.evidence;
+    assert!(advises(&p, "the steering stays at"), "{:?}", p.quality);
     // Steps between few levels are no limit.
     let steps = drive(120.0, 2e-3, 7, |t, _, _| if (t / 1.7) as u64 % 3 == 1 { 0.2 } else { -0.1 });
-    assert!(!advises(&plant(&steps).evidence, "the steering stays at"));
+    assert!(!advises(&plant(&steps), "the steering stays at"));
     // Two frequencies are persistently exciting of order four.
     let sines =
         drive(120.0, 2e-3, 8, |t, _, _| 0.2 * (TAU * 0.3 * t).sin() + 0.1 * (TAU * 1.1 * t).sin());
@@ -242,10 +250,10 @@ fn a_limit_of_the_steering_and_a_poor_rhythm_are_named() {
         matches!(error, Error::NotExciting { .. }) && error.hint().contains("slalom"),
         "{error}"
     );
-    let e = identify(&sines, &IdentifyOptions::default()).unwrap().plant.evidence;
+    let p = identify(&sines, &IdentifyOptions::default()).unwrap().plant;
     assert!(e.warnings.iter().any(|w| w.contains("does not excite")), "{:?}", e.warnings);
     assert_eq!(e.excitation.persistence.unwrap().order, 4);
-    assert!(advises(&e, "persistently exciting of order 4 only"), "{:?}", e.verdict);
+    assert!(advises(&p, "persistently exciting of order 4 only"), "{:?}", p.quality);
 }
 
 /// The model against the truth, band by band: what is seen is what it departs by.
@@ -265,13 +273,16 @@ fn a_departure_is_measured_and_forbids_a_design() {
         delay_s: Some(0.2),
         ..IdentifyOptions::default()
     };
-    let e = identify(&log, &late).unwrap().plant.evidence;
+    let p = identify(&log, &late).unwrap().plant;
+    let e = &p.evidence;
     let band = bands(&e).into_iter().find(|b| b.to_hz == 2.0).unwrap();
-    println!("{band:?} {:?}", e.verdict);
+    println!("{band:?} {:?}", p.quality);
     assert!(band.phase_ahead_rad < -0.2 && band.departure > 0.3);
-    assert!(!e.verdict.trustworthy && e.verdict.summary.contains("measured frequency response"));
-    assert!(e.verdict.summary.contains("behind"), "{}", e.verdict.summary);
-    assert!(advises(&e, "leave --delay out") && advises(&e, "leave --order out"));
+    assert!(
+        !p.quality.allows_design() && p.quality.summary.contains("measured frequency response")
+    );
+    assert!(p.quality.summary.contains("behind"), "{}", p.quality.summary);
+    assert!(advises(&p, "leave --delay out") && advises(&p, "leave --order out"));
     // What the file says of gain and phase is what its points say.
     let response = e.frequency_response.as_ref().unwrap();
     let points = response.points.iter().filter(|p| p.frequency_hz > 1.0 && p.frequency_hz <= 2.0);
@@ -286,8 +297,8 @@ fn a_right_model_of_a_driven_loop_is_not_condemned() {
     for seed in 0..6 {
         let mut plan = slow(0.15, 1.0);
         let log = drive(120.0, 4e-3, 40 + seed, |t, y, r| plan(t, y, r) - 0.5 * y);
-        let e = plant(&log).evidence;
-        assert!(!e.verdict.summary.contains("departs"), "{}", e.verdict.summary);
+        let p = plant(&log);
+        assert!(!p.quality.summary.contains("departs"), "{}", p.quality.summary);
     }
 }
 
@@ -331,7 +342,8 @@ fn drawn_models_lie_in_the_ellipses_of_the_poles() {
 
 #[test]
 fn the_file_says_how_the_data_were_reduced() {
-    let e = plant(&drive(120.0, 2e-3, 1, slalom())).evidence;
+    let p = plant(&drive(120.0, 2e-3, 1, slalom()));
+    let e = &p.evidence;
     let factor = e.factor.unwrap();
     assert_eq!((factor.asked_horizon, factor.horizon), (15, 15));
     assert!(factor.condition.unwrap() > 1.0 && factor.input_condition.unwrap() > 1.0);

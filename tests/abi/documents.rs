@@ -62,6 +62,7 @@ fn plant() -> Plant {
         sideslip: None,
         uncertainty: None,
         evidence: formats::Evidence::default(),
+        quality: formats::Quality::default(),
         provenance: formats::Provenance::default(),
     }
 }

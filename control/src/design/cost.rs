@@ -344,6 +344,7 @@ mod tests {
             speed: 15.0,
             steering_ratio: 1.0,
             input_delay: 0.02,
+            quality: formats::Quality::default(),
         };
         let (f, h) = ([0.0, 1.0, -60.0, -9.0], [300.0, 6.0]);
         let plant = DesignPlant::from_matrices(info, &f, &[0.0, 1.0], &h, 0.0).unwrap();

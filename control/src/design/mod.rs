@@ -114,6 +114,7 @@ pub fn design(
             loop_delay_s: options.loop_delay_s,
             path_delay_s,
             estimator_delay_s,
+            quality: plant.quality.clone(),
         },
         specification: objective.spec,
         guidance: GuidanceAdvice {

@@ -58,6 +58,7 @@ mod tests {
             speed: 15.0,
             steering_ratio: 1.0,
             input_delay: delay,
+            quality: formats::Quality::default(),
         };
         let plant =
             DesignPlant::from_matrices(info, &[-1.0 / tau], &[gain / tau], &[1.0], 0.0).unwrap();

@@ -11,7 +11,7 @@ pub(crate) mod zeros;
 
 use crate::Error;
 use crate::plants::family::Family;
-use formats::{Bicycle, Continuous, InputKind, Matrix, Plant};
+use formats::{Bicycle, Continuous, InputKind, Matrix, Plant, Quality};
 use model_loading::identified_model;
 use nalgebra::{DMatrix, DVector};
 use vehicle_models::bicycle_body_frame;
@@ -29,6 +29,8 @@ pub struct DesignPlant {
     pub steering_ratio: f64,
     /// Delay of the input τ, s.
     pub input_delay: f64,
+    /// The quality of the model.
+    pub quality: Quality,
     pub(crate) dynamics: Dynamics,
     pub(crate) family: Family,
     gain: f64,
@@ -60,6 +62,7 @@ pub(crate) struct PlantInfo {
     pub(crate) speed: f64,
     pub(crate) steering_ratio: f64,
     pub(crate) input_delay: f64,
+    pub(crate) quality: Quality,
 }
 
 impl DesignPlant {
@@ -116,6 +119,7 @@ impl DesignPlant {
             speed,
             steering_ratio: plant.steering_ratio,
             input_delay: plant.input_delay_s,
+            quality: plant.quality.clone(),
         };
         Self::checked(info, dynamics)
     }
@@ -134,6 +138,7 @@ impl DesignPlant {
             speed: vehicle.speed_mps,
             steering_ratio: vehicle.steering_ratio,
             input_delay: 0.0,
+            quality: bicycle.quality.clone(),
         };
         let matrices = Matrices {
             state: DMatrix::from_fn(3, 3, |i, j| f[(i, j)]),
@@ -206,9 +211,19 @@ impl DesignPlant {
         if !(gain.is_finite() && gain > 0.0) {
             return Err(Error::SteadyStateGain { model: info.name, gain });
         }
-        let PlantInfo { model, name, speed, steering_ratio, input_delay } = info;
+        let PlantInfo { model, name, speed, steering_ratio, input_delay, quality } = info;
         let family = Family::Alone;
-        Ok(Self { model, name, speed, steering_ratio, input_delay, dynamics, family, gain })
+        Ok(Self {
+            model,
+            name,
+            speed,
+            steering_ratio,
+            input_delay,
+            quality,
+            dynamics,
+            family,
+            gain,
+        })
     }
 }
 

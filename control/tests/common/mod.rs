@@ -55,6 +55,7 @@ pub(crate) fn identified(f: &[f64], g: &[f64], h: &[f64], sample_time: f64, dela
         sideslip: None,
         uncertainty: None,
         evidence: formats::Evidence::default(),
+        quality: formats::Quality::default(),
         provenance: formats::Provenance::default(),
     }
 }

@@ -69,8 +69,6 @@ pub struct Evidence {
     pub channels: Vec<ChannelSummary>,
     /// What the reader of the log and the identification warned of.
     pub warnings: Vec<String>,
-    /// The judgement in plain words.
-    pub verdict: Verdict,
 }
 
 /// Fit is 100·(1 − ‖y − ŷ‖/‖y − mean(y)‖) on yaw rate, in percent. Held-out data have the means of
@@ -127,16 +125,4 @@ pub struct ChannelSummary {
     pub mean: f64,
     /// Largest value, SI.
     pub max: f64,
-}
-
-/// The judgement in plain words.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Verdict {
-    /// Whether a controller may be designed on the model without further thought.
-    pub trustworthy: bool,
-    /// One sentence.
-    pub summary: String,
-    /// What to do next.
-    pub advice: Vec<String>,
 }

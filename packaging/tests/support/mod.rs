@@ -26,8 +26,6 @@ pub(crate) fn plant() -> String {
     let mut evidence = Evidence::default();
     evidence.fit.validation = 87.654_321;
     evidence.excitation.road_wheel_std_rad = 0.03;
-    evidence.verdict.trustworthy = true;
-    evidence.verdict.summary = "fit to design on".into();
     Plant {
         schema: Plant::SCHEMA.into(),
         name: AWKWARD.into(),
@@ -57,6 +55,7 @@ pub(crate) fn plant() -> String {
         sideslip: None,
         uncertainty: None,
         evidence,
+        quality: formats::Quality::new("fit to design on", Vec::new(), Vec::new()),
         provenance: provenance(),
     }
     .to_json()

@@ -12,6 +12,25 @@ pub(crate) use identification::{log, model};
 pub(crate) use outcome::{provenance, summary, tracking};
 
 use crate::figures::text;
+use crate::{Block, Tone};
+use formats::{Grade, Quality};
+
+/// The quality of a model as a note; `what` begins the title.
+fn quality(quality: &Quality, what: &str) -> Block {
+    let (tone, outcome) = match quality.grade {
+        Grade::Pass => (Tone::Good, "passed validation"),
+        Grade::Warn => (Tone::Neutral, "can be designed on with reservations"),
+        Grade::Fail => (Tone::Bad, "failed validation"),
+    };
+    let codes =
+        if quality.reasons.is_empty() { String::new() } else { format!(" ({})", quality.codes()) };
+    let reasons = quality.reasons.iter().map(|r| format!(" {}: {}.", r.grade, r.message));
+    Block::Note {
+        tone,
+        title: format!("{what} {outcome}{codes}."),
+        text: quality.summary.clone() + &reasons.collect::<String>(),
+    }
+}
 
 /// A value in a table, with its unit.
 fn value(value: f64, digits: usize, unit: &str) -> String {

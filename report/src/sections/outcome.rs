@@ -2,23 +2,18 @@
 
 use super::value;
 use crate::figures::{self, DEG};
-use crate::{Block, Report, Section, Table, Tone, Track};
+use crate::{Block, Report, Section, Table, Track};
 use formats::{Path, Provenance};
 
 /// The judgements of the files, before the numbers.
 pub(crate) fn summary(report: &Report<'_>) -> Section {
     let mut blocks = Vec::new();
     if let Some(plant) = report.plant {
-        let v = &plant.evidence.verdict;
-        let (tone, title) = if v.trustworthy {
-            (Tone::Good, "The model can be trusted for a design.")
-        } else {
-            (Tone::Bad, "The model is not to be trusted without further thought.")
-        };
-        blocks.push(Block::Note { tone, title: title.into(), text: v.summary.clone() });
-        if !v.advice.is_empty() {
+        let quality = &plant.quality;
+        blocks.push(super::quality(quality, "The model"));
+        if !quality.advice.is_empty() {
             blocks.push(Block::Heading("What to do next".into()));
-            blocks.push(Block::List(v.advice.clone()));
+            blocks.push(Block::List(quality.advice.clone()));
         }
         if !plant.evidence.warnings.is_empty() {
             blocks.push(Block::Heading("Warnings".into()));

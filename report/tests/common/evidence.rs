@@ -84,11 +84,6 @@ pub fn evidence() -> Evidence {
             channel("speed", "vxCG", "m/s", 16.1, 38.2, 61.0),
         ],
         warnings: vec!["the speed varies from 16.1 to 61.0 m/s: a linear model averages it".into()],
-        verdict: Verdict {
-            trustworthy: true,
-            summary: "The model explains the held-out half well up to 1.7 Hz.".into(),
-            advice: vec!["Drive at one speed to sharpen the model.".into()],
-        },
     }
 }
 

@@ -77,6 +77,7 @@ pub fn plant() -> Plant {
         sideslip: None,
         uncertainty: None,
         evidence: evidence(),
+        quality: formats::Quality::default(),
         provenance: provenance(),
     }
 }
@@ -109,6 +110,7 @@ pub fn bicycle() -> Bicycle {
         state_matrix: Matrix::from_fn(5, 5, |_, _| 0.0),
         input_matrix: Matrix::from_fn(5, 1, |_, _| 0.0),
         evidence: None,
+        quality: formats::Quality::not_validated(),
         provenance: provenance(),
     }
 }

@@ -7,6 +7,7 @@ use super::windows::{Windows, parzen};
 use crate::conversion::to_continuous;
 use crate::identify::evidence::{
     DRIFT, GOOD_FIT, HIGHEST_SHOWN, INFORMATIVE, LAGS, LARGEST_NOISE, LEAST_BAND, LEAST_STEERING,
+    failed,
 };
 use crate::identify::order::Errors;
 use crate::identify::{continuous_form, discrete, evidence, operating_point};
@@ -16,7 +17,7 @@ use crate::{Detrend, Error, IdentifyOptions, Signals};
 use faer::MatRef;
 use formats::{
     CoherencePoint, Document, Evidence, Excitation, Fits, HeldOut, InputKind, Noise, OrderRow,
-    Plant, PredictionFit, Provenance, ResidualTest, Verdict,
+    Plant, PredictionFit, Provenance, Quality, ReasonCode, ResidualTest,
 };
 
 const FREQUENCIES: usize = 50;
@@ -68,7 +69,7 @@ impl Absorbed {
         evidence.conversion_round_trip = continuous.as_ref().map(|c| c.round_trip);
         let map = evidence::poles_and_zeros(&model, continuous.as_ref(), step, None);
         evidence.poles_and_zeros = Some(map);
-        evidence.verdict = verdict(&evidence, held_out.is_ok(), continuous.is_some());
+        let quality = quality(&evidence, held_out.is_ok(), continuous.is_some());
         let mut used = self.options.clone();
         used.extend(options.to_map());
         used.insert("horizon_absorbed".into(), self.horizon.to_string());
@@ -97,6 +98,7 @@ impl Absorbed {
             sideslip: None,
             uncertainty: None,
             evidence,
+            quality,
             provenance: Provenance {
                 version: env!("CARGO_PKG_VERSION").into(),
                 sources: self.sources.clone(),
@@ -279,46 +281,54 @@ fn bounded(x: f64) -> f64 {
     if x.is_finite() { x } else { 0.0 }
 }
 
-fn verdict(evidence: &Evidence, judged: bool, has_continuous: bool) -> Verdict {
+fn quality(evidence: &Evidence, judged: bool, has_continuous: bool) -> Quality {
     let e = &evidence.excitation;
     let mut reasons = Vec::new();
     let mut advice = Vec::new();
     if e.road_wheel_std_rad < LEAST_STEERING {
         let degrees = e.road_wheel_std_rad.to_degrees();
-        reasons.push(format!("the road wheel moves by {degrees:.2}° (standard deviation) only"));
+        let message = format!("the road wheel moves by {degrees:.2}° (standard deviation) only");
+        let limit = LEAST_STEERING.to_degrees();
+        reasons.push(failed(ReasonCode::WeakSteering, message).compared(degrees, limit, "deg"));
         advice.push("drive a slalom of changing pace, 0.2 to 2 Hz".to_owned());
     }
     if e.informative_up_to_hz < LEAST_BAND {
         let hz = e.informative_up_to_hz;
-        reasons.push(format!("yaw rate follows the steering up to {hz:.1} Hz only"));
+        let message = format!("yaw rate follows the steering up to {hz:.1} Hz only");
+        reasons.push(failed(ReasonCode::NarrowBand, message).compared(hz, LEAST_BAND, "Hz"));
     }
     if e.noise_to_signal > LARGEST_NOISE {
-        reasons.push(format!("noise is {:.0} % of the yaw rate", 100.0 * e.noise_to_signal));
+        let percent = 100.0 * e.noise_to_signal;
+        let message = format!("noise is {percent:.0} % of the yaw rate");
+        let reason = failed(ReasonCode::NoisyYawRate, message);
+        reasons.push(reason.compared(percent, 100.0 * LARGEST_NOISE, "%"));
     }
     if !judged {
-        reasons.push("nothing was held out to judge the model by".to_owned());
+        let message = "there are no validation data";
+        reasons.push(failed(ReasonCode::NotValidated, message));
     } else if evidence.fit.validation < GOOD_FIT {
-        reasons.push(format!(
-            "the model reproduces held-out windows to {:.0} % only",
-            evidence.fit.validation
-        ));
+        let fit = evidence.fit.validation;
+        let message = format!("the fit on validation windows is {fit:.0} %, below {GOOD_FIT} %");
+        let reason = failed(ReasonCode::LowValidationFit, message);
+        reasons.push(reason.compared(fit, GOOD_FIT, "%"));
         advice.push("absorb drives of one speed, with --speed-window".to_owned());
     }
     if !has_continuous {
-        reasons.push("the model has no continuous counterpart".to_owned());
+        let message = "the model has no continuous counterpart";
+        reasons.push(failed(ReasonCode::NoContinuousModel, message));
         advice.push("try another --order".to_owned());
     }
     advice.push(
         "identify from one of the logs itself too: that tests what windows cannot tell".to_owned(),
     );
-    let trustworthy = reasons.is_empty();
-    let summary = if trustworthy {
+    let summary = if reasons.is_empty() {
         format!(
-            "The model reproduces held-out windows to {:.1} %, and the drives inform up to {:.1} Hz: fit to design on.",
+            "The fit on validation windows is {:.1} %, and the drives are informative up to {:.1} Hz: fit to design on.",
             evidence.fit.validation, e.informative_up_to_hz
         )
     } else {
-        format!("Not to be trusted: {}.", reasons.join("; "))
+        let messages: Vec<&str> = reasons.iter().map(|r| r.message.as_str()).collect();
+        format!("Validation failed: {}.", messages.join("; "))
     };
-    Verdict { trustworthy, summary, advice }
+    Quality::new(summary, reasons, advice)
 }

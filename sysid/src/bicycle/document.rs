@@ -1,13 +1,15 @@
 //! `bicycle.json` of an identified vehicle.
 
 use formats::{
-    Bicycle, BicycleCoefficients, BicycleEvidence, Document, Matrix, Provenance, VehicleData,
+    Bicycle, BicycleCoefficients, BicycleEvidence, Document, Matrix, Provenance, Quality,
+    VehicleData,
 };
 
 /// Eq 13 of a vehicle, as `control::bicycle` writes it.
 pub(super) fn document(
     vehicle: VehicleData,
     evidence: BicycleEvidence,
+    quality: Quality,
     provenance: Provenance,
 ) -> Bicycle {
     let (m, j, v) = (vehicle.mass_kg, vehicle.yaw_inertia_kgm2, vehicle.speed_mps);
@@ -38,6 +40,7 @@ pub(super) fn document(
         state_matrix: Matrix::from_fn(5, 5, |i, j| rows[i][j]),
         input_matrix: Matrix::column(&[0.0, 0.0, 0.0, 0.0, 1.0 / k.tn]),
         evidence: Some(evidence),
+        quality,
         provenance,
     }
 }

@@ -4,9 +4,10 @@ use super::options::BicycleOptions;
 use super::parameters::{PARAMETERS, STEERING_OFFSET, YAW_RATE_OFFSET, combinations};
 use super::uncertainty::{deviation, directions};
 use super::{Estimate, Judged, Recording};
+use crate::identify::evidence::failed;
 use crate::signal::{mean, standard_deviation};
 use crate::{DriveLog, Error};
-use formats::{BicycleEvidence, Estimated, SpeedSummary, Stated, Verdict, WithDelay};
+use formats::{BicycleEvidence, Estimated, Quality, ReasonCode, SpeedSummary, Stated, WithDelay};
 
 /// Speed that varies by less (standard deviation over mean) schedules nothing.
 const LEAST_SPREAD: f64 = 0.05;
@@ -61,10 +62,8 @@ impl Known<'_> {
                 * (self.estimate.long_run_variance / variance.max(f64::MIN_POSITIVE)).max(1.0),
             channels: log.channels.clone(),
             warnings: log.warnings.clone(),
-            verdict: Verdict::default(),
         };
         self.warn(&mut evidence);
-        evidence.verdict = self.verdict(&evidence);
         Ok(evidence)
     }
 
@@ -138,7 +137,7 @@ impl Known<'_> {
 
     /// Judges by what matters for steering: does the log say enough, and does the model simulate data
     /// it has not seen.
-    fn verdict(&self, e: &BicycleEvidence) -> Verdict {
+    pub(super) fn quality(&self, e: &BicycleEvidence) -> Quality {
         /// Below, the steering hardly moves the vehicle: a fifth of a degree at the road wheel.
         const LEAST_STEERING: f64 = 0.0035;
         const GOOD_FIT: f64 = 60.0;
@@ -149,16 +148,17 @@ impl Known<'_> {
         let steering = standard_deviation(&self.recording.steering);
         let mut weak = steering < LEAST_STEERING;
         if weak {
-            reasons.push(format!(
-                "the road wheel moves by {:.2}° (standard deviation) only",
-                steering.to_degrees()
-            ));
+            let degrees = steering.to_degrees();
+            let message =
+                format!("the road wheel moves by {degrees:.2}° (standard deviation) only");
+            let limit = LEAST_STEERING.to_degrees();
+            reasons.push(failed(ReasonCode::WeakSteering, message).compared(degrees, limit, "deg"));
         }
         if e.validation_fit < GOOD_FIT {
-            reasons.push(format!(
-                "the model reproduces held-out data to {:.0} % only",
-                e.validation_fit
-            ));
+            let fit = e.validation_fit;
+            let message = format!("the fit on validation data is {fit:.0} %, below {GOOD_FIT} %");
+            let reason = failed(ReasonCode::LowValidationFit, message);
+            reasons.push(reason.compared(fit, GOOD_FIT, "%"));
             advice.push(
                 "check the mapping, signs and clocks of the channels, the steering ratio, and that the tyres are not at their limit"
                     .to_owned(),
@@ -167,10 +167,13 @@ impl Known<'_> {
         if let Some(gain) = e.identified.iter().find(|c| c.name == "yaw_rate_gain")
             && gain.standard_error > LARGEST_ERROR * gain.value.abs()
         {
-            reasons.push(format!(
-                "the yaw rate's gain is uncertain, {:.2} ± {:.2} 1/s",
-                gain.value, gain.standard_error
-            ));
+            let percent = 100.0 * gain.standard_error / gain.value.abs();
+            let message = format!(
+                "the standard error of the yaw-rate gain {:.2} 1/s is {percent:.0} %",
+                gain.value
+            );
+            let reason = failed(ReasonCode::UncertainGain, message);
+            reasons.push(reason.compared(percent, 100.0 * LARGEST_ERROR, "%"));
             weak = true;
         }
         if weak {
@@ -183,21 +186,21 @@ impl Known<'_> {
                     .to_owned(),
             );
         }
-        let trustworthy = reasons.is_empty();
-        let summary = if !trustworthy {
-            format!("Not to be trusted: {}.", reasons.join("; "))
+        let summary = if !reasons.is_empty() {
+            let messages: Vec<&str> = reasons.iter().map(|r| r.message.as_str()).collect();
+            format!("Validation failed: {}.", messages.join("; "))
         } else if spread < LEAST_SPREAD {
             format!(
-                "The bicycle reproduces held-out yaw rate to {:.1} % at {:.1} m/s, the only speed driven: fit to design on there.",
+                "The fit on validation data is {:.1} % at {:.1} m/s, the only speed driven: fit to design on there.",
                 e.validation_fit, e.speed.mean_mps
             )
         } else {
             format!(
-                "The bicycle reproduces held-out yaw rate to {:.1} % between {:.0} and {:.0} m/s: fit to design on there.",
+                "The fit on validation data is {:.1} % between {:.0} and {:.0} m/s: fit to design on there.",
                 e.validation_fit, e.speed.min_mps, e.speed.max_mps
             )
         };
-        Verdict { trustworthy, summary, advice }
+        Quality::new(summary, reasons, advice)
     }
 }
 

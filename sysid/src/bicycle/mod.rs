@@ -62,7 +62,7 @@ struct Recording {
 ///
 /// # Errors
 /// [`Error`] where the log or the options allow no model. A poor model is no error: the evidence and
-/// its verdict say so.
+/// the quality report it.
 pub fn identify_bicycle(
     log: &DriveLog,
     options: &BicycleOptions,
@@ -98,7 +98,7 @@ pub fn identify_bicycle(
         estimation_fit: judged_with_delay.estimation_fit,
         validation_fit: judged_with_delay.validation_fit,
     };
-    let evidence = evidence::Known {
+    let known = evidence::Known {
         log,
         options,
         recording: &recording,
@@ -106,8 +106,9 @@ pub fn identify_bicycle(
         covariance: &covariance,
         judged: &judged,
         with_delay,
-    }
-    .evidence()?;
+    };
+    let evidence = known.evidence()?;
+    let quality = known.quality(&evidence);
     let mut used = log.options.clone();
     used.extend(options.to_map());
     let vehicle = parameters::vehicle(
@@ -122,7 +123,7 @@ pub fn identify_bicycle(
         sources: log.sources.clone(),
         options: used,
     };
-    let bicycle = document::document(vehicle, evidence, provenance);
+    let bicycle = document::document(vehicle, evidence, quality, provenance);
     bicycle.checked("bicycle.json").map_err(|e| Error::NoModel { problem: e.to_string() })?;
     Ok(IdentifiedBicycle { bicycle, traces: traces(log, &recording, &judged) })
 }

@@ -80,7 +80,7 @@ pub struct Traces {
 ///
 /// # Errors
 /// [`Error`] where the log or the options allow no model. A poor model is no error: the evidence
-/// and its verdict say so.
+/// and the quality report it.
 pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified, Error> {
     options.check()?;
     let measured = log;
@@ -195,7 +195,6 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
         conversion_round_trip: continuous.as_ref().map(|c| c.round_trip),
         channels: log.channels.clone(),
         warnings,
-        verdict: formats::Verdict::default(),
     };
     let point = operating_point(
         (data.input_mean, data.output_mean),
@@ -222,7 +221,7 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
         sample_time_s: data.sample_time,
         order: model.order(),
     };
-    evidence.verdict = evidence::verdict(&evidence, &drive, options);
+    let quality = evidence::quality(&evidence, &drive, options);
 
     let mut used = log.options.clone();
     used.extend(options.to_map());
@@ -240,6 +239,7 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
         sideslip: log.sideslip,
         uncertainty,
         evidence,
+        quality,
         provenance: Provenance {
             version: env!("CARGO_PKG_VERSION").into(),
             sources: log.sources.clone(),

@@ -12,7 +12,8 @@ fn a_constant_speed_is_said_to_schedule_nothing() {
     let e = evidence(&found);
     assert!(e.validation_fit > 97.0);
     assert!(e.warnings.iter().any(|w| w.contains("hardly varies")), "{:?}", e.warnings);
-    assert!(e.verdict.summary.contains("the only speed driven"), "{:?}", e.verdict);
+    let quality = &found.bicycle.quality;
+    assert!(quality.summary.contains("the only speed driven"), "{quality:?}");
 }
 
 #[test]
@@ -73,8 +74,9 @@ fn hopeless_drives_are_errors_or_said_to_be() {
         match identify(&log) {
             Ok(found) => {
                 let e = evidence(&found);
-                println!("{what}: {:.1} % {}", e.validation_fit, e.verdict.summary);
-                assert!(!e.verdict.trustworthy, "{what}: {:?}", e.verdict);
+                let quality = &found.bicycle.quality;
+                println!("{what}: {:.1} % {}", e.validation_fit, quality.summary);
+                assert!(!quality.allows_design(), "{what}: {quality:?}");
             }
             Err(error) => println!("{what}: {error}; {}", error.hint()),
         }

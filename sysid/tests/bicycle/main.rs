@@ -158,7 +158,7 @@ fn without_noise_the_vehicle_itself_comes_out() {
     assert!((e.steering_offset_rad - DRIVE.offset).abs() < 1e-5);
     assert!((e.yaw_rate_offset_radps - DRIVE.bias).abs() < 1e-5);
     assert!(e.with_delay.input_delay_s.abs() < 1e-3);
-    assert!(e.verdict.trustworthy && e.warnings.is_empty(), "{:?}", e.warnings);
+    assert!(found.bicycle.quality.allows_design() && e.warnings.is_empty(), "{:?}", e.warnings);
     let gradient = car().understeer_gradient();
     assert!((estimated(e, "understeer_gradient").0 / gradient - 1.0).abs() < 1e-2);
 }

@@ -84,6 +84,7 @@ pub fn plant_file(kind: Kind) -> Plant {
         }),
         uncertainty: None,
         evidence: formats::Evidence::default(),
+        quality: formats::Quality::default(),
         provenance: formats::Provenance::default(),
     }
 }

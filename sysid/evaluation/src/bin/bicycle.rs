@@ -64,6 +64,7 @@ fn drive(file: &Path, columns: [&str; 3], sample_time: f64) -> Result<(), Failur
     let found = [bicycle(&log)?, bicycle(&swapped)?];
     let fits = found.each_ref().map(|f| f.bicycle.evidence.clone().unwrap_or_default());
     let [a, b] = &fits;
+    let qualities = found.each_ref().map(|f| &f.bicycle.quality);
     row("bicycle", [a.estimation_fit, a.validation_fit, b.estimation_fit, b.validation_fit]);
     let [c, d] = [&a.with_delay, &b.with_delay];
     row(
@@ -88,13 +89,13 @@ fn drive(file: &Path, columns: [&str; 3], sample_time: f64) -> Result<(), Failur
             other.map(|o| shown(o.value, o.standard_error)).unwrap_or_default()
         );
     }
-    for (half, e) in [("1st", a), ("2nd", b)] {
+    for ((half, e), quality) in [("1st", a), ("2nd", b)].into_iter().zip(qualities) {
         println!(
             "{half} half: delay {:.4} ± {:.4} s, errors last {:.1} s, {}",
             e.with_delay.input_delay_s,
             e.with_delay.standard_error_s,
             e.error_correlation_time_s,
-            e.verdict.summary
+            quality.summary
         );
     }
     Ok(())

@@ -298,7 +298,7 @@ fn weak_drive(folder: &Path) -> Result<(), String> {
     };
     let log = read_log(&files, &options).map_err(|e| e.to_string())?;
     let plant = identify(&log, &IdentifyOptions::default()).map_err(|e| e.to_string())?.plant;
-    let (fit, verdict) = (plant.evidence.fit, &plant.evidence.verdict);
+    let (fit, verdict) = (plant.evidence.fit, &plant.quality);
     println!(
         "\ncomma2k19: order {}, fit {:.1} %, held out {:.1} %\n  {}",
         plant.order(),

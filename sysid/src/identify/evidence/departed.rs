@@ -1,7 +1,7 @@
 //! What is to be said, and done, where the model departs from the measured response.
 
+use super::quality::Drive;
 use super::sweep::{LINEAR, swept};
-use super::verdict::Drive;
 use crate::identify::IdentifyOptions;
 use formats::{BandDeparture, Evidence};
 

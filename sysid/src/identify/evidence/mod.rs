@@ -6,10 +6,10 @@ mod departed;
 mod departure;
 mod poles;
 mod prediction;
+mod quality;
 mod response;
 mod spread;
 mod sweep;
-mod verdict;
 
 use crate::DriveLog;
 use crate::model::StateSpace;
@@ -22,7 +22,9 @@ use formats::{
 
 pub(crate) use poles::poles_and_zeros;
 pub(crate) use prediction::{Prediction, held_out};
-pub(crate) use verdict::{Drive, GOOD_FIT, LARGEST_NOISE, LEAST_BAND, LEAST_STEERING, verdict};
+pub(crate) use quality::{
+    Drive, GOOD_FIT, LARGEST_NOISE, LEAST_BAND, LEAST_STEERING, failed, quality,
+};
 
 /// Lags of the residual tests.
 pub(crate) const LAGS: usize = 25;

@@ -5,7 +5,7 @@
 //! sweep of amplitude A with equal time for each octave puts `A²/2 · ln(f₂/f₁)/ln(F₂/F₁)` of steering
 //! power into the band from f₁ to f₂.
 
-use super::verdict::Drive;
+use super::quality::Drive;
 use formats::{Evidence, ExcitationBand, FrequencyResponse, ResponsePoint};
 
 /// The rhythm to drive, Hz: what a driver can steer, and a controller needs.

@@ -1,9 +1,12 @@
-//! The judgement in plain words, and the next thing to do.
+//! The quality of an identified plant: reasons with their numbers, and the next thing to do.
 
 use super::departed::{departed, mend, nearness, too_far};
 use super::sweep::{SWEEP, WANTED, swept, what_to_drive};
 use crate::identify::IdentifyOptions;
-use formats::{Evidence, Excitation, ExcitationBand, Information, InputKind, Verdict};
+use formats::{
+    Evidence, Excitation, ExcitationBand, Grade, Information, InputKind, Quality, Reason,
+    ReasonCode,
+};
 
 /// What the judgement needs to know of the drive beside the evidence.
 pub(crate) struct Drive<'a> {
@@ -39,27 +42,31 @@ const LOUD: f64 = 0.25;
 
 /// Judges by what matters for steering: does the log say enough, does the model simulate data it
 /// has not seen, and can it be converted.
-pub(crate) fn verdict(
+pub(crate) fn quality(
     evidence: &Evidence,
     drive: &Drive<'_>,
     options: &IdentifyOptions,
-) -> Verdict {
+) -> Quality {
     let e = &evidence.excitation;
     let mut reasons = Vec::new();
     let mut advice = Vec::new();
     let degrees = e.road_wheel_std_rad.to_degrees();
     if e.road_wheel_std_rad < LEAST_STEERING {
-        reasons.push(format!("the road wheel moves by {degrees:.2}° (standard deviation) only"));
+        let message = format!("the road wheel moves by {degrees:.2}° (standard deviation) only");
+        let limit = LEAST_STEERING.to_degrees();
+        reasons.push(failed(ReasonCode::WeakSteering, message).compared(degrees, limit, "deg"));
     }
     if e.informative_up_to_hz < LEAST_BAND {
-        reasons.push(if e.informative_up_to_hz > 0.0 {
+        let message = if e.informative_up_to_hz > 0.0 {
             format!(
                 "yaw rate follows the steering (coherence above 0.5) up to {:.1} Hz only",
                 e.informative_up_to_hz
             )
         } else {
             "at no frequency does the steering explain half of the yaw rate".to_owned()
-        });
+        };
+        let reason = failed(ReasonCode::NarrowBand, message);
+        reasons.push(reason.compared(e.informative_up_to_hz, LEAST_BAND, "Hz"));
     }
     let weak = !reasons.is_empty();
     let poor = poor_bands(e);
@@ -74,15 +81,20 @@ pub(crate) fn verdict(
         );
     }
     if e.noise_to_signal > LARGEST_NOISE {
-        reasons.push(format!("noise is {:.0} % of the yaw rate", 100.0 * e.noise_to_signal));
+        let percent = 100.0 * e.noise_to_signal;
+        let message = format!("noise is {percent:.0} % of the yaw rate");
+        let reason = failed(ReasonCode::NoisyYawRate, message);
+        reasons.push(reason.compared(percent, 100.0 * LARGEST_NOISE, "%"));
         advice.push("steer more strongly, or use a less noisy gyro".to_owned());
     }
     let fit = evidence.fit.validation;
     if fit < GOOD_FIT {
-        reasons.push(format!(
-            "the model reproduces held-out data to {} only",
+        let message = format!(
+            "the fit on validation data is {}, below {GOOD_FIT} %",
             with_error(fit, evidence, 0)
-        ));
+        );
+        let reason = failed(ReasonCode::LowValidationFit, message);
+        reasons.push(reason.compared(fit, GOOD_FIT, "%"));
         if !weak {
             advice.push(
                 "check the mapping, signs and clocks of the channels; a delay between clocks or a changing speed spoils the fit"
@@ -91,29 +103,35 @@ pub(crate) fn verdict(
         }
     }
     if !drive.has_continuous {
-        reasons.push("the model has no continuous counterpart".to_owned());
+        let message = "the model has no continuous counterpart";
+        reasons.push(failed(ReasonCode::NoContinuousModel, message));
         advice.push("try another --order or --sample-time".to_owned());
     }
     let departed = departed(evidence);
-    reasons.extend(too_far(&departed));
+    reasons.extend(too_far(&departed).map(|message| failed(ReasonCode::ModelError, message)));
     advice.extend(mend(evidence, drive, options, &departed));
     advice.extend(doubts(evidence, drive, options));
-    let trustworthy = reasons.is_empty();
-    let summary = if trustworthy {
+    let messages = || reasons.iter().map(|r| r.message.as_str()).collect::<Vec<_>>().join("; ");
+    let summary = if reasons.is_empty() {
         let near = nearness(evidence).map_or_else(String::new, |(percent, from, to)| {
             format!("; from {from} to {to} Hz it is within {percent:.0} % of the measured response")
         });
         format!(
-            "The model reproduces held-out yaw rate to {}, and the log informs up to {:.1} Hz{near}: fit to design on.",
+            "The fit on validation data is {}, and the log is informative up to {:.1} Hz{near}: fit to design on.",
             with_error(fit, evidence, 1),
             e.informative_up_to_hz
         )
     } else if weak {
-        format!("Weakly excited: {}. Do not design on this model.", reasons.join("; "))
+        format!("Weakly excited: {}. Do not design on this model.", messages())
     } else {
-        format!("Not to be trusted: {}.", reasons.join("; "))
+        format!("Validation failed: {}.", messages())
     };
-    Verdict { trustworthy, summary, advice }
+    Quality::new(summary, reasons, advice)
+}
+
+/// A reason that forbids a design.
+pub(crate) fn failed(code: ReasonCode, message: impl Into<String>) -> Reason {
+    Reason::new(code, Grade::Fail, message)
 }
 
 /// `45 ± 6 %`: twice the standard error, about 95 %.
