@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use faer::Mat;
-use formats::{Document, Information, Plant};
+use formats::{Document, Evidence, Information, Plant};
 use std::f64::consts::TAU;
 use sysid::conversion::discretize;
 use sysid::{DriveLog, Error, IdentifyOptions, Method, Stretch, identify};
