@@ -2,6 +2,7 @@
 
 use crate::design;
 use crate::failure::{Failure, Outcome};
+use crate::gate::GateArguments;
 use crate::log_options::{IdentifyArguments, LogArguments};
 use crate::pipeline::{self, Built, Job, Text};
 use crate::requirements::SpecificationArguments;
@@ -35,6 +36,8 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     identify: IdentifyArguments,
     #[command(flatten)]
+    gate: GateArguments,
+    #[command(flatten)]
     specification: SpecificationArguments,
 }
 
@@ -48,6 +51,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         track: text(&arguments.track)?,
         lateral_acceleration: arguments.lateral_acceleration,
         out: arguments.out.clone(),
+        gate: arguments.gate,
     })?;
     let mut told = evidence::evidence(&built.plant);
     for controller in &built.controllers {

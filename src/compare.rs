@@ -2,6 +2,7 @@
 
 use crate::comparison::{self, Comparison, Job, Road, Shape};
 use crate::failure::{Failure, Outcome};
+use crate::gate::GateArguments;
 use crate::log_options::LogArguments;
 use crate::requirements::SpecificationArguments;
 use crate::tell::Tell;
@@ -50,6 +51,8 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     log: LogArguments,
     #[command(flatten)]
+    gate: GateArguments,
+    #[command(flatten)]
     specification: SpecificationArguments,
 }
 
@@ -91,6 +94,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         road: arguments.road.read()?,
         cross_track_integral_per_s: arguments.road.cross_track_integral,
         lost_beyond_m: arguments.road.lost_beyond,
+        gate: arguments.gate,
     })?;
     let written = match &arguments.out {
         Some(folder) => comparison::write(&compared, folder)?,

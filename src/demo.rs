@@ -1,6 +1,7 @@
 //! `steerwright demo`: everything, on the recorded drives that this program carries.
 
 use crate::failure::{Failure, Outcome};
+use crate::gate::GateArguments;
 use crate::overview;
 use crate::pipeline::{self, Job, Text};
 use crate::tell::Tell;
@@ -97,10 +98,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             track: Some(text(drive.track)),
             lateral_acceleration: 4.0,
             out: arguments.out.join(drive.name),
+            gate: GateArguments::default(),
         })?);
     }
     let all: Vec<_> = built.iter().map(overview::of).collect();
     Tell::new(arguments.json).result(&overview::table(&built), &all)?;
-    // A weakly excited drive is there to show how that is told: it fails nothing.
+    // A weakly excited drive is there to show that no controller is designed on its model.
     Ok(Outcome::Done)
 }

@@ -3,6 +3,7 @@
 use crate::design_plots;
 pub(crate) use crate::design_summary::summary;
 use crate::failure::{Failure, Outcome};
+use crate::gate::GateArguments;
 use crate::requirements::SpecificationArguments;
 use crate::tell::Tell;
 use crate::{files, fmu_step};
@@ -26,12 +27,15 @@ pub(crate) struct Arguments {
     #[arg(long)]
     json: bool,
     #[command(flatten)]
+    gate: GateArguments,
+    #[command(flatten)]
     specification: SpecificationArguments,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let options = arguments.specification.options()?;
     let (plant, source, document) = read_plant(&arguments.plant)?;
+    arguments.gate.check(&arguments.plant.display().to_string(), &plant.quality)?;
     let mut pid = control::design(&plant, &source, &options)?;
     fmu_step::prove(&mut pid, &document, &plant)?;
     files::write_document(&arguments.out, &pid)?;

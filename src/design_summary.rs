@@ -1,7 +1,7 @@
 //! A design for people: gains, what was asked and reached, margins, robustness.
 
 use control::Requirement;
-use formats::{Breaking, DesignEvidence, OnACurve, Pid, Robustness, StepMetrics};
+use formats::{Breaking, DesignEvidence, Grade, OnACurve, Pid, Robustness, StepMetrics};
 use report::Table;
 use std::fmt::Write;
 
@@ -36,7 +36,15 @@ pub(crate) fn summary(pid: &Pid) -> String {
         let _ = writeln!(text, "{}", ranges(robustness));
     }
     text.push_str(&trade_off(e));
+    let quality = &pid.designed_for.quality;
+    if quality.grade > Grade::Pass {
+        let (grade, codes) = (quality.grade, quality.codes());
+        let _ = writeln!(text, "quality of the model: {grade} ({codes}): {}", quality.summary);
+    }
     text.push_str(match (e.met, e.robustness.as_ref().is_none_or(|r| r.met)) {
+        (true, _) if !quality.allows_design() => {
+            "every requirement is met on a model that failed validation, which says nothing about the vehicle\n"
+        }
         (true, true) => "every requirement is met\n",
         (true, false) => {
             "every requirement is met on the plant itself, not by all it may stand for\n"

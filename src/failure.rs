@@ -10,11 +10,17 @@ use std::process::ExitCode;
 pub(crate) struct Failure {
     message: String,
     hint: String,
+    status: u8,
 }
 
 impl Failure {
     pub(crate) fn new(message: impl fmt::Display, hint: impl Into<String>) -> Self {
-        Self { message: message.to_string(), hint: hint.into() }
+        Self { message: message.to_string(), hint: hint.into(), status: 2 }
+    }
+
+    /// Good input that does not meet a requirement; exit status 1.
+    pub(crate) fn requirement(message: impl fmt::Display, hint: impl Into<String>) -> Self {
+        Self { status: 1, ..Self::new(message, hint) }
     }
 
     /// A file that could not be read or written.
@@ -35,11 +41,11 @@ impl Failure {
         Self { message: format!("{what}: {}", self.message), ..self }
     }
 
-    /// Tells it on stderr; exit status 2, bad input.
+    /// Prints it on stderr and returns its exit status.
     pub(crate) fn tell(&self) -> ExitCode {
         // A closed stderr is no reason to panic.
         let _ = writeln!(std::io::stderr(), "error: {}\nhint: {}", self.message, self.hint);
-        ExitCode::from(2)
+        ExitCode::from(self.status)
     }
 }
 
@@ -83,8 +89,15 @@ from_stage!(
 pub(crate) enum Outcome {
     /// Everything asked for is met.
     Done,
-    /// The work was done but a requirement is not met.
+    /// The work was done but a requirement or a validation is not met.
     RequirementNotMet,
+}
+
+impl Outcome {
+    /// Of an identification: a model that failed validation is a requirement not met.
+    pub(crate) fn of(quality: &formats::Quality) -> Self {
+        if quality.allows_design() { Self::Done } else { Self::RequirementNotMet }
+    }
 }
 
 impl From<Outcome> for ExitCode {

@@ -82,7 +82,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let mut text = format!("{}\nwritten to {}", evidence(&identified.plant), out.display());
     text += &show(arguments, &identified.plant, &csv)?;
     Tell::new(arguments.json).result(&text, &identified.plant)?;
-    Ok(Outcome::Done)
+    Ok(Outcome::of(&identified.plant.quality))
 }
 
 /// Draws what was asked for; the places it was written to, for people.

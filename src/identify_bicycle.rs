@@ -108,7 +108,7 @@ pub(crate) fn run(
         bicycle.evidence.as_ref().map(|e| evidence(e, &bicycle.quality)).unwrap_or_default();
     let _ = write!(text, "{}written to {}", vehicle(&found.bicycle), out.display());
     Tell::new(json).result(&text, &found.bicycle)?;
-    Ok(Outcome::Done)
+    Ok(Outcome::of(&found.bicycle.quality))
 }
 
 /// The vehicle in the file, for people.

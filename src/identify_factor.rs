@@ -70,5 +70,5 @@ pub(crate) fn run(
     files::write_document(out, &plant)?;
     let text = format!("{}\nwritten to {}", evidence(&plant), out.display());
     Tell::new(json).result(&text, &plant)?;
-    Ok(Outcome::Done)
+    Ok(Outcome::of(&plant.quality))
 }

@@ -18,6 +18,7 @@ mod failure;
 mod files;
 mod fmu_step;
 mod fmu_track;
+mod gate;
 mod identify;
 mod identify_bicycle;
 mod identify_factor;
@@ -43,7 +44,7 @@ use std::process::ExitCode;
 /// the identified model, and packs plant, controller and reference path as FMI 2.0 Co-Simulation
 /// units.
 ///
-/// Exit status: 0 done, 1 the work was done but a requirement is not met, 2 bad input.
+/// Exit status: 0 done, 1 the work was done but a requirement or a validation is not met, 2 bad input.
 #[derive(Parser)]
 #[command(version, max_term_width = 100, disable_help_subcommand = true)]
 struct Arguments {

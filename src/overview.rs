@@ -1,7 +1,7 @@
 //! The one table that says what came out of a build, and the same for scripts.
 
 use crate::pipeline::{Basis, Built, Controller, RECORDED_ROAD, STANDARD_ROAD};
-use formats::{SourceFile, StepMetrics};
+use formats::{Quality, SourceFile, StepMetrics};
 use serde::Serialize;
 use std::fmt::Write;
 
@@ -13,8 +13,7 @@ pub(crate) struct Overview<'a> {
     speed_mps: f64,
     held_out_fit_percent: f64,
     bicycle_held_out_fit_percent: Option<f64>,
-    trustworthy: bool,
-    verdict: &'a str,
+    quality: &'a Quality,
     controllers: Vec<ControllerOverview<'a>>,
     remarks: &'a [String],
     folder: String,
@@ -49,8 +48,7 @@ pub(crate) fn of(built: &Built) -> Overview<'_> {
         speed_mps: plant.operating_point.speed_mps,
         held_out_fit_percent: plant.evidence.fit.validation,
         bicycle_held_out_fit_percent: built.bicycle_fit,
-        trustworthy: plant.quality.allows_design(),
-        verdict: &plant.quality.summary,
+        quality: &plant.quality,
         controllers: built
             .controllers
             .iter()
@@ -88,6 +86,7 @@ pub(crate) fn table(all: &[Built]) -> String {
     };
     row("speed", &|b| format!("{:.2} m/s", b.plant.operating_point.speed_mps));
     row("order", &|b| b.plant.order().to_string());
+    row("quality", &|b| b.plant.quality.grade.to_string());
     row("held-out fit, identified", &|b| format!("{:.2} %", b.plant.evidence.fit.validation));
     row("held-out fit, bicycle", &|b| b.bicycle_fit.map_or_else(none, |fit| format!("{fit:.2} %")));
     for basis in [Basis::Identified, Basis::Bicycle] {
@@ -174,7 +173,8 @@ pub(crate) fn table(all: &[Built]) -> String {
     }
     let mut text = format!("{table}");
     for b in all {
-        let _ = write!(text, "\n{}: {}\n", b.plant.name, b.plant.quality.summary);
+        let quality = &b.plant.quality;
+        let _ = write!(text, "\n{}: {}: {}\n", b.plant.name, quality.grade, quality.summary);
         for advice in &b.plant.quality.advice {
             let _ = writeln!(text, "  {advice}");
         }

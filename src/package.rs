@@ -2,6 +2,7 @@
 
 use crate::failure::{Failure, Outcome};
 use crate::files;
+use crate::gate::{self, GateArguments};
 use crate::lateral_loop;
 use crate::quantity;
 use crate::tell::Tell;
@@ -33,6 +34,8 @@ pub(crate) struct Arguments {
     /// Print the result as JSON on stdout
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    gate: GateArguments,
 }
 
 /// What was written, for scripts.
@@ -65,6 +68,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
                 format!("{} and {} both make {}.fmu", other.display(), file.display(), fmu.name()),
                 "pack them into different folders",
             ));
+        }
+        if let Some(quality) = gate::quality_of(text, &file.display().to_string())? {
+            arguments.gate.check(&file.display().to_string(), &quality)?;
         }
         known.push((fmu, file));
     }

@@ -17,6 +17,7 @@ mod truth;
 mod verdict;
 
 use crate::failure::Failure;
+use crate::gate::GateArguments;
 use control::{DesignOptions, Master, paths};
 use fmi2_host::Master as HostMaster;
 use formats::{Guidance, Path as PathFile, SourceFile};
@@ -50,6 +51,8 @@ pub(crate) struct Job {
     pub(crate) cross_track_integral_per_s: Option<f64>,
     pub(crate) master: Master,
     pub(crate) lost_beyond_m: f64,
+    /// Whether models that failed validation are compared.
+    pub(crate) gate: GateArguments,
 }
 
 /// What to drive along.
@@ -146,6 +149,9 @@ pub(crate) fn compare(job: &Job) -> Result<Comparison, Failure> {
         return Err(Failure::new("--lost-beyond must be greater than 0", hint));
     }
     let models = models::read(&job.models)?;
+    for model in &models {
+        job.gate.check(&model.path.display().to_string(), &model.design.quality)?;
+    }
     let mut remarks = Vec::new();
     let mut sources: Vec<SourceFile> = models.iter().map(|m| m.source.clone()).collect();
     let speed = speed(job, &models, &mut remarks)?;

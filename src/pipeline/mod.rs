@@ -7,6 +7,7 @@ mod output;
 mod present;
 
 use crate::failure::Failure;
+use crate::gate::GateArguments;
 use crate::{fmu_step, identify, lateral_loop};
 use control::paths::{self, PointOptions};
 use control::{DesignOptions, DesignPlant};
@@ -34,6 +35,8 @@ pub(crate) struct Job {
     pub(crate) lateral_acceleration: f64,
     /// Folder for everything.
     pub(crate) out: PathBuf,
+    /// Whether a controller is designed on a model that failed validation.
+    pub(crate) gate: GateArguments,
 }
 
 /// A text with the name it is known by.
@@ -122,39 +125,22 @@ pub(crate) fn build(job: &Job) -> Result<Built, Failure> {
     let identified = sysid::identify(&job.log, &job.identify)?;
     let plant = identified.plant;
     let plant_source = out.document("plant.json", &plant)?;
-    let mut archives = Archives::new(out.archive("fmu", &plant)?, &plant)?;
-
     let bicycle = job.vehicle.as_ref().map(|v| bicycle_at_speed_of(&plant, v)).transpose()?;
     let judged = bicycle.as_ref().map(|b| judge(job, b)).transpose()?.flatten();
     let bicycle_trace = judged.as_ref().map(|j| j.simulated_yaw_rate_radps.as_slice());
     let traces = identify::traces_csv(&identified.traces, bicycle_trace);
     out.bytes("traces.csv", traces.as_bytes())?;
 
-    let roads = roads(job, &plant, &mut remarks)?;
-    let document = plant.to_json();
-    let mut bases =
-        vec![(Basis::Identified, DesignPlant::from_plant(&plant), plant_source, document)];
-    if let Some(bicycle) = &bicycle {
-        let source = out.document("bicycle.json", bicycle)?;
-        out.archive("fmu", bicycle)?;
-        bases.push((Basis::Bicycle, DesignPlant::from_bicycle(bicycle), source, bicycle.to_json()));
-    }
-    let mut controllers = Vec::new();
-    for (basis, model, source, document) in bases {
-        // A model that no controller can be designed on is told, and does not end the rest.
-        let designed = model.and_then(|model| {
-            control::design(&model, &source, &job.design).map(|pid| (model, pid))
-        });
-        match designed {
-            Ok((model, mut pid)) => {
-                fmu_step::prove(&mut pid, &document, &model)?;
-                controllers.push(prove(&mut out, &mut archives, &plant, basis, pid, &roads)?)
-            }
-            Err(error) => {
-                remarks.push(format!("no {} controller: {error}", basis.name()));
-            }
-        }
-    }
+    let controllers = if job.gate.allows(&plant.quality) {
+        controllers(job, &mut out, (&plant, plant_source), bicycle.as_ref(), &mut remarks)?
+    } else {
+        // The loops would run on the identified plant, which does not represent the vehicle.
+        remarks.push(
+            "no controller is designed and no FMU is packed: the identified model failed validation"
+                .into(),
+        );
+        Vec::new()
+    };
 
     let traces = Traces::from_csv(traces.as_bytes(), "traces.csv")?;
     let bicycle_fit = judged.map(|j| j.validation_fit);
@@ -163,6 +149,42 @@ pub(crate) fn build(job: &Job) -> Result<Built, Failure> {
     present::write(&mut out, &built, bicycle.as_ref(), &traces)?;
     built.files = out.into_written();
     Ok(built)
+}
+
+/// Packs the models, and designs, packs and drives a controller for each.
+fn controllers(
+    job: &Job,
+    out: &mut Writer,
+    (plant, plant_source): (&Plant, SourceFile),
+    bicycle: Option<&Bicycle>,
+    remarks: &mut Vec<String>,
+) -> Result<Vec<Controller>, Failure> {
+    let mut archives = Archives::new(out.archive("fmu", plant)?, plant)?;
+    let roads = roads(job, plant, remarks)?;
+    let mut bases =
+        vec![(Basis::Identified, DesignPlant::from_plant(plant), plant_source, plant.to_json())];
+    if let Some(bicycle) = bicycle {
+        let source = out.document("bicycle.json", bicycle)?;
+        out.archive("fmu", bicycle)?;
+        bases.push((Basis::Bicycle, DesignPlant::from_bicycle(bicycle), source, bicycle.to_json()));
+    }
+    let mut controllers = Vec::new();
+    for (basis, model, source, document) in bases {
+        // A model that no controller can be designed on is reported, and does not end the rest.
+        let designed = model.and_then(|model| {
+            control::design(&model, &source, &job.design).map(|pid| (model, pid))
+        });
+        match designed {
+            Ok((model, mut pid)) => {
+                fmu_step::prove(&mut pid, &document, &model)?;
+                controllers.push(prove(out, &mut archives, plant, basis, pid, &roads)?);
+            }
+            Err(error) => {
+                remarks.push(format!("no {} controller: {error}", basis.name()));
+            }
+        }
+    }
+    Ok(controllers)
 }
 
 /// The bicycle model at the speed of the drive, which is where the two are compared.

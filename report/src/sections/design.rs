@@ -3,7 +3,7 @@
 use super::{met, optional, significant, value};
 use crate::figures::{self, DEG};
 use crate::{Block, Controller, Section, Table, Tone};
-use formats::{Bicycle, Pid, Shortfall, StepMetrics};
+use formats::{Bicycle, Grade, Pid, Shortfall, StepMetrics};
 
 /// Vehicle data and coefficients of eq 13.
 pub(crate) fn bicycle(bicycle: &Bicycle, fit: Option<f64>) -> Section {
@@ -83,15 +83,27 @@ pub(crate) fn controller(controller: &Controller<'_>) -> Section {
 
 fn verdict(controller: &Controller<'_>) -> Block {
     let evidence = &controller.pid.evidence;
+    let quality = &controller.pid.designed_for.quality;
     let (tone, title) = match controller.in_loop {
         _ if !evidence.met => (Tone::Bad, "Not every requirement is met.".into()),
         Some(l) if !controller.is_proved() => (
             Tone::Bad,
             format!("Met on the model it was designed on, not in closed loop with {}.", l.plant),
         ),
+        _ if !quality.allows_design() => (
+            Tone::Bad,
+            "Every requirement is met on a model that failed validation, which says nothing about the vehicle."
+                .into(),
+        ),
         _ => (Tone::Good, "Every requirement is met.".into()),
     };
-    Block::Note { tone, title, text: String::new() }
+    let text = if quality.grade > Grade::Pass {
+        let (grade, codes) = (quality.grade, quality.codes());
+        format!("Quality of the model: {grade} ({codes}). {}", quality.summary)
+    } else {
+        String::new()
+    };
+    Block::Note { tone, title, text }
 }
 
 /// A requirement's name in the file ends in its unit, as `settling_time_s` does.

@@ -1,0 +1,46 @@
+//! Models that failed validation do not become controllers or FMUs unless that is accepted.
+
+use crate::failure::Failure;
+use formats::{Bicycle, Document, Pid, Plant, Quality};
+
+/// Whether a model that failed validation is used nevertheless.
+#[derive(clap::Args, Debug, Clone, Copy, Default)]
+pub(crate) struct GateArguments {
+    /// Use a model that failed validation; its quality stays in every file that is made from it
+    #[arg(long)]
+    accept_untrusted: bool,
+}
+
+impl GateArguments {
+    /// Refuses a model whose quality is `fail`; `what` is the file or the model in messages.
+    pub(crate) fn check(self, what: &str, quality: &Quality) -> Result<(), Failure> {
+        if self.accept_untrusted || quality.allows_design() {
+            return Ok(());
+        }
+        let steps = quality.advice.iter().map(|advice| format!("{advice}\n      "));
+        Err(Failure::requirement(
+            format!(
+                "{what}: the quality of the model is fail ({}): {}",
+                quality.codes(),
+                quality.summary
+            ),
+            steps.collect::<String>() + "or use the model nevertheless with --accept-untrusted",
+        ))
+    }
+
+    /// Whether a model of this quality may be used.
+    pub(crate) fn allows(self, quality: &Quality) -> bool {
+        self.check("", quality).is_ok()
+    }
+}
+
+/// The quality that a document states of the model that it holds or was made from; `None` for
+/// documents that state none, such as paths.
+pub(crate) fn quality_of(text: &str, file: &str) -> Result<Option<Quality>, Failure> {
+    Ok(match formats::schema_of(text).as_deref() {
+        Some(Plant::SCHEMA) => Some(Plant::from_json(text, file)?.quality),
+        Some(Bicycle::SCHEMA) => Some(Bicycle::from_json(text, file)?.quality),
+        Some(Pid::SCHEMA) => Some(Pid::from_json(text, file)?.designed_for.quality),
+        _ => None,
+    })
+}
