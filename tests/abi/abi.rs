@@ -6,6 +6,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)] // tests, and helpers of tests
 
 mod api;
+mod benchmark;
 mod c_host;
 mod documents;
 mod locations;

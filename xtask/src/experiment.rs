@@ -2,7 +2,6 @@
 
 use crate::python;
 use crate::run::{cargo, root, run, target};
-use std::process::Command;
 
 /// Runs the experiment with its own Python environment and the released command line.
 pub(crate) fn experiment(test: bool, arguments: &[String]) -> Result<(), String> {
@@ -10,12 +9,12 @@ pub(crate) fn experiment(test: bool, arguments: &[String]) -> Result<(), String>
     let requirements = folder.join("requirements.txt");
     let python = python::environment_in(&target().join("experiment-python"), &requirements)?;
     if test {
-        let mut tests = Command::new(&python);
+        let mut tests = python::command(&python);
         return run(tests.args(["-m", "pytest", "-q", "-p", "no:cacheprovider"]).arg(&folder));
     }
     run(&mut cargo(&["build", "--release", "--quiet", "--package", "steerwright"]))?;
     let program = format!("steerwright{}", std::env::consts::EXE_SUFFIX);
-    let mut command = Command::new(&python);
+    let mut command = python::command(&python);
     command.arg(folder.join("experiment.py"));
     command.arg("--program").arg(target().join("release").join(program));
     command.arg("--out").arg(target().join("experiment"));

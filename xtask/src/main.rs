@@ -58,14 +58,8 @@ enum Command {
     /// The tests that take minutes: millions of instances, thousands under valgrind, everything
     /// built twice
     Stress,
-    /// How well the identification does, beside its peers
-    Evaluate {
-        /// A program of sysid/evaluation/src/bin, such as `orders`
-        program: String,
-        /// Its arguments
-        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
-        arguments: Vec<String>,
-    },
+    /// How well the identification does, compared with its peers
+    Evaluate(evaluate::Options),
     /// Controllers designed from a drive, on multi-body cars from outside, beside their rivals
     Experiment {
         /// The experiment's own tests instead
@@ -76,10 +70,7 @@ enum Command {
         arguments: Vec<String>,
     },
     /// Measure something
-    Bench {
-        /// What to measure
-        what: bench::Bench,
-    },
+    Bench(bench::Options),
 }
 
 fn main() -> ExitCode {
@@ -91,9 +82,9 @@ fn main() -> ExitCode {
         Command::Licenses => licenses::licenses(),
         Command::Readme => readme::readme(),
         Command::Stress => stress::stress(),
-        Command::Evaluate { program, arguments } => evaluate::evaluate(&program, &arguments),
+        Command::Evaluate(options) => evaluate::evaluate(&options),
         Command::Experiment { test, arguments } => experiment::experiment(test, &arguments),
-        Command::Bench { what } => bench::bench(what),
+        Command::Bench(options) => bench::bench(&options),
         Command::Python => python::environment().map(|python| println!("{}", python.display())),
     };
     match result {

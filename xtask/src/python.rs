@@ -10,6 +10,14 @@ pub(crate) fn environment() -> Result<PathBuf, String> {
     environment_in(&target().join("python"), &root().join("tests/python/requirements.txt"))
 }
 
+/// A Python program. NumPy's OpenBLAS is left to choose its kernels: these variables, where they
+/// name another processor, make it several times slower.
+pub(crate) fn command(interpreter: &Path) -> Command {
+    let mut command = Command::new(interpreter);
+    command.env_remove("OPENBLAS_CORETYPE").env_remove("OPENBLAS_L2_SIZE");
+    command
+}
+
 /// The interpreter of an environment that holds exactly the pinned requirements.
 pub(crate) fn environment_in(folder: &Path, requirements: &Path) -> Result<PathBuf, String> {
     let wanted =

@@ -21,6 +21,8 @@ pub(crate) fn target() -> PathBuf {
 pub(crate) fn cargo(arguments: &[&str]) -> Command {
     let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     cargo.args(arguments).current_dir(root());
+    // What it runs may start a Python program, see `python::command`.
+    cargo.env_remove("OPENBLAS_CORETYPE").env_remove("OPENBLAS_L2_SIZE");
     cargo
 }
 

@@ -1,7 +1,7 @@
 //! PARSIM-K of the Python package SIPPY: a closed-loop subspace method by other people.
 
 use std::io::Write;
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 use sysid::DataSet;
 
 const SCRIPT: &str = "
@@ -22,9 +22,7 @@ for z in np.linalg.eigvals(A):
 /// # Errors
 /// What went wrong in a sentence.
 pub fn poles(data: &DataSet, horizon: usize, order: usize) -> Result<Vec<(f64, f64)>, String> {
-    let python = std::env::var_os("STEERWRIGHT_PEERS_PYTHON")
-        .ok_or("no Python interpreter with sippy_unipi was given")?;
-    let mut child = Command::new(python)
+    let mut child = crate::python()?
         .args(["-c", SCRIPT, &horizon.to_string(), &order.to_string()])
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())

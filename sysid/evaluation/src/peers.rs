@@ -4,11 +4,8 @@ use faer::Mat;
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::process::{Child, ChildStdin, ChildStdout, Stdio};
 use sysid::{Innovation, StateSpace};
-
-/// The variable that names a Python interpreter with the peers' packages.
-pub const INTERPRETER: &str = "STEERWRIGHT_PEERS_PYTHON";
 
 /// A Python process that holds one set of data.
 #[derive(Debug)]
@@ -33,18 +30,13 @@ impl Peers {
     /// # Errors
     /// Where no interpreter is named or it does not start.
     pub fn start() -> Result<Self, String> {
-        let interpreter = std::env::var_os(INTERPRETER)
-            .ok_or_else(|| format!("{INTERPRETER} names no Python interpreter"))?;
-        let mut command = Command::new(&interpreter);
-        command.arg("-c").arg(include_str!("../python/peers.py"));
-        for threads in ["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"] {
-            command.env(threads, "1");
-        }
-        let mut child = command
+        let mut child = crate::python()?
+            .arg("-c")
+            .arg(include_str!("../python/peers.py"))
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .spawn()
-            .map_err(|e| format!("{}: {e}", interpreter.display()))?;
+            .map_err(|e| format!("the interpreter: {e}"))?;
         let (Some(requests), Some(answers)) = (child.stdin.take(), child.stdout.take()) else {
             return Err("no pipes to the interpreter".into());
         };

@@ -12,42 +12,33 @@
 mod documents;
 mod examples;
 mod table;
+mod timing;
 
 use fmi2_export::{Resources, Slave};
 use fmi2_host::Archive;
 use model_description::Causality;
 use packaging::Binary;
-use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
 use table::{Row, Statistics};
+use timing::{Subject, compile};
 
-/// Rounds, of which each times every subject for a million calls, the slow ones for fewer.
+/// Rounds, of which each times every subject.
 const ROUNDS: usize = 15;
-const STEP: f64 = 0.01;
-
-/// What is timed, as `timing.c` reads it.
-struct Subject {
-    kind: &'static str,
-    library: PathBuf,
-    guid: String,
-    uri: String,
-    count: u32,
-    reference: u32,
-    range: [f64; 2],
-    start: String,
-}
+/// Calls of a subject in a round, and of one that is slow.
+const CALLS: [u32; 2] = [1_000_000, 5_000];
 
 fn main() {
     if std::env::args().any(|argument| argument == "--test") {
         return;
     }
-    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    // Whether everything runs; the figures say little then.
+    let short = std::env::args().any(|argument| argument == "--short");
+    let rounds = if short { 3 } else { ROUNDS };
+    let [calls, slow_calls] = CALLS.map(|calls| if short { calls / 100 } else { calls });
     let folder = tempfile::tempdir().unwrap();
-    let timing = folder.path().join("timing");
+    let timer = timing::compile_timer(folder.path()).expect("a C compiler, cc");
     let bare = folder.path().join("bare.so");
-    compile(&["-std=c99", "-O2", "-I", "fmi2", "bench/timing.c", "-ldl"], here, &timing);
-    compile(&["-O3", "-shared", "-fPIC", "bench/bare.c", "-lm"], here, &bare);
+    compile(&["-O3", "-shared", "-fPIC", "bench/bare.c", "-lm"], &bare).unwrap();
 
     let mut subjects = Vec::new();
     let mut names = Vec::new();
@@ -62,10 +53,10 @@ fn main() {
             library,
             guid,
             uri: "-".into(),
-            count: 1_000_000,
+            count: calls,
             reference: 0,
             range: [0.0; 2],
-            start: "-".into(),
+            start: String::new(),
         };
         add(&format!("bare {function}"), subject);
     }
@@ -76,28 +67,23 @@ fn main() {
     }
     for fmu in &fmus {
         for kind in ["empty", "get", "set", "step", "setstep"] {
-            add(&format!("{} {kind}", fmu.name), fmu.subject(kind, 1_000_000));
+            add(&format!("{} {kind}", fmu.name), fmu.subject(kind, calls));
         }
     }
     if let Some(unpacked) = std::env::var_os("STEERWRIGHT_BENCH_PYTHONFMU") {
         let fmu = pythonfmu(Path::new(&unpacked));
         for kind in ["step", "setstep"] {
-            add(&format!("{} {kind}", fmu.name), fmu.subject(kind, 5_000));
+            add(&format!("{} {kind}", fmu.name), fmu.subject(kind, slow_calls));
         }
     }
 
-    let rounds = time(&timing, &subjects);
+    let times = timing::time(&timer, rounds, &subjects);
     let rows: Vec<Row> = names
         .into_iter()
         .enumerate()
-        .map(|(i, name)| Row { name, ns: Statistics::of(rounds.iter().map(|r| r[i]).collect()) })
+        .map(|(i, name)| Row { name, ns: Statistics::of(times.iter().map(|r| r[i]).collect()) })
         .collect();
-    table::print(&rows, ROUNDS);
-}
-
-fn compile(arguments: &[&str], folder: &Path, to: &Path) {
-    let status = Command::new("cc").args(arguments).arg("-o").arg(to).current_dir(folder).status();
-    assert!(status.expect("a C compiler, cc").success(), "cc {arguments:?}");
+    table::print(&rows, rounds);
 }
 
 /// An FMU to be timed: a Real that is set and one that is read.
@@ -110,7 +96,7 @@ struct Timed {
     /// What the input is given: from the first, to the second.
     range: [f64; 2],
     output: u32,
-    /// Inputs before the start, as `timing.c` reads them.
+    /// Inputs before the start, see [`Subject`].
     start: String,
 }
 
@@ -210,33 +196,7 @@ fn pythonfmu(unpacked: &Path) -> Timed {
         uri: format!("file://{}", unpacked.join("resources").display()),
         input: reference("u"),
         range: [0.5, 1.5],
-        start: "-".into(),
+        start: String::new(),
         output: reference("y"),
     }
-}
-
-/// Nanoseconds a call: round by round, subject by subject.
-fn time(timing: &Path, subjects: &[Subject]) -> Vec<Vec<f64>> {
-    let mut command = Command::new(timing);
-    if let Some(python) = std::env::var_os("STEERWRIGHT_BENCH_LIBPYTHON") {
-        command.env("LD_PRELOAD", python);
-    }
-    let mut child = command
-        .arg(ROUNDS.to_string())
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .spawn()
-        .unwrap();
-    let mut input = child.stdin.take().unwrap();
-    for s in subjects {
-        let (kind, guid, uri) = (s.kind, &s.guid, &s.uri);
-        let (library, [low, high], start) = (s.library.display(), s.range, &s.start);
-        write!(input, "{kind}\t{library}\t{guid}\t{uri}\t{STEP}\t{}\t", s.count).unwrap();
-        writeln!(input, "{}\t{low}\t{high}\t{start}", s.reference).unwrap();
-    }
-    drop(input);
-    let output = child.wait_with_output().unwrap();
-    assert!(output.status.success(), "timing: {}", output.status);
-    let numbers = |line: &str| line.split_whitespace().map(|word| word.parse().unwrap()).collect();
-    String::from_utf8(output.stdout).unwrap().lines().map(numbers).collect()
 }

@@ -4,7 +4,8 @@
  *
  * A line of SUBJECTS has its fields apart by a tab: what is called, LIBRARY, GUID, URI, STEP,
  * COUNT, the value reference of a Real, the smallest and the largest value that it is given, and
- * the Reals set in initialization mode, REF=VALUE apart by commas or "-". What is called is
+ * the Reals set in initialization mode, REF=VALUE apart by commas: none where the field is empty.
+ * What is called is
  *
  *   bare     the function named in the field GUID, with the signature of fmi2DoStep
  *   empty    fmi2GetVersion, of which only the call costs anything
@@ -69,12 +70,15 @@ static void start(struct subject *s, void *library, const char *guid, const char
     if (!s->component) fail("no instance");
     if (setup(s->component, 0, 0.0, 0.0, 0, 0.0) > fmi2Warning || enter(s->component) > fmi2Warning)
         fail("no initialization");
-    while (values && strchr(values, '=')) {
-        fmi2ValueReference reference = (fmi2ValueReference)strtoul(values, NULL, 10);
-        double value = atof(strchr(values, '=') + 1);
+    while (*values) {
+        char *end;
+        fmi2ValueReference reference = (fmi2ValueReference)strtoul(values, &end, 10);
+        double value;
+        if (end == values || *end != '=') fail("a start value is not REF=VALUE");
+        value = strtod(values = end + 1, &end);
+        if (end == values || (*end && *end != ',')) fail("a start value is not a number");
         if (s->set_real(s->component, &reference, 1, &value) > fmi2Warning) fail("a start value");
-        values = strchr(values, ',');
-        if (values) values++;
+        values = *end ? end + 1 : end;
     }
     if (leave(s->component) > fmi2Warning) fail("no start");
     /* What is read and set is that of a model that runs. */
@@ -119,17 +123,30 @@ static double run(struct subject *s, long count) {
     return (now() - begin) / (double)count;
 }
 
+enum { FIELDS = 10 };
+
+/* Splits a line at its tabs. strtok would take two tabs for one, and so lose an empty field. */
+static void split(char *line, char *field[FIELDS]) {
+    line[strcspn(line, "\n")] = 0;
+    for (int i = 0; i < FIELDS; i++) {
+        char *end = line + strcspn(line, "\t");
+        field[i] = line;
+        if (i < FIELDS - 1 && !*end) fail("a field is missing");
+        if (i == FIELDS - 1 && *end) fail("a field too many");
+        *end = 0;
+        line = end + 1;
+    }
+}
+
 int main(int argc, char **argv) {
     static char line[1 << 16];
     int count = 0, rounds = argc > 1 ? atoi(argv[1]) : 15;
-    while (count < MOST && fgets(line, sizeof line, stdin)) {
-        struct subject *s = &subjects[count++];
-        char *field[10];
+    while (fgets(line, sizeof line, stdin)) {
+        struct subject *s = &subjects[count];
+        char *field[FIELDS];
         void *library;
-        for (int i = 0; i < 10; i++) {
-            field[i] = strtok(i ? NULL : line, "\t\n");
-            if (!field[i]) fail("a field is missing");
-        }
+        if (count++ == MOST) fail("too many subjects");
+        split(line, field);
         strncpy(s->kind, field[0], sizeof s->kind - 1);
         s->step = atof(field[4]);
         s->count = atol(field[5]);

@@ -4,10 +4,9 @@ use crate::python;
 use crate::run::{cargo, root, run, target};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 /// The FMUs' own profile for the libraries, and the pinned rival, if it can be had.
-pub(crate) fn fmu() -> Result<(), String> {
+pub(crate) fn fmu(short: bool) -> Result<(), String> {
     run(&mut cargo(&["build", "--profile", "fmu", "--package", "bench-fmus", "--examples"]))?;
     let mut bench = cargo(&["bench", "--package", "abi-tests", "--bench", "fmu"]);
     bench.env("STEERWRIGHT_BENCH_FMUS", target().join("fmu/examples"));
@@ -17,6 +16,9 @@ pub(crate) fn fmu() -> Result<(), String> {
             bench.env("STEERWRIGHT_BENCH_LIBPYTHON", library);
         }
         Err(problem) => eprintln!("left out: pythonfmu: {problem}"),
+    }
+    if short {
+        bench.args(["--", "--short"]);
     }
     run(&mut bench)
 }
@@ -36,7 +38,7 @@ fn pythonfmu() -> Result<(PathBuf, PathBuf), String> {
     }
     fs::create_dir_all(&folder).map_err(said)?;
     let module = |module: &str| {
-        let mut command = Command::new(&python);
+        let mut command = python::command(&python);
         command.args(["-m", module]);
         command
     };
@@ -46,7 +48,8 @@ fn pythonfmu() -> Result<(PathBuf, PathBuf), String> {
     run(module("zipfile").arg("-e").arg(archive).arg(&unpacked))?;
     let library = "import sysconfig; v = sysconfig.get_config_var; \
                    print(v('LIBDIR') + '/' + v('LDLIBRARY'))";
-    let answer = Command::new(&python).args(["-c", library]).output().map_err(|e| e.to_string())?;
+    let answer =
+        python::command(&python).args(["-c", library]).output().map_err(|e| e.to_string())?;
     let library = PathBuf::from(String::from_utf8_lossy(&answer.stdout).trim());
     if !library.is_file() || library.extension().is_some_and(|e| e == "a") {
         return Err(format!("this Python has no shared library: {}", library.display()));

@@ -1,26 +1,46 @@
-//! `cargo xtask bench`: measurements, none of which runs in the tests.
+//! `cargo xtask bench`: measurements. Their short forms run in CI, to see that they work.
 
 mod fmu;
 mod sweep;
 
 use clap::ValueEnum;
 
+/// What to measure.
+#[derive(clap::Args)]
+pub(crate) struct Options {
+    /// Run with few calls, to see that it works; everything if nothing is named
+    #[arg(long)]
+    short: bool,
+    /// What to measure
+    #[arg(required_unless_present = "short")]
+    what: Option<Bench>,
+}
+
 /// What can be measured.
 #[derive(Clone, Copy, ValueEnum)]
-pub(crate) enum Bench {
-    /// What a call of an FMU costs, beside the same arithmetic in C and in pythonfmu
+enum Bench {
+    /// What a call of an FMU costs, compared with the same arithmetic in C and in pythonfmu
     Fmu,
-    /// What identification costs in time and memory, beside its peers
+    /// What identification costs in time and memory, compared with its peers
     Sysid,
-    /// What a closed loop of FMUs costs in a sweep, on a thread and on two, beside fmpy
+    /// What a closed loop of FMUs costs in a sweep, on a thread and on two, compared with fmpy
     Sweep,
 }
 
 /// Measures it.
-pub(crate) fn bench(what: Bench) -> Result<(), String> {
-    match what {
-        Bench::Fmu => fmu::fmu(),
-        Bench::Sweep => sweep::sweep(),
-        Bench::Sysid => crate::evaluate::evaluate("speed", &[]),
+pub(crate) fn bench(options: &Options) -> Result<(), String> {
+    let short = options.short;
+    let all: &[Bench] = match &options.what {
+        Some(what) => std::slice::from_ref(what),
+        // The short form of `sysid` is one of those of `cargo xtask evaluate --short`.
+        None => &[Bench::Fmu, Bench::Sweep],
+    };
+    for what in all {
+        match what {
+            Bench::Fmu => fmu::fmu(short)?,
+            Bench::Sweep => sweep::sweep(short)?,
+            Bench::Sysid => crate::evaluate::evaluate_named("speed", short)?,
+        }
     }
+    Ok(())
 }

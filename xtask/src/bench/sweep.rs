@@ -3,26 +3,31 @@
 
 use crate::python;
 use crate::run::{cargo, root, run, target};
-use std::process::Command;
 
 /// Loops that fmpy is given: it takes many times as long for each.
 const FMPY_LOOPS: &str = "10";
+/// Loops of the short form.
+const SHORT_LOOPS: &str = "40";
 
 /// 10,000 closed loops on a thread and on two, with each plant, and fmpy beside it.
-pub(crate) fn sweep() -> Result<(), String> {
+pub(crate) fn sweep(short: bool) -> Result<(), String> {
     let folder = target().join("bench-sweep");
     let demo = folder.join("multibody");
     let fmus = demo.join("fmu");
-    let steerwright = ["run", "--quiet", "--package", "steerwright", "--"];
+    let steerwright = ["run", "--release", "--quiet", "--package", "steerwright", "--"];
     run(cargo(&steerwright).args(["demo", "--out"]).arg(&folder))?;
     let vehicle = root().join("tests/data/multibody/vehicle.json");
     run(cargo(&steerwright).arg("package").arg(vehicle).arg("--out").arg(&fmus))?;
     let mut bench = cargo(&["bench", "--package", "sweep", "--bench", "loops"]);
+    if short {
+        bench.env("STEERWRIGHT_BENCH_LOOPS", SHORT_LOOPS);
+    }
     run(bench.env("STEERWRIGHT_BENCH_FMUS", &fmus))?;
     match python::environment() {
         Ok(python) => {
             let script = root().join("sweep/benches/fmpy_loop.py");
-            run(Command::new(python).arg(script).arg(&fmus).arg(FMPY_LOOPS))
+            let loops = if short { "1" } else { FMPY_LOOPS };
+            run(python::command(&python).arg(script).arg(&fmus).arg(loops))
         }
         Err(problem) => {
             eprintln!("left out: fmpy: {problem}");

@@ -114,14 +114,17 @@ fn measure(arguments: &Arguments, folder: &Path) -> Result<(), Box<dyn std::erro
     peer(&log)
 }
 
-/// The peer, from the interpreter in STEERWRIGHT_PEERS_PYTHON.
+/// The peer, from the interpreter with the peers' packages.
 fn peer(log: &Path) -> Result<(), Box<dyn std::error::Error>> {
-    let Some(python) = std::env::var_os("STEERWRIGHT_PEERS_PYTHON") else {
-        println!("left out: Python with ctrlsys (STEERWRIGHT_PEERS_PYTHON)");
-        return Ok(());
+    let mut python = match sysid_evaluation::python() {
+        Ok(python) => python,
+        Err(problem) => {
+            println!("left out: Python with ctrlsys: {problem}");
+            return Ok(());
+        }
     };
     let clock = Instant::now();
-    let output = Command::new(python).args(["-c", PEER]).arg(log).output()?;
+    let output = python.args(["-c", PEER]).arg(log).output()?;
     let all = clock.elapsed().as_secs_f64();
     if output.status.success() {
         let said = String::from_utf8_lossy(&output.stdout);

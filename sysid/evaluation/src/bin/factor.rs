@@ -1,20 +1,22 @@
 //! `cargo xtask evaluate factor`: what is identified from a factor beside what is identified from the same
 //! samples in memory, on the random systems whose order can be told, and with a driver in the loop.
 //!
-//! The systems are those of `orders`: of order 1 to 6 in turn with white input and white noise on the
-//! output; both are given the first half of each record.
+//! The systems are made as those of `orders`: of order 1 to 6 in turn with white input and white noise
+//! on the output; both are given the first half of each record.
 
 use clap::Parser;
 use sysid::{AbsorbOptions, DataSet, Error, IdentifyOptions, StateSpace, automatic};
 use sysid_evaluation::bias::{Bias, Biases, Errors};
 use sysid_evaluation::driver::Drive;
-use sysid_evaluation::{AbsorbedSignals, Experiment, LARGEST_ORDER, LEAST_SHARE, Random, halves};
+use sysid_evaluation::{
+    AbsorbedSignals, Experiment, LARGEST_ORDER, LEAST_SHARE, Random, halves, on_all_cores,
+};
 
 /// Prints how often a factor and the samples in memory give the same order.
 #[derive(Parser)]
 struct Arguments {
     /// Systems
-    #[arg(long, default_value_t = 200)]
+    #[arg(long, default_value_t = 60)]
     systems: usize,
     /// Samples of each system, of which the first half is identified from
     #[arg(long, default_value_t = 5000)]
@@ -29,7 +31,7 @@ struct Arguments {
     #[arg(long, default_value_t = AbsorbOptions::default().horizon)]
     horizon: usize,
     /// Records with a driver in the loop
-    #[arg(long, default_value_t = 20)]
+    #[arg(long, default_value_t = 6)]
     drives: u64,
     /// Samples of each of these
     #[arg(long, default_value_t = 40_000)]
@@ -49,33 +51,48 @@ fn main() -> Result<(), Error> {
     Ok(())
 }
 
+/// A random system, identified both ways.
+struct Both {
+    order: usize,
+    /// Orders found in memory and from the factor.
+    found: [usize; 2],
+    /// Fit in memory less that from the factor, points.
+    loss: f64,
+}
+
+/// The system of that number: each has its own random numbers.
+fn both(arguments: &Arguments, number: usize) -> Result<Both, Error> {
+    let order = 1 + number % LARGEST_ORDER;
+    let mut random = Random(arguments.seed.wrapping_add(1_000_003 * number as u64));
+    let e = loop {
+        let e = Experiment::random(&mut random, order, false, arguments.samples, arguments.snr);
+        if e.share_of_last_state(false) >= LEAST_SHARE {
+            break e;
+        }
+    };
+    let data = DataSet::single(SAMPLE_TIME_S, e.u.clone(), e.noisy.clone())?;
+    let [estimation, validation] = halves(&data)?;
+    let options = IdentifyOptions::default();
+    let memory = automatic(&estimation, &validation, &options)?.model;
+    let factor = AbsorbedSignals::new(&estimation, arguments.horizon)?.identify(&options)?.model;
+    let loss = e.clean_fit(&memory) - e.clean_fit(&factor);
+    Ok(Both { order, found: [memory.order(), factor.order()], loss })
+}
+
 /// Random systems without feedback.
 fn open_loop(arguments: &Arguments) -> Result<(), Error> {
-    let mut random = Random(arguments.seed);
-    let (mut both, mut right) = (0, [0; 2]);
+    let (mut same, mut right) = (0, [0; 2]);
     let mut losses = Vec::new();
     let mut apart = Vec::new();
-    while losses.len() < arguments.systems {
-        let order = 1 + losses.len() % LARGEST_ORDER;
-        let e = Experiment::random(&mut random, order, false, arguments.samples, arguments.snr);
-        if e.share_of_last_state(false) < LEAST_SHARE {
-            continue;
-        }
-        let data = DataSet::single(SAMPLE_TIME_S, e.u.clone(), e.noisy.clone())?;
-        let [estimation, held_out] = halves(&data)?;
-        let options = IdentifyOptions::default();
-        let memory = automatic(&estimation, &held_out, &options)?.model;
-        let absorbed = AbsorbedSignals::new(&estimation, arguments.horizon)?;
-        let factor = absorbed.identify(&options)?.model;
-        let orders = [memory.order(), factor.order()];
-        both += usize::from(orders[0] == orders[1]);
-        for (right, got) in right.iter_mut().zip(orders) {
+    for system in on_all_cores("random systems", arguments.systems, |k| both(arguments, k)) {
+        let Both { order, found, loss } = system?;
+        same += usize::from(found[0] == found[1]);
+        for (right, got) in right.iter_mut().zip(found) {
             *right += usize::from(got == order);
         }
-        let loss = e.clean_fit(&memory) - e.clean_fit(&factor);
         losses.push(loss);
-        if orders[0] != orders[1] {
-            apart.push(format!("{order} → {}, {} ({loss:.2})", orders[0], orders[1]));
+        if found[0] != found[1] {
+            apart.push(format!("{order} → {}, {} ({loss:.2})", found[0], found[1]));
         }
     }
     let count = losses.len();
@@ -85,7 +102,7 @@ fn open_loop(arguments: &Arguments) -> Result<(), Error> {
         "{count} systems whose best model of one order less errs by {} % of the output or more",
         100.0 * LEAST_SHARE
     );
-    println!("  the same order from the factor as in memory: {both}/{count}");
+    println!("  the same order from the factor as in memory: {same}/{count}");
     println!(
         "  the right order: {}/{count} in memory, {}/{count} from the factor",
         right[0], right[1]
@@ -115,33 +132,24 @@ fn in_a_loop(arguments: &Arguments) -> Result<(), Error> {
     println!("{:<32}{:>20}{:>20}{:>22}  orders", "", "response %", "gain %", "slowest pole");
     for order in [Some(truth.order()), None] {
         let options = IdentifyOptions { order, ..IdentifyOptions::default() };
+        let what = if order.is_some() { "order given" } else { "order chosen" };
+        let identified = on_all_cores(what, arguments.drives as usize, |seed| {
+            identified(arguments, &options, seed as u64)
+        });
         let mut rows: [(&str, Vec<StateSpace>); 2] =
             [("in memory", Vec::new()), ("from the factor", Vec::new())];
         let mut feedback = 0;
-        for seed in 0..arguments.drives {
-            let data = Drive::controlled().record(arguments.drive_samples, seed)?;
-            // A factor holds a fourth of the samples out.
-            let cut = 3 * arguments.drive_samples / 4;
-            let [estimation, held_out] = [0..cut, cut..arguments.drive_samples].map(|range| {
-                let s = &data.segments()[0];
-                DataSet::single(
-                    data.sample_time_s(),
-                    s.u.columns(range.clone()),
-                    s.y.columns(range),
-                )
-            });
-            let memory = automatic(&estimation?, &held_out?, &options)?;
-            rows[0].1.push(memory.model);
-            let factor = AbsorbedSignals::new(&data, arguments.horizon)?.identify(&options)?;
-            feedback += u64::from(factor.feedback);
-            rows[1].1.push(factor.model);
+        for drive in identified {
+            let ([memory, factor], found) = drive?;
+            rows[0].1.push(memory);
+            rows[1].1.push(factor);
+            feedback += u64::from(found);
         }
         for (name, models) in &rows {
             let errors: Vec<Errors> =
                 models.iter().filter_map(|m| Errors::new(m, &truth)).collect();
             let b = Biases::new(&errors);
             let orders: Vec<String> = models.iter().map(|m| m.order().to_string()).collect();
-            let what = if order.is_some() { "order given" } else { "order chosen" };
             println!(
                 "{:<32}{:>20}{:>20}{:>22}  {}",
                 format!("{what}, {name}"),
@@ -154,6 +162,24 @@ fn in_a_loop(arguments: &Arguments) -> Result<(), Error> {
         println!("  feedback found by the factor in {feedback} of {}", arguments.drives);
     }
     Ok(())
+}
+
+/// A record identified in memory and from the factor, and whether the factor found feedback.
+fn identified(
+    arguments: &Arguments,
+    options: &IdentifyOptions,
+    seed: u64,
+) -> Result<([StateSpace; 2], bool), Error> {
+    let data = Drive::controlled().record(arguments.drive_samples, seed)?;
+    // A factor keeps a fourth of the samples for validation.
+    let cut = 3 * arguments.drive_samples / 4;
+    let [estimation, validation] = [0..cut, cut..arguments.drive_samples].map(|range| {
+        let s = &data.segments()[0];
+        DataSet::single(data.sample_time_s(), s.u.columns(range.clone()), s.y.columns(range))
+    });
+    let memory = automatic(&estimation?, &validation?, options)?.model;
+    let factor = AbsorbedSignals::new(&data, arguments.horizon)?.identify(options)?;
+    Ok(([memory, factor.model], factor.feedback))
 }
 
 fn cell(b: Bias, unit: f64, digits: usize) -> String {

@@ -19,7 +19,6 @@ use sysid::{DataSet, Error, Innovation, Method, StateSpace, fit_percent, simulat
 use sysid_evaluation::{Random, response_distance};
 
 const STOP: Stop = Stop { steps: 40, least_gain: 1e-9 };
-const DRIVES: usize = 60;
 const SAMPLES: usize = 2000;
 const FOCI: [Focus; 2] = [Focus::Simulation, Focus::Prediction];
 
@@ -29,18 +28,21 @@ struct Arguments {
     /// Folder with the recordings that may not be copied.
     #[arg(long)]
     data: Option<PathBuf>,
+    /// Drives of the known car
+    #[arg(long, default_value_t = 60)]
+    drives: usize,
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments = Arguments::parse();
-    println!("known car, {DRIVES} drives of {SAMPLES} samples; percent of the truth");
+    println!("known car, {} drives of {SAMPLES} samples; percent of the truth", arguments.drives);
     println!(
         "{:34}{:12}{:>12}{:>14}{:>20}",
         "", "focus", "gain bias", "gain scatter", "response error, rms"
     );
     for feedback in [0.0, 0.15] {
         for colour in [Colour::Innovation, Colour::Slow] {
-            experiment(feedback, colour)?;
+            experiment(feedback, colour, arguments.drives)?;
         }
     }
     println!("\nfit of the simulated second half, percent (estimated on the first)");
@@ -102,11 +104,11 @@ fn drive(random: &mut Random, feedback: f64, colour: Colour) -> Result<DataSet, 
     DataSet::single(0.04, u, y)
 }
 
-fn experiment(feedback: f64, colour: Colour) -> Result<(), Error> {
+fn experiment(feedback: f64, colour: Colour, drives: usize) -> Result<(), Error> {
     let truth = car().model;
     let gain = truth.steady_state_gain(0, 0).unwrap_or(f64::NAN);
     let mut results = [Vec::new(), Vec::new()];
-    for seed in 0..DRIVES {
+    for seed in 0..drives {
         let data = drive(&mut Random(seed as u64), feedback, colour)?;
         for (focus, results) in FOCI.into_iter().zip(&mut results) {
             let model = estimate(&data, 2, focus)?;

@@ -9,9 +9,10 @@
 //! Then the time that one step takes and what the search needs of memory, at growing length.
 #![allow(clippy::print_stdout)]
 
+use clap::Parser;
 use faer::{Mat, MatRef};
 use std::io::Write;
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 use std::time::Instant;
 use sysid::refine::{Focus, Stop, Uncertain, refine_prediction, uncertain};
 use sysid::stability::{largest_radius, stable_shift};
@@ -22,14 +23,26 @@ use sysid_evaluation::Random;
 const STOP: Stop = Stop { steps: 200, least_gain: 1e-12 };
 const SCRIPT: &str = include_str!("../../python/refinement.py");
 
+/// The refinement beside scipy's, and what its steps cost.
+#[derive(Parser)]
+struct Arguments {
+    /// Longest data that the steps are timed on, samples
+    #[arg(long, default_value_t = 1_000_000)]
+    longest: usize,
+}
+
 /// Name, value, standard error.
 type Row = (String, f64, f64);
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let peer = std::env::var_os("STEERWRIGHT_PEERS_PYTHON");
-    if peer.is_none() {
-        println!("scipy is left out: STEERWRIGHT_PEERS_PYTHON is not set");
-    }
+    let arguments = Arguments::parse();
+    let has_peer = match sysid_evaluation::python() {
+        Ok(_) => true,
+        Err(problem) => {
+            println!("left out: scipy: {problem}");
+            false
+        }
+    };
     for (name, data, order) in [("simulated car", car()?, 2), ("dryer2", dryer()?, 4)] {
         for focus in [Focus::Simulation, Focus::Prediction] {
             let start = start(&data, order)?;
@@ -37,10 +50,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let (cost, ours) = ours(&start, &data, focus)?;
             let elapsed = clock.ms();
             println!("\n{name}, order {order}, {} samples, {focus:?}", data.samples());
-            let theirs = match &peer {
-                Some(python) => Some(theirs(python, &start.0, &data, focus)?),
-                None => None,
-            };
+            let theirs = if has_peer { Some(theirs(&start.0, &data, focus)?) } else { None };
             println!("  {:16}{:>14}{:>14}{:>14}{:>14}", "", "here", "scipy", "± here", "± scipy");
             let (their_cost, their_rows) = theirs.unwrap_or((f64::NAN, Vec::new()));
             println!("  {:16}{cost:14.8}{their_cost:14.8}", "mean square");
@@ -52,15 +62,16 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             println!("  {elapsed:.1} ms here");
         }
     }
-    cost_of_steps()
+    cost_of_steps(arguments.longest)
 }
 
 /// Time and memory of the simulation focus on the car's drive.
-fn cost_of_steps() -> Result<(), Box<dyn std::error::Error>> {
+fn cost_of_steps(longest: usize) -> Result<(), Box<dyn std::error::Error>> {
     println!(
         "\nsimulation focus   order   steps   ms/step   covariance ms   peak memory beyond the data"
     );
-    for (count, order) in [(13_750, 2), (13_750, 4), (13_750, 8), (100_000, 4), (1_000_000, 4)] {
+    let sizes = [(13_750, 2), (13_750, 4), (13_750, 8), (100_000, 4), (1_000_000, 4)];
+    for (count, order) in sizes.into_iter().filter(|(count, _)| *count <= longest) {
         let data = car_of(count)?;
         let (start, x0s) = start(&data, order)?;
         let before = restart_peak();
@@ -207,7 +218,6 @@ fn slowest_pole(of: &Uncertain) -> Result<Option<Row>, Error> {
 }
 
 fn theirs(
-    python: &std::ffi::OsStr,
     start: &Innovation,
     data: &DataSet,
     focus: Focus,
@@ -225,7 +235,7 @@ fn theirs(
         text += &line(matrix);
         text.push('\n');
     }
-    let mut child = Command::new(python)
+    let mut child = sysid_evaluation::python()?
         .args(["-c", SCRIPT])
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())

@@ -34,13 +34,19 @@ struct Arguments {
     /// Only load the signals of this file and tell the peak memory, or compute the model too
     #[arg(long, hide = true, num_args = 3, value_names = ["loaded|model", "FILE", "COUNT"])]
     memory: Option<Vec<String>>,
+    /// Longest signals, samples
+    #[arg(long, default_value_t = 1_000_000)]
+    longest: usize,
+    /// Draws whose fits are compared at each length, at most
+    #[arg(long, default_value_t = 40)]
+    draws: usize,
 }
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let done = match arguments.memory {
         Some(values) => memory::memory_of(&values),
-        None => report(),
+        None => report(arguments.longest, arguments.draws),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
@@ -106,7 +112,7 @@ fn stable_fit(model: &StateSpace, signals: &Signals) -> f64 {
     if model.spectral_radius() < 1.0 { fit(model, signals) } else { f64::NEG_INFINITY }
 }
 
-fn report() -> Outcome<()> {
+fn report(longest: usize, draws: usize) -> Outcome<()> {
     let folder = tempfile::tempdir()?;
     let path = folder.path().join("signals.bin");
     let mut peers = match Peers::start() {
@@ -123,7 +129,7 @@ fn report() -> Outcome<()> {
         "| samples | here | SLICOT | ratio | aim | of which factor | from a DataSet | fit here, % | fit SLICOT, % | fit K here, % | fit K SLICOT, % | factor by |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|---|---|");
-    for (count, turns, runs) in SIZES {
+    for (count, turns, runs) in SIZES.into_iter().filter(|size| size.0 <= longest) {
         let mut random = Random(count as u64);
         let u = white(count, &mut random);
         let signals = drive(u, NOISE, &mut random);
@@ -133,10 +139,12 @@ fn report() -> Outcome<()> {
         }
         line(&signals, turns, runs, peers.as_mut())?;
     }
-    memory::memory(&path, SIZES[3].0);
-    fits(&path, peers.as_mut())?;
+    if longest >= SIZES[3].0 {
+        memory::memory(&path, SIZES[3].0);
+    }
+    fits(&path, peers.as_mut(), longest, draws)?;
     conditioning::ill_conditioned(&path, peers.as_mut())?;
-    others::others(&path, peers.as_mut())?;
+    others::others(&path, peers.as_mut(), longest)?;
     others::octave(&path)
 }
 
@@ -200,7 +208,7 @@ fn line(
 }
 
 /// Fits to the noise-free output over several draws of input and noise: one draw is luck.
-fn fits(path: &Path, mut peers: Option<&mut Peers>) -> Outcome<()> {
+fn fits(path: &Path, mut peers: Option<&mut Peers>, longest: usize, most: usize) -> Outcome<()> {
     println!(
         "\nFit to the noise-free output, %, median over draws (models of them that are unstable)"
     );
@@ -208,10 +216,12 @@ fn fits(path: &Path, mut peers: Option<&mut Peers>) -> Outcome<()> {
         "| samples | draws | MOESP | CVA | N4SID | SLICOT | draws in which MOESP is no worse by 1e-6 |"
     );
     println!("|---|---|---|---|---|---|---|");
-    for (count, draws) in [(1_000, 40), (10_000, 20), (100_000, 10), (1_000_000, 3)] {
+    let sizes = [(1_000, 40), (10_000, 20), (100_000, 10), (1_000_000, 3)];
+    for (count, draws) in sizes.into_iter().filter(|(count, _)| *count <= longest) {
+        let draws = draws.min(most);
         let mut all = [const { Vec::new() }; 4];
         for draw in 0..draws {
-            let mut random = Random(1_000 * count as u64 + draw);
+            let mut random = Random(1_000 * count as u64 + draw as u64);
             let u = white(count, &mut random);
             let signals = drive(u, NOISE, &mut random);
             let factor = Factor::of_signals(&[(row(&signals.u), row(&signals.y))], HORIZON, 1.0)?;

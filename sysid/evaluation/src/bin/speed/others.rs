@@ -3,17 +3,17 @@
 use super::{HORIZON, NOISE, ORDER, Outcome, drive, fit, ours, timed, white};
 use std::path::Path;
 use std::process::Command;
-use sysid_evaluation::Random;
-use sysid_evaluation::peers::Peers;
-use sysid_evaluation::peers::write_signals;
+use sysid_evaluation::peers::{Peers, write_signals};
+use sysid_evaluation::{Random, single_threaded};
 
 /// Packages that need far more time, at sizes they can do.
-pub(crate) fn others(path: &Path, peers: Option<&mut Peers>) -> Outcome<()> {
+pub(crate) fn others(path: &Path, peers: Option<&mut Peers>, longest: usize) -> Outcome<()> {
     let Some(peers) = peers else { return Ok(()) };
     println!("\nOthers, one run; ms");
     println!("| package | samples | time | here | fit, % | fit here, % |");
     println!("|---|---|---|---|---|---|");
-    for (name, count) in [("sippy", 1_000), ("sippy", 10_000), ("nfoursid", 1_000)] {
+    let all = [("sippy", 1_000), ("sippy", 10_000), ("nfoursid", 1_000)];
+    for (name, count) in all.into_iter().filter(|(_, count)| *count <= longest) {
         let mut random = Random(count as u64);
         let u = white(count, &mut random);
         let signals = drive(u, NOISE, &mut random);
@@ -47,12 +47,9 @@ pub(crate) fn octave(path: &Path) -> Outcome<()> {
         "pkg load control; f = fopen('{}'); u = fread(f, {COUNT}, 'double'); y = fread(f, {COUNT}, 'double'); d = iddata(y, u, 1); m = n4sid(d, {ORDER}, 's', {HORIZON}); t = cputime; for k = 1:5 m = n4sid(d, {ORDER}, 's', {HORIZON}); end; printf('%g', (cputime - t) / 5)",
         path.display()
     );
-    let run = Command::new("octave-cli")
-        .args(["--quiet", "--norc", "--eval", &script])
-        .env("OMP_NUM_THREADS", "1")
-        .env("OPENBLAS_NUM_THREADS", "1")
-        .output();
-    match run {
+    let mut octave = Command::new("octave-cli");
+    single_threaded(&mut octave);
+    match octave.args(["--quiet", "--norc", "--eval", &script]).output() {
         Ok(output) if output.status.success() => {
             let seconds: f64 = String::from_utf8_lossy(&output.stdout).trim().parse()?;
             let (here, _) = timed(5, || ours(&signals.u, &signals.y));

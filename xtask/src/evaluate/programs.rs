@@ -1,0 +1,107 @@
+//! The programs of `sysid/evaluation/src/bin`. A new one is a line here.
+
+/// A program.
+pub(crate) struct Program {
+    /// That of its file.
+    pub(crate) name: &'static str,
+    /// What it shows, in a line.
+    pub(crate) shows: &'static str,
+    /// Its arguments for a run of a few seconds, which shows that it works.
+    pub(crate) short: &'static [&'static str],
+}
+
+const fn program(
+    name: &'static str,
+    shows: &'static str,
+    short: &'static [&'static str],
+) -> Program {
+    Program { name, shows, short }
+}
+
+pub(crate) const PROGRAMS: &[Program] = &[
+    program("orders", "how often the order of random systems is found", &["--systems", "6"]),
+    program(
+        "factor",
+        "models from an R factor compared with models from the samples in memory",
+        &["--systems", "6", "--drives", "2", "--drive-samples", "8000"],
+    ),
+    program(
+        "closed_loop",
+        "bias of the methods with a driver in the loop",
+        &[
+            "--samples",
+            "4000",
+            "--seeds",
+            "4",
+            "--past",
+            "10",
+            "--feedback-samples",
+            "1000",
+            "--feedback-seeds",
+            "4",
+            "--peer-samples",
+            "1000",
+            "--peer-seeds",
+            "2",
+        ],
+    ),
+    program("focus", "small simulation errors or small prediction errors", &["--drives", "4"]),
+    program(
+        "refinement",
+        "the refinement compared with SciPy's on the same criterion",
+        &["--longest", "13750"],
+    ),
+    program("records", "fits on recorded data compared with other packages", &[]),
+    program("bicycle", "the bicycle structure compared with black-box models", &[]),
+    program(
+        "command_line",
+        "seconds from a CSV file to plant.json, and where they go",
+        &["--rows", "12000", "--runs", "1"],
+    ),
+    program(
+        "large",
+        "time and memory of an identification from a million samples",
+        &["--samples", "20000"],
+    ),
+    program(
+        "long_log",
+        "time and memory of a log of hundreds of megabytes",
+        &["--megabytes", "12"],
+    ),
+    program(
+        "speed",
+        "time, memory and accuracy of the subspace methods compared with SLICOT",
+        &["--longest", "1000", "--draws", "3"],
+    ),
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evaluate::help;
+    use crate::run::root;
+
+    /// Nothing in the folder goes without a short form, and nothing here without a program.
+    #[test]
+    fn every_program_is_listed() {
+        let folder = root().join("sysid/evaluation/src/bin");
+        let mut files: Vec<String> = std::fs::read_dir(folder)
+            .unwrap()
+            .map(|entry| entry.unwrap().path().file_stem().unwrap().to_str().unwrap().to_owned())
+            .collect();
+        let mut listed: Vec<&str> = PROGRAMS.iter().map(|p| p.name).collect();
+        files.sort();
+        listed.sort_unstable();
+        assert_eq!(listed, files, "xtask/src/evaluate/programs.rs lists the programs");
+    }
+
+    #[test]
+    fn the_short_form_uses_options_that_the_program_has() {
+        for program in PROGRAMS {
+            let text = help::text(Some(program)).unwrap();
+            for option in program.short.iter().filter(|word| word.starts_with("--")) {
+                assert!(text.contains(&format!("  {option}")), "{}: {option}", program.name);
+            }
+        }
+    }
+}
