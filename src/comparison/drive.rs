@@ -107,14 +107,10 @@ fn judged_on(model: &Model, log: &DriveLog, options: &IdentifyOptions) -> Result
              --input",
         ));
     }
-    match (&model.document, model.design.continuous()) {
-        (Kind::Identified(plant), _) => Ok(sysid::judge_plant(log, options, plant)?),
-        (Kind::Bicycle(_), Some(continuous)) => Ok(sysid::judge(log, options, &continuous)?),
-        (Kind::Bicycle(_), None) => Err(Failure::new(
-            "the bicycle has no continuous form",
-            "make the file again with `steerwright bicycle`",
-        )),
-    }
+    Ok(match &model.document {
+        Kind::Identified(plant) => sysid::judge_plant(log, options, plant)?,
+        Kind::Bicycle(bicycle) => sysid::bicycle::judge_bicycle(log, options, bicycle)?,
+    })
 }
 
 /// What has to be said of a model on this drive.

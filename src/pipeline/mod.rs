@@ -17,7 +17,7 @@ pub(crate) use loops::BEFORE_STEP_S;
 pub(crate) use output::Writer;
 use report::{StepResponse, Traces, Track, TrackErrors};
 use std::path::PathBuf;
-use sysid::{DriveLog, IdentifyOptions, Judged};
+use sysid::{DriveLog, IdentifyOptions};
 
 /// What to do.
 pub(crate) struct Job {
@@ -126,7 +126,10 @@ pub(crate) fn build(job: &Job) -> Result<Built, Failure> {
     let plant = identified.plant;
     let plant_source = out.document("plant.json", &plant)?;
     let bicycle = job.vehicle.as_ref().map(|v| bicycle_at_speed_of(&plant, v)).transpose()?;
-    let judged = bicycle.as_ref().map(|b| judge(job, b)).transpose()?.flatten();
+    let judged = bicycle
+        .as_ref()
+        .map(|b| sysid::bicycle::judge_bicycle(&job.log, &job.identify, b))
+        .transpose()?;
     let bicycle_trace = judged.as_ref().map(|j| j.simulated_yaw_rate_radps.as_slice());
     let traces = identify::traces_csv(&identified.traces, bicycle_trace);
     out.bytes("traces.csv", traces.as_bytes())?;
@@ -198,12 +201,6 @@ fn bicycle_at_speed_of(plant: &Plant, vehicle: &Text) -> Result<Bicycle, Failure
     let mut bicycle = control::bicycle(&data)?;
     bicycle.provenance = written.provenance;
     Ok(bicycle)
-}
-
-/// The bicycle model on the drive, judged as the identified one is.
-fn judge(job: &Job, bicycle: &Bicycle) -> Result<Option<Judged>, Failure> {
-    let model = DesignPlant::from_bicycle(bicycle)?.continuous();
-    Ok(model.map(|m| sysid::judge(&job.log, &job.identify, &m)).transpose()?)
 }
 
 /// The standard road and, where points were recorded, theirs.

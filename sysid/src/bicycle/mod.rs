@@ -19,6 +19,7 @@ mod document;
 mod dual;
 mod estimate;
 mod evidence;
+mod judge;
 mod options;
 mod parameters;
 mod simulate;
@@ -34,6 +35,7 @@ use parameters::DELAY;
 use simulate::{Stretch, within};
 use std::ops::Range;
 
+pub use judge::judge_bicycle;
 pub use options::BicycleOptions;
 
 /// Fewest samples of the recording, and of each part of it.

@@ -192,6 +192,21 @@ pub(super) fn combinations(p: &[f64; PARAMETERS], share: f64, speed: f64) -> Vec
     all.into_iter().map(|(name, unit, value)| Combination { name, unit, value }).collect()
 }
 
+/// The parameters of a vehicle on a log of another steering ratio: the reverse of [`vehicle`], with
+/// neither delay nor offsets.
+pub(super) fn of_vehicle(data: &VehicleData, steering_ratio: f64) -> [f64; PARAMETERS] {
+    let (a, b) = (data.distance_front_m, data.distance_rear_m);
+    let (mass, inertia) = (data.mass_kg, data.yaw_inertia_kgm2);
+    let mut p = [0.0; PARAMETERS];
+    p[FRONT] = (a * data.cornering_stiffness_front_npr / inertia).ln();
+    p[REAR] = (b * data.cornering_stiffness_rear_npr / inertia).ln();
+    p[WHEELBASE] = (a + b).ln();
+    p[INDEX] = (inertia / (mass * a * b)).ln();
+    p[LAG] = data.actuator_time_constant_s.ln();
+    p[STEERING_FACTOR] = (steering_ratio / data.steering_ratio).ln();
+    p
+}
+
 /// The vehicle whose yaw response is the identified one, with the mass and the share that are stated.
 pub(super) fn vehicle(
     p: &[f64; PARAMETERS],

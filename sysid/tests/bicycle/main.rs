@@ -5,6 +5,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod ensemble;
+mod judged;
 mod limits;
 mod multibody;
 

@@ -1,0 +1,91 @@
+//! A bicycle on a drive that need not be its own.
+//!
+//! The model is simulated over the recorded speed, as BicyclePlant runs it. What the drive's sensors
+//! add is the drive's and not the vehicle's: the steering offset and the yaw-rate offset follow from
+//! the estimation part, as an identified plant is judged about that part's means. The simulated yaw
+//! rate is linear in both offsets and in each segment's initial states.
+
+use super::estimate::Problem;
+use super::parameters::{self, PARAMETERS, STEERING_OFFSET, YAW_RATE_OFFSET};
+use super::simulate::{sensitivities, within};
+use super::{BicycleOptions, Recording};
+use crate::dense::least_squares;
+use crate::{DriveLog, Error, IdentifyOptions, Judged};
+use faer::Mat;
+use formats::Bicycle;
+
+/// A combination of the offsets that moves the yaw rate by less than this share of what the other
+/// does is left at the file's: at one speed they cannot be separated.
+const SEPARABLE: f64 = 1e-3;
+
+/// Judges a bicycle on a drive, with the recorded speed, or its own where none was recorded.
+///
+/// # Errors
+/// As [`identify_bicycle`](super::identify_bicycle) for a drive that is too short or does not move.
+pub fn judge_bicycle(
+    log: &DriveLog,
+    options: &IdentifyOptions,
+    bicycle: &Bicycle,
+) -> Result<Judged, Error> {
+    options.check()?;
+    let vehicle = &bicycle.vehicle;
+    let with_speed = DriveLog {
+        speed: Some(log.speed.clone().unwrap_or_else(|| vec![vehicle.speed_mps; log.len()])),
+        ..log.clone()
+    };
+    let split = BicycleOptions {
+        validation_fraction: options.validation_fraction,
+        ..BicycleOptions::default()
+    };
+    let recording = Recording::new(&with_speed, &split)?;
+    let segments = recording.stretches(&with_speed);
+    let share = vehicle.distance_rear_m / (vehicle.distance_front_m + vehicle.distance_rear_m);
+    let [estimation, validation] = [&recording.estimation, &recording.validation]
+        .map(|range| Problem::new(within(&segments, range), share, None, false));
+
+    let mut p = parameters::of_vehicle(vehicle, log.steering_ratio);
+    if let Some(evidence) = &bicycle.evidence {
+        p[STEERING_OFFSET] = evidence.steering_offset_rad / log.steering_ratio;
+        p[YAW_RATE_OFFSET] = evidence.yaw_rate_offset_radps;
+    }
+    offsets(&estimation, &mut p)?;
+    let errors = |part: &Problem<'_>| -> Result<Option<Vec<Vec<f64>>>, Error> {
+        Ok(part.starts(&p)?.and_then(|starts| part.errors(&p, &starts)))
+    };
+    let judged = super::Judged::new(log, &recording, errors(&estimation)?, errors(&validation)?);
+    Ok(Judged {
+        estimation_fit: judged.estimation_fit,
+        validation_fit: judged.validation_fit,
+        simulated_yaw_rate_radps: judged.simulated,
+        first_held_out: recording.validation.start,
+    })
+}
+
+/// Moves both offsets to where the model follows the segments best, whatever their initial states:
+/// what these can explain is taken out of each segment first. A model that leaves all bounds keeps
+/// its offsets.
+fn offsets(problem: &Problem<'_>, p: &mut [f64; PARAMETERS]) -> Result<(), Error> {
+    let mut rows: Vec<[f64; 3]> = Vec::with_capacity(problem.samples());
+    for segment in &problem.segments {
+        let from = [0.0, segment.yaw_rate.first().copied().unwrap_or(0.0)];
+        let Some(found) = sensitivities(p, problem.share, segment, &from, false) else {
+            return Ok(());
+        };
+        let by_start = Mat::from_fn(segment.len(), 2, |t, j| found.by[t][PARAMETERS + j]);
+        let moved = Mat::from_fn(segment.len(), 3, |t, j| match j {
+            0 => found.by[t][STEERING_OFFSET],
+            1 => found.by[t][YAW_RATE_OFFSET],
+            _ => segment.yaw_rate[t] - found.yaw_rate[t],
+        });
+        let explained = &by_start * least_squares(by_start.as_ref(), moved.as_ref(), 1e-9)?;
+        rows.extend(
+            (0..segment.len()).map(|t| [0, 1, 2].map(|j| moved[(t, j)] - explained[(t, j)])),
+        );
+    }
+    let by_offset = Mat::from_fn(rows.len(), 2, |t, j| rows[t][j]);
+    let rest = Mat::from_fn(rows.len(), 1, |t, _| rows[t][2]);
+    let step = least_squares(by_offset.as_ref(), rest.as_ref(), SEPARABLE)?;
+    p[STEERING_OFFSET] += step[(0, 0)];
+    p[YAW_RATE_OFFSET] += step[(1, 0)];
+    Ok(())
+}
