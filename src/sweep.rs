@@ -3,7 +3,9 @@
 use crate::failure::{Failure, Outcome};
 use crate::quantity;
 use crate::tell::Tell;
-use ::sweep::{Finished, MetricSummary, Options, Requirement, Study, Sweep};
+use ::sweep::{
+    Cause, FailureSummary, Finished, MetricSummary, Options, Requirement, Study, Summary, Sweep,
+};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 use std::io::Write;
@@ -65,7 +67,7 @@ struct Done {
     resumed: usize,
     warnings: Vec<String>,
     #[serde(flatten)]
-    summary: ::sweep::Summary,
+    summary: Summary,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
@@ -219,14 +221,44 @@ fn text(arguments: &Arguments, finished: &Finished) -> String {
         let names = [name.clone(), unit.clone().unwrap_or_default()];
         table = table.row(names.into_iter().chain(cells).chain([met]));
     }
-    let mut text = format!("{table}\n{} runs", summary.rows);
-    if let Some(passed) = &summary.passed {
-        text += &format!(", {} as required: {}", passed.passed, share(passed));
+    let mut text = outcomes(summary);
+    for failure in &summary.failures {
+        text += &causes(failure);
     }
     if let Some(error) = &summary.first_error {
-        text += &format!("\n{} ended in an error, the first: {error}", summary.errors);
+        text += &format!("the first error: {error}\n");
     }
-    text + &format!("\nwritten to {}", arguments.out.display())
+    text + &format!("\n{table}\nwritten to {}", arguments.out.display())
+}
+
+/// How many runs ended in which way.
+fn outcomes(summary: &Summary) -> String {
+    let all: Vec<String> =
+        summary.outcomes.iter().map(|o| format!("{} {}", o.runs, o.outcome.name())).collect();
+    let mut text = format!("{} runs: {}\n", summary.rows, all.join(", "));
+    if let Some(passed) = &summary.passed {
+        text += &format!("{} as required: {}\n", passed.passed, share(passed));
+    }
+    text
+}
+
+/// The varied quantities that go with a kind of failure.
+fn causes(failure: &FailureSummary) -> String {
+    let kind = failure.outcome.map_or("all failures", ::sweep::Class::name);
+    if failure.causes.is_empty() {
+        return format!("{kind}: {} runs; no varied quantity explains them\n", failure.runs);
+    }
+    let mut text = format!("{kind}: {} runs\n", failure.runs);
+    for cause in &failure.causes {
+        let Cause { among, condition, with, without, .. } = cause;
+        let all = with.failed + without.failed;
+        let among = among.as_ref().map_or_else(String::new, |c| format!("with {c}: "));
+        text += &format!(
+            "  {among}{} of {all} have {condition} ({} of {} runs there, {} of {} elsewhere)\n",
+            with.failed, with.failed, with.of, without.failed, without.of
+        );
+    }
+    text
 }
 
 /// A share with its interval, in percent.

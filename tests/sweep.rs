@@ -50,7 +50,7 @@ fn the_example_runs_and_its_summary_is_that_of_its_rows() {
     let summary: serde_json::Value = serde_json::from_slice(&one.stdout).unwrap();
     assert_eq!((&summary["rows"], &summary["errors"]), (&12.into(), &0.into()));
     let header = "run,speed,IdentifiedPlant.noise_seed,gust,cross_track_rms_m,cross_track_max_m,\
-                  off_by_10_cm_s,yaw_error_rms_deg,saturated_s,passed,status,study";
+                  off_by_10_cm_s,yaw_error_rms_deg,saturated_s,passed,outcome,status,study";
     assert_eq!(table.lines().next(), Some(header));
     let cell = |line: &str, index: usize| line.split(',').nth(index).unwrap().to_owned();
     let largest = table.lines().skip(1).map(|l| cell(l, 5).parse::<f64>().unwrap());
@@ -101,6 +101,49 @@ fn the_same_reset_or_new_for_every_fmu_of_ours() {
         assert_eq!(reset.len(), 7);
         assert_eq!(reset, of(plant, "fresh"), "{plant}");
     }
+}
+
+/// The road asks for 4 m/s² at 15 m/s: below a friction of about 0.45 the car slides off it.
+#[test]
+fn what_explains_the_failures_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let vary = "[[vary]]\nname = \"friction\"\nvariables = [\"NonlinearVehicle.friction_coefficient\"]\n\
+                distribution = \"uniform\"\nminimum = 0.15\nmaximum = 1.0\n\n[[vary]]\nname = \"speed\"";
+    let text = small(60, "16.0")
+        .replace("\"IdentifiedPlant.noise_scale\" = 1.0\n", "")
+        .replace("variables = [\"IdentifiedPlant.noise_seed\"]", "name = \"seed\"")
+        .replace("IdentifiedPlant", "NonlinearVehicle")
+        .replacen("[[vary]]\nname = \"speed\"", vary, 1);
+    let file = study("friction.toml", &text);
+    let output = sweep(folder.path(), &file, &["--json"]);
+    assert_eq!(output.status.code(), Some(1), "{}", told(&output));
+    let summary: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let failures = &summary["failures"][0];
+    let cause = &failures["causes"][0];
+    assert_eq!(
+        (&cause["condition"]["quantity"], &cause["condition"]["is"]),
+        (&"friction".into(), &"below".into())
+    );
+    let threshold = cause["condition"]["value"].as_f64().unwrap();
+    assert!((0.3..0.7).contains(&threshold), "{failures}");
+    // Of the failures nearly all are there, and of the others nearly none.
+    let count = |part: &str, key: &str| cause[part][key].as_u64().unwrap();
+    assert!(count("with", "failed") > 5 && count("without", "failed") <= 1, "{failures}");
+    let outcomes = summary["outcomes"].as_array().unwrap();
+    let runs = |name: &str| {
+        let found = outcomes.iter().find(|o| o["outcome"] == name);
+        found.map_or(0, |o| o["runs"].as_u64().unwrap())
+    };
+    assert_eq!(runs("met"), summary["passed"]["passed"].as_u64().unwrap());
+    assert!(runs("off-the-path") + runs("unstable") > 0, "{outcomes:?}");
+    // The same in words, and row by row.
+    let again = sweep(folder.path(), &file, &["--resume"]);
+    let text = told(&again) + &String::from_utf8_lossy(&again.stdout);
+    assert!(text.contains("have friction below ") && text.contains(" off the path"), "{text}");
+    let table = fs::read_to_string(folder.path().join("results.csv")).unwrap();
+    let lines = |name: &str| table.lines().filter(|l| l.contains(name)).count() as u64;
+    assert_eq!(lines(",off the path,"), runs("off-the-path"));
+    assert_eq!(lines(",met,"), runs("met"));
 }
 
 #[test]

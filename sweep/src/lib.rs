@@ -8,14 +8,17 @@
 //!
 //! The numbers of a run depend on the study and the run's index alone ([`draws`]), so neither the
 //! number of threads nor an interruption changes a byte of the results. Any FMU for FMI 2.0
-//! Co-Simulation will do: nothing here knows of vehicles or of our own FMUs. Times are in s, values
+//! Co-Simulation will do: nothing here knows of our own FMUs, and of vehicles only what two names of
+//! variables mean (`class`). Times are in s, values
 //! in the units of the FMUs' variables unless the study states others.
 
+mod class;
 mod connect;
 mod distribution;
 mod disturbance;
 pub mod draws;
 mod error;
+mod explain;
 mod isolate;
 mod metric;
 mod metric_kind;
@@ -33,8 +36,10 @@ mod trajectory;
 mod values;
 mod watch;
 
+pub use class::Class;
 pub use error::{Error, Place};
+pub use explain::{Cause, Condition, Failing, Relation};
 pub use prepare::Sweep;
 pub use run::{Finished, Options};
 pub use study::Study;
-pub use summary::{MetricSummary, Requirement, Summary};
+pub use summary::{ClassSummary, FailureSummary, MetricSummary, Requirement, Summary};

@@ -1,5 +1,6 @@
 //! Metrics, computed while a run goes on: a few numbers each, no trajectory.
 
+use crate::class::Shows;
 use crate::metric_kind::Kind;
 use crate::quantity::{Linear, Number};
 
@@ -26,6 +27,7 @@ pub(crate) struct Metric {
     pub(crate) band_is_relative: bool,
     pub(crate) at_most: Option<f64>,
     pub(crate) at_least: Option<f64>,
+    pub(crate) shows: Option<Shows>,
 }
 
 /// What is taken off a metric's variable.
@@ -175,6 +177,7 @@ mod tests {
             band_is_relative: true,
             at_most: None,
             at_least: None,
+            shows: None,
         }
     }
 

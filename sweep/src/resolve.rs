@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use fmi2_host::{Causality, Kind, Master, Variable};
 use toml::Spanned;
 
+use crate::class::{OFF_PATH_BEYOND_M, Shows};
 use crate::connect::Wired;
 use crate::disturbance::Disturbance;
 use crate::draws::Key;
@@ -19,7 +20,7 @@ use crate::values::{Assignments, Found, UNIT_HINT, conversion, find, values};
 /// More runs than this are taken for a slip.
 const MOST_RUNS: usize = 1_000_000_000;
 /// Columns that every results file has.
-pub(crate) const OWN_COLUMNS: [&str; 4] = ["run", "passed", "status", "study"];
+pub(crate) const OWN_COLUMNS: [&str; 5] = ["run", "passed", "outcome", "status", "study"];
 
 /// Which instances reset exactly: asked with the FMU's generation tool.
 pub(crate) type Resets<'a> = &'a dyn Fn(&str) -> bool;
@@ -188,6 +189,7 @@ fn metrics(
     places: &Places,
 ) -> Result<Vec<Metric>, Error> {
     let mut metrics = Vec::new();
+    let off_path_beyond_m = off_path_beyond(study)?;
     let stop = wired.start + wired.steps as f64 * wired.step;
     for entry in &study.raw.metric {
         let stated = entry.get_ref();
@@ -216,13 +218,16 @@ fn metrics(
                 _ => Target::Number(number(study, varied, quantity)?),
             },
         };
+        let convert = to_metric(found)?;
+        let (kind, allowed) = (stated.kind, stated.at_most);
+        let shows = Shows::of(&found.1.name, kind, target, convert, allowed, off_path_beyond_m);
         let own = stated.unit.clone().or_else(|| found.1.unit.clone());
         metrics.push(Metric {
             name: stated.name.clone(),
-            kind: stated.kind,
+            kind,
             unit: stated.kind.unit().map(str::to_owned).or(own),
             slot: places.of(found.0, &found.1.name),
-            convert: to_metric(found)?,
+            convert,
             target,
             absolute: stated.absolute,
             from,
@@ -233,9 +238,21 @@ fn metrics(
             band_is_relative: stated.band_percent.is_some(),
             at_most: stated.at_most,
             at_least: stated.at_least,
+            shows,
         });
     }
     Ok(metrics)
+}
+
+/// The bound beyond which a cross-track error is off the path, m.
+fn off_path_beyond(study: &Study) -> Result<f64, Error> {
+    let Some(stated) = &study.raw.off_path_beyond_m else { return Ok(OFF_PATH_BEYOND_M) };
+    let value = *stated.get_ref();
+    if value > 0.0 && value.is_finite() {
+        return Ok(value);
+    }
+    let problem = format!("off_path_beyond_m {value} is not above 0");
+    Err(study.fault(stated, problem, "give what is left of the lane, such as 1.75"))
 }
 
 fn is_varied(varied: &[Varied], name: &str) -> bool {

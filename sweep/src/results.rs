@@ -1,7 +1,7 @@
 //! The results: a CSV with a row a run, in the order of the runs, that a later call can go on with.
 //!
 //! Columns are `run`, the varied quantities as the study states them, the metrics, `passed` where
-//! the study requires anything, `status` (`ok`, or what went wrong; then the metrics are empty), and
+//! the study requires anything, `outcome` (see [`crate::Class`]), `status` (`ok`, or what went wrong; then the metrics are empty), and
 //! `study`, the hash of study, FMUs and program version. Each row is written at once, whole, so
 //! that at any moment the file is the results of the first runs; a last line that a crash of the
 //! machine cut short is taken off again by the next call.
@@ -96,7 +96,8 @@ pub(crate) fn row(sweep: &Sweep, run: usize, quantities: &[f64], outcome: &Outco
     if plan.requires() {
         cells.push(plan.passes(outcome).to_string());
     }
-    cells.extend([status.to_owned(), sweep.id.clone()]);
+    let class = plan.class(outcome).name();
+    cells.extend([class.to_owned(), status.to_owned(), sweep.id.clone()]);
     line(&cells)
 }
 
@@ -124,7 +125,7 @@ fn header(plan: &Plan) -> Vec<String> {
     if plan.requires() {
         names.push("passed".to_owned());
     }
-    names.extend(["status".to_owned(), "study".to_owned()]);
+    names.extend(["outcome", "status", "study"].map(str::to_owned));
     names
 }
 

@@ -2,6 +2,9 @@
 
 use serde::Serialize;
 
+use crate::class::Class;
+use crate::distribution::Distribution;
+use crate::explain::{Cause, Column, explain};
 use crate::metric::Metric;
 use crate::prepare::Sweep;
 use crate::results::Outcome;
@@ -24,8 +27,32 @@ pub struct Summary {
     pub first_error: Option<String>,
     /// Runs that did everything required, where anything is.
     pub passed: Option<Requirement>,
+    /// What became of the runs, from the best to the worst.
+    pub outcomes: Vec<ClassSummary>,
+    /// What goes with the failures: all of them first, then each kind where there are several.
+    pub failures: Vec<FailureSummary>,
     /// The metrics, in the order of the study.
     pub metrics: Vec<MetricSummary>,
+}
+
+/// How many runs ended in a way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct ClassSummary {
+    /// How.
+    pub outcome: Class,
+    /// Runs.
+    pub runs: usize,
+}
+
+/// A kind of failure, and the varied quantities that go with it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FailureSummary {
+    /// Which; every one where absent.
+    pub outcome: Option<Class>,
+    /// Runs that fail like this.
+    pub runs: usize,
+    /// What they have in common, the most telling first; empty where no quantity explains them.
+    pub causes: Vec<Cause>,
 }
 
 /// How many runs did what is required. A run that ended in an error did not.
@@ -84,6 +111,7 @@ impl Summary {
             .filter_map(|o| if let Outcome::Failed(text) = o { Some(text) } else { None })
             .collect();
         let passed = outcomes.iter().filter(|outcome| plan.passes(outcome)).count();
+        let classes: Vec<Class> = outcomes.iter().map(|outcome| plan.class(outcome)).collect();
         let metrics = plan.metrics.iter().enumerate();
         Self {
             study: sweep.id.clone(),
@@ -91,15 +119,47 @@ impl Summary {
             rows: outcomes.len(),
             errors: errors.len(),
             first_error: errors.first().map(|text| (*text).clone()),
+            outcomes: outcomes_of(&classes),
+            failures: failures(sweep, &classes),
             passed: plan.requires().then(|| Requirement::of(passed, outcomes.len())),
             metrics: metrics.map(|(i, m)| MetricSummary::of(m, i, outcomes)).collect(),
         }
     }
 
-    /// Whether every row is a result that is as required.
+    /// Whether every row is a result that is as required, on the path.
     #[must_use]
     pub fn all_passed(&self) -> bool {
-        self.errors == 0 && self.passed.as_ref().is_none_or(|p| p.passed == p.of)
+        self.outcomes.iter().all(|o| o.outcome == Class::Met)
+    }
+}
+
+fn outcomes_of(classes: &[Class]) -> Vec<ClassSummary> {
+    let count = |class| classes.iter().filter(|c| **c == class).count();
+    let all = Class::ALL.map(|outcome| ClassSummary { outcome, runs: count(outcome) });
+    all.into_iter().filter(|o| o.runs > 0).collect()
+}
+
+fn failures(sweep: &Sweep, classes: &[Class]) -> Vec<FailureSummary> {
+    let varied = &sweep.plan.varied;
+    let draws: Vec<Vec<f64>> = (0..classes.len()).map(|run| sweep.plan.quantities(run)).collect();
+    let column = |(k, v): (usize, &crate::plan::Varied)| Column {
+        name: v.name.clone(),
+        values: draws.iter().map(|values| values[k]).collect(),
+        is_choice: matches!(v.distribution, Distribution::Choice { .. }),
+    };
+    let columns: Vec<Column> = varied.iter().enumerate().map(column).collect();
+    let of = |outcome: Option<Class>| {
+        let fails = |c: &Class| outcome.map_or(*c != Class::Met, |outcome| *c == outcome);
+        let failed: Vec<bool> = classes.iter().map(fails).collect();
+        let runs = failed.iter().filter(|f| **f).count();
+        FailureSummary { outcome, runs, causes: explain(&columns, &failed) }
+    };
+    let kinds: Vec<Class> =
+        outcomes_of(classes).iter().map(|o| o.outcome).filter(|c| *c != Class::Met).collect();
+    match kinds[..] {
+        [] => Vec::new(),
+        [only] => vec![of(Some(only))],
+        _ => std::iter::once(None).chain(kinds.iter().copied().map(Some)).map(of).collect(),
     }
 }
 
