@@ -9,6 +9,7 @@ use crate::tell::Tell;
 use crate::{files, quantity};
 use formats::Path as PathFile;
 use std::path::PathBuf;
+use sweep::Class;
 use sysid::IdentifyOptions;
 
 /// Compare models and the controllers designed on them: against a drive, on each other's plants, and
@@ -16,7 +17,8 @@ use sysid::IdentifyOptions;
 ///
 /// Every controller follows the same road on the plant of every model and on the truth, as packed
 /// FMUs. The paper's Fig. 3 (with --log), 5, 6 and 7. A controller is designed for each model to the
-/// same specification, unless --pid gives one. Exit status 1 where a controller loses the road.
+/// same specification, unless --pid gives one, within the steering limits that the truth states. Exit
+/// status 1 where a controller is unstable or off the path.
 ///
 ///   steerwright compare plant.json bicycle.json --truth NonlinearVehicle.fmu --log drive.csv
 ///       --out comparison
@@ -77,9 +79,9 @@ struct RoadArguments {
     /// default the path's, or none
     #[arg(long, value_name = "RATE", allow_hyphen_values = true, value_parser = quantity::rate)]
     cross_track_integral: Option<f64>,
-    /// A cross-track error beyond this has lost the road
-    #[arg(long, value_name = "LENGTH", value_parser = quantity::length, default_value = "1.75m")]
-    lost_beyond: f64,
+    /// A cross-track error beyond this is off the path
+    #[arg(long, alias = "lost-beyond", value_name = "LENGTH", value_parser = quantity::length, default_value = "1.75m")]
+    max_cross_track_error: f64,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
@@ -93,8 +95,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         drive: arguments.drive()?,
         road: arguments.road.read()?,
         cross_track_integral_per_s: arguments.road.cross_track_integral,
-        lost_beyond_m: arguments.road.lost_beyond,
         gate: arguments.gate,
+        max_cross_track_error_m: arguments.road.max_cross_track_error,
     })?;
     let written = match &arguments.out {
         Some(folder) => comparison::write(&compared, folder)?,
@@ -114,7 +116,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 }
 
 fn outcome(compared: &Comparison) -> Outcome {
-    if compared.road_is_kept() { Outcome::Done } else { Outcome::RequirementNotMet }
+    match compared.worst() {
+        Class::Met | Class::SpecificationMissed => Outcome::Done,
+        _ => Outcome::RequirementNotMet,
+    }
 }
 
 impl Arguments {

@@ -208,23 +208,68 @@ fn models_are_judged_on_the_held_out_end_of_the_drive() {
     assert!(!page.contains(&folder().display().to_string()));
 }
 
+/// The truth's actuator does 0.4 rad/s: a design that ignores it commands many times that, and misses
+/// the specification.
+#[test]
+fn controllers_keep_to_the_limits_that_the_truth_states() {
+    let line = "plant.json bicycle.json --robust off --road lane-change \
+                --truth {data}/multibody/vehicle.json";
+    let one = compared(line);
+    for controller in one["controllers"].as_array().unwrap() {
+        assert_eq!(number(&controller["limits"]["max_rate_radps"]), 0.4, "{controller}");
+        let run = run_of(&one, controller["name"].as_str().unwrap(), "truth (NonlinearVehicle)");
+        assert_eq!(run["outcome"], "met", "{run}");
+    }
+    let remarks = one["remarks"].to_string();
+    assert!(remarks.contains("the truth's steering limit of 22.9 deg/s"), "{remarks}");
+    let first = one["verdict"]["sentences"][0].as_str().unwrap();
+    assert!(
+        first.starts_with("On truth (NonlinearVehicle) the specification is met by"),
+        "{first}"
+    );
+}
+
+/// What was designed without the limit says why it misses.
+#[test]
+fn a_missed_specification_says_what_is_missed_and_why() {
+    let folder = folder();
+    for model in ["plant", "bicycle"] {
+        let line =
+            format!("design {model}.json -o fast-{model}.json --robust off --max-rate 1500deg/s");
+        let output = steerwright(folder, &words(&line, Path::new("")));
+        assert!(output.status.success(), "{line}: {}", told(&output));
+    }
+    let output = run("plant.json bicycle.json --pid fast-plant.json --pid fast-bicycle.json \
+                      --road lane-change --truth {data}/multibody/vehicle.json");
+    let text = told(&output) + &String::from_utf8_lossy(&output.stdout);
+    let sentence = text.lines().find(|l| l.contains("misses the specification on truth")).unwrap();
+    assert!(sentence.contains("(at most "), "{sentence}");
+    assert!(sentence.contains("of steering, the actuator does 22.9 deg/s"), "{sentence}");
+    // What matters comes before the tables.
+    let place = |what: &str| text.find(what).unwrap_or_else(|| panic!("{what} in {text}"));
+    assert!(place("specification on truth") < place("modulus margin"));
+}
+
 /// A bend that asks for more than μ·g = 10.3 m/s² throws the car off the road, and no linear model.
 #[test]
-fn a_controller_that_loses_the_road_is_told_with_status_1() {
+fn a_controller_off_the_path_is_reported_with_status_1() {
     let line = "--truth fmu/NonlinearVehicle.fmu --lateral-acceleration 12m/s2";
     let output = run(&format!("{BOTH} {line} --json"));
     assert_eq!(output.status.code(), Some(1), "{}", told(&output));
     let lost: Value = serde_json::from_slice(&output.stdout).unwrap();
     for controller in ["plant", "bicycle"] {
         let run = run_of(&lost, controller, "truth (NonlinearVehicle)");
-        let at = number(&run["lost_at_m"]);
+        let at = number(&run["off_path_at_m"]);
         // The first bend begins after 30 m.
         assert!(at > 30.0 && at < 200.0 && number(&run["cross_track_largest_m"]) > 1.75, "{run}");
-        assert_eq!(run_of(&lost, controller, "bicycle")["lost_at_m"], Value::Null);
+        assert_eq!(run_of(&lost, controller, "bicycle")["off_path_at_m"], Value::Null);
     }
     assert_eq!(lost["verdict"]["tracks_best"], Value::Null);
     let text = told(&output);
-    assert!(text.contains("loses the road on truth (NonlinearVehicle) after"), "{text}");
+    let text = text + &String::from_utf8_lossy(&run(&format!("{BOTH} {line}")).stdout);
+    let off = "is off the path on truth (NonlinearVehicle) after";
+    let unstable = "is unstable on truth (NonlinearVehicle) after";
+    assert!(text.contains(off) || text.contains(unstable), "{text}");
     assert!(text.contains("remark: the road asks for up to 12.0 m/s2"), "{text}");
 }
 

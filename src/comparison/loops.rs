@@ -47,8 +47,8 @@ pub(crate) struct Run {
     pub(crate) track: Track,
     pub(crate) errors: TrackErrors,
     pub(crate) effort: Effort,
-    /// Where along the road it was lost, m.
-    pub(crate) lost_at_m: Option<f64>,
+    /// Where the path was left, m along it.
+    pub(crate) off_path_at_m: Option<f64>,
     /// The specification's step.
     pub(crate) step: StepMetrics,
     pub(crate) response: StepResponse,
@@ -71,8 +71,8 @@ pub(crate) struct Setting<'a> {
     /// Guidance apart: that is each controller's own.
     pub(crate) road: &'a PathFile,
     pub(crate) master: Master,
-    /// A cross-track error beyond this has lost the road, m.
-    pub(crate) lost_beyond_m: f64,
+    /// A cross-track error beyond this is off the path, m.
+    pub(crate) max_cross_track_error_m: f64,
 }
 
 impl Setting<'_> {
@@ -236,7 +236,7 @@ impl Setting<'_> {
             plant: plant_index,
             errors: track.errors(),
             effort: Effort::of(&track),
-            lost_at_m: self.lost_at(&track),
+            off_path_at_m: self.off_path_at(&track),
             csv,
             track,
             step: metrics,
@@ -271,13 +271,13 @@ impl Setting<'_> {
         Ok((step.metrics, response))
     }
 
-    /// Where the road is lost: beside it, or short of its end by more than a second's way.
-    fn lost_at(&self, track: &Track) -> Option<f64> {
+    /// Where the path is left: beside it, or short of its end by more than a second's way.
+    fn off_path_at(&self, track: &Track) -> Option<f64> {
         let at = |k: usize| track.distance_m.get(k).copied().unwrap_or(f64::NAN);
         let beside = track
             .cross_track_error_m
             .iter()
-            .position(|e| e.abs() > self.lost_beyond_m || e.is_nan());
+            .position(|e| e.abs() > self.max_cross_track_error_m || e.is_nan());
         let (first, last) = (self.road.points.first()?, self.road.points.last()?);
         let length = last.distance_m - first.distance_m;
         let end = at(track.distance_m.len().saturating_sub(1));

@@ -9,6 +9,7 @@
 mod drive;
 mod loops;
 mod models;
+mod outcome;
 mod overview;
 mod page;
 mod present;
@@ -22,15 +23,20 @@ use control::{DesignOptions, Master, paths};
 use fmi2_host::Master as HostMaster;
 use formats::{Guidance, Path as PathFile, SourceFile};
 use std::path::PathBuf;
+use sweep::Class;
 use sysid::{DriveLog, IdentifyOptions};
 
 pub(crate) use drive::Drive;
 pub(crate) use loops::{Plant, Run, Setting};
 pub(crate) use models::{Controller, Model};
+pub(crate) use outcome::Judgement;
 pub(crate) use overview::json;
 pub(crate) use present::write;
 pub(crate) use tell::text;
 pub(crate) use verdict::Verdict;
+
+use truth::Limits;
+use verdict::Judged;
 
 /// Models of speeds within this share of each other are taken for models of one speed.
 const SAME_SPEED: f64 = 0.02;
@@ -50,9 +56,9 @@ pub(crate) struct Job {
     /// By default the road's.
     pub(crate) cross_track_integral_per_s: Option<f64>,
     pub(crate) master: Master,
-    pub(crate) lost_beyond_m: f64,
     /// Whether models that failed validation are compared.
     pub(crate) gate: GateArguments,
+    pub(crate) max_cross_track_error_m: f64,
 }
 
 /// What to drive along.
@@ -82,10 +88,12 @@ pub(crate) struct Comparison {
     pub(crate) plants: Vec<Plant>,
     /// Controller by controller, in the order of the plants.
     pub(crate) runs: Vec<Run>,
+    /// What became of each run.
+    pub(crate) judgements: Vec<Judgement>,
     pub(crate) drive: Option<Drive>,
     pub(crate) verdict: Verdict,
     pub(crate) master: Master,
-    pub(crate) lost_beyond_m: f64,
+    pub(crate) max_cross_track_error_m: f64,
     pub(crate) remarks: Vec<String>,
     /// The files that were read.
     pub(crate) sources: Vec<SourceFile>,
@@ -94,6 +102,10 @@ pub(crate) struct Comparison {
 impl Comparison {
     pub(crate) fn run(&self, controller: usize, plant: usize) -> &Run {
         &self.runs[controller * self.plants.len() + plant]
+    }
+
+    pub(crate) fn judgement(&self, run: &Run) -> &Judgement {
+        &self.judgements[run.controller * self.plants.len() + run.plant]
     }
 
     /// The place of the truth among the plants.
@@ -111,10 +123,6 @@ impl Comparison {
         self.plants[run.plant].model == Some(self.controllers[run.controller].model)
     }
 
-    fn step_meets(&self, run: &Run) -> bool {
-        self.controllers[run.controller].pid.specification.is_met_by(&run.step)
-    }
-
     fn master_name(&self) -> &'static str {
         match self.master {
             Master::GaussSeidel => "gauss-seidel",
@@ -128,9 +136,9 @@ impl Comparison {
         points.last().map_or(0.0, |p| p.distance_m - from)
     }
 
-    /// Whether every controller keeps the road on every plant.
-    pub(crate) fn road_is_kept(&self) -> bool {
-        self.runs.iter().all(|r| r.lost_at_m.is_none())
+    /// The worst that became of a run.
+    pub(crate) fn worst(&self) -> Class {
+        self.judgements.iter().map(|j| j.outcome).max().unwrap_or(Class::Met)
     }
 }
 
@@ -144,9 +152,9 @@ fn guidance(road: &PathFile, controller: &Controller) -> Guidance {
 
 /// Compares.
 pub(crate) fn compare(job: &Job) -> Result<Comparison, Failure> {
-    if job.lost_beyond_m <= 0.0 {
+    if job.max_cross_track_error_m <= 0.0 {
         let hint = "give what is left of the lane, such as 1.75m";
-        return Err(Failure::new("--lost-beyond must be greater than 0", hint));
+        return Err(Failure::new("--max-cross-track-error must be greater than 0", hint));
     }
     let models = models::read(&job.models)?;
     for model in &models {
@@ -183,7 +191,13 @@ pub(crate) fn compare(job: &Job) -> Result<Comparison, Failure> {
         sources.extend(drive.sources.iter().cloned());
     }
     let truth = job.truth.as_deref().map(truth::read).transpose()?;
-    let controllers = models::controllers(&models, &job.pids, &job.design, job.master)?;
+    let limits = truth.as_ref().map(|truth| truth::limits(&truth.archive)).unwrap_or_default();
+    let ratio = models.first().map_or(1.0, |m| m.design.steering_ratio);
+    let (design, kept) = limits.applied(&job.design, ratio);
+    let controllers = models::controllers(&models, &job.pids, &design, job.master)?;
+    if controllers.iter().any(|c| c.source.is_none()) {
+        remarks.extend(kept);
+    }
     sources.extend(controllers.iter().filter_map(|c| c.source.clone()));
     steerable(&road, &models, &controllers)?;
     let lateral = largest_curvature(&road) * road.speed_mps * road.speed_mps;
@@ -222,11 +236,26 @@ pub(crate) fn compare(job: &Job) -> Result<Comparison, Failure> {
             Master::GaussSeidel => HostMaster::GaussSeidel,
             Master::Jacobi => HostMaster::Jacobi,
         },
-        lost_beyond_m: job.lost_beyond_m,
+        max_cross_track_error_m: job.max_cross_track_error_m,
     };
     let plants = setting.plants(archive)?;
     let runs = setting.runs(&plants)?;
-    let verdict = verdict::of(&controllers, &plants, &runs, drive.as_ref(), &models);
+    let judgements: Vec<Judgement> = runs
+        .iter()
+        .map(|run| {
+            let limits = plants[run.plant].model.map_or(limits, |_| Limits::default());
+            outcome::of(run, &controllers[run.controller], limits)
+        })
+        .collect();
+    let verdict = Judged {
+        controllers: &controllers,
+        plants: &plants,
+        runs: &runs,
+        judgements: &judgements,
+        drive: drive.as_ref(),
+        models: &models,
+    }
+    .verdict();
     Ok(Comparison {
         verdict,
         models,
@@ -234,9 +263,10 @@ pub(crate) fn compare(job: &Job) -> Result<Comparison, Failure> {
         road,
         plants,
         runs,
+        judgements,
         drive,
         master: job.master,
-        lost_beyond_m: job.lost_beyond_m,
+        max_cross_track_error_m: job.max_cross_track_error_m,
         remarks,
         sources,
     })

@@ -1,7 +1,7 @@
 //! A comparison as JSON, in SI units.
 
 use super::guidance;
-use super::{Comparison, Verdict};
+use super::{Comparison, Judgement, Verdict};
 use formats::{Guidance, PidGains, SourceFile, StepMetrics};
 use serde::Serialize;
 
@@ -30,7 +30,7 @@ struct RoadOverview<'a> {
     length_m: f64,
     speed_mps: f64,
     largest_lateral_acceleration_mps2: f64,
-    lost_beyond_m: f64,
+    max_cross_track_error_m: f64,
     /// How it was made.
     options: &'a std::collections::BTreeMap<String, String>,
 }
@@ -63,6 +63,7 @@ struct ControllerOverview<'a> {
     file: Option<&'a SourceFile>,
     gains: &'a PidGains,
     guidance: Guidance,
+    limits: &'a formats::Limits,
     specification: &'a formats::Specification,
     met_on_its_model: bool,
     margins: &'a formats::Margins,
@@ -83,7 +84,7 @@ struct RunOverview<'a> {
     controller: &'a str,
     plant: &'a str,
     own_plant: bool,
-    lost_at_m: Option<f64>,
+    off_path_at_m: Option<f64>,
     cross_track_rms_m: f64,
     cross_track_largest_m: f64,
     yaw_error_rms_rad: f64,
@@ -94,6 +95,8 @@ struct RunOverview<'a> {
     modulus_margin: Option<f64>,
     step: &'a StepMetrics,
     step_meets_specification: bool,
+    #[serde(flatten)]
+    judgement: &'a Judgement,
 }
 
 /// For scripts.
@@ -123,6 +126,7 @@ pub(crate) fn json<'a>(c: &'a Comparison, files: &'a [SourceFile]) -> Overview<'
         file: k.source.as_ref(),
         gains: &k.pid.gains,
         guidance: guidance(&c.road, k),
+        limits: &k.pid.limits,
         specification: &k.pid.specification,
         met_on_its_model: k.pid.evidence.met,
         margins: &k.pid.evidence.margins,
@@ -139,7 +143,7 @@ pub(crate) fn json<'a>(c: &'a Comparison, files: &'a [SourceFile]) -> Overview<'
         controller: &c.controllers[r.controller].label,
         plant: &c.plants[r.plant].label,
         own_plant: c.is_own(r),
-        lost_at_m: r.lost_at_m,
+        off_path_at_m: r.off_path_at_m,
         cross_track_rms_m: r.errors.cross_track_rms_m,
         cross_track_largest_m: r.errors.cross_track_max_m,
         yaw_error_rms_rad: r.errors.heading_rms_rad,
@@ -149,7 +153,8 @@ pub(crate) fn json<'a>(c: &'a Comparison, files: &'a [SourceFile]) -> Overview<'
         steering_rate_largest_radps: r.effort.rate_max_radps,
         modulus_margin: r.modulus_margin,
         step: &r.step,
-        step_meets_specification: c.step_meets(r),
+        step_meets_specification: c.judgement(r).shortfalls.is_empty(),
+        judgement: c.judgement(r),
     });
     Overview {
         version: env!("CARGO_PKG_VERSION"),
@@ -160,7 +165,7 @@ pub(crate) fn json<'a>(c: &'a Comparison, files: &'a [SourceFile]) -> Overview<'
             length_m: c.length(),
             speed_mps: c.road.speed_mps,
             largest_lateral_acceleration_mps2: c.lateral_acceleration(),
-            lost_beyond_m: c.lost_beyond_m,
+            max_cross_track_error_m: c.max_cross_track_error_m,
             options: &c.road.provenance.options,
         },
         models: models.collect(),

@@ -4,6 +4,7 @@ use super::present::Drawn;
 use super::{Comparison, tell};
 use formats::SourceFile;
 use report::{Block, Section, Table, Tone, report_html};
+use sweep::Class;
 
 /// The page; `written` are the files beside it.
 pub(super) fn html(c: &Comparison, figures: Vec<Drawn>, written: &[SourceFile]) -> String {
@@ -55,10 +56,11 @@ pub(super) fn html(c: &Comparison, figures: Vec<Drawn>, written: &[SourceFile]) 
 }
 
 fn verdict(c: &Comparison) -> Section {
-    let (tone, title) = match (&c.verdict.tracks_best, c.road_is_kept()) {
-        (_, false) => (Tone::Bad, "A controller loses the road.".to_owned()),
-        (Some(name), true) => (Tone::Neutral, format!("The controller of {name} tracks best.")),
-        (None, true) => (Tone::Neutral, "No controller tracks better than the others.".to_owned()),
+    let (tone, title) = match (c.worst(), &c.verdict.tracks_best) {
+        (Class::Unstable, _) => (Tone::Bad, "A controller is unstable.".to_owned()),
+        (Class::OffThePath, _) => (Tone::Bad, "A controller is off the path.".to_owned()),
+        (_, Some(name)) => (Tone::Neutral, format!("The controller of {name} tracks best.")),
+        (_, None) => (Tone::Neutral, "No controller tracks better than the others.".to_owned()),
     };
     let mut sentences = c.verdict.sentences.iter();
     let first = sentences.next().cloned().unwrap_or_default();
@@ -91,9 +93,9 @@ fn method(c: &Comparison) -> Section {
         "The master is {}, the step the controllers' sample time. Look-ahead, preview and feedforward \
          follow from each controller by one rule. The path follower reckons with the sideslip of the \
          plant that it guides, read in a turn of each, the same for all controllers; an identified \
-         plant has that of its file. A cross-track error beyond {} m has lost the road.",
+         plant has that of its file. A cross-track error beyond {} m is off the path.",
         c.master_name(),
-        c.lost_beyond_m
+        c.max_cross_track_error_m
     );
     let blocks = vec![Block::Text(text), Block::Table(table)];
     Section { heading: "What was held equal".into(), blocks }

@@ -5,10 +5,15 @@ use super::{Comparison, Run};
 use formats::Guidance;
 use report::Table;
 use std::fmt::Write;
+use sweep::Class;
 
-/// For people: verdict last, where a terminal shows it.
+/// For people: what matters first, then the figures behind it.
 pub(crate) fn text(c: &Comparison) -> String {
     let mut text = String::new();
+    for sentence in &c.verdict.sentences {
+        let _ = writeln!(text, "{sentence}");
+    }
+    text.push('\n');
     if c.drive.is_some() {
         let _ = writeln!(text, "{}", drive_table(c));
     }
@@ -23,15 +28,12 @@ pub(crate) fn text(c: &Comparison) -> String {
     );
     let _ = writeln!(text, "{}", matrix(c));
     let _ = writeln!(text, "{}\n{}", road_table(c), step_table(c));
-    let _ = writeln!(text, "* on the model that the controller was designed on\n");
-    for remark in &c.remarks {
-        let _ = writeln!(text, "remark: {remark}");
-    }
+    let _ = writeln!(text, "* on the model that the controller was designed on");
     if !c.remarks.is_empty() {
         text.push('\n');
     }
-    for sentence in &c.verdict.sentences {
-        let _ = writeln!(text, "{sentence}");
+    for remark in &c.remarks {
+        let _ = writeln!(text, "remark: {remark}");
     }
     text
 }
@@ -100,9 +102,13 @@ pub(super) fn matrix(c: &Comparison) -> Table {
         let cells = (0..c.plants.len()).map(|plant| {
             let run = c.run(index, plant);
             let own = if c.is_own(run) { " *" } else { "" };
-            match run.lost_at_m {
-                Some(at) => format!("lost after {at:.0} m{own}"),
-                None => format!(
+            match (run.off_path_at_m, c.judgement(run).outcome) {
+                (Some(at), Class::Unstable) => format!("unstable after {at:.0} m{own}"),
+                (Some(at), _) => format!(
+                    "off the path after {at:.0} m, by {:.1} m{own}",
+                    run.errors.cross_track_max_m
+                ),
+                (None, _) => format!(
                     "{:.4} / {:.4} m{own}",
                     run.errors.cross_track_rms_m, run.errors.cross_track_max_m
                 ),
@@ -153,7 +159,7 @@ pub(super) fn step_table(c: &Comparison) -> Table {
             format!("{:.2} %", r.step.overshoot_percent),
             seconds(r.step.settling_time_s),
             format!("{:.2} %", r.step.steady_state_error_percent),
-            if c.step_meets(r) { "met" } else { "not met" }.into(),
+            if c.judgement(r).shortfalls.is_empty() { "met" } else { "missed" }.into(),
             r.modulus_margin.map_or_else(|| "–".into(), |m| format!("{m:.3}")),
         ]);
     }
@@ -172,7 +178,7 @@ fn seconds(value: Option<f64>) -> String {
 /// `results.csv`: a row for each run, in SI units; empty where there is no value.
 pub(super) fn csv(c: &Comparison) -> String {
     let mut text = String::from(
-        "controller,plant,own_plant,lost_at_m,cross_track_rms_m,cross_track_largest_m,\
+        "controller,plant,own_plant,outcome,off_path_at_m,cross_track_rms_m,cross_track_largest_m,\
          yaw_error_rms_rad,yaw_error_largest_rad,steering_largest_rad,steering_rate_rms_radps,\
          steering_rate_largest_radps,modulus_margin,step_overshoot_percent,step_settling_time_s,\
          step_steady_state_error_percent,step_meets_specification\n",
@@ -184,7 +190,8 @@ pub(super) fn csv(c: &Comparison) -> String {
             quoted(&c.controllers[r.controller].label),
             quoted(&c.plants[r.plant].label),
             c.is_own(r).to_string(),
-            optional(r.lost_at_m),
+            c.judgement(r).outcome.name().to_owned(),
+            optional(r.off_path_at_m),
             e.cross_track_rms_m.to_string(),
             e.cross_track_max_m.to_string(),
             e.heading_rms_rad.to_string(),
@@ -196,7 +203,7 @@ pub(super) fn csv(c: &Comparison) -> String {
             s.overshoot_percent.to_string(),
             optional(s.settling_time_s),
             s.steady_state_error_percent.to_string(),
-            c.step_meets(r).to_string(),
+            c.judgement(r).shortfalls.is_empty().to_string(),
         ];
         let _ = writeln!(text, "{}", cells.join(","));
     }

@@ -2,13 +2,17 @@
 
 use crate::failure::Failure;
 use crate::{files, package};
-use fmi2_host::{Archive, Causality, Kind};
+use control::DesignOptions;
+use fmi2_host::{Archive, Causality, Kind, Value};
 use formats::{Document, SourceFile, Vehicle};
 use packaging::Fmu;
 use std::path::Path;
 
 /// What a data sheet does not tell of a vehicle up to its limits.
 const REST: &str = include_str!("../../tests/data/multibody/vehicle.json");
+
+/// Largest angle at the road wheel that a design uses where none is stated, rad.
+const USUAL_ANGLE_RAD: f64 = 22.0 / 180.0 * std::f64::consts::PI;
 
 /// See the module.
 pub(crate) struct Truth {
@@ -68,6 +72,68 @@ fn from_data(text: &str, path: &str, name: &str) -> Result<(String, Option<Strin
         actuator.road_wheel_rate_max_radps.to_degrees()
     );
     Ok((vehicle.to_json(), Some(remark)))
+}
+
+/// What a plant's steering cannot exceed, in steering coordinates.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Limits {
+    /// Largest angle, rad.
+    pub(crate) angle_rad: Option<f64>,
+    /// Largest rate, rad/s.
+    pub(crate) rate_radps: Option<f64>,
+}
+
+/// The limits that a vehicle states: as parameters of a NonlinearVehicle, in its coordinates or in
+/// those of the road wheel, and as bounds of its input.
+pub(super) fn limits(archive: &Archive) -> Limits {
+    let start = |name: &str| match archive.model().variable(name)?.start {
+        Some(Value::Real(value)) if value.is_finite() && value > 0.0 => Some(value),
+        _ => None,
+    };
+    let ratio = start("steering_ratio").unwrap_or(1.0);
+    let stated = |steering: &str, wheel: &str| {
+        start(steering).or_else(|| start(wheel).map(|value| ratio * value))
+    };
+    let bound = archive.model().variable("steering_angle").and_then(|input| {
+        let low = input.min.map(f64::abs).filter(|low| *low > 0.0);
+        input.max.filter(|high| *high > 0.0).map(|high| low.map_or(high, |low| low.min(high)))
+    });
+    let angle = stated("steering_angle_max", "road_wheel_angle_max");
+    Limits {
+        angle_rad: angle.into_iter().chain(bound).reduce(f64::min),
+        rate_radps: stated("steering_rate_max", "road_wheel_rate_max"),
+    }
+}
+
+impl Limits {
+    /// Options of a design that keeps to these limits too, and what that changes. `ratio` is the
+    /// models' steering ratio.
+    pub(super) fn applied(
+        self,
+        asked: &DesignOptions,
+        ratio: f64,
+    ) -> (DesignOptions, Option<String>) {
+        let mut options = *asked;
+        let mut changed = Vec::new();
+        let usual_angle = USUAL_ANGLE_RAD * ratio;
+        if let Some(limit) = self.angle_rad
+            && limit < asked.max_angle_rad.unwrap_or(usual_angle)
+        {
+            options.max_angle_rad = Some(limit);
+            changed.push(format!("{:.1} deg", limit.to_degrees()));
+        }
+        if let Some(limit) = self.rate_radps
+            && asked.max_rate_radps.is_none_or(|asked| limit < asked)
+        {
+            options.max_rate_radps = Some(limit);
+            changed.push(format!("{:.1} deg/s", limit.to_degrees()));
+        }
+        let text = format!(
+            "controllers that are designed here keep to the truth's steering limit of {}",
+            changed.join(" and ")
+        );
+        (options, (!changed.is_empty()).then_some(text))
+    }
 }
 
 /// That a vehicle of one step size is stepped by another than it recommends.

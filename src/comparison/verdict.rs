@@ -1,10 +1,12 @@
-//! The verdict in plain words: who tracks better where it counts, by how much, and whose prediction
-//! held.
+//! The verdict in plain words: who meets the specification where it counts, who does not stay on the
+//! path, then who tracks better, by how much, and whose prediction held.
 
 use super::drive::Drive;
 use super::loops::{Plant, Run};
 use super::models::{Controller, Model};
+use super::outcome::Judgement;
 use serde::Serialize;
+use sweep::Class;
 
 /// Differences of the cross-track error below this are none, m: a corrected GNSS is no better.
 const LEAST_TRACKING_M: f64 = 0.01;
@@ -20,106 +22,163 @@ const LEAST_MARGIN: f64 = 0.05;
 pub(crate) struct Verdict {
     /// Where the controllers were judged.
     pub(crate) judged_on: String,
-    /// The controller that tracks best; absent where there is no difference, or all lost the road.
+    /// The controller that tracks best; absent where there is no difference, or all are off the path.
     pub(crate) tracks_best: Option<String>,
     /// Smaller differences of the RMS cross-track error count as none, m.
     pub(crate) least_difference_m: f64,
     /// For each controller the figure that it is judged by.
-    pub(crate) cross_track_rms_m: Vec<Judged>,
+    pub(crate) cross_track_rms_m: Vec<Figure>,
     /// In words, the most important first.
     pub(crate) sentences: Vec<String>,
 }
 
 /// A controller's figure.
 #[derive(Serialize)]
-pub(crate) struct Judged {
+pub(crate) struct Figure {
     pub(crate) controller: String,
-    /// Absent where it lost the road.
+    /// Absent where it is off the path.
     pub(crate) value: Option<f64>,
 }
 
-/// Judges on the truth, or else each controller on the plant that it does worst on.
-pub(crate) fn of(
-    controllers: &[Controller],
-    plants: &[Plant],
-    runs: &[Run],
-    drive: Option<&Drive>,
-    models: &[Model],
-) -> Verdict {
-    let truth = plants.iter().position(|p| p.model.is_none());
-    // The same plants for all: one is harder to follow a road with than another.
-    let counts = |run: &&Run| truth.is_none_or(|truth| run.plant == truth);
-    let figure = |run: &Run| {
-        Some(run.errors.cross_track_rms_m).filter(|rms| run.lost_at_m.is_none() && rms.is_finite())
-    };
-    let judged: Vec<Judged> = (0..controllers.len())
-        .map(|index| {
-            let own = runs.iter().filter(|r| r.controller == index).filter(counts);
-            // One loss is enough.
-            let value = own.map(figure).try_fold(0.0_f64, |worst, rms| Some(worst.max(rms?)));
-            Judged { controller: controllers[index].label.clone(), value }
-        })
-        .collect();
-    let judged_on = match truth {
-        Some(truth) => plants[truth].label.clone(),
-        None => "the worst of the models' plants".to_owned(),
-    };
-    let mut sentences = lost(controllers, plants, runs);
-    let (tracks_best, told) = tracking(&judged, &judged_on);
-    sentences.extend(told);
-    if let Some(truth) = truth {
-        sentences.extend(predictions(controllers, runs, truth));
-    } else {
-        sentences.push(
-            "No truth was given: this tells how much the controllers depend on their models, not \
-             which model is right. --truth names a vehicle."
-                .into(),
-        );
-    }
-    sentences.extend(drive.and_then(|drive| fits(drive, models)));
-    sentences.extend(margins(controllers));
-    sentences.push(
-        "One road, one speed, no sensor noise: steerwright sweep varies them, and a car has the \
-         last word."
-            .into(),
-    );
-    Verdict {
-        judged_on,
-        tracks_best,
-        least_difference_m: LEAST_TRACKING_M,
-        cross_track_rms_m: judged,
-        sentences,
-    }
+/// What the verdict is made from.
+pub(super) struct Judged<'a> {
+    pub(super) controllers: &'a [Controller],
+    pub(super) plants: &'a [Plant],
+    pub(super) runs: &'a [Run],
+    /// One for each run.
+    pub(super) judgements: &'a [Judgement],
+    pub(super) drive: Option<&'a Drive>,
+    pub(super) models: &'a [Model],
 }
 
-fn lost(controllers: &[Controller], plants: &[Plant], runs: &[Run]) -> Vec<String> {
-    let one = |run: &Run| {
-        let at = run.lost_at_m?;
-        Some(format!(
-            "The controller of {} loses the road on {} after {at:.0} m.",
-            controllers[run.controller].label, plants[run.plant].label
-        ))
-    };
-    runs.iter().filter_map(one).collect()
+impl Judged<'_> {
+    /// On the truth, or else of each controller on the plant that it does worst on: who meets the
+    /// specification, who does not stay on the path, and then who tracks better.
+    pub(super) fn verdict(&self) -> Verdict {
+        let truth = self.plants.iter().position(|p| p.model.is_none());
+        // The same plants for all: one is harder to follow a road with than another.
+        let counts = |run: &&Run| truth.is_none_or(|truth| run.plant == truth);
+        let figure = |run: &Run| {
+            let rms = run.errors.cross_track_rms_m;
+            Some(rms).filter(|rms| run.off_path_at_m.is_none() && rms.is_finite())
+        };
+        let tracking_errors: Vec<Figure> = (0..self.controllers.len())
+            .map(|index| {
+                let own = self.runs.iter().filter(|r| r.controller == index).filter(counts);
+                // One plant without a figure is enough.
+                let value = own.map(figure).try_fold(0.0_f64, |worst, rms| Some(worst.max(rms?)));
+                Figure { controller: self.controllers[index].label.clone(), value }
+            })
+            .collect();
+        let judged_on = match truth {
+            Some(truth) => self.plants[truth].label.clone(),
+            None => "the worst of the models' plants".to_owned(),
+        };
+        let mut sentences = self.specification(truth);
+        sentences.extend(self.astray());
+        let (tracks_best, sentence) = tracking(&tracking_errors, &judged_on);
+        sentences.extend(sentence);
+        if let Some(truth) = truth {
+            sentences.extend(predictions(self.controllers, self.runs, truth));
+        } else {
+            sentences.push(
+                "No truth was given: this shows how much the controllers depend on their models, \
+                 not which model is right. --truth names a vehicle."
+                    .into(),
+            );
+        }
+        sentences.extend(self.drive.and_then(|drive| fits(drive, self.models)));
+        sentences.extend(margins(self.controllers));
+        sentences.push(
+            "One road, one speed, no sensor noise: steerwright sweep varies them, and a car has the \
+             last word."
+                .into(),
+        );
+        Verdict {
+            judged_on,
+            tracks_best,
+            least_difference_m: LEAST_TRACKING_M,
+            cross_track_rms_m: tracking_errors,
+            sentences,
+        }
+    }
+
+    /// Who meets the specification where it counts, and why the others do not.
+    fn specification(&self, truth: Option<usize>) -> Vec<String> {
+        let (mut sentences, mut meet) = (Vec::new(), Vec::new());
+        for (index, controller) in self.controllers.iter().enumerate() {
+            let counts =
+                |run: &Run| run.controller == index && truth.is_none_or(|truth| run.plant == truth);
+            let missed: Vec<(&Run, &Judgement)> = self
+                .runs
+                .iter()
+                .zip(self.judgements)
+                .filter(|(run, j)| counts(run) && !j.shortfalls.is_empty())
+                .collect();
+            if missed.is_empty() {
+                meet.push(controller.label.as_str());
+            }
+            for (run, j) in missed {
+                let cause = j.cause.as_ref().map_or_else(String::new, |c| format!(": {c}"));
+                sentences.push(format!(
+                    "The controller of {} misses the specification on {}, by {}{cause}.",
+                    controller.label,
+                    self.plants[run.plant].label,
+                    j.shortfalls.join(" and ")
+                ));
+            }
+        }
+        let on = truth.map_or("every model's plant", |truth| self.plants[truth].label.as_str());
+        let first = match meet[..] {
+            [] => format!("No controller meets the specification on {on}."),
+            [one] => format!("The controller of {one} meets the specification on {on}."),
+            _ => format!(
+                "On {on} the specification is met by the controllers of {}.",
+                meet.join(", ")
+            ),
+        };
+        sentences.insert(0, first);
+        sentences
+    }
+
+    /// Who is unstable or off the path, and where.
+    fn astray(&self) -> Vec<String> {
+        let one = |(run, judgement): (&Run, &Judgement)| {
+            let controller = &self.controllers[run.controller].label;
+            let plant = &self.plants[run.plant].label;
+            let at = run.off_path_at_m.map_or_else(String::new, |at| format!(" after {at:.0} m"));
+            match judgement.outcome {
+                Class::Unstable => {
+                    Some(format!("The controller of {controller} is unstable on {plant}{at}."))
+                }
+                Class::OffThePath => Some(format!(
+                    "The controller of {controller} is off the path on {plant}{at}, by {:.1} m.",
+                    run.errors.cross_track_max_m
+                )),
+                _ => None,
+            }
+        };
+        self.runs.iter().zip(self.judgements).filter_map(one).collect()
+    }
 }
 
 /// Who tracks best, and the sentence about it.
-fn tracking(judged: &[Judged], on: &str) -> (Option<String>, Option<String>) {
+fn tracking(judged: &[Figure], on: &str) -> (Option<String>, Option<String>) {
     let mut kept: Vec<(&str, f64)> =
         judged.iter().filter_map(|j| Some((j.controller.as_str(), j.value?))).collect();
     kept.sort_by(|a, b| a.1.total_cmp(&b.1));
     let [(name, best), others @ ..] = &kept[..] else { return (None, None) };
     let figure = |m: f64| format!("{m:.3} m");
     let differs = |other: f64| other - best >= LEAST_TRACKING_M.max(LEAST_SHARE * other);
-    let lost = judged.len() > kept.len();
+    let some_left = judged.len() > kept.len();
     let Some((_, next)) = others.first() else {
-        let sentence = lost.then(|| {
+        let sentence = some_left.then(|| {
             format!(
-                "On {on} only the controller of {name} keeps the road, to {} RMS.",
+                "On {on} only the controller of {name} stays on the path, to {} RMS.",
                 figure(*best)
             )
         });
-        return (lost.then(|| (*name).to_owned()), sentence);
+        return (some_left.then(|| (*name).to_owned()), sentence);
     };
     let list = |all: &[(&str, f64)]| {
         let told: Vec<String> = all.iter().map(|(n, m)| format!("{n} {}", figure(*m))).collect();
@@ -161,13 +220,8 @@ fn predictions(controllers: &[Controller], runs: &[Run], truth: usize) -> Vec<St
     let one = |(index, controller): (usize, &Controller)| {
         let run = runs.iter().find(|r| r.controller == index && r.plant == truth)?;
         let (said, got) = (&controller.predicted, &run.step);
-        let met = if controller.pid.specification.is_met_by(got) {
-            "the step keeps the specification there"
-        } else {
-            "the step does not keep the specification there"
-        };
         Some(format!(
-            "{} predicted {:.1} % overshoot, {}; the truth gave {:.1} %, {}: {met}.",
+            "{} predicted {:.1} % overshoot, {}; the truth gave {:.1} %, {}.",
             controller.label,
             said.overshoot_percent,
             settled(said.settling_time_s),
@@ -215,9 +269,9 @@ mod tests {
     use super::*;
 
     fn told(all: &[(&str, Option<f64>)]) -> (Option<String>, String) {
-        let judged: Vec<Judged> = all
+        let judged: Vec<Figure> = all
             .iter()
-            .map(|(name, value)| Judged { controller: (*name).into(), value: *value })
+            .map(|(name, value)| Figure { controller: (*name).into(), value: *value })
             .collect();
         let (best, sentence) = tracking(&judged, "the car");
         (best, sentence.unwrap_or_default())
@@ -253,10 +307,10 @@ mod tests {
     }
 
     #[test]
-    fn who_lost_the_road_is_not_compared() {
+    fn who_is_off_the_path_is_not_compared() {
         let (best, sentence) = told(&[("a", None), ("b", Some(0.5))]);
         assert_eq!(best.as_deref(), Some("b"));
-        assert!(sentence.contains("only the controller of b keeps the road"), "{sentence}");
+        assert!(sentence.contains("only the controller of b stays on the path"), "{sentence}");
         assert_eq!(told(&[("a", None), ("b", None)]), (None, String::new()));
     }
 }

@@ -70,7 +70,7 @@ impl Shows {
         target: Target,
         convert: Linear,
         allowed: Option<f64>,
-        off_path_beyond_m: f64,
+        max_cross_track_error_m: f64,
     ) -> Option<Self> {
         if !bounds_the_largest(kind) || !matches!(target, Target::Nothing) || convert.offset != 0.0
         {
@@ -83,7 +83,7 @@ impl Shows {
                 let allowed = allowed.filter(|_| kind == Kind::MaxAbs).unwrap_or(0.0);
                 Some(Self {
                     class: Class::OffThePath,
-                    beyond: allowed.max(scale * off_path_beyond_m),
+                    beyond: allowed.max(scale * max_cross_track_error_m),
                 })
             }
             "heading_error" => {

@@ -189,7 +189,7 @@ fn metrics(
     places: &Places,
 ) -> Result<Vec<Metric>, Error> {
     let mut metrics = Vec::new();
-    let off_path_beyond_m = off_path_beyond(study)?;
+    let max_cross_track_error_m = max_cross_track_error(study)?;
     let stop = wired.start + wired.steps as f64 * wired.step;
     for entry in &study.raw.metric {
         let stated = entry.get_ref();
@@ -220,7 +220,8 @@ fn metrics(
         };
         let convert = to_metric(found)?;
         let (kind, allowed) = (stated.kind, stated.at_most);
-        let shows = Shows::of(&found.1.name, kind, target, convert, allowed, off_path_beyond_m);
+        let shows =
+            Shows::of(&found.1.name, kind, target, convert, allowed, max_cross_track_error_m);
         let own = stated.unit.clone().or_else(|| found.1.unit.clone());
         metrics.push(Metric {
             name: stated.name.clone(),
@@ -245,13 +246,13 @@ fn metrics(
 }
 
 /// The bound beyond which a cross-track error is off the path, m.
-fn off_path_beyond(study: &Study) -> Result<f64, Error> {
-    let Some(stated) = &study.raw.off_path_beyond_m else { return Ok(OFF_PATH_BEYOND_M) };
+fn max_cross_track_error(study: &Study) -> Result<f64, Error> {
+    let Some(stated) = &study.raw.max_cross_track_error_m else { return Ok(OFF_PATH_BEYOND_M) };
     let value = *stated.get_ref();
     if value > 0.0 && value.is_finite() {
         return Ok(value);
     }
-    let problem = format!("off_path_beyond_m {value} is not above 0");
+    let problem = format!("max_cross_track_error_m {value} is not above 0");
     Err(study.fault(stated, problem, "give what is left of the lane, such as 1.75"))
 }
 

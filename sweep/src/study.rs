@@ -46,7 +46,7 @@ pub(crate) struct Raw {
     #[serde(default)]
     pub(crate) same_draws_on_grid: bool,
     /// A cross-track error beyond this is off the path, m.
-    pub(crate) off_path_beyond_m: Option<Spanned<f64>>,
+    pub(crate) max_cross_track_error_m: Option<Spanned<f64>>,
     /// Values that all runs share.
     #[serde(default)]
     pub(crate) set: BTreeMap<Spanned<String>, Spanned<toml::Value>>,
