@@ -3,10 +3,10 @@
 use crate::evidence::channel_table;
 use crate::failure::{Failure, Outcome};
 use crate::files;
-use crate::log_options::{LogArguments, input_kind};
+use crate::log_options::{LogArguments, input_kind, log_file};
 use crate::tell::Tell;
 use std::path::PathBuf;
-use sysid::{AbsorbOptions, Absorbed, InputKind, LogFile};
+use sysid::{AbsorbOptions, Absorbed, InputKind};
 
 /// Absorb logs of any length into a small file, which `identify` takes in place of logs; files of many
 /// machines are merged there as if all logs had been absorbed at once
@@ -46,9 +46,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     };
     let mut all: Option<Absorbed> = None;
     for path in &arguments.logs {
-        let file =
-            LogFile { name: path.display().to_string(), reader: Box::new(files::open(path)?) };
-        let one = Absorbed::of_log(file, &options)?;
+        let one = Absorbed::of_log(log_file(path)?, &options)?;
         match &mut all {
             Some(all) => all.merge(one)?,
             None => all = Some(one),

@@ -14,6 +14,10 @@ use sysid::{Absorbed, IdentifyOptions, LogOptions};
 pub(crate) fn are_factors(paths: &[PathBuf]) -> Result<bool, Failure> {
     let mut factors = Vec::new();
     for path in paths {
+        if path == Path::new("-") {
+            factors.push(false);
+            continue;
+        }
         let mut file = files::open(path)?;
         // A factor is a JSON object that says so at its start. A pipe is not looked into: what is read
         // of it is gone.

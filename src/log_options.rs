@@ -2,8 +2,10 @@
 
 use crate::failure::Failure;
 use crate::{files, quantity};
-use std::path::PathBuf;
-use sysid::{Approach, Detrend, DriveLog, IdentifyOptions, InputKind, LogFile, LogOptions};
+use std::path::{Path, PathBuf};
+use sysid::{
+    Approach, DecimalMark, Detrend, DriveLog, IdentifyOptions, InputKind, LogFile, LogOptions,
+};
 
 /// How the log is read. Columns are named as in the header, as `file.csv:column` where several
 /// files have one of that name, and with a leading `-` where the sign is opposite.
@@ -27,6 +29,13 @@ pub(crate) struct LogArguments {
     /// Unit of a column, where its name does not say it
     #[arg(long = "unit", value_name = "COLUMN=UNIT", value_parser = column_unit)]
     pub(crate) units: Vec<(String, String)>,
+    /// Decimal mark of the numbers; by default the one that the first rows determine
+    #[arg(long, value_name = "point|comma", value_parser = decimal_mark)]
+    pub(crate) decimal: Option<DecimalMark>,
+    /// Steering angle at 1 of a normalised steering command, of unit 1 or %; by default the command is
+    /// taken as it is
+    #[arg(long, value_name = "ANGLE", allow_hyphen_values = true, value_parser = quantity::angle)]
+    pub(crate) steering_full_scale: Option<f64>,
     /// Steering angle over road-wheel angle; needed where the log has the steering wheel
     #[arg(long, value_name = "R", allow_hyphen_values = true)]
     pub(crate) steering_ratio: Option<f64>,
@@ -116,6 +125,8 @@ impl LogArguments {
             speed: self.speed.clone(),
             time: self.time.clone(),
             units: self.units.iter().cloned().collect(),
+            decimal: self.decimal,
+            steering_full_scale_rad: self.steering_full_scale,
             steering_ratio: self.steering_ratio,
             windows: self.windows.clone(),
             speed_window: self.speed_window,
@@ -130,13 +141,7 @@ impl LogArguments {
     /// Reads the log's files: those named by themselves, and those of `--drive`.
     pub(crate) fn read(&self, paths: &[PathBuf]) -> Result<DriveLog, Failure> {
         let open = |paths: &[PathBuf]| {
-            paths
-                .iter()
-                .map(|path| {
-                    let name = path.display().to_string();
-                    Ok(LogFile { name, reader: Box::new(files::open(path)?) })
-                })
-                .collect::<Result<Vec<_>, Failure>>()
+            paths.iter().map(|path| log_file(path)).collect::<Result<Vec<_>, Failure>>()
         };
         let drives =
             self.drives.iter().map(|files| open(&files.0)).collect::<Result<Vec<_>, Failure>>()?;
@@ -160,6 +165,20 @@ impl IdentifyArguments {
             ..IdentifyOptions::default()
         }
     }
+}
+
+/// A log to be read from its start to its end; `-` is standard input.
+pub(crate) fn log_file(path: &Path) -> Result<LogFile<'static>, Failure> {
+    if path == Path::new("-") {
+        let reader = Box::new(std::io::stdin().lock());
+        return Ok(LogFile { name: "standard input".into(), reader });
+    }
+    Ok(LogFile { name: path.display().to_string(), reader: Box::new(files::open(path)?) })
+}
+
+fn decimal_mark(text: &str) -> Result<DecimalMark, String> {
+    let named = DecimalMark::ALL.into_iter().find(|m| m.name() == text);
+    named.ok_or_else(|| "expected point or comma".into())
 }
 
 fn column_unit(text: &str) -> Result<(String, String), String> {

@@ -33,6 +33,8 @@ pub enum Error {
     EmptyFile { file: String },
     #[error("{file}:{line}: the file is not text (UTF-8)")]
     NotText { file: String, line: u64 },
+    #[error("{file}: the text is UTF-16, and UTF-8 is expected")]
+    Utf16 { file: String },
     #[error("{file}:{line}: {problem}")]
     Csv { file: String, line: u64, problem: String },
     #[error("{file}:{line}: the row has {got} cells, the header has {expected}")]
@@ -47,12 +49,24 @@ pub enum Error {
     AmbiguousColumn { role: &'static str, column: String, files: String },
     #[error("{at}: `{text}` is not a number")]
     NotANumber { at: Box<Place>, text: String },
+    #[error(
+        "{at}: `{text}` has a decimal {}, {}",
+        if text.contains(',') { "comma or groups of digits" } else { "point" },
+        other.map_or("and the first rows leave open which".into(), |other| format!("and the file's decimal mark is a {other}"))
+    )]
+    DecimalMark { at: Box<Place>, text: String, other: Option<&'static str> },
+    #[error("{at}: `{text}` is not a time written like those above it (ISO 8601)")]
+    NotATime { at: Box<Place>, text: String },
     #[error("{at}: `{text}` is not a finite number")]
     NotFinite { at: Box<Place>, text: String },
     #[error("{at}: the unit is not stated")]
     UnitNotStated { at: Box<Place> },
     #[error("{file}: column `{column}`: `{unit}` is not a unit known here")]
     UnknownUnit { file: String, column: String, unit: String },
+    #[error("{at}: the header has the unit {header}, the row under it {row}")]
+    UnitsDiffer { at: Box<Place>, header: &'static str, row: &'static str },
+    #[error("{at}: {value} is beyond ±1, and a full scale is stated for this steering command")]
+    BeyondFullScale { at: Box<Place>, value: f64 },
     #[error("a unit is given for `{column}`, which is not a column that is read")]
     UnusedUnit { column: String },
     #[error(
@@ -69,6 +83,10 @@ pub enum Error {
     NoTime { file: String, available: String },
     #[error("{at}: time {time} s does not come after {before} s in the row before")]
     TimeNotIncreasing { at: Box<Place>, time: f64, before: f64 },
+    #[error(
+        "{file}: column `{column}`: {values} values share {instants} instants: the clock is too coarse"
+    )]
+    CoarseClock { file: String, column: String, values: usize, instants: usize },
     #[error(
         "{at}: nothing from {from_s} s to {} s, a gap of {} s where at most {limit_s} s are bridged",
         short(*.to_s), short(*.gap_s)
@@ -176,6 +194,12 @@ impl Error {
             Self::EmptyFile { .. } | Self::NotText { .. } => {
                 "the log must be CSV text with a header line and a row for each sample".into()
             }
+            Self::Utf16 { .. } => {
+                "save it as UTF-8, as with: iconv -f UTF-16 -t UTF-8 LOG > UTF8.csv".into()
+            }
+            Self::RaggedRow { got, expected, .. } if got > expected => {
+                "each row needs a cell for each column; where numbers have decimal commas, export them with ; or tabs between the cells, or with decimal points".into()
+            }
             Self::Csv { .. } | Self::RaggedRow { .. } => {
                 "mend the row, or cut the file before it; each row needs a cell for each column"
                     .into()
@@ -195,16 +219,33 @@ impl Error {
                     format!("say which file, as in {first}:{column}")
                 }
             }
+            Self::DecimalMark { .. } => {
+                "state the mark with --decimal comma or --decimal point; export numbers without groups of digits".into()
+            }
+            Self::NotATime { .. } => {
+                "write all times of a column alike, as in 2024-03-01T10:00:00.010Z or 10:00:00.010; leave a cell blank where it is missing".into()
+            }
+            Self::NotANumber { text, .. } if text.contains(':') => {
+                "write times as numbers, or as ISO 8601 does: 2024-03-01T10:00:00.010Z".into()
+            }
             Self::NotANumber { .. } => {
-                "write numbers with a decimal point; leave a cell blank (or NaN) where a sample is missing".into()
+                "write numbers; leave a cell blank (or NaN) where a sample is missing".into()
             }
             Self::NotFinite { .. } => "leave the cell blank where a sample is missing".into(),
             Self::UnitNotStated { at } => {
                 let column = &at.column;
                 let (suffix, unit) = crate::log::unit_in_place_of(column);
+                let normalised =
+                    if unit == "deg" { "; a normalised command (−1 to 1) has the unit 1" } else { "" };
                 format!(
-                    "end the column's name in its unit, as in {column}_{suffix}, write `{column} [{unit}]`, or state it: --unit {column}={unit}"
+                    "end the column's name in its unit, as in {column}_{suffix}, write `{column} [{unit}]`, or state it: --unit \"{column}={unit}\"{normalised}"
                 )
+            }
+            Self::UnitsDiffer { at, row, .. } => {
+                format!("state the one that is right: --unit \"{}={row}\"", at.column)
+            }
+            Self::BeyondFullScale { .. } => {
+                "state the unit % where 100 is the full scale, or the angle's unit; leave --steering-full-scale out where 1 is not the full scale".into()
             }
             Self::UnknownUnit { .. } => format!("known units: {}", crate::log::known_units()),
             Self::UnusedUnit { .. } => {
@@ -217,7 +258,10 @@ impl Error {
                 "name it with --time, its unit in the name (time_s, t_ms, stamp_ns), or state the rows' period with --row-period".into()
             }
             Self::TimeNotIncreasing { .. } => {
-                "sort the rows by time and drop repeated ones; where two recordings were joined, give them one at a time".into()
+                "sort the rows by time; where two recordings were joined, give them one at a time".into()
+            }
+            Self::CoarseClock { .. } => {
+                "export the time with more digits, or leave its column out and state --row-period".into()
             }
             Self::Gap { longest, .. } => format!(
                 "the longest part without such a gap, {}s..{}s, is too short to identify from; a larger --max-gap bridges it by a straight line, which is wrong where the vehicle turned",

@@ -61,7 +61,7 @@ pub use identify::{
     Approach, Automatic, Detrend, Identified, IdentifyOptions, Judged, Traces, TriedOrder,
     automatic, identify, judge, judge_plant,
 };
-pub use log::{DriveLog, LogFile, LogOptions, Stretch, read_drives, read_log};
+pub use log::{DecimalMark, DriveLog, LogFile, LogOptions, Stretch, read_drives, read_log};
 pub use model::{Innovation, StateSpace, simulate};
 pub use signals::Signals;
 pub use statistics::fit_percent;

@@ -10,7 +10,7 @@
 //! A column named with its file (`a.csv:steer`) says that the files are one drive.
 
 use super::mapping;
-use super::role::Role;
+use super::role::{Role, Wheel};
 use super::series::{self, Series};
 use super::table::Table;
 use super::units::Quantity;
@@ -20,6 +20,9 @@ use formats::SourceFile;
 
 /// A road wheel turns no further, rad.
 const LARGEST_ROAD_WHEEL_ANGLE: f64 = 0.8;
+
+/// How far a normalised command may be beyond ±1, by rounding and calibration.
+const FULL_SCALE_TOLERANCE: f64 = 1.02;
 
 /// One recording on one clock.
 pub(crate) struct Drive {
@@ -59,7 +62,7 @@ pub(crate) fn grouped<'a>(
 pub(super) fn brings(table: &Table<'_>, role: Role, options: &LogOptions) -> bool {
     match role.wanted(options) {
         Some(name) => table.find(name.strip_prefix('-').unwrap_or(name)).is_some(),
-        None => table.header.iter().any(|h| role.is_named_like(&h.to_lowercase())),
+        None => table.header.iter().any(|h| role.is_named_like(h)),
     }
 }
 
@@ -117,11 +120,12 @@ pub(super) fn steering_ratio(
     options: &LogOptions,
     warnings: &mut Vec<String>,
 ) -> Result<f64, Error> {
+    normalised(steering, options, warnings)?;
     if let Some(ratio) = options.steering_ratio {
         return Ok(ratio);
     }
-    let name = steering.column.to_lowercase();
-    if name.contains("wheel") && !name.contains("road") {
+    let wheel = Role::wheel(&steering.column);
+    if wheel == Some(Wheel::Steering) {
         return Err(Error::SteeringRatioUnknown {
             file: steering.file.clone(),
             column: steering.column.clone(),
@@ -137,11 +141,41 @@ pub(super) fn steering_ratio(
             });
         }
     }
-    if !name.contains("road") {
+    if wheel.is_none() && steering.unit.quantity == Quantity::Angle {
         warnings.push(format!(
             "no steering ratio is given: column `{}` is taken for the road-wheel angle (ratio 1)",
             steering.column
         ));
     }
     Ok(1.0)
+}
+
+/// A normalised steering command: within its full scale where that is stated.
+fn normalised(
+    steering: &Series,
+    options: &LogOptions,
+    warnings: &mut Vec<String>,
+) -> Result<(), Error> {
+    let Some(angle) = options.steering_full_scale_rad else {
+        if steering.unit.quantity == Quantity::Dimensionless {
+            warnings.push(format!(
+                "column `{}` has no angle's unit: 1 of it is taken for 1 rad, so angles of the model and of its controller are in that unit; --steering-full-scale states the angle at 1",
+                steering.column
+            ));
+        }
+        return Ok(());
+    };
+    let beyond = |x: &f64| x.abs() > FULL_SCALE_TOLERANCE * angle;
+    if let Some(i) = steering.value.iter().position(beyond) {
+        return Err(Error::BeyondFullScale {
+            at: Place::new(&steering.file, steering.line[i], &steering.column),
+            value: steering.value[i] / steering.unit.to_si,
+        });
+    }
+    warnings.push(format!(
+        "column `{}` is a normalised command: 1 is {:.2}°, as stated",
+        steering.column,
+        angle.to_degrees()
+    ));
+    Ok(())
 }

@@ -1,7 +1,7 @@
 //! Finds the column for each role.
 
 use super::table::Table;
-use super::units::{Quantity, Unit, parse_unit, split_brackets, unit_of_header};
+use super::units::{Quantity, STAMP, Unit, parse_unit, split_brackets, unit_of_header};
 use super::{LogOptions, Role};
 use crate::{Error, Place};
 
@@ -47,6 +47,7 @@ pub(crate) fn find(
         [(table, column)] => {
             let unit = unit_of(&tables[table], column, options)?;
             check_quantity(&tables[table], column, unit, role)?;
+            let unit = at_full_scale(unit, options, role)?;
             Ok(Some(Source { table, column, unit, sign }))
         }
         _ => Err(Error::AmbiguousColumn {
@@ -80,7 +81,7 @@ fn by_name(
     let mut unfit = Vec::new();
     for (t, table) in tables.iter().enumerate() {
         for (column, header) in table.header.iter().enumerate() {
-            if !role.is_named_like(&header.to_lowercase()) {
+            if !role.is_named_like(header) {
                 continue;
             }
             let unit = unit_of(table, column, options)
@@ -94,7 +95,10 @@ fn by_name(
         }
     }
     match (&found[..], role.required()) {
-        ([source], _) => Ok(Some(*source)),
+        ([source], _) => {
+            let unit = at_full_scale(source.unit, options, role)?;
+            Ok(Some(Source { unit, ..*source }))
+        }
         // The column meant is there: what is wrong is its unit.
         ([], true) if unfit.len() == 1 => Err(unfit.remove(0)),
         (several, false) => {
@@ -120,7 +124,22 @@ fn by_name(
     }
 }
 
-/// The unit stated in the options, else in the header.
+/// The unit of a normalised steering command whose angle at 1 is stated.
+fn at_full_scale(unit: Unit, options: &LogOptions, role: Role) -> Result<Unit, Error> {
+    let Some(angle) = options.steering_full_scale_rad.filter(|_| role == Role::Steering) else {
+        return Ok(unit);
+    };
+    if unit.quantity != Quantity::Dimensionless {
+        return Err(Error::Option {
+            option: "--steering-full-scale",
+            value: format!("{angle} rad"),
+            expected: format!("a steering column in 1 or %; it is in {}", unit.name),
+        });
+    }
+    Ok(Unit { quantity: Quantity::Angle, to_si: angle * unit.to_si, ..unit })
+}
+
+/// The unit stated in the options, else in the header or in the row under it.
 pub(crate) fn unit_of(
     table: &Table<'_>,
     column: usize,
@@ -142,9 +161,24 @@ pub(crate) fn unit_of(
             column: header.clone(),
             unit: text.clone(),
         }),
-        None => unit_of_header(header).ok_or_else(|| Error::UnitNotStated {
-            at: Place::new(&table.file, table.header_line, header),
-        }),
+        None => {
+            let place = || Place::new(&table.file, table.header_line, header);
+            let under = match table.unit_under(column) {
+                Some(text) => Some(parse_unit(text).ok_or_else(|| Error::UnknownUnit {
+                    file: table.file.clone(),
+                    column: header.clone(),
+                    unit: text.into(),
+                })?),
+                None => None,
+            };
+            match (unit_of_header(header), under) {
+                (Some(header), Some(row)) if header != row => {
+                    let (header, row) = (header.name, row.name);
+                    Err(Error::UnitsDiffer { at: place(), header, row })
+                }
+                (header, row) => header.or(row).ok_or_else(|| Error::UnitNotStated { at: place() }),
+            }
+        }
     }
 }
 
@@ -163,7 +197,9 @@ pub(crate) fn check_units_are_used<'a>(
 }
 
 fn check_quantity(table: &Table<'_>, column: usize, unit: Unit, role: Role) -> Result<(), Error> {
-    if role.takes(unit.quantity) {
+    if role.takes(unit.quantity)
+        && !(role.is_rate(&table.header[column]) && unit.quantity == Quantity::Angle)
+    {
         return Ok(());
     }
     Err(Error::WrongQuantity {
@@ -183,6 +219,9 @@ pub(crate) fn time_column(
     if let Some(name) = &options.time {
         let name = name.rsplit_once(':').map_or(name.as_str(), |(_, column)| column);
         if let Some(column) = table.find(name) {
+            if table.has_stamps(column) {
+                return Ok(Some((column, STAMP)));
+            }
             let unit = unit_of(table, column, options)?;
             check_quantity(table, column, unit, Role::Time)?;
             return Ok(Some((column, unit)));
@@ -190,14 +229,22 @@ pub(crate) fn time_column(
     }
     let mut unfit = Vec::new();
     for (column, header) in table.header.iter().enumerate() {
-        if options.time.is_some() || !Role::Time.is_named_like(&header.to_lowercase()) {
+        if options.time.is_some() || !Role::Time.is_named_like(header) {
             continue;
+        }
+        if table.has_stamps(column) {
+            return Ok(Some((column, STAMP)));
         }
         match unit_of(table, column, options) {
             Ok(unit) if unit.quantity == Quantity::Time => return Ok(Some((column, unit))),
             Ok(_) => {}
             Err(error) => unfit.push(error),
         }
+    }
+    // Dates and times are a clock whatever they are called, unless there are several.
+    let mut stamps = (0..table.header.len()).filter(|column| table.has_stamps(*column));
+    if let (None, Some(column), None) = (&options.time, stamps.next(), stamps.next()) {
+        return Ok(Some((column, STAMP)));
     }
     if options.row_period_s.is_some() {
         return Ok(None);

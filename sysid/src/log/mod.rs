@@ -5,11 +5,14 @@ mod assemble;
 mod delayed;
 mod drive;
 mod fixes;
+mod head;
 mod mapping;
 mod options;
+mod repeated;
 mod resample;
 mod role;
 mod series;
+mod stamps;
 mod stream;
 mod stretches;
 mod table;
@@ -25,7 +28,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use table::Table;
 
-pub use options::LogOptions;
+pub use options::{DecimalMark, LogOptions};
 pub(crate) use role::unit_in_place_of;
 pub(crate) use stream::{Piece, stream};
 pub use table::LogFile;
@@ -142,10 +145,9 @@ pub fn read_drives(
     options: &LogOptions,
 ) -> Result<DriveLog, Error> {
     check_options(options)?;
-    let open = |files: Vec<_>| files.into_iter().map(Table::open).collect::<Result<Vec<_>, _>>();
-    let mut groups = drive::grouped(open(files)?, options)?;
+    let mut groups = drive::grouped(open(files, options)?, options)?;
     for files in drives.into_iter().filter(|files| !files.is_empty()) {
-        groups.push(open(files)?);
+        groups.push(open(files, options)?);
     }
     let Some(first) = groups.first() else { return Err(Error::NoFiles) };
     let name = stem(&first[0].file);
@@ -183,6 +185,10 @@ pub fn read_drives(
     Ok(log)
 }
 
+fn open<'a>(files: Vec<LogFile<'a>>, options: &LogOptions) -> Result<Vec<Table<'a>>, Error> {
+    files.into_iter().map(|file| Table::open(file, options.decimal)).collect()
+}
+
 fn check_options(options: &LogOptions) -> Result<(), Error> {
     let positive = |option, value: Option<f64>| match value {
         Some(x) if !(x.is_finite() && x > 0.0) => {
@@ -194,6 +200,7 @@ fn check_options(options: &LogOptions) -> Result<(), Error> {
         let (option, value) = ("--steering-ratio", format!("{ratio:?}"));
         return Err(Error::Option { option, value, expected: "0.01 to 1000".into() });
     }
+    positive("--steering-full-scale", options.steering_full_scale_rad)?;
     positive("--sample-time", options.sample_time_s)?;
     positive("--row-period", options.row_period_s)?;
     positive("--max-gap", Some(options.max_gap_s))?;

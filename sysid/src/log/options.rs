@@ -2,6 +2,29 @@
 
 use std::collections::BTreeMap;
 
+/// What separates the whole of a number from its fraction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DecimalMark {
+    /// `0.5`
+    Point,
+    /// `0,5`
+    Comma,
+}
+
+impl DecimalMark {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Point, Self::Comma];
+
+    /// How it is called in options and messages.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Point => "point",
+            Self::Comma => "comma",
+        }
+    }
+}
+
 /// Which column is what, and how the channels are brought onto one grid.
 ///
 /// A column is named as in the header (with or without its bracketed unit), as `file.csv:column`
@@ -18,6 +41,11 @@ pub struct LogOptions {
     pub time: Option<String>,
     /// Units by column name, where the header does not state them or states them wrongly.
     pub units: BTreeMap<String, String>,
+    /// The decimal mark of the files. `None`: the one that the first rows of each file determine.
+    pub decimal: Option<DecimalMark>,
+    /// Steering angle at 1 of a normalised steering command (unit `1` or `%`), rad. `None`: such a
+    /// command is taken as it is.
+    pub steering_full_scale_rad: Option<f64>,
     /// Steering angle over road-wheel angle. `None`: 1, which is refused for a steering wheel.
     pub steering_ratio: Option<f64>,
     /// Parts of each drive to use, from and to, s on its clock; none for all of it.
@@ -46,6 +74,8 @@ impl Default for LogOptions {
             speed: None,
             time: None,
             units: BTreeMap::new(),
+            decimal: None,
+            steering_full_scale_rad: None,
             steering_ratio: None,
             windows: Vec::new(),
             speed_window: None,
@@ -88,8 +118,15 @@ impl LogOptions {
                 map.insert(name.into(), value.to_string());
             }
         }
-        if let Some(period) = self.row_period_s {
-            map.insert("row_period_s".into(), period.to_string());
+        let optional = [
+            ("row_period_s", self.row_period_s),
+            ("steering_full_scale_rad", self.steering_full_scale_rad),
+        ];
+        for (name, value) in optional {
+            value.map(|value| map.insert(name.into(), value.to_string()));
+        }
+        if let Some(mark) = self.decimal {
+            map.insert("decimal".into(), mark.name().into());
         }
         for (column, unit) in &self.units {
             map.insert(format!("unit {column}"), unit.clone());

@@ -1,7 +1,7 @@
 //! What a column stands for, with the names, units and values it may have.
 
 use super::LogOptions;
-use super::units::Quantity;
+use super::units::{Quantity, plain_name};
 
 /// What a column stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -17,11 +17,17 @@ pub(crate) enum Role {
     Longitude,
 }
 
+/// What a steering angle is measured at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Wheel {
+    Steering,
+    Road,
+}
+
 /// A unit for the hint about a column without one, by its name.
 pub(crate) fn unit_in_place_of(column: &str) -> (&'static str, &'static str) {
-    let name = column.to_lowercase();
     let roles = [Role::YawRate, Role::Speed, Role::Time, Role::Steering];
-    roles.into_iter().find(|r| r.is_named_like(&name)).unwrap_or(Role::Steering).usual_unit()
+    roles.into_iter().find(|r| r.is_named_like(column)).unwrap_or(Role::Steering).usual_unit()
 }
 
 impl Role {
@@ -81,24 +87,85 @@ impl Role {
         matches!(self, Self::Steering | Self::YawRate)
     }
 
-    /// Whether a column of that name (in lower case) may be taken without being told.
-    pub(crate) fn is_named_like(self, name: &str) -> bool {
+    /// Whether a column of that name may be taken where none is stated: as people and the field's tools
+    /// name it, in English and German. Names whose sign or axis differs between tools (`gyro_z`,
+    /// `heading_rate`) are left to be stated.
+    pub(crate) fn is_named_like(self, header: &str) -> bool {
+        let name = plain_name(header);
+        let any = |parts: &[&str]| parts.iter().any(|part| name.contains(part));
+        let is = |names: &[&str]| names.contains(&name.as_str());
+        let starts = |parts: &[&str]| parts.iter().any(|part| name.starts_with(part));
         match self {
-            Self::Steering => name.contains("steer") || name.contains("roadwheel"),
+            Self::Steering => {
+                let is_other = any(&[
+                    "rate", "speed", "velocity", "torque", "ratio", "current", "force", "moment",
+                    "geschw", "status", "pressed", "override", "offset",
+                ]);
+                !is_other
+                    && (any(&[
+                        // CANape, CarMaker (`Car.SteerAngleFL`), Autoware (`steering_tire_angle`),
+                        // openpilot (`steeringAngleDeg`), VBOX.
+                        "steer",
+                        "roadwheel",
+                        "frontwheelangle",
+                        "tireangle",
+                        "tyreangle",
+                        "handwheel",
+                        "stwhlang",
+                        "lenkwinkel",
+                        "lenkradwinkel",
+                        "radeinschlag",
+                    ]) || is(&["delta", "deltaf", "deltav", "wheelangle", "swa"]))
+            }
             Self::YawRate => {
-                name.contains("yaw_rate") || name.contains("yawrate") || name.contains("yaw rate")
+                self.is_rate(header)
+                    && any(&["yaw", "gier", "psip", "psidot"])
+                    && !any(&["ref", "target", "desired", "soll"])
             }
             Self::Speed => {
-                name.starts_with("speed") || name.starts_with("vx") || name.starts_with("velocity")
+                starts(&["speed", "vx", "velocity", "geschwindigkeit", "longitudinalvelocity"])
+                    || any(&[
+                        "vehiclespeed",
+                        "vehspeed",
+                        "vehspd",
+                        "groundspeed",
+                        "fahrzeuggeschw",
+                        "fzggeschw",
+                    ])
+                    // openpilot, CarMaker.
+                    || is(&["vego", "carv", "vfzg"])
             }
             Self::Time => {
-                name == "t" || ["time", "t_", "t "].into_iter().any(|start| name.starts_with(start))
+                let header = header.to_lowercase();
+                header == "t"
+                    || ["time", "t_", "t ", "t[", "zeit", "uhrzeit"]
+                        .into_iter()
+                        .any(|start| header.starts_with(start))
             }
-            Self::East => matches!(name, "x_m" | "x [m]" | "gnss_x_m"),
-            Self::North => matches!(name, "y_m" | "y [m]" | "gnss_y_m"),
-            Self::Latitude => name.starts_with("latitude"),
-            Self::Longitude => name.starts_with("longitude"),
+            Self::East => matches!(&*header.to_lowercase(), "x_m" | "x [m]" | "gnss_x_m"),
+            Self::North => matches!(&*header.to_lowercase(), "y_m" | "y [m]" | "gnss_y_m"),
+            Self::Latitude => header.to_lowercase().starts_with("latitude"),
+            Self::Longitude => header.to_lowercase().starts_with("longitude"),
         }
+    }
+
+    /// Whether the name is that of a rate of yaw, whatever its unit says.
+    pub(crate) fn is_rate(self, header: &str) -> bool {
+        let name = plain_name(header);
+        let rates =
+            ["yawrate", "yawvel", "gierrate", "giergeschw", "psip", "psidot", "yawangularvel"];
+        self == Self::YawRate && rates.iter().any(|part| name.contains(part))
+    }
+
+    /// Whether a steering column is named like that of a steering wheel, or like that of a road wheel.
+    pub(crate) fn wheel(header: &str) -> Option<Wheel> {
+        let name = plain_name(header);
+        let any = |parts: &[&str]| parts.iter().any(|part| name.contains(part));
+        if any(&["road", "front", "tire", "tyre", "radlenk", "radeinschlag"]) {
+            return Some(Wheel::Road);
+        }
+        let is_steering_wheel = any(&["wheel", "lenkrad", "stwhl"]) || name == "swa";
+        is_steering_wheel.then_some(Wheel::Steering)
     }
 
     pub(crate) fn takes(self, quantity: Quantity) -> bool {

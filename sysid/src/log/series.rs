@@ -4,7 +4,7 @@ use super::Role;
 use super::mapping::{Source, time_column};
 use super::table::Table;
 use super::units::{Quantity, Unit};
-use super::{LogOptions, signal_words};
+use super::{LogOptions, repeated, signal_words};
 use crate::{Error, Place};
 use formats::{ChannelSummary, SourceFile};
 use std::rc::Rc;
@@ -87,10 +87,12 @@ fn finished(
     series.bring_to_si(sign)?;
     let mut unsaid = Vec::new();
     drop_missing(&mut series, if role.is_place() { &mut unsaid } else { warnings });
+    let repeated = repeated::average(&mut series)?;
     if role.is_place() {
         // Drop-outs of a receiver are its own affair, and so is a drive without a fix.
         return Ok(series);
     }
+    warnings.extend(repeated.map(|r| r.warning(&series.file)));
     if series.time.len() < 3 {
         return Err(Error::TooFewRows {
             got: series.time.len(),
@@ -142,7 +144,7 @@ fn drop_missing(series: &mut Series, warnings: &mut Vec<String>) {
     }
 }
 
-/// Time must increase from row to row, from the instant `before` them; the last instant.
+/// Time must not decrease from row to row, from the instant `before` them; the last instant.
 pub(super) fn check_clock(
     file: &str,
     column: &str,
@@ -151,7 +153,7 @@ pub(super) fn check_clock(
     mut before: f64,
 ) -> Result<f64, Error> {
     for (&t, &line) in time.iter().zip(lines) {
-        if t <= before {
+        if t < before {
             return Err(Error::TimeNotIncreasing {
                 at: Place::new(file, line, column),
                 time: t,

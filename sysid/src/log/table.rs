@@ -2,6 +2,9 @@
 //!
 //! The text is read once and never held: what stays of a row are its numbers.
 
+use super::head::{self, Head, comma_number, is_blank, is_comment, is_missing, line};
+use super::options::DecimalMark;
+use super::stamps::Stamps;
 use super::units::split_brackets;
 use crate::{Error, Place};
 use formats::{HashingReader, SourceFile};
@@ -38,54 +41,68 @@ pub(crate) struct Table<'a> {
     pub(crate) file: String,
     pub(crate) header: Vec<String>,
     pub(crate) header_line: u64,
+    /// The unit of each column from the row under the header; empty where there is no such row.
+    units: Vec<String>,
+    decimal: Option<DecimalMark>,
+    stamps: Vec<Option<Stamps>>,
     reader: csv::Reader<Bytes<'a>>,
 }
 
 /// Columns of a table; a missing cell is NaN.
+#[derive(Default)]
 pub(crate) struct Columns {
     pub(crate) values: Vec<Vec<f64>>,
     pub(crate) lines: Rc<Vec<u64>>,
 }
 
+impl Columns {
+    /// With the rows that follow.
+    pub(crate) fn and(mut self, later: Self) -> Self {
+        if self.lines.is_empty() {
+            return later;
+        }
+        self.values.iter_mut().zip(later.values).for_each(|(all, mut new)| all.append(&mut new));
+        Rc::make_mut(&mut self.lines).extend_from_slice(&later.lines);
+        self
+    }
+
+    /// The rows from that one, which are taken off.
+    pub(crate) fn split_off(&mut self, row: usize) -> Self {
+        let values = self.values.iter_mut().map(|values| values.split_off(row)).collect();
+        Self { values, lines: Rc::new(Rc::make_mut(&mut self.lines).split_off(row)) }
+    }
+}
+
 impl<'a> Table<'a> {
-    pub(crate) fn open(file: LogFile<'a>) -> Result<Self, Error> {
+    /// Reads the header; `decimal` is the mark that is stated.
+    pub(crate) fn open(file: LogFile<'a>, decimal: Option<DecimalMark>) -> Result<Self, Error> {
         let LogFile { name, mut reader } = file;
-        let start = start(&name, reader.as_mut())?;
-        let text = start.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(&start);
-        let first = text
-            .split(|b| *b == b'\n')
-            .find(|line| !line.trim_ascii().is_empty())
-            .unwrap_or_default();
-        if first.is_empty() {
-            return Err(Error::EmptyFile { file: name });
-        }
-        let delimiter = [b',', b';', b'\t'].into_iter().find(|d| first.contains(d)).unwrap_or(b',');
-        // The parser passes over a byte-order mark itself.
-        let bytes = HashingReader::new(Cursor::new(start).chain(reader));
-        let reader = csv::ReaderBuilder::new()
-            .has_headers(false)
-            .flexible(true)
-            .delimiter(delimiter)
-            .buffer_capacity(1 << 16)
-            .from_reader(bytes);
-        let mut table = Self { file: name, header: Vec::new(), header_line: 1, reader };
-        let mut record = csv::ByteRecord::new();
-        // Lines of blanks may stand above the header.
-        while table.next(&mut record)? {
-            if record.iter().any(|c| !c.trim_ascii().is_empty()) {
-                table.header_line = line(&record);
-                table.header = record.iter().map(|h| lossless(h.trim_ascii())).collect();
-                break;
-            }
-        }
-        for (i, name) in table.header.iter().enumerate() {
-            if !name.is_empty() && table.header[..i].contains(name) {
+        let (start, whole_lines) = start(&name, reader.as_mut())?;
+        let head = Head::of(&name, &start[..whole_lines])?;
+        for (i, column) in head.header.iter().enumerate() {
+            if head.header[..i].contains(column) {
                 return Err(Error::RepeatedColumn {
-                    file: table.file,
-                    line: table.header_line,
-                    column: name.clone(),
+                    file: name,
+                    line: head.header_line,
+                    column: column.clone(),
                 });
             }
+        }
+        // The parser passes over a byte-order mark itself.
+        let bytes = HashingReader::new(Cursor::new(start).chain(reader));
+        let reader = head::reader_of(head.delimiter).buffer_capacity(1 << 16).from_reader(bytes);
+        let mut table = Self {
+            file: name,
+            header: head.header,
+            header_line: head.header_line,
+            units: head.units,
+            decimal: decimal.or(head.decimal),
+            stamps: head.stamps,
+            reader,
+        };
+        let mut record = csv::ByteRecord::new();
+        for _ in 0..head.records {
+            table.next(&mut record)?;
         }
         Ok(table)
     }
@@ -96,11 +113,21 @@ impl<'a> Table<'a> {
             let line = e.position().map_or(1, csv::Position::line);
             Error::Csv { file: self.file.clone(), line, problem: e.to_string() }
         })?;
-        let bytes = record.as_slice();
-        if bytes.contains(&0) || !(bytes.is_ascii() || std::str::from_utf8(bytes).is_ok()) {
+        if record.as_slice().contains(&0) {
             return Err(Error::NotText { file: self.file.clone(), line: line(record) });
         }
         Ok(more)
+    }
+
+    /// The unit that the row under the header has for a column, if it has one.
+    pub(crate) fn unit_under(&self, column: usize) -> Option<&str> {
+        let text = head::bare_unit(self.units.get(column)?);
+        (!text.is_empty() && text != "-").then_some(text)
+    }
+
+    /// Whether a column has dates and times, which come as seconds.
+    pub(crate) fn has_stamps(&self, column: usize) -> bool {
+        self.stamps[column].is_some()
     }
 
     /// The column with that header, brackets included or not.
@@ -124,11 +151,13 @@ impl<'a> Table<'a> {
         let mut lines = Vec::new();
         let mut record = csv::ByteRecord::new();
         while lines.len() < most && self.next(&mut record)? {
-            if record.iter().all(|c| c.trim_ascii().is_empty()) {
+            if is_blank(&record) || is_comment(&record[0]) {
                 continue;
             }
             let line = line(&record);
-            if record.len() != self.header.len() {
+            let beyond = record.iter().skip(self.header.len());
+            let is_longer = beyond.map(<[u8]>::trim_ascii).any(|cell| !cell.is_empty());
+            if record.len() < self.header.len() || is_longer {
                 return Err(Error::RaggedRow {
                     file: self.file.clone(),
                     line,
@@ -151,19 +180,39 @@ impl<'a> Table<'a> {
         SourceFile { name, sha256: self.reader.into_inner().sha256_hex() }
     }
 
-    fn number(&self, cell: &[u8], line: u64, column: usize) -> Result<f64, Error> {
-        let cell = std::str::from_utf8(cell).unwrap_or_default().trim();
-        if let Ok(x) = cell.parse::<f64>() {
+    fn number(&mut self, cell: &[u8], line: u64, column: usize) -> Result<f64, Error> {
+        let text = std::str::from_utf8(cell).unwrap_or_default().trim();
+        let with_comma = self.decimal == Some(DecimalMark::Comma);
+        if let Ok(x) = text.parse::<f64>()
+            && !(with_comma && text.contains('.'))
+        {
             return match x {
                 x if x.is_finite() => Ok(x),
                 x if x.is_nan() => Ok(f64::NAN),
-                _ => Err(Error::NotFinite { at: self.place(line, column), text: cell.into() }),
+                _ => Err(Error::NotFinite { at: self.place(line, column), text: text.into() }),
             };
         }
-        if cell.is_empty() || ["na", "null"].iter().any(|m| cell.eq_ignore_ascii_case(m)) {
+        if is_missing(text) && cell.is_ascii() {
             return Ok(f64::NAN);
         }
-        Err(Error::NotANumber { at: self.place(line, column), text: cell.into() })
+        if let Some(stamps) = &mut self.stamps[column] {
+            return stamps.seconds(text).ok_or_else(|| Error::NotATime {
+                at: self.place(line, column),
+                text: text.into(),
+            });
+        }
+        match comma_number(text) {
+            Some((x, _)) if with_comma => Ok(x),
+            None if !with_comma || text.parse::<f64>().is_err() => {
+                let text = head::text_of(cell);
+                Err(Error::NotANumber { at: self.place(line, column), text })
+            }
+            _ => Err(Error::DecimalMark {
+                at: self.place(line, column),
+                text: text.into(),
+                other: self.decimal.map(DecimalMark::name),
+            }),
+        }
     }
 
     fn place(&self, line: u64, column: usize) -> Box<Place> {
@@ -171,9 +220,11 @@ impl<'a> Table<'a> {
     }
 }
 
-/// The first bytes, at least up to the end of the first line that is not blank.
-fn start(file: &str, reader: &mut dyn Read) -> Result<Vec<u8>, Error> {
-    const CHUNK: u64 = 1 << 14;
+/// The first bytes, with some rows of values if there are any, and how many of them are whole lines.
+fn start(file: &str, reader: &mut dyn Read) -> Result<(Vec<u8>, usize), Error> {
+    const CHUNK: u64 = 1 << 16;
+    const LINES: usize = 4;
+    const MOST: usize = 1 << 24;
     let mut bytes = Vec::new();
     loop {
         let before = bytes.len();
@@ -182,20 +233,19 @@ fn start(file: &str, reader: &mut dyn Read) -> Result<Vec<u8>, Error> {
             line: 1,
             problem: e.to_string(),
         })?;
-        let ended = bytes.len() < before + CHUNK as usize;
-        let mut lines = bytes.split(|b| *b == b'\n');
-        let whole = lines.position(|line| !line.trim_ascii().is_empty()).is_some();
-        if ended || (whole && lines.next().is_some()) {
-            return Ok(bytes);
+        if bytes.len() < before + CHUNK as usize {
+            let length = bytes.len();
+            return Ok((bytes, length));
+        }
+        // No text, or no end of a line in sight.
+        if bytes.contains(&0) || bytes.len() > MOST {
+            let length = bytes.len();
+            return Ok((bytes, length));
+        }
+        let lines = bytes.split(|b| *b == b'\n').map(<[u8]>::trim_ascii);
+        if lines.filter(|line| !line.is_empty() && !is_comment(line)).count() > LINES {
+            let end = bytes.iter().rposition(|b| *b == b'\n').map_or(0, |at| at + 1);
+            return Ok((bytes, end));
         }
     }
-}
-
-fn line(record: &csv::ByteRecord) -> u64 {
-    record.position().map_or(1, csv::Position::line)
-}
-
-/// The text of bytes that are known to be text.
-fn lossless(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).trim().to_owned()
 }

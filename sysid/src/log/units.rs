@@ -25,22 +25,29 @@ pub(crate) struct Unit {
 
 const DEG: f64 = std::f64::consts::PI / 180.0;
 
+/// Times as ISO 8601 writes them, which are read as seconds.
+pub(crate) const STAMP: Unit = unit("ISO 8601", Quantity::Time, 1.0);
+
 /// Spellings, longest first where one ends in another (`deg_s` before `s`).
 const SPELLINGS: &[(&[&str], Unit)] = &[
-    (&["degps", "deg_s", "deg/s", "dps", "°/s"], unit("deg/s", Quantity::AngularRate, DEG)),
-    (&["radps", "rad_s", "rad/s"], unit("rad/s", Quantity::AngularRate, 1.0)),
+    (
+        &["degps", "deg_s", "deg/s", "deg/sec", "dps", "°/s", "°/sec"],
+        unit("deg/s", Quantity::AngularRate, DEG),
+    ),
+    (&["radps", "rad_s", "rad/s", "rad/sec"], unit("rad/s", Quantity::AngularRate, 1.0)),
     (&["mps2", "m_s2", "m/s2", "m/s^2", "m/s²"], unit("m/s2", Quantity::Acceleration, 1.0)),
-    (&["mps", "m_s", "m/s"], unit("m/s", Quantity::Speed, 1.0)),
-    (&["kmh", "kph", "km_h", "km/h"], unit("km/h", Quantity::Speed, 1.0 / 3.6)),
+    (&["mps", "m_s", "m/s", "m/sec"], unit("m/s", Quantity::Speed, 1.0)),
+    (&["kmh", "kph", "kmph", "km_h", "km/h"], unit("km/h", Quantity::Speed, 1.0 / 3.6)),
     (&["mph"], unit("mph", Quantity::Speed, 0.447_04)),
-    (&["deg", "°"], unit("deg", Quantity::Angle, DEG)),
-    (&["rad"], unit("rad", Quantity::Angle, 1.0)),
-    (&["ms"], unit("ms", Quantity::Time, 1e-3)),
+    (&["deg", "degree", "degrees", "°"], unit("deg", Quantity::Angle, DEG)),
+    (&["rad", "radian", "radians"], unit("rad", Quantity::Angle, 1.0)),
+    (&["ms", "msec"], unit("ms", Quantity::Time, 1e-3)),
     (&["us", "µs"], unit("us", Quantity::Time, 1e-6)),
     (&["ns"], unit("ns", Quantity::Time, 1e-9)),
-    (&["s"], unit("s", Quantity::Time, 1.0)),
+    (&["s", "sec", "seconds"], unit("s", Quantity::Time, 1.0)),
     (&["m"], unit("m", Quantity::Length, 1.0)),
     (&["g"], unit("g", Quantity::Acceleration, 9.806_65)),
+    (&["%"], unit("%", Quantity::Dimensionless, 0.01)),
     (&["1"], unit("1", Quantity::Dimensionless, 1.0)),
 ];
 
@@ -69,7 +76,8 @@ pub(crate) fn split_brackets(header: &str) -> (&str, Option<&str>) {
     (header, None)
 }
 
-/// The unit a header states, in brackets or as a suffix after an underscore.
+/// The unit a header states, in brackets or as a suffix: after an underscore, after a space where it
+/// has more than one letter, or of an angle after a small letter (`roadWheelAngleDeg`).
 pub(crate) fn unit_of_header(header: &str) -> Option<Unit> {
     let (name, bracketed) = split_brackets(header);
     if let Some(text) = bracketed {
@@ -80,9 +88,38 @@ pub(crate) fn unit_of_header(header: &str) -> Option<Unit> {
         .iter()
         .filter(|(_, unit)| unit.quantity != Quantity::Dimensionless)
         .flat_map(|(names, unit)| names.iter().map(move |n| (*n, *unit)))
-        .filter(|(n, _)| lower.strip_suffix(n).is_some_and(|rest| rest.ends_with('_')))
+        .filter(|(n, _)| {
+            lower.strip_suffix(n).is_some_and(|rest| {
+                rest.ends_with('_') || (n.chars().count() > 1 && rest.ends_with(' '))
+            }) || is_camel_case(name, n)
+        })
         .max_by_key(|(n, _)| n.len())
         .map(|(_, unit)| unit)
+}
+
+fn is_camel_case(name: &str, unit: &str) -> bool {
+    let before = match unit {
+        "deg" => name.strip_suffix("Deg"),
+        "rad" => name.strip_suffix("Rad"),
+        _ => None,
+    };
+    before.is_some_and(|before| before.ends_with(|c: char| c.is_lowercase()))
+}
+
+/// The name of a column as names of its kind are compared: the last part of a path, no unit, small
+/// letters and digits.
+pub(crate) fn plain_name(header: &str) -> String {
+    let (name, bracketed) = split_brackets(header);
+    let name = if name.starts_with('/') { name.rsplit('/').next().unwrap_or(name) } else { name };
+    let lower = name.to_lowercase();
+    let suffix = SPELLINGS
+        .iter()
+        .filter(|_| bracketed.is_none())
+        .flat_map(|(names, _)| names.iter())
+        .filter_map(|n| lower.strip_suffix(n).filter(|rest| rest.ends_with(['_', ' '])))
+        .min_by_key(|rest| rest.len());
+    let lower = suffix.unwrap_or(&lower);
+    lower.chars().filter(|c| c.is_alphanumeric()).collect()
 }
 
 /// All units, for messages.
@@ -112,10 +149,14 @@ mod tests {
             ("x_m", "m"),
             ("ay_g", "g"),
             ("steering_wheel_angle_DEG", "deg"),
+            ("velocity kmh", "km/h"),
+            ("steeringAngleDeg", "deg"),
+            ("Lenkwinkel [°]", "deg"),
+            ("throttle [%]", "%"),
         ] {
             assert_eq!(unit_of_header(header).map(|u| u.name), Some(name), "{header}");
         }
-        for header in ["steer", "wheels", "grad", "x", "1", "steer [turns]"] {
+        for header in ["steer", "wheels", "grad", "x", "1", "steer [turns]", "gear s", "winkel"] {
             assert_eq!(unit_of_header(header), None, "{header}");
         }
     }

@@ -4,6 +4,7 @@
 
 mod clocks;
 mod drives;
+mod exports;
 mod gaps;
 mod units;
 

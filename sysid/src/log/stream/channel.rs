@@ -2,6 +2,7 @@
 
 use crate::Error;
 use crate::log::mapping::Source;
+use crate::log::repeated::{self, Repeated};
 use crate::log::role::Role;
 use crate::log::series::{Series, difference, median_period};
 use crate::log::table::Table;
@@ -25,6 +26,8 @@ pub(super) struct Channel {
     sum: f64,
     count: usize,
     sign: f64,
+    /// Samples that repeat an instant.
+    pub(super) repeated: Option<Repeated>,
     /// The last row of a yaw: instant, angle and line.
     last: Option<(f64, f64, u64)>,
 }
@@ -54,6 +57,7 @@ impl Channel {
             sum: 0.0,
             count: 0,
             sign: source.sign,
+            repeated: None,
             last: None,
         }
     }
@@ -74,11 +78,15 @@ impl Channel {
             .filter(|&i| !(new.time[i].is_nan() || new.value[i].is_nan()))
             .collect();
         self.missing += new.value.len() - there.len();
+        new.value = there.iter().map(|&i| new.value[i]).collect();
+        new.time = Rc::new(there.iter().map(|&i| new.time[i]).collect());
+        new.line = Rc::new(there.iter().map(|&i| new.line[i]).collect());
+        self.repeated = Repeated::and(self.repeated, repeated::average(&mut new)?);
         let of_yaw = to.role == Role::YawRate && self.is_angle;
         let last = self.last.filter(|_| of_yaw);
-        let time = last.iter().map(|l| l.0).chain(there.iter().map(|&i| new.time[i]));
-        let value = last.iter().map(|l| l.1).chain(there.iter().map(|&i| new.value[i]));
-        let line = last.iter().map(|l| l.2).chain(there.iter().map(|&i| new.line[i]));
+        let time = last.iter().map(|l| l.0).chain(new.time.iter().copied());
+        let value = last.iter().map(|l| l.1).chain(new.value.iter().copied());
+        let line = last.iter().map(|l| l.2).chain(new.line.iter().copied());
         let mut new = Series {
             value: value.collect(),
             time: Rc::new(time.collect()),

@@ -78,7 +78,7 @@ fn in_chunks(
         let expected = "none where logs are read in chunks".into();
         return Err(Error::Option { option: "--window", value, expected });
     }
-    let mut table = Table::open(file)?;
+    let mut table = Table::open(file, options.decimal)?;
     for role in [Role::Steering, Role::YawRate] {
         if !brings(&table, role, options) {
             return Err(Error::NotADrive { file: table.file, role: role.name() });
@@ -104,7 +104,7 @@ fn in_chunks(
     loop {
         let rows = table.rows(&reading.wanted, chunk)?;
         let is_last = rows.lines.len() < chunk;
-        reading.take(rows)?;
+        reading.take(rows, is_last)?;
         if spans.is_none() {
             let ratio = reading.begin(options, &mut warnings)?;
             let clock = Clock::of(&reading.drive);
@@ -123,6 +123,8 @@ fn in_chunks(
         }
     }
     reading.check_at_the_end()?;
+    let repeated = reading.channels.iter().filter_map(|c| c.repeated);
+    warnings.extend(repeated.map(|r| r.warning(&reading.drive.channels[0].file)));
     if let Some(spans) = &spans {
         warnings.extend(spans.told(&reading.drive.name));
     }
@@ -159,6 +161,8 @@ struct Reading {
     max_gap_s: f64,
     rows: usize,
     before: f64,
+    /// Rows of the last instant read, which the next may repeat.
+    open: Columns,
 }
 
 impl Reading {
@@ -190,11 +194,22 @@ impl Reading {
             max_gap_s: options.max_gap_s,
             rows: 0,
             before: f64::NEG_INFINITY,
+            open: Columns::default(),
         })
     }
 
     /// Adds rows to every channel.
-    fn take(&mut self, rows: Columns) -> Result<(), Error> {
+    fn take(&mut self, rows: Columns, is_last: bool) -> Result<(), Error> {
+        let mut rows = std::mem::take(&mut self.open).and(rows);
+        if self.clock.is_some() && !is_last {
+            let time = &rows.values[0];
+            let last = time.iter().rev().copied().find(|t| !t.is_nan());
+            let first = last.and_then(|last| time.iter().position(|t| *t == last));
+            // A clock that stands still is refused below, not held back.
+            if let Some(first) = first.filter(|first| 2 * first > time.len()) {
+                self.open = rows.split_off(first);
+            }
+        }
         let file = &self.drive.channels[0].file;
         let mut values = rows.values.into_iter();
         let time: Vec<f64> = match &self.clock {
