@@ -27,6 +27,11 @@ pub(crate) struct Arguments {
     /// The track's last point leads to its first
     #[arg(long, requires = "track")]
     closed: bool,
+    /// Largest distance of a recorded point from the path; by default what the points' noise explains,
+    /// and 0.1 m for the mean of neighbours. Smoothing is shortened to keep it; exit status 1 where it
+    /// is exceeded
+    #[arg(long, value_name = "LENGTH", requires = "track", allow_hyphen_values = true, value_parser = quantity::length)]
+    max_deviation: Option<f64>,
     /// What becomes of fixes with fewer than 5 satellites or without correction, where GPX or NMEA
     /// tell
     #[arg(long, value_name = "WHAT", requires = "track", default_value = "refuse")]
@@ -68,9 +73,14 @@ impl From<PoorFixesName> for PoorFixes {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let mut outcome = Outcome::Done;
     let (mut path, mut notes) = match &arguments.track {
         None => (paths::reference_road(arguments.speed, arguments.lateral_acceleration)?, vec![]),
         Some(track) if track.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) => {
+            if arguments.max_deviation.is_some() {
+                let hint = "leave --max-deviation out, or give recorded points";
+                return Err(Failure::in_file(track, "segments are kept exactly", hint.into()));
+            }
             if arguments.closed {
                 let hint = "leave --closed out, or record the points of a lap";
                 return Err(Failure::in_file(track, "a road of segments has ends", hint.into()));
@@ -79,7 +89,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             let path = paths::path_from_road(&text, &track.display().to_string(), arguments.speed)?;
             (of_this_version(path, track, &text), vec![])
         }
-        Some(track) => recorded(arguments, track)?,
+        Some(track) => {
+            let (path, notes, excess) = recorded(arguments, track)?;
+            if excess {
+                outcome = Outcome::RequirementNotMet;
+            }
+            (path, notes)
+        }
     };
     if let Some(file) = &arguments.pid {
         let (pid, source) = files::read_document::<Pid>(file)?;
@@ -95,7 +111,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     notes.push(extent(&path));
     notes.push(format!("written to {}", arguments.out.display()));
     Tell::new(arguments.json).result(&notes.join("\n"), &path)?;
-    Ok(Outcome::Done)
+    Ok(outcome)
 }
 
 /// The sideslip: as given, else the plant's, else none.
@@ -144,12 +160,13 @@ fn in_words(sideslip: &Sideslip) -> String {
     text
 }
 
-/// The path of recorded points, and what is to be said of it.
-fn recorded(arguments: &Arguments, track: &Path) -> Result<(PathFile, Vec<String>), Failure> {
+/// The path of recorded points, its notes, and whether it is further off the points than it may be.
+fn recorded(arguments: &Arguments, track: &Path) -> Result<(PathFile, Vec<String>, bool), Failure> {
     let text = files::read_text(track)?;
     let options = PointOptions {
         speed: arguments.speed,
         closed: arguments.closed,
+        max_deviation: arguments.max_deviation,
         fixes: FixOptions { poor: arguments.poor_fixes.into(), ..FixOptions::default() },
         ..PointOptions::default()
     };
@@ -161,10 +178,24 @@ fn recorded(arguments: &Arguments, track: &Path) -> Result<(PathFile, Vec<String
     let mut notes: Vec<String> =
         recorded.warnings.iter().map(|w| format!("warning: {w}")).collect();
     notes.push(format!(
-        "smoothed over {:.1} m; the points are {:.3} m (RMS) and at most {:.3} m off",
-        recorded.smoothing_length_m, recorded.rms_distance_m, recorded.largest_distance_m
+        "smoothed over {:.1} m; the points are {:.3} m (RMS) and at most {:.3} m off (at x {:.1} m, y {:.1} m), their noise is {:.3} m",
+        recorded.smoothing_length_m,
+        recorded.rms_distance_m,
+        recorded.largest_distance_m,
+        recorded.furthest_point_m[0],
+        recorded.furthest_point_m[1],
+        recorded.noise_m,
     ));
-    Ok((of_this_version(recorded.path, track, &text), notes))
+    if let Some(excess) = recorded.excess {
+        let [x, y] = excess.at_m;
+        notes.push(format!(
+            "deviation exceeded: {} {:.2} m off the path at x {x:.1} m, y {y:.1} m, allowed {:.2} m; allow more with --max-deviation, or record more slowly or more often there",
+            if excess.is_mean { "neighbouring points are on average" } else { "a point is" },
+            excess.deviation_m,
+            excess.limit_m,
+        ));
+    }
+    Ok((of_this_version(recorded.path, track, &text), notes, recorded.excess.is_some()))
 }
 
 /// The path with the file that it was made from.

@@ -5,7 +5,8 @@
 
 use control::Error;
 use control::paths::{
-    FixOptions, PointOptions, RecordedPath, from_points, path_from_recording, read_points,
+    FixOptions, PathComposer, PointOptions, RecordedPath, from_points, path_from_recording,
+    read_points,
 };
 use std::f64::consts::TAU;
 
@@ -225,4 +226,130 @@ fn the_test_drive() {
     println!("rms {:.4} m, v²κ {:.2} m/s²", recorded.rms_distance_m, curvature * 225.0);
     assert!(recorded.rms_distance_m < 0.035, "{}", recorded.rms_distance_m);
     assert!((curvature * 225.0 - 3.85).abs() < 0.8, "{}", curvature * 225.0);
+}
+
+/// A road of straights, clothoids and arcs, with a point each centimetre.
+fn road(bends: &[(f64, f64, f64)]) -> Vec<(f64, f64)> {
+    let mut road = PathComposer::new().spacing(0.01).straight(40.0);
+    for &(radius, angle, clothoid) in bends {
+        let k = 1.0 / radius;
+        let arc = (radius * angle.abs() - clothoid).max(0.1);
+        let k = if angle < 0.0 { -k } else { k };
+        road = road.clothoid(0.0, k, clothoid).arc(k, arc).clothoid(k, 0.0, clothoid);
+        road = road.straight(30.0);
+    }
+    let path = road.finish("road", 10.0).expect("a road");
+    path.points.iter().map(|p| (p.x_m, p.y_m)).collect()
+}
+
+/// A point of the road each so many metres, with noise of that standard deviation.
+fn drive(road: &[(f64, f64)], spacing: f64, sigma: f64) -> (Vec<f64>, Vec<f64>) {
+    let mut state = 11;
+    let mut normal = move || (0..12).map(|_| noise(&mut state)).sum::<f64>() / 2.0 * sigma;
+    let step = (spacing / 0.01).round() as usize;
+    road.iter().step_by(step).map(|&(x, y)| (x + normal(), y + normal())).unzip()
+}
+
+/// Largest distance of the path from the road.
+fn off_road(recorded: &RecordedPath, road: &[(f64, f64)]) -> f64 {
+    let mut near = 0;
+    let away = |k: usize, x: f64, y: f64| (road[k].0 - x).hypot(road[k].1 - y);
+    let mut worst = 0.0_f64;
+    for p in &recorded.path.points {
+        let range = near..(near + 2000).min(road.len());
+        let distances = range.map(|k| (away(k, p.x_m, p.y_m), k));
+        let (distance, k) =
+            distances.fold((f64::INFINITY, near), |a, b| if b.0 < a.0 { b } else { a });
+        near = k.saturating_sub(500);
+        worst = worst.max(distance);
+    }
+    worst
+}
+
+/// What real tracks are like: the spacing (m), the noise (m) and how far the path may be off the road.
+#[test]
+fn real_tracks_are_followed() {
+    let (pi, half) = (std::f64::consts::PI, std::f64::consts::FRAC_PI_2);
+    // At 15 m/s, 2.5 m/s² and 6 m/s².
+    let country = road(&[(90.0, half, 30.0), (90.0, -half, 30.0), (37.5, half, 20.0)]);
+    // Hairpins and kinks of a race track.
+    let circuit =
+        road(&[(12.0, pi, 8.0), (60.0, -half, 20.0), (15.0, -pi, 10.0), (150.0, 1.0, 30.0)]);
+    // A bend of 6 m radius, as at a crossing.
+    let town = road(&[(6.0, half, 3.0), (6.0, -half, 3.0), (6.5, pi, 3.0)]);
+    for (name, road, spacing, sigma, allowed) in [
+        ("1 Hz at 15 m/s", &country, 15.0, 0.0, 0.6),
+        ("1 Hz at 15 m/s, RTK", &country, 15.0, 0.02, 0.6),
+        ("1 Hz at 15 m/s, corrected", &country, 15.0, 0.3, 1.2),
+        ("1 Hz at 15 m/s, alone", &country, 15.0, 1.5, 5.0),
+        ("10 Hz at 15 m/s, RTK", &country, 1.5, 0.02, 0.1),
+        ("10 Hz at 15 m/s, corrected", &country, 1.5, 0.3, 0.5),
+        ("10 Hz at 15 m/s, alone", &country, 1.5, 1.5, 3.0),
+        ("circuit, 5 m", &circuit, 5.0, 0.0, 0.3),
+        ("circuit, 5 m, RTK", &circuit, 5.0, 0.02, 0.3),
+        ("circuit, 5 m, corrected", &circuit, 5.0, 0.3, 1.0),
+        ("crossing, 10 Hz at 4 m/s", &town, 0.4, 0.0, 0.12),
+        ("crossing, 10 Hz at 4 m/s, RTK", &town, 0.4, 0.02, 0.12),
+        ("crossing, 10 Hz at 7 m/s, RTK", &town, 0.7, 0.02, 0.15),
+    ] {
+        let (x, y) = drive(road, spacing, sigma);
+        let recorded = from_points(&x, &y, &PointOptions::default()).expect(name);
+        let off = off_road(&recorded, road);
+        println!(
+            "{name}: off {off:.3} m, rms {:.3}, largest {:.3}, noise {:.3}, smoothing {:.1} m, {:?} {:?}",
+            recorded.rms_distance_m,
+            recorded.largest_distance_m,
+            recorded.noise_m,
+            recorded.smoothing_length_m,
+            recorded.excess,
+            recorded.warnings,
+        );
+        assert!(off < allowed, "{name}: {off}");
+        assert!(recorded.excess.is_none(), "{name}: {:?}", recorded.excess);
+        if spacing < 2.0 && sigma < spacing {
+            assert!((recorded.noise_m - sigma).abs() < 0.1 * sigma + 1e-3, "{name}");
+        }
+        assert!(!recorded.warnings.iter().any(|w| w.contains("left out point")), "{name}");
+    }
+}
+
+#[test]
+fn faults_are_found_among_fixes_that_are_far_apart() {
+    let country = road(&[(90.0, 1.57, 30.0), (90.0, -1.57, 30.0), (60.0, 1.57, 20.0)]);
+    for sigma in [0.0, 0.02, 0.3] {
+        let (x, mut y) = drive(&country, 15.0, sigma);
+        // On a straight, and in a bend.
+        for wrong in [2, 9] {
+            y[wrong] += 20.0;
+            let recorded = from_points(&x, &y, &PointOptions::default()).expect("a path");
+            let named = format!("left out point {}:", wrong + 1);
+            let warnings = &recorded.warnings;
+            assert!(warnings.iter().any(|w| w.starts_with(&named)), "{sigma}: {warnings:?}");
+            y[wrong] -= 20.0;
+        }
+        let (mut x, y) = drive(&country, 15.0, sigma);
+        for x in &mut x[14..] {
+            *x += 60.0;
+        }
+        let error = fault(from_points(&x, &y, &PointOptions::default()));
+        assert!(matches!(error, Error::Jump { .. } | Error::Jumps { .. }), "{sigma}: {error}");
+    }
+}
+
+#[test]
+fn a_deviation_that_is_exceeded_is_returned_with_its_place() {
+    let town = road(&[(6.0, 1.57, 3.0)]);
+    let (x, y) = drive(&town, 0.4, 0.0);
+    let at = |options: PointOptions| from_points(&x, &y, &options).expect("a path");
+    let recorded = at(PointOptions { max_deviation: Some(0.02), ..Default::default() });
+    assert!(recorded.excess.is_none() && recorded.largest_distance_m <= 0.02, "{recorded:?}");
+    assert_eq!(recorded.path.provenance.options["max_deviation_m"], "0.02");
+    // A curvature that the bend does not have room for.
+    let recorded =
+        at(PointOptions { max_deviation: Some(0.1), max_curvature: 0.1, ..Default::default() });
+    let excess = recorded.excess.expect("an excess");
+    assert!(excess.deviation_m > 0.1 && excess.limit_m == 0.1 && !excess.is_mean);
+    assert!((excess.at_m[0] - 44.0).abs() < 8.0 && excess.at_m[1].abs() < 8.0, "{excess:?}");
+    let recorded = at(PointOptions { max_curvature: 0.1, ..Default::default() });
+    assert!(recorded.excess.is_some_and(|e| e.is_mean), "{:?}", recorded.excess);
 }

@@ -14,7 +14,7 @@ mod spline;
 
 pub use compose::PathComposer;
 pub use fixes::{FixOptions, PoorFixes};
-pub use points::{PointOptions, RecordedPath, from_points};
+pub use points::{Excess, PointOptions, RecordedPath, from_points};
 pub use primitives::path_from_road;
 pub use read::{RecordedPoints, path_from_recording, read_points};
 pub use roads::{RoadOptions, double_lane_change, reference_road, s_curve};

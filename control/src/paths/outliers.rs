@@ -1,8 +1,22 @@
 //! Recorded positions that cannot be: repeated points and jumps.
+//!
+//! What a bend leaves between points is no fault, however far they are apart: a vehicle that turns with
+//! the lateral acceleration a is a·Δt² off the straight line through its last two fixes, 2.5 m at 1 Hz
+//! and 2.5 m/s². So a point is held against the cubic through its four neighbours, which follows a bend,
+//! and what a bend between the directions before and after it may add is allowed.
 
 use super::points::PointOptions;
 use crate::Error;
 use std::collections::BinaryHeap;
+
+/// Squares of a point's weight and of its four neighbours', at equal distances: 1 + (1 + 16 + 16 + 1)/36.
+const CUBIC_SQUARES: f64 = 70.0 / 36.0;
+/// Median distance from the neighbours' cubic over the standard deviation of the noise in each direction:
+/// that of a normal distribution to one side, 0.6745, times the root of [`CUBIC_SQUARES`]. Along the road a
+/// point's place on the cubic is its own.
+const MEDIAN_OF_NOISE: f64 = 0.940_6;
+/// Directions before and after a point that differ by more are none of a road, rad.
+const LARGEST_TURN: f64 = 2.0;
 
 /// Points that are kept, and what was left out.
 #[derive(Debug, Clone, PartialEq)]
@@ -12,14 +26,16 @@ pub(crate) struct Cleaned {
     pub(crate) repeated: usize,
     /// Index of each outlier in the recording, and its distance from its neighbours.
     pub(crate) outliers: Vec<(usize, f64)>,
+    /// Standard deviation of the points' noise in each direction, m.
+    pub(crate) noise: f64,
 }
 
 /// Leaves out points that are nearer than the least spacing to the one kept before, then single
 /// points that lie off their neighbours.
 ///
-/// A point's deviation is its distance from the chord of its neighbours, a curve's is κ·h²/2. It
-/// is an outlier beyond both `largest_jump` and eight times the median deviation. The worst is
-/// taken out first, since it makes its neighbours look bad.
+/// A point is an outlier where its deviation (see [`Chain::deviation`]) is beyond both `largest_jump` and
+/// eight times the median distance from the neighbours' cubic, which is that of noise. The worst is taken
+/// out first, since it makes its neighbours look bad.
 pub(crate) fn clean(xs: &[f64], ys: &[f64], options: &PointOptions) -> Result<Cleaned, Error> {
     let mut kept: Vec<usize> = Vec::with_capacity(xs.len());
     for i in 0..xs.len() {
@@ -35,9 +51,10 @@ pub(crate) fn clean(xs: &[f64], ys: &[f64], options: &PointOptions) -> Result<Cl
     }
     let repeated = xs.len() - kept.len();
     let mut chain = Chain::new(kept.iter().map(|&i| (xs[i], ys[i])).collect());
-    let mut sorted = chain.deviations.clone();
+    let mut sorted = chain.residuals.clone();
     sorted.sort_by(f64::total_cmp);
-    let limit = options.largest_jump.max(8.0 * sorted[sorted.len() / 2]);
+    let median = sorted[sorted.len() / 2];
+    let limit = options.largest_jump.max(8.0 * median);
     let (total, allowed) = (kept.len(), (kept.len() / 50).max(2));
     let mut outliers = Vec::new();
     while let Some((worst, size)) = chain.worst(limit) {
@@ -65,6 +82,7 @@ pub(crate) fn clean(xs: &[f64], ys: &[f64], options: &PointOptions) -> Result<Cl
         y: kept.iter().map(|&i| ys[i]).collect(),
         repeated,
         outliers,
+        noise: median / MEDIAN_OF_NOISE,
     })
 }
 
@@ -78,6 +96,8 @@ struct Chain {
     removed: Vec<bool>,
     left: usize,
     deviations: Vec<f64>,
+    /// Distances from the neighbours' cubic, whatever the bend.
+    residuals: Vec<f64>,
     /// Deviations as they were once, which order as their bits do: none is negative.
     heap: BinaryHeap<(u64, usize)>,
 }
@@ -91,6 +111,7 @@ impl Chain {
             removed: vec![false; left],
             left,
             deviations: vec![0.0; left],
+            residuals: vec![0.0; left],
             heap: BinaryHeap::with_capacity(left),
             points,
         };
@@ -99,18 +120,67 @@ impl Chain {
     }
 
     fn measure(&mut self, j: usize) {
-        let at = |k: usize| self.points[k];
-        // An end is held against the line of the two points next to it.
-        let ray = |near: Option<usize>, on: &[Option<usize>]| {
-            near.and_then(|near| Some(off_ray(at(j), at(near), at(on[near]?))))
-        };
-        let deviation = match (self.before[j], self.after[j]) {
-            (Some(a), Some(b)) => Some(off_chord(at(j), at(a), at(b))),
-            (None, next) => ray(next, &self.after),
-            (previous, None) => ray(previous, &self.before),
-        };
-        self.deviations[j] = deviation.unwrap_or(0.0);
+        (self.residuals[j], self.deviations[j]) = self.deviation(j);
         self.heap.push((self.deviations[j].to_bits(), j));
+    }
+
+    /// How far a point is from where its neighbours lead, and how much of it no bend explains.
+    ///
+    /// Between two points the road lies in the triangle of their chord and the directions before and
+    /// after it; half its height is what the cubic may be off by. An end is held against the line of the
+    /// two points next to it, from which it may bend as they do.
+    fn deviation(&self, j: usize) -> (f64, f64) {
+        let at = |k: usize| self.points[k];
+        let second = |near: Option<usize>, on: &[Option<usize>]| near.and_then(|k| on[k]);
+        let (before, after) = (self.before[j], self.after[j]);
+        let (earlier, later) = (second(before, &self.before), second(after, &self.after));
+        let (Some(a), Some(b)) = (before, after) else {
+            let (near, next, on) = if before.is_none() {
+                (after, later, &self.after)
+            } else {
+                (before, earlier, &self.before)
+            };
+            let (Some(near), Some(next)) = (near, next) else { return (0.0, 0.0) };
+            let off = off_ray(at(j), at(near), at(next));
+            let bend = on[next].map_or(0.0, |third| {
+                let ((ax, ay), (bx, by), (cx, cy)) = (at(near), at(next), at(third));
+                (ax - 2.0 * bx + cx).hypot(ay - 2.0 * by + cy)
+            });
+            return (0.0, (off - 1.5 * bend).max(0.0));
+        };
+        let direction =
+            |from: usize, to: usize| (at(to).1 - at(from).1).atan2(at(to).0 - at(from).0);
+        let arriving = earlier.map_or_else(|| direction(a, b), |k| direction(k, a));
+        let leaving = later.map_or_else(|| direction(a, b), |k| direction(b, k));
+        let turn = vehicle_models::wrap_angle(leaving - arriving).abs().min(LARGEST_TURN);
+        let allowed = 0.25 * distance(at(a), at(b)) * (0.5 * turn).tan();
+        let residual = self.residual(j, [earlier, Some(a), Some(b), later]);
+        (residual, (residual - allowed).max(0.0))
+    }
+
+    /// Distance of a point from the polynomial through its neighbours over the way between them, as large
+    /// as noise makes it for points at equal distances.
+    fn residual(&self, j: usize, near: [Option<usize>; 4]) -> f64 {
+        let at = |k: usize| self.points[k];
+        let [_, Some(a), Some(b), _] = near else { return 0.0 };
+        let chord = distance(at(a), at(b));
+        let (from_a, to_b) = (distance(at(a), at(j)), distance(at(j), at(b)));
+        if chord <= 1e-9 * (from_a + to_b) {
+            return from_a;
+        }
+        let place = chord * from_a / (from_a + to_b);
+        let earlier = near[0].map(|k| (-distance(at(k), at(a)), at(k)));
+        let later = near[3].map(|k| (chord + distance(at(b), at(k)), at(k)));
+        let nodes: Vec<(f64, (f64, f64))> =
+            earlier.into_iter().chain([(0.0, at(a)), (chord, at(b))]).chain(later).collect();
+        let (mut x, mut y, mut squares) = (at(j).0, at(j).1, 1.0);
+        for (i, (s, point)) in nodes.iter().enumerate() {
+            let others = nodes.iter().enumerate().filter(|(k, _)| *k != i);
+            let weight: f64 = others.map(|(_, (other, _))| (place - other) / (s - other)).product();
+            (x, y) = (x - weight * point.0, y - weight * point.1);
+            squares += weight * weight;
+        }
+        x.hypot(y) * (CUBIC_SQUARES / squares.max(CUBIC_SQUARES)).sqrt()
     }
 
     /// The point that is off by most, and by more than a limit.
@@ -144,21 +214,31 @@ impl Chain {
 }
 
 /// A recording that goes on elsewhere has no bad point but a bad step: one that leads aside or
-/// back by more than the limit, seen along the steps before and after it.
+/// back by more than the limit, seen along the steps before and after it, and by more than a bend as sharp
+/// as those around it does.
 fn refuse_jump(kept: &[usize], at: impl Fn(usize) -> (f64, f64), limit: f64) -> Result<(), Error> {
     let step = |j: usize| {
         let ((ax, ay), (bx, by)) = (at(kept[j]), at(kept[j + 1]));
         (bx - ax, by - ay)
     };
+    let turn = |j: usize, k: usize| {
+        let ((ax, ay), (bx, by)) = (step(j), step(k));
+        (ax * by - ay * bx).atan2(ax * bx + ay * by).abs().min(0.5 * LARGEST_TURN)
+    };
     let unit = |(dx, dy): (f64, f64)| {
         let length = f64::hypot(dx, dy).max(f64::MIN_POSITIVE);
         (dx / length, dy / length)
     };
-    for j in 1..kept.len().saturating_sub(2) {
+    let steps = kept.len().saturating_sub(1);
+    for j in 1..steps.saturating_sub(1) {
         let ((ux, uy), (vx, vy)) = (unit(step(j - 1)), unit(step(j + 1)));
         let (tx, ty) = unit((ux + vx, uy + vy));
         let (dx, dy) = step(j);
-        let jump_m = (dy * tx - dx * ty).hypot((dx * tx + dy * ty).min(0.0));
+        let (aside, back) = (dy * tx - dx * ty, (dx * tx + dy * ty).min(0.0));
+        let earlier = j.checked_sub(2).map_or(0.0, |k| turn(k, j - 1));
+        let later = if j + 2 < steps { turn(j + 1, j + 2) } else { 0.0 };
+        let bend = 0.5 * (turn(j - 1, j + 1) + earlier + later);
+        let jump_m = (aside.abs() - dx.hypot(dy) * bend).max(0.0).hypot(back);
         if jump_m > limit {
             return Err(Error::Jump { after: kept[j] + 1, next: kept[j + 1] + 1, jump_m });
         }
@@ -166,13 +246,8 @@ fn refuse_jump(kept: &[usize], at: impl Fn(usize) -> (f64, f64), limit: f64) -> 
     Ok(())
 }
 
-/// Distance of `p` from the segment between `a` and `b`.
-fn off_chord(p: (f64, f64), a: (f64, f64), b: (f64, f64)) -> f64 {
-    let (dx, dy) = (b.0 - a.0, b.1 - a.1);
-    let length2 = dx * dx + dy * dy;
-    let along = ((p.0 - a.0) * dx + (p.1 - a.1) * dy) / length2.max(f64::MIN_POSITIVE);
-    let t = along.clamp(0.0, 1.0);
-    (p.0 - a.0 - t * dx).hypot(p.1 - a.1 - t * dy)
+fn distance(a: (f64, f64), b: (f64, f64)) -> f64 {
+    (a.0 - b.0).hypot(a.1 - b.1)
 }
 
 /// Distance of an end point `p` from the ray that its two neighbours (nearest first) draw.

@@ -5,6 +5,11 @@
 //! ψ = atan2(y′, x′), κ = (x′·y″ − y′·x″)/(x′² + y′²)^{3/2}. The spline's parameter is found by
 //! iteration: at first the distance from point to point, which noise lengthens, then each point's
 //! foot on the curve, measured in the curve's own arc length. Lengths in m, angles in rad.
+//!
+//! **How much is smoothed.** The length asked for, unless it takes the path off the points: where their
+//! mean offset to one side, over a quarter of that length, is more than 0.1 m and than five standard errors
+//! of their noise, or a point is further off than is allowed, the length is shortened. Where the curvature
+//! is too large, it is lengthened instead.
 
 use super::compose::{GAUSS, document};
 use super::fixes::FixOptions;
@@ -21,6 +26,13 @@ const MOST_POINTS: f64 = 1e6;
 const ROUNDS: usize = 4;
 /// Longest smoothing tried for the sake of the curvature, m.
 const LONGEST_SMOOTHING: f64 = 200.0;
+/// Shortest smoothing tried for the sake of the points, m.
+const SHORTEST_SMOOTHING: f64 = 1.0;
+/// Ratio of the smoothing lengths that are tried one after the other.
+const RATIO: f64 = 1.3;
+/// A mean offset of the points to one side that is no fault of the path, m, and in standard errors.
+const OFFSET: f64 = 0.1;
+const OFFSET_ERRORS: f64 = 5.0;
 /// Knots in one cut-off length.
 const KNOTS: f64 = 8.0;
 
@@ -39,8 +51,10 @@ pub struct PointOptions {
     pub smoothing_length: f64,
     /// Largest curvature of the path, 1/m: smoothing is lengthened until it is kept.
     pub max_curvature: f64,
-    /// A point further than this off its neighbours' chord is an outlier, m.
+    /// A point further than this from where its neighbours lead is an outlier, m.
     pub largest_jump: f64,
+    /// Largest distance of a point from the path, m. `None`: what the points' noise explains.
+    pub max_deviation: Option<f64>,
     /// Distance between the path's points, m.
     pub spacing: f64,
     /// Which fixes of a satellite receiver are used.
@@ -57,6 +71,7 @@ impl Default for PointOptions {
             smoothing_length: 20.0,
             max_curvature: 0.2,
             largest_jump: 1.0,
+            max_deviation: None,
             spacing: 0.5,
             fixes: FixOptions::default(),
         }
@@ -72,13 +87,34 @@ pub struct RecordedPath {
     pub rms_distance_m: f64,
     /// Largest distance of a point from the path, m.
     pub largest_distance_m: f64,
-    /// Smoothing in force, m; longer than asked for where the curvature needed it.
+    /// That point, m.
+    pub furthest_point_m: [f64; 2],
+    /// The points' noise in each direction, as a standard deviation, m.
+    pub noise_m: f64,
+    /// The deviation that exceeds its limit, if any does: the path is off the points.
+    pub excess: Option<Excess>,
+    /// Smoothing in force, m; longer than asked for where the curvature needed it, shorter where the
+    /// points did.
     pub smoothing_length_m: f64,
     /// What was left out or changed, in words.
     pub warnings: Vec<String>,
 }
 
-/// Makes a path from positions in m, in driving order.
+/// A path that is further off its points than it may be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Excess {
+    /// Distance of a point, or the mean distance of neighbours to one side, m.
+    pub deviation_m: f64,
+    /// What is allowed, m.
+    pub limit_m: f64,
+    /// Whether it is the mean of neighbours.
+    pub is_mean: bool,
+    /// The point, m.
+    pub at_m: [f64; 2],
+}
+
+/// Makes a path from positions in m, in driving order. A path that cannot be brought near enough to the
+/// points is returned with its [`Excess`].
 ///
 /// # Errors
 /// [`Error::TooFewPoints`], [`Error::Jumps`], [`Error::Curvature`] and [`Error::Option`] where
@@ -93,47 +129,93 @@ pub fn from_points(xs: &[f64], ys: &[f64], options: &PointOptions) -> Result<Rec
         return Err(Error::Option { option, value: length.round(), must });
     }
     let mut warnings = warnings(&cleaned, xs.len(), options.closed);
+    let found = smoothed(&cleaned, options)?;
+    let (asked, used) = (options.smoothing_length, found.smoothing);
+    let because = if used > asked {
+        Some(format!("to keep the curvature below {} 1/m", options.max_curvature))
+    } else if used < asked {
+        Some("to stay on the points".to_owned())
+    } else {
+        None
+    };
+    if let Some(because) = because {
+        warnings.push(format!("smoothed over {used:.1} m instead of {asked} m {because}"));
+    }
+    let mut path =
+        document(&options.name, options.speed, options.closed, found.points, provenance(options));
+    path.checked(&options.name)?;
+    let Deviation { rms_m, largest_m, furthest_m, .. } = found.deviation;
+    for (name, value) in [
+        ("smoothing_length_used_m", used),
+        ("deviation_rms_m", rms_m),
+        ("deviation_largest_m", largest_m),
+        ("noise_m", cleaned.noise),
+    ] {
+        let rounded = (value * 1e4).round() / 1e4;
+        path.provenance.options.insert(name.into(), rounded.to_string());
+    }
+    Ok(RecordedPath {
+        path,
+        rms_distance_m: rms_m,
+        largest_distance_m: largest_m,
+        furthest_point_m: furthest_m,
+        noise_m: cleaned.noise,
+        excess: found.deviation.excess,
+        smoothing_length_m: used,
+        warnings,
+    })
+}
+
+/// A curve that is smooth enough to drive, its points, and how far the recording is off it.
+struct Smoothed {
+    smoothing: f64,
+    points: Vec<PathPoint>,
+    deviation: Deviation,
+}
+
+/// The longest smoothing up to the one asked for that stays on the points; longer where the curvature
+/// needs it.
+fn smoothed(cleaned: &Cleaned, options: &PointOptions) -> Result<Smoothed, Error> {
     let mut smoothing = options.smoothing_length;
+    let mut best: Option<Smoothed> = None;
     loop {
-        let curve = Curve::fit(&cleaned, smoothing, options)?;
+        let curve = Curve::fit(cleaned, smoothing, options)?;
         let points = curve.points(options.spacing);
-        // A curve that has shrunk to a point or turns on the spot has no curvature at all.
-        let curvature = |p: &PathPoint| match p.curvature_per_m.abs() {
-            k if k.is_finite() && p.distance_m.is_finite() => k,
-            _ => f64::INFINITY,
-        };
-        let rises = points.windows(2).all(|w| w[1].distance_m > w[0].distance_m);
-        let reached = points.iter().map(curvature).fold(0.0, f64::max);
-        let reached = if rises { reached } else { f64::INFINITY };
+        let reached = curvature(&points);
         if reached > options.max_curvature {
-            smoothing *= 1.3;
+            if let Some(best) = best {
+                return Ok(best);
+            }
+            smoothing *= RATIO;
             if smoothing > LONGEST_SMOOTHING {
                 return Err(Error::Curvature {
                     reached,
                     allowed: options.max_curvature,
-                    smoothing_m: smoothing / 1.3,
+                    smoothing_m: smoothing / RATIO,
                 });
             }
             continue;
         }
-        if smoothing > options.smoothing_length {
-            warnings.push(format!(
-                "smoothed over {smoothing:.0} m instead of {} m to keep the curvature below {} 1/m",
-                options.smoothing_length, options.max_curvature
-            ));
+        let deviation = curve.deviation(cleaned, smoothing, options.max_deviation);
+        let is_longer = smoothing > options.smoothing_length;
+        let is_off = deviation.excess.is_some();
+        best = Some(Smoothed { smoothing, points, deviation });
+        if is_longer || !is_off || smoothing / RATIO < SHORTEST_SMOOTHING {
+            break;
         }
-        let (rms_distance_m, largest_distance_m) = curve.distances(&cleaned);
-        let path =
-            document(&options.name, options.speed, options.closed, points, provenance(options));
-        path.checked(&options.name)?;
-        return Ok(RecordedPath {
-            path,
-            rms_distance_m,
-            largest_distance_m,
-            smoothing_length_m: smoothing,
-            warnings,
-        });
+        smoothing /= RATIO;
     }
+    best.ok_or(Error::TooFewPoints { got: cleaned.x.len(), need: LEAST_POINTS })
+}
+
+/// Largest curvature; infinite for a curve that has shrunk to a point or turns on the spot.
+fn curvature(points: &[PathPoint]) -> f64 {
+    let curvature = |p: &PathPoint| match p.curvature_per_m.abs() {
+        k if k.is_finite() && p.distance_m.is_finite() => k,
+        _ => f64::INFINITY,
+    };
+    let rises = points.windows(2).all(|w| w[1].distance_m > w[0].distance_m);
+    if rises { points.iter().map(curvature).fold(0.0, f64::max) } else { f64::INFINITY }
 }
 
 fn check(xs: &[f64], ys: &[f64], options: &PointOptions) -> Result<(), Error> {
@@ -151,6 +233,7 @@ fn check(xs: &[f64], ys: &[f64], options: &PointOptions) -> Result<(), Error> {
         ("largest jump", options.largest_jump),
         ("spacing", options.spacing),
         ("speed", options.speed),
+        ("largest deviation", options.max_deviation.unwrap_or(1.0)),
     ] {
         if !(value.is_finite() && value > 0.0) {
             return Err(Error::Option { option, value, must: "greater than 0" });
@@ -207,6 +290,9 @@ fn provenance(options: &PointOptions) -> Provenance {
     let mut options_in_force: std::collections::BTreeMap<_, _> =
         numbers.into_iter().map(|(k, v)| (k.to_owned(), v.to_string())).collect();
     options_in_force.insert("closed".into(), options.closed.to_string());
+    if let Some(limit) = options.max_deviation {
+        options_in_force.insert("max_deviation_m".into(), limit.to_string());
+    }
     Provenance { options: options_in_force, ..Provenance::default() }
 }
 
@@ -368,17 +454,85 @@ impl Curve {
         }
     }
 
-    /// Root mean square and largest distance of the points from the curve.
-    fn distances(&self, cleaned: &Cleaned) -> (f64, f64) {
-        let (mut sum, mut largest) = (0.0, 0.0_f64);
+    /// How far the points are off the curve.
+    fn deviation(&self, cleaned: &Cleaned, smoothing: f64, limit: Option<f64>) -> Deviation {
+        // Parameter and offset to the left of each point.
+        let mut offsets = Vec::with_capacity(cleaned.x.len());
+        let (mut sum, mut furthest, mut largest_m) = (0.0, 0, 0.0);
         for (i, (&x, &y)) in cleaned.x.iter().zip(&cleaned.y).enumerate() {
             let t = self.foot(self.parameters[i + self.copies], x, y);
-            let d = (x - self.x.at(t)[0]).hypot(y - self.y.at(t)[0]);
-            sum += d * d;
-            largest = largest.max(d);
+            let ([fx, dx, _], [fy, dy, _]) = (self.x.at(t), self.y.at(t));
+            let (ox, oy) = (x - fx, y - fy);
+            let distance = ox.hypot(oy);
+            sum += distance * distance;
+            if distance > largest_m {
+                (furthest, largest_m) = (i, distance);
+            }
+            offsets.push((t, (dx * oy - dy * ox) / dx.hypot(dy).max(f64::MIN_POSITIVE)));
         }
-        ((sum / cleaned.x.len() as f64).sqrt(), largest)
+        let at = |i: usize| [cleaned.x[i], cleaned.y[i]];
+        let of_points = limit.filter(|limit| largest_m > *limit).map(|limit_m| Excess {
+            deviation_m: largest_m,
+            limit_m,
+            is_mean: false,
+            at_m: at(furthest),
+        });
+        let of_means = || {
+            worst_mean(&offsets, 0.25 * smoothing, cleaned.noise).map(
+                |(i, deviation_m, limit_m)| Excess {
+                    deviation_m,
+                    limit_m,
+                    is_mean: true,
+                    at_m: at(i),
+                },
+            )
+        };
+        Deviation {
+            rms_m: (sum / cleaned.x.len() as f64).sqrt(),
+            largest_m,
+            furthest_m: at(furthest),
+            excess: of_points.or_else(of_means),
+        }
     }
+}
+
+/// How far the points are off a curve.
+struct Deviation {
+    rms_m: f64,
+    largest_m: f64,
+    furthest_m: [f64; 2],
+    excess: Option<Excess>,
+}
+
+/// The mean offset over a window that exceeds what noise explains by most: the point in its middle, the
+/// mean and the limit.
+fn worst_mean(offsets: &[(f64, f64)], window: f64, noise: f64) -> Option<(usize, f64, f64)> {
+    let mut sums = vec![0.0];
+    sums.extend(offsets.iter().scan(0.0, |sum, (_, offset)| {
+        *sum += offset;
+        Some(*sum)
+    }));
+    let (mut from, mut to) = (0, 0);
+    let mut worst = None;
+    let mut ratio = 1.0;
+    for (i, (t, _)) in offsets.iter().enumerate() {
+        // Feet may stand still, so each end moves on its own.
+        while from < i && offsets[from].0 < t - 0.5 * window {
+            from += 1;
+        }
+        to = to.max(i + 1);
+        while to < offsets.len() && offsets[to].0 <= t + 0.5 * window {
+            to += 1;
+        }
+        let count = (to - from) as f64;
+        let mean = ((sums[to] - sums[from]) / count).abs();
+        let limit = OFFSET.max(OFFSET_ERRORS * noise / count.sqrt());
+        if mean / limit > ratio {
+            ratio = mean / limit;
+            worst = Some((i, mean, limit));
+        }
+    }
+    worst
 }
 
 /// The points of a closed path with half of them again before and after, and the first again.
