@@ -1,10 +1,13 @@
 //! `steerwright absorb`: logs into a factor, in memory that does not grow with them.
 
+use crate::Global;
+use crate::console;
 use crate::evidence::channel_table;
 use crate::failure::{Failure, Outcome};
-use crate::files;
 use crate::log_options::{LogArguments, input_kind, log_file};
-use crate::tell::Tell;
+use crate::output::{Kind, Outputs};
+use crate::progress::Progress;
+use formats::AbsorbedDrives;
 use std::path::PathBuf;
 use sysid::{AbsorbOptions, Absorbed, InputKind};
 
@@ -19,9 +22,6 @@ pub(crate) struct Arguments {
     /// Write the factor here
     #[arg(long = "out", short = 'o', value_name = "FILE", default_value = "drives.factor")]
     out: PathBuf,
-    /// Print the factor as JSON on stdout
-    #[arg(long)]
-    json: bool,
     /// Block rows of the Hankel matrices, the most that can be identified with later
     #[arg(long, value_name = "N", default_value_t = AbsorbOptions::default().horizon)]
     horizon: usize,
@@ -32,40 +32,45 @@ pub(crate) struct Arguments {
     log: LogArguments,
 }
 
-pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {
     if !arguments.log.drives.is_empty() {
         return Err(Failure::new(
             "--drive: each file is read as a drive of its own here",
             "merge the channels of a drive into one CSV file, or identify from the files together: steerwright identify --drive A.csv,B.csv",
         ));
     }
+    let out = Outputs::new(global.force, &arguments.logs)
+        .file(&arguments.out, Kind::of::<AbsorbedDrives>())?;
     let options = AbsorbOptions {
         log: arguments.log.options(),
         input_kind: arguments.model_input,
         horizon: arguments.horizon,
     };
     let mut all: Option<Absorbed> = None;
+    let progress = Progress::start("reading the logs");
     for path in &arguments.logs {
-        let one = Absorbed::of_log(log_file(path)?, &options)?;
+        progress.now(format!("reading {}", path.display()));
+        let one = Absorbed::of_log(log_file(path, &progress)?, &options)?;
         match &mut all {
             Some(all) => all.merge(one)?,
             None => all = Some(one),
         }
     }
+    drop(progress);
     let Some(all) = all else { return Err(sysid::Error::NoFiles.into()) };
     let file = all.to_file();
-    files::write_document(&arguments.out, &file)?;
+    out.document(&file)?;
     let (estimation, held_out) = all.samples();
-    let mut text = format!(
+    let text = format!(
         "{}values in rad, rad/s and m/s\n\n{estimation} samples of {} s to estimate from, {held_out} held out, windows of {} samples\n",
-        channel_table(all.channels()),
+        console::table(&channel_table(all.channels())),
         file.sample_time_s,
         2 * file.horizon
     );
     for warning in all.warnings() {
-        text += &format!("warning: {warning}\n");
+        console::warning(warning);
     }
-    text += &format!("written to {}", arguments.out.display());
-    Tell::new(arguments.json).result(&text, &file)?;
+    console::result(&text, &file)?;
+    console::note(format!("written to {out}"));
     Ok(Outcome::Done)
 }

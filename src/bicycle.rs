@@ -1,8 +1,10 @@
 //! `steerwright bicycle`: the two-wheel model of a vehicle's data.
 
+use crate::console;
 use crate::failure::{Failure, Outcome};
-use crate::files;
-use crate::tell::Tell;
+use crate::output::{Kind, Outputs};
+use crate::{Global, files};
+use formats::Bicycle;
 use std::path::PathBuf;
 
 /// Make the two-wheel bicycle model (eq 13) of a vehicle's data
@@ -14,18 +16,17 @@ pub(crate) struct Arguments {
     /// Write the model here
     #[arg(long = "out", short = 'o', value_name = "FILE", default_value = "bicycle.json")]
     out: PathBuf,
-    /// Print the model as JSON on stdout
-    #[arg(long)]
-    json: bool,
 }
 
-pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {
+    let out = Outputs::new(global.force, [&arguments.vehicle])
+        .file(&arguments.out, Kind::of::<Bicycle>())?;
     let text = files::read_text(&arguments.vehicle)?;
     let bicycle = control::bicycle_from_toml(&text, &arguments.vehicle.display().to_string())?;
-    files::write_document(&arguments.out, &bicycle)?;
+    out.document(&bicycle)?;
     let k = &bicycle.coefficients;
     let text = format!(
-        "{} at {:.1} m/s\nA1 {:.4}  A2 {:.4}  A3 {:.4}  A4 {:.4}  B1 {:.4}  B2 {:.4}  n {:.4}  Tn {} s\nwritten to {}",
+        "{} at {:.1} m/s\nA1 {:.4}  A2 {:.4}  A3 {:.4}  A4 {:.4}  B1 {:.4}  B2 {:.4}  n {:.4}  Tn {} s",
         bicycle.vehicle.name,
         bicycle.vehicle.speed_mps,
         k.a1,
@@ -35,9 +36,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         k.b1,
         k.b2,
         k.n,
-        k.tn,
-        arguments.out.display()
+        k.tn
     );
-    Tell::new(arguments.json).result(&text, &bicycle)?;
+    console::result(&text, &bicycle)?;
+    console::note(format!("written to {out}"));
     Ok(Outcome::Done)
 }

@@ -1,13 +1,14 @@
 //! `steerwright build`: everything for one drive.
 
+use crate::console;
 use crate::design;
 use crate::failure::{Failure, Outcome};
 use crate::gate::GateArguments;
 use crate::log_options::{IdentifyArguments, LogArguments};
+use crate::output::Outputs;
 use crate::pipeline::{self, Built, Job, Text};
 use crate::requirements::SpecificationArguments;
-use crate::tell::Tell;
-use crate::{evidence, files, overview, quantity};
+use crate::{Global, evidence, files, overview, quantity};
 use std::path::{Path, PathBuf};
 
 /// Identify, design, pack, track and report: everything for one drive
@@ -28,9 +29,6 @@ pub(crate) struct Arguments {
     /// Largest lateral acceleration on the standard road
     #[arg(long, value_name = "ACCELERATION", value_parser = quantity::acceleration, default_value = "4m/s2")]
     lateral_acceleration: f64,
-    /// Print the overview as JSON on stdout
-    #[arg(long)]
-    json: bool,
     #[command(flatten)]
     log: LogArguments,
     #[command(flatten)]
@@ -41,7 +39,11 @@ pub(crate) struct Arguments {
     specification: SpecificationArguments,
 }
 
-pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {
+    let inputs = arguments.logs.iter().chain(arguments.log.files());
+    let inputs = inputs.chain(&arguments.vehicle).chain(&arguments.track);
+    let inputs = inputs.chain(arguments.specification.files());
+    let folder = Outputs::new(global.force, inputs).folder(&arguments.out, "build")?;
     let text = |path: &Option<PathBuf>| path.as_deref().map(named_text).transpose();
     let built = pipeline::build(&Job {
         log: arguments.log.read(&arguments.logs)?,
@@ -50,9 +52,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         vehicle: text(&arguments.vehicle)?,
         track: text(&arguments.track)?,
         lateral_acceleration: arguments.lateral_acceleration,
+        folder: folder.stage().into(),
         out: arguments.out.clone(),
         gate: arguments.gate,
     })?;
+    folder.commit()?;
     let mut told = evidence::evidence(&built.plant);
     for controller in &built.controllers {
         told.push_str(&format!(
@@ -62,7 +66,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         ));
     }
     told.push_str(&format!("\n{}", overview::table(std::slice::from_ref(&built))));
-    Tell::new(arguments.json).result(&told, &overview::of(&built))?;
+    console::result(&told, &overview::of(&built))?;
     Ok(outcome(&built))
 }
 

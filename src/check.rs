@@ -1,8 +1,9 @@
 //! `steerwright check`: archives of any tool held against the standard.
 
+use crate::console;
 use crate::failure::{Failure, Outcome};
+use crate::progress::Progress;
 use crate::quantity;
-use crate::tell::Tell;
 use fmu_checker::{Report, Severity, run};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -31,9 +32,6 @@ pub(crate) struct Arguments {
     /// Take warnings for errors
     #[arg(long)]
     strict: bool,
-    /// Print the findings as JSON on stdout
-    #[arg(long)]
-    json: bool,
     /// What `--run` calls itself with: exercise the FMU and write findings to this file
     #[arg(long, hide = true, value_name = "FILE")]
     run_child: Option<PathBuf>,
@@ -51,14 +49,17 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     };
     let bounds = run::Bounds { time };
     let (mut reports, mut failures) = (Vec::new(), Vec::new());
+    let progress = Progress::start("checking");
     for fmu in &arguments.fmus {
+        progress.now(format!("checking {}", fmu.display()));
         match check(fmu, arguments.run.then_some(&bounds)) {
             Ok(report) => reports.push(report),
             Err(failure) => failures.push(failure),
         }
     }
+    drop(progress);
     let text: Vec<String> = reports.iter().map(text).collect();
-    Tell::new(arguments.json).result(&text.join("\n\n"), &reports)?;
+    console::result(&text.join("\n\n"), &reports)?;
     // A file that cannot be read keeps nothing from being told of the others.
     if let Some(last) = failures.pop() {
         for failure in failures {

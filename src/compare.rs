@@ -1,12 +1,14 @@
 //! `steerwright compare`: models against a drive, controllers against each other and the truth.
 
 use crate::comparison::{self, Comparison, Job, Road, Shape};
+use crate::console;
 use crate::failure::{Failure, Outcome};
 use crate::gate::GateArguments;
 use crate::log_options::LogArguments;
+use crate::output::Outputs;
+use crate::progress::Progress;
 use crate::requirements::SpecificationArguments;
-use crate::tell::Tell;
-use crate::{files, quantity};
+use crate::{Global, files, quantity};
 use formats::Path as PathFile;
 use std::path::PathBuf;
 use sweep::Class;
@@ -45,9 +47,6 @@ pub(crate) struct Arguments {
     /// Folder for figures (SVG), results.csv, the runs, and one HTML page
     #[arg(long, short, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Print everything as JSON on stdout
-    #[arg(long)]
-    json: bool,
     #[command(flatten)]
     road: RoadArguments,
     #[command(flatten)]
@@ -84,24 +83,34 @@ struct RoadArguments {
     max_cross_track_error: f64,
 }
 
-pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {
+    let outputs = Outputs::new(global.force, arguments.inputs());
+    let folder = arguments.out.as_deref().map(|out| outputs.folder(out, "compare")).transpose()?;
     let design = arguments.specification.options()?;
+    let drive = arguments.drive()?;
+    let progress = Progress::start("comparing: designs and runs");
     let compared = comparison::compare(&Job {
         models: arguments.models.clone(),
         pids: arguments.pids.clone(),
         master: arguments.specification.master()?,
         design,
         truth: arguments.truth.clone(),
-        drive: arguments.drive()?,
+        drive,
         road: arguments.road.read()?,
         cross_track_integral_per_s: arguments.road.cross_track_integral,
         gate: arguments.gate,
         max_cross_track_error_m: arguments.road.max_cross_track_error,
     })?;
-    let written = match &arguments.out {
-        Some(folder) => comparison::write(&compared, folder)?,
+    progress.now("drawing");
+    let written = match folder {
+        Some(folder) => {
+            let written = comparison::write(&compared, folder.stage())?;
+            folder.commit()?;
+            written
+        }
         None => Vec::new(),
     };
+    drop(progress);
     let mut text = comparison::text(&compared);
     if let Some(folder) = &arguments.out {
         text.push_str(&format!(
@@ -111,7 +120,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             folder.join("comparison.html").display()
         ));
     }
-    Tell::new(arguments.json).result(&text, &comparison::json(&compared, &written))?;
+    console::result(&text, &comparison::json(&compared, &written))?;
     Ok(outcome(&compared))
 }
 
@@ -123,6 +132,18 @@ fn outcome(compared: &Comparison) -> Outcome {
 }
 
 impl Arguments {
+    /// The files that are read.
+    fn inputs(&self) -> Vec<PathBuf> {
+        // A controller's file may stand behind its model's.
+        let pids = self.pids.iter().flat_map(|text| {
+            let named = text.split_once('=').map(|(_, file)| file.into());
+            [Some(text.into()), named].into_iter().flatten()
+        });
+        let named = self.models.iter().chain(&self.truth).chain(&self.logs).chain(&self.road.path);
+        let named = named.chain(self.log.files()).chain(self.specification.files());
+        named.cloned().chain(pids).collect()
+    }
+
     /// The drive, where there is one.
     fn drive(&self) -> Result<Option<(sysid::DriveLog, IdentifyOptions)>, Failure> {
         if self.logs.is_empty() && !self.log.names_files() {

@@ -1,10 +1,11 @@
 //! `steerwright demo`: everything, on the recorded drives that this program carries.
 
+use crate::console;
 use crate::failure::{Failure, Outcome};
 use crate::gate::GateArguments;
-use crate::overview;
+use crate::output::Outputs;
 use crate::pipeline::{self, Job, Text};
-use crate::tell::Tell;
+use crate::{Global, overview};
 use control::DesignOptions;
 use std::path::PathBuf;
 use sysid::{IdentifyOptions, LogOptions};
@@ -15,9 +16,6 @@ pub(crate) struct Arguments {
     /// Folder for everything
     #[arg(long, short, value_name = "DIR", default_value = "out")]
     out: PathBuf,
-    /// Print the overview as JSON on stdout
-    #[arg(long)]
-    json: bool,
 }
 
 /// A file of `tests/data`, carried in the program.
@@ -70,7 +68,9 @@ const DRIVES: [Drive; 2] = [
     },
 ];
 
-pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {
+    let nothing: [PathBuf; 0] = [];
+    let folder = Outputs::new(global.force, nothing).folder(&arguments.out, "demo")?;
     let mut built = Vec::new();
     for drive in &DRIVES {
         let files: Vec<(String, Vec<u8>)> =
@@ -97,12 +97,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             vehicle: Some(text(drive.vehicle)),
             track: Some(text(drive.track)),
             lateral_acceleration: 4.0,
+            folder: folder.stage().join(drive.name),
             out: arguments.out.join(drive.name),
             gate: GateArguments::default(),
         })?);
     }
+    folder.commit()?;
     let all: Vec<_> = built.iter().map(overview::of).collect();
-    Tell::new(arguments.json).result(&overview::table(&built), &all)?;
+    console::result(&overview::table(&built), &all)?;
     // A weakly excited drive is there to show that no controller is designed on its model.
     Ok(Outcome::Done)
 }

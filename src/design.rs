@@ -1,12 +1,14 @@
 //! `steerwright design`: a PID controller to a specification.
 
+use crate::console;
 use crate::design_plots;
 pub(crate) use crate::design_summary::summary;
 use crate::failure::{Failure, Outcome};
 use crate::gate::GateArguments;
+use crate::output::{Kind, Outputs};
+use crate::progress::Progress;
 use crate::requirements::SpecificationArguments;
-use crate::tell::Tell;
-use crate::{files, fmu_step};
+use crate::{Global, files, fmu_step};
 use control::DesignPlant;
 use formats::{Bicycle, Document, Pid, Plant, SourceFile};
 use std::path::{Path, PathBuf};
@@ -23,29 +25,35 @@ pub(crate) struct Arguments {
     /// Write Bode, Nyquist and step plots (SVG) into this folder
     #[arg(long, value_name = "DIR")]
     plots: Option<PathBuf>,
-    /// Print the controller as JSON on stdout
-    #[arg(long)]
-    json: bool,
     #[command(flatten)]
     gate: GateArguments,
     #[command(flatten)]
     specification: SpecificationArguments,
 }
 
-pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {
+    let inputs = std::iter::once(&arguments.plant).chain(arguments.specification.files());
+    let mut outputs = Outputs::new(global.force, inputs);
+    let out = outputs.file(&arguments.out, Kind::of::<Pid>())?;
+    let figures = |folder| outputs.files(folder, design_plots::NAMES, Kind::Svg);
+    let plots = arguments.plots.as_deref().map(figures).transpose()?;
     let options = arguments.specification.options()?;
     let (plant, source, document) = read_plant(&arguments.plant)?;
     arguments.gate.check(&arguments.plant.display().to_string(), &plant.quality)?;
+    let progress = Progress::start("designing");
     let mut pid = control::design(&plant, &source, &options)?;
+    progress.now("running the loop of FMUs");
     fmu_step::prove(&mut pid, &document, &plant)?;
-    files::write_document(&arguments.out, &pid)?;
-    let mut text = format!("{}\nwritten to {}", summary(&pid), arguments.out.display());
-    if let Some(folder) = &arguments.plots {
-        for file in design_plots::write(folder, &plant, &pid)? {
-            text.push_str(&format!("\nwritten to {}", file.display()));
+    drop(progress);
+    out.document(&pid)?;
+    let mut written = vec![format!("written to {out}")];
+    if let Some(plots) = &plots {
+        for file in design_plots::write(plots, &plant, &pid)? {
+            written.push(format!("written to {}", file.display()));
         }
     }
-    Tell::new(arguments.json).result(&text, &pid)?;
+    console::result(&summary(&pid), &pid)?;
+    written.iter().for_each(console::note);
     Ok(if is_kept(&pid, &arguments.specification) {
         Outcome::Done
     } else {

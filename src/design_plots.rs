@@ -1,23 +1,26 @@
 //! Bode, Nyquist and step plots of a design.
 
 use crate::failure::Failure;
-use crate::files;
+use crate::output::Files;
 use control::DesignPlant;
 use formats::Pid;
 use report::figures::{self, OpenLoop};
 use report::{Figure, StepResponse};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 const WIDTH: u32 = 900;
 /// Points of the loop's frequency response.
 const POINTS: usize = 600;
 
-/// Writes the plots; the names of the files.
-pub(crate) fn write(
-    folder: &Path,
+/// Names of the files.
+pub(crate) const NAMES: [&str; 4] = ["bode.svg", "nyquist.svg", "step.svg", "step-with-offset.svg"];
+
+/// Writes the plots; where they are.
+pub(crate) fn write<'a>(
+    files: &'a Files,
     plant: &DesignPlant,
     pid: &Pid,
-) -> Result<Vec<PathBuf>, Failure> {
+) -> Result<Vec<&'a Path>, Failure> {
     let points = control::loop_response(plant, pid, POINTS)?;
     let open = OpenLoop {
         frequency_hz: points.iter().map(|p| p.frequency_hz).collect(),
@@ -53,9 +56,7 @@ pub(crate) fn write(
     ];
     all.iter()
         .map(|(name, figure, height)| {
-            let path = folder.join(format!("{name}.svg"));
-            files::write(&path, figure.to_svg(WIDTH, *height)?.as_bytes())?;
-            Ok(path)
+            files.write(&format!("{name}.svg"), figure.to_svg(WIDTH, *height)?.as_bytes())
         })
         .collect()
 }

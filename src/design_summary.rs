@@ -1,5 +1,6 @@
 //! A design for people: gains, what was asked and reached, margins, robustness.
 
+use crate::console;
 use control::Requirement;
 use formats::{Breaking, DesignEvidence, Grade, OnACurve, Pid, Robustness, StepMetrics};
 use report::Table;
@@ -22,7 +23,7 @@ pub(crate) fn summary(pid: &Pid) -> String {
         g.setpoint_weight_proportional,
         g.setpoint_weight_derivative
     );
-    let _ = writeln!(text, "{}", asked_and_reached(pid));
+    let _ = writeln!(text, "{}", console::table(&asked_and_reached(pid)));
     let delay = pid.designed_for.loop_delay_s;
     let unlike = e.fmu_loops.iter().all(|l| (l.loop_delay_s - delay).abs() > 1e-9);
     if !e.fmu_loops.is_empty() && unlike {
@@ -168,7 +169,7 @@ fn ranges(r: &Robustness) -> String {
             ),
         ]);
     }
-    format!("{text}{table}")
+    format!("{text}{}", console::table(&table))
 }
 
 fn where_it_breaks(b: &Breaking, value: &dyn Fn(f64) -> String) -> String {

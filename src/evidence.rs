@@ -1,13 +1,13 @@
 //! The evidence behind an identified plant, for people: tables and figures.
 
+use crate::console;
 use crate::failure::Failure;
-use crate::files;
+use crate::output::Files;
 use formats::{
     BandDeparture, Evidence, ExcitationBand, Information, Mode, Plant, Quality, ResidualTest,
     SideslipTerm,
 };
 use std::fmt::Write;
-use std::path::Path;
 
 /// Width of every figure, px.
 pub(crate) const WIDTH: u32 = 900;
@@ -15,7 +15,7 @@ pub(crate) const WIDTH: u32 = 900;
 /// The evidence behind a plant, for people.
 pub(crate) fn evidence(plant: &Plant) -> String {
     let e = &plant.evidence;
-    let channels = channel_table(&e.channels);
+    let channels = console::table(&channel_table(&e.channels));
     let mut orders =
         report::Table::new(["order", "singular value", "estimation", "held out", "as estimated"]);
     let held_out = |fit: f64| fit_text(fit, e.validation_samples);
@@ -29,7 +29,8 @@ pub(crate) fn evidence(plant: &Plant) -> String {
             if row.stable { "stable".into() } else { "unstable".to_owned() },
         ]);
     }
-    let mut text = format!("{channels}values in rad, rad/s and m/s\n\n{orders}\n");
+    let mut text =
+        format!("{channels}values in rad, rad/s and m/s\n\n{}\n", console::table(&orders));
     let _ = writeln!(
         text,
         "model    order {}, {} ({}) with {} block rows, sample time {} s",
@@ -76,12 +77,12 @@ pub(crate) fn conclusion(warnings: &[String], quality: &Quality) -> String {
     for warning in warnings {
         let _ = writeln!(text, "warning: {warning}");
     }
-    let _ = writeln!(text, "quality  {}: {}", quality.grade, quality.summary);
+    let _ = writeln!(text, "quality  {}: {}", console::grade(quality.grade), quality.summary);
     for reason in &quality.reasons {
         let _ = writeln!(
             text,
             "         {} ({}): {}",
-            reason.grade,
+            console::grade(reason.grade),
             reason.code.name(),
             reason.message
         );
@@ -92,11 +93,13 @@ pub(crate) fn conclusion(warnings: &[String], quality: &Quality) -> String {
     text
 }
 
-/// Draws the evidence into a folder.
-pub(crate) fn plots(plant: &Plant, traces: &report::Traces, folder: &Path) -> Result<(), Failure> {
+/// Draws the evidence.
+pub(crate) fn plots(plant: &Plant, traces: &report::Traces, files: &Files) -> Result<(), Failure> {
     for (name, height, figure) in report::figures::of_identification(plant, traces, None) {
         match figure.to_svg(WIDTH, height) {
-            Ok(svg) => files::write(&folder.join(format!("{name}.svg")), svg.as_bytes())?,
+            Ok(svg) => {
+                files.write(&format!("{name}.svg"), svg.as_bytes())?;
+            }
             // A short log leaves some of them empty.
             Err(report::Error::NoData { .. }) => {}
             Err(error) => return Err(error.into()),
@@ -218,7 +221,7 @@ fn judgement(e: &Evidence) -> String {
                 }),
             ]);
         }
-        let _ = write!(text, "\n{bands}\n");
+        let _ = write!(text, "\n{}\n", console::table(&bands));
     }
     text
 }

@@ -1,5 +1,6 @@
 //! What can go wrong on the command line: message, hint, exit status.
 
+use crate::console;
 use std::fmt;
 use std::io::Write;
 use std::path::Path;
@@ -43,23 +44,38 @@ impl Failure {
 
     /// Prints it on stderr and returns its exit status.
     pub(crate) fn tell(&self) -> ExitCode {
-        // A closed stderr is no reason to panic.
-        let _ = writeln!(std::io::stderr(), "error: {}\nhint: {}", self.message, self.hint);
+        console::error(&self.message, &self.hint, self.status);
         ExitCode::from(self.status)
+    }
+
+    /// As [`Failure::tell`], and ends the process with another status.
+    pub(crate) fn exit(&self, status: u8) -> ! {
+        console::error(&self.message, &self.hint, status);
+        std::process::exit(status.into())
     }
 }
 
-/// Tells what is wrong with the arguments, or the help that was asked for.
+/// Exit status of bad input.
+pub(crate) const BAD_INPUT: u8 = 2;
+
+/// Prints what is wrong with the arguments, or the help that was asked for.
 pub(crate) fn tell_usage(error: &clap::Error) -> ExitCode {
     const CLOSING: &str = "For more information, try '--help'.";
-    let text = error.render().to_string();
-    if error.use_stderr() && text.contains(CLOSING) {
-        let hint = "hint: --help lists the arguments with their units and defaults";
-        let _ = write!(std::io::stderr(), "{}", text.replace(CLOSING, hint));
-    } else {
+    const HINT: &str = "--help lists the arguments with their units and defaults";
+    let status = u8::try_from(error.exit_code()).unwrap_or(BAD_INPUT);
+    if !error.use_stderr() {
         let _ = error.print();
+    } else if console::is_json() {
+        let text = error.render().to_string();
+        let text = text.replace(CLOSING, "");
+        let message = text.trim().trim_start_matches("error: ");
+        console::error(message, HINT, status);
+    } else {
+        let hint = format!("{}: {HINT}", console::styled(console::HINT, "hint"));
+        let text = error.render().ansi().to_string().replace(CLOSING, &hint);
+        let _ = write!(anstream::stderr(), "{text}");
     }
-    ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
+    ExitCode::from(status)
 }
 
 /// Errors of the stages carry their own hint.

@@ -1,15 +1,17 @@
 //! `steerwright identify`: the plant in a drive log.
 
+use crate::Global;
+use crate::console;
 use crate::evidence::{evidence, plots};
 use crate::failure::{Failure, Outcome};
-use crate::files;
 use crate::identify_bicycle::{self, BicycleArguments};
 use crate::identify_factor;
 use crate::log_options::{IdentifyArguments, LogArguments};
-use crate::tell::Tell;
-use formats::Plant;
+use crate::output::{Files, Kind, Output, Outputs};
+use crate::progress::Progress;
+use formats::{Bicycle, Plant};
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use sysid::Traces;
 
 /// Identify the lateral dynamics in a drive log: steering angle in, yaw rate out
@@ -31,9 +33,6 @@ pub(crate) struct Arguments {
     /// Also write the evidence with its figures as one HTML page
     #[arg(long, value_name = "HTML")]
     report: Option<PathBuf>,
-    /// Print the plant as JSON on stdout
-    #[arg(long)]
-    json: bool,
     #[command(flatten)]
     log: LogArguments,
     #[command(flatten)]
@@ -42,12 +41,20 @@ pub(crate) struct Arguments {
     bicycle: BicycleArguments,
 }
 
-pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
-    let traces = arguments.traces.as_deref();
-    let out = |default: &str| arguments.out.clone().unwrap_or_else(|| default.into());
+pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {
+    let bicycle = arguments.bicycle.options(&arguments.identify)?;
+    let (default, kind) = match bicycle {
+        Some(_) => ("bicycle.json", Kind::of::<Bicycle>()),
+        None => ("plant.json", Kind::of::<Plant>()),
+    };
+    let mut outputs =
+        Outputs::new(global.force, arguments.logs.iter().chain(arguments.log.files()));
+    let out = outputs.file(arguments.out.clone().unwrap_or_else(|| default.into()), kind)?;
+    let traces = outputs.optional(arguments.traces.as_ref(), Kind::Traces)?;
+    let shown = Shown::decide(arguments, &mut outputs)?;
     if identify_factor::are_factors(&arguments.logs)? {
         let asked = [
-            ("--structure bicycle", arguments.bicycle.options(&arguments.identify)?.is_some()),
+            ("--structure bicycle", bicycle.is_some()),
             ("--traces", traces.is_some()),
             ("--plots", arguments.plots.is_some()),
             ("--report", arguments.report.is_some()),
@@ -59,54 +66,70 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             ));
         }
         let (log, identify) = (&arguments.log, &arguments.identify);
-        let out = out("plant.json");
-        return identify_factor::run(&arguments.logs, log, identify, &out, arguments.json);
+        return identify_factor::run(&arguments.logs, log, identify, &out);
     }
     let log = arguments.log.read(&arguments.logs)?;
-    if let Some(options) = arguments.bicycle.options(&arguments.identify)? {
+    if let Some(options) = bicycle {
         let drawn = [("--plots", &arguments.plots), ("--report", &arguments.report)];
         if let Some((name, _)) = drawn.iter().find(|(_, path)| path.is_some()) {
             let message = format!("{name} is an option of the structure state-space");
             return Err(Failure::new(message, "leave it out; --traces writes the signals as CSV"));
         }
-        let out = out("bicycle.json");
-        return identify_bicycle::run(&log, &options, &out, traces, arguments.json);
+        return identify_bicycle::run(&log, &options, &out, traces.as_ref());
     }
-    let out = out("plant.json");
+    let progress = Progress::start("identifying");
     let identified = sysid::identify(&log, &arguments.identify.options())?;
-    files::write_document(&out, &identified.plant)?;
+    drop(progress);
+    out.document(&identified.plant)?;
     let csv = traces_csv(&identified.traces, None);
-    if let Some(traces) = traces {
-        files::write(traces, csv.as_bytes())?;
+    if let Some(traces) = &traces {
+        traces.write(csv.as_bytes())?;
     }
-    let mut text = format!("{}\nwritten to {}", evidence(&identified.plant), out.display());
-    text += &show(arguments, &identified.plant, &csv)?;
-    Tell::new(arguments.json).result(&text, &identified.plant)?;
+    let drawn = shown.write(&identified.plant, &csv)?;
+    console::result(&evidence(&identified.plant), &identified.plant)?;
+    console::note(format!("written to {out}{drawn}"));
     Ok(Outcome::of(&identified.plant.quality))
 }
 
-/// Draws what was asked for; the places it was written to, for people.
-fn show(arguments: &Arguments, plant: &Plant, csv: &str) -> Result<String, Failure> {
-    let mut text = String::new();
-    if arguments.plots.is_none() && arguments.report.is_none() {
-        return Ok(text);
+/// Where the evidence is drawn, if anywhere.
+struct Shown<'a> {
+    plots: Option<(&'a Path, Files)>,
+    report: Option<Output>,
+}
+
+impl<'a> Shown<'a> {
+    fn decide(arguments: &'a Arguments, outputs: &mut Outputs) -> Result<Self, Failure> {
+        let plots = arguments.plots.as_deref().map(|folder| {
+            let names = report::figures::OF_IDENTIFICATION.map(|name| format!("{name}.svg"));
+            Ok::<_, Failure>((folder, outputs.files(folder, names, Kind::Svg)?))
+        });
+        let plots = plots.transpose()?;
+        Ok(Self { plots, report: outputs.optional(arguments.report.as_ref(), Kind::Html)? })
     }
-    let traces = report::Traces::from_csv(csv.as_bytes(), "traces")?;
-    if let Some(folder) = &arguments.plots {
-        plots(plant, &traces, folder)?;
-        let _ = write!(text, "\nfigures in {}", folder.display());
+
+    /// Draws what was asked for; the places it was written to, for people.
+    fn write(&self, plant: &Plant, csv: &str) -> Result<String, Failure> {
+        let mut text = String::new();
+        if self.plots.is_none() && self.report.is_none() {
+            return Ok(text);
+        }
+        let traces = report::Traces::from_csv(csv.as_bytes(), "traces")?;
+        if let Some((folder, files)) = &self.plots {
+            plots(plant, &traces, files)?;
+            let _ = write!(text, "\nfigures in {}", folder.display());
+        }
+        if let Some(out) = &self.report {
+            let page = report::Report {
+                title: format!("{}: the identified model", plant.name),
+                plant: Some(plant),
+                traces: Some(&traces),
+                ..report::Report::default()
+            };
+            out.write(page.to_html().as_bytes())?;
+            let _ = write!(text, "\nreport in {out}");
+        }
+        Ok(text)
     }
-    if let Some(path) = &arguments.report {
-        let page = report::Report {
-            title: format!("{}: the identified model", plant.name),
-            plant: Some(plant),
-            traces: Some(&traces),
-            ..report::Report::default()
-        };
-        files::write(path, page.to_html().as_bytes())?;
-        let _ = write!(text, "\nreport in {}", path.display());
-    }
-    Ok(text)
 }
 
 /// The signals as CSV; with the yaw rate of a bicycle model where there is one.

@@ -1,14 +1,15 @@
 //! `steerwright identify --structure bicycle`: the bicycle in a drive log.
 
+use crate::console;
 use crate::evidence::{channel_table, conclusion};
 use crate::failure::{Failure, Outcome};
 use crate::identify::traces_csv;
 use crate::log_options::IdentifyArguments;
-use crate::tell::Tell;
-use crate::{files, quantity};
+use crate::output::Output;
+use crate::progress::Progress;
+use crate::quantity;
 use formats::{Bicycle, BicycleEvidence, Quality};
 use std::fmt::Write;
-use std::path::Path;
 use sysid::DriveLog;
 use sysid::bicycle::{BicycleOptions, identify_bicycle};
 
@@ -94,20 +95,22 @@ fn structure(text: &str) -> Result<Structure, String> {
 pub(crate) fn run(
     log: &DriveLog,
     options: &BicycleOptions,
-    out: &Path,
-    traces: Option<&Path>,
-    json: bool,
+    out: &Output,
+    traces: Option<&Output>,
 ) -> Result<Outcome, Failure> {
+    let progress = Progress::start("identifying");
     let found = identify_bicycle(log, options)?;
-    files::write_document(out, &found.bicycle)?;
+    drop(progress);
+    out.document(&found.bicycle)?;
     if let Some(traces) = traces {
-        files::write(traces, traces_csv(&found.traces, None).as_bytes())?;
+        traces.write(traces_csv(&found.traces, None).as_bytes())?;
     }
     let bicycle = &found.bicycle;
     let mut text =
         bicycle.evidence.as_ref().map(|e| evidence(e, &bicycle.quality)).unwrap_or_default();
-    let _ = write!(text, "{}written to {}", vehicle(&found.bicycle), out.display());
-    Tell::new(json).result(&text, &found.bicycle)?;
+    text += &vehicle(&found.bicycle);
+    console::result(&text, &found.bicycle)?;
+    console::note(format!("written to {out}"));
     Ok(Outcome::of(&found.bicycle.quality))
 }
 
@@ -142,8 +145,12 @@ fn evidence(e: &BicycleEvidence, quality: &Quality) -> String {
     for s in &e.stated {
         stated = stated.row([s.name.clone(), format!("{}", s.value), s.origin.clone()]);
     }
-    let channels = channel_table(&e.channels);
-    let mut text = format!("{channels}values in rad, rad/s and m/s\n\n{identified}\n{stated}\n");
+    let channels = console::table(&channel_table(&e.channels));
+    let mut text = format!(
+        "{channels}values in rad, rad/s and m/s\n\n{}\n{}\n",
+        console::table(&identified),
+        console::table(&stated)
+    );
     let _ = writeln!(
         text,
         "fit      {:.2} % simulated on held-out data, {:.2} % on estimation data",

@@ -1,10 +1,12 @@
 //! `steerwright identify` from factors: states of absorbed drives, merged.
 
+use crate::console;
 use crate::evidence::evidence;
 use crate::failure::{Failure, Outcome};
 use crate::files;
 use crate::log_options::{IdentifyArguments, LogArguments};
-use crate::tell::Tell;
+use crate::output::Output;
+use crate::progress::Progress;
 use formats::AbsorbedDrives;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -42,8 +44,7 @@ pub(crate) fn run(
     paths: &[PathBuf],
     log: &LogArguments,
     identify: &IdentifyArguments,
-    out: &Path,
-    json: bool,
+    out: &Output,
 ) -> Result<Outcome, Failure> {
     if log.options() != LogOptions::default() || !log.drives.is_empty() {
         return Err(Failure::new(
@@ -60,6 +61,7 @@ pub(crate) fn run(
             "leave it out",
         ));
     }
+    let progress = Progress::start("identifying");
     let mut all: Option<Absorbed> = None;
     for path in paths {
         let (file, _) = files::read_document::<AbsorbedDrives>(path)?;
@@ -71,8 +73,9 @@ pub(crate) fn run(
     }
     let Some(all) = all else { return Err(sysid::Error::NoFiles.into()) };
     let plant = all.identify(&options)?;
-    files::write_document(out, &plant)?;
-    let text = format!("{}\nwritten to {}", evidence(&plant), out.display());
-    Tell::new(json).result(&text, &plant)?;
+    drop(progress);
+    out.document(&plant)?;
+    console::result(&evidence(&plant), &plant)?;
+    console::note(format!("written to {out}"));
     Ok(Outcome::of(&plant.quality))
 }

@@ -1,6 +1,7 @@
 //! The options that say how a drive log is read and identified, shared by `identify` and `build`.
 
 use crate::failure::Failure;
+use crate::progress::Progress;
 use crate::{files, quantity};
 use std::path::{Path, PathBuf};
 use sysid::{
@@ -117,6 +118,11 @@ impl LogArguments {
         !self.drives.is_empty()
     }
 
+    /// The files of `--drive`.
+    pub(crate) fn files(&self) -> impl Iterator<Item = &PathBuf> {
+        self.drives.iter().flat_map(|drive| &drive.0)
+    }
+
     /// The options of the reader.
     pub(crate) fn options(&self) -> LogOptions {
         LogOptions {
@@ -140,8 +146,9 @@ impl LogArguments {
 
     /// Reads the log's files: those named by themselves, and those of `--drive`.
     pub(crate) fn read(&self, paths: &[PathBuf]) -> Result<DriveLog, Failure> {
+        let progress = Progress::start("reading the log");
         let open = |paths: &[PathBuf]| {
-            paths.iter().map(|path| log_file(path)).collect::<Result<Vec<_>, Failure>>()
+            paths.iter().map(|path| log_file(path, &progress)).collect::<Result<Vec<_>, Failure>>()
         };
         let drives =
             self.drives.iter().map(|files| open(&files.0)).collect::<Result<Vec<_>, Failure>>()?;
@@ -168,12 +175,15 @@ impl IdentifyArguments {
 }
 
 /// A log to be read from its start to its end; `-` is standard input.
-pub(crate) fn log_file(path: &Path) -> Result<LogFile<'static>, Failure> {
+pub(crate) fn log_file(path: &Path, progress: &Progress) -> Result<LogFile<'static>, Failure> {
     if path == Path::new("-") {
         let reader = Box::new(std::io::stdin().lock());
         return Ok(LogFile { name: "standard input".into(), reader });
     }
-    Ok(LogFile { name: path.display().to_string(), reader: Box::new(files::open(path)?) })
+    let file = files::open(path)?;
+    let bytes = file.metadata().map_or(0, |metadata| metadata.len());
+    let reader = Box::new(progress.reading(file, bytes));
+    Ok(LogFile { name: path.display().to_string(), reader })
 }
 
 fn decimal_mark(text: &str) -> Result<DecimalMark, String> {

@@ -1,7 +1,7 @@
 //! `steerwright`: from a recorded drive to steering FMUs that can be trusted.
 //!
-//! Each subcommand is a file: it reads, calls a stage, writes and tells. Results a script may want
-//! go to stdout as JSON with `--json`; everything else goes to stderr.
+//! Each subcommand is a file: it decides where it writes, reads, calls a stage, writes and prints.
+//! Results go to stdout, everything else to stderr, both as JSON with `--json`; see `console`.
 
 mod absorb;
 mod bicycle;
@@ -9,6 +9,7 @@ mod build;
 mod check;
 mod compare;
 mod comparison;
+mod console;
 mod demo;
 mod design;
 mod design_plots;
@@ -24,15 +25,17 @@ mod identify_bicycle;
 mod identify_factor;
 mod lateral_loop;
 mod log_options;
+mod manual;
+mod output;
 mod overview;
 mod package;
 mod path;
 mod pipeline;
+mod progress;
 mod quantity;
 mod requirements;
 mod simulate;
 mod sweep;
-mod tell;
 
 use clap::{Parser, Subcommand};
 use failure::{Failure, Outcome};
@@ -46,10 +49,24 @@ use std::process::ExitCode;
 ///
 /// Exit status: 0 done, 1 the work was done but a requirement or a validation is not met, 2 bad input.
 #[derive(Parser)]
-#[command(version, max_term_width = 100, disable_help_subcommand = true)]
+#[command(version, max_term_width = 100)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
+    #[command(flatten)]
+    global: Global,
+}
+
+/// What every subcommand takes.
+#[derive(clap::Args, Debug, Clone, Copy)]
+struct Global {
+    /// Write over a file that is there, whatever it holds, and replace a folder whose files were
+    /// changed; a file that is read is never written, a foreign file in a folder never removed
+    #[arg(long, global = true)]
+    force: bool,
+    /// Print the result as JSON on stdout, and errors as JSON on stderr
+    #[arg(long, global = true)]
+    json: bool,
 }
 
 #[derive(Subcommand)]
@@ -68,28 +85,34 @@ enum Command {
     Compare(Box<compare::Arguments>),
     Sweep(sweep::Arguments),
     Check(check::Arguments),
+    Completions(manual::CompletionArguments),
+    Man(manual::ManArguments),
 }
 
-fn run(command: Command) -> Result<Outcome, Failure> {
+fn run(command: Command, global: &Global) -> Result<Outcome, Failure> {
     match command {
-        Command::Demo(arguments) => demo::run(&arguments),
-        Command::Build(arguments) => build::run(&arguments),
-        Command::Identify(arguments) => identify::run(&arguments),
-        Command::Absorb(arguments) => absorb::run(&arguments),
-        Command::Bicycle(arguments) => bicycle::run(&arguments),
-        Command::Design(arguments) => design::run(&arguments),
-        Command::Path(arguments) => path::run(&arguments),
-        Command::Package(arguments) => package::run(&arguments),
-        Command::Simulate(arguments) => simulate::run(&arguments),
-        Command::Compare(arguments) => compare::run(&arguments),
-        Command::Sweep(arguments) => sweep::run(&arguments),
+        Command::Demo(arguments) => demo::run(&arguments, global),
+        Command::Build(arguments) => build::run(&arguments, global),
+        Command::Identify(arguments) => identify::run(&arguments, global),
+        Command::Absorb(arguments) => absorb::run(&arguments, global),
+        Command::Bicycle(arguments) => bicycle::run(&arguments, global),
+        Command::Design(arguments) => design::run(&arguments, global),
+        Command::Path(arguments) => path::run(&arguments, global),
+        Command::Package(arguments) => package::run(&arguments, global),
+        Command::Simulate(arguments) => simulate::run(&arguments, global),
+        Command::Compare(arguments) => compare::run(&arguments, global),
+        Command::Sweep(arguments) => sweep::run(&arguments, global),
         Command::Check(arguments) => check::run(&arguments),
+        Command::Completions(arguments) => manual::completions(&arguments),
+        Command::Man(arguments) => manual::man(&arguments, global),
     }
 }
 
 fn main() -> ExitCode {
+    // Before the arguments are read, for what is wrong with them is an error too.
+    console::use_json(std::env::args_os().any(|argument| argument == "--json"));
     match Arguments::try_parse() {
-        Ok(arguments) => match run(arguments.command) {
+        Ok(arguments) => match run(arguments.command, &arguments.global) {
             Ok(outcome) => outcome.into(),
             Err(failure) => failure.tell(),
         },

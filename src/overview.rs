@@ -1,7 +1,8 @@
 //! The one table that says what came out of a build, and the same for scripts.
 
+use crate::console;
 use crate::pipeline::{Basis, Built, Controller, RECORDED_ROAD, STANDARD_ROAD};
-use formats::{Quality, SourceFile, StepMetrics};
+use formats::{Quality, SourceFile, Specification, StepMetrics};
 use serde::Serialize;
 use std::fmt::Write;
 
@@ -89,6 +90,10 @@ pub(crate) fn table(all: &[Built]) -> String {
     row("quality", &|b| b.plant.quality.grade.to_string());
     row("held-out fit, identified", &|b| format!("{:.2} %", b.plant.evidence.fit.validation));
     row("held-out fit, bicycle", &|b| b.bicycle_fit.map_or_else(none, |fit| format!("{fit:.2} %")));
+    // What all were asked for stands beside the name, else beside each figure.
+    let mut asked = all.iter().flat_map(|b| &b.controllers).map(|c| &c.pid.specification);
+    let first = asked.next();
+    let one = first.filter(|first| asked.all(|other| other == *first));
     for basis in [Basis::Identified, Basis::Bicycle] {
         let on = |cell: &dyn Fn(&Controller) -> String| {
             let cell =
@@ -109,49 +114,45 @@ pub(crate) fn table(all: &[Built]) -> String {
         for (place, in_loop) in [("own model", false), ("identified plant", true)] {
             let step = |c: &Controller| if in_loop { c.step_metrics } else { c.pid.evidence.step };
             let spec = |c: &Controller| c.pid.specification;
-            row(
-                format!("  overshoot, {place}"),
-                on(&|c| {
-                    let limit = at_most(spec(c).overshoot_percent, "%");
-                    format!("{:.3} %{limit}", step(c).overshoot_percent)
-                }),
-            );
-            row(
-                format!("  settling time, {place}"),
-                on(&|c| {
-                    let limit = at_most(spec(c).settling_time_s, "s");
-                    step(c).settling_time_s.map_or("never".into(), |t| format!("{t:.3} s{limit}"))
-                }),
-            );
-            row(
-                format!("  steady-state error, {place}"),
-                on(&|c| {
-                    let limit = at_most(spec(c).steady_state_error_percent, "%");
-                    format!("{:.3} %{limit}", step(c).steady_state_error_percent)
-                }),
-            );
+            let mut figure =
+                |name: &str,
+                 asked: &dyn Fn(&Specification) -> Option<f64>,
+                 unit: &str,
+                 value: &dyn Fn(&Controller) -> Option<f64>| {
+                    let shared = one.map_or_else(String::new, |one| at_most(asked(one), unit));
+                    let cell = |c: &Controller| {
+                        let own = if one.is_some() {
+                            String::new()
+                        } else {
+                            at_most(asked(&spec(c)), unit)
+                        };
+                        value(c).map_or("never".into(), |v| format!("{v:.3} {unit}{own}"))
+                    };
+                    row(format!("  {name}, {place}{shared}"), on(&cell));
+                };
+            let error = |s: &Specification| s.steady_state_error_percent;
+            figure("overshoot", &|s| s.overshoot_percent, "%", &|c| {
+                Some(step(c).overshoot_percent)
+            });
+            figure("settling", &|s| s.settling_time_s, "s", &|c| step(c).settling_time_s);
+            figure("error", &error, "%", &|c| Some(step(c).steady_state_error_percent));
             let with_offset = |c: &Controller| {
                 if in_loop { c.offset_metrics } else { c.pid.evidence.step_with_offset }
             };
-            row(
-                format!("  the same, steering off by 1°, {place}"),
-                on(&|c| {
-                    let limit = at_most(spec(c).steady_state_error_percent, "%");
-                    let error = with_offset(c).steady_state_error_percent;
-                    format!("{error:.3} %{limit}")
-                }),
-            );
+            figure("error, steering off by 1°", &error, "%", &|c| {
+                Some(with_offset(c).steady_state_error_percent)
+            });
         }
         row(
-            "  largest steering rate, identified plant".into(),
+            "  largest steering rate".into(),
             on(&|c| {
                 let rate = c.step_metrics.largest_increment_rad / c.pid.sample_time_s;
-                let limit = c.pid.limits.max_rate_radps;
-                format!("{rate:.2} rad/s (at most {limit:.2})")
+                format!("{rate:.2} rad/s")
             }),
         );
+        row("  its limit".into(), on(&|c| format!("{:.2} rad/s", c.pid.limits.max_rate_radps)));
         row(
-            "  overshoot of a tenth of the step, own model".into(),
+            "  overshoot of a tenth of the step".into(),
             on(&|c| {
                 let small = c.pid.evidence.small_step.as_ref();
                 small.map_or_else(none, |m| format!("{:.3} %", m.overshoot_percent))
@@ -161,7 +162,7 @@ pub(crate) fn table(all: &[Built]) -> String {
         row("  specification, identified plant".into(), on(&|c| met(c.step_meets())));
         for (road, name) in [(STANDARD_ROAD, "reference road"), (RECORDED_ROAD, "recorded road")] {
             row(
-                format!("  cross-track error RMS / largest, {name}"),
+                format!("  off the {name}, RMS / largest"),
                 on(&|c| {
                     c.runs.iter().find(|r| r.road == road).map_or_else(none, |run| {
                         let e = &run.errors;
@@ -171,7 +172,7 @@ pub(crate) fn table(all: &[Built]) -> String {
             );
         }
     }
-    let mut text = format!("{table}");
+    let mut text = console::table(&table);
     for b in all {
         let quality = &b.plant.quality;
         let _ = write!(text, "\n{}: {}: {}\n", b.plant.name, quality.grade, quality.summary);
@@ -190,7 +191,7 @@ pub(crate) fn table(all: &[Built]) -> String {
 }
 
 fn at_most(asked: Option<f64>, unit: &str) -> String {
-    asked.map_or_else(String::new, |asked| format!(" (at most {asked} {unit})"))
+    asked.map_or_else(String::new, |asked| format!(" (≤ {asked} {unit})"))
 }
 
 fn met(met: bool) -> String {

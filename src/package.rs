@@ -1,11 +1,11 @@
 //! `steerwright package`: FMU archives from the stages' files.
 
+use crate::console;
 use crate::failure::{Failure, Outcome};
-use crate::files;
 use crate::gate::{self, GateArguments};
-use crate::lateral_loop;
-use crate::quantity;
-use crate::tell::Tell;
+use crate::output::{Kind, Output, Outputs};
+use crate::progress::Progress;
+use crate::{Global, files, lateral_loop, quantity};
 use formats::Start;
 use packaging::{Binary, Fmu, Packed};
 use serde::Serialize;
@@ -31,9 +31,6 @@ pub(crate) struct Arguments {
     /// gnss.std_m (0.02 m). Where path or estimator state no sideslip, they take that of the plant
     #[arg(long, value_name = "NAME.ssp")]
     ssp: Option<PathBuf>,
-    /// Print the result as JSON on stdout
-    #[arg(long)]
-    json: bool,
     #[command(flatten)]
     gate: GateArguments,
 }
@@ -54,7 +51,7 @@ struct Written {
     connections: Option<Vec<String>>,
 }
 
-pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {
     let documents = arguments
         .files
         .iter()
@@ -74,26 +71,38 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         }
         known.push((fmu, file));
     }
+    let mut outputs = Outputs::new(global.force, &arguments.files);
+    let mut archives: Vec<(Fmu, Output)> = Vec::new();
+    for (fmu, _) in known {
+        let file = arguments.out.join(format!("{}.fmu", fmu.name()));
+        archives.push((fmu, outputs.file(file, Kind::Fmu)?));
+    }
+    let ssp = match &arguments.ssp {
+        None => None,
+        Some(file) => Some((ssp_name(file)?, outputs.file(arguments.out.join(file), Kind::Ssp)?)),
+    };
     let named: Vec<(&str, String)> =
         documents.iter().map(|(file, text)| (text.as_str(), file.display().to_string())).collect();
-    let (packed, package) = match &arguments.ssp {
+    let progress = Progress::start("packing");
+    let (packed, package) = match &ssp {
         None => {
             let each = named.iter().map(|(text, file)| pack(text, file, arguments.step));
             (each.collect::<Result<Vec<_>, _>>()?, None)
         }
-        Some(file) => {
-            let name = ssp_name(file)?;
+        Some((name, out)) => {
             let named: Vec<_> = named.iter().map(|(text, file)| (*text, file.as_str())).collect();
             let packed = lateral_loop::pack(name, &named, arguments.step)?;
-            (packed.fmus, Some((arguments.out.join(file), packed.connections, packed.bytes)))
+            (packed.fmus, Some((out, packed.connections, packed.bytes)))
         }
     };
+    drop(progress);
     let mut written = Vec::new();
     for archive in &packed {
-        let file = write(&arguments.out, archive)?;
+        let Some((_, out)) = archives.iter().find(|(fmu, _)| *fmu == archive.fmu) else { continue };
+        out.write(&archive.bytes)?;
         written.push(Written {
             fmu: Some(archive.fmu.name()),
-            file,
+            file: out.path().into(),
             guid: Some(archive.description.guid.clone()),
             bytes: archive.bytes.len(),
             platforms: fmu_binaries::of(archive.fmu.name()).map(|l| l.platform).collect(),
@@ -101,13 +110,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         });
     }
     let mut wired = String::new();
-    if let Some((file, connections, bytes)) = package {
-        files::write(&file, &bytes)?;
+    if let Some((out, connections, bytes)) = package {
+        out.write(&bytes)?;
         let connections: Vec<String> = connections.iter().map(ToString::to_string).collect();
-        wired = format!("\nwired in {}:\n  {}", file.display(), connections.join("\n  "));
+        wired = format!("\nwired in {out}:\n  {}", connections.join("\n  "));
         written.push(Written {
             fmu: None,
-            file,
+            file: out.path().into(),
             guid: None,
             bytes: bytes.len(),
             platforms: Vec::new(),
@@ -123,7 +132,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
             w.guid.clone().unwrap_or_default(),
         ]);
     }
-    Tell::new(arguments.json).result(&format!("{table}{wired}"), &written)?;
+    console::result(&format!("{}{wired}", console::table(&table)), &written)?;
     Ok(Outcome::Done)
 }
 
@@ -174,11 +183,4 @@ pub(crate) fn pack_with_start(
             None => e.into(),
         }
     })
-}
-
-/// Writes an archive under its FMU's name.
-pub(crate) fn write(folder: &Path, archive: &Packed) -> Result<PathBuf, Failure> {
-    let file = folder.join(format!("{}.fmu", archive.fmu.name()));
-    files::write(&file, &archive.bytes)?;
-    Ok(file)
 }

@@ -1,8 +1,9 @@
 //! `steerwright path`: a reference path from recorded points or from a standard road.
 
+use crate::console;
 use crate::failure::{Failure, Outcome};
-use crate::tell::Tell;
-use crate::{files, quantity};
+use crate::output::{Kind, Outputs};
+use crate::{Global, files, quantity};
 use control::Sideslip;
 use control::paths::{self, FixOptions, PointOptions, PoorFixes};
 use formats::{Bicycle, Document, Path as PathFile, Pid, Plant, SourceFile};
@@ -50,9 +51,6 @@ pub(crate) struct Arguments {
     /// How fast the integral of the cross-track error grows, such as 0.05/s; by default there is none
     #[arg(long, value_name = "RATE", allow_hyphen_values = true, value_parser = quantity::rate, default_value = "0/s")]
     cross_track_integral: f64,
-    /// Print the path as JSON on stdout
-    #[arg(long)]
-    json: bool,
 }
 
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
@@ -72,7 +70,9 @@ impl From<PoorFixesName> for PoorFixes {
     }
 }
 
-pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {
+    let inputs = [&arguments.track, &arguments.pid, &arguments.plant].into_iter().flatten();
+    let out = Outputs::new(global.force, inputs).file(&arguments.out, Kind::of::<PathFile>())?;
     let mut outcome = Outcome::Done;
     let (mut path, mut notes) = match &arguments.track {
         None => (paths::reference_road(arguments.speed, arguments.lateral_acceleration)?, vec![]),
@@ -107,10 +107,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     path.guidance = sideslip(arguments, &mut path, &mut notes)?.guide(path.guidance);
     path.guidance.cross_track_integral_gain_per_s = arguments.cross_track_integral;
     path.checked("the path's guidance")?;
-    files::write_document(&arguments.out, &path)?;
-    notes.push(extent(&path));
-    notes.push(format!("written to {}", arguments.out.display()));
-    Tell::new(arguments.json).result(&notes.join("\n"), &path)?;
+    out.document(&path)?;
+    notes.iter().for_each(console::note);
+    console::result(&extent(&path), &path)?;
+    console::note(format!("written to {out}"));
     Ok(outcome)
 }
 
@@ -175,9 +175,8 @@ fn recorded(arguments: &Arguments, track: &Path) -> Result<(PathFile, Vec<String
             control::Error::PointFile { .. } | control::Error::PoorFixes { .. } => e.into(),
             e => Failure::in_file(track, &e, e.hint()),
         })?;
-    let mut notes: Vec<String> =
-        recorded.warnings.iter().map(|w| format!("warning: {w}")).collect();
-    notes.push(format!(
+    recorded.warnings.iter().for_each(console::warning);
+    let mut notes = vec![format!(
         "smoothed over {:.1} m; the points are {:.3} m (RMS) and at most {:.3} m off (at x {:.1} m, y {:.1} m), their noise is {:.3} m",
         recorded.smoothing_length_m,
         recorded.rms_distance_m,
@@ -185,7 +184,7 @@ fn recorded(arguments: &Arguments, track: &Path) -> Result<(PathFile, Vec<String
         recorded.furthest_point_m[0],
         recorded.furthest_point_m[1],
         recorded.noise_m,
-    ));
+    )];
     if let Some(excess) = recorded.excess {
         let [x, y] = excess.at_m;
         notes.push(format!(

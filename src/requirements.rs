@@ -207,6 +207,11 @@ const KEYS: &[Key] = &[
 ];
 
 impl SpecificationArguments {
+    /// The files that are read.
+    pub(crate) fn files(&self) -> impl Iterator<Item = &PathBuf> {
+        self.requirements.iter()
+    }
+
     /// Whether a design that not all plants keep is none: `--robust on` was written, not only meant.
     pub(crate) fn must_be_robust(&self) -> bool {
         self.robust == Some(Switch::On)

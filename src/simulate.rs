@@ -1,14 +1,14 @@
 //! `steerwright simulate`: archives, or a system structure package, in closed loop.
 
+use crate::console;
 use crate::failure::{Failure, Outcome};
-use crate::files;
-use crate::quantity;
-use crate::tell::Tell;
+use crate::output::{Kind, Outputs};
+use crate::progress::Progress;
+use crate::{Global, quantity};
 use fmi2_host::{
     Archive, Connection, Error, InputTable, Instance, Master, Status, System, SystemPackage, Value,
 };
 use serde::Serialize;
-use std::io::Write;
 use std::path::PathBuf;
 
 /// Simulate FMUs together; outputs and inputs of equal name are wired, or what an .ssp says
@@ -43,9 +43,6 @@ pub(crate) struct Arguments {
     /// Feed free inputs from a CSV with a column `time`, held between rows
     #[arg(long, value_name = "CSV")]
     input: Option<PathBuf>,
-    /// Print what was wired and the last values as JSON on stdout
-    #[arg(long)]
-    json: bool,
 }
 
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
@@ -67,11 +64,13 @@ struct Done {
     warnings: Vec<String>,
 }
 
-pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {
+    let inputs = arguments.fmus.iter().chain(&arguments.input);
+    let out = Outputs::new(global.force, inputs).file(&arguments.out, Kind::Recording)?;
     let Setup { mut system, connections, start, step, stop, remarks } = setup(arguments)?;
     // Before the run, for they may say why it fails.
     for remark in &remarks {
-        let _ = writeln!(std::io::stderr(), "warning: {remark}");
+        console::warning(remark);
     }
     for text in &arguments.set {
         system.set_text(text)?;
@@ -80,12 +79,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         MasterName::GaussSeidel => Master::GaussSeidel,
         MasterName::Jacobi => Master::Jacobi,
     };
+    let progress = Progress::start(format!("simulating {stop} s"));
     let recording = system.run(master, start, stop, step)?;
+    drop(progress);
     let of_the_run = warnings(&mut system)?;
-    files::write(&arguments.out, recording.to_csv().as_bytes())?;
+    out.write(recording.to_csv().as_bytes())?;
 
     let last = recording.rows.last().cloned().unwrap_or_default();
-    let told: String = of_the_run.iter().map(|w| format!("warning: {w}\n")).collect();
+    of_the_run.iter().for_each(console::warning);
     let done = Done {
         file: arguments.out.clone(),
         connections: connections.iter().map(ToString::to_string).collect(),
@@ -103,12 +104,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         none if none.is_empty() => "nothing is wired".to_owned(),
         some => format!("wired:\n  {some}"),
     };
-    let text = format!(
-        "{told}{wired}\n\n{table}\n{} steps of {step} s, written to {}",
-        done.steps,
-        done.file.display()
-    );
-    Tell::new(arguments.json).result(&text, &done)?;
+    let text = format!("{wired}\n\n{}\n{} steps of {step} s", console::table(&table), done.steps);
+    console::result(&text, &done)?;
+    console::note(format!("written to {out}"));
     Ok(Outcome::Done)
 }
 

@@ -1,15 +1,15 @@
 //! `steerwright sweep`: Monte Carlo over closed loops of FMUs.
 
-use crate::failure::{Failure, Outcome};
-use crate::quantity;
-use crate::tell::Tell;
+use crate::console;
+use crate::failure::{BAD_INPUT, Failure, Outcome};
+use crate::output::{Kind, Outputs};
+use crate::progress::Progress;
+use crate::{Global, quantity};
 use ::sweep::{
     Cause, FailureSummary, Finished, MetricSummary, Options, Requirement, Study, Summary, Sweep,
 };
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
-use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, mpsc};
@@ -29,11 +29,8 @@ pub(crate) struct Arguments {
     #[arg(long, alias = "output", short, value_name = "CSV", default_value = "results.csv")]
     out: PathBuf,
     /// Go on with results that an earlier call left unfinished
-    #[arg(long, conflicts_with = "overwrite")]
-    resume: bool,
-    /// Write over results of this study that an earlier call left unfinished
     #[arg(long)]
-    overwrite: bool,
+    resume: bool,
     /// Threads; by default one a core
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
@@ -54,9 +51,6 @@ pub(crate) struct Arguments {
     /// Runs to write trajectories of, such as 0,7,12
     #[arg(long, value_name = "RUNS", value_delimiter = ',', requires = "trajectories")]
     of: Vec<usize>,
-    /// Print counts, quantiles and shares as JSON on stdout
-    #[arg(long)]
-    json: bool,
 }
 
 /// What was done, for scripts.
@@ -70,8 +64,9 @@ struct Done {
     summary: Summary,
 }
 
-pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
+pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {
     let study = Study::open(&arguments.study)?;
+    decide(arguments, global, &study)?;
     // Ours reset exactly, which a test holds them to; what others do is for the study to say.
     let sweep = Sweep::prepare(&study, &|tool| tool.starts_with("steerwright "))?;
     let timeout = Duration::try_from_secs_f64(arguments.timeout).ok().filter(|t| !t.is_zero());
@@ -87,24 +82,28 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         Failure::new(format!("no signal handler: {e}"), "run the command in a process of its own")
     })?;
     let start = || isolated(arguments);
-    let bar = bar(sweep.runs());
-    let hung = |run: usize, rows: usize| {
-        bar.finish_and_clear();
-        hung(arguments, run, rows, sweep.runs()).tell();
-        // The thread that hangs cannot be waited for.
-        std::process::exit(2);
+    let results = match &arguments.out {
+        out if *out == Path::new("-") => PathBuf::from("/dev/stdout"),
+        out => out.clone(),
     };
+    // What --isolate starts says nothing.
+    let progress = (!arguments.serve).then(|| Progress::start("running the study"));
     let options = Options {
-        results: &arguments.out,
+        results: &results,
         threads: arguments.threads.map(usize::from),
         resume: arguments.resume,
-        overwrite: arguments.overwrite,
+        overwrite: global.force,
         trajectories: arguments.trajectories.clone().map(|dir| (dir, arguments.of.clone())),
         isolate: if arguments.isolate { Some(&start) } else { None },
         timeout: Some(timeout),
-        hung: &hung,
+        // The thread that hangs cannot be waited for.
+        hung: &|run, rows| hung(arguments, run, rows, sweep.runs()).exit(BAD_INPUT),
         stop: &stop,
-        progress: &|rows| bar.set_position(rows as u64),
+        progress: &|rows| {
+            if let Some(progress) = &progress {
+                progress.count(rows, sweep.runs());
+            }
+        },
     };
     if arguments.serve {
         sweep.serve(&options, std::io::stdin().lock(), std::io::stdout())?;
@@ -112,14 +111,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     let warnings = warnings(&sweep, arguments);
     for warning in &warnings {
-        let _ = writeln!(std::io::stderr(), "warning: {warning}");
+        console::warning(warning);
     }
     let finished = sweep.run(&options);
-    bar.finish_and_clear();
+    drop(progress);
     let finished = finished?;
     complete(arguments, &finished)?;
     let met = finished.summary.all_passed();
-    let text = text(arguments, &finished);
+    let text = text(&finished);
     let done = Done {
         file: arguments.out.clone(),
         threads: finished.threads,
@@ -127,8 +126,25 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         warnings,
         summary: finished.summary,
     };
-    Tell::new(arguments.json).result(&text, &done)?;
+    console::result(&text, &done)?;
+    console::note(format!("written to {}", arguments.out.display()));
     Ok(if met { Outcome::Done } else { Outcome::RequirementNotMet })
+}
+
+/// Refuses outputs that would replace an input or a foreign file.
+fn decide(arguments: &Arguments, global: &Global, study: &Study) -> Result<(), Failure> {
+    if arguments.serve {
+        return Ok(());
+    }
+    let inputs = study.files().into_iter().chain([arguments.study.clone()]);
+    // Whether results can be gone on with is for the sweep to say.
+    let mut outputs = Outputs::new(global.force || arguments.resume, inputs);
+    outputs.file(&arguments.out, Kind::SweepResults)?;
+    if let Some(folder) = &arguments.trajectories {
+        let names = arguments.of.iter().map(|run| format!("run-{run}.csv"));
+        outputs.files(folder, names, Kind::Recording)?;
+    }
+    Ok(())
 }
 
 fn warnings(sweep: &Sweep, arguments: &Arguments) -> Vec<String> {
@@ -151,8 +167,7 @@ fn try_first_step(study: &Study, sweep: &Sweep, timeout: Duration) -> Result<(),
         if wait.recv_timeout(timeout) == Err(mpsc::RecvTimeoutError::Timeout) {
             let problem = format!("the first step takes longer than {} s", timeout.as_secs_f64());
             Failure::new(problem, "give more with --timeout, or try the FMU with check --run")
-                .tell();
-            std::process::exit(2);
+                .exit(BAD_INPUT)
         }
     });
     let tried = sweep.try_first_step(study);
@@ -185,14 +200,6 @@ fn isolated(arguments: &Arguments) -> Command {
     command
 }
 
-/// On stderr, and only where that is a terminal.
-fn bar(runs: usize) -> ProgressBar {
-    let bar = ProgressBar::with_draw_target(Some(runs as u64), ProgressDrawTarget::stderr());
-    let style = "{bar:40} {pos}/{len} runs, {per_sec}, {eta} left";
-    bar.set_style(ProgressStyle::with_template(style).unwrap_or(ProgressStyle::default_bar()));
-    bar
-}
-
 /// Refuses to call done what is not: the results hold the first rows, and can be gone on with.
 fn complete(arguments: &Arguments, finished: &Finished) -> Result<(), Failure> {
     let (rows, runs) = (finished.rows, finished.summary.runs);
@@ -209,7 +216,7 @@ fn complete(arguments: &Arguments, finished: &Finished) -> Result<(), Failure> {
     })
 }
 
-fn text(arguments: &Arguments, finished: &Finished) -> String {
+fn text(finished: &Finished) -> String {
     let summary = &finished.summary;
     let mut table =
         report::Table::new(["metric", "unit", "median", "5 %", "95 %", "99 %", "largest", "met"]);
@@ -228,7 +235,7 @@ fn text(arguments: &Arguments, finished: &Finished) -> String {
     if let Some(error) = &summary.first_error {
         text += &format!("the first error: {error}\n");
     }
-    text + &format!("\n{table}\nwritten to {}", arguments.out.display())
+    text + &format!("\n{}", console::table(&table))
 }
 
 /// How many runs ended in which way.

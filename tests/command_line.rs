@@ -12,11 +12,13 @@ fn run(folder: &Path, line: &str) -> Output {
     steerwright(folder, &words(line, chain()))
 }
 
-/// Runs with `--json`: exit status 0, JSON and nothing else on stdout, words on stderr.
+/// Runs with `--json`: exit status 0, one JSON value on stdout, JSON lines on stderr.
 fn json(folder: &Path, line: &str) -> Value {
     let output = run(folder, &format!("{line} --json"));
     assert_eq!(output.status.code(), Some(0), "{line}: {}", told(&output));
-    assert!(told(&output).lines().count() >= 2, "{line}: people are told nothing");
+    for line in String::from_utf8(output.stderr).unwrap().lines() {
+        assert!(serde_json::from_str::<Value>(line).is_ok_and(|v| v.is_object()), "{line}");
+    }
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
@@ -47,18 +49,137 @@ fn each_stage_prints_the_file_it_writes() {
     assert!(path["guidance"]["feedforward_gain_radm"].as_f64().unwrap() > 0.0);
 }
 
+/// Lines that every command prints its result with, in an order in which each has what it needs.
+const EACH: [&str; 9] = [
+    "identify {data}/multibody/drive.csv --input steering_command_rad --order 2 --horizon 10",
+    "identify {data}/multibody/drive.csv --input steering_command_rad --structure bicycle",
+    "absorb {data}/multibody/drive.csv --input steering_command_rad",
+    "bicycle {data}/multibody/vehicle.toml",
+    "path --pid {chain}/pid.json",
+    "package {chain}/plant.json {chain}/path.json {chain}/pid.json --ssp Loop.ssp",
+    "simulate Loop.ssp --stop 1s",
+    "design {chain}/plant.json",
+    "compare {chain}/plant.json {chain}/bicycle.json --pid {chain}/pid.json --road lane-change",
+];
+
 #[test]
-fn nothing_goes_to_stdout_unasked() {
+fn results_go_to_stdout_in_tables_of_80_columns_and_the_rest_to_stderr() {
     let folder = tempfile::tempdir().unwrap();
-    for line in [
-        "bicycle {data}/multibody/vehicle.toml",
-        "path",
-        "package {chain}/plant.json",
-        "simulate {chain}/fmu/LateralPid.fmu",
+    for line in EACH.into_iter().chain(["check IdentifiedPlant.fmu"]) {
+        let output = run(folder.path(), line);
+        let (stdout, stderr) =
+            (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap());
+        assert!(output.status.success(), "{line}: {stderr}");
+        assert!(!stdout.trim().is_empty(), "{line}: no result on stdout");
+        assert!(!stdout.contains("written to "), "{line}: {stdout}");
+        let about = ["written to ", "warning: ", "progress: ", "no feedforward", "sideslip"];
+        assert!(stderr.lines().all(|l| about.iter().any(|a| l.starts_with(a))), "{line}: {stderr}");
+        // Nothing but plain text where no terminal is.
+        assert!(!(stdout + &stderr).contains('\u{1b}'), "{line}");
+        let output = run(folder.path(), line);
+        let text = String::from_utf8(output.stdout).unwrap();
+        let mut in_table = false;
+        for row in text.lines() {
+            in_table = row.starts_with('─') || in_table && !row.is_empty();
+            assert!(!in_table || row.chars().count() <= 80, "{line}: {row}");
+        }
+    }
+}
+
+#[test]
+fn with_json_an_error_is_json_too() {
+    let folder = tempfile::tempdir().unwrap();
+    for (line, status, says) in [
+        ("identify missing.csv --json", 2, "missing.csv: No such file"),
+        (
+            "--json design plant.json --max-angle 22",
+            2,
+            "invalid value '22' for '--max-angle <ANGLE>'",
+        ),
+        ("package --json", 2, "required arguments were not provided"),
+        ("check missing.fmu --json", 2, "missing.fmu"),
     ] {
         let output = run(folder.path(), line);
-        assert!(output.status.success() && output.stdout.is_empty(), "{line}: {}", told(&output));
+        assert_eq!(output.status.code(), Some(status), "{line}");
+        let text = String::from_utf8(output.stderr).unwrap();
+        let error: Value = serde_json::from_str(text.lines().last().unwrap()).unwrap();
+        let error = &error["error"];
+        assert!(error["message"].as_str().unwrap().contains(says), "{line}: {error}");
+        assert!(!error["message"].as_str().unwrap().starts_with("error"), "{line}: {error}");
+        assert!(!error["hint"].as_str().unwrap().is_empty(), "{line}: {error}");
+        assert_eq!(error["exit_status"], status, "{line}");
     }
+}
+
+#[test]
+fn colour_is_for_terminals_and_no_color_takes_it_away() {
+    let folder = tempfile::tempdir().unwrap();
+    let line = "identify {data}/multibody/drive.csv --input steering_command_rad --order 2";
+    let coloured = |line: &str, variables: &[(&str, &str)]| {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_steerwright"));
+        command.args(words(line, chain())).current_dir(folder.path());
+        command.envs(variables.iter().copied()).output().unwrap()
+    };
+    let forced = [("CLICOLOR_FORCE", "1")];
+    let text = String::from_utf8(coloured(line, &forced).stdout).unwrap();
+    let quality = text.lines().find(|l| l.starts_with("quality ")).unwrap();
+    assert!(quality.contains("\u{1b}["), "{quality}");
+    let text = String::from_utf8(coloured("identify missing.csv", &forced).stderr).unwrap();
+    assert!(text.contains("\u{1b}[") && text.contains("error"), "{text}");
+    let without = [("NO_COLOR", "1")];
+    for line in [line, "identify missing.csv", "identify"] {
+        let output = coloured(line, &without);
+        let text = [output.stdout, output.stderr].concat();
+        assert!(!text.contains(&0x1b), "{line}");
+    }
+}
+
+#[test]
+fn help_completions_and_man_pages_come_from_the_same_definitions() {
+    let folder = tempfile::tempdir().unwrap();
+    let printed = |line: &str| {
+        let output = run(folder.path(), line);
+        assert!(output.status.success() && output.stderr.is_empty(), "{line}: {}", told(&output));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    assert!(printed("help").contains("identify"));
+    assert_eq!(printed("help design"), printed("design --help"));
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let script = printed(&format!("completions {shell}"));
+        assert!(script.contains("max-angle") && script.contains("force"), "{shell}");
+    }
+    assert!(printed("man").starts_with(".ie") || printed("man").contains(".TH steerwright 1"));
+    let page = printed("man design");
+    assert!(page.contains(".TH steerwright-design 1"), "{page}");
+    assert!(page.contains("\\-\\-max\\-angle") && page.contains("\\-\\-force"), "{page}");
+    for _ in 0..2 {
+        assert!(run(folder.path(), "man --out pages").status.success());
+    }
+    let pages = std::fs::read_dir(folder.path().join("pages")).unwrap().count();
+    assert!(pages > 12, "{pages}");
+    let output = run(folder.path(), "man nothing");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(told(&output).contains("the commands are demo, build"), "{}", told(&output));
+}
+
+#[cfg(unix)]
+#[test]
+fn what_takes_longer_than_two_seconds_is_reported_on_stderr() {
+    let folder = tempfile::tempdir().unwrap();
+    let fifo = folder.path().join("log.csv");
+    assert!(std::process::Command::new("mkfifo").arg(&fifo).status().unwrap().success());
+    let writer = std::thread::spawn(move || {
+        let file = std::fs::OpenOptions::new().write(true).open(fifo).unwrap();
+        std::thread::sleep(std::time::Duration::from_secs(4));
+        drop(file);
+    });
+    let output = run(folder.path(), "identify log.csv");
+    writer.join().unwrap();
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        text.starts_with("progress: reading the log, ") && text.contains("\nerror: "),
+        "{text}"
+    );
 }
 
 #[test]
@@ -92,9 +213,11 @@ fn three_files_with_a_clock_each_become_a_recorded_road_and_a_controller() {
 #[test]
 fn an_infeasible_specification_is_told_by_exit_1_and_the_controller_is_written() {
     let folder = tempfile::tempdir().unwrap();
-    let output = run(folder.path(), "design {chain}/plant.json --settling 0.1s --json");
+    let output = run(folder.path(), "design {chain}/plant.json --settling 0.1s");
     assert_eq!(output.status.code(), Some(1), "{}", told(&output));
     assert!(told(&output).contains("not met: settling time"), "{}", told(&output));
+    let output = run(folder.path(), "design {chain}/plant.json --settling 0.1s --json");
+    assert_eq!(output.status.code(), Some(1), "{}", told(&output));
     let printed: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(printed, read(&folder.path().join("pid.json")));
     assert_eq!(printed["evidence"]["met"], false);
@@ -154,7 +277,8 @@ fn parameters_are_set_and_free_inputs_are_fed() {
 #[test]
 fn every_command_has_help_and_bad_usage_a_hint() {
     let folder = tempfile::tempdir().unwrap();
-    for command in ["identify", "bicycle", "design", "path", "package", "simulate", "check"] {
+    for command in ["identify", "bicycle", "design", "path", "package", "simulate", "check", "man"]
+    {
         let help = run(folder.path(), &format!("{command} --help"));
         let text = String::from_utf8(help.stdout).unwrap();
         assert!(help.status.success() && help.stderr.is_empty(), "{command}");

@@ -149,7 +149,8 @@ fn a_package_at_odds_with_its_fmus_is_told_before_its_result() {
     let read = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
     let simulate = |from: &str, to: &str| {
         std::fs::write(folder.join("edited.ssp"), edited(&package, from, to)).unwrap();
-        run(folder, "simulate edited.ssp --stop 1s -o edited.csv --json")
+        let line = "simulate edited.ssp --stop 1s -o edited.csv";
+        (run(folder, line), run(folder, &format!("{line} --json")))
     };
     let steering = r#"<ssd:Connector name="steering_angle" kind="input">"#;
     let backwards = [
@@ -170,13 +171,13 @@ fn a_package_at_odds_with_its_fmus_is_told_before_its_result() {
             "IdentifiedPlant.intial_x is given a value and does not exist; near it: initial_x",
         ),
     ] {
-        let output = simulate(from, to);
+        let (output, as_json) = simulate(from, to);
         let text = told(&output);
         assert_eq!(output.status.code(), Some(0), "{text}");
         assert!(text.starts_with("warning: SystemStructure.ssd:"), "{text}");
         assert!(text.lines().next().unwrap().contains(what), "{what:?} is not in {text}");
         assert_eq!(text.matches("warning: ").count(), 1, "{text}");
-        let printed: Value = serde_json::from_slice(&output.stdout).unwrap();
+        let printed: Value = serde_json::from_slice(&as_json.stdout).unwrap();
         assert!(printed["warnings"][0].as_str().unwrap().contains(what), "{printed}");
         // The FMUs count, so it runs as it did.
         assert!(read("edited.csv") == read("as_made.csv"), "{what}");

@@ -334,7 +334,7 @@ fn an_interrupt_ends_cleanly_and_is_resumed() {
         let child = std::process::Command::new(env!("CARGO_BIN_EXE_steerwright"))
             .arg("sweep")
             .arg(&file)
-            .args(["--threads", "1", "--overwrite", "-o"])
+            .args(["--threads", "1", "--force", "-o"])
             .arg(&out)
             .args(isolate)
             .stderr(std::process::Stdio::piped())

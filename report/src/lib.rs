@@ -35,4 +35,4 @@ pub use palette::Color;
 pub use read::{StepResponse, Traces, Track, TrackErrors};
 pub use report::{Controller, LoopStep, Report};
 pub use sections::factor_in_words;
-pub use table::Table;
+pub use table::{COLUMNS, Table};

@@ -2,6 +2,7 @@
 
 use super::guidance;
 use super::{Comparison, Run};
+use crate::console::table;
 use formats::Guidance;
 use report::Table;
 use std::fmt::Write;
@@ -15,9 +16,9 @@ pub(crate) fn text(c: &Comparison) -> String {
     }
     text.push('\n');
     if c.drive.is_some() {
-        let _ = writeln!(text, "{}", drive_table(c));
+        let _ = writeln!(text, "{}", table(&drive_table(c)));
     }
-    let _ = writeln!(text, "{}", controller_table(c));
+    let _ = writeln!(text, "{}", table(&controller_table(c)));
     let _ = writeln!(
         text,
         "cross-track error RMS / largest on the {}, {:.0} m at {:.1} m/s and up to {:.1} m/s2",
@@ -26,8 +27,8 @@ pub(crate) fn text(c: &Comparison) -> String {
         c.road.speed_mps,
         c.lateral_acceleration()
     );
-    let _ = writeln!(text, "{}", matrix(c));
-    let _ = writeln!(text, "{}\n{}", road_table(c), step_table(c));
+    let _ = writeln!(text, "{}", table(&matrix(c)));
+    let _ = writeln!(text, "{}\n{}", table(&road_table(c)), table(&step_table(c)));
     let _ = writeln!(text, "* on the model that the controller was designed on");
     if !c.remarks.is_empty() {
         text.push('\n');

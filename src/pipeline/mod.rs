@@ -8,6 +8,7 @@ mod present;
 
 use crate::failure::Failure;
 use crate::gate::GateArguments;
+use crate::progress::Progress;
 use crate::{fmu_step, identify, lateral_loop};
 use control::paths::{self, PointOptions};
 use control::{DesignOptions, DesignPlant};
@@ -33,7 +34,9 @@ pub(crate) struct Job {
     pub(crate) track: Option<Text>,
     /// Largest lateral acceleration on the standard road, m/s².
     pub(crate) lateral_acceleration: f64,
-    /// Folder for everything.
+    /// Folder for everything, empty yet.
+    pub(crate) folder: PathBuf,
+    /// Where that folder will be.
     pub(crate) out: PathBuf,
     /// Whether a controller is designed on a model that failed validation.
     pub(crate) gate: GateArguments,
@@ -119,7 +122,9 @@ pub(crate) const RECORDED_ROAD: &str = "recorded";
 
 /// Runs every stage.
 pub(crate) fn build(job: &Job) -> Result<Built, Failure> {
-    let mut out = Writer::new(&job.out);
+    let mut out = Writer::new(&job.folder);
+    let name = &job.log.name;
+    let progress = Progress::start(format!("{name}: identifying"));
     let mut remarks = Vec::new();
 
     let identified = sysid::identify(&job.log, &job.identify)?;
@@ -135,6 +140,7 @@ pub(crate) fn build(job: &Job) -> Result<Built, Failure> {
     out.bytes("traces.csv", traces.as_bytes())?;
 
     let controllers = if job.gate.allows(&plant.quality) {
+        progress.now(format!("{name}: designing and running the loops of FMUs"));
         controllers(job, &mut out, (&plant, plant_source), bicycle.as_ref(), &mut remarks)?
     } else {
         // The loops would run on the identified plant, which does not represent the vehicle.
@@ -145,6 +151,7 @@ pub(crate) fn build(job: &Job) -> Result<Built, Failure> {
         Vec::new()
     };
 
+    progress.now(format!("{name}: drawing"));
     let traces = Traces::from_csv(traces.as_bytes(), "traces.csv")?;
     let bicycle_fit = judged.map(|j| j.validation_fit);
     let mut built =

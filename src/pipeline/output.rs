@@ -1,11 +1,12 @@
-//! Files written below one folder, and the list of them.
+//! Files written below a folder that is new, and the list of them.
 
 use crate::failure::Failure;
-use crate::{files, package};
+use crate::package;
 use formats::{Document, SourceFile};
+use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Writes files below one folder and keeps the list.
+/// Writes files below a new folder and keeps the list.
 pub(crate) struct Writer {
     folder: PathBuf,
     written: Vec<SourceFile>,
@@ -19,7 +20,10 @@ impl Writer {
     /// Writes bytes under a name relative to the folder.
     pub(crate) fn bytes(&mut self, name: &str, bytes: &[u8]) -> Result<PathBuf, Failure> {
         let path = self.folder.join(name);
-        files::write(&path, bytes)?;
+        let folder = path.parent().unwrap_or(&self.folder);
+        fs::create_dir_all(folder)
+            .and_then(|()| fs::write(&path, bytes))
+            .map_err(|e| Failure::file(&path, &e))?;
         self.written.push(SourceFile { name: name.into(), sha256: formats::sha256_hex(bytes) });
         Ok(path)
     }

@@ -62,7 +62,7 @@ impl Error {
                     .to_owned()
             }
             Self::Unfinished { .. } => {
-                "go on with --resume, or write over it with --overwrite".to_owned()
+                "go on with --resume, or write over it with --force".to_owned()
             }
             Self::NoSuchRun { .. } => "name runs that the study has".to_owned(),
             Self::Process { .. } => {

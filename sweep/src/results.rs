@@ -36,7 +36,12 @@ impl Results {
     /// results of the same study and `overwrite` is off.
     pub(crate) fn create(sweep: &Sweep, path: &Path, overwrite: bool) -> Result<Self, Error> {
         let io = |source| Error::Io { path: path.to_path_buf(), source };
-        if !overwrite && let Ok(file) = File::open(path) {
+        // A FIFO is not looked into: it would wait for a writer.
+        let is_file = std::fs::metadata(path).is_ok_and(|m| m.is_file());
+        if !overwrite
+            && is_file
+            && let Ok(file) = File::open(path)
+        {
             let (rows, _, _) = read(sweep, file, path).unwrap_or_default();
             if !rows.is_empty() && rows.len() < sweep.runs() {
                 let (rows, runs) = (rows.len(), sweep.runs());
@@ -54,13 +59,11 @@ impl Results {
     /// Goes on with a file, or begins one that is not there; gives what it holds.
     pub(crate) fn resume(sweep: &Sweep, path: &Path) -> Result<(Self, Vec<Outcome>), Error> {
         let io = |source| Error::Io { path: path.to_path_buf(), source };
-        let open = OpenOptions::new().read(true).write(true).open(path);
-        let mut file = match open {
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
-                return Ok((Self::create(sweep, path, true)?, Vec::new()));
-            }
-            other => other.map_err(io)?,
-        };
+        // Neither what is not there nor a device holds results.
+        if !std::fs::metadata(path).is_ok_and(|m| m.is_file()) {
+            return Ok((Self::create(sweep, path, true)?, Vec::new()));
+        }
+        let mut file = OpenOptions::new().read(true).write(true).open(path).map_err(io)?;
         let (rows, end, has_header) = read(sweep, &mut file, path)?;
         file.set_len(end).map_err(io)?;
         file.seek(SeekFrom::End(0)).map_err(io)?;

@@ -206,6 +206,13 @@ impl Study {
         Self::read(text, path.display().to_string(), folder)
     }
 
+    /// The files that the study names: a package, or FMUs.
+    #[must_use]
+    pub fn files(&self) -> Vec<PathBuf> {
+        let fmus = self.raw.fmu.iter().map(|fmu| &fmu.get_ref().file);
+        self.raw.ssp.iter().chain(fmus).map(|name| self.file(name.get_ref())).collect()
+    }
+
     /// Reads a study; `file` is what errors call it, `folder` where the files lie that it names.
     pub fn read(text: String, file: String, folder: PathBuf) -> Result<Self, Error> {
         let raw = toml::from_str(&text).map_err(|error| Error::Study {

@@ -14,9 +14,15 @@ pub(crate) fn steerwright<S: AsRef<std::ffi::OsStr>>(folder: &Path, arguments: &
         .unwrap()
 }
 
-/// What a run left on stderr.
+/// What a run printed for people: stderr without its progress, then stdout where that is no JSON.
 pub(crate) fn told(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    let lines = stderr.lines().filter(|line| !line.starts_with("progress: "));
+    let mut text: String = lines.flat_map(|line| [line, "\n"]).collect();
+    if !output.stdout.starts_with(b"{") && !output.stdout.starts_with(b"[") {
+        text += &String::from_utf8_lossy(&output.stdout);
+    }
+    text
 }
 
 /// The data that ships with the repository.

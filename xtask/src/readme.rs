@@ -19,10 +19,11 @@ pub(crate) fn readme() -> Result<(), String> {
         .arg(&out)
         .output()
         .map_err(|e| e.to_string())?;
-    let told = String::from_utf8_lossy(&demo.stderr);
+    let told = String::from_utf8_lossy(&demo.stdout);
     // 1: done, but a requirement is not met, which the table says.
     if !matches!(demo.status.code(), Some(0 | 1)) {
-        return Err(format!("the demo ended with {}: {told}", demo.status));
+        let problem = String::from_utf8_lossy(&demo.stderr);
+        return Err(format!("the demo ended with {}: {problem}", demo.status));
     }
     // The table ends at the first empty line; what follows names the files.
     let table = told.split("\n\n").next().unwrap_or_default().trim_end();

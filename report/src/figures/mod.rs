@@ -23,6 +23,18 @@ pub use tracking::{reference_road, road_height, tracking_errors};
 use crate::{Figure, Traces};
 use formats::Plant;
 
+/// The names of [`of_identification`].
+pub const OF_IDENTIFICATION: [&str; 8] = [
+    "drive",
+    "comparison",
+    "coherence",
+    "orders",
+    "prediction",
+    "residuals",
+    "frequency-response",
+    "poles-and-zeros",
+];
+
 /// Every figure of an identified plant and its drive: a name for a file, a height in pixels that suits
 /// a width of 900, and the figure. What the file does not tell is left out.
 #[must_use]

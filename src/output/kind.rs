@@ -1,0 +1,147 @@
+//! What a file is that stands where an output goes: only what this program wrote itself, and of the
+//! same kind, is written over without being asked to.
+
+use formats::Document;
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
+use std::path::Path;
+
+/// How far a header or a mark may stand from the start of a file.
+const HEAD: u64 = 64 << 10;
+/// What a page and a figure of this program carry.
+pub(crate) const GENERATOR: &str = "steerwright";
+
+/// What is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// A versioned JSON document: its schema without the version, such as `steerwright/plant/`.
+    Document(&'static str),
+    /// Measured and simulated signals of an identification, CSV.
+    Traces,
+    /// A simulation's trajectories, CSV: `time`, then `instance.variable`.
+    Recording,
+    /// A sweep's results, CSV.
+    SweepResults,
+    /// A figure.
+    Svg,
+    /// A page.
+    Html,
+    /// An archive.
+    Fmu,
+    /// A system structure package.
+    Ssp,
+    /// A page of the manual.
+    ManPage,
+}
+
+impl Kind {
+    /// The kind of a document, of any version.
+    pub(crate) fn of<D: Document>() -> Self {
+        let end = D::SCHEMA.rfind('/').map_or(D::SCHEMA.len(), |slash| slash + 1);
+        Self::Document(&D::SCHEMA[..end])
+    }
+
+    /// For messages.
+    pub(crate) fn in_words(self) -> String {
+        match self {
+            Self::Document(schema) => format!("`{}` file", schema.trim_end_matches('/')),
+            Self::Traces => "CSV of an identification's signals".into(),
+            Self::Recording => "CSV of simulated trajectories".into(),
+            Self::SweepResults => "CSV of a sweep's results".into(),
+            Self::Svg => "figure (SVG)".into(),
+            Self::Html => "page (HTML)".into(),
+            Self::Fmu => "FMU".into(),
+            Self::Ssp => "system structure package".into(),
+            Self::ManPage => "page of the manual".into(),
+        }
+    }
+
+    /// Whether the file holds what this program writes of this kind. An empty file holds nothing
+    /// that could be lost.
+    pub(crate) fn is_in(self, path: &Path) -> std::io::Result<bool> {
+        let mut file = File::open(path)?;
+        if file.metadata()?.len() == 0 {
+            return Ok(true);
+        }
+        Ok(match self {
+            Self::Document(schema) => {
+                schema_of(file).is_some_and(|found| found.starts_with(schema))
+            }
+            Self::Traces => header(file).is_some_and(|cells| {
+                let first =
+                    ["time_s", "steering_rad", "yaw_rate_radps", "simulated_yaw_rate_radps"];
+                cells.iter().take(first.len()).eq(first.iter())
+            }),
+            Self::Recording => header(file).is_some_and(|cells| {
+                let mut cells = cells.iter();
+                let time = cells.next().is_some_and(|cell| cell == "time");
+                time && cells.len() > 0 && cells.all(|cell| cell.contains('.'))
+            }),
+            Self::SweepResults => header(file).is_some_and(|cells| {
+                let end = cells.len().saturating_sub(2);
+                cells.first().is_some_and(|cell| cell == "run")
+                    && cells[end..] == ["status", "study"]
+            }),
+            Self::Svg => {
+                let mark = format!("data-generator=\"{GENERATOR}\"");
+                head(file)?.split('>').next().is_some_and(|root| root.contains(&mark))
+            }
+            Self::Html => {
+                head(file)?.contains(&format!("<meta name=\"generator\" content=\"{GENERATOR} "))
+            }
+            Self::ManPage => {
+                let title = format!(".TH {GENERATOR}");
+                head(file)?.lines().any(|line| line.starts_with(&title))
+            }
+            Self::Fmu => entry(&mut file, "modelDescription.xml").is_some_and(is_ours),
+            Self::Ssp => entry(&mut file, "SystemStructure.ssd").is_some_and(is_ours),
+        })
+    }
+}
+
+/// The attribute that both modelDescription.xml and SystemStructure.ssd have on their root.
+fn is_ours(xml: String) -> bool {
+    xml.contains(&format!("generationTool=\"{GENERATOR} "))
+}
+
+/// The schema of a JSON document, read no further than it is JSON.
+fn schema_of(file: File) -> Option<String> {
+    #[derive(serde::Deserialize)]
+    struct Tag {
+        schema: String,
+    }
+    serde_json::from_reader::<_, Tag>(BufReader::new(file)).ok().map(|tag| tag.schema)
+}
+
+/// The cells of a CSV file's first line.
+fn header(file: File) -> Option<Vec<String>> {
+    let mut line = String::new();
+    BufReader::new(file.take(HEAD)).read_line(&mut line).ok()?;
+    let mut cells = Vec::new();
+    let (mut cell, mut quoted) = (String::new(), false);
+    for c in line.trim_end_matches(['\n', '\r']).chars() {
+        match c {
+            '"' => quoted = !quoted,
+            ',' if !quoted => cells.push(std::mem::take(&mut cell)),
+            c => cell.push(c),
+        }
+    }
+    cells.push(cell);
+    Some(cells)
+}
+
+/// The start of a text.
+fn head(file: File) -> std::io::Result<String> {
+    let mut bytes = Vec::new();
+    file.take(HEAD).read_to_end(&mut bytes)?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
+}
+
+/// The start of a text in a zip archive.
+fn entry(file: &mut File, name: &str) -> Option<String> {
+    file.seek(SeekFrom::Start(0)).ok()?;
+    let mut archive = zip::ZipArchive::new(file).ok()?;
+    let mut bytes = Vec::new();
+    archive.by_name(name).ok()?.take(HEAD).read_to_end(&mut bytes).ok()?;
+    Some(String::from_utf8_lossy(&bytes).into_owned())
+}

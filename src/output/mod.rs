@@ -1,0 +1,290 @@
+//! Where a command writes: decided before it works, written at its end.
+//!
+//! - A file that the command reads is never written over, whatever it is called.
+//! - An existing file is written over where it is this program's own output of the same kind, or
+//!   with `--force`. A folder never is.
+//! - Devices and FIFOs are written to and stay what they are.
+//! - Everything else is written beside its place and put there whole, with the permissions of what
+//!   was there.
+//!
+//! [`Folder`] is the same for a folder of results.
+
+mod folder;
+mod identity;
+mod kind;
+mod manifest;
+
+use crate::console;
+use crate::failure::Failure;
+use formats::Document;
+use identity::{Identity, is_character_device, is_fifo, is_open_file, is_stdout};
+use std::fs::{self, OpenOptions};
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+pub(crate) use folder::Folder;
+pub(crate) use kind::Kind;
+
+const FORCE: &str = "name another file, or add --force to write over this one";
+
+/// What holds for all outputs of a command.
+#[derive(Debug)]
+struct Rules {
+    force: bool,
+    inputs: Vec<(Identity, PathBuf)>,
+}
+
+/// The outputs of a command.
+#[derive(Debug)]
+pub(crate) struct Outputs {
+    rules: Rc<Rules>,
+    taken: Vec<Identity>,
+}
+
+impl Outputs {
+    /// For a command that reads these files; `-` is standard input.
+    pub(crate) fn new<P: AsRef<Path>>(force: bool, inputs: impl IntoIterator<Item = P>) -> Self {
+        let inputs = inputs.into_iter().filter_map(|path| {
+            let path = path.as_ref();
+            Some((Identity::of_input(path)?, path.to_path_buf()))
+        });
+        Self { rules: Rc::new(Rules { force, inputs: inputs.collect() }), taken: Vec::new() }
+    }
+
+    /// A file to write.
+    pub(crate) fn file(&mut self, path: impl Into<PathBuf>, kind: Kind) -> Result<Output, Failure> {
+        let output = Output { path: path.into(), kind, rules: Rc::clone(&self.rules) };
+        let identity = match output.destination()? {
+            Destination::Stdout if console::is_json() => {
+                let message = format!("{output}: with --json the result is printed there");
+                return Err(Failure::new(message, "name a file, or leave --json out"));
+            }
+            Destination::Stdout => {
+                console::take_stdout();
+                Some(Identity::New("-".into()))
+            }
+            Destination::Open(path) => fs::metadata(&path)
+                .ok()
+                .filter(is_fifo)
+                .map(|metadata| Identity::of(&path, &metadata)),
+            Destination::File(path) => Some(match fs::metadata(&path) {
+                Ok(metadata) => Identity::of(&path, &metadata),
+                Err(_) => Identity::of_new(&path),
+            }),
+        };
+        if let Some(identity) = identity {
+            if self.taken.contains(&identity) {
+                let message = format!("{output}: two outputs of this command are this file");
+                return Err(Failure::new(message, "name two files"));
+            }
+            self.taken.push(identity);
+        }
+        Ok(output)
+    }
+
+    /// The same for an option that may be left out.
+    pub(crate) fn optional(
+        &mut self,
+        path: Option<&PathBuf>,
+        kind: Kind,
+    ) -> Result<Option<Output>, Failure> {
+        path.map(|path| self.file(path, kind)).transpose()
+    }
+
+    /// Files of one kind in a folder, by name.
+    pub(crate) fn files<N: AsRef<str>>(
+        &mut self,
+        folder: &Path,
+        names: impl IntoIterator<Item = N>,
+        kind: Kind,
+    ) -> Result<Files, Failure> {
+        let outputs = names
+            .into_iter()
+            .map(|name| self.file(folder.join(name.as_ref()), kind))
+            .collect::<Result<_, _>>()?;
+        Ok(Files { outputs })
+    }
+
+    /// A folder of results, for the command of that name.
+    pub(crate) fn folder(&self, path: &Path, command: &'static str) -> Result<Folder, Failure> {
+        Folder::claim(path, command, self.rules.force, &self.rules.inputs)
+    }
+}
+
+/// Files of one folder.
+#[derive(Debug)]
+pub(crate) struct Files {
+    outputs: Vec<Output>,
+}
+
+impl Files {
+    /// Writes one of them; where it is.
+    pub(crate) fn write(&self, name: &str, bytes: &[u8]) -> Result<&Path, Failure> {
+        let named = |output: &&Output| output.path.file_name().is_some_and(|n| n == name);
+        let output = self.outputs.iter().find(named).ok_or_else(|| {
+            Failure::new(format!("{name} was not looked at before"), "report this as a fault")
+        })?;
+        output.write(bytes)?;
+        Ok(&output.path)
+    }
+}
+
+/// A file to write, that may be written.
+#[derive(Debug)]
+pub(crate) struct Output {
+    path: PathBuf,
+    kind: Kind,
+    rules: Rc<Rules>,
+}
+
+/// Where bytes go.
+enum Destination {
+    Stdout,
+    /// A device, a FIFO or an open file.
+    Open(PathBuf),
+    /// A file that is there or not, no link.
+    File(PathBuf),
+}
+
+impl std::fmt::Display for Output {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}", self.path.display())
+    }
+}
+
+impl Output {
+    /// Its path as it was given.
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Writes a document after the checks its reader makes.
+    pub(crate) fn document<D: Document>(&self, document: &D) -> Result<(), Failure> {
+        document.checked(&self.to_string())?;
+        self.write(document.to_json().as_bytes())
+    }
+
+    /// Writes a file whole or not at all, making its folder.
+    pub(crate) fn write(&self, bytes: &[u8]) -> Result<(), Failure> {
+        let failed = |e: std::io::Error| Failure::file(&self.path, &e);
+        // Decided once more: what was found before the work may have changed since.
+        match self.destination()? {
+            Destination::Stdout => console::bytes(bytes).map_err(failed),
+            Destination::Open(path) => OpenOptions::new()
+                .append(true)
+                .open(path)
+                .and_then(|mut file| file.write_all(bytes))
+                .map_err(failed),
+            Destination::File(path) => replace(&path, bytes).map_err(failed),
+        }
+    }
+
+    /// Where bytes go, if they may.
+    fn destination(&self) -> Result<Destination, Failure> {
+        let refused = |problem: &str, hint: &str| {
+            Err(Failure::new(format!("{self}: {problem}"), hint.to_owned()))
+        };
+        const FOLDER: (&str, &str) = ("this is a folder", "name a file in it");
+        if is_stdout(&self.path) {
+            return Ok(Destination::Stdout);
+        }
+        let path = identity::resolved(&self.path);
+        if is_stdout(&path) {
+            return Ok(Destination::Stdout);
+        }
+        if self.path.as_os_str().as_encoded_bytes().ends_with(b"/") || path.file_name().is_none() {
+            return refused(FOLDER.0, FOLDER.1);
+        }
+        let metadata = match fs::metadata(&path) {
+            Ok(metadata) => metadata,
+            Err(e) if matches!(e.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => {
+                folder_of(&path)?;
+                return Ok(Destination::File(path));
+            }
+            Err(e) => return Err(Failure::file(&self.path, &e)),
+        };
+        if metadata.is_dir() {
+            return refused(FOLDER.0, FOLDER.1);
+        }
+        let here = Identity::of(&path, &metadata);
+        if let Some((_, input)) = self.rules.inputs.iter().find(|(input, _)| *input == here) {
+            let problem = if *input == self.path {
+                "this is read, so it is never written".to_owned()
+            } else {
+                format!("this is {}, which is read, so it is never written", input.display())
+            };
+            return refused(&problem, "name another file; --force writes over no input either");
+        }
+        if is_open_file(&path) || is_character_device(&metadata) || is_fifo(&metadata) {
+            return Ok(Destination::Open(path));
+        }
+        if !metadata.is_file() {
+            return refused("this is neither a file nor a FIFO", "name a file");
+        }
+        if !self.rules.force {
+            if metadata.permissions().readonly() {
+                return refused("this file is read-only", FORCE);
+            }
+            let same = self.kind.is_in(&path).map_err(|e| Failure::file(&self.path, &e))?;
+            if !same {
+                let kind = self.kind.in_words();
+                let problem = format!("this file is there and is no {kind} of this program");
+                return refused(&problem, FORCE);
+            }
+        }
+        folder_of(&path)?;
+        Ok(Destination::File(path))
+    }
+}
+
+/// Refuses a place below something that is no folder, or that may not be written to.
+fn folder_of(path: &Path) -> Result<(), Failure> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let (there, _) = identity::nearest(folder);
+    let metadata = fs::metadata(&there).map_err(|e| Failure::file(&there, &e))?;
+    if !metadata.is_dir() {
+        return Err(Failure::new(
+            format!("{}: this is a file, not a folder", there.display()),
+            "name another folder",
+        ));
+    }
+    #[cfg(unix)]
+    {
+        use rustix::fs::Access;
+        rustix::fs::access(&there, Access::WRITE_OK | Access::EXEC_OK)
+            .map_err(|e| Failure::file(&there, &e.into()))?;
+    }
+    Ok(())
+}
+
+/// A file made anew under a name that nobody can foresee, put in its place by one rename.
+fn replace(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    fs::create_dir_all(folder)?;
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".steerwright-");
+    // What the umask leaves of it: as of any file that a program creates.
+    #[cfg(unix)]
+    let builder = {
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(fs::Permissions::from_mode(0o666))
+    };
+    let mut file = builder.tempfile_in(folder)?;
+    file.write_all(bytes)?;
+    if let Ok(before) = fs::metadata(path) {
+        keep_owner_and_mode(file.as_file(), &before);
+    }
+    file.persist(path).map(|_| ()).map_err(|e| e.error)
+}
+
+/// The new file belongs to whom the old one belonged to, as far as that may be.
+#[cfg(unix)]
+fn keep_owner_and_mode(file: &fs::File, before: &fs::Metadata) {
+    use std::os::unix::fs::{MetadataExt, PermissionsExt, fchown};
+    let _ = fchown(file, Some(before.uid()), Some(before.gid()));
+    let _ = file.set_permissions(fs::Permissions::from_mode(before.mode() & 0o777));
+}
+
+#[cfg(not(unix))]
+fn keep_owner_and_mode(_: &fs::File, _: &fs::Metadata) {}

@@ -1,0 +1,132 @@
+//! Progress on stderr, wherever something works for longer than two seconds.
+//!
+//! A terminal shows one line that moves; elsewhere a line is printed now and then: after 2, 4, 8 …
+//! seconds and then each minute, with `--json` as JSON.
+
+use crate::console;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::io::{IsTerminal, Read};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{self, RecvTimeoutError, Sender};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// What takes less is done in silence.
+const SILENT: Duration = Duration::from_secs(2);
+/// Lines follow each other at most this far apart.
+const SELDOM: Duration = Duration::from_secs(60);
+const TICK: Duration = Duration::from_millis(100);
+
+/// Work that is going on; it ends with this value.
+#[derive(Debug)]
+pub(crate) struct Progress {
+    shared: Arc<Shared>,
+    stop: Option<Sender<()>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+#[derive(Debug, Default)]
+struct Shared {
+    what: Mutex<String>,
+    done: AtomicU64,
+    /// 0 where it is not known.
+    all: AtomicU64,
+}
+
+impl Shared {
+    /// What is done, and how long the rest takes if it goes on like that.
+    fn in_words(&self, elapsed: Duration) -> String {
+        let what = self.what.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        match (self.done.load(Ordering::Relaxed), self.all.load(Ordering::Relaxed)) {
+            (_, 0) => what,
+            (0, _) => format!("{what}, 0 %"),
+            (done, all) => {
+                let share = (done as f64 / all as f64).min(1.0);
+                let left = elapsed.as_secs_f64() * (1.0 - share) / share;
+                format!("{what}, {:.0} %, {left:.0} s left", 100.0 * share)
+            }
+        }
+    }
+}
+
+impl Progress {
+    /// Starts work, such as "reading drive.csv".
+    pub(crate) fn start(what: impl Into<String>) -> Self {
+        let shared = Arc::new(Shared { what: Mutex::new(what.into()), ..Shared::default() });
+        let (stop, stopped) = mpsc::channel();
+        let show = Arc::clone(&shared);
+        let thread = std::thread::spawn(move || {
+            let began = Instant::now();
+            if stopped.recv_timeout(SILENT) != Err(RecvTimeoutError::Timeout) {
+                return;
+            }
+            if std::io::stderr().is_terminal() {
+                let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
+                let style = ProgressStyle::with_template("{spinner} {msg}, {elapsed}");
+                bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()));
+                let bar = bar.with_elapsed(began.elapsed());
+                while stopped.recv_timeout(TICK) == Err(RecvTimeoutError::Timeout) {
+                    bar.set_message(show.in_words(began.elapsed()));
+                    bar.tick();
+                }
+                bar.finish_and_clear();
+                return;
+            }
+            let mut pause = SILENT;
+            loop {
+                let elapsed = began.elapsed();
+                console::progress(&show.in_words(elapsed), elapsed);
+                if stopped.recv_timeout(pause) != Err(RecvTimeoutError::Timeout) {
+                    return;
+                }
+                pause = (2 * pause).min(SELDOM);
+            }
+        });
+        Self { shared, stop: Some(stop), thread: Some(thread) }
+    }
+
+    /// What is being done now.
+    pub(crate) fn now(&self, what: impl Into<String>) {
+        *self.shared.what.lock().unwrap_or_else(PoisonError::into_inner) = what.into();
+        self.shared.all.store(0, Ordering::Relaxed);
+        self.shared.done.store(0, Ordering::Relaxed);
+    }
+
+    /// How much is done.
+    pub(crate) fn count(&self, done: usize, all: usize) {
+        self.shared.all.store(all as u64, Ordering::Relaxed);
+        self.shared.done.store(done as u64, Ordering::Relaxed);
+    }
+
+    /// A reader whose bytes count as progress; `bytes` is what there is to read, if that is known.
+    pub(crate) fn reading<R: Read>(&self, reader: R, bytes: u64) -> Reading<R> {
+        self.shared.all.fetch_add(bytes, Ordering::Relaxed);
+        Reading { reader, shared: Arc::clone(&self.shared) }
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        // The line is gone before anything else is printed.
+        drop(self.stop.take());
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+/// See [`Progress::reading`].
+#[derive(Debug)]
+pub(crate) struct Reading<R> {
+    reader: R,
+    shared: Arc<Shared>,
+}
+
+impl<R: Read> Read for Reading<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let count = self.reader.read(buffer)?;
+        self.shared.done.fetch_add(count as u64, Ordering::Relaxed);
+        Ok(count)
+    }
+}
