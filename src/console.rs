@@ -185,7 +185,7 @@ mod tests {
         let text = "fit      one two three four\nshort\n\u{1b}[1mab\u{1b}[0m cd ef gh ij kl mn op";
         assert_eq!(
             wrapped(text, 20),
-            "fit      one two\n         three four\nshort\n\u{1b}[1mab\u{1b}[0m cd ef gh ij kl\nmn op"
+            "fit      one two\n         three four\nshort\n\u{1b}[1mab\u{1b}[0m cd ef gh ij kl mn\nop"
         );
     }
 }

@@ -72,7 +72,9 @@ pub(crate) fn tell_usage(error: &clap::Error) -> ExitCode {
         console::error(message, HINT, status);
     } else {
         let hint = format!("{}: {HINT}", console::styled(console::HINT, "hint"));
-        let text = error.render().ansi().to_string().replace(CLOSING, &hint);
+        // Plain, since the styles of clap part the closing sentence.
+        let text = error.render().to_string().replace(CLOSING, &hint);
+        let text = text.replacen("error", &console::styled(console::BAD, "error"), 1);
         let _ = write!(anstream::stderr(), "{text}");
     }
     ExitCode::from(status)

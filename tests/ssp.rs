@@ -185,7 +185,7 @@ fn a_package_at_odds_with_its_fmus_is_told_before_its_result() {
     // The speed in km/h is the same speed.
     let speed = read("path.json");
     let speed = serde_json::from_str::<Value>(&speed).unwrap()["speed_mps"].as_f64().unwrap();
-    let output = simulate(
+    let (output, _) = simulate(
         &format!(r#"value="{speed:?}" unit="m/s""#),
         &format!(r#"value="{:?}" unit="km/h""#, speed * 3.6),
     );
@@ -206,14 +206,14 @@ fn a_package_at_odds_with_its_fmus_is_told_before_its_result() {
         ),
         (r#"unit="rad""#, r#"unit="m""#, "a unit of another dimension"),
     ] {
-        let output = simulate(from, to);
+        let (output, _) = simulate(from, to);
         let text = told(&output);
         assert_eq!(output.status.code(), Some(2), "{text}");
         assert!(text.starts_with("error: edited.ssp: SystemStructure.ssd:"), "{text}");
         assert!(text.contains(what) && text.contains("\nhint: "), "{what:?} is not in {text}");
     }
     // A stop of 1 s, and a start behind it.
-    let text = told(&simulate(r#"startTime="0.0""#, r#"startTime="5""#));
+    let text = told(&simulate(r#"startTime="0.0""#, r#"startTime="5""#).0);
     assert!(text.contains("the stop after the start at 5 s"), "{text}");
 }
 

@@ -168,7 +168,7 @@ fn logs_that_are_mended() {
     for (first, arguments, says) in [
         (log(HEADER, gap), "", &["a.csv:902:", "nothing from 8.99 s to 10 s: the drive is split"]),
         (log(HEADER, wild), "", &["a.csv:2001:", "to 1.000e300 s"]),
-        (log(HEADER, |_, _| {}), "other.csv", &["a.csv:steering_angle_rad", "other.csv:"]),
+        (log(HEADER, |_, _| {}), "other.csv", &["a.csv:steering_angle", "other.csv:"]),
         (log(HEADER, |_, _| {}), "--speed-window 50..60km/h", &["13.9 to 16.7 m/s", "1 stretch"]),
         (
             log(HEADER, |_, _| {}),
