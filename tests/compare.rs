@@ -226,7 +226,7 @@ fn controllers_keep_to_the_limits_that_the_truth_states() {
     assert!(remarks.contains("the truth's steering limit of 22.9 deg/s"), "{remarks}");
     let first = one["verdict"]["sentences"][0].as_str().unwrap();
     assert!(
-        first.starts_with("On truth (NonlinearVehicle) the specification is met by"),
+        first.starts_with("The controller of plant meets the specification on truth"),
         "{first}"
     );
 }

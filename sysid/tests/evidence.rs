@@ -275,7 +275,7 @@ fn a_departure_is_measured_and_forbids_a_design() {
     };
     let p = identify(&log, &late).unwrap().plant;
     let e = &p.evidence;
-    let band = bands(&e).into_iter().find(|b| b.to_hz == 2.0).unwrap();
+    let band = bands(e).into_iter().find(|b| b.to_hz == 2.0).unwrap();
     println!("{band:?} {:?}", p.quality);
     assert!(band.phase_ahead_rad < -0.2 && band.departure > 0.3);
     assert!(
