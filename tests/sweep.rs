@@ -279,7 +279,10 @@ fn isolated_a_crash_is_the_row_of_its_run() {
                 seen[0] += 1;
                 // x' = u over half a second.
                 let (u, y): (f64, f64) = (cells[2].parse().unwrap(), cells[3].parse().unwrap());
-                assert!((y - 0.5 * u).abs() < 1e-12 && cells[4] == "ok", "{row}");
+                assert!(
+                    (y - 0.5 * u).abs() < 1e-12 && cells[4] == "met" && cells[5] == "ok",
+                    "{row}"
+                );
             }
             "3" => {
                 seen[1] += 1;
@@ -367,7 +370,7 @@ fn bad_studies_are_bad_input() {
         (
             "noise_seed\"]",
             "noise_sed\"]",
-            "bad.toml:48:14: IdentifiedPlant has no variable \"noise_sed\"; near it: noise_seed",
+            "bad.toml:49:14: IdentifiedPlant has no variable \"noise_sed\"; near it: noise_seed",
         ),
         ("maximum = 60.0", "maximum = 40.0", "minimum 48 is not below maximum 40"),
         (

@@ -251,8 +251,12 @@ fn a_limit_of_the_steering_and_a_poor_rhythm_are_named() {
         "{error}"
     );
     let p = identify(&sines, &IdentifyOptions::default()).unwrap().plant;
-    assert!(e.warnings.iter().any(|w| w.contains("does not excite")), "{:?}", e.warnings);
-    assert_eq!(e.excitation.persistence.unwrap().order, 4);
+    assert!(
+        p.evidence.warnings.iter().any(|w| w.contains("does not excite")),
+        "{:?}",
+        p.evidence.warnings
+    );
+    assert_eq!(p.evidence.excitation.persistence.unwrap().order, 4);
     assert!(advises(&p, "persistently exciting of order 4 only"), "{:?}", p.quality);
 }
 
