@@ -235,7 +235,6 @@ fn a_limit_of_the_steering_and_a_poor_rhythm_are_named() {
     let mut plan = slow(0.3, 0.5);
     let clipped = drive(120.0, 2e-3, 6, |t, y, r| plan(t, y, r).clamp(-0.25, 0.25));
     let p = plant(&clipped);
-    let e = &p.evidence;
     assert!(advises(&p, "the steering stays at"), "{:?}", p.quality);
     // Steps between few levels are no limit.
     let steps = drive(120.0, 2e-3, 7, |t, _, _| if (t / 1.7) as u64 % 3 == 1 { 0.2 } else { -0.1 });
