@@ -44,13 +44,18 @@ pub(crate) fn evidence(plant: &Plant) -> String {
         let _ = writeln!(text, "factor   {}", report::factor_in_words(factor));
     }
     if let Some(d) = &e.delay {
-        let error = d.standard_error_s.map_or_else(String::new, |e| format!(" ± {:.3}", 2.0 * e));
         let taken = if d.taken { "taken" } else { "not taken: lags explain the log as well" };
-        let _ = writeln!(text, "delay    {:.3}{error} s, {taken}", d.estimate_s);
+        let _ = match d.standard_error_s {
+            Some(e) => writeln!(text, "delay    {:.3} ± {:.3} s, {taken}", d.estimate_s, 2.0 * e),
+            None => writeln!(text, "delay    none taken: this log does not determine it"),
+        };
     }
     if let Some(s) = &plant.sideslip {
         let (value, error) = (s.sideslip_per_yaw_rate_s, 2.0 * s.standard_error_s);
-        let latency = s.gnss_latency_s;
+        let latency = s.gnss_latency_standard_error_s.map_or_else(
+            || s.gnss_latency_s.to_string(),
+            |e| format!("{:.3} ± {:.3}", s.gnss_latency_s, 2.0 * e),
+        );
         let _ = writeln!(
             text,
             "sideslip {value:.4} ± {error:.4} s per yaw rate, with fixes {latency} s old"
@@ -153,11 +158,25 @@ fn judgement(e: &Evidence) -> String {
         });
         let ahead: Vec<String> = ahead.collect();
         let vaf = held_out.variance_accounted_for;
+        let ahead = match ahead.is_empty() {
+            true => String::new(),
+            false => format!("predicted ahead by {}; ", ahead.join(", ")),
+        };
         let _ = writeln!(
             text,
-            "         predicted ahead by {}; the simulation accounts for {vaf:.2} % of the variance",
-            ahead.join(", ")
+            "         {ahead}the simulation accounts for {vaf:.2} % of the variance"
         );
+        let chosen_by = match held_out.selection.as_str() {
+            "excited-blocks" => {
+                "blocks chosen for their excitation, since the end of the log is not excited"
+            }
+            "windows" => "windows of accumulated drives",
+            _ => "the end of the log",
+        };
+        let bound = held_out.fit_bound.map_or_else(String::new, |bound| {
+            format!("; noise allows a fit of {bound:.1} % at most there")
+        });
+        let _ = writeln!(text, "         validation data: {chosen_by}{bound}");
     }
     let test = |name: &str, t: &ResidualTest| match (t.lags, t.pass) {
         (0, _) => format!("{name} not tested"),

@@ -81,7 +81,9 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let identified = sysid::identify(&log, &arguments.identify.options())?;
     drop(progress);
     out.document(&identified.plant)?;
-    let csv = traces_csv(&identified.traces, None);
+    // The signals as text are several times the log in memory.
+    let is_wanted = traces.is_some() || shown.is_wanted();
+    let csv = is_wanted.then(|| traces_csv(&identified.traces, None)).unwrap_or_default();
     if let Some(traces) = &traces {
         traces.write(csv.as_bytes())?;
     }
@@ -105,6 +107,10 @@ impl<'a> Shown<'a> {
         });
         let plots = plots.transpose()?;
         Ok(Self { plots, report: outputs.optional(arguments.report.as_ref(), Kind::Html)? })
+    }
+
+    fn is_wanted(&self) -> bool {
+        self.plots.is_some() || self.report.is_some()
     }
 
     /// Draws what was asked for; the places it was written to, for people.

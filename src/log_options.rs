@@ -5,7 +5,8 @@ use crate::progress::Progress;
 use crate::{files, quantity};
 use std::path::{Path, PathBuf};
 use sysid::{
-    Approach, DecimalMark, Detrend, DriveLog, IdentifyOptions, InputKind, LogFile, LogOptions,
+    Approach, DecimalMark, Detrend, DriveLog, IdentifyOptions, InputKind, Intersample, LogFile,
+    LogOptions,
 };
 
 /// How the log is read. Columns are named as in the header, as `file.csv:column` where several
@@ -51,9 +52,13 @@ pub(crate) struct LogArguments {
     /// or 50km/h..60km/h
     #[arg(long, value_name = "FROM..TO", allow_hyphen_values = true, value_parser = speed_window)]
     pub(crate) speed_window: Option<(f64, f64)>,
-    /// Sample time of the merged log; by default about 40 ms
+    /// Sample time of the merged log; by default chosen from the log's rate
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time)]
     pub(crate) sample_time: Option<f64>,
+    /// What the steering does between its samples: a command is held (zoh), a measured angle moves on
+    /// (bl: band-limited; foh: along straight lines); auto goes by its name, its unit and its values
+    #[arg(long, value_name = "auto|zoh|foh|bl", default_value = "auto", value_parser = intersample)]
+    pub(crate) intersample: Auto<Intersample>,
     /// Time between rows, for files without a clock
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time)]
     pub(crate) row_period: Option<f64>,
@@ -61,9 +66,11 @@ pub(crate) struct LogArguments {
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time, default_value = "0.5s")]
     pub(crate) max_gap: f64,
     /// Age of a GNSS fix at the instant that the log gives it. Where the log has fixes (x_m and y_m, or
-    /// latitude and longitude), course and gyro tell the sideslip, and an error of this age is one of it
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time, default_value = "0s")]
-    pub(crate) gnss_latency: f64,
+    /// latitude and longitude), course and gyro determine the sideslip, and an error of this age is one of
+    /// it. By default it is estimated from the speed's changes on straights; where these do not determine
+    /// it, no sideslip is stated
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time)]
+    pub(crate) gnss_latency: Option<f64>,
     /// The antenna ahead of the centre of gravity, behind it where negative
     #[arg(long, value_name = "LENGTH", allow_hyphen_values = true, value_parser = quantity::length, default_value = "0m")]
     pub(crate) antenna_x: f64,
@@ -137,6 +144,7 @@ impl LogArguments {
             windows: self.windows.clone(),
             speed_window: self.speed_window,
             sample_time_s: self.sample_time,
+            intersample: self.intersample.0,
             row_period_s: self.row_period,
             max_gap_s: self.max_gap,
             gnss_latency_s: self.gnss_latency,
@@ -231,6 +239,15 @@ fn drive(text: &str) -> Result<Files, String> {
 
 fn delay(text: &str) -> Result<Auto<f64>, String> {
     if text == "auto" { Ok(Auto(None)) } else { Ok(Auto(Some(quantity::time(text)?))) }
+}
+
+fn intersample(text: &str) -> Result<Auto<Intersample>, String> {
+    let named = Intersample::ALL.into_iter().find(|i| i.name() == text);
+    if text == "auto" || named.is_some() {
+        Ok(Auto(named))
+    } else {
+        Err("expected auto, zoh, foh or bl".into())
+    }
 }
 
 fn detrend(text: &str) -> Result<Detrend, String> {

@@ -186,12 +186,8 @@ fn recorded(arguments: &Arguments, track: &Path) -> Result<(PathFile, Vec<String
         recorded.noise_m,
     )];
     if let Some(excess) = recorded.excess {
-        let [x, y] = excess.at_m;
         notes.push(format!(
-            "deviation exceeded: {} {:.2} m off the path at x {x:.1} m, y {y:.1} m, allowed {:.2} m; allow more with --max-deviation, or record more slowly or more often there",
-            if excess.is_mean { "neighbouring points are on average" } else { "a point is" },
-            excess.deviation_m,
-            excess.limit_m,
+            "deviation exceeded: {excess}; allow more with --max-deviation, or record more points there"
         ));
     }
     Ok((of_this_version(recorded.path, track, &text), notes, recorded.excess.is_some()))

@@ -58,7 +58,7 @@ fn the_bicycle_is_identified_packed_and_follows_its_traces() {
     for line in [
         "design bicycle.json",
         "package bicycle.json",
-        "simulate BicyclePlant.fmu --input drive.csv --step 40ms --stop 40s -o simulated.csv",
+        "simulate BicyclePlant.fmu --input drive.csv --step 20ms --stop 40s -o simulated.csv",
     ] {
         let output = run(folder.path(), line);
         assert!(output.status.success(), "{line}: {}", told(&output));

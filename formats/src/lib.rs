@@ -43,9 +43,9 @@ pub use document::{Document, Error, schema_of};
 pub use estimator::{Estimator, Gnss, InitialUncertainty, SensorNoise};
 pub use evidence::{
     BandDeparture, ChannelSummary, CoherencePoint, DataFactor, DelayEstimate, Evidence, Excitation,
-    ExcitationBand, FactorMethod, Fits, FrequencyResponse, HeldOut, Information, Mode, OrderRow,
-    Persistence, PoleZeroMap, PredictionFit, ResidualCorrelation, ResidualTest, ResponsePoint,
-    Spread,
+    ExcitationBand, FactorMethod, Fits, FrequencyResponse, HeldOut, Information, Intersample,
+    LimitCycle, Mode, OrderRow, Persistence, PoleZeroMap, PredictionFit, ResidualCorrelation,
+    ResidualTest, ResponsePoint, Spread, SteeringPlay,
 };
 pub use factor::{AbsorbedDrives, AbsorbedSpeed};
 pub use matrix::Matrix;

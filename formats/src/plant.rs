@@ -125,7 +125,8 @@ pub struct Sideslip {
     /// S, sideslip angle per yaw rate, s: in gentle turns where the growth is stated, else a mean over
     /// the drive's turns.
     pub sideslip_per_yaw_rate_s: f64,
-    /// Its standard error, s; of the fixes' and the gyro's noise alone.
+    /// Its standard error, s; of the fixes' and the gyro's noise, and of the fixes' age where that is
+    /// estimated.
     pub standard_error_s: f64,
     /// Q, what S grows by per squared lateral acceleration, s⁵/m²; absent where the drive does not tell
     /// it.
@@ -136,6 +137,9 @@ pub struct Sideslip {
     pub sideslip_per_yaw_acceleration_s2: Option<SideslipTerm>,
     /// The age of a fix that was reckoned with, s: an error of it is one of the sideslip.
     pub gnss_latency_s: f64,
+    /// The standard error of that age, s; absent where the age was stated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gnss_latency_standard_error_s: Option<f64>,
     /// The antenna ahead of the centre of gravity that was reckoned with, m.
     pub antenna_x_m: f64,
 }
@@ -184,6 +188,8 @@ impl Sideslip {
             c.not_negative(error, &format!("sideslip.{name}.standard_error"));
         }
         c.not_negative(self.gnss_latency_s, "sideslip.gnss_latency_s");
+        let age_error = self.gnss_latency_standard_error_s.unwrap_or(0.0);
+        c.not_negative(age_error, "sideslip.gnss_latency_standard_error_s");
         c.finite(self.antenna_x_m, "sideslip.antenna_x_m");
     }
 }

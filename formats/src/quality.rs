@@ -52,12 +52,36 @@ pub enum ReasonCode {
     NoisyYawRate,
     /// The simulation reproduces too little of the validation data.
     LowValidationFit,
+    /// A channel is sampled too slowly for the bandwidth of the vehicle.
+    SlowLog,
     /// The model has no continuous counterpart (eq 9–10 have no real solution).
     NoContinuousModel,
     /// The model differs from the measured frequency response by more than chance.
     ModelError,
     /// The steady-state gain from steering to yaw rate is not known well enough.
     UncertainGain,
+    /// The vehicle yaws against the steering at low frequency.
+    WrongSign,
+    /// The low-frequency gain from steering to yaw rate is that of no road vehicle.
+    ImplausibleGain,
+    /// A zero in the right half plane is slower than the bandwidth.
+    NonMinimumPhase,
+    /// Little of the validation data can be reproduced by any model: noise is as large as the signal.
+    UninformativeValidation,
+    /// A channel has samples that no vehicle produces: single spikes or dropouts.
+    Spikes,
+    /// The yaw rate stays at one value while the vehicle is steered.
+    FrozenYawRate,
+    /// The steering has play (lash).
+    SteeringPlay,
+    /// Driving straight reads a yaw rate or needs a steering angle.
+    Offset,
+    /// The resolution of a channel is coarse against its signal and its noise.
+    CoarseResolution,
+    /// The yaw rate comes before the steering that causes it.
+    EarlyYawRate,
+    /// The yaw rate follows the steering later than that of a vehicle.
+    LateYawRate,
 }
 
 impl ReasonCode {

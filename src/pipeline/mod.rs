@@ -226,6 +226,7 @@ fn roads(
         let options = PointOptions { name: name.clone(), speed, ..PointOptions::default() };
         let recorded = paths::path_from_recording(text, name, &options)?;
         remarks.extend(recorded.warnings.iter().map(|w| format!("{name}: {w}")));
+        remarks.extend(recorded.excess.map(|excess| format!("{name}: {excess}")));
         let mut path = recorded.path;
         path.provenance.sources =
             vec![SourceFile { name: name.clone(), sha256: formats::sha256_hex(text.as_bytes()) }];

@@ -235,14 +235,15 @@ impl Error {
             Self::UnitNotStated { at } => {
                 let column = &at.column;
                 let (suffix, unit) = crate::log::unit_in_place_of(column);
+                let stated = unit_option(column, unit);
                 let normalised =
                     if unit == "deg" { "; a normalised command (−1 to 1) has the unit 1" } else { "" };
                 format!(
-                    "end the column's name in its unit, as in {column}_{suffix}, write `{column} [{unit}]`, or state it: --unit \"{column}={unit}\"{normalised}"
+                    "end the column's name in its unit, as in {column}_{suffix}, write `{column} [{unit}]`, or state it: --unit {stated}{normalised}"
                 )
             }
             Self::UnitsDiffer { at, row, .. } => {
-                format!("state the one that is right: --unit \"{}={row}\"", at.column)
+                format!("state the one that is right: --unit {}", unit_option(&at.column, row))
             }
             Self::BeyondFullScale { .. } => {
                 "state the unit % where 100 is the full scale, or the angle's unit; leave --steering-full-scale out where 1 is not the full scale".into()
@@ -352,6 +353,11 @@ pub(crate) fn short(x: f64) -> String {
     } else {
         format!("{x:.3e}")
     }
+}
+
+/// A column and its unit for a command line.
+fn unit_option(column: &str, unit: &str) -> String {
+    if column.contains(' ') { format!("\"{column}={unit}\"") } else { format!("{column}={unit}") }
 }
 
 fn flag(role: &str) -> &'static str {

@@ -11,7 +11,7 @@
 //!
 //! ```
 //! # fn main() -> Result<(), sysid::Error> {
-//! # let mut csv = String::from("time_s,roadwheel_angle_rad,yaw_rate_radps,speed_mps\n");
+//! # let mut csv = String::from("time_s,roadwheel_command_rad,yaw_rate_radps,speed_mps\n");
 //! # let mut r = 0.0;
 //! # for k in 0..3000 {
 //! #     let u = 0.03 * f64::sin(1e-5 * (k * k) as f64);
@@ -52,11 +52,12 @@ pub mod stability;
 pub mod statistics;
 pub mod subspace;
 mod triangle;
+mod validation;
 
 pub use absorbed::{AbsorbOptions, Absorbed};
 pub use dataset::{DataSet, Segment};
 pub use error::{Error, Place};
-pub use formats::InputKind;
+pub use formats::{InputKind, Intersample};
 pub use identify::{
     Approach, Automatic, Detrend, Identified, IdentifyOptions, Judged, Traces, TriedOrder,
     automatic, identify, judge, judge_plant,

@@ -27,6 +27,17 @@ impl StateSpace {
         self.a.nrows()
     }
 
+    /// Brings B and C to one size by a factor on the state, a power of two, which changes no digit of the
+    /// response. Without noise the state is in units of next to nothing.
+    pub(crate) fn scale_state(&mut self) {
+        let ratio = (self.b.norm_l2() / self.c.norm_l2()).sqrt();
+        if ratio.is_finite() && ratio > 0.0 {
+            let by = 2.0_f64.powi(ratio.log2().round() as i32);
+            self.b = &self.b * (1.0 / by);
+            self.c = &self.c * by;
+        }
+    }
+
     /// Number of inputs.
     #[must_use]
     pub fn inputs(&self) -> usize {

@@ -29,6 +29,12 @@ struct Drive {
     fix_every: usize,
     /// Every so many fixes one is twenty metres off.
     outlier: usize,
+    /// How much the speed changes to either side, m/s.
+    swing: f64,
+    /// Age of a fix when the log gives it, s.
+    latency: f64,
+    /// What the speed is shown as, over what it is.
+    speed_scale: f64,
 }
 
 const DRIVE: Drive = Drive {
@@ -40,12 +46,17 @@ const DRIVE: Drive = Drive {
     degrees: false,
     fix_every: 10,
     outlier: usize::MAX,
+    swing: 0.0,
+    latency: LATENCY,
+    speed_scale: 1.0,
 };
 
 /// What is driven.
 trait Vehicle {
     /// A sample further.
     fn advance(&mut self, steering: f64);
+    /// Takes a speed, m/s.
+    fn drive_at(&mut self, speed: f64);
     /// x, y, yaw and yaw rate.
     fn seen(&self) -> [f64; 4];
 }
@@ -54,6 +65,10 @@ impl Vehicle for BicyclePlant {
     fn advance(&mut self, steering: f64) {
         self.steering_angle = steering;
         self.step(H).unwrap();
+    }
+
+    fn drive_at(&mut self, speed: f64) {
+        self.speed = speed;
     }
 
     fn seen(&self) -> [f64; 4] {
@@ -95,6 +110,10 @@ impl Vehicle for Point {
         }
     }
 
+    fn drive_at(&mut self, speed: f64) {
+        assert!((speed - SPEED).abs() < 1e-12);
+    }
+
     fn seen(&self) -> [f64; 4] {
         let [x, y, yaw, rate, _] = self.state;
         [x, y, yaw, rate]
@@ -121,7 +140,7 @@ fn logged_of(vehicle: &mut impl Vehicle, d: Drive, options: &LogOptions) -> Driv
             let wrong = if k / d.fix_every % d.outlier == d.outlier - 1 { 20.0 } else { 0.0 };
             let x = x + d.antenna_x * yaw.cos() + d.fix_std * random.normal() + wrong;
             let y = y + d.antenna_x * yaw.sin() + d.fix_std * random.normal();
-            let told = t + LATENCY;
+            let told = t + d.latency;
             let _ = match d.degrees {
                 // On a ball: a kilometre or two, to a few parts in a thousand.
                 true => writeln!(
@@ -141,7 +160,13 @@ fn logged_of(vehicle: &mut impl Vehicle, d: Drive, options: &LogOptions) -> Driv
         let command = d.steering * phase.sin() + level;
         let rate = rate + 0.005 + 0.003 * random.normal();
         let steering = command + 1e-5 * random.normal();
-        let _ = writeln!(drive, "{t:.2},{steering:.7},{rate:.7},{SPEED}");
+        let speed_at = |t: f64| SPEED + d.swing * (TAU * t / 23.0).sin();
+        let speed = speed_at(t);
+        let shown =
+            d.speed_scale * speed + if d.swing > 0.0 { 0.02 * random.normal() } else { 0.0 };
+        let _ = writeln!(drive, "{t:.2},{steering:.7},{rate:.7},{shown:.4}");
+        // The plant holds it over the step.
+        vehicle.drive_at(speed_at(t + 0.5 * H));
         vehicle.advance(command);
     }
     let files =
@@ -150,7 +175,7 @@ fn logged_of(vehicle: &mut impl Vehicle, d: Drive, options: &LogOptions) -> Driv
 }
 
 fn told() -> LogOptions {
-    LogOptions { gnss_latency_s: LATENCY, ..LogOptions::default() }
+    LogOptions { gnss_latency_s: Some(LATENCY), ..LogOptions::default() }
 }
 
 /// What the module's own standard error is of: noise. What the three terms do not tell of the transients
@@ -241,6 +266,7 @@ fn a_multi_body_car_tells_all_three() {
         input: Some("steering_command_rad".into()),
         output: Some("yaw_rate_radps".into()),
         steering_ratio: Some(1.0),
+        gnss_latency_s: Some(0.0),
         ..LogOptions::default()
     };
     let found = read_log(&[read("drive.csv"), read("position.csv")], &options).unwrap();
@@ -282,7 +308,7 @@ fn latency_antenna_and_coordinates_count() {
         logged(d, options).sideslip.unwrap().sideslip_per_yaw_rate_s
     };
     // Late fixes that are taken for prompt ones.
-    let late = found(DRIVE, &LogOptions::default());
+    let late = found(DRIVE, &LogOptions { gnss_latency_s: Some(0.0), ..LogOptions::default() });
     assert!((late - (truth - LATENCY)).abs() < 0.005, "{late}");
     let ahead = Drive { antenna_x: 1.2, ..DRIVE };
     let ignored = found(ahead, &told());
@@ -307,4 +333,53 @@ fn what_fixes_cannot_tell_is_left_out_with_a_reason() {
         let warned = log.warnings.iter().any(|w| w.contains("no sideslip") && w.contains(why));
         assert!(warned, "{why}: {:?}", log.warnings);
     }
+}
+
+/// The age of fixes that is not stated is found where the speed changes, with its standard error, whatever
+/// it is and whatever the speed's scale; the sideslip is then that of a stated age.
+#[test]
+fn an_age_that_is_not_stated_is_found_where_the_speed_changes() {
+    for latency in [0.0, 0.1, 0.2] {
+        for (speed_scale, fix_std) in [(1.0, 0.02), (1.03, 0.02), (0.98, 0.03)] {
+            let seeds = 4;
+            let (mut squares, mut claimed) = (0.0, 0.0);
+            for seed in 1..=seeds {
+                let d = Drive { seed, latency, swing: 4.0, speed_scale, fix_std, ..DRIVE };
+                let log = logged(d, &LogOptions::default());
+                let found = log.sideslip.expect("a sideslip");
+                let stated = LogOptions { gnss_latency_s: Some(latency), ..LogOptions::default() };
+                let with_age = logged(d, &stated).sideslip.expect("a sideslip");
+                let error = found.gnss_latency_standard_error_s.expect("an error");
+                println!(
+                    "{latency} s, {speed_scale}, {fix_std} m: {:.4} ± {error:.4} s, S {:.4} ± {:.4}, with the age stated {:.4}",
+                    found.gnss_latency_s,
+                    found.sideslip_per_yaw_rate_s,
+                    found.standard_error_s,
+                    with_age.sideslip_per_yaw_rate_s
+                );
+                squares += (found.gnss_latency_s - latency).powi(2) / seeds as f64;
+                claimed += error * error / seeds as f64;
+                let off = found.sideslip_per_yaw_rate_s - with_age.sideslip_per_yaw_rate_s;
+                assert!(off.abs() < 4.0 * found.standard_error_s, "{off} {found:?}");
+                assert_eq!(with_age.gnss_latency_standard_error_s, None);
+                assert!(log.warnings.iter().any(|w| w.contains("age of the fixes")), "{latency}");
+            }
+            let (scatter, claimed) = (f64::sqrt(squares), f64::sqrt(claimed));
+            println!("  {scatter:.4} s off, {claimed:.4} s claimed");
+            assert!(claimed < 0.01 && scatter < 1.5 * claimed, "{scatter} {claimed}");
+        }
+    }
+}
+
+/// At a constant speed an unknown age cannot be separated from the sideslip: none is stated, however
+/// certain it would look.
+#[test]
+fn an_age_that_is_not_known_leaves_no_sideslip() {
+    let log = logged(DRIVE, &LogOptions::default());
+    assert_eq!(log.sideslip, None);
+    let warned = log.warnings.iter().any(|w| w.contains("no sideslip") && w.contains("not stated"));
+    assert!(warned, "{:?}", log.warnings);
+    // Speed changes too small to see are no reason for one.
+    let log = logged(Drive { swing: 0.05, ..DRIVE }, &LogOptions::default());
+    assert!(log.sideslip.is_none(), "{:?} {:?}", log.sideslip, log.warnings);
 }

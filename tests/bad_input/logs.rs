@@ -56,7 +56,8 @@ fn logs() {
         (&with_cell(1, "1e300"), &["log.csv:502:", "1.000e300 rad"]),
         (&with_cell(3, "1e300"), &["log.csv:502:", "the speed would be"]),
         (&with_cell(0, "3.0"), &["log.csv:502: column `time_s`: time 3 s", "4.99 s"]),
-        (&with_cell(2, "1,2"), &["log.csv:502: the row has 5 cells, the header has 4"]),
+        (&with_cell(2, "1,2"), &["log.csv:502: the row has 5 cells", "decimal commas"]),
+        (&with_cell(2, "\"1,2\""), &["log.csv:502: column `yaw_rate_radps`: `1,2`", "--decimal"]),
         (&log(HEADER, |_, row| row[1] = "NaN".into()), &["has 0 values"]),
         (
             &log(HEADER, |i, row| {
@@ -136,7 +137,7 @@ fn logs() {
         ("identify a.csv --hold-out -5%", &["--hold-out: -5% is out of range"]),
         ("identify a.csv --hold-out 0.5", &["'--hold-out <SHARE>'", "(%)"]),
         ("identify a.csv --steering-ratio 0", &["--steering-ratio: 0.0 is out of range"]),
-        ("identify a.csv --window 1s..2s", &["samples of 0.04 s are too few"]),
+        ("identify a.csv --window 1s..2s", &["samples of 0.01 s are too few"]),
         ("identify a.csv --window 90s..99s", &["the window covers 90 to 99 s, the log 0 to 19.99"]),
         ("identify a.csv --window 9s..5s", &["9 s is not before 5 s"]),
         ("identify a.csv --sample-time 1ms", &["the log's own 0.01 s", "--sample-time 0.01s"]),

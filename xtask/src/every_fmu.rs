@@ -1,15 +1,17 @@
 //! One archive at least of every FMU: the demo's, and those that no drive asks for, the nonlinear vehicle and
 //! the pose estimator.
 
-use crate::run::{cargo, root, run};
+use crate::run::{program, root, run};
 use std::ffi::OsStr;
 use std::path::Path;
+use std::process::Command;
 
 /// Runs the demo into `out` and packs the two written by hand beside its archives; `binaries` is a
 /// folder of libraries to pack instead of this machine's own.
 pub(crate) fn pack(out: &Path, binaries: Option<&Path>) -> Result<(), String> {
     let by_hand = |name: &str| root().join("tests/data/multibody").join(name);
     let (vehicle, estimator) = (by_hand("vehicle.json"), by_hand("estimator.json"));
+    let program = program(binaries)?;
     for (arguments, out) in [
         (vec![OsStr::new("demo")], out.to_owned()),
         (
@@ -17,9 +19,7 @@ pub(crate) fn pack(out: &Path, binaries: Option<&Path>) -> Result<(), String> {
             out.join("multibody/fmu"),
         ),
     ] {
-        let mut program = cargo(&["run", "--release", "--quiet", "--"]);
-        program.args(arguments).arg("--out").arg(out);
-        run(program.envs(binaries.map(|folder| ("STEERWRIGHT_FMU_BINARIES", folder))))?;
+        run(Command::new(&program).args(arguments).arg("--out").arg(out))?;
     }
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! `cargo xtask experiment`: tests/experiment, on cars that no one here wrote.
 
 use crate::python;
-use crate::run::{cargo, root, run, target};
+use crate::run::{program, root, run, target};
 
 /// Runs the experiment with its own Python environment and the released command line.
 pub(crate) fn experiment(test: bool, arguments: &[String]) -> Result<(), String> {
@@ -12,11 +12,10 @@ pub(crate) fn experiment(test: bool, arguments: &[String]) -> Result<(), String>
         let mut tests = python::command(&python);
         return run(tests.args(["-m", "pytest", "-q", "-p", "no:cacheprovider"]).arg(&folder));
     }
-    run(&mut cargo(&["build", "--release", "--quiet", "--package", "steerwright"]))?;
-    let program = format!("steerwright{}", std::env::consts::EXE_SUFFIX);
+    let program = program(None)?;
     let mut command = python::command(&python);
     command.arg(folder.join("experiment.py"));
-    command.arg("--program").arg(target().join("release").join(program));
+    command.arg("--program").arg(program);
     command.arg("--out").arg(target().join("experiment"));
     run(command.args(arguments))
 }

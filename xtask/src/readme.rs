@@ -1,8 +1,9 @@
 //! `cargo xtask readme`: the table and the picture in the README, from the demo.
 
-use crate::run::{cargo, root, run, target};
+use crate::run::{program, root, target};
 use std::fs;
 use std::path::Path;
+use std::process::Command;
 
 const BEGIN: &str = "<!-- demo:begin -->";
 const END: &str = "<!-- demo:end -->";
@@ -14,8 +15,8 @@ pub(crate) fn readme() -> Result<(), String> {
         let path = path.display().to_string();
         move |e: std::io::Error| format!("{path}: {e}")
     };
-    run(&mut cargo(&["build", "--release"]))?;
-    let demo = cargo(&["run", "--quiet", "--release", "--", "demo", "--out"])
+    let demo = Command::new(program(None)?)
+        .args(["demo", "--out"])
         .arg(&out)
         .output()
         .map_err(|e| e.to_string())?;

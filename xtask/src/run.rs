@@ -26,6 +26,21 @@ pub(crate) fn cargo(arguments: &[&str]) -> Command {
     cargo
 }
 
+/// The command line that users run, with the FMU libraries of a folder or this machine's own.
+///
+/// It is built as `cargo test --release` builds it. Other selections of packages give shared
+/// dependencies other features, and all that depends on them would be compiled once more.
+pub(crate) fn program(binaries: Option<&Path>) -> Result<PathBuf, String> {
+    let mut build = cargo(&["test", "--release", "--quiet", "--no-run", "--test", "installed"]);
+    run(build.envs(binaries.map(|folder| ("STEERWRIGHT_FMU_BINARIES", folder))))?;
+    Ok(released("steerwright"))
+}
+
+/// A program in the folder of the release profile.
+pub(crate) fn released(name: &str) -> PathBuf {
+    target().join("release").join(format!("{name}{}", std::env::consts::EXE_SUFFIX))
+}
+
 /// A command as a line, which is shown.
 pub(crate) fn told(command: &Command) -> String {
     let name = command.get_program().to_string_lossy().into_owned();

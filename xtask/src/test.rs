@@ -1,7 +1,7 @@
 //! `cargo xtask test`.
 
 use crate::cross::{self, Platform};
-use crate::run::{cargo, run, target};
+use crate::run::{cargo, root, run, target};
 use crate::{every_fmu, importers, python};
 use std::path::Path;
 
@@ -16,6 +16,10 @@ pub(crate) fn test(platforms: Option<&[Platform]>) -> Result<(), String> {
     let python = python::environment()?;
     // Release: the tests step models millions of times.
     run(cargo(&["test", "--release", "--no-fail-fast"]).env("STEERWRIGHT_PYTHON", &python))?;
+    // No default members: this program, and what the evaluation's programs share.
+    run(&mut cargo(&["test", "--quiet", "--package", "xtask"]))?;
+    let evaluation = ["--package", "steerwright", "--package", "xtask", "--lib"];
+    run(cargo(&["test", "--release", "--quiet", "--package", "sysid-evaluation"]).args(evaluation))?;
     match platforms {
         None => {
             importers::importers(&python, None)?;
@@ -36,8 +40,25 @@ fn across(platforms: &[Platform], python: &Path) -> Result<(), String> {
     cross::libraries(platforms, cross::Source::Auto)?;
     cross::run(platforms, &native)?;
     let binaries = cross::binaries();
-    run(cargo(&["test", "--release", "--no-fail-fast", "--package", "steerwright"])
-        .env("STEERWRIGHT_PYTHON", python)
-        .env("STEERWRIGHT_FMU_BINARIES", &binaries))?;
+    // By their names: `--package steerwright` would give shared dependencies other features, and
+    // compile nearly everything once more.
+    let mut tests = cargo(&["test", "--release", "--no-fail-fast", "--bin", "steerwright"]);
+    for name in system_tests()? {
+        tests.args(["--test", &name]);
+    }
+    run(tests.env("STEERWRIGHT_PYTHON", python).env("STEERWRIGHT_FMU_BINARIES", &binaries))?;
     importers::importers(python, Some(&binaries))
+}
+
+/// The names of the system's tests.
+fn system_tests() -> Result<Vec<String>, String> {
+    let folder = root().join("tests");
+    let entries = std::fs::read_dir(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    let mut names: Vec<String> = entries
+        .filter_map(|entry| Some(entry.ok()?.path()))
+        .filter(|path| path.extension().is_some_and(|end| end == "rs"))
+        .filter_map(|path| Some(path.file_stem()?.to_str()?.to_owned()))
+        .collect();
+    names.sort();
+    Ok(names)
 }

@@ -113,6 +113,18 @@ pub struct Excess {
     pub at_m: [f64; 2],
 }
 
+impl std::fmt::Display for Excess {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let [x, y] = self.at_m;
+        let what = if self.is_mean { "neighbouring points are on average" } else { "a point is" };
+        let (deviation, limit) = (self.deviation_m, self.limit_m);
+        write!(
+            f,
+            "{what} {deviation:.2} m off the path at x {x:.1} m, y {y:.1} m, allowed {limit:.2} m"
+        )
+    }
+}
+
 /// Makes a path from positions in m, in driving order. A path that cannot be brought near enough to the
 /// points is returned with its [`Excess`].
 ///

@@ -2,6 +2,7 @@
 
 mod estimation;
 mod frequency;
+mod play;
 mod poles;
 mod residuals;
 
@@ -12,6 +13,7 @@ pub use frequency::{
     BandDeparture, CoherencePoint, Excitation, ExcitationBand, FrequencyResponse, Information,
     Persistence, ResponsePoint,
 };
+pub use play::{LimitCycle, SteeringPlay};
 pub use poles::{Mode, PoleZeroMap, Spread};
 pub use residuals::{HeldOut, PredictionFit, ResidualCorrelation, ResidualTest};
 
@@ -50,6 +52,16 @@ pub struct Evidence {
     /// Prediction of the held-out data.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub held_out: Option<HeldOut>,
+    /// Play of the steering; absent where the data do not show any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub play: Option<SteeringPlay>,
+    /// By how much the yaw rate comes before the steering that causes it, s; absent where it does not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub yaw_rate_lead_s: Option<f64>,
+    /// By how much the steering can be delayed and still explain the yaw rate, s; absent where the data
+    /// do not show it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub yaw_rate_lag_s: Option<f64>,
     /// The residuals lag by lag.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub residuals: Option<ResidualCorrelation>,
@@ -105,8 +117,35 @@ pub struct OrderRow {
     pub criterion: f64,
 }
 
+/// What a channel does between its samples (the terms of the field, as MATLAB's `InterSample`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Intersample {
+    /// Zero-order hold: it stays as it is until the next sample, as a command does.
+    Zoh,
+    /// First-order hold: it moves along straight lines.
+    Foh,
+    /// Band-limited: samples of a continuous signal, as those of a sensor.
+    Bl,
+}
+
+impl Intersample {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Zoh, Self::Foh, Self::Bl];
+
+    /// The word on the command line and in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Zoh => "zoh",
+            Self::Foh => "foh",
+            Self::Bl => "bl",
+        }
+    }
+}
+
 /// What was read from one channel.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ChannelSummary {
     /// `steering`, `yaw_rate`, `speed` …
@@ -117,12 +156,26 @@ pub struct ChannelSummary {
     pub unit: String,
     /// Rows read.
     pub rows: usize,
-    /// Median sample rate of its own clock, Hz.
+    /// Median sample rate of its own clock, Hz; of a sensor whose values repeat over several rows, the
+    /// rate at which it was updated.
     pub rate_hz: f64,
+    /// What it is taken to do between its samples; absent in files of earlier versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub intersample: Option<Intersample>,
     /// Least value, SI.
     pub min: f64,
     /// Mean, SI.
     pub mean: f64,
     /// Largest value, SI.
     pub max: f64,
+    /// Step that all values are multiples of, SI; absent where there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub resolution: Option<f64>,
+    /// Instants of single spikes and dropouts, which were taken for missing, s.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub spikes_s: Vec<f64>,
+    /// First and last instants at which the channel was frozen while the vehicle was steered, s;
+    /// these samples were taken for missing.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub frozen_s: Vec<[f64; 2]>,
 }

@@ -17,7 +17,7 @@ pub struct ResidualTest {
 }
 
 /// How the model predicts what it was not estimated on.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HeldOut {
     /// Standard error of the simulation fit over the time held out, percentage points (block
@@ -26,6 +26,17 @@ pub struct HeldOut {
     pub fit_standard_error: Option<f64>,
     /// Blocks of time it comes from.
     pub blocks: usize,
+    /// How the validation data were chosen: `end` of the log, `excited-blocks` where the end is not
+    /// excited, `windows` of accumulated drives.
+    #[serde(default)]
+    pub selection: String,
+    /// First and last instants of each segment of validation data, s.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub segments_s: Vec<[f64; 2]>,
+    /// Fit that noise of the size of the one-step prediction errors allows at most, percent: no
+    /// simulation reaches more on these data.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fit_bound: Option<f64>,
     /// Variance of the yaw rate that the simulation accounts for, percent.
     pub variance_accounted_for: f64,
     /// Fits of predictions some steps ahead, by rising number of steps.

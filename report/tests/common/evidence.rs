@@ -21,6 +21,7 @@ pub fn evidence() -> Evidence {
         min,
         mean,
         max,
+        ..ChannelSummary::default()
     };
     Evidence {
         method: "n4sid".into(),
@@ -84,6 +85,7 @@ pub fn evidence() -> Evidence {
             channel("speed", "vxCG", "m/s", 16.1, 38.2, 61.0),
         ],
         warnings: vec!["the speed varies from 16.1 to 61.0 m/s: a linear model averages it".into()],
+        ..Evidence::default()
     }
 }
 
@@ -115,6 +117,8 @@ fn held_out() -> HeldOut {
         fit_standard_error: Some(1.3),
         blocks: 25,
         variance_accounted_for: 95.1,
+        selection: "end".into(),
+        fit_bound: Some(95.4),
         predictions: vec![
             row(Some(1), 95.4),
             row(Some(2), 92.0),
@@ -122,6 +126,7 @@ fn held_out() -> HeldOut {
             row(Some(20), 78.2),
             row(None, 77.9),
         ],
+        ..HeldOut::default()
     }
 }
 

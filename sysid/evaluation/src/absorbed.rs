@@ -42,7 +42,7 @@ impl AbsorbedSignals {
         let spread = |x: &[f64]| (x.iter().map(|x| x * x).sum::<f64>() / x.len() as f64).sqrt();
         let [u, y] = [segment.u.row(0), segment.y.row(0)];
         let scales = [SPREADS[0] / spread(u), SPREADS[1] / spread(y)];
-        let mut csv = String::from("time_s,roadwheel_angle_rad,yaw_rate_radps\n");
+        let mut csv = String::from("time_s,roadwheel_command_rad,yaw_rate_radps\n");
         for (t, (u, y)) in u.iter().zip(y).enumerate() {
             let _ = writeln!(csv, "{:.4},{:e},{:e}", step * t as f64, scales[0] * u, scales[1] * y);
         }

@@ -67,7 +67,7 @@ impl Recording {
     #[must_use]
     pub fn csv(&self) -> String {
         let mut text = String::from(
-            "time_s,roadwheel_angle_rad,yaw_rate_radps,speed_mps,throttle_1,lateral_acceleration_mps2\n",
+            "time_s,roadwheel_command_rad,yaw_rate_radps,speed_mps,throttle_1,lateral_acceleration_mps2\n",
         );
         for (k, (u, y)) in self.steering.iter().zip(&self.yaw_rate).enumerate() {
             let t = k as f64 * self.sample_time;

@@ -13,11 +13,12 @@ use crate::identify::order::Errors;
 use crate::identify::{continuous_form, discrete, evidence, operating_point};
 use crate::model::StateSpace;
 use crate::statistics::{Z99, chi_squared_quantile};
+use crate::validation::{Response, implausible};
 use crate::{Detrend, Error, IdentifyOptions, Signals};
 use faer::MatRef;
 use formats::{
-    CoherencePoint, Document, Evidence, Excitation, Fits, HeldOut, InputKind, Noise, OrderRow,
-    Plant, PredictionFit, Provenance, Quality, ReasonCode, ResidualTest,
+    CoherencePoint, Document, Evidence, Excitation, Fits, Grade, HeldOut, InputKind, Noise,
+    OrderRow, Plant, PredictionFit, Provenance, Quality, Reason, ReasonCode, ResidualTest,
 };
 
 const FREQUENCIES: usize = 50;
@@ -69,7 +70,26 @@ impl Absorbed {
         evidence.conversion_round_trip = continuous.as_ref().map(|c| c.round_trip);
         let map = evidence::poles_and_zeros(&model, continuous.as_ref(), step, None);
         evidence.poles_and_zeros = Some(map);
-        let quality = quality(&evidence, held_out.is_ok(), continuous.is_some());
+        let speed_mps = self.speed().map_or(0.0, |(mean, _)| mean);
+        let per_speed = match self.input_kind {
+            InputKind::Steering => 1.0,
+            InputKind::SteeringTimesSpeed => speed_mps.max(0.1),
+        };
+        let at = |hz: f64| {
+            let (re, im) = model.frequency_response(0, 0, std::f64::consts::TAU * hz * step);
+            let per_angle = per_speed * self.steering_ratio;
+            (per_angle * re, per_angle * im)
+        };
+        let zeros = evidence.poles_and_zeros.as_ref().map_or(&[][..], |m| &m.continuous_zeros);
+        let implausible = implausible(&Response {
+            at: &at,
+            speed_mps,
+            steering_ratio: self.steering_ratio,
+            zeros,
+            spreads: &[],
+        });
+        let slow = evidence::slow_log(&evidence.channels, &model, step);
+        let quality = quality(&evidence, held_out.is_ok(), continuous.is_some(), slow, implausible);
         let mut used = self.options.clone();
         used.extend(options.to_map());
         used.insert("horizon_absorbed".into(), self.horizon.to_string());
@@ -78,7 +98,6 @@ impl Absorbed {
         for unused in ["validation_fraction", "delay_s"] {
             used.remove(unused);
         }
-        let speed_mps = self.speed().map_or(0.0, |(mean, _)| mean);
         let plant = Plant {
             schema: Plant::SCHEMA.into(),
             name: self.name.clone(),
@@ -242,6 +261,8 @@ fn judge(
     gain: MatRef<'_, f64>,
 ) -> Result<(), Error> {
     let whole = on.covariance(1, 1, 0);
+    // In units of the estimation windows' standard deviation, as the covariance is.
+    let noise = evidence.excitation.noise_to_signal;
     let row = |steps: Option<usize>, variance: f64| PredictionFit {
         steps,
         ahead_s: steps.map(|k| k as f64 * on.data.sample_time_s()),
@@ -254,10 +275,11 @@ fn judge(
     evidence.fit.validation_one_step = rows[0].fit;
     evidence.whiteness = whiteness(&predicted, on.count);
     evidence.held_out = Some(HeldOut {
-        fit_standard_error: None,
-        blocks: 0,
+        selection: "windows".into(),
+        fit_bound: Some(bounded(100.0 * (1.0 - noise / whole.sqrt()))),
         variance_accounted_for: rows[1].variance_accounted_for,
         predictions: rows,
+        ..HeldOut::default()
     });
     Ok(())
 }
@@ -281,10 +303,15 @@ fn bounded(x: f64) -> f64 {
     if x.is_finite() { x } else { 0.0 }
 }
 
-fn quality(evidence: &Evidence, judged: bool, has_continuous: bool) -> Quality {
+fn quality(
+    evidence: &Evidence,
+    judged: bool,
+    has_continuous: bool,
+    slow_log: Option<Reason>,
+    implausible: Vec<(Reason, String)>,
+) -> Quality {
     let e = &evidence.excitation;
-    let mut reasons = Vec::new();
-    let mut advice = Vec::new();
+    let (mut reasons, mut advice): (Vec<Reason>, Vec<String>) = implausible.into_iter().unzip();
     if e.road_wheel_std_rad < LEAST_STEERING {
         let degrees = e.road_wheel_std_rad.to_degrees();
         let message = format!("the road wheel moves by {degrees:.2}° (standard deviation) only");
@@ -313,6 +340,7 @@ fn quality(evidence: &Evidence, judged: bool, has_continuous: bool) -> Quality {
         reasons.push(reason.compared(fit, GOOD_FIT, "%"));
         advice.push("absorb drives of one speed, with --speed-window".to_owned());
     }
+    reasons.extend(slow_log);
     if !has_continuous {
         let message = "the model has no continuous counterpart";
         reasons.push(failed(ReasonCode::NoContinuousModel, message));
@@ -328,7 +356,9 @@ fn quality(evidence: &Evidence, judged: bool, has_continuous: bool) -> Quality {
         )
     } else {
         let messages: Vec<&str> = reasons.iter().map(|r| r.message.as_str()).collect();
-        format!("Validation failed: {}.", messages.join("; "))
+        let failed = reasons.iter().any(|r| r.grade == Grade::Fail);
+        let what = if failed { "Validation failed" } else { "Fit to design on with reservations" };
+        format!("{what}: {}.", messages.join("; "))
     };
     Quality::new(summary, reasons, advice)
 }

@@ -10,9 +10,9 @@ use super::prediction::Predicted;
 use super::starts::{Start, Starts};
 use super::windows::Windows;
 use crate::closed_loop::{self, Feedback, feedback_in};
-use crate::conversion::{costs_nothing, has_logarithm, mirrored};
+use crate::conversion::{costs_nothing, has_logarithm, off_branch_cut};
 use crate::identify::logarithm::{in_turn, told};
-use crate::identify::order::{likeliest, parameters, schwarz, sum_of_squares};
+use crate::identify::order::{likeliest, of_a_vehicle, parameters, schwarz, sum_of_squares};
 use crate::model::StateSpace;
 use crate::refine::{Stop, refine_gain, refine_output_error};
 use crate::stability::largest_radius;
@@ -262,7 +262,9 @@ impl Search<'_> {
         self.least(candidates);
         let each: Vec<(f64, bool)> =
             candidates.iter().map(|c| (c.criterion, c.has_logarithm)).collect();
-        likeliest(&each)
+        let chosen = likeliest(&each);
+        let each = candidates.iter().map(|c| (c.model.order(), c.criterion, c.has_logarithm));
+        of_a_vehicle(chosen, &each.collect::<Vec<_>>(), self.windows.count as f64)
     }
 
     /// The chosen model taken off the branch cut, or else the smallest of lower order that has a
@@ -273,7 +275,7 @@ impl Search<'_> {
         chosen: usize,
         warnings: &mut Vec<String>,
     ) -> Result<usize, Error> {
-        if mirrored(&candidates[chosen].model)?.is_none() {
+        if off_branch_cut(&candidates[chosen].model)?.is_empty() {
             return Ok(chosen);
         }
         let least = candidates[chosen].variance;
@@ -282,11 +284,15 @@ impl Search<'_> {
             if i != chosen {
                 self.refine(&mut one, FINE)?;
             }
-            let off = mirrored(&one.model)?;
-            let moved = off.is_some();
-            if let Some(off) = off {
-                one = self.refitted(off, &one)?;
-                self.measure(&mut one)?;
+            let from = one.clone();
+            let places = off_branch_cut(&from.model)?;
+            let moved = !places.is_empty();
+            for (i, place) in places.into_iter().enumerate() {
+                let mut placed = self.refitted(place, &from)?;
+                self.measure(&mut placed)?;
+                if i == 0 || placed.variance < one.variance {
+                    one = placed;
+                }
             }
             one.has_logarithm = has_logarithm(&one.model);
             if one.has_logarithm && costs_nothing(least, one.variance) {

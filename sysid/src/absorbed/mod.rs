@@ -20,8 +20,10 @@ use crate::{Error, LogFile, LogOptions, Signals};
 use formats::{ChannelSummary, InputKind, SourceFile};
 use std::collections::BTreeMap;
 
-/// Samples of a block that is estimated from or held out as a whole.
-const BLOCK: usize = 2_000;
+/// Samples of a block that is estimated from or validated on as a whole: some seconds of manoeuvres, so
+/// that the validation windows come from all of a drive, as its speeds and bends do, and a drive of a
+/// few minutes has some. A window at the end of a block is lost.
+const BLOCK: usize = 500;
 /// One block in so many is held out.
 const HELD_OUT: usize = 4;
 

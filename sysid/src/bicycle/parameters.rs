@@ -66,8 +66,8 @@ pub(super) fn priors(wheelbase: Option<f64>) -> [Prior; PARAMETERS] {
         of(60.0_f64.ln(), 0.7),
         of(wheelbase.unwrap_or(2.7).ln(), 0.5),
         of(0.0, 0.2),
-        // From a sensor at the road wheel, with what the tyres take, to a slow servo.
-        of(0.02_f64.ln(), 1.5),
+        // From a sensor of the angle itself, which has none, to a slow servo.
+        of(0.005_f64.ln(), 2.0),
         of(0.0, 0.05),
         // A degree of misalignment and half a degree a second of gyro bias.
         of(0.0, 0.02),

@@ -4,16 +4,22 @@
 //! states are eliminated, the estimate's covariance is the sandwich `H⁻¹·(M + s²·P)·H⁻¹`, P the
 //! priors' and M the long-run covariance of the scores J_t·e_t with Bartlett's weights (W. K. Newey,
 //! K. D. West, *A simple, positive semi-definite, heteroskedasticity and autocorrelation consistent
-//! covariance matrix*, Econometrica 55, 1987). For white errors M is σ²·JᵀJ.
+//! covariance matrix*, Econometrica 55, 1987). For white errors M is σ²·JᵀJ. Bartlett's weights take
+//! off what lasts longer than their bandwidth, so M is the larger, direction by direction, of that and the
+//! scatter of the scores' sums over blocks of time ([`larger`]): a speed or a wind that changes over
+//! many seconds makes scores that last as long.
 
 use super::estimate::{Estimate, Problem};
 use super::parameters::{ALL, FRONT, INDEX, LAG, PARAMETERS, REAR, STEERING_FACTOR, WHEELBASE};
 use crate::Error;
 use crate::dense::{pseudo_inverse, svd};
-use faer::Mat;
+use crate::refine::larger;
+use faer::{Mat, Side};
 use formats::VehicleDirection;
 
 const OWN: usize = ALL - PARAMETERS;
+/// Blocks of time whose scores are summed.
+const BLOCKS: usize = 20;
 
 /// Sum of the autocovariances over all lags: the initial positive sequence of C. J. Geyer (*Practical
 /// Markov chain Monte Carlo*, Statistical Science 7, 1992), which ends at the first pair of lags whose
@@ -50,6 +56,8 @@ pub(super) fn covariance(
     let n = problem.free.len();
     let mut information: Mat<f64> = Mat::zeros(n, n);
     let mut scores: Mat<f64> = Mat::zeros(n, n);
+    let mut blocks: Mat<f64> = Mat::zeros(n, BLOCKS);
+    let mut before = 0;
     let errors = problem
         .errors(&at.parameters, &at.starts)
         .ok_or(Error::Numerical { what: "simulation of the estimate" })?;
@@ -69,6 +77,13 @@ pub(super) fn covariance(
         information += rest.transpose() * &rest;
         let score = Mat::from_fn(count, n, |t, j| rest[(t, j)] * errors[t]);
         scores += score.transpose() * &score;
+        for t in 0..count {
+            let block = (before + t) * BLOCKS / problem.samples();
+            for j in 0..n {
+                blocks[(j, block)] += score[(t, j)];
+            }
+        }
+        before += count;
         for lag in 1..=lags.min(count.saturating_sub(1)) {
             let weight = 1.0 - lag as f64 / (lags as f64 + 1.0);
             let cross = score.get(lag.., ..).transpose() * score.get(..count - lag, ..);
@@ -76,6 +91,7 @@ pub(super) fn covariance(
         }
     }
     let s2 = at.long_run_variance;
+    scores = lasting(&scores, &blocks)?;
     for (j, &i) in problem.free.iter().enumerate() {
         let prior = s2 / problem.priors[i].deviation.powi(2);
         information[(j, j)] += prior;
@@ -95,6 +111,27 @@ pub(super) fn covariance(
         }
     }
     Ok(all)
+}
+
+/// The larger, in each direction, of the scores' covariance and that of their sums over blocks about the
+/// mean, `B/(B − 1)·Σ (z_b − z̄)(z_b − z̄)ᵀ`.
+fn lasting(scores: &Mat<f64>, blocks: &Mat<f64>) -> Result<Mat<f64>, Error> {
+    let (n, count) = (blocks.nrows(), blocks.ncols() as f64);
+    let scale: Vec<f64> = (0..n).map(|i| scores[(i, i)].max(f64::MIN_POSITIVE).sqrt()).collect();
+    let scaled = Mat::from_fn(n, n, |i, j| {
+        scores[(i, j)] / (scale[i] * scale[j]) + if i == j { 1e-12 } else { 0.0 }
+    });
+    let Ok(root) = scaled.llt(Side::Lower) else { return Ok(scores.clone()) };
+    // [`larger`] takes the deviations of a jackknife, which are smaller by (B − 1)/B.
+    let deviations = Mat::from_fn(n, blocks.ncols(), |i, b| {
+        let mean = (0..blocks.ncols()).map(|b| blocks[(i, b)]).sum::<f64>() / count;
+        count / (count - 1.0) * (blocks[(i, b)] - mean) / scale[i]
+    });
+    let root = larger(&root.L().to_owned(), &deviations)?;
+    Ok(Mat::from_fn(n, n, |i, j| {
+        let product: f64 = (0..root.ncols()).map(|k| root[(i, k)] * root[(j, k)]).sum();
+        product * scale[i] * scale[j]
+    }))
 }
 
 /// Lags of the scores' covariance: Newey and West's rule for short-lived correlations, several times

@@ -30,6 +30,9 @@ use crate::subspace::Factor;
 use crate::{DataSet, Error};
 use faer::Mat;
 
+/// One-step errors of a smaller share of an output are noise that biases no model, whoever answers to it.
+const NEGLIGIBLE: f64 = 3e-3;
+
 /// Outcome of the test.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Feedback {
@@ -66,7 +69,7 @@ pub fn feedback(data: &DataSet, memory_s: f64, ahead_s: f64) -> Result<Feedback,
 /// The test on a factor of `past + ahead + 1` lags or more: `past` is the largest VARX order that
 /// Akaike's criterion may take, `ahead` the number of future inputs.
 ///
-/// Data without noise, of which no feedback of noise can be told, give a statistic of 0.
+/// Data with next to no noise, whose feedback biases no model, have a statistic of 0.
 ///
 /// # Errors
 /// [`Error::OrderAboveHorizon`] where the factor is too short, [`Error::Option`] where one of the
@@ -102,7 +105,7 @@ pub fn feedback_in(factor: &Factor, past: usize, ahead: usize) -> Result<Feedbac
     let degrees = rank * outputs;
     let bound = chi_squared_quantile(degrees, Z99);
     let none = Feedback { statistic: 0.0, degrees, bound, detected: false };
-    let noisy = (0..outputs).all(|i| error.col(i).norm_l2() > 1e-9 * size[i]);
+    let noisy = (0..outputs).all(|i| error.col(i).norm_l2() > NEGLIGIBLE * size[i]);
     if degrees == 0 || !noisy {
         return Ok(none);
     }

@@ -17,6 +17,9 @@ const MOST_LOSS: f64 = 0.02;
 /// Of the output's root mean square, what it may add to them: noise must not hide more.
 const NEGLIGIBLE: f64 = 0.005;
 
+/// Eigenvalues of modes that die out within a sample.
+const SHORTER: [f64; 2] = [0.1, 0.01];
+
 /// Steps of inverse iteration, and how far from an eigenvector its result may be.
 const STEPS: usize = 4;
 const INEXACT: f64 = 1e-8;
@@ -33,10 +36,22 @@ pub(crate) fn costs_nothing(least: f64, with_logarithm: f64) -> bool {
     growth <= MOST_LOSS * least && growth <= NEGLIGIBLE * NEGLIGIBLE
 }
 
-/// The model with each negative eigenvalue λ of A taken to −λ. With its right and left eigenvectors v
-/// and w, `wᵀv = 1`, that is `A − 2λ·v·wᵀ`, which leaves the other modes as they are; B is scaled along v
-/// such that the steady-state gain stays. `None` where no eigenvalue is negative, or one is not simple.
-pub(crate) fn mirrored(model: &StateSpace) -> Result<Option<StateSpace>, Error> {
+/// The models with each negative eigenvalue λ of A taken to −λ, and to shorter decays: what is known from one
+/// sample may be the part of a sample by which the input acts late, whose eigenvalue is 0. Empty where no
+/// eigenvalue is negative, or one is not simple.
+pub(crate) fn off_branch_cut(model: &StateSpace) -> Result<Vec<StateSpace>, Error> {
+    let mut models = Vec::new();
+    for most in [1.0, SHORTER[0], SHORTER[1]] {
+        models.extend(moved(model, |value| most.min(-value))?);
+    }
+    Ok(models)
+}
+
+/// The model with each negative eigenvalue λ of A taken to `to(λ)`. With its right and left eigenvectors v
+/// and w, `wᵀv = 1`, that is `A + (to(λ) − λ)·v·wᵀ`, which leaves the other modes as they are; B is scaled
+/// along v such that the steady-state gain stays. `None` where no eigenvalue is negative, or one is not simple.
+fn moved(model: &StateSpace, to: impl Fn(f64) -> f64) -> Result<Option<StateSpace>, Error> {
+    let place = to;
     let mut to = model.clone();
     let mut any = false;
     let a = model.a.as_ref();
@@ -54,8 +69,9 @@ pub(crate) fn mirrored(model: &StateSpace) -> Result<Option<StateSpace>, Error> 
         }
         let onto = &right * left.transpose() * (1.0 / shared);
         // Gain of the mode: wᵀB/(1 − λ).
-        let share = (1.0 + value) / (1.0 - value) - 1.0;
-        to.a -= &onto * (2.0 * value);
+        let new = place(value);
+        let share = (1.0 - new) / (1.0 - value) - 1.0;
+        to.a += &onto * (new - value);
         to.b += &onto * &model.b * share;
         any = true;
     }
@@ -105,17 +121,20 @@ mod tests {
         for poles in [[0.9, -0.05, 0.6], [0.9, -0.05, -0.3]] {
             let one = model(poles);
             assert!(!has_logarithm(&one));
-            let found = mirrored(&one).unwrap().unwrap();
-            let expected = model(poles.map(f64::abs));
-            assert!((&found.a - &expected.a).norm_max() < 1e-9, "{poles:?}");
-            assert!((&found.b - &expected.b).norm_max() < 1e-9, "{poles:?}");
-            assert!(has_logarithm(&found));
+            let found = off_branch_cut(&one).unwrap();
+            for (found, most) in found.iter().zip([1.0, SHORTER[0], SHORTER[1]]) {
+                let expected = model(poles.map(|p| if p < 0.0 { most.min(-p) } else { p }));
+                assert!((&found.a - &expected.a).norm_max() < 1e-9, "{poles:?}");
+                assert!((&found.b - &expected.b).norm_max() < 1e-9, "{poles:?}");
+                assert!(has_logarithm(found));
+            }
+            assert_eq!(found.len(), 3);
         }
     }
 
     #[test]
     fn what_has_a_logarithm_or_no_simple_eigenvalue_is_left() {
-        assert!(mirrored(&model([0.9, 0.05, 0.6])).unwrap().is_none());
+        assert!(off_branch_cut(&model([0.9, 0.05, 0.6])).unwrap().is_empty());
         let mut defective = model([0.9, 0.5, 0.6]);
         defective.a = Mat::from_fn(3, 3, |i, j| match (i, j) {
             (0, 0) => 0.9,
@@ -123,6 +142,6 @@ mod tests {
             (1, 2) => 1.0,
             _ => 0.0,
         });
-        assert!(mirrored(&defective).unwrap().is_none());
+        assert!(off_branch_cut(&defective).unwrap().is_empty());
     }
 }

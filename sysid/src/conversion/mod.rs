@@ -12,7 +12,7 @@ use crate::dense::{eigenvalues, relative_difference};
 use faer::{Mat, MatRef};
 use std::f64::consts::PI;
 
-pub(crate) use branch::{costs_nothing, has_logarithm, mirrored};
+pub(crate) use branch::{costs_nothing, has_logarithm, off_branch_cut};
 pub use exponential::exponential;
 pub use hold::{ContinuousStateSpace, Hold, discretize_held, to_continuous_held};
 pub use logarithm::logarithm;
@@ -40,13 +40,22 @@ pub fn discretize(
     sample_time: f64,
 ) -> (Mat<f64>, Mat<f64>) {
     let (n, m) = (f.nrows(), g.ncols());
+    let scale = input_scale(f, g);
     let joined = Mat::from_fn(n + m, n + m, |i, j| match (i < n, j < n) {
         (true, true) => f[(i, j)] * sample_time,
-        (true, false) => g[(i, j - n)] * sample_time,
+        (true, false) => g[(i, j - n)] * scale * sample_time,
         _ => 0.0,
     });
     let e = exponential(joined.as_ref());
-    (e.get(..n, ..n).to_owned(), e.get(..n, n..).to_owned())
+    let b = e.get(..n, n..);
+    (e.get(..n, ..n).to_owned(), Mat::from_fn(n, m, |i, j| b[(i, j)] / scale))
+}
+
+/// A power of two that brings an input matrix to the size of its state matrix, so that its units decide
+/// neither the number of squarings nor the conditioning.
+fn input_scale(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> f64 {
+    let ratio = a.norm_l2() / b.norm_l2();
+    if ratio.is_finite() && ratio > 0.0 { 2.0_f64.powi(ratio.log2().round() as i32) } else { 1.0 }
 }
 
 /// `(F, G)` from `(A, B)`: the inverse of [`discretize`].
@@ -60,9 +69,7 @@ pub fn to_continuous(
 ) -> Result<ContinuousModel, String> {
     let (n, m) = (a.nrows(), b.ncols());
     check_branch(a)?;
-    // B is scaled to the size of A, so that it does not worsen the logarithm's conditioning.
-    let size = b.norm_l2();
-    let scale = if size > 0.0 { a.norm_l2() / size } else { 1.0 };
+    let scale = input_scale(a, b);
     let joined = Mat::from_fn(n + m, n + m, |i, j| match (i < n, j < n) {
         (true, true) => a[(i, j)],
         (true, false) => b[(i, j - n)] * scale,

@@ -51,7 +51,7 @@ pub struct Delay {
     pub estimate_s: f64,
     /// Its standard error, s: from the curvature of the squared error, what the model leaves
     /// unexplained and how the models of other orders differ, or from what an actuator's lag can
-    /// stand for, whichever is larger; infinite where the data do not determine it. The sum of delay
+    /// stand for, whichever is larger; infinite where the data do not determine it to half a second. The sum of delay
     /// and lags is known better.
     pub standard_error_s: f64,
     /// Order of that model.
@@ -117,6 +117,7 @@ pub fn estimate_delay(data: &DataSet) -> Result<Delay, Error> {
     let error = spread(&search, &models, best, |fit| bayes(fit, 1.0) - j1);
     let split = if error.is_finite() { split(&search, best, sample, &deviance) } else { 0.0 };
     let evidence = j0 - j1;
+    let standard_error_s = error.max(split) * sample;
     Ok(Delay {
         seconds: if taken([evidence, other], best.delay, error, sample) {
             best.delay * sample
@@ -124,7 +125,12 @@ pub fn estimate_delay(data: &DataSet) -> Result<Delay, Error> {
             0.0
         },
         estimate_s: best.delay * sample,
-        standard_error_s: error.max(split) * sample,
+        // Wider than what was searched, it is no statement about the delay.
+        standard_error_s: if standard_error_s < LONGEST_S {
+            standard_error_s
+        } else {
+            f64::INFINITY
+        },
         order: best.order(),
         order_without: plain.order(),
         lag_without_s: sample * fastest(&plain.parameters),

@@ -83,7 +83,7 @@ pub fn automatic(
     }
     let units = Units::of(estimation, options.detrend != Detrend::None)?;
     let (data, judged) = (units.scaled(estimation)?, units.scaled(held_out)?);
-    let choice = choose_from(&data, &judged, options)?;
+    let choice = choose_from(&data, &judged, options, false)?;
     let chosen = &choice.candidates[choice.chosen];
     let judged = chosen.conditions.about_level(&judged)?;
     let errors = Conditions::new(&chosen.model, &judged, false)?.errors(&chosen.model, &judged);

@@ -71,7 +71,8 @@ pub(crate) struct Candidate {
     /// Share by which the squared errors grew for a logarithm's sake.
     pub(crate) mirroring_cost: Option<f64>,
     pub(crate) feedthrough: bool,
-    /// Under feedback, the model that predicts best along with a model of the noise.
+    /// The model of this order that predicts best along with a model of the noise, where the errors have a
+    /// colour; under feedback it may be the one that is taken.
     pub(crate) direct: Option<StateSpace>,
 }
 
@@ -89,14 +90,16 @@ pub(crate) struct Choice {
 
 /// [`choose_from`] for the signals of a drive.
 pub(crate) fn choose(data: &Data, options: &IdentifyOptions) -> Result<Choice, Error> {
-    choose_from(&data.estimation.data, &data.validation.data, options)
+    choose_from(&data.estimation.data, &data.validation.data, options, true)
 }
 
-/// Chooses what the options leave open from scaled estimation data; the held-out data are measured on.
+/// Chooses what the options leave open from scaled estimation data, of a `vehicle` or of any system; the
+/// held-out data are measured on.
 pub(crate) fn choose_from(
     data: &DataSet,
     held_out: &DataSet,
     options: &IdentifyOptions,
+    vehicle: bool,
 ) -> Result<Choice, Error> {
     let feedback = feedback(data, MEMORY_S, AHEAD_S).ok();
     let closed = match options.method {
@@ -105,12 +108,13 @@ pub(crate) fn choose_from(
         _ => Vec::new(),
     };
     let mut choice = if closed.is_empty() {
-        open_loop(data, options)?
+        open_loop(data, options, vehicle)?
     } else {
-        in_a_loop(data, options, &closed)?
+        in_a_loop(data, options, &closed, vehicle)?
     };
     choice.feedback = feedback;
     for candidate in &mut choice.candidates {
+        candidate.model.scale_state();
         measure(data, held_out, candidate)?;
     }
     let chosen = &choice.candidates[choice.chosen];
@@ -138,16 +142,19 @@ fn measure(data: &DataSet, held_out: &DataSet, candidate: &mut Candidate) -> Res
 }
 
 /// The choice for data without feedback.
-fn open_loop(data: &DataSet, options: &IdentifyOptions) -> Result<Choice, Error> {
+fn open_loop(data: &DataSet, options: &IdentifyOptions, vehicle: bool) -> Result<Choice, Error> {
     let starts = Starts::new(data, options)?;
     let largest = starts.largest_order();
     let first = match options.order {
         Some(_) => None,
         None => Some(largest_start(options, largest, |order| starts.best(order, true))?.model),
     };
-    let mut compare = Comparison::new(data, options, false, first.as_ref())?;
+    let mut compare = Comparison::new(data, options, false, first.as_ref())?.of(vehicle);
     let ascend = |feedthrough| {
-        let start = |order| starts.best(order, feedthrough).map(|start| vec![start]);
+        let start = |order| {
+            let best = starts.best(order, feedthrough)?;
+            Ok(with_physical(data, best, vehicle, feedthrough, options))
+        };
         ascend(data, &compare, options, largest, feedthrough, start)
     };
     let mut candidates = ascend(options.feedthrough == Some(true))?;
@@ -197,19 +204,23 @@ fn in_a_loop(
     data: &DataSet,
     options: &IdentifyOptions,
     methods: &[closed_loop::Method],
+    vehicle: bool,
 ) -> Result<Choice, Error> {
     let feedthrough = options.feedthrough == Some(true);
     let predicted = Predicted::new(data, options, methods)?;
     let largest = predicted.largest_order();
     let first = largest_start(options, largest, |order| predicted.best(data, order, feedthrough))?;
-    let mut compare = Comparison::new(data, options, true, Some(&first.model))?;
+    let mut compare = Comparison::new(data, options, true, Some(&first.model))?.of(vehicle);
     let by = &predicted.external;
     // To the open-loop methods the external input is one of open loop.
     let others = if options.method.is_none() { Some(Starts::new(by, options)?) } else { None };
     let start = |order| {
         let other = others.as_ref().map(|o| o.best(order, feedthrough));
         let all = std::iter::once(predicted.best(data, order, feedthrough)).chain(other);
-        at_least_one(all)
+        let mut all = at_least_one(all)?;
+        let last = all.swap_remove(all.len() - 1);
+        all.extend(with_physical(by, last, vehicle, feedthrough, options));
+        Ok(all)
     };
     let mut candidates = ascend(by, &compare, options, largest, feedthrough, start)?;
     let mut chosen = compare.judge(&mut candidates);
@@ -223,6 +234,20 @@ fn in_a_loop(
     let (factor, external) = predicted.into_parts();
     let fitted = Some(whitened.unwrap_or(external));
     Ok(Choice { candidates, chosen, factor, feedback: None, fitted })
+}
+
+/// A start, and one with the poles of a vehicle where the system is one and the order its own.
+fn with_physical(
+    data: &DataSet,
+    start: Start,
+    vehicle: bool,
+    feedthrough: bool,
+    options: &IdentifyOptions,
+) -> Vec<Start> {
+    let own = vehicle && options.refine && start.model.order() == super::vehicle::ORDER;
+    let level = start.conditions.levels.is_some();
+    let physical = own.then(|| super::vehicle::start(data, &start, feedthrough, level)).flatten();
+    std::iter::once(start).chain(physical).collect()
 }
 
 /// A start of the largest order that can be had, or of the given one.

@@ -13,7 +13,7 @@ use super::IdentifyOptions;
 use super::candidates::{Candidate, ROUGH, refine};
 use super::colour::Colour;
 use super::conditions::{Conditions, asks_for_level};
-use super::order::{AS_LIKELY, likeliest, log_square, parameters, schwarz};
+use super::order::{AS_LIKELY, likeliest, log_square, of_a_vehicle, parameters, schwarz};
 use crate::model::StateSpace;
 use crate::refine::Stop;
 use crate::{DataSet, Error};
@@ -33,6 +33,8 @@ pub(super) struct Comparison<'a> {
     pub(super) level: bool,
     /// Whether the data come from a loop.
     looped: bool,
+    /// Whether the system is a vehicle.
+    vehicle: bool,
 }
 
 impl<'a> Comparison<'a> {
@@ -52,7 +54,12 @@ impl<'a> Comparison<'a> {
             None => 0,
         };
         let samples = (data.samples() - colour * data.segments().len()) as f64;
-        Ok(Self { data, colour, samples, level, looped })
+        Ok(Self { data, colour, samples, level, looped, vehicle: false })
+    }
+
+    /// For a vehicle or for any system.
+    pub(super) fn of(self, vehicle: bool) -> Self {
+        Self { vehicle, ..self }
     }
 
     /// Leaves the levels out where the chosen model does not ask for them.
@@ -90,7 +97,7 @@ impl<'a> Comparison<'a> {
             self.refine(&mut trial, ROUGH)?;
             if trial.log_square < candidate.log_square {
                 candidate.log_square = trial.log_square;
-                candidate.direct = Some(trial.model).filter(|_| self.looped);
+                candidate.direct = Some(trial.model);
             }
         }
         Ok(())
@@ -149,10 +156,16 @@ impl<'a> Comparison<'a> {
         one.criterion + AS_LIKELY < other.criterion
     }
 
-    /// The order of least criterion, or of one about as likely whose A has a real logarithm.
+    /// The order of least criterion, or of one about as likely whose A has a real logarithm; of a vehicle
+    /// that which suits one.
     pub(super) fn judge(&self, candidates: &mut [Candidate]) -> usize {
         self.least(candidates);
         let each: Vec<_> = candidates.iter().map(|c| (c.criterion, c.has_logarithm)).collect();
-        likeliest(&each)
+        let chosen = likeliest(&each);
+        if !self.vehicle {
+            return chosen;
+        }
+        let each = candidates.iter().map(|c| (c.model.order(), c.criterion, c.has_logarithm));
+        of_a_vehicle(chosen, &each.collect::<Vec<_>>(), self.samples)
     }
 }

@@ -1,17 +1,17 @@
-//! Estimation and held-out data, offsets and trends removed, scaled to unit spread.
+//! Estimation and validation data, offsets and trends removed, scaled to unit spread.
 //!
 //! *One offset for all drives.* The operating point is the vehicle's, and the mean of a single drive
 //! tells its bends as much as the zeros of its sensors; so the means removed are those of the
 //! estimation data of all drives together. Where a sensor's zero drifts, or differs from drive to
 //! drive, [`Detrend::Linear`] takes out a line of its own for each.
 //!
-//! *The split* counts samples over all stretches; it is moved to the nearest end of a stretch where it
-//! would leave a crumb of one.
+//! *The split* is that of [`validation`](crate::validation): the end of the log where it is excited.
 
 use super::conditions::without;
 use super::level::level;
 use super::{Detrend, IdentifyOptions};
 use crate::signal::{mean, standard_deviation};
+use crate::validation::{Selection, Split};
 use crate::{DataSet, DriveLog, Error, Segment};
 use formats::InputKind;
 use std::ops::Range;
@@ -25,6 +25,8 @@ pub(crate) struct Data {
     pub(crate) output_mean: f64,
     pub(crate) input_scale: f64,
     pub(crate) output_scale: f64,
+    /// How the validation data were chosen.
+    pub(crate) selection: Selection,
     /// What was taken from the output, for each run of samples.
     output_lines: Vec<(Range<usize>, Line)>,
 }
@@ -55,26 +57,41 @@ impl Line {
     }
 }
 
-/// One stretch of time, in as many segments as the log has there.
+/// Estimation or validation data, in as many segments as the log has there.
 pub(crate) struct Part {
     pub(crate) data: DataSet,
+    /// Which of the log's samples each segment is.
+    pub(crate) ranges: Vec<Range<usize>>,
     /// The output of all segments, one after the other, for fits.
     pub(crate) output: Vec<f64>,
 }
 
 impl Part {
-    /// The part of the log's segments within `range`.
-    fn new(log: &DriveLog, range: &Range<usize>, u: &[f64], y: &[f64]) -> Result<Self, Error> {
-        let within = |s: &Range<usize>| s.start.max(range.start)..s.end.min(range.end);
-        let segments = log
-            .segments
+    /// The samples of `ranges`.
+    fn new(
+        sample_time_s: f64,
+        ranges: Vec<Range<usize>>,
+        u: &[f64],
+        y: &[f64],
+    ) -> Result<Self, Error> {
+        let segments = ranges
             .iter()
-            .map(|s| within(&s.range))
-            .filter(|s| !s.is_empty())
-            .map(|s| Segment::new(u[s.clone()].to_vec(), y[s].to_vec()))
+            .map(|r| Segment::new(u[r.clone()].to_vec(), y[r.clone()].to_vec()))
             .collect();
-        let data = DataSet::new(log.sample_time_s, segments)?;
-        Ok(Self { data, output: y[range.clone()].to_vec() })
+        let data = DataSet::new(sample_time_s, segments)?;
+        let output = ranges.iter().flat_map(|r| &y[r.clone()]).copied().collect();
+        Ok(Self { data, ranges, output })
+    }
+
+    /// The part's samples of a signal of the whole log, one after the other.
+    pub(crate) fn of(&self, signal: &[f64]) -> Vec<f64> {
+        self.ranges.iter().flat_map(|r| &signal[r.clone()]).copied().collect()
+    }
+
+    /// Puts one number for each sample of the part into a signal of the whole log.
+    pub(crate) fn put(&self, values: &[f64], into: &mut [f64]) {
+        let at = self.ranges.iter().flat_map(|r| r.clone());
+        at.zip(values).for_each(|(k, value)| into[k] = *value);
     }
 
     pub(crate) fn len(&self) -> usize {
@@ -107,8 +124,25 @@ pub(crate) fn driving_input(log: &DriveLog, kind: InputKind) -> Result<Vec<f64>,
 }
 
 impl Data {
-    /// Splits and scales; the held-out part is the end of the log.
+    /// Splits and scales: the end of the log validates where it is excited, else blocks that are. Lines
+    /// over time need the end.
     pub(crate) fn new(log: &DriveLog, options: &IdentifyOptions) -> Result<Self, Error> {
+        if options.detrend == Detrend::Linear {
+            return Self::of_end(log, options);
+        }
+        Self::split(log, options, &|input| Split::new(log, input, options.validation_fraction))
+    }
+
+    /// The same, where the end of the log validates whatever was driven there.
+    pub(crate) fn of_end(log: &DriveLog, options: &IdentifyOptions) -> Result<Self, Error> {
+        Self::split(log, options, &|u| Split::end(log, u.len(), options.validation_fraction))
+    }
+
+    fn split(
+        log: &DriveLog,
+        options: &IdentifyOptions,
+        split: &dyn Fn(&[f64]) -> Split,
+    ) -> Result<Self, Error> {
         const LEAST: usize = 100;
         let input = driving_input(log, options.input_kind)?;
         let n = input.len().min(log.output.len());
@@ -122,20 +156,17 @@ impl Data {
         if input.iter().chain(&log.output).any(|x| !x.is_finite()) {
             return Err(Error::NoModel { problem: "the recording is not finite".into() });
         }
-        let split = split(log, n, options.validation_fraction);
-        let (u, y) = (&input[..split], &log.output[..split]);
-        let of = |x: &[f64]| {
-            let ranges = log.segments.iter().map(|s| s.range.start..s.range.end.min(split));
-            level(ranges.filter(|r| !r.is_empty()).map(|r| &x[r]))
-        };
+        let Split { estimation, validation, selection } = split(&input[..n]);
+        let of = |x: &[f64]| level(estimation.iter().map(|r| &x[r.clone()]));
         let means = match options.detrend {
             Detrend::None => (0.0, 0.0),
-            Detrend::Mean | Detrend::Linear => (of(u), of(y)),
+            Detrend::Mean | Detrend::Linear => (of(&input), of(&log.output)),
         };
         let time = log.time_s();
+        let first_validation = validation.first().map_or(n, |r| r.start);
         let lines = |x: &[f64], mean: f64| -> Vec<(Range<usize>, Line)> {
             match options.detrend {
-                Detrend::Linear => clock_runs(&time, split)
+                Detrend::Linear => clock_runs(&time, first_validation)
                     .into_iter()
                     .map(|run| (run.clone(), Line::through(&time[run.clone()], &x[run])))
                     .collect(),
@@ -147,12 +178,10 @@ impl Data {
         // A drift is no motion: the spread is that about the lines.
         let spread = |x: &[f64], lines: &[(Range<usize>, Line)], role: &str| {
             let runs = lines.iter().flat_map(|(run, line)| run.clone().map(move |k| (k, *line)));
-            let about: Vec<f64> = runs
-                .take_while(|(k, _)| *k < split)
-                .map(|(k, line)| x[k] - line.at(time[k]))
-                .collect();
-            let scale = standard_deviation(&about);
-            let size = x[..split].iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+            let all: Vec<f64> = runs.map(|(k, line)| x[k] - line.at(time[k])).collect();
+            let part = || estimation.iter().flat_map(|r| r.clone());
+            let scale = standard_deviation(&part().map(|k| all[k]).collect::<Vec<_>>());
+            let size = part().map(|k| x[k].abs()).fold(0.0, f64::max);
             if scale <= 1e-13 * size {
                 return Err(Error::NoModel {
                     problem: format!("the {role} does not move in the estimation data"),
@@ -172,8 +201,9 @@ impl Data {
         let y = scaled(&log.output, &output_lines, scales.1);
         Ok(Self {
             sample_time: log.sample_time_s,
-            estimation: Part::new(log, &(0..split), &u, &y)?,
-            validation: Part::new(log, &(split..n), &u, &y)?,
+            estimation: Part::new(log.sample_time_s, estimation, &u, &y)?,
+            validation: Part::new(log.sample_time_s, validation, &u, &y)?,
+            selection,
             input_mean: means.0,
             output_mean: means.1,
             input_scale: scales.0,
@@ -203,17 +233,6 @@ impl Data {
             }
         }
     }
-}
-
-/// The first sample that is held out.
-fn split(log: &DriveLog, n: usize, held_out: f64) -> usize {
-    /// Shorter pieces of a stretch have no column in a block Hankel matrix of 30 block rows.
-    const CRUMB: usize = 60;
-    let split = n - (held_out * n as f64).round() as usize;
-    let ends = log.segments.iter().map(|s| s.range.end).filter(|end| *end < n);
-    ends.min_by_key(|end| end.abs_diff(split))
-        .filter(|end| end.abs_diff(split) < CRUMB)
-        .unwrap_or(split)
 }
 
 /// Runs of samples on one clock, none across the split: a clock that goes back is another drive's.

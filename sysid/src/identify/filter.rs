@@ -3,12 +3,12 @@
 //! The model is that of the least simulation errors, and stays; K makes its one-step prediction errors
 //! least, in a loop as without one.
 
-use super::candidates::{Candidate, output};
+use super::candidates::{Candidate, Choice, output};
 use super::conditions::Conditions;
 use super::data::{Data, Part};
 use crate::dense::spectral_radius;
 use crate::model::{Innovation, StateSpace, predictions, predictor, predictor_state};
-use crate::refine::{Stop, refine_gain, uncertain_simulation};
+use crate::refine::{Neighbours, Stop, refine_gain, uncertain_simulation, without_blocks};
 use crate::statistics::fit_percent;
 use crate::subspace::{Factor, noise_model};
 use crate::{DataSet, Error};
@@ -75,26 +75,82 @@ pub(super) fn filter(
     Ok(Filter { gain, residuals, validation_residuals, validation_fit })
 }
 
-/// The uncertainty of the model and its gain, in SI units; `fitted` are the data whose simulation
-/// errors the model makes small, where they are not the estimation data.
+/// Frequencies at which neighbouring models are compared with the chosen one, Hz: where a vehicle is
+/// steered.
+const COMPARED_HZ: (f64, f64) = (0.05, 3.0);
+const COMPARED: usize = 30;
+/// Blocks of the jackknife, and the most samples that are refined for it: with more, first-order theory
+/// holds.
+const BLOCKS: usize = 20;
+const MOST_REFINED: usize = 20_000;
+/// Pieces of fewer samples are left out of a replica.
+const LEAST_PIECE: usize = 50;
+
+/// The uncertainty of the chosen model and its gain, in SI units: that of its estimate on the data whose
+/// simulation errors it makes small, widened by what other orders, another criterion and parts of the data
+/// would have made of it.
 pub(super) fn uncertainty(
     data: &Data,
-    chosen: &Candidate,
-    fitted: Option<&DataSet>,
+    choice: &Choice,
     gain: &Mat<f64>,
+    refined: bool,
 ) -> Result<formats::Uncertainty, Error> {
+    let chosen = &choice.candidates[choice.chosen];
     let innovation = Innovation { model: chosen.model.clone(), gain: gain.clone() };
     let actual = &data.estimation.data;
-    let fitted = fitted.unwrap_or(actual);
+    let fitted = choice.fitted.as_ref().unwrap_or(actual);
     let x0 = Conditions::new(&chosen.model, fitted, false)?.x0;
+    let omegas = omegas(data.sample_time);
+    let replicas = if refined { replicas(chosen, fitted) } else { Vec::new() };
+    let rivals = rivals(choice);
     let estimate = uncertain_simulation(
         &innovation,
         (&x0, fitted),
         (&chosen.conditions.x0, actual),
         chosen.feedthrough,
         chosen.conditions.levels.is_some(),
+        Neighbours { replicas: &replicas, rivals: &rivals, omegas: &omegas },
     )?;
     estimate.scaled(&[data.input_scale], &[data.output_scale]).to_file(data.sample_time)
+}
+
+/// rad per sample, evenly spaced on a logarithmic axis, well below half the sample rate.
+fn omegas(sample_time: f64) -> Vec<f64> {
+    let (low, high) = (COMPARED_HZ.0, COMPARED_HZ.1.min(0.3 / sample_time));
+    let hz = |k: usize| low * (high / low).powf(k as f64 / (COMPARED - 1) as f64);
+    (0..COMPARED).map(|k| std::f64::consts::TAU * hz(k) * sample_time).collect()
+}
+
+/// The chosen model refined on the data less one block of time each; those that cannot be had are left
+/// out.
+fn replicas(chosen: &Candidate, fitted: &DataSet) -> Vec<StateSpace> {
+    const STOP: Stop = Stop { steps: 10, least_gain: 1e-6 };
+    if fitted.samples() > MOST_REFINED {
+        return Vec::new();
+    }
+    let refined = |data: DataSet| {
+        let mut replica = chosen.clone();
+        super::candidates::refine(&data, &mut replica, STOP).ok()?;
+        Some(replica.model)
+    };
+    without_blocks(fitted, BLOCKS, LEAST_PIECE).into_iter().filter_map(refined).collect()
+}
+
+/// Models that the data allow beside the chosen one, with their weights: those of other orders by the
+/// information criterion, `exp(−Δ/2)` over the sum of all; and the one of the same order that predicts
+/// best along with its noise model, which coloured noise and a driver affect in another way, by one half,
+/// since nothing says which of the two is nearer.
+fn rivals(choice: &Choice) -> Vec<(f64, StateSpace)> {
+    /// Less than that counts for nothing.
+    const LEAST_WEIGHT: f64 = 1e-3;
+    let all = &choice.candidates;
+    let least = all.iter().map(|c| c.criterion).fold(f64::INFINITY, f64::min);
+    let likelihood = |c: &Candidate| (-0.5 * (c.criterion - least)).exp();
+    let sum: f64 = all.iter().map(likelihood).filter(|w| w.is_finite()).sum();
+    let others = all.iter().enumerate().filter(|(k, _)| *k != choice.chosen);
+    let others = others.map(|(_, c)| (likelihood(c) / sum, c.model.clone()));
+    let direct = all[choice.chosen].direct.clone().map(|model| (0.5, model));
+    others.filter(|(weight, _)| *weight > LEAST_WEIGHT).chain(direct).collect()
 }
 
 /// One-step predictions of a part, the initial states estimated.

@@ -99,7 +99,8 @@ fn judged(
     model: StateSpace,
 ) -> Result<Judged, Error> {
     options.check()?;
-    let data = Data::new(log, &IdentifyOptions { input_kind, ..options.clone() })?;
+    // Models are compared on the same part of a log: its end.
+    let data = Data::of_end(log, &IdentifyOptions { input_kind, ..options.clone() })?;
     // Into the scaled signals of the data: u' = (u − ū)/s_u, y' = (y − ȳ)/s_y.
     let scaled = model.scaled(&[1.0 / data.input_scale], &[1.0 / data.output_scale]);
 

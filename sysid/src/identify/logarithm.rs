@@ -1,9 +1,9 @@
-//! A continuous form for a model that hardly lacks one ([`mirrored`]).
+//! A continuous form for a model that hardly lacks one ([`off_branch_cut`]).
 
 use super::candidates::{Candidate, FINE, refine};
 use super::order::sum_of_squares;
 use super::starts::refit_about;
-use crate::conversion::{costs_nothing, has_logarithm, mirrored};
+use crate::conversion::{costs_nothing, has_logarithm, off_branch_cut};
 use crate::{DataSet, Error};
 
 /// The chosen model taken off the branch cut, or else the smallest of lower order that has a
@@ -15,7 +15,7 @@ pub(super) fn with_logarithm(
     chosen: usize,
     refined: bool,
 ) -> Result<usize, Error> {
-    if mirrored(&candidates[chosen].model)?.is_none() {
+    if off_branch_cut(&candidates[chosen].model)?.is_empty() {
         return Ok(chosen);
     }
     let level = candidates[chosen].conditions.levels.is_some();
@@ -28,13 +28,18 @@ pub(super) fn with_logarithm(
                 refine(data, &mut one, FINE)?;
             }
         }
-        let off = mirrored(&one.model)?;
-        let moved = off.is_some();
-        if let Some(off) = off {
-            one.model = off;
-            refit(&mut one, data, level)?;
+        let places = off_branch_cut(&one.model)?;
+        let moved = !places.is_empty();
+        let mut now = if moved { f64::INFINITY } else { mean_square(&one, data) };
+        let from = one.clone();
+        for model in places {
+            let mut placed = Candidate { model, ..from.clone() };
+            refit(&mut placed, data, level)?;
+            let square = mean_square(&placed, data);
+            if square < now {
+                (one, now) = (placed, square);
+            }
         }
-        let now = mean_square(&one, data);
         one.has_logarithm = has_logarithm(&one.model);
         if one.has_logarithm && costs_nothing(least, now) {
             one.mirroring_cost = moved.then_some(now / least - 1.0);

@@ -19,12 +19,14 @@ mod options;
 pub(crate) mod order;
 mod predicted;
 mod starts;
+mod vehicle;
 
 use crate::closed_loop::Feedback;
 use crate::conversion::{ContinuousModel, to_continuous};
 use crate::model::StateSpace;
 use crate::signal::{mean, standard_deviation};
 use crate::statistics::{independence, whiteness};
+use crate::validation::{Pair, Response, implausible, steering_play, yaw_rate_lag, yaw_rate_lead};
 use crate::{DriveLog, Error};
 use candidates::{Candidate, Choice, choose, initial_states, output};
 use data::{Data, driving_input};
@@ -33,9 +35,11 @@ use evidence::LAGS;
 use faer::Mat;
 use filter::{filter, uncertainty};
 use formats::{
-    Continuous, Discrete, Document, Evidence, Fits, InputKind, Matrix, Noise, OperatingPoint,
-    OrderRow, Plant, Provenance, ResidualTest,
+    Continuous, Discrete, Document, Evidence, Fits, Information, InputKind, Matrix, Noise,
+    OperatingPoint, OrderRow, Plant, Provenance, ResidualTest,
 };
+
+use std::f64::consts::TAU;
 
 pub use approach::Approach;
 pub use automatic::{Automatic, TriedOrder, automatic};
@@ -44,6 +48,11 @@ pub use options::{Detrend, IdentifyOptions};
 
 /// A steering offset beyond this is doubtful, degrees at the road wheel.
 const MOST_CROOKED_DEG: f64 = 1.0;
+
+/// Sign and gain are judged where one of the bands up to here is informative, Hz.
+const LOW_BANDS_HZ: f64 = 0.5;
+/// Samples in which play and clocks are looked for: more change nothing.
+const MOST_FOR_FAULTS: usize = 60_000;
 
 /// A plant with the signals behind its plots.
 #[derive(Debug, Clone, PartialEq)]
@@ -128,7 +137,7 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
 
     let residual =
         filter.residuals.iter().map(|e| e * e).sum::<f64>() / filter.residuals.len().max(1) as f64;
-    let uncertainty = match uncertainty(&data, chosen, choice.fitted.as_ref(), &filter.gain) {
+    let uncertainty = match uncertainty(&data, &choice, &filter.gain, options.refine) {
         Ok(uncertainty) => Some(uncertainty),
         Err(error) => {
             warnings.push(format!("the model's uncertainty cannot be told: {error}"));
@@ -144,7 +153,9 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
     let part = &data.validation;
     let simulated = output(&chosen.model, part, &initial_states(&chosen.model, part)?);
     let residuals = part.stretches(&filter.validation_residuals);
-    let held_out_input = part.stretches(&input[data.estimation.len()..]);
+    let held_out_input = part.of(&input);
+    let held_out_input = part.stretches(&held_out_input);
+    let instants = log.time_s();
     let held_out = evidence::held_out(&evidence::Prediction {
         model: &chosen.model,
         gain: &(0..model.order()).map(|i| filter.gain[(i, 0)]).collect::<Vec<_>>(),
@@ -152,6 +163,9 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
         simulated: &part.stretches(&simulated),
         residuals: &residuals,
         sample_time_s: data.sample_time,
+        selection: data.selection.name(),
+        segments_s: part.ranges.iter().map(|r| [instants[r.start], instants[r.end - 1]]).collect(),
+        noise: residual.sqrt(),
     });
     let per_input = match options.input_kind {
         InputKind::Steering => 1.0,
@@ -164,6 +178,17 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
         simulated: &traces.simulated_yaw_rate_radps,
         to_road_wheel: per_input / log.steering_ratio,
     };
+    // Yaw rate over road-wheel angle, 1/s, at a frequency in Hz.
+    let at = |hz: f64| {
+        let (re, im) = model.frequency_response(0, 0, TAU * hz * data.sample_time);
+        let (sin, cos) = (-TAU * hz * delay.seconds).sin_cos();
+        let per_angle = 1.0 / modelled.to_road_wheel;
+        (per_angle * (re * cos - im * sin), per_angle * (re * sin + im * cos))
+    };
+    let pairs = pairs(measured);
+    let play = steering_play(&pairs, data.sample_time, log.steering_ratio, &|w| at(w / TAU));
+    let yaw_rate_lead_s = yaw_rate_lead(&pairs, data.sample_time);
+    let yaw_rate_lag_s = yaw_rate_lag(&pairs, data.sample_time);
     let (excitation, frequency_response) = evidence::frequencies(log, &modelled, residual.sqrt());
     let mut evidence = Evidence {
         method: chosen.approach.name().into(),
@@ -183,6 +208,9 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
         independence: independence(&residuals, &held_out_input, LAGS),
         excitation,
         held_out: Some(held_out),
+        play,
+        yaw_rate_lead_s,
+        yaw_rate_lag_s,
         residuals: Some(evidence::correlations(&residuals, &held_out_input)),
         frequency_response: Some(frequency_response),
         poles_and_zeros: Some(evidence::poles_and_zeros(
@@ -211,6 +239,21 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
     }
     let spread =
         if speed.is_empty() { 0.0 } else { standard_deviation(speed) / mean(speed).max(0.1) };
+    let map = evidence.poles_and_zeros.clone().unwrap_or_default();
+    // Where nothing is known of low frequencies, neither is sign or gain.
+    let low = evidence.excitation.bands.iter().filter(|b| b.to_hz <= LOW_BANDS_HZ);
+    let known = low.clone().any(|b| b.information != Information::None);
+    let implausible = if known {
+        implausible(&Response {
+            at: &at,
+            speed_mps: mean(speed),
+            steering_ratio: log.steering_ratio,
+            zeros: &map.continuous_zeros,
+            spreads: &map.continuous_zero_spreads,
+        })
+    } else {
+        Vec::new()
+    };
     let drive = evidence::Drive {
         has_continuous: continuous.is_some(),
         speed_mps: mean(speed),
@@ -220,6 +263,12 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
         steering: &log.input,
         sample_time_s: data.sample_time,
         order: model.order(),
+        slow_log: evidence::slow_log(&log.channels, &model, data.sample_time),
+        noise_radps: residual.sqrt() * data.output_scale,
+        road_wheel_offset_rad: point.steering_offset_rad / log.steering_ratio,
+        yaw_rate_offset_radps: point.yaw_rate_offset_radps
+            - at(0.0).0 * point.steering_offset_rad / log.steering_ratio,
+        implausible,
     };
     let quality = evidence::quality(&evidence, &drive, options);
 
@@ -248,6 +297,22 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
     };
     plant.checked("plant.json").map_err(|e| Error::NoModel { problem: e.to_string() })?;
     Ok(Identified { plant, traces })
+}
+
+/// Steering, yaw rate and speed of the log's segments, as many as are needed to find faults.
+fn pairs(log: &DriveLog) -> Vec<Pair<'_>> {
+    let mut left = MOST_FOR_FAULTS;
+    let ranges = log.segments.iter().map(|s| {
+        let range = s.range.start..s.range.end.min(s.range.start + left);
+        left -= range.len();
+        range
+    });
+    let pair = |r: std::ops::Range<usize>| Pair {
+        steering: &log.input[r.clone()],
+        yaw_rate: &log.output[r.clone()],
+        speed: log.speed.as_ref().map(|v| &v[r]),
+    };
+    ranges.filter(|r| !r.is_empty()).map(pair).collect()
 }
 
 pub(crate) fn feedback_test(feedback: Feedback) -> ResidualTest {
@@ -339,16 +404,18 @@ pub(crate) fn continuous_form(c: &ContinuousModel, model: &StateSpace) -> Contin
 fn traces(log: &DriveLog, data: &Data, chosen: &Candidate) -> Result<Traces, Error> {
     let held_out = &data.validation;
     let x0 = initial_states(&chosen.model, held_out)?;
-    let mut simulated = output(&chosen.model, &data.estimation, &chosen.conditions.x0);
-    simulated.extend(output(&chosen.model, held_out, &x0));
+    let mut simulated = vec![0.0; log.len()];
+    let own = output(&chosen.model, &data.estimation, &chosen.conditions.x0);
+    data.estimation.put(&own, &mut simulated);
+    held_out.put(&output(&chosen.model, held_out, &x0), &mut simulated);
+    let mut is_validation = vec![false; log.len()];
+    held_out.ranges.iter().for_each(|r| is_validation[r.clone()].fill(true));
     data.restore(log, &mut simulated);
-    let n = simulated.len();
-    let split = data.estimation.len();
     Ok(Traces {
         time_s: log.time_s(),
         steering_rad: log.input.clone(),
         yaw_rate_radps: log.output.clone(),
-        is_validation: (0..n).map(|k| k >= split).collect(),
+        is_validation,
         yaw_rad: log.yaw(&log.output),
         simulated_yaw_rad: log.yaw(&simulated),
         simulated_yaw_rate_radps: simulated,

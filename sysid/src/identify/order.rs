@@ -80,6 +80,18 @@ pub(crate) fn likeliest(models: &[(f64, bool)]) -> usize {
     least(&|(criterion, has_logarithm)| *has_logarithm && *criterion <= most).unwrap_or(best)
 }
 
+/// The order that is used for a vehicle where one is chosen by Schwarz's criterion. Yaw dynamics have two
+/// states, lateral velocity and yaw rate, however little of the second a drive shows: order 1 is kept only
+/// where order 2 explains no more than chance does, by Akaike's criterion. Of each model its order, its
+/// criterion and whether its A has a real logarithm, from so many `samples`.
+pub(crate) fn of_a_vehicle(chosen: usize, models: &[(usize, f64, bool)], samples: f64) -> usize {
+    let order = |n: usize| models.iter().position(|m| m.0 == n && m.2);
+    let (1, Some(second)) = (models[chosen].0, order(2)) else { return chosen };
+    let more = parameters(2, 1, 1, false) - parameters(1, 1, 1, false);
+    let fallen = more as f64 * samples.max(2.0).ln() - (models[second].1 - models[chosen].1);
+    if fallen > 2.0 * more as f64 { second } else { chosen }
+}
+
 /// `100·(1 − ‖Y − Ŷ‖/‖Y − mean(Y)‖)` over all outputs, the mean of each taken out; −∞ where an error
 /// is not finite.
 pub(crate) fn fit(data: &DataSet, errors: &Errors) -> f64 {

@@ -1,7 +1,7 @@
 //! Brings drives onto the grid, stretch by stretch, and tells what was left out.
 
 use super::drive::Drive;
-use super::resample::{Grid, Hold, resample};
+use super::resample::Grid;
 use super::role::Role;
 use super::series::Series;
 use super::stretches::{self, Clock, LEAST_STRETCH, Span, Split};
@@ -61,19 +61,16 @@ impl DriveLog {
                 kept.short.push(span);
                 continue;
             }
-            let margin = if grid.per_step > 1 { 9.0 * step } else { 0.0 };
+            let margin = step * clock.margin(step);
             let end = grid.start + (grid.count as f64 - 1.0) * step;
             for channel in &drive.channels {
                 let (from, to) = (grid.start - margin, end + margin);
                 channel.tell_bridged(from, to, options.max_gap_s, &mut self.warnings);
             }
-            let on_grid = |role: Role, hold: Hold| {
-                let channel = drive.channel(role)?;
-                Some(resample(&channel.time, &channel.value, &grid, hold))
-            };
-            let input = on_grid(Role::Steering, Hold::Held(drive.channels[0].period));
-            let output = on_grid(Role::YawRate, Hold::Sampled).unwrap_or_default();
-            let speed = self.speed.as_ref().and_then(|_| on_grid(Role::Speed, Hold::Sampled));
+            let on_grid = |role: Role| Some(drive.channel(role)?.on(&grid));
+            let input = on_grid(Role::Steering);
+            let output = on_grid(Role::YawRate).unwrap_or_default();
+            let speed = self.speed.as_ref().and_then(|_| on_grid(Role::Speed));
             let speed: Option<Vec<f64>> =
                 speed.map(|v| v.into_iter().map(|x| x.max(0.0)).collect());
             if let Some(speed) = &speed {

@@ -2,6 +2,7 @@
 
 use super::DriveLog;
 use super::role::Role;
+use formats::{ChannelSummary, Intersample};
 
 /// Taps on either side of the instant.
 const HALF: i64 = 3;
@@ -9,9 +10,9 @@ const HALF: i64 = 3;
 impl DriveLog {
     /// The same drive with the steering angle delayed by `seconds` against all else.
     ///
-    /// At the log's own rate the steering is held over each sample, so a fraction of a sample is the
-    /// mean over the time that each of two samples is held. A log that was brought to a lower rate
-    /// is smooth between its samples: there, fractions are interpolated by a polynomial through the six
+    /// At the log's own rate a command is held over each sample, so a fraction of a sample is the
+    /// mean over the time that each of two samples is held. A measured angle, and a
+    /// log that was brought to a lower rate, is smooth between its samples: there, fractions are interpolated by a polynomial through the six
     /// samples around the instant (Lagrange), which passes lateral dynamics unchanged (at a fifth of
     /// the sample rate its gain is above 0.98). What was steered before a stretch starts is not
     /// known: its first value stands for it.
@@ -35,8 +36,9 @@ impl DriveLog {
 
     /// Whether the steering is as it was recorded, one sample for each of its own.
     fn is_held(&self) -> bool {
-        let steering = self.channels.iter().filter(|c| c.role == Role::Steering.key());
-        steering.map(|c| c.rate_hz * self.sample_time_s).all(|samples| samples < 1.5)
+        let mut steering = self.channels.iter().filter(|c| c.role == Role::Steering.key());
+        let one = |c: &ChannelSummary| c.rate_hz * self.sample_time_s < 1.5;
+        steering.all(|c| one(c) && matches!(c.intersample, None | Some(Intersample::Zoh)))
     }
 }
 

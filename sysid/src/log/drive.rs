@@ -15,8 +15,10 @@ use super::series::{self, Series};
 use super::table::Table;
 use super::units::Quantity;
 use super::{LogOptions, last_part};
+use crate::validation::{Sampled, frozen};
 use crate::{Error, Place};
 use formats::SourceFile;
+use std::rc::Rc;
 
 /// A road wheel turns no further, rad.
 const LARGEST_ROAD_WHEEL_ANGLE: f64 = 0.8;
@@ -87,17 +89,41 @@ impl Drive {
             }
         }
         let (all, files) = series::read(tables, &sources, options, warnings)?;
-        let (places, channels): (Vec<_>, Vec<_>) = all.into_iter().partition(|c| c.role.is_place());
+        let (places, mut channels): (Vec<_>, Vec<_>) =
+            all.into_iter().partition(|c| c.role.is_place());
         for channel in channels.iter().take(2) {
             check_constant(channel)?;
         }
         let steering_ratio = steering_ratio(&channels[0], options, warnings)?;
+        leave_out_frozen(&mut channels, warnings);
         Ok(Self { name, channels, places, files, steering_ratio })
     }
 
     pub(crate) fn channel(&self, role: Role) -> Option<&Series> {
         self.channels.iter().find(|c| c.role == role)
     }
+}
+
+/// Handles as missing what a gyro reports that is frozen while the vehicle moves and is steered.
+fn leave_out_frozen(channels: &mut [Series], warnings: &mut Vec<String>) {
+    let of = |role: Role| channels.iter().find(|c| c.role == role);
+    let (Some(steering), Some(yaw_rate)) = (of(Role::Steering), of(Role::YawRate)) else { return };
+    let signal = |c: &Series| Sampled { time: Rc::clone(&c.time), value: c.value.clone() };
+    let speed = of(Role::Speed).map(signal);
+    let runs = frozen(&signal(yaw_rate), &signal(steering), speed.as_ref());
+    if runs.is_empty() {
+        return;
+    }
+    let Some(yaw_rate) = channels.iter_mut().find(|c| c.role == Role::YawRate) else { return };
+    let at: Vec<String> = runs.iter().map(|[a, b]| format!("{a:.2} to {b:.2} s")).collect();
+    warnings.push(format!(
+        "{}: column `{}` is frozen while the vehicle is steered ({}): handled as missing samples",
+        yaw_rate.file,
+        yaw_rate.column,
+        at.join(", ")
+    ));
+    yaw_rate.leave_out(&runs);
+    yaw_rate.frozen = runs;
 }
 
 fn check_constant(channel: &Series) -> Result<(), Error> {

@@ -13,12 +13,29 @@ const ECCENTRICITY_SQUARED: f64 = 6.694_379_990_14e-3;
 impl DriveLog {
     /// Takes the sideslip of the drives where they have fixes; says so where those do not tell it.
     pub(super) fn take_sideslip(&mut self, drives: &[Drive], options: &LogOptions) {
-        let pieces: Vec<Piece> = drives.iter().filter_map(|d| piece(d, options)).collect();
+        let mut pieces: Vec<Piece> = drives.iter().filter_map(|d| piece(d, options)).collect();
         if pieces.is_empty() {
             return;
         }
-        let receiver =
-            Receiver { latency_s: options.gnss_latency_s, antenna_x_m: options.antenna_x_m };
+        let mut receiver = Receiver {
+            latency_s: options.gnss_latency_s.unwrap_or(0.0),
+            latency_error_s: 0.0,
+            antenna_x_m: options.antenna_x_m,
+        };
+        if options.gnss_latency_s.is_none() {
+            let parts = pieces.iter().flat_map(|p| parts(p, options)).collect::<Vec<_>>();
+            receiver.latency_error_s = sideslip::UNKNOWN_ERROR_S;
+            if let Some(age) = sideslip::age(&parts) {
+                (receiver.latency_s, receiver.latency_error_s) = (age.seconds, age.standard_error);
+                self.warnings.push(format!(
+                    "the age of the fixes is not stated: {:.3} ± {:.3} s by the speed's changes on straights",
+                    age.seconds,
+                    2.0 * age.standard_error
+                ));
+            }
+            let times = pieces.iter_mut().flat_map(|piece| &mut piece.fix_time);
+            times.for_each(|time| *time -= receiver.latency_s);
+        }
         let speed = self.speed.as_deref().unwrap_or_default();
         let mean = speed.iter().sum::<f64>() / speed.len().max(1) as f64;
         if speed.is_empty() && options.antenna_x_m != 0.0 {
@@ -51,7 +68,7 @@ fn piece(drive: &Drive, options: &LogOptions) -> Option<Piece> {
     for (time, fix) in fixes(east, north) {
         // A log of a faster clock repeats the last fix.
         if last != Some(fix) {
-            piece.fix_time.push(time - options.gnss_latency_s);
+            piece.fix_time.push(time - options.gnss_latency_s.unwrap_or(0.0));
             piece.fix.push(fix);
             last = Some(fix);
         }

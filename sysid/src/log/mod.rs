@@ -6,7 +6,9 @@ mod delayed;
 mod drive;
 mod fixes;
 mod head;
+mod intersample;
 mod mapping;
+mod noise;
 mod options;
 mod repeated;
 mod resample;
@@ -46,7 +48,8 @@ pub struct DriveLog {
     pub sample_time_s: f64,
     /// The stretches without a gap, in order; together they are all samples.
     pub segments: Vec<Stretch>,
-    /// Steering angle, rad, in the log's coordinates, held over each sample.
+    /// Steering angle, rad, in the log's coordinates, held over each sample: of an angle that moves on
+    /// between its samples, the held one that does the same to a vehicle.
     pub input: Vec<f64>,
     /// Yaw rate, rad/s.
     pub output: Vec<f64>,
@@ -133,8 +136,8 @@ pub fn read_log(files: &[(String, Vec<u8>)], options: &LogOptions) -> Result<Dri
 /// with a warning.
 ///
 /// The sample time is the one asked for, else the multiple of the log's own period that comes
-/// nearest to 0.04 s from below (0.04 s where the clocks differ or are irregular), the longest of
-/// those of the drives. Anti-alias filtering and its effect on the held input are described in the
+/// nearest to 0.02 s from below (0.02 s where the clocks differ or are irregular), or the log's own period
+/// where there is next to no noise; the longest of those of the drives. Anti-alias filtering and its effect on the held input are described in the
 /// module `resample`.
 ///
 /// # Errors

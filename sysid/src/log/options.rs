@@ -1,5 +1,6 @@
 //! How a log is read.
 
+use formats::Intersample;
 use std::collections::BTreeMap;
 
 /// What separates the whole of a number from its fraction.
@@ -58,10 +59,14 @@ pub struct LogOptions {
     pub sample_time_s: Option<f64>,
     /// Period of the rows, s, for files without a clock.
     pub row_period_s: Option<f64>,
+    /// What the steering does between its samples. `None`: a command is held (zoh), a measured angle moves
+    /// on (bl); which it is, its name, its unit and its values say.
+    pub intersample: Option<Intersample>,
     /// Longest gap that is bridged by a straight line, s; a longer one splits the drive.
     pub max_gap_s: f64,
-    /// Age of a fix at the instant that the log gives it, s.
-    pub gnss_latency_s: f64,
+    /// Age of a fix at the instant that the log gives it, s. `None`: as far as speed changes on straights
+    /// determine it.
+    pub gnss_latency_s: Option<f64>,
     /// The antenna ahead of the centre of gravity, m.
     pub antenna_x_m: f64,
 }
@@ -81,8 +86,9 @@ impl Default for LogOptions {
             speed_window: None,
             sample_time_s: None,
             row_period_s: None,
+            intersample: None,
             max_gap_s: 0.5,
-            gnss_latency_s: 0.0,
+            gnss_latency_s: None,
             antenna_x_m: 0.0,
         }
     }
@@ -101,6 +107,7 @@ impl LogOptions {
             ("time".into(), text(&self.time)),
             ("steering_ratio".into(), number(self.steering_ratio)),
             ("sample_time_s".into(), number(self.sample_time_s)),
+            ("intersample".into(), self.intersample.map_or("auto", Intersample::name).into()),
             ("max_gap_s".into(), self.max_gap_s.to_string()),
         ]);
         if !self.windows.is_empty() {
@@ -111,14 +118,11 @@ impl LogOptions {
         if let Some((from, to)) = self.speed_window {
             map.insert("speed_window_mps".into(), format!("{from},{to}"));
         }
-        for (name, value) in
-            [("gnss_latency_s", self.gnss_latency_s), ("antenna_x_m", self.antenna_x_m)]
-        {
-            if value != 0.0 {
-                map.insert(name.into(), value.to_string());
-            }
+        if self.antenna_x_m != 0.0 {
+            map.insert("antenna_x_m".into(), self.antenna_x_m.to_string());
         }
         let optional = [
+            ("gnss_latency_s", self.gnss_latency_s),
             ("row_period_s", self.row_period_s),
             ("steering_full_scale_rad", self.steering_full_scale_rad),
         ];

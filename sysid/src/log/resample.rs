@@ -11,15 +11,29 @@
 //! plus the image of it about the Nyquist frequency is one, so white sensor noise is white after
 //! the decimation as before, and tests of residuals keep their meaning.
 //!
-//! *The input is held.* Eq 9–10 take an input that is constant over a sample. On the log's own
-//! clock (period h) it is; after decimation to T = q·h it is not. A hold over T shapes a
-//! signal by sin(ωT/2)/(ωT/2) and delays it by T/2, one over h by h/2. So the input channel is
-//! filtered with the additional factor
-//! `sinc(ωh/2)/sinc(ωT/2) · exp(jω(T−h)/2)`,
-//! with which the held coarse input equals the held fine input in the pass band. Without it a
-//! model identified from decimated data would lead the vehicle by (T−h)/2 when it is converted to
-//! continuous time.
+//! *The input of the model is held.* Eq 9–10 take an input that is constant over a sample T. What was
+//! logged is not: a command is held over its own period h, which after decimation to T = q·h is shorter, and
+//! a measured angle moves on between its samples. A hold over T shapes a signal by sin(ωT/2)/(ωT/2) and
+//! delays it by T/2. So the input channel is filtered with the additional factor
+//!
+//! | between its samples | factor |
+//! |---|---|
+//! | held for h (zoh) | `sinc(ωh/2)/sinc(ωT/2) · exp(jω(T−h)/2)` |
+//! | straight lines over h (foh) | `sinc²(ωh/2)·sinc(ωT/2) · exp(jωT/2)` |
+//! | band-limited (bl) | `sinc(ωT/2) · exp(jωT/2)` |
+//!
+//! with which the held coarse input does to a vehicle what the true one did, in the pass band. A measured
+//! angle acts on the yaw acceleration at once, which the mean over each hold leaves as it was: what a plant
+//! that integrates takes (in its samples the images of the hold add up to sinc²). A command acts behind its
+//! actuator's lag, which the images do not pass. Without it
+//! the identified model would lead the vehicle by (T−h)/2 or T/2 when it is converted to continuous time. A
+//! log's own rate is kept by the same filters, up to the Nyquist frequency (no low-pass, for the output is
+//! not filtered then).
+//!
+//! *Slow channels.* Where a channel is slower than the fine grid, interpolation has shaped it by
+//! sinc²(ωP/2), P being its period, which is taken back.
 
+use formats::Intersample;
 use std::f64::consts::PI;
 
 const ROLL_OFF: f64 = 0.25;
@@ -27,6 +41,8 @@ const HALF_LENGTH: f64 = 8.0;
 /// Samples beyond an instant, on either side, that its filters may ask for.
 pub(crate) const MARGIN: f64 = HALF_LENGTH + 1.0;
 const KAISER_BETA: f64 = 6.0;
+/// A channel whose period is more fine steps is slower than the fine grid.
+const SLOW: f64 = 1.5;
 
 /// A uniform grid: `count` instants from `start`, `step` apart, made from `per_step` fine steps.
 #[derive(Debug, Clone, Copy)]
@@ -38,32 +54,37 @@ pub(crate) struct Grid {
 }
 
 impl Grid {
-    /// The grid within `from..to`, with room for the filter at both ends where it is used.
-    pub(crate) fn within(from: f64, to: f64, step: f64, per_step: usize) -> Self {
-        let margin = if per_step > 1 { MARGIN } else { 0.0 };
+    /// The grid within `from..to`, with room for the filters of `margin` samples at both ends.
+    pub(crate) fn within(from: f64, to: f64, step: f64, per_step: usize, margin: f64) -> Self {
         let count = ((to - from) / step + 1e-6 - 2.0 * margin).floor();
         let count = if count >= 0.0 { count as usize + 1 } else { 0 };
         Self { start: from + margin * step, step, count, per_step }
     }
 }
 
-/// How a channel is held between its samples.
+/// What a channel becomes on the grid.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Hold {
-    /// A measured signal, sampled.
-    Sampled,
-    /// A command held for its clock's period, s.
-    Held(f64),
+pub(crate) enum Becomes {
+    /// The values of the signal at the grid's instants.
+    Samples,
+    /// What, held over each step, does the same as the signal that was logged.
+    Held(Intersample),
 }
 
-/// The channel (`time`, `value`) on the grid.
-pub(crate) fn resample(time: &[f64], value: &[f64], grid: &Grid, hold: Hold) -> Vec<f64> {
+/// The channel (`time`, `value`) of that period, s, on the grid.
+pub(crate) fn resample(
+    time: &[f64],
+    value: &[f64],
+    period: f64,
+    grid: &Grid,
+    becomes: Becomes,
+) -> Vec<f64> {
     let q = grid.per_step;
-    if q <= 1 {
+    if q <= 1 && matches!(becomes, Becomes::Samples | Becomes::Held(Intersample::Zoh)) {
         return interpolate(time, value, grid.start, grid.step, grid.count);
     }
     let fine = grid.step / q as f64;
-    let (taps, first) = kernel(grid.step, q, hold);
+    let (taps, first) = kernel(grid.step, q, period, becomes);
     let fine_start = grid.start + first as f64 * fine;
     let fine_count = (grid.count.max(1) - 1) * q + taps.len();
     let signal = interpolate(time, value, fine_start, fine, fine_count);
@@ -95,38 +116,48 @@ pub(crate) fn interpolate(
 }
 
 /// Taps on the fine grid, and the index of the first relative to the output's instant.
-fn kernel(step: f64, q: usize, hold: Hold) -> (Vec<f64>, i64) {
+fn kernel(step: f64, q: usize, period: f64, becomes: Becomes) -> (Vec<f64>, i64) {
     let fine = step / q as f64;
-    // Where the tap's centre lies: a held input is advanced by half the difference of the holds.
-    let (period, centre) = match hold {
-        Hold::Sampled => (None, 0.0),
-        Hold::Held(h) => {
-            let h = h.min(step);
-            (Some(h), 0.5 * (step - h))
-        }
+    // Where the tap's centre lies: what is to be held is advanced by what the hold delays.
+    let held = period.min(step);
+    let centre = match becomes {
+        Becomes::Samples => 0.0,
+        Becomes::Held(Intersample::Zoh) => 0.5 * (step - held),
+        Becomes::Held(Intersample::Foh | Intersample::Bl) => 0.5 * step,
     };
+    let magnitude = |frequency: f64| {
+        let sinc_of = |duration: f64| sinc(PI * frequency * duration);
+        let low_pass = if q > 1 { root_raised_cosine(frequency * step) } else { 1.0 };
+        let hold = match becomes {
+            Becomes::Samples => 1.0,
+            Becomes::Held(Intersample::Zoh) => sinc_of(held) / sinc_of(step),
+            Becomes::Held(Intersample::Foh) => sinc_of(held).powi(2) * sinc_of(step),
+            Becomes::Held(Intersample::Bl) => sinc_of(step),
+        };
+        let drawn = if period > SLOW * fine { sinc_of(held).powi(2) } else { 1.0 };
+        low_pass * hold / drawn
+    };
+    let top = if q > 1 { 0.5 * (1.0 + ROLL_OFF) } else { 0.5 } / step;
     let half = HALF_LENGTH * step;
     let first = ((centre - half) / fine).ceil() as i64;
     let last = ((centre + half) / fine).floor() as i64;
     let taps: Vec<f64> = (first..=last)
         .map(|i| {
             let t = i as f64 * fine - centre;
-            impulse_response(t, step, period) * kaiser(t / half)
+            impulse_response(t, top, magnitude) * kaiser(t / half)
         })
         .collect();
     let sum: f64 = taps.iter().sum();
     (taps.iter().map(|h| h / sum).collect(), first)
 }
 
-/// Inverse Fourier transform of the wanted magnitude at time `t`, by Simpson's rule.
-fn impulse_response(t: f64, step: f64, held: Option<f64>) -> f64 {
+/// Inverse Fourier transform of the wanted magnitude, which ends at `top`, at time `t`, by Simpson's rule.
+fn impulse_response(t: f64, top: f64, magnitude: impl Fn(f64) -> f64) -> f64 {
     const PANELS: usize = 256;
-    let top = 0.5 * (1.0 + ROLL_OFF) / step;
     let width = top / PANELS as f64;
     let f = |i: usize| {
         let frequency = i as f64 * width;
-        let hold = held.map_or(1.0, |h| sinc(PI * frequency * h) / sinc(PI * frequency * step));
-        root_raised_cosine(frequency * step) * hold * (2.0 * PI * frequency * t).cos()
+        magnitude(frequency) * (2.0 * PI * frequency * t).cos()
     };
     let inner: f64 = (1..PANELS).map(|i| if i % 2 == 1 { 4.0 * f(i) } else { 2.0 * f(i) }).sum();
     (f(0) + inner + f(PANELS)) * width / 3.0
@@ -174,16 +205,16 @@ mod tests {
     #[test]
     fn the_pass_band_passes_without_phase_and_the_stop_band_is_stopped() {
         let time: Vec<f64> = (0..3000).map(|i| i as f64 * 0.01).collect();
-        let grid = Grid::within(0.0, 29.99, 0.04, 4);
+        let grid = Grid::within(0.0, 29.99, 0.04, 4, MARGIN);
         for (frequency, tolerance) in [(0.5, 2e-3), (3.0, 2e-3), (8.0, 5e-3)] {
-            let out = resample(&time, &sine(frequency, &time), &grid, Hold::Sampled);
+            let out = resample(&time, &sine(frequency, &time), 0.01, &grid, Becomes::Samples);
             for (k, y) in out.iter().enumerate() {
                 let t = grid.start + k as f64 * grid.step;
                 assert!((y - (2.0 * PI * frequency * t).sin()).abs() < tolerance, "{frequency} Hz");
             }
         }
         for frequency in [18.0, 24.0, 40.0] {
-            let out = resample(&time, &sine(frequency, &time), &grid, Hold::Sampled);
+            let out = resample(&time, &sine(frequency, &time), 0.01, &grid, Becomes::Samples);
             assert!(out.iter().all(|y| y.abs() < 5e-3), "{frequency} Hz");
         }
     }
@@ -191,7 +222,7 @@ mod tests {
     #[test]
     fn white_noise_stays_white() {
         // Autocorrelation of the decimated noise at lags of whole samples: zero.
-        let (taps, _) = kernel(0.04, 4, Hold::Sampled);
+        let (taps, _) = kernel(0.04, 4, 0.01, Becomes::Samples);
         let r = |lag: usize| -> f64 {
             taps.iter().zip(&taps[4 * lag..]).map(|(a, b)| a * b).sum::<f64>()
         };
@@ -204,11 +235,52 @@ mod tests {
     fn an_irregular_clock_is_followed() {
         let time: Vec<f64> =
             (0..2000).map(|i| (i as f64 + 0.3 * (i as f64).sin()) * 0.012).collect();
-        let grid = Grid::within(time[0], time[1999], 0.04, 4);
-        let out = resample(&time, &sine(1.0, &time), &grid, Hold::Sampled);
+        let grid = Grid::within(time[0], time[1999], 0.04, 4, MARGIN);
+        let out = resample(&time, &sine(1.0, &time), 0.012, &grid, Becomes::Samples);
         for (k, y) in out.iter().enumerate() {
             let t = grid.start + k as f64 * grid.step;
             assert!((y - (2.0 * PI * t).sin()).abs() < 5e-3);
+        }
+    }
+
+    /// What is held over each step does the same to an integrator as what was logged did: a sine, the
+    /// straight lines through its samples, and its held samples.
+    #[test]
+    fn the_held_input_does_what_the_logged_one_did() {
+        const FREQUENCY: f64 = 1.5;
+        let w = 2.0 * PI * FREQUENCY;
+        for (period, q) in [(0.01, 4_usize), (0.02, 2), (0.04, 1), (0.1, 1)] {
+            let step = period * q as f64;
+            let time: Vec<f64> = (0..900).map(|i| f64::from(i) * period).collect();
+            let value = sine(FREQUENCY, &time);
+            let grid = Grid::within(0.0, time[899], step, q, MARGIN);
+            for behaviour in [Intersample::Zoh, Intersample::Foh, Intersample::Bl] {
+                let held = resample(&time, &value, period, &grid, Becomes::Held(behaviour));
+                // ∫ of the sine with the gain and delay of the log's hold.
+                let x = 0.5 * w * period;
+                let (gain, delay) = match behaviour {
+                    Intersample::Zoh => (sinc(x), 0.5 * period),
+                    Intersample::Foh => (sinc(x).powi(2), 0.0),
+                    Intersample::Bl => (1.0, 0.0),
+                };
+                let exact = |t: f64| -gain * (w * (t - delay)).cos() / w;
+                let mut sum = exact(grid.start);
+                for (k, u) in held.iter().enumerate() {
+                    let t = grid.start + k as f64 * step;
+                    let off = sum - exact(t);
+                    // A command's actuator does not pass the images of the hold, an integrator does; the
+                    // sum begins at a value without them, so that they count up to twice.
+                    let images = match behaviour {
+                        Intersample::Zoh => (0.5 * w * step).powi(2) / 3.0,
+                        _ => 0.0,
+                    };
+                    assert!(
+                        off.abs() < (3.5e-3 + 2.2 * images) / w,
+                        "{behaviour:?} {period} {q}: {off}"
+                    );
+                    sum += u * step;
+                }
+            }
         }
     }
 }

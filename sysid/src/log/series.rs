@@ -1,12 +1,15 @@
 //! One channel on its own clock: SI values, missing samples dropped, the impossible refused.
 
 use super::Role;
+use super::intersample::{self, Updates};
 use super::mapping::{Source, time_column};
+use super::resample::{Becomes, Grid, resample};
 use super::table::Table;
 use super::units::{Quantity, Unit};
 use super::{LogOptions, repeated, signal_words};
+use crate::validation::{resolution, spikes};
 use crate::{Error, Place};
-use formats::{ChannelSummary, SourceFile};
+use formats::{ChannelSummary, Intersample, SourceFile};
 use std::rc::Rc;
 
 /// Samples of one channel in time order.
@@ -22,8 +25,14 @@ pub(crate) struct Series {
     pub(crate) value: Vec<f64>,
     /// Lines in the file.
     pub(crate) line: Rc<Vec<u64>>,
-    /// Median period of the clock, s.
+    /// Median period of the clock, s; of a sensor that is slower than the rows, that of its updates.
     pub(crate) period: f64,
+    /// What it does between its samples.
+    pub(crate) intersample: Intersample,
+    /// Instants of single spikes and dropouts, which are left out, s.
+    pub(crate) spikes: Vec<f64>,
+    /// First and last instants of frozen runs, which are left out, s.
+    pub(crate) frozen: Vec<[f64; 2]>,
 }
 
 /// Reads the channels of `sources`, in that order, and each file once.
@@ -68,6 +77,9 @@ pub(crate) fn read(
                 value,
                 line: Rc::clone(&columns.lines),
                 period: 0.0,
+                intersample: Intersample::Bl,
+                spikes: Vec::new(),
+                frozen: Vec::new(),
             };
             channels.push((place, finished(raw, source.sign, options, warnings)?));
         }
@@ -85,6 +97,10 @@ fn finished(
 ) -> Result<Series, Error> {
     let (role, unit) = (series.role, series.unit);
     series.bring_to_si(sign)?;
+    if matches!(role, Role::Steering | Role::YawRate) {
+        series.leave_out_spikes();
+        warnings.extend(series.spikes_in_words());
+    }
     let mut unsaid = Vec::new();
     drop_missing(&mut series, if role.is_place() { &mut unsaid } else { warnings });
     let repeated = repeated::average(&mut series)?;
@@ -100,6 +116,16 @@ fn finished(
             file: series.file,
             column: series.column,
         });
+    }
+    if role == Role::Steering {
+        series.intersample = intersample::of_steering(&series, options);
+    }
+    if series.is_sensor()
+        && let Some(mut updates) = Updates::of(&series)
+    {
+        updates.take(&mut series);
+        series.period = median_period(&series.time);
+        warnings.push(intersample::told(&series, updates.rows()));
     }
     series.period = median_period(&series.time);
     if role == Role::YawRate && unit.quantity == Quantity::Angle {
@@ -210,6 +236,53 @@ impl Series {
         Ok(())
     }
 
+    /// The channel on a grid: the steering as it drives a model whose input is held, the others by their
+    /// values.
+    pub(crate) fn on(&self, grid: &Grid) -> Vec<f64> {
+        let becomes = match self.role {
+            Role::Steering => Becomes::Held(self.intersample),
+            _ => Becomes::Samples,
+        };
+        resample(&self.time, &self.value, self.period, grid, becomes)
+    }
+
+    /// Marks single spikes and dropouts as missing.
+    pub(super) fn leave_out_spikes(&mut self) {
+        for i in spikes(&self.time, &self.value) {
+            self.spikes.push(self.time[i]);
+            self.value[i] = f64::NAN;
+        }
+    }
+
+    /// The spikes with their instants, for a warning; `None` where there are none.
+    pub(super) fn spikes_in_words(&self) -> Option<String> {
+        const SHOWN: usize = 5;
+        if self.spikes.is_empty() {
+            return None;
+        }
+        let mut at: Vec<String> =
+            self.spikes.iter().take(SHOWN).map(|t| format!("{t:.3} s")).collect();
+        if self.spikes.len() > SHOWN {
+            at.push("…".into());
+        }
+        Some(format!(
+            "{}: column `{}`: {} at {} (one to three samples that jump away and back), handled as missing samples",
+            self.file,
+            self.column,
+            signal_words(self.spikes.len(), "spike"),
+            at.join(", ")
+        ))
+    }
+
+    /// Leaves out the samples within the runs `from..=to`, in s.
+    pub(super) fn leave_out(&mut self, runs: &[[f64; 2]]) {
+        let inside = |t: f64| runs.iter().any(|[from, to]| (*from..=*to).contains(&t));
+        let there: Vec<usize> = (0..self.time.len()).filter(|&i| !inside(self.time[i])).collect();
+        self.value = there.iter().map(|&i| self.value[i]).collect();
+        self.line = Rc::new(there.iter().map(|&i| self.line[i]).collect());
+        self.time = Rc::new(there.iter().map(|&i| self.time[i]).collect());
+    }
+
     pub(crate) fn start(&self) -> f64 {
         self.time.first().copied().unwrap_or(f64::NAN)
     }
@@ -266,9 +339,13 @@ impl Series {
             rows: self.value.len(),
             // The clock's digits are coarser than 1e-3 Hz.
             rate_hz: (1e3 / self.period).round() / 1e3,
+            intersample: Some(self.intersample),
             min: self.value.iter().copied().fold(f64::INFINITY, f64::min),
             mean: self.value.iter().sum::<f64>() / n,
             max: self.value.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+            resolution: resolution(&self.value),
+            spikes_s: self.spikes.clone(),
+            frozen_s: self.frozen.clone(),
         }
     }
 }

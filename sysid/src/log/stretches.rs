@@ -1,16 +1,19 @@
 //! Which times of a drive are used: where every channel is there, within the windows, without gaps.
 
 use super::drive::Drive;
-use super::resample::Grid;
+use super::noise;
+use super::resample::{Grid, MARGIN};
 use super::series::Series;
 use super::{LogOptions, round_ms, signal_words};
 use crate::signal::mean;
 use crate::{Error, Place};
+use formats::Intersample;
 use std::ops::Range;
 
-/// Sample time that is aimed at: a Nyquist frequency of 12.5 Hz, two and a half times the about
-/// 5 Hz up to which lateral dynamics respond, and ten samples or more in a rise time.
-const AIMED_SAMPLE_TIME: f64 = 0.04;
+/// Sample time that is aimed at where there is noise: a Nyquist frequency of 25 Hz, five times the about
+/// 5 Hz up to which lateral dynamics respond. What a hold of this length does to the response is below
+/// the noise; a shorter one costs time and shows nothing more.
+const AIMED_SAMPLE_TIME: f64 = 0.02;
 /// Shorter stretches say nothing: a block Hankel matrix of 30 block rows has no column in them.
 pub(crate) const LEAST_STRETCH: usize = 60;
 /// Speed is averaged over this time, s, before it is held against its window, so that noise at the
@@ -160,6 +163,8 @@ pub(crate) struct Clock {
     preferred: f64,
     /// Whether steering and yaw rate stand on one uniform clock.
     shared: bool,
+    /// Whether the steering, as it is logged, is held between its samples.
+    held: bool,
 }
 
 impl Clock {
@@ -169,16 +174,28 @@ impl Clock {
         let fast = a.min(b);
         let shared = is_uniform(steering) && same_clock(steering, yaw_rate);
         let preferred = if shared {
-            fast * (AIMED_SAMPLE_TIME / fast + 1e-6).floor().max(1.0)
+            let periods = (AIMED_SAMPLE_TIME / fast + 1e-6).floor().max(1.0);
+            // Decimation is not exact: without noise to hide that, the log's own rate is kept.
+            if periods > 1.0 && noise::is_negligible(steering, yaw_rate) {
+                fast
+            } else {
+                fast * periods
+            }
         } else {
             AIMED_SAMPLE_TIME.max(a.max(b))
         };
-        Self { fast, preferred, shared }
+        let held = steering.intersample == Intersample::Zoh;
+        Self { fast, preferred, shared, held }
     }
 
     /// Fine steps in a sample.
     pub(crate) fn per_step(&self, step: f64) -> f64 {
         (step / self.fast - 1e-3).ceil().max(1.0)
+    }
+
+    /// Samples of that step on either side that the filters need.
+    pub(crate) fn margin(&self, step: f64) -> f64 {
+        if self.per_step(step) > 1.0 || !self.held { MARGIN } else { 0.0 }
     }
 
     /// The grid of one span.
@@ -190,7 +207,7 @@ impl Clock {
             let i = time.partition_point(|t| *t < from - 1e-9);
             from = time.get(i).copied().unwrap_or(from);
         }
-        Grid::within(from, to, step, self.per_step(step) as usize)
+        Grid::within(from, to, step, self.per_step(step) as usize, self.margin(step))
     }
 }
 

@@ -15,6 +15,7 @@
 //! gives it as (A, B, C, D) move, and a part of its own, which in open loop is independent of theirs.
 
 use super::coordinates::{Coordinates, Move, in_basis, inverse};
+use super::neighbours::{Neighbours, larger, steps};
 use super::noise::Autocovariance;
 use super::rows::{Drive, Sensitivities};
 use super::search::{
@@ -55,14 +56,16 @@ pub fn uncertain(
             Ok(Uncertain { innovation: innovation.clone(), factor, focus })
         }
         Focus::Simulation => {
-            uncertain_simulation(innovation, (x0s, data), (x0s, data), feedthrough, false)
+            let none = Neighbours::default();
+            uncertain_simulation(innovation, (x0s, data), (x0s, data), feedthrough, false, none)
         }
     }
 }
 
 /// The estimate with its covariance where the model made the simulation errors of `simulated` small
 /// and K, for that model, the one-step prediction errors of `predicted`: initial states and data. With
-/// `level` the constants that were taken from the outputs of `simulated` were estimated along.
+/// `level` the constants that were taken from the outputs of `simulated` were estimated along. The
+/// covariance is widened by what the `neighbours` show.
 ///
 /// # Errors
 /// As [`uncertain`].
@@ -72,12 +75,23 @@ pub(crate) fn uncertain_simulation(
     predicted: (&[Vec<f64>], &DataSet),
     feedthrough: bool,
     level: bool,
+    neighbours: Neighbours<'_>,
 ) -> Result<Uncertain, Error> {
     let focus = Focus::Simulation;
     let local = Local::new(&innovation.model, simulated.0, simulated.1, feedthrough, focus, level)?;
-    let root = local.of_coordinates(local.sandwich(simulated.1)?);
+    let mut root = local.of_coordinates(local.sandwich(simulated.1)?);
+    if neighbours.replicas.len() > root.nrows() {
+        let replicas: Vec<&StateSpace> = neighbours.replicas.iter().collect();
+        let deviations = steps(&local.coordinates, &replicas, neighbours.omegas)?;
+        root = larger(&root, &deviations)?;
+    }
     let moves: Vec<Move> = columns(&root).map(|step| local.direction(&step)).collect();
-    let factor = with_gain(innovation, predicted.0, predicted.1, feedthrough, &moves)?;
+    let mut factor = with_gain(innovation, predicted.0, predicted.1, feedthrough, &moves)?;
+    if !neighbours.rivals.is_empty() {
+        let rivals = local.rivals(&innovation.model, neighbours)?;
+        let all = hcat(&[factor.as_ref(), rivals.as_ref()]);
+        factor = triangle(all.transpose()).transpose().to_owned();
+    }
     Ok(Uncertain { innovation: innovation.clone(), factor, focus })
 }
 
@@ -198,6 +212,24 @@ impl Local {
         Ok(Mat::from_fn(q, q, |i, j| once * root[(i, j)]))
     }
 
+    /// Moves of the innovation form's entries towards the rivals, each times the root of its weight. A
+    /// direct gain may stand for states that the estimate has not, so D moves with all inputs.
+    fn rivals(&self, model: &StateSpace, of: Neighbours<'_>) -> Result<Mat<f64>, Error> {
+        let all = vec![true; model.inputs()];
+        let coordinates = Coordinates::new(model, &self.weight, &all)?;
+        let models: Vec<&StateSpace> = of.rivals.iter().map(|(_, model)| model).collect();
+        let steps = steps(&coordinates, &models, of.omegas)?;
+        let still = Mat::zeros(model.order(), model.outputs());
+        let moves: Vec<Vec<f64>> = columns(&steps)
+            .zip(of.rivals)
+            .map(|(step, (weight, _))| {
+                let step: Vec<f64> = step.iter().map(|x| weight.sqrt() * x).collect();
+                entries(&back(&coordinates, &step), &still)
+            })
+            .collect();
+        Ok(from_columns(&moves))
+    }
+
     /// The root of the coordinates' covariance, of that with the levels.
     fn of_coordinates(&self, root: Mat<f64>) -> Mat<f64> {
         if self.linear.levels == 0 {
@@ -208,11 +240,16 @@ impl Local {
 
     /// The move along `step` in the basis of the model that was given.
     fn direction(&self, step: &[f64]) -> Move {
-        let delta = self.coordinates.direction(step);
-        let as_model = StateSpace { a: delta.a, b: delta.b, c: delta.c, d: delta.d };
-        let back = in_basis(&as_model, inverse(self.coordinates.basis.as_ref()).as_ref());
-        Move { a: back.a, b: back.b, c: back.c, d: back.d }
+        back(&self.coordinates, step)
     }
+}
+
+/// The move along `step` in the basis of the model that the coordinates were made of.
+fn back(coordinates: &Coordinates, step: &[f64]) -> Move {
+    let delta = coordinates.direction(step);
+    let as_model = StateSpace { a: delta.a, b: delta.b, c: delta.c, d: delta.d };
+    let back = in_basis(&as_model, inverse(coordinates.basis.as_ref()).as_ref());
+    Move { a: back.a, b: back.b, c: back.c, d: back.d }
 }
 
 /// The moves of (A, B, C, D) with what K does, and K's own.

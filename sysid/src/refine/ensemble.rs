@@ -55,8 +55,8 @@ fn is_stable(of: &Innovation) -> bool {
 
 /// Standard normal numbers: SplitMix64 (Steele, Lea and Flood 2014) through the transform of Box and
 /// Muller (1958).
-struct Normal {
-    state: u64,
+pub(super) struct Normal {
+    pub(super) state: u64,
 }
 
 impl Normal {
@@ -69,7 +69,7 @@ impl Normal {
         ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    fn next(&mut self) -> f64 {
+    pub(super) fn next(&mut self) -> f64 {
         let (radius, angle) = (self.uniform().max(1e-300), self.uniform());
         (-2.0 * radius.ln()).sqrt() * (std::f64::consts::TAU * angle).cos()
     }

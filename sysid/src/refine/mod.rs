@@ -23,6 +23,7 @@ mod covariance;
 mod ensemble;
 mod file;
 mod gain;
+mod neighbours;
 mod noise;
 mod rows;
 mod search;
@@ -41,6 +42,7 @@ pub(crate) use coordinates::Coordinates;
 pub use covariance::uncertain;
 pub(crate) use covariance::uncertain_simulation;
 pub use gain::refine_gain;
+pub(crate) use neighbours::{Neighbours, larger, without_blocks};
 pub(crate) use search::damped_step;
 pub use uncertain::{PoleEstimate, ResponseEstimate, Uncertain};
 

@@ -179,7 +179,9 @@ fn the_covariance_is_that_of_least_squares_written_out() {
         let innovation = Innovation { model: state_space(a, b), gain: one(0.0) };
         let x0s = vec![vec![x0]];
         let (simulated, predicted) = ((x0s.as_slice(), &data), (x0s.as_slice(), &data));
-        let found = uncertain_simulation(&innovation, simulated, predicted, false, level).unwrap();
+        let none = super::neighbours::Neighbours::default();
+        let found =
+            uncertain_simulation(&innovation, simulated, predicted, false, level, none).unwrap();
         // Moves of A, and of C·B, by the entries A, B, C.
         let moves: Vec<[f64; 2]> = (0..found.factor.ncols())
             .map(|k| [found.factor[(0, k)], c * found.factor[(1, k)] + b * found.factor[(2, k)]])

@@ -4,11 +4,15 @@
 //! root, so its covariance is the sum of the squares of these moves.
 
 use super::Focus;
+use super::ensemble::Normal;
 use crate::Error;
 use crate::dense::eigenvalues;
 use crate::model::{Innovation, StateSpace, dot, rows};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, c64};
+
+/// Standard deviations that poles must be apart for the derivative to be used.
+const CLEAR: f64 = 3.0;
 
 /// A model in innovation form with the root of the covariance of its entries.
 #[derive(Debug, Clone, PartialEq)]
@@ -93,7 +97,8 @@ impl Uncertain {
     }
 
     /// The eigenvalues of A; the derivative of λ_i along dA is row i of U⁻¹dA U for the eigenvectors
-    /// U. Multiple poles have no derivative: their variances are large or not finite.
+    /// U. Multiple poles have none, and those that may meet keep theirs over a small part of the distribution
+    /// only: their variances are those of models that are drawn.
     ///
     /// # Errors
     /// [`Error::Numerical`] where the eigenvectors cannot be had.
@@ -128,43 +133,64 @@ impl Uncertain {
                 pole.covariance += move_of.re * move_of.im;
             }
         }
+        if poles.iter().enumerate().any(|(i, pole)| {
+            let apart = |p: &PoleEstimate| (p.re - pole.re).hypot(p.im - pole.im);
+            let others = poles.iter().enumerate().filter(|(j, _)| *j != i);
+            let nearest = others.map(|(_, p)| apart(p)).fold(f64::INFINITY, f64::min);
+            let deviation = (pole.variance_re + pole.variance_im).sqrt();
+            // Not a number where nothing is known.
+            deviation.is_nan() || CLEAR * deviation > nearest
+        }) {
+            self.scatter(&mut poles)?;
+        }
         Ok(poles)
     }
 
-    /// The frequency response of one input–output pair at `omega` rad per sample:
-    /// `dG = (dC + C R dA) R B + C R dB + dD` with `R = (e^{jω}I − A)⁻¹`.
+    /// Sets the variances to those about the poles of models that are drawn. Where two poles may meet, a
+    /// real pair may as well be a complex one: there the derivative, which keeps each on its line, holds
+    /// over a small part of the distribution only.
+    fn scatter(&self, poles: &mut [PoleEstimate]) -> Result<(), Error> {
+        const DRAWN: usize = 500;
+        let a = &self.innovation.model.a;
+        let n = a.nrows();
+        let mut random = Normal { state: 1 };
+        let mut sums = vec![[0.0; 3]; poles.len()];
+        for _ in 0..DRAWN {
+            let xi: Vec<f64> = (0..self.factor.ncols()).map(|_| random.next()).collect();
+            let drawn = Mat::from_fn(n, n, |i, j| {
+                let row = self.factor.row(i * n + j);
+                a[(i, j)] + row.iter().zip(&xi).map(|(f, xi)| f * xi).sum::<f64>()
+            });
+            let drawn = eigenvalues(drawn.as_ref())?;
+            for (sum, pole) in sums.iter_mut().zip(poles.iter()) {
+                let apart = |z: &(f64, f64)| (z.0 - pole.re).hypot(z.1 - pole.im);
+                let Some(z) = drawn.iter().min_by(|x, y| apart(x).total_cmp(&apart(y))) else {
+                    continue;
+                };
+                let (re, im) = (z.0 - pole.re, z.1 - pole.im);
+                // Of a real pole either of a pair is as near.
+                let both = if pole.im == 0.0 { 0.0 } else { re * im };
+                for (sum, x) in sum.iter_mut().zip([re * re, im * im, both]) {
+                    *sum += x / DRAWN as f64;
+                }
+            }
+        }
+        for (pole, [re, im, both]) in poles.iter_mut().zip(sums) {
+            (pole.variance_re, pole.variance_im, pole.covariance) = (re, im, both);
+        }
+        Ok(())
+    }
+
+    /// The frequency response of one input–output pair at `omega` rad per sample.
     #[must_use]
     pub fn frequency_response(&self, output: usize, input: usize, omega: f64) -> ResponseEstimate {
-        let model = &self.innovation.model;
-        let n = model.order();
-        let (sin, cos) = omega.sin_cos();
-        let real = |x: f64| c64::new(x, 0.0);
-        let pencil = Mat::from_fn(n, n, |i, j| {
-            let diagonal = if i == j { c64::new(cos, sin) } else { real(0.0) };
-            diagonal - real(model.a[(i, j)])
-        });
-        let lu = pencil.partial_piv_lu();
-        let state = lu.solve(Mat::from_fn(n, 1, |i, _| real(model.b[(i, input)])));
-        let adjoint = pencil
-            .transpose()
-            .partial_piv_lu()
-            .solve(Mat::from_fn(n, 1, |i, _| real(model.c[(output, i)])));
-        let mut response = real(model.d[(output, input)]);
-        for i in 0..n {
-            response += real(model.c[(output, i)]) * state[(i, 0)];
-        }
+        let at = Response::new(&self.innovation.model, output, input, omega);
+        let response = at.value;
         let size = response.re.hypot(response.im).max(1e-300);
         let mut squares = [0.0; 4];
         for delta in self.moves() {
             let delta = &delta.model;
-            let mut by = real(delta.d[(output, input)]);
-            for i in 0..n {
-                let mut inner = real(delta.b[(i, input)]);
-                for j in 0..n {
-                    inner += real(delta.a[(i, j)]) * state[(j, 0)];
-                }
-                by += adjoint[(i, 0)] * inner + real(delta.c[(output, i)]) * state[(i, 0)];
-            }
+            let by = at.along([&delta.a, &delta.b, &delta.c, &delta.d]);
             // Along the response and across it.
             let along = (by.re * response.re + by.im * response.im) / size;
             let across = (by.im * response.re - by.re * response.im) / size;
@@ -237,6 +263,58 @@ impl Uncertain {
         }
         out
     }
+}
+
+/// The response of one input–output pair at one frequency, with its derivatives:
+/// `dG = (dC + C R dA) R B + C R dB + dD` with `R = (e^{jω}I − A)⁻¹`.
+pub(super) struct Response {
+    /// G.
+    pub(super) value: c64,
+    /// R B and (C R)ᵀ.
+    state: Mat<c64>,
+    adjoint: Mat<c64>,
+    output: usize,
+    input: usize,
+}
+
+impl Response {
+    /// At `omega` rad per sample.
+    pub(super) fn new(model: &StateSpace, output: usize, input: usize, omega: f64) -> Self {
+        let n = model.order();
+        let (sin, cos) = omega.sin_cos();
+        let pencil = Mat::from_fn(n, n, |i, j| {
+            let diagonal = if i == j { c64::new(cos, sin) } else { real(0.0) };
+            diagonal - real(model.a[(i, j)])
+        });
+        let lu = pencil.partial_piv_lu();
+        let state = lu.solve(Mat::from_fn(n, 1, |i, _| real(model.b[(i, input)])));
+        let adjoint = pencil
+            .transpose()
+            .partial_piv_lu()
+            .solve(Mat::from_fn(n, 1, |i, _| real(model.c[(output, i)])));
+        let mut value = real(model.d[(output, input)]);
+        for i in 0..n {
+            value += real(model.c[(output, i)]) * state[(i, 0)];
+        }
+        Self { value, state, adjoint, output, input }
+    }
+
+    /// dG along a move of (A, B, C, D).
+    pub(super) fn along(&self, [a, b, c, d]: [&Mat<f64>; 4]) -> c64 {
+        let mut by = real(d[(self.output, self.input)]);
+        for i in 0..a.nrows() {
+            let mut inner = real(b[(i, self.input)]);
+            for j in 0..a.nrows() {
+                inner += real(a[(i, j)]) * self.state[(j, 0)];
+            }
+            by += self.adjoint[(i, 0)] * inner + real(c[(self.output, i)]) * self.state[(i, 0)];
+        }
+        by
+    }
+}
+
+fn real(x: f64) -> c64 {
+    c64::new(x, 0.0)
 }
 
 /// Entries of A, B, C, D, K, each row by row.

@@ -34,15 +34,18 @@
 //! of half a second, if the fixes come as often: longer ways average away what tells C, and S and Q with
 //! it; shorter ones are of noise.
 //!
-//! **Latency.** A fix that is told to be τ younger than it is turns S into S − τ: in a steady turn the
-//! two cannot be told apart. So the age of a fix is stated, never estimated, and its error is one of S
-//! (and one of τ²/2 − τ·S of C).
+//! **Latency.** A fix that is stated to be τ younger than it is turns S into S − τ: in a steady turn the
+//! two cannot be separated. So the age of a fix is stated, or comes from where the speed changes ([`age`]),
+//! never from turns. Its standard error is one of S (and τ²/2 − τ·S of C); of an age that is neither stated
+//! nor found it is that of any age up to 0.3 s, which is too large to state a sideslip.
 //! **Antenna.** One that is `a` ahead of the centre of gravity moves by a·r to the side: with it comes
 //! S + a/v.
 
+mod age;
 mod regression;
 mod ways;
 
+pub(crate) use age::{UNKNOWN_ERROR_S, age};
 use formats::{Sideslip, SideslipTerm};
 use regression::{Regression, robust};
 use ways::{Way, blocks};
@@ -96,10 +99,21 @@ pub(crate) struct Piece {
     pub(crate) fix: Vec<[f64; 2]>,
 }
 
-/// What is told beforehand, and goes into the file.
+impl Piece {
+    /// Speed at an instant; `None` outside the gyro's readings.
+    fn speed_at(&self, time: f64) -> Option<f64> {
+        let after = self.time.partition_point(|t| *t < time).max(1);
+        let (t, v) = (self.time.get(after - 1..=after)?, self.speed.get(after - 1..=after)?);
+        Some(v[0] + (v[1] - v[0]) * (time - t[0]) / (t[1] - t[0]))
+    }
+}
+
+/// What is known of the receiver, and goes into the file.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Receiver {
     pub(crate) latency_s: f64,
+    /// 0 for an age that is stated.
+    pub(crate) latency_error_s: f64,
     pub(crate) antenna_x_m: f64,
 }
 
@@ -137,6 +151,15 @@ pub(crate) fn sideslip(
             _ => found,
         },
     };
+    let error = found.errors[RATE].hypot(receiver.latency_error_s);
+    if error > LARGEST_ERROR_S {
+        return Err(format!(
+            "the age of the fixes is not stated, and known to ±{:.3} s only, so the standard error of \
+             the sideslip would be {error:.3} s, above {LARGEST_ERROR_S} s: state the age, or drive \
+             straights with changing speed",
+            2.0 * receiver.latency_error_s
+        ));
+    }
     let of_antenna = if speed > 0.0 { receiver.antenna_x_m / speed } else { 0.0 };
     let term = |i: usize| {
         let (value, standard_error) = (found.values[i], found.errors[i]);
@@ -144,10 +167,11 @@ pub(crate) fn sideslip(
     };
     Ok(Sideslip {
         sideslip_per_yaw_rate_s: found.values[RATE] - of_antenna,
-        standard_error_s: found.errors[RATE],
+        standard_error_s: error,
         sideslip_growth_s5pm2: term(GROWTH),
         sideslip_per_yaw_acceleration_s2: term(ACCELERATION),
         gnss_latency_s: receiver.latency_s,
+        gnss_latency_standard_error_s: Some(receiver.latency_error_s).filter(|e| *e > 0.0),
         antenna_x_m: receiver.antenna_x_m,
     })
 }

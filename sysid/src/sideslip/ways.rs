@@ -10,13 +10,16 @@
 //!
 //! so a term turns it by the part of its E across D, over the length of D, to first order.
 
-use super::{BLOCK_S, LEAST_BLOCK_S, LEAST_WAYS, Piece, TERMS};
+use super::{BLOCK_S, LEAST_BLOCK_S, LEAST_WAYS, Piece, TERMS, WAY_S, age};
 
 /// How much longer a way may become where fixes are missing, relative to it.
 const STRETCH: f64 = 1.5;
 
 /// Shortest way whose direction tells something, m.
 const SHORTEST_M: f64 = 2.0;
+
+/// A way that turns by more says nothing of the fixes' age, rad.
+const STRAIGHT: f64 = 0.15;
 
 /// No tyre carries more, m/s²: a reading beyond is none of sideslip.
 const GRAVITY: f64 = 9.81;
@@ -32,25 +35,44 @@ pub(super) struct Way {
 
 /// The ways of a piece about so long (s), by blocks.
 pub(super) fn blocks(piece: &Piece, length: f64) -> Vec<Vec<Way>> {
-    let mut blocks: Vec<Vec<Way>> = Vec::new();
-    for way in ways(piece, length) {
-        match blocks.last_mut() {
-            Some(block) if way.time - block[0].time <= BLOCK_S => {
-                let last = block[block.len() - 1].difference;
-                block.push(Way { difference: last + wrapped(way.difference - last), ..way });
-            }
-            _ => blocks.push(vec![way]),
+    let mut blocks = by_time(ways(piece, length));
+    for block in &mut blocks {
+        for k in 1..block.len() {
+            let last = block[k - 1].difference;
+            block[k].difference = last + wrapped(block[k].difference - last);
         }
     }
-    blocks.retain(|ways| {
-        ways.len() >= LEAST_WAYS && ways[ways.len() - 1].time - ways[0].time >= LEAST_BLOCK_S
-    });
+    long_enough(&mut blocks);
     blocks
 }
 
-fn ways(piece: &Piece, length: f64) -> Vec<Way> {
-    let Some(reckoned) = Reckoned::of(piece) else { return Vec::new() };
-    let mut ways = Vec::new();
+/// The lengths of the straight ways of a piece whose fixes are so old (s), by blocks.
+pub(super) fn advances(piece: &Piece, seconds: f64) -> Vec<Vec<Way>> {
+    let mut blocks = by_time(straights(piece, seconds));
+    long_enough(&mut blocks);
+    blocks
+}
+
+fn by_time(ways: Vec<Way>) -> Vec<Vec<Way>> {
+    let mut blocks: Vec<Vec<Way>> = Vec::new();
+    for way in ways {
+        match blocks.last_mut() {
+            Some(block) if way.time - block[0].time <= BLOCK_S => block.push(way),
+            _ => blocks.push(vec![way]),
+        }
+    }
+    blocks
+}
+
+fn long_enough(blocks: &mut Vec<Vec<Way>>) {
+    blocks.retain(|ways| {
+        ways.len() >= LEAST_WAYS && ways[ways.len() - 1].time - ways[0].time >= LEAST_BLOCK_S
+    });
+}
+
+/// Fixes of a piece about so long (s) apart.
+fn pairs(piece: &Piece, length: f64) -> Vec<(usize, usize)> {
+    let mut pairs = Vec::new();
     let mut later = 0;
     for (from, &begin) in piece.fix_time.iter().enumerate() {
         later = later.max(from);
@@ -58,9 +80,33 @@ fn ways(piece: &Piece, length: f64) -> Vec<Way> {
             later += 1;
         }
         let Some(&end) = piece.fix_time.get(later) else { break };
-        if end - begin > STRETCH * length {
-            continue;
+        if end - begin <= STRETCH * length {
+            pairs.push((from, later));
         }
+    }
+    pairs
+}
+
+fn straights(piece: &Piece, seconds: f64) -> Vec<Way> {
+    let Some(reckoned) = Reckoned::of(piece) else { return Vec::new() };
+    let way = |(from, later): (usize, usize)| {
+        let (begin, end) = (piece.fix_time[from] - seconds, piece.fix_time[later] - seconds);
+        let (a, b) = (reckoned.at(begin)?, reckoned.at(end)?);
+        let change = piece.speed_at(end)? - piece.speed_at(begin)?;
+        let led = [0, 1].map(|i| piece.fix[later][i] - piece.fix[from][i]);
+        let way = [0, 1].map(|i| b.moved[0][i] - a.moved[0][i]);
+        let (led, way) = (led[0].hypot(led[1]), way[0].hypot(way[1]));
+        let is_straight = (b.yaw - a.yaw).abs() <= STRAIGHT && way.min(led) >= SHORTEST_M;
+        is_straight.then(|| age::terms(led, way, change, 0.5 * (begin + end)))
+    };
+    pairs(piece, WAY_S).into_iter().filter_map(way).collect()
+}
+
+fn ways(piece: &Piece, length: f64) -> Vec<Way> {
+    let Some(reckoned) = Reckoned::of(piece) else { return Vec::new() };
+    let mut ways = Vec::new();
+    for (from, later) in pairs(piece, length) {
+        let (begin, end) = (piece.fix_time[from], piece.fix_time[later]);
         let (Some(a), Some(b)) = (reckoned.at(begin), reckoned.at(end)) else { continue };
         let led = [0, 1].map(|i| piece.fix[later][i] - piece.fix[from][i]);
         let [way, terms @ ..] = std::array::from_fn::<_, { TERMS + 1 }, _>(|i| {

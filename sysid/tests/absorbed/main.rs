@@ -167,7 +167,7 @@ fn feedback_is_found_and_does_not_bias_the_model() {
 /// The fit that the held-out windows tell is that of simulating the held-out blocks themselves.
 #[test]
 fn the_held_out_fit_is_that_of_the_held_out_samples() {
-    const BLOCK: usize = 2_000;
+    const BLOCK: usize = 500;
     for (noise, seed) in [(0.05, 6)] {
         let drive = Drive { sample_time: 0.01, delay: 0.0, servo: 0.0, noise, seed };
         let text = drive.record(100_000).csv();
@@ -201,7 +201,8 @@ fn the_held_out_fit_is_that_of_the_held_out_samples() {
 #[test]
 fn the_order_is_that_of_the_samples_in_memory() {
     let mut random = Random(190);
-    for order in [1, 2] {
+    // A vehicle's order is 2 at least, as long as the data show any of it.
+    for order in [2, 3] {
         let e = Experiment::random(&mut random, order, false, 5000, 20.0);
         let data = DataSet::single(0.05, e.u.clone(), e.noisy.clone()).unwrap();
         let [estimation, held_out] = halves(&data).unwrap();

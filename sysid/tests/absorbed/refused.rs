@@ -18,7 +18,7 @@ fn states_that_differ_are_refused_with_what_differs() {
         assert!(matches!(error, Error::Differ { .. }) && said.contains(word), "{said}");
     };
     refused(with(&|o| o.horizon = 20), "horizons of 30 and 20");
-    refused(with(&|o| o.log.sample_time_s = Some(0.05)), "sample times of 0.04 s and 0.05 s");
+    refused(with(&|o| o.log.sample_time_s = Some(0.05)), "sample times of 0.02 s and 0.05 s");
     refused(with(&|o| o.log.steering_ratio = Some(15.0)), "steering ratios of 1 and 15");
     refused(with(&|o| o.input_kind = InputKind::SteeringTimesSpeed), "steering*speed");
     refused(with(&|o| o.log.max_gap_s = 0.2), "max_gap_s is 0.5 and 0.2");
@@ -121,8 +121,8 @@ fn a_fault_is_told_with_its_place() {
         ("\"horizon\": 30", "\"horizon\": 1000000000000000000", "horizon"),
         ("\"horizon\": 30", "\"horizon\": -3", "horizon"),
         ("\"steering_ratio\": 1.0", "\"steering_ratio\": \"one\"", "steering_ratio"),
-        ("\"sample_time_s\": 0.04", "\"sample_time_s\": NaN", "sample_time_s"),
-        ("\"sample_time_s\": 0.04", "\"sample_time_s\": 0", "sample_time_s"),
+        ("\"sample_time_s\": 0.02", "\"sample_time_s\": NaN", "sample_time_s"),
+        ("\"sample_time_s\": 0.02", "\"sample_time_s\": 0", "sample_time_s"),
         ("\"mean_mps\"", "\"mean\"", "speed"),
         ("\"rate_hz\": 100.0", "\"rate_hz\": null", "channels[0].rate_hz"),
     ] {
@@ -159,7 +159,7 @@ fn logs_that_cannot_be_absorbed_say_why() {
         said(&good.lines().take(2).collect::<Vec<_>>().join("\n"), &default).contains("1 value")
     );
     // Long enough to read, too short to identify from.
-    let short = absorbed(&csv(1, 700));
+    let short = absorbed(&csv(1, 350));
     let error = short.identify(&IdentifyOptions::default()).unwrap_err();
     assert!(matches!(error, Error::TooFewSamples { .. }), "{error}");
     // Options that windows cannot serve.

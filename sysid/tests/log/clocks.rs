@@ -1,25 +1,40 @@
 //! Files as they are written, and clocks: merged, resampled, or refused with their place.
 
-use super::{HEADER, csv, good, rate, read_one, refused, steer, units, with_line};
-use sysid::{Error, LogFile, LogOptions, read_drives, read_log};
+use super::{HEADER, coarse, csv, good, rate, read_one, refused, steer, units, with_line};
+use sysid::{Error, Intersample, LogFile, LogOptions, read_drives, read_log};
 
 #[test]
 fn a_clean_log_is_read_and_resampled() {
     let log = read_one(good(), &LogOptions::default()).unwrap();
-    assert_eq!(log.sample_time_s, 0.04);
+    // Without noise decimation would show: the log's own rate is kept.
+    assert_eq!(log.sample_time_s, 0.01);
     assert_eq!(log.name, "drive");
     for (k, y) in log.output.iter().enumerate() {
-        let t = log.segments[0].time0_s + 0.04 * k as f64;
+        let t = log.segments[0].time0_s + 0.01 * k as f64;
         assert!((y - rate(t)).abs() < 1e-4, "{t}: {y} {}", rate(t));
     }
-    assert!(log.speed.unwrap().iter().all(|v| (v - 15.0).abs() < 1e-9));
+    assert!(log.speed.as_ref().unwrap().iter().all(|v| (v - 15.0).abs() < 1e-9));
     let summary = &log.channels[1];
     assert_eq!((summary.role.as_str(), summary.rows), ("yaw_rate", 1000));
     assert!((summary.rate_hz - 100.0).abs() < 0.01);
-    // At the log's own rate nothing is touched.
-    let options = LogOptions { sample_time_s: Some(0.01), ..LogOptions::default() };
+    // A measured angle is brought to what, held, does the same: the mean over the step that follows.
+    let behaviour = |log: &sysid::DriveLog| log.channels[0].intersample;
+    assert_eq!(behaviour(&log), Some(Intersample::Bl));
+    for (k, u) in log.input.iter().enumerate() {
+        let middle = log.segments[0].time0_s + 0.01 * k as f64 + 0.005;
+        assert!((u - steer(middle)).abs() < 2e-5, "{middle}: {u} {}", steer(middle));
+    }
+    let log = read_one(good(), &coarse()).unwrap();
+    for (k, u) in log.input.iter().enumerate() {
+        let middle = log.segments[0].time0_s + 0.04 * k as f64 + 0.02;
+        assert!((u - steer(middle)).abs() < 1e-4, "{middle}: {u} {}", steer(middle));
+    }
+    // A command at the log's own rate is not touched.
+    let held = Some(Intersample::Zoh);
+    let options =
+        LogOptions { sample_time_s: Some(0.01), intersample: held, ..LogOptions::default() };
     let log = read_one(good(), &options).unwrap();
-    assert_eq!(log.len(), 1000);
+    assert_eq!((log.len(), behaviour(&log)), (1000, held));
     assert!((0..1000).all(|k| (log.input[k] - steer(k as f64 * 0.01)).abs() < 2e-9));
 }
 
@@ -56,11 +71,11 @@ fn files_with_clocks_of_their_own_are_merged() {
     let log = read_log(&files, &LogOptions::default()).unwrap();
     assert!(log.segments[0].time0_s >= 0.3);
     for (k, y) in log.output.iter().enumerate() {
-        assert!((y - rate(log.segments[0].time0_s + 0.04 * k as f64)).abs() < 5e-4);
+        assert!((y - rate(log.segments[0].time0_s + 0.02 * k as f64)).abs() < 5e-4);
     }
-    // The input is held: its sample stands for the middle of its interval.
+    // The input of the model is held: its sample stands for the middle of its interval.
     for (k, u) in log.input.iter().enumerate() {
-        let middle = log.segments[0].time0_s + 0.04 * k as f64 + 0.5 * (0.04 - 0.012);
+        let middle = log.segments[0].time0_s + 0.02 * k as f64 + 0.5 * 0.02;
         assert!((u - steer(middle)).abs() < 5e-4);
     }
     let same = vec![files[0].clone(), ("c.csv".to_owned(), files[0].1.clone()), files[1].clone()];
@@ -155,4 +170,40 @@ proptest::proptest! {
             proptest::prop_assert!(!error.hint().is_empty());
         }
     }
+}
+
+/// A channel whose values repeat in faster rows is read as updated where they change: a yaw rate that is
+/// updated at 10 or 50 Hz in rows of 100 Hz is no later than it was measured.
+#[test]
+fn a_sensor_that_is_slower_than_the_rows_is_read_as_it_was_updated() {
+    for rows in [2, 10] {
+        let text = csv(HEADER, 3000, |k| {
+            let t = k as f64 * 0.01;
+            let updated = (k / rows * rows) as f64 * 0.01;
+            format!("{t:.2},{:.9},{:.9},15.0", steer(t), rate(updated))
+        });
+        let log = read_one(text, &LogOptions::default()).unwrap();
+        assert!((log.channels[1].rate_hz - 100.0 / rows as f64).abs() < 0.1, "{:?}", log.channels);
+        assert!(log.warnings.iter().any(|w| w.contains("repeated over")), "{:?}", log.warnings);
+        for (t, y) in log.time_s().into_iter().zip(&log.output) {
+            assert!((y - rate(t)).abs() < 3e-3, "{rows} {t}: {y} {}", rate(t));
+        }
+    }
+}
+
+/// A command is held however it is named, where its values say so.
+#[test]
+fn what_the_steering_does_between_its_samples_is_detected() {
+    let with = |name: &str, angle: fn(usize) -> f64| {
+        let header = HEADER.replace("steer_rad", name);
+        let text = csv(&header, 1000, |k| {
+            format!("{:.2},{:.9},{:.9},15.0", k as f64 * 0.01, angle(k), rate(k as f64 * 0.01))
+        });
+        read_one(text, &LogOptions::default()).unwrap().channels[0].intersample
+    };
+    let smooth = |k: usize| steer(k as f64 * 0.01);
+    let steps = |k: usize| 0.01 * ((k / 70 * 7919) % 13) as f64;
+    assert_eq!(with("steer_rad", smooth), Some(Intersample::Bl));
+    assert_eq!(with("steering_command_rad", smooth), Some(Intersample::Zoh));
+    assert_eq!(with("steer_rad", steps), Some(Intersample::Zoh));
 }

@@ -22,12 +22,15 @@ fn files_that_bring_everything_are_drives_of_their_own() {
     let log = read_log(&[file("one/a.csv", &good()), file("b.csv", &other_drive())], &o).unwrap();
     let (one, two) = (read_one(good(), &o).unwrap(), read_one(other_drive(), &o).unwrap());
     assert_eq!(log.segments.len(), 2);
-    // 0.04 s suits the first, 0.0375 s the second: one sample time for all.
-    assert_eq!((one.sample_time_s, two.sample_time_s, log.sample_time_s), (0.04, 0.0375, 0.04));
-    assert_eq!(log.output[log.segments[0].range.clone()], one.output[..]);
+    // 0.01 s suits the first, 0.0125 s the second: one sample time for all.
+    let times = [&one, &two, &log].map(|log| log.sample_time_s);
+    assert_eq!(times, [0.01, 0.0125, 0.0125]);
+    let same = LogOptions { sample_time_s: Some(0.0125), ..o.clone() };
+    let alone = read_one(good(), &same).unwrap();
+    assert_eq!(log.output[log.segments[0].range.clone()], alone.output[..]);
     assert!(log.segments[1].time0_s > 1000.0);
     for (k, y) in log.output[log.segments[1].range.clone()].iter().enumerate() {
-        let t = log.segments[1].time0_s - 1000.0 + 0.04 * k as f64;
+        let t = log.segments[1].time0_s - 1000.0 + 0.0125 * k as f64;
         assert!((y - rate(t)).abs() < 1e-3, "{t}");
     }
     // Each file by name and hash, each channel by file and column, and which drives there are.

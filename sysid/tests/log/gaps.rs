@@ -1,8 +1,8 @@
 //! Gaps, windows and speed windows: bridged, or the drive is split there.
 
-use super::{HEADER, csv, good, good_row, rate, read_one, refused, steer, with_line};
+use super::{HEADER, coarse, csv, good, good_row, rate, read_one, refused, steer, with_line};
 use std::f64::consts::PI;
-use sysid::{DriveLog, Error, LogOptions};
+use sysid::{DriveLog, Error, Intersample, LogOptions};
 
 /// The text without some of its lines; the header is line 0.
 fn holed(text: &[u8], holes: &[std::ops::Range<usize>]) -> Vec<u8> {
@@ -31,7 +31,7 @@ fn is_part_of(log: &DriveLog, tolerance: f64) {
 
 #[test]
 fn short_gaps_are_bridged_and_long_ones_split_the_drive() {
-    let o = LogOptions::default();
+    let o = coarse();
     // Blank, NaN and missing cells of the yaw rate on lines 302 to 305.
     let blanks = |from: usize, to: usize| {
         csv(HEADER, 1000, |k| {
@@ -75,8 +75,9 @@ fn short_gaps_are_bridged_and_long_ones_split_the_drive() {
     is_part_of(&log, 1e-4);
     let wide = LogOptions { max_gap_s: 5.0, ..o.clone() };
     assert_eq!(read_one(holed(&good(), &[200..500]), &wide).unwrap().segments.len(), 1);
-    // At the log's own rate there is no filter, and no sample is lost.
-    let own = LogOptions { sample_time_s: Some(0.01), ..o.clone() };
+    // At the log's own rate a command has no filter, and no sample is lost.
+    let held = Some(Intersample::Zoh);
+    let own = LogOptions { sample_time_s: Some(0.01), intersample: held, ..o.clone() };
     let log = read_one(holed(&good(), &[301..601]), &own).unwrap();
     assert_eq!(
         log.segments.iter().map(|s| s.range.clone()).collect::<Vec<_>>(),
@@ -97,7 +98,7 @@ fn short_gaps_are_bridged_and_long_ones_split_the_drive() {
 #[test]
 fn gaps_that_leave_nothing_are_refused_with_the_longest_whole_part() {
     let holes: Vec<_> = (0..9).map(|i| 60 + 110 * i..130 + 110 * i).collect();
-    let e = refused(holed(&good(), &holes), &LogOptions::default());
+    let e = refused(holed(&good(), &holes), &coarse());
     let Error::Gap { at, gap_s, longest, .. } = e.clone() else { panic!("{e:?}") };
     assert!(at.line > 1 && (gap_s - 0.71).abs() < 1e-9, "{e}");
     assert!((longest.1 - longest.0 - 0.59).abs() < 0.03, "{longest:?}");
@@ -110,7 +111,7 @@ fn yaw_over_a_gap_is_no_yaw_rate() {
         let t = k as f64 * 0.01;
         format!("{t:.2},{:.9},{:.9}", steer(t), (-0.2 / PI * (PI * t - 0.3).cos()).to_degrees())
     });
-    let options = LogOptions { output: Some("heading_deg".into()), ..LogOptions::default() };
+    let options = LogOptions { output: Some("heading_deg".into()), ..coarse() };
     // 0.8 s: its middle is within the bridged length of either end.
     let log = read_one(holed(&all, &[451..531]), &options).unwrap();
     assert_eq!(log.segments.len(), 2);
@@ -119,7 +120,7 @@ fn yaw_over_a_gap_is_no_yaw_rate() {
 
 #[test]
 fn windows_may_be_several() {
-    let windows = |w: &[(f64, f64)]| LogOptions { windows: w.to_vec(), ..LogOptions::default() };
+    let windows = |w: &[(f64, f64)]| LogOptions { windows: w.to_vec(), ..coarse() };
     let log = read_one(good(), &windows(&[(6.0, 9.5), (0.5, 4.0)])).unwrap();
     assert_eq!(log.segments.len(), 2);
     assert!(log.segments[0].time0_s >= 0.5 && log.segments[1].time0_s >= 6.0);
@@ -146,7 +147,7 @@ fn a_speed_window_keeps_the_stretches_within_it() {
         format!("{t:.2},{:.9},{:.9},{:.4}", steer(t), rate(t), speed(k))
     };
     let bytes = csv(HEADER, 7000, row);
-    let window = |from, to| LogOptions { speed_window: Some((from, to)), ..LogOptions::default() };
+    let window = |from, to| LogOptions { speed_window: Some((from, to)), ..coarse() };
     // Single samples beyond 16 m/s break nothing: the average over a second is within.
     let log = read_one(bytes.clone(), &window(14.0, 16.0)).unwrap();
     assert_eq!(log.segments.len(), 1, "{:?}", log.segments);

@@ -41,6 +41,11 @@ fn good() -> Vec<u8> {
     csv(HEADER, 1000, good_row)
 }
 
+/// Brought to a sample time of four rows.
+fn coarse() -> LogOptions {
+    LogOptions { sample_time_s: Some(0.04), ..LogOptions::default() }
+}
+
 fn read_one(bytes: Vec<u8>, options: &LogOptions) -> Result<DriveLog, Error> {
     read_log(&[("drive.csv".to_owned(), bytes)], options)
 }

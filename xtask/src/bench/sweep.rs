@@ -2,7 +2,8 @@
 //! fmpy.
 
 use crate::python;
-use crate::run::{cargo, root, run, target};
+use crate::run::{cargo, program, root, run, target};
+use std::process::Command;
 
 /// Loops that fmpy is given: it takes many times as long for each.
 const FMPY_LOOPS: &str = "10";
@@ -14,11 +15,11 @@ pub(crate) fn sweep(short: bool) -> Result<(), String> {
     let folder = target().join("bench-sweep");
     let demo = folder.join("multibody");
     let fmus = demo.join("fmu");
-    let steerwright = ["run", "--release", "--quiet", "--package", "steerwright", "--"];
-    run(cargo(&steerwright).args(["demo", "--out"]).arg(&folder))?;
+    let program = program(None)?;
+    run(Command::new(&program).args(["demo", "--out"]).arg(&folder))?;
     let vehicle = root().join("tests/data/multibody/vehicle.json");
-    run(cargo(&steerwright).arg("package").arg(vehicle).arg("--out").arg(&fmus))?;
-    let mut bench = cargo(&["bench", "--package", "sweep", "--bench", "loops"]);
+    run(Command::new(&program).arg("package").arg(vehicle).arg("--out").arg(&fmus))?;
+    let mut bench = cargo(&["bench", "--bench", "loops"]);
     if short {
         bench.env("STEERWRIGHT_BENCH_LOOPS", SHORT_LOOPS);
     }

@@ -5,7 +5,7 @@ mod help;
 mod programs;
 
 use crate::python;
-use crate::run::{cargo, root, run, target};
+use crate::run::{cargo, released, root, run, target};
 use programs::{PROGRAMS, Program};
 use std::path::PathBuf;
 use std::process::Command;
@@ -67,18 +67,20 @@ fn short(program: &Program, given: &[String]) -> Vec<String> {
 /// Builds once, and runs one after the other. Where the peers cannot be had, without them.
 fn run_all(programs: &[(&Program, &[String])]) -> Result<(), String> {
     let mut build = cargo(&["build", "--release", "--quiet", "--package", "sysid-evaluation"]);
+    // With these, shared dependencies have the features that `cargo test --release` gives them: what it
+    // has built is not built again. Only what `--bin` names is built of them.
+    build.args(["--package", "steerwright", "--package", "xtask"]);
     for (program, _) in programs {
         build.args(["--bin", program.name]);
     }
+    run(&mut build)?;
     // `command_line` measures the program that users run.
     if programs.iter().any(|(program, _)| program.name == "command_line") {
-        build.args(["--package", "steerwright", "--bin", "steerwright"]);
+        crate::run::program(None)?;
     }
-    run(&mut build)?;
     let peers = peers();
     for (program, arguments) in programs {
-        let file = format!("{}{}", program.name, std::env::consts::EXE_SUFFIX);
-        let mut command = Command::new(target().join("release").join(file));
+        let mut command = Command::new(released(program.name));
         command.args(*arguments).current_dir(root());
         command.envs(peers.iter().map(|python| ("STEERWRIGHT_PEERS_PYTHON", python)));
         let start = Instant::now();

@@ -45,6 +45,16 @@ pub(crate) const PROGRAMS: &[Program] = &[
             "2",
         ],
     ),
+    program(
+        "coverage",
+        "how often stated 95 % bands hold the truth of known cars",
+        &["--drives", "6"],
+    ),
+    program(
+        "response",
+        "the identified response of known cars at 100 to 10 Hz, and SciPy's",
+        &["--short"],
+    ),
     program("focus", "small simulation errors or small prediction errors", &["--drives", "4"]),
     program(
         "refinement",

@@ -80,6 +80,7 @@ pub fn plant_file(kind: Kind) -> Plant {
             sideslip_growth_s5pm2: Some(term(-0.001)),
             sideslip_per_yaw_acceleration_s2: Some(term(0.003)),
             gnss_latency_s: 0.0,
+            gnss_latency_standard_error_s: None,
             antenna_x_m: 0.0,
         }),
         uncertainty: None,

@@ -4,9 +4,11 @@
 mod bands;
 mod departed;
 mod departure;
+mod faults;
 mod poles;
 mod prediction;
 mod quality;
+mod rate;
 mod response;
 mod spread;
 mod sweep;
@@ -25,6 +27,7 @@ pub(crate) use prediction::{Prediction, held_out};
 pub(crate) use quality::{
     Drive, GOOD_FIT, LARGEST_NOISE, LEAST_BAND, LEAST_STEERING, failed, quality,
 };
+pub(crate) use rate::slow_log;
 
 /// Lags of the residual tests.
 pub(crate) const LAGS: usize = 25;

@@ -7,6 +7,10 @@
 //!
 //! which costs two products with A a sample, however large k is. k = 1 gives the residuals. The
 //! first k − 1 samples of a stretch are predicted from its estimated initial state.
+//!
+//! *Bound of the fit.* The error of the simulation of the true model is the noise v = H e, H monic, so
+//! that var v ≥ var e (Ljung 1999, section 3.2): no simulation fits better than `1 − σ_e/σ_y`, with
+//! the spread σ_y of the validation data.
 
 use super::rounded;
 use crate::model::{StateSpace, dot, rows};
@@ -32,6 +36,13 @@ pub(crate) struct Prediction<'a> {
     pub(crate) residuals: &'a [&'a [f64]],
     /// Sample time, s.
     pub(crate) sample_time_s: f64,
+    /// How the validation data were chosen.
+    pub(crate) selection: &'static str,
+    /// First and last instants of its segments, s.
+    pub(crate) segments_s: Vec<[f64; 2]>,
+    /// Standard deviation of the one-step prediction errors on the estimation data: the noise of no
+    /// simulation is smaller.
+    pub(crate) noise: f64,
 }
 
 pub(crate) fn held_out(p: &Prediction<'_>) -> HeldOut {
@@ -61,9 +72,13 @@ pub(crate) fn held_out(p: &Prediction<'_>) -> HeldOut {
         })
         .collect();
     predictions.push(row(None, &simulated));
+    let spread = crate::signal::standard_deviation(&y);
     HeldOut {
         fit_standard_error: with_error.standard_error,
         blocks: with_error.blocks,
+        selection: p.selection.into(),
+        segments_s: p.segments_s.clone(),
+        fit_bound: (spread > 0.0).then(|| rounded(bounded(100.0 * (1.0 - p.noise / spread)))),
         variance_accounted_for: bounded(variance_accounted_for(&y, &simulated)),
         predictions,
     }

@@ -26,6 +26,16 @@ pub(crate) struct Drive<'a> {
     pub(crate) sample_time_s: f64,
     /// Order of the model.
     pub(crate) order: usize,
+    /// Why the log is too slow, if it is.
+    pub(crate) slow_log: Option<Reason>,
+    /// Standard deviation of the one-step prediction errors, rad/s.
+    pub(crate) noise_radps: f64,
+    /// Road-wheel angle that driving straight would need, rad.
+    pub(crate) road_wheel_offset_rad: f64,
+    /// The yaw rate that driving straight would read, rad/s.
+    pub(crate) yaw_rate_offset_radps: f64,
+    /// What no road vehicle has, with the likely cause.
+    pub(crate) implausible: Vec<(Reason, String)>,
 }
 
 /// Below, the steering hardly moves the vehicle: a fifth of a degree at the road wheel.
@@ -34,6 +44,8 @@ pub(crate) const LEAST_STEERING: f64 = 0.0035;
 pub(crate) const LEAST_BAND: f64 = 0.8;
 /// Simulation fit that a model must reach to design on it, percent.
 pub(crate) const GOOD_FIT: f64 = 60.0;
+/// A fit that near to its bound, in percentage points, is as good as the validation data allow.
+const NEAR_BOUND: f64 = 10.0;
 /// Noise over the yaw rate beyond which a model is not trusted.
 pub(crate) const LARGEST_NOISE: f64 = 0.5;
 /// From here on the choice of the order shows in the estimate's scatter, which the stated bands, those
@@ -87,15 +99,34 @@ pub(crate) fn quality(
         reasons.push(reason.compared(percent, 100.0 * LARGEST_NOISE, "%"));
         advice.push("steer more strongly, or use a less noisy gyro".to_owned());
     }
+    let faults = super::faults::faults(evidence, drive);
+    let explained = !drive.implausible.is_empty() || evidence.yaw_rate_lead_s.is_some();
+    for (reason, cause) in drive.implausible.iter().cloned().chain(faults) {
+        reasons.push(reason);
+        advice.push(cause);
+    }
     let fit = evidence.fit.validation;
-    if fit < GOOD_FIT {
+    if let Some(bound) = uninformative(evidence) {
+        let message = format!(
+            "the fit on validation data is {}, and noise allows at most {bound:.0} % there: these data cannot validate a model",
+            with_error(fit, evidence, 0)
+        );
+        // What fits the estimation data is no bad model, only one that was not validated.
+        let grade = if evidence.fit.estimation < GOOD_FIT { Grade::Fail } else { Grade::Warn };
+        let reason = Reason::new(ReasonCode::UninformativeValidation, grade, message);
+        reasons.push(reason.compared(bound, GOOD_FIT, "%"));
+        advice.push(
+            "validate on a drive that is steered as strongly as the one that was estimated from: add a manoeuvre to the log, or choose one with --window"
+                .to_owned(),
+        );
+    } else if fit < GOOD_FIT {
         let message = format!(
             "the fit on validation data is {}, below {GOOD_FIT} %",
             with_error(fit, evidence, 0)
         );
         let reason = failed(ReasonCode::LowValidationFit, message);
         reasons.push(reason.compared(fit, GOOD_FIT, "%"));
-        if !weak {
+        if !weak && !explained {
             advice.push(
                 "check the mapping, signs and clocks of the channels; a delay between clocks or a changing speed spoils the fit"
                     .to_owned(),
@@ -106,6 +137,12 @@ pub(crate) fn quality(
         let message = "the model has no continuous counterpart";
         reasons.push(failed(ReasonCode::NoContinuousModel, message));
         advice.push("try another --order or --sample-time".to_owned());
+    }
+    if let Some(reason) = &drive.slow_log {
+        reasons.push(reason.clone());
+        advice.push(
+            "log steering and yaw rate faster, or filter them before they are sampled".to_owned(),
+        );
     }
     let departed = departed(evidence);
     reasons.extend(too_far(&departed).map(|message| failed(ReasonCode::ModelError, message)));
@@ -123,8 +160,14 @@ pub(crate) fn quality(
         )
     } else if weak {
         format!("Weakly excited: {}. Do not design on this model.", messages())
-    } else {
+    } else if reasons.iter().any(|r| r.grade == Grade::Fail) {
         format!("Validation failed: {}.", messages())
+    } else {
+        format!(
+            "The fit on validation data is {}. A controller may be designed with reservations: {}.",
+            with_error(fit, evidence, 1),
+            messages()
+        )
     };
     Quality::new(summary, reasons, advice)
 }
@@ -132,6 +175,15 @@ pub(crate) fn quality(
 /// A reason that forbids a design.
 pub(crate) fn failed(code: ReasonCode, message: impl Into<String>) -> Reason {
     Reason::new(code, Grade::Fail, message)
+}
+
+/// The bound of the fit where it is what keeps the fit low: the validation data are mostly noise.
+fn uninformative(evidence: &Evidence) -> Option<f64> {
+    let held_out = evidence.held_out.as_ref()?;
+    let bound = held_out.fit_bound?;
+    let fit = evidence.fit.validation;
+    let near = NEAR_BOUND.max(2.0 * held_out.fit_standard_error.unwrap_or(0.0));
+    (fit < GOOD_FIT && bound < GOOD_FIT + NEAR_BOUND && fit > bound - near).then_some(bound)
 }
 
 /// `45 ± 6 %`: twice the standard error, about 95 %.

@@ -112,6 +112,11 @@ mod tests {
             steering: &[0.0; 1500],
             sample_time_s: 0.04,
             order: 2,
+            slow_log: None,
+            noise_radps: 0.0,
+            road_wheel_offset_rad: 0.0,
+            yaw_rate_offset_radps: 0.0,
+            implausible: Vec::new(),
         }
     }
 

@@ -1,13 +1,15 @@
 //! One channel of a file that is read in chunks.
 
 use crate::Error;
+use crate::log::LogOptions;
+use crate::log::intersample::{self, Updates};
 use crate::log::mapping::Source;
 use crate::log::repeated::{self, Repeated};
 use crate::log::role::Role;
 use crate::log::series::{Series, difference, median_period};
 use crate::log::table::Table;
 use crate::log::units::Quantity;
-use formats::ChannelSummary;
+use formats::{ChannelSummary, Intersample};
 use std::rc::Rc;
 
 /// A clock whose median period differs by that share from what it was is another clock.
@@ -30,6 +32,8 @@ pub(super) struct Channel {
     pub(super) repeated: Option<Repeated>,
     /// The last row of a yaw: instant, angle and line.
     last: Option<(f64, f64, u64)>,
+    /// Of a sensor that is slower than the rows.
+    pub(super) updates: Option<Updates>,
 }
 
 /// No rows yet.
@@ -43,6 +47,9 @@ pub(super) fn empty(table: &Table<'_>, role: Role, source: &Source) -> Series {
         value: Vec::new(),
         line: Rc::default(),
         period: 0.0,
+        intersample: Intersample::Bl,
+        spikes: Vec::new(),
+        frozen: Vec::new(),
     }
 }
 
@@ -59,6 +66,7 @@ impl Channel {
             sign: source.sign,
             repeated: None,
             last: None,
+            updates: None,
         }
     }
 
@@ -69,34 +77,47 @@ impl Channel {
         time: &[f64],
         value: Vec<f64>,
         line: &[u64],
-        max_gap_s: f64,
+        options: &LogOptions,
     ) -> Result<(), Error> {
         let (time, line) = (Rc::new(time.to_vec()), Rc::new(line.to_vec()));
         let mut new = Series { time, value, line, ..empty_like(to) };
         new.bring_to_si(self.sign)?;
+        if matches!(to.role, Role::Steering | Role::YawRate) {
+            new.leave_out_spikes();
+            to.spikes.append(&mut new.spikes);
+        }
         let there: Vec<usize> = (0..new.value.len())
             .filter(|&i| !(new.time[i].is_nan() || new.value[i].is_nan()))
             .collect();
         self.missing += new.value.len() - there.len();
-        new.value = there.iter().map(|&i| new.value[i]).collect();
-        new.time = Rc::new(there.iter().map(|&i| new.time[i]).collect());
-        new.line = Rc::new(there.iter().map(|&i| new.line[i]).collect());
-        self.repeated = Repeated::and(self.repeated, repeated::average(&mut new)?);
-        let of_yaw = to.role == Role::YawRate && self.is_angle;
-        let last = self.last.filter(|_| of_yaw);
-        let time = last.iter().map(|l| l.0).chain(new.time.iter().copied());
-        let value = last.iter().map(|l| l.1).chain(new.value.iter().copied());
-        let line = last.iter().map(|l| l.2).chain(new.line.iter().copied());
         let mut new = Series {
-            value: value.collect(),
-            time: Rc::new(time.collect()),
-            line: Rc::new(line.collect()),
+            time: Rc::new(there.iter().map(|&i| new.time[i]).collect()),
+            value: there.iter().map(|&i| new.value[i]).collect(),
+            line: Rc::new(there.iter().map(|&i| new.line[i]).collect()),
             ..empty_like(to)
         };
+        self.repeated = Repeated::and(self.repeated, repeated::average(&mut new)?);
+        if self.count == 0 && self.last.is_none() {
+            if to.role == Role::Steering {
+                to.intersample = intersample::of_steering(&new, options);
+                new.intersample = to.intersample;
+            }
+            self.updates = if new.is_sensor() { Updates::of(&new) } else { None };
+        }
+        if let Some(updates) = &mut self.updates {
+            updates.take(&mut new);
+        }
+        let of_yaw = to.role == Role::YawRate && self.is_angle;
+        let last = self.last.filter(|_| of_yaw);
+        if let Some((time, value, line)) = last {
+            Rc::make_mut(&mut new.time).insert(0, time);
+            new.value.insert(0, value);
+            Rc::make_mut(&mut new.line).insert(0, line);
+        }
         self.check_period(to, &new)?;
         if of_yaw && let Some(i) = new.value.len().checked_sub(1) {
             self.last = Some((new.time[i], new.value[i], new.line[i]));
-            difference(&mut new, to.gap_limit(max_gap_s));
+            difference(&mut new, to.gap_limit(options.max_gap_s));
         }
         for x in &new.value {
             (self.least, self.most) = (self.least.min(*x), self.most.max(*x));
@@ -142,9 +163,13 @@ impl Channel {
             unit: series.unit.name.into(),
             rows: self.count,
             rate_hz: (1e3 / series.period).round() / 1e3,
+            intersample: Some(series.intersample),
             min: self.least,
             mean: self.mean(),
             max: self.most,
+            resolution: None,
+            spikes_s: series.spikes.clone(),
+            frozen_s: Vec::new(),
         }
     }
 }
@@ -157,6 +182,8 @@ fn empty_like(series: &Series) -> Series {
         line: Rc::default(),
         file: series.file.clone(),
         column: series.column.clone(),
+        spikes: Vec::new(),
+        frozen: Vec::new(),
         ..*series
     }
 }

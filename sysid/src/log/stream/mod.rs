@@ -13,9 +13,10 @@ mod span;
 mod tests;
 
 use super::drive::{Drive, brings, steering_ratio};
+use super::intersample;
 use super::mapping::{self, Source, time_column};
 use super::role::Role;
-use super::series::check_clock;
+use super::series::{Series, check_clock};
 use super::stretches::{self, Clock};
 use super::table::{Columns, Table};
 use super::{LogFile, LogOptions, check_options, last_part, signal_words, stem};
@@ -128,6 +129,7 @@ fn in_chunks(
     if let Some(spans) = &spans {
         warnings.extend(spans.told(&reading.drive.name));
     }
+    warnings.extend(reading.drive.channels.iter().filter_map(Series::spikes_in_words));
     for channel in &reading.channels {
         if channel.missing > 0 {
             warnings.push(format!(
@@ -158,7 +160,7 @@ struct Reading {
     /// The clock's column and its unit in s.
     clock: Option<(String, f64)>,
     row_period_s: f64,
-    max_gap_s: f64,
+    options: LogOptions,
     rows: usize,
     before: f64,
     /// Rows of the last instant read, which the next may repeat.
@@ -191,7 +193,7 @@ impl Reading {
             clock: clock.map(|(c, unit)| (table.header[c].clone(), unit.to_si)),
             channels,
             row_period_s: options.row_period_s.unwrap_or(1.0),
-            max_gap_s: options.max_gap_s,
+            options: options.clone(),
             rows: 0,
             before: f64::NEG_INFINITY,
             open: Columns::default(),
@@ -227,7 +229,7 @@ impl Reading {
         self.rows += rows.lines.len();
         let both = self.channels.iter_mut().zip(&mut self.drive.channels);
         for ((channel, series), value) in both.zip(values) {
-            channel.take(series, &time, value, &rows.lines, self.max_gap_s)?;
+            channel.take(series, &time, value, &rows.lines, &self.options)?;
         }
         Ok(())
     }
@@ -242,6 +244,9 @@ impl Reading {
                     got: series.time.len(),
                     need: super::LEAST_SAMPLES,
                 });
+            }
+            if let Some(updates) = &channel.updates {
+                warnings.push(intersample::told(series, updates.rows()));
             }
             if channel.is_angle && series.role == Role::YawRate {
                 warnings.push(format!(

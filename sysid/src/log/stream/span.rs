@@ -5,7 +5,7 @@ use super::{Piece, Sink};
 use crate::Error;
 use crate::log::LogOptions;
 use crate::log::drive::Drive;
-use crate::log::resample::{Grid, Hold, MARGIN, resample};
+use crate::log::resample::{Grid, MARGIN};
 use crate::log::role::Role;
 use crate::log::signal_words;
 use crate::log::stretches::{self, Clock, LEAST_STRETCH, Span};
@@ -93,7 +93,7 @@ impl Spans {
     }
 
     fn margin(&self) -> f64 {
-        if self.per_step > 1 { MARGIN * self.step } else { 0.0 }
+        self.step * self.clock.margin(self.step)
     }
 
     /// Sends out the samples that have all of their data up to `to`.
@@ -105,7 +105,8 @@ impl Spans {
         sink: &mut Sink<'_>,
     ) -> Result<(), Error> {
         let Some(open) = &mut self.open else { return Ok(()) };
-        let count = Grid::within(open.from, to, self.step, self.per_step).count;
+        let margin = self.clock.margin(self.step);
+        let count = Grid::within(open.from, to, self.step, self.per_step, margin).count;
         if count < LEAST_STRETCH {
             self.short += usize::from(closed);
             return Ok(());
@@ -125,14 +126,10 @@ impl Spans {
         if grid.count == 0 {
             return Ok(());
         }
-        let on_grid = |role: Role, hold: Hold| {
-            let channel = drive.channel(role)?;
-            Some(resample(&channel.time, &channel.value, &grid, hold))
-        };
-        let held = Hold::Held(drive.channels[0].period);
-        let steering = on_grid(Role::Steering, held).unwrap_or_default();
-        let yaw_rate = on_grid(Role::YawRate, Hold::Sampled).unwrap_or_default();
-        let mut speed = on_grid(Role::Speed, Hold::Sampled);
+        let on_grid = |role: Role| Some(drive.channel(role)?.on(&grid));
+        let steering = on_grid(Role::Steering).unwrap_or_default();
+        let yaw_rate = on_grid(Role::YawRate).unwrap_or_default();
+        let mut speed = on_grid(Role::Speed);
         speed.iter_mut().flatten().for_each(|v| *v = v.max(0.0));
         match (&mut self.gate, speed) {
             (Some(gate), Some(speed)) => {

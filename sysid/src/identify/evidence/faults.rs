@@ -1,0 +1,205 @@
+//! Reasons that lie in the recording: faults of channels, play of the steering, clocks, offsets.
+
+use super::quality::Drive;
+use formats::{Evidence, Grade, Reason, ReasonCode};
+
+/// Spikes are handled as missing samples; beyond that share of a channel's rows the sensor or its
+/// bus is broken, and smaller ones go unseen.
+const MOST_SPIKES: f64 = 1e-3;
+/// A gyro that is frozen for that share of the log cannot be relied on in the rest.
+const MOST_FROZEN: f64 = 0.1;
+/// Play of the road wheels that makes a yaw loop hunt visibly, deg: the loop's limit cycle has about the
+/// amplitude of the play, and 0.1° of steering is 0.5 °/s of yaw rate at 20 m/s.
+const NOTICED_PLAY_DEG: f64 = 0.1;
+/// Half the play over the steering's amplitude (√2 times its standard deviation) from which the
+/// describing function turns the phase by more than 15° and takes 15 % of the gain: no linear model holds.
+const MOST_PLAY: f64 = 0.3;
+/// Yaw rate that driving straight would read, deg/s. Gyros of production cars are zeroed to 0.3 °/s;
+/// the yaw drifts by it.
+const MOST_OFFSET_DEGPS: f64 = 0.7;
+/// Standard deviation of rounding, step/√12, over that of the signal: beyond, it shows in the fit.
+const COARSE: f64 = 0.02;
+/// … of the steering, whose rounding biases the gain by the square of it: by 1 %.
+const COARSE_STEERING: f64 = 0.1;
+/// Share of the noise's variance from which rounding dominates it.
+const DOMINATES: f64 = 0.5;
+/// The yaw rate of a vehicle follows its steering angle without delay; sensors and buses add 10 to 40 ms.
+const LARGEST_DELAY_S: f64 = 0.07;
+/// A lag that is as good as a delay may be that of a steering actuator whose command was logged, s.
+const LARGEST_LAG_S: f64 = 0.1;
+/// A yaw rate that leads by more gives a model with less lag than the vehicle: a controller loses 10° of
+/// phase at 1 Hz.
+const LARGEST_LEAD_S: f64 = 0.03;
+
+/// Reasons with what to do about each.
+pub(super) fn faults(evidence: &Evidence, drive: &Drive<'_>) -> Vec<(Reason, String)> {
+    let mut out = Vec::new();
+    for channel in &evidence.channels {
+        spikes(channel, &mut out);
+        frozen(channel, drive, &mut out);
+        coarse(channel, evidence, drive, &mut out);
+    }
+    play(evidence, &mut out);
+    clocks(evidence, &mut out);
+    let degrees = drive.yaw_rate_offset_radps.to_degrees();
+    if !is_yaw_rate_of_yaw(evidence) && degrees.abs() > MOST_OFFSET_DEGPS {
+        let wheel = drive.road_wheel_offset_rad.to_degrees();
+        let message = format!(
+            "driving straight reads {degrees:.2} °/s of yaw rate, or needs {wheel:.2}° at the road wheel"
+        );
+        let reason = Reason::new(ReasonCode::Offset, Grade::Warn, message);
+        out.push((
+            reason.compared(degrees.abs(), MOST_OFFSET_DEGPS, "deg/s"),
+            "a bias of the gyro and a wrong zero of the steering angle look alike: record the gyro at standstill, subtract its mean there, and zero the steering on a straight; an integrated yaw drifts by the bias"
+                .to_owned(),
+        ));
+    }
+    out
+}
+
+/// Whether the yaw rate was differenced from a yaw, which no bias of a gyro is in: what is left is the zero of
+/// the steering, which a controller's integral finds.
+fn is_yaw_rate_of_yaw(evidence: &Evidence) -> bool {
+    evidence
+        .channels
+        .iter()
+        .any(|c| c.role == "yaw_rate" && matches!(c.unit.as_str(), "deg" | "rad"))
+}
+
+fn spikes(channel: &formats::ChannelSummary, out: &mut Vec<(Reason, String)>) {
+    let share = channel.spikes_s.len() as f64 / channel.rows.max(1) as f64;
+    if share > MOST_SPIKES {
+        let message = format!(
+            "the column {} has {} spikes or dropouts, the first at {:.3} s",
+            channel.column,
+            channel.spikes_s.len(),
+            channel.spikes_s[0]
+        );
+        let reason = Reason::new(ReasonCode::Spikes, Grade::Warn, message);
+        let limit = MOST_SPIKES * channel.rows as f64;
+        out.push((
+            reason.compared(channel.spikes_s.len() as f64, limit, ""),
+            "check the sensor, its plug and the bus for lost or corrupted messages".to_owned(),
+        ));
+    }
+}
+
+fn frozen(channel: &formats::ChannelSummary, drive: &Drive<'_>, out: &mut Vec<(Reason, String)>) {
+    let Some(first) = channel.frozen_s.first() else { return };
+    let lost: f64 = channel.frozen_s.iter().map(|[a, b]| b - a).sum();
+    let recorded = drive.steering.len() as f64 * drive.sample_time_s + lost;
+    let limit = MOST_FROZEN * recorded;
+    let grade = if lost > limit { Grade::Fail } else { Grade::Warn };
+    let message = format!(
+        "the yaw rate (column {}) is frozen for {lost:.1} s in all while the vehicle is steered, first from {:.2} to {:.2} s",
+        channel.column, first[0], first[1]
+    );
+    let reason = Reason::new(ReasonCode::FrozenYawRate, grade, message);
+    out.push((
+        reason.compared(lost, limit, "s"),
+        "check the gyro, its plug and the bus; the frozen samples were left out, shorter dropouts may remain"
+            .to_owned(),
+    ));
+}
+
+fn coarse(
+    channel: &formats::ChannelSummary,
+    evidence: &Evidence,
+    drive: &Drive<'_>,
+    out: &mut Vec<(Reason, String)>,
+) {
+    let Some(step) = channel.resolution else { return };
+    let rounding = step / 12_f64.sqrt();
+    let (spread, limit) = match channel.role.as_str() {
+        "yaw_rate" if !is_yaw_rate_of_yaw(evidence) => {
+            let noise = drive.noise_radps;
+            if rounding * rounding < DOMINATES * noise * noise {
+                return;
+            }
+            (evidence.excitation.yaw_rate_std_radps, COARSE)
+        }
+        "steering" => {
+            (evidence.excitation.road_wheel_std_rad * drive.steering_ratio, COARSE_STEERING)
+        }
+        _ => return,
+    };
+    let share = rounding / spread;
+    if share > limit {
+        let message = format!(
+            "the column {} is quantised to {:.3}°, which is {:.1} % of its signal as noise",
+            channel.column,
+            step.to_degrees(),
+            100.0 * share
+        );
+        let reason = Reason::new(ReasonCode::CoarseResolution, Grade::Warn, message);
+        out.push((
+            reason.compared(100.0 * share, 100.0 * limit, "%"),
+            format!(
+                "log {} with a finer resolution (quantisation dominates its noise), or steer more strongly",
+                channel.column
+            ),
+        ));
+    }
+}
+
+fn play(evidence: &Evidence, out: &mut Vec<(Reason, String)>) {
+    let Some(play) = &evidence.play else { return };
+    let degrees = play.road_wheel_rad.to_degrees();
+    if degrees < NOTICED_PLAY_DEG {
+        return;
+    }
+    let amplitude = std::f64::consts::SQRT_2 * evidence.excitation.road_wheel_std_rad;
+    let far = 0.5 * play.road_wheel_rad > MOST_PLAY * amplitude;
+    let grade = if far { Grade::Fail } else { Grade::Warn };
+    let message = format!(
+        "the steering has {degrees:.2} ± {:.2}° of play at the road wheel",
+        2.0 * play.standard_error_rad.to_degrees()
+    );
+    let limit = if far { (2.0 * MOST_PLAY * amplitude).to_degrees() } else { NOTICED_PLAY_DEG };
+    let cycle = play.limit_cycle.map_or_else(
+        || "a yaw loop of moderate gain is expected to come to rest within it".to_owned(),
+        |c| {
+            format!(
+                "a yaw loop that settles in a second is expected to hunt by ±{:.2}° at the road wheel and ±{:.2}° of yaw with a period of {:.1} s (describing function of play)",
+                c.road_wheel_rad.to_degrees(),
+                c.yaw_rad.to_degrees(),
+                c.period_s
+            )
+        },
+    );
+    let reason = Reason::new(ReasonCode::SteeringPlay, grade, message);
+    out.push((
+        reason.compared(degrees, limit, "deg"),
+        format!(
+            "play (lash) between the recorded steering angle and the road wheels: {cycle}; take the play out, or measure the angle behind it"
+        ),
+    ));
+}
+
+fn clocks(evidence: &Evidence, out: &mut Vec<(Reason, String)>) {
+    if let Some(lead) = evidence.yaw_rate_lead_s {
+        let grade = if lead > LARGEST_LEAD_S { Grade::Fail } else { Grade::Warn };
+        let message =
+            format!("the yaw rate comes {:.0} ms before the steering that causes it", 1e3 * lead);
+        let limit = if grade == Grade::Fail { LARGEST_LEAD_S } else { 0.0 };
+        out.push((
+            Reason::new(ReasonCode::EarlyYawRate, grade, message).compared(lead, limit, "s"),
+            "the clocks of the channels are apart: the steering is stamped late, or the yaw rate early; align them, or record both with one clock"
+                .to_owned(),
+        ));
+    }
+    let taken = evidence.delay.filter(|d| d.taken).map(|d| (d.estimate_s, LARGEST_DELAY_S));
+    let lag = evidence.yaw_rate_lag_s.map(|lag| (lag, LARGEST_LAG_S));
+    if let Some((late, limit)) = taken.or(lag).filter(|(late, limit)| *late > *limit) {
+        let message = format!(
+            "the yaw rate follows the steering {:.0} ms late, later than a vehicle's",
+            1e3 * late
+        );
+        let reason = Reason::new(ReasonCode::LateYawRate, Grade::Warn, message);
+        out.push((
+            reason.compared(late, limit, "s"),
+            "the clocks of the channels may be apart (yaw rate stamped late), the gyro filtered, or the steering a command to a slow actuator: record both channels with one clock, or log the angle that was reached"
+                .to_owned(),
+        ));
+    }
+}

@@ -1,0 +1,81 @@
+//! The age of a receiver's fixes, from where the speed changes.
+//!
+//! Fixes that are τ old when the log gives them lead by less while the vehicle gains speed, and by more
+//! while it loses it: with D the way by the speed over the same time and Δv what the speed changes by,
+//!
+//! ```text
+//! led − D = ε·D − τ·Δv
+//! ```
+//!
+//! with ε the speed's error of scale. In a turn the direction has sideslip in it, but the length has none
+//! to first order; ways that turn much are left out all the same. τ and ε are found by least squares over
+//! blocks with an offset and a drift of the speed of their own, and the fixes are moved by τ until no more
+//! is found. At a constant speed nothing is: then the age must be stated.
+//!
+//! The age is one against the speed's clock. A speed that is late itself makes the fixes look as much
+//! younger: its own lag is unknown by [`SPEED_ERROR_S`], which goes into the standard error. The rest of
+//! that is a jackknife over the blocks, since few of them may hold most of the speed's changes.
+
+use super::regression::robust;
+use super::ways::{Way, advances};
+use super::{ACCELERATION, GROWTH, Piece, RATE};
+
+/// The terms of a way, by the places of the sideslip's.
+const AGE: usize = RATE;
+const SCALE: usize = GROWTH;
+/// Rounds in which the fixes are moved; each leaves τ²/2 times the change of acceleration.
+const ROUNDS: usize = 6;
+/// How well the speed's own lag is known, as a standard deviation: half a row of a usual log, s.
+const SPEED_ERROR_S: f64 = 0.005;
+/// Ages of a receiver's fix, s; older ones are another clock's.
+const OLDEST_S: f64 = 1.0;
+/// An age is taken to be one that was not stated: uniform from 0 to 0.3 s, as a standard deviation, s.
+pub(crate) const UNKNOWN_ERROR_S: f64 = 0.3 / 3.464_101_615_137_754_4;
+
+/// How old fixes are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Age {
+    pub(crate) seconds: f64,
+    pub(crate) standard_error: f64,
+}
+
+/// The age of the fixes; `None` where the drive does not determine it better than not at all.
+pub(crate) fn age(pieces: &[Piece]) -> Option<Age> {
+    if pieces.iter().any(|piece| piece.speed.is_empty()) {
+        return None;
+    }
+    let mut seconds = 0.0;
+    let mut blocks: Vec<Vec<Way>> = Vec::new();
+    for _ in 0..ROUNDS {
+        blocks = pieces.iter().flat_map(|piece| advances(piece, seconds)).collect();
+        seconds += robust(&blocks, &[AGE, SCALE])?.values[AGE];
+        if seconds.is_nan() || seconds.abs() > OLDEST_S {
+            return None;
+        }
+    }
+    let standard_error = jackknife(&blocks)?.hypot(SPEED_ERROR_S);
+    // No fix comes before it was valid, but for the error.
+    let is_found = standard_error < UNKNOWN_ERROR_S && seconds >= -3.0 * standard_error;
+    is_found.then_some(Age { seconds: seconds.max(0.0), standard_error })
+}
+
+/// Standard error of the age by leaving out a block at a time (Efron and Stein 1981).
+fn jackknife(blocks: &[Vec<Way>]) -> Option<f64> {
+    let without = |left_out: usize| {
+        let mut rest = blocks.to_vec();
+        rest.remove(left_out);
+        Some(robust(&rest, &[AGE, SCALE])?.values[AGE])
+    };
+    let ages = (0..blocks.len()).map(without).collect::<Option<Vec<f64>>>()?;
+    let count = ages.len() as f64;
+    let mean = ages.iter().sum::<f64>() / count;
+    let squares: f64 = ages.iter().map(|age| (age - mean).powi(2)).sum();
+    Some((squares * (count - 1.0) / count).sqrt())
+}
+
+/// The terms of a way that leads by `led` where the speed leads by `way` and changes by `change`.
+pub(super) fn terms(led: f64, way: f64, change: f64, time: f64) -> Way {
+    let mut terms = [0.0; super::TERMS];
+    (terms[AGE], terms[SCALE], terms[ACCELERATION]) = (-change, way, 0.0);
+    Way { time, difference: led - way, terms }
+}

@@ -1,0 +1,16 @@
+//! Whether a recording and the model identified from it can be right: faults of channels, plausible
+//! gain and sign, play of the steering, clocks, and data that can validate.
+
+mod channels;
+mod lead;
+mod plausible;
+mod play;
+mod regression;
+mod split;
+
+pub(crate) use channels::{Sampled, frozen, resolution, spikes};
+pub(crate) use lead::{yaw_rate_lag, yaw_rate_lead};
+pub(crate) use plausible::{Response, implausible};
+pub(crate) use play::steering_play;
+pub(crate) use regression::Pair;
+pub(crate) use split::{Selection, Split};

@@ -1,0 +1,145 @@
+//! Yaw rate regressed on the steering by orthonormal functions, block by block.
+//!
+//! The steering passes a bank of Laguerre filters (B. Wahlberg, *System identification using Laguerre
+//! models*, IEEE Transactions on Automatic Control 36, 1991), whose outputs span the responses of a
+//! vehicle: no structure, order or delay is chosen, and a change of the steering (play taken out, or
+//! moved in time) is compared by what a least-squares fit leaves. Sums are kept for each of [`BLOCKS`]
+//! blocks of time, so that leaving one out costs nothing: the jackknife tells how certain a comparison
+//! is (Efron and Tibshirani 1993, chapter 11).
+
+use crate::dense::solve;
+use faer::Mat;
+
+/// Functions of the bank.
+const FUNCTIONS: usize = 8;
+/// Regressors: the steering itself, the bank, a constant, and the yaw rate to be explained.
+const COLUMNS: usize = FUNCTIONS + 3;
+/// Blocks of time.
+pub(super) const BLOCKS: usize = 10;
+/// What the bank does not know yet at the start of a segment, in its time constants.
+const SETTLING: f64 = 12.0;
+
+/// One segment of steering and yaw rate, of equal lengths.
+#[derive(Debug, Clone)]
+pub(crate) struct Pair<'a> {
+    /// Steering, in any unit.
+    pub(crate) steering: &'a [f64],
+    /// Yaw rate.
+    pub(crate) yaw_rate: &'a [f64],
+    /// Speed, where it is known: the yaw rate is taken for that of steering times speed.
+    pub(crate) speed: Option<&'a [f64]>,
+}
+
+/// Sums of squares and products, for each block.
+pub(super) struct Sums {
+    blocks: Vec<Mat<f64>>,
+}
+
+impl Sums {
+    /// Of the segments, the steering of each changed by `change`; `pole_radps` is that of the bank,
+    /// and the last `spare` samples of each segment are left out.
+    pub(super) fn new(
+        segments: &[Pair<'_>],
+        sample_time_s: f64,
+        pole_radps: f64,
+        spare: usize,
+        change: &dyn Fn(&[f64]) -> Vec<f64>,
+    ) -> Self {
+        let pole = (-pole_radps * sample_time_s).exp();
+        let skip = (SETTLING / (pole_radps * sample_time_s)).ceil() as usize;
+        let counted = |n: usize| n.saturating_sub(skip + spare);
+        let total: usize = segments.iter().map(|s| counted(s.steering.len())).sum();
+        let mut blocks = vec![Mat::<f64>::zeros(COLUMNS, COLUMNS); BLOCKS];
+        let mut taken = 0;
+        for segment in segments {
+            let mut u = change(segment.steering);
+            if let Some(speed) = segment.speed {
+                u.iter_mut().zip(speed).for_each(|(u, v)| *u *= v);
+            }
+            let mut bank = Bank::new(pole, u.first().copied().unwrap_or(0.0));
+            for (k, (u, y)) in u.iter().zip(segment.yaw_rate).enumerate() {
+                let row = bank.row(*u, *y);
+                if k < skip || k + spare >= segment.yaw_rate.len() {
+                    continue;
+                }
+                let block = &mut blocks[(taken * BLOCKS / total.max(1)).min(BLOCKS - 1)];
+                for i in 0..COLUMNS {
+                    for j in i..COLUMNS {
+                        block[(i, j)] += row[i] * row[j];
+                    }
+                }
+                taken += 1;
+            }
+        }
+        Self { blocks }
+    }
+
+    /// Sum of squares of the yaw rate about its mean.
+    pub(super) fn variation(&self) -> f64 {
+        let of = |i: usize, j: usize| self.blocks.iter().map(|b| b[(i, j)]).sum::<f64>();
+        let (one, y) = (COLUMNS - 2, COLUMNS - 1);
+        of(y, y) - of(one, y).powi(2) / of(one, one).max(1.0)
+    }
+
+    /// Sum of squares that the regression leaves of all blocks but one; `None` where there is nothing
+    /// to regress.
+    pub(super) fn left(&self, without: Option<usize>) -> Option<f64> {
+        let mut sum = Mat::<f64>::zeros(COLUMNS, COLUMNS);
+        for (_, block) in self.blocks.iter().enumerate().filter(|(b, _)| Some(*b) != without) {
+            sum += block;
+        }
+        let y = COLUMNS - 1;
+        // Columns of unit length: the rank does not hang on units.
+        let scale: Vec<f64> = (0..COLUMNS).map(|i| sum[(i, i)].sqrt()).collect();
+        if scale.iter().any(|s| !(*s > 0.0 && s.is_finite())) {
+            return None;
+        }
+        let at = |i: usize, j: usize| sum[(i.min(j), i.max(j))] / (scale[i] * scale[j]);
+        // A little ridge in place of a rank decision.
+        let normal = Mat::from_fn(y, y, |i, j| at(i, j) + if i == j { 1e-9 } else { 0.0 });
+        let right = Mat::from_fn(y, 1, |i, _| at(i, y));
+        let solution = solve(normal.as_ref(), right.as_ref());
+        let explained: f64 = (0..y).map(|i| solution[(i, 0)] * right[(i, 0)]).sum();
+        let left = (1.0 - explained) * scale[y] * scale[y];
+        left.is_finite().then_some(left.max(0.0))
+    }
+}
+
+/// The filters, each the one before it through an all-pass.
+struct Bank {
+    pole: f64,
+    gain: f64,
+    /// The level at the start, about which the steering is taken.
+    level: f64,
+    before: [f64; FUNCTIONS + 1],
+}
+
+impl Bank {
+    fn new(pole: f64, level: f64) -> Self {
+        Self { pole, gain: (1.0 - pole * pole).sqrt(), level, before: [0.0; FUNCTIONS + 1] }
+    }
+
+    /// The steering, the bank's outputs, 1 and the yaw rate.
+    fn row(&mut self, u: f64, y: f64) -> [f64; COLUMNS] {
+        let mut now = [0.0; FUNCTIONS + 1];
+        now[0] = u - self.level;
+        now[1] = self.pole * self.before[1] + self.gain * self.before[0];
+        for i in 2..=FUNCTIONS {
+            now[i] = self.pole * self.before[i] + self.before[i - 1] - self.pole * now[i - 1];
+        }
+        self.before = now;
+        let mut row = [0.0; COLUMNS];
+        row[..=FUNCTIONS].copy_from_slice(&now);
+        row[0] = u;
+        row[FUNCTIONS + 1] = 1.0;
+        row[FUNCTIONS + 2] = y;
+        row
+    }
+}
+
+/// Standard error of what was found without each block in turn.
+pub(super) fn jackknife(without: &[f64]) -> f64 {
+    let n = without.len() as f64;
+    let mean = crate::signal::mean(without);
+    ((n - 1.0) / n * without.iter().map(|x| (x - mean).powi(2)).sum::<f64>()).sqrt()
+}
