@@ -8,9 +8,9 @@ use crate::pipeline::{self, Job, Text};
 use crate::{Global, overview};
 use control::DesignOptions;
 use std::path::PathBuf;
-use sysid::{IdentifyOptions, LogOptions};
+use sysid::{IdentifyOptions, InputKind, LogOptions};
 
-/// Everything, on two recorded drives that come with this program
+/// Everything, on three recorded drives that come with this program
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// Folder for everything
@@ -31,25 +31,43 @@ type File = (&'static str, &'static str);
 struct Drive {
     name: &'static str,
     logs: &'static [File],
+    time: Option<&'static str>,
     input: &'static str,
     output: &'static str,
+    speed: &'static str,
+    /// Units of columns whose names do not state them.
+    units: &'static [(&'static str, &'static str)],
     steering_ratio: Option<f64>,
+    /// Steering angle at a command of 1, rad, where the command has no unit.
+    steering_full_scale_rad: Option<f64>,
+    /// What the model is driven by, and the share of the samples that validates it.
+    model_input: InputKind,
+    validation_fraction: f64,
     /// What the steering servo can follow, rad/s, where it is known.
     servo_rate_radps: Option<f64>,
-    vehicle: File,
-    track: File,
+    /// Of the standard road, m/s².
+    lateral_acceleration: f64,
+    vehicle: Option<File>,
+    track: Option<File>,
 }
 
-const DRIVES: [Drive; 2] = [
+const DRIVES: [Drive; 3] = [
     Drive {
         name: "multibody",
         logs: &[data!("multibody/drive.csv")],
+        time: None,
         input: "steering_command_rad",
         output: "yaw_rate_radps",
+        speed: "speed_mps",
+        units: &[],
         steering_ratio: Some(1.0),
+        steering_full_scale_rad: None,
+        model_input: InputKind::Steering,
+        validation_fraction: 0.5,
         servo_rate_radps: Some(0.4),
-        vehicle: data!("multibody/vehicle.toml"),
-        track: data!("multibody/position.csv"),
+        lateral_acceleration: 4.0,
+        vehicle: Some(data!("multibody/vehicle.toml")),
+        track: Some(data!("multibody/position.csv")),
     },
     Drive {
         name: "comma2k19",
@@ -58,13 +76,44 @@ const DRIVES: [Drive; 2] = [
             data!("comma2k19/speed.csv"),
             data!("comma2k19/gyro.csv"),
         ],
+        time: None,
         input: "steering_wheel_angle_deg",
         // The gyro's axes are forward, right, down: yaw rate to the left is the opposite.
         output: "-gyro_down_radps",
+        speed: "speed_mps",
+        units: &[],
         steering_ratio: Some(16.88),
+        steering_full_scale_rad: None,
+        model_input: InputKind::Steering,
+        validation_fraction: 0.5,
         servo_rate_radps: None,
-        vehicle: data!("comma2k19/vehicle.toml"),
-        track: data!("comma2k19/gnss_pose.csv"),
+        lateral_acceleration: 4.0,
+        vehicle: Some(data!("comma2k19/vehicle.toml")),
+        track: Some(data!("comma2k19/gnss_pose.csv")),
+    },
+    // Estimated on the first drive of this car, validated on the second.
+    Drive {
+        name: "dart",
+        logs: &[data!("dart/estimation.csv"), data!("dart/validation.csv")],
+        time: Some("vicon time"),
+        input: "steering",
+        output: "vicon yaw",
+        speed: "vel encoder",
+        units: &[
+            ("vicon time", "s"),
+            ("steering", "1"),
+            ("vicon yaw", "rad"),
+            ("vel encoder", "m/s"),
+        ],
+        steering_ratio: None,
+        steering_full_scale_rad: Some(0.375),
+        model_input: InputKind::SteeringTimesSpeed,
+        validation_fraction: 0.4085,
+        servo_rate_radps: None,
+        // A lane change of 3.5 m is wide for a car of this size.
+        lateral_acceleration: 1.0,
+        vehicle: None,
+        track: None,
     },
 ];
 
@@ -80,8 +129,11 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
             &LogOptions {
                 input: Some(drive.input.into()),
                 output: Some(drive.output.into()),
-                speed: Some("speed_mps".into()),
+                speed: Some(drive.speed.into()),
+                time: drive.time.map(Into::into),
+                units: drive.units.iter().map(|(c, u)| ((*c).into(), (*u).into())).collect(),
                 steering_ratio: drive.steering_ratio,
+                steering_full_scale_rad: drive.steering_full_scale_rad,
                 ..LogOptions::default()
             },
         )?;
@@ -89,14 +141,18 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         let text = |(name, text): File| Text { name: name.into(), text: text.into() };
         built.push(pipeline::build(&Job {
             log,
-            identify: IdentifyOptions::default(),
+            identify: IdentifyOptions {
+                input_kind: drive.model_input,
+                validation_fraction: drive.validation_fraction,
+                ..IdentifyOptions::default()
+            },
             design: DesignOptions {
                 max_rate_radps: drive.servo_rate_radps,
                 ..DesignOptions::default()
             },
-            vehicle: Some(text(drive.vehicle)),
-            track: Some(text(drive.track)),
-            lateral_acceleration: 4.0,
+            vehicle: drive.vehicle.map(text),
+            track: drive.track.map(text),
+            lateral_acceleration: drive.lateral_acceleration,
             folder: folder.stage().join(drive.name),
             out: arguments.out.join(drive.name),
             gate: GateArguments::default(),
