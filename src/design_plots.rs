@@ -37,7 +37,7 @@ pub(crate) fn write<'a>(
     };
     let s = &pid.specification;
     let figure = |title: &str, response: &StepResponse, reached| {
-        figures::yaw_step(title, response, s, reached, &pid.limits)
+        figures::yaw_step(title, response, s, reached, pid.largest_angle_rad())
     };
     let e = &pid.evidence;
     let all: [(&str, Figure, u32); 4] = [

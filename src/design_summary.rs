@@ -36,6 +36,9 @@ pub(crate) fn summary(pid: &Pid) -> String {
     if let Some(robustness) = &e.robustness {
         let _ = writeln!(text, "{}", ranges(robustness));
     }
+    text.push_str(&limits(pid));
+    text.push_str(&steps(e));
+    text.push_str(&engagement(e));
     text.push_str(&trade_off(e));
     let quality = &pid.designed_for.quality;
     if quality.grade > Grade::Pass {
@@ -65,6 +68,72 @@ pub(crate) fn summary(pid: &Pid) -> String {
         let _ = writeln!(text, "  {advice}");
     }
     text.trim_end().to_owned()
+}
+
+/// What bounds the steering at the speed designed for.
+fn limits(pid: &Pid) -> String {
+    let (l, speed) = (&pid.limits, pid.designed_for.speed_mps);
+    let angle = pid.largest_angle_rad().to_degrees();
+    let mut text =
+        format!("limits   {angle:.1}° at {speed:.1} m/s, {:.0}°/s", l.max_rate_radps.to_degrees());
+    if let Some(lateral) = l.lateral_acceleration {
+        let _ = write!(text, "; the angle by speed is that of {} m/s2", lateral.max_mps2);
+    }
+    if let Some(large) = l.large_errors {
+        let _ = write!(
+            text,
+            "; of yaw errors beyond {:.1}° the rest is released as a ramp, and {:.2} s at the largest rate \
+             leave {:.0}°/s",
+            large.max_yaw_error_rad.to_degrees(),
+            large.rate_reserve_time_s,
+            large.sustained_rate_radps.to_degrees()
+        );
+    }
+    text + "\n"
+}
+
+/// Steps of other heights.
+fn steps(e: &DesignEvidence) -> String {
+    if e.steps.is_empty() {
+        return String::new();
+    }
+    let mut table = Table::new(["step", "overshoot", "settling time"]);
+    for s in &e.steps {
+        table = table.row([
+            format!("{:.0}°", s.height_rad.to_degrees()),
+            format!("{:.1} %", s.step.overshoot_percent),
+            s.step.settling_time_s.map_or("never".into(), |t| format!("{t:.2} s")),
+        ]);
+    }
+    format!("\nsteps of other heights on the model designed on\n{table}")
+}
+
+/// From where the loop comes back to a path.
+fn engagement(e: &DesignEvidence) -> String {
+    let Some(engagement) = &e.engagement else { return String::new() };
+    let mut headers = vec!["heading error".to_owned()];
+    let mut speeds: Vec<f64> = engagement.rows.iter().map(|r| r.speed_mps).collect();
+    speeds.dedup();
+    headers.extend(speeds.iter().map(|v| format!("{v:.1} m/s")));
+    let mut table = Table::new(headers);
+    let first = speeds.first().copied();
+    for row in engagement.rows.iter().filter(|r| Some(r.speed_mps) == first) {
+        let at = |v: &f64| {
+            let same = |r: &&formats::EngagementRow| {
+                r.speed_mps == *v && r.heading_error_rad == row.heading_error_rad
+            };
+            engagement.rows.iter().find(same).and_then(|r| r.largest_offset_m)
+        };
+        let mut cells = vec![format!("{:.0}°", row.heading_error_rad.to_degrees())];
+        cells.extend(speeds.iter().map(|v| at(v).map_or("none".into(), |m| format!("{m:.0} m"))));
+        table = table.row(cells);
+    }
+    let tried = engagement.offsets_m.last().copied().unwrap_or_default();
+    format!(
+        "\nlargest lateral offset, of up to {tried:.0} m, from which it comes back to a straight path \
+         ({})\n{table}\n",
+        engagement.plant
+    )
 }
 
 /// A row for each figure, with what was asked for it.

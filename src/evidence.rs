@@ -224,7 +224,7 @@ fn judgement(e: &Evidence) -> String {
                 format!("{:.3} °/s", b.yaw_rate_std_radps.to_degrees()),
                 format!("{:.0} %", 100.0 * b.coherence),
                 if b.information != Information::None {
-                    format!("±{:.1} %", 100.0 * b.relative_error)
+                    format!("±{:.1} %", 200.0 * b.relative_error)
                 } else {
                     "–".to_owned()
                 },

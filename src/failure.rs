@@ -94,13 +94,27 @@ macro_rules! from_stage {
 from_stage!(
     formats::Error,
     sysid::Error,
-    control::Error,
     packaging::Error,
     fmi2_host::Error,
     fmu_checker::Error,
     report::Error,
     ::sweep::Error
 );
+
+impl From<control::Error> for Failure {
+    fn from(error: control::Error) -> Self {
+        let hint = design_hint(&error);
+        Self::new(&error, hint)
+    }
+}
+
+/// The hint of a design's error, with the option where one helps.
+pub(crate) fn design_hint(error: &control::Error) -> String {
+    match error {
+        control::Error::NoSteeringRate { .. } => format!("{}: --max-rate 25deg/s", error.hint()),
+        _ => error.hint(),
+    }
+}
 
 /// How a command ended that did its work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

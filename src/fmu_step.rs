@@ -54,6 +54,7 @@ pub(crate) fn step_of(
         yaw_reference: vec![s.step_rad; recording.times.len() - first],
         yaw: yaw[first..].iter().map(|y| y - yaw[first]).collect(),
         steering: steering[first..].to_vec(),
+        steering_before: first.checked_sub(1).map_or(0.0, |before| steering[before]),
     };
     let metrics = control::metrics_of(&trace, s.step_rad, s.settling_band_percent)
         .ok_or_else(|| Failure::new("the step has no samples", "report this as a fault"))?

@@ -66,6 +66,9 @@ impl Loop<'_> {
         }
         drive_at(&mut system, self.plant, path.speed_mps)?;
         system.set(PATH, "speed", path.speed_mps)?;
+        if self.controller.model().variable("speed").is_some() {
+            system.set(CONTROLLER, "speed", path.speed_mps)?;
+        }
         for (name, value) in sideslip_parameters(sideslip) {
             system.set(PATH, name, value)?;
         }

@@ -132,12 +132,12 @@ fn vehicle(bicycle: &Bicycle) -> String {
 
 /// The evidence behind a bicycle, for people.
 fn evidence(e: &BicycleEvidence, quality: &Quality) -> String {
-    let mut identified = report::Table::new(["identified", "value", "standard error", "unit"]);
+    let mut identified = report::Table::new(["identified", "value", "± (95 %)", "unit"]);
     for q in &e.identified {
         identified = identified.row([
             q.name.replace('_', " "),
             format!("{:.5}", q.value),
-            format!("{:.5}", q.standard_error),
+            format!("{:.5}", 2.0 * q.standard_error),
             q.unit.clone(),
         ]);
     }
@@ -161,7 +161,7 @@ fn evidence(e: &BicycleEvidence, quality: &Quality) -> String {
         text,
         "delay    {:.1} ± {:.1} ms, with which {:.2} % and {:.2} %; not in the file, whose actuator lag stands for it",
         1e3 * d.input_delay_s,
-        1e3 * d.standard_error_s,
+        2e3 * d.standard_error_s,
         d.validation_fit,
         d.estimation_fit
     );

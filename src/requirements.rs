@@ -102,9 +102,14 @@ pub(crate) struct SpecificationArguments {
     /// Largest change of the steering angle in a sample; by default 15deg at the road wheel
     #[arg(long, value_name = "ANGLE", allow_hyphen_values = true, value_parser = quantity::angle)]
     max_increment: Option<f64>,
-    /// Largest rate of the steering angle; by default what the increment allows
+    /// Largest rate of the steering angle that the actuator follows; by default twice the fastest steering
+    /// of the drive, and a model without a drive needs it
     #[arg(long, value_name = "RATE", allow_hyphen_values = true, value_parser = quantity::angle_rate)]
     max_rate: Option<f64>,
+    /// Largest lateral acceleration that the steering angle may ask for, which bounds it at each speed
+    /// [default: 6m/s2]
+    #[arg(long, value_name = "ACCELERATION", allow_hyphen_values = true, value_parser = quantity::acceleration)]
+    max_lateral_acceleration: Option<f64>,
     /// The controller's sample time [default: 10ms]
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time)]
     pid_sample_time: Option<f64>,
@@ -169,6 +174,10 @@ fn time_only(text: &str) -> Result<Asked, String> {
     quantity::time(text).map(|v| Asked(Some(v)))
 }
 
+fn acceleration_only(text: &str) -> Result<Asked, String> {
+    quantity::acceleration(text).map(|v| Asked(Some(v)))
+}
+
 fn percent_only(text: &str) -> Result<Asked, String> {
     quantity::percent(text).map(|v| Asked(Some(v)))
 }
@@ -197,6 +206,9 @@ const KEYS: &[Key] = &[
     ("max-angle", |t| or_none(quantity::angle, t), |o, _, v| o.max_angle_rad = v),
     ("max-increment", |t| or_none(quantity::angle, t), |o, _, v| o.max_increment_rad = v),
     ("max-rate", |t| or_none(quantity::angle_rate, t), |o, _, v| o.max_rate_radps = v),
+    ("max-lateral-acceleration", acceleration_only, |o, _, v| {
+        o.max_lateral_acceleration_mps2 = v.unwrap_or(o.max_lateral_acceleration_mps2);
+    }),
     ("pid-sample-time", time_only, |o, _, v| o.sample_time_s = v.unwrap_or(o.sample_time_s)),
     ("master", master, |_, s, v| s.jacobi = v == Some(1.0)),
     ("latency", time_only, |_, s, v| s.latency = v.unwrap_or(0.0)),
@@ -241,6 +253,7 @@ impl SpecificationArguments {
             asked(self.max_angle),
             asked(self.max_increment),
             asked(self.max_rate),
+            asked(self.max_lateral_acceleration),
             asked(self.pid_sample_time),
             self.master.map(|m| Asked(Some(f64::from(u8::from(m == MasterName::Jacobi))))),
             asked(self.latency),

@@ -32,7 +32,7 @@ fn each_stage_prints_the_file_it_writes() {
     for (line, file) in [
         ("identify {data}/multibody/drive.csv --input steering_command_rad", "plant.json"),
         ("bicycle {data}/multibody/vehicle.toml", "bicycle.json"),
-        ("design bicycle.json", "pid.json"),
+        ("design bicycle.json --max-rate 0.4rad/s", "pid.json"),
         ("design {chain}/plant.json --max-angle 20deg --steady-state-error 1.5%", "pid.json"),
         ("path --speed 54km/h --pid pid.json", "path.json"),
         ("path {data}/multibody/position.csv -o recorded.json", "recorded.json"),

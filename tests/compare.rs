@@ -17,7 +17,7 @@ fn folder() -> &'static Path {
     FOLDER.get_or_init(|| {
         let folder = chain().to_path_buf();
         for line in [
-            "design bicycle.json -o pid-bicycle.json --robust off",
+            "design bicycle.json -o pid-bicycle.json --robust off --max-rate 0.4rad/s",
             "package {data}/multibody/vehicle.json --out fmu",
         ] {
             let output = steerwright(&folder, &words(line, Path::new("")));

@@ -47,7 +47,7 @@ fn parameters(pid: &mut Instance) -> PidParameters {
 }
 
 fn input(yaw_reference: f64, yaw: f64) -> PidInput {
-    PidInput { yaw_reference, yaw, steering_feedforward: 0.0, enabled: true }
+    PidInput { yaw_reference, yaw, steering_feedforward: 0.0, enabled: true, speed: 0.0 }
 }
 
 #[test]

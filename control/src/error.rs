@@ -90,6 +90,12 @@ pub enum Error {
         /// The mode in words.
         text: String,
     },
+    /// How fast the steering turns is stated nowhere.
+    #[error("{model}: no rate of the steering is stated, and there is no drive to take one from")]
+    NoSteeringRate {
+        /// The model's name.
+        model: String,
+    },
     /// Another speed was asked of a model that holds at one.
     #[error("{model}: the model holds at the speed of its identification alone")]
     NotScheduled {
@@ -262,6 +268,11 @@ impl Error {
             Self::UnstablePlant { .. } => {
                 "design at a lower speed, or mend the vehicle data: an oversteering vehicle is \
                  unstable above its critical speed"
+                    .into()
+            }
+            Self::NoSteeringRate { .. } => {
+                "state the largest rate of the steering angle that the actuator can follow, or design \
+                 on a model that was identified from a drive"
                     .into()
             }
             Self::NotScheduled { .. } => {

@@ -55,6 +55,7 @@ fn pid() -> PidParameters {
         max_increment: 1e3,
         max_rate: 1e6,
         sample_time: 0.01,
+        ..PidParameters::default()
     }
 }
 
@@ -154,6 +155,7 @@ fn the_simulation_is_the_loop_of_the_fmus() {
             yaw,
             steering_feedforward: 0.0,
             enabled: true,
+            speed: 0.0,
         };
         controller.tick(&pid(), &input(0.0, 0.0));
         for k in 0..trace.time.len() {
@@ -184,8 +186,7 @@ fn the_controller_response_is_that_of_the_tick_function() {
     for angle in [0.01, 0.1, 0.7, 2.0, 3.1] {
         let z = Complex::from_polar(1.05, angle);
         let mut controller_state = Pid::default();
-        let input =
-            |yaw| PidInput { yaw_reference: 0.0, yaw, steering_feedforward: 0.0, enabled: true };
+        let input = |yaw| PidInput { yaw, enabled: true, ..PidInput::default() };
         controller_state.tick(&p, &input(0.0));
         let mut sum = Complex::new(0.0, 0.0);
         for k in 0..2000 {
@@ -305,7 +306,8 @@ fn limits_hold_at_every_tick() {
 fn preview_and_feedforward_leave_no_error_on_circle_and_clothoid() {
     let plant = DesignPlant::from_matrices(info(0.02), &F, &G, &H, D).unwrap();
     let source = SourceFile { name: "plant.json".into(), sha256: String::new() };
-    let document = design(&plant, &source, &DesignOptions::default()).unwrap();
+    let options = DesignOptions { max_rate_radps: Some(1e3), ..DesignOptions::default() };
+    let document = design(&plant, &source, &options).unwrap();
     let p = model_loading::pid_parameters(&document);
     let sampled = Sampled::new(&plant, p.sample_time, 0.0).unwrap();
     let theory = p.kp * (1.0 - p.setpoint_weight_proportional) / p.ki;
@@ -331,6 +333,7 @@ fn preview_and_feedforward_leave_no_error_on_circle_and_clothoid() {
                 // Curvature is the heading's rate over the speed.
                 steering_feedforward: feedforward_gain * rate / plant.speed,
                 enabled: true,
+                speed: plant.speed,
             };
             u.insert(0, controller.tick(&p, &input).steering_angle);
             let (new, old) = (u[sampled.delay], u[sampled.delay + 1]);

@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{car, identified, identified_car, transfer};
+use common::{car, identified, identified_car, options as usual, transfer};
 use control::{DesignOptions, DesignPlant, Error, design, evaluate, metrics_of, step_response};
 use formats::{Document, Pid, SourceFile, Specification};
 
@@ -14,7 +14,7 @@ fn source() -> SourceFile {
 
 /// The usual options with other requirements.
 fn asked(change: impl Fn(&mut Specification)) -> DesignOptions {
-    let mut options = DesignOptions::default();
+    let mut options = usual();
     change(&mut options.requirements);
     options
 }
@@ -50,7 +50,7 @@ fn assert_meets(plant: &DesignPlant, pid: &Pid) {
 fn a_typical_car_in_steering_and_road_wheel_coordinates() {
     let designs = [1.0, 15.0].map(|ratio| {
         let plant = DesignPlant::from_bicycle(&car(ratio)).expect("a plant");
-        let pid = designed(&plant, &DesignOptions::default());
+        let pid = designed(&plant, &usual());
         assert_meets(&plant, &pid);
         assert!((pid.limits.max_angle_rad / ratio - 22.0_f64.to_radians()).abs() < 1e-12);
         assert!((pid.limits.max_increment_rad / ratio - 15.0_f64.to_radians()).abs() < 1e-12);
@@ -78,7 +78,7 @@ fn plants_of_first_second_and_fourth_order() {
     .enumerate()
     {
         plant.name = format!("plant {i}");
-        let pid = designed(&plant, &DesignOptions::default());
+        let pid = designed(&plant, &usual());
         assert_meets(&plant, &pid);
     }
 }
@@ -90,9 +90,9 @@ fn a_discrete_plant_is_designed_for_on_its_own_grid() {
     plant.continuous = None;
     let discrete = DesignPlant::from_plant(&plant).expect("a plant");
     assert!((discrete.gain() / continuous.gain() - 1.0).abs() < 1e-9);
-    let pid = designed(&discrete, &DesignOptions::default());
+    let pid = designed(&discrete, &usual());
     assert_meets(&discrete, &pid);
-    let fine = DesignOptions { sample_time_s: 0.015, ..Default::default() };
+    let fine = DesignOptions { sample_time_s: 0.015, ..usual() };
     let error = design(&discrete, &source(), &fine).expect_err("no multiple of the grid");
     assert!(matches!(error, Error::SampleTimeMismatch { .. }), "{error}");
     assert!(error.hint().contains("0.01 s"));
@@ -101,14 +101,14 @@ fn a_discrete_plant_is_designed_for_on_its_own_grid() {
 #[test]
 fn delays_of_loop_and_plant_are_designed_for() {
     let plant = DesignPlant::from_bicycle(&car(1.0)).expect("a plant");
-    let options = DesignOptions { loop_delay_s: 0.06, ..Default::default() };
+    let options = DesignOptions { loop_delay_s: 0.06, ..usual() };
     let pid = designed(&plant, &options);
     assert_meets(&plant, &pid);
     assert_eq!(pid.designed_for.loop_delay_s, 0.06);
     // The same delay in the plant is the same to the loop.
     let mut delayed = plant.clone();
     delayed.input_delay = 0.06;
-    let other = designed(&delayed, &DesignOptions::default());
+    let other = designed(&delayed, &usual());
     assert_eq!(pid.gains, other.gains);
     // Without the delay the margins only grow.
     let mut quick = pid.clone();
@@ -130,7 +130,7 @@ fn a_steering_times_speed_model_is_read_at_its_speed() {
 fn what_cannot_be_met_is_told_by_how_much() {
     let plant = DesignPlant::from_bicycle(&car(1.0)).expect("a plant");
     // 0.5 degrees of steering turn 5 degrees in 2 s at best.
-    let weak = DesignOptions { max_angle_rad: Some(0.5_f64.to_radians()), ..Default::default() };
+    let weak = DesignOptions { max_angle_rad: Some(0.5_f64.to_radians()), ..usual() };
     let pid = designed(&plant, &weak);
     assert!(!pid.evidence.met);
     assert!(pid.evidence.step.largest_angle_rad <= 0.5_f64.to_radians() + 1e-12);
@@ -142,7 +142,7 @@ fn what_cannot_be_met_is_told_by_how_much() {
         .expect("it cannot settle in time");
     assert!(settling.required == 1.0 && settling.reached > 1.5, "{settling:?}");
 
-    let slow = DesignOptions { sample_time_s: 0.4, ..Default::default() };
+    let slow = DesignOptions { sample_time_s: 0.4, ..usual() };
     let error = design(&plant, &source(), &slow).expect_err("too slow");
     assert!(matches!(error, Error::SampleTimeTooLong { need: 4, .. }), "{error}");
     assert!(error.hint().contains("0.25 s"), "{}", error.hint());
@@ -187,6 +187,42 @@ fn a_harder_request_is_never_worse_than_a_milder_one() {
             }
             milder = Some(pid);
         }
+    }
+}
+
+/// An actuator of 0.4 rad/s: no step overshoots more than a little, and beside the road and turned the loop
+/// comes back with tyres that saturate.
+#[test]
+fn large_steps_do_not_overshoot_and_the_loop_engages() {
+    for speed in [8.0, 15.0, 25.0] {
+        let mut vehicle = car(1.0);
+        vehicle.vehicle.speed_mps = speed;
+        let plant = DesignPlant::from_bicycle(&vehicle).expect("a plant");
+        let pid = designed(
+            &plant,
+            &DesignOptions { max_rate_radps: Some(0.4), ..DesignOptions::default() },
+        );
+        assert!(pid.evidence.met, "{:?}", pid.evidence.shortfalls);
+        let heights: Vec<f64> =
+            pid.evidence.steps.iter().map(|s| s.height_rad.to_degrees().round()).collect();
+        assert_eq!(heights, [1.0, 2.0, 5.0, 10.0, 20.0, 45.0, 90.0]);
+        for s in &pid.evidence.steps {
+            assert!(s.step.overshoot_percent < 2.0, "{speed}: {s:?}");
+        }
+        let engagement = pid.evidence.engagement.as_ref().expect("an envelope");
+        assert!(engagement.plant.contains("saturating"), "{}", engagement.plant);
+        assert_eq!(engagement.rows.len(), 21);
+        for row in &engagement.rows {
+            assert!(row.largest_offset_m.is_some_and(|m| m >= 10.0), "{speed}: {row:?}");
+        }
+        // The file's formula is the controller's.
+        let parameters = model_loading::pid_parameters(&pid);
+        for v in [0.0, 0.5, 1.0, speed, 40.0] {
+            assert_eq!(pid.limits.largest_angle_rad(v), parameters.largest_angle(v));
+        }
+        // 6 m/s² in a steady turn of the linear car.
+        let asked = speed * plant.gain() * pid.largest_angle_rad();
+        assert!(asked <= 6.0 + 1e-9 && (speed < 10.0 || asked > 5.999), "{speed}: {asked}");
     }
 }
 
@@ -249,7 +285,7 @@ fn a_plant_of_unknown_speed_is_refused() {
 #[test]
 fn a_plant_that_first_turns_the_wrong_way_still_gets_a_stable_loop() {
     let plant = transfer(&[-6.0, 12.0], &[5.0, 6.0], 0.1);
-    let pid = designed(&plant, &DesignOptions::default());
+    let pid = designed(&plant, &usual());
     assert!(!pid.evidence.met);
     assert!(pid.evidence.margins.modulus_margin > 0.3, "{:?}", pid.evidence.margins);
 }
@@ -279,12 +315,12 @@ fn plants_nobody_can_steer_are_refused() {
     assert!(refused(&[-5.0], &[0.0], &[1.0]).contains("steady-state gain"));
     for bad in [
         asked(|s| s.overshoot_percent = Some(-1.0)),
-        DesignOptions { loop_delay_s: -0.1, ..Default::default() },
-        DesignOptions { loop_delay_s: 20.0, ..Default::default() },
+        DesignOptions { loop_delay_s: -0.1, ..usual() },
+        DesignOptions { loop_delay_s: 20.0, ..usual() },
         asked(|s| s.modulus_margin = Some(1.0)),
         asked(|s| s.settling_time_s = Some(f64::NAN)),
-        DesignOptions { max_angle_rad: Some(0.0), ..Default::default() },
-        DesignOptions { sample_time_s: 0.0, ..Default::default() },
+        DesignOptions { max_angle_rad: Some(0.0), ..usual() },
+        DesignOptions { sample_time_s: 0.0, ..usual() },
     ] {
         let plant = DesignPlant::from_bicycle(&car(1.0)).expect("a plant");
         assert!(design(&plant, &source(), &bad).is_err(), "{bad:?}");
@@ -294,9 +330,9 @@ fn plants_nobody_can_steer_are_refused() {
 #[test]
 fn the_same_input_gives_the_same_file() {
     let plant = DesignPlant::from_bicycle(&car(1.0)).expect("a plant");
-    let text = || designed(&plant, &DesignOptions::default()).to_json();
+    let text = || designed(&plant, &usual()).to_json();
     assert_eq!(text(), text());
-    let other = DesignOptions { seed: 7, ..Default::default() };
+    let other = DesignOptions { seed: 7, ..usual() };
     assert_meets(&plant, &designed(&plant, &other));
 }
 
@@ -304,7 +340,7 @@ fn the_same_input_gives_the_same_file() {
 #[test]
 fn controllers_are_compared_across_plants() {
     let own = DesignPlant::from_bicycle(&car(1.0)).expect("a plant");
-    let pid = designed(&own, &DesignOptions::default());
+    let pid = designed(&own, &usual());
     let again = evaluate(&own, &pid).expect("evidence");
     assert_eq!((again.step, again.margins), (pid.evidence.step, pid.evidence.margins));
     assert_eq!(
@@ -330,10 +366,7 @@ fn controllers_are_compared_across_plants() {
 fn a_servos_rate_limit_is_not_what_keeps_the_overshoot_down() {
     let plant = identified_car();
     let plant = DesignPlant::from_plant(&plant).expect("a plant");
-    let options = DesignOptions {
-        max_rate_radps: Some(0.4 * plant.steering_ratio),
-        ..DesignOptions::default()
-    };
+    let options = DesignOptions { max_rate_radps: Some(0.4 * plant.steering_ratio), ..usual() };
     let pid = designed(&plant, &options);
     assert_meets(&plant, &pid);
     let servo = pid.limits.max_rate_radps * pid.sample_time_s;

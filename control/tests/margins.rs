@@ -5,7 +5,7 @@
 
 mod common;
 
-use common::identified;
+use common::{identified, options as usual};
 use control::{DesignOptions, DesignPlant, design, evaluate};
 use formats::SourceFile;
 
@@ -23,7 +23,7 @@ fn margins_are_those_of_python_control() {
         let (tau, ts) = (of("tau"), of("sample_time"));
         let file = identified(&[-1.0 / tau], &[of("gain") / tau], &[1.0], ts, of("late") * ts);
         let plant = DesignPlant::from_plant(&file).expect("a plant");
-        let options = DesignOptions { sample_time_s: ts, robust: None, ..Default::default() };
+        let options = DesignOptions { sample_time_s: ts, robust: None, ..usual() };
         let source = SourceFile::of(std::path::Path::new("plant.json"), b"{}");
         let mut pid = design(&plant, &source, &options).expect("a design");
         (pid.gains.kp, pid.gains.ki, pid.gains.kd) = (of("kp"), of("ki"), of("kd"));

@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{car, identified_car, transfer};
+use common::{car, identified_car, options as usual, transfer};
 use control::{
     DesignOptions, DesignPlant, Error, Requirement, RobustOptions, design, evaluate, step_metrics,
 };
@@ -49,8 +49,8 @@ fn uncertain() -> Plant {
 #[test]
 fn the_loop_does_not_depend_on_luck() {
     let plant = DesignPlant::from_plant(&identified_car()).expect("a plant");
-    let limited = DesignOptions { max_rate_radps: Some(0.4), ..DesignOptions::default() };
-    let alone = DesignOptions { robust: None, ..DesignOptions::default() };
+    let limited = DesignOptions { max_rate_radps: Some(0.4), ..usual() };
+    let alone = DesignOptions { robust: None, ..usual() };
     let mut too_soon = alone;
     too_soon.requirements.settling_time_s = Some(0.1);
     for options in [limited, alone, too_soon] {
@@ -72,7 +72,7 @@ fn the_loop_does_not_depend_on_luck() {
 fn all_drawn_plants_keep_the_requirements() {
     let file = uncertain();
     let plant = DesignPlant::from_plant(&file).expect("a plant");
-    let pid = designed(&plant, &DesignOptions::default());
+    let pid = designed(&plant, &usual());
     let robust = pid.evidence.robustness.as_ref().expect("robustness");
     assert!(pid.evidence.met && robust.met && robust.members == 100, "{robust:?}");
     let n = plant.ensemble_dimension();
@@ -88,7 +88,7 @@ fn all_drawn_plants_keep_the_requirements() {
     assert!(different > 0.02, "the ensemble is no ensemble: {different}");
     assert!(kept >= 39, "{kept} of 40");
     // The gains of the nominal design alone are not held against them.
-    let alone = designed(&plant, &DesignOptions { robust: None, ..DesignOptions::default() });
+    let alone = designed(&plant, &DesignOptions { robust: None, ..usual() });
     assert!(alone.evidence.robustness.is_none());
     assert_ne!(alone.gains, pid.gains);
 }
@@ -98,7 +98,7 @@ fn all_drawn_plants_keep_the_requirements() {
 fn the_latency_at_which_requirements_break_is_told() {
     let plant = DesignPlant::from_plant(&identified_car()).expect("a plant");
     let robust = Some(RobustOptions { latency_s: 0.03, ..RobustOptions::default() });
-    let options = DesignOptions { loop_delay_s: 0.04, robust, ..DesignOptions::default() };
+    let options = DesignOptions { loop_delay_s: 0.04, robust, ..usual() };
     let pid = designed(&plant, &options);
     let robust = pid.evidence.robustness.as_ref().expect("robustness");
     assert!(robust.met, "{robust:?}");
@@ -131,7 +131,7 @@ fn an_identified_bicycle_is_held_against_other_speeds() {
     assert!(!data_only.is_speed_scheduled());
     bicycle.evidence = Some(BicycleEvidence::default());
     let plant = DesignPlant::from_bicycle(&bicycle).expect("a plant");
-    let pid = designed(&plant, &DesignOptions::default());
+    let pid = designed(&plant, &usual());
     let robust = pid.evidence.robustness.as_ref().expect("robustness");
     let [low, high] = robust.speed_range_mps.expect("a range");
     assert!((low - 12.0).abs() < 1e-9 && (high - 18.0).abs() < 1e-9);
@@ -162,7 +162,7 @@ fn an_identified_bicycle_is_held_against_its_uncertainty() {
     let mut changed = bicycle.clone();
     changed.vehicle.actuator_time_constant_s *= 0.2_f64.exp();
     let expected = DesignPlant::from_bicycle(&changed).expect("a plant");
-    let pid = designed(&plant, &DesignOptions::default());
+    let pid = designed(&plant, &usual());
     let of = |pid: &Pid, plant: &DesignPlant| evaluate(plant, pid).expect("evidence");
     let robust = pid.evidence.robustness.as_ref().expect("robustness");
     assert!(robust.met && robust.members == 100, "{robust:?}");
@@ -189,7 +189,7 @@ fn each_requirement_is_kept_or_named() {
         disk_margin: Some(0.9),
         ..Specification::none()
     };
-    let options = DesignOptions { requirements: asked, robust: None, ..DesignOptions::default() };
+    let options = DesignOptions { requirements: asked, robust: None, ..usual() };
     let e = designed(&plant, &options).evidence;
     assert!(e.met, "{:?}", e.shortfalls);
     assert!(e.step.rise_time_s.expect("it rises") <= 0.5);
@@ -207,7 +207,7 @@ fn each_requirement_is_kept_or_named() {
 fn what_blocks_a_requirement_is_said_in_words() {
     let plant = DesignPlant::from_bicycle(&car(1.0)).expect("a plant");
     let with = |change: &dyn Fn(&mut DesignOptions)| {
-        let mut options = DesignOptions { robust: None, ..DesignOptions::default() };
+        let mut options = DesignOptions { robust: None, ..usual() };
         change(&mut options);
         let e = designed(&plant, &options).evidence;
         assert!(!e.met && !e.advice.is_empty(), "{e:?}");
@@ -220,7 +220,7 @@ fn what_blocks_a_requirement_is_said_in_words() {
     assert!(angle.contains("steering angle of 0.5° holds it back"), "{angle}");
     // A zero at +2 rad/s.
     let wrong = transfer(&[-6.0, 12.0], &[5.0, 6.0], 0.1);
-    let words = designed(&wrong, &DesignOptions::default()).evidence.advice.join("; ");
+    let words = designed(&wrong, &usual()).evidence.advice.join("; ");
     assert!(words.contains("right half-plane at 2.00 rad/s"), "{words}");
     assert!(words.contains("below about 1.00 rad/s"), "{words}");
 }
@@ -232,8 +232,7 @@ fn linear_theory_and_the_sampled_loop_agree() {
         (DesignPlant::from_bicycle(&car(1.0)).expect("a plant"), 0.0),
         (transfer(&[40.0], &[8.0], 0.05), 0.013),
     ] {
-        let options =
-            DesignOptions { loop_delay_s: delay, robust: None, ..DesignOptions::default() };
+        let options = DesignOptions { loop_delay_s: delay, robust: None, ..usual() };
         let pid = designed(&plant, &options);
         let (e, linear) = (&pid.evidence, pid.evidence.without_limits.expect("linear theory"));
         assert!((e.step.overshoot_percent - linear.overshoot_percent).abs() < 1e-6);
@@ -251,7 +250,7 @@ fn linear_theory_and_the_sampled_loop_agree() {
 fn the_settling_time_that_all_plants_could_keep_is_told() {
     let plant = DesignPlant::from_plant(&identified_car()).expect("a plant");
     let robust = Some(RobustOptions { latency_s: 0.03, ..RobustOptions::default() });
-    let mut options = DesignOptions { loop_delay_s: 0.06, robust, ..DesignOptions::default() };
+    let mut options = DesignOptions { loop_delay_s: 0.06, robust, ..usual() };
     options.requirements.settling_time_s = Some(0.7);
     let e = designed(&plant, &options).evidence;
     assert!(e.met && !e.robustness.expect("robustness").met, "{:?}", e.step);
@@ -264,6 +263,20 @@ fn the_settling_time_that_all_plants_could_keep_is_told() {
     assert!(e.met && e.robustness.expect("robustness").met, "{:?}", e.step);
 }
 
+/// Without a drive nothing says what the actuator can.
+#[test]
+fn a_data_sheet_needs_the_rate_of_its_steering() {
+    let plant = DesignPlant::from_bicycle(&car(1.0)).expect("a plant");
+    let error = design(
+        &plant,
+        &SourceFile::of(std::path::Path::new("plant.json"), b"{}"),
+        &DesignOptions::default(),
+    )
+    .expect_err("refused");
+    assert_eq!(error, Error::NoSteeringRate { model: "car".into() });
+    assert!(error.hint().contains("rate of the steering"), "{}", error.hint());
+}
+
 /// A drive that was steered gently says nothing of a step that is not.
 #[test]
 fn a_step_beyond_the_drive_is_told() {
@@ -272,12 +285,16 @@ fn a_step_beyond_the_drive_is_told() {
         plant.evidence.excitation.largest_steering_rad = Some(angle);
         plant.evidence.excitation.largest_steering_rate_radps = Some(rate);
         let plant = DesignPlant::from_plant(&plant).expect("a plant");
-        let options = DesignOptions { max_rate_radps, robust: None, ..DesignOptions::default() };
+        let options = DesignOptions { max_rate_radps, robust: None, ..usual() };
         designed(&plant, &options).evidence.advice.join("; ")
     };
-    let gentle = words(0.04, 0.3, None);
-    assert!(gentle.contains("no more than 17°/s") && gentle.contains("--max-rate"), "{gentle}");
+    let gentle = words(0.04, 0.3, Some(1e3));
+    assert!(gentle.contains("no more than 17°/s") && gentle.contains("state the rate"), "{gentle}");
     assert!(gentle.contains("no more than 2.3°"), "{gentle}");
-    assert_eq!(words(0.5, 5.0, None), "");
+    assert_eq!(words(0.5, 5.0, Some(1e3)), "");
     assert_eq!(words(0.5, 0.3, Some(0.4)), "");
+    // What no one states is twice what was driven.
+    let assumed = words(0.5, 0.3, None);
+    assert!(assumed.contains("designed for 34°/s, twice the fastest"), "{assumed}");
+    assert!(!assumed.contains("state the rate"), "{assumed}");
 }

@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{car, identified_car};
+use common::{car, identified_car, options as usual};
 use control::paths::{PathComposer, reference_road};
 use control::{
     DesignOptions, DesignPlant, Master, PlantModel, TrackTrace, design, guidance_for, track,
@@ -14,7 +14,7 @@ use formats::{Pid, SourceFile};
 
 fn pid(plant: &DesignPlant, loop_delay_s: f64) -> Pid {
     let source = SourceFile::of(std::path::Path::new("plant.json"), b"{}");
-    let options = DesignOptions { loop_delay_s, ..Default::default() };
+    let options = DesignOptions { loop_delay_s, ..usual() };
     design(plant, &source, &options).expect("a design")
 }
 

@@ -33,6 +33,9 @@ pub struct BicycleEvidence {
     pub stated: Vec<Stated>,
     /// Steering angle that drives straight, rad, in the log's coordinates. The plant has none.
     pub steering_offset_rad: f64,
+    /// Fastest steering of the log, rad/s in its coordinates, by `Excitation::largest_rate`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub largest_steering_rate_radps: Option<f64>,
     /// Offset of the yaw rate's sensor, rad/s. The plant has none.
     pub yaw_rate_offset_radps: f64,
     /// The same model with a delay of the steering, which the plant does not have: in the file, the

@@ -147,6 +147,12 @@ pub struct DesignEvidence {
     /// In the loop of the packed FMUs.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub fmu_loops: Vec<FmuLoop>,
+    /// Steps of other heights on the model designed on, with the limits.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub steps: Vec<HeightStep>,
+    /// From where the loop comes back to a straight path.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub engagement: Option<Engagement>,
     /// Margins of the linear sampled loop, broken at the plant's input.
     pub margins: Margins,
     /// Over the plants that the uncertainty allows, other latencies and other speeds.
@@ -190,6 +196,42 @@ pub struct StepMetrics {
     /// Integral of the absolute error over the step's height, s.
     #[serde(default)]
     pub integral_absolute_error_s: f64,
+}
+
+/// A step of some height.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HeightStep {
+    /// Height of the step, rad.
+    pub height_rad: f64,
+    /// What is reached; shares are of this height.
+    pub step: StepMetrics,
+}
+
+/// From where the loop with its path follower comes back to a straight path, at constant speed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Engagement {
+    /// The plant that was driven, in words: whether its tyres saturate.
+    pub plant: String,
+    /// Lateral offsets that were tried, m, to the left of the path.
+    pub offsets_m: Vec<f64>,
+    /// Each speed and heading error.
+    pub rows: Vec<EngagementRow>,
+}
+
+/// One speed and heading error.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EngagementRow {
+    /// Speed, m/s.
+    pub speed_mps: f64,
+    /// Yaw less the path's heading at the start, rad; positive away from the path.
+    pub heading_error_rad: f64,
+    /// Largest offset tried from which, as from all smaller ones, it comes back; absent where it does
+    /// from none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub largest_offset_m: Option<f64>,
 }
 
 /// On a curve of constant curvature that begins at once, at the speed of the design.

@@ -36,8 +36,8 @@ pub use bicycle_evidence::{
 };
 pub use check::Checker;
 pub use design::{
-    Breaking, DesignEvidence, FmuLoop, Margins, OnACurve, OverEnsemble, Robustness, Shortfall,
-    Specification, StepMetrics, TradeOff,
+    Breaking, DesignEvidence, Engagement, EngagementRow, FmuLoop, HeightStep, Margins, OnACurve,
+    OverEnsemble, Robustness, Shortfall, Specification, StepMetrics, TradeOff,
 };
 pub use document::{Document, Error, schema_of};
 pub use estimator::{Estimator, Gnss, InitialUncertainty, SensorNoise};
@@ -50,7 +50,9 @@ pub use evidence::{
 pub use factor::{AbsorbedDrives, AbsorbedSpeed};
 pub use matrix::Matrix;
 pub use path::{Guidance, Path, PathPoint};
-pub use pid::{DesignedFor, GuidanceAdvice, Limits, Pid, PidGains};
+pub use pid::{
+    DesignedFor, GuidanceAdvice, LargeErrors, LateralAcceleration, Limits, Pid, PidGains,
+};
 pub use plant::{
     Continuous, Discrete, InputKind, Noise, OperatingPoint, Plant, Sideslip, SideslipTerm,
 };

@@ -29,6 +29,14 @@ pub struct Pid {
     pub provenance: Provenance,
 }
 
+impl Pid {
+    /// Largest steering angle to either side at the speed designed for, rad.
+    #[must_use]
+    pub fn largest_angle_rad(&self) -> f64 {
+        self.limits.largest_angle_rad(self.designed_for.speed_mps)
+    }
+}
+
 /// Gains of `K(s) = Kp + Ki/s + Kd·s` (eq 14), parallel form, with setpoint weights and filter.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -49,7 +57,7 @@ pub struct PidGains {
     pub anti_windup_time_s: f64,
 }
 
-/// Limits of the steering angle, in steering coordinates.
+/// Limits of the steering angle, in steering coordinates, and of the yaw error.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Limits {
@@ -59,6 +67,51 @@ pub struct Limits {
     pub max_increment_rad: f64,
     /// Largest rate, rad/s.
     pub max_rate_radps: f64,
+    /// What of large yaw errors is acted on; absent for all of them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub large_errors: Option<LargeErrors>,
+    /// The largest angle by speed; absent for one at every speed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lateral_acceleration: Option<LateralAcceleration>,
+}
+
+/// What keeps large steps from overshooting where the actuator's rate is limited.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LargeErrors {
+    /// Largest yaw error that is acted on at once, beyond the lag behind a ramp, rad; the rest is released
+    /// as a ramp.
+    pub max_yaw_error_rad: f64,
+    /// Rate once the reserve of time at the largest rate is spent, rad/s.
+    pub sustained_rate_radps: f64,
+    /// That reserve, s: more than a step of the specification takes.
+    pub rate_reserve_time_s: f64,
+}
+
+/// A bound on the lateral acceleration a, and the steering angle of a steady turn at speed v:
+/// `a·(steering_per_curvature/v² + understeer_gradient)`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LateralAcceleration {
+    /// The bound, m/s².
+    pub max_mps2: f64,
+    /// Steering angle per curvature in a slow turn, rad·m.
+    pub steering_per_curvature_radm: f64,
+    /// Steering angle per lateral acceleration beyond that, rad·s²/m.
+    pub understeer_gradient_rads2pm: f64,
+}
+
+impl Limits {
+    /// Largest steering angle to either side at a speed, rad: the formula of the controller.
+    #[must_use]
+    pub fn largest_angle_rad(&self, speed_mps: f64) -> f64 {
+        self.lateral_acceleration.map_or(self.max_angle_rad, |l| {
+            let v = speed_mps.max(1.0);
+            let per_acceleration =
+                l.steering_per_curvature_radm / (v * v) + l.understeer_gradient_rads2pm;
+            (l.max_mps2 * per_acceleration).max(0.0).min(self.max_angle_rad)
+        })
+    }
 }
 
 /// The model and the loop the controller was designed for.
@@ -127,6 +180,18 @@ impl Document for Pid {
         c.positive(self.limits.max_angle_rad, "limits.max_angle_rad");
         c.positive(self.limits.max_increment_rad, "limits.max_increment_rad");
         c.positive(self.limits.max_rate_radps, "limits.max_rate_radps");
+        if let Some(l) = self.limits.large_errors {
+            let at = |key: &str| format!("limits.large_errors.{key}");
+            c.positive(l.max_yaw_error_rad, &at("max_yaw_error_rad"));
+            c.positive(l.sustained_rate_radps, &at("sustained_rate_radps"));
+            c.positive(l.rate_reserve_time_s, &at("rate_reserve_time_s"));
+        }
+        if let Some(l) = self.limits.lateral_acceleration {
+            let at = |key: &str| format!("limits.lateral_acceleration.{key}");
+            c.positive(l.max_mps2, &at("max_mps2"));
+            c.positive(l.steering_per_curvature_radm, &at("steering_per_curvature_radm"));
+            c.not_negative(l.understeer_gradient_rads2pm, &at("understeer_gradient_rads2pm"));
+        }
         c.positive(self.specification.step_rad, "specification.step_rad");
         c.positive(self.specification.steady_state_time_s, "specification.steady_state_time_s");
         c.positive(self.specification.settling_band_percent, "specification.settling_band_percent");

@@ -93,6 +93,7 @@ pub const UNITS: &[UnitSpec] = &[
     unit("m/s3", [0, 1, -3, 0], &[]),
     unit("rad", [0, 0, 0, 1], &[("deg", DEGREES)]),
     unit("rad.m", [0, 1, 0, 1], &[("deg.m", DEGREES)]),
+    unit("rad.s2/m", [0, -1, 2, 1], &[]),
     unit("rad/m", [0, -1, 0, 1], &[("deg/m", DEGREES)]),
     unit("rad/s", [0, 0, -1, 1], &[("deg/s", DEGREES)]),
     unit("rad/s2", [0, 0, -2, 1], &[("deg/s2", DEGREES)]),

@@ -45,7 +45,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ("poles", figures::poles_and_zeros(e.poles_and_zeros.as_ref().ok_or("poles")?), 440),
         (
             "step",
-            figures::yaw_step("Yaw step of 5 deg", &step, s, &good.evidence.step, &good.limits),
+            figures::yaw_step(
+                "Yaw step of 5 deg",
+                &step,
+                s,
+                &good.evidence.step,
+                good.largest_angle_rad(),
+            ),
             700,
         ),
         (

@@ -45,7 +45,7 @@ fn all() -> Vec<Figure> {
         figures::residuals(e.residuals.as_ref().unwrap(), 0.05),
         figures::frequency_response(e.frequency_response.as_ref().unwrap(), plant.input),
         figures::poles_and_zeros(e.poles_and_zeros.as_ref().unwrap()),
-        figures::yaw_step("Yaw step", &step(1.0), s, &pid.evidence.step, &pid.limits),
+        figures::yaw_step("Yaw step", &step(1.0), s, &pid.evidence.step, pid.largest_angle_rad()),
         figures::reference_road(&path.points, true, &tracks),
         figures::tracking_errors(&tracks),
         figures::models_against_drive(driven(&measured), &simulated(&measured)),

@@ -1,7 +1,7 @@
 //! The models that are compared, and the controllers that were designed on them or are.
 
 use crate::design::read_plant;
-use crate::failure::Failure;
+use crate::failure::{Failure, design_hint};
 use crate::files;
 use control::{DesignOptions, DesignPlant, Master};
 use formats::{Bicycle, Document, Pid, Plant, Provenance, SourceFile, StepMetrics};
@@ -161,11 +161,14 @@ pub(crate) fn controllers(
         found.push((model, file.to_path_buf(), pid, source));
     }
     let mut all: Vec<Controller> = Vec::new();
+    // The models are of one vehicle: a data sheet takes the rate of the others' drive.
+    let designs = models.iter().map(|m| &m.design);
+    let options = designs.fold(*options, |options, design| options.with_rate_of(design));
     for (index, model) in models.iter().enumerate() {
         let mut own: Vec<_> = found.extract_if(.., |(of, ..)| *of == index).collect();
         if own.is_empty() {
-            let pid = control::design(&model.design, &model.source, options)
-                .map_err(|e| Failure::in_file(&model.path, &e, e.hint()))?;
+            let pid = control::design(&model.design, &model.source, &options)
+                .map_err(|e| Failure::in_file(&model.path, &e, design_hint(&e)))?;
             all.push(Controller::new(model.label.clone(), (index, model), pid, None, master)?);
             continue;
         }

@@ -179,11 +179,13 @@ fn controllers(
         bases.push((Basis::Bicycle, DesignPlant::from_bicycle(bicycle), source, bicycle.to_json()));
     }
     let mut controllers = Vec::new();
+    // The bicycle is of the same vehicle, and its data say nothing of the actuator's rate.
+    let driven = bases.iter().filter_map(|(_, model, ..)| model.as_ref().ok());
+    let options = driven.fold(job.design, |options, model| options.with_rate_of(model));
     for (basis, model, source, document) in bases {
         // A model that no controller can be designed on is reported, and does not end the rest.
-        let designed = model.and_then(|model| {
-            control::design(&model, &source, &job.design).map(|pid| (model, pid))
-        });
+        let designed = model
+            .and_then(|model| control::design(&model, &source, &options).map(|pid| (model, pid)));
         match designed {
             Ok((model, mut pid)) => {
                 fmu_step::prove(&mut pid, &document, &model)?;

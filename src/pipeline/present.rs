@@ -30,7 +30,7 @@ pub(super) fn write(
             &c.step,
             &c.pid.specification,
             &c.step_metrics,
-            &c.pid.limits,
+            c.pid.largest_angle_rad(),
         );
         draw(&format!("step{}", c.basis.suffix()), &figure, 680)?;
     }

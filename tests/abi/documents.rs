@@ -90,7 +90,13 @@ fn pid() -> Pid {
             setpoint_weight_derivative: 0.0,
             anti_windup_time_s: 0.5,
         },
-        limits: Limits { max_angle_rad: 5.76, max_increment_rad: 3.9, max_rate_radps: 6.0 },
+        limits: Limits {
+            max_angle_rad: 5.76,
+            max_increment_rad: 3.9,
+            max_rate_radps: 6.0,
+            large_errors: None,
+            lateral_acceleration: None,
+        },
         designed_for: DesignedFor {
             model: "plant".into(),
             name: "example".into(),

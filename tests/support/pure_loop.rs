@@ -86,8 +86,7 @@ impl Units {
         plant.speed = path.speed_mps;
         plant.start();
         let geometry = model_loading::path_geometry(path).unwrap();
-        let input =
-            PidInput { yaw_reference: 0.0, yaw: 0.0, steering_feedforward: 0.0, enabled: true };
+        let input = PidInput { enabled: true, ..PidInput::default() };
         Self {
             plant,
             law: model_loading::guidance_parameters(&path.guidance),

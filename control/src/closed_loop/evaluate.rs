@@ -9,11 +9,16 @@ use crate::guidance::advice::Advice;
 use crate::plants::DesignPlant;
 use crate::plants::sampled::Sampled;
 use crate::requirement::Reached;
-use formats::{DesignEvidence, Pid, Specification, StepMetrics};
+use formats::{DesignEvidence, HeightStep, Pid, Specification, StepMetrics};
 use model_loading::pid_parameters;
 use nalgebra::Complex;
 use std::f64::consts::PI;
 use vehicle_models::PidParameters;
+
+/// Heights of the steps that are reported, degrees, and how long they are followed, s: the largest yaw
+/// error acted on makes them a matter of many seconds at low speed.
+const HEIGHTS_DEG: [f64; 7] = [1.0, 2.0, 5.0, 10.0, 20.0, 45.0, 90.0];
+const LARGE_STEPS_S: f64 = 30.0;
 
 /// The evidence for a controller on a plant: its specification's step, the same with the steering
 /// offset, the curve, and the margins. With another plant than the one designed on, this compares
@@ -148,6 +153,14 @@ pub(crate) fn evidence(
         margins: margins(sampled, pid),
         ..DesignEvidence::default()
     };
+    evidence.steps = HEIGHTS_DEG
+        .map(|degrees: f64| {
+            let height = degrees.to_radians();
+            let step = Step { height, until: LARGE_STEPS_S, ..Step::of(spec) };
+            let step = simulated_step(&mut simulator, sampled, pid, spec, step).step;
+            HeightStep { height_rad: height, step }
+        })
+        .to_vec();
     evidence.shortfalls = Reached::of(&evidence, spec).shortfalls(spec);
     evidence.met = evidence.shortfalls.is_empty();
     evidence

@@ -54,7 +54,7 @@ pub(crate) fn metrics(trace: &Trace, height: f64, band_percent: f64) -> Metrics 
     };
     let rise_time_s = first_above(0.9).and_then(|high| first_above(0.1).map(|low| high - low));
     let larger = |a: f64, b: f64| if b > a { b } else { a };
-    let mut before = 0.0;
+    let mut before = trace.steering_before;
     let (mut largest_angle_rad, mut largest_increment_rad) = (0.0_f64, 0.0_f64);
     for &u in &trace.steering {
         largest_angle_rad = larger(largest_angle_rad, u.abs());
@@ -131,7 +131,8 @@ mod tests {
         let time: Vec<f64> = (0..=(5.0 / ts).round() as usize).map(|k| k as f64 * ts).collect();
         let yaw: Vec<f64> = time.iter().map(|t| 0.1 * f(*t)).collect();
         let steering = time.iter().map(|t| 0.2 * (-t).exp()).collect();
-        Trace { yaw_reference: vec![0.1; time.len()], time, yaw, steering }
+        let yaw_reference = vec![0.1; time.len()];
+        Trace { yaw_reference, time, yaw, steering, steering_before: 0.0 }
     }
 
     /// ω²/(s² + 2ζω s + ω²): overshoot exp(−πζ/√(1−ζ²)).
@@ -189,6 +190,16 @@ mod tests {
             assert!(now >= before - 1e-9 && now - before < 0.02, "{i}: {before} {now}");
             before = now;
         }
+    }
+
+    /// A vehicle that drives straight with its steering off moves no faster at the step.
+    #[test]
+    fn the_largest_increment_is_counted_from_the_steering_before() {
+        let mut trace = trace(|t| 1.0 - (-t).exp(), 0.01);
+        trace.steering = trace.time.iter().map(|t| 0.3 + 0.1 * t.min(1.0)).collect();
+        trace.steering_before = 0.299;
+        let step = metrics(&trace, 0.1, 2.0).step;
+        assert!((step.largest_increment_rad - 0.001).abs() < 1e-12, "{step:?}");
     }
 
     #[test]

@@ -19,6 +19,8 @@ pub struct Trace {
     pub yaw: Vec<f64>,
     /// Steering angle commanded at the tick, rad, in steering coordinates.
     pub steering: Vec<f64>,
+    /// The same at the tick before the first.
+    pub steering_before: f64,
 }
 
 /// What the loop is driven with.
@@ -215,8 +217,9 @@ fn ticks(
     let (ts, share) = (plant.sample_time, e.step.recip());
     let bound = RUNAWAY * e.step.abs().max(e.ramp.abs() * e.until);
     let mut controller = Pid::default();
-    controller.tick(pid, &PidInput { enabled: true, ..PidInput::default() });
-    let Trace { time, yaw_reference, yaw, steering } = trace;
+    let speed = plant.speed;
+    controller.tick(pid, &PidInput { enabled: true, speed, ..PidInput::default() });
+    let Trace { time, yaw_reference, yaw, steering, .. } = trace;
     let last = time.len() - 1;
     let mut old = e.offset;
     let (mut loud, mut entered) = (0, false);
@@ -230,6 +233,7 @@ fn ticks(
             yaw: yaw[k],
             steering_feedforward: e.feedforward,
             enabled: true,
+            speed,
         };
         steering[k] = controller.tick(pid, &input).steering_angle;
         // What is no number is beyond it, too.

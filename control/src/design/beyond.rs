@@ -11,8 +11,9 @@ use crate::plants::sampled::Sampled;
 use formats::{Excitation, Specification};
 use vehicle_models::PidParameters;
 
-/// How many times what was driven is clearly more.
-const CLEARLY: f64 = 2.0;
+/// How many times what was driven is clearly more: no less, beyond rounding, than a rate that is taken from
+/// the drive.
+const CLEARLY: f64 = 2.0 + 1e-9;
 
 /// Sentences for what the step asks for beyond the drive; none where the plant's file does not tell.
 pub(crate) fn beyond_the_drive(
@@ -38,7 +39,7 @@ pub(crate) fn beyond_the_drive(
         words.push(format!(
             "the step steers at up to {asked:.0}°/s over a tenth of a second, and the drive it was \
              identified from at no more than {driven:.0}°/s: if the actuator cannot follow, the step \
-             overshoots; state what it can with --max-rate"
+             overshoots; state the rate that it can follow"
         ));
     }
     if let Some((asked, driven)) = clearly(angle, driven.largest_steering_rad) {

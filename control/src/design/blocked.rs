@@ -83,8 +83,8 @@ pub(crate) fn blocked(
     }
     // A limit that is taken away; what the loop then uses is what it takes.
     let limits = objective.limits;
-    let largest_rate = limits.max_rate_radps.min(limits.max_increment_rad / objective.sample_time);
-    let free = Limits { max_angle_rad: NONE, ..limits };
+    let largest_angle = limits.largest_angle_rad(plant.speed);
+    let free = Limits { max_angle_rad: NONE, lateral_acceleration: None, ..limits };
     let fast = Limits { max_increment_rad: NONE, max_rate_radps: NONE, ..limits };
     for (changed, is_angle) in [(free, true), (fast, false)] {
         let given = anew(&objective.limited(changed))?;
@@ -95,14 +95,14 @@ pub(crate) fn blocked(
                 format!(
                     "the steering angle of {:.1}° holds it back: a loop without that limit meets it \
                      with up to {:.1}°",
-                    degrees(limits.max_angle_rad),
+                    degrees(largest_angle),
                     degrees(step.largest_angle_rad)
                 )
             } else {
                 format!(
                     "the steering's rate of {:.0}°/s holds it back: a loop without that limit meets it \
                      with up to {:.0}°/s",
-                    degrees(largest_rate),
+                    degrees(objective.fastest()),
                     degrees(step.largest_increment_rad) / objective.sample_time
                 )
             });

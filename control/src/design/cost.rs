@@ -304,7 +304,7 @@ impl Objective {
     ) -> f64 {
         const ACTS: f64 = 0.999;
         let limited = step.largest_increment_rad >= ACTS * pid.largest_increment()
-            || step.largest_angle_rad >= ACTS * pid.max_angle;
+            || step.largest_angle_rad >= ACTS * pid.largest_angle(scenario.speed);
         if !limited || aim.gives_way.is_some() {
             return 0.0;
         }
@@ -348,7 +348,13 @@ mod tests {
         };
         let (f, h) = ([0.0, 1.0, -60.0, -9.0], [300.0, 6.0]);
         let plant = DesignPlant::from_matrices(info, &f, &[0.0, 1.0], &h, 0.0).unwrap();
-        let options = DesignOptions { max_rate_radps, ..DesignOptions::default() };
+        let max_rate_radps = max_rate_radps.or(Some(1e3));
+        let max_lateral_acceleration_mps2 = 1e3;
+        let options = DesignOptions {
+            max_rate_radps,
+            max_lateral_acceleration_mps2,
+            ..DesignOptions::default()
+        };
         let mut objective = Objective::new(&plant, &options).unwrap();
         for (late, gain, in_short) in [(0.0, 1.2, true), (0.06, 1.0, true), (0.0, 0.3, false)] {
             let plant = plant.with_gain(gain);

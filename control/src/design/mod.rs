@@ -9,9 +9,10 @@ mod blocked;
 mod breaking;
 mod cost;
 mod evolve;
+mod large_errors;
 mod nominal;
 mod objective;
-mod optimise;
+pub(crate) mod optimise;
 pub(crate) mod options;
 mod over_plants;
 mod quickest;
@@ -24,18 +25,22 @@ use crate::Error;
 use crate::closed_loop::evaluate::evidence;
 use crate::design::beyond::beyond_the_drive;
 use crate::design::blocked::{blocked, wrong_way};
+use crate::design::large_errors::large_errors;
 use crate::design::objective::Objective;
 use crate::design::options::DesignOptions;
 use crate::design::robust::{Ensemble, Robust};
 use crate::design::search::significant;
 use crate::design::trade_off::trade_off;
 use crate::guidance::advice::{Advice, ramp_lag};
+use crate::guidance::engagement::engagement;
 use crate::plants::DesignPlant;
 use crate::requirement::Requirement;
 use formats::{
-    DesignedFor, Document, GuidanceAdvice, Pid, PidGains, Provenance, Robustness, SourceFile,
+    DesignedFor, Document, GuidanceAdvice, Limits, Pid, PidGains, Provenance, Robustness,
+    SourceFile,
 };
 use std::collections::BTreeMap;
+use vehicle_models::PidParameters;
 
 /// Designs a controller for a plant. `source` names the model's file.
 ///
@@ -59,9 +64,17 @@ pub fn design(
             Robust { found, objective, kept_by: None }
         }
     };
-    let pid = found.pid;
     let sampled = &objective.scenarios[0].plant;
     let stable = found.reached.margins.modulus_margin > 0.0;
+    // A loop that is unstable has no large errors to speak of.
+    let large = stable.then(|| large_errors(sampled, &found.pid, &objective.spec));
+    let limits = Limits { large_errors: large, ..objective.limits };
+    let pid = large.map_or(found.pid, |l| PidParameters {
+        max_yaw_error: l.max_yaw_error_rad,
+        sustained_rate: l.sustained_rate_radps,
+        rate_reserve_time: l.rate_reserve_time_s,
+        ..found.pid
+    });
     let lag = if stable {
         ramp_lag(plant.gain(), sampled, &pid).max(0.0)
     } else {
@@ -84,6 +97,13 @@ pub fn design(
     evidence.trade_off = trade_off(&objective, &found, options.seed)?;
     evidence.advice = blocked(&objective, plant, options, &found)?;
     evidence.advice.extend(wrong_way(plant, evidence.margins.crossover_radps));
+    if options.max_rate_radps.is_none() {
+        evidence.advice.push(format!(
+            "no rate of the steering was stated: the loop is designed for {:.0}°/s, twice the fastest \
+             steering of the drive",
+            objective.limits.max_rate_radps.to_degrees()
+        ));
+    }
     evidence.advice.extend(beyond_the_drive(plant, sampled, &pid, &objective.spec));
     let not_kept = evidence.robustness.iter().flat_map(|r| not_everywhere(r, evidence.met));
     evidence.advice.extend(not_kept);
@@ -91,7 +111,7 @@ pub fn design(
         evidence.advice.extend(kept_by.map(all_could_keep));
     }
     let [path_delay_s, estimator_delay_s] = options.outer_delays();
-    let document = Pid {
+    let mut document = Pid {
         schema: Pid::SCHEMA.into(),
         name: format!("PID for {}", plant.name),
         sample_time_s: options.sample_time_s,
@@ -104,7 +124,7 @@ pub fn design(
             setpoint_weight_derivative: pid.setpoint_weight_derivative,
             anti_windup_time_s: pid.anti_windup_time,
         },
-        limits: objective.limits,
+        limits,
         designed_for: DesignedFor {
             model: plant.model.clone(),
             name: plant.name.clone(),
@@ -127,6 +147,9 @@ pub fn design(
         evidence,
         provenance: provenance(source, options),
     };
+    if stable {
+        document.evidence.engagement = engagement(plant, &document)?;
+    }
     document.checked("the designed controller")?;
     Ok(document)
 }
@@ -171,6 +194,7 @@ fn provenance(source: &SourceFile, options: &DesignOptions) -> Provenance {
         .filter_map(|r| Some((r.name().to_owned(), r.required(&options.requirements)?.to_string())))
         .collect();
     for (key, value) in [
+        ("max_lateral_acceleration_mps2", options.max_lateral_acceleration_mps2),
         ("sample_time_s", options.sample_time_s),
         ("loop_delay_s", options.loop_delay_s),
         ("path_delay_s", options.path_delay_s),

@@ -41,10 +41,10 @@ pub(crate) struct Objective {
 
 impl Objective {
     pub(crate) fn new(plant: &DesignPlant, options: &DesignOptions) -> Result<Self, crate::Error> {
-        let (spec, limits) = (options.specification(), options.limits(plant));
+        let (spec, limits) = (options.specification(), options.limits(plant)?);
         let nominal = Scenario::new(plant, options.sample_time_s, options.loop_delay_s, 1.0)?;
         let gain = plant.gain();
-        let scale = settling_scale(&nominal.plant, gain, limits.max_angle_rad);
+        let scale = settling_scale(&nominal.plant, gain, limits.largest_angle_rad(plant.speed));
         let all_margins =
             [spec.gain_margin_db, spec.phase_margin_deg, spec.delay_margin_s, spec.disk_margin]
                 .iter()
@@ -95,6 +95,8 @@ impl Objective {
         outside += (-weight).max(0.0);
         let ts = self.sample_time;
         let integral_time = 1.0 / reset;
+        let lateral = self.limits.lateral_acceleration;
+        let usual = PidParameters::default();
         let parameters = PidParameters {
             kp,
             ki: kp * reset,
@@ -107,9 +109,21 @@ impl Objective {
             max_angle: self.limits.max_angle_rad,
             max_increment: self.limits.max_increment_rad,
             max_rate: self.limits.max_rate_radps,
+            max_lateral_acceleration: lateral
+                .map_or(usual.max_lateral_acceleration, |l| l.max_mps2),
+            steering_per_curvature: lateral
+                .map_or(usual.steering_per_curvature, |l| l.steering_per_curvature_radm),
+            understeer_gradient: lateral
+                .map_or(usual.understeer_gradient, |l| l.understeer_gradient_rads2pm),
             sample_time: ts,
+            ..usual
         };
         (parameters, outside)
+    }
+
+    /// Largest rate of the steering that increment and rate allow, rad/s.
+    pub(crate) fn fastest(&self) -> f64 {
+        self.limits.max_rate_radps.min(self.limits.max_increment_rad / self.sample_time)
     }
 
     /// What is asked for.

@@ -1,7 +1,7 @@
 //! What a design is asked for.
 
 use crate::{Error, plants::DesignPlant, requirement::Requirement};
-use formats::{Limits, Specification};
+use formats::{LateralAcceleration, Limits, Specification};
 
 /// Requirements, limits and loop of a design. The defaults are the paper's.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,8 +13,12 @@ pub struct DesignOptions {
     pub max_angle_rad: Option<f64>,
     /// Largest change in a sample, rad, in steering coordinates; 15° at the road wheel by default.
     pub max_increment_rad: Option<f64>,
-    /// Largest rate, rad/s, in steering coordinates; what the increment allows by default.
+    /// Largest rate, rad/s, in steering coordinates; by default twice the fastest steering of the drive
+    /// that the plant was identified from. A plant without a drive needs it.
     pub max_rate_radps: Option<f64>,
+    /// Largest lateral acceleration that the steering angle may ask for in a steady turn, m/s²: it bounds
+    /// the angle at each speed.
+    pub max_lateral_acceleration_mps2: f64,
     /// Time between the controller's ticks, s.
     pub sample_time_s: f64,
     /// Delay of the yaw loop beyond the plant's own, s.
@@ -56,6 +60,7 @@ impl Default for DesignOptions {
             max_angle_rad: None,
             max_increment_rad: None,
             max_rate_radps: None,
+            max_lateral_acceleration_mps2: 6.0,
             sample_time_s: 0.01,
             loop_delay_s: 0.0,
             path_delay_s: 0.0,
@@ -68,6 +73,8 @@ impl Default for DesignOptions {
 
 /// Samples that a settling time must hold.
 const LEAST_SAMPLES: usize = 4;
+/// What an actuator is taken to follow, as a multiple of the fastest steering that was driven.
+const TIMES_DRIVEN: f64 = 2.0;
 /// Most plants drawn.
 const MOST_MEMBERS: usize = 10_000;
 
@@ -92,8 +99,9 @@ impl DesignOptions {
             ("largest rate", self.max_rate_radps),
         ]
         .map(|(name, value)| (name, value.unwrap_or(1.0)));
-        for (option, value) in limits.into_iter().chain([("sample time", self.sample_time_s), band])
-        {
+        let acceleration = ("largest lateral acceleration", self.max_lateral_acceleration_mps2);
+        let sample = ("sample time", self.sample_time_s);
+        for (option, value) in limits.into_iter().chain([acceleration, sample, band]) {
             if !(value.is_finite() && value > 0.0) {
                 return Err(Error::Option { option, value, must: "greater than 0" });
             }
@@ -181,16 +189,37 @@ impl DesignOptions {
         Specification { steady_state_time_s, ..self.requirements }
     }
 
-    /// The limits of the file, in the plant's steering coordinates.
+    /// The same with the rate that the drive of a plant gives, where none is stated: for another model of
+    /// that vehicle, in the same steering coordinates.
     #[must_use]
-    pub fn limits(&self, plant: &DesignPlant) -> Limits {
+    pub fn with_rate_of(self, plant: &DesignPlant) -> Self {
+        let driven = || plant.fastest_steering().map(|rate| TIMES_DRIVEN * rate);
+        Self { max_rate_radps: self.max_rate_radps.or_else(driven), ..self }
+    }
+
+    /// The limits of the file, in the plant's steering coordinates; that of the yaw error belongs to the
+    /// gains.
+    ///
+    /// # Errors
+    /// [`Error::NoSteeringRate`] where no rate is stated and the plant comes from no drive.
+    pub fn limits(&self, plant: &DesignPlant) -> Result<Limits, Error> {
         let road_wheel = |degrees: f64| degrees.to_radians() * plant.steering_ratio;
-        let max_increment_rad = self.max_increment_rad.unwrap_or(road_wheel(15.0));
-        Limits {
+        let max_rate_radps = self
+            .with_rate_of(plant)
+            .max_rate_radps
+            .ok_or_else(|| Error::NoSteeringRate { model: plant.name.clone() })?;
+        let [steering_per_curvature_radm, understeer_gradient_rads2pm] = plant.steady_turn();
+        Ok(Limits {
             max_angle_rad: self.max_angle_rad.unwrap_or(road_wheel(22.0)),
-            max_increment_rad,
-            max_rate_radps: self.max_rate_radps.unwrap_or(max_increment_rad / self.sample_time_s),
-        }
+            max_increment_rad: self.max_increment_rad.unwrap_or(road_wheel(15.0)),
+            max_rate_radps,
+            large_errors: None,
+            lateral_acceleration: Some(LateralAcceleration {
+                max_mps2: self.max_lateral_acceleration_mps2,
+                steering_per_curvature_radm,
+                understeer_gradient_rads2pm,
+            }),
+        })
     }
 }
 

@@ -1,6 +1,7 @@
 //! How a path follower is set up around a designed yaw loop.
 
 pub(crate) mod advice;
+pub(crate) mod engagement;
 pub(crate) mod track;
 
 use crate::Error;

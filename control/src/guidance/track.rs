@@ -180,6 +180,7 @@ pub fn track_with(
             yaw,
             steering_feedforward: guide.steering_feedforward,
             enabled: true,
+            speed,
         };
         controller.tick(&parameters, &input).steering_angle
     };

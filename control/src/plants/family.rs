@@ -57,6 +57,35 @@ impl DesignPlant {
         Some(drawn)
     }
 
+    /// Steering angle of a steady turn: per curvature, rad·m, and what comes to it per lateral acceleration,
+    /// rad·s²/m. A model of one speed cannot tell the two apart: all is taken for the first, which is as
+    /// the speed designed for has it, and less than an understeering vehicle needs beyond.
+    #[must_use]
+    pub fn steady_turn(&self) -> [f64; 2] {
+        let gradient = match &self.family {
+            Family::Bicycle(bicycle) => {
+                let parameters = model_loading::bicycle_parameters(&bicycle.vehicle);
+                // What oversteers counts as at its own speed.
+                (parameters.steering_ratio * parameters.understeer_gradient()).max(0.0)
+            }
+            _ => 0.0,
+        };
+        let v = self.speed;
+        [v / self.gain() - gradient * v * v, gradient]
+    }
+
+    /// Fastest steering of the drive that it was identified from, rad/s in steering coordinates; `None`
+    /// where there was none, or its file does not state it.
+    #[must_use]
+    pub fn fastest_steering(&self) -> Option<f64> {
+        match &self.family {
+            Family::Identified(plant) => plant.evidence.excitation.largest_steering_rate_radps,
+            Family::Bicycle(bicycle) => bicycle.evidence.as_ref()?.largest_steering_rate_radps,
+            Family::Alone => None,
+        }
+        .filter(|rate| *rate > 0.0)
+    }
+
     /// The same plant with a gain that many times its own.
     pub(crate) fn with_gain(&self, times: f64) -> Self {
         let mut other = self.clone();

@@ -33,6 +33,8 @@ pub(crate) struct Sampled {
     pub(crate) gamma_new: Vec<f64>,
     /// Whole samples of delay d.
     pub(crate) delay: usize,
+    /// Speed that the controller's limits follow, m/s.
+    pub(crate) speed: f64,
 }
 
 impl Sampled {
@@ -46,12 +48,13 @@ impl Sampled {
         if !(0.0..=LONGEST_DELAY).contains(&delay) {
             return Err(Error::DelayTooLong { delay_s: delay, allowed_s: LONGEST_DELAY });
         }
-        match &plant.dynamics {
+        let sampled = match &plant.dynamics {
             Dynamics::Continuous(m) => continuous(plant, m, sample_time, delay),
             Dynamics::Discrete { sample_time: grid, matrices } => {
                 discrete(plant, matrices, *grid, sample_time, delay)
             }
-        }
+        }?;
+        Ok(Self { speed: plant.speed, ..sampled })
     }
 
     /// Frequency response from steering to yaw at `z = e^{jωT}`.
@@ -180,5 +183,6 @@ fn collect(
         gamma_old: old.as_slice().to_vec(),
         gamma_new: new.as_slice().to_vec(),
         delay,
+        speed: 0.0,
     }
 }

@@ -1,8 +1,18 @@
 //! Vehicles and identified plants for the tests.
 
-use control::{DesignPlant, bicycle_from_toml};
+use control::{DesignOptions, DesignPlant, bicycle_from_toml};
 use formats::{Bicycle, Continuous, Discrete, InputKind, Matrix, Noise, OperatingPoint, Plant};
 use nalgebra::DMatrix;
+
+/// The usual options, with an actuator that is faster than any increment and no bound of the angle by speed.
+#[allow(dead_code)]
+pub(crate) fn options() -> DesignOptions {
+    DesignOptions {
+        max_rate_radps: Some(1e3),
+        max_lateral_acceleration_mps2: 1e3,
+        ..DesignOptions::default()
+    }
+}
 
 /// A typical car at 15 m/s, with or without a steering wheel.
 pub(crate) fn car(steering_ratio: f64) -> Bicycle {

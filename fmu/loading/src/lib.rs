@@ -100,6 +100,8 @@ pub fn nonlinear_parameters(vehicle: &Vehicle) -> NonlinearParameters {
 #[must_use]
 pub fn pid_parameters(pid: &Pid) -> PidParameters {
     let (gains, limits) = (&pid.gains, &pid.limits);
+    let usual = PidParameters::default();
+    let (lateral, large) = (limits.lateral_acceleration, limits.large_errors);
     PidParameters {
         kp: gains.kp,
         ki: gains.ki,
@@ -111,6 +113,14 @@ pub fn pid_parameters(pid: &Pid) -> PidParameters {
         max_angle: limits.max_angle_rad,
         max_increment: limits.max_increment_rad,
         max_rate: limits.max_rate_radps,
+        max_yaw_error: large.map_or(usual.max_yaw_error, |l| l.max_yaw_error_rad),
+        sustained_rate: large.map_or(limits.max_rate_radps, |l| l.sustained_rate_radps),
+        rate_reserve_time: large.map_or(usual.rate_reserve_time, |l| l.rate_reserve_time_s),
+        max_lateral_acceleration: lateral.map_or(usual.max_lateral_acceleration, |l| l.max_mps2),
+        steering_per_curvature: lateral
+            .map_or(usual.steering_per_curvature, |l| l.steering_per_curvature_radm),
+        understeer_gradient: lateral
+            .map_or(usual.understeer_gradient, |l| l.understeer_gradient_rads2pm),
         sample_time: pid.sample_time_s,
     }
 }

@@ -107,6 +107,8 @@ fn the_controller() {
             max_angle_rad: 8.0,
             max_increment_rad: 9.0,
             max_rate_radps: 10.0,
+            large_errors: None,
+            lateral_acceleration: None,
         },
         designed_for: formats::DesignedFor {
             model: "plant".into(),
@@ -157,9 +159,49 @@ fn the_controller() {
         max_angle: 8.0,
         max_increment: 9.0,
         max_rate: 10.0,
+        sustained_rate: 10.0,
         sample_time: 0.01,
+        ..PidParameters::default()
     };
     assert_eq!(pid_parameters(&pid), expected);
+
+    let limits = formats::Limits {
+        large_errors: Some(formats::LargeErrors {
+            max_yaw_error_rad: 11.0,
+            sustained_rate_radps: 12.0,
+            rate_reserve_time_s: 13.0,
+        }),
+        lateral_acceleration: Some(formats::LateralAcceleration {
+            max_mps2: 14.0,
+            steering_per_curvature_radm: 15.0,
+            understeer_gradient_rads2pm: 16.0,
+        }),
+        ..pid.limits
+    };
+    let expected = PidParameters {
+        max_yaw_error: 11.0,
+        sustained_rate: 12.0,
+        rate_reserve_time: 13.0,
+        max_lateral_acceleration: 14.0,
+        steering_per_curvature: 15.0,
+        understeer_gradient: 16.0,
+        ..expected
+    };
+    assert_eq!(pid_parameters(&formats::Pid { limits, ..pid }), expected);
+}
+
+/// A file from before the limits by speed and error has the one angle, and acts on every error.
+#[test]
+fn the_controller_of_an_older_file() {
+    use formats::Document;
+    let text = include_str!("../../../tests/fuzzing/documents/pid.json");
+    let pid = formats::Pid::from_json(text, "pid.json").unwrap();
+    assert!(!pid.to_json().contains("large_errors"));
+    let p = pid_parameters(&pid);
+    assert_eq!(p.max_yaw_error, std::f64::consts::PI);
+    for speed in [0.0, 15.0, 60.0] {
+        assert_eq!(p.largest_angle(speed), pid.limits.max_angle_rad);
+    }
 }
 
 const STEP: formats::StepMetrics = formats::StepMetrics {

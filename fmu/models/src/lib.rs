@@ -6,7 +6,7 @@
 //!
 //! | module | what |
 //! |---|---|
-//! | [`pid`] | the yaw controller of eq 14, tick by tick |
+//! | [`pid`] | the yaw controller of eq 14, tick by tick; `governor`: its large errors |
 //! | [`ticks`] | counts samples by a phase, whatever the communication step |
 //! | [`linear`] | exact stepping of linear states by the matrix exponential |
 //! | [`identified`], [`identified_plant`] | the identified model, and the plant made of it: yaw rate, yaw, position |
@@ -26,6 +26,7 @@ pub mod bicycle;
 pub mod bicycle_plant;
 pub mod delay;
 pub mod error;
+mod governor;
 pub mod guidance;
 pub mod identified;
 pub mod identified_plant;
@@ -46,6 +47,7 @@ pub use angle::wrap_angle;
 pub use bicycle::{BicycleParameters, Coefficients, Eq13, bicycle_body_frame, bicycle_eq13};
 pub use bicycle_plant::{BicyclePlant, SavedBicyclePlant};
 pub use error::Error;
+pub use governor::time_at_largest_rate;
 pub use guidance::{GuidanceParameters, PathFollower, PathOutput};
 pub use identified::{Continuous, IdentifiedData, IdentifiedModel, InputKind};
 pub use identified_plant::{IdentifiedPlant, SavedIdentifiedPlant};

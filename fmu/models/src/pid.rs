@@ -1,14 +1,15 @@
 //! The yaw controller of eq 14, `K(s) = Kp + Ki/s + Kd·s`, sampled.
 //!
-//! One [`Pid::tick`] is one sample. With `e = wrap(r − y)` (reference r, yaw y), sample time `Ts`
-//! and wrapped increments `Δr`, `Δy` since the tick before:
+//! One [`Pid::tick`] is one sample. With the reference r, yaw y, sample time `Ts` and wrapped increments
+//! `Δr`, `Δy` since the tick before:
 //!
 //! ```text
+//! e  = wrap(r − y), less what is withheld of it; from here on r stands for y + e
 //! P  = kp·e
 //! I += ki·Ts·e − kp·(1−b)·Δr                    backward Euler; at tick 0: I = ki·Ts·e − kp·(1−b)·e
 //! D  = (Tf·D + kd·(c·Δr − Δy)) / (Tf + Ts)      backward Euler of kd·s/(Tf·s + 1)
 //! v  = P + I + D + feedforward
-//! u  = v limited to u_before ± min(max_increment, max_rate·Ts), then to ± max_angle
+//! u  = v limited to u_before ± min(max_increment, max_rate·Ts), then to ± largest_angle(speed)
 //! I += min(Ts/Tt, 1)·(u − v)                    anti-windup by back-calculation, where ki > 0
 //! ```
 //!
@@ -16,6 +17,13 @@
 //!   north is. Written by increments inside the integral term it does not: at constant gains
 //!   `P + I` above equals the textbook's `kp·(b·r − y) + I`, with angles counted from the yaw at
 //!   tick 0. A reference that winds around several turns is followed turn by turn.
+//! - **Large errors** beyond `max_yaw_error` are withheld and released as a ramp that the actuator follows,
+//!   and steering that goes on at the largest rate goes on at `sustained_rate`: see `governor`. The reference
+//!   moves with the actual yaw, so nothing winds up while a vehicle cannot follow. Smaller errors and smooth
+//!   references are untouched. A `max_yaw_error` of π switches it off.
+//! - **Angle and speed.** A steering angle δ turns a vehicle, in a steady turn, with the lateral
+//!   acceleration `δ/(steering_per_curvature/v² + understeer_gradient)`: the largest angle at a speed is
+//!   that of `max_lateral_acceleration`, and `max_angle` at most. A speed below 1 m/s counts as 1 m/s.
 //! - **Filter** with `Tf = 0`: D is the plain backward difference.
 //! - **Limits**: the angle wins over the increment, so a `max_angle` lowered below the present
 //!   angle is obeyed at once. `u_before` is 0 before tick 0.
@@ -30,8 +38,14 @@
 
 use crate::angle::wrap_angle;
 use crate::error::{Error, diverged, finite};
+use crate::governor::Governor;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
+
+/// A lateral acceleration that bounds no vehicle's steering, m/s².
+pub const NO_ACCELERATION_BOUND: f64 = 1e6;
+/// Speed below which limits do not follow it, m/s.
+const LEAST_SPEED: f64 = 1.0;
 
 /// Gains, weights and limits; read anew at each tick, so they may be tuned while running.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -56,12 +70,26 @@ pub struct PidParameters {
     pub max_increment: f64,
     /// Largest rate of the steering angle, rad/s.
     pub max_rate: f64,
+    /// Largest yaw error that is acted on at once, beyond the lag behind a ramp, rad; π for any, and the two
+    /// that follow are then not looked at.
+    pub max_yaw_error: f64,
+    /// Rate of the steering angle once the reserve of time at the largest is spent, rad/s.
+    pub sustained_rate: f64,
+    /// Time for which the steering angle may move at its largest rate, s.
+    pub rate_reserve_time: f64,
+    /// Largest lateral acceleration that the steering angle may ask for in a steady turn, m/s².
+    pub max_lateral_acceleration: f64,
+    /// Steering angle per curvature in a slow steady turn, rad·m: wheelbase times steering ratio.
+    pub steering_per_curvature: f64,
+    /// What a steady turn needs beyond that per lateral acceleration, rad·s²/m.
+    pub understeer_gradient: f64,
     /// Time between ticks Ts, s.
     pub sample_time: f64,
 }
 
 impl Default for PidParameters {
-    /// A proportional controller at 100 Hz with the paper's limits, 22° and 15° a sample.
+    /// A proportional controller at 100 Hz with the paper's limits, 22° and 15° a sample, whatever the
+    /// speed and the yaw error.
     fn default() -> Self {
         let max_increment = 15.0 / 180.0 * PI;
         Self {
@@ -75,6 +103,12 @@ impl Default for PidParameters {
             max_angle: 22.0 / 180.0 * PI,
             max_increment,
             max_rate: max_increment / 0.01,
+            max_yaw_error: PI,
+            sustained_rate: max_increment / 0.01,
+            rate_reserve_time: 1.0,
+            max_lateral_acceleration: NO_ACCELERATION_BOUND,
+            steering_per_curvature: 1.0,
+            understeer_gradient: 0.0,
             sample_time: 0.01,
         }
     }
@@ -85,6 +119,36 @@ impl PidParameters {
     #[must_use]
     pub fn largest_increment(&self) -> f64 {
         self.max_increment.min(self.max_rate * self.sample_time)
+    }
+
+    /// Largest steering angle to either side at a speed in m/s, rad.
+    #[must_use]
+    #[inline(always)]
+    pub fn largest_angle(&self, speed: f64) -> f64 {
+        // `max` and `min` take what is no number for the other bound.
+        let v = speed.max(LEAST_SPEED);
+        let per_acceleration = self.steering_per_curvature / (v * v) + self.understeer_gradient;
+        (self.max_lateral_acceleration * per_acceleration).max(0.0).min(self.max_angle)
+    }
+
+    /// Yaw rate per steering angle of a steady turn at a speed in m/s, 1/s.
+    #[inline(always)]
+    pub(crate) fn steady_gain(&self, speed: f64) -> f64 {
+        let v = speed.max(LEAST_SPEED);
+        v / (self.steering_per_curvature + self.understeer_gradient * v * v)
+    }
+
+    /// Largest yaw rate that the lateral acceleration allows at a speed in m/s, rad/s.
+    #[inline(always)]
+    pub(crate) fn largest_yaw_rate(&self, speed: f64) -> f64 {
+        self.max_lateral_acceleration / speed.max(LEAST_SPEED)
+    }
+
+    /// Time by which the loop lags a ramp of the reference, s.
+    #[inline(always)]
+    pub(crate) fn lag(&self) -> f64 {
+        let weight = 1.0 - self.setpoint_weight_proportional;
+        if self.ki > 0.0 { (self.kp * weight / self.ki).max(0.0) } else { 0.0 }
     }
 }
 
@@ -99,6 +163,8 @@ pub struct PidInput {
     pub steering_feedforward: f64,
     /// Whether the controller acts.
     pub enabled: bool,
+    /// Speed that the limits follow, m/s.
+    pub speed: f64,
 }
 
 /// What the controller answers, held until the next tick.
@@ -116,6 +182,7 @@ pub struct Pid {
     integral: f64,
     derivative: f64,
     steering_angle: f64,
+    governor: Governor,
     before: Option<Before>,
 }
 
@@ -124,6 +191,8 @@ pub struct Pid {
 struct Before {
     yaw_reference: f64,
     yaw: f64,
+    /// Yaw error that was not acted on, rad.
+    withheld: f64,
     enabled: bool,
     kp: f64,
     kd: f64,
@@ -134,7 +203,15 @@ impl Pid {
     /// One sample: advances the memory and returns the steering angle to hold until the next.
     #[inline(always)]
     pub fn tick(&mut self, p: &PidParameters, input: &PidInput) -> PidOutput {
-        let error = wrap_angle(input.yaw_reference - input.yaw);
+        let whole = wrap_angle(input.yaw_reference - input.yaw);
+        let moved = self.before.as_ref().map(|b| wrap_angle(input.yaw_reference - b.yaw_reference));
+        let error = if input.enabled {
+            self.governor.acted_on(p, input.speed, whole, moved)
+        } else {
+            self.governor = Governor::default();
+            whole
+        };
+        let withheld = self.governor.withheld;
         let proportional = p.kp * error;
         let unweighted = p.kp * (1.0 - p.setpoint_weight_proportional);
         let from_rest = -unweighted * error;
@@ -142,7 +219,14 @@ impl Pid {
         let filter = 1.0 / (p.derivative_filter_time + p.sample_time);
         let (reference_increment, yaw_increment) = match &self.before {
             Some(b) => {
-                (wrap_angle(input.yaw_reference - b.yaw_reference), wrap_angle(input.yaw - b.yaw))
+                let moved = moved.unwrap_or(0.0);
+                // Of the reference that the loop sees.
+                let seen = if withheld == 0.0 && b.withheld == 0.0 {
+                    moved
+                } else {
+                    wrap_angle(moved - (withheld - b.withheld))
+                };
+                (seen, wrap_angle(input.yaw - b.yaw))
             }
             None => (0.0, 0.0),
         };
@@ -179,7 +263,7 @@ impl Pid {
             input.steering_feedforward
         };
 
-        let output = self.limit(p, unlimited);
+        let output = self.limit(p, unlimited, input.speed);
         if input.enabled && p.ki > 0.0 {
             let share = (p.sample_time / p.anti_windup_time).min(1.0);
             self.integral += share * (output.steering_angle - unlimited);
@@ -187,6 +271,7 @@ impl Pid {
         self.before = Some(Before {
             yaw_reference: input.yaw_reference,
             yaw: input.yaw,
+            withheld,
             enabled: input.enabled,
             kp: p.kp,
             kd: p.kd,
@@ -202,7 +287,8 @@ impl Pid {
         self.before = None;
         self.integral = 0.0;
         self.derivative = 0.0;
-        self.limit(p, input.steering_feedforward)
+        self.governor = Governor::default();
+        self.limit(p, input.steering_feedforward, input.speed)
     }
 
     /// Refuses a memory that is not finite, which inputs or gains near the largest numbers leave.
@@ -215,26 +301,29 @@ impl Pid {
             ("the derivative action", self.derivative),
             ("the steering angle", self.steering_angle),
         ])?;
+        diverged(self.governor.memory())?;
         let Some(b) = &self.before else { return Ok(()) };
         finite(
             "an input or gain of the tick before",
-            &[b.yaw_reference, b.yaw, b.kp, b.kd, b.setpoint_weight_derivative],
+            &[b.yaw_reference, b.yaw, b.withheld, b.kp, b.kd, b.setpoint_weight_derivative],
         )
     }
 
     /// Limits the steering angle and remembers it.
     #[inline(always)]
-    fn limit(&mut self, p: &PidParameters, unlimited: f64) -> PidOutput {
-        let increment = p.largest_increment();
-        let (low, high) = (self.steering_angle - increment, self.steering_angle + increment);
+    fn limit(&mut self, p: &PidParameters, unlimited: f64, speed: f64) -> PidOutput {
+        let (increment, largest) = (self.governor.largest_increment(p), p.largest_angle(speed));
+        let before = self.steering_angle;
+        let (low, high) = (before - increment, before + increment);
         // Asked first, so that a loop does not wait for four limits at each tick that none acts at.
-        let free = low < unlimited && unlimited < high && unlimited.abs() < p.max_angle;
+        let free = low < unlimited && unlimited < high && unlimited.abs() < largest;
         let steering_angle = if free {
             unlimited
         } else {
             // Not `clamp`, which panics on limits out of order.
-            unlimited.min(high).max(low).min(p.max_angle).max(-p.max_angle)
+            unlimited.min(high).max(low).min(largest).max(-largest)
         };
+        self.governor.steered(p, steering_angle - before, increment);
         self.steering_angle = steering_angle;
         PidOutput { steering_angle, saturated: steering_angle != unlimited }
     }

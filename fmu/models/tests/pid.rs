@@ -34,7 +34,7 @@ fn full() -> PidParameters {
 }
 
 fn input(yaw_reference: f64, yaw: f64) -> PidInput {
-    PidInput { yaw_reference, yaw, steering_feedforward: 0.0, enabled: true }
+    PidInput { yaw_reference, yaw, steering_feedforward: 0.0, enabled: true, speed: 0.0 }
 }
 
 /// Bounded, smooth signals: a reference and a yaw that stay within half a turn of each other.
@@ -108,7 +108,7 @@ proptest! {
         let mut before = 0.0;
         for (r, y, ff, enabled, kp, ki) in ticks {
             let p = PidParameters { kp, ki, max_angle, max_increment, max_rate, ..full() };
-            let input = PidInput { yaw_reference: r, yaw: y, steering_feedforward: ff, enabled };
+            let input = PidInput { yaw_reference: r, yaw: y, steering_feedforward: ff, enabled, speed: 0.0 };
             let u = pid.tick(&p, &input).steering_angle;
             prop_assert!(u.abs() <= max_angle);
             let change = (u - before).abs();
@@ -193,6 +193,7 @@ fn disabled_is_the_limited_feedforward() {
         yaw: 0.0,
         steering_feedforward: ff,
         enabled: false,
+        speed: 0.0,
     };
     assert_eq!(pid.tick(&p, &at(0.05)).steering_angle, 0.05);
     let output = pid.tick(&p, &at(5.0));
@@ -208,8 +209,11 @@ fn enabling_is_bumpless_and_then_converges() {
     let p = full();
     let mut pid = Pid::default();
     let mut at = |ff: f64, yaw: f64, enabled: bool| {
-        pid.tick(&p, &PidInput { yaw_reference: 0.3, yaw, steering_feedforward: ff, enabled })
-            .steering_angle
+        pid.tick(
+            &p,
+            &PidInput { yaw_reference: 0.3, yaw, steering_feedforward: ff, enabled, speed: 0.0 },
+        )
+        .steering_angle
     };
     for _ in 0..20 {
         at(0.12, 0.1, false);
@@ -278,4 +282,108 @@ fn copies_leave_the_original_alone() {
     let again = pid.clone().tick(&p, &input(0.2, 0.1));
     assert_eq!(first, again);
     assert_eq!(pid, Pid::default());
+}
+
+/// A loop that meets a step of 0.1 rad at the rate limit.
+fn limited() -> PidParameters {
+    PidParameters {
+        kp: 3.0,
+        ki: 8.0,
+        kd: 0.1,
+        derivative_filter_time: 0.02,
+        setpoint_weight_proportional: 0.5,
+        anti_windup_time: 0.15,
+        max_rate: 0.4,
+        max_yaw_error: 0.11,
+        sustained_rate: 0.14,
+        rate_reserve_time: 0.3,
+        max_lateral_acceleration: 6.0,
+        steering_per_curvature: 8.0 / 3.0,
+        ..PidParameters::default()
+    }
+}
+
+/// Yaw over the step's height, of a yaw rate proportional to steering that a servo turns at some of the rate
+/// that the controller counts on: the largest, and the last.
+fn slow_servo(p: &PidParameters, height: f64, share: f64) -> [f64; 2] {
+    let (mut pid, mut yaw, mut servo, mut most) = (Pid::default(), 0.0, 0.0, 0.0_f64);
+    for _ in 0..3000 {
+        let at = PidInput { speed: 8.0, ..input(height, yaw) };
+        let command = pid.tick(p, &at).steering_angle;
+        servo += (command - servo).clamp(-0.004 * share, 0.004 * share);
+        yaw += 0.01 * 3.0 * servo;
+        most = most.max(yaw);
+    }
+    [most / height, yaw / height]
+}
+
+/// Where all of a large error is acted on, the steering comes too late back.
+#[test]
+fn large_steps_do_not_overshoot_at_the_rate_limit() {
+    let p = limited();
+    let free = PidParameters { max_yaw_error: PI, ..p };
+    for height in [0.2, 0.5, 1.5] {
+        let [bounded, unbounded] = [p, free].map(|p| slow_servo(&p, height, 1.0)[0]);
+        assert!(bounded < 1.02, "{height}: {bounded}");
+        assert!(unbounded > 1.05, "{height}: {unbounded}");
+        // With a servo of 3/8 of the rate it comes to rest.
+        let slower = slow_servo(&p, height, 0.375);
+        assert!((slower[1] - 1.0).abs() < 0.01, "{height}: {slower:?}");
+    }
+    assert_eq!(slow_servo(&p, 0.1, 1.0), slow_servo(&free, 0.1, 1.0));
+}
+
+/// The reserve holds what it was measured for, and no more.
+#[test]
+fn the_time_at_the_largest_rate_is_counted() {
+    let p = limited();
+    let steering: Vec<f64> = (1..=50).map(|k| 0.004 * f64::from(k)).collect();
+    let full = vehicle_models::time_at_largest_rate(&p, 0.0, &steering);
+    // The filter takes 2.3 of its time constants of 0.05 s.
+    assert!((full - 0.38).abs() < 0.03, "{full}");
+    let slower: Vec<f64> = steering.iter().map(|u| 0.8 * u).collect();
+    assert_eq!(vehicle_models::time_at_largest_rate(&p, 0.0, &slower), 0.0);
+}
+
+/// What is within the bound is untouched, bit by bit, and so is a smooth ramp that the loop lags by more.
+#[test]
+fn small_errors_and_ramps_are_not_bounded() {
+    let p = PidParameters { max_yaw_error: 0.08, rate_reserve_time: 0.2, ..full() };
+    let free = PidParameters { max_yaw_error: PI, ..p };
+    let (mut bounded, mut unbounded) = (Pid::default(), Pid::default());
+    let (mut yaw, mut largest) = (0.0, 0.0_f64);
+    for k in 0..800 {
+        // From rest to 0.5 rad/s within a second.
+        let t = 0.01 * f64::from(k);
+        let reference = if t < 1.0 { 0.25 * t * t } else { 0.5 * t - 0.25 };
+        largest = largest.max(reference - yaw);
+        let at = PidInput { speed: 8.0, ..input(reference, yaw) };
+        let u = bounded.tick(&p, &at).steering_angle;
+        assert_eq!(u, unbounded.tick(&free, &at).steering_angle, "tick {k}");
+        yaw += 0.01 * 3.0 * u;
+    }
+    assert!(largest > 0.12, "{largest}");
+}
+
+/// δ = a·(L/v² + K), and the fixed bound where that is less.
+#[test]
+fn the_largest_angle_follows_the_speed() {
+    let p = PidParameters {
+        max_lateral_acceleration: 6.0,
+        steering_per_curvature: 2.6,
+        understeer_gradient: 0.002,
+        ..PidParameters::default()
+    };
+    assert!((p.largest_angle(15.0) - 6.0 * (2.6 / 225.0 + 0.002)).abs() < 1e-15);
+    assert_eq!(p.largest_angle(0.0), p.max_angle);
+    assert_eq!(p.largest_angle(f64::NAN), p.max_angle);
+    let mut pid = Pid::default();
+    for _ in 0..50 {
+        let at = PidInput { speed: 15.0, ..input(1.5, 0.0) };
+        let output = pid.tick(&p, &at);
+        assert!(output.steering_angle <= p.largest_angle(15.0));
+    }
+    // Faster, it obeys at once.
+    let output = pid.tick(&p, &PidInput { speed: 30.0, ..input(1.5, 0.0) });
+    assert_eq!(output.steering_angle, p.largest_angle(30.0));
 }

@@ -22,11 +22,12 @@ fn parameters() -> PidParameters {
         max_increment: FREE,
         max_rate: FREE,
         sample_time: 0.02,
+        ..PidParameters::default()
     }
 }
 
 fn input(yaw_reference: f64, yaw: f64) -> PidInput {
-    PidInput { yaw_reference, yaw, steering_feedforward: 0.0, enabled: true }
+    PidInput { yaw_reference, yaw, steering_feedforward: 0.0, enabled: true, speed: 0.0 }
 }
 
 /// A step, a disturbance and a step back: the linear loop, and each of the three limits acting.
@@ -117,8 +118,13 @@ fn anti_windup_forgets_geometrically() {
 fn switching_is_bumpless_on_paper() {
     let p = parameters();
     let mut pid = Pid::default();
-    let at =
-        |enabled| PidInput { yaw_reference: 0.3, yaw: 0.1, steering_feedforward: 0.05, enabled };
+    let at = |enabled| PidInput {
+        yaw_reference: 0.3,
+        yaw: 0.1,
+        steering_feedforward: 0.05,
+        enabled,
+        speed: 0.0,
+    };
     for _ in 0..10 {
         assert_eq!(pid.tick(&p, &at(false)).steering_angle, 0.05);
     }

@@ -72,15 +72,17 @@ impl Slave for LateralPid {
     const CAPABILITIES: Capabilities = Capabilities { serializes: true, ..Capabilities::NONE };
 
     fn open(resources: &Resources) -> Result<Self, String> {
-        let parameters = optional::<formats::Pid>(resources, "pid.json")?
-            .as_ref()
-            .map_or_else(PidParameters::default, model_loading::pid_parameters);
+        let file = optional::<formats::Pid>(resources, "pid.json")?;
+        let parameters =
+            file.as_ref().map_or_else(PidParameters::default, model_loading::pid_parameters);
         let inputs = Inputs {
             pid: PidInput {
                 yaw_reference: 0.0,
                 yaw: 0.0,
                 steering_feedforward: 0.0,
                 enabled: true,
+                // Unconnected, the limits are those of the speed designed for.
+                speed: file.map_or(0.0, |pid| pid.designed_for.speed_mps),
             },
             yaw_given: false,
             reference_given: false,
@@ -100,6 +102,7 @@ impl Slave for LateralPid {
             Variable::YawReference => input.yaw_reference,
             Variable::Yaw => input.yaw,
             Variable::SteeringFeedforward => input.steering_feedforward,
+            Variable::Speed => input.speed,
             Variable::Kp => p.kp,
             Variable::Ki => p.ki,
             Variable::Kd => p.kd,
@@ -110,6 +113,12 @@ impl Slave for LateralPid {
             Variable::MaxAngle => p.max_angle,
             Variable::MaxIncrement => p.max_increment,
             Variable::MaxRate => p.max_rate,
+            Variable::MaxYawError => p.max_yaw_error,
+            Variable::SustainedRate => p.sustained_rate,
+            Variable::RateReserveTime => p.rate_reserve_time,
+            Variable::MaxLateralAcceleration => p.max_lateral_acceleration,
+            Variable::SteeringPerCurvature => p.steering_per_curvature,
+            Variable::UndersteerGradient => p.understeer_gradient,
             Variable::SampleTime => p.sample_time,
         })
     }
@@ -132,6 +141,7 @@ impl Slave for LateralPid {
                 &mut input.pid.yaw
             }
             Variable::SteeringFeedforward => &mut input.pid.steering_feedforward,
+            Variable::Speed => &mut input.pid.speed,
             Variable::Kp => &mut p.kp,
             Variable::Ki => &mut p.ki,
             Variable::Kd => &mut p.kd,
@@ -142,6 +152,12 @@ impl Slave for LateralPid {
             Variable::MaxAngle => &mut p.max_angle,
             Variable::MaxIncrement => &mut p.max_increment,
             Variable::MaxRate => &mut p.max_rate,
+            Variable::MaxYawError => &mut p.max_yaw_error,
+            Variable::SustainedRate => &mut p.sustained_rate,
+            Variable::RateReserveTime => &mut p.rate_reserve_time,
+            Variable::MaxLateralAcceleration => &mut p.max_lateral_acceleration,
+            Variable::SteeringPerCurvature => &mut p.steering_per_curvature,
+            Variable::UndersteerGradient => &mut p.understeer_gradient,
             Variable::SampleTime => &mut p.sample_time,
             Variable::Enabled | Variable::SteeringAngle | Variable::Saturated => return,
         } = value;
@@ -195,7 +211,7 @@ impl Slave for LateralPid {
         match &loaded.phase {
             Phase::BeforeFirstStep { last_read } => {
                 let read = &last_read.pid;
-                let values = [read.yaw_reference, read.yaw, read.steering_feedforward];
+                let values = [read.yaw_reference, read.yaw, read.steering_feedforward, read.speed];
                 if values.iter().any(|value| !value.is_finite()) {
                     return Err("an input of the saved state is not finite".into());
                 }

@@ -25,7 +25,7 @@ pub struct Excitation {
     /// Largest angle steered to either side of the mean, rad, in steering coordinates.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub largest_steering_rad: Option<f64>,
-    /// Largest rate of steering, rad/s, by [`Excitation::largest_rate`].
+    /// Fastest steering, rad/s in steering coordinates, by [`Excitation::largest_rate`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub largest_steering_rate_radps: Option<f64>,
 }
@@ -33,14 +33,22 @@ pub struct Excitation {
 /// The time over which a rate of steering is read, s: a difference of neighbouring samples is mostly
 /// the sensor's noise.
 const RATE_OVER_S: f64 = 0.1;
+/// Share of the rates that are no more than the fastest: single spikes of a sensor are none.
+const FASTEST_SHARE: f64 = 0.999;
 
 impl Excitation {
-    /// The largest mean rate of a signal over a tenth of a second, in its unit per second.
+    /// How fast a signal moves, in its unit per second: the 99.9th percentile of its mean rate over a
+    /// tenth of a second, which a few spikes of a sensor do not change. Of less than 1000 samples it is
+    /// the largest.
     #[must_use]
     pub fn largest_rate(signal: &[f64], sample_time_s: f64) -> f64 {
         let apart = ((RATE_OVER_S / sample_time_s).round() as usize).max(1);
         let over = apart as f64 * sample_time_s;
-        signal.windows(apart + 1).map(|w| (w[apart] - w[0]).abs() / over).fold(0.0, f64::max)
+        let mut rates: Vec<f64> =
+            signal.windows(apart + 1).map(|w| (w[apart] - w[0]).abs() / over).collect();
+        rates.sort_by(f64::total_cmp);
+        let most = (FASTEST_SHARE * rates.len() as f64).ceil() as usize;
+        rates.get(most.saturating_sub(1)).copied().unwrap_or(0.0)
     }
 
     /// The frequency from which on no band has information, Hz; `None` where the highest has some.
@@ -172,4 +180,25 @@ pub struct ResponsePoint {
     pub model_gain: f64,
     /// The model's phase, rad, with its input delay.
     pub model_phase_rad: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A sweep of 0.4 rad/s at 100 Hz for 60 s, with spikes of 0.5 rad in it: 5 rad/s over a tenth of a
+    /// second.
+    #[test]
+    fn spikes_are_no_fast_steering() {
+        let steering = |k: usize| 0.2 * (2.0 * 0.01 * k as f64).sin();
+        let mut signal: Vec<f64> = (0..6000).map(steering).collect();
+        let clean = Excitation::largest_rate(&signal, 0.01);
+        assert!((clean - 0.4).abs() < 0.004, "{clean}");
+        signal[1234] += 0.5;
+        signal[4321] -= 0.5;
+        let spiked = Excitation::largest_rate(&signal, 0.01);
+        assert!((spiked - clean).abs() < 0.004, "{spiked} {clean}");
+        assert_eq!(Excitation::largest_rate(&[1.0], 0.01), 0.0);
+        assert!((Excitation::largest_rate(&[0.0, 0.0, 0.03], 0.1) - 0.3).abs() < 1e-12);
+    }
 }

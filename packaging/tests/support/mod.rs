@@ -102,6 +102,8 @@ pub(crate) fn pid() -> String {
             max_angle_rad: 0.38,
             max_increment_rad: 0.26,
             max_rate_radps: 0.4,
+            large_errors: None,
+            lateral_acceleration: None,
         },
         designed_for: formats::DesignedFor {
             model: "plant".into(),

@@ -3,7 +3,7 @@
 use super::{DEG, text};
 use crate::palette::{BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION};
 use crate::{Figure, Mark, Panel, Place, Series, StepResponse, Style};
-use formats::{Limits, Specification, StepMetrics};
+use formats::{Specification, StepMetrics};
 
 /// Yaw and steering after a yaw step, with the band of the steady state, the largest overshoot
 /// allowed, when the response settled, and the limits of the steering.
@@ -13,7 +13,7 @@ pub fn yaw_step(
     response: &StepResponse,
     specification: &Specification,
     reached: &StepMetrics,
-    limits: &Limits,
+    largest_angle_rad: f64,
 ) -> Figure {
     let t = &response.time_s;
     let step = specification.step_rad * DEG;
@@ -53,7 +53,7 @@ pub fn yaw_step(
     let most = tolerance.max(overshoot.map_or(0.0, |line| (line - step).abs()));
     near.y_limits = (most > 0.0).then_some((step - 2.5 * most, step + 2.5 * most));
     near.weight = 0.8;
-    let largest = limits.max_angle_rad * DEG;
+    let largest = largest_angle_rad * DEG;
     let used = format!("steering (largest {} deg)", text(reached.largest_angle_rad * DEG, 2));
     let mut steering = Panel::new("Time (s)", "Steering angle (deg)").with(Series::over(
         used,

@@ -3,7 +3,7 @@
 use super::{met, optional, significant, value};
 use crate::figures::{self, DEG};
 use crate::{Block, Controller, Section, Table, Tone};
-use formats::{Bicycle, Grade, Pid, Shortfall, StepMetrics};
+use formats::{Bicycle, Engagement, Grade, Pid, Shortfall, StepMetrics};
 
 /// Vehicle data and coefficients of eq 13.
 pub(crate) fn bicycle(bicycle: &Bicycle, fit: Option<f64>) -> Section {
@@ -69,10 +69,26 @@ pub(crate) fn controller(controller: &Controller<'_>) -> Section {
         let step = value(s.step_rad * DEG, 1, "deg");
         let title = format!("Yaw step of {step}, in closed loop with {}", l.plant);
         blocks.push(Block::Figure {
-            figure: figures::yaw_step(&title, l.response, s, l.metrics, &pid.limits),
+            figure: figures::yaw_step(&title, l.response, s, l.metrics, pid.largest_angle_rad()),
             height: 680,
             caption: "Steering is in steering coordinates, as are its limits.".into(),
         });
+    }
+    if !e.steps.is_empty() {
+        blocks.push(Block::Heading("Steps of other heights".into()));
+        blocks.push(Block::Table(steps(pid)));
+        let of = "On the model designed on, with the limits; shares are of each height.";
+        blocks.push(Block::Text(of.into()));
+    }
+    if let Some(engagement) = &e.engagement {
+        blocks.push(Block::Heading("Engagement".into()));
+        blocks.push(Block::Table(envelope(engagement)));
+        blocks.push(Block::Text(format!(
+            "Largest lateral offset, of up to {} m tried, from which the loop comes back to a straight \
+             path, by speed and heading error (positive away from the path); driven: {}.",
+            engagement.offsets_m.last().copied().unwrap_or_default(),
+            engagement.plant
+        )));
     }
     blocks.push(Block::Heading("Margins".into()));
     blocks.push(Block::Table(margins(pid)));
@@ -142,6 +158,7 @@ fn requirements(pid: &Pid, in_loop: Option<&StepMetrics>) -> Table {
         table.push(cells);
     };
     let within = |reached: f64, asked: f64| reached <= asked * (1.0 + 1e-9);
+    let largest_angle = pid.largest_angle_rad();
     let kept = |reached: Option<f64>, asked: Option<f64>| {
         reached.zip(asked).is_some_and(|(reached, asked)| within(reached, asked))
     };
@@ -186,9 +203,9 @@ fn requirements(pid: &Pid, in_loop: Option<&StepMetrics>) -> Table {
     );
     row(
         "largest steering angle",
-        at_most(value(pid.limits.max_angle_rad * DEG, 1, "deg")),
+        at_most(value(largest_angle * DEG, 1, "deg")),
         &|m| value(m.largest_angle_rad * DEG, 2, "deg"),
-        Some(&|m| within(m.largest_angle_rad, pid.limits.max_angle_rad)),
+        Some(&|m| within(m.largest_angle_rad, largest_angle)),
     );
     row(
         "largest change in a sample",
@@ -196,6 +213,31 @@ fn requirements(pid: &Pid, in_loop: Option<&StepMetrics>) -> Table {
         &|m| value(m.largest_increment_rad * DEG, 2, "deg"),
         Some(&|m| within(m.largest_increment_rad, pid.limits.max_increment_rad)),
     );
+    table
+}
+
+fn steps(pid: &Pid) -> Table {
+    let mut table = Table::new(["step", "overshoot", "settling time", "largest steering angle"]);
+    for s in &pid.evidence.steps {
+        table.push([
+            value(s.height_rad * DEG, 0, "deg"),
+            value(s.step.overshoot_percent, 1, "%"),
+            optional(s.step.settling_time_s, 2, "s", "never"),
+            value(s.step.largest_angle_rad * DEG, 1, "deg"),
+        ]);
+    }
+    table
+}
+
+fn envelope(engagement: &Engagement) -> Table {
+    let mut table = Table::new(["speed", "heading error", "comes back from"]);
+    for r in &engagement.rows {
+        table.push([
+            value(r.speed_mps, 1, "m/s"),
+            value(r.heading_error_rad * DEG, 0, "deg"),
+            optional(r.largest_offset_m, 0, "m", "none"),
+        ]);
+    }
     table
 }
 
@@ -223,7 +265,24 @@ fn margins(pid: &Pid) -> Table {
 fn gains(pid: &Pid) -> Table {
     let (g, l, a) = (&pid.gains, &pid.limits, &pid.guidance);
     let mut table = Table::new(["parameter", "value"]);
-    for (name, number, unit) in [
+    let bound = l.lateral_acceleration.map(|b| {
+        vec![
+            (
+                "largest steering angle at the speed designed for",
+                pid.largest_angle_rad() * DEG,
+                "deg",
+            ),
+            ("lateral acceleration that bounds it", b.max_mps2, "m/s²"),
+        ]
+    });
+    let large = l.large_errors.map(|e| {
+        vec![
+            ("largest yaw error acted on at once", e.max_yaw_error_rad * DEG, "deg"),
+            ("time at the largest rate", e.rate_reserve_time_s, "s"),
+            ("largest rate after that", e.sustained_rate_radps * DEG, "deg/s"),
+        ]
+    });
+    let usual = [
         ("Kp", g.kp, ""),
         ("Ki", g.ki, "1/s"),
         ("Kd", g.kd, "s"),
@@ -235,11 +294,15 @@ fn gains(pid: &Pid) -> Table {
         ("largest steering angle", l.max_angle_rad * DEG, "deg"),
         ("largest change in a sample", l.max_increment_rad * DEG, "deg"),
         ("largest rate", l.max_rate_radps * DEG, "deg/s"),
+    ];
+    let advice = [
         ("advice: steering per path curvature", a.feedforward_gain_radm, "rad·m"),
         ("advice: preview time", a.preview_time_s, "s"),
         ("advice: yaw acceleration in the reference", a.yaw_acceleration_gain_s2, "s²"),
         ("advice: yaw jerk in the reference", a.yaw_jerk_gain_s3, "s³"),
-    ] {
+    ];
+    let limits = bound.into_iter().chain(large).flatten();
+    for (name, number, unit) in usual.into_iter().chain(limits).chain(advice) {
         table.push([name.to_owned(), format!("{} {unit}", significant(number)).trim_end().into()]);
     }
     table

@@ -221,12 +221,15 @@ pub(super) fn bands(x: &Excitation) -> Vec<Block> {
     }
     vec![
         Block::Table(table),
-        Block::Text(format!("{sentence}. Standard deviations; the gain is known to ± one.")),
+        Block::Text(format!(
+            "{sentence}. Angles and rates are standard deviations; the gain's ± is twice its standard error, about 95 %."
+        )),
     ]
 }
 
 fn known_to(relative_error: f64) -> String {
-    format!("±{}", value(100.0 * relative_error, if relative_error < 0.1 { 1 } else { 0 }, "%"))
+    let twice = 200.0 * relative_error;
+    format!("±{}", value(twice, if twice < 10.0 { 1 } else { 0 }, "%"))
 }
 
 fn information(information: Information) -> &'static str {

@@ -39,7 +39,13 @@ pub fn pid(met: bool) -> Pid {
             setpoint_weight_derivative: 0.0,
             anti_windup_time_s: 0.5,
         },
-        limits: Limits { max_angle_rad: 0.384, max_increment_rad: 0.262, max_rate_radps: 10.0 },
+        limits: Limits {
+            max_angle_rad: 0.384,
+            max_increment_rad: 0.262,
+            max_rate_radps: 10.0,
+            large_errors: None,
+            lateral_acceleration: None,
+        },
         designed_for: DesignedFor {
             model: "plant".into(),
             name: "250 LM".into(),

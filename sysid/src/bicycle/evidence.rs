@@ -56,6 +56,7 @@ impl Known<'_> {
             directions: directions(self.covariance)?,
             stated: self.stated(),
             steering_offset_rad: p[STEERING_OFFSET] * log.steering_ratio,
+            largest_steering_rate_radps: Some(log.fastest_steering()),
             yaw_rate_offset_radps: p[YAW_RATE_OFFSET],
             with_delay: self.with_delay,
             error_correlation_time_s: log.sample_time_s
@@ -101,7 +102,7 @@ impl Known<'_> {
     fn warn(&self, e: &mut BicycleEvidence) {
         let d = &self.with_delay;
         let matters = d.input_delay_s.abs() > LEAST_DELAY.max(2.0 * d.standard_error_s);
-        let (milliseconds, error) = (1e3 * d.input_delay_s.abs(), 1e3 * d.standard_error_s);
+        let (milliseconds, error) = (1e3 * d.input_delay_s.abs(), 2e3 * d.standard_error_s);
         if matters && d.input_delay_s > 0.0 {
             e.warnings.push(format!(
                 "the steering acts {milliseconds:.0} ms late (± {error:.0} ms), which the plant cannot: its actuator's lag stands for it, with a fit of {:.2} % in place of {:.2} % on estimation data",

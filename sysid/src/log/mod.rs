@@ -79,6 +79,17 @@ pub struct Stretch {
 }
 
 impl DriveLog {
+    /// How fast the steering moved, rad/s in steering coordinates.
+    #[must_use]
+    pub(crate) fn fastest_steering(&self) -> f64 {
+        self.segments
+            .iter()
+            .map(|s| {
+                formats::Excitation::largest_rate(&self.input[s.range.clone()], self.sample_time_s)
+            })
+            .fold(0.0, f64::max)
+    }
+
     /// The log's time at each sample, s.
     #[must_use]
     pub fn time_s(&self) -> Vec<f64> {

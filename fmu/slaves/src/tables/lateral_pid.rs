@@ -14,6 +14,8 @@ super::variables! {
         .unit("rad").display_unit("deg").nominal(0.1).description("steering angle added to the controller's own");
     Enabled = 3, boolean "enabled", Input, Discrete,
         .description("whether the controller acts; otherwise the limited feedforward is put out");
+    Speed = 4, real "speed", Input, Continuous,
+        .unit("m/s").min(0.0).nominal(10.0).description("speed that the limits follow; unconnected, that of the design");
     SteeringAngle = 10, real "steering_angle", Output, Discrete,
         .unit("rad").display_unit("deg").nominal(0.1).depends_on(Nothing)
         .description("steering angle to command, in steering coordinates");
@@ -41,4 +43,16 @@ super::variables! {
         .unit("rad/s").display_unit("deg/s").min(0.0).nominal(10.0).description("largest rate of the steering angle");
     SampleTime = 30, real "sample_time", Parameter, Fixed,
         .unit("s").min(1e-6).nominal(0.01).description("time between ticks");
+    MaxYawError = 31, real "max_yaw_error", Parameter, Tunable,
+        .unit("rad").display_unit("deg").min(0.0).description("largest yaw error acted on at once, beyond the lag behind a ramp; pi for any");
+    MaxLateralAcceleration = 32, real "max_lateral_acceleration", Parameter, Tunable,
+        .unit("m/s2").min(0.0).nominal(10.0).description("bound of the steering angle: what it may ask for in a steady turn");
+    SteeringPerCurvature = 33, real "steering_per_curvature", Parameter, Tunable,
+        .unit("rad.m").min(0.0).description("steering angle per curvature in a slow turn, for that bound");
+    UndersteerGradient = 34, real "understeer_gradient", Parameter, Tunable,
+        .unit("rad.s2/m").min(0.0).nominal(0.01).description("steering angle per lateral acceleration beyond that, for that bound");
+    SustainedRate = 35, real "sustained_rate", Parameter, Tunable,
+        .unit("rad/s").display_unit("deg/s").min(0.0).nominal(10.0).description("rate of the steering angle once the reserve is spent, where max_yaw_error is below pi");
+    RateReserveTime = 36, real "rate_reserve_time", Parameter, Tunable,
+        .unit("s").min(0.0).nominal(0.1).description("reserve: time for which the steering angle may move at its largest rate");
 }

@@ -74,9 +74,6 @@ pub(crate) fn frequencies(
     });
     let straight = mean(&log.input);
     let largest_angle = log.input.iter().map(|u| (u - straight).abs()).fold(0.0, f64::max);
-    let largest_rate = ranges()
-        .map(|r| Excitation::largest_rate(&log.input[r], log.sample_time_s))
-        .fold(0.0, f64::max);
     let excitation = Excitation {
         road_wheel_std_rad: standard_deviation(&log.input) / log.steering_ratio,
         yaw_rate_std_radps: standard_deviation(&log.output),
@@ -86,7 +83,7 @@ pub(crate) fn frequencies(
         bands: bands::bands(&spectra, modelled),
         persistence: Some(bands::persistence(&inputs)),
         largest_steering_rad: Some(rounded(largest_angle)),
-        largest_steering_rate_radps: Some(rounded(largest_rate)),
+        largest_steering_rate_radps: Some(rounded(log.fastest_steering())),
     };
     let response =
         response::response(&spectra, &simulated, modelled, log.sample_time_s, HIGHEST_SHOWN);

@@ -221,9 +221,9 @@ fn poor_bands(excitation: &Excitation) -> Vec<String> {
             Information::Weak if b.relative_error > WANTED => out.push(format!(
                 "from {} steering explains {explained:.0} % of the yaw rate, and the gain is known to ±{:.0} %: {:.0} times the time of such driving would make it ±{:.0} %",
                 name(b),
-                100.0 * b.relative_error,
+                200.0 * b.relative_error,
                 (b.relative_error / WANTED).powi(2).ceil(),
-                100.0 * WANTED
+                200.0 * WANTED
             )),
             Information::Weak => out.push(format!(
                 "from {} steering explains {explained:.0} % of the yaw rate only: something else moves the vehicle, or what it does there is not linear",

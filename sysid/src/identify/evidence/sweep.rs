@@ -60,13 +60,13 @@ pub(super) fn what_to_drive(evidence: &Evidence, drive: &Drive<'_>) -> String {
     if reached > 0.0 && reached.is_finite() && reached < 1.0 {
         let now = bands().map(|b| b.relative_error).fold(0.0, f64::max);
         let now = if now < 1.0 {
-            format!("±{:.0} %", (100.0 * now).ceil())
+            format!("±{:.0} %", (200.0 * now).ceil())
         } else {
             "not at all".to_owned()
         };
         text += &format!(
             ": with the noise of this log, the gain at each of these frequencies would be known to ±{:.0} % (from this log: {now})",
-            (100.0 * reached).ceil()
+            (200.0 * reached).ceil()
         );
     }
     text
@@ -151,6 +151,6 @@ mod tests {
             text.contains("±40° at the steering wheel, for 4 min at a steady 20 m/s"),
             "{text}"
         );
-        assert!(text.contains("known to ±5 % (from this log: ±90 %)"), "{text}");
+        assert!(text.contains("known to ±10 % (from this log: ±180 %)"), "{text}");
     }
 }

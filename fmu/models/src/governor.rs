@@ -1,0 +1,187 @@
+//! Large yaw errors: what of an error the controller acts on, and how fast it steers.
+//!
+//! A linear loop asks for steering in proportion to its error, and for a large error faster than the
+//! actuator turns. The steering then comes back too late: yaw overshoots, and with an actuator slower than
+//! stated the oscillation grows. With `E = max_yaw_error`, e the yaw error, v the speed and a the lateral
+//! acceleration allowed:
+//!
+//! ```text
+//! λ  = kp·(1−b)/ki                              lag behind a ramp of the reference; 0 where ki = 0
+//! |w| falls at the rate p,  p → min(0.7·a/v, √(2α|w|)) with |dp/dt| ≤ α
+//! ω += Ts/(λ+Ts)·(clamp(Δr/Ts, ±a/v) + p·sgn(w) − ω)    rate of the reference that the loop sees
+//! w += (e − w − λω) − clamp(e − w − λω, ±E)     and the loop acts on e − w
+//! ```
+//!
+//! So of a step at most E is seen at once. The rest is withheld, and released as a ramp that begins and ends
+//! with a yaw acceleration that steering at half of `sustained_rate` gives,
+//! `α = ½·sustained_rate·G(v)`, G the yaw rate per steering angle of a steady turn, and no sooner than
+//! within λ. Errors up to E, and smooth references, are untouched bit by bit.
+//!
+//! An actuator slower than stated shows as an oscillation that steers at the full rate all the time, which
+//! the step of the specification does not. So the time for which the steering has moved at its largest rate
+//! is counted, and forgotten ten times as slowly. Beyond `rate_reserve_time` the rate goes down to `sustained_rate` and
+//! E to what that rate follows at the crossover kp·G, `1.2·sustained_rate/(kp·(b·kp·G + ki))`, both linearly
+//! until twice the reserve.
+
+use crate::pid::PidParameters;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::PI;
+
+/// Share of the yaw rate of the acceleration allowed at which a withheld reference is released, and of the
+/// sustained rate that its beginning and its end take: the rest is for the feedback.
+const RELEASE_SHARE: f64 = 0.7;
+const RATE_SHARE: f64 = 0.5;
+/// Steering rate of the largest error while the reserve is spent, over the sustained rate.
+const ROOM: f64 = 1.2;
+/// Time constant with which the rate of the steering is read, s, share of the largest rate that counts as
+/// such, and how fast a time at that rate is forgotten.
+const RATE_FILTER: f64 = 0.05;
+const FULL_RATE: f64 = 0.9;
+const FORGOTTEN: f64 = 0.1;
+
+/// See the module.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub(crate) struct Governor {
+    /// Yaw error w that is not acted on, rad.
+    pub(crate) withheld: f64,
+    /// Rate p at which it is released, rad/s.
+    release: f64,
+    /// Rate ω of the reference that the loop sees, rad/s.
+    reference_rate: f64,
+    /// Rate of the steering, smoothed, rad/s.
+    steering_rate: f64,
+    /// Time at the largest rate that is not forgotten, s.
+    spent: f64,
+}
+
+impl Governor {
+    /// The part of a yaw error that is acted on; `moved` is the change of the reference since the tick
+    /// before, where there was one.
+    #[inline(always)]
+    pub(crate) fn acted_on(
+        &mut self,
+        p: &PidParameters,
+        speed: f64,
+        error: f64,
+        moved: Option<f64>,
+    ) -> f64 {
+        if p.max_yaw_error >= PI {
+            self.withheld = 0.0;
+            return error;
+        }
+        let (ts, lag) = (p.sample_time, p.lag());
+        let fastest = p.largest_yaw_rate(speed);
+        let released = self.released(p, speed, fastest, lag);
+        if let Some(moved) = moved {
+            let seen = (moved / ts).min(fastest).max(-fastest) + released / ts;
+            self.reference_rate += ts / (lag + ts) * (seen - self.reference_rate);
+        }
+        let beyond = error - self.withheld - lag * self.reference_rate;
+        let largest = self.largest_error(p, speed);
+        if beyond.abs() > largest {
+            self.withheld += beyond - beyond.min(largest).max(-largest);
+        }
+        // What is acted on never points away from the reference for the sake of what is withheld.
+        if self.withheld > 0.0 {
+            self.withheld = self.withheld.min(error.max(0.0));
+        } else if self.withheld < 0.0 {
+            self.withheld = self.withheld.max(error.min(0.0));
+        }
+        error - self.withheld
+    }
+
+    /// Releases what is withheld for one tick; by how much, rad.
+    #[inline(always)]
+    fn released(&mut self, p: &PidParameters, speed: f64, fastest: f64, lag: f64) -> f64 {
+        if self.withheld == 0.0 {
+            self.release = 0.0;
+            return 0.0;
+        }
+        let ts = p.sample_time;
+        let rate = RELEASE_SHARE * fastest;
+        let acceleration =
+            (RATE_SHARE * p.sustained_rate * p.steady_gain(speed)).min(rate / lag.max(ts));
+        let wanted = rate.min((2.0 * acceleration * self.withheld.abs()).sqrt());
+        let wanted = wanted.copysign(self.withheld);
+        let change = acceleration * ts;
+        self.release += (wanted - self.release).min(change).max(-change);
+        let released = (self.release * ts).min(self.withheld.max(0.0)).max(self.withheld.min(0.0));
+        self.withheld -= released;
+        released
+    }
+
+    /// Counts a tick's change of the steering angle.
+    #[inline(always)]
+    pub(crate) fn steered(&mut self, p: &PidParameters, change: f64, largest: f64) {
+        if p.max_yaw_error >= PI {
+            return;
+        }
+        let ts = p.sample_time;
+        self.steering_rate += ts / (RATE_FILTER + ts) * (change / ts - self.steering_rate);
+        let spent = if self.steering_rate.abs() * ts > FULL_RATE * largest {
+            self.spent + ts
+        } else {
+            self.spent - FORGOTTEN * ts
+        };
+        self.spent = spent.min(2.0 * p.rate_reserve_time).max(0.0);
+    }
+
+    /// Largest change of the steering angle in one tick, rad.
+    #[inline(always)]
+    pub(crate) fn largest_increment(&self, p: &PidParameters) -> f64 {
+        let largest = p.largest_increment();
+        let short = self.short_of(p);
+        if short > 0.0 {
+            largest - short * (largest - p.sustained_rate * p.sample_time).max(0.0)
+        } else {
+            largest
+        }
+    }
+
+    #[inline(always)]
+    fn largest_error(&self, p: &PidParameters, speed: f64) -> f64 {
+        let short = self.short_of(p);
+        if short > 0.0 {
+            let crossover = p.kp * p.steady_gain(speed);
+            let per_error = p.kp * p.setpoint_weight_proportional * crossover + p.ki;
+            let followed = (ROOM * p.sustained_rate / per_error).max(0.0).min(p.max_yaw_error);
+            p.max_yaw_error - short * (p.max_yaw_error - followed)
+        } else {
+            p.max_yaw_error
+        }
+    }
+
+    /// How far the reserve is overdrawn, from 0 to 1.
+    #[inline(always)]
+    fn short_of(&self, p: &PidParameters) -> f64 {
+        if p.max_yaw_error >= PI || self.spent <= p.rate_reserve_time {
+            return 0.0;
+        }
+        (self.spent / p.rate_reserve_time - 1.0).min(1.0)
+    }
+
+    /// What must be finite.
+    pub(crate) fn memory(&self) -> [(&'static str, f64); 5] {
+        [
+            ("the yaw error withheld", self.withheld),
+            ("the rate of its release", self.release),
+            ("the rate of the reference", self.reference_rate),
+            ("the rate of the steering", self.steering_rate),
+            ("the time at the largest rate", self.spent),
+        ]
+    }
+}
+
+/// The most time at the largest rate that some steering angles, one a tick from the one before the first
+/// on, leave unforgotten, s: what the reserve must hold for them.
+#[must_use]
+pub fn time_at_largest_rate(p: &PidParameters, before: f64, steering: &[f64]) -> f64 {
+    let p = PidParameters { max_yaw_error: 0.0, rate_reserve_time: f64::INFINITY, ..*p };
+    let (mut governor, mut before, mut most) = (Governor::default(), before, 0.0_f64);
+    for &angle in steering {
+        governor.steered(&p, angle - before, p.largest_increment());
+        before = angle;
+        most = most.max(governor.spent);
+    }
+    most
+}
