@@ -190,6 +190,32 @@ fn a_harder_request_is_never_worse_than_a_milder_one() {
     }
 }
 
+/// The same with all plants in mind: what is reported as the shortest is no longer than what a milder
+/// request reaches.
+#[test]
+fn the_shortest_settling_time_is_the_shortest() {
+    let limited = DesignOptions { max_rate_radps: Some(0.4), ..usual() };
+    for (name, plant, options) in [
+        ("car", DesignPlant::from_bicycle(&car(1.0)).expect("a plant"), usual()),
+        ("slow servo", DesignPlant::from_bicycle(&car(1.0)).expect("a plant"), limited),
+        ("late", transfer(&[40.0], &[8.0], 0.05), usual()),
+    ] {
+        let mut shortest = f64::INFINITY;
+        for settling_time_s in [1.0, 0.5, 0.4, 0.3, 0.25, 0.2, 0.1] {
+            let mut options = DesignOptions { ..options };
+            options.requirements.settling_time_s = Some(settling_time_s);
+            let evidence = designed(&plant, &options).evidence;
+            let settling = evidence.step.settling_time_s.expect("it settles");
+            println!("{name}, {settling_time_s} s: met {}, settling {settling:.3} s", evidence.met);
+            assert!(
+                settling <= 1.02 * shortest,
+                "{name}, {settling_time_s} s: {settling} {shortest}"
+            );
+            shortest = shortest.min(settling);
+        }
+    }
+}
+
 /// An actuator of 0.4 rad/s: no step overshoots more than a little, and beside the road and turned the loop
 /// comes back with tyres that saturate.
 #[test]

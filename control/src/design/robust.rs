@@ -181,8 +181,22 @@ impl<'a> Ensemble<'a> {
             all.extend([first?, second?]);
         }
         objective.scenarios.truncate(1);
-        // A stable sort: of those as good as each other the first.
-        all.sort_by(|a, b| b.found.met.cmp(&a.found.met).then(a.missed.total_cmp(&b.missed)));
+        // Where none keeps everything on the nominal plant, the quickest of those that keep the rest there:
+        // a time that is asked for too soon must not change what is the shortest. A stable sort: of those as
+        // good as each other the first.
+        let keeps_rest = |j: &Judged| j.found.missed(&objective) == 0.0;
+        let settling = |j: &Judged| match j.found.met || !keeps_rest(j) {
+            true => 0.0,
+            false => j.found.reached.value(Requirement::Settling),
+        };
+        all.sort_by(|a, b| {
+            b.found
+                .met
+                .cmp(&a.found.met)
+                .then(keeps_rest(b).cmp(&keeps_rest(a)))
+                .then(settling(a).total_cmp(&settling(b)))
+                .then(a.missed.total_cmp(&b.missed))
+        });
         Ok(Robust { found: all.remove(0).found, objective, kept_by })
     }
 

@@ -37,7 +37,10 @@ pub(crate) fn trade_off(
         if quickest.met {
             from.clone_from(&quickest.variables);
         }
-        let settling_time_s = quickest.reached.step.settling_time_s.filter(|_| quickest.met);
+        // The loop that was found is one of them.
+        let known = found.reached.shortfalls(&spec).is_empty().then_some(&found.reached);
+        let reached = quickest.met.then_some(&quickest.reached).into_iter().chain(known);
+        let settling_time_s = reached.filter_map(|r| r.step.settling_time_s).min_by(f64::total_cmp);
         rows.push(TradeOff { modulus_margin, settling_time_s });
     }
     // A search may stop short: a loop that is more robust and quicker is a loop for less, too.
