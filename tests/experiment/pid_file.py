@@ -1,6 +1,7 @@
 """A controller's file: what stands in it, and the same with other gains."""
 
 import json
+import math
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +12,20 @@ LOOKAHEAD_RADPS, HIGHEST_RADPS, LARGEST_S2, LARGEST_S3 = 1.0, 20.0, 0.02, 0.004
 
 
 def limits_of(pid):
-    limits = pid["limits"]
-    rate = limits["max_rate_radps"] * pid["sample_time_s"]
-    return (limits["max_angle_rad"], min(limits["max_increment_rad"], rate))
+    """As `pid_law` takes them, at the speed designed for."""
+    limits, speed = pid["limits"], max(pid["designed_for"]["speed_mps"], 1.0)
+    increment = min(limits["max_increment_rad"], limits["max_rate_radps"] * pid["sample_time_s"])
+    angle, fastest, gain = limits["max_angle_rad"], math.inf, speed
+    if lateral := limits.get("lateral_acceleration"):
+        turn = lateral["steering_per_curvature_radm"] / speed**2
+        turn += lateral["understeer_gradient_rads2pm"]
+        angle = min(angle, lateral["max_mps2"] * turn)
+        fastest, gain = lateral["max_mps2"] / speed, 1.0 / (speed * turn)
+    large = limits.get("large_errors", {})
+    error = large.get("max_yaw_error_rad", math.pi)
+    sustained = large.get("sustained_rate_radps", limits["max_rate_radps"])
+    reserve = large.get("rate_reserve_time_s", 1.0)
+    return (angle, increment, fastest, gain, error, sustained, reserve)
 
 
 def gains_of(pid):

@@ -1,8 +1,10 @@
 """The law of LateralPid (eq 14) once more, compiled, for tuning on the vehicle.
 
-Only what tuning needs: constant gains, enabled, no feedforward, no wrapping. Each run holds it
-against the packed FMU (`study.check_law`). Gains: kp, ki 1/s, kd s, filter time s, setpoint weight b,
-anti-windup time s; limits: angle rad, increment a tick rad.
+Only what tuning and engaging need: constant gains, enabled, no feedforward. Each run holds it against
+the packed FMU (`study.check_law`). Gains: kp, ki 1/s, kd s, filter time s, setpoint weight b,
+anti-windup time s; limits: angle at that speed rad, increment a tick rad, yaw rate of the lateral
+acceleration allowed rad/s, yaw rate per steering 1/s, and of large errors: yaw error acted on at once
+rad, sustained rate rad/s, reserve of time at the largest rate s.
 """
 
 import math
@@ -14,30 +16,88 @@ import vehicle
 from excitation import SAMPLE_TIME_S
 from vehicle import STEPS, advance
 
+MEMORY = 11  # numbers that a controller remembers
+# As in fmu/models/src/governor.rs.
+RELEASE_SHARE, RATE_SHARE, ROOM = 0.7, 0.5, 1.2
+RATE_FILTER, FULL_RATE, FORGOTTEN = 0.05, 0.9, 0.1
+
+
+@numba.njit
+def wrapped(angle):
+    return angle - 2.0 * math.pi * math.floor((angle + math.pi) / (2.0 * math.pi))
+
+
+@numba.njit
+def within(value, bound):
+    return max(-bound, min(bound, value))
+
+
+@numba.njit
+def tick(memory, gains, limits, reference, y):
+    """One sample; `memory` is integral, derivative, yaw, command, reference, whether there was a sample
+    before; what is withheld of the error, the rate of its release, the rate of the reference, that of the
+    steering, and the time at the largest rate."""
+    kp, ki, kd, filter_time, weight, anti_windup = gains
+    angle, increment, fastest, gain, largest, sustained, reserve = limits
+    ts, unweighted = SAMPLE_TIME_S, kp * (1.0 - weight)
+    integral, derivative, before, u, reference_before, later = memory[:6]
+    withheld_before, release, reference_rate, steering_rate, spent = memory[6:]
+    moved = wrapped(reference - reference_before) if later else 0.0
+    whole = wrapped(reference - y)
+    withheld, short = withheld_before, 0.0
+    if largest < math.pi:
+        if spent > reserve:
+            short = min(spent / reserve - 1.0, 1.0)
+            followed = min(largest, ROOM * sustained / (kp * weight * kp * gain + ki))
+            largest -= short * (largest - followed)
+            increment -= short * max(increment - sustained * ts, 0.0)
+        lag = max(0.0, unweighted / ki) if ki > 0.0 else 0.0
+        released = 0.0
+        if withheld == 0.0:
+            release = 0.0
+        else:
+            rate = RELEASE_SHARE * fastest
+            acceleration = min(RATE_SHARE * sustained * gain, rate / max(lag, ts))
+            wanted = min(rate, math.sqrt(2.0 * acceleration * abs(withheld)))
+            wanted = math.copysign(wanted, withheld)
+            release += within(wanted - release, acceleration * ts)
+            released = max(min(release * ts, max(withheld, 0.0)), min(withheld, 0.0))
+            withheld -= released
+        if later:
+            seen = within(moved / ts, fastest) + released / ts
+            reference_rate += ts / (lag + ts) * (seen - reference_rate)
+        beyond = whole - withheld - lag * reference_rate
+        withheld += beyond - within(beyond, largest)
+        if withheld > 0.0:
+            withheld = min(withheld, max(whole, 0.0))
+        else:
+            withheld = max(withheld, min(whole, 0.0))
+    error = whole - withheld
+    if later:
+        seen = wrapped(moved - (withheld - withheld_before))
+        integral += ki * ts * error - unweighted * seen
+        derivative = (filter_time * derivative - kd * wrapped(y - before)) / (filter_time + ts)
+    else:
+        integral = ki * ts * error - unweighted * error
+    wanted = kp * error + derivative + integral
+    command = within(max(u - increment, min(u + increment, wanted)), angle)
+    steering_rate += ts / (RATE_FILTER + ts) * ((command - u) / ts - steering_rate)
+    spent += ts if abs(steering_rate) * ts > FULL_RATE * increment else -FORGOTTEN * ts
+    spent = max(0.0, min(spent, 2.0 * reserve))
+    integral += min(ts / anti_windup, 1.0) * (command - wanted)
+    memory[:6] = (integral, derivative, y, command, reference, 1.0)
+    memory[6:] = (withheld, release, reference_rate, steering_rate, spent)
+    return command
+
 
 @numba.njit
 def respond(state, speed, p, gains, limits, height, count):
     """Yaw and command at `count` samples of a yaw step on the car."""
-    kp, ki, kd, filter_time, weight, anti_windup = gains
-    angle, increment = limits
-    ts = SAMPLE_TIME_S
-    yaw, command = np.zeros(count), np.zeros(count)
-    integral, derivative, before, u = 0.0, 0.0, 0.0, 0.0
+    yaw, command, memory = np.zeros(count), np.zeros(count), np.zeros(MEMORY)
     for k in range(count):
-        y = state[vehicle.YAW]
-        error = height - y
-        if k == 0:
-            integral = ki * ts * error - kp * (1.0 - weight) * error
-            before = y
-        else:
-            integral += ki * ts * error
-        derivative = (filter_time * derivative - kd * (y - before)) / (filter_time + ts)
-        before = y
-        wanted = kp * error + derivative + integral
-        u = max(-angle, min(angle, max(u - increment, min(u + increment, wanted))))
-        integral += min(ts / anti_windup, 1.0) * (u - wanted)
-        yaw[k], command[k] = y, u
-        advance(state, u, speed, p, STEPS)
+        yaw[k] = state[vehicle.YAW]
+        command[k] = tick(memory, gains, limits, height, yaw[k])
+        advance(state, command[k], speed, p, STEPS)
     return yaw, command
 
 
@@ -45,7 +105,7 @@ def compile_all(car):
     """Compiles what drives the car, before processes are forked which would each do it."""
     state = car.at_start(10.0)
     vehicle.rates(state, 0.0, 10.0, car.parameters)
-    gains, limits = (1.0, 1.0, 0.0, 0.01, 1.0, 1.0), (1.0, 1.0)
+    gains, limits = (1.0, 1.0, 0.0, 0.01, 1.0, 1.0), (1.0, 1.0, 1.0, 1.0, math.pi, 1.0, 1.0)
     respond(state, 10.0, car.parameters, gains, limits, 0.0, 1)
 
 

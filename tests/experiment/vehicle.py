@@ -50,10 +50,10 @@ unpack = compiled.unpacking(published_parameters(1))
 
 
 @numba.njit
-def rate(state, command, speed, p, out):
+def rate(state, command, speed, p, out, servo_rate=SERVO_RATE_LIMIT_RADPS):
     """Of the car's 29 states, with servo and speed hold."""
     wanted = (command - state[STEER]) / SERVO_TIME_CONSTANT_S
-    steering_rate = max(-SERVO_RATE_LIMIT_RADPS, min(SERVO_RATE_LIMIT_RADPS, wanted))
+    steering_rate = max(-servo_rate, min(servo_rate, wanted))
     acceleration = SPEED_HOLD_PER_S * (speed - state[SPEED])
     found = vehicle_dynamics(state, [steering_rate, acceleration], p)
     for i in range(len(out)):
@@ -69,7 +69,7 @@ def rates(state, command, speed, values):
 
 
 @numba.njit
-def advance(state, command, speed, values, steps):
+def advance(state, command, speed, values, steps, servo_rate=SERVO_RATE_LIMIT_RADPS):
     """A sample further, in place; whether all states are numbers still."""
     p = unpack(values)
     h = SAMPLE_TIME_S / steps
@@ -77,10 +77,10 @@ def advance(state, command, speed, values, steps):
     k1, k2, k3, k4 = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     known = True
     for _ in range(steps):
-        rate(state, command, speed, p, k1)
-        rate(state + h / 2 * k1, command, speed, p, k2)
-        rate(state + h / 2 * k2, command, speed, p, k3)
-        rate(state + h * k3, command, speed, p, k4)
+        rate(state, command, speed, p, k1, servo_rate)
+        rate(state + h / 2 * k1, command, speed, p, k2, servo_rate)
+        rate(state + h / 2 * k2, command, speed, p, k3, servo_rate)
+        rate(state + h * k3, command, speed, p, k4, servo_rate)
         for i in range(n):
             state[i] = state[i] + h / 6 * (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i])
     for i in range(n):
