@@ -204,7 +204,7 @@ fn three_files_with_a_clock_each_become_a_recorded_road_and_a_controller() {
         let rows = samples("estimation_samples") + samples("validation_samples");
         assert_eq!(traces.lines().count(), 1 + rows);
     }
-    let pid = json(folder.path(), "design plant.json --accept-untrusted");
+    let pid = json(folder.path(), "design plant.json --accept-untrusted --max-rate 400deg/s");
     // The default limit is 22° at the road wheel, here in the steering wheel's degrees.
     let limit = pid["limits"]["max_angle_rad"].as_f64().unwrap();
     assert!((limit - 16.88 * 22f64.to_radians()).abs() < 1e-9, "{limit}");

@@ -236,8 +236,10 @@ fn controllers_keep_to_the_limits_that_the_truth_states() {
 fn a_missed_specification_says_what_is_missed_and_why() {
     let folder = folder();
     for model in ["plant", "bicycle"] {
-        let line =
-            format!("design {model}.json -o fast-{model}.json --robust off --max-rate 1500deg/s");
+        let line = format!(
+            "design {model}.json -o fast-{model}.json --robust off --max-rate 1500deg/s \
+             --max-lateral-acceleration 100m/s2"
+        );
         let output = steerwright(folder, &words(&line, Path::new("")));
         assert!(output.status.success(), "{line}: {}", told(&output));
     }
@@ -252,7 +254,8 @@ fn a_missed_specification_says_what_is_missed_and_why() {
     assert!(place("specification on truth") < place("controller of  "));
 }
 
-/// A bend that asks for more than μ·g = 10.3 m/s² throws the car off the road, and no linear model.
+/// A bend that asks for more than μ·g = 10.3 m/s² throws the car off the road; the controllers steer for no
+/// more than 6 m/s², so that a linear model leaves it, too.
 #[test]
 fn a_controller_off_the_path_is_reported_with_status_1() {
     let line = "--truth fmu/NonlinearVehicle.fmu --lateral-acceleration 12m/s2";
@@ -264,7 +267,8 @@ fn a_controller_off_the_path_is_reported_with_status_1() {
         let at = number(&run["off_path_at_m"]);
         // The first bend begins after 30 m.
         assert!(at > 30.0 && at < 200.0 && number(&run["cross_track_largest_m"]) > 1.75, "{run}");
-        assert_eq!(run_of(&lost, controller, "bicycle")["off_path_at_m"], Value::Null);
+        let linear = number(&run_of(&lost, controller, "bicycle")["off_path_at_m"]);
+        assert!(linear > 30.0, "{linear}");
     }
     assert_eq!(lost["verdict"]["tracks_best"], Value::Null);
     let text = told(&output);

@@ -42,6 +42,12 @@ fn parameters(pid: &mut Instance) -> PidParameters {
         max_angle: real("max_angle"),
         max_increment: real("max_increment"),
         max_rate: real("max_rate"),
+        max_yaw_error: real("max_yaw_error"),
+        sustained_rate: real("sustained_rate"),
+        rate_reserve_time: real("rate_reserve_time"),
+        max_lateral_acceleration: real("max_lateral_acceleration"),
+        steering_per_curvature: real("steering_per_curvature"),
+        understeer_gradient: real("understeer_gradient"),
         sample_time: real("sample_time"),
     }
 }

@@ -86,7 +86,9 @@ impl Units {
         plant.speed = path.speed_mps;
         plant.start();
         let geometry = model_loading::path_geometry(path).unwrap();
-        let input = PidInput { enabled: true, ..PidInput::default() };
+        // No one connects the speed of the controller's limits.
+        let speed = pid.designed_for.speed_mps;
+        let input = PidInput { enabled: true, speed, ..PidInput::default() };
         Self {
             plant,
             law: model_loading::guidance_parameters(&path.guidance),
