@@ -16,7 +16,7 @@ use sysid_evaluation::{
 #[derive(Parser)]
 struct Arguments {
     /// Systems
-    #[arg(long, default_value_t = 60)]
+    #[arg(long, default_value_t = 36)]
     systems: usize,
     /// Samples of each system, of which the first half is identified from
     #[arg(long, default_value_t = 5000)]

@@ -24,8 +24,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments = Arguments::parse();
     let folder = tempfile::tempdir()?;
     let [long, short] = ["long.csv", "short.csv"].map(|name| folder.path().join(name));
-    let size = write(&long, 1_000_000 * arguments.megabytes)?;
-    write(&short, 10_000_000)?;
+    let size = write(&long, 1_000_000 * arguments.megabytes, 0)?;
+    write(&short, 10_000_000, 1000)?;
     // The program's own memory with a log of 10 MB: what grows with the log is beyond that.
     let base = absorb(&short)?;
     let before = peak_memory().ok_or("the system does not tell the peak memory")?;
@@ -86,14 +86,14 @@ fn open(path: &Path) -> std::io::Result<LogFile<'static>> {
     Ok(LogFile { name: path.display().to_string(), reader: Box::new(File::open(path)?) })
 }
 
-/// Writes drive after drive on one clock; the bytes written.
-fn write(path: &Path, bytes: usize) -> Result<f64, Box<dyn std::error::Error>> {
+/// Writes drive after drive on one clock, of seeds from the given one; the bytes written.
+fn write(path: &Path, bytes: usize, seed: u64) -> Result<f64, Box<dyn std::error::Error>> {
     const ROWS: usize = 60_000;
     const STEP: f64 = 0.01;
     let mut out = BufWriter::new(File::create(path)?);
     let (mut written, mut part) = (0, 0);
     while written < bytes {
-        let drive = Drive { sample_time: STEP, delay: 0.0, servo: 0.0, noise: 0.002, seed: part };
+        let drive = Drive { sample_time: STEP, delay: 0.0, servo: 0.0, noise: 0.002, seed: seed + part };
         for (k, line) in drive.record(ROWS).csv().lines().enumerate() {
             if k == 0 {
                 if part == 0 {
