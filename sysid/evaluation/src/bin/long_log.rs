@@ -93,7 +93,8 @@ fn write(path: &Path, bytes: usize, seed: u64) -> Result<f64, Box<dyn std::error
     let mut out = BufWriter::new(File::create(path)?);
     let (mut written, mut part) = (0, 0);
     while written < bytes {
-        let drive = Drive { sample_time: STEP, delay: 0.0, servo: 0.0, noise: 0.002, seed: seed + part };
+        let drive =
+            Drive { sample_time: STEP, delay: 0.0, servo: 0.0, noise: 0.002, seed: seed + part };
         for (k, line) in drive.record(ROWS).csv().lines().enumerate() {
             if k == 0 {
                 if part == 0 {

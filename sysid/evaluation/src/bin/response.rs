@@ -38,7 +38,7 @@ struct Arguments {
     /// One line for each drive
     #[arg(long)]
     each: bool,
-    /// Two drives of each kind at 100 and 20 Hz
+    /// One drive of each kind at 100 and 20 Hz
     #[arg(long)]
     short: bool,
 }
@@ -63,7 +63,7 @@ const SHOWN_HZ: [f64; 3] = [0.3, 1.0, 2.0];
 fn main() -> Result<(), String> {
     let mut arguments = Arguments::parse();
     if arguments.short {
-        (arguments.drives, arguments.rates) = (2, vec![100.0, 20.0]);
+        (arguments.drives, arguments.rates) = (1, vec![100.0, 20.0]);
     }
     println!(
         "{:<11}{:>5}  {:>13}  {:>20}  {:>5}{:>5}{:>8}{:>7}  {:<16}{:>13}",
