@@ -83,7 +83,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     out.document(&identified.plant)?;
     // The signals as text are several times the log in memory.
     let is_wanted = traces.is_some() || shown.is_wanted();
-    let csv = is_wanted.then(|| traces_csv(&identified.traces, None)).unwrap_or_default();
+    let csv = if is_wanted { traces_csv(&identified.traces, None) } else { String::new() };
     if let Some(traces) = &traces {
         traces.write(csv.as_bytes())?;
     }
