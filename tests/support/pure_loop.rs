@@ -86,8 +86,8 @@ impl Units {
         plant.speed = path.speed_mps;
         plant.start();
         let geometry = model_loading::path_geometry(path).unwrap();
-        // No one connects the speed of the controller's limits.
-        let speed = pid.designed_for.speed_mps;
+        // No one connects the speed of the controller's limits: it is the road's, as packed.
+        let speed = path.speed_mps;
         let input = PidInput { enabled: true, speed, ..PidInput::default() };
         Self {
             plant,
