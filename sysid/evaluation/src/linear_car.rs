@@ -449,8 +449,10 @@ mod tests {
                 last.clone().map(|(t, y)| y * f(TAU * hz * t)).sum::<f64>() / 500.0
             };
             let (re, im) = drive.car.response(drive.speed_mps, hz);
-            assert!((along(f64::sin) / size - re).abs() < 1e-5 * re.abs(), "{servo_s}");
-            assert!((along(f64::cos) / size - im).abs() < 1e-5 * re.abs(), "{servo_s}");
+            // The wheel moves along straight lines from step to step, whose sine is smaller.
+            let lines = 1.0 - (TAU * hz * STEP_S).powi(2) / 12.0;
+            assert!((along(f64::sin) / size - lines * re).abs() < 1e-6 * re.abs(), "{servo_s}");
+            assert!((along(f64::cos) / size - lines * im).abs() < 1e-6 * re.abs(), "{servo_s}");
         }
     }
 
