@@ -14,6 +14,7 @@ use crate::failure::Failure;
 use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
 /// Exit status of a command that was interrupted, as shells have it.
 const INTERRUPTED: u8 = 130;
@@ -42,9 +43,17 @@ struct Rest {
 }
 
 impl Rest {
-    /// What cannot be removed now is removed by the next run.
+    /// What cannot be removed now is removed by the next run. While files are still being written, those
+    /// that come meanwhile are removed too, until a write finds no folder and ends.
     fn remove_stage(&self) {
-        let _ = fs::remove_dir_all(&self.stage);
+        const TRIES: usize = 100;
+        for _ in 0..TRIES {
+            let _ = fs::remove_dir_all(&self.stage);
+            if !self.stage.exists() {
+                break;
+            }
+            std::thread::sleep(Duration::from_millis(10));
+        }
     }
 
     /// Folders that hold nothing.
