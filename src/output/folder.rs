@@ -43,17 +43,25 @@ struct Rest {
 }
 
 impl Rest {
-    /// What cannot be removed now is removed by the next run. While files are still being written, those
-    /// that come meanwhile are removed too, until a write finds no folder and ends.
+    /// What cannot be removed now is removed by the next run.
     fn remove_stage(&self) {
+        let _ = fs::remove_dir_all(&self.stage);
+    }
+
+    /// The same while files are still being written: a file in its place lets no writer make the folder
+    /// again, and is removed last.
+    fn remove_stage_in_use(&self) {
         const TRIES: usize = 100;
         for _ in 0..TRIES {
-            let _ = fs::remove_dir_all(&self.stage);
-            if !self.stage.exists() {
+            self.remove_stage();
+            if File::create_new(&self.stage).is_ok() {
                 break;
             }
             std::thread::sleep(Duration::from_millis(10));
         }
+        // A write that is under way fails meanwhile, and its thread waits for the end.
+        std::thread::sleep(Duration::from_millis(20));
+        let _ = fs::remove_file(&self.stage);
     }
 
     /// Folders that hold nothing.
@@ -302,8 +310,8 @@ fn on_interruption(rest: Arc<Mutex<Option<Rest>>>, lock: PathBuf, path: PathBuf)
     let _ = ctrlc::set_handler(move || {
         let rest = rest.lock().unwrap_or_else(PoisonError::into_inner);
         let unfinished = rest.as_ref();
-        unfinished.inspect(|rest| rest.remove_stage());
         let _ = fs::remove_file(&lock);
+        unfinished.inspect(|rest| rest.remove_stage_in_use());
         unfinished.inspect(|rest| rest.remove_made());
         let message = format!("interrupted: {} is as it was", path.display());
         Failure::new(message, "run the command again").exit(INTERRUPTED)
