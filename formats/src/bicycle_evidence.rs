@@ -1,6 +1,6 @@
 //! How far an identified bicycle can be trusted, with the numbers behind it.
 
-use crate::{Bicycle, ChannelSummary, Checker, VehicleData};
+use crate::{Bicycle, ChannelSummary, Checker, HeldOut, VehicleData};
 use serde::{Deserialize, Serialize};
 
 /// What was measured on the way from a log to a bicycle.
@@ -21,6 +21,9 @@ pub struct BicycleEvidence {
     pub estimation_fit: f64,
     /// Fit on the held-out data, percent.
     pub validation_fit: f64,
+    /// How the held-out data were chosen, and what they say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub held_out: Option<HeldOut>,
     /// Speed over the estimation data.
     pub speed: SpeedSummary,
     /// What yaw rate identifies; angles are those of the road wheel by the log's steering ratio.

@@ -1,9 +1,10 @@
 //! Faults of a recording, each on the same drive of a known car: what is found, and what is advised.
 #![allow(clippy::unwrap_used)]
 
-use formats::{Grade, Plant, ReasonCode};
+use formats::{Bicycle, Grade, Plant, Quality, ReasonCode};
 use std::fmt::Write;
-use sysid::{IdentifyOptions, LogOptions, identify, read_log};
+use sysid::bicycle::{BicycleOptions, identify_bicycle};
+use sysid::{DriveLog, IdentifyOptions, LogOptions, identify, read_log};
 use sysid_evaluation::Random;
 
 const PERIOD: f64 = 0.01;
@@ -73,12 +74,19 @@ fn drive(fault: &Fault) -> String {
     csv
 }
 
-fn identified(fault: &Fault, ratio: f64) -> Plant {
+fn recorded(fault: &Fault, ratio: f64) -> DriveLog {
     let options = LogOptions { steering_ratio: Some(ratio), ..LogOptions::default() };
-    let log = read_log(&[("drive.csv".into(), drive(fault).into_bytes())], &options).unwrap();
+    read_log(&[("drive.csv".into(), drive(fault).into_bytes())], &options).unwrap()
+}
+
+fn identified(log: &DriveLog) -> Plant {
     // The car is of order 2.
     let options = IdentifyOptions { max_order: 3, ..IdentifyOptions::default() };
-    identify(&log, &options).unwrap().plant
+    identify(log, &options).unwrap().plant
+}
+
+fn bicycle(log: &DriveLog) -> Bicycle {
+    identify_bicycle(log, &BicycleOptions::default()).unwrap().bicycle
 }
 
 /// fault, what is found with its grade, words of the advice about it
@@ -207,15 +215,19 @@ fn each_fault_is_found_with_its_cause() {
         ),
     ];
     let judge = |(name, fault, ratio, code, grade, words): Case| {
-        let quality = identified(&fault, ratio).quality;
-        println!("{name}: {:?}\n{:#?}", quality.reasons, quality.advice);
-        let found = quality.reasons.iter().any(|r| r.code == code && r.grade == grade);
-        let advised = quality.advice.iter().any(|a| words.iter().all(|word| a.contains(word)));
-        (!(found && advised)).then(|| format!("{name}: {}", quality.codes()))
+        let log = recorded(&fault, ratio);
+        let of = [("plant", identified(&log).quality), ("bicycle", bicycle(&log).quality)];
+        let missed = |(model, quality): (&str, Quality)| {
+            println!("{name}, {model}: {:?}\n{:#?}", quality.reasons, quality.advice);
+            let found = quality.reasons.iter().any(|r| r.code == code && r.grade == grade);
+            let advised = quality.advice.iter().any(|a| words.iter().all(|word| a.contains(word)));
+            (!(found && advised)).then(|| format!("{name}, {model}: {}", quality.codes()))
+        };
+        of.into_iter().filter_map(missed).collect::<Vec<_>>()
     };
     let missed: Vec<String> = std::thread::scope(|scope| {
         let threads = cases.map(|case| scope.spawn(move || judge(case)));
-        threads.into_iter().filter_map(|thread| thread.join().unwrap()).collect()
+        threads.into_iter().flat_map(|thread| thread.join().unwrap()).collect()
     });
     assert!(missed.is_empty(), "{missed:#?}");
 }
@@ -223,9 +235,13 @@ fn each_fault_is_found_with_its_cause() {
 /// The same car without a fault passes.
 #[test]
 fn a_sound_drive_passes() {
-    let plant = identified(&NONE, RATIO);
+    let log = recorded(&NONE, RATIO);
+    let plant = identified(&log);
     assert_eq!(plant.quality.grade, Grade::Pass, "{:?}", plant.quality);
     assert_eq!(plant.evidence.held_out.unwrap().selection, "end");
+    let bicycle = bicycle(&log);
+    assert_eq!(bicycle.quality.grade, Grade::Pass, "{:?}", bicycle.quality);
+    assert_eq!(bicycle.evidence.unwrap().held_out.unwrap().selection, "end");
 }
 
 /// 12 s of slalom and 8 s straight: the slalom validates, and the blocks are stated.
@@ -233,7 +249,13 @@ fn a_sound_drive_passes() {
 fn a_straight_at_the_end_does_not_judge() {
     let fault =
         Fault { seconds: (12.0, 8.0), yaw_rate: |_, r| 0.0087 * (r / 0.0087).round(), ..NONE };
-    let plant = identified(&fault, RATIO);
+    let log = recorded(&fault, RATIO);
+    let found = bicycle(&log);
+    let evidence = found.evidence.unwrap();
+    println!("bicycle: {} {:?}", evidence.validation_fit, found.quality);
+    assert_eq!(evidence.held_out.unwrap().selection, "excited-blocks");
+    assert!(evidence.validation_fit > 80.0 && found.quality.allows_design());
+    let plant = identified(&log);
     let held_out = plant.evidence.held_out.unwrap();
     println!("{:?} {held_out:?} {:?}", plant.evidence.fit, plant.quality);
     assert_eq!(held_out.selection, "excited-blocks");
@@ -251,8 +273,8 @@ fn a_few_spikes_change_nothing() {
     fn spiked(k: usize, r: f64) -> f64 {
         if [2000, 5000, 7000].contains(&k) { r - 2.0 } else { r }
     }
-    let (sound, plant) =
-        (identified(&NONE, RATIO), identified(&Fault { yaw_rate: spiked, ..NONE }, RATIO));
+    let [sound, plant] = [NONE, Fault { yaw_rate: spiked, ..NONE }]
+        .map(|fault| identified(&recorded(&fault, RATIO)));
     let channel = plant.evidence.channels.iter().find(|c| c.role == "yaw_rate").unwrap();
     assert_eq!(channel.spikes_s, [20.0, 50.0, 70.0]);
     let warned = plant.evidence.warnings.iter().any(|w| w.contains("20.000 s, 50.000 s, 70.000 s"));

@@ -7,13 +7,13 @@ use super::windows::{Windows, parzen};
 use crate::conversion::to_continuous;
 use crate::identify::evidence::{
     DRIFT, GOOD_FIT, HIGHEST_SHOWN, INFORMATIVE, LAGS, LARGEST_NOISE, LEAST_BAND, LEAST_STEERING,
-    failed,
+    Recorded, failed, faults,
 };
 use crate::identify::order::Errors;
 use crate::identify::{continuous_form, discrete, evidence, operating_point};
 use crate::model::StateSpace;
 use crate::statistics::{Z99, chi_squared_quantile};
-use crate::validation::{Response, implausible};
+use crate::validation::{Response, bandwidth_hz, implausible};
 use crate::{Detrend, Error, IdentifyOptions, Signals};
 use faer::MatRef;
 use formats::{
@@ -81,15 +81,31 @@ impl Absorbed {
             (per_angle * re, per_angle * im)
         };
         let zeros = evidence.poles_and_zeros.as_ref().map_or(&[][..], |m| &m.continuous_zeros);
-        let implausible = implausible(&Response {
+        let mut found = implausible(&Response {
             at: &at,
             speed_mps,
             steering_ratio: self.steering_ratio,
             zeros,
             spreads: &[],
         });
-        let slow = evidence::slow_log(&evidence.channels, &model, step);
-        let quality = quality(&evidence, held_out.is_ok(), continuous.is_some(), slow, implausible);
+        let point = operating_point(means, windows.scales, &model, speed_mps, self.input_kind);
+        let straight = point.steering_offset_rad / self.steering_ratio;
+        found.extend(faults(&Recorded {
+            channels: &evidence.channels,
+            play: None,
+            delay_s: None,
+            yaw_rate_lead_s: None,
+            yaw_rate_lag_s: None,
+            road_wheel_std_rad: evidence.excitation.road_wheel_std_rad,
+            yaw_rate_std_radps: evidence.excitation.yaw_rate_std_radps,
+            steering_ratio: self.steering_ratio,
+            noise_radps: residual.sqrt() * y,
+            seconds: (self.estimation.samples() + self.validation.samples()) as f64 * step,
+            road_wheel_offset_rad: straight,
+            yaw_rate_offset_radps: point.yaw_rate_offset_radps - at(0.0).0 * straight,
+        }));
+        found.extend(evidence::slow_log(&evidence.channels, bandwidth_hz(&at, 0.5 / step)));
+        let quality = quality(&evidence, held_out.is_ok(), continuous.is_some(), found);
         let mut used = self.options.clone();
         used.extend(options.to_map());
         used.insert("horizon_absorbed".into(), self.horizon.to_string());
@@ -104,13 +120,7 @@ impl Absorbed {
             input: self.input_kind,
             steering_ratio: self.steering_ratio,
             input_delay_s: 0.0,
-            operating_point: operating_point(
-                means,
-                windows.scales,
-                &model,
-                speed_mps,
-                self.input_kind,
-            ),
+            operating_point: point,
             discrete: discrete(&model, &gain, &vec![0.0; model.order()], step),
             continuous: continuous.map(|c| continuous_form(&c, &model)),
             noise: Noise { innovation_variance: residual * y * y },
@@ -307,11 +317,10 @@ fn quality(
     evidence: &Evidence,
     judged: bool,
     has_continuous: bool,
-    slow_log: Option<Reason>,
-    implausible: Vec<(Reason, String)>,
+    found: Vec<(Reason, String)>,
 ) -> Quality {
     let e = &evidence.excitation;
-    let (mut reasons, mut advice): (Vec<Reason>, Vec<String>) = implausible.into_iter().unzip();
+    let (mut reasons, mut advice): (Vec<Reason>, Vec<String>) = found.into_iter().unzip();
     if e.road_wheel_std_rad < LEAST_STEERING {
         let degrees = e.road_wheel_std_rad.to_degrees();
         let message = format!("the road wheel moves by {degrees:.2}° (standard deviation) only");
@@ -340,7 +349,6 @@ fn quality(
         reasons.push(reason.compared(fit, GOOD_FIT, "%"));
         advice.push("absorb drives of one speed, with --speed-window".to_owned());
     }
-    reasons.extend(slow_log);
     if !has_continuous {
         let message = "the model has no continuous counterpart";
         reasons.push(failed(ReasonCode::NoContinuousModel, message));

@@ -1,16 +1,18 @@
-//! Evidence and judgement of an identified bicycle.
+//! Evidence of an identified bicycle.
 
 use super::options::BicycleOptions;
 use super::parameters::{PARAMETERS, STEERING_OFFSET, YAW_RATE_OFFSET, combinations};
 use super::uncertainty::{deviation, directions};
-use super::{Estimate, Judged, Recording};
-use crate::identify::evidence::failed;
+use super::{Estimate, Judged, Recording, count, of as samples};
 use crate::signal::{mean, standard_deviation};
+use crate::statistics::variance_accounted_for;
 use crate::{DriveLog, Error};
-use formats::{BicycleEvidence, Estimated, Quality, ReasonCode, SpeedSummary, Stated, WithDelay};
+use formats::{
+    BicycleEvidence, Estimated, HeldOut, PredictionFit, SpeedSummary, Stated, WithDelay,
+};
 
 /// Speed that varies by less (standard deviation over mean) schedules nothing.
-const LEAST_SPREAD: f64 = 0.05;
+pub(super) const LEAST_SPREAD: f64 = 0.05;
 /// A delay matters where it is beyond this, s, and beyond two of its standard deviations.
 const LEAST_DELAY: f64 = 0.01;
 
@@ -39,18 +41,14 @@ impl Known<'_> {
             })
             .collect();
         let (log, judged) = (self.log, self.judged);
-        let errors: Vec<f64> = log.output[self.recording.estimation.clone()]
-            .iter()
-            .zip(&judged.simulated)
-            .map(|(y, s)| y - s)
-            .collect();
-        let variance = errors.iter().map(|e| e * e).sum::<f64>() / errors.len().max(1) as f64;
+        let split = &self.recording.split;
         let mut evidence = BicycleEvidence {
-            estimation_samples: self.recording.estimation.len(),
-            validation_samples: self.recording.validation.len(),
+            estimation_samples: count(&split.estimation),
+            validation_samples: count(&split.validation),
             sample_time_s: log.sample_time_s,
             estimation_fit: judged.estimation_fit,
-            validation_fit: judged.validation_fit,
+            validation_fit: judged.validation_fit.fit,
+            held_out: Some(self.held_out()),
             speed,
             identified,
             directions: directions(self.covariance)?,
@@ -60,7 +58,8 @@ impl Known<'_> {
             yaw_rate_offset_radps: p[YAW_RATE_OFFSET],
             with_delay: self.with_delay,
             error_correlation_time_s: log.sample_time_s
-                * (self.estimate.long_run_variance / variance.max(f64::MIN_POSITIVE)).max(1.0),
+                * (self.estimate.long_run_variance / self.variance().max(f64::MIN_POSITIVE))
+                    .max(1.0),
             channels: log.channels.clone(),
             warnings: log.warnings.clone(),
         };
@@ -68,8 +67,43 @@ impl Known<'_> {
         Ok(evidence)
     }
 
+    /// Mean square of the simulation errors on the estimation data, rad²/s².
+    pub(super) fn variance(&self) -> f64 {
+        let ranges = &self.recording.split.estimation;
+        let samples = ranges.iter().flat_map(|r| r.clone());
+        let square = |k: usize| (self.log.output[k] - self.judged.simulated[k]).powi(2);
+        samples.map(square).sum::<f64>() / count(ranges).max(1) as f64
+    }
+
+    fn held_out(&self) -> HeldOut {
+        let (split, fit) = (&self.recording.split, &self.judged.validation_fit);
+        let [measured, simulated] =
+            [&self.log.output, &self.judged.simulated].map(|x| samples(x, &split.validation));
+        // A file holds finite numbers only.
+        let variance_accounted_for = variance_accounted_for(&measured, &simulated).max(-1e9);
+        let instants = self.log.time_s();
+        HeldOut {
+            fit_standard_error: fit.standard_error,
+            blocks: fit.blocks,
+            selection: split.selection.name().into(),
+            segments_s: split
+                .validation
+                .iter()
+                .map(|r| [instants[r.start], instants[r.end - 1]])
+                .collect(),
+            fit_bound: None,
+            variance_accounted_for,
+            predictions: vec![PredictionFit {
+                steps: None,
+                ahead_s: None,
+                fit: fit.fit,
+                variance_accounted_for,
+            }],
+        }
+    }
+
     fn speed(&self) -> SpeedSummary {
-        let v = &self.recording.speed[self.recording.estimation.clone()];
+        let v = &samples(&self.recording.speed, &self.recording.split.estimation);
         SpeedSummary {
             min_mps: v.iter().copied().fold(f64::INFINITY, f64::min),
             // Of a vehicle that stands most of the time too, so that eq 13 can be written.
@@ -99,9 +133,15 @@ impl Known<'_> {
         all
     }
 
+    /// Whether the delay that was estimated is one.
+    pub(super) fn has_delay(&self) -> bool {
+        let d = &self.with_delay;
+        d.input_delay_s.abs() > LEAST_DELAY.max(2.0 * d.standard_error_s)
+    }
+
     fn warn(&self, e: &mut BicycleEvidence) {
         let d = &self.with_delay;
-        let matters = d.input_delay_s.abs() > LEAST_DELAY.max(2.0 * d.standard_error_s);
+        let matters = self.has_delay();
         let (milliseconds, error) = (1e3 * d.input_delay_s.abs(), 2e3 * d.standard_error_s);
         if matters && d.input_delay_s > 0.0 {
             e.warnings.push(format!(
@@ -119,89 +159,9 @@ impl Known<'_> {
                 e.speed.mean_mps, e.speed.standard_deviation_mps
             ));
         }
-        let crooked = (e.steering_offset_rad / self.log.steering_ratio).to_degrees();
-        if crooked.abs() > 1.0 {
-            e.warnings.push(format!(
-                "driving straight would need {crooked:.1}° at the road wheel: check the zero of the steering angle"
-            ));
-        }
-        if e.yaw_rate_offset_radps.to_degrees().abs() > 1.0 {
-            e.warnings.push(format!(
-                "the yaw rate is off by {:.1}°/s: check the gyro's bias",
-                e.yaw_rate_offset_radps.to_degrees()
-            ));
-        }
         if !self.judged.bounded {
             e.warnings.push("the model diverges on the held-out data".into());
         }
-    }
-
-    /// Judges by what matters for steering: does the log say enough, and does the model simulate data
-    /// it has not seen.
-    pub(super) fn quality(&self, e: &BicycleEvidence) -> Quality {
-        /// Below, the steering hardly moves the vehicle: a fifth of a degree at the road wheel.
-        const LEAST_STEERING: f64 = 0.0035;
-        const GOOD_FIT: f64 = 60.0;
-        /// Relative standard error of the yaw rate's gain beyond which it is not known.
-        const LARGEST_ERROR: f64 = 0.15;
-        let slalom = "drive a slalom with sweeping rhythm, 0.2 to 2 Hz, about ±20° at the steering wheel, for 60 s at each of two or three speeds";
-        let (mut reasons, mut advice) = (Vec::new(), Vec::new());
-        let steering = standard_deviation(&self.recording.steering);
-        let mut weak = steering < LEAST_STEERING;
-        if weak {
-            let degrees = steering.to_degrees();
-            let message =
-                format!("the road wheel moves by {degrees:.2}° (standard deviation) only");
-            let limit = LEAST_STEERING.to_degrees();
-            reasons.push(failed(ReasonCode::WeakSteering, message).compared(degrees, limit, "deg"));
-        }
-        if e.validation_fit < GOOD_FIT {
-            let fit = e.validation_fit;
-            let message = format!("the fit on validation data is {fit:.0} %, below {GOOD_FIT} %");
-            let reason = failed(ReasonCode::LowValidationFit, message);
-            reasons.push(reason.compared(fit, GOOD_FIT, "%"));
-            advice.push(
-                "check the mapping, signs and clocks of the channels, the steering ratio, and that the tyres are not at their limit"
-                    .to_owned(),
-            );
-        }
-        if let Some(gain) = e.identified.iter().find(|c| c.name == "yaw_rate_gain")
-            && gain.standard_error > LARGEST_ERROR * gain.value.abs()
-        {
-            let percent = 100.0 * gain.standard_error / gain.value.abs();
-            let message = format!(
-                "the standard error of the yaw-rate gain {:.2} 1/s is {percent:.0} %",
-                gain.value
-            );
-            let reason = failed(ReasonCode::UncertainGain, message);
-            reasons.push(reason.compared(percent, 100.0 * LARGEST_ERROR, "%"));
-            weak = true;
-        }
-        if weak {
-            advice.push(slalom.to_owned());
-        }
-        let spread = e.speed.standard_deviation_mps / e.speed.mean_mps;
-        if spread < LEAST_SPREAD {
-            advice.push(
-                "for other speeds than this one, give logs at several speeds, or one whose speed varies"
-                    .to_owned(),
-            );
-        }
-        let summary = if !reasons.is_empty() {
-            let messages: Vec<&str> = reasons.iter().map(|r| r.message.as_str()).collect();
-            format!("Validation failed: {}.", messages.join("; "))
-        } else if spread < LEAST_SPREAD {
-            format!(
-                "The fit on validation data is {:.1} % at {:.1} m/s, the only speed driven: fit to design on there.",
-                e.validation_fit, e.speed.mean_mps
-            )
-        } else {
-            format!(
-                "The fit on validation data is {:.1} % between {:.0} and {:.0} m/s: fit to design on there.",
-                e.validation_fit, e.speed.min_mps, e.speed.max_mps
-            )
-        };
-        Quality::new(summary, reasons, advice)
     }
 }
 

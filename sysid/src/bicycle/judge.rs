@@ -5,11 +5,12 @@
 //! the estimation part, as an identified plant is judged about that part's means. The simulated yaw
 //! rate is linear in both offsets and in each segment's initial states.
 
+use super::Recording;
 use super::estimate::Problem;
 use super::parameters::{self, PARAMETERS, STEERING_OFFSET, YAW_RATE_OFFSET};
 use super::simulate::{sensitivities, within};
-use super::{BicycleOptions, Recording};
 use crate::dense::least_squares;
+use crate::validation::Split;
 use crate::{DriveLog, Error, IdentifyOptions, Judged};
 use faer::Mat;
 use formats::Bicycle;
@@ -33,15 +34,13 @@ pub fn judge_bicycle(
         speed: Some(log.speed.clone().unwrap_or_else(|| vec![vehicle.speed_mps; log.len()])),
         ..log.clone()
     };
-    let split = BicycleOptions {
-        validation_fraction: options.validation_fraction,
-        ..BicycleOptions::default()
-    };
-    let recording = Recording::new(&with_speed, &split)?;
+    let recording = Recording::new(&with_speed, &|turned| {
+        Split::end(log, turned.len(), options.validation_fraction)
+    })?;
     let segments = recording.stretches(&with_speed);
     let share = vehicle.distance_rear_m / (vehicle.distance_front_m + vehicle.distance_rear_m);
-    let [estimation, validation] = [&recording.estimation, &recording.validation]
-        .map(|range| Problem::new(within(&segments, range), share, None, false));
+    let [estimation, validation] = [&recording.split.estimation, &recording.split.validation]
+        .map(|ranges| Problem::new(within(&segments, ranges), share, None, false));
 
     let mut p = parameters::of_vehicle(vehicle, log.steering_ratio);
     if let Some(evidence) = &bicycle.evidence {
@@ -55,9 +54,9 @@ pub fn judge_bicycle(
     let judged = super::Judged::new(log, &recording, errors(&estimation)?, errors(&validation)?);
     Ok(Judged {
         estimation_fit: judged.estimation_fit,
-        validation_fit: judged.validation_fit,
+        validation_fit: judged.validation_fit.fit,
         simulated_yaw_rate_radps: judged.simulated,
-        first_held_out: recording.validation.start,
+        first_held_out: recording.split.validation.first().map_or(log.len(), |r| r.start),
     })
 }
 

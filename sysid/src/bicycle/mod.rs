@@ -22,12 +22,15 @@ mod evidence;
 mod judge;
 mod options;
 mod parameters;
+mod quality;
 mod simulate;
 mod uncertainty;
 
 use crate::identify::Traces;
+use crate::identify::evidence::BLOCK_S;
 use crate::signal::standard_deviation;
-use crate::statistics::fit_percent;
+use crate::statistics::{FitWithError, fit_with_error};
+use crate::validation::Split;
 use crate::{DriveLog, Error};
 use estimate::{Estimate, Problem};
 use formats::{Bicycle, Document, Provenance, WithDelay};
@@ -54,13 +57,14 @@ pub struct IdentifiedBicycle {
 struct Recording {
     steering: Vec<f64>,
     speed: Vec<f64>,
-    estimation: Range<usize>,
-    validation: Range<usize>,
+    /// What estimates and what validates.
+    split: Split,
 }
 
 /// Identifies the bicycle in `log`, which must have a speed.
 ///
-/// The end of the log is held out; it judges the model and chooses nothing.
+/// The end of the log is held out, or blocks of it where its end is not excited; they judge the model and
+/// choose nothing.
 ///
 /// # Errors
 /// [`Error`] where the log or the options allow no model. A poor model is no error: the evidence and
@@ -70,17 +74,17 @@ pub fn identify_bicycle(
     options: &BicycleOptions,
 ) -> Result<IdentifiedBicycle, Error> {
     options.check()?;
-    let recording = Recording::new(log, options)?;
+    let recording =
+        Recording::new(log, &|turned| Split::new(log, turned, options.validation_fraction))?;
     let stretches = recording.stretches(log);
-    let part = |range: &Range<usize>| within(&stretches, range);
-    let problem = |range: &Range<usize>, delay: bool| {
-        Problem::new(part(range), options.front_share(), options.wheelbase_m, delay)
+    let problem = |ranges: &[Range<usize>], delay: bool| {
+        Problem::new(within(&stretches, ranges), options.front_share(), options.wheelbase_m, delay)
     };
-    let folded = problem(&recording.estimation, false);
+    let folded = problem(&recording.split.estimation, false);
     let found = folded.solve()?;
-    let delayed = problem(&recording.estimation, true);
+    let delayed = problem(&recording.split.estimation, true);
     let with_delay = delayed.solve_with_delay(&found)?;
-    let held_out = problem(&recording.validation, false);
+    let held_out = problem(&recording.split.validation, false);
     let judge = |e: &Estimate| -> Result<Judged, Error> {
         let estimation = folded.errors(&e.parameters, &e.starts);
         let starts = held_out.starts(&e.parameters)?;
@@ -98,7 +102,7 @@ pub fn identify_bicycle(
             .sqrt(),
         actuator_time_constant_s: with_delay.parameters[parameters::LAG].exp(),
         estimation_fit: judged_with_delay.estimation_fit,
-        validation_fit: judged_with_delay.validation_fit,
+        validation_fit: judged_with_delay.validation_fit.fit,
     };
     let known = evidence::Known {
         log,
@@ -131,16 +135,19 @@ pub fn identify_bicycle(
 }
 
 impl Recording {
-    fn new(log: &DriveLog, options: &BicycleOptions) -> Result<Self, Error> {
+    /// Checks the log, and splits it by its steering times speed.
+    fn new(log: &DriveLog, split: &dyn Fn(&[f64]) -> Split) -> Result<Self, Error> {
         let speed = log.speed.clone().ok_or(Error::SpeedNeeded)?;
         let n = log.len();
         let no_model = |problem: &str| Err(Error::NoModel { problem: problem.into() });
         if log.output.len() != n || speed.len() != n {
             return no_model("steering, yaw rate and speed are not equally long");
         }
-        let split = n - (options.validation_fraction * n as f64).round() as usize;
-        if split.min(n - split) < LEAST_SAMPLES {
-            let (got, need) = (n, (n * LEAST_SAMPLES).div_ceil(split.min(n - split).max(1)));
+        let turned: Vec<f64> = log.input.iter().zip(&speed).map(|(u, v)| u * v).collect();
+        let split = split(&turned);
+        let least = count(&split.estimation).min(count(&split.validation));
+        if least < LEAST_SAMPLES {
+            let (got, need) = (n, (n * LEAST_SAMPLES).div_ceil(least.max(1)));
             let sample_time_s = log.sample_time_s;
             return Err(Error::TooFewSamples {
                 got,
@@ -158,14 +165,15 @@ impl Recording {
             return Err(Error::NoModel { problem: format!("the speed is {v} m/s somewhere") });
         }
         for (signal, role) in [(&log.input, "steering"), (&log.output, "yaw rate")] {
-            let size = signal[..split].iter().fold(0.0_f64, |a, x| a.max(x.abs()));
-            if standard_deviation(&signal[..split]) <= 1e-12 * size {
+            let estimation = of(signal, &split.estimation);
+            let size = estimation.iter().fold(0.0_f64, |a, x| a.max(x.abs()));
+            if standard_deviation(&estimation) <= 1e-12 * size {
                 let problem = format!("the {role} does not move in the estimation data");
                 return Err(Error::NoModel { problem });
             }
         }
         let steering = log.input.iter().map(|u| u / log.steering_ratio).collect();
-        Ok(Self { steering, speed, estimation: 0..split, validation: split..n })
+        Ok(Self { steering, speed, split })
     }
 
     /// The log's stretches, each with its place.
@@ -181,10 +189,19 @@ impl Recording {
     }
 }
 
-/// A model held against the drive.
+fn count(ranges: &[Range<usize>]) -> usize {
+    ranges.iter().map(Range::len).sum()
+}
+
+/// The samples of a signal that `ranges` hold.
+fn of(signal: &[f64], ranges: &[Range<usize>]) -> Vec<f64> {
+    ranges.iter().flat_map(|r| &signal[r.clone()]).copied().collect()
+}
+
+/// A model compared with the drive.
 struct Judged {
     estimation_fit: f64,
-    validation_fit: f64,
+    validation_fit: FitWithError,
     simulated: Vec<f64>,
     /// Whether the simulation of the held-out part stayed within all bounds.
     bounded: bool,
@@ -202,25 +219,31 @@ impl Judged {
     ) -> Self {
         let mut simulated = log.output.clone();
         let bounded = estimation.is_some() && validation.is_some();
-        let mut fit = |errors: Option<Vec<Vec<f64>>>, range: &Range<usize>| {
-            let Some(errors) = errors else { return Self::LOST };
-            for (y, e) in simulated[range.clone()].iter_mut().zip(errors.into_iter().flatten()) {
-                *y -= e;
+        let mut fit = |errors: Option<Vec<Vec<f64>>>, ranges: &[Range<usize>]| {
+            let Some(errors) = errors else {
+                return FitWithError { fit: Self::LOST, standard_error: None, blocks: 0 };
+            };
+            for (range, errors) in ranges.iter().zip(errors) {
+                simulated[range.clone()].iter_mut().zip(errors).for_each(|(y, e)| *y -= e);
             }
-            fit_percent(&log.output[range.clone()], &simulated[range.clone()]).max(Self::LOST)
+            let pairs: Vec<(&[f64], &[f64])> =
+                ranges.iter().map(|r| (&log.output[r.clone()], &simulated[r.clone()])).collect();
+            let found = fit_with_error(&pairs, log.sample_time_s, BLOCK_S);
+            FitWithError { fit: found.fit.max(Self::LOST), ..found }
         };
-        let estimation_fit = fit(estimation, &recording.estimation);
-        let validation_fit = fit(validation, &recording.validation);
+        let estimation_fit = fit(estimation, &recording.split.estimation).fit;
+        let validation_fit = fit(validation, &recording.split.validation);
         Self { estimation_fit, validation_fit, simulated, bounded }
     }
 }
 
 fn traces(log: &DriveLog, recording: &Recording, judged: &Judged) -> Traces {
+    let is_validation = |k: usize| recording.split.validation.iter().any(|r| r.contains(&k));
     Traces {
         time_s: log.time_s(),
         steering_rad: log.input.clone(),
         yaw_rate_radps: log.output.clone(),
-        is_validation: (0..log.len()).map(|k| recording.validation.contains(&k)).collect(),
+        is_validation: (0..log.len()).map(is_validation).collect(),
         yaw_rad: log.yaw(&log.output),
         simulated_yaw_rad: log.yaw(&judged.simulated),
         simulated_yaw_rate_radps: judged.simulated.clone(),

@@ -234,25 +234,25 @@ pub(super) fn sensitivities(
     bounded.then_some(Sensitivities { yaw_rate: all, by })
 }
 
-/// The parts of a log's stretches that lie within `range`.
+/// The parts of a log's stretches that `ranges` hold, each of which lies within one of them.
 pub(super) fn within<'a>(
     stretches: &[(Range<usize>, Stretch<'a>)],
-    range: &Range<usize>,
+    ranges: &[Range<usize>],
 ) -> Vec<Stretch<'a>> {
-    stretches
-        .iter()
-        .filter_map(|(at, s)| {
-            let (from, to) = (at.start.max(range.start), at.end.min(range.end));
-            let cut = from.checked_sub(at.start)?..to.checked_sub(at.start)?;
-            (cut.start < cut.end).then(|| Stretch {
-                sample_time: s.sample_time,
-                before: &s.steering[..cut.start],
-                steering: &s.steering[cut.clone()],
-                speed: &s.speed[cut.clone()],
-                yaw_rate: &s.yaw_rate[cut],
-            })
+    let part = |range: &Range<usize>| {
+        let holds =
+            |(at, _): &&(Range<usize>, Stretch<'a>)| at.start <= range.start && range.end <= at.end;
+        let (at, s) = stretches.iter().find(holds)?;
+        let cut = range.start - at.start..range.end - at.start;
+        Some(Stretch {
+            sample_time: s.sample_time,
+            before: &s.steering[..cut.start],
+            steering: &s.steering[cut.clone()],
+            speed: &s.speed[cut.clone()],
+            yaw_rate: &s.yaw_rate[cut],
         })
-        .collect()
+    };
+    ranges.iter().filter_map(part).collect()
 }
 
 #[cfg(test)]
@@ -337,7 +337,7 @@ mod tests {
             let p = [4.2, 4.4, 0.9, -0.1, -1.0, delay, 0.01, 0.002, 0.0];
             // v_y and r forget within a second; what the wheel does must be right from the start.
             let all = yaw_rate(&p, 0.5, &whole, &[0.0, 0.0]).unwrap();
-            let part = within(&[(0..400, whole)], &(100..400));
+            let part = within(&[(0..400, whole)], std::slice::from_ref(&(100..400)));
             let found = yaw_rate(&p, 0.5, &part[0], &[0.0, 0.0]).unwrap();
             for t in 50..300 {
                 assert!((found[t] - all[100 + t]).abs() < 1e-9, "{delay} {t}");

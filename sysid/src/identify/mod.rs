@@ -26,7 +26,9 @@ use crate::conversion::{ContinuousModel, to_continuous};
 use crate::model::StateSpace;
 use crate::signal::{mean, standard_deviation};
 use crate::statistics::{independence, whiteness};
-use crate::validation::{Pair, Response, implausible, steering_play, yaw_rate_lag, yaw_rate_lead};
+use crate::validation::{
+    Pair, Response, bandwidth_hz, implausible, steering_play, yaw_rate_lag, yaw_rate_lead,
+};
 use crate::{DriveLog, Error};
 use candidates::{Candidate, Choice, choose, initial_states, output};
 use data::{Data, driving_input};
@@ -263,7 +265,7 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
         steering: &log.input,
         sample_time_s: data.sample_time,
         order: model.order(),
-        slow_log: evidence::slow_log(&log.channels, &model, data.sample_time),
+        slow_log: evidence::slow_log(&log.channels, bandwidth_hz(&at, 0.5 / data.sample_time)),
         noise_radps: residual.sqrt() * data.output_scale,
         road_wheel_offset_rad: point.steering_offset_rad / log.steering_ratio,
         yaw_rate_offset_radps: point.yaw_rate_offset_radps
@@ -300,7 +302,7 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
 }
 
 /// Steering, yaw rate and speed of the log's segments, as many as are needed to find faults.
-fn pairs(log: &DriveLog) -> Vec<Pair<'_>> {
+pub(crate) fn pairs(log: &DriveLog) -> Vec<Pair<'_>> {
     let mut left = MOST_FOR_FAULTS;
     let ranges = log.segments.iter().map(|s| {
         let range = s.range.start..s.range.end.min(s.range.start + left);

@@ -1,6 +1,7 @@
 //! Whether a recording and the model identified from it can be right: faults of channels, plausible
 //! gain and sign, play of the steering, clocks, and data that can validate.
 
+mod bandwidth;
 mod channels;
 mod lead;
 mod plausible;
@@ -8,9 +9,10 @@ mod play;
 mod regression;
 mod split;
 
+pub(crate) use bandwidth::bandwidth_hz;
 pub(crate) use channels::{Sampled, frozen, resolution, spikes};
 pub(crate) use lead::{yaw_rate_lag, yaw_rate_lead};
-pub(crate) use plausible::{Response, implausible};
+pub(crate) use plausible::{Response, implausible, opposite};
 pub(crate) use play::steering_play;
 pub(crate) use regression::Pair;
 pub(crate) use split::{Selection, Split};

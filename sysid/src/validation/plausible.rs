@@ -5,14 +5,13 @@
 //!
 //! `l_e = v δ/r = l (1 + (v/v_ch)²)`
 //!
-//! is a length: the wheelbase, lengthened by understeer, shortened by oversteer. It is taken at
-//! [`LOW_HZ`], where drift has no part in it and every vehicle is still quasi-steady.
+//! is a length: the wheelbase, lengthened by understeer, shortened by oversteer. It is taken at [`LOW_HZ`].
 
+use super::bandwidth::{LOW_HZ, bandwidth_hz};
+use super::regression::Pair;
 use formats::{Grade, Reason, ReasonCode, Spread};
 use std::f64::consts::TAU;
 
-/// Where the low-frequency gain is taken, Hz.
-const LOW_HZ: f64 = 0.2;
 /// The shortest effective wheelbase, m: 1:28 scale cars have 0.09 m.
 const SHORTEST_M: f64 = 0.08;
 /// … where the log has a steering wheel or the vehicle is fast: karts have 1.0 m, cars from 1.6 m, and
@@ -30,6 +29,14 @@ const STEERING_WHEEL_RATIO: f64 = 3.0;
 const SLOWEST_ZERO_RADPS: f64 = 0.5;
 /// Bandwidths are looked for up to here, Hz.
 const HIGHEST_HZ: f64 = 5.0;
+
+/// Within that, the yaw rate of every vehicle follows the steering, s.
+const SMOOTH_S: f64 = 1.0;
+/// Correlation of yaw rate and steering below minus which their signs are opposite.
+const OPPOSITE: f64 = 0.5;
+
+/// What to do about a sign.
+const AXES: &str = "check the axes: steering and yaw rate are positive to the left (ISO 8855, z up); a gyro with its axis down or a steering angle positive to the right needs a leading - before its column";
 
 /// What is judged.
 pub(crate) struct Response<'a> {
@@ -54,15 +61,11 @@ pub(crate) fn implausible(of: &Response<'_>) -> Vec<(Reason, String)> {
             "the yaw rate has the opposite sign to the steering: {re:.2} (rad/s)/rad at {LOW_HZ} Hz"
         );
         let reason = Reason::new(ReasonCode::WrongSign, Grade::Fail, message);
-        out.push((
-            reason.compared(re, 0.0, "1/s"),
-            "check the axes: steering and yaw rate are positive to the left (ISO 8855, z up); a gyro with its axis down or a steering angle positive to the right needs a leading - before its column"
-                .to_owned(),
-        ));
+        out.push((reason.compared(re, 0.0, "1/s"), AXES.to_owned()));
     } else if let Some(found) = wrong_gain(of, re.hypot(im)) {
         out.push(found);
     }
-    out.extend(slow_zero(of, re.hypot(im)));
+    out.extend(slow_zero(of));
     out
 }
 
@@ -98,18 +101,36 @@ fn wrong_gain(of: &Response<'_>, gain: f64) -> Option<(Reason, String)> {
     ))
 }
 
-/// A zero in the right half plane that is slower than the bandwidth.
-fn slow_zero(of: &Response<'_>, gain: f64) -> Option<(Reason, String)> {
-    let size = |hz: f64| {
-        let (re, im) = (of.at)(hz);
-        re.hypot(im)
+/// A yaw rate whose sign is opposite to that of steering times speed in the data themselves, for models
+/// whose structure has no such sign: by the correlation of their means over [`SMOOTH_S`].
+pub(crate) fn opposite(segments: &[Pair<'_>], sample_time_s: f64) -> Option<(Reason, String)> {
+    let width = ((SMOOTH_S / sample_time_s).round() as usize).max(1);
+    let smooth =
+        |x: Vec<f64>| -> Vec<f64> { x.chunks_exact(width).map(crate::signal::mean).collect() };
+    let turned = |s: &Pair<'_>| match s.speed {
+        Some(speed) => s.steering.iter().zip(speed).map(|(u, v)| u * v).collect(),
+        None => s.steering.to_vec(),
     };
-    let below = |hz: &f64| size(*hz) < gain * std::f64::consts::FRAC_1_SQRT_2;
-    let bandwidth_hz = (0..=60)
-        .map(|k| LOW_HZ * (HIGHEST_HZ / LOW_HZ).powf(f64::from(k) / 60.0))
-        .find(below)
-        .unwrap_or(HIGHEST_HZ);
-    let bandwidth = TAU * bandwidth_hz;
+    let input: Vec<f64> = segments.iter().flat_map(|s| smooth(turned(s))).collect();
+    let output: Vec<f64> = segments.iter().flat_map(|s| smooth(s.yaw_rate.to_vec())).collect();
+    let (u0, y0) = (crate::signal::mean(&input), crate::signal::mean(&output));
+    let sums = input.iter().zip(&output).fold([0.0; 3], |[uu, yy, uy], (u, y)| {
+        let (u, y) = (u - u0, y - y0);
+        [uu + u * u, yy + y * y, uy + u * y]
+    });
+    let correlation = sums[2] / (sums[0] * sums[1]).sqrt();
+    (correlation < -OPPOSITE).then(|| {
+        let message = format!(
+            "the yaw rate has the opposite sign to the steering: their correlation over means of {SMOOTH_S} s is {correlation:.2}"
+        );
+        let reason = Reason::new(ReasonCode::WrongSign, Grade::Fail, message);
+        (reason.compared(correlation, -OPPOSITE, ""), AXES.to_owned())
+    })
+}
+
+/// A zero in the right half plane that is slower than the bandwidth.
+fn slow_zero(of: &Response<'_>) -> Option<(Reason, String)> {
+    let bandwidth = TAU * bandwidth_hz(of.at, HIGHEST_HZ);
     let sure = |(i, zero): &(usize, &[f64; 2])| {
         let error = of.spreads.get(*i).map_or(0.0, |s| s.variance_re.sqrt());
         let size = zero[0].hypot(zero[1]);

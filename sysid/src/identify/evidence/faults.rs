@@ -1,7 +1,6 @@
 //! Reasons that lie in the recording: faults of channels, play of the steering, clocks, offsets.
 
-use super::quality::Drive;
-use formats::{Evidence, Grade, Reason, ReasonCode};
+use formats::{ChannelSummary, Grade, Reason, ReasonCode, SteeringPlay};
 
 /// Spikes are handled as missing samples; beyond that share of a channel's rows the sensor or its
 /// bus is broken, and smaller ones go unseen.
@@ -31,19 +30,43 @@ const LARGEST_LAG_S: f64 = 0.1;
 /// phase at 1 Hz.
 const LARGEST_LEAD_S: f64 = 0.03;
 
+/// What is known of a recording, whatever model is identified from it.
+pub(crate) struct Recorded<'a> {
+    pub(crate) channels: &'a [ChannelSummary],
+    pub(crate) play: Option<&'a SteeringPlay>,
+    /// The delay of the input that was taken, s.
+    pub(crate) delay_s: Option<f64>,
+    pub(crate) yaw_rate_lead_s: Option<f64>,
+    pub(crate) yaw_rate_lag_s: Option<f64>,
+    /// Standard deviation of the road-wheel angle, rad.
+    pub(crate) road_wheel_std_rad: f64,
+    /// Standard deviation of the yaw rate, rad/s.
+    pub(crate) yaw_rate_std_radps: f64,
+    /// Steering angle over road-wheel angle.
+    pub(crate) steering_ratio: f64,
+    /// Standard deviation of the noise on the yaw rate, rad/s.
+    pub(crate) noise_radps: f64,
+    /// Length without what was left out, s.
+    pub(crate) seconds: f64,
+    /// Road-wheel angle that driving straight would need, rad.
+    pub(crate) road_wheel_offset_rad: f64,
+    /// The yaw rate that driving straight would read, rad/s.
+    pub(crate) yaw_rate_offset_radps: f64,
+}
+
 /// Reasons with what to do about each.
-pub(super) fn faults(evidence: &Evidence, drive: &Drive<'_>) -> Vec<(Reason, String)> {
+pub(crate) fn faults(of: &Recorded<'_>) -> Vec<(Reason, String)> {
     let mut out = Vec::new();
-    for channel in &evidence.channels {
+    for channel in of.channels {
         spikes(channel, &mut out);
-        frozen(channel, drive, &mut out);
-        coarse(channel, evidence, drive, &mut out);
+        frozen(channel, of, &mut out);
+        coarse(channel, of, &mut out);
     }
-    play(evidence, &mut out);
-    clocks(evidence, &mut out);
-    let degrees = drive.yaw_rate_offset_radps.to_degrees();
-    if !is_yaw_rate_of_yaw(evidence) && degrees.abs() > MOST_OFFSET_DEGPS {
-        let wheel = drive.road_wheel_offset_rad.to_degrees();
+    play(of, &mut out);
+    clocks(of, &mut out);
+    let degrees = of.yaw_rate_offset_radps.to_degrees();
+    if !is_yaw_rate_of_yaw(of) && degrees.abs() > MOST_OFFSET_DEGPS {
+        let wheel = of.road_wheel_offset_rad.to_degrees();
         let message = format!(
             "driving straight reads {degrees:.2} °/s of yaw rate, or needs {wheel:.2}° at the road wheel"
         );
@@ -59,14 +82,11 @@ pub(super) fn faults(evidence: &Evidence, drive: &Drive<'_>) -> Vec<(Reason, Str
 
 /// Whether the yaw rate was differenced from a yaw, which no bias of a gyro is in: what is left is the zero of
 /// the steering, which a controller's integral finds.
-fn is_yaw_rate_of_yaw(evidence: &Evidence) -> bool {
-    evidence
-        .channels
-        .iter()
-        .any(|c| c.role == "yaw_rate" && matches!(c.unit.as_str(), "deg" | "rad"))
+fn is_yaw_rate_of_yaw(of: &Recorded<'_>) -> bool {
+    of.channels.iter().any(|c| c.role == "yaw_rate" && matches!(c.unit.as_str(), "deg" | "rad"))
 }
 
-fn spikes(channel: &formats::ChannelSummary, out: &mut Vec<(Reason, String)>) {
+fn spikes(channel: &ChannelSummary, out: &mut Vec<(Reason, String)>) {
     let share = channel.spikes_s.len() as f64 / channel.rows.max(1) as f64;
     if share > MOST_SPIKES {
         let message = format!(
@@ -84,10 +104,10 @@ fn spikes(channel: &formats::ChannelSummary, out: &mut Vec<(Reason, String)>) {
     }
 }
 
-fn frozen(channel: &formats::ChannelSummary, drive: &Drive<'_>, out: &mut Vec<(Reason, String)>) {
+fn frozen(channel: &ChannelSummary, of: &Recorded<'_>, out: &mut Vec<(Reason, String)>) {
     let Some(first) = channel.frozen_s.first() else { return };
     let lost: f64 = channel.frozen_s.iter().map(|[a, b]| b - a).sum();
-    let recorded = drive.steering.len() as f64 * drive.sample_time_s + lost;
+    let recorded = of.seconds + lost;
     let limit = MOST_FROZEN * recorded;
     let grade = if lost > limit { Grade::Fail } else { Grade::Warn };
     let message = format!(
@@ -102,25 +122,18 @@ fn frozen(channel: &formats::ChannelSummary, drive: &Drive<'_>, out: &mut Vec<(R
     ));
 }
 
-fn coarse(
-    channel: &formats::ChannelSummary,
-    evidence: &Evidence,
-    drive: &Drive<'_>,
-    out: &mut Vec<(Reason, String)>,
-) {
+fn coarse(channel: &ChannelSummary, of: &Recorded<'_>, out: &mut Vec<(Reason, String)>) {
     let Some(step) = channel.resolution else { return };
     let rounding = step / 12_f64.sqrt();
     let (spread, limit) = match channel.role.as_str() {
-        "yaw_rate" if !is_yaw_rate_of_yaw(evidence) => {
-            let noise = drive.noise_radps;
+        "yaw_rate" if !is_yaw_rate_of_yaw(of) => {
+            let noise = of.noise_radps;
             if rounding * rounding < DOMINATES * noise * noise {
                 return;
             }
-            (evidence.excitation.yaw_rate_std_radps, COARSE)
+            (of.yaw_rate_std_radps, COARSE)
         }
-        "steering" => {
-            (evidence.excitation.road_wheel_std_rad * drive.steering_ratio, COARSE_STEERING)
-        }
+        "steering" => (of.road_wheel_std_rad * of.steering_ratio, COARSE_STEERING),
         _ => return,
     };
     let share = rounding / spread;
@@ -142,13 +155,13 @@ fn coarse(
     }
 }
 
-fn play(evidence: &Evidence, out: &mut Vec<(Reason, String)>) {
-    let Some(play) = &evidence.play else { return };
+fn play(of: &Recorded<'_>, out: &mut Vec<(Reason, String)>) {
+    let Some(play) = of.play else { return };
     let degrees = play.road_wheel_rad.to_degrees();
     if degrees < NOTICED_PLAY_DEG {
         return;
     }
-    let amplitude = std::f64::consts::SQRT_2 * evidence.excitation.road_wheel_std_rad;
+    let amplitude = std::f64::consts::SQRT_2 * of.road_wheel_std_rad;
     let far = 0.5 * play.road_wheel_rad > MOST_PLAY * amplitude;
     let grade = if far { Grade::Fail } else { Grade::Warn };
     let message = format!(
@@ -176,8 +189,8 @@ fn play(evidence: &Evidence, out: &mut Vec<(Reason, String)>) {
     ));
 }
 
-fn clocks(evidence: &Evidence, out: &mut Vec<(Reason, String)>) {
-    if let Some(lead) = evidence.yaw_rate_lead_s {
+fn clocks(of: &Recorded<'_>, out: &mut Vec<(Reason, String)>) {
+    if let Some(lead) = of.yaw_rate_lead_s {
         let grade = if lead > LARGEST_LEAD_S { Grade::Fail } else { Grade::Warn };
         let message =
             format!("the yaw rate comes {:.0} ms before the steering that causes it", 1e3 * lead);
@@ -188,8 +201,8 @@ fn clocks(evidence: &Evidence, out: &mut Vec<(Reason, String)>) {
                 .to_owned(),
         ));
     }
-    let taken = evidence.delay.filter(|d| d.taken).map(|d| (d.estimate_s, LARGEST_DELAY_S));
-    let lag = evidence.yaw_rate_lag_s.map(|lag| (lag, LARGEST_LAG_S));
+    let taken = of.delay_s.map(|delay| (delay, LARGEST_DELAY_S));
+    let lag = of.yaw_rate_lag_s.map(|lag| (lag, LARGEST_LAG_S));
     if let Some((late, limit)) = taken.or(lag).filter(|(late, limit)| *late > *limit) {
         let message = format!(
             "the yaw rate follows the steering {:.0} ms late, later than a vehicle's",

@@ -22,10 +22,11 @@ use formats::{
     CoherencePoint, DataFactor, Excitation, FactorMethod, FrequencyResponse, ResidualCorrelation,
 };
 
+pub(crate) use faults::{Recorded, faults};
 pub(crate) use poles::poles_and_zeros;
-pub(crate) use prediction::{Prediction, held_out};
+pub(crate) use prediction::{BLOCK_S, Prediction, held_out};
 pub(crate) use quality::{
-    Drive, GOOD_FIT, LARGEST_NOISE, LEAST_BAND, LEAST_STEERING, failed, quality,
+    Drive, GOOD_FIT, LARGEST_NOISE, LEAST_BAND, LEAST_STEERING, failed, quality, with_error,
 };
 pub(crate) use rate::slow_log;
 

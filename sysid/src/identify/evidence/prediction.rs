@@ -20,7 +20,7 @@ use formats::{HeldOut, PredictionFit};
 /// How far ahead predictions are tried, s.
 const AHEAD: [f64; 5] = [0.1, 0.2, 0.5, 1.0, 2.0];
 /// A block of held-out time that is nearly independent of the others, s: a few manoeuvres.
-const BLOCK_S: f64 = 3.0;
+pub(crate) const BLOCK_S: f64 = 3.0;
 
 /// Held-out data with what the model makes of them, in any units common to all.
 pub(crate) struct Prediction<'a> {

@@ -1,10 +1,11 @@
 //! The quality of an identified plant: reasons with their numbers, and the next thing to do.
 
 use super::departed::{departed, mend, nearness, too_far};
+use super::faults::{Recorded, faults};
 use super::sweep::{SWEEP, WANTED, swept, what_to_drive};
 use crate::identify::IdentifyOptions;
 use formats::{
-    Evidence, Excitation, ExcitationBand, Grade, Information, InputKind, Quality, Reason,
+    Evidence, Excitation, ExcitationBand, Grade, HeldOut, Information, InputKind, Quality, Reason,
     ReasonCode,
 };
 
@@ -27,7 +28,7 @@ pub(crate) struct Drive<'a> {
     /// Order of the model.
     pub(crate) order: usize,
     /// Why the log is too slow, if it is.
-    pub(crate) slow_log: Option<Reason>,
+    pub(crate) slow_log: Option<(Reason, String)>,
     /// Standard deviation of the one-step prediction errors, rad/s.
     pub(crate) noise_radps: f64,
     /// Road-wheel angle that driving straight would need, rad.
@@ -99,7 +100,20 @@ pub(crate) fn quality(
         reasons.push(reason.compared(percent, 100.0 * LARGEST_NOISE, "%"));
         advice.push("steer more strongly, or use a less noisy gyro".to_owned());
     }
-    let faults = super::faults::faults(evidence, drive);
+    let faults = faults(&Recorded {
+        channels: &evidence.channels,
+        play: evidence.play.as_ref(),
+        delay_s: evidence.delay.filter(|d| d.taken).map(|d| d.estimate_s),
+        yaw_rate_lead_s: evidence.yaw_rate_lead_s,
+        yaw_rate_lag_s: evidence.yaw_rate_lag_s,
+        road_wheel_std_rad: e.road_wheel_std_rad,
+        yaw_rate_std_radps: e.yaw_rate_std_radps,
+        steering_ratio: drive.steering_ratio,
+        noise_radps: drive.noise_radps,
+        seconds: drive.steering.len() as f64 * drive.sample_time_s,
+        road_wheel_offset_rad: drive.road_wheel_offset_rad,
+        yaw_rate_offset_radps: drive.yaw_rate_offset_radps,
+    });
     let explained = !drive.implausible.is_empty() || evidence.yaw_rate_lead_s.is_some();
     for (reason, cause) in drive.implausible.iter().cloned().chain(faults) {
         reasons.push(reason);
@@ -109,7 +123,7 @@ pub(crate) fn quality(
     if let Some(bound) = uninformative(evidence) {
         let message = format!(
             "the fit on validation data is {}, and noise allows at most {bound:.0} % there: these data cannot validate a model",
-            with_error(fit, evidence, 0)
+            with_error(fit, evidence.held_out.as_ref(), 0)
         );
         // What fits the estimation data is no bad model, only one that was not validated.
         let grade = if evidence.fit.estimation < GOOD_FIT { Grade::Fail } else { Grade::Warn };
@@ -122,7 +136,7 @@ pub(crate) fn quality(
     } else if fit < GOOD_FIT {
         let message = format!(
             "the fit on validation data is {}, below {GOOD_FIT} %",
-            with_error(fit, evidence, 0)
+            with_error(fit, evidence.held_out.as_ref(), 0)
         );
         let reason = failed(ReasonCode::LowValidationFit, message);
         reasons.push(reason.compared(fit, GOOD_FIT, "%"));
@@ -138,11 +152,9 @@ pub(crate) fn quality(
         reasons.push(failed(ReasonCode::NoContinuousModel, message));
         advice.push("try another --order or --sample-time".to_owned());
     }
-    if let Some(reason) = &drive.slow_log {
-        reasons.push(reason.clone());
-        advice.push(
-            "log steering and yaw rate faster, or filter them before they are sampled".to_owned(),
-        );
+    if let Some((reason, cause)) = drive.slow_log.clone() {
+        reasons.push(reason);
+        advice.push(cause);
     }
     let departed = departed(evidence);
     reasons.extend(too_far(&departed).map(|message| failed(ReasonCode::ModelError, message)));
@@ -155,7 +167,7 @@ pub(crate) fn quality(
         });
         format!(
             "The fit on validation data is {}, and the log is informative up to {:.1} Hz{near}: fit to design on.",
-            with_error(fit, evidence, 1),
+            with_error(fit, evidence.held_out.as_ref(), 1),
             e.informative_up_to_hz
         )
     } else if weak {
@@ -165,7 +177,7 @@ pub(crate) fn quality(
     } else {
         format!(
             "The fit on validation data is {}. A controller may be designed with reservations: {}.",
-            with_error(fit, evidence, 1),
+            with_error(fit, evidence.held_out.as_ref(), 1),
             messages()
         )
     };
@@ -187,8 +199,8 @@ fn uninformative(evidence: &Evidence) -> Option<f64> {
 }
 
 /// `45 ± 6 %`: twice the standard error, about 95 %.
-fn with_error(fit: f64, evidence: &Evidence, digits: usize) -> String {
-    match evidence.held_out.as_ref().and_then(|h| h.fit_standard_error) {
+pub(crate) fn with_error(fit: f64, held_out: Option<&HeldOut>, digits: usize) -> String {
+    match held_out.and_then(|h| h.fit_standard_error) {
         // An uncertainty below the last digit would read as none.
         Some(error) => {
             let shown = (2.0 * error).max(0.1_f64.powi(digits as i32));

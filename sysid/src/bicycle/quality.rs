@@ -1,0 +1,165 @@
+//! The quality of an identified bicycle: does the log say enough, can sign, gain and wheelbase be a road
+//! vehicle's, was the recording sound, and does the model simulate data that it has not seen.
+
+use super::evidence::{Known, LEAST_SPREAD};
+use super::parameters::{Coefficients, STEERING_FACTOR, STEERING_OFFSET, YAW_RATE_OFFSET};
+use crate::identify::evidence::{
+    GOOD_FIT, LEAST_STEERING, Recorded, failed, faults, slow_log, with_error,
+};
+use crate::identify::pairs;
+use crate::signal::standard_deviation;
+use crate::validation::{
+    Pair, Response, bandwidth_hz, implausible, opposite, steering_play, yaw_rate_lag, yaw_rate_lead,
+};
+use faer::c64;
+use formats::{BicycleEvidence, Grade, Quality, Reason, ReasonCode};
+use std::f64::consts::TAU;
+
+/// Relative standard error of the yaw rate's gain beyond which it is not known.
+const LARGEST_ERROR: f64 = 0.15;
+
+impl Known<'_> {
+    pub(super) fn quality(&self, e: &BicycleEvidence) -> Quality {
+        let (mut reasons, mut advice) = (Vec::new(), Vec::new());
+        let pairs = pairs(self.log);
+        let reversed = opposite(&pairs, self.log.sample_time_s);
+        // Of a yaw rate reversed the model's gain and offsets say nothing.
+        let gain_error = if reversed.is_some() { None } else { uncertain_gain(e) };
+        let has_gain = reversed.is_none() && gain_error.is_none();
+        let implausible = match reversed {
+            Some(found) => vec![found],
+            None if has_gain => self.implausible(e),
+            None => Vec::new(),
+        };
+        let too_little: Vec<Reason> = self.weak_steering().into_iter().chain(gain_error).collect();
+        let mut explained = !implausible.is_empty();
+        if !too_little.is_empty() {
+            reasons.extend(too_little);
+            advice.push(
+                "drive a slalom with sweeping rhythm, 0.2 to 2 Hz, about ±20° at the steering wheel, for 60 s at each of two or three speeds"
+                    .to_owned(),
+            );
+        }
+        for (reason, cause) in implausible.into_iter().chain(self.faults(e, &pairs, has_gain)) {
+            explained |= reason.grade == Grade::Fail;
+            reasons.push(reason);
+            advice.push(cause);
+        }
+        let fit = with_error(e.validation_fit, e.held_out.as_ref(), 1);
+        if e.validation_fit < GOOD_FIT {
+            let message = format!("the fit on validation data is {fit}, below {GOOD_FIT} %");
+            let reason = failed(ReasonCode::LowValidationFit, message);
+            reasons.push(reason.compared(e.validation_fit, GOOD_FIT, "%"));
+            if !explained {
+                advice.push(
+                    "check the mapping, signs and clocks of the channels, the steering ratio, and that the tyres are not at their limit"
+                        .to_owned(),
+                );
+            }
+        }
+        let one_speed = e.speed.standard_deviation_mps < LEAST_SPREAD * e.speed.mean_mps;
+        if one_speed {
+            advice.push(
+                "for other speeds than this one, give logs at several speeds, or one whose speed varies"
+                    .to_owned(),
+            );
+        }
+        let speeds = if one_speed {
+            format!("at {:.1} m/s, the only speed driven", e.speed.mean_mps)
+        } else {
+            format!("between {:.0} and {:.0} m/s", e.speed.min_mps, e.speed.max_mps)
+        };
+        let messages = || reasons.iter().map(|r| r.message.as_str()).collect::<Vec<_>>().join("; ");
+        let summary = if reasons.is_empty() {
+            format!("The fit on validation data is {fit} {speeds}: fit to design on there.")
+        } else if reasons.iter().any(|r| r.grade == Grade::Fail) {
+            format!("Validation failed: {}.", messages())
+        } else {
+            format!(
+                "The fit on validation data is {fit} {speeds}. A controller may be designed there with reservations: {}.",
+                messages()
+            )
+        };
+        Quality::new(summary, reasons, advice)
+    }
+
+    fn weak_steering(&self) -> Option<Reason> {
+        let steering = standard_deviation(&self.recording.steering);
+        (steering < LEAST_STEERING).then(|| {
+            let degrees = steering.to_degrees();
+            let message =
+                format!("the road wheel moves by {degrees:.2}° (standard deviation) only");
+            let limit = LEAST_STEERING.to_degrees();
+            failed(ReasonCode::WeakSteering, message).compared(degrees, limit, "deg")
+        })
+    }
+
+    /// What no road vehicle has, each with the likely cause.
+    fn implausible(&self, e: &BicycleEvidence) -> Vec<(Reason, String)> {
+        implausible(&Response {
+            at: &self.response(e.speed.mean_mps),
+            speed_mps: e.speed.mean_mps,
+            steering_ratio: self.log.steering_ratio,
+            zeros: &[],
+            spreads: &[],
+        })
+    }
+
+    /// The recording's faults, each with its likely cause.
+    fn faults(
+        &self,
+        e: &BicycleEvidence,
+        pairs: &[Pair<'_>],
+        has_gain: bool,
+    ) -> Vec<(Reason, String)> {
+        let (log, p) = (self.log, &self.estimate.parameters);
+        let at = self.response(e.speed.mean_mps);
+        let gain = at(0.0).0 * p[STEERING_FACTOR].exp();
+        let (angle, rate) =
+            if has_gain { (p[STEERING_OFFSET], p[YAW_RATE_OFFSET]) } else { (0.0, 0.0) };
+        let delay_s = self.has_delay().then_some(self.with_delay.input_delay_s);
+        let play = steering_play(pairs, log.sample_time_s, log.steering_ratio, &|w| at(w / TAU));
+        let mut found = faults(&Recorded {
+            channels: &e.channels,
+            play: play.as_ref(),
+            delay_s: delay_s.filter(|d| *d > 0.0),
+            yaw_rate_lead_s: yaw_rate_lead(pairs, log.sample_time_s),
+            yaw_rate_lag_s: yaw_rate_lag(pairs, log.sample_time_s),
+            road_wheel_std_rad: standard_deviation(&self.recording.steering),
+            yaw_rate_std_radps: standard_deviation(&log.output),
+            steering_ratio: log.steering_ratio,
+            noise_radps: self.variance().sqrt(),
+            seconds: log.len() as f64 * log.sample_time_s,
+            road_wheel_offset_rad: angle - rate / gain,
+            yaw_rate_offset_radps: rate - gain * angle,
+        });
+        let slow = slow_log(&e.channels, bandwidth_hz(&at, 0.5 / log.sample_time_s));
+        found.extend(slow);
+        found
+    }
+
+    /// Yaw rate over the angle of the vehicle's road wheels, 1/s, at a frequency in Hz: eq 13 at a speed, with
+    /// the actuator's lag.
+    fn response(&self, speed_mps: f64) -> impl Fn(f64) -> (f64, f64) + use<> {
+        let c = Coefficients::new(&self.estimate.parameters, self.options.front_share());
+        let ([f11, f12, f21, f22], [b1, b2]) = c.at_speed(speed_mps);
+        move |hz| {
+            let s = c64::new(0.0, TAU * hz);
+            let numerator = (s - f11) * b2 + f21 * b1;
+            let g = numerator / ((s - f11) * (s - f22) - f12 * f21) / (s / c.rate + 1.0);
+            (g.re, g.im)
+        }
+    }
+}
+
+fn uncertain_gain(e: &BicycleEvidence) -> Option<Reason> {
+    let gain = e.identified.iter().find(|c| c.name == "yaw_rate_gain")?;
+    let percent = 100.0 * gain.standard_error / gain.value.abs();
+    (percent > 100.0 * LARGEST_ERROR).then(|| {
+        let message = format!(
+            "the standard error of the yaw-rate gain {:.2} 1/s is {percent:.0} %",
+            gain.value
+        );
+        failed(ReasonCode::UncertainGain, message).compared(percent, 100.0 * LARGEST_ERROR, "%")
+    })
+}
