@@ -267,8 +267,8 @@ impl Search<'_> {
         of_a_vehicle(chosen, &each.collect::<Vec<_>>(), self.windows.count as f64)
     }
 
-    /// The chosen model taken off the branch cut, or else the smallest of lower order that has a
-    /// continuous form or is brought to one, where that costs nearly nothing; returns which is chosen then.
+    /// The chosen model taken off the branch cut, or one of lower order that has a continuous form or is
+    /// brought to one, whichever costs least, where that is nearly nothing; returns which is chosen then.
     fn give_logarithm(
         &self,
         candidates: &mut [Candidate],
@@ -279,6 +279,7 @@ impl Search<'_> {
             return Ok(chosen);
         }
         let least = candidates[chosen].variance;
+        let mut best: Option<(usize, Candidate, bool)> = None;
         for i in in_turn(candidates.iter().map(|c| c.model.order()), chosen) {
             let mut one = candidates[i].clone();
             if i != chosen {
@@ -295,13 +296,15 @@ impl Search<'_> {
                 }
             }
             one.has_logarithm = has_logarithm(&one.model);
-            if one.has_logarithm && costs_nothing(least, one.variance) {
-                warnings.extend(moved.then(|| told(one.variance / least - 1.0)));
-                candidates[i] = one;
-                return Ok(i);
+            let is_best = best.as_ref().is_none_or(|(_, b, _)| one.variance < b.variance);
+            if one.has_logarithm && costs_nothing(least, one.variance) && is_best {
+                best = Some((i, one, moved));
             }
         }
-        Ok(chosen)
+        let Some((i, one, moved)) = best else { return Ok(chosen) };
+        warnings.extend(moved.then(|| told(one.variance / least - 1.0)));
+        candidates[i] = one;
+        Ok(i)
     }
 
     /// A candidate with the poles of a model; under feedback its B, too, since the simulation's is biased.

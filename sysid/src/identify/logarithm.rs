@@ -6,9 +6,9 @@ use super::starts::refit_about;
 use crate::conversion::{costs_nothing, has_logarithm, off_branch_cut};
 use crate::{DataSet, Error};
 
-/// The chosen model taken off the branch cut, or else the smallest of lower order that has a
-/// continuous form or is brought to one, where that costs nearly nothing; returns which is chosen then. `data` are
-/// those whose simulation errors the chosen one makes small.
+/// The chosen model taken off the branch cut, or one of lower order that has a continuous form or is brought to
+/// one, whichever costs least, where that is nearly nothing; returns which is chosen then. `data` are those
+/// whose simulation errors the chosen one makes small.
 pub(super) fn with_logarithm(
     data: &DataSet,
     candidates: &mut [Candidate],
@@ -20,6 +20,7 @@ pub(super) fn with_logarithm(
     }
     let level = candidates[chosen].conditions.levels.is_some();
     let least = mean_square(&candidates[chosen], data);
+    let mut best: Option<(usize, Candidate, f64)> = None;
     for i in in_turn(candidates.iter().map(|c| c.model.order()), chosen) {
         let mut one = candidates[i].clone();
         if i != chosen {
@@ -41,13 +42,15 @@ pub(super) fn with_logarithm(
             }
         }
         one.has_logarithm = has_logarithm(&one.model);
-        if one.has_logarithm && costs_nothing(least, now) {
-            one.mirroring_cost = moved.then_some(now / least - 1.0);
-            candidates[i] = one;
-            return Ok(i);
+        one.mirroring_cost = moved.then_some(now / least - 1.0);
+        let is_best = best.as_ref().is_none_or(|(_, _, square)| now < *square);
+        if one.has_logarithm && costs_nothing(least, now) && is_best {
+            best = Some((i, one, now));
         }
     }
-    Ok(chosen)
+    let Some((i, one, _)) = best else { return Ok(chosen) };
+    candidates[i] = one;
+    Ok(i)
 }
 
 /// The chosen candidate, then those of lower order.
