@@ -41,6 +41,9 @@ pub struct AbsorbedDrives {
     pub estimation: String,
     /// State of the held-out data's windows, in hexadecimal.
     pub validation: String,
+    /// Sums of Welch's spectra of all samples: number of windows, variance of their average, then |U|²,
+    /// |Y|² and the parts of U*Y at each frequency.
+    pub spectra: Vec<f64>,
     /// SHA-256 of this file with nothing in this place.
     pub sha256: String,
 }

@@ -3,12 +3,9 @@
 use super::Absorbed;
 use super::file::input_name;
 use super::identify::{Candidate, Choice, choose};
-use super::windows::{Windows, parzen};
+use super::windows::Windows;
 use crate::conversion::to_continuous;
-use crate::identify::evidence::{
-    DRIFT, GOOD_FIT, HIGHEST_SHOWN, INFORMATIVE, LAGS, LARGEST_NOISE, LEAST_BAND, LEAST_STEERING,
-    Recorded, failed, faults,
-};
+use crate::identify::evidence::{Drive, LAGS, Modelled};
 use crate::identify::order::Errors;
 use crate::identify::{continuous_form, discrete, evidence, operating_point};
 use crate::model::StateSpace;
@@ -17,14 +14,12 @@ use crate::validation::{Response, bandwidth_hz, implausible};
 use crate::{Detrend, Error, IdentifyOptions, Signals};
 use faer::MatRef;
 use formats::{
-    CoherencePoint, Document, Evidence, Excitation, Fits, Grade, HeldOut, InputKind, Noise,
-    OrderRow, Plant, PredictionFit, Provenance, Quality, Reason, ReasonCode, ResidualTest,
+    Document, Evidence, Excitation, Fits, HeldOut, InputKind, Noise, OrderRow, Plant,
+    PredictionFit, Provenance, ResidualTest,
 };
 
-const FREQUENCIES: usize = 50;
-
 /// What the windows cannot tell.
-const MISSING: &str = "identified from absorbed windows: simulation fits are of the second half of each window, from the state that its first half gives; there is no simulation of whole drives, no estimate of the delay, no test of residuals against the input, no measured frequency response and no uncertainty of the parameters";
+const MISSING: &str = "identified from absorbed windows: simulation fits are of the second half of each window, from the state that its first half gives; there is no simulation of whole drives, no estimate of the delay, no test of residuals against the input and no uncertainty of the parameters; the measured frequency response is that of all drives, with what its windows smear";
 
 impl Absorbed {
     /// Identifies the plant from all that was absorbed. The direct gain is zero unless asked for.
@@ -51,7 +46,27 @@ impl Absorbed {
         let continuous = to_continuous(model.a.as_ref(), model.b.as_ref(), step);
         let errors = windows.predicted_ahead(&chosen.model, choice.gain.as_ref())?;
         let residual = windows.variance_ahead(&errors);
-        let mut evidence = self.evidence(&windows, held_out.as_ref().ok(), &choice, residual)?;
+        let speed_mps = self.speed().map_or(0.0, |(mean, _)| mean);
+        let per_input = match self.input_kind {
+            InputKind::Steering => 1.0,
+            InputKind::SteeringTimesSpeed => 1.0 / speed_mps.max(0.1),
+        };
+        let to_road_wheel = per_input / self.steering_ratio;
+        let modelled =
+            Modelled { model: &model, delay_s: 0.0, input: &[], simulated: &[], to_road_wheel };
+        let mut evidence = self.evidence(&windows, held_out.as_ref().ok(), &choice)?;
+        let (coherent, response) =
+            evidence::of_spectra(&self.spectra.spectra(step), None, &modelled, step);
+        evidence.frequency_response = Some(response);
+        evidence.excitation = Excitation {
+            road_wheel_std_rad: windows.scales[0] * to_road_wheel,
+            yaw_rate_std_radps: windows.scales[1],
+            noise_to_signal: residual.sqrt(),
+            ..coherent
+        };
+        if let (Ok(on), chosen) = (&held_out, &choice.candidates[choice.chosen]) {
+            judge(&mut evidence, on, &chosen.model, choice.gain.as_ref())?;
+        }
         if let Err(reason) = &held_out {
             evidence.warnings.push(format!(
                 "no held-out windows to judge the model by (one block in {} of {} samples is held out): {reason}",
@@ -70,18 +85,12 @@ impl Absorbed {
         evidence.conversion_round_trip = continuous.as_ref().map(|c| c.round_trip);
         let map = evidence::poles_and_zeros(&model, continuous.as_ref(), step, None);
         evidence.poles_and_zeros = Some(map);
-        let speed_mps = self.speed().map_or(0.0, |(mean, _)| mean);
-        let per_speed = match self.input_kind {
-            InputKind::Steering => 1.0,
-            InputKind::SteeringTimesSpeed => speed_mps.max(0.1),
-        };
         let at = |hz: f64| {
-            let (re, im) = model.frequency_response(0, 0, std::f64::consts::TAU * hz * step);
-            let per_angle = per_speed * self.steering_ratio;
-            (per_angle * re, per_angle * im)
+            let (re, im) = modelled.response(hz, step);
+            (re / to_road_wheel, im / to_road_wheel)
         };
         let zeros = evidence.poles_and_zeros.as_ref().map_or(&[][..], |m| &m.continuous_zeros);
-        let mut found = implausible(&Response {
+        let implausible = implausible(&Response {
             at: &at,
             speed_mps,
             steering_ratio: self.steering_ratio,
@@ -90,22 +99,30 @@ impl Absorbed {
         });
         let point = operating_point(means, windows.scales, &model, speed_mps, self.input_kind);
         let straight = point.steering_offset_rad / self.steering_ratio;
-        found.extend(faults(&Recorded {
-            channels: &evidence.channels,
-            play: None,
-            delay_s: None,
-            yaw_rate_lead_s: None,
-            yaw_rate_lag_s: None,
-            road_wheel_std_rad: evidence.excitation.road_wheel_std_rad,
-            yaw_rate_std_radps: evidence.excitation.yaw_rate_std_radps,
-            steering_ratio: self.steering_ratio,
-            noise_radps: residual.sqrt() * y,
-            seconds: (self.estimation.samples() + self.validation.samples()) as f64 * step,
-            road_wheel_offset_rad: straight,
-            yaw_rate_offset_radps: point.yaw_rate_offset_radps - at(0.0).0 * straight,
-        }));
-        found.extend(evidence::slow_log(&evidence.channels, bandwidth_hz(&at, 0.5 / step)));
-        let quality = quality(&evidence, held_out.is_ok(), continuous.is_some(), found);
+        let (estimated, validated) = self.samples();
+        let mut quality = evidence::quality(
+            &evidence,
+            &Drive {
+                has_continuous: continuous.is_some(),
+                speed_mps,
+                speed_spread: self.speed().map_or(0.0, |(mean, spread)| spread / mean.max(0.1)),
+                steering_ratio: self.steering_ratio,
+                to_road_wheel,
+                steering: &[],
+                seconds: (estimated + validated) as f64 * step,
+                order: model.order(),
+                slow_log: evidence::slow_log(&evidence.channels, bandwidth_hz(&at, 0.5 / step)),
+                noise_radps: residual.sqrt() * y,
+                road_wheel_offset_rad: straight,
+                yaw_rate_offset_radps: point.yaw_rate_offset_radps - at(0.0).0 * straight,
+                implausible,
+            },
+            options,
+        );
+        quality.advice.push(
+            "identify from one of the logs itself too: that tests what windows cannot show"
+                .to_owned(),
+        );
         let mut used = self.options.clone();
         used.extend(options.to_map());
         used.insert("horizon_absorbed".into(), self.horizon.to_string());
@@ -170,7 +187,6 @@ impl Absorbed {
         windows: &Windows,
         held_out: Option<&Windows>,
         choice: &Choice,
-        residual: f64,
     ) -> Result<Evidence, Error> {
         let chosen = &choice.candidates[choice.chosen];
         let simulation = |on: &Windows, c: &Candidate| -> f64 {
@@ -198,7 +214,6 @@ impl Absorbed {
             },
             order_table: order_table.collect(),
             feedback: choice.feedback.map(crate::identify::feedback_test),
-            excitation: self.excitation(windows, residual),
             stabilised_from: chosen.stabilised_from,
             channels: self.channels.clone(),
             warnings: self.warnings.clone(),
@@ -211,55 +226,7 @@ impl Absorbed {
                 .warnings
                 .push("no speed channel: the operating point's speed is written as 0".into());
         }
-        if let Some(on) = held_out {
-            judge(&mut evidence, on, &chosen.model, choice.gain.as_ref())?;
-        }
         Ok(evidence)
-    }
-
-    /// How strongly was driven, and where in frequency the yaw rate follows the steering: spectra of
-    /// the windows' covariances (R. B. Blackman, J. W. Tukey, *The Measurement of Power Spectra*, 1958)
-    /// under Parzen's lag window.
-    fn excitation(&self, windows: &Windows, residual: f64) -> Excitation {
-        let lags = windows.length;
-        let table = |a: usize, b: usize| -> Vec<f64> {
-            (0..lags).map(|k| parzen(k, lags) * windows.covariance(a, b, k)).collect()
-        };
-        let (uu, yy, uy, yu) = (table(0, 0), table(1, 1), table(0, 1), table(1, 0));
-        let step = self.sample_time_s();
-        let highest = HIGHEST_SHOWN.min(0.5 / step);
-        let at = |frequency_hz: f64| {
-            let angle = |k: usize| std::f64::consts::TAU * frequency_hz * step * k as f64;
-            let power =
-                |r: &[f64]| r[0] + 2.0 * (1..lags).map(|k| r[k] * angle(k).cos()).sum::<f64>();
-            let re = uy[0] + (1..lags).map(|k| (uy[k] + yu[k]) * angle(k).cos()).sum::<f64>();
-            let im = (1..lags).map(|k| (yu[k] - uy[k]) * angle(k).sin()).sum::<f64>();
-            let coherence = (re * re + im * im) / (power(&uu) * power(&yy));
-            let coherence = if coherence.is_finite() { coherence.clamp(0.0, 1.0) } else { 0.0 };
-            CoherencePoint { frequency_hz, coherence }
-        };
-        let frequencies = (0..=FREQUENCIES).map(|k| highest * k as f64 / FREQUENCIES as f64);
-        let coherence: Vec<CoherencePoint> = frequencies.map(at).collect();
-        let mut informative_up_to_hz = 0.0;
-        for point in &coherence {
-            if point.coherence >= INFORMATIVE {
-                informative_up_to_hz = point.frequency_hz;
-            } else if informative_up_to_hz > 0.0 || point.frequency_hz > DRIFT {
-                break;
-            }
-        }
-        let per_input = match (self.input_kind, self.speed()) {
-            (InputKind::SteeringTimesSpeed, Some((mean, _))) => 1.0 / mean.max(0.1),
-            _ => 1.0,
-        };
-        Excitation {
-            road_wheel_std_rad: windows.scales[0] * per_input / self.steering_ratio,
-            yaw_rate_std_radps: windows.scales[1],
-            noise_to_signal: residual.sqrt(),
-            informative_up_to_hz,
-            coherence,
-            ..Excitation::default()
-        }
     }
 }
 
@@ -311,62 +278,4 @@ fn whiteness(errors: &Errors, count: usize) -> ResidualTest {
 
 fn bounded(x: f64) -> f64 {
     if x.is_finite() { x } else { 0.0 }
-}
-
-fn quality(
-    evidence: &Evidence,
-    judged: bool,
-    has_continuous: bool,
-    found: Vec<(Reason, String)>,
-) -> Quality {
-    let e = &evidence.excitation;
-    let (mut reasons, mut advice): (Vec<Reason>, Vec<String>) = found.into_iter().unzip();
-    if e.road_wheel_std_rad < LEAST_STEERING {
-        let degrees = e.road_wheel_std_rad.to_degrees();
-        let message = format!("the road wheel moves by {degrees:.2}° (standard deviation) only");
-        let limit = LEAST_STEERING.to_degrees();
-        reasons.push(failed(ReasonCode::WeakSteering, message).compared(degrees, limit, "deg"));
-        advice.push("drive a slalom of changing pace, 0.2 to 2 Hz".to_owned());
-    }
-    if e.informative_up_to_hz < LEAST_BAND {
-        let hz = e.informative_up_to_hz;
-        let message = format!("yaw rate follows the steering up to {hz:.1} Hz only");
-        reasons.push(failed(ReasonCode::NarrowBand, message).compared(hz, LEAST_BAND, "Hz"));
-    }
-    if e.noise_to_signal > LARGEST_NOISE {
-        let percent = 100.0 * e.noise_to_signal;
-        let message = format!("noise is {percent:.0} % of the yaw rate");
-        let reason = failed(ReasonCode::NoisyYawRate, message);
-        reasons.push(reason.compared(percent, 100.0 * LARGEST_NOISE, "%"));
-    }
-    if !judged {
-        let message = "there are no validation data";
-        reasons.push(failed(ReasonCode::NotValidated, message));
-    } else if evidence.fit.validation < GOOD_FIT {
-        let fit = evidence.fit.validation;
-        let message = format!("the fit on validation windows is {fit:.0} %, below {GOOD_FIT} %");
-        let reason = failed(ReasonCode::LowValidationFit, message);
-        reasons.push(reason.compared(fit, GOOD_FIT, "%"));
-        advice.push("absorb drives of one speed, with --speed-window".to_owned());
-    }
-    if !has_continuous {
-        let message = "the model has no continuous counterpart";
-        reasons.push(failed(ReasonCode::NoContinuousModel, message));
-        advice.push("try another --order".to_owned());
-    }
-    advice.push(
-        "identify from one of the logs itself too: that tests what windows cannot tell".to_owned(),
-    );
-    let summary = if reasons.is_empty() {
-        format!(
-            "The fit on validation windows is {:.1} %, and the drives are informative up to {:.1} Hz: fit to design on.",
-            evidence.fit.validation, e.informative_up_to_hz
-        )
-    } else {
-        let messages: Vec<&str> = reasons.iter().map(|r| r.message.as_str()).collect();
-        let failed = reasons.iter().any(|r| r.grade == Grade::Fail);
-        let what = if failed { "Validation failed" } else { "Fit to design on with reservations" };
-        format!("{what}: {}.", messages.join("; "))
-    };
-    Quality::new(summary, reasons, advice)
 }

@@ -2,6 +2,7 @@
 
 use super::Absorbed;
 use crate::Error;
+use crate::signal::Sums;
 use crate::subspace::Accumulator;
 use formats::{AbsorbedDrives, AbsorbedSpeed, Document, InputKind, Provenance};
 
@@ -36,6 +37,7 @@ impl Absorbed {
             },
             estimation: hex(&self.estimation.to_bytes()),
             validation: hex(&self.validation.to_bytes()),
+            spectra: self.spectra.to_numbers(),
             sha256: String::new(),
         }
         .sealed()
@@ -64,6 +66,11 @@ impl Absorbed {
         };
         let estimation = state(&file.estimation, file.estimation_samples)?;
         let validation = state(&file.validation, file.validation_samples)?;
+        let length = Sums::of_sample_time(file.sample_time_s).length();
+        let spectra =
+            Sums::from_numbers(&file.spectra).filter(|s| s.length() == length).ok_or_else(
+                || no("the spectra are not of the sample time that the file says".into()),
+            )?;
         let count = (estimation.samples() + validation.samples()) as f64;
         Ok(Self {
             name: file.name.clone(),
@@ -72,6 +79,7 @@ impl Absorbed {
             horizon: file.horizon,
             estimation,
             validation,
+            spectra,
             speed: file
                 .speed
                 .map(|v| (count, v.mean_mps, count * v.standard_deviation_mps.powi(2))),

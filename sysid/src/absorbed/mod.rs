@@ -5,7 +5,7 @@
 //! ones beside them ([`Accumulator`](crate::subspace::Accumulator) of kind
 //! [`Decomposition::Qr`]): any condition of the data is borne, and offsets are
 //! part of what is merged. Every fourth block of samples goes to a state of its own, which is held out
-//! and judges the model. Merging states is the same as absorbing all logs in one pass.
+//! and judges the model. Beside them are the sums of Welch's spectra of all samples. Merging states is the same as absorbing all logs in one pass.
 
 mod evidence;
 mod file;
@@ -15,6 +15,7 @@ mod starts;
 mod windows;
 
 use crate::log::{Piece, stream};
+use crate::signal::Sums;
 use crate::subspace::{Accumulator, Decomposition};
 use crate::{Error, LogFile, LogOptions, Signals};
 use formats::{ChannelSummary, InputKind, SourceFile};
@@ -53,6 +54,8 @@ pub struct Absorbed {
     horizon: usize,
     estimation: Accumulator,
     validation: Accumulator,
+    /// Of all samples.
+    spectra: Sums,
     /// Number of samples, mean, and sum of squares about it, of the speed where every drive tells it.
     speed: Option<(f64, f64, f64)>,
     channels: Vec<ChannelSummary>,
@@ -78,13 +81,14 @@ impl Absorbed {
         }
         let mut taking = Taking::new(options);
         let read = stream(file, &options.log, &mut |step, piece| taking.take(step, piece))?;
-        let Some([estimation, validation]) = taking.states else {
+        let Some(([estimation, validation], mut spectra)) = taking.states else {
             return Err(Error::TooFewSamples {
                 got: 0,
                 need: 2 * options.horizon,
                 sample_time_s: 0.0,
             });
         };
+        spectra.end_stretch();
         let mut used = options.log.to_map();
         used.insert("sample_time_used_s".into(), estimation.sample_time_s().to_string());
         Ok(Self {
@@ -94,6 +98,7 @@ impl Absorbed {
             horizon: options.horizon,
             estimation,
             validation,
+            spectra,
             speed: taking.speed.filter(|(count, _, _)| *count > 0.0),
             channels: read.channels,
             warnings: read.warnings,
@@ -112,6 +117,7 @@ impl Absorbed {
         self.check_same(&other)?;
         self.estimation.merge(other.estimation)?;
         self.validation.merge(other.validation)?;
+        self.spectra.merge(&other.spectra);
         self.speed = match (self.speed, other.speed) {
             (Some(a), Some(b)) => Some(together(a, b)),
             _ => None,
@@ -127,6 +133,12 @@ impl Absorbed {
                     c.mean = (c.mean * n + channel.mean * more) / (n + more);
                     c.rows += channel.rows;
                     (c.min, c.max) = (c.min.min(channel.min), c.max.max(channel.max));
+                    c.resolution =
+                        c.resolution.into_iter().chain(channel.resolution).reduce(f64::max);
+                    c.spikes_s.extend(channel.spikes_s);
+                    c.spikes_s.sort_by(f64::total_cmp);
+                    c.frozen_s.extend(channel.frozen_s);
+                    c.frozen_s.sort_by(|a, b| a[0].total_cmp(&b[0]));
                 }
                 None => self.channels.push(channel),
             }
@@ -229,7 +241,7 @@ fn together(a: (f64, f64, f64), b: (f64, f64, f64)) -> (f64, f64, f64) {
 struct Taking {
     horizon: usize,
     input_kind: InputKind,
-    states: Option<[Accumulator; 2]>,
+    states: Option<([Accumulator; 2], Sums)>,
     /// Samples so far, which say whose block it is.
     taken: usize,
     speed: Option<(f64, f64, f64)>,
@@ -249,11 +261,12 @@ impl Taking {
     fn take(&mut self, sample_time_s: f64, piece: Piece<'_>) -> Result<(), Error> {
         if self.states.is_none() {
             let new = || Accumulator::new(Decomposition::Qr, self.horizon, (1, 1), sample_time_s);
-            self.states = Some([new()?, new()?]);
+            self.states = Some(([new()?, new()?], Sums::of_sample_time(sample_time_s)));
         }
-        let Some(states) = &mut self.states else { return Ok(()) };
+        let Some((states, spectra)) = &mut self.states else { return Ok(()) };
         let Piece::Samples { steering, yaw_rate, speed } = piece else {
             states.iter_mut().for_each(Accumulator::end_segment);
+            spectra.end_stretch();
             return Ok(());
         };
         self.speed = match (self.speed, speed) {
@@ -264,14 +277,15 @@ impl Taking {
             }
             _ => None,
         };
-        let input = match (self.input_kind, speed) {
-            (InputKind::Steering, _) => Signals::from(steering.to_vec()),
+        let input: Vec<f64> = match (self.input_kind, speed) {
+            (InputKind::Steering, _) => steering.to_vec(),
             (InputKind::SteeringTimesSpeed, Some(speed)) => {
-                let product: Vec<f64> = steering.iter().zip(speed).map(|(u, v)| u * v).collect();
-                Signals::from(product)
+                steering.iter().zip(speed).map(|(u, v)| u * v).collect()
             }
             (InputKind::SteeringTimesSpeed, None) => return Err(Error::NoSpeed),
         };
+        spectra.push(&input, yaw_rate);
+        let input = Signals::from(input);
         let output = Signals::from(yaw_rate.to_vec());
         let mut from = 0;
         while from < output.ncols() {

@@ -30,7 +30,7 @@ pub(super) struct Windows {
 
 /// Parzen's lag window (E. Parzen, *Mathematical considerations in the estimation of spectra*,
 /// Technometrics 3, 1961).
-pub(super) fn parzen(lag: usize, lags: usize) -> f64 {
+fn parzen(lag: usize, lags: usize) -> f64 {
     let x = lag as f64 / lags as f64;
     if x < 0.5 { 1.0 - 6.0 * x * x * (1.0 - x) } else { 2.0 * (1.0 - x).powi(3) }
 }

@@ -18,7 +18,6 @@ use super::{LogOptions, last_part};
 use crate::validation::{Sampled, frozen};
 use crate::{Error, Place};
 use formats::SourceFile;
-use std::rc::Rc;
 
 /// A road wheel turns no further, rad.
 const LARGEST_ROAD_WHEEL_ANGLE: f64 = 0.8;
@@ -95,7 +94,9 @@ impl Drive {
             check_constant(channel)?;
         }
         let steering_ratio = steering_ratio(&channels[0], options, warnings)?;
-        leave_out_frozen(&mut channels, warnings);
+        let whole = vec![0; channels.len()];
+        leave_out_frozen(&mut channels, &whole);
+        warnings.extend(channels.iter().filter_map(Series::frozen_in_words));
         Ok(Self { name, channels, places, files, steering_ratio })
     }
 
@@ -104,26 +105,19 @@ impl Drive {
     }
 }
 
-/// Handles as missing what a gyro reports that is frozen while the vehicle moves and is steered.
-fn leave_out_frozen(channels: &mut [Series], warnings: &mut Vec<String>) {
-    let of = |role: Role| channels.iter().find(|c| c.role == role);
+/// Handles as missing what a gyro reports that is frozen while the vehicle moves and is steered, in the
+/// samples of each channel `from` on.
+pub(super) fn leave_out_frozen(channels: &mut [Series], from: &[usize]) {
+    let of = |role: Role| {
+        let (c, from) = channels.iter().zip(from).find(|(c, _)| c.role == role)?;
+        Some(Sampled { time: &c.time[*from..], value: &c.value[*from..] })
+    };
     let (Some(steering), Some(yaw_rate)) = (of(Role::Steering), of(Role::YawRate)) else { return };
-    let signal = |c: &Series| Sampled { time: Rc::clone(&c.time), value: c.value.clone() };
-    let speed = of(Role::Speed).map(signal);
-    let runs = frozen(&signal(yaw_rate), &signal(steering), speed.as_ref());
-    if runs.is_empty() {
-        return;
+    let mut runs = frozen(yaw_rate, steering, of(Role::Speed));
+    if let Some(yaw_rate) = channels.iter_mut().find(|c| c.role == Role::YawRate) {
+        yaw_rate.leave_out(&runs);
+        yaw_rate.frozen.append(&mut runs);
     }
-    let Some(yaw_rate) = channels.iter_mut().find(|c| c.role == Role::YawRate) else { return };
-    let at: Vec<String> = runs.iter().map(|[a, b]| format!("{a:.2} to {b:.2} s")).collect();
-    warnings.push(format!(
-        "{}: column `{}` is frozen while the vehicle is steered ({}): handled as missing samples",
-        yaw_rate.file,
-        yaw_rate.column,
-        at.join(", ")
-    ));
-    yaw_rate.leave_out(&runs);
-    yaw_rate.frozen = runs;
 }
 
 fn check_constant(channel: &Series) -> Result<(), Error> {

@@ -274,8 +274,25 @@ impl Series {
         ))
     }
 
+    /// The runs in which the channel was frozen, for a warning; `None` where there are none.
+    pub(super) fn frozen_in_words(&self) -> Option<String> {
+        let at: Vec<String> =
+            self.frozen.iter().map(|[a, b]| format!("{a:.2} to {b:.2} s")).collect();
+        (!at.is_empty()).then(|| {
+            format!(
+                "{}: column `{}` is frozen while the vehicle is steered ({}): handled as missing samples",
+                self.file,
+                self.column,
+                at.join(", ")
+            )
+        })
+    }
+
     /// Leaves out the samples within the runs `from..=to`, in s.
     pub(super) fn leave_out(&mut self, runs: &[[f64; 2]]) {
+        if runs.is_empty() {
+            return;
+        }
         let inside = |t: f64| runs.iter().any(|[from, to]| (*from..=*to).contains(&t));
         let there: Vec<usize> = (0..self.time.len()).filter(|&i| !inside(self.time[i])).collect();
         self.value = there.iter().map(|&i| self.value[i]).collect();

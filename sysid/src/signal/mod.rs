@@ -4,7 +4,7 @@ mod spectra;
 
 use std::f64::consts::PI;
 
-pub use spectra::Spectra;
+pub use spectra::{Spectra, Sums};
 
 /// Trapezoidal integral from 0 (yaw rate to yaw), one value for each sample.
 #[must_use]

@@ -50,34 +50,12 @@ impl Spectra {
         while length > 2 && windows(length) == 0 {
             length /= 2;
         }
-        let transform = Transform::new(length);
-        let bins = length / 2;
-        let mut sum = vec![[0.0; 4]; bins];
-        let (mut all, mut variance) = (0, 0.0);
-        for stretch in stretches {
-            let k = count(samples(stretch), length);
-            for i in 0..k {
-                let at = i * bins..i * bins + length;
-                transform.add(&stretch.0[at.clone()], &stretch.1[at], &mut sum);
-            }
-            all += k;
-            variance += k as f64 + 2.0 * (k.saturating_sub(1)) as f64 * OVERLAP;
+        let mut sums = Sums::new(length);
+        for (u, y) in stretches {
+            sums.push(u, y);
+            sums.end_stretch();
         }
-        let power: f64 = transform.window.iter().map(|w| w * w).sum();
-        let scale = |k: usize| {
-            // The density at half the sample rate has no mirror image.
-            let sides = if k + 1 == bins { 1.0 } else { 2.0 };
-            sides * sample_time_s / (power * all.max(1) as f64)
-        };
-        let density = |part: usize| (0..bins).map(|k| scale(k) * sum[k][part]).collect();
-        Self {
-            frequency_hz: (1..=bins).map(|k| k as f64 / (length as f64 * sample_time_s)).collect(),
-            input: density(0),
-            output: density(1),
-            cross: (0..bins).map(|k| (scale(k) * sum[k][2], scale(k) * sum[k][3])).collect(),
-            windows: all,
-            averages: if all > 0 { (all * all) as f64 / variance } else { 0.0 },
-        }
+        sums.spectra(sample_time_s)
     }
 
     /// Number of frequencies.
@@ -167,7 +145,135 @@ fn count(samples: usize, length: usize) -> usize {
     if samples < length { 0 } else { (samples - length) / (length / 2) + 1 }
 }
 
+/// Sums of windows' transforms, to which recordings are added piece by piece.
+#[derive(Debug, Clone)]
+pub struct Sums {
+    transform: Transform,
+    /// |U|², |Y|² and U*Y at each frequency.
+    sum: Vec<[f64; 4]>,
+    windows: usize,
+    /// Variance of the averages, in windows squared.
+    variance: f64,
+    /// Samples of the stretch that no later window can do without.
+    rest: [Vec<f64>; 2],
+    /// Windows of the stretch so far.
+    of_stretch: usize,
+}
+
+impl Sums {
+    /// For windows of so many samples, a power of two of at least 2.
+    #[must_use]
+    pub fn new(length: usize) -> Self {
+        Self {
+            transform: Transform::new(length),
+            sum: vec![[0.0; 4]; length / 2],
+            windows: 0,
+            variance: 0.0,
+            rest: [Vec::new(), Vec::new()],
+            of_stretch: 0,
+        }
+    }
+
+    /// For recordings of unknown length.
+    #[must_use]
+    pub fn of_sample_time(sample_time_s: f64) -> Self {
+        let samples = (WINDOW_S / sample_time_s).ceil().clamp(16.0, 65_536.0) as usize;
+        Self::new(samples.next_power_of_two())
+    }
+
+    /// Samples of a window.
+    #[must_use]
+    pub fn length(&self) -> usize {
+        2 * self.sum.len()
+    }
+
+    /// Adds samples that follow those before.
+    pub fn push(&mut self, input: &[f64], output: &[f64]) {
+        let n = input.len().min(output.len());
+        self.rest[0].extend_from_slice(&input[..n]);
+        self.rest[1].extend_from_slice(&output[..n]);
+        let (length, half) = (self.length(), self.sum.len());
+        let count = count(self.rest[0].len(), length);
+        for i in 0..count {
+            let at = i * half..i * half + length;
+            self.transform.add(&self.rest[0][at.clone()], &self.rest[1][at], &mut self.sum);
+        }
+        self.of_stretch += count;
+        self.rest.iter_mut().for_each(|x| drop(x.drain(..count * half)));
+    }
+
+    /// No window straddles what was added and what is added next.
+    pub fn end_stretch(&mut self) {
+        self.rest.iter_mut().for_each(Vec::clear);
+        let k = std::mem::take(&mut self.of_stretch);
+        self.windows += k;
+        self.variance += k as f64 + 2.0 * (k.saturating_sub(1)) as f64 * OVERLAP;
+    }
+
+    /// Adds what another has of windows of the same length, both of whole stretches.
+    pub fn merge(&mut self, other: &Self) {
+        for (a, b) in self.sum.iter_mut().zip(&other.sum) {
+            a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
+        }
+        self.windows += other.windows;
+        self.variance += other.variance;
+    }
+
+    /// Averages over the windows of all stretches that were ended.
+    #[must_use]
+    pub fn spectra(&self, sample_time_s: f64) -> Spectra {
+        let (bins, all) = (self.sum.len(), self.windows);
+        let power: f64 = self.transform.window.iter().map(|w| w * w).sum();
+        let scale = |k: usize| {
+            // The density at half the sample rate has no mirror image.
+            let sides = if k + 1 == bins { 1.0 } else { 2.0 };
+            sides * sample_time_s / (power * all.max(1) as f64)
+        };
+        let density = |part: usize| (0..bins).map(|k| scale(k) * self.sum[k][part]).collect();
+        let resolution_hz = 1.0 / (self.length() as f64 * sample_time_s);
+        Spectra {
+            frequency_hz: (1..=bins).map(|k| k as f64 * resolution_hz).collect(),
+            input: density(0),
+            output: density(1),
+            cross: (0..bins)
+                .map(|k| (scale(k) * self.sum[k][2], scale(k) * self.sum[k][3]))
+                .collect(),
+            windows: all,
+            averages: if all > 0 { (all * all) as f64 / self.variance } else { 0.0 },
+        }
+    }
+
+    /// The numbers, to be read by [`Self::from_numbers`].
+    #[must_use]
+    pub fn to_numbers(&self) -> Vec<f64> {
+        let head = [self.windows as f64, self.variance];
+        head.into_iter().chain(self.sum.iter().flatten().copied()).collect()
+    }
+
+    /// What [`Self::to_numbers`] gave; `None` for numbers that no recording gives.
+    #[must_use]
+    pub fn from_numbers(numbers: &[f64]) -> Option<Self> {
+        let [windows, variance, sum @ ..] = numbers else { return None };
+        let (sum, rest) = sum.as_chunks::<4>();
+        let is_power = |[u, y, ..]: &[f64; 4]| *u >= 0.0 && *y >= 0.0;
+        let count = *windows >= 0.0 && *windows < 9e15 && windows.fract() == 0.0;
+        let sound = numbers.iter().all(|x| x.is_finite())
+            && rest.is_empty()
+            && sum.len().is_power_of_two()
+            && sum.len() <= 65_536
+            && sum.iter().all(is_power)
+            && *variance >= *windows;
+        (count && sound).then(|| Self {
+            sum: sum.to_vec(),
+            windows: *windows as usize,
+            variance: *variance,
+            ..Self::new(2 * sum.len())
+        })
+    }
+}
+
 /// Windowed discrete Fourier transform of one length, a power of two.
+#[derive(Debug, Clone)]
 struct Transform {
     window: Vec<f64>,
     /// e^{−2πjk/L} for k below L/2.
@@ -356,6 +462,34 @@ mod tests {
             );
             assert!((0.92..1.08).contains(&ratio), "{ratio}");
         }
+    }
+
+    /// In pieces of any length, merged and through numbers, as in one.
+    #[test]
+    fn pieces_give_what_the_whole_gives() {
+        let mut state = 9;
+        let u: Vec<f64> = (0..3000).map(|_| noise(&mut state)).collect();
+        let y: Vec<f64> = (0..3000).map(|_| noise(&mut state)).collect();
+        let whole = Spectra::welch(&[(&u[..2000], &y[..2000]), (&u[2000..], &y[2000..])], 0.04);
+        let mut parts = [2000, 1000].map(|_| Sums::of_sample_time(0.04));
+        for (part, range) in parts.iter_mut().zip([0..2000, 2000..3000]) {
+            for (u, y) in u[range.clone()].chunks(37).zip(y[range].chunks(37)) {
+                part.push(u, y);
+            }
+            part.end_stretch();
+        }
+        let [mut first, second] = parts;
+        first.merge(&Sums::from_numbers(&second.to_numbers()).unwrap_or_else(|| Sums::new(2)));
+        assert_eq!(first.length(), 256);
+        let got = first.spectra(0.04);
+        assert_eq!((got.windows, got.averages), (whole.windows, whole.averages));
+        for k in 0..got.len() {
+            near(got.output[k], whole.output[k]);
+            near(got.cross[k].1, whole.cross[k].1);
+        }
+        let mut wrong = second.to_numbers();
+        wrong[2] = -1.0;
+        assert!(Sums::from_numbers(&wrong).is_none() && Sums::from_numbers(&[1.0]).is_none());
     }
 
     #[test]

@@ -9,8 +9,6 @@
 //! A channel is *frozen* where it repeats one value for longer than it ever should while the vehicle
 //! moves and is steered.
 
-use std::rc::Rc;
-
 /// A second difference beyond that many standard deviations (from the median) is no noise: in a
 /// million samples of normal noise none is.
 const SIGMAS: f64 = 8.0;
@@ -121,17 +119,17 @@ pub(crate) fn resolution(x: &[f64]) -> Option<f64> {
 }
 
 /// A channel on its own clock.
-#[derive(Debug, Clone)]
-pub(crate) struct Sampled {
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Sampled<'a> {
     /// Instants, s.
-    pub(crate) time: Rc<Vec<f64>>,
+    pub(crate) time: &'a [f64],
     /// Values, SI.
-    pub(crate) value: Vec<f64>,
+    pub(crate) value: &'a [f64],
 }
 
-impl Sampled {
+impl<'a> Sampled<'a> {
     /// Values from one instant to another.
-    fn within(&self, from: f64, to: f64) -> &[f64] {
+    fn within(&self, from: f64, to: f64) -> &'a [f64] {
         let first = self.time.partition_point(|t| *t < from);
         let end = self.time.partition_point(|t| *t <= to);
         &self.value[first.min(end)..end]
@@ -152,11 +150,11 @@ const FINE_ENOUGH: f64 = 3.0;
 
 /// Runs, from the first to the last instant, in which the yaw rate is frozen.
 pub(crate) fn frozen(
-    yaw_rate: &Sampled,
-    steering: &Sampled,
-    speed: Option<&Sampled>,
+    yaw_rate: Sampled<'_>,
+    steering: Sampled<'_>,
+    speed: Option<Sampled<'_>>,
 ) -> Vec<[f64; 2]> {
-    let (time, x) = (&yaw_rate.time, &yaw_rate.value);
+    let Sampled { time, value: x } = yaw_rate;
     let mut runs: Vec<(usize, usize)> = Vec::new();
     for i in 0..x.len() {
         match runs.last_mut() {
@@ -177,7 +175,7 @@ pub(crate) fn frozen(
     if resolution(x).is_some_and(|step| spread < FINE_ENOUGH * step) {
         return Vec::new();
     }
-    let usual_steering = crate::signal::standard_deviation(&steering.value);
+    let usual_steering = crate::signal::standard_deviation(steering.value);
     let span = |x: &[f64]| {
         let (low, high) =
             x.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
@@ -268,20 +266,21 @@ mod tests {
     #[test]
     fn a_gyro_that_freezes_while_the_vehicle_is_steered() {
         let mut seed = 11;
-        let time = Rc::new(clock(6000, 0.01));
-        let of = |x: Vec<f64>| Sampled { time: Rc::clone(&time), value: x };
-        let steering = of(time.iter().map(|t| 0.02 * (2.0 * t).sin()).collect());
+        let time = clock(6000, 0.01);
+        let of = |value| Sampled { time: &time, value };
+        let steered: Vec<f64> = time.iter().map(|t| 0.02 * (2.0 * t).sin()).collect();
+        let steering = of(&steered);
         let alive: Vec<f64> =
             time.iter().map(|t| 0.2 * (2.0 * t).sin() + 0.002 * noise(&mut seed)).collect();
-        assert!(frozen(&of(alive.clone()), &steering, None).is_empty());
-        let mut stuck = alive;
+        assert!(frozen(of(&alive), steering, None).is_empty());
+        let mut stuck = alive.clone();
         stuck[1000..1200].fill(0.0);
         let held = stuck[3000];
         stuck[3000..3200].fill(held);
-        let found = frozen(&of(stuck.clone()), &steering, None);
+        let found = frozen(of(&stuck), steering, None);
         assert_eq!(found, [[time[1000], time[1199]], [time[3000], time[3199]]]);
         // At rest nothing is wrong with a yaw rate of zero.
-        let at_rest = of(vec![0.0; 6000]);
-        assert!(frozen(&of(stuck), &steering, Some(&at_rest)).is_empty());
+        let at_rest = [0.0; 6000];
+        assert!(frozen(of(&stuck), steering, Some(of(&at_rest))).is_empty());
     }
 }

@@ -132,9 +132,13 @@ pub(crate) fn opposite(segments: &[Pair<'_>], sample_time_s: f64) -> Option<(Rea
 fn slow_zero(of: &Response<'_>) -> Option<(Reason, String)> {
     let bandwidth = TAU * bandwidth_hz(of.at, HIGHEST_HZ);
     let sure = |(i, zero): &(usize, &[f64; 2])| {
-        let error = of.spreads.get(*i).map_or(0.0, |s| s.variance_re.sqrt());
         let size = zero[0].hypot(zero[1]);
-        zero[0] - 2.0 * error > 0.0 && (SLOWEST_ZERO_RADPS..bandwidth).contains(&size)
+        // A zero of unknown spread may lie anywhere about where it was found.
+        let (error, slower) = match of.spreads.get(*i) {
+            Some(spread) => (spread.variance_re.sqrt(), bandwidth),
+            None => (0.0, 0.5 * bandwidth),
+        };
+        zero[0] - 2.0 * error > 0.0 && (SLOWEST_ZERO_RADPS..slower).contains(&size)
     };
     let (_, zero) = of.zeros.iter().enumerate().find(sure)?;
     let message = format!(

@@ -25,19 +25,17 @@ use formats::{
 pub(crate) use faults::{Recorded, faults};
 pub(crate) use poles::poles_and_zeros;
 pub(crate) use prediction::{BLOCK_S, Prediction, held_out};
-pub(crate) use quality::{
-    Drive, GOOD_FIT, LARGEST_NOISE, LEAST_BAND, LEAST_STEERING, failed, quality, with_error,
-};
+pub(crate) use quality::{Drive, GOOD_FIT, LEAST_STEERING, failed, quality, with_error};
 pub(crate) use rate::slow_log;
 
 /// Lags of the residual tests.
 pub(crate) const LAGS: usize = 25;
 /// Frequencies beyond this say nothing about lateral dynamics, Hz.
-pub(crate) const HIGHEST_SHOWN: f64 = 10.0;
+const HIGHEST_SHOWN: f64 = 10.0;
 /// The lowest frequencies, where drift rules, do not end the informative band, Hz.
-pub(crate) const DRIFT: f64 = 0.5;
+const DRIFT: f64 = 0.5;
 /// Coherence above which at least half of the yaw rate's power follows the steering.
-pub(crate) const INFORMATIVE: f64 = 0.5;
+const INFORMATIVE: f64 = 0.5;
 
 /// A model with what drives it.
 pub(crate) struct Modelled<'a> {
@@ -68,26 +66,41 @@ pub(crate) fn frequencies(
     };
     let spectra = with(&log.output);
     let simulated = with(modelled.simulated);
+    let straight = mean(&log.input);
+    let largest_angle = log.input.iter().map(|u| (u - straight).abs()).fold(0.0, f64::max);
+    let (coherent, response) = of_spectra(&spectra, Some(&simulated), modelled, log.sample_time_s);
+    let excitation = Excitation {
+        road_wheel_std_rad: standard_deviation(&log.input) / log.steering_ratio,
+        yaw_rate_std_radps: standard_deviation(&log.output),
+        noise_to_signal,
+        persistence: Some(bands::persistence(&inputs)),
+        largest_steering_rad: Some(rounded(largest_angle)),
+        largest_steering_rate_radps: Some(rounded(log.fastest_steering())),
+        ..coherent
+    };
+    (excitation, response)
+}
+
+/// What spectra say of the excitation, and of the response, beside the model's. Of the simulation from the
+/// same input, where it is known, they show what the windows smear.
+pub(crate) fn of_spectra(
+    spectra: &Spectra,
+    simulated: Option<&Spectra>,
+    modelled: &Modelled<'_>,
+    sample_time_s: f64,
+) -> (Excitation, FrequencyResponse) {
     let shown = |k: &usize| spectra.frequency_hz[*k] <= HIGHEST_SHOWN;
     let coherence = (0..spectra.len()).filter(shown).map(|k| CoherencePoint {
         frequency_hz: rounded(spectra.frequency_hz[k]),
         coherence: rounded(spectra.coherence(k)),
     });
-    let straight = mean(&log.input);
-    let largest_angle = log.input.iter().map(|u| (u - straight).abs()).fold(0.0, f64::max);
     let excitation = Excitation {
-        road_wheel_std_rad: standard_deviation(&log.input) / log.steering_ratio,
-        yaw_rate_std_radps: standard_deviation(&log.output),
-        noise_to_signal,
-        informative_up_to_hz: informative_up_to(&spectra),
+        informative_up_to_hz: informative_up_to(spectra),
         coherence: coherence.collect(),
-        bands: bands::bands(&spectra, modelled),
-        persistence: Some(bands::persistence(&inputs)),
-        largest_steering_rad: Some(rounded(largest_angle)),
-        largest_steering_rate_radps: Some(rounded(log.fastest_steering())),
+        bands: bands::bands(spectra, modelled),
+        ..Excitation::default()
     };
-    let response =
-        response::response(&spectra, &simulated, modelled, log.sample_time_s, HIGHEST_SHOWN);
+    let response = response::response(spectra, simulated, modelled, sample_time_s, HIGHEST_SHOWN);
     (excitation, response)
 }
 

@@ -21,10 +21,10 @@ pub(crate) struct Drive<'a> {
     pub(crate) steering_ratio: f64,
     /// Factor from the model's input to the angle at the road wheel, rad.
     pub(crate) to_road_wheel: f64,
-    /// Steering angle, rad.
+    /// Steering angle, rad; none of what is not kept.
     pub(crate) steering: &'a [f64],
-    /// Sample time, s.
-    pub(crate) sample_time_s: f64,
+    /// Length without what was left out, s.
+    pub(crate) seconds: f64,
     /// Order of the model.
     pub(crate) order: usize,
     /// Why the log is too slow, if it is.
@@ -110,7 +110,7 @@ pub(crate) fn quality(
         yaw_rate_std_radps: e.yaw_rate_std_radps,
         steering_ratio: drive.steering_ratio,
         noise_radps: drive.noise_radps,
-        seconds: drive.steering.len() as f64 * drive.sample_time_s,
+        seconds: drive.seconds,
         road_wheel_offset_rad: drive.road_wheel_offset_rad,
         yaw_rate_offset_radps: drive.yaw_rate_offset_radps,
     });
@@ -120,7 +120,10 @@ pub(crate) fn quality(
         advice.push(cause);
     }
     let fit = evidence.fit.validation;
-    if let Some(bound) = uninformative(evidence) {
+    if evidence.validation_samples == 0 {
+        let message = "there are no validation data";
+        reasons.push(failed(ReasonCode::NotValidated, message));
+    } else if let Some(bound) = uninformative(evidence) {
         let message = format!(
             "the fit on validation data is {}, and noise allows at most {bound:.0} % there: these data cannot validate a model",
             with_error(fit, evidence.held_out.as_ref(), 0)
@@ -257,7 +260,7 @@ fn doubts(evidence: &Evidence, drive: &Drive<'_>, options: &IdentifyOptions) -> 
         let percent = 100.0 * drive.speed_spread;
         out.push(format!("speed varies by {percent:.0} % (standard deviation): hold it{other}"));
     }
-    if !evidence.independence.pass {
+    if evidence.independence.lags > 0 && !evidence.independence.pass {
         out.push(
             "held-out residuals still depend on past steering: expect effects that a linear model of this order leaves out"
                 .to_owned(),

@@ -20,7 +20,7 @@ pub(super) const CLOSE: f64 = 1.05;
 
 pub(crate) fn response(
     spectra: &Spectra,
-    simulated: &Spectra,
+    simulated: Option<&Spectra>,
     modelled: &Modelled<'_>,
     sample_time_s: f64,
     highest_hz: f64,
@@ -37,7 +37,8 @@ pub(crate) fn response(
             break;
         }
         let model = modelled.response(frequency_hz, sample_time_s);
-        let (with_noise, without) = (spectra.response(k), simulated.response(k));
+        let (with_noise, without) =
+            (spectra.response(k), simulated.map_or(model, |s| s.response(k)));
         let error = (with_noise.0 - without.0, with_noise.1 - without.1);
         let measured = (model.0 + error.0, model.1 + error.1);
         all.push(measured);

@@ -22,7 +22,7 @@ const USUAL: f64 = 0.0233;
 
 /// The sweep that would make the gain of each band known as wanted.
 pub(super) fn what_to_drive(evidence: &Evidence, drive: &Drive<'_>) -> String {
-    let duration = drive.steering.len() as f64 * drive.sample_time_s;
+    let duration = drive.seconds;
     let octaves = |b: &ExcitationBand| (b.to_hz / b.from_hz).ln() / (SWEEP.1 / SWEEP.0).ln();
     let bands = || evidence.excitation.bands.iter().filter(|b| swept(b.from_hz, b.to_hz));
     // Relative error of a band's gain at amplitude 1 rad (road wheel) for a second.
@@ -110,7 +110,7 @@ mod tests {
             steering_ratio: 15.0,
             to_road_wheel,
             steering: &[0.0; 1500],
-            sample_time_s: 0.04,
+            seconds: 60.0,
             order: 2,
             slow_log: None,
             noise_radps: 0.0,

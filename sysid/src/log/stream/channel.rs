@@ -9,6 +9,7 @@ use crate::log::role::Role;
 use crate::log::series::{Series, difference, median_period};
 use crate::log::table::Table;
 use crate::log::units::Quantity;
+use crate::validation::resolution;
 use formats::{ChannelSummary, Intersample};
 use std::rc::Rc;
 
@@ -34,6 +35,8 @@ pub(super) struct Channel {
     last: Option<(f64, f64, u64)>,
     /// Of a sensor that is slower than the rows.
     pub(super) updates: Option<Updates>,
+    /// That of its first rows.
+    resolution: Option<f64>,
 }
 
 /// No rows yet.
@@ -67,6 +70,7 @@ impl Channel {
             repeated: None,
             last: None,
             updates: None,
+            resolution: None,
         }
     }
 
@@ -119,6 +123,9 @@ impl Channel {
             self.last = Some((new.time[i], new.value[i], new.line[i]));
             difference(&mut new, to.gap_limit(options.max_gap_s));
         }
+        if self.count == 0 {
+            self.resolution = resolution(&new.value);
+        }
         for x in &new.value {
             (self.least, self.most) = (self.least.min(*x), self.most.max(*x));
             self.sum += x;
@@ -167,9 +174,9 @@ impl Channel {
             min: self.least,
             mean: self.mean(),
             max: self.most,
-            resolution: None,
+            resolution: self.resolution,
             spikes_s: series.spikes.clone(),
-            frozen_s: Vec::new(),
+            frozen_s: series.frozen.clone(),
         }
     }
 }

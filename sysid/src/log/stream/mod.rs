@@ -12,7 +12,7 @@ mod span;
 #[cfg(test)]
 mod tests;
 
-use super::drive::{Drive, brings, steering_ratio};
+use super::drive::{Drive, brings, leave_out_frozen, steering_ratio};
 use super::intersample;
 use super::mapping::{self, Source, time_column};
 use super::role::Role;
@@ -130,6 +130,7 @@ fn in_chunks(
         warnings.extend(spans.told(&reading.drive.name));
     }
     warnings.extend(reading.drive.channels.iter().filter_map(Series::spikes_in_words));
+    warnings.extend(reading.drive.channels.iter().filter_map(Series::frozen_in_words));
     for channel in &reading.channels {
         if channel.missing > 0 {
             warnings.push(format!(
@@ -227,10 +228,12 @@ impl Reading {
             }
         };
         self.rows += rows.lines.len();
+        let from: Vec<usize> = self.drive.channels.iter().map(|c| c.value.len()).collect();
         let both = self.channels.iter_mut().zip(&mut self.drive.channels);
         for ((channel, series), value) in both.zip(values) {
             channel.take(series, &time, value, &rows.lines, &self.options)?;
         }
+        leave_out_frozen(&mut self.drive.channels, &from);
         Ok(())
     }
 
