@@ -166,17 +166,7 @@ fn judgement(e: &Evidence) -> String {
             text,
             "         {ahead}the simulation accounts for {vaf:.2} % of the variance"
         );
-        let chosen_by = match held_out.selection.as_str() {
-            "excited-blocks" => {
-                "blocks chosen for their excitation, since the end of the log is not excited"
-            }
-            "windows" => "windows of accumulated drives",
-            _ => "the end of the log",
-        };
-        let bound = held_out.fit_bound.map_or_else(String::new, |bound| {
-            format!("; noise allows a fit of {bound:.1} % at most there")
-        });
-        let _ = writeln!(text, "         validation data: {chosen_by}{bound}");
+        text += &validation_data(held_out);
     }
     let test = |name: &str, t: &ResidualTest| match (t.lags, t.pass) {
         (0, _) => format!("{name} not tested"),
@@ -264,4 +254,19 @@ fn mode(pole: &Mode) -> Option<String> {
         return Some(format!("{hz:.2} Hz (damping {damping:.2})"));
     }
     Some(pole.time_constant_s.map_or_else(|| "integrator".into(), |t| format!("{t:.3} s")))
+}
+
+/// How the validation data were chosen, and the fit that noise allows there; a line.
+pub(crate) fn validation_data(held_out: &formats::HeldOut) -> String {
+    let chosen_by = match held_out.selection.as_str() {
+        "excited-blocks" => {
+            "blocks chosen for their excitation, since the end of the log is not excited"
+        }
+        "windows" => "windows of accumulated drives",
+        _ => "the end of the log",
+    };
+    let bound = held_out.fit_bound.map_or_else(String::new, |bound| {
+        format!("; noise allows a fit of {bound:.1} % at most there")
+    });
+    format!("         validation data: {chosen_by}{bound}\n")
 }

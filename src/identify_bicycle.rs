@@ -1,7 +1,7 @@
 //! `steerwright identify --structure bicycle`: the bicycle in a drive log.
 
 use crate::console;
-use crate::evidence::{channel_table, conclusion};
+use crate::evidence::{channel_table, conclusion, validation_data};
 use crate::failure::{Failure, Outcome};
 use crate::identify::traces_csv;
 use crate::log_options::IdentifyArguments;
@@ -151,11 +151,14 @@ fn evidence(e: &BicycleEvidence, quality: &Quality) -> String {
         console::table(&identified),
         console::table(&stated)
     );
+    let error = e.held_out.as_ref().and_then(|h| h.fit_standard_error);
+    let error = error.map_or_else(String::new, |error| format!(" ± {:.2}", 2.0 * error));
     let _ = writeln!(
         text,
-        "fit      {:.2} % simulated on held-out data, {:.2} % on estimation data",
+        "fit      {:.2}{error} % simulated on held-out data, {:.2} % on estimation data",
         e.validation_fit, e.estimation_fit
     );
+    text.extend(e.held_out.as_ref().map(validation_data));
     let d = &e.with_delay;
     let _ = writeln!(
         text,
