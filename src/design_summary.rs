@@ -105,7 +105,7 @@ fn steps(e: &DesignEvidence) -> String {
             s.step.settling_time_s.map_or("never".into(), |t| format!("{t:.2} s")),
         ]);
     }
-    format!("\nsteps of other heights on the model designed on\n{table}")
+    format!("\nsteps of other heights on the model designed on\n{}", console::table(&table))
 }
 
 /// From where the loop comes back to a path.
@@ -131,8 +131,9 @@ fn engagement(e: &DesignEvidence) -> String {
     let tried = engagement.offsets_m.last().copied().unwrap_or_default();
     format!(
         "\nlargest lateral offset, of up to {tried:.0} m, from which it comes back to a straight path \
-         ({})\n{table}\n",
-        engagement.plant
+         ({})\n{}\n",
+        engagement.plant,
+        console::table(&table)
     )
 }
 

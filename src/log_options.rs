@@ -185,7 +185,8 @@ impl IdentifyArguments {
 /// A log to be read from its start to its end; `-` is standard input.
 pub(crate) fn log_file(path: &Path, progress: &Progress) -> Result<LogFile<'static>, Failure> {
     if path == Path::new("-") {
-        let reader = Box::new(std::io::stdin().lock());
+        // Not locked: a second one would wait for the first without end.
+        let reader = Box::new(std::io::stdin());
         return Ok(LogFile { name: "standard input".into(), reader });
     }
     let file = files::open(path)?;

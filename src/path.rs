@@ -91,7 +91,8 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         }
         Some(track) => {
             let (path, notes, excess) = recorded(arguments, track)?;
-            if excess {
+            if let Some(excess) = excess {
+                console::warning(excess);
                 outcome = Outcome::RequirementNotMet;
             }
             (path, notes)
@@ -161,7 +162,10 @@ fn in_words(sideslip: &Sideslip) -> String {
 }
 
 /// The path of recorded points, its notes, and whether it is further off the points than it may be.
-fn recorded(arguments: &Arguments, track: &Path) -> Result<(PathFile, Vec<String>, bool), Failure> {
+fn recorded(
+    arguments: &Arguments,
+    track: &Path,
+) -> Result<(PathFile, Vec<String>, Option<String>), Failure> {
     let text = files::read_text(track)?;
     let options = PointOptions {
         speed: arguments.speed,
@@ -176,7 +180,7 @@ fn recorded(arguments: &Arguments, track: &Path) -> Result<(PathFile, Vec<String
             e => Failure::in_file(track, &e, e.hint()),
         })?;
     recorded.warnings.iter().for_each(console::warning);
-    let mut notes = vec![format!(
+    let notes = vec![format!(
         "smoothed over {:.1} m; the points are {:.3} m (RMS) and at most {:.3} m off (at x {:.1} m, y {:.1} m), their noise is {:.3} m",
         recorded.smoothing_length_m,
         recorded.rms_distance_m,
@@ -185,12 +189,12 @@ fn recorded(arguments: &Arguments, track: &Path) -> Result<(PathFile, Vec<String
         recorded.furthest_point_m[1],
         recorded.noise_m,
     )];
-    if let Some(excess) = recorded.excess {
-        notes.push(format!(
+    let excess = recorded.excess.map(|excess| {
+        format!(
             "deviation exceeded: {excess}; allow more with --max-deviation, or record more points there"
-        ));
-    }
-    Ok((of_this_version(recorded.path, track, &text), notes, recorded.excess.is_some()))
+        )
+    });
+    Ok((of_this_version(recorded.path, track, &text), notes, excess))
 }
 
 /// The path with the file that it was made from.

@@ -32,19 +32,30 @@ struct Shared {
     done: AtomicU64,
     /// 0 where it is not known.
     all: AtomicU64,
+    /// When the count began, and what was done then.
+    from: Mutex<Option<(Instant, u64)>>,
 }
 
 impl Shared {
+    /// The count begins here, unless it has begun.
+    fn begin(&self, done: u64) {
+        let mut from = self.from.lock().unwrap_or_else(PoisonError::into_inner);
+        from.get_or_insert_with(|| (Instant::now(), done));
+    }
+
     /// What is done, and how long the rest takes if it goes on like that.
-    fn in_words(&self, elapsed: Duration) -> String {
+    fn in_words(&self) -> String {
         let what = self.what.lock().unwrap_or_else(PoisonError::into_inner).clone();
         match (self.done.load(Ordering::Relaxed), self.all.load(Ordering::Relaxed)) {
             (_, 0) => what,
-            (0, _) => format!("{what}, 0 %"),
             (done, all) => {
-                let share = (done as f64 / all as f64).min(1.0);
-                let left = elapsed.as_secs_f64() * (1.0 - share) / share;
-                format!("{what}, {:.0} %, {left:.0} s left", 100.0 * share)
+                let percent = 100.0 * (done as f64 / all as f64).min(1.0);
+                let from = *self.from.lock().unwrap_or_else(PoisonError::into_inner);
+                let left = from.filter(|(_, first)| done > *first).map(|(since, first)| {
+                    let each = since.elapsed().as_secs_f64() / (done - first) as f64;
+                    format!(", {:.0} s left", each * all.saturating_sub(done) as f64)
+                });
+                format!("{what}, {percent:.0} %{}", left.unwrap_or_default())
             }
         }
     }
@@ -67,7 +78,7 @@ impl Progress {
                 bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()));
                 let bar = bar.with_elapsed(began.elapsed());
                 while stopped.recv_timeout(TICK) == Err(RecvTimeoutError::Timeout) {
-                    bar.set_message(show.in_words(began.elapsed()));
+                    bar.set_message(show.in_words());
                     bar.tick();
                 }
                 bar.finish_and_clear();
@@ -76,7 +87,7 @@ impl Progress {
             let mut pause = SILENT;
             loop {
                 let elapsed = began.elapsed();
-                console::progress(&show.in_words(elapsed), elapsed);
+                console::progress(&show.in_words(), elapsed);
                 if stopped.recv_timeout(pause) != Err(RecvTimeoutError::Timeout) {
                     return;
                 }
@@ -91,16 +102,19 @@ impl Progress {
         *self.shared.what.lock().unwrap_or_else(PoisonError::into_inner) = what.into();
         self.shared.all.store(0, Ordering::Relaxed);
         self.shared.done.store(0, Ordering::Relaxed);
+        *self.shared.from.lock().unwrap_or_else(PoisonError::into_inner) = None;
     }
 
     /// How much is done.
     pub(crate) fn count(&self, done: usize, all: usize) {
+        self.shared.begin(done as u64);
         self.shared.all.store(all as u64, Ordering::Relaxed);
         self.shared.done.store(done as u64, Ordering::Relaxed);
     }
 
     /// A reader whose bytes count as progress; `bytes` is what there is to read, if that is known.
     pub(crate) fn reading<R: Read>(&self, reader: R, bytes: u64) -> Reading<R> {
+        self.shared.begin(self.shared.done.load(Ordering::Relaxed));
         self.shared.all.fetch_add(bytes, Ordering::Relaxed);
         Reading { reader, shared: Arc::clone(&self.shared) }
     }

@@ -9,7 +9,8 @@ use ::sweep::{
     Cause, FailureSummary, Finished, MetricSummary, Options, Requirement, Study, Summary, Sweep,
 };
 use serde::Serialize;
-use std::path::{Path, PathBuf};
+use std::collections::BTreeSet;
+use std::path::PathBuf;
 use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, mpsc};
@@ -82,14 +83,10 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         Failure::new(format!("no signal handler: {e}"), "run the command in a process of its own")
     })?;
     let start = || isolated(arguments);
-    let results = match &arguments.out {
-        out if *out == Path::new("-") => PathBuf::from("/dev/stdout"),
-        out => out.clone(),
-    };
-    // What --isolate starts says nothing.
+    // Worker processes print no progress.
     let progress = (!arguments.serve).then(|| Progress::start("running the study"));
     let options = Options {
-        results: &results,
+        results: &arguments.out,
         threads: arguments.threads.map(usize::from),
         resume: arguments.resume,
         overwrite: global.force,
@@ -137,12 +134,18 @@ fn decide(arguments: &Arguments, global: &Global, study: &Study) -> Result<(), F
         return Ok(());
     }
     let inputs = study.files().into_iter().chain([arguments.study.clone()]);
-    // Whether results can be gone on with is for the sweep to say.
-    let mut outputs = Outputs::new(global.force || arguments.resume, inputs);
-    outputs.file(&arguments.out, Kind::SweepResults)?;
+    let inputs: Vec<PathBuf> = inputs.collect();
+    // The sweep checks whether results can be resumed.
+    Outputs::new(global.force || arguments.resume, &inputs)
+        .file(&arguments.out, Kind::SweepResults)?;
     if let Some(folder) = &arguments.trajectories {
-        let names = arguments.of.iter().map(|run| format!("run-{run}.csv"));
-        outputs.files(folder, names, Kind::Recording)?;
+        let runs: BTreeSet<usize> = arguments.of.iter().copied().collect();
+        let names = runs.iter().map(|run| format!("run-{run}.csv"));
+        Outputs::new(global.force, inputs.iter().chain([&arguments.out])).files(
+            folder,
+            names,
+            Kind::Recording,
+        )?;
     }
     Ok(())
 }

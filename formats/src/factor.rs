@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AbsorbedDrives {
-    /// `steerwright/factor/1`.
+    /// `steerwright/factor/2`.
     pub schema: String,
     /// A name for people, such as the first log's.
     pub name: String,
@@ -73,7 +73,7 @@ impl AbsorbedDrives {
 }
 
 impl Document for AbsorbedDrives {
-    const SCHEMA: &'static str = "steerwright/factor/1";
+    const SCHEMA: &'static str = "steerwright/factor/2";
 
     fn schema(&self) -> &str {
         &self.schema

@@ -129,8 +129,9 @@ impl Folder {
         // An interruption waits until the folder is whole again.
         let mut rest = self.rest.lock().unwrap_or_else(PoisonError::into_inner);
         swap(&self.stage, &self.target).map_err(failed)?;
-        if let Some(rest) = rest.as_mut() {
-            rest.made.clear();
+        // An interruption from here on has nothing to remove. What the exchange left goes here.
+        if let Some(rest) = rest.take() {
+            rest.remove_stage();
         }
         Ok(())
     }
@@ -140,6 +141,7 @@ impl Drop for Folder {
     /// What is left is either what was not finished or what it replaced.
     fn drop(&mut self) {
         let rest = self.rest.lock().unwrap_or_else(PoisonError::into_inner).take();
+        // Where it was committed, the lock goes with this value.
         let Some(rest) = rest else { return };
         rest.remove_stage();
         // The lock's file is in the folder that may have been made.
@@ -309,10 +311,14 @@ fn on_interruption(rest: Arc<Mutex<Option<Rest>>>, lock: PathBuf, path: PathBuf)
     // A process has one handler; without it the next run removes what is left.
     let _ = ctrlc::set_handler(move || {
         let rest = rest.lock().unwrap_or_else(PoisonError::into_inner);
-        let unfinished = rest.as_ref();
+        let Some(unfinished) = rest.as_ref() else {
+            let message = format!("interrupted: {} is complete", path.display());
+            Failure::new(message, "run the command again for what it prints").exit(INTERRUPTED)
+        };
+        // Removed while it is held, so that it is not another run's.
         let _ = fs::remove_file(&lock);
-        unfinished.inspect(|rest| rest.remove_stage_in_use());
-        unfinished.inspect(|rest| rest.remove_made());
+        unfinished.remove_stage_in_use();
+        unfinished.remove_made();
         let message = format!("interrupted: {} is as it was", path.display());
         Failure::new(message, "run the command again").exit(INTERRUPTED)
     });

@@ -24,6 +24,19 @@ pub(crate) enum Outcome {
     Failed(String),
 }
 
+/// What is printed to goes on where it is: opened by its name, a redirected file would be truncated.
+#[cfg(unix)]
+fn stdout() -> std::io::Result<File> {
+    use std::os::fd::AsFd;
+    Ok(File::from(std::io::stdout().as_fd().try_clone_to_owned()?))
+}
+
+#[cfg(windows)]
+fn stdout() -> std::io::Result<File> {
+    use std::os::windows::io::AsHandle;
+    Ok(File::from(std::io::stdout().as_handle().try_clone_to_owned()?))
+}
+
 /// A results file, open at its end.
 #[derive(Debug)]
 pub(crate) struct Results {
@@ -37,7 +50,7 @@ impl Results {
     pub(crate) fn create(sweep: &Sweep, path: &Path, overwrite: bool) -> Result<Self, Error> {
         let io = |source| Error::Io { path: path.to_path_buf(), source };
         // A FIFO is not looked into: it would wait for a writer.
-        let is_file = std::fs::metadata(path).is_ok_and(|m| m.is_file());
+        let is_file = path != Path::new("-") && std::fs::metadata(path).is_ok_and(|m| m.is_file());
         if !overwrite
             && is_file
             && let Ok(file) = File::open(path)
@@ -51,7 +64,8 @@ impl Results {
         if let Some(folder) = path.parent().filter(|f| !f.as_os_str().is_empty()) {
             std::fs::create_dir_all(folder).map_err(io)?;
         }
-        let mut file = File::create(path).map_err(io)?;
+        let file = if path == Path::new("-") { stdout() } else { File::create(path) };
+        let mut file = file.map_err(io)?;
         file.write_all(&line(&header(&sweep.plan))).map_err(io)?;
         Ok(Self { file, path: path.to_path_buf() })
     }
@@ -59,8 +73,8 @@ impl Results {
     /// Goes on with a file, or begins one that is not there; gives what it holds.
     pub(crate) fn resume(sweep: &Sweep, path: &Path) -> Result<(Self, Vec<Outcome>), Error> {
         let io = |source| Error::Io { path: path.to_path_buf(), source };
-        // Neither what is not there nor a device holds results.
-        if !std::fs::metadata(path).is_ok_and(|m| m.is_file()) {
+        // Neither stdout, nor what is not there, nor a device holds results.
+        if path == Path::new("-") || !std::fs::metadata(path).is_ok_and(|m| m.is_file()) {
             return Ok((Self::create(sweep, path, true)?, Vec::new()));
         }
         let mut file = OpenOptions::new().read(true).write(true).open(path).map_err(io)?;

@@ -25,7 +25,7 @@ use crate::watch::Watch;
 
 /// How to run a study.
 pub struct Options<'a> {
-    /// The results file.
+    /// The results file; `-` is stdout.
     pub results: &'a Path,
     /// Threads; by default as many as there are cores.
     pub threads: Option<usize>,

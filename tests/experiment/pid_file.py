@@ -24,7 +24,7 @@ def limits_of(pid):
     large = limits.get("large_errors", {})
     error = large.get("max_yaw_error_rad", math.pi)
     sustained = large.get("sustained_rate_radps", limits["max_rate_radps"])
-    reserve = large.get("rate_reserve_time_s", 1.0)
+    reserve = max(large.get("rate_reserve_time_s", 1.0), SAMPLE_TIME_S)
     return (angle, increment, fastest, gain, error, sustained, reserve)
 
 

@@ -16,6 +16,9 @@ pub struct DesignOptions {
     /// Largest rate, rad/s, in steering coordinates; by default twice the fastest steering of the drive
     /// that the plant was identified from. A plant without a drive needs it.
     pub max_rate_radps: Option<f64>,
+    /// Fastest steering of a drive of the vehicle, rad/s in the plant's steering coordinates: where no rate is
+    /// stated and the plant comes from no drive, twice that is assumed.
+    pub driven_rate_radps: Option<f64>,
     /// Largest lateral acceleration that the steering angle may ask for in a steady turn, m/s²: it bounds
     /// the angle at each speed.
     pub max_lateral_acceleration_mps2: f64,
@@ -60,6 +63,7 @@ impl Default for DesignOptions {
             max_angle_rad: None,
             max_increment_rad: None,
             max_rate_radps: None,
+            driven_rate_radps: None,
             max_lateral_acceleration_mps2: 6.0,
             sample_time_s: 0.01,
             loop_delay_s: 0.0,
@@ -189,12 +193,12 @@ impl DesignOptions {
         Specification { steady_state_time_s, ..self.requirements }
     }
 
-    /// The same with the rate that the drive of a plant gives, where none is stated: for another model of
+    /// The same with the fastest steering of a plant's drive, where none is there yet: for another model of
     /// that vehicle, in the same steering coordinates.
     #[must_use]
     pub fn with_rate_of(self, plant: &DesignPlant) -> Self {
-        let driven = || plant.fastest_steering().map(|rate| TIMES_DRIVEN * rate);
-        Self { max_rate_radps: self.max_rate_radps.or_else(driven), ..self }
+        let driven = || plant.fastest_steering();
+        Self { driven_rate_radps: self.driven_rate_radps.or_else(driven), ..self }
     }
 
     /// The limits of the file, in the plant's steering coordinates; that of the yaw error belongs to the
@@ -204,9 +208,10 @@ impl DesignOptions {
     /// [`Error::NoSteeringRate`] where no rate is stated and the plant comes from no drive.
     pub fn limits(&self, plant: &DesignPlant) -> Result<Limits, Error> {
         let road_wheel = |degrees: f64| degrees.to_radians() * plant.steering_ratio;
+        let driven = plant.fastest_steering().or(self.driven_rate_radps);
         let max_rate_radps = self
-            .with_rate_of(plant)
             .max_rate_radps
+            .or(driven.map(|rate| TIMES_DRIVEN * rate))
             .ok_or_else(|| Error::NoSteeringRate { model: plant.name.clone() })?;
         let [steering_per_curvature_radm, understeer_gradient_rads2pm] = plant.steady_turn();
         Ok(Limits {

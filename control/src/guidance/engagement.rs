@@ -13,6 +13,7 @@ use crate::guidance::guidance_for;
 use crate::plants::DesignPlant;
 use crate::plants::family::Family;
 use formats::{Engagement, EngagementRow, Pid as PidFile};
+use std::collections::VecDeque;
 use std::sync::Arc;
 use vehicle_models::{
     IdentifiedModel, IdentifiedPlant, NonlinearParameters, NonlinearVehicle, PathFollower,
@@ -176,6 +177,9 @@ fn comes_back(
     let mut follower = PathFollower::new(Arc::clone(path));
     let mut controller = Pid::default();
     let h = pid.sample_time_s;
+    // What the outer loop is late by, in whole ticks.
+    let delay_s = pid.designed_for.path_delay_s.max(pid.designed_for.loop_delay_s);
+    let mut sent = VecDeque::from(vec![0.0; (delay_s / h).round() as usize]);
     let mut near_since = 0.0;
     for k in 0..(WITHIN_S / h) as usize {
         let time = k as f64 * h;
@@ -195,7 +199,8 @@ fn comes_back(
             enabled: true,
             speed,
         };
-        driven.step(controller.tick(&parameters, &input).steering_angle, h)?;
+        sent.push_back(controller.tick(&parameters, &input).steering_angle);
+        driven.step(sent.pop_front().unwrap_or_default(), h)?;
         follower.integrate(&law, &guide, speed, h);
         if driven.is_lost(speed, acceleration) {
             return Ok(false);

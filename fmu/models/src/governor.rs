@@ -123,7 +123,7 @@ impl Governor {
         } else {
             self.spent - FORGOTTEN * ts
         };
-        self.spent = spent.min(2.0 * p.rate_reserve_time).max(0.0);
+        self.spent = spent.min(2.0 * reserve(p)).max(0.0);
     }
 
     /// Largest change of the steering angle in one tick, rad.
@@ -154,10 +154,10 @@ impl Governor {
     /// How far the reserve is overdrawn, from 0 to 1.
     #[inline(always)]
     fn short_of(&self, p: &PidParameters) -> f64 {
-        if p.max_yaw_error >= PI || self.spent <= p.rate_reserve_time {
+        if p.max_yaw_error >= PI || self.spent <= reserve(p) {
             return 0.0;
         }
-        (self.spent / p.rate_reserve_time - 1.0).min(1.0)
+        (self.spent / reserve(p) - 1.0).min(1.0)
     }
 
     /// What must be finite.
@@ -170,6 +170,12 @@ impl Governor {
             ("the time at the largest rate", self.spent),
         ]
     }
+}
+
+/// The reserve of time at the largest rate: none at all is a tick.
+#[inline(always)]
+fn reserve(p: &PidParameters) -> f64 {
+    p.rate_reserve_time.max(p.sample_time)
 }
 
 /// The most time at the largest rate that some steering angles, one a tick from the one before the first

@@ -19,7 +19,7 @@ use formats::{
 };
 
 /// What the windows cannot tell.
-const MISSING: &str = "identified from absorbed windows: simulation fits are of the second half of each window, from the state that its first half gives; there is no simulation of whole drives, no estimate of the delay, no test of residuals against the input and no uncertainty of the parameters; the measured frequency response is that of all drives, with what its windows smear";
+const MISSING: &str = "identified from absorbed windows: simulation fits are of the second half of each window, from the state that its first half gives; there is no simulation of whole drives, no estimate of the delay, no check of the steering's play and of the channels' clocks, no test of residuals against the input and no uncertainty of the parameters; the measured frequency response is that of all drives, with what its windows smear";
 
 impl Absorbed {
     /// Identifies the plant from all that was absorbed. The direct gain is zero unless asked for.
@@ -64,7 +64,7 @@ impl Absorbed {
             noise_to_signal: residual.sqrt(),
             ..coherent
         };
-        if let (Ok(on), chosen) = (&held_out, &choice.candidates[choice.chosen]) {
+        if let Ok(on) = &held_out {
             judge(&mut evidence, on, &chosen.model, choice.gain.as_ref())?;
         }
         if let Err(reason) = &held_out {
@@ -92,6 +92,7 @@ impl Absorbed {
         let zeros = evidence.poles_and_zeros.as_ref().map_or(&[][..], |m| &m.continuous_zeros);
         let implausible = implausible(&Response {
             at: &at,
+            excitation: Some(&evidence.excitation),
             speed_mps,
             steering_ratio: self.steering_ratio,
             zeros,

@@ -238,12 +238,13 @@ impl Judged {
 }
 
 fn traces(log: &DriveLog, recording: &Recording, judged: &Judged) -> Traces {
-    let is_validation = |k: usize| recording.split.validation.iter().any(|r| r.contains(&k));
+    let mut is_validation = vec![false; log.len()];
+    recording.split.validation.iter().for_each(|r| is_validation[r.clone()].fill(true));
     Traces {
         time_s: log.time_s(),
         steering_rad: log.input.clone(),
         yaw_rate_radps: log.output.clone(),
-        is_validation: (0..log.len()).map(is_validation).collect(),
+        is_validation,
         yaw_rad: log.yaw(&log.output),
         simulated_yaw_rad: log.yaw(&judged.simulated),
         simulated_yaw_rate_radps: judged.simulated.clone(),

@@ -98,6 +98,7 @@ impl Known<'_> {
     fn implausible(&self, e: &BicycleEvidence) -> Vec<(Reason, String)> {
         implausible(&Response {
             at: &self.response(e.speed.mean_mps),
+            excitation: None,
             speed_mps: e.speed.mean_mps,
             steering_ratio: self.log.steering_ratio,
             zeros: &[],

@@ -41,18 +41,19 @@ pub(crate) fn costs_nothing(least: f64, with_logarithm: f64) -> bool {
 /// sample may be the part of a sample by which the input acts late, whose eigenvalue is 0. Empty where no
 /// eigenvalue is negative, or one is not simple.
 pub(crate) fn off_branch_cut(model: &StateSpace) -> Result<Vec<StateSpace>, Error> {
-    let mut models = Vec::new();
+    let mut models: Vec<StateSpace> = Vec::new();
     for most in [1.0, SHORTER[0], SHORTER[1]] {
-        models.extend(moved(model, |value| most.min(-value))?);
+        let next = moved(model, |value| most.min(-value))?;
+        // A mode that is as short already stays where the one before took it.
+        models.extend(next.filter(|next| models.last().is_none_or(|last| last.a != next.a)));
     }
     Ok(models)
 }
 
-/// The model with each negative eigenvalue λ of A taken to `to(λ)`. With its right and left eigenvectors v
-/// and w, `wᵀv = 1`, that is `A + (to(λ) − λ)·v·wᵀ`, which leaves the other modes as they are; B is scaled
+/// The model with each negative eigenvalue λ of A taken to `place(λ)`. With its right and left eigenvectors v
+/// and w, `wᵀv = 1`, that is `A + (place(λ) − λ)·v·wᵀ`, which leaves the other modes as they are; B is scaled
 /// along v such that the steady-state gain stays. `None` where no eigenvalue is negative, or one is not simple.
-fn moved(model: &StateSpace, to: impl Fn(f64) -> f64) -> Result<Option<StateSpace>, Error> {
-    let place = to;
+fn moved(model: &StateSpace, place: impl Fn(f64) -> f64) -> Result<Option<StateSpace>, Error> {
     let mut to = model.clone();
     let mut any = false;
     let a = model.a.as_ref();
@@ -119,17 +120,21 @@ mod tests {
     /// written with the other sign.
     #[test]
     fn only_the_sign_of_the_negative_poles_changes() {
-        for poles in [[0.9, -0.05, 0.6], [0.9, -0.05, -0.3]] {
+        let all = [1.0, SHORTER[0], SHORTER[1]];
+        // A mode as short as a tenth stays where its sign takes it.
+        let cases =
+            [([0.9, -0.05, 0.6], vec![1.0, SHORTER[1]]), ([0.9, -0.05, -0.3], all.to_vec())];
+        for (poles, places) in cases {
             let one = model(poles);
             assert!(!has_logarithm(&one));
             let found = off_branch_cut(&one).unwrap();
-            for (found, most) in found.iter().zip([1.0, SHORTER[0], SHORTER[1]]) {
+            for (found, most) in found.iter().zip(&places) {
                 let expected = model(poles.map(|p| if p < 0.0 { most.min(-p) } else { p }));
                 assert!((&found.a - &expected.a).norm_max() < 1e-9, "{poles:?}");
                 assert!((&found.b - &expected.b).norm_max() < 1e-9, "{poles:?}");
                 assert!(has_logarithm(found));
             }
-            assert_eq!(found.len(), 3);
+            assert_eq!(found.len(), places.len());
         }
     }
 

@@ -37,8 +37,8 @@ use evidence::LAGS;
 use faer::Mat;
 use filter::{filter, uncertainty};
 use formats::{
-    Continuous, Discrete, Document, Evidence, Fits, Information, InputKind, Matrix, Noise,
-    OperatingPoint, OrderRow, Plant, Provenance, ResidualTest,
+    Continuous, Discrete, Document, Evidence, Fits, InputKind, Matrix, Noise, OperatingPoint,
+    OrderRow, Plant, Provenance, ResidualTest,
 };
 
 use std::f64::consts::TAU;
@@ -48,11 +48,6 @@ pub use automatic::{Automatic, TriedOrder, automatic};
 pub use judge::{Judged, judge, judge_plant};
 pub use options::{Detrend, IdentifyOptions};
 
-/// A steering offset beyond this is doubtful, degrees at the road wheel.
-const MOST_CROOKED_DEG: f64 = 1.0;
-
-/// Sign and gain are judged where one of the bands up to here is informative, Hz.
-const LOW_BANDS_HZ: f64 = 0.5;
 /// Samples in which play and clocks are looked for: more change nothing.
 const MOST_FOR_FAULTS: usize = 60_000;
 
@@ -192,7 +187,7 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
     let yaw_rate_lead_s = yaw_rate_lead(&pairs, data.sample_time);
     let yaw_rate_lag_s = yaw_rate_lag(&pairs, data.sample_time);
     let (excitation, frequency_response) = evidence::frequencies(log, &modelled, residual.sqrt());
-    let mut evidence = Evidence {
+    let evidence = Evidence {
         method: chosen.approach.name().into(),
         horizon: chosen.horizon,
         factor: Some(evidence::data_factor(&choice.factor.conditioning)),
@@ -233,29 +228,17 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
         mean(speed),
         options.input_kind,
     );
-    let crooked = (point.steering_offset_rad / log.steering_ratio).to_degrees();
-    if crooked.abs() > MOST_CROOKED_DEG {
-        evidence.warnings.push(format!(
-            "driving straight would need {crooked:.1}° at the road wheel: check the zero of the steering angle and the gyro's bias; a changing speed does this too"
-        ));
-    }
     let spread =
         if speed.is_empty() { 0.0 } else { standard_deviation(speed) / mean(speed).max(0.1) };
     let map = evidence.poles_and_zeros.clone().unwrap_or_default();
-    // Where nothing is known of low frequencies, neither is sign or gain.
-    let low = evidence.excitation.bands.iter().filter(|b| b.to_hz <= LOW_BANDS_HZ);
-    let known = low.clone().any(|b| b.information != Information::None);
-    let implausible = if known {
-        implausible(&Response {
-            at: &at,
-            speed_mps: mean(speed),
-            steering_ratio: log.steering_ratio,
-            zeros: &map.continuous_zeros,
-            spreads: &map.continuous_zero_spreads,
-        })
-    } else {
-        Vec::new()
-    };
+    let implausible = implausible(&Response {
+        at: &at,
+        excitation: Some(&evidence.excitation),
+        speed_mps: mean(speed),
+        steering_ratio: log.steering_ratio,
+        zeros: &map.continuous_zeros,
+        spreads: &map.continuous_zero_spreads,
+    });
     let drive = evidence::Drive {
         has_continuous: continuous.is_some(),
         speed_mps: mean(speed),

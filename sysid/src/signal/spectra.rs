@@ -239,7 +239,7 @@ impl Sums {
                 .map(|k| (scale(k) * self.sum[k][2], scale(k) * self.sum[k][3]))
                 .collect(),
             windows: all,
-            averages: if all > 0 { (all * all) as f64 / self.variance } else { 0.0 },
+            averages: if all > 0 { (all as f64).powi(2) / self.variance } else { 0.0 },
         }
     }
 

@@ -9,7 +9,7 @@
 
 use super::bandwidth::{LOW_HZ, bandwidth_hz};
 use super::regression::Pair;
-use formats::{Grade, Reason, ReasonCode, Spread};
+use formats::{Excitation, Grade, Information, Reason, ReasonCode, Spread};
 use std::f64::consts::TAU;
 
 /// The shortest effective wheelbase, m: 1:28 scale cars have 0.09 m.
@@ -38,10 +38,15 @@ const OPPOSITE: f64 = 0.5;
 /// What to do about a sign.
 const AXES: &str = "check the axes: steering and yaw rate are positive to the left (ISO 8855, z up); a gyro with its axis down or a steering angle positive to the right needs a leading - before its column";
 
-/// What is judged.
+/// Bands up to here are low frequencies, Hz.
+const LOW_BANDS_HZ: f64 = 0.5;
+
+/// What is checked.
 pub(crate) struct Response<'a> {
     /// Yaw rate over road-wheel angle, (real, imaginary) in 1/s, at a frequency in Hz.
     pub(crate) at: &'a dyn Fn(f64) -> (f64, f64),
+    /// Where nothing is known of low frequencies, neither is sign or gain; `None` where both are known.
+    pub(crate) excitation: Option<&'a Excitation>,
     /// Mean speed, m/s; 0 where it is not known.
     pub(crate) speed_mps: f64,
     /// Steering angle over road-wheel angle.
@@ -55,6 +60,11 @@ pub(crate) struct Response<'a> {
 /// What no road vehicle has, each with the likely cause.
 pub(crate) fn implausible(of: &Response<'_>) -> Vec<(Reason, String)> {
     let mut out = Vec::new();
+    let low = of.excitation.iter().flat_map(|e| &e.bands).filter(|b| b.to_hz <= LOW_BANDS_HZ);
+    let mut low = low.map(|b| b.information).peekable();
+    if low.peek().is_some() && low.all(|i| i == Information::None) {
+        return out;
+    }
     let (re, im) = (of.at)(LOW_HZ);
     if re < 0.0 {
         let message = format!(
@@ -168,7 +178,8 @@ mod tests {
             let x = 0.15 * TAU * hz;
             (gain / (1.0 + x * x), -gain * x / (1.0 + x * x))
         };
-        let of = Response { at: &at, speed_mps, steering_ratio, zeros, spreads: &[] };
+        let of =
+            Response { at: &at, excitation: None, speed_mps, steering_ratio, zeros, spreads: &[] };
         implausible(&of).into_iter().map(|(reason, _)| reason.code).collect()
     }
 

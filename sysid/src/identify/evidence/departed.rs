@@ -3,7 +3,7 @@
 use super::quality::Drive;
 use super::sweep::{LINEAR, swept};
 use crate::identify::IdentifyOptions;
-use formats::{BandDeparture, Evidence};
+use formats::{BandDeparture, Evidence, Grade, Reason, ReasonCode, ResidualTest};
 
 /// Beyond that share, less what chance can do, no controller should be designed on the model: a sixth
 /// of a turn of the margins' usual 60° is 17°, and as much in gain (see [`super::departure`]).
@@ -17,12 +17,16 @@ pub(super) fn departed(evidence: &Evidence) -> Vec<BandDeparture> {
     bands.filter(|b| b.departure > NOTICED).copied().collect()
 }
 
-/// The departure that forbids a design, in words; `None` where there is none.
-pub(super) fn too_far(departed: &[BandDeparture]) -> Option<String> {
+/// The departure that forbids a design, or leaves it in doubt where feedback biases what was measured; `None`
+/// where there is none.
+pub(super) fn too_far(evidence: &Evidence, departed: &[BandDeparture]) -> Option<Reason> {
     let far =
         departed.iter().filter(|b| swept(b.from_hz, b.to_hz) && b.departure > LARGEST_DEPARTURE);
     let worst = far.max_by(|a, b| a.departure.total_cmp(&b.departure))?;
-    Some(format!("it departs from the measured frequency response: {}", in_words(worst)))
+    let message = format!("it departs from the measured frequency response: {}", in_words(worst));
+    let grade = if fed_back(evidence) { Grade::Warn } else { Grade::Fail };
+    let reason = Reason::new(ReasonCode::ModelError, grade, message);
+    Some(reason.compared(100.0 * worst.departure, 100.0 * LARGEST_DEPARTURE, "%"))
 }
 
 /// How near the model is to the measurement in the swept bands that are coherent, percent, with
@@ -38,6 +42,14 @@ pub(super) fn nearness(evidence: &Evidence) -> Option<(f64, f64, f64)> {
         let (worst, from, to) = all.unwrap_or((0.0, f64::INFINITY, 0.0));
         Some((worst.max(percent), from.min(b.from_hz), to.max(b.to_hz)))
     })
+}
+
+/// Whether the steering answers to the yaw rate, so that the response from one to the other is biased towards the
+/// inverse of the driver's (Ljung 1999, section 13.5).
+fn fed_back(evidence: &Evidence) -> bool {
+    let detected = |t: &ResidualTest| !t.pass;
+    evidence.feedback.as_ref().is_some_and(detected)
+        || evidence.residuals.as_ref().is_some_and(|r| detected(&r.feedback))
 }
 
 fn in_words(band: &BandDeparture) -> String {
@@ -84,10 +96,7 @@ pub(super) fn mend(
         let cause = "a speed that changes: take a --speed-window, or --structure bicycle";
         causes.push(cause.to_owned());
     }
-    let fed_back = |t: &formats::ResidualTest| !t.pass;
-    if evidence.feedback.as_ref().is_some_and(fed_back)
-        || evidence.residuals.as_ref().is_some_and(|r| fed_back(&r.feedback))
-    {
+    if fed_back(evidence) {
         causes.push(
             "feedback by the driver, which biases the measured response and not the model: a slalom by a plan would tell"
                 .to_owned(),

@@ -203,7 +203,8 @@ fn clocks(of: &Recorded<'_>, out: &mut Vec<(Reason, String)>) {
     }
     let taken = of.delay_s.map(|delay| (delay, LARGEST_DELAY_S));
     let lag = of.yaw_rate_lag_s.map(|lag| (lag, LARGEST_LAG_S));
-    if let Some((late, limit)) = taken.or(lag).filter(|(late, limit)| *late > *limit) {
+    let too_late = |(late, limit): &(f64, f64)| late > limit;
+    if let Some((late, limit)) = [taken, lag].into_iter().flatten().find(too_late) {
         let message = format!(
             "the yaw rate follows the steering {:.0} ms late, later than a vehicle's",
             1e3 * late

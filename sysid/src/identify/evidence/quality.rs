@@ -160,7 +160,7 @@ pub(crate) fn quality(
         advice.push(cause);
     }
     let departed = departed(evidence);
-    reasons.extend(too_far(&departed).map(|message| failed(ReasonCode::ModelError, message)));
+    reasons.extend(too_far(evidence, &departed));
     advice.extend(mend(evidence, drive, options, &departed));
     advice.extend(doubts(evidence, drive, options));
     let messages = || reasons.iter().map(|r| r.message.as_str()).collect::<Vec<_>>().join("; ");

@@ -28,7 +28,7 @@ pub(crate) fn slow_log(channels: &[ChannelSummary], bandwidth_hz: f64) -> Option
         _ => return None,
     };
     let message = format!(
-        "column `{}` is sampled at {:.0} Hz, {ratio:.1} times the bandwidth of the vehicle ({bandwidth_hz:.1} Hz), below {limit:.0} times",
+        "column `{}` is sampled at {:.0} Hz, {ratio:.1} times the bandwidth of the vehicle ({bandwidth_hz:.1} Hz), below {limit:.1} times",
         slowest.column, slowest.rate_hz
     );
     let reason = Reason::new(ReasonCode::SlowLog, grade, message).compared(ratio, limit, "");
