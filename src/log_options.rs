@@ -106,7 +106,10 @@ pub(crate) struct IdentifyArguments {
     /// Let the yaw rate depend on the steering of its own sample
     #[arg(long, value_name = "auto|on|off", default_value = "auto", default_missing_value = "on", num_args = 0..=1, require_equals = true, value_parser = switch)]
     pub(crate) feedthrough: Auto<bool>,
-    /// Share of the log, at its end, that is held out to judge the model
+    /// Most samples that estimate, in blocks spread over a long log
+    #[arg(long, value_name = "N|all", default_value = "60000", value_parser = samples)]
+    pub(crate) max_samples: Auto<usize>,
+    /// Share of the log, at its end, that validates the model
     #[arg(long, value_name = "SHARE", allow_hyphen_values = true, value_parser = quantity::percent, default_value = "50%")]
     pub(crate) hold_out: f64,
 }
@@ -176,6 +179,7 @@ impl IdentifyArguments {
             detrend: self.detrend,
             feedthrough: self.feedthrough.0,
             input_kind: self.model_input,
+            max_samples: self.max_samples.0,
             validation_fraction: self.hold_out / 100.0,
             ..IdentifyOptions::default()
         }
@@ -198,6 +202,13 @@ pub(crate) fn log_file(path: &Path, progress: &Progress) -> Result<LogFile<'stat
 fn decimal_mark(text: &str) -> Result<DecimalMark, String> {
     let named = DecimalMark::ALL.into_iter().find(|m| m.name() == text);
     named.ok_or_else(|| "expected point or comma".into())
+}
+
+fn samples(text: &str) -> Result<Auto<usize>, String> {
+    match text {
+        "all" => Ok(Auto(None)),
+        _ => number(text).map_err(|_| "expected a whole number or all".into()),
+    }
 }
 
 fn column_unit(text: &str) -> Result<(String, String), String> {

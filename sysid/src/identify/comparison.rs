@@ -134,11 +134,13 @@ impl<'a> Comparison<'a> {
         Ok(Cow::Owned(colour.whitened(self.data)?))
     }
 
-    /// Schwarz's criterion.
+    /// BIC for the model, and AIC for the initial states of the segments after the first: a segment
+    /// determines its own no better however many there are, but each lowers the errors by chance.
     pub(super) fn criterion(&self, of: &Candidate) -> f64 {
         let (m, p) = (self.data.inputs(), self.data.outputs());
         let count = parameters(of.model.order(), m, p, of.feedthrough);
-        schwarz(of.log_square, p, count, self.samples)
+        let initial_states = of.model.order() * (self.data.segments().len() - 1);
+        schwarz(of.log_square, p, count, self.samples) + 2.0 * initial_states as f64
     }
 
     /// Sets the criterion of all and tells the least.

@@ -31,6 +31,9 @@ pub(crate) struct Data {
     output_lines: Vec<(Range<usize>, Line)>,
 }
 
+/// Shorter runs have no initial state to simulate from.
+const LEAST_UNUSED: usize = 60;
+
 /// `offset + slope·(t − middle)`, t in s on the clock.
 #[derive(Clone, Copy)]
 struct Line {
@@ -130,7 +133,13 @@ impl Data {
         if options.detrend == Detrend::Linear {
             return Self::of_end(log, options);
         }
-        Self::split(log, options, &|input| Split::new(log, input, options.validation_fraction))
+        Self::split(log, options, &|input| {
+            let split = Split::new(log, input, options.validation_fraction);
+            match options.max_samples {
+                Some(most) => split.thinned(most, log.sample_time_s),
+                None => split,
+            }
+        })
     }
 
     /// The same, where the end of the log validates whatever was driven there.
@@ -210,6 +219,25 @@ impl Data {
             output_scale: scales.1,
             output_lines,
         })
+    }
+
+    /// Samples of the log in neither part, about the same means; none where lines over time were taken out.
+    pub(crate) fn unused(
+        &self,
+        log: &DriveLog,
+        options: &IdentifyOptions,
+    ) -> Result<Option<Part>, Error> {
+        let mut ranges = Split::unused(log, [&self.estimation.ranges, &self.validation.ranges]);
+        ranges.retain(|r| r.len() >= LEAST_UNUSED);
+        if ranges.is_empty() || options.detrend == Detrend::Linear {
+            return Ok(None);
+        }
+        let scaled = |x: &[f64], mean: f64, scale: f64| -> Vec<f64> {
+            x.iter().map(|x| (x - mean) / scale).collect()
+        };
+        let u = scaled(&driving_input(log, options.input_kind)?, self.input_mean, self.input_scale);
+        let y = scaled(&log.output, self.output_mean, self.output_scale);
+        Part::new(self.sample_time, ranges, &u, &y).map(Some)
     }
 
     /// The same about another output level, given in scaled units.

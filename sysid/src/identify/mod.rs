@@ -101,6 +101,18 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
         _ => data,
     };
     let mut warnings = log.warnings.clone();
+    let could_estimate = log.len() - data.validation.len();
+    if options
+        .max_samples
+        .is_some_and(|most| (data.estimation.len()..could_estimate).contains(&most))
+    {
+        warnings.push(format!(
+            "the log is long: {} of {} samples that could estimate the model do, in {} blocks spread over them",
+            data.estimation.len(),
+            could_estimate,
+            data.estimation.ranges.len()
+        ));
+    }
     warnings.extend(delay.told.clone());
     if choice.factor.conditioning.is_reduced() {
         warnings.push(choice.factor.conditioning.to_string());
@@ -145,7 +157,7 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
     if log.speed.is_none() {
         warnings.push("no speed channel: the operating point's speed is written as 0".into());
     }
-    let mut traces = traces(log, &data, chosen)?;
+    let mut traces = traces(log, &data, chosen, options)?;
     traces.steering_rad.clone_from(&measured.input);
     let part = &data.validation;
     let simulated = output(&chosen.model, part, &initial_states(&chosen.model, part)?);
@@ -386,13 +398,22 @@ pub(crate) fn continuous_form(c: &ContinuousModel, model: &StateSpace) -> Contin
     Continuous { f: matrix(&c.f), g: matrix(&c.g), h: matrix(&model.c) }
 }
 
-fn traces(log: &DriveLog, data: &Data, chosen: &Candidate) -> Result<Traces, Error> {
+fn traces(
+    log: &DriveLog,
+    data: &Data,
+    chosen: &Candidate,
+    options: &IdentifyOptions,
+) -> Result<Traces, Error> {
     let held_out = &data.validation;
     let x0 = initial_states(&chosen.model, held_out)?;
     let mut simulated = vec![0.0; log.len()];
     let own = output(&chosen.model, &data.estimation, &chosen.conditions.x0);
     data.estimation.put(&own, &mut simulated);
     held_out.put(&output(&chosen.model, held_out, &x0), &mut simulated);
+    if let Some(unused) = data.unused(log, options)? {
+        let x0 = initial_states(&chosen.model, &unused)?;
+        unused.put(&output(&chosen.model, &unused, &x0), &mut simulated);
+    }
     let mut is_validation = vec![false; log.len()];
     held_out.ranges.iter().for_each(|r| is_validation[r.clone()].fill(true));
     data.restore(log, &mut simulated);

@@ -28,6 +28,8 @@ pub struct IdentifyOptions {
     pub feedthrough: Option<bool>,
     /// What drives the model.
     pub input_kind: InputKind,
+    /// Most samples that estimate, in blocks spread over the log; `None`: all of them.
+    pub max_samples: Option<usize>,
     /// Share of the log, at its end, that is held out for validation.
     pub validation_fraction: f64,
     /// What is taken out of input and output before a model is fitted.
@@ -38,6 +40,10 @@ pub struct IdentifyOptions {
     /// Whether the subspace model is refined by its simulation error.
     pub refine: bool,
 }
+
+/// By default; 20 minutes at 20 ms.
+const MOST_SAMPLES: usize = 60_000;
+const LEAST_SAMPLES: usize = 1_000;
 
 /// Offsets and trends that are no dynamics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -78,6 +84,7 @@ impl Default for IdentifyOptions {
             horizon: None,
             feedthrough: None,
             input_kind: InputKind::Steering,
+            max_samples: Some(MOST_SAMPLES),
             validation_fraction: 0.5,
             detrend: Detrend::Mean,
             delay_s: None,
@@ -108,6 +115,12 @@ impl IdentifyOptions {
         {
             return out_of_range("--delay", format!("{delay} s"), "0 s to 2 s, or auto");
         }
+        if let Some(most) = self.max_samples
+            && most < LEAST_SAMPLES
+        {
+            let expected = format!("{LEAST_SAMPLES} or more, or all");
+            return out_of_range("--max-samples", most.to_string(), &expected);
+        }
         if let Some(horizon) = self.horizon {
             if !(2..=200).contains(&horizon) {
                 return out_of_range("--horizon", horizon.to_string(), "2 to 200, or auto");
@@ -133,6 +146,10 @@ impl IdentifyOptions {
             ("method".into(), self.method.map_or("auto", Approach::name).into()),
             ("order".into(), number(self.order)),
             ("max_order".into(), self.max_order.to_string()),
+            (
+                "max_samples".into(),
+                self.max_samples.map_or_else(|| "all".into(), |most| most.to_string()),
+            ),
             ("horizon".into(), number(self.horizon)),
             (
                 "feedthrough".into(),

@@ -22,6 +22,8 @@ const EXCITED: f64 = 0.15;
 const FAIR_SHARE: f64 = 0.5;
 /// … or that share of their windows is excited, as in a drive that is steered less strongly than another.
 const EXCITED_SHARE: f64 = 0.5;
+/// Length of the blocks that estimate where the log holds more than is used, s.
+const BLOCK_S: f64 = 60.0;
 /// Excited time of which one part estimates and the other validates, s.
 const PAIR_S: f64 = 40.0;
 
@@ -98,6 +100,51 @@ impl Split {
             return end;
         }
         Self::blocks(log, &excited, fraction).unwrap_or(end)
+    }
+
+    /// At most so many samples of estimation data, in blocks of [`BLOCK_S`] spread evenly over what there is:
+    /// twenty minutes determine a vehicle better than it is linear, and more costs time in proportion.
+    pub(crate) fn thinned(mut self, most: usize, sample_time_s: f64) -> Self {
+        let count: usize = self.estimation.iter().map(Range::len).sum();
+        let block = ((BLOCK_S / sample_time_s).round() as usize).clamp(1, most.max(1));
+        let blocks = most / block;
+        if count <= most || blocks == 0 {
+            return self;
+        }
+        let mut thinned = Vec::new();
+        for from in (0..blocks).map(|b| b * count / blocks) {
+            let mut at = 0;
+            for r in &self.estimation {
+                let (start, end) = (from.max(at), (from + block).min(at + r.len()));
+                if start + CRUMB <= end {
+                    thinned.push(r.start + start - at..r.start + end - at);
+                }
+                at += r.len();
+            }
+        }
+        // Of a log in crumbs nothing would be left.
+        if 2 * thinned.iter().map(Range::len).sum::<usize>() > most {
+            self.estimation = thinned;
+        }
+        self
+    }
+
+    /// What neither part holds.
+    pub(crate) fn unused(log: &DriveLog, parts: [&[Range<usize>]; 2]) -> Vec<Range<usize>> {
+        let mut used: Vec<&Range<usize>> = parts.into_iter().flatten().collect();
+        used.sort_by_key(|r| r.start);
+        let mut unused = Vec::new();
+        for s in &log.segments {
+            let mut from = s.range.start;
+            let within = used.iter().filter(|r| s.range.contains(&r.start));
+            for range in within.copied().chain([&(s.range.end..s.range.end)]) {
+                if from < range.start {
+                    unused.push(from..range.start);
+                }
+                from = range.end;
+            }
+        }
+        unused
     }
 
     /// Shares what is excited; `None` where too little is.
@@ -187,6 +234,18 @@ mod tests {
         let split = Split::new(&log, &log.input, 0.5);
         assert_eq!(split, Split::end(&log, log.len(), 0.5));
         assert_eq!((split.estimation, split.validation), (vec![0..750], vec![750..1500]));
+    }
+
+    #[test]
+    fn a_long_log_is_thinned_evenly() {
+        let log = slalom(0.0..1000.0, 1000.0);
+        let whole = Split::new(&log, &log.input, 0.5);
+        assert_eq!(whole.clone().thinned(12_500, 0.04), whole);
+        let split = whole.clone().thinned(3_000, 0.04);
+        assert_eq!(split.estimation, [0..1500, 6250..7750]);
+        assert_eq!(split.validation, whole.validation);
+        let unused = Split::unused(&log, [&split.estimation, &split.validation]);
+        assert_eq!(unused, [1500..6250, 7750..12_500]);
     }
 
     #[test]

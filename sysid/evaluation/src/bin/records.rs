@@ -2,11 +2,12 @@
 
 use clap::Parser;
 use faer::Mat;
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use sysid::subspace::{Factor, shift_realization, structured_bd, subspace};
 use sysid::{
-    DataSet, DriveLog, IdentifyOptions, InputKind, LogOptions, Method, StateSpace, automatic,
-    identify, read_log,
+    DataSet, DriveLog, IdentifyOptions, InputKind, LogFile, LogOptions, Method, StateSpace,
+    automatic, identify, read_drives, read_log,
 };
 use sysid_evaluation::{ask, halves, pole_distance, recording, response_distance};
 
@@ -18,6 +19,8 @@ struct Arguments {
     data: Option<PathBuf>,
 }
 
+const INPUTS: [(&str, InputKind); 2] =
+    [("δ", InputKind::Steering), ("δ·v", InputKind::SteeringTimesSpeed)];
 const PEERS: &str = include_str!("../../python/records.py");
 
 fn main() -> Result<(), String> {
@@ -48,6 +51,7 @@ fn main() -> Result<(), String> {
         }
         None => println!("  left out: the sets of DaISy and the Revs drive (--data DIR)"),
     }
+    scale_car(&own.join("dart"))?;
     weak_drive(&own.join("comma2k19"))
 }
 
@@ -139,8 +143,6 @@ fn row(name: &str, data: &DataSet, aim: f64) -> Result<(), String> {
 
 /// The drive on a race track: automatic settings beside output-error models, and all of 48 settings.
 fn revs(file: &Path) -> Result<(), String> {
-    const INPUTS: [(&str, InputKind); 2] =
-        [("δ", InputKind::Steering), ("δ·v", InputKind::SteeringTimesSpeed)];
     let log = drive(file, None)?;
     for (name, kind) in INPUTS {
         let options = IdentifyOptions { input_kind: kind, ..IdentifyOptions::default() };
@@ -148,7 +150,7 @@ fn revs(file: &Path) -> Result<(), String> {
         let mut theirs: Vec<f64> = Vec::new();
         for order in 2..=4 {
             let what = ["oe".to_owned(), order.to_string()];
-            match ask_halves(&log, kind, &what) {
+            match ask_parts(&log, kind, 0.5, &what) {
                 Ok(fits) => theirs.extend(fits.get(1)),
                 Err(problem) => println!("  left out: output error: {problem}"),
             }
@@ -200,7 +202,7 @@ fn revs(file: &Path) -> Result<(), String> {
                         }
                     }
                     let what = ["n4sid".to_owned(), horizon.to_string(), order.to_string()];
-                    match ask_halves(&log, kind, &what).as_deref() {
+                    match ask_parts(&log, kind, 0.5, &what).as_deref() {
                         Ok([radius, fits @ ..]) if fits.len() == 2 => {
                             slicot.add(*radius, fits[0], fits[1]);
                         }
@@ -266,8 +268,13 @@ fn drive(file: &Path, sample_time_s: Option<f64>) -> Result<DriveLog, String> {
     read_log(&[("revs.csv".to_owned(), bytes)], &options).map_err(|e| e.to_string())
 }
 
-/// What a peer answers for the same halves as ours.
-fn ask_halves(log: &DriveLog, kind: InputKind, what: &[String]) -> Result<Vec<f64>, String> {
+/// What a peer answers for the same parts as ours.
+fn ask_parts(
+    log: &DriveLog,
+    kind: InputKind,
+    validation: f64,
+    what: &[String],
+) -> Result<Vec<f64>, String> {
     let ones = vec![1.0; log.len()];
     let factor = match (kind, &log.speed) {
         (InputKind::SteeringTimesSpeed, Some(speed)) => speed,
@@ -275,11 +282,69 @@ fn ask_halves(log: &DriveLog, kind: InputKind, what: &[String]) -> Result<Vec<f6
     };
     let mut numbers: Vec<f64> = log.input.iter().zip(factor).map(|(u, v)| u * v).collect();
     numbers.extend(&log.output);
-    let split = log.len() - (0.5 * log.len() as f64).round() as usize;
+    let split = log.len() - (validation * log.len() as f64).round() as usize;
     let arguments: Vec<String> =
         std::iter::once(split.to_string()).chain(what.iter().cloned()).collect();
     let lines = ask(PEERS, &numbers, &arguments)?;
     Ok(lines.first().map(|l| parsed(l)).unwrap_or_default())
+}
+
+/// A scale car, estimated on its first drive and validated on its second, as the demo reads them.
+fn scale_car(folder: &Path) -> Result<(), String> {
+    const VALIDATION: f64 = 0.4085;
+    println!(
+        "\ndart: estimated on the first drive, fit on the second, and SciPy's output error of order 2"
+    );
+    for step in [0.02, 0.05] {
+        let options = LogOptions {
+            time: Some("vicon time".into()),
+            input: Some("steering".into()),
+            output: Some("vicon yaw".into()),
+            speed: Some("vel encoder".into()),
+            units: [
+                ("vicon time", "s"),
+                ("steering", "1"),
+                ("vicon yaw", "rad"),
+                ("vel encoder", "m/s"),
+            ]
+            .map(|(column, unit)| (column.to_owned(), unit.to_owned()))
+            .to_vec(),
+            steering_ratio: Some(1.0),
+            steering_full_scale_rad: Some(0.375),
+            sample_time_s: Some(step),
+            ..LogOptions::default()
+        };
+        let read = |name: &str| {
+            let bytes = std::fs::read(folder.join(name)).map_err(|e| e.to_string())?;
+            Ok::<_, String>(vec![LogFile {
+                name: name.into(),
+                reader: Box::new(Cursor::new(bytes)),
+            }])
+        };
+        let drives = vec![read("estimation.csv")?, read("validation.csv")?];
+        let log = read_drives(Vec::new(), drives, &options).map_err(|e| e.to_string())?;
+        for (name, kind) in INPUTS {
+            let options = IdentifyOptions {
+                input_kind: kind,
+                validation_fraction: VALIDATION,
+                ..IdentifyOptions::default()
+            };
+            let plant = identify(&log, &options).map_err(|e| e.to_string())?.plant;
+            let theirs = ask_parts(&log, kind, VALIDATION, &["oe".to_owned(), "2".to_owned()]);
+            let theirs = match &theirs {
+                Ok(fits) => format!("{:.2}", fits.get(1).copied().unwrap_or(f64::NAN)),
+                Err(problem) => format!("left out: {problem}"),
+            };
+            let bound = plant.evidence.held_out.as_ref().and_then(|h| h.fit_bound);
+            println!(
+                "  {name:<4} {step} s: order {}, {:.2} % (noise allows {:.1} %), SciPy {theirs} %",
+                plant.order(),
+                plant.evidence.fit.validation,
+                bound.unwrap_or(f64::NAN)
+            );
+        }
+    }
+    Ok(())
 }
 
 /// The drive that hardly says anything.
