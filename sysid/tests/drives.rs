@@ -12,8 +12,8 @@ use std::f64::consts::PI;
 use sysid::conversion::discretize;
 use sysid::subspace::Realization;
 use sysid::{
-    DriveLog, Error, IdentifyOptions, InputKind, Intersample, LogOptions, Method, Stretch,
-    identify, read_log,
+    Detrend, DriveLog, Error, IdentifyOptions, InputKind, Intersample, LogOptions, Method, Stretch,
+    fit_percent, identify, read_log,
 };
 use sysid_evaluation::Random;
 
@@ -391,4 +391,49 @@ fn options_out_of_range_and_hopeless_recordings_are_errors() {
     assert!(matches!(identify(&broken, &base), Err(Error::NoModel { .. })));
     let product = IdentifyOptions { input_kind: InputKind::SteeringTimesSpeed, ..base };
     assert_eq!(identify(&recording(log.input, log.output), &product), Err(Error::NoSpeed));
+}
+
+/// The known vehicle's log on its own grid.
+fn known_log(seconds: usize) -> DriveLog {
+    let options = LogOptions { sample_time_s: Some(0.01), ..LogOptions::default() };
+    read_log(&[("known.csv".into(), known_drive(seconds))], &options).unwrap()
+}
+
+/// Initial states are estimated for each segment; they are no evidence for another state.
+#[test]
+fn a_log_in_many_segments_has_the_order_of_the_whole() {
+    let mut whole = known_log(160);
+    let n = whole.len() / 200 * 200;
+    [&mut whole.input, &mut whole.output].map(|x| x.truncate(n));
+    whole.speed = None;
+    whole.segments[0].range = 0..n;
+    let pieces =
+        (0..n).step_by(200).map(|k| Stretch { time0_s: 0.01 * k as f64, range: k..k + 200 });
+    let cut = DriveLog { segments: pieces.collect(), ..whole.clone() };
+    let options =
+        IdentifyOptions { delay_s: Some(0.0), feedthrough: Some(false), ..Default::default() };
+    let order = |log: &DriveLog| identify(log, &options).unwrap().plant.order();
+    assert_eq!(order(&cut), order(&whole));
+}
+
+/// Blocks of a long log estimate; all of it is simulated and reported.
+#[test]
+fn a_long_log_is_estimated_from_blocks() {
+    let log = known_log(300);
+    let options = IdentifyOptions {
+        max_samples: Some(6000),
+        delay_s: Some(0.0),
+        detrend: Detrend::Mean,
+        ..quick(3)
+    };
+    let found = identify(&log, &options).unwrap();
+    let e = &found.plant.evidence;
+    assert_eq!(e.estimation_samples, 6000);
+    let warned = format!("6000 of {} samples", log.len() - e.validation_samples);
+    assert!(e.warnings.iter().any(|w| w.contains(&warned)), "{:?}", e.warnings);
+    let all = identify(&log, &IdentifyOptions { max_samples: None, ..options }).unwrap();
+    let apart = all.plant.evidence.fit.validation - e.fit.validation;
+    assert!(apart.abs() < 0.01, "{apart}");
+    let simulated = &found.traces.simulated_yaw_rate_radps;
+    assert!(fit_percent(&log.output, simulated) > e.fit.validation - 0.1);
 }
