@@ -2,6 +2,7 @@
 //! drives, gaps and windows make of it.
 
 mod assemble;
+mod comments;
 mod delayed;
 mod drive;
 mod fixes;
