@@ -83,6 +83,11 @@ impl Role {
         Self::PLACES.contains(&self)
     }
 
+    /// Whether single bad samples are looked for.
+    pub(crate) fn has_spikes(self) -> bool {
+        matches!(self, Self::Steering | Self::YawRate)
+    }
+
     pub(crate) fn required(self) -> bool {
         matches!(self, Self::Steering | Self::YawRate)
     }
