@@ -7,13 +7,11 @@ use super::series::Series;
 use super::stretches::{self, Clock, LEAST_STRETCH, Span, Split};
 use super::{DriveLog, LEAST_SAMPLES, LogOptions, Stretch, signal_words};
 use crate::Error;
+use crate::validation::MOVING_MPS;
 use std::ops::Range;
 
 /// Most samples of the merged recording, and of the fine grid it is filtered on.
 const MOST_SAMPLES: usize = 20_000_000;
-/// Slower on average, a vehicle stands, m/s: yaw dynamics of it are none, and a column that says so
-/// while the vehicle turns is dead, in another unit or another signal.
-const LEAST_MEAN_SPEED: f64 = 0.5;
 
 impl DriveLog {
     /// Brings every drive onto the grid.
@@ -140,12 +138,13 @@ impl Kept {
         ));
     }
 
-    /// The speed of what is used of a drive is no standstill's.
+    /// The speed of what is used of a drive is no standstill's: a vehicle at rest has no yaw dynamics, and a
+    /// column that says so while it turns is dead, in another unit or another signal.
     fn check_moves(&mut self, channel: Option<&Series>) -> Result<(), Error> {
         let (sum, count) = std::mem::take(&mut self.speed);
         let mean_mps = sum / count.max(1) as f64;
         match channel {
-            Some(channel) if count > 0 && mean_mps < LEAST_MEAN_SPEED => Err(Error::Standstill {
+            Some(channel) if count > 0 && mean_mps < MOVING_MPS => Err(Error::Standstill {
                 file: channel.file.clone(),
                 column: channel.column.clone(),
                 mean_mps,

@@ -15,7 +15,7 @@ use super::series::{self, Series};
 use super::table::Table;
 use super::units::Quantity;
 use super::{LogOptions, last_part};
-use crate::validation::{Sampled, frozen};
+use crate::validation::{Freezes, Moving, Sampled, resolution};
 use crate::{Error, Place};
 use formats::SourceFile;
 
@@ -94,8 +94,7 @@ impl Drive {
             check_constant(channel)?;
         }
         let steering_ratio = steering_ratio(&channels[0], options, warnings)?;
-        let whole = vec![0; channels.len()];
-        leave_out_frozen(&mut channels, &whole);
+        leave_out_frozen(&mut channels);
         warnings.extend(channels.iter().filter_map(Series::frozen_in_words));
         Ok(Self { name, channels, places, files, steering_ratio })
     }
@@ -105,19 +104,20 @@ impl Drive {
     }
 }
 
-/// Handles as missing what a gyro reports that is frozen while the vehicle moves and is steered, in the
-/// samples of each channel `from` on.
-pub(super) fn leave_out_frozen(channels: &mut [Series], from: &[usize]) {
-    let of = |role: Role| {
-        let (c, from) = channels.iter().zip(from).find(|(c, _)| c.role == role)?;
-        Some(Sampled { time: &c.time[*from..], value: &c.value[*from..] })
+/// Handles as missing what a gyro reports that is frozen while the vehicle moves and is steered.
+fn leave_out_frozen(channels: &mut [Series]) {
+    let [steering, yaw_rate, rest @ ..] = channels else { return };
+    let mut freezes = Freezes::default();
+    freezes.note(&yaw_rate.value, &steering.value);
+    let rows = Moving {
+        yaw_rate: Sampled::of(yaw_rate),
+        steering: Sampled::of(steering),
+        speed: rest.first().map(Sampled::of),
+        resolution: resolution(&yaw_rate.value),
     };
-    let (Some(steering), Some(yaw_rate)) = (of(Role::Steering), of(Role::YawRate)) else { return };
-    let mut runs = frozen(yaw_rate, steering, of(Role::Speed));
-    if let Some(yaw_rate) = channels.iter_mut().find(|c| c.role == Role::YawRate) {
-        yaw_rate.leave_out(&runs);
-        yaw_rate.frozen.append(&mut runs);
-    }
+    (_, yaw_rate.frozen) = freezes.find(rows, None);
+    let frozen = yaw_rate.frozen.clone();
+    yaw_rate.leave_out(&frozen);
 }
 
 fn check_constant(channel: &Series) -> Result<(), Error> {

@@ -3,6 +3,7 @@
 //! Exports differ in all of these. What the first rows determine is taken from them; what they leave
 //! open is refused where it matters, with the option that states it.
 
+use super::comments::WithoutComments;
 use super::options::DecimalMark;
 use super::stamps::Stamps;
 use super::units::parse_unit;
@@ -128,14 +129,14 @@ fn stated_delimiter(line: &[u8]) -> Option<u8> {
     }
 }
 
-/// The delimiter that gives most rows as many cells as the header has; of several, the one with most
-/// cells.
+/// The delimiter that gives most rows as many cells as the header has; of several, the preferred one: of
+/// decimal commas there may be more than of semicolons.
 fn delimiter_of(lines: &[&[u8]]) -> u8 {
     let Some((header, rows)) = lines.split_first() else { return b',' };
     let score = |delimiter: u8| {
         let cells = cells(header, delimiter);
         let alike = rows.iter().filter(|row| self::cells(row, delimiter) == cells).count();
-        (cells > 1).then_some((alike, cells))
+        (cells > 1).then_some(alike)
     };
     DELIMITERS.into_iter().max_by_key(|d| score(*d)).unwrap_or(b',')
 }
@@ -208,19 +209,40 @@ impl Marks {
     }
 }
 
-/// The records at the top of a file, comments and blank lines apart.
+/// The records at the top of a file.
 struct Records<'a> {
-    reader: csv::Reader<&'a [u8]>,
-    /// Records read so far, comments and blank ones among them.
+    reader: csv::Reader<WithoutComments<&'a [u8]>>,
+    /// Records read so far, blank ones among them.
     read: usize,
     /// Where comments name the columns: the row of values that showed it.
     held: Option<csv::ByteRecord>,
+    /// The comments above the first row.
+    comments: Vec<csv::ByteRecord>,
+}
+
+/// The cells of each comment above the first row; a quote that is open at its end closes there.
+fn comments_above(start: &[u8], delimiter: u8) -> Vec<csv::ByteRecord> {
+    let text = start.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(start);
+    let lines = text.split(|b| *b == b'\n').zip(1..);
+    let parts = lines.flat_map(|(line, n)| line.split(|b| *b == b'\r').map(move |part| (part, n)));
+    let above = parts
+        .filter(|(part, _)| !part.trim_ascii().is_empty())
+        .filter(|(part, _)| stated_delimiter(part.trim_ascii()).is_none())
+        .take_while(|(part, _)| is_comment(part));
+    let cells = |(part, n): (&[u8], u64)| {
+        let mut record = reader_of(delimiter).from_reader(part).into_byte_records().next()?.ok()?;
+        let mut position = csv::Position::new();
+        position.set_line(n);
+        record.set_position(Some(position));
+        Some(record)
+    };
+    above.filter_map(cells).collect()
 }
 
 impl<'a> Records<'a> {
     fn new(start: &'a [u8], delimiter: u8) -> Self {
-        let reader = reader_of(delimiter).from_reader(start);
-        Self { reader, read: 0, held: None }
+        let reader = reader_of(delimiter).from_reader(WithoutComments::new(start, delimiter));
+        Self { reader, read: 0, held: None, comments: comments_above(start, delimiter) }
     }
 
     fn record(&mut self) -> Option<csv::ByteRecord> {
@@ -246,7 +268,7 @@ impl<'a> Records<'a> {
     /// The rows above the values, with the header's line: the first record, or the comments above it
     /// where that is a row of values already.
     fn names_and_units(&mut self) -> Option<(Vec<csv::ByteRecord>, u64)> {
-        let mut comments: Vec<csv::ByteRecord> = Vec::new();
+        let mut comments = std::mem::take(&mut self.comments);
         let first = loop {
             let record = self.record()?;
             if is_blank(&record) || is_separator(&record) {

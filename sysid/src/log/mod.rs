@@ -2,6 +2,7 @@
 //! drives, gaps and windows make of it.
 
 mod assemble;
+mod comments;
 mod delayed;
 mod drive;
 mod fixes;
@@ -14,6 +15,7 @@ mod repeated;
 mod resample;
 mod role;
 mod series;
+mod spikes;
 mod stamps;
 mod stream;
 mod stretches;
@@ -25,13 +27,13 @@ use crate::signal::integrate;
 use drive::Drive;
 use formats::{ChannelSummary, Sideslip, SourceFile};
 use role::Role;
-use series::Series;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use table::Table;
 
 pub use options::{DecimalMark, LogOptions};
 pub(crate) use role::unit_in_place_of;
+pub(crate) use series::{Series, median_period};
 pub(crate) use stream::{Piece, stream};
 pub use table::LogFile;
 pub(crate) use units::known_units;

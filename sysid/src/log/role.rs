@@ -1,7 +1,7 @@
 //! What a column stands for, with the names, units and values it may have.
 
 use super::LogOptions;
-use super::units::{Quantity, plain_name};
+use super::units::{Quantity, plain_name, split_brackets};
 
 /// What a column stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -83,6 +83,11 @@ impl Role {
         Self::PLACES.contains(&self)
     }
 
+    /// Whether single bad samples are looked for.
+    pub(crate) fn has_spikes(self) -> bool {
+        matches!(self, Self::Steering | Self::YawRate)
+    }
+
     pub(crate) fn required(self) -> bool {
         matches!(self, Self::Steering | Self::YawRate)
     }
@@ -97,10 +102,13 @@ impl Role {
         let starts = |parts: &[&str]| parts.iter().any(|part| name.starts_with(part));
         match self {
             Self::Steering => {
+                let words = words_of(header);
                 let is_other = any(&[
-                    "rate", "speed", "velocity", "torque", "ratio", "current", "force", "moment",
-                    "geschw", "status", "pressed", "override", "offset",
-                ]);
+                    "speed", "velocity", "torque", "geschw", "status", "pressed", "override",
+                    "offset",
+                ]) || ends_a_word(&words, &["rate", "ratio", "force", "moment"])
+                    // `current_steering_angle` is the one of now.
+                    || ends_a_word(words.get(1..).unwrap_or_default(), &["current"]);
                 !is_other
                     && (any(&[
                         // CANape, CarMaker (`Car.SteerAngleFL`), Autoware (`steering_tire_angle`),
@@ -118,9 +126,11 @@ impl Role {
                     ]) || is(&["delta", "deltaf", "deltav", "wheelangle", "swa"]))
             }
             Self::YawRate => {
+                let words = words_of(header);
                 self.is_rate(header)
-                    && any(&["yaw", "gier", "psip", "psidot"])
-                    && !any(&["ref", "target", "desired", "soll"])
+                    && !any(&["target", "desired", "soll"])
+                    && !words.iter().any(|word| word.starts_with("ref"))
+                    && !ends_a_word(&words, &["ref", "reference", "referenz"])
             }
             Self::Speed => {
                 starts(&["speed", "vx", "velocity", "geschwindigkeit", "longitudinalvelocity"])
@@ -230,6 +240,99 @@ impl Role {
             "no unit makes this possible: check the mapping and that row".into()
         } else {
             format!("state the right unit with --unit: {}", fits.join(", "))
+        }
+    }
+}
+
+/// The words of a name in lower case, as `_`, punctuation, digits and the case set them off.
+fn words_of(header: &str) -> Vec<String> {
+    let (name, _) = split_brackets(header);
+    let letters: Vec<char> = name.rsplit('/').next().unwrap_or(name).chars().collect();
+    let mut words = vec![String::new()];
+    for (i, c) in letters.iter().enumerate() {
+        let before = i.checked_sub(1).map(|i| letters[i]);
+        let after = letters.get(i + 1);
+        // `steerRate`, `EPSCurrent`.
+        let begins = c.is_uppercase()
+            && (before.is_some_and(char::is_lowercase) || after.is_some_and(|c| c.is_lowercase()));
+        if begins || !c.is_alphabetic() {
+            words.push(String::new());
+        }
+        if let Some(word) = words.last_mut().filter(|_| c.is_alphabetic()) {
+            word.extend(c.to_lowercase());
+        }
+    }
+    words.retain(|word| !word.is_empty());
+    words
+}
+
+/// Whether one of the endings is a word, ends one, or follows within one on what it may be of; the `rate` in
+/// `calibrated` does not.
+fn ends_a_word(words: &[String], endings: &[&str]) -> bool {
+    const OF: [&str; 6] = ["steer", "steering", "angle", "wheel", "winkel", "rate"];
+    let is_compound = |word: &str, end: &str| {
+        word.ends_with(end) || OF.iter().any(|of| word.contains(&format!("{of}{end}")))
+    };
+    words.iter().any(|word| endings.iter().any(|end| is_compound(word, end)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_excluded_by_their_words() {
+        for name in [
+            "steering_angle_calibrated_deg",
+            "integrated_steering_angle_rad",
+            "SteerAngleCalibration",
+            "current_steering_angle_deg",
+            "CurrentSteerAngle",
+            "momentary_steering_angle [deg]",
+        ] {
+            assert!(Role::Steering.is_named_like(name), "{name}");
+        }
+        for name in [
+            "steering_rate",
+            "steeringRateDeg",
+            "steeringrate",
+            "steeringratedeg",
+            "STEERRATE",
+            "SteerRate1",
+            "lenkwinkelrate",
+            "Lenkradwinkelgeschwindigkeit",
+            "SteeringWheelSpeed",
+            "steeringTorqueEps",
+            "steertorque",
+            "steering_ratio",
+            "steerRatio",
+            "steering_motor_current",
+            "SteerEPSCurrent",
+            "steer_force",
+            "SteerMoment [Nm]",
+            "steerOverride",
+            "steeringPressed",
+            "angle_offset_steer",
+            "/carState/steer_rate",
+        ] {
+            assert!(!Role::Steering.is_named_like(name), "{name}");
+        }
+        for name in ["yaw_rate_prefiltered", "YawRatePrefiltered", "Gierrate [°/s]"] {
+            assert!(Role::YawRate.is_named_like(name), "{name}");
+        }
+        for name in [
+            "yaw_rate_ref",
+            "yawRateRef",
+            "yawrateref",
+            "refYawRate",
+            "reference_yaw_rate",
+            "yaw_rate_reference",
+            "yawrate_target",
+            "desiredYawRate",
+            "SollGierrate",
+            "gierratesoll",
+        ] {
+            assert!(!Role::YawRate.is_named_like(name), "{name}");
         }
     }
 }

@@ -4,10 +4,11 @@ use super::Role;
 use super::intersample::{self, Updates};
 use super::mapping::{Source, time_column};
 use super::resample::{Becomes, Grid, resample};
+use super::spikes::SpikeFilter;
 use super::table::Table;
 use super::units::{Quantity, Unit};
 use super::{LogOptions, repeated, signal_words};
-use crate::validation::{resolution, spikes};
+use crate::validation::resolution;
 use crate::{Error, Place};
 use formats::{ChannelSummary, Intersample, SourceFile};
 use std::rc::Rc;
@@ -97,10 +98,6 @@ fn finished(
 ) -> Result<Series, Error> {
     let (role, unit) = (series.role, series.unit);
     series.bring_to_si(sign)?;
-    if matches!(role, Role::Steering | Role::YawRate) {
-        series.leave_out_spikes();
-        warnings.extend(series.spikes_in_words());
-    }
     let mut unsaid = Vec::new();
     drop_missing(&mut series, if role.is_place() { &mut unsaid } else { warnings });
     let repeated = repeated::average(&mut series)?;
@@ -109,6 +106,9 @@ fn finished(
         return Ok(series);
     }
     warnings.extend(repeated.map(|r| r.warning(&series.file)));
+    if role.has_spikes() {
+        SpikeFilter::default().take(&mut series, true);
+    }
     if series.time.len() < 3 {
         return Err(Error::TooFewRows {
             got: series.time.len(),
@@ -120,14 +120,21 @@ fn finished(
     if role == Role::Steering {
         series.intersample = intersample::of_steering(&series, options);
     }
+    let mut rows_per_update = None;
     if series.is_sensor()
         && let Some(mut updates) = Updates::of(&series)
     {
         updates.take(&mut series);
-        series.period = median_period(&series.time);
-        warnings.push(intersample::told(&series, updates.rows()));
+        // A bad sample of a slow sensor is many equal rows.
+        if role.has_spikes() {
+            SpikeFilter::default().take(&mut series, true);
+            series.spikes.sort_by(f64::total_cmp);
+        }
+        rows_per_update = Some(updates.rows());
     }
     series.period = median_period(&series.time);
+    warnings.extend(series.spikes_in_words());
+    warnings.extend(rows_per_update.map(|rows| intersample::told(&series, rows)));
     if role == Role::YawRate && unit.quantity == Quantity::Angle {
         let limit = series.gap_limit(options.max_gap_s);
         difference(&mut series, limit);
@@ -149,24 +156,16 @@ fn finished(
 
 /// Leaves rows without an instant or without a value out.
 fn drop_missing(series: &mut Series, warnings: &mut Vec<String>) {
-    let missing = |i: usize| series.time[i].is_nan() || series.value[i].is_nan();
     let mut runs = MissingRuns::default();
-    let there: Vec<usize> = (0..series.value.len())
-        .filter(|&i| {
-            if missing(i) {
-                runs.note(series.line[i]);
-            }
-            !missing(i)
-        })
-        .collect();
+    for i in (0..series.value.len()).filter(|&i| series.is_missing(i)) {
+        runs.note(series.line[i]);
+    }
     if let Some(text) = runs.finish() {
         warnings.push(format!(
             "{}: column `{}`: {text} missing; short runs are bridged by straight lines",
             series.file, series.column
         ));
-        series.time = Rc::new(there.iter().map(|&i| series.time[i]).collect());
-        series.line = Rc::new(there.iter().map(|&i| series.line[i]).collect());
-        series.value = there.iter().map(|&i| series.value[i]).collect();
+        series.leave_out_missing();
     }
 }
 
@@ -204,7 +203,8 @@ pub(super) fn difference(series: &mut Series, limit: f64) {
     series.line = Rc::new(near.iter().map(|&i| series.line[i]).collect());
 }
 
-pub(super) fn median_period(time: &[f64]) -> f64 {
+/// Median step of a clock.
+pub(crate) fn median_period(time: &[f64]) -> f64 {
     let mut steps: Vec<f64> = time.windows(2).map(|w| w[1] - w[0]).collect();
     let middle = steps.len() / 2;
     if steps.is_empty() { 0.0 } else { *steps.select_nth_unstable_by(middle, f64::total_cmp).1 }
@@ -246,12 +246,47 @@ impl Series {
         resample(&self.time, &self.value, self.period, grid, becomes)
     }
 
-    /// Marks single spikes and dropouts as missing.
-    pub(super) fn leave_out_spikes(&mut self) {
-        for i in spikes(&self.time, &self.value) {
-            self.spikes.push(self.time[i]);
-            self.value[i] = f64::NAN;
+    /// Takes the rows over that follow.
+    pub(super) fn append(&mut self, later: &mut Self) {
+        Rc::make_mut(&mut self.time).append(Rc::make_mut(&mut later.time));
+        Rc::make_mut(&mut self.line).append(Rc::make_mut(&mut later.line));
+        self.value.append(&mut later.value);
+    }
+
+    /// The rows from that one, which are taken off.
+    pub(super) fn split_off(&mut self, row: usize) -> Self {
+        Self {
+            time: Rc::new(Rc::make_mut(&mut self.time).split_off(row)),
+            line: Rc::new(Rc::make_mut(&mut self.line).split_off(row)),
+            value: self.value.split_off(row),
+            file: self.file.clone(),
+            column: self.column.clone(),
+            spikes: Vec::new(),
+            frozen: Vec::new(),
+            ..*self
         }
+    }
+
+    /// Keeps the rows that are wanted.
+    pub(super) fn retain(&mut self, wanted: impl Fn(usize) -> bool) {
+        let kept: Vec<usize> = (0..self.value.len()).filter(|&i| wanted(i)).collect();
+        if kept.len() < self.value.len() {
+            self.time = Rc::new(kept.iter().map(|&i| self.time[i]).collect());
+            self.line = Rc::new(kept.iter().map(|&i| self.line[i]).collect());
+            self.value = kept.iter().map(|&i| self.value[i]).collect();
+        }
+    }
+
+    fn is_missing(&self, i: usize) -> bool {
+        self.time[i].is_nan() || self.value[i].is_nan()
+    }
+
+    /// Leaves rows without an instant or without a value out; how many they are.
+    pub(super) fn leave_out_missing(&mut self) -> usize {
+        let rows = self.value.len();
+        let there: Vec<bool> = (0..rows).map(|i| !self.is_missing(i)).collect();
+        self.retain(|i| there[i]);
+        rows - self.value.len()
     }
 
     /// The spikes with their instants, for a warning; `None` where there are none.
@@ -293,11 +328,8 @@ impl Series {
         if runs.is_empty() {
             return;
         }
-        let inside = |t: f64| runs.iter().any(|[from, to]| (*from..=*to).contains(&t));
-        let there: Vec<usize> = (0..self.time.len()).filter(|&i| !inside(self.time[i])).collect();
-        self.value = there.iter().map(|&i| self.value[i]).collect();
-        self.line = Rc::new(there.iter().map(|&i| self.line[i]).collect());
-        self.time = Rc::new(there.iter().map(|&i| self.time[i]).collect());
+        let time = Rc::clone(&self.time);
+        self.retain(|i| !runs.iter().any(|[from, to]| (*from..=*to).contains(&time[i])));
     }
 
     pub(crate) fn start(&self) -> f64 {

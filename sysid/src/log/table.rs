@@ -2,6 +2,7 @@
 //!
 //! The text is read once and never held: what stays of a row are its numbers.
 
+use super::comments::WithoutComments;
 use super::head::{self, Head, comma_number, is_blank, is_comment, is_missing, line};
 use super::options::DecimalMark;
 use super::stamps::Stamps;
@@ -45,7 +46,7 @@ pub(crate) struct Table<'a> {
     units: Vec<String>,
     decimal: Option<DecimalMark>,
     stamps: Vec<Option<Stamps>>,
-    reader: csv::Reader<Bytes<'a>>,
+    reader: csv::Reader<WithoutComments<Bytes<'a>>>,
 }
 
 /// Columns of a table; a missing cell is NaN.
@@ -90,6 +91,7 @@ impl<'a> Table<'a> {
         }
         // The parser passes over a byte-order mark itself.
         let bytes = HashingReader::new(Cursor::new(start).chain(reader));
+        let bytes = WithoutComments::new(bytes, head.delimiter);
         let reader = head::reader_of(head.delimiter).buffer_capacity(1 << 16).from_reader(bytes);
         let mut table = Self {
             file: name,
@@ -151,6 +153,7 @@ impl<'a> Table<'a> {
         let mut lines = Vec::new();
         let mut record = csv::ByteRecord::new();
         while lines.len() < most && self.next(&mut record)? {
+            // A comment in quotes is one.
             if is_blank(&record) || is_comment(&record[0]) {
                 continue;
             }
@@ -177,7 +180,7 @@ impl<'a> Table<'a> {
     pub(crate) fn finish(self) -> SourceFile {
         let name = std::path::Path::new(&self.file);
         let name = name.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-        SourceFile { name, sha256: self.reader.into_inner().sha256_hex() }
+        SourceFile { name, sha256: self.reader.into_inner().into_inner().sha256_hex() }
     }
 
     fn number(&mut self, cell: &[u8], line: u64, column: usize) -> Result<f64, Error> {

@@ -9,6 +9,9 @@
 //! A channel is *frozen* where it repeats one value for longer than it ever should while the vehicle
 //! moves and is steered.
 
+use crate::log::{Series, median_period};
+use std::ops::Range;
+
 /// A second difference beyond that many standard deviations (from the median) is no noise: in a
 /// million samples of normal noise none is.
 const SIGMAS: f64 = 8.0;
@@ -27,46 +30,69 @@ const BACK: f64 = 0.3;
 const NEAR: usize = 3;
 const PEAK: f64 = 4.0;
 
-/// Indices of the samples of spikes and dropouts.
-pub(crate) fn spikes(time: &[f64], x: &[f64]) -> Vec<usize> {
-    let n = x.len();
-    if n < 50 {
-        return Vec::new();
-    }
-    let period = median_step(time);
-    // Samples on both sides of a gap are no neighbours: the signal moves on meanwhile.
-    let joined = |from: usize, to: usize| (from..to).all(|k| time[k + 1] - time[k] <= GAP * period);
-    let bend = |i: usize| x[i] - 0.5 * (x[i - 1] + x[i + 1]);
-    let mut sizes: Vec<f64> = (1..n - 1)
-        .filter(|&i| joined(i - 1, i + 1))
-        .map(|i| bend(i).abs())
-        .filter(|b| b.is_finite())
-        .collect();
-    if sizes.len() < 50 {
-        return Vec::new();
-    }
-    let mut quantile = |share: f64| {
-        let k = (share * (sizes.len() - 1) as f64) as usize;
-        *sizes.select_nth_unstable_by(k, f64::total_cmp).1
-    };
-    let (median, high) = (quantile(0.5), quantile(0.95));
-    let size = x.iter().filter(|x| x.is_finite()).fold(0.0_f64, |m, x| m.max(x.abs()));
-    let least = (SIGMAS * 1.4826 * median).max(PERCENTILE_FACTOR * high).max(1e-6 * size);
-    let mut found = Vec::new();
-    let mut i = 1;
-    while i + 1 < n {
-        let wide = |w: usize| w == 1 || w as f64 * period <= LONGEST_S;
-        let width = (1..=LONGEST)
-            .find(|&w| wide(w) && i + w < n && joined(i - 1, i + w) && is_spike(x, i, w, least));
-        match width {
-            Some(w) => {
-                found.extend(i..i + w);
-                i += w + 1;
-            }
-            None => i += 1,
+/// Rows on either side of the first row of a spike that decide upon it.
+pub(crate) const NEIGHBOURS: usize = LONGEST + NEAR + 2;
+/// Fewest second differences that show what is usual.
+const ENOUGH: usize = 50;
+
+/// How far a channel usually jumps.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Jumps {
+    period: f64,
+    least: f64,
+    /// Second differences that this was read from.
+    pub(crate) count: usize,
+}
+
+impl Jumps {
+    /// `None` of too few rows.
+    pub(crate) fn of(time: &[f64], x: &[f64]) -> Option<Self> {
+        let period = median_period(time);
+        let mut sizes: Vec<f64> = (1..x.len().saturating_sub(1))
+            .filter(|&i| joined(time, i - 1, i + 1, period))
+            .map(|i| (x[i] - 0.5 * (x[i - 1] + x[i + 1])).abs())
+            .collect();
+        if sizes.len() < ENOUGH {
+            return None;
         }
+        let mut quantile = |share: f64| {
+            let k = (share * (sizes.len() - 1) as f64) as usize;
+            *sizes.select_nth_unstable_by(k, f64::total_cmp).1
+        };
+        let (median, high) = (quantile(0.5), quantile(0.95));
+        let size = x.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        let least = (SIGMAS * 1.4826 * median).max(PERCENTILE_FACTOR * high).max(1e-6 * size);
+        Some(Self { period, least, count: sizes.len() })
     }
-    found
+
+    /// The samples of each spike or dropout.
+    pub(crate) fn spikes(&self, time: &[f64], x: &[f64]) -> Vec<Range<usize>> {
+        let Self { period, least, .. } = *self;
+        let mut found = Vec::new();
+        let mut i = 1;
+        while i + 1 < x.len() {
+            let wide = |w: usize| w == 1 || w as f64 * period <= LONGEST_S;
+            let width = (1..=LONGEST).find(|&w| {
+                wide(w)
+                    && i + w < x.len()
+                    && joined(time, i - 1, i + w, period)
+                    && is_spike(x, i, w, least)
+            });
+            match width {
+                Some(w) => {
+                    found.push(i..i + w);
+                    i += w + 1;
+                }
+                None => i += 1,
+            }
+        }
+        found
+    }
+}
+
+/// Samples on both sides of a gap are no neighbours: the signal moves on meanwhile.
+fn joined(time: &[f64], from: usize, to: usize, period: f64) -> bool {
+    (from..to).all(|k| time[k + 1] - time[k] <= GAP * period)
 }
 
 /// Whether the `w` samples from `i` on jump away and back by more than `least`.
@@ -86,23 +112,16 @@ fn is_spike(x: &[f64], i: usize, w: usize, least: f64) -> bool {
     height > PEAK * near
 }
 
-fn median_step(time: &[f64]) -> f64 {
-    let mut steps: Vec<f64> =
-        time.windows(2).map(|w| w[1] - w[0]).filter(|s| s.is_finite()).collect();
-    let middle = steps.len() / 2;
-    if steps.is_empty() { 0.0 } else { *steps.select_nth_unstable_by(middle, f64::total_cmp).1 }
-}
-
 /// The step that (almost) all differences of successive values are multiples of, where there is one.
 pub(crate) fn resolution(x: &[f64]) -> Option<f64> {
-    /// Rows that are looked at: more change nothing.
-    const ROWS: usize = 20_000;
-    let rows = &x[..x.len().min(ROWS)];
-    let size = rows.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-    let mut steps: Vec<f64> = rows
+    /// Changes that are looked at, however long a vehicle rests before: more change nothing.
+    const CHANGES: usize = 20_000;
+    let size = x.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    let mut steps: Vec<f64> = x
         .windows(2)
         .map(|w| (w[1] - w[0]).abs())
         .filter(|d| d.is_finite() && *d > 1e-9 * size)
+        .take(CHANGES)
         .collect();
     if steps.len() < 10 {
         return None;
@@ -112,9 +131,9 @@ pub(crate) fn resolution(x: &[f64]) -> Option<f64> {
     let least = *steps.select_nth_unstable_by(k, f64::total_cmp).1;
     let multiples = steps.iter().filter(|d| {
         let turns = *d / least;
-        (turns - turns.round()).abs() < 0.02 * turns.max(1.0).sqrt()
+        (turns - turns.round()).abs() < (0.02 * turns.max(1.0).sqrt()).min(0.1)
     });
-    // Of differences without a step, at most some ten percent are so near to a multiple.
+    // Of differences without a step, at most a fifth are so near to a multiple.
     (multiples.count() as f64 > 0.95 * steps.len() as f64).then_some(least)
 }
 
@@ -128,6 +147,10 @@ pub(crate) struct Sampled<'a> {
 }
 
 impl<'a> Sampled<'a> {
+    pub(crate) fn of(series: &'a Series) -> Self {
+        Self { time: &series.time, value: &series.value }
+    }
+
     /// Values from one instant to another.
     fn within(&self, from: f64, to: f64) -> &'a [f64] {
         let first = self.time.partition_point(|t| *t < from);
@@ -143,52 +166,144 @@ const LEAST_FROZEN_S: f64 = 0.5;
 const FROZEN_FACTOR: f64 = 5.0;
 /// The steering within the run spans at least its standard deviation.
 const STEERED: f64 = 1.0;
-/// Slower, a steered vehicle need not yaw, m/s.
-const MOVING_MPS: f64 = 0.5;
+/// Slower on average, a vehicle stands, m/s: steered, it need not yaw.
+pub(crate) const MOVING_MPS: f64 = 0.5;
 /// The yaw rate's standard deviation over its smallest change, below which repeated values say nothing.
 const FINE_ENOUGH: f64 = 3.0;
 
-/// Runs, from the first to the last instant, in which the yaw rate is frozen.
-pub(crate) fn frozen(
-    yaw_rate: Sampled<'_>,
-    steering: Sampled<'_>,
-    speed: Option<Sampled<'_>>,
-) -> Vec<[f64; 2]> {
-    let Sampled { time, value: x } = yaw_rate;
-    let mut runs: Vec<(usize, usize)> = Vec::new();
-    for i in 0..x.len() {
-        match runs.last_mut() {
-            // Bit for bit: a sensor that lives has noise.
-            Some((_, last)) if x[*last].to_bits() == x[i].to_bits() => *last = i,
-            _ => runs.push((i, i)),
+/// Runs of equal values whose lengths show what is usual: more change nothing.
+const RUNS: usize = 100_000;
+
+/// Finds where a yaw rate is frozen, in rows that may come in chunks.
+#[derive(Debug, Default)]
+pub(crate) struct Freezes {
+    /// Lengths of its first runs of equal values, s.
+    lengths: Vec<f64>,
+    yaw_rate: Spread,
+    steering: Spread,
+    /// The value, bit for bit, and the start of a frozen run that may go on.
+    goes_on: Option<(u64, f64)>,
+}
+
+/// The rows of a drive that a frozen run is looked for in.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Moving<'a> {
+    pub(crate) yaw_rate: Sampled<'a>,
+    pub(crate) steering: Sampled<'a>,
+    pub(crate) speed: Option<Sampled<'a>>,
+    /// The step of the yaw rate's values, where it has one.
+    pub(crate) resolution: Option<f64>,
+}
+
+impl Freezes {
+    /// Notes how far the signals move in rows that follow.
+    pub(crate) fn note(&mut self, yaw_rate: &[f64], steering: &[f64]) {
+        yaw_rate.iter().for_each(|x| self.yaw_rate.note(*x));
+        steering.iter().for_each(|x| self.steering.note(*x));
+    }
+
+    /// How many of the rows are decided upon, and the runs among them, from the first to the last instant,
+    /// in which the yaw rate is frozen; one that goes on has the start that it had.
+    ///
+    /// A run may go on in the rows that follow, so that it waits for them, but no more than `most` rows do.
+    /// Of a run that is cut there the rest is one of its own, unless it is frozen.
+    pub(crate) fn find(&mut self, rows: Moving<'_>, most: Option<usize>) -> (usize, Vec<[f64; 2]>) {
+        let Moving { yaw_rate: Sampled { time, value: x }, steering, speed, resolution } = rows;
+        let mut found = Vec::new();
+        let mut from = 0;
+        if let Some((bits, start)) = self.goes_on {
+            from = x.iter().take_while(|x| x.to_bits() == bits).count();
+            found.extend(from.checked_sub(1).map(|last| [start, time[last]]));
+            self.goes_on = self.goes_on.filter(|_| from == x.len());
+        }
+        let mut runs: Vec<(usize, usize)> = Vec::new();
+        for i in from..x.len() {
+            match runs.last_mut() {
+                // Bit for bit: a sensor that lives has noise.
+                Some((_, last)) if x[*last].to_bits() == x[i].to_bits() => *last = i,
+                _ => runs.push((i, i)),
+            }
+        }
+        let lasting = |&(a, b): &(usize, usize)| time[b] - time[a];
+        let closed = match most {
+            None => runs.len(),
+            Some(_) => {
+                let ends = std::iter::once(steering).chain(speed).map(|c| c.time.last().copied());
+                let known =
+                    ends.map(|t| t.unwrap_or(f64::NEG_INFINITY)).fold(f64::INFINITY, f64::min);
+                let open = runs.len().saturating_sub(1);
+                runs[..open].partition_point(|(_, last)| time[*last] <= known)
+            }
+        };
+        let room = RUNS - self.lengths.len();
+        self.lengths.extend(runs[..closed].iter().map(lasting).take(room));
+        let waiting = runs.get(closed).map_or(0, |(first, _)| x.len() - first);
+        let is_cut = most.is_some_and(|most| waiting >= most);
+        let decided = if is_cut { runs.len() } else { closed };
+        let next = runs.get(decided).map_or(x.len(), |(first, _)| *first);
+        let least = LEAST_FROZEN_S.max(FROZEN_FACTOR * self.usual_length());
+        if resolution.is_some_and(|step| self.yaw_rate.deviation() < FINE_ENOUGH * step) {
+            return (next, found);
+        }
+        let usual_steering = self.steering.deviation();
+        let span = |x: &[f64]| {
+            let (low, high) = x
+                .iter()
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
+            high - low
+        };
+        let is_frozen = |run: &(usize, usize)| {
+            let (from, to) = (time[run.0], time[run.1]);
+            lasting(run) > least
+                && span(steering.within(from, to)) > STEERED * usual_steering
+                && speed.is_none_or(|v| crate::signal::mean(v.within(from, to)) > MOVING_MPS)
+        };
+        for run in runs[..decided].iter().filter(|run| is_frozen(run)) {
+            found.push([time[run.0], time[run.1]]);
+            if is_cut && run.1 + 1 == x.len() {
+                self.goes_on = Some((x[run.1].to_bits(), time[run.0]));
+            }
+        }
+        (next, found)
+    }
+
+    /// Whether a frozen run may go on in the rows that follow.
+    pub(crate) fn goes_on(&self) -> bool {
+        self.goes_on.is_some()
+    }
+
+    /// What 95 % of the runs do not exceed, s. A lone run shows nothing.
+    fn usual_length(&self) -> f64 {
+        let mut lengths = self.lengths.clone();
+        match lengths.len() {
+            0 | 1 => 0.0,
+            n => {
+                let k = (0.95 * (n - 1) as f64) as usize;
+                *lengths.select_nth_unstable_by(k, f64::total_cmp).1
+            }
         }
     }
-    let lasting = |&(a, b): &(usize, usize)| time[b] - time[a];
-    let mut lengths: Vec<f64> = runs.iter().map(lasting).collect();
-    if lengths.is_empty() {
-        return Vec::new();
+}
+
+/// Mean and sum of squared deviations from it, value after value (B. P. Welford, Technometrics 4, 1962).
+#[derive(Debug, Default)]
+struct Spread {
+    count: f64,
+    mean: f64,
+    squares: f64,
+}
+
+impl Spread {
+    fn note(&mut self, x: f64) {
+        self.count += 1.0;
+        let off = x - self.mean;
+        self.mean += off / self.count;
+        self.squares += off * (x - self.mean);
     }
-    let k = (0.95 * (lengths.len() - 1) as f64) as usize;
-    let usual = *lengths.select_nth_unstable_by(k, f64::total_cmp).1;
-    let least = LEAST_FROZEN_S.max(FROZEN_FACTOR * usual);
-    let spread = crate::signal::standard_deviation(x);
-    if resolution(x).is_some_and(|step| spread < FINE_ENOUGH * step) {
-        return Vec::new();
+
+    fn deviation(&self) -> f64 {
+        (self.squares / self.count.max(1.0)).sqrt()
     }
-    let usual_steering = crate::signal::standard_deviation(steering.value);
-    let span = |x: &[f64]| {
-        let (low, high) =
-            x.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
-        high - low
-    };
-    runs.into_iter()
-        .filter(|run| lasting(run) > least)
-        .map(|(a, b)| [time[a], time[b]])
-        .filter(|[from, to]| span(steering.within(*from, *to)) > STEERED * usual_steering)
-        .filter(|[from, to]| {
-            speed.is_none_or(|v| crate::signal::mean(v.within(*from, *to)) > MOVING_MPS)
-        })
-        .collect()
 }
 
 #[cfg(test)]
@@ -201,6 +316,21 @@ mod tests {
             (*seed >> 33) as f64 / f64::from(1_u32 << 31)
         };
         (0..12).map(|_| uniform()).sum::<f64>() - 6.0
+    }
+
+    fn spikes(time: &[f64], x: &[f64]) -> Vec<usize> {
+        Jumps::of(time, x).unwrap().spikes(time, x).into_iter().flatten().collect()
+    }
+
+    fn frozen(
+        yaw_rate: Sampled<'_>,
+        steering: Sampled<'_>,
+        speed: Option<Sampled<'_>>,
+    ) -> Vec<[f64; 2]> {
+        let mut freezes = Freezes::default();
+        freezes.note(yaw_rate.value, steering.value);
+        let resolution = resolution(yaw_rate.value);
+        freezes.find(Moving { yaw_rate, steering, speed, resolution }, None).1
     }
 
     fn clock(n: usize, period: f64) -> Vec<f64> {
@@ -261,6 +391,10 @@ mod tests {
         assert_eq!(resolution(&fine), None);
         let coarse: Vec<f64> = fine.iter().map(|x| 0.25 * (x / 0.25).round()).collect();
         assert!((resolution(&coarse).unwrap() - 0.25).abs() < 1e-12);
+        // Rests between manoeuvres: what is large against a small change is no multiple of it.
+        let resting: Vec<f64> =
+            fine.iter().enumerate().map(|(k, x)| if k % 50 < 2 { 1e-5 * x } else { *x }).collect();
+        assert_eq!(resolution(&resting), None);
     }
 
     #[test]

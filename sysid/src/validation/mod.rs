@@ -10,7 +10,7 @@ mod regression;
 mod split;
 
 pub(crate) use bandwidth::bandwidth_hz;
-pub(crate) use channels::{Sampled, frozen, resolution, spikes};
+pub(crate) use channels::{Freezes, Jumps, MOVING_MPS, Moving, NEIGHBOURS, Sampled, resolution};
 pub(crate) use lead::{yaw_rate_lag, yaw_rate_lead};
 pub(crate) use plausible::{Response, implausible, opposite};
 pub(crate) use play::steering_play;

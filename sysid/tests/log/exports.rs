@@ -378,3 +378,33 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn names_in_a_comment_above_decimal_commas() {
+    let body =
+        rows(|_, t, s, r, v| [t, s, r, v].map(|x| format!("{x:.9}").replace('.', ",")).join(";"));
+    same(format!("# time_s;delta_deg;yaw_rate_degps;speed_kmh\n{body}"), &o());
+}
+
+#[test]
+fn a_quote_in_a_comment_hides_no_row() {
+    let body = rows(|k, t, s, r, v| {
+        let comment = if k % 400 == 100 { "  # note,\"wet\n// \"\n" } else { "" };
+        format!("{comment}{t:.3},{s:.9},{r:.9},{v:.1}")
+    });
+    let head =
+        "sep=,\n# by,\"hand\n\"time_s\n# not a comment\",delta_deg,yaw_rate_degps,speed_kmh\n";
+    let named = LogOptions {
+        time: Some("time_s\n# not a comment".into()),
+        units: units(&[("time_s\n# not a comment", "s")]),
+        ..o()
+    };
+    same(format!("{head}{body}"), &named);
+    let plain = "% by,\"hand\ntime_s,delta_deg,yaw_rate_degps,speed_kmh\n";
+    let log = same(format!("{plain}{body}"), &o());
+    assert_eq!(log.channels[0].rows, 1000);
+    // A line is counted, whether or not it is a comment.
+    let broken = body.replacen("9.990,", "9.990,x", 1);
+    let e = refused(format!("{plain}{broken}").into_bytes(), &o());
+    assert!(matches!(e, Error::NotANumber { ref at, .. } if at.line == 1008), "{e:?}");
+}

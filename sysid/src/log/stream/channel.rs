@@ -7,6 +7,7 @@ use crate::log::mapping::Source;
 use crate::log::repeated::{self, Repeated};
 use crate::log::role::Role;
 use crate::log::series::{Series, difference, median_period};
+use crate::log::spikes::SpikeFilter;
 use crate::log::table::Table;
 use crate::log::units::Quantity;
 use crate::validation::resolution;
@@ -35,8 +36,12 @@ pub(super) struct Channel {
     last: Option<(f64, f64, u64)>,
     /// Of a sensor that is slower than the rows.
     pub(super) updates: Option<Updates>,
-    /// That of its first rows.
-    resolution: Option<f64>,
+    /// That of the first rows that show one.
+    pub(super) resolution: Option<f64>,
+    /// Whether rows have shown what kind of channel it is.
+    begun: bool,
+    /// Spikes among the rows, and among the updates of a sensor that is slower.
+    spikes: [SpikeFilter; 2],
 }
 
 /// No rows yet.
@@ -71,6 +76,8 @@ impl Channel {
             last: None,
             updates: None,
             resolution: None,
+            begun: false,
+            spikes: Default::default(),
         }
     }
 
@@ -82,26 +89,19 @@ impl Channel {
         value: Vec<f64>,
         line: &[u64],
         options: &LogOptions,
+        are_last: bool,
     ) -> Result<(), Error> {
         let (time, line) = (Rc::new(time.to_vec()), Rc::new(line.to_vec()));
         let mut new = Series { time, value, line, ..empty_like(to) };
         new.bring_to_si(self.sign)?;
-        if matches!(to.role, Role::Steering | Role::YawRate) {
-            new.leave_out_spikes();
-            to.spikes.append(&mut new.spikes);
-        }
-        let there: Vec<usize> = (0..new.value.len())
-            .filter(|&i| !(new.time[i].is_nan() || new.value[i].is_nan()))
-            .collect();
-        self.missing += new.value.len() - there.len();
-        let mut new = Series {
-            time: Rc::new(there.iter().map(|&i| new.time[i]).collect()),
-            value: there.iter().map(|&i| new.value[i]).collect(),
-            line: Rc::new(there.iter().map(|&i| new.line[i]).collect()),
-            ..empty_like(to)
-        };
+        self.missing += new.leave_out_missing();
         self.repeated = Repeated::and(self.repeated, repeated::average(&mut new)?);
-        if self.count == 0 && self.last.is_none() {
+        let [of_rows, of_updates] = &mut self.spikes;
+        if to.role.has_spikes() {
+            of_rows.take(&mut new, are_last);
+        }
+        if !self.begun {
+            self.begun = true;
             if to.role == Role::Steering {
                 to.intersample = intersample::of_steering(&new, options);
                 new.intersample = to.intersample;
@@ -110,7 +110,13 @@ impl Channel {
         }
         if let Some(updates) = &mut self.updates {
             updates.take(&mut new);
+            // A bad sample of a slow sensor is many equal rows.
+            if to.role.has_spikes() {
+                of_updates.take(&mut new, are_last);
+            }
         }
+        to.spikes.append(&mut new.spikes);
+        to.spikes.sort_by(f64::total_cmp);
         let of_yaw = to.role == Role::YawRate && self.is_angle;
         let last = self.last.filter(|_| of_yaw);
         if let Some((time, value, line)) = last {
@@ -123,17 +129,13 @@ impl Channel {
             self.last = Some((new.time[i], new.value[i], new.line[i]));
             difference(&mut new, to.gap_limit(options.max_gap_s));
         }
-        if self.count == 0 {
-            self.resolution = resolution(&new.value);
-        }
+        self.resolution = self.resolution.or_else(|| resolution(&new.value));
         for x in &new.value {
             (self.least, self.most) = (self.least.min(*x), self.most.max(*x));
             self.sum += x;
         }
         self.count += new.value.len();
-        Rc::make_mut(&mut to.time).extend_from_slice(&new.time);
-        Rc::make_mut(&mut to.line).extend_from_slice(&new.line);
-        to.value.append(&mut new.value);
+        to.append(&mut new);
         Ok(())
     }
 

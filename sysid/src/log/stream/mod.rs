@@ -4,7 +4,8 @@
 //! A file is a drive of its own. Its sample time and whether its clock is uniform are those of its
 //! first rows; a clock that changes later is refused, since the filters are made for the first. Gaps,
 //! filters and grids are those of the whole reading: a stretch has the same samples however long the
-//! chunks are.
+//! chunks are. Spikes and frozen runs are found across the chunks' ends: the last rows wait for those after
+//! them, a run of equal yaw rates for its end, but no longer than a chunk.
 
 mod channel;
 mod gate;
@@ -12,7 +13,7 @@ mod span;
 #[cfg(test)]
 mod tests;
 
-use super::drive::{Drive, brings, leave_out_frozen, steering_ratio};
+use super::drive::{Drive, brings, steering_ratio};
 use super::intersample;
 use super::mapping::{self, Source, time_column};
 use super::role::Role;
@@ -21,14 +22,18 @@ use super::stretches::{self, Clock};
 use super::table::{Columns, Table};
 use super::{LogFile, LogOptions, check_options, last_part, signal_words, stem};
 use crate::Error;
+use crate::validation::{Freezes, MOVING_MPS, Moving, Sampled};
 use channel::Channel;
 use formats::{ChannelSummary, SourceFile};
 use span::Spans;
 
 /// Rows read at once.
 const CHUNK: usize = 1 << 14;
-/// Slower on average, a vehicle stands, m/s.
-const LEAST_MEAN_SPEED: f64 = 0.5;
+
+/// The places of the channels.
+const STEERING: usize = 0;
+const YAW_RATE: usize = 1;
+const SPEED: usize = 2;
 
 /// What comes out of a log, in order.
 #[derive(Debug, Clone, Copy)]
@@ -106,18 +111,25 @@ fn in_chunks(
         let rows = table.rows(&reading.wanted, chunk)?;
         let is_last = rows.lines.len() < chunk;
         reading.take(rows, is_last)?;
-        if spans.is_none() {
-            let ratio = reading.begin(options, &mut warnings)?;
-            let clock = Clock::of(&reading.drive);
-            let step = stretches::sample_time(&[&clock], options)?;
-            reading.drive.steering_ratio = ratio;
-            spans = Some(Spans::new(clock, step, options.speed_window));
-        } else {
-            // A later angle may be more than a road wheel can turn.
-            steering_ratio(&reading.drive.channels[0], options, &mut Vec::new())?;
+        reading.leave_out_frozen(if is_last { None } else { Some(chunk) });
+        match spans {
+            Some(_) => {
+                // A later angle may be more than a road wheel can turn.
+                steering_ratio(&reading.drive.channels[STEERING], options, &mut Vec::new())?;
+            }
+            None if is_last || reading.is_known() => {
+                let ratio = reading.begin(options, &mut warnings)?;
+                let clock = Clock::of(&reading.drive);
+                let step = stretches::sample_time(&[&clock], options)?;
+                reading.drive.steering_ratio = ratio;
+                spans = Some(Spans::new(clock, step, options.speed_window));
+            }
+            None => {}
         }
-        if let Some(spans) = &mut spans {
-            spans.advance(&mut reading.drive, options, is_last, sink)?;
+        let frozen_to = reading.frozen_to();
+        match &mut spans {
+            Some(spans) => spans.advance(&mut reading.drive, options, frozen_to, is_last, sink)?,
+            None => span::drop_before(&mut reading.drive, frozen_to.unwrap_or(f64::NEG_INFINITY)),
         }
         if is_last {
             break;
@@ -166,6 +178,11 @@ struct Reading {
     before: f64,
     /// Rows of the last instant read, which the next may repeat.
     open: Columns,
+    freezes: Freezes,
+    /// Rows of the yaw rate that are decided upon: the rest may be frozen.
+    alive: usize,
+    /// Rows of the yaw rate that are not decided upon.
+    doubtful: Series,
 }
 
 impl Reading {
@@ -177,8 +194,10 @@ impl Reading {
         let clock = time_column(table, options)?;
         let channels: Vec<Channel> =
             sources.iter().map(|(_, source)| Channel::new(table, source)).collect();
-        let series = sources.iter().map(|(role, s)| channel::empty(table, *role, s)).collect();
+        let series: Vec<Series> =
+            sources.iter().map(|(role, s)| channel::empty(table, *role, s)).collect();
         Ok(Self {
+            doubtful: series[YAW_RATE].clone(),
             drive: Drive {
                 name: last_part(&table.file).into(),
                 channels: series,
@@ -198,6 +217,8 @@ impl Reading {
             rows: 0,
             before: f64::NEG_INFINITY,
             open: Columns::default(),
+            freezes: Freezes::default(),
+            alive: 0,
         })
     }
 
@@ -228,17 +249,56 @@ impl Reading {
             }
         };
         self.rows += rows.lines.len();
+        let yaw_rate = &mut self.drive.channels[YAW_RATE];
+        self.alive = yaw_rate.value.len();
+        yaw_rate.append(&mut self.doubtful);
         let from: Vec<usize> = self.drive.channels.iter().map(|c| c.value.len()).collect();
         let both = self.channels.iter_mut().zip(&mut self.drive.channels);
         for ((channel, series), value) in both.zip(values) {
-            channel.take(series, &time, value, &rows.lines, &self.options)?;
+            channel.take(series, &time, value, &rows.lines, &self.options, is_last)?;
         }
-        leave_out_frozen(&mut self.drive.channels, &from);
+        let new = |c: usize| &self.drive.channels[c].value[from[c]..];
+        self.freezes.note(new(YAW_RATE), new(STEERING));
         Ok(())
+    }
+
+    /// Handles as missing what a gyro reports that is frozen while the vehicle moves and is steered, and
+    /// holds back, but no more than so many rows, what may be.
+    fn leave_out_frozen(&mut self, most: Option<usize>) {
+        let mut tail = self.drive.channels[YAW_RATE].split_off(self.alive);
+        let rows = Moving {
+            yaw_rate: Sampled::of(&tail),
+            steering: Sampled::of(&self.drive.channels[STEERING]),
+            speed: self.drive.channels.get(SPEED).map(Sampled::of),
+            resolution: self.channels[YAW_RATE].resolution,
+        };
+        let (decided, runs) = self.freezes.find(rows, most);
+        self.doubtful = tail.split_off(decided);
+        tail.leave_out(&runs);
+        let yaw_rate = &mut self.drive.channels[YAW_RATE];
+        yaw_rate.append(&mut tail);
+        // One that went on has the start that it had.
+        yaw_rate.frozen.retain(|old| runs.iter().all(|new| new[0] != old[0]));
+        yaw_rate.frozen.extend(runs);
+    }
+
+    /// Until when the yaw rate is frozen, where that may go on.
+    fn frozen_to(&self) -> Option<f64> {
+        let last = self.drive.channels[YAW_RATE].frozen.last().filter(|_| self.freezes.goes_on());
+        last.map(|[_, to]| *to)
+    }
+
+    /// Whether the clock can be read: most rows of the yaw rate are no file's frozen start.
+    fn is_known(&self) -> bool {
+        self.drive.channels[YAW_RATE].value.len() > self.doubtful.value.len()
     }
 
     /// What the first rows tell: the steering ratio.
     fn begin(&mut self, options: &LogOptions, warnings: &mut Vec<String>) -> Result<f64, Error> {
+        let yaw_rate = &self.drive.channels[YAW_RATE];
+        if yaw_rate.value.is_empty() && !yaw_rate.frozen.is_empty() {
+            self.check_at_the_end()?;
+        }
         for (channel, series) in self.channels.iter().zip(&self.drive.channels) {
             if series.time.len() < 3 {
                 return Err(Error::TooFewRows {
@@ -273,7 +333,7 @@ impl Reading {
                     unit: series.unit.name,
                 });
             }
-            if series.role == Role::Speed && channel.mean() < LEAST_MEAN_SPEED {
+            if series.role == Role::Speed && channel.mean() < MOVING_MPS {
                 return Err(Error::Standstill {
                     file: series.file.clone(),
                     column: series.column.clone(),

@@ -7,6 +7,7 @@ use crate::log::LogOptions;
 use crate::log::drive::Drive;
 use crate::log::resample::{Grid, MARGIN};
 use crate::log::role::Role;
+use crate::log::series::Series;
 use crate::log::signal_words;
 use crate::log::stretches::{self, Clock, LEAST_STRETCH, Span};
 use std::rc::Rc;
@@ -42,18 +43,27 @@ impl Spans {
         Self { clock, step, per_step, open: None, gate, gaps: 0, short: 0 }
     }
 
-    /// Sends out what the rows at hand allow, and drops the rows that are done with.
+    /// Sends out what the rows at hand allow, and drops the rows that are done with. A yaw rate that is
+    /// `frozen_to` an instant has no rows before it any more.
     pub(super) fn advance(
         &mut self,
         drive: &mut Drive,
         options: &LogOptions,
+        frozen_to: Option<f64>,
         is_last: bool,
         sink: &mut Sink<'_>,
     ) -> Result<(), Error> {
         let channels = &drive.channels;
+        if channels.iter().any(|c| c.value.is_empty()) {
+            drop_before(drive, frozen_to.unwrap_or(f64::NEG_INFINITY));
+            return Ok(());
+        }
         let from = channels.iter().map(|c| c.start()).fold(f64::NEG_INFINITY, f64::max);
         let to = channels.iter().map(|c| c.end()).fold(f64::INFINITY, f64::min);
         let (spans, splits) = stretches::without_gaps(drive, vec![(from, to)], options);
+        let gap = |c: &Series| c.gap_limit(options.max_gap_s);
+        let limit = channels.iter().map(gap).fold(0.0, f64::max);
+        let ends = frozen_to.filter(|frozen_to| frozen_to - to > limit);
         self.gaps += splits.len();
         let continues = |open: &Open, span: &Span| {
             let next =
@@ -69,7 +79,7 @@ impl Spans {
                 let start = self.clock.grid(drive, *span, self.step).start;
                 self.open = Some(Open { from: start - self.margin(), start, done: 0 });
             }
-            let closed = is_last || k + 1 < spans.len();
+            let closed = is_last || ends.is_some() || k + 1 < spans.len();
             self.send(drive, span.1, closed, sink)?;
             if closed {
                 self.close(sink)?;
@@ -80,15 +90,9 @@ impl Spans {
                 o.start + self.step * o.done as f64 - (MARGIN + 2.0) * self.step
             }
             Some(o) => o.from,
-            None => to,
+            None => ends.unwrap_or(to),
         };
-        for series in &mut drive.channels {
-            // One row before, to draw the line from.
-            let cut = series.time.partition_point(|t| *t <= keep).saturating_sub(1);
-            Rc::make_mut(&mut series.time).drain(..cut);
-            Rc::make_mut(&mut series.line).drain(..cut);
-            series.value.drain(..cut);
-        }
+        drop_before(drive, keep);
         Ok(())
     }
 
@@ -172,5 +176,16 @@ impl Spans {
             ));
         }
         told
+    }
+}
+
+/// Drops what is no longer needed from that instant on.
+pub(super) fn drop_before(drive: &mut Drive, keep: f64) {
+    for series in &mut drive.channels {
+        // One row before, to draw the line from.
+        let cut = series.time.partition_point(|t| *t <= keep).saturating_sub(1);
+        Rc::make_mut(&mut series.time).drain(..cut);
+        Rc::make_mut(&mut series.line).drain(..cut);
+        series.value.drain(..cut);
     }
 }

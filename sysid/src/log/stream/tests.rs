@@ -2,14 +2,19 @@
 
 use super::{Piece, in_chunks};
 use crate::{DriveLog, LogFile, LogOptions, read_log};
+use formats::ChannelSummary;
 
 /// Stretches of (steering, yaw rate, speed).
 type Stretches = Vec<[Vec<f64>; 3]>;
 
-fn streamed(csv: &str, options: &LogOptions, chunk: usize) -> (f64, Stretches) {
+fn streamed(
+    csv: &str,
+    options: &LogOptions,
+    chunk: usize,
+) -> (f64, Stretches, Vec<ChannelSummary>) {
     let (mut step, mut stretches, mut open) = (0.0, Stretches::new(), false);
     let file = LogFile::of_bytes("drive.csv", csv.as_bytes());
-    in_chunks(file, options, chunk, &mut |sample_time_s, piece| {
+    let read = in_chunks(file, options, chunk, &mut |sample_time_s, piece| {
         step = sample_time_s;
         match piece {
             Piece::Samples { steering, yaw_rate, speed } => {
@@ -26,7 +31,7 @@ fn streamed(csv: &str, options: &LogOptions, chunk: usize) -> (f64, Stretches) {
         Ok(())
     })
     .unwrap();
-    (step, stretches)
+    (step, stretches, read.channels)
 }
 
 fn whole(csv: &str, options: &LogOptions) -> (DriveLog, Stretches) {
@@ -43,9 +48,21 @@ fn whole(csv: &str, options: &LogOptions) -> (DriveLog, Stretches) {
 fn assert_same(csv: &str, options: &LogOptions, least_stretches: usize) {
     let (log, expected) = whole(csv, options);
     assert!(expected.len() >= least_stretches, "{}", expected.len());
-    for chunk in [700, 1033, 5000, 100_000] {
-        let (step, got) = streamed(csv, options, chunk);
+    for chunk in [700, 1033, 5000, 5960, 100_000] {
+        let (step, got, channels) = streamed(csv, options, chunk);
         assert_eq!(step, log.sample_time_s);
+        for (a, b) in channels.iter().zip(&log.channels) {
+            let faults = |c: &ChannelSummary| (c.spikes_s.clone(), c.frozen_s.clone());
+            assert_eq!(faults(a), faults(b), "{}, chunks of {chunk}", a.role);
+            if a.frozen_s.is_empty() {
+                assert_eq!(a.rows, b.rows, "{}: {chunk}", a.role);
+                assert!(
+                    (a.min - b.min).abs() + (a.max - b.max).abs() < 1e-9,
+                    "{}: {chunk}",
+                    a.role
+                );
+            }
+        }
         assert_eq!(got.len(), expected.len(), "chunks of {chunk}");
         for (got, expected) in got.iter().flatten().zip(expected.iter().flatten()) {
             assert_eq!(got.len(), expected.len(), "chunks of {chunk}");
@@ -143,4 +160,61 @@ fn a_yaw_is_differenced_across_chunks() {
     .replace("yaw_rate_radps", "yaw_rad");
     let options = LogOptions { output: Some("yaw_rad".into()), ..LogOptions::default() };
     assert_same(&csv, &options, 1);
+}
+
+#[test]
+fn freezes_and_spikes_are_found_across_chunks() {
+    // From one chunk to the next, and through whole ones.
+    let frozen = [1300..1500, 2000..3500, 4970..5030];
+    // On both sides of the chunks' ends, and in the last rows.
+    let spikes = [699, 700, 1032, 1033, 4132, 4998, 5600, 5959, 5990];
+    let csv = drive(|k, mut v| {
+        if let Some(run) = frozen.iter().find(|run| run.contains(&k)) {
+            v[2] = 0.1 + 1e-3 * run.start as f64 / 6000.0;
+        }
+        if spikes.contains(&k) {
+            v[1] = -0.7;
+        }
+        if k == 5166 || k == 5960 {
+            v[2] = 3.0;
+        }
+        Some(text(v))
+    });
+    let (log, _) = whole(&csv, &LogOptions::default());
+    assert_eq!(log.channels[0].spikes_s, spikes.map(|k| (k as f64 * 10.0).round() / 1e3));
+    assert_eq!(log.channels[1].spikes_s, [51.66, 59.6]);
+    assert_eq!(log.channels[1].frozen_s, [[13.0, 14.99], [20.0, 34.99], [49.7, 50.29]]);
+    assert_same(&csv, &LogOptions::default(), 2);
+}
+
+#[test]
+fn a_file_that_begins_frozen_or_at_rest() {
+    for speed in [15.0, 0.0] {
+        let csv = drive(|k, mut v| {
+            if k < 2200 {
+                (v[2], v[3]) = (0.0, speed);
+            }
+            Some(text(v))
+        });
+        let (log, _) = whole(&csv, &LogOptions::default());
+        assert_eq!(log.channels[1].frozen_s.len(), usize::from(speed > 0.0));
+        // Its own rate would be chosen by what the first chunk shows.
+        assert_same(&csv, &LogOptions { sample_time_s: Some(0.02), ..LogOptions::default() }, 1);
+    }
+}
+
+/// Each sample of a sensor of 10 Hz is ten rows of 100 Hz, a bad one too.
+#[test]
+fn a_bad_sample_of_a_slow_sensor_is_a_spike() {
+    let csv = drive(|k, mut v| {
+        let t = 0.1 * (k / 10) as f64;
+        v[2] = 0.2 * (1.3 * t + 0.4).sin();
+        if [2090, 3030, 4990, 5950].contains(&(k / 10 * 10)) {
+            v[2] = 2.0;
+        }
+        Some(text(v))
+    });
+    let (log, _) = whole(&csv, &LogOptions::default());
+    assert_eq!(log.channels[1].spikes_s, [20.9, 30.3, 49.9, 59.5]);
+    assert_same(&csv, &LogOptions::default(), 1);
 }
