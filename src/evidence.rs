@@ -143,7 +143,7 @@ fn judgement(e: &Evidence) -> String {
     let error = e.held_out.as_ref().and_then(|h| h.fit_standard_error);
     let _ = writeln!(
         text,
-        "fit      {} simulated on held-out data, {} one step ahead, {:.2} % on estimation data",
+        "fit      {} simulated on validation data, {} one step ahead, {:.2} % on estimation data",
         error.map_or_else(
             || fit_text(e.fit.validation, e.validation_samples),
             |error| format!("{:.2} ± {:.2} %", e.fit.validation, 2.0 * error)

@@ -155,7 +155,7 @@ fn evidence(e: &BicycleEvidence, quality: &Quality) -> String {
     let error = error.map_or_else(String::new, |error| format!(" ± {:.2}", 2.0 * error));
     let _ = writeln!(
         text,
-        "fit      {:.2}{error} % simulated on held-out data, {:.2} % on estimation data",
+        "fit      {:.2}{error} % simulated on validation data, {:.2} % on estimation data",
         e.validation_fit, e.estimation_fit
     );
     text.extend(e.held_out.as_ref().map(validation_data));

@@ -88,8 +88,10 @@ pub(crate) fn table(all: &[Built]) -> String {
     row("speed", &|b| format!("{:.2} m/s", b.plant.operating_point.speed_mps));
     row("order", &|b| b.plant.order().to_string());
     row("quality", &|b| b.plant.quality.grade.to_string());
-    row("held-out fit, identified", &|b| format!("{:.2} %", b.plant.evidence.fit.validation));
-    row("held-out fit, bicycle", &|b| b.bicycle_fit.map_or_else(none, |fit| format!("{fit:.2} %")));
+    row("validation fit, identified", &|b| format!("{:.2} %", b.plant.evidence.fit.validation));
+    row("validation fit, bicycle", &|b| {
+        b.bicycle_fit.map_or_else(none, |fit| format!("{fit:.2} %"))
+    });
     // What all were asked for stands beside the name, else beside each figure.
     let mut asked = all.iter().flat_map(|b| &b.controllers).map(|c| &c.pid.specification);
     let first = asked.next();

@@ -185,7 +185,7 @@ fn blocks(sizes: &[Size], columns: usize) -> Vec<Vec<usize>> {
     blocks
 }
 
-/// Widths that fit: the widest columns give way first, between words before inside them.
+/// Widths that fit: the widest columns are narrowed first, between words before inside them.
 fn widths(sizes: impl Iterator<Item = Size>, columns: usize) -> Vec<usize> {
     let sizes: Vec<Size> = sizes.collect();
     let gaps = GAP * sizes.len().saturating_sub(1);

@@ -41,7 +41,7 @@ pub(crate) fn text(c: &Comparison) -> String {
 
 /// The models against the drive.
 pub(super) fn drive_table(c: &Comparison) -> Table {
-    let headers = ["model", "what", "held-out fit", "VAF", "yaw rate RMS error", "yaw RMS error"];
+    let headers = ["model", "what", "validation fit", "VAF", "yaw rate RMS error", "yaw RMS error"];
     let mut table = Table::new(headers);
     for (model, on) in c.models.iter().zip(c.drive.iter().flat_map(|d| &d.models)) {
         table.push([

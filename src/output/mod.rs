@@ -258,7 +258,7 @@ fn folder_of(path: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-/// A file made anew under a name that nobody can foresee, put in its place by one rename.
+/// A new file under a name that nobody can foresee, put in its place by one rename.
 fn replace(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
     fs::create_dir_all(folder)?;

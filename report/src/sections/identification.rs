@@ -101,12 +101,12 @@ pub(crate) fn model(plant: &Plant, traces: Option<&Traces>, bicycle_fit: Option<
             figure: figures::order_table(&e.order_table, plant.order()),
             height: 320,
             caption: "Singular values of the chosen method and horizon: a gap after the n-th, and \
-                      a held-out fit that stops rising, speak for order n. The fits are those of \
+                      a validation fit that stops rising, speak for order n. The fits are those of \
                       each order's own best method and horizon, refined; what is chosen is the \
                       order of least criterion on the estimation data."
                 .into(),
         });
-        let headers = ["order", "singular value", "estimation fit", "held-out fit", "stable", ""];
+        let headers = ["order", "singular value", "estimation fit", "validation fit", "stable", ""];
         let mut table = Table::new(headers);
         for row in &e.order_table {
             table.push([

@@ -27,7 +27,7 @@ pub(crate) fn summary(report: &Report<'_>) -> Section {
     if let Some(plant) = report.plant {
         let fit = value(plant.evidence.fit.validation, 1, "%");
         let name = format!("identified model of order {}", plant.order());
-        table.push([name, format!("held-out fit {fit}"), String::new()]);
+        table.push([name, format!("validation fit {fit}"), String::new()]);
     }
     if let Some(fit) = report.bicycle_fit {
         table.push(["bicycle model".into(), format!("fit {}", value(fit, 1, "%")), String::new()]);

@@ -308,7 +308,7 @@ fn scale_car(folder: &Path) -> Result<(), String> {
                 ("vel encoder", "m/s"),
             ]
             .map(|(column, unit)| (column.to_owned(), unit.to_owned()))
-            .to_vec(),
+            .into(),
             steering_ratio: Some(1.0),
             steering_full_scale_rad: Some(0.375),
             sample_time_s: Some(step),
