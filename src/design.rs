@@ -38,8 +38,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let figures = |folder| outputs.files(folder, design_plots::NAMES, Kind::Svg);
     let plots = arguments.plots.as_deref().map(figures).transpose()?;
     let options = arguments.specification.options()?;
-    let (plant, source, document) = read_plant(&arguments.plant)?;
-    arguments.gate.check(&arguments.plant.display().to_string(), &plant.quality)?;
+    let (plant, source, document) = read_plant(&arguments.plant, arguments.gate)?;
     let progress = Progress::start("designing");
     let mut pid = control::design(&plant, &source, &options)?;
     progress.now("running the loop of FMUs");
@@ -67,8 +66,11 @@ fn is_kept(pid: &Pid, specification: &SpecificationArguments) -> bool {
     pid.evidence.met && (by_all || !specification.must_be_robust())
 }
 
-/// The model in a plant or bicycle file, and the file's text.
-pub(crate) fn read_plant(path: &Path) -> Result<(DesignPlant, SourceFile, String), Failure> {
+/// The model in a plant or bicycle file, if its quality allows it, and the file's text.
+pub(crate) fn read_plant(
+    path: &Path,
+    gate: GateArguments,
+) -> Result<(DesignPlant, SourceFile, String), Failure> {
     let text = files::read_text(path)?;
     let source = SourceFile::of(path, text.as_bytes());
     let file = path.display().to_string();
@@ -76,9 +78,15 @@ pub(crate) fn read_plant(path: &Path) -> Result<(DesignPlant, SourceFile, String
     let bicycle = "steerwright/bicycle/";
     let plant = match formats::schema_of(&text) {
         Some(schema) if schema.starts_with(bicycle) => {
-            DesignPlant::from_bicycle(&Bicycle::from_json(&text, &file)?)
+            let bicycle = Bicycle::from_json(&text, &file)?;
+            gate.check(&file, &bicycle.quality)?;
+            DesignPlant::from_bicycle(&bicycle)
         }
-        _ => DesignPlant::from_plant(&Plant::from_json(&text, &file)?),
+        _ => {
+            let plant = Plant::from_json(&text, &file)?;
+            gate.check(&file, &plant.quality)?;
+            DesignPlant::from_plant(&plant)
+        }
     };
     Ok((plant.map_err(|e| Failure::in_file(path, &e, e.hint()))?, source, text))
 }

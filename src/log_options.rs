@@ -157,6 +157,10 @@ impl LogArguments {
 
     /// Reads the log's files: those named by themselves, and those of `--drive`.
     pub(crate) fn read(&self, paths: &[PathBuf]) -> Result<DriveLog, Failure> {
+        let is_stdin = |path: &&PathBuf| path.as_path() == Path::new("-");
+        if paths.iter().chain(self.files()).filter(is_stdin).count() > 1 {
+            return Err(Failure::new("standard input is named twice", "name - once"));
+        }
         let progress = Progress::start("reading the log");
         let open = |paths: &[PathBuf]| {
             paths.iter().map(|path| log_file(path, &progress)).collect::<Result<Vec<_>, Failure>>()
@@ -189,8 +193,7 @@ impl IdentifyArguments {
 /// A log to be read from its start to its end; `-` is standard input.
 pub(crate) fn log_file(path: &Path, progress: &Progress) -> Result<LogFile<'static>, Failure> {
     if path == Path::new("-") {
-        // Not locked: a second one would wait for the first without end.
-        let reader = Box::new(std::io::stdin());
+        let reader = Box::new(std::io::stdin().lock());
         return Ok(LogFile { name: "standard input".into(), reader });
     }
     let file = files::open(path)?;

@@ -156,10 +156,7 @@ pub(crate) fn compare(job: &Job) -> Result<Comparison, Failure> {
         let hint = "give what is left of the lane, such as 1.75m";
         return Err(Failure::new("--max-cross-track-error must be greater than 0", hint));
     }
-    let models = models::read(&job.models)?;
-    for model in &models {
-        job.gate.check(&model.path.display().to_string(), &model.design.quality)?;
-    }
+    let models = models::read(&job.models, job.gate)?;
     let mut remarks = Vec::new();
     let mut sources: Vec<SourceFile> = models.iter().map(|m| m.source.clone()).collect();
     let speed = speed(job, &models, &mut remarks)?;

@@ -3,6 +3,7 @@
 use crate::design::read_plant;
 use crate::failure::{Failure, design_hint};
 use crate::files;
+use crate::gate::GateArguments;
 use control::{DesignOptions, DesignPlant, Master};
 use formats::{Bicycle, Document, Pid, Plant, Provenance, SourceFile, StepMetrics};
 use std::path::{Path, PathBuf};
@@ -75,11 +76,11 @@ impl Model {
     }
 }
 
-/// Reads the models. Those of one comparison must mean the same steering angle.
-pub(crate) fn read(paths: &[PathBuf]) -> Result<Vec<Model>, Failure> {
+/// Reads the models, of which each must be trusted. Those of one comparison must mean the same steering angle.
+pub(crate) fn read(paths: &[PathBuf], gate: GateArguments) -> Result<Vec<Model>, Failure> {
     let mut models: Vec<Model> = Vec::new();
     for (path, label) in paths.iter().zip(labels(paths)) {
-        let (design, source, text) = read_plant(path)?;
+        let (design, source, text) = read_plant(path, gate)?;
         let file = path.display().to_string();
         let document = if design.model == "bicycle" {
             Kind::Bicycle(Box::new(Bicycle::from_json(&text, &file)?))
