@@ -12,6 +12,10 @@ pub(crate) fn pack(out: &Path, binaries: Option<&Path>) -> Result<(), String> {
     let by_hand = |name: &str| root().join("tests/data/multibody").join(name);
     let (vehicle, estimator) = (by_hand("vehicle.json"), by_hand("estimator.json"));
     let program = program(binaries)?;
+    // The demo replaces only a folder of its own, and the two were added to the one before.
+    if out.exists() {
+        std::fs::remove_dir_all(out).map_err(|e| format!("{}: {e}", out.display()))?;
+    }
     for (arguments, out) in [
         (vec![OsStr::new("demo")], out.to_owned()),
         (
