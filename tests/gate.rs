@@ -58,9 +58,9 @@ fn a_model_that_failed_validation_stops_every_stage_after_identify() {
     stopped(folder.path(), "package plant.json --out fmu");
     // Also where no controller could be designed on it anyway.
     let mut reversed = json(&at("plant.json"));
-    let gain = &mut reversed["discrete"]["c"][0];
+    let gain = &mut reversed["discrete"]["C"][0];
     gain.as_array_mut().unwrap().iter_mut().for_each(|c| *c = (-c.as_f64().unwrap()).into());
-    reversed["continuous"]["h"] = reversed["discrete"]["c"].clone();
+    reversed["continuous"]["H"] = reversed["discrete"]["C"].clone();
     fs::write(at("reversed.json"), reversed.to_string()).unwrap();
     stopped(folder.path(), "design reversed.json -o pid.json --max-rate 5rad/s");
     let bicycle = "bicycle {data}/comma2k19/vehicle.toml -o bicycle.json";
