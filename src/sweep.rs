@@ -2,7 +2,7 @@
 
 use crate::console;
 use crate::failure::{BAD_INPUT, Failure, Outcome};
-use crate::output::{Kind, Outputs};
+use crate::output::{Files, Kind, Outputs};
 use crate::progress::Progress;
 use crate::{Global, quantity};
 use ::sweep::{
@@ -67,9 +67,13 @@ struct Done {
 
 pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {
     let study = Study::open(&arguments.study)?;
-    decide(arguments, global, &study)?;
+    let trajectories = decide(arguments, global, &study)?;
     // Ours reset exactly, which a test holds them to; what others do is for the study to say.
     let sweep = Sweep::prepare(&study, &|tool| tool.starts_with("steerwright "))?;
+    if let Some(files) = &trajectories {
+        let columns = std::iter::once("time").chain(sweep.recorded());
+        files.check_columns(&columns.map(str::to_owned).collect::<Vec<_>>())?;
+    }
     let timeout = Duration::try_from_secs_f64(arguments.timeout).ok().filter(|t| !t.is_zero());
     let timeout = timeout.ok_or_else(|| {
         Failure::new("--timeout: not above 0", "give the longest time of a run, such as 60s")
@@ -128,26 +132,23 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     Ok(if met { Outcome::Done } else { Outcome::RequirementNotMet })
 }
 
-/// Refuses outputs that would replace an input or a foreign file.
-fn decide(arguments: &Arguments, global: &Global, study: &Study) -> Result<(), Failure> {
+/// Refuses outputs that would replace an input or a foreign file; gives the trajectories' files.
+fn decide(arguments: &Arguments, global: &Global, study: &Study) -> Result<Option<Files>, Failure> {
     if arguments.serve {
-        return Ok(());
+        return Ok(None);
     }
     let inputs = study.files().into_iter().chain([arguments.study.clone()]);
     let inputs: Vec<PathBuf> = inputs.collect();
     // The sweep checks whether results can be resumed.
     Outputs::new(global.force || arguments.resume, &inputs)
         .file(&arguments.out, Kind::SweepResults)?;
-    if let Some(folder) = &arguments.trajectories {
+    let trajectories = |folder| {
         let runs: BTreeSet<usize> = arguments.of.iter().copied().collect();
         let names = runs.iter().map(|run| format!("run-{run}.csv"));
-        Outputs::new(global.force, inputs.iter().chain([&arguments.out])).files(
-            folder,
-            names,
-            Kind::Recording,
-        )?;
-    }
-    Ok(())
+        let inputs = inputs.iter().chain([&arguments.out]);
+        Outputs::new(global.force, inputs).files(folder, names, Kind::Recording)
+    };
+    arguments.trajectories.as_deref().map(trajectories).transpose()
 }
 
 fn warnings(sweep: &Sweep, arguments: &Arguments) -> Vec<String> {

@@ -150,7 +150,13 @@ fn a_foreign_file_is_kept_and_force_replaces_it() {
         let out = here.join(&file);
         fs::create_dir_all(out.parent().unwrap()).unwrap();
         // Text, a table, a document of another kind.
-        for content in ["my notes\n", "time,x\n0,1\n", "{\"schema\": \"steerwright/path/1\"}"] {
+        let contents = [
+            "my notes\n",
+            "time,x\n0,1\n",
+            "time,car.yaw\n0,1\n",
+            "{\"schema\": \"steerwright/path/1\"}",
+        ];
+        for content in contents {
             if line.starts_with("path ") && content.starts_with('{') {
                 continue;
             }

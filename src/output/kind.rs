@@ -114,7 +114,7 @@ fn schema_of(file: File) -> Option<String> {
 }
 
 /// The cells of a CSV file's first line.
-fn header(file: File) -> Option<Vec<String>> {
+pub(super) fn header(file: File) -> Option<Vec<String>> {
     let mut line = String::new();
     BufReader::new(file.take(HEAD)).read_line(&mut line).ok()?;
     let mut cells = Vec::new();

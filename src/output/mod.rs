@@ -119,6 +119,11 @@ pub(crate) struct Files {
 }
 
 impl Files {
+    /// As [`Output::check_columns`], for all of them.
+    pub(crate) fn check_columns(&self, columns: &[String]) -> Result<(), Failure> {
+        self.outputs.iter().try_for_each(|output| output.check_columns(columns))
+    }
+
     /// Writes one of them; where it is.
     pub(crate) fn write(&self, name: &str, bytes: &[u8]) -> Result<&Path, Failure> {
         let named = |output: &&Output| output.path.file_name().is_some_and(|n| n == name);
@@ -157,6 +162,19 @@ impl Output {
     /// Its path as it was given.
     pub(crate) fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// Refuses a CSV file that has other columns than those to be written: the trajectories of any tool have
+    /// names of the same form, and only equal ones are those of the same run made again.
+    pub(crate) fn check_columns(&self, columns: &[String]) -> Result<(), Failure> {
+        let Destination::File(path) = self.destination()? else { return Ok(()) };
+        let Ok(file) = fs::File::open(&path) else { return Ok(()) };
+        let is_empty = file.metadata().is_ok_and(|metadata| metadata.len() == 0);
+        if self.rules.force || is_empty || kind::header(file).is_some_and(|cells| cells == columns)
+        {
+            return Ok(());
+        }
+        Err(Failure::new(format!("{self}: this file is there and has other columns"), FORCE))
     }
 
     /// Writes a document after the checks its reader makes.

@@ -28,6 +28,11 @@ pub struct Sweep {
 }
 
 impl Sweep {
+    /// The names of what trajectories hold beside the time, in order.
+    pub fn recorded(&self) -> impl Iterator<Item = &str> {
+        self.plan.recorded.iter().map(|(name, _)| name.as_str())
+    }
+
     /// Opens the FMUs, wires them and resolves every name of the study.
     ///
     /// `resets_exactly` says of a generation tool whether `fmi2Reset` of its FMUs is as good as a

@@ -15,7 +15,7 @@
 use model_description::Causality;
 
 use super::recording::Recording;
-use super::wiring::Wiring;
+use super::wiring::{Wiring, recorded_variables};
 use super::{InputTable, System};
 use crate::{Error, Instance, Phase};
 
@@ -33,6 +33,15 @@ pub enum Master {
 }
 
 impl System {
+    /// The names of what a run records, `instance.variable`, in order.
+    ///
+    /// # Errors
+    /// [`Error`] where an instance lacks what is to be recorded.
+    pub fn recorded(&self) -> Result<Vec<String>, Error> {
+        let variables = recorded_variables(self)?;
+        Ok(variables.into_iter().map(|(index, name)| self.path(index, &name)).collect())
+    }
+
     /// Runs the system from `start` to `stop` by steps of `step`, all in s, and terminates the
     /// instances. Run again, they are reset first.
     pub fn run(

@@ -93,7 +93,7 @@ impl Wiring {
 }
 
 /// What to record: what was asked for, or all outputs and the inputs that no output feeds, no texts.
-fn recorded_variables(system: &System) -> Result<Vec<(usize, String)>, Error> {
+pub(super) fn recorded_variables(system: &System) -> Result<Vec<(usize, String)>, Error> {
     if let Some(recorded) = &system.recorded {
         return recorded.iter().map(|(i, v)| Ok((system.index(i)?, v.clone()))).collect();
     }
