@@ -68,8 +68,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let inputs = arguments.fmus.iter().chain(&arguments.input);
     let out = Outputs::new(global.force, inputs).file(&arguments.out, Kind::Recording)?;
     let Setup { mut system, connections, start, step, stop, remarks } = setup(arguments)?;
-    let columns = std::iter::once("time".to_owned()).chain(system.recorded()?);
-    out.check_columns(&columns.collect::<Vec<_>>())?;
+    out.check_columns(&system.recorded()?)?;
     // Before the run, for they may say why it fails.
     for remark in &remarks {
         console::warning(remark);

@@ -71,8 +71,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     // Ours reset exactly, which a test holds them to; what others do is for the study to say.
     let sweep = Sweep::prepare(&study, &|tool| tool.starts_with("steerwright "))?;
     if let Some(files) = &trajectories {
-        let columns = std::iter::once("time").chain(sweep.recorded());
-        files.check_columns(&columns.map(str::to_owned).collect::<Vec<_>>())?;
+        files.check_columns(&sweep.recorded().map(str::to_owned).collect::<Vec<_>>())?;
     }
     let timeout = Duration::try_from_secs_f64(arguments.timeout).ok().filter(|t| !t.is_zero());
     let timeout = timeout.ok_or_else(|| {

@@ -164,17 +164,17 @@ impl Output {
         &self.path
     }
 
-    /// Refuses a CSV file that has other columns than those to be written: the trajectories of any tool have
-    /// names of the same form, and only equal ones are those of the same run made again.
+    /// Refuses a table of trajectories none of whose columns is to be written: any tool's are a time and dotted
+    /// names, and only names in common show that the file is of an earlier run of the same system.
     pub(crate) fn check_columns(&self, columns: &[String]) -> Result<(), Failure> {
         let Destination::File(path) = self.destination()? else { return Ok(()) };
         let Ok(file) = fs::File::open(&path) else { return Ok(()) };
         let is_empty = file.metadata().is_ok_and(|metadata| metadata.len() == 0);
-        if self.rules.force || is_empty || kind::header(file).is_some_and(|cells| cells == columns)
-        {
+        let of_this_system = |cells: Vec<String>| cells.iter().any(|cell| columns.contains(cell));
+        if self.rules.force || is_empty || kind::header(file).is_some_and(of_this_system) {
             return Ok(());
         }
-        Err(Failure::new(format!("{self}: this file is there and has other columns"), FORCE))
+        Err(Failure::new(format!("{self}: holds the trajectories of another system"), FORCE))
     }
 
     /// Writes a document after the checks its reader makes.
