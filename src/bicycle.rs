@@ -14,7 +14,7 @@ pub(crate) struct Arguments {
     #[arg(value_name = "VEHICLE.toml")]
     vehicle: PathBuf,
     /// Write the model here
-    #[arg(long = "out", short = 'o', value_name = "FILE", default_value = "bicycle.json")]
+    #[arg(long = "output", short = 'o', value_name = "FILE", default_value = "bicycle.json")]
     out: PathBuf,
 }
 

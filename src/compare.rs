@@ -43,7 +43,7 @@ pub(crate) struct Arguments {
     logs: Vec<PathBuf>,
     /// Share of the log, at its end, that the models are judged on
     #[arg(long, value_name = "SHARE", value_parser = quantity::percent, default_value = "50%")]
-    hold_out: f64,
+    validation_fraction: f64,
     /// Folder for figures (SVG), results.csv, the runs, and one HTML page
     #[arg(long, short, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -79,7 +79,7 @@ struct RoadArguments {
     #[arg(long, value_name = "RATE", allow_hyphen_values = true, value_parser = quantity::rate)]
     cross_track_integral: Option<f64>,
     /// A cross-track error beyond this is off the path
-    #[arg(long, alias = "lost-beyond", value_name = "LENGTH", value_parser = quantity::length, default_value = "1.75m")]
+    #[arg(long, value_name = "LENGTH", value_parser = quantity::length, default_value = "1.75m")]
     max_cross_track_error: f64,
 }
 
@@ -151,7 +151,7 @@ impl Arguments {
         }
         let log = self.log.read(&self.logs)?;
         let options = IdentifyOptions {
-            validation_fraction: self.hold_out / 100.0,
+            validation_fraction: self.validation_fraction / 100.0,
             ..IdentifyOptions::default()
         };
         Ok(Some((log, options)))

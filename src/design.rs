@@ -20,7 +20,7 @@ pub(crate) struct Arguments {
     #[arg(value_name = "PLANT.json")]
     plant: PathBuf,
     /// Write the controller here
-    #[arg(long = "out", short = 'o', value_name = "FILE", default_value = "pid.json")]
+    #[arg(long = "output", short = 'o', value_name = "FILE", default_value = "pid.json")]
     out: PathBuf,
     /// Write Bode, Nyquist and step plots (SVG) into this folder
     #[arg(long, value_name = "DIR")]

@@ -4,8 +4,8 @@ use crate::Global;
 use crate::console;
 use crate::evidence::{evidence, plots};
 use crate::failure::{Failure, Outcome};
+use crate::identify_accumulated;
 use crate::identify_bicycle::{self, BicycleArguments};
-use crate::identify_factor;
 use crate::log_options::{IdentifyArguments, LogArguments};
 use crate::output::{Files, Kind, Output, Outputs};
 use crate::progress::Progress;
@@ -17,20 +17,21 @@ use sysid::Traces;
 /// Identify the lateral dynamics in a drive log: steering angle in, yaw rate out
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// CSV files with a header, each with a clock of its own: drives where each brings steering and yaw
-    /// rate, else the channels of one drive. Or factors written by `absorb`, which are merged
+    /// CSV files with a header, each on its own clock: one drive each if every file has steering and yaw
+    /// rate, otherwise the channels of one drive. Or R factors (.rfactor) written by `accumulate`, which are
+    /// merged
     #[arg(required_unless_present = "drives", value_name = "LOG")]
     logs: Vec<PathBuf>,
-    /// Write the model here: by default plant.json, of the structure bicycle bicycle.json
-    #[arg(long = "out", short = 'o', value_name = "FILE")]
+    /// Model file; by default plant.json, or bicycle.json for `--structure bicycle`
+    #[arg(long = "output", short = 'o', value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Also write measured and simulated signals as CSV
+    /// Write measured and simulated signals as CSV
     #[arg(long, value_name = "CSV")]
     traces: Option<PathBuf>,
-    /// Also draw the evidence, as SVG files in this folder
+    /// Write the figures of the evidence (SVG) into this folder
     #[arg(long, value_name = "DIR")]
     plots: Option<PathBuf>,
-    /// Also write the evidence with its figures as one HTML page
+    /// Write the evidence with its figures as one HTML page
     #[arg(long, value_name = "HTML")]
     report: Option<PathBuf>,
     #[command(flatten)]
@@ -52,7 +53,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let out = outputs.file(arguments.out.clone().unwrap_or_else(|| default.into()), kind)?;
     let traces = outputs.optional(arguments.traces.as_ref(), Kind::Traces)?;
     let shown = Shown::decide(arguments, &mut outputs)?;
-    if identify_factor::are_factors(&arguments.logs)? {
+    if identify_accumulated::are_factors(&arguments.logs)? {
         let asked = [
             ("--structure bicycle", bicycle.is_some()),
             ("--traces", traces.is_some()),
@@ -61,19 +62,19 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         ];
         if let Some((option, _)) = asked.iter().find(|(_, asked)| *asked) {
             return Err(Failure::new(
-                format!("{option}: a factor holds no signals"),
-                "identify from the log itself, or leave it out",
+                format!("{option}: an R factor holds no signals"),
+                "identify from the log itself, or omit the option",
             ));
         }
         let (log, identify) = (&arguments.log, &arguments.identify);
-        return identify_factor::run(&arguments.logs, log, identify, &out);
+        return identify_accumulated::run(&arguments.logs, log, identify, &out);
     }
     let log = arguments.log.read(&arguments.logs)?;
     if let Some(options) = bicycle {
         let drawn = [("--plots", &arguments.plots), ("--report", &arguments.report)];
         if let Some((name, _)) = drawn.iter().find(|(_, path)| path.is_some()) {
             let message = format!("{name} is an option of the structure state-space");
-            return Err(Failure::new(message, "leave it out; --traces writes the signals as CSV"));
+            return Err(Failure::new(message, "omit it; --traces writes the signals as CSV"));
         }
         return identify_bicycle::run(&log, &options, &out, traces.as_ref());
     }

@@ -50,7 +50,7 @@ impl BicycleArguments {
             mass_kg: self.mass,
             wheelbase_m: self.wheelbase,
             front_share: self.front_share.map(|percent| percent / 100.0),
-            validation_fraction: other.hold_out / 100.0,
+            validation_fraction: other.validation_fraction / 100.0,
         };
         let told = IdentifyArguments::options(other);
         let refuse = |used: &[(bool, &str)], of: &str, hint: &str| {

@@ -1,4 +1,4 @@
-//! The options that say how a drive log is read and identified, shared by `identify` and `build`.
+//! Options for reading a drive log and identifying a model, shared by `identify` and `build`.
 
 use crate::failure::Failure;
 use crate::progress::Progress;
@@ -14,22 +14,22 @@ use sysid::{
 #[derive(clap::Args, Debug, Clone)]
 #[command(next_help_heading = "Log")]
 pub(crate) struct LogArguments {
-    /// Column of the steering angle; by default the one named like it. In all three: -COLUMN where
-    /// the sign is opposite, FILE.csv:COLUMN where several files have it
-    #[arg(long, value_name = "COLUMN", allow_hyphen_values = true)]
-    pub(crate) input: Option<String>,
-    /// Column of the yaw rate (by default the one named like it), or of the yaw, which is then
-    /// differenced
-    #[arg(long, value_name = "COLUMN", allow_hyphen_values = true)]
-    pub(crate) output: Option<String>,
-    /// Column of the speed; by default the one named like it, if there is one
-    #[arg(long, value_name = "COLUMN", allow_hyphen_values = true)]
-    pub(crate) speed: Option<String>,
-    /// Column of the time, in every file; by default the first named like it
-    #[arg(long, value_name = "COLUMN")]
-    pub(crate) time: Option<String>,
-    /// Unit of a column, where its name does not say it
-    #[arg(long = "unit", value_name = "COLUMN=UNIT", value_parser = column_unit)]
+    /// Channel of the steering angle; recognised by its name by default. For all channels: -CHANNEL
+    /// reverses the sign, FILE.csv:CHANNEL selects one of several files
+    #[arg(long, value_name = "CHANNEL", allow_hyphen_values = true)]
+    pub(crate) input_channel: Option<String>,
+    /// Channel of the yaw rate, or of the yaw, which is then differenced; recognised by its name by
+    /// default
+    #[arg(long, value_name = "CHANNEL", allow_hyphen_values = true)]
+    pub(crate) output_channel: Option<String>,
+    /// Channel of the speed; recognised by its name by default, and optional
+    #[arg(long, value_name = "CHANNEL", allow_hyphen_values = true)]
+    pub(crate) speed_channel: Option<String>,
+    /// Column of the time in every file; by default the first one with such a name
+    #[arg(long, value_name = "CHANNEL")]
+    pub(crate) time_channel: Option<String>,
+    /// Unit of a channel whose name does not state it
+    #[arg(long = "unit", value_name = "CHANNEL=UNIT", value_parser = channel_unit)]
     pub(crate) units: Vec<(String, String)>,
     /// Decimal mark of the numbers; by default the one that the first rows determine
     #[arg(long, value_name = "point|comma", value_parser = decimal_mark)]
@@ -41,37 +41,37 @@ pub(crate) struct LogArguments {
     /// Steering angle over road-wheel angle; needed where the log has the steering wheel
     #[arg(long, value_name = "R", allow_hyphen_values = true)]
     pub(crate) steering_ratio: Option<f64>,
-    /// Files of one drive, where several drives are given and the files do not tell: those that each
-    /// bring steering and yaw rate are drives of their own, others are channels of one. May be repeated
+    /// Files that form one drive; may be repeated. By default each file with steering and yaw rate is a
+    /// drive, and all other files are channels of one drive
     #[arg(long = "drive", value_name = "FILE,FILE…", value_parser = drive)]
     pub(crate) drives: Vec<Files>,
     /// Part of each drive to use, such as 10s..60s; may be repeated
     #[arg(long = "window", value_name = "FROM..TO", allow_hyphen_values = true, value_parser = window)]
     pub(crate) windows: Vec<(f64, f64)>,
-    /// Use the stretches where the speed, averaged over a second, stays within, such as 14..16 (m/s)
-    /// or 50km/h..60km/h
+    /// Use the segments in which the speed, averaged over a second, stays within a range, such as 14..16
+    /// (m/s) or 50km/h..60km/h
     #[arg(long, value_name = "FROM..TO", allow_hyphen_values = true, value_parser = speed_window)]
     pub(crate) speed_window: Option<(f64, f64)>,
     /// Sample time of the merged log; by default chosen from the log's rate
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time)]
     pub(crate) sample_time: Option<f64>,
-    /// What the steering does between its samples: a command is held (zoh), a measured angle moves on
-    /// (bl: band-limited; foh: along straight lines); auto goes by its name, its unit and its values
+    /// Behaviour of the steering between its samples: held (zoh, a command), band-limited (bl, a measured
+    /// angle) or along straight lines (foh); auto decides by name, unit and values
     #[arg(long, value_name = "auto|zoh|foh|bl", default_value = "auto", value_parser = intersample)]
     pub(crate) intersample: Auto<Intersample>,
-    /// Time between rows, for files without a clock
+    /// Time between rows of files without a clock
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time)]
     pub(crate) row_period: Option<f64>,
     /// Longest gap in a channel that is bridged; a longer one splits the drive
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time, default_value = "0.5s")]
     pub(crate) max_gap: f64,
-    /// Age of a GNSS fix at the instant that the log gives it. Where the log has fixes (x_m and y_m, or
-    /// latitude and longitude), course and gyro determine the sideslip, and an error of this age is one of
-    /// it. By default it is estimated from the speed's changes on straights; where these do not determine
-    /// it, no sideslip is stated
+    /// Age of a GNSS fix at the time the log states for it. Course and gyro determine the sideslip of a log
+    /// with fixes (x_m and y_m, or latitude and longitude), and an error of the age is an error of the
+    /// sideslip. By default the age is estimated from speed changes on straights; without them no sideslip
+    /// is stated
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time)]
     pub(crate) gnss_latency: Option<f64>,
-    /// The antenna ahead of the centre of gravity, behind it where negative
+    /// Position of the antenna ahead of the centre of gravity; negative behind it
     #[arg(long, value_name = "LENGTH", allow_hyphen_values = true, value_parser = quantity::length, default_value = "0m")]
     pub(crate) antenna_x: f64,
 }
@@ -80,8 +80,8 @@ pub(crate) struct LogArguments {
 #[derive(clap::Args, Debug, Clone)]
 #[command(next_help_heading = "Identification")]
 pub(crate) struct IdentifyArguments {
-    /// Subspace method: n4sid, moesp and cva for open-loop data, ssarx and pbsid where a driver or a
-    /// controller steers by what the vehicle does; auto goes by a test for that
+    /// Subspace method: n4sid, moesp and cva for open-loop data, ssarx and pbsid for closed-loop data; auto
+    /// decides by a test for feedback
     #[arg(long, value_name = "auto|n4sid|moesp|cva|ssarx|pbsid", default_value = "auto", value_parser = method)]
     pub(crate) method: Auto<Approach>,
     /// Order of the model
@@ -93,25 +93,25 @@ pub(crate) struct IdentifyArguments {
     /// Block rows of the Hankel matrices
     #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = number)]
     pub(crate) horizon: Auto<usize>,
-    /// What drives the model: the steering angle, or its product with speed
+    /// Input of the model: the steering angle, or its product with the speed
     #[arg(long, value_name = "steering|steering*speed", default_value = "steering", value_parser = input_kind)]
     pub(crate) model_input: InputKind,
-    /// Pure delay of the steering; auto takes the one that the log asks for, if it does
+    /// Pure delay of the steering; auto estimates it, and uses none if the data do not support one
     #[arg(long, value_name = "TIME|auto", allow_hyphen_values = true, default_value = "auto", value_parser = delay)]
     pub(crate) delay: Auto<f64>,
-    /// Offsets and trends to take out: the means of the estimation data, a straight line over time for
-    /// each drive, or none
+    /// Offsets and trends to remove: the means of the estimation data, a straight line over time for each
+    /// drive, or none
     #[arg(long, value_name = "mean|linear|none", default_value = "mean", value_parser = detrend)]
     pub(crate) detrend: Detrend,
-    /// Let the yaw rate depend on the steering of its own sample
+    /// Feedthrough: the yaw rate depends on the steering of the same sample
     #[arg(long, value_name = "auto|on|off", default_value = "auto", default_missing_value = "on", num_args = 0..=1, require_equals = true, value_parser = switch)]
     pub(crate) feedthrough: Auto<bool>,
-    /// Most samples that estimate, in blocks spread over a long log
+    /// Largest number of estimation samples, in blocks spread over a long log
     #[arg(long, value_name = "N|all", default_value = "60000", value_parser = samples)]
     pub(crate) max_samples: Auto<usize>,
-    /// Share of the log, at its end, that validates the model
+    /// Share of the log that is validation data: its end, or excited blocks of it
     #[arg(long, value_name = "SHARE", allow_hyphen_values = true, value_parser = quantity::percent, default_value = "50%")]
-    pub(crate) hold_out: f64,
+    pub(crate) validation_fraction: f64,
 }
 
 /// A value or `auto`.
@@ -136,10 +136,10 @@ impl LogArguments {
     /// The options of the reader.
     pub(crate) fn options(&self) -> LogOptions {
         LogOptions {
-            input: self.input.clone(),
-            output: self.output.clone(),
-            speed: self.speed.clone(),
-            time: self.time.clone(),
+            input: self.input_channel.clone(),
+            output: self.output_channel.clone(),
+            speed: self.speed_channel.clone(),
+            time: self.time_channel.clone(),
             units: self.units.iter().cloned().collect(),
             decimal: self.decimal,
             steering_full_scale_rad: self.steering_full_scale,
@@ -155,7 +155,7 @@ impl LogArguments {
         }
     }
 
-    /// Reads the log's files: those named by themselves, and those of `--drive`.
+    /// Reads the files of the log: the positional ones and those of `--drive`.
     pub(crate) fn read(&self, paths: &[PathBuf]) -> Result<DriveLog, Failure> {
         let is_stdin = |path: &&PathBuf| path.as_path() == Path::new("-");
         if paths.iter().chain(self.files()).filter(is_stdin).count() > 1 {
@@ -184,7 +184,7 @@ impl IdentifyArguments {
             feedthrough: self.feedthrough.0,
             input_kind: self.model_input,
             max_samples: self.max_samples.0,
-            validation_fraction: self.hold_out / 100.0,
+            validation_fraction: self.validation_fraction / 100.0,
             ..IdentifyOptions::default()
         }
     }
@@ -214,11 +214,11 @@ fn samples(text: &str) -> Result<Auto<usize>, String> {
     }
 }
 
-fn column_unit(text: &str) -> Result<(String, String), String> {
+fn channel_unit(text: &str) -> Result<(String, String), String> {
     text.rsplit_once('=')
         .filter(|(column, unit)| !column.is_empty() && !unit.is_empty())
         .map(|(column, unit)| (column.to_owned(), unit.to_owned()))
-        .ok_or_else(|| "expected COLUMN=UNIT, such as steer=deg".into())
+        .ok_or_else(|| "expected CHANNEL=UNIT, such as steer=deg".into())
 }
 
 fn window(text: &str) -> Result<(f64, f64), String> {

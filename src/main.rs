@@ -3,7 +3,7 @@
 //! Each subcommand is a file: it decides where it writes, reads, calls a stage, writes and prints.
 //! Results go to stdout, everything else to stderr, both as JSON with `--json`; see `console`.
 
-mod absorb;
+mod accumulate;
 mod bicycle;
 mod build;
 mod check;
@@ -21,8 +21,8 @@ mod fmu_step;
 mod fmu_track;
 mod gate;
 mod identify;
+mod identify_accumulated;
 mod identify_bicycle;
-mod identify_factor;
 mod lateral_loop;
 mod log_options;
 mod manual;
@@ -75,7 +75,7 @@ enum Command {
     // Boxed: it has the options of all stages.
     Build(Box<build::Arguments>),
     Identify(identify::Arguments),
-    Absorb(absorb::Arguments),
+    Accumulate(accumulate::Arguments),
     Bicycle(bicycle::Arguments),
     Design(design::Arguments),
     Path(path::Arguments),
@@ -94,7 +94,7 @@ fn run(command: Command, global: &Global) -> Result<Outcome, Failure> {
         Command::Demo(arguments) => demo::run(&arguments, global),
         Command::Build(arguments) => build::run(&arguments, global),
         Command::Identify(arguments) => identify::run(&arguments, global),
-        Command::Absorb(arguments) => absorb::run(&arguments, global),
+        Command::Accumulate(arguments) => accumulate::run(&arguments, global),
         Command::Bicycle(arguments) => bicycle::run(&arguments, global),
         Command::Design(arguments) => design::run(&arguments, global),
         Command::Path(arguments) => path::run(&arguments, global),

@@ -17,7 +17,7 @@ pub(crate) struct Arguments {
     #[arg(value_name = "TRACK")]
     track: Option<PathBuf>,
     /// Write the path here
-    #[arg(long = "out", short = 'o', value_name = "FILE", default_value = "path.json")]
+    #[arg(long = "output", short = 'o', value_name = "FILE", default_value = "path.json")]
     out: PathBuf,
     /// Speed the path is driven at
     #[arg(long, value_name = "SPEED", allow_hyphen_values = true, value_parser = quantity::speed, default_value = "15m/s")]

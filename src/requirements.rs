@@ -75,9 +75,9 @@ pub(crate) struct SpecificationArguments {
     /// Longest rise time, 10 to 90 %
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = time)]
     rise_time: Option<Asked>,
-    /// Largest integral of the absolute error over the step's height
+    /// Largest integral of absolute error (IAE) of the step, divided by its height
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = time)]
-    absolute_error: Option<Asked>,
+    iae: Option<Asked>,
     /// Smallest gain margin, such as 6dB
     #[arg(long, value_name = "GAIN", allow_hyphen_values = true, value_parser = decibel)]
     gain_margin: Option<Asked>,
@@ -196,7 +196,7 @@ const KEYS: &[Key] = &[
     ("settling", time, |o, _, v| o.requirements.settling_time_s = v),
     ("steady-state-error", percent, |o, _, v| o.requirements.steady_state_error_percent = v),
     ("rise-time", time, |o, _, v| o.requirements.rise_time_s = v),
-    ("absolute-error", time, |o, _, v| o.requirements.integral_absolute_error_s = v),
+    ("iae", time, |o, _, v| o.requirements.integral_absolute_error_s = v),
     ("gain-margin", decibel, |o, _, v| o.requirements.gain_margin_db = v),
     ("phase-margin", phase, |o, _, v| o.requirements.phase_margin_deg = v),
     ("modulus-margin", plain, |o, _, v| o.requirements.modulus_margin = v),
@@ -243,7 +243,7 @@ impl SpecificationArguments {
             self.settling,
             self.steady_state_error,
             self.rise_time,
-            self.absolute_error,
+            self.iae,
             self.gain_margin,
             self.phase_margin,
             self.modulus_margin,

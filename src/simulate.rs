@@ -26,7 +26,7 @@ pub(crate) struct Arguments {
     #[arg(required = true, value_name = "FMU|SSP")]
     fmus: Vec<PathBuf>,
     /// Write the trajectories here as CSV
-    #[arg(long, alias = "output", short, value_name = "CSV", default_value = "result.csv")]
+    #[arg(long = "output", short = 'o', value_name = "CSV", default_value = "result.csv")]
     out: PathBuf,
     /// Communication step; by default the smallest that an FMU recommends
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time)]

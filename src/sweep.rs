@@ -27,7 +27,7 @@ pub(crate) struct Arguments {
     #[arg(value_name = "STUDY.toml")]
     study: PathBuf,
     /// Write the results here, a row a run
-    #[arg(long, alias = "output", short, value_name = "CSV", default_value = "results.csv")]
+    #[arg(long = "output", short = 'o', value_name = "CSV", default_value = "results.csv")]
     out: PathBuf,
     /// Go on with results that an earlier call left unfinished
     #[arg(long)]

@@ -30,7 +30,7 @@ fn read(path: &Path) -> Value {
 fn each_stage_prints_the_file_it_writes() {
     let folder = tempfile::tempdir().unwrap();
     for (line, file) in [
-        ("identify {data}/multibody/drive.csv --input steering_command_rad", "plant.json"),
+        ("identify {data}/multibody/drive.csv --input-channel steering_command_rad", "plant.json"),
         ("bicycle {data}/multibody/vehicle.toml", "bicycle.json"),
         ("design bicycle.json --max-rate 0.4rad/s", "pid.json"),
         ("design {chain}/plant.json --max-angle 20deg --steady-state-error 1.5%", "pid.json"),
@@ -51,9 +51,9 @@ fn each_stage_prints_the_file_it_writes() {
 
 /// Lines that every command prints its result with, in an order in which each has what it needs.
 const EACH: [&str; 9] = [
-    "identify {data}/multibody/drive.csv --input steering_command_rad --order 2 --horizon 10",
-    "identify {data}/multibody/drive.csv --input steering_command_rad --structure bicycle",
-    "absorb {data}/multibody/drive.csv --input steering_command_rad",
+    "identify {data}/multibody/drive.csv --input-channel steering_command_rad --order 2 --horizon 10",
+    "identify {data}/multibody/drive.csv --input-channel steering_command_rad --structure bicycle",
+    "accumulate {data}/multibody/drive.csv --input-channel steering_command_rad",
     "bicycle {data}/multibody/vehicle.toml",
     "path --pid {chain}/pid.json",
     "package {chain}/plant.json {chain}/path.json {chain}/pid.json --ssp Loop.ssp",
@@ -114,7 +114,7 @@ fn with_json_an_error_is_json_too() {
 #[test]
 fn colour_is_for_terminals_and_no_color_takes_it_away() {
     let folder = tempfile::tempdir().unwrap();
-    let line = "identify {data}/multibody/drive.csv --input steering_command_rad --order 2";
+    let line = "identify {data}/multibody/drive.csv --input-channel steering_command_rad --order 2";
     let coloured = |line: &str, variables: &[(&str, &str)]| {
         let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_steerwright"));
         command.args(words(line, chain())).current_dir(folder.path());
@@ -187,9 +187,9 @@ fn three_files_with_a_clock_each_become_a_recorded_road_and_a_controller() {
     let folder = tempfile::tempdir().unwrap();
     let logs = ["steering_wheel_angle", "speed", "gyro"];
     let logs = logs.map(|name| format!("{{data}}/comma2k19/{name}.csv")).join(" ");
-    let mapping = "--input steering_wheel_angle_deg --steering-ratio 16.88";
+    let mapping = "--input-channel steering_wheel_angle_deg --steering-ratio 16.88";
     // The value of an option may begin with a minus, with and without an equals sign.
-    for sign in ["--output=-gyro_down_radps", "--output -gyro_down_radps"] {
+    for sign in ["--output-channel=-gyro_down_radps", "--output-channel -gyro_down_radps"] {
         let line = format!("identify {logs} {mapping} {sign} --traces traces.csv --max-order 4");
         // The driver barely steers: identified, and failed validation.
         let output = run(folder.path(), &format!("{line} --json"));
@@ -299,7 +299,7 @@ fn build_does_in_one_command_what_the_stages_do_one_by_one() {
     let folder = tempfile::tempdir().unwrap();
     let built = json(
         folder.path(),
-        "build {data}/multibody/drive.csv --input steering_command_rad \
+        "build {data}/multibody/drive.csv --input-channel steering_command_rad \
          --vehicle {data}/multibody/vehicle.toml --track {data}/multibody/position.csv",
     );
     for file in ["plant.json", "pid.json"] {
@@ -312,8 +312,7 @@ fn build_does_in_one_command_what_the_stages_do_one_by_one() {
     assert_eq!(built["controllers"].as_array().unwrap().len(), 2);
     assert!(folder.path().join("out/report.html").is_file());
     // A controller that cannot meet what is asked for: the work is done, exit status 1.
-    let line =
-        "build {data}/multibody/drive.csv --input steering_command_rad --settling 0.1s --out b";
+    let line = "build {data}/multibody/drive.csv --input-channel steering_command_rad --settling 0.1s --out b";
     let output = run(folder.path(), line);
     assert_eq!(output.status.code(), Some(1), "{}", told(&output));
     assert!(told(&output).contains("not met: settling"), "{}", told(&output));

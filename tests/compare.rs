@@ -182,7 +182,7 @@ fn a_truth_that_is_a_model_gives_that_model_s_figures() {
 /// of the steering stays with the measured one.
 #[test]
 fn models_are_judged_on_the_held_out_end_of_the_drive() {
-    let log = "--log {data}/multibody/drive.csv --input steering_command_rad";
+    let log = "--log {data}/multibody/drive.csv --input-channel steering_command_rad";
     let one = compared(&format!("{BOTH} {log} --road lane-change --out drive"));
     let plant: Value =
         serde_json::from_slice(&fs::read(folder().join("plant.json")).unwrap()).unwrap();
@@ -334,7 +334,7 @@ fn what_cannot_be_compared_is_told() {
         ),
         ("plant.json bicycle.json --truth nothing.fmu", "nothing.fmu: No such file"),
         (
-            "plant.json bicycle.json --log {data}/multibody/drive.csv --input steering_command_rad --steering-ratio 15",
+            "plant.json bicycle.json --log {data}/multibody/drive.csv --input-channel steering_command_rad --steering-ratio 15",
             "it has a steering ratio of 1, the log of 15",
         ),
     ] {

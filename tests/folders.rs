@@ -12,8 +12,7 @@ use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 use support::{steerwright, told, words};
 
-const BUILD: &str =
-    "build {data}/multibody/drive.csv --input steering_command_rad --horizon 10 --robust off";
+const BUILD: &str = "build {data}/multibody/drive.csv --input-channel steering_command_rad --horizon 10 --robust off";
 
 /// Every file below a folder with its bytes.
 fn content(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {

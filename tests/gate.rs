@@ -13,8 +13,8 @@ use support::{steerwright, told, words};
 
 /// A drive in which the driver barely steers.
 const WEAK: &str = "{data}/comma2k19/steering_wheel_angle.csv {data}/comma2k19/speed.csv \
-                    {data}/comma2k19/gyro.csv --input steering_wheel_angle_deg \
-                    --output=-gyro_down_radps --steering-ratio 16.88";
+                    {data}/comma2k19/gyro.csv --input-channel steering_wheel_angle_deg \
+                    --output-channel=-gyro_down_radps --steering-ratio 16.88";
 
 fn run(folder: &Path, line: &str) -> Output {
     steerwright(folder, &words(line, Path::new("")))

@@ -10,7 +10,8 @@ use std::path::Path;
 use std::process::Output;
 use support::{steerwright, told, words};
 
-const LOG: &str = "{data}/multibody/drive.csv --input steering_command_rad --steering-ratio 1";
+const LOG: &str =
+    "{data}/multibody/drive.csv --input-channel steering_command_rad --steering-ratio 1";
 
 fn run(folder: &Path, line: &str) -> Output {
     steerwright(folder, &words(line, Path::new("")))
@@ -74,7 +75,7 @@ fn the_bicycle_is_identified_packed_and_follows_its_traces() {
 #[test]
 fn what_does_not_fit_the_structure_is_refused() {
     let folder = tempfile::tempdir().unwrap();
-    let wheel = "{data}/comma2k19/steering_wheel_angle.csv {data}/comma2k19/gyro.csv --steering-ratio 16 --output=-gyro_down_radps";
+    let wheel = "{data}/comma2k19/steering_wheel_angle.csv {data}/comma2k19/gyro.csv --steering-ratio 16 --output-channel=-gyro_down_radps";
     for (line, problem) in [
         (format!("identify {wheel} --structure bicycle"), "needs the speed"),
         (format!("identify {LOG} --structure bicycle --order 3"), "--order is an option of"),

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use support::{chain, data, steerwright, told, words};
 
-const LOG: &str = "log.csv --input steering_command_rad --order 2 --horizon 10";
+const LOG: &str = "log.csv --input-channel steering_command_rad --order 2 --horizon 10";
 const STUDY: &str = r#"
 seed = 1
 runs = 1
@@ -76,7 +76,7 @@ const EVERY: [(&str, &[&str]); 16] = [
     ("identify LOG --traces OUT", &["log.csv"]),
     ("identify LOG --report OUT", &["log.csv"]),
     ("identify --drive log.csv,track.csv -o OUT", &["log.csv", "track.csv"]),
-    ("absorb log.csv --input steering_command_rad -o OUT", &["log.csv"]),
+    ("accumulate log.csv --input-channel steering_command_rad -o OUT", &["log.csv"]),
     ("bicycle vehicle.toml -o OUT", &["vehicle.toml"]),
     ("design plant.json --requirements asked.toml -o OUT", &["plant.json", "asked.toml"]),
     (

@@ -62,8 +62,7 @@ fn growth_and_lead_of_a_drive_reach_path_and_estimator() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let drive = "{data}/multibody/drive.csv {data}/multibody/position.csv";
-    let columns =
-        "--input steering_command_rad --output yaw_rate_radps --steering-ratio 1 --gnss-latency 0s";
+    let columns = "--input-channel steering_command_rad --output-channel yaw_rate_radps --steering-ratio 1 --gnss-latency 0s";
     let output = done(folder, &format!("identify {drive} {columns} --order 2 -o car.json"));
     for line in ["s per yaw rate", "ms of it per (m/s2)2", "s2 per yaw acceleration"] {
         assert!(told(&output).contains(line), "{line}: {}", told(&output));

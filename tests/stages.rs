@@ -1,4 +1,4 @@
-//! Stages on their own: identification with its figures, absorbed drives, a design in the loop of the
+//! Stages on their own: identification with its figures, accumulated drives, a design in the loop of the
 //! packed FMUs.
 #![allow(clippy::unwrap_used)]
 
@@ -10,7 +10,8 @@ use std::path::Path;
 use std::process::Output;
 use support::{steerwright, told, words};
 
-const LOG: &str = "{data}/multibody/drive.csv --input steering_command_rad --steering-ratio 1";
+const LOG: &str =
+    "{data}/multibody/drive.csv --input-channel steering_command_rad --steering-ratio 1";
 
 fn run(folder: &Path, line: &str) -> Output {
     steerwright(folder, &words(line, Path::new("")))
@@ -41,10 +42,10 @@ fn the_evidence_is_drawn_without_a_build() {
 }
 
 #[test]
-fn an_absorbed_drive_gives_a_plant_and_says_what_it_cannot() {
+fn an_accumulated_drive_gives_a_plant_with_its_limits() {
     let folder = tempfile::tempdir().unwrap();
-    done(folder.path(), &format!("absorb {LOG} -o drive.factor"));
-    let text = done(folder.path(), "identify drive.factor -o plant.json");
+    done(folder.path(), &format!("accumulate {LOG} -o drive.rfactor"));
+    let text = done(folder.path(), "identify drive.rfactor -o plant.json");
     assert!(text.contains("there is no simulation of whole drives"), "{text}");
     let plant = json(&folder.path().join("plant.json"));
     assert!(plant["evidence"]["fit"]["estimation"].as_f64().unwrap() > 97.0);
@@ -53,9 +54,12 @@ fn an_absorbed_drive_gives_a_plant_and_says_what_it_cannot() {
     done(folder.path(), "package plant.json --out fmu");
     assert!(folder.path().join("fmu/IdentifiedPlant.fmu").is_file());
     for (line, expected) in [
-        ("identify drive.factor --plots plots", "a factor holds no signals"),
-        ("identify drive.factor --input steering_command_rad", "have no effect on a factor"),
-        ("identify drive.factor {data}/multibody/drive.csv", "is a factor"),
+        ("identify drive.rfactor --plots plots", "an R factor holds no signals"),
+        (
+            "identify drive.rfactor --input-channel steering_command_rad",
+            "have no effect on an R factor",
+        ),
+        ("identify drive.rfactor {data}/multibody/drive.csv", "is an R factor"),
     ] {
         let output = run(folder.path(), line);
         assert_eq!(output.status.code(), Some(2), "{line}");

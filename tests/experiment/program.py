@@ -20,22 +20,22 @@ class Program:
         return done
 
     def identify(self, log, out, *options):
-        columns = ("--input", "steering_command_rad", "--output", "yaw_rate_radps")
-        speed = ("--speed", "speed_mps", "--steering-ratio", "1")
-        self.run("identify", log, *columns, *speed, "--out", out, *options)
+        columns = ("--input-channel", "steering_command_rad", "--output-channel", "yaw_rate_radps")
+        speed = ("--speed-channel", "speed_mps", "--steering-ratio", "1")
+        self.run("identify", log, *columns, *speed, "-o", out, *options)
         return read(out)
 
     def bicycle(self, toml, out):
-        self.run("bicycle", toml, "--out", out)
+        self.run("bicycle", toml, "-o", out)
         return read(out)
 
     def design(self, plant, out, *options):
-        self.run("design", plant, "--out", out, *options, accept=(DONE, NOT_MET))
+        self.run("design", plant, "-o", out, *options, accept=(DONE, NOT_MET))
         return read(out)
 
     def path(self, out, pid, speed, lateral_acceleration, *track):
         limits = ("--speed", f"{speed}m/s", "--lateral-acceleration", f"{lateral_acceleration}m/s2")
-        self.run("path", *track, "--pid", pid, *limits, "--out", out)
+        self.run("path", *track, "--pid", pid, *limits, "-o", out)
         return read(out)
 
     def package(self, out, *files):

@@ -87,7 +87,7 @@ pub(crate) fn chain() -> &'static Path {
         let folder = shared("chain");
         std::fs::create_dir_all(&folder).unwrap();
         for arguments in [
-            "identify {data}/multibody/drive.csv --input steering_command_rad",
+            "identify {data}/multibody/drive.csv --input-channel steering_command_rad",
             "bicycle {data}/multibody/vehicle.toml",
             "design plant.json",
             "path --pid pid.json",

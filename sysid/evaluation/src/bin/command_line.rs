@@ -92,7 +92,7 @@ fn measure(arguments: &Arguments, folder: &Path) -> Result<(), Box<dyn std::erro
             let mut times = Vec::new();
             for _ in 0..arguments.runs.max(1) {
                 let mut command = Command::new(&program);
-                command.arg("identify").arg(&log).arg("--out").arg(folder.join("plant.json"));
+                command.arg("identify").arg(&log).arg("-o").arg(folder.join("plant.json"));
                 let clock = Instant::now();
                 let output = command.output()?;
                 times.push(clock.elapsed().as_secs_f64());

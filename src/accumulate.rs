@@ -1,4 +1,4 @@
-//! `steerwright absorb`: logs into a factor, in memory that does not grow with them.
+//! `steerwright accumulate`: the R factor of logs of any length, in bounded memory.
 
 use crate::Global;
 use crate::console;
@@ -11,21 +11,20 @@ use formats::AbsorbedDrives;
 use std::path::PathBuf;
 use sysid::{AbsorbOptions, Absorbed, InputKind};
 
-/// Absorb logs of any length into a small file, which `identify` takes in place of logs; files of many
-/// machines are merged there as if all logs had been absorbed at once
+/// Accumulate logs of any length into an R factor, a small file that `identify` accepts in place of logs.
+/// R factors of several machines are merged there; the model is that of all logs together
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// CSV files with a header, read in chunks; each is a drive of its own and brings steering and yaw
-    /// rate on one clock
+    /// CSV files with a header, read in chunks; each is one drive, with steering and yaw rate on one clock
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
-    /// Write the factor here
-    #[arg(long = "out", short = 'o', value_name = "FILE", default_value = "drives.factor")]
+    /// File of the R factor
+    #[arg(long = "output", short = 'o', value_name = "FILE", default_value = "drives.rfactor")]
     out: PathBuf,
-    /// Block rows of the Hankel matrices, the most that can be identified with later
+    /// Block rows of the Hankel matrices, the largest horizon for a later identification
     #[arg(long, value_name = "N", default_value_t = AbsorbOptions::default().horizon)]
     horizon: usize,
-    /// What will drive the model: the steering angle, or its product with speed
+    /// Input of the model: the steering angle, or its product with the speed
     #[arg(long, value_name = "steering|steering*speed", default_value = "steering", value_parser = input_kind)]
     model_input: InputKind,
     #[command(flatten)]
@@ -35,7 +34,7 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {
     if !arguments.log.drives.is_empty() {
         return Err(Failure::new(
-            "--drive: each file is read as a drive of its own here",
+            "--drive: accumulate reads each file as one drive",
             "merge the channels of a drive into one CSV file, or identify from the files together: steerwright identify --drive A.csv,B.csv",
         ));
     }
@@ -60,9 +59,9 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let Some(all) = all else { return Err(sysid::Error::NoFiles.into()) };
     let file = all.to_file();
     out.document(&file)?;
-    let (estimation, held_out) = all.samples();
+    let (estimation, validation) = all.samples();
     let text = format!(
-        "{}values in rad, rad/s and m/s\n\n{estimation} samples of {} s to estimate from, {held_out} held out, windows of {} samples\n",
+        "{}values in rad, rad/s and m/s\n\n{estimation} estimation samples and {validation} validation samples of {} s, windows of {} samples\n",
         console::table(&channel_table(all.channels())),
         file.sample_time_s,
         2 * file.horizon

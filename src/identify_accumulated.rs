@@ -1,4 +1,4 @@
-//! `steerwright identify` from factors: states of absorbed drives, merged.
+//! `steerwright identify` from R factors of accumulated drives, merged.
 
 use crate::console;
 use crate::evidence::evidence;
@@ -12,7 +12,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use sysid::{Absorbed, IdentifyOptions, LogOptions};
 
-/// Whether all of the files are factors rather than logs.
+/// Whether all files are R factors instead of logs.
 pub(crate) fn are_factors(paths: &[PathBuf]) -> Result<bool, Failure> {
     let mut factors = Vec::new();
     for path in paths {
@@ -21,8 +21,8 @@ pub(crate) fn are_factors(paths: &[PathBuf]) -> Result<bool, Failure> {
             continue;
         }
         let mut file = files::open(path)?;
-        // A factor is a JSON object that says so at its start. A pipe is not looked into: what is read
-        // of it is gone.
+        // An R factor is a JSON object with its schema at the start. A pipe is not inspected, since bytes
+        // read from it are gone.
         let mut start = Vec::new();
         if file.metadata().is_ok_and(|m| m.is_file()) {
             let read = file.by_ref().take(200).read_to_end(&mut start);
@@ -32,14 +32,18 @@ pub(crate) fn are_factors(paths: &[PathBuf]) -> Result<bool, Failure> {
     }
     match (factors.iter().position(|f| *f), factors.iter().position(|f| !f)) {
         (Some(factor), Some(log)) => Err(Failure::new(
-            format!("{} is a factor, {} a log", paths[factor].display(), paths[log].display()),
-            "absorb the log first: steerwright absorb LOG -o LOG.factor",
+            format!(
+                "{} is an R factor, {} is a log",
+                paths[factor].display(),
+                paths[log].display()
+            ),
+            "accumulate the log first: steerwright accumulate LOG -o LOG.rfactor",
         )),
         (factor, _) => Ok(factor.is_some()),
     }
 }
 
-/// Merges the factors and identifies.
+/// Merges the R factors and identifies.
 pub(crate) fn run(
     paths: &[PathBuf],
     log: &LogArguments,
@@ -48,8 +52,8 @@ pub(crate) fn run(
 ) -> Result<Outcome, Failure> {
     if log.options() != LogOptions::default() || !log.drives.is_empty() {
         return Err(Failure::new(
-            "options of how a log is read have no effect on a factor",
-            "give them to steerwright absorb",
+            "options for reading a log have no effect on an R factor",
+            "pass them to steerwright accumulate",
         ));
     }
     let options = identify.options();
@@ -57,8 +61,8 @@ pub(crate) fn run(
         != IdentifyOptions::default().validation_fraction.to_bits()
     {
         return Err(Failure::new(
-            "--hold-out: what is held out was set aside when the logs were absorbed",
-            "leave it out",
+            "--validation-fraction: the validation data of an R factor were chosen when the logs were accumulated",
+            "omit it",
         ));
     }
     let progress = Progress::start("identifying");
