@@ -1,6 +1,6 @@
 //! The variable tables in the READMEs are those of the code.
 //!
-//! `STEERWRIGHT_UPDATE=1 cargo test -p packaging --test readme` writes them anew.
+//! `STEERWRIGHT_UPDATE=1 cargo test -p packaging --test readme` writes them again.
 #![allow(clippy::unwrap_used)]
 
 use packaging::{Fmu, table_markdown, with_variables};
@@ -38,21 +38,4 @@ fn each_fmu_lists_its_variables() {
     ] {
         holds(&root().join("fmu").join(folder).join("README.md"), &table_markdown(fmu.table()));
     }
-}
-
-#[test]
-fn the_main_page_lists_all_variables() {
-    let all: String = Fmu::ALL
-        .iter()
-        .map(|fmu| {
-            let table = fmu.table();
-            format!(
-                "\n### `{}`: {}\n\n{}",
-                table.model_name,
-                table.description,
-                table_markdown(table)
-            )
-        })
-        .collect();
-    holds(&root().join("README.md"), &all);
 }

@@ -1,11 +1,13 @@
-//! What developers run: `cargo xtask test`, `lint`, `readme`, `licenses`, `cross`, `fuzz`, `stress`,
+//! What developers run: `cargo xtask test`, `lint`, `docs`, `readme`, `licenses`, `cross`, `fuzz`, `stress`,
 //! `bench fmu`, `evaluate`, `experiment`.
 
 mod bench;
 mod cross;
+mod docs;
 mod evaluate;
 mod every_fmu;
 mod experiment;
+mod formats;
 mod fuzz;
 mod importers;
 mod licenses;
@@ -53,8 +55,10 @@ enum Command {
     },
     /// Gather the licences of all that the FMU libraries link
     Licenses,
-    /// Put the demo's table and picture into the README
+    /// Write the demo's tables, the figures and the page on file formats into README.md and docs/
     Readme,
+    /// Build the book with mdBook and check the links of all documents
+    Docs,
     /// The tests that take minutes: millions of instances, thousands under valgrind, everything
     /// built twice
     Stress,
@@ -81,6 +85,7 @@ fn main() -> ExitCode {
         Command::Fuzz { minutes, targets } => fuzz::fuzz(minutes, &targets),
         Command::Licenses => licenses::licenses(),
         Command::Readme => readme::readme(),
+        Command::Docs => docs::docs(),
         Command::Stress => stress::stress(),
         Command::Evaluate(options) => evaluate::evaluate(&options),
         Command::Experiment { test, arguments } => experiment::experiment(test, &arguments),

@@ -1,0 +1,173 @@
+//! `cargo xtask docs`: the book, built by mdBook, and the links of all documents.
+
+use crate::formats;
+use crate::run::{answer, cargo, root, run, target};
+use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// The version of mdBook.
+const MDBOOK: &str = "0.4.52";
+
+/// Builds the book into the target folder and checks it; all that is wrong is listed.
+pub(crate) fn docs() -> Result<(), String> {
+    let page = root().join("docs/formats.md");
+    if formats::page()? != text(&page)? {
+        return Err("docs/formats.md is out of date: run `cargo xtask readme`".into());
+    }
+    let mut problems = documents()?;
+    let book = build()?;
+    problems.extend(pages(&book)?);
+    if !problems.is_empty() {
+        return Err(problems.join("\n"));
+    }
+    eprintln!("the book is in {}", book.join("index.html").display());
+    Ok(())
+}
+
+fn text(path: &Path) -> Result<String, String> {
+    fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))
+}
+
+fn build() -> Result<PathBuf, String> {
+    let tools = target().join("tools");
+    let program = tools.join("bin").join(format!("mdbook{}", std::env::consts::EXE_SUFFIX));
+    let version = answer(Command::new(&program).arg("--version"));
+    if version.is_none_or(|version| !version.ends_with(MDBOOK)) {
+        // Not optimised: it builds a small book once.
+        let install = ["install", "mdbook", "--version", MDBOOK, "--locked", "--debug"];
+        run(cargo(&install)
+            .args(["--quiet", "--force", "--no-default-features", "--root"])
+            .arg(&tools))?;
+    }
+    let book = target().join("book");
+    let output = Command::new(&program)
+        .arg("build")
+        .arg(root().join("docs"))
+        .arg("--dest-dir")
+        .arg(&book)
+        .output()
+        .map_err(|e| format!("{}: {e}", program.display()))?;
+    let log = String::from_utf8_lossy(&output.stderr);
+    // A page that cannot be included is an error in its log only.
+    if !output.status.success() || log.contains("[ERROR]") || log.contains("[WARN]") {
+        return Err(format!("mdbook build docs: {}\n{log}", output.status));
+    }
+    Ok(book)
+}
+
+/// Broken links of the tracked Markdown files: files and headings that are not there.
+fn documents() -> Result<Vec<String>, String> {
+    let listed = answer(Command::new("git").args(["ls-files", "*.md"]).current_dir(root()));
+    let listed = listed.ok_or("git ls-files finds no documents")?;
+    let mut documents = BTreeMap::new();
+    for name in listed.lines() {
+        documents.insert(normal(Path::new(name)), parts(&text(&root().join(name))?));
+    }
+    let mut problems = Vec::new();
+    for (document, (_, links)) in &documents {
+        let folder = document.parent().unwrap_or(Path::new(""));
+        for link in links.iter().filter(|link| !is_external(link)) {
+            let (file, heading) = link.split_once('#').unwrap_or((link, ""));
+            let file = if file.is_empty() { document.clone() } else { normal(&folder.join(file)) };
+            if !root().join(&file).exists() {
+                problems.push(format!("{}: no file {}", document.display(), file.display()));
+            } else if let (false, Some((headings, _))) = (heading.is_empty(), documents.get(&file))
+                && !headings.contains(heading)
+            {
+                problems.push(format!("{}: no heading {link}", document.display()));
+            }
+        }
+    }
+    Ok(problems)
+}
+
+fn is_external(link: &str) -> bool {
+    link.contains("://") || link.starts_with("mailto:")
+}
+
+/// The anchors of a document's headings, and its links.
+fn parts(text: &str) -> (BTreeSet<String>, Vec<String>) {
+    let (mut headings, mut links) = (BTreeSet::new(), Vec::new());
+    let mut heading: Option<String> = None;
+    for event in Parser::new_ext(text, Options::ENABLE_TABLES) {
+        match event {
+            Event::Start(Tag::Heading { .. }) => heading = Some(String::new()),
+            Event::End(TagEnd::Heading(_)) => headings.extend(heading.take().map(|h| anchor(&h))),
+            Event::Start(Tag::Link { dest_url, .. } | Tag::Image { dest_url, .. }) => {
+                links.push(dest_url.into_string());
+            }
+            Event::Text(part) | Event::Code(part) => {
+                if let Some(heading) = &mut heading {
+                    heading.push_str(&part);
+                }
+            }
+            _ => {}
+        }
+    }
+    (headings, links)
+}
+
+/// A heading's anchor as GitHub and mdBook make it.
+fn anchor(heading: &str) -> String {
+    let kept =
+        heading.trim().chars().filter(|c| c.is_alphanumeric() || matches!(c, ' ' | '-' | '_'));
+    kept.map(|c| if c == ' ' { '-' } else { c.to_ascii_lowercase() }).collect()
+}
+
+/// A path without `.` and `..`.
+fn normal(path: &Path) -> PathBuf {
+    let mut parts = Vec::new();
+    for part in path.components() {
+        match part {
+            std::path::Component::ParentDir => {
+                parts.pop();
+            }
+            std::path::Component::CurDir => {}
+            other => parts.push(other),
+        }
+    }
+    parts.iter().collect()
+}
+
+/// Broken links of the built pages: what they name is in the book.
+fn pages(book: &Path) -> Result<Vec<String>, String> {
+    let mut problems = BTreeSet::new();
+    let mut folders = vec![book.to_path_buf()];
+    while let Some(folder) = folders.pop() {
+        let entries = fs::read_dir(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+        for path in entries.filter_map(|entry| Some(entry.ok()?.path())) {
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|end| end == "html") {
+                let page = text(&path)?;
+                let links = page.split(" href=\"").chain(page.split(" src=\"")).skip(1);
+                for link in links.filter_map(|rest| rest.split('"').next()) {
+                    let file = link.split(['#', '?']).next().unwrap_or_default();
+                    let is_ours =
+                        !file.is_empty() && !is_external(link) && !link.starts_with("data:");
+                    if is_ours && !file.contains('<') && !folder.join(file).exists() {
+                        let page = path.strip_prefix(book).unwrap_or(&path);
+                        problems.insert(format!("the book's {}: no {file}", page.display()));
+                    }
+                }
+            }
+        }
+    }
+    Ok(problems.into_iter().collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn anchors_and_links_are_found() {
+        let (headings, links) = parts("# A `b` C\n[x](y.md#z) ![p](q.svg)\n\n## Other platforms\n");
+        assert!(headings.contains("a-b-c") && headings.contains("other-platforms"), "{headings:?}");
+        assert_eq!(links, ["y.md#z", "q.svg"]);
+        assert_eq!(normal(Path::new("docs/../a/./b.md")), Path::new("a/b.md"));
+    }
+}
