@@ -12,10 +12,15 @@ use std::process::Command;
 const MDBOOK: &str = "0.4.52";
 
 /// Builds the book into the target folder and checks it; all that is wrong is listed.
-pub(crate) fn docs() -> Result<(), String> {
+///
+/// `update` writes the page that is generated; otherwise it has to be current.
+pub(crate) fn docs(update: bool) -> Result<(), String> {
     let page = root().join("docs/formats.md");
-    if formats::page()? != text(&page)? {
-        return Err("docs/formats.md is out of date: run `cargo xtask readme`".into());
+    let generated = formats::page()?;
+    if update {
+        fs::write(&page, generated).map_err(|e| format!("{}: {e}", page.display()))?;
+    } else if generated != text(&page)? {
+        return Err("docs/formats.md is out of date: run `cargo xtask docs --update`".into());
     }
     let mut problems = documents()?;
     let book = build()?;

@@ -16,13 +16,13 @@ const DOCUMENTS: [(&str, &str); 8] = [
     ("Path", "path.json"),
     ("Estimator", "estimator.json"),
     ("Start", "start.json"),
-    ("AccumulatedDrives", "*.rfactor"),
+    ("AbsorbedDrives", "*.rfactor"),
 ];
 
 const INTRODUCTION: &str = "\
 # File formats
 
-<!-- Generated from the crate `formats` by `cargo xtask readme`. -->
+<!-- Generated from the crate `formats` by `cargo xtask docs --update`. -->
 
 Every file is one JSON object with its schema and version in `schema`. Unknown versions, unknown keys, wrong
 shapes and numbers that are not finite are refused with the JSON path of the fault. Units are in the names of

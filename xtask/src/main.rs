@@ -55,10 +55,14 @@ enum Command {
     },
     /// Gather the licences of all that the FMU libraries link
     Licenses,
-    /// Write the demo's tables, the figures and the page on file formats into README.md and docs/
+    /// Write the demo's tables and the figures into README.md and docs/
     Readme,
     /// Build the book with mdBook and check the links of all documents
-    Docs,
+    Docs {
+        /// Write the page that is generated from the crate formats
+        #[arg(long)]
+        update: bool,
+    },
     /// The tests that take minutes: millions of instances, thousands under valgrind, everything
     /// built twice
     Stress,
@@ -85,7 +89,7 @@ fn main() -> ExitCode {
         Command::Fuzz { minutes, targets } => fuzz::fuzz(minutes, &targets),
         Command::Licenses => licenses::licenses(),
         Command::Readme => readme::readme(),
-        Command::Docs => docs::docs(),
+        Command::Docs { update } => docs::docs(update),
         Command::Stress => stress::stress(),
         Command::Evaluate(options) => evaluate::evaluate(&options),
         Command::Experiment { test, arguments } => experiment::experiment(test, &arguments),

@@ -1,7 +1,6 @@
-//! `cargo xtask readme`: what the documents show of the program, made by running it: the demo's tables, the
-//! figures, and the page on file formats.
+//! `cargo xtask readme`: what the documents show of the program, made by running it: the demo's tables and
+//! the figures.
 
-use crate::formats;
 use crate::run::{program, root, run, target};
 use serde_json::Value;
 use std::fs;
@@ -58,8 +57,7 @@ pub(crate) fn readme() -> Result<(), String> {
         let to = root().join("docs/figures").join(to);
         fs::copy(out.join(from), &to).map_err(|e| format!("{from}: {e}"))?;
     }
-    let page = root().join("docs/formats.md");
-    fs::write(&page, formats::page()?).map_err(|e| format!("{}: {e}", page.display()))
+    Ok(())
 }
 
 /// What a command prints. Its exit status 1 is a requirement that is not met, which the output states.
