@@ -1,9 +1,9 @@
-//! What a controller is asked for, and what it reaches: the part of `pid.json` that proves it.
+//! The specification of a controller and what it reaches: the evidence in `pid.json`.
 
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
-/// What was asked for. Every requirement is optional; the rest says what it is read on.
+/// The specification. Every requirement is optional; the other fields define the test it refers to.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Specification {
@@ -96,13 +96,13 @@ impl Specification {
         }
     }
 
-    /// Whether a response to the specification's step meets what is asked of it, up to rounding.
+    /// Whether a response to the specification's step meets the requirements, up to rounding.
     #[must_use]
     pub fn is_met_by(&self, step: &StepMetrics) -> bool {
-        let within = |reached: Option<f64>, asked: Option<f64>| match (reached, asked) {
+        let within = |reached: Option<f64>, limit: Option<f64>| match (reached, limit) {
             (_, None) => true,
             (None, Some(_)) => false,
-            (Some(reached), Some(asked)) => reached <= asked * (1.0 + 1e-9),
+            (Some(reached), Some(limit)) => reached <= limit * (1.0 + 1e-9),
         };
         within(Some(step.overshoot_percent), self.overshoot_percent)
             && within(step.settling_time_s, self.settling_time_s)
@@ -111,11 +111,11 @@ impl Specification {
             && self.error_is_met_by(step)
     }
 
-    /// Whether the error at the end of a response is as small as asked for.
+    /// Whether the error at the end of a response meets its requirement.
     #[must_use]
     pub fn error_is_met_by(&self, step: &StepMetrics) -> bool {
-        let asked = self.steady_state_error_percent;
-        asked.is_none_or(|asked| step.steady_state_error_percent <= asked * (1.0 + 1e-9))
+        let limit = self.steady_state_error_percent;
+        limit.is_none_or(|limit| step.steady_state_error_percent <= limit * (1.0 + 1e-9))
     }
 }
 
@@ -169,7 +169,7 @@ pub struct DesignEvidence {
 pub struct Shortfall {
     /// The requirement.
     pub requirement: String,
-    /// What was asked.
+    /// The requirement.
     pub required: f64,
     /// What was reached.
     pub reached: f64,
@@ -258,7 +258,7 @@ pub struct FmuLoop {
     pub step: StepMetrics,
     /// The same by the design's own simulation with that delay.
     pub predicted: StepMetrics,
-    /// On the step with the steering offset; absent where the plant cannot be given one.
+    /// On the step with the steering offset; absent where the plant has no offset to set.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub step_with_offset: Option<StepMetrics>,
 }
@@ -299,7 +299,7 @@ pub struct Robustness {
     /// Lowest and highest delay of the yaw loop beyond the model's own, s.
     pub loop_delay_range_s: [f64; 2],
     /// Lowest and highest gain of the plant over the nominal one: beyond the lateral acceleration of
-    /// the drive tyres give way, which no uncertainty of a linear model tells.
+    /// the drive the tyres saturate, which no uncertainty of a linear model contains.
     pub gain_range: [f64; 2],
     /// Lowest and highest speed, m/s, where the model holds at several.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -321,7 +321,7 @@ pub struct Robustness {
 pub struct OverEnsemble {
     /// The requirement.
     pub requirement: String,
-    /// What was asked.
+    /// The requirement.
     pub required: f64,
     /// The worst that any of the plants reaches.
     pub worst: f64,

@@ -48,12 +48,12 @@ impl Error {
     pub fn hint(&self) -> String {
         match self {
             Self::Syntax { .. } => {
-                "write the file again with the command that makes it, or mend the key named".into()
+                "write the file again with the command that makes it, or correct the named key".into()
             }
             Self::Schema { expected, .. } => format!(
-                "give a file that says \"schema\": \"{expected}\"; a newer version needs a newer steerwright"
+                "use a file with \"schema\": \"{expected}\"; a newer version needs a newer steerwright"
             ),
-            Self::Value { .. } => "mend the value at the path named".into(),
+            Self::Value { .. } => "correct the value at the named path".into(),
         }
     }
 }
@@ -64,7 +64,7 @@ struct Tag {
     schema: Option<String>,
 }
 
-/// The schema that a text says it follows, where it is JSON and says so.
+/// The schema that a JSON text states, if it states one.
 #[must_use]
 pub fn schema_of(text: &str) -> Option<String> {
     serde_json::from_str::<Tag>(text).ok()?.schema
@@ -94,7 +94,7 @@ pub trait Document: Serialize + DeserializeOwned {
             problem: strip_place(&inner.to_string()),
         };
         // The schema first: a file of another kind should be called that, not "missing key".
-        // Text that is not JSON at all is left to the reader below, which knows the place.
+        // Text that is not JSON at all is left to the reader below, which reports the place.
         if let Ok(tag) = serde_json::from_str::<Tag>(text)
             && tag.schema.as_deref() != Some(Self::SCHEMA)
         {
@@ -125,7 +125,7 @@ pub trait Document: Serialize + DeserializeOwned {
         }
     }
 
-    /// The document as indented JSON with a final newline; the same content gives the same bytes.
+    /// The document as indented JSON with a final newline; the same content has the same bytes.
     fn to_json(&self) -> String {
         // Serialising these plain types into memory cannot fail; an empty text would be refused
         // by every reader.
@@ -136,7 +136,7 @@ pub trait Document: Serialize + DeserializeOwned {
     }
 }
 
-/// serde_json appends " at line L column C", which the error already gives.
+/// serde_json appends " at line L column C", which the error already states.
 fn strip_place(message: &str) -> String {
     message.rsplit_once(" at line ").map_or(message, |(head, _)| head).to_owned()
 }

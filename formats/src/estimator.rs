@@ -1,7 +1,7 @@
-//! `estimator.json`: what a pose estimator is told of its sensors.
+//! `estimator.json`: the sensors of a pose estimator.
 //!
 //! Written by hand; the example in this repository is `tests/data/multibody/estimator.json`. What a
-//! number means is said where the filter is: the README of `PoseEstimator`.
+//! number means is documented with the filter: the README of `PoseEstimator`.
 
 use crate::{Checker, Document, is_zero};
 use serde::{Deserialize, Serialize};
@@ -19,11 +19,11 @@ pub struct Estimator {
     /// Sideslip angle per yaw rate in a steady turn, s; of small lateral acceleration, where the growth
     /// is stated.
     pub sideslip_per_yaw_rate_s: f64,
-    /// What the sideslip per yaw rate grows by, per squared lateral acceleration, s⁵/m²; 0, which need
-    /// not be said: not known.
+    /// What the sideslip per yaw rate grows by, per squared lateral acceleration, s⁵/m²; 0, which may
+    /// be omitted: unknown.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub sideslip_growth_s5pm2: f64,
-    /// Sideslip angle per yaw acceleration, s²; 0 need not be said.
+    /// Sideslip angle per yaw acceleration, s²; 0 may be omitted.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub sideslip_per_yaw_acceleration_s2: f64,
     /// How noisy gyro and speed are.
@@ -64,7 +64,7 @@ pub struct SensorNoise {
     pub yaw_rate_bias_density: f64,
     /// Of the speed, (m/s)/√Hz.
     pub speed_density: f64,
-    /// Of the lateral velocity that the sideslip does not tell, (m/s)/√Hz.
+    /// Of the lateral velocity that the sideslip does not explain, (m/s)/√Hz.
     pub lateral_velocity_density: f64,
 }
 
@@ -74,7 +74,7 @@ pub struct SensorNoise {
 pub struct InitialUncertainty {
     /// Of each coordinate, m.
     pub position_std_m: f64,
-    /// Of the yaw, rad; above 0.5 it is told from where the first fixes lead.
+    /// Of the yaw, rad; above 0.5 it is initialised from the direction of the first fixes.
     pub yaw_std_rad: f64,
     /// Of the gyro's bias, rad/s.
     pub yaw_rate_bias_std_radps: f64,

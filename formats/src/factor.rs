@@ -1,14 +1,14 @@
-//! `*.factor`: what is kept of drives that are too long, or too many, to be held: the windows'
-//! triangle, which can be merged with others and identified from.
+//! `*.rfactor`: what is kept of drives that are too long, or too many, for memory: the R factor of their
+//! windows, which can be merged with others and identified from.
 //!
-//! The triangles are the bytes that `sysid` keeps them as, in hexadecimal, since their numbers mean
-//! nothing to a reader; everything else is plain. A checksum over the whole file finds what was cut or
+//! The R factors are bytes of `sysid` in hexadecimal, since their numbers mean nothing to a reader;
+//! everything else is plain. A checksum over the whole file finds what was cut or
 //! changed on the way.
 
 use crate::{ChannelSummary, Checker, Document, InputKind, Provenance, sha256_hex};
 use serde::{Deserialize, Serialize};
 
-/// The windows of some drives, absorbed.
+/// The windows of accumulated drives.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AbsorbedDrives {
@@ -26,9 +26,9 @@ pub struct AbsorbedDrives {
     pub horizon: usize,
     /// Samples to estimate from.
     pub estimation_samples: usize,
-    /// Samples held out.
+    /// Number of validation samples.
     pub validation_samples: usize,
-    /// The speed over all samples, where every drive tells it.
+    /// The speed over all samples, where every drive has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed: Option<AbsorbedSpeed>,
     /// What was read from the logs, drives with equal columns together.
@@ -39,7 +39,7 @@ pub struct AbsorbedDrives {
     pub provenance: Provenance,
     /// State of the estimation data's windows, in hexadecimal.
     pub estimation: String,
-    /// State of the held-out data's windows, in hexadecimal.
+    /// State of the validation data's windows, in hexadecimal.
     pub validation: String,
     /// Sums of Welch's spectra of all samples: number of windows, variance of their average, then |U|²,
     /// |Y|² and the parts of U*Y at each frequency.

@@ -5,12 +5,12 @@
 //! Every type knows its
 //! schema name (`steerwright/plant/1` …), is read by [`Document::from_json`], which refuses unknown
 //! versions, wrong shapes and non-finite numbers with the JSON path of the fault, and is written
-//! by [`Document::to_json`], which gives the same bytes for the same content.
+//! by [`Document::to_json`], which returns the same bytes for the same content.
 //!
 //! Units are SI and radians; a unit stands in a key where it is not obvious. Signs are ISO 8855:
 //! x forward, y left, z up; yaw, yaw rate, steering and curvature positive to the left.
 //!
-//! This crate knows nothing of identification, design or FMUs.
+//! This crate is independent of identification, design and FMUs.
 
 mod bicycle;
 mod bicycle_evidence;
@@ -65,7 +65,7 @@ pub use uncertainty::{
 pub use vehicle::{Body, SteeringActuator, Tyres, Vehicle};
 
 /// Of a number that a file need not state.
-#[allow(clippy::trivially_copy_pass_by_ref)] // as serde asks for it
+#[allow(clippy::trivially_copy_pass_by_ref)] // the signature that serde requires
 fn is_zero(value: &f64) -> bool {
     *value == 0.0
 }

@@ -66,21 +66,21 @@ pub struct Guidance {
     /// Sideslip angle per yaw rate in a steady turn, s; of small lateral acceleration, where the growth
     /// is stated.
     pub sideslip_per_yaw_rate_s: f64,
-    /// Sideslip angle per yaw acceleration, s²; 0, which need not be said: not known.
+    /// Sideslip angle per yaw acceleration, s²; 0, which may be omitted: unknown.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub sideslip_per_yaw_acceleration_s2: f64,
-    /// What the sideslip per yaw rate grows by, per squared lateral acceleration, s⁵/m²; 0, which need
-    /// not be said: not known.
+    /// What the sideslip per yaw rate grows by, per squared lateral acceleration, s⁵/m²; 0, which may
+    /// be omitted: unknown.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub sideslip_growth_s5pm2: f64,
     /// What of the yaw acceleration is added to the yaw reference, s², for what the loop lacks beyond
-    /// preview and feedforward; 0 need not be said.
+    /// preview and feedforward; 0 may be omitted.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub yaw_acceleration_gain_s2: f64,
-    /// What of the yaw jerk, s³, for the same; 0 need not be said.
+    /// What of the yaw jerk, s³, for the same; 0 may be omitted.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub yaw_jerk_gain_s3: f64,
-    /// How fast the integral of the cross-track error grows, 1/s; 0, which need not be said: there is
+    /// How fast the integral of the cross-track error grows, 1/s; 0, which may be omitted: there is
     /// none.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub cross_track_integral_gain_per_s: f64,

@@ -19,7 +19,7 @@ pub struct Pid {
     pub limits: Limits,
     /// What the controller was designed on.
     pub designed_for: DesignedFor,
-    /// What was asked for.
+    /// The specification.
     pub specification: Specification,
     /// What was reached.
     pub evidence: DesignEvidence,
@@ -152,10 +152,10 @@ pub struct GuidanceAdvice {
     /// Time by which the closed loop lags a yaw ramp, kp·(1 − b)/ki, s.
     pub preview_time_s: f64,
     /// What of the path's yaw acceleration is to be added to the yaw reference, s²; belongs to the
-    /// feedforward, too. 0 need not be said.
+    /// feedforward, too. 0 may be omitted.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub yaw_acceleration_gain_s2: f64,
-    /// What of the path's yaw jerk is to be added to the yaw reference, s³. 0 need not be said.
+    /// What of the path's yaw jerk is to be added to the yaw reference, s³. 0 may be omitted.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub yaw_jerk_gain_s3: f64,
 }

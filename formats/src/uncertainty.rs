@@ -14,7 +14,7 @@ pub const NORMAL_95: f64 = 1.959_963_984_540_054;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Uncertainty {
-    /// Whose errors the estimate made small, which says how the covariance was found.
+    /// The errors that the estimate minimises, which determines the covariance.
     pub focus: EstimationFocus,
     /// The eigenvalues of A.
     pub poles: Vec<UncertainPole>,
@@ -153,7 +153,7 @@ impl Plant {
 
     /// The plant whose discrete model is `nominal + Σ ξ_i · direction_i`: for independent standard
     /// normal ξ a draw from the estimate's distribution, to first order. It carries no continuous
-    /// model and no uncertainty of its own.
+    /// model and has no uncertainty.
     ///
     /// `None` where the plant states no uncertainty, where there are not
     /// [`Plant::ensemble_dimension`] numbers, and where the model drawn is not stable: the

@@ -1,7 +1,7 @@
 //! `vehicle.json`: a vehicle with saturating tyres, load transfer and a steering actuator.
 //!
 //! Written by hand; the example in this repository is `tests/data/multibody/vehicle.json`. What a
-//! number means is said where the model is: the README of `NonlinearVehicle`.
+//! number means is documented with the model: the README of `NonlinearVehicle`.
 
 use crate::{Checker, Document};
 use serde::{Deserialize, Serialize};

@@ -12,13 +12,13 @@ pub struct DataFactor {
     /// data without noise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub condition: Option<f64>,
-    /// The same of the input's windows alone, at the horizon asked for: beyond 1e12 it is said not to
+    /// The same of the input's windows alone, at the requested horizon: beyond 1e12 it is reported not to
     /// excite them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub input_condition: Option<f64>,
-    /// Block rows that were asked for; with an automatic horizon, the longest that was tried.
+    /// Requested block rows; with an automatic horizon, the longest that was tried.
     pub asked_horizon: usize,
-    /// Block rows that the input excites: fewer than asked for where it does not excite those.
+    /// Block rows that the input excites: fewer than requested where it does not excite those.
     pub horizon: usize,
 }
 
@@ -32,7 +32,7 @@ pub enum FactorMethod {
     Qr,
 }
 
-/// The pure delay from steering to yaw rate as the estimation data tell it.
+/// The pure delay from steering to yaw rate, estimated on the estimation data.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DelayEstimate {

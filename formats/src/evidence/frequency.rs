@@ -1,8 +1,8 @@
-//! What the log says by frequency, and the model beside it.
+//! Information in the log by frequency, compared with the model.
 
 use serde::{Deserialize, Serialize};
 
-/// What the log can say about the dynamics.
+/// Information in the log about the dynamics.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Excitation {
@@ -16,7 +16,7 @@ pub struct Excitation {
     pub informative_up_to_hz: f64,
     /// Coherence of steering and yaw rate.
     pub coherence: Vec<CoherencePoint>,
-    /// What the log says in bands of frequency.
+    /// Information in the log by bands of frequency.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bands: Vec<ExcitationBand>,
     /// Of how high an order the input is persistently exciting.
@@ -69,7 +69,7 @@ pub struct CoherencePoint {
     pub coherence: f64,
 }
 
-/// What a log says in a band of frequency.
+/// Information in a log in a band of frequency.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ExcitationBand {
@@ -83,14 +83,14 @@ pub struct ExcitationBand {
     pub yaw_rate_std_radps: f64,
     /// Share of that yaw rate's power that the steering explains, 0 to 1.
     pub coherence: f64,
-    /// Standard error of the band's gain as the spectra alone give it, over that gain: it falls
+    /// Standard error of the band's gain from the spectra alone, over that gain: it falls
     /// with the square root of the time recorded, and as the steering grows.
     pub relative_error: f64,
     /// What that means.
     pub information: Information,
 }
 
-/// Whether a log says something.
+/// Whether a log is informative.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Information {
