@@ -27,7 +27,7 @@ pub(crate) fn write<'a>(
         real: points.iter().map(|p| p.real).collect(),
         imaginary: points.iter().map(|p| p.imaginary).collect(),
         margins: pid.evidence.margins,
-        asked_modulus_margin: pid.specification.modulus_margin,
+        required_modulus_margin: pid.specification.modulus_margin,
     };
     let until = pid.specification.settling_time_s.unwrap_or(1.0);
     let until = (3.0 * until).min(pid.specification.steady_state_time_s);

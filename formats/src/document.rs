@@ -48,7 +48,8 @@ impl Error {
     pub fn hint(&self) -> String {
         match self {
             Self::Syntax { .. } => {
-                "write the file again with the command that makes it, or correct the named key".into()
+                "write the file again with the command that makes it, or correct the named key"
+                    .into()
             }
             Self::Schema { expected, .. } => format!(
                 "use a file with \"schema\": \"{expected}\"; a newer version needs a newer steerwright"

@@ -34,7 +34,7 @@ pub struct ModelDescription {
     pub units: Vec<Unit>,
     /// Categories that log messages cite.
     pub log_categories: Vec<LogCategory>,
-    /// What to simulate when nobody says otherwise.
+    /// Default experiment.
     pub default_experiment: Option<DefaultExperiment>,
     /// What other tools left.
     pub vendor_annotations: Vec<VendorAnnotation>,
@@ -165,7 +165,7 @@ pub struct Variable {
     pub reference: u32,
     /// Type; an Enumeration is Integer here.
     pub kind: Kind,
-    /// Whether the XML says Enumeration.
+    /// Whether the XML type is Enumeration.
     pub is_enumeration: bool,
     /// One line for people.
     pub description: Option<String>,

@@ -12,10 +12,10 @@ pub enum Error {
         line: u32,
         /// Column, from 1.
         column: u32,
-        /// What the parser says.
+        /// Message of the parser.
         problem: String,
     },
-    /// The XML brings a document type of its own, with which entities could be defined.
+    /// The XML declares a document type, which could define entities.
     #[error("modelDescription.xml has a document type declaration, which is refused")]
     DocumentType,
     /// The document is something else, or of another version of FMI.

@@ -106,7 +106,7 @@ fn variable(row: &VariableSpec, value: &Value) -> Variable {
         description: text(row.description),
         causality: row.causality,
         variability: row.variability,
-        // Written even where it is the default: not every importer knows the table of defaults.
+        // Written even where it is the default: not every importer has the table of defaults.
         initial: row.effective_initial(),
         can_handle_multiple_set: None,
         unit: row.unit.map(Into::into),

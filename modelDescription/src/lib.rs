@@ -12,8 +12,8 @@
 //! [`guid`] makes the one name that binary, description and resources share.
 //!
 //! Numbers are written with the fewest digits that read back to the same value and never depend on
-//! the locale. Nothing written here knows the clock. Section numbers are those of the FMI 2.0.5
-//! text. This crate knows no vehicle and no C interface.
+//! the locale. Nothing written here depends on the clock. Section numbers are those of the FMI 2.0.5
+//! text. This crate is independent of vehicles and of the C interface.
 //!
 //! ```
 //! use model_description::*;

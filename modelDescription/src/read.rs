@@ -1,7 +1,7 @@
 //! Reading `modelDescription.xml` of any tool.
 //!
-//! The reader is tolerant: elements and attributes it does not know are passed over, declared
-//! types lend variables what these do not say themselves, and breaches of the standard's rules are
+//! The reader is tolerant: unknown elements and attributes are skipped, declared
+//! types supply what variables do not state themselves, and breaches of the standard's rules are
 //! left to [`crate::ModelDescription::findings`]. It refuses what has no meaning: a document that
 //! is not FMI 2.0, a missing name, a number that is none, a document type declaration (the way to
 //! entities that multiply).
@@ -271,7 +271,7 @@ fn annotation(reader: Reader<'_, '_>) -> VendorAnnotation {
     VendorAnnotation { tool: reader.text("name").unwrap_or_default(), xml: inner.trim().into() }
 }
 
-/// A variable; what its own type element does not say, its declared type may.
+/// A variable; its declared type may supply what its type element omits.
 fn variable(
     reader: Reader<'_, '_>,
     types: &BTreeMap<String, Reader<'_, '_>>,

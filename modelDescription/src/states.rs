@@ -22,7 +22,7 @@ pub struct ExposedState {
 impl ModelDescription {
     /// Appends for each state its variable and that of its derivative, both local and continuous,
     /// with value references from `first` on, and the units that they cite. The model structure
-    /// stays as it is: what depends on what is the caller's to say.
+    /// stays as it is: the caller states what depends on what.
     pub fn expose_states(&mut self, states: &[ExposedState], first: u32) {
         let mut reference = first;
         for (state, number) in states.iter().zip(1_u32..) {

@@ -6,7 +6,7 @@
 //!
 //! [`ssp`] wires packed FMUs into a system structure package.
 //!
-//! This crate knows nothing of where libraries come from, nor how its documents were made.
+//! This crate is independent of where libraries come from and of how its documents were made.
 
 mod archive;
 mod documentation;

@@ -25,7 +25,7 @@ impl Platform {
     ///
     /// # Errors
     /// [`Error::Platform`] where FMI has no such name. The tuples of platforms that FMI 2.0 has a
-    /// name of its own for are refused too, since its importers would not look there.
+    /// name for are refused too, since its importers would not look there.
     pub(crate) fn of(folder: &str) -> Result<Self, Error> {
         let unknown = || Error::Platform { platform: folder.to_owned() };
         let named =

@@ -1,4 +1,4 @@
-//! Where an FMU came from: what its document says of the files it was made from, the options, the
+//! Where an FMU came from: what its document states about the files it was made from, the options, the
 //! fit and the verdict.
 //!
 //! The same facts go into the archive three times: for programs as
@@ -59,7 +59,7 @@ fn fact(key: &'static str, value: impl Into<Json>, unit: &'static str) -> Fact {
 }
 
 impl Origin {
-    /// What the document of an FMU says; `file` is named in errors.
+    /// The provenance in the document of an FMU; `file` is named in errors.
     pub(crate) fn of(fmu: Fmu, document: &str, file: &str) -> Result<Self, Error> {
         let (name, provenance, evidence) = match fmu {
             Fmu::IdentifiedPlant => plant(formats::Plant::from_json(document, file)?),
@@ -210,10 +210,10 @@ pub(crate) fn shortened(value: f64) -> String {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
 }
 
-/// Name, who made it (nobody where it is written by hand), what it says of itself.
-type Told = (String, Option<Provenance>, Vec<Fact>);
+/// Name, provenance (absent where the file is written by hand), and facts.
+type Described = (String, Option<Provenance>, Vec<Fact>);
 
-fn plant(plant: formats::Plant) -> Told {
+fn plant(plant: formats::Plant) -> Described {
     let order = plant.order();
     let e = plant.evidence;
     let mut facts = quality(plant.quality);
@@ -236,7 +236,7 @@ fn plant(plant: formats::Plant) -> Told {
     (plant.name, Some(plant.provenance), facts)
 }
 
-fn bicycle(bicycle: formats::Bicycle) -> Told {
+fn bicycle(bicycle: formats::Bicycle) -> Described {
     let vehicle = bicycle.vehicle;
     let mut facts = quality(bicycle.quality);
     facts.extend([
@@ -260,7 +260,7 @@ fn quality(quality: formats::Quality) -> Vec<Fact> {
     facts
 }
 
-fn vehicle(vehicle: formats::Vehicle) -> Told {
+fn vehicle(vehicle: formats::Vehicle) -> Described {
     let facts = vec![
         fact("speed", vehicle.speed_mps, "m/s"),
         fact("steering_ratio", vehicle.actuator.steering_ratio, ""),
@@ -269,7 +269,7 @@ fn vehicle(vehicle: formats::Vehicle) -> Told {
     (vehicle.name, None, facts)
 }
 
-fn estimator(estimator: formats::Estimator) -> Told {
+fn estimator(estimator: formats::Estimator) -> Described {
     let facts = vec![
         fact("gnss_latency", estimator.gnss.latency_s, "s"),
         fact("sideslip_per_yaw_rate", estimator.sideslip_per_yaw_rate_s, "s"),
@@ -278,7 +278,7 @@ fn estimator(estimator: formats::Estimator) -> Told {
     (estimator.name, None, facts)
 }
 
-fn pid(pid: formats::Pid) -> Told {
+fn pid(pid: formats::Pid) -> Described {
     let (e, d) = (pid.evidence, pid.designed_for);
     let mut facts = quality(d.quality);
     facts.push(fact("specification_met", e.met, ""));
@@ -300,7 +300,7 @@ fn pid(pid: formats::Pid) -> Told {
     (pid.name, Some(pid.provenance), facts)
 }
 
-fn path(path: formats::Path) -> Told {
+fn path(path: formats::Path) -> Described {
     let ends = path.points.first().zip(path.points.last());
     let length = ends.map_or(0.0, |(first, last)| last.distance_m - first.distance_m);
     let facts = vec![

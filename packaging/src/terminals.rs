@@ -10,7 +10,7 @@ use model_description::{Causality, ModelDescription};
 use quick_xml::escape::escape;
 use std::fmt::Write;
 
-/// A group of variables with a name of its own in every FMU that has some of them.
+/// A named group of variables in every FMU that has some of them.
 struct Terminal {
     name: &'static str,
     matching: &'static str,
@@ -31,7 +31,7 @@ const TERMINALS: &[Terminal] = &[
     Terminal {
         name: "guidance",
         matching: "plug",
-        description: "yaw to steer for, and the steering angle that the road's curvature asks for",
+        description: "yaw reference, and the steering angle for the road's curvature",
         members: &["yaw_reference", "steering_feedforward"],
     },
     Terminal {

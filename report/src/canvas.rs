@@ -1,8 +1,8 @@
 //! The sheet a figure is drawn on: plotters' SVG backend, made finer.
 //!
 //! plotters draws at whole pixels, which makes smooth curves ragged. The sheet is therefore
-//! [`FINE`] times larger inside, and its head says the size asked for. The head also carries what
-//! plotters cannot say: round joins (a noisy line would have spikes), a role and a name for screen
+//! [`FINE`] times larger inside, and its head states the requested size. The head also carries what
+//! plotters cannot express: round joins (a noisy line would have spikes), a role and a name for screen
 //! readers. Dashes are drawn one by one, since plotters' backend has none.
 
 use crate::Error;

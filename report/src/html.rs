@@ -24,7 +24,7 @@ pub enum Block {
     Heading(String),
     /// A paragraph.
     Text(String),
-    /// A judgement in a box.
+    /// A result in a box.
     Note {
         /// Good, bad, or neither.
         tone: Tone,

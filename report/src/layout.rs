@@ -103,7 +103,7 @@ pub(crate) fn frames(figure: &Figure, width: u32, height: u32) -> Result<Vec<Fra
     Ok(out)
 }
 
-/// Cells row by row; a row is as high as its heaviest panel asks.
+/// Cells row by row; a row is as high as its heaviest panel requires.
 fn cells(panels: &[Panel], columns: usize, width: f64, height: f64) -> Vec<Area> {
     let weight = |row: &[Panel]| row.iter().fold(0.0, |m: f64, p| m.max(p.weight));
     let total: f64 = panels.chunks(columns).map(weight).sum();
@@ -136,7 +136,7 @@ fn x_axis(panels: &[Panel], panel: &Panel) -> Option<Axis> {
     let values = alike().flat_map(|p| {
         let marks = p.marks.iter().filter_map(|m| match m.place {
             Place::XLine(at) => Some(at),
-            // A band, such as the held-out part, never widens the range of the data.
+            // A band, such as the validation data, never widens the range of the data.
             _ => None,
         });
         points(p).map(|p| p.0).chain(marks)

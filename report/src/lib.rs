@@ -7,7 +7,7 @@
 //! - [`Table`]: aligned text for a terminal, HTML on the page.
 //!
 //! SI and radians everywhere but in what people see, where angles are in degrees. The same content
-//! gives the same bytes. This crate knows nothing of identification, design or FMUs: it takes the
+//! has the same bytes. This crate is independent of identification, design and FMUs: it takes the
 //! numbers as the files state them.
 
 mod axis;

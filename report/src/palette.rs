@@ -1,4 +1,4 @@
-//! Colours that people with the common colour blindnesses can tell apart (Okabe and Ito 2008), and
+//! Colours that people with the common colour blindnesses can distinguish (Okabe and Ito 2008), and
 //! the greys of the drawing itself.
 
 /// Red, green, blue, 0 to 255.
@@ -9,8 +9,8 @@ pub struct Color(pub u8, pub u8, pub u8);
 pub const BLACK: Color = Color(0, 0, 0);
 /// Blue.
 pub const BLUE: Color = Color(0, 114, 178);
-/// Vermillion.
-pub const VERMILLION: Color = Color(213, 94, 0);
+/// Vermilion.
+pub const VERMILION: Color = Color(213, 94, 0);
 /// Bluish green.
 pub const GREEN: Color = Color(0, 158, 115);
 /// Orange.
@@ -30,5 +30,5 @@ pub(crate) const FINE_GRID: Color = Color(241, 241, 241);
 /// The colour of the n-th of several things of equal rank.
 #[must_use]
 pub fn nth(n: usize) -> Color {
-    [BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY][n % 6]
+    [BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY][n % 6]
 }

@@ -13,8 +13,8 @@ pub struct Traces {
     pub yaw_rate_radps: Vec<f64>,
     /// Yaw rate simulated by the identified model, rad/s.
     pub simulated_yaw_rate_radps: Vec<f64>,
-    /// Whether the sample was held out of the estimation.
-    pub held_out: Vec<bool>,
+    /// Whether the sample is validation data.
+    pub is_validation: Vec<bool>,
     /// Integral of the measured yaw rate, rad.
     pub yaw_rad: Vec<f64>,
     /// Integral of the simulated yaw rate, rad.
@@ -79,19 +79,19 @@ impl Traces {
             steering_rad: column("steering_rad")?,
             yaw_rate_radps: column("yaw_rate_radps")?,
             simulated_yaw_rate_radps: column("simulated_yaw_rate_radps")?,
-            held_out: t.column("held_out")?.iter().map(|h| *h > 0.5).collect(),
+            is_validation: t.column("held_out")?.iter().map(|h| *h > 0.5).collect(),
             yaw_rad: column("yaw_rad")?,
             simulated_yaw_rad: column("simulated_yaw_rad")?,
             bicycle_yaw_rate_radps: t.get("bicycle_yaw_rate_radps").map(<[f64]>::to_vec),
         })
     }
 
-    /// The ranges of time that were held out.
+    /// The time ranges of the validation data.
     #[must_use]
-    pub fn held_out_ranges(&self) -> Vec<(f64, f64)> {
+    pub fn validation_ranges(&self) -> Vec<(f64, f64)> {
         let mut out: Vec<(f64, f64)> = Vec::new();
         let mut before = false;
-        for (t, held) in self.time_s.iter().zip(&self.held_out) {
+        for (t, held) in self.time_s.iter().zip(&self.is_validation) {
             match (held, before, out.last_mut()) {
                 (true, true, Some(range)) => range.1 = *t,
                 (true, ..) => out.push((*t, *t)),
@@ -204,12 +204,12 @@ mod tests {
     }
 
     #[test]
-    fn held_out_parts_are_ranges() {
+    fn validation_data_are_ranges() {
         let traces = Traces {
             time_s: vec![0.0, 1.0, 2.0, 3.0, 4.0, 5.0],
-            held_out: vec![true, false, false, true, true, true],
+            is_validation: vec![true, false, false, true, true, true],
             ..Traces::default()
         };
-        assert_eq!(traces.held_out_ranges(), [(0.0, 0.0), (3.0, 5.0)]);
+        assert_eq!(traces.validation_ranges(), [(0.0, 0.0), (3.0, 5.0)]);
     }
 }

@@ -9,7 +9,7 @@ use object::read::macho::{FatArch, MachOFatFile32};
 use object::{Architecture, BinaryFormat, Object, ObjectKind};
 use std::collections::BTreeSet;
 
-/// What a folder of `binaries/` says of the libraries in it.
+/// Requirements of a folder of `binaries/` on its libraries.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Platform {
     folder: &'static str,
@@ -48,7 +48,7 @@ const PLATFORMS: &[Platform] = &[
     of("aarch64-darwin", MachO, Aarch64, "dylib"),
 ];
 
-/// What model exchange asks for besides (section 3.2.3).
+/// Further requirements of model exchange (section 3.2.3).
 const MODEL_EXCHANGE: &[&str] = &[
     "fmi2EnterEventMode",
     "fmi2NewDiscreteStates",
@@ -146,7 +146,7 @@ pub(crate) fn check(
             .filter(|library| !is_at_hand(library, platform, contents))
             .collect();
         if !foreign.is_empty() && !documented {
-            let message = format!("needs {}, which is told nowhere", foreign.join(", "));
+            let message = format!("needs {}, which is documented nowhere", foreign.join(", "));
             findings.add("binary-dependencies", place(), message);
         }
         if !library.needs.is_empty() {
@@ -162,7 +162,7 @@ pub(crate) fn check(
     }
 }
 
-/// Whether a library is the system's or lies beside the binary.
+/// Whether a library is the system's or in the folder of the binary.
 fn is_at_hand(library: &str, platform: &Platform, contents: &Contents<'_>) -> bool {
     let lower = library.to_lowercase();
     let file = library.rsplit('/').next().unwrap_or(library);

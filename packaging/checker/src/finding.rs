@@ -1,4 +1,4 @@
-//! What a check says: findings, each with its rule, place and hint.
+//! The result of a check: findings, each with its rule, place and hint.
 
 use crate::rules::{Rule, rule};
 use serde::Serialize;
@@ -7,7 +7,7 @@ use serde::Serialize;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Severity {
-    /// Good to know; no breach.
+    /// Information; no breach.
     Note,
     /// Against a recommendation of the standard, or sure to trouble importers.
     Warning,
@@ -150,7 +150,7 @@ pub(crate) struct Findings {
     counts: std::collections::BTreeMap<&'static str, usize>,
 }
 
-/// Findings of one rule that are told one by one.
+/// Findings of one rule that are reported one by one.
 const OF_ONE_RULE: usize = 100;
 
 impl Findings {
@@ -177,12 +177,12 @@ impl Findings {
         }
     }
 
-    /// The number of errors told so far.
+    /// The number of errors reported so far.
     pub(crate) fn errors(&self) -> usize {
         self.list.iter().filter(|finding| finding.severity == Severity::Error).count()
     }
 
-    /// Whether a rule was told to be broken.
+    /// Whether a breach of a rule was reported.
     pub(crate) fn has(&self, rule: &str) -> bool {
         self.counts.contains_key(rule)
     }
@@ -190,7 +190,7 @@ impl Findings {
     pub(crate) fn into_vec(mut self) -> Vec<Finding> {
         for (rule, count) in self.counts {
             if let Some(more) = count.checked_sub(OF_ONE_RULE).filter(|more| *more > 0) {
-                let message = format!("{more} more findings of this rule are not told");
+                let message = format!("{more} more findings of this rule are not listed");
                 self.list.push(Finding::new(rule, Location::archive(), message));
             }
         }

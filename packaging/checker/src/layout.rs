@@ -112,7 +112,7 @@ fn binaries(
         }
     }
     for rest in below(contents, "binaries/").filter(|rest| !rest.contains('/')) {
-        let message = "it lies beside the platforms' folders";
+        let message = "it is next to the platforms' folders";
         findings.add("binary-name", Location::entry(format!("binaries/{rest}")), message);
     }
 }
@@ -138,7 +138,7 @@ fn sources(contents: &Contents<'_>, description: &ModelDescription, findings: &m
         && !contents.has("sources/buildDescription.xml")
         && let Some(name) = units.next()
     {
-        let message = "there are sources, and no SourceFiles to say which to compile";
+        let message = "there are sources, but no SourceFiles that lists which to compile";
         findings.add("sources-unlisted", Location::entry(format!("sources/{name}")), message);
     }
     for name in below(contents, "sources/") {

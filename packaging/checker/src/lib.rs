@@ -9,9 +9,9 @@
 //! that crashes or hangs is a finding.
 //!
 //! Every finding carries the name of its [`Rule`], the section, the place and a hint. Errors are
-//! breaches; warnings go against a recommendation; notes are good to know. Hostile archives end in
+//! breaches; warnings go against a recommendation; notes are information. Hostile archives end in
 //! findings: sizes are bounded before anything is unpacked, and no bytes make the checker panic.
-//! This crate knows no vehicle.
+//! This crate is independent of vehicles.
 
 mod archive;
 mod binary;

@@ -21,7 +21,7 @@ pub(crate) fn rule(name: &'static str) -> &'static Rule {
     RULES.iter().find(|rule| rule.name == name).unwrap_or(&UNKNOWN)
 }
 
-const UNKNOWN: Rule = error("unknown-rule", "2", "tell the checker's makers");
+const UNKNOWN: Rule = error("unknown-rule", "2", "report it to the authors of the checker");
 
 const fn error(name: &'static str, section: &'static str, hint: &'static str) -> Rule {
     Rule { name, severity: Severity::Error, section, hint }
@@ -35,11 +35,12 @@ const fn note(name: &'static str, section: &'static str, hint: &'static str) -> 
     Rule { name, severity: Severity::Note, section, hint }
 }
 
-const ZIP: &str = "write the archive anew with a plain zip writer: deflate or store, no extensions";
+const ZIP: &str =
+    "write the archive again with a plain zip writer: deflate or store, no extensions";
 const CUT: &str = "the file is damaged or was made to deceive: get or export it again";
 const XSD: &str = "hold modelDescription.xml against fmi2ModelDescription.xsd";
 const LIMIT: &str = "a limit of the checker, not of FMI: what is beyond it is neither good nor bad";
-const RUN: &str = "the binary's maker has to mend it: what it does is against the standard";
+const RUN: &str = "the author of the binary has to correct it: the behaviour violates the standard";
 
 /// Every rule, in the order in which archives are checked.
 pub static RULES: &[Rule] = &[
@@ -56,7 +57,7 @@ pub static RULES: &[Rule] = &[
     error("zip-link", "2.3", "put a copy of the file in the place of the link"),
     error("zip-backslash", "2.3", "separate folders with forward slashes"),
     error("zip-unsafe-name", "2.3", "give entries relative paths without . and .."),
-    error("zip-duplicate", "2.3", "give each entry a name of its own"),
+    error("zip-duplicate", "2.3", "give each entry a unique name"),
     error("zip-local-header", "2.3", CUT),
     error("zip-entry-damaged", "2.3", CUT),
     error("zip-overlap", "2.3", CUT),
@@ -111,7 +112,7 @@ pub static RULES: &[Rule] = &[
     error("experiment", "2.2.5", "give a positive number, or leave the attribute out"),
     error("annotation-twice", "2.2.6", "give each tool one annotation"),
     // Variables.
-    error("name-twice", "2.2.7", "give each variable a name of its own"),
+    error("name-twice", "2.2.7", "give each variable a unique name"),
     warning("name-time", "2.2.7", "declare it as independent, or name it otherwise"),
     error("illegal-combination", "2.2.7", "see the two tables of the section"),
     error("continuous-not-real", "2.2.7", "give another variability: the default is continuous"),
@@ -131,8 +132,8 @@ pub static RULES: &[Rule] = &[
     error("derivative-reference", "2.2.7", "cite the index, from 1, of a Real variable"),
     // Model structure.
     error("structure-index", "2.2.8", "indices count the ScalarVariables from 1"),
-    error("structure-missing", "2.2.8", "list every variable that the section asks for"),
-    error("structure-extra", "2.2.8", "list no variable but those the section asks for"),
+    error("structure-missing", "2.2.8", "list every variable that the section requires"),
+    error("structure-extra", "2.2.8", "list only the variables that the section requires"),
     error("structure-twice", "2.2.8", "list each variable once"),
     error("initial-unknowns-order", "2.2.8", "sort InitialUnknowns by index"),
     error("derivatives-attribute", "2.2.7", "give the variable the attribute derivative"),
@@ -152,7 +153,7 @@ pub static RULES: &[Rule] = &[
     // The folders.
     error("no-implementation", "2.3", "ship a binary or the sources"),
     error("binary-name", "2.3", "name it <modelIdentifier>.dll, .so or .dylib"),
-    note("platform-name", "2.3", "importers know win32, win64, linux32, linux64, darwin64 …"),
+    note("platform-name", "2.3", "importers recognise win32, win64, linux32, linux64, darwin64 …"),
     error("source-missing", "2.3", "ship every file that SourceFiles lists, in sources/"),
     error("source-name", "2.2.1", "write a relative path with forward slashes"),
     error("sources-unlisted", "2.3", "list the files to compile under SourceFiles"),
@@ -167,7 +168,11 @@ pub static RULES: &[Rule] = &[
     // The binaries.
     error("binary-format", "2.3", "build a shared library for the platform the folder names"),
     error("binary-functions", "2.3", "export all functions, even those of absent capabilities"),
-    warning("binary-dependencies", "2.3", "link statically, or tell in externalDependencies.txt"),
+    warning(
+        "binary-dependencies",
+        "2.3",
+        "link statically, or document it in externalDependencies.txt",
+    ),
     note("binary-glibc", "2.3", ""),
     note("binary-needs", "2.3", ""),
     note("binary-build-path", "2.3", ""),
@@ -189,7 +194,7 @@ pub static RULES: &[Rule] = &[
     warning(
         "run-nondeterministic",
         "2.1.6",
-        "seed random numbers by a parameter, and anew at reset",
+        "seed random numbers by a parameter, and again at reset",
     ),
     error("run-instances", "4.3.1", "keep no global data, or declare one instance a process"),
     error("run-step-size", "4.3.1", "do not claim canHandleVariableCommunicationStepSize"),
@@ -199,9 +204,9 @@ pub static RULES: &[Rule] = &[
     error(
         "run-reference",
         "4.2",
-        "build binary and reference from the same model, or record the reference anew",
+        "build binary and reference from the same model, or record the reference again",
     ),
-    error("run-reference-form", "2.3.1", "mend reference.json and its tables"),
+    error("run-reference-form", "2.3.1", "correct reference.json and its tables"),
     note("run-reference-difference", "4.2", ""),
 ];
 

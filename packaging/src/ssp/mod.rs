@@ -45,7 +45,7 @@ impl Component<'_> {
     }
 }
 
-/// What to run when nobody says otherwise, s.
+/// Default experiment, s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Experiment {
     /// Base step of the master.

@@ -1,7 +1,7 @@
 //! The yaw step that the controller was designed for.
 
 use super::{DEG, text};
-use crate::palette::{BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION};
+use crate::palette::{BLACK, BLUE, GREEN, GREY, ORANGE, VERMILION};
 use crate::{Figure, Mark, Panel, Place, Series, StepResponse, Style};
 use formats::{Specification, StepMetrics};
 
@@ -33,7 +33,7 @@ pub fn yaw_step(
         ));
     if let (Some(line), Some(share)) = (overshoot, specification.overshoot_percent) {
         let name = format!("overshoot allowed {} %", short(share));
-        yaw = yaw.mark(Mark::new(name, Place::YLine(line), VERMILLION));
+        yaw = yaw.mark(Mark::new(name, Place::YLine(line), VERMILION));
     }
     if let Some(time) = specification.settling_time_s {
         let name = format!("to settle by {} s", short(time));
@@ -46,7 +46,7 @@ pub fn yaw_step(
         yaw = yaw.with(Series::new(name, vec![(settled, at)], style));
     }
     yaw.weight = 1.3;
-    // The band is thin beside the step: the same, magnified.
+    // The band is thin compared with the step: the same, magnified.
     let mut near = Panel { y_label: "Yaw, magnified (deg)".into(), ..yaw.clone() };
     near.series.iter_mut().for_each(|s| s.name.clear());
     near.marks.iter_mut().for_each(|m| m.name.clear());
@@ -62,10 +62,10 @@ pub fn yaw_step(
         Style::line(BLUE).width(1.5),
     ));
     let name = format!("limits ±{} deg", short(largest));
-    steering = steering.mark(Mark::new(name, Place::YLine(largest), VERMILLION)).mark(Mark::new(
+    steering = steering.mark(Mark::new(name, Place::YLine(largest), VERMILION)).mark(Mark::new(
         "",
         Place::YLine(-largest),
-        VERMILLION,
+        VERMILION,
     ));
     Figure::new(title, vec![yaw, near, steering])
 }

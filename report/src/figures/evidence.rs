@@ -1,7 +1,7 @@
 //! How far a model can be trusted: prediction, residuals, frequency response, poles and zeros.
 
 use super::{DEG, text};
-use crate::palette::{BLACK, BLUE, Color, GREY, VERMILLION};
+use crate::palette::{BLACK, BLUE, Color, GREY, VERMILION};
 use crate::{Figure, Mark, Panel, Place, Series, Style};
 use formats::{
     FrequencyResponse, HeldOut, InputKind, Mode, PoleZeroMap, ResidualCorrelation, ResponsePoint,
@@ -20,21 +20,19 @@ fn dots(color: Color) -> Style {
 pub fn prediction(held_out: &HeldOut) -> Figure {
     let points: Vec<_> =
         held_out.predictions.iter().filter_map(|p| Some((p.ahead_s?, p.fit.max(-20.0)))).collect();
-    let mut panel = Panel::new("Looking ahead (s)", "Fit, held out (%)").with(Series::new(
-        "prediction from measured yaw rate up to then",
-        points,
-        Style::dots(BLUE),
-    ));
+    let mut panel = Panel::new("Looking ahead (s)", "Fit on validation data (%)").with(
+        Series::new("prediction from measured yaw rate up to then", points, Style::dots(BLUE)),
+    );
     if let Some(simulation) = held_out.predictions.iter().find(|p| p.steps.is_none()) {
         let fit = simulation.fit.max(-20.0);
         let name = format!("simulation: {} %", text(simulation.fit, 1));
-        panel = panel.mark(Mark::new(name, Place::YLine(fit), VERMILLION));
+        panel = panel.mark(Mark::new(name, Place::YLine(fit), VERMILION));
         if let Some(error) = held_out.fit_standard_error {
             let band = Place::YBand(fit - 2.0 * error, fit + 2.0 * error);
-            panel = panel.mark(Mark::new("± two standard errors", band, VERMILLION));
+            panel = panel.mark(Mark::new("± two standard errors", band, VERMILION));
         }
     }
-    Figure::new("Prediction of the held-out drive", vec![panel])
+    Figure::new("Prediction of the validation data", vec![panel])
 }
 
 /// Auto- and cross-correlation of the residuals, lag by lag, with the bands of 99 %.
@@ -104,7 +102,7 @@ pub fn frequency_response(response: &FrequencyResponse, input: InputKind) -> Fig
         let apart = (p.radius / p.gain).min(1.0).asin();
         (DEG * (p.phase_rad - apart), DEG * (p.phase_rad + apart))
     });
-    let model = Style::line(VERMILLION);
+    let model = Style::line(VERMILION);
     let measured = Style { dot: 2.5, ..dots(BLACK) };
     let mut gain = Panel::new("Frequency (Hz)", format!("Gain ({unit})"))
         .with(Series::new(
@@ -133,7 +131,7 @@ pub fn frequency_response(response: &FrequencyResponse, input: InputKind) -> Fig
         .mark(Mark::new(
             "1 % of unrelated signals are above",
             Place::YLine(response.significant_coherence),
-            VERMILLION,
+            VERMILION,
         ));
     coherence.y_limits = Some((0.0, 1.0));
     coherence.weight = 0.75;
@@ -181,7 +179,7 @@ pub fn poles_and_zeros(map: &PoleZeroMap) -> Figure {
         modes.iter().filter_map(ellipse).flatten().map(|p| near_point(p, 2.0)).collect()
     };
     let all: Vec<_> = map.poles.iter().collect();
-    z = with_ellipses(z, [(of(&all), VERMILLION), (of(&within), BLUE)], true);
+    z = with_ellipses(z, [(of(&all), VERMILION), (of(&within), BLUE)], true);
     let poles = plane(|m| m.continuous, &map.poles);
     let reach = poles.iter().map(|p| p.0.hypot(p.1)).fold(1e-3, f64::max);
     let shown = |z: &[f64; 2]| z[0].hypot(z[1]) <= 2.0 * reach;
@@ -203,7 +201,7 @@ pub fn poles_and_zeros(map: &PoleZeroMap) -> Figure {
         .collect();
     let clip =
         |points: Vec<(f64, f64)>| points.into_iter().map(|p| near_point(p, 1.5 * wide)).collect();
-    let s = with_ellipses(s, [(clip(of_poles), VERMILLION), (clip(of_zeros), BLUE)], false);
+    let s = with_ellipses(s, [(clip(of_poles), VERMILION), (clip(of_zeros), BLUE)], false);
     let panels = [z, s].map(|p| Panel { equal_aspect: true, ..p }).to_vec();
     Figure { columns: 2, ..Figure::new("Poles and zeros", panels) }
 }
@@ -276,7 +274,7 @@ fn crosses(name: &str, at: &[(f64, f64)], size: f64) -> Series {
             GAP,
         ]
     };
-    Series::new(name, at.iter().flat_map(cross).collect(), Style::line(VERMILLION).width(2.0))
+    Series::new(name, at.iter().flat_map(cross).collect(), Style::line(VERMILION).width(2.0))
 }
 
 fn rings(name: &str, at: &[(f64, f64)], size: f64) -> Series {

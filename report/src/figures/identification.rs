@@ -1,7 +1,7 @@
 //! How good the identified model is: against the measurement, by frequency, by order.
 
 use super::{DEG, text};
-use crate::palette::{BLACK, BLUE, GREEN, GREY, VERMILLION};
+use crate::palette::{BLACK, BLUE, GREEN, GREY, VERMILION};
 use crate::{Figure, Mark, Panel, Place, Series, Style, Traces};
 use formats::{Excitation, Fits, OrderRow};
 
@@ -9,7 +9,7 @@ use formats::{Excitation, Fits, OrderRow};
 const NEAR_S: f64 = 20.0;
 
 /// Measured and simulated yaw rate and yaw (the paper's Fig. 3), with the fits in the legend and
-/// the held-out part shaded.
+/// the validation data shaded.
 ///
 /// `bicycle_fit` is the fit of the bicycle model in percent, where known; its curve is in
 /// [`Traces::bicycle_yaw_rate_radps`].
@@ -17,7 +17,7 @@ const NEAR_S: f64 = 20.0;
 pub fn comparison(traces: &Traces, fit: &Fits, bicycle_fit: Option<f64>) -> Figure {
     let t = &traces.time_s;
     let identified = format!(
-        "identified (fit {} %, held out {} %)",
+        "identified (fit {} %, validation {} %)",
         text(fit.estimation, 1),
         text(fit.validation, 1)
     );
@@ -37,17 +37,17 @@ pub fn comparison(traces: &Traces, fit: &Fits, bicycle_fit: Option<f64>) -> Figu
         identified,
         t,
         (&traces.simulated_yaw_rate_radps, DEG),
-        Style::line(VERMILLION),
+        Style::line(VERMILION),
     ));
     rate.y_limits = rate.limits_of_the_first();
     let mut yaw = Panel::new("Time (s)", "Yaw (deg)")
         .with(Series::over("", t, (&traces.yaw_rad, DEG), measured))
-        .with(Series::over("", t, (&traces.simulated_yaw_rad, DEG), Style::line(VERMILLION)));
+        .with(Series::over("", t, (&traces.simulated_yaw_rad, DEG), Style::line(VERMILION)));
     yaw.y_limits = yaw.limits_of_the_first();
     yaw.weight = 0.8;
     let near = magnified(&rate, traces);
-    for (k, (from, to)) in traces.held_out_ranges().into_iter().enumerate() {
-        let name = if k == 0 { "held out" } else { "" };
+    for (k, (from, to)) in traces.validation_ranges().into_iter().enumerate() {
+        let name = if k == 0 { "validation data" } else { "" };
         rate = rate.mark(Mark::new(name, Place::XBand(from, to), GREY));
         yaw = yaw.mark(Mark::new("", Place::XBand(from, to), GREY));
     }
@@ -55,15 +55,15 @@ pub fn comparison(traces: &Traces, fit: &Fits, bicycle_fit: Option<f64>) -> Figu
     Figure::new("Measured and identified model", panels)
 }
 
-/// The beginning of the held-out part, where the whole drive is too long to see the curves apart.
+/// The beginning of the validation data, where the whole drive is too long to see the curves apart.
 fn magnified(rate: &Panel, traces: &Traces) -> Option<Panel> {
     let (first, last) = (*traces.time_s.first()?, *traces.time_s.last()?);
-    let (from, to) = traces.held_out_ranges().first().copied()?;
+    let (from, to) = traces.validation_ranges().first().copied()?;
     let to = to.min(from + NEAR_S);
     if last - first < 3.0 * NEAR_S || to - from < 0.2 * NEAR_S {
         return None;
     }
-    let label = format!("Time (s), the first {} s held out", text(to - from, 0));
+    let label = format!("Time (s), the first {} s of validation data", text(to - from, 0));
     let mut near = Panel { x_label: label, weight: 1.0, ..rate.clone() };
     for series in &mut near.series {
         series.name.clear();
@@ -84,18 +84,18 @@ pub fn coherence(excitation: &Excitation) -> Figure {
         .mark(Mark::new("coherence 0.5", Place::YLine(0.5), GREY));
     let beyond = |from| Place::XBand(from, f64::INFINITY);
     panel = if limit > 0.0 {
-        let name = format!("the log says little above {} Hz", significant(limit));
-        panel.mark(Mark::new("", Place::XLine(limit), VERMILLION)).mark(Mark::new(
+        let name = format!("little information above {} Hz", significant(limit));
+        panel.mark(Mark::new("", Place::XLine(limit), VERMILION)).mark(Mark::new(
             name,
             beyond(limit),
-            VERMILLION,
+            VERMILION,
         ))
     } else {
-        panel.mark(Mark::new("the log says little at any frequency", beyond(0.0), VERMILLION))
+        panel.mark(Mark::new("little information at any frequency", beyond(0.0), VERMILION))
     };
     panel.x_log = true;
     panel.y_limits = Some((0.0, 1.0));
-    Figure::new("What the log can say, by frequency", vec![panel])
+    Figure::new("Information in the log by frequency", vec![panel])
 }
 
 fn significant(value: f64) -> String {
@@ -114,7 +114,7 @@ pub fn order_table(rows: &[OrderRow], chosen: usize) -> Figure {
     let marked = || Place::XLine(chosen as f64);
     let mut singular = Panel::new("Order n", "Singular value")
         .with(Series::new("of the chosen method and horizon", values, Style::dots(BLUE)))
-        .mark(Mark::new(format!("chosen: {chosen}"), marked(), VERMILLION));
+        .mark(Mark::new(format!("chosen: {chosen}"), marked(), VERMILION));
     singular.y_log = true;
     let unstable: Vec<_> = rows
         .iter()
@@ -128,14 +128,14 @@ pub fn order_table(rows: &[OrderRow], chosen: usize) -> Figure {
             fit(|r| r.estimation_fit),
             Style { dashed: true, dot: 2.5, ..Style::dots(GREY) },
         ))
-        .with(Series::new("held out", fit(|r| r.validation_fit), Style::dots(GREEN)))
-        .mark(Mark::new("", marked(), VERMILLION));
+        .with(Series::new("validation", fit(|r| r.validation_fit), Style::dots(GREEN)))
+        .mark(Mark::new("", marked(), VERMILION));
     if !unstable.is_empty() {
-        let style = Style { width: 0.0, dot: 5.0, ..Style::dots(VERMILLION) };
+        let style = Style { width: 0.0, dot: 5.0, ..Style::dots(VERMILION) };
         fits.series.insert(1, Series::new("unstable as estimated", unstable, style));
     }
     if low && let Some(held_out) = fits.series.last_mut() {
-        held_out.name += " (−20 stands for less)";
+        held_out.name += " (−20 marks lower values)";
     }
     Figure { columns: 2, ..Figure::new("Choice of the order", vec![singular, fits]) }
 }

@@ -36,7 +36,7 @@ pub const OF_IDENTIFICATION: [&str; 8] = [
 ];
 
 /// Every figure of an identified plant and its drive: a name for a file, a height in pixels that suits
-/// a width of 900, and the figure. What the file does not tell is left out.
+/// a width of 900, and the figure. What the file does not contain is left out.
 #[must_use]
 pub fn of_identification(
     plant: &Plant,

@@ -1,7 +1,7 @@
 //! The open loop of a design: Bode and Nyquist plots with its margins.
 
 use super::{DEG, text};
-use crate::palette::{BLACK, BLUE, GREEN, GREY, VERMILLION};
+use crate::palette::{BLACK, BLUE, GREEN, GREY, VERMILION};
 use crate::{Figure, Mark, Panel, Place, Series, Style};
 use formats::Margins;
 use std::f64::consts::TAU;
@@ -17,8 +17,8 @@ pub struct OpenLoop {
     pub imaginary: Vec<f64>,
     /// What the margins are.
     pub margins: Margins,
-    /// The modulus margin asked for.
-    pub asked_modulus_margin: Option<f64>,
+    /// The required modulus margin.
+    pub required_modulus_margin: Option<f64>,
 }
 
 /// Gain and phase over frequency, with crossover, gain and phase margin.
@@ -59,7 +59,7 @@ pub fn bode(open: &OpenLoop) -> Figure {
         .mark(Mark::new("", Place::YLine(0.0), GREY));
     let mut angle = Panel::new("Frequency (Hz)", "Phase (deg)")
         .with(Series::over(phase_name, f, (&phase, 1.0), line))
-        .mark(Mark::new("−180 deg", Place::YLine(-180.0), VERMILLION));
+        .mark(Mark::new("−180 deg", Place::YLine(-180.0), VERMILION));
     if let Some(crossover) = m.crossover_radps {
         let at = crossover / TAU;
         let name = format!("crossover at {} Hz", text(at, 2));
@@ -104,11 +104,12 @@ pub fn nyquist(open: &OpenLoop) -> Figure {
         .with(Series::new(
             "−1",
             vec![(-1.0, 0.0)],
-            Style { width: 0.0, dot: 4.0, ..Style::dots(VERMILLION) },
+            Style { width: 0.0, dot: 4.0, ..Style::dots(VERMILION) },
         ));
-    if let Some(asked) = open.asked_modulus_margin.filter(|asked| *asked > 0.0) {
-        let style = Style::dashed(VERMILLION).width(1.0);
-        panel = panel.with(Series::new(format!("asked: {asked}"), circle(-1.0, asked), style));
+    if let Some(required) = open.required_modulus_margin.filter(|margin| *margin > 0.0) {
+        let style = Style::dashed(VERMILION).width(1.0);
+        panel =
+            panel.with(Series::new(format!("required: {required}"), circle(-1.0, required), style));
     }
     panel.equal_aspect = true;
     Figure::new("Open loop in the complex plane", vec![panel])

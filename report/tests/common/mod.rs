@@ -31,7 +31,7 @@ pub fn traces(samples: usize) -> Traces {
         t.steering_rad.push(steering);
         t.yaw_rate_radps.push(measured);
         t.simulated_yaw_rate_radps.push(r);
-        t.held_out.push(k >= samples / 2);
+        t.is_validation.push(k >= samples / 2);
         t.yaw_rad.push(yaw);
         t.simulated_yaw_rad.push(simulated_yaw);
     }

@@ -32,7 +32,7 @@ pub(super) struct Record {
     pub(super) size: u32,
     /// Where the compressed bytes are.
     pub(super) data: Range<usize>,
-    /// Whether its bytes are where the directory says, in a form that FMI allows.
+    /// Whether its bytes are at the offset in the directory, in a form that FMI allows.
     pub(super) is_readable: bool,
 }
 
@@ -221,7 +221,7 @@ fn local_header(
         return Err("its own header is not there");
     };
     if signature != LOCAL {
-        return Err("its own header is not where the directory says");
+        return Err("its local header is not at the offset in the directory");
     }
     if local_name != name {
         return Err("its own header has another name than the directory");

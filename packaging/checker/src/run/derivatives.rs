@@ -1,4 +1,4 @@
-//! The three kinds of derivatives, where an FMU says that it has them: the calls are accepted and the
+//! The three kinds of derivatives, where an FMU declares them: the calls are accepted and the
 //! answers finite.
 
 use super::exercise::{Run, Stop};
@@ -37,7 +37,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Each unknown with each of the knowns it says it depends on.
+    /// Each unknown with each of the knowns it is declared to depend on.
     pub(super) fn directional_derivatives(&mut self, instance: &mut Instance) -> Result<(), Stop> {
         self.journal.start("fmi2GetDirectionalDerivative");
         let description = self.description();

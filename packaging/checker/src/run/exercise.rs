@@ -48,7 +48,7 @@ pub(super) fn all(fmu: &Path, journal: &mut Journal) {
         run.journal.found("run-null", error.to_string());
     }
     run.wrong_guid();
-    // What refuses to be instantiated was told.
+    // A failed instantiation was reported.
     if is_alive {
         reference::replay(&archive, run.journal);
     }
@@ -65,7 +65,7 @@ fn binary(archive: &Archive) -> Option<String> {
         .find(|entry| archive.folder().join(entry).is_file())
 }
 
-/// Tells an error, unless the FMU needs a tool that may well not be here.
+/// Reports an error, unless the FMU needs a tool that may not be installed.
 fn refused(archive: &Archive, journal: &mut Journal, rule: &'static str, error: &Error) {
     let message = error.to_string();
     if archive.model().co_simulation().needs_execution_tool {
@@ -80,9 +80,9 @@ pub(super) struct Run<'a> {
     pub(super) archive: &'a Archive,
     pub(super) plan: Plan,
     pub(super) journal: &'a mut Journal,
-    /// Variables whose start values were told to be wrong.
+    /// Variables whose start values were reported as wrong.
     mismatched: BTreeSet<String>,
-    /// Rules and messages of runs that should have been the same, told once it is known whether any
+    /// Rules and messages of runs that should have been the same, reported once it is clear whether any
     /// two runs are.
     pub(super) differences: Vec<(&'static str, String)>,
 }
@@ -108,7 +108,7 @@ impl Run<'_> {
                 | Error::NullResult { .. } => {
                     self.journal.found("run-call", format!("a legal call fails: {error}"));
                 }
-                // Our own host made no call: that says nothing about the FMU.
+                // Our own host made no call: that is no finding about the FMU.
                 error => {
                     self.journal.found("not-examined", format!("the rest of the run: {error}"))
                 }
@@ -133,7 +133,7 @@ impl Run<'_> {
         self.journal.start("fmi2FreeInstance after a wrong GUID");
     }
 
-    /// Simulations with everything in them; findings tell where they stop. Tells whether there was
+    /// Simulations with everything in them; findings state where they stop. Returns whether there was
     /// an instance at all.
     fn life(&mut self) -> bool {
         if self.fresh_starts().is_err() {
@@ -250,7 +250,7 @@ impl Run<'_> {
         self.legal(ready)
     }
 
-    /// Start values against those of an instance of its own, in which nothing was set.
+    /// Start values against those of a separate instance in which nothing was set.
     fn fresh_starts(&mut self) -> Result<(), Stop> {
         let mut fresh = self.instance("fresh")?;
         self.untouched(&mut fresh)?;

@@ -25,7 +25,7 @@ enum Line {
 /// A journal being written.
 pub(super) struct Journal {
     file: File,
-    /// What was told; the same in a second run is not told again.
+    /// What was reported; the same in a second run is not reported again.
     found: BTreeSet<(&'static str, String)>,
     /// Where temporary folders are; their names differ from run to run.
     temporary: Vec<String>,
@@ -49,7 +49,7 @@ impl Journal {
     }
 
     fn write(&mut self, line: &Line) {
-        // Without a journal there is nobody to tell; the supervisor sees that the end is missing.
+        // Without a journal there is no receiver; the supervisor detects that the end is missing.
         if let Ok(text) = serde_json::to_string(line) {
             let _ = writeln!(self.file, "{text}");
             let _ = self.file.flush();

@@ -1,4 +1,4 @@
-//! Running an FMU in a process of its own, so that one that crashes or hangs is a finding.
+//! Running an FMU in a separate process, so that one that crashes or hangs is a finding.
 //!
 //! [`supervise`] starts the caller's own program again with a hidden option; there, [`child`] loads
 //! the binary and exercises it with a host that is strict about the table of section 4.2.4. What it
@@ -53,7 +53,7 @@ impl Default for Bounds {
 const MEMORY: u64 = 16 << 30;
 
 /// Exercises an FMU in another process. `report` is what was found without running it: where that
-/// leaves nothing to run, a note says so.
+/// leaves nothing to run, a note reports it.
 ///
 /// # Errors
 /// Where the process cannot be started or its journal not read.

@@ -6,8 +6,8 @@ use std::process::Child;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 
-/// Bytes of the output that are told.
-const TOLD: usize = 80;
+/// Bytes of the output that are shown.
+const SHOWN: usize = 80;
 /// How long a reader may take once the process has ended; one that the FMU started and that got away
 /// may hold the output open for ever.
 const PATIENCE: Duration = Duration::from_millis(200);
@@ -23,7 +23,7 @@ impl Output {
                 let mut buffer = [0; 4096];
                 let mut kept = 0;
                 while let Ok(n @ 1..) = stdout.read(&mut buffer) {
-                    let more = n.min(TOLD - kept);
+                    let more = n.min(SHOWN - kept);
                     kept += more;
                     if more > 0 && sender.send(buffer[..more].to_vec()).is_err() {
                         break;

@@ -1,4 +1,4 @@
-//! Runs beside the first one, each about one promise of the XML or of the standard: instances keep to
+//! Further runs, each about one promise of the XML or of the standard: instances keep to
 //! themselves, steps may vary, outputs follow the inputs they list and no others.
 
 use super::exercise::{Run, Stop};
@@ -43,7 +43,7 @@ impl Run<'_> {
             self.settings(&mut other, |variable| variable.causality == Causality::Input)?;
         }
         if let Some(difference) = difference(first, &by_turns, &outputs(&one)) {
-            let message = format!("beside another instance with other inputs {difference}");
+            let message = format!("next to another instance with other inputs {difference}");
             self.differences.push(("run-instances", message));
         }
         Ok(())
@@ -96,7 +96,7 @@ impl Run<'_> {
             })
             .collect();
         let inputs = self.continuous(Causality::Input);
-        let mut told = BTreeSet::new();
+        let mut reported = BTreeSet::new();
         for (input, reference) in inputs.into_iter().take(MOST_INPUTS) {
             let before = self.values(&mut instance, &listed)?;
             // What moves by itself is no sign of the input.
@@ -114,7 +114,7 @@ impl Run<'_> {
                 if same(before, still)
                     && !knowns.contains(&reference)
                     && !same(before, after)
-                    && told.insert(output.clone())
+                    && reported.insert(output.clone())
                 {
                     let message =
                         format!("`{output}` moves at once with `{input}`, which it does not list");

@@ -128,7 +128,7 @@ fn read(file: &Path, folder: &Path) -> Result<Tables, String> {
     let table = |name: &str| {
         let is_plain = !name.contains(['/', '\\', ':']) && !matches!(name, "" | "." | "..");
         if !is_plain {
-            return Err(format!("reference.json: \"{name}\" is no file beside it"));
+            return Err(format!("reference.json: \"{name}\" is no file next to it"));
         }
         Table::read(&folder.join(name))
     };
@@ -152,14 +152,14 @@ impl std::fmt::Display for Largest {
 
 fn compare(archive: &Archive, tables: &Tables) -> Result<Largest, String> {
     let Tables { reference, input, result } = tables;
-    let said = |error: fmi2_host::Error| error.to_string();
+    let text = |error: fmi2_host::Error| error.to_string();
     let steps = ((reference.stop_time - reference.start_time) / reference.step_size).round();
     // At most 10⁶, as read.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     let count = steps as u32;
     let plan = Plan { start: reference.start_time, step: reference.step_size, count };
     let slack = reference.step_size * 1e-6;
-    let mut instance = Instance::new(archive, "reference").map_err(said)?;
+    let mut instance = Instance::new(archive, "reference").map_err(text)?;
     let mut largest = Largest { value: 0.0, variable: String::new(), time: plan.start };
     let mut met = 0;
 
@@ -170,10 +170,10 @@ fn compare(archive: &Archive, tables: &Tables) -> Result<Largest, String> {
             return Ok(());
         };
         for (name, value) in table.names.iter().zip(row) {
-            let variable = instance.variable(name).map_err(said)?;
+            let variable = instance.variable(name).map_err(text)?;
             if (variable.causality == Causality::Parameter) == parameters {
                 let value = typed(variable.kind, *value);
-                instance.set(name, value).map_err(said)?;
+                instance.set(name, value).map_err(text)?;
             }
         }
         Ok::<(), String>(())
@@ -182,15 +182,15 @@ fn compare(archive: &Archive, tables: &Tables) -> Result<Largest, String> {
     instance
         .setup_experiment(plan.start, Some(reference.stop_time), None)
         .and_then(|()| instance.enter_initialization_mode())
-        .map_err(said)?;
+        .map_err(text)?;
     apply(&mut instance, plan.start, false)?;
-    instance.exit_initialization_mode().map_err(said)?;
+    instance.exit_initialization_mode().map_err(text)?;
     for point in 0..=count {
         let time = plan.time(point);
         if let Some(row) = result.exactly(time, slack) {
             met += 1;
             for (name, expected) in result.names.iter().zip(row) {
-                let value = instance.value(name).map_err(said)?;
+                let value = instance.value(name).map_err(text)?;
                 let value = match value {
                     Value::Boolean(value) => f64::from(u8::from(value)),
                     value => value.as_number().unwrap_or(f64::NAN),
@@ -204,7 +204,7 @@ fn compare(archive: &Archive, tables: &Tables) -> Result<Largest, String> {
         }
         if point < count {
             apply(&mut instance, time, false)?;
-            instance.do_step(time, plan.step).map_err(said)?;
+            instance.do_step(time, plan.step).map_err(text)?;
         }
     }
     if met < result.rows.len() {

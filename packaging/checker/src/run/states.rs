@@ -1,4 +1,4 @@
-//! FMU states, where an FMU says that it has them: what is restored goes on as it did the first time
+//! FMU states, where an FMU declares them: what is restored goes on as it did the first time
 //! (section 2.1.8).
 
 use super::exercise::{Run, Stop};

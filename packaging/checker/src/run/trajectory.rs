@@ -53,7 +53,7 @@ pub(super) fn drive(
     let mut trajectory = Trajectory::new();
     for point in from..from + count {
         match instance.do_step(plan.time(point), plan.step) {
-            // The standard lets an FMU say that it cannot do this step.
+            // The standard lets an FMU refuse this step.
             Err(Error::Step { status: Status::Discard, .. }) => break,
             other => other?,
         }
@@ -69,7 +69,7 @@ pub(super) fn outputs(instance: &Instance) -> Vec<String> {
     variables.filter(|v| v.causality == Causality::Output).map(|v| v.name.clone()).collect()
 }
 
-/// Where two trajectories differ, told with the outputs' names.
+/// Where two trajectories differ, with the outputs' names.
 pub(super) fn difference(one: &Trajectory, other: &Trajectory, names: &[String]) -> Option<String> {
     if one.len() != other.len() {
         return Some(format!("{} steps succeed, then {}", one.len(), other.len()));

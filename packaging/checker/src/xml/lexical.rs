@@ -25,7 +25,7 @@ impl Kind {
         }
     }
 
-    /// What the type asks for, in a message.
+    /// What the type requires, in a message.
     pub(super) fn expected(self) -> String {
         match self {
             Self::Text => "a text".into(),
@@ -137,7 +137,7 @@ fn two_digits(text: &str) -> Option<u32> {
 mod tests {
     use super::*;
 
-    /// What libxml2 says of the same texts through fmpy's copy of the schema.
+    /// Result of libxml2 for the same texts through fmpy's copy of the schema.
     #[test]
     fn values_are_those_of_xml_schema() {
         let good: &[(Kind, &[&str])] = &[

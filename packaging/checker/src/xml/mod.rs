@@ -71,7 +71,7 @@ pub(crate) fn check(contents: &Contents<'_>, findings: &mut Findings) -> Option<
     };
     let document = Document { tree: &tree };
     if let Some(version) = other_version(tree.root_element()) {
-        let message = format!("this is FMI {version}, the checker knows 2.0");
+        let message = format!("this is FMI {version}, the checker supports 2.0");
         findings.add("fmi-version", document.place(tree.root_element()), message);
         return None;
     }
@@ -85,7 +85,7 @@ pub(crate) fn check(contents: &Contents<'_>, findings: &mut Findings) -> Option<
             Some(description)
         }
         Err(error) => {
-            // The schema's findings say the same with better places.
+            // The schema's findings report the same with better places.
             if valid {
                 let place = Location::entry(DESCRIPTION);
                 findings.add("xml-unreadable", place, error.to_string());
@@ -95,7 +95,7 @@ pub(crate) fn check(contents: &Contents<'_>, findings: &mut Findings) -> Option<
     }
 }
 
-/// The version, where the description is of FMI 1.0 or 3.0 and our schema says nothing about it.
+/// The version, where the description is of FMI 1.0 or 3.0 which our schema does not cover.
 fn other_version<'d>(root: Node<'d, '_>) -> Option<&'d str> {
     let version = root.attribute("fmiVersion")?;
     let is_other = ["1.", "3."].iter().any(|head| version.trim().starts_with(head));

@@ -1,6 +1,6 @@
 //! The XML schema of FMI 2.0 as data: elements, their attributes and their children in order.
 //!
-//! It says what fmi2ModelDescription.xsd and the six files it includes say, and no more: `min`
+//! It contains what fmi2ModelDescription.xsd and the six files it includes state, and no more: `min`
 //! against `max`, unique names and the like are rules of the text.
 
 /// An element.

@@ -1,4 +1,4 @@
-//! The rules of the text that `model-description` knows, with the places of its findings.
+//! The rules of the text of `model-description`, with the places of its findings.
 
 use super::Document;
 use crate::finding::{Findings, Location};
@@ -35,7 +35,7 @@ impl<'a, 'd> Places<'a, 'd> {
         Self { document, root, variables }
     }
 
-    /// The root stands for what cannot be found.
+    /// The root represents what cannot be found.
     fn location(&self, place: Place) -> Location {
         let node = match place {
             Place::Root => None,

@@ -71,7 +71,7 @@ fn declaration(text: &str, report: &mut impl FnMut(&'static str, String)) {
     match encoding {
         None => report("xml-encoding", "its first line names no encoding".into()),
         Some(name) if name.eq_ignore_ascii_case("UTF-8") => {}
-        Some(name) => report("xml-encoding", format!("its encoding is said to be {name:?}")),
+        Some(name) => report("xml-encoding", format!("its declared encoding is {name:?}")),
     }
 }
 
