@@ -1,46 +1,15 @@
 //! An integrator, der(y) = gain u, as an FMU. It panics where u is above 1e6.
 #![deny(unsafe_code)] // the macro allows it for itself
 
-use fmi2_export::model_description::{
-    Causality, DependsOn, Table, Value, Variability, VariableSpec,
-};
-use fmi2_export::{Log, Resources, Slave, VariableId};
+use fmi2_export::model_description::{DependsOn::Nothing, Table, Value};
+use fmi2_export::{Log, Resources, Slave};
 
-const VARIABLES: &[VariableSpec] = &[
-    VariableSpec::real("u", 0, Causality::Input, Variability::Continuous).unit("m/s"),
-    VariableSpec::real("gain", 1, Causality::Parameter, Variability::Tunable).min(0.0).max(1e3),
-    VariableSpec::real("y", 2, Causality::Output, Variability::Continuous)
-        .unit("m")
-        .depends_on(DependsOn::Nothing)
-        .initial_depends_on(DependsOn::Nothing),
-];
-const TABLE: Table = Table::new("Integrator", "1.0.0", "An integrator", VARIABLES);
-
-/// The variables, in the order of their value references.
-#[derive(Clone, Copy)]
-#[repr(u32)]
-pub(crate) enum Variable {
-    /// Input, m/s.
-    U,
-    /// Factor.
-    Gain,
-    /// Output, m.
-    Y,
-}
-
-impl VariableId for Variable {
-    fn from_reference(reference: u32) -> Option<Self> {
-        match reference {
-            0 => Some(Self::U),
-            1 => Some(Self::Gain),
-            2 => Some(Self::Y),
-            _ => None,
-        }
-    }
-
-    fn spec(self) -> &'static VariableSpec {
-        &VARIABLES[self as usize]
-    }
+fmi2_export::variables! {
+    /// Variables of the integrator.
+    Variable, "Integrator", "An integrator";
+    U = 0, real "u", Input, Continuous, .unit("m/s");
+    Gain = 1, real "gain", Parameter, Tunable, .min(0.0).max(1e3);
+    Y = 2, real "y", Output, Continuous, .unit("m").depends_on(Nothing).initial_depends_on(Nothing);
 }
 
 /// The slave: what it was given, and its state.
@@ -53,7 +22,7 @@ pub(crate) struct Integrator {
 
 impl Slave for Integrator {
     type Variable = Variable;
-    const TABLE: &'static Table = &TABLE;
+    const TABLE: &'static Table = Variable::TABLE;
 
     fn open(_: &Resources) -> Result<Self, String> {
         Ok(Self { u: 0.0, gain: 1.0, y: 0.0 })

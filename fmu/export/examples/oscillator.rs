@@ -5,48 +5,17 @@
 //! `F/k + Ḟ/k t`, and `x` and `v` turn about it.
 #![deny(unsafe_code)] // the macro allows it for itself
 
-use fmi2_export::model_description::{
-    Causality, DependencyKind, DependsOn, Initial, Table, Value, Variability, VariableSpec,
-};
-use fmi2_export::{
-    Capabilities, Known, Log, Resources, Slave, StateSpec, Unknown, VariableId, export,
-};
+use fmi2_export::model_description::{DependencyKind, DependsOn::Nothing, Initial, Table, Value};
+use fmi2_export::{Capabilities, Known, Log, Resources, Slave, StateSpec, Unknown, export};
 
-const VARIABLES: &[VariableSpec] = &[
-    VariableSpec::real("F", 0, Causality::Input, Variability::Continuous).unit("N").nominal(100.0),
-    VariableSpec::real("m", 1, Causality::Parameter, Variability::Fixed).unit("kg").min(1e-3),
-    VariableSpec::real("k", 2, Causality::Parameter, Variability::Fixed).unit("N/m").min(1e-3),
-    VariableSpec::real("x", 3, Causality::Output, Variability::Continuous)
-        .unit("m")
-        .initial(Initial::Calculated)
-        .depends_on(DependsOn::Nothing) // of the variables; it is the first state
-        .initial_depends_on(DependsOn::Nothing),
-];
-const TABLE: Table = Table::new("Oscillator", "1.0.0", "A mass on a spring", VARIABLES);
-
-/// The variables, in the order of their value references.
-#[derive(Clone, Copy)]
-#[repr(u32)]
-pub(crate) enum Variable {
-    /// Input, N.
-    Force,
-    /// Parameter, kg.
-    Mass,
-    /// Parameter, N/m.
-    Stiffness,
-    /// Output, m.
-    Position,
-}
-
-impl VariableId for Variable {
-    fn from_reference(reference: u32) -> Option<Self> {
-        let all = [Self::Force, Self::Mass, Self::Stiffness, Self::Position];
-        all.get(reference as usize).copied()
-    }
-
-    fn spec(self) -> &'static VariableSpec {
-        &VARIABLES[self as usize]
-    }
+fmi2_export::variables! {
+    /// Variables of the oscillator. The position depends on no variable: it is the first state.
+    Variable, "Oscillator", "A mass on a spring";
+    Force = 0, real "F", Input, Continuous, .unit("N").nominal(100.0);
+    Mass = 1, real "m", Parameter, Fixed, .unit("kg").min(1e-3);
+    Stiffness = 2, real "k", Parameter, Fixed, .unit("N/m").min(1e-3);
+    Position = 3, real "x", Output, Continuous, .unit("m").initial(Initial::Calculated)
+        .depends_on(Nothing).initial_depends_on(Nothing);
 }
 
 /// The slave: what it was given, and its states.
@@ -70,7 +39,7 @@ impl Oscillator {
 
 impl Slave for Oscillator {
     type Variable = Variable;
-    const TABLE: &'static Table = &TABLE;
+    const TABLE: &'static Table = Variable::TABLE;
     const CAPABILITIES: Capabilities = Capabilities {
         interpolates_inputs: true,
         output_derivatives: true,

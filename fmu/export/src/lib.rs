@@ -27,6 +27,7 @@ mod slave;
 mod structure;
 mod told;
 pub mod uri;
+mod variables;
 
 #[cfg(test)]
 #[allow(unsafe_code)]

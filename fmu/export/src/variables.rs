@@ -1,0 +1,85 @@
+//! The macro that a variable table is written in.
+
+/// Makes an enum of variables and the [`Table`](crate::model_description::Table) behind it, `Enum::TABLE`,
+/// from one list.
+///
+/// A row is `Variant = reference, type "name", causality, variability, .setter(…)…;`. The types are `real`,
+/// `integer`, `boolean` and `string`, the setters those of
+/// [`VariableSpec`](crate::model_description::VariableSpec). Rows that FMI 2.0 forbids, and value references
+/// or names used twice, do not compile. The version of the FMU is that of the calling package.
+///
+/// ```
+/// use fmi2_export::model_description::DependsOn::Nothing;
+///
+/// fmi2_export::variables! {
+///     /// Variables of a low-pass filter.
+///     Variable, "LowPass", "A first-order low-pass filter";
+///     Input = 0, real "u", Input, Continuous;
+///     TimeConstant = 1, real "tau", Parameter, Tunable, .unit("s").min(1e-6);
+///     Output = 2, real "y", Output, Continuous, .depends_on(Nothing).initial_depends_on(Nothing);
+/// }
+/// assert_eq!(Variable::TABLE.variables.len(), 3);
+/// ```
+///
+/// ```compile_fail
+/// fmi2_export::variables! {
+///     /// An output that is declared tunable: FMI 2.0 forbids it.
+///     Variable, "Bad", "";
+///     Output = 0, real "y", Output, Tunable;
+/// }
+/// ```
+#[macro_export]
+macro_rules! variables {
+    (
+        $(#[$documentation:meta])*
+        $name:ident, $model:literal, $description:literal;
+        $($variant:ident = $reference:literal, $kind:ident $variable:literal, $causality:ident,
+            $variability:ident $(, $(.$setter:ident($($argument:expr),*))+)?;)*
+    ) => {
+        $(#[$documentation])*
+        #[allow(missing_docs, unreachable_pub)]
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        #[repr(u32)]
+        pub enum $name { $($variant = $reference),* }
+
+        impl $name {
+            /// The table of the FMU.
+            #[allow(unreachable_pub)]
+            pub const TABLE: &'static $crate::model_description::Table =
+                &$crate::model_description::Table::new(
+                    $model,
+                    env!("CARGO_PKG_VERSION"),
+                    $description,
+                    &[$(
+                        $crate::model_description::VariableSpec::$kind(
+                            $variable,
+                            $reference,
+                            $crate::model_description::Causality::$causality,
+                            $crate::model_description::Variability::$variability,
+                        )$($(.$setter($($argument),*))+)?
+                    ),*],
+                );
+        }
+
+        impl $crate::VariableId for $name {
+            #[inline]
+            fn from_reference(reference: u32) -> Option<Self> {
+                match reference {
+                    $($reference => Some(Self::$variant),)*
+                    _ => None,
+                }
+            }
+
+            #[inline]
+            fn spec(self) -> &'static $crate::model_description::VariableSpec {
+                // Every variant has its row, in the order of the list.
+                const INDEX: &[u32] = &[$($reference),*];
+                let mut row = 0;
+                while INDEX[row] != self as u32 {
+                    row += 1;
+                }
+                &Self::TABLE.variables[row]
+            }
+        }
+    };
+}
