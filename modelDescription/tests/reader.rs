@@ -1,6 +1,6 @@
 //! Descriptions of other tools, broken ones, and anything at all.
 
-mod common;
+use crate::common;
 
 use common::description;
 use model_description::{Causality, Error, Kind, ModelDescription, Value, Variability};

@@ -1,6 +1,6 @@
 //! A description written and read again is the same, and as the standard wants it.
 
-mod common;
+use crate::common;
 
 use common::{TABLE, description, starts};
 use model_description::{Error, ModelDescription, Value, guid};

@@ -1,7 +1,7 @@
 //! What FMI 2.0.5, section 2.3, asks of an archive, and what it carries besides the model.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-mod support;
+use crate::support;
 
 use model_description::{Causality, ModelDescription};
 use packaging::{Binary, Error, Fmu};

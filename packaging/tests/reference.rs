@@ -1,7 +1,7 @@
 //! The reference run in an archive: its form, and that it says something about the model.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-mod support;
+use crate::support;
 
 use model_description::Causality;
 use packaging::Fmu;

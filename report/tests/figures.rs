@@ -1,7 +1,7 @@
 //! What every figure must hold to: valid, labelled, bounded, deterministic, and calm about bad data.
 #![allow(clippy::unwrap_used)]
 
-mod common;
+use crate::common;
 
 use common::*;
 use proptest::prelude::*;

@@ -1,7 +1,7 @@
 //! The report page: self-contained, escaped, and true to the files.
 #![allow(clippy::unwrap_used)]
 
-mod common;
+use crate::common;
 
 use common::*;
 use report::{Controller, LoopStep, Report};

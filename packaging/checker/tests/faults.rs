@@ -1,7 +1,7 @@
 //! Every seeded fault is found under its own rule, and nothing else is said of it.
 #![allow(clippy::unwrap_used)]
 
-mod corpus;
+use crate::corpus;
 
 use corpus::{base, faults};
 use fmu_checker::{Report, Severity};

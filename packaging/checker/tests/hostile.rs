@@ -1,7 +1,7 @@
 //! Archives that nobody vouches for: whatever the bytes, the checker ends, with findings.
 #![allow(clippy::unwrap_used)]
 
-mod corpus;
+use crate::corpus;
 
 use corpus::base;
 use fmu_checker::{Report, check};

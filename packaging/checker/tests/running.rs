@@ -1,7 +1,7 @@
 //! Binaries that misbehave are found out, each under its own rule, and none takes the checker down.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-mod corpus;
+use crate::corpus;
 
 use corpus::{Files, base};
 use fmu_checker::run::{Bounds, Command, supervise};
