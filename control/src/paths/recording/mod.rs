@@ -1,23 +1,13 @@
 //! Recorded points from comma-separated tables, GPX and NMEA.
 
-use super::fixes::{self, FixOptions};
-use super::geodesy::wgs84_to_local;
-use super::points::{PointOptions, RecordedPath, from_points};
-use super::{gpx, nmea};
-use crate::Error;
+pub(crate) mod fixes;
+mod geodesy;
+mod gpx;
+mod nmea;
 
-/// Positions in a local plane, in the order of the file.
-#[derive(Debug, Clone, PartialEq)]
-pub struct RecordedPoints {
-    /// x, or east of the first point, m.
-    pub x_m: Vec<f64>,
-    /// y, or north of the first point, m.
-    pub y_m: Vec<f64>,
-    /// Whether they came from latitude and longitude.
-    pub geodetic: bool,
-    /// What was left out or is doubtful, in words.
-    pub warnings: Vec<String>,
-}
+use crate::Error;
+use fixes::{FixOptions, RecordedPoints};
+use geodesy::wgs84_to_local;
 
 /// Reads recorded points: GPX where the text begins with `<`, NMEA where it begins with `$`, a table
 /// otherwise. `file` is named in errors.
@@ -129,23 +119,6 @@ fn line_of_record(text: &str, position: &csv::Position) -> u64 {
     let skipped =
         rest.lines().take_while(|l| l.trim().is_empty() || l.trim_start().starts_with('#')).count();
     position.line() + skipped as u64
-}
-
-/// Reads recorded points and makes a path of them.
-///
-/// # Errors
-/// As [`read_points`] and [`from_points`].
-pub fn path_from_recording(
-    text: &str,
-    file: &str,
-    options: &PointOptions,
-) -> Result<RecordedPath, Error> {
-    let points = read_points(text, file, &options.fixes)?;
-    let mut recorded = from_points(&points.x_m, &points.y_m, options)?;
-    recorded.warnings.splice(0..0, points.warnings);
-    recorded.path.provenance.sources =
-        vec![formats::SourceFile::of(std::path::Path::new(file), text.as_bytes())];
-    Ok(recorded)
 }
 
 #[cfg(test)]

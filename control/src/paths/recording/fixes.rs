@@ -1,8 +1,20 @@
 //! Fixes of a satellite receiver: which are good enough to make a road of.
 
 use super::geodesy::wgs84_to_local;
-use super::read::RecordedPoints;
 use crate::Error;
+
+/// Positions in a local plane, in the order of the file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RecordedPoints {
+    /// x, or east of the first point, m.
+    pub x_m: Vec<f64>,
+    /// y, or north of the first point, m.
+    pub y_m: Vec<f64>,
+    /// Whether they came from latitude and longitude.
+    pub geodetic: bool,
+    /// What was left out or is doubtful, in words.
+    pub warnings: Vec<String>,
+}
 
 /// What becomes of fixes with too few satellites or without correction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

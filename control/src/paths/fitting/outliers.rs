@@ -5,10 +5,12 @@
 //! and 2.5 m/s². So a point is held against the cubic through its four neighbours, which follows a bend,
 //! and what a bend between the directions before and after it may add is allowed.
 
-use super::points::PointOptions;
+use super::options::PointOptions;
 use crate::Error;
 use std::collections::BinaryHeap;
 
+/// Fewest distinct points that make a path.
+pub(crate) const LEAST_POINTS: usize = 4;
 /// Squares of a point's weight and of its four neighbours', at equal distances: 1 + (1 + 16 + 16 + 1)/36.
 const CUBIC_SQUARES: f64 = 70.0 / 36.0;
 /// Median distance from the neighbours' cubic over the standard deviation of the noise in each direction:
@@ -46,8 +48,8 @@ pub(crate) fn clean(xs: &[f64], ys: &[f64], options: &PointOptions) -> Result<Cl
             kept.push(i);
         }
     }
-    if kept.len() < super::points::LEAST_POINTS {
-        return Err(Error::TooFewPoints { got: kept.len(), need: super::points::LEAST_POINTS });
+    if kept.len() < LEAST_POINTS {
+        return Err(Error::TooFewPoints { got: kept.len(), need: LEAST_POINTS });
     }
     let repeated = xs.len() - kept.len();
     let mut chain = Chain::new(kept.iter().map(|&i| (xs[i], ys[i])).collect());
@@ -59,7 +61,7 @@ pub(crate) fn clean(xs: &[f64], ys: &[f64], options: &PointOptions) -> Result<Cl
     let mut outliers = Vec::new();
     while let Some((worst, size)) = chain.worst(limit) {
         outliers.push((kept[worst], size));
-        if outliers.len() > allowed || chain.left <= super::points::LEAST_POINTS {
+        if outliers.len() > allowed || chain.left <= LEAST_POINTS {
             let (first, jump_m) =
                 outliers.iter().copied().min_by_key(|(i, _)| *i).unwrap_or((0, 0.0));
             return Err(Error::Jumps {
