@@ -1,11 +1,12 @@
 //! The sampled loop against theory and against the models that run in the FMUs.
 
+use crate::closed_loop::feedforward::{Advice, ramp_lag};
 use crate::closed_loop::margins::{controller, margins};
 use crate::closed_loop::metrics::metrics;
 use crate::closed_loop::simulate::{Excitation, Simulator};
-use crate::guidance::advice::{Advice, ramp_lag};
+use crate::plants::design_plant::{DesignPlant, PlantInfo};
+use crate::plants::dynamics::Dynamics;
 use crate::plants::sampled::Sampled;
-use crate::plants::{DesignPlant, Dynamics, PlantInfo};
 use crate::{DesignOptions, design};
 use formats::SourceFile;
 use nalgebra::{Complex, DMatrix, DVector};

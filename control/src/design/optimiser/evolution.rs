@@ -1,18 +1,18 @@
-//! Differential evolution (Storn and Price 1997), the same each time.
+//! Differential evolution (Storn and Price 1997), reproducible.
 //!
-//! A population of points; each is in turn compared with `x = b + F·(p − q)`, of which a few
-//! coordinates stay its own, p and q any two points, and b the best or any. It finds its way across
-//! the kinks and ledges of a settling time, where a simplex stalls. A candidate counts only where it
-//! is no worse than what it is to replace, so a cost may stop early, once it exceeds that.
+//! Each point of a population is compared in turn with `x = b + F·(p − q)`, which keeps a few of the
+//! point's coordinates; p and q are random points, and b the best or a random one. It crosses the kinks
+//! and discontinuities of a settling time, where a simplex stalls. A candidate replaces a point only where
+//! it is no worse, so the evaluation of a cost may end once it exceeds that of the point.
 
-/// Share of candidates that begin from the best point.
+/// Share of the candidates with b the best point.
 const FROM_BEST: f64 = 0.1;
-/// Smallest factor of a difference, and how much larger it may be.
+/// Smallest factor F of a difference, and the range above it.
 const FACTOR: (f64, f64) = (0.4, 0.5);
-/// Share of the coordinates that are a candidate's own.
+/// Probability that a coordinate is the candidate's.
 const CROSSOVER: f64 = 0.9;
-/// The population has come together where its costs differ by less.
-const TOGETHER: f64 = 1e-4;
+/// Difference of costs below which the population has converged.
+const CONVERGED: f64 = 1e-4;
 
 /// SplitMix64 (Steele, Lea and Flood 2014).
 struct Numbers(u64);
@@ -33,7 +33,7 @@ impl Numbers {
 }
 
 /// The best point of a population after some generations, with its cost. `cost` takes a point and
-/// what it must not exceed to count. `None` for an empty population.
+/// a cost beyond which it need not be exact. `None` for an empty population.
 pub(crate) fn evolve(
     cost: &impl Fn(&[f64], f64) -> f64,
     population: Vec<Vec<f64>>,
@@ -73,7 +73,7 @@ pub(crate) fn evolve(
             }
         }
         let worst = all.iter().map(|(_, c)| *c).fold(f64::NEG_INFINITY, f64::max);
-        if worst - all[best].1 < TOGETHER {
+        if worst - all[best].1 < CONVERGED {
             break;
         }
     }
@@ -83,20 +83,20 @@ pub(crate) fn evolve(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::design::optimise::sequence;
+    use crate::design::optimiser::sequence;
 
-    /// A ledge beside the way down, on which a descent stops; the minimum is 0 at (1, −2).
+    /// Plateaus around the minimum of 0 at (1, −2), on which a descent stops.
     #[test]
-    fn finds_the_way_past_a_ledge() {
+    fn finds_the_minimum_behind_plateaus() {
         let cost = |x: &[f64], _: f64| {
-            let ledge = if x[0] > 0.8 && x[0] < 1.2 { 0.0 } else { 3.0 + x[0].abs().floor() };
-            ledge + (x[0] - 1.0).abs() + (x[1] + 2.0).powi(2)
+            let plateau = if x[0] > 0.8 && x[0] < 1.2 { 0.0 } else { 3.0 + x[0].abs().floor() };
+            plateau + (x[0] - 1.0).abs() + (x[1] + 2.0).powi(2)
         };
         let begin = || sequence(&[(-4.0, 4.0), (-4.0, 4.0)], 20, 1);
         let (x, least) = evolve(&cost, begin(), 80, 1).unwrap();
         assert!(least < 1e-3 && (x[0] - 1.0).abs() < 1e-3 && (x[1] + 2.0).abs() < 0.03, "{x:?}");
         assert_eq!(evolve(&cost, begin(), 80, 1).unwrap().0, x);
-        // What stops early changes nothing.
+        // Evaluations that end early change nothing.
         let bounded = |x: &[f64], most: f64| {
             let all = cost(x, most);
             if all > most { 0.5 * (all + most) } else { all }

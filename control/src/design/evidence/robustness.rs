@@ -1,24 +1,27 @@
-//! What gains reach over plants drawn anew, and where each requirement breaks.
+//! The figures of gains over plants that are drawn again, and the latency and speed from which on each
+//! requirement is no longer kept.
 
 use crate::Error;
+use crate::closed_loop::feedforward::Advice;
 use crate::closed_loop::scenario::Scenario;
-use crate::design::breaking::breaking;
-use crate::design::cost::with_simulator;
+use crate::closed_loop::simulate::with_simulator;
+use crate::design::ensemble::Ensemble;
 use crate::design::objective::Objective;
-use crate::design::optimise::each;
-use crate::design::robust::Ensemble;
-use crate::guidance::advice::Advice;
+use crate::design::parallel::each;
 use crate::requirement::{Reached, Requirement};
-use formats::{OverEnsemble, Robustness};
+use formats::{Breaking, OverEnsemble, Robustness, Specification};
 use vehicle_models::PidParameters;
 
-/// Latency that is looked at for where requirements break, s.
+/// Longest latency that is examined, s.
 const LONGEST_LATENCY: f64 = 0.5;
-/// Speeds that are looked at, as shares of the nominal one.
+/// Speeds that are examined, as shares of the nominal one.
 const SPEEDS: (f64, f64) = (0.4, 2.5);
+/// Steps to either side, and bisections of the step in which a requirement breaks.
+const STEPS: u32 = 40;
+const BISECTIONS: u32 = 8;
 
 impl Ensemble<'_> {
-    /// What the gains reach over plants drawn anew.
+    /// What the gains reach over plants that are drawn again.
     pub(crate) fn evidence(
         &self,
         objective: &Objective,
@@ -50,7 +53,7 @@ impl Ensemble<'_> {
                 OverEnsemble {
                     requirement: r.name().into(),
                     required,
-                    // A file holds no infinity.
+                    // JSON has no infinity.
                     worst: worst.min(1e4),
                     share_kept: share((0..all.len()).filter(kept).count(), all.len()),
                     share_kept_at_nominal: (at_nominal > 0).then(|| share(nominal, at_nominal)),
@@ -86,4 +89,59 @@ impl Ensemble<'_> {
             speed: speed.unwrap_or_default(),
         })
     }
+}
+
+/// For each requirement kept at `nominal`, the values to either side within `range` from which on it is not;
+/// `reached` is `None` where there is no plant to control.
+fn breaking(
+    spec: &Specification,
+    nominal: f64,
+    range: [f64; 2],
+    reached: impl Fn(f64) -> Option<Reached>,
+) -> Vec<Breaking> {
+    let kept_at_nominal: Vec<(Requirement, f64)> = Requirement::ALL
+        .into_iter()
+        .filter_map(|r| Some((r, r.required(spec)?)))
+        .filter(|(r, required)| reached(nominal).is_some_and(|x| r.is_met(*required, x.value(*r))))
+        .collect();
+    let mut all: Vec<Breaking> = kept_at_nominal
+        .iter()
+        .map(|(r, _)| Breaking {
+            requirement: r.name().into(),
+            below: None,
+            above: None,
+            looked: range,
+        })
+        .collect();
+    for (side, end) in range.into_iter().enumerate() {
+        if (end - nominal).abs() < 1e-9 {
+            continue;
+        }
+        let mut before = nominal;
+        for step in 1..=STEPS {
+            // In smaller steps near the nominal value.
+            let share = f64::from(step) / f64::from(STEPS);
+            let value = nominal + (end - nominal) * share * (0.4 + 0.6 * share);
+            let now = reached(value);
+            for ((r, required), breaking) in kept_at_nominal.iter().zip(&mut all) {
+                let found = if side == 0 { &mut breaking.below } else { &mut breaking.above };
+                let kept =
+                    |x: &Option<Reached>| x.is_some_and(|x| r.is_met(*required, x.value(*r)));
+                if found.is_none() && !kept(&now) {
+                    let (mut inside, mut outside) = (before, value);
+                    for _ in 0..BISECTIONS {
+                        let middle = 0.5 * (inside + outside);
+                        if kept(&reached(middle)) { inside = middle } else { outside = middle }
+                    }
+                    *found = Some(inside);
+                }
+            }
+            before = value;
+            let broken = |b: &Breaking| if side == 0 { b.below } else { b.above };
+            if all.iter().all(|b| broken(b).is_some()) {
+                break;
+            }
+        }
+    }
+    all
 }

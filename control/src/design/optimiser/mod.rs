@@ -1,15 +1,18 @@
-//! The search of a minimum, the same each time.
+//! Minimisation of a function with kinks, reproducible and without derivatives.
 //!
-//! Nelder–Mead (`simplex`) from several starting points, or differential evolution (`evolve`) on islands
-//! of their own. The best few are then polished by Nelder–Mead with a fresh simplex, since it may stall
-//! where the cost has a kink. The starts are the caller's own guesses and points of the additive recurrence of Roberts (2018), `xₙ = frac(seed + n·α)` with
-//! αᵢ = φ⁻ⁱ and φ the positive root of φ^{d+1} = φ + 1: a low-discrepancy sequence without a random
-//! number.
+//! Nelder–Mead (`simplex`) from several starting points, or differential evolution (`evolution`) on
+//! separate islands. The best few points are polished by Nelder–Mead with a new simplex, since it may stall
+//! where the cost has a kink. [`sequence`] spreads starting points by the additive recurrence of Roberts
+//! (2018), `xₙ = frac(seed + n·α)` with αᵢ = φ⁻ⁱ and φ the positive root of φ^{d+1} = φ + 1: a
+//! low-discrepancy sequence without a random number.
+
+mod evolution;
+mod simplex;
 
 use crate::Error;
-use crate::design::evolve::evolve;
-use crate::design::simplex::descend;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use crate::design::parallel::each;
+use evolution::evolve;
+use simplex::descend;
 
 /// Iterations of each start.
 const ITERATIONS: u64 = 120;
@@ -17,36 +20,36 @@ const ITERATIONS: u64 = 120;
 const SIMPLEX: f64 = 0.4;
 const SMALL_SIMPLEX: f64 = 0.12;
 
-/// How much is spent on a search.
+/// The effort of a search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Effort {
-    /// Populations that evolve by themselves, and for how long; without any, how many of the starts
-    /// are gone down from: those that cost least.
+    /// Number of populations and generations; without populations, number of starting points to descend
+    /// from, those of least cost.
     pub(crate) islands: usize,
     pub(crate) generations: usize,
     pub(crate) begin: usize,
-    /// How many of the points found are polished, how often each, and for how many iterations.
+    /// Number of points that are polished, times that each is, and iterations of each time.
     pub(crate) keep: usize,
     pub(crate) restarts: usize,
     pub(crate) polish: u64,
 }
 
-/// What is spent where nothing good is known yet.
+/// The effort where no good point is known.
 pub(crate) const EVOLVED: Effort =
     Effort { islands: 2, generations: 90, begin: 0, keep: 2, restarts: 2, polish: 200 };
-/// What is spent on the same once more, when much is known.
+/// The effort of repeating such a search with better starting points.
 pub(crate) const SHORT: Effort = Effort { generations: 60, ..EVOLVED };
-/// What is spent from two good starts.
+/// The effort from two good starting points.
 pub(crate) const TWICE: Effort = Effort { begin: 2, keep: 2, ..QUICK };
-/// What is spent from a good start.
+/// The effort from a good starting point.
 pub(crate) const QUICK: Effort =
     Effort { islands: 0, generations: 0, begin: 1, keep: 1, restarts: 1, polish: 120 };
 
 /// The points found, from the best on, each with its cost.
 pub(crate) type Points = Vec<(Vec<f64>, f64)>;
 
-/// The points found from these starts. `cost` takes a point and a cost beyond which it need not be
-/// exact.
+/// The points found from these starting points. `cost` takes a point and a cost beyond which it need not
+/// be exact.
 pub(crate) fn minimise(
     cost: &(impl Fn(&[f64], f64) -> f64 + Sync),
     starts: &[Vec<f64>],
@@ -89,46 +92,6 @@ pub(crate) fn minimise(
         return Err(Error::Optimiser("nothing to start from".into()));
     }
     Ok(found)
-}
-
-/// One result for each item, in order whatever the number of threads.
-pub(crate) fn each<T: Sync, R: Send>(
-    items: &[T],
-    work: impl Fn(&T) -> R + Sync,
-) -> Result<Vec<R>, Error> {
-    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(items.len());
-    if threads < 2 {
-        return Ok(items.iter().map(work).collect());
-    }
-    let next = AtomicUsize::new(0);
-    let part = || -> Vec<_> {
-        let taken = || Some(next.fetch_add(1, Ordering::Relaxed)).filter(|i| *i < items.len());
-        std::iter::from_fn(|| taken().map(|i| (i, work(&items[i])))).collect()
-    };
-    let parts = std::thread::scope(|scope| {
-        let running: Vec<_> = (0..threads).map(|_| scope.spawn(part)).collect();
-        let parts = running.into_iter().map(|thread| thread.join().map_err(|_| ended_early()));
-        parts.collect::<Result<Vec<_>, Error>>()
-    })?;
-    let mut all: Vec<_> = parts.into_iter().flatten().collect();
-    all.sort_by_key(|(i, _)| *i);
-    Ok(all.into_iter().map(|(_, result)| result).collect())
-}
-
-/// Two things at once.
-pub(crate) fn both<A: Send, B>(
-    one: impl FnOnce() -> A + Send,
-    other: impl FnOnce() -> B,
-) -> Result<(A, B), Error> {
-    std::thread::scope(|scope| {
-        let one = scope.spawn(one);
-        let other = other();
-        one.join().map(|one| (one, other)).map_err(|_| ended_early())
-    })
-}
-
-fn ended_early() -> Error {
-    Error::Optimiser("a thread of the search ended early".into())
 }
 
 /// The first points of the recurrence in a box.

@@ -11,12 +11,12 @@
 //!
 //! f = 1, the whole steering of the curve, is right only without preview (b = 1). A loop whose
 //! setpoint weight hides the slow pole of its integral action answers like a lag already, and what
-//! is left of f is small: the whole feedforward would be counted twice.
+//! is left of f is small: the whole feedforward would act twice.
 //!
-//! A road is no expansion about s = 0: where its curvature begins to change, s³ and beyond count, too.
-//! The reference may hold `G·s² + J·s³` of the heading beside it. With f lower by G₀·ki·G the terms in s
-//! and s² still vanish, whatever G and J are, which are then those of the least cross-track error on
-//! roads ([`on_roads`](Advice::on_roads)).
+//! Where the curvature of a road begins to change, terms in s³ and beyond count, too. The reference may
+//! contain `G·s² + J·s³` of the heading in addition to it. With f lower by G₀·ki·G the terms in s and s²
+//! still vanish, whatever G and J are; G and J are those of the least cross-track error on roads
+//! ([`on_roads`](Advice::on_roads)).
 
 use crate::closed_loop::margins::{controller, from_reference};
 use crate::closed_loop::simulate::{Excitation, Simulator};
@@ -25,24 +25,24 @@ use nalgebra::{Complex, Matrix2, Vector2};
 use std::f64::consts::PI;
 use vehicle_models::PidParameters;
 
-/// ω₀, rad/s, the highest frequency that is looked at, rad/s, and how many are.
+/// ω₀ and the highest frequency of the grid, rad/s, and its points.
 const LOOKAHEAD_FREQUENCY: f64 = 1.0;
 const HIGHEST: f64 = 20.0;
 const POINTS: i32 = 400;
-/// The largest G, s², and J, s³: beyond, headings 0.2 s apart would be taken for its derivatives.
+/// The largest G, s², and J, s³: beyond them the reference would depend on differences of headings 0.2 s apart.
 const LARGEST: f64 = 0.02;
 const LARGEST_JERK: f64 = 0.004;
 
-/// What a path follower should use.
+/// Preview and feedforward of a path follower.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Advice {
     /// Steering angle per curvature, rad·m.
     pub(crate) feedforward_gain: f64,
     /// How far ahead the path is read, s.
     pub(crate) preview_time: f64,
-    /// What of the path's yaw acceleration is added to the yaw reference, s².
+    /// Gain from the path's yaw acceleration to the yaw reference, s².
     pub(crate) yaw_acceleration_gain: f64,
-    /// What of its yaw jerk, s³.
+    /// Gain from its yaw jerk, s³.
     pub(crate) yaw_jerk_gain: f64,
 }
 
@@ -78,7 +78,7 @@ impl Advice {
     /// E₂ = −jω³·e^{jωp}·P·R/(1 + PC)
     /// ```
     ///
-    /// with the sampled plant P, the controller R from the reference and C from the yaw. What is missed
+    /// with the sampled plant P, the controller R from the reference and C from the yaw. This error
     /// becomes cross-track error through `v/(s + ω₀)`, 1/ω₀ the look-ahead time, and the heading is white
     /// noise thrice through a lag of that time, a road of clothoids. G and J are real: linear least
     /// squares.
@@ -98,7 +98,7 @@ impl Advice {
             let first = closed * (j_omega * j_omega * reference - j_omega * pid.ki);
             let second = closed * j_omega.powi(3) * reference;
             let weight = (frequency.powi(2) + LOOKAHEAD_FREQUENCY.powi(2)).powi(-4);
-            // Real parts: scalar products of complex numbers taken for vectors.
+            // The real part of a product is the scalar product of two complex numbers as vectors.
             let [first, second, zeroth] = [first, second, zeroth].map(|e| Vector2::new(e.re, e.im));
             let both = Matrix2::from_columns(&[first, second]);
             square += both.transpose() * both * weight;

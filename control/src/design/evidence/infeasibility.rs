@@ -1,25 +1,24 @@
-//! Why requirements are not met, in words: which of the others, or which limit, blocks them, and what
-//! value of it would let them be met.
+//! The infeasibility diagnosis in words: which other requirement or which limit prevents requirements from
+//! being met, and the value of it with which they would be.
 
 use crate::Error;
-use crate::design::aim::{Aim, BARELY, QUICKEST};
-use crate::design::nominal::Found;
 use crate::design::objective::Objective;
-use crate::design::optimise::{QUICK, TWICE};
-use crate::design::search::{search, starts};
-use crate::plants::zeros::nearest_right_half_plane;
+use crate::design::optimiser::{QUICK, TWICE};
+use crate::design::options::DesignOptions;
+use crate::design::search::{Found, starts};
+use crate::design::target::{LEAST_RESERVE, SHORTEST_SETTLING};
+use crate::plants::design_plant::DesignPlant;
 use crate::requirement::Requirement;
-use crate::{DesignOptions, DesignPlant};
 use formats::Limits;
 
-/// Starts beside the loop found, and the multiple of the plant's scale about which.
+/// Starting points in addition to the loop found, and the multiple of the plant's scale about which.
 const STARTS: u32 = 6;
 const SCALE: f64 = 1.5;
-/// A limit that is as good as none.
+/// A limit that never acts.
 const NONE: f64 = 1e6;
 
-/// Sentences for a design that misses something; none for one that meets all.
-pub(crate) fn blocked(
+/// Sentences for a design that misses a requirement; none for one that meets all.
+pub(crate) fn infeasibility(
     objective: &Objective,
     plant: &DesignPlant,
     options: &DesignOptions,
@@ -38,58 +37,54 @@ pub(crate) fn blocked(
             } else {
                 "what was found reaches"
             };
-            let (asked, reached) = (r.text(*required), r.text(found.reached.value(*r)));
-            format!("a {} of {asked} is out of reach: {best} {reached}", r.label())
+            let (required, reached) = (r.text(*required), r.text(found.reached.value(*r)));
+            format!("a {} of {required} is out of reach: {best} {reached}", r.label())
         })
         .collect();
     if missed.is_empty() {
         return Ok(words);
     }
     let before = words.len();
-    let search_from = |objective: &Objective, aim: &Aim| -> Result<Found, Error> {
-        Ok(Found::of(
-            objective,
-            search(objective, aim, std::slice::from_ref(&found.variables), QUICK)?,
-        ))
-    };
-    // Another plant, or other limits, may want quite other gains.
-    let anew = |objective: &Objective| -> Result<Found, Error> {
+    // Another plant, or other limits, may require quite other gains.
+    let fastest = |objective: &Objective| -> Result<Found, Error> {
         let mut begin = starts(objective, SCALE, STARTS, options.seed);
         begin.push(found.variables.clone());
-        Ok(Found::of(objective, search(objective, &QUICKEST, &begin, TWICE)?))
+        Found::by_search(objective, &SHORTEST_SETTLING, &begin, TWICE)
     };
-    // Another requirement that gives way.
+    // With another relaxed requirement.
     for (r, required) in objective.required() {
         if missed.iter().any(|(m, _)| *m == r) {
             continue;
         }
-        let given = search_from(objective, &BARELY.giving(r))?;
-        let rest_met = given
+        let target = LEAST_RESERVE.relaxing(r);
+        let start = std::slice::from_ref(&found.variables);
+        let relaxed = Found::by_search(objective, &target, start, QUICK)?;
+        let rest_met = relaxed
             .reached
             .shortfalls(&objective.spec)
             .iter()
             .all(|s| Requirement::of(&s.requirement) == Some(r));
-        if rest_met && !given.met {
-            let (value, asked) = (r.text(given.reached.value(r)), r.text(required));
+        if rest_met && !relaxed.met {
+            let (value, required) = (r.text(relaxed.reached.value(r)), r.text(required));
             words.push(format!(
-                "a {} of {value} instead of {asked} would let the rest be met",
+                "a {} of {value} instead of {required} would let the rest be met",
                 r.label()
             ));
-        } else if given.met {
-            // The search from there found what the one before did not.
+        } else if relaxed.met {
+            // This search found what the one before it missed.
             words.push("a longer search may meet it: try another seed".into());
             return Ok(words);
         }
     }
-    // A limit that is taken away; what the loop then uses is what it takes.
+    // Without a limit; the loop then uses as much of it as is needed.
     let limits = objective.limits;
     let largest_angle = limits.largest_angle_rad(plant.speed);
     let free = Limits { max_angle_rad: NONE, lateral_acceleration: None, ..limits };
     let fast = Limits { max_increment_rad: NONE, max_rate_radps: NONE, ..limits };
     for (changed, is_angle) in [(free, true), (fast, false)] {
-        let given = anew(&objective.limited(changed))?;
-        if given.met {
-            let step = &given.reached.step;
+        let unlimited = fastest(&objective.limited(changed))?;
+        if unlimited.met {
+            let step = &unlimited.reached.step;
             let degrees = |rad: f64| rad.to_degrees();
             words.push(if is_angle {
                 format!(
@@ -115,7 +110,7 @@ pub(crate) fn blocked(
         let without = DesignOptions { loop_delay_s: 0.0, ..*options };
         let mut undelayed = Objective::new(&prompt, &without)?;
         undelayed.scale = objective.scale;
-        if anew(&undelayed)?.met {
+        if fastest(&undelayed)?.met {
             let ms = 1e3 * delay;
             words.push(format!("without the delay of {ms:.0} ms in the loop it could be met"));
         }
@@ -127,18 +122,4 @@ pub(crate) fn blocked(
         );
     }
     Ok(words)
-}
-
-/// A zero in the right half-plane that holds the loop back.
-pub(crate) fn wrong_way(plant: &DesignPlant, crossover: Option<f64>) -> Option<String> {
-    let zero = nearest_right_half_plane(plant)?;
-    let limit = 0.5 * zero;
-    // Far beyond the loop's own bandwidth it is of no account, or an artefact of sampling.
-    (crossover.unwrap_or(0.0) > 0.3 * limit).then(|| {
-        format!(
-            "the plant first turns the wrong way: it is non-minimum-phase, with a zero in the right \
-             half-plane at {zero:.2} rad/s, which keeps the crossover below about {limit:.2} rad/s \
-             whatever the controller"
-        )
-    })
 }

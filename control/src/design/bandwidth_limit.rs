@@ -1,22 +1,22 @@
-//! How soon a loop around a plant can settle at all, as the scale that a search begins from.
+//! The bandwidth limit of a plant: a settling time near the shortest one, by which a search is scaled.
 //!
-//! Two things hold a yaw loop back. The phase of the sampled plant, delay and hold included, falls
+//! Two properties limit a yaw loop. The phase of the sampled plant, delay and hold included, falls
 //! to −180° at some ω₁₈₀, and the lead of a controller moves the crossover about there and not much
 //! beyond; a step settles in about 5 over the crossover. And the steering angle is limited: a step
 //! r takes `r/(G₀·u_max)` at least.
 
-use crate::design::objective::CROSSOVER_TIMES_SETTLING;
 use crate::plants::sampled::Sampled;
 use nalgebra::Complex;
 use std::f64::consts::{FRAC_PI_2, PI};
 
+/// Settling time times crossover of a usual loop, rad.
+pub(crate) const CROSSOVER_TIMES_SETTLING: f64 = 5.0;
 /// Height of the step, rad: only the scale of a search depends on it.
 const STEP: f64 = 5.0 / 180.0 * PI;
-
-/// Lowest angle that is looked at, rad a sample, and points of the grid.
+/// Lowest angle of the grid, rad a sample, and its points.
 const LOWEST: f64 = 1e-5;
 const POINTS: i32 = 400;
-/// Shortest and longest scale: some samples, and the longest settling time that may be asked for.
+/// Shortest scale, samples, and the longest, s: that of the longest settling time that may be required.
 const LEAST_SAMPLES: f64 = 4.0;
 const LONGEST: f64 = 60.0;
 
@@ -49,7 +49,7 @@ fn phase_crossover(plant: &Sampled) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plants::{DesignPlant, PlantInfo};
+    use crate::plants::design_plant::{DesignPlant, PlantInfo};
 
     fn lag(gain: f64, tau: f64, delay: f64) -> Sampled {
         let info = PlantInfo {
@@ -76,7 +76,7 @@ mod tests {
     }
 
     #[test]
-    fn a_weak_actuator_makes_it_slow() {
+    fn a_small_steering_angle_limits_the_bandwidth() {
         let plant = lag(4.0, 0.1, 0.0);
         let free = settling_scale(&plant, 4.0, 1.0);
         assert!((settling_scale(&plant, 4.0, 0.005) - STEP / 0.02).abs() < 1e-9);
