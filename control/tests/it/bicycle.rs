@@ -1,7 +1,5 @@
 //! Bicycle models: the textbook's transfer function, and what a wrong file is told.
 
-#![allow(clippy::expect_used)]
-
 use control::{DesignPlant, Error, bicycle_from_toml};
 use formats::{Bicycle, Document};
 use nalgebra::{Complex, DMatrix, DVector};

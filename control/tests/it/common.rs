@@ -1,17 +1,35 @@
 //! Vehicles and identified plants for the tests.
 
-use control::{DesignOptions, DesignPlant, bicycle_from_toml};
-use formats::{Bicycle, Continuous, Discrete, InputKind, Matrix, Noise, OperatingPoint, Plant};
+use control::{DesignOptions, DesignPlant, bicycle_from_toml, design};
+use formats::{
+    Bicycle, Continuous, Discrete, InputKind, Matrix, Noise, OperatingPoint, Pid, Plant,
+    SourceFile, Specification,
+};
 use nalgebra::DMatrix;
 
 /// The usual options, with an actuator that is faster than any increment and no bound of the angle by speed.
-#[allow(dead_code)]
 pub(crate) fn options() -> DesignOptions {
     DesignOptions {
         max_rate_radps: Some(1e3),
         max_lateral_acceleration_mps2: 1e3,
         ..DesignOptions::default()
     }
+}
+
+/// The usual options with other requirements.
+pub(crate) fn requiring(change: impl Fn(&mut Specification)) -> DesignOptions {
+    let mut options = options();
+    change(&mut options.requirements);
+    options
+}
+
+/// The file that the plants of the tests come from.
+pub(crate) fn source() -> SourceFile {
+    SourceFile::of(std::path::Path::new("plant.json"), b"{}")
+}
+
+pub(crate) fn designed(plant: &DesignPlant, options: &DesignOptions) -> Pid {
+    design(plant, &source(), options).expect("a design")
 }
 
 /// A typical car at 15 m/s, with or without a steering wheel.
@@ -26,7 +44,6 @@ pub(crate) fn car(steering_ratio: f64) -> Bicycle {
 }
 
 /// An identified plant with these continuous matrices, as `plant.json` holds it.
-#[allow(dead_code)]
 pub(crate) fn identified(f: &[f64], g: &[f64], h: &[f64], sample_time: f64, delay: f64) -> Plant {
     let n = g.len();
     let (a, b) = vehicle_models::linear::discretize(
@@ -71,7 +88,6 @@ pub(crate) fn identified(f: &[f64], g: &[f64], h: &[f64], sample_time: f64, dela
 }
 
 /// The car's yaw rate as an identified plant would hold it.
-#[allow(dead_code)]
 pub(crate) fn identified_car() -> Plant {
     let car = car(1.0);
     let parameters = model_loading::bicycle_parameters(&car.vehicle);
@@ -81,7 +97,6 @@ pub(crate) fn identified_car() -> Plant {
 }
 
 /// A plant from the coefficients of numerator and monic denominator, highest power first.
-#[allow(dead_code)]
 pub(crate) fn transfer(numerator: &[f64], denominator: &[f64], delay: f64) -> DesignPlant {
     let n = denominator.len();
     let mut f = vec![0.0; n * n];

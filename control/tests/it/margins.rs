@@ -1,13 +1,8 @@
 //! Margins against python-control's, `disk_margins` with zero skew among them
 //! (data/margins_reference.py).
 
-#![allow(clippy::expect_used)]
-
-mod common;
-
-use common::{identified, options as usual};
-use control::{DesignOptions, DesignPlant, design, evaluate};
-use formats::SourceFile;
+use crate::common::{designed, identified, options as usual};
+use control::{DesignOptions, DesignPlant, evaluate};
 
 #[test]
 fn margins_are_those_of_python_control() {
@@ -24,8 +19,7 @@ fn margins_are_those_of_python_control() {
         let file = identified(&[-1.0 / tau], &[of("gain") / tau], &[1.0], ts, of("late") * ts);
         let plant = DesignPlant::from_plant(&file).expect("a plant");
         let options = DesignOptions { sample_time_s: ts, robust: None, ..usual() };
-        let source = SourceFile::of(std::path::Path::new("plant.json"), b"{}");
-        let mut pid = design(&plant, &source, &options).expect("a design");
+        let mut pid = designed(&plant, &options);
         (pid.gains.kp, pid.gains.ki, pid.gains.kd) = (of("kp"), of("ki"), of("kd"));
         pid.gains.derivative_filter_time_s = of("filter");
         let margins = evaluate(&plant, &pid).expect("an evaluation").margins;

@@ -1,6 +1,4 @@
 //! Roads from GPX and NMEA: the same road whatever it was recorded in, and faults by their place.
-#![allow(clippy::unwrap_used, clippy::panic)]
-
 use control::Error;
 use control::paths::{
     FixOptions, PointOptions, PoorFixes, RecordedPoints, path_from_recording, read_points,

@@ -1,8 +1,6 @@
 //! Paths from recorded positions: known curves with noise and faults, and the recordings of
 //! tests/data.
 
-#![allow(clippy::expect_used)]
-
 use control::Error;
 use control::paths::{
     FixOptions, PathComposer, PointOptions, RecordedPath, from_points, path_from_recording,

@@ -1,22 +1,13 @@
 //! One set of gains for many plants, requirements beyond the usual, and what blocks them.
 
-#![allow(clippy::expect_used, clippy::panic)]
-
-mod common;
-
-use common::{car, identified_car, options as usual, transfer};
+use crate::common::{car, designed, identified_car, options as usual, transfer};
 use control::{
-    DesignOptions, DesignPlant, Error, Requirement, RobustOptions, design, evaluate, step_metrics,
+    DesignOptions, DesignPlant, Error, Requirement, RobustOptions, evaluate, step_metrics,
 };
 use formats::{
-    BicycleEvidence, EstimationFocus, Matrix, Pid, Plant, SourceFile, Specification, Uncertainty,
+    BicycleEvidence, EstimationFocus, Matrix, Pid, Plant, Specification, Uncertainty,
     VehicleDirection,
 };
-
-fn designed(plant: &DesignPlant, options: &DesignOptions) -> Pid {
-    let source = SourceFile::of(std::path::Path::new("plant.json"), b"{}");
-    design(plant, &source, options).expect("a design")
-}
 
 /// A car whose every entry of A, B and C is uncertain by some percent.
 fn uncertain() -> Plant {

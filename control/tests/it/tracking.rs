@@ -1,24 +1,18 @@
 //! The whole loop on the reference road.
 
-#![allow(clippy::expect_used)]
-
-mod common;
-
-use common::{car, identified_car, options as usual};
+use crate::common::{car, designed, identified_car, options as usual};
 use control::paths::{PathComposer, reference_road};
 use control::{
-    DesignOptions, DesignPlant, Master, PlantModel, TrackTrace, design, guidance_for, track,
-    track_with, with_sideslip,
+    DesignOptions, DesignPlant, Master, PlantModel, Sideslip, TrackTrace, guidance_for, track,
+    track_with,
 };
-use formats::{Pid, SourceFile};
+use formats::Pid;
 
 fn pid(plant: &DesignPlant, loop_delay_s: f64) -> Pid {
-    let source = SourceFile::of(std::path::Path::new("plant.json"), b"{}");
-    let options = DesignOptions { loop_delay_s, ..usual() };
-    design(plant, &source, &options).expect("a design")
+    designed(plant, &DesignOptions { loop_delay_s, ..usual() })
 }
 
-fn told(what: &str, trace: &TrackTrace) {
+fn print(what: &str, trace: &TrackTrace) {
     println!(
         "{what}: rms {:.4} m, largest {:.4} m",
         trace.rms_cross_track_error(),
@@ -33,7 +27,7 @@ fn the_identified_plant_keeps_the_reference_road_at_4_mps2() {
     let road = reference_road(15.0, 4.0).expect("a road");
     let model = PlantModel::from_plant(&plant).expect("a model");
     let trace = track(model.clone(), &pid, &road, 60.0, Master::GaussSeidel).expect("a drive");
-    told("identified, Gauss-Seidel", &trace);
+    print("identified, Gauss-Seidel", &trace);
     assert!(trace.finished);
     assert!(trace.rms_cross_track_error() < 0.05, "{}", trace.rms_cross_track_error());
     assert!(trace.largest_cross_track_error() < 0.1, "{}", trace.largest_cross_track_error());
@@ -44,7 +38,7 @@ fn the_identified_plant_keeps_the_reference_road_at_4_mps2() {
     assert!((trace.steering[trace.steering.len() - 1] - 0.01).abs() < 2e-3);
 
     let jacobi = track(model, &pid, &road, 60.0, Master::Jacobi).expect("a drive");
-    told("identified, Jacobi", &jacobi);
+    print("identified, Jacobi", &jacobi);
     assert!(jacobi.finished && jacobi.largest_cross_track_error() < 0.15);
     assert_ne!(jacobi.yaw, trace.yaw);
 }
@@ -57,11 +51,11 @@ fn the_bicycle_needs_its_sideslip() {
     let road = reference_road(15.0, 4.0).expect("a road");
     let model = || PlantModel::from_bicycle(&bicycle).expect("a model");
     let plain = guidance_for(&pid, 15.0);
-    let guidance = with_sideslip(plain, &bicycle.vehicle, 15.0);
+    let guidance = Sideslip::of_vehicle(&bicycle.vehicle, 15.0).guide(plain);
     let drive =
         |g| track_with(model(), &pid, &road, g, 60.0, Master::GaussSeidel).expect("a drive");
     let trace = drive(&guidance);
-    told("bicycle, Gauss-Seidel", &trace);
+    print("bicycle, Gauss-Seidel", &trace);
     assert!(trace.finished && trace.largest_cross_track_error() < 0.1);
     assert!(drive(&plain).largest_cross_track_error() > 2.0 * trace.largest_cross_track_error());
 }
@@ -77,7 +71,7 @@ fn a_circle_is_kept_exactly() {
         .arc(0.01, 500.0)
         .finish("circle", 15.0)
         .expect("a path");
-    let guidance = with_sideslip(guidance_for(&pid, 15.0), &bicycle.vehicle, 15.0);
+    let guidance = Sideslip::of_vehicle(&bicycle.vehicle, 15.0).guide(guidance_for(&pid, 15.0));
     let model = PlantModel::from_bicycle(&bicycle).expect("a model");
     let trace =
         track_with(model, &pid, &circle, &guidance, 36.0, Master::GaussSeidel).expect("a drive");
@@ -135,6 +129,6 @@ fn a_design_for_the_jacobi_delay_tracks_under_jacobi() {
     let road = reference_road(15.0, 4.0).expect("a road");
     let model = PlantModel::from_plant(&plant).expect("a model");
     let trace = track(model, &pid, &road, 60.0, Master::Jacobi).expect("a drive");
-    told("identified, Jacobi, designed for it", &trace);
+    print("identified, Jacobi, designed for it", &trace);
     assert!(trace.finished && trace.largest_cross_track_error() < 0.1);
 }
