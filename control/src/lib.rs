@@ -19,7 +19,7 @@
 //!
 //! Nothing here reads files or clocks: text and documents come in, documents go out, and the same
 //! input gives the same output. SI units and radians; ISO 8855 axes. Steering angles are in the
-//! plant's own steering coordinates unless a name says road wheel.
+//! plant's own steering coordinates unless a name states the road wheel.
 
 mod bicycle;
 mod closed_loop;

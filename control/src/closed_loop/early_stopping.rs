@@ -1,5 +1,5 @@
-//! When a simulated response need not be followed to its end: a search has seen enough of it, or its end
-//! is known.
+//! Conditions under which a simulated response is not followed to its end: a candidate of a search is
+//! rejected, or the end is known.
 
 /// Bounds on a response, as shares of its step; a simulation ends where one is exceeded.
 #[derive(Debug, Clone, Copy, PartialEq)]

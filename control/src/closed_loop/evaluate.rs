@@ -4,7 +4,7 @@ use crate::Error;
 use crate::closed_loop::feedforward::Advice;
 use crate::closed_loop::margins::{controller, margins};
 use crate::closed_loop::metrics::{Metrics, metrics};
-use crate::closed_loop::scenario::{Step, on_curve, simulated_step, small_step};
+use crate::closed_loop::scenario::{Step, on_curve, simulated_step};
 use crate::closed_loop::simulate::{Excitation, Simulator, Trace};
 use crate::plants::design_plant::DesignPlant;
 use crate::plants::sampled::Sampled;
@@ -143,7 +143,7 @@ pub(crate) fn evidence(
     let step = simulated_step(&mut simulator, sampled, pid, spec, Step::of(spec));
     let with_offset =
         simulated_step(&mut simulator, sampled, pid, spec, Step { offset, ..Step::of(spec) });
-    let small = small_step(&mut simulator, sampled, pid, spec, spec.steady_state_time_s);
+    let small = simulated_step(&mut simulator, sampled, pid, spec, Step::small(spec));
     let mut evidence = DesignEvidence {
         step: step.step,
         step_with_offset: with_offset.step,

@@ -137,8 +137,7 @@ impl Scenario {
         spec: &Specification,
         until: f64,
     ) -> Metrics {
-        let quiet = SMALL * quiet(spec);
-        let step = Step { height: SMALL * spec.step_rad, offset: 0.0, until, quiet };
+        let step = Step { until, quiet: SMALL * quiet(spec), ..Step::small(spec) };
         simulated_step(simulator, &self.plant, pid, spec, step)
     }
 
@@ -168,6 +167,10 @@ pub(crate) struct Step {
 impl Step {
     pub(crate) fn of(spec: &Specification) -> Self {
         Self { height: spec.step_rad, offset: 0.0, until: spec.steady_state_time_s, quiet: 0.0 }
+    }
+
+    pub(crate) fn small(spec: &Specification) -> Self {
+        Self { height: SMALL * spec.step_rad, ..Self::of(spec) }
     }
 
     fn excitation(self) -> Excitation {
@@ -200,18 +203,6 @@ pub(crate) fn simulated_step(
 ) -> Metrics {
     let trace = simulator.run(plant, pid, &step.excitation());
     metrics(trace, step.height, spec.settling_band_percent)
-}
-
-/// See [`Scenario::small_step`].
-pub(crate) fn small_step(
-    simulator: &mut Simulator,
-    plant: &Sampled,
-    pid: &PidParameters,
-    spec: &Specification,
-    until: f64,
-) -> Metrics {
-    let step = Step { height: SMALL * spec.step_rad, offset: 0.0, until, quiet: 0.0 };
-    simulated_step(simulator, plant, pid, spec, step)
 }
 
 /// The error of yaw on a curve that begins at time 0, read ahead by the preview. The reference is a

@@ -49,19 +49,11 @@ fn phase_crossover(plant: &Sampled) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plants::design_plant::{DesignPlant, PlantInfo};
+    use crate::plants::design_plant::DesignPlant;
 
     fn lag(gain: f64, tau: f64, delay: f64) -> Sampled {
-        let info = PlantInfo {
-            model: "plant".into(),
-            name: "lag".into(),
-            speed: 15.0,
-            steering_ratio: 1.0,
-            input_delay: delay,
-            quality: formats::Quality::default(),
-        };
         let plant =
-            DesignPlant::from_matrices(info, &[-1.0 / tau], &[gain / tau], &[1.0], 0.0).unwrap();
+            DesignPlant::from_matrices(&[-1.0 / tau], &[gain / tau], &[1.0], 0.0, delay).unwrap();
         Sampled::new(&plant, 0.001, 0.0).unwrap()
     }
 

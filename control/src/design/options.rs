@@ -37,7 +37,7 @@ pub struct DesignOptions {
     pub seed: u64,
 }
 
-/// The plants beside the nominal one that the gains must serve.
+/// The plants that the gains must serve in addition to the nominal one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RobustOptions {
     /// Plants drawn from the identified uncertainty.

@@ -18,7 +18,8 @@ use vehicle_models::PidParameters;
 /// Plants that the gains are designed on; those of the evidence are others.
 const DESIGNED_ON: usize = 100;
 /// Multiples of the plant's scale about which a search starts, and starting points about each.
-const SCALES: [(f64, u32); 4] = [(1.0, 11), (1.5, 11), (3.0, 11), (5.0, 11)];
+const SCALES: [f64; 4] = [1.0, 1.5, 3.0, 5.0];
+const STARTS: u32 = 11;
 /// Rounds of adding the worst plants.
 const ROUNDS: usize = 5;
 /// The same where the settling time is relaxed.
@@ -54,8 +55,7 @@ impl Ensemble<'_> {
         let seed = self.options.seed;
         let members = self.draw(0, DESIGNED_ON);
         self.reset(&mut objective);
-        let begin = SCALES.map(|(multiple, count)| starts(&objective, multiple, count, seed));
-        let begin = begin.concat();
+        let begin = SCALES.map(|multiple| starts(&objective, multiple, STARTS, seed)).concat();
         let first = Found::by_search(&objective, &ROBUST, &begin, EVOLVED)?;
         // Requirements that are out of reach on few plants are not searched for on more.
         let best = match nominal::is_far(&objective, &first) {
@@ -139,8 +139,7 @@ impl Ensemble<'_> {
         members: &[Member],
     ) -> Result<Found, Error> {
         let seed = self.options.seed.wrapping_add(1);
-        let begin = SCALES.map(|(multiple, count)| starts(objective, multiple, count, seed));
-        let begin = begin.concat();
+        let begin = SCALES.map(|multiple| starts(objective, multiple, STARTS, seed)).concat();
         let other = Found::by_search(objective, &ROBUST, &begin, EVOLVED)?;
         let other = self.with_worst(objective, other, &ROBUST, members, ROUNDS)?;
         let cost = |found: &Found| objective.cost(&found.variables, &ROBUST, f64::INFINITY);

@@ -1,4 +1,4 @@
-//! Roads written down as straights, arcs and clothoids: `road.toml`.
+//! Roads of straights, arcs and clothoids in a file: `road.toml`.
 //!
 //! ```toml
 //! name = "bend to the left"
@@ -14,8 +14,8 @@
 //! curvature_per_m = 0.02
 //! ```
 //!
-//! A segment's curvature goes linearly from `curvature_per_m` (0 where it is not said) to
-//! `end_curvature_per_m` (where that is not said, it stays). Positive is to the left.
+//! A segment's curvature changes linearly from `curvature_per_m` (default 0) to `end_curvature_per_m`
+//! (default the former). Positive is to the left.
 
 use super::compose::PathComposer;
 use crate::Error;
@@ -52,10 +52,10 @@ struct Segment {
     end_curvature_per_m: Option<f64>,
 }
 
-/// Reads a road and makes a path of it for a speed, m/s. `file` is named in errors.
+/// Reads a road and returns its path for a speed, m/s. `file` is named in errors.
 ///
 /// # Errors
-/// [`Error::RoadFile`] with line and column of what cannot be; [`Error::Document`] where the road has
+/// [`Error::RoadFile`] with line and column of an invalid value; [`Error::Document`] where the road has
 /// no length or the speed is not positive.
 pub fn path_from_road(text: &str, file: &str, speed: f64) -> Result<Path, Error> {
     let fault = |byte: usize, problem: String| {
@@ -67,7 +67,10 @@ pub fn path_from_road(text: &str, file: &str, speed: f64) -> Result<Path, Error>
     })?;
     let Start { x_m, y_m, heading_rad } = road.start;
     if !(x_m.abs() < 1e8 && y_m.abs() < 1e8 && heading_rad.is_finite()) {
-        return Err(fault(0, "the start is no place: metres below 1e8, and radians".into()));
+        return Err(fault(
+            0,
+            "the start is invalid: x_m and y_m must be below 1e8 m, heading_rad finite".into(),
+        ));
     }
     let mut composer = PathComposer::from_pose(x_m, y_m, heading_rad);
     let mut total = 0.0;
@@ -78,7 +81,7 @@ pub fn path_from_road(text: &str, file: &str, speed: f64) -> Result<Path, Error>
         if !(length_m > 0.0 && length_m.is_finite()) {
             return Err(fault(at, format!("length_m is {length_m}: it must be greater than 0")));
         }
-        // A car turns within metres; tighter than this is a slip of the unit.
+        // A car turns within metres; a larger curvature is a wrong unit.
         if let Some(curvature) = [from, to].into_iter().find(|k| !(-1.0..=1.0).contains(k)) {
             return Err(fault(at, format!("a curvature of {curvature} 1/m: it must be within ±1")));
         }
@@ -86,7 +89,7 @@ pub fn path_from_road(text: &str, file: &str, speed: f64) -> Result<Path, Error>
         if total > LONGEST {
             return Err(fault(
                 at,
-                format!("the road is {total} m long, at most {LONGEST} are taken"),
+                format!("the road is {total} m long: it must be at most {LONGEST} m"),
             ));
         }
         composer = composer.clothoid(from, to, length_m);
@@ -112,7 +115,7 @@ mod tests {
         let path = path_from_road(ROAD, "road.toml", 10.0).unwrap();
         let last = path.points[path.points.len() - 1];
         assert!((last.distance_m - 100.0).abs() < 1e-9);
-        // A clothoid turns by half of what an arc of its end would.
+        // A clothoid turns by half the angle of an arc with its end curvature.
         let turned = 0.5 * 0.02 * 30.0 + 0.02 * 50.0;
         assert!((last.heading_rad - std::f64::consts::FRAC_PI_2 - turned).abs() < 1e-9);
         let straight = path.points.iter().find(|p| p.distance_m == 20.0).unwrap();
@@ -123,19 +126,19 @@ mod tests {
 
     #[test]
     fn faults_name_file_line_and_column() {
-        for (from, to, says) in [
+        for (from, to, expected) in [
             ("length_m = 30.0", "length_m = -30.0", "r.toml:5:1: length_m is -30"),
             ("length_m = 30.0", "length = 30.0", "r.toml:6:1: unknown field `length`"),
             ("length_m = 30.0", "length_m = nan", "length_m is NaN"),
-            ("length_m = 30.0", "length_m = 1e9", "at most 500000 are taken"),
+            ("length_m = 30.0", "length_m = 1e9", "it must be at most 500000 m"),
             ("= 0.02\n[[", "= 20\n[[", "a curvature of 20 1/m"),
             ("x_m = 3.0, ", "", "missing field `x_m`"),
-            ("x_m = 3.0", "x_m = inf", "the start is no place"),
+            ("x_m = 3.0", "x_m = inf", "the start is invalid"),
             ("name = \"bend\"", "name = bend", "r.toml:1:8: "),
         ] {
             assert!(ROAD.contains(from), "{from}");
             let error = path_from_road(&ROAD.replacen(from, to, 1), "r.toml", 10.0).unwrap_err();
-            assert!(error.to_string().contains(says), "{from} -> {to}: {error}");
+            assert!(error.to_string().contains(expected), "{from} -> {to}: {error}");
             assert!(error.hint().contains("[[segments]]"), "{}", error.hint());
         }
         let error = path_from_road("name = \"a\"\nsegments = []\n", "r.toml", 10.0).unwrap_err();

@@ -44,17 +44,6 @@ pub(crate) enum Family {
     Bicycle(Box<Bicycle>),
 }
 
-/// Name, operating point and quality of a [`DesignPlant`].
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct PlantInfo {
-    pub(crate) model: String,
-    pub(crate) name: String,
-    pub(crate) speed: f64,
-    pub(crate) steering_ratio: f64,
-    pub(crate) input_delay: f64,
-    pub(crate) quality: Quality,
-}
-
 impl DesignPlant {
     /// The plant of an identified model, at the speed of its identification.
     ///
@@ -65,8 +54,8 @@ impl DesignPlant {
         // The FMU rejects the same models.
         identified_model(plant)
             .map_err(|source| Error::Identified { model: plant.name.clone(), source })?;
-        let family = Family::Identified(Box::new(plant.clone()));
-        Ok(Self { family, ..Self::drawn(plant, plant.continuous.is_none())? })
+        let drawn = Self::drawn(plant, plant.continuous.is_none())?;
+        Ok(Self { family: Family::Identified(Box::new(plant.clone())), ..drawn })
     }
 
     /// The plant of a model that is known to be consistent: on its own grid, or continuous where the
@@ -103,15 +92,18 @@ impl DesignPlant {
                 }
             }
         };
-        let info = PlantInfo {
+        Self {
             model: "plant".into(),
             name: plant.name.clone(),
             speed,
             steering_ratio: plant.steering_ratio,
             input_delay: plant.input_delay_s,
             quality: plant.quality.clone(),
-        };
-        Self::checked(info, dynamics)
+            family: Family::Alone,
+            gain: steady_state_gain(&dynamics),
+            dynamics,
+        }
+        .checked()
     }
 
     /// The plant of a bicycle model at its speed, with the actuator's lag.
@@ -122,41 +114,54 @@ impl DesignPlant {
         let vehicle = &bicycle.vehicle;
         let parameters = model_loading::bicycle_parameters(vehicle);
         let (f, g) = bicycle_body_frame(&parameters, vehicle.speed_mps);
-        let info = PlantInfo {
+        let dynamics = Dynamics::Continuous(Matrices {
+            state: DMatrix::from_fn(3, 3, |i, j| f[(i, j)]),
+            input: DVector::from_fn(3, |i, _| g[i]),
+            output: DVector::from_vec(vec![0.0, 1.0, 0.0]),
+            feedthrough: 0.0,
+        });
+        Self {
             model: "bicycle".into(),
             name: vehicle.name.clone(),
             speed: vehicle.speed_mps,
             steering_ratio: vehicle.steering_ratio,
             input_delay: 0.0,
             quality: bicycle.quality.clone(),
-        };
-        let matrices = Matrices {
-            state: DMatrix::from_fn(3, 3, |i, j| f[(i, j)]),
-            input: DVector::from_fn(3, |i, _| g[i]),
-            output: DVector::from_vec(vec![0.0, 1.0, 0.0]),
-            feedthrough: 0.0,
-        };
-        let family = Family::Bicycle(Box::new(bicycle.clone()));
-        Ok(Self { family, ..Self::checked(info, Dynamics::Continuous(matrices))? })
+            family: Family::Bicycle(Box::new(bicycle.clone())),
+            gain: steady_state_gain(&dynamics),
+            dynamics,
+        }
+        .checked()
     }
 
-    /// A plant from its matrices: `f` n by n row by row, `g` and `h` n long.
+    /// A plant at 15 m/s from its matrices, `f` n by n row by row, `g` and `h` n long, and its delay, s.
     #[cfg(test)]
     pub(crate) fn from_matrices(
-        info: PlantInfo,
         f: &[f64],
         g: &[f64],
         h: &[f64],
         d: f64,
+        input_delay: f64,
     ) -> Result<Self, Error> {
         let n = g.len();
-        let matrices = Matrices {
+        let dynamics = Dynamics::Continuous(Matrices {
             state: DMatrix::from_row_slice(n, n, f),
             input: DVector::from_row_slice(g),
             output: DVector::from_row_slice(h),
             feedthrough: d,
-        };
-        Self::checked(info, Dynamics::Continuous(matrices))
+        });
+        Self {
+            model: "plant".into(),
+            name: "test".into(),
+            speed: 15.0,
+            steering_ratio: 1.0,
+            input_delay,
+            quality: Quality::default(),
+            family: Family::Alone,
+            gain: steady_state_gain(&dynamics),
+            dynamics,
+        }
+        .checked()
     }
 
     /// Yaw rate per steering angle in steady state G₀, 1/s.
@@ -169,33 +174,22 @@ impl DesignPlant {
         matches!(self.dynamics, Dynamics::Discrete { .. })
     }
 
-    fn checked(info: PlantInfo, dynamics: Dynamics) -> Result<Self, Error> {
-        let (Dynamics::Continuous(m) | Dynamics::Discrete { matrices: m, .. }) = &dynamics;
+    fn checked(self) -> Result<Self, Error> {
+        let (Dynamics::Continuous(m) | Dynamics::Discrete { matrices: m, .. }) = &self.dynamics;
         let finite = m.state.iter().chain(&m.input).chain(&m.output).all(|v| v.is_finite())
-            && [m.feedthrough, info.speed, info.input_delay].iter().all(|v| v.is_finite());
-        if !finite || info.input_delay < 0.0 {
-            let problem = "the model holds numbers that are not finite, or a negative delay".into();
-            return Err(Error::Model { model: info.name, problem });
+            && [m.feedthrough, self.speed, self.input_delay].iter().all(|v| v.is_finite());
+        let model = self.name.clone();
+        if !finite || self.input_delay < 0.0 {
+            let problem =
+                "the model contains numbers that are not finite, or a negative delay".into();
+            return Err(Error::Model { model, problem });
         }
-        if let Some(text) = unstable_mode(&dynamics) {
-            return Err(Error::UnstablePlant { model: info.name, speed_mps: info.speed, text });
+        if let Some(text) = unstable_mode(&self.dynamics) {
+            return Err(Error::UnstablePlant { model, speed_mps: self.speed, text });
         }
-        let gain = steady_state_gain(&dynamics);
-        if !(gain.is_finite() && gain > 0.0) {
-            return Err(Error::SteadyStateGain { model: info.name, gain });
+        if !(self.gain.is_finite() && self.gain > 0.0) {
+            return Err(Error::SteadyStateGain { model, gain: self.gain });
         }
-        let PlantInfo { model, name, speed, steering_ratio, input_delay, quality } = info;
-        let family = Family::Alone;
-        Ok(Self {
-            model,
-            name,
-            speed,
-            steering_ratio,
-            input_delay,
-            quality,
-            dynamics,
-            family,
-            gain,
-        })
+        Ok(self)
     }
 }

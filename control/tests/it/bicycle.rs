@@ -1,4 +1,4 @@
-//! Bicycle models: the textbook's transfer function, and what a wrong file is told.
+//! Bicycle models: the textbook's transfer function, and the errors of wrong files.
 
 use control::{DesignPlant, Error, bicycle_from_toml};
 use formats::{Bicycle, Document};

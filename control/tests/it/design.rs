@@ -1,4 +1,4 @@
-//! Designs meet their specification on plants of all kinds, or say by how much they do not.
+//! Designs meet their specification on plants of all kinds, or report their shortfalls.
 
 use crate::common::{
     car, designed, identified, identified_car, options as usual, requiring, source, transfer,
@@ -16,15 +16,15 @@ fn assert_meets(plant: &DesignPlant, pid: &Pid) {
     let trace = step_response(plant, pid, false, 5.0).expect("a response");
     for (t, y) in trace.time.iter().zip(&trace.yaw) {
         let percent = 100.0 * (y / step - 1.0);
-        assert!(percent <= spec.overshoot_percent.expect("asked for"), "{percent} % at {t}");
-        if *t >= spec.settling_time_s.expect("asked for") {
+        assert!(percent <= spec.overshoot_percent.expect("required"), "{percent} % at {t}");
+        if *t >= spec.settling_time_s.expect("required") {
             assert!(percent.abs() <= spec.settling_band_percent, "{percent} % at {t}");
         }
     }
     let disturbed = step_response(plant, pid, true, 5.0).expect("a response");
     let last = disturbed.yaw[disturbed.yaw.len() - 1];
     assert!(100.0 * (last / step - 1.0).abs() <= spec.settling_band_percent);
-    assert!(evidence.margins.modulus_margin >= spec.modulus_margin.expect("asked for"));
+    assert!(evidence.margins.modulus_margin >= spec.modulus_margin.expect("required"));
     let angle = trace.steering.iter().fold(0.0_f64, |m, u| m.max(u.abs()));
     assert!(angle <= pid.limits.max_angle_rad);
 }
@@ -110,7 +110,7 @@ fn a_steering_times_speed_model_is_read_at_its_speed() {
 }
 
 #[test]
-fn what_cannot_be_met_is_told_by_how_much() {
+fn a_requirement_that_cannot_be_met_has_a_shortfall() {
     let plant = DesignPlant::from_bicycle(&car(1.0)).expect("a plant");
     // 0.5 degrees of steering turn 5 degrees in 2 s at best.
     let weak = DesignOptions { max_angle_rad: Some(0.5_f64.to_radians()), ..usual() };
@@ -131,10 +131,10 @@ fn what_cannot_be_met_is_told_by_how_much() {
     assert!(error.hint().contains("0.25 s"), "{}", error.hint());
 }
 
-/// What is asked for too soon is missed by no more than what is asked for less soon: the quickest
-/// loop that keeps the other requirements is found whatever the settling time asked for.
+/// A shorter required settling time never returns a slower loop: the fastest loop that keeps the other
+/// requirements is found whatever settling time is required.
 #[test]
-fn a_harder_request_is_never_worse_than_a_milder_one() {
+fn a_harder_requirement_is_never_worse_than_a_milder_one() {
     for (name, plant, max_angle_rad) in [
         ("car", DesignPlant::from_bicycle(&car(1.0)).expect("a plant"), None),
         ("weak", DesignPlant::from_bicycle(&car(1.0)).expect("a plant"), Some(0.01)),
@@ -144,7 +144,7 @@ fn a_harder_request_is_never_worse_than_a_milder_one() {
         let mut milder: Option<Pid> = None;
         for settling_time_s in [2.0, 1.0, 0.5, 0.3, 0.2, 0.1, 0.05] {
             let required = requiring(|s| s.settling_time_s = Some(settling_time_s));
-            // Of the search on the nominal plant; others would each ask for a little less speed.
+            // The search on the nominal plant alone; other plants would require a slower loop.
             let options = DesignOptions { max_angle_rad, robust: None, ..required };
             let pid = designed(&plant, &options);
             let (evidence, step) = (&pid.evidence, &pid.evidence.step);
@@ -153,7 +153,7 @@ fn a_harder_request_is_never_worse_than_a_milder_one() {
                 evidence.met, step.overshoot_percent, step.settling_time_s
             );
             let settling = step.settling_time_s.expect("it settles");
-            // Of what can be kept, only the settling time gives way.
+            // Only the settling time is relaxed.
             assert!(step.overshoot_percent <= 1.0, "{step:?}");
             assert!(evidence.margins.modulus_margin >= 0.5, "{:?}", evidence.margins);
             assert!(evidence.met || settling > settling_time_s || max_angle_rad.is_some());
@@ -163,8 +163,8 @@ fn a_harder_request_is_never_worse_than_a_milder_one() {
                     settling <= 1.02 * before,
                     "{name}, {settling_time_s} s: {settling} {before}"
                 );
-                // Both too soon, by more than a little: the same loop.
-                if milder.specification.settling_time_s.expect("asked for") < 0.9 * before {
+                // Both are clearly out of reach: the same loop.
+                if milder.specification.settling_time_s.expect("required") < 0.9 * before {
                     assert_eq!(pid.gains, milder.gains, "{name}, {settling_time_s} s");
                 }
             }
@@ -173,8 +173,8 @@ fn a_harder_request_is_never_worse_than_a_milder_one() {
     }
 }
 
-/// The same with all plants in mind: what is reported as the shortest is no longer than what a milder
-/// request reaches.
+/// The same on all plants: the reported shortest settling time is no longer than that of a milder
+/// requirement.
 #[test]
 fn the_shortest_settling_time_is_the_shortest() {
     let limited = DesignOptions { max_rate_radps: Some(0.4), ..usual() };
@@ -199,8 +199,8 @@ fn the_shortest_settling_time_is_the_shortest() {
     }
 }
 
-/// An actuator of 0.4 rad/s: no step overshoots more than a little, and beside the road and turned the loop
-/// comes back with tyres that saturate.
+/// With an actuator of 0.4 rad/s no step overshoots more than 2 %, and the loop returns to the road with
+/// tyres that saturate.
 #[test]
 fn large_steps_do_not_overshoot_and_the_loop_engages() {
     for speed in [8.0, 15.0, 25.0] {
@@ -230,14 +230,17 @@ fn large_steps_do_not_overshoot_and_the_loop_engages() {
             assert_eq!(pid.limits.largest_angle_rad(v), parameters.largest_angle(v));
         }
         // 6 m/s² in a steady turn of the linear car.
-        let required = speed * plant.gain() * pid.largest_angle_rad();
-        assert!(asked <= 6.0 + 1e-9 && (speed < 10.0 || asked > 5.999), "{speed}: {asked}");
+        let acceleration = speed * plant.gain() * pid.largest_angle_rad();
+        assert!(
+            acceleration <= 6.0 + 1e-9 && (speed < 10.0 || acceleration > 5.999),
+            "{speed}: {acceleration}"
+        );
     }
 }
 
-/// None at all, up to rounding.
+/// Up to rounding.
 #[test]
-fn an_overshoot_of_zero_may_be_asked_for() {
+fn an_overshoot_of_zero_may_be_required() {
     for plant in
         [DesignPlant::from_bicycle(&car(1.0)).expect("a plant"), transfer(&[40.0], &[8.0], 0.05)]
     {
@@ -258,7 +261,7 @@ fn an_overshoot_of_zero_may_be_asked_for() {
 
 /// Non-minimum phase and slow: no design meets a second, and none is unstable.
 #[test]
-fn a_plant_that_first_turns_the_wrong_way_still_gets_a_stable_loop() {
+fn a_non_minimum_phase_plant_has_a_stable_loop() {
     let plant = transfer(&[-6.0, 12.0], &[5.0, 6.0], 0.1);
     let pid = designed(&plant, &usual());
     assert!(!pid.evidence.met);
@@ -274,7 +277,7 @@ fn the_same_input_gives_the_same_file() {
     assert_meets(&plant, &designed(&plant, &other));
 }
 
-/// A controller is judged on another plant than its own, and not on one of other coordinates.
+/// A controller is evaluated on another plant than its own, and rejected on one of other coordinates.
 #[test]
 fn controllers_are_compared_across_plants() {
     let own = DesignPlant::from_bicycle(&car(1.0)).expect("a plant");
@@ -299,7 +302,7 @@ fn controllers_are_compared_across_plants() {
     assert_eq!(error, Error::SteeringRatio { pid: 1.0, plant: 15.0 });
 }
 
-/// A slow servo holds the overshoot of a large step down; the gains must not lean on it.
+/// A slow servo reduces the overshoot of a large step; the gains must not depend on it.
 #[test]
 fn a_servos_rate_limit_is_not_what_keeps_the_overshoot_down() {
     let plant = identified_car();
@@ -308,7 +311,10 @@ fn a_servos_rate_limit_is_not_what_keeps_the_overshoot_down() {
     let pid = designed(&plant, &options);
     assert_meets(&plant, &pid);
     let servo = pid.limits.max_rate_radps * pid.sample_time_s;
-    assert!(pid.evidence.step.largest_increment_rad > 0.99 * servo, "the servo was not asked much");
+    assert!(
+        pid.evidence.step.largest_increment_rad > 0.99 * servo,
+        "the servo is not at its limit"
+    );
     let small = pid.evidence.small_step.expect("a small step");
     assert!(small.overshoot_percent <= 1.0, "{small:?}");
     assert!(small.settling_time_s.expect("it settles") <= 1.0, "{small:?}");

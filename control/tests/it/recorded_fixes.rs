@@ -12,7 +12,7 @@ fn read(text: &str) -> Result<RecordedPoints, Error> {
     read_points(text, "road", &FixOptions::default())
 }
 
-fn told(text: &str) -> String {
+fn message(text: &str) -> String {
     let error = read(text).unwrap_err();
     assert!(!error.hint().is_empty());
     error.to_string()
@@ -106,7 +106,7 @@ fn the_format_does_not_matter() {
     }
     let nmea = read(&log).unwrap();
     assert!(apart(&nmea, &table) < 1e-3 && nmea.warnings.is_empty(), "{}", apart(&nmea, &table));
-    // RMC alone tells no heights: 568 m of 6371 km are 89 ppm.
+    // RMC alone has no altitudes: 568 m of 6371 km are 89 ppm.
     let alone: String =
         road().into_iter().enumerate().map(|(k, place)| rmc(k, place, 'A', 'D')).collect();
     assert!(apart(&read(&alone).unwrap(), &table) < 0.05);
@@ -145,7 +145,7 @@ fn poor_fixes_are_refused_or_marked() {
     let marked = read_points(&log, "road", &MARK).unwrap();
     assert_eq!(marked.x_m.len(), 199);
     assert!(marked.warnings[1].starts_with("used 13 of 199 fixes"), "{:?}", marked.warnings);
-    // Where correction is not asked for, satellites alone count.
+    // Without required correction only the satellites count.
     let free = FixOptions { correction: false, ..FixOptions::default() };
     assert_eq!(read_points(&log, "road", &free).unwrap().x_m.len(), 196);
 
@@ -180,17 +180,17 @@ fn poor_fixes_are_refused_or_marked() {
 fn faults_of_nmea_are_named_by_their_place() {
     let good = gga(0, road()[0], 4, 9);
     let broken = good.replace(",4,09,", ",4,08,");
-    assert!(told(&format!("{good}{broken}")).starts_with("road:2:"), "{broken}");
-    assert!(told(&broken).contains("the checksum is"), "{}", told(&broken));
+    assert!(message(&format!("{good}{broken}")).starts_with("road:2:"), "{broken}");
+    assert!(message(&broken).contains("the checksum is"), "{}", message(&broken));
     let cut = good.trim_end().rsplit_once('*').unwrap().0.to_owned();
-    assert!(told(&cut).contains("without a checksum"));
+    assert!(message(&cut).contains("without a checksum"));
     for sum in ["ZZ", "", "7", "012", "+5"] {
-        let told = told(&format!("{cut}*{sum}"));
-        assert!(told.contains("not two hexadecimal digits"), "{told}");
+        let error = message(&format!("{cut}*{sum}"));
+        assert!(error.contains("not two hexadecimal digits"), "{error}");
     }
-    assert!(told(&format!("{good}garbage\n")).starts_with("road:2:1: a sentence begins with"));
-    assert!(told(&sentence("GPGSV,1,1,00")).contains("no sentence GGA or RMC"));
-    for (data, says) in [
+    assert!(message(&format!("{good}garbage\n")).starts_with("road:2:1: a sentence begins with"));
+    assert!(message(&sentence("GPGSV,1,1,00")).contains("no sentence GGA or RMC"));
+    for (data, expected) in [
         ("GPGGA,1,6060.0,N,01000.0,E,4,9,1,1,M,1,M,,", "the latitude is `6060.0,N`"),
         ("GPGGA,1,5930.0,X,01000.0,E,4,9,1,1,M,1,M,,", "the latitude is `5930.0,X`"),
         ("GPGGA,1,9130.0,N,01000.0,E,4,9,1,1,M,1,M,,", "beyond ±90"),
@@ -206,22 +206,22 @@ fn faults_of_nmea_are_named_by_their_place() {
         let text = sentence(data);
         match read(&text) {
             Err(error) => {
-                let told = error.to_string();
-                assert!(told.contains(says) || data == "GPRMC", "{data}: {told}");
+                let text = error.to_string();
+                assert!(text.contains(expected) || data == "GPRMC", "{data}: {text}");
             }
             Ok(points) => panic!("{data}: {points:?}"),
         }
     }
     // Columns count from 1, to the field.
-    let error = told(&sentence("GPGGA,1,5930.0,N,01000.0,E,9,9,1,1,M,1,M,,"));
+    let error = message(&sentence("GPGGA,1,5930.0,N,01000.0,E,9,9,1,1,M,1,M,,"));
     assert!(error.starts_with("road:1:29: "), "{error}");
 }
 
 #[test]
 fn faults_of_gpx_are_named_by_their_place() {
-    let bad = |text: &str, says: &str| {
-        let told = told(text);
-        assert!(told.contains(says), "{told}");
+    let bad = |text: &str, expected: &str| {
+        let error = message(text);
+        assert!(error.contains(expected), "{error}");
     };
     bad("<gpx><trk></gpx>", "road:1:11: ");
     bad("<gpx", "road:1:");

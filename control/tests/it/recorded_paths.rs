@@ -96,8 +96,8 @@ fn what_closes_a_track_that_ends_far_from_its_start_is_told() {
         from_points(&x, &y, &closed).expect("a path").warnings
     };
     assert_eq!(warnings(TAU - 0.05), Vec::<String>::new());
-    let told = warnings(0.9 * TAU);
-    assert!(told.len() == 1 && told[0].starts_with("the last point is 3"), "{told:?}");
+    let all = warnings(0.9 * TAU);
+    assert!(all.len() == 1 && all[0].starts_with("the last point is 3"), "{all:?}");
 }
 
 #[test]
@@ -185,7 +185,7 @@ fn the_city_street() {
         path.len(),
         path[path.len() - 1].distance_m
     );
-    // As long as the way from point to point, and as the CAN speed says (1004 m within 1 %).
+    // As long as the way from point to point, and as the CAN speed integrates (1004 m within 1 %).
     let raw: f64 = (1..1200)
         .map(|i| (points.x_m[i] - points.x_m[i - 1]).hypot(points.y_m[i] - points.y_m[i - 1]))
         .sum();

@@ -3,9 +3,9 @@
 use crate::common::{car, identified, identified_car, options as usual, requiring, source};
 use control::{DesignOptions, DesignPlant, Error, design};
 
-/// Eq 9–11: a file of which one matrix was edited is no model.
+/// Eq 9–11: a file with one edited matrix is inconsistent.
 #[test]
-fn a_plant_that_contradicts_itself_is_refused() {
+fn an_inconsistent_plant_is_rejected() {
     let plant = identified_car();
     let refused = |change: &dyn Fn(&mut formats::Plant)| {
         let mut plant = plant.clone();
@@ -23,9 +23,9 @@ fn a_plant_that_contradicts_itself_is_refused() {
     assert!(refused(&edit).contains("differs"));
 }
 
-/// Neither the feedforward nor the gain of a product of steering and speed has a value then.
+/// Feedforward and the gain of steering times speed are undefined without a speed.
 #[test]
-fn a_plant_of_unknown_speed_is_refused() {
+fn a_plant_of_unknown_speed_is_rejected() {
     for input in [formats::InputKind::Steering, formats::InputKind::SteeringTimesSpeed] {
         let mut plant = identified_car();
         plant.operating_point.speed_mps = 0.0;
@@ -38,7 +38,7 @@ fn a_plant_of_unknown_speed_is_refused() {
 }
 
 #[test]
-fn plants_nobody_can_steer_are_refused() {
+fn plants_that_cannot_be_controlled_are_rejected() {
     let refused = |f: &[f64], g: &[f64], h: &[f64]| {
         let plant = identified(f, g, h, 0.01, 0.0);
         let errors = [true, false].map(|continuous| {

@@ -1,8 +1,8 @@
-//! One set of gains for many plants, requirements beyond the usual, and what blocks them.
+//! One set of gains for many plants, more requirements, and the diagnosis of those that are infeasible.
 
-use crate::common::{car, designed, identified_car, options as usual, transfer};
+use crate::common::{car, designed, identified_car, options as usual, source, transfer};
 use control::{
-    DesignOptions, DesignPlant, Error, Requirement, RobustOptions, evaluate, step_metrics,
+    DesignOptions, DesignPlant, Error, Requirement, RobustOptions, design, evaluate, step_metrics,
 };
 use formats::{
     BicycleEvidence, EstimationFocus, Matrix, Pid, Plant, Specification, Uncertainty,
@@ -34,11 +34,11 @@ fn uncertain() -> Plant {
     plant
 }
 
-/// Where the search begins is hardly to be seen in the loop, neither with other plants in mind nor on the
-/// nominal one alone, be what is asked for kept or out of reach. No plants are drawn, which would
-/// differ, too.
+/// The loop hardly depends on the starting points, whether it is designed on several plants or on the nominal
+/// one alone, and whether the requirements are kept or out of reach. No plants are drawn, since they
+/// would depend on the seed, too.
 #[test]
-fn the_loop_does_not_depend_on_luck() {
+fn the_loop_hardly_depends_on_the_seed() {
     let plant = DesignPlant::from_plant(&identified_car()).expect("a plant");
     let limited = DesignOptions { max_rate_radps: Some(0.4), ..usual() };
     let alone = DesignOptions { robust: None, ..usual() };
@@ -58,7 +58,7 @@ fn the_loop_does_not_depend_on_luck() {
     }
 }
 
-/// Drawn here with other numbers than the design's own: all keep what the evidence says they keep.
+/// Plants drawn with other random numbers than those of the design keep what the evidence states.
 #[test]
 fn all_drawn_plants_keep_the_requirements() {
     let file = uncertain();
@@ -78,15 +78,15 @@ fn all_drawn_plants_keep_the_requirements() {
     }
     assert!(different > 0.02, "the ensemble is no ensemble: {different}");
     assert!(kept >= 39, "{kept} of 40");
-    // The gains of the nominal design alone are not held against them.
+    // The gains of the nominal design alone are not evaluated on them.
     let alone = designed(&plant, &DesignOptions { robust: None, ..usual() });
     assert!(alone.evidence.robustness.is_none());
     assert_ne!(alone.gains, pid.gains);
 }
 
-/// A latency of ±30 ms: kept within, and where each requirement breaks is where it does.
+/// Requirements are kept within a latency of ±30 ms, and break where the evidence states.
 #[test]
-fn the_latency_at_which_requirements_break_is_told() {
+fn the_latency_at_which_requirements_break_is_reported() {
     let plant = DesignPlant::from_plant(&identified_car()).expect("a plant");
     let robust = Some(RobustOptions { latency_s: 0.03, ..RobustOptions::default() });
     let options = DesignOptions { loop_delay_s: 0.04, robust, ..usual() };
@@ -94,12 +94,12 @@ fn the_latency_at_which_requirements_break_is_told() {
     let robust = pid.evidence.robustness.as_ref().expect("robustness");
     assert!(robust.met, "{robust:?}");
     assert!((robust.loop_delay_range_s[1] - 0.07).abs() < 1e-12);
-    let mut told = 0;
+    let mut reported = 0;
     for b in &robust.latency {
         let requirement = Requirement::of(&b.requirement).expect("a known name");
         let Some(above) = b.above else { continue };
         assert!(above > 0.07 - 1e-3, "{b:?}");
-        let required = requirement.required(&pid.specification).expect("asked for");
+        let required = requirement.required(&pid.specification).expect("required");
         // By the exact evidence at another delay, not by the grid of the search.
         let met = |delay: f64| {
             let mut late = pid.clone();
@@ -109,14 +109,14 @@ fn the_latency_at_which_requirements_break_is_told() {
             !e.shortfalls.iter().any(|s| s.requirement == b.requirement)
         };
         assert!(met(above - 0.003) && !met(above + 0.003), "{b:?}, {required}");
-        told += 1;
+        reported += 1;
     }
-    assert!(told >= 3, "{:?}", robust.latency);
+    assert!(reported >= 3, "{:?}", robust.latency);
 }
 
-/// Eq 13 holds at any speed: one that was identified is held against ±20 %.
+/// Eq 13 holds at any speed: an identified one is evaluated at ±20 %.
 #[test]
-fn an_identified_bicycle_is_held_against_other_speeds() {
+fn an_identified_bicycle_is_evaluated_at_other_speeds() {
     let mut bicycle = car(1.0);
     let data_only = DesignPlant::from_bicycle(&bicycle).expect("a plant");
     assert!(!data_only.is_speed_scheduled());
@@ -136,9 +136,9 @@ fn an_identified_bicycle_is_held_against_other_speeds() {
     assert!(matches!(error, Err(Error::NotScheduled { .. })));
 }
 
-/// And against those that its data may as well be: here a lag and a yaw inertia known to some percent.
+/// And over its uncertainty: here a lag and a yaw inertia known to some percent.
 #[test]
-fn an_identified_bicycle_is_held_against_its_uncertainty() {
+fn an_identified_bicycle_is_evaluated_over_its_uncertainty() {
     let mut bicycle = car(1.0);
     let none = VehicleDirection::default();
     let directions = vec![
@@ -171,7 +171,7 @@ fn an_identified_bicycle_is_held_against_its_uncertainty() {
 #[test]
 fn each_requirement_is_kept_or_named() {
     let plant = DesignPlant::from_bicycle(&car(1.0)).expect("a plant");
-    let asked = Specification {
+    let requirements = Specification {
         rise_time_s: Some(0.5),
         integral_absolute_error_s: Some(0.4),
         gain_margin_db: Some(10.0),
@@ -180,7 +180,7 @@ fn each_requirement_is_kept_or_named() {
         disk_margin: Some(0.9),
         ..Specification::none()
     };
-    let options = DesignOptions { requirements: asked, robust: None, ..usual() };
+    let options = DesignOptions { requirements, robust: None, ..usual() };
     let e = designed(&plant, &options).evidence;
     assert!(e.met, "{:?}", e.shortfalls);
     assert!(e.step.rise_time_s.expect("it rises") <= 0.5);
@@ -189,13 +189,13 @@ fn each_requirement_is_kept_or_named() {
     assert!(e.margins.phase_margin_deg.is_none_or(|m| m >= 55.0));
     assert!(e.margins.delay_margin_s.is_none_or(|m| m >= 0.1));
     assert!(e.margins.disk_margin.expect("a disk margin") >= 0.9);
-    // Nothing at all may be asked for.
+    // A specification may be empty.
     let free = DesignOptions { requirements: Specification::none(), ..options };
     assert!(designed(&plant, &free).evidence.met);
 }
 
 #[test]
-fn what_blocks_a_requirement_is_said_in_words() {
+fn an_infeasible_requirement_is_diagnosed() {
     let plant = DesignPlant::from_bicycle(&car(1.0)).expect("a plant");
     let with = |change: &dyn Fn(&mut DesignOptions)| {
         let mut options = DesignOptions { robust: None, ..usual() };
@@ -235,8 +235,8 @@ fn linear_theory_and_the_sampled_loop_agree() {
     }
 }
 
-/// Where only the plant itself keeps a settling time, the advice says which one all could keep, and
-/// all do keep that one when it is asked for.
+/// Where only the nominal plant keeps a settling time, the advice states one that all could keep, and all keep
+/// that one when it is required.
 #[test]
 fn the_settling_time_that_all_plants_could_keep_is_told() {
     let plant = DesignPlant::from_plant(&identified_car()).expect("a plant");
@@ -246,29 +246,24 @@ fn the_settling_time_that_all_plants_could_keep_is_told() {
     let e = designed(&plant, &options).evidence;
     assert!(e.met && !e.robustness.expect("robustness").met, "{:?}", e.step);
     let words = e.advice.join("; ");
-    let (_, rest) = words.split_once("could keep a settling time of ").expect("it is told");
-    let told: f64 = rest.split(' ').next().expect("a time").parse().expect("a number");
-    assert!(told > 0.7 && told < 1.2, "{words}");
-    options.requirements.settling_time_s = Some(told);
+    let (_, rest) = words.split_once("could keep a settling time of ").expect("a sentence");
+    let settling: f64 = rest.split(' ').next().expect("a time").parse().expect("a number");
+    assert!(settling > 0.7 && settling < 1.2, "{words}");
+    options.requirements.settling_time_s = Some(settling);
     let e = designed(&plant, &options).evidence;
     assert!(e.met && e.robustness.expect("robustness").met, "{:?}", e.step);
 }
 
-/// Without a drive nothing says what the actuator can.
+/// Without a drive the rate of the actuator is unknown.
 #[test]
 fn a_data_sheet_needs_the_rate_of_its_steering() {
     let plant = DesignPlant::from_bicycle(&car(1.0)).expect("a plant");
-    let error = design(
-        &plant,
-        &SourceFile::of(std::path::Path::new("plant.json"), b"{}"),
-        &DesignOptions::default(),
-    )
-    .expect_err("refused");
+    let error = design(&plant, &source(), &DesignOptions::default()).expect_err("refused");
     assert_eq!(error, Error::NoSteeringRate { model: "car".into() });
     assert!(error.hint().contains("rate of the steering"), "{}", error.hint());
 }
 
-/// A drive that was steered gently says nothing of a step that is not.
+/// A step that steers faster than the drive is reported.
 #[test]
 fn a_step_beyond_the_drive_is_told() {
     let words = |angle: f64, rate: f64, max_rate_radps: Option<f64>| {

@@ -31,7 +31,7 @@ fn the_identified_plant_keeps_the_reference_road_at_4_mps2() {
     assert!(trace.finished);
     assert!(trace.rms_cross_track_error() < 0.05, "{}", trace.rms_cross_track_error());
     assert!(trace.largest_cross_track_error() < 0.1, "{}", trace.largest_cross_track_error());
-    // The road asks for 4 m/s² and gets about that.
+    // The road requires 4 m/s², which is about reached.
     let rate = trace.yaw_rate.iter().fold(0.0_f64, |m, r| m.max(r.abs()));
     assert!((15.0 * rate - 4.0).abs() < 0.6, "{}", 15.0 * rate);
     // It drives straight on after the road with the offset of its steering, 0.01 rad.
@@ -43,7 +43,7 @@ fn the_identified_plant_keeps_the_reference_road_at_4_mps2() {
     assert_ne!(jacobi.yaw, trace.yaw);
 }
 
-/// The bicycle slips: its course is not its yaw, which the guidance must know.
+/// The bicycle has sideslip: the guidance must contain it, since course and yaw differ.
 #[test]
 fn the_bicycle_needs_its_sideslip() {
     let bicycle = car(1.0);

@@ -201,20 +201,12 @@ mod tests {
     use crate::design::target::{
         LEAST_RESERVE, ROBUST, ROBUST_SHORTEST_SETTLING, ROBUST_UNTIMED, SHORTEST_SETTLING,
     };
-    use crate::plants::design_plant::{DesignPlant, PlantInfo};
+    use crate::plants::design_plant::DesignPlant;
 
     /// A mode and a lag with a delay of 20 ms: at that latency, at others, and with other gains.
     fn objective(max_rate_radps: Option<f64>) -> Objective {
-        let info = PlantInfo {
-            model: "plant".into(),
-            name: "mode".into(),
-            speed: 15.0,
-            steering_ratio: 1.0,
-            input_delay: 0.02,
-            quality: formats::Quality::default(),
-        };
         let (f, h) = ([0.0, 1.0, -60.0, -9.0], [300.0, 6.0]);
-        let plant = DesignPlant::from_matrices(info, &f, &[0.0, 1.0], &h, 0.0).unwrap();
+        let plant = DesignPlant::from_matrices(&f, &[0.0, 1.0], &h, 0.0, 0.02).unwrap();
         let max_rate_radps = max_rate_radps.or(Some(1e3));
         let max_lateral_acceleration_mps2 = 1e3;
         let options = DesignOptions {

@@ -45,11 +45,11 @@ impl Curve {
         for i in 1..x.len() {
             parameters.push(parameters[i - 1] + (x[i] - x[i - 1]).hypot(y[i] - y[i - 1]));
         }
-        // Enough of them are left by the cleaning.
+        // The cleaning leaves enough points.
         let too_few = || Error::Option {
             option: "distance between recorded points",
             value: ((x[1] - x[0]).hypot(y[1] - y[0]) * 1e3).round() / 1e3,
-            must: "short beside the bends of the road, some metres",
+            must: "short compared with the bends of the road, some metres",
         };
         let mut curve: Option<Self> = None;
         for _ in 0..ROUNDS {
@@ -110,7 +110,7 @@ impl Curve {
         for _ in 0..3 {
             let ([fx, dx, _], [fy, dy, _]) = (self.x.at(t), self.y.at(t));
             t += ((x - fx) * dx + (y - fy) * dy) / (dx * dx + dy * dy).max(f64::MIN_POSITIVE);
-            // No further than the curve is known, nor to another part of it.
+            // Neither beyond the ends of the curve nor to another part of it.
             t = t.clamp(start - 2.0 * self.step, start + 2.0 * self.step);
             t = t.clamp(self.from, self.to);
         }
@@ -177,7 +177,7 @@ impl Curve {
         }
     }
 
-    /// How far the points are off the curve.
+    /// The distances of the points from the curve.
     pub(crate) fn deviation(
         &self,
         cleaned: &Cleaned,
@@ -224,7 +224,7 @@ impl Curve {
     }
 }
 
-/// How far the points are off a curve.
+/// The distances of the points from a curve.
 pub(crate) struct Deviation {
     pub(crate) rms_m: f64,
     pub(crate) largest_m: f64,
@@ -232,8 +232,8 @@ pub(crate) struct Deviation {
     pub(crate) excess: Option<Excess>,
 }
 
-/// The mean offset over a window that exceeds what noise explains by most: the point in its middle, the
-/// mean and the limit.
+/// The mean offset over a window that exceeds the offset explained by noise by most: the point in its middle,
+/// the mean and the limit.
 fn worst_mean(offsets: &[(f64, f64)], window: f64, noise: f64) -> Option<(usize, f64, f64)> {
     let mut sums = vec![0.0];
     sums.extend(offsets.iter().scan(0.0, |sum, (_, offset)| {

@@ -26,9 +26,9 @@ use outliers::{Cleaned, LEAST_POINTS, clean};
 
 /// Most points of a path.
 const MOST_POINTS: f64 = 1e6;
-/// Longest smoothing tried for the sake of the curvature, m.
+/// Longest smoothing that is tried to keep the curvature, m.
 const LONGEST_SMOOTHING: f64 = 200.0;
-/// Shortest smoothing tried for the sake of the points, m.
+/// Shortest smoothing that is tried to stay on the points, m.
 const SHORTEST_SMOOTHING: f64 = 1.0;
 /// Ratio of the smoothing lengths that are tried one after the other.
 const RATIO: f64 = 1.3;
@@ -67,16 +67,16 @@ pub fn from_points(xs: &[f64], ys: &[f64], options: &PointOptions) -> Result<Rec
     }
     let mut warnings = warnings(&cleaned, xs.len(), options.closed);
     let found = smoothed(&cleaned, options)?;
-    let (asked, used) = (options.smoothing_length, found.smoothing);
-    let because = if used > asked {
+    let (required, used) = (options.smoothing_length, found.smoothing);
+    let because = if used > required {
         Some(format!("to keep the curvature below {} 1/m", options.max_curvature))
-    } else if used < asked {
+    } else if used < required {
         Some("to stay on the points".to_owned())
     } else {
         None
     };
     if let Some(because) = because {
-        warnings.push(format!("smoothed over {used:.1} m instead of {asked} m {because}"));
+        warnings.push(format!("smoothed over {used:.1} m instead of {required} m {because}"));
     }
     let mut path =
         document(&options.name, options.speed, options.closed, found.points, options.provenance());
@@ -103,15 +103,15 @@ pub fn from_points(xs: &[f64], ys: &[f64], options: &PointOptions) -> Result<Rec
     })
 }
 
-/// A curve that is smooth enough to drive, its points, and how far the recording is off it.
+/// A curve that is smooth enough to drive, its points, and the distances of the recording from it.
 struct Smoothed {
     smoothing: f64,
     points: Vec<PathPoint>,
     deviation: Deviation,
 }
 
-/// The longest smoothing up to the one asked for that stays on the points; longer where the curvature
-/// needs it.
+/// The longest smoothing up to that of the options that stays on the points; longer where the curvature
+/// requires it.
 fn smoothed(cleaned: &Cleaned, options: &PointOptions) -> Result<Smoothed, Error> {
     let mut smoothing = options.smoothing_length;
     let mut best: Option<Smoothed> = None;
@@ -177,7 +177,7 @@ fn warnings(cleaned: &Cleaned, total: usize, closed: bool) -> Vec<String> {
     for (i, jump) in &cleaned.outliers {
         out.push(format!("left out point {}: {jump:.2} m off its neighbours", i + 1));
     }
-    // Rows may be missing: the spline bridges the gap, but nobody has seen the road there.
+    // Rows may be missing: the spline bridges the gap, but the road there was not recorded.
     let steps: Vec<f64> = (1..cleaned.x.len()).map(|i| gap(cleaned, i)).collect();
     let mut sorted = steps.clone();
     sorted.sort_by(f64::total_cmp);
@@ -193,7 +193,7 @@ fn warnings(cleaned: &Cleaned, total: usize, closed: bool) -> Vec<String> {
     let closing = (cleaned.x[last] - cleaned.x[0]).hypot(cleaned.y[last] - cleaned.y[0]);
     if closed && closing > largest {
         out.push(format!(
-            "the last point is {closing:.1} m from the first: nobody has seen the road that closes it"
+            "the last point is {closing:.1} m from the first: the road that closes it was not recorded"
         ));
     }
     out

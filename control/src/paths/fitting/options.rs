@@ -7,21 +7,21 @@ use formats::{Path, Provenance};
 /// How recorded points become a path.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PointOptions {
-    /// A name for people.
+    /// A readable name.
     pub name: String,
     /// Speed the path is made for, m/s.
     pub speed: f64,
     /// Whether the last point leads to the first.
     pub closed: bool,
-    /// Points nearer than this to the one before are repeated ones, m.
+    /// Points nearer than this to the one before count as repeated, m.
     pub minimum_spacing: f64,
     /// Waves in the road shorter than this are smoothed away, m.
     pub smoothing_length: f64,
     /// Largest curvature of the path, 1/m: smoothing is lengthened until it is kept.
     pub max_curvature: f64,
-    /// A point further than this from where its neighbours lead is an outlier, m.
+    /// A point further than this from the curve through its neighbours is an outlier, m.
     pub largest_jump: f64,
-    /// Largest distance of a point from the path, m. `None`: what the points' noise explains.
+    /// Largest distance of a point from the path, m. `None`: the distance that the points' noise explains.
     pub max_deviation: Option<f64>,
     /// Distance between the path's points, m.
     pub spacing: f64,
@@ -98,19 +98,19 @@ pub struct RecordedPath {
     pub noise_m: f64,
     /// The deviation that exceeds its limit, if any does: the path is off the points.
     pub excess: Option<Excess>,
-    /// Smoothing in force, m; longer than asked for where the curvature needed it, shorter where the
-    /// points did.
+    /// Smoothing length used, m; longer than that of the options where the curvature required it, shorter
+    /// where the points did.
     pub smoothing_length_m: f64,
-    /// What was left out or changed, in words.
+    /// Warnings about points that were left out and changes of the options.
     pub warnings: Vec<String>,
 }
 
-/// A path that is further off its points than it may be.
+/// The deviation of a path that is further off its points than allowed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Excess {
     /// Distance of a point, or the mean distance of neighbours to one side, m.
     pub deviation_m: f64,
-    /// What is allowed, m.
+    /// The limit, m.
     pub limit_m: f64,
     /// Whether it is the mean of neighbours.
     pub is_mean: bool,

@@ -1,9 +1,9 @@
-//! Recorded positions that cannot be: repeated points and jumps.
+//! Recorded positions that are left out: repeated points and jumps.
 //!
-//! What a bend leaves between points is no fault, however far they are apart: a vehicle that turns with
-//! the lateral acceleration a is a·Δt² off the straight line through its last two fixes, 2.5 m at 1 Hz
-//! and 2.5 m/s². So a point is held against the cubic through its four neighbours, which follows a bend,
-//! and what a bend between the directions before and after it may add is allowed.
+//! A bend moves points off a straight line, the more the further they are apart: a vehicle that turns with
+//! the lateral acceleration a is a·Δt² off the line through its last two fixes, 2.5 m at 1 Hz and 2.5 m/s².
+//! A point is therefore compared with the cubic through its four neighbours, which follows a bend, and the
+//! distance that a bend between the directions before and after it may add is allowed.
 
 use super::options::PointOptions;
 use crate::Error;
@@ -14,13 +14,13 @@ pub(crate) const LEAST_POINTS: usize = 4;
 /// Squares of a point's weight and of its four neighbours', at equal distances: 1 + (1 + 16 + 16 + 1)/36.
 const CUBIC_SQUARES: f64 = 70.0 / 36.0;
 /// Median distance from the neighbours' cubic over the standard deviation of the noise in each direction:
-/// that of a normal distribution to one side, 0.6745, times the root of [`CUBIC_SQUARES`]. Along the road a
-/// point's place on the cubic is its own.
+/// that of a normal distribution to one side, 0.6745, times the root of [`CUBIC_SQUARES`]. Along the road
+/// the point determines its place on the cubic.
 const MEDIAN_OF_NOISE: f64 = 0.940_6;
-/// Directions before and after a point that differ by more are none of a road, rad.
+/// Largest difference of the directions before and after a point on a road, rad.
 const LARGEST_TURN: f64 = 2.0;
 
-/// Points that are kept, and what was left out.
+/// The points kept and those left out.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Cleaned {
     pub(crate) x: Vec<f64>,
@@ -37,7 +37,7 @@ pub(crate) struct Cleaned {
 ///
 /// A point is an outlier where its deviation (see [`Chain::deviation`]) is beyond both `largest_jump` and
 /// eight times the median distance from the neighbours' cubic, which is that of noise. The worst is taken
-/// out first, since it makes its neighbours look bad.
+/// out first, since it increases the deviation of its neighbours.
 pub(crate) fn clean(xs: &[f64], ys: &[f64], options: &PointOptions) -> Result<Cleaned, Error> {
     let mut kept: Vec<usize> = Vec::with_capacity(xs.len());
     for i in 0..xs.len() {
@@ -78,7 +78,7 @@ pub(crate) fn clean(xs: &[f64], ys: &[f64], options: &PointOptions) -> Result<Cl
         kept.iter().enumerate().filter(|(j, _)| !chain.removed[*j]).map(|(_, &i)| i).collect();
     let at = |i: usize| (xs[i], ys[i]);
     outliers.sort_by_key(|(i, _)| *i);
-    refuse_jump(&kept, at, limit)?;
+    reject_jump(&kept, at, limit)?;
     Ok(Cleaned {
         x: kept.iter().map(|&i| xs[i]).collect(),
         y: kept.iter().map(|&i| ys[i]).collect(),
@@ -88,8 +88,8 @@ pub(crate) fn clean(xs: &[f64], ys: &[f64], options: &PointOptions) -> Result<Cl
     })
 }
 
-/// Points that are left out one after the other, the worst first: in order of deviation by a heap, since
-/// a recording may be long.
+/// Points that are removed one after the other, the worst first. A heap orders them by deviation, since a
+/// recording may be long.
 struct Chain {
     points: Vec<(f64, f64)>,
     /// Neighbours of each point among those that are left; none at the ends.
@@ -100,7 +100,7 @@ struct Chain {
     deviations: Vec<f64>,
     /// Distances from the neighbours' cubic, whatever the bend.
     residuals: Vec<f64>,
-    /// Deviations as they were once, which order as their bits do: none is negative.
+    /// Deviations, some of them outdated, as bits: numbers that are not negative have the order of their bits.
     heap: BinaryHeap<(u64, usize)>,
 }
 
@@ -126,11 +126,11 @@ impl Chain {
         self.heap.push((self.deviations[j].to_bits(), j));
     }
 
-    /// How far a point is from where its neighbours lead, and how much of it no bend explains.
+    /// The distance of a point from the curve through its neighbours, and the part of it that no bend explains.
     ///
     /// Between two points the road lies in the triangle of their chord and the directions before and
-    /// after it; half its height is what the cubic may be off by. An end is held against the line of the
-    /// two points next to it, from which it may bend as they do.
+    /// after it; the cubic may be off by half its height. An end is compared with the line of the two points
+    /// next to it, from which it may bend as they do.
     fn deviation(&self, j: usize) -> (f64, f64) {
         let at = |k: usize| self.points[k];
         let second = |near: Option<usize>, on: &[Option<usize>]| near.and_then(|k| on[k]);
@@ -160,8 +160,8 @@ impl Chain {
         (residual, (residual - allowed).max(0.0))
     }
 
-    /// Distance of a point from the polynomial through its neighbours over the way between them, as large
-    /// as noise makes it for points at equal distances.
+    /// Distance of a point from the polynomial through its neighbours, scaled to the effect of noise at equal
+    /// distances.
     fn residual(&self, j: usize, near: [Option<usize>; 4]) -> f64 {
         let at = |k: usize| self.points[k];
         let [_, Some(a), Some(b), _] = near else { return 0.0 };
@@ -208,17 +208,16 @@ impl Chain {
         if let Some(after) = after {
             self.before[after] = before;
         }
-        // Two to either side, since an end looks at two.
+        // Two to either side, since an end depends on two.
         let changed =
             [before.and_then(|k| self.before[k]), before, after, after.and_then(|k| self.after[k])];
         changed.into_iter().flatten().for_each(|k| self.measure(k));
     }
 }
 
-/// A recording that goes on elsewhere has no bad point but a bad step: one that leads aside or
-/// back by more than the limit, seen along the steps before and after it, and by more than a bend as sharp
-/// as those around it does.
-fn refuse_jump(kept: &[usize], at: impl Fn(usize) -> (f64, f64), limit: f64) -> Result<(), Error> {
+/// A recording that continues at another place has no outlier but a jump: a step that leads aside or back, along
+/// the steps before and after it, by more than the limit and by more than a bend as sharp as those around it.
+fn reject_jump(kept: &[usize], at: impl Fn(usize) -> (f64, f64), limit: f64) -> Result<(), Error> {
     let step = |j: usize| {
         let ((ax, ay), (bx, by)) = (at(kept[j]), at(kept[j + 1]));
         (bx - ax, by - ay)
@@ -258,7 +257,7 @@ fn off_ray(p: (f64, f64), near: (f64, f64), next: (f64, f64)) -> f64 {
     let length = dx.hypot(dy).max(f64::MIN_POSITIVE);
     let (px, py) = (p.0 - near.0, p.1 - near.1);
     let along = (px * dx + py * dy) / length;
-    // Up to three spacings ahead is no jump: the recording may drop rows or the speed change.
+    // Up to three spacings ahead is no jump: rows may be missing, or the speed may change.
     let over = if along < 0.0 { -along } else { (along - 3.0 * length).max(0.0) };
     ((px * dy - py * dx) / length).hypot(over)
 }

@@ -173,7 +173,7 @@ mod tests {
 
     /// A wave passes by 1/(1 + (cutoff/length)⁶): 64/65 at twice the cut-off length, a half at it.
     #[test]
-    fn waves_pass_as_the_cutoff_says() {
+    fn waves_pass_by_their_share() {
         let t: Vec<f64> = (0..4000).map(|i| 0.25 * f64::from(i)).collect();
         for (length, share) in [(40.0, 64.0 / 65.0), (20.0, 0.5), (10.0, 1.0 / 65.0)] {
             let values: Vec<f64> = t.iter().map(|t| (TAU * t / length).sin()).collect();

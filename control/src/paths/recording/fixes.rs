@@ -1,4 +1,4 @@
-//! Fixes of a satellite receiver: which are good enough to make a road of.
+//! Fixes of a satellite receiver, and the selection of those that are good enough for a road.
 
 use super::geodesy::wgs84_to_local;
 use crate::Error;
@@ -12,28 +12,28 @@ pub struct RecordedPoints {
     pub y_m: Vec<f64>,
     /// Whether they came from latitude and longitude.
     pub geodetic: bool,
-    /// What was left out or is doubtful, in words.
+    /// Warnings about rows that were left out or are doubtful.
     pub warnings: Vec<String>,
 }
 
-/// What becomes of fixes with too few satellites or without correction.
+/// The use of fixes with too few satellites or without correction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum PoorFixes {
-    /// They are left out, with a warning.
+    /// Left out, with a warning.
     #[default]
     Refuse,
-    /// They are used, and the warning names them.
+    /// Used, with a warning that names them.
     Mark,
 }
 
-/// What a fix must be.
+/// The requirements on a fix.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FixOptions {
     /// Fewest satellites of a good fix.
     pub least_satellites: u32,
     /// Whether a good fix needs correction data (differential, RTK).
     pub correction: bool,
-    /// What becomes of the others.
+    /// The use of the others.
     pub poor: PoorFixes,
 }
 
@@ -43,18 +43,18 @@ impl Default for FixOptions {
     }
 }
 
-/// How a receiver came to a position.
+/// The quality of a position.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Quality {
-    /// There is none.
+    /// No position.
     Invalid,
-    /// By its own signals alone, or by guess.
+    /// From the receiver's signals alone, or estimated.
     Alone,
     /// With correction data.
     Corrected,
 }
 
-/// One fix; what the file does not tell is `None`.
+/// One fix; fields that the file does not state are `None`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Fix {
     pub(crate) line: u64,
@@ -71,7 +71,7 @@ pub(crate) struct Fix {
 /// Lines that a warning names, at most.
 const NAMED: usize = 5;
 
-/// The good fixes, and the others as the options say, in a local plane.
+/// The good fixes, and the others as the options require, in a local plane.
 ///
 /// # Errors
 /// [`Error::PoorFixes`] where none is left.
@@ -118,14 +118,14 @@ pub(crate) fn choose(
         ));
     }
     let column = |value: fn(&Fix) -> f64| kept.iter().map(value).collect::<Vec<f64>>();
-    // Heights from some rows alone would be steps.
+    // Altitudes of some rows alone would be steps in height.
     let altitudes: Option<Vec<f64>> = kept.iter().map(|fix| fix.altitude).collect();
     let (x_m, y_m) =
         wgs84_to_local(&column(|f| f.latitude), &column(|f| f.longitude), altitudes.as_deref());
     Ok(RecordedPoints { x_m, y_m, geodetic: true, warnings })
 }
 
-/// Refuses a position that is none.
+/// Rejects a position that is not on the globe.
 pub(crate) fn check_position(latitude: f64, longitude: f64) -> Result<(), String> {
     for (name, value, limit) in [("latitude", latitude, 90.0), ("longitude", longitude, 360.0)] {
         if value.is_nan() {

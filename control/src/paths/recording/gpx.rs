@@ -1,14 +1,14 @@
 //! Recorded points from GPX 1.0 and 1.1: the points of a track, else those of a route.
 //!
-//! The segments of the first track that has points are joined in order. Where a point tells its
-//! satellites (`sat`) or the kind of its fix (`fix`: none, 2d, 3d, dgps, pps), that is heeded; a
-//! drawn road tells neither.
+//! The segments of the first track that has points are joined in order. The number of satellites (`sat`) and
+//! the kind of the fix (`fix`: none, 2d, 3d, dgps, pps) are used where the file has them; a drawn road has
+//! neither.
 
 use super::fixes::{Fix, Quality, check_position};
 use crate::Error;
 use roxmltree::{Document, Node};
 
-/// The fixes of a track, and what is to be said about the file.
+/// The fixes of a track, and warnings about the file.
 ///
 /// # Errors
 /// [`Error::PointFile`] with the place of the first fault.
@@ -21,9 +21,9 @@ pub(crate) fn fixes(text: &str, file: &str) -> Result<(Vec<Fix>, Vec<String>), E
     };
     let document = Document::parse(text).map_err(|e| {
         let at = e.pos();
-        // The parser's own text ends with the place, which stands before it here.
-        let told = e.to_string();
-        let problem = told.rsplit_once(" at ").map_or(told.as_str(), |(text, _)| text).to_owned();
+        // The parser's text ends with the place, which the error states at its start.
+        let text = e.to_string();
+        let problem = text.rsplit_once(" at ").map_or(text.as_str(), |(text, _)| text).to_owned();
         fault(u64::from(at.row), at.col as usize, problem)
     })?;
     let root = document.root_element();
@@ -81,7 +81,7 @@ pub(crate) fn fixes(text: &str, file: &str) -> Result<(Vec<Fix>, Vec<String>), E
             Some("2d" | "3d" | "pps") => Some(Quality::Alone),
             Some("dgps") => Some(Quality::Corrected),
             Some(other) => {
-                return Err(fault(format!("`fix` is `{other}`, which GPX does not know")));
+                return Err(fault(format!("`fix` is `{other}`, not none, 2d, 3d, dgps or pps")));
             }
         };
         let satellites = number("sat")?.map(|n| n as u32);
@@ -91,7 +91,7 @@ pub(crate) fn fixes(text: &str, file: &str) -> Result<(Vec<Fix>, Vec<String>), E
     Ok((fixes, warnings))
 }
 
-/// Lines of places in a text that are asked for in order: one pass for all.
+/// Line numbers of places in a text, which must come in order: one pass for all.
 struct Places<'a> {
     text: &'a str,
     at: usize,

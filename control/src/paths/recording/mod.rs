@@ -13,7 +13,7 @@ use geodesy::wgs84_to_local;
 /// otherwise. `file` is named in errors.
 ///
 /// A table has the columns `x_m` and `y_m`, or `latitude_deg` and `longitude_deg` (with `altitude_m`
-/// where there is one); other columns are left alone.
+/// where there is one); other columns are ignored.
 ///
 /// # Errors
 /// [`Error::PointFile`] with the place of the first fault, [`Error::PoorFixes`] where no fix is good
@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn metres_come_as_they_are() {
+    fn metres_are_unchanged() {
         let points = read_points("\u{feff}x_m, y_m\n1.5, -2\n", "t.csv").unwrap();
         assert_eq!((points.x_m, points.y_m, points.geodetic), (vec![1.5], vec![-2.0], false));
     }

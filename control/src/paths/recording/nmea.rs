@@ -4,13 +4,13 @@
 //! `$ccRMC,hhmmss.ss,status,ddmm.mm,N,dddmm.mm,E,knots,course,ddmmyy,…,mode*hh`
 //!
 //! A GGA and an RMC of one time of day are one fix: position, quality and satellites are GGA's, and
-//! RMC's status must not contradict them. RMC alone tells the quality by its mode (NMEA 2.3 on) and
-//! no number of satellites. Other sentences are passed over, but every checksum must be right.
+//! RMC's status must not contradict them. RMC alone has a quality, its mode (NMEA 2.3 on), and
+//! no number of satellites. Other sentences are skipped, but every checksum must be right.
 
 use super::fixes::{Fix, Quality, check_position};
 use crate::Error;
 
-/// A fix and the time of day it is of, as the sentence writes it.
+/// A fix and its time of day, as written in the sentence.
 struct Timed {
     time: String,
     fix: Fix,
@@ -104,23 +104,23 @@ fn checked_fields(sentence: &str) -> Result<Vec<&str>, (usize, String)> {
     let Some(body) = sentence.strip_prefix(['$', '!']) else {
         return Err((1, "a sentence begins with `$`".into()));
     };
-    let Some((data, told)) = body.rsplit_once('*') else {
+    let Some((data, stated)) = body.rsplit_once('*') else {
         return Err((sentence.len() + 1, "the sentence ends without a checksum".into()));
     };
     let sum = data.bytes().fold(0_u8, |sum, byte| sum ^ byte);
     let column = data.len() + 3;
-    let told = told.trim();
-    let digits = told.len() == 2 && told.bytes().all(|b| b.is_ascii_hexdigit());
-    match u8::from_str_radix(told, 16).ok().filter(|_| digits) {
-        Some(told) if told == sum => Ok(data.split(',').collect()),
-        Some(told) => {
-            Err((column, format!("the checksum is {told:02X}, the sentence's is {sum:02X}")))
+    let stated = stated.trim();
+    let digits = stated.len() == 2 && stated.bytes().all(|b| b.is_ascii_hexdigit());
+    match u8::from_str_radix(stated, 16).ok().filter(|_| digits) {
+        Some(stated) if stated == sum => Ok(data.split(',').collect()),
+        Some(stated) => {
+            Err((column, format!("the checksum is {stated:02X}, the sentence's is {sum:02X}")))
         }
-        None => Err((column, format!("the checksum `{told}` is not two hexadecimal digits"))),
+        None => Err((column, format!("the checksum `{stated}` is not two hexadecimal digits"))),
     }
 }
 
-/// GGA's quality: 2 differential, 4 and 5 RTK; 0 none; the rest by the receiver alone or by guess.
+/// GGA's quality: 2 differential, 4 and 5 RTK; 0 none; the rest by the receiver alone or estimated.
 fn gga_quality(field: &str) -> Result<Quality, String> {
     match field {
         "0" | "" => Ok(Quality::Invalid),
