@@ -63,6 +63,17 @@ impl TrackTrace {
     }
 }
 
+/// The input of the controller that follows a path.
+pub(crate) fn pid_input(guide: &PathOutput, yaw: f64, speed: f64) -> PidInput {
+    PidInput {
+        yaw_reference: guide.yaw_reference,
+        yaw,
+        steering_feedforward: guide.steering_feedforward,
+        enabled: true,
+        speed,
+    }
+}
+
 /// Drives along a path at its speed, with [`guidance_for`] the controller, until the path ends or
 /// `duration` seconds are over.
 ///
@@ -104,14 +115,7 @@ pub fn track_with(
     let parameters = model_loading::pid_parameters(pid);
     let mut controller = Pid::default();
     let mut tick = |guide: &PathOutput, yaw: f64| {
-        let input = PidInput {
-            yaw_reference: guide.yaw_reference,
-            yaw,
-            steering_feedforward: guide.steering_feedforward,
-            enabled: true,
-            speed,
-        };
-        controller.tick(&parameters, &input).steering_angle
+        controller.tick(&parameters, &pid_input(guide, yaw, speed)).steering_angle
     };
     let follow = |follower: &mut PathFollower, [x, y, yaw, _]: [f64; 4]| {
         let out = follower.evaluate(&law, x, y, yaw, speed);

@@ -164,7 +164,7 @@ fn poor_fixes_are_refused_or_marked() {
         least_satellites: 5,
     };
     assert_eq!(error, numbers);
-    assert!(error.hint().contains("--poor-fixes mark"), "{}", error.hint());
+    assert!(error.hint().contains("have them marked"), "{}", error.hint());
 
     let gpx = gpx("<trkpt lat=\"1\" lon=\"2\"><fix>dgps</fix><sat>9</sat></trkpt>\n\
          <trkpt lat=\"1\" lon=\"2.1\"><fix>3d</fix><sat>9</sat></trkpt>\n\

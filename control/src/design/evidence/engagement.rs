@@ -9,12 +9,13 @@
 use crate::Error;
 use crate::design::parallel::each;
 use crate::guidance::guidance_for;
+use crate::guidance::track::pid_input;
 use crate::plants::design_plant::{DesignPlant, Family};
 use crate::plants::plant_model::{PlantModel, model_error};
 use formats::{Engagement, EngagementRow, Pid as PidFile};
 use std::collections::VecDeque;
 use std::sync::Arc;
-use vehicle_models::{PathFollower, PathGeometry, PathPoint, Pid, PidInput};
+use vehicle_models::{PathFollower, PathGeometry, PathPoint, Pid};
 
 /// Speeds as shares of the design's, where the model holds at others.
 const SPEEDS: [f64; 3] = [0.6, 1.0, 1.4];
@@ -81,9 +82,8 @@ fn straight() -> Result<Arc<PathGeometry>, vehicle_models::Error> {
 /// Whether the vehicle slides, or leaves the range in which its model holds.
 fn is_out_of_range(plant: &PlantModel, speed: f64, max_acceleration: f64) -> bool {
     match plant {
-        PlantModel::Identified(p) => (p.yaw_rate() * speed).abs() > BEYOND * max_acceleration,
-        PlantModel::Bicycle(p) => (p.yaw_rate() * speed).abs() > BEYOND * max_acceleration,
         PlantModel::Nonlinear(p) => p.lateral_velocity().abs() > SPINS_RAD * speed,
+        linear => (linear.outputs()[3] * speed).abs() > BEYOND * max_acceleration,
     }
 }
 
@@ -115,13 +115,7 @@ fn returns(
         } else if time - near_since >= STAYS_S {
             return Ok(true);
         }
-        let input = PidInput {
-            yaw_reference: guide.yaw_reference,
-            yaw,
-            steering_feedforward: guide.steering_feedforward,
-            enabled: true,
-            speed,
-        };
+        let input = pid_input(&guide, yaw, speed);
         sent.push_back(controller.tick(&parameters, &input).steering_angle);
         plant.step(sent.pop_front().unwrap_or_default(), h)?;
         follower.integrate(&law, &guide, speed, h);

@@ -51,7 +51,7 @@ pub fn path_from_recording(
 }
 
 /// Makes a path from positions in m, in driving order. A path that cannot be brought near enough to the
-/// points is returned with its [`Excess`].
+/// points is returned with its [`Excess`](super::Excess).
 ///
 /// # Errors
 /// [`Error::TooFewPoints`], [`Error::Jumps`], [`Error::Curvature`] and [`Error::Option`] where
