@@ -112,6 +112,8 @@ impl From<control::Error> for Failure {
 pub(crate) fn design_hint(error: &control::Error) -> String {
     match error {
         control::Error::NoSteeringRate { .. } => format!("{}: --max-rate 25deg/s", error.hint()),
+        control::Error::NotScheduled { .. } => format!("{}: --structure bicycle", error.hint()),
+        control::Error::PoorFixes { .. } => format!("{}: --poor-fixes mark", error.hint()),
         _ => error.hint(),
     }
 }

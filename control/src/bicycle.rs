@@ -17,7 +17,7 @@ fn read_vehicle(text: &str, file: &str) -> Result<VehicleData, Error> {
         let problem = e.message().replace('\n', "; ");
         Error::VehicleFile { file: file.into(), line, column, problem }
     })?;
-    // Checked here as well as in the document, since here the line is known.
+    // Checked here as well as in the document, since the line is known here.
     document(&vehicle).checked(file).map_err(|e| match e {
         formats::Error::Value { path, problem, .. } => {
             let key = path.rsplit('.').next().unwrap_or_default();
@@ -33,7 +33,7 @@ fn read_vehicle(text: &str, file: &str) -> Result<VehicleData, Error> {
 /// The bicycle model of a vehicle.
 ///
 /// # Errors
-/// [`Error::Document`] or [`Error::Model`] where a value cannot be.
+/// [`Error::Document`] or [`Error::Model`] where a value is impossible.
 pub fn bicycle(vehicle: &VehicleData) -> Result<Bicycle, Error> {
     let bicycle = document(vehicle);
     bicycle.checked(&vehicle.name)?;
@@ -43,7 +43,7 @@ pub fn bicycle(vehicle: &VehicleData) -> Result<Bicycle, Error> {
     Ok(bicycle)
 }
 
-/// Reads vehicle data and makes the bicycle model of it; the file stands in its provenance.
+/// Reads vehicle data and returns the bicycle model, with the file in its provenance.
 ///
 /// # Errors
 /// [`Error::VehicleFile`] with line and column of a missing, unknown or impossible value, and as

@@ -1,9 +1,9 @@
-//! What can go wrong, with the numbers in it and what to do about it.
+//! The errors of the crate with their numbers, and a hint for each.
 
-/// Why a bicycle, a design or a path could not be made.
+/// A bicycle, a design or a path is impossible.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Error {
-    /// The vehicle file is not what it should be.
+    /// The vehicle file is invalid.
     #[error("{file}:{line}:{column}: {problem}")]
     VehicleFile {
         /// Name of the file as the caller gave it.
@@ -15,7 +15,7 @@ pub enum Error {
         /// What is wrong.
         problem: String,
     },
-    /// The file with recorded points is not what it should be.
+    /// The file of recorded points is invalid.
     #[error("{file}:{line}:{column}: {problem}")]
     PointFile {
         /// Name of the file as the caller gave it.
@@ -27,7 +27,7 @@ pub enum Error {
         /// What is wrong.
         problem: String,
     },
-    /// The file of a road is not what it should be.
+    /// The file of a road is invalid.
     #[error("{file}:{line}:{column}: {problem}")]
     RoadFile {
         /// Name of the file as the caller gave it.
@@ -39,7 +39,7 @@ pub enum Error {
         /// What is wrong.
         problem: String,
     },
-    /// A satellite receiver's recording has no fix that may be used.
+    /// The recording of a satellite receiver has no usable fix.
     #[error(
         "{file}: none of {total} fixes can be used: {without} have no position, {poor} have fewer than {least_satellites} satellites or no correction"
     )]
@@ -48,14 +48,14 @@ pub enum Error {
         file: String,
         /// Fixes in the file.
         total: usize,
-        /// Those without a position.
+        /// Fixes without a position.
         without: usize,
-        /// Those that are not good enough.
+        /// Fixes with too few satellites or without correction.
         poor: usize,
         /// Satellites needed.
         least_satellites: u32,
     },
-    /// A document made here contradicts itself.
+    /// A document is inconsistent.
     #[error(transparent)]
     Document(#[from] formats::Error),
     /// The plant model cannot be stepped.
@@ -66,7 +66,7 @@ pub enum Error {
         /// What is wrong.
         problem: String,
     },
-    /// The identified model's file contradicts itself.
+    /// The identified model's file is inconsistent.
     #[error("{model}: {source}")]
     Identified {
         /// The model's name.
@@ -74,8 +74,10 @@ pub enum Error {
         /// What is wrong.
         source: vehicle_models::Error,
     },
-    /// The speed at which the plant was identified is not known.
-    #[error("{model}: operating_point.speed_mps is 0: at which speed the plant holds is not known")]
+    /// The speed at which the plant was identified is unknown.
+    #[error(
+        "{model}: operating_point.speed_mps is 0: the speed at which the plant holds is unknown"
+    )]
     NoSpeed {
         /// The model's name.
         model: String,
@@ -90,14 +92,16 @@ pub enum Error {
         /// The mode in words.
         text: String,
     },
-    /// How fast the steering turns is stated nowhere.
-    #[error("{model}: no rate of the steering is stated, and there is no drive to take one from")]
+    /// The largest rate of the steering is not stated.
+    #[error(
+        "{model}: no rate of the steering is stated, and the model comes from no drive that has one"
+    )]
     NoSteeringRate {
         /// The model's name.
         model: String,
     },
-    /// Another speed was asked of a model that holds at one.
-    #[error("{model}: the model holds at the speed of its identification alone")]
+    /// The model holds at one speed alone.
+    #[error("{model}: the model holds only at the speed of its identification")]
     NotScheduled {
         /// The model's name.
         model: String,
@@ -112,7 +116,7 @@ pub enum Error {
         /// Yaw rate per steering angle, 1/s.
         gain: f64,
     },
-    /// A plant that exists only on its own grid cannot be controlled on that one.
+    /// The controller's sample time is no multiple of the grid of a discrete plant.
     #[error(
         "{model} has no continuous model and steps every {plant_s} s: a controller sample of {controller_s} s is not a multiple of it"
     )]
@@ -124,47 +128,47 @@ pub enum Error {
         /// The controller's sample time.
         controller_s: f64,
     },
-    /// The controller would act too seldom to settle in time.
+    /// The controller has too few samples in the settling time.
     #[error(
         "a sample time of {sample_time_s} s leaves fewer than {need} samples in the settling time of {settling_time_s} s"
     )]
     SampleTimeTooLong {
         /// The controller's sample time.
         sample_time_s: f64,
-        /// The settling time asked for.
+        /// The required settling time.
         settling_time_s: f64,
         /// Samples needed within it.
         need: usize,
     },
-    /// The delay is longer than this design handles.
-    #[error("a delay of {delay_s} s is longer than the {allowed_s} s that a response is simulated")]
+    /// The delay is longer than a design allows.
+    #[error("a delay of {delay_s} s is longer than the {allowed_s} s that a design allows")]
     DelayTooLong {
         /// The delay of plant and loop.
         delay_s: f64,
-        /// The longest handled.
+        /// The longest allowed.
         allowed_s: f64,
     },
-    /// An option has a value it cannot have.
+    /// An option is out of its range.
     #[error("{option} is {value}: it must be {must}")]
     Option {
         /// The option.
         option: &'static str,
         /// Its value.
         value: f64,
-        /// What it must be.
+        /// Its range.
         must: &'static str,
     },
-    /// Two things asked for cannot hold at once.
+    /// Two options contradict each other.
     #[error("{one} contradicts {other}: {why}")]
     Contradiction {
-        /// The one.
+        /// The first.
         one: String,
-        /// The other.
+        /// The second.
         other: String,
-        /// Why.
+        /// The reason.
         why: &'static str,
     },
-    /// Controller and plant speak of different steering angles.
+    /// Controller and plant have different steering angles.
     #[error("the controller is for a steering ratio of {pid}, the plant has {plant}")]
     SteeringRatio {
         /// The controller's.
@@ -172,7 +176,7 @@ pub enum Error {
         /// The plant's.
         plant: f64,
     },
-    /// No road of that shape exists.
+    /// A road of that shape does not exist.
     #[error("{road}: {problem}")]
     Road {
         /// Which road.
@@ -193,7 +197,7 @@ pub enum Error {
         "{dropped} of {total} points jump from their neighbours (the first at point {first}, by {jump_m:.2} m), more than the {allowed} that may be outliers"
     )]
     Jumps {
-        /// Points given up as outliers.
+        /// Points left out as outliers.
         dropped: usize,
         /// Points in all.
         total: usize,
@@ -204,14 +208,14 @@ pub enum Error {
         /// Outliers allowed.
         allowed: usize,
     },
-    /// The recorded positions go on somewhere else.
+    /// The recorded positions continue at another place.
     #[error("the positions jump by {jump_m:.2} m between points {after} and {next}")]
     Jump {
         /// Point before the jump, from 1.
         after: usize,
-        /// Point behind it.
+        /// Point after it.
         next: usize,
-        /// How far aside or back.
+        /// Size of the jump.
         jump_m: f64,
     },
     /// The recorded path cannot be smoothed to the curvature allowed.
@@ -232,7 +236,7 @@ pub enum Error {
 }
 
 impl Error {
-    /// What the reader can do about it.
+    /// The suggested fix.
     #[must_use]
     pub fn hint(&self) -> String {
         match self {
@@ -254,19 +258,19 @@ impl Error {
                     .into()
             }
             Self::PoorFixes { .. } => {
-                "record with a receiver that has correction data, or use the fixes all the same and \
-                 have them marked (`steerwright path --poor-fixes mark`)"
+                "record with a receiver that has correction data, or use the poor fixes and have them \
+                 marked"
                     .into()
             }
             Self::Document(inner) => inner.hint(),
-            Self::Model { .. } => "mend the model's file or make it again".into(),
+            Self::Model { .. } => "correct the model's file, or identify the model again".into(),
             Self::Identified { source, .. } => source.hint().into(),
             Self::NoSpeed { .. } => {
                 "identify with the log's speed channel, or write the speed of the drive into the file"
                     .into()
             }
             Self::UnstablePlant { .. } => {
-                "design at a lower speed, or mend the vehicle data: an oversteering vehicle is \
+                "design at a lower speed, or correct the vehicle data: an oversteering vehicle is \
                  unstable above its critical speed"
                     .into()
             }
@@ -276,7 +280,7 @@ impl Error {
                     .into()
             }
             Self::NotScheduled { .. } => {
-                "identify in a structure that holds at other speeds, such as `--structure bicycle`"
+                "identify a structure that holds at other speeds, such as the bicycle"
                     .into()
             }
             Self::SteadyStateGain { .. } => {
@@ -291,9 +295,9 @@ impl Error {
             ),
             Self::DelayTooLong { .. } => "check the unit of the delay: it is in seconds".into(),
             Self::Option { must, .. } => format!("give a value that is {must}"),
-            Self::Contradiction { .. } => "leave one of the two out, or change it".into(),
+            Self::Contradiction { .. } => "remove one of the two options, or change it".into(),
             Self::SteeringRatio { .. } => {
-                "compare models whose steering angles are taken at the same place (steering wheel \
+                "compare models whose steering angles are measured at the same place (steering wheel \
                  or road wheel)"
                     .into()
             }

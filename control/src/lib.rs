@@ -13,13 +13,13 @@
 //! | [`DesignPlant`] | steering → yaw rate, identified or bicycle |
 //! | [`design()`] | eq 14 to a specification, with evidence |
 //! | [`evaluate()`], [`step_response`], [`step_metrics`], [`metrics_of`] | any controller on any plant |
-//! | [`guidance_for`], [`with_sideslip`], [`sideslip`], [`Sideslip`] | the path follower around the loop |
+//! | [`guidance_for`], [`sideslip`], [`Sideslip`] | the path follower around the loop |
 //! | [`track()`], [`track_with`] | plant, path and controller in one process |
 //! | [`paths`] | composed, standard and recorded paths |
 //!
 //! Nothing here reads files or clocks: text and documents come in, documents go out, and the same
 //! input gives the same output. SI units and radians; ISO 8855 axes. Steering angles are in the
-//! plant's own steering coordinates unless a name says road wheel.
+//! plant's own steering coordinates unless a name states the road wheel.
 
 mod bicycle;
 mod closed_loop;
@@ -40,7 +40,8 @@ pub use closed_loop::simulate::Trace;
 pub use design::design;
 pub use design::options::{DesignOptions, RobustOptions};
 pub use error::Error;
-pub use guidance::track::{Master, PlantModel, TrackTrace, track, track_with};
-pub use guidance::{Sideslip, guidance_for, sideslip, with_sideslip};
-pub use plants::DesignPlant;
+pub use guidance::track::{Master, TrackTrace, track, track_with};
+pub use guidance::{Sideslip, guidance_for, sideslip};
+pub use plants::design_plant::DesignPlant;
+pub use plants::plant_model::PlantModel;
 pub use requirement::Requirement;

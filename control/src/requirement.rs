@@ -1,4 +1,4 @@
-//! The requirements a design may be held to: what each is called, asked for, and reached by.
+//! The requirements of a design: their names, the bounds of a specification, and the values reached.
 
 use formats::{DesignEvidence, Margins, OnACurve, Shortfall, Specification, StepMetrics};
 
@@ -25,7 +25,7 @@ pub enum Requirement {
     PhaseMargin,
     /// Smallest distance of the loop from −1.
     ModulusMargin,
-    /// Delay that the loop bears.
+    /// Delay up to which the loop is stable.
     DelayMargin,
     /// Gain and phase together.
     DiskMargin,
@@ -75,7 +75,7 @@ impl Requirement {
         Self::ALL.into_iter().find(|r| r.name() == name)
     }
 
-    /// What people call it.
+    /// Its name in texts.
     #[must_use]
     pub fn label(self) -> &'static str {
         match self {
@@ -94,7 +94,7 @@ impl Requirement {
         }
     }
 
-    /// A value with its unit, as people write it.
+    /// A value with its unit in texts.
     #[must_use]
     pub fn text(self, value: f64) -> String {
         if value == f64::INFINITY {
@@ -124,7 +124,7 @@ impl Requirement {
         )
     }
 
-    /// The margin it is about; unlimited where it is about none.
+    /// The margin that it bounds; infinite for a requirement on none.
     pub(crate) fn of_margins(self, margins: &Margins) -> f64 {
         let unlimited = |margin: Option<f64>| margin.unwrap_or(f64::INFINITY);
         match self {
@@ -137,12 +137,12 @@ impl Requirement {
         }
     }
 
-    /// Whether it is about how quick the loop is.
+    /// Whether it bounds a time.
     pub(crate) fn is_time(self) -> bool {
         matches!(self, R::Settling | R::Rise | R::IntegralError)
     }
 
-    /// What a specification asks of it.
+    /// The bound in a specification.
     #[must_use]
     pub fn required(self, s: &Specification) -> Option<f64> {
         match self {
@@ -161,27 +161,27 @@ impl Requirement {
         }
     }
 
-    /// Whether what is reached is as asked for.
+    /// Whether a value keeps the bound.
     #[must_use]
     pub fn is_met(self, required: f64, reached: f64) -> bool {
-        // Not `!(… <)`: what is no number is not met.
+        // Written so that NaN does not keep it.
         if self.at_least() { reached >= required } else { reached <= required }
     }
 
-    /// By what share a bound is missed; 0 where it is kept.
+    /// The share by which a bound is missed; 0 where it is kept.
     pub(crate) fn missed(self, bound: f64, reached: f64) -> f64 {
         let over = if self.at_least() { bound - reached } else { reached - bound };
-        // What is no number misses it by far.
+        // NaN misses it by far.
         if over.is_nan() { 1e3 } else { (over / bound.max(LEAST_SCALE)).max(0.0) }
     }
 
-    /// What misses an upper bound by this share.
+    /// The value that misses an upper bound by a share.
     pub(crate) fn missing(bound: f64, share: f64) -> f64 {
         bound + share * bound.max(LEAST_SCALE)
     }
 }
 
-/// Bounds below this, such as an overshoot of 0, are missed relative to this, percent or s.
+/// Bounds below this value, percent or s, such as an overshoot of 0, are missed relative to it.
 const LEAST_SCALE: f64 = 0.01;
 
 /// What a controller reaches on one plant.
@@ -198,7 +198,7 @@ pub(crate) struct Reached {
 }
 
 impl Reached {
-    /// Of the evidence in a file.
+    /// The values in the evidence of a file.
     pub(crate) fn of(e: &DesignEvidence, s: &Specification) -> Self {
         Self {
             step: e.step,
@@ -209,8 +209,8 @@ impl Reached {
         }
     }
 
-    /// The figure a requirement is held to. A response that never settles is told as its end plus
-    /// the share by which it is off, so that better ones have less.
+    /// The value of a requirement. For a response that never settles it is the end of the response plus
+    /// the share by which it is off, so that better responses have smaller values.
     pub(crate) fn value(&self, requirement: Requirement) -> f64 {
         let never = self.end * (1.0 + 0.01 * self.step.steady_state_error_percent);
         match requirement {
@@ -225,7 +225,7 @@ impl Reached {
         }
     }
 
-    /// What a specification asks for and this does not reach.
+    /// The requirements of a specification that are missed.
     pub(crate) fn shortfalls(&self, s: &Specification) -> Vec<Shortfall> {
         Requirement::ALL
             .into_iter()

@@ -1,11 +1,12 @@
 //! The sampled loop against theory and against the models that run in the FMUs.
 
+use crate::closed_loop::feedforward::{Advice, ramp_lag};
 use crate::closed_loop::margins::{controller, margins};
 use crate::closed_loop::metrics::metrics;
 use crate::closed_loop::simulate::{Excitation, Simulator};
-use crate::guidance::advice::{Advice, ramp_lag};
+use crate::plants::design_plant::DesignPlant;
+use crate::plants::dynamics::Dynamics;
 use crate::plants::sampled::Sampled;
-use crate::plants::{DesignPlant, Dynamics, PlantInfo};
 use crate::{DesignOptions, design};
 use formats::SourceFile;
 use nalgebra::{Complex, DMatrix, DVector};
@@ -15,25 +16,14 @@ use vehicle_models::{
     PidParameters,
 };
 
-fn info(input_delay: f64) -> PlantInfo {
-    PlantInfo {
-        model: "plant".into(),
-        name: "test".into(),
-        speed: 15.0,
-        steering_ratio: 1.0,
-        input_delay,
-        quality: formats::Quality::default(),
-    }
-}
-
 /// Yaw rate = gain · steering: yaw is a pure integrator.
 fn integrator(gain: f64, delay: f64) -> DesignPlant {
-    DesignPlant::from_matrices(info(delay), &[-1.0], &[0.0], &[0.0], gain).unwrap()
+    DesignPlant::from_matrices(&[-1.0], &[0.0], &[0.0], gain, delay).unwrap()
 }
 
 /// Yaw rate = gain/(τs + 1) · steering.
 fn lag(gain: f64, tau: f64, delay: f64) -> DesignPlant {
-    DesignPlant::from_matrices(info(delay), &[-1.0 / tau], &[gain / tau], &[1.0], 0.0).unwrap()
+    DesignPlant::from_matrices(&[-1.0 / tau], &[gain / tau], &[1.0], 0.0, delay).unwrap()
 }
 
 /// A two-mode plant with feedthrough.
@@ -138,7 +128,7 @@ fn the_simulation_is_the_loop_of_the_fmus() {
             sideslip_growth: 0.0,
         })
         .unwrap();
-        let mut design = DesignPlant::from_matrices(info(delay), &F, &G, &H, D).unwrap();
+        let mut design = DesignPlant::from_matrices(&F, &G, &H, D, delay).unwrap();
         if !continuous {
             let Dynamics::Continuous(mut m) = design.dynamics else { unreachable!() };
             (m.state, m.input) = (a, DVector::from_column_slice(b.as_slice()));
@@ -252,7 +242,7 @@ fn margins_of_pi_on_an_integrator_approach_the_continuous_ones() {
 #[test]
 fn margins_end_where_the_simulated_loop_grows() {
     let ts = 0.01;
-    let design = DesignPlant::from_matrices(info(0.03), &F, &G, &H, D).unwrap();
+    let design = DesignPlant::from_matrices(&F, &G, &H, D, 0.03).unwrap();
     let plant = Sampled::new(&design, ts, 0.0).unwrap();
     let m = margins(&plant, &pid());
     let factor = 10.0_f64.powf(m.gain_margin_db.unwrap() / 20.0);
@@ -304,7 +294,7 @@ fn limits_hold_at_every_tick() {
 /// rate grows, as the heading of a clothoid does, and little behind one whose growth changes.
 #[test]
 fn preview_and_feedforward_leave_no_error_on_circle_and_clothoid() {
-    let plant = DesignPlant::from_matrices(info(0.02), &F, &G, &H, D).unwrap();
+    let plant = DesignPlant::from_matrices(&F, &G, &H, D, 0.02).unwrap();
     let source = SourceFile { name: "plant.json".into(), sha256: String::new() };
     let options = DesignOptions { max_rate_radps: Some(1e3), ..DesignOptions::default() };
     let document = design(&plant, &source, &options).unwrap();

@@ -83,7 +83,7 @@ def steady_gain(pid):
 
 def reference_gains(gains, preview, feedforward, omega, yaw):
     """What of yaw acceleration, s², and jerk, s³, belongs into the reference: the design's rule
-    (`Advice::on_roads` in control/src/guidance), by least squares over roads. `feedforward`: steering
+    (`Advice::on_roads` in control/src/closed_loop), by least squares over roads. `feedforward`: steering
     per yaw rate, s."""
     j_omega = 1j * omega
     z = np.exp(j_omega * SAMPLE_TIME_S)

@@ -1,12 +1,12 @@
 //! What a controller reaches on a plant, whichever it was designed on.
 
 use crate::Error;
+use crate::closed_loop::feedforward::Advice;
 use crate::closed_loop::margins::{controller, margins};
 use crate::closed_loop::metrics::{Metrics, metrics};
-use crate::closed_loop::scenario::{Step, on_curve, simulated_step, small_step};
+use crate::closed_loop::scenario::{Step, on_curve, simulated_step};
 use crate::closed_loop::simulate::{Excitation, Simulator, Trace};
-use crate::guidance::advice::Advice;
-use crate::plants::DesignPlant;
+use crate::plants::design_plant::DesignPlant;
 use crate::plants::sampled::Sampled;
 use crate::requirement::Reached;
 use formats::{DesignEvidence, HeightStep, Pid, Specification, StepMetrics};
@@ -25,14 +25,14 @@ const LARGE_STEPS_S: f64 = 30.0;
 /// models.
 ///
 /// # Errors
-/// [`Error::SteeringRatio`] where the plant's steering angle is another one, and what sampling the
-/// plant may say.
+/// [`Error::SteeringRatio`] where the plant's steering angle is another one, and the errors of sampling
+/// the plant.
 pub fn evaluate(plant: &DesignPlant, pid: &Pid) -> Result<DesignEvidence, Error> {
     let sampled = sampled_for(plant, pid, pid.designed_for.loop_delay_s)?;
     let parameters = pid_parameters(pid);
     let advice = Advice {
         feedforward_gain: pid.guidance.feedforward_gain_radm,
-        // The delay of the path's loop is made up for in the preview, and is not in this one.
+        // The preview contains the additional delay of the loop through the path, which is not simulated here.
         preview_time: pid.guidance.preview_time_s - late_path(pid),
         yaw_acceleration_gain: pid.guidance.yaw_acceleration_gain_s2,
         yaw_jerk_gain: pid.guidance.yaw_jerk_gain_s3,
@@ -143,7 +143,7 @@ pub(crate) fn evidence(
     let step = simulated_step(&mut simulator, sampled, pid, spec, Step::of(spec));
     let with_offset =
         simulated_step(&mut simulator, sampled, pid, spec, Step { offset, ..Step::of(spec) });
-    let small = small_step(&mut simulator, sampled, pid, spec, spec.steady_state_time_s);
+    let small = simulated_step(&mut simulator, sampled, pid, spec, Step::small(spec));
     let mut evidence = DesignEvidence {
         step: step.step,
         step_with_offset: with_offset.step,

@@ -34,7 +34,7 @@ pub(crate) fn controller(p: &PidParameters, z: Complex<f64>) -> Complex<f64> {
     Complex::new(p.kp, 0.0) + Complex::new(p.ki * ts, 0.0) / difference + derivative
 }
 
-/// The same from the reference, whose setpoint weights count.
+/// The same from the reference, with the setpoint weights.
 pub(crate) fn from_reference(p: &PidParameters, z: Complex<f64>) -> Complex<f64> {
     let weighted = PidParameters {
         kp: p.setpoint_weight_proportional * p.kp,
@@ -61,13 +61,13 @@ fn disk_distance(l: Complex<f64>) -> f64 {
     2.0 * (one + l).norm() / (one - l).norm().max(f64::MIN_POSITIVE)
 }
 
-/// A plant's response on a grid, so that many controllers can be judged on it.
+/// A plant's response on a grid, on which many controllers are evaluated.
 #[derive(Debug, Clone)]
 pub(crate) struct ResponseGrid {
     points: Vec<GridPoint>,
 }
 
-/// What of the loop no controller changes: `L = kp·P + ki·(P·T/D) + kd·(P·D)/(Tf·D + T)` with
+/// The factors of the loop that do not depend on the controller: `L = kp·P + ki·(P·T/D) + kd·(P·D)/(Tf·D + T)` with
 /// `D = 1 − z⁻¹`.
 #[derive(Debug, Clone)]
 struct GridPoint {
@@ -107,7 +107,7 @@ impl ResponseGrid {
         Self { points: angles.map(|a| GridPoint::new(plant, a)).collect() }
     }
 
-    /// The margins as far as the grid can tell; modulus and disk margin 0 for an unstable loop.
+    /// The margins read from the grid; modulus and disk margin are 0 for an unstable loop.
     pub(crate) fn margins(&self, pid: &PidParameters, all: bool) -> Margins {
         let one = Complex::new(1.0, 0.0);
         let mut least = f64::INFINITY;

@@ -1,22 +1,22 @@
-//! What a step response reaches. Between ticks the response is read linearly.
+//! The metrics of a step response. Between ticks the response is interpolated linearly.
 
 use crate::closed_loop::simulate::Trace;
 use formats::StepMetrics;
 
-/// The metrics of the file, and what a search needs beside them.
+/// The metrics of the file, and one that only a search uses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Metrics {
-    /// What stands in the file.
+    /// The metrics of the file.
     pub step: StepMetrics,
-    /// A settling time without jumps, s: where a response just leaves its band again, the settling
-    /// time jumps, and a search finds no way across.
+    /// A settling time without jumps, s: the settling time jumps where a response just leaves its band
+    /// again, which a search cannot cross.
     pub(crate) smooth_settling_s: f64,
 }
 
-/// Overshoot that is rounding, percent: a response that rests at the step's height exceeds it by
-/// some of the last digits.
+/// Overshoot that counts as rounding, percent: a response at rest exceeds the step's height in its last
+/// digits.
 const ROUNDING_PERCENT: f64 = 1e-9;
-/// Largest overshoot told, percent: a loop that runs away has no end.
+/// Largest overshoot reported, percent: that of a diverging loop has no bound.
 const RUNAWAY_PERCENT: f64 = 1e4;
 
 /// The metrics of a measured response to a step from 0 to `height`, rad, at time 0, the settling band
@@ -95,12 +95,12 @@ fn percent(x: f64) -> f64 {
     if x.is_nan() { RUNAWAY_PERCENT } else { x.min(RUNAWAY_PERCENT) }
 }
 
-/// Shares of the band between which leaving it again begins to count and counts fully. No response has
-/// settled, smoothly, before it is within the first.
+/// Shares of the band at which leaving it again begins to count and at which it counts fully. The smooth
+/// settling time is not before the response is within the first.
 pub(crate) const LEAVING: (f64, f64) = (0.98, 1.1);
 
-/// The time of entering a slightly tighter band, and the time from there to the last exit in the
-/// measure that the response leaves it again.
+/// The time of entering a slightly tighter band plus a share of the time from there to the last exit, which
+/// grows with the distance by which the response leaves it again.
 fn smooth_settling(trace: &Trace, height: f64, band: f64) -> f64 {
     let t = &trace.time;
     let last = t.len() - 1;
@@ -171,8 +171,8 @@ mod tests {
         assert_eq!(m.step.overshoot_percent, 0.0);
     }
 
-    /// A dip behind the rise, the deeper the later settled; within the band it does not count, and
-    /// in between nothing jumps.
+    /// A dip after the rise delays the settling time, the more the deeper it is; within the band it does not
+    /// count, and in between nothing jumps.
     #[test]
     fn the_smooth_settling_time_has_no_jumps() {
         let settling = |depth: f64| {
@@ -192,7 +192,7 @@ mod tests {
         }
     }
 
-    /// A vehicle that drives straight with its steering off moves no faster at the step.
+    /// A steering offset before the step does not count as an increment.
     #[test]
     fn the_largest_increment_is_counted_from_the_steering_before() {
         let mut trace = trace(|t| 1.0 - (-t).exp(), 0.01);
@@ -214,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn what_never_settles_or_rises_has_no_time() {
+    fn a_response_that_never_settles_or_rises_has_no_time() {
         let m = metrics(&trace(|t| 0.5 + 0.01 * t, 0.01), 0.1, 2.0);
         assert_eq!((m.step.settling_time_s, m.step.rise_time_s), (None, None));
         let m = metrics(&trace(|_| f64::NAN, 0.01), 0.1, 2.0);

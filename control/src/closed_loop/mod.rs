@@ -1,7 +1,8 @@
-//! The sampled loop of a controller around a plant: its response, margins, and what they amount to.
+//! The sampled loop of a controller around a plant: responses, margins, and feedforward.
 
-mod decay;
+pub(crate) mod early_stopping;
 pub(crate) mod evaluate;
+pub(crate) mod feedforward;
 pub(crate) mod margins;
 pub(crate) mod metrics;
 pub(crate) mod scenario;

@@ -1,12 +1,12 @@
-//! One plant, at one latency and one speed, that a controller is held against.
+//! One plant, at one latency and one speed, on which a controller is evaluated.
 
 use crate::Error;
-use crate::closed_loop::decay::Decay;
+use crate::closed_loop::early_stopping::{Decay, StoppingBounds};
+use crate::closed_loop::feedforward::Advice;
 use crate::closed_loop::margins::ResponseGrid;
 use crate::closed_loop::metrics::{Metrics, error_percent, metrics};
-use crate::closed_loop::simulate::{Excitation, Patience, Simulator};
-use crate::guidance::advice::Advice;
-use crate::plants::DesignPlant;
+use crate::closed_loop::simulate::{Excitation, Simulator};
+use crate::plants::design_plant::DesignPlant;
 use crate::plants::sampled::Sampled;
 use crate::requirement::Reached;
 use formats::{Margins, OnACurve, Specification};
@@ -17,30 +17,30 @@ const GRID_POINTS: usize = 120;
 /// Share of the specification's step that the small step is.
 const SMALL: f64 = 0.1;
 
-/// See the module.
+/// A plant with the delay of its loop.
 #[derive(Debug, Clone)]
 pub(crate) struct Scenario {
     pub(crate) plant: Sampled,
     pub(crate) speed: f64,
-    /// Whether the search looks at the steering offset: a slow error that hardly differs between
-    /// plants.
-    pub(crate) offset_matters: bool,
+    /// Whether the search evaluates the response to a steering offset, a slow error that hardly differs
+    /// between plants.
+    pub(crate) with_offset: bool,
     ratio: f64,
     grid: ResponseGrid,
 }
 
-/// What of a scenario is looked at.
+/// Which figures of a scenario are evaluated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct View {
-    /// Where the responses end, s.
+    /// End of the responses, s.
     pub(crate) until: f64,
     /// Share of the settling band within which a response must stay.
     pub(crate) band: f64,
-    /// Whether any other margin than the modulus margin is asked for.
+    /// Whether a margin other than the modulus margin is required.
     pub(crate) all_margins: bool,
-    /// Whether the response to the steering offset is asked for.
+    /// Whether the response to the steering offset is required.
     pub(crate) with_offset: bool,
-    /// Whether a response that has come to rest, or decays as one mode, is taken to go on so.
+    /// Whether a response that has come to rest, or decays as one mode, is extrapolated to its end.
     pub(crate) early: bool,
 }
 
@@ -57,7 +57,7 @@ impl Scenario {
             grid: ResponseGrid::coarse(&sampled, 0.1 / scale, GRID_POINTS),
             plant: sampled,
             speed: plant.speed,
-            offset_matters: true,
+            with_offset: true,
             ratio: plant.steering_ratio,
         })
     }
@@ -67,12 +67,12 @@ impl Scenario {
         Self { grid: ResponseGrid::coarse(&self.plant, 0.1 / scale, GRID_POINTS), ..self }
     }
 
-    /// The same for a search that looks at the start of its step alone.
-    pub(crate) fn in_short(self) -> Self {
-        Self { offset_matters: false, ..self }
+    /// The same for a search that evaluates only the start of the step.
+    pub(crate) fn without_offset(self) -> Self {
+        Self { with_offset: false, ..self }
     }
 
-    /// What a controller reaches, the margins as far as the grid tells.
+    /// What a controller reaches, with the margins of the grid.
     pub(crate) fn reached(
         &self,
         simulator: &mut Simulator,
@@ -91,19 +91,19 @@ impl Scenario {
         Reached { step, with_offset, on_curve: 0.0, margins, end: view.until }
     }
 
-    /// The metrics of the step alone; none where patience does not last.
+    /// The metrics of the step alone; `None` where a bound is exceeded.
     pub(crate) fn step(
         &self,
         simulator: &mut Simulator,
         pid: &PidParameters,
         spec: &Specification,
         view: View,
-        patience: &Patience,
+        bounds: &StoppingBounds,
     ) -> Option<Metrics> {
         let excitation = step_of(spec, view).excitation();
         let band = view.band * spec.settling_band_percent;
-        let lasted = simulator.follow(&self.plant, pid, &excitation, patience);
-        lasted.then(|| metrics(&simulator.trace, spec.step_rad, band))
+        let followed = simulator.follow(&self.plant, pid, &excitation, bounds);
+        followed.then(|| metrics(&simulator.trace, spec.step_rad, band))
     }
 
     /// The error at the end of the step with the steering offset, percent.
@@ -117,19 +117,19 @@ impl Scenario {
         let offset = self.ratio * spec.steering_offset_rad;
         let step = Step { offset, until: view.until, ..Step::of(spec) };
         let decay = Decay::of(step.height, view.until, self.plant.sample_time);
-        let patience = Patience { decay: view.early.then_some(decay), ..Patience::ENDLESS };
-        let whole = simulator.follow(&self.plant, pid, &step.excitation(), &patience);
-        let told = if whole { None } else { decay.error(&simulator.trace.yaw) };
-        told.map_or_else(|| error_percent(&simulator.trace, step.height), |share| 100.0 * share)
+        let bounds = StoppingBounds { decay: view.early.then_some(decay), ..StoppingBounds::NONE };
+        let whole = simulator.follow(&self.plant, pid, &step.excitation(), &bounds);
+        let known = if whole { None } else { decay.error(&simulator.trace.yaw) };
+        known.map_or_else(|| error_percent(&simulator.trace, step.height), |share| 100.0 * share)
     }
 
-    /// The margins as far as the grid tells: of the modulus alone, or all.
+    /// The margins read from the grid: the modulus margin alone, or all.
     pub(crate) fn margins(&self, pid: &PidParameters, all: bool) -> Margins {
         self.grid.margins(pid, all)
     }
 
-    /// The metrics of a tenth of the step. A loop whose overshoot is kept down by a limit that acts
-    /// on the whole step shows it here.
+    /// The metrics of a tenth of the step. They show the overshoot of a loop that a limit keeps from
+    /// overshooting on the whole step.
     pub(crate) fn small_step(
         &self,
         simulator: &mut Simulator,
@@ -137,8 +137,7 @@ impl Scenario {
         spec: &Specification,
         until: f64,
     ) -> Metrics {
-        let quiet = SMALL * quiet(spec);
-        let step = Step { height: SMALL * spec.step_rad, offset: 0.0, until, quiet };
+        let step = Step { until, quiet: SMALL * quiet(spec), ..Step::small(spec) };
         simulated_step(simulator, &self.plant, pid, spec, step)
     }
 
@@ -170,20 +169,24 @@ impl Step {
         Self { height: spec.step_rad, offset: 0.0, until: spec.steady_state_time_s, quiet: 0.0 }
     }
 
+    pub(crate) fn small(spec: &Specification) -> Self {
+        Self { height: SMALL * spec.step_rad, ..Self::of(spec) }
+    }
+
     fn excitation(self) -> Excitation {
         let Self { height: step, offset, until, quiet } = self;
         Excitation { step, ramp: 0.0, feedforward: 0.0, offset, until, quiet }
     }
 }
 
-/// What of the step is looked at.
+/// The step of a specification as far as a view follows it.
 fn step_of(spec: &Specification, view: View) -> Step {
     let quiet = if view.early { quiet(spec) } else { 0.0 };
     Step { until: view.until, quiet, ..Step::of(spec) }
 }
 
-/// The distance from the step within which a response has come to rest, rad: a quarter of what is
-/// held against it.
+/// The distance from the step within which a response has come to rest, rad: a quarter of the tightest
+/// requirement.
 fn quiet(spec: &Specification) -> f64 {
     let error = spec.steady_state_error_percent.unwrap_or(f64::INFINITY);
     let overshoot = spec.overshoot_percent.unwrap_or(f64::INFINITY);
@@ -200,18 +203,6 @@ pub(crate) fn simulated_step(
 ) -> Metrics {
     let trace = simulator.run(plant, pid, &step.excitation());
     metrics(trace, step.height, spec.settling_band_percent)
-}
-
-/// See [`Scenario::small_step`].
-pub(crate) fn small_step(
-    simulator: &mut Simulator,
-    plant: &Sampled,
-    pid: &PidParameters,
-    spec: &Specification,
-    until: f64,
-) -> Metrics {
-    let step = Step { height: SMALL * spec.step_rad, offset: 0.0, until, quiet: 0.0 };
-    simulated_step(simulator, plant, pid, spec, step)
 }
 
 /// The error of yaw on a curve that begins at time 0, read ahead by the preview. The reference is a
@@ -240,7 +231,7 @@ pub(crate) fn on_curve(
         100.0 * (trace.yaw[k] - heading).abs() / spec.step_rad
     };
     let last = trace.time.len() - 1;
-    // A loop that runs away on the way has no steady state.
+    // A loop that diverges has no steady state.
     let whole = trace.time[last] >= excitation.until - pid.sample_time;
     OnACurve {
         curvature_1pm: curvature,

@@ -4,8 +4,9 @@
 //! output acts from tick k on (delayed by the plant's and the loop's delay). The loop is at rest
 //! with reference 0 at tick −1.
 
-use crate::closed_loop::decay::Decay;
+use crate::closed_loop::early_stopping::{Decay, StoppingBounds};
 use crate::plants::sampled::Sampled;
+use std::cell::RefCell;
 use vehicle_models::{Pid, PidInput, PidParameters};
 
 /// A response at the controller's ticks.
@@ -23,7 +24,7 @@ pub struct Trace {
     pub steering_before: f64,
 }
 
-/// What the loop is driven with.
+/// The inputs of the loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Excitation {
     /// Reference at tick 0, rad.
@@ -36,32 +37,9 @@ pub(crate) struct Excitation {
     pub(crate) offset: f64,
     /// Last time of the trace, s.
     pub(crate) until: f64,
-    /// Distance from the step within which a response that has come to rest is not followed to the
-    /// end, rad; 0 for always.
+    /// Distance from the step within which a response at rest is not followed to the end, rad; 0 where
+    /// every response is.
     pub(crate) quiet: f64,
-}
-
-/// What a response must keep to be followed to its end, as shares of its step.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Patience {
-    /// Not above this at any time.
-    pub(crate) highest: f64,
-    /// Not off by more than the first after the second, s.
-    pub(crate) settled: (f64, f64),
-    /// Off by no more than the first at some time up to the second, s.
-    pub(crate) entered: (f64, f64),
-    /// No longer than until it is known to decay as one mode.
-    pub(crate) decay: Option<Decay>,
-}
-
-impl Patience {
-    /// Whatever it is like.
-    pub(crate) const ENDLESS: Self = Self {
-        highest: f64::INFINITY,
-        settled: (f64::INFINITY, f64::INFINITY),
-        entered: (f64::INFINITY, f64::INFINITY),
-        decay: None,
-    };
 }
 
 /// Scratch space, so that thousands of simulations allocate once.
@@ -70,23 +48,32 @@ pub(crate) struct Simulator {
     pub(crate) trace: Trace,
 }
 
-/// Beyond this many times the step the loop has run away and the rest is not simulated.
+thread_local! {
+    static SIMULATOR: RefCell<Simulator> = RefCell::default();
+}
+
+/// Runs simulations in the scratch space of the thread. Calls must not be nested.
+pub(crate) fn with_simulator<R>(simulate: impl FnOnce(&mut Simulator) -> R) -> R {
+    SIMULATOR.with_borrow_mut(simulate)
+}
+
+/// A response beyond this many times the step diverges; the rest is not simulated.
 const RUNAWAY: f64 = 100.0;
 
 impl Simulator {
-    /// Simulates from rest; the trace holds ticks 0 to `until`, fewer where the loop runs away.
+    /// Simulates from rest; the trace holds ticks 0 to `until`, fewer where the loop diverges.
     pub(crate) fn run(&mut self, plant: &Sampled, pid: &PidParameters, e: &Excitation) -> &Trace {
-        self.follow(plant, pid, e, &Patience::ENDLESS);
+        self.follow(plant, pid, e, &StoppingBounds::NONE);
         &self.trace
     }
 
-    /// The same, as long as patience lasts; whether it did.
+    /// Simulates up to the first bound that is exceeded; returns whether none was.
     pub(crate) fn follow(
         &mut self,
         plant: &Sampled,
         pid: &PidParameters,
         e: &Excitation,
-        patience: &Patience,
+        bounds: &StoppingBounds,
     ) -> bool {
         let last = (e.until / plant.sample_time).round() as usize;
         let trace = &mut self.trace;
@@ -95,13 +82,13 @@ impl Simulator {
         {
             column.resize(last + 1, 0.0);
         }
-        // Loops of a known small number of states are several times as quick.
+        // Loops with a number of states known at compile time are several times as fast.
         let (ticks, to_the_end) = match plant.order {
-            0..=4 => ticks(trace, &mut Small::<4>::of(plant), plant, pid, e, patience),
-            5 => ticks(trace, &mut Small::<5>::of(plant), plant, pid, e, patience),
-            6 => ticks(trace, &mut Small::<6>::of(plant), plant, pid, e, patience),
-            7..=8 => ticks(trace, &mut Small::<8>::of(plant), plant, pid, e, patience),
-            _ => ticks(trace, &mut Large::of(plant), plant, pid, e, patience),
+            0..=4 => ticks(trace, &mut Small::<4>::of(plant), plant, pid, e, bounds),
+            5 => ticks(trace, &mut Small::<5>::of(plant), plant, pid, e, bounds),
+            6 => ticks(trace, &mut Small::<6>::of(plant), plant, pid, e, bounds),
+            7..=8 => ticks(trace, &mut Small::<8>::of(plant), plant, pid, e, bounds),
+            _ => ticks(trace, &mut Large::of(plant), plant, pid, e, bounds),
         };
         for column in
             [&mut trace.time, &mut trace.yaw_reference, &mut trace.yaw, &mut trace.steering]
@@ -112,15 +99,15 @@ impl Simulator {
     }
 }
 
-/// The plant's states on their way.
+/// The plant's states, advanced tick by tick.
 trait Motion {
     fn yaw(&self) -> f64;
 
-    /// To the next tick, with the steering of two ticks before it.
+    /// Advances to the next tick with the steering of the two ticks before it.
     fn advance(&mut self, old: f64, new: f64);
 }
 
-/// Up to N states, the plant's own last: yaw is where the compiler knows it. The others rest at 0.
+/// Up to N states, right-aligned so that the index of yaw is a constant. The unused ones stay at 0.
 struct Small<const N: usize> {
     state: [f64; N],
     /// Φ, column by column.
@@ -161,7 +148,7 @@ impl<const N: usize> Motion for Small<N> {
                 *next += phi * x;
             }
         }
-        // What was just computed comes last: the sums before do not wait for it.
+        // The newest steering is added last: the sums before do not wait for it.
         for (next, gamma) in next.iter_mut().zip(self.gamma_new) {
             *next += gamma * new;
         }
@@ -204,15 +191,15 @@ impl Motion for Large<'_> {
 const QUIET_TICKS: usize = 20;
 const QUIET_SHARE: usize = 5;
 
-/// Fills the trace; the number of ticks until the end, until the loop has come to rest, or until it
-/// runs away, and whether patience lasted as long.
+/// Fills the trace. Returns the number of ticks until the end, until the loop has come to rest, or until it
+/// diverges or exceeds a bound, and whether no bound was exceeded.
 fn ticks(
     trace: &mut Trace,
     motion: &mut impl Motion,
     plant: &Sampled,
     pid: &PidParameters,
     e: &Excitation,
-    patience: &Patience,
+    bounds: &StoppingBounds,
 ) -> (usize, bool) {
     let (ts, share) = (plant.sample_time, e.step.recip());
     let bound = RUNAWAY * e.step.abs().max(e.ramp.abs() * e.until);
@@ -223,7 +210,7 @@ fn ticks(
     let last = time.len() - 1;
     let mut old = e.offset;
     let (mut loud, mut entered) = (0, false);
-    let told_at = patience.decay.map_or(usize::MAX, |decay| decay.tick());
+    let known_at = bounds.decay.map_or(usize::MAX, |decay| decay.tick());
     for k in 0..=last {
         time[k] = k as f64 * ts;
         yaw[k] = motion.yaw();
@@ -236,27 +223,26 @@ fn ticks(
             speed,
         };
         steering[k] = controller.tick(pid, &input).steering_angle;
-        // What is no number is beyond it, too.
+        // Written so that NaN counts as diverged.
         let bounded = yaw[k].abs() <= bound;
         if !bounded {
             return (k + 1, true);
         }
         let reached = yaw[k] * share;
         let away = (reached - 1.0).abs();
-        entered |= away <= patience.entered.0;
-        let beyond = reached > patience.highest
-            || away > patience.settled.0 && time[k] > patience.settled.1
-            || !entered && time[k] > patience.entered.1;
-        let told = |d: Decay| d.error(&yaw[..=k]).is_some();
-        if beyond || k == told_at && patience.decay.is_some_and(told) {
+        entered |= away <= bounds.entered.0;
+        let beyond = reached > bounds.highest
+            || away > bounds.settled.0 && time[k] > bounds.settled.1
+            || !entered && time[k] > bounds.entered.1;
+        let known = |d: Decay| d.error(&yaw[..=k]).is_some();
+        if beyond || k == known_at && bounds.decay.is_some_and(known) {
             return (k + 1, false);
         }
         let off = (yaw[k] - e.step).abs();
         if off > e.quiet {
             loud = k;
         } else if k - loud > QUIET_TICKS.max(k / QUIET_SHARE) && e.quiet > 0.0 {
-            // Going on like this it must stay there: an overshoot that is still to come shows in
-            // the slope.
+            // An overshoot that is still to come shows in the slope: extrapolated, the response must stay.
             let moved = (yaw[k] - yaw[loud + 1]).abs() / (k - loud - 1) as f64;
             if off + moved * (last - k) as f64 <= e.quiet {
                 return (k + 1, true);

@@ -1,54 +1,57 @@
 //! The design of a PID controller (eq 14) to a specification.
 //!
-//! On the nominal plant first (`nominal`), then for all plants that it may stand for (`robust`); the
-//! evidence is that of the gains as they are written.
+//! ```text
+//! options ──▶ objective (requirements, plants) ─┐
+//!             target (bounds of a search) ──────┴▶ cost ──▶ optimiser ──▶ search
+//! search ──▶ nominal ──▶ robust (over the plants of the ensemble) ──▶ design ◀── evidence
+//! ```
+//!
+//! The design is made on the nominal plant (`nominal`) and for all plants that may be the vehicle
+//! (`robust`). The evidence is computed with the gains as they are written.
 
-mod aim;
-mod beyond;
-mod blocked;
-mod breaking;
+mod bandwidth_limit;
 mod cost;
-mod evolve;
-mod large_errors;
+mod ensemble;
+mod evidence;
+mod limits;
 mod nominal;
 mod objective;
-pub(crate) mod optimise;
+mod optimiser;
 pub(crate) mod options;
-mod over_plants;
-mod quickest;
+mod parallel;
 mod robust;
 mod search;
-mod simplex;
-mod trade_off;
+mod target;
 
 use crate::Error;
 use crate::closed_loop::evaluate::evidence;
-use crate::design::beyond::beyond_the_drive;
-use crate::design::blocked::{blocked, wrong_way};
-use crate::design::large_errors::large_errors;
+use crate::closed_loop::feedforward::{Advice, ramp_lag};
+use crate::design::ensemble::Ensemble;
+use crate::design::evidence::advice;
+use crate::design::evidence::engagement::engagement;
+use crate::design::evidence::infeasibility::infeasibility;
+use crate::design::limits::large_errors;
 use crate::design::objective::Objective;
 use crate::design::options::DesignOptions;
-use crate::design::robust::{Ensemble, Robust};
+use crate::design::robust::Robust;
 use crate::design::search::significant;
-use crate::design::trade_off::trade_off;
-use crate::guidance::advice::{Advice, ramp_lag};
-use crate::guidance::engagement::engagement;
-use crate::plants::DesignPlant;
+use crate::plants::design_plant::DesignPlant;
 use crate::requirement::Requirement;
 use formats::{
-    DesignedFor, Document, GuidanceAdvice, Limits, Pid, PidGains, Provenance, Robustness,
-    SourceFile,
+    DesignedFor, Document, GuidanceAdvice, Limits, Pid, PidGains, Provenance, SourceFile,
 };
+use model_loading::controller_parameters;
 use std::collections::BTreeMap;
 use vehicle_models::PidParameters;
 
 /// Designs a controller for a plant. `source` names the model's file.
 ///
-/// Requirements that cannot be met do not fail the design: the quickest loop that keeps the other
-/// requirements is returned with its shortfalls in the evidence, and what blocks them in words.
+/// Requirements that cannot be met are no error: the fastest loop that keeps the other requirements is
+/// returned with its shortfalls in the evidence, and an infeasibility diagnosis in words.
 ///
 /// # Errors
-/// [`Error::Option`] and its like for options and plants that no design can start from.
+/// [`Error::Option`] and similar for options, [`Error::SampleTimeMismatch`] and similar for plants that
+/// do not allow a design.
 pub fn design(
     plant: &DesignPlant,
     source: &SourceFile,
@@ -57,73 +60,53 @@ pub fn design(
     options.check()?;
     let objective = Objective::new(plant, options)?;
     let ensemble = options.robust.map(|r| Ensemble::new(plant, options, r, objective.scale));
-    let Robust { found, objective, kept_by } = match &ensemble {
+    let Robust { found, objective, common_settling_s } = match &ensemble {
         Some(ensemble) => ensemble.find(objective)?,
         None => {
             let found = nominal::find(&objective, options.seed, false)?;
-            Robust { found, objective, kept_by: None }
+            Robust { found, objective, common_settling_s: None }
         }
     };
     let sampled = &objective.scenarios[0].plant;
     let stable = found.reached.margins.modulus_margin > 0.0;
-    // A loop that is unstable has no large errors to speak of.
-    let large = stable.then(|| large_errors(sampled, &found.pid, &objective.spec));
-    let limits = Limits { large_errors: large, ..objective.limits };
-    let pid = large.map_or(found.pid, |l| PidParameters {
-        max_yaw_error: l.max_yaw_error_rad,
-        sustained_rate: l.sustained_rate_radps,
-        rate_reserve_time: l.rate_reserve_time_s,
-        ..found.pid
-    });
-    let lag = if stable {
-        ramp_lag(plant.gain(), sampled, &pid).max(0.0)
-    } else {
-        // The lag of an unstable loop is no number to advise.
-        0.0
+    // Neither large errors nor the lag behind a ramp are defined for an unstable loop.
+    let large_errors = stable.then(|| large_errors(sampled, &found.pid, &objective.spec));
+    let limits = Limits { large_errors, ..objective.limits };
+    let gains = gains(&found.pid);
+    let pid = controller_parameters(&gains, &limits, options.sample_time_s);
+    let lag = if stable { ramp_lag(plant.gain(), sampled, &pid).max(0.0) } else { 0.0 };
+    let feedforward = Advice::with_preview(&pid, plant.gain(), plant.speed, significant(lag, 4));
+    let feedforward = match stable {
+        true => feedforward.on_roads(&pid, sampled, plant.speed),
+        false => feedforward,
     };
-    let advice = Advice::with_preview(&pid, plant.gain(), plant.speed, significant(lag, 4));
-    let advice = match stable {
-        true => advice.on_roads(&pid, sampled, plant.speed),
-        false => advice,
+    let feedforward = Advice {
+        feedforward_gain: significant(feedforward.feedforward_gain, 5),
+        yaw_acceleration_gain: significant(feedforward.yaw_acceleration_gain, 4),
+        yaw_jerk_gain: significant(feedforward.yaw_jerk_gain, 4),
+        ..feedforward
     };
-    let advice = Advice {
-        feedforward_gain: significant(advice.feedforward_gain, 5),
-        yaw_acceleration_gain: significant(advice.yaw_acceleration_gain, 4),
-        yaw_jerk_gain: significant(advice.yaw_jerk_gain, 4),
-        ..advice
-    };
-    let mut evidence = evidence(sampled, plant, &pid, &objective.spec, &advice);
-    evidence.robustness = ensemble.map(|e| e.evidence(&objective, &pid, &advice)).transpose()?;
-    evidence.trade_off = trade_off(&objective, &found, options.seed)?;
-    evidence.advice = blocked(&objective, plant, options, &found)?;
-    evidence.advice.extend(wrong_way(plant, evidence.margins.crossover_radps));
+    let mut evidence = evidence(sampled, plant, &pid, &objective.spec, &feedforward);
+    evidence.robustness =
+        ensemble.map(|e| e.evidence(&objective, &pid, &feedforward)).transpose()?;
+    evidence.trade_off = nominal::trade_off(&objective, &found, options.seed)?;
+    evidence.advice = infeasibility(&objective, plant, options, &found)?;
+    evidence.advice.extend(advice::non_minimum_phase(plant, evidence.margins.crossover_radps));
     if options.max_rate_radps.is_none() {
-        evidence.advice.push(format!(
-            "no rate of the steering was stated: the loop is designed for {:.0}°/s, twice the fastest \
-             steering of the drive",
-            objective.limits.max_rate_radps.to_degrees()
-        ));
+        evidence.advice.push(advice::assumed_rate(limits.max_rate_radps));
     }
-    evidence.advice.extend(beyond_the_drive(plant, sampled, &pid, &objective.spec));
-    let not_kept = evidence.robustness.iter().flat_map(|r| not_everywhere(r, evidence.met));
-    evidence.advice.extend(not_kept);
+    evidence.advice.extend(advice::beyond_the_drive(plant, sampled, &pid, &objective.spec));
+    let not_robust = evidence.robustness.iter().flat_map(|r| advice::not_robust(r, evidence.met));
+    evidence.advice.extend(not_robust);
     if evidence.robustness.as_ref().is_some_and(|r| !r.met) {
-        evidence.advice.extend(kept_by.map(all_could_keep));
+        evidence.advice.extend(common_settling_s.map(advice::common_settling));
     }
     let [path_delay_s, estimator_delay_s] = options.outer_delays();
     let mut document = Pid {
         schema: Pid::SCHEMA.into(),
         name: format!("PID for {}", plant.name),
         sample_time_s: options.sample_time_s,
-        gains: PidGains {
-            kp: pid.kp,
-            ki: pid.ki,
-            kd: pid.kd,
-            derivative_filter_time_s: pid.derivative_filter_time,
-            setpoint_weight_proportional: pid.setpoint_weight_proportional,
-            setpoint_weight_derivative: pid.setpoint_weight_derivative,
-            anti_windup_time_s: pid.anti_windup_time,
-        },
+        gains,
         limits,
         designed_for: DesignedFor {
             model: plant.model.clone(),
@@ -138,11 +121,11 @@ pub fn design(
         },
         specification: objective.spec,
         guidance: GuidanceAdvice {
-            feedforward_gain_radm: advice.feedforward_gain,
-            // What the path sees is later than what the controller sees, and read as much ahead.
-            preview_time_s: advice.preview_time + (path_delay_s - options.loop_delay_s),
-            yaw_acceleration_gain_s2: advice.yaw_acceleration_gain,
-            yaw_jerk_gain_s3: advice.yaw_jerk_gain,
+            feedforward_gain_radm: feedforward.feedforward_gain,
+            // The loop through the path is later than the yaw loop; the path is read as much further ahead.
+            preview_time_s: feedforward.preview_time + (path_delay_s - options.loop_delay_s),
+            yaw_acceleration_gain_s2: feedforward.yaw_acceleration_gain,
+            yaw_jerk_gain_s3: feedforward.yaw_jerk_gain,
         },
         evidence,
         provenance: provenance(source, options),
@@ -154,38 +137,17 @@ pub fn design(
     Ok(document)
 }
 
-/// The settling time of the slowest plant, with a little to spare and as people write it.
-fn all_could_keep(settling_time_s: f64) -> String {
-    const SPARE: f64 = 1.03;
-    let settling = (20.0 * SPARE * settling_time_s).ceil() / 20.0;
-    format!(
-        "all plants could keep a settling time of {}, with everything else as asked for",
-        Requirement::Settling.text(settling)
-    )
-}
-
-/// What the nominal plant keeps and others do not.
-fn not_everywhere(r: &Robustness, met: bool) -> Vec<String> {
-    if r.met || !met {
-        return Vec::new();
+/// The gains of `pid.json`.
+fn gains(pid: &PidParameters) -> PidGains {
+    PidGains {
+        kp: pid.kp,
+        ki: pid.ki,
+        kd: pid.kd,
+        derivative_filter_time_s: pid.derivative_filter_time,
+        setpoint_weight_proportional: pid.setpoint_weight_proportional,
+        setpoint_weight_derivative: pid.setpoint_weight_derivative,
+        anti_windup_time_s: pid.anti_windup_time,
     }
-    r.requirements
-        .iter()
-        .filter(|x| x.share_kept < 1.0)
-        .filter_map(|x| Some((Requirement::of(&x.requirement)?, x)))
-        .map(|(requirement, x)| {
-            format!(
-                "over {} plants within the uncertainty and the latency of {:.0} to {:.0} ms the {} \
-                 goes to {}, and {:.0} % of them keep it",
-                r.plants,
-                1e3 * r.loop_delay_range_s[0],
-                1e3 * r.loop_delay_range_s[1],
-                requirement.label(),
-                requirement.text(x.worst),
-                100.0 * x.share_kept
-            )
-        })
-        .collect()
 }
 
 fn provenance(source: &SourceFile, options: &DesignOptions) -> Provenance {

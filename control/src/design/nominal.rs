@@ -1,132 +1,90 @@
-//! The design on the nominal plant alone, which a robust one begins from.
+//! The design on the nominal plant alone, from which a robust one starts, and the trade-off between its
+//! robustness and its settling time.
 
 use crate::Error;
-use crate::closed_loop::simulate::Simulator;
-use crate::design::aim::{BARELY, HOPELESS_WEIGHT, QUICKEST, WITH_RESERVE};
 use crate::design::objective::Objective;
-use crate::design::optimise::{EVOLVED, SHORT};
-use crate::design::search::{EXACT_DIGITS, READABLE_DIGITS, rounded, search, starts};
-use crate::requirement::{Reached, Requirement};
-use formats::Specification;
-use vehicle_models::PidParameters;
+use crate::design::optimiser::{EVOLVED, SHORT, TWICE};
+use crate::design::search::{Found, starts};
+use crate::design::target::{LEAST_RESERVE, SHORTEST_SETTLING, WITH_RESERVE};
+use crate::requirement::Requirement;
+use formats::{Specification, TradeOff};
 
-/// Multiples of the plant's scale about which a loop is looked for, and starts about each: the settling
+/// Multiples of the plant's scale about which a search starts, and starting points about each: the settling
 /// time jumps where a response just leaves its band again, and has many minima.
 const SCALES: [f64; 6] = [1.0, 1.5, 2.25, 3.0, 4.0, 6.0];
 const STARTS: u32 = 11;
-/// What is asked for next of the quickest loop, as a share of its settling time, and how often.
+/// The next shorter settling time that is tried, as a share of the last one, and the number of tries.
 const SHORTER: f64 = 0.94;
 const SHORTER_AT_MOST: usize = 12;
-/// A quickest loop slower than the time asked for by more is nowhere near it.
+/// A shortest settling time beyond this multiple of the required one is out of reach of further searches.
 const FAR: f64 = 1.15;
 
-/// A controller, its decision variables, and what it reaches on the nominal plant.
-#[derive(Debug, Clone)]
-pub(crate) struct Found {
-    pub(crate) pid: PidParameters,
-    pub(crate) variables: Vec<f64>,
-    pub(crate) reached: Reached,
-    pub(crate) met: bool,
-    /// Other loops that were found on the way, to begin again from.
-    pub(crate) others: Vec<Vec<f64>>,
+/// The modulus margins of the trade-off.
+const MARGINS: [f64; 5] = [0.4, 0.5, 0.6, 0.7, 0.8];
+/// Starting points of the trade-off in addition to the known loops, and the multiple of the plant's scale
+/// about which.
+const TRADE_OFF_STARTS: u32 = 13;
+const TRADE_OFF_SCALE: f64 = 1.5;
+
+/// Whether the fastest loop is too slow for another search to change that.
+pub(crate) fn is_far(objective: &Objective, fastest: &Found) -> bool {
+    let reached = fastest.reached.value(Requirement::Settling);
+    objective.spec.settling_time_s.is_some_and(|required| reached > FAR * required)
 }
 
-impl Found {
-    /// Rounded to what a person can read, unless that breaks what was just kept.
-    pub(crate) fn of(objective: &Objective, mut points: Vec<Vec<f64>>) -> Self {
-        // A search never comes back without a point.
-        let variables = if points.is_empty() { Vec::new() } else { points.remove(0) };
-        let mut simulator = Simulator::default();
-        let mut finish = |digits| {
-            let pid = rounded(&objective.controller(&variables).0, digits);
-            let reached = objective.whole(&mut simulator, &pid);
-            (pid, reached, reached.shortfalls(&objective.spec).len())
-        };
-        let mut best = finish(READABLE_DIGITS);
-        if best.2 > 0 {
-            let exact = finish(EXACT_DIGITS);
-            if exact.2 < best.2 {
-                best = exact;
-            }
-        }
-        let (pid, reached, short) = best;
-        Self { pid, variables, reached, met: short == 0, others: points }
-    }
-
-    /// What a requirement is missed by, summed over those asked for, the settling time apart.
-    pub(super) fn missed(&self, objective: &Objective) -> f64 {
-        // What is out of reach must not take the rest with it.
-        let capped = |v: f64| v.min(1.0) + HOPELESS_WEIGHT * v.max(1.0).ln();
-        let missed =
-            |(r, required): (Requirement, f64)| capped(r.missed(required, self.reached.value(r)));
-        objective
-            .required()
-            .into_iter()
-            .filter(|(r, _)| *r != Requirement::Settling)
-            .map(missed)
-            .sum()
-    }
-}
-
-/// Whether the quickest loop is too slow for another search to change that.
-pub(crate) fn is_far(objective: &Objective, quickest: &Found) -> bool {
-    let reached = quickest.reached.value(Requirement::Settling);
-    objective.spec.settling_time_s.is_some_and(|asked| reached > FAR * asked)
-}
-
-/// With some reserve; or else the quickest loop that keeps everything but the settling time.
-/// `doubtful` says that others have not been found to keep it.
+/// The controller that keeps the requirements with some reserve; otherwise the fastest one that keeps all
+/// but the settling time. `doubtful` states that a search on more plants did not find one that keeps it.
 pub(crate) fn find(objective: &Objective, seed: u64, doubtful: bool) -> Result<Found, Error> {
     let begin = SCALES.map(|multiple| starts(objective, multiple, STARTS, seed)).concat();
-    let quickest = || -> Result<Found, Error> {
-        let found = Found::of(objective, search(objective, &QUICKEST, &begin, EVOLVED)?);
+    let fastest = || -> Result<Found, Error> {
+        let found = Found::by_search(objective, &SHORTEST_SETTLING, &begin, EVOLVED)?;
         shortened(objective, found, &begin)
     };
-    let quickest_first = doubtful.then(quickest).transpose()?;
-    if let Some(quickest) = quickest_first.as_ref().filter(|q| is_far(objective, q)) {
-        return Ok(quickest.clone());
+    let fastest_first = doubtful.then(fastest).transpose()?;
+    if let Some(fastest) = fastest_first.as_ref().filter(|f| is_far(objective, f)) {
+        return Ok(fastest.clone());
     }
-    // And about the time asked for, where that is longer.
-    let asked = objective.spec.settling_time_s.map_or(0.0, |t| t / objective.scale);
-    let slow = SCALES.iter().all(|multiple| asked > *multiple);
-    let slower = if slow { starts(objective, asked, STARTS, seed) } else { Vec::new() };
+    // And about the required settling time, where that is longer.
+    let required = objective.spec.settling_time_s.map_or(0.0, |t| t / objective.scale);
+    let slow = SCALES.iter().all(|multiple| required > *multiple);
+    let slower = if slow { starts(objective, required, STARTS, seed) } else { Vec::new() };
     let own = [begin.clone(), slower].concat();
-    let found = Found::of(objective, search(objective, &WITH_RESERVE, &own, EVOLVED)?);
+    let found = Found::by_search(objective, &WITH_RESERVE, &own, EVOLVED)?;
     if found.met {
         return Ok(found);
     }
-    // The second search forgets the first one: what is too soon is missed by the same loop, however
-    // much too soon it was asked for.
-    let quickest = match quickest_first {
-        Some(quickest) => quickest,
-        None => quickest()?,
+    // This search does not start from the first one: the fastest loop is the same however far the required
+    // settling time is out of reach.
+    let fastest = match fastest_first {
+        Some(fastest) => fastest,
+        None => fastest()?,
     };
-    if quickest.met || is_far(objective, &quickest) {
-        return Ok(better(objective, quickest, found));
+    if fastest.met || is_far(objective, &fastest) {
+        return Ok(better(objective, fastest, found));
     }
-    // Many minima lie near the requirements: one that just keeps them may be none of the quickest.
-    let near = [own, vec![found.variables.clone(), quickest.variables.clone()]].concat();
-    let barely = Found::of(objective, search(objective, &BARELY, &near, EVOLVED)?);
+    // Many minima lie near the requirements: one that just keeps them need not be among the fastest.
+    let near = [own, vec![found.variables.clone(), fastest.variables.clone()]].concat();
+    let barely = Found::by_search(objective, &LEAST_RESERVE, &near, EVOLVED)?;
     if barely.met {
         return Ok(barely);
     }
-    Ok(better(objective, quickest, found))
+    Ok(better(objective, fastest, found))
 }
 
-/// The quickest loop that asking for less and less time finds: a search for a settling time that can be kept
-/// finds what one for the shortest misses, since its cost does not jump with the least of overshoots. The
-/// times asked for depend on the loops found and not on the specification's, so whatever is too soon ends
-/// at the same loop.
+/// The fastest loop that searches for shorter and shorter settling times find: a search for a settling time
+/// that can be kept finds loops that one for the shortest misses, since its cost does not jump with a tiny
+/// overshoot. The settling times depend on the loops found and not on the specification, so that every
+/// specification that is out of reach ends at the same loop.
 fn shortened(objective: &Objective, mut best: Found, begin: &[Vec<f64>]) -> Result<Found, Error> {
     for _ in 0..SHORTER_AT_MOST {
         if best.met || best.missed(objective) > 0.0 {
             break;
         }
         let settling_time_s = SHORTER * best.reached.value(Requirement::Settling);
-        let asked = objective
+        let shorter = objective
             .with(Specification { settling_time_s: Some(settling_time_s), ..objective.spec });
         let from = [std::slice::from_ref(&best.variables), begin].concat();
-        let found = Found::of(&asked, search(&asked, &BARELY, &from, SHORT)?);
+        let found = Found::by_search(&shorter, &LEAST_RESERVE, &from, SHORT)?;
         if !found.met {
             break;
         }
@@ -135,9 +93,47 @@ fn shortened(objective: &Objective, mut best: Found, begin: &[Vec<f64>]) -> Resu
     Ok(best)
 }
 
-/// The quickest loop, unless it gives up clearly more than the settling time.
-fn better(objective: &Objective, quickest: Found, found: Found) -> Found {
+/// The fastest loop, unless it misses clearly more than the settling time.
+fn better(objective: &Objective, fastest: Found, found: Found) -> Found {
     const HARDLY: f64 = 0.02;
-    let gives_up = quickest.missed(objective) > found.missed(objective) + HARDLY;
-    if gives_up && !quickest.met { found } else { quickest }
+    let misses_more = fastest.missed(objective) > found.missed(objective) + HARDLY;
+    if misses_more && !fastest.met { found } else { fastest }
+}
+
+/// The shortest settling time on the nominal plant at each modulus margin, with the other requirements kept.
+pub(crate) fn trade_off(
+    objective: &Objective,
+    found: &Found,
+    seed: u64,
+) -> Result<Vec<TradeOff>, Error> {
+    let mut rows = Vec::new();
+    let mut from = found.variables.clone();
+    // From the largest margin down: a loop that keeps a margin keeps a smaller one.
+    for modulus_margin in MARGINS.into_iter().rev() {
+        let spec = Specification {
+            modulus_margin: Some(modulus_margin),
+            settling_time_s: None,
+            ..objective.spec
+        };
+        let easier = objective.with(spec);
+        let mut begin = starts(&easier, TRADE_OFF_SCALE, TRADE_OFF_STARTS, seed);
+        begin.extend([from.clone(), found.variables.clone()]);
+        let fastest = Found::by_search(&easier, &SHORTEST_SETTLING, &begin, TWICE)?;
+        if fastest.met {
+            from.clone_from(&fastest.variables);
+        }
+        // The loop of the design is one of them.
+        let known = found.reached.shortfalls(&spec).is_empty().then_some(&found.reached);
+        let reached = fastest.met.then_some(&fastest.reached).into_iter().chain(known);
+        let settling_time_s = reached.filter_map(|r| r.step.settling_time_s).min_by(f64::total_cmp);
+        rows.push(TradeOff { modulus_margin, settling_time_s });
+    }
+    // A search may miss a minimum: a faster loop with a larger margin keeps the smaller one, too.
+    let mut best = f64::INFINITY;
+    for row in &mut rows {
+        best = best.min(row.settling_time_s.unwrap_or(f64::INFINITY));
+        row.settling_time_s = Some(best).filter(|t| t.is_finite());
+    }
+    rows.reverse();
+    Ok(rows)
 }

@@ -1,33 +1,30 @@
-//! What a design is asked for on which plants, in the variables that a search moves. What they cost stands
-//! in `cost`.
+//! The requirements of a design, the plants on which they apply, and the decision variables of a search.
 //!
-//! Decision variables, so that plants of any gain and speed look alike: logarithms of kp·G₀
-//! (about the crossover, rad/s), ki/kp, kd/kp, the derivative's filter time, and of
-//! kp·(1 − b)/ki (the lag behind a yaw ramp). c is 0: a derivative that acts on the reference
-//! would kick, and pass on the noise of a path.
+//! The decision variables make plants of any gain and speed alike: logarithms of kp·G₀
+//! (about the crossover, rad/s), ki/kp, kd/kp, the derivative's filter time, and
+//! kp·(1 − b)/ki (the lag behind a yaw ramp). c is 0: a derivative of the reference jumps with it, and
+//! amplifies the noise of a path.
 
+use crate::closed_loop::feedforward::Advice;
 use crate::closed_loop::margins::margins;
 use crate::closed_loop::scenario::{Scenario, View};
-use crate::closed_loop::simulate::Simulator;
-use crate::design::cost::with_simulator;
+use crate::closed_loop::simulate::{Simulator, with_simulator};
+use crate::design::bandwidth_limit::settling_scale;
 use crate::design::options::DesignOptions;
-use crate::design::quickest::settling_scale;
-use crate::guidance::advice::Advice;
-use crate::plants::DesignPlant;
+use crate::plants::design_plant::DesignPlant;
 use crate::requirement::{Reached, Requirement};
-use formats::{Limits, Specification};
+use formats::{Limits, PidGains, Specification};
+use model_loading::controller_parameters;
 use vehicle_models::PidParameters;
 
 /// Number of decision variables.
 pub(crate) const VARIABLES: usize = 5;
-/// Settling time times crossover of a usual loop, rad.
-pub(crate) const CROSSOVER_TIMES_SETTLING: f64 = 5.0;
-/// Responses are looked at for this many times the plant's scale, and for 5 s at least, however long
-/// the specification waits: a steady state only gets better.
+/// Responses are simulated for this many times the plant's scale, and for 5 s at least, even where the
+/// specification reads the steady state later: by then the error is smaller.
 const HORIZON: f64 = 8.0;
 const LEAST_HORIZON: f64 = 5.0;
 
-/// What is asked for on some plants, the first of which is the nominal one.
+/// The requirements on some plants, the first of which is the nominal one.
 pub(crate) struct Objective {
     pub(crate) spec: Specification,
     pub(crate) limits: Limits,
@@ -90,35 +87,22 @@ impl Objective {
         }
         let [crossover, reset, lead, filter, lag] = v;
         let kp = crossover / self.gain;
-        // b = 1 − lag·ki/kp, which must not turn the proportional action round.
+        // b = 1 − lag·ki/kp, which must not reverse the proportional action.
         let weight = 1.0 - lag * reset;
         outside += (-weight).max(0.0);
         let ts = self.sample_time;
         let integral_time = 1.0 / reset;
-        let lateral = self.limits.lateral_acceleration;
-        let usual = PidParameters::default();
-        let parameters = PidParameters {
+        let gains = PidGains {
             kp,
             ki: kp * reset,
             kd: kp * lead,
-            derivative_filter_time: filter,
+            derivative_filter_time_s: filter,
             setpoint_weight_proportional: weight.max(0.0),
             setpoint_weight_derivative: 0.0,
             // Åström and Hägglund: between Td and Ti; not faster than the ticks allow.
-            anti_windup_time: (integral_time * lead).sqrt().max(10.0 * ts).min(integral_time),
-            max_angle: self.limits.max_angle_rad,
-            max_increment: self.limits.max_increment_rad,
-            max_rate: self.limits.max_rate_radps,
-            max_lateral_acceleration: lateral
-                .map_or(usual.max_lateral_acceleration, |l| l.max_mps2),
-            steering_per_curvature: lateral
-                .map_or(usual.steering_per_curvature, |l| l.steering_per_curvature_radm),
-            understeer_gradient: lateral
-                .map_or(usual.understeer_gradient, |l| l.understeer_gradient_rads2pm),
-            sample_time: ts,
-            ..usual
+            anti_windup_time_s: (integral_time * lead).sqrt().max(10.0 * ts).min(integral_time),
         };
-        (parameters, outside)
+        (controller_parameters(&gains, &self.limits, ts), outside)
     }
 
     /// Largest rate of the steering that increment and rate allow, rad/s.
@@ -126,24 +110,23 @@ impl Objective {
         self.limits.max_rate_radps.min(self.limits.max_increment_rad / self.sample_time)
     }
 
-    /// What is asked for.
+    /// The requirements of the specification with their values.
     pub(crate) fn required(&self) -> Vec<(Requirement, f64)> {
         let all = Requirement::ALL.into_iter();
         all.filter_map(|r| Some((r, r.required(&self.spec)?))).collect()
     }
 
-    /// The same on the nominal plant alone with another specification, or other limits.
+    /// The same on the nominal plant alone with another specification.
     pub(crate) fn with(&self, spec: Specification) -> Self {
         Self { spec, scenarios: self.scenarios[..1].to_vec(), ..*self }
     }
 
-    /// See [`Objective::with`].
+    /// The same on the nominal plant alone with other limits.
     pub(crate) fn limited(&self, limits: Limits) -> Self {
         Self { limits, ..self.with(self.spec) }
     }
 
-    /// What a controller reaches on the nominal plant, on the curve as well, up to the end of the
-    /// specification.
+    /// What a controller reaches on the nominal plant up to the end of the specification, with the curve.
     pub(crate) fn whole(&self, simulator: &mut Simulator, pid: &PidParameters) -> Reached {
         let nominal = &self.scenarios[0];
         let margins = margins(&nominal.plant, pid);
@@ -160,7 +143,7 @@ impl Objective {
         Reached { on_curve: on_curve.steady_state_error_percent, ..reached }
     }
 
-    /// What a controller reaches on a plant, as the search sees it.
+    /// What a controller reaches on a plant, with the figures that a search evaluates.
     pub(crate) fn reached(&self, scenario: &Scenario, pid: &PidParameters) -> Reached {
         let margins = scenario.margins(pid, self.view.all_margins);
         let view = View { band: 1.0, early: false, ..self.view };

@@ -1,26 +1,27 @@
-//! What a design is asked for.
+//! The options of a design.
 
-use crate::{Error, plants::DesignPlant, requirement::Requirement};
-use formats::{LateralAcceleration, Limits, Specification};
+use crate::Error;
+use crate::plants::design_plant::DesignPlant;
+use crate::requirement::Requirement;
+use formats::Specification;
 
 /// Requirements, limits and loop of a design. The defaults are the paper's.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DesignOptions {
-    /// What the loop must reach; each requirement is optional. When the steady state is read is chosen
-    /// by [`DesignOptions::specification`].
+    /// What the loop must reach; each requirement is optional. [`DesignOptions::specification`] chooses
+    /// the time at which the steady state is read.
     pub requirements: Specification,
     /// Largest steering angle, rad, in steering coordinates; 22° at the road wheel by default.
     pub max_angle_rad: Option<f64>,
     /// Largest change in a sample, rad, in steering coordinates; 15° at the road wheel by default.
     pub max_increment_rad: Option<f64>,
     /// Largest rate, rad/s, in steering coordinates; by default twice the fastest steering of the drive
-    /// that the plant was identified from. A plant without a drive needs it.
+    /// that the plant was identified from. Required for a plant without a drive.
     pub max_rate_radps: Option<f64>,
     /// Fastest steering of a drive of the vehicle, rad/s in the plant's steering coordinates: where no rate is
     /// stated and the plant comes from no drive, twice that is assumed.
     pub driven_rate_radps: Option<f64>,
-    /// Largest lateral acceleration that the steering angle may ask for in a steady turn, m/s²: it bounds
-    /// the angle at each speed.
+    /// Largest lateral acceleration of a steady turn, m/s²: it bounds the steering angle at each speed.
     pub max_lateral_acceleration_mps2: f64,
     /// Time between the controller's ticks, s.
     pub sample_time_s: f64,
@@ -30,23 +31,23 @@ pub struct DesignOptions {
     pub path_delay_s: f64,
     /// Delay of the loop through pose estimator and path beyond the plant's own, s; 0 for the path's.
     pub estimator_delay_s: f64,
-    /// How the gains are held against other plants than the nominal one; `None` for not at all.
+    /// The other plants that the gains are designed for; `None` for the nominal plant alone.
     pub robust: Option<RobustOptions>,
-    /// Names the sequence of starting points and the plants drawn; the same seed gives the same design.
+    /// Seed of the starting points and of the plants drawn; the same seed returns the same design.
     pub seed: u64,
 }
 
-/// Which other plants one set of gains must serve.
+/// The plants that the gains must serve in addition to the nominal one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RobustOptions {
     /// Plants drawn from the identified uncertainty.
     pub members: usize,
-    /// Latency beyond and below the one designed for, s; by default what another master adds.
+    /// Latency above and below the one designed for, s; by default that of another master.
     pub latency_s: f64,
-    /// Lowest and highest gain of the plant over the nominal one: tyres give way beyond the lateral
-    /// acceleration of the drive, which no uncertainty of a linear model tells.
+    /// Lowest and highest gain of the plant over the nominal one: tyres saturate beyond the lateral
+    /// acceleration of the drive, which the uncertainty of a linear model does not contain.
     pub gain: [f64; 2],
-    /// Speed beyond and below the one designed for, as a share, where the model holds at others.
+    /// Speed above and below the one designed for, as a share, where the model holds at other speeds.
     pub speed_share: f64,
 }
 
@@ -75,10 +76,8 @@ impl Default for DesignOptions {
     }
 }
 
-/// Samples that a settling time must hold.
+/// Samples that a settling time must contain.
 const LEAST_SAMPLES: usize = 4;
-/// What an actuator is taken to follow, as a multiple of the fastest steering that was driven.
-const TIMES_DRIVEN: f64 = 2.0;
 /// Most plants drawn.
 const MOST_MEMBERS: usize = 10_000;
 
@@ -142,7 +141,7 @@ impl DesignOptions {
         self.contradictions()
     }
 
-    /// What cannot hold at once whatever the plant.
+    /// Options that contradict each other whatever the plant.
     fn contradictions(&self) -> Result<(), Error> {
         let s = &self.requirements;
         if let Some(settling_time_s) = s.settling_time_s {
@@ -157,7 +156,7 @@ impl DesignOptions {
                 return Err(Error::Contradiction {
                     one: format!("a rise time of up to {rise} s"),
                     other: format!("a settling time of at most {settling_time_s} s"),
-                    why: "what has settled has risen",
+                    why: "a response rises before it settles",
                 });
             }
         }
@@ -193,47 +192,21 @@ impl DesignOptions {
         Specification { steady_state_time_s, ..self.requirements }
     }
 
-    /// The same with the fastest steering of a plant's drive, where none is there yet: for another model of
+    /// The same with the fastest steering of a plant's drive, unless one is stated: for another model of
     /// that vehicle, in the same steering coordinates.
     #[must_use]
     pub fn with_rate_of(self, plant: &DesignPlant) -> Self {
         let driven = || plant.fastest_steering();
         Self { driven_rate_radps: self.driven_rate_radps.or_else(driven), ..self }
     }
-
-    /// The limits of the file, in the plant's steering coordinates; that of the yaw error belongs to the
-    /// gains.
-    ///
-    /// # Errors
-    /// [`Error::NoSteeringRate`] where no rate is stated and the plant comes from no drive.
-    pub fn limits(&self, plant: &DesignPlant) -> Result<Limits, Error> {
-        let road_wheel = |degrees: f64| degrees.to_radians() * plant.steering_ratio;
-        let driven = plant.fastest_steering().or(self.driven_rate_radps);
-        let max_rate_radps = self
-            .max_rate_radps
-            .or(driven.map(|rate| TIMES_DRIVEN * rate))
-            .ok_or_else(|| Error::NoSteeringRate { model: plant.name.clone() })?;
-        let [steering_per_curvature_radm, understeer_gradient_rads2pm] = plant.steady_turn();
-        Ok(Limits {
-            max_angle_rad: self.max_angle_rad.unwrap_or(road_wheel(22.0)),
-            max_increment_rad: self.max_increment_rad.unwrap_or(road_wheel(15.0)),
-            max_rate_radps,
-            large_errors: None,
-            lateral_acceleration: Some(LateralAcceleration {
-                max_mps2: self.max_lateral_acceleration_mps2,
-                steering_per_curvature_radm,
-                understeer_gradient_rads2pm,
-            }),
-        })
-    }
 }
 
-/// What a requirement is called in errors, and what can be asked of it.
+/// Label of a requirement and the values that it may have.
 fn bounds(requirement: Requirement) -> (&'static str, &'static str, fn(f64) -> bool) {
     use Requirement as R;
     let label = requirement.label();
     match requirement {
-        // None at all may be asked for.
+        // 0: no overshoot at all.
         R::Overshoot => (label, "0 or more", |v| v >= 0.0),
         R::Settling => (label, "greater than 0 and at most 60 s", |v| v > 0.0 && v <= 60.0),
         R::ModulusMargin => (label, "at least 0 and below 1", |v| (0.0..1.0).contains(&v)),

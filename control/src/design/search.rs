@@ -1,19 +1,22 @@
-//! The search for the best controller on given plants.
+//! One search for the best controller on given plants: where it starts, and the controller that it finds.
 
 use crate::Error;
-use crate::design::aim::Aim;
-use crate::design::objective::{CROSSOVER_TIMES_SETTLING, Objective, VARIABLES};
-use crate::design::optimise::{Effort, minimise, sequence};
+use crate::closed_loop::simulate::Simulator;
+use crate::design::bandwidth_limit::CROSSOVER_TIMES_SETTLING;
+use crate::design::objective::{Objective, VARIABLES};
+use crate::design::optimiser::{Effort, minimise, sequence};
+use crate::design::target::{Target, capped};
+use crate::requirement::{Reached, Requirement};
 use vehicle_models::PidParameters;
 
-/// Digits of the gains, and where those just miss a requirement.
-pub(crate) const READABLE_DIGITS: i32 = 5;
-pub(crate) const EXACT_DIGITS: i32 = 12;
+/// Digits of the gains, and of gains that just miss a requirement with so few.
+const READABLE_DIGITS: i32 = 5;
+const EXACT_DIGITS: i32 = 12;
 
-/// Where a search begins, about a multiple of the objective's scale: a guess and `count` others.
+/// Starting points about a multiple of the objective's scale: an initial guess and `count` others.
 pub(crate) fn starts(objective: &Objective, multiple: f64, count: u32, seed: u64) -> Vec<Vec<f64>> {
     let (t, ts) = (multiple * objective.scale, objective.sample_time);
-    // A crossover that settles in time, a reset that forgets an offset within the 5 s, a little
+    // A crossover that settles in time, a reset that removes an offset within the 5 s, a little
     // lead; and the lag of a fast pole at the crossover, which cancels the slow pole of the reset.
     let crossover = CROSSOVER_TIMES_SETTLING / t;
     let guess = [crossover, 0.8 / t, 0.05 * t, 0.01 * t + ts, 0.2 * t].map(f64::ln);
@@ -28,19 +31,66 @@ pub(crate) fn starts(objective: &Objective, multiple: f64, count: u32, seed: u64
     starts
 }
 
-/// The decision variables of the controllers found for an aim, from the best on.
-pub(crate) fn search(
-    objective: &Objective,
-    aim: &Aim,
-    starts: &[Vec<f64>],
-    effort: Effort,
-) -> Result<Vec<Vec<f64>>, Error> {
-    let found = minimise(&|x, most| objective.cost(x, aim, most), starts, effort)?;
-    Ok(found.into_iter().map(|(x, _)| x).collect())
+/// A controller, its decision variables, and what it reaches on the nominal plant.
+#[derive(Debug, Clone)]
+pub(crate) struct Found {
+    pub(crate) pid: PidParameters,
+    pub(crate) variables: Vec<f64>,
+    pub(crate) reached: Reached,
+    pub(crate) met: bool,
+    /// The next best points of the search, as starting points of another.
+    pub(crate) others: Vec<Vec<f64>>,
+}
+
+impl Found {
+    /// The best controller of a search from these starting points.
+    pub(crate) fn by_search(
+        objective: &Objective,
+        target: &Target,
+        starts: &[Vec<f64>],
+        effort: Effort,
+    ) -> Result<Self, Error> {
+        let points = minimise(&|x, most| objective.cost(x, target, most), starts, effort)?;
+        Ok(Self::of(objective, points.into_iter().map(|(x, _)| x).collect()))
+    }
+
+    /// The controller of the first of these points, rounded to readable digits unless that breaks a
+    /// requirement that the point keeps.
+    pub(crate) fn of(objective: &Objective, mut points: Vec<Vec<f64>>) -> Self {
+        // A search always returns a point.
+        let variables = if points.is_empty() { Vec::new() } else { points.remove(0) };
+        let mut simulator = Simulator::default();
+        let mut finish = |digits| {
+            let pid = rounded(&objective.controller(&variables).0, digits);
+            let reached = objective.whole(&mut simulator, &pid);
+            (pid, reached, reached.shortfalls(&objective.spec).len())
+        };
+        let mut best = finish(READABLE_DIGITS);
+        if best.2 > 0 {
+            let exact = finish(EXACT_DIGITS);
+            if exact.2 < best.2 {
+                best = exact;
+            }
+        }
+        let (pid, reached, short) = best;
+        Self { pid, variables, reached, met: short == 0, others: points }
+    }
+
+    /// By how much the requirements are missed, summed without the settling time.
+    pub(crate) fn missed(&self, objective: &Objective) -> f64 {
+        let missed =
+            |(r, required): (Requirement, f64)| capped(r.missed(required, self.reached.value(r)));
+        objective
+            .required()
+            .into_iter()
+            .filter(|(r, _)| *r != Requirement::Settling)
+            .map(missed)
+            .sum()
+    }
 }
 
 /// Gains rounded to some significant digits.
-pub(crate) fn rounded(pid: &PidParameters, digits: i32) -> PidParameters {
+fn rounded(pid: &PidParameters, digits: i32) -> PidParameters {
     let round = |value| significant(value, digits);
     PidParameters {
         kp: round(pid.kp),

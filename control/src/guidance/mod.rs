@@ -1,13 +1,11 @@
 //! How a path follower is set up around a designed yaw loop.
 
-pub(crate) mod advice;
-pub(crate) mod engagement;
 pub(crate) mod track;
 
 use crate::Error;
 use formats::{Bicycle, Document, Guidance, Pid, Plant, VehicleData};
 
-/// Look-ahead time over the lag of the yaw loop: with a loop that answers as `1/(1 + λs)` the
+/// Look-ahead time over the lag of the yaw loop: with a loop of the response `1/(1 + λs)` the
 /// cross-track error follows `λ·T·s² + T·s + 1`, damped by ½·√(T/λ): 1 for T = 4λ.
 const LOOKAHEAD_PER_LAG: f64 = 4.0;
 /// Shortest look-ahead time, s.
@@ -16,8 +14,8 @@ const LEAST_LOOKAHEAD: f64 = 1.0;
 /// Guidance for a controller's loop at a speed.
 ///
 /// The look-ahead time makes line of sight and yaw loop together well damped; preview and
-/// feedforward are the design's. The sideslip is taken as 0:
-/// [`sideslip`] and [`with_sideslip`] tell that of a vehicle.
+/// feedforward are the design's. The sideslip is 0: [`sideslip`] returns that of a vehicle, and
+/// [`Sideslip::guide`] adds it.
 #[must_use]
 pub fn guidance_for(pid: &Pid, speed: f64) -> Guidance {
     let advice = &pid.guidance;
@@ -39,13 +37,7 @@ pub fn guidance_for(pid: &Pid, speed: f64) -> Guidance {
     }
 }
 
-/// The same with the sideslip of a vehicle at a speed above zero.
-#[must_use]
-pub fn with_sideslip(guidance: Guidance, vehicle: &VehicleData, speed: f64) -> Guidance {
-    Sideslip::of_vehicle(vehicle, speed).guide(guidance)
-}
-
-/// The sideslip that a path follower reckons with: `(S + Q·a²)·r + C·dr/dt` at the yaw rate r and the
+/// The sideslip of a path follower's vehicle: `(S + Q·a²)·r + C·dr/dt` at the yaw rate r and the
 /// lateral acceleration a.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Sideslip {
@@ -58,7 +50,7 @@ pub struct Sideslip {
 }
 
 impl Sideslip {
-    /// What is known of an identified plant.
+    /// The sideslip of an identified plant, where it was measured.
     #[must_use]
     pub fn of(plant: &Plant) -> Option<Self> {
         plant.sideslip.map(|s| Self {
@@ -68,7 +60,7 @@ impl Sideslip {
         })
     }
 
-    /// That of eq 13 at a speed (m/s) above zero.
+    /// The sideslip of eq 13 at a speed (m/s) above zero.
     #[must_use]
     pub fn of_vehicle(vehicle: &VehicleData, speed: f64) -> Self {
         let parameters = model_loading::bicycle_parameters(vehicle);
@@ -79,7 +71,7 @@ impl Sideslip {
         }
     }
 
-    /// What a guidance reckons with.
+    /// The sideslip that a guidance contains.
     #[must_use]
     pub fn in_guidance(guidance: &Guidance) -> Self {
         Self {
@@ -89,7 +81,7 @@ impl Sideslip {
         }
     }
 
-    /// The same guidance of a vehicle with this sideslip.
+    /// The guidance of a vehicle with this sideslip.
     #[must_use]
     pub fn guide(&self, guidance: Guidance) -> Guidance {
         Guidance {
@@ -101,11 +93,11 @@ impl Sideslip {
     }
 }
 
-/// The sideslip that a plant's document states: of `plant.json` the measured one, of `bicycle.json` that
-/// of the model at a speed (m/s), by default its own. `None` where it states none.
+/// The sideslip that a plant's document states: the measured one of `plant.json`, or that of the model in
+/// `bicycle.json` at a speed (m/s), by default its own. `None` where the document states none.
 ///
 /// # Errors
-/// Where a document of these kinds is refused.
+/// [`Error::Document`] where a document of these kinds is invalid.
 pub fn sideslip(document: &str, file: &str, speed: Option<f64>) -> Result<Option<Sideslip>, Error> {
     match formats::schema_of(document).as_deref() {
         Some(Plant::SCHEMA) => Ok(Sideslip::of(&Plant::from_json(document, file)?)),

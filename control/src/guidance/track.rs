@@ -1,26 +1,18 @@
 //! The whole loop in one process: plant, path and controller, stepped as a master steps the FMUs.
 //!
-//! Gauss–Seidel, in the order plant, path, PID: each uses what the one before has just computed,
-//! and no delay enters the loop. Jacobi: all use what stood at the start of the step, which delays
-//! the yaw loop by a step and the loop through the path by two. The step is the controller's
+//! Gauss–Seidel, in the order plant, path, PID: each uses the outputs that the one before has just
+//! computed, and no delay enters the loop. Jacobi: all use the outputs at the start of the step, which
+//! delays the yaw loop by a step and the loop through the path by two. The step is the controller's
 //! sample time. Tick 0 sees the initial pose, on the path and along it.
 
 use crate::Error;
 use crate::guidance::guidance_for;
-use formats::{Bicycle, Guidance, Path, Pid as PidFile, Plant};
+use crate::plants::plant_model::{PlantModel, model_error};
+use formats::{Guidance, Path, Pid as PidFile};
 use std::sync::Arc;
-use vehicle_models::{BicyclePlant, IdentifiedPlant, PathFollower, PathOutput, Pid, PidInput};
+use vehicle_models::{PathFollower, PathOutput, Pid, PidInput};
 
-/// A plant that drives.
-#[derive(Debug, Clone)]
-pub enum PlantModel {
-    /// From a log.
-    Identified(Box<IdentifiedPlant>),
-    /// Eq 13.
-    Bicycle(Box<BicyclePlant>),
-}
-
-/// Who waits for whom.
+/// The order in which a master steps the FMUs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Master {
     /// One after the other: plant, path, PID.
@@ -42,7 +34,7 @@ pub struct TrackTrace {
     pub yaw: Vec<f64>,
     /// Yaw rate, rad/s.
     pub yaw_rate: Vec<f64>,
-    /// What the path asked for, rad.
+    /// Yaw reference of the path, rad.
     pub yaw_reference: Vec<f64>,
     /// Steering angle, rad, in steering coordinates.
     pub steering: Vec<f64>,
@@ -71,67 +63,15 @@ impl TrackTrace {
     }
 }
 
-impl PlantModel {
-    /// The plant of `plant.json`, at the speed of its identification.
-    ///
-    /// # Errors
-    /// [`Error::Model`] where the model contradicts itself.
-    pub fn from_plant(plant: &Plant) -> Result<Self, Error> {
-        let model = model_loading::identified_model(plant).map_err(fault(&plant.name))?;
-        Ok(Self::Identified(Box::new(IdentifiedPlant::new(Arc::new(model)))))
+/// The input of the controller that follows a path.
+pub(crate) fn pid_input(guide: &PathOutput, yaw: f64, speed: f64) -> PidInput {
+    PidInput {
+        yaw_reference: guide.yaw_reference,
+        yaw,
+        steering_feedforward: guide.steering_feedforward,
+        enabled: true,
+        speed,
     }
-
-    /// The plant of `bicycle.json`, at its speed.
-    ///
-    /// # Errors
-    /// [`Error::Model`] where the values are not those of a vehicle.
-    pub fn from_bicycle(bicycle: &Bicycle) -> Result<Self, Error> {
-        let vehicle = &bicycle.vehicle;
-        let parameters = model_loading::bicycle_parameters(vehicle);
-        let mut plant = BicyclePlant::new(parameters).map_err(fault(&vehicle.name))?;
-        plant.speed = vehicle.speed_mps;
-        Ok(Self::Bicycle(Box::new(plant)))
-    }
-
-    fn start(&mut self, pose: &formats::PathPoint, speed: f64) -> Result<(), Error> {
-        let (x, y, yaw) = (pose.x_m, pose.y_m, pose.heading_rad);
-        match self {
-            Self::Identified(p) => {
-                (p.initial_x, p.initial_y, p.initial_yaw, p.speed) = (x, y, yaw, speed);
-                p.start();
-                Ok(())
-            }
-            Self::Bicycle(p) => {
-                (p.initial_x, p.initial_y, p.initial_yaw, p.speed) = (x, y, yaw, speed);
-                p.start().map_err(fault("bicycle"))
-            }
-        }
-    }
-
-    fn step(&mut self, steering: f64, h: f64) -> Result<(), Error> {
-        match self {
-            Self::Identified(p) => {
-                p.steering_angle = steering;
-                p.step(h).map_err(fault("plant"))
-            }
-            Self::Bicycle(p) => {
-                p.steering_angle = steering;
-                p.step(h).map_err(fault("bicycle"))
-            }
-        }
-    }
-
-    /// x, y, yaw, yaw rate.
-    fn outputs(&self) -> [f64; 4] {
-        match self {
-            Self::Identified(p) => [p.x(), p.y(), p.yaw(), p.yaw_rate()],
-            Self::Bicycle(p) => [p.x(), p.y(), p.yaw(), p.yaw_rate()],
-        }
-    }
-}
-
-fn fault(model: &str) -> impl Fn(vehicle_models::Error) -> Error + '_ {
-    move |e| Error::Model { model: model.into(), problem: e.to_string() }
 }
 
 /// Drives along a path at its speed, with [`guidance_for`] the controller, until the path ends or
@@ -149,7 +89,7 @@ pub fn track(
     track_with(plant, pid, path, &guidance_for(pid, path.speed_mps), duration, master)
 }
 
-/// As [`track`], with a guidance of one's own.
+/// As [`track`], with another guidance.
 ///
 /// # Errors
 /// As [`track`].
@@ -170,31 +110,25 @@ pub fn track_with(
     };
     let law = model_loading::guidance_parameters(guidance);
     let speed = path.speed_mps;
-    let geometry = model_loading::path_geometry(path).map_err(fault(&path.name))?;
+    let geometry = model_loading::path_geometry(path).map_err(model_error(&path.name))?;
     let mut follower = PathFollower::new(Arc::new(geometry));
     let parameters = model_loading::pid_parameters(pid);
     let mut controller = Pid::default();
     let mut tick = |guide: &PathOutput, yaw: f64| {
-        let input = PidInput {
-            yaw_reference: guide.yaw_reference,
-            yaw,
-            steering_feedforward: guide.steering_feedforward,
-            enabled: true,
-            speed,
-        };
-        controller.tick(&parameters, &input).steering_angle
+        controller.tick(&parameters, &pid_input(guide, yaw, speed)).steering_angle
     };
     let follow = |follower: &mut PathFollower, [x, y, yaw, _]: [f64; 4]| {
         let out = follower.evaluate(&law, x, y, yaw, speed);
         follower.commit(&out);
         out
     };
-    plant.start(start, speed)?;
+    let pose = [start.x_m, start.y_m, start.heading_rad];
+    plant.start(pose, speed).map_err(model_error("plant"))?;
     let h = pid.sample_time_s;
     let ticks = (duration / h).round() as usize;
     let mut pose = plant.outputs();
     let mut guide = follow(&mut follower, pose);
-    // What stands on the PID's and the path's connections, which a Jacobi master reads late.
+    // The values on the connections of PID and path, which a Jacobi master reads a step later.
     let (mut stale_pose, mut stale_guide) = (pose, guide);
     let mut steering = tick(&guide, pose[2]);
     let mut trace = TrackTrace::default();
@@ -204,7 +138,7 @@ pub fn track_with(
             trace.finished = true;
             break;
         }
-        plant.step(steering, h)?;
+        plant.step(steering, h).map_err(model_error("plant"))?;
         pose = plant.outputs();
         let next = follow(&mut follower, pose);
         follower.integrate(&law, &next, speed, h);
@@ -212,7 +146,7 @@ pub fn track_with(
             Master::GaussSeidel => tick(&next, pose[2]),
             Master::Jacobi => {
                 let steering = tick(&stale_guide, stale_pose[2]);
-                // The path has just seen the pose of the step's start: `guide`.
+                // The path used the pose at the start of the step: `guide`.
                 (stale_pose, stale_guide) = (pose, guide);
                 steering
             }
@@ -232,13 +166,13 @@ impl TrackTrace {
         steering: f64,
         master: Master,
     ) {
-        let seen = if master == Master::Jacobi { stale } else { guide };
+        let used = if master == Master::Jacobi { stale } else { guide };
         self.time.push(time);
         self.x.push(pose[0]);
         self.y.push(pose[1]);
         self.yaw.push(pose[2]);
         self.yaw_rate.push(pose[3]);
-        self.yaw_reference.push(seen.yaw_reference);
+        self.yaw_reference.push(used.yaw_reference);
         self.steering.push(steering);
         self.cross_track_error.push(guide.cross_track_error);
         self.heading_error.push(guide.heading_error);

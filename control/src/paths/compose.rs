@@ -9,11 +9,11 @@
 use crate::Error;
 use formats::{Document, Guidance, Path, PathPoint, Provenance};
 
-/// Largest distance between points unless told otherwise, m.
+/// Default of the largest distance between points, m.
 pub(super) const DEFAULT_SPACING: f64 = 0.5;
 /// Largest turn over one quadrature panel, rad; the error of a panel is below 1e-15 of its length.
 const PANEL_TURN: f64 = 0.1;
-/// How far before a jump of curvature the old curvature is noted, m.
+/// Distance before a jump of curvature at which the old curvature is stated, m.
 const JUMP: f64 = 1e-3;
 
 /// Composes a path segment by segment, starting at the origin along x.
@@ -62,7 +62,7 @@ impl PathComposer {
         self
     }
 
-    /// Where the path ends so far.
+    /// The end of the path so far.
     #[must_use]
     pub fn end(&self) -> PathPoint {
         self.end
@@ -111,7 +111,7 @@ impl PathComposer {
         self
     }
 
-    /// Puts the first point, or bends the curvature to `from` at the end of the segment before.
+    /// Adds the first point, or changes the curvature to `from` at the end of the last segment.
     fn start_segment(&mut self, from: f64) {
         let jump = (from - self.end.curvature_per_m).abs() > 1e-12;
         self.end.curvature_per_m = from;
@@ -120,7 +120,7 @@ impl PathComposer {
             return;
         };
         if jump {
-            // Curvature is read linearly between points: the old value is kept until just before.
+            // Curvature is interpolated linearly between points: the old value holds until just before.
             let old = *last;
             let (dx, dy) = displacement(old.heading_rad, old.curvature_per_m, 0.0, -JUMP);
             *last = PathPoint {
@@ -247,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn impossible_segments_are_refused() {
+    fn impossible_segments_are_rejected() {
         let error = PathComposer::new().straight(-1.0).finish("bad", 5.0).unwrap_err();
         assert!(error.to_string().contains("-1 m long"), "{error}");
         assert!(!error.hint().is_empty());

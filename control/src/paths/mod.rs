@@ -1,20 +1,18 @@
 //! Reference paths in arc length: composed, standard roads, and from recorded points.
+//!
+//! `compose` joins straights, arcs and clothoids; `roads` and `road_file` make paths of them.
+//! `recording` reads positions from tables, GPX and NMEA; `fitting` lays a path through them.
 
 mod compose;
-mod fixes;
-mod geodesy;
-mod gpx;
-mod nmea;
-mod outliers;
-mod points;
-mod primitives;
-mod read;
+mod fitting;
+mod recording;
+mod road_file;
 mod roads;
-mod spline;
 
 pub use compose::PathComposer;
-pub use fixes::{FixOptions, PoorFixes};
-pub use points::{Excess, PointOptions, RecordedPath, from_points};
-pub use primitives::path_from_road;
-pub use read::{RecordedPoints, path_from_recording, read_points};
+pub use fitting::options::{Excess, PointOptions, RecordedPath};
+pub use fitting::{from_points, path_from_recording};
+pub use recording::fixes::{FixOptions, PoorFixes, RecordedPoints};
+pub use recording::read_points;
+pub use road_file::path_from_road;
 pub use roads::{RoadOptions, double_lane_change, reference_road, s_curve};

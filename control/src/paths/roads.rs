@@ -15,14 +15,14 @@ use super::compose::{PathComposer, displacement};
 use crate::Error;
 use formats::Path;
 
-/// Shape of the roads.
+/// The shape of the roads.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RoadOptions {
     /// Lateral move of a lane change, m, to the left first.
     pub lane_offset: f64,
     /// Time in the other lane, s.
     pub lane_time: f64,
-    /// Turn of each half of the S-curve, rad; less is made up to what the clothoids alone turn.
+    /// Turn of each half of the S-curve, rad, at least that of its clothoids alone.
     pub turn_angle: f64,
     /// Lateral jerk of the S-curve, m/s³.
     pub lateral_jerk: f64,
@@ -170,7 +170,7 @@ fn curvature(speed: f64, acceleration: f64, options: &RoadOptions) -> Result<f64
             return Err(Error::Option { option, value, must: "greater than 0" });
         }
     }
-    // Beyond these no car drives, and roads have no end or points without number.
+    // Beyond these no car drives, and the roads would have too many points.
     for (option, value, most, must) in [
         ("speed", speed, 150.0, "at most 150 m/s"),
         ("lateral acceleration", acceleration, 50.0, "at most 50 m/s2"),
@@ -253,9 +253,9 @@ mod tests {
         assert!((largest(&road, |p| p.heading_rad) - 40.0_f64.to_radians()).abs() < 1e-9);
     }
 
-    /// Consecutive points must agree with what their headings and curvatures say.
+    /// Consecutive points must agree with their headings and curvatures.
     #[test]
-    fn points_headings_and_curvatures_belong_together() {
+    fn points_headings_and_curvatures_are_consistent() {
         let road = reference_road(15.0, 4.0).unwrap();
         for w in road.points.windows(2) {
             let ds = w[1].distance_m - w[0].distance_m;
@@ -269,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn a_road_that_does_not_exist_is_refused() {
+    fn a_road_that_does_not_exist_is_rejected() {
         let error = double_lane_change(1.0, 4.0, &RoadOptions::default()).unwrap_err();
         assert!(error.to_string().contains("cannot move 3.5 m sideways"), "{error}");
         assert!(reference_road(f64::NAN, 4.0).is_err());

@@ -1,24 +1,13 @@
-//! The plants that may stand in place of the nominal one: drawn from the identified uncertainty,
-//! and at other speeds where the model holds there.
+//! Other plants of the same vehicle: drawn from the identified uncertainty, with another gain, and at other
+//! speeds where the model holds there.
 
 use crate::Error;
-use crate::plants::{DesignPlant, Dynamics};
-use formats::{Bicycle, InputKind, Plant};
-
-/// Where a design plant came from, for making its relatives.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub(crate) enum Family {
-    /// None but itself.
-    #[default]
-    Alone,
-    /// An identified model; at other speeds where the product of steering and speed drives it.
-    Identified(Box<Plant>),
-    /// Eq 13 holds at any speed; its evidence says that it was identified.
-    Bicycle(Box<Bicycle>),
-}
+use crate::plants::design_plant::{DesignPlant, Family};
+use crate::plants::dynamics::Dynamics;
+use formats::InputKind;
 
 impl DesignPlant {
-    /// Numbers that [`DesignPlant::member`] takes; 0 where no uncertainty is stated.
+    /// Number of random numbers that [`DesignPlant::member`] requires; 0 where no uncertainty is stated.
     #[must_use]
     pub fn ensemble_dimension(&self) -> usize {
         match &self.family {
@@ -39,7 +28,7 @@ impl DesignPlant {
     }
 
     /// The plant that standard normal numbers draw from the identified uncertainty, at its own speed.
-    /// `None` where what is drawn is no plant to steer.
+    /// `None` where no controller can be designed on it.
     #[must_use]
     pub fn member(&self, xi: &[f64]) -> Option<Self> {
         let mut drawn = match &self.family {
@@ -57,15 +46,15 @@ impl DesignPlant {
         Some(drawn)
     }
 
-    /// Steering angle of a steady turn: per curvature, rad·m, and what comes to it per lateral acceleration,
-    /// rad·s²/m. A model of one speed cannot tell the two apart: all is taken for the first, which is as
-    /// the speed designed for has it, and less than an understeering vehicle needs beyond.
+    /// Steering angle of a steady turn: per curvature, rad·m, and the understeer gradient, rad·s²/m. A model
+    /// of one speed does not separate them: its gradient is 0, which is exact at that speed and less than an
+    /// understeering vehicle needs above it.
     #[must_use]
     pub fn steady_turn(&self) -> [f64; 2] {
         let gradient = match &self.family {
             Family::Bicycle(bicycle) => {
                 let parameters = model_loading::bicycle_parameters(&bicycle.vehicle);
-                // What oversteers counts as at its own speed.
+                // An oversteering vehicle is treated like a model of one speed.
                 (parameters.steering_ratio * parameters.understeer_gradient()).max(0.0)
             }
             _ => 0.0,
@@ -74,8 +63,8 @@ impl DesignPlant {
         [v / self.gain() - gradient * v * v, gradient]
     }
 
-    /// Fastest steering of the drive that it was identified from, rad/s in steering coordinates; `None`
-    /// where there was none, or its file does not state it.
+    /// Fastest steering of the drive that the plant was identified from, rad/s in steering coordinates; `None`
+    /// without a drive, or where the file does not state it.
     #[must_use]
     pub fn fastest_steering(&self) -> Option<f64> {
         match &self.family {
@@ -86,13 +75,13 @@ impl DesignPlant {
         .filter(|rate| *rate > 0.0)
     }
 
-    /// The same plant with a gain that many times its own.
-    pub(crate) fn with_gain(&self, times: f64) -> Self {
+    /// The same plant with its gain multiplied by a factor.
+    pub(crate) fn with_gain(&self, factor: f64) -> Self {
         let mut other = self.clone();
         let (Dynamics::Continuous(m) | Dynamics::Discrete { matrices: m, .. }) =
             &mut other.dynamics;
-        m.input *= times;
-        m.feedthrough *= times;
+        m.input *= factor;
+        m.feedthrough *= factor;
         other
     }
 

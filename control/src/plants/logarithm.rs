@@ -14,7 +14,7 @@ const ROOTS: u32 = 40;
 const ITERATIONS: usize = 40;
 /// How near the identity the series is used.
 const NEAR: f64 = 0.05;
-/// Relative error with which the exponential must give the sampled model back.
+/// Largest relative error with which the exponential must return the sampled model.
 const TRUSTED: f64 = 1e-8;
 
 /// F and G of A and B at sample time T; `None` where A has no real logarithm.

@@ -9,10 +9,11 @@
 //! ```
 //!
 //! M and N being F and G with the row of ψ̇ = H x + D u. w acts at the plant's input undelayed.
-//! A model on its own grid moves by whole steps of that grid within a tick.
+//! A model on its own grid advances by whole steps of that grid within a tick.
 
 use crate::Error;
-use crate::plants::{DesignPlant, Dynamics, Matrices};
+use crate::plants::design_plant::DesignPlant;
+use crate::plants::dynamics::{Dynamics, Matrices};
 use nalgebra::{Complex, DMatrix};
 use vehicle_models::linear::discretize;
 
@@ -21,7 +22,7 @@ const LONGEST_DELAY: f64 = 2.0;
 /// Delays and grids are taken as whole within this share of a sample.
 const SNAP: f64 = 1e-9;
 
-/// See the module.
+/// A plant between the controller's ticks.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Sampled {
     pub(crate) sample_time: f64,
@@ -72,7 +73,7 @@ impl Sampled {
         matrix.lu().solve(&input).map_or(Complex::new(f64::INFINITY, 0.0), |x| x[n - 1])
     }
 
-    /// Angles, rad a sample, of the modes that may make the response sharp.
+    /// Angle and decay, rad a sample, of the oscillating modes, near which the response may be sharp.
     pub(crate) fn mode_angles(&self) -> Vec<(f64, f64)> {
         let n = self.order;
         DMatrix::from_row_slice(n, n, &self.phi)

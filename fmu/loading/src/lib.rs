@@ -13,7 +13,10 @@
 //! is the one that runs from it. Nothing is computed here and no unit changes: SI and radians on
 //! both sides. Matrices go from rows of rows to row-major vectors.
 
-use formats::{Estimator, Guidance, InputKind, Matrix, Path, Pid, Plant, Vehicle, VehicleData};
+use formats::{
+    Estimator, Guidance, InputKind, Limits, Matrix, Path, Pid, PidGains, Plant, Vehicle,
+    VehicleData,
+};
 use vehicle_models::{
     BicycleParameters, Continuous, Error, GuidanceParameters, IdentifiedData, IdentifiedModel,
     NonlinearParameters, PathGeometry, PathPoint, PidParameters, PoseParameters,
@@ -99,7 +102,12 @@ pub fn nonlinear_parameters(vehicle: &Vehicle) -> NonlinearParameters {
 /// The controller of `pid.json`.
 #[must_use]
 pub fn pid_parameters(pid: &Pid) -> PidParameters {
-    let (gains, limits) = (&pid.gains, &pid.limits);
+    controller_parameters(&pid.gains, &pid.limits, pid.sample_time_s)
+}
+
+/// The controller of gains and limits, at a sample time, s.
+#[must_use]
+pub fn controller_parameters(gains: &PidGains, limits: &Limits, sample_time: f64) -> PidParameters {
     let usual = PidParameters::default();
     let (lateral, large) = (limits.lateral_acceleration, limits.large_errors);
     PidParameters {
@@ -121,7 +129,7 @@ pub fn pid_parameters(pid: &Pid) -> PidParameters {
             .map_or(usual.steering_per_curvature, |l| l.steering_per_curvature_radm),
         understeer_gradient: lateral
             .map_or(usual.understeer_gradient, |l| l.understeer_gradient_rads2pm),
-        sample_time: pid.sample_time_s,
+        sample_time,
     }
 }
 

@@ -1,0 +1,108 @@
+//! Sentences about a design that meets its requirements on a plant that is less well known than they require:
+//! extrapolation beyond the drive, zeros in the right half-plane, plants that miss requirements.
+
+use crate::closed_loop::scenario::{Step, simulated_step};
+use crate::closed_loop::simulate::Simulator;
+use crate::plants::design_plant::{DesignPlant, Family};
+use crate::plants::dynamics::nearest_right_half_plane_zero;
+use crate::plants::sampled::Sampled;
+use crate::requirement::Requirement;
+use formats::{Excitation, Robustness, Specification};
+use vehicle_models::PidParameters;
+
+/// Multiple of the steering of the drive that is reported: no less, except for rounding, than the default rate.
+const CLEARLY: f64 = 2.0 + 1e-9;
+
+/// The rate that is assumed where none was stated.
+pub(crate) fn assumed_rate(max_rate_radps: f64) -> String {
+    format!(
+        "no rate of the steering was stated: the loop is designed for {:.0}°/s, twice the fastest \
+         steering of the drive",
+        max_rate_radps.to_degrees()
+    )
+}
+
+/// Where the step steers further or faster than the drive that the plant was identified from: a linear model
+/// has neither a largest rate of the actuator nor saturating tyres, and is extrapolated there.
+pub(crate) fn beyond_the_drive(
+    plant: &DesignPlant,
+    sampled: &Sampled,
+    pid: &PidParameters,
+    spec: &Specification,
+) -> Vec<String> {
+    let Family::Identified(file) = &plant.family else { return Vec::new() };
+    let driven = &file.evidence.excitation;
+    let mut simulator = Simulator::default();
+    simulated_step(&mut simulator, sampled, pid, spec, Step::of(spec));
+    let steering = &simulator.trace.steering;
+    let angle = steering.iter().fold(0.0_f64, |m, u| m.max(u.abs()));
+    let rate = Excitation::largest_rate(&[&[0.0], &steering[..]].concat(), sampled.sample_time);
+    let clearly = |largest: f64, driven: Option<f64>| {
+        driven
+            .filter(|d| *d > 0.0 && largest > CLEARLY * d)
+            .map(|d| (largest.to_degrees(), d.to_degrees()))
+    };
+    let mut words = Vec::new();
+    if let Some((largest, driven)) = clearly(rate, driven.largest_steering_rate_radps) {
+        words.push(format!(
+            "the step steers at up to {largest:.0}°/s over a tenth of a second, and the drive it was \
+             identified from at no more than {driven:.0}°/s: if the actuator cannot follow, the step \
+             overshoots; state the rate that it can follow"
+        ));
+    }
+    if let Some((largest, driven)) = clearly(angle, driven.largest_steering_rad) {
+        words.push(format!(
+            "the step steers by up to {largest:.1}°, and the drive it was identified from by no more than \
+             {driven:.1}°: what tyres and actuator do beyond it the model does not know"
+        ));
+    }
+    words
+}
+
+/// A zero in the right half-plane that limits the bandwidth.
+pub(crate) fn non_minimum_phase(plant: &DesignPlant, crossover: Option<f64>) -> Option<String> {
+    let zero = nearest_right_half_plane_zero(&plant.dynamics)?;
+    let limit = 0.5 * zero;
+    // Far beyond the loop's bandwidth it has no effect, or is an artefact of sampling.
+    (crossover.unwrap_or(0.0) > 0.3 * limit).then(|| {
+        format!(
+            "the plant first turns the wrong way: it is non-minimum-phase, with a zero in the right \
+             half-plane at {zero:.2} rad/s, which keeps the crossover below about {limit:.2} rad/s \
+             whatever the controller"
+        )
+    })
+}
+
+/// The settling time that all plants could keep, rounded up to a readable number.
+pub(crate) fn common_settling(settling_time_s: f64) -> String {
+    const SPARE: f64 = 1.03;
+    let settling = (20.0 * SPARE * settling_time_s).ceil() / 20.0;
+    format!(
+        "all plants could keep a settling time of {}, with everything else as asked for",
+        Requirement::Settling.text(settling)
+    )
+}
+
+/// The requirements that the nominal plant keeps and other plants do not.
+pub(crate) fn not_robust(r: &Robustness, met: bool) -> Vec<String> {
+    if r.met || !met {
+        return Vec::new();
+    }
+    r.requirements
+        .iter()
+        .filter(|x| x.share_kept < 1.0)
+        .filter_map(|x| Some((Requirement::of(&x.requirement)?, x)))
+        .map(|(requirement, x)| {
+            format!(
+                "over {} plants within the uncertainty and the latency of {:.0} to {:.0} ms the {} \
+                 goes to {}, and {:.0} % of them keep it",
+                r.plants,
+                1e3 * r.loop_delay_range_s[0],
+                1e3 * r.loop_delay_range_s[1],
+                requirement.label(),
+                requirement.text(x.worst),
+                100.0 * x.share_kept
+            )
+        })
+        .collect()
+}

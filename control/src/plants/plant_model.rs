@@ -1,0 +1,116 @@
+//! The plants that move in the plane, as they run in the FMUs.
+
+use crate::Error;
+use formats::{Bicycle, Plant};
+use std::sync::Arc;
+use vehicle_models::{BicyclePlant, IdentifiedPlant, NonlinearParameters, NonlinearVehicle};
+
+/// A plant that is driven along a path.
+#[derive(Debug, Clone)]
+pub enum PlantModel {
+    /// Identified from a log.
+    Identified(Box<IdentifiedPlant>),
+    /// Eq 13.
+    Bicycle(Box<BicyclePlant>),
+    /// A single-track vehicle with saturating tyres, load transfer and an actuator of limited rate.
+    Nonlinear(Box<NonlinearVehicle>),
+}
+
+impl PlantModel {
+    /// The plant of `plant.json`, at the speed of its identification.
+    ///
+    /// # Errors
+    /// [`Error::Model`] where the model is inconsistent.
+    pub fn from_plant(plant: &Plant) -> Result<Self, Error> {
+        let model = model_loading::identified_model(plant).map_err(model_error(&plant.name))?;
+        Ok(Self::Identified(Box::new(IdentifiedPlant::new(Arc::new(model)))))
+    }
+
+    /// The plant of `bicycle.json`, at its speed.
+    ///
+    /// # Errors
+    /// [`Error::Model`] where the values are not those of a vehicle.
+    pub fn from_bicycle(bicycle: &Bicycle) -> Result<Self, Error> {
+        let vehicle = &bicycle.vehicle;
+        let parameters = model_loading::bicycle_parameters(vehicle);
+        let mut plant = BicyclePlant::new(parameters).map_err(model_error(&vehicle.name))?;
+        plant.speed = vehicle.speed_mps;
+        Ok(Self::Bicycle(Box::new(plant)))
+    }
+
+    /// The vehicle of `bicycle.json` up to its limits: its file has no tyre curve, roll or actuator rate, which
+    /// are those of [`NonlinearParameters::default`] and `road_wheel_rate_max`, rad/s.
+    pub(crate) fn saturating(bicycle: &Bicycle, road_wheel_rate_max: f64) -> Result<Self, Error> {
+        let vehicle = &bicycle.vehicle;
+        let linear = model_loading::bicycle_parameters(vehicle);
+        let parameters = NonlinearParameters {
+            mass: linear.mass,
+            yaw_inertia: linear.yaw_inertia,
+            distance_front: linear.distance_front,
+            distance_rear: linear.distance_rear,
+            cornering_stiffness_front: linear.cornering_stiffness_front,
+            cornering_stiffness_rear: linear.cornering_stiffness_rear,
+            steering_ratio: linear.steering_ratio,
+            actuator_time_constant: linear.actuator_time_constant,
+            road_wheel_rate_max,
+            ..NonlinearParameters::default()
+        };
+        let plant = NonlinearVehicle::new(parameters).map_err(model_error(&vehicle.name))?;
+        Ok(Self::Nonlinear(Box::new(plant)))
+    }
+
+    /// Starts at a pose (x and y in m, yaw in rad) and a speed, m/s.
+    pub(crate) fn start(
+        &mut self,
+        [x, y, yaw]: [f64; 3],
+        speed: f64,
+    ) -> Result<(), vehicle_models::Error> {
+        match self {
+            Self::Identified(p) => {
+                (p.initial_x, p.initial_y, p.initial_yaw, p.speed) = (x, y, yaw, speed);
+                p.start();
+                Ok(())
+            }
+            Self::Bicycle(p) => {
+                (p.initial_x, p.initial_y, p.initial_yaw, p.speed) = (x, y, yaw, speed);
+                p.start()
+            }
+            Self::Nonlinear(p) => {
+                (p.initial_x, p.initial_y, p.initial_yaw, p.speed) = (x, y, yaw, speed);
+                p.start()
+            }
+        }
+    }
+
+    /// Advances by `h`, s, with the steering angle held, rad.
+    pub(crate) fn step(&mut self, steering: f64, h: f64) -> Result<(), vehicle_models::Error> {
+        match self {
+            Self::Identified(p) => {
+                p.steering_angle = steering;
+                p.step(h)
+            }
+            Self::Bicycle(p) => {
+                p.steering_angle = steering;
+                p.step(h)
+            }
+            Self::Nonlinear(p) => {
+                p.steering_angle = steering;
+                p.step(h)
+            }
+        }
+    }
+
+    /// x and y, m, yaw, rad, and yaw rate, rad/s.
+    pub(crate) fn outputs(&self) -> [f64; 4] {
+        match self {
+            Self::Identified(p) => [p.x(), p.y(), p.yaw(), p.yaw_rate()],
+            Self::Bicycle(p) => [p.x(), p.y(), p.yaw(), p.yaw_rate()],
+            Self::Nonlinear(p) => [p.x(), p.y(), p.yaw(), p.yaw_rate()],
+        }
+    }
+}
+
+/// [`Error::Model`] of a model with this name.
+pub(crate) fn model_error(model: &str) -> impl Fn(vehicle_models::Error) -> Error + '_ {
+    move |e| Error::Model { model: model.into(), problem: e.to_string() }
+}

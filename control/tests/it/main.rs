@@ -1,0 +1,13 @@
+//! The crate from outside: bicycle files, designs, paths and closed loops.
+
+#![allow(clippy::expect_used, clippy::unwrap_used, clippy::panic)]
+
+mod bicycle;
+mod common;
+mod design;
+mod margins;
+mod recorded_fixes;
+mod recorded_paths;
+mod rejected_plants;
+mod robust;
+mod tracking;
