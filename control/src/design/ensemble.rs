@@ -40,7 +40,8 @@ impl<'a> Ensemble<'a> {
     /// Lowest and highest delay of the loop beyond the plant's own, s.
     pub(crate) fn delays(&self) -> [f64; 2] {
         let (delay, spread) = (self.options.loop_delay_s, self.robust.latency_s);
-        [(delay - spread).max(-self.plant.input_delay), delay + spread]
+        // Without + 0.0 the lowest would be −0 for a plant without delay.
+        [(delay - spread).max(-self.plant.input_delay) + 0.0, delay + spread]
     }
 
     /// Lowest and highest speed, m/s, where the model holds at others than its own.
