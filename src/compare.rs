@@ -1,16 +1,17 @@
 //! `steerwright compare`: models against a drive, controllers against each other and the truth.
 
-use crate::comparison::{self, Comparison, Job, Road, Shape};
 use crate::console;
 use crate::failure::{Failure, Outcome};
 use crate::gate::GateArguments;
 use crate::log_options::LogArguments;
 use crate::output::Outputs;
+use crate::pipeline::Writer;
 use crate::progress::Progress;
 use crate::requirements::SpecificationArguments;
 use crate::{Global, files, quantity};
-use formats::Path as PathFile;
-use std::path::PathBuf;
+use comparison::{Comparison, ControllerFile, Job, Model, ModelDocument, Road, Truth};
+use formats::{Path as PathFile, Pid, SourceFile};
+use std::path::{Path, PathBuf};
 use sweep::Class;
 use sysid::IdentifyOptions;
 
@@ -89,35 +90,38 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let design = arguments.specification.options()?;
     let drive = arguments.drive()?;
     let progress = Progress::start("comparing: designs and runs");
-    let compared = comparison::compare(&Job {
-        models: arguments.models.clone(),
-        pids: arguments.pids.clone(),
+    let models = arguments.models()?;
+    let compared = comparison::compare(Job {
+        controllers: arguments.controllers(&models)?,
+        models,
         master: arguments.specification.master()?,
         design,
-        truth: arguments.truth.clone(),
+        truth: arguments.truth.as_deref().map(truth).transpose()?,
         drive,
         road: arguments.road.read()?,
         cross_track_integral_per_s: arguments.road.cross_track_integral,
-        gate: arguments.gate,
         max_cross_track_error_m: arguments.road.max_cross_track_error,
     })?;
     progress.now("drawing");
     let written = match folder {
         Some(folder) => {
-            let written = comparison::write(&compared, folder.stage())?;
+            let mut out = Writer::new(folder.stage());
+            for file in comparison::files(&compared)? {
+                out.bytes(&file.source.name, &file.bytes)?;
+            }
             folder.commit()?;
-            written
+            out.into_written()
         }
         None => Vec::new(),
     };
     drop(progress);
-    let mut text = comparison::text(&compared);
+    let mut text = comparison::text(&compared, console::columns());
     if let Some(folder) = &arguments.out {
         text.push_str(&format!(
             "\n{} files in {}, to read: {}\n",
             written.len(),
             folder.display(),
-            folder.join("comparison.html").display()
+            folder.join(comparison::PAGE).display()
         ));
     }
     console::result(&text, &comparison::json(&compared, &written))?;
@@ -144,6 +148,32 @@ impl Arguments {
         named.cloned().chain(pids).collect()
     }
 
+    fn models(&self) -> Result<Vec<Model>, Failure> {
+        let read = |path: &PathBuf| {
+            let text = files::read_text(path)?;
+            let file = path.display().to_string();
+            let document = ModelDocument::from_json(&text, &file)?;
+            self.gate.check(&file, document.quality())?;
+            Ok((path.clone(), SourceFile::of(path, text.as_bytes()), document))
+        };
+        let files = self.models.iter().map(read).collect::<Result<Vec<_>, Failure>>()?;
+        Ok(comparison::models(files)?)
+    }
+
+    /// The controllers' files; before `=` a model's label or file.
+    fn controllers(&self, models: &[Model]) -> Result<Vec<ControllerFile>, Failure> {
+        let read = |argument: &String| {
+            let named = argument.split_once('=').and_then(|(model, file)| {
+                let is_it = |m: &Model| m.label == model || m.path.as_os_str() == model;
+                Some((models.iter().position(is_it)?, file))
+            });
+            let path = PathBuf::from(named.map_or(argument.as_str(), |(_, file)| file));
+            let (pid, source) = files::read_document::<Pid>(&path)?;
+            Ok(ControllerFile { path, pid, source, model: named.map(|(model, _)| model) })
+        };
+        self.pids.iter().map(read).collect()
+    }
+
     /// The drive, where there is one.
     fn drive(&self) -> Result<Option<(sysid::DriveLog, IdentifyOptions)>, Failure> {
         if self.logs.is_empty() && !self.log.names_files() {
@@ -158,6 +188,39 @@ impl Arguments {
     }
 }
 
+/// The vehicle in a file: FMU, JSON or TOML.
+fn truth(path: &Path) -> Result<Truth, Failure> {
+    let is = |end: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(end));
+    Ok(if is("toml") {
+        Truth::from_vehicle_data(path, &files::read_text(path)?)?
+    } else if is("json") {
+        Truth::from_json(path, &files::read_text(path)?)?
+    } else {
+        Truth::from_fmu(path, &files::read(path)?)?
+    })
+}
+
+/// The standard roads.
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+enum Shape {
+    /// A double lane change of 3.5 m, then an S-curve of 40° to each side
+    Reference,
+    /// The double lane change alone
+    LaneChange,
+    /// The S-curve alone
+    SCurve,
+}
+
+impl From<Shape> for comparison::Shape {
+    fn from(shape: Shape) -> Self {
+        match shape {
+            Shape::Reference => Self::Reference,
+            Shape::LaneChange => Self::LaneChange,
+            Shape::SCurve => Self::SCurve,
+        }
+    }
+}
+
 impl RoadArguments {
     fn read(&self) -> Result<Road, Failure> {
         Ok(match &self.path {
@@ -166,7 +229,7 @@ impl RoadArguments {
                 Road::File(Box::new(path), source)
             }
             None => Road::Standard {
-                shape: self.road,
+                shape: self.road.into(),
                 speed: self.road_speed,
                 lateral_acceleration: self.lateral_acceleration,
             },

@@ -56,7 +56,12 @@ pub(crate) fn grade(grade: Grade) -> String {
 
 /// A table as wide as the terminal at most, and as [`report::COLUMNS`] elsewhere.
 pub(crate) fn table(table: &report::Table) -> String {
-    table.text(terminal_columns().unwrap_or(report::COLUMNS))
+    table.text(columns())
+}
+
+/// Columns of the terminal, and [`report::COLUMNS`] elsewhere.
+pub(crate) fn columns() -> usize {
+    terminal_columns().unwrap_or(report::COLUMNS)
 }
 
 /// Columns of the terminal that stdout is, if it is one.

@@ -8,9 +8,10 @@ use crate::gate::GateArguments;
 use crate::output::{Kind, Outputs};
 use crate::progress::Progress;
 use crate::requirements::SpecificationArguments;
-use crate::{Global, files, fmu_step};
+use crate::{Global, files};
+use comparison::ModelDocument;
 use control::DesignPlant;
-use formats::{Bicycle, Document, Pid, Plant, SourceFile};
+use formats::{Pid, SourceFile};
 use std::path::{Path, PathBuf};
 
 /// Design a PID steering controller (eq 14) on a plant or bicycle file
@@ -42,7 +43,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let progress = Progress::start("designing");
     let mut pid = control::design(&plant, &source, &options)?;
     progress.now("running the loop of FMUs");
-    fmu_step::prove(&mut pid, &document, &plant)?;
+    comparison::verify(&mut pid, &document, &plant)?;
     drop(progress);
     out.document(&pid)?;
     let mut written = vec![format!("written to {out}")];
@@ -67,26 +68,14 @@ fn is_kept(pid: &Pid, specification: &SpecificationArguments) -> bool {
 }
 
 /// The model in a plant or bicycle file, if its quality allows it, and the file's text.
-pub(crate) fn read_plant(
+fn read_plant(
     path: &Path,
     gate: GateArguments,
 ) -> Result<(DesignPlant, SourceFile, String), Failure> {
     let text = files::read_text(path)?;
-    let source = SourceFile::of(path, text.as_bytes());
     let file = path.display().to_string();
-    // A bicycle of any version, so that another one is refused as such.
-    let bicycle = "steerwright/bicycle/";
-    let plant = match formats::schema_of(&text) {
-        Some(schema) if schema.starts_with(bicycle) => {
-            let bicycle = Bicycle::from_json(&text, &file)?;
-            gate.check(&file, &bicycle.quality)?;
-            DesignPlant::from_bicycle(&bicycle)
-        }
-        _ => {
-            let plant = Plant::from_json(&text, &file)?;
-            gate.check(&file, &plant.quality)?;
-            DesignPlant::from_plant(&plant)
-        }
-    };
-    Ok((plant.map_err(|e| Failure::in_file(path, &e, e.hint()))?, source, text))
+    let document = ModelDocument::from_json(&text, &file)?;
+    gate.check(&file, document.quality())?;
+    let plant = document.design_plant().map_err(|e| Failure::in_file(path, &e, e.hint()))?;
+    Ok((plant, SourceFile::of(path, text.as_bytes()), text))
 }

@@ -9,9 +9,6 @@ use formats::{
 };
 use std::fmt::Write;
 
-/// Width of every figure, px.
-pub(crate) const WIDTH: u32 = 900;
-
 /// The evidence behind a plant, for people.
 pub(crate) fn evidence(plant: &Plant) -> String {
     let e = &plant.evidence;
@@ -101,7 +98,7 @@ pub(crate) fn conclusion(warnings: &[String], quality: &Quality) -> String {
 /// Draws the evidence.
 pub(crate) fn plots(plant: &Plant, traces: &report::Traces, files: &Files) -> Result<(), Failure> {
     for (name, height, figure) in report::figures::of_identification(plant, traces, None) {
-        match figure.to_svg(WIDTH, height) {
+        match figure.to_svg(report::WIDTH, height) {
             Ok(svg) => {
                 files.write(&format!("{name}.svg"), svg.as_bytes())?;
             }

@@ -37,11 +37,6 @@ impl Failure {
         Self::new(format!("{}: {error}", file.display()), hint)
     }
 
-    /// The same, with the file or the thing that it is about before it.
-    pub(crate) fn about(self, what: impl fmt::Display) -> Self {
-        Self { message: format!("{what}: {}", self.message), ..self }
-    }
-
     /// Prints it on stderr and returns its exit status.
     pub(crate) fn tell(&self) -> ExitCode {
         console::error(&self.message, &self.hint, self.status);
@@ -108,8 +103,33 @@ impl From<control::Error> for Failure {
     }
 }
 
+impl From<comparison::Error> for Failure {
+    fn from(error: comparison::Error) -> Self {
+        let hint = comparison_hint(&error);
+        Self::new(&error, hint)
+    }
+}
+
+/// The hint of a comparison's error, with the options where they help.
+fn comparison_hint(error: &comparison::Error) -> String {
+    use comparison::Error as E;
+    let options = match error {
+        E::In { source, .. } => return comparison_hint(source),
+        E::Design(error) => return design_hint(error),
+        E::OtherModel { file, model } => &format!("--pid {model}={file}"),
+        E::NothingToCompare => "--pid",
+        E::SampleTimes { .. } => "--pid-sample-time",
+        E::LogSteeringRatio { .. } => "--steering-ratio, --input-channel",
+        E::MaxCrossTrackError { .. } => "--max-cross-track-error",
+        E::Speeds { .. } | E::OtherSpeed { .. } => "--road-speed",
+        E::TightRoad { .. } => "--lateral-acceleration, --max-angle",
+        _ => return error.hint(),
+    };
+    format!("{}: {options}", error.hint())
+}
+
 /// The hint of a design's error, with the option where one helps.
-pub(crate) fn design_hint(error: &control::Error) -> String {
+fn design_hint(error: &control::Error) -> String {
     match error {
         control::Error::NoSteeringRate { .. } => format!("{}: --max-rate 25deg/s", error.hint()),
         _ => error.hint(),

@@ -5,9 +5,8 @@ use crate::failure::{Failure, Outcome};
 use crate::gate::{self, GateArguments};
 use crate::output::{Kind, Output, Outputs};
 use crate::progress::Progress;
-use crate::{Global, files, lateral_loop, quantity};
-use formats::Start;
-use packaging::{Binary, Fmu, Packed};
+use crate::{Global, files, quantity};
+use packaging::Fmu;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -59,7 +58,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         .collect::<Result<Vec<_>, Failure>>()?;
     let mut known: Vec<(Fmu, &PathBuf)> = Vec::new();
     for (file, text) in &documents {
-        let fmu = fmu_of(text, &file.display().to_string())?;
+        let fmu = comparison::fmu_of(text, &file.display().to_string())?;
         if let Some((_, other)) = known.iter().find(|(other, _)| *other == fmu) {
             return Err(Failure::new(
                 format!("{} and {} both make {}.fmu", other.display(), file.display(), fmu.name()),
@@ -86,12 +85,13 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let progress = Progress::start("packing");
     let (packed, package) = match &ssp {
         None => {
-            let each = named.iter().map(|(text, file)| pack(text, file, arguments.step));
+            let each =
+                named.iter().map(|(text, file)| comparison::pack(text, file, arguments.step));
             (each.collect::<Result<Vec<_>, _>>()?, None)
         }
         Some((name, out)) => {
             let named: Vec<_> = named.iter().map(|(text, file)| (*text, file.as_str())).collect();
-            let packed = lateral_loop::pack(name, &named, arguments.step)?;
+            let packed = comparison::pack_loop(name, &named, arguments.step)?;
             (packed.fmus, Some((out, packed.connections, packed.bytes)))
         }
     };
@@ -142,45 +142,5 @@ fn ssp_name(file: &Path) -> Result<&str, Failure> {
     file.file_stem().and_then(|stem| stem.to_str()).filter(|_| is_ssp).ok_or_else(|| {
         let hint = "give a name such as LateralLoop.ssp";
         Failure::new(format!("--ssp {}: not the name of an .ssp file", file.display()), hint)
-    })
-}
-
-/// Which FMU is made from a document.
-fn fmu_of(document: &str, file: &str) -> Result<Fmu, Failure> {
-    // What is no JSON has no schema either, but a place to name.
-    serde_json::from_str::<serde::de::IgnoredAny>(document).map_err(|e| {
-        let (line, column) = (e.line(), e.column());
-        let text = e.to_string();
-        let problem = text.rsplit_once(" at line ").map_or(text.as_str(), |(head, _)| head);
-        Failure::new(
-            format!("{file}:{line}:{column}: {problem}"),
-            "give a JSON file that steerwright wrote",
-        )
-    })?;
-    Ok(packaging::fmu_of(document, file)?)
-}
-
-/// Packs one document with every library this program holds.
-pub(crate) fn pack(document: &str, file: &str, step: Option<f64>) -> Result<Packed, Failure> {
-    pack_with_start(document, file, step, None)
-}
-
-/// As [`pack`], with start values of the archive's own.
-pub(crate) fn pack_with_start(
-    document: &str,
-    file: &str,
-    step: Option<f64>,
-    start: Option<&Start>,
-) -> Result<Packed, Failure> {
-    let fmu = fmu_of(document, file)?;
-    let binaries: Vec<Binary<'_>> = fmu_binaries::of(fmu.name())
-        .map(|l| Binary { platform: l.platform, bytes: l.bytes })
-        .collect();
-    packaging::package_with_start(document, file, &binaries, step, start).map_err(|e| {
-        // A slave's own hint stands in its message, since an importer shows nothing else.
-        match e.to_string().split_once("; hint: ") {
-            Some((message, hint)) => Failure::new(message, hint),
-            None => e.into(),
-        }
     })
 }

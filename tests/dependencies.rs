@@ -27,8 +27,22 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("report", &["formats"]),
     ("sweep", &["fmi2-host"]),
     (
+        "comparison",
+        &[
+            "control",
+            "fmi2-host",
+            "fmu-binaries",
+            "formats",
+            "packaging",
+            "report",
+            "sweep",
+            "sysid",
+        ],
+    ),
+    (
         "steerwright",
         &[
+            "comparison",
             "control",
             "fmi2-host",
             "fmu-binaries",

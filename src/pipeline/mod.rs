@@ -2,19 +2,18 @@
 //!
 //! Every file is written on the way, so each stage can be run again by its own subcommand.
 
-mod loops;
 mod output;
 mod present;
 
 use crate::failure::Failure;
 use crate::gate::GateArguments;
+use crate::identify;
 use crate::progress::Progress;
-use crate::{fmu_step, identify, lateral_loop};
+use comparison::Loop;
 use control::paths::{self, PointOptions};
-use control::{DesignOptions, DesignPlant};
+use control::{DesignOptions, DesignPlant, Sideslip};
+use fmi2_host::{Archive, Master};
 use formats::{Bicycle, Document, Path as PathFile, Pid, Plant, SourceFile, StepMetrics};
-use loops::Archives;
-pub(crate) use loops::BEFORE_STEP_S;
 pub(crate) use output::Writer;
 use report::{StepResponse, Traces, Track, TrackErrors};
 use std::path::PathBuf;
@@ -115,6 +114,10 @@ impl Basis {
     }
 }
 
+/// Name of the system structure package.
+const LOOP: &str = "LateralLoop";
+/// The order in which the FMUs of these loops are stepped.
+const MASTER: Master = Master::GaussSeidel;
 /// Name of the road every drive is tried on.
 pub(crate) const STANDARD_ROAD: &str = "road";
 /// Name of the road recorded with the drive.
@@ -169,7 +172,7 @@ fn controllers(
     bicycle: Option<&Bicycle>,
     remarks: &mut Vec<String>,
 ) -> Result<Vec<Controller>, Failure> {
-    let mut archives = Archives::new(out.archive("fmu", plant)?, plant)?;
+    let archive = Archive::open(out.archive("fmu", plant)?)?;
     let roads = roads(job, plant, remarks)?;
     let mut bases =
         vec![(Basis::Identified, DesignPlant::from_plant(plant), plant_source, plant.to_json())];
@@ -188,8 +191,8 @@ fn controllers(
             .and_then(|model| control::design(&model, &source, &options).map(|pid| (model, pid)));
         match designed {
             Ok((model, mut pid)) => {
-                fmu_step::prove(&mut pid, &document, &model)?;
-                controllers.push(prove(out, &mut archives, plant, basis, pid, &roads)?);
+                comparison::verify(&mut pid, &document, &model)?;
+                controllers.push(run_loops(out, (&archive, plant), basis, pid, &roads)?);
             }
             Err(error) => {
                 remarks.push(format!("no {} controller: {error}", basis.name()));
@@ -238,10 +241,9 @@ fn roads(
 }
 
 /// Packs a controller with its roads and runs the loops of the packed FMUs.
-fn prove(
+fn run_loops(
     out: &mut Writer,
-    archives: &mut Archives,
-    plant: &Plant,
+    (plant_archive, plant): (&Archive, &Plant),
     basis: Basis,
     pid: Pid,
     roads: &[(&'static str, PathFile)],
@@ -249,16 +251,16 @@ fn prove(
     let suffix = basis.suffix();
     let folder = format!("fmu{suffix}");
     out.document(&format!("pid{suffix}.json"), &pid)?;
-    archives.pid(out.archive(&folder, &pid)?)?;
+    let controller = Archive::open(out.archive(&folder, &pid)?)?;
 
-    let step = archives.step(&pid)?;
+    let step = comparison::yaw_step(plant_archive, &controller, &pid, MASTER)?;
     out.bytes(&format!("step{suffix}.csv"), step.csv.as_bytes())?;
-    let with_offset = archives.step_with_offset(&pid)?;
+    let with_offset = comparison::yaw_step_with_offset(plant, &controller, &pid, MASTER)?;
     out.bytes(&format!("step-with-offset{suffix}.csv"), with_offset.csv.as_bytes())?;
     let mut runs = Vec::new();
     for (road, path) in roads {
         let mut path = path.clone();
-        let sideslip = control::Sideslip::of(plant).unwrap_or_default();
+        let sideslip = Sideslip::of(plant).unwrap_or_default();
         path.guidance = sideslip.guide(control::guidance_for(&pid, path.speed_mps));
         // The controller's own folder has the standard road; others stand beside it.
         let (name, result, folder) = if *road == STANDARD_ROAD {
@@ -271,12 +273,14 @@ fn prove(
             )
         };
         out.document(&name, &path)?;
-        let archive = out.archive(&folder, &path)?;
+        let path_archive = Archive::open(out.archive(&folder, &path)?)?;
         let documents = [plant.to_json(), path.to_json(), pid.to_json()];
         let named = documents.each_ref().map(|text| (text.as_str(), folder.as_str()));
-        let wired = lateral_loop::pack(lateral_loop::NAME, &named, None)?;
-        out.bytes(&format!("{folder}/{}.ssp", lateral_loop::NAME), &wired.bytes)?;
-        let csv = archives.track(&archive, &path, pid.sample_time_s)?;
+        let wired = comparison::pack_loop(LOOP, &named, None)?;
+        out.bytes(&format!("{folder}/{}.ssp", LOOP), &wired.bytes)?;
+        let run = Loop { plant: plant_archive, path: &path_archive, controller: &controller };
+        let sideslip = Sideslip::in_guidance(&path.guidance);
+        let csv = run.track(&path, pid.sample_time_s, MASTER, &sideslip)?.to_csv();
         out.bytes(&result, csv.as_bytes())?;
         let track = Track::from_csv(csv.as_bytes(), &result)?;
         let errors = track.errors();

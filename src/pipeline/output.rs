@@ -1,7 +1,6 @@
 //! Files written below a folder that is new, and the list of them.
 
 use crate::failure::Failure;
-use crate::package;
 use formats::{Document, SourceFile};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -46,7 +45,7 @@ impl Writer {
         folder: &str,
         document: &D,
     ) -> Result<PathBuf, Failure> {
-        let packed = package::pack(&document.to_json(), folder, None)?;
+        let packed = comparison::pack(&document.to_json(), folder, None)?;
         self.bytes(&format!("{folder}/{}.fmu", packed.fmu.name()), &packed.bytes)
     }
 

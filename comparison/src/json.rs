@@ -1,13 +1,12 @@
 //! A comparison as JSON, in SI units.
 
-use super::guidance;
-use super::{Comparison, Judgement, Verdict};
+use crate::{Comparison, Judgement, Verdict, guidance};
 use formats::{Guidance, PidGains, SourceFile, StepMetrics};
 use serde::Serialize;
 
 /// A comparison for scripts.
 #[derive(Serialize)]
-pub(crate) struct Overview<'a> {
+pub struct Overview<'a> {
     version: &'static str,
     master: &'static str,
     sample_time_s: f64,
@@ -99,8 +98,9 @@ struct RunOverview<'a> {
     judgement: &'a Judgement,
 }
 
-/// For scripts.
-pub(crate) fn json<'a>(c: &'a Comparison, files: &'a [SourceFile]) -> Overview<'a> {
+/// The comparison for scripts; `files` were written.
+#[must_use]
+pub fn json<'a>(c: &'a Comparison, files: &'a [SourceFile]) -> Overview<'a> {
     let on_drive = |index: usize| {
         let drive = c.drive.as_ref()?;
         let d = drive.models.get(index)?;

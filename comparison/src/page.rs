@@ -1,13 +1,13 @@
 //! A comparison as one self-contained page.
 
-use super::present::Drawn;
-use super::{Comparison, tell};
+use crate::figures::Drawn;
+use crate::{Comparison, tables};
 use formats::SourceFile;
 use report::{Block, Section, Table, Tone, report_html};
 use sweep::Class;
 
 /// The page; `written` are the files beside it.
-pub(super) fn html(c: &Comparison, figures: Vec<Drawn>, written: &[SourceFile]) -> String {
+pub(crate) fn html(c: &Comparison, figures: Vec<Drawn>, written: &[SourceFile]) -> String {
     let models: Vec<&str> = c.models.iter().map(|m| m.label.as_str()).collect();
     let title = format!("{}: compared", models.join(", "));
     let lead = "Angles are in degrees, positive to the left (ISO 8855), steering as commanded. Every \
@@ -24,7 +24,7 @@ pub(super) fn html(c: &Comparison, figures: Vec<Drawn>, written: &[SourceFile]) 
         found.into_iter().map(|(_, block)| block).collect()
     };
     if c.drive.is_some() {
-        let mut blocks = vec![Block::Table(tell::drive_table(c))];
+        let mut blocks = vec![Block::Table(tables::drive_table(c))];
         blocks.extend(take("fig3"));
         sections.push(Section { heading: "Models against the drive".into(), blocks });
     }
@@ -38,16 +38,16 @@ pub(super) fn html(c: &Comparison, figures: Vec<Drawn>, written: &[SourceFile]) 
     blocks.extend(take("fig5"));
     sections.push(Section { heading: "The road".into(), blocks });
     let mut blocks = vec![
-        Block::Table(tell::controller_table(c)),
+        Block::Table(tables::controller_table(c)),
         Block::Heading("Cross-track error, RMS / largest".into()),
-        Block::Table(tell::matrix(c)),
+        Block::Table(tables::matrix(c)),
         Block::Text("A star marks the model that the controller was designed on.".into()),
         Block::Heading("Along the road".into()),
-        Block::Table(tell::road_table(c)),
+        Block::Table(tables::road_table(c)),
     ];
     blocks.extend(take("fig6"));
     sections.push(Section { heading: "Controllers on every plant".into(), blocks });
-    let mut blocks = vec![Block::Table(tell::step_table(c))];
+    let mut blocks = vec![Block::Table(tables::step_table(c))];
     blocks.extend(take("steps"));
     sections.push(Section { heading: "Predicted and achieved".into(), blocks });
     sections.push(method(c));

@@ -1,40 +1,56 @@
 //! Figures, table and page of a comparison, written into a folder.
 
-use super::{Comparison, Run, page, tell};
-use crate::evidence::WIDTH;
-use crate::failure::Failure;
-use crate::pipeline::Writer;
+use crate::{Comparison, Error, Run, page, tables};
 use formats::SourceFile;
 use report::figures::{self, Driven, Simulated, YawStep};
-use report::{Figure, Track};
-use std::path::Path;
+use report::{Figure, Track, WIDTH};
+
+/// The page.
+pub const PAGE: &str = "comparison.html";
 
 /// A figure with the name of its file, its height at the usual width, and what it shows.
-pub(super) struct Drawn {
-    pub(super) name: String,
-    pub(super) figure: Figure,
-    pub(super) height: u32,
-    pub(super) caption: String,
+pub(crate) struct Drawn {
+    pub(crate) name: String,
+    pub(crate) figure: Figure,
+    pub(crate) height: u32,
+    pub(crate) caption: String,
 }
 
-/// Writes everything; the list of the files.
-pub(crate) fn write(c: &Comparison, folder: &Path) -> Result<Vec<SourceFile>, Failure> {
-    let mut out = Writer::new(folder);
-    out.bytes("results.csv", tell::csv(c).as_bytes())?;
+/// A file to write.
+pub struct OutputFile {
+    /// Its name below the folder, and its hash.
+    pub source: SourceFile,
+    /// Its content.
+    pub bytes: Vec<u8>,
+}
+
+/// The files of a comparison: `results.csv`, a CSV of each run, figures (SVG) and `comparison.html`.
+///
+/// # Errors
+/// A figure that cannot be drawn.
+pub fn files(c: &Comparison) -> Result<Vec<OutputFile>, Error> {
+    let mut files = Vec::new();
+    let mut add = |name: String, bytes: Vec<u8>| {
+        let source = SourceFile { name, sha256: formats::sha256_hex(&bytes) };
+        files.push(OutputFile { source, bytes });
+    };
+    add("results.csv".into(), tables::csv(c).into_bytes());
     for run in &c.runs {
         let (controller, plant) =
             (&c.controllers[run.controller].label, &c.plants[run.plant].label);
         let name = format!("runs/{}-on-{}.csv", file_name(controller), file_name(plant));
-        out.bytes(&name, run.csv.as_bytes())?;
+        add(name, run.csv.clone().into_bytes());
     }
     let figures = all(c);
     for drawn in &figures {
         let svg = drawn.figure.to_svg(WIDTH, drawn.height)?;
-        out.bytes(&format!("{}.svg", drawn.name), svg.as_bytes())?;
+        add(format!("{}.svg", drawn.name), svg.into_bytes());
     }
-    let page = page::html(c, figures, out.written());
-    out.bytes("comparison.html", page.as_bytes())?;
-    Ok(out.into_written())
+    let written: Vec<SourceFile> = files.iter().map(|f: &OutputFile| f.source.clone()).collect();
+    let bytes = page::html(c, figures, &written).into_bytes();
+    let source = SourceFile { name: PAGE.into(), sha256: formats::sha256_hex(&bytes) };
+    files.push(OutputFile { source, bytes });
+    Ok(files)
 }
 
 /// The figures, in the paper's order.

@@ -1,42 +1,83 @@
-//! The FMUs of a steering loop, packed to start where its road starts and as its plant is, and the
-//! package that wires them.
+//! Archives with the libraries that this program carries: of one document, or those of a steering
+//! loop, which start on its road, with the system structure package that wires them.
 
-use crate::failure::Failure;
-use crate::package;
+use crate::Error;
 use control::Sideslip;
-use fmi2_host::Connection;
-use formats::{Document, Path as PathFile, Pid};
+use fmi2_host::{Archive, Connection};
+use formats::{Document, Path as PathFile, Pid, Start};
 use packaging::ssp::{self, Component, Experiment};
-use packaging::{Fmu, Packed};
+use packaging::{Binary, Fmu, Packed};
 
-/// Name of the package that `build` and `demo` write.
-pub(crate) const NAME: &str = "LateralLoop";
+/// A document: its text, and its name in messages.
+pub type Named<'a> = (&'a str, &'a str);
 
-/// A document: its text, and the name it is known by.
-pub(crate) type Named<'a> = (&'a str, &'a str);
+/// The FMU that is made from a document.
+///
+/// # Errors
+/// [`Error::NotJson`] with the place, or an unknown schema.
+pub fn fmu_of(document: &str, file: &str) -> Result<Fmu, Error> {
+    // Text that is not JSON has no schema either, but a place to name.
+    serde_json::from_str::<serde::de::IgnoredAny>(document).map_err(|e| {
+        let text = e.to_string();
+        let problem = text.rsplit_once(" at line ").map_or(text.as_str(), |(head, _)| head);
+        let (line, column) = (e.line(), e.column());
+        Error::NotJson { file: file.into(), line, column, problem: problem.into() }
+    })?;
+    Ok(packaging::fmu_of(document, file)?)
+}
+
+/// Packs one document. `step` is the recommended step, s, by default the controller's sample time.
+///
+/// # Errors
+/// [`Error::NotJson`], and those of [`packaging::package`].
+pub fn pack(document: &str, file: &str, step: Option<f64>) -> Result<Packed, Error> {
+    pack_with_start(document, file, step, None)
+}
+
+/// The archive of a document, opened.
+pub(crate) fn archive(document: &str, name: &str) -> Result<Archive, Error> {
+    Ok(Archive::from_bytes(&pack(document, name, None)?.bytes, name)?)
+}
+
+fn pack_with_start(
+    document: &str,
+    file: &str,
+    step: Option<f64>,
+    start: Option<&Start>,
+) -> Result<Packed, Error> {
+    let fmu = fmu_of(document, file)?;
+    let binaries: Vec<Binary<'_>> = fmu_binaries::of(fmu.name())
+        .map(|l| Binary { platform: l.platform, bytes: l.bytes })
+        .collect();
+    Ok(packaging::package_with_start(document, file, &binaries, step, start)?)
+}
 
 /// A packed loop.
-pub(crate) struct PackedLoop {
+pub struct PackedLoop {
     /// In the order in which a Gauss–Seidel master steps them.
-    pub(crate) fmus: Vec<Packed>,
-    pub(crate) connections: Vec<Connection>,
+    pub fmus: Vec<Packed>,
+    /// Wires by name.
+    pub connections: Vec<Connection>,
     /// The system structure package.
-    pub(crate) bytes: Vec<u8>,
+    pub bytes: Vec<u8>,
 }
 
 /// Packs documents, one for each FMU, and wires them by name. `step` is the base step, by default the
 /// controller's sample time.
-pub(crate) fn pack(
+///
+/// # Errors
+/// Those of [`pack`] and of wiring.
+pub fn pack_loop(
     name: &str,
     documents: &[Named<'_>],
     step: Option<f64>,
-) -> Result<PackedLoop, Failure> {
+) -> Result<PackedLoop, Error> {
     let (path, sample_time) = (path_of(documents)?, sample_time_of(documents)?);
     let step = step.or(sample_time).unwrap_or(0.01);
     let sideslip = sideslip_of(documents, path.as_ref().map(|p| p.speed_mps))?;
     let packed = documents
         .iter()
-        .map(|(text, file)| package::pack(text, file, Some(step)))
+        .map(|(text, file)| pack(text, file, Some(step)))
         .collect::<Result<Vec<_>, _>>()?;
     let connections = ssp::connections_by_name(&ssp::loop_order(&packed))?;
     let mut started = Vec::new();
@@ -47,7 +88,7 @@ pub(crate) fn pack(
         // Importers that ignore a system's parameters start with the same values all the same.
         let packed = match ssp::own_start(&packed, &values) {
             None => packed,
-            start => package::pack_with_start(text, file, Some(step), start.as_ref())?,
+            start => pack_with_start(text, file, Some(step), start.as_ref())?,
         };
         started.push((packed, values));
     }
@@ -86,7 +127,7 @@ pub(crate) fn sideslip_parameters(sideslip: &Sideslip) -> [(&'static str, f64); 
 
 /// The sideslip of the plant among the documents at the speed of the path, if there is one; all 0 where
 /// it is not known.
-fn sideslip_of(documents: &[Named<'_>], speed: Option<f64>) -> Result<Sideslip, Failure> {
+fn sideslip_of(documents: &[Named<'_>], speed: Option<f64>) -> Result<Sideslip, Error> {
     for (text, file) in documents {
         if let Some(sideslip) = control::sideslip(text, file, speed)? {
             return Ok(sideslip);
@@ -101,12 +142,12 @@ fn of<'a>(documents: &[Named<'a>], fmu: Fmu) -> Option<Named<'a>> {
     documents.iter().copied().find(|(text, _)| formats::schema_of(text).as_deref() == schema)
 }
 
-fn path_of(documents: &[Named<'_>]) -> Result<Option<PathFile>, Failure> {
+fn path_of(documents: &[Named<'_>]) -> Result<Option<PathFile>, Error> {
     let read = |(text, file)| PathFile::from_json(text, file);
     Ok(of(documents, Fmu::ReferencePath).map(read).transpose()?)
 }
 
-fn sample_time_of(documents: &[Named<'_>]) -> Result<Option<f64>, Failure> {
+fn sample_time_of(documents: &[Named<'_>]) -> Result<Option<f64>, Error> {
     let read = |(text, file)| Pid::from_json(text, file).map(|pid| pid.sample_time_s);
     Ok(of(documents, Fmu::LateralPid).map(read).transpose()?)
 }

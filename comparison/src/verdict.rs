@@ -1,10 +1,11 @@
 //! The verdict in plain words: who meets the specification where it counts, who does not stay on the
 //! path, then who tracks better, by how much, and whose prediction held.
 
-use super::drive::Drive;
-use super::loops::{Plant, Run};
-use super::models::{Controller, Model};
-use super::outcome::Judgement;
+use crate::drive::Drive;
+use crate::models::{Controller, Model};
+use crate::outcome::Judgement;
+use crate::plants::Plant;
+use crate::runs::Run;
 use serde::Serialize;
 use sweep::Class;
 
@@ -19,42 +20,43 @@ const LEAST_MARGIN: f64 = 0.05;
 
 /// What can be said, for scripts and people.
 #[derive(Serialize)]
-pub(crate) struct Verdict {
+pub struct Verdict {
     /// Where the controllers were judged.
-    pub(crate) judged_on: String,
+    pub judged_on: String,
     /// The controller that tracks best; absent where there is no difference, or all are off the path.
-    pub(crate) tracks_best: Option<String>,
+    pub tracks_best: Option<String>,
     /// Smaller differences of the RMS cross-track error count as none, m.
-    pub(crate) least_difference_m: f64,
+    pub least_difference_m: f64,
     /// For each controller the figure that it is judged by.
-    pub(crate) cross_track_rms_m: Vec<Figure>,
+    pub cross_track_rms_m: Vec<Figure>,
     /// In words, the most important first.
-    pub(crate) sentences: Vec<String>,
+    pub sentences: Vec<String>,
 }
 
 /// A controller's figure.
 #[derive(Serialize)]
-pub(crate) struct Figure {
-    pub(crate) controller: String,
+pub struct Figure {
+    /// The controller.
+    pub controller: String,
     /// Absent where it is off the path.
-    pub(crate) value: Option<f64>,
+    pub value: Option<f64>,
 }
 
 /// What the verdict is made from.
-pub(super) struct Judged<'a> {
-    pub(super) controllers: &'a [Controller],
-    pub(super) plants: &'a [Plant],
-    pub(super) runs: &'a [Run],
+pub(crate) struct Judged<'a> {
+    pub(crate) controllers: &'a [Controller],
+    pub(crate) plants: &'a [Plant],
+    pub(crate) runs: &'a [Run],
     /// One for each run.
-    pub(super) judgements: &'a [Judgement],
-    pub(super) drive: Option<&'a Drive>,
-    pub(super) models: &'a [Model],
+    pub(crate) judgements: &'a [Judgement],
+    pub(crate) drive: Option<&'a Drive>,
+    pub(crate) models: &'a [Model],
 }
 
 impl Judged<'_> {
     /// On the truth, or else of each controller on the plant that it does worst on: who meets the
     /// specification, who does not stay on the path, and then who tracks better.
-    pub(super) fn verdict(&self) -> Verdict {
+    pub(crate) fn verdict(&self) -> Verdict {
         let truth = self.plants.iter().position(|p| p.model.is_none());
         // The same plants for all: one is harder to follow a road with than another.
         let counts = |run: &&Run| truth.is_none_or(|truth| run.plant == truth);

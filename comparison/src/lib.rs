@@ -7,34 +7,42 @@
 //! with, which is read for each plant in a turn.
 
 mod drive;
-mod loops;
+mod error;
+mod figures;
+mod json;
 mod models;
 mod outcome;
-mod overview;
+mod packed;
 mod page;
-mod present;
-mod tell;
+mod plants;
+mod runs;
+mod step;
+mod tables;
+mod track;
 mod truth;
 mod verdict;
 
-use crate::failure::Failure;
-use crate::gate::GateArguments;
+pub use drive::{Drive, OnDrive};
+pub use error::Error;
+pub use figures::{OutputFile, PAGE, files};
+pub use json::{Overview, json};
+pub use models::{Controller, ControllerFile, Model, ModelDocument, models};
+pub use outcome::Judgement;
+pub use packed::{Named, PackedLoop, fmu_of, pack, pack_loop};
+pub use plants::Plant;
+pub use runs::{Effort, Run};
+pub use step::{LoopStep, verify, yaw_step, yaw_step_with_offset};
+pub use tables::text;
+pub use track::Loop;
+pub use truth::Truth;
+pub use verdict::{Figure, Verdict};
+
 use control::{DesignOptions, Master, paths};
 use fmi2_host::Master as HostMaster;
 use formats::{Guidance, Path as PathFile, SourceFile};
-use std::path::PathBuf;
+use runs::Setting;
 use sweep::Class;
 use sysid::{DriveLog, IdentifyOptions};
-
-pub(crate) use drive::Drive;
-pub(crate) use loops::{Plant, Run, Setting};
-pub(crate) use models::{Controller, Model};
-pub(crate) use outcome::Judgement;
-pub(crate) use overview::json;
-pub(crate) use present::write;
-pub(crate) use tell::text;
-pub(crate) use verdict::Verdict;
-
 use truth::Limits;
 use verdict::Judged;
 
@@ -46,32 +54,45 @@ const HOLDS_WITHIN: f64 = 0.2;
 const LINEAR_UP_TO: f64 = 6.0;
 
 /// What to compare.
-pub(crate) struct Job {
-    pub(crate) models: Vec<PathBuf>,
-    pub(crate) pids: Vec<String>,
-    pub(crate) design: DesignOptions,
-    pub(crate) truth: Option<PathBuf>,
-    pub(crate) drive: Option<(DriveLog, IdentifyOptions)>,
-    pub(crate) road: Road,
-    /// By default the road's.
-    pub(crate) cross_track_integral_per_s: Option<f64>,
-    pub(crate) master: Master,
-    /// Whether models that failed validation are compared.
-    pub(crate) gate: GateArguments,
-    pub(crate) max_cross_track_error_m: f64,
+pub struct Job {
+    /// Two or more, or one with two controllers.
+    pub models: Vec<Model>,
+    /// A controller is designed for each model without one.
+    pub controllers: Vec<ControllerFile>,
+    /// What controllers are designed for.
+    pub design: DesignOptions,
+    /// The vehicle that the controllers are compared on.
+    pub truth: Option<Truth>,
+    /// The drive that the models are compared with.
+    pub drive: Option<(DriveLog, IdentifyOptions)>,
+    /// What to drive along.
+    pub road: Road,
+    /// Growth of the path follower's integral, 1/s; by default the road's.
+    pub cross_track_integral_per_s: Option<f64>,
+    /// The order in which the FMUs are stepped.
+    pub master: Master,
+    /// A cross-track error beyond this is off the path, m.
+    pub max_cross_track_error_m: f64,
 }
 
 /// What to drive along.
-pub(crate) enum Road {
+pub enum Road {
     /// A path file.
     File(Box<PathFile>, SourceFile),
-    /// A road of its own, at a speed or that of the models.
-    Standard { shape: Shape, speed: Option<f64>, lateral_acceleration: f64 },
+    /// A standard road.
+    Standard {
+        /// Which one.
+        shape: Shape,
+        /// Speed, m/s; by default that of the models.
+        speed: Option<f64>,
+        /// Largest lateral acceleration, m/s².
+        lateral_acceleration: f64,
+    },
 }
 
 /// The standard roads.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub(crate) enum Shape {
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shape {
     /// A double lane change of 3.5 m, then an S-curve of 40° to each side
     Reference,
     /// The double lane change alone
@@ -80,70 +101,86 @@ pub(crate) enum Shape {
     SCurve,
 }
 
-/// What came out.
-pub(crate) struct Comparison {
-    pub(crate) models: Vec<Model>,
-    pub(crate) controllers: Vec<Controller>,
-    pub(crate) road: PathFile,
-    pub(crate) plants: Vec<Plant>,
+/// The result.
+pub struct Comparison {
+    /// The models.
+    pub models: Vec<Model>,
+    /// The controllers.
+    pub controllers: Vec<Controller>,
+    /// The road; guidance is each controller's own.
+    pub road: PathFile,
+    /// The models' plants, and the truth after them.
+    pub plants: Vec<Plant>,
     /// Controller by controller, in the order of the plants.
-    pub(crate) runs: Vec<Run>,
-    /// What became of each run.
-    pub(crate) judgements: Vec<Judgement>,
-    pub(crate) drive: Option<Drive>,
-    pub(crate) verdict: Verdict,
-    pub(crate) master: Master,
-    pub(crate) max_cross_track_error_m: f64,
-    pub(crate) remarks: Vec<String>,
+    pub runs: Vec<Run>,
+    /// The outcome of each run.
+    pub judgements: Vec<Judgement>,
+    /// The models on the validation data of the drive.
+    pub drive: Option<Drive>,
+    /// The conclusions.
+    pub verdict: Verdict,
+    /// The order in which the FMUs were stepped.
+    pub master: Master,
+    /// A cross-track error beyond this is off the path, m.
+    pub max_cross_track_error_m: f64,
+    /// What limits the result.
+    pub remarks: Vec<String>,
     /// The files that were read.
-    pub(crate) sources: Vec<SourceFile>,
+    pub sources: Vec<SourceFile>,
 }
 
 impl Comparison {
-    pub(crate) fn run(&self, controller: usize, plant: usize) -> &Run {
+    /// A controller on a plant.
+    #[must_use]
+    pub fn run(&self, controller: usize, plant: usize) -> &Run {
         &self.runs[controller * self.plants.len() + plant]
     }
 
-    pub(crate) fn judgement(&self, run: &Run) -> &Judgement {
+    /// The outcome of a run.
+    #[must_use]
+    pub fn judgement(&self, run: &Run) -> &Judgement {
         &self.judgements[run.controller * self.plants.len() + run.plant]
     }
 
     /// The place of the truth among the plants.
-    pub(crate) fn truth(&self) -> Option<usize> {
+    #[must_use]
+    pub fn truth(&self) -> Option<usize> {
         self.plants.iter().position(|p| p.model.is_none())
     }
 
     /// Largest lateral acceleration that the road asks for, m/s².
-    pub(crate) fn lateral_acceleration(&self) -> f64 {
+    #[must_use]
+    pub fn lateral_acceleration(&self) -> f64 {
         largest_curvature(&self.road) * self.road.speed_mps * self.road.speed_mps
     }
 
     /// Whether a controller is on the model that it was designed on.
-    fn is_own(&self, run: &Run) -> bool {
+    pub(crate) fn is_own(&self, run: &Run) -> bool {
         self.plants[run.plant].model == Some(self.controllers[run.controller].model)
     }
 
-    fn master_name(&self) -> &'static str {
+    pub(crate) fn master_name(&self) -> &'static str {
         match self.master {
             Master::GaussSeidel => "gauss-seidel",
             Master::Jacobi => "jacobi",
         }
     }
 
-    fn length(&self) -> f64 {
+    pub(crate) fn length(&self) -> f64 {
         let points = &self.road.points;
         let from = points.first().map_or(0.0, |p| p.distance_m);
         points.last().map_or(0.0, |p| p.distance_m - from)
     }
 
     /// The worst that became of a run.
-    pub(crate) fn worst(&self) -> Class {
+    #[must_use]
+    pub fn worst(&self) -> Class {
         self.judgements.iter().map(|j| j.outcome).max().unwrap_or(Class::Met)
     }
 }
 
 /// A controller's guidance along the road; how fast the integral grows is the road's.
-fn guidance(road: &PathFile, controller: &Controller) -> Guidance {
+pub(crate) fn guidance(road: &PathFile, controller: &Controller) -> Guidance {
     Guidance {
         cross_track_integral_gain_per_s: road.guidance.cross_track_integral_gain_per_s,
         ..control::guidance_for(&controller.pid, road.speed_mps)
@@ -151,28 +188,31 @@ fn guidance(road: &PathFile, controller: &Controller) -> Guidance {
 }
 
 /// Compares.
-pub(crate) fn compare(job: &Job) -> Result<Comparison, Failure> {
+///
+/// # Errors
+/// Models, controllers, road and truth that cannot be compared, and those of designing, packing and
+/// running.
+pub fn compare(job: Job) -> Result<Comparison, Error> {
     if job.max_cross_track_error_m <= 0.0 {
-        let hint = "give what is left of the lane, such as 1.75m";
-        return Err(Failure::new("--max-cross-track-error must be greater than 0", hint));
+        return Err(Error::MaxCrossTrackError { metres: job.max_cross_track_error_m });
     }
-    let models = models::read(&job.models, job.gate)?;
+    let Job { models, truth, .. } = job;
     let mut remarks = Vec::new();
     let mut sources: Vec<SourceFile> = models.iter().map(|m| m.source.clone()).collect();
-    let speed = speed(job, &models, &mut remarks)?;
-    let mut road = match &job.road {
+    let speed = speed(&job.road, &models, &mut remarks)?;
+    let mut road = match job.road {
         Road::File(path, source) => {
-            sources.push(source.clone());
-            (**path).clone()
+            sources.push(source);
+            *path
         }
         Road::Standard { shape, lateral_acceleration, .. } => {
             let options = paths::RoadOptions::default();
             match shape {
-                Shape::Reference => paths::reference_road(speed, *lateral_acceleration)?,
+                Shape::Reference => paths::reference_road(speed, lateral_acceleration)?,
                 Shape::LaneChange => {
-                    paths::double_lane_change(speed, *lateral_acceleration, &options)?
+                    paths::double_lane_change(speed, lateral_acceleration, &options)?
                 }
-                Shape::SCurve => paths::s_curve(speed, *lateral_acceleration, &options)?,
+                Shape::SCurve => paths::s_curve(speed, lateral_acceleration, &options)?,
             }
         }
     };
@@ -187,11 +227,10 @@ pub(crate) fn compare(job: &Job) -> Result<Comparison, Failure> {
         remarks.extend(drive.remarks.iter().cloned());
         sources.extend(drive.sources.iter().cloned());
     }
-    let truth = job.truth.as_deref().map(truth::read).transpose()?;
     let limits = truth.as_ref().map(|truth| truth::limits(&truth.archive)).unwrap_or_default();
     let ratio = models.first().map_or(1.0, |m| m.design.steering_ratio);
     let (design, kept) = limits.applied(&job.design, ratio);
-    let controllers = models::controllers(&models, &job.pids, &design, job.master)?;
+    let controllers = models::controllers(&models, job.controllers, &design, job.master)?;
     if controllers.iter().any(|c| c.source.is_none()) {
         remarks.extend(kept);
     }
@@ -270,11 +309,11 @@ pub(crate) fn compare(job: &Job) -> Result<Comparison, Failure> {
 }
 
 /// The speed to drive at: the road's, the one asked for, or that of the models.
-fn speed(job: &Job, models: &[Model], remarks: &mut Vec<String>) -> Result<f64, Failure> {
+fn speed(road: &Road, models: &[Model], remarks: &mut Vec<String>) -> Result<f64, Error> {
     let mut all: Vec<f64> = models.iter().map(|m| m.design.speed).collect();
     all.sort_by(f64::total_cmp);
     let (low, high) = (all.first().copied().unwrap_or(0.0), all.last().copied().unwrap_or(0.0));
-    let speed = match &job.road {
+    let speed = match road {
         Road::File(path, _) => path.speed_mps,
         Road::Standard { speed: Some(speed), .. } => *speed,
         Road::Standard { speed: None, .. } if high <= low * (1.0 + SAME_SPEED) => {
@@ -283,11 +322,7 @@ fn speed(job: &Job, models: &[Model], remarks: &mut Vec<String>) -> Result<f64, 
             (10.0 * mean).round() / 10.0
         }
         Road::Standard { .. } => {
-            return Err(Failure::new(
-                format!("the models are of speeds from {low:.2} to {high:.2} m/s"),
-                "give the speed to compare them at with --road-speed, or make a bicycle.json of the \
-                 other's speed",
-            ));
+            return Err(Error::Speeds { low_mps: low, high_mps: high });
         }
     };
     for model in models {
@@ -295,11 +330,11 @@ fn speed(job: &Job, models: &[Model], remarks: &mut Vec<String>) -> Result<f64, 
         let apart = (speed / own - 1.0).abs();
         let text = format!("is of {own:.2} m/s, the road is driven at {speed:.2} m/s");
         if apart > HOLDS_WITHIN {
-            return Err(Failure::new(
-                format!("{} {text}", model.path.display()),
-                "a model holds near its own speed: identify it from a drive at that speed, make \
-                 the bicycle.json with it, or give another --road-speed",
-            ));
+            return Err(Error::OtherSpeed {
+                model: model.path.display().to_string(),
+                model_mps: own,
+                road_mps: speed,
+            });
         }
         if apart > SAME_SPEED {
             remarks.push(format!("{} {text}", model.label));
@@ -313,25 +348,19 @@ fn largest_curvature(road: &PathFile) -> f64 {
 }
 
 /// Refuses a road that is tighter than a controller may steer.
-fn steerable(road: &PathFile, models: &[Model], controllers: &[Controller]) -> Result<(), Failure> {
+fn steerable(road: &PathFile, models: &[Model], controllers: &[Controller]) -> Result<(), Error> {
     let curvature = largest_curvature(road);
     for controller in controllers {
         let Some(model) = models.get(controller.model) else { continue };
         let angle = curvature * road.speed_mps / model.design.gain();
         let limit = controller.pid.limits.max_angle_rad;
         if angle > limit {
-            return Err(Failure::new(
-                format!(
-                    "the road's radius of {:.1} m asks {:.1} deg of steering of {}, whose controller \
-                     may steer {:.1} deg",
-                    1.0 / curvature,
-                    angle.to_degrees(),
-                    model.label,
-                    limit.to_degrees()
-                ),
-                "drive a wider road, or a standard one with less --lateral-acceleration; the limit \
-                 is --max-angle of the design",
-            ));
+            return Err(Error::TightRoad {
+                radius_m: 1.0 / curvature,
+                needed_deg: angle.to_degrees(),
+                model: model.label.clone(),
+                limit_deg: limit.to_degrees(),
+            });
         }
     }
     Ok(())

@@ -1,7 +1,6 @@
 //! The vehicle that stands for the truth: any plant FMU, or a file that one is packed from.
 
-use crate::failure::Failure;
-use crate::{files, package};
+use crate::{Error, packed};
 use control::DesignOptions;
 use fmi2_host::{Archive, Causality, Kind, Value};
 use formats::{Document, SourceFile, Vehicle};
@@ -15,41 +14,62 @@ const REST: &str = include_str!("../../tests/data/multibody/vehicle.json");
 const USUAL_ANGLE_RAD: f64 = 22.0 / 180.0 * std::f64::consts::PI;
 
 /// See the module.
-pub(crate) struct Truth {
+pub struct Truth {
     pub(crate) archive: Archive,
     pub(crate) source: SourceFile,
-    /// What has to be said of it.
+    /// What the result must mention of it.
     pub(crate) remark: Option<String>,
 }
 
-/// Opens an FMU, or packs `vehicle.json`, `plant.json`, `bicycle.json`, or vehicle data (TOML).
-pub(crate) fn read(path: &Path) -> Result<Truth, Failure> {
-    let name = path.display().to_string();
-    let is = |end: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(end));
-    if is("toml") || is("json") {
-        let text = files::read_text(path)?;
-        let source = SourceFile::of(path, text.as_bytes());
-        let (document, remark) =
-            if is("toml") { from_data(&text, &name, &source.name)? } else { (text, None) };
-        let packed = package::pack(&document, &name, None)?;
-        if !matches!(packed.fmu, Fmu::NonlinearVehicle | Fmu::IdentifiedPlant | Fmu::BicyclePlant) {
-            return Err(Failure::new(
-                format!("{name}: this makes {}.fmu, which is no vehicle", packed.fmu.name()),
-                "give a plant FMU, vehicle.json, plant.json, bicycle.json, or vehicle data (TOML)",
-            ));
-        }
-        return Ok(Truth { archive: Archive::from_bytes(&packed.bytes, &name)?, source, remark });
+impl Truth {
+    /// A plant FMU of any tool.
+    ///
+    /// # Errors
+    /// An archive that cannot be opened, and [`Error::NoPlant`].
+    pub fn from_fmu(path: &Path, bytes: &[u8]) -> Result<Self, Error> {
+        let name = path.display().to_string();
+        let archive = Archive::from_bytes(bytes, &name)?;
+        check(&archive, &name)?;
+        Ok(Self { archive, source: SourceFile::of(path, bytes), remark: None })
     }
-    let bytes = files::read(path)?;
-    let source = SourceFile::of(path, &bytes);
-    let archive = Archive::from_bytes(&bytes, &name)?;
-    check(&archive, &name)?;
-    Ok(Truth { archive, source, remark: None })
+
+    /// The FMU of `vehicle.json`, `plant.json` or `bicycle.json`.
+    ///
+    /// # Errors
+    /// Those of packing, and [`Error::NoVehicle`].
+    pub fn from_json(path: &Path, text: &str) -> Result<Self, Error> {
+        Self::packed(path, text, text, None)
+    }
+
+    /// A NonlinearVehicle with vehicle data (TOML).
+    ///
+    /// # Errors
+    /// Vehicle data that cannot be read, and those of packing.
+    pub fn from_vehicle_data(path: &Path, text: &str) -> Result<Self, Error> {
+        let name = SourceFile::of(path, text.as_bytes()).name;
+        let (document, remark) = from_data(text, &path.display().to_string(), &name)?;
+        Self::packed(path, text, &document, Some(remark))
+    }
+
+    fn packed(
+        path: &Path,
+        text: &str,
+        document: &str,
+        remark: Option<String>,
+    ) -> Result<Self, Error> {
+        let name = path.display().to_string();
+        let packed = packed::pack(document, &name, None)?;
+        if !matches!(packed.fmu, Fmu::NonlinearVehicle | Fmu::IdentifiedPlant | Fmu::BicyclePlant) {
+            return Err(Error::NoVehicle { file: name, fmu: packed.fmu.name() });
+        }
+        let source = SourceFile::of(path, text.as_bytes());
+        Ok(Self { archive: Archive::from_bytes(&packed.bytes, &name)?, source, remark })
+    }
 }
 
 /// A vehicle with the data of a bicycle model, and the tyres and measures of the one that comes with
 /// this program.
-fn from_data(text: &str, path: &str, name: &str) -> Result<(String, Option<String>), Failure> {
+fn from_data(text: &str, path: &str, name: &str) -> Result<(String, String), Error> {
     let data = control::bicycle_from_toml(text, path)?.vehicle;
     let mut vehicle = Vehicle::from_json(REST, "vehicle.json of the multi-body drive")?;
     let other = vehicle.name;
@@ -71,7 +91,7 @@ fn from_data(text: &str, path: &str, name: &str) -> Result<(String, Option<Strin
         tyres.friction_coefficient,
         actuator.road_wheel_rate_max_radps.to_degrees()
     );
-    Ok((vehicle.to_json(), Some(remark)))
+    Ok((vehicle.to_json(), remark))
 }
 
 /// What a plant's steering cannot exceed, in steering coordinates.
@@ -85,7 +105,7 @@ pub(crate) struct Limits {
 
 /// The limits that a vehicle states: as parameters of a NonlinearVehicle, in its coordinates or in
 /// those of the road wheel, and as bounds of its input.
-pub(super) fn limits(archive: &Archive) -> Limits {
+pub(crate) fn limits(archive: &Archive) -> Limits {
     let start = |name: &str| match archive.model().variable(name)?.start {
         Some(Value::Real(value)) if value.is_finite() && value > 0.0 => Some(value),
         _ => None,
@@ -108,7 +128,7 @@ pub(super) fn limits(archive: &Archive) -> Limits {
 impl Limits {
     /// Options of a design that keeps to these limits too, and what that changes. `ratio` is the
     /// models' steering ratio.
-    pub(super) fn applied(
+    pub(crate) fn applied(
         self,
         asked: &DesignOptions,
         ratio: f64,
@@ -137,7 +157,7 @@ impl Limits {
 }
 
 /// That a vehicle of one step size is stepped by another than it recommends.
-pub(super) fn step_remark(archive: &Archive, step: f64) -> Option<String> {
+pub(crate) fn step_remark(archive: &Archive, step: f64) -> Option<String> {
     let model = archive.model();
     let own = model.description().default_experiment?.step_size?;
     let differs = (own - step).abs() > 1e-9 * step;
@@ -148,7 +168,7 @@ pub(super) fn step_remark(archive: &Archive, step: f64) -> Option<String> {
 }
 
 /// Whether the FMU has the words of a plant.
-fn check(archive: &Archive, name: &str) -> Result<(), Failure> {
+fn check(archive: &Archive, name: &str) -> Result<(), Error> {
     let model = archive.model();
     let has = |name: &str, causalities: &[Causality]| {
         let real = |v: &&fmi2_host::Variable| v.kind == Kind::Real;
@@ -177,13 +197,10 @@ fn check(archive: &Archive, name: &str) -> Result<(), Failure> {
         let rest = if more > 0 { format!(" and {more} more") } else { String::new() };
         format!("{}{rest}", names.join(", "))
     };
-    Err(Failure::new(
-        format!("{name}: as the truth it lacks {}", missing.join(", ")),
-        format!(
-            "its inputs are: {}; its outputs: {}. Names are as in the FMUs of this program, angles \
-             in rad, positive to the left",
-            of(Causality::Input),
-            of(Causality::Output)
-        ),
-    ))
+    Err(Error::NoPlant {
+        file: name.into(),
+        missing,
+        inputs: of(Causality::Input),
+        outputs: of(Causality::Output),
+    })
 }

@@ -1,15 +1,16 @@
 //! A comparison as tables and as CSV.
 
-use super::guidance;
-use super::{Comparison, Run};
-use crate::console::table;
+use crate::{Comparison, Run, guidance};
 use formats::Guidance;
 use report::Table;
 use std::fmt::Write;
 use sweep::Class;
 
-/// For people: what matters first, then the figures behind it.
-pub(crate) fn text(c: &Comparison) -> String {
+/// The comparison for people, in tables of at most this many columns of text: conclusions first, then
+/// the figures.
+#[must_use]
+pub fn text(c: &Comparison, columns: usize) -> String {
+    let table = |table: &Table| table.text(columns);
     let mut text = String::new();
     for sentence in &c.verdict.sentences {
         let _ = writeln!(text, "{sentence}");
@@ -40,7 +41,7 @@ pub(crate) fn text(c: &Comparison) -> String {
 }
 
 /// The models against the drive.
-pub(super) fn drive_table(c: &Comparison) -> Table {
+pub(crate) fn drive_table(c: &Comparison) -> Table {
     let headers = ["model", "what", "validation fit", "VAF", "yaw rate RMS error", "yaw RMS error"];
     let mut table = Table::new(headers);
     for (model, on) in c.models.iter().zip(c.drive.iter().flat_map(|d| &d.models)) {
@@ -57,7 +58,7 @@ pub(super) fn drive_table(c: &Comparison) -> Table {
 }
 
 /// Gains and what they promise on their own model.
-pub(super) fn controller_table(c: &Comparison) -> Table {
+pub(crate) fn controller_table(c: &Comparison) -> Table {
     let headers = [
         "controller of",
         "kp",
@@ -96,7 +97,7 @@ fn look_ahead(guidance: &Guidance, speed: f64) -> f64 {
 }
 
 /// Controllers by plants; a star marks a controller's own model.
-pub(super) fn matrix(c: &Comparison) -> Table {
+pub(crate) fn matrix(c: &Comparison) -> Table {
     let plants = c.plants.iter().map(|p| format!("on {}", p.label));
     let mut table = Table::new(std::iter::once("controller of".to_owned()).chain(plants));
     for (index, controller) in c.controllers.iter().enumerate() {
@@ -121,7 +122,7 @@ pub(super) fn matrix(c: &Comparison) -> Table {
 }
 
 /// A row for each run: what the road took.
-pub(super) fn road_table(c: &Comparison) -> Table {
+pub(crate) fn road_table(c: &Comparison) -> Table {
     let headers =
         ["controller of", "on", "yaw error RMS", "largest", "steering rate RMS", "largest"];
     let mut table = Table::new(headers);
@@ -141,7 +142,7 @@ pub(super) fn road_table(c: &Comparison) -> Table {
 }
 
 /// A row for each run: the yaw step of the specification.
-pub(super) fn step_table(c: &Comparison) -> Table {
+pub(crate) fn step_table(c: &Comparison) -> Table {
     let headers = [
         "controller of",
         "on",
@@ -177,7 +178,7 @@ fn seconds(value: Option<f64>) -> String {
 }
 
 /// `results.csv`: a row for each run, in SI units; empty where there is no value.
-pub(super) fn csv(c: &Comparison) -> String {
+pub(crate) fn csv(c: &Comparison) -> String {
     let mut text = String::from(
         "controller,plant,own_plant,outcome,off_path_at_m,cross_track_rms_m,cross_track_largest_m,\
          yaw_error_rms_rad,yaw_error_largest_rad,steering_largest_rad,steering_rate_rms_radps,\

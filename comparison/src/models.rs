@@ -1,66 +1,116 @@
 //! The models that are compared, and the controllers that were designed on them or are.
 
-use crate::design::read_plant;
-use crate::failure::{Failure, design_hint};
-use crate::files;
-use crate::gate::GateArguments;
+use crate::Error;
 use control::{DesignOptions, DesignPlant, Master};
-use formats::{Bicycle, Document, Pid, Plant, Provenance, SourceFile, StepMetrics};
-use std::path::{Path, PathBuf};
+use formats::{Bicycle, Document, Pid, Plant, Provenance, Quality, SourceFile, StepMetrics};
+use std::path::PathBuf;
 
 /// Ratios of one car may be known to a few percent; 1 and 15 are two places.
 const SAME_PLACE: f64 = 1.25;
 
 /// A model and its file.
-pub(crate) struct Model {
+pub struct Model {
     /// Short, and unlike the others'.
-    pub(crate) label: String,
-    pub(crate) path: PathBuf,
-    pub(crate) source: SourceFile,
-    pub(crate) document: Kind,
-    pub(crate) design: DesignPlant,
+    pub label: String,
+    /// Its file.
+    pub path: PathBuf,
+    /// The file's name and hash.
+    pub source: SourceFile,
+    /// What the file holds.
+    pub document: ModelDocument,
+    /// What controllers are designed on.
+    pub design: DesignPlant,
 }
 
-/// What a model is.
-pub(crate) enum Kind {
+/// What a model's file holds.
+pub enum ModelDocument {
+    /// `plant.json`.
     Identified(Box<Plant>),
+    /// `bicycle.json`.
     Bicycle(Box<Bicycle>),
 }
 
+impl ModelDocument {
+    /// Reads a plant or a bicycle; `file` is its name in errors.
+    ///
+    /// # Errors
+    /// A file that is neither.
+    pub fn from_json(text: &str, file: &str) -> Result<Self, Error> {
+        // A bicycle of any version, so that another version is rejected as such.
+        let is_bicycle =
+            formats::schema_of(text).is_some_and(|s| s.starts_with("steerwright/bicycle/"));
+        Ok(if is_bicycle {
+            Self::Bicycle(Box::new(Bicycle::from_json(text, file)?))
+        } else {
+            Self::Identified(Box::new(Plant::from_json(text, file)?))
+        })
+    }
+
+    /// The model's quality.
+    #[must_use]
+    pub fn quality(&self) -> &Quality {
+        match self {
+            Self::Identified(plant) => &plant.quality,
+            Self::Bicycle(bicycle) => &bicycle.quality,
+        }
+    }
+
+    /// The model as controllers are designed on it.
+    ///
+    /// # Errors
+    /// A model that no controller can be designed on.
+    pub fn design_plant(&self) -> Result<DesignPlant, control::Error> {
+        match self {
+            Self::Identified(plant) => DesignPlant::from_plant(plant),
+            Self::Bicycle(bicycle) => DesignPlant::from_bicycle(bicycle),
+        }
+    }
+}
+
+/// A controller's file.
+pub struct ControllerFile {
+    /// Its path.
+    pub path: PathBuf,
+    /// Its content.
+    pub pid: Pid,
+    /// Its name and hash.
+    pub source: SourceFile,
+    /// Which of the models it goes with; by default that whose hash it carries.
+    pub model: Option<usize>,
+}
+
 /// A controller and the model that it was designed on.
-pub(crate) struct Controller {
+pub struct Controller {
     /// Short, and unlike the others'.
-    pub(crate) label: String,
+    pub label: String,
     /// Which of the models.
-    pub(crate) model: usize,
-    pub(crate) pid: Pid,
+    pub model: usize,
+    /// Its gains, limits and evidence.
+    pub pid: Pid,
     /// Its file; absent where it was designed here.
-    pub(crate) source: Option<SourceFile>,
+    pub source: Option<SourceFile>,
     /// The specification's step on the model, in the order of the master.
-    pub(crate) predicted: StepMetrics,
+    pub predicted: StepMetrics,
 }
 
 impl Model {
     pub(crate) fn text(&self) -> String {
         match &self.document {
-            Kind::Identified(plant) => plant.to_json(),
-            Kind::Bicycle(bicycle) => bicycle.to_json(),
+            ModelDocument::Identified(plant) => plant.to_json(),
+            ModelDocument::Bicycle(bicycle) => bicycle.to_json(),
         }
     }
 
     pub(crate) fn provenance(&self) -> &Provenance {
         match &self.document {
-            Kind::Identified(plant) => &plant.provenance,
-            Kind::Bicycle(bicycle) => &bicycle.provenance,
+            ModelDocument::Identified(plant) => &plant.provenance,
+            ModelDocument::Bicycle(bicycle) => &bicycle.provenance,
         }
     }
 
     /// Why a design on it may mean little, where its evidence says so.
     pub(crate) fn doubt(&self) -> Option<String> {
-        let quality = match &self.document {
-            Kind::Identified(plant) => &plant.quality,
-            Kind::Bicycle(bicycle) => &bicycle.quality,
-        };
+        let quality = self.document.quality();
         let message =
             || format!("the quality of {} is {}: {}", self.label, quality.grade, quality.summary);
         (!quality.allows_design()).then(message)
@@ -69,25 +119,22 @@ impl Model {
     /// For people.
     pub(crate) fn kind(&self) -> String {
         match &self.document {
-            Kind::Identified(plant) => format!("identified, order {}", plant.order()),
-            Kind::Bicycle(b) if b.evidence.is_some() => "bicycle, identified".into(),
-            Kind::Bicycle(_) => "bicycle, vehicle data".into(),
+            ModelDocument::Identified(plant) => format!("identified, order {}", plant.order()),
+            ModelDocument::Bicycle(b) if b.evidence.is_some() => "bicycle, identified".into(),
+            ModelDocument::Bicycle(_) => "bicycle, vehicle data".into(),
         }
     }
 }
 
-/// Reads the models, of which each must be trusted. Those of one comparison must mean the same steering angle.
-pub(crate) fn read(paths: &[PathBuf], gate: GateArguments) -> Result<Vec<Model>, Failure> {
+/// The models of these files, with labels. All must use the same steering angle.
+///
+/// # Errors
+/// A model that no controller can be designed on, and [`Error::SteeringRatios`].
+pub fn models(files: Vec<(PathBuf, SourceFile, ModelDocument)>) -> Result<Vec<Model>, Error> {
+    let paths: Vec<PathBuf> = files.iter().map(|(path, ..)| path.clone()).collect();
     let mut models: Vec<Model> = Vec::new();
-    for (path, label) in paths.iter().zip(labels(paths)) {
-        let (design, source, text) = read_plant(path, gate)?;
-        let file = path.display().to_string();
-        let document = if design.model == "bicycle" {
-            Kind::Bicycle(Box::new(Bicycle::from_json(&text, &file)?))
-        } else {
-            Kind::Identified(Box::new(Plant::from_json(&text, &file)?))
-        };
-        let path = path.clone();
+    for ((path, source, document), label) in files.into_iter().zip(labels(&paths)) {
+        let design = document.design_plant().map_err(|e| Error::from(e).of(path.display()))?;
         models.push(Model { label, path, source, document, design });
     }
     let by_ratio =
@@ -96,17 +143,12 @@ pub(crate) fn read(paths: &[PathBuf], gate: GateArguments) -> Result<Vec<Model>,
         (models.iter().min_by(by_ratio), models.iter().max_by(by_ratio))
         && high.design.steering_ratio > SAME_PLACE * low.design.steering_ratio
     {
-        return Err(Failure::new(
-            format!(
-                "{} has a steering ratio of {}, {} of {}",
-                high.path.display(),
-                high.design.steering_ratio,
-                low.path.display(),
-                low.design.steering_ratio
-            ),
-            "models are compared on one steering angle, that of the steering wheel or that of the \
-             road wheel: make one of them again with the other's steering ratio",
-        ));
+        return Err(Error::SteeringRatios {
+            high: high.path.display().to_string(),
+            high_ratio: high.design.steering_ratio,
+            low: low.path.display().to_string(),
+            low_ratio: low.design.steering_ratio,
+        });
     }
     Ok(models)
 }
@@ -131,75 +173,61 @@ fn labels(paths: &[PathBuf]) -> Vec<String> {
     })
 }
 
-/// The controllers: those of the files, each with the model whose hash it carries or that is named
-/// before `=`, and for every other model one that is designed here.
+/// The controllers: those of the files, and for every model without a file one that is designed here.
 pub(crate) fn controllers(
     models: &[Model],
-    pids: &[String],
+    files: Vec<ControllerFile>,
     options: &DesignOptions,
     master: Master,
-) -> Result<Vec<Controller>, Failure> {
+) -> Result<Vec<Controller>, Error> {
     let mut found = Vec::new();
-    for argument in pids {
-        let named = argument.split_once('=').and_then(|(model, file)| {
-            let is_it = |m: &Model| m.label == model || m.path.as_os_str() == model;
-            Some((models.iter().position(is_it)?, file))
-        });
-        let file = Path::new(named.map_or(argument.as_str(), |(_, file)| file));
-        let (pid, source) = files::read_document::<Pid>(file)?;
-        let by_hash = || models.iter().position(|m| m.source.sha256 == pid.designed_for.sha256);
-        let Some(model) = named.map(|(model, _)| model).or_else(by_hash) else {
-            return Err(Failure::new(
-                format!("{}: designed on another file than any given", file.display()),
-                format!(
-                    "give the model it was designed on, or name the one it goes with, as in \
-                     --pid {}={}",
-                    models.first().map_or("plant", |m| &m.label),
-                    file.display()
-                ),
-            ));
+    for file in files {
+        let hash = &file.pid.designed_for.sha256;
+        let by_hash = || models.iter().position(|m| m.source.sha256 == *hash);
+        let Some(model) = file.model.or_else(by_hash) else {
+            return Err(Error::OtherModel {
+                file: file.path.display().to_string(),
+                model: models.first().map_or_else(|| "plant".into(), |m| m.label.clone()),
+            });
         };
-        found.push((model, file.to_path_buf(), pid, source));
+        found.push((model, file));
     }
     let mut all: Vec<Controller> = Vec::new();
     // The models are of one vehicle: a data sheet takes the rate of the others' drive.
     let designs = models.iter().map(|m| &m.design);
     let options = designs.fold(*options, |options, design| options.with_rate_of(design));
     for (index, model) in models.iter().enumerate() {
-        let mut own: Vec<_> = found.extract_if(.., |(of, ..)| *of == index).collect();
+        let mut own: Vec<_> = found.extract_if(.., |(of, _)| *of == index).collect();
         if own.is_empty() {
             let pid = control::design(&model.design, &model.source, &options)
-                .map_err(|e| Failure::in_file(&model.path, &e, design_hint(&e)))?;
+                .map_err(|e| Error::from(e).of(model.path.display()))?;
             all.push(Controller::new(model.label.clone(), (index, model), pid, None, master)?);
             continue;
         }
-        let files: Vec<PathBuf> = own.iter().map(|(_, file, ..)| file.clone()).collect();
+        let files: Vec<PathBuf> = own.iter().map(|(_, file)| file.path.clone()).collect();
         let several = own.len() > 1;
-        for ((_, file, pid, source), name) in own.drain(..).zip(labels(&files)) {
+        for ((_, file), name) in own.drain(..).zip(labels(&files)) {
+            let ControllerFile { path, pid, source, .. } = file;
             let label =
                 if several { format!("{} ({name})", model.label) } else { model.label.clone() };
             let controller = Controller::new(label, (index, model), pid, Some(source), master);
-            all.push(controller.map_err(|e| e.about(file.display()))?);
+            all.push(controller.map_err(|e| e.of(path.display()))?);
         }
     }
     if all.len() < 2 {
-        return Err(Failure::new(
-            "there is one model with one controller: nothing to compare",
-            "give two models, or two controllers with --pid",
-        ));
+        return Err(Error::NothingToCompare);
     }
     let by_sample =
         |a: &&Controller, b: &&Controller| a.pid.sample_time_s.total_cmp(&b.pid.sample_time_s);
     if let (Some(low), Some(high)) = (all.iter().min_by(by_sample), all.iter().max_by(by_sample))
         && high.pid.sample_time_s > low.pid.sample_time_s * (1.0 + 1e-9)
     {
-        return Err(Failure::new(
-            format!(
-                "the controller of {} has a sample time of {} s, that of {} of {} s",
-                high.label, high.pid.sample_time_s, low.label, low.pid.sample_time_s
-            ),
-            "design them with the same --pid-sample-time: else the sample time is what is compared",
-        ));
+        return Err(Error::SampleTimes {
+            high: high.label.clone(),
+            high_s: high.pid.sample_time_s,
+            low: low.label.clone(),
+            low_s: low.pid.sample_time_s,
+        });
     }
     Ok(all)
 }
@@ -211,7 +239,7 @@ impl Controller {
         pid: Pid,
         source: Option<SourceFile>,
         master: Master,
-    ) -> Result<Self, Failure> {
+    ) -> Result<Self, Error> {
         // What this master adds to the loop, whatever the design reckoned with.
         let delay = match master {
             Master::GaussSeidel => 0.0,

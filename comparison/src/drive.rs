@@ -1,38 +1,47 @@
 //! The models against a drive (the paper's Fig. 3): simulated yaw rate and yaw over its held-out end.
 
-use super::models::{Kind, Model};
-use crate::failure::Failure;
+use crate::Error;
+use crate::models::{Model, ModelDocument};
 use formats::SourceFile;
 use sysid::statistics::variance_accounted_for;
 use sysid::{DriveLog, IdentifyOptions, Judged, fit_percent};
 
 /// The held-out end of a drive. A NaN stands in every gap.
-pub(crate) struct Drive {
-    pub(crate) name: String,
-    pub(crate) sources: Vec<SourceFile>,
-    pub(crate) sample_time_s: f64,
+pub struct Drive {
+    /// Its name.
+    pub name: String,
+    /// Its files.
+    pub sources: Vec<SourceFile>,
+    /// Sample time, s.
+    pub sample_time_s: f64,
     /// Samples judged on.
-    pub(crate) samples: usize,
-    pub(crate) time_s: Vec<f64>,
-    pub(crate) yaw_rate_radps: Vec<f64>,
-    pub(crate) yaw_rad: Vec<f64>,
+    pub samples: usize,
+    /// Time, s.
+    pub time_s: Vec<f64>,
+    /// Measured yaw rate, rad/s.
+    pub yaw_rate_radps: Vec<f64>,
+    /// Its integral, rad.
+    pub yaw_rad: Vec<f64>,
     /// In the order of the models.
-    pub(crate) models: Vec<OnDrive>,
-    pub(crate) remarks: Vec<String>,
+    pub models: Vec<OnDrive>,
+    /// What limits the result.
+    pub remarks: Vec<String>,
 }
 
 /// How a model follows the drive from its steering alone.
-pub(crate) struct OnDrive {
+pub struct OnDrive {
     /// Fit of the yaw rate, percent.
-    pub(crate) fit_percent: f64,
+    pub fit_percent: f64,
     /// Share of the yaw rate's variance that the simulation accounts for, percent.
-    pub(crate) variance_accounted_for_percent: f64,
+    pub variance_accounted_for_percent: f64,
     /// RMS of the yaw rate's error, rad/s.
-    pub(crate) yaw_rate_rms_radps: f64,
+    pub yaw_rate_rms_radps: f64,
     /// RMS of the yaw's error, rad; both are integrated from the start of the held-out end.
-    pub(crate) yaw_rms_rad: f64,
-    pub(crate) yaw_rate_radps: Vec<f64>,
-    pub(crate) yaw_rad: Vec<f64>,
+    pub yaw_rms_rad: f64,
+    /// Simulated yaw rate, rad/s.
+    pub yaw_rate_radps: Vec<f64>,
+    /// Its integral, rad.
+    pub yaw_rad: Vec<f64>,
 }
 
 /// Judges every model on the log's held-out end.
@@ -40,11 +49,11 @@ pub(crate) fn judge(
     models: &[Model],
     log: &DriveLog,
     options: &IdentifyOptions,
-) -> Result<Drive, Failure> {
+) -> Result<Drive, Error> {
     let mut remarks = log.warnings.clone();
     let mut judged = Vec::new();
     for model in models {
-        judged.push(judged_on(model, log, options).map_err(|e| e.about(&model.label))?);
+        judged.push(judged_on(model, log, options).map_err(|e| e.of(&model.label))?);
         remarks.extend(remark(model, log, options));
     }
     let first = judged.iter().map(|j| j.first_held_out).max().unwrap_or(0);
@@ -95,21 +104,17 @@ pub(crate) fn judge(
     })
 }
 
-fn judged_on(model: &Model, log: &DriveLog, options: &IdentifyOptions) -> Result<Judged, Failure> {
+fn judged_on(model: &Model, log: &DriveLog, options: &IdentifyOptions) -> Result<Judged, Error> {
     let ratio = model.design.steering_ratio / log.steering_ratio;
     if !(0.8..=1.25).contains(&ratio) {
-        return Err(Failure::new(
-            format!(
-                "it has a steering ratio of {}, the log of {}",
-                model.design.steering_ratio, log.steering_ratio
-            ),
-            "state the log's --steering-ratio, or give the column of the same steering angle with \
-             --input",
-        ));
+        return Err(Error::LogSteeringRatio {
+            model: model.design.steering_ratio,
+            log: log.steering_ratio,
+        });
     }
     Ok(match &model.document {
-        Kind::Identified(plant) => sysid::judge_plant(log, options, plant)?,
-        Kind::Bicycle(bicycle) => sysid::bicycle::judge_bicycle(log, options, bicycle)?,
+        ModelDocument::Identified(plant) => sysid::judge_plant(log, options, plant)?,
+        ModelDocument::Bicycle(bicycle) => sysid::bicycle::judge_bicycle(log, options, bicycle)?,
     })
 }
 

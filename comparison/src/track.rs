@@ -1,36 +1,43 @@
 //! A run along a road in the loop of packed FMUs: plant, path follower, controller.
 //!
-//! The plant may be any tool's: it takes `steering_angle` and `speed`, gives `x`, `y` and `yaw`, and
-//! starts at `initial_x`, `initial_y` and `initial_yaw` where it has them.
+//! The plant may be any tool's: its inputs are `steering_angle` and `speed`, its outputs `x`, `y` and
+//! `yaw`, and it starts at `initial_x`, `initial_y` and `initial_yaw` where it has them.
 
-use crate::failure::Failure;
-use crate::lateral_loop::sideslip_parameters;
+use crate::Error;
+use crate::packed::sideslip_parameters;
 use control::Sideslip;
 use fmi2_host::{Archive, Causality, Connection, Instance, Master, Recording, System};
 use formats::Path as PathFile;
 
-pub(crate) const PATH: &str = "ReferencePath";
+const PATH: &str = "ReferencePath";
 pub(crate) const CONTROLLER: &str = "LateralPid";
 
 /// The archives of a loop, each instantiated for every run.
 #[derive(Clone, Copy)]
-pub(crate) struct Loop<'a> {
-    pub(crate) plant: &'a Archive,
-    pub(crate) path: &'a Archive,
-    pub(crate) controller: &'a Archive,
+pub struct Loop<'a> {
+    /// The vehicle.
+    pub plant: &'a Archive,
+    /// The path follower.
+    pub path: &'a Archive,
+    /// The yaw controller.
+    pub controller: &'a Archive,
 }
 
 impl Loop<'_> {
-    /// A run along the path at its speed, from its first point until it would be at its end.
-    pub(crate) fn track(
+    /// A run along the path at its speed, from its first point until it would be at its end. The path
+    /// follower uses the plant's sideslip.
+    ///
+    /// # Errors
+    /// An empty path, a plant that cannot start there, and those of running the FMUs.
+    pub fn track(
         &self,
         path: &PathFile,
         step: f64,
         master: Master,
         sideslip: &Sideslip,
-    ) -> Result<Recording, Failure> {
+    ) -> Result<Recording, Error> {
         let (Some(first), Some(last)) = (path.points.first(), path.points.last()) else {
-            return Err(Failure::new("the path has no points", "make the path again"));
+            return Err(Error::EmptyPath);
         };
         let plant = name_of(self.plant);
         let mut system = System::new();
@@ -57,11 +64,7 @@ impl Loop<'_> {
             if self.plant.model().variable(name).is_some() {
                 system.set(&plant, name, value)?;
             } else if value != 0.0 {
-                return Err(Failure::new(
-                    format!("{plant} has no `{name}`, and the road starts at {value}"),
-                    "give a road that starts at the origin along x, or an FMU with initial_x, \
-                     initial_y and initial_yaw",
-                ));
+                return Err(Error::NoStartPose { plant, parameter: name, value });
             }
         }
         drive_at(&mut system, self.plant, path.speed_mps)?;
@@ -77,18 +80,18 @@ impl Loop<'_> {
     }
 }
 
-/// What a plant's instance is called: its model, without the dots that part it from variables.
+/// Name of a plant's instance: its model, without the dots that separate it from variables.
 pub(crate) fn name_of(plant: &Archive) -> String {
     plant.model().description().model_name.replace('.', "_")
 }
 
-pub(crate) fn add(system: &mut System, archive: &Archive, name: &str) -> Result<(), Failure> {
+pub(crate) fn add(system: &mut System, archive: &Archive, name: &str) -> Result<(), Error> {
     system.add(Instance::new(archive, name)?)?;
     Ok(())
 }
 
-/// Gives a plant its speed, if it does not drive itself.
-pub(crate) fn drive_at(system: &mut System, plant: &Archive, speed: f64) -> Result<(), Failure> {
+/// Sets a plant's speed, unless the speed is an output.
+pub(crate) fn drive_at(system: &mut System, plant: &Archive, speed: f64) -> Result<(), Error> {
     let takes = |c: Causality| matches!(c, Causality::Input | Causality::Parameter);
     if plant.model().variable("speed").is_some_and(|v| takes(v.causality)) {
         system.set(&name_of(plant), "speed", speed)?;

@@ -1,8 +1,8 @@
 //! What became of a controller on a plant, and why it misses its specification.
 
-use super::loops::Run;
-use super::models::Controller;
-use super::truth::Limits;
+use crate::models::Controller;
+use crate::runs::Run;
+use crate::truth::Limits;
 use formats::{Specification, StepMetrics};
 use serde::Serialize;
 use std::f64::consts::FRAC_PI_2;
@@ -15,16 +15,17 @@ const END: f64 = 1.0 / 3.0;
 
 /// A run's outcome, and what is missed of the specification.
 #[derive(Clone, Serialize)]
-pub(crate) struct Judgement {
-    pub(crate) outcome: Class,
+pub struct Judgement {
+    /// The worst that happened.
+    pub outcome: Class,
     /// Each requirement of the step that is missed, with its bound.
-    pub(crate) shortfalls: Vec<String>,
+    pub shortfalls: Vec<String>,
     /// What may explain that.
-    pub(crate) cause: Option<String>,
+    pub cause: Option<String>,
 }
 
 /// Judges a run; `limits` are those that its plant states.
-pub(super) fn of(run: &Run, controller: &Controller, limits: Limits) -> Judgement {
+pub(crate) fn of(run: &Run, controller: &Controller, limits: Limits) -> Judgement {
     let specification = &controller.pid.specification;
     let shortfalls = shortfalls(specification, &run.step);
     let outcome = if is_unstable(run, specification) {
@@ -112,7 +113,7 @@ fn at_the_limit(run: &Run, limits: Limits) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use crate::*;
 
     #[test]
     fn shortfalls_name_the_figure_and_its_bound() {
