@@ -7,7 +7,7 @@ use crate::log_options::LogArguments;
 use crate::output::Outputs;
 use crate::pipeline::Writer;
 use crate::progress::Progress;
-use crate::requirements::SpecificationArguments;
+use crate::specification::SpecificationArguments;
 use crate::{Global, files, quantity};
 use comparison::{Comparison, ControllerFile, Job, Model, ModelDocument, Road, Truth};
 use formats::{Path as PathFile, Pid, SourceFile};
@@ -15,34 +15,32 @@ use std::path::{Path, PathBuf};
 use sweep::Class;
 use sysid::IdentifyOptions;
 
-/// Compare models and the controllers designed on them: against a drive, on each other's plants, and
-/// on a vehicle that stands for the truth
+/// Compare models and the controllers designed on them: with a drive, on each other's plants, and on a
+/// vehicle that represents the truth
 ///
 /// Every controller follows the same road on the plant of every model and on the truth, as packed
-/// FMUs. The paper's Fig. 3 (with --log), 5, 6 and 7. A controller is designed for each model to the
-/// same specification, unless --pid gives one, within the steering limits that the truth states. Exit
-/// status 1 where a controller is unstable or off the path.
+/// FMUs: the paper's Fig. 3 (with --log), 5, 6 and 7. A model without a --pid gets a controller that is
+/// designed to the specification, within the steering limits of the truth. The exit status is 1 if a
+/// controller is unstable or off the path.
 ///
-///   steerwright compare plant.json bicycle.json --truth NonlinearVehicle.fmu --log drive.csv
-///       --out comparison
+/// Example: steerwright compare plant.json bicycle.json --truth NonlinearVehicle.fmu --log drive.csv
+/// --out comparison
 #[derive(clap::Args)]
-#[command(verbatim_doc_comment)]
 pub(crate) struct Arguments {
-    /// plant.json or bicycle.json, two or more; one will do with two controllers
+    /// plant.json or bicycle.json, two or more; one is enough with two controllers
     #[arg(required = true, value_name = "MODEL.json")]
     models: Vec<PathBuf>,
-    /// The vehicle to judge on: a plant FMU of any tool (inputs steering_angle and speed, outputs x,
+    /// The vehicle that represents the truth: a plant FMU of any tool (inputs steering_angle and speed, outputs x,
     /// y, yaw), vehicle.json, or vehicle data (TOML) for a NonlinearVehicle
     #[arg(long, value_name = "FMU|FILE")]
     truth: Option<PathBuf>,
-    /// A controller, of the model whose hash it carries, or of the one named before it; may be
-    /// repeated
+    /// A controller, of the model whose hash it carries, or of the named model; may be repeated
     #[arg(long = "pid", value_name = "[MODEL=]PID.json")]
     pids: Vec<String>,
-    /// A drive (CSV) to hold the models against; more --log for more files
+    /// A drive (CSV) to compare the models with; may be repeated for more files
     #[arg(long = "log", value_name = "LOG")]
     logs: Vec<PathBuf>,
-    /// Share of the log, at its end, that the models are judged on
+    /// Share of the log that is validation data, at its end
     #[arg(long, value_name = "SHARE", value_parser = quantity::percent, default_value = "50%")]
     validation_fraction: f64,
     /// Folder for figures (SVG), results.csv, the runs, and one HTML page
@@ -58,12 +56,12 @@ pub(crate) struct Arguments {
     specification: SpecificationArguments,
 }
 
-/// What is driven along.
+/// The road.
 #[derive(clap::Args)]
 #[command(next_help_heading = "Road")]
 struct RoadArguments {
-    /// Drive along this path, at its speed; its look-ahead, preview, feedforward and sideslip are
-    /// replaced by those of each controller and plant
+    /// Drive along this path at its speed; look-ahead, preview, feedforward and sideslip are those of
+    /// each controller and plant
     #[arg(long, value_name = "PATH.json", conflicts_with_all = ["road", "road_speed", "lateral_acceleration"])]
     path: Option<PathBuf>,
     /// A standard road
@@ -75,8 +73,8 @@ struct RoadArguments {
     /// Largest lateral acceleration of the standard road
     #[arg(long, value_name = "ACCELERATION", allow_hyphen_values = true, value_parser = quantity::acceleration, default_value = "4m/s2")]
     lateral_acceleration: f64,
-    /// How fast the path follower's integral of the cross-track error grows, such as 0.05/s; by
-    /// default the path's, or none
+    /// Gain of the integral of the cross-track error in the path follower, such as 0.05/s; by default
+    /// that of the path, or none
     #[arg(long, value_name = "RATE", allow_hyphen_values = true, value_parser = quantity::rate)]
     cross_track_integral: Option<f64>,
     /// A cross-track error beyond this is off the path
@@ -87,15 +85,15 @@ struct RoadArguments {
 pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {
     let outputs = Outputs::new(global.force, arguments.inputs());
     let folder = arguments.out.as_deref().map(|out| outputs.folder(out, "compare")).transpose()?;
-    let design = arguments.specification.options()?;
+    let specified = arguments.specification.read()?;
     let drive = arguments.drive()?;
     let progress = Progress::start("comparing: designs and runs");
     let models = arguments.models()?;
     let compared = comparison::compare(Job {
         controllers: arguments.controllers(&models)?,
         models,
-        master: arguments.specification.master()?,
-        design,
+        master: specified.master,
+        design: specified.design,
         truth: arguments.truth.as_deref().map(truth).transpose()?,
         drive,
         road: arguments.road.read()?,
@@ -138,7 +136,7 @@ fn outcome(compared: &Comparison) -> Outcome {
 impl Arguments {
     /// The files that are read.
     fn inputs(&self) -> Vec<PathBuf> {
-        // A controller's file may stand behind its model's.
+        // The file of a controller may follow the model and `=`.
         let pids = self.pids.iter().flat_map(|text| {
             let named = text.split_once('=').map(|(_, file)| file.into());
             [Some(text.into()), named].into_iter().flatten()
@@ -174,7 +172,7 @@ impl Arguments {
         self.pids.iter().map(read).collect()
     }
 
-    /// The drive, where there is one.
+    /// The drive, if there is one.
     fn drive(&self) -> Result<Option<(sysid::DriveLog, IdentifyOptions)>, Failure> {
         if self.logs.is_empty() && !self.log.names_files() {
             return Ok(None);

@@ -7,7 +7,7 @@ use crate::failure::{Failure, Outcome};
 use crate::gate::GateArguments;
 use crate::output::{Kind, Outputs};
 use crate::progress::Progress;
-use crate::requirements::SpecificationArguments;
+use crate::specification::SpecificationArguments;
 use crate::{Global, files};
 use comparison::ModelDocument;
 use control::DesignPlant;
@@ -38,10 +38,10 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let out = outputs.file(&arguments.out, Kind::of::<Pid>())?;
     let figures = |folder| outputs.files(folder, design_plots::NAMES, Kind::Svg);
     let plots = arguments.plots.as_deref().map(figures).transpose()?;
-    let options = arguments.specification.options()?;
+    let specified = arguments.specification.read()?;
     let (plant, source, document) = read_plant(&arguments.plant, arguments.gate)?;
     let progress = Progress::start("designing");
-    let mut pid = control::design(&plant, &source, &options)?;
+    let mut pid = control::design(&plant, &source, &specified.design)?;
     progress.now("running the loop of FMUs");
     comparison::verify(&mut pid, &document, &plant)?;
     drop(progress);
@@ -54,17 +54,17 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     }
     console::result(&summary(&pid), &pid)?;
     written.iter().for_each(console::note);
-    Ok(if is_kept(&pid, &arguments.specification) {
+    Ok(if is_met(&pid, specified.must_be_robust) {
         Outcome::Done
     } else {
         Outcome::RequirementNotMet
     })
 }
 
-/// Whether what was asked for is kept; by all plants where that was asked for in so many words.
-fn is_kept(pid: &Pid, specification: &SpecificationArguments) -> bool {
+/// Whether the requirements are met, and by all plants if the options require it.
+fn is_met(pid: &Pid, must_be_robust: bool) -> bool {
     let by_all = pid.evidence.robustness.as_ref().is_none_or(|r| r.met);
-    pid.evidence.met && (by_all || !specification.must_be_robust())
+    pid.evidence.met && (by_all || !must_be_robust)
 }
 
 /// The model in a plant or bicycle file, if its quality allows it, and the file's text.

@@ -10,8 +10,8 @@ use packaging::Fmu;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// Pack FMUs: one archive for each plant, bicycle, vehicle, controller, path or estimator file; no
-/// compiler needed
+/// Pack FMUs: one archive for each plant, bicycle, vehicle, controller, path or estimator file, without
+/// a compiler
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// plant.json, bicycle.json, vehicle.json, pid.json, path.json or estimator.json
@@ -23,11 +23,11 @@ pub(crate) struct Arguments {
     /// Step size that the archives recommend, such as 10ms; by default the controller's sample time
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time)]
     step: Option<f64>,
-    /// Wire the FMUs, variables of equal name, and write them as a system structure package (SSP
-    /// 1.0) into the folder too; with a path file they start on its first point, at its speed.
-    /// With an estimator file, path and controller take its pose, and it takes the plant's as that of
-    /// a receiver without latency or antenna offset: a fix every gnss.period_s (by default 0.1 s) of
-    /// gnss.std_m (0.02 m). Where path or estimator state no sideslip, they take that of the plant
+    /// Also connect variables of equal name and write the FMUs as a system structure package (SSP 1.0)
+    /// into the folder. With a path file they start on its first point, at its speed. With an estimator
+    /// file, path and controller use its pose; its fixes are the pose of the plant, as of a receiver
+    /// without latency or antenna offset: one every gnss.period_s (by default 0.1 s) of gnss.std_m
+    /// (0.02 m). A path or estimator without a sideslip uses that of the plant
     #[arg(long, value_name = "NAME.ssp")]
     ssp: Option<PathBuf>,
     #[command(flatten)]
@@ -140,7 +140,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
 fn ssp_name(file: &Path) -> Result<&str, Failure> {
     let is_ssp = file.extension().is_some_and(|e| e.eq_ignore_ascii_case("ssp"));
     file.file_stem().and_then(|stem| stem.to_str()).filter(|_| is_ssp).ok_or_else(|| {
-        let hint = "give a name such as LateralLoop.ssp";
+        let hint = "use a name such as LateralLoop.ssp";
         Failure::new(format!("--ssp {}: not the name of an .ssp file", file.display()), hint)
     })
 }

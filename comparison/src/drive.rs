@@ -1,4 +1,5 @@
-//! The models against a drive (the paper's Fig. 3): simulated yaw rate and yaw over its held-out end.
+//! The models compared with a drive (the paper's Fig. 3): simulated yaw rate and yaw on the validation
+//! data.
 
 use crate::Error;
 use crate::models::{Model, ModelDocument};
@@ -6,7 +7,7 @@ use formats::SourceFile;
 use sysid::statistics::variance_accounted_for;
 use sysid::{DriveLog, IdentifyOptions, Judged, fit_percent};
 
-/// The held-out end of a drive. A NaN stands in every gap.
+/// The validation data of a drive. Each gap is a NaN.
 pub struct Drive {
     /// Its name.
     pub name: String,
@@ -14,7 +15,7 @@ pub struct Drive {
     pub sources: Vec<SourceFile>,
     /// Sample time, s.
     pub sample_time_s: f64,
-    /// Samples judged on.
+    /// Validation samples.
     pub samples: usize,
     /// Time, s.
     pub time_s: Vec<f64>,
@@ -36,7 +37,7 @@ pub struct OnDrive {
     pub variance_accounted_for_percent: f64,
     /// RMS of the yaw rate's error, rad/s.
     pub yaw_rate_rms_radps: f64,
-    /// RMS of the yaw's error, rad; both are integrated from the start of the held-out end.
+    /// RMS of the yaw's error, rad; both are integrated from the start of the validation data.
     pub yaw_rms_rad: f64,
     /// Simulated yaw rate, rad/s.
     pub yaw_rate_radps: Vec<f64>,
@@ -44,22 +45,22 @@ pub struct OnDrive {
     pub yaw_rad: Vec<f64>,
 }
 
-/// Judges every model on the log's held-out end.
-pub(crate) fn judge(
+/// Validates every model on the end of the log.
+pub(crate) fn validate(
     models: &[Model],
     log: &DriveLog,
     options: &IdentifyOptions,
 ) -> Result<Drive, Error> {
     let mut remarks = log.warnings.clone();
-    let mut judged = Vec::new();
+    let mut validated = Vec::new();
     for model in models {
-        judged.push(judged_on(model, log, options).map_err(|e| e.of(&model.label))?);
+        validated.push(on_log(model, log, options).map_err(|e| e.of(&model.label))?);
         remarks.extend(remark(model, log, options));
     }
-    let first = judged.iter().map(|j| j.first_held_out).max().unwrap_or(0);
+    let first = validated.iter().map(|j| j.first_held_out).max().unwrap_or(0);
     let gaps: Vec<usize> =
         log.segments.iter().map(|s| s.range.start).filter(|k| *k > first).collect();
-    let held_out = |values: &[f64]| -> Vec<f64> {
+    let validation = |values: &[f64]| -> Vec<f64> {
         let mut out = Vec::with_capacity(values.len() - first + gaps.len());
         for (k, value) in values.iter().enumerate().skip(first) {
             if gaps.contains(&k) {
@@ -69,7 +70,7 @@ pub(crate) fn judge(
         }
         out
     };
-    // Both yaws start where the held-out end starts.
+    // Both yaws start where the validation data start.
     let yaw_of = |rate: &[f64]| -> Vec<f64> {
         let yaw = log.yaw(rate);
         let from = yaw.get(first).copied().unwrap_or(0.0);
@@ -87,8 +88,8 @@ pub(crate) fn judge(
             ),
             yaw_rate_rms_radps: rms(&log.output[first..], &rate[first..]),
             yaw_rms_rad: rms(&yaw[first..], &simulated[first..]),
-            yaw_rate_radps: held_out(rate),
-            yaw_rad: held_out(&simulated),
+            yaw_rate_radps: validation(rate),
+            yaw_rad: validation(&simulated),
         }
     };
     Ok(Drive {
@@ -96,15 +97,15 @@ pub(crate) fn judge(
         sources: log.sources.clone(),
         sample_time_s: log.sample_time_s,
         samples: log.len() - first,
-        time_s: held_out(&log.time_s()),
-        yaw_rate_radps: held_out(&log.output),
-        yaw_rad: held_out(&yaw),
-        models: judged.into_iter().map(on_drive).collect(),
+        time_s: validation(&log.time_s()),
+        yaw_rate_radps: validation(&log.output),
+        yaw_rad: validation(&yaw),
+        models: validated.into_iter().map(on_drive).collect(),
         remarks,
     })
 }
 
-fn judged_on(model: &Model, log: &DriveLog, options: &IdentifyOptions) -> Result<Judged, Error> {
+fn on_log(model: &Model, log: &DriveLog, options: &IdentifyOptions) -> Result<Judged, Error> {
     let ratio = model.design.steering_ratio / log.steering_ratio;
     if !(0.8..=1.25).contains(&ratio) {
         return Err(Error::LogSteeringRatio {
@@ -118,18 +119,18 @@ fn judged_on(model: &Model, log: &DriveLog, options: &IdentifyOptions) -> Result
     })
 }
 
-/// What has to be said of a model on this drive.
+/// A warning, if the model was estimated on the validation data.
 fn remark(model: &Model, log: &DriveLog, options: &IdentifyOptions) -> Option<String> {
     let provenance = model.provenance();
     let own = provenance.sources.iter().any(|s| log.sources.iter().any(|l| l.sha256 == s.sha256));
-    let held_out: Option<f64> =
+    let own_fraction: Option<f64> =
         provenance.options.get("validation_fraction").and_then(|text| text.parse().ok());
-    let seen = held_out.is_some_and(|h| h < options.validation_fraction - 1e-9);
+    let seen = own_fraction.is_some_and(|h| h < options.validation_fraction - 1e-9);
     (own && seen).then(|| {
         format!(
-            "{} was estimated on a part of what is held out here: give --hold-out {}%",
+            "{} was estimated on a part of these validation data: validate on {} % of the log",
             model.label,
-            100.0 * held_out.unwrap_or_default()
+            100.0 * own_fraction.unwrap_or_default()
         )
     })
 }

@@ -98,7 +98,7 @@ pub enum Error {
         log: f64,
     },
     /// A controller belongs to none of the models.
-    #[error("{file}: designed on another file than any given")]
+    #[error("{file}: designed on a model that is not compared")]
     OtherModel {
         /// The controller's file.
         file: String,
@@ -140,7 +140,7 @@ pub enum Error {
     },
     /// The road needs more steering than a controller may command.
     #[error(
-        "the road's radius of {radius_m:.1} m asks {needed_deg:.1} deg of steering of {model}, whose controller may steer {limit_deg:.1} deg"
+        "the road's radius of {radius_m:.1} m needs {needed_deg:.1} deg of steering of {model}, whose controller may steer {limit_deg:.1} deg"
     )]
     TightRoad {
         /// Smallest radius, m.
@@ -222,14 +222,16 @@ impl Error {
             Self::Rejected { hint, .. } => return hint.clone(),
             Self::Fmu(error) => return error.hint(),
             Self::Report(error) => error.hint(),
-            Self::NotJson { .. } => "give a JSON file that steerwright wrote",
+            Self::NotJson { .. } => "use a JSON file that steerwright wrote",
             Self::NotRecorded { .. } => "report this as a fault",
             Self::EmptyPath => "make the path again",
             Self::NoStartPose { .. } => {
-                "give a road that starts at the origin along x, or an FMU with initial_x, initial_y \
+                "use a road that starts at the origin along x, or an FMU with initial_x, initial_y \
                  and initial_yaw"
             }
-            Self::MaxCrossTrackError { .. } => "give what is left of the lane, such as 1.75 m",
+            Self::MaxCrossTrackError { .. } => {
+                "use the lateral clearance in the lane, such as 1.75 m"
+            }
             Self::SteeringRatios { .. } => {
                 "models are compared on one steering angle, that of the steering wheel or that of the \
                  road wheel: make one of them again with the other's steering ratio"
@@ -237,12 +239,10 @@ impl Error {
             Self::LogSteeringRatio { .. } => {
                 "state the log's steering ratio, or use the column of the same steering angle"
             }
-            Self::OtherModel { .. } => {
-                "give the model it was designed on, or name the one it goes with"
-            }
-            Self::NothingToCompare => "give two models, or two controllers",
+            Self::OtherModel { .. } => "add the model that it was designed on, or name its model",
+            Self::NothingToCompare => "compare two models, or two controllers",
             Self::SampleTimes { .. } => {
-                "design them with the same sample time: else the sample time is what is compared"
+                "design them with the same sample time, since it affects the comparison"
             }
             Self::Speeds { .. } => {
                 "state the speed on the road, or make a bicycle.json of the other's speed"
@@ -261,7 +261,7 @@ impl Error {
             }
             Self::SteeringPlace { gain_per_s, expected_per_s, steering_ratio, .. } => {
                 return format!(
-                    "a factor of {:.2} is that of a steering wheel to a road wheel: give a vehicle \
+                    "a factor of {:.2} is that of a steering wheel to a road wheel: use a vehicle \
                      with the models' steering ratio of {steering_ratio}, or models with the \
                      vehicle's",
                     gain_per_s / expected_per_s
@@ -269,7 +269,7 @@ impl Error {
             }
             Self::ShortTurn => "shorten the sample time",
             Self::NoVehicle { .. } => {
-                "give a plant FMU, vehicle.json, plant.json, bicycle.json, or vehicle data (TOML)"
+                "use a plant FMU, vehicle.json, plant.json, bicycle.json, or vehicle data (TOML)"
             }
             Self::NoPlant { inputs, outputs, .. } => {
                 return format!(

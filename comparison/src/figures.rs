@@ -77,7 +77,7 @@ fn all(c: &Comparison) -> Vec<Drawn> {
             caption: format!(
                 "After the paper's Fig. 6 and 7: {} designed on {}, on the plant of each model{}. \
                  Positive errors are to the left. In a bend a part of the yaw error is sideslip, \
-                 which no controller could take away.",
+                 which no controller can remove.",
                 controller.pid.name,
                 c.models[controller.model].label,
                 if c.truth().is_some() { " and on the truth" } else { "" }
@@ -111,9 +111,9 @@ fn drive(c: &Comparison) -> Option<Drawn> {
         figure: figures::models_against_drive(driven, &models),
         height: 1000,
         caption: format!(
-            "After the paper's Fig. 3: {}, the {} s at its end that are held out, every {} s. The \
-             models see the steering alone; yaw is the integral of the yaw rate from where the \
-             held-out end starts, so that a yaw rate that is off by a constant drifts.",
+            "After the paper's Fig. 3: {}, {} s of validation data at its end, every {} s. The \
+             steering is the only input of the models; yaw is the integral of the yaw rate from the \
+             start of the validation data, so that a constant error of the yaw rate drifts.",
             drive.name,
             (drive.samples as f64 * drive.sample_time_s).round(),
             drive.sample_time_s
@@ -121,7 +121,7 @@ fn drive(c: &Comparison) -> Option<Drawn> {
     })
 }
 
-/// The yaw step of every controller, predicted and where it is judged.
+/// The yaw step of every controller: predicted, and on the truth or on the other plants.
 fn steps(c: &Comparison) -> Drawn {
     let truth = c.truth();
     let wanted = |run: &&Run| truth.is_none_or(|truth| c.is_own(run) || run.plant == truth);

@@ -1,6 +1,6 @@
 //! A comparison as JSON, in SI units.
 
-use crate::{Comparison, Judgement, Verdict, guidance};
+use crate::{Comparison, Outcome, Verdict, guidance};
 use formats::{Guidance, PidGains, SourceFile, StepMetrics};
 use serde::Serialize;
 
@@ -19,7 +19,7 @@ pub struct Overview<'a> {
     remarks: &'a [String],
     /// Read.
     sources: &'a [SourceFile],
-    /// Written, below the folder asked for.
+    /// Written, below the output folder.
     files: &'a [SourceFile],
 }
 
@@ -95,7 +95,7 @@ struct RunOverview<'a> {
     step: &'a StepMetrics,
     step_meets_specification: bool,
     #[serde(flatten)]
-    judgement: &'a Judgement,
+    outcome: &'a Outcome,
 }
 
 /// The comparison for scripts; `files` were written.
@@ -153,8 +153,8 @@ pub fn json<'a>(c: &'a Comparison, files: &'a [SourceFile]) -> Overview<'a> {
         steering_rate_largest_radps: r.effort.rate_max_radps,
         modulus_margin: r.modulus_margin,
         step: &r.step,
-        step_meets_specification: c.judgement(r).shortfalls.is_empty(),
-        judgement: c.judgement(r),
+        step_meets_specification: c.outcome(r).shortfalls.is_empty(),
+        outcome: c.outcome(r),
     });
     Overview {
         version: env!("CARGO_PKG_VERSION"),

@@ -1,10 +1,11 @@
-//! Models and controllers beside each other (the paper's Fig. 3, 5, 6 and 7).
+//! Models compared with a drive, controllers with each other (the paper's Fig. 3, 5, 6 and 7), and the
+//! loops of packed FMUs in which they run.
 //!
-//! Each model is judged on a drive; a controller is taken or designed for each; every controller
+//! Each model is validated on a drive; a controller is read or designed for each; every controller
 //! follows one road on the plant of every model and on the truth, all as packed FMUs under the
 //! master. What is the same for all: the specification, the road, the rule by which look-ahead,
-//! preview and feedforward follow from a controller, and the sideslip that the path follower reckons
-//! with, which is read for each plant in a turn.
+//! preview and feedforward follow from a controller, and the sideslip that the path follower uses,
+//! which is read for each plant in a turn.
 
 mod drive;
 mod error;
@@ -27,7 +28,7 @@ pub use error::Error;
 pub use figures::{OutputFile, PAGE, files};
 pub use json::{Overview, json};
 pub use models::{Controller, ControllerFile, Model, ModelDocument, models};
-pub use outcome::Judgement;
+pub use outcome::Outcome;
 pub use packed::{Named, PackedLoop, fmu_of, pack, pack_loop};
 pub use plants::Plant;
 pub use runs::{Effort, Run};
@@ -44,11 +45,11 @@ use runs::Setting;
 use sweep::Class;
 use sysid::{DriveLog, IdentifyOptions};
 use truth::Limits;
-use verdict::Judged;
+use verdict::Compared;
 
-/// Models of speeds within this share of each other are taken for models of one speed.
+/// Models whose speeds differ by a smaller share have one speed.
 const SAME_SPEED: f64 = 0.02;
-/// Beyond this a model does not hold.
+/// Beyond this share of its speed a model is not valid.
 const HOLDS_WITHIN: f64 = 0.2;
 /// Lateral acceleration beyond which tyres are far from linear, m/s².
 const LINEAR_UP_TO: f64 = 6.0;
@@ -114,7 +115,7 @@ pub struct Comparison {
     /// Controller by controller, in the order of the plants.
     pub runs: Vec<Run>,
     /// The outcome of each run.
-    pub judgements: Vec<Judgement>,
+    pub outcomes: Vec<Outcome>,
     /// The models on the validation data of the drive.
     pub drive: Option<Drive>,
     /// The conclusions.
@@ -138,8 +139,8 @@ impl Comparison {
 
     /// The outcome of a run.
     #[must_use]
-    pub fn judgement(&self, run: &Run) -> &Judgement {
-        &self.judgements[run.controller * self.plants.len() + run.plant]
+    pub fn outcome(&self, run: &Run) -> &Outcome {
+        &self.outcomes[run.controller * self.plants.len() + run.plant]
     }
 
     /// The place of the truth among the plants.
@@ -148,7 +149,7 @@ impl Comparison {
         self.plants.iter().position(|p| p.model.is_none())
     }
 
-    /// Largest lateral acceleration that the road asks for, m/s².
+    /// Largest lateral acceleration of the road, m/s².
     #[must_use]
     pub fn lateral_acceleration(&self) -> f64 {
         largest_curvature(&self.road) * self.road.speed_mps * self.road.speed_mps
@@ -172,10 +173,10 @@ impl Comparison {
         points.last().map_or(0.0, |p| p.distance_m - from)
     }
 
-    /// The worst that became of a run.
+    /// The worst outcome of a run.
     #[must_use]
     pub fn worst(&self) -> Class {
-        self.judgements.iter().map(|j| j.outcome).max().unwrap_or(Class::Met)
+        self.outcomes.iter().map(|j| j.outcome).max().unwrap_or(Class::Met)
     }
 }
 
@@ -220,7 +221,7 @@ pub fn compare(job: Job) -> Result<Comparison, Error> {
         road.guidance.cross_track_integral_gain_per_s = gain;
     }
     let drive = match &job.drive {
-        Some((log, options)) => Some(drive::judge(&models, log, options)?),
+        Some((log, options)) => Some(drive::validate(&models, log, options)?),
         None => None,
     };
     if let Some(drive) = &drive {
@@ -239,8 +240,8 @@ pub fn compare(job: Job) -> Result<Comparison, Error> {
     let lateral = largest_curvature(&road) * road.speed_mps * road.speed_mps;
     if lateral > LINEAR_UP_TO {
         remarks.push(format!(
-            "the road asks for up to {lateral:.1} m/s2 of lateral acceleration: linear models know of \
-             no tyre that gives way"
+            "the road needs up to {lateral:.1} m/s2 of lateral acceleration: linear models have no \
+             tyre that saturates"
         ));
     }
     for controller in &controllers {
@@ -276,18 +277,18 @@ pub fn compare(job: Job) -> Result<Comparison, Error> {
     };
     let plants = setting.plants(archive)?;
     let runs = setting.runs(&plants)?;
-    let judgements: Vec<Judgement> = runs
+    let outcomes: Vec<Outcome> = runs
         .iter()
         .map(|run| {
             let limits = plants[run.plant].model.map_or(limits, |_| Limits::default());
             outcome::of(run, &controllers[run.controller], limits)
         })
         .collect();
-    let verdict = Judged {
+    let verdict = Compared {
         controllers: &controllers,
         plants: &plants,
         runs: &runs,
-        judgements: &judgements,
+        outcomes: &outcomes,
         drive: drive.as_ref(),
         models: &models,
     }
@@ -299,7 +300,7 @@ pub fn compare(job: Job) -> Result<Comparison, Error> {
         road,
         plants,
         runs,
-        judgements,
+        outcomes,
         drive,
         master: job.master,
         max_cross_track_error_m: job.max_cross_track_error_m,
@@ -308,7 +309,7 @@ pub fn compare(job: Job) -> Result<Comparison, Error> {
     })
 }
 
-/// The speed to drive at: the road's, the one asked for, or that of the models.
+/// The speed to drive at: that of the road, the stated one, or that of the models.
 fn speed(road: &Road, models: &[Model], remarks: &mut Vec<String>) -> Result<f64, Error> {
     let mut all: Vec<f64> = models.iter().map(|m| m.design.speed).collect();
     all.sort_by(f64::total_cmp);
@@ -347,7 +348,7 @@ fn largest_curvature(road: &PathFile) -> f64 {
     road.points.iter().map(|p| p.curvature_per_m.abs()).fold(0.0, f64::max)
 }
 
-/// Refuses a road that is tighter than a controller may steer.
+/// Rejects a road that is tighter than a controller may steer.
 fn steerable(road: &PathFile, models: &[Model], controllers: &[Controller]) -> Result<(), Error> {
     let curvature = largest_curvature(road);
     for controller in controllers {

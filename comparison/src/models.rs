@@ -5,12 +5,12 @@ use control::{DesignOptions, DesignPlant, Master};
 use formats::{Bicycle, Document, Pid, Plant, Provenance, Quality, SourceFile, StepMetrics};
 use std::path::PathBuf;
 
-/// Ratios of one car may be known to a few percent; 1 and 15 are two places.
+/// Ratios of one vehicle agree within a few percent; 1 and 15 are two places.
 const SAME_PLACE: f64 = 1.25;
 
 /// A model and its file.
 pub struct Model {
-    /// Short, and unlike the others'.
+    /// Short and unique.
     pub label: String,
     /// Its file.
     pub path: PathBuf,
@@ -81,7 +81,7 @@ pub struct ControllerFile {
 
 /// A controller and the model that it was designed on.
 pub struct Controller {
-    /// Short, and unlike the others'.
+    /// Short and unique.
     pub label: String,
     /// Which of the models.
     pub model: usize,
@@ -108,7 +108,7 @@ impl Model {
         }
     }
 
-    /// Why a design on it may mean little, where its evidence says so.
+    /// Why a design on it may mean little, from its evidence.
     pub(crate) fn doubt(&self) -> Option<String> {
         let quality = self.document.quality();
         let message =
@@ -153,7 +153,7 @@ pub fn models(files: Vec<(PathBuf, SourceFile, ModelDocument)>) -> Result<Vec<Mo
     Ok(models)
 }
 
-/// Names of files, with as much of their folders as tells them apart, without their extensions.
+/// Names of files without extensions, with as many of their folders as make them distinct.
 fn labels(paths: &[PathBuf]) -> Vec<String> {
     let tail = |path: &PathBuf, count: usize| {
         let parts: Vec<String> = path
@@ -163,7 +163,7 @@ fn labels(paths: &[PathBuf]) -> Vec<String> {
             .collect();
         parts[parts.len().saturating_sub(count)..].join("/")
     };
-    // At most a few folders: what leads to them is the machine's own.
+    // At most three folders: those above belong to the machine.
     let named = |count| paths.iter().map(|p| tail(p, count)).collect::<Vec<_>>();
     let unlike = |names: &[String]| (1..names.len()).all(|k| !names[..k].contains(&names[k]));
     let found = (1..=3).map(named).find(|names| unlike(names));
@@ -240,7 +240,7 @@ impl Controller {
         source: Option<SourceFile>,
         master: Master,
     ) -> Result<Self, Error> {
-        // What this master adds to the loop, whatever the design reckoned with.
+        // The delay of this master, whatever the design assumed.
         let delay = match master {
             Master::GaussSeidel => 0.0,
             Master::Jacobi => pid.sample_time_s,
@@ -255,11 +255,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn labels_are_short_and_tell_apart() {
+    fn labels_are_short_and_distinct() {
         let of = |paths: &[&str]| labels(&paths.iter().map(PathBuf::from).collect::<Vec<_>>());
         assert_eq!(of(&["plant.json", "/home/me/bicycle.json"]), ["plant", "bicycle"]);
         assert_eq!(of(&["/x/a/plant.json", "/x/b/plant.json"]), ["a/plant", "b/plant"]);
-        // What leads to them is the machine's own.
+        // The folders above belong to the machine.
         let deep = ["/p/a/b/c/d/plant.json", "/q/a/b/c/d/plant.json"];
         assert_eq!(of(&deep), ["plant (1)", "plant (2)"]);
     }

@@ -1,8 +1,9 @@
-//! What became of a controller on a plant, and why it misses its specification.
+//! The outcome of a controller on a plant, and why it misses its specification.
 
 use crate::models::Controller;
 use crate::runs::Run;
 use crate::truth::Limits;
+use control::Requirement;
 use formats::{Specification, StepMetrics};
 use serde::Serialize;
 use std::f64::consts::FRAC_PI_2;
@@ -13,9 +14,9 @@ const AT_LIMIT: f64 = 0.02;
 /// Share of a step's trace at its end in which an unstable loop is seen.
 const END: f64 = 1.0 / 3.0;
 
-/// A run's outcome, and what is missed of the specification.
+/// The outcome of a run, and the requirements that it misses.
 #[derive(Clone, Serialize)]
-pub struct Judgement {
+pub struct Outcome {
     /// The worst that happened.
     pub outcome: Class,
     /// Each requirement of the step that is missed, with its bound.
@@ -24,8 +25,8 @@ pub struct Judgement {
     pub cause: Option<String>,
 }
 
-/// Judges a run; `limits` are those that its plant states.
-pub(crate) fn of(run: &Run, controller: &Controller, limits: Limits) -> Judgement {
+/// The outcome of a run; `limits` are those that its plant states.
+pub(crate) fn of(run: &Run, controller: &Controller, limits: Limits) -> Outcome {
     let specification = &controller.pid.specification;
     let shortfalls = shortfalls(specification, &run.step);
     let outcome = if is_unstable(run, specification) {
@@ -38,10 +39,10 @@ pub(crate) fn of(run: &Run, controller: &Controller, limits: Limits) -> Judgemen
         Class::SpecificationMissed
     };
     let cause = (outcome != Class::Met).then(|| at_the_limit(run, limits)).flatten();
-    Judgement { outcome, shortfalls, cause }
+    Outcome { outcome, shortfalls, cause }
 }
 
-/// Whether the vehicle spins, a signal is lost, or the step swings more in the end than before.
+/// Whether the vehicle spins, a signal is not finite, or the swing of the step grows to its end.
 fn is_unstable(run: &Run, specification: &Specification) -> bool {
     // A heading error of more than a quarter turn is that of a vehicle that spins.
     let spins = |e: f64| e.is_nan() || e > FRAC_PI_2;
@@ -61,42 +62,24 @@ fn is_unstable(run: &Run, specification: &Specification) -> bool {
 }
 
 /// The requirements of the step that are missed.
-fn shortfalls(asked: &Specification, step: &StepMetrics) -> Vec<String> {
-    if asked.is_met_by(step) {
+fn shortfalls(required: &Specification, step: &StepMetrics) -> Vec<String> {
+    if required.is_met_by(step) {
         return Vec::new();
     }
-    let rows = [
-        ("overshoot", Some(step.overshoot_percent), asked.overshoot_percent, "%"),
-        ("settling time", step.settling_time_s, asked.settling_time_s, "s"),
-        (
-            "steady-state error",
-            Some(step.steady_state_error_percent),
-            asked.steady_state_error_percent,
-            "%",
-        ),
-        ("rise time", step.rise_time_s, asked.rise_time_s, "s"),
-        (
-            "integral of absolute error",
-            Some(step.integral_absolute_error_s),
-            asked.integral_absolute_error_s,
-            "s",
-        ),
-    ];
-    rows.into_iter()
-        .filter_map(|(name, reached, asked, unit)| {
-            let asked = asked?;
-            match reached {
-                Some(reached) if reached <= asked * (1.0 + 1e-9) => None,
-                Some(reached) => {
-                    Some(format!("{name} {reached:.3} {unit} (at most {asked} {unit})"))
-                }
-                None => Some(format!("{name} not reached (at most {asked} {unit})")),
-            }
-        })
-        .collect()
+    let missed = |requirement: Requirement| {
+        let bound = requirement.required(required)?;
+        let reached = match requirement.of_step(step)? {
+            Some(reached) if reached <= bound * (1.0 + 1e-9) => return None,
+            Some(reached) => format!("{reached:.3}{}", requirement.unit()),
+            None => "not reached".to_owned(),
+        };
+        let (name, bound) = (requirement.label(), requirement.text(bound));
+        Some(format!("{name} {reached} (at most {bound})"))
+    };
+    Requirement::ALL.into_iter().filter_map(missed).collect()
 }
 
-/// That the controller commands faster steering than the plant's actuator follows.
+/// Reports commands faster than the actuator of the plant.
 fn at_the_limit(run: &Run, limits: Limits) -> Option<String> {
     let limit = limits.rate_radps?;
     let response = &run.response;
@@ -117,7 +100,7 @@ mod tests {
 
     #[test]
     fn shortfalls_name_the_figure_and_its_bound() {
-        let asked = Specification::default();
+        let required = Specification::default();
         let step = StepMetrics {
             overshoot_percent: 3.1,
             settling_time_s: None,
@@ -129,8 +112,8 @@ mod tests {
         };
         let expected =
             ["overshoot 3.100 % (at most 1 %)", "settling time not reached (at most 1 s)"];
-        assert_eq!(shortfalls(&asked, &step), expected);
+        assert_eq!(shortfalls(&required, &step), expected);
         let good = StepMetrics { overshoot_percent: 0.5, settling_time_s: Some(0.9), ..step };
-        assert!(shortfalls(&asked, &good).is_empty());
+        assert!(shortfalls(&required, &good).is_empty());
     }
 }

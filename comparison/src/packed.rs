@@ -116,7 +116,7 @@ fn length(path: &PathFile, step: f64) -> f64 {
     }
 }
 
-/// What an FMU that reckons with sideslip calls it.
+/// The sideslip as parameters of the FMUs that use it.
 pub(crate) fn sideslip_parameters(sideslip: &Sideslip) -> [(&'static str, f64); 3] {
     [
         ("sideslip_per_yaw_rate", sideslip.per_yaw_rate_s),
@@ -126,7 +126,7 @@ pub(crate) fn sideslip_parameters(sideslip: &Sideslip) -> [(&'static str, f64); 
 }
 
 /// The sideslip of the plant among the documents at the speed of the path, if there is one; all 0 where
-/// it is not known.
+/// it is unknown.
 fn sideslip_of(documents: &[Named<'_>], speed: Option<f64>) -> Result<Sideslip, Error> {
     for (text, file) in documents {
         if let Some(sideslip) = control::sideslip(text, file, speed)? {

@@ -6,7 +6,7 @@ use formats::SourceFile;
 use report::{Block, Section, Table, Tone, report_html};
 use sweep::Class;
 
-/// The page; `written` are the files beside it.
+/// The page; `written` are the other files.
 pub(crate) fn html(c: &Comparison, figures: Vec<Drawn>, written: &[SourceFile]) -> String {
     let models: Vec<&str> = c.models.iter().map(|m| m.label.as_str()).collect();
     let title = format!("{}: compared", models.join(", "));
@@ -91,7 +91,7 @@ fn method(c: &Comparison) -> Section {
     }
     let text = format!(
         "The master is {}, the step the controllers' sample time. Look-ahead, preview and feedforward \
-         follow from each controller by one rule. The path follower reckons with the sideslip of the \
+         follow from each controller by one rule. The path follower uses the sideslip of the \
          plant that it guides, read in a turn of each, the same for all controllers; an identified \
          plant has that of its file. A cross-track error beyond {} m is off the path.",
         c.master_name(),

@@ -40,7 +40,7 @@ pub fn text(c: &Comparison, columns: usize) -> String {
     text
 }
 
-/// The models against the drive.
+/// The models compared with the drive.
 pub(crate) fn drive_table(c: &Comparison) -> Table {
     let headers = ["model", "what", "validation fit", "VAF", "yaw rate RMS error", "yaw RMS error"];
     let mut table = Table::new(headers);
@@ -57,7 +57,7 @@ pub(crate) fn drive_table(c: &Comparison) -> Table {
     table
 }
 
-/// Gains and what they promise on their own model.
+/// Gains, and the predictions on their own model.
 pub(crate) fn controller_table(c: &Comparison) -> Table {
     let headers = [
         "controller of",
@@ -104,7 +104,7 @@ pub(crate) fn matrix(c: &Comparison) -> Table {
         let cells = (0..c.plants.len()).map(|plant| {
             let run = c.run(index, plant);
             let own = if c.is_own(run) { " *" } else { "" };
-            match (run.off_path_at_m, c.judgement(run).outcome) {
+            match (run.off_path_at_m, c.outcome(run).outcome) {
                 (Some(at), Class::Unstable) => format!("unstable after {at:.0} m{own}"),
                 (Some(at), _) => format!(
                     "off the path after {at:.0} m, by {:.1} m{own}",
@@ -121,7 +121,7 @@ pub(crate) fn matrix(c: &Comparison) -> Table {
     table
 }
 
-/// A row for each run: what the road took.
+/// A row for each run along the road.
 pub(crate) fn road_table(c: &Comparison) -> Table {
     let headers =
         ["controller of", "on", "yaw error RMS", "largest", "steering rate RMS", "largest"];
@@ -161,7 +161,7 @@ pub(crate) fn step_table(c: &Comparison) -> Table {
             format!("{:.2} %", r.step.overshoot_percent),
             seconds(r.step.settling_time_s),
             format!("{:.2} %", r.step.steady_state_error_percent),
-            if c.judgement(r).shortfalls.is_empty() { "met" } else { "missed" }.into(),
+            if c.outcome(r).shortfalls.is_empty() { "met" } else { "missed" }.into(),
             r.modulus_margin.map_or_else(|| "–".into(), |m| format!("{m:.3}")),
         ]);
     }
@@ -192,7 +192,7 @@ pub(crate) fn csv(c: &Comparison) -> String {
             quoted(&c.controllers[r.controller].label),
             quoted(&c.plants[r.plant].label),
             c.is_own(r).to_string(),
-            c.judgement(r).outcome.name().to_owned(),
+            c.outcome(r).outcome.name().to_owned(),
             optional(r.off_path_at_m),
             e.cross_track_rms_m.to_string(),
             e.cross_track_max_m.to_string(),
@@ -205,7 +205,7 @@ pub(crate) fn csv(c: &Comparison) -> String {
             s.overshoot_percent.to_string(),
             optional(s.settling_time_s),
             s.steady_state_error_percent.to_string(),
-            c.judgement(r).shortfalls.is_empty().to_string(),
+            c.outcome(r).shortfalls.is_empty().to_string(),
         ];
         let _ = writeln!(text, "{}", cells.join(","));
     }

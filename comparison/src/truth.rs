@@ -1,4 +1,4 @@
-//! The vehicle that stands for the truth: any plant FMU, or a file that one is packed from.
+//! The vehicle that represents the truth: any plant FMU, or a file that one is packed from.
 
 use crate::{Error, packed};
 use control::DesignOptions;
@@ -7,17 +7,14 @@ use formats::{Document, SourceFile, Vehicle};
 use packaging::Fmu;
 use std::path::Path;
 
-/// What a data sheet does not tell of a vehicle up to its limits.
+/// The parameters that a data sheet lacks for a vehicle at its limits.
 const REST: &str = include_str!("../../tests/data/multibody/vehicle.json");
-
-/// Largest angle at the road wheel that a design uses where none is stated, rad.
-const USUAL_ANGLE_RAD: f64 = 22.0 / 180.0 * std::f64::consts::PI;
 
 /// See the module.
 pub struct Truth {
     pub(crate) archive: Archive,
     pub(crate) source: SourceFile,
-    /// What the result must mention of it.
+    /// A limitation to report.
     pub(crate) remark: Option<String>,
 }
 
@@ -85,9 +82,8 @@ fn from_data(text: &str, path: &str, name: &str) -> Result<(String, String), Err
     actuator.steering_ratio = data.steering_ratio;
     actuator.time_constant_s = data.actuator_time_constant_s;
     let remark = format!(
-        "{name} does not tell friction ({} taken), tyre curves, height, track width, roll, steering \
-         rate ({:.1} deg/s at the road wheel): they are those of the {other}; a vehicle.json states \
-         them",
+        "{name} has no friction ({} assumed), tyre curves, height, track width, roll, steering rate \
+         ({:.1} deg/s at the road wheel): they are those of the {other}; a vehicle.json states them",
         tyres.friction_coefficient,
         actuator.road_wheel_rate_max_radps.to_degrees()
     );
@@ -130,20 +126,20 @@ impl Limits {
     /// models' steering ratio.
     pub(crate) fn applied(
         self,
-        asked: &DesignOptions,
+        requested: &DesignOptions,
         ratio: f64,
     ) -> (DesignOptions, Option<String>) {
-        let mut options = *asked;
+        let mut options = *requested;
         let mut changed = Vec::new();
-        let usual_angle = USUAL_ANGLE_RAD * ratio;
+        let usual_angle = control::MAX_ANGLE_DEG.to_radians() * ratio;
         if let Some(limit) = self.angle_rad
-            && limit < asked.max_angle_rad.unwrap_or(usual_angle)
+            && limit < requested.max_angle_rad.unwrap_or(usual_angle)
         {
             options.max_angle_rad = Some(limit);
             changed.push(format!("{:.1} deg", limit.to_degrees()));
         }
         if let Some(limit) = self.rate_radps
-            && asked.max_rate_radps.is_none_or(|asked| limit < asked)
+            && requested.max_rate_radps.is_none_or(|rate| limit < rate)
         {
             options.max_rate_radps = Some(limit);
             changed.push(format!("{:.1} deg/s", limit.to_degrees()));
@@ -156,7 +152,7 @@ impl Limits {
     }
 }
 
-/// That a vehicle of one step size is stepped by another than it recommends.
+/// A warning where the steps are not those that the vehicle recommends.
 pub(crate) fn step_remark(archive: &Archive, step: f64) -> Option<String> {
     let model = archive.model();
     let own = model.description().default_experiment?.step_size?;

@@ -1,33 +1,33 @@
-//! The verdict in plain words: who meets the specification where it counts, who does not stay on the
-//! path, then who tracks better, by how much, and whose prediction held.
+//! The verdict in sentences: which controllers meet the specification, which leave the path, which one
+//! tracks better and by how much, and how good the predictions were.
 
 use crate::drive::Drive;
 use crate::models::{Controller, Model};
-use crate::outcome::Judgement;
+use crate::outcome::Outcome;
 use crate::plants::Plant;
 use crate::runs::Run;
 use serde::Serialize;
 use sweep::Class;
 
-/// Differences of the cross-track error below this are none, m: a corrected GNSS is no better.
+/// Smaller differences of the cross-track error do not count, m: the accuracy of a corrected GNSS.
 const LEAST_TRACKING_M: f64 = 0.01;
-/// Nor is a smaller share of the larger one.
+/// Nor do smaller shares of the larger one.
 const LEAST_SHARE: f64 = 0.05;
-/// Differences of a fit below this are none, percent.
+/// Smaller differences of a fit do not count, percent.
 const LEAST_FIT: f64 = 0.5;
-/// Modulus margins further apart than this are worth a word.
+/// Larger differences of the modulus margins are reported.
 const LEAST_MARGIN: f64 = 0.05;
 
-/// What can be said, for scripts and people.
+/// The conclusions, for scripts and people.
 #[derive(Serialize)]
 pub struct Verdict {
-    /// Where the controllers were judged.
+    /// Where the controllers are compared.
     pub judged_on: String,
     /// The controller that tracks best; absent where there is no difference, or all are off the path.
     pub tracks_best: Option<String>,
     /// Smaller differences of the RMS cross-track error count as none, m.
     pub least_difference_m: f64,
-    /// For each controller the figure that it is judged by.
+    /// For each controller the figure that is compared.
     pub cross_track_rms_m: Vec<Figure>,
     /// In words, the most important first.
     pub sentences: Vec<String>,
@@ -42,23 +42,23 @@ pub struct Figure {
     pub value: Option<f64>,
 }
 
-/// What the verdict is made from.
-pub(crate) struct Judged<'a> {
+/// The evidence of the verdict.
+pub(crate) struct Compared<'a> {
     pub(crate) controllers: &'a [Controller],
     pub(crate) plants: &'a [Plant],
     pub(crate) runs: &'a [Run],
     /// One for each run.
-    pub(crate) judgements: &'a [Judgement],
+    pub(crate) outcomes: &'a [Outcome],
     pub(crate) drive: Option<&'a Drive>,
     pub(crate) models: &'a [Model],
 }
 
-impl Judged<'_> {
-    /// On the truth, or else of each controller on the plant that it does worst on: who meets the
-    /// specification, who does not stay on the path, and then who tracks better.
+impl Compared<'_> {
+    /// On the truth, or without one on the worst plant of each controller: which meet the specification,
+    /// which leave the path, and which one tracks better.
     pub(crate) fn verdict(&self) -> Verdict {
         let truth = self.plants.iter().position(|p| p.model.is_none());
-        // The same plants for all: one is harder to follow a road with than another.
+        // The same plants for all, since some follow a road less easily.
         let counts = |run: &&Run| truth.is_none_or(|truth| run.plant == truth);
         let figure = |run: &Run| {
             let rms = run.errors.cross_track_rms_m;
@@ -67,7 +67,7 @@ impl Judged<'_> {
         let tracking_errors: Vec<Figure> = (0..self.controllers.len())
             .map(|index| {
                 let own = self.runs.iter().filter(|r| r.controller == index).filter(counts);
-                // One plant without a figure is enough.
+                // One plant without a figure leaves none.
                 let value = own.map(figure).try_fold(0.0_f64, |worst, rms| Some(worst.max(rms?)));
                 Figure { controller: self.controllers[index].label.clone(), value }
             })
@@ -84,16 +84,15 @@ impl Judged<'_> {
             sentences.extend(predictions(self.controllers, self.runs, truth));
         } else {
             sentences.push(
-                "No truth was given: this shows how much the controllers depend on their models, \
-                 not which model is right. --truth names a vehicle."
+                "Without a truth this shows how much the controllers depend on their models, not which \
+                 model is right."
                     .into(),
             );
         }
         sentences.extend(self.drive.and_then(|drive| fits(drive, self.models)));
         sentences.extend(margins(self.controllers));
         sentences.push(
-            "One road, one speed, no sensor noise: steerwright sweep varies them, and a car has the \
-             last word."
+            "One road, one speed, no sensor noise: a sweep varies them. Only a vehicle can confirm them."
                 .into(),
         );
         Verdict {
@@ -105,16 +104,16 @@ impl Judged<'_> {
         }
     }
 
-    /// Who meets the specification where it counts, and why the others do not.
+    /// The controllers that meet the specification, and why the others miss it.
     fn specification(&self, truth: Option<usize>) -> Vec<String> {
         let (mut sentences, mut meet) = (Vec::new(), Vec::new());
         for (index, controller) in self.controllers.iter().enumerate() {
             let counts =
                 |run: &Run| run.controller == index && truth.is_none_or(|truth| run.plant == truth);
-            let missed: Vec<(&Run, &Judgement)> = self
+            let missed: Vec<(&Run, &Outcome)> = self
                 .runs
                 .iter()
-                .zip(self.judgements)
+                .zip(self.outcomes)
                 .filter(|(run, j)| counts(run) && !j.shortfalls.is_empty())
                 .collect();
             if missed.is_empty() {
@@ -143,13 +142,13 @@ impl Judged<'_> {
         sentences
     }
 
-    /// Who is unstable or off the path, and where.
+    /// The controllers that are unstable or off the path, and where.
     fn astray(&self) -> Vec<String> {
-        let one = |(run, judgement): (&Run, &Judgement)| {
+        let one = |(run, result): (&Run, &Outcome)| {
             let controller = &self.controllers[run.controller].label;
             let plant = &self.plants[run.plant].label;
             let at = run.off_path_at_m.map_or_else(String::new, |at| format!(" after {at:.0} m"));
-            match judgement.outcome {
+            match result.outcome {
                 Class::Unstable => {
                     Some(format!("The controller of {controller} is unstable on {plant}{at}."))
                 }
@@ -160,19 +159,19 @@ impl Judged<'_> {
                 _ => None,
             }
         };
-        self.runs.iter().zip(self.judgements).filter_map(one).collect()
+        self.runs.iter().zip(self.outcomes).filter_map(one).collect()
     }
 }
 
-/// Who tracks best, and the sentence about it.
-fn tracking(judged: &[Figure], on: &str) -> (Option<String>, Option<String>) {
+/// The controller that tracks best, and the sentence about it.
+fn tracking(figures: &[Figure], on: &str) -> (Option<String>, Option<String>) {
     let mut kept: Vec<(&str, f64)> =
-        judged.iter().filter_map(|j| Some((j.controller.as_str(), j.value?))).collect();
+        figures.iter().filter_map(|j| Some((j.controller.as_str(), j.value?))).collect();
     kept.sort_by(|a, b| a.1.total_cmp(&b.1));
     let [(name, best), others @ ..] = &kept[..] else { return (None, None) };
     let figure = |m: f64| format!("{m:.3} m");
     let differs = |other: f64| other - best >= LEAST_TRACKING_M.max(LEAST_SHARE * other);
-    let some_left = judged.len() > kept.len();
+    let some_left = figures.len() > kept.len();
     let Some((_, next)) = others.first() else {
         let sentence = some_left.then(|| {
             format!(
@@ -183,14 +182,14 @@ fn tracking(judged: &[Figure], on: &str) -> (Option<String>, Option<String>) {
         return (some_left.then(|| (*name).to_owned()), sentence);
     };
     let list = |all: &[(&str, f64)]| {
-        let told: Vec<String> = all.iter().map(|(n, m)| format!("{n} {}", figure(*m))).collect();
-        told.join(", ")
+        let each: Vec<String> = all.iter().map(|(n, m)| format!("{n} {}", figure(*m))).collect();
+        each.join(", ")
     };
     if !differs(*next) {
         let (same, apart): (Vec<_>, Vec<_>) = kept.iter().partition(|(_, m)| !differs(*m));
         let mut same = same;
-        // Those that do not differ stand in the order of the table.
-        let place = |n: &str| judged.iter().position(|j| j.controller == n);
+        // Controllers without a difference keep the order of the table.
+        let place = |n: &str| figures.iter().position(|j| j.controller == n);
         same.sort_by_key(|(n, _)| place(n));
         let behind = if apart.is_empty() {
             String::new()
@@ -215,26 +214,26 @@ fn tracking(judged: &[Figure], on: &str) -> (Option<String>, Option<String>) {
     (Some((*name).to_owned()), Some(sentence))
 }
 
-/// The step that each model promised, and what became of it.
+/// The step that each model predicts, and the step on the truth.
 fn predictions(controllers: &[Controller], runs: &[Run], truth: usize) -> Vec<String> {
     let settled =
         |s: Option<f64>| s.map_or("never settled".into(), |s| format!("settled in {s:.2} s"));
     let one = |(index, controller): (usize, &Controller)| {
         let run = runs.iter().find(|r| r.controller == index && r.plant == truth)?;
-        let (said, got) = (&controller.predicted, &run.step);
+        let (predicted, reached) = (&controller.predicted, &run.step);
         Some(format!(
             "{} predicted {:.1} % overshoot, {}; the truth gave {:.1} %, {}.",
             controller.label,
-            said.overshoot_percent,
-            settled(said.settling_time_s),
-            got.overshoot_percent,
-            settled(got.settling_time_s)
+            predicted.overshoot_percent,
+            settled(predicted.settling_time_s),
+            reached.overshoot_percent,
+            settled(reached.settling_time_s)
         ))
     };
     controllers.iter().enumerate().filter_map(one).collect()
 }
 
-/// Whose simulation is closer to the drive.
+/// The model whose simulation is closest to the drive.
 fn fits(drive: &Drive, models: &[Model]) -> Option<String> {
     let mut all: Vec<(&str, f64)> =
         models.iter().zip(&drive.models).map(|(m, d)| (m.label.as_str(), d.fit_percent)).collect();
@@ -249,7 +248,7 @@ fn fits(drive: &Drive, models: &[Model]) -> Option<String> {
     })
 }
 
-/// That the controllers are not equally robust, where they are not.
+/// Different margins of the controllers.
 fn margins(controllers: &[Controller]) -> Option<String> {
     let margin = |c: &Controller| c.pid.evidence.margins.modulus_margin;
     let least = controllers.iter().min_by(|a, b| margin(a).total_cmp(&margin(b)))?;
@@ -270,49 +269,50 @@ fn margins(controllers: &[Controller]) -> Option<String> {
 mod tests {
     use super::*;
 
-    fn told(all: &[(&str, Option<f64>)]) -> (Option<String>, String) {
-        let judged: Vec<Figure> = all
+    fn conclusion(all: &[(&str, Option<f64>)]) -> (Option<String>, String) {
+        let figures: Vec<Figure> = all
             .iter()
             .map(|(name, value)| Figure { controller: (*name).into(), value: *value })
             .collect();
-        let (best, sentence) = tracking(&judged, "the car");
+        let (best, sentence) = tracking(&figures, "the car");
         (best, sentence.unwrap_or_default())
     }
 
     #[test]
-    fn a_difference_is_told_only_where_it_is_one() {
+    fn small_differences_are_not_reported() {
         for all in [
-            // Less than a receiver can tell, though a third of it.
+            // Below the accuracy of a receiver, though a third of the larger one.
             [("a", Some(0.016)), ("b", Some(0.011))],
-            // More than that, though 3 %.
+            // Above it, though 3 %.
             [("a", Some(1.00)), ("b", Some(1.03))],
         ] {
-            let (best, sentence) = told(&all);
+            let (best, sentence) = conclusion(&all);
             assert!(best.is_none() && sentence.contains("no difference beyond"), "{sentence}");
         }
         let all = [("a", Some(0.10)), ("b", Some(0.05))];
-        let (best, sentence) = told(&all);
+        let (best, sentence) = conclusion(&all);
         assert_eq!(best.as_deref(), Some("b"));
         assert!(
             sentence.contains("0.050 m RMS cross-track error against a 0.100 m, 50 %"),
             "{sentence}"
         );
         // Whatever the order.
-        assert_eq!(told(&[all[1], all[0]]), (best, sentence));
+        assert_eq!(conclusion(&[all[1], all[0]]), (best, sentence));
     }
 
     #[test]
-    fn of_several_those_that_do_not_differ_stand_together() {
-        let (best, sentence) = told(&[("c", Some(0.2)), ("b", Some(0.052)), ("a", Some(0.05))]);
+    fn controllers_without_a_difference_are_listed_together() {
+        let (best, sentence) =
+            conclusion(&[("c", Some(0.2)), ("b", Some(0.052)), ("a", Some(0.05))]);
         assert!(best.is_none());
         assert!(sentence.ends_with("b 0.052 m, a 0.050 m; behind them: c 0.200 m."), "{sentence}");
     }
 
     #[test]
-    fn who_is_off_the_path_is_not_compared() {
-        let (best, sentence) = told(&[("a", None), ("b", Some(0.5))]);
+    fn controllers_off_the_path_are_not_compared() {
+        let (best, sentence) = conclusion(&[("a", None), ("b", Some(0.5))]);
         assert_eq!(best.as_deref(), Some("b"));
         assert!(sentence.contains("only the controller of b stays on the path"), "{sentence}");
-        assert_eq!(told(&[("a", None), ("b", None)]), (None, String::new()));
+        assert_eq!(conclusion(&[("a", None), ("b", None)]), (None, String::new()));
     }
 }

@@ -38,7 +38,7 @@ pub use closed_loop::evaluate::{LoopPoint, evaluate, loop_response, step_metrics
 pub use closed_loop::metrics::{Metrics, metrics_of};
 pub use closed_loop::simulate::Trace;
 pub use design::design;
-pub use design::options::{DesignOptions, RobustOptions};
+pub use design::options::{DesignOptions, MAX_ANGLE_DEG, RobustOptions};
 pub use error::Error;
 pub use guidance::track::{Master, PlantModel, TrackTrace, track, track_with};
 pub use guidance::{Sideslip, guidance_for, sideslip, with_sideslip};

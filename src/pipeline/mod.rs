@@ -19,7 +19,7 @@ use report::{StepResponse, Traces, Track, TrackErrors};
 use std::path::PathBuf;
 use sysid::{DriveLog, IdentifyOptions};
 
-/// What to do.
+/// The inputs and options.
 pub(crate) struct Job {
     /// The drive.
     pub(crate) log: DriveLog,
@@ -29,7 +29,7 @@ pub(crate) struct Job {
     pub(crate) design: DesignOptions,
     /// Vehicle data (TOML) for a bicycle model to compare with.
     pub(crate) vehicle: Option<Text>,
-    /// Recorded points (CSV) of a road to track, beside the standard road.
+    /// Recorded points (CSV) of a road to track, in addition to the standard road.
     pub(crate) track: Option<Text>,
     /// Largest lateral acceleration on the standard road, m/s².
     pub(crate) lateral_acceleration: f64,
@@ -41,27 +41,27 @@ pub(crate) struct Job {
     pub(crate) gate: GateArguments,
 }
 
-/// A text with the name it is known by.
+/// A text and its name.
 pub(crate) struct Text {
     pub(crate) name: String,
     pub(crate) text: String,
 }
 
-/// What came out.
+/// The results.
 pub(crate) struct Built {
     pub(crate) plant: Plant,
-    /// The bicycle model's fit on the held-out data, percent.
+    /// Fit of the bicycle model on the validation data, percent.
     pub(crate) bicycle_fit: Option<f64>,
     /// The controllers that could be designed: on the identified model, on the bicycle model.
     pub(crate) controllers: Vec<Controller>,
-    /// What could not be done, and why.
+    /// Missing results, with the reasons.
     pub(crate) remarks: Vec<String>,
     /// The folder, and what was written into it.
     pub(crate) out: PathBuf,
     pub(crate) files: Vec<SourceFile>,
 }
 
-/// A controller and what it reaches in closed loop with the packed IdentifiedPlant.
+/// A controller and its results in closed loop with the packed IdentifiedPlant.
 pub(crate) struct Controller {
     pub(crate) basis: Basis,
     pub(crate) pid: Pid,
@@ -89,7 +89,7 @@ pub(crate) struct Run {
     pub(crate) errors: TrackErrors,
 }
 
-/// What a controller was designed on.
+/// The model that a controller was designed on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Basis {
     Identified,
@@ -134,11 +134,11 @@ pub(crate) fn build(job: &Job) -> Result<Built, Failure> {
     let plant = identified.plant;
     let plant_source = out.document("plant.json", &plant)?;
     let bicycle = job.vehicle.as_ref().map(|v| bicycle_at_speed_of(&plant, v)).transpose()?;
-    let judged = bicycle
+    let validated = bicycle
         .as_ref()
         .map(|b| sysid::bicycle::judge_bicycle(&job.log, &job.identify, b))
         .transpose()?;
-    let bicycle_trace = judged.as_ref().map(|j| j.simulated_yaw_rate_radps.as_slice());
+    let bicycle_trace = validated.as_ref().map(|j| j.simulated_yaw_rate_radps.as_slice());
     let traces = identify::traces_csv(&identified.traces, bicycle_trace);
     out.bytes("traces.csv", traces.as_bytes())?;
 
@@ -156,7 +156,7 @@ pub(crate) fn build(job: &Job) -> Result<Built, Failure> {
 
     progress.now(format!("{name}: drawing"));
     let traces = Traces::from_csv(traces.as_bytes(), "traces.csv")?;
-    let bicycle_fit = judged.map(|j| j.validation_fit);
+    let bicycle_fit = validated.map(|j| j.validation_fit);
     let mut built =
         Built { plant, bicycle_fit, controllers, remarks, out: job.out.clone(), files: Vec::new() };
     present::write(&mut out, &built, bicycle.as_ref(), &traces)?;
@@ -182,7 +182,7 @@ fn controllers(
         bases.push((Basis::Bicycle, DesignPlant::from_bicycle(bicycle), source, bicycle.to_json()));
     }
     let mut controllers = Vec::new();
-    // The bicycle is of the same vehicle, and its data say nothing of the actuator's rate.
+    // The bicycle is of the same vehicle, and its data have no actuator rate.
     let driven = bases.iter().filter_map(|(_, model, ..)| model.as_ref().ok());
     let options = driven.fold(job.design, |options, model| options.with_rate_of(model));
     for (basis, model, source, document) in bases {
@@ -262,7 +262,7 @@ fn run_loops(
         let mut path = path.clone();
         let sideslip = Sideslip::of(plant).unwrap_or_default();
         path.guidance = sideslip.guide(control::guidance_for(&pid, path.speed_mps));
-        // The controller's own folder has the standard road; others stand beside it.
+        // The standard road is in the folder of the controller, others are in folders next to it.
         let (name, result, folder) = if *road == STANDARD_ROAD {
             (format!("path{suffix}.json"), format!("result{suffix}.csv"), folder.clone())
         } else {

@@ -27,7 +27,7 @@ impl Writer {
         Ok(path)
     }
 
-    /// Writes a document; gives what refers to it in the files made from it.
+    /// Writes a document; returns its reference for the files made from it.
     pub(crate) fn document<D: Document>(
         &mut self,
         name: &str,

@@ -75,6 +75,9 @@ impl Default for DesignOptions {
     }
 }
 
+/// Usual largest steering angle at the road wheel, deg: the paper's.
+pub const MAX_ANGLE_DEG: f64 = 22.0;
+
 /// Samples that a settling time must hold.
 const LEAST_SAMPLES: usize = 4;
 /// What an actuator is taken to follow, as a multiple of the fastest steering that was driven.
@@ -215,7 +218,7 @@ impl DesignOptions {
             .ok_or_else(|| Error::NoSteeringRate { model: plant.name.clone() })?;
         let [steering_per_curvature_radm, understeer_gradient_rads2pm] = plant.steady_turn();
         Ok(Limits {
-            max_angle_rad: self.max_angle_rad.unwrap_or(road_wheel(22.0)),
+            max_angle_rad: self.max_angle_rad.unwrap_or(road_wheel(MAX_ANGLE_DEG)),
             max_increment_rad: self.max_increment_rad.unwrap_or(road_wheel(15.0)),
             max_rate_radps,
             large_errors: None,
