@@ -20,14 +20,14 @@ pub(crate) fn readme() -> Result<(), String> {
         .arg(&out)
         .output()
         .map_err(|e| e.to_string())?;
-    let told = String::from_utf8_lossy(&demo.stdout);
+    let printed = String::from_utf8_lossy(&demo.stdout);
     // 1: done, but a requirement is not met, which the table says.
     if !matches!(demo.status.code(), Some(0 | 1)) {
         let problem = String::from_utf8_lossy(&demo.stderr);
         return Err(format!("the demo ended with {}: {problem}", demo.status));
     }
     // The table ends at the first empty line; what follows names the files.
-    let table = told.split("\n\n").next().unwrap_or_default().trim_end();
+    let table = printed.split("\n\n").next().unwrap_or_default().trim_end();
     let readme = root().join("README.md");
     let text = fs::read_to_string(&readme).map_err(said(&readme))?;
     let (head, rest) = text.split_once(BEGIN).ok_or("README.md has no demo mark")?;

@@ -1,14 +1,10 @@
 //! No output destroys a file: not what is read, not what somebody else wrote, no device, no folder.
-#![cfg(unix)]
-#![allow(clippy::unwrap_used, clippy::panic)]
 
-mod support;
-
+use crate::support::{chain, data, steerwright, text_of, words};
 use std::fs;
 use std::os::unix::fs::{FileTypeExt, MetadataExt, PermissionsExt, symlink};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
-use support::{chain, data, steerwright, told, words};
 
 const LOG: &str = "log.csv --input-channel steering_command_rad --order 2 --horizon 10";
 const STUDY: &str = r#"
@@ -55,7 +51,7 @@ fn run(folder: &Path, line: &str) -> Output {
 /// Refused before any work: exit status 2, one error and one hint, nothing on stdout.
 fn refused(folder: &Path, line: &str, says: &[&str]) {
     let output = run(folder, line);
-    let text = told(&output);
+    let text = text_of(&output);
     assert_eq!(output.status.code(), Some(2), "{line}: {text}");
     assert!(output.stdout.is_empty(), "{line}");
     assert!(text.starts_with("error: ") && text.contains("\nhint: "), "{line}: {text}");
@@ -66,7 +62,7 @@ fn refused(folder: &Path, line: &str, says: &[&str]) {
 
 fn done(folder: &Path, line: &str) -> Output {
     let output = run(folder, line);
-    assert!(matches!(output.status.code(), Some(0 | 1)), "{line}: {}", told(&output));
+    assert!(matches!(output.status.code(), Some(0 | 1)), "{line}: {}", text_of(&output));
     output
 }
 
@@ -238,8 +234,8 @@ fn standard_output_is_a_place_to_write_to() {
         .stdin(log)
         .output()
         .unwrap();
-    assert_eq!(output.status.code(), Some(2), "{}", told(&output));
-    assert!(told(&output).contains("is read"), "{}", told(&output));
+    assert_eq!(output.status.code(), Some(2), "{}", text_of(&output));
+    assert!(text_of(&output).contains("is read"), "{}", text_of(&output));
 }
 
 #[test]

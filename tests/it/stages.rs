@@ -1,14 +1,11 @@
 //! Stages on their own: identification with its figures, accumulated drives, a design in the loop of the
 //! packed FMUs.
-#![allow(clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::{steerwright, text_of, words};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
 use std::process::Output;
-use support::{steerwright, told, words};
 
 const LOG: &str =
     "{data}/multibody/drive.csv --input-channel steering_command_rad --steering-ratio 1";
@@ -19,8 +16,8 @@ fn run(folder: &Path, line: &str) -> Output {
 
 fn done(folder: &Path, line: &str) -> String {
     let output = run(folder, line);
-    assert!(output.status.success(), "{line}: {}", told(&output));
-    told(&output)
+    assert!(output.status.success(), "{line}: {}", text_of(&output));
+    text_of(&output)
 }
 
 fn json(path: &Path) -> Value {
@@ -63,7 +60,7 @@ fn an_accumulated_drive_gives_a_plant_with_its_limits() {
     ] {
         let output = run(folder.path(), line);
         assert_eq!(output.status.code(), Some(2), "{line}");
-        assert!(told(&output).contains(expected), "{line}: {}", told(&output));
+        assert!(text_of(&output).contains(expected), "{line}: {}", text_of(&output));
     }
 }
 
@@ -93,10 +90,10 @@ fn a_design_is_proved_in_the_loop_of_the_fmus() {
     }
 }
 
-/// The FMUs' loops run without the latency that a design is told of: the figures beside each other are
-/// of different loops, and it is said.
+/// The loops of the FMUs run without the stated latency: the figures in one row are of different loops,
+/// and the summary reports it.
 #[test]
-fn a_latency_that_the_fmus_have_not_is_told() {
+fn a_latency_that_the_fmus_lack_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     let unlike = "have no latency but their master's";
     done(folder.path(), &format!("identify {LOG} -o plant.json"));

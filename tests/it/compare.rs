@@ -1,15 +1,12 @@
 //! `steerwright compare` end to end: its figures are those of the other commands, whatever the order
-//! of the models, and bad input is told.
-#![allow(clippy::unwrap_used, clippy::panic)]
+//! of the models, and bad input is rejected.
 
-mod support;
-
+use crate::support::{chain, steerwright, text_of, words};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Output;
 use std::sync::OnceLock;
-use support::{chain, steerwright, told, words};
 
 /// The chain's folder with a controller for the bicycle too, and a NonlinearVehicle.
 fn folder() -> &'static Path {
@@ -21,7 +18,7 @@ fn folder() -> &'static Path {
             "package {data}/multibody/vehicle.json --out fmu",
         ] {
             let output = steerwright(&folder, &words(line, Path::new("")));
-            assert!(output.status.success(), "{line}: {}", told(&output));
+            assert!(output.status.success(), "{line}: {}", text_of(&output));
         }
         folder
     })
@@ -33,7 +30,7 @@ fn run(line: &str) -> Output {
 
 fn compared(line: &str) -> Value {
     let output = run(&format!("{line} --json"));
-    assert!(output.status.success(), "{line}: {}", told(&output));
+    assert!(output.status.success(), "{line}: {}", text_of(&output));
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
@@ -63,12 +60,12 @@ fn figures(run: &Value) -> Vec<f64> {
 }
 
 #[test]
-fn on_its_own_plant_a_controller_does_what_simulate_says() {
+fn on_its_own_plant_a_controller_does_as_in_simulate() {
     let folder = folder();
     let line = "simulate fmu/IdentifiedPlant.fmu fmu/ReferencePath.fmu fmu/LateralPid.fmu \
                 --set IdentifiedPlant.speed=15 -o own.csv --step 10ms --stop 19.8s";
     let output = steerwright(folder, &words(line, Path::new("")));
-    assert!(output.status.success(), "{}", told(&output));
+    assert!(output.status.success(), "{}", text_of(&output));
     let track = report::Track::from_csv(&fs::read(folder.join("own.csv")).unwrap(), "own").unwrap();
     let compared = compared(&format!("{BOTH} --path path.json --out own"));
     let own = run_of(&compared, "plant", "plant");
@@ -181,7 +178,7 @@ fn a_truth_that_is_a_model_gives_that_model_s_figures() {
 /// The drive's fits are those of the identification and of the demo, and the yaw that each model makes
 /// of the steering stays with the measured one.
 #[test]
-fn models_are_judged_on_the_held_out_end_of_the_drive() {
+fn models_are_validated_on_the_end_of_the_drive() {
     let log = "--log {data}/multibody/drive.csv --input-channel steering_command_rad";
     let one = compared(&format!("{BOTH} {log} --road lane-change --out drive"));
     let plant: Value =
@@ -198,7 +195,7 @@ fn models_are_judged_on_the_held_out_end_of_the_drive() {
     }
     let sources = one["sources"].as_array().unwrap();
     let drive =
-        formats::sha256_hex(&fs::read(support::data().join("multibody/drive.csv")).unwrap());
+        formats::sha256_hex(&fs::read(crate::support::data().join("multibody/drive.csv")).unwrap());
     assert!(sources.iter().any(|s| s["sha256"] == drive.as_str()), "{sources:?}");
     let svg = fs::read_to_string(folder().join("drive/fig3-drive.svg")).unwrap();
     assert!(svg.contains("plant (fit 9"));
@@ -231,9 +228,9 @@ fn controllers_keep_to_the_limits_that_the_truth_states() {
     );
 }
 
-/// What was designed without the limit says why it misses.
+/// A controller designed without the limit misses, and the report names the limit.
 #[test]
-fn a_missed_specification_says_what_is_missed_and_why() {
+fn a_missed_specification_is_reported_with_the_cause() {
     let folder = folder();
     for model in ["plant", "bicycle"] {
         let line = format!(
@@ -241,11 +238,11 @@ fn a_missed_specification_says_what_is_missed_and_why() {
              --max-lateral-acceleration 100m/s2"
         );
         let output = steerwright(folder, &words(&line, Path::new("")));
-        assert!(output.status.success(), "{line}: {}", told(&output));
+        assert!(output.status.success(), "{line}: {}", text_of(&output));
     }
     let output = run("plant.json bicycle.json --pid fast-plant.json --pid fast-bicycle.json \
                       --road lane-change --truth {data}/multibody/vehicle.json");
-    let text = told(&output) + &String::from_utf8_lossy(&output.stdout);
+    let text = text_of(&output) + &String::from_utf8_lossy(&output.stdout);
     let sentence = text.lines().find(|l| l.contains("misses the specification on truth")).unwrap();
     assert!(sentence.contains("(at most "), "{sentence}");
     assert!(sentence.contains("of steering, the actuator does 22.9 deg/s"), "{sentence}");
@@ -254,13 +251,13 @@ fn a_missed_specification_says_what_is_missed_and_why() {
     assert!(place("specification on truth") < place("controller of  "));
 }
 
-/// A bend that asks for more than μ·g = 10.3 m/s² throws the car off the road; the controllers steer for no
+/// A bend that needs more than μ·g = 10.3 m/s² throws the car off the road; the controllers steer for no
 /// more than 6 m/s², so that a linear model leaves it, too.
 #[test]
 fn a_controller_off_the_path_is_reported_with_status_1() {
     let line = "--truth fmu/NonlinearVehicle.fmu --lateral-acceleration 12m/s2";
     let output = run(&format!("{BOTH} {line} --json"));
-    assert_eq!(output.status.code(), Some(1), "{}", told(&output));
+    assert_eq!(output.status.code(), Some(1), "{}", text_of(&output));
     let lost: Value = serde_json::from_slice(&output.stdout).unwrap();
     for controller in ["plant", "bicycle"] {
         let run = run_of(&lost, controller, "truth (NonlinearVehicle)");
@@ -271,16 +268,16 @@ fn a_controller_off_the_path_is_reported_with_status_1() {
         assert!(linear > 30.0, "{linear}");
     }
     assert_eq!(lost["verdict"]["tracks_best"], Value::Null);
-    let text = told(&output);
+    let text = text_of(&output);
     let text = text + &String::from_utf8_lossy(&run(&format!("{BOTH} {line}")).stdout);
     let off = "is off the path on truth (NonlinearVehicle) after";
     let unstable = "is unstable on truth (NonlinearVehicle) after";
     assert!(text.contains(off) || text.contains(unstable), "{text}");
-    assert!(text.contains("remark: the road asks for up to 12.0 m/s2"), "{text}");
+    assert!(text.contains("remark: the road needs up to 12.0 m/s2"), "{text}");
 }
 
 #[test]
-fn what_cannot_be_compared_is_told() {
+fn files_that_cannot_be_compared_are_rejected() {
     let folder = folder();
     let change = |file: &str, out: &str, edit: &dyn Fn(&mut Value)| {
         let mut json: Value =
@@ -298,7 +295,7 @@ fn what_cannot_be_compared_is_told() {
         }
     });
     // A vehicle whose steering angle is that of a steering wheel.
-    let vehicle = support::data().join("multibody/vehicle.json");
+    let vehicle = crate::support::data().join("multibody/vehicle.json");
     let mut json: Value = serde_json::from_slice(&fs::read(vehicle).unwrap()).unwrap();
     json["actuator"]["steering_ratio"] = 16.0.into();
     fs::write(folder.join("vehicle-wheel.json"), json.to_string()).unwrap();
@@ -315,10 +312,13 @@ fn what_cannot_be_compared_is_told() {
             "plant.json bicycle.json --pid pid.json --pid coarse.json",
             "a sample time of 0.02 s, that of plant of 0.01 s",
         ),
-        ("other.json bicycle.json --pid pid.json", "pid.json: designed on another file"),
+        (
+            "other.json bicycle.json --pid pid.json",
+            "pid.json: designed on a model that is not compared",
+        ),
         (
             "plant.json bicycle.json --pid pid.json --pid pid-bicycle.json --path tight.json",
-            "the road's radius of 3.3 m asks",
+            "the road's radius of 3.3 m needs",
         ),
         (
             "plant.json bicycle.json --pid pid.json --pid pid-bicycle.json --truth fmu/ReferencePath.fmu",
@@ -339,7 +339,7 @@ fn what_cannot_be_compared_is_told() {
         ),
     ] {
         let output = run(line);
-        let text = told(&output);
+        let text = text_of(&output);
         assert_eq!(output.status.code(), Some(2), "{line}: {text}");
         assert!(text.contains(expected) && text.contains("\nhint: "), "{line}: {text}");
     }

@@ -1,10 +1,7 @@
 //! `NonlinearVehicle` from its file to the packed FMU: the numbers are those of the pure model.
-#![allow(clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::{data, steerwright, text_of};
 use fmi2_host::{Archive, Instance};
-use support::{data, steerwright, told};
 use vehicle_models::{NonlinearParameters, NonlinearVehicle};
 
 const OUTPUTS: [&str; 6] =
@@ -22,7 +19,7 @@ fn packed_from_its_file_it_is_the_model() {
         folder.path(),
         &["package".as_ref(), file.as_os_str(), "--out".as_ref(), "fmu".as_ref()],
     );
-    assert!(output.status.success(), "{}", told(&output));
+    assert!(output.status.success(), "{}", text_of(&output));
     let archive = Archive::open(folder.path().join("fmu/NonlinearVehicle.fmu")).unwrap();
 
     let mut fmu = Instance::new(&archive, "one").unwrap();

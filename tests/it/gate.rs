@@ -1,15 +1,12 @@
 //! A model that failed validation becomes no controller, no FMU and no comparison unless that is
 //! accepted, and its quality stays with everything that is made from it.
-#![allow(clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::{steerwright, text_of, words};
 use serde_json::Value;
 use std::fs;
 use std::io::Read;
 use std::path::Path;
 use std::process::Output;
-use support::{steerwright, told, words};
 
 /// A drive in which the driver barely steers.
 const WEAK: &str = "{data}/comma2k19/steering_wheel_angle.csv {data}/comma2k19/speed.csv \
@@ -23,7 +20,7 @@ fn run(folder: &Path, line: &str) -> Output {
 /// Runs a command that must stop at the gate: exit status 1, the reason and the way on.
 fn stopped(folder: &Path, line: &str) -> String {
     let output = run(folder, line);
-    let text = told(&output);
+    let text = text_of(&output);
     assert_eq!(output.status.code(), Some(1), "{line}: {text}");
     for expected in ["quality of the model is fail", "slalom", "--accept-untrusted"] {
         assert!(text.contains(expected), "{line}: {expected} is missing in {text}");
@@ -47,7 +44,7 @@ fn a_model_that_failed_validation_stops_every_stage_after_identify() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     let output = run(folder.path(), &format!("identify {WEAK} -o plant.json"));
-    assert_eq!(output.status.code(), Some(1), "{}", told(&output));
+    assert_eq!(output.status.code(), Some(1), "{}", text_of(&output));
     let quality = json(&at("plant.json"))["quality"].clone();
     assert_eq!(quality["grade"], "fail");
     let reasons = quality["reasons"].as_array().unwrap();
@@ -70,7 +67,7 @@ fn a_model_that_failed_validation_stops_every_stage_after_identify() {
 
     // What is accepted carries the quality of its model.
     let design = "design plant.json -o pid.json --max-rate 5rad/s --accept-untrusted";
-    let text = told(&run(folder.path(), design));
+    let text = text_of(&run(folder.path(), design));
     assert!(
         text.contains("quality of the model: fail (") && text.contains("weak-steering"),
         "{text}"
@@ -79,7 +76,7 @@ fn a_model_that_failed_validation_stops_every_stage_after_identify() {
     assert_eq!(json(&at("pid.json"))["designed_for"]["quality"], quality);
     stopped(folder.path(), "package pid.json --out fmu");
     let output = run(folder.path(), "package plant.json pid.json --out fmu --accept-untrusted");
-    assert_eq!(output.status.code(), Some(0), "{}", told(&output));
+    assert_eq!(output.status.code(), Some(0), "{}", text_of(&output));
     for fmu in ["IdentifiedPlant", "LateralPid"] {
         let archive = at("fmu").join(fmu).with_extension("fmu");
         let provenance: Value =
@@ -97,7 +94,7 @@ fn a_build_on_a_failed_model_ends_with_the_evidence() {
     let folder = tempfile::tempdir().unwrap();
     let vehicle = "--vehicle {data}/comma2k19/vehicle.toml --max-rate 5rad/s";
     let output = run(folder.path(), &format!("build {WEAK} {vehicle} --out out --json"));
-    assert_eq!(output.status.code(), Some(1), "{}", told(&output));
+    assert_eq!(output.status.code(), Some(1), "{}", text_of(&output));
     let overview: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(overview["quality"]["grade"], "fail");
     assert_eq!(overview["controllers"].as_array().unwrap().len(), 0);

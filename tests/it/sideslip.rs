@@ -1,12 +1,9 @@
 //! What is known of a car's sideslip on its way to the path follower and the pose estimator.
-#![allow(clippy::unwrap_used, clippy::panic)]
 
-mod support;
-
+use crate::support::{chain, done, run, text_of};
 use fmi2_host::Archive;
 use formats::Document;
 use std::path::Path;
-use support::{chain, done, run, told};
 
 /// The start value of an FMU's variable in a folder of archives.
 fn start(folder: &Path, fmu: &str, name: &str) -> f64 {
@@ -52,10 +49,10 @@ fn the_sideslip_of_the_plant_is_that_of_path_and_estimator() {
     assert_eq!(path.guidance.sideslip_per_yaw_acceleration_s2, lead);
     let output = run(folder, "path --plant {chain}/pid.json");
     assert_eq!(output.status.code(), Some(2));
-    assert!(told(&output).contains("no plant"), "{}", told(&output));
+    assert!(text_of(&output).contains("no plant"), "{}", text_of(&output));
 }
 
-/// What a drive with fixes tells of its car's sideslip reaches path and estimator in full: by `path
+/// The sideslip identified from a drive with fixes reaches path and estimator in full: by `path
 /// --plant`, and in a package whose files state none.
 #[test]
 fn growth_and_lead_of_a_drive_reach_path_and_estimator() {
@@ -65,7 +62,7 @@ fn growth_and_lead_of_a_drive_reach_path_and_estimator() {
     let columns = "--input-channel steering_command_rad --output-channel yaw_rate_radps --steering-ratio 1 --gnss-latency 0s";
     let output = done(folder, &format!("identify {drive} {columns} --order 2 -o car.json"));
     for line in ["s per yaw rate", "ms of it per (m/s2)2", "s2 per yaw acceleration"] {
-        assert!(told(&output).contains(line), "{line}: {}", told(&output));
+        assert!(text_of(&output).contains(line), "{line}: {}", text_of(&output));
     }
     let text = std::fs::read_to_string(folder.join("car.json")).unwrap();
     let found = formats::Plant::from_json(&text, "car.json").unwrap().sideslip.unwrap();
@@ -74,7 +71,7 @@ fn growth_and_lead_of_a_drive_reach_path_and_estimator() {
     assert!(growth < 0.0 && lead > 0.0, "{found:?}");
 
     let output = done(folder, "path --pid {chain}/pid.json --plant car.json -o own.json");
-    assert!(told(&output).contains("more per (m/s2)2"), "{}", told(&output));
+    assert!(text_of(&output).contains("more per (m/s2)2"), "{}", text_of(&output));
     let text = std::fs::read_to_string(folder.join("own.json")).unwrap();
     let guidance = formats::Path::from_json(&text, "own.json").unwrap().guidance;
     assert_eq!(guidance.sideslip_per_yaw_rate_s, rate);

@@ -1,13 +1,10 @@
 //! The program alone, on a machine without a compiler.
-#![allow(clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::{archives, data, demo, text_of};
 use packaging::Fmu;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
-use support::{archives, data, demo, told};
 
 #[test]
 fn a_copied_binary_packs_the_same_archives_with_an_empty_environment() {
@@ -34,7 +31,7 @@ fn a_copied_binary_packs_the_same_archives_with_an_empty_environment() {
         .env("PATH", "/nonexistent")
         .output()
         .unwrap();
-    assert!(output.status.success(), "{}", told(&output));
+    assert!(output.status.success(), "{}", text_of(&output));
     for name in Fmu::ALL.map(Fmu::name) {
         let archive = format!("{name}.fmu");
         let packed = fs::read(folder.join("fmu").join(&archive)).unwrap();

@@ -1,13 +1,10 @@
 //! The loop that knows its pose from GNSS, gyro and speed alone: packed plant, estimator, path and
 //! controller, the receiver and the gyro simulated here.
-#![allow(clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::{archives, demo};
 use fmi2_host::{Archive, Instance};
 use formats::{Bicycle, Document, Path as PathFile};
 use std::path::Path;
-use support::{archives, demo};
 use vehicle_models::noise::gaussian;
 
 const H: f64 = 0.01;

@@ -1,11 +1,8 @@
 //! What the packed FMUs promise beyond the loop: ticks, start values, states, refusals.
-#![allow(clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::archives;
 use fmi2_host::{Archive, Instance};
 use packaging::Fmu;
-use support::archives;
 use vehicle_models::{Pid, PidInput, PidParameters};
 
 const TS: f64 = 0.01;

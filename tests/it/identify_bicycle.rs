@@ -1,14 +1,11 @@
 //! `identify --structure bicycle`, and the FMU that comes of it.
-#![allow(clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::{steerwright, text_of, words};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
 use std::process::Output;
-use support::{steerwright, told, words};
 
 const LOG: &str =
     "{data}/multibody/drive.csv --input-channel steering_command_rad --steering-ratio 1";
@@ -36,14 +33,14 @@ fn the_bicycle_is_identified_packed_and_follows_its_traces() {
         folder.path(),
         &format!("identify {LOG} --structure bicycle --mass 1093 --traces traces.csv --json"),
     );
-    assert!(output.status.success(), "{}", told(&output));
+    assert!(output.status.success(), "{}", text_of(&output));
     let printed: Value = serde_json::from_slice(&output.stdout).unwrap();
     let file: Value = serde_json::from_slice(&std::fs::read(at("bicycle.json")).unwrap()).unwrap();
     assert_eq!(printed, file);
     assert_eq!(file["vehicle"]["mass_kg"], 1093.0);
     let summary = file["quality"]["summary"].as_str().unwrap();
     assert!(summary.contains("the only speed driven"), "{summary}");
-    let text = told(&run(folder.path(), &format!("identify {LOG} --structure bicycle")));
+    let text = text_of(&run(folder.path(), &format!("identify {LOG} --structure bicycle")));
     assert!(text.contains("understeer gradient"), "{text}");
 
     // The same steering through the FMU, from a straight start, at the speed that was held.
@@ -62,7 +59,7 @@ fn the_bicycle_is_identified_packed_and_follows_its_traces() {
         "simulate BicyclePlant.fmu --input drive.csv --step 20ms --stop 40s -o simulated.csv",
     ] {
         let output = run(folder.path(), line);
-        assert!(output.status.success(), "{line}: {}", told(&output));
+        assert!(output.status.success(), "{line}: {}", text_of(&output));
     }
     for (traced, simulated) in traces.iter().zip(rows(&at("simulated.csv"))) {
         let expected = traced["simulated_yaw_rate_radps"] - number("yaw_rate_offset_radps");
@@ -84,9 +81,9 @@ fn what_does_not_fit_the_structure_is_refused() {
         (format!("identify {LOG} --structure tricycle"), "state-space or bicycle"),
     ] {
         let output = run(folder.path(), &line);
-        let told = told(&output);
-        assert_eq!(output.status.code(), Some(2), "{line}: {told}");
-        assert!(told.contains(problem) && told.contains("hint:"), "{line}: {told}");
+        let text = text_of(&output);
+        assert_eq!(output.status.code(), Some(2), "{line}: {text}");
+        assert!(text.contains(problem) && text.contains("hint:"), "{line}: {text}");
     }
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "nothing is written");
 }

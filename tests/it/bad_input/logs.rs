@@ -1,7 +1,7 @@
-//! Logs that cannot be identified from, and some that can be mended.
+//! Logs that are rejected, and logs with faults that are corrected.
 
 use super::refused;
-use super::support::{chain, steerwright, told, words};
+use crate::support::{chain, steerwright, text_of, words};
 use std::fmt::Write;
 
 const HEADER: &str = "time_s,steering_angle_rad,yaw_rate_radps,speed_mps";
@@ -156,9 +156,9 @@ fn logs() {
     }
 }
 
-/// What is no reason to refuse a log: it is done, and told.
+/// Faults that are corrected and reported.
 #[test]
-fn logs_that_are_mended() {
+fn logs_with_faults_that_are_corrected() {
     let gap = |i: usize, row: &mut Vec<String>| {
         if (900..1000).contains(&i) {
             row.clear();
@@ -175,7 +175,7 @@ fn logs_that_are_mended() {
         (log(HEADER, gap), "", &["a.csv:902:", "nothing from 8.99 s to 10 s: the drive is split"]),
         (log(HEADER, wild), "", &["a.csv:2001:", "to 1.000e300 s"]),
         (log(HEADER, |_, _| {}), "other.csv", &["a.csv:steering_angle", "other.csv:"]),
-        (log(HEADER, |_, _| {}), "--speed-window 50..60km/h", &["13.9 to 16.7 m/s", "1 stretch"]),
+        (log(HEADER, |_, _| {}), "--speed-window 50..60km/h", &["13.9 to 16.7 m/s", "1 s"]),
         (
             log(HEADER, |_, _| {}),
             "--window 1s..8s --window 9s..19s --detrend linear",
@@ -187,7 +187,7 @@ fn logs_that_are_mended() {
         std::fs::write(folder.path().join("other.csv"), &other).unwrap();
         let line = format!("identify a.csv {arguments} --order 1 --horizon 10");
         let output = steerwright(folder.path(), &words(&line, chain()));
-        let text = told(&output);
+        let text = text_of(&output);
         assert_eq!(output.status.code(), Some(0), "{line}: {text}");
         for part in says {
             assert!(text.contains(part), "{line}: no `{part}` in: {text}");

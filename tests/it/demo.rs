@@ -1,12 +1,9 @@
 //! What `steerwright demo` promises, on the drives that ship with the repository.
-#![allow(clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::{demo, run_demo};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::Path;
-use support::{demo, run_demo};
 
 fn drive(name: &str) -> &'static Value {
     demo().overview.as_array().unwrap().iter().find(|d| d["name"] == name).unwrap()
@@ -18,7 +15,7 @@ fn controller(name: &str, basis: &str) -> &'static Value {
 }
 
 #[test]
-fn the_multibody_drive_is_identified_on_held_out_data() {
+fn the_multibody_drive_is_identified_on_validation_data() {
     let multibody = drive("multibody");
     let fit = multibody["held_out_fit_percent"].as_f64().unwrap();
     let bicycle = multibody["bicycle_held_out_fit_percent"].as_f64().unwrap();

@@ -1,15 +1,12 @@
 //! The loop as a system structure package: made, run, and run as its FMUs are.
-#![allow(clippy::unwrap_used, clippy::panic)]
 
-mod support;
-
+use crate::support::{chain, done, run, text_of};
 use fmi2_host::{Archive, Connection, SystemPackage};
 use packaging::Binary;
 use packaging::ssp::{Component, Experiment};
 use serde_json::Value;
 use std::io::{Read, Write};
 use std::path::Path;
-use support::{chain, done, run, told};
 
 /// The recorded road of the multi-body drive, which starts away from the origin, and the loop
 /// packed for it.
@@ -68,7 +65,7 @@ fn a_package_starts_on_its_road_and_runs_as_its_fmus_do() {
 }
 
 #[test]
-fn a_package_is_the_same_to_the_byte_and_tells_its_connections() {
+fn a_package_is_the_same_to_the_byte_and_lists_its_connections() {
     let (one, two) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     let files = "{chain}/plant.json {chain}/pid.json {chain}/path.json";
     let output =
@@ -94,7 +91,7 @@ fn a_package_is_the_same_to_the_byte_and_tells_its_connections() {
 }
 
 #[test]
-fn what_cannot_be_wired_or_read_is_told() {
+fn packages_that_cannot_be_wired_or_read_are_rejected() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("broken.ssp"), "no zip").unwrap();
     let both = "{chain}/plant.json {chain}/bicycle.json {chain}/path.json {chain}/pid.json";
@@ -102,12 +99,12 @@ fn what_cannot_be_wired_or_read_is_told() {
         (format!("package {both} --ssp L.ssp"), "could be connected to any of"),
         ("package {chain}/pid.json --ssp L.zip".into(), "not the name of an .ssp file"),
         ("simulate broken.ssp".into(), "broken.ssp: not a readable zip archive"),
-        ("simulate broken.ssp {chain}/fmu/LateralPid.fmu".into(), "stands beside other files"),
+        ("simulate broken.ssp {chain}/fmu/LateralPid.fmu".into(), "is combined with other files"),
     ] {
         let output = run(folder.path(), &line);
         assert_eq!(output.status.code(), Some(2), "{line}");
-        assert!(told(&output).contains(what), "{}", told(&output));
-        assert!(told(&output).contains("\nhint: "), "{}", told(&output));
+        assert!(text_of(&output).contains(what), "{}", text_of(&output));
+        assert!(text_of(&output).contains("\nhint: "), "{}", text_of(&output));
     }
     // The other plants make a loop as well.
     for (name, plant) in
@@ -140,7 +137,7 @@ fn edited(package: &Path, from: &str, to: &str) -> Vec<u8> {
 }
 
 #[test]
-fn a_package_at_odds_with_its_fmus_is_told_before_its_result() {
+fn a_package_at_odds_with_its_fmus_is_reported_before_its_result() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     packed(folder);
@@ -172,7 +169,7 @@ fn a_package_at_odds_with_its_fmus_is_told_before_its_result() {
         ),
     ] {
         let (output, as_json) = simulate(from, to);
-        let text = told(&output);
+        let text = text_of(&output);
         assert_eq!(output.status.code(), Some(0), "{text}");
         assert!(text.starts_with("warning: SystemStructure.ssd:"), "{text}");
         assert!(text.lines().next().unwrap().contains(what), "{what:?} is not in {text}");
@@ -189,7 +186,7 @@ fn a_package_at_odds_with_its_fmus_is_told_before_its_result() {
         &format!(r#"value="{speed:?}" unit="m/s""#),
         &format!(r#"value="{:?}" unit="km/h""#, speed * 3.6),
     );
-    assert_eq!(output.status.code(), Some(0), "{}", told(&output));
+    assert_eq!(output.status.code(), Some(0), "{}", text_of(&output));
     let numbers = |name: &str| -> Vec<f64> {
         read(name).split([',', '\n']).filter_map(|cell| cell.parse().ok()).collect()
     };
@@ -207,13 +204,13 @@ fn a_package_at_odds_with_its_fmus_is_told_before_its_result() {
         (r#"unit="rad""#, r#"unit="m""#, "a unit of another dimension"),
     ] {
         let (output, _) = simulate(from, to);
-        let text = told(&output);
+        let text = text_of(&output);
         assert_eq!(output.status.code(), Some(2), "{text}");
         assert!(text.starts_with("error: edited.ssp: SystemStructure.ssd:"), "{text}");
         assert!(text.contains(what) && text.contains("\nhint: "), "{what:?} is not in {text}");
     }
     // A stop of 1 s, and a start behind it.
-    let text = told(&simulate(r#"startTime="0.0""#, r#"startTime="5""#).0);
+    let text = text_of(&simulate(r#"startTime="0.0""#, r#"startTime="5""#).0);
     assert!(text.contains("the stop after the start at 5 s"), "{text}");
 }
 
@@ -272,7 +269,7 @@ fn with_an_estimator_the_loop_is_closed_through_it() {
         run(&format!("{fmus} --stop 12s -o fmus.csv {start}"));
         let read = |name| std::fs::read(folder.join(name)).unwrap();
         assert!(read("ssp.csv") == read("fmus.csv"), "{master}");
-        // A start that is half a metre off is mended by the fixes, and by nothing else. Under Jacobi
+        // The fixes alone correct a start that is half a metre off. Under Jacobi
         // the estimate is a step old, as everything is.
         let [first, last] = away("ssp.csv");
         let late = if master == "jacobi" { 0.2 } else { 0.0 };
@@ -282,11 +279,14 @@ fn with_an_estimator_the_loop_is_closed_through_it() {
         run(&format!("{fmus} --stop 12s -o dead.csv {start} --set PoseEstimator.gnss_period=0"));
         assert!(away("dead.csv")[1] > 0.3, "{:?}", away("dead.csv"));
     }
-    // An estimator as its file has it is not told when there is a fix, which is said.
+    // A packed estimator without indication of fixes causes a warning.
     done(folder, "package {data}/multibody/estimator.json --out plain");
     let plain = fmus.replace("PoseEstimator", "plain/PoseEstimator");
     let output = done(folder, &format!("simulate {plain} --stop 1s"));
-    assert!(told(&output).contains("warning: PoseEstimator gets IdentifiedPlant.x"), "{output:?}");
+    assert!(
+        text_of(&output).contains("warning: PoseEstimator gets IdentifiedPlant.x"),
+        "{output:?}"
+    );
     // Fixes from a file go before those of the plant.
     let fixes = "time,gnss_x,gnss_y,gnss_std,gnss_fix_count\n0,0,0,0.02,0\n1,3,4,0.02,1\n";
     std::fs::write(folder.join("fixes.csv"), fixes).unwrap();

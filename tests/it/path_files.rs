@@ -1,12 +1,9 @@
 //! `steerwright path` on everything that a road may come in.
-#![allow(clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::{steerwright, text_of, words};
 use serde_json::Value;
 use std::path::Path;
 use std::process::Output;
-use support::{steerwright, told, words};
 
 fn run(folder: &Path, line: &str) -> Output {
     steerwright(folder, &words(line, Path::new("")))
@@ -14,8 +11,8 @@ fn run(folder: &Path, line: &str) -> Output {
 
 fn path(folder: &Path, line: &str) -> (Value, String) {
     let output = run(folder, line);
-    assert_eq!(output.status.code(), Some(0), "{line}: {}", told(&output));
-    (serde_json::from_slice(&output.stdout).unwrap(), told(&output))
+    assert_eq!(output.status.code(), Some(0), "{line}: {}", text_of(&output));
+    (serde_json::from_slice(&output.stdout).unwrap(), text_of(&output))
 }
 
 /// A straight of 200 m to the north-east, a fix each metre and a half.
@@ -50,16 +47,16 @@ fn recordings_and_segments_become_paths() {
     assert!((190.0..210.0).contains(&length(&driven)), "{}", length(&driven));
     assert_eq!(driven["provenance"]["sources"][0]["name"], "drive.nmea");
 
-    // Without correction: refused, or used and told.
+    // Without correction: rejected, or used and reported.
     write("phone.nmea", &nmea('1', 12));
     let output = run(folder, "path phone.nmea");
     assert_eq!(output.status.code(), Some(2));
     assert!(
-        told(&output).contains("phone.nmea: none of 134 fixes can be used"),
+        text_of(&output).contains("phone.nmea: none of 134 fixes can be used"),
         "{}",
-        told(&output)
+        text_of(&output)
     );
-    assert!(told(&output).contains("hint: ") && told(&output).contains("--poor-fixes mark"));
+    assert!(text_of(&output).contains("hint: ") && text_of(&output).contains("--poor-fixes mark"));
     let (marked, said) = path(folder, "path phone.nmea --poor-fixes mark --json");
     assert_eq!(marked["points"], driven["points"]);
     assert!(said.contains("{\"warning\":{\"message\":\"used 134 of 134 fixes"), "{said}");
@@ -68,12 +65,12 @@ fn recordings_and_segments_become_paths() {
     write("bad.nmea", &bad);
     let output = run(folder, "path bad.nmea");
     assert_eq!(output.status.code(), Some(2));
-    assert!(told(&output).contains("bad.nmea:1:"), "{}", told(&output));
+    assert!(text_of(&output).contains("bad.nmea:1:"), "{}", text_of(&output));
 
     write("broken.gpx", "<gpx><trk>\n<trkseg></gpx>");
     let output = run(folder, "path broken.gpx");
     assert_eq!(output.status.code(), Some(2));
-    assert!(told(&output).contains("broken.gpx:2:9: "), "{}", told(&output));
+    assert!(text_of(&output).contains("broken.gpx:2:9: "), "{}", text_of(&output));
 
     write(
         "road.toml",
@@ -81,7 +78,7 @@ fn recordings_and_segments_become_paths() {
          end_curvature_per_m = 0.01\n[[segments]]\nlength_m = 40.0\ncurvature_per_m = 0.01\n",
     );
     let options = "--speed 10m/s --sideslip-per-yaw-rate -40ms --cross-track-integral 0.05/s";
-    let said = told(&run(folder, &format!("path road.toml {options}")));
+    let said = text_of(&run(folder, &format!("path road.toml {options}")));
     let (bend, _) = path(folder, &format!("path road.toml {options} --json"));
     assert!((length(&bend) - 130.0).abs() < 1e-9);
     assert_eq!(bend["guidance"]["sideslip_per_yaw_rate_s"], -0.04);
@@ -90,7 +87,9 @@ fn recordings_and_segments_become_paths() {
     // What is not asked for is not in the file.
     assert!(driven["guidance"].get("cross_track_integral_gain_per_s").is_none());
     let output = run(folder, "path road.toml --cross-track-integral -1/s");
-    assert!(told(&output).contains("cross_track_integral_gain_per_s"), "{}", told(&output));
+    assert!(text_of(&output).contains("cross_track_integral_gain_per_s"), "{}", text_of(&output));
     assert_eq!(output.status.code(), Some(2));
-    assert!(told(&run(folder, "path road.toml --closed")).contains("a road of segments has ends"));
+    assert!(
+        text_of(&run(folder, "path road.toml --closed")).contains("a road of segments has ends")
+    );
 }

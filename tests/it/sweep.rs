@@ -1,17 +1,12 @@
 //! `steerwright sweep` over the packed FMUs: the study in the repository, its results, its exits.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-#[path = "../fmu/host/tests/support/mod.rs"]
-mod crashing;
-mod support;
-
+use crate::support::{archives, demo, steerwright, text_of};
 use std::fs;
 use std::path::{Path, PathBuf};
-use support::{archives, demo, steerwright, told};
 
-const EXAMPLE: &str = include_str!("../sweep/examples/lateral-loop.toml");
+const EXAMPLE: &str = include_str!("../../sweep/examples/lateral-loop.toml");
 
-/// A study beside the demo's archives.
+/// A study next to the archives.
 fn study(name: &str, text: &str) -> PathBuf {
     let file = archives().join(name);
     fs::write(&file, text).unwrap();
@@ -39,7 +34,7 @@ fn the_example_runs_and_its_summary_is_that_of_its_rows() {
         &file,
         &["-o", "one.csv", "--threads", "1", "--json", "--trajectories", "of", "--of", "3"],
     );
-    assert_eq!(one.status.code(), Some(0), "{}", told(&one));
+    assert_eq!(one.status.code(), Some(0), "{}", text_of(&one));
     assert_eq!(
         sweep(folder.path(), &file, &["-o", "two.csv", "--threads", "2"]).status.code(),
         Some(0)
@@ -90,7 +85,7 @@ fn the_same_reset_or_new_for_every_fmu_of_ours() {
         let file = study(&format!("{plant}-{instances}.toml"), &text);
         let out = format!("{plant}-{instances}.csv");
         let output = sweep(folder.path(), &file, &["-o", &out]);
-        assert!(matches!(output.status.code(), Some(0 | 1)), "{}", told(&output));
+        assert!(matches!(output.status.code(), Some(0 | 1)), "{}", text_of(&output));
         let table = fs::read_to_string(folder.path().join(out)).unwrap();
         assert!(!table.contains(",error: "), "{table}");
         // All but the study's hash.
@@ -116,7 +111,7 @@ fn what_explains_the_failures_is_named() {
         .replacen("[[vary]]\nname = \"speed\"", vary, 1);
     let file = study("friction.toml", &text);
     let output = sweep(folder.path(), &file, &["--json"]);
-    assert_eq!(output.status.code(), Some(1), "{}", told(&output));
+    assert_eq!(output.status.code(), Some(1), "{}", text_of(&output));
     let summary: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     let failures = &summary["failures"][0];
     let cause = &failures["causes"][0];
@@ -138,7 +133,7 @@ fn what_explains_the_failures_is_named() {
     assert!(runs("off-the-path") + runs("unstable") > 0, "{outcomes:?}");
     // The same in words, and row by row.
     let again = sweep(folder.path(), &file, &["--resume"]);
-    let text = told(&again) + &String::from_utf8_lossy(&again.stdout);
+    let text = text_of(&again) + &String::from_utf8_lossy(&again.stdout);
     assert!(text.contains("have friction below ") && text.contains(" off the path"), "{text}");
     let table = fs::read_to_string(folder.path().join("results.csv")).unwrap();
     let lines = |name: &str| table.lines().filter(|l| l.contains(name)).count() as u64;
@@ -159,13 +154,13 @@ fn a_package_is_swept_as_it_is_wired() {
     fs::write(&file, text).unwrap();
     let output = sweep(folder.path(), &file, &["--json"]);
     // Nobody drives a kilometre in 2 s: a requirement is not met.
-    assert_eq!(output.status.code(), Some(1), "{}", told(&output));
+    assert_eq!(output.status.code(), Some(1), "{}", text_of(&output));
     let summary: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     // The package's own speed, of the drive, held for 2 s.
     let x = summary["metrics"][0]["median"].as_f64().unwrap();
     assert!((29.0..31.0).contains(&x), "{x}");
     assert_eq!(summary["passed"]["passed"], 0);
-    // The results are done: a second call writes them anew, a third goes on with nothing to do.
+    // The results are done: a second call overwrites them, a third resumes with nothing to do.
     assert_eq!(sweep(folder.path(), &file, &[]).status.code(), Some(1));
     assert_eq!(sweep(folder.path(), &file, &["--resume"]).status.code(), Some(1));
 }
@@ -182,13 +177,13 @@ fn a_run_is_that_of_simulate_to_the_bit() {
         );
         let file = study(&format!("{master}.toml"), &text);
         let swept = sweep(folder.path(), &file, &["--trajectories", ".", "--of", "0"]);
-        assert_eq!(swept.status.code(), Some(0), "{}", told(&swept));
+        assert_eq!(swept.status.code(), Some(0), "{}", text_of(&swept));
         let line = format!(
             "simulate {{chain}}/IdentifiedPlant.fmu {{chain}}/ReferencePath.fmu \
              {{chain}}/LateralPid.fmu --step 10ms --stop 6s --master {master}"
         );
-        let simulated = steerwright(folder.path(), &support::words(&line, archives()));
-        assert_eq!(simulated.status.code(), Some(0), "{}", told(&simulated));
+        let simulated = steerwright(folder.path(), &crate::support::words(&line, archives()));
+        assert_eq!(simulated.status.code(), Some(0), "{}", text_of(&simulated));
         let column = |file: &str, name: &str| -> Vec<f64> {
             let text = fs::read_to_string(folder.path().join(file)).unwrap();
             let index = text.lines().next().unwrap().split(',').position(|n| n == name).unwrap();
@@ -252,7 +247,7 @@ kind = "final"
 
 #[test]
 fn isolated_a_crash_is_the_row_of_its_run() {
-    use crashing::{Behaviour, binary_path, library, xml, zip_of};
+    use crate::crashing::{Behaviour, binary_path, library, xml, zip_of};
     let folder = tempfile::tempdir().unwrap();
     let Some(library) = library(Behaviour::Integrator) else { return };
     let described = xml(("u", ""), ("y", ""));
@@ -266,7 +261,7 @@ fn isolated_a_crash_is_the_row_of_its_run() {
         let how =
             ["--isolate", "--threads", threads, "-o", &out, "--trajectories", "of", "--of", "0"];
         let output = sweep(folder.path(), &file, &how);
-        assert_eq!(output.status.code(), Some(1), "{}", told(&output));
+        assert_eq!(output.status.code(), Some(1), "{}", text_of(&output));
         tables.push(fs::read_to_string(folder.path().join(out)).unwrap());
     }
     assert_eq!(tables[0], tables[1]);
@@ -302,15 +297,15 @@ fn isolated_a_crash_is_the_row_of_its_run() {
     let patient = ["--timeout", "1s", "--threads", "1"];
     let apart = [&patient[..], &["--isolate", "-o", "apart.csv"]].concat();
     let output = sweep(folder.path(), &hanging, &apart);
-    assert_eq!(output.status.code(), Some(1), "{}", told(&output));
+    assert_eq!(output.status.code(), Some(1), "{}", text_of(&output));
     let table = fs::read_to_string(folder.path().join("apart.csv")).unwrap();
     let rows: Vec<&str> = table.lines().skip(1).collect();
     assert!(rows[0].contains(",ok,") && rows[2].contains(",ok,"), "{table}");
     assert!(rows[1].contains("error: the run takes longer than 1 s"), "{table}");
     let here = [&patient[..], &["-o", "hung.csv"]].concat();
     let output = sweep(folder.path(), &hanging, &here);
-    assert_eq!(output.status.code(), Some(2), "{}", told(&output));
-    let text = told(&output);
+    assert_eq!(output.status.code(), Some(2), "{}", text_of(&output));
+    let text = text_of(&output);
     assert!(text.contains("error: run 1 hangs") && text.contains("holds 1 of 3 runs"), "{text}");
     let more = ["--resume", "--isolate", "--timeout", "1s", "-o", "hung.csv"];
     assert_eq!(sweep(folder.path(), &hanging, &more).status.code(), Some(1));
@@ -330,7 +325,7 @@ fn an_interrupt_ends_cleanly_and_is_resumed() {
     let folder = tempfile::tempdir().unwrap();
     let file = study("long.toml", &small(RUNS, "20.0"));
     let whole = sweep(folder.path(), &file, &["-o", "whole.csv"]);
-    assert_eq!(whole.status.code(), Some(0), "{}", told(&whole));
+    assert_eq!(whole.status.code(), Some(0), "{}", text_of(&whole));
     for isolate in [&[][..], &["--isolate"][..]] {
         let out = folder.path().join("cut.csv");
         let _ = fs::remove_file(&out);
@@ -352,8 +347,8 @@ fn an_interrupt_ends_cleanly_and_is_resumed() {
         assert!(std::process::Command::new("kill").args(interrupt).status().unwrap().success());
         let ended = child.wait_with_output().unwrap();
         assert_eq!(ended.status.code(), Some(2));
-        let told = String::from_utf8_lossy(&ended.stderr).into_owned();
-        assert!(told.contains("interrupted: ") && told.contains("--resume"), "{told}");
+        let text = String::from_utf8_lossy(&ended.stderr).into_owned();
+        assert!(text.contains("interrupted: ") && text.contains("--resume"), "{text}");
         assert!((4..RUNS).contains(&rows()));
         let mut more = vec!["--resume", "-o", "cut.csv"];
         more.extend(isolate);
@@ -385,8 +380,8 @@ fn bad_studies_are_bad_input() {
         let file = study("bad.toml", &text.replace(from, to));
         let output = sweep(folder.path(), &file, &[]);
         assert_eq!(output.status.code(), Some(2));
-        let told = told(&output);
-        assert!(told.contains(says) && told.contains("\nhint: "), "{told}");
+        let text = text_of(&output);
+        assert!(text.contains(says) && text.contains("\nhint: "), "{text}");
         assert!(!folder.path().join("results.csv").exists());
     }
 }

@@ -1,20 +1,17 @@
 //! A design for a Jacobi master, in the loop of its FMUs under that master: path and estimator delay it
 //! by two and three communication steps, and the design knows.
-#![allow(clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::{chain, steerwright, text_of, words};
 use control::{Master, PlantModel};
 use formats::{Document, Path as PathFile, Pid, Plant};
 use std::path::Path;
-use support::{chain, steerwright, told, words};
 
 /// Long, so that the delays of a step or three show.
 const SAMPLE_TIME: &str = "40ms";
 
 fn done(folder: &Path, line: &str) {
     let output = steerwright(folder, &words(line, chain()));
-    assert_ne!(output.status.code(), Some(2), "{line}: {}", told(&output));
+    assert_ne!(output.status.code(), Some(2), "{line}: {}", text_of(&output));
 }
 
 fn read<D: Document>(file: &Path) -> D {

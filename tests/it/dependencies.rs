@@ -1,5 +1,4 @@
 //! Who may depend on whom inside the workspace; see ARCHITECTURE.md.
-#![allow(clippy::unwrap_used)]
 
 use cargo_metadata::{DependencyKind, MetadataCommand};
 use std::collections::{BTreeMap, BTreeSet};

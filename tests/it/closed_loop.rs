@@ -1,13 +1,10 @@
 //! The closed loop of the packed FMUs against the same loop of the pure Rust functions.
-#![allow(clippy::unwrap_used, clippy::panic)]
 
-mod support;
-
+use crate::support::demo;
 use control::{Master, PlantModel, TrackTrace};
 use fmi2_host::{Archive, Instance, System};
 use formats::{Bicycle, Document, Path as PathFile, Pid, Plant};
 use std::path::Path;
-use support::demo;
 
 const LARGEST_DIFFERENCE: f64 = 1e-9;
 

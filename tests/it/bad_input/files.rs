@@ -1,7 +1,7 @@
 //! Vehicle data, tracks, the stages' files, and what is simulated.
 
 use super::refused;
-use super::support::{self, chain, data};
+use crate::support::{self, chain, data};
 use serde_json::{Value, json};
 
 #[test]
@@ -140,7 +140,7 @@ fn documents() {
             &["s.toml:2:15: rise-time: a rise time of up to 2 s contradicts"],
         ),
         ("settling = \"1s\"\nsettling = \"2s\"\n", &["s.toml:2:1:"]),
-        ("", &["s.toml:1:1: nothing is asked for"]),
+        ("", &["s.toml:1:1: the file has no requirement"]),
     ] as [(&str, &[&str]); 8]
     {
         let line = "design {chain}/plant.json --requirements s.toml";
@@ -180,7 +180,7 @@ fn simulations() {
         ("time,speed\n1,1\n", "--input f", &["f: starts at 1 s"]),
         ("time,yaw\n0,1\n", "--input f", &["it is fed by"]),
         ("", "f", &["f: not a readable zip archive"]),
-        ("", "{chain}/fmu/BicyclePlant.fmu", &["could be connected to any of", "leave out"]),
+        ("", "{chain}/fmu/BicyclePlant.fmu", &["could be connected to any of", "omit"]),
         ("", "{chain}/fmu/LateralPid.fmu", &["two instances are named \"LateralPid\""]),
         ("", "--set LateralPid.kpp=1", &["no variable \"kpp\"; near it: kp"]),
         ("", "--set Pid.kp=1", &["no instance \"Pid\"; it has IdentifiedPlant"]),

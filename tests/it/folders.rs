@@ -1,16 +1,12 @@
 //! A folder of results is the old one or the new one, whole, whatever happens to the command.
-#![cfg(unix)]
-#![allow(clippy::unwrap_used, clippy::panic)]
 
-mod support;
-
+use crate::support::{steerwright, text_of, words};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
-use support::{steerwright, told, words};
 
 const BUILD: &str = "build {data}/multibody/drive.csv --input-channel steering_command_rad --horizon 10 --robust off";
 
@@ -47,7 +43,7 @@ fn built() -> tempfile::TempDir {
 /// Runs; what it left on stderr.
 fn run(folder: &Path, line: &str, status: &[i32]) -> String {
     let output = steerwright(folder, &words(line, Path::new("")));
-    let text = told(&output);
+    let text = text_of(&output);
     assert!(output.status.code().is_some_and(|code| status.contains(&code)), "{line}: {text}");
     text
 }
@@ -64,8 +60,8 @@ fn started(folder: &Path) -> Child {
     let began = Instant::now();
     let old = fs::read(folder.join("out/plant.json")).unwrap();
     loop {
-        let beside = fs::read_dir(folder).unwrap().filter_map(|e| Some(e.ok()?.path()));
-        let begun = beside.filter(|path| path.is_dir()).any(|path| {
+        let siblings = fs::read_dir(folder).unwrap().filter_map(|e| Some(e.ok()?.path()));
+        let begun = siblings.filter(|path| path.is_dir()).any(|path| {
             fs::read(path.join("plant.json")).is_ok_and(|plant| plant != old && !plant.is_empty())
         });
         if begun {
@@ -77,7 +73,7 @@ fn started(folder: &Path) -> Child {
     }
 }
 
-/// What is beside the folder.
+/// The entries of a folder.
 fn names(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).unwrap();
     entries.map(|e| e.unwrap().file_name().to_string_lossy().into_owned()).collect()
@@ -107,7 +103,11 @@ fn an_interrupted_build_leaves_the_old_result_and_nothing_else() {
     assert!(interrupt.unwrap().success());
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(130));
-    assert!(told(&output).contains("error: interrupted: out is as it was"), "{}", told(&output));
+    assert!(
+        text_of(&output).contains("error: interrupted: out is as it was"),
+        "{}",
+        text_of(&output)
+    );
     assert!(content(&out) == before, "the old result is no longer whole");
     assert_eq!(names(folder.path()), ["out"], "something is left");
 }
@@ -124,7 +124,7 @@ fn two_builds_of_one_folder_exclude_each_other() {
         assert!(text.contains(&format!("error: {out}: another run is writing")), "{text}");
     }
     assert!(began.elapsed() < Duration::from_secs(20), "it was decided after the work");
-    // Another folder beside it is free.
+    // Another folder next to it is free.
     run(folder.path(), &format!("{BUILD} --out other --order 2"), &[0, 1]);
     first.wait().unwrap();
     assert_eq!(names(folder.path()).len(), 3, "{:?}", names(folder.path()));

@@ -1,12 +1,9 @@
 //! The subcommands one after the other, as a person or a script runs them.
-#![allow(clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::{chain, steerwright, text_of, words};
 use serde_json::Value;
 use std::path::Path;
 use std::process::Output;
-use support::{chain, steerwright, told, words};
 
 fn run(folder: &Path, line: &str) -> Output {
     steerwright(folder, &words(line, chain()))
@@ -15,7 +12,7 @@ fn run(folder: &Path, line: &str) -> Output {
 /// Runs with `--json`: exit status 0, one JSON value on stdout, JSON lines on stderr.
 fn json(folder: &Path, line: &str) -> Value {
     let output = run(folder, &format!("{line} --json"));
-    assert_eq!(output.status.code(), Some(0), "{line}: {}", told(&output));
+    assert_eq!(output.status.code(), Some(0), "{line}: {}", text_of(&output));
     for line in String::from_utf8(output.stderr).unwrap().lines() {
         assert!(serde_json::from_str::<Value>(line).is_ok_and(|v| v.is_object()), "{line}");
     }
@@ -139,7 +136,11 @@ fn help_completions_and_man_pages_come_from_the_same_definitions() {
     let folder = tempfile::tempdir().unwrap();
     let printed = |line: &str| {
         let output = run(folder.path(), line);
-        assert!(output.status.success() && output.stderr.is_empty(), "{line}: {}", told(&output));
+        assert!(
+            output.status.success() && output.stderr.is_empty(),
+            "{line}: {}",
+            text_of(&output)
+        );
         String::from_utf8(output.stdout).unwrap()
     };
     assert!(printed("help").contains("identify"));
@@ -159,7 +160,7 @@ fn help_completions_and_man_pages_come_from_the_same_definitions() {
     assert!(pages > 12, "{pages}");
     let output = run(folder.path(), "man nothing");
     assert_eq!(output.status.code(), Some(2));
-    assert!(told(&output).contains("the commands are demo, build"), "{}", told(&output));
+    assert!(text_of(&output).contains("the commands are demo, build"), "{}", text_of(&output));
 }
 
 #[cfg(unix)]
@@ -193,7 +194,7 @@ fn three_files_with_a_clock_each_become_a_recorded_road_and_a_controller() {
         let line = format!("identify {logs} {mapping} {sign} --traces traces.csv --max-order 4");
         // The driver barely steers: identified, and failed validation.
         let output = run(folder.path(), &format!("{line} --json"));
-        assert_eq!(output.status.code(), Some(1), "{}", told(&output));
+        assert_eq!(output.status.code(), Some(1), "{}", text_of(&output));
         let plant: Value = serde_json::from_slice(&output.stdout).unwrap();
         assert_eq!(plant["steering_ratio"], 16.88);
         assert_eq!(plant["evidence"]["channels"].as_array().unwrap().len(), 3);
@@ -214,13 +215,13 @@ fn three_files_with_a_clock_each_become_a_recorded_road_and_a_controller() {
 }
 
 #[test]
-fn an_infeasible_specification_is_told_by_exit_1_and_the_controller_is_written() {
+fn an_infeasible_specification_ends_with_status_1_and_the_controller_is_written() {
     let folder = tempfile::tempdir().unwrap();
     let output = run(folder.path(), "design {chain}/plant.json --settling 0.1s");
-    assert_eq!(output.status.code(), Some(1), "{}", told(&output));
-    assert!(told(&output).contains("not met: settling time"), "{}", told(&output));
+    assert_eq!(output.status.code(), Some(1), "{}", text_of(&output));
+    assert!(text_of(&output).contains("not met: settling time"), "{}", text_of(&output));
     let output = run(folder.path(), "design {chain}/plant.json --settling 0.1s --json");
-    assert_eq!(output.status.code(), Some(1), "{}", told(&output));
+    assert_eq!(output.status.code(), Some(1), "{}", text_of(&output));
     let printed: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(printed, read(&folder.path().join("pid.json")));
     assert_eq!(printed["evidence"]["met"], false);
@@ -272,7 +273,7 @@ fn parameters_are_set_and_free_inputs_are_fed() {
     let x = done["last"]["IdentifiedPlant.x"].as_f64().unwrap();
     assert!((x - 135.0).abs() < 1.0, "{x}");
 
-    // What an FMU has to say against the run is told.
+    // Warnings of an FMU are printed.
     let done = json(folder.path(), &format!("simulate {LOOP} --step 100ms --stop 1s"));
     assert!(done["warnings"][0].as_str().unwrap().starts_with("LateralPid: "), "{done}");
 }
@@ -290,7 +291,7 @@ fn every_command_has_help_and_bad_usage_a_hint() {
     }
     let output = run(folder.path(), "design plant.json --max-angle 22");
     assert_eq!(output.status.code(), Some(2));
-    let text = told(&output);
+    let text = text_of(&output);
     assert!(text.contains("(deg or rad)") && text.contains("\nhint: --help"), "{text}");
 }
 
@@ -314,6 +315,6 @@ fn build_does_in_one_command_what_the_stages_do_one_by_one() {
     // A controller that cannot meet what is asked for: the work is done, exit status 1.
     let line = "build {data}/multibody/drive.csv --input-channel steering_command_rad --settling 0.1s --out b";
     let output = run(folder.path(), line);
-    assert_eq!(output.status.code(), Some(1), "{}", told(&output));
-    assert!(told(&output).contains("not met: settling"), "{}", told(&output));
+    assert_eq!(output.status.code(), Some(1), "{}", text_of(&output));
+    assert!(text_of(&output).contains("not met: settling"), "{}", text_of(&output));
 }

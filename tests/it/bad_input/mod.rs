@@ -1,14 +1,11 @@
 //! Bad input: exit status 2, one error that names the place, one hint, and nothing written.
-#![allow(clippy::unwrap_used)]
 
 mod files;
 mod logs;
-#[path = "../support/mod.rs"]
-pub(crate) mod support;
 
+use crate::support::{chain, steerwright, text_of, words};
 use std::collections::BTreeSet;
 use std::path::Path;
-use support::{chain, steerwright, told, words};
 
 /// Files to write, arguments, and what the error and its hint must say.
 type Case<'a> = (&'a [(&'a str, &'a str)], &'a str, &'a [&'a str]);
@@ -25,7 +22,7 @@ fn refused((files, line, says): Case<'_>) {
     }
     let before = names(folder.path());
     let output = steerwright(folder.path(), &words(line, chain()));
-    let text = told(&output);
+    let text = text_of(&output);
     assert_eq!(output.status.code(), Some(2), "{line}: {text}");
     assert!(output.stdout.is_empty(), "{line}: something on stdout");
     let starting = |word: &str| text.lines().filter(|l| l.starts_with(word)).count();
