@@ -7,23 +7,23 @@ use crate::gate::GateArguments;
 use crate::log_options::{IdentifyArguments, LogArguments};
 use crate::output::Outputs;
 use crate::pipeline::{self, Built, Job, Text};
-use crate::requirements::SpecificationArguments;
+use crate::specification::SpecificationArguments;
 use crate::{Global, evidence, files, overview, quantity};
 use std::path::{Path, PathBuf};
 
-/// Identify, design, pack, track and report: everything for one drive
+/// Identify, design, pack, track and report: all stages for one drive
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// CSV files with a header, each with a clock of its own
+    /// CSV files with a header, each on its own clock
     #[arg(required_unless_present = "drives", value_name = "LOG")]
     logs: Vec<PathBuf>,
-    /// Folder for everything
+    /// Folder for all results
     #[arg(long, short, value_name = "DIR", default_value = "out")]
     out: PathBuf,
-    /// Vehicle data (TOML), to compare with a bicycle model
+    /// Vehicle data (TOML) of a bicycle model to compare with
     #[arg(long, value_name = "VEHICLE.toml")]
     vehicle: Option<PathBuf>,
-    /// Recorded points (CSV) of a road to track, beside the standard road
+    /// Recorded points (CSV) of a road to track, in addition to the standard road
     #[arg(long, value_name = "TRACK.csv")]
     track: Option<PathBuf>,
     /// Largest lateral acceleration on the standard road
@@ -44,29 +44,29 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let inputs = inputs.chain(&arguments.vehicle).chain(&arguments.track);
     let inputs = inputs.chain(arguments.specification.files());
     let folder = Outputs::new(global.force, inputs).folder(&arguments.out, "build")?;
-    let text = |path: &Option<PathBuf>| path.as_deref().map(named_text).transpose();
+    let named = |path: &Option<PathBuf>| path.as_deref().map(named_text).transpose();
     let built = pipeline::build(&Job {
         log: arguments.log.read(&arguments.logs)?,
         identify: arguments.identify.options(),
-        design: arguments.specification.options()?,
-        vehicle: text(&arguments.vehicle)?,
-        track: text(&arguments.track)?,
+        design: arguments.specification.read()?.design,
+        vehicle: named(&arguments.vehicle)?,
+        track: named(&arguments.track)?,
         lateral_acceleration: arguments.lateral_acceleration,
         folder: folder.stage().into(),
         out: arguments.out.clone(),
         gate: arguments.gate,
     })?;
     folder.commit()?;
-    let mut told = evidence::evidence(&built.plant);
+    let mut text = evidence::evidence(&built.plant);
     for controller in &built.controllers {
-        told.push_str(&format!(
+        text.push_str(&format!(
             "\n{} controller\n{}\n",
             controller.basis.name(),
             design::summary(&controller.pid)
         ));
     }
-    told.push_str(&format!("\n{}", overview::table(std::slice::from_ref(&built))));
-    console::result(&told, &overview::of(&built))?;
+    text.push_str(&format!("\n{}", overview::table(std::slice::from_ref(&built))));
+    console::result(&text, &overview::of(&built))?;
     Ok(outcome(&built))
 }
 

@@ -1,4 +1,4 @@
-//! `steerwright check`: archives of any tool held against the standard.
+//! `steerwright check`: archives of any tool compared with the standard.
 
 use crate::console;
 use crate::failure::{Failure, Outcome};
@@ -10,29 +10,29 @@ use std::time::Duration;
 
 /// Check FMUs of any tool against FMI 2.0 for Co-Simulation
 ///
-/// Looks at the archive, the XML, the folders and the binaries of every platform; runs nothing
-/// unless asked to. Errors are breaches of the standard, warnings go against its recommendations,
-/// notes are good to know. With `--run`, the binary is run with your rights: a process of its own
-/// keeps a faulty one from taking the check down, and does not contain a malicious one, which may do
-/// whatever you may do and outlive the check. Run none that you would not simulate.
+/// Checks the archive, the XML, the folders and the binaries of every platform; runs nothing without
+/// --run. Errors violate the standard, warnings violate its recommendations, notes are informative.
+/// With --run the binary runs with your rights in a separate process: a faulty binary cannot crash the
+/// check, but a malicious one can do whatever you can do, also after the check. Run only FMUs that you
+/// would simulate.
 ///
-/// Exit status: 0 no errors (there may be warnings), 1 errors found, 2 a file cannot be read; the
-/// others are checked all the same.
+/// Exit status: 0 no errors (warnings are possible), 1 errors found, 2 a file cannot be read; the other
+/// files are checked.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// Archives
     #[arg(required = true, value_name = "FMU")]
     fmus: Vec<PathBuf>,
-    /// Run the binary of this platform too, in a process of its own that may crash or hang
+    /// Also run the binary of this platform, in a separate process that may crash or hang
     #[arg(long)]
     run: bool,
-    /// The longest that a run may take
+    /// Longest duration of a run
     #[arg(long, value_name = "TIME", default_value = "60s", value_parser = quantity::time)]
     time_limit: f64,
-    /// Take warnings for errors
+    /// Treat warnings as errors
     #[arg(long)]
     strict: bool,
-    /// What `--run` calls itself with: exercise the FMU and write findings to this file
+    /// The process that `--run` starts: exercise the FMU and write the findings to this file
     #[arg(long, hide = true, value_name = "FILE")]
     run_child: Option<PathBuf>,
 }
@@ -44,8 +44,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     }
     let time = Duration::try_from_secs_f64(arguments.time_limit).ok().filter(|t| !t.is_zero());
     let Some(time) = time else {
-        let message = format!("--time-limit: {} s is no time to wait", arguments.time_limit);
-        return Err(Failure::new(message, "give a time such as 60s"));
+        let message = format!("--time-limit: {} s must be greater than 0", arguments.time_limit);
+        return Err(Failure::new(message, "state a time such as 60s"));
     };
     let bounds = run::Bounds { time };
     let (mut reports, mut failures) = (Vec::new(), Vec::new());
@@ -60,10 +60,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     drop(progress);
     let text: Vec<String> = reports.iter().map(text).collect();
     console::result(&text.join("\n\n"), &reports)?;
-    // A file that cannot be read keeps nothing from being told of the others.
+    // The findings of readable files are printed in any case.
     if let Some(last) = failures.pop() {
         for failure in failures {
-            failure.tell();
+            failure.report();
         }
         return Err(last);
     }

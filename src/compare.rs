@@ -1,47 +1,46 @@
 //! `steerwright compare`: models against a drive, controllers against each other and the truth.
 
-use crate::comparison::{self, Comparison, Job, Road, Shape};
 use crate::console;
 use crate::failure::{Failure, Outcome};
 use crate::gate::GateArguments;
 use crate::log_options::LogArguments;
 use crate::output::Outputs;
+use crate::pipeline::Writer;
 use crate::progress::Progress;
-use crate::requirements::SpecificationArguments;
+use crate::specification::SpecificationArguments;
 use crate::{Global, files, quantity};
-use formats::Path as PathFile;
-use std::path::PathBuf;
+use comparison::{Comparison, ControllerFile, Job, Model, ModelDocument, Road, Truth};
+use formats::{Path as PathFile, Pid, SourceFile};
+use std::path::{Path, PathBuf};
 use sweep::Class;
 use sysid::IdentifyOptions;
 
-/// Compare models and the controllers designed on them: against a drive, on each other's plants, and
-/// on a vehicle that stands for the truth
+/// Compare models and the controllers designed on them: with a drive, on each other's plants, and on a
+/// vehicle that represents the truth
 ///
 /// Every controller follows the same road on the plant of every model and on the truth, as packed
-/// FMUs. The paper's Fig. 3 (with --log), 5, 6 and 7. A controller is designed for each model to the
-/// same specification, unless --pid gives one, within the steering limits that the truth states. Exit
-/// status 1 where a controller is unstable or off the path.
+/// FMUs: the paper's Fig. 3 (with --log), 5, 6 and 7. A model without a --pid gets a controller that is
+/// designed to the specification, within the steering limits of the truth. The exit status is 1 if a
+/// controller is unstable or off the path.
 ///
-///   steerwright compare plant.json bicycle.json --truth NonlinearVehicle.fmu --log drive.csv
-///       --out comparison
+/// Example: steerwright compare plant.json bicycle.json --truth NonlinearVehicle.fmu --log drive.csv
+/// --out comparison
 #[derive(clap::Args)]
-#[command(verbatim_doc_comment)]
 pub(crate) struct Arguments {
-    /// plant.json or bicycle.json, two or more; one will do with two controllers
+    /// plant.json or bicycle.json, two or more; one is enough with two controllers
     #[arg(required = true, value_name = "MODEL.json")]
     models: Vec<PathBuf>,
-    /// The vehicle to judge on: a plant FMU of any tool (inputs steering_angle and speed, outputs x,
+    /// The vehicle that represents the truth: a plant FMU of any tool (inputs steering_angle and speed, outputs x,
     /// y, yaw), vehicle.json, or vehicle data (TOML) for a NonlinearVehicle
     #[arg(long, value_name = "FMU|FILE")]
     truth: Option<PathBuf>,
-    /// A controller, of the model whose hash it carries, or of the one named before it; may be
-    /// repeated
+    /// A controller, of the model whose hash it carries, or of the named model; may be repeated
     #[arg(long = "pid", value_name = "[MODEL=]PID.json")]
     pids: Vec<String>,
-    /// A drive (CSV) to hold the models against; more --log for more files
+    /// A drive (CSV) to compare the models with; may be repeated for more files
     #[arg(long = "log", value_name = "LOG")]
     logs: Vec<PathBuf>,
-    /// Share of the log, at its end, that the models are judged on
+    /// Share of the log that is validation data, at its end
     #[arg(long, value_name = "SHARE", value_parser = quantity::percent, default_value = "50%")]
     validation_fraction: f64,
     /// Folder for figures (SVG), results.csv, the runs, and one HTML page
@@ -57,12 +56,12 @@ pub(crate) struct Arguments {
     specification: SpecificationArguments,
 }
 
-/// What is driven along.
+/// The road.
 #[derive(clap::Args)]
 #[command(next_help_heading = "Road")]
 struct RoadArguments {
-    /// Drive along this path, at its speed; its look-ahead, preview, feedforward and sideslip are
-    /// replaced by those of each controller and plant
+    /// Drive along this path at its speed; look-ahead, preview, feedforward and sideslip are those of
+    /// each controller and plant
     #[arg(long, value_name = "PATH.json", conflicts_with_all = ["road", "road_speed", "lateral_acceleration"])]
     path: Option<PathBuf>,
     /// A standard road
@@ -74,8 +73,8 @@ struct RoadArguments {
     /// Largest lateral acceleration of the standard road
     #[arg(long, value_name = "ACCELERATION", allow_hyphen_values = true, value_parser = quantity::acceleration, default_value = "4m/s2")]
     lateral_acceleration: f64,
-    /// How fast the path follower's integral of the cross-track error grows, such as 0.05/s; by
-    /// default the path's, or none
+    /// Gain of the integral of the cross-track error in the path follower, such as 0.05/s; by default
+    /// that of the path, or none
     #[arg(long, value_name = "RATE", allow_hyphen_values = true, value_parser = quantity::rate)]
     cross_track_integral: Option<f64>,
     /// A cross-track error beyond this is off the path
@@ -86,38 +85,41 @@ struct RoadArguments {
 pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {
     let outputs = Outputs::new(global.force, arguments.inputs());
     let folder = arguments.out.as_deref().map(|out| outputs.folder(out, "compare")).transpose()?;
-    let design = arguments.specification.options()?;
+    let specified = arguments.specification.read()?;
     let drive = arguments.drive()?;
     let progress = Progress::start("comparing: designs and runs");
-    let compared = comparison::compare(&Job {
-        models: arguments.models.clone(),
-        pids: arguments.pids.clone(),
-        master: arguments.specification.master()?,
-        design,
-        truth: arguments.truth.clone(),
+    let models = arguments.models()?;
+    let compared = comparison::compare(Job {
+        controllers: arguments.controllers(&models)?,
+        models,
+        master: specified.master,
+        design: specified.design,
+        truth: arguments.truth.as_deref().map(truth).transpose()?,
         drive,
         road: arguments.road.read()?,
         cross_track_integral_per_s: arguments.road.cross_track_integral,
-        gate: arguments.gate,
         max_cross_track_error_m: arguments.road.max_cross_track_error,
     })?;
     progress.now("drawing");
     let written = match folder {
         Some(folder) => {
-            let written = comparison::write(&compared, folder.stage())?;
+            let mut out = Writer::new(folder.stage());
+            for file in comparison::files(&compared)? {
+                out.bytes(&file.source.name, &file.bytes)?;
+            }
             folder.commit()?;
-            written
+            out.into_written()
         }
         None => Vec::new(),
     };
     drop(progress);
-    let mut text = comparison::text(&compared);
+    let mut text = comparison::text(&compared, console::columns());
     if let Some(folder) = &arguments.out {
         text.push_str(&format!(
             "\n{} files in {}, to read: {}\n",
             written.len(),
             folder.display(),
-            folder.join("comparison.html").display()
+            folder.join(comparison::PAGE).display()
         ));
     }
     console::result(&text, &comparison::json(&compared, &written))?;
@@ -134,7 +136,7 @@ fn outcome(compared: &Comparison) -> Outcome {
 impl Arguments {
     /// The files that are read.
     fn inputs(&self) -> Vec<PathBuf> {
-        // A controller's file may stand behind its model's.
+        // The file of a controller may follow the model and `=`.
         let pids = self.pids.iter().flat_map(|text| {
             let named = text.split_once('=').map(|(_, file)| file.into());
             [Some(text.into()), named].into_iter().flatten()
@@ -144,7 +146,33 @@ impl Arguments {
         named.cloned().chain(pids).collect()
     }
 
-    /// The drive, where there is one.
+    fn models(&self) -> Result<Vec<Model>, Failure> {
+        let read = |path: &PathBuf| {
+            let text = files::read_text(path)?;
+            let file = path.display().to_string();
+            let document = ModelDocument::from_json(&text, &file)?;
+            self.gate.check(&file, document.quality())?;
+            Ok((path.clone(), SourceFile::of(path, text.as_bytes()), document))
+        };
+        let files = self.models.iter().map(read).collect::<Result<Vec<_>, Failure>>()?;
+        Ok(comparison::models(files)?)
+    }
+
+    /// The controllers' files; before `=` a model's label or file.
+    fn controllers(&self, models: &[Model]) -> Result<Vec<ControllerFile>, Failure> {
+        let read = |argument: &String| {
+            let named = argument.split_once('=').and_then(|(model, file)| {
+                let is_it = |m: &Model| m.label == model || m.path.as_os_str() == model;
+                Some((models.iter().position(is_it)?, file))
+            });
+            let path = PathBuf::from(named.map_or(argument.as_str(), |(_, file)| file));
+            let (pid, source) = files::read_document::<Pid>(&path)?;
+            Ok(ControllerFile { path, pid, source, model: named.map(|(model, _)| model) })
+        };
+        self.pids.iter().map(read).collect()
+    }
+
+    /// The drive, if there is one.
     fn drive(&self) -> Result<Option<(sysid::DriveLog, IdentifyOptions)>, Failure> {
         if self.logs.is_empty() && !self.log.names_files() {
             return Ok(None);
@@ -158,6 +186,39 @@ impl Arguments {
     }
 }
 
+/// The vehicle in a file: FMU, JSON or TOML.
+fn truth(path: &Path) -> Result<Truth, Failure> {
+    let is = |end: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(end));
+    Ok(if is("toml") {
+        Truth::from_vehicle_data(path, &files::read_text(path)?)?
+    } else if is("json") {
+        Truth::from_json(path, &files::read_text(path)?)?
+    } else {
+        Truth::from_fmu(path, &files::read(path)?)?
+    })
+}
+
+/// The standard roads.
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+enum Shape {
+    /// A double lane change of 3.5 m, then an S-curve of 40° to each side
+    Reference,
+    /// The double lane change alone
+    LaneChange,
+    /// The S-curve alone
+    SCurve,
+}
+
+impl From<Shape> for comparison::Shape {
+    fn from(shape: Shape) -> Self {
+        match shape {
+            Shape::Reference => Self::Reference,
+            Shape::LaneChange => Self::LaneChange,
+            Shape::SCurve => Self::SCurve,
+        }
+    }
+}
+
 impl RoadArguments {
     fn read(&self) -> Result<Road, Failure> {
         Ok(match &self.path {
@@ -166,7 +227,7 @@ impl RoadArguments {
                 Road::File(Box::new(path), source)
             }
             None => Road::Standard {
-                shape: self.road,
+                shape: self.road.into(),
                 speed: self.road_speed,
                 lateral_acceleration: self.lateral_acceleration,
             },

@@ -14,7 +14,7 @@ use std::io::{ErrorKind, IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-/// Whether `--json` is given; faults are printed from more places than know the arguments.
+/// Whether `--json` is set; errors are also printed where the arguments are not available.
 static JSON: AtomicBool = AtomicBool::new(false);
 /// Whether a file of results goes to stdout, where nothing else may be printed then.
 static TAKEN: AtomicBool = AtomicBool::new(false);
@@ -24,7 +24,7 @@ pub(crate) const WARN: Style = AnsiColor::Yellow.on_default().bold();
 pub(crate) const BAD: Style = AnsiColor::Red.on_default().bold();
 pub(crate) const HINT: Style = AnsiColor::Cyan.on_default().bold();
 
-/// Says how everything is printed.
+/// Sets the form of all output.
 pub(crate) fn use_json(json: bool) {
     JSON.store(json, Ordering::Relaxed);
 }
@@ -56,7 +56,12 @@ pub(crate) fn grade(grade: Grade) -> String {
 
 /// A table as wide as the terminal at most, and as [`report::COLUMNS`] elsewhere.
 pub(crate) fn table(table: &report::Table) -> String {
-    table.text(terminal_columns().unwrap_or(report::COLUMNS))
+    table.text(columns())
+}
+
+/// Columns of the terminal, and [`report::COLUMNS`] elsewhere.
+pub(crate) fn columns() -> usize {
+    terminal_columns().unwrap_or(report::COLUMNS)
 }
 
 /// Columns of the terminal that stdout is, if it is one.
@@ -109,7 +114,7 @@ pub(crate) fn result(text: &str, value: &impl Serialize) -> Result<(), Failure> 
         writeln!(anstream::stdout(), "{text}")
     };
     match written {
-        // The work is done and written: a reader who has gone away makes no failure of it.
+        // The work is done and written: a closed pipe is no failure.
         Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(failed(e)),
         _ => Ok(()),
     }
@@ -119,7 +124,7 @@ pub(crate) fn result(text: &str, value: &impl Serialize) -> Result<(), Failure> 
 pub(crate) fn bytes(bytes: &[u8]) -> std::io::Result<()> {
     let mut stdout = std::io::stdout().lock();
     match stdout.write_all(bytes).and_then(|()| stdout.flush()) {
-        // A reader that has seen enough is no failure.
+        // A closed pipe is no failure.
         Err(e) if e.kind() == ErrorKind::BrokenPipe => Ok(()),
         done => done,
     }

@@ -1,4 +1,4 @@
-//! `steerwright demo`: everything, on the recorded drives that this program carries.
+//! `steerwright demo`: all stages, on the recorded drives in this program.
 
 use crate::console;
 use crate::failure::{Failure, Outcome};
@@ -10,10 +10,10 @@ use control::DesignOptions;
 use std::path::PathBuf;
 use sysid::{IdentifyOptions, InputKind, LogOptions};
 
-/// Everything, on three recorded drives that come with this program
+/// Run all stages on the three recorded drives in this program
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// Folder for everything
+    /// Folder for all results
     #[arg(long, short, value_name = "DIR", default_value = "out")]
     out: PathBuf,
 }
@@ -27,7 +27,7 @@ macro_rules! data {
 
 type File = (&'static str, &'static str);
 
-/// A recorded drive and what one has to know to read it.
+/// A recorded drive, with the options to read it.
 struct Drive {
     name: &'static str,
     logs: &'static [File],
@@ -40,10 +40,10 @@ struct Drive {
     steering_ratio: Option<f64>,
     /// Steering angle at a command of 1, rad, where the command has no unit.
     steering_full_scale_rad: Option<f64>,
-    /// What the model is driven by, and the share of the samples that validates it.
+    /// The input of the model, and the share of validation data.
     model_input: InputKind,
     validation_fraction: f64,
-    /// What the steering servo can follow, rad/s, where it is known.
+    /// Largest rate of the steering servo, rad/s, if it is known.
     servo_rate_radps: Option<f64>,
     /// Of the standard road, m/s².
     lateral_acceleration: f64,

@@ -7,10 +7,11 @@ use crate::failure::{Failure, Outcome};
 use crate::gate::GateArguments;
 use crate::output::{Kind, Outputs};
 use crate::progress::Progress;
-use crate::requirements::SpecificationArguments;
-use crate::{Global, files, fmu_step};
+use crate::specification::SpecificationArguments;
+use crate::{Global, files};
+use comparison::ModelDocument;
 use control::DesignPlant;
-use formats::{Bicycle, Document, Pid, Plant, SourceFile};
+use formats::{Pid, SourceFile};
 use std::path::{Path, PathBuf};
 
 /// Design a PID steering controller (eq 14) on a plant or bicycle file
@@ -37,12 +38,12 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let out = outputs.file(&arguments.out, Kind::of::<Pid>())?;
     let figures = |folder| outputs.files(folder, design_plots::NAMES, Kind::Svg);
     let plots = arguments.plots.as_deref().map(figures).transpose()?;
-    let options = arguments.specification.options()?;
+    let specified = arguments.specification.read()?;
     let (plant, source, document) = read_plant(&arguments.plant, arguments.gate)?;
     let progress = Progress::start("designing");
-    let mut pid = control::design(&plant, &source, &options)?;
+    let mut pid = control::design(&plant, &source, &specified.design)?;
     progress.now("running the loop of FMUs");
-    fmu_step::prove(&mut pid, &document, &plant)?;
+    comparison::verify(&mut pid, &document, &plant)?;
     drop(progress);
     out.document(&pid)?;
     let mut written = vec![format!("written to {out}")];
@@ -53,40 +54,28 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     }
     console::result(&summary(&pid), &pid)?;
     written.iter().for_each(console::note);
-    Ok(if is_kept(&pid, &arguments.specification) {
+    Ok(if is_met(&pid, specified.must_be_robust) {
         Outcome::Done
     } else {
         Outcome::RequirementNotMet
     })
 }
 
-/// Whether what was asked for is kept; by all plants where that was asked for in so many words.
-fn is_kept(pid: &Pid, specification: &SpecificationArguments) -> bool {
+/// Whether the requirements are met, and by all plants if the options require it.
+fn is_met(pid: &Pid, must_be_robust: bool) -> bool {
     let by_all = pid.evidence.robustness.as_ref().is_none_or(|r| r.met);
-    pid.evidence.met && (by_all || !specification.must_be_robust())
+    pid.evidence.met && (by_all || !must_be_robust)
 }
 
 /// The model in a plant or bicycle file, if its quality allows it, and the file's text.
-pub(crate) fn read_plant(
+fn read_plant(
     path: &Path,
     gate: GateArguments,
 ) -> Result<(DesignPlant, SourceFile, String), Failure> {
     let text = files::read_text(path)?;
-    let source = SourceFile::of(path, text.as_bytes());
     let file = path.display().to_string();
-    // A bicycle of any version, so that another one is refused as such.
-    let bicycle = "steerwright/bicycle/";
-    let plant = match formats::schema_of(&text) {
-        Some(schema) if schema.starts_with(bicycle) => {
-            let bicycle = Bicycle::from_json(&text, &file)?;
-            gate.check(&file, &bicycle.quality)?;
-            DesignPlant::from_bicycle(&bicycle)
-        }
-        _ => {
-            let plant = Plant::from_json(&text, &file)?;
-            gate.check(&file, &plant.quality)?;
-            DesignPlant::from_plant(&plant)
-        }
-    };
-    Ok((plant.map_err(|e| Failure::in_file(path, &e, e.hint()))?, source, text))
+    let document = ModelDocument::from_json(&text, &file)?;
+    gate.check(&file, document.quality())?;
+    let plant = document.design_plant().map_err(|e| Failure::in_file(path, &e, e.hint()))?;
+    Ok((plant, SourceFile::of(path, text.as_bytes()), text))
 }

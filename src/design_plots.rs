@@ -5,10 +5,9 @@ use crate::output::Files;
 use control::DesignPlant;
 use formats::Pid;
 use report::figures::{self, OpenLoop};
-use report::{Figure, StepResponse};
+use report::{Figure, StepResponse, WIDTH};
 use std::path::Path;
 
-const WIDTH: u32 = 900;
 /// Points of the loop's frequency response.
 const POINTS: usize = 600;
 

@@ -1,4 +1,4 @@
-//! A design for people: gains, what was asked and reached, margins, robustness.
+//! A design for people: gains, required and reached figures, margins, robustness.
 
 use crate::console;
 use control::Requirement;
@@ -6,7 +6,7 @@ use formats::{Breaking, DesignEvidence, Grade, OnACurve, Pid, Robustness, StepMe
 use report::Table;
 use std::fmt::Write;
 
-/// Gains, requirements, margins and what they hold for.
+/// Gains, requirements, margins and robustness.
 pub(crate) fn summary(pid: &Pid) -> String {
     let g = &pid.gains;
     let e = &pid.evidence;
@@ -23,7 +23,7 @@ pub(crate) fn summary(pid: &Pid) -> String {
         g.setpoint_weight_proportional,
         g.setpoint_weight_derivative
     );
-    let _ = writeln!(text, "{}", console::table(&asked_and_reached(pid)));
+    let _ = writeln!(text, "{}", console::table(&required_and_reached(pid)));
     let delay = pid.designed_for.loop_delay_s;
     let unlike = e.fmu_loops.iter().all(|l| (l.loop_delay_s - delay).abs() > 1e-9);
     if !e.fmu_loops.is_empty() && unlike {
@@ -47,11 +47,11 @@ pub(crate) fn summary(pid: &Pid) -> String {
     }
     text.push_str(match (e.met, e.robustness.as_ref().is_none_or(|r| r.met)) {
         (true, _) if !quality.allows_design() => {
-            "every requirement is met on a model that failed validation, which says nothing about the vehicle\n"
+            "every requirement is met on a model that failed validation, which does not represent the vehicle\n"
         }
         (true, true) => "every requirement is met\n",
         (true, false) => {
-            "every requirement is met on the plant itself, not by all it may stand for\n"
+            "every requirement is met on the nominal plant, not on all plants of the ensemble\n"
         }
         (false, _) => "not every requirement is met\n",
     });
@@ -62,7 +62,7 @@ pub(crate) fn summary(pid: &Pid) -> String {
                 None => (&shortfall.requirement, Box::new(|v| format!("{v:.4}"))),
             };
         let (reached, required) = (value(shortfall.reached), value(shortfall.required));
-        let _ = writeln!(text, "not met: {label} is {reached}, {required} is asked for");
+        let _ = writeln!(text, "not met: {label} is {reached}, {required} is required");
     }
     for advice in &e.advice {
         let _ = writeln!(text, "  {advice}");
@@ -108,7 +108,7 @@ fn steps(e: &DesignEvidence) -> String {
     format!("\nsteps of other heights on the model designed on\n{}", console::table(&table))
 }
 
-/// From where the loop comes back to a path.
+/// Lateral offsets from which the loop returns to a path.
 fn engagement(e: &DesignEvidence) -> String {
     let Some(engagement) = &e.engagement else { return String::new() };
     let mut headers = vec!["heading error".to_owned()];
@@ -130,18 +130,18 @@ fn engagement(e: &DesignEvidence) -> String {
     }
     let tried = engagement.offsets_m.last().copied().unwrap_or_default();
     format!(
-        "\nlargest lateral offset, of up to {tried:.0} m, from which it comes back to a straight path \
+        "\nlargest lateral offset, of up to {tried:.0} m, from which the loop returns to a straight path \
          ({})\n{}\n",
         engagement.plant,
         console::table(&table)
     )
 }
 
-/// A row for each figure, with what was asked for it.
-fn asked_and_reached(pid: &Pid) -> Table {
+/// A row for each figure, with its requirement.
+fn required_and_reached(pid: &Pid) -> Table {
     let (s, e) = (&pid.specification, &pid.evidence);
     let robust = e.robustness.as_ref();
-    let mut headers = vec!["requirement", "asked", "reached"];
+    let mut headers = vec!["requirement", "required", "reached"];
     headers.extend(e.fmu_loops.iter().map(|l| match l.master.as_str() {
         "jacobi" => "FMUs, Jacobi",
         _ => "FMUs, Gauss–Seidel",
@@ -151,15 +151,15 @@ fn asked_and_reached(pid: &Pid) -> Table {
     }
     let mut table = Table::new(headers);
     for r in Requirement::ALL {
-        let asked = r.required(s);
+        let required = r.required(s);
         let reached = figure(r, e);
-        if asked.is_none() && reached.is_none() {
+        if required.is_none() && reached.is_none() {
             continue;
         }
         let sign = if r.at_least() { "≥" } else { "≤" };
         let mut row = vec![
             r.label().to_owned(),
-            asked.map_or_else(String::new, |v| format!("{sign} {}", r.text(v))),
+            required.map_or_else(String::new, |v| format!("{sign} {}", r.text(v))),
             reached.map_or_else(|| nothing(r).into(), |v| r.text(v)),
         ];
         row.extend(e.fmu_loops.iter().map(|l| {
@@ -176,7 +176,7 @@ fn asked_and_reached(pid: &Pid) -> Table {
     table
 }
 
-/// What stands for a figure that there is none of.
+/// The text of a figure that does not exist.
 fn nothing(r: Requirement) -> &'static str {
     if r.at_least() { "unlimited" } else { "never" }
 }
@@ -200,18 +200,13 @@ fn of_steps(
     curve: Option<&OnACurve>,
 ) -> Option<f64> {
     match r {
-        Requirement::Overshoot => Some(step.overshoot_percent),
-        Requirement::Settling => step.settling_time_s,
-        Requirement::SteadyState => Some(step.steady_state_error_percent),
         Requirement::SteadyStateWithOffset => with_offset.map(|m| m.steady_state_error_percent),
         Requirement::SteadyStateOnCurve => curve.map(|c| c.steady_state_error_percent),
-        Requirement::Rise => step.rise_time_s,
-        Requirement::IntegralError => Some(step.integral_absolute_error_s),
-        _ => None,
+        _ => r.of_step(step).flatten(),
     }
 }
 
-/// Over which plants, and where each requirement breaks.
+/// The plants of the ensemble, and the limits of each requirement.
 fn ranges(r: &Robustness) -> String {
     let ms = |s: f64| format!("{:.0}", 1e3 * s);
     let mut text = format!(
@@ -251,7 +246,7 @@ fn where_it_breaks(b: &Breaking, value: &dyn Fn(f64) -> String) -> String {
     }
 }
 
-/// What robustness costs.
+/// Settling time over robustness.
 fn trade_off(e: &DesignEvidence) -> String {
     let rows: Vec<String> = e
         .trade_off

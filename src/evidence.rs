@@ -9,23 +9,20 @@ use formats::{
 };
 use std::fmt::Write;
 
-/// Width of every figure, px.
-pub(crate) const WIDTH: u32 = 900;
-
 /// The evidence behind a plant, for people.
 pub(crate) fn evidence(plant: &Plant) -> String {
     let e = &plant.evidence;
     let channels = console::table(&channel_table(&e.channels));
     let mut orders =
-        report::Table::new(["order", "singular value", "estimation", "held out", "as estimated"]);
-    let held_out = |fit: f64| fit_text(fit, e.validation_samples);
+        report::Table::new(["order", "singular value", "estimation", "validation", "as estimated"]);
+    let validation_fit = |fit: f64| fit_text(fit, e.validation_samples);
     for row in &e.order_table {
         let chosen = if row.order == plant.order() { " <" } else { "" };
         orders = orders.row([
             format!("{}{chosen}", row.order),
             row.singular_value.map_or_else(|| "–".into(), |s| format!("{s:.4e}")),
             format!("{:.2} %", row.estimation_fit),
-            held_out(row.validation_fit),
+            validation_fit(row.validation_fit),
             if row.stable { "stable".into() } else { "unstable".to_owned() },
         ]);
     }
@@ -72,7 +69,7 @@ pub(crate) fn evidence(plant: &Plant) -> String {
             let _ = writeln!(text, "         {value:.4} ± {error:.4} s2 per yaw acceleration");
         }
     }
-    text.push_str(&judgement(e));
+    text.push_str(&validation(e));
     text + &conclusion(&e.warnings, &plant.quality)
 }
 
@@ -101,7 +98,7 @@ pub(crate) fn conclusion(warnings: &[String], quality: &Quality) -> String {
 /// Draws the evidence.
 pub(crate) fn plots(plant: &Plant, traces: &report::Traces, files: &Files) -> Result<(), Failure> {
     for (name, height, figure) in report::figures::of_identification(plant, traces, None) {
-        match figure.to_svg(WIDTH, height) {
+        match figure.to_svg(report::WIDTH, height) {
             Ok(svg) => {
                 files.write(&format!("{name}.svg"), svg.as_bytes())?;
             }
@@ -113,7 +110,7 @@ pub(crate) fn plots(plant: &Plant, traces: &report::Traces, files: &Files) -> Re
     Ok(())
 }
 
-/// What was read of the log.
+/// The channels that were read.
 pub(crate) fn channel_table(all: &[formats::ChannelSummary]) -> report::Table {
     let mut channels =
         report::Table::new(["channel", "column", "read as", "rows", "rate", "min", "mean", "max"]);
@@ -132,13 +129,13 @@ pub(crate) fn channel_table(all: &[formats::ChannelSummary]) -> report::Table {
     channels
 }
 
-/// A fit on held-out data, if there are any.
+/// A fit on validation data, if there are any.
 fn fit_text(fit: f64, samples: usize) -> String {
     if samples == 0 { "–".into() } else { format!("{fit:.2} %") }
 }
 
-/// Fits, tests and where in frequency the log says something.
-fn judgement(e: &Evidence) -> String {
+/// Fits, tests, and the information of the log by frequency.
+fn validation(e: &Evidence) -> String {
     let mut text = String::new();
     let error = e.held_out.as_ref().and_then(|h| h.fit_standard_error);
     let _ = writeln!(
@@ -180,7 +177,7 @@ fn judgement(e: &Evidence) -> String {
         let found = if t.pass { "none" } else { "found" };
         tests.push(format!("feedback {found} ({:.1}, bound {:.1})", t.statistic, t.bound));
     }
-    let _ = writeln!(text, "tests    on held-out residuals: {}", tests.join(", "));
+    let _ = writeln!(text, "tests    of the residuals on validation data: {}", tests.join(", "));
     if let Some(response) = e.frequency_response.as_ref().filter(|r| r.compared > 0) {
         let _ = writeln!(
             text,
@@ -200,12 +197,12 @@ fn judgement(e: &Evidence) -> String {
             "road wheel",
             "yaw rate",
             "explained",
-            "gain known to",
+            "gain error",
             "",
             "model's gain",
             "phase",
         ];
-        let departures = e.frequency_response.as_ref().map_or(&[][..], |r| &r.bands);
+        let errors = e.frequency_response.as_ref().map_or(&[][..], |r| &r.bands);
         let mut bands = report::Table::new(headers);
         for b in &e.excitation.bands {
             bands.push([
@@ -224,8 +221,8 @@ fn judgement(e: &Evidence) -> String {
                     Information::None => "no information",
                 }
                 .to_owned(),
-                of_band(departures, b, |d| format!("×{:.2}", d.gain_ratio)),
-                of_band(departures, b, |d| {
+                of_band(errors, b, |d| format!("×{:.2}", d.gain_ratio)),
+                of_band(errors, b, |d| {
                     format!("{:+.0}°", d.phase_ahead_rad.to_degrees().round() + 0.0)
                 }),
             ]);
@@ -235,16 +232,16 @@ fn judgement(e: &Evidence) -> String {
     text
 }
 
-/// What is said of the model in a band against the measured response; a dash where that is not known.
+/// A quantity of the model in a band compared with the measured response; a dash where it is unknown.
 fn of_band(
-    departures: &[BandDeparture],
+    errors: &[BandDeparture],
     band: &ExcitationBand,
-    told: impl Fn(&BandDeparture) -> String,
+    value: impl Fn(&BandDeparture) -> String,
 ) -> String {
-    departures
+    errors
         .iter()
         .find(|d| d.from_hz == band.from_hz && d.to_hz == band.to_hz)
-        .map_or_else(|| "–".into(), told)
+        .map_or_else(|| "–".into(), value)
 }
 
 /// A pole for people: its time constant, or frequency and damping.

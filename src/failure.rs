@@ -1,4 +1,4 @@
-//! What can go wrong on the command line: message, hint, exit status.
+//! Errors of the command line: message, hint, exit status.
 
 use crate::console;
 use std::fmt;
@@ -32,23 +32,18 @@ impl Failure {
         )
     }
 
-    /// An error of a stage that does not know the file it was about.
+    /// An error of a stage, with the file that it concerns.
     pub(crate) fn in_file(file: &Path, error: impl fmt::Display, hint: String) -> Self {
         Self::new(format!("{}: {error}", file.display()), hint)
     }
 
-    /// The same, with the file or the thing that it is about before it.
-    pub(crate) fn about(self, what: impl fmt::Display) -> Self {
-        Self { message: format!("{what}: {}", self.message), ..self }
-    }
-
     /// Prints it on stderr and returns its exit status.
-    pub(crate) fn tell(&self) -> ExitCode {
+    pub(crate) fn report(&self) -> ExitCode {
         console::error(&self.message, &self.hint, self.status);
         ExitCode::from(self.status)
     }
 
-    /// As [`Failure::tell`], and ends the process with another status.
+    /// As [`Failure::report`], and ends the process with another status.
     pub(crate) fn exit(&self, status: u8) -> ! {
         console::error(&self.message, &self.hint, status);
         std::process::exit(status.into())
@@ -58,8 +53,8 @@ impl Failure {
 /// Exit status of bad input.
 pub(crate) const BAD_INPUT: u8 = 2;
 
-/// Prints what is wrong with the arguments, or the help that was asked for.
-pub(crate) fn tell_usage(error: &clap::Error) -> ExitCode {
+/// Prints an error of the arguments, or the requested help.
+pub(crate) fn report_usage(error: &clap::Error) -> ExitCode {
     const CLOSING: &str = "For more information, try '--help'.";
     const HINT: &str = "--help lists the arguments with their units and defaults";
     let status = u8::try_from(error.exit_code()).unwrap_or(BAD_INPUT);
@@ -108,12 +103,37 @@ impl From<control::Error> for Failure {
     }
 }
 
+impl From<comparison::Error> for Failure {
+    fn from(error: comparison::Error) -> Self {
+        let hint = comparison_hint(&error);
+        Self::new(&error, hint)
+    }
+}
+
+/// The hint of a comparison's error, with the options where they help.
+fn comparison_hint(error: &comparison::Error) -> String {
+    use comparison::Error as E;
+    let options = match error {
+        E::In { source, .. } => return comparison_hint(source),
+        E::Design(error) => return design_hint(error),
+        E::OtherModel { file, model } => &format!("--pid {model}={file}"),
+        E::NothingToCompare => "--pid",
+        E::SampleTimes { .. } => "--pid-sample-time",
+        E::LogSteeringRatio { .. } => "--steering-ratio, --input-channel",
+        E::MaxCrossTrackError { .. } => "--max-cross-track-error",
+        E::Speeds { .. } | E::OtherSpeed { .. } => "--road-speed",
+        E::TightRoad { .. } => "--lateral-acceleration, --max-angle",
+        _ => return error.hint(),
+    };
+    format!("{} ({options})", error.hint())
+}
+
 /// The hint of a design's error, with the option where one helps.
-pub(crate) fn design_hint(error: &control::Error) -> String {
+fn design_hint(error: &control::Error) -> String {
     match error {
-        control::Error::NoSteeringRate { .. } => format!("{}: --max-rate 25deg/s", error.hint()),
-        control::Error::NotScheduled { .. } => format!("{}: --structure bicycle", error.hint()),
-        control::Error::PoorFixes { .. } => format!("{}: --poor-fixes mark", error.hint()),
+        control::Error::NoSteeringRate { .. } => format!("{} (--max-rate 25deg/s)", error.hint()),
+        control::Error::NotScheduled { .. } => format!("{} (--structure bicycle)", error.hint()),
+        control::Error::PoorFixes { .. } => format!("{} (--poor-fixes mark)", error.hint()),
         _ => error.hint(),
     }
 }
@@ -121,7 +141,7 @@ pub(crate) fn design_hint(error: &control::Error) -> String {
 /// How a command ended that did its work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Outcome {
-    /// Everything asked for is met.
+    /// All requirements are met.
     Done,
     /// The work was done but a requirement or a validation is not met.
     RequirementNotMet,

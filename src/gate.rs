@@ -1,12 +1,12 @@
-//! Models that failed validation do not become controllers or FMUs unless that is accepted.
+//! Models that failed validation become no controllers or FMUs without `--accept-untrusted`.
 
 use crate::failure::Failure;
 use formats::{Bicycle, Document, Pid, Plant, Quality};
 
-/// Whether a model that failed validation is used nevertheless.
+/// Whether a model that failed validation is used.
 #[derive(clap::Args, Debug, Clone, Copy, Default)]
 pub(crate) struct GateArguments {
-    /// Use a model that failed validation; its quality stays in every file that is made from it
+    /// Use a model that failed validation; all files made from it state its quality
     #[arg(long)]
     accept_untrusted: bool,
 }

@@ -114,7 +114,7 @@ impl<'a> Shown<'a> {
         self.plots.is_some() || self.report.is_some()
     }
 
-    /// Draws what was asked for; the places it was written to, for people.
+    /// Draws the requested evidence; returns the places that it was written to, for people.
     fn write(&self, plant: &Plant, csv: &str) -> Result<String, Failure> {
         let mut text = String::new();
         if self.plots.is_none() && self.report.is_none() {

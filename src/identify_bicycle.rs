@@ -13,27 +13,27 @@ use std::fmt::Write;
 use sysid::DriveLog;
 use sysid::bicycle::{BicycleOptions, identify_bicycle};
 
-/// Which model, and what of a bicycle is known beside the log.
+/// The structure of the model, and vehicle data of a bicycle.
 #[derive(clap::Args, Debug, Clone)]
 #[command(next_help_heading = "Structure")]
 pub(crate) struct BicycleArguments {
-    /// What the model is: a state space, or the bicycle of eq 13 scheduled by the speed, for drives
-    /// whose speed varies; auto is state-space
+    /// Structure of the model: state-space, or the bicycle of eq 13 scheduled by the speed, for drives of
+    /// varying speed; auto is state-space
     #[arg(long, value_name = "auto|state-space|bicycle", default_value = "state-space", value_parser = structure)]
     structure: Structure,
-    /// Mass to write into bicycle.json, kg; yaw rate does not depend on it. By default 1500
+    /// Mass in bicycle.json, kg; the yaw rate does not depend on it. By default 1500
     #[arg(long, value_name = "KG", allow_hyphen_values = true)]
     mass: Option<f64>,
     /// Wheelbase of the bicycle, m; the steering ratio is then identified. By default the wheelbase
-    /// is, by the log's steering ratio
+    /// is identified, with the steering ratio of the log
     #[arg(long, value_name = "M", allow_hyphen_values = true)]
     wheelbase: Option<f64>,
-    /// Share of the bicycle's weight on its front axle; yaw rate hardly depends on it. By default 50%
+    /// Share of the weight on the front axle; the yaw rate hardly depends on it. By default 50%
     #[arg(long, value_name = "SHARE", allow_hyphen_values = true, value_parser = quantity::percent)]
     front_share: Option<f64>,
 }
 
-/// What is identified.
+/// The structure of the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Structure {
     StateSpace,
@@ -41,7 +41,7 @@ enum Structure {
 }
 
 impl BicycleArguments {
-    /// The options of the bicycle where that is the structure; options of the other one are refused.
+    /// The options of the bicycle where that is the structure; options of the other one are rejected.
     pub(crate) fn options(
         &self,
         other: &IdentifyArguments,
@@ -52,7 +52,7 @@ impl BicycleArguments {
             front_share: self.front_share.map(|percent| percent / 100.0),
             validation_fraction: other.validation_fraction / 100.0,
         };
-        let told = IdentifyArguments::options(other);
+        let stated = IdentifyArguments::options(other);
         let refuse = |used: &[(bool, &str)], of: &str, hint: &str| {
             used.iter().find(|(used, _)| *used).map_or(Ok(()), |(_, name)| {
                 Err(Failure::new(format!("{name} is an option of the structure {of}"), hint))
@@ -64,21 +64,17 @@ impl BicycleArguments {
                 (self.wheelbase.is_some(), "--wheelbase"),
                 (self.front_share.is_some(), "--front-share"),
             ];
-            refuse(&used, "bicycle", "add --structure bicycle, or leave the option out")?;
+            refuse(&used, "bicycle", "add --structure bicycle, or omit the option")?;
             return Ok(None);
         }
         let used = [
-            (told.method.is_some(), "--method"),
-            (told.order.is_some(), "--order"),
-            (told.horizon.is_some(), "--horizon"),
-            (told.feedthrough.is_some(), "--feedthrough"),
-            (told.input_kind != sysid::InputKind::Steering, "--model-input"),
+            (stated.method.is_some(), "--method"),
+            (stated.order.is_some(), "--order"),
+            (stated.horizon.is_some(), "--horizon"),
+            (stated.feedthrough.is_some(), "--feedthrough"),
+            (stated.input_kind != sysid::InputKind::Steering, "--model-input"),
         ];
-        refuse(
-            &used,
-            "state-space",
-            "leave the option out, or identify with --structure state-space",
-        )?;
+        refuse(&used, "state-space", "omit the option, or identify with --structure state-space")?;
         Ok(Some(options))
     }
 }
@@ -91,7 +87,7 @@ fn structure(text: &str) -> Result<Structure, String> {
     }
 }
 
-/// Identifies, writes and tells.
+/// Identifies, writes and prints.
 pub(crate) fn run(
     log: &DriveLog,
     options: &BicycleOptions,
@@ -162,7 +158,7 @@ fn evidence(e: &BicycleEvidence, quality: &Quality) -> String {
     let d = &e.with_delay;
     let _ = writeln!(
         text,
-        "delay    {:.1} ± {:.1} ms, with which {:.2} % and {:.2} %; not in the file, whose actuator lag stands for it",
+        "delay    {:.1} ± {:.1} ms, with which {:.2} % and {:.2} %; not in the file, whose actuator lag represents it",
         1e3 * d.input_delay_s,
         2e3 * d.standard_error_s,
         d.validation_fit,

@@ -8,7 +8,6 @@ mod bicycle;
 mod build;
 mod check;
 mod compare;
-mod comparison;
 mod console;
 mod demo;
 mod design;
@@ -17,13 +16,10 @@ mod design_summary;
 mod evidence;
 mod failure;
 mod files;
-mod fmu_step;
-mod fmu_track;
 mod gate;
 mod identify;
 mod identify_accumulated;
 mod identify_bicycle;
-mod lateral_loop;
 mod log_options;
 mod manual;
 mod output;
@@ -33,8 +29,8 @@ mod path;
 mod pipeline;
 mod progress;
 mod quantity;
-mod requirements;
 mod simulate;
+mod specification;
 mod sweep;
 
 use clap::{Parser, Subcommand};
@@ -57,11 +53,11 @@ struct Arguments {
     global: Global,
 }
 
-/// What every subcommand takes.
+/// Options of every subcommand.
 #[derive(clap::Args, Debug, Clone, Copy)]
 struct Global {
-    /// Write over a file that is there, whatever it holds, and replace a folder whose files were
-    /// changed; a file that is read is never written, a foreign file in a folder never removed
+    /// Overwrite an existing file of any content, and replace a folder with changed files; an input is
+    /// never overwritten, a foreign file in a folder never removed
     #[arg(long, global = true)]
     force: bool,
     /// Print the result as JSON on stdout, and errors as JSON on stderr
@@ -109,14 +105,14 @@ fn run(command: Command, global: &Global) -> Result<Outcome, Failure> {
 }
 
 fn main() -> ExitCode {
-    // Before the arguments are read, for what is wrong with them is an error too.
+    // Before the arguments are parsed, since their errors are printed in the same form.
     console::use_json(std::env::args_os().any(|argument| argument == "--json"));
     match Arguments::try_parse() {
         Ok(arguments) => match run(arguments.command, &arguments.global) {
             Ok(outcome) => outcome.into(),
-            Err(failure) => failure.tell(),
+            Err(failure) => failure.report(),
         },
-        Err(error) => failure::tell_usage(&error),
+        Err(error) => failure::report_usage(&error),
     }
 }
 

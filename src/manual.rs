@@ -1,4 +1,4 @@
-//! `steerwright completions` and `steerwright man`: what shells and `man` want to know, from the
+//! `steerwright completions` and `steerwright man`: for shells and `man`, from the
 //! definitions of the command line.
 
 use crate::Global;

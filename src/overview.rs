@@ -1,4 +1,4 @@
-//! The one table that says what came out of a build, and the same for scripts.
+//! The results of builds in one table, and as JSON.
 
 use crate::console;
 use crate::pipeline::{Basis, Built, Controller, RECORDED_ROAD, STANDARD_ROAD};
@@ -92,10 +92,10 @@ pub(crate) fn table(all: &[Built]) -> String {
     row("validation fit, bicycle", &|b| {
         b.bicycle_fit.map_or_else(none, |fit| format!("{fit:.2} %"))
     });
-    // What all were asked for stands beside the name, else beside each figure.
-    let mut asked = all.iter().flat_map(|b| &b.controllers).map(|c| &c.pid.specification);
-    let first = asked.next();
-    let one = first.filter(|first| asked.all(|other| other == *first));
+    // A requirement of all is part of the name of the row, otherwise of each figure.
+    let mut required = all.iter().flat_map(|b| &b.controllers).map(|c| &c.pid.specification);
+    let first = required.next();
+    let one = first.filter(|first| required.all(|other| other == *first));
     for basis in [Basis::Identified, Basis::Bicycle] {
         let on = |cell: &dyn Fn(&Controller) -> String| {
             let cell =
@@ -118,15 +118,15 @@ pub(crate) fn table(all: &[Built]) -> String {
             let spec = |c: &Controller| c.pid.specification;
             let mut figure =
                 |name: &str,
-                 asked: &dyn Fn(&Specification) -> Option<f64>,
+                 required: &dyn Fn(&Specification) -> Option<f64>,
                  unit: &str,
                  value: &dyn Fn(&Controller) -> Option<f64>| {
-                    let shared = one.map_or_else(String::new, |one| at_most(asked(one), unit));
+                    let shared = one.map_or_else(String::new, |one| at_most(required(one), unit));
                     let cell = |c: &Controller| {
                         let own = if one.is_some() {
                             String::new()
                         } else {
-                            at_most(asked(&spec(c)), unit)
+                            at_most(required(&spec(c)), unit)
                         };
                         value(c).map_or("never".into(), |v| format!("{v:.3} {unit}{own}"))
                     };
@@ -192,8 +192,8 @@ pub(crate) fn table(all: &[Built]) -> String {
     text
 }
 
-fn at_most(asked: Option<f64>, unit: &str) -> String {
-    asked.map_or_else(String::new, |asked| format!(" (≤ {asked} {unit})"))
+fn at_most(required: Option<f64>, unit: &str) -> String {
+    required.map_or_else(String::new, |required| format!(" (≤ {required} {unit})"))
 }
 
 fn met(met: bool) -> String {

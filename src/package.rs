@@ -5,14 +5,13 @@ use crate::failure::{Failure, Outcome};
 use crate::gate::{self, GateArguments};
 use crate::output::{Kind, Output, Outputs};
 use crate::progress::Progress;
-use crate::{Global, files, lateral_loop, quantity};
-use formats::Start;
-use packaging::{Binary, Fmu, Packed};
+use crate::{Global, files, quantity};
+use packaging::Fmu;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// Pack FMUs: one archive for each plant, bicycle, vehicle, controller, path or estimator file; no
-/// compiler needed
+/// Pack FMUs: one archive for each plant, bicycle, vehicle, controller, path or estimator file, without
+/// a compiler
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// plant.json, bicycle.json, vehicle.json, pid.json, path.json or estimator.json
@@ -24,11 +23,11 @@ pub(crate) struct Arguments {
     /// Step size that the archives recommend, such as 10ms; by default the controller's sample time
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time)]
     step: Option<f64>,
-    /// Wire the FMUs, variables of equal name, and write them as a system structure package (SSP
-    /// 1.0) into the folder too; with a path file they start on its first point, at its speed.
-    /// With an estimator file, path and controller take its pose, and it takes the plant's as that of
-    /// a receiver without latency or antenna offset: a fix every gnss.period_s (by default 0.1 s) of
-    /// gnss.std_m (0.02 m). Where path or estimator state no sideslip, they take that of the plant
+    /// Also connect variables of equal name and write the FMUs as a system structure package (SSP 1.0)
+    /// into the folder. With a path file they start on its first point, at its speed. With an estimator
+    /// file, path and controller use its pose; its fixes are the pose of the plant, as of a receiver
+    /// without latency or antenna offset: one every gnss.period_s (by default 0.1 s) of gnss.std_m
+    /// (0.02 m). A path or estimator without a sideslip uses that of the plant
     #[arg(long, value_name = "NAME.ssp")]
     ssp: Option<PathBuf>,
     #[command(flatten)]
@@ -59,7 +58,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         .collect::<Result<Vec<_>, Failure>>()?;
     let mut known: Vec<(Fmu, &PathBuf)> = Vec::new();
     for (file, text) in &documents {
-        let fmu = fmu_of(text, &file.display().to_string())?;
+        let fmu = comparison::fmu_of(text, &file.display().to_string())?;
         if let Some((_, other)) = known.iter().find(|(other, _)| *other == fmu) {
             return Err(Failure::new(
                 format!("{} and {} both make {}.fmu", other.display(), file.display(), fmu.name()),
@@ -86,12 +85,13 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let progress = Progress::start("packing");
     let (packed, package) = match &ssp {
         None => {
-            let each = named.iter().map(|(text, file)| pack(text, file, arguments.step));
+            let each =
+                named.iter().map(|(text, file)| comparison::pack(text, file, arguments.step));
             (each.collect::<Result<Vec<_>, _>>()?, None)
         }
         Some((name, out)) => {
             let named: Vec<_> = named.iter().map(|(text, file)| (*text, file.as_str())).collect();
-            let packed = lateral_loop::pack(name, &named, arguments.step)?;
+            let packed = comparison::pack_loop(name, &named, arguments.step)?;
             (packed.fmus, Some((out, packed.connections, packed.bytes)))
         }
     };
@@ -140,47 +140,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
 fn ssp_name(file: &Path) -> Result<&str, Failure> {
     let is_ssp = file.extension().is_some_and(|e| e.eq_ignore_ascii_case("ssp"));
     file.file_stem().and_then(|stem| stem.to_str()).filter(|_| is_ssp).ok_or_else(|| {
-        let hint = "give a name such as LateralLoop.ssp";
+        let hint = "use a name such as LateralLoop.ssp";
         Failure::new(format!("--ssp {}: not the name of an .ssp file", file.display()), hint)
-    })
-}
-
-/// Which FMU is made from a document.
-fn fmu_of(document: &str, file: &str) -> Result<Fmu, Failure> {
-    // What is no JSON has no schema either, but a place to name.
-    serde_json::from_str::<serde::de::IgnoredAny>(document).map_err(|e| {
-        let (line, column) = (e.line(), e.column());
-        let text = e.to_string();
-        let problem = text.rsplit_once(" at line ").map_or(text.as_str(), |(head, _)| head);
-        Failure::new(
-            format!("{file}:{line}:{column}: {problem}"),
-            "give a JSON file that steerwright wrote",
-        )
-    })?;
-    Ok(packaging::fmu_of(document, file)?)
-}
-
-/// Packs one document with every library this program holds.
-pub(crate) fn pack(document: &str, file: &str, step: Option<f64>) -> Result<Packed, Failure> {
-    pack_with_start(document, file, step, None)
-}
-
-/// As [`pack`], with start values of the archive's own.
-pub(crate) fn pack_with_start(
-    document: &str,
-    file: &str,
-    step: Option<f64>,
-    start: Option<&Start>,
-) -> Result<Packed, Failure> {
-    let fmu = fmu_of(document, file)?;
-    let binaries: Vec<Binary<'_>> = fmu_binaries::of(fmu.name())
-        .map(|l| Binary { platform: l.platform, bytes: l.bytes })
-        .collect();
-    packaging::package_with_start(document, file, &binaries, step, start).map_err(|e| {
-        // A slave's own hint stands in its message, since an importer shows nothing else.
-        match e.to_string().split_once("; hint: ") {
-            Some((message, hint)) => Failure::new(message, hint),
-            None => e.into(),
-        }
     })
 }

@@ -19,45 +19,44 @@ pub(crate) struct Arguments {
     /// Write the path here
     #[arg(long = "output", short = 'o', value_name = "FILE", default_value = "path.json")]
     out: PathBuf,
-    /// Speed the path is driven at
+    /// Speed along the path
     #[arg(long, value_name = "SPEED", allow_hyphen_values = true, value_parser = quantity::speed, default_value = "15m/s")]
     speed: f64,
     /// Largest lateral acceleration of the standard road
     #[arg(long, value_name = "ACCELERATION", allow_hyphen_values = true, value_parser = quantity::acceleration, default_value = "4m/s2")]
     lateral_acceleration: f64,
-    /// The track's last point leads to its first
+    /// Connect the last point of the track with its first
     #[arg(long, requires = "track")]
     closed: bool,
-    /// Largest distance of a recorded point from the path; by default what the points' noise explains,
-    /// and 0.1 m for the mean of neighbours. Smoothing is shortened to keep it; exit status 1 where it
-    /// is exceeded
+    /// Largest distance of a recorded point from the path; by default the noise of the points,
+    /// and 0.1 m for the mean of neighbours. Smoothing is reduced to stay within it; the exit status is 1
+    /// if it is exceeded
     #[arg(long, value_name = "LENGTH", requires = "track", allow_hyphen_values = true, value_parser = quantity::length)]
     max_deviation: Option<f64>,
-    /// What becomes of fixes with fewer than 5 satellites or without correction, where GPX or NMEA
-    /// tell
+    /// Use of fixes with fewer than 5 satellites or without correction, if GPX or NMEA report both
     #[arg(long, value_name = "WHAT", requires = "track", default_value = "refuse")]
     poor_fixes: PoorFixesName,
     /// Controller that will follow the path: sets feedforward and preview
     #[arg(long, value_name = "PID.json")]
     pid: Option<PathBuf>,
-    /// plant.json or bicycle.json of the vehicle that will follow the path: sets its sideslip, as far
-    /// as it is known, with what it grows by in hard turns and leads by where turns change
+    /// plant.json or bicycle.json of the vehicle that will follow the path: sets the
+    /// identified sideslip, with its growth in tight turns and its lead in changing turns
     #[arg(long, value_name = "FILE.json")]
     plant: Option<PathBuf>,
-    /// Sideslip angle per yaw rate of the vehicle in a steady turn, such as -40ms: its course is not
-    /// its yaw; by default that of --plant, else 0
+    /// Sideslip angle per yaw rate of the vehicle in a steady turn, such as -40ms: course minus yaw;
+    /// by default that of --plant, otherwise 0
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time)]
     sideslip_per_yaw_rate: Option<f64>,
-    /// How fast the integral of the cross-track error grows, such as 0.05/s; by default there is none
+    /// Gain of the integral of the cross-track error, such as 0.05/s; none by default
     #[arg(long, value_name = "RATE", allow_hyphen_values = true, value_parser = quantity::rate, default_value = "0/s")]
     cross_track_integral: f64,
 }
 
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
 enum PoorFixesName {
-    /// They are left out
+    /// They are excluded
     Refuse,
-    /// They are used, and told
+    /// They are used, and reported
     Mark,
 }
 
@@ -78,11 +77,11 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         None => (paths::reference_road(arguments.speed, arguments.lateral_acceleration)?, vec![]),
         Some(track) if track.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) => {
             if arguments.max_deviation.is_some() {
-                let hint = "leave --max-deviation out, or give recorded points";
+                let hint = "omit --max-deviation, or use recorded points";
                 return Err(Failure::in_file(track, "segments are kept exactly", hint.into()));
             }
             if arguments.closed {
-                let hint = "leave --closed out, or record the points of a lap";
+                let hint = "omit --closed, or record the points of a lap";
                 return Err(Failure::in_file(track, "a road of segments has ends", hint.into()));
             }
             let text = files::read_text(track)?;
@@ -103,7 +102,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         path.guidance = control::guidance_for(&pid, arguments.speed);
         path.provenance.sources.push(source);
     } else {
-        notes.push("no feedforward: give --pid to set it for a controller".into());
+        notes.push("no feedforward: --pid sets it for a controller".into());
     }
     path.guidance = sideslip(arguments, &mut path, &mut notes)?.guide(path.guidance);
     path.guidance.cross_track_integral_gain_per_s = arguments.cross_track_integral;
@@ -115,7 +114,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     Ok(outcome)
 }
 
-/// The sideslip: as given, else the plant's, else none.
+/// The stated sideslip, otherwise that of the plant, otherwise none.
 fn sideslip(
     arguments: &Arguments,
     path: &mut PathFile,
@@ -131,7 +130,7 @@ fn sideslip(
     let name = file.display().to_string();
     let kinds = [<Plant as Document>::SCHEMA, <Bicycle as Document>::SCHEMA];
     if formats::schema_of(&text).is_none_or(|schema| !kinds.contains(&&*schema)) {
-        return Err(Failure::in_file(file, "no plant", "give a plant.json or bicycle.json".into()));
+        return Err(Failure::in_file(file, "no plant", "use a plant.json or bicycle.json".into()));
     }
     let stated = control::sideslip(&text, &name, Some(arguments.speed))?;
     path.provenance.sources.push(SourceFile::of(file, text.as_bytes()));
@@ -142,13 +141,13 @@ fn sideslip(
             Ok(stated)
         }
         (None, None) => {
-            notes.push(format!("{name} states no sideslip: it is taken for 0"));
+            notes.push(format!("{name} states no sideslip: 0 is used"));
             Ok(Sideslip::default())
         }
     }
 }
 
-/// As far as it is known.
+/// The terms that are not 0.
 fn in_words(sideslip: &Sideslip) -> String {
     let mut text = format!("sideslip {:.1} ms per yaw rate", 1e3 * sideslip.per_yaw_rate_s);
     if sideslip.growth_s5pm2 != 0.0 {

@@ -30,7 +30,7 @@ pub(crate) struct Progress {
 struct Shared {
     what: Mutex<String>,
     done: AtomicU64,
-    /// 0 where it is not known.
+    /// 0 if unknown.
     all: AtomicU64,
     /// When the count began, and what was done then.
     from: Mutex<Option<(Instant, u64)>>,

@@ -1,8 +1,10 @@
 //! Numbers with a unit, as people write them on a command line: `22deg`, `1s`, `0.5%`, `54km/h`.
 
+use serde::de::{Deserialize, Deserializer, Error};
 use std::f64::consts::PI;
+use std::str::FromStr;
 
-/// What a unit multiplies by to give SI, by the dimension asked for.
+/// Units of a dimension, with their factors to SI.
 type Units = &'static [(&'static str, f64)];
 
 const ANGLES: Units = &[("deg", PI / 180.0), ("rad", 1.0)];
@@ -58,12 +60,12 @@ pub(crate) fn percent(text: &str) -> Result<f64, String> {
 }
 
 /// A gain in dB.
-pub(crate) fn decibel(text: &str) -> Result<f64, String> {
+fn decibel(text: &str) -> Result<f64, String> {
     with_unit(text, GAINS)
 }
 
 /// A number without a unit.
-pub(crate) fn plain(text: &str) -> Result<f64, String> {
+fn plain(text: &str) -> Result<f64, String> {
     let value: f64 =
         text.trim().parse().map_err(|_| format!("`{text}` is not a number without a unit"))?;
     let sensible = value == 0.0 || SENSIBLE.contains(&value.abs());
@@ -71,15 +73,15 @@ pub(crate) fn plain(text: &str) -> Result<f64, String> {
 }
 
 fn with_unit(text: &str, units: Units) -> Result<f64, String> {
-    let known = || units.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(" or ");
+    let expected = || units.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(" or ");
     let text = text.trim();
     let (number, factor) = units
         .iter()
         .find_map(|(unit, factor)| text.strip_suffix(unit).map(|number| (number.trim(), *factor)))
         .filter(|(number, _)| !number.ends_with(char::is_alphabetic))
-        .ok_or_else(|| format!("a number with its unit ({}) is expected", known()))?;
+        .ok_or_else(|| format!("a number with its unit ({}) is expected", expected()))?;
     let value: f64 =
-        number.parse().map_err(|_| format!("`{number}` is not a number (unit: {})", known()))?;
+        number.parse().map_err(|_| format!("`{number}` is not a number (unit: {})", expected()))?;
     if !value.is_finite() {
         return Err(format!("`{number}` is not a finite number"));
     }
@@ -88,6 +90,90 @@ fn with_unit(text: &str, units: Units) -> Result<f64, String> {
         return Err(format!("`{number}` is beyond any sensible value"));
     }
     Ok(value * factor)
+}
+
+/// A value in a file: text with a unit, or a plain number.
+#[derive(serde::Deserialize)]
+#[serde(untagged, expecting = "a text with a unit is expected")]
+enum Written {
+    Text(String),
+    Number(f64),
+}
+
+impl Written {
+    fn text(self) -> String {
+        match self {
+            Self::Text(text) => text,
+            Self::Number(number) => number.to_string(),
+        }
+    }
+}
+
+/// Types of quantities, which are read from a command line and from a file alike.
+macro_rules! quantities {
+    ($($(#[$doc:meta])* $name:ident = $parse:expr;)*) => {$(
+        $(#[$doc])*
+        #[derive(Debug, Clone, Copy, PartialEq)]
+        pub(crate) struct $name(f64);
+
+        impl FromStr for $name {
+            type Err = String;
+
+            fn from_str(text: &str) -> Result<Self, String> {
+                let parse: fn(&str) -> Result<f64, String> = $parse;
+                parse(text).map(Self)
+            }
+        }
+
+        impl From<$name> for f64 {
+            fn from(value: $name) -> Self {
+                value.0
+            }
+        }
+
+        impl<'de> Deserialize<'de> for $name {
+            fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                Written::deserialize(deserializer)?.text().parse().map_err(Error::custom)
+            }
+        }
+    )*};
+}
+
+quantities! {
+    /// An angle, rad.
+    Angle = angle;
+    /// A phase, degrees.
+    Phase = |text| angle(text).map(f64::to_degrees);
+    /// An angular rate, rad/s.
+    AngleRate = angle_rate;
+    /// A time, s.
+    Time = time;
+    /// An acceleration, m/s².
+    Acceleration = acceleration;
+    /// A share, percent.
+    Percent = percent;
+    /// A gain, dB.
+    Decibel = decibel;
+    /// A number without a unit.
+    Number = plain;
+}
+
+/// A quantity, or `none`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct OrNone<T>(pub(crate) Option<T>);
+
+impl<T: FromStr<Err = String>> FromStr for OrNone<T> {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        Ok(Self(if text.trim() == "none" { None } else { Some(text.parse()?) }))
+    }
+}
+
+impl<'de, T: FromStr<Err = String>> Deserialize<'de> for OrNone<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Written::deserialize(deserializer)?.text().parse().map_err(Error::custom)
+    }
 }
 
 #[cfg(test)]

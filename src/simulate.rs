@@ -11,18 +11,18 @@ use fmi2_host::{
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// Simulate FMUs together; outputs and inputs of equal name are wired, or what an .ssp says
+/// Simulate FMUs together; outputs and inputs of equal name are connected, or as an .ssp states
 ///
-/// With a PoseEstimator, path and controller take the estimate, and its gnss_x and gnss_y are the
-/// plant's x and y unless --input has columns for them. It uses such a fix every gnss_period, which a
-/// package (`package --ssp`) sets; of --input the fixes are told by gnss_fix_count and gnss_std.
+/// With a PoseEstimator, path and controller use the estimate, and its gnss_x and gnss_y are the x and
+/// y of the plant unless --input has columns for them. It uses such a fix every gnss_period, which a
+/// package (`package --ssp`) sets; the fixes of --input are marked by gnss_fix_count and gnss_std.
 ///
-/// The FMUs' binaries run in this process: one that crashes ends it, without a message. To try an
-/// FMU in a process of its own, run `steerwright check --run` on it.
+/// The binaries of the FMUs run in this process: a crash ends it without a message. To try an FMU in a
+/// separate process, run `steerwright check --run` on it.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// Archives, in the order in which a Gauss–Seidel master steps them: plant, pose estimator, path,
-    /// controller; or one .ssp, which says itself what is wired
+    /// controller; or one .ssp with its connections
     #[arg(required = true, value_name = "FMU|SSP")]
     fmus: Vec<PathBuf>,
     /// Write the trajectories here as CSV
@@ -34,13 +34,13 @@ pub(crate) struct Arguments {
     /// Length of the simulation; by default the longest that an FMU recommends
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = quantity::time)]
     stop: Option<f64>,
-    /// How values are passed between FMUs within a step
+    /// Order of the FMUs within a step
     #[arg(long, value_enum, default_value = "gauss-seidel")]
     master: MasterName,
-    /// Set a parameter or a free input, such as LateralPid.kp=1.2; may be given again and again
+    /// Set a parameter or a free input, such as LateralPid.kp=1.2; may be repeated
     #[arg(long, value_name = "NAME.VARIABLE=VALUE")]
     set: Vec<String>,
-    /// Feed free inputs from a CSV with a column `time`, held between rows
+    /// CSV of free inputs with a column `time`; values are held between rows
     #[arg(long, value_name = "CSV")]
     input: Option<PathBuf>,
 }
@@ -69,7 +69,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let out = Outputs::new(global.force, inputs).file(&arguments.out, Kind::Recording)?;
     let Setup { mut system, connections, start, step, stop, remarks } = setup(arguments)?;
     out.check_columns(&system.recorded()?)?;
-    // Before the run, for they may say why it fails.
+    // Before the run, since they may explain its failure.
     for remark in &remarks {
         console::warning(remark);
     }
@@ -118,7 +118,7 @@ struct Setup {
     start: f64,
     step: f64,
     stop: f64,
-    /// What a package says and was left out of account.
+    /// Statements of a package that are not used.
     remarks: Vec<String>,
 }
 
@@ -129,13 +129,13 @@ fn setup(arguments: &Arguments) -> Result<Setup, Failure> {
         && is_ssp(file)
     {
         let package = SystemPackage::open(file)?;
-        let said = package.structure();
-        let said = Experiment {
-            start: said.start_time.unwrap_or(0.0),
-            stop: said.stop_time,
-            step: said.step,
+        let structure = package.structure();
+        let stated = Experiment {
+            start: structure.start_time.unwrap_or(0.0),
+            stop: structure.stop_time,
+            step: structure.step,
         };
-        let (start, step, stop) = experiment(arguments, package.archives(), said)?;
+        let (start, step, stop) = experiment(arguments, package.archives(), stated)?;
         let (mut system, remarks) = package.system().map_err(explained)?;
         if let Some(input) = &arguments.input {
             system.feed(InputTable::open(input)?);
@@ -145,8 +145,8 @@ fn setup(arguments: &Arguments) -> Result<Setup, Failure> {
     }
     if let Some(file) = arguments.fmus.iter().find(|file| is_ssp(file)) {
         return Err(Failure::new(
-            format!("{} stands beside other files", file.display()),
-            "give one .ssp alone, or .fmu files",
+            format!("{} is combined with other files", file.display()),
+            "use one .ssp alone, or .fmu files",
         ));
     }
     let archives = arguments
@@ -164,7 +164,7 @@ fn setup(arguments: &Arguments) -> Result<Setup, Failure> {
     Ok(Setup { system, connections, start, step, stop, remarks })
 }
 
-/// Says where a pose estimator gets the plant's position and is not told when that is a fix.
+/// Pose estimators that receive the position of the plant without an indication of fixes.
 fn unused_receiver(system: &System, connections: &[Connection], set: &[String]) -> Vec<String> {
     let is_zero = |unit: &str, name: &str| {
         let instance = system.instances().iter().find(|i| i.name() == unit);
@@ -178,7 +178,7 @@ fn unused_receiver(system: &System, connections: &[Connection], set: &[String]) 
     unused
         .map(|c| {
             format!(
-                "{to} gets {from}.x and y and uses none of them for a fix: it dead-reckons; set \
+                "{to} receives {from}.x and y and uses none of them as a fix: it dead-reckons; set \
                  {to}.gnss_period, {to}.gnss_std and {to}.gnss_latency=0, or wire the loop by \
                  package --ssp",
                 to = c.to,
@@ -188,7 +188,7 @@ fn unused_receiver(system: &System, connections: &[Connection], set: &[String]) 
         .collect()
 }
 
-/// What a package says of the run, s.
+/// The experiment of a package, s.
 #[derive(Default)]
 struct Experiment {
     start: f64,
@@ -196,39 +196,41 @@ struct Experiment {
     step: Option<f64>,
 }
 
-/// Start, step and stop: as given, else as the package says, else as the archives recommend.
+/// Start, step and stop: of the options, otherwise of the package, otherwise as the archives recommend.
 fn experiment<'a>(
     arguments: &Arguments,
     archives: impl Iterator<Item = &'a Archive>,
-    said: Experiment,
+    stated: Experiment,
 ) -> Result<(f64, f64, f64), Failure> {
     let recommended: Vec<_> =
         archives.filter_map(|a| a.model().description().default_experiment).collect();
     let steps = recommended.iter().filter_map(|e| e.step_size);
     let stops = recommended.iter().filter_map(|e| e.stop_time);
-    let step = arguments.step.or(said.step).or_else(|| steps.reduce(f64::min));
-    let stop = arguments.stop.or(said.stop).or_else(|| stops.reduce(f64::max));
+    let step = arguments.step.or(stated.step).or_else(|| steps.reduce(f64::min));
+    let stop = arguments.stop.or(stated.stop).or_else(|| stops.reduce(f64::max));
     match (step, stop) {
-        (Some(step), Some(stop)) if step > 0.0 && stop > said.start => Ok((said.start, step, stop)),
-        (None, _) => Err(Failure::new("no FMU recommends a step", "give one, such as --step 10ms")),
+        (Some(step), Some(stop)) if step > 0.0 && stop > stated.start => {
+            Ok((stated.start, step, stop))
+        }
+        (None, _) => {
+            Err(Failure::new("no FMU recommends a step", "state one, such as --step 10ms"))
+        }
         (_, None) => {
-            Err(Failure::new("no FMU recommends a stop time", "give one, such as --stop 10s"))
+            Err(Failure::new("no FMU recommends a stop time", "state one, such as --stop 10s"))
         }
         (Some(step), Some(stop)) => Err(Failure::new(
             format!(
                 "step {step} s and stop {stop} s: the step must be above 0, the stop after the \
                  start at {} s",
-                said.start
+                stated.start
             ),
-            "give others with --step and --stop",
+            "change --step or --stop",
         )),
     }
 }
 
 /// One instance of each archive, named after its model.
-pub(crate) fn system_of<'a>(
-    archives: impl IntoIterator<Item = &'a Archive>,
-) -> Result<System, Failure> {
+fn system_of<'a>(archives: impl IntoIterator<Item = &'a Archive>) -> Result<System, Failure> {
     let mut system = System::new();
     for archive in archives {
         let name = archive.model().description().model_name.clone();
@@ -237,20 +239,20 @@ pub(crate) fn system_of<'a>(
     Ok(system)
 }
 
-/// Errors of wiring, with what can be done about them on a command line.
+/// Errors of the connections, with hints for the command line.
 fn explained(error: Error) -> Failure {
     match error {
         Error::Ambiguous { .. } => {
-            Failure::new(&error, "leave out all but one of the FMUs that have this output")
+            Failure::new(&error, "omit all but one of the FMUs that have this output")
         }
         Error::DuplicateInstance { .. } => {
-            Failure::new(&error, "give one FMU of each model: its name tells their variables apart")
+            Failure::new(&error, "use one FMU of each model: its name identifies their variables")
         }
         error => error.into(),
     }
 }
 
-/// What the FMUs had to say against the run, each thing once.
+/// Warnings of the FMUs, each once.
 fn warnings(system: &mut System) -> Result<Vec<String>, Failure> {
     let names: Vec<String> = system.instances().iter().map(|i| i.name().to_owned()).collect();
     let mut warnings = Vec::new();

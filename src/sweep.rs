@@ -16,11 +16,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, mpsc};
 use std::time::Duration;
 
-/// Simulate a system of FMUs many times over, with what a study varies, and judge every run
+/// Run a Monte Carlo study: simulate a system of FMUs many times and evaluate every run
 ///
-/// The study is a TOML file: the FMUs or the .ssp, what is varied and how, disturbances, metrics
-/// and what is required of them. A row of the results depends on the study and the run's number
-/// alone. The FMUs' binaries run in this process unless --isolate is given.
+/// The study is a TOML file: the FMUs or the .ssp, the varied quantities and their distributions,
+/// disturbances, metrics and requirements. A row of the results depends only on the study and the
+/// number of the run. Without --isolate the binaries of the FMUs run in this process.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// The study
@@ -29,21 +29,21 @@ pub(crate) struct Arguments {
     /// Write the results here, a row a run
     #[arg(long = "output", short = 'o', value_name = "CSV", default_value = "results.csv")]
     out: PathBuf,
-    /// Go on with results that an earlier call left unfinished
+    /// Continue with the unfinished results of an earlier call
     #[arg(long)]
     resume: bool,
     /// Threads; by default one a core
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
-    /// Have each thread's FMUs in a process of its own: one that crashes spoils one run alone, and
-    /// FMUs that allow one instance in a process run on all threads
+    /// Run the FMUs of each thread in a separate process: a crash ends one run only, and FMUs that allow
+    /// one instance per process run on all threads
     #[arg(long)]
     isolate: bool,
-    /// Longest time that a run may take: one that takes longer is a row with an error. An FMU that does
-    /// not return at all ends the sweep, which can be gone on with, or with --isolate that run alone
+    /// Longest duration of a run; a longer run is a row with an error. An FMU that does not return ends
+    /// the sweep, which --resume continues; with --isolate it ends its run only
     #[arg(long, value_name = "TIME", default_value = "600s", allow_hyphen_values = true, value_parser = quantity::time)]
     timeout: f64,
-    /// What `--isolate` starts
+    /// The process that `--isolate` starts
     #[arg(long, hide = true, conflicts_with = "isolate")]
     serve: bool,
     /// Write trajectories of the runs that --of names into this folder
@@ -68,14 +68,14 @@ struct Done {
 pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {
     let study = Study::open(&arguments.study)?;
     let trajectories = decide(arguments, global, &study)?;
-    // Ours reset exactly, which a test holds them to; what others do is for the study to say.
+    // Our FMUs reset exactly, which a test verifies; for others the study states it.
     let sweep = Sweep::prepare(&study, &|tool| tool.starts_with("steerwright "))?;
     if let Some(files) = &trajectories {
         files.check_columns(&sweep.recorded().map(str::to_owned).collect::<Vec<_>>())?;
     }
     let timeout = Duration::try_from_secs_f64(arguments.timeout).ok().filter(|t| !t.is_zero());
     let timeout = timeout.ok_or_else(|| {
-        Failure::new("--timeout: not above 0", "give the longest time of a run, such as 60s")
+        Failure::new("--timeout: not above 0", "state the longest duration of a run, such as 60s")
     })?;
     if !(arguments.isolate || arguments.serve) {
         try_first_step(&study, &sweep, timeout)?;
@@ -83,7 +83,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let stop = Arc::new(AtomicBool::new(false));
     let asked = Arc::clone(&stop);
     ctrlc::set_handler(move || asked.store(true, Ordering::Relaxed)).map_err(|e| {
-        Failure::new(format!("no signal handler: {e}"), "run the command in a process of its own")
+        Failure::new(format!("no signal handler: {e}"), "run the command in a separate process")
     })?;
     let start = || isolated(arguments);
     // Worker processes print no progress.
@@ -131,7 +131,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     Ok(if met { Outcome::Done } else { Outcome::RequirementNotMet })
 }
 
-/// Refuses outputs that would replace an input or a foreign file; gives the trajectories' files.
+/// Rejects outputs that would replace an input or a foreign file; returns the files of the trajectories.
 fn decide(arguments: &Arguments, global: &Global, study: &Study) -> Result<Option<Files>, Failure> {
     if arguments.serve {
         return Ok(None);
@@ -169,7 +169,7 @@ fn try_first_step(study: &Study, sweep: &Sweep, timeout: Duration) -> Result<(),
     std::thread::spawn(move || {
         if wait.recv_timeout(timeout) == Err(mpsc::RecvTimeoutError::Timeout) {
             let problem = format!("the first step takes longer than {} s", timeout.as_secs_f64());
-            Failure::new(problem, "give more with --timeout, or try the FMU with check --run")
+            Failure::new(problem, "increase --timeout, or try the FMU with check --run")
                 .exit(BAD_INPUT)
         }
     });
@@ -178,7 +178,7 @@ fn try_first_step(study: &Study, sweep: &Sweep, timeout: Duration) -> Result<(),
     Ok(tried?)
 }
 
-/// What is told of an FMU that does not return.
+/// The error of an FMU that does not return.
 fn hung(arguments: &Arguments, run: usize, rows: usize, runs: usize) -> Failure {
     let (out, limit) = (arguments.out.display(), arguments.timeout);
     Failure::new(
@@ -186,13 +186,13 @@ fn hung(arguments: &Arguments, run: usize, rows: usize, runs: usize) -> Failure 
             "run {run} hangs: an FMU does not return, after twice the --timeout of {limit} s; {out} \
              holds {rows} of {runs} runs"
         ),
-        "go on with --resume --isolate, which ends that run alone",
+        "continue with --resume --isolate, which ends that run only",
     )
 }
 
 /// This command once more, for the FMUs of one thread.
 fn isolated(arguments: &Arguments) -> Command {
-    // Where the program does not know its own file, starting nothing tells so.
+    // Without the path of this program, the start fails with an error.
     let mut command = Command::new(std::env::current_exe().unwrap_or_default());
     command.arg("sweep").arg(&arguments.study).arg("--serve");
     command.arg("--timeout").arg(format!("{}s", arguments.timeout));
@@ -203,7 +203,7 @@ fn isolated(arguments: &Arguments) -> Command {
     command
 }
 
-/// Refuses to call done what is not: the results hold the first rows, and can be gone on with.
+/// An error for incomplete results; they hold the first rows and can be resumed.
 fn complete(arguments: &Arguments, finished: &Finished) -> Result<(), Failure> {
     let (rows, runs) = (finished.rows, finished.summary.runs);
     if rows == runs {

@@ -1,7 +1,7 @@
 //! Runs the tests in tests/python on a fresh demo, where there is a Python environment for them.
 //!
 //! `cargo xtask test` makes that environment and names its interpreter in STEERWRIGHT_PYTHON.
-//! A plain `cargo test` says what it leaves out.
+//! A plain `cargo test` lists what it omits.
 #![allow(clippy::unwrap_used)]
 
 #[path = "support/pure_loop.rs"]
@@ -24,7 +24,7 @@ fn main() -> ExitCode {
     let out = &support::demo().folder;
     write_references(&out.join("multibody"));
     write_estimator(&out.join("multibody"));
-    support::archives();
+    support::package_others(&out.join("multibody/fmu"));
     let tests = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/python");
     let status = Command::new(python)
         .args(["-m", "pytest", "-q", "-rA", "-p", "no:cacheprovider"])
@@ -44,7 +44,7 @@ fn main() -> ExitCode {
 }
 
 /// The roads: the demo's, and the same moved away from the origin, for which the loop is packed
-/// anew. Beside them the trajectories of the pure functions, under each importer's master and after
+/// again; and the trajectories of the pure functions, under each importer's master and after
 /// its initialization.
 fn write_references(folder: &Path) {
     fn read<D: Document>(file: &Path) -> D {
@@ -58,7 +58,7 @@ fn write_references(folder: &Path) {
     let files = ["plant.json", "path-moved.json", "pid.json"];
     let options = ["--out", "fmu-moved", "--ssp", "LateralLoop.ssp"];
     let packed = support::steerwright(folder, &[&["package"][..], &files, &options].concat());
-    assert!(packed.status.success(), "{}", support::told(&packed));
+    assert!(packed.status.success(), "{}", support::text_of(&packed));
 
     std::fs::create_dir_all(folder.join("reference")).unwrap();
     for (road, path) in [("road", &path), ("moved", &moved)] {
@@ -85,7 +85,7 @@ fn write_estimator(folder: &Path) {
                     -o reference/estimator-jacobi.csv";
     for line in [package, simulate] {
         let output = support::steerwright(folder, &support::words(line, folder));
-        assert!(output.status.success(), "{}", support::told(&output));
+        assert!(output.status.success(), "{}", support::text_of(&output));
     }
 }
 

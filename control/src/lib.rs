@@ -38,6 +38,7 @@ pub use closed_loop::evaluate::{LoopPoint, evaluate, loop_response, step_metrics
 pub use closed_loop::metrics::{Metrics, metrics_of};
 pub use closed_loop::simulate::Trace;
 pub use design::design;
+pub use design::limits::usual_max_angle_rad;
 pub use design::options::{DesignOptions, RobustOptions};
 pub use error::Error;
 pub use guidance::track::{Master, TrackTrace, track, track_with};

@@ -85,7 +85,7 @@ impl Requirement {
             R::SteadyStateWithOffset => "steady-state error with the steering 1° off",
             R::SteadyStateOnCurve => "steady-state error on a curve",
             R::Rise => "rise time",
-            R::IntegralError => "integral of the absolute error",
+            R::IntegralError => "integral of absolute error",
             R::GainMargin => "gain margin",
             R::PhaseMargin => "phase margin",
             R::ModulusMargin => "modulus margin",
@@ -100,19 +100,44 @@ impl Requirement {
         if value == f64::INFINITY {
             return "unlimited".into();
         }
-        let (digits, unit) = match self {
-            R::Overshoot | R::SteadyState | R::SteadyStateWithOffset | R::SteadyStateOnCurve => {
-                (3, " %")
-            }
-            R::Settling | R::Rise | R::IntegralError | R::DelayMargin => (3, " s"),
-            R::GainMargin => (2, " dB"),
-            R::PhaseMargin => (1, "°"),
-            R::ModulusMargin | R::DiskMargin => (3, ""),
+        let unit = self.unit();
+        let digits = match self {
+            R::GainMargin => 2,
+            R::PhaseMargin => 1,
+            _ => 3,
         };
         let text = format!("{value:.digits$}");
         // 1 and not 1.000.
         let text = text.trim_end_matches('0').trim_end_matches('.');
         format!("{text}{unit}")
+    }
+
+    /// Its unit, as it follows a number.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        match self {
+            R::Overshoot | R::SteadyState | R::SteadyStateWithOffset | R::SteadyStateOnCurve => {
+                " %"
+            }
+            R::Settling | R::Rise | R::IntegralError | R::DelayMargin => " s",
+            R::GainMargin => " dB",
+            R::PhaseMargin => "°",
+            R::ModulusMargin | R::DiskMargin => "",
+        }
+    }
+
+    /// Its value in a step, `None` inside where the step never reaches it; `None` for requirements that
+    /// are not read from one step.
+    #[must_use]
+    pub fn of_step(self, step: &StepMetrics) -> Option<Option<f64>> {
+        match self {
+            R::Overshoot => Some(Some(step.overshoot_percent)),
+            R::Settling => Some(step.settling_time_s),
+            R::SteadyState => Some(Some(step.steady_state_error_percent)),
+            R::Rise => Some(step.rise_time_s),
+            R::IntegralError => Some(Some(step.integral_absolute_error_s)),
+            _ => None,
+        }
     }
 
     /// Whether more is better: a margin.

@@ -1,8 +1,8 @@
 //! Tests of archives and packages, in one binary: linking is most of what a small test costs.
 
-mod support;
 mod archive;
 mod icons;
 mod licenses;
 mod readme;
 mod reference;
+mod support;

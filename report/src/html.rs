@@ -59,9 +59,6 @@ pub enum Tone {
     Neutral,
 }
 
-/// Width of a page's figures, px.
-pub(crate) const WIDTH: u32 = 900;
-
 /// The page, complete.
 #[must_use]
 pub fn report_html(title: &str, lead: &str, sections: &[Section]) -> String {
@@ -116,7 +113,7 @@ fn push_block(out: &mut String, block: &Block) {
             out.push_str("</ul>\n");
         }
         Block::Table(table) => push_table(out, table),
-        Block::Figure { figure, height, caption } => match figure.to_svg(WIDTH, *height) {
+        Block::Figure { figure, height, caption } => match figure.to_svg(crate::WIDTH, *height) {
             Ok(svg) => {
                 let caption = escape(caption);
                 push(

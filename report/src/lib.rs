@@ -36,3 +36,6 @@ pub use read::{StepResponse, Traces, Track, TrackErrors};
 pub use report::{Controller, LoopStep, Report};
 pub use sections::factor_in_words;
 pub use table::{COLUMNS, Table};
+
+/// Usual width of a figure, px.
+pub const WIDTH: u32 = 900;

@@ -1,10 +1,10 @@
-//! A folder of results that is made beside its place and swapped in when it is complete.
+//! A folder of results that is made next to its place and swapped in when it is complete.
 //!
-//! Whatever ends the command before, the folder that was there stays whole. A lock beside the folder
+//! Whatever ends the command before, the folder that was there stays whole. A lock next to the folder
 //! keeps a second run out; the system releases it with the process. What a killed run left is removed
 //! by the next one.
 //!
-//! Beside a folder `out` there are, while a command works: `.out.steerwright-lock`,
+//! While a command works, next to a folder `out` are `.out.steerwright-lock`,
 //! `.out.steerwright-…` (what is being made), and, where two folders cannot be exchanged in one step,
 //! `.out.steerwright-old` for a moment.
 
@@ -22,7 +22,7 @@ const INTERRUPTED: u8 = 130;
 /// A folder that is being made.
 #[derive(Debug)]
 pub(crate) struct Folder {
-    /// As it was given.
+    /// The path of the option.
     path: PathBuf,
     /// Where it will be: absolute, without links.
     target: PathBuf,
@@ -86,19 +86,19 @@ impl Folder {
             return Err(whole(path, "this is the root of a file system"));
         };
         let made = make(parent)?;
-        let beside = |end: &str| {
+        let sibling = |end: &str| {
             let mut hidden = std::ffi::OsString::from(".");
             hidden.push(name);
             hidden.push(format!(".steerwright-{end}"));
             hidden
         };
-        let lock = Lock::take(&parent.join(beside("lock")), path)?;
-        clean(&target, parent, &beside(""), &beside("old"), &lock.path);
+        let lock = Lock::take(&parent.join(sibling("lock")), path)?;
+        clean(&target, parent, &sibling(""), &sibling("old"), &lock.path);
         if target.exists() {
             manifest::check(&target, command, force)?;
         }
         let mut builder = tempfile::Builder::new();
-        let prefix = beside("");
+        let prefix = sibling("");
         builder.prefix(&prefix);
         #[cfg(unix)]
         let builder = {
@@ -138,7 +138,7 @@ impl Folder {
 }
 
 impl Drop for Folder {
-    /// What is left is either what was not finished or what it replaced.
+    /// The remaining folder is either the unfinished or the replaced one.
     fn drop(&mut self) {
         let rest = self.rest.lock().unwrap_or_else(PoisonError::into_inner).take();
         // Where it was committed, the lock goes with this value.
@@ -183,7 +183,7 @@ fn check(target: &Path, path: &Path, inputs: &[(Identity, PathBuf)]) -> Result<(
         use std::os::unix::fs::MetadataExt;
         let parent = target.parent().and_then(|parent| fs::metadata(parent).ok());
         if parent.is_some_and(|parent| parent.dev() != metadata.dev()) {
-            return Err(whole(path, "this folder is a file system of its own"));
+            return Err(whole(path, "this folder is a mount point"));
         }
     }
     Ok(())
@@ -255,7 +255,7 @@ impl Drop for Lock {
     }
 }
 
-/// Removes what a killed run left beside the target; the lock is held.
+/// Removes the remains of a killed run next to the target; the lock is held.
 fn clean(
     target: &Path,
     parent: &Path,
@@ -306,7 +306,7 @@ fn swap(stage: &Path, target: &Path) -> std::io::Result<()> {
     }
 }
 
-/// Removes what is not finished when the process is asked to end.
+/// Removes unfinished results when the process is interrupted.
 fn on_interruption(rest: Arc<Mutex<Option<Rest>>>, lock: PathBuf, path: PathBuf) {
     // A process has one handler; without it the next run removes what is left.
     let _ = ctrlc::set_handler(move || {

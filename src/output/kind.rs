@@ -1,5 +1,5 @@
-//! What a file is that stands where an output goes: only what this program wrote itself, and of the
-//! same kind, is written over without being asked to.
+//! The kind of an existing file at the place of an output: only files that this program wrote, of the
+//! same kind, are overwritten without `--force`.
 
 use formats::Document;
 use std::fs::File;

@@ -1,4 +1,4 @@
-//! The list of what a command wrote into a folder, by which the folder is known again.
+//! The list of the files that a command wrote into a folder, which identifies the folder later.
 
 use crate::failure::Failure;
 use formats::SourceFile;

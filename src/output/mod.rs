@@ -4,7 +4,7 @@
 //! - An existing file is written over where it is this program's own output of the same kind, or
 //!   with `--force`. A folder never is.
 //! - Devices and FIFOs are written to and stay what they are.
-//! - Everything else is written beside its place and put there whole, with the permissions of what
+//! - Everything else is written next to its place and moved there when complete, with the permissions of what
 //!   was there.
 //!
 //! [`Folder`] is the same for a folder of results.
@@ -159,7 +159,7 @@ impl std::fmt::Display for Output {
 }
 
 impl Output {
-    /// Its path as it was given.
+    /// Its path.
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }

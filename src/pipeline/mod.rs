@@ -2,25 +2,24 @@
 //!
 //! Every file is written on the way, so each stage can be run again by its own subcommand.
 
-mod loops;
 mod output;
 mod present;
 
 use crate::failure::Failure;
 use crate::gate::GateArguments;
+use crate::identify;
 use crate::progress::Progress;
-use crate::{fmu_step, identify, lateral_loop};
+use comparison::Loop;
 use control::paths::{self, PointOptions};
-use control::{DesignOptions, DesignPlant};
+use control::{DesignOptions, DesignPlant, Sideslip};
+use fmi2_host::{Archive, Master};
 use formats::{Bicycle, Document, Path as PathFile, Pid, Plant, SourceFile, StepMetrics};
-use loops::Archives;
-pub(crate) use loops::BEFORE_STEP_S;
 pub(crate) use output::Writer;
 use report::{StepResponse, Traces, Track, TrackErrors};
 use std::path::PathBuf;
 use sysid::{DriveLog, IdentifyOptions};
 
-/// What to do.
+/// The inputs and options.
 pub(crate) struct Job {
     /// The drive.
     pub(crate) log: DriveLog,
@@ -30,7 +29,7 @@ pub(crate) struct Job {
     pub(crate) design: DesignOptions,
     /// Vehicle data (TOML) for a bicycle model to compare with.
     pub(crate) vehicle: Option<Text>,
-    /// Recorded points (CSV) of a road to track, beside the standard road.
+    /// Recorded points (CSV) of a road to track, in addition to the standard road.
     pub(crate) track: Option<Text>,
     /// Largest lateral acceleration on the standard road, m/s².
     pub(crate) lateral_acceleration: f64,
@@ -42,27 +41,27 @@ pub(crate) struct Job {
     pub(crate) gate: GateArguments,
 }
 
-/// A text with the name it is known by.
+/// A text and its name.
 pub(crate) struct Text {
     pub(crate) name: String,
     pub(crate) text: String,
 }
 
-/// What came out.
+/// The results.
 pub(crate) struct Built {
     pub(crate) plant: Plant,
-    /// The bicycle model's fit on the held-out data, percent.
+    /// Fit of the bicycle model on the validation data, percent.
     pub(crate) bicycle_fit: Option<f64>,
     /// The controllers that could be designed: on the identified model, on the bicycle model.
     pub(crate) controllers: Vec<Controller>,
-    /// What could not be done, and why.
+    /// Missing results, with the reasons.
     pub(crate) remarks: Vec<String>,
     /// The folder, and what was written into it.
     pub(crate) out: PathBuf,
     pub(crate) files: Vec<SourceFile>,
 }
 
-/// A controller and what it reaches in closed loop with the packed IdentifiedPlant.
+/// A controller and its results in closed loop with the packed IdentifiedPlant.
 pub(crate) struct Controller {
     pub(crate) basis: Basis,
     pub(crate) pid: Pid,
@@ -90,7 +89,7 @@ pub(crate) struct Run {
     pub(crate) errors: TrackErrors,
 }
 
-/// What a controller was designed on.
+/// The model that a controller was designed on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Basis {
     Identified,
@@ -115,6 +114,10 @@ impl Basis {
     }
 }
 
+/// Name of the system structure package.
+const LOOP: &str = "LateralLoop";
+/// The order in which the FMUs of these loops are stepped.
+const MASTER: Master = Master::GaussSeidel;
 /// Name of the road every drive is tried on.
 pub(crate) const STANDARD_ROAD: &str = "road";
 /// Name of the road recorded with the drive.
@@ -131,11 +134,11 @@ pub(crate) fn build(job: &Job) -> Result<Built, Failure> {
     let plant = identified.plant;
     let plant_source = out.document("plant.json", &plant)?;
     let bicycle = job.vehicle.as_ref().map(|v| bicycle_at_speed_of(&plant, v)).transpose()?;
-    let judged = bicycle
+    let validated = bicycle
         .as_ref()
         .map(|b| sysid::bicycle::judge_bicycle(&job.log, &job.identify, b))
         .transpose()?;
-    let bicycle_trace = judged.as_ref().map(|j| j.simulated_yaw_rate_radps.as_slice());
+    let bicycle_trace = validated.as_ref().map(|j| j.simulated_yaw_rate_radps.as_slice());
     let traces = identify::traces_csv(&identified.traces, bicycle_trace);
     out.bytes("traces.csv", traces.as_bytes())?;
 
@@ -153,7 +156,7 @@ pub(crate) fn build(job: &Job) -> Result<Built, Failure> {
 
     progress.now(format!("{name}: drawing"));
     let traces = Traces::from_csv(traces.as_bytes(), "traces.csv")?;
-    let bicycle_fit = judged.map(|j| j.validation_fit);
+    let bicycle_fit = validated.map(|j| j.validation_fit);
     let mut built =
         Built { plant, bicycle_fit, controllers, remarks, out: job.out.clone(), files: Vec::new() };
     present::write(&mut out, &built, bicycle.as_ref(), &traces)?;
@@ -169,7 +172,7 @@ fn controllers(
     bicycle: Option<&Bicycle>,
     remarks: &mut Vec<String>,
 ) -> Result<Vec<Controller>, Failure> {
-    let mut archives = Archives::new(out.archive("fmu", plant)?, plant)?;
+    let archive = Archive::open(out.archive("fmu", plant)?)?;
     let roads = roads(job, plant, remarks)?;
     let mut bases =
         vec![(Basis::Identified, DesignPlant::from_plant(plant), plant_source, plant.to_json())];
@@ -179,7 +182,7 @@ fn controllers(
         bases.push((Basis::Bicycle, DesignPlant::from_bicycle(bicycle), source, bicycle.to_json()));
     }
     let mut controllers = Vec::new();
-    // The bicycle is of the same vehicle, and its data say nothing of the actuator's rate.
+    // The bicycle is of the same vehicle, and its data have no actuator rate.
     let driven = bases.iter().filter_map(|(_, model, ..)| model.as_ref().ok());
     let options = driven.fold(job.design, |options, model| options.with_rate_of(model));
     for (basis, model, source, document) in bases {
@@ -188,8 +191,8 @@ fn controllers(
             .and_then(|model| control::design(&model, &source, &options).map(|pid| (model, pid)));
         match designed {
             Ok((model, mut pid)) => {
-                fmu_step::prove(&mut pid, &document, &model)?;
-                controllers.push(prove(out, &mut archives, plant, basis, pid, &roads)?);
+                comparison::verify(&mut pid, &document, &model)?;
+                controllers.push(run_loops(out, (&archive, plant), basis, pid, &roads)?);
             }
             Err(error) => {
                 remarks.push(format!("no {} controller: {error}", basis.name()));
@@ -238,10 +241,9 @@ fn roads(
 }
 
 /// Packs a controller with its roads and runs the loops of the packed FMUs.
-fn prove(
+fn run_loops(
     out: &mut Writer,
-    archives: &mut Archives,
-    plant: &Plant,
+    (plant_archive, plant): (&Archive, &Plant),
     basis: Basis,
     pid: Pid,
     roads: &[(&'static str, PathFile)],
@@ -249,18 +251,18 @@ fn prove(
     let suffix = basis.suffix();
     let folder = format!("fmu{suffix}");
     out.document(&format!("pid{suffix}.json"), &pid)?;
-    archives.pid(out.archive(&folder, &pid)?)?;
+    let controller = Archive::open(out.archive(&folder, &pid)?)?;
 
-    let step = archives.step(&pid)?;
+    let step = comparison::yaw_step(plant_archive, &controller, &pid, MASTER)?;
     out.bytes(&format!("step{suffix}.csv"), step.csv.as_bytes())?;
-    let with_offset = archives.step_with_offset(&pid)?;
+    let with_offset = comparison::yaw_step_with_offset(plant, &controller, &pid, MASTER)?;
     out.bytes(&format!("step-with-offset{suffix}.csv"), with_offset.csv.as_bytes())?;
     let mut runs = Vec::new();
     for (road, path) in roads {
         let mut path = path.clone();
-        let sideslip = control::Sideslip::of(plant).unwrap_or_default();
+        let sideslip = Sideslip::of(plant).unwrap_or_default();
         path.guidance = sideslip.guide(control::guidance_for(&pid, path.speed_mps));
-        // The controller's own folder has the standard road; others stand beside it.
+        // The standard road is in the folder of the controller, others are in folders next to it.
         let (name, result, folder) = if *road == STANDARD_ROAD {
             (format!("path{suffix}.json"), format!("result{suffix}.csv"), folder.clone())
         } else {
@@ -271,12 +273,14 @@ fn prove(
             )
         };
         out.document(&name, &path)?;
-        let archive = out.archive(&folder, &path)?;
+        let path_archive = Archive::open(out.archive(&folder, &path)?)?;
         let documents = [plant.to_json(), path.to_json(), pid.to_json()];
         let named = documents.each_ref().map(|text| (text.as_str(), folder.as_str()));
-        let wired = lateral_loop::pack(lateral_loop::NAME, &named, None)?;
-        out.bytes(&format!("{folder}/{}.ssp", lateral_loop::NAME), &wired.bytes)?;
-        let csv = archives.track(&archive, &path, pid.sample_time_s)?;
+        let wired = comparison::pack_loop(LOOP, &named, None)?;
+        out.bytes(&format!("{folder}/{}.ssp", LOOP), &wired.bytes)?;
+        let run = Loop { plant: plant_archive, path: &path_archive, controller: &controller };
+        let sideslip = Sideslip::in_guidance(&path.guidance);
+        let csv = run.track(&path, pid.sample_time_s, MASTER, &sideslip)?.to_csv();
         out.bytes(&result, csv.as_bytes())?;
         let track = Track::from_csv(csv.as_bytes(), &result)?;
         let errors = track.errors();

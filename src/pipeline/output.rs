@@ -1,7 +1,6 @@
 //! Files written below a folder that is new, and the list of them.
 
 use crate::failure::Failure;
-use crate::package;
 use formats::{Document, SourceFile};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -28,7 +27,7 @@ impl Writer {
         Ok(path)
     }
 
-    /// Writes a document; gives what refers to it in the files made from it.
+    /// Writes a document; returns its reference for the files made from it.
     pub(crate) fn document<D: Document>(
         &mut self,
         name: &str,
@@ -46,7 +45,7 @@ impl Writer {
         folder: &str,
         document: &D,
     ) -> Result<PathBuf, Failure> {
-        let packed = package::pack(&document.to_json(), folder, None)?;
+        let packed = comparison::pack(&document.to_json(), folder, None)?;
         self.bytes(&format!("{folder}/{}.fmu", packed.fmu.name()), &packed.bytes)
     }
 

@@ -2,11 +2,10 @@
 
 use super::output::Writer;
 use super::{Built, RECORDED_ROAD, STANDARD_ROAD};
-use crate::evidence::WIDTH;
 use crate::failure::Failure;
 use formats::Bicycle;
 use report::figures::{self, road_height};
-use report::{Figure, Report, Traces, Track};
+use report::{Figure, Report, Traces, Track, WIDTH};
 
 /// Writes the figures as SVG files, and the report.
 pub(super) fn write(

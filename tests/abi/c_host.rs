@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
 
-/// The compiled host; `None` without a C compiler, which is told once.
+/// The compiled host; `None` without a C compiler, which is printed once.
 pub(crate) fn host() -> Option<&'static Path> {
     static HOST: OnceLock<Option<PathBuf>> = OnceLock::new();
     HOST.get_or_init(|| {
@@ -24,8 +24,8 @@ pub(crate) fn host() -> Option<&'static Path> {
             .output();
         match compiled {
             Ok(output) => {
-                let told = String::from_utf8_lossy(&output.stderr);
-                assert!(output.status.success(), "host.c: {told}");
+                let logged = String::from_utf8_lossy(&output.stderr);
+                assert!(output.status.success(), "host.c: {logged}");
                 Some(program)
             }
             Err(error) => {
@@ -80,8 +80,8 @@ fn run(program: &Path, arguments: &[String]) -> Output {
 /// The lines of a run that went well.
 fn lines(program: &Path, arguments: &[String]) -> Vec<String> {
     let output = run(program, arguments);
-    let told = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{arguments:?}: {}: {told}", output.status);
+    let logged = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{arguments:?}: {}: {logged}", output.status);
     String::from_utf8(output.stdout).unwrap().lines().map(str::to_owned).collect()
 }
 
@@ -159,13 +159,13 @@ fn c_calls_every_function() {
         let flags = sample.flags();
         let status = |supported| if supported { "0" } else { "3" };
         let serializes = status(flags.can_serialize_fmu_state);
-        let told = lines(host, &[plain(sample, 2), vec!["calls".into()]].concat());
-        let told: Vec<(&str, &str)> = told
+        let logged = lines(host, &[plain(sample, 2), vec!["calls".into()]].concat());
+        let logged: Vec<(&str, &str)> = logged
             .iter()
             .filter(|l| l.starts_with("fmi2"))
             .filter_map(|l| l.split_once(' '))
             .collect();
-        for (name, got) in &told {
+        for (name, got) in &logged {
             let expected = match *name {
                 "fmi2GetTypesPlatform" => "default",
                 "fmi2GetVersion" => "2.0",
@@ -181,7 +181,7 @@ fn c_calls_every_function() {
             };
             assert_eq!(*got, expected, "{} {name}", sample.name());
         }
-        let names: Vec<&str> = told.iter().map(|(name, _)| *name).collect();
+        let names: Vec<&str> = logged.iter().map(|(name, _)| *name).collect();
         let implied = ["fmi2Instantiate", "fmi2FreeInstance"];
         for name in crate::api::NAMES.iter().filter(|name| !implied.contains(name)) {
             assert!(names.contains(name), "{name} was not called");
@@ -243,8 +243,8 @@ fn a_decimal_comma_changes_nothing() {
             command.env("LOCPATH", &place);
         }
         let output = command.args(with).output().unwrap();
-        let told = String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.success() && told.contains("decimal point ,"), "{told}");
+        let logged = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success() && logged.contains("decimal point ,"), "{logged}");
         let read = String::from_utf8(output.stdout).unwrap();
         assert!(read.lines().eq(lines(host, &arguments)), "{}", sample.name());
     }
@@ -259,8 +259,8 @@ fn percent_signs_in_messages_are_text() {
         arguments[1] = "%s%n%s%n%d%1000000d%%".into();
         let output = run(host, &arguments);
         assert_eq!(output.status.code(), Some(1), "{}", output.status);
-        let told = String::from_utf8_lossy(&output.stderr);
-        assert!(told.contains("the GUID given is \"%s%n%s%n%d%1000000d%%\""), "{told}");
+        let logged = String::from_utf8_lossy(&output.stderr);
+        assert!(logged.contains("the GUID given is \"%s%n%s%n%d%1000000d%%\""), "{logged}");
     }
 }
 
@@ -285,9 +285,9 @@ fn under_valgrind(cycles: u32) {
         children.push((sample.name(), child.unwrap()));
     }
     for (name, output) in children {
-        let told = String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.success(), "{name}: {}: {told}", output.status);
-        assert!(!told.contains("=="), "{name}: {told}");
+        let logged = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{name}: {}: {logged}", output.status);
+        assert!(!logged.contains("=="), "{name}: {logged}");
     }
 }
 

@@ -94,8 +94,8 @@ fn what_is_no_folder_is_refused() {
         }
         for (location, expected) in bad {
             let shown = String::from_utf8_lossy(&location).into_owned();
-            let told = refusal(sample, Some(&location)).unwrap_or_default();
-            assert!(told.contains(expected), "{} {shown}: {told}", sample.name());
+            let logged = refusal(sample, Some(&location)).unwrap_or_default();
+            assert!(logged.contains(expected), "{} {shown}: {logged}", sample.name());
         }
     }
 }
@@ -110,10 +110,10 @@ fn changed_resources_are_refused() {
         let uri = crate::samples::uri_of(&folder).into_bytes();
         assert_eq!(refusal(sample, Some(&uri)), None);
         std::fs::write(folder.join("more"), "").unwrap();
-        let told = refusal(sample, Some(&uri)).unwrap();
+        let logged = refusal(sample, Some(&uri)).unwrap();
         assert!(
-            told.contains("description, library and resources are not of one archive"),
-            "{told}"
+            logged.contains("description, library and resources are not of one archive"),
+            "{logged}"
         );
         std::fs::remove_file(folder.join("more")).unwrap();
         for entry in folder.read_dir().unwrap() {
@@ -121,8 +121,8 @@ fn changed_resources_are_refused() {
             let mut bytes = std::fs::read(&path).unwrap();
             bytes.push(b' ');
             std::fs::write(&path, bytes).unwrap();
-            let told = refusal(sample, Some(&uri)).unwrap();
-            assert!(told.contains("are not of one archive"), "{told}");
+            let logged = refusal(sample, Some(&uri)).unwrap();
+            assert!(logged.contains("are not of one archive"), "{logged}");
         }
     }
 }

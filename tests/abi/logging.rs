@@ -6,7 +6,7 @@ use crate::unit::{Birth, Line, Unit};
 use model_description::{Causality, Kind, Value};
 use std::ffi::{CStr, c_char};
 
-/// Something of each kind: what is told, in order.
+/// Something of each kind: the messages, in order.
 fn provoke(unit: &Unit<'_>) -> Vec<Line> {
     let sample = unit.sample;
     unit.lines.take();
@@ -53,7 +53,7 @@ fn categories(lines: &[Line]) -> Vec<&str> {
 
 /// The category goes with the status, both with the call, and the format is never the text.
 #[test]
-fn with_logging_everything_is_told_in_declared_categories() {
+fn with_logging_everything_is_logged_in_declared_categories() {
     for sample in samples() {
         let declared: Vec<&str> =
             sample.description.log_categories.iter().map(|c| c.name.as_str()).collect();
@@ -66,16 +66,16 @@ fn with_logging_everything_is_told_in_declared_categories() {
             assert_eq!(line.category, expected[line.status as usize], "{line:?}");
             assert!(!line.text.is_empty() && !line.text.contains('\n'), "{line:?}");
         }
-        let told = categories(&lines);
+        let logged = categories(&lines);
         for expected in ["logEvents", "logStatusDiscard", "logStatusError"] {
-            assert!(told.contains(&expected), "{}: {lines:?}", sample.name());
+            assert!(logged.contains(&expected), "{}: {lines:?}", sample.name());
         }
     }
 }
 
 /// The standard has a message come with each warning and error; the rest is debug logging.
 #[test]
-fn without_logging_warnings_and_errors_alone_are_told() {
+fn without_logging_warnings_and_errors_alone_are_logged() {
     for sample in samples() {
         let lines = provoke(&born(sample, false));
         assert!(lines.iter().all(|l| [WARNING, ERROR].contains(&l.status)), "{lines:?}");

@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-/// Bytes of memory that this process has resident; 0 where Linux does not tell.
+/// Bytes of memory that this process has resident; 0 where Linux does not report it.
 pub(crate) fn resident() -> usize {
     let Ok(text) = std::fs::read_to_string("/proc/self/statm") else { return 0 };
     // Pages; their size is 4096 where these tests run, and a factor does not matter to "flat".

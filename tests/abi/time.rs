@@ -1,6 +1,6 @@
 //! Ten million steps, as importers count time: none refused, no tick lost or gained.
 //!
-//! An integrating controller tells its ticks: with kp = kd = 0 and a constant error e, each tick
+//! An integrating controller shows its ticks: with kp = kd = 0 and a constant error e, each tick
 //! adds ki·Ts·e, so the steering angle over that product is the number of ticks, tick 0 included.
 
 use crate::api::OK;

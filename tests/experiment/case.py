@@ -57,9 +57,9 @@ class Case:
         rng = np.random.default_rng([*self.seed(1), seed])
         at = states[:: sensors.FIX_EVERY]
         x, y = sensors.antenna(at[:, vehicle.X], at[:, vehicle.Y], at[:, vehicle.YAW])
-        told = SAMPLE_TIME_S * sensors.FIX_EVERY * np.arange(len(at)) + sensors.LATENCY_S
+        stated = SAMPLE_TIME_S * sensors.FIX_EVERY * np.arange(len(at)) + sensors.LATENCY_S
         fixes = [noisy(rng, values, sensors.CORRECTED.deviation_m) for values in (x, y)]
-        write_table(file, "time_s,x_m,y_m", (2, 4, 4), [told, *fixes])
+        write_table(file, "time_s,x_m,y_m", (2, 4, 4), [stated, *fixes])
 
     def datasheet(self, scale=None, lag=None):
         """TOML of the linear bicycle; `scale` multiplies some of its parameters."""

@@ -27,7 +27,7 @@ NO_LAG_S = 1e-4
 DATASHEET_ERROR = 0.15
 # Of the modulus margin, asked of a design again whose margin with the car is less than was asked.
 HIGHER_MARGINS = (0.55, 0.6, 0.65, 0.7, 0.75, 0.8, 0.85, 0.9)
-# What every design is told beyond its defaults: how fast the steering servo can turn.
+# Option of every design: the largest rate of the steering servo.
 DESIGN = ("--max-rate", "0.4rad/s")
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""From where a designed controller brings a car back: engaged beside the road, turned, with a servo as
+"""From where a designed controller brings a car back: engaged next to the road, turned, with a servo as
 stated and with slower ones; and yaw steps from 1 to 90 degrees.
 
 Each of the three multi-body cars at three speeds has a controller, designed on its data sheet for a
@@ -96,19 +96,19 @@ def main():
     parser.add_argument("--program", type=Path)
     parser.add_argument("--pids", type=Path)
     parser.add_argument("--quick", action="store_true")
-    told = parser.parse_args()
-    if (told.program is None) == (told.pids is None):
+    options = parser.parse_args()
+    if (options.program is None) == (options.pids is None):
         parser.error("give --program or --pids")
-    cars = (2,) if told.quick else (1, 2, 3)
+    cars = (2,) if options.quick else (1, 2, 3)
     cases = [Case(car, speed) for car in cars for speed in SPEEDS_MPS]
     lost = dict.fromkeys(SERVOS_RADPS, 0)
     print("car        servo     lost  overshoot % / settling s of steps of", *STEPS_DEG, "deg")
     with tempfile.TemporaryDirectory() as folder:
         for case in cases:
-            if told.pids:
-                pid = read(told.pids / f"{case.name}.json")
+            if options.pids:
+                pid = read(options.pids / f"{case.name}.json")
             else:
-                pid = designed(Program(told.program), case, Path(folder))
+                pid = designed(Program(options.program), case, Path(folder))
             for servo in SERVOS_RADPS:
                 away, steps = study(case, pid, servo)
                 lost[servo] += len(away)

@@ -66,8 +66,8 @@ def figure(folder, name, caption, number):
     svg = re.sub(r'\bid="', f'id="f{number}-', svg)
     svg = re.sub(r"url\(#", f"url(#f{number}-", svg)
     svg = re.sub(r'href="#', f'href="#f{number}-', svg)
-    told = html.escape(caption, quote=False)
-    return f"<figure>{svg}<figcaption>{told}</figcaption></figure>"
+    caption_text = html.escape(caption, quote=False)
+    return f"<figure>{svg}<figcaption>{caption_text}</figcaption></figure>"
 
 
 def block(text):

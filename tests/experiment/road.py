@@ -1,7 +1,7 @@
 """The car on the road: PoseEstimator, ReferencePath and LateralPid as packed FMUs under fmpy.
 
 Each sample: sensors, estimator, path, controller, in this order (Gauss–Seidel, no loop delay), then
-the car moves on with the command held. A second ReferencePath, fed with the true pose, judges.
+the car moves on with the command held. A second ReferencePath, fed with the true pose, evaluates.
 """
 
 import math
@@ -21,7 +21,7 @@ MARGIN_S = 2.0  # what the car may take longer than the road's length at its spe
 END_M = 0.5  # so near to the road's end it is reached
 TRACED = ("time", "cross_track", "course", "yaw", "position", "command", "curvature", "x", "y")
 OFF_ROAD_M = 20.0  # then the run is over: lost
-# What of the sideslip the estimator reckons with.
+# The terms of the sideslip that the estimator uses.
 ESTIMATED = ("sideslip_per_yaw_rate", "sideslip_growth", "sideslip_per_yaw_acceleration")
 
 
@@ -101,14 +101,14 @@ def follow(car, speed, loop, sensors, sideslip, length):
         estimator.pose(k, sensors.read(k, before[k]), before[k])
     state = before[LEAD_IN].copy()
 
-    path, judge = (guide(loop.path, name, speed, sideslip) for name in ("path", "judge"))
+    path, truth = (guide(loop.path, name, speed, sideslip) for name in ("path", "truth"))
     pid = Unit(loop.pid, "LateralPid")
     pid.initialize()
     locate = path.writer("x", "y", "yaw", "speed")
     ask = path.reader("yaw_reference", "steering_feedforward")
     refer = pid.writer("yaw_reference", "yaw", "steering_feedforward")
     steer = pid.reader("steering_angle")
-    judged = Judge(judge, speed)
+    evaluate = Evaluation(truth, speed)
     rows, finished = [], False
     for k in range(round((length / speed + MARGIN_S) / SAMPLE_TIME_S)):
         reading = sensors.read(LEAD_IN + k, state)
@@ -121,7 +121,7 @@ def follow(car, speed, loop, sensors, sideslip, length):
         (command,) = steer()
 
         off = (yaw - state[vehicle.YAW], x - state[vehicle.X], y - state[vehicle.Y])
-        cross_track, course, curvature, distance = judged(k, state)
+        cross_track, course, curvature, distance = evaluate(k, state)
         errors = (cross_track, course, math.remainder(off[0], math.tau), math.hypot(*off[1:]))
         place = (state[vehicle.X], state[vehicle.Y])
         rows.append((k * SAMPLE_TIME_S, *errors, command, curvature, *place))
@@ -130,7 +130,7 @@ def follow(car, speed, loop, sensors, sideslip, length):
             break
         if not advance(state, command, speed, p, STEPS):
             break
-    for unit in (estimator, path, judge, pid):
+    for unit in (estimator, path, truth, pid):
         unit.close()
     return np.array(rows), finished
 
@@ -153,7 +153,7 @@ def lead_in(car, speed):
     return np.vstack([states, state])
 
 
-class Judge:
+class Evaluation:
     """True cross-track error, course error, the road's curvature and distance along it."""
 
     def __init__(self, unit, speed):

@@ -87,8 +87,8 @@ class Study:
     def tuned(self, case, pid):
         """The oracle's gains, which no change of the command line touches."""
         kept = [pid["specification"][name] for name in ("overshoot_percent", "modulus_margin")]
-        told = json.dumps([kept, pid["limits"]], sort_keys=True)
-        key = hashlib.sha256(told.encode())
+        stated = json.dumps([kept, pid["limits"]], sort_keys=True)
+        key = hashlib.sha256(stated.encode())
         for module in (compiled, oracle, pid_law, vehicle, yaw_step):
             key.update(Path(module.__file__).read_bytes())
         file = self.out / "oracle" / f"{case.name}.json"
@@ -251,15 +251,15 @@ def identification(plant):
 
 
 def sideslip(plant):
-    """That of the drive's fixes, by the parameters that FMUs reckon with. Every contender is guided
+    """That of the drive's fixes, by the parameters of the FMUs. Every contender is guided
     with it, since it is a property of the car and not of a controller."""
-    told = plant["sideslip"]
+    stated = plant["sideslip"]
     terms = {
         "sideslip_growth": "sideslip_growth_s5pm2",
         "sideslip_per_yaw_acceleration": "sideslip_per_yaw_acceleration_s2",
     }
-    found = {name: told[key]["value"] for name, key in terms.items() if key in told}
-    return {"sideslip_per_yaw_rate": told["sideslip_per_yaw_rate_s"]} | found
+    found = {name: stated[key]["value"] for name, key in terms.items() if key in stated}
+    return {"sideslip_per_yaw_rate": stated["sideslip_per_yaw_rate_s"]} | found
 
 
 def rms(values):

@@ -22,13 +22,13 @@ AGAIN = "cross-track RMS, re-designed"
 DROP_OUT_M, DROP_OUT_OVERSHOOT_M = 0.5, 0.05
 
 CARS = (
-    "What a data sheet tells of CommonRoad's 29-state cars, with which the rivals are designed. Servo "
+    "The data sheet of CommonRoad's 29-state cars, with which the rivals are designed. Servo "
     f"between command and road wheel: {SERVO_TIME_CONSTANT_S} s lag, {SERVO_RATE_LIMIT_RADPS} rad/s at most."
 )
 MEASURED = (
     "Recorded for identification: command, yaw rate and speed of a drive of 103 s at 100 Hz. On the road the "
     "packed estimator, path and controller run one after the other each 10 ms; a second ReferencePath at "
-    "the true pose judges."
+    "the true pose evaluates."
 )
 AT_MARGIN = (
     "Two readings. *A factor*: kp, ki and kd times one factor, until the loop with the car comes to "
@@ -86,7 +86,7 @@ def of(test, runs):
 
 
 def cars(runs):
-    """The vehicles: what a data sheet tells of them."""
+    """The vehicles: their data sheets."""
     sheets = {}
     for run in runs:
         number = int(run["case"][3])
@@ -211,7 +211,7 @@ def roads(runs):
         get = lambda reception, key: [
             metric(run, IDENTIFIED, ("road", reception.name, key)) for run in seeds
         ]
-        # What a drive does not tell counts as 0.
+        # Terms that a drive does not determine are 0.
         slip = lambda term: np.mean([run["drive"]["sideslip"].get(term, 0.0) for run in seeds])
         guide = seeds[0]["contenders"][IDENTIFIED]["path"]
         guidance = guide["guidance"]
@@ -251,7 +251,7 @@ def aims(runs):
     beyond = [own(run, "road", DROP_OUT.name, "drop_out_overshoot_m") for run in runs]
     found = ratios(runs)
 
-    def told(rival, what=AS_DESIGNED, way=None):
+    def ratio_text(rival, what=AS_DESIGNED, way=None):
         r = found[what][rival]
         text = "none" if r is None else "{:.3f} ({:.3f}–{:.3f})".format(*r)
         if way is None or reached(runs, way, IDENTIFIED, rival) == len(runs):
@@ -278,7 +278,7 @@ def aims(runs):
         ("at equal modulus margin with the car", EQUAL, EQUAL_MARGIN),
         ("re-designed to that margin", AGAIN, REDESIGNED),
     ):
-        lines += [[f"{what}: {rival}", aim, told(rival, figure, way)] for rival, aim in rivals]
+        lines += [[f"{what}: {rival}", aim, ratio_text(rival, figure, way)] for rival, aim in rivals]
     return table(["figure", "aim", "reached"], lines)
 
 

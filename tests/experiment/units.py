@@ -55,7 +55,7 @@ class Unit:
     def writer(self, *names):
         """Sets these Reals, or these Integers, each sample: `write(values)`.
 
-        fmpy would make arrays anew with each call, which costs more than the FMU's own step.
+        fmpy would make new arrays with each call, which costs more than the FMU's own step.
         """
         integer = self.archive.kind[names[0]] == "Integer"
         call = self.fmu.fmi2SetInteger if integer else self.fmu.fmi2SetReal

@@ -141,7 +141,7 @@ fn every_archive_exports_every_function() {
 }
 
 /// What reached rust-fmi's side of the logger: instance, level and text.
-static TOLD: Mutex<Vec<(String, log::Level, String)>> = Mutex::new(Vec::new());
+static LOGGED: Mutex<Vec<(String, log::Level, String)>> = Mutex::new(Vec::new());
 
 struct Listener;
 
@@ -151,15 +151,15 @@ impl log::Log for Listener {
     }
 
     fn log(&self, record: &log::Record<'_>) {
-        let told = (record.target().into(), record.level(), record.args().to_string());
-        TOLD.lock().unwrap().push(told);
+        let logged = (record.target().into(), record.level(), record.args().to_string());
+        LOGGED.lock().unwrap().push(logged);
     }
 
     fn flush(&self) {}
 }
 
 #[test]
-fn an_error_is_told_through_the_callbacks() {
+fn an_error_is_reported_through_the_callbacks() {
     log::set_logger(&Listener).unwrap();
     let mut unit = Rust::open("LateralPid", true);
     let no_such_reference = [4_000_000_000];
@@ -167,9 +167,9 @@ fn an_error_is_told_through_the_callbacks() {
     unit.instance.enter_initialization_mode().unwrap();
     let result = unit.instance.get_real(&no_such_reference, &mut [0.0]);
     assert!(matches!(result, Err(Fmi2Error::Error)), "{result:?}");
-    let told = TOLD.lock().unwrap();
+    let logged = LOGGED.lock().unwrap();
     let of_this_call = |(instance, level, text): &&(String, log::Level, String)| {
         instance == "LateralPid" && *level == log::Level::Error && text.contains("4000000000")
     };
-    assert_eq!(told.iter().filter(of_this_call).count(), 1, "{told:?}");
+    assert_eq!(logged.iter().filter(of_this_call).count(), 1, "{logged:?}");
 }

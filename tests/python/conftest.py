@@ -13,7 +13,7 @@ import pytest
 
 LARGEST_DIFFERENCE = 1e-9  # of any variable at any point; units are SI
 
-_told: list[str] = []
+_reported: list[str] = []
 
 
 class Reference:
@@ -47,19 +47,19 @@ class Reference:
             if not difference <= worst:
                 worst, where = difference, name
         count = self.steps + 1 - first
-        _told.append(
+        _reported.append(
             f"{importer}: largest difference to the pure functions, over {count} points: "
             f"{worst:.3e} ({where})"
         )
-        assert worst <= LARGEST_DIFFERENCE, _told[-1]
+        assert worst <= LARGEST_DIFFERENCE, _reported[-1]
         # The loop did something.
         assert np.ptp(self.columns["LateralPid.steering_angle"]) > 0.01
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Tells every importer's largest difference, whether its test passed or not."""
+    """Prints every importer's largest difference, whether its test passed or not."""
     terminalreporter.section("importers")
-    for line in _told:
+    for line in _reported:
         terminalreporter.write_line(line)
 
 

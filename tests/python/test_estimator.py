@@ -12,7 +12,7 @@ from fmpy.ssp.simulation import simulate_ssp
 from libcosimpy.CosimExecution import CosimExecution
 from libcosimpy.CosimObserver import CosimObserver
 
-# What the loop is judged by: the vehicle, what is known of it, and what it is steered by.
+# The signals that the tests evaluate: the vehicle, its estimate, and its steering.
 COLUMNS = [
     "IdentifiedPlant.x",
     "IdentifiedPlant.y",

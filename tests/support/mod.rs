@@ -15,7 +15,7 @@ pub(crate) fn steerwright<S: AsRef<std::ffi::OsStr>>(folder: &Path, arguments: &
 }
 
 /// What a run printed for people: stderr without its progress, then stdout where that is no JSON.
-pub(crate) fn told(output: &Output) -> String {
+pub(crate) fn text_of(output: &Output) -> String {
     let stderr = String::from_utf8_lossy(&output.stderr);
     let lines = stderr.lines().filter(|line| !line.starts_with("progress: "));
     let mut text: String = lines.flat_map(|line| [line, "\n"]).collect();
@@ -43,19 +43,26 @@ pub(crate) fn demo() -> &'static Demo {
 }
 
 /// The folder with the archives of all FMUs, made once for a test binary: those of the demo's
-/// multi-body drive, and beside them those that no drive makes: nonlinear vehicle and pose estimator.
+/// multi-body drive, and those that no drive makes (see [`package_others`]).
 pub(crate) fn archives() -> &'static Path {
     static ARCHIVES: OnceLock<PathBuf> = OnceLock::new();
     ARCHIVES.get_or_init(|| {
-        let folder = demo().folder.join("multibody");
-        let package = words(
-            "package {data}/multibody/vehicle.json {data}/multibody/estimator.json --out fmu",
-            &folder,
-        );
-        let output = steerwright(&folder, &package);
-        assert!(output.status.success(), "{}", told(&output));
-        folder.join("fmu")
+        let folder = shared("archives");
+        std::fs::create_dir_all(&folder).unwrap();
+        for entry in std::fs::read_dir(demo().folder.join("multibody/fmu")).unwrap() {
+            let file = entry.unwrap();
+            std::fs::copy(file.path(), folder.join(file.file_name())).unwrap();
+        }
+        package_others(&folder);
+        folder
     })
+}
+
+/// Packs the nonlinear vehicle and the pose estimator into a folder.
+pub(crate) fn package_others(folder: &Path) {
+    let line = "package {data}/multibody/vehicle.json {data}/multibody/estimator.json --out .";
+    let output = steerwright(folder, &words(line, folder));
+    assert!(output.status.success(), "{}", text_of(&output));
 }
 
 /// A folder of that name for this test binary, not there yet: what is shared by tests lives until
@@ -68,14 +75,14 @@ fn shared(name: &str) -> PathBuf {
     folder
 }
 
-/// Runs the demo into a folder of that name, made anew.
+/// Runs the demo into a folder of that name, made again.
 pub(crate) fn run_demo(name: &str) -> Demo {
     let folder = shared(name);
     let output = steerwright(
         &std::env::temp_dir(),
         &["demo".as_ref(), "--json".as_ref(), "--out".as_ref(), folder.as_os_str()],
     );
-    assert!(output.status.success(), "{}", told(&output));
+    assert!(output.status.success(), "{}", text_of(&output));
     Demo { folder, overview: serde_json::from_slice(&output.stdout).unwrap() }
 }
 
@@ -94,7 +101,7 @@ pub(crate) fn chain() -> &'static Path {
             "package plant.json bicycle.json pid.json path.json --out fmu",
         ] {
             let output = steerwright(&folder, &words(arguments, Path::new("")));
-            assert!(output.status.success(), "{arguments}: {}", told(&output));
+            assert!(output.status.success(), "{arguments}: {}", text_of(&output));
         }
         folder
     })
@@ -108,7 +115,7 @@ pub(crate) fn run(folder: &Path, line: &str) -> Output {
 /// The same, which must end well.
 pub(crate) fn done(folder: &Path, line: &str) -> Output {
     let output = run(folder, line);
-    assert_eq!(output.status.code(), Some(0), "{line}: {}", told(&output));
+    assert_eq!(output.status.code(), Some(0), "{line}: {}", text_of(&output));
     output
 }
 

@@ -6,7 +6,7 @@ use std::ffi::OsStr;
 use std::path::Path;
 use std::process::Command;
 
-/// Runs the demo into `out` and packs the two written by hand beside its archives; `binaries` is a
+/// Runs the demo into `out` and packs the two written by hand next to its archives; `binaries` is a
 /// folder of libraries to pack instead of this machine's own.
 pub(crate) fn pack(out: &Path, binaries: Option<&Path>) -> Result<(), String> {
     let by_hand = |name: &str| root().join("tests/data/multibody").join(name);

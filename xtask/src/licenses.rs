@@ -35,7 +35,7 @@ impl Texts {
     }
 }
 
-/// Writes the file anew.
+/// Writes the file again.
 pub(crate) fn licenses() -> Result<(), String> {
     let metadata = MetadataCommand::new()
         .manifest_path(root().join("Cargo.toml"))

@@ -68,7 +68,7 @@ enum Command {
     Stress,
     /// How well the identification does, compared with its peers
     Evaluate(evaluate::Options),
-    /// Controllers designed from a drive, on multi-body cars from outside, beside their rivals
+    /// Controllers designed from a drive, on multi-body cars from outside, compared with their rivals
     Experiment {
         /// The experiment's own tests instead
         #[arg(long)]

@@ -31,7 +31,7 @@ pub(crate) fn cargo(arguments: &[&str]) -> Command {
 /// It is built as `cargo test --release` builds it. Other selections of packages give shared
 /// dependencies other features, and all that depends on them would be compiled once more.
 pub(crate) fn program(binaries: Option<&Path>) -> Result<PathBuf, String> {
-    let mut build = cargo(&["test", "--release", "--quiet", "--no-run", "--test", "installed"]);
+    let mut build = cargo(&["test", "--release", "--quiet", "--no-run", "--test", "python"]);
     run(build.envs(binaries.map(|folder| ("STEERWRIGHT_FMU_BINARIES", folder))))?;
     Ok(released("steerwright"))
 }
@@ -42,7 +42,7 @@ pub(crate) fn released(name: &str) -> PathBuf {
 }
 
 /// A command as a line, which is shown.
-pub(crate) fn told(command: &Command) -> String {
+pub(crate) fn shown(command: &Command) -> String {
     let name = command.get_program().to_string_lossy().into_owned();
     let words = command.get_args().map(|a| a.to_string_lossy().into_owned()).collect::<Vec<_>>();
     let line = format!("{name} {}", words.join(" "));
@@ -52,7 +52,7 @@ pub(crate) fn told(command: &Command) -> String {
 
 /// Runs to the end; an error names the command.
 pub(crate) fn run(command: &mut Command) -> Result<(), String> {
-    let line = told(command);
+    let line = shown(command);
     let status = command.status().map_err(|e| format!("{line}: {e}"))?;
     if status.success() { Ok(()) } else { Err(format!("{line}: {status}")) }
 }

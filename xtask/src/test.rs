@@ -1,7 +1,7 @@
 //! `cargo xtask test`.
 
 use crate::cross::{self, Platform};
-use crate::run::{cargo, root, run, target};
+use crate::run::{cargo, run, target};
 use crate::{every_fmu, importers, python};
 use std::path::Path;
 
@@ -43,22 +43,7 @@ fn across(platforms: &[Platform], python: &Path) -> Result<(), String> {
     // By their names: `--package steerwright` would give shared dependencies other features, and
     // compile nearly everything once more.
     let mut tests = cargo(&["test", "--release", "--no-fail-fast", "--bin", "steerwright"]);
-    for name in system_tests()? {
-        tests.args(["--test", &name]);
-    }
+    tests.args(["--test", "it", "--test", "python"]);
     run(tests.env("STEERWRIGHT_PYTHON", python).env("STEERWRIGHT_FMU_BINARIES", &binaries))?;
     importers::importers(python, Some(&binaries))
-}
-
-/// The names of the system's tests.
-fn system_tests() -> Result<Vec<String>, String> {
-    let folder = root().join("tests");
-    let entries = std::fs::read_dir(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
-    let mut names: Vec<String> = entries
-        .filter_map(|entry| Some(entry.ok()?.path()))
-        .filter(|path| path.extension().is_some_and(|end| end == "rs"))
-        .filter_map(|path| Some(path.file_stem()?.to_str()?.to_owned()))
-        .collect();
-    names.sort();
-    Ok(names)
 }

@@ -23,6 +23,12 @@ const SUSTAINED: f64 = 0.35;
 const RESERVE: f64 = 1.3;
 const LEAST_RESERVE_S: f64 = 0.15;
 
+/// The largest steering angle where none is stated, the paper's 22° at the road wheel, in steering coordinates.
+#[must_use]
+pub fn usual_max_angle_rad(steering_ratio: f64) -> f64 {
+    PidParameters::default().max_angle * steering_ratio
+}
+
 impl DesignOptions {
     /// The limits of the file in the plant's steering coordinates, without those of large errors, which depend
     /// on the gains.
@@ -39,7 +45,9 @@ impl DesignOptions {
             .ok_or_else(|| Error::NoSteeringRate { model: plant.name.clone() })?;
         let [steering_per_curvature_radm, understeer_gradient_rads2pm] = plant.steady_turn();
         Ok(Limits {
-            max_angle_rad: self.max_angle_rad.unwrap_or(usual.max_angle * plant.steering_ratio),
+            max_angle_rad: self
+                .max_angle_rad
+                .unwrap_or_else(|| usual_max_angle_rad(plant.steering_ratio)),
             max_increment_rad: self
                 .max_increment_rad
                 .unwrap_or(usual.max_increment * plant.steering_ratio),

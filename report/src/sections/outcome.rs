@@ -69,7 +69,7 @@ pub(crate) fn tracking(path: Option<&Path>, tracks: &[(&str, &Track)]) -> Sectio
     let points = path.map_or(&[][..], |p| &p.points);
     blocks.push(Block::Figure {
         figure: figures::reference_road(points, path.is_some_and(|p| p.closed), tracks),
-        height: figures::road_height(crate::html::WIDTH, points, tracks),
+        height: figures::road_height(crate::WIDTH, points, tracks),
         caption: "Both axes have the same scale.".into(),
     });
     if !tracks.is_empty() {

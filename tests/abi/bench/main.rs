@@ -1,4 +1,4 @@
-//! What a call of an FMU costs, beside the same arithmetic in C and in pythonfmu.
+//! What a call of an FMU costs, compared with the same arithmetic in C and in pythonfmu.
 //!
 //! `cargo xtask bench fmu` prepares what this needs and runs it: the libraries of `fmus/`, built
 //! with the profile of the FMUs, in `STEERWRIGHT_BENCH_FMUS`, and an unpacked FMU of pythonfmu in

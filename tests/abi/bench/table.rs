@@ -99,7 +99,7 @@ pub(crate) fn print(rows: &[Row], rounds: usize) {
         };
         println!("{:<62}{most:>8}{median:>8.1}{least:>8.1}  {met}", aim.what);
     }
-    // Like with like: a step beside a step, and one with a new input beside one with a new input.
+    // Like with like: a step with a step, and a step with a new input with another one.
     let (Some(step), Some(setstep)) = (find("pythonfmu step"), find("pythonfmu setstep")) else {
         println!("\nleft out: pythonfmu (STEERWRIGHT_BENCH_PYTHONFMU is not set)");
         return;

@@ -69,7 +69,7 @@ fn careless_arguments_are_taken() {
                     let api = &sample.api;
                     let c = (api.instantiate)(name, 1, guid, location, callbacks, flag, flag);
                     assert!(!c.is_null());
-                    // Errors have nobody to be told to.
+                    // Errors have no receiver.
                     assert_eq!((api.cancel_step)(c), 3);
                     assert_eq!((api.reset)(c), OK);
                     (api.free_instance)(c);

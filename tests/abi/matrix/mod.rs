@@ -101,10 +101,10 @@ fn try_all<'s>(sample: &'s Sample, cases: &[Case<'s>]) -> usize {
             if status != ERROR {
                 continue;
             }
-            let told: Vec<_> = lines.iter().filter(|line| line.status == ERROR).collect();
-            assert_eq!(told.len(), 1, "{here}: {lines:?}");
-            assert_eq!(told[0].category, "logStatusError", "{here}");
-            assert!(told[0].text.starts_with(case.function), "{here}: {}", told[0].text);
+            let logged: Vec<_> = lines.iter().filter(|line| line.status == ERROR).collect();
+            assert_eq!(logged.len(), 1, "{here}: {lines:?}");
+            assert_eq!(logged[0].category, "logStatusError", "{here}");
+            assert!(logged[0].text.starts_with(case.function), "{here}: {}", logged[0].text);
             assert_eq!(unit.step_at(unit.time, sample.step()), ERROR, "{here}: it steps on");
             assert_eq!(unit.everything(), before, "{here}: a value changed");
         }

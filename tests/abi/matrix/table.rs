@@ -2,7 +2,7 @@
 //!
 //! I instantiated, M initialization mode, C step complete, T terminated, E error. The columns "step
 //! in progress", "step failed" and "step canceled" are left out, as nothing leads there: no step is
-//! asynchronous, and no step returns `fmi2Discard`. What an x stands for beside a restriction (the
+//! asynchronous, and no step returns `fmi2Discard`. The meaning of an x with a restriction (the
 //! standard's footnotes 1 to 8) is in [`super::values`].
 
 use fmi2_export::calls::{Call, State};

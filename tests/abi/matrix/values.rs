@@ -213,7 +213,7 @@ fn wrong_values(sample: &Sample) -> Vec<Case<'_>> {
     cases
 }
 
-/// Clipping is told once: later calls are as good as any.
+/// Clipping is reported once: later calls are as good as any.
 fn once_clipped(status: Status) -> Status {
     if status == OK { WARNING } else { status }
 }

@@ -15,7 +15,7 @@ that instant, which holds until the next row. The vehicle model is used as
 published, unmodified; its tyre forces jump by about 4 % of the wheel load where
 the camber angle changes sign, so driving straight ends in a faint weave.
 
-    python record.py                 write the three files beside this script
+    python record.py                 write the three files next to this script
     python record.py --verify        also check step size, steering sign and the linear bicycle
 """
 
@@ -172,7 +172,7 @@ def write_logs(out, rng, command, states, acceleration):
     return yaw_rate
 
 
-def tell(what, figure):
+def report(what, figure):
     print(f"{what:<30}{figure}")
 
 
@@ -180,11 +180,11 @@ def print_figures(command, states, acceleration):
     error = np.abs(command - states[:, STEER])
     saturated = np.mean(error >= SERVO_RATE_LIMIT_RADPS * SERVO_TIME_CONSTANT_S)
     speed = states[:, SPEED]
-    tell("length", f"{len(command) * SAMPLE_TIME_S:.2f} s")
-    tell("largest lateral acceleration", f"{np.max(np.abs(acceleration)):.2f} m/s2")
-    tell("speed", f"{speed.min():.3f} to {speed.max():.3f} m/s")
-    tell("largest steering command", f"{np.degrees(np.max(np.abs(command))):.2f} deg")
-    tell("servo at its rate limit", f"{100 * saturated:.2f} % of the time")
+    report("length", f"{len(command) * SAMPLE_TIME_S:.2f} s")
+    report("largest lateral acceleration", f"{np.max(np.abs(acceleration)):.2f} m/s2")
+    report("speed", f"{speed.min():.3f} to {speed.max():.3f} m/s")
+    report("largest steering command", f"{np.degrees(np.max(np.abs(command))):.2f} deg")
+    report("servo at its rate limit", f"{100 * saturated:.2f} % of the time")
 
 
 def fit_percent(measured, simulated):
@@ -195,18 +195,18 @@ def fit_percent(measured, simulated):
 def print_verification(p, command, states, yaw_rate):
     change = (drive(p, command, STEP_S / 2) - states)[:, YAW_RATE]
     largest, rms = np.max(np.abs(change)), np.sqrt(np.mean(change**2))
-    tell("halving the step changes", f"yaw rate by {largest:.1e} rad/s at most, {rms:.1e} rms")
+    report("halving the step changes", f"yaw rate by {largest:.1e} rad/s at most, {rms:.1e} rms")
 
     left = drive(p, straight(1.0) + excitation(p).road_wheel_angle(1.0), STEP_S)[-1]
-    tell("steering left for 1 s gives", f"yaw rate {left[YAW_RATE]:+.3f} rad/s, y {left[Y]:+.3f} m")
+    report("steering left for 1 s gives", f"yaw rate {left[YAW_RATE]:+.3f} rad/s, y {left[Y]:+.3f} m")
 
     bicycle = simulate(bicycle_rate(p), [0.0, 0.0, 0.0], command, STEP_S)[:, 1]
-    tell(
+    report(
         "fit of the linear bicycle",
         f"{fit_percent(yaw_rate, bicycle):.2f} % of the logged yaw rate",
     )
     ceiling = fit_percent(yaw_rate, states[:, YAW_RATE])
-    tell("fit of the true yaw rate", f"{ceiling:.2f} % (what the sensor noise leaves)")
+    report("fit of the true yaw rate", f"{ceiling:.2f} % (what the sensor noise leaves)")
 
 
 def arguments():
@@ -223,7 +223,7 @@ def arguments():
         "--out",
         type=Path,
         default=Path(__file__).parent,
-        help="folder of the files (default: beside this script)",
+        help="folder of the files (default: next to this script)",
     )
     parser.add_argument(
         "--verify",

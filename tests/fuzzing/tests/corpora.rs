@@ -11,7 +11,7 @@ fn every_input_of_the_corpora_returns() {
         files.sort();
         assert!(files.len() >= 10, "the corpus of {name} has {} files", files.len());
         for file in &files {
-            // Named, so that a failure tells which it was.
+            // Named, so that a failure identifies it.
             println!("{}", file.display());
             target(&std::fs::read(file).unwrap());
         }

@@ -10,7 +10,7 @@ const FMPY_LOOPS: &str = "10";
 /// Loops of the short form.
 const SHORT_LOOPS: &str = "40";
 
-/// 10,000 closed loops on a thread and on two, with each plant, and fmpy beside it.
+/// 10,000 closed loops on a thread and on two, with each plant, compared with fmpy.
 pub(crate) fn sweep(short: bool) -> Result<(), String> {
     let folder = target().join("bench-sweep");
     let demo = folder.join("multibody");

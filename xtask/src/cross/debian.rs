@@ -2,7 +2,7 @@
 //! own: nothing is installed, and no root is needed.
 
 use super::{folder, setup};
-use crate::run::{run, told};
+use crate::run::{run, shown};
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
@@ -89,7 +89,7 @@ fn unpack(package: &Path, to: &Path) -> Result<(), String> {
     }
     let mut dpkg = Command::new("dpkg-deb");
     dpkg.arg("--fsys-tarfile").arg(package).stdout(Stdio::piped());
-    let line = told(&dpkg);
+    let line = shown(&dpkg);
     let mut dpkg = dpkg.spawn().map_err(|e| format!("{line}: {e}"))?;
     let mut tar = Command::new("tar");
     tar.args(["--extract", "--wildcards", "--directory"]).arg(to);
@@ -105,7 +105,7 @@ fn unpack(package: &Path, to: &Path) -> Result<(), String> {
 fn field(package: &str, name: &str) -> Result<String, String> {
     let mut apt = Command::new("apt-cache");
     apt.args(["show", "--no-all-versions", package]).env("LC_ALL", "C");
-    let output = apt.output().map_err(|e| format!("{}: {e}", told(&apt)))?;
+    let output = apt.output().map_err(|e| format!("{}: {e}", shown(&apt)))?;
     String::from_utf8_lossy(&output.stdout)
         .lines()
         .find_map(|line| Some(line.strip_prefix(name)?.strip_prefix(": ")?.to_owned()))

@@ -43,7 +43,7 @@ impl fmt::Display for Differences {
 }
 
 /// Compares line by line. The first column is the time, the others are named. Lines that begin with
-/// `fmi2` tell what a function answered, and must be the same.
+/// `fmi2` state what a function returned, and must be the same.
 pub(crate) fn differences(
     ours: &str,
     theirs: &str,

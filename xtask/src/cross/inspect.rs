@@ -126,22 +126,22 @@ fn check(platform: Platform, name: &str, bytes: &[u8]) -> Result<String, String>
         return Err("names no version of glibc".into());
     }
 
-    let mut told = Vec::new();
+    let mut needs = Vec::new();
     if format == Format::Elf {
-        told.push(format!("glibc {}.{}", glibc.0, glibc.1));
+        needs.push(format!("glibc {}.{}", glibc.0, glibc.1));
     }
     if let File::MachO64(library) = &library {
         let (own, oldest) = mach(library).map_err(read)?;
         if own != format!("@rpath/{name}.dylib") {
             return Err(format!("its install name is {own:?}"));
         }
-        told.push(format!("macOS {oldest}"));
+        needs.push(format!("macOS {oldest}"));
     }
-    told.extend(libraries);
+    needs.extend(libraries);
     if let Some(trace) = trace(bytes) {
         return Err(format!("names {trace:?}, of the machine that built it"));
     }
-    Ok(format!("{} kB, needs {}", bytes.len() / 1000, told.join(", ")))
+    Ok(format!("{} kB, needs {}", bytes.len() / 1000, needs.join(", ")))
 }
 
 /// `GLIBC_2.17` as a pair of numbers; nothing for the versions of other libraries.

@@ -39,7 +39,7 @@ pub(crate) struct Options {
     /// Install what the platforms need, and build nothing
     #[arg(long)]
     setup: bool,
-    /// Also run the libraries beside those of linux64, as far as they run here
+    /// Also run the libraries and compare them with those of linux64, as far as they run here
     #[arg(long)]
     run: bool,
     /// Where the standard library of another platform comes from
@@ -63,7 +63,7 @@ pub(crate) fn cross(options: &Options) -> Result<(), String> {
     Ok(())
 }
 
-/// Builds and checks the libraries for the platforms, and for no others: an older library beside
+/// Builds and checks the libraries for the platforms, and for no others: an older library next to
 /// them could be of other sources.
 pub(crate) fn libraries(platforms: &[Platform], source: Source) -> Result<(), String> {
     if !cfg!(all(target_os = "linux", target_arch = "x86_64")) {
@@ -82,8 +82,8 @@ pub(crate) fn libraries(platforms: &[Platform], source: Source) -> Result<(), St
         timed(&format!("{name}: build"), || build::build(platform, &toolchain, &zig))?;
         for (_, library) in LIBRARIES {
             let file = library_file(platform, library);
-            let told = inspect::inspect(platform, library, &file)?;
-            eprintln!("{name}/{library}: {told}");
+            let needed = inspect::inspect(platform, library, &file)?;
+            eprintln!("{name}/{library}: {needed}");
         }
         let run = match platform.runner() {
             Runner::Nothing => "built and inspected, never run",
@@ -94,7 +94,7 @@ pub(crate) fn libraries(platforms: &[Platform], source: Source) -> Result<(), St
     universal::join(platforms)
 }
 
-/// Runs the libraries of the platforms beside those for linux64 in `native`, a folder of a demo's
+/// Runs the libraries of the platforms and compares them with those for linux64 in `native`, a folder of a demo's
 /// archives.
 pub(crate) fn run(platforms: &[Platform], native: &Path) -> Result<(), String> {
     for &platform in platforms {

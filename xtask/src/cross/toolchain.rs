@@ -5,7 +5,7 @@
 
 use super::debian;
 use super::platform::Platform;
-use crate::run::{root, told};
+use crate::run::{root, shown};
 use clap::ValueEnum;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
@@ -84,7 +84,7 @@ fn library_folder(target: &str) -> Option<PathBuf> {
 
 /// Runs a command that may wait for a server that never answers.
 fn within(command: &mut Command, limit: Duration) -> Result<(), String> {
-    let line = told(command);
+    let line = shown(command);
     let mut child = command.stdin(Stdio::null()).spawn().map_err(|e| format!("{line}: {e}"))?;
     let start = Instant::now();
     while start.elapsed() < limit {

@@ -5,7 +5,7 @@ use super::archives::{find, stem};
 use super::differences::{Differences, differences};
 use super::platform::{Platform, Runner};
 use super::{LIBRARIES, folder, library_file, setup};
-use crate::run::{root, run, told};
+use crate::run::{root, run, shown};
 use roxmltree::{Document, Node};
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -206,7 +206,7 @@ fn drive(
     let log = out.with_extension("log");
     let create = |path: &Path| File::create(path).map_err(|e| format!("{}: {e}", path.display()));
     command.stdout(create(out)?).stderr(create(&log)?);
-    let line = told(&command);
+    let line = shown(&command);
     let status = command.status().map_err(|e| format!("{line}: {e}"))?;
     if !status.success() {
         let log = fs::read(&log).unwrap_or_default();

@@ -13,7 +13,7 @@ const OK: i32 = 0;
 const WARNING: i32 = 1;
 const ERROR: i32 = 3;
 
-/// Where the instance stands, as far as its answers tell.
+/// The state of the instance, from its return values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Mode {
     Before,

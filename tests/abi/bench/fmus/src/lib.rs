@@ -1,4 +1,4 @@
-//! The slaves of the benchmark, without C symbols: the examples beside add these.
+//! The slaves of the benchmark, without C symbols: the examples add these.
 //!
 //! [`Linear`] is `x⁺ = A x + B u`, `y = C x⁺` with four states, the numbers and the order of
 //! operations those of `bare.c`. [`Empty`] has the same variables and does nothing in a step.

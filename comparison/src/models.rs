@@ -1,0 +1,266 @@
+//! The models that are compared, and the controllers that were designed on them or are.
+
+use crate::Error;
+use control::{DesignOptions, DesignPlant, Master};
+use formats::{Bicycle, Document, Pid, Plant, Provenance, Quality, SourceFile, StepMetrics};
+use std::path::PathBuf;
+
+/// Ratios of one vehicle agree within a few percent; 1 and 15 are two places.
+const SAME_PLACE: f64 = 1.25;
+
+/// A model and its file.
+pub struct Model {
+    /// Short and unique.
+    pub label: String,
+    /// Its file.
+    pub path: PathBuf,
+    /// The file's name and hash.
+    pub source: SourceFile,
+    /// What the file holds.
+    pub document: ModelDocument,
+    /// What controllers are designed on.
+    pub design: DesignPlant,
+}
+
+/// What a model's file holds.
+pub enum ModelDocument {
+    /// `plant.json`.
+    Identified(Box<Plant>),
+    /// `bicycle.json`.
+    Bicycle(Box<Bicycle>),
+}
+
+impl ModelDocument {
+    /// Reads a plant or a bicycle; `file` is its name in errors.
+    ///
+    /// # Errors
+    /// A file that is neither.
+    pub fn from_json(text: &str, file: &str) -> Result<Self, Error> {
+        // A bicycle of any version, so that another version is rejected as such.
+        let is_bicycle =
+            formats::schema_of(text).is_some_and(|s| s.starts_with("steerwright/bicycle/"));
+        Ok(if is_bicycle {
+            Self::Bicycle(Box::new(Bicycle::from_json(text, file)?))
+        } else {
+            Self::Identified(Box::new(Plant::from_json(text, file)?))
+        })
+    }
+
+    /// The model's quality.
+    #[must_use]
+    pub fn quality(&self) -> &Quality {
+        match self {
+            Self::Identified(plant) => &plant.quality,
+            Self::Bicycle(bicycle) => &bicycle.quality,
+        }
+    }
+
+    /// The model as controllers are designed on it.
+    ///
+    /// # Errors
+    /// A model that no controller can be designed on.
+    pub fn design_plant(&self) -> Result<DesignPlant, control::Error> {
+        match self {
+            Self::Identified(plant) => DesignPlant::from_plant(plant),
+            Self::Bicycle(bicycle) => DesignPlant::from_bicycle(bicycle),
+        }
+    }
+}
+
+/// A controller's file.
+pub struct ControllerFile {
+    /// Its path.
+    pub path: PathBuf,
+    /// Its content.
+    pub pid: Pid,
+    /// Its name and hash.
+    pub source: SourceFile,
+    /// Which of the models it goes with; by default that whose hash it carries.
+    pub model: Option<usize>,
+}
+
+/// A controller and the model that it was designed on.
+pub struct Controller {
+    /// Short and unique.
+    pub label: String,
+    /// Which of the models.
+    pub model: usize,
+    /// Its gains, limits and evidence.
+    pub pid: Pid,
+    /// Its file; absent where it was designed here.
+    pub source: Option<SourceFile>,
+    /// The specification's step on the model, in the order of the master.
+    pub predicted: StepMetrics,
+}
+
+impl Model {
+    pub(crate) fn text(&self) -> String {
+        match &self.document {
+            ModelDocument::Identified(plant) => plant.to_json(),
+            ModelDocument::Bicycle(bicycle) => bicycle.to_json(),
+        }
+    }
+
+    pub(crate) fn provenance(&self) -> &Provenance {
+        match &self.document {
+            ModelDocument::Identified(plant) => &plant.provenance,
+            ModelDocument::Bicycle(bicycle) => &bicycle.provenance,
+        }
+    }
+
+    /// Why a design on it may mean little, from its evidence.
+    pub(crate) fn doubt(&self) -> Option<String> {
+        let quality = self.document.quality();
+        let message =
+            || format!("the quality of {} is {}: {}", self.label, quality.grade, quality.summary);
+        (!quality.allows_design()).then(message)
+    }
+
+    /// For people.
+    pub(crate) fn kind(&self) -> String {
+        match &self.document {
+            ModelDocument::Identified(plant) => format!("identified, order {}", plant.order()),
+            ModelDocument::Bicycle(b) if b.evidence.is_some() => "bicycle, identified".into(),
+            ModelDocument::Bicycle(_) => "bicycle, vehicle data".into(),
+        }
+    }
+}
+
+/// The models of these files, with labels. All must use the same steering angle.
+///
+/// # Errors
+/// A model that no controller can be designed on, and [`Error::SteeringRatios`].
+pub fn models(files: Vec<(PathBuf, SourceFile, ModelDocument)>) -> Result<Vec<Model>, Error> {
+    let paths: Vec<PathBuf> = files.iter().map(|(path, ..)| path.clone()).collect();
+    let mut models: Vec<Model> = Vec::new();
+    for ((path, source, document), label) in files.into_iter().zip(labels(&paths)) {
+        let design = document.design_plant().map_err(|e| Error::from(e).of(path.display()))?;
+        models.push(Model { label, path, source, document, design });
+    }
+    let by_ratio =
+        |a: &&Model, b: &&Model| a.design.steering_ratio.total_cmp(&b.design.steering_ratio);
+    if let (Some(low), Some(high)) =
+        (models.iter().min_by(by_ratio), models.iter().max_by(by_ratio))
+        && high.design.steering_ratio > SAME_PLACE * low.design.steering_ratio
+    {
+        return Err(Error::SteeringRatios {
+            high: high.path.display().to_string(),
+            high_ratio: high.design.steering_ratio,
+            low: low.path.display().to_string(),
+            low_ratio: low.design.steering_ratio,
+        });
+    }
+    Ok(models)
+}
+
+/// Names of files without extensions, with as many of their folders as make them distinct.
+fn labels(paths: &[PathBuf]) -> Vec<String> {
+    let tail = |path: &PathBuf, count: usize| {
+        let parts: Vec<String> = path
+            .with_extension("")
+            .components()
+            .map(|c| c.as_os_str().to_string_lossy().into_owned())
+            .collect();
+        parts[parts.len().saturating_sub(count)..].join("/")
+    };
+    // At most three folders: those above belong to the machine.
+    let named = |count| paths.iter().map(|p| tail(p, count)).collect::<Vec<_>>();
+    let unlike = |names: &[String]| (1..names.len()).all(|k| !names[..k].contains(&names[k]));
+    let found = (1..=3).map(named).find(|names| unlike(names));
+    found.unwrap_or_else(|| {
+        let names = named(1);
+        names.iter().enumerate().map(|(k, name)| format!("{name} ({})", k + 1)).collect()
+    })
+}
+
+/// The controllers: those of the files, and for every model without a file one that is designed here.
+pub(crate) fn controllers(
+    models: &[Model],
+    files: Vec<ControllerFile>,
+    options: &DesignOptions,
+    master: Master,
+) -> Result<Vec<Controller>, Error> {
+    let mut found = Vec::new();
+    for file in files {
+        let hash = &file.pid.designed_for.sha256;
+        let by_hash = || models.iter().position(|m| m.source.sha256 == *hash);
+        let Some(model) = file.model.or_else(by_hash) else {
+            return Err(Error::OtherModel {
+                file: file.path.display().to_string(),
+                model: models.first().map_or_else(|| "plant".into(), |m| m.label.clone()),
+            });
+        };
+        found.push((model, file));
+    }
+    let mut all: Vec<Controller> = Vec::new();
+    // The models are of one vehicle: a data sheet takes the rate of the others' drive.
+    let designs = models.iter().map(|m| &m.design);
+    let options = designs.fold(*options, |options, design| options.with_rate_of(design));
+    for (index, model) in models.iter().enumerate() {
+        let mut own: Vec<_> = found.extract_if(.., |(of, _)| *of == index).collect();
+        if own.is_empty() {
+            let pid = control::design(&model.design, &model.source, &options)
+                .map_err(|e| Error::from(e).of(model.path.display()))?;
+            all.push(Controller::new(model.label.clone(), (index, model), pid, None, master)?);
+            continue;
+        }
+        let files: Vec<PathBuf> = own.iter().map(|(_, file)| file.path.clone()).collect();
+        let several = own.len() > 1;
+        for ((_, file), name) in own.drain(..).zip(labels(&files)) {
+            let ControllerFile { path, pid, source, .. } = file;
+            let label =
+                if several { format!("{} ({name})", model.label) } else { model.label.clone() };
+            let controller = Controller::new(label, (index, model), pid, Some(source), master);
+            all.push(controller.map_err(|e| e.of(path.display()))?);
+        }
+    }
+    if all.len() < 2 {
+        return Err(Error::NothingToCompare);
+    }
+    let by_sample =
+        |a: &&Controller, b: &&Controller| a.pid.sample_time_s.total_cmp(&b.pid.sample_time_s);
+    if let (Some(low), Some(high)) = (all.iter().min_by(by_sample), all.iter().max_by(by_sample))
+        && high.pid.sample_time_s > low.pid.sample_time_s * (1.0 + 1e-9)
+    {
+        return Err(Error::SampleTimes {
+            high: high.label.clone(),
+            high_s: high.pid.sample_time_s,
+            low: low.label.clone(),
+            low_s: low.pid.sample_time_s,
+        });
+    }
+    Ok(all)
+}
+
+impl Controller {
+    fn new(
+        label: String,
+        (index, model): (usize, &Model),
+        pid: Pid,
+        source: Option<SourceFile>,
+        master: Master,
+    ) -> Result<Self, Error> {
+        // The delay of this master, whatever the design assumed.
+        let delay = match master {
+            Master::GaussSeidel => 0.0,
+            Master::Jacobi => pid.sample_time_s,
+        };
+        let predicted = control::step_metrics(&model.design, &pid, delay)?;
+        Ok(Self { label, model: index, pid, source, predicted })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn labels_are_short_and_distinct() {
+        let of = |paths: &[&str]| labels(&paths.iter().map(PathBuf::from).collect::<Vec<_>>());
+        assert_eq!(of(&["plant.json", "/home/me/bicycle.json"]), ["plant", "bicycle"]);
+        assert_eq!(of(&["/x/a/plant.json", "/x/b/plant.json"]), ["a/plant", "b/plant"]);
+        // The folders above belong to the machine.
+        let deep = ["/p/a/b/c/d/plant.json", "/q/a/b/c/d/plant.json"];
+        assert_eq!(of(&deep), ["plant (1)", "plant (2)"]);
+    }
+}

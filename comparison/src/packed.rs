@@ -1,0 +1,153 @@
+//! Archives with the libraries that this program carries: of one document, or those of a steering
+//! loop, which start on its road, with the system structure package that wires them.
+
+use crate::Error;
+use control::Sideslip;
+use fmi2_host::{Archive, Connection};
+use formats::{Document, Path as PathFile, Pid, Start};
+use packaging::ssp::{self, Component, Experiment};
+use packaging::{Binary, Fmu, Packed};
+
+/// A document: its text, and its name in messages.
+pub type Named<'a> = (&'a str, &'a str);
+
+/// The FMU that is made from a document.
+///
+/// # Errors
+/// [`Error::NotJson`] with the place, or an unknown schema.
+pub fn fmu_of(document: &str, file: &str) -> Result<Fmu, Error> {
+    // Text that is not JSON has no schema either, but a place to name.
+    serde_json::from_str::<serde::de::IgnoredAny>(document).map_err(|e| {
+        let text = e.to_string();
+        let problem = text.rsplit_once(" at line ").map_or(text.as_str(), |(head, _)| head);
+        let (line, column) = (e.line(), e.column());
+        Error::NotJson { file: file.into(), line, column, problem: problem.into() }
+    })?;
+    Ok(packaging::fmu_of(document, file)?)
+}
+
+/// Packs one document. `step` is the recommended step, s, by default the controller's sample time.
+///
+/// # Errors
+/// [`Error::NotJson`], and those of [`packaging::package`].
+pub fn pack(document: &str, file: &str, step: Option<f64>) -> Result<Packed, Error> {
+    pack_with_start(document, file, step, None)
+}
+
+/// The archive of a document, opened.
+pub(crate) fn archive(document: &str, name: &str) -> Result<Archive, Error> {
+    Ok(Archive::from_bytes(&pack(document, name, None)?.bytes, name)?)
+}
+
+fn pack_with_start(
+    document: &str,
+    file: &str,
+    step: Option<f64>,
+    start: Option<&Start>,
+) -> Result<Packed, Error> {
+    let fmu = fmu_of(document, file)?;
+    let binaries: Vec<Binary<'_>> = fmu_binaries::of(fmu.name())
+        .map(|l| Binary { platform: l.platform, bytes: l.bytes })
+        .collect();
+    Ok(packaging::package_with_start(document, file, &binaries, step, start)?)
+}
+
+/// A packed loop.
+pub struct PackedLoop {
+    /// In the order in which a Gauss–Seidel master steps them.
+    pub fmus: Vec<Packed>,
+    /// Wires by name.
+    pub connections: Vec<Connection>,
+    /// The system structure package.
+    pub bytes: Vec<u8>,
+}
+
+/// Packs documents, one for each FMU, and wires them by name. `step` is the base step, by default the
+/// controller's sample time.
+///
+/// # Errors
+/// Those of [`pack`] and of wiring.
+pub fn pack_loop(
+    name: &str,
+    documents: &[Named<'_>],
+    step: Option<f64>,
+) -> Result<PackedLoop, Error> {
+    let (path, sample_time) = (path_of(documents)?, sample_time_of(documents)?);
+    let step = step.or(sample_time).unwrap_or(0.01);
+    let sideslip = sideslip_of(documents, path.as_ref().map(|p| p.speed_mps))?;
+    let packed = documents
+        .iter()
+        .map(|(text, file)| pack(text, file, Some(step)))
+        .collect::<Result<Vec<_>, _>>()?;
+    let connections = ssp::connections_by_name(&ssp::loop_order(&packed))?;
+    let mut started = Vec::new();
+    for (packed, (text, file)) in packed.into_iter().zip(documents) {
+        let mut values = path.as_ref().map_or_else(Vec::new, |p| ssp::start_values(&packed, p));
+        values.extend(ssp::receiver_values(&packed, &connections));
+        values.extend(ssp::sideslip_values(&packed, &sideslip_parameters(&sideslip)));
+        // Importers that ignore a system's parameters start with the same values all the same.
+        let packed = match ssp::own_start(&packed, &values) {
+            None => packed,
+            start => pack_with_start(text, file, Some(step), start.as_ref())?,
+        };
+        started.push((packed, values));
+    }
+    let (fmus, mut values): (Vec<Packed>, Vec<_>) = started.into_iter().unzip();
+    let components: Vec<Component<'_>> = ssp::loop_order(&fmus)
+        .into_iter()
+        .map(|packed| {
+            let place = fmus.iter().position(|other| other.fmu == packed.fmu);
+            let start = place.map(|place| std::mem::take(&mut values[place]));
+            Component { packed, start: start.unwrap_or_default() }
+        })
+        .collect();
+    let stop = path.as_ref().map_or(10.0, |path| length(path, step));
+    let stop = (stop / step).floor().max(1.0) * step;
+    let bytes = ssp::ssp(name, &components, &connections, Experiment { step, stop })?;
+    let fmus = ssp::loop_order(&fmus).into_iter().cloned().collect();
+    Ok(PackedLoop { fmus, connections, bytes })
+}
+
+/// How long a run along the path takes, s.
+fn length(path: &PathFile, step: f64) -> f64 {
+    match (path.points.first(), path.points.last()) {
+        (Some(first), Some(last)) => (last.distance_m - first.distance_m) / path.speed_mps,
+        _ => step,
+    }
+}
+
+/// The sideslip as parameters of the FMUs that use it.
+pub(crate) fn sideslip_parameters(sideslip: &Sideslip) -> [(&'static str, f64); 3] {
+    [
+        ("sideslip_per_yaw_rate", sideslip.per_yaw_rate_s),
+        ("sideslip_per_yaw_acceleration", sideslip.per_yaw_acceleration_s2),
+        ("sideslip_growth", sideslip.growth_s5pm2),
+    ]
+}
+
+/// The sideslip of the plant among the documents at the speed of the path, if there is one; all 0 where
+/// it is unknown.
+fn sideslip_of(documents: &[Named<'_>], speed: Option<f64>) -> Result<Sideslip, Error> {
+    for (text, file) in documents {
+        if let Some(sideslip) = control::sideslip(text, file, speed)? {
+            return Ok(sideslip);
+        }
+    }
+    Ok(Sideslip::default())
+}
+
+/// The document of an FMU.
+fn of<'a>(documents: &[Named<'a>], fmu: Fmu) -> Option<Named<'a>> {
+    let schema = Some(fmu.schema());
+    documents.iter().copied().find(|(text, _)| formats::schema_of(text).as_deref() == schema)
+}
+
+fn path_of(documents: &[Named<'_>]) -> Result<Option<PathFile>, Error> {
+    let read = |(text, file)| PathFile::from_json(text, file);
+    Ok(of(documents, Fmu::ReferencePath).map(read).transpose()?)
+}
+
+fn sample_time_of(documents: &[Named<'_>]) -> Result<Option<f64>, Error> {
+    let read = |(text, file)| Pid::from_json(text, file).map(|pid| pid.sample_time_s);
+    Ok(of(documents, Fmu::LateralPid).map(read).transpose()?)
+}

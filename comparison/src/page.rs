@@ -1,0 +1,121 @@
+//! A comparison as one self-contained page.
+
+use crate::figures::Drawn;
+use crate::{Comparison, tables};
+use formats::SourceFile;
+use report::{Block, Section, Table, Tone, report_html};
+use sweep::Class;
+
+/// The page; `written` are the other files.
+pub(crate) fn html(c: &Comparison, figures: Vec<Drawn>, written: &[SourceFile]) -> String {
+    let models: Vec<&str> = c.models.iter().map(|m| m.label.as_str()).collect();
+    let title = format!("{}: compared", models.join(", "));
+    let lead = "Angles are in degrees, positive to the left (ISO 8855), steering as commanded. Every \
+                loop is one of packed FMUs; what differs between two rows of a plant is the \
+                controller alone.";
+    let mut drawn = figures.into_iter().map(|d| {
+        let Drawn { name, figure, height, caption } = d;
+        (name, Block::Figure { figure, height, caption })
+    });
+    let mut sections = vec![verdict(c)];
+    let mut rest: Vec<(String, Block)> = drawn.by_ref().collect();
+    let mut take = |start: &str| -> Vec<Block> {
+        let found: Vec<_> = rest.extract_if(.., |(name, _)| name.starts_with(start)).collect();
+        found.into_iter().map(|(_, block)| block).collect()
+    };
+    if c.drive.is_some() {
+        let mut blocks = vec![Block::Table(tables::drive_table(c))];
+        blocks.extend(take("fig3"));
+        sections.push(Section { heading: "Models against the drive".into(), blocks });
+    }
+    let mut blocks = vec![Block::Text(format!(
+        "{}: {:.1} m, driven at {:.2} m/s, with up to {:.2} m/s² of lateral acceleration.",
+        c.road.name,
+        c.length(),
+        c.road.speed_mps,
+        c.lateral_acceleration()
+    ))];
+    blocks.extend(take("fig5"));
+    sections.push(Section { heading: "The road".into(), blocks });
+    let mut blocks = vec![
+        Block::Table(tables::controller_table(c)),
+        Block::Heading("Cross-track error, RMS / largest".into()),
+        Block::Table(tables::matrix(c)),
+        Block::Text("A star marks the model that the controller was designed on.".into()),
+        Block::Heading("Along the road".into()),
+        Block::Table(tables::road_table(c)),
+    ];
+    blocks.extend(take("fig6"));
+    sections.push(Section { heading: "Controllers on every plant".into(), blocks });
+    let mut blocks = vec![Block::Table(tables::step_table(c))];
+    blocks.extend(take("steps"));
+    sections.push(Section { heading: "Predicted and achieved".into(), blocks });
+    sections.push(method(c));
+    sections.push(provenance(c, written));
+    report_html(&title, lead, &sections)
+}
+
+fn verdict(c: &Comparison) -> Section {
+    let (tone, title) = match (c.worst(), &c.verdict.tracks_best) {
+        (Class::Unstable, _) => (Tone::Bad, "A controller is unstable.".to_owned()),
+        (Class::OffThePath, _) => (Tone::Bad, "A controller is off the path.".to_owned()),
+        (_, Some(name)) => (Tone::Neutral, format!("The controller of {name} tracks best.")),
+        (_, None) => (Tone::Neutral, "No controller tracks better than the others.".to_owned()),
+    };
+    let mut sentences = c.verdict.sentences.iter();
+    let first = sentences.next().cloned().unwrap_or_default();
+    let mut blocks =
+        vec![Block::Note { tone, title, text: first }, Block::List(sentences.cloned().collect())];
+    if !c.remarks.is_empty() {
+        blocks.push(Block::Heading("Remarks".into()));
+        blocks.push(Block::List(c.remarks.clone()));
+    }
+    Section { heading: "Verdict".into(), blocks }
+}
+
+/// What was held equal.
+fn method(c: &Comparison) -> Section {
+    let mut table = Table::new([
+        "plant",
+        "yaw rate per steering",
+        "sideslip per yaw rate",
+        "per yaw acceleration",
+    ]);
+    for plant in &c.plants {
+        table.push([
+            plant.label.clone(),
+            format!("{:.4} 1/s", plant.gain),
+            format!("{:.1} ms", 1e3 * plant.sideslip.per_yaw_rate_s),
+            format!("{:.5} s²", plant.sideslip.per_yaw_acceleration_s2),
+        ]);
+    }
+    let text = format!(
+        "The master is {}, the step the controllers' sample time. Look-ahead, preview and feedforward \
+         follow from each controller by one rule. The path follower uses the sideslip of the \
+         plant that it guides, read in a turn of each, the same for all controllers; an identified \
+         plant has that of its file. A cross-track error beyond {} m is off the path.",
+        c.master_name(),
+        c.max_cross_track_error_m
+    );
+    let blocks = vec![Block::Text(text), Block::Table(table)];
+    Section { heading: "What was held equal".into(), blocks }
+}
+
+fn provenance(c: &Comparison, written: &[SourceFile]) -> Section {
+    let table = |header: &str, files: &[SourceFile]| {
+        let mut table = Table::new([header, "SHA-256"]);
+        files.iter().for_each(|f| table.push([f.name.as_str(), &f.sha256]));
+        Block::Table(table)
+    };
+    let mut blocks = vec![
+        Block::Text(format!("Written by steerwright {}.", env!("CARGO_PKG_VERSION"))),
+        table("file read", &c.sources),
+        table("file written", written),
+    ];
+    if !c.road.provenance.options.is_empty() {
+        let mut options = Table::new(["option of the road", "value"]);
+        c.road.provenance.options.iter().for_each(|(k, v)| options.push([k, v]));
+        blocks.push(Block::Table(options));
+    }
+    Section { heading: "Provenance".into(), blocks }
+}

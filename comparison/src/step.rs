@@ -1,0 +1,151 @@
+//! The specification's yaw step in the loop of packed FMUs.
+
+use crate::Error;
+use crate::packed::archive;
+use crate::track::add;
+use control::DesignPlant;
+use fmi2_host::{Archive, InputTable, Master, Recording, System};
+use formats::{Document, FmuLoop, Pid, Plant, StepMetrics};
+use report::StepResponse;
+
+/// How long the loop holds its course before the step, s: the integral action takes up the plant's
+/// steering offset meanwhile, as it would on the road.
+const BEFORE_STEP_S: f64 = 10.0;
+
+/// A step in the loop.
+pub struct LoopStep {
+    /// All outputs and free inputs.
+    pub csv: String,
+    /// Yaw and steering from the step on.
+    pub response: StepResponse,
+    /// Compared with the specification.
+    pub metrics: StepMetrics,
+}
+
+/// The step of plant and controller under a master, after a straight course on which the integral
+/// action has taken up the steering offset.
+///
+/// # Errors
+/// Those of opening and running the FMUs.
+pub fn yaw_step(
+    plant: &Archive,
+    controller: &Archive,
+    pid: &Pid,
+    master: Master,
+) -> Result<LoopStep, Error> {
+    step(plant, controller, pid, ticks_before_step(pid), master)
+}
+
+/// The step of an identified plant at the moment at which the specification's steering offset appears.
+///
+/// # Errors
+/// Those of packing and running the FMUs.
+pub fn yaw_step_with_offset(
+    plant: &Plant,
+    controller: &Archive,
+    pid: &Pid,
+    master: Master,
+) -> Result<LoopStep, Error> {
+    let offset = -pid.specification.steering_offset_rad * plant.steering_ratio;
+    step(&with_offset(plant, offset)?, controller, pid, 0, master)
+}
+
+/// Samples of a straight course before the step.
+pub(crate) fn ticks_before_step(pid: &Pid) -> usize {
+    (BEFORE_STEP_S / pid.sample_time_s).round() as usize
+}
+
+/// The archive of an identified plant with another steering offset, in steering coordinates.
+fn with_offset(plant: &Plant, steering_offset_rad: f64) -> Result<Archive, Error> {
+    let mut plant = plant.clone();
+    plant.operating_point.steering_offset_rad = steering_offset_rad;
+    plant.operating_point.yaw_rate_offset_radps = 0.0;
+    archive(&plant.to_json(), "the plant with a steering offset")
+}
+
+/// The step at tick `first`.
+fn step(
+    plant: &Archive,
+    controller: &Archive,
+    pid: &Pid,
+    first: usize,
+    master: Master,
+) -> Result<LoopStep, Error> {
+    let mut system = System::new();
+    let name = &plant.model().description().model_name;
+    add(&mut system, plant, name)?;
+    add(&mut system, controller, &controller.model().description().model_name)?;
+    system.connect_by_name()?;
+    step_of(system, name, pid, first, master)
+}
+
+/// The step in a system that is wired already, with a controller `LateralPid` and a plant of that
+/// name.
+pub(crate) fn step_of(
+    mut system: System,
+    plant: &str,
+    pid: &Pid,
+    first: usize,
+    master: Master,
+) -> Result<LoopStep, Error> {
+    let s = &pid.specification;
+    let ts = pid.sample_time_s;
+    let steps = first + (s.steady_state_time_s / ts).round() as usize;
+    // What holds from one communication point on is what the tick at the next one sees.
+    let mut table =
+        format!("time,LateralPid.yaw_reference\n0,{}\n", if first == 0 { s.step_rad } else { 0.0 });
+    if first > 0 {
+        table.push_str(&format!("{},{}\n", (first as f64 - 1.0) * ts, s.step_rad));
+    }
+    system.feed(InputTable::read(table.as_bytes(), "the step")?);
+    let recording = system.run(master, 0.0, steps as f64 * ts, ts)?;
+    let yaw = column(&recording, &format!("{plant}.yaw"))?;
+    let steering = column(&recording, "LateralPid.steering_angle")?;
+    let trace = control::Trace {
+        time: recording.times[first..].iter().map(|t| t - recording.times[first]).collect(),
+        yaw_reference: vec![s.step_rad; recording.times.len() - first],
+        yaw: yaw[first..].iter().map(|y| y - yaw[first]).collect(),
+        steering: steering[first..].to_vec(),
+        steering_before: first.checked_sub(1).map_or(0.0, |before| steering[before]),
+    };
+    let metrics = control::metrics_of(&trace, s.step_rad, s.settling_band_percent)
+        .ok_or_else(|| Error::NotRecorded { variable: "a sample of the step".into() })?
+        .step;
+    let response =
+        StepResponse { time_s: trace.time, yaw_rad: trace.yaw, steering_rad: trace.steering };
+    Ok(LoopStep { csv: recording.to_csv(), response, metrics })
+}
+
+/// Writes into a controller's evidence what it reaches in the loop of the packed FMUs, under both
+/// masters, each with its own delay. `document` is the plant's or the bicycle's.
+///
+/// # Errors
+/// Those of packing and running the FMUs.
+pub fn verify(pid: &mut Pid, document: &str, plant: &DesignPlant) -> Result<(), Error> {
+    let controller = archive(&pid.to_json(), "the controller")?;
+    let offset = -pid.specification.steering_offset_rad * plant.steering_ratio;
+    let (straight, off) = match Plant::from_json(document, "the plant") {
+        Ok(model) => (with_offset(&model, 0.0)?, Some(with_offset(&model, offset)?)),
+        // A bicycle has no parameter for a steering offset.
+        Err(_) => (archive(document, "the plant")?, None),
+    };
+    pid.evidence.fmu_loops.clear();
+    for (name, master, delay) in
+        [("gauss-seidel", Master::GaussSeidel, 0.0), ("jacobi", Master::Jacobi, pid.sample_time_s)]
+    {
+        let run = |plant: &Archive| step(plant, &controller, pid, 0, master).map(|s| s.metrics);
+        let found = FmuLoop {
+            master: name.into(),
+            loop_delay_s: delay,
+            step: run(&straight)?,
+            predicted: control::step_metrics(plant, pid, delay)?,
+            step_with_offset: off.as_ref().map(run).transpose()?,
+        };
+        pid.evidence.fmu_loops.push(found);
+    }
+    Ok(())
+}
+
+fn column(recording: &Recording, name: &str) -> Result<Vec<f64>, Error> {
+    recording.column(name).ok_or_else(|| Error::NotRecorded { variable: name.into() })
+}

@@ -1,0 +1,202 @@
+//! The vehicle that represents the truth: any plant FMU, or a file that one is packed from.
+
+use crate::{Error, packed};
+use control::DesignOptions;
+use fmi2_host::{Archive, Causality, Kind, Value};
+use formats::{Document, SourceFile, Vehicle};
+use packaging::Fmu;
+use std::path::Path;
+
+/// The parameters that a data sheet lacks for a vehicle at its limits.
+const REST: &str = include_str!("../../tests/data/multibody/vehicle.json");
+
+/// See the module.
+pub struct Truth {
+    pub(crate) archive: Archive,
+    pub(crate) source: SourceFile,
+    /// A limitation to report.
+    pub(crate) remark: Option<String>,
+}
+
+impl Truth {
+    /// A plant FMU of any tool.
+    ///
+    /// # Errors
+    /// An archive that cannot be opened, and [`Error::NoPlant`].
+    pub fn from_fmu(path: &Path, bytes: &[u8]) -> Result<Self, Error> {
+        let name = path.display().to_string();
+        let archive = Archive::from_bytes(bytes, &name)?;
+        check(&archive, &name)?;
+        Ok(Self { archive, source: SourceFile::of(path, bytes), remark: None })
+    }
+
+    /// The FMU of `vehicle.json`, `plant.json` or `bicycle.json`.
+    ///
+    /// # Errors
+    /// Those of packing, and [`Error::NoVehicle`].
+    pub fn from_json(path: &Path, text: &str) -> Result<Self, Error> {
+        Self::packed(path, text, text, None)
+    }
+
+    /// A NonlinearVehicle with vehicle data (TOML).
+    ///
+    /// # Errors
+    /// Vehicle data that cannot be read, and those of packing.
+    pub fn from_vehicle_data(path: &Path, text: &str) -> Result<Self, Error> {
+        let name = SourceFile::of(path, text.as_bytes()).name;
+        let (document, remark) = from_data(text, &path.display().to_string(), &name)?;
+        Self::packed(path, text, &document, Some(remark))
+    }
+
+    fn packed(
+        path: &Path,
+        text: &str,
+        document: &str,
+        remark: Option<String>,
+    ) -> Result<Self, Error> {
+        let name = path.display().to_string();
+        let packed = packed::pack(document, &name, None)?;
+        if !matches!(packed.fmu, Fmu::NonlinearVehicle | Fmu::IdentifiedPlant | Fmu::BicyclePlant) {
+            return Err(Error::NoVehicle { file: name, fmu: packed.fmu.name() });
+        }
+        let source = SourceFile::of(path, text.as_bytes());
+        Ok(Self { archive: Archive::from_bytes(&packed.bytes, &name)?, source, remark })
+    }
+}
+
+/// A vehicle with the data of a bicycle model, and the tyres and measures of the one that comes with
+/// this program.
+fn from_data(text: &str, path: &str, name: &str) -> Result<(String, String), Error> {
+    let data = control::bicycle_from_toml(text, path)?.vehicle;
+    let mut vehicle = Vehicle::from_json(REST, "vehicle.json of the multi-body drive")?;
+    let other = vehicle.name;
+    vehicle.name = data.name;
+    vehicle.speed_mps = data.speed_mps;
+    let (body, tyres, actuator) = (&mut vehicle.body, &mut vehicle.tyres, &mut vehicle.actuator);
+    body.mass_kg = data.mass_kg;
+    body.yaw_inertia_kgm2 = data.yaw_inertia_kgm2;
+    body.distance_front_m = data.distance_front_m;
+    body.distance_rear_m = data.distance_rear_m;
+    tyres.cornering_stiffness_front_npr = data.cornering_stiffness_front_npr;
+    tyres.cornering_stiffness_rear_npr = data.cornering_stiffness_rear_npr;
+    actuator.steering_ratio = data.steering_ratio;
+    actuator.time_constant_s = data.actuator_time_constant_s;
+    let remark = format!(
+        "{name} has no friction ({} assumed), tyre curves, height, track width, roll, steering rate \
+         ({:.1} deg/s at the road wheel): they are those of the {other}; a vehicle.json states them",
+        tyres.friction_coefficient,
+        actuator.road_wheel_rate_max_radps.to_degrees()
+    );
+    Ok((vehicle.to_json(), remark))
+}
+
+/// What a plant's steering cannot exceed, in steering coordinates.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Limits {
+    /// Largest angle, rad.
+    pub(crate) angle_rad: Option<f64>,
+    /// Largest rate, rad/s.
+    pub(crate) rate_radps: Option<f64>,
+}
+
+/// The limits that a vehicle states: as parameters of a NonlinearVehicle, in its coordinates or in
+/// those of the road wheel, and as bounds of its input.
+pub(crate) fn limits(archive: &Archive) -> Limits {
+    let start = |name: &str| match archive.model().variable(name)?.start {
+        Some(Value::Real(value)) if value.is_finite() && value > 0.0 => Some(value),
+        _ => None,
+    };
+    let ratio = start("steering_ratio").unwrap_or(1.0);
+    let stated = |steering: &str, wheel: &str| {
+        start(steering).or_else(|| start(wheel).map(|value| ratio * value))
+    };
+    let bound = archive.model().variable("steering_angle").and_then(|input| {
+        let low = input.min.map(f64::abs).filter(|low| *low > 0.0);
+        input.max.filter(|high| *high > 0.0).map(|high| low.map_or(high, |low| low.min(high)))
+    });
+    let angle = stated("steering_angle_max", "road_wheel_angle_max");
+    Limits {
+        angle_rad: angle.into_iter().chain(bound).reduce(f64::min),
+        rate_radps: stated("steering_rate_max", "road_wheel_rate_max"),
+    }
+}
+
+impl Limits {
+    /// Options of a design that keeps to these limits too, and what that changes. `ratio` is the
+    /// models' steering ratio.
+    pub(crate) fn applied(
+        self,
+        requested: &DesignOptions,
+        ratio: f64,
+    ) -> (DesignOptions, Option<String>) {
+        let mut options = *requested;
+        let mut changed = Vec::new();
+        let usual_angle = control::usual_max_angle_rad(ratio);
+        if let Some(limit) = self.angle_rad
+            && limit < requested.max_angle_rad.unwrap_or(usual_angle)
+        {
+            options.max_angle_rad = Some(limit);
+            changed.push(format!("{:.1} deg", limit.to_degrees()));
+        }
+        if let Some(limit) = self.rate_radps
+            && requested.max_rate_radps.is_none_or(|rate| limit < rate)
+        {
+            options.max_rate_radps = Some(limit);
+            changed.push(format!("{:.1} deg/s", limit.to_degrees()));
+        }
+        let text = format!(
+            "controllers that are designed here keep to the truth's steering limit of {}",
+            changed.join(" and ")
+        );
+        (options, (!changed.is_empty()).then_some(text))
+    }
+}
+
+/// A warning where the steps are not those that the vehicle recommends.
+pub(crate) fn step_remark(archive: &Archive, step: f64) -> Option<String> {
+    let model = archive.model();
+    let own = model.description().default_experiment?.step_size?;
+    let differs = (own - step).abs() > 1e-9 * step;
+    let any = model.co_simulation().can_handle_variable_communication_step_size;
+    (differs && !any).then(|| {
+        format!("the truth recommends steps of {own} s and is stepped every {step} s, as the controllers")
+    })
+}
+
+/// Whether the FMU has the words of a plant.
+fn check(archive: &Archive, name: &str) -> Result<(), Error> {
+    let model = archive.model();
+    let has = |name: &str, causalities: &[Causality]| {
+        let real = |v: &&fmi2_host::Variable| v.kind == Kind::Real;
+        model.variable(name).filter(real).is_some_and(|v| causalities.contains(&v.causality))
+    };
+    let mut missing: Vec<String> = Vec::new();
+    if !has("steering_angle", &[Causality::Input]) {
+        missing.push("input steering_angle (rad)".into());
+    }
+    if !has("speed", &[Causality::Input, Causality::Parameter]) {
+        missing.push("input speed (m/s)".into());
+    }
+    for (output, unit) in [("x", "m"), ("y", "m"), ("yaw", "rad")] {
+        if !has(output, &[Causality::Output]) {
+            missing.push(format!("output {output} ({unit})"));
+        }
+    }
+    if missing.is_empty() {
+        return Ok(());
+    }
+    let of = |causality| {
+        let all = model.variables().iter().filter(|v| v.causality == causality);
+        let mut names: Vec<&str> = all.map(|v| v.name.as_str()).collect();
+        let more = names.len().saturating_sub(12);
+        names.truncate(12);
+        let rest = if more > 0 { format!(" and {more} more") } else { String::new() };
+        format!("{}{rest}", names.join(", "))
+    };
+    Err(Error::NoPlant {
+        file: name.into(),
+        missing,
+        inputs: of(Causality::Input),
+        outputs: of(Causality::Output),
+    })
+}

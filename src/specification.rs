@@ -1,0 +1,343 @@
+//! What a controller is designed for: options of the command line, and a TOML file with the same names.
+//!
+//! ```toml
+//! overshoot = "1%"
+//! settling = "1s"
+//! modulus-margin = 0.5
+//! max-rate = "23deg/s"
+//! ```
+
+use crate::failure::Failure;
+use crate::files;
+use crate::quantity::{
+    Acceleration, Angle, AngleRate, Decibel, Number, OrNone, Percent, Phase, Time,
+};
+use control::{DesignOptions, Master, RobustOptions};
+use formats::Specification;
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use toml::{Spanned, Table, Value};
+
+/// The order in which FMUs are stepped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum MasterName {
+    /// Plant, estimator, path and controller one after the other: no loop has a delay
+    GaussSeidel,
+    /// All at once: the yaw loop is late by one sample, the loop through the path by two, the loop
+    /// through the estimator by three
+    Jacobi,
+}
+
+/// On or off.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Switch {
+    On,
+    Off,
+}
+
+/// The specification of a controller, for a 5° yaw step.
+#[derive(clap::Args, Debug, Clone)]
+#[command(next_help_heading = "Specification")]
+pub(crate) struct SpecificationArguments {
+    /// Read the specification from a file with the names of these options, such as `settling = "1s"`.
+    /// An option overrides the file, and `none` removes a requirement. Without a file the requirements
+    /// are 1% overshoot, 1s settling time, 2% steady-state error and a modulus margin of 0.5
+    #[arg(long, value_name = "SPEC.toml")]
+    requirements: Option<PathBuf>,
+    #[command(flatten)]
+    options: Options,
+}
+
+/// The options of the command line and of the file; absent where not stated.
+#[derive(clap::Args, Deserialize, Debug, Clone, Default)]
+#[command(next_help_heading = "Specification")]
+#[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
+struct Options {
+    /// Largest overshoot
+    #[arg(long, value_name = "SHARE", allow_hyphen_values = true)]
+    overshoot: Option<OrNone<Percent>>,
+    /// Longest settling time
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    settling: Option<OrNone<Time>>,
+    /// Largest steady-state error: of the step, with a steering offset of 1° at the road wheel, and on
+    /// a curve of constant curvature with feedforward
+    #[arg(long, value_name = "SHARE", allow_hyphen_values = true)]
+    steady_state_error: Option<OrNone<Percent>>,
+    /// Longest rise time, 10 to 90 %
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    rise_time: Option<OrNone<Time>>,
+    /// Largest integral of absolute error (IAE) of the step, divided by its height
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    iae: Option<OrNone<Time>>,
+    /// Smallest gain margin, such as 6dB
+    #[arg(long, value_name = "GAIN", allow_hyphen_values = true)]
+    gain_margin: Option<OrNone<Decibel>>,
+    /// Smallest phase margin
+    #[arg(long, value_name = "ANGLE", allow_hyphen_values = true)]
+    phase_margin: Option<OrNone<Phase>>,
+    /// Smallest distance of the loop from −1
+    #[arg(long, value_name = "MARGIN", allow_hyphen_values = true)]
+    modulus_margin: Option<OrNone<Number>>,
+    /// Smallest additional delay that makes the loop unstable
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    delay_margin: Option<OrNone<Time>>,
+    /// Smallest disk margin with zero skew
+    #[arg(long, value_name = "MARGIN", allow_hyphen_values = true)]
+    disk_margin: Option<OrNone<Number>>,
+    /// Band in which the response has settled; by default the steady-state error, or 2%
+    #[arg(long, value_name = "SHARE", allow_hyphen_values = true)]
+    settling_band: Option<Percent>,
+    /// Largest steering angle in steering coordinates; by default 22deg at the road wheel
+    #[arg(long, value_name = "ANGLE", allow_hyphen_values = true)]
+    max_angle: Option<OrNone<Angle>>,
+    /// Largest change of the steering angle in a sample; by default 15deg at the road wheel
+    #[arg(long, value_name = "ANGLE", allow_hyphen_values = true)]
+    max_increment: Option<OrNone<Angle>>,
+    /// Largest rate of the steering angle that the actuator follows; by default twice the fastest
+    /// steering of the drive. Required for a model without a drive
+    #[arg(long, value_name = "RATE", allow_hyphen_values = true)]
+    max_rate: Option<OrNone<AngleRate>>,
+    /// Largest lateral acceleration of a steady turn; it limits the steering angle at each speed
+    /// [default: 6m/s2]
+    #[arg(long, value_name = "ACCELERATION", allow_hyphen_values = true)]
+    max_lateral_acceleration: Option<Acceleration>,
+    /// Sample time of the controller [default: 10ms]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    pid_sample_time: Option<Time>,
+    /// Master of the co-simulation that the loop is designed for [default: gauss-seidel]
+    #[arg(long, value_enum)]
+    master: Option<MasterName>,
+    /// Measured latency of every loop, in addition to the delays of the model and the master
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    latency: Option<Time>,
+    /// Additional delay of the yaw loop
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    loop_delay: Option<Time>,
+    /// Additional delay of the loop through the path; by default that of the yaw loop
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    path_delay: Option<Time>,
+    /// Additional delay of the loop through pose estimator and path; by default that of the path
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    estimator_delay: Option<Time>,
+    /// Design for all plants within the identified uncertainty, for other latencies, and for other
+    /// speeds where the model is valid there [default: on]. Requirements that some of these plants miss
+    /// are reported; with an explicit `on` they fail the design
+    #[arg(long, value_enum)]
+    robust: Option<Switch>,
+    /// Latency above and below the designed one that the requirements must tolerate; by default 30ms
+    /// with a stated latency, otherwise one sample
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    latency_spread: Option<Time>,
+    /// Speed above and below the designed one that the requirements must tolerate, where the model is
+    /// valid there [default: 20%]
+    #[arg(long, value_name = "SHARE", allow_hyphen_values = true)]
+    speed_spread: Option<Percent>,
+    /// Number of plants drawn from the identified uncertainty [default: 100]
+    #[arg(long, value_name = "N")]
+    ensemble: Option<usize>,
+    /// Seed of the starting points and the drawn plants [default: 1]
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+}
+
+/// What a design needs.
+pub(crate) struct Specified {
+    pub(crate) design: DesignOptions,
+    /// The master that the loop is designed for.
+    pub(crate) master: Master,
+    /// Whether a requirement that not all plants keep fails the design: `on` was written.
+    pub(crate) must_be_robust: bool,
+}
+
+impl SpecificationArguments {
+    /// The files that are read.
+    pub(crate) fn files(&self) -> impl Iterator<Item = &PathBuf> {
+        self.requirements.iter()
+    }
+
+    /// The options of the file and of the command line.
+    pub(crate) fn read(&self) -> Result<Specified, Failure> {
+        let Some(file) = &self.requirements else {
+            let specified = self.options.clone().specified(Specification::default());
+            specified.design.check()?;
+            return Ok(specified);
+        };
+        let options = self.options.clone().or(read(file)?);
+        let specified = options.specified(Specification::none());
+        let checked = specified.design.check();
+        checked.map_err(|error| Failure::in_file(file, &error, error.hint()))?;
+        Ok(specified)
+    }
+}
+
+/// Uncertainty of a stated latency, s.
+const LATENCY_SPREAD: f64 = 0.03;
+
+impl Options {
+    /// These options, or where they are absent the others.
+    fn or(self, other: Self) -> Self {
+        Self {
+            overshoot: self.overshoot.or(other.overshoot),
+            settling: self.settling.or(other.settling),
+            steady_state_error: self.steady_state_error.or(other.steady_state_error),
+            rise_time: self.rise_time.or(other.rise_time),
+            iae: self.iae.or(other.iae),
+            gain_margin: self.gain_margin.or(other.gain_margin),
+            phase_margin: self.phase_margin.or(other.phase_margin),
+            modulus_margin: self.modulus_margin.or(other.modulus_margin),
+            delay_margin: self.delay_margin.or(other.delay_margin),
+            disk_margin: self.disk_margin.or(other.disk_margin),
+            settling_band: self.settling_band.or(other.settling_band),
+            max_angle: self.max_angle.or(other.max_angle),
+            max_increment: self.max_increment.or(other.max_increment),
+            max_rate: self.max_rate.or(other.max_rate),
+            max_lateral_acceleration: self
+                .max_lateral_acceleration
+                .or(other.max_lateral_acceleration),
+            pid_sample_time: self.pid_sample_time.or(other.pid_sample_time),
+            master: self.master.or(other.master),
+            latency: self.latency.or(other.latency),
+            loop_delay: self.loop_delay.or(other.loop_delay),
+            path_delay: self.path_delay.or(other.path_delay),
+            estimator_delay: self.estimator_delay.or(other.estimator_delay),
+            robust: self.robust.or(other.robust),
+            latency_spread: self.latency_spread.or(other.latency_spread),
+            speed_spread: self.speed_spread.or(other.speed_spread),
+            ensemble: self.ensemble.or(other.ensemble),
+            seed: self.seed.or(other.seed),
+        }
+    }
+
+    /// The design; `usual` are the requirements where none is stated.
+    fn specified(self, usual: Specification) -> Specified {
+        let Self {
+            overshoot,
+            settling,
+            steady_state_error,
+            rise_time,
+            iae,
+            gain_margin,
+            phase_margin,
+            modulus_margin,
+            delay_margin,
+            disk_margin,
+            settling_band,
+            max_angle,
+            max_increment,
+            max_rate,
+            max_lateral_acceleration,
+            pid_sample_time,
+            master,
+            latency,
+            loop_delay,
+            path_delay,
+            estimator_delay,
+            robust,
+            latency_spread,
+            speed_spread,
+            ensemble,
+            seed,
+        } = self;
+        fn bound<T: Into<f64>>(stated: Option<OrNone<T>>, usual: Option<f64>) -> Option<f64> {
+            stated.map_or(usual, |value| value.0.map(Into::into))
+        }
+        let defaults = DesignOptions::default();
+        let time = |stated: Option<Time>| stated.map_or(0.0, f64::from);
+        let steady_state_error = bound(steady_state_error, usual.steady_state_error_percent);
+        let band = settling_band.map(f64::from).or(steady_state_error);
+        let requirements = Specification {
+            overshoot_percent: bound(overshoot, usual.overshoot_percent),
+            settling_time_s: bound(settling, usual.settling_time_s),
+            steady_state_error_percent: steady_state_error,
+            rise_time_s: bound(rise_time, usual.rise_time_s),
+            integral_absolute_error_s: bound(iae, usual.integral_absolute_error_s),
+            gain_margin_db: bound(gain_margin, usual.gain_margin_db),
+            phase_margin_deg: bound(phase_margin, usual.phase_margin_deg),
+            modulus_margin: bound(modulus_margin, usual.modulus_margin),
+            delay_margin_s: bound(delay_margin, usual.delay_margin_s),
+            disk_margin: bound(disk_margin, usual.disk_margin),
+            settling_band_percent: band.unwrap_or(usual.settling_band_percent),
+            ..usual
+        };
+        let sample_time_s = pid_sample_time.map_or(defaults.sample_time_s, f64::from);
+        let latency = time(latency);
+        let (master, late) = match master {
+            Some(MasterName::Jacobi) => (Master::Jacobi, sample_time_s),
+            Some(MasterName::GaussSeidel) | None => (Master::GaussSeidel, 0.0),
+        };
+        let yaw = time(loop_delay);
+        let path = path_delay.map_or(yaw, f64::from);
+        let estimator = estimator_delay.map_or(path, f64::from);
+        // Without a measured latency, the delay of another master.
+        let spread = if latency > 0.0 { LATENCY_SPREAD } else { sample_time_s };
+        let usual = RobustOptions::default();
+        let robust_options = RobustOptions {
+            members: ensemble.unwrap_or(usual.members),
+            latency_s: latency_spread.map_or(spread, f64::from),
+            speed_share: speed_spread.map_or(usual.speed_share, |p| f64::from(p) / 100.0),
+            ..usual
+        };
+        let design = DesignOptions {
+            requirements,
+            max_angle_rad: bound(max_angle, defaults.max_angle_rad),
+            max_increment_rad: bound(max_increment, defaults.max_increment_rad),
+            max_rate_radps: bound(max_rate, defaults.max_rate_radps),
+            max_lateral_acceleration_mps2: max_lateral_acceleration
+                .map_or(defaults.max_lateral_acceleration_mps2, f64::from),
+            sample_time_s,
+            loop_delay_s: yaw + latency + late,
+            path_delay_s: path + latency + 2.0 * late,
+            estimator_delay_s: estimator + latency + 3.0 * late,
+            robust: (robust != Some(Switch::Off)).then_some(robust_options),
+            seed: seed.unwrap_or(defaults.seed),
+            ..defaults
+        };
+        Specified { design, master, must_be_robust: robust == Some(Switch::On) }
+    }
+
+    /// Their names, in the file and on the command line.
+    fn names() -> Vec<String> {
+        let command = <Self as clap::Args>::augment_args(clap::Command::new("file"));
+        let names = command.get_arguments().filter_map(|argument| argument.get_long());
+        names.map(str::to_owned).collect()
+    }
+}
+
+/// Reads a file of requirements; each error names its line and column.
+fn read(file: &Path) -> Result<Options, Failure> {
+    let text = files::read_text(file)?;
+    let names = Options::names();
+    let at = |byte: usize, problem: &str| {
+        let before = text.get(..byte).unwrap_or(&text);
+        let line = before.matches('\n').count() + 1;
+        let column = before.rsplit('\n').next().unwrap_or_default().chars().count() + 1;
+        Failure::new(
+            format!("{}:{line}:{column}: {problem}", file.display()),
+            format!("a line is such as `settling = \"1s\"`; the names are {}", names.join(", ")),
+        )
+    };
+    let table: BTreeMap<Spanned<String>, Spanned<Value>> = toml::from_str(&text)
+        .map_err(|e| at(e.span().map_or(0, |span| span.start), &e.message().replace('\n', "; ")))?;
+    let mut entries: Vec<_> = table.into_iter().collect();
+    entries.sort_by_key(|(name, _)| name.span().start);
+    let mut options = Err(at(0, "the file has no requirement"));
+    // One more entry at a time, since a contradiction belongs to the line that completes it.
+    let mut so_far = Table::new();
+    for (name, value) in entries {
+        let (key, start) = (name.get_ref().clone(), value.span().start);
+        if !names.contains(&key) {
+            return Err(at(name.span().start, &format!("`{key}` is no requirement")));
+        }
+        let here = |problem: &str| at(start, &format!("{key}: {problem}"));
+        so_far.insert(key.clone(), value.into_inner());
+        let stated: Options =
+            so_far.clone().try_into().map_err(|e: toml::de::Error| here(e.message()))?;
+        let specified = stated.clone().specified(Specification::none());
+        specified.design.check().map_err(|e| here(&e.to_string()))?;
+        options = Ok(stated);
+    }
+    options
+}

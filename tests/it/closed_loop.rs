@@ -1,0 +1,75 @@
+//! The closed loop of the packed FMUs against the same loop of the pure Rust functions.
+
+use crate::support::demo;
+use control::{Master, PlantModel, TrackTrace};
+use fmi2_host::{Archive, Instance, System};
+use formats::{Bicycle, Document, Path as PathFile, Pid, Plant};
+use std::path::Path;
+
+const LARGEST_DIFFERENCE: f64 = 1e-9;
+
+fn read<D: Document>(path: &Path) -> D {
+    D::from_json(&std::fs::read_to_string(path).unwrap(), "file").unwrap()
+}
+
+/// Runs plant, path and controller from archives; gives their columns by name.
+fn fmus(folder: &Path, plant: &str, master: fmi2_host::Master, stop: f64) -> fmi2_host::Recording {
+    let mut system = System::new();
+    for name in [plant, "ReferencePath", "LateralPid"] {
+        let archive = Archive::open(folder.join(format!("{name}.fmu"))).unwrap();
+        system.add(Instance::new(&archive, name).unwrap()).unwrap();
+    }
+    system.connect_by_name().unwrap();
+    system.run(master, 0.0, stop, 0.01).unwrap()
+}
+
+fn largest_difference(recording: &fmi2_host::Recording, plant: &str, trace: &TrackTrace) -> f64 {
+    let mut largest = 0.0_f64;
+    for (name, pure) in [
+        (format!("{plant}.x"), &trace.x),
+        (format!("{plant}.y"), &trace.y),
+        (format!("{plant}.yaw"), &trace.yaw),
+        ("ReferencePath.yaw_reference".into(), &trace.yaw_reference),
+        ("LateralPid.steering_angle".into(), &trace.steering),
+    ] {
+        let column = recording.column(&name).unwrap();
+        assert_eq!(column.len(), pure.len(), "{name}");
+        let difference = column.iter().zip(pure).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        println!("{name}: largest difference {difference:.3e}");
+        largest = largest.max(difference);
+    }
+    largest
+}
+
+fn compare(plant: &str, model: PlantModel, master: Master, host: fmi2_host::Master) {
+    let folder = demo().folder.join("multibody");
+    let pid: Pid = read(&folder.join("pid.json"));
+    let path: PathFile = read(&folder.join("path.json"));
+    let stop = 12.0;
+    let pure = control::track(model, &pid, &path, stop, master).unwrap();
+    let recording = fmus(&folder.join("fmu"), plant, host, stop);
+    assert!(largest_difference(&recording, plant, &pure) <= LARGEST_DIFFERENCE);
+    let steered = pure.steering.iter().fold(0.0_f64, |a, u| a.max(u.abs()));
+    assert!(steered > 0.01, "the loop did not steer");
+}
+
+#[test]
+fn identified_plant_gauss_seidel() {
+    let plant: Plant = read(&demo().folder.join("multibody/plant.json"));
+    let model = PlantModel::from_plant(&plant).unwrap();
+    compare("IdentifiedPlant", model, Master::GaussSeidel, fmi2_host::Master::GaussSeidel);
+}
+
+#[test]
+fn identified_plant_jacobi() {
+    let plant: Plant = read(&demo().folder.join("multibody/plant.json"));
+    let model = PlantModel::from_plant(&plant).unwrap();
+    compare("IdentifiedPlant", model, Master::Jacobi, fmi2_host::Master::Jacobi);
+}
+
+#[test]
+fn bicycle_plant_gauss_seidel() {
+    let bicycle: Bicycle = read(&demo().folder.join("multibody/bicycle.json"));
+    let model = PlantModel::from_bicycle(&bicycle).unwrap();
+    compare("BicyclePlant", model, Master::GaussSeidel, fmi2_host::Master::GaussSeidel);
+}

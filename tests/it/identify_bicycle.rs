@@ -1,0 +1,89 @@
+//! `identify --structure bicycle`, and the FMU that comes of it.
+
+use crate::support::{steerwright, text_of, words};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::path::Path;
+use std::process::Output;
+
+const LOG: &str =
+    "{data}/multibody/drive.csv --input-channel steering_command_rad --steering-ratio 1";
+
+fn run(folder: &Path, line: &str) -> Output {
+    steerwright(folder, &words(line, Path::new("")))
+}
+
+/// A CSV file's rows, by column.
+fn rows(path: &Path) -> Vec<BTreeMap<String, f64>> {
+    let text = std::fs::read_to_string(path).unwrap();
+    let mut lines = text.lines();
+    let header: Vec<String> = lines.next().unwrap().split(',').map(str::to_owned).collect();
+    let row = |line: &str| {
+        header.iter().cloned().zip(line.split(',').map(|cell| cell.parse().unwrap())).collect()
+    };
+    lines.map(row).collect()
+}
+
+#[test]
+fn the_bicycle_is_identified_packed_and_follows_its_traces() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let output = run(
+        folder.path(),
+        &format!("identify {LOG} --structure bicycle --mass 1093 --traces traces.csv --json"),
+    );
+    assert!(output.status.success(), "{}", text_of(&output));
+    let printed: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let file: Value = serde_json::from_slice(&std::fs::read(at("bicycle.json")).unwrap()).unwrap();
+    assert_eq!(printed, file);
+    assert_eq!(file["vehicle"]["mass_kg"], 1093.0);
+    let summary = file["quality"]["summary"].as_str().unwrap();
+    assert!(summary.contains("the only speed driven"), "{summary}");
+    let text = text_of(&run(folder.path(), &format!("identify {LOG} --structure bicycle")));
+    assert!(text.contains("understeer gradient"), "{text}");
+
+    // The same steering through the FMU, from a straight start, at the speed that was held.
+    let traces = rows(&at("traces.csv"));
+    let evidence = &file["evidence"];
+    let number = |key: &str| evidence[key].as_f64().unwrap();
+    let mut drive = String::from("time,steering_angle,speed\n");
+    for row in &traces {
+        let angle = row["steering_rad"] - number("steering_offset_rad");
+        let _ = writeln!(drive, "{:.6},{angle},15", row["time_s"] - traces[0]["time_s"]);
+    }
+    std::fs::write(at("drive.csv"), drive).unwrap();
+    for line in [
+        "design bicycle.json",
+        "package bicycle.json",
+        "simulate BicyclePlant.fmu --input drive.csv --step 20ms --stop 40s -o simulated.csv",
+    ] {
+        let output = run(folder.path(), line);
+        assert!(output.status.success(), "{line}: {}", text_of(&output));
+    }
+    for (traced, simulated) in traces.iter().zip(rows(&at("simulated.csv"))) {
+        let expected = traced["simulated_yaw_rate_radps"] - number("yaw_rate_offset_radps");
+        let got = simulated["BicyclePlant.yaw_rate"];
+        // The recorded speed is held to 0.03 m/s, and read with noise.
+        assert!((got - expected).abs() < 2e-3, "{}: {got} {expected}", simulated["time"]);
+    }
+}
+
+#[test]
+fn what_does_not_fit_the_structure_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let wheel = "{data}/comma2k19/steering_wheel_angle.csv {data}/comma2k19/gyro.csv --steering-ratio 16 --output-channel=-gyro_down_radps";
+    for (line, problem) in [
+        (format!("identify {wheel} --structure bicycle"), "needs the speed"),
+        (format!("identify {LOG} --structure bicycle --order 3"), "--order is an option of"),
+        (format!("identify {LOG} --mass 1000"), "--mass is an option of"),
+        (format!("identify {LOG} --structure bicycle --mass 0"), "--mass"),
+        (format!("identify {LOG} --structure tricycle"), "state-space or bicycle"),
+    ] {
+        let output = run(folder.path(), &line);
+        let text = text_of(&output);
+        assert_eq!(output.status.code(), Some(2), "{line}: {text}");
+        assert!(text.contains(problem) && text.contains("hint:"), "{line}: {text}");
+    }
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "nothing is written");
+}

@@ -1,0 +1,41 @@
+//! The program alone, on a machine without a compiler.
+
+use crate::support::{archives, data, demo, text_of};
+use packaging::Fmu;
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+#[test]
+fn a_copied_binary_packs_the_same_archives_with_an_empty_environment() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("installed");
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    let program = folder.join("steerwright");
+    fs::copy(env!("CARGO_BIN_EXE_steerwright"), &program).unwrap();
+    let files = ["plant.json", "bicycle.json", "pid.json", "path.json"];
+    for file in files {
+        fs::copy(demo().folder.join("multibody").join(file), folder.join(file)).unwrap();
+    }
+    let by_hand = ["vehicle.json", "estimator.json"];
+    for file in by_hand {
+        fs::copy(data().join("multibody").join(file), folder.join(file)).unwrap();
+    }
+    let output = Command::new(&program)
+        .arg("package")
+        .args(files)
+        .args(by_hand)
+        .args(["--out", "fmu"])
+        .current_dir(&folder)
+        .env_clear()
+        .env("PATH", "/nonexistent")
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", text_of(&output));
+    for name in Fmu::ALL.map(Fmu::name) {
+        let archive = format!("{name}.fmu");
+        let packed = fs::read(folder.join("fmu").join(&archive)).unwrap();
+        let elsewhere = fs::read(archives().join(&archive)).unwrap();
+        assert!(packed == elsewhere, "{archive} differs");
+    }
+}

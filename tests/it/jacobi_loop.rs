@@ -1,0 +1,92 @@
+//! A design for a Jacobi master, in the loop of its FMUs under that master: path and estimator delay it
+//! by two and three communication steps, and the design knows.
+
+use crate::support::{chain, steerwright, text_of, words};
+use control::{Master, PlantModel};
+use formats::{Document, Path as PathFile, Pid, Plant};
+use std::path::Path;
+
+/// Long, so that the delays of a step or three show.
+const SAMPLE_TIME: &str = "40ms";
+
+fn done(folder: &Path, line: &str) {
+    let output = steerwright(folder, &words(line, chain()));
+    assert_ne!(output.status.code(), Some(2), "{line}: {}", text_of(&output));
+}
+
+fn read<D: Document>(file: &Path) -> D {
+    D::from_json(&std::fs::read_to_string(file).unwrap(), "file").unwrap()
+}
+
+/// Columns of a run.
+fn columns<const N: usize>(file: &Path, names: [&str; N]) -> [Vec<f64>; N] {
+    let text = std::fs::read_to_string(file).unwrap();
+    let header: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+    names.map(|name| {
+        let index = header.iter().position(|n| *n == name).unwrap();
+        text.lines().skip(1).map(|l| l.split(',').nth(index).unwrap().parse().unwrap()).collect()
+    })
+}
+
+/// How far the vehicle itself is from the road, RMS in m, whatever the estimator makes of it.
+fn cross_track(road: &PathFile, csv: &Path) -> f64 {
+    let geometry = model_loading::path_geometry(road).unwrap();
+    let [x, y] = columns(csv, ["IdentifiedPlant.x", "IdentifiedPlant.y"]);
+    let (mut at, mut squares) = (road.points[0].distance_m, 0.0);
+    for (x, y) in x.iter().zip(&y) {
+        let foot = geometry.project(*x, *y, at);
+        at = foot.foot.distance;
+        squares += foot.cross_track_error.powi(2);
+    }
+    (squares / x.len() as f64).sqrt()
+}
+
+/// Designs for a master and drives the road under Jacobi, without and with the estimator: RMS of the
+/// cross-track error, m.
+fn driven(folder: &Path, designed_for: &str) -> [f64; 2] {
+    let design = format!("design {{chain}}/plant.json --pid-sample-time {SAMPLE_TIME}");
+    done(folder, &format!("{design} --master {designed_for} -o pid.json"));
+    done(folder, "path --pid pid.json -o path.json");
+    let road: PathFile = read(&folder.join("path.json"));
+    ["", "{data}/multibody/estimator.json"].map(|estimator| {
+        done(
+            folder,
+            &format!("package {{chain}}/plant.json pid.json path.json {estimator} --ssp L.ssp"),
+        );
+        done(folder, "simulate L.ssp --master jacobi -o result.csv");
+        if estimator.is_empty() {
+            as_predicted(folder, &road);
+        }
+        let rms = cross_track(&road, &folder.join("result.csv"));
+        println!("designed for {designed_for}, {estimator}: {rms:.4} m");
+        rms
+    })
+}
+
+/// The FMUs do what the design's own loop does.
+fn as_predicted(folder: &Path, road: &PathFile) {
+    let plant: Plant = read(&chain().join("plant.json"));
+    let pid: Pid = read(&folder.join("pid.json"));
+    let [time, y, steering] = columns(
+        &folder.join("result.csv"),
+        ["time", "IdentifiedPlant.y", "LateralPid.steering_angle"],
+    );
+    let model = PlantModel::from_plant(&plant).unwrap();
+    let stop = time[time.len() - 1];
+    let predicted = control::track(model, &pid, road, stop, Master::Jacobi).unwrap();
+    assert_eq!(predicted.y.len(), y.len());
+    for (ours, theirs) in [(&predicted.y, &y), (&predicted.steering, &steering)] {
+        let apart = ours.iter().zip(theirs).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(apart < 1e-9, "{apart}");
+    }
+}
+
+#[test]
+fn a_design_that_knows_of_path_and_estimator_tracks_under_jacobi() {
+    let folder = tempfile::tempdir().unwrap();
+    let [path, estimator] = driven(folder.path(), "jacobi");
+    let [path_unaware, estimator_unaware] = driven(folder.path(), "gauss-seidel");
+    assert!(path < 0.04 && estimator < 0.04, "{path} {estimator}");
+    assert!(path_unaware > 2.0 * path, "{path_unaware} {path}");
+    assert!(estimator_unaware > 2.0 * estimator, "{estimator_unaware} {estimator}");
+}

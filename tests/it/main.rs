@@ -1,0 +1,34 @@
+//! The system's tests: the program from outside, and packed FMUs against the functions in them.
+//!
+//! One binary, so that the demo and the chain of files that most tests read are made once.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod bad_input;
+mod check;
+mod closed_loop;
+mod command_line;
+mod compare;
+#[path = "../../fmu/host/tests/support/mod.rs"]
+mod crashing;
+mod demo;
+mod dependencies;
+mod first_fmu;
+mod fmus;
+#[cfg(unix)]
+mod folders;
+mod gate;
+mod identify_bicycle;
+mod installed;
+mod jacobi_loop;
+mod nonlinear_vehicle;
+#[cfg(unix)]
+mod outputs;
+mod path_files;
+mod pose_loop;
+mod sideslip;
+mod ssp;
+mod stages;
+#[path = "../support/mod.rs"]
+mod support;
+mod sweep;
+mod words;

@@ -1,0 +1,172 @@
+//! The loop that knows its pose from GNSS, gyro and speed alone: packed plant, estimator, path and
+//! controller, the receiver and the gyro simulated here.
+
+use crate::support::{archives, demo};
+use fmi2_host::{Archive, Instance};
+use formats::{Bicycle, Document, Path as PathFile};
+use std::path::Path;
+use vehicle_models::noise::gaussian;
+
+const H: f64 = 0.01;
+const GYRO_BIAS: f64 = 0.005;
+const LATENCY: f64 = 0.1;
+/// Between fixes and between a fix and its arrival.
+const STEPS_PER_FIX: usize = 10;
+
+fn read<D: Document>(file: &Path) -> D {
+    D::from_json(&std::fs::read_to_string(file).unwrap(), "file").unwrap()
+}
+
+/// A unit between its initialization and its first step.
+fn started(name: &str, values: &[(&str, f64)]) -> Instance {
+    let archive = Archive::open(archives().join(format!("{name}.fmu"))).unwrap();
+    let mut unit = Instance::new(&archive, name).unwrap();
+    unit.setup_experiment(0.0, None, None).unwrap();
+    let (inputs, parameters): (Vec<_>, Vec<_>) =
+        values.iter().partition(|(name, _)| *name == "speed");
+    for (name, value) in parameters {
+        unit.set(name, value).unwrap();
+    }
+    unit.enter_initialization_mode().unwrap();
+    for (name, value) in inputs {
+        unit.set(name, value).unwrap();
+    }
+    unit.exit_initialization_mode().unwrap();
+    unit
+}
+
+/// How a drive went, and how well the vehicle knew where it was.
+#[derive(Debug, Default)]
+struct Outcome {
+    rms_cross_track_error: f64,
+    largest_cross_track_error: f64,
+    largest_position_error: f64,
+    /// Share of the steps in which the position was within three of its deviations.
+    within_three: f64,
+    steered: f64,
+}
+
+struct Receiver {
+    std: f64,
+    /// No fix arrives between these times, s.
+    silent: std::ops::Range<f64>,
+    seed: i32,
+}
+
+/// Gauss–Seidel, in the order plant, estimator, path, controller.
+fn drive(plant: &str, sideslip_per_yaw_rate: f64, receiver: &Receiver) -> Outcome {
+    let path: PathFile = read(&demo().folder.join("multibody/path.json"));
+    let (first, last) = (path.points[0], path.points[path.points.len() - 1]);
+    let speed = path.speed_mps;
+    let start =
+        [("initial_x", first.x_m), ("initial_y", first.y_m), ("initial_yaw", first.heading_rad)];
+    let with_speed = [&start[..], &[("speed", speed)]].concat();
+    let mut plant = started(plant, &with_speed);
+    let mut pose = started(
+        "PoseEstimator",
+        &[
+            &with_speed[..],
+            &[
+                ("gnss_latency", LATENCY),
+                ("sideslip_per_yaw_rate", sideslip_per_yaw_rate),
+                ("initial_position_std", 0.1),
+                ("initial_yaw_std", 0.02),
+            ],
+        ]
+        .concat(),
+    );
+    let mut guide = started(
+        "ReferencePath",
+        &[("speed", speed), ("sideslip_per_yaw_rate", sideslip_per_yaw_rate)],
+    );
+    let mut pid = started("LateralPid", &[]);
+    let steps = ((last.distance_m - first.distance_m) / speed / H).floor() as usize;
+    let geometry = model_loading::path_geometry(&path).unwrap();
+    let (mut at, mut drawn, mut fixes) = (first.distance_m, 0, 0);
+    let mut noise = || {
+        drawn += 1;
+        gaussian(receiver.seed, drawn)
+    };
+    let mut places = vec![[first.x_m, first.y_m]];
+    let mut outcome = Outcome::default();
+    let mut squares = 0.0;
+    for k in 0..steps {
+        let time = k as f64 * H;
+        let steering = pid.real("steering_angle").unwrap();
+        plant.set("steering_angle", steering).unwrap();
+        plant.do_step(time, H).unwrap();
+        outcome.steered = outcome.steered.max(steering.abs());
+        let [x, y, yaw_rate] = ["x", "y", "yaw_rate"].map(|name| plant.real(name).unwrap());
+        places.push([x, y]);
+
+        // A gyro of 1e-3 (rad/s)/√Hz at this rate; a fix of where the vehicle was.
+        pose.set("yaw_rate", yaw_rate + GYRO_BIAS + 0.01 * noise()).unwrap();
+        let end = time + H;
+        if (k + 1) % STEPS_PER_FIX == 0 && !receiver.silent.contains(&end) {
+            let [x, y] = places[k + 1 - STEPS_PER_FIX];
+            fixes += 1;
+            pose.set("gnss_x", x + receiver.std * noise()).unwrap();
+            pose.set("gnss_y", y + receiver.std * noise()).unwrap();
+            pose.set("gnss_std", receiver.std).unwrap();
+            pose.set("gnss_fix_count", fixes).unwrap();
+        }
+        pose.do_step(time, H).unwrap();
+        let estimate = ["x", "y", "yaw"].map(|name| pose.real(name).unwrap());
+        for (name, value) in ["x", "y", "yaw"].iter().zip(estimate) {
+            guide.set(name, value).unwrap();
+        }
+        guide.do_step(time, H).unwrap();
+        for name in ["yaw_reference", "steering_feedforward"] {
+            pid.set(name, guide.real(name).unwrap()).unwrap();
+        }
+        pid.set("yaw", estimate[2]).unwrap();
+        pid.do_step(time, H).unwrap();
+
+        let away = (estimate[0] - x).hypot(estimate[1] - y);
+        outcome.largest_position_error = outcome.largest_position_error.max(away);
+        outcome.within_three +=
+            f64::from(u8::from(away < 3.0 * pose.real("position_std").unwrap())) / steps as f64;
+        let foot = geometry.project(x, y, at);
+        at = foot.foot.distance;
+        squares += foot.cross_track_error.powi(2);
+        outcome.largest_cross_track_error =
+            outcome.largest_cross_track_error.max(foot.cross_track_error.abs());
+    }
+    outcome.rms_cross_track_error = (squares / steps as f64).sqrt();
+    println!("{outcome:.3?}");
+    outcome
+}
+
+#[test]
+fn centimetre_fixes_keep_the_car_on_the_road() {
+    let receiver = Receiver { std: 0.02, silent: 0.0..0.0, seed: 1 };
+    let outcome = drive("IdentifiedPlant", 0.0, &receiver);
+    assert!(outcome.rms_cross_track_error < 0.1, "{outcome:?}");
+    assert!(outcome.largest_position_error < 0.2 && outcome.within_three > 0.97, "{outcome:?}");
+    assert!(outcome.steered > 0.01, "{outcome:?}");
+}
+
+/// A vehicle whose course is not its yaw.
+#[test]
+fn sideslip_is_known_to_estimator_and_path() {
+    let bicycle: Bicycle = read(&demo().folder.join("multibody/bicycle.json"));
+    let path: PathFile = read(&demo().folder.join("multibody/path.json"));
+    let parameters = model_loading::bicycle_parameters(&bicycle.vehicle);
+    let sideslip = parameters.sideslip_per_yaw_rate(path.speed_mps);
+    assert!(sideslip.abs() > 0.01, "{sideslip}");
+    let receiver = Receiver { std: 0.02, silent: 0.0..0.0, seed: 2 };
+    let outcome = drive("BicyclePlant", sideslip, &receiver);
+    assert!(outcome.rms_cross_track_error < 0.1, "{outcome:?}");
+    assert!(outcome.largest_position_error < 0.2 && outcome.within_three > 0.95, "{outcome:?}");
+}
+
+#[test]
+fn two_seconds_without_fixes_and_metre_noise_are_survived() {
+    let receiver = Receiver { std: 0.02, silent: 5.0..7.0, seed: 3 };
+    let outcome = drive("IdentifiedPlant", 0.0, &receiver);
+    assert!(outcome.largest_cross_track_error < 0.5, "{outcome:?}");
+    let receiver = Receiver { std: 1.0, silent: 0.0..0.0, seed: 4 };
+    let outcome = drive("IdentifiedPlant", 0.0, &receiver);
+    assert!(outcome.rms_cross_track_error < 0.5, "{outcome:?}");
+    assert!(outcome.within_three > 0.95, "{outcome:?}");
+}

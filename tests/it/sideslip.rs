@@ -1,0 +1,99 @@
+//! What is known of a car's sideslip on its way to the path follower and the pose estimator.
+
+use crate::support::{chain, done, run, text_of};
+use fmi2_host::Archive;
+use formats::Document;
+use std::path::Path;
+
+/// The start value of an FMU's variable in a folder of archives.
+fn start(folder: &Path, fmu: &str, name: &str) -> f64 {
+    let archive = Archive::open(folder.join(format!("{fmu}.fmu"))).unwrap();
+    match archive.model().variable(name).unwrap().start {
+        Some(fmi2_host::Value::Real(value)) => value,
+        ref other => panic!("{other:?}"),
+    }
+}
+
+/// The bicycle model's own sideslip reaches path and estimator, unless their files state one.
+#[test]
+fn the_sideslip_of_the_plant_is_that_of_path_and_estimator() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let loop_of = |plant: &str, path: &str| {
+        let rest = "{chain}/pid.json {data}/multibody/estimator.json";
+        done(folder, &format!("package {plant} {path} {rest} --ssp L.ssp"));
+        ["ReferencePath", "PoseEstimator"].map(|fmu| start(folder, fmu, "sideslip_per_yaw_rate"))
+    };
+    let text = std::fs::read_to_string(chain().join("bicycle.json")).unwrap();
+    let bicycle = formats::Bicycle::from_json(&text, "bicycle.json").unwrap().vehicle;
+    let expected =
+        model_loading::bicycle_parameters(&bicycle).sideslip_per_yaw_rate(bicycle.speed_mps);
+    assert!(expected.abs() > 0.005, "{expected}");
+    assert_eq!(loop_of("{chain}/bicycle.json", "{chain}/path.json"), [expected; 2]);
+    // At the speed of the path, which is that of the loop.
+    let slow = "path --pid {chain}/pid.json --speed 8m/s -o slow.json";
+    done(folder, slow);
+    let at_8 = model_loading::bicycle_parameters(&bicycle).sideslip_per_yaw_rate(8.0);
+    assert!((at_8 - expected).abs() > 0.05, "{at_8} {expected}");
+    assert_eq!(loop_of("{chain}/bicycle.json", "slow.json"), [at_8; 2]);
+    // This drive's log has no fixes.
+    assert_eq!(loop_of("{chain}/plant.json", "{chain}/path.json"), [0.0; 2]);
+    done(folder, "path --pid {chain}/pid.json --sideslip-per-yaw-rate=-30ms -o own.json");
+    assert_eq!(loop_of("{chain}/bicycle.json", "own.json"), [-0.03, expected]);
+    done(folder, "path --pid {chain}/pid.json --plant {chain}/bicycle.json -o of_plant.json");
+    let text = std::fs::read_to_string(folder.join("of_plant.json")).unwrap();
+    let path = formats::Path::from_json(&text, "of_plant.json").unwrap();
+    let at_15 = model_loading::bicycle_parameters(&bicycle).sideslip_per_yaw_rate(15.0);
+    assert_eq!(path.guidance.sideslip_per_yaw_rate_s, at_15);
+    let lead = model_loading::bicycle_parameters(&bicycle).sideslip_per_yaw_acceleration(15.0);
+    assert_eq!(path.guidance.sideslip_per_yaw_acceleration_s2, lead);
+    let output = run(folder, "path --plant {chain}/pid.json");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text_of(&output).contains("no plant"), "{}", text_of(&output));
+}
+
+/// The sideslip identified from a drive with fixes reaches path and estimator in full: by `path
+/// --plant`, and in a package whose files state none.
+#[test]
+fn growth_and_lead_of_a_drive_reach_path_and_estimator() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let drive = "{data}/multibody/drive.csv {data}/multibody/position.csv";
+    let columns = "--input-channel steering_command_rad --output-channel yaw_rate_radps --steering-ratio 1 --gnss-latency 0s";
+    let output = done(folder, &format!("identify {drive} {columns} --order 2 -o car.json"));
+    for line in ["s per yaw rate", "ms of it per (m/s2)2", "s2 per yaw acceleration"] {
+        assert!(text_of(&output).contains(line), "{line}: {}", text_of(&output));
+    }
+    let text = std::fs::read_to_string(folder.join("car.json")).unwrap();
+    let found = formats::Plant::from_json(&text, "car.json").unwrap().sideslip.unwrap();
+    let (rate, growth, lead) =
+        (found.sideslip_per_yaw_rate_s, found.growth(), found.per_yaw_acceleration());
+    assert!(growth < 0.0 && lead > 0.0, "{found:?}");
+
+    let output = done(folder, "path --pid {chain}/pid.json --plant car.json -o own.json");
+    assert!(text_of(&output).contains("more per (m/s2)2"), "{}", text_of(&output));
+    let text = std::fs::read_to_string(folder.join("own.json")).unwrap();
+    let guidance = formats::Path::from_json(&text, "own.json").unwrap().guidance;
+    assert_eq!(guidance.sideslip_per_yaw_rate_s, rate);
+    assert_eq!(guidance.sideslip_growth_s5pm2, growth);
+    assert_eq!(guidance.sideslip_per_yaw_acceleration_s2, lead);
+
+    let rest = "{chain}/pid.json {data}/multibody/estimator.json --ssp L.ssp";
+    done(folder, &format!("package car.json {{chain}}/path.json {rest}"));
+    for (fmu, name, expected) in [
+        ("ReferencePath", "sideslip_per_yaw_rate", rate),
+        ("ReferencePath", "sideslip_growth", growth),
+        ("ReferencePath", "sideslip_per_yaw_acceleration", lead),
+        ("PoseEstimator", "sideslip_per_yaw_rate", rate),
+        ("PoseEstimator", "sideslip_growth", growth),
+        ("PoseEstimator", "sideslip_per_yaw_acceleration", lead),
+    ] {
+        assert_eq!(start(folder, fmu, name), expected, "{fmu} {name}");
+    }
+    // One that is given by hand stands alone.
+    done(folder, "path --plant car.json --sideslip-per-yaw-rate=-30ms -o given.json");
+    let text = std::fs::read_to_string(folder.join("given.json")).unwrap();
+    assert!(text.contains("-0.03") && !text.contains("sideslip_growth"), "{text}");
+    done(folder, &format!("package car.json given.json {rest}"));
+    assert_eq!(start(folder, "ReferencePath", "sideslip_growth"), 0.0);
+}

@@ -1,0 +1,107 @@
+//! Stages on their own: identification with its figures, accumulated drives, a design in the loop of the
+//! packed FMUs.
+
+use crate::support::{steerwright, text_of, words};
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+use std::process::Output;
+
+const LOG: &str =
+    "{data}/multibody/drive.csv --input-channel steering_command_rad --steering-ratio 1";
+
+fn run(folder: &Path, line: &str) -> Output {
+    steerwright(folder, &words(line, Path::new("")))
+}
+
+fn done(folder: &Path, line: &str) -> String {
+    let output = run(folder, line);
+    assert!(output.status.success(), "{line}: {}", text_of(&output));
+    text_of(&output)
+}
+
+fn json(path: &Path) -> Value {
+    serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
+}
+
+#[test]
+fn the_evidence_is_drawn_without_a_build() {
+    let folder = tempfile::tempdir().unwrap();
+    done(folder.path(), &format!("identify {LOG} -o plant.json --plots plots --report page.html"));
+    for name in ["frequency-response", "poles-and-zeros", "residuals", "prediction"] {
+        let svg = fs::read_to_string(folder.path().join(format!("plots/{name}.svg"))).unwrap();
+        assert!(svg.trim_start().starts_with("<svg") && svg.contains("</svg>"), "{name}");
+    }
+    let page = fs::read_to_string(folder.path().join("page.html")).unwrap();
+    assert!(page.contains("</html>") && page.contains("fit to design on"));
+    let factor = &json(&folder.path().join("plant.json"))["evidence"]["factor"];
+    assert_eq!(factor["method"], "gram");
+}
+
+#[test]
+fn an_accumulated_drive_gives_a_plant_with_its_limits() {
+    let folder = tempfile::tempdir().unwrap();
+    done(folder.path(), &format!("accumulate {LOG} -o drive.rfactor"));
+    let text = done(folder.path(), "identify drive.rfactor -o plant.json");
+    assert!(text.contains("there is no simulation of whole drives"), "{text}");
+    let plant = json(&folder.path().join("plant.json"));
+    assert!(plant["evidence"]["fit"]["estimation"].as_f64().unwrap() > 97.0);
+    // The plant is one that can be packed, and a factor is no log.
+    assert_eq!(plant["quality"]["grade"], "pass");
+    done(folder.path(), "package plant.json --out fmu");
+    assert!(folder.path().join("fmu/IdentifiedPlant.fmu").is_file());
+    for (line, expected) in [
+        ("identify drive.rfactor --plots plots", "an R factor holds no signals"),
+        (
+            "identify drive.rfactor --input-channel steering_command_rad",
+            "have no effect on an R factor",
+        ),
+        ("identify drive.rfactor {data}/multibody/drive.csv", "is an R factor"),
+    ] {
+        let output = run(folder.path(), line);
+        assert_eq!(output.status.code(), Some(2), "{line}");
+        assert!(text_of(&output).contains(expected), "{line}: {}", text_of(&output));
+    }
+}
+
+/// What the design predicts for each master is what the packed FMUs do under it. Under Jacobi the
+/// response is seen a sample late, which moves times by up to a sample and nothing else.
+#[test]
+fn a_design_is_proved_in_the_loop_of_the_fmus() {
+    let folder = tempfile::tempdir().unwrap();
+    done(folder.path(), &format!("identify {LOG} -o plant.json"));
+    done(folder.path(), "design plant.json -o pid.json --max-rate 0.4rad/s --plots plots");
+    let pid = json(&folder.path().join("pid.json"));
+    let sample_time = pid["sample_time_s"].as_f64().unwrap();
+    let loops = pid["evidence"]["fmu_loops"].as_array().unwrap();
+    let masters: Vec<&str> = loops.iter().map(|l| l["master"].as_str().unwrap()).collect();
+    assert_eq!(masters, ["gauss-seidel", "jacobi"]);
+    for (in_fmus, late) in loops.iter().zip([0.0, sample_time]) {
+        let (step, predicted) = (&in_fmus["step"], &in_fmus["predicted"]);
+        assert_eq!(in_fmus["loop_delay_s"].as_f64().unwrap(), late);
+        for key in ["overshoot_percent", "settling_time_s", "rise_time_s", "largest_angle_rad"] {
+            let apart = (step[key].as_f64().unwrap() - predicted[key].as_f64().unwrap()).abs();
+            let allowed = 1e-6 + if key == "settling_time_s" { late } else { 0.0 };
+            assert!(apart <= allowed, "{} {key}: {apart}", in_fmus["master"]);
+        }
+    }
+    for name in ["bode", "nyquist", "step", "step-with-offset"] {
+        assert!(folder.path().join(format!("plots/{name}.svg")).is_file(), "{name}");
+    }
+}
+
+/// The loops of the FMUs run without the stated latency: the figures in one row are of different loops,
+/// and the summary reports it.
+#[test]
+fn a_latency_that_the_fmus_lack_is_reported() {
+    let folder = tempfile::tempdir().unwrap();
+    let unlike = "have no latency but their master's";
+    done(folder.path(), &format!("identify {LOG} -o plant.json"));
+    for latency in ["60 ms", "14 ms"] {
+        let line = format!("design plant.json --latency {} -o late.json", latency.replace(' ', ""));
+        let text = done(folder.path(), &line);
+        assert!(text.contains(unlike) && text.contains(latency), "{text}");
+    }
+    let text = done(folder.path(), "design plant.json --master jacobi -o jacobi.json");
+    assert!(!text.contains(unlike), "{text}");
+}
