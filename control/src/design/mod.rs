@@ -13,7 +13,7 @@ mod bandwidth_limit;
 mod cost;
 mod ensemble;
 mod evidence;
-mod limits;
+pub(crate) mod limits;
 mod nominal;
 mod objective;
 mod optimiser;
