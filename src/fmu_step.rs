@@ -4,7 +4,7 @@ use crate::failure::Failure;
 use crate::package;
 use crate::simulate::system_of;
 use control::DesignPlant;
-use fmi2_host::{Archive, InputTable, Master, Recording, System};
+use fmi2_host::{Archive, Coupling, InputTable, Recording, System};
 use formats::{Document, FmuLoop, Pid, Plant, StepMetrics};
 
 /// A step in the loop.
@@ -20,10 +20,10 @@ pub(crate) fn step(
     controller: &Archive,
     pid: &Pid,
     first: usize,
-    master: Master,
+    master: Coupling,
 ) -> Result<LoopStep, Failure> {
     let mut system = system_of([plant, controller])?;
-    system.connect_by_name()?;
+    system.connect_by_name(&packaging::ssp::MEASUREMENTS)?;
     step_of(system, &plant.model().description().model_name, pid, first, master)
 }
 
@@ -34,7 +34,7 @@ pub(crate) fn step_of(
     plant: &str,
     pid: &Pid,
     first: usize,
-    master: Master,
+    master: Coupling,
 ) -> Result<LoopStep, Failure> {
     let s = &pid.specification;
     let ts = pid.sample_time_s;
@@ -82,9 +82,10 @@ pub(crate) fn prove(pid: &mut Pid, document: &str, plant: &DesignPlant) -> Resul
         Err(_) => (archive(document, "the plant")?, None),
     };
     pid.evidence.fmu_loops.clear();
-    for (name, master, delay) in
-        [("gauss-seidel", Master::GaussSeidel, 0.0), ("jacobi", Master::Jacobi, pid.sample_time_s)]
-    {
+    for (name, master, delay) in [
+        ("gauss-seidel", Coupling::GaussSeidel, 0.0),
+        ("jacobi", Coupling::Jacobi, pid.sample_time_s),
+    ] {
         let run = |plant: &Archive| step(plant, &controller, pid, 0, master).map(|s| s.metrics);
         let found = FmuLoop {
             master: name.into(),

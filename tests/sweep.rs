@@ -1,7 +1,7 @@
 //! `steerwright sweep` over the packed FMUs: the study in the repository, its results, its exits.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-#[path = "../fmu/host/tests/support/mod.rs"]
+#[path = "../fmu/host/tests/it/support/mod.rs"]
 mod crashing;
 mod support;
 

@@ -7,7 +7,7 @@ use crate::fmu_track::{self, CONTROLLER, Loop, add, drive_at};
 use crate::pipeline::BEFORE_STEP_S;
 use crate::{fmu_step, package};
 use control::Sideslip;
-use fmi2_host::{Archive, Connection, InputTable, Master, Recording, System};
+use fmi2_host::{Archive, Connection, Coupling, InputTable, Recording, System};
 use formats::{Document, Path as PathFile, StepMetrics};
 use report::{StepResponse, Track, TrackErrors};
 
@@ -70,7 +70,7 @@ pub(crate) struct Setting<'a> {
     pub(crate) controllers: &'a [Controller],
     /// Guidance apart: that is each controller's own.
     pub(crate) road: &'a PathFile,
-    pub(crate) master: Master,
+    pub(crate) master: Coupling,
     /// A cross-track error beyond this is off the path, m.
     pub(crate) max_cross_track_error_m: f64,
 }

@@ -20,7 +20,7 @@ mod verdict;
 use crate::failure::Failure;
 use crate::gate::GateArguments;
 use control::{DesignOptions, Master, paths};
-use fmi2_host::Master as HostMaster;
+use fmi2_host::Coupling;
 use formats::{Guidance, Path as PathFile, SourceFile};
 use std::path::PathBuf;
 use sweep::Class;
@@ -230,8 +230,8 @@ pub(crate) fn compare(job: &Job) -> Result<Comparison, Failure> {
         controllers: &controllers,
         road: &road,
         master: match job.master {
-            Master::GaussSeidel => HostMaster::GaussSeidel,
-            Master::Jacobi => HostMaster::Jacobi,
+            Master::GaussSeidel => Coupling::GaussSeidel,
+            Master::Jacobi => Coupling::Jacobi,
         },
         max_cross_track_error_m: job.max_cross_track_error_m,
     };

@@ -4,7 +4,7 @@ use crate::failure::Failure;
 use crate::fmu_track::Loop;
 use crate::{fmu_step, package};
 use control::Sideslip;
-use fmi2_host::{Archive, Master};
+use fmi2_host::{Archive, Coupling};
 use formats::{Document, Path as PathFile, Pid, Plant, StepMetrics};
 use report::StepResponse;
 use std::path::{Path, PathBuf};
@@ -64,7 +64,7 @@ impl Archives {
 
     /// The step at tick `first`.
     fn step_on(&self, plant: &Archive, pid: &Pid, first: usize) -> Result<Step, Failure> {
-        let step = fmu_step::step(plant, self.controller()?, pid, first, Master::GaussSeidel)?;
+        let step = fmu_step::step(plant, self.controller()?, pid, first, Coupling::GaussSeidel)?;
         Ok(Step {
             csv: step.csv,
             response: StepResponse {
@@ -87,6 +87,6 @@ impl Archives {
         let (plant, controller) = (&self.plant, self.controller()?);
         let run = Loop { plant, path: &path_archive, controller };
         let sideslip = Sideslip::in_guidance(&path.guidance);
-        Ok(run.track(path, ts, Master::GaussSeidel, &sideslip)?.to_csv())
+        Ok(run.track(path, ts, Coupling::GaussSeidel, &sideslip)?.to_csv())
     }
 }
