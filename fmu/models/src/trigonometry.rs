@@ -119,7 +119,7 @@ fn each<const N: usize>(angles: &[f64; N]) -> ([f64; N], [f64; N]) {
 }
 
 /// tan(π/8) and tan(3π/8).
-const TAN_EIGHTHS: [f64; 2] = [0.414_213_562_373_095_03, 2.414_213_562_373_095_1];
+const TAN_EIGHTHS: [f64; 2] = [0.414_213_562_373_095_03, 2.414_213_562_373_095];
 
 /// π/4 and π/2, rounded, and what the rounding takes off.
 const EIGHTHS: [[f64; 2]; 2] =
