@@ -6,7 +6,8 @@ use crate::output::{Kind, Outputs};
 use crate::progress::Progress;
 use crate::{Global, quantity};
 use fmi2_host::{
-    Archive, Connection, Error, InputTable, Instance, Master, Status, System, SystemPackage, Value,
+    Archive, Connection, Coupling, Error, InputTable, Instance, Status, System, SystemPackage,
+    Value,
 };
 use serde::Serialize;
 use std::path::PathBuf;
@@ -77,8 +78,8 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         system.set_text(text)?;
     }
     let master = match arguments.master {
-        MasterName::GaussSeidel => Master::GaussSeidel,
-        MasterName::Jacobi => Master::Jacobi,
+        MasterName::GaussSeidel => Coupling::GaussSeidel,
+        MasterName::Jacobi => Coupling::Jacobi,
     };
     let progress = Progress::start(format!("simulating {stop} s"));
     let recording = system.run(master, start, stop, step)?;
@@ -159,7 +160,7 @@ fn setup(arguments: &Arguments) -> Result<Setup, Failure> {
     if let Some(input) = &arguments.input {
         system.feed(InputTable::open(input)?);
     }
-    let connections = system.connect_by_name().map_err(explained)?;
+    let connections = system.connect_by_name(&packaging::ssp::MEASUREMENTS).map_err(explained)?;
     let remarks = unused_receiver(&system, &connections, &arguments.set);
     Ok(Setup { system, connections, start, step, stop, remarks })
 }

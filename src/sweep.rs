@@ -69,7 +69,9 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let study = Study::open(&arguments.study)?;
     let trajectories = decide(arguments, global, &study)?;
     // Our FMUs reset exactly, which a test verifies; for others the study states it.
-    let sweep = Sweep::prepare(&study, &|tool| tool.starts_with("steerwright "))?;
+    let sweep = Sweep::prepare(&study, &packaging::ssp::MEASUREMENTS, &|tool| {
+        tool.starts_with("steerwright ")
+    })?;
     if let Some(files) = &trajectories {
         files.check_columns(&sweep.recorded().map(str::to_owned).collect::<Vec<_>>())?;
     }

@@ -39,7 +39,7 @@ pub use truth::Truth;
 pub use verdict::{Figure, Verdict};
 
 use control::{DesignOptions, Master, paths};
-use fmi2_host::Master as HostMaster;
+use fmi2_host::Coupling;
 use formats::{Guidance, Path as PathFile, SourceFile};
 use runs::Setting;
 use sweep::Class;
@@ -270,8 +270,8 @@ pub fn compare(job: Job) -> Result<Comparison, Error> {
         controllers: &controllers,
         road: &road,
         master: match job.master {
-            Master::GaussSeidel => HostMaster::GaussSeidel,
-            Master::Jacobi => HostMaster::Jacobi,
+            Master::GaussSeidel => Coupling::GaussSeidel,
+            Master::Jacobi => Coupling::Jacobi,
         },
         max_cross_track_error_m: job.max_cross_track_error_m,
     };

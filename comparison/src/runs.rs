@@ -6,7 +6,7 @@ use crate::plants::Plant;
 use crate::step::{step_of, ticks_before_step};
 use crate::track::{CONTROLLER, Loop, add, drive_at, name_of};
 use crate::{Error, packed};
-use fmi2_host::{Archive, Connection, Master, Recording, System};
+use fmi2_host::{Archive, Connection, Coupling, Recording, System};
 use formats::{Document, Path as PathFile, StepMetrics};
 use report::{StepResponse, Track, TrackErrors};
 
@@ -51,7 +51,7 @@ pub(crate) struct Setting<'a> {
     pub(crate) controllers: &'a [Controller],
     /// Guidance apart: that is each controller's own.
     pub(crate) road: &'a PathFile,
-    pub(crate) master: Master,
+    pub(crate) master: Coupling,
     /// A cross-track error beyond this is off the path, m.
     pub(crate) max_cross_track_error_m: f64,
 }

@@ -4,7 +4,7 @@ use crate::Error;
 use crate::packed::archive;
 use crate::track::add;
 use control::DesignPlant;
-use fmi2_host::{Archive, InputTable, Master, Recording, System};
+use fmi2_host::{Archive, Coupling, InputTable, Recording, System};
 use formats::{Document, FmuLoop, Pid, Plant, StepMetrics};
 use report::StepResponse;
 
@@ -31,7 +31,7 @@ pub fn yaw_step(
     plant: &Archive,
     controller: &Archive,
     pid: &Pid,
-    master: Master,
+    master: Coupling,
 ) -> Result<LoopStep, Error> {
     step(plant, controller, pid, ticks_before_step(pid), master)
 }
@@ -44,7 +44,7 @@ pub fn yaw_step_with_offset(
     plant: &Plant,
     controller: &Archive,
     pid: &Pid,
-    master: Master,
+    master: Coupling,
 ) -> Result<LoopStep, Error> {
     let offset = -pid.specification.steering_offset_rad * plant.steering_ratio;
     step(&with_offset(plant, offset)?, controller, pid, 0, master)
@@ -69,13 +69,13 @@ fn step(
     controller: &Archive,
     pid: &Pid,
     first: usize,
-    master: Master,
+    master: Coupling,
 ) -> Result<LoopStep, Error> {
     let mut system = System::new();
     let name = &plant.model().description().model_name;
     add(&mut system, plant, name)?;
     add(&mut system, controller, &controller.model().description().model_name)?;
-    system.connect_by_name()?;
+    system.connect_by_name(&packaging::ssp::MEASUREMENTS)?;
     step_of(system, name, pid, first, master)
 }
 
@@ -86,7 +86,7 @@ pub(crate) fn step_of(
     plant: &str,
     pid: &Pid,
     first: usize,
-    master: Master,
+    master: Coupling,
 ) -> Result<LoopStep, Error> {
     let s = &pid.specification;
     let ts = pid.sample_time_s;
@@ -131,7 +131,7 @@ pub fn verify(pid: &mut Pid, document: &str, plant: &DesignPlant) -> Result<(), 
     };
     pid.evidence.fmu_loops.clear();
     for (name, master, delay) in
-        [("gauss-seidel", Master::GaussSeidel, 0.0), ("jacobi", Master::Jacobi, pid.sample_time_s)]
+        [("gauss-seidel", Coupling::GaussSeidel, 0.0), ("jacobi", Coupling::Jacobi, pid.sample_time_s)]
     {
         let run = |plant: &Archive| step(plant, &controller, pid, 0, master).map(|s| s.metrics);
         let found = FmuLoop {

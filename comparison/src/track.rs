@@ -6,7 +6,7 @@
 use crate::Error;
 use crate::packed::sideslip_parameters;
 use control::Sideslip;
-use fmi2_host::{Archive, Causality, Connection, Instance, Master, Recording, System};
+use fmi2_host::{Archive, Causality, Connection, Coupling, Instance, Recording, System};
 use formats::Path as PathFile;
 
 const PATH: &str = "ReferencePath";
@@ -33,7 +33,7 @@ impl Loop<'_> {
         &self,
         path: &PathFile,
         step: f64,
-        master: Master,
+        master: Coupling,
         sideslip: &Sideslip,
     ) -> Result<Recording, Error> {
         let (Some(first), Some(last)) = (path.points.first(), path.points.last()) else {

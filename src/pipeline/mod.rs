@@ -12,7 +12,7 @@ use crate::progress::Progress;
 use comparison::Loop;
 use control::paths::{self, PointOptions};
 use control::{DesignOptions, DesignPlant, Sideslip};
-use fmi2_host::{Archive, Master};
+use fmi2_host::{Archive, Coupling};
 use formats::{Bicycle, Document, Path as PathFile, Pid, Plant, SourceFile, StepMetrics};
 pub(crate) use output::Writer;
 use report::{StepResponse, Traces, Track, TrackErrors};

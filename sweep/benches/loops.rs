@@ -4,7 +4,7 @@
 //! this; `STEERWRIGHT_BENCH_LOOPS` may name another number of loops than 10,000,
 //! `STEERWRIGHT_BENCH_PLANT` one plant alone. Times are of whole sweeps, with all that
 //! belongs to them: draws, instances, initialization, metrics, the results file. Where others use
-//! the machine too, wall times are theirs as well, and the processor's time tells what a sweep takes.
+//! the machine too, wall times are theirs as well, and the processor's time is what a sweep takes.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use std::path::{Path, PathBuf};
@@ -49,7 +49,7 @@ struct Taken {
 
 fn time(plant: &str, runs: usize, threads: usize, folder: &Path, out: &Path) -> Taken {
     let study = Study::read(study(plant, runs), "bench".into(), folder.to_path_buf()).unwrap();
-    let sweep = Sweep::prepare(&study, &|_| true).unwrap();
+    let sweep = Sweep::prepare(&study, &[], &|_| true).unwrap();
     let stop = AtomicBool::new(false);
     let (begun, before) = (Instant::now(), processor());
     let finished = sweep

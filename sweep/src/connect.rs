@@ -3,11 +3,13 @@
 use std::collections::HashMap;
 use std::path::PathBuf;
 
-use fmi2_host::{Archive, Connection, Error as HostError, Instance, System, SystemPackage, Unit};
+use fmi2_host::{
+    Archive, Connection, Error as HostError, Grid, Instance, Linear, Measurement, System,
+    SystemPackage, Unit,
+};
 use toml::Spanned;
 
 use crate::error::Error;
-use crate::quantity::Linear;
 use crate::study::Study;
 
 /// The opened archives, kept for as long as instances are made of them.
@@ -30,23 +32,21 @@ impl Source {
 /// A wired system.
 pub(crate) struct Wired {
     pub(crate) source: Source,
-    /// One instance of each archive; to be asked, not to be run.
+    /// One instance of each archive, for its description; it is not run.
     pub(crate) system: System,
     /// Connections that scale, by instance and input.
     pub(crate) scaled: HashMap<(String, String), Linear>,
     /// The files that were read.
     pub(crate) files: Vec<PathBuf>,
-    /// What a package says and was left out of account.
+    /// What of a package was ignored.
     pub(crate) remarks: Vec<String>,
-    pub(crate) start: f64,
-    pub(crate) step: f64,
-    pub(crate) steps: usize,
+    pub(crate) grid: Grid,
 }
 
 /// Opens and wires what a study names.
-pub(crate) fn connect(study: &Study) -> Result<Wired, Error> {
+pub(crate) fn connect(study: &Study, measurements: &[Measurement<'_>]) -> Result<Wired, Error> {
     let (source, files) = open(study)?;
-    let (start, step, steps) = times(study, &source)?;
+    let grid = grid(study, &source)?;
     let mut remarks = Vec::new();
     let mut scaled = HashMap::new();
     let system = match &source {
@@ -60,15 +60,15 @@ pub(crate) fn connect(study: &Study) -> Result<Wired, Error> {
         Source::Files(files) => {
             let mut system = System::new();
             for ((name, archive), entry) in files.iter().zip(&study.raw.fmu) {
-                let said = |e| host(study, Some(entry), e);
-                system.add(Instance::new(archive, name).map_err(said)?).map_err(said)?;
+                let located = |e| host(study, Some(entry), e);
+                system.add(Instance::new(archive, name).map_err(located)?).map_err(located)?;
             }
             explicit(study, &mut system, &mut scaled)?;
-            by_name(study, &mut system)?;
+            by_name(study, measurements, &mut system)?;
             system
         }
     };
-    Ok(Wired { source, system, scaled, files, remarks, start, step, steps })
+    Ok(Wired { source, system, scaled, files, remarks, grid })
 }
 
 /// An error of the host, with the entry of the study that led to it.
@@ -92,7 +92,7 @@ fn open(study: &Study) -> Result<(Source, Vec<PathBuf>), Error> {
     if let Some(ssp) = &study.raw.ssp {
         if let Some(fmu) = study.raw.fmu.first() {
             let hint = "keep one of the two: a package has its FMUs in it";
-            return Err(study.fault(fmu, "an [[fmu]] beside an ssp", hint));
+            return Err(study.fault(fmu, "an [[fmu]] and an ssp", hint));
         }
         let path = study.file(ssp.get_ref());
         let package = SystemPackage::open(&path).map_err(|e| host(study, Some(ssp), e))?;
@@ -118,9 +118,9 @@ fn open(study: &Study) -> Result<(Source, Vec<PathBuf>), Error> {
     Ok((Source::Files(archives), paths))
 }
 
-/// Start, step and number of steps: as the study says, else as the package does, else as the FMUs
+/// Start, step and number of steps: of the study, else of the package, else as the FMUs
 /// recommend.
-fn times(study: &Study, source: &Source) -> Result<(f64, f64, usize), Error> {
+fn grid(study: &Study, source: &Source) -> Result<Grid, Error> {
     let recommended: Vec<_> = source
         .archives()
         .iter()
@@ -128,8 +128,8 @@ fn times(study: &Study, source: &Source) -> Result<(f64, f64, usize), Error> {
         .collect();
     let (of_package, stop_of_package, step_of_package) = match source {
         Source::Package(package) => {
-            let said = package.structure();
-            (said.start_time, said.stop_time, said.step)
+            let structure = package.structure();
+            (structure.start_time, structure.stop_time, structure.step)
         }
         Source::Files(_) => (None, None, None),
     };
@@ -144,12 +144,14 @@ fn times(study: &Study, source: &Source) -> Result<(f64, f64, usize), Error> {
         hint,
     };
     let step =
-        step.or_else(smallest).ok_or_else(|| missing("step_s", "give one, as in step_s = 0.01"))?;
+        step.or_else(smallest).ok_or_else(|| missing("step_s", "set it, as in step_s = 0.01"))?;
     let stop =
-        stop.or_else(longest).ok_or_else(|| missing("stop_s", "give one, as in stop_s = 20.0"))?;
+        stop.or_else(longest).ok_or_else(|| missing("stop_s", "set it, as in stop_s = 20.0"))?;
     let stated = study.raw.step_s.as_ref().or(study.raw.stop_s.as_ref());
     let steps = fmi2_host::grid(start, stop, step).map_err(|e| host(study, stated, e))?;
-    Ok((start, step, steps))
+    let grid = Grid { start, stop, step, steps };
+    // The FMUs get the last communication point.
+    Ok(Grid { stop: grid.time(steps), ..grid })
 }
 
 /// The connections that the study writes out.
@@ -163,25 +165,29 @@ fn explicit(
         let (from, output) = split(study, &stated.from)?;
         let (to, input) = split(study, &stated.to)?;
         let connection = Connection::new(from, output, to, input);
-        let said = |e| host(study, Some(entry), e);
+        let located = |e| host(study, Some(entry), e);
         if stated.factor.is_none() && stated.offset.is_none() {
-            system.connect(connection).map_err(said)?;
+            system.connect(connection).map_err(located)?;
             continue;
         }
         let scale =
             Linear { factor: stated.factor.unwrap_or(1.0), offset: stated.offset.unwrap_or(0.0) };
         if !(scale.factor.is_finite() && scale.offset.is_finite()) {
-            let hint = "give finite numbers";
+            let hint = "use finite numbers";
             return Err(study.fault(entry, "factor or offset is no finite number", hint));
         }
-        system.connect_compared(connection).map_err(said)?;
+        system.connect_compared(connection).map_err(located)?;
         scaled.insert((to.to_owned(), input.to_owned()), scale);
     }
     Ok(())
 }
 
 /// Wires each free input by its name, as renamed: [`fmi2_host::wires_by_name`].
-fn by_name(study: &Study, system: &mut System) -> Result<(), Error> {
+fn by_name(
+    study: &Study,
+    measurements: &[Measurement<'_>],
+    system: &mut System,
+) -> Result<(), Error> {
     for entry in &study.raw.fmu {
         let fmu = entry.get_ref();
         let place = study.raw.fmu.iter().position(|other| std::ptr::eq(other, entry));
@@ -206,7 +212,7 @@ fn by_name(study: &Study, system: &mut System) -> Result<(), Error> {
         system.connections().iter().any(|c| c.to == unit.name && c.input == input)
     };
     let index_of = |name: &str| all.iter().position(|i| i.name() == name).unwrap_or(0);
-    let found = fmi2_host::wires_by_name(&units, &is_fed).map_err(|error| {
+    let found = fmi2_host::wires_by_name(&units, measurements, &is_fed).map_err(|error| {
         let at = match &error {
             HostError::Ambiguous { to, .. } => index_of(to.split('.').next().unwrap_or(to)),
             _ => 0,
@@ -215,8 +221,8 @@ fn by_name(study: &Study, system: &mut System) -> Result<(), Error> {
     })?;
     let found: Vec<(usize, Connection)> = found.into_iter().map(|c| (index_of(&c.to), c)).collect();
     for (to, connection) in found {
-        let said = |e| host(study, Some(&study.raw.fmu[to]), e);
-        system.connect(connection).map_err(said)?;
+        let located = |e| host(study, Some(&study.raw.fmu[to]), e);
+        system.connect(connection).map_err(located)?;
     }
     Ok(())
 }

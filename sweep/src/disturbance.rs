@@ -9,8 +9,8 @@
 //! - `noise`: Gaussian with standard deviation A and a first-order spectrum of bandwidth f, the
 //!   Gauss–Markov process x⁺ = a·x + √(1 − a²)·A·ξ, a = exp(−2πf·h), stationary from the start on.
 //!
-//! Values hold from a communication point to the next. What such a signal stands for is for the
-//! study to say: a force where the plant has an input for one, else what acts like it, such as the
+//! Values hold from a communication point to the next. What such a signal represents depends on the
+//! study: a force where the plant has an input for one, else what acts like it, such as the
 //! steering that balances a banked road.
 
 use rand::RngExt;
@@ -18,7 +18,7 @@ use rand::rngs::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
 use crate::draws::Key;
-use crate::quantity::Number;
+use crate::draws::Number;
 use crate::study::Shape;
 
 /// A disturbance as the study states it, its amplitude in the input's unit.
@@ -65,7 +65,7 @@ impl Disturbance {
 }
 
 impl Signal {
-    /// The value from the communication point `time` on; to be asked once for each, in order.
+    /// The value from the communication point `time` on; to be called once for each, in order.
     pub(crate) fn next(&mut self, time: f64, step: f64) -> f64 {
         // k·step may fall an ulp short of the start that was stated.
         let since = time + 1e-6 * step - self.start;

@@ -32,6 +32,23 @@ impl Key {
     }
 }
 
+/// A number, or the place of a varied quantity among a run's draws.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Number {
+    Fixed(f64),
+    Drawn(usize),
+}
+
+impl Number {
+    /// Its value in a run.
+    pub(crate) fn of(self, draws: &[f64]) -> f64 {
+        match self {
+            Self::Fixed(value) => value,
+            Self::Drawn(index) => draws[index],
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

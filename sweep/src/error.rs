@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-/// Where in a study something stands.
+/// A place in a study.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Place {
     /// What errors call the study.
@@ -58,17 +58,15 @@ impl Error {
             }
             Self::Resume { .. } => {
                 "resume with the study, FMUs and program that the file was begun with, or start \
-                 anew without --resume"
+                 again without --resume"
                     .to_owned()
             }
             Self::Unfinished { .. } => {
                 "go on with --resume, or write over it with --force".to_owned()
             }
             Self::NoSuchRun { .. } => "name runs that the study has".to_owned(),
-            Self::Process { .. } => {
-                "what it said stands above; or run without --isolate".to_owned()
-            }
-            Self::Threads { .. } => "ask for fewer with --threads".to_owned(),
+            Self::Process { .. } => "see its messages above; or run without --isolate".to_owned(),
+            Self::Threads { .. } => "use fewer with --threads".to_owned(),
         }
     }
 }

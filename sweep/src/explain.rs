@@ -2,7 +2,7 @@
 //!
 //! A node is split where that gains most information about who fails: each quantity at each of its
 //! values, and a choice also into one of its values and all others. A split counts where Fisher's
-//! exact test (1922, one-sided) says that it is no chance, corrected for every split that was looked at
+//! exact test (1922, one-sided) shows that it is no chance, corrected for every split that was looked at
 //! in that node (Bonferroni): under chance each of them has a hypergeometric table.
 
 use serde::Serialize;
@@ -178,7 +178,7 @@ fn share(part: Failing) -> f64 {
     part.failed as f64 / part.of.max(1) as f64
 }
 
-/// Information about who fails that a split gives, nats over all rows.
+/// Information gain of a split about failures, nats over all rows.
 fn gain(part: Failing, total: Failing) -> f64 {
     let rest = Failing { failed: total.failed - part.failed, of: total.of - part.of };
     let entropy = |x: Failing| {

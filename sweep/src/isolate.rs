@@ -3,7 +3,7 @@
 //! The parent writes the number of a run as a line; the child answers with a line: `ready` and the
 //! study's hash once at its start, then for each run `row` and the row of the results, or `stopped`.
 //! Other lines are what the FMUs print, and are passed over. A child whose FMU has ended fatally
-//! says `last` instead of `row` and goes; the next run gets another. One that does not answer in time is
+//! answers `last` instead of `row` and goes; the next run gets another. One that does not answer in time is
 //! ended by the parent.
 
 use std::io::{BufRead, BufReader, Write};
@@ -13,10 +13,11 @@ use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
 use crate::error::Error;
+use crate::make::{Made, Options, too_long};
+use crate::metric::Outcome;
 use crate::prepare::Sweep;
-use crate::results::{Outcome, row, row_of_line};
+use crate::results::{row, row_of_line};
 use crate::rig::Rig;
-use crate::run::{Made, Options, too_long};
 use crate::watch::{Watch, held};
 
 const READY: &str = "steerwright sweep ready ";
@@ -42,7 +43,7 @@ impl<'a> Worker<'a> {
         Self { start, running: None }
     }
 
-    /// Has a run made; where the process ends over it, its row says how.
+    /// Has a run made; where the process ends over it, its row has the reason.
     pub(crate) fn make(
         &mut self,
         sweep: &Sweep,
@@ -54,13 +55,13 @@ impl<'a> Worker<'a> {
             Some(running) => running,
             None => Running::start((self.start)(), &sweep.id)?,
         };
-        if running.ask(run).is_none() {
+        if running.request(run).is_none() {
             // It has ended since its last answer.
             running.end();
             running = Running::start((self.start)(), &sweep.id)?;
-            let _ = running.ask(run);
+            let _ = running.request(run);
         }
-        let asked = Instant::now();
+        let begun = Instant::now();
         if let Some((watch, thread)) = watched {
             watch.begin(thread, run, Some(Arc::clone(&running.child)));
         }
@@ -76,12 +77,12 @@ impl<'a> Worker<'a> {
                 self.running = goes_on.then_some(running);
                 Ok(Made { row, fatal: None })
             }
-            // Asked to stop, a process may be gone before it can say so.
+            // A process that has to stop may be gone before it can answer.
             None if options.stop.load(Ordering::Relaxed) => Ok(stopped),
             None => {
                 let ended = running.end();
                 let outcome = Outcome::Failed(match options.timeout {
-                    Some(limit) if asked.elapsed() > limit => too_long(options),
+                    Some(limit) if begun.elapsed() > limit => too_long(options),
                     _ => format!("error: the process ended: {ended}"),
                 });
                 let bytes = row(sweep, run, &sweep.plan.quantities(run), &outcome);
@@ -112,7 +113,7 @@ impl Running {
         }
     }
 
-    fn ask(&mut self, run: usize) -> Option<()> {
+    fn request(&mut self, run: usize) -> Option<()> {
         writeln!(self.to, "{run}").and_then(|()| self.to.flush()).ok()
     }
 
@@ -131,7 +132,7 @@ impl Running {
         }
     }
 
-    /// Waits for its end, and says what it was.
+    /// Waits for its end, and returns its status.
     fn end(&mut self) -> String {
         held(&self.child).wait().map_or_else(|e| e.to_string(), |status| status.to_string())
     }
@@ -157,10 +158,10 @@ impl Sweep {
     ) -> Result<(), Error> {
         let mut rig = Rig::new(&self.plan, self.source.archives());
         let closed = |e: std::io::Error| Error::Process { reason: format!("its parent: {e}") };
-        let mut say = |text: &str| {
+        let mut answer = |text: &str| {
             writeln!(output, "{}", text.trim_end()).and_then(|()| output.flush()).map_err(closed)
         };
-        say(&format!("{READY}{}", self.id))?;
+        answer(&format!("{READY}{}", self.id))?;
         for line in input.lines() {
             let line = line.map_err(closed)?;
             let Some(run) = line.trim().parse().ok().filter(|run| *run < self.runs()) else {
@@ -170,9 +171,9 @@ impl Sweep {
             match made.row {
                 Some((_, bytes)) => {
                     let what = if made.fatal.is_some() { LAST } else { ROW };
-                    say(&format!("{what}{}", String::from_utf8_lossy(&bytes)))?;
+                    answer(&format!("{what}{}", String::from_utf8_lossy(&bytes)))?;
                 }
-                None => return say(STOPPED),
+                None => return answer(STOPPED),
             }
             if made.fatal.is_some() {
                 break;

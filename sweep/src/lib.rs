@@ -4,15 +4,14 @@
 //! how, disturbances that are added to inputs, metrics with their requirements.
 //! [`Sweep::prepare`] opens the FMUs and resolves every name; [`Sweep::run`] runs what is left to
 //! do on some threads and appends the rows, in order, to a CSV file that a later call can go on
-//! with; [`Summary`] is what the rows say together.
+//! with; [`Summary`] is the statistics over the rows.
 //!
 //! The numbers of a run depend on the study and the run's index alone ([`draws`]), so neither the
 //! number of threads nor an interruption changes a byte of the results. Any FMU for FMI 2.0
 //! Co-Simulation will do: nothing here knows of our own FMUs, and of vehicles only what two names of
-//! variables mean (`class`). Times are in s, values
-//! in the units of the FMUs' variables unless the study states others.
+//! variables mean (`metric`). Times are in s, values in the units of the FMUs' variables unless the
+//! study states others.
 
-mod class;
 mod connect;
 mod distribution;
 mod disturbance;
@@ -20,26 +19,25 @@ pub mod draws;
 mod error;
 mod explain;
 mod isolate;
+mod make;
+mod memory;
 mod metric;
-mod metric_kind;
-mod places;
 mod plan;
 mod prepare;
-mod quantity;
 mod resolve;
 mod results;
 mod rig;
 mod run;
 mod study;
 mod summary;
-mod trajectory;
 mod values;
 mod watch;
 
-pub use class::Class;
 pub use error::{Error, Place};
 pub use explain::{Cause, Condition, Failing, Relation};
+pub use make::Options;
+pub use metric::Class;
 pub use prepare::Sweep;
-pub use run::{Finished, Options};
+pub use run::Finished;
 pub use study::Study;
 pub use summary::{ClassSummary, FailureSummary, MetricSummary, Requirement, Summary};

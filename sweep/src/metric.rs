@@ -1,8 +1,82 @@
-//! Metrics, computed while a run goes on: a few numbers each, no trajectory.
+//! Metrics of a run and what became of it: its class.
+//!
+//! The names of two variables have a meaning here: `cross_track_error` (m), whose largest value
+//! decides whether the path was left, and `heading_error` (rad), beyond 90° of which a vehicle spins
+//! or drives away. A metric of either is a lower bound of its largest value, unless it has a target
+//! or counts time.
 
-use crate::class::Shows;
-use crate::metric_kind::Kind;
-use crate::quantity::{Linear, Number};
+use fmi2_host::Linear;
+use serde::{Deserialize, Serialize};
+
+use crate::draws::Number;
+
+/// A cross-track error beyond this is off the path, m, where the study states no other: half of a
+/// lane of 3.5 m.
+pub(crate) const OFF_PATH_BEYOND_M: f64 = 1.75;
+/// A heading error beyond this is that of a vehicle that spins, rad.
+const SPINS_BEYOND_RAD: f64 = std::f64::consts::FRAC_PI_2;
+
+/// What a metric makes of its variable over its window.
+#[derive(Debug, Clone, Copy, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Kind {
+    /// Root of the mean square.
+    Rms,
+    /// Mean over the communication points.
+    Mean,
+    Minimum,
+    Maximum,
+    /// Largest absolute value.
+    MaxAbs,
+    /// Value at the window's last communication point.
+    Final,
+    /// How long, in s, a bound is passed.
+    Time,
+    /// When, in s, a bound is first passed; `inf` if never.
+    FirstTime,
+    /// From the window's start until the band about the target is not left any more, in s; `inf`
+    /// if it is outside at the end.
+    SettlingTime,
+    /// How far the target is passed, in percent of the distance at the window's start.
+    Overshoot,
+}
+
+impl Kind {
+    /// Whether a metric's absolute value is at most the largest one of its variable.
+    fn is_bounded_by_largest(self) -> bool {
+        match self {
+            Self::Rms | Self::Mean | Self::Minimum | Self::Maximum | Self::MaxAbs | Self::Final => {
+                true
+            }
+            Self::Time | Self::FirstTime | Self::SettlingTime | Self::Overshoot => false,
+        }
+    }
+
+    /// As it is written.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Rms => "rms",
+            Self::Mean => "mean",
+            Self::Minimum => "minimum",
+            Self::Maximum => "maximum",
+            Self::MaxAbs => "max-abs",
+            Self::Final => "final",
+            Self::Time => "time",
+            Self::FirstTime => "first-time",
+            Self::SettlingTime => "settling-time",
+            Self::Overshoot => "overshoot",
+        }
+    }
+
+    /// The unit of the result, where that is not the variable's own.
+    pub(crate) fn unit(self) -> Option<&'static str> {
+        match self {
+            Self::Time | Self::FirstTime | Self::SettlingTime => Some("s"),
+            Self::Overshoot => Some("%"),
+            _ => None,
+        }
+    }
+}
 
 /// A metric with its names resolved.
 #[derive(Debug, Clone)]
@@ -30,7 +104,50 @@ pub(crate) struct Metric {
     pub(crate) shows: Option<Shows>,
 }
 
-/// What is taken off a metric's variable.
+/// What a metric shows beyond its number: the class of a run in which its absolute value is beyond
+/// the bound, in the metric's unit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Shows {
+    class: Class,
+    beyond: f64,
+}
+
+impl Shows {
+    /// Of a metric of the variable `name`, which `convert` takes to the metric's unit. What the
+    /// study itself allows is not off the path.
+    pub(crate) fn of(
+        name: &str,
+        kind: Kind,
+        target: Target,
+        convert: Linear,
+        allowed: Option<f64>,
+        max_cross_track_error_m: f64,
+    ) -> Option<Self> {
+        if !kind.is_bounded_by_largest()
+            || !matches!(target, Target::Nothing)
+            || convert.offset != 0.0
+        {
+            return None;
+        }
+        let scale = convert.factor.abs();
+        let last = name.rsplit('.').next().unwrap_or(name);
+        match last {
+            "cross_track_error" => {
+                let allowed = allowed.filter(|_| kind == Kind::MaxAbs).unwrap_or(0.0);
+                Some(Self {
+                    class: Class::OffThePath,
+                    beyond: allowed.max(scale * max_cross_track_error_m),
+                })
+            }
+            "heading_error" => {
+                Some(Self { class: Class::Unstable, beyond: scale * SPINS_BEYOND_RAD })
+            }
+            _ => None,
+        }
+    }
+}
+
+/// What is subtracted from a metric's variable.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Target {
     Nothing,
@@ -39,107 +156,18 @@ pub(crate) enum Target {
     Variable(usize, Linear),
 }
 
-/// What a metric remembers in a run.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Memory {
-    count: f64,
-    /// Of values, of squares, or of points that count.
-    sum: f64,
-    /// The extreme, the last value or the time found.
-    value: f64,
-    first: f64,
-    first_time: f64,
-    inside: bool,
-    target: f64,
-}
-
-impl Memory {
-    /// Before a run.
-    pub(crate) fn new(metric: &Metric, draws: &[f64]) -> Self {
-        let value = match metric.kind {
-            Kind::Minimum | Kind::FirstTime | Kind::SettlingTime => f64::INFINITY,
-            Kind::Maximum => f64::NEG_INFINITY,
-            _ => 0.0,
-        };
-        let target = match metric.target {
-            Target::Number(number) => number.of(draws),
-            _ => 0.0,
-        };
-        Self { count: 0.0, sum: 0.0, value, first: 0.0, first_time: 0.0, inside: false, target }
-    }
-
-    /// Takes the values at a communication point.
-    #[inline]
-    pub(crate) fn see(&mut self, metric: &Metric, values: &[f64], time: f64, step: f64) {
-        // k·step may fall an ulp beside the times that were stated.
-        let slack = 1e-6 * step;
-        if time < metric.from - slack || time > metric.to + slack {
-            return;
-        }
-        let target = match metric.target {
-            Target::Variable(slot, convert) => convert.of(values[slot]),
-            _ => self.target,
-        };
-        let mut x = metric.convert.of(values[metric.slot]) - target;
-        if metric.absolute {
-            x = x.abs();
-        }
-        if self.count == 0.0 {
-            self.first = x;
-            self.first_time = time;
-        }
-        self.count += 1.0;
-        match metric.kind {
-            Kind::Rms => self.sum += x * x,
-            Kind::Mean => self.sum += x,
-            Kind::Minimum => self.value = self.value.min(x),
-            Kind::Maximum => self.value = self.value.max(x),
-            Kind::MaxAbs => self.value = self.value.max(x.abs()),
-            Kind::Final => self.value = x,
-            Kind::Time => {
-                // The value at a point holds until the next.
-                if self.inside {
-                    self.sum += 1.0;
-                }
-                // Counted, so that no rounding adds up.
-                self.value = self.sum * step;
-                self.inside = passes(metric, x);
-            }
-            Kind::FirstTime => {
-                if self.value == f64::INFINITY && passes(metric, x) {
-                    self.value = time;
-                }
-            }
-            Kind::SettlingTime => {
-                let scale = if metric.band_is_relative { self.first.abs() / 100.0 } else { 1.0 };
-                if x.abs() > metric.band * scale {
-                    (self.inside, self.value) = (false, f64::INFINITY);
-                } else if !self.inside {
-                    (self.inside, self.value) = (true, time - self.first_time);
-                }
-            }
-            Kind::Overshoot => self.value = self.value.max(-100.0 * x / self.first),
-        }
-    }
-
-    /// The result; NaN where the window had no point, or an overshoot had no distance to go.
-    pub(crate) fn result(&self, kind: Kind) -> f64 {
-        if self.count == 0.0 {
-            return f64::NAN;
-        }
-        match kind {
-            Kind::Rms => (self.sum / self.count).sqrt(),
-            Kind::Mean => self.sum / self.count,
-            Kind::Overshoot if self.first == 0.0 => f64::NAN,
-            _ => self.value,
-        }
-    }
-}
-
 impl Metric {
     /// Whether anything is required of it.
     pub(crate) fn is_required(&self) -> bool {
         self.at_most.is_some() || self.at_least.is_some()
+    }
+
+    /// The class that a result shows.
+    pub(crate) fn class_of(&self, value: f64) -> Option<Class> {
+        if self.kind.is_bounded_by_largest() && value.is_infinite() {
+            return Some(Class::Unstable);
+        }
+        self.shows.filter(|shows| value.abs() > shows.beyond).map(|shows| shows.class)
     }
 
     /// Whether a result is as required; NaN is not.
@@ -150,108 +178,69 @@ impl Metric {
     }
 }
 
-fn passes(metric: &Metric, x: f64) -> bool {
-    metric.above.is_some_and(|bound| x > bound) || metric.below.is_some_and(|bound| x < bound)
+/// What a run ended with.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Outcome {
+    /// Its metrics.
+    Done(Vec<f64>),
+    /// What went wrong, in one line.
+    Failed(String),
+}
+
+/// What became of a run, from the best to the worst.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Class {
+    /// Everything required was met; a study may require nothing.
+    Met,
+    /// A requirement was missed, on the path.
+    SpecificationMissed,
+    /// The cross-track error went beyond the bound.
+    OffThePath,
+    /// The vehicle spun or a signal left all bounds.
+    Unstable,
+    /// An FMU refused a call, or the run took too long.
+    FailedToRun,
+}
+
+impl Class {
+    /// All, from the best to the worst.
+    pub const ALL: [Self; 5] =
+        [Self::Met, Self::SpecificationMissed, Self::OffThePath, Self::Unstable, Self::FailedToRun];
+
+    /// For people.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Met => "met",
+            Self::SpecificationMissed => "specification missed",
+            Self::OffThePath => "off the path",
+            Self::Unstable => "unstable",
+            Self::FailedToRun => "failed to run",
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const STEP: f64 = 0.01;
-
-    fn metric(kind: Kind) -> Metric {
-        Metric {
-            name: "m".into(),
-            kind,
-            unit: None,
-            slot: 1,
-            convert: Linear::SAME,
-            target: Target::Nothing,
-            absolute: false,
-            from: 0.0,
-            to: 10.0,
-            above: None,
-            below: None,
-            band: 2.0,
-            band_is_relative: true,
-            at_most: None,
-            at_least: None,
-            shows: None,
-        }
-    }
-
-    /// Over 0 s to 10 s.
-    fn result(metric: &Metric, signal: impl Fn(f64) -> f64) -> f64 {
-        let mut memory = Memory::new(metric, &[1.0]);
-        for k in 0..=1000 {
-            let time = f64::from(k) * STEP;
-            memory.see(metric, &[f64::NAN, signal(time)], time, STEP);
-        }
-        memory.result(metric.kind)
-    }
-
-    fn turn(t: f64) -> f64 {
-        2.0 * std::f64::consts::PI * t
+    fn shows(name: &str, kind: Kind, factor: f64, allowed: Option<f64>) -> Option<Shows> {
+        let convert = Linear { factor, offset: 0.0 };
+        Shows::of(name, kind, Target::Nothing, convert, allowed, OFF_PATH_BEYOND_M)
     }
 
     #[test]
-    fn of_a_sine_the_values_are_those_of_the_books() {
-        let sine = |t: f64| 3.0 * turn(t).sin();
-        // The last point is the first of another turn: 1000 of 1001 squares average to a half.
-        assert!((result(&metric(Kind::Rms), sine) - 3.0 / 2f64.sqrt()).abs() < 2e-3);
-        assert!(result(&metric(Kind::Mean), sine).abs() < 1e-12);
-        assert!((result(&metric(Kind::Maximum), sine) - 3.0).abs() < 1e-12);
-        assert!((result(&metric(Kind::Minimum), sine) + 3.0).abs() < 1e-12);
-        let lowered = |t: f64| sine(t) - 1.0;
-        assert!((result(&metric(Kind::MaxAbs), lowered) - 4.0).abs() < 1e-12);
-        assert!((result(&metric(Kind::Final), lowered) + 1.0).abs() < 1e-9);
-        let time = Metric { above: Some(1.5), ..metric(Kind::Time) };
-        // A sine is above half its amplitude for a third of the time.
-        assert!((result(&time, sine) - 10.0 / 3.0).abs() < 0.1);
-        let both = Metric { absolute: true, ..time.clone() };
-        assert!((result(&both, sine) - 20.0 / 3.0).abs() < 0.2);
-        let first = Metric { kind: Kind::FirstTime, ..time };
-        assert!((result(&first, sine) - 1.0 / 12.0).abs() < STEP);
-        let never = Metric { above: Some(3.5), ..first };
-        assert_eq!(result(&never, sine), f64::INFINITY);
-    }
-
-    #[test]
-    fn a_step_of_second_order_overshoots_and_settles_as_in_the_books() {
-        // Damping 0.5 at 2 rad/s.
-        let (zeta, omega) = (0.5f64, 2.0f64);
-        let damped = omega * (1.0 - zeta * zeta).sqrt();
-        let answer = |t: f64| {
-            let phase = damped * t;
-            1.0 - (-zeta * omega * t).exp() * (phase.cos() + zeta * omega / damped * phase.sin())
+    fn a_path_is_left_beyond_half_a_lane_or_what_the_study_allows() {
+        let of = |kind, factor, allowed| {
+            shows("ReferencePath.cross_track_error", kind, factor, allowed).unwrap().beyond
         };
-        let target = Target::Number(Number::Drawn(0));
-        let overshoot = Metric { target, ..metric(Kind::Overshoot) };
-        let expected = 100.0 * (-std::f64::consts::PI * zeta / (1.0 - zeta * zeta).sqrt()).exp();
-        assert!((result(&overshoot, answer) - expected).abs() < 0.01);
-        let settling = Metric { target, ..metric(Kind::SettlingTime) };
-        let last_outside =
-            (0..=1000).rev().map(|k| f64::from(k) * STEP).find(|t| (answer(*t) - 1.0).abs() > 0.02);
-        assert!((result(&settling, answer) - last_outside.unwrap() - STEP).abs() < 1e-9);
-        let narrow = Metric { band: 1e-6, band_is_relative: false, ..settling };
-        assert_eq!(result(&narrow, answer), f64::INFINITY);
-        assert!(result(&overshoot, |_| 1.0).is_nan(), "no distance to go");
-    }
-
-    #[test]
-    fn a_window_counts_its_points_alone() {
-        let ramp = |t: f64| t;
-        let window = Metric { from: 2.0, to: 3.0, ..metric(Kind::Mean) };
-        assert!((result(&window, ramp) - 2.5).abs() < 1e-12);
-        let last = Metric { kind: Kind::Final, ..window };
-        assert!((result(&last, ramp) - 3.0).abs() < 1e-12);
-    }
-
-    #[test]
-    fn a_requirement_is_not_met_by_nothing() {
-        let required = Metric { at_most: Some(1.0), ..metric(Kind::Rms) };
-        assert!(required.is_required() && required.is_met(1.0));
-        assert!(!required.is_met(1.1) && !required.is_met(f64::NAN));
+        assert_eq!(of(Kind::Rms, 1.0, Some(9.0)), 1.75);
+        assert_eq!(of(Kind::MaxAbs, 100.0, None), 175.0);
+        assert_eq!(of(Kind::MaxAbs, 1.0, Some(3.0)), 3.0);
+        assert_eq!(shows("cross_track_error", Kind::SettlingTime, 1.0, None), None);
+        assert_eq!(shows("LateralPid.yaw", Kind::MaxAbs, 1.0, None), None);
+        let spins = shows("ReferencePath.heading_error", Kind::MaxAbs, 180.0 / 3.0, None).unwrap();
+        assert_eq!(spins.class, Class::Unstable);
     }
 }

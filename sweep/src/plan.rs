@@ -1,33 +1,19 @@
-//! A study resolved into value references and places: all that a run needs, and no name more.
-//!
-//! Every number that passes between FMUs, or that a metric sees, has a place in one array of
-//! floats: Booleans are 1 and 0, and every Integer of FMI 2.0 is a float exactly. An FMU's Real
-//! outputs lie side by side, so that `fmi2GetReal` writes straight into the array.
-
-use std::ops::Range;
-
-use fmi2_host::{Kind, Master, Value};
+//! A study resolved: the compiled system, and what is varied, added, measured and recorded.
 
 use crate::distribution::Distribution;
 use crate::disturbance::Disturbance;
 use crate::draws::Key;
-use crate::metric::Metric;
-use crate::quantity::Linear;
+use crate::metric::{Class, Metric, Outcome};
 
 /// What the runs of a study share.
 #[derive(Debug)]
 pub(crate) struct Plan {
-    pub(crate) members: Vec<Member>,
-    /// Places in the array of values.
-    pub(crate) slots: usize,
-    pub(crate) master: Master,
-    pub(crate) start: f64,
-    pub(crate) step: f64,
-    pub(crate) steps: usize,
+    pub(crate) system: fmi2_host::Plan,
+    pub(crate) instances: Vec<Reuse>,
     pub(crate) varied: Vec<Varied>,
     pub(crate) disturbances: Vec<Disturbance>,
     pub(crate) metrics: Vec<Metric>,
-    /// What trajectories show: names and places.
+    /// The columns of trajectories: names and places.
     pub(crate) recorded: Vec<(String, usize)>,
     /// Draws for each point of the grid.
     pub(crate) draws: usize,
@@ -36,82 +22,12 @@ pub(crate) struct Plan {
     pub(crate) same_draws_on_grid: bool,
 }
 
-/// One FMU of the system.
-#[derive(Debug, Default)]
-pub(crate) struct Member {
+/// An instance of the system.
+#[derive(Debug)]
+pub(crate) struct Reuse {
     pub(crate) name: String,
     /// Whether one instance serves all runs of a thread.
     pub(crate) reused: bool,
-    /// What is set before initialization.
-    pub(crate) parameters: Vec<Assignment>,
-    /// Free inputs, set in initialization mode.
-    pub(crate) constants: Vec<Assignment>,
-    /// What is set at every step.
-    pub(crate) inputs: Inputs,
-    /// Outputs, read after every step.
-    pub(crate) outputs: Outputs,
-    /// What else is looked at, read at communication points.
-    pub(crate) others: Outputs,
-}
-
-/// A value that is set.
-#[derive(Debug, Clone)]
-pub(crate) struct Assignment {
-    pub(crate) reference: u32,
-    pub(crate) kind: Kind,
-    pub(crate) value: Assigned,
-}
-
-#[derive(Debug, Clone)]
-pub(crate) enum Assigned {
-    Fixed(Value),
-    /// A varied quantity, by its place, and from its unit to the variable's.
-    Varied(usize, Linear),
-}
-
-/// Inputs of one FMU, by kind, and the places they are taken from.
-#[derive(Debug, Default)]
-pub(crate) struct Inputs {
-    pub(crate) real: Vec<u32>,
-    pub(crate) real_from: Vec<usize>,
-    pub(crate) integer: Vec<u32>,
-    pub(crate) integer_from: Vec<usize>,
-    pub(crate) boolean: Vec<u32>,
-    pub(crate) boolean_from: Vec<usize>,
-    /// Inputs that are more than a copy; computed first.
-    pub(crate) composed: Vec<Composed>,
-}
-
-/// An input that a connection scales or disturbances are added to.
-#[derive(Debug)]
-pub(crate) struct Composed {
-    /// Where the input's value goes.
-    pub(crate) slot: usize,
-    /// Where its source is, or the constant it has without one.
-    pub(crate) from: usize,
-    pub(crate) scale: Linear,
-    /// Disturbances, by their places.
-    pub(crate) disturbances: Vec<usize>,
-    /// The value of an input that nothing feeds.
-    pub(crate) constant: Option<Assigned>,
-}
-
-/// Variables of one FMU that are read: their references by kind, and where their values go.
-#[derive(Debug, Default, Clone)]
-pub(crate) struct Outputs {
-    pub(crate) real: Vec<u32>,
-    pub(crate) integer: Vec<u32>,
-    pub(crate) boolean: Vec<u32>,
-    /// The first place: Reals, then Integers, then Booleans.
-    pub(crate) first: usize,
-    /// For messages, in the order of the places.
-    pub(crate) names: Vec<String>,
-}
-
-impl Outputs {
-    pub(crate) fn reals(&self) -> Range<usize> {
-        self.first..self.first + self.real.len()
-    }
 }
 
 /// A varied quantity.
@@ -122,7 +38,7 @@ pub(crate) struct Varied {
     /// Whether its values are whole numbers.
     pub(crate) whole: bool,
     pub(crate) key: Key,
-    /// How many runs of the grid go by before its point changes, in points.
+    /// After how many points of the grid its value changes.
     pub(crate) stride: usize,
 }
 
@@ -132,17 +48,7 @@ impl Plan {
         self.draws * self.points
     }
 
-    /// The stop time: the last communication point.
-    pub(crate) fn stop(&self) -> f64 {
-        self.time(self.steps)
-    }
-
-    /// A communication point.
-    pub(crate) fn time(&self, k: usize) -> f64 {
-        self.start + k as f64 * self.step
-    }
-
-    /// Under which index a run draws: runs of equal draw share it where the study says so.
+    /// The index under which a run draws: runs of equal draw share it where the study states so.
     pub(crate) fn draw_of(&self, run: usize) -> usize {
         if self.same_draws_on_grid { run % self.draws } else { run }
     }
@@ -157,5 +63,28 @@ impl Plan {
             varied.distribution.value(&mut varied.key.stream(draw), on_axis)
         };
         self.varied.iter().map(value).collect()
+    }
+
+    /// Whether anything is required of the metrics.
+    pub(crate) fn requires(&self) -> bool {
+        self.metrics.iter().any(crate::metric::Metric::is_required)
+    }
+
+    /// Whether a run did all that is required; one that failed did not.
+    pub(crate) fn passes(&self, outcome: &Outcome) -> bool {
+        match outcome {
+            Outcome::Failed(_) => false,
+            Outcome::Done(values) => {
+                self.metrics.iter().zip(values).all(|(metric, value)| metric.is_met(*value))
+            }
+        }
+    }
+
+    /// The worst that a run's metrics show.
+    pub(crate) fn class(&self, outcome: &Outcome) -> Class {
+        let Outcome::Done(values) = outcome else { return Class::FailedToRun };
+        let required = if self.passes(outcome) { Class::Met } else { Class::SpecificationMissed };
+        let shown = self.metrics.iter().zip(values).filter_map(|(m, v)| m.class_of(*v));
+        shown.fold(required, Class::max)
     }
 }

@@ -4,6 +4,7 @@ use std::fmt::Write;
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
+use fmi2_host::Measurement;
 use sha2::{Digest, Sha256};
 
 use crate::connect::{Source, Wired, connect};
@@ -28,18 +29,23 @@ pub struct Sweep {
 }
 
 impl Sweep {
-    /// The names of what trajectories hold beside the time, in order.
+    /// The columns of trajectories after the time, in order.
     pub fn recorded(&self) -> impl Iterator<Item = &str> {
         self.plan.recorded.iter().map(|(name, _)| name.as_str())
     }
 
     /// Opens the FMUs, wires them and resolves every name of the study.
     ///
-    /// `resets_exactly` says of a generation tool whether `fmi2Reset` of its FMUs is as good as a
-    /// new instance; their instances serve many runs. It has a say only where the study leaves
-    /// `instances` at `auto`.
-    pub fn prepare(study: &Study, resets_exactly: Resets<'_>) -> Result<Self, Error> {
-        let mut wired = connect(study)?;
+    /// FMU files are wired by name with the rules of `measurements`
+    /// ([`fmi2_host::wires_by_name`]). `resets_exactly` reports for a generation tool whether
+    /// `fmi2Reset` of its FMUs is as good as a new instance; their instances serve many runs, where
+    /// the study leaves `instances` at `auto`.
+    pub fn prepare(
+        study: &Study,
+        measurements: &[Measurement<'_>],
+        resets_exactly: Resets<'_>,
+    ) -> Result<Self, Error> {
+        let mut wired = connect(study, measurements)?;
         let plan = resolve(study, &wired, resets_exactly)?;
         let id = id(study, &wired.files)?;
         let once = |a: &&fmi2_host::Archive| {
@@ -48,7 +54,7 @@ impl Sweep {
         let only_once =
             wired.source.archives().iter().find(|a| once(a)).map(|a| a.name().to_owned());
         let remarks = std::mem::take(&mut wired.remarks);
-        // The instances that were asked for names may be in the way of those that run.
+        // An FMU may allow one instance: these have to be gone before the runs.
         let Wired { source, system, .. } = wired;
         drop(system);
         Ok(Self { source, plan, id, only_once, remarks })
@@ -63,7 +69,7 @@ impl Sweep {
     /// The number of communication steps of a run.
     #[must_use]
     pub fn steps(&self) -> usize {
-        self.plan.steps
+        self.plan.system.grid.steps
     }
 
     /// The hash of study, FMUs and program version that results are marked with.
@@ -72,7 +78,7 @@ impl Sweep {
         &self.id
     }
 
-    /// What a system structure package says and was left out of account.
+    /// What of a system structure package was ignored.
     #[must_use]
     pub fn remarks(&self) -> &[String] {
         &self.remarks

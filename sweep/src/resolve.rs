@@ -1,69 +1,150 @@
 //! From names to places: the [`Plan`] of a study on its wired system.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
-use fmi2_host::{Causality, Kind, Master, Variable};
+use fmi2_host::{Causality, Composition, Instance, Key, Kind, Linear, PlanOptions, Variable};
 use toml::Spanned;
 
-use crate::class::{OFF_PATH_BEYOND_M, Shows};
-use crate::connect::Wired;
+use crate::connect::{Wired, host};
 use crate::disturbance::Disturbance;
-use crate::draws::Key;
+use crate::draws::Key as DrawKey;
+use crate::draws::Number;
 use crate::error::Error;
-use crate::metric::{Metric, Target};
-use crate::places::{Places, respanned};
-use crate::plan::{Assigned, Assignment, Composed, Member, Plan, Varied};
-use crate::quantity::{Linear, Number};
-use crate::study::{Disturb, Instances, MasterName, Quantity, Shape, Study};
-use crate::values::{Assignments, Found, UNIT_HINT, conversion, find, values};
+use crate::metric::{Metric, OFF_PATH_BEYOND_M, Shows, Target};
+use crate::plan::{Plan, Reuse, Varied};
+use crate::study::{Coupling, Disturb, Instances, Quantity, Shape, Study};
+use crate::values::{Found, UNIT_HINT, conversion, find, values};
 
-/// More runs than this are taken for a slip.
+/// More runs than this are refused as a mistake.
 const MOST_RUNS: usize = 1_000_000_000;
 /// Columns that every results file has.
 pub(crate) const OWN_COLUMNS: [&str; 5] = ["run", "passed", "outcome", "status", "study"];
 
-/// Which instances reset exactly: asked with the FMU's generation tool.
+/// Whether the instances of a generation tool's FMUs reset exactly.
 pub(crate) type Resets<'a> = &'a dyn Fn(&str) -> bool;
 
 /// Resolves a study.
 pub(crate) fn resolve(study: &Study, wired: &Wired, resets: Resets<'_>) -> Result<Plan, Error> {
-    let (assignments, varied) = values(study, wired)?;
+    let (assigned, varied) = values(study, wired)?;
     let points = points(study, &varied)?;
     let disturbed = disturbances(study, wired, &varied)?;
-    let places = Places::new(study, wired, &disturbed)?;
-    let metrics = metrics(study, wired, &varied, &places)?;
+    let observed = observed(study, wired)?;
+    let composed = composed(wired, &disturbed);
+    let signals = disturbed.len();
+    let read = observed.clone();
+    let options = PlanOptions { read, assigned, signals, composed, ..PlanOptions::default() };
+    let coupling = match study.raw.master {
+        Coupling::GaussSeidel => fmi2_host::Coupling::GaussSeidel,
+        Coupling::Jacobi => fmi2_host::Coupling::Jacobi,
+    };
+    let system = wired.system.plan(coupling, wired.grid, &options);
+    let system = system.map_err(|e| host(study, study.raw.ssp.as_ref(), e))?;
+    let metrics = metrics(study, wired, &varied, &system)?;
     unlike(study, &varied, &metrics)?;
-    let mut recorded: Vec<(String, usize)> = Vec::new();
-    for (index, variable) in &places.looked_at {
-        let name = &wired.system.instances()[*index].name();
-        recorded.push((format!("{name}.{variable}"), places.of(*index, variable)));
-    }
-    let members = members(study, wired, resets, &places, &assignments, &disturbed);
-    Ok(Plan {
-        members,
-        slots: places.count,
-        master: match study.raw.master {
-            MasterName::GaussSeidel => Master::GaussSeidel,
-            MasterName::Jacobi => Master::Jacobi,
+    let all = wired.system.instances();
+    let column = |key: &Key| {
+        let place = system.place(key)?;
+        Some((format!("{}.{}", all[key.0].name(), key.1), place))
+    };
+    let reuse = |instance: &Instance| Reuse {
+        name: instance.name().to_owned(),
+        reused: match study.raw.instances {
+            Instances::Auto => {
+                let description = instance.model().description();
+                resets(description.generation_tool.as_deref().unwrap_or_default())
+            }
+            Instances::Fresh => false,
+            Instances::Reset => true,
         },
-        start: wired.start,
-        step: wired.step,
-        steps: wired.steps,
+    };
+    Ok(Plan {
+        recorded: observed.iter().filter_map(column).collect(),
+        instances: all.iter().map(reuse).collect(),
+        system,
         varied,
         disturbances: disturbed.into_iter().map(|(_, _, disturbance)| disturbance).collect(),
         metrics,
-        recorded,
         draws: *study.raw.runs.get_ref(),
         points,
         same_draws_on_grid: study.raw.same_draws_on_grid,
     })
 }
 
+/// The variables that metrics and trajectories use: connected outputs, then those that the study
+/// names.
+fn observed(study: &Study, wired: &Wired) -> Result<Vec<Key>, Error> {
+    let all = wired.system.instances();
+    let index = |name: &str| all.iter().position(|i| i.name() == name).unwrap_or(0);
+    let mut observed: Vec<Key> = Vec::new();
+    let mut add = |key: Key| {
+        if !observed.contains(&key) {
+            observed.push(key);
+        }
+    };
+    for c in wired.system.connections() {
+        let from = index(&c.from);
+        if all[from].variable(&c.output).is_ok_and(|v| v.kind == Kind::String) {
+            return Err(Error::Study {
+                at: study.top(),
+                problem: format!("{}.{} is a text, and it is connected", c.from, c.output),
+                hint: "sweeps pass numbers and Booleans between FMUs",
+            });
+        }
+        add((from, c.output.clone()));
+    }
+    let mut named = |path: &Spanned<String>| {
+        let (index, variable) = find(study, wired, path)?;
+        if variable.kind == Kind::String {
+            let problem = format!("{} is a text", path.get_ref());
+            return Err(study.fault(path, problem, "use numbers and Booleans"));
+        }
+        add((index, variable.name.clone()));
+        Ok(())
+    };
+    for entry in &study.raw.metric {
+        named(&entry.get_ref().variable)?;
+        if let Some(target) = &entry.get_ref().target
+            && let Quantity::Name(name) = target.get_ref()
+            && name.contains('.')
+            && !study.raw.vary.iter().any(|v| {
+                let first = v.get_ref().variables.first().map(Spanned::get_ref);
+                v.get_ref().name.as_ref().or(first) == Some(name)
+            })
+        {
+            named(&respanned(target, name))?;
+        }
+    }
+    study.raw.record.iter().try_for_each(&mut named)?;
+    Ok(observed)
+}
+
+/// The inputs that a connection scales or disturbances are added to.
+fn composed(wired: &Wired, disturbed: &[Disturbed<'_>]) -> BTreeMap<Key, Composition> {
+    let mut composed = BTreeMap::new();
+    let copy = || Composition { scale: Linear::IDENTITY, added: Vec::new() };
+    for (index, instance) in wired.system.instances().iter().enumerate() {
+        let here = wired.scaled.iter().filter(|((to, _), _)| to == instance.name());
+        for ((_, input), scale) in here {
+            composed.insert((index, input.clone()), Composition { scale: *scale, ..copy() });
+        }
+    }
+    for (signal, (index, variable, _)) in disturbed.iter().enumerate() {
+        let input = composed.entry((*index, variable.name.clone())).or_insert_with(copy);
+        input.added.push(signal);
+    }
+    composed
+}
+
+/// A text of an entry, at the entry's place.
+fn respanned<T>(entry: &Spanned<T>, text: &str) -> Spanned<String> {
+    Spanned::new(entry.span(), text.to_owned())
+}
+
 /// The points of the grid; refuses no runs and far too many.
 fn points(study: &Study, varied: &[Varied]) -> Result<usize, Error> {
     let draws = *study.raw.runs.get_ref();
     if draws == 0 {
-        let hint = "give the number of draws for each point of the grid, 1 or more";
+        let hint = "set the number of draws for each point of the grid, 1 or more";
         return Err(study.fault(&study.raw.runs, "runs is 0", hint));
     }
     let points = varied
@@ -72,7 +153,7 @@ fn points(study: &Study, varied: &[Varied]) -> Result<usize, Error> {
         .filter(|points| points.checked_mul(draws).is_some_and(|runs| runs <= MOST_RUNS));
     points.ok_or_else(|| {
         let problem = format!("{draws} runs for each point of the grid are more than {MOST_RUNS}");
-        study.fault(&study.raw.runs, problem, "thin the grid, or ask for fewer runs")
+        study.fault(&study.raw.runs, problem, "reduce the points of the grid, or runs")
     })
 }
 
@@ -111,11 +192,11 @@ fn disturbances<'a>(
                 factor: convert.factor,
                 start: match &stated.start_s {
                     Some(start) => number(start)?,
-                    None => Number::Fixed(wired.start),
+                    None => Number::Fixed(wired.grid.start),
                 },
                 duration: duration.unwrap_or(Number::Fixed(f64::INFINITY)),
                 bandwidth: stated.bandwidth_hz.unwrap_or(0.0),
-                key: Key::new(study.raw.seed, &format!("disturb {place} {path}")),
+                key: DrawKey::new(study.raw.seed, &format!("disturb {place} {path}")),
             },
         ));
     }
@@ -169,14 +250,14 @@ fn number(study: &Study, varied: &[Varied], quantity: &Spanned<Quantity>) -> Res
     match quantity.get_ref() {
         Quantity::Number(value) if value.is_finite() => Ok(Number::Fixed(*value)),
         Quantity::Number(value) => {
-            Err(study.fault(quantity, format!("{value} is no finite number"), "give a number"))
+            Err(study.fault(quantity, format!("{value} is no finite number"), "use a number"))
         }
         Quantity::Name(name) => {
             varied.iter().position(|v| v.name == *name).map(Number::Drawn).ok_or_else(|| {
                 let names: Vec<&str> = varied.iter().map(|v| v.name.as_str()).collect();
                 let known = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
                 let problem = format!("no [[vary]] is named {name:?}; there is {known}");
-                study.fault(quantity, problem, "give a number, or the name of a [[vary]]")
+                study.fault(quantity, problem, "use a number, or the name of a [[vary]]")
             })
         }
     }
@@ -186,21 +267,24 @@ fn metrics(
     study: &Study,
     wired: &Wired,
     varied: &[Varied],
-    places: &Places,
+    system: &fmi2_host::Plan,
 ) -> Result<Vec<Metric>, Error> {
     let mut metrics = Vec::new();
     let max_cross_track_error_m = max_cross_track_error(study)?;
-    let stop = wired.start + wired.steps as f64 * wired.step;
+    let stop = wired.grid.stop;
+    // All that the study names is read.
+    let place =
+        |found: Found<'_>| system.place(&(found.0, found.1.name.clone())).unwrap_or_default();
     for entry in &study.raw.metric {
         let stated = entry.get_ref();
         let fault = |problem: String| {
             let problem = format!("{}: {problem}", stated.name);
             study.fault(entry, problem, "see the metrics in the example that ships")
         };
-        stated.kind.check(stated).map_err(fault)?;
-        let (from, to) = (stated.from_s.unwrap_or(wired.start), stated.to_s.unwrap_or(stop));
-        if !(from <= to && from >= wired.start && to <= stop + 1e-6 * wired.step) {
-            let run = format!("{} s to {stop} s", wired.start);
+        stated.check().map_err(fault)?;
+        let (from, to) = (stated.from_s.unwrap_or(wired.grid.start), stated.to_s.unwrap_or(stop));
+        if !(from <= to && from >= wired.grid.start && to <= stop + 1e-6 * wired.grid.step) {
+            let run = format!("{} s to {stop} s", wired.grid.start);
             return Err(fault(format!("{from} s to {to} s is no window of the run, {run}")));
         }
         let to_metric = |found: Found<'_>| {
@@ -213,7 +297,7 @@ fn metrics(
                 Quantity::Name(name) if name.contains('.') && !is_varied(varied, name) => {
                     let path = respanned(quantity, name);
                     let target = find(study, wired, &path)?;
-                    Target::Variable(places.of(target.0, &target.1.name), to_metric(target)?)
+                    Target::Variable(place(target), to_metric(target)?)
                 }
                 _ => Target::Number(number(study, varied, quantity)?),
             },
@@ -227,7 +311,7 @@ fn metrics(
             name: stated.name.clone(),
             kind,
             unit: stated.kind.unit().map(str::to_owned).or(own),
-            slot: places.of(found.0, &found.1.name),
+            slot: place(found),
             convert,
             target,
             absolute: stated.absolute,
@@ -253,7 +337,11 @@ fn max_cross_track_error(study: &Study) -> Result<f64, Error> {
         return Ok(value);
     }
     let problem = format!("max_cross_track_error_m {value} is not above 0");
-    Err(study.fault(stated, problem, "give what is left of the lane, such as 1.75"))
+    Err(study.fault(
+        stated,
+        problem,
+        "set the distance from the lane's centre to its edge, such as 1.75",
+    ))
 }
 
 fn is_varied(varied: &[Varied], name: &str) -> bool {
@@ -268,82 +356,9 @@ fn unlike(study: &Study, varied: &[Varied], metrics: &[Metric]) -> Result<(), Er
     for (name, span) in of_varied.chain(of_metrics) {
         if name.trim().is_empty() || !seen.insert(name) {
             let problem = format!("a column of the results is already named {name:?}");
-            let hint = "give each [[vary]] and [[metric]] a name of its own";
+            let hint = "use a different name for each [[vary]] and [[metric]]";
             return Err(study.fault(&Spanned::new(span, ()), problem, hint));
         }
     }
     Ok(())
-}
-
-fn members(
-    study: &Study,
-    wired: &Wired,
-    resets: Resets<'_>,
-    places: &Places,
-    assignments: &Assignments,
-    disturbed: &[Disturbed<'_>],
-) -> Vec<Member> {
-    let mut members = Vec::new();
-    for (index, instance) in wired.system.instances().iter().enumerate() {
-        let description = instance.model().description();
-        let tool = description.generation_tool.as_deref().unwrap_or_default();
-        let mut member = Member {
-            name: instance.name().to_owned(),
-            reused: match study.raw.instances {
-                Instances::Auto => resets(tool),
-                Instances::Fresh => false,
-                Instances::Reset => true,
-            },
-            ..Member::default()
-        };
-        for variable in instance.model().variables() {
-            let key = (index, variable.name.clone());
-            let assigned = assignments.get(&key);
-            let is_fed = places.fed.contains_key(&key);
-            if let Some(&slot) = places.composed.get(&key) {
-                let start = variable.start.clone();
-                let constant = assigned.cloned().or_else(|| start.map(Assigned::Fixed));
-                let source = places.fed.get(&key).and_then(|source| places.slots.get(source));
-                let scale = (instance.name().to_owned(), variable.name.clone());
-                let on_it = |(place, (i, v, _)): (usize, &Disturbed<'_>)| {
-                    (*i == index && v.name == variable.name).then_some(place)
-                };
-                member.inputs.composed.push(Composed {
-                    slot,
-                    from: source.copied().unwrap_or(slot + 1),
-                    scale: wired.scaled.get(&scale).copied().unwrap_or(Linear::SAME),
-                    disturbances: disturbed.iter().enumerate().filter_map(on_it).collect(),
-                    constant: if is_fed { None } else { constant },
-                });
-            } else if let (Some(assigned), false) = (assigned, is_fed) {
-                let assignment = Assignment {
-                    reference: variable.reference,
-                    kind: variable.kind,
-                    value: assigned.clone(),
-                };
-                match variable.causality {
-                    Causality::Input => member.constants.push(assignment),
-                    _ => member.parameters.push(assignment),
-                }
-            }
-            if is_fed || places.composed.contains_key(&key) {
-                let from = places.of(index, &variable.name);
-                let inputs = &mut member.inputs;
-                let (references, sources) = match variable.kind {
-                    Kind::Real => (&mut inputs.real, &mut inputs.real_from),
-                    Kind::Integer => (&mut inputs.integer, &mut inputs.integer_from),
-                    // Texts were refused.
-                    _ => (&mut inputs.boolean, &mut inputs.boolean_from),
-                };
-                references.push(variable.reference);
-                sources.push(from);
-            }
-        }
-        members.push(member);
-    }
-    for (member, (outputs, others)) in members.iter_mut().zip(&places.read) {
-        member.outputs = outputs.clone();
-        member.others = others.clone();
-    }
-    members
 }

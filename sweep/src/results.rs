@@ -11,18 +11,9 @@ use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use crate::error::Error;
+use crate::metric::Outcome;
 use crate::plan::Plan;
 use crate::prepare::Sweep;
-use crate::quantity::shortest;
-
-/// What a run ended with.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Outcome {
-    /// Its metrics.
-    Done(Vec<f64>),
-    /// What went wrong, in one line.
-    Failed(String),
-}
 
 /// What is printed to goes on where it is: opened by its name, a redirected file would be truncated.
 #[cfg(unix)]
@@ -70,7 +61,7 @@ impl Results {
         Ok(Self { file, path: path.to_path_buf() })
     }
 
-    /// Goes on with a file, or begins one that is not there; gives what it holds.
+    /// Goes on with a file, or begins one that is not there; returns its rows.
     pub(crate) fn resume(sweep: &Sweep, path: &Path) -> Result<(Self, Vec<Outcome>), Error> {
         let io = |source| Error::Io { path: path.to_path_buf(), source };
         // Neither stdout, nor what is not there, nor a device holds results.
@@ -116,23 +107,6 @@ pub(crate) fn row(sweep: &Sweep, run: usize, quantities: &[f64], outcome: &Outco
     let class = plan.class(outcome).name();
     cells.extend([class.to_owned(), status.to_owned(), sweep.id.clone()]);
     line(&cells)
-}
-
-impl Plan {
-    /// Whether anything is required of the metrics.
-    pub(crate) fn requires(&self) -> bool {
-        self.metrics.iter().any(crate::metric::Metric::is_required)
-    }
-
-    /// Whether a run did all that is required; one that failed did not.
-    pub(crate) fn passes(&self, outcome: &Outcome) -> bool {
-        match outcome {
-            Outcome::Failed(_) => false,
-            Outcome::Done(values) => {
-                self.metrics.iter().zip(values).all(|(metric, value)| metric.is_met(*value))
-            }
-        }
-    }
 }
 
 fn header(plan: &Plan) -> Vec<String> {
@@ -186,7 +160,7 @@ fn read(sweep: &Sweep, mut file: impl Read, path: &Path) -> Result<Held, Error> 
     Ok((rows, end as u64, true))
 }
 
-/// What a row says; an error if it is not that of the run.
+/// The outcome in a row; an error if it is not that of the run.
 fn outcome(sweep: &Sweep, run: usize, record: &csv::StringRecord) -> Result<Outcome, String> {
     let cell = |index: usize| record.get(index).unwrap_or_default();
     let last = record.len().saturating_sub(1);
@@ -198,7 +172,7 @@ fn outcome(sweep: &Sweep, run: usize, record: &csv::StringRecord) -> Result<Outc
         ));
     }
     if cell(0) != run.to_string() || run >= sweep.runs() {
-        return Err(format!("run {run} is wanted where run {:?} stands", cell(0)));
+        return Err(format!("run {run} is expected, the row is of run {:?}", cell(0)));
     }
     if status != "ok" {
         return Ok(Outcome::Failed(status.to_owned()));
@@ -219,4 +193,9 @@ pub(crate) fn row_of_line(sweep: &Sweep, run: usize, line: &str) -> Result<Outco
     let mut reader = csv::ReaderBuilder::new().has_headers(false).from_reader(line.as_bytes());
     let record = reader.records().next().and_then(Result::ok).unwrap_or_default();
     outcome(sweep, run, &record)
+}
+
+/// A float in the shortest decimal that reads back as the same float.
+pub(crate) fn shortest(value: f64) -> String {
+    format!("{value:?}")
 }

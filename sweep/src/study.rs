@@ -1,4 +1,4 @@
-//! A study as it stands in its TOML file.
+//! A study as in its TOML file.
 //!
 //! Unknown keys, wrong types and missing keys are refused with their line and column. What a name
 //! means is found when the FMUs are open, see [`crate::Sweep::prepare`]; every entry keeps its
@@ -11,6 +11,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use crate::error::{Error, Place};
+use crate::metric::Kind as MetricKind;
 
 /// A read study.
 #[derive(Debug, Clone)]
@@ -27,7 +28,7 @@ pub struct Study {
 pub(crate) struct Raw {
     /// A system structure package, relative to the study.
     pub(crate) ssp: Option<Spanned<String>>,
-    /// FMUs, in the order in which a Gauss–Seidel master steps them.
+    /// FMUs, in the order in which Gauss–Seidel coupling steps them.
     #[serde(default)]
     pub(crate) fmu: Vec<Spanned<Fmu>>,
     #[serde(default)]
@@ -36,7 +37,7 @@ pub(crate) struct Raw {
     pub(crate) stop_s: Option<Spanned<f64>>,
     pub(crate) step_s: Option<Spanned<f64>>,
     #[serde(default)]
-    pub(crate) master: MasterName,
+    pub(crate) master: Coupling,
     #[serde(default)]
     pub(crate) instances: Instances,
     pub(crate) seed: u64,
@@ -87,7 +88,7 @@ pub(crate) struct Connect {
 /// How values pass between FMUs within a step.
 #[derive(Debug, Clone, Copy, Deserialize, Default)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum MasterName {
+pub(crate) enum Coupling {
     #[default]
     GaussSeidel,
     Jacobi,
@@ -172,13 +173,13 @@ pub(crate) enum Shape {
     Noise,
 }
 
-/// A number that a run is judged by.
+/// A number that is computed of each run.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Metric {
     pub(crate) name: String,
     pub(crate) variable: Spanned<String>,
-    pub(crate) kind: crate::metric_kind::Kind,
+    pub(crate) kind: MetricKind,
     /// The unit of the numbers here and of the result; by default that of the variable.
     pub(crate) unit: Option<String>,
     pub(crate) from_s: Option<f64>,
@@ -196,8 +197,64 @@ pub(crate) struct Metric {
     pub(crate) at_least: Option<f64>,
 }
 
+impl Metric {
+    /// Refuses a metric whose keys do not fit its kind or contradict each other.
+    pub(crate) fn check(&self) -> Result<(), String> {
+        let (kind, name) = (self.kind, self.kind.name());
+        let bounds = usize::from(self.above.is_some()) + usize::from(self.below.is_some());
+        match kind {
+            MetricKind::Time | MetricKind::FirstTime if bounds != 1 => {
+                return Err(format!("{name} needs either above or below"));
+            }
+            MetricKind::Time | MetricKind::FirstTime => {}
+            _ if bounds > 0 => {
+                return Err(format!(
+                    "{name} has no above or below; at_most and at_least state requirements"
+                ));
+            }
+            _ => {}
+        }
+        let bands = usize::from(self.band.is_some()) + usize::from(self.band_percent.is_some());
+        if kind == MetricKind::SettlingTime {
+            if bands != 1 || self.target.is_none() {
+                return Err(format!("{name} needs a target, and either band or band_percent"));
+            }
+        } else if bands > 0 {
+            return Err(format!("{name} has no band"));
+        }
+        if kind == MetricKind::Overshoot && (self.target.is_none() || self.absolute) {
+            return Err(format!("{name} needs a target, and has a sign"));
+        }
+        for (key, value) in [("band", self.band), ("band_percent", self.band_percent)] {
+            if let Some(value) = value
+                && !(value > 0.0 && value.is_finite())
+            {
+                return Err(format!("{key} {value} is not above 0"));
+            }
+        }
+        for (key, value) in [
+            ("above", self.above),
+            ("below", self.below),
+            ("at_most", self.at_most),
+            ("at_least", self.at_least),
+        ] {
+            if let Some(value) = value
+                && !value.is_finite()
+            {
+                return Err(format!("{key} is {value}"));
+            }
+        }
+        if let (Some(least), Some(most)) = (self.at_least, self.at_most)
+            && least > most
+        {
+            return Err(format!("no value is at least {least} and at most {most}"));
+        }
+        Ok(())
+    }
+}
+
 impl Study {
-    /// Reads a study file; the files it names are sought from its folder.
+    /// Reads a study file; the files it names are relative to its folder.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, Error> {
         let path = path.as_ref();
         let io = |source| Error::Io { path: path.to_path_buf(), source };
@@ -223,7 +280,7 @@ impl Study {
         Ok(Self { raw, file, text, folder })
     }
 
-    /// Where an entry stands.
+    /// The place of an entry.
     pub(crate) fn place<T>(&self, entry: &Spanned<T>) -> Place {
         place(&self.file, &self.text, entry.span().start)
     }

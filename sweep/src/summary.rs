@@ -1,13 +1,11 @@
-//! What the rows of a sweep say together.
+//! Statistics over the rows of a sweep.
 
 use serde::Serialize;
 
-use crate::class::Class;
 use crate::distribution::Distribution;
 use crate::explain::{Cause, Column, explain};
-use crate::metric::Metric;
+use crate::metric::{Class, Metric, Outcome};
 use crate::prepare::Sweep;
-use crate::results::Outcome;
 
 /// The 97.5 % quantile of the normal distribution.
 const Z95: f64 = 1.959_963_984_540_054;
@@ -51,7 +49,7 @@ pub struct FailureSummary {
     pub outcome: Option<Class>,
     /// Runs that fail like this.
     pub runs: usize,
-    /// What they have in common, the most telling first; empty where no quantity explains them.
+    /// What they have in common, the most informative first; empty where no quantity explains them.
     pub causes: Vec<Cause>,
 }
 
@@ -179,7 +177,7 @@ fn wilson(passed: usize, of: usize) -> [f64; 2] {
     let share = passed as f64 / n;
     let centre = (share + z2 / (2.0 * n)) / (1.0 + z2 / n);
     let half = Z95 / (1.0 + z2 / n) * (share * (1.0 - share) / n + z2 / (4.0 * n * n)).sqrt();
-    // At the ends the formula gives 0 and 1 but for rounding.
+    // At the ends the formula yields 0 and 1 but for rounding.
     let low = if passed == 0 { 0.0 } else { centre - half };
     let high = if passed == of { 1.0 } else { centre + half };
     [low, high]

@@ -2,15 +2,16 @@
 
 use std::collections::HashMap;
 
-use fmi2_host::{Causality, Error as HostError, Kind, Value, Variability, Variable};
+use fmi2_host::{
+    Assigned, Causality, Error as HostError, Kind, Linear, Value, Variability, Variable,
+};
 use toml::Spanned;
 
 use crate::connect::{Wired, host, split};
 use crate::distribution::Distribution;
 use crate::draws::Key;
 use crate::error::Error;
-use crate::plan::{Assigned, Varied};
-use crate::quantity::Linear;
+use crate::plan::Varied;
 use crate::study::{Study, Vary};
 
 /// A variable of the system: its instance and itself.
@@ -23,13 +24,13 @@ pub(crate) fn find<'a>(
     path: &Spanned<String>,
 ) -> Result<Found<'a>, Error> {
     let (instance, name) = split(study, path)?;
-    let said = |e: HostError| host(study, Some(path), e);
+    let located = |e: HostError| host(study, Some(path), e);
     let all = wired.system.instances();
     let index = all.iter().position(|i| i.name() == instance).ok_or_else(|| {
         let instances = all.iter().map(|i| i.name().to_owned()).collect();
-        said(HostError::UnknownInstance { name: instance.to_owned(), instances })
+        located(HostError::UnknownInstance { name: instance.to_owned(), instances })
     })?;
-    Ok((index, all[index].variable(name).map_err(said)?))
+    Ok((index, all[index].variable(name).map_err(located)?))
 }
 
 /// What is set in each run: by instance and variable.
@@ -93,7 +94,7 @@ fn settable<'a>(
     }
     if let Some(other) = stated.insert((index, variable.name.clone()), by.to_owned()) {
         let problem = format!("{} already gets its value from {other}", path.get_ref());
-        return Err(study.fault(path, problem, "give it one value"));
+        return Err(study.fault(path, problem, "set it once"));
     }
     Ok((index, variable))
 }
@@ -138,15 +139,14 @@ fn fixed(
     {
         return Err(bad());
     }
-    let number = crate::rig::number(&value);
-    if variable.kind != Kind::String {
+    if let Some(number) = value.as_number() {
         within(study, path, variable, (number, number))?;
     }
     Ok(value)
 }
 
 pub(crate) const UNIT_HINT: &str =
-    "give the unit of the variable, or one that its FMU defines for display";
+    "use the unit of the variable, or one that its FMU defines for display";
 
 /// From a unit to that of a variable.
 pub(crate) fn conversion(
@@ -154,7 +154,7 @@ pub(crate) fn conversion(
     (index, variable): Found<'_>,
     unit: Option<&str>,
 ) -> Result<Linear, String> {
-    let Some(unit) = unit else { return Ok(Linear::SAME) };
+    let Some(unit) = unit else { return Ok(Linear::IDENTITY) };
     let instance = &wired.system.instances()[index];
     let at = |value| instance.model().converted(variable, value, unit);
     match (at(0.0), at(1.0)) {
@@ -229,8 +229,8 @@ fn quantity(
         let ordered = (ends.0.min(ends.1), ends.0.max(ends.1));
         within(study, path, variable, ordered)?;
         fits(&distribution, variable, ordered)
-            .map_err(|problem| study.fault(path, problem, "give values of the variable's type"))?;
-        let assigned = Assigned::Varied(place, convert);
+            .map_err(|problem| study.fault(path, problem, "use values of the variable's type"))?;
+        let assigned = Assigned::Quantity(place, convert);
         assignments.insert((index, variable.name.clone()), assigned);
     }
     let key = Key::new(study.raw.seed, &name);

@@ -1,7 +1,7 @@
-//! Who is making which run, and for how long: runs that take too long are told, or ended.
+//! Who is making which run, and for how long: runs that take too long are reported, or ended.
 //!
 //! A run looks at the clock between its steps and ends itself ([`crate::rig`]). A call of an FMU that
-//! never returns cannot be ended in the same process: it is told, once, to whoever started the sweep.
+//! never returns cannot be ended in the same process: it is reported, once, to the sweep's caller.
 //! In a process of its own ([`crate::isolate`]) it ends with the process, and is a row as others.
 
 use std::process::Child;
@@ -9,12 +9,12 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// How many times as long as it may take a run is waited for, before what it calls is taken for hung.
-const PATIENCE: u32 = 2;
+const HUNG_AFTER: u32 = 2;
 
 /// The longest between two looks.
 const LONGEST_LOOK: Duration = Duration::from_secs(1);
 
-/// What a thread is about.
+/// The run that a thread makes.
 #[derive(Debug, Default)]
 struct Busy {
     run: usize,
@@ -40,24 +40,24 @@ impl Watch {
         self.limit.map_or(LONGEST_LOOK, |limit| (limit / 2).min(LONGEST_LOOK))
     }
 
-    /// Says that a thread begins a run, here or in a child.
+    /// Records that a thread begins a run, here or in a child.
     pub(crate) fn begin(&self, thread: usize, run: usize, child: Option<Arc<Mutex<Child>>>) {
         if let Some(busy) = self.threads.get(thread) {
             *held(busy) = Busy { run, since: Some(Instant::now()), child };
         }
     }
 
-    /// Says that a thread's run has ended.
+    /// Records that a thread's run has ended.
     pub(crate) fn end(&self, thread: usize) {
         if let Some(busy) = self.threads.get(thread) {
             *held(busy) = Busy::default();
         }
     }
 
-    /// Ends processes that take too long, and gives a run that hangs in this one.
+    /// Ends processes that take too long, and returns a run that hangs in this one.
     pub(crate) fn hung(&self) -> Option<usize> {
-        let patience = self.limit? * PATIENCE;
-        let late = |busy: &Busy| busy.since.is_some_and(|since| since.elapsed() > patience);
+        let longest = self.limit? * HUNG_AFTER;
+        let late = |busy: &Busy| busy.since.is_some_and(|since| since.elapsed() > longest);
         let mut hung = None;
         for thread in &self.threads {
             let busy = held(thread);

@@ -13,13 +13,18 @@ fn read<D: Document>(path: &Path) -> D {
 }
 
 /// Runs plant, path and controller from archives; gives their columns by name.
-fn fmus(folder: &Path, plant: &str, master: fmi2_host::Master, stop: f64) -> fmi2_host::Recording {
+fn fmus(
+    folder: &Path,
+    plant: &str,
+    master: fmi2_host::Coupling,
+    stop: f64,
+) -> fmi2_host::Recording {
     let mut system = System::new();
     for name in [plant, "ReferencePath", "LateralPid"] {
         let archive = Archive::open(folder.join(format!("{name}.fmu"))).unwrap();
         system.add(Instance::new(&archive, name).unwrap()).unwrap();
     }
-    system.connect_by_name().unwrap();
+    system.connect_by_name(&packaging::ssp::MEASUREMENTS).unwrap();
     system.run(master, 0.0, stop, 0.01).unwrap()
 }
 
@@ -41,7 +46,7 @@ fn largest_difference(recording: &fmi2_host::Recording, plant: &str, trace: &Tra
     largest
 }
 
-fn compare(plant: &str, model: PlantModel, master: Master, host: fmi2_host::Master) {
+fn compare(plant: &str, model: PlantModel, master: Master, host: fmi2_host::Coupling) {
     let folder = demo().folder.join("multibody");
     let pid: Pid = read(&folder.join("pid.json"));
     let path: PathFile = read(&folder.join("path.json"));
@@ -57,19 +62,19 @@ fn compare(plant: &str, model: PlantModel, master: Master, host: fmi2_host::Mast
 fn identified_plant_gauss_seidel() {
     let plant: Plant = read(&demo().folder.join("multibody/plant.json"));
     let model = PlantModel::from_plant(&plant).unwrap();
-    compare("IdentifiedPlant", model, Master::GaussSeidel, fmi2_host::Master::GaussSeidel);
+    compare("IdentifiedPlant", model, Master::GaussSeidel, fmi2_host::Coupling::GaussSeidel);
 }
 
 #[test]
 fn identified_plant_jacobi() {
     let plant: Plant = read(&demo().folder.join("multibody/plant.json"));
     let model = PlantModel::from_plant(&plant).unwrap();
-    compare("IdentifiedPlant", model, Master::Jacobi, fmi2_host::Master::Jacobi);
+    compare("IdentifiedPlant", model, Master::Jacobi, fmi2_host::Coupling::Jacobi);
 }
 
 #[test]
 fn bicycle_plant_gauss_seidel() {
     let bicycle: Bicycle = read(&demo().folder.join("multibody/bicycle.json"));
     let model = PlantModel::from_bicycle(&bicycle).unwrap();
-    compare("BicyclePlant", model, Master::GaussSeidel, fmi2_host::Master::GaussSeidel);
+    compare("BicyclePlant", model, Master::GaussSeidel, fmi2_host::Coupling::GaussSeidel);
 }

@@ -8,7 +8,7 @@ mod check;
 mod closed_loop;
 mod command_line;
 mod compare;
-#[path = "../../fmu/host/tests/support/mod.rs"]
+#[path = "../../fmu/host/tests/it/support/mod.rs"]
 mod crashing;
 mod demo;
 mod dependencies;

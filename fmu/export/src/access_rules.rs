@@ -93,9 +93,12 @@ impl Class {
     #[must_use]
     #[inline]
     pub const fn of(row: &VariableSpec) -> Self {
+        // First, since inputs are set at every step.
+        if matches!(row.causality, Causality::Input) {
+            return Self::Input;
+        }
         let initial = row.effective_initial();
         match (row.causality, row.variability) {
-            (Causality::Input, _) => Self::Input,
             (Causality::Output, Variability::Constant) => Self::ConstantOutput,
             (_, Variability::Constant) => Self::Constant,
             (Causality::Parameter, Variability::Tunable) => Self::Tunable,

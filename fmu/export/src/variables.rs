@@ -72,12 +72,19 @@ macro_rules! variables {
 
             #[inline]
             fn spec(self) -> &'static $crate::model_description::VariableSpec {
-                // Every variant has its row, in the order of the list.
-                const INDEX: &[u32] = &[$($reference),*];
-                let mut row = 0;
-                while INDEX[row] != self as u32 {
-                    row += 1;
+                /// The row of a reference: every variant has one, in the order of the list.
+                const fn row(reference: u32) -> usize {
+                    const INDEX: &[u32] = &[$($reference),*];
+                    let mut row = 0;
+                    while INDEX[row] != reference {
+                        row += 1;
+                    }
+                    row
                 }
+                // Found while compiling: each call of the FMU passes here.
+                let row = match self {
+                    $(Self::$variant => const { row($reference) }),*
+                };
                 &Self::TABLE.variables[row]
             }
         }

@@ -8,10 +8,10 @@ use crate::c_types::Status;
 use crate::log::LogLine;
 use crate::names::near_text;
 
-/// An error of this crate; [`Error::hint`] says what to do.
+/// An error of this crate; [`Error::hint`] is what to do.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-#[allow(missing_docs)] // each variant's message says what its fields are
+#[allow(missing_docs)] // each variant's message describes its fields
 pub enum Error {
     // --- archives
     #[error("{}: {source}", path.display())]
@@ -48,7 +48,7 @@ pub enum Error {
     Load { path: PathBuf, reason: String },
     #[error("{}: {} missing: {}", path.display(), if missing.len() == 1 { "a function is" } else { "functions are" }, missing.join(", "))]
     MissingFunctions { path: PathBuf, missing: Vec<&'static str> },
-    #[error("{}: {function} says {got:?}, not {expected:?}", path.display())]
+    #[error("{}: {function} returns {got:?}, not {expected:?}", path.display())]
     WrongVersion { path: PathBuf, function: &'static str, got: String, expected: &'static str },
 
     // --- instances
@@ -85,7 +85,7 @@ pub enum Error {
     NotFinite { instance: String, call: &'static str, what: &'static str, value: f64 },
     #[error("{instance}: a text contains a NUL: {text:?}")]
     NulInText { instance: String, text: String },
-    #[error("{instance}: {call} answered ok and gave no value")]
+    #[error("{instance}: {call} returned ok without a value")]
     NullResult { instance: String, call: &'static str },
 
     // --- variables
@@ -204,46 +204,50 @@ impl Error {
             Self::NoModelDescription { .. } => {
                 "modelDescription.xml has to lie at the top of the archive, not in a folder"
             }
-            // Never asked: `hint` asks what it wraps.
-            Self::SystemConnection { .. } => "see the error it wraps",
+            // Never used: `hint` is that of the wrapped error.
+            Self::SystemConnection { .. } => "see the wrapped error",
             Self::ModelDescription { .. }
             | Self::NotUtf8 { .. }
             | Self::DuplicateVariable { .. }
             | Self::BadModelIdentifier { .. }
             | Self::MissingFunctions { .. }
-            | Self::WrongVersion { .. } => "the FMU breaks the FMI 2.0 standard: tell its maker",
+            | Self::WrongVersion { .. } => {
+                "the FMU breaks the FMI 2.0 standard: report it to the vendor"
+            }
             Self::NotCoSimulation { .. } => "export the model as FMI 2.0 for Co-Simulation",
             Self::NoBinary { .. } => "export the FMU for this platform, or run it on one it has",
             Self::Load { .. } => {
                 "a library it needs may be missing, the binary may be of another platform, or the \
                  temporary folder may forbid execution (set TMPDIR)"
             }
-            Self::InstanceName { .. } => "give the instance another name",
+            Self::InstanceName { .. } => "choose another name for the instance",
             Self::Instantiate { .. } => {
-                "the log lines say why; without any, the GUIDs of XML and binary may differ"
+                "see the log lines; without any, the GUIDs of XML and binary may differ"
             }
             Self::OnlyOnce { .. } => "drop the first instance before making another",
             Self::Call { .. } | Self::Step { .. } => {
-                "the log lines say why; without any, instantiate with logging on"
+                "see the log lines; without any, instantiate with logging on"
             }
             Self::Fatal { .. } => "start again in a new process",
             Self::Phase { .. } => "see table 4.2.4 of the FMI 2.0 standard for the order of calls",
             Self::Unsupported { .. } => "do without it, or use an FMU that has this capability",
             Self::ForeignState { .. } => "use the state with the instance it was taken from",
-            Self::Lengths { .. } => "give one value for each value reference",
+            Self::Lengths { .. } => "pass one value for each value reference",
             Self::NotFinite { .. } | Self::BadGrid { .. } => {
-                "give finite times, a step above 0, and a stop that is whole steps after the start"
+                "use finite times, a step above 0, and a stop that is whole steps after the start"
             }
             Self::NulInText { .. } => "remove the NUL character",
-            Self::NullResult { .. } => "the FMU breaks the FMI 2.0 standard: tell its maker",
+            Self::NullResult { .. } => {
+                "the FMU breaks the FMI 2.0 standard: report it to the vendor"
+            }
             Self::UnknownVariable { .. } | Self::UnknownInstance { .. } => "check the spelling",
             Self::WrongKind { .. } | Self::BadValue { .. } => {
-                "give a value of the variable's type: a number, a whole number, true or false"
+                "state a value of the variable's type: a number, a whole number, true or false"
             }
             Self::NotSettable { .. } => {
                 "set parameters before initialization, inputs from initialization on"
             }
-            Self::DuplicateInstance { .. } => "give each instance a name of its own",
+            Self::DuplicateInstance { .. } => "use a different name for each instance",
             Self::BadPath { .. } => "write it as in pid.kp=2.5",
             Self::WrongCausality { .. } => "connect outputs to inputs",
             Self::KindMismatch { .. } | Self::UnitMismatch { .. } => {
@@ -260,16 +264,16 @@ impl Error {
             Self::NoSystemStructure { .. } => {
                 "SystemStructure.ssd has to lie at the top of the package, not in a folder"
             }
-            Self::SystemStructure { .. } => "the file breaks SSP 1.0: tell its maker",
+            Self::SystemStructure { .. } => "the file breaks SSP 1.0: report it to the vendor",
             Self::SystemNotSupported { .. } => {
-                "give a flat SSP 1.0 system: FMI 2.0 co-simulation FMUs, plain connections and \
+                "use a flat SSP 1.0 system: FMI 2.0 co-simulation FMUs, plain connections and \
                  parameter values"
             }
             Self::SystemSource { .. } => {
                 "pack the file into the SSP and name it by its path there, as in resources/A.fmu"
             }
             Self::ParameterUnit { .. } => {
-                "give the value in the variable's unit or a display unit of it, or define its unit \
+                "state the value in the variable's unit or a display unit of it, or define its unit \
                  in Units"
             }
             Self::UnitDimension { .. } => "connect variables of the same quantity",

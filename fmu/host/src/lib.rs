@@ -2,12 +2,11 @@
 //!
 //! - [`Archive`] opens a `.fmu`: safe extraction, modelDescription.xml, the platform's binary.
 //! - [`Instance`] is one instance: get and set by name or value reference, step, save and restore.
-//! - [`System`] wires instances and runs them with a [`Master`], Gauss–Seidel or Jacobi, into a
-//!   [`Recording`].
+//! - [`System`] wires instances and runs them, coupled by Gauss–Seidel or Jacobi, into a
+//!   [`Recording`]. [`System::plan`] compiles it for many runs, made by [`Cosimulation`].
 //! - [`SystemPackage`] opens a `.ssp`: FMUs, and the file that wires them into a [`System`].
 //!
-//! Units are those of the FMUs' variables; times are in s. Nothing here knows of vehicles, but for
-//! the pose estimator in [`wires_by_name`], and the
+//! Units are those of the FMUs' variables; times are in s. Nothing here knows of vehicles, and the
 //! only `unsafe` is where the C boundary is crossed: `library`, `log` and `instance`.
 
 mod archive;
@@ -20,6 +19,7 @@ mod model;
 mod names;
 mod ssp;
 mod system;
+mod units;
 
 pub use archive::{Archive, Limits, binary_name, platform_folders};
 pub use c_types::Status;
@@ -31,4 +31,7 @@ pub use model::Model;
 /// What the variables of a [`Model`] are described with.
 pub use model_description::{Causality, DefaultExperiment, Kind, Value, Variability, Variable};
 pub use ssp::{Component, Connector, Parameter, Place, SystemPackage, SystemStructure};
-pub use system::{Connection, InputTable, Master, Recording, System, Unit, grid, wires_by_name};
+pub use system::{
+    Assigned, Composition, Connection, Cosimulation, Coupling, Grid, InputTable, Key, Linear,
+    Measurement, Plan, PlanOptions, Recording, Settled, Signals, System, Unit, grid, wires_by_name,
+};

@@ -1,7 +1,7 @@
 //! The shared library of an FMU, with all its functions resolved.
 //!
 //! A library is loaded once an archive and shared by the archive's instances. A missing function is
-//! found here, by name, and not in the middle of a simulation: FMI 2.0 asks for all 34 even where a
+//! found here, by name, and not in the middle of a simulation: FMI 2.0 requires all 34 even where a
 //! capability is absent.
 
 #![allow(unsafe_code)]
@@ -25,7 +25,7 @@ macro_rules! functions {
         #[allow(dead_code)]
         pub(crate) struct Functions { $(pub(crate) $field: $kind,)* }
 
-        /// The names of the functions that FMI 2.0 asks of a co-simulation binary.
+        /// The names of the functions that FMI 2.0 requires of a co-simulation binary.
         pub const FUNCTION_NAMES: &[&str] = &[$($symbol),*];
 
         impl Functions {
@@ -33,7 +33,7 @@ macro_rules! functions {
                 let mut missing = Vec::new();
                 $(
                     // SAFETY: the type is that of the FMI 2.0 header for this symbol name; a
-                    // binary that gives the name to something else is not an FMU, which cannot
+                    // binary that uses the name for something else is not an FMU, which cannot
                     // be seen from outside.
                     let $field = unsafe { library.get::<$kind>($symbol) }.ok().map(|f| *f);
                     if $field.is_none() {
@@ -97,12 +97,12 @@ pub(crate) struct Library {
 }
 
 impl Library {
-    /// Loads the binary at `path` and asks it for its FMI version and types.
+    /// Loads the binary at `path` and reads its FMI version and types.
     pub(crate) fn load(path: &Path) -> Result<Self, Error> {
         let load_error =
             |e: libloading::Error| Error::Load { path: path.to_path_buf(), reason: reason(&e) };
         // SAFETY: loading runs the library's initialisation code. That is what opening an FMU is:
-        // whoever opens an archive trusts its binary, as the documentation of `Archive` says.
+        // whoever opens an archive trusts its binary, as the documentation of `Archive` states.
         let library = unsafe { open(path) }.map_err(load_error)?;
         let functions = Functions::resolve(&library, path)?;
         for (what, function, expected) in [
@@ -110,7 +110,7 @@ impl Library {
             ("fmi2GetTypesPlatform", functions.get_types_platform, "default"),
         ] {
             // SAFETY: both functions may be called at any time and take nothing; they return a
-            // C string constant or, in a broken FMU, NULL, which is asked for.
+            // C string constant or, in a broken FMU, NULL, which is checked.
             let got = unsafe {
                 let text = function();
                 if text.is_null() { None } else { Some(CStr::from_ptr(text)) }
@@ -174,7 +174,7 @@ unsafe fn open(path: &Path) -> Result<libloading::Library, libloading::Error> {
         .map(Into::into)
 }
 
-/// Libraries that lie beside the binary are found by it.
+/// Libraries in the binary's folder are found by it.
 #[cfg(windows)]
 unsafe fn open(path: &Path) -> Result<libloading::Library, libloading::Error> {
     use libloading::os::windows;
@@ -185,7 +185,7 @@ unsafe fn open(path: &Path) -> Result<libloading::Library, libloading::Error> {
     .map(Into::into)
 }
 
-/// libloading keeps what the system said in the error's source.
+/// libloading keeps the system's message in the error's source.
 fn reason(error: &libloading::Error) -> String {
     match std::error::Error::source(error) {
         Some(source) => format!("{error}: {source}"),

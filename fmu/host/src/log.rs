@@ -1,4 +1,4 @@
-//! What FMUs say: the callbacks given to an instance and the lines collected from its logger.
+//! Messages of FMUs: the callbacks given to an instance and the lines collected from its logger.
 //!
 //! `fmi2CallbackLogger` is variadic in C, `(environment, instance, status, category, message, …)`
 //! with a printf format as message. Stable Rust cannot define variadic functions, so [`logger`] is
@@ -27,7 +27,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use crate::c_types::{CallbackFunctions, RawStatus, Status};
 
-/// Lines an instance keeps until they are taken; the oldest give way, and are counted.
+/// Lines an instance keeps until they are taken; the oldest are dropped, and counted.
 pub const MAX_LOG_LINES: usize = 1000;
 /// Bytes kept of one line.
 const MAX_LINE_BYTES: usize = 4096;
@@ -37,7 +37,7 @@ const MAX_LINE_BYTES: usize = 4096;
 pub struct LogLine {
     /// The status it was logged with.
     pub status: Status,
-    /// The log category; empty where the FMU gave none.
+    /// The log category; empty where the FMU states none.
     pub category: String,
     /// The text.
     pub message: String,
@@ -101,7 +101,7 @@ pub(crate) struct Callbacks {
 }
 
 // SAFETY: nothing in it changes after construction; the environment points to the `LogBuffer`
-// beside it, which is `Sync` and lives as long.
+// next to it, which is `Sync` and lives as long.
 unsafe impl Send for Callbacks {}
 // SAFETY: as above.
 unsafe impl Sync for Callbacks {}
@@ -150,7 +150,7 @@ const FIRST_VARIADIC_ARRIVES: bool = cfg!(any(
 ///
 /// # Safety
 /// To be called by FMUs only, with the component environment of a living [`Callbacks`], C strings
-/// or NULL, and the variadic arguments that the format asks for.
+/// or NULL, and the variadic arguments that the format requires.
 unsafe extern "C" fn logger(
     environment: *mut c_void,
     _instance: *const c_char,
@@ -194,7 +194,7 @@ unsafe fn text(pointer: *const c_char) -> String {
     unsafe { CStr::from_ptr(pointer) }.to_string_lossy().into_owned()
 }
 
-/// What stands before and after the only conversion of a format, if that is a plain `%s`.
+/// The text before and after the only conversion of a format, if that is a plain `%s`.
 fn lone_string_conversion(format: &str) -> Option<(&str, &str)> {
     let at = first_conversion(format)?;
     let (before, rest) = format.split_at(at);

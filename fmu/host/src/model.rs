@@ -71,7 +71,7 @@ impl Model {
         if unit == of_variable {
             return Some(value);
         }
-        crate::ssp::converted(value, unit, of_variable, &self.description.units, &[])
+        crate::units::converted(value, unit, of_variable, &self.description.units, &[])
     }
 
     /// Names near a misspelt one.

@@ -21,7 +21,7 @@ const SLIVER: f64 = 1e-9;
 /// How far the segments of a saved history may be from the delay in sum, relative to it.
 const SAVED_LENGTH: f64 = 1e-6;
 
-/// A stretch over which the input is `value + slope·t`, t from the stretch's beginning.
+/// A time interval over which the input is `value + slope·t`, t from the interval's beginning.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Segment {
     /// How long, s.

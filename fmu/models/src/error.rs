@@ -211,7 +211,7 @@ impl Error {
             Self::Diverged { .. } => {
                 "the model or the loop around it is unstable: check gains, signs and speed"
             }
-            Self::TooFewPoints { .. } => "give at least a start and an end",
+            Self::TooFewPoints { .. } => "state at least a start and an end",
             Self::Distance { .. } => "remove repeated points and sort the path by distance",
             Self::ShorterThanChord { .. } => "check that distance, x and y are all in metres",
             Self::Heading { .. } => {

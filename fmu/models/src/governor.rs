@@ -1,6 +1,6 @@
 //! Large yaw errors: what of an error the controller acts on, and how fast it steers.
 //!
-//! A linear loop asks for steering in proportion to its error, and for a large error faster than the
+//! A linear loop commands steering in proportion to its error, and for a large error faster than the
 //! actuator turns. The steering then comes back too late: yaw overshoots, and with an actuator slower than
 //! stated the oscillation grows. With `E = max_yaw_error`, e the yaw error, v the speed and a the lateral
 //! acceleration allowed:

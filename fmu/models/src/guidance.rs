@@ -13,14 +13,13 @@
 //! the point Δ ahead on the path. The preview exists because a yaw loop with a setpoint weight below
 //! 1 follows a ramp with a lag that no feedforward of steering removes.
 //!
-//! The course is asked for, the yaw is steered. Between them is the sideslip, at the yaw rate r
+//! The course is prescribed, the yaw is steered. Between them is the sideslip, at the yaw rate r
 //!
 //! ```text
 //! β = (S + Q·a²)·r + C·ṙ,   a = v·r
 //! ```
 //!
-//! with S the sideslip_per_yaw_rate, Q the sideslip_growth (a rear tyre gives way the more the more it
-//! carries) and C the sideslip_per_yaw_acceleration. Without Q and C, course is ψ + S·ψ̇, so yaw lags it
+//! with S the sideslip_per_yaw_rate, Q the sideslip_growth (the slip of a rear tyre grows more than its force) and C the sideslip_per_yaw_acceleration. Without Q and C, course is ψ + S·ψ̇, so yaw lags it
 //! by S. Hence the heading is read v·S behind, where at low speed the rear axle is. In a circle this is
 //! ψ_p − S·v·κ; but that would ask where the curvature begins to change for a jump of the yaw rate, which
 //! steers the wrong way at first.
@@ -56,6 +55,7 @@ use crate::angle::wrap_angle;
 use crate::error::{Error, diverged, finite};
 use crate::path::{PathGeometry, PathPoint};
 use crate::sideslip;
+use crate::trigonometry::atan;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -102,12 +102,12 @@ impl Default for GuidanceParameters {
     }
 }
 
-/// What the guidance answers.
+/// The outputs of the guidance.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct PathOutput {
     /// Yaw to steer for, rad, not wrapped.
     pub yaw_reference: f64,
-    /// Steering angle that the curvature asks for, rad.
+    /// Steering angle for the curvature, rad.
     pub steering_feedforward: f64,
     /// Distance from the path, m, positive to the left.
     pub cross_track_error: f64,
@@ -122,7 +122,7 @@ pub struct PathOutput {
 }
 
 impl PathOutput {
-    /// Refuses outputs that are not finite, as positions near the largest numbers give.
+    /// Refuses outputs that are not finite, as positions near the largest numbers cause.
     ///
     /// # Errors
     /// Names the value.
@@ -136,6 +136,11 @@ impl PathOutput {
             ("the distance", self.distance),
         ])
     }
+}
+
+/// atan2(aside, ahead), rad.
+fn line_of_sight(aside: f64, ahead: f64) -> f64 {
+    if ahead > 0.0 { atan(&[aside / ahead])[0] } else { aside.atan2(ahead) }
 }
 
 /// How many laps of a closed path a saved progress may be.
@@ -180,11 +185,17 @@ impl GuidanceParameters {
         };
         let second = second + self.yaw_acceleration_gain;
         let third = third + self.yaw_jerk_gain;
-        let apart = (2.0 * second).abs().sqrt().max((2.0 * third).abs().cbrt());
+        // The larger of |2A|^½ and |2K|^⅓, found without the other root.
+        let (square, cube) = ((2.0 * second).abs(), (2.0 * third).abs());
+        let apart = if square.powi(3) >= cube * cube { square.sqrt() } else { cube.cbrt() };
         if apart == 0.0 {
             return [middle.heading, middle.curvature];
         }
-        let heading = |steps: f64| behind(&middle, -steps * apart).heading;
+        // Each difference is of time; at a standstill all headings are the same.
+        let heading = |steps: f64| match speed * (-steps * apart) {
+            0.0 => middle.heading,
+            way => path.heading(middle.distance - way),
+        };
         let (before, after) = (heading(-1.0), heading(1.0));
         let bent = second / (apart * apart) * (after - 2.0 * middle.heading + before);
         let twisted = match third {
@@ -230,9 +241,9 @@ impl PathFollower {
         let previewed = self.geometry.at(foot.distance + speed * p.preview_time);
         let lookahead = p.lookahead(speed);
         let aimed = error + self.integral;
-        let [asked, curvature] = p.yaw(&self.geometry, previewed, speed);
+        let [prescribed, curvature] = p.yaw(&self.geometry, previewed, speed);
         PathOutput {
-            yaw_reference: asked + (-aimed).atan2(lookahead),
+            yaw_reference: prescribed + line_of_sight(-aimed, lookahead),
             steering_feedforward: p.feedforward_gain * curvature,
             cross_track_error: error,
             heading_error: wrap_angle(yaw - foot.heading),

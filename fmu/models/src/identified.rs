@@ -1,4 +1,4 @@
-//! The identified lateral dynamics: what `plant.json` says, validated and made ready to step.
+//! The identified lateral dynamics: the content of `plant.json`, validated and made ready to step.
 //!
 //! Discrete innovation form (eq 3–4), steering in, yaw rate out,
 //!

@@ -30,6 +30,7 @@ mod governor;
 pub mod guidance;
 pub mod identified;
 pub mod identified_plant;
+mod intervals;
 pub mod linear;
 pub mod noise;
 pub mod nonlinear;
@@ -39,7 +40,6 @@ pub mod pose;
 pub mod quadrature;
 pub mod sensitivity;
 mod sideslip;
-mod stretches;
 pub mod ticks;
 pub mod trigonometry;
 

@@ -292,7 +292,7 @@ impl StepMap {
     }
 }
 
-/// The maps of the last few step sizes. Steps are told apart bit by bit: a step that differs by an
+/// The maps of the last few step sizes. Steps are compared bit by bit: a step that differs by an
 /// ulp is another step.
 #[derive(Debug, Clone, Default)]
 pub struct StepCache {

@@ -12,15 +12,19 @@
 //! distance it is sought in the direction in which f points and the first zero is taken, at most
 //! [`WINDOW`] away: so progress moves along the path and never jumps to another branch where the
 //! path crosses or touches itself, and a step costs the same however long the path is. So does the path
-//! at a distance, whose segment is looked up (`stretches`).
+//! at a distance, whose segment is looked up (`intervals`).
 
 use crate::angle::wrap_angle;
 use crate::error::Error;
-use crate::stretches::Stretches;
+use crate::intervals::Intervals;
+use crate::trigonometry::sin_cos;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// How far from the last progress the foot is sought, m.
 pub const WINDOW: f64 = 50.0;
+
+/// A Newton step of this length is the last, m: it leaves less than 1e-13 m.
+const NEAR: f64 = 1e-8;
 
 /// Branches whose distances from the vehicle differ by less than this are equally near, m.
 const SAME_PLACE: f64 = 1e-3;
@@ -48,11 +52,25 @@ struct Node {
     sin: f64,
 }
 
+/// The path from a node to the next, as polynomials in the share s of the way, 0 to 1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Segment {
+    /// 1/m.
+    inverse_length: f64,
+    /// Coefficients of s … s⁵ of x − x₀ and y − y₀.
+    position: [[f64; 2]; 5],
+    /// Coefficients of s, s², s³ of ψ − ψ₀.
+    heading: [f64; 3],
+    /// κ₁ − κ₀.
+    curvature: f64,
+}
+
 /// A validated path.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PathGeometry {
     nodes: Vec<Node>,
-    stretches: Stretches,
+    segments: Vec<Segment>,
+    intervals: Intervals,
     closed: bool,
     /// Heading gained in a lap of a closed path, a whole number of turns.
     turn: f64,
@@ -100,15 +118,16 @@ impl PathGeometry {
             check_segment(i, &pair[0], &pair[1])?;
         }
         let distances: Vec<f64> = points.iter().map(|p| p.distance).collect();
-        let stretches = Stretches::of(&distances);
-        let nodes = points
+        let intervals = Intervals::of(&distances);
+        let nodes: Vec<Node> = points
             .into_iter()
             .map(|point| {
                 let (sin, cos) = point.heading.sin_cos();
                 Node { point, cos, sin }
             })
             .collect();
-        Ok(Self { nodes, stretches, closed, turn })
+        let segments = nodes.windows(2).map(|pair| Segment::new(&pair[0], &pair[1])).collect();
+        Ok(Self { nodes, segments, intervals, closed, turn })
     }
 
     /// Distance of the first point, m.
@@ -145,12 +164,38 @@ impl PathGeometry {
         point
     }
 
+    /// The heading of the path at a distance, which may lie beyond its ends.
+    #[must_use]
+    pub fn heading(&self, distance: f64) -> f64 {
+        let (lap, local) = self.lap(distance);
+        let heading = if local < self.start() {
+            self.nodes[0].point.heading
+        } else if local >= self.end() {
+            self.nodes[self.nodes.len() - 1].point.heading
+        } else {
+            let segment = self.segment(local);
+            let from = &self.nodes[segment].point;
+            let piece = &self.segments[segment];
+            piece.heading(from, (local - from.distance) * piece.inverse_length)
+        };
+        heading + lap * self.turn
+    }
+
     /// The foot of a position, sought from a distance known to be near it.
     #[must_use]
     pub fn project(&self, x: f64, y: f64, from: f64) -> Projection {
-        let foot = self.at(self.seek(x, y, from));
-        let (sin, cos) = foot.heading.sin_cos();
-        Projection { foot, cross_track_error: (y - foot.y) * cos - (x - foot.x) * sin }
+        match self.seek(x, y, from) {
+            Sought::Within(lap, foot) => {
+                let length = self.end() - self.start();
+                let foot = PathPoint {
+                    distance: foot.distance + lap * length,
+                    heading: foot.heading + lap * self.turn,
+                    ..foot
+                };
+                foot.projection(x, y)
+            }
+            Sought::At(distance) => self.at(distance).projection(x, y),
+        }
     }
 
     /// The foot of a position anywhere on the path, for a vehicle that heads `yaw`: of all
@@ -185,44 +230,25 @@ impl PathGeometry {
 
     /// The segment a distance lies in.
     fn segment(&self, local: f64) -> usize {
-        let near = self.stretches.around(local);
-        let after = near.start + self.nodes[near].partition_point(|n| n.point.distance <= local);
-        after.saturating_sub(1).min(self.nodes.len() - 2)
+        self.intervals.count(local).saturating_sub(1).min(self.nodes.len() - 2)
     }
 
     /// The path within a segment.
     fn within(&self, segment: usize, local: f64) -> PathPoint {
-        let (a, b) = (&self.nodes[segment], &self.nodes[segment + 1]);
-        let length = b.point.distance - a.point.distance;
-        let s = (local - a.point.distance) / length;
-        let (s2, s3) = (s * s, s * s * s);
-        // Hermite polynomials of fifth degree: end position, slopes, second derivatives.
-        let to_b = s3 * (10.0 - s * (15.0 - 6.0 * s));
-        let slope_a = s - s3 * (6.0 - s * (8.0 - 3.0 * s));
-        let slope_b = -s3 * (4.0 - s * (7.0 - 3.0 * s));
-        let bend_a = 0.5 * s2 * (1.0 - s * (3.0 - s * (3.0 - s)));
-        let bend_b = 0.5 * s3 * (1.0 - s * (2.0 - s));
-        let (ta, tb) = (slope_a * length, slope_b * length);
-        let (na, nb) = (
-            bend_a * length * length * a.point.curvature,
-            bend_b * length * length * b.point.curvature,
-        );
-        let x = a.point.x + to_b * (b.point.x - a.point.x) + ta * a.cos + tb * b.cos
-            - na * a.sin
-            - nb * b.sin;
-        let y = a.point.y
-            + to_b * (b.point.y - a.point.y)
-            + ta * a.sin
-            + tb * b.sin
-            + na * a.cos
-            + nb * b.cos;
-        // And of third degree for the heading.
-        let heading = a.point.heading
-            + s2 * (3.0 - 2.0 * s) * (b.point.heading - a.point.heading)
-            + (s - 2.0 * s2 + s3) * length * a.point.curvature
-            + (s3 - s2) * length * b.point.curvature;
-        let curvature = a.point.curvature + s * (b.point.curvature - a.point.curvature);
-        PathPoint { distance: local, x, y, heading, curvature }
+        let (from, piece) = (&self.nodes[segment].point, &self.segments[segment]);
+        let s = (local - from.distance) * piece.inverse_length;
+        let (s2, p) = (s * s, &piece.position);
+        let moved = |i: usize| {
+            let (low, high) = (p[0][i] + p[1][i] * s, p[2][i] + p[3][i] * s);
+            s * (low + s2 * (high + s2 * p[4][i]))
+        };
+        PathPoint {
+            distance: local,
+            x: from.x + moved(0),
+            y: from.y + moved(1),
+            heading: piece.heading(from, s),
+            curvature: from.curvature + s * piece.curvature,
+        }
     }
 
     /// How far ahead a position lies as seen from a node.
@@ -231,8 +257,8 @@ impl PathGeometry {
         (x - n.point.x) * n.cos + (y - n.point.y) * n.sin
     }
 
-    /// The distance of the foot, from a distance near it.
-    fn seek(&self, x: f64, y: f64, from: f64) -> f64 {
+    /// The foot, from a distance near it.
+    fn seek(&self, x: f64, y: f64, from: f64) -> Sought {
         let last = self.nodes.len() - 1;
         let length = self.end() - self.start();
         let window = if self.closed { WINDOW.min(length / 2.0) } else { WINDOW };
@@ -241,13 +267,16 @@ impl PathGeometry {
             let node = if local < self.start() { 0 } else { last };
             let ahead = self.ahead_of(node, x, y);
             if (node == 0) == (ahead < 0.0) {
-                return self.nodes[node].point.distance + ahead;
+                return Sought::At(self.nodes[node].point.distance + ahead);
             }
         }
         let local = local.clamp(self.start(), self.end());
         let mut segment = self.segment(local);
         let here = self.within(segment, local);
-        let forward = ahead(&here, x, y) >= 0.0;
+        let (f, slope) = ahead(&here, x, y);
+        let forward = f >= 0.0;
+        // Newton's step from here; most steps of a vehicle end near it.
+        let guess = local - f / slope;
         let (mut low, mut high) = (local, local);
         loop {
             let node = if forward { segment + 1 } else { segment };
@@ -259,11 +288,12 @@ impl PathGeometry {
                 low = border
             }
             if forward == (ahead <= 0.0) || ahead == 0.0 {
-                return lap * length + self.foot_between(segment, low, high, x, y);
+                let local = self.foot_between(segment, (low, high), guess, x, y);
+                return Sought::Within(lap, self.within(segment, local));
             }
             let walked = lap * length + border - from;
             if walked.abs() >= window {
-                return from + walked.clamp(-window, window);
+                return Sought::At(from + walked.clamp(-window, window));
             }
             if forward {
                 low = border
@@ -279,8 +309,8 @@ impl PathGeometry {
                     (lap, segment) = (lap - 1.0, last - 1);
                     high = self.end();
                 }
-                (true, n) if n == last => return border + ahead,
-                (false, 0) => return border + ahead,
+                (true, n) if n == last => return Sought::At(border + ahead),
+                (false, 0) => return Sought::At(border + ahead),
                 (true, _) => segment += 1,
                 (false, _) => segment -= 1,
             }
@@ -289,23 +319,30 @@ impl PathGeometry {
 
     /// The zero of f within a part of a segment at whose ends it has opposite signs: Newton's
     /// method, `f' = κ·e − 1`, with bisection where that leaves the bracket.
-    fn foot_between(&self, segment: usize, low: f64, high: f64, x: f64, y: f64) -> f64 {
-        let (mut low, mut high) = (low, high);
-        let mut s = 0.5 * (low + high);
+    fn foot_between(
+        &self,
+        segment: usize,
+        (mut low, mut high): (f64, f64),
+        guess: f64,
+        x: f64,
+        y: f64,
+    ) -> f64 {
+        let mut s = if guess >= low && guess <= high { guess } else { 0.5 * (low + high) };
         for _ in 0..60 {
             let point = self.within(segment, s);
-            let (sin, cos) = point.heading.sin_cos();
-            let (dx, dy) = (x - point.x, y - point.y);
-            let f = dx * cos + dy * sin;
+            let (f, slope) = ahead(&point, x, y);
             if f > 0.0 {
                 low = s;
             } else {
                 high = s;
             }
-            let slope = point.curvature * (dy * cos - dx * sin) - 1.0;
             let newton = s - f / slope;
-            let next = if newton >= low && newton <= high { newton } else { 0.5 * (low + high) };
-            if (next - s).abs() <= 1e-12 * (1.0 + s.abs()) {
+            let inside = newton >= low && newton <= high;
+            let next = if inside { newton } else { 0.5 * (low + high) };
+            // Away from the centre of curvature a step leaves at most 1e-5 of the distance to the
+            // zero, by which the slope of the quintic is not quite that of f.
+            let near = if inside && slope < -0.5 { NEAR } else { 0.0 };
+            if (next - s).abs() <= near.max(1e-12 * (1.0 + s.abs())) {
                 return next;
             }
             s = next;
@@ -325,11 +362,31 @@ impl PathGeometry {
                 0.0
             };
             ChordFoot {
-                away: (a.x + s * cx - x).hypot(a.y + s * cy - y),
+                // Not `hypot`: what it saves, overflow, is far beyond any path.
+                away: {
+                    let (dx, dy) = (a.x + s * cx - x, a.y + s * cy - y);
+                    (dx * dx + dy * dy).sqrt()
+                },
                 distance: a.distance + s * (b.distance - a.distance),
                 heading: a.heading + s * (b.heading - a.heading),
             }
         })
+    }
+}
+
+/// Where the foot of a position is.
+enum Sought {
+    /// After so many laps, at a point within the lap.
+    Within(f64, PathPoint),
+    /// At a distance, which may be beyond the ends.
+    At(f64),
+}
+
+impl PathPoint {
+    /// The projection of a position whose foot this is.
+    fn projection(self, x: f64, y: f64) -> Projection {
+        let (sin, cos) = sin_cos(self.heading);
+        Projection { foot: self, cross_track_error: (y - self.y) * cos - (x - self.x) * sin }
     }
 }
 
@@ -339,10 +396,49 @@ struct ChordFoot {
     heading: f64,
 }
 
-/// How far ahead a position lies as seen from a point of the path.
-fn ahead(point: &PathPoint, x: f64, y: f64) -> f64 {
-    let (sin, cos) = point.heading.sin_cos();
-    (x - point.x) * cos + (y - point.y) * sin
+/// How far ahead a position lies as seen from a point of the path, f, and how that changes along the
+/// path, f'.
+#[inline]
+fn ahead(point: &PathPoint, x: f64, y: f64) -> (f64, f64) {
+    let (sin, cos) = sin_cos(point.heading);
+    let (dx, dy) = (x - point.x, y - point.y);
+    (dx * cos + dy * sin, point.curvature * (dy * cos - dx * sin) - 1.0)
+}
+
+impl Segment {
+    fn new(a: &Node, b: &Node) -> Self {
+        let length = b.point.distance - a.point.distance;
+        // Hermite polynomial of fifth degree: end position, slopes, second derivatives.
+        let position = |way: f64, slopes: [f64; 2], bends: [f64; 2]| {
+            let [ta, tb] = slopes.map(|slope| slope * length);
+            let [na, nb] = bends.map(|bend| 0.5 * bend * length * length);
+            [
+                ta,
+                na,
+                10.0 * way - 6.0 * ta - 4.0 * tb - 3.0 * na + nb,
+                -15.0 * way + 8.0 * ta + 7.0 * tb + 3.0 * na - 2.0 * nb,
+                6.0 * way - 3.0 * (ta + tb) - na + nb,
+            ]
+        };
+        let (ka, kb) = (a.point.curvature, b.point.curvature);
+        let x = position(b.point.x - a.point.x, [a.cos, b.cos], [-ka * a.sin, -kb * b.sin]);
+        let y = position(b.point.y - a.point.y, [a.sin, b.sin], [ka * a.cos, kb * b.cos]);
+        // And of third degree for the heading.
+        let turn = b.point.heading - a.point.heading;
+        let heading =
+            [length * ka, 3.0 * turn - length * (2.0 * ka + kb), -2.0 * turn + length * (ka + kb)];
+        Self {
+            inverse_length: 1.0 / length,
+            position: std::array::from_fn(|i| [x[i], y[i]]),
+            heading,
+            curvature: kb - ka,
+        }
+    }
+
+    #[inline]
+    fn heading(&self, from: &PathPoint, s: f64) -> f64 {
+        from.heading + s * (self.heading[0] + s * (self.heading[1] + s * self.heading[2]))
+    }
 }
 
 /// The straight line through an end.

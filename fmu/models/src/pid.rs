@@ -47,7 +47,7 @@ pub const NO_ACCELERATION_BOUND: f64 = 1e6;
 /// Speed below which limits do not follow it, m/s.
 const LEAST_SPEED: f64 = 1.0;
 
-/// Gains, weights and limits; read anew at each tick, so they may be tuned while running.
+/// Gains, weights and limits; read at each tick, so they may be tuned while running.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PidParameters {
     /// Proportional gain, steering angle per yaw error.
@@ -77,7 +77,7 @@ pub struct PidParameters {
     pub sustained_rate: f64,
     /// Time for which the steering angle may move at its largest rate, s.
     pub rate_reserve_time: f64,
-    /// Largest lateral acceleration that the steering angle may ask for in a steady turn, m/s².
+    /// Largest lateral acceleration that the steering angle may cause in a steady turn, m/s².
     pub max_lateral_acceleration: f64,
     /// Steering angle per curvature in a slow steady turn, rad·m: wheelbase times steering ratio.
     pub steering_per_curvature: f64,

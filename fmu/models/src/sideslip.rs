@@ -1,4 +1,4 @@
-//! The sideslip per yaw rate of a vehicle whose tyres give way, `S + Q·a²`.
+//! The sideslip per yaw rate of a vehicle whose tyres saturate, `S + Q·a²`.
 //!
 //! What a rear axle's tyres take of slip angle per force grows with the force; to second order in the
 //! lateral acceleration a, the sideslip in a turn of yaw rate r is `(S + Q·a²)·r`. No tyre carries much

@@ -165,7 +165,7 @@ proptest! {
             });
             prop_assume!(largest.get() < 9.8);
             prop_assert!((p.x() - w[4]).hypot(p.y() - w[5]) < 1e-9, "{} {} {w:?}", p.x(), p.y());
-            // The velocity that it tells, as if it went on along this ramp.
+            // The velocity that it reports, as if it went on along this ramp.
             (p.steering_angle, p.steering_rate) = (w[6] + 0.01, slope);
             let (_, _, slip) = moving(&w);
             let (sin, cos) = w[3].sin_cos();

@@ -56,7 +56,7 @@ fn interpolation_is_true_to_the_road() {
 }
 
 proptest! {
-    /// On the path the errors are zero, beside it they are what was put there.
+    /// On the path the errors are zero, off the path they are as placed.
     #[test]
     fn finds_the_foot(s in 1.0..199.0_f64, offset in -8.0..8.0_f64, from in -9.0..9.0_f64) {
         let path = PathGeometry::new(&road(200.0, 1.0, winding), false).unwrap();
@@ -132,7 +132,7 @@ fn guidance_law() {
 }
 
 /// A vehicle whose course is its yaw and a constant, steered perfectly along a straight: where it
-/// ends up beside the path, and the furthest it was on the other side on the way.
+/// ends off the path, and the furthest it was on the other side on the way.
 fn crabbing(gain: f64, crab: f64, start: f64) -> (f64, f64) {
     let path = Arc::new(PathGeometry::new(&road(3000.0, 10.0, |_| 0.0), false).unwrap());
     let mut follower = PathFollower::new(path);
@@ -203,7 +203,7 @@ fn progress_is_monotone_and_never_jumps_on_an_eight() {
 /// At the crossing of the eight both branches are equally near: the heading decides.
 #[test]
 fn starts_on_the_branch_that_goes_its_way() {
-    // A road out and back: the return runs 0.5 m beside the way out.
+    // A road out and back: the return runs 0.5 m from the way out.
     let mut points = road(100.0, 1.0, |_| 0.0);
     for k in 0..=40 {
         let a = f64::from(k) * PI / 40.0;

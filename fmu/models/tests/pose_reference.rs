@@ -62,7 +62,7 @@ fn the_same_estimates_as_an_independent_filter() {
     }
     println!("largest differences: mean {:.1e}, covariance {:.1e}", largest[0], largest[1]);
     assert_eq!(rows, 300);
-    // What the covariance of a stretch that is cut lacks, and the reference's nine digits.
+    // What the covariance of an interval that is cut lacks, and the reference's nine digits.
     assert!(largest[0] < 1e-6, "{largest:?}");
     assert!(largest[1] < 1e-5, "{largest:?}");
 }

@@ -107,7 +107,7 @@ fn knowing(s: f64, q: f64, c: f64) -> GuidanceParameters {
 fn what_is_known_of_the_sideslip_leaves_little_error() {
     for car in CARS {
         let [speed, s, q, c] = car;
-        // What a straight line through the same drive's turns would have told.
+        // What a straight line through the same drive's turns would have yielded.
         let mean = s + 0.6 * q * ACCELERATION * ACCELERATION;
         let (line, without_growth, without_lead, full) = (
             followed(car, knowing(mean, 0.0, 0.0)),
@@ -157,7 +157,7 @@ fn a_clothoid_asks_for_the_lead_exactly() {
     }
 }
 
-/// What of the yaw acceleration the reference is to hold comes to it beside the sideslip's lead, known or
+/// What of the yaw acceleration the reference is to hold comes to it besides the sideslip's lead, known or
 /// not: on a clothoid exactly.
 #[test]
 fn a_clothoid_asks_for_its_yaw_acceleration_exactly() {

@@ -83,7 +83,7 @@ impl Fmu {
         }
     }
 
-    /// What the FMU's README says: its equations and its variables, in Markdown.
+    /// The FMU's README: its equations and its variables, in Markdown.
     #[must_use]
     pub fn readme(self) -> &'static str {
         match self {
@@ -96,7 +96,7 @@ impl Fmu {
         }
     }
 
-    /// The model description of this FMU with these resources: start values are asked of the
+    /// The model description of this FMU with these resources: start values are read from the
     /// very slave that the binary runs.
     ///
     /// # Errors

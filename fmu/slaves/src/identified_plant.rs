@@ -17,7 +17,7 @@ use vehicle_models::{InputKind, SavedIdentifiedPlant};
 pub struct IdentifiedPlant {
     plant: vehicle_models::IdentifiedPlant,
     flags: Flags,
-    /// Whether a speed far from the identified one was told.
+    /// Whether a speed far from the identified one was reported.
     warned_of_speed: bool,
 }
 

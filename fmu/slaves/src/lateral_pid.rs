@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use vehicle_models::{Pid, PidInput, PidOutput, PidParameters, Ticks};
 
 /// Most ticks in one step: ten hours at 100 Hz. A longer step is a slip of the importer, which
-/// should be told and not kept waiting.
+/// gets an error instead of a long wait.
 const MOST_TICKS: f64 = 3_600_000.0;
 
 /// The steering controller (eq 14).
@@ -68,7 +68,7 @@ impl LateralPid {
 impl Slave for LateralPid {
     type Variable = Variable;
     const TABLE: &'static Table = Variable::TABLE;
-    /// The outputs are held between ticks and jump at them, so no derivative says anything.
+    /// The outputs are held between ticks and jump at them, so no derivative is useful.
     const CAPABILITIES: Capabilities = Capabilities { serializes: true, ..Capabilities::NONE };
 
     fn open(resources: &Resources) -> Result<Self, String> {

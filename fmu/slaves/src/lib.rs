@@ -2,7 +2,7 @@
 //!
 //! From a table come the enum that the glue must match exhaustively, the XML, the documentation
 //! page and the tables in the READMEs. The glue holds no physics and no C symbol: the cdylib crates
-//! beside this one add the symbols, one crate an FMU, since two crates that export the same symbols
+//! next to this one add the symbols, one crate an FMU, since two crates that export the same symbols
 //! must never be linked into one binary.
 //!
 //! Times are seconds, angles radians; signs are ISO 8855.

@@ -26,7 +26,7 @@ const X: usize = 5;
 const Y: usize = 6;
 
 impl NonlinearVehicle {
-    /// Until the start, everything is as a start from the present settings would give it; a vehicle
+    /// Until the start, everything is as after a start from the present settings; a vehicle
     /// that cannot start is refused when initialization mode is left.
     fn settled(&mut self) -> &vehicle_models::NonlinearVehicle {
         if !self.flags.started {

@@ -6,7 +6,7 @@ use model_description::DependencyKind;
 use serde::{Deserialize, Serialize};
 use vehicle_models::sensitivity::Factor;
 
-/// What the glue remembers beside the model.
+/// What the glue remembers besides the model.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub(crate) struct Flags {
     /// Whether initialization mode was left.
@@ -14,7 +14,7 @@ pub(crate) struct Flags {
     pub(crate) speed_rate: SpeedRate,
 }
 
-/// The derivative of the speed, which no plant follows: that is said once.
+/// The derivative of the speed, which no plant follows: that is logged once.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub(crate) struct SpeedRate {
     given: bool,

@@ -9,7 +9,7 @@ use fmi2_export::{Capabilities, Log, Resources, Slave};
 use model_description::{Table, Value};
 use vehicle_models::{PoseInput, PoseParameters, SavedPose};
 
-/// A filter that tells the pose from fixes, yaw rate and speed.
+/// A filter that estimates the pose from fixes, yaw rate and speed.
 #[derive(Debug, Clone)]
 pub struct PoseEstimator {
     estimator: vehicle_models::PoseEstimator,
@@ -18,7 +18,7 @@ pub struct PoseEstimator {
 }
 
 impl PoseEstimator {
-    /// Until the start, everything is as a start from the present settings would give it; one that
+    /// Until the start, everything is as after a start from the present settings; one that
     /// cannot be is refused when initialization mode is left.
     fn settled(&mut self) -> &vehicle_models::PoseEstimator {
         if !self.started {
@@ -151,5 +151,5 @@ impl Slave for PoseEstimator {
     }
 }
 
-/// Longitudinal velocity at the start where no file says another, m/s.
+/// Longitudinal velocity at the start where no file states another, m/s.
 const SPEED: f64 = 10.0;

@@ -18,9 +18,12 @@ pub struct ReferencePath {
     inputs: Inputs,
     follower: PathFollower,
     phase: Phase,
+    /// The last outputs before the first step, and the inputs that they are of: each read of an
+    /// output would search the whole path again.
+    searched: Option<(Inputs, PathOutput)>,
 }
 
-#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Inputs {
     x: f64,
     y: f64,
@@ -31,7 +34,7 @@ struct Inputs {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 enum Phase {
     /// Before the first step: outputs are those of the present inputs at each read. The first step
-    /// goes on from the place on the path that `last_read` stands at.
+    /// goes on from the place on the path of `last_read`.
     BeforeFirstStep { last_read: Inputs },
     /// From then on: outputs are those of the last step.
     Running(PathOutput),
@@ -53,12 +56,24 @@ impl ReferencePath {
         self.follower.evaluate(&self.guidance, x, y, yaw, speed)
     }
 
+    /// The outputs before the first step.
+    fn search(&mut self, inputs: Inputs) -> PathOutput {
+        match self.searched {
+            Some((of, output)) if of == inputs => output,
+            _ => {
+                let output = self.evaluate(&inputs);
+                self.searched = Some((inputs, output));
+                output
+            }
+        }
+    }
+
     fn output(&mut self) -> PathOutput {
         match &mut self.phase {
             Phase::Running(output) => *output,
             Phase::BeforeFirstStep { last_read } => {
                 *last_read = self.inputs;
-                self.evaluate(&self.inputs)
+                self.search(self.inputs)
             }
         }
     }
@@ -83,6 +98,7 @@ impl Slave for ReferencePath {
             inputs,
             follower: PathFollower::new(Arc::new(geometry)),
             phase: Phase::BeforeFirstStep { last_read: inputs },
+            searched: None,
         };
         with_start_values(slave, resources)
     }
@@ -118,6 +134,10 @@ impl Slave for ReferencePath {
     #[inline]
     fn set(&mut self, variable: Variable, value: &Value) {
         let Value::Real(value) = *value else { return };
+        // A parameter may change the outputs of the same inputs.
+        if !matches!(variable, Variable::X | Variable::Y | Variable::Yaw | Variable::Speed) {
+            self.searched = None;
+        }
         let g = &mut self.guidance;
         *match variable {
             Variable::X => &mut self.inputs.x,
@@ -151,7 +171,7 @@ impl Slave for ReferencePath {
 
     fn step(&mut self, _time: f64, step: f64, _log: &mut Log) -> Result<(), String> {
         if let Phase::BeforeFirstStep { last_read } = self.phase {
-            let start = self.evaluate(&last_read);
+            let start = self.search(last_read);
             start.check().map_err(|e| refuse(&e))?;
             self.follower.commit(&start);
         }
@@ -188,6 +208,7 @@ impl Slave for ReferencePath {
         loaded.guidance = saved.guidance;
         loaded.inputs = saved.inputs;
         loaded.phase = saved.phase;
+        loaded.searched = None;
         check_settable(&mut loaded)?;
         *self = loaded;
         Ok(())

@@ -304,7 +304,7 @@ fn states_start_where_they_are_set() {
     assert!((get(&mut plant, "yaw_rate") - (0.02 + 1.1 * 0.4)).abs() < 1e-15);
 }
 
-/// A speed's derivative does nothing, and that is told once.
+/// A speed's derivative does nothing, and that is logged once.
 #[test]
 fn speed_is_held() {
     fn held<S: Slave>(mut plant: S) {

@@ -237,7 +237,7 @@ fn impossible_estimators_are_refused() {
         let value = get(&mut used, name);
         refused(&fresh, &used, value, &NOT_FINITE);
     }
-    // A latency, and a stretch of the history, of another length.
+    // A latency, and an interval of the history, of another length.
     refused(&fresh, &used, 0.05, &[-1.0, 0.2, f64::NAN]);
     refused(&fresh, &used, 0.013, &[-0.013, 0.1, f64::NAN]);
     // The variance of the yaw at the start.

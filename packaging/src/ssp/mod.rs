@@ -28,7 +28,7 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
 pub use start::{own_start, receiver_values, sideslip_values, start_values};
-pub use wiring::{connections_by_name, loop_order};
+pub use wiring::{MEASUREMENTS, connections_by_name, loop_order};
 
 /// A component of a system, named after its FMU.
 #[derive(Debug, Clone)]

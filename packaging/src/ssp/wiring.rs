@@ -1,7 +1,12 @@
 //! Which output feeds which input of a loop, and in which order its FMUs are stepped.
 
 use crate::{Error, Fmu, Packed};
-use fmi2_host::{Connection, Unit};
+use fmi2_host::{Connection, Measurement, Unit};
+
+/// What the pose estimator measures of the vehicle: a loop without receiver feeds the fixes by the true
+/// position, and path and controller see the estimate instead of the truth.
+pub const MEASUREMENTS: [Measurement<'_>; 2] =
+    [Measurement { input: "gnss_x", output: "x" }, Measurement { input: "gnss_y", output: "y" }];
 
 /// The FMUs in the order plant, pose estimator, path, controller: no delay enters the loop when a
 /// Gauss–Seidel master steps them so.
@@ -25,5 +30,6 @@ pub fn loop_order(packed: &[Packed]) -> Vec<&Packed> {
 pub fn connections_by_name(packed: &[&Packed]) -> Result<Vec<Connection>, Error> {
     let units: Vec<Unit<'_>> =
         packed.iter().map(|p| Unit::new(p.fmu.name(), &p.description.variables)).collect();
-    fmi2_host::wires_by_name(&units, &|_, _| false).map_err(|e| Error::Wiring(Box::new(e)))
+    fmi2_host::wires_by_name(&units, &MEASUREMENTS, &|_, _| false)
+        .map_err(|e| Error::Wiring(Box::new(e)))
 }

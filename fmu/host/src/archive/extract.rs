@@ -25,7 +25,7 @@ pub struct Limits {
     /// Largest uncompressed size of all entries together, bytes.
     pub total_bytes: u64,
     /// Largest uncompressed size over compressed size of an entry. DEFLATE reaches 1032 at most;
-    /// entries below [`Limits::RATIO_FREE_BYTES`] are not judged by it.
+    /// entries below [`Limits::RATIO_FREE_BYTES`] are exempt from it.
     pub compression_ratio: u64,
 }
 
@@ -51,7 +51,7 @@ const TYPE_MASK: u32 = 0o170_000;
 const TYPE_FILE: u32 = 0o100_000;
 const TYPE_FOLDER: u32 = 0o040_000;
 
-/// Opens what is to be an archive; gives its name for messages too.
+/// Opens what is to be an archive; returns its name for messages too.
 pub(crate) fn open(path: &Path) -> Result<(fs::File, String), Error> {
     let io = |source: std::io::Error| Error::Io { path: path.to_path_buf(), source };
     if fs::metadata(path).map_err(io)?.is_dir() {
@@ -133,7 +133,7 @@ fn extract_into<R: Read + Seek>(
     Ok(())
 }
 
-/// Refuses an entry by its headers alone; gives the relative path it may be written to.
+/// Refuses an entry by its headers alone; returns the relative path it may be written to.
 fn check<R: Read>(
     entry: &ZipFile<'_, R>,
     entry_name: &str,
@@ -155,7 +155,7 @@ fn check<R: Read>(
         return Err(unsafe_entry("it is encrypted"));
     }
     if !matches!(entry.compression(), CompressionMethod::Stored | CompressionMethod::Deflated) {
-        return Err(unsafe_entry("it is neither stored nor deflated, as FMI 2.0 asks for"));
+        return Err(unsafe_entry("it is neither stored nor deflated, as FMI 2.0 requires"));
     }
     let size = entry.size();
     let too_large = |what: &'static str, got: u64, limit: u64| Error::TooLarge {
@@ -187,7 +187,7 @@ pub(crate) fn safe_path(name: &str) -> Result<PathBuf, &'static str> {
         return Err("its name contains a NUL");
     }
     if name.contains('\\') {
-        return Err("its name contains a backslash; FMI asks for forward slashes");
+        return Err("its name contains a backslash; FMI requires forward slashes");
     }
     if name.starts_with('/') {
         return Err("its path is absolute");

@@ -78,7 +78,7 @@ impl Archive {
         &self.name
     }
 
-    /// What modelDescription.xml says.
+    /// The content of modelDescription.xml.
     #[must_use]
     pub fn model(&self) -> &Model {
         &self.model

@@ -20,7 +20,7 @@ impl Instance {
         self.same_length(CALL, references.len(), orders.len())?;
         self.call(CALL, phase::SET_INPUT_DERIVATIVES, |f, c| {
             let orders: *const c_int = orders.as_ptr();
-            // SAFETY: as `call` asks; the arrays have the given length.
+            // SAFETY: as `call` requires; the arrays have the given length.
             unsafe {
                 (f.set_real_input_derivatives)(
                     c,
@@ -45,7 +45,7 @@ impl Instance {
         self.same_length(CALL, references.len(), orders.len())?;
         self.call(CALL, phase::GET_OUTPUT_DERIVATIVES, |f, c| {
             let orders: *const c_int = orders.as_ptr();
-            // SAFETY: as `call` asks; the arrays have the given length.
+            // SAFETY: as `call` requires; the arrays have the given length.
             unsafe {
                 (f.get_real_output_derivatives)(
                     c,
@@ -74,7 +74,7 @@ impl Instance {
         self.same_length(CALL, unknowns.len(), unknown_change.len())?;
         self.same_length(CALL, knowns.len(), known_change.len())?;
         self.call(CALL, phase::GET, |f, c| {
-            // SAFETY: as `call` asks; the arrays have the given lengths.
+            // SAFETY: as `call` requires; the arrays have the given lengths.
             unsafe {
                 (f.get_directional_derivative)(
                     c,

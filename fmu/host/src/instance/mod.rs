@@ -3,7 +3,7 @@
 //! An [`Instance`] makes only the calls that table 4.2.4 of FMI 2.0.5 allows at the time, and
 //! turns every status but ok and warning into an [`Error`] with the lines that the FMU logged
 //! during the call. It may be moved between threads and is used by one at a time (`Send`, not
-//! `Sync`), as FMI asks of importers.
+//! `Sync`), as FMI requires of importers.
 //!
 //! After `fmi2Fatal` no function of the FMU is called any more, by any of its instances, not even
 //! `fmi2FreeInstance` (FMI 2.0.5, 2.1.3): what the instance held is leaked, and the library stays
@@ -22,6 +22,7 @@ use std::ptr::NonNull;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
+pub(crate) use named::why_not_settable;
 pub use phase::Phase;
 pub use states::FmuState;
 
@@ -148,7 +149,7 @@ impl Instance {
         &self.name
     }
 
-    /// What modelDescription.xml says of the FMU.
+    /// The FMU's description in modelDescription.xml.
     #[must_use]
     pub fn model(&self) -> &Model {
         &self.model
@@ -174,12 +175,12 @@ impl Instance {
         let pointers: Vec<_> = texts.iter().map(|text| text.as_ptr()).collect();
         let on = c_types::Boolean::from(on);
         self.call("fmi2SetDebugLogging", phase::ANY, |f, c| {
-            // SAFETY: as `call` asks; the array has the given length and outlives the call.
+            // SAFETY: as `call` requires; the array has the given length and outlives the call.
             unsafe { (f.set_debug_logging)(c, on, pointers.len(), pointers.as_ptr()) }
         })
     }
 
-    /// Tells the FMU the start time in s and, where they are known, stop time in s and relative
+    /// Passes the FMU the start time in s and, where they are known, stop time in s and relative
     /// tolerance.
     pub fn setup_experiment(
         &mut self,
@@ -192,7 +193,7 @@ impl Instance {
         self.finite(call, "stop time", stop.unwrap_or(start))?;
         self.finite(call, "tolerance", tolerance.unwrap_or(0.0))?;
         self.call(call, phase::INSTANTIATED, |f, c| {
-            // SAFETY: as `call` asks.
+            // SAFETY: as `call` requires.
             unsafe {
                 (f.setup_experiment)(
                     c,
@@ -209,7 +210,7 @@ impl Instance {
     /// Enters initialization mode.
     pub fn enter_initialization_mode(&mut self) -> Result<(), Error> {
         self.call("fmi2EnterInitializationMode", phase::INSTANTIATED, |f, c| {
-            // SAFETY: as `call` asks.
+            // SAFETY: as `call` requires.
             unsafe { (f.enter_initialization_mode)(c) }
         })?;
         self.phase = Phase::Initialization;
@@ -219,7 +220,7 @@ impl Instance {
     /// Leaves initialization mode: the instance is at its first communication point.
     pub fn exit_initialization_mode(&mut self) -> Result<(), Error> {
         self.call("fmi2ExitInitializationMode", phase::INITIALIZATION, |f, c| {
-            // SAFETY: as `call` asks.
+            // SAFETY: as `call` requires.
             unsafe { (f.exit_initialization_mode)(c) }
         })?;
         self.phase = Phase::StepComplete;
@@ -228,15 +229,16 @@ impl Instance {
 
     /// Steps from the communication point `time` to `time + step`, both in s.
     ///
-    /// The FMU is told that it will never be set back before `time` unless an [`FmuState`] of it
-    /// exists.
+    /// The call states that the FMU will never be set back before `time` unless an [`FmuState`] of
+    /// it exists.
+    #[inline]
     pub fn do_step(&mut self, time: f64, step: f64) -> Result<(), Error> {
         const CALL: &str = "fmi2DoStep";
         self.finite(CALL, "time", time)?;
         self.finite(CALL, "step", step)?;
         let no_set_prior = c_types::Boolean::from(self.states.is_empty());
         let result = self.call(CALL, phase::STEP, |f, c| {
-            // SAFETY: as `call` asks.
+            // SAFETY: as `call` requires.
             unsafe { (f.do_step)(c, time, step, no_set_prior) }
         });
         match result {
@@ -253,11 +255,11 @@ impl Instance {
         }
     }
 
-    /// Ends an asynchronous step, which an importer without `stepFinished` never asked for.
+    /// Ends an asynchronous step, which an importer without `stepFinished` never requests.
     fn cancel_step(&mut self) {
         // `call` has put the instance into `Phase::Error`, in which nothing but this is called.
-        let canceled = self.call("fmi2CancelStep", &[Phase::Error], |f, c| {
-            // SAFETY: as `call` asks; the instance has a step in progress.
+        let canceled = self.call("fmi2CancelStep", phase::ERROR, |f, c| {
+            // SAFETY: as `call` requires; the instance has a step in progress.
             unsafe { (f.cancel_step)(c) }
         });
         self.phase = if canceled.is_ok() { Phase::StepCanceled } else { Phase::Error };
@@ -266,7 +268,7 @@ impl Instance {
     /// Ends the simulation; values may still be read.
     pub fn terminate(&mut self) -> Result<(), Error> {
         self.call("fmi2Terminate", phase::TERMINATE, |f, c| {
-            // SAFETY: as `call` asks.
+            // SAFETY: as `call` requires.
             unsafe { (f.terminate)(c) }
         })?;
         self.phase = Phase::Terminated;
@@ -276,7 +278,7 @@ impl Instance {
     /// Back to where it was after instantiation.
     pub fn reset(&mut self) -> Result<(), Error> {
         self.call("fmi2Reset", phase::ANY, |f, c| {
-            // SAFETY: as `call` asks.
+            // SAFETY: as `call` requires.
             unsafe { (f.reset)(c) }
         })?;
         self.phase = Phase::Instantiated;
@@ -285,16 +287,17 @@ impl Instance {
 
     /// Makes one call of the FMU: `make` gets the functions and the component, both valid, and the
     /// call is legal in the present phase.
+    #[inline]
     fn call(
         &mut self,
         call: &'static str,
-        legal: &[Phase],
+        legal: phase::Phases,
         make: impl FnOnce(&Functions, c_types::Component) -> RawStatus,
     ) -> Result<(), Error> {
         if self.phase == Phase::Fatal || self.library.is_fatal() {
             return Err(Error::Fatal { instance: self.name.clone(), call });
         }
-        if !legal.contains(&self.phase) {
+        if !legal.contain(self.phase) {
             let phase = self.phase.when();
             return Err(Error::Phase { instance: self.name.clone(), call, phase });
         }
@@ -319,6 +322,7 @@ impl Instance {
         Error::Call { instance: self.name.clone(), call, status, log }
     }
 
+    #[inline]
     fn finite(&self, call: &'static str, what: &'static str, value: f64) -> Result<(), Error> {
         if value.is_finite() {
             return Ok(());
@@ -345,7 +349,7 @@ impl std::fmt::Debug for Instance {
 impl Drop for Instance {
     fn drop(&mut self) {
         self.free_all_states();
-        // Asked after the states are freed: that, too, may have ended fatally.
+        // Checked after the states are freed: that, too, may have ended fatally.
         if self.library.is_fatal() {
             // A thread of the FMU may go on logging.
             std::mem::forget(Arc::clone(&self.callbacks));

@@ -6,7 +6,7 @@ use super::{Instance, Phase};
 use crate::Error;
 
 impl Instance {
-    /// What modelDescription.xml says of a variable.
+    /// The description of a variable in modelDescription.xml.
     pub fn variable(&self, name: &str) -> Result<&Variable, Error> {
         self.model.variable(name).ok_or_else(|| Error::UnknownVariable {
             instance: self.name.clone(),
@@ -67,7 +67,7 @@ impl Instance {
         Ok(value[0])
     }
 
-    /// Refuses a variable that may not be set in the present phase, and tells why.
+    /// Refuses a variable that may not be set in the present phase, with the reason.
     pub fn settable(&self, name: &str) -> Result<(), Error> {
         if let Some(reason) = why_not_settable(self.variable(name)?, self.phase) {
             return Err(Error::NotSettable {

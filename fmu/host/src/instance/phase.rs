@@ -43,14 +43,36 @@ use Phase::{
     StepFailed as F, Terminated as T,
 };
 
-pub(crate) const INSTANTIATED: &[Phase] = &[I];
-pub(crate) const INITIALIZATION: &[Phase] = &[M];
-pub(crate) const STEP: &[Phase] = &[C];
-pub(crate) const TERMINATE: &[Phase] = &[C, F];
-pub(crate) const ANY: &[Phase] = &[I, M, C, F, X, T, E];
-pub(crate) const GET: &[Phase] = &[M, C, T, F, X, E];
-pub(crate) const SET: &[Phase] = &[I, M, C];
+/// Some phases: those in which a call is legal.
+#[derive(Clone, Copy)]
+pub(crate) struct Phases(u8);
+
+impl Phases {
+    pub(crate) const fn of(phases: &[Phase]) -> Self {
+        let (mut bits, mut i) = (0, 0);
+        while i < phases.len() {
+            bits |= 1 << phases[i] as u8;
+            i += 1;
+        }
+        Self(bits)
+    }
+
+    #[inline]
+    pub(crate) const fn contain(self, phase: Phase) -> bool {
+        self.0 & 1 << phase as u8 != 0
+    }
+}
+
+pub(crate) const INSTANTIATED: Phases = Phases::of(&[I]);
+pub(crate) const INITIALIZATION: Phases = Phases::of(&[M]);
+pub(crate) const STEP: Phases = Phases::of(&[C]);
+pub(crate) const TERMINATE: Phases = Phases::of(&[C, F]);
+pub(crate) const ANY: Phases = Phases::of(&[I, M, C, F, X, T, E]);
+pub(crate) const GET: Phases = Phases::of(&[M, C, T, F, X, E]);
+pub(crate) const SET: Phases = Phases::of(&[I, M, C]);
 /// GetFMUstate. Canceled and failed steps are for debugging, as the error state is.
-pub(crate) const GET_STATE: &[Phase] = ANY;
-pub(crate) const SET_INPUT_DERIVATIVES: &[Phase] = &[I, M, C];
-pub(crate) const GET_OUTPUT_DERIVATIVES: &[Phase] = &[C, X, T, F, E];
+pub(crate) const GET_STATE: Phases = ANY;
+pub(crate) const SET_INPUT_DERIVATIVES: Phases = Phases::of(&[I, M, C]);
+pub(crate) const GET_OUTPUT_DERIVATIVES: Phases = Phases::of(&[C, X, T, F, E]);
+/// After an error.
+pub(crate) const ERROR: Phases = Phases::of(&[E]);

@@ -56,7 +56,7 @@ impl Instance {
         let mut pointer: FmuStatePointer = std::ptr::null_mut();
         let at = self.phase;
         self.call("fmi2GetFMUstate", phase::GET_STATE, |f, c| {
-            // SAFETY: as `call` asks; the pointer is NULL, so the FMU makes a new state.
+            // SAFETY: as `call` requires; the pointer is NULL, so the FMU makes a new state.
             unsafe { (f.get_fmu_state)(c, &raw mut pointer) }
         })?;
         self.keep("fmi2GetFMUstate", pointer, at)
@@ -67,7 +67,7 @@ impl Instance {
         let mut pointer = self.pointer(state)?;
         let at = self.phase;
         self.call("fmi2GetFMUstate", phase::GET_STATE, |f, c| {
-            // SAFETY: as `call` asks; the pointer is a state of this instance.
+            // SAFETY: as `call` requires; the pointer is a state of this instance.
             unsafe { (f.get_fmu_state)(c, &raw mut pointer) }
         })?;
         self.states.pointers[state.place] = pointer;
@@ -79,7 +79,7 @@ impl Instance {
     pub fn set_state(&mut self, state: &FmuState) -> Result<(), Error> {
         let pointer = self.pointer(state)?;
         self.call("fmi2SetFMUstate", phase::ANY, |f, c| {
-            // SAFETY: as `call` asks; the pointer is a state of this instance.
+            // SAFETY: as `call` requires; the pointer is a state of this instance.
             unsafe { (f.set_fmu_state)(c, pointer) }
         })?;
         self.phase = state.phase;
@@ -92,13 +92,13 @@ impl Instance {
         let pointer = self.pointer(state)?;
         let mut size = 0usize;
         self.call("fmi2SerializedFMUstateSize", phase::ANY, |f, c| {
-            // SAFETY: as `call` asks; the pointer is a state of this instance.
+            // SAFETY: as `call` requires; the pointer is a state of this instance.
             unsafe { (f.serialized_fmu_state_size)(c, pointer, &raw mut size) }
         })?;
         let mut bytes = vec![0u8; size];
         self.call("fmi2SerializeFMUstate", phase::ANY, |f, c| {
             let address = bytes.as_mut_ptr().cast::<c_char>();
-            // SAFETY: as `call` asks; the array has the given length.
+            // SAFETY: as `call` requires; the array has the given length.
             unsafe { (f.serialize_fmu_state)(c, pointer, address, size) }
         })?;
         Ok(bytes)
@@ -111,7 +111,7 @@ impl Instance {
         let mut pointer: FmuStatePointer = std::ptr::null_mut();
         self.call("fmi2DeSerializeFMUstate", phase::ANY, |f, c| {
             let address = bytes.as_ptr().cast::<c_char>();
-            // SAFETY: as `call` asks; the array has the given length.
+            // SAFETY: as `call` requires; the array has the given length.
             unsafe { (f.de_serialize_fmu_state)(c, address, bytes.len(), &raw mut pointer) }
         })?;
         self.keep("fmi2DeSerializeFMUstate", pointer, phase)
@@ -173,7 +173,7 @@ impl Instance {
         }
         // A refusal leaves nothing to be done; `call` notes an error or a fatal end.
         let _ = self.call("fmi2FreeFMUstate", phase::ANY, |f, c| {
-            // SAFETY: as `call` asks; the pointer is a state of this instance, and its place is
+            // SAFETY: as `call` requires; the pointer is a state of this instance, and its place is
             // empty from now on.
             unsafe { (f.free_fmu_state)(c, &raw mut pointer) }
         });

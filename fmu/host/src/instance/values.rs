@@ -1,7 +1,7 @@
 //! Getting and setting by value reference: the fast way, one call of the FMU for a whole slice.
 //!
 //! Nothing is checked here but lengths and the phase; whether a reference exists and may be set now
-//! is for the FMU to say. [`super::named`] checks against modelDescription.xml.
+//! is for the FMU to check. [`super::named`] checks against modelDescription.xml.
 
 #![allow(unsafe_code)]
 
@@ -15,25 +15,27 @@ use crate::c_types;
 macro_rules! plain {
     ($get:ident, $set:ident, $get_name:literal, $set_name:literal, $kind:ty, $what:literal) => {
         #[doc = concat!("Reads ", $what, " variables by value reference.")]
+        #[inline]
         pub fn $get(&mut self, references: &[u32], values: &mut [$kind]) -> Result<(), Error> {
             self.same_length($get_name, references.len(), values.len())?;
             if references.is_empty() {
                 return Ok(());
             }
             self.call($get_name, phase::GET, |f, c| {
-                // SAFETY: as `call` asks; both arrays have the given length.
+                // SAFETY: as `call` requires; both arrays have the given length.
                 unsafe { (f.$get)(c, references.as_ptr(), references.len(), values.as_mut_ptr()) }
             })
         }
 
         #[doc = concat!("Sets ", $what, " variables by value reference.")]
+        #[inline]
         pub fn $set(&mut self, references: &[u32], values: &[$kind]) -> Result<(), Error> {
             self.same_length($set_name, references.len(), values.len())?;
             if references.is_empty() {
                 return Ok(());
             }
             self.call($set_name, phase::SET, |f, c| {
-                // SAFETY: as `call` asks; both arrays have the given length.
+                // SAFETY: as `call` requires; both arrays have the given length.
                 unsafe { (f.$set)(c, references.as_ptr(), references.len(), values.as_ptr()) }
             })
         }
@@ -55,7 +57,7 @@ impl Instance {
         buffer.clear();
         buffer.resize(values.len(), c_types::FALSE);
         let result = self.call(CALL, phase::GET, |f, c| {
-            // SAFETY: as `call` asks; both arrays have the given length.
+            // SAFETY: as `call` requires; both arrays have the given length.
             unsafe {
                 (f.get_boolean)(c, references.as_ptr(), references.len(), buffer.as_mut_ptr())
             }
@@ -80,7 +82,7 @@ impl Instance {
         buffer.clear();
         buffer.extend(values.iter().map(|value| c_types::Boolean::from(*value)));
         let result = self.call(CALL, phase::SET, |f, c| {
-            // SAFETY: as `call` asks; both arrays have the given length.
+            // SAFETY: as `call` requires; both arrays have the given length.
             unsafe { (f.set_boolean)(c, references.as_ptr(), references.len(), buffer.as_ptr()) }
         });
         self.booleans = buffer;
@@ -95,7 +97,7 @@ impl Instance {
         }
         let mut pointers: Vec<*const c_char> = vec![std::ptr::null(); references.len()];
         self.call(CALL, phase::GET, |f, c| {
-            // SAFETY: as `call` asks; both arrays have the given length.
+            // SAFETY: as `call` requires; both arrays have the given length.
             unsafe {
                 (f.get_string)(c, references.as_ptr(), references.len(), pointers.as_mut_ptr())
             }
@@ -130,12 +132,13 @@ impl Instance {
             .collect::<Result<Vec<_>, _>>()?;
         let pointers: Vec<*const c_char> = texts.iter().map(|text| text.as_ptr()).collect();
         self.call(CALL, phase::SET, |f, c| {
-            // SAFETY: as `call` asks; both arrays have the given length, and the texts outlive
+            // SAFETY: as `call` requires; both arrays have the given length, and the texts outlive
             // the call (the FMU copies them).
             unsafe { (f.set_string)(c, references.as_ptr(), references.len(), pointers.as_ptr()) }
         })
     }
 
+    #[inline]
     pub(super) fn same_length(
         &self,
         call: &'static str,

@@ -1,16 +1,16 @@
-//! Whether what a package says of its connectors is what its FMUs say.
+//! Whether the connectors of a package agree with the variables of its FMUs.
 //!
 //! Connectors repeat what the FMU states; where they differ the FMU counts and the difference is
-//! told. Connections pass values as they are, so ends in unlike units are refused.
+//! reported. Connections pass values as they are, so ends in unlike units are refused.
 
 use model_description::{Causality, Kind, Unit, Variable};
 
 use super::structure::{Component, Place};
-use super::units::{Relation, base_of, relation};
 use crate::names::near_text;
+use crate::units::{Relation, base_of, relation};
 use crate::{Archive, Connection, Error};
 
-/// What a component's connectors say that its FMU does not, one line each.
+/// The differences between a component's connectors and its FMU, one line each.
 pub(super) fn connectors(component: &Component, archive: &Archive) -> Vec<String> {
     let mut remarks = Vec::new();
     for connector in &component.connectors {
@@ -22,9 +22,9 @@ pub(super) fn connectors(component: &Component, archive: &Archive) -> Vec<String
                 .push(format!("{place}: {path} is a connector and no variable of the FMU{near}"));
             continue;
         };
-        let mut differs = |what: &str, fmu: &str, said: &str| {
+        let mut differs = |what: &str, fmu: &str, stated: &str| {
             remarks.push(format!(
-                "{place}: the connector {path} has the {what} {said:?}, its FMU says {fmu:?}; \
+                "{place}: the connector {path} has the {what} {stated:?}, its FMU has {fmu:?}; \
                  the FMU counts"
             ));
         };
@@ -32,27 +32,27 @@ pub(super) fn connectors(component: &Component, archive: &Archive) -> Vec<String
         if connector.kind != causality {
             differs("kind", &causality, &connector.kind);
         }
-        if let Some(said) = &connector.of_type
-            && !is_type(variable, said)
+        if let Some(stated) = &connector.of_type
+            && !is_type(variable, stated)
         {
             let fmu = if variable.is_enumeration {
                 "Enumeration".to_owned()
             } else {
                 variable.kind.to_string()
             };
-            differs("type", &fmu, said);
+            differs("type", &fmu, stated);
         }
-        if let (Some(said), Some(fmu)) = (&connector.unit, &variable.unit)
-            && said != fmu
+        if let (Some(stated), Some(fmu)) = (&connector.unit, &variable.unit)
+            && stated != fmu
         {
-            differs("unit", fmu, said);
+            differs("unit", fmu, stated);
         }
     }
     remarks
 }
 
-fn is_type(variable: &Variable, said: &str) -> bool {
-    match said {
+fn is_type(variable: &Variable, stated: &str) -> bool {
+    match stated {
         "Enumeration" => variable.is_enumeration,
         "Integer" => variable.kind == Kind::Integer,
         "Real" => variable.kind == Kind::Real,
@@ -102,9 +102,9 @@ impl<'a> End<'a> {
     }
 }
 
-/// Whether values may pass from the one end to the other: neither what the connectors say nor what
-/// the FMUs say may differ in dimension, and what the FMUs say not in factor or offset either,
-/// unless the package forbids conversion (`suppressUnitConversion`). Gives what is to be told.
+/// Whether values may pass from the one end to the other: the units of connectors and FMUs must not
+/// differ in dimension, and those of the FMUs not in factor or offset either, unless the package
+/// forbids conversion (`suppressUnitConversion`). Returns a remark, if there is one.
 pub(super) fn units(
     connection: &Connection,
     (from, to): (&End<'_>, &End<'_>),
@@ -127,8 +127,8 @@ pub(super) fn units(
         let ((from, from_unit), (to, to_unit)) = ends(one, other);
         Error::UnitDimension { from, from_unit, to, to_unit }
     };
-    let said = |end: &End<'_>| end.unit_of_connector().or(end.unit_of_fmu()).map(str::to_owned);
-    if let (Some(one), Some(other)) = (said(from), said(to))
+    let stated = |end: &End<'_>| end.unit_of_connector().or(end.unit_of_fmu()).map(str::to_owned);
+    if let (Some(one), Some(other)) = (stated(from), stated(to))
         && related(&one, &other) == Some(Relation::OtherDimension)
     {
         return Err(other_dimension(&one, &other));

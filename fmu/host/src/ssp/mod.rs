@@ -2,14 +2,13 @@
 //!
 //! [`SystemPackage`] reads flat systems of FMI 2.0 co-simulation FMUs, of any tool, with parameter
 //! values inline or in `.ssv` files of the package; [`SystemPackage::system`] makes the [`System`]
-//! that a master runs. The package is extracted as an FMU is: checked entry by entry, see
+//! to run. The package is extracted as an FMU is: checked entry by entry, see
 //! [`Limits`].
 
 mod checks;
+mod element;
 mod read;
 mod structure;
-mod unit_definitions;
-mod units;
 
 use std::fs;
 use std::io::{Cursor, Read, Seek};
@@ -17,15 +16,13 @@ use std::path::{Path, PathBuf};
 
 use model_description::{Causality, Kind, Unit, Value, Variable};
 
-pub(crate) use units::converted;
-
 pub use structure::{Component, Connector, Parameter, Place, SystemStructure};
 
 use crate::archive::extract;
 use crate::names::near_text;
-use crate::{Archive, Connection, Error, Instance, Limits, System};
+use crate::{Archive, Connection, Error, Instance, Limits, System, units};
 
-/// The file that says what a package is.
+/// The file that describes a package.
 const STRUCTURE: &str = "SystemStructure.ssd";
 /// Longest XML file that is read, bytes.
 const XML_LIMIT: u64 = 64 << 20;
@@ -58,7 +55,7 @@ impl SystemPackage {
             return Err(Error::NoSystemStructure { package: name.to_owned() });
         }
         let load = |source: &str| text_of(folder.path(), name, source);
-        let file = read::File { package: name, name: STRUCTURE };
+        let file = element::File { package: name, name: STRUCTURE };
         let structure = read::structure(&load(STRUCTURE)?, file, &load)?;
         let mut archives: Vec<std::sync::Arc<Archive>> = Vec::new();
         for (index, component) in structure.components.iter().enumerate() {
@@ -81,7 +78,7 @@ impl SystemPackage {
         &self.name
     }
 
-    /// What its `SystemStructure.ssd` says.
+    /// The content of its `SystemStructure.ssd`.
     #[must_use]
     pub fn structure(&self) -> &SystemStructure {
         &self.structure
@@ -92,9 +89,9 @@ impl SystemPackage {
         self.archives.iter().map(AsRef::as_ref)
     }
 
-    /// The system: an instance of each component, connected, with its values set. Beside it, what
+    /// The system: an instance of each component, connected, with its values set. With it, what
     /// was left out of account: values for variables that an FMU does not have, which SSP allows,
-    /// start values of inputs that a connection feeds, connectors that are not as their FMUs say,
+    /// start values of inputs that a connection feeds, connectors that differ from their FMUs,
     /// connections written from an input to an output.
     pub fn system(&self) -> Result<(System, Vec<String>), Error> {
         let mut remarks = self.structure.remarks.clone();
@@ -167,8 +164,8 @@ impl SystemPackage {
                 written.target()
             ));
         }
-        let told = checks::units(&connection, ends, &self.structure.units, how.suppressed)?;
-        remarks.extend(told.map(|told| format!("{}: {told}", how.place)));
+        let remark = checks::units(&connection, ends, &self.structure.units, how.suppressed)?;
+        remarks.extend(remark.map(|remark| format!("{}: {remark}", how.place)));
         system.connect_compared(connection)
     }
 
@@ -231,7 +228,7 @@ fn text_of(folder: &Path, package: &str, source: &str) -> Result<String, Error> 
     String::from_utf8(fs::read(&path).map_err(io)?).map_err(|_| bad("it is not UTF-8"))
 }
 
-/// `%20` and the like as the bytes they stand for; `None` where that is no text.
+/// `%20` and the like as the bytes they represent; `None` where that is no text.
 fn percent_decoded(text: &str) -> Option<String> {
     let mut bytes = Vec::with_capacity(text.len());
     let mut rest = text.as_bytes();

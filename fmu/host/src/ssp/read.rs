@@ -5,11 +5,10 @@
 //! mappings, components that are no FMUs. What describes it alone (geometry, signal dictionaries
 //! that nothing refers to, annotations of other tools) is passed over.
 
-use model_description::Value;
-use roxmltree::{Document, Node, ParsingOptions};
+use model_description::{BaseUnit, Unit, Value};
 
-use super::structure::{Component, Connector, Parameter, Place, SystemStructure, Written};
-use super::unit_definitions;
+use super::element::{Element, File};
+use super::structure::{Component, Connector, Parameter, SystemStructure, Written};
 use crate::names::{near, near_text};
 use crate::{Connection, Error};
 
@@ -18,106 +17,7 @@ const SSC: &str = "http://ssp-standard.org/SSP1/SystemStructureCommon";
 const SSV: &str = "http://ssp-standard.org/SSP1/SystemStructureParameterValues";
 const OSP: &str = "http://opensimulationplatform.com/SSP/OSPAnnotations";
 
-/// Elements, texts and comments a file may have.
-const NODES_LIMIT: u32 = 4_000_000;
-
-/// A file of a package, for messages: `loop.ssp: SystemStructure.ssd`.
-#[derive(Clone, Copy)]
-pub(super) struct File<'a> {
-    pub(super) package: &'a str,
-    pub(super) name: &'a str,
-}
-
-impl File<'_> {
-    fn error(self, line: u32, problem: impl Into<String>) -> Error {
-        Error::SystemStructure {
-            package: self.package.to_owned(),
-            file: self.name.to_owned(),
-            line,
-            problem: problem.into(),
-        }
-    }
-
-    fn parse(self, text: &str) -> Result<Document<'_>, Error> {
-        let options = ParsingOptions { nodes_limit: NODES_LIMIT, ..ParsingOptions::default() };
-        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        Document::parse_with_options(text, options)
-            .map_err(|error| self.error(error.pos().row, error.to_string()))
-    }
-}
-
-/// An element and the file it is of.
-#[derive(Clone, Copy)]
-pub(super) struct Element<'a, 'input> {
-    pub(super) node: Node<'a, 'input>,
-    file: File<'a>,
-}
-
-impl<'a, 'input> Element<'a, 'input> {
-    pub(super) fn is(self, namespace: &str, name: &str) -> bool {
-        self.node.tag_name().namespace() == Some(namespace) && self.node.tag_name().name() == name
-    }
-
-    pub(super) fn children(self) -> impl Iterator<Item = Element<'a, 'input>> {
-        let file = self.file;
-        self.node.children().filter(Node::is_element).map(move |node| Element { node, file })
-    }
-
-    pub(super) fn child(
-        self,
-        namespace: &'static str,
-        name: &'static str,
-    ) -> Option<Element<'a, 'input>> {
-        self.children().find(|child| child.is(namespace, name))
-    }
-
-    /// What stands in the child of that name, or nothing.
-    fn inside(self, name: &'static str) -> impl Iterator<Item = Element<'a, 'input>> {
-        self.child(SSD, name).into_iter().flat_map(Element::children)
-    }
-
-    fn line(self) -> u32 {
-        self.node.document().text_pos_at(self.node.range().start).row
-    }
-
-    fn place(self) -> Place {
-        Place { file: self.file.name.to_owned(), line: self.line() }
-    }
-
-    pub(super) fn error(self, problem: impl Into<String>) -> Error {
-        self.file.error(self.line(), problem)
-    }
-
-    fn not_supported(self, what: impl Into<String>) -> Error {
-        Error::SystemNotSupported {
-            package: self.file.package.to_owned(),
-            file: self.file.name.to_owned(),
-            line: self.line(),
-            what: what.into(),
-        }
-    }
-
-    pub(super) fn optional(self, name: &str) -> Option<&'a str> {
-        self.node.attribute(name)
-    }
-
-    pub(super) fn attribute(self, name: &str) -> Result<&'a str, Error> {
-        self.optional(name).ok_or_else(|| {
-            self.error(format!("<{}> has no attribute {name}", self.node.tag_name().name()))
-        })
-    }
-
-    /// A finite number.
-    pub(super) fn number(self, name: &str) -> Result<Option<f64>, Error> {
-        let Some(text) = self.optional(name) else { return Ok(None) };
-        match text.trim().parse::<f64>() {
-            Ok(value) if value.is_finite() => Ok(Some(value)),
-            _ => Err(self.error(format!("{name} is {text:?}, not a finite number"))),
-        }
-    }
-}
-
-/// Reads `SystemStructure.ssd`; `load` gives the text of another file in the package.
+/// Reads `SystemStructure.ssd`; `load` returns the text of another file in the package.
 pub(super) fn structure(
     text: &str,
     file: File<'_>,
@@ -135,8 +35,8 @@ pub(super) fn structure(
     let system = root.child(SSD, "System").ok_or_else(|| root.error("there is no System"))?;
     let mut structure =
         SystemStructure { name: system.attribute("name")?.to_owned(), ..Default::default() };
-    structure.units = unit_definitions::read(root, SSD, SSC)?;
-    for element in system.inside("Elements") {
+    structure.units = read_units(root, SSD, SSC)?;
+    for element in system.inside(SSD, "Elements") {
         let component = component(element, load)?;
         if structure.components.iter().any(|other| other.name == component.name) {
             return Err(element.error(format!("two components are named {:?}", component.name)));
@@ -147,12 +47,12 @@ pub(super) fn structure(
         return Err(system.error("the system has no components"));
     }
     // Bindings of the system count more than those of its components, so they come last.
-    for binding in system.inside("ParameterBindings") {
+    for binding in system.inside(SSD, "ParameterBindings") {
         for parameter in bound(binding, load)? {
             distribute(&mut structure, parameter);
         }
     }
-    for connection in system.inside("Connections").filter(|e| e.is(SSD, "Connection")) {
+    for connection in system.inside(SSD, "Connections").filter(|e| e.is(SSD, "Connection")) {
         connect(&mut structure, connection)?;
     }
     if let Some(experiment) = root.child(SSD, "DefaultExperiment") {
@@ -186,10 +86,10 @@ fn component(
         connectors: Vec::new(),
         parameters: Vec::new(),
     };
-    for written in element.inside("Connectors").filter(|e| e.is(SSD, "Connector")) {
+    for written in element.inside(SSD, "Connectors").filter(|e| e.is(SSD, "Connector")) {
         component.connectors.push(connector(written)?);
     }
-    for binding in element.inside("ParameterBindings") {
+    for binding in element.inside(SSD, "ParameterBindings") {
         component.parameters.extend(bound(binding, load)?);
     }
     Ok(component)
@@ -206,7 +106,7 @@ fn connector(element: Element<'_, '_>) -> Result<Connector, Error> {
     })
 }
 
-/// The values of a `ParameterBinding`, which stand in it or in a file of the package.
+/// The values of a `ParameterBinding`, which are in it or in a file of the package.
 fn bound(
     binding: Element<'_, '_>,
     load: &dyn Fn(&str) -> Result<String, Error>,
@@ -224,7 +124,7 @@ fn bound(
     let prefix = binding.optional("prefix").unwrap_or("");
     match binding.optional("source") {
         None => {
-            let sets = binding.inside("ParameterValues").filter(|e| e.is(SSV, "ParameterSet"));
+            let sets = binding.inside(SSD, "ParameterValues").filter(|e| e.is(SSV, "ParameterSet"));
             sets.map(|set| parameters(set, prefix))
                 .collect::<Result<Vec<_>, _>>()
                 .map(|p| p.concat())
@@ -244,7 +144,7 @@ fn bound(
 
 /// The values of a `ParameterSet`.
 fn parameters(set: Element<'_, '_>, prefix: &str) -> Result<Vec<Parameter>, Error> {
-    let units = unit_definitions::read(set, SSV, SSC)?;
+    let units = read_units(set, SSV, SSC)?;
     let all = set.child(SSV, "Parameters").into_iter().flat_map(Element::children);
     all.map(|parameter| {
         let name = format!("{prefix}{}", parameter.attribute("name")?);
@@ -327,7 +227,7 @@ fn connect(structure: &mut SystemStructure, element: Element<'_, '_>) -> Result<
 
 /// The base step in the annotation of the Open Simulation Platform.
 fn step(experiment: Element<'_, '_>) -> Result<Option<f64>, Error> {
-    let annotations = experiment.inside("Annotations");
+    let annotations = experiment.inside(SSD, "Annotations");
     let found = annotations
         .filter(|annotation| annotation.optional("type") == Some("com.opensimulationplatform"))
         .find_map(|annotation| {
@@ -338,4 +238,36 @@ fn step(experiment: Element<'_, '_>) -> Result<Option<f64>, Error> {
         Some(step) if step > 0.0 => Ok(Some(step)),
         _ => Err(algorithm.error("baseStepSize is not above 0")),
     }
+}
+
+/// The units that an element defines; `namespace` is that of its file, `common` that of
+/// `ssc:Unit`.
+fn read_units(
+    parent: Element<'_, '_>,
+    namespace: &'static str,
+    common: &'static str,
+) -> Result<Vec<Unit>, Error> {
+    let all = parent.child(namespace, "Units").into_iter().flat_map(Element::children);
+    all.filter(|element| element.is(common, "Unit"))
+        .map(|element| {
+            let name = element.attribute("name")?.to_owned();
+            let base = element.child(common, "BaseUnit").map(read_base).transpose()?;
+            Ok(Unit { name, base, display_units: Vec::new() })
+        })
+        .collect()
+}
+
+fn read_base(element: Element<'_, '_>) -> Result<BaseUnit, Error> {
+    let mut exponents = [0; 8];
+    for (exponent, symbol) in exponents.iter_mut().zip(BaseUnit::SYMBOLS) {
+        if let Some(text) = element.optional(symbol) {
+            let bad = || element.error(format!("{symbol} is {text:?}, not a whole number"));
+            *exponent = text.trim().parse().map_err(|_| bad())?;
+        }
+    }
+    let factor = element.number("factor")?.unwrap_or(1.0);
+    if factor == 0.0 {
+        return Err(element.error("the factor of a unit is 0"));
+    }
+    Ok(BaseUnit { exponents, factor, offset: element.number("offset")?.unwrap_or(0.0) })
 }

@@ -1,4 +1,4 @@
-//! What a flat `SystemStructure.ssd` says.
+//! The content of a flat `SystemStructure.ssd`.
 
 use model_description::{BaseUnit, Unit, Value};
 
@@ -11,7 +11,7 @@ pub struct SystemStructure {
     pub name: String,
     /// In the order of the file, which is that in which a Gauss–Seidel master steps them.
     pub components: Vec<Component>,
-    /// As written; SSP gives start and end no direction (see [`SystemPackage::system`]).
+    /// As written; start and end of SSP have no direction (see [`SystemPackage::system`]).
     ///
     /// [`SystemPackage::system`]: crate::SystemPackage::system
     pub connections: Vec<Connection>,
@@ -36,7 +36,7 @@ pub struct Component {
     pub name: String,
     /// Where it lies in the package, such as `resources/Plant.fmu`.
     pub source: String,
-    /// What the file says of its variables.
+    /// Its variables in the file.
     pub connectors: Vec<Connector>,
     /// Values to start with; of several for one variable the last counts.
     pub parameters: Vec<Parameter>,
@@ -57,7 +57,7 @@ pub struct Parameter {
     pub place: Place,
 }
 
-/// What a package says of a variable of an FMU.
+/// A variable of an FMU as the package describes it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Connector {
     /// The variable.

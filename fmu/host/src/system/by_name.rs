@@ -1,23 +1,29 @@
 //! Wiring by names: the one rule by which files are simulated, packed and swept together.
 //!
 //! An input is fed by the output of its name in another unit; without one it stays free. Several such
-//! outputs are ambiguous, and refused, but where a *pose estimator* stands between a vehicle and what
-//! steers it. That is a unit with the inputs `gnss_x` and `gnss_y` and the outputs `x` and `y`:
+//! outputs are ambiguous, and refused. The exception is an *estimator*, a unit whose outputs estimate
+//! outputs of another unit from measurements of them; the caller states which inputs are such
+//! measurements ([`Measurement`]):
 //!
-//! - what it puts out goes before outputs of the same names elsewhere: path and controller see the
-//!   estimate, not the truth;
-//! - where nothing puts out `gnss_x` and `gnss_y`, they are fed by `x` and `y` of the vehicle, as by a
-//!   receiver without fault.
+//! - the outputs of an estimator take precedence over outputs of the same names elsewhere;
+//! - a measurement without an output of its name is fed by the measured output itself.
 
 use model_description::{Causality, Variable};
 
 use super::Connection;
 use crate::Error;
 
-/// Inputs of a pose estimator, and what a receiver without fault would give them.
-const RECEIVER: [(&str, &str); 2] = [("gnss_x", "x"), ("gnss_y", "y")];
+/// An input of estimators, and the output that it measures. A unit that has the inputs of all stated
+/// measurements, and estimates the measured outputs under their own names, is an estimator.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Measurement<'a> {
+    /// The name of the input.
+    pub input: &'a str,
+    /// The name of the measured output, and of its estimate.
+    pub output: &'a str,
+}
 
-/// What is wired: its name, and its variables.
+/// A unit to wire: its name and its variables.
 pub struct Unit<'a> {
     /// The name in connections.
     pub name: &'a str,
@@ -49,20 +55,23 @@ impl<'a> Unit<'a> {
         self.of(Causality::Output).find(|(_, own)| *own == name).map(|(variable, _)| variable)
     }
 
-    fn is_estimator(&self) -> bool {
-        RECEIVER.iter().all(|(fix, estimate)| {
-            self.of(Causality::Input).any(|(_, own)| own == *fix) && self.output(estimate).is_some()
-        })
+    fn is_estimator(&self, measurements: &[Measurement<'_>]) -> bool {
+        !measurements.is_empty()
+            && measurements.iter().all(|m| {
+                self.of(Causality::Input).any(|(_, own)| own == m.input)
+                    && self.output(m.output).is_some()
+            })
     }
 }
 
-/// The connections that names make, in the order of the units and their inputs. `is_fed` says of an
-/// input whether something feeds it already.
+/// The connections that names make, in the order of the units and their inputs. `is_fed` reports
+/// whether an input has a source already.
 ///
 /// # Errors
 /// [`Error::Ambiguous`] where an input could be fed by several outputs.
 pub fn wires_by_name(
     units: &[Unit<'_>],
+    measurements: &[Measurement<'_>],
     is_fed: &dyn Fn(&Unit<'_>, &str) -> bool,
 ) -> Result<Vec<Connection>, Error> {
     let mut wires = Vec::new();
@@ -78,16 +87,17 @@ pub fn wires_by_name(
             let found = |name: &str| -> Vec<(&Unit<'_>, &Variable)> {
                 others().filter_map(|unit| Some((unit, unit.output(name)?))).collect()
             };
+            let is_estimator = |unit: &Unit<'_>| unit.is_estimator(measurements);
             let mut candidates = found(name);
-            if candidates.len() > 1 && candidates.iter().any(|(unit, _)| unit.is_estimator()) {
-                candidates.retain(|(unit, _)| unit.is_estimator());
+            if candidates.len() > 1 && candidates.iter().any(|(unit, _)| is_estimator(unit)) {
+                candidates.retain(|(unit, _)| is_estimator(unit));
             }
             if candidates.is_empty()
-                && to.is_estimator()
-                && let Some((_, truth)) = RECEIVER.iter().find(|(fix, _)| *fix == name)
+                && is_estimator(to)
+                && let Some(measurement) = measurements.iter().find(|m| m.input == name)
             {
-                candidates = found(truth);
-                candidates.retain(|(unit, _)| !unit.is_estimator());
+                candidates = found(measurement.output);
+                candidates.retain(|(unit, _)| !is_estimator(unit));
             }
             match candidates[..] {
                 [] => {}

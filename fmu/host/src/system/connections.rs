@@ -3,7 +3,7 @@
 use model_description::Causality;
 
 use super::System;
-use super::by_name::{Unit, wires_by_name};
+use super::by_name::{Measurement, Unit, wires_by_name};
 use crate::Error;
 
 /// An output of one instance that feeds an input of another, or of the same.
@@ -109,13 +109,16 @@ impl System {
     }
 
     /// Wires each input that has no connection yet by its name ([`wires_by_name`]); an input without a
-    /// counterpart stays as it is. Gives the new connections, or makes none.
-    pub fn connect_by_name(&mut self) -> Result<Vec<Connection>, Error> {
+    /// counterpart stays as it is. Returns the new connections, or makes none.
+    pub fn connect_by_name(
+        &mut self,
+        measurements: &[Measurement<'_>],
+    ) -> Result<Vec<Connection>, Error> {
         let units: Vec<Unit<'_>> =
             self.instances.iter().map(|i| Unit::new(i.name(), i.model().variables())).collect();
         let is_fed = |unit: &Unit<'_>, input: &str| self.feeding(unit.name, input).is_some();
-        let mut new = wires_by_name(&units, &is_fed)?;
-        // A receiver's fixes may come from outside.
+        let mut new = wires_by_name(&units, measurements, &is_fed)?;
+        // Measurements may come from the table.
         new.retain(|c| c.output == c.input || !self.is_in_table(&c.to, &c.input));
         let before = self.connections.len();
         for connection in &new {
@@ -128,7 +131,7 @@ impl System {
         Ok(new)
     }
 
-    /// Whether a column of the table is meant for an input.
+    /// Whether a column of the table names an input.
     fn is_in_table(&self, instance: &str, input: &str) -> bool {
         self.table.as_ref().is_some_and(|table| {
             let path = format!("{instance}.{input}");

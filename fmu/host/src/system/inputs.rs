@@ -18,7 +18,7 @@ pub struct InputTable {
     name: String,
     columns: Vec<String>,
     times: Vec<f64>,
-    /// Where the rows stand in the file.
+    /// The line of each row in the file.
     lines: Vec<u64>,
     /// Row after row, without the time.
     values: Vec<f64>,

@@ -1,21 +1,23 @@
-//! Systems of wired instances, put together step by step and then run by a [`Master`].
+//! Systems of wired instances: assembled by name, compiled to a [`Plan`], run by a [`Cosimulation`].
 //!
-//! The instances step in the order in which they were added unless [`System::order`] says
-//! otherwise; for a steering loop that is plant, pose estimator, path, PID.
+//! The instances step in the order in which they were added unless [`System::order`] changes
+//! the order; for a steering loop that is plant, pose estimator, path, PID.
 
 mod by_name;
 mod connections;
+mod cosimulation;
 mod inputs;
-mod master;
+mod plan;
 mod recording;
-mod signals;
-mod wiring;
+mod run;
 
-pub use by_name::{Unit, wires_by_name};
+pub use by_name::{Measurement, Unit, wires_by_name};
 pub use connections::Connection;
+pub use cosimulation::{Cosimulation, Coupling, Settled, Signals};
 pub use inputs::InputTable;
-pub use master::{Master, grid};
+pub use plan::{Assigned, Composition, Grid, Key, Linear, Plan, PlanOptions};
 pub use recording::Recording;
+pub use run::grid;
 
 use model_description::{Causality, Kind, Value, Variable};
 
@@ -50,12 +52,12 @@ impl System {
         Self::default()
     }
 
-    /// Adds an instance, last in order. Its name must be unlike the others' and without dots,
-    /// which part it from its variables' names.
+    /// Adds an instance, last in order. Its name must be unique and without dots,
+    /// which separate it from its variables' names.
     pub fn add(&mut self, instance: Instance) -> Result<&mut Self, Error> {
         let name = instance.name();
         if name.contains('.') {
-            let reason = "a dot parts it from the names of its variables";
+            let reason = "a dot separates it from the names of its variables";
             return Err(Error::InstanceName { name: name.to_owned(), reason });
         }
         if self.instances.iter().any(|other| other.name() == name) {
@@ -71,7 +73,7 @@ impl System {
         &self.instances
     }
 
-    /// An instance by name, to be asked after a run or for its log.
+    /// An instance by name, to read variables after a run or its log.
     pub fn instance_mut(&mut self, name: &str) -> Result<&mut Instance, Error> {
         let index = self.index(name)?;
         Ok(&mut self.instances[index])
@@ -150,7 +152,7 @@ impl System {
         self
     }
 
-    /// Tells the FMUs a relative tolerance.
+    /// Passes a relative tolerance to the FMUs.
     pub fn tolerance(&mut self, tolerance: f64) -> &mut Self {
         self.tolerance = Some(tolerance);
         self

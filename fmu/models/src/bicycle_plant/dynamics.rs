@@ -1,5 +1,5 @@
 //! `ẇ = F(v)·w + G·u` for w = (v_y, r, δ) at one speed, blended below [`BLEND_SPEED`] as
-//! [`super`] says.
+//! [`super`] states.
 
 use super::BicyclePlant;
 use crate::bicycle::BLEND_SPEED;

@@ -2,7 +2,7 @@
 //!
 //! States (v_y, r, δ), then ψ, X, Y. Within a step the speed is held, and the steering angle held
 //! or ramped, `u(τ) = u0 + u̇·τ` with u̇ the [`BicyclePlant::steering_rate`]; after the step it is u0
-//! again until it is set anew. With `ẇ = F(V)·w + G·u` for w = (v_y, r, δ) as in
+//! again until it is set again. With `ẇ = F(V)·w + G·u` for w = (v_y, r, δ) as in
 //! [`crate::bicycle`],
 //!
 //! ```text
@@ -14,7 +14,7 @@
 //! Taylor series, `w(τ) = w + τ·ẇ + Σ τᵏ/k!·Fᵏ⁻²·ẅ` from k = 2 with `ẅ = F·ẇ + G·u̇`, summed to the
 //! last bit over panels shorter than the fastest time constant. Three states make a term cheaper
 //! than looking up a cached matrix would pay for, and a speed that changes at every step costs the same as a constant one. The same
-//! terms give v_y and ψ at the quadrature's nodes.
+//! terms yield v_y and ψ at the quadrature's nodes.
 //!
 //! **Below 1 m/s** ([`BLEND_SPEED`](crate::bicycle::BLEND_SPEED)) the rates ∝ 1/V would grow without
 //! bound. There the states approach the steady turn of the present speed with the dynamics of 1 m/s:

@@ -17,7 +17,7 @@
 //!
 //! u is the model's input `delay` seconds ago: a step is split where that delayed input changes,
 //! and each piece is one ramp, which the matrix exponential takes exactly. After the step the
-//! steering angle is u0 again, not where the ramp ended, until it is set anew; what is still under
+//! steering angle is u0 again, not where the ramp ended, until it is set again; what is still under
 //! way in the delay stays the ramp it was. Before the start the input was zero, which is where
 //! states that start at zero are at rest. Speed moves X and Y alone (and drives the model where it was identified with
 //! [`InputKind::SteeringTimesSpeed`](crate::identified::InputKind::SteeringTimesSpeed)).

@@ -1,4 +1,4 @@
-//! The identified plant's state as it is saved: all that the model's file does not say.
+//! The identified plant's state as it is saved: all that is not in the model's file.
 
 use super::IdentifiedPlant;
 use crate::delay::History;

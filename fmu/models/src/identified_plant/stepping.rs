@@ -79,7 +79,7 @@ impl IdentifiedPlant {
         }
     }
 
-    /// A stretch within one grid interval, which it begins or not.
+    /// A time interval within one grid interval, which it begins or not.
     fn walk_from(&mut self, length: f64, begins_interval: bool) {
         if begins_interval && self.model.continuous().is_none() {
             let u = self.delay.here();
@@ -108,7 +108,7 @@ impl IdentifiedPlant {
         self.draw();
     }
 
-    /// A stretch without grid points, split where the delayed input changes.
+    /// A time interval without grid points, split where the delayed input changes.
     #[inline]
     fn walk(&mut self, length: f64) {
         let mut left = length;

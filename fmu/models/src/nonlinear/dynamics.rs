@@ -12,7 +12,7 @@ use super::parameters::NonlinearParameters;
 use super::tyre::{Axle, TyreParameters};
 use crate::bicycle::{BLEND_SPEED, BicycleParameters, Coefficients};
 use crate::quadrature::{Pose, panels};
-use crate::trigonometry::sin_cos_small;
+use crate::trigonometry::{atan, sin_cos, sin_cos_small};
 
 /// Acceleration of free fall, m/s².
 pub(super) const GRAVITY: f64 = 9.81;
@@ -48,6 +48,21 @@ pub(super) struct Dynamics<'a> {
     inverse_speed: f64,
     /// How far the states' target is from that of 1 m/s, per tan δ; below 1 m/s alone.
     blend: Option<Blend>,
+}
+
+/// The road-wheel angle δ, rad, with its sine and cosine.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct RoadWheel {
+    angle: f64,
+    sin: f64,
+    cos: f64,
+}
+
+impl RoadWheel {
+    pub(super) fn at(angle: f64) -> Self {
+        let (sin, cos) = sin_cos(angle);
+        Self { angle, sin, cos }
+    }
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -128,14 +143,14 @@ impl Constants {
 impl Dynamics<'_> {
     /// (v̇_y, ṙ, ȧ_φ) and a_y.
     #[inline]
-    pub(super) fn rates(&self, s: &Lateral, angle: f64) -> (Lateral, f64) {
+    pub(super) fn rates(&self, s: &Lateral, wheel: &RoadWheel) -> (Lateral, f64) {
         let [vy, r, roll] = *s;
         let [vy_rate, r_rate] = match &self.blend {
-            None => self.tyres(vy, r, roll, angle),
+            None => self.tyres(vy, r, roll, wheel),
             Some(b) => {
-                let tan = angle.tan();
+                let tan = wheel.sin / wheel.cos;
                 let nonlinear =
-                    self.tyres(vy + b.shift[0] * tan, r + b.shift[1] * tan, roll, angle);
+                    self.tyres(vy + b.shift[0] * tan, r + b.shift[1] * tan, roll, wheel);
                 let (vy, r) = (vy - b.target[0] * tan, r - b.target[1] * tan);
                 let [a, b, c, d] = b.linear;
                 let linear = [a * vy + b * r, c * vy + d * r];
@@ -149,13 +164,17 @@ impl Dynamics<'_> {
 
     /// (v̇_y, ṙ) of the tyres' forces, at 1 m/s at least.
     #[inline]
-    fn tyres(&self, vy: f64, r: f64, roll: f64, angle: f64) -> [f64; 2] {
+    fn tyres(&self, vy: f64, r: f64, roll: f64, wheel: &RoadWheel) -> [f64; 2] {
         let k = self.constants;
         let b = &k.bicycle;
-        let front_slip = angle - ((vy + b.distance_front * r) * self.inverse_speed).atan();
-        let rear_slip = -((vy - b.distance_rear * r) * self.inverse_speed).atan();
-        let front = k.front.force(front_slip, k.transfer[0] * roll) * angle.cos();
-        let rear = k.rear.force(rear_slip, k.transfer[1] * roll);
+        let [front, rear] = atan(&[
+            (vy + b.distance_front * r) * self.inverse_speed,
+            (vy - b.distance_rear * r) * self.inverse_speed,
+        ]);
+        let slip = [wheel.angle - front, -rear];
+        let transfer = k.transfer.map(|transfer| transfer * roll);
+        let [front, rear] = Axle::forces([&k.front, &k.rear], slip, transfer);
+        let front = front * wheel.cos;
         [
             (front + rear) / b.mass - self.speed.max(BLEND_SPEED) * r,
             (b.distance_front * front - b.distance_rear * rear) / b.yaw_inertia,
@@ -182,14 +201,17 @@ impl Dynamics<'_> {
     /// One panel, with δ at its start, middle and end.
     #[inline]
     fn panel(&self, s: &mut Lateral, pose: &mut Pose, h: f64, angle: [f64; 3]) {
+        let (sin, cos) = sin_cos_small(&angle);
+        let wheel = |i: usize| RoadWheel { angle: angle[i], sin: sin[i], cos: cos[i] };
+        let (first, middle, last) = (wheel(0), wheel(1), wheel(2));
         let shifted = |k: &Lateral, by: f64| [s[0] + by * k[0], s[1] + by * k[1], s[2] + by * k[2]];
-        let (k1, _) = self.rates(s, angle[0]);
+        let (k1, _) = self.rates(s, &first);
         let s2 = shifted(&k1, 0.5 * h);
-        let (k2, _) = self.rates(&s2, angle[1]);
+        let (k2, _) = self.rates(&s2, &middle);
         let s3 = shifted(&k2, 0.5 * h);
-        let (k3, _) = self.rates(&s3, angle[1]);
+        let (k3, _) = self.rates(&s3, &middle);
         let s4 = shifted(&k3, h);
-        let (k4, _) = self.rates(&s4, angle[2]);
+        let (k4, _) = self.rates(&s4, &last);
 
         let sixth = h / 6.0;
         // Directions of travel at the stages, seen from the panel's start.

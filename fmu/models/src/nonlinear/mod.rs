@@ -23,8 +23,8 @@
 //!
 //! **Longitudinal speed** is held within a step, as in the other plants. There are no longitudinal
 //! forces, so tyres have their whole friction for the side. The front wheel's lateral force would
-//! slow the vehicle by F_f·sin δ: whoever gives the speed is taken to make up for it. Sideslip
-//! angles beyond 90° cannot be told, since v is not below 0.
+//! slow the vehicle by F_f·sin δ: the source of the speed is assumed to compensate for it. Sideslip
+//! angles beyond 90° cannot be represented, since v is not below 0.
 //!
 //! **Below 1 m/s** slip angles at the true speed would be ill-defined. As in
 //! [`crate::bicycle_plant`] the states approach the steady turn of the present speed with the

@@ -15,6 +15,8 @@
 //! Forces are positive to the left for a positive slip angle α (rad). With C in [1, 2) and E in
 //! [−1.5, 1] the force of a tyre rises from its steepest slope C_α at α = 0 and is never above D.
 
+use crate::trigonometry::{atan, sin_of_half_turn};
+
 /// The tyres of one axle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Axle {
@@ -59,20 +61,49 @@ impl Axle {
 
     /// Lateral force of both tyres, N, at a slip angle (rad) and a load transfer q, relative to the
     /// static wheel load.
-    #[inline]
     #[must_use]
     pub fn force(&self, slip_angle: f64, transfer: f64) -> f64 {
         let q = transfer.clamp(-1.0, 1.0);
-        self.tyre(slip_angle, q) + self.tyre(slip_angle, -q)
+        let [outer, inner] = tyres([self; 2], [slip_angle; 2], [q, -q]);
+        outer + inner
     }
 
-    /// Force of the tyre whose load is 1 + `more` times the static one.
+    /// [`Axle::force`] of two axles, all four tyres together.
     #[inline]
-    fn tyre(&self, slip_angle: f64, more: f64) -> f64 {
-        let friction = 1.0 - self.friction_sensitivity * more;
-        let stiffness = 1.0 - self.stiffness_sensitivity * more;
-        let slip = self.b * stiffness / friction * slip_angle;
-        let shaped = slip - self.e * (slip - slip.atan());
-        self.d * (1.0 + more) * friction * (self.c * shaped.atan()).sin()
+    #[must_use]
+    pub fn forces(axles: [&Self; 2], slip_angle: [f64; 2], transfer: [f64; 2]) -> [f64; 2] {
+        let [f, r] = axles;
+        let [a, b] = slip_angle;
+        let [p, q] = transfer.map(|transfer| transfer.clamp(-1.0, 1.0));
+        let force = tyres([f, f, r, r], [a, a, b, b], [p, -p, q, -q]);
+        [force[0] + force[1], force[2] + force[3]]
     }
+}
+
+/// Forces of tyres whose loads are 1 + `more` times the static ones.
+#[inline(always)]
+fn tyres<const N: usize>(of: [&Axle; N], slip_angle: [f64; N], more: [f64; N]) -> [f64; N] {
+    let (mut slip, mut peak) = ([0.0; N], [0.0; N]);
+    for i in 0..N {
+        let friction = 1.0 - of[i].friction_sensitivity * more[i];
+        let stiffness = 1.0 - of[i].stiffness_sensitivity * more[i];
+        slip[i] = of[i].b * stiffness / friction * slip_angle[i];
+        peak[i] = of[i].d * (1.0 + more[i]) * friction;
+    }
+    let bent = atan(&slip);
+    let mut shaped = [0.0; N];
+    for i in 0..N {
+        shaped[i] = slip[i] - of[i].e * (slip[i] - bent[i]);
+    }
+    let mut angle = atan(&shaped);
+    for i in 0..N {
+        angle[i] *= of[i].c;
+    }
+    // With C below 2 the angle is within half a turn.
+    let sine = sin_of_half_turn(&angle);
+    let mut force = [0.0; N];
+    for i in 0..N {
+        force[i] = peak[i] * sine[i];
+    }
+    force
 }

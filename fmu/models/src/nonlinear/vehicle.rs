@@ -1,6 +1,6 @@
 //! The vehicle: inputs, states, steps and outputs. Equations are in [`super`].
 
-use super::dynamics::{Constants, Lateral};
+use super::dynamics::{Constants, Lateral, RoadWheel};
 use super::parameters::{NonlinearParameters, within};
 use crate::delay::{DelayLine, Segment};
 use crate::error::{Error, diverged, numbers};
@@ -177,7 +177,7 @@ impl NonlinearVehicle {
     /// Lateral acceleration of the centre of gravity, `v̇_y + v·r`, m/s², at the present speed.
     #[must_use]
     pub fn lateral_acceleration(&self) -> f64 {
-        self.constants.at_speed(self.speed).rates(&self.lateral, self.angle).1
+        self.constants.at_speed(self.speed).rates(&self.lateral, &RoadWheel::at(self.angle)).1
     }
 
     /// Road-wheel angle δ behind the actuator, rad.
@@ -211,7 +211,7 @@ impl NonlinearVehicle {
     #[must_use]
     pub fn derivatives(&self) -> [f64; 4] {
         let ([vy, r, roll], _) =
-            self.constants.at_speed(self.speed).rates(&self.lateral, self.angle);
+            self.constants.at_speed(self.speed).rates(&self.lateral, &RoadWheel::at(self.angle));
         let (command, _) = self.delay.output(self.steering_angle, self.steering_slope);
         [vy, r, self.constants.actuator.rate_of(self.angle, command * self.constants.n), roll]
     }
@@ -233,7 +233,7 @@ impl NonlinearVehicle {
         let at = |time: f64| {
             let [y, yaw, a] = self.lateral;
             let s = [y + time * vy, yaw + time * r, a + time * roll];
-            dynamics.rates(&s, self.angle + time * angle).1
+            dynamics.rates(&s, &RoadWheel::at(self.angle + time * angle)).1
         };
         let time = 1e-5;
         (at(time) - at(-time)) / (2.0 * time)

@@ -1,5 +1,5 @@
 //! The yaw from where fixes lead: the way from one fix to a later one has the direction of the way
-//! that speed and gyro alone tell, turned by what the yaw is wrong by.
+//! that follows from speed and gyro alone, turned by the error of the yaw.
 //!
 //! With the two fixes' standard deviations σ and σ₀ and a way of length D the angle between both has
 //! the standard deviation √(σ² + σ₀²)/D. Once that is below [`GOOD_ENOUGH`] it is a measurement of
@@ -12,7 +12,7 @@ use crate::error::{Error, finite};
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
-/// Yaw is told apart by a way whose direction is known this well, rad.
+/// Yaw is determined by a displacement whose direction is known this well, rad.
 pub const GOOD_ENOUGH: f64 = 0.1;
 
 /// A start whose yaw is known worse than this is aligned first, rad.
@@ -51,7 +51,7 @@ impl Alignment {
         Self { first: None }
     }
 
-    /// Takes a fix and sets the filter to it; returns whether the yaw is told now.
+    /// Takes a fix and sets the filter to it; returns whether the yaw is determined now.
     pub fn take(
         &mut self,
         filter: &mut Filter,

@@ -2,7 +2,7 @@
 
 use super::alignment::{Alignment, UNKNOWN};
 use super::filter::{BIAS, Filter, YAW};
-use super::history::{History, Stretch};
+use super::history::{History, Interval};
 use super::parameters::PoseParameters;
 use crate::error::{Error, diverged};
 use crate::sideslip;
@@ -23,7 +23,7 @@ const LEAST_STD: f64 = 1e-3;
 /// The longest step, s.
 const LONGEST_STEP: f64 = 3600.0;
 
-/// What the sensors say.
+/// The readings of the sensors.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct PoseInput {
     /// The latest fix of the antenna, m.
@@ -43,9 +43,9 @@ pub struct PoseInput {
 /// An extended Kalman filter that takes fixes at the time they were valid.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PoseEstimator {
-    /// What it is told beforehand; taken over by [`Self::start`].
+    /// Its parameters; taken over by [`Self::start`].
     pub parameters: PoseParameters,
-    /// What the sensors say at the end of the next step.
+    /// The readings at the end of the next step.
     pub input: PoseInput,
     /// As of when a fix that arrives now was valid.
     pub(super) delayed: Filter,
@@ -55,11 +55,11 @@ pub struct PoseEstimator {
     /// Readings at the end of the last step: yaw rate and speed.
     pub(super) last: Option<[f64; 2]>,
     pub(super) fix_count: i32,
-    /// Of the fixes that no count tells.
+    /// Of fixes without a count.
     pub(super) clock: Ticks,
     /// Outliers since the last fix that was taken.
     pub(super) outliers: u32,
-    /// Under way where the yaw is to be told from where fixes lead.
+    /// Present while the yaw is to be determined from the fixes.
     pub(super) alignment: Option<Alignment>,
 }
 
@@ -85,7 +85,7 @@ impl PoseEstimator {
         })
     }
 
-    /// Forgets everything and starts from the parameters. The fix that stands at the input is not
+    /// Forgets everything and starts from the parameters. The fix at the input is not
     /// used: nobody knows how old it is.
     ///
     /// # Errors
@@ -102,7 +102,7 @@ impl PoseEstimator {
         Ok(())
     }
 
-    /// Moves on by a step (s), at whose end the sensors say what stands in [`Self::input`].
+    /// Moves on by a step (s), at whose end the readings are those in [`Self::input`].
     ///
     /// # Errors
     /// Where the step is too long, or the estimate is beyond all numbers.
@@ -113,7 +113,7 @@ impl PoseEstimator {
         let PoseInput { yaw_rate, speed, .. } = self.input;
         let [yaw_rate_before, speed_before] = self.last.unwrap_or([yaw_rate, speed]);
         self.last = Some([yaw_rate, speed]);
-        let stretch = Stretch {
+        let interval = Interval {
             duration: step,
             yaw_rate: 0.5 * yaw_rate_before + 0.5 * yaw_rate,
             // Of readings near the largest numbers, or over next to no time, it would be none.
@@ -121,8 +121,8 @@ impl PoseEstimator {
             speed: 0.5 * speed_before + 0.5 * speed,
         };
         let latency = self.parameters.gnss_latency;
-        self.present.predict(&self.parameters, &stretch);
-        self.history.push(stretch, latency);
+        self.present.predict(&self.parameters, &interval);
+        self.history.push(interval, latency);
         while let Some(passed) = self.history.pop(latency) {
             self.delayed.predict(&self.parameters, &passed);
         }
@@ -135,11 +135,11 @@ impl PoseEstimator {
         self.check()
     }
 
-    /// Holds the new fix against the filter of its time, and makes the present one anew.
+    /// Corrects the filter of the fix's time, and predicts the present one from it again.
     fn take_fix(&mut self) {
         let PoseInput { gnss_x, gnss_y, gnss_std, .. } = self.input;
         let usable = gnss_std > 0.0 && [gnss_x, gnss_y, gnss_std].iter().all(|v| v.is_finite());
-        // A fix from before the start tells nothing of the time since.
+        // A fix from before the start has no information on the time since.
         if !usable || !self.history.reaches(self.parameters.gnss_latency) {
             return;
         }
@@ -167,8 +167,8 @@ impl PoseEstimator {
             }
         }
         self.present = self.delayed;
-        for stretch in self.history.iter() {
-            self.present.predict(p, stretch);
+        for interval in self.history.iter() {
+            self.present.predict(p, interval);
         }
     }
 
@@ -235,7 +235,7 @@ impl PoseEstimator {
         self.present.position_std()
     }
 
-    /// Whether the yaw is still to be told from where fixes lead.
+    /// Whether the yaw is still to be determined from the fixes.
     #[must_use]
     pub fn is_aligning(&self) -> bool {
         self.alignment.is_some()

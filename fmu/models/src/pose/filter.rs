@@ -1,7 +1,7 @@
-//! The filter itself: mean and covariance of (X, Y, ψ, b), moved over a stretch and corrected by a
+//! The filter itself: mean and covariance of (X, Y, ψ, b), moved over an interval and corrected by a
 //! fix.
 //!
-//! Over a stretch of T seconds with the readings g and v, θ = (g − b)·T and v_y = v·(S·(g − b) + C·ġ),
+//! Over an interval of T seconds with the readings g and v, θ = (g − b)·T and v_y = v·(S·(g − b) + C·ġ),
 //!
 //! ```text
 //! d = R(ψ)·T·(v·s − v_y·c, v·c + v_y·s),       s = sin θ/θ,  c = (1 − cos θ)/θ
@@ -16,14 +16,14 @@
 //! g_r = (S·v·n, 1, 0),  g_b = (0, 0, 1),  g_v = (u, 0, 0),  g_l = (n, 0, 0)
 //! ```
 
-use super::history::Stretch;
+use super::history::Interval;
 use super::parameters::PoseParameters;
 use crate::quadrature::mean_direction_of_arc;
 use crate::sideslip;
 use crate::trigonometry::sin_cos;
 use nalgebra::{Matrix2, Matrix2x4, Matrix4, Vector2, Vector4};
 
-/// Places of yaw and bias among the states; x and y stand before them.
+/// Places of yaw and bias among the states; x and y come before them.
 pub const YAW: usize = 2;
 /// Place of the gyro's bias.
 pub const BIAS: usize = 3;
@@ -65,9 +65,9 @@ impl Filter {
         }
     }
 
-    /// Moves on over a stretch.
-    pub fn predict(&mut self, p: &PoseParameters, stretch: &Stretch) {
-        let Stretch { duration: t, yaw_rate, yaw_acceleration, speed: v } = *stretch;
+    /// Moves on over an interval.
+    pub fn predict(&mut self, p: &PoseParameters, interval: &Interval) {
+        let Interval { duration: t, yaw_rate, yaw_acceleration, speed: v } = *interval;
         let rate = yaw_rate - self.mean[BIAS];
         let turn = rate * t;
         let (sideslip, growth) = (p.sideslip_per_yaw_rate, p.sideslip_growth);
@@ -168,7 +168,7 @@ fn slopes_of_arc(turn: f64, s: f64, c: f64) -> (f64, f64) {
     ((1.0 - s) / turn - c, s - c / turn)
 }
 
-/// What the noises add to the covariance over a stretch.
+/// What the noises add to the covariance over an interval.
 fn process_noise(
     p: &PoseParameters,
     t: f64,
@@ -230,10 +230,10 @@ mod tests {
             ..parameters()
         };
         for yaw_rate in [0.0, 0.4, -3.0] {
-            let stretch = Stretch { duration: 0.3, yaw_rate, yaw_acceleration: 0.7, speed: 12.0 };
+            let interval = Interval { duration: 0.3, yaw_rate, yaw_acceleration: 0.7, speed: 12.0 };
             let moved = |mean: Vector4<f64>| {
                 let mut filter = Filter { mean, covariance: Matrix4::zeros() };
-                filter.predict(&quiet, &stretch);
+                filter.predict(&quiet, &interval);
                 filter.mean
             };
             let mean = Vector4::new(3.0, -2.0, 0.8, 0.02);
@@ -241,7 +241,7 @@ mod tests {
                 let mut unit = Vector4::zeros();
                 unit[i] = 1.0;
                 let mut filter = Filter { mean, covariance: unit * unit.transpose() };
-                filter.predict(&quiet, &stretch);
+                filter.predict(&quiet, &interval);
                 let h = 1e-5;
                 let slope = (moved(mean + unit * h) - moved(mean - unit * h)) / (2.0 * h);
                 let expected = slope * slope.transpose();
@@ -251,16 +251,16 @@ mod tests {
         }
     }
 
-    /// A stretch is the sum of its parts: exactly in the mean, nearly so in the covariance.
+    /// An interval is the sum of its parts: exactly in the mean, nearly so in the covariance.
     #[test]
-    fn stretches_can_be_cut() {
+    fn intervals_can_be_cut() {
         let mut whole = Filter::start(&parameters());
         let mut parts = whole;
-        let stretch =
-            |duration| Stretch { duration, yaw_rate: 0.3, yaw_acceleration: -0.5, speed: 15.0 };
-        whole.predict(&parameters(), &stretch(0.01));
-        parts.predict(&parameters(), &stretch(0.003));
-        parts.predict(&parameters(), &stretch(0.007));
+        let interval =
+            |duration| Interval { duration, yaw_rate: 0.3, yaw_acceleration: -0.5, speed: 15.0 };
+        whole.predict(&parameters(), &interval(0.01));
+        parts.predict(&parameters(), &interval(0.003));
+        parts.predict(&parameters(), &interval(0.007));
         assert!((whole.mean - parts.mean).amax() < 1e-14);
         assert!((whole.covariance - parts.covariance).amax() < 1e-9);
     }

@@ -1,22 +1,22 @@
 //! The readings between the time at which an arriving fix was valid and now, oldest first.
 //!
 //! All times are durations, so nothing is lost however long the drive. The history is bounded:
-//! stretches shorter than the latency over [`RESOLUTION`] are merged into their neighbour, their
+//! intervals shorter than the latency over [`RESOLUTION`] are merged into their neighbour, their
 //! readings averaged over time.
 
 use crate::error::Error;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
-/// Least number of stretches that the latency can hold before they are merged.
+/// Least number of intervals that the latency can hold before they are merged.
 pub const RESOLUTION: f64 = 1024.0;
 
-/// How near to the end of a stretch a cut may be to be taken as on it, relative to the stretch.
+/// How near to the end of an interval a cut may be to be taken as on it, relative to the interval.
 const SLIVER: f64 = 1e-9;
 
-/// A stretch of time over which the readings are constant.
+/// An interval of time over which the readings are constant.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Stretch {
+pub struct Interval {
     /// How long, s.
     pub duration: f64,
     /// The gyro's reading, rad/s.
@@ -27,7 +27,7 @@ pub struct Stretch {
     pub speed: f64,
 }
 
-impl Stretch {
+impl Interval {
     fn merge(&mut self, other: &Self) {
         let duration = self.duration + other.duration;
         let mean = |a: f64, b: f64| (a * self.duration + b * other.duration) / duration;
@@ -40,43 +40,43 @@ impl Stretch {
     }
 }
 
-/// The latest stretches, as long together as the latency once that time has passed.
+/// The latest intervals, as long together as the latency once that time has passed.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct History {
-    stretches: VecDeque<Stretch>,
+    intervals: VecDeque<Interval>,
     length: f64,
 }
 
 impl History {
-    /// Puts the latest stretch in.
-    pub fn push(&mut self, stretch: Stretch, latency: f64) {
-        self.length += stretch.duration;
-        match self.stretches.back_mut() {
-            Some(back) if back.duration + stretch.duration <= latency / RESOLUTION => {
-                back.merge(&stretch);
+    /// Puts the latest interval in.
+    pub fn push(&mut self, interval: Interval, latency: f64) {
+        self.length += interval.duration;
+        match self.intervals.back_mut() {
+            Some(back) if back.duration + interval.duration <= latency / RESOLUTION => {
+                back.merge(&interval);
             }
-            _ => self.stretches.push_back(stretch),
+            _ => self.intervals.push_back(interval),
         }
     }
 
-    /// Takes the oldest stretch out, or its older part, as far as it lies before the latency.
-    pub fn pop(&mut self, latency: f64) -> Option<Stretch> {
+    /// Takes the oldest interval out, or its older part, as far as it lies before the latency.
+    pub fn pop(&mut self, latency: f64) -> Option<Interval> {
         let before = self.length - latency;
-        let front = self.stretches.front_mut()?;
+        let front = self.intervals.front_mut()?;
         if before <= SLIVER * front.duration {
             return None;
         }
         if before >= (1.0 - SLIVER) * front.duration {
             self.length -= front.duration;
-            let taken = self.stretches.pop_front();
-            if self.stretches.is_empty() {
+            let taken = self.intervals.pop_front();
+            if self.intervals.is_empty() {
                 self.length = 0.0;
             }
             return taken;
         }
         front.duration -= before;
         self.length -= before;
-        Some(Stretch { duration: before, ..*front })
+        Some(Interval { duration: before, ..*front })
     }
 
     /// Whether it reaches back as far as the latency.
@@ -85,9 +85,9 @@ impl History {
         self.length >= latency * (1.0 - SLIVER) - f64::EPSILON
     }
 
-    /// The stretches, oldest first.
-    pub fn iter(&self) -> impl Iterator<Item = &Stretch> {
-        self.stretches.iter()
+    /// The intervals, oldest first.
+    pub fn iter(&self) -> impl Iterator<Item = &Interval> {
+        self.intervals.iter()
     }
 
     /// Refuses a history that cannot be one of this latency.
@@ -96,12 +96,12 @@ impl History {
     /// Names what cannot be.
     pub fn check(&self, latency: f64) -> Result<(), Error> {
         let bad = |name, value, expected| Err(Error::SavedState { name, value, expected });
-        let count = self.stretches.len() as f64;
+        let count = self.intervals.len() as f64;
         if count > 2.0 * RESOLUTION + 2.0 {
-            return bad("the number of stretches in the history", count, "at most 2050");
+            return bad("the number of intervals in the history", count, "at most 2050");
         }
         let mut sum = 0.0;
-        for s in &self.stretches {
+        for s in &self.intervals {
             if !(s.duration > 0.0 && s.duration <= latency * (1.0 + 1e-6)) {
                 return bad("a duration in the history", s.duration, "more than 0, to the latency");
             }
@@ -123,8 +123,8 @@ impl History {
 mod tests {
     use super::*;
 
-    fn stretch(duration: f64) -> Stretch {
-        Stretch { duration, yaw_rate: 0.1, yaw_acceleration: 0.3, speed: 2.0 }
+    fn interval(duration: f64) -> Interval {
+        Interval { duration, yaw_rate: 0.1, yaw_acceleration: 0.3, speed: 2.0 }
     }
 
     #[test]
@@ -134,7 +134,7 @@ mod tests {
             let mut history = History::default();
             let (mut given, mut taken) = (0.0, 0.0);
             for step in steps {
-                history.push(stretch(step), latency);
+                history.push(interval(step), latency);
                 given += step;
                 while let Some(old) = history.pop(latency) {
                     assert!(old.duration > 0.0);
@@ -154,8 +154,8 @@ mod tests {
         let mut history = History::default();
         for _ in 0..10 {
             assert!(history.reaches(0.0));
-            history.push(stretch(0.01), 0.0);
-            assert_eq!(history.pop(0.0), Some(stretch(0.01)));
+            history.push(interval(0.01), 0.0);
+            assert_eq!(history.pop(0.0), Some(interval(0.01)));
             assert_eq!(history.pop(0.0), None);
             assert_eq!(history, History::default());
         }

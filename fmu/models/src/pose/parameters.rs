@@ -1,4 +1,4 @@
-//! What the filter is told beforehand.
+//! The parameters of the filter.
 
 use crate::error::Error;
 use serde::{Deserialize, Serialize};
@@ -28,7 +28,7 @@ pub struct PoseParameters {
     pub yaw_rate_bias_density: f64,
     /// Density of the speed's white noise, (m/s)/√Hz.
     pub speed_noise_density: f64,
-    /// Density of the lateral velocity that the sideslip does not tell, (m/s)/√Hz.
+    /// Density of the lateral velocity beyond the sideslip, (m/s)/√Hz.
     pub lateral_velocity_noise_density: f64,
     /// Position at the start, m.
     pub initial_x: f64,

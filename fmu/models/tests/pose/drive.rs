@@ -11,7 +11,7 @@ pub(crate) struct Drive {
     pub(crate) seed: i32,
     pub(crate) parameters: PoseParameters,
     pub(crate) gnss_std: f64,
-    /// Whether readings are as noisy as the filter is told.
+    /// Whether readings are as noisy as the filter assumes.
     pub(crate) noise: bool,
 }
 

@@ -35,7 +35,7 @@ fn a_fix_is_fused_once() {
 }
 
 /// Fixes that say nothing usable leave dead reckoning alone, and so does no fix at all.
-/// Where nobody counts, a period takes the fixes that a count would tell, whatever the steps.
+/// Without a count, a period takes the fixes that a count would report, whatever the steps.
 #[test]
 fn a_period_stands_for_the_count() {
     let p = PoseParameters { gnss_latency: 0.0, ..parameters() };

@@ -42,7 +42,7 @@ fn away(estimator: &PoseEstimator, truth: &Truth) -> f64 {
 }
 
 /// Normalised estimation error squared (Bar-Shalom, section 5.4): χ² with four degrees of freedom
-/// at each time, over drives whose noise is what the filter is told, for centimetre fixes and metre
+/// at each time, over drives whose noise is what the filter assumes, for centimetre fixes and metre
 /// ones.
 #[test]
 fn errors_are_as_large_as_the_filter_says() {

@@ -4,7 +4,7 @@ use model_description::DependsOn::{Nothing, On};
 
 super::variables! {
     /// Variables of the identified plant. Without feedthrough no output depends on an input at a
-    /// communication point; where a model has one, `Slave::dependency` says so. The states are
+    /// communication point; where a model has one, `Slave::dependency` returns it. The states are
     /// listed by the layer.
     Variable, "IdentifiedPlant", "lateral dynamics identified from a drive: steering angle in, yaw rate and pose out";
     SteeringAngle = 0, real "steering_angle", Input, Continuous,

@@ -46,7 +46,7 @@ super::variables! {
     MaxYawError = 31, real "max_yaw_error", Parameter, Tunable,
         .unit("rad").display_unit("deg").min(0.0).description("largest yaw error acted on at once, beyond the lag behind a ramp; pi for any");
     MaxLateralAcceleration = 32, real "max_lateral_acceleration", Parameter, Tunable,
-        .unit("m/s2").min(0.0).nominal(10.0).description("bound of the steering angle: what it may ask for in a steady turn");
+        .unit("m/s2").min(0.0).nominal(10.0).description("lateral acceleration that the steering angle may cause in a steady turn");
     SteeringPerCurvature = 33, real "steering_per_curvature", Parameter, Tunable,
         .unit("rad.m").min(0.0).description("steering angle per curvature in a slow turn, for that bound");
     UndersteerGradient = 34, real "understeer_gradient", Parameter, Tunable,

@@ -49,7 +49,7 @@ super::variables! {
     SpeedNoiseDensity = 26, real "speed_noise_density", Parameter, Fixed,
         .nominal(0.1).min(0.0).max(1000.0).description("density of the speed's white noise, m/s per root Hz");
     LateralVelocityNoiseDensity = 27, real "lateral_velocity_noise_density", Parameter, Fixed,
-        .nominal(0.1).min(0.0).max(1000.0).description("density of the lateral velocity that the sideslip does not tell, m/s per root Hz");
+        .nominal(0.1).min(0.0).max(1000.0).description("density of the lateral velocity beyond the sideslip, m/s per root Hz");
     GnssPeriod = 28, real "gnss_period", Parameter, Fixed,
         .unit("s").display_unit("ms").min(0.0).max(3600.0).description("time between fixes taken from the inputs without a changed count; 0 for none");
     SideslipGrowth = 29, real "sideslip_growth", Parameter, Fixed,
@@ -63,7 +63,7 @@ super::variables! {
     InitialPositionStd = 33, real "initial_position_std", Parameter, Fixed,
         .unit("m").min(0.0).max(1e6).description("standard deviation of each coordinate at the start");
     InitialYawStd = 34, real "initial_yaw_std", Parameter, Fixed,
-        .unit("rad").display_unit("deg").min(0.0).max(std::f64::consts::PI).description("standard deviation of the yaw at the start; above 0.5 it is told from where the first fixes lead");
+        .unit("rad").display_unit("deg").min(0.0).max(std::f64::consts::PI).description("standard deviation of the yaw at the start; above 0.5 it is determined from the first fixes");
     InitialYawRateBiasStd = 35, real "initial_yaw_rate_bias_std", Parameter, Fixed,
         .unit("rad/s").display_unit("deg/s").min(0.0).max(10.0).description("standard deviation of the gyro's bias at the start");
     SideslipPerYawAcceleration = 36, real "sideslip_per_yaw_acceleration", Parameter, Fixed,

@@ -17,7 +17,7 @@ super::variables! {
     YawReference = 10, real "yaw_reference", Output, Continuous,
         .unit("rad").display_unit("deg").depends_on(Nothing).description("yaw to steer for, not wrapped");
     SteeringFeedforward = 11, real "steering_feedforward", Output, Continuous,
-        .unit("rad").display_unit("deg").nominal(0.1).depends_on(Nothing).description("steering angle that the curvature asks for");
+        .unit("rad").display_unit("deg").nominal(0.1).depends_on(Nothing).description("steering angle for the curvature");
     CrossTrackError = 12, real "cross_track_error", Output, Continuous,
         .unit("m").depends_on(Nothing).description("distance from the path, positive to its left");
     HeadingError = 13, real "heading_error", Output, Continuous,

@@ -1,11 +1,7 @@
 //! Archives that are broken or hostile are refused with a clear error, and nothing is left behind.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)] // helpers fail their tests
-
-mod support;
-
+use crate::support::{Behaviour, binary_path, library, xml, zip_of};
 use fmi2_host::{Archive, Error, Limits};
-use support::{Behaviour, binary_path, library, xml, zip_of};
 use zip::write::SimpleFileOptions;
 
 fn plain_xml() -> String {

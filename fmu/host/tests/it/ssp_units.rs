@@ -1,11 +1,7 @@
-//! What a package says of connectors and units beside what its FMUs say.
+//! Connectors and units of a package, compared with its FMUs.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)] // helpers fail their tests
-
-mod support;
-
-use fmi2_host::{Error, Master, System, SystemPackage};
-use support::{Behaviour, binary_path, library, xml, zip_of};
+use crate::support::{Behaviour, binary_path, library, xml, zip_of};
+use fmi2_host::{Coupling, Error, System, SystemPackage};
 
 const UNITS: &str = r#"<Unit name="m"><BaseUnit m="1"/><DisplayUnit name="cm" factor="100"/></Unit>
 <Unit name="cm"><BaseUnit m="1" factor="0.01"/></Unit>
@@ -71,19 +67,19 @@ impl Pair<'_> {
 
 #[test]
 fn connectors_that_differ_from_the_fmu_are_told() {
-    for (connectors, told) in [
+    for (connectors, expected_text) in [
         (PLAIN.connectors, ""),
         (
             r#"<Connector name="u" kind="output"><c:Real unit="m"/></Connector>"#,
-            r#"the connector sink.u has the kind "output", its FMU says "input""#,
+            r#"the connector sink.u has the kind "output", its FMU has "input""#,
         ),
         (
             r#"<Connector name="u" kind="input"><c:Real unit="cm"/></Connector>"#,
-            r#"the connector sink.u has the unit "cm", its FMU says "m""#,
+            r#"the connector sink.u has the unit "cm", its FMU has "m""#,
         ),
         (
             r#"<Connector name="enabled" kind="input"><c:Real/></Connector>"#,
-            r#"the connector sink.enabled has the type "Real", its FMU says "Boolean""#,
+            r#"the connector sink.enabled has the type "Real", its FMU has "Boolean""#,
         ),
         (
             r#"<Connector name="gian" kind="parameter"><c:Real/></Connector>"#,
@@ -93,8 +89,8 @@ fn connectors_that_differ_from_the_fmu_are_told() {
         let Some(system) = (Pair { connectors, ..PLAIN }).system() else { return };
         let (system, remarks) = system.unwrap();
         assert_eq!(system.connections().len(), 1);
-        assert_eq!(remarks.len(), usize::from(!told.is_empty()), "{remarks:?}");
-        let expected = format!("SystemStructure.ssd:7: {told}");
+        assert_eq!(remarks.len(), usize::from(!expected_text.is_empty()), "{remarks:?}");
+        let expected = format!("SystemStructure.ssd:7: {expected_text}");
         assert!(remarks.iter().all(|r| r.starts_with(&expected)), "{expected} is not {remarks:?}");
     }
 }
@@ -140,13 +136,13 @@ fn values_pass_between_equal_units_alone() {
     // Another name of the same unit.
     let Some(system) = fmus("m", "metre").system() else { return };
     assert!(system.unwrap().1.is_empty());
-    // Conversion forbidden: as they are, and told. Dimensions still count.
+    // Conversion forbidden: as they are, and reported. Dimensions still count.
     let connection = format!(r#"{} suppressUnitConversion="true""#, PLAIN.connection);
     let forbidden = |input| Pair { connection: &connection, ..fmus("m", input) };
     let (mut system, remarks) = forbidden("cm").system().unwrap().unwrap();
     assert!(remarks[0].contains(r#"values in "m" to "cm" as they are"#), "{remarks:?}");
     system.set("source", "u", 3.0).unwrap();
-    let recording = system.run(Master::GaussSeidel, 0.0, 1.0, 0.5).unwrap();
+    let recording = system.run(Coupling::GaussSeidel, 0.0, 1.0, 0.5).unwrap();
     assert_eq!(recording.column("sink.y").unwrap()[2], 3.0);
     assert!(forbidden("K").system().unwrap().is_err());
 }
@@ -177,16 +173,19 @@ fn values_are_converted_to_the_units_of_their_variables() {
         let Some(system) = pair.system() else { return };
         let Some(expected) = expected else {
             let error = system.unwrap_err();
-            let told = format!(
+            let expected_text = format!(
                 "pair.ssp: SystemStructure.ssd:10: sink.u is in {input:?}, its value is given in \
                  {unit:?}"
             );
-            assert!(error.to_string().starts_with(&told), "{told} is not {error}");
+            assert!(
+                error.to_string().starts_with(&expected_text),
+                "{expected_text} is not {error}"
+            );
             assert!(error.hint().contains("unit"));
             continue;
         };
         let (mut system, _) = system.unwrap();
-        let recording = system.run(Master::GaussSeidel, 0.0, 1.0, 0.5).unwrap();
+        let recording = system.run(Coupling::GaussSeidel, 0.0, 1.0, 0.5).unwrap();
         let got = recording.column("sink.y").unwrap()[2];
         assert!((got - expected).abs() < 1e-9, "{input} {unit}: {got}, not {expected}");
     }
@@ -194,7 +193,7 @@ fn values_are_converted_to_the_units_of_their_variables() {
 
 #[test]
 fn a_connection_to_nowhere_names_the_place_both_ends_and_near_names() {
-    for (from, to, told) in [
+    for (from, to, expected_text) in [
         (r#""u""#, r#""uu""#, r#"source.y and sink.uu: sink has no variable "uu"; near it: u"#),
         (
             r#""sink""#,
@@ -205,7 +204,8 @@ fn a_connection_to_nowhere_names_the_place_both_ends_and_near_names() {
         let connection = PLAIN.connection.replacen(from, to, 1);
         let Some(system) = (Pair { connection: &connection, ..PLAIN }).system() else { return };
         let text = system.unwrap_err().to_string();
-        let told = format!("pair.ssp: SystemStructure.ssd:12: the connection of {told}");
-        assert!(text.starts_with(&told), "{told} is not {text}");
+        let expected_text =
+            format!("pair.ssp: SystemStructure.ssd:12: the connection of {expected_text}");
+        assert!(text.starts_with(&expected_text), "{expected_text} is not {text}");
     }
 }

@@ -1,9 +1,6 @@
-//! Studies that cannot be run: each fault is told with its place in the file and a hint.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+//! Studies that cannot be run: each fault is reported with its place in the file and a hint.
 
-mod support;
-
-use support::{How, folder, prepare, run_with, study};
+use crate::support::{How, folder, prepare, run_with, study};
 use sweep::Error;
 
 /// What replaces what in a good study, and what the error must say; `@` is where it must point.

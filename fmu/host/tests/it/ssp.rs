@@ -1,12 +1,8 @@
 //! System structure packages: what is read, what is refused, and that a package runs as its FMUs do.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)] // helpers fail their tests
-
-mod support;
-
-use fmi2_host::{Connection, Error, Instance, Master, System, SystemPackage};
+use crate::support::{Behaviour, binary_path, library, xml, zip_of};
+use fmi2_host::{Connection, Coupling, Error, Instance, System, SystemPackage};
 use model_description::Value;
-use support::{Behaviour, binary_path, library, xml, zip_of};
 
 /// A structure file. Other prefixes than the usual ones on purpose: namespaces count.
 fn ssd(system: &str, experiment: &str) -> String {
@@ -107,14 +103,14 @@ fn a_package_runs_as_its_fmus_do() {
         Connection::new("gain", "y", "integrator", "u"),
     ];
     assert_eq!(system.connections(), expected);
-    let told = [
+    let expected_text = [
         "starts at the input integrator.u and ends at the output gain.y",
         "values.ssv:5: gain.u is given a value, but",
         "values.ssv:6: gain.unknown is given a value and does not exist",
     ];
-    assert_eq!(remarks.len(), told.len(), "{remarks:?}");
-    for (remark, told) in remarks.iter().zip(told) {
-        assert!(remark.contains(told), "{told:?} is not in {remark}");
+    assert_eq!(remarks.len(), expected_text.len(), "{remarks:?}");
+    for (remark, expected_text) in remarks.iter().zip(expected_text) {
+        assert!(remark.contains(expected_text), "{expected_text:?} is not in {remark}");
     }
 
     let mut by_hand = System::new();
@@ -127,7 +123,7 @@ fn a_package_runs_as_its_fmus_do() {
     by_hand.set("gain", "gain", 5.0).unwrap();
     by_hand.set("gain", "offset", 0.25).unwrap();
     by_hand.set("gain", "label", Value::String("a < b".into())).unwrap();
-    for master in [Master::GaussSeidel, Master::Jacobi] {
+    for master in [Coupling::GaussSeidel, Coupling::Jacobi] {
         let recording = system.run(master, 1.0, 2.5, 0.01).unwrap();
         assert_eq!(recording, by_hand.run(master, 1.0, 2.5, 0.01).unwrap());
         // ẏ = 5 (y + …): it grew, so the values arrived.

@@ -1,12 +1,9 @@
 //! What a study does to a system, against what it must do by hand; runs that go wrong.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-mod support;
-
+use crate::support::{How, LOOP, TOP, column, folder, numbers, prepare, results, run, study};
 use std::fs;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
-use support::{How, LOOP, TOP, column, folder, numbers, prepare, results, run, study};
 
 #[test]
 fn disturbances_scales_and_renames_reach_the_inputs() {
@@ -181,7 +178,7 @@ fn a_fatal_end_keeps_the_rows_before_it_and_lets_others_go_on() {
     );
     let out = folder.path().join("results.csv");
     let mut calls = 0;
-    // Each call is a new process to the FMUs: their archives are extracted and loaded anew.
+    // Each call is a new process to the FMUs: their archives are extracted and loaded again.
     loop {
         let sweep = match prepare(folder.path(), &text) {
             Ok(sweep) => sweep,
@@ -203,7 +200,7 @@ fn a_fatal_end_keeps_the_rows_before_it_and_lets_others_go_on() {
     }
 }
 
-/// The run in which the FMU hangs, once it was told; none before.
+/// The run in which the FMU hangs, once it was reported; none before.
 static HANGING: AtomicUsize = AtomicUsize::new(usize::MAX);
 
 #[test]

@@ -1,12 +1,8 @@
 //! One instance: values, phases, errors, states.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)] // helpers fail their tests
-
-mod support;
-
+use crate::support::{Behaviour, instance, open, xml};
 use fmi2_host::{Error, Instance, InstanceOptions, MAX_LOG_LINES, Phase, Status};
 use model_description::Value;
-use support::{Behaviour, instance, open, xml};
 
 fn integrator() -> Option<Instance> {
     instance(Behaviour::Integrator, "plant", "u", "y")

@@ -1,4 +1,4 @@
-//! Units of packages and of their FMUs, brought together.
+//! Units of FMUs and of the packages that they are in, related to each other.
 //!
 //! A value in the base units is `factor · value + offset` of the value in the unit (FMI 2.0,
 //! section 2.2.2; `ssc:BaseUnit` of SSP 1.0 is the same). Display units count as units: with
@@ -9,8 +9,8 @@ use model_description::{BaseUnit, Unit};
 /// Relative difference below which two factors are the same, for constants written to few digits.
 const SAME: f64 = 1e-9;
 
-/// What a unit name means to an FMU, or to the file beside it, in base units.
-pub(super) fn base_of(name: &str, fmu: &[Unit], package: &[Unit]) -> Option<BaseUnit> {
+/// A unit name in base units, as defined by an FMU or by the package.
+pub(crate) fn base_of(name: &str, fmu: &[Unit], package: &[Unit]) -> Option<BaseUnit> {
     let defined = |units: &[Unit]| units.iter().find(|u| u.name == name).and_then(|u| u.base);
     defined(fmu).or_else(|| defined(package)).or_else(|| {
         fmu.iter().find_map(|unit| {
@@ -24,7 +24,7 @@ pub(super) fn base_of(name: &str, fmu: &[Unit], package: &[Unit]) -> Option<Base
 
 /// How two units are related.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Relation {
+pub(crate) enum Relation {
     Same,
     /// The second is `factor · first + offset`.
     Scaled {
@@ -34,8 +34,8 @@ pub(super) enum Relation {
     OtherDimension,
 }
 
-/// How a value in one unit is told in another.
-pub(super) fn relation(from: &BaseUnit, to: &BaseUnit) -> Relation {
+/// How values in two units are related.
+pub(crate) fn relation(from: &BaseUnit, to: &BaseUnit) -> Relation {
     if from.exponents != to.exponents {
         return Relation::OtherDimension;
     }

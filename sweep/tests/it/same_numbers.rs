@@ -1,12 +1,9 @@
 //! A row depends on the study and the run's index alone: not on threads, interruptions, the other
 //! runs, or whether an instance is new.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-mod support;
-
-use fmi2_host::{Archive, Instance, Master, System};
+use crate::support::{How, column, folder, prepare, results, run, run_with, study};
+use fmi2_host::{Archive, Coupling, Instance, System};
 use std::fs;
-use support::{How, column, folder, prepare, results, run, run_with, study};
 use sweep::Error;
 
 #[test]
@@ -73,7 +70,8 @@ fn a_changed_study_or_fmu_is_not_resumed() {
     // The other FMU has the same variables and other numbers.
     let plant = folder.path().join("plant.fmu");
     let bytes = fs::read(&plant).unwrap();
-    let other = support::folder(|_, xml| xml.replace("start=\"1\"", "start=\"1.0\"")).unwrap();
+    let other =
+        crate::support::folder(|_, xml| xml.replace("start=\"1\"", "start=\"1.0\"")).unwrap();
     fs::copy(other.path().join("plant.fmu"), &plant).unwrap();
     refused(&study(9));
     fs::write(&plant, bytes).unwrap();
@@ -97,7 +95,7 @@ fn reset_instances_and_new_ones_give_the_same() {
 #[test]
 fn a_run_is_the_hosts_own_to_the_bit() {
     let Some(folder) = folder(|_, xml| xml) else { return };
-    for (name, master) in [("gauss-seidel", Master::GaussSeidel), ("jacobi", Master::Jacobi)] {
+    for (name, master) in [("gauss-seidel", Coupling::GaussSeidel), ("jacobi", Coupling::Jacobi)] {
         let text = study(3).replace("amplitude = 0.5", "amplitude = 0.0");
         let text = text.replace("amplitude = \"kick\"", "amplitude = 0.0");
         let text = text.replacen(
@@ -117,7 +115,7 @@ fn a_run_is_the_hosts_own_to_the_bit() {
             let archive = Archive::open(folder.path().join(format!("{name}.fmu"))).unwrap();
             system.add(Instance::new(&archive, name).unwrap()).unwrap();
         }
-        system.connect_by_name().unwrap();
+        system.connect_by_name(&[]).unwrap();
         let gain = format!("pid.gain={gain}");
         for setting in ["path.gain=-1.5", "path.offset=0.3", "plant.offset=0.1", &gain] {
             system.set_text(setting).unwrap();
@@ -125,7 +123,7 @@ fn a_run_is_the_hosts_own_to_the_bit() {
         let recording = system.run(master, 0.0, 1.0, 0.01).unwrap();
         let trajectory = fs::read_to_string(into.join("run-2.csv")).unwrap();
         for name in ["plant.yaw", "path.yaw_reference", "pid.steering_angle", "pid.is_positive"] {
-            let ours = support::numbers(&trajectory, name);
+            let ours = crate::support::numbers(&trajectory, name);
             assert_eq!(ours, recording.column(name).unwrap(), "{name}");
             assert_eq!(ours.len(), 101);
         }

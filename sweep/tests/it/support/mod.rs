@@ -1,10 +1,10 @@
 //! A loop of three FMUs in C, packed into a folder, and studies of it.
 #![allow(dead_code)] // each test file uses a part
 
-#[path = "../../../fmu/host/tests/support/mod.rs"]
+#[path = "../../../../fmu/host/tests/it/support/mod.rs"]
 pub(crate) mod fmus;
 
-use fmus::{Behaviour, binary_path, library, xml, zip_of};
+use self::fmus::{Behaviour, binary_path, library, xml, zip_of};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use sweep::{Error, Finished, Options, Study, Sweep};
@@ -95,7 +95,7 @@ pub(crate) fn study(runs: usize) -> String {
 
 pub(crate) fn prepare(folder: &Path, text: &str) -> Result<Sweep, Error> {
     let study = Study::read(text.to_owned(), "study.toml".to_owned(), folder.to_path_buf())?;
-    let sweep = Sweep::prepare(&study, &|_| false)?;
+    let sweep = Sweep::prepare(&study, &[], &|_| false)?;
     sweep.try_first_step(&study)?;
     Ok(sweep)
 }
@@ -109,7 +109,7 @@ pub(crate) struct How {
     pub(crate) timeout: Option<std::time::Duration>,
     /// Stop after so many rows.
     pub(crate) stop_after: Option<usize>,
-    /// Told of a run that hangs.
+    /// Called with a run that hangs.
     pub(crate) hung: &'static (dyn Fn(usize, usize) + Sync),
 }
 
