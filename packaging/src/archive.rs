@@ -149,7 +149,7 @@ const LICENSES: &str = include_str!("../licenses/license.txt");
 const LICENSE_MIT: &str = include_str!("../../LICENSE-MIT");
 const LICENSE_APACHE: &str = include_str!("../../LICENSE-APACHE");
 
-/// Reads the document as its type; a controller tells its sample time.
+/// Reads the document as its type; returns the sample time of a controller.
 fn check(fmu: Fmu, document: &str, file: &str) -> Result<Option<f64>, formats::Error> {
     Ok(match fmu {
         Fmu::IdentifiedPlant => formats::Plant::from_json(document, file).map(|_| None)?,

@@ -1,4 +1,4 @@
-//! The pictures in an archive. `icons/*.svg` is drawn by hand, and the PNG beside each is made from
+//! The pictures in an archive. `icons/*.svg` is drawn by hand, and the PNG next to each is made from
 //! it: see `tests/icons.rs`.
 
 use slaves::Fmu;

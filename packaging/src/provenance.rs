@@ -211,9 +211,9 @@ pub(crate) fn shortened(value: f64) -> String {
 }
 
 /// Name, who made it (nobody where it is written by hand), what it says of itself.
-type Told = (String, Option<Provenance>, Vec<Fact>);
+type Described = (String, Option<Provenance>, Vec<Fact>);
 
-fn plant(plant: formats::Plant) -> Told {
+fn plant(plant: formats::Plant) -> Described {
     let order = plant.order();
     let e = plant.evidence;
     let mut facts = quality(plant.quality);
@@ -236,7 +236,7 @@ fn plant(plant: formats::Plant) -> Told {
     (plant.name, Some(plant.provenance), facts)
 }
 
-fn bicycle(bicycle: formats::Bicycle) -> Told {
+fn bicycle(bicycle: formats::Bicycle) -> Described {
     let vehicle = bicycle.vehicle;
     let mut facts = quality(bicycle.quality);
     facts.extend([
@@ -260,7 +260,7 @@ fn quality(quality: formats::Quality) -> Vec<Fact> {
     facts
 }
 
-fn vehicle(vehicle: formats::Vehicle) -> Told {
+fn vehicle(vehicle: formats::Vehicle) -> Described {
     let facts = vec![
         fact("speed", vehicle.speed_mps, "m/s"),
         fact("steering_ratio", vehicle.actuator.steering_ratio, ""),
@@ -269,7 +269,7 @@ fn vehicle(vehicle: formats::Vehicle) -> Told {
     (vehicle.name, None, facts)
 }
 
-fn estimator(estimator: formats::Estimator) -> Told {
+fn estimator(estimator: formats::Estimator) -> Described {
     let facts = vec![
         fact("gnss_latency", estimator.gnss.latency_s, "s"),
         fact("sideslip_per_yaw_rate", estimator.sideslip_per_yaw_rate_s, "s"),
@@ -278,7 +278,7 @@ fn estimator(estimator: formats::Estimator) -> Told {
     (estimator.name, None, facts)
 }
 
-fn pid(pid: formats::Pid) -> Told {
+fn pid(pid: formats::Pid) -> Described {
     let (e, d) = (pid.evidence, pid.designed_for);
     let mut facts = quality(d.quality);
     facts.push(fact("specification_met", e.met, ""));
@@ -300,7 +300,7 @@ fn pid(pid: formats::Pid) -> Told {
     (pid.name, Some(pid.provenance), facts)
 }
 
-fn path(path: formats::Path) -> Told {
+fn path(path: formats::Path) -> Described {
     let ends = path.points.first().zip(path.points.last());
     let length = ends.map_or(0.0, |(first, last)| last.distance_m - first.distance_m);
     let facts = vec![

@@ -1,6 +1,6 @@
 //! The variable tables in the READMEs are those of the code.
 //!
-//! `STEERWRIGHT_UPDATE=1 cargo test -p packaging --test readme` writes them anew.
+//! `STEERWRIGHT_UPDATE=1 cargo test -p packaging --test readme` writes them again.
 #![allow(clippy::unwrap_used)]
 
 use packaging::{Fmu, table_markdown, with_variables};

@@ -32,7 +32,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ("comparison", figures::comparison(&traces, &e.fit, Some(61.0)), 720),
         ("coherence", figures::coherence(&e.excitation), 330),
         ("orders", figures::order_table(&e.order_table, 2), 320),
-        ("prediction", figures::prediction(e.held_out.as_ref().ok_or("held out")?), 280),
+        ("prediction", figures::prediction(e.held_out.as_ref().ok_or("validation")?), 280),
         ("residuals", figures::residuals(e.residuals.as_ref().ok_or("residuals")?, 0.05), 320),
         (
             "frequency-response",

@@ -74,8 +74,9 @@ pub(crate) fn draw(
     drop(canvas);
     let body = svg.find('>').map_or("", |end| &svg[end + 1..]);
     Ok(format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" data-generator=\"steerwright\" width=\"{width}\" height=\"{height}\" \
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" data-generator=\"{}\" width=\"{width}\" height=\"{height}\" \
          viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\" stroke-linejoin=\"round\">{}",
+        crate::GENERATOR,
         fine(width),
         fine(height),
         crate::html::escape(figure),

@@ -85,7 +85,7 @@ impl Error {
             Self::Size { .. } => "ask for a size such as 760 by 480 pixels",
             Self::Drawing { .. } => "report this as a bug with the files that led to it",
             Self::Csv { .. } | Self::Number { .. } => {
-                "mend the line named, or write the table again with the command that makes it"
+                "correct the line named, or write the table again with the command that makes it"
             }
             Self::MissingColumn { .. } => {
                 "give a table made by the command that writes this kind; names are in its first row"

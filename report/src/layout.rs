@@ -136,7 +136,7 @@ fn x_axis(panels: &[Panel], panel: &Panel) -> Option<Axis> {
     let values = alike().flat_map(|p| {
         let marks = p.marks.iter().filter_map(|m| match m.place {
             Place::XLine(at) => Some(at),
-            // A band, such as the held-out part, never widens the range of the data.
+            // A band, such as the validation data, never widens the range of the data.
             _ => None,
         });
         points(p).map(|p| p.0).chain(marks)

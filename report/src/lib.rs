@@ -37,5 +37,7 @@ pub use report::{Controller, LoopStep, Report};
 pub use sections::factor_in_words;
 pub use table::{COLUMNS, Table};
 
+/// Name of this program in the files that it writes.
+pub const GENERATOR: &str = "steerwright";
 /// Usual width of a figure, px.
 pub const WIDTH: u32 = 900;

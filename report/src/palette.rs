@@ -1,4 +1,4 @@
-//! Colours that people with the common colour blindnesses can tell apart (Okabe and Ito 2008), and
+//! Colours that people with the common colour blindnesses can distinguish (Okabe and Ito 2008), and
 //! the greys of the drawing itself.
 
 /// Red, green, blue, 0 to 255.

@@ -146,7 +146,7 @@ fn panels_stacked_share_left_edges_and_time() {
 fn legends_carry_the_fits_and_the_rms() {
     let plant = plant();
     let svg = figures::comparison(&traces(3000), &plant.evidence.fit, None).to_svg(900, 700);
-    assert!(svg.unwrap().contains("identified (fit 81.2 %, held out 77.9 %)"));
+    assert!(svg.unwrap().contains("identified (fit 81.2 %, validation 77.9 %)"));
     let mut run = track(0.0);
     run.cross_track_error_m = [0.3, -0.4].repeat(1000);
     let svg = figures::tracking_errors(&[("A", &run)]).to_svg(900, 700).unwrap();
@@ -208,7 +208,7 @@ fn nothing_to_draw_and_no_room_are_errors_that_say_so() {
         Figure::new("Two", two).to_svg(900, 600),
         Err(Error::NoData { panel: 2, .. })
     ));
-    // One empty series beside a full one is no reason to fail.
+    // One empty series next to a full one is no error.
     let panel = Panel::new("x", "y").with(full).with(nan);
     let figure = Figure::new("One", vec![panel]);
     assert!(figure.to_svg(900, 400).is_ok());

@@ -3,7 +3,7 @@
 //! A plant is steered left, right and to and fro, by as much as the drive that it was identified
 //! from, and slows a little near the end. A controller sees a step of its reference and a yaw that
 //! follows late, some feedforward, and a second in which it is disabled. A path is driven along,
-//! beside it and with a heading that is off. An estimator is driven through a left and a right turn; the
+//! next to it and with a heading that is off. An estimator is driven through a left and a right turn; the
 //! fixes that it is given get worse for a while, one of them is an outlier, and for two seconds there
 //! are none. Whatever has no part here keeps its start value.
 
@@ -123,10 +123,10 @@ impl Scenario {
             (Script::Drive { points, speed }, "x" | "y" | "yaw") => {
                 let place = along(points, speed * time)?;
                 // A quarter of a metre to either side, and a degree or so off the heading.
-                let beside = 0.25 * (TAU * 0.2 * t).sin();
+                let offset = 0.25 * (TAU * 0.2 * t).sin();
                 match name {
-                    "x" => place.x_m - beside * place.heading_rad.sin(),
-                    "y" => place.y_m + beside * place.heading_rad.cos(),
+                    "x" => place.x_m - offset * place.heading_rad.sin(),
+                    "y" => place.y_m + offset * place.heading_rad.cos(),
                     _ => place.heading_rad + 0.02 * (TAU * 0.2 * t).cos(),
                 }
             }

@@ -56,7 +56,7 @@ pub fn receiver_values(packed: &Packed, connections: &[Connection]) -> Vec<(Stri
     .into()
 }
 
-/// The plant's sideslip, for an FMU that reckons with one and states none: `sideslip` names the
+/// The plant's sideslip, for an FMU that uses one and states none: `sideslip` names the
 /// parameters, of which the FMU takes those that it has. All or nothing, since they belong together.
 #[must_use]
 pub fn sideslip_values(packed: &Packed, sideslip: &[(&str, f64)]) -> Vec<(String, f64)> {

@@ -10,7 +10,7 @@ use formats::PathPoint;
 /// What was measured, under what is simulated.
 const HALO: Color = Color(185, 185, 185);
 
-/// What a drive was like, from where the models are judged on it. NaN is a gap.
+/// The validation data of a drive. NaN is a gap.
 #[derive(Debug, Clone, Copy)]
 pub struct Driven<'a> {
     /// Time, s.
@@ -71,7 +71,7 @@ pub fn models_against_drive(driven: Driven<'_>, models: &[Simulated<'_>]) -> Fig
     for panel in [&mut error, &mut yaw, &mut drift] {
         panel.weight = 0.8;
     }
-    Figure::new("Models against the drive, held out", vec![rate, error, yaw, drift])
+    Figure::new("Models against the drive, validation data", vec![rate, error, yaw, drift])
 }
 
 fn zero() -> Mark {
@@ -123,7 +123,7 @@ pub struct YawStep<'a> {
     pub response: &'a StepResponse,
 }
 
-/// Yaw steps to `height`, rad, beside each other, until a time: whole, about the height, and the
+/// Yaw steps to `height`, rad, next to each other, until a time: whole, about the height, and the
 /// steering.
 #[must_use]
 pub fn yaw_steps(height: f64, until: f64, steps: &[YawStep<'_>]) -> Figure {

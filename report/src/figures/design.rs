@@ -46,7 +46,7 @@ pub fn yaw_step(
         yaw = yaw.with(Series::new(name, vec![(settled, at)], style));
     }
     yaw.weight = 1.3;
-    // The band is thin beside the step: the same, magnified.
+    // The band is thin compared with the step: the same, magnified.
     let mut near = Panel { y_label: "Yaw, magnified (deg)".into(), ..yaw.clone() };
     near.series.iter_mut().for_each(|s| s.name.clear());
     near.marks.iter_mut().for_each(|m| m.name.clear());

@@ -13,7 +13,7 @@ pub fn drive(traces: &Traces) -> Figure {
         let mut panel =
             Panel::new("Time (s)", label).with(Series::over("", t, (y, DEG), thin(color)));
         for (k, (from, to)) in traces.held_out_ranges().into_iter().enumerate() {
-            let name = if k == 0 { "held out of the identification" } else { "" };
+            let name = if k == 0 { "validation data" } else { "" };
             panel = panel.mark(Mark::new(name, Place::XBand(from, to), GREY));
         }
         panel

@@ -20,7 +20,7 @@ fn dots(color: Color) -> Style {
 pub fn prediction(held_out: &HeldOut) -> Figure {
     let points: Vec<_> =
         held_out.predictions.iter().filter_map(|p| Some((p.ahead_s?, p.fit.max(-20.0)))).collect();
-    let mut panel = Panel::new("Looking ahead (s)", "Fit, held out (%)").with(Series::new(
+    let mut panel = Panel::new("Looking ahead (s)", "Fit, validation data (%)").with(Series::new(
         "prediction from measured yaw rate up to then",
         points,
         Style::dots(BLUE),
@@ -34,7 +34,7 @@ pub fn prediction(held_out: &HeldOut) -> Figure {
             panel = panel.mark(Mark::new("± two standard errors", band, VERMILLION));
         }
     }
-    Figure::new("Prediction of the held-out drive", vec![panel])
+    Figure::new("Prediction of the validation data", vec![panel])
 }
 
 /// Auto- and cross-correlation of the residuals, lag by lag, with the bands of 99 %.

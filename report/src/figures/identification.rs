@@ -9,7 +9,7 @@ use formats::{Excitation, Fits, OrderRow};
 const NEAR_S: f64 = 20.0;
 
 /// Measured and simulated yaw rate and yaw (the paper's Fig. 3), with the fits in the legend and
-/// the held-out part shaded.
+/// the validation data shaded.
 ///
 /// `bicycle_fit` is the fit of the bicycle model in percent, where known; its curve is in
 /// [`Traces::bicycle_yaw_rate_radps`].
@@ -17,7 +17,7 @@ const NEAR_S: f64 = 20.0;
 pub fn comparison(traces: &Traces, fit: &Fits, bicycle_fit: Option<f64>) -> Figure {
     let t = &traces.time_s;
     let identified = format!(
-        "identified (fit {} %, held out {} %)",
+        "identified (fit {} %, validation {} %)",
         text(fit.estimation, 1),
         text(fit.validation, 1)
     );
@@ -47,7 +47,7 @@ pub fn comparison(traces: &Traces, fit: &Fits, bicycle_fit: Option<f64>) -> Figu
     yaw.weight = 0.8;
     let near = magnified(&rate, traces);
     for (k, (from, to)) in traces.held_out_ranges().into_iter().enumerate() {
-        let name = if k == 0 { "held out" } else { "" };
+        let name = if k == 0 { "validation data" } else { "" };
         rate = rate.mark(Mark::new(name, Place::XBand(from, to), GREY));
         yaw = yaw.mark(Mark::new("", Place::XBand(from, to), GREY));
     }
@@ -55,7 +55,7 @@ pub fn comparison(traces: &Traces, fit: &Fits, bicycle_fit: Option<f64>) -> Figu
     Figure::new("Measured and identified model", panels)
 }
 
-/// The beginning of the held-out part, where the whole drive is too long to see the curves apart.
+/// The beginning of the validation data, where the whole drive is too long to see the curves apart.
 fn magnified(rate: &Panel, traces: &Traces) -> Option<Panel> {
     let (first, last) = (*traces.time_s.first()?, *traces.time_s.last()?);
     let (from, to) = traces.held_out_ranges().first().copied()?;
@@ -63,7 +63,7 @@ fn magnified(rate: &Panel, traces: &Traces) -> Option<Panel> {
     if last - first < 3.0 * NEAR_S || to - from < 0.2 * NEAR_S {
         return None;
     }
-    let label = format!("Time (s), the first {} s held out", text(to - from, 0));
+    let label = format!("Time (s), the first {} s of validation data", text(to - from, 0));
     let mut near = Panel { x_label: label, weight: 1.0, ..rate.clone() };
     for series in &mut near.series {
         series.name.clear();
@@ -128,14 +128,14 @@ pub fn order_table(rows: &[OrderRow], chosen: usize) -> Figure {
             fit(|r| r.estimation_fit),
             Style { dashed: true, dot: 2.5, ..Style::dots(GREY) },
         ))
-        .with(Series::new("held out", fit(|r| r.validation_fit), Style::dots(GREEN)))
+        .with(Series::new("validation", fit(|r| r.validation_fit), Style::dots(GREEN)))
         .mark(Mark::new("", marked(), VERMILLION));
     if !unstable.is_empty() {
         let style = Style { width: 0.0, dot: 5.0, ..Style::dots(VERMILLION) };
         fits.series.insert(1, Series::new("unstable as estimated", unstable, style));
     }
-    if low && let Some(held_out) = fits.series.last_mut() {
-        held_out.name += " (−20 stands for less)";
+    if low && let Some(validation) = fits.series.last_mut() {
+        validation.name += " (−20 or less)";
     }
     Figure { columns: 2, ..Figure::new("Choice of the order", vec![singular, fits]) }
 }

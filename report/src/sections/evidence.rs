@@ -21,7 +21,7 @@ pub(crate) fn evidence(plant: &Plant) -> Option<Section> {
 
 fn held_out(h: &HeldOut) -> Vec<Block> {
     let mut table =
-        Table::new(["held-out data, from yaw rate up to", "fit", "variance accounted for"]);
+        Table::new(["validation data, yaw rate up to", "fit", "variance accounted for"]);
     for p in &h.predictions {
         let ahead = match (p.steps, p.ahead_s) {
             (Some(1), Some(s)) => format!("{} s before (one sample)", significant(s)),
@@ -39,7 +39,7 @@ fn held_out(h: &HeldOut) -> Vec<Block> {
         ]);
     }
     vec![
-        Block::Heading("Prediction of the held-out drive".into()),
+        Block::Heading("Prediction of the validation data".into()),
         Block::Table(table),
         Block::Figure {
             figure: figures::prediction(h),
@@ -53,7 +53,7 @@ fn held_out(h: &HeldOut) -> Vec<Block> {
                         h.blocks
                     )
                 } else {
-                    "Too little time is held out to say how certain the fit is.".into()
+                    "The validation data are too short for an uncertainty of the fit.".into()
                 }
             ),
         },

@@ -81,8 +81,8 @@ pub(crate) fn model(plant: &Plant, traces: Option<&Traces>, bicycle_fit: Option<
         ("steering that drives straight", value(p.steering_offset_rad * DEG, 3, "deg")),
         ("yaw-rate offset", value(p.yaw_rate_offset_radps * DEG, 3, "deg/s")),
         ("fit, estimation data", value(e.fit.estimation, 1, "%")),
-        ("fit, held-out data", value(e.fit.validation, 1, "%")),
-        ("fit, held-out data, one-step prediction", value(e.fit.validation_one_step, 1, "%")),
+        ("fit, validation data", value(e.fit.validation, 1, "%")),
+        ("fit, validation data, one-step prediction", value(e.fit.validation_one_step, 1, "%")),
     ] {
         table.push([name.to_owned(), text]);
     }
@@ -161,8 +161,8 @@ fn in_words(plant: &Plant) -> Vec<String> {
         )
     };
     let mut out = vec![format!(
-        "Estimated on {} samples, judged on {} that were held out: the simulation fits the \
-         held-out yaw rate by {}, one-step prediction by {}.",
+        "Estimated on {} samples, validated on {} others: there the simulation fits the yaw rate \
+         by {}, one-step prediction by {}.",
         e.estimation_samples,
         e.validation_samples,
         value(e.fit.validation, 1, "%"),
@@ -194,7 +194,10 @@ fn in_words(plant: &Plant) -> Vec<String> {
         value(100.0 * x.noise_to_signal, 1, "%"),
     ));
     out.push(if x.informative_up_to_hz > 0.0 {
-        format!("The log tells about the dynamics up to {} Hz.", text(x.informative_up_to_hz, 2))
+        format!(
+            "The log has information on the dynamics up to {} Hz.",
+            text(x.informative_up_to_hz, 2)
+        )
     } else {
         "At no frequency does steering explain half of the yaw rate.".into()
     });
