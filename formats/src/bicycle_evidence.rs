@@ -13,15 +13,15 @@ use serde::{Deserialize, Serialize};
 pub struct BicycleEvidence {
     /// Samples used for estimation.
     pub estimation_samples: usize,
-    /// Samples held out for validation.
+    /// Validation samples.
     pub validation_samples: usize,
     /// Sample time, s.
     pub sample_time_s: f64,
     /// Fit on the estimation data, percent.
     pub estimation_fit: f64,
-    /// Fit on the held-out data, percent.
+    /// Fit on the validation data, percent.
     pub validation_fit: f64,
-    /// How the held-out data were chosen, and what they say.
+    /// The selection of the validation data, and the results on them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub held_out: Option<HeldOut>,
     /// Speed over the estimation data.
@@ -32,7 +32,7 @@ pub struct BicycleEvidence {
     /// was identified, independent of the others. Empty: not stated.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub directions: Vec<VehicleDirection>,
-    /// What yaw rate does not tell and the file states nevertheless.
+    /// Quantities that the yaw rate does not determine and the file states.
     pub stated: Vec<Stated>,
     /// Steering angle that drives straight, rad, in the log's coordinates. The plant has none.
     pub steering_offset_rad: f64,
@@ -42,7 +42,7 @@ pub struct BicycleEvidence {
     /// Offset of the yaw rate's sensor, rad/s. The plant has none.
     pub yaw_rate_offset_radps: f64,
     /// The same model with a delay of the steering, which the plant does not have: in the file, the
-    /// actuator's lag stands for both.
+    /// actuator's lag represents both.
     pub with_delay: WithDelay,
     /// How long the simulation errors last, s: their long-run variance over their variance, by the
     /// sample time. The standard errors count with it.
@@ -167,11 +167,11 @@ pub struct WithDelay {
     pub input_delay_s: f64,
     /// Its standard deviation, s.
     pub standard_error_s: f64,
-    /// The actuator's time constant beside it, s.
+    /// The actuator's time constant with that delay, s.
     pub actuator_time_constant_s: f64,
     /// Fit on the estimation data, percent.
     pub estimation_fit: f64,
-    /// Fit on the held-out data, percent.
+    /// Fit on the validation data, percent.
     pub validation_fit: f64,
 }
 

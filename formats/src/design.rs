@@ -20,7 +20,7 @@ pub struct Specification {
     /// Longest rise time, 10 to 90 %, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rise_time_s: Option<f64>,
-    /// Largest integral of the absolute error over the step's height, s.
+    /// Largest integral of absolute error over the step's height, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub integral_absolute_error_s: Option<f64>,
     /// Smallest gain margin, dB.
@@ -299,7 +299,7 @@ pub struct Robustness {
     /// Lowest and highest delay of the yaw loop beyond the model's own, s.
     pub loop_delay_range_s: [f64; 2],
     /// Lowest and highest gain of the plant over the nominal one: beyond the lateral acceleration of
-    /// the drive tyres give way, which no uncertainty of a linear model tells.
+    /// the drive tyres saturate, which no uncertainty of a linear model covers.
     pub gain_range: [f64; 2],
     /// Lowest and highest speed, m/s, where the model holds at several.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -48,12 +48,13 @@ impl Error {
     pub fn hint(&self) -> String {
         match self {
             Self::Syntax { .. } => {
-                "write the file again with the command that makes it, or mend the key named".into()
+                "write the file again with the command that makes it, or correct the key named"
+                    .into()
             }
             Self::Schema { expected, .. } => format!(
                 "give a file that says \"schema\": \"{expected}\"; a newer version needs a newer steerwright"
             ),
-            Self::Value { .. } => "mend the value at the path named".into(),
+            Self::Value { .. } => "correct the value at the path named".into(),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! `estimator.json`: what a pose estimator is told of its sensors.
+//! `estimator.json`: the sensors of a pose estimator.
 //!
 //! Written by hand; the example in this repository is `tests/data/multibody/estimator.json`. What a
 //! number means is said where the filter is: the README of `PoseEstimator`.
@@ -64,7 +64,7 @@ pub struct SensorNoise {
     pub yaw_rate_bias_density: f64,
     /// Of the speed, (m/s)/√Hz.
     pub speed_density: f64,
-    /// Of the lateral velocity that the sideslip does not tell, (m/s)/√Hz.
+    /// Of the lateral velocity that the sideslip does not explain, (m/s)/√Hz.
     pub lateral_velocity_density: f64,
 }
 
@@ -74,7 +74,7 @@ pub struct SensorNoise {
 pub struct InitialUncertainty {
     /// Of each coordinate, m.
     pub position_std_m: f64,
-    /// Of the yaw, rad; above 0.5 it is told from where the first fixes lead.
+    /// Of the yaw, rad; above 0.5 it is estimated from the direction of the first fixes.
     pub yaw_std_rad: f64,
     /// Of the gyro's bias, rad/s.
     pub yaw_rate_bias_std_radps: f64,

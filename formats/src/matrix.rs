@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Rows of numbers. A file may hold rows of different lengths; [`Matrix::columns`] tells.
+/// Rows of numbers. A file may hold rows of different lengths; [`Matrix::columns`] checks them.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Matrix(pub Vec<Vec<f64>>);

@@ -30,7 +30,7 @@ pub struct Plant {
     pub continuous: Option<Continuous>,
     /// The noise as identified.
     pub noise: Noise,
-    /// How far the course leads the yaw, absent where the drive did not tell.
+    /// How far the course leads the yaw, absent where the drive did not determine it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sideslip: Option<Sideslip>,
     /// How uncertain the model is, absent where that was not estimated.
@@ -128,19 +128,19 @@ pub struct Sideslip {
     /// Its standard error, s; of the fixes' and the gyro's noise, and of the fixes' age where that is
     /// estimated.
     pub standard_error_s: f64,
-    /// Q, what S grows by per squared lateral acceleration, s⁵/m²; absent where the drive does not tell
-    /// it.
+    /// Q, what S grows by per squared lateral acceleration, s⁵/m²; absent where the drive does not
+    /// determine it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sideslip_growth_s5pm2: Option<SideslipTerm>,
-    /// C, sideslip angle per yaw acceleration, s²; absent where the drive does not tell it.
+    /// C, sideslip angle per yaw acceleration, s²; absent where the drive does not determine it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sideslip_per_yaw_acceleration_s2: Option<SideslipTerm>,
-    /// The age of a fix that was reckoned with, s: an error of it is one of the sideslip.
+    /// The age of a fix in the identification, s: an error of it is an error of the sideslip.
     pub gnss_latency_s: f64,
     /// The standard error of that age, s; absent where the age was stated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gnss_latency_standard_error_s: Option<f64>,
-    /// The antenna ahead of the centre of gravity that was reckoned with, m.
+    /// The antenna ahead of the centre of gravity in the identification, m.
     pub antenna_x_m: f64,
 }
 

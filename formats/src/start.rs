@@ -1,6 +1,6 @@
 //! `start.json`: values that an FMU starts with instead of its own.
 //!
-//! It lies beside the FMU's other resources, so that a loop starts on its road also in tools that
+//! It is one of the FMU's resources, so that a loop starts on its road also in tools that
 //! set nothing: the binary reads it, and modelDescription.xml states what the binary reports.
 
 use crate::{Checker, Document};

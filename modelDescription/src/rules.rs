@@ -197,7 +197,7 @@ impl Check<'_> {
         }
         if let Some(start) = v.start.as_ref().and_then(crate::Value::as_number) {
             let (min, max) = (v.min.unwrap_or(f64::NEG_INFINITY), v.max.unwrap_or(f64::INFINITY));
-            // Written so that NaN fails; limits that contradict each other are told above.
+            // Written so that NaN fails; limits that contradict each other are reported above.
             if min <= max && !(start >= min && start <= max) {
                 let message = format!("start {start} is not within [{min}, {max}]");
                 self.report("start-outside-limits", place, message);

@@ -32,7 +32,7 @@ pub enum FactorMethod {
     Qr,
 }
 
-/// The pure delay from steering to yaw rate as the estimation data tell it.
+/// The pure delay from steering to yaw rate as the estimation data determine it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DelayEstimate {

@@ -1,4 +1,4 @@
-//! What the log says by frequency, and the model beside it.
+//! The information in the log by frequency, compared with the model.
 
 use serde::{Deserialize, Serialize};
 

@@ -28,12 +28,12 @@ pub struct Evidence {
     /// How the data were reduced, and how well that is conditioned.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub factor: Option<DataFactor>,
-    /// What the data say of a pure delay; absent where it was given, or cannot be told.
+    /// The estimated pure delay; absent where it was stated, or the data do not determine it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub delay: Option<DelayEstimate>,
     /// Samples used for estimation.
     pub estimation_samples: usize,
-    /// Samples held out for validation.
+    /// Validation samples.
     pub validation_samples: usize,
     /// Fits in percent.
     pub fit: Fits,
@@ -43,13 +43,13 @@ pub struct Evidence {
     /// open-loop and closed-loop methods; it passes where none is seen.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub feedback: Option<ResidualTest>,
-    /// Autocorrelation of the held-out one-step residuals.
+    /// Autocorrelation of the one-step residuals on the validation data.
     pub whiteness: ResidualTest,
-    /// Cross-correlation of past input and held-out one-step residuals.
+    /// Cross-correlation of past input and one-step residuals on the validation data.
     pub independence: ResidualTest,
-    /// What the log can say.
+    /// The information in the log.
     pub excitation: Excitation,
-    /// Prediction of the held-out data.
+    /// Prediction of the validation data.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub held_out: Option<HeldOut>,
     /// Play of the steering; absent where the data do not show any.
@@ -83,16 +83,16 @@ pub struct Evidence {
     pub warnings: Vec<String>,
 }
 
-/// Fit is 100·(1 − ‖y − ŷ‖/‖y − mean(y)‖) on yaw rate, in percent. Held-out data have the means of
+/// Fit is 100·(1 − ‖y − ŷ‖/‖y − mean(y)‖) on yaw rate, in percent. Validation data have the means of
 /// the estimation data removed and the initial state estimated.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Fits {
     /// Simulation on the estimation data.
     pub estimation: f64,
-    /// Simulation on the held-out data.
+    /// Simulation on the validation data.
     pub validation: f64,
-    /// One-step prediction on the held-out data.
+    /// One-step prediction on the validation data.
     pub validation_one_step: f64,
 }
 
@@ -108,7 +108,7 @@ pub struct OrderRow {
     pub singular_value: Option<f64>,
     /// Simulation fit on the estimation data, percent.
     pub estimation_fit: f64,
-    /// Simulation fit on the held-out data, percent.
+    /// Simulation fit on the validation data, percent.
     pub validation_fit: f64,
     /// Whether the model was stable as estimated.
     pub stable: bool,

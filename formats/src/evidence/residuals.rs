@@ -20,8 +20,8 @@ pub struct ResidualTest {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HeldOut {
-    /// Standard error of the simulation fit over the time held out, percentage points (block
-    /// jackknife); absent where too little time is held out.
+    /// Standard error of the simulation fit on the validation data, percentage points (block
+    /// jackknife); absent where the validation data are too short.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fit_standard_error: Option<f64>,
     /// Blocks of time it comes from.
@@ -59,7 +59,7 @@ pub struct PredictionFit {
     pub variance_accounted_for: f64,
 }
 
-/// Correlation of the held-out one-step residuals, lag by lag.
+/// Correlation of the one-step residuals on the validation data, lag by lag.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ResidualCorrelation {
