@@ -39,12 +39,13 @@ pub(crate) fn write<'a>(
         figures::yaw_step(title, response, s, reached, pid.largest_angle_rad())
     };
     let e = &pid.evidence;
+    let [bode, nyquist, plain, offset] = NAMES;
     let all: [(&str, Figure, u32); 4] = [
-        ("bode", figures::bode(&open), 620),
-        ("nyquist", figures::nyquist(&open), 620),
-        ("step", figure("Yaw step on the model", &step(false, until)?, &e.step), 680),
+        (bode, figures::bode(&open), 620),
+        (nyquist, figures::nyquist(&open), 620),
+        (plain, figure("Yaw step on the model", &step(false, until)?, &e.step), 680),
         (
-            "step-with-offset",
+            offset,
             figure(
                 "Yaw step on the model with a steering offset",
                 &step(true, s.steady_state_time_s)?,
@@ -54,8 +55,6 @@ pub(crate) fn write<'a>(
         ),
     ];
     all.iter()
-        .map(|(name, figure, height)| {
-            files.write(&format!("{name}.svg"), figure.to_svg(WIDTH, *height)?.as_bytes())
-        })
+        .map(|(name, figure, height)| files.write(name, figure.to_svg(WIDTH, *height)?.as_bytes()))
         .collect()
 }

@@ -1,6 +1,5 @@
 //! Why loops of FMUs cannot run, or models cannot be compared.
 
-use control::Error as DesignError;
 use std::fmt::Display;
 
 /// What can go wrong, with its numbers and a [`hint`](Self::hint).
@@ -19,13 +18,13 @@ pub enum Error {
     Document(#[from] formats::Error),
     /// A model could not be validated on the drive.
     #[error(transparent)]
-    Identification(#[from] sysid::Error),
+    Identification(Box<sysid::Error>),
     /// No controller or road could be made.
     #[error(transparent)]
-    Design(#[from] DesignError),
+    Design(Box<control::Error>),
     /// An archive could not be packed.
     #[error(transparent)]
-    Packaging(packaging::Error),
+    Packaging(Box<packaging::Error>),
     /// The code of an FMU rejects its resources or start values, with a hint from that code.
     #[error("{message}")]
     Rejected {
@@ -36,7 +35,7 @@ pub enum Error {
     },
     /// An FMU could not be opened, wired or stepped.
     #[error(transparent)]
-    Fmu(#[from] fmi2_host::Error),
+    Fmu(Box<fmi2_host::Error>),
     /// A figure could not be drawn, or a run not be read.
     #[error(transparent)]
     Report(#[from] report::Error),
@@ -282,12 +281,25 @@ impl Error {
     }
 }
 
+/// The errors of the stages are boxed, since they are large.
+macro_rules! from_stage {
+    ($($variant:ident: $error:ty),*) => {$(
+        impl From<$error> for Error {
+            fn from(error: $error) -> Self {
+                Self::$variant(Box::new(error))
+            }
+        }
+    )*};
+}
+
+from_stage!(Identification: sysid::Error, Design: control::Error, Fmu: fmi2_host::Error);
+
 impl From<packaging::Error> for Error {
     fn from(error: packaging::Error) -> Self {
         // The hint of an FMU's own code is part of its message, since an importer shows nothing else.
         match error.to_string().split_once("; hint: ") {
             Some((message, hint)) => Self::Rejected { message: message.into(), hint: hint.into() },
-            None => Self::Packaging(error),
+            None => Self::Packaging(Box::new(error)),
         }
     }
 }

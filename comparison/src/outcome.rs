@@ -96,7 +96,7 @@ fn at_the_limit(run: &Run, limits: Limits) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use crate::*;
+    use super::*;
 
     #[test]
     fn shortfalls_name_the_figure_and_its_bound() {

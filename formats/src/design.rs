@@ -20,7 +20,7 @@ pub struct Specification {
     /// Longest rise time, 10 to 90 %, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rise_time_s: Option<f64>,
-    /// Largest integral of the absolute error over the step's height, s.
+    /// Largest integral of absolute error over the step's height, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub integral_absolute_error_s: Option<f64>,
     /// Smallest gain margin, dB.

@@ -26,7 +26,7 @@ pub struct Binary<'a> {
 pub struct Packed {
     /// Which FMU it is; the archive's name is this name and `.fmu`.
     pub fmu: Fmu,
-    /// Its modelDescription.xml.
+    /// What its modelDescription.xml says.
     pub description: ModelDescription,
     /// The archive.
     pub bytes: Vec<u8>,
@@ -149,7 +149,7 @@ const LICENSES: &str = include_str!("../licenses/license.txt");
 const LICENSE_MIT: &str = include_str!("../../LICENSE-MIT");
 const LICENSE_APACHE: &str = include_str!("../../LICENSE-APACHE");
 
-/// Reads the document as its type; a controller has a sample time.
+/// Reads the document as its type; returns the sample time of a controller.
 fn check(fmu: Fmu, document: &str, file: &str) -> Result<Option<f64>, formats::Error> {
     Ok(match fmu {
         Fmu::IdentifiedPlant => formats::Plant::from_json(document, file).map(|_| None)?,

@@ -82,7 +82,7 @@ fn displayed(description: &ModelDescription, variable: &Variable, value: f64) ->
     (shown != 0.0).then(|| format!("{}\u{a0}{name}", shortened(shown)))
 }
 
-/// What stands next to the variables on the page: the sections after the README.
+/// The sections of the page after the README and the variables.
 pub(crate) struct Sections<'a> {
     /// Where the FMU came from.
     pub(crate) origin: &'a Origin,

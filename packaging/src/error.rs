@@ -58,7 +58,7 @@ pub enum Error {
         /// The step size.
         step: f64,
     },
-    /// Names do not determine what feeds an input.
+    /// Names do not determine the source of an input.
     #[error(transparent)]
     Wiring(Box<fmi2_host::Error>),
     /// A system names a variable that is not there, or is not what it is taken for.
@@ -113,7 +113,7 @@ impl Error {
                 .into(),
             Self::TwoBinaries { .. } => "give one library for each platform".into(),
             Self::Reference { .. } => {
-                "the model diverges at its operating point: correct the file it is made from".into()
+                "the model does not stand its own operating point: correct the file it is made from".into()
             }
             Self::Step { .. } => "give the step in seconds, such as 10ms".into(),
             Self::Wiring(_) => "wire one of them alone: leave out the files of the others".into(),

@@ -1,4 +1,4 @@
-//! Where an FMU came from: what its document states about the files it was made from, the options, the
+//! Where an FMU came from: what its document says of the files it was made from, the options, the
 //! fit and the verdict.
 //!
 //! The same facts go into the archive three times: for programs as
@@ -59,7 +59,7 @@ fn fact(key: &'static str, value: impl Into<Json>, unit: &'static str) -> Fact {
 }
 
 impl Origin {
-    /// The provenance in the document of an FMU; `file` is named in errors.
+    /// What the document of an FMU says; `file` is named in errors.
     pub(crate) fn of(fmu: Fmu, document: &str, file: &str) -> Result<Self, Error> {
         let (name, provenance, evidence) = match fmu {
             Fmu::IdentifiedPlant => plant(formats::Plant::from_json(document, file)?),
@@ -210,7 +210,7 @@ pub(crate) fn shortened(value: f64) -> String {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
 }
 
-/// Name, provenance (absent where the file is written by hand), and facts.
+/// Name, who made it (nobody where it is written by hand), what it says of itself.
 type Described = (String, Option<Provenance>, Vec<Fact>);
 
 fn plant(plant: formats::Plant) -> Described {

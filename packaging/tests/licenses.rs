@@ -1,6 +1,6 @@
 //! The licences in the archives are those of what the FMU libraries link.
 //!
-//! `cargo xtask licenses` writes them anew.
+//! `cargo xtask licenses` writes them again.
 #![allow(clippy::unwrap_used)]
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -28,7 +28,7 @@ fn libraries() -> Vec<String> {
     names
 }
 
-/// `name version` → licence expression, as cargo tells them of everything linked, ours left out.
+/// `name version` → licence expression, as cargo states them of everything linked, ours left out.
 fn linked() -> BTreeMap<String, String> {
     let libraries = libraries();
     assert!(libraries.len() >= 4, "{libraries:?}");

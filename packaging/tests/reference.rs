@@ -153,7 +153,7 @@ fn the_plant_answers_its_inputs() {
 }
 
 #[test]
-fn the_path_is_driven_a_little_beside_it() {
+fn the_path_is_driven_with_a_small_offset() {
     let run = run(Fmu::ReferencePath, None);
     let largest = run.result["cross_track_error"].iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     assert!((0.2..0.3).contains(&largest), "{largest}");

@@ -1,8 +1,8 @@
 //! The sheet a figure is drawn on: plotters' SVG backend, made finer.
 //!
 //! plotters draws at whole pixels, which makes smooth curves ragged. The sheet is therefore
-//! [`FINE`] times larger inside, and its head states the requested size. The head also carries what
-//! plotters cannot express: round joins (a noisy line would have spikes), a role and a name for screen
+//! [`FINE`] times larger inside, and its head says the size asked for. The head also carries what
+//! plotters cannot say: round joins (a noisy line would have spikes), a role and a name for screen
 //! readers. Dashes are drawn one by one, since plotters' backend has none.
 
 use crate::Error;
@@ -74,8 +74,9 @@ pub(crate) fn draw(
     drop(canvas);
     let body = svg.find('>').map_or("", |end| &svg[end + 1..]);
     Ok(format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" data-generator=\"steerwright\" width=\"{width}\" height=\"{height}\" \
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" data-generator=\"{}\" width=\"{width}\" height=\"{height}\" \
          viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\" stroke-linejoin=\"round\">{}",
+        crate::GENERATOR,
         fine(width),
         fine(height),
         crate::html::escape(figure),

@@ -1,7 +1,7 @@
 //! Long series made short without a visible change.
 //!
 //! Along a time axis, each column of pixels keeps its first, least, largest and last point, so that
-//! no peak is lost. A curve in the plane, and the rest of either, drops the points that lie within a
+//! no peak is lost. A curve in the plane, and the rest of either, loses the points that lie within a
 //! tenth of a pixel of the line that stays (Ramer 1972; Douglas and Peucker 1973).
 
 /// A point in pixels.

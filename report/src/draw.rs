@@ -154,7 +154,7 @@ fn draw_series(
     let style = &series.style;
     let parts = segments(series.points.iter().map(|p| frame.pixel(*p)));
     let all: usize = parts.iter().map(Vec::len).sum();
-    // Each piece costs about ten points of text besides its own. A series torn into very many
+    // Each piece costs about ten points of text in addition to its own. A series torn into very many
     // pieces keeps evenly spread ones.
     let every = parts.len().div_ceil((budget / 20).max(1)).max(1);
     for part in parts.iter().step_by(every) {

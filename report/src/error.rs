@@ -19,9 +19,9 @@ pub enum Error {
     Size {
         /// Title of the figure.
         figure: String,
-        /// Requested width.
+        /// Width asked for.
         width: u32,
-        /// Requested height.
+        /// Height asked for.
         height: u32,
         /// Number of panels.
         panels: usize,
@@ -31,7 +31,7 @@ pub enum Error {
     Drawing {
         /// Title of the figure.
         figure: String,
-        /// Its message.
+        /// What it said.
         problem: String,
     },
     /// The text is not a table: a row of another length, broken quotes or broken UTF-8.
@@ -82,10 +82,10 @@ impl Error {
             Self::NoData { .. } => {
                 "check that the stage before wrote its table to the end and that it holds numbers"
             }
-            Self::Size { .. } => "request a size such as 760 by 480 pixels",
+            Self::Size { .. } => "ask for a size such as 760 by 480 pixels",
             Self::Drawing { .. } => "report this as a bug with the files that led to it",
             Self::Csv { .. } | Self::Number { .. } => {
-                "correct the named line, or write the table again with the command that makes it"
+                "correct the line named, or write the table again with the command that makes it"
             }
             Self::MissingColumn { .. } => {
                 "give a table made by the command that writes this kind; names are in its first row"

@@ -8,7 +8,7 @@ use crate::{Error, draw};
 /// A figure of one or more panels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
-    /// Title above the panels, read by screen readers.
+    /// Title above the panels, and the text for screen readers.
     pub title: String,
     /// Panels next to each other in one row; 1 stacks them.
     pub columns: usize,
@@ -35,7 +35,7 @@ pub struct Panel {
     pub y_log: bool,
     /// The range of y; the range of series and marks where absent. Curves are cut at it.
     pub y_limits: Option<(f64, f64)>,
-    /// Share of the figure's height, relative to those of the other rows.
+    /// Share of the figure's height, relative to the other rows.
     pub weight: f64,
 }
 

@@ -24,7 +24,7 @@ pub enum Block {
     Heading(String),
     /// A paragraph.
     Text(String),
-    /// A result in a box.
+    /// A conclusion in a box.
     Note {
         /// Good, bad, or neither.
         tone: Tone,
@@ -65,12 +65,13 @@ pub fn report_html(title: &str, lead: &str, sections: &[Section]) -> String {
     let mut out = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
-         <meta name=\"generator\" content=\"steerwright {2}\"/>\n\
+         <meta name=\"generator\" content=\"{3} {2}\"/>\n\
          <title>{0}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n<h1>{0}</h1>\n\
          <p>{1}</p>\n<nav>",
         escape(title),
         escape(lead),
-        env!("CARGO_PKG_VERSION")
+        env!("CARGO_PKG_VERSION"),
+        crate::GENERATOR
     );
     for (k, section) in sections.iter().enumerate() {
         push(&mut out, format_args!("<a href=\"#s{k}\">{}</a> ", escape(&section.heading)));

@@ -103,7 +103,7 @@ pub(crate) fn frames(figure: &Figure, width: u32, height: u32) -> Result<Vec<Fra
     Ok(out)
 }
 
-/// Cells row by row; a row is as high as its heaviest panel requires.
+/// Cells row by row; a row is as high as its heaviest panel asks.
 fn cells(panels: &[Panel], columns: usize, width: f64, height: f64) -> Vec<Area> {
     let weight = |row: &[Panel]| row.iter().fold(0.0, |m: f64, p| m.max(p.weight));
     let total: f64 = panels.chunks(columns).map(weight).sum();

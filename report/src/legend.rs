@@ -39,7 +39,7 @@ impl Legend {
     pub(crate) fn new(panel: &Panel, width: f64) -> Self {
         let series = panel.series.iter().map(|s| {
             let Stroke { color, width, dashed } = crate::draw::stroke(&s.style);
-            // The colour of a thin line is hard to recognise.
+            // The colour of a thin line is hard to see.
             let width = if width > 0.0 { width.max(2.0) } else { 0.0 };
             let stroke = Stroke { color, width, dashed };
             (&s.name, color, Sample::Line { stroke, dot: s.style.dot })

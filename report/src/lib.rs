@@ -7,7 +7,7 @@
 //! - [`Table`]: aligned text for a terminal, HTML on the page.
 //!
 //! SI and radians everywhere but in what people see, where angles are in degrees. The same content
-//! has the same bytes. This crate is independent of identification, design and FMUs: it takes the
+//! gives the same bytes. This crate knows nothing of identification, design or FMUs: it takes the
 //! numbers as the files state them.
 
 mod axis;
@@ -37,5 +37,7 @@ pub use report::{Controller, LoopStep, Report};
 pub use sections::factor_in_words;
 pub use table::{COLUMNS, Table};
 
+/// Name of this program in the files that it writes.
+pub const GENERATOR: &str = "steerwright";
 /// Usual width of a figure, px.
 pub const WIDTH: u32 = 900;

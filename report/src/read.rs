@@ -13,7 +13,7 @@ pub struct Traces {
     pub yaw_rate_radps: Vec<f64>,
     /// Yaw rate simulated by the identified model, rad/s.
     pub simulated_yaw_rate_radps: Vec<f64>,
-    /// Whether the sample is validation data.
+    /// Whether the sample belongs to the validation data.
     pub is_validation: Vec<bool>,
     /// Integral of the measured yaw rate, rad.
     pub yaw_rad: Vec<f64>,
@@ -86,7 +86,7 @@ impl Traces {
         })
     }
 
-    /// The time ranges of the validation data.
+    /// The ranges of time of the validation data.
     #[must_use]
     pub fn validation_ranges(&self) -> Vec<(f64, f64)> {
         let mut out: Vec<(f64, f64)> = Vec::new();

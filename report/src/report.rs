@@ -83,7 +83,7 @@ impl Report<'_> {
     #[must_use]
     pub fn to_html(&self) -> String {
         let lead = "Angles are in degrees, positive to the left (ISO 8855); a fit is \
-                    100·(1 − ‖y − ŷ‖/‖y − mean(y)‖) in percent, of a simulation unless stated otherwise.";
+                    100·(1 − ‖y − ŷ‖/‖y − mean(y)‖) in percent, of a simulation unless said otherwise.";
         report_html(&self.title, lead, &self.sections())
     }
 }

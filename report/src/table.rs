@@ -167,7 +167,7 @@ impl Size {
     }
 }
 
-/// The columns next to each other, block by block; each but the first begins with the
+/// The columns that stand next to each other, block by block; each but the first begins with the
 /// table's first column.
 fn blocks(sizes: &[Size], columns: usize) -> Vec<Vec<usize>> {
     let mut blocks: Vec<Vec<usize>> = Vec::new();

@@ -208,7 +208,7 @@ fn nothing_to_draw_and_no_room_are_errors_that_say_so() {
         Figure::new("Two", two).to_svg(900, 600),
         Err(Error::NoData { panel: 2, .. })
     ));
-    // One empty series beside a full one is no reason to fail.
+    // One empty series next to a full one is no error.
     let panel = Panel::new("x", "y").with(full).with(nan);
     let figure = Figure::new("One", vec![panel]);
     assert!(figure.to_svg(900, 400).is_ok());

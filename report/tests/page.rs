@@ -111,8 +111,8 @@ fn every_requirement_says_whether_it_is_met() {
     assert_eq!(in_loop[2..6], ["0.830 s", "✓ met", "1.400 s", "✗ not met"]);
     assert_eq!(row(&bad, "overshoot")[3], "✓ met");
     assert!(good.contains("Every requirement is met.") && bad.contains("Not every requirement"));
-    assert!(bad.contains("settling time: required 1\u{a0}s, reached 1.4\u{a0}s"));
-    // What else may be required has its place, and is empty where it was not.
+    assert!(bad.contains("settling time: asked 1\u{a0}s, reached 1.4\u{a0}s"));
+    // What else may be asked for has its place, and is empty where it was not.
     assert_eq!(row(&good, "modulus margin"), ["modulus margin", "≥ 0.5", "0.710"]);
     assert_eq!(row(&good, "gain margin"), ["gain margin", "", "13.4 dB"]);
     let mut asking = pid(true);

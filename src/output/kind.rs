@@ -2,14 +2,13 @@
 //! same kind, are overwritten without `--force`.
 
 use formats::Document;
+use report::GENERATOR;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
 /// How far a header or a mark may stand from the start of a file.
 const HEAD: u64 = 64 << 10;
-/// What a page and a figure of this program carry.
-pub(crate) const GENERATOR: &str = "steerwright";
 
 /// What is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -206,7 +206,7 @@ impl Error {
             }
             Self::RepeatedColumn { .. } => "give each column a name of its own".into(),
             Self::MissingColumn { role, .. } | Self::RoleNotFound { role, .. } => format!(
-                "name it with {}, with a leading - (as in --output=-gyro_down_radps) where its sign is opposite",
+                "name it with {}, with a leading - (as in --output-channel=-gyro_down_radps) where its sign is opposite",
                 flag(role)
             ),
             Self::AmbiguousColumn { column, files, .. } => {
@@ -256,7 +256,7 @@ impl Error {
                 "map another column, or state the unit where the name misleads: --unit {column}=UNIT"
             ),
             Self::NoTime { .. } => {
-                "name it with --time, its unit in the name (time_s, t_ms, stamp_ns), or state the rows' period with --row-period".into()
+                "name it with --time-channel, its unit in the name (time_s, t_ms, stamp_ns), or state the rows' period with --row-period".into()
             }
             Self::TimeNotIncreasing { .. } => {
                 "sort the rows by time; where two recordings were joined, give them one at a time".into()
@@ -362,10 +362,10 @@ fn unit_option(column: &str, unit: &str) -> String {
 
 fn flag(role: &str) -> &'static str {
     match role {
-        "steering" => "--input NAME",
-        "yaw rate" => "--output NAME",
-        "speed" => "--speed NAME",
-        "time" => "--time NAME",
+        "steering" => "--input-channel NAME",
+        "yaw rate" => "--output-channel NAME",
+        "speed" => "--speed-channel NAME",
+        "time" => "--time-channel NAME",
         _ => "its option",
     }
 }

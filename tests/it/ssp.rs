@@ -284,7 +284,7 @@ fn with_an_estimator_the_loop_is_closed_through_it() {
     let plain = fmus.replace("PoseEstimator", "plain/PoseEstimator");
     let output = done(folder, &format!("simulate {plain} --stop 1s"));
     assert!(
-        text_of(&output).contains("warning: PoseEstimator gets IdentifiedPlant.x"),
+        text_of(&output).contains("warning: PoseEstimator receives IdentifiedPlant.x"),
         "{output:?}"
     );
     // Fixes from a file go before those of the plant.
@@ -303,7 +303,7 @@ fn the_help_says_where_binaries_run() {
     let help = String::from_utf8(done(folder.path(), "simulate --help").stdout).unwrap();
     let words: Vec<&str> = help.split_whitespace().collect();
     let help = words.join(" ");
-    assert!(help.contains("binaries run in this process"), "{help}");
+    assert!(help.contains("binaries of the FMUs run in this process"), "{help}");
     assert!(help.contains("steerwright check --run"), "{help}");
 }
 

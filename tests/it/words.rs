@@ -51,10 +51,10 @@ const NOT_YET: &[&str] = &[
     "docs",
     "drivelog",
     "fmu",
-    // The types of `sysid` are still called so.
     "formats/src/factor.rs",
     "formats/src/lib.rs",
     "packaging/checker",
+    // The types of `sysid` are still called so.
     "src/accumulate.rs",
     "src/identify_accumulated.rs",
     "sweep",

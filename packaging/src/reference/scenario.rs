@@ -3,7 +3,7 @@
 //! A plant is steered left, right and to and fro, by as much as the drive that it was identified
 //! from, and slows a little near the end. A controller sees a step of its reference and a yaw that
 //! follows late, some feedforward, and a second in which it is disabled. A path is driven along,
-//! with an offset to it and with a heading that is off. An estimator is driven through a left and a right turn; the
+//! next to it and with a heading that is off. An estimator is driven through a left and a right turn; the
 //! fixes that it is given get worse for a while, one of them is an outlier, and for two seconds there
 //! are none. Whatever has no part here keeps its start value.
 

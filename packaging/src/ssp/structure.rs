@@ -87,10 +87,13 @@ fn document(
     connections: &[Connection],
     experiment: Experiment,
 ) -> io::Result<()> {
-    let tool = format!("steerwright {}", env!("CARGO_PKG_VERSION"));
     xml.create_element("ssd:SystemStructureDescription")
         .with_attributes(NAMESPACES)
-        .with_attributes([("version", "1.0"), ("name", name), ("generationTool", &tool)])
+        .with_attributes([
+            ("version", "1.0"),
+            ("name", name),
+            ("generationTool", crate::provenance::TOOL),
+        ])
         .write_inner_content(|xml| {
             xml.create_element("ssd:System").with_attribute(("name", name)).write_inner_content(
                 |xml| {

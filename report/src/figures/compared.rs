@@ -10,7 +10,7 @@ use formats::PathPoint;
 /// What was measured, under what is simulated.
 const HALO: Color = Color(185, 185, 185);
 
-/// The validation data of a drive on which the models are compared. NaN is a gap.
+/// The validation data of a drive. NaN is a gap.
 #[derive(Debug, Clone, Copy)]
 pub struct Driven<'a> {
     /// Time, s.
@@ -71,14 +71,14 @@ pub fn models_against_drive(driven: Driven<'_>, models: &[Simulated<'_>]) -> Fig
     for panel in [&mut error, &mut yaw, &mut drift] {
         panel.weight = 0.8;
     }
-    Figure::new("Models on validation data", vec![rate, error, yaw, drift])
+    Figure::new("Models against the drive, validation data", vec![rate, error, yaw, drift])
 }
 
 fn zero() -> Mark {
     Mark::new("", Place::YLine(0.0), GREY)
 }
 
-/// The reference road in the plane, and its curvature, with the lateral acceleration that it requires
+/// The reference road in the plane, and its curvature, with the lateral acceleration that it asks for
 /// at a speed in the legend.
 #[must_use]
 pub fn road_and_curvature(points: &[PathPoint], closed: bool, speed: f64) -> Figure {

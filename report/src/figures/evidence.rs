@@ -20,9 +20,11 @@ fn dots(color: Color) -> Style {
 pub fn prediction(held_out: &HeldOut) -> Figure {
     let points: Vec<_> =
         held_out.predictions.iter().filter_map(|p| Some((p.ahead_s?, p.fit.max(-20.0)))).collect();
-    let mut panel = Panel::new("Looking ahead (s)", "Fit on validation data (%)").with(
-        Series::new("prediction from measured yaw rate up to then", points, Style::dots(BLUE)),
-    );
+    let mut panel = Panel::new("Looking ahead (s)", "Fit, validation data (%)").with(Series::new(
+        "prediction from measured yaw rate up to then",
+        points,
+        Style::dots(BLUE),
+    ));
     if let Some(simulation) = held_out.predictions.iter().find(|p| p.steps.is_none()) {
         let fit = simulation.fit.max(-20.0);
         let name = format!("simulation: {} %", text(simulation.fit, 1));

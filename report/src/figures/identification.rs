@@ -84,18 +84,18 @@ pub fn coherence(excitation: &Excitation) -> Figure {
         .mark(Mark::new("coherence 0.5", Place::YLine(0.5), GREY));
     let beyond = |from| Place::XBand(from, f64::INFINITY);
     panel = if limit > 0.0 {
-        let name = format!("little information above {} Hz", significant(limit));
+        let name = format!("the log says little above {} Hz", significant(limit));
         panel.mark(Mark::new("", Place::XLine(limit), VERMILION)).mark(Mark::new(
             name,
             beyond(limit),
             VERMILION,
         ))
     } else {
-        panel.mark(Mark::new("little information at any frequency", beyond(0.0), VERMILION))
+        panel.mark(Mark::new("the log says little at any frequency", beyond(0.0), VERMILION))
     };
     panel.x_log = true;
     panel.y_limits = Some((0.0, 1.0));
-    Figure::new("Information in the log by frequency", vec![panel])
+    Figure::new("What the log can say, by frequency", vec![panel])
 }
 
 fn significant(value: f64) -> String {
@@ -134,8 +134,8 @@ pub fn order_table(rows: &[OrderRow], chosen: usize) -> Figure {
         let style = Style { width: 0.0, dot: 5.0, ..Style::dots(VERMILION) };
         fits.series.insert(1, Series::new("unstable as estimated", unstable, style));
     }
-    if low && let Some(held_out) = fits.series.last_mut() {
-        held_out.name += " (−20 marks lower values)";
+    if low && let Some(validation) = fits.series.last_mut() {
+        validation.name += " (−20 or less)";
     }
     Figure { columns: 2, ..Figure::new("Choice of the order", vec![singular, fits]) }
 }

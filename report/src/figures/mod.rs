@@ -36,7 +36,7 @@ pub const OF_IDENTIFICATION: [&str; 8] = [
 ];
 
 /// Every figure of an identified plant and its drive: a name for a file, a height in pixels that suits
-/// a width of 900, and the figure. What the file does not contain is left out.
+/// a width of 900, and the figure. Figures without data are omitted.
 #[must_use]
 pub fn of_identification(
     plant: &Plant,
@@ -45,21 +45,22 @@ pub fn of_identification(
 ) -> Vec<(&'static str, u32, Figure)> {
     let e = &plant.evidence;
     let step = plant.discrete.sample_time_s;
+    let [driven, compared, coherent, orders, ahead, residual, frequency, poles] = OF_IDENTIFICATION;
     let mut all = vec![
-        ("drive", 600, drive(traces)),
-        ("comparison", 720, comparison(traces, &e.fit, bicycle_fit)),
+        (driven, 600, drive(traces)),
+        (compared, 720, comparison(traces, &e.fit, bicycle_fit)),
     ];
     if !e.excitation.coherence.is_empty() {
-        all.push(("coherence", 330, coherence(&e.excitation)));
+        all.push((coherent, 330, coherence(&e.excitation)));
     }
     if !e.order_table.is_empty() {
-        all.push(("orders", 320, order_table(&e.order_table, plant.order())));
+        all.push((orders, 320, order_table(&e.order_table, plant.order())));
     }
-    all.extend(e.held_out.iter().map(|h| ("prediction", 280, prediction(h))));
-    all.extend(e.residuals.iter().map(|r| ("residuals", 320, residuals(r, step))));
-    let response = |r| ("frequency-response", 760, frequency_response(r, plant.input));
+    all.extend(e.held_out.iter().map(|h| (ahead, 280, prediction(h))));
+    all.extend(e.residuals.iter().map(|r| (residual, 320, residuals(r, step))));
+    let response = |r| (frequency, 760, frequency_response(r, plant.input));
     all.extend(e.frequency_response.iter().map(response));
-    all.extend(e.poles_and_zeros.iter().map(|m| ("poles-and-zeros", 440, poles_and_zeros(m))));
+    all.extend(e.poles_and_zeros.iter().map(|m| (poles, 440, poles_and_zeros(m))));
     all
 }
 

@@ -17,7 +17,7 @@ pub struct OpenLoop {
     pub imaginary: Vec<f64>,
     /// What the margins are.
     pub margins: Margins,
-    /// The required modulus margin.
+    /// The modulus margin asked for.
     pub required_modulus_margin: Option<f64>,
 }
 
@@ -106,10 +106,9 @@ pub fn nyquist(open: &OpenLoop) -> Figure {
             vec![(-1.0, 0.0)],
             Style { width: 0.0, dot: 4.0, ..Style::dots(VERMILION) },
         ));
-    if let Some(required) = open.required_modulus_margin.filter(|margin| *margin > 0.0) {
+    if let Some(asked) = open.required_modulus_margin.filter(|asked| *asked > 0.0) {
         let style = Style::dashed(VERMILION).width(1.0);
-        panel =
-            panel.with(Series::new(format!("required: {required}"), circle(-1.0, required), style));
+        panel = panel.with(Series::new(format!("asked: {asked}"), circle(-1.0, asked), style));
     }
     panel.equal_aspect = true;
     Figure::new("Open loop in the complex plane", vec![panel])

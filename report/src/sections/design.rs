@@ -39,7 +39,7 @@ pub(crate) fn bicycle(bicycle: &Bicycle, fit: Option<f64>) -> Section {
     Section { heading: "The bicycle model".into(), blocks }
 }
 
-/// Gains, required and reached figures.
+/// Gains, what was asked and what was reached.
 pub(crate) fn controller(controller: &Controller<'_>) -> Section {
     let pid = controller.pid;
     let (s, e) = (&pid.specification, &pid.evidence);
@@ -61,7 +61,7 @@ pub(crate) fn controller(controller: &Controller<'_>) -> Section {
             "with no loop delay beyond the model's own".into()
         },
     )));
-    blocks.push(Block::Heading("Required and reached".into()));
+    blocks.push(Block::Heading("Asked and reached".into()));
     blocks.push(Block::Table(requirements(pid, controller.in_loop.map(|l| l.metrics))));
     let at = format!("Steady state is read {} s after the step.", s.steady_state_time_s);
     blocks.push(Block::Text(at));
@@ -108,7 +108,7 @@ fn verdict(controller: &Controller<'_>) -> Block {
         ),
         _ if !quality.allows_design() => (
             Tone::Bad,
-            "Every requirement is met on a model that failed validation, which is no statement about the vehicle."
+            "Every requirement is met on a model that failed validation, which says nothing about the vehicle."
                 .into(),
         ),
         _ => (Tone::Good, "Every requirement is met.".into()),
@@ -129,27 +129,27 @@ fn shortfall(s: &Shortfall) -> String {
         units.iter().find_map(|(end, unit)| Some((s.requirement.strip_suffix(end)?, *unit)));
     let (name, unit) = parted.unwrap_or((&s.requirement, ""));
     let figure = |v: f64| format!("{}\u{a0}{unit}", significant(v)).trim_end().to_owned();
-    let (limit, reached) = (figure(s.required), figure(s.reached));
-    format!("{}: required {limit}, reached {reached}", name.replace('_', " "))
+    let (asked, reached) = (figure(s.required), figure(s.reached));
+    format!("{}: asked {asked}, reached {reached}", name.replace('_', " "))
 }
 
-/// What is required, and what is reached on the model designed on, in the loop where there is one,
+/// What was asked, and what is reached on the model designed on, in the loop where there is one,
 /// and on that model with the steering offset.
 fn requirements(pid: &Pid, in_loop: Option<&StepMetrics>) -> Table {
     let (s, e) = (&pid.specification, &pid.evidence);
     let settled = |t| optional(t, 3, "s", "never");
     let at_most = |text: String| format!("≤\u{a0}{text}");
-    let mut headers = vec!["requirement", "limit", "on its model", ""];
+    let mut headers = vec!["requirement", "asked", "on its model", ""];
     if in_loop.is_some() {
         headers.extend(["in the loop", ""]);
     }
     headers.push("with steering offset");
     let mut table = Table::new(headers);
-    // A row: how a step's figure reads, and whether it is within its requirement, where there is one.
+    // A row: how a step's figure reads, and whether it is within what was asked, where it was.
     type Figure<'f> = &'f dyn Fn(&StepMetrics) -> String;
     type Within<'f> = &'f dyn Fn(&StepMetrics) -> bool;
-    let mut row = |name: &str, limit: String, figure: Figure<'_>, within: Option<Within<'_>>| {
-        let mut cells = vec![name.to_owned(), limit];
+    let mut row = |name: &str, asked: String, figure: Figure<'_>, within: Option<Within<'_>>| {
+        let mut cells = vec![name.to_owned(), asked];
         for step in std::iter::once(&e.step).chain(in_loop) {
             cells.push(figure(step));
             cells.push(within.map_or_else(String::new, |within| met(within(step))));
@@ -157,39 +157,39 @@ fn requirements(pid: &Pid, in_loop: Option<&StepMetrics>) -> Table {
         cells.push(figure(&e.step_with_offset));
         table.push(cells);
     };
-    let within = |reached: f64, limit: f64| reached <= limit * (1.0 + 1e-9);
+    let within = |reached: f64, asked: f64| reached <= asked * (1.0 + 1e-9);
     let largest_angle = pid.largest_angle_rad();
-    let kept = |reached: Option<f64>, limit: Option<f64>| {
-        reached.zip(limit).is_some_and(|(reached, limit)| within(reached, limit))
+    let kept = |reached: Option<f64>, asked: Option<f64>| {
+        reached.zip(asked).is_some_and(|(reached, asked)| within(reached, asked))
     };
     let overshoot = |m: &StepMetrics| kept(Some(m.overshoot_percent), s.overshoot_percent);
     let settling = |m: &StepMetrics| kept(m.settling_time_s, s.settling_time_s);
     let error = |m: &StepMetrics| s.error_is_met_by(m);
-    let limit = |limit: Option<f64>, unit: &str| {
-        limit.map_or_else(String::new, |v| at_most(format!("{v}\u{a0}{unit}")))
+    let asked = |asked: Option<f64>, unit: &str| {
+        asked.map_or_else(String::new, |v| at_most(format!("{v}\u{a0}{unit}")))
     };
     row(
         "overshoot",
-        limit(s.overshoot_percent, "%"),
+        asked(s.overshoot_percent, "%"),
         &|m| value(m.overshoot_percent, 2, "%"),
         s.overshoot_percent.map(|_| &overshoot as Within<'_>),
     );
     row(
         "settling time",
-        limit(s.settling_time_s, "s"),
+        asked(s.settling_time_s, "s"),
         &|m| settled(m.settling_time_s),
         s.settling_time_s.map(|_| &settling as Within<'_>),
     );
     row(
         "steady-state error",
-        limit(s.steady_state_error_percent, "%"),
+        asked(s.steady_state_error_percent, "%"),
         &|m| value(m.steady_state_error_percent, 2, "%"),
         s.steady_state_error_percent.map(|_| &error as Within<'_>),
     );
     let rise = |m: &StepMetrics| kept(m.rise_time_s, s.rise_time_s);
     row(
         "rise time, 10 to 90 %",
-        limit(s.rise_time_s, "s"),
+        asked(s.rise_time_s, "s"),
         &|m| settled(m.rise_time_s),
         s.rise_time_s.map(|_| &rise as Within<'_>),
     );
@@ -197,7 +197,7 @@ fn requirements(pid: &Pid, in_loop: Option<&StepMetrics>) -> Table {
         |m: &StepMetrics| kept(Some(m.integral_absolute_error_s), s.integral_absolute_error_s);
     row(
         "absolute error, integral over the step's height",
-        limit(s.integral_absolute_error_s, "s"),
+        asked(s.integral_absolute_error_s, "s"),
         &|m| value(m.integral_absolute_error_s, 3, "s"),
         s.integral_absolute_error_s.map(|_| &absolute as Within<'_>),
     );
@@ -243,8 +243,8 @@ fn envelope(engagement: &Engagement) -> Table {
 
 fn margins(pid: &Pid) -> Table {
     let (m, s) = (&pid.evidence.margins, &pid.specification);
-    let mut table = Table::new(["margin", "limit", "value"]);
-    for (name, limit, reached, digits, unit, absent) in [
+    let mut table = Table::new(["margin", "asked", "value"]);
+    for (name, asked, reached, digits, unit, absent) in [
         ("gain margin", s.gain_margin_db, m.gain_margin_db, 1, "dB", "∞"),
         ("phase margin", s.phase_margin_deg, m.phase_margin_deg, 1, "deg", "∞"),
         ("delay margin", s.delay_margin_s, m.delay_margin_s, 3, "s", "∞"),
@@ -255,7 +255,7 @@ fn margins(pid: &Pid) -> Table {
         let at_least = |v: f64| format!("≥\u{a0}{v}\u{a0}{unit}").trim_end().to_owned();
         table.push([
             name.to_owned(),
-            limit.map_or_else(String::new, at_least),
+            asked.map_or_else(String::new, at_least),
             optional(reached, digits, unit, absent),
         ]);
     }

@@ -21,7 +21,7 @@ pub(crate) fn evidence(plant: &Plant) -> Option<Section> {
 
 fn held_out(h: &HeldOut) -> Vec<Block> {
     let mut table =
-        Table::new(["validation data, from yaw rate up to", "fit", "variance accounted for"]);
+        Table::new(["validation data, yaw rate up to", "fit", "variance accounted for"]);
     for p in &h.predictions {
         let ahead = match (p.steps, p.ahead_s) {
             (Some(1), Some(s)) => format!("{} s before (one sample)", significant(s)),
@@ -53,7 +53,7 @@ fn held_out(h: &HeldOut) -> Vec<Block> {
                         h.blocks
                     )
                 } else {
-                    "The validation data are too short for a standard error of the fit.".into()
+                    "The validation data are too short for an uncertainty of the fit.".into()
                 }
             ),
         },
@@ -183,7 +183,7 @@ fn value_pair(re: &str, im: &str, unit: &str) -> String {
     format!("{re}\u{a0}±\u{a0}{im}j{space}{unit}")
 }
 
-/// Frequencies at which the log is informative.
+/// Where in frequency the log says something.
 pub(super) fn bands(x: &Excitation) -> Vec<Block> {
     if x.bands.is_empty() {
         return Vec::new();

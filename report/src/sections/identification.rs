@@ -5,7 +5,7 @@ use crate::figures::{self, DEG, text};
 use crate::{Block, Section, Table, Traces};
 use formats::{ChannelSummary, DataFactor, Evidence, FactorMethod, InputKind, Plant, ResidualTest};
 
-/// What was read, and its information.
+/// What was read and what it can say.
 pub(crate) fn log(plant: &Plant, traces: Option<&Traces>) -> Section {
     let e = &plant.evidence;
     let mut blocks = Vec::new();
@@ -139,7 +139,7 @@ pub fn factor_in_words(f: &DataFactor) -> String {
         condition(f.input_condition)
     );
     if f.horizon < f.asked_horizon {
-        let more = format!("; {} block rows requested, {} excited", f.asked_horizon, f.horizon);
+        let more = format!("; {} block rows asked for, {} excited", f.asked_horizon, f.horizon);
         words.push_str(&more);
     }
     words
@@ -161,8 +161,8 @@ fn in_words(plant: &Plant) -> Vec<String> {
         )
     };
     let mut out = vec![format!(
-        "Estimated on {} samples, validated on {}: the simulation fits the yaw rate of the \
-         validation data by {}, one-step prediction by {}.",
+        "Estimated on {} samples, validated on {} others: there the simulation fits the yaw rate \
+         by {}, one-step prediction by {}.",
         e.estimation_samples,
         e.validation_samples,
         value(e.fit.validation, 1, "%"),
@@ -194,7 +194,10 @@ fn in_words(plant: &Plant) -> Vec<String> {
         value(100.0 * x.noise_to_signal, 1, "%"),
     ));
     out.push(if x.informative_up_to_hz > 0.0 {
-        format!("The log is informative up to {} Hz.", text(x.informative_up_to_hz, 2))
+        format!(
+            "The log has information on the dynamics up to {} Hz.",
+            text(x.informative_up_to_hz, 2)
+        )
     } else {
         "At no frequency does steering explain half of the yaw rate.".into()
     });

@@ -5,7 +5,7 @@ use crate::figures::{self, DEG};
 use crate::{Block, Report, Section, Table, Track};
 use formats::{Path, Provenance};
 
-/// The results of the files, before the numbers.
+/// The conclusions of the files, before the numbers.
 pub(crate) fn summary(report: &Report<'_>) -> Section {
     let mut blocks = Vec::new();
     if let Some(plant) = report.plant {

@@ -46,7 +46,7 @@ impl BicycleOptions {
             let expected = format!("{low} to {high}{unit}");
             Err(Error::Option { option, value: format!("{value}{unit}"), expected })
         };
-        within("--hold-out", 100.0 * self.validation_fraction, (10.0, 90.0), " %")?;
+        within("--validation-fraction", 100.0 * self.validation_fraction, (10.0, 90.0), " %")?;
         within("--mass", self.mass(), (10.0, 200_000.0), " kg")?;
         within("--front-share", 100.0 * self.front_share(), (10.0, 90.0), " %")?;
         within("--wheelbase", self.wheelbase_m.unwrap_or(2.7), (0.3, 20.0), " m")

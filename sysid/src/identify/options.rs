@@ -100,7 +100,7 @@ impl IdentifyOptions {
         };
         if !(0.1..=0.9).contains(&self.validation_fraction) {
             let value = format!("{}%", 100.0 * self.validation_fraction);
-            return out_of_range("--hold-out", value, "10% to 90%");
+            return out_of_range("--validation-fraction", value, "10% to 90%");
         }
         if !(1..=32).contains(&self.max_order) {
             return out_of_range("--max-order", self.max_order.to_string(), "1 to 32");

@@ -46,10 +46,13 @@ fn logs() {
         (&format!("{HEADER}\n"), &["log.csv: column `steering_angle_rad` has 0 values"]),
         (&format!("{HEADER}\n0,0,0,15\n"), &["has 1 values"]),
         ("\0\u{1}PK\n", &["log.csv:1: the file is not text"]),
-        ("{\"schema\": 1}\n", &["which column is the steering?", "log.csv", "--input NAME"]),
+        (
+            "{\"schema\": 1}\n",
+            &["which column is the steering?", "log.csv", "--input-channel NAME"],
+        ),
         (
             &log("time_s,wheels_rad,yaw_rate_radps,speed_mps", |_, _| {}),
-            &["which column is the steering?", "wheels_rad", "--input NAME"],
+            &["which column is the steering?", "wheels_rad", "--input-channel NAME"],
         ),
         (&with_cell(1, "oops"), &["log.csv:502: column `steering_angle_rad`: `oops`"]),
         (&with_cell(2, "inf"), &["log.csv:502: column `yaw_rate_radps`", "finite"]),
