@@ -39,20 +39,3 @@ fn each_fmu_lists_its_variables() {
         holds(&root().join("fmu").join(folder).join("README.md"), &table_markdown(fmu.table()));
     }
 }
-
-#[test]
-fn the_main_page_lists_all_variables() {
-    let all: String = Fmu::ALL
-        .iter()
-        .map(|fmu| {
-            let table = fmu.table();
-            format!(
-                "\n### `{}`: {}\n\n{}",
-                table.model_name,
-                table.description,
-                table_markdown(table)
-            )
-        })
-        .collect();
-    holds(&root().join("README.md"), &all);
-}
