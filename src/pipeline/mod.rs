@@ -117,7 +117,7 @@ impl Basis {
 /// Name of the system structure package.
 const LOOP: &str = "LateralLoop";
 /// The order in which the FMUs of these loops are stepped.
-const MASTER: Master = Master::GaussSeidel;
+const MASTER: Coupling = Coupling::GaussSeidel;
 /// Name of the road every drive is tried on.
 pub(crate) const STANDARD_ROAD: &str = "road";
 /// Name of the road recorded with the drive.
