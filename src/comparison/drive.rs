@@ -2,9 +2,10 @@
 
 use super::models::{Kind, Model};
 use crate::failure::Failure;
+use drivelog::DriveLog;
 use formats::SourceFile;
 use sysid::statistics::variance_accounted_for;
-use sysid::{DriveLog, IdentifyOptions, Judged, fit_percent};
+use sysid::{IdentifyOptions, Judged, fit_percent};
 
 /// The held-out end of a drive. A NaN stands in every gap.
 pub(crate) struct Drive {
@@ -41,7 +42,7 @@ pub(crate) fn judge(
     log: &DriveLog,
     options: &IdentifyOptions,
 ) -> Result<Drive, Failure> {
-    let mut remarks = log.warnings.clone();
+    let mut remarks = [log.warnings.clone(), sysid::sideslip::sideslip(log).warnings].concat();
     let mut judged = Vec::new();
     for model in models {
         judged.push(judged_on(model, log, options).map_err(|e| e.about(&model.label))?);

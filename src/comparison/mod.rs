@@ -20,11 +20,12 @@ mod verdict;
 use crate::failure::Failure;
 use crate::gate::GateArguments;
 use control::{DesignOptions, Master, paths};
+use drivelog::DriveLog;
 use fmi2_host::Master as HostMaster;
 use formats::{Guidance, Path as PathFile, SourceFile};
 use std::path::PathBuf;
 use sweep::Class;
-use sysid::{DriveLog, IdentifyOptions};
+use sysid::IdentifyOptions;
 
 pub(crate) use drive::Drive;
 pub(crate) use loops::{Plant, Run, Setting};

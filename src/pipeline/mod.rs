@@ -12,13 +12,14 @@ use crate::progress::Progress;
 use crate::{fmu_step, identify, lateral_loop};
 use control::paths::{self, PointOptions};
 use control::{DesignOptions, DesignPlant};
+use drivelog::DriveLog;
 use formats::{Bicycle, Document, Path as PathFile, Pid, Plant, SourceFile, StepMetrics};
 use loops::Archives;
 pub(crate) use loops::BEFORE_STEP_S;
 pub(crate) use output::Writer;
 use report::{StepResponse, Traces, Track, TrackErrors};
 use std::path::PathBuf;
-use sysid::{DriveLog, IdentifyOptions};
+use sysid::IdentifyOptions;
 
 /// What to do.
 pub(crate) struct Job {

@@ -130,3 +130,15 @@ pub(crate) fn relative_difference(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> f64
     let norm = b.norm_l2();
     (a - b).norm_l2() / if norm > 0.0 { norm } else { 1.0 }
 }
+/// Σ a(t)·b(t) of long signals: eight sums side by side, which a compiler makes vectors of.
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; 8];
+    let (a8, b8) = (a.chunks_exact(8), b.chunks_exact(8));
+    let rest: f64 = a8.remainder().iter().zip(b8.remainder()).map(|(x, y)| x * y).sum();
+    for (x, y) in a8.zip(b8) {
+        for (s, (x, y)) in sums.iter_mut().zip(x.iter().zip(y)) {
+            *s += x * y;
+        }
+    }
+    sums.iter().sum::<f64>() + rest
+}

@@ -1,11 +1,10 @@
 //! The input delay: found where there is one, left out where a lag explains the same.
 #![allow(clippy::unwrap_used)]
 
+use drivelog::{DriveLog, LogOptions, read_log};
 use faer::Mat;
 use sysid::delay::{Delay, estimate_delay};
-use sysid::{
-    DataSet, DriveLog, Error, IdentifyOptions, LogOptions, Segment, Stretch, identify, read_log,
-};
+use sysid::{DataSet, Error, IdentifyOptions, Segment, identify};
 use sysid_evaluation::{Drive, Random};
 
 fn row(x: &[f64]) -> Mat<f64> {
@@ -169,7 +168,7 @@ fn what_cannot_be_estimated_is_refused() {
 fn log((ts, u, y): (f64, Vec<f64>, Vec<f64>)) -> DriveLog {
     let mut log = recorded(0.04);
     (log.sample_time_s, log.speed) = (ts, None);
-    log.segments = vec![Stretch { time0_s: 0.0, range: 0..u.len() }];
+    log.segments = vec![drivelog::Segment { time0_s: 0.0, range: 0..u.len() }];
     (log.input, log.output) = (u, y);
     log
 }

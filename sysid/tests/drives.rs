@@ -5,6 +5,7 @@
 mod common;
 
 use common::{data, multibody};
+use drivelog::{DriveLog, LogOptions, read_log};
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 use formats::{Document, Plant};
@@ -12,8 +13,7 @@ use std::f64::consts::PI;
 use sysid::conversion::discretize;
 use sysid::subspace::Realization;
 use sysid::{
-    Detrend, DriveLog, Error, IdentifyOptions, InputKind, Intersample, LogOptions, Method, Stretch,
-    fit_percent, identify, read_log,
+    Detrend, Error, IdentifyOptions, InputKind, Intersample, Method, fit_percent, identify,
 };
 use sysid_evaluation::Random;
 
@@ -133,7 +133,10 @@ fn a_weakly_excited_drive_gets_a_model_and_is_called_weak() {
         speed: Some("speed_mps".into()),
         ..LogOptions::default()
     };
-    assert!(matches!(read_log(&files, &options), Err(Error::SteeringRatioUnknown { .. })));
+    assert!(matches!(
+        read_log(&files, &options),
+        Err(drivelog::Error::SteeringRatioUnknown { .. })
+    ));
     options.steering_ratio = Some(16.9);
     let log = read_log(&files, &options).unwrap();
     let plant = identify(&log, &IdentifyOptions::default()).unwrap().plant;
@@ -241,12 +244,12 @@ fn recording(input: Vec<f64>, output: Vec<f64>) -> DriveLog {
     DriveLog {
         name: "made".into(),
         sample_time_s: 0.04,
-        segments: vec![Stretch { time0_s: 0.0, range: 0..input.len() }],
+        segments: vec![drivelog::Segment { time0_s: 0.0, range: 0..input.len() }],
         input,
         output,
         speed: None,
         steering_ratio: 1.0,
-        sideslip: None,
+        gnss: None,
         channels: Vec::new(),
         warnings: Vec::new(),
         sources: Vec::new(),
@@ -408,8 +411,9 @@ fn a_log_in_many_segments_has_the_order_of_the_whole() {
     whole.output.truncate(n);
     whole.speed = None;
     whole.segments[0].range = 0..n;
-    let pieces =
-        (0..n).step_by(200).map(|k| Stretch { time0_s: 0.01 * k as f64, range: k..k + 200 });
+    let pieces = (0..n)
+        .step_by(200)
+        .map(|k| drivelog::Segment { time0_s: 0.01 * k as f64, range: k..k + 200 });
     let cut = DriveLog { segments: pieces.collect(), ..whole.clone() };
     let options =
         IdentifyOptions { delay_s: Some(0.0), feedthrough: Some(false), ..Default::default() };

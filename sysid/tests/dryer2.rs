@@ -5,9 +5,10 @@
 mod common;
 
 use common::data;
+use drivelog::{LogOptions, read_log};
 use faer::Mat;
 use sysid::subspace::{Factor, noise_model, shift_realization, structured_bd, subspace};
-use sysid::{DataSet, IdentifyOptions, LogOptions, Method, StateSpace, identify, read_log};
+use sysid::{DataSet, IdentifyOptions, Method, StateSpace, identify};
 use sysid_evaluation::{Random, pole_distance, response_distance};
 
 /// SLICOT's printed matrices, four decimals.

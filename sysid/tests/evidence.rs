@@ -2,11 +2,12 @@
 //! closed loop, held at a limit; and what stands in the file.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+use drivelog::DriveLog;
 use faer::Mat;
 use formats::{Document, Evidence, Information, Plant};
 use std::f64::consts::TAU;
 use sysid::conversion::discretize;
-use sysid::{DriveLog, Error, IdentifyOptions, Method, Stretch, identify};
+use sysid::{Error, IdentifyOptions, Method, identify};
 use sysid_evaluation::Random;
 
 const SAMPLE_TIME: f64 = 0.04;
@@ -40,12 +41,12 @@ fn drive(
     DriveLog {
         name: "made".into(),
         sample_time_s: SAMPLE_TIME,
-        segments: vec![Stretch { time0_s: 0.0, range: 0..n }],
+        segments: vec![drivelog::Segment { time0_s: 0.0, range: 0..n }],
         speed: Some(vec![20.0; n]),
         input,
         output,
         steering_ratio: RATIO,
-        sideslip: None,
+        gnss: None,
         channels: Vec::new(),
         warnings: Vec::new(),
         sources: Vec::new(),
@@ -170,8 +171,8 @@ fn a_model_too_small_departs_from_the_measured_response() {
     let whole = drive(120.0, 2e-3, 12, slalom());
     let mut gap = whole.clone();
     gap.segments = vec![
-        Stretch { time0_s: 0.0, range: 0..1300 },
-        Stretch { time0_s: 500.0, range: 1300..whole.len() },
+        drivelog::Segment { time0_s: 0.0, range: 0..1300 },
+        drivelog::Segment { time0_s: 500.0, range: 1300..whole.len() },
     ];
     for log in [whole, gap] {
         let options = |order| IdentifyOptions {

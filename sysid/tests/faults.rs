@@ -1,12 +1,11 @@
 //! Faults of a recording, each on the same drive of a known car: what is found, and what is advised.
 #![allow(clippy::unwrap_used)]
 
+use drivelog::{DriveLog, LogFile, LogOptions, read_log};
 use formats::{Bicycle, Grade, Plant, Quality, ReasonCode};
 use std::fmt::Write;
 use sysid::bicycle::{BicycleOptions, identify_bicycle};
-use sysid::{
-    AbsorbOptions, Absorbed, DriveLog, IdentifyOptions, LogFile, LogOptions, identify, read_log,
-};
+use sysid::{AbsorbOptions, Absorbed, IdentifyOptions, identify};
 use sysid_evaluation::Random;
 
 const PERIOD: f64 = 0.01;

@@ -2,12 +2,12 @@
 //! figures that its identification gave it. Sensors with offsets and drifts.
 #![allow(clippy::unwrap_used)]
 
+use drivelog::DriveLog;
 use faer::Mat;
 use formats::{Continuous, Matrix};
 use sysid::conversion::discretize;
 use sysid::{
-    Detrend, DriveLog, Error, Identified, IdentifyOptions, InputKind, Method, Stretch, identify,
-    judge, judge_plant,
+    Detrend, Error, Identified, IdentifyOptions, InputKind, Method, identify, judge, judge_plant,
 };
 use sysid_evaluation::Random;
 
@@ -48,12 +48,12 @@ fn drive(noise: f64) -> DriveLog {
     DriveLog {
         name: "made".into(),
         sample_time_s: SAMPLE_TIME,
-        segments: vec![Stretch { time0_s: 0.0, range: 0..2000 }],
+        segments: vec![drivelog::Segment { time0_s: 0.0, range: 0..2000 }],
         input,
         output,
         speed: Some(vec![20.0; 2000]),
         steering_ratio: 1.0,
-        sideslip: None,
+        gnss: None,
         channels: Vec::new(),
         warnings: Vec::new(),
         sources: Vec::new(),

@@ -4,9 +4,10 @@
 mod common;
 
 use common::car;
+use drivelog::{LogOptions, read_log};
 use std::f64::consts::TAU;
 use std::fmt::Write;
-use sysid::{DriveLog, LogOptions, read_log};
+use sysid::sideslip::{FromFixes, sideslip};
 use sysid_evaluation::Random;
 use vehicle_models::BicyclePlant;
 
@@ -121,11 +122,11 @@ impl Vehicle for Point {
 }
 
 /// The drive's log: gyro with bias and noise at 100 Hz, fixes at 10 Hz that are told 0.1 s late.
-fn logged(d: Drive, options: &LogOptions) -> DriveLog {
+fn logged(d: Drive, options: &LogOptions) -> FromFixes {
     logged_of(&mut bicycle(), d, options)
 }
 
-fn logged_of(vehicle: &mut impl Vehicle, d: Drive, options: &LogOptions) -> DriveLog {
+fn logged_of(vehicle: &mut impl Vehicle, d: Drive, options: &LogOptions) -> FromFixes {
     let mut random = Random(d.seed);
     let mut drive = String::from("time_s,roadwheel_angle_rad,yaw_rate_radps,speed_mps\n");
     let mut fixes = String::from(match d.degrees {
@@ -171,7 +172,14 @@ fn logged_of(vehicle: &mut impl Vehicle, d: Drive, options: &LogOptions) -> Driv
     }
     let files =
         [("drive.csv".into(), drive.into_bytes()), ("fixes.csv".into(), fixes.into_bytes())];
-    read_log(&files, options).unwrap()
+    of(&files, options)
+}
+
+/// The sideslip of a log, and what its reading and the fixes were reported with.
+fn of(files: &[(String, Vec<u8>)], options: &LogOptions) -> FromFixes {
+    let log = read_log(files, options).unwrap();
+    let FromFixes { sideslip, warnings } = sideslip(&log);
+    FromFixes { sideslip, warnings: [log.warnings, warnings].concat() }
 }
 
 fn told() -> LogOptions {
@@ -269,7 +277,7 @@ fn a_multi_body_car_tells_all_three() {
         gnss_latency_s: Some(0.0),
         ..LogOptions::default()
     };
-    let found = read_log(&[read("drive.csv"), read("position.csv")], &options).unwrap();
+    let found = of(&[read("drive.csv"), read("position.csv")], &options);
     let found = found.sideslip.unwrap();
     println!("{found:?}");
     assert!((found.sideslip_per_yaw_rate_s - 0.044).abs() < 0.006, "{found:?}");

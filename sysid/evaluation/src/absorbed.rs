@@ -1,10 +1,9 @@
 //! Known signals as a log that is absorbed, and the model that the factor gives.
 
+use drivelog::{LogFile, LogOptions};
 use faer::Mat;
 use std::fmt::Write;
-use sysid::{
-    AbsorbOptions, Absorbed, DataSet, Error, IdentifyOptions, LogFile, LogOptions, StateSpace,
-};
+use sysid::{AbsorbOptions, Absorbed, DataSet, Error, IdentifyOptions, StateSpace};
 
 /// Signals of such a spread are of a size that a road wheel and a car have, rad and rad/s.
 const SPREADS: [f64; 2] = [0.01, 0.1];

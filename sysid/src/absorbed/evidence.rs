@@ -268,7 +268,7 @@ fn whiteness(errors: &Errors, count: usize) -> ResidualTest {
     let lags = LAGS.min(length / 2);
     let at = |k: usize| -> f64 {
         let sums =
-            errors.iter().map(|e| crate::signal::dot(&e.row(0)[..length - k], &e.row(0)[k..]));
+            errors.iter().map(|e| crate::dense::dot(&e.row(0)[..length - k], &e.row(0)[k..]));
         sums.sum::<f64>() / (length - k) as f64
     };
     let power = at(0);

@@ -2,8 +2,8 @@
 
 use super::Absorbed;
 use crate::Error;
-use crate::signal::Sums;
 use crate::subspace::Accumulator;
+use crate::validation::spectra::Sums;
 use formats::{AbsorbedDrives, AbsorbedSpeed, Document, InputKind, Provenance};
 
 const INPUT: &str = "model_input";

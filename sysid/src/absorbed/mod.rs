@@ -14,10 +14,10 @@ mod prediction;
 mod starts;
 mod windows;
 
-use crate::log::{Piece, stream};
-use crate::signal::Sums;
 use crate::subspace::{Accumulator, Decomposition};
-use crate::{Error, LogFile, LogOptions, Signals};
+use crate::validation::spectra::Sums;
+use crate::{Error, Signals};
+use drivelog::{LogFile, LogOptions, Piece, stream};
 use formats::{ChannelSummary, InputKind, SourceFile};
 use std::collections::BTreeMap;
 
@@ -70,7 +70,7 @@ impl Absorbed {
     /// Absorbs one log, a file that brings steering and yaw rate on one clock.
     ///
     /// # Errors
-    /// As [`read_drives`](crate::read_drives); [`Error::NotADrive`] for a file that does not bring both
+    /// As [`read_drives`](drivelog::read_drives); [`Error::NotADrive`] for a file that does not bring both
     /// channels, [`Error::ClockChanged`] where its rate changes, [`Error::Option`] for a horizon that
     /// is not within 2 to 200.
     pub fn of_log(file: LogFile<'_>, options: &AbsorbOptions) -> Result<Self, Error> {
@@ -160,7 +160,7 @@ impl Absorbed {
         for source in &other.sources {
             if let Some(mine) = self.sources.iter().find(|s| s.sha256 == source.sha256) {
                 let (first, second) = (mine.name.clone(), source.name.clone());
-                return Err(Error::RepeatedDrive { first, second });
+                return Err(drivelog::Error::RepeatedDrive { first, second }.into());
             }
         }
         if self.version != other.version {
@@ -271,7 +271,7 @@ impl Taking {
         };
         self.speed = match (self.speed, speed) {
             (Some(all), Some(speed)) => {
-                let mean = crate::signal::mean(speed);
+                let mean = drivelog::signal::mean(speed);
                 let squares = speed.iter().map(|v| (v - mean).powi(2)).sum();
                 Some(together(all, (speed.len() as f64, mean, squares)))
             }

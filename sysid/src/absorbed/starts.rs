@@ -3,14 +3,13 @@
 //! As the [starts](crate::identify) of a log, with the windows in place of the log's own samples.
 
 use super::windows::Windows;
-use crate::closed_loop;
 use crate::model::StateSpace;
 use crate::stability::{largest_radius, stable_shift};
 use crate::subspace::{
     Factor, Method, Projections, Realization, Subspace, eq12, refit_output, shift_realization,
     stable_eq12, subspace,
 };
-use crate::{Approach, Error, IdentifyOptions};
+use crate::{Approach, Error, IdentifyOptions, closed_loop};
 use faer::Mat;
 
 /// Horizons that are tried where none is given.

@@ -16,7 +16,7 @@ use super::uncertainty::long_run_variance;
 use crate::Error;
 use crate::dense::least_squares;
 use crate::elimination::Elimination;
-use crate::signal::standard_deviation;
+use drivelog::signal::standard_deviation;
 use faer::Mat;
 
 const STEPS: usize = 40;

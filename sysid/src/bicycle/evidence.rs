@@ -4,9 +4,11 @@ use super::options::BicycleOptions;
 use super::parameters::{PARAMETERS, STEERING_OFFSET, YAW_RATE_OFFSET, combinations};
 use super::uncertainty::{deviation, directions};
 use super::{Estimate, Judged, Recording, count, of as samples};
-use crate::signal::{mean, standard_deviation};
+use crate::Error;
+use crate::sideslip::sideslip;
 use crate::statistics::variance_accounted_for;
-use crate::{DriveLog, Error};
+use drivelog::DriveLog;
+use drivelog::signal::{mean, standard_deviation};
 use formats::{
     BicycleEvidence, Estimated, HeldOut, PredictionFit, SpeedSummary, Stated, WithDelay,
 };
@@ -61,7 +63,7 @@ impl Known<'_> {
                 * (self.estimate.long_run_variance / self.variance().max(f64::MIN_POSITIVE))
                     .max(1.0),
             channels: log.channels.clone(),
-            warnings: log.warnings.clone(),
+            warnings: [log.warnings.clone(), sideslip(log).warnings].concat(),
         };
         self.warn(&mut evidence);
         Ok(evidence)

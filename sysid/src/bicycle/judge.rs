@@ -11,7 +11,8 @@ use super::parameters::{self, PARAMETERS, STEERING_OFFSET, YAW_RATE_OFFSET};
 use super::simulate::{sensitivities, within};
 use crate::dense::least_squares;
 use crate::validation::Split;
-use crate::{DriveLog, Error, IdentifyOptions, Judged};
+use crate::{Error, IdentifyOptions, Judged};
+use drivelog::DriveLog;
 use faer::Mat;
 use formats::Bicycle;
 

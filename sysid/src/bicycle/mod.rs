@@ -26,12 +26,13 @@ mod quality;
 mod simulate;
 mod uncertainty;
 
+use crate::Error;
 use crate::identify::Traces;
 use crate::identify::evidence::BLOCK_S;
-use crate::signal::standard_deviation;
 use crate::statistics::{FitWithError, fit_with_error};
 use crate::validation::Split;
-use crate::{DriveLog, Error};
+use drivelog::DriveLog;
+use drivelog::signal::standard_deviation;
 use estimate::{Estimate, Problem};
 use formats::{Bicycle, Document, Provenance, WithDelay};
 use parameters::DELAY;

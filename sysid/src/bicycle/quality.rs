@@ -7,10 +7,10 @@ use crate::identify::evidence::{
     GOOD_FIT, LEAST_STEERING, Recorded, failed, faults, slow_log, with_error,
 };
 use crate::identify::pairs;
-use crate::signal::standard_deviation;
 use crate::validation::{
     Pair, Response, bandwidth_hz, implausible, opposite, steering_play, yaw_rate_lag, yaw_rate_lead,
 };
+use drivelog::signal::standard_deviation;
 use faer::c64;
 use formats::{BicycleEvidence, Grade, Quality, Reason, ReasonCode};
 use std::f64::consts::TAU;

@@ -5,9 +5,9 @@
 //! `G_(i,a)(j,b) = G_(i−1,a)(j−1,b) + z_a(L−i) z_b(L−j) − z_a(N−i) z_b(N−j)`.
 //! So the lag sums of the first block row give the whole matrix exactly (covariance method).
 
-use crate::Error;
-use crate::signal::{dot, mean};
-use crate::{DataSet, dense};
+use crate::dense::dot;
+use crate::{DataSet, Error, dense};
+use drivelog::signal::mean;
 use faer::{Mat, Side};
 
 /// Yaw rate and steering of one segment, or what takes their place.

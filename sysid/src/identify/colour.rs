@@ -16,7 +16,7 @@
 //! Levinson's recursion from the autocovariance, which makes it stable.
 
 use super::order::Errors;
-use crate::signal::dot;
+use crate::dense::dot;
 use crate::{DataSet, Error, Segment, Signals};
 
 /// Largest order that is tried, and the samples for each coefficient.

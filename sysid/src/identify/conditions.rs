@@ -10,10 +10,9 @@
 
 use super::colour::Colour;
 use super::order::{Errors, errors};
-use crate::dense::hcat;
+use crate::dense::{dot, hcat};
 use crate::elimination::{Elimination, Solution};
 use crate::model::{StateSpace, free_response, initial_state, memory, simulate};
-use crate::signal::dot;
 use crate::{DataSet, Error, Segment, Signals};
 use faer::Mat;
 

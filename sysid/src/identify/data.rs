@@ -10,9 +10,10 @@
 use super::conditions::without;
 use super::level::level;
 use super::{Detrend, IdentifyOptions};
-use crate::signal::{mean, standard_deviation};
 use crate::validation::{Selection, Split};
-use crate::{DataSet, DriveLog, Error, Segment};
+use crate::{DataSet, Error, Segment};
+use drivelog::DriveLog;
+use drivelog::signal::{mean, standard_deviation};
 use formats::InputKind;
 use std::ops::Range;
 

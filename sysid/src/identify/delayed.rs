@@ -2,8 +2,9 @@
 
 use super::data::Data;
 use super::{Detrend, IdentifyOptions};
+use crate::Error;
 use crate::delay::{Delay, estimate_delay};
-use crate::{DriveLog, Error};
+use drivelog::DriveLog;
 use formats::DelayEstimate;
 use std::borrow::Cow;
 

@@ -24,8 +24,7 @@
 //! Samples whose past is not known, the first of each segment, keep their input.
 
 use crate::closed_loop::Predictor;
-use crate::dense::solve;
-use crate::signal::dot;
+use crate::dense::{dot, solve};
 use crate::subspace::Factor;
 use crate::{DataSet, Error, Segment, Signals};
 use faer::Mat;

@@ -4,10 +4,11 @@ use super::IdentifyOptions;
 use super::candidates::{initial_states, output};
 use super::conditions::{Conditions, asks_for_level};
 use super::data::{Data, Part};
+use crate::Error;
 use crate::conversion::discretize;
 use crate::model::StateSpace;
 use crate::statistics::fit_percent;
-use crate::{DriveLog, Error};
+use drivelog::DriveLog;
 use faer::Mat;
 use formats::{Continuous, InputKind, Matrix, Plant};
 

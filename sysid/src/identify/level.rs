@@ -37,7 +37,7 @@ mod tests {
             y.push(0.95 * y[t - 1] + 0.05 * u);
         }
         let off = |mean: fn(&[f64]) -> f64| (mean(&y) - mean(&u)).abs();
-        let (plain, tapered) = (off(crate::signal::mean), off(|x| level(std::iter::once(x))));
+        let (plain, tapered) = (off(drivelog::signal::mean), off(|x| level(std::iter::once(x))));
         assert!(plain > 0.02 && tapered < 0.05 * plain, "{plain} {tapered}");
     }
 }

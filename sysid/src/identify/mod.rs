@@ -21,18 +21,20 @@ mod predicted;
 mod starts;
 mod vehicle;
 
+use crate::Error;
 use crate::closed_loop::Feedback;
 use crate::conversion::{ContinuousModel, to_continuous};
 use crate::model::StateSpace;
-use crate::signal::{mean, standard_deviation};
+use crate::sideslip::sideslip;
 use crate::statistics::{independence, whiteness};
 use crate::validation::{
     Pair, Response, bandwidth_hz, implausible, steering_play, yaw_rate_lag, yaw_rate_lead,
 };
-use crate::{DriveLog, Error};
 use candidates::{Candidate, Choice, choose, initial_states, output};
 use data::{Data, driving_input};
 use delayed::delayed;
+use drivelog::DriveLog;
+use drivelog::signal::{mean, standard_deviation};
 use evidence::LAGS;
 use faer::Mat;
 use filter::{filter, uncertainty};
@@ -100,7 +102,9 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
         Some([level]) => data.about(*level)?,
         _ => data,
     };
+    let from_fixes = sideslip(log);
     let mut warnings = log.warnings.clone();
+    warnings.extend(from_fixes.warnings);
     let could_estimate = log.len() - data.validation.len();
     if options
         .max_samples
@@ -282,7 +286,7 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
         discrete: discrete(&model, &gain, &chosen.conditions.x0[0], data.sample_time),
         continuous: continuous.map(|c| continuous_form(&c, &model)),
         noise: Noise { innovation_variance: residual * data.output_scale * data.output_scale },
-        sideslip: log.sideslip,
+        sideslip: from_fixes.sideslip,
         uncertainty,
         evidence,
         quality,

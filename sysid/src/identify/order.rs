@@ -12,8 +12,8 @@
 //! independent over time. Simulation errors are not, so it is applied to the errors of one-step
 //! prediction by plant and noise model together ([`comparison`](super::comparison)).
 
+use crate::dense::dot;
 use crate::model::{StateSpace, simulate};
-use crate::signal::dot;
 use crate::{DataSet, Signals};
 
 /// Errors of the simulation, ny by N of each segment.

@@ -8,8 +8,8 @@
 use super::conditions::Conditions;
 use super::order::{fit, fit_of, sum_of_squares};
 use super::{Approach, IdentifyOptions};
+use crate::dense::dot;
 use crate::model::StateSpace;
-use crate::signal::dot;
 use crate::stability::{largest_radius, stable_shift};
 use crate::subspace::{
     Factor, Method, Projections, Realization, Subspace, eq12, refit_output, shift_realization,

@@ -11,8 +11,7 @@
 
 use super::news::news;
 use super::{Z995, test};
-use crate::dense::{column, solve};
-use crate::signal::dot;
+use crate::dense::{column, dot, solve};
 use faer::Mat;
 use formats::ResidualTest;
 

@@ -96,7 +96,7 @@ mod tests {
                 fits.push(got.fit);
                 errors += got.standard_error.unwrap().powi(2) / 150.0;
             }
-            let (scatter, said) = (crate::signal::standard_deviation(&fits), errors.sqrt());
+            let (scatter, said) = (drivelog::signal::standard_deviation(&fits), errors.sqrt());
             println!("stretches of {stretch}: scatter {scatter:.3}, said {said:.3} points");
             assert!((0.75..1.33).contains(&(said / scatter)), "{said} {scatter}");
         }

@@ -7,7 +7,7 @@ mod correlation;
 mod jackknife;
 mod news;
 
-use crate::signal::mean;
+use drivelog::signal::mean;
 use formats::ResidualTest;
 
 pub use correlation::{
@@ -32,7 +32,7 @@ pub fn fit_percent(y: &[f64], y_hat: &[f64]) -> f64 {
 pub fn variance_accounted_for(y: &[f64], y_hat: &[f64]) -> f64 {
     let error: Vec<f64> = y.iter().zip(y_hat).map(|(a, b)| a - b).collect();
     let (spread, left) =
-        (crate::signal::standard_deviation(y), crate::signal::standard_deviation(&error));
+        (drivelog::signal::standard_deviation(y), drivelog::signal::standard_deviation(&error));
     if !left.is_finite() || spread <= 0.0 {
         return f64::NEG_INFINITY;
     }

@@ -2,15 +2,14 @@
 //! gain and sign, play of the steering, clocks, and data that can validate.
 
 mod bandwidth;
-mod channels;
 mod lead;
 mod plausible;
 mod play;
 mod regression;
+pub(crate) mod spectra;
 mod split;
 
 pub(crate) use bandwidth::bandwidth_hz;
-pub(crate) use channels::{Freezes, Jumps, MOVING_MPS, Moving, NEIGHBOURS, Sampled, resolution};
 pub(crate) use lead::{yaw_rate_lag, yaw_rate_lead};
 pub(crate) use plausible::{Response, implausible, opposite};
 pub(crate) use play::steering_play;

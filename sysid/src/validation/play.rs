@@ -38,7 +38,7 @@ const INTEGRAL_SHARE: f64 = 0.2;
 /// Play in the units of the steering of `segments`; `None` where the data show none.
 fn play(segments: &[Pair<'_>], sample_time_s: f64) -> Option<(f64, f64)> {
     let all: Vec<f64> = segments.iter().flat_map(|s| s.steering.iter().copied()).collect();
-    let unit = crate::signal::standard_deviation(&all);
+    let unit = drivelog::signal::standard_deviation(&all);
     if unit.is_nan() || unit <= 0.0 {
         return None;
     }

@@ -140,6 +140,6 @@ impl Bank {
 /// Standard error of what was found without each block in turn.
 pub(super) fn jackknife(without: &[f64]) -> f64 {
     let n = without.len() as f64;
-    let mean = crate::signal::mean(without);
+    let mean = drivelog::signal::mean(without);
     ((n - 1.0) / n * without.iter().map(|x| (x - mean).powi(2)).sum::<f64>()).sqrt()
 }

@@ -8,7 +8,7 @@
 //!
 //! Excited are windows of [`WINDOW_S`] whose input has a share of the log's mean power about its level.
 
-use crate::DriveLog;
+use drivelog::DriveLog;
 use std::ops::Range;
 
 /// Shorter pieces of a segment have no column in a block Hankel matrix of 30 block rows.
@@ -80,7 +80,7 @@ impl Split {
     /// The end of the log where both parts are excited by the input, else blocks that are.
     pub(crate) fn new(log: &DriveLog, input: &[f64], fraction: f64) -> Self {
         let end = Self::end(log, input.len(), fraction);
-        let level = crate::signal::mean(input);
+        let level = drivelog::signal::mean(input);
         let power = |ranges: &[Range<usize>]| -> f64 {
             ranges.iter().flat_map(|r| &input[r.clone()]).map(|u| (u - level).powi(2)).sum()
         };
@@ -204,18 +204,18 @@ fn excited(log: &DriveLog, input: &[f64], level: f64, mean_power: f64) -> Vec<bo
 #[allow(clippy::single_range_in_vec_init)]
 mod tests {
     use super::*;
-    use crate::Stretch;
+    use drivelog::Segment;
 
     fn log(input: Vec<f64>) -> DriveLog {
         DriveLog {
             name: String::new(),
             sample_time_s: 0.04,
-            segments: vec![Stretch { time0_s: 0.0, range: 0..input.len() }],
+            segments: vec![Segment { time0_s: 0.0, range: 0..input.len() }],
             output: input.clone(),
             input,
             speed: None,
             steering_ratio: 1.0,
-            sideslip: None,
+            gnss: None,
             channels: Vec::new(),
             warnings: Vec::new(),
             sources: Vec::new(),

@@ -4,12 +4,14 @@
 
 mod refused;
 
+use drivelog::{LogFile, LogOptions, read_log};
 use formats::{AbsorbedDrives, Document, InputKind, Plant};
 use std::f64::consts::TAU;
 use std::io::{Cursor, Read};
+use sysid::model::initial_state;
 use sysid::{
-    AbsorbOptions, Absorbed, Approach, DataSet, Error, IdentifyOptions, LogFile, LogOptions,
-    Method, StateSpace, automatic, fit_percent, identify, model::initial_state, read_log, simulate,
+    AbsorbOptions, Absorbed, Approach, DataSet, Error, IdentifyOptions, Method, StateSpace,
+    automatic, fit_percent, identify, simulate,
 };
 use sysid_evaluation::bias::Errors;
 use sysid_evaluation::{

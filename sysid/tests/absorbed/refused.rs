@@ -27,7 +27,7 @@ fn states_that_differ_are_refused_with_what_differs() {
     file.provenance.version = "0.0.7".into();
     refused(Absorbed::from_file(&file.sealed(), "b.factor").unwrap(), "0.0.7");
     let repeated = one.clone().merge(absorbed(&text)).unwrap_err();
-    assert!(matches!(repeated, Error::RepeatedDrive { .. }), "{repeated}");
+    assert!(matches!(repeated, Error::Log(drivelog::Error::RepeatedDrive { .. })), "{repeated}");
 }
 
 #[test]
@@ -101,11 +101,11 @@ fn numbers_that_no_drive_gives_are_no_crash() {
     // A drive without a sample, and one that never moves.
     let error =
         absorbed_with("time_s,roadwheel_angle_rad,yaw_rate_radps\n", &AbsorbOptions::default());
-    assert!(matches!(error, Err(Error::TooFewRows { .. })), "{error:?}");
+    assert!(matches!(error, Err(Error::Log(drivelog::Error::TooFewRows { .. }))), "{error:?}");
     let still: String = (0..3000).map(|k| format!("{:.2},0,0\n", 0.01 * f64::from(k))).collect();
     let still = format!("time_s,roadwheel_angle_rad,yaw_rate_radps\n{still}");
     let error = absorbed_with(&still, &AbsorbOptions::default());
-    assert!(matches!(error, Err(Error::Constant { .. })), "{error:?}");
+    assert!(matches!(error, Err(Error::Log(drivelog::Error::Constant { .. }))), "{error:?}");
 }
 
 #[test]

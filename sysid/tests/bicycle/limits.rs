@@ -1,8 +1,9 @@
 //! What no drive can tell, and drives that are none: said, or refused.
 
 use super::{DRIVE, Drive, car, drive, evidence, recording};
+use drivelog::DriveLog;
+use sysid::Error;
 use sysid::bicycle::{BicycleOptions, identify_bicycle};
-use sysid::{DriveLog, Error};
 use sysid_evaluation::Random;
 
 #[test]

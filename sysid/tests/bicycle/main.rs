@@ -10,10 +10,10 @@ mod limits;
 mod multibody;
 
 use common::car;
+use drivelog::DriveLog;
 use formats::{Bicycle, BicycleEvidence, Document};
 use std::f64::consts::TAU;
 use sysid::bicycle::{BicycleOptions, IdentifiedBicycle, identify_bicycle};
-use sysid::{DriveLog, Stretch};
 use sysid_evaluation::Random;
 use vehicle_models::{BicycleParameters, BicyclePlant, bicycle_eq13};
 
@@ -83,12 +83,12 @@ fn recording(
     DriveLog {
         name: "made".into(),
         sample_time_s: T,
-        segments: vec![Stretch { time0_s: 0.0, range: 0..input.len() }],
+        segments: vec![drivelog::Segment { time0_s: 0.0, range: 0..input.len() }],
         input,
         output,
         speed,
         steering_ratio,
-        sideslip: None,
+        gnss: None,
         channels: Vec::new(),
         warnings: Vec::new(),
         sources: Vec::new(),
@@ -353,8 +353,8 @@ fn stretches_have_initial_states_of_their_own() {
         output: keep(&whole.output),
         speed: whole.speed.as_deref().map(keep),
         segments: vec![
-            Stretch { time0_s: 0.0, range: a.clone() },
-            Stretch { time0_s: 950.0 * T, range: 700..700 + b.len() },
+            drivelog::Segment { time0_s: 0.0, range: a.clone() },
+            drivelog::Segment { time0_s: 950.0 * T, range: 700..700 + b.len() },
         ],
         ..whole
     };

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::panic)]
 #![allow(dead_code)] // each test binary uses a part of it
 
-use sysid::{DriveLog, LogOptions, read_log};
+use drivelog::{DriveLog, LogOptions, read_log};
 use vehicle_models::BicycleParameters;
 
 /// A file of the repository's test data.

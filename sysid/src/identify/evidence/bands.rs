@@ -10,7 +10,7 @@
 
 use super::{INFORMATIVE, Modelled, rounded};
 use crate::dense::svd;
-use crate::signal::Spectra;
+use crate::validation::spectra::Spectra;
 use faer::Mat;
 use formats::{ExcitationBand, Information, Persistence};
 

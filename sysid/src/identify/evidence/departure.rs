@@ -17,7 +17,7 @@
 
 use super::bands::{coupling, inside};
 use super::{INFORMATIVE, Modelled, rounded};
-use crate::signal::Spectra;
+use crate::validation::spectra::Spectra;
 use formats::BandDeparture;
 
 /// Departures in those of the given bands in which steering explains most of the yaw rate, from the

@@ -13,11 +13,12 @@ mod response;
 mod spread;
 mod sweep;
 
-use crate::DriveLog;
 use crate::model::StateSpace;
-use crate::signal::{Spectra, mean, standard_deviation};
 use crate::statistics::{autocorrelation, cross_correlation, feedback};
 use crate::subspace::{Conditioning, Decomposition};
+use crate::validation::spectra::Spectra;
+use drivelog::DriveLog;
+use drivelog::signal::{mean, standard_deviation};
 use formats::{
     CoherencePoint, DataFactor, Excitation, FactorMethod, FrequencyResponse, ResidualCorrelation,
 };

@@ -72,7 +72,7 @@ pub(crate) fn held_out(p: &Prediction<'_>) -> HeldOut {
         })
         .collect();
     predictions.push(row(None, &simulated));
-    let spread = crate::signal::standard_deviation(&y);
+    let spread = drivelog::signal::standard_deviation(&y);
     HeldOut {
         fit_standard_error: with_error.standard_error,
         blocks: with_error.blocks,

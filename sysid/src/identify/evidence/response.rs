@@ -8,8 +8,8 @@
 
 use super::departure::departures;
 use super::{INFORMATIVE, Modelled, rounded};
-use crate::signal::Spectra;
 use crate::statistics::Z975;
+use crate::validation::spectra::Spectra;
 use formats::{FrequencyResponse, ResponsePoint};
 use std::f64::consts::{PI, TAU};
 
