@@ -4,8 +4,7 @@ use super::models::{Kind, Model};
 use crate::failure::Failure;
 use drivelog::DriveLog;
 use formats::SourceFile;
-use sysid::statistics::variance_accounted_for;
-use sysid::{IdentifyOptions, Judged, fit_percent};
+use sysid::{IdentifyOptions, Judged, fit_percent, variance_accounted_for};
 
 /// The held-out end of a drive. A NaN stands in every gap.
 pub(crate) struct Drive {

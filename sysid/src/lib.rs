@@ -5,8 +5,8 @@
 //! its continuous counterpart (eq 6–11), and the evidence of how far it can be trusted, all as
 //! [`formats::Plant`].
 //!
-//! The pieces are public: [`subspace`] (block Hankel → LQ → weighted SVD → eq 12), [`riccati`],
-//! [`conversion`], [`stability`], [`reduction`], [`refine`], [`statistics`], [`model`]. They take
+//! The pieces are public: [`subspace`] (block Hankel → LQ → weighted SVD → eq 12), [`pem`],
+//! [`model`], [`delay`]. They take
 //! any number of inputs and outputs; signals are matrices with time along columns.
 //!
 //! ```
@@ -29,38 +29,28 @@
 //!
 //! This crate opens no files, and knows nothing of design or FMUs.
 
-mod absorbed;
 pub mod bicycle;
-pub mod closed_loop;
-mod columns;
-pub mod conversion;
-mod dataset;
-pub mod delay;
-mod dense;
-mod elimination;
+mod data;
 mod error;
 mod identify;
+mod linalg;
 pub mod model;
-pub mod reduction;
-pub mod refine;
-pub mod riccati;
+pub mod pem;
+mod selection;
 pub mod sideslip;
-mod signals;
-pub mod stability;
-pub mod statistics;
 pub mod subspace;
-mod triangle;
 mod validation;
 
-pub use absorbed::{AbsorbOptions, Absorbed};
-pub use dataset::{DataSet, Segment};
+pub use data::scaled::Detrend;
+pub use data::{DataSet, Segment, Signals, fit_percent, variance_accounted_for};
 pub use error::Error;
 pub use formats::{InputKind, Intersample};
-pub use identify::{
-    Approach, Automatic, Detrend, Identified, IdentifyOptions, Judged, Traces, TriedOrder,
-    automatic, identify, judge, judge_plant,
-};
+pub use identify::accumulated::{AbsorbOptions, Absorbed};
+pub use identify::plant::{Identified, Traces};
+pub use identify::{Automatic, TriedOrder, automatic, identify};
 pub use model::{Innovation, StateSpace, simulate};
-pub use signals::Signals;
-pub use statistics::fit_percent;
+pub use selection::delay;
+pub use selection::method::Approach;
+pub use selection::options::IdentifyOptions;
 pub use subspace::Method;
+pub use validation::judge::{Judged, judge, judge_plant};

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use faer::Mat;
-use sysid::closed_loop::{self, Criterion, Method, errors_in_variables};
+use sysid::subspace::closed_loop::{self, Criterion, Method, errors_in_variables};
 use sysid::subspace::{Factor, shift_realization, structured_bd, subspace};
 use sysid::{DataSet, Error, Segment, Signals, StateSpace, simulate};
 use sysid_evaluation::bias::{Biases, Errors};

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use faer::Mat;
-use sysid::conversion::{ContinuousStateSpace, Hold, discretize_held, to_continuous_held};
+use sysid::model::conversion::{ContinuousStateSpace, Hold, discretize_held, to_continuous_held};
 use sysid::{StateSpace, simulate};
 use sysid_evaluation::Random;
 

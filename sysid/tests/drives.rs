@@ -10,7 +10,7 @@ use faer::Mat;
 use faer::linalg::solvers::Solve;
 use formats::{Document, Plant};
 use std::f64::consts::PI;
-use sysid::conversion::discretize;
+use sysid::model::conversion::discretize;
 use sysid::subspace::Realization;
 use sysid::{
     Detrend, Error, IdentifyOptions, InputKind, Intersample, Method, fit_percent, identify,

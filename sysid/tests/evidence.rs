@@ -6,7 +6,7 @@ use drivelog::DriveLog;
 use faer::Mat;
 use formats::{Document, Evidence, Information, Plant};
 use std::f64::consts::TAU;
-use sysid::conversion::discretize;
+use sysid::model::conversion::discretize;
 use sysid::{Error, IdentifyOptions, Method, identify};
 use sysid_evaluation::Random;
 

@@ -5,7 +5,7 @@
 use drivelog::DriveLog;
 use faer::Mat;
 use formats::{Continuous, Matrix};
-use sysid::conversion::discretize;
+use sysid::model::conversion::discretize;
 use sysid::{
     Detrend, Error, Identified, IdentifyOptions, InputKind, Method, identify, judge, judge_plant,
 };

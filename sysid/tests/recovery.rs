@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 use faer::Mat;
-use sysid::refine::{Stop, refine_output_error};
+use sysid::pem::{Stop, refine_output_error};
 use sysid::subspace::{
     Factor, Projections, eq12, noise_model, refit_output, shift_realization, structured_bd,
     subspace,

@@ -3,7 +3,7 @@
 
 use faer::Mat;
 use std::f64::consts::PI;
-use sysid::refine::{Focus, Refined, Stop, Uncertain, refine_gain, refine_prediction, uncertain};
+use sysid::pem::{Focus, Refined, Stop, Uncertain, refine_gain, refine_prediction, uncertain};
 use sysid::{DataSet, Innovation, Segment, StateSpace, simulate};
 use sysid_evaluation::{Random, markov_distance, pole_distance};
 

@@ -2,7 +2,7 @@
 
 use crate::Random;
 use faer::Mat;
-use sysid::riccati::kalman_filter;
+use sysid::model::riccati::kalman_filter;
 use sysid::{DataSet, Error, StateSpace};
 
 /// Sample time of the recordings, s.

@@ -2,8 +2,8 @@
 
 use crate::Random;
 use faer::Mat;
-use sysid::reduction::balanced;
-use sysid::refine::{Stop, refine_output_error};
+use sysid::model::reduction::balanced;
+use sysid::pem::{Stop, refine_output_error};
 use sysid::{DataSet, Signals, StateSpace, simulate};
 
 /// Of a system whose order can be told, the best model of one order less errs by this share of the

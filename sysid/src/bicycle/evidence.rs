@@ -1,12 +1,12 @@
 //! Evidence of an identified bicycle.
 
-use super::options::BicycleOptions;
-use super::parameters::{PARAMETERS, STEERING_OFFSET, YAW_RATE_OFFSET, combinations};
-use super::uncertainty::{deviation, directions};
-use super::{Estimate, Judged, Recording, count, of as samples};
 use crate::Error;
+use crate::bicycle::options::BicycleOptions;
+use crate::bicycle::parameters::{PARAMETERS, STEERING_OFFSET, YAW_RATE_OFFSET, combinations};
+use crate::bicycle::uncertainty::{deviation, directions};
+use crate::bicycle::{Estimate, Judged, Recording, count, of as samples};
+use crate::data::statistics::variance_accounted_for;
 use crate::sideslip::sideslip;
-use crate::statistics::variance_accounted_for;
 use drivelog::DriveLog;
 use drivelog::signal::{mean, standard_deviation};
 use formats::{

@@ -27,20 +27,20 @@ mod simulate;
 mod uncertainty;
 
 use crate::Error;
-use crate::identify::Traces;
-use crate::identify::evidence::BLOCK_S;
-use crate::statistics::{FitWithError, fit_with_error};
-use crate::validation::Split;
+use crate::bicycle::estimate::{Estimate, Problem};
+use crate::bicycle::parameters::DELAY;
+use crate::bicycle::simulate::{Stretch, within};
+use crate::data::split::Split;
+use crate::identify::plant::Traces;
+use crate::validation::fit::{FitWithError, fit_with_error};
+use crate::validation::prediction::BLOCK_S;
 use drivelog::DriveLog;
 use drivelog::signal::standard_deviation;
-use estimate::{Estimate, Problem};
 use formats::{Bicycle, Document, Provenance, WithDelay};
-use parameters::DELAY;
-use simulate::{Stretch, within};
 use std::ops::Range;
 
-pub use judge::judge_bicycle;
-pub use options::BicycleOptions;
+pub use crate::bicycle::judge::judge_bicycle;
+pub use crate::bicycle::options::BicycleOptions;
 
 /// Fewest samples of the recording, and of each part of it.
 const LEAST_SAMPLES: usize = 100;

@@ -45,36 +45,17 @@ mod age;
 mod regression;
 mod ways;
 
-use age::{UNKNOWN_ERROR_S, age};
+use crate::sideslip::age::{UNKNOWN_ERROR_S, age};
+use crate::sideslip::regression::{Regression, robust};
+use crate::sideslip::ways::{
+    ACCELERATION, BLOCK_S, GROWTH, LEAST_BLOCKS, Piece, RATE, SHORT_WAY_S, TERMS, WAY_S, Way,
+    blocks,
+};
 use drivelog::{DriveLog, Gnss, GnssDrive};
 use formats::{Sideslip, SideslipTerm};
-use regression::{Regression, robust};
-use ways::{Way, blocks};
-
-/// Terms of the sideslip, by their places: S, Q and C.
-const TERMS: usize = 3;
-const RATE: usize = 0;
-const GROWTH: usize = 1;
-const ACCELERATION: usize = 2;
-
-/// Length of the ways whose directions are compared, s: for S alone and for which terms there are, and
-/// for their values.
-const WAY_S: f64 = 1.0;
-const SHORT_WAY_S: f64 = 0.5;
 
 /// So many standard errors away a term is told from what it is otherwise taken for.
 const TOLD: f64 = 2.5;
-
-/// The time that has a yaw and a bias of its own, s, and the least that is used of it.
-const BLOCK_S: f64 = 10.0;
-const LEAST_BLOCK_S: f64 = 6.0;
-
-/// Fewest ways in a block, and fewest blocks that say something of scatter.
-const LEAST_WAYS: usize = 8;
-const LEAST_BLOCKS: usize = 6;
-
-/// Residuals beyond so many deviations (by their median) are those of bad fixes.
-const OUTLIER: f64 = 6.0;
 
 /// The largest standard error with which a sideslip is told, s: a turn of 4 m/s² at 15 m/s then leads
 /// 3 mrad astray, some 4 cm at a look-ahead of a second.
@@ -83,31 +64,6 @@ pub(crate) const LARGEST_ERROR_S: f64 = 0.01;
 /// The same of each term: of Q in that turn, of C where it is reached within half a second.
 const LARGEST_ERROR: [f64; TERMS] =
     [LARGEST_ERROR_S, LARGEST_ERROR_S / 16.0, LARGEST_ERROR_S / 2.0];
-
-/// A drive between two gaps: gyro and, where there is one, speed on one clock; fixes on their own, which
-/// has the same zero.
-#[derive(Debug, Default)]
-struct Piece {
-    /// Instants of the gyro's readings, s.
-    pub(crate) time: Vec<f64>,
-    /// Yaw rate, rad/s.
-    pub(crate) yaw_rate: Vec<f64>,
-    /// Speed, m/s; empty for one that does not change.
-    pub(crate) speed: Vec<f64>,
-    /// Instants at which the fixes were valid, s.
-    pub(crate) fix_time: Vec<f64>,
-    /// East and north, m.
-    pub(crate) fix: Vec<[f64; 2]>,
-}
-
-impl Piece {
-    /// Speed at an instant; `None` outside the gyro's readings.
-    fn speed_at(&self, time: f64) -> Option<f64> {
-        let after = self.time.partition_point(|t| *t < time).max(1);
-        let (t, v) = (self.time.get(after - 1..=after)?, self.speed.get(after - 1..=after)?);
-        Some(v[0] + (v[1] - v[0]) * (time - t[0]) / (t[1] - t[0]))
-    }
-}
 
 /// The sideslip that the fixes of a log determine, and what is to be reported of it.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -16,7 +16,7 @@
 //! and a loop L oscillates where N(A) L(jω) = −1. The loop is a typical one: a PI controller on the yaw
 //! angle with its crossover at [`CROSSOVER_RADPS`], which settles in about a second.
 
-use super::regression::{BLOCKS, Pair, Sums, jackknife};
+use crate::validation::regression::{BLOCKS, Pair, Sums, jackknife};
 use formats::{LimitCycle, SteeringPlay};
 use std::f64::consts::{FRAC_PI_2, PI};
 

@@ -9,7 +9,8 @@ use clap::Parser;
 use drivelog::{LogOptions, read_log};
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
-use sysid::{IdentifyOptions, Intersample, StateSpace, conversion, identify};
+use sysid::model::conversion;
+use sysid::{IdentifyOptions, Intersample, StateSpace, identify};
 use sysid_evaluation::{LinearCar, LinearDrive, LinearLog, Random, Steering, ask};
 
 /// Prints how well the response from steering to yaw rate is identified.
