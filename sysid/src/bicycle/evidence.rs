@@ -1,10 +1,11 @@
 //! Evidence of an identified bicycle.
 
 use crate::Error;
+use crate::bicycle::estimate::Estimate;
 use crate::bicycle::options::BicycleOptions;
 use crate::bicycle::parameters::{PARAMETERS, STEERING_OFFSET, YAW_RATE_OFFSET, combinations};
+use crate::bicycle::recording::{Judged, Recording, count, of as samples};
 use crate::bicycle::uncertainty::{deviation, directions};
-use crate::bicycle::{Estimate, Judged, Recording, count, of as samples};
 use crate::data::statistics::variance_accounted_for;
 use crate::sideslip::sideslip;
 use drivelog::DriveLog;

@@ -6,9 +6,9 @@
 //! rate is linear in both offsets and in each segment's initial states.
 
 use crate::Error;
-use crate::bicycle::Recording;
 use crate::bicycle::estimate::Problem;
 use crate::bicycle::parameters::{self, PARAMETERS, STEERING_OFFSET, YAW_RATE_OFFSET};
+use crate::bicycle::recording::Recording;
 use crate::bicycle::simulate::{sensitivities, within};
 use crate::data::split::Split;
 use crate::linalg::dense::least_squares;

@@ -6,8 +6,8 @@ use crate::linalg::columns::Columns;
 use crate::linalg::dense::spectral_radius;
 use crate::linalg::triangle::Triangle;
 use crate::model::{StateSpace, predictor};
-use crate::pem::Stop;
 use crate::pem::rows::Drive;
+use crate::pem::search::Stop;
 use crate::pem::search::{
     Point, criterion, damped_step, each_error, error_covariance, weigh, weight,
 };

@@ -45,18 +45,9 @@ pub use crate::pem::covariance::uncertain;
 pub(crate) use crate::pem::covariance::uncertain_simulation;
 pub use crate::pem::gain::refine_gain;
 pub(crate) use crate::pem::neighbours::{Neighbours, larger, without_blocks};
+pub use crate::pem::search::Stop;
 pub(crate) use crate::pem::search::damped_step;
 pub use crate::pem::uncertain::{PoleEstimate, ResponseEstimate, Uncertain};
-
-/// When to stop refining.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stop {
-    /// Most steps.
-    pub steps: usize,
-    /// A step that lowers the criterion (for one output the sum of squares) by a smaller share than
-    /// this is the last.
-    pub least_gain: f64,
-}
 
 /// A model with the initial state of each segment.
 pub type WithStates = (StateSpace, Vec<Vec<f64>>);

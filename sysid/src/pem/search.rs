@@ -17,10 +17,19 @@ use crate::linalg::columns::Columns;
 use crate::linalg::dense::{identity, is_finite, least_squares, spectral_radius, vcat};
 use crate::linalg::triangle::Triangle;
 use crate::model::StateSpace;
-use crate::pem::Stop;
 use crate::pem::coordinates::Coordinates;
 use crate::pem::rows::{Drive, Sensitivities};
 use faer::{Mat, MatRef, Side};
+
+/// When to stop refining.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stop {
+    /// Most steps.
+    pub steps: usize,
+    /// A step that lowers the criterion (for one output the sum of squares) by a smaller share than
+    /// this is the last.
+    pub least_gain: f64,
+}
 
 /// The model driven by `drive` with an initial state for each segment and, where they are free, constants
 /// on the outputs.

@@ -269,16 +269,41 @@ fn horizons(data: &DataSet, options: &IdentifyOptions) -> Result<Vec<usize>, Err
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sysid_evaluation::Drive;
+
+    /// Yaw rate by road-wheel angle of a car of two states behind a servo, steered to random angles.
+    fn drive(noise: f64) -> DataSet {
+        let mut seed = 3_u64;
+        let mut uniform = || {
+            seed = seed
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 33) as f64 / f64::from(1_u32 << 31)
+        };
+        let mut normal = || (0..12).map(|_| uniform()).sum::<f64>() - 6.0;
+        let (mut level, mut command, mut wheel, mut x) = (0.0, 0.0, 0.0, [0.0, 0.0]);
+        let (mut steering, mut yaw_rate) = (Vec::new(), Vec::new());
+        for k in 0..1200 {
+            if k % 15 == 0 {
+                level = 0.03 * normal();
+            }
+            command += 0.234 * (level - command);
+            steering.push(command);
+            yaw_rate.push(x[0] + noise * normal());
+            for _ in 0..80 {
+                wheel += 0.01 * (command - wheel);
+                let slope = [x[1] + 25.0 * wheel - 9.6 * x[0], 180.0 * wheel - 36.0 * x[0]];
+                x = [x[0] + 5e-4 * slope[0], x[1] + 5e-4 * slope[1]];
+            }
+        }
+        DataSet::single(0.04, steering, yaw_rate).unwrap()
+    }
 
     /// The one that is taken is the best of all as they are simulated, on a drive with noise and on one
     /// that some orders tell to rounding.
     #[test]
     fn no_start_simulates_better_than_the_one_taken() {
         for noise in [0.01, 0.0] {
-            let drive = Drive { sample_time: 0.04, delay: 0.0, servo: 0.05, noise, seed: 3 };
-            let recording = drive.record(1200);
-            let data = DataSet::single(0.04, recording.steering, recording.yaw_rate).unwrap();
+            let data = drive(noise);
             let starts = Starts::new(&data, &IdentifyOptions::default()).unwrap();
             let rounding = 1e-26 * sum_of_squares(&vec![data.segments()[0].y.clone()]);
             for order in 1..=7 {

@@ -126,7 +126,11 @@ fn parzen(x: f64) -> f64 {
 /// Correlation of u(t) and e(t + k) at lags −`lags` to `lags`: positive lags are what of the input's
 /// effect is missing in the model, negative ones what of the residuals comes back to the input
 /// (feedback).
-pub(crate) fn cross_correlation(residuals: &[&[f64]], input: &[&[f64]], lags: usize) -> Correlation {
+pub(crate) fn cross_correlation(
+    residuals: &[&[f64]],
+    input: &[&[f64]],
+    lags: usize,
+) -> Correlation {
     let pair = Pair::new(residuals, input, lags.max(1));
     let power = covariance(&pair.e, &pair.e, 0) * covariance(&pair.u, &pair.u, 0);
     let scale = if power > 0.0 { 1.0 / power.sqrt() } else { 0.0 };

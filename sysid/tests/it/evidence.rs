@@ -1,14 +1,13 @@
 //! Evidence and quality on drives whose truth is known: rich, weak, noisy, slow, driven in
 //! closed loop, held at a limit; and what stands in the file.
-#![allow(clippy::unwrap_used, clippy::panic)]
 
+use crate::known::Random;
 use drivelog::DriveLog;
 use faer::Mat;
 use formats::{Document, Evidence, Information, Plant};
 use std::f64::consts::TAU;
 use sysid::model::conversion::discretize;
 use sysid::{Error, IdentifyOptions, Method, identify};
-use sysid_evaluation::Random;
 
 const SAMPLE_TIME: f64 = 0.04;
 const RATIO: f64 = 15.0;

@@ -1,7 +1,7 @@
 //! Known systems are recovered: exactly from data without noise, closely from noisy data, and the
 //! same from data in other units.
-#![allow(clippy::unwrap_used)]
 
+use crate::known::{Random, markov_distance, pole_distance};
 use faer::Mat;
 use sysid::pem::{Stop, refine_output_error};
 use sysid::subspace::{
@@ -9,7 +9,6 @@ use sysid::subspace::{
     subspace,
 };
 use sysid::{DataSet, Method, Segment, Signals, StateSpace, simulate};
-use sysid_evaluation::{Random, markov_distance, pole_distance};
 
 const SHAPES: [(usize, usize, usize); 6] =
     [(1, 1, 1), (2, 1, 1), (4, 1, 1), (3, 2, 1), (4, 1, 2), (5, 2, 3)];

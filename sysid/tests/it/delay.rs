@@ -1,11 +1,10 @@
 //! The input delay: found where there is one, left out where a lag explains the same.
-#![allow(clippy::unwrap_used)]
 
+use crate::known::{Drive, Random};
 use drivelog::{DriveLog, LogOptions, read_log};
 use faer::Mat;
 use sysid::delay::{Delay, estimate_delay};
 use sysid::{DataSet, Error, IdentifyOptions, Segment, identify};
-use sysid_evaluation::{Drive, Random};
 
 fn row(x: &[f64]) -> Mat<f64> {
     Mat::from_fn(1, x.len(), |_, k| x[k])

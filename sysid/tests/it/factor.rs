@@ -1,13 +1,12 @@
 //! The factor of the data: the same by every way to compute it, however the samples come, and a clear
 //! word where the data are not good for it.
-#![allow(clippy::unwrap_used, clippy::panic)]
 
+use crate::known::{Random, markov_distance};
 use faer::Mat;
 use sysid::subspace::{
     Accumulator, Decomposition, Factor, shift_realization, structured_bd, subspace,
 };
 use sysid::{DataSet, Error, Method, Segment, Signals, StateSpace, simulate};
-use sysid_evaluation::{Random, markov_distance};
 
 /// L by its definition: all windows of all segments written out, and one QR factorisation.
 fn written_out(segments: &[Segment], s: usize) -> Mat<f64> {

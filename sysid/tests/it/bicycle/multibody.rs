@@ -1,7 +1,7 @@
 //! A vehicle that no one here wrote.
 
-use super::common::multibody;
 use super::evidence;
+use crate::common::multibody;
 use formats::Matrix;
 use sysid::bicycle::{BicycleOptions, identify_bicycle};
 use sysid::{IdentifyOptions, judge};

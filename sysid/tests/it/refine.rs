@@ -1,11 +1,10 @@
 //! The refinement and the covariance it tells: against the scatter over many drives of a known system.
-#![allow(clippy::unwrap_used)]
 
+use crate::known::{Random, markov_distance, pole_distance};
 use faer::Mat;
 use std::f64::consts::PI;
 use sysid::pem::{Focus, Refined, Stop, Uncertain, refine_gain, refine_prediction, uncertain};
 use sysid::{DataSet, Innovation, Segment, StateSpace, simulate};
-use sysid_evaluation::{Random, markov_distance, pole_distance};
 
 const STOP: Stop = Stop { steps: 30, least_gain: 1e-9 };
 const RUNS: usize = 150;

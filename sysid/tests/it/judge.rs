@@ -1,7 +1,7 @@
 //! A given model judged on a drive: the truth fits, a wrong one less, and an identified one gets the
 //! figures that its identification gave it. Sensors with offsets and drifts.
-#![allow(clippy::unwrap_used)]
 
+use crate::known::Random;
 use drivelog::DriveLog;
 use faer::Mat;
 use formats::{Continuous, Matrix};
@@ -9,7 +9,6 @@ use sysid::model::conversion::discretize;
 use sysid::{
     Detrend, Error, Identified, IdentifyOptions, InputKind, Method, identify, judge, judge_plant,
 };
-use sysid_evaluation::Random;
 
 /// ẋ = F x + G u, r = H x of a bicycle at 20 m/s with a steering servo.
 fn vehicle(gain: f64) -> Continuous {

@@ -1,6 +1,6 @@
 //! Systems whose order can be told: how badly the best model of one order less does.
 
-use crate::Random;
+use super::Random;
 use faer::Mat;
 use sysid::model::reduction::balanced;
 use sysid::pem::{Stop, refine_output_error};

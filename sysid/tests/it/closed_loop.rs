@@ -1,14 +1,13 @@
 //! Identification from closed-loop data: exact without noise, unbiased with a driver in the loop where
 //! the open-loop methods are not, and clear about data that say nothing.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+use crate::known::bias::{Biases, Errors};
+use crate::known::driver::Drive;
+use crate::known::{Random, markov_distance, pole_distance};
 use faer::Mat;
 use sysid::subspace::closed_loop::{self, Criterion, Method, errors_in_variables};
 use sysid::subspace::{Factor, shift_realization, structured_bd, subspace};
 use sysid::{DataSet, Error, Segment, Signals, StateSpace, simulate};
-use sysid_evaluation::bias::{Biases, Errors};
-use sysid_evaluation::driver::Drive;
-use sysid_evaluation::{Random, markov_distance, pole_distance};
 
 #[test]
 fn without_noise_both_methods_are_exact() {

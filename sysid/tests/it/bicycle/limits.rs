@@ -1,10 +1,10 @@
 //! What no drive can tell, and drives that are none: said, or refused.
 
 use super::{DRIVE, Drive, car, drive, evidence, recording};
+use crate::known::Random;
 use drivelog::DriveLog;
 use sysid::Error;
 use sysid::bicycle::{BicycleOptions, identify_bicycle};
-use sysid_evaluation::Random;
 
 #[test]
 fn a_constant_speed_is_said_to_schedule_nothing() {

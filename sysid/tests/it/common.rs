@@ -1,6 +1,4 @@
 //! The repository's recordings and a car of its own, for the tests.
-#![allow(clippy::unwrap_used, clippy::panic)]
-#![allow(dead_code)] // each test binary uses a part of it
 
 use drivelog::{DriveLog, LogOptions, read_log};
 use vehicle_models::BicycleParameters;

@@ -1,15 +1,12 @@
 //! Ljung's hair dryer against what SLICOT prints for it (IB01AD and IB01BD, METH = C: A and C by
 //! MOESP, B and D by N4SID), n = 4, 15 block rows, all 1000 samples, means not removed.
-#![allow(clippy::unwrap_used)]
 
-mod common;
-
-use common::data;
+use crate::common::data;
+use crate::known::{Random, pole_distance, response_distance};
 use drivelog::{LogOptions, read_log};
 use faer::Mat;
 use sysid::subspace::{Factor, noise_model, shift_realization, structured_bd, subspace};
 use sysid::{DataSet, IdentifyOptions, Method, StateSpace, identify};
-use sysid_evaluation::{Random, pole_distance, response_distance};
 
 /// SLICOT's printed matrices, four decimals.
 struct Printed {

@@ -1,10 +1,9 @@
 //! Discrete and continuous models under both holds: against scipy, against the definition, and back.
-#![allow(clippy::unwrap_used)]
 
+use crate::known::Random;
 use faer::Mat;
 use sysid::model::conversion::{ContinuousStateSpace, Hold, discretize_held, to_continuous_held};
 use sysid::{StateSpace, simulate};
-use sysid_evaluation::Random;
 
 const SAMPLE_TIME: f64 = 0.04;
 

@@ -1,12 +1,11 @@
 //! Faults of a recording, each on the same drive of a known car: what is found, and what is advised.
-#![allow(clippy::unwrap_used)]
 
+use crate::known::Random;
 use drivelog::{DriveLog, LogFile, LogOptions, read_log};
 use formats::{Bicycle, Grade, Plant, Quality, ReasonCode};
 use std::fmt::Write;
 use sysid::bicycle::{BicycleOptions, identify_bicycle};
 use sysid::{AbsorbOptions, Absorbed, IdentifyOptions, identify};
-use sysid_evaluation::Random;
 
 const PERIOD: f64 = 0.01;
 const SPEED: f64 = 20.0;

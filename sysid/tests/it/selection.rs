@@ -1,13 +1,12 @@
 //! Order, horizon and feedthrough chosen from the data: right where they can be told, the same in any
 //! unit, and an error that says what to do where the data allow nothing.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+use crate::known::{Experiment, Random, halves, response_distance};
 use faer::Mat;
 use sysid::{
     Approach, Automatic, DataSet, Detrend, Error, IdentifyOptions, Method, Segment, Signals,
     StateSpace, automatic, simulate,
 };
-use sysid_evaluation::{Experiment, Random, halves, response_distance};
 
 fn chosen(data: &DataSet, options: &IdentifyOptions) -> Result<Automatic, Error> {
     let [estimation, held_out] = halves(data)?;

@@ -1,10 +1,8 @@
 //! Whole drives: the multi-body vehicle, a weakly excited city drive, a decimated known vehicle,
 //! and data built to make subspace estimates unstable.
-#![allow(clippy::unwrap_used)]
 
-mod common;
-
-use common::{data, multibody};
+use crate::common::{data, multibody};
+use crate::known::Random;
 use drivelog::{DriveLog, LogOptions, read_log};
 use faer::Mat;
 use faer::linalg::solvers::Solve;
@@ -15,7 +13,6 @@ use sysid::subspace::Realization;
 use sysid::{
     Detrend, Error, IdentifyOptions, InputKind, Intersample, Method, fit_percent, identify,
 };
-use sysid_evaluation::Random;
 
 /// One order, weighting and horizon, where a test is not about their choice.
 fn quick(order: usize) -> IdentifyOptions {

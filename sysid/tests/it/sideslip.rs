@@ -1,14 +1,11 @@
 //! The sideslip from fixes and gyro, on drives whose truth is known.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-mod common;
-
-use common::car;
+use crate::common::car;
+use crate::known::Random;
 use drivelog::{LogOptions, read_log};
 use std::f64::consts::TAU;
 use std::fmt::Write;
 use sysid::sideslip::{FromFixes, sideslip};
-use sysid_evaluation::Random;
 use vehicle_models::BicyclePlant;
 
 const H: f64 = 0.01;

@@ -1,7 +1,7 @@
 //! A bicycle judged on a drive: with the recorded speed, and the drive's own offsets.
 
-use super::common::car;
 use super::{DRIVE, Drive, drive, evidence};
+use crate::common::car;
 use formats::{Bicycle, Continuous, Matrix};
 use sysid::bicycle::{BicycleOptions, identify_bicycle, judge_bicycle};
 use sysid::{IdentifyOptions, judge};

@@ -1,6 +1,6 @@
 //! A vehicle with a driver in the loop, and what is recorded of it.
 
-use crate::Random;
+use super::Random;
 use faer::Mat;
 use sysid::model::riccati::kalman_filter;
 use sysid::{DataSet, Error, StateSpace};

@@ -1,6 +1,6 @@
 //! A simulated drive, whose delay and lag are known.
 
-use crate::Random;
+use super::Random;
 use std::collections::VecDeque;
 use std::fmt::Write;
 

@@ -1,9 +1,10 @@
 //! Drives absorbed into states, merged and identified from: the same model however they came together,
 //! the model that the log itself gives, and a clear word about what does not belong together.
-#![allow(clippy::unwrap_used, clippy::panic)]
 
 mod refused;
 
+use crate::known::bias::Errors;
+use crate::known::{AbsorbedSignals, Drive, Experiment, Random, driver, halves, response_distance};
 use drivelog::{LogFile, LogOptions, read_log};
 use formats::{AbsorbedDrives, Document, InputKind, Plant};
 use std::f64::consts::TAU;
@@ -12,10 +13,6 @@ use sysid::model::initial_state;
 use sysid::{
     AbsorbOptions, Absorbed, Approach, DataSet, Error, IdentifyOptions, Method, StateSpace,
     automatic, fit_percent, identify, simulate,
-};
-use sysid_evaluation::bias::Errors;
-use sysid_evaluation::{
-    AbsorbedSignals, Drive, Experiment, Random, driver, halves, response_distance,
 };
 
 fn csv(seed: u64, rows: usize) -> String {

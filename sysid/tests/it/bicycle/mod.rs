@@ -1,20 +1,17 @@
 //! The structure `bicycle`: known vehicles are recovered from drives that the FMU's own plant made,
 //! standard errors cover, hopeless drives ([`limits`]) are refused.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-#[path = "../common/mod.rs"]
-mod common;
 mod ensemble;
 mod judged;
 mod limits;
 mod multibody;
 
-use common::car;
+use crate::common::car;
+use crate::known::Random;
 use drivelog::DriveLog;
 use formats::{Bicycle, BicycleEvidence, Document};
 use std::f64::consts::TAU;
 use sysid::bicycle::{BicycleOptions, IdentifiedBicycle, identify_bicycle};
-use sysid_evaluation::Random;
 use vehicle_models::{BicycleParameters, BicyclePlant, bicycle_eq13};
 
 const T: f64 = 0.04;
