@@ -5,7 +5,7 @@
 //! estimation data of all drives together. Where a sensor's zero drifts, or differs from drive to
 //! drive, [`Detrend::Linear`] takes out a line of its own for each.
 //!
-//! *The split* is that of [`validation`](crate::validation): the end of the log where it is excited.
+//! *The split* is that of [`split`](crate::data::split): the end of the log where it is excited.
 
 use crate::Error;
 use crate::data::dataset::without;

@@ -327,7 +327,7 @@ impl Factor {
     /// The Gram matrix is tried first, and where the data are too ill-conditioned for it a blocked QR
     /// factorisation takes a second pass over them; memory does not grow with N. No column reaches
     /// from one segment into another. Where the input does not excite windows of 2·horizon samples,
-    /// the factor's horizon is shorter than was asked for: see [`Conditioning`].
+    /// the factor's horizon is shorter than was asked for: see [`Conditioning`](crate::subspace::Conditioning).
     ///
     /// # Errors
     /// - [`Error::TooFewSamples`] where there are fewer columns than rows.
