@@ -56,7 +56,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         }
     }
     drop(progress);
-    let Some(all) = all else { return Err(sysid::Error::NoFiles.into()) };
+    let Some(all) = all else { return Err(drivelog::Error::NoFiles.into()) };
     let file = all.to_file();
     out.document(&file)?;
     let (estimation, validation) = all.samples();

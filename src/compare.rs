@@ -173,7 +173,7 @@ impl Arguments {
     }
 
     /// The drive, if there is one.
-    fn drive(&self) -> Result<Option<(sysid::DriveLog, IdentifyOptions)>, Failure> {
+    fn drive(&self) -> Result<Option<(drivelog::DriveLog, IdentifyOptions)>, Failure> {
         if self.logs.is_empty() && !self.log.names_files() {
             return Ok(None);
         }

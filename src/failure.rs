@@ -88,6 +88,7 @@ macro_rules! from_stage {
 
 from_stage!(
     formats::Error,
+    drivelog::Error,
     sysid::Error,
     packaging::Error,
     fmi2_host::Error,

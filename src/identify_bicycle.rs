@@ -8,9 +8,9 @@ use crate::log_options::IdentifyArguments;
 use crate::output::Output;
 use crate::progress::Progress;
 use crate::quantity;
+use drivelog::DriveLog;
 use formats::{Bicycle, BicycleEvidence, Quality};
 use std::fmt::Write;
-use sysid::DriveLog;
 use sysid::bicycle::{BicycleOptions, identify_bicycle};
 
 /// The structure of the model, and vehicle data of a bicycle.

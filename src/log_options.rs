@@ -3,11 +3,9 @@
 use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::{files, quantity};
+use drivelog::{DecimalMark, DriveLog, LogFile, LogOptions};
 use std::path::{Path, PathBuf};
-use sysid::{
-    Approach, DecimalMark, Detrend, DriveLog, IdentifyOptions, InputKind, Intersample, LogFile,
-    LogOptions,
-};
+use sysid::{Approach, Detrend, IdentifyOptions, InputKind, Intersample};
 
 /// How the log is read. Columns are named as in the header, as `file.csv:column` where several
 /// files have one of that name, and with a leading `-` where the sign is opposite.
@@ -167,7 +165,7 @@ impl LogArguments {
         };
         let drives =
             self.drives.iter().map(|files| open(&files.0)).collect::<Result<Vec<_>, Failure>>()?;
-        Ok(sysid::read_drives(open(paths)?, drives, &self.options())?)
+        Ok(drivelog::read_drives(open(paths)?, drives, &self.options())?)
     }
 }
 

@@ -3,9 +3,9 @@
 
 use crate::Error;
 use crate::models::{Model, ModelDocument};
+use drivelog::DriveLog;
 use formats::SourceFile;
-use sysid::statistics::variance_accounted_for;
-use sysid::{DriveLog, IdentifyOptions, Judged, fit_percent};
+use sysid::{IdentifyOptions, Judged, fit_percent, variance_accounted_for};
 
 /// The validation data of a drive. Each gap is a NaN.
 pub struct Drive {
@@ -51,7 +51,7 @@ pub(crate) fn validate(
     log: &DriveLog,
     options: &IdentifyOptions,
 ) -> Result<Drive, Error> {
-    let mut remarks = log.warnings.clone();
+    let mut remarks = [log.warnings.clone(), sysid::sideslip::sideslip(log).warnings].concat();
     let mut validated = Vec::new();
     for model in models {
         validated.push(on_log(model, log, options).map_err(|e| e.of(&model.label))?);

@@ -39,11 +39,12 @@ pub use truth::Truth;
 pub use verdict::{Figure, Verdict};
 
 use control::{DesignOptions, Master, paths};
+use drivelog::DriveLog;
 use fmi2_host::Coupling;
 use formats::{Guidance, Path as PathFile, SourceFile};
 use runs::Setting;
 use sweep::Class;
-use sysid::{DriveLog, IdentifyOptions};
+use sysid::IdentifyOptions;
 use truth::Limits;
 use verdict::Compared;
 

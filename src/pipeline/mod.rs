@@ -12,12 +12,13 @@ use crate::progress::Progress;
 use comparison::Loop;
 use control::paths::{self, PointOptions};
 use control::{DesignOptions, DesignPlant, Sideslip};
+use drivelog::DriveLog;
 use fmi2_host::{Archive, Coupling};
 use formats::{Bicycle, Document, Path as PathFile, Pid, Plant, SourceFile, StepMetrics};
 pub(crate) use output::Writer;
 use report::{StepResponse, Traces, Track, TrackErrors};
 use std::path::PathBuf;
-use sysid::{DriveLog, IdentifyOptions};
+use sysid::IdentifyOptions;
 
 /// The inputs and options.
 pub(crate) struct Job {

@@ -1,12 +1,12 @@
 //! From drive logs to an identified lateral model with evidence.
 //!
-//! [`read_log`] brings CSV columns onto one uniform grid as a [`DriveLog`]; [`identify`] makes of it
+//! [`identify`] makes of a [`drivelog::DriveLog`]
 //! a discrete state-space model from steering angle to yaw rate (eq 1–5) with Kalman gain,
 //! its continuous counterpart (eq 6–11), and the evidence of how far it can be trusted, all as
 //! [`formats::Plant`].
 //!
-//! The pieces are public: [`subspace`] (block Hankel → LQ → weighted SVD → eq 12), [`riccati`],
-//! [`conversion`], [`stability`], [`reduction`], [`refine`], [`statistics`], [`signal`], [`model`]. They take
+//! The pieces are public: [`subspace`] (block Hankel → LQ → weighted SVD → eq 12), [`pem`],
+//! [`model`], [`delay`]. They take
 //! any number of inputs and outputs; signals are matrices with time along columns.
 //!
 //! ```
@@ -20,7 +20,7 @@
 //! # }
 //! # let bytes = csv.into_bytes();
 //! let files = [("drive.csv".to_string(), bytes)];
-//! let log = sysid::read_log(&files, &sysid::LogOptions::default())?;
+//! let log = drivelog::read_log(&files, &drivelog::LogOptions::default())?;
 //! let found = sysid::identify(&log, &sysid::IdentifyOptions::default())?;
 //! assert!(found.plant.evidence.fit.validation > 99.0);
 //! # Ok(())
@@ -29,41 +29,28 @@
 //!
 //! This crate opens no files, and knows nothing of design or FMUs.
 
-mod absorbed;
 pub mod bicycle;
-pub mod closed_loop;
-mod columns;
-pub mod conversion;
-mod dataset;
-pub mod delay;
-mod dense;
-mod elimination;
+mod data;
 mod error;
 mod identify;
-mod log;
+mod linalg;
 pub mod model;
-pub mod reduction;
-pub mod refine;
-pub mod riccati;
-mod sideslip;
-pub mod signal;
-mod signals;
-pub mod stability;
-pub mod statistics;
+pub mod pem;
+mod selection;
+pub mod sideslip;
 pub mod subspace;
-mod triangle;
 mod validation;
 
-pub use absorbed::{AbsorbOptions, Absorbed};
-pub use dataset::{DataSet, Segment};
-pub use error::{Error, Place};
+pub use data::scaled::Detrend;
+pub use data::{DataSet, Segment, Signals, fit_percent, variance_accounted_for};
+pub use error::Error;
 pub use formats::{InputKind, Intersample};
-pub use identify::{
-    Approach, Automatic, Detrend, Identified, IdentifyOptions, Judged, Traces, TriedOrder,
-    automatic, identify, judge, judge_plant,
-};
-pub use log::{DecimalMark, DriveLog, LogFile, LogOptions, Stretch, read_drives, read_log};
+pub use identify::accumulated::{AbsorbOptions, Absorbed};
+pub use identify::plant::{Identified, Traces};
+pub use identify::{Automatic, TriedOrder, automatic, identify};
 pub use model::{Innovation, StateSpace, simulate};
-pub use signals::Signals;
-pub use statistics::fit_percent;
+pub use selection::delay;
+pub use selection::method::Approach;
+pub use selection::options::IdentifyOptions;
 pub use subspace::Method;
+pub use validation::judge::{Judged, judge, judge_plant};

@@ -2,21 +2,21 @@
 //! initial states, from several starts.
 //!
 //! What is minimised is `Σ (y − ŷ)² + s²·Σ ((p − μ)/σ)²`: the squared simulation errors, and the priors
-//! of [`super::parameters`]. `s²` is the long-run variance of the errors (their spectral density at
+//! of [`crate::bicycle::parameters`]. `s²` is the long-run variance of the errors (their spectral density at
 //! zero): for white errors their variance, for errors that last it is that much larger, since then
 //! neighbouring samples say the same and the drive weighs less against what is known before. With
 //! that, the sum is twice the negative log posterior density up to the factor s².
 
-use super::parameters::{
+use crate::Error;
+use crate::bicycle::parameters::{
     ALL, DELAY, FRONT, INDEX, LAG, PARAMETERS, Prior, REAR, STEERING_FACTOR, STEERING_OFFSET,
     WHEELBASE, YAW_RATE_OFFSET, priors,
 };
-use super::simulate::{Start, Stretch, sensitivities, yaw_rate};
-use super::uncertainty::long_run_variance;
-use crate::Error;
-use crate::dense::least_squares;
-use crate::elimination::Elimination;
-use crate::signal::standard_deviation;
+use crate::bicycle::simulate::{Start, Stretch, sensitivities, yaw_rate};
+use crate::data::statistics::long_run_variance;
+use crate::linalg::dense::least_squares;
+use crate::linalg::elimination::Elimination;
+use drivelog::signal::standard_deviation;
 use faer::Mat;
 
 const STEPS: usize = 40;
@@ -294,7 +294,7 @@ impl<'a> Problem<'a> {
         p: &[f64; PARAMETERS],
         segment: &Stretch<'_>,
         start: &Start,
-    ) -> Option<super::simulate::Sensitivities> {
+    ) -> Option<crate::bicycle::simulate::Sensitivities> {
         sensitivities(p, self.share, segment, start, self.free.contains(&DELAY))
     }
 

@@ -1,12 +1,15 @@
 //! Evidence of an identified bicycle.
 
-use super::options::BicycleOptions;
-use super::parameters::{PARAMETERS, STEERING_OFFSET, YAW_RATE_OFFSET, combinations};
-use super::uncertainty::{deviation, directions};
-use super::{Estimate, Judged, Recording, count, of as samples};
-use crate::signal::{mean, standard_deviation};
-use crate::statistics::variance_accounted_for;
-use crate::{DriveLog, Error};
+use crate::Error;
+use crate::bicycle::estimate::Estimate;
+use crate::bicycle::options::BicycleOptions;
+use crate::bicycle::parameters::{PARAMETERS, STEERING_OFFSET, YAW_RATE_OFFSET, combinations};
+use crate::bicycle::recording::{Judged, Recording, count, of as samples};
+use crate::bicycle::uncertainty::{deviation, directions};
+use crate::data::statistics::variance_accounted_for;
+use crate::sideslip::sideslip;
+use drivelog::DriveLog;
+use drivelog::signal::{mean, standard_deviation};
 use formats::{
     BicycleEvidence, Estimated, HeldOut, PredictionFit, SpeedSummary, Stated, WithDelay,
 };
@@ -61,7 +64,7 @@ impl Known<'_> {
                 * (self.estimate.long_run_variance / self.variance().max(f64::MIN_POSITIVE))
                     .max(1.0),
             channels: log.channels.clone(),
-            warnings: log.warnings.clone(),
+            warnings: [log.warnings.clone(), sideslip(log).warnings].concat(),
         };
         self.warn(&mut evidence);
         Ok(evidence)

@@ -5,13 +5,16 @@
 //! the estimation part, as an identified plant is judged about that part's means. The simulated yaw
 //! rate is linear in both offsets and in each segment's initial states.
 
-use super::Recording;
-use super::estimate::Problem;
-use super::parameters::{self, PARAMETERS, STEERING_OFFSET, YAW_RATE_OFFSET};
-use super::simulate::{sensitivities, within};
-use crate::dense::least_squares;
-use crate::validation::Split;
-use crate::{DriveLog, Error, IdentifyOptions, Judged};
+use crate::Error;
+use crate::bicycle::estimate::Problem;
+use crate::bicycle::parameters::{self, PARAMETERS, STEERING_OFFSET, YAW_RATE_OFFSET};
+use crate::bicycle::recording::Recording;
+use crate::bicycle::simulate::{sensitivities, within};
+use crate::data::split::Split;
+use crate::linalg::dense::least_squares;
+use crate::selection::options::IdentifyOptions;
+use crate::validation::judge::Judged;
+use drivelog::DriveLog;
 use faer::Mat;
 use formats::Bicycle;
 
@@ -22,7 +25,7 @@ const SEPARABLE: f64 = 1e-3;
 /// Judges a bicycle on a drive, with the recorded speed, or its own where none was recorded.
 ///
 /// # Errors
-/// As [`identify_bicycle`](super::identify_bicycle) for a drive that is too short or does not move.
+/// As [`identify_bicycle`](crate::bicycle::identify_bicycle) for a drive that is too short or does not move.
 pub fn judge_bicycle(
     log: &DriveLog,
     options: &IdentifyOptions,
@@ -51,7 +54,8 @@ pub fn judge_bicycle(
     let errors = |part: &Problem<'_>| -> Result<Option<Vec<Vec<f64>>>, Error> {
         Ok(part.starts(&p)?.and_then(|starts| part.errors(&p, &starts)))
     };
-    let judged = super::Judged::new(log, &recording, errors(&estimation)?, errors(&validation)?);
+    let judged =
+        crate::bicycle::Judged::new(log, &recording, errors(&estimation)?, errors(&validation)?);
     Ok(Judged {
         estimation_fit: judged.estimation_fit,
         validation_fit: judged.validation_fit.fit,

@@ -9,7 +9,7 @@ const CONVENTIONAL_MASS: f64 = 1500.0;
 /// Share of the weight on the front axle where none is stated.
 const CONVENTIONAL_SHARE: f64 = 0.5;
 
-/// Options of [`identify_bicycle`](super::identify_bicycle).
+/// Options of [`identify_bicycle`](crate::bicycle::identify_bicycle).
 #[derive(Debug, Clone, PartialEq)]
 pub struct BicycleOptions {
     /// Mass, kg, which yaw rate cannot tell; 1500 where `None`.

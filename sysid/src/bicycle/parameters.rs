@@ -25,8 +25,8 @@
 //! Where the wheelbase is stated, a factor on the road-wheel angle takes its place: the steering ratio
 //! is then what comes out of it.
 
-use super::dual::{Dual, Scalar};
-use super::options::BicycleOptions;
+use crate::bicycle::dual::{Dual, Scalar};
+use crate::bicycle::options::BicycleOptions;
 use formats::VehicleData;
 
 /// Number of parameters, and of the two initial states after them.

@@ -1,16 +1,17 @@
 //! The quality of an identified bicycle: does the log say enough, can sign, gain and wheelbase be a road
 //! vehicle's, was the recording sound, and does the model simulate data that it has not seen.
 
-use super::evidence::{Known, LEAST_SPREAD};
-use super::parameters::{Coefficients, STEERING_FACTOR, STEERING_OFFSET, YAW_RATE_OFFSET};
-use crate::identify::evidence::{
-    GOOD_FIT, LEAST_STEERING, Recorded, failed, faults, slow_log, with_error,
-};
-use crate::identify::pairs;
-use crate::signal::standard_deviation;
-use crate::validation::{
-    Pair, Response, bandwidth_hz, implausible, opposite, steering_play, yaw_rate_lag, yaw_rate_lead,
-};
+use crate::bicycle::evidence::{Known, LEAST_SPREAD};
+use crate::bicycle::parameters::{Coefficients, STEERING_FACTOR, STEERING_OFFSET, YAW_RATE_OFFSET};
+use crate::validation::bandwidth::bandwidth_hz;
+use crate::validation::faults::{Recorded, faults};
+use crate::validation::lead::{yaw_rate_lag, yaw_rate_lead};
+use crate::validation::plausible::{Response, implausible, opposite};
+use crate::validation::play::steering_play;
+use crate::validation::quality::{GOOD_FIT, LEAST_STEERING, failed, with_error};
+use crate::validation::rate::slow_log;
+use crate::validation::regression::{Pair, pairs};
+use drivelog::signal::standard_deviation;
 use faer::c64;
 use formats::{BicycleEvidence, Grade, Quality, Reason, ReasonCode};
 use std::f64::consts::TAU;

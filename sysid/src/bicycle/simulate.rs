@@ -12,8 +12,8 @@
 //!
 //! and so are its derivatives, by h as well, which gives that by the delay.
 
-use super::dual::{Dual, Scalar};
-use super::parameters::{ALL, Coefficients, PARAMETERS};
+use crate::bicycle::dual::{Dual, Scalar};
+use crate::bicycle::parameters::{ALL, Coefficients, PARAMETERS};
 use std::ops::Range;
 
 /// A recording without a gap: steering angle at the road wheel, speed, yaw rate.

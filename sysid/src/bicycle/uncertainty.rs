@@ -9,41 +9,19 @@
 //! scatter of the scores' sums over blocks of time ([`larger`]): a speed or a wind that changes over
 //! many seconds makes scores that last as long.
 
-use super::estimate::{Estimate, Problem};
-use super::parameters::{ALL, FRONT, INDEX, LAG, PARAMETERS, REAR, STEERING_FACTOR, WHEELBASE};
 use crate::Error;
-use crate::dense::{pseudo_inverse, svd};
-use crate::refine::larger;
+use crate::bicycle::estimate::{Estimate, Problem};
+use crate::bicycle::parameters::{
+    ALL, FRONT, INDEX, LAG, PARAMETERS, REAR, STEERING_FACTOR, WHEELBASE,
+};
+use crate::linalg::dense::{pseudo_inverse, svd};
+use crate::pem::larger;
 use faer::{Mat, Side};
 use formats::VehicleDirection;
 
 const OWN: usize = ALL - PARAMETERS;
 /// Blocks of time whose scores are summed.
 const BLOCKS: usize = 20;
-
-/// Sum of the autocovariances over all lags: the initial positive sequence of C. J. Geyer (*Practical
-/// Markov chain Monte Carlo*, Statistical Science 7, 1992), which ends at the first pair of lags whose
-/// sum is not positive. Never below the variance.
-pub(super) fn long_run_variance(segments: &[Vec<f64>]) -> f64 {
-    let count = segments.iter().map(Vec::len).sum::<usize>().max(1) as f64;
-    let longest = segments.iter().map(Vec::len).max().unwrap_or(0);
-    let covariance = |lag: usize| -> f64 {
-        let of =
-            |e: &Vec<f64>| -> f64 { e.iter().zip(e.iter().skip(lag)).map(|(a, b)| a * b).sum() };
-        segments.iter().map(of).sum::<f64>() / count
-    };
-    let variance = covariance(0);
-    let mut sum = -variance;
-    // A tenth of the drive tells nothing of correlations that last longer.
-    for pair in 0..(longest / 20).max(1) {
-        let two = covariance(2 * pair) + covariance(2 * pair + 1);
-        if two <= 0.0 {
-            break;
-        }
-        sum += 2.0 * two;
-    }
-    sum.max(variance)
-}
 
 /// Covariance of all parameters, zero for those that are not free.
 ///
@@ -145,7 +123,7 @@ fn bandwidth(samples: usize, correlation: f64) -> usize {
 
 /// The principal axes of the parameters' covariance, as changes of the vehicle's data.
 ///
-/// Each is a product of the parameters whose logarithms are estimated ([`super::parameters::vehicle`]), so
+/// Each is a product of the parameters whose logarithms are estimated ([`crate::bicycle::parameters::vehicle`]), so
 /// its logarithm is linear in theirs. Offsets and delay are no data of the vehicle: what their errors share
 /// with those of the others stays in the others' own variances.
 pub(super) fn directions(

@@ -1,12 +1,14 @@
 //! The same choice for any number of inputs and outputs, without a vehicle around it.
 
-use super::candidates::choose_from;
-use super::conditions::Conditions;
-use super::level::level;
-use super::order::fit;
-use super::{Approach, Detrend, IdentifyOptions};
+use crate::Error;
+use crate::data::scaled::{Detrend, level};
+use crate::data::{DataSet, Segment, Signals};
 use crate::model::StateSpace;
-use crate::{DataSet, Error, Segment, Signals};
+use crate::selection::initial_conditions::Conditions;
+use crate::selection::method::Approach;
+use crate::selection::options::IdentifyOptions;
+use crate::selection::order::fit;
+use crate::selection::search::choose_from;
 
 /// A model chosen by [`automatic`], in the units of its data.
 #[derive(Debug, Clone, PartialEq)]

@@ -16,13 +16,9 @@
 //! younger: its own lag is unknown by [`SPEED_ERROR_S`], which goes into the standard error. The rest of
 //! that is a jackknife over the blocks, since few of them may hold most of the speed's changes.
 
-use super::regression::robust;
-use super::ways::{Way, advances};
-use super::{ACCELERATION, GROWTH, Piece, RATE};
+use crate::sideslip::regression::robust;
+use crate::sideslip::ways::{AGE, Piece, SCALE, Way, advances};
 
-/// The terms of a way, by the places of the sideslip's.
-const AGE: usize = RATE;
-const SCALE: usize = GROWTH;
 /// Rounds in which the fixes are moved; each leaves τ²/2 times the change of acceleration.
 const ROUNDS: usize = 6;
 /// How well the speed's own lag is known, as a standard deviation: half a row of a usual log, s.
@@ -75,11 +71,4 @@ fn jackknife(blocks: &[Vec<Way>]) -> Option<f64> {
     let mean = ages.iter().sum::<f64>() / count;
     let squares: f64 = ages.iter().map(|age| (age - mean).powi(2)).sum();
     Some((squares * (count - 1.0) / count).sqrt())
-}
-
-/// The terms of a way that leads by `led` where the speed leads by `way` and changes by `change`.
-pub(super) fn terms(led: f64, way: f64, change: f64, time: f64) -> Way {
-    let mut terms = [0.0; super::TERMS];
-    (terms[AGE], terms[SCALE], terms[ACCELERATION]) = (-change, way, 0.0);
-    Way { time, difference: led - way, terms }
 }

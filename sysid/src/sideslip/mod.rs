@@ -45,35 +45,17 @@ mod age;
 mod regression;
 mod ways;
 
-pub(crate) use age::{UNKNOWN_ERROR_S, age};
+use crate::sideslip::age::{UNKNOWN_ERROR_S, age};
+use crate::sideslip::regression::{Regression, robust};
+use crate::sideslip::ways::{
+    ACCELERATION, BLOCK_S, GROWTH, LEAST_BLOCKS, Piece, RATE, SHORT_WAY_S, TERMS, WAY_S, Way,
+    blocks,
+};
+use drivelog::{DriveLog, Gnss, GnssDrive};
 use formats::{Sideslip, SideslipTerm};
-use regression::{Regression, robust};
-use ways::{Way, blocks};
-
-/// Terms of the sideslip, by their places: S, Q and C.
-const TERMS: usize = 3;
-const RATE: usize = 0;
-const GROWTH: usize = 1;
-const ACCELERATION: usize = 2;
-
-/// Length of the ways whose directions are compared, s: for S alone and for which terms there are, and
-/// for their values.
-const WAY_S: f64 = 1.0;
-const SHORT_WAY_S: f64 = 0.5;
 
 /// So many standard errors away a term is told from what it is otherwise taken for.
 const TOLD: f64 = 2.5;
-
-/// The time that has a yaw and a bias of its own, s, and the least that is used of it.
-const BLOCK_S: f64 = 10.0;
-const LEAST_BLOCK_S: f64 = 6.0;
-
-/// Fewest ways in a block, and fewest blocks that say something of scatter.
-const LEAST_WAYS: usize = 8;
-const LEAST_BLOCKS: usize = 6;
-
-/// Residuals beyond so many deviations (by their median) are those of bad fixes.
-const OUTLIER: f64 = 6.0;
 
 /// The largest standard error with which a sideslip is told, s: a turn of 4 m/s² at 15 m/s then leads
 /// 3 mrad astray, some 4 cm at a look-ahead of a second.
@@ -83,34 +65,69 @@ pub(crate) const LARGEST_ERROR_S: f64 = 0.01;
 const LARGEST_ERROR: [f64; TERMS] =
     [LARGEST_ERROR_S, LARGEST_ERROR_S / 16.0, LARGEST_ERROR_S / 2.0];
 
-/// A drive between two gaps: gyro and, where there is one, speed on one clock; fixes on their own, which
-/// has the same zero.
-#[derive(Debug, Default)]
-pub(crate) struct Piece {
-    /// Instants of the gyro's readings, s.
-    pub(crate) time: Vec<f64>,
-    /// Yaw rate, rad/s.
-    pub(crate) yaw_rate: Vec<f64>,
-    /// Speed, m/s; empty for one that does not change.
-    pub(crate) speed: Vec<f64>,
-    /// Instants at which the fixes were valid, s.
-    pub(crate) fix_time: Vec<f64>,
-    /// East and north, m.
-    pub(crate) fix: Vec<[f64; 2]>,
+/// The sideslip that the fixes of a log determine, and what is to be reported of it.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct FromFixes {
+    /// The sideslip, where the fixes determine it.
+    pub sideslip: Option<Sideslip>,
+    /// The age that was found for the fixes; why there is no sideslip.
+    pub warnings: Vec<String>,
 }
 
-impl Piece {
-    /// Speed at an instant; `None` outside the gyro's readings.
-    fn speed_at(&self, time: f64) -> Option<f64> {
-        let after = self.time.partition_point(|t| *t < time).max(1);
-        let (t, v) = (self.time.get(after - 1..=after)?, self.speed.get(after - 1..=after)?);
-        Some(v[0] + (v[1] - v[0]) * (time - t[0]) / (t[1] - t[0]))
+/// The sideslip of the drives of a log that have fixes.
+#[must_use]
+pub fn sideslip(log: &DriveLog) -> FromFixes {
+    let mut all = FromFixes::default();
+    let Some(gnss) = &log.gnss else { return all };
+    let mut receiver = Receiver {
+        latency_s: gnss.latency_s.unwrap_or(0.0),
+        latency_error_s: 0.0,
+        antenna_x_m: gnss.antenna_x_m,
+    };
+    if gnss.latency_s.is_none() {
+        receiver.latency_error_s = UNKNOWN_ERROR_S;
+        if let Some(age) = age(&pieces(gnss, 0.0)) {
+            (receiver.latency_s, receiver.latency_error_s) = (age.seconds, age.standard_error);
+            all.warnings.push(format!(
+                "the age of the fixes is not stated: {:.3} ± {:.3} s by the speed's changes on straights",
+                age.seconds,
+                2.0 * age.standard_error
+            ));
+        }
     }
+    let speed = log.speed.as_deref().unwrap_or_default();
+    let mean = speed.iter().sum::<f64>() / speed.len().max(1) as f64;
+    if speed.is_empty() && gnss.antenna_x_m != 0.0 {
+        all.warnings.push("no sideslip: the antenna's place needs a speed".into());
+        return all;
+    }
+    match of_pieces(&pieces(gnss, receiver.latency_s), receiver, mean) {
+        Ok(found) => all.sideslip = Some(found),
+        Err(why) => all.warnings.push(format!("no sideslip from the fixes: {why}")),
+    }
+    all
+}
+
+/// The segments of all drives, with the fixes that were valid in each.
+fn pieces(gnss: &Gnss, latency_s: f64) -> Vec<Piece> {
+    let of_drive = |drive: &GnssDrive| -> Vec<Piece> {
+        let fixes = || drive.fix_time_s.iter().map(|time| time - latency_s).zip(&drive.fix_m);
+        let piece = |range: &std::ops::Range<usize>| {
+            let time = drive.time_s[range.clone()].to_vec();
+            let span = time[0]..=time[time.len() - 1];
+            let (fix_time, fix) = fixes().filter(|(t, _)| span.contains(t)).unzip();
+            let yaw_rate = drive.yaw_rate_radps[range.clone()].to_vec();
+            let speed = drive.speed_mps.get(range.clone()).unwrap_or_default().to_vec();
+            Piece { time, yaw_rate, speed, fix_time, fix }
+        };
+        drive.segments.iter().map(piece).collect()
+    };
+    gnss.drives.iter().flat_map(of_drive).collect()
 }
 
 /// What is known of the receiver, and goes into the file.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Receiver {
+struct Receiver {
     pub(crate) latency_s: f64,
     /// 0 for an age that is stated.
     pub(crate) latency_error_s: f64,
@@ -118,11 +135,7 @@ pub(crate) struct Receiver {
 }
 
 /// The sideslip of the pieces, or why they do not tell it. `speed` is their mean, m/s.
-pub(crate) fn sideslip(
-    pieces: &[Piece],
-    receiver: Receiver,
-    speed: f64,
-) -> Result<Sideslip, String> {
+fn of_pieces(pieces: &[Piece], receiver: Receiver, speed: f64) -> Result<Sideslip, String> {
     let cut = |length| pieces.iter().flat_map(|p| blocks(p, length)).collect::<Vec<_>>();
     let ways = cut(WAY_S);
     let Some(alone) = robust(&ways, &[RATE]) else {

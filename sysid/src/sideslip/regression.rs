@@ -1,8 +1,7 @@
 //! Least squares over blocks, each with a yaw and a bias of its own.
 
-use super::ways::Way;
-use super::{LEAST_BLOCKS, LEAST_WAYS, OUTLIER, TERMS};
-use crate::dense;
+use crate::linalg::dense;
+use crate::sideslip::ways::{LEAST_BLOCKS, LEAST_WAYS, OUTLIER, TERMS, Way};
 use faer::Mat;
 
 /// Values of the terms, 0 where they are not looked for, and their standard errors.

@@ -10,7 +10,56 @@
 //!
 //! so a term turns it by the part of its E across D, over the length of D, to first order.
 
-use super::{BLOCK_S, LEAST_BLOCK_S, LEAST_WAYS, Piece, TERMS, WAY_S, age};
+/// Terms of the sideslip, by their places: S, Q and C.
+pub(super) const TERMS: usize = 3;
+pub(super) const RATE: usize = 0;
+pub(super) const GROWTH: usize = 1;
+pub(super) const ACCELERATION: usize = 2;
+
+/// Length of the ways whose directions are compared, s: for S alone and for which terms there are, and
+/// for their values.
+pub(super) const WAY_S: f64 = 1.0;
+pub(super) const SHORT_WAY_S: f64 = 0.5;
+
+/// The time that has a yaw and a bias of its own, s, and the least that is used of it.
+pub(super) const BLOCK_S: f64 = 10.0;
+pub(super) const LEAST_BLOCK_S: f64 = 6.0;
+
+/// Fewest ways in a block, and fewest blocks that say something of scatter.
+pub(super) const LEAST_WAYS: usize = 8;
+pub(super) const LEAST_BLOCKS: usize = 6;
+
+/// Residuals beyond so many deviations (by their median) are those of bad fixes.
+pub(super) const OUTLIER: f64 = 6.0;
+
+/// The terms of a way, by the places of the sideslip's.
+pub(super) const AGE: usize = RATE;
+pub(super) const SCALE: usize = GROWTH;
+
+/// A drive between two gaps: gyro and, where there is one, speed on one clock; fixes on their own, which
+/// has the same zero.
+#[derive(Debug, Default)]
+pub(super) struct Piece {
+    /// Instants of the gyro's readings, s.
+    pub(crate) time: Vec<f64>,
+    /// Yaw rate, rad/s.
+    pub(crate) yaw_rate: Vec<f64>,
+    /// Speed, m/s; empty for one that does not change.
+    pub(crate) speed: Vec<f64>,
+    /// Instants at which the fixes were valid, s.
+    pub(crate) fix_time: Vec<f64>,
+    /// East and north, m.
+    pub(crate) fix: Vec<[f64; 2]>,
+}
+
+impl Piece {
+    /// Speed at an instant; `None` outside the gyro's readings.
+    pub(super) fn speed_at(&self, time: f64) -> Option<f64> {
+        let after = self.time.partition_point(|t| *t < time).max(1);
+        let (t, v) = (self.time.get(after - 1..=after)?, self.speed.get(after - 1..=after)?);
+        Some(v[0] + (v[1] - v[0]) * (time - t[0]) / (t[1] - t[0]))
+    }
+}
 
 /// How much longer a way may become where fixes are missing, relative to it.
 const STRETCH: f64 = 1.5;
@@ -97,7 +146,7 @@ fn straights(piece: &Piece, seconds: f64) -> Vec<Way> {
         let way = [0, 1].map(|i| b.moved[0][i] - a.moved[0][i]);
         let (led, way) = (led[0].hypot(led[1]), way[0].hypot(way[1]));
         let is_straight = (b.yaw - a.yaw).abs() <= STRAIGHT && way.min(led) >= SHORTEST_M;
-        is_straight.then(|| age::terms(led, way, change, 0.5 * (begin + end)))
+        is_straight.then(|| terms_of_age(led, way, change, 0.5 * (begin + end)))
     };
     pairs(piece, WAY_S).into_iter().filter_map(way).collect()
 }
@@ -184,4 +233,11 @@ impl<'a> Reckoned<'a> {
 
 fn wrapped(angle: f64) -> f64 {
     angle.sin().atan2(angle.cos())
+}
+
+/// The terms of a way that leads by `led` where the speed leads by `way` and changes by `change`.
+fn terms_of_age(led: f64, way: f64, change: f64, time: f64) -> Way {
+    let mut terms = [0.0; TERMS];
+    (terms[AGE], terms[SCALE], terms[ACCELERATION]) = (-change, way, 0.0);
+    Way { time, difference: led - way, terms }
 }

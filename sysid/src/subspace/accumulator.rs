@@ -1,10 +1,12 @@
 //! Samples absorbed in chunks into a small state, of which the factor is made: for logs larger than
 //! memory, and for many logs on many machines.
 
-use super::gram::Gram;
-use super::tall::Tall;
-use super::{Factor, Triangle};
 use crate::Error;
+use crate::data::DataSet;
+use crate::subspace::conditioning::Decomposition;
+use crate::subspace::factor::{Factor, Triangle};
+use crate::subspace::gram::Gram;
+use crate::subspace::tall::Tall;
 use faer::MatRef;
 
 /// Windows that are added at once.
@@ -14,28 +16,8 @@ const MOST_ROWS: usize = 8_000;
 /// Magnitudes beyond which products of sums overflow.
 const LARGEST: f64 = 1e100;
 
-/// What an [`Accumulator`] keeps.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Decomposition {
-    /// Sums of the Gram matrix: fast, for data of a condition up to 1e6.
-    Gram,
-    /// The triangle of a QR factorisation: for any data, at about twenty times the work.
-    Qr,
-}
-
-impl Decomposition {
-    /// The name in files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Gram => "gram",
-            Self::Qr => "qr",
-        }
-    }
-}
-
 #[derive(Debug, Clone)]
-pub(super) enum State {
+pub(crate) enum State {
     Gram(Gram),
     Qr(Tall),
 }
@@ -72,18 +54,18 @@ pub struct Accumulator {
     pub(crate) horizon: usize,
     pub(crate) inputs: usize,
     pub(crate) outputs: usize,
-    pub(super) sample_time_s: f64,
-    pub(super) state: State,
+    pub(crate) sample_time_s: f64,
+    pub(crate) state: State,
     /// Taken off each channel: the mean of the first samples.
-    pub(super) shift: Option<Vec<f64>>,
+    pub(crate) shift: Option<Vec<f64>>,
     /// Samples of the segment that are part of windows to come, channel after channel.
     buffer: Vec<f64>,
     stride: usize,
     filled: usize,
     /// The segment's first w−1 samples once a window of it was added.
     head: Vec<f64>,
-    pub(super) samples: usize,
-    pub(super) columns: usize,
+    pub(crate) samples: usize,
+    pub(crate) columns: usize,
 }
 
 impl Accumulator {
@@ -291,7 +273,7 @@ impl Accumulator {
         if self.shift.is_none() {
             let mut shift = Vec::with_capacity(channels);
             for samples in self.buffer.chunks_exact_mut(stride) {
-                let mean = super::gram::sum(&samples[..self.filled]) / self.filled as f64;
+                let mean = crate::subspace::gram::sum(&samples[..self.filled]) / self.filled as f64;
                 samples[..self.filled].iter_mut().for_each(|x| *x -= mean);
                 shift.push(mean);
             }
@@ -337,4 +319,75 @@ fn copy(row: faer::RowRef<'_, f64>, to: &mut [f64], shift: f64) -> Option<usize>
         }
     }
     if all { None } else { row.iter().position(|x| !usable(*x)) }
+}
+
+impl Factor {
+    /// Factors the data with `horizon` block rows.
+    ///
+    /// The Gram matrix is tried first, and where the data are too ill-conditioned for it a blocked QR
+    /// factorisation takes a second pass over them; memory does not grow with N. No column reaches
+    /// from one segment into another. Where the input does not excite windows of 2·horizon samples,
+    /// the factor's horizon is shorter than was asked for: see [`Conditioning`](crate::subspace::Conditioning).
+    ///
+    /// # Errors
+    /// - [`Error::TooFewSamples`] where there are fewer columns than rows.
+    /// - [`Error::NotExciting`] where a channel is constant or the input does not move.
+    /// - [`Error::Data`] where a value is too large to be squared.
+    pub fn new(data: &DataSet, horizon: usize) -> Result<Self, Error> {
+        Self::of_signals(&signals(data), horizon, data.sample_time_s())
+    }
+
+    /// As [`Factor::new`], of segments (u, y) that are someone else's, nu by N and ny by N each. Signals
+    /// of which each channel's samples lie side by side in memory are read fastest.
+    ///
+    /// # Errors
+    /// As [`Factor::new`]; [`Error::Data`] too where the segments are not of one shape.
+    pub fn of_signals(
+        segments: &[(MatRef<'_, f64>, MatRef<'_, f64>)],
+        horizon: usize,
+        sample_time_s: f64,
+    ) -> Result<Self, Error> {
+        match accumulated(Decomposition::Gram, segments, horizon, sample_time_s) {
+            Err(Error::IllConditioned { .. }) => {
+                accumulated(Decomposition::Qr, segments, horizon, sample_time_s)
+            }
+            done => done,
+        }
+    }
+
+    /// Factors the data in the given way.
+    ///
+    /// # Errors
+    /// As [`Accumulator::factor`].
+    pub fn by(kind: Decomposition, data: &DataSet, horizon: usize) -> Result<Self, Error> {
+        accumulated(kind, &signals(data), horizon, data.sample_time_s())
+    }
+}
+
+fn signals(data: &DataSet) -> Vec<(MatRef<'_, f64>, MatRef<'_, f64>)> {
+    data.segments().iter().map(|s| (s.u.as_ref(), s.y.as_ref())).collect()
+}
+
+fn accumulated(
+    kind: Decomposition,
+    segments: &[(MatRef<'_, f64>, MatRef<'_, f64>)],
+    horizon: usize,
+    sample_time_s: f64,
+) -> Result<Factor, Error> {
+    let channels = segments.first().map_or((0, 0), |(u, y)| (u.nrows(), y.nrows()));
+    let window = horizon.saturating_mul(2);
+    let size = window.saturating_mul(channels.0 + channels.1);
+    let columns: usize = segments.iter().map(|(_, y)| (y.ncols() + 1).saturating_sub(window)).sum();
+    // Before room is made for the sums of a horizon that is far too long.
+    if columns < size {
+        let got = segments.iter().map(|(_, y)| y.ncols()).sum();
+        let need = window.saturating_add(size) - 1;
+        return Err(Error::TooFewSamples { got, need, sample_time_s });
+    }
+    let mut sums = Accumulator::new(kind, horizon, channels, sample_time_s)?;
+    for (u, y) in segments {
+        sums.push(*u, *y)?;
+        sums.end_segment();
+    }
+    sums.factor()
 }

@@ -6,13 +6,32 @@
 //! noise make it infinite, and are no worse for that. That of the input alone says what the input
 //! excites; where it is beyond [`MOST_OF_INPUT`], the longest windows for which it is not are used.
 
-use super::accumulator::Decomposition;
 use faer::MatRef;
 
+/// What an [`Accumulator`](crate::subspace::Accumulator) keeps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Decomposition {
+    /// Sums of the Gram matrix: fast, for data of a condition up to 1e6.
+    Gram,
+    /// The triangle of a QR factorisation: for any data, at about twenty times the work.
+    Qr,
+}
+
+impl Decomposition {
+    /// The name in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Gram => "gram",
+            Self::Qr => "qr",
+        }
+    }
+}
+
 /// Conditions of all windows up to which the Gram matrix is trusted.
-pub(super) const MOST_FOR_GRAM: f64 = 1e6;
+pub(crate) const MOST_FOR_GRAM: f64 = 1e6;
 /// Conditions of the input beyond which it is said not to excite.
-pub(super) const MOST_OF_INPUT: f64 = 1e12;
+pub(crate) const MOST_OF_INPUT: f64 = 1e12;
 
 /// How the factor was computed, and what of the data decided that.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,7 +80,7 @@ impl std::fmt::Display for Conditioning {
 /// Estimated condition of a lower triangular matrix whose rows are scaled to unit length: the norm by
 /// power iteration, that of the inverse by inverse iteration. An estimate from below, within a small
 /// factor.
-pub(super) fn condition(l: MatRef<'_, f64>) -> f64 {
+pub(crate) fn condition(l: MatRef<'_, f64>) -> f64 {
     let size = l.nrows();
     let scale: Vec<f64> = (0..size).map(|i| 1.0 / l.row(i).norm_l2()).collect();
     if size == 0 || scale.iter().any(|s| !s.is_finite()) {
@@ -83,7 +102,7 @@ pub(super) fn condition(l: MatRef<'_, f64>) -> f64 {
         // x := L (Lᵀ x)
         let mut product = vec![0.0; size];
         for (j, column) in columns.chunks_exact(size).enumerate() {
-            let dot = crate::model::dot(&column[j..], &x[j..]);
+            let dot = crate::linalg::dense::short_dot(&column[j..], &x[j..]);
             product[j..].iter_mut().zip(&column[j..]).for_each(|(p, c)| *p += c * dot);
         }
         *x = product;
@@ -96,7 +115,7 @@ pub(super) fn condition(l: MatRef<'_, f64>) -> f64 {
             rest.iter_mut().zip(&column[j + 1..]).for_each(|(r, c)| *r -= c * done[j]);
         }
         for (j, column) in columns.chunks_exact(size).enumerate().rev() {
-            let dot = crate::model::dot(&column[j + 1..], &x[j + 1..]);
+            let dot = crate::linalg::dense::short_dot(&column[j + 1..], &x[j + 1..]);
             x[j] = (x[j] - dot) / column[j];
         }
     });
@@ -109,10 +128,10 @@ fn grow(mut x: Vec<f64>, mut apply: impl FnMut(&mut Vec<f64>)) -> f64 {
     const STEPS: usize = 4;
     let mut growth = 0.0;
     for _ in 0..STEPS {
-        let norm = crate::model::dot(&x, &x).sqrt();
+        let norm = crate::linalg::dense::short_dot(&x, &x).sqrt();
         x.iter_mut().for_each(|v| *v /= norm);
         apply(&mut x);
-        growth = crate::model::dot(&x, &x).sqrt();
+        growth = crate::linalg::dense::short_dot(&x, &x).sqrt();
     }
     growth
 }

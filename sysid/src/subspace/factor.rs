@@ -1,10 +1,11 @@
 //! The LQ factorisation of the stacked block Hankel matrices, by whichever way the data allow.
 
-use super::accumulator::{Accumulator, Decomposition};
-use super::conditioning::{Conditioning, MOST_FOR_GRAM, MOST_OF_INPUT, condition};
-use super::tall::lower;
-use crate::{DataSet, Error};
-use faer::{Mat, MatRef, Side};
+use crate::Error;
+use crate::subspace::conditioning::{
+    Conditioning, Decomposition, MOST_FOR_GRAM, MOST_OF_INPUT, condition,
+};
+use crate::subspace::tall::lower;
+use faer::{Mat, Side};
 
 /// The least horizon of any use: a first-order model sees its own shift in it.
 const LEAST_HORIZON: usize = 2;
@@ -45,7 +46,7 @@ struct Source {
 
 /// The windows about their mean, divided by √j.
 #[derive(Debug, Clone)]
-pub(super) enum Triangle {
+pub(crate) enum Triangle {
     /// Their covariance.
     Gram(Mat<f64>),
     /// Upper triangle of their QR factorisation.
@@ -53,47 +54,6 @@ pub(super) enum Triangle {
 }
 
 impl Factor {
-    /// Factors the data with `horizon` block rows.
-    ///
-    /// The Gram matrix is tried first, and where the data are too ill-conditioned for it a blocked QR
-    /// factorisation takes a second pass over them; memory does not grow with N. No column reaches
-    /// from one segment into another. Where the input does not excite windows of 2·horizon samples,
-    /// the factor's horizon is shorter than was asked for: see [`Conditioning`].
-    ///
-    /// # Errors
-    /// - [`Error::TooFewSamples`] where there are fewer columns than rows.
-    /// - [`Error::NotExciting`] where a channel is constant or the input does not move.
-    /// - [`Error::Data`] where a value is too large to be squared.
-    pub fn new(data: &DataSet, horizon: usize) -> Result<Self, Error> {
-        Self::of_signals(&signals(data), horizon, data.sample_time_s())
-    }
-
-    /// As [`Factor::new`], of segments (u, y) that are someone else's, nu by N and ny by N each. Signals
-    /// of which each channel's samples lie side by side in memory are read fastest.
-    ///
-    /// # Errors
-    /// As [`Factor::new`]; [`Error::Data`] too where the segments are not of one shape.
-    pub fn of_signals(
-        segments: &[(MatRef<'_, f64>, MatRef<'_, f64>)],
-        horizon: usize,
-        sample_time_s: f64,
-    ) -> Result<Self, Error> {
-        match absorbed(Decomposition::Gram, segments, horizon, sample_time_s) {
-            Err(Error::IllConditioned { .. }) => {
-                absorbed(Decomposition::Qr, segments, horizon, sample_time_s)
-            }
-            done => done,
-        }
-    }
-
-    /// Factors the data in the given way.
-    ///
-    /// # Errors
-    /// As [`Accumulator::factor`].
-    pub fn by(kind: Decomposition, data: &DataSet, horizon: usize) -> Result<Self, Error> {
-        absorbed(kind, &signals(data), horizon, data.sample_time_s())
-    }
-
     /// The factor for a smaller horizon from the same pass over the data.
     ///
     /// # Errors
@@ -117,7 +77,7 @@ impl Factor {
 
     /// The factor from moments of the windows in order of time; `cancellation` is the share by which
     /// centring the Gram matrix has cancelled.
-    pub(super) fn from_moments(
+    pub(crate) fn from_moments(
         triangle: Triangle,
         mean: Vec<f64>,
         cancellation: f64,
@@ -288,34 +248,6 @@ impl Source {
         self.input_condition = full;
         Ok(())
     }
-}
-
-fn signals(data: &DataSet) -> Vec<(MatRef<'_, f64>, MatRef<'_, f64>)> {
-    data.segments().iter().map(|s| (s.u.as_ref(), s.y.as_ref())).collect()
-}
-
-fn absorbed(
-    kind: Decomposition,
-    segments: &[(MatRef<'_, f64>, MatRef<'_, f64>)],
-    horizon: usize,
-    sample_time_s: f64,
-) -> Result<Factor, Error> {
-    let channels = segments.first().map_or((0, 0), |(u, y)| (u.nrows(), y.nrows()));
-    let window = horizon.saturating_mul(2);
-    let size = window.saturating_mul(channels.0 + channels.1);
-    let columns: usize = segments.iter().map(|(_, y)| (y.ncols() + 1).saturating_sub(window)).sum();
-    // Before room is made for the sums of a horizon that is far too long.
-    if columns < size {
-        let got = segments.iter().map(|(_, y)| y.ncols()).sum();
-        let need = window.saturating_add(size) - 1;
-        return Err(Error::TooFewSamples { got, need, sample_time_s });
-    }
-    let mut sums = Accumulator::new(kind, horizon, channels, sample_time_s)?;
-    for (u, y) in segments {
-        sums.push(*u, *y)?;
-        sums.end_segment();
-    }
-    sums.factor()
 }
 
 /// Columns of an upper triangle, factored again and transposed.

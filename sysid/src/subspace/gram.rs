@@ -15,12 +15,12 @@
 //! rest of the mean is taken off at the end, and sums of blocks are added with their rounding
 //! errors kept (Knuth's two-sum).
 
-use super::lags::{Block, lag_sums, padded};
+use crate::subspace::lags::{Block, lag_sums, padded};
 use faer::Mat;
 
 /// Sums over windows.
 #[derive(Debug, Clone)]
-pub(super) struct Gram {
+pub(crate) struct Gram {
     channels: usize,
     window: usize,
     /// Lag sums as [`lag_sums`] lays them out.
@@ -37,17 +37,17 @@ pub(super) struct Gram {
 }
 
 /// Second moments of the windows about their mean, divided by their number.
-pub(super) struct Moments {
+pub(crate) struct Moments {
     /// Covariance, variables in order of time, w·c square and symmetric.
-    pub(super) covariance: Mat<f64>,
+    pub(crate) covariance: Mat<f64>,
     /// Means of the variables, without the constant that was taken off the samples.
-    pub(super) mean: Vec<f64>,
+    pub(crate) mean: Vec<f64>,
     /// Largest share of a variable's square that was its mean: what centring cancelled.
-    pub(super) cancellation: f64,
+    pub(crate) cancellation: f64,
 }
 
 impl Gram {
-    pub(super) fn new(channels: usize, window: usize) -> Self {
+    pub(crate) fn new(channels: usize, window: usize) -> Self {
         let edge = (window - 1) * channels;
         let sums = channels * channels * padded(window);
         Self {
@@ -62,7 +62,7 @@ impl Gram {
     }
 
     /// Adds windows that start at the first `count` samples, channel c at `c * stride`.
-    pub(super) fn add_windows(&mut self, samples: &[f64], stride: usize, count: usize) {
+    pub(crate) fn add_windows(&mut self, samples: &[f64], stride: usize, count: usize) {
         let Self { channels, window, .. } = *self;
         let block = Block { samples, stride, channels, count, lags: window };
         lag_sums(&block, &mut self.scratch);
@@ -73,7 +73,7 @@ impl Gram {
     }
 
     /// Adds the edges of a segment: its first and last w−1 samples, sample after sample.
-    pub(super) fn add_edges(&mut self, head: &[f64], tail: &[f64]) {
+    pub(crate) fn add_edges(&mut self, head: &[f64], tail: &[f64]) {
         for j in 0..head.len() {
             let (h, t) = (head[j], tail[j]);
             self.edge_sums[j] += t - h;
@@ -84,7 +84,7 @@ impl Gram {
     }
 
     /// Adds the sums of other segments, whose samples had `shift` more taken off than these.
-    pub(super) fn merge(&mut self, other: &Self, shift: &[f64], columns: usize) {
+    pub(crate) fn merge(&mut self, other: &Self, shift: &[f64], columns: usize) {
         let c = self.channels;
         let step = |lag: usize| &other.edge_sums[lag * c..(lag + 1) * c];
         // Σ z(t+k), from that of k = 0.
@@ -121,7 +121,7 @@ impl Gram {
     }
 
     /// Appends all sums.
-    pub(super) fn write(&self, to: &mut Vec<f64>) {
+    pub(crate) fn write(&self, to: &mut Vec<f64>) {
         for sums in [&self.lags, &self.firsts] {
             to.extend(&sums.high);
             to.extend(&sums.low);
@@ -133,7 +133,7 @@ impl Gram {
     }
 
     /// Takes what [`write`](Self::write) has appended; the rest, or `None` where there is too little.
-    pub(super) fn read<'a>(&mut self, mut from: &'a [f64]) -> Option<&'a [f64]> {
+    pub(crate) fn read<'a>(&mut self, mut from: &'a [f64]) -> Option<&'a [f64]> {
         let mut take = |to: &mut [f64]| {
             let (values, rest) = from.split_at_checked(to.len())?;
             to.copy_from_slice(values);
@@ -154,7 +154,7 @@ impl Gram {
     }
 
     /// The moments of all `columns` windows.
-    pub(super) fn moments(&self, columns: usize) -> Moments {
+    pub(crate) fn moments(&self, columns: usize) -> Moments {
         let (c, w) = (self.channels, self.window);
         let (size, count) = (c * w, columns as f64);
         let mut g = Mat::zeros(size, size);
@@ -228,7 +228,7 @@ fn two_sum(a: f64, b: f64) -> (f64, f64) {
 }
 
 /// A sum in eight strands, which the compiler keeps in vectors.
-pub(super) fn sum(x: &[f64]) -> f64 {
+pub(crate) fn sum(x: &[f64]) -> f64 {
     let (chunks, rest) = x.as_chunks::<8>();
     let mut strands = [0.0; 8];
     for chunk in chunks {

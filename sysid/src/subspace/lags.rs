@@ -13,27 +13,27 @@ const WIDEST: usize = 8;
 const GROUP: usize = 4;
 
 /// Places for the sums of one pair of channels: the lags rounded up.
-pub(super) fn padded(lags: usize) -> usize {
+pub(crate) fn padded(lags: usize) -> usize {
     lags.next_multiple_of(WIDEST)
 }
 
 /// Samples of some channels, one channel after the other.
-pub(super) struct Block<'a> {
+pub(crate) struct Block<'a> {
     /// Channel c has its samples at `c * stride`, of which the first `count + padded(lags)` exist;
     /// those past `count + lags - 1` only reach sums beyond the last lag.
-    pub(super) samples: &'a [f64],
+    pub(crate) samples: &'a [f64],
     /// Distance of one channel to the next.
-    pub(super) stride: usize,
+    pub(crate) stride: usize,
     /// Number of channels.
-    pub(super) channels: usize,
+    pub(crate) channels: usize,
     /// Number of summands t.
-    pub(super) count: usize,
+    pub(crate) count: usize,
     /// Lags 0 to `lags − 1`.
-    pub(super) lags: usize,
+    pub(crate) lags: usize,
 }
 
 /// Sums of all pairs of channels: that of a, b and lag k goes to `(a·channels + b)·padded + k`.
-pub(super) fn lag_sums(block: &Block<'_>, sums: &mut [f64]) {
+pub(crate) fn lag_sums(block: &Block<'_>, sums: &mut [f64]) {
     // Asking the processor takes longer than a short block, so `Arch` remembers the answer.
     Arch::new().dispatch(Kernel { block, sums });
 }

@@ -14,6 +14,7 @@
 //! and everything after works on the small matrix L. Shapes: U_f is s·nu by j, Y_f s·ny by j.
 
 mod accumulator;
+pub mod closed_loop;
 mod conditioning;
 mod factor;
 mod gram;
@@ -26,12 +27,13 @@ mod structured;
 mod tall;
 mod weights;
 
-pub use accumulator::{Accumulator, Decomposition};
-pub use conditioning::Conditioning;
-pub use factor::Factor;
-use factor::Triangle;
-pub use noise::{NoiseModel, noise_model};
-pub use realization::{Projections, Realization, eq12, shift_realization, stable_eq12};
-pub use refit::{Refit, refit_output};
-pub use structured::structured_bd;
-pub use weights::{Method, Subspace, subspace};
+pub use crate::subspace::accumulator::Accumulator;
+pub use crate::subspace::conditioning::{Conditioning, Decomposition};
+pub use crate::subspace::factor::Factor;
+pub use crate::subspace::noise::{NoiseModel, noise_model};
+pub use crate::subspace::realization::{
+    Projections, Realization, eq12, shift_realization, stable_eq12,
+};
+pub use crate::subspace::refit::{Refit, refit_output};
+pub use crate::subspace::structured::structured_bd;
+pub use crate::subspace::weights::{Method, Subspace, subspace};

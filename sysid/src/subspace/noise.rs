@@ -1,11 +1,11 @@
 //! The noise of a model: its Kalman gain and the covariance of its innovation.
 
-use super::Factor;
-use super::realization::TOLERANCE;
 use crate::Error;
-use crate::dense::{pseudo_inverse, vcat};
+use crate::linalg::dense::{pseudo_inverse, vcat};
+use crate::model::riccati::kalman_filter;
 use crate::model::{StateSpace, free_response};
-use crate::riccati::kalman_filter;
+use crate::subspace::Factor;
+use crate::subspace::realization::TOLERANCE;
 use faer::{Mat, MatRef};
 
 /// Residuals [W; V] of the state recursion with the states that Γ sees in the data:

@@ -1,14 +1,14 @@
 //! From the column space of Γ to A, B, C, D: the shift structure, and eq 12.
 
-use super::weights::{oblique, oblique_next};
-use super::{Factor, Subspace};
 use crate::Error;
-use crate::dense::{hcat, least_squares, pseudo_inverse, vcat};
+use crate::linalg::dense::{hcat, least_squares, pseudo_inverse, vcat};
 use crate::model::StateSpace;
-use crate::stability::stable_fit;
+use crate::model::stability::stable_fit;
+use crate::subspace::weights::{oblique, oblique_next};
+use crate::subspace::{Factor, Subspace};
 use faer::{Mat, MatRef};
 
-pub(super) const TOLERANCE: f64 = 1e-12;
+pub(crate) const TOLERANCE: f64 = 1e-12;
 
 /// How A and C come out of the column space of Γ.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -96,8 +96,8 @@ impl Projections {
 /// that C is the best one given D = 0.
 ///
 /// With coloured inputs its B and D are biased (the oblique projection's states start from
-/// different initial states); [`structured_bd`](super::structured_bd) and
-/// [`refit_output`](super::refit_output) are not.
+/// different initial states); [`structured_bd`](crate::subspace::structured_bd) and
+/// [`refit_output`](crate::subspace::refit_output) are not.
 ///
 /// # Errors
 /// As [`shift_realization`].
@@ -123,7 +123,7 @@ pub fn eq12(
 }
 
 /// A of [`eq12`] with a penalty on its size that brings the spectral radius down to `radius`, as
-/// [`stable_shift`](crate::stability::stable_shift) does; `None` only where the states are not finite.
+/// [`stable_shift`](crate::model::stability::stable_shift) does; `None` only where the states are not finite.
 ///
 /// # Errors
 /// As [`shift_realization`].

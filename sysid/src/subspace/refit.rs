@@ -1,11 +1,12 @@
 //! B, D and initial states for given A and C by least squares on the simulated output.
 
-use crate::columns::Columns;
-use crate::dense::{is_finite, spectral_radius};
-use crate::elimination::{Elimination, Solution};
-use crate::model::{StateSpace, rows};
-use crate::triangle::Triangle;
-use crate::{DataSet, Error, Segment};
+use crate::Error;
+use crate::data::{DataSet, Segment};
+use crate::linalg::columns::Columns;
+use crate::linalg::dense::{is_finite, rows, spectral_radius};
+use crate::linalg::elimination::{Elimination, Solution};
+use crate::linalg::triangle::Triangle;
+use crate::model::StateSpace;
 use faer::{Mat, MatRef};
 
 /// What [`refit_output`] found.

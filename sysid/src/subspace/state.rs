@@ -4,8 +4,9 @@
 //! inputs, outputs, sample time in s, samples, columns, the constant of each channel (none before the
 //! first window), and the sums or the triangle.
 
-use super::accumulator::{Accumulator, Decomposition, State};
 use crate::Error;
+use crate::subspace::accumulator::{Accumulator, State};
+use crate::subspace::conditioning::Decomposition;
 
 const FORMAT: &[u8; 8] = b"swsums/1";
 const HEAD: usize = 7;

@@ -1,10 +1,10 @@
 //! B and D for given A and C, without the bias of coloured inputs.
 
-use super::realization::TOLERANCE;
-use super::{Factor, Subspace};
 use crate::Error;
-use crate::dense::{least_squares, pseudo_inverse, triangle, vcat};
+use crate::linalg::dense::{least_squares, pseudo_inverse, triangle, vcat};
 use crate::model::StateSpace;
+use crate::subspace::realization::TOLERANCE;
+use crate::subspace::{Factor, Subspace};
 use faer::{Mat, MatRef};
 
 /// B and D for given A, C by the unbiased least-squares problem of N4SID (Van Overschee and
@@ -13,7 +13,7 @@ use faer::{Mat, MatRef};
 /// subspace's own, of which A and C are the shift realization; with [`Method::Moesp`] this is
 /// SLICOT's combined method.
 ///
-/// [`Method::Moesp`]: super::Method::Moesp
+/// [`Method::Moesp`]: crate::subspace::Method::Moesp
 ///
 /// # Errors
 /// [`Error::Numerical`] where a decomposition does not converge.

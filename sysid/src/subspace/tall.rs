@@ -6,24 +6,24 @@
 //! A first column of ones is carried along, so that the rest of the triangle is that of the windows
 //! about their mean: offsets cost no digits.
 
-use crate::dense::{triangle, vcat};
+use crate::linalg::dense::{triangle, vcat};
 use faer::{Mat, MatRef};
 
 /// R of \[1 h(t)ᵀ\], rows t.
 #[derive(Debug, Clone)]
-pub(super) struct Tall {
+pub(crate) struct Tall {
     channels: usize,
     /// At most 1 + w·c rows.
     r: Mat<f64>,
 }
 
 impl Tall {
-    pub(super) fn new(channels: usize, window: usize) -> Self {
+    pub(crate) fn new(channels: usize, window: usize) -> Self {
         Self { channels, r: Mat::zeros(0, 1 + window * channels) }
     }
 
     /// Adds windows that start at the first `count` samples, channel c at `c * stride`.
-    pub(super) fn add_windows(&mut self, samples: &[f64], stride: usize, count: usize) {
+    pub(crate) fn add_windows(&mut self, samples: &[f64], stride: usize, count: usize) {
         let kept = self.r.nrows();
         let mut stacked = Mat::zeros(kept + count, self.r.ncols());
         stacked.get_mut(..kept, ..).copy_from(&self.r);
@@ -41,7 +41,7 @@ impl Tall {
     }
 
     /// Adds the windows of another triangle, whose samples had `shift` more taken off than these.
-    pub(super) fn merge(&mut self, other: &Self, shift: &[f64]) {
+    pub(crate) fn merge(&mut self, other: &Self, shift: &[f64]) {
         let r = Mat::from_fn(other.r.nrows(), other.r.ncols(), |i, j| {
             let moved = if j == 0 { 0.0 } else { other.r[(i, 0)] * shift[(j - 1) % self.channels] };
             other.r[(i, j)] + moved
@@ -50,7 +50,7 @@ impl Tall {
     }
 
     /// Appends the triangle, row after row.
-    pub(super) fn write(&self, to: &mut Vec<f64>) {
+    pub(crate) fn write(&self, to: &mut Vec<f64>) {
         for i in 0..self.r.nrows() {
             to.extend((i..self.r.ncols()).map(|j| self.r[(i, j)]));
         }
@@ -58,7 +58,7 @@ impl Tall {
 
     /// Takes what [`write`](Self::write) has appended of so many windows; the rest, or `None` where
     /// there is too little.
-    pub(super) fn read<'a>(&mut self, mut from: &'a [f64], columns: usize) -> Option<&'a [f64]> {
+    pub(crate) fn read<'a>(&mut self, mut from: &'a [f64], columns: usize) -> Option<&'a [f64]> {
         let size = self.r.ncols();
         let rows = columns.min(size);
         let mut r = Mat::zeros(rows, size);
@@ -73,7 +73,7 @@ impl Tall {
 
     /// The triangle of the windows about their mean and the mean, variables in order of time, without
     /// the constant that was taken off the samples; the triangle divided by √j.
-    pub(super) fn centred(&self, columns: usize) -> (Mat<f64>, Vec<f64>) {
+    pub(crate) fn centred(&self, columns: usize) -> (Mat<f64>, Vec<f64>) {
         let size = self.r.ncols() - 1;
         let scale = 1.0 / (columns as f64).sqrt();
         let at = |i: usize, j: usize| if i < self.r.nrows() { self.r[(i, j)] } else { 0.0 };
@@ -84,7 +84,7 @@ impl Tall {
 }
 
 /// Columns of a triangle, factored again: lower triangular, with a diagonal that is not negative.
-pub(super) fn lower(chosen: MatRef<'_, f64>) -> Mat<f64> {
+pub(crate) fn lower(chosen: MatRef<'_, f64>) -> Mat<f64> {
     let r = triangle(chosen);
     let size = chosen.ncols();
     Mat::from_fn(size, size, |i, j| {

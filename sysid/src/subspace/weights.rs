@@ -1,8 +1,8 @@
 //! The weighted singular value decomposition whose column space is that of Γ.
 
-use super::Factor;
 use crate::Error;
-use crate::dense::{pseudo_inverse, svd, triangle, vcat};
+use crate::linalg::dense::{pseudo_inverse, svd, triangle, vcat};
+use crate::subspace::Factor;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Mat, MatRef, Par};
 

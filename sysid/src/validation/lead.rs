@@ -6,12 +6,12 @@
 //!
 //! The other way round, an earlier steering explains as much as long as the yaw rate is late by more.
 
-use super::regression::{BLOCKS, Pair, Sums};
+use crate::validation::regression::{BLOCKS, Pair, Sums};
 
 /// Leads tried, s.
 const LONGEST_S: f64 = 0.3;
 const STEP_S: f64 = 0.02;
-/// Pole of the functions, rad/s, as in [`super::play`].
+/// Pole of the functions, rad/s, as in [`crate::validation::play`].
 const POLE_RADPS: f64 = 8.0;
 /// What is left with the lead over what is left without: a driver's answers explain less.
 const LEFT: f64 = 0.93;

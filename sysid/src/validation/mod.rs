@@ -1,18 +1,26 @@
-//! Whether a recording and the model identified from it can be right: faults of channels, plausible
-//! gain and sign, play of the steering, clocks, and data that can validate.
+//! Whether a model and the recording it was identified from can be relied on: fits, whiteness, coherence, the
+//! measured frequency response, faults of channels and clocks, and the quality with its reasons.
 
-mod bandwidth;
-mod channels;
-mod lead;
-mod plausible;
-mod play;
-mod regression;
-mod split;
-
-pub(crate) use bandwidth::bandwidth_hz;
-pub(crate) use channels::{Freezes, Jumps, MOVING_MPS, Moving, NEIGHBOURS, Sampled, resolution};
-pub(crate) use lead::{yaw_rate_lag, yaw_rate_lead};
-pub(crate) use plausible::{Response, implausible, opposite};
-pub(crate) use play::steering_play;
-pub(crate) use regression::Pair;
-pub(crate) use split::{Selection, Split};
+pub(crate) mod bands;
+pub(crate) mod bandwidth;
+pub(crate) mod correlation;
+pub(crate) mod departed;
+pub(crate) mod departure;
+pub(crate) mod faults;
+pub(crate) mod fit;
+pub(crate) mod frequencies;
+pub(crate) mod judge;
+pub(crate) mod lead;
+pub(crate) mod modelled;
+pub(crate) mod plausible;
+pub(crate) mod play;
+pub(crate) mod poles;
+pub(crate) mod prediction;
+pub(crate) mod prewhitening;
+pub(crate) mod quality;
+pub(crate) mod rate;
+pub(crate) mod regression;
+pub(crate) mod response;
+pub(crate) mod spectra;
+pub(crate) mod spread;
+pub(crate) mod sweep;

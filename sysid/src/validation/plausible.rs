@@ -7,8 +7,8 @@
 //!
 //! is a length: the wheelbase, lengthened by understeer, shortened by oversteer. It is taken at [`LOW_HZ`].
 
-use super::bandwidth::{LOW_HZ, bandwidth_hz};
-use super::regression::Pair;
+use crate::validation::bandwidth::{LOW_HZ, bandwidth_hz};
+use crate::validation::regression::Pair;
 use formats::{Excitation, Grade, Information, Reason, ReasonCode, Spread};
 use std::f64::consts::TAU;
 
@@ -116,14 +116,14 @@ fn wrong_gain(of: &Response<'_>, gain: f64) -> Option<(Reason, String)> {
 pub(crate) fn opposite(segments: &[Pair<'_>], sample_time_s: f64) -> Option<(Reason, String)> {
     let width = ((SMOOTH_S / sample_time_s).round() as usize).max(1);
     let smooth =
-        |x: Vec<f64>| -> Vec<f64> { x.chunks_exact(width).map(crate::signal::mean).collect() };
+        |x: Vec<f64>| -> Vec<f64> { x.chunks_exact(width).map(drivelog::signal::mean).collect() };
     let turned = |s: &Pair<'_>| match s.speed {
         Some(speed) => s.steering.iter().zip(speed).map(|(u, v)| u * v).collect(),
         None => s.steering.to_vec(),
     };
     let input: Vec<f64> = segments.iter().flat_map(|s| smooth(turned(s))).collect();
     let output: Vec<f64> = segments.iter().flat_map(|s| smooth(s.yaw_rate.to_vec())).collect();
-    let (u0, y0) = (crate::signal::mean(&input), crate::signal::mean(&output));
+    let (u0, y0) = (drivelog::signal::mean(&input), drivelog::signal::mean(&output));
     let sums = input.iter().zip(&output).fold([0.0; 3], |[uu, yy, uy], (u, y)| {
         let (u, y) = (u - u0, y - y0);
         [uu + u * u, yy + y * y, uy + u * y]

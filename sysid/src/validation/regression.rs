@@ -7,7 +7,8 @@
 //! blocks of time, so that leaving one out costs nothing: the jackknife tells how certain a comparison
 //! is (Efron and Tibshirani 1993, chapter 11).
 
-use crate::dense::solve;
+use crate::linalg::dense::solve;
+use drivelog::DriveLog;
 use faer::Mat;
 
 /// Functions of the bank.
@@ -15,7 +16,7 @@ const FUNCTIONS: usize = 8;
 /// Regressors: the steering itself, the bank, a constant, and the yaw rate to be explained.
 const COLUMNS: usize = FUNCTIONS + 3;
 /// Blocks of time.
-pub(super) const BLOCKS: usize = 10;
+pub(crate) const BLOCKS: usize = 10;
 /// What the bank does not know yet at the start of a segment, in its time constants.
 const SETTLING: f64 = 12.0;
 
@@ -30,15 +31,34 @@ pub(crate) struct Pair<'a> {
     pub(crate) speed: Option<&'a [f64]>,
 }
 
+/// Samples in which play and clocks are looked for: more change nothing.
+const MOST_FOR_FAULTS: usize = 60_000;
+
+/// Steering, yaw rate and speed of the log's segments, as many as are needed to find faults.
+pub(crate) fn pairs(log: &DriveLog) -> Vec<Pair<'_>> {
+    let mut left = MOST_FOR_FAULTS;
+    let ranges = log.segments.iter().map(|s| {
+        let range = s.range.start..s.range.end.min(s.range.start + left);
+        left -= range.len();
+        range
+    });
+    let pair = |r: std::ops::Range<usize>| Pair {
+        steering: &log.input[r.clone()],
+        yaw_rate: &log.output[r.clone()],
+        speed: log.speed.as_ref().map(|v| &v[r]),
+    };
+    ranges.filter(|r| !r.is_empty()).map(pair).collect()
+}
+
 /// Sums of squares and products, for each block.
-pub(super) struct Sums {
+pub(crate) struct Sums {
     blocks: Vec<Mat<f64>>,
 }
 
 impl Sums {
     /// Of the segments, the steering of each changed by `change`; `pole_radps` is that of the bank,
     /// and the last `spare` samples of each segment are left out.
-    pub(super) fn new(
+    pub(crate) fn new(
         segments: &[Pair<'_>],
         sample_time_s: f64,
         pole_radps: f64,
@@ -75,7 +95,7 @@ impl Sums {
     }
 
     /// Sum of squares of the yaw rate about its mean.
-    pub(super) fn variation(&self) -> f64 {
+    pub(crate) fn variation(&self) -> f64 {
         let of = |i: usize, j: usize| self.blocks.iter().map(|b| b[(i, j)]).sum::<f64>();
         let (one, y) = (COLUMNS - 2, COLUMNS - 1);
         of(y, y) - of(one, y).powi(2) / of(one, one).max(1.0)
@@ -83,7 +103,7 @@ impl Sums {
 
     /// Sum of squares that the regression leaves of all blocks but one; `None` where there is nothing
     /// to regress.
-    pub(super) fn left(&self, without: Option<usize>) -> Option<f64> {
+    pub(crate) fn left(&self, without: Option<usize>) -> Option<f64> {
         let mut sum = Mat::<f64>::zeros(COLUMNS, COLUMNS);
         for (_, block) in self.blocks.iter().enumerate().filter(|(b, _)| Some(*b) != without) {
             sum += block;
@@ -138,8 +158,8 @@ impl Bank {
 }
 
 /// Standard error of what was found without each block in turn.
-pub(super) fn jackknife(without: &[f64]) -> f64 {
+pub(crate) fn jackknife(without: &[f64]) -> f64 {
     let n = without.len() as f64;
-    let mean = crate::signal::mean(without);
+    let mean = drivelog::signal::mean(without);
     ((n - 1.0) / n * without.iter().map(|x| (x - mean).powi(2)).sum::<f64>()).sqrt()
 }

@@ -6,9 +6,10 @@
 //! part of the repository.
 
 use clap::Parser;
+use drivelog::{DriveLog, LogOptions, read_log};
 use std::path::{Path, PathBuf};
 use sysid::bicycle::{BicycleOptions, IdentifiedBicycle, identify_bicycle};
-use sysid::{DriveLog, IdentifyOptions, InputKind, LogOptions, identify, read_log};
+use sysid::{IdentifyOptions, InputKind, identify};
 use sysid_evaluation::swapped_halves;
 
 #[derive(Parser)]

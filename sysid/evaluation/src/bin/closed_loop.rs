@@ -7,7 +7,7 @@
 //! and falls faster with N than the interval does with the number of records.
 
 use clap::Parser;
-use sysid::closed_loop::{self, Method, errors_in_variables};
+use sysid::subspace::closed_loop::{self, Method, errors_in_variables};
 use sysid::subspace::{Factor, shift_realization, structured_bd, subspace};
 use sysid::{Error, StateSpace};
 use sysid_evaluation::bias::{Bias, Biases, Errors};

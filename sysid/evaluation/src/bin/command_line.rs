@@ -3,11 +3,12 @@
 //! and SLICOT's subspace identification through `ctrlsys`.
 
 use clap::Parser;
+use drivelog::LogOptions;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
 use sysid::delay::estimate_delay;
-use sysid::{DataSet, IdentifyOptions, LogOptions};
+use sysid::{DataSet, IdentifyOptions};
 use sysid_evaluation::Drive;
 
 /// How long the command line takes.
@@ -61,7 +62,7 @@ fn measure(arguments: &Arguments, folder: &Path) -> Result<(), Box<dyn std::erro
 
     let files = [("drive.csv".to_owned(), text.into_bytes())];
     let clock = Instant::now();
-    let read = sysid::read_log(&files, &LogOptions::default())?;
+    let read = drivelog::read_log(&files, &LogOptions::default())?;
     let reading = clock.elapsed().as_secs_f64();
     println!("in this process, once:");
     println!(

@@ -2,7 +2,8 @@
 //! million samples, in processor time and peak memory, beside what the recording itself takes.
 
 use clap::Parser;
-use sysid::{DriveLog, IdentifyOptions, LogOptions, Stretch};
+use drivelog::{DriveLog, LogOptions};
+use sysid::IdentifyOptions;
 use sysid_evaluation::Drive;
 use sysid_evaluation::measure::{peak_memory, processor_time_s};
 
@@ -60,10 +61,10 @@ fn recording(samples: usize) -> Result<DriveLog, sysid::Error> {
     };
     // What a short file says about itself, with the long signals in it.
     let short = [("drive.csv".to_owned(), drive(500).csv().into_bytes())];
-    let mut log = sysid::read_log(&short, &LogOptions::default())?;
+    let mut log = drivelog::read_log(&short, &LogOptions::default())?;
     let long = drive(samples);
     log.speed = Some(vec![15.0; samples]);
-    log.segments = vec![Stretch { time0_s: 0.0, range: 0..samples }];
+    log.segments = vec![drivelog::Segment { time0_s: 0.0, range: 0..samples }];
     (log.input, log.output) = (long.steering, long.yaw_rate);
     Ok(log)
 }

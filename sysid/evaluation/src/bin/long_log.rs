@@ -2,10 +2,11 @@
 //! two files that are merged, in time and peak memory; and what the same logs give held in memory.
 
 use clap::Parser;
+use drivelog::{LogFile, LogOptions};
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
-use sysid::{AbsorbOptions, Absorbed, IdentifyOptions, LogFile, LogOptions};
+use sysid::{AbsorbOptions, Absorbed, IdentifyOptions};
 use sysid_evaluation::Drive;
 use sysid_evaluation::measure::{peak_memory, processor_time_s};
 
@@ -59,7 +60,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         return Ok(());
     }
     let drives = vec![vec![open(&long)?], vec![open(&short)?]];
-    let log = sysid::read_drives(Vec::new(), drives, &LogOptions::default())?;
+    let log = drivelog::read_drives(Vec::new(), drives, &LogOptions::default())?;
     let start = processor_time_s();
     let options = IdentifyOptions { delay_s: Some(0.0), ..IdentifyOptions::default() };
     let plant = sysid::identify(&log, &options)?.plant;

@@ -1,14 +1,12 @@
 //! Recorded data with automatic settings, first half to second half, beside what others make of them.
 
 use clap::Parser;
+use drivelog::{DriveLog, LogFile, LogOptions, read_drives, read_log};
 use faer::Mat;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use sysid::subspace::{Factor, shift_realization, structured_bd, subspace};
-use sysid::{
-    DataSet, DriveLog, IdentifyOptions, InputKind, LogFile, LogOptions, Method, StateSpace,
-    automatic, identify, read_drives, read_log,
-};
+use sysid::{DataSet, IdentifyOptions, InputKind, Method, StateSpace, automatic, identify};
 use sysid_evaluation::{ask, halves, pole_distance, recording, response_distance};
 
 /// Prints how well recorded data are reproduced with automatic settings.

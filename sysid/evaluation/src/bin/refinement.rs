@@ -14,8 +14,8 @@ use faer::{Mat, MatRef};
 use std::io::Write;
 use std::process::Stdio;
 use std::time::Instant;
-use sysid::refine::{Focus, Stop, Uncertain, refine_prediction, uncertain};
-use sysid::stability::{largest_radius, stable_shift};
+use sysid::model::stability::{largest_radius, stable_shift};
+use sysid::pem::{Focus, Stop, Uncertain, refine_prediction, uncertain};
 use sysid::subspace::{Factor, noise_model, refit_output, shift_realization, subspace};
 use sysid::{DataSet, Error, Innovation, Method, StateSpace, simulate};
 use sysid_evaluation::Random;
@@ -209,7 +209,7 @@ fn ours(
 
 /// The largest modulus of a pole.
 fn slowest_pole(of: &Uncertain) -> Result<Option<Row>, Error> {
-    let size = |p: &sysid::refine::PoleEstimate| p.re.hypot(p.im);
+    let size = |p: &sysid::pem::PoleEstimate| p.re.hypot(p.im);
     Ok(of.poles()?.into_iter().max_by(|a, b| size(a).total_cmp(&size(b))).map(|p| {
         let (x, y) = (p.re / size(&p), p.im / size(&p));
         let variance = x * x * p.variance_re + y * y * p.variance_im + 2.0 * x * y * p.covariance;

@@ -6,9 +6,11 @@
 #![allow(clippy::print_stdout)]
 
 use clap::Parser;
+use drivelog::{LogOptions, read_log};
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
-use sysid::{IdentifyOptions, Intersample, LogOptions, StateSpace, conversion, identify, read_log};
+use sysid::model::conversion;
+use sysid::{IdentifyOptions, Intersample, StateSpace, identify};
 use sysid_evaluation::{LinearCar, LinearDrive, LinearLog, Random, Steering, ask};
 
 /// Prints how well the response from steering to yaw rate is identified.

@@ -13,9 +13,10 @@
 mod tally;
 
 use clap::{Parser, ValueEnum};
+use drivelog::{LogOptions, read_log};
 use std::error::Error;
 use sysid::bicycle::{BicycleOptions, IdentifiedBicycle, identify_bicycle};
-use sysid::{Identified, IdentifyOptions, LogOptions, identify, read_log};
+use sysid::{Identified, IdentifyOptions, identify};
 use sysid_evaluation::measure::median;
 use sysid_evaluation::{LinearCar, LinearDrive, Random, Steering, on_all_cores};
 use tally::{Tally, header};

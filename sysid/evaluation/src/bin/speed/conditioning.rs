@@ -2,9 +2,8 @@
 
 use super::{HORIZON, ORDER, Outcome, drive, fit, model, row, truth, white};
 use std::path::Path;
-use sysid::Method;
-use sysid::StateSpace;
 use sysid::subspace::Factor;
+use sysid::{Method, StateSpace};
 use sysid_evaluation::Random;
 use sysid_evaluation::markov_distance;
 use sysid_evaluation::peers::Peers;

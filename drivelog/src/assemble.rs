@@ -1,0 +1,209 @@
+//! Brings drives onto the grid, stretch by stretch, and tells what was left out.
+
+use crate::channels::LEAST_SAMPLES;
+use crate::drive::Drive;
+use crate::error::{Error, counted};
+use crate::faults::MOVING_MPS;
+use crate::log::{DriveLog, Segment};
+use crate::options::LogOptions;
+use crate::resample::Grid;
+use crate::role::Role;
+use crate::segments::{self, Clock, LEAST_SEGMENT, Span, Split};
+use crate::series::Series;
+use std::ops::Range;
+
+/// Most samples of the merged recording, and of the fine grid it is filtered on.
+const MOST_SAMPLES: usize = 20_000_000;
+
+impl DriveLog {
+    /// Brings every drive onto the grid.
+    pub(super) fn fill(&mut self, drives: &[Drive], options: &LogOptions) -> Result<(), Error> {
+        let (mut plans, mut kept) = (Vec::new(), Kept::default());
+        for drive in drives {
+            match segments::covered(drive, options, drives.len() > 1)? {
+                Some(spans) => {
+                    let (spans, splits) = segments::without_gaps(drive, spans, options);
+                    segments::tell_splits(drive, &splits, &mut self.warnings);
+                    kept.splits.extend(splits);
+                    plans.push((drive, Clock::of(drive), spans));
+                }
+                None => self.warnings.push(format!("{}: no window meets this drive", drive.name)),
+            }
+        }
+        if let (true, Some(drive)) = (plans.is_empty(), drives.first()) {
+            // Refused as it is where there is no other drive.
+            segments::covered(drive, options, false)?;
+        }
+        let clocks: Vec<&Clock> = plans.iter().map(|(_, clock, _)| clock).collect();
+        self.sample_time_s = segments::sample_time(&clocks, options)?;
+        check_size(&plans, self.sample_time_s)?;
+        for (drive, clock, spans) in plans {
+            self.add(drive, &clock, spans, options, &mut kept)?;
+        }
+        kept.check(self, options)
+    }
+
+    /// Adds the stretches of one drive.
+    fn add(
+        &mut self,
+        drive: &Drive,
+        clock: &Clock,
+        spans: Vec<Span>,
+        options: &LogOptions,
+        kept: &mut Kept,
+    ) -> Result<(), Error> {
+        let step = self.sample_time_s;
+        for span in spans {
+            let grid = clock.grid(drive, span, step);
+            kept.samples += grid.count;
+            kept.spans.push(span);
+            if grid.count < LEAST_SEGMENT {
+                kept.short.push(span);
+                continue;
+            }
+            let margin = step * clock.margin(step);
+            let end = grid.start + (grid.count as f64 - 1.0) * step;
+            for channel in &drive.channels {
+                let (from, to) = (grid.start - margin, end + margin);
+                channel.tell_bridged(from, to, options.max_gap_s, &mut self.warnings);
+            }
+            let on_grid = |role: Role| Some(drive.channel(role)?.on(&grid));
+            let input = on_grid(Role::Steering);
+            let output = on_grid(Role::YawRate).unwrap_or_default();
+            let speed = self.speed.as_ref().and_then(|_| on_grid(Role::Speed));
+            let speed: Option<Vec<f64>> =
+                speed.map(|v| v.into_iter().map(|x| x.max(0.0)).collect());
+            if let Some(speed) = &speed {
+                kept.speed.0 += speed.iter().sum::<f64>();
+                kept.speed.1 += speed.len();
+            }
+            let runs = match (options.speed_window, &speed) {
+                (Some(window), Some(speed)) => {
+                    kept.speeds.extend_from_slice(speed);
+                    segments::within_speeds(speed, step, window)
+                }
+                _ => std::iter::once(0..grid.count).collect(),
+            };
+            for run in runs {
+                self.push(&grid, run, input.as_deref(), &output, speed.as_deref());
+            }
+        }
+        kept.tell_short(drive, step, &mut self.warnings);
+        kept.check_moves(drive.channel(Role::Speed))
+    }
+
+    fn push(
+        &mut self,
+        grid: &Grid,
+        run: Range<usize>,
+        input: Option<&[f64]>,
+        output: &[f64],
+        speed: Option<&[f64]>,
+    ) {
+        let from = self.output.len();
+        self.input.extend_from_slice(&input.unwrap_or_default()[run.clone()]);
+        self.output.extend_from_slice(&output[run.clone()]);
+        if let (Some(all), Some(speed)) = (&mut self.speed, speed) {
+            all.extend_from_slice(&speed[run.clone()]);
+        }
+        let time0_s = grid.start + run.start as f64 * grid.step;
+        self.segments.push(Segment { time0_s, range: from..self.output.len() });
+    }
+}
+
+/// What was found on the way, for warnings and errors.
+#[derive(Default)]
+struct Kept {
+    /// Samples of all spans, those too short included.
+    samples: usize,
+    spans: Vec<Span>,
+    short: Vec<Span>,
+    splits: Vec<Split>,
+    /// Speeds before the speed window.
+    speeds: Vec<f64>,
+    /// Sum and number of one drive's speeds.
+    speed: (f64, usize),
+}
+
+impl Kept {
+    /// Says what of a drive is too short.
+    fn tell_short(&mut self, drive: &Drive, step: f64, warnings: &mut Vec<String>) {
+        let short = std::mem::take(&mut self.short);
+        let Some((from, to)) = short.first() else { return };
+        warnings.push(format!(
+            "{}: {} shorter than {:.1} s left out, the first from {:.2} s to {:.2} s",
+            drive.name,
+            counted(short.len(), "stretch").replace("hs", "hes"),
+            LEAST_SEGMENT as f64 * step,
+            from,
+            to
+        ));
+    }
+
+    /// The speed of what is used of a drive is no standstill's: a vehicle at rest has no yaw dynamics, and a
+    /// column that says so while it turns is dead, in another unit or another signal.
+    fn check_moves(&mut self, channel: Option<&Series>) -> Result<(), Error> {
+        let (sum, count) = std::mem::take(&mut self.speed);
+        let mean_mps = sum / count.max(1) as f64;
+        match channel {
+            Some(channel) if count > 0 && mean_mps < MOVING_MPS => Err(Error::Standstill {
+                file: channel.file.clone(),
+                column: channel.column.clone(),
+                mean_mps,
+            }),
+            _ => Ok(()),
+        }
+    }
+
+    /// Whether enough is left, and what the speed window has kept.
+    fn check(mut self, log: &mut DriveLog, options: &LogOptions) -> Result<(), Error> {
+        let step = log.sample_time_s;
+        let used = log.output.len();
+        if let Some((from, to)) = options.speed_window.filter(|_| !self.speeds.is_empty()) {
+            let all = self.speeds.len();
+            self.speeds.sort_by(f64::total_cmp);
+            let at = |share: f64| self.speeds[(share * (all - 1) as f64).round() as usize];
+            if used < LEAST_SAMPLES {
+                return Err(Error::SpeedWindow {
+                    from,
+                    to,
+                    kept_s: used as f64 * step,
+                    shortest_s: LEAST_SEGMENT as f64 * step,
+                    least: at(0.0),
+                    most: at(1.0),
+                    quartiles: (at(0.25), at(0.75)),
+                });
+            }
+            log.warnings.push(format!(
+                "speed window {from:.1} to {to:.1} m/s: {:.1} s of {:.1} s used, in {}",
+                used as f64 * step,
+                all as f64 * step,
+                counted(log.segments.len(), "stretch").replace("hs", "hes")
+            ));
+        }
+        if used >= LEAST_SAMPLES {
+            return Ok(());
+        }
+        // Where gaps are to blame, they are named.
+        let got = self.samples;
+        segments::refused_gap(&self.splits, &self.spans).map_or_else(
+            || Err(Error::TooFewSamples { got, need: LEAST_SAMPLES, sample_time_s: step }),
+            Err,
+        )
+    }
+}
+
+/// No clock asks for more samples than can be held.
+fn check_size(plans: &[(&Drive, Clock, Vec<Span>)], step: f64) -> Result<(), Error> {
+    let mut total = 0.0;
+    for (_, clock, spans) in plans {
+        let per_step = clock.per_step(step);
+        let duration_s: f64 = spans.iter().map(|(a, b)| b - a).sum();
+        total += per_step * (duration_s / step + 20.0);
+        if total > MOST_SAMPLES as f64 {
+            let sample_time_s = step / per_step;
+            return Err(Error::TooManySamples { duration_s, sample_time_s, limit: MOST_SAMPLES });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,203 @@
+//! Which files are one drive, and the channels of it.
+//!
+//! A file that brings both steering and yaw rate is a drive of its own, with a clock of its own;
+//! files that bring them together are channels of one drive on one clock. So of several files
+//!
+//! * none of which brings both, or of which one does and the others add to it, are one drive;
+//! * each of which brings both, are as many drives;
+//! * the rest is ambiguous, and refused until it is said which belong together.
+//!
+//! A column named with its file (`a.csv:steer`) says that the files are one drive.
+
+use crate::channels;
+use crate::error::{Error, Place, last_part};
+use crate::faults::{Freezes, Moving, Sampled};
+use crate::mapping;
+use crate::options::LogOptions;
+use crate::role::{Role, Wheel};
+use crate::series::Series;
+use crate::signal::resolution;
+use crate::table::Table;
+use crate::units::Quantity;
+use formats::SourceFile;
+
+/// A road wheel turns no further, rad.
+const LARGEST_ROAD_WHEEL_ANGLE: f64 = 0.8;
+
+/// How far a normalised command may be beyond ±1, by rounding and calibration.
+const FULL_SCALE_TOLERANCE: f64 = 1.02;
+
+/// One recording on one clock.
+pub(crate) struct Drive {
+    /// Its files' names, for messages.
+    pub(crate) name: String,
+    /// Steering, yaw rate and, where there is one, speed.
+    pub(crate) channels: Vec<Series>,
+    /// Where a receiver's fixes are, if it has any.
+    pub(crate) places: Vec<Series>,
+    pub(crate) files: Vec<SourceFile>,
+    pub(crate) steering_ratio: f64,
+}
+
+/// Files given without a word about which belong together, by drive.
+pub(crate) fn grouped<'a>(
+    tables: Vec<Table<'a>>,
+    options: &LogOptions,
+) -> Result<Vec<Vec<Table<'a>>>, Error> {
+    let whole =
+        |t: &Table<'_>| [Role::Steering, Role::YawRate].iter().all(|r| brings(t, *r, options));
+    let complete: Vec<&str> = tables.iter().filter(|t| whole(t)).map(|t| t.file.as_str()).collect();
+    if tables.len() > 1 && complete.len() == tables.len() {
+        return Ok(tables.into_iter().map(|t| vec![t]).collect());
+    }
+    if complete.len() > 1 {
+        let other = tables.iter().find(|t| !whole(t)).map_or("", |t| t.file.as_str());
+        return Err(Error::AmbiguousDrives {
+            complete: complete.join(", "),
+            first: complete[0].into(),
+            other: other.into(),
+        });
+    }
+    Ok(if tables.is_empty() { Vec::new() } else { vec![tables] })
+}
+
+/// Whether a column of the table is meant by the role, be its unit as it may.
+pub(crate) fn brings(table: &Table<'_>, role: Role, options: &LogOptions) -> bool {
+    match role.wanted(options) {
+        Some(name) => table.find(name.strip_prefix('-').unwrap_or(name)).is_some(),
+        None => table.header.iter().any(|h| role.is_named_like(h)),
+    }
+}
+
+impl Drive {
+    /// Reads the drive's files to their ends.
+    pub(crate) fn read(
+        tables: Vec<Table<'_>>,
+        options: &LogOptions,
+        warnings: &mut Vec<String>,
+    ) -> Result<Self, Error> {
+        let names: Vec<&str> = tables.iter().map(|t| last_part(&t.file)).collect();
+        let name = names.join(" + ");
+        let mut sources = Vec::new();
+        for role in [Role::Steering, Role::YawRate, Role::Speed] {
+            if let Some(source) = mapping::find(&tables, options, role, warnings)? {
+                sources.push((role, source));
+            }
+        }
+        for role in Role::PLACES {
+            if let Some(source) = mapping::find(&tables, options, role, warnings)? {
+                sources.push((role, source));
+            }
+        }
+        let (all, files) = channels::read(tables, &sources, options, warnings)?;
+        let (places, mut channels): (Vec<_>, Vec<_>) =
+            all.into_iter().partition(|c| c.role.is_place());
+        for channel in channels.iter().take(2) {
+            check_constant(channel)?;
+        }
+        let steering_ratio = steering_ratio(&channels[0], options, warnings)?;
+        leave_out_frozen(&mut channels);
+        warnings.extend(channels.iter().filter_map(Series::frozen_in_words));
+        Ok(Self { name, channels, places, files, steering_ratio })
+    }
+
+    pub(crate) fn channel(&self, role: Role) -> Option<&Series> {
+        self.channels.iter().find(|c| c.role == role)
+    }
+}
+
+/// Handles as missing what a gyro reports that is frozen while the vehicle moves and is steered.
+fn leave_out_frozen(channels: &mut [Series]) {
+    let [steering, yaw_rate, rest @ ..] = channels else { return };
+    let mut freezes = Freezes::default();
+    freezes.note(&yaw_rate.value, &steering.value);
+    let rows = Moving {
+        yaw_rate: Sampled::of(yaw_rate),
+        steering: Sampled::of(steering),
+        speed: rest.first().map(Sampled::of),
+        resolution: resolution(&yaw_rate.value),
+    };
+    (_, yaw_rate.frozen) = freezes.find(rows, None);
+    let frozen = yaw_rate.frozen.clone();
+    yaw_rate.leave_out(&frozen);
+}
+
+fn check_constant(channel: &Series) -> Result<(), Error> {
+    let first = channel.value[0];
+    if channel.value.iter().any(|x| (x - first).abs() > 1e-12 * (1.0 + first.abs())) {
+        return Ok(());
+    }
+    Err(Error::Constant {
+        file: channel.file.clone(),
+        column: channel.column.clone(),
+        role: channel.role.name(),
+        value: first / channel.unit.to_si,
+        unit: channel.unit.name,
+    })
+}
+
+/// The ratio stated, or 1 where the column may be a road wheel's.
+pub(crate) fn steering_ratio(
+    steering: &Series,
+    options: &LogOptions,
+    warnings: &mut Vec<String>,
+) -> Result<f64, Error> {
+    normalised(steering, options, warnings)?;
+    if let Some(ratio) = options.steering_ratio {
+        return Ok(ratio);
+    }
+    let wheel = Role::wheel(&steering.column);
+    if wheel == Some(Wheel::Steering) {
+        return Err(Error::SteeringRatioUnknown {
+            file: steering.file.clone(),
+            column: steering.column.clone(),
+        });
+    }
+    if steering.unit.quantity == Quantity::Angle {
+        let angles = steering.value.iter().map(|x| x.abs()).zip(steering.line.iter());
+        let (largest, line) = angles.fold((0.0, &0), |m, x| if x.0 > m.0 { x } else { m });
+        if largest > LARGEST_ROAD_WHEEL_ANGLE {
+            return Err(Error::NotARoadWheel {
+                at: Place::new(&steering.file, *line, &steering.column),
+                largest_deg: largest.to_degrees(),
+            });
+        }
+    }
+    if wheel.is_none() && steering.unit.quantity == Quantity::Angle {
+        warnings.push(format!(
+            "no steering ratio is given: column `{}` is taken for the road-wheel angle (ratio 1)",
+            steering.column
+        ));
+    }
+    Ok(1.0)
+}
+
+/// A normalised steering command: within its full scale where that is stated.
+fn normalised(
+    steering: &Series,
+    options: &LogOptions,
+    warnings: &mut Vec<String>,
+) -> Result<(), Error> {
+    let Some(angle) = options.steering_full_scale_rad else {
+        if steering.unit.quantity == Quantity::Dimensionless {
+            warnings.push(format!(
+                "column `{}` has no angle's unit: 1 of it is taken for 1 rad, so angles of the model and of its controller are in that unit; --steering-full-scale states the angle at 1",
+                steering.column
+            ));
+        }
+        return Ok(());
+    };
+    let beyond = |x: &f64| x.abs() > FULL_SCALE_TOLERANCE * angle;
+    if let Some(i) = steering.value.iter().position(beyond) {
+        return Err(Error::BeyondFullScale {
+            at: Place::new(&steering.file, steering.line[i], &steering.column),
+            value: steering.value[i] / steering.unit.to_si,
+        });
+    }
+    warnings.push(format!(
+        "column `{}` is a normalised command: 1 is {:.2}°, as stated",
+        steering.column,
+        angle.to_degrees()
+    ));
+    Ok(())
+}

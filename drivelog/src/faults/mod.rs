@@ -1,0 +1,113 @@
+//! Faults of single channels, found on their own clocks before anything is resampled.
+//!
+//! A *spike* (or dropout) is a run of one to three samples that jumps away and back. Both jumps are
+//! large against what the channel usually does from sample to sample (second differences, by their
+//! median and upper percentile, as in Hampel's identifier: F. R. Hampel, *The influence curve and its
+//! role in robust estimation*, JASA 69, 1974). A held command that steps does not jump back; where it
+//! steps often, the upper percentile is the size of its steps.
+//!
+//! A channel is *frozen* where it repeats one value for longer than it ever should while the vehicle
+//! moves and is steered. A stamp is *repeated* where several values share one instant.
+
+mod freezes;
+mod repeated;
+mod spikes;
+
+pub(crate) use freezes::{Freezes, MOVING_MPS, Moving, Sampled};
+pub(crate) use repeated::{Repeated, average};
+pub(crate) use spikes::SpikeFilter;
+
+#[cfg(test)]
+mod tests {
+    use super::spikes::Jumps;
+    use super::*;
+    use crate::signal::resolution;
+    use crate::signal::tests::noise;
+
+    fn spikes(time: &[f64], x: &[f64]) -> Vec<usize> {
+        Jumps::of(time, x).unwrap().spikes(time, x).into_iter().flatten().collect()
+    }
+
+    fn frozen(
+        yaw_rate: Sampled<'_>,
+        steering: Sampled<'_>,
+        speed: Option<Sampled<'_>>,
+    ) -> Vec<[f64; 2]> {
+        let mut freezes = Freezes::default();
+        freezes.note(yaw_rate.value, steering.value);
+        let resolution = resolution(yaw_rate.value);
+        freezes.find(Moving { yaw_rate, steering, speed, resolution }, None).1
+    }
+
+    fn clock(n: usize, period: f64) -> Vec<f64> {
+        (0..n).map(|k| k as f64 * period).collect()
+    }
+
+    #[test]
+    fn spikes_and_dropouts_are_found_and_nothing_else() {
+        let mut seed = 3;
+        let time = clock(6000, 0.01);
+        let smooth: Vec<f64> =
+            time.iter().map(|t| 0.2 * (2.0 * t).sin() + 0.002 * noise(&mut seed)).collect();
+        assert!(spikes(&time, &smooth).is_empty());
+        let mut spoiled = smooth.clone();
+        spoiled[700] += 0.15;
+        spoiled[1234] = 0.0;
+        spoiled[2500..2502].fill(-1.0);
+        assert_eq!(spikes(&time, &spoiled), [700, 1234, 2500, 2501]);
+    }
+
+    #[test]
+    fn steps_pulses_and_sharp_turns_stay() {
+        let mut seed = 5;
+        let time = clock(6000, 0.01);
+        // A command with a new level every 0.15 s, a binary sequence, and a step every 10 s.
+        let mut level = 0.0;
+        let held: Vec<f64> = (0..6000)
+            .map(|k| {
+                if k % 15 == 0 {
+                    level = noise(&mut seed);
+                }
+                level
+            })
+            .collect();
+        let binary: Vec<f64> = held.iter().map(|x| x.signum()).collect();
+        let rare: Vec<f64> = (0..6000).map(|k| f64::from(u8::from(k / 1000 % 2 == 1))).collect();
+        // Each sample another binary level, and a swerve of a second in a straight minute at 10 Hz.
+        let fast: Vec<f64> = (0..6000).map(|_| noise(&mut seed).signum()).collect();
+        for x in [&held, &binary, &rare, &fast] {
+            assert!(spikes(&time, x).is_empty(), "{:?}", spikes(&time, x));
+        }
+        let slow = clock(600, 0.1);
+        let swerve: Vec<f64> = slow
+            .iter()
+            .map(|t| {
+                let inside = (30.0..31.4).contains(t);
+                let turn = 0.2 * (std::f64::consts::TAU * (t - 30.0) / 1.4).sin();
+                if inside { turn } else { 0.0 }
+            })
+            .collect();
+        assert!(spikes(&slow, &swerve).is_empty(), "{:?}", spikes(&slow, &swerve));
+    }
+
+    #[test]
+    fn a_gyro_that_freezes_while_the_vehicle_is_steered() {
+        let mut seed = 11;
+        let time = clock(6000, 0.01);
+        let of = |value| Sampled { time: &time, value };
+        let steered: Vec<f64> = time.iter().map(|t| 0.02 * (2.0 * t).sin()).collect();
+        let steering = of(&steered);
+        let alive: Vec<f64> =
+            time.iter().map(|t| 0.2 * (2.0 * t).sin() + 0.002 * noise(&mut seed)).collect();
+        assert!(frozen(of(&alive), steering, None).is_empty());
+        let mut stuck = alive.clone();
+        stuck[1000..1200].fill(0.0);
+        let held = stuck[3000];
+        stuck[3000..3200].fill(held);
+        let found = frozen(of(&stuck), steering, None);
+        assert_eq!(found, [[time[1000], time[1199]], [time[3000], time[3199]]]);
+        // At rest nothing is wrong with a yaw rate of zero.
+        let at_rest = [0.0; 6000];
+        assert!(frozen(of(&stuck), steering, Some(of(&at_rest))).is_empty());
+    }
+}

@@ -1,0 +1,53 @@
+//! Drive logs: CSV files of any tool → channels with units on one clock → segments on one uniform grid.
+//!
+//! [`read_log`] brings CSV columns onto one grid as a [`DriveLog`], in as many segments as drives, gaps and
+//! windows make of it; [`stream`] does so piece by piece in memory that does not grow with the file. SI and
+//! radians, ISO 8855 signs. Faults that the log alone shows are handled on the way and reported: spikes,
+//! dropouts, frozen runs, repeated stamps, gaps.
+//!
+//! ```
+//! # fn main() -> Result<(), drivelog::Error> {
+//! let mut csv = String::from("time_s,roadwheel_command_rad,yaw_rate_radps,speed_mps\n");
+//! for k in 0..300 {
+//!     let t = 0.01 * k as f64;
+//!     csv += &format!("{t:.2},{:.6},{:.6},15\n", 0.03 * t.sin(), 0.1 * (t - 0.1).sin());
+//! }
+//! let files = [("drive.csv".to_string(), csv.into_bytes())];
+//! let log = drivelog::read_log(&files, &drivelog::LogOptions::default())?;
+//! assert_eq!(log.segments.len(), 1);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! This crate opens no files and knows no models.
+
+mod assemble;
+mod channels;
+mod delayed;
+mod drive;
+mod error;
+mod faults;
+mod gnss;
+mod intersample;
+mod log;
+mod mapping;
+mod noise;
+mod options;
+mod read;
+mod resample;
+mod role;
+mod segments;
+mod series;
+pub mod signal;
+mod stream;
+mod table;
+mod units;
+
+pub use error::{Error, Place};
+pub use formats::Intersample;
+pub use gnss::{Gnss, GnssDrive};
+pub use log::{DriveLog, Segment};
+pub use options::{DecimalMark, LogOptions};
+pub use read::{read_drives, read_log};
+pub use stream::{Piece, Sink, Streamed, stream};
+pub use table::LogFile;

@@ -1,0 +1,94 @@
+//! A drive on one uniform grid.
+
+use crate::gnss::Gnss;
+use crate::signal::integrate;
+use formats::{ChannelSummary, SourceFile};
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+/// A drive on one uniform grid, SI and radians, ISO 8855 signs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DriveLog {
+    /// Name for people: the first file's, without its ending.
+    pub name: String,
+    /// Sample time T, s.
+    pub sample_time_s: f64,
+    /// The stretches without a gap, in order; together they are all samples.
+    pub segments: Vec<Segment>,
+    /// Steering angle, rad, in the log's coordinates, held over each sample: of an angle that moves on
+    /// between its samples, the held one that does the same to a vehicle.
+    pub input: Vec<f64>,
+    /// Yaw rate, rad/s.
+    pub output: Vec<f64>,
+    /// Speed, m/s.
+    pub speed: Option<Vec<f64>>,
+    /// Steering angle over road-wheel angle.
+    pub steering_ratio: f64,
+    /// A receiver's fixes, where the log has them.
+    pub gnss: Option<Gnss>,
+    /// What was read from each column.
+    pub channels: Vec<ChannelSummary>,
+    /// What the reader had to do or doubts.
+    pub warnings: Vec<String>,
+    /// The files, by name and hash.
+    pub sources: Vec<SourceFile>,
+    /// The options in force, by name.
+    pub options: BTreeMap<String, String>,
+}
+
+/// Samples of a log that follow each other without a gap.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Segment {
+    /// The log's time at the first sample, s.
+    pub time0_s: f64,
+    /// Which of the log's samples they are.
+    pub range: Range<usize>,
+}
+
+impl DriveLog {
+    /// How fast the steering moved, rad/s in steering coordinates.
+    #[must_use]
+    pub fn fastest_steering(&self) -> f64 {
+        self.segments
+            .iter()
+            .map(|s| {
+                formats::Excitation::largest_rate(&self.input[s.range.clone()], self.sample_time_s)
+            })
+            .fold(0.0, f64::max)
+    }
+
+    /// The log's time at each sample, s.
+    #[must_use]
+    pub fn time_s(&self) -> Vec<f64> {
+        let times = |s: &Segment| {
+            let (from, step) = (s.time0_s, self.sample_time_s);
+            (0..s.range.len()).map(move |k| from + k as f64 * step)
+        };
+        self.segments.iter().flat_map(times).collect()
+    }
+
+    /// Integral of a yaw rate on the log's samples, rad; what happens in a gap is not known, so each
+    /// stretch starts where the last one ended.
+    #[must_use]
+    pub fn yaw(&self, rate: &[f64]) -> Vec<f64> {
+        let mut all: Vec<f64> = Vec::with_capacity(rate.len());
+        for stretch in &self.segments {
+            let from = all.last().copied().unwrap_or(0.0);
+            let yaw = integrate(&rate[stretch.range.clone()], self.sample_time_s);
+            all.extend(yaw.iter().map(|yaw| from + yaw));
+        }
+        all
+    }
+
+    /// Number of samples.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.input.len()
+    }
+
+    /// Whether there is no sample.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.input.is_empty()
+    }
+}

@@ -1,0 +1,167 @@
+//! Reading files as drives, and drives as one recording.
+
+use crate::drive::{Drive, grouped};
+use crate::error::{Error, last_part, stem};
+use crate::gnss::Gnss;
+use crate::log::DriveLog;
+use crate::mapping;
+use crate::options::LogOptions;
+use crate::role::Role;
+use crate::series::Series;
+use crate::table::{LogFile, Table};
+use formats::ChannelSummary;
+
+/// Reads CSV files, each with a header and a clock of its own.
+///
+/// Files that each bring steering and yaw rate are drives of their own; else the files are channels of
+/// one drive. [`read_drives`] takes files that are grouped already, and says the rest.
+///
+/// # Errors
+/// [`Error`] with file, line and column.
+pub fn read_log(files: &[(String, Vec<u8>)], options: &LogOptions) -> Result<DriveLog, Error> {
+    let files = files.iter().map(|(name, bytes)| LogFile::of_bytes(name, bytes)).collect();
+    read_drives(files, Vec::new(), options)
+}
+
+/// Reads drives as one recording on one sample time: `files`, which are grouped by what they bring,
+/// and `drives`, each the files of one drive.
+///
+/// The mapped columns of a drive are merged onto a uniform grid over the time that all of them cover
+/// within the windows. Blank cells and gaps up to `max_gap_s` are bridged by straight lines; a longer
+/// gap splits the drive, and so does a speed window. Stretches too short to identify from are left out,
+/// with a warning.
+///
+/// The sample time is the one asked for, else the multiple of the log's own period that comes
+/// nearest to 0.02 s from below (0.02 s where the clocks differ or are irregular), or the log's own period
+/// where there is next to no noise; the longest of those of the drives. Anti-alias filtering and its effect on the held input are described in the
+/// module `resample`.
+///
+/// # Errors
+/// [`Error`] with file, line and column.
+pub fn read_drives(
+    files: Vec<LogFile<'_>>,
+    drives: Vec<Vec<LogFile<'_>>>,
+    options: &LogOptions,
+) -> Result<DriveLog, Error> {
+    check_options(options)?;
+    let mut groups = grouped(open(files, options)?, options)?;
+    for files in drives.into_iter().filter(|files| !files.is_empty()) {
+        groups.push(open(files, options)?);
+    }
+    let Some(first) = groups.first() else { return Err(Error::NoFiles) };
+    let name = stem(&first[0].file);
+    mapping::check_units_are_used(groups.iter().flatten(), options)?;
+    let mut warnings = Vec::new();
+    let drives = groups
+        .into_iter()
+        .map(|tables| Drive::read(tables, options, &mut warnings))
+        .collect::<Result<Vec<_>, _>>()?;
+    check_repeated(&drives)?;
+    let mut used = options.to_map();
+    if drives.len() > 1 {
+        let names: Vec<&str> = drives.iter().map(|d| d.name.as_str()).collect();
+        used.insert("drives".into(), names.join("; "));
+    }
+    let mut log = DriveLog {
+        name,
+        sample_time_s: 0.0,
+        segments: Vec::new(),
+        input: Vec::new(),
+        output: Vec::new(),
+        speed: has_speed(&drives, options, &mut warnings)?.then(Vec::new),
+        steering_ratio: drives[0].steering_ratio,
+        gnss: None,
+        channels: channels(&drives),
+        warnings,
+        sources: drives.iter().flat_map(|d| d.files.iter().cloned()).collect(),
+        options: used,
+    };
+    log.fill(&drives, options)?;
+    log.gnss = Gnss::of(&drives, options);
+    log.options.insert("sample_time_used_s".into(), log.sample_time_s.to_string());
+    let mut seen = std::collections::BTreeSet::new();
+    log.warnings.retain(|warning| seen.insert(warning.clone()));
+    Ok(log)
+}
+
+fn open<'a>(files: Vec<LogFile<'a>>, options: &LogOptions) -> Result<Vec<Table<'a>>, Error> {
+    files.into_iter().map(|file| Table::open(file, options.decimal)).collect()
+}
+
+pub(crate) fn check_options(options: &LogOptions) -> Result<(), Error> {
+    let positive = |option, value: Option<f64>| match value {
+        Some(x) if !(x.is_finite() && x > 0.0) => {
+            Err(Error::Option { option, value: x.to_string(), expected: "a number above 0".into() })
+        }
+        _ => Ok(()),
+    };
+    if let Some(ratio) = options.steering_ratio.filter(|r| !(0.01..=1000.0).contains(r)) {
+        let (option, value) = ("--steering-ratio", format!("{ratio:?}"));
+        return Err(Error::Option { option, value, expected: "0.01 to 1000".into() });
+    }
+    positive("--steering-full-scale", options.steering_full_scale_rad)?;
+    positive("--sample-time", options.sample_time_s)?;
+    positive("--row-period", options.row_period_s)?;
+    positive("--max-gap", Some(options.max_gap_s))?;
+    let range = |option, range: &(f64, f64), expected: &str| match *range {
+        (from, to) if from.is_finite() && to.is_finite() && from < to => Ok(()),
+        (from, to) => {
+            let value = format!("{from}..{to}");
+            Err(Error::Option { option, value, expected: expected.into() })
+        }
+    };
+    for window in &options.windows {
+        range("--window", window, "the start before the end")?;
+    }
+    match &options.speed_window {
+        Some(window) => range("--speed-window", window, "the lower speed before the higher"),
+        None => Ok(()),
+    }
+}
+
+/// A drive given twice would be held out and estimated from at once.
+fn check_repeated(drives: &[Drive]) -> Result<(), Error> {
+    for (i, drive) in drives.iter().enumerate() {
+        let hashes = |d: &Drive| d.files.iter().map(|f| f.sha256.clone()).collect::<Vec<_>>();
+        if let Some(first) = drives[..i].iter().find(|d| hashes(d) == hashes(drive)) {
+            let (first, second) = (first.name.clone(), drive.name.clone());
+            return Err(Error::RepeatedDrive { first, second });
+        }
+    }
+    Ok(())
+}
+
+/// Whether every drive tells its speed.
+fn has_speed(
+    drives: &[Drive],
+    options: &LogOptions,
+    warnings: &mut Vec<String>,
+) -> Result<bool, Error> {
+    let without: Vec<&str> = drives
+        .iter()
+        .filter(|d| d.channel(Role::Speed).is_none())
+        .map(|d| d.name.as_str())
+        .collect();
+    if !without.is_empty() && options.speed_window.is_some() {
+        return Err(Error::NoSpeedForWindow { drive: without[0].into() });
+    }
+    if !without.is_empty() && without.len() < drives.len() {
+        let names = without.join(", ");
+        warnings.push(format!("no speed in {names}: the speed of the other drives is not used"));
+    }
+    Ok(without.is_empty())
+}
+
+/// What was read from each column; of several drives, with the file.
+fn channels(drives: &[Drive]) -> Vec<ChannelSummary> {
+    let summary = |channel: &Series| {
+        let summary = channel.summary();
+        let column = if drives.len() > 1 {
+            format!("{}:{}", last_part(&channel.file), summary.column)
+        } else {
+            summary.column.clone()
+        };
+        ChannelSummary { column, ..summary }
+    };
+    drives.iter().flat_map(|d| d.channels.iter().map(summary)).collect()
+}

@@ -1,0 +1,338 @@
+//! What a column stands for, with the names, units and values it may have.
+
+use crate::options::LogOptions;
+use crate::units::{Quantity, plain_name, split_brackets};
+
+/// What a column stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Role {
+    Steering,
+    YawRate,
+    Speed,
+    Time,
+    /// Where a receiver's fix is, east and north or in degrees.
+    East,
+    North,
+    Latitude,
+    Longitude,
+}
+
+/// What a steering angle is measured at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Wheel {
+    Steering,
+    Road,
+}
+
+/// A unit for the hint about a column without one, by its name.
+pub(crate) fn unit_in_place_of(column: &str) -> (&'static str, &'static str) {
+    let roles = [Role::YawRate, Role::Speed, Role::Time, Role::Steering];
+    roles.into_iter().find(|r| r.is_named_like(column)).unwrap_or(Role::Steering).usual_unit()
+}
+
+impl Role {
+    /// The word in messages.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Steering => "steering",
+            Self::YawRate => "yaw rate",
+            Self::Speed => "speed",
+            Self::Time => "time",
+            Self::East => "x of the position",
+            Self::North => "y of the position",
+            Self::Latitude => "latitude",
+            Self::Longitude => "longitude",
+        }
+    }
+
+    /// The word in files.
+    pub(crate) fn key(self) -> &'static str {
+        match self {
+            Self::YawRate => "yaw_rate",
+            other => other.name(),
+        }
+    }
+
+    /// A unit that it often has: as the end of a name, and as it is stated.
+    fn usual_unit(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Steering => ("deg", "deg"),
+            Self::YawRate => ("degps", "deg/s"),
+            Self::Speed => ("kmh", "km/h"),
+            Self::Time => ("s", "s"),
+            Self::East | Self::North => ("m", "m"),
+            Self::Latitude | Self::Longitude => ("deg", "deg"),
+        }
+    }
+
+    pub(crate) fn wanted(self, options: &LogOptions) -> Option<&str> {
+        match self {
+            Self::Steering => options.input.as_deref(),
+            Self::YawRate => options.output.as_deref(),
+            Self::Speed => options.speed.as_deref(),
+            Self::Time => options.time.as_deref(),
+            Self::East | Self::North | Self::Latitude | Self::Longitude => None,
+        }
+    }
+
+    /// The roles of a receiver's fixes.
+    pub(crate) const PLACES: [Self; 4] = [Self::East, Self::North, Self::Latitude, Self::Longitude];
+
+    /// Whether it is one of [`Self::PLACES`].
+    pub(crate) fn is_place(self) -> bool {
+        Self::PLACES.contains(&self)
+    }
+
+    /// Whether single bad samples are looked for.
+    pub(crate) fn has_spikes(self) -> bool {
+        matches!(self, Self::Steering | Self::YawRate)
+    }
+
+    pub(crate) fn required(self) -> bool {
+        matches!(self, Self::Steering | Self::YawRate)
+    }
+
+    /// Whether a column of that name may be taken where none is stated: as people and the field's tools
+    /// name it, in English and German. Names whose sign or axis differs between tools (`gyro_z`,
+    /// `heading_rate`) are left to be stated.
+    pub(crate) fn is_named_like(self, header: &str) -> bool {
+        let name = plain_name(header);
+        let any = |parts: &[&str]| parts.iter().any(|part| name.contains(part));
+        let is = |names: &[&str]| names.contains(&name.as_str());
+        let starts = |parts: &[&str]| parts.iter().any(|part| name.starts_with(part));
+        match self {
+            Self::Steering => {
+                let words = words_of(header);
+                let is_other = any(&[
+                    "speed", "velocity", "torque", "geschw", "status", "pressed", "override",
+                    "offset",
+                ]) || ends_a_word(&words, &["rate", "ratio", "force", "moment"])
+                    // `current_steering_angle` is the one of now.
+                    || ends_a_word(words.get(1..).unwrap_or_default(), &["current"]);
+                !is_other
+                    && (any(&[
+                        // CANape, CarMaker (`Car.SteerAngleFL`), Autoware (`steering_tire_angle`),
+                        // openpilot (`steeringAngleDeg`), VBOX.
+                        "steer",
+                        "roadwheel",
+                        "frontwheelangle",
+                        "tireangle",
+                        "tyreangle",
+                        "handwheel",
+                        "stwhlang",
+                        "lenkwinkel",
+                        "lenkradwinkel",
+                        "radeinschlag",
+                    ]) || is(&["delta", "deltaf", "deltav", "wheelangle", "swa"]))
+            }
+            Self::YawRate => {
+                let words = words_of(header);
+                self.is_rate(header)
+                    && !any(&["target", "desired", "soll"])
+                    && !words.iter().any(|word| word.starts_with("ref"))
+                    && !ends_a_word(&words, &["ref", "reference", "referenz"])
+            }
+            Self::Speed => {
+                starts(&["speed", "vx", "velocity", "geschwindigkeit", "longitudinalvelocity"])
+                    || any(&[
+                        "vehiclespeed",
+                        "vehspeed",
+                        "vehspd",
+                        "groundspeed",
+                        "fahrzeuggeschw",
+                        "fzggeschw",
+                    ])
+                    // openpilot, CarMaker.
+                    || is(&["vego", "carv", "vfzg"])
+            }
+            Self::Time => {
+                let header = header.to_lowercase();
+                header == "t"
+                    || ["time", "t_", "t ", "t[", "zeit", "uhrzeit"]
+                        .into_iter()
+                        .any(|start| header.starts_with(start))
+            }
+            Self::East => matches!(&*header.to_lowercase(), "x_m" | "x [m]" | "gnss_x_m"),
+            Self::North => matches!(&*header.to_lowercase(), "y_m" | "y [m]" | "gnss_y_m"),
+            Self::Latitude => header.to_lowercase().starts_with("latitude"),
+            Self::Longitude => header.to_lowercase().starts_with("longitude"),
+        }
+    }
+
+    /// Whether the name is that of a rate of yaw, whatever its unit says.
+    pub(crate) fn is_rate(self, header: &str) -> bool {
+        let name = plain_name(header);
+        let rates =
+            ["yawrate", "yawvel", "gierrate", "giergeschw", "psip", "psidot", "yawangularvel"];
+        self == Self::YawRate && rates.iter().any(|part| name.contains(part))
+    }
+
+    /// Whether a steering column is named like that of a steering wheel, or like that of a road wheel.
+    pub(crate) fn wheel(header: &str) -> Option<Wheel> {
+        let name = plain_name(header);
+        let any = |parts: &[&str]| parts.iter().any(|part| name.contains(part));
+        if any(&["road", "front", "tire", "tyre", "radlenk", "radeinschlag"]) {
+            return Some(Wheel::Road);
+        }
+        let is_steering_wheel = any(&["wheel", "lenkrad", "stwhl"]) || name == "swa";
+        is_steering_wheel.then_some(Wheel::Steering)
+    }
+
+    pub(crate) fn takes(self, quantity: Quantity) -> bool {
+        match self {
+            Self::Steering => matches!(quantity, Quantity::Angle | Quantity::Dimensionless),
+            Self::YawRate => matches!(
+                quantity,
+                Quantity::AngularRate | Quantity::Angle | Quantity::Dimensionless
+            ),
+            Self::Speed => quantity == Quantity::Speed,
+            Self::Time => quantity == Quantity::Time,
+            Self::East | Self::North => quantity == Quantity::Length,
+            Self::Latitude | Self::Longitude => quantity == Quantity::Angle,
+        }
+    }
+
+    pub(crate) fn expected_units(self) -> &'static str {
+        match self {
+            Self::Steering => "deg or rad",
+            Self::YawRate => "deg/s or rad/s, or deg or rad of yaw",
+            Self::Speed => "m/s, km/h or mph",
+            Self::Time => "s, ms, us or ns",
+            Self::East | Self::North => "m",
+            Self::Latitude | Self::Longitude => "deg or rad",
+        }
+    }
+
+    /// Least and largest value that a road vehicle can have, SI.
+    pub(crate) fn limits(self, quantity: Quantity) -> Option<(f64, f64, &'static str)> {
+        match (self, quantity) {
+            // More than six turns of a steering wheel.
+            (Self::Steering, Quantity::Angle) => Some((-40.0, 40.0, "rad")),
+            (Self::YawRate, Quantity::AngularRate) => Some((-10.0, 10.0, "rad/s")),
+            // Half a metre a second backwards is sensor noise at standstill.
+            (Self::Speed, _) => Some((-0.5, 150.0, "m/s")),
+            _ => None,
+        }
+    }
+
+    /// Units of the same kind that could have been meant, with the value they would give.
+    pub(crate) fn alternatives(self, raw: f64, unit: &str) -> String {
+        let deg = std::f64::consts::PI / 180.0;
+        let others: &[(&str, f64)] = match self {
+            Self::Steering => &[("deg", deg), ("rad", 1.0)],
+            Self::YawRate => &[("deg/s", deg), ("rad/s", 1.0)],
+            Self::Speed => &[("m/s", 1.0), ("km/h", 1.0 / 3.6), ("mph", 0.447_04)],
+            _ => &[],
+        };
+        let si = self.limits(match self {
+            Self::YawRate => Quantity::AngularRate,
+            _ => Quantity::Angle,
+        });
+        let fits: Vec<String> = others
+            .iter()
+            .filter(|(name, _)| *name != unit)
+            .filter(|(_, k)| si.is_some_and(|(lo, hi, _)| (lo..=hi).contains(&(raw * k))))
+            .map(|(name, k)| {
+                format!("{name} would make it {:.3} {}", raw * k, si.map_or("", |s| s.2))
+            })
+            .collect();
+        if fits.is_empty() {
+            "no unit makes this possible: check the mapping and that row".into()
+        } else {
+            format!("state the right unit with --unit: {}", fits.join(", "))
+        }
+    }
+}
+
+/// The words of a name in lower case, as `_`, punctuation, digits and the case set them off.
+fn words_of(header: &str) -> Vec<String> {
+    let (name, _) = split_brackets(header);
+    let letters: Vec<char> = name.rsplit('/').next().unwrap_or(name).chars().collect();
+    let mut words = vec![String::new()];
+    for (i, c) in letters.iter().enumerate() {
+        let before = i.checked_sub(1).map(|i| letters[i]);
+        let after = letters.get(i + 1);
+        // `steerRate`, `EPSCurrent`.
+        let begins = c.is_uppercase()
+            && (before.is_some_and(char::is_lowercase) || after.is_some_and(|c| c.is_lowercase()));
+        if begins || !c.is_alphabetic() {
+            words.push(String::new());
+        }
+        if let Some(word) = words.last_mut().filter(|_| c.is_alphabetic()) {
+            word.extend(c.to_lowercase());
+        }
+    }
+    words.retain(|word| !word.is_empty());
+    words
+}
+
+/// Whether one of the endings is a word, ends one, or follows within one on what it may be of; the `rate` in
+/// `calibrated` does not.
+fn ends_a_word(words: &[String], endings: &[&str]) -> bool {
+    const OF: [&str; 6] = ["steer", "steering", "angle", "wheel", "winkel", "rate"];
+    let is_compound = |word: &str, end: &str| {
+        word.ends_with(end) || OF.iter().any(|of| word.contains(&format!("{of}{end}")))
+    };
+    words.iter().any(|word| endings.iter().any(|end| is_compound(word, end)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_excluded_by_their_words() {
+        for name in [
+            "steering_angle_calibrated_deg",
+            "integrated_steering_angle_rad",
+            "SteerAngleCalibration",
+            "current_steering_angle_deg",
+            "CurrentSteerAngle",
+            "momentary_steering_angle [deg]",
+        ] {
+            assert!(Role::Steering.is_named_like(name), "{name}");
+        }
+        for name in [
+            "steering_rate",
+            "steeringRateDeg",
+            "steeringrate",
+            "steeringratedeg",
+            "STEERRATE",
+            "SteerRate1",
+            "lenkwinkelrate",
+            "Lenkradwinkelgeschwindigkeit",
+            "SteeringWheelSpeed",
+            "steeringTorqueEps",
+            "steertorque",
+            "steering_ratio",
+            "steerRatio",
+            "steering_motor_current",
+            "SteerEPSCurrent",
+            "steer_force",
+            "SteerMoment [Nm]",
+            "steerOverride",
+            "steeringPressed",
+            "angle_offset_steer",
+            "/carState/steer_rate",
+        ] {
+            assert!(!Role::Steering.is_named_like(name), "{name}");
+        }
+        for name in ["yaw_rate_prefiltered", "YawRatePrefiltered", "Gierrate [°/s]"] {
+            assert!(Role::YawRate.is_named_like(name), "{name}");
+        }
+        for name in [
+            "yaw_rate_ref",
+            "yawRateRef",
+            "yawrateref",
+            "refYawRate",
+            "reference_yaw_rate",
+            "yaw_rate_reference",
+            "yawrate_target",
+            "desiredYawRate",
+            "SollGierrate",
+            "gierratesoll",
+        ] {
+            assert!(!Role::YawRate.is_named_like(name), "{name}");
+        }
+    }
+}

@@ -1,0 +1,262 @@
+//! Which times of a drive are used: where every channel is there, within the windows, without gaps.
+
+use crate::drive::Drive;
+use crate::error::{Error, Place, counted, round_ms, short};
+use crate::noise;
+use crate::options::LogOptions;
+use crate::resample::{Grid, MARGIN};
+use crate::series::Series;
+use crate::signal::mean;
+use formats::Intersample;
+use std::ops::Range;
+
+/// Sample time that is aimed at where there is noise: a Nyquist frequency of 25 Hz, five times the about
+/// 5 Hz up to which lateral dynamics respond. What a hold of this length does to the response is below
+/// the noise; a shorter one costs time and shows nothing more.
+const AIMED_SAMPLE_TIME: f64 = 0.02;
+/// Shorter stretches say nothing: a block Hankel matrix of 30 block rows has no column in them.
+pub(crate) const LEAST_SEGMENT: usize = 60;
+/// Speed is averaged over this time, s, before it is held against its window, so that noise at the
+/// window's edge does not break a stretch.
+const SPEED_AVERAGE: f64 = 1.0;
+
+/// From and to, s on the drive's clock.
+pub(crate) type Span = (f64, f64);
+
+/// A gap that splits a drive.
+pub(crate) struct Split {
+    at: Box<Place>,
+    from: f64,
+    to: f64,
+    limit: f64,
+}
+
+/// The time that all channels of the drive cover, within the windows. `None` where no window meets
+/// the drive and it is one of `several`.
+pub(crate) fn covered(
+    drive: &Drive,
+    options: &LogOptions,
+    several: bool,
+) -> Result<Option<Vec<Span>>, Error> {
+    let channels = &drive.channels;
+    let latest = |a: usize, b: usize| if channels[b].start() > channels[a].start() { b } else { a };
+    let earliest = |a: usize, b: usize| if channels[b].end() < channels[a].end() { b } else { a };
+    let first = (1..channels.len()).fold(0, latest);
+    let last = (1..channels.len()).fold(0, earliest);
+    let (from, to) = (channels[first].start(), channels[last].end());
+    if from >= to {
+        let (a, b) = (&channels[last], &channels[first]);
+        return Err(Error::NoOverlap {
+            first: format!("{} ({})", a.column, a.file),
+            first_from: a.start(),
+            first_to: a.end(),
+            second: format!("{} ({})", b.column, b.file),
+            second_from: b.start(),
+            second_to: b.end(),
+        });
+    }
+    if options.windows.is_empty() {
+        return Ok(Some(vec![(from, to)]));
+    }
+    let mut spans: Vec<Span> = options
+        .windows
+        .iter()
+        .map(|(a, b)| (a.max(from), b.min(to)))
+        .filter(|(a, b)| a < b)
+        .collect();
+    spans.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // Windows that meet are one.
+    let mut merged: Vec<Span> = Vec::new();
+    for span in spans {
+        match merged.last_mut() {
+            Some(last) if span.0 <= last.1 => last.1 = last.1.max(span.1),
+            _ => merged.push(span),
+        }
+    }
+    match (merged.is_empty(), options.windows.first()) {
+        (false, _) => Ok(Some(merged)),
+        (true, Some(window)) if !several => Err(Error::NoOverlap {
+            first: "the window".into(),
+            first_from: window.0,
+            first_to: window.1,
+            second: "the log".into(),
+            second_from: from,
+            second_to: to,
+        }),
+        _ => Ok(None),
+    }
+}
+
+/// Cuts the gaps of every channel that are too long to be bridged out of the spans.
+pub(crate) fn without_gaps(
+    drive: &Drive,
+    mut spans: Vec<Span>,
+    options: &LogOptions,
+) -> (Vec<Span>, Vec<Split>) {
+    let mut splits: Vec<Split> = Vec::new();
+    for channel in &drive.channels {
+        let ends = (spans.first().map_or(0.0, |s| s.0), spans.last().map_or(0.0, |s| s.1));
+        for i in channel.gaps(ends.0, ends.1, options.max_gap_s) {
+            let (from, to) = (channel.time[i], channel.time[i + 1]);
+            let mut inside = false;
+            let mut kept = Vec::with_capacity(spans.len() + 1);
+            for (a, b) in spans {
+                if to <= a || from >= b {
+                    kept.push((a, b));
+                    continue;
+                }
+                inside = true;
+                kept.extend([(a, from.min(b)), (to.max(a), b)].into_iter().filter(|s| s.0 < s.1));
+            }
+            spans = kept;
+            if inside {
+                let line = channel.line_after(i);
+                let at = Place::new(&channel.file, line, &channel.column);
+                let limit = channel.gap_limit(options.max_gap_s);
+                splits.push(Split { at, from, to, limit });
+            }
+        }
+    }
+    (spans, splits)
+}
+
+/// Says where a drive is split.
+pub(crate) fn tell_splits(drive: &Drive, splits: &[Split], warnings: &mut Vec<String>) {
+    const TOLD: usize = 5;
+    for split in splits.iter().take(TOLD) {
+        warnings.push(format!(
+            "{}: nothing from {} s to {} s: the drive is split there",
+            split.at,
+            round_ms(split.from),
+            short(split.to)
+        ));
+    }
+    if splits.len() > TOLD {
+        warnings.push(format!(
+            "{}: split at {} more",
+            drive.name,
+            counted(splits.len() - TOLD, "gap")
+        ));
+    }
+}
+
+/// The longest gap, where nothing between gaps is long enough.
+pub(crate) fn refused_gap(splits: &[Split], spans: &[Span]) -> Option<Error> {
+    let worst = splits.iter().max_by(|a, b| (a.to - a.from).total_cmp(&(b.to - b.from)))?;
+    let longest = spans.iter().copied().max_by(|a, b| (a.1 - a.0).total_cmp(&(b.1 - b.0)));
+    let longest = longest.unwrap_or((worst.from, worst.from));
+    Some(Error::Gap {
+        at: worst.at.clone(),
+        from_s: round_ms(worst.from),
+        to_s: round_ms(worst.to),
+        gap_s: round_ms(worst.to - worst.from),
+        limit_s: round_ms(worst.limit),
+        longest: (round_ms(longest.0), round_ms(longest.1)),
+    })
+}
+
+/// The clock of a drive: what its channels allow for the sample time.
+pub(crate) struct Clock {
+    /// Period of the faster of steering and yaw rate, s; a slower speed follows.
+    pub(crate) fast: f64,
+    /// The sample time that suits it, s.
+    preferred: f64,
+    /// Whether steering and yaw rate stand on one uniform clock.
+    shared: bool,
+    /// Whether the steering, as it is logged, is held between its samples.
+    held: bool,
+}
+
+impl Clock {
+    pub(crate) fn of(drive: &Drive) -> Self {
+        let [steering, yaw_rate] = [&drive.channels[0], &drive.channels[1]];
+        let (a, b) = (steering.period, yaw_rate.period);
+        let fast = a.min(b);
+        let shared = is_uniform(steering) && same_clock(steering, yaw_rate);
+        let preferred = if shared {
+            let periods = (AIMED_SAMPLE_TIME / fast + 1e-6).floor().max(1.0);
+            // Decimation is not exact: without noise to hide that, the log's own rate is kept.
+            if periods > 1.0 && noise::is_negligible(steering, yaw_rate) {
+                fast
+            } else {
+                fast * periods
+            }
+        } else {
+            AIMED_SAMPLE_TIME.max(a.max(b))
+        };
+        let held = steering.intersample == Intersample::Zoh;
+        Self { fast, preferred, shared, held }
+    }
+
+    /// Fine steps in a sample.
+    pub(crate) fn per_step(&self, step: f64) -> f64 {
+        (step / self.fast - 1e-3).ceil().max(1.0)
+    }
+
+    /// Samples of that step on either side that the filters need.
+    pub(crate) fn margin(&self, step: f64) -> f64 {
+        if self.per_step(step) > 1.0 || !self.held { MARGIN } else { 0.0 }
+    }
+
+    /// The grid of one span.
+    pub(crate) fn grid(&self, drive: &Drive, span: Span, step: f64) -> Grid {
+        let (mut from, to) = span;
+        // Start on a sample of a shared clock, so that interpolation changes nothing.
+        if self.shared {
+            let time = &drive.channels[0].time;
+            let i = time.partition_point(|t| *t < from - 1e-9);
+            from = time.get(i).copied().unwrap_or(from);
+        }
+        Grid::within(from, to, step, self.per_step(step) as usize, self.margin(step))
+    }
+}
+
+/// One sample time for all drives: the one asked for, else the longest that suits one of them.
+pub(crate) fn sample_time(clocks: &[&Clock], options: &LogOptions) -> Result<f64, Error> {
+    let fastest = clocks.iter().map(|c| c.fast).fold(0.0, f64::max);
+    let step = match options.sample_time_s {
+        Some(asked) if asked < fastest * (1.0 - 1e-3) => {
+            return Err(Error::SampleTimeTooShort { asked, least: fastest });
+        }
+        Some(asked) => asked,
+        None => clocks.iter().map(|c| c.preferred).fold(0.0, f64::max),
+    };
+    // Decimal clocks leave digits like 0.03999999999999915.
+    Ok((step * 1e9).round() / 1e9)
+}
+
+/// Within a twentieth of a period; rows that are left out are no irregularity.
+fn is_uniform(series: &Series) -> bool {
+    series.time.windows(2).all(|w| {
+        let periods = (w[1] - w[0]) / series.period;
+        (periods - periods.round().max(1.0)).abs() < 0.05 || periods > 3.0
+    })
+}
+
+fn same_clock(a: &Series, b: &Series) -> bool {
+    let apart = (a.start() - b.start()) / a.period;
+    (a.period / b.period - 1.0).abs() < 1e-3 && (apart - apart.round()).abs() < 1e-3
+}
+
+/// Samples on either side of one over which its speed is averaged.
+pub(crate) fn half_average(step: f64) -> usize {
+    (0.5 * SPEED_AVERAGE / step).round() as usize
+}
+
+/// The runs of samples in which the averaged speed stays within `window`, and are long enough.
+pub(crate) fn within_speeds(speed: &[f64], step: f64, window: (f64, f64)) -> Vec<Range<usize>> {
+    let half = half_average(step);
+    let inside = |k: usize| {
+        let (a, b) = (k.saturating_sub(half), (k + half + 1).min(speed.len()));
+        (window.0..=window.1).contains(&mean(&speed[a..b]))
+    };
+    let mut runs: Vec<Range<usize>> = Vec::new();
+    for k in (0..speed.len()).filter(|&k| inside(k)) {
+        match runs.last_mut() {
+            Some(run) if run.end == k => run.end = k + 1,
+            _ => runs.push(k..k + 1),
+        }
+    }
+    runs.retain(|run| run.len() >= LEAST_SEGMENT);
+    runs
+}

@@ -1,0 +1,221 @@
+//! Samples of one channel on its own clock, in SI units.
+
+use crate::error::{Error, Place, counted};
+use crate::resample::{Becomes, Grid, resample};
+use crate::role::Role;
+use crate::signal::resolution;
+use crate::units::Unit;
+use formats::{ChannelSummary, Intersample};
+use std::rc::Rc;
+
+/// Samples of one channel in time order.
+#[derive(Debug, Clone)]
+pub(crate) struct Series {
+    pub(crate) role: Role,
+    pub(crate) file: String,
+    pub(crate) column: String,
+    pub(crate) unit: Unit,
+    /// Instants, s; shared by the channels of a file where none of its cells is blank.
+    pub(crate) time: Rc<Vec<f64>>,
+    /// SI values.
+    pub(crate) value: Vec<f64>,
+    /// Lines in the file.
+    pub(crate) line: Rc<Vec<u64>>,
+    /// Median period of the clock, s; of a sensor that is slower than the rows, that of its updates.
+    pub(crate) period: f64,
+    /// What it does between its samples.
+    pub(crate) intersample: Intersample,
+    /// Instants of single spikes and dropouts, which are left out, s.
+    pub(crate) spikes: Vec<f64>,
+    /// First and last instants of frozen runs, which are left out, s.
+    pub(crate) frozen: Vec<[f64; 2]>,
+}
+
+impl Series {
+    /// SI values; what no vehicle has is refused.
+    pub(super) fn bring_to_si(&mut self, sign: f64) -> Result<(), Error> {
+        let (role, unit) = (self.role, self.unit);
+        let factor = sign * unit.to_si;
+        if let Some((least, most, si)) = role.limits(unit.quantity) {
+            let outside = |x: f64| x < least || x > most;
+            if let Some(i) = (0..self.value.len())
+                .find(|&i| outside(factor * self.value[i]) && !self.time[i].is_nan())
+            {
+                let value = factor * self.value[i];
+                return Err(Error::Impossible {
+                    at: Place::new(&self.file, self.line[i], &self.column),
+                    role: role.name(),
+                    value,
+                    si,
+                    unit: unit.name,
+                    limit: if value < least { least } else { most },
+                    alternatives: role.alternatives(sign * self.value[i], unit.name),
+                });
+            }
+        }
+        self.value.iter_mut().for_each(|x| *x *= factor);
+        Ok(())
+    }
+
+    /// The channel on a grid: the steering as it drives a model whose input is held, the others by their
+    /// values.
+    pub(crate) fn on(&self, grid: &Grid) -> Vec<f64> {
+        let becomes = match self.role {
+            Role::Steering => Becomes::Held(self.intersample),
+            _ => Becomes::Samples,
+        };
+        resample(&self.time, &self.value, self.period, grid, becomes)
+    }
+
+    /// Takes the rows over that follow.
+    pub(super) fn append(&mut self, later: &mut Self) {
+        Rc::make_mut(&mut self.time).append(Rc::make_mut(&mut later.time));
+        Rc::make_mut(&mut self.line).append(Rc::make_mut(&mut later.line));
+        self.value.append(&mut later.value);
+    }
+
+    /// The rows from that one, which are taken off.
+    pub(super) fn split_off(&mut self, row: usize) -> Self {
+        Self {
+            time: Rc::new(Rc::make_mut(&mut self.time).split_off(row)),
+            line: Rc::new(Rc::make_mut(&mut self.line).split_off(row)),
+            value: self.value.split_off(row),
+            file: self.file.clone(),
+            column: self.column.clone(),
+            spikes: Vec::new(),
+            frozen: Vec::new(),
+            ..*self
+        }
+    }
+
+    /// Keeps the rows that are wanted.
+    pub(super) fn retain(&mut self, wanted: impl Fn(usize) -> bool) {
+        let kept: Vec<usize> = (0..self.value.len()).filter(|&i| wanted(i)).collect();
+        if kept.len() < self.value.len() {
+            self.time = Rc::new(kept.iter().map(|&i| self.time[i]).collect());
+            self.line = Rc::new(kept.iter().map(|&i| self.line[i]).collect());
+            self.value = kept.iter().map(|&i| self.value[i]).collect();
+        }
+    }
+
+    pub(crate) fn is_missing(&self, i: usize) -> bool {
+        self.time[i].is_nan() || self.value[i].is_nan()
+    }
+
+    /// Leaves rows without an instant or without a value out; how many they are.
+    pub(super) fn leave_out_missing(&mut self) -> usize {
+        let rows = self.value.len();
+        let there: Vec<bool> = (0..rows).map(|i| !self.is_missing(i)).collect();
+        self.retain(|i| there[i]);
+        rows - self.value.len()
+    }
+
+    /// The spikes with their instants, for a warning; `None` where there are none.
+    pub(super) fn spikes_in_words(&self) -> Option<String> {
+        const SHOWN: usize = 5;
+        if self.spikes.is_empty() {
+            return None;
+        }
+        let mut at: Vec<String> =
+            self.spikes.iter().take(SHOWN).map(|t| format!("{t:.3} s")).collect();
+        if self.spikes.len() > SHOWN {
+            at.push("…".into());
+        }
+        Some(format!(
+            "{}: column `{}`: {} at {} (one to three samples that jump away and back), handled as missing samples",
+            self.file,
+            self.column,
+            counted(self.spikes.len(), "spike"),
+            at.join(", ")
+        ))
+    }
+
+    /// The runs in which the channel was frozen, for a warning; `None` where there are none.
+    pub(super) fn frozen_in_words(&self) -> Option<String> {
+        let at: Vec<String> =
+            self.frozen.iter().map(|[a, b]| format!("{a:.2} to {b:.2} s")).collect();
+        (!at.is_empty()).then(|| {
+            format!(
+                "{}: column `{}` is frozen while the vehicle is steered ({}): handled as missing samples",
+                self.file,
+                self.column,
+                at.join(", ")
+            )
+        })
+    }
+
+    /// Leaves out the samples within the runs `from..=to`, in s.
+    pub(super) fn leave_out(&mut self, runs: &[[f64; 2]]) {
+        if runs.is_empty() {
+            return;
+        }
+        let time = Rc::clone(&self.time);
+        self.retain(|i| !runs.iter().any(|[from, to]| (*from..=*to).contains(&time[i])));
+    }
+
+    pub(crate) fn start(&self) -> f64 {
+        self.time.first().copied().unwrap_or(f64::NAN)
+    }
+
+    pub(crate) fn end(&self) -> f64 {
+        self.time.last().copied().unwrap_or(f64::NAN)
+    }
+
+    /// Gaps above this are not bridged, s.
+    pub(crate) fn gap_limit(&self, limit: f64) -> f64 {
+        limit.max(1.5 * self.period)
+    }
+
+    /// Gaps above the limit within `from..to`, as the row before each.
+    pub(crate) fn gaps(&self, from: f64, to: f64, limit: f64) -> Vec<usize> {
+        let limit = self.gap_limit(limit);
+        let time = &self.time;
+        (0..time.len().saturating_sub(1))
+            .filter(|&i| time[i + 1] > from && time[i] < to && time[i + 1] - time[i] > limit)
+            .collect()
+    }
+
+    /// Line of the row after `i`.
+    pub(crate) fn line_after(&self, i: usize) -> u64 {
+        self.line[(i + 1).min(self.line.len() - 1)]
+    }
+
+    /// Tells of the gaps within `from..to` that are bridged.
+    pub(crate) fn tell_bridged(&self, from: f64, to: f64, limit: f64, warnings: &mut Vec<String>) {
+        let limit = self.gap_limit(limit);
+        let gap = |i: usize| self.time[i + 1] - self.time[i];
+        let small: Vec<usize> = (0..self.time.len() - 1)
+            .filter(|&i| self.time[i + 1] > from && self.time[i] < to)
+            .filter(|&i| gap(i) > 3.0 * self.period && gap(i) <= limit)
+            .collect();
+        if let Some(worst) = small.iter().copied().max_by(|a, b| gap(*a).total_cmp(&gap(*b))) {
+            warnings.push(format!(
+                "{}: column `{}`: {} bridged by straight lines, the longest {:.3} s before line {}",
+                self.file,
+                self.column,
+                counted(small.len(), "gap"),
+                gap(worst),
+                self.line_after(worst),
+            ));
+        }
+    }
+
+    pub(crate) fn summary(&self) -> ChannelSummary {
+        let n = self.value.len() as f64;
+        ChannelSummary {
+            role: self.role.key().into(),
+            column: self.column.clone(),
+            unit: self.unit.name.into(),
+            rows: self.value.len(),
+            // The clock's digits are coarser than 1e-3 Hz.
+            rate_hz: (1e3 / self.period).round() / 1e3,
+            intersample: Some(self.intersample),
+            min: self.value.iter().copied().fold(f64::INFINITY, f64::min),
+            mean: self.value.iter().sum::<f64>() / n,
+            max: self.value.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+            resolution: resolution(&self.value),
+            spikes_s: self.spikes.clone(),
+            frozen_s: self.frozen.clone(),
+        }
+    }
+}

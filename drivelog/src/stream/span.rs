@@ -1,0 +1,191 @@
+//! The stretches of a drive that is read in chunks, on the grids they have where it is read whole.
+
+use super::gate::{Gate, Piece, Sink};
+use crate::drive::Drive;
+use crate::error::{Error, counted};
+use crate::options::LogOptions;
+use crate::resample::{Grid, MARGIN};
+use crate::role::Role;
+use crate::segments::{self, Clock, LEAST_SEGMENT, Span};
+use crate::series::Series;
+use std::rc::Rc;
+
+/// Most samples between rows that are read together; more, and a clock or an option is wrong.
+const MOST_SAMPLES: usize = 5_000_000;
+
+/// A stretch that may go on.
+struct Open {
+    /// Where the data of its grid begin, s.
+    from: f64,
+    /// Its first sample, s.
+    start: f64,
+    /// Samples that have gone out.
+    done: usize,
+}
+
+/// Segment after stretch.
+pub(super) struct Spans {
+    clock: Clock,
+    step: f64,
+    per_step: usize,
+    open: Option<Open>,
+    gate: Option<Gate>,
+    gaps: usize,
+    short: usize,
+}
+
+impl Spans {
+    pub(super) fn new(clock: Clock, step: f64, speeds: Option<(f64, f64)>) -> Self {
+        let per_step = clock.per_step(step) as usize;
+        let gate = speeds.map(|window| Gate::new(window, step));
+        Self { clock, step, per_step, open: None, gate, gaps: 0, short: 0 }
+    }
+
+    /// Sends out what the rows at hand allow, and drops the rows that are done with. A yaw rate that is
+    /// `frozen_to` an instant has no rows before it any more.
+    pub(super) fn advance<E: From<Error>>(
+        &mut self,
+        drive: &mut Drive,
+        options: &LogOptions,
+        frozen_to: Option<f64>,
+        is_last: bool,
+        sink: &mut Sink<'_, E>,
+    ) -> Result<(), E> {
+        let channels = &drive.channels;
+        if channels.iter().any(|c| c.value.is_empty()) {
+            drop_before(drive, frozen_to.unwrap_or(f64::NEG_INFINITY));
+            return Ok(());
+        }
+        let from = channels.iter().map(|c| c.start()).fold(f64::NEG_INFINITY, f64::max);
+        let to = channels.iter().map(|c| c.end()).fold(f64::INFINITY, f64::min);
+        let (spans, splits) = segments::without_gaps(drive, vec![(from, to)], options);
+        let gap = |c: &Series| c.gap_limit(options.max_gap_s);
+        let limit = channels.iter().map(gap).fold(0.0, f64::max);
+        let ends = frozen_to.filter(|frozen_to| frozen_to - to > limit);
+        self.gaps += splits.len();
+        let continues = |open: &Open, span: &Span| {
+            let next =
+                if open.done > 0 { self.step * open.done as f64 + open.start } else { open.from };
+            span.0 <= next + 1e-9 * self.step
+        };
+        let goes_on = self.open.as_ref().zip(spans.first()).is_some_and(|(o, s)| continues(o, s));
+        if self.open.is_some() && !goes_on {
+            self.close(sink)?;
+        }
+        for (k, span) in spans.iter().enumerate().filter(|(_, span)| span.0 < span.1) {
+            if self.open.is_none() {
+                let start = self.clock.grid(drive, *span, self.step).start;
+                self.open = Some(Open { from: start - self.margin(), start, done: 0 });
+            }
+            let closed = is_last || ends.is_some() || k + 1 < spans.len();
+            self.send(drive, span.1, closed, sink)?;
+            if closed {
+                self.close(sink)?;
+            }
+        }
+        let keep = match &self.open {
+            Some(o) if o.done > 0 => {
+                o.start + self.step * o.done as f64 - (MARGIN + 2.0) * self.step
+            }
+            Some(o) => o.from,
+            None => ends.unwrap_or(to),
+        };
+        drop_before(drive, keep);
+        Ok(())
+    }
+
+    fn margin(&self) -> f64 {
+        self.step * self.clock.margin(self.step)
+    }
+
+    /// Sends out the samples that have all of their data up to `to`.
+    fn send<E: From<Error>>(
+        &mut self,
+        drive: &Drive,
+        to: f64,
+        closed: bool,
+        sink: &mut Sink<'_, E>,
+    ) -> Result<(), E> {
+        let Some(open) = &mut self.open else { return Ok(()) };
+        let margin = self.clock.margin(self.step);
+        let count = Grid::within(open.from, to, self.step, self.per_step, margin).count;
+        if count < LEAST_SEGMENT {
+            self.short += usize::from(closed);
+            return Ok(());
+        }
+        if count - open.done.min(count) > MOST_SAMPLES {
+            let sample_time_s = self.step;
+            let duration_s = count as f64 * self.step;
+            return Err(
+                Error::TooManySamples { duration_s, sample_time_s, limit: MOST_SAMPLES }.into()
+            );
+        }
+        let grid = Grid {
+            start: open.start + self.step * open.done as f64,
+            step: self.step,
+            count: count.saturating_sub(open.done),
+            per_step: self.per_step,
+        };
+        open.done = open.done.max(count);
+        if grid.count == 0 {
+            return Ok(());
+        }
+        let on_grid = |role: Role| Some(drive.channel(role)?.on(&grid));
+        let steering = on_grid(Role::Steering).unwrap_or_default();
+        let yaw_rate = on_grid(Role::YawRate).unwrap_or_default();
+        let mut speed = on_grid(Role::Speed);
+        speed.iter_mut().flatten().for_each(|v| *v = v.max(0.0));
+        match (&mut self.gate, speed) {
+            (Some(gate), Some(speed)) => {
+                let mut sink = |piece: Piece<'_>| sink(self.step, piece);
+                gate.push([&steering, &yaw_rate, &speed], &mut sink)
+            }
+            (_, speed) => sink(
+                self.step,
+                Piece::Samples {
+                    steering: &steering,
+                    yaw_rate: &yaw_rate,
+                    speed: speed.as_deref(),
+                },
+            ),
+        }
+    }
+
+    /// Ends the stretch.
+    fn close<E>(&mut self, sink: &mut Sink<'_, E>) -> Result<(), E> {
+        if self.open.take().is_none_or(|open| open.done == 0) {
+            return Ok(());
+        }
+        match &mut self.gate {
+            Some(gate) => gate.end(&mut |piece| sink(self.step, piece)),
+            None => sink(self.step, Piece::End),
+        }
+    }
+
+    /// What was split and left out.
+    pub(super) fn told(&self, name: &str) -> Vec<String> {
+        let mut told = Vec::new();
+        if self.gaps > 0 {
+            told.push(format!("{name}: split at {}", counted(self.gaps, "gap")));
+        }
+        if self.short > 0 {
+            told.push(format!(
+                "{name}: {} shorter than {:.1} s left out",
+                counted(self.short, "stretch").replace("hs", "hes"),
+                LEAST_SEGMENT as f64 * self.step
+            ));
+        }
+        told
+    }
+}
+
+/// Drops what is no longer needed from that instant on.
+pub(super) fn drop_before(drive: &mut Drive, keep: f64) {
+    for series in &mut drive.channels {
+        // One row before, to draw the line from.
+        let cut = series.time.partition_point(|t| *t <= keep).saturating_sub(1);
+        Rc::make_mut(&mut series.time).drain(..cut);
+        Rc::make_mut(&mut series.line).drain(..cut);
+        series.value.drain(..cut);
+    }
+}

@@ -1,0 +1,209 @@
+//! Files as they are written, and clocks: merged, resampled, or refused with their place.
+
+use super::{HEADER, coarse, csv, good, rate, read_one, refused, steer, units, with_line};
+use drivelog::{Error, Intersample, LogFile, LogOptions, read_drives, read_log};
+
+#[test]
+fn a_clean_log_is_read_and_resampled() {
+    let log = read_one(good(), &LogOptions::default()).unwrap();
+    // Without noise decimation would show: the log's own rate is kept.
+    assert_eq!(log.sample_time_s, 0.01);
+    assert_eq!(log.name, "drive");
+    for (k, y) in log.output.iter().enumerate() {
+        let t = log.segments[0].time0_s + 0.01 * k as f64;
+        assert!((y - rate(t)).abs() < 1e-4, "{t}: {y} {}", rate(t));
+    }
+    assert!(log.speed.as_ref().unwrap().iter().all(|v| (v - 15.0).abs() < 1e-9));
+    let summary = &log.channels[1];
+    assert_eq!((summary.role.as_str(), summary.rows), ("yaw_rate", 1000));
+    assert!((summary.rate_hz - 100.0).abs() < 0.01);
+    // A measured angle is brought to what, held, does the same: the mean over the step that follows.
+    let behaviour = |log: &drivelog::DriveLog| log.channels[0].intersample;
+    assert_eq!(behaviour(&log), Some(Intersample::Bl));
+    for (k, u) in log.input.iter().enumerate() {
+        let middle = log.segments[0].time0_s + 0.01 * k as f64 + 0.005;
+        assert!((u - steer(middle)).abs() < 2e-5, "{middle}: {u} {}", steer(middle));
+    }
+    let log = read_one(good(), &coarse()).unwrap();
+    for (k, u) in log.input.iter().enumerate() {
+        let middle = log.segments[0].time0_s + 0.04 * k as f64 + 0.02;
+        assert!((u - steer(middle)).abs() < 1e-4, "{middle}: {u} {}", steer(middle));
+    }
+    // A command at the log's own rate is not touched.
+    let held = Some(Intersample::Zoh);
+    let options =
+        LogOptions { sample_time_s: Some(0.01), intersample: held, ..LogOptions::default() };
+    let log = read_one(good(), &options).unwrap();
+    assert_eq!((log.len(), behaviour(&log)), (1000, held));
+    assert!((0..1000).all(|k| (log.input[k] - steer(k as f64 * 0.01)).abs() < 2e-9));
+}
+
+#[test]
+fn spellings_of_a_file_do_not_matter() {
+    let plain = read_one(good(), &LogOptions::default()).unwrap();
+    let text = String::from_utf8(good()).unwrap();
+    let variants = [
+        format!("\u{feff}{text}"),
+        text.replace('\n', "\r\n"),
+        format!("{text}\n\n  \n"),
+        text.replace(',', ";"),
+        text.replace(',', "\t"),
+        text.replacen(HEADER, "\"time_s\",\"steer_rad\",\"yaw_rate_radps\", speed_mps", 1),
+        text.replacen(HEADER, "time [s],steer [rad],yaw_rate (rad/s),speed [m/s]", 1),
+    ];
+    for (i, variant) in variants.into_iter().enumerate() {
+        let log = read_one(variant.into_bytes(), &LogOptions::default()).unwrap();
+        assert_eq!((&log.input, &log.output), (&plain.input, &plain.output), "variant {i}");
+    }
+}
+
+#[test]
+fn files_with_clocks_of_their_own_are_merged() {
+    let a = csv("time_s,steer_rad", 830, |k| {
+        let t = 0.3 + k as f64 * 0.012 + 0.002 * (k as f64 * 1.7).sin();
+        format!("{t:.6},{:.9}", steer(t))
+    });
+    let b = csv("time_s,yaw_rate_radps", 1040, |k| {
+        let t = k as f64 * 0.0096;
+        format!("{t:.6},{:.9}", rate(t))
+    });
+    let files = vec![("a.csv".to_owned(), a), ("b.csv".to_owned(), b)];
+    let log = read_log(&files, &LogOptions::default()).unwrap();
+    assert!(log.segments[0].time0_s >= 0.3);
+    for (k, y) in log.output.iter().enumerate() {
+        assert!((y - rate(log.segments[0].time0_s + 0.02 * k as f64)).abs() < 5e-4);
+    }
+    // The input of the model is held: its sample stands for the middle of its interval.
+    for (k, u) in log.input.iter().enumerate() {
+        let middle = log.segments[0].time0_s + 0.02 * k as f64 + 0.5 * 0.02;
+        assert!((u - steer(middle)).abs() < 5e-4);
+    }
+    let same = vec![files[0].clone(), ("c.csv".to_owned(), files[0].1.clone()), files[1].clone()];
+    let options = LogOptions { input: Some("steer_rad".into()), ..LogOptions::default() };
+    let error = read_log(&same, &options).unwrap_err();
+    assert!(matches!(&error, Error::AmbiguousColumn { files, .. } if files == "a.csv, c.csv"));
+    let told = LogOptions { input: Some("a.csv:steer_rad".into()), ..LogOptions::default() };
+    assert_eq!(read_log(&same, &told).unwrap().input, log.input);
+    let late = csv("time_s,yaw_rate_radps", 500, |k| format!("{},{}", 100.0 + k as f64, k));
+    let error = read_log(&[files[0].clone(), ("late.csv".into(), late)], &LogOptions::default());
+    assert!(matches!(error, Err(Error::Impossible { .. } | Error::NoOverlap { .. })));
+    let late = csv("time_s,yaw_rate_radps", 500, |k| {
+        format!("{},{}", 100.0 + 0.01 * k as f64, rate(k as f64))
+    });
+    let error = read_log(&[files[0].clone(), ("late.csv".into(), late)], &LogOptions::default());
+    assert!(matches!(error, Err(Error::NoOverlap { .. })), "{error:?}");
+}
+
+#[test]
+fn bad_files_are_refused_with_their_place() {
+    let o = LogOptions::default();
+    for empty in ["", "\n\n", "  ", "\u{feff}"] {
+        assert!(matches!(refused(empty.as_bytes().to_vec(), &o), Error::EmptyFile { .. }));
+    }
+    let header_only = format!("{HEADER}\n").into_bytes();
+    assert!(matches!(refused(header_only, &o), Error::TooFewRows { .. }));
+    assert!(matches!(refused(b"\0\x01PK\n".to_vec(), &o), Error::NotText { line: 1, .. }));
+    let e = refused(with_line(5, "0.03,abc,0.1,15"), &o);
+    assert!(
+        matches!(e, Error::NotANumber { ref at, .. } if at.line == 5 && at.column == "steer_rad")
+    );
+    let e = refused(with_line(6, "0.04,0.01,inf,15"), &o);
+    assert!(
+        matches!(e, Error::NotFinite { ref at, .. } if at.line == 6 && at.column == "yaw_rate_radps")
+    );
+    assert!(matches!(
+        refused(with_line(7, "0.05,0.01,0.1"), &o),
+        Error::RaggedRow { line: 7, got: 3, expected: 4, .. }
+    ));
+    let back = refused(with_line(8, "0.02,0.01,0.1,15"), &o);
+    assert!(matches!(back, Error::TimeNotIncreasing { ref at, .. } if at.line == 8));
+    let twice = refused(csv("time_s,a_rad,a_rad", 5, |_| "1,2,3".into()), &o);
+    assert!(matches!(twice, Error::RepeatedColumn { line: 1, .. }));
+    let unclosed = [HEADER, "\n0,\"0.1,0.2,15\n0.01,0.1,0.2,15\n"].concat().into_bytes();
+    refused(unclosed, &o);
+    assert!(matches!(read_log(&[], &o), Err(Error::NoFiles)));
+}
+
+/// A reader that gives a byte at a time, and fails where told.
+struct Slow<'a>(&'a [u8], usize);
+
+impl std::io::Read for Slow<'_> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        if self.1 == 0 {
+            return Err(std::io::Error::other("the disk is gone"));
+        }
+        self.1 -= 1;
+        let count = self.0.len().min(buffer.len()).min(1);
+        buffer[..count].copy_from_slice(&self.0[..count]);
+        self.0 = &self.0[count..];
+        Ok(count)
+    }
+}
+
+#[test]
+fn a_file_is_read_as_it_comes() {
+    let text = [b"\xEF\xBB\xBF", b"\n \n".as_slice(), &good()].concat();
+    let read = |budget: usize| {
+        let file = LogFile { name: "slow.csv".into(), reader: Box::new(Slow(&text, budget)) };
+        read_drives(vec![file], Vec::new(), &LogOptions::default())
+    };
+    let log = read(usize::MAX).unwrap();
+    assert_eq!(log.output, read_one(good(), &LogOptions::default()).unwrap().output);
+    assert_eq!(log.sources[0].sha256, formats::sha256_hex(&text));
+    for budget in [10, 20_000] {
+        let error = read(budget).unwrap_err().to_string();
+        assert!(error.starts_with("slow.csv:") && error.contains("the disk is gone"), "{error}");
+    }
+}
+
+proptest::proptest! {
+    #[test]
+    fn no_bytes_make_the_reader_panic(mut bytes: Vec<u8>, at in 0_usize..3000, header: bool) {
+        let o = LogOptions { units: units(&[]), ..LogOptions::default() };
+        if header {
+            let mut text = good();
+            let at = at.min(text.len());
+            text.splice(at..at, bytes);
+            bytes = text;
+        }
+        if let Err(error) = read_one(bytes, &o) {
+            proptest::prop_assert!(!error.hint().is_empty());
+        }
+    }
+}
+
+/// A channel whose values repeat in faster rows is read as updated where they change: a yaw rate that is
+/// updated at 10 or 50 Hz in rows of 100 Hz is no later than it was measured.
+#[test]
+fn a_sensor_that_is_slower_than_the_rows_is_read_as_it_was_updated() {
+    for rows in [2, 10] {
+        let text = csv(HEADER, 3000, |k| {
+            let t = k as f64 * 0.01;
+            let updated = (k / rows * rows) as f64 * 0.01;
+            format!("{t:.2},{:.9},{:.9},15.0", steer(t), rate(updated))
+        });
+        let log = read_one(text, &LogOptions::default()).unwrap();
+        assert!((log.channels[1].rate_hz - 100.0 / rows as f64).abs() < 0.1, "{:?}", log.channels);
+        assert!(log.warnings.iter().any(|w| w.contains("repeated over")), "{:?}", log.warnings);
+        for (t, y) in log.time_s().into_iter().zip(&log.output) {
+            assert!((y - rate(t)).abs() < 3e-3, "{rows} {t}: {y} {}", rate(t));
+        }
+    }
+}
+
+/// A command is held however it is named, where its values say so.
+#[test]
+fn what_the_steering_does_between_its_samples_is_detected() {
+    let with = |name: &str, angle: fn(usize) -> f64| {
+        let header = HEADER.replace("steer_rad", name);
+        let text = csv(&header, 1000, |k| {
+            format!("{:.2},{:.9},{:.9},15.0", k as f64 * 0.01, angle(k), rate(k as f64 * 0.01))
+        });
+        read_one(text, &LogOptions::default()).unwrap().channels[0].intersample
+    };
+    let smooth = |k: usize| steer(k as f64 * 0.01);
+    let steps = |k: usize| 0.01 * ((k / 70 * 7919) % 13) as f64;
+    assert_eq!(with("steer_rad", smooth), Some(Intersample::Bl));
+    assert_eq!(with("steering_command_rad", smooth), Some(Intersample::Zoh));
+    assert_eq!(with("steer_rad", steps), Some(Intersample::Zoh));
+}

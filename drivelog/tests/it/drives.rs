@@ -1,0 +1,95 @@
+//! Which files are one drive.
+
+use super::gaps::warning;
+use super::{HEADER, csv, good, good_row, rate, read_one, steer};
+use drivelog::{Error, LogFile, LogOptions, read_drives, read_log};
+
+fn file(name: &str, bytes: &[u8]) -> (String, Vec<u8>) {
+    (name.to_owned(), bytes.to_vec())
+}
+
+/// A drive that starts at another time on another clock.
+fn other_drive() -> Vec<u8> {
+    csv(HEADER, 800, |k| {
+        let t = k as f64 * 0.0125;
+        format!("{:.4},{:.9},{:.9},15.0", 1000.0 + t, steer(t), rate(t))
+    })
+}
+
+#[test]
+fn files_that_bring_everything_are_drives_of_their_own() {
+    let o = LogOptions::default();
+    let log = read_log(&[file("one/a.csv", &good()), file("b.csv", &other_drive())], &o).unwrap();
+    let (one, two) = (read_one(good(), &o).unwrap(), read_one(other_drive(), &o).unwrap());
+    assert_eq!(log.segments.len(), 2);
+    // 0.01 s suits the first, 0.0125 s the second: one sample time for all.
+    let times = [&one, &two, &log].map(|log| log.sample_time_s);
+    assert_eq!(times, [0.01, 0.0125, 0.0125]);
+    let same = LogOptions { sample_time_s: Some(0.0125), ..o.clone() };
+    let alone = read_one(good(), &same).unwrap();
+    assert_eq!(log.output[log.segments[0].range.clone()], alone.output[..]);
+    assert!(log.segments[1].time0_s > 1000.0);
+    for (k, y) in log.output[log.segments[1].range.clone()].iter().enumerate() {
+        let t = log.segments[1].time0_s - 1000.0 + 0.0125 * k as f64;
+        assert!((y - rate(t)).abs() < 1e-3, "{t}");
+    }
+    // Each file by name and hash, each channel by file and column, and which drives there are.
+    let hashes: Vec<_> = log.sources.iter().map(|s| s.name.as_str()).collect();
+    assert_eq!(hashes, ["a.csv", "b.csv"]);
+    assert_eq!(
+        (&log.sources[0].sha256, &log.sources[1].sha256),
+        (&{ formats::sha256_hex(&good()) }, &formats::sha256_hex(&other_drive()))
+    );
+    let columns: Vec<_> = log.channels.iter().map(|c| c.column.as_str()).collect();
+    assert_eq!(&columns[..2], ["a.csv:steer_rad", "a.csv:yaw_rate_radps"]);
+    assert_eq!((columns.len(), columns[5]), (6, "b.csv:speed_mps"));
+    assert_eq!(log.options["drives"], "a.csv; b.csv");
+    // A window is on each drive's own clock; a drive that none meets is left out.
+    let window = LogOptions { windows: vec![(1001.0, 1008.0)], ..o.clone() };
+    let part = read_log(&[file("a.csv", &good()), file("b.csv", &other_drive())], &window).unwrap();
+    assert_eq!(part.segments.len(), 1);
+    assert!(warning(&part, "no window meets").starts_with("a.csv"));
+    let none = LogOptions { windows: vec![(50.0, 60.0)], ..o.clone() };
+    let error = read_log(&[file("a.csv", &good()), file("b.csv", &other_drive())], &none);
+    assert!(matches!(error, Err(Error::NoOverlap { .. })));
+    // The same drive twice would judge a model by what it was estimated from.
+    let error = read_log(&[file("a.csv", &good()), file("copy.csv", &good())], &o).unwrap_err();
+    assert!(
+        matches!(&error, Error::RepeatedDrive { first, second } if first == "a.csv" && second == "copy.csv")
+    );
+    // Where one drive has no speed, none is used.
+    let mute = csv("time_s,steer_rad,yaw_rate_radps", 999, |k| good_row(k).replace(",15.0", ""));
+    let log = read_log(&[file("a.csv", &good()), file("mute.csv", &mute)], &o).unwrap();
+    assert!(log.speed.is_none() && warning(&log, "no speed in").contains("mute.csv"));
+}
+
+#[test]
+fn which_files_are_one_drive_is_told_or_asked() {
+    let o = LogOptions::default();
+    let bare = csv("time_s,steer_rad,yaw_rate_radps", 1000, |k| good_row(k).replace(",15.0", ""));
+    let speed = csv("time_s,speed_mps", 1000, |k| format!("{},15", k as f64 * 0.01));
+    // A file that adds to the only whole one.
+    let log = read_log(&[file("a.csv", &bare), file("speed.csv", &speed)], &o).unwrap();
+    assert!(log.segments.len() == 1 && log.speed.is_some());
+    // To which of two it adds is not known.
+    let three = [file("a.csv", &bare), file("b.csv", &other_drive()), file("speed.csv", &speed)];
+    let error = read_log(&three, &o).unwrap_err();
+    assert!(matches!(error, Error::AmbiguousDrives { .. }), "{error:?}");
+    assert!(error.hint().contains("--drive a.csv,speed.csv"), "{}", error.hint());
+    let open = |i: usize| LogFile::of_bytes(&three[i].0, &three[i].1);
+    let log = read_drives(vec![open(1)], vec![vec![open(0), open(2)]], &o).unwrap();
+    assert_eq!(
+        (log.segments.len(), log.options["drives"].as_str()),
+        (2, "b.csv; a.csv + speed.csv")
+    );
+    assert!(log.speed.is_some());
+    // Columns named with their files are channels of one drive.
+    let named = LogOptions {
+        input: Some("a.csv:steer_rad".into()),
+        output: Some("b.csv:yaw_rate_radps".into()),
+        ..o.clone()
+    };
+    let error = read_log(&three[..2], &named).unwrap_err();
+    assert!(matches!(error, Error::NoOverlap { .. }), "{error:?}");
+    assert!(matches!(read_drives(Vec::new(), vec![Vec::new()], &o), Err(Error::NoFiles)));
+}

@@ -1,0 +1,170 @@
+//! Gaps, windows and speed windows: bridged, or the drive is split there.
+
+use super::{HEADER, coarse, csv, good, good_row, rate, read_one, refused, steer, with_line};
+use drivelog::{DriveLog, Error, Intersample, LogOptions};
+use std::f64::consts::PI;
+
+/// The text without some of its lines; the header is line 0.
+fn holed(text: &[u8], holes: &[std::ops::Range<usize>]) -> Vec<u8> {
+    let text = std::str::from_utf8(text).unwrap();
+    let kept = text.lines().enumerate().filter(|(i, _)| !holes.iter().any(|h| h.contains(i)));
+    kept.map(|(_, line)| line).collect::<Vec<_>>().join("\n").into_bytes()
+}
+
+pub(crate) fn warning<'a>(log: &'a DriveLog, part: &str) -> &'a str {
+    let found = log.warnings.iter().find(|w| w.contains(part));
+    found.unwrap_or_else(|| panic!("no `{part}` in {:?}", log.warnings))
+}
+
+/// Every sample is where and what it is in the drive without gaps, and the stretches are all samples.
+fn is_part_of(log: &DriveLog, tolerance: f64) {
+    let mut next = 0;
+    for stretch in &log.segments {
+        assert_eq!(stretch.range.start, next);
+        next = stretch.range.end;
+    }
+    assert_eq!((next, log.input.len()), (log.len(), log.len()));
+    for (t, y) in log.time_s().into_iter().zip(&log.output) {
+        assert!((y - rate(t)).abs() < tolerance, "{t}: {y} {}", rate(t));
+    }
+}
+
+#[test]
+fn short_gaps_are_bridged_and_long_ones_split_the_drive() {
+    let o = coarse();
+    // Blank, NaN and missing cells of the yaw rate on lines 302 to 305.
+    let blanks = |from: usize, to: usize| {
+        csv(HEADER, 1000, |k| {
+            let t = k as f64 * 0.01;
+            let cell = ["", "NaN", " ", "nan"][k % 4];
+            if (from..to).contains(&k) {
+                format!("{t:.2},{:.9},{cell},15.0", steer(t))
+            } else {
+                good_row(k)
+            }
+        })
+    };
+    let log = read_one(blanks(300, 304), &o).unwrap();
+    let told = warning(&log, "yaw_rate_radps");
+    assert!(told.contains("4 samples") && told.contains("302-305"), "{told}");
+    assert_eq!(log.segments.len(), 1);
+    is_part_of(&log, 2e-3);
+    // Blank for a second: two stretches, and the steering that is there is not used between them.
+    let log = read_one(blanks(400, 500), &o).unwrap();
+    let told = warning(&log, "split");
+    assert!(told.starts_with("drive.csv:502: column `yaw_rate_radps`"), "{told}");
+    assert!(told.contains("nothing from 3.99 s to 5 s"), "{told}");
+    assert_eq!(log.segments.len(), 2);
+    is_part_of(&log, 1e-4);
+    // Rows missing altogether: 0.2 s bridged, 1 s not.
+    let log = read_one(holed(&good(), &[400..420]), &o).unwrap();
+    assert!(warning(&log, "bridged").contains("line 401"));
+    assert_eq!(log.segments.len(), 1);
+    let log = read_one(holed(&good(), &[400..500]), &o).unwrap();
+    let told: Vec<&String> = log.warnings.iter().filter(|w| w.contains("split")).collect();
+    // Once for the file, though three columns have the gap.
+    assert!(told.len() == 1 && told[0].starts_with("drive.csv:401:"), "{told:?}");
+    assert_eq!(log.segments.len(), 2);
+    // The anti-alias filter takes 0.36 s at either end of each stretch.
+    let ends: Vec<(f64, f64)> = log
+        .segments
+        .iter()
+        .map(|s| (s.time0_s, s.time0_s + 0.04 * (s.range.len() - 1) as f64))
+        .collect();
+    assert!(ends[0].1 <= 3.98 - 0.35 && ends[1].0 >= 4.99 + 0.35, "{ends:?}");
+    is_part_of(&log, 1e-4);
+    let wide = LogOptions { max_gap_s: 5.0, ..o.clone() };
+    assert_eq!(read_one(holed(&good(), &[200..500]), &wide).unwrap().segments.len(), 1);
+    // At the log's own rate a command has no filter, and no sample is lost.
+    let held = Some(Intersample::Zoh);
+    let own = LogOptions { sample_time_s: Some(0.01), intersample: held, ..o.clone() };
+    let log = read_one(holed(&good(), &[301..601]), &own).unwrap();
+    assert_eq!(
+        log.segments.iter().map(|s| s.range.clone()).collect::<Vec<_>>(),
+        [0..300, 300..700]
+    );
+    is_part_of(&log, 1e-8);
+    // A piece too short is left out and told.
+    let log = read_one(holed(&good(), &[100..200, 300..400]), &o).unwrap();
+    assert_eq!(log.segments.len(), 1);
+    assert!(warning(&log, "left out").contains("2 stretches"));
+    // One wild instant at the end costs itself alone.
+    let wild = with_line(1001, "1e300,0.01,0.1,15");
+    let log = read_one(wild, &o).unwrap();
+    assert!(warning(&log, "split").contains("1.000e300"), "{:?}", log.warnings);
+    is_part_of(&log, 1e-4);
+}
+
+#[test]
+fn gaps_that_leave_nothing_are_refused_with_the_longest_whole_part() {
+    let holes: Vec<_> = (0..9).map(|i| 60 + 110 * i..130 + 110 * i).collect();
+    let e = refused(holed(&good(), &holes), &coarse());
+    let Error::Gap { at, gap_s, longest, .. } = e.clone() else { panic!("{e:?}") };
+    assert!(at.line > 1 && (gap_s - 0.71).abs() < 1e-9, "{e}");
+    assert!((longest.1 - longest.0 - 0.59).abs() < 0.03, "{longest:?}");
+    assert!(e.hint().contains("--max-gap"), "{}", e.hint());
+}
+
+#[test]
+fn yaw_over_a_gap_is_no_yaw_rate() {
+    let all = csv("time_s,steer_rad,heading_deg", 1000, |k| {
+        let t = k as f64 * 0.01;
+        format!("{t:.2},{:.9},{:.9}", steer(t), (-0.2 / PI * (PI * t - 0.3).cos()).to_degrees())
+    });
+    let options = LogOptions { output: Some("heading_deg".into()), ..coarse() };
+    // 0.8 s: its middle is within the bridged length of either end.
+    let log = read_one(holed(&all, &[451..531]), &options).unwrap();
+    assert_eq!(log.segments.len(), 2);
+    is_part_of(&log, 1e-3);
+}
+
+#[test]
+fn windows_may_be_several() {
+    let windows = |w: &[(f64, f64)]| LogOptions { windows: w.to_vec(), ..coarse() };
+    let log = read_one(good(), &windows(&[(6.0, 9.5), (0.5, 4.0)])).unwrap();
+    assert_eq!(log.segments.len(), 2);
+    assert!(log.segments[0].time0_s >= 0.5 && log.segments[1].time0_s >= 6.0);
+    assert!(log.time_s().iter().all(|t| (0.5..=4.0).contains(t) || (6.0..=9.5).contains(t)));
+    is_part_of(&log, 1e-4);
+    // Windows that meet are one.
+    let log = read_one(good(), &windows(&[(1.0, 5.0), (5.0, 9.0)])).unwrap();
+    assert_eq!(log.segments.len(), 1);
+    let error = read_one(good(), &windows(&[(20.0, 30.0)])).unwrap_err();
+    assert!(matches!(error, Error::NoOverlap { .. }), "{error:?}");
+}
+
+#[test]
+fn a_speed_window_keeps_the_stretches_within_it() {
+    // 8 m/s for 20 s, up to 15 m/s within 5 s, 15 m/s with noise for 35 s, 30 m/s to the end.
+    let speed = |k: usize| match k {
+        0..2000 => 8.0,
+        2000..2500 => 8.0 + 7.0 * (k - 2000) as f64 / 500.0,
+        2500..6000 => 15.0 + 1.4 * ((k * 7919) % 1000) as f64 / 1000.0,
+        _ => 30.0,
+    };
+    let row = |k: usize| {
+        let t = k as f64 * 0.01;
+        format!("{t:.2},{:.9},{:.9},{:.4}", steer(t), rate(t), speed(k))
+    };
+    let bytes = csv(HEADER, 7000, row);
+    let window = |from, to| LogOptions { speed_window: Some((from, to)), ..coarse() };
+    // Single samples beyond 16 m/s break nothing: the average over a second is within.
+    let log = read_one(bytes.clone(), &window(14.0, 16.0)).unwrap();
+    assert_eq!(log.segments.len(), 1, "{:?}", log.segments);
+    let (from, to) = (log.time_s()[0], log.time_s()[log.len() - 1]);
+    assert!((24.0..25.0).contains(&from) && (59.0..60.1).contains(&to), "{from} {to}");
+    assert!(warning(&log, "speed window").contains("in 1 stretch"), "{:?}", log.warnings);
+    is_part_of(&log, 1e-4);
+    let log = read_one(bytes.clone(), &window(7.0, 16.0)).unwrap();
+    assert!((log.len() as f64 * 0.04 - 59.5).abs() < 1.0);
+    // Passing through 11 m/s takes less than a second.
+    let error = read_one(bytes.clone(), &window(11.0, 12.0)).unwrap_err();
+    let Error::SpeedWindow { least, most, quartiles, .. } = error else { panic!("{error:?}") };
+    // A filtered jump overshoots.
+    assert!((least - 8.0).abs() < 0.1 && (30.0..32.0).contains(&most), "{least} {most}");
+    assert!(quartiles.0 < 9.0 && (15.0..17.0).contains(&quartiles.1), "{quartiles:?}");
+    assert!(error.hint().contains("--speed-window"), "{}", error.hint());
+    let still = csv("time_s,steer_rad,yaw_rate_radps", 1000, |k| good_row(k).replace(",15.0", ""));
+    let error = read_one(still, &window(7.0, 16.0)).unwrap_err();
+    assert!(matches!(error, Error::NoSpeedForWindow { .. }), "{error:?}");
+}

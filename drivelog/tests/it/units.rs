@@ -1,0 +1,154 @@
+//! Units, signs and mappings: converted, or refused with what could have been meant.
+
+use super::{HEADER, csv, good, good_row, rate, read_one, refused, steer, units, with_line};
+use drivelog::{Error, LogOptions};
+use std::f64::consts::PI;
+
+#[test]
+fn units_and_signs_are_converted() {
+    let bytes = csv("t_ms,steer_deg,gyro_down_deg_s,v_kmh", 1000, |k| {
+        let t = k as f64 * 0.01;
+        let (s, r) = (steer(t).to_degrees(), -rate(t).to_degrees());
+        format!("{},{s:.9},{r:.9},54.0", 10 * k)
+    });
+    let options = LogOptions {
+        output: Some("-gyro_down_deg_s".into()),
+        speed: Some("v_kmh".into()),
+        ..LogOptions::default()
+    };
+    let log = read_one(bytes.clone(), &options).unwrap();
+    let plain = read_one(good(), &LogOptions::default()).unwrap();
+    let close = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(x, y)| (x - y).abs() < 1e-7);
+    assert!(close(&log.input, &plain.input) && close(&log.output, &plain.output));
+    assert!((log.speed.unwrap()[0] - 15.0).abs() < 1e-9);
+    // A stated unit goes before the name's.
+    let stated = LogOptions { units: units(&[("steer_deg", "rad")]), ..options };
+    let log = read_one(bytes, &stated);
+    assert!(matches!(log, Err(Error::NotARoadWheel { .. })), "2.9 rad is no road wheel's angle");
+}
+
+#[test]
+fn yaw_is_differenced_where_there_is_no_yaw_rate() {
+    let bytes = csv("time_s,steer_rad,heading_deg", 1000, |k| {
+        let t = k as f64 * 0.01;
+        // Turns through the wrap at ±180°.
+        let yaw = 170.0 + (-0.2 / PI * (PI * t - 0.3).cos()).to_degrees() + 5.0 * t;
+        format!("{t:.2},{:.9},{:.9}", steer(t), (yaw + 180.0).rem_euclid(360.0) - 180.0)
+    });
+    let options = LogOptions { output: Some("heading_deg".into()), ..LogOptions::default() };
+    let log = read_one(bytes, &options).unwrap();
+    assert!(log.warnings.iter().any(|w| w.contains("differenced")), "{:?}", log.warnings);
+    for (k, y) in log.output.iter().enumerate() {
+        let t = log.segments[0].time0_s + 0.02 * k as f64;
+        assert!((y - rate(t) - 5.0_f64.to_radians()).abs() < 1e-3, "{t}: {y}");
+    }
+}
+
+#[test]
+fn wrong_mappings_are_refused() {
+    let o = LogOptions::default();
+    let named = |input: &str| LogOptions { input: Some(input.into()), ..o.clone() };
+    let e = refused(good(), &named("sterring"));
+    assert!(
+        matches!(e, Error::MissingColumn { ref available, .. } if available.contains("steer_rad"))
+    );
+    let e = refused(good(), &named("speed_mps"));
+    assert!(matches!(e, Error::WrongQuantity { .. }));
+    let text = String::from_utf8(good()).unwrap();
+    let bare = text.replacen("steer_rad", "steer", 1).into_bytes();
+    assert!(
+        matches!(refused(bare.clone(), &named("steer")), Error::UnitNotStated { ref at } if at.line == 1)
+    );
+    let stated = LogOptions { units: units(&[("steer", "rad")]), ..named("steer") };
+    assert!(read_one(bare.clone(), &stated).is_ok());
+    let wrong = LogOptions { units: units(&[("steer", "turns")]), ..named("steer") };
+    assert!(matches!(refused(bare.clone(), &wrong), Error::UnknownUnit { .. }));
+    let unused = LogOptions { units: units(&[("stear", "rad")]), ..named("steer") };
+    assert!(matches!(refused(bare, &unused), Error::UnusedUnit { .. }));
+    let clockless = text.replacen("time_s", "stamp", 1).into_bytes();
+    assert!(matches!(refused(clockless.clone(), &o), Error::NoTime { .. }));
+    let period = LogOptions { row_period_s: Some(0.01), ..o.clone() };
+    let (one, two) = (read_one(clockless, &period).unwrap(), read_one(good(), &o).unwrap());
+    assert!(one.output.iter().zip(&two.output).all(|(a, b)| (a - b).abs() < 1e-12));
+    let wheel = text.replacen("steer_rad", "steering_wheel_rad", 1).into_bytes();
+    assert!(matches!(refused(wheel, &o), Error::SteeringRatioUnknown { .. }));
+    let e = refused(with_line(5, "0.03,41,0.1,15"), &o);
+    assert!(
+        matches!(e, Error::Impossible { ref at, .. } if at.line == 5) && e.hint().contains("deg"),
+        "{e:?}"
+    );
+    let e = refused(with_line(5, "0.03,0.01,12,15"), &o);
+    assert!(
+        matches!(e, Error::Impossible { ref at, .. } if at.line == 5) && e.hint().contains("deg/s")
+    );
+    let e = refused(with_line(5, "0.03,0.01,0.1,200"), &o);
+    assert!(
+        matches!(e, Error::Impossible { ref at, .. } if at.line == 5) && e.hint().contains("km/h")
+    );
+    assert!(matches!(refused(with_line(5, "0.03,0.01,0.1,-9"), &o), Error::Impossible { .. }));
+    let still = csv(HEADER, 500, |k| format!("{},0.1,{},15", k as f64 * 0.01, k % 3));
+    assert!(matches!(refused(still, &o), Error::Constant { role: "steering", .. }));
+    for bad in [
+        LogOptions { steering_ratio: Some(0.0), ..o.clone() },
+        LogOptions { sample_time_s: Some(f64::NAN), ..o.clone() },
+        LogOptions { max_gap_s: -1.0, ..o.clone() },
+        LogOptions { windows: vec![(5.0, 2.0)], ..o.clone() },
+        LogOptions { windows: vec![(0.0, 3.0), (f64::NAN, 2.0)], ..o.clone() },
+        LogOptions { speed_window: Some((16.0, 14.0)), ..o.clone() },
+        LogOptions { speed_window: Some((14.0, f64::INFINITY)), ..o.clone() },
+    ] {
+        assert!(matches!(refused(good(), &bad), Error::Option { .. }));
+    }
+    let fast = LogOptions { sample_time_s: Some(0.001), ..o.clone() };
+    assert!(matches!(refused(good(), &fast), Error::SampleTimeTooShort { .. }));
+    let slow = LogOptions { sample_time_s: Some(5.0), ..o };
+    assert!(matches!(refused(good(), &slow), Error::TooFewSamples { .. }));
+}
+
+#[test]
+fn a_road_wheel_that_is_none_is_named_with_file_and_line() {
+    let o = LogOptions::default();
+    let text = String::from_utf8(good()).unwrap();
+    // Under a blank line, so that the header is on line 2.
+    let wheel =
+        text.replacen(HEADER, &format!("\n{}", HEADER.replace("steer", "steering_wheel")), 1);
+    let e = refused(wheel.into_bytes(), &o).to_string();
+    assert!(e.starts_with("drive.csv: column `steering_wheel_rad`"), "{e}");
+    // The largest angle, not the first that is too large; a single row would be a spike.
+    let rows = |k: usize| match k {
+        40..45 => format!("{:.2},-0.9,0.1,15", 0.01 * k as f64),
+        50..55 => format!("{:.2},-1.5,0.1,15", 0.01 * k as f64),
+        _ => good_row(k),
+    };
+    let e = refused(csv(HEADER, 1000, rows), &o).to_string();
+    assert!(e.starts_with("drive.csv:52: column `steer_rad`: 86°"), "{e}");
+}
+
+#[test]
+fn a_speed_that_says_standstill_is_refused() {
+    let at = |speed: &str, options: &LogOptions| {
+        let speed = speed.to_owned();
+        let row = |k: usize| good_row(k).replace(",15.0", &format!(",{speed}"));
+        read_one(csv(HEADER, 1000, row), options)
+    };
+    let o = LogOptions::default();
+    for speed in ["0", "0.0", "0.3", "-0.2"] {
+        let e = at(speed, &o).unwrap_err();
+        assert!(matches!(e, Error::Standstill { .. }), "{speed}: {e:?}");
+        assert!(e.to_string().starts_with("drive.csv: column `speed_mps`"), "{e}");
+        assert!(e.hint().contains("--speed"), "{}", e.hint());
+    }
+    // A constant speed is what a test drive aims at.
+    assert!(at("5.0", &o).is_ok());
+    // The part that is used decides.
+    let starts = |k: usize| good_row(k).replace(",15.0", if k < 600 { ",0.1" } else { ",1.2" });
+    let starts = csv(HEADER, 1000, starts);
+    assert!(read_one(starts.clone(), &o).is_ok());
+    let options = |from, to| LogOptions {
+        windows: vec![(from, to)],
+        sample_time_s: Some(0.01),
+        ..LogOptions::default()
+    };
+    assert!(matches!(read_one(starts.clone(), &options(0.0, 5.0)), Err(Error::Standstill { .. })));
+    assert!(read_one(starts, &options(6.0, 9.0)).is_ok());
+}

@@ -1,0 +1,124 @@
+//! The recording as the model sees it, and how a model follows it.
+
+use crate::Error;
+use crate::bicycle::simulate::Stretch;
+use crate::data::split::Split;
+use crate::validation::fit::{FitWithError, fit_with_error};
+use crate::validation::prediction::BLOCK_S;
+use drivelog::DriveLog;
+use drivelog::signal::standard_deviation;
+use std::ops::Range;
+
+/// Fewest samples of the recording, and of each part of it.
+const LEAST_SAMPLES: usize = 100;
+
+/// The recording as the model sees it.
+pub(super) struct Recording {
+    pub(super) steering: Vec<f64>,
+    pub(super) speed: Vec<f64>,
+    /// What estimates and what validates.
+    pub(super) split: Split,
+}
+
+impl Recording {
+    /// Checks the log, and splits it by its steering times speed.
+    pub(super) fn new(log: &DriveLog, split: &dyn Fn(&[f64]) -> Split) -> Result<Self, Error> {
+        let speed = log.speed.clone().ok_or(Error::SpeedNeeded)?;
+        let n = log.len();
+        let no_model = |problem: &str| Err(Error::NoModel { problem: problem.into() });
+        if log.output.len() != n || speed.len() != n {
+            return no_model("steering, yaw rate and speed are not equally long");
+        }
+        let turned: Vec<f64> = log.input.iter().zip(&speed).map(|(u, v)| u * v).collect();
+        let split = split(&turned);
+        let least = count(&split.estimation).min(count(&split.validation));
+        if least < LEAST_SAMPLES {
+            let (got, need) = (n, (n * LEAST_SAMPLES).div_ceil(least.max(1)));
+            let sample_time_s = log.sample_time_s;
+            return Err(Error::TooFewSamples {
+                got,
+                need: need.max(2 * LEAST_SAMPLES),
+                sample_time_s,
+            });
+        }
+        if !log.input.iter().chain(&log.output).chain(&speed).all(|x| x.is_finite()) {
+            return no_model("the recording is not finite");
+        }
+        if !(log.sample_time_s > 0.0 && log.steering_ratio > 0.0) {
+            return no_model("sample time and steering ratio must be positive");
+        }
+        if let Some(v) = speed.iter().find(|v| **v < 0.0) {
+            return Err(Error::NoModel { problem: format!("the speed is {v} m/s somewhere") });
+        }
+        for (signal, role) in [(&log.input, "steering"), (&log.output, "yaw rate")] {
+            let estimation = of(signal, &split.estimation);
+            let size = estimation.iter().fold(0.0_f64, |a, x| a.max(x.abs()));
+            if standard_deviation(&estimation) <= 1e-12 * size {
+                let problem = format!("the {role} does not move in the estimation data");
+                return Err(Error::NoModel { problem });
+            }
+        }
+        let steering = log.input.iter().map(|u| u / log.steering_ratio).collect();
+        Ok(Self { steering, speed, split })
+    }
+
+    /// The log's stretches, each with its place.
+    pub(super) fn stretches<'a>(&'a self, log: &'a DriveLog) -> Vec<(Range<usize>, Stretch<'a>)> {
+        let of = |range: &Range<usize>| Stretch {
+            sample_time: log.sample_time_s,
+            before: &[],
+            steering: &self.steering[range.clone()],
+            speed: &self.speed[range.clone()],
+            yaw_rate: &log.output[range.clone()],
+        };
+        log.segments.iter().map(|s| (s.range.clone(), of(&s.range))).collect()
+    }
+}
+
+pub(super) fn count(ranges: &[Range<usize>]) -> usize {
+    ranges.iter().map(Range::len).sum()
+}
+
+/// The samples of a signal that `ranges` hold.
+pub(super) fn of(signal: &[f64], ranges: &[Range<usize>]) -> Vec<f64> {
+    ranges.iter().flat_map(|r| &signal[r.clone()]).copied().collect()
+}
+
+/// A model compared with the drive.
+pub(super) struct Judged {
+    pub(super) estimation_fit: f64,
+    pub(super) validation_fit: FitWithError,
+    pub(super) simulated: Vec<f64>,
+    /// Whether the simulation of the held-out part stayed within all bounds.
+    pub(super) bounded: bool,
+}
+
+impl Judged {
+    /// Fit of a part that left all bounds, percent: nothing of the drive is reproduced.
+    const LOST: f64 = -100.0;
+
+    pub(super) fn new(
+        log: &DriveLog,
+        recording: &Recording,
+        estimation: Option<Vec<Vec<f64>>>,
+        validation: Option<Vec<Vec<f64>>>,
+    ) -> Self {
+        let mut simulated = log.output.clone();
+        let bounded = estimation.is_some() && validation.is_some();
+        let mut fit = |errors: Option<Vec<Vec<f64>>>, ranges: &[Range<usize>]| {
+            let Some(errors) = errors else {
+                return FitWithError { fit: Self::LOST, standard_error: None, blocks: 0 };
+            };
+            for (range, errors) in ranges.iter().zip(errors) {
+                simulated[range.clone()].iter_mut().zip(errors).for_each(|(y, e)| *y -= e);
+            }
+            let pairs: Vec<(&[f64], &[f64])> =
+                ranges.iter().map(|r| (&log.output[r.clone()], &simulated[r.clone()])).collect();
+            let found = fit_with_error(&pairs, log.sample_time_s, BLOCK_S);
+            FitWithError { fit: found.fit.max(Self::LOST), ..found }
+        };
+        let estimation_fit = fit(estimation, &recording.split.estimation).fit;
+        let validation_fit = fit(validation, &recording.split.validation);
+        Self { estimation_fit, validation_fit, simulated, bounded }
+    }
+}

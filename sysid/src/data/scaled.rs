@@ -1,0 +1,358 @@
+//! Estimation and validation data, offsets and trends removed, scaled to unit spread.
+//!
+//! *One offset for all drives.* The operating point is the vehicle's, and the mean of a single drive
+//! tells its bends as much as the zeros of its sensors; so the means removed are those of the
+//! estimation data of all drives together. Where a sensor's zero drifts, or differs from drive to
+//! drive, [`Detrend::Linear`] takes out a line of its own for each.
+//!
+//! *The split* is that of [`split`](crate::data::split): the end of the log where it is excited.
+
+use crate::Error;
+use crate::data::dataset::without;
+use crate::data::split::{Selection, Split};
+use crate::data::{DataSet, Segment};
+use drivelog::DriveLog;
+use drivelog::signal::{mean, standard_deviation};
+use formats::InputKind;
+use std::ops::Range;
+
+/// Offsets and trends that are no dynamics.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Detrend {
+    /// The means of the estimation data, all drives together, from estimation and held-out data. That of
+    /// the output is the one about which the model moves: it is found with the model.
+    Mean,
+    /// A straight line over time for the estimation data and one for the held-out data of each clock:
+    /// for sensors whose zero drifts or differs between drives. The held-out fit then is that beside
+    /// a line of its own.
+    Linear,
+    /// Nothing: the model passes through the origin.
+    None,
+}
+
+impl Detrend {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Mean, Self::Linear, Self::None];
+
+    /// The word on the command line and in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Mean => "mean",
+            Self::Linear => "linear",
+            Self::None => "none",
+        }
+    }
+}
+
+/// How a log becomes estimation and validation data.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Preparation {
+    pub(crate) input_kind: InputKind,
+    pub(crate) detrend: Detrend,
+    /// Share of the log, at its end, that validates.
+    pub(crate) validation_fraction: f64,
+    /// Most samples that estimate.
+    pub(crate) max_samples: Option<usize>,
+}
+
+/// Signals of one input and one output, `(signal − mean)/scale` of the estimation part.
+pub(crate) struct Data {
+    pub(crate) sample_time: f64,
+    pub(crate) estimation: Part,
+    pub(crate) validation: Part,
+    pub(crate) input_mean: f64,
+    pub(crate) output_mean: f64,
+    pub(crate) input_scale: f64,
+    pub(crate) output_scale: f64,
+    /// How the validation data were chosen.
+    pub(crate) selection: Selection,
+    /// What was taken from the output, for each run of samples.
+    output_lines: Vec<(Range<usize>, Line)>,
+}
+
+/// Shorter runs have no initial state to simulate from.
+const LEAST_UNUSED: usize = 60;
+
+/// `offset + slope·(t − middle)`, t in s on the clock.
+#[derive(Clone, Copy)]
+struct Line {
+    offset: f64,
+    slope: f64,
+    middle: f64,
+}
+
+impl Line {
+    fn flat(offset: f64) -> Self {
+        Self { offset, slope: 0.0, middle: 0.0 }
+    }
+
+    /// The least-squares line.
+    fn through(time: &[f64], x: &[f64]) -> Self {
+        let (middle, offset) = (mean(time), mean(x));
+        let square: f64 = time.iter().map(|t| (t - middle).powi(2)).sum();
+        let along: f64 = time.iter().zip(x).map(|(t, x)| (t - middle) * (x - offset)).sum();
+        Self { offset, slope: if square > 0.0 { along / square } else { 0.0 }, middle }
+    }
+
+    fn at(self, t: f64) -> f64 {
+        self.offset + self.slope * (t - self.middle)
+    }
+}
+
+/// Estimation or validation data, in as many segments as the log has there.
+pub(crate) struct Part {
+    pub(crate) data: DataSet,
+    /// Which of the log's samples each segment is.
+    pub(crate) ranges: Vec<Range<usize>>,
+    /// The output of all segments, one after the other, for fits.
+    pub(crate) output: Vec<f64>,
+}
+
+impl Part {
+    /// The samples of `ranges`.
+    fn new(
+        sample_time_s: f64,
+        ranges: Vec<Range<usize>>,
+        u: &[f64],
+        y: &[f64],
+    ) -> Result<Self, Error> {
+        let segments = ranges
+            .iter()
+            .map(|r| Segment::new(u[r.clone()].to_vec(), y[r.clone()].to_vec()))
+            .collect();
+        let data = DataSet::new(sample_time_s, segments)?;
+        let output = ranges.iter().flat_map(|r| &y[r.clone()]).copied().collect();
+        Ok(Self { data, ranges, output })
+    }
+
+    /// The part's samples of a signal of the whole log, one after the other.
+    pub(crate) fn of(&self, signal: &[f64]) -> Vec<f64> {
+        self.ranges.iter().flat_map(|r| &signal[r.clone()]).copied().collect()
+    }
+
+    /// Puts one number for each sample of the part into a signal of the whole log.
+    pub(crate) fn put(&self, values: &[f64], into: &mut [f64]) {
+        let at = self.ranges.iter().flat_map(|r| r.clone());
+        at.zip(values).for_each(|(k, value)| into[k] = *value);
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.output.len()
+    }
+
+    /// One number for each sample of the part, segment by segment.
+    pub(crate) fn stretches<'a>(&self, values: &'a [f64]) -> Vec<&'a [f64]> {
+        let mut rest = values;
+        let lengths = self.data.segments().iter().map(Segment::len);
+        lengths
+            .map(|n| {
+                let (head, tail) = rest.split_at(n.min(rest.len()));
+                rest = tail;
+                head
+            })
+            .collect()
+    }
+}
+
+/// The signal that drives the model: steering, or steering times speed.
+pub(crate) fn driving_input(log: &DriveLog, kind: InputKind) -> Result<Vec<f64>, Error> {
+    match (kind, &log.speed) {
+        (InputKind::Steering, _) => Ok(log.input.clone()),
+        (InputKind::SteeringTimesSpeed, Some(speed)) => {
+            Ok(log.input.iter().zip(speed).map(|(u, v)| u * v).collect())
+        }
+        (InputKind::SteeringTimesSpeed, None) => Err(Error::NoSpeed),
+    }
+}
+
+impl Data {
+    /// Splits and scales: the end of the log validates where it is excited, else blocks that are. Lines
+    /// over time need the end.
+    pub(crate) fn new(log: &DriveLog, options: &Preparation) -> Result<Self, Error> {
+        if options.detrend == Detrend::Linear {
+            return Self::of_end(log, options);
+        }
+        Self::split(log, options, &|input| {
+            let split = Split::new(log, input, options.validation_fraction);
+            match options.max_samples {
+                Some(most) => split.thinned(most, log.sample_time_s),
+                None => split,
+            }
+        })
+    }
+
+    /// The same, where the end of the log validates whatever was driven there.
+    pub(crate) fn of_end(log: &DriveLog, options: &Preparation) -> Result<Self, Error> {
+        Self::split(log, options, &|u| Split::end(log, u.len(), options.validation_fraction))
+    }
+
+    fn split(
+        log: &DriveLog,
+        options: &Preparation,
+        split: &dyn Fn(&[f64]) -> Split,
+    ) -> Result<Self, Error> {
+        const LEAST: usize = 100;
+        let input = driving_input(log, options.input_kind)?;
+        let n = input.len().min(log.output.len());
+        if n < LEAST {
+            return Err(Error::TooFewSamples {
+                got: n,
+                need: LEAST,
+                sample_time_s: log.sample_time_s,
+            });
+        }
+        if input.iter().chain(&log.output).any(|x| !x.is_finite()) {
+            return Err(Error::NoModel { problem: "the recording is not finite".into() });
+        }
+        let Split { estimation, validation, selection } = split(&input[..n]);
+        let of = |x: &[f64]| level(estimation.iter().map(|r| &x[r.clone()]));
+        let means = match options.detrend {
+            Detrend::None => (0.0, 0.0),
+            Detrend::Mean | Detrend::Linear => (of(&input), of(&log.output)),
+        };
+        let time = log.time_s();
+        let first_validation = validation.first().map_or(n, |r| r.start);
+        let lines = |x: &[f64], mean: f64| -> Vec<(Range<usize>, Line)> {
+            match options.detrend {
+                Detrend::Linear => clock_runs(&time, first_validation)
+                    .into_iter()
+                    .map(|run| (run.clone(), Line::through(&time[run.clone()], &x[run])))
+                    .collect(),
+                Detrend::Mean | Detrend::None => vec![(0..n, Line::flat(mean))],
+            }
+        };
+        let input_lines = lines(&input, means.0);
+        let output_lines = lines(&log.output, means.1);
+        // A drift is no motion: the spread is that about the lines.
+        let spread = |x: &[f64], lines: &[(Range<usize>, Line)], role: &str| {
+            let runs = lines.iter().flat_map(|(run, line)| run.clone().map(move |k| (k, *line)));
+            let all: Vec<f64> = runs.map(|(k, line)| x[k] - line.at(time[k])).collect();
+            let part = || estimation.iter().flat_map(|r| r.clone());
+            let scale = standard_deviation(&part().map(|k| all[k]).collect::<Vec<_>>());
+            let size = part().map(|k| x[k].abs()).fold(0.0, f64::max);
+            if scale <= 1e-13 * size {
+                return Err(Error::NoModel {
+                    problem: format!("the {role} does not move in the estimation data"),
+                });
+            }
+            Ok(scale)
+        };
+        let scales = (
+            spread(&input, &input_lines, "steering")?,
+            spread(&log.output, &output_lines, "yaw rate")?,
+        );
+        let scaled = |x: &[f64], lines: &[(Range<usize>, Line)], scale: f64| -> Vec<f64> {
+            let runs = lines.iter().flat_map(|(run, line)| run.clone().map(move |k| (k, *line)));
+            runs.map(|(k, line)| (x[k] - line.at(time[k])) / scale).collect()
+        };
+        let u = scaled(&input, &input_lines, scales.0);
+        let y = scaled(&log.output, &output_lines, scales.1);
+        Ok(Self {
+            sample_time: log.sample_time_s,
+            estimation: Part::new(log.sample_time_s, estimation, &u, &y)?,
+            validation: Part::new(log.sample_time_s, validation, &u, &y)?,
+            selection,
+            input_mean: means.0,
+            output_mean: means.1,
+            input_scale: scales.0,
+            output_scale: scales.1,
+            output_lines,
+        })
+    }
+
+    /// Samples of the log in neither part, about the same means; none where lines over time were taken out.
+    pub(crate) fn unused(
+        &self,
+        log: &DriveLog,
+        options: &Preparation,
+    ) -> Result<Option<Part>, Error> {
+        let mut ranges = Split::unused(log, [&self.estimation.ranges, &self.validation.ranges]);
+        ranges.retain(|r| r.len() >= LEAST_UNUSED);
+        if ranges.is_empty() || options.detrend == Detrend::Linear {
+            return Ok(None);
+        }
+        let scaled = |x: &[f64], mean: f64, scale: f64| -> Vec<f64> {
+            x.iter().map(|x| (x - mean) / scale).collect()
+        };
+        let u = scaled(&driving_input(log, options.input_kind)?, self.input_mean, self.input_scale);
+        let y = scaled(&log.output, self.output_mean, self.output_scale);
+        Part::new(self.sample_time, ranges, &u, &y).map(Some)
+    }
+
+    /// The same about another output level, given in scaled units.
+    pub(crate) fn about(mut self, level: f64) -> Result<Self, Error> {
+        for part in [&mut self.estimation, &mut self.validation] {
+            part.data = without(&part.data, &[level])?;
+            part.output.iter_mut().for_each(|y| *y -= level);
+        }
+        let shift = self.output_scale * level;
+        self.output_mean += shift;
+        self.output_lines.iter_mut().for_each(|(_, line)| line.offset += shift);
+        Ok(self)
+    }
+
+    /// Yaw rate, rad/s, in place of the scaled one of all samples.
+    pub(crate) fn restore(&self, log: &DriveLog, y: &mut [f64]) {
+        let time = log.time_s();
+        for (run, line) in &self.output_lines {
+            for k in run.clone() {
+                y[k] = line.at(time[k]) + self.output_scale * y[k];
+            }
+        }
+    }
+}
+
+/// Runs of samples on one clock, none across the split: a clock that goes back is another drive's.
+fn clock_runs(time: &[f64], split: usize) -> Vec<Range<usize>> {
+    let mut runs: Vec<Range<usize>> = Vec::new();
+    for k in 0..time.len() {
+        match runs.last_mut() {
+            Some(run) if k != split && time[k] > time[k - 1] => run.end = k + 1,
+            _ => runs.push(k..k + 1),
+        }
+    }
+    runs
+}
+
+/// Mean of all segments, each weighted by a Hann window of its length.
+///
+/// Input and output are taken relative to their means, as if the mean output were the gain times the
+/// mean input. It is not: what was driven before the record still rings in it, and what is driven at
+/// its end does not show any more. The difference is a constant in the simulation errors, of the size
+/// of (memory of the system)/(length of the record), which the estimate takes for a very slow mode.
+/// Means weighted by a window that begins and ends at zero with zero slope (Hann's) lose nothing at
+/// the ends, and the constant falls with the 1.5th power of the record's length (R. Pintelon,
+/// J. Schoukens, *System Identification: A Frequency Domain Approach*, 2012, section 2.2.3, on leakage
+/// at the frequency 0).
+pub(crate) fn level<'a>(stretches: impl Iterator<Item = &'a [f64]>) -> f64 {
+    let (mut sum, mut total) = (0.0, 0.0);
+    for stretch in stretches {
+        for (t, x) in stretch.iter().enumerate() {
+            let phase = std::f64::consts::PI * (t as f64 + 0.5) / stretch.len() as f64;
+            let weight = phase.sin().powi(2);
+            sum += weight * x;
+            total += weight;
+        }
+    }
+    if total > 0.0 { sum / total } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_a_constant_and_of_a_slow_response() {
+        assert!((level([[3.0; 10].as_slice(), &[3.0; 5]].into_iter()) - 3.0).abs() < 1e-14);
+        // y⁺ = 0.95 y + 0.05 u from a state that the input before the record left.
+        let u: Vec<f64> = (0..2000).map(|t| (f64::from(t) * 0.37).sin() + 0.5).collect();
+        let mut y = vec![4.0];
+        for (t, u) in u.iter().enumerate().skip(1) {
+            y.push(0.95 * y[t - 1] + 0.05 * u);
+        }
+        let off = |mean: fn(&[f64]) -> f64| (mean(&y) - mean(&u)).abs();
+        let (plain, tapered) = (off(drivelog::signal::mean), off(|x| level(std::iter::once(x))));
+        assert!(plain > 0.02 && tapered < 0.05 * plain, "{plain} {tapered}");
+    }
+}

@@ -1,0 +1,269 @@
+//! Which part of a log validates the model.
+//!
+//! By default the end does. Where the end is hardly excited, such as a straight after a slalom, its
+//! yaw rate is little more than noise, and no model reproduces noise; where the start is, there is
+//! nothing to estimate from. Then the excited parts of the log are shared instead: of each run of
+//! [`PAIR_S`] excited seconds the first part estimates and the rest validates, and what is not excited
+//! stays with the estimation data.
+//!
+//! Excited are windows of [`WINDOW_S`] whose input has a share of the log's mean power about its level.
+
+use drivelog::DriveLog;
+use std::ops::Range;
+
+/// Shorter pieces of a segment have no column in a block Hankel matrix of 30 block rows.
+const CRUMB: usize = 60;
+/// A window, s: a manoeuvre has a reversal within it.
+const WINDOW_S: f64 = 2.0;
+/// Share of the mean power from which a window is excited.
+const EXCITED: f64 = 0.15;
+/// Both parts of a split at the end hold at least that share of the power that their lengths would have
+/// of a log that is excited throughout. Real drives, with bends and straights, hold more.
+const FAIR_SHARE: f64 = 0.5;
+/// … or that share of their windows is excited, as in a drive that is steered less strongly than another.
+const EXCITED_SHARE: f64 = 0.5;
+/// Length of the blocks that estimate where the log holds more than is used, s.
+const BLOCK_S: f64 = 60.0;
+/// Excited time of which one part estimates and the other validates, s.
+const PAIR_S: f64 = 40.0;
+
+/// How the validation data were chosen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Selection {
+    /// The end of the log.
+    End,
+    /// Parts that are excited.
+    ExcitedBlocks,
+}
+
+impl Selection {
+    /// The word in files.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::End => "end",
+            Self::ExcitedBlocks => "excited-blocks",
+        }
+    }
+}
+
+/// Samples to estimate from and to validate on, each as ranges within segments, in order.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Split {
+    pub(crate) estimation: Vec<Range<usize>>,
+    pub(crate) validation: Vec<Range<usize>>,
+    pub(crate) selection: Selection,
+}
+
+impl Split {
+    /// The end of the log, moved to the nearest end of a segment where it would leave a crumb of one.
+    pub(crate) fn end(log: &DriveLog, n: usize, fraction: f64) -> Self {
+        let split = n - (fraction * n as f64).round() as usize;
+        let ends = log.segments.iter().map(|s| s.range.end).filter(|end| *end < n);
+        let split = ends
+            .min_by_key(|end| end.abs_diff(split))
+            .filter(|end| end.abs_diff(split) < CRUMB)
+            .unwrap_or(split);
+        let within = |range: Range<usize>| -> Vec<Range<usize>> {
+            let pieces = log
+                .segments
+                .iter()
+                .map(|s| s.range.start.max(range.start)..s.range.end.min(range.end));
+            pieces.filter(|r| !r.is_empty()).collect()
+        };
+        Self {
+            estimation: within(0..split),
+            validation: within(split..n),
+            selection: Selection::End,
+        }
+    }
+
+    /// The end of the log where both parts are excited by the input, else blocks that are.
+    pub(crate) fn new(log: &DriveLog, input: &[f64], fraction: f64) -> Self {
+        let end = Self::end(log, input.len(), fraction);
+        let level = drivelog::signal::mean(input);
+        let power = |ranges: &[Range<usize>]| -> f64 {
+            ranges.iter().flat_map(|r| &input[r.clone()]).map(|u| (u - level).powi(2)).sum()
+        };
+        let count = |ranges: &[Range<usize>]| ranges.iter().map(Range::len).sum::<usize>() as f64;
+        let all = power(&end.estimation) + power(&end.validation);
+        let samples = count(&end.estimation) + count(&end.validation);
+        if all <= 0.0 {
+            return end;
+        }
+        let excited = excited(log, input, level, all / samples);
+        let fair = |part: &[Range<usize>]| {
+            let windows = part.iter().flat_map(|r| &excited[r.clone()]).filter(|e| **e).count();
+            windows as f64 >= EXCITED_SHARE * count(part)
+                || power(part) / all >= FAIR_SHARE * count(part) / samples
+        };
+        if fair(&end.estimation) && fair(&end.validation) {
+            return end;
+        }
+        Self::blocks(log, &excited, fraction).unwrap_or(end)
+    }
+
+    /// At most so many samples of estimation data, in blocks of [`BLOCK_S`] spread evenly over what there is:
+    /// twenty minutes determine a vehicle better than it is linear, and more costs time in proportion.
+    pub(crate) fn thinned(mut self, most: usize, sample_time_s: f64) -> Self {
+        let count: usize = self.estimation.iter().map(Range::len).sum();
+        let block = ((BLOCK_S / sample_time_s).round() as usize).clamp(1, most.max(1));
+        let blocks = most / block;
+        if count <= most || blocks == 0 {
+            return self;
+        }
+        let mut thinned = Vec::new();
+        for from in (0..blocks).map(|b| b * count / blocks) {
+            let mut at = 0;
+            for r in &self.estimation {
+                let (start, end) = (from.max(at), (from + block).min(at + r.len()));
+                if start + CRUMB <= end {
+                    thinned.push(r.start + start - at..r.start + end - at);
+                }
+                at += r.len();
+            }
+        }
+        // Of a log in crumbs nothing would be left.
+        if 2 * thinned.iter().map(Range::len).sum::<usize>() > most {
+            self.estimation = thinned;
+        }
+        self
+    }
+
+    /// What neither part holds.
+    pub(crate) fn unused(log: &DriveLog, parts: [&[Range<usize>]; 2]) -> Vec<Range<usize>> {
+        let mut used: Vec<&Range<usize>> = parts.into_iter().flatten().collect();
+        used.sort_by_key(|r| r.start);
+        let mut unused = Vec::new();
+        for s in &log.segments {
+            let mut from = s.range.start;
+            let within = used.iter().filter(|r| s.range.contains(&r.start));
+            for range in within.copied().chain([&(s.range.end..s.range.end)]) {
+                if from < range.start {
+                    unused.push(from..range.start);
+                }
+                from = range.end;
+            }
+        }
+        unused
+    }
+
+    /// Shares what is excited; `None` where too little is.
+    fn blocks(log: &DriveLog, excited: &[bool], fraction: f64) -> Option<Self> {
+        let total = excited.iter().filter(|e| **e).count();
+        let pairs = ((total as f64 * log.sample_time_s / PAIR_S).floor() as usize).max(1);
+        let pair = total as f64 / pairs as f64;
+        let mut validates = vec![false; excited.len()];
+        let mut seen = 0.0;
+        for (validates, _) in validates.iter_mut().zip(excited).filter(|(_, e)| **e) {
+            *validates = (seen % pair) >= (1.0 - fraction) * pair;
+            seen += 1.0;
+        }
+        let mut out = Self {
+            estimation: Vec::new(),
+            validation: Vec::new(),
+            selection: Selection::ExcitedBlocks,
+        };
+        for s in &log.segments {
+            let range = s.range.start..s.range.end.min(excited.len());
+            let mut from = range.start;
+            for k in range.clone() {
+                if k + 1 == range.end || validates[k + 1] != validates[from] {
+                    let part =
+                        if validates[from] { &mut out.validation } else { &mut out.estimation };
+                    // Crumbs validate and estimate nothing.
+                    if k + 1 - from >= CRUMB.min(range.len()) {
+                        part.push(from..k + 1);
+                    }
+                    from = k + 1;
+                }
+            }
+        }
+        let long = |part: &[Range<usize>]| part.iter().any(|r| r.len() >= 2 * CRUMB);
+        (long(&out.estimation) && long(&out.validation)).then_some(out)
+    }
+}
+
+/// Of each sample whether its window is excited.
+fn excited(log: &DriveLog, input: &[f64], level: f64, mean_power: f64) -> Vec<bool> {
+    let window = ((WINDOW_S / log.sample_time_s).round() as usize).max(1);
+    let mut excited = vec![false; input.len()];
+    for s in &log.segments {
+        let range = s.range.start..s.range.end.min(input.len());
+        for from in range.clone().step_by(window) {
+            let piece = from..(from + window).min(range.end);
+            let power = input[piece.clone()].iter().map(|u| (u - level).powi(2)).sum::<f64>();
+            if power > EXCITED * mean_power * piece.len() as f64 {
+                excited[piece].fill(true);
+            }
+        }
+    }
+    excited
+}
+
+#[cfg(test)]
+#[allow(clippy::single_range_in_vec_init)]
+mod tests {
+    use super::*;
+    use drivelog::Segment;
+
+    fn log(input: Vec<f64>) -> DriveLog {
+        DriveLog {
+            name: String::new(),
+            sample_time_s: 0.04,
+            segments: vec![Segment { time0_s: 0.0, range: 0..input.len() }],
+            output: input.clone(),
+            input,
+            speed: None,
+            steering_ratio: 1.0,
+            gnss: None,
+            channels: Vec::new(),
+            warnings: Vec::new(),
+            sources: Vec::new(),
+            options: std::collections::BTreeMap::new(),
+        }
+    }
+
+    fn slalom(seconds: std::ops::Range<f64>, until: f64) -> DriveLog {
+        let t = (0..(until / 0.04) as usize).map(|k| 0.04 * k as f64);
+        log(t.map(|t| if seconds.contains(&t) { (3.0 * t).sin() } else { 0.0 }).collect())
+    }
+
+    #[test]
+    fn the_end_validates_where_it_is_excited() {
+        let log = slalom(0.0..60.0, 60.0);
+        let split = Split::new(&log, &log.input, 0.5);
+        assert_eq!(split, Split::end(&log, log.len(), 0.5));
+        assert_eq!((split.estimation, split.validation), (vec![0..750], vec![750..1500]));
+    }
+
+    #[test]
+    fn a_long_log_is_thinned_evenly() {
+        let log = slalom(0.0..1000.0, 1000.0);
+        let whole = Split::new(&log, &log.input, 0.5);
+        assert_eq!(whole.clone().thinned(12_500, 0.04), whole);
+        let split = whole.clone().thinned(3_000, 0.04);
+        assert_eq!(split.estimation, [0..1500, 6250..7750]);
+        assert_eq!(split.validation, whole.validation);
+        let unused = Split::unused(&log, [&split.estimation, &split.validation]);
+        assert_eq!(unused, [1500..6250, 7750..12_500]);
+    }
+
+    #[test]
+    fn a_straight_does_not_validate() {
+        // 12 s of slalom, 8 s straight.
+        let log = slalom(0.0..12.0, 20.0);
+        let split = Split::new(&log, &log.input, 0.5);
+        assert_eq!(split.selection, Selection::ExcitedBlocks);
+        assert_eq!((split.estimation, split.validation), (vec![0..150, 300..500], vec![150..300]));
+        // Half as strong is not weak.
+        let t = (0..1500).map(|k| (0.04 * f64::from(k), if k < 750 { 1.0 } else { 0.5 }));
+        let log = self::log(t.map(|(t, size)| size * (3.0 * t).sin()).collect());
+        assert_eq!(Split::new(&log, &log.input, 0.5).selection, Selection::End);
+        // A straight at the start, and pairs of a long log.
+        let log = slalom(100.0..200.0, 200.0);
+        let split = Split::new(&log, &log.input, 0.5);
+        assert_eq!(split.selection, Selection::ExcitedBlocks);
+        assert_eq!(split.validation.len(), 2);
+        assert!(split.validation.iter().all(|r| r.start >= 2500));
+    }
+}

@@ -1,0 +1,290 @@
+//! What stands behind a model of absorbed drives, and the plant with it.
+
+use crate::data::Signals;
+use crate::data::statistics::{Z99, chi_squared_quantile};
+use crate::identify::accumulated::Absorbed;
+use crate::identify::accumulated::file::input_name;
+use crate::identify::accumulated::identify::{Candidate, Choice, choose};
+use crate::identify::accumulated::windows::Windows;
+use crate::identify::plant::{continuous_form, discrete, operating_point};
+use crate::model::StateSpace;
+use crate::model::conversion::to_continuous;
+use crate::selection::options::IdentifyOptions;
+use crate::selection::order::Errors;
+use crate::validation::bandwidth::bandwidth_hz;
+use crate::validation::frequencies::{data_factor, of_spectra};
+use crate::validation::modelled::{LAGS, Modelled};
+use crate::validation::plausible::{Response, implausible};
+use crate::validation::poles::poles_and_zeros;
+use crate::validation::quality::quality;
+use crate::validation::rate::slow_log;
+use crate::validation::sweep::Drive;
+use crate::{Detrend, Error};
+use faer::MatRef;
+use formats::{
+    Document, Evidence, Excitation, Fits, HeldOut, InputKind, Noise, OrderRow, Plant,
+    PredictionFit, Provenance, ResidualTest,
+};
+
+/// What the windows cannot tell.
+const MISSING: &str = "identified from absorbed windows: simulation fits are of the second half of each window, from the state that its first half gives; there is no simulation of whole drives, no estimate of the delay, no check of the steering's play and of the channels' clocks, no test of residuals against the input and no uncertainty of the parameters; the measured frequency response is that of all drives, with what its windows smear";
+
+impl Absorbed {
+    /// Identifies the plant from all that was absorbed. The direct gain is zero unless asked for.
+    ///
+    /// # Errors
+    /// [`Error::Option`] for what the windows cannot give: a delay, another detrending than by means,
+    /// another input than was absorbed; else as [`identify`](crate::identify).
+    pub fn identify(&self, options: &IdentifyOptions) -> Result<Plant, Error> {
+        options.check()?;
+        self.check(options)?;
+        let factor = self.estimation.factor()?;
+        let means = factor.means();
+        let factor = factor.about_mean()?;
+        let step = self.sample_time_s();
+        let windows = Windows::new(&factor, step, None)?;
+        let choice = choose(&factor, &windows, self.estimation.samples(), options)?;
+        // Without enough held-out windows the model is not judged.
+        let held_out = self.validation.factor().and_then(|f| f.about_mean());
+        let held_out = held_out.and_then(|f| Windows::new(&f, step, Some(windows.scales)));
+        let chosen = &choice.candidates[choice.chosen];
+        let [u, y] = windows.scales;
+        let model = chosen.model.scaled(&[u], &[y]);
+        let gain: Vec<f64> = (0..model.order()).map(|i| choice.gain[(i, 0)] / y).collect();
+        let continuous = to_continuous(model.a.as_ref(), model.b.as_ref(), step);
+        let errors = windows.predicted_ahead(&chosen.model, choice.gain.as_ref())?;
+        let residual = windows.variance_ahead(&errors);
+        let speed_mps = self.speed().map_or(0.0, |(mean, _)| mean);
+        let per_input = match self.input_kind {
+            InputKind::Steering => 1.0,
+            InputKind::SteeringTimesSpeed => 1.0 / speed_mps.max(0.1),
+        };
+        let to_road_wheel = per_input / self.steering_ratio;
+        let modelled =
+            Modelled { model: &model, delay_s: 0.0, input: &[], simulated: &[], to_road_wheel };
+        let mut evidence = self.evidence(&windows, held_out.as_ref().ok(), &choice)?;
+        let (coherent, response) = of_spectra(&self.spectra.spectra(step), None, &modelled, step);
+        evidence.frequency_response = Some(response);
+        evidence.excitation = Excitation {
+            road_wheel_std_rad: windows.scales[0] * to_road_wheel,
+            yaw_rate_std_radps: windows.scales[1],
+            noise_to_signal: residual.sqrt(),
+            ..coherent
+        };
+        if let Ok(on) = &held_out {
+            judge(&mut evidence, on, &chosen.model, choice.gain.as_ref())?;
+        }
+        if let Err(reason) = &held_out {
+            evidence.warnings.push(format!(
+                "no held-out windows to judge the model by (one block in {} of {} samples is held out): {reason}",
+                crate::identify::accumulated::HELD_OUT,
+                crate::identify::accumulated::BLOCK
+            ));
+        }
+        evidence
+            .warnings
+            .extend(factor.conditioning.is_reduced().then(|| factor.conditioning.to_string()));
+        if let Err(reason) = &continuous {
+            evidence.warnings.push(format!("the model stays discrete: {reason}"));
+        }
+        evidence.factor = Some(data_factor(&factor.conditioning));
+        let continuous = continuous.ok();
+        evidence.conversion_round_trip = continuous.as_ref().map(|c| c.round_trip);
+        let map = poles_and_zeros(&model, continuous.as_ref(), step, None);
+        evidence.poles_and_zeros = Some(map);
+        let at = |hz: f64| {
+            let (re, im) = modelled.response(hz, step);
+            (re / to_road_wheel, im / to_road_wheel)
+        };
+        let zeros = evidence.poles_and_zeros.as_ref().map_or(&[][..], |m| &m.continuous_zeros);
+        let implausible = implausible(&Response {
+            at: &at,
+            excitation: Some(&evidence.excitation),
+            speed_mps,
+            steering_ratio: self.steering_ratio,
+            zeros,
+            spreads: &[],
+        });
+        let point = operating_point(means, windows.scales, &model, speed_mps, self.input_kind);
+        let straight = point.steering_offset_rad / self.steering_ratio;
+        let (estimated, validated) = self.samples();
+        let mut quality = quality(
+            &evidence,
+            &Drive {
+                has_continuous: continuous.is_some(),
+                speed_mps,
+                speed_spread: self.speed().map_or(0.0, |(mean, spread)| spread / mean.max(0.1)),
+                steering_ratio: self.steering_ratio,
+                to_road_wheel,
+                steering: &[],
+                seconds: (estimated + validated) as f64 * step,
+                order: model.order(),
+                slow_log: slow_log(&evidence.channels, bandwidth_hz(&at, 0.5 / step)),
+                noise_radps: residual.sqrt() * y,
+                road_wheel_offset_rad: straight,
+                yaw_rate_offset_radps: point.yaw_rate_offset_radps - at(0.0).0 * straight,
+                implausible,
+            },
+            options,
+        );
+        quality.advice.push(
+            "identify from one of the logs itself too: that tests what windows cannot show"
+                .to_owned(),
+        );
+        let mut used = self.options.clone();
+        used.extend(options.to_map());
+        used.insert("horizon_absorbed".into(), self.horizon.to_string());
+        used.insert("model_input".into(), input_name(self.input_kind).into());
+        used.insert("realization".into(), chosen.realization.name().into());
+        for unused in ["validation_fraction", "delay_s"] {
+            used.remove(unused);
+        }
+        let plant = Plant {
+            schema: Plant::SCHEMA.into(),
+            name: self.name.clone(),
+            input: self.input_kind,
+            steering_ratio: self.steering_ratio,
+            input_delay_s: 0.0,
+            operating_point: point,
+            discrete: discrete(&model, &gain, &vec![0.0; model.order()], step),
+            continuous: continuous.map(|c| continuous_form(&c, &model)),
+            noise: Noise { innovation_variance: residual * y * y },
+            sideslip: None,
+            uncertainty: None,
+            evidence,
+            quality,
+            provenance: Provenance {
+                version: env!("CARGO_PKG_VERSION").into(),
+                sources: self.sources.clone(),
+                options: used,
+            },
+        };
+        plant.checked("plant.json").map_err(|e| Error::NoModel { problem: e.to_string() })?;
+        Ok(plant)
+    }
+
+    /// Options that need the samples themselves are refused.
+    fn check(&self, options: &IdentifyOptions) -> Result<(), Error> {
+        let refused = |option, value: String, expected: String| {
+            Err(Error::Option { option, value, expected })
+        };
+        if let Some(delay) = options.delay_s.filter(|d| *d != 0.0) {
+            let expected = "none where a factor is identified from".into();
+            return refused("--delay", format!("{delay} s"), expected);
+        }
+        if options.detrend != Detrend::Mean {
+            let expected = "mean where a factor is identified from".into();
+            return refused("--detrend", options.detrend.name().into(), expected);
+        }
+        if options.input_kind != InputKind::Steering && options.input_kind != self.input_kind {
+            let value = input_name(options.input_kind).into();
+            let expected = format!("{}, which was absorbed", input_name(self.input_kind));
+            return refused("--model-input", value, expected);
+        }
+        match options.horizon {
+            Some(s) if s > self.horizon => {
+                let expected = format!("{} at most, which was absorbed", self.horizon);
+                refused("--horizon", s.to_string(), expected)
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn evidence(
+        &self,
+        windows: &Windows,
+        held_out: Option<&Windows>,
+        choice: &Choice,
+    ) -> Result<Evidence, Error> {
+        let chosen = &choice.candidates[choice.chosen];
+        let simulation = |on: &Windows, c: &Candidate| -> f64 {
+            on.ahead(&c.model).map_or(0.0, |e| bounded(on.fit(on.variance_ahead(&e))))
+        };
+        let order_table = choice.candidates.iter().map(|c| OrderRow {
+            order: c.model.order(),
+            // Those of another decomposition are others.
+            singular_value: (c.approach == chosen.approach && c.horizon == chosen.horizon)
+                .then_some(c.singular_value),
+            estimation_fit: simulation(windows, c),
+            validation_fit: held_out.map_or(0.0, |on| simulation(on, c)),
+            stable: c.stabilised_from.is_none(),
+            criterion: c.criterion,
+        });
+        let mut evidence = Evidence {
+            method: chosen.approach.name().into(),
+            horizon: chosen.horizon,
+            estimation_samples: self.estimation.samples(),
+            validation_samples: if held_out.is_some() { self.validation.samples() } else { 0 },
+            fit: Fits {
+                estimation: simulation(windows, chosen),
+                validation: held_out.map_or(0.0, |on| simulation(on, chosen)),
+                validation_one_step: 0.0,
+            },
+            order_table: order_table.collect(),
+            feedback: choice.feedback.map(crate::identify::plant::feedback_test),
+            stabilised_from: chosen.stabilised_from,
+            channels: self.channels.clone(),
+            warnings: self.warnings.clone(),
+            ..Evidence::default()
+        };
+        evidence.warnings.extend(choice.warnings.clone());
+        evidence.warnings.push(MISSING.into());
+        if self.speed.is_none() {
+            evidence
+                .warnings
+                .push("no speed channel: the operating point's speed is written as 0".into());
+        }
+        Ok(evidence)
+    }
+}
+
+/// What the held-out windows say.
+fn judge(
+    evidence: &mut Evidence,
+    on: &Windows,
+    model: &StateSpace,
+    gain: MatRef<'_, f64>,
+) -> Result<(), Error> {
+    let whole = on.covariance(1, 1, 0);
+    // In units of the estimation windows' standard deviation, as the covariance is.
+    let noise = evidence.excitation.noise_to_signal;
+    let row = |steps: Option<usize>, variance: f64| PredictionFit {
+        steps,
+        ahead_s: steps.map(|k| k as f64 * on.data.sample_time_s()),
+        fit: bounded(on.fit(variance)),
+        variance_accounted_for: bounded(100.0 * (1.0 - variance / whole)),
+    };
+    let predicted = on.predicted_ahead(model, gain)?;
+    let simulated = on.variance_ahead(&on.ahead(model)?);
+    let rows = vec![row(Some(1), on.variance_ahead(&predicted)), row(None, simulated)];
+    evidence.fit.validation_one_step = rows[0].fit;
+    evidence.whiteness = whiteness(&predicted, on.count);
+    evidence.held_out = Some(HeldOut {
+        selection: "windows".into(),
+        fit_bound: Some(bounded(100.0 * (1.0 - noise / whole.sqrt()))),
+        variance_accounted_for: rows[1].variance_accounted_for,
+        predictions: rows,
+        ..HeldOut::default()
+    });
+    Ok(())
+}
+
+/// Autocorrelation of the windows' prediction errors against χ².
+fn whiteness(errors: &Errors, count: usize) -> ResidualTest {
+    let length = errors.first().map_or(0, Signals::ncols);
+    let lags = LAGS.min(length / 2);
+    let at = |k: usize| -> f64 {
+        let sums = errors
+            .iter()
+            .map(|e| crate::linalg::dense::dot(&e.row(0)[..length - k], &e.row(0)[k..]));
+        sums.sum::<f64>() / (length - k) as f64
+    };
+    let power = at(0);
+    let statistic = count as f64 * (1..=lags).map(|k| (at(k) / power).powi(2)).sum::<f64>();
+    let bound = chi_squared_quantile(lags, Z99);
+    ResidualTest { lags, statistic: bounded(statistic), bound, pass: statistic <= bound }
+}
+
+fn bounded(x: f64) -> f64 {
+    if x.is_finite() { x } else { 0.0 }
+}

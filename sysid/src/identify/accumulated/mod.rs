@@ -1,0 +1,305 @@
+//! Drives absorbed into a state of a few hundred kilobytes, however long and many they are, and the
+//! plant identified from it.
+//!
+//! The state is the triangle of a QR factorisation of all windows of 2·horizon samples with a column of
+//! ones beside them ([`Accumulator`](crate::subspace::Accumulator) of kind
+//! [`Decomposition::Qr`]): any condition of the data is borne, and offsets are
+//! part of what is merged. Every fourth block of samples goes to a state of its own, which is held out
+//! and judges the model. Beside them are the sums of Welch's spectra of all samples. Merging states is the same as absorbing all logs in one pass.
+
+mod evidence;
+mod file;
+mod identify;
+mod prediction;
+mod starts;
+mod windows;
+
+use crate::Error;
+use crate::data::Signals;
+use crate::subspace::{Accumulator, Decomposition};
+use crate::validation::spectra::Sums;
+use drivelog::{LogFile, LogOptions, Piece, stream};
+use formats::{ChannelSummary, InputKind, SourceFile};
+use std::collections::BTreeMap;
+
+/// Samples of a block that is estimated from or validated on as a whole: some seconds of manoeuvres, so
+/// that the validation windows come from all of a drive, as its speeds and bends do, and a drive of a
+/// few minutes has some. A window at the end of a block is lost.
+const BLOCK: usize = 500;
+/// One block in so many is held out.
+const HELD_OUT: usize = 4;
+
+/// How drives are absorbed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AbsorbOptions {
+    /// How each log is read. `--window` is not for reading in chunks.
+    pub log: LogOptions,
+    /// What drives the model.
+    pub input_kind: InputKind,
+    /// Block rows of past and of future, the most that can be identified with later.
+    pub horizon: usize,
+}
+
+impl Default for AbsorbOptions {
+    fn default() -> Self {
+        Self { log: LogOptions::default(), input_kind: InputKind::Steering, horizon: 30 }
+    }
+}
+
+/// Windows of drives, and what is known of the drives beside them.
+#[derive(Debug, Clone)]
+pub struct Absorbed {
+    name: String,
+    input_kind: InputKind,
+    steering_ratio: f64,
+    horizon: usize,
+    estimation: Accumulator,
+    validation: Accumulator,
+    /// Of all samples.
+    spectra: Sums,
+    /// Number of samples, mean, and sum of squares about it, of the speed where every drive tells it.
+    speed: Option<(f64, f64, f64)>,
+    channels: Vec<ChannelSummary>,
+    warnings: Vec<String>,
+    sources: Vec<SourceFile>,
+    /// The reader's options by name.
+    options: BTreeMap<String, String>,
+    version: String,
+}
+
+impl Absorbed {
+    /// Absorbs one log, a file that brings steering and yaw rate on one clock.
+    ///
+    /// # Errors
+    /// As [`read_drives`](drivelog::read_drives); [`Error::NotADrive`] for a file that does not bring both
+    /// channels, [`Error::ClockChanged`] where its rate changes, [`Error::Option`] for a horizon that
+    /// is not within 2 to 200.
+    pub fn of_log(file: LogFile<'_>, options: &AbsorbOptions) -> Result<Self, Error> {
+        if !(2..=200).contains(&options.horizon) {
+            let value = options.horizon.to_string();
+            let expected = "2 to 200".into();
+            return Err(Error::Option { option: "--horizon", value, expected });
+        }
+        let mut taking = Taking::new(options);
+        let read = stream(file, &options.log, &mut |step, piece| taking.take(step, piece))?;
+        let Some(([estimation, validation], mut spectra)) = taking.states else {
+            return Err(Error::TooFewSamples {
+                got: 0,
+                need: 2 * options.horizon,
+                sample_time_s: 0.0,
+            });
+        };
+        spectra.end_stretch();
+        let mut used = options.log.to_map();
+        used.insert("sample_time_used_s".into(), estimation.sample_time_s().to_string());
+        Ok(Self {
+            name: read.name,
+            input_kind: options.input_kind,
+            steering_ratio: read.steering_ratio,
+            horizon: options.horizon,
+            estimation,
+            validation,
+            spectra,
+            speed: taking.speed.filter(|(count, _, _)| *count > 0.0),
+            channels: read.channels,
+            warnings: read.warnings,
+            sources: vec![read.source],
+            options: used,
+            version: env!("CARGO_PKG_VERSION").into(),
+        })
+    }
+
+    /// Adds what another has absorbed.
+    ///
+    /// # Errors
+    /// [`Error::Differ`] where the two were made by another version or with other options, and
+    /// [`Error::RepeatedDrive`] where one log is in both.
+    pub fn merge(&mut self, other: Self) -> Result<(), Error> {
+        self.check_same(&other)?;
+        self.estimation.merge(other.estimation)?;
+        self.validation.merge(other.validation)?;
+        self.spectra.merge(&other.spectra);
+        self.speed = match (self.speed, other.speed) {
+            (Some(a), Some(b)) => Some(together(a, b)),
+            _ => None,
+        };
+        for channel in other.channels {
+            let same = |c: &&mut ChannelSummary| {
+                (&c.role, &c.column, &c.unit) == (&channel.role, &channel.column, &channel.unit)
+                    && (c.rate_hz / channel.rate_hz - 1.0).abs() < 0.01
+            };
+            match self.channels.iter_mut().find(same) {
+                Some(c) => {
+                    let (n, more) = (c.rows as f64, channel.rows as f64);
+                    c.mean = (c.mean * n + channel.mean * more) / (n + more);
+                    c.rows += channel.rows;
+                    (c.min, c.max) = (c.min.min(channel.min), c.max.max(channel.max));
+                    c.resolution =
+                        c.resolution.into_iter().chain(channel.resolution).reduce(f64::max);
+                    c.spikes_s.extend(channel.spikes_s);
+                    c.spikes_s.sort_by(f64::total_cmp);
+                    c.frozen_s.extend(channel.frozen_s);
+                    c.frozen_s.sort_by(|a, b| a[0].total_cmp(&b[0]));
+                }
+                None => self.channels.push(channel),
+            }
+        }
+        for warning in other.warnings {
+            if !self.warnings.contains(&warning) {
+                self.warnings.push(warning);
+            }
+        }
+        self.sources.extend(other.sources);
+        Ok(())
+    }
+
+    fn check_same(&self, other: &Self) -> Result<(), Error> {
+        let differ = |problem: String| {
+            let (first, second) = (self.name.clone(), other.name.clone());
+            Err(Error::Differ { first, second, problem })
+        };
+        for source in &other.sources {
+            if let Some(mine) = self.sources.iter().find(|s| s.sha256 == source.sha256) {
+                let (first, second) = (mine.name.clone(), source.name.clone());
+                return Err(drivelog::Error::RepeatedDrive { first, second }.into());
+            }
+        }
+        if self.version != other.version {
+            return differ(format!("versions {} and {}", self.version, other.version));
+        }
+        if self.horizon != other.horizon {
+            return differ(format!("horizons of {} and {}", self.horizon, other.horizon));
+        }
+        let (a, b) = (self.sample_time_s(), other.sample_time_s());
+        if (a - b).abs() > 1e-9 * a {
+            return differ(format!("sample times of {a} s and {b} s"));
+        }
+        let (a, b) = (self.steering_ratio, other.steering_ratio);
+        if (a - b).abs() > 1e-9 * a {
+            return differ(format!("steering ratios of {a} and {b}"));
+        }
+        if self.input_kind != other.input_kind {
+            return differ("one is driven by steering, one by steering*speed".into());
+        }
+        // Columns and units may differ from logger to logger; what is done with them may not.
+        for key in ["max_gap_s", "speed_window_mps"] {
+            let of = |map: &BTreeMap<String, String>| {
+                map.get(key).cloned().unwrap_or_else(|| "nothing".into())
+            };
+            if of(&self.options) != of(&other.options) {
+                return differ(format!(
+                    "{key} is {} and {}",
+                    of(&self.options),
+                    of(&other.options)
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// Sample time T, s.
+    #[must_use]
+    pub fn sample_time_s(&self) -> f64 {
+        self.estimation.sample_time_s()
+    }
+
+    /// Samples to estimate from, and held out.
+    #[must_use]
+    pub fn samples(&self) -> (usize, usize) {
+        (self.estimation.samples(), self.validation.samples())
+    }
+
+    /// What was read of the logs.
+    #[must_use]
+    pub fn channels(&self) -> &[ChannelSummary] {
+        &self.channels
+    }
+
+    /// What the reader had to do or doubts.
+    #[must_use]
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    /// Mean of the speed and its standard deviation, m/s.
+    fn speed(&self) -> Option<(f64, f64)> {
+        self.speed.map(|(count, mean, squares)| (mean, (squares / count).sqrt()))
+    }
+}
+
+/// (count, mean, squares about it) of two sets together (T. F. Chan, G. H. Golub, R. J. LeVeque,
+/// *Algorithms for computing the sample variance*, The American Statistician 37, 1983).
+fn together(a: (f64, f64, f64), b: (f64, f64, f64)) -> (f64, f64, f64) {
+    let count = a.0 + b.0;
+    if count == 0.0 {
+        return a;
+    }
+    let apart = b.1 - a.1;
+    (count, a.1 + apart * b.0 / count, a.2 + b.2 + apart * apart * a.0 * b.0 / count)
+}
+
+/// A log on its way into the states.
+struct Taking {
+    horizon: usize,
+    input_kind: InputKind,
+    states: Option<([Accumulator; 2], Sums)>,
+    /// Samples so far, which say whose block it is.
+    taken: usize,
+    speed: Option<(f64, f64, f64)>,
+}
+
+impl Taking {
+    fn new(options: &AbsorbOptions) -> Self {
+        Self {
+            horizon: options.horizon,
+            input_kind: options.input_kind,
+            states: None,
+            taken: 0,
+            speed: Some((0.0, 0.0, 0.0)),
+        }
+    }
+
+    fn take(&mut self, sample_time_s: f64, piece: Piece<'_>) -> Result<(), Error> {
+        if self.states.is_none() {
+            let new = || Accumulator::new(Decomposition::Qr, self.horizon, (1, 1), sample_time_s);
+            self.states = Some(([new()?, new()?], Sums::of_sample_time(sample_time_s)));
+        }
+        let Some((states, spectra)) = &mut self.states else { return Ok(()) };
+        let Piece::Samples { steering, yaw_rate, speed } = piece else {
+            states.iter_mut().for_each(Accumulator::end_segment);
+            spectra.end_stretch();
+            return Ok(());
+        };
+        self.speed = match (self.speed, speed) {
+            (Some(all), Some(speed)) => {
+                let mean = drivelog::signal::mean(speed);
+                let squares = speed.iter().map(|v| (v - mean).powi(2)).sum();
+                Some(together(all, (speed.len() as f64, mean, squares)))
+            }
+            _ => None,
+        };
+        let input: Vec<f64> = match (self.input_kind, speed) {
+            (InputKind::Steering, _) => steering.to_vec(),
+            (InputKind::SteeringTimesSpeed, Some(speed)) => {
+                steering.iter().zip(speed).map(|(u, v)| u * v).collect()
+            }
+            (InputKind::SteeringTimesSpeed, None) => return Err(Error::NoSpeed),
+        };
+        spectra.push(&input, yaw_rate);
+        let input = Signals::from(input);
+        let output = Signals::from(yaw_rate.to_vec());
+        let mut from = 0;
+        while from < output.ncols() {
+            let (block, within) = (self.taken / BLOCK, self.taken % BLOCK);
+            let to = output.ncols().min(from + BLOCK - within);
+            let state = &mut states[usize::from(block % HELD_OUT == HELD_OUT - 1)];
+            state.push(input.columns(from..to), output.columns(from..to))?;
+            self.taken += to - from;
+            if self.taken.is_multiple_of(BLOCK) {
+                state.end_segment();
+            }
+            from = to;
+        }
+        Ok(())
+    }
+}

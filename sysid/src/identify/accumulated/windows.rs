@@ -1,0 +1,165 @@
+//! The windows' triangle read as data.
+//!
+//! With W the matrix of all windows, a row for each, and W = Q R, sums of squares of any linear
+//! combination of the windows' samples are those of the rows of R. Simulation and prediction errors of
+//! a model are such combinations, of input and output and an initial state for each window, so that R's
+//! rows, each a stretch of 2·horizon samples, stand for all windows: what is fitted to them by least
+//! squares is what would be fitted to every window of the drives, each from an initial state of its own.
+
+use crate::Error;
+use crate::data::{DataSet, Segment, Signals};
+use crate::model::{StateSpace, initial_state, predictions, predictor, predictor_state, simulate};
+use crate::selection::order::Errors;
+use crate::subspace::Factor;
+use faer::{Mat, MatRef};
+
+/// Windows about their mean, in units of each channel's standard deviation.
+pub(crate) struct Windows {
+    /// A stretch for each row of R.
+    pub(crate) data: DataSet,
+    /// Samples of a window.
+    pub(crate) length: usize,
+    /// Number of windows that the rows stand for.
+    pub(crate) count: usize,
+    /// Standard deviations of input and output.
+    pub(crate) scales: [f64; 2],
+    /// Autocovariance of the input at all lags, under Parzen's lag window.
+    pub(crate) input: Vec<f64>,
+    /// Upper triangle in these units; columns u(0), y(0), u(1), …
+    r: Mat<f64>,
+}
+
+/// Parzen's lag window (E. Parzen, *Mathematical considerations in the estimation of spectra*,
+/// Technometrics 3, 1961).
+fn parzen(lag: usize, lags: usize) -> f64 {
+    let x = lag as f64 / lags as f64;
+    if x < 0.5 { 1.0 - 6.0 * x * x * (1.0 - x) } else { 2.0 * (1.0 - x).powi(3) }
+}
+
+impl Windows {
+    /// Of a factor about its mean, in units of its own or of `scales`.
+    pub(crate) fn new(
+        factor: &Factor,
+        sample_time_s: f64,
+        scales: Option<[f64; 2]>,
+    ) -> Result<Self, Error> {
+        let mut r = factor.by_time()?;
+        let length = r.ncols() / 2;
+        let scales = scales.unwrap_or_else(|| {
+            [0, 1].map(|c| {
+                let squares: f64 =
+                    (0..length).map(|lag| r.col(2 * lag + c).squared_norm_l2()).sum();
+                (squares / length as f64).sqrt()
+            })
+        });
+        for j in 0..r.ncols() {
+            for i in 0..r.nrows() {
+                r[(i, j)] /= scales[j % 2];
+            }
+        }
+        let channel = |i: usize, c: usize| -> Vec<f64> {
+            (0..length).map(|lag| r[(i, 2 * lag + c)]).collect()
+        };
+        let segments = (0..r.nrows()).map(|i| Segment::new(channel(i, 0), channel(i, 1)));
+        let data = DataSet::new(sample_time_s, segments.collect())?;
+        let mut windows =
+            Self { data, length, count: factor.columns, scales, input: Vec::new(), r };
+        // Under these weights the covariances stay those of some signal.
+        let own = |lag| parzen(lag, length) * windows.covariance(0, 0, lag);
+        windows.input = (0..length).map(own).collect();
+        Ok(windows)
+    }
+
+    /// Covariance of channel a now and channel b `lag` samples later; 0 is the input, 1 the output.
+    pub(crate) fn covariance(&self, a: usize, b: usize, lag: usize) -> f64 {
+        let pairs = self.length - lag;
+        let sum: f64 = (0..pairs)
+            .map(|t| self.r.col(2 * t + a).transpose() * self.r.col(2 * (t + lag) + b))
+            .sum();
+        sum / pairs as f64
+    }
+
+    /// A weighted sum of each window's samples, for the rows of R.
+    pub(crate) fn times(&self, weights: &[f64]) -> Vec<f64> {
+        let mut sums = vec![0.0; self.r.nrows()];
+        for (j, w) in weights.iter().enumerate() {
+            // Zeros are below the diagonal.
+            for (i, sum) in sums.iter_mut().enumerate().take(j + 1) {
+                *sum += w * self.r[(i, j)];
+            }
+        }
+        sums
+    }
+
+    /// Initial states and errors of the simulation of every window.
+    pub(crate) fn simulated(&self, model: &StateSpace) -> Result<(Vec<Vec<f64>>, Errors), Error> {
+        let (mut x0s, mut errors) = (Vec::new(), Vec::new());
+        for s in self.data.segments() {
+            let x0 = initial_state(model, s.u.as_ref(), s.y.as_ref())?;
+            errors.push(&s.y - simulate(model, s.u.as_ref(), &x0));
+            x0s.push(x0);
+        }
+        Ok((x0s, errors))
+    }
+
+    /// Errors of the second half of every window, simulated from the state that its first half gives.
+    pub(crate) fn ahead(&self, model: &StateSpace) -> Result<Errors, Error> {
+        let half = self.length / 2;
+        let of = |s: &Segment| -> Result<Signals, Error> {
+            let x0 = initial_state(model, s.u.columns(0..half), s.y.columns(0..half))?;
+            let y = simulate(model, s.u.as_ref(), &x0);
+            let errors = s.y.row(0).iter().zip(y.row(0)).skip(half).map(|(y, s)| y - s);
+            Ok(errors.collect::<Vec<f64>>().into())
+        };
+        self.data.segments().iter().map(of).collect()
+    }
+
+    /// Errors of the one-step predictions of the second half of every window, from the state that its
+    /// first half gives: what is judged has no part in the state.
+    pub(crate) fn predicted_ahead(
+        &self,
+        model: &StateSpace,
+        gain: MatRef<'_, f64>,
+    ) -> Result<Errors, Error> {
+        let (half, predictor) = (self.length / 2, predictor(model, gain));
+        let of = |s: &Segment| -> Result<Signals, Error> {
+            let x0 = predictor_state(&predictor, s.u.columns(0..half), s.y.columns(0..half))?;
+            let y = predictions(&predictor, s.u.as_ref(), s.y.as_ref(), &x0);
+            let errors = s.y.row(0).iter().zip(y.row(0)).skip(half).map(|(y, s)| y - s);
+            Ok(errors.collect::<Vec<f64>>().into())
+        };
+        self.data.segments().iter().map(of).collect()
+    }
+
+    /// Variance of such errors; ∞ where they are not finite.
+    pub(crate) fn variance_ahead(&self, errors: &Errors) -> f64 {
+        let squares = crate::selection::order::sum_of_squares(errors);
+        let count = self.length - self.length / 2;
+        if squares.is_finite() { squares / count as f64 } else { f64::INFINITY }
+    }
+
+    /// The states from which the one-step predictions of each window err least.
+    pub(crate) fn predictor_states(
+        &self,
+        model: &StateSpace,
+        gain: MatRef<'_, f64>,
+    ) -> Result<Vec<Vec<f64>>, Error> {
+        let predictor = predictor(model, gain);
+        let segments = self.data.segments().iter();
+        segments.map(|s| predictor_state(&predictor, s.u.as_ref(), s.y.as_ref())).collect()
+    }
+
+    /// Variance of errors whose `order` initial states were fitted to each window; ∞ where they are not
+    /// finite.
+    pub(crate) fn variance(&self, errors: &Errors, order: usize) -> f64 {
+        let squares = crate::selection::order::sum_of_squares(errors);
+        let free = self.length.saturating_sub(order).max(1);
+        if squares.is_finite() { squares / free as f64 } else { f64::INFINITY }
+    }
+
+    /// Fit of errors of that variance, percent.
+    pub(crate) fn fit(&self, variance: f64) -> f64 {
+        let fit = 100.0 * (1.0 - (variance / self.covariance(1, 1, 0)).sqrt());
+        if fit.is_nan() { f64::NEG_INFINITY } else { fit }
+    }
+}

@@ -1,0 +1,6 @@
+//! Matrices: helpers over faer, R factors of many rows, elimination of what only one segment has.
+
+pub(crate) mod columns;
+pub(crate) mod dense;
+pub(crate) mod elimination;
+pub(crate) mod triangle;

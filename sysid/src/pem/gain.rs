@@ -1,0 +1,108 @@
+//! The Kalman gain of a fixed model by its one-step prediction errors.
+
+use crate::Error;
+use crate::data::DataSet;
+use crate::linalg::columns::Columns;
+use crate::linalg::dense::spectral_radius;
+use crate::linalg::triangle::Triangle;
+use crate::model::{StateSpace, predictor};
+use crate::pem::rows::Drive;
+use crate::pem::search::Stop;
+use crate::pem::search::{
+    Point, criterion, damped_step, each_error, error_covariance, weigh, weight,
+};
+use faer::{Mat, MatRef};
+
+/// Refines the Kalman gain `k` of a fixed model by its one-step prediction errors, from the
+/// segments' states `x0`; A − K C stays stable. Returns the gain that was reached.
+///
+/// With the innovation e, `∂ŷ/∂K_kj` is state k of `w⁺ = (A − K C)ᵀ w + c_iᵀ e_j` for output i.
+///
+/// # Errors
+/// [`Error::Numerical`] where a decomposition does not converge.
+pub fn refine_gain(
+    model: &StateSpace,
+    k: MatRef<'_, f64>,
+    data: &DataSet,
+    x0: &[Vec<f64>],
+    stop: Stop,
+) -> Result<Mat<f64>, Error> {
+    const LARGEST_RADIUS: f64 = 0.9999;
+    let (n, p) = (model.order(), model.outputs());
+    let covariance_of = |gain: &Mat<f64>| {
+        let point =
+            Point { model: predictor(model, gain.as_ref()), x0s: x0.to_vec(), levels: None };
+        error_covariance(&point, Drive::InputsAndOutputs, data)
+    };
+    let mut gain = k.to_owned();
+    let mut covariance = covariance_of(&gain);
+    let mut cost = criterion(&covariance);
+    let mut damping = 1e-4;
+    for _ in 0..stop.steps {
+        if !(cost.is_finite() && cost > 0.0) {
+            break;
+        }
+        let r = gain_triangle(model, &gain, data, x0, &weight(&covariance)?);
+        let (r, rhs) = (r.get(..n * p, ..n * p), r.get(..n * p, n * p..));
+        let mut moved = false;
+        for _ in 0..8 {
+            let step = damped_step(r, rhs, damping, 0)?;
+            let trial = Mat::from_fn(n, p, |s, j| gain[(s, j)] + step[s * p + j]);
+            if spectral_radius((&model.a - &trial * &model.c).as_ref()) < LARGEST_RADIUS {
+                let trial_covariance = covariance_of(&trial);
+                let trial_cost = criterion(&trial_covariance);
+                if trial_cost < cost {
+                    moved = 1.0 - trial_cost / cost > stop.least_gain;
+                    (gain, covariance, cost) = (trial, trial_covariance, trial_cost);
+                    damping = (damping * 0.2).max(1e-12);
+                    break;
+                }
+            }
+            damping *= 8.0;
+        }
+        if !moved {
+            break;
+        }
+    }
+    Ok(gain)
+}
+
+/// R of the weighted derivatives by K row by row, and last the errors' column.
+fn gain_triangle(
+    model: &StateSpace,
+    gain: &Mat<f64>,
+    data: &DataSet,
+    x0: &[Vec<f64>],
+    weight: &Mat<f64>,
+) -> Mat<f64> {
+    let (n, p) = (model.order(), model.outputs());
+    let width = n * p + 1;
+    let predictor = predictor(model, gain.as_ref());
+    let closed = Columns::new(predictor.a.transpose());
+    let mut all = Triangle::new(width);
+    let mut next = vec![0.0; n];
+    let mut block = vec![0.0; p * width];
+    for (segment, x0) in data.segments().iter().zip(x0) {
+        // States of (output i, innovation j), n each.
+        let mut w = vec![0.0; p * p * n];
+        each_error(&predictor, Drive::InputsAndOutputs, segment, x0, |_, e| {
+            for i in 0..p {
+                for j in 0..p {
+                    let states = &mut w[(i * p + j) * n..(i * p + j + 1) * n];
+                    closed.product(states, &mut next);
+                    for (s, o) in next.iter_mut().enumerate() {
+                        block[i * width + s * p + j] = states[s];
+                        *o += model.c[(i, s)] * e[j];
+                    }
+                    states.copy_from_slice(&next);
+                }
+                block[i * width + n * p] = e[i];
+            }
+            weigh(weight, &mut block);
+            for row in block.chunks_exact(width) {
+                all.push(row);
+            }
+        });
+    }
+    all.finish()
+}

@@ -1,0 +1,308 @@
+//! Levenberg–Marquardt on the determinant of the error's covariance.
+//!
+//! The criterion is det Λ with `Λ = Σ e eᵀ/N`, the maximum-likelihood one for white Gaussian errors
+//! of unknown covariance (Ljung, *System Identification*, 2nd ed. 1999, eq 7.90–7.91); it does not
+//! depend on the units of the outputs. For one output it is the sum of squares. Its gradient is that
+//! of `Σ eᵀΛ⁻¹e` with Λ held, so each step is one of least squares with the rows weighted by the
+//! Cholesky factor of Λ at the present model.
+//!
+//! The initial state of each segment enters that segment's rows alone: these columns are eliminated
+//! there by the same QR factorisation, so any number of segments costs no more than one. Where the
+//! outputs have a level to be found, a constant in all segments, it is a parameter beside the model's,
+//! in which the output is linear.
+
+use crate::Error;
+use crate::data::{DataSet, Segment};
+use crate::linalg::columns::Columns;
+use crate::linalg::dense::{identity, is_finite, least_squares, spectral_radius, vcat};
+use crate::linalg::triangle::Triangle;
+use crate::model::StateSpace;
+use crate::pem::coordinates::Coordinates;
+use crate::pem::rows::{Drive, Sensitivities};
+use faer::{Mat, MatRef, Side};
+
+/// When to stop refining.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stop {
+    /// Most steps.
+    pub steps: usize,
+    /// A step that lowers the criterion (for one output the sum of squares) by a smaller share than
+    /// this is the last.
+    pub least_gain: f64,
+}
+
+/// The model driven by `drive` with an initial state for each segment and, where they are free, constants
+/// on the outputs.
+#[derive(Debug, Clone)]
+pub(super) struct Point {
+    pub(super) model: StateSpace,
+    pub(super) x0s: Vec<Vec<f64>>,
+    pub(super) levels: Option<Vec<f64>>,
+}
+
+/// The least-squares problem of one step.
+pub(super) struct Linearised {
+    /// R of the weighted derivatives by the free levels and along the local coordinates with the
+    /// initial states eliminated, square, and last the errors' column.
+    pub(super) triangle: Mat<f64>,
+    /// For each segment the first n rows of its own triangle: (R₀₀, R₀θ, r₀).
+    pub(super) heads: Vec<Mat<f64>>,
+    /// Number of free levels, whose columns are the first of θ.
+    pub(super) levels: usize,
+}
+
+/// The error covariance Σ e eᵀ/N; not finite where the model's output is not.
+pub(super) fn error_covariance(point: &Point, drive: Drive, data: &DataSet) -> Mat<f64> {
+    let p = data.outputs();
+    let level = |i: usize| point.levels.as_ref().map_or(0.0, |levels| levels[i]);
+    let mut sum = Mat::<f64>::zeros(p, p);
+    for (segment, x0) in data.segments().iter().zip(&point.x0s) {
+        each_error(&point.model, drive, segment, x0, |_, e| {
+            for j in 0..p {
+                for i in 0..p {
+                    sum[(i, j)] += (e[i] - level(i)) * (e[j] - level(j));
+                }
+            }
+        });
+    }
+    let count = data.samples() as f64;
+    Mat::from_fn(p, p, |i, j| sum[(i, j)] / count)
+}
+
+/// Calls `tell` with the time and the error y − ŷ of each sample of a segment.
+pub(super) fn each_error(
+    model: &StateSpace,
+    drive: Drive,
+    segment: &Segment,
+    x0: &[f64],
+    mut tell: impl FnMut(usize, &[f64]),
+) {
+    let (n, m, p) = (model.order(), model.inputs(), model.outputs());
+    let [a, b, c, d] = [&model.a, &model.b, &model.c, &model.d].map(|m| Columns::new(m.as_ref()));
+    let mut x = x0.to_vec();
+    let (mut next, mut v, mut y, mut e) = (vec![0.0; n], vec![0.0; m], vec![0.0; p], vec![0.0; p]);
+    for t in 0..segment.len() {
+        drive.fill(segment, t, &mut v);
+        c.product(&x, &mut y);
+        d.add_product(&v, &mut y);
+        for (i, (e, y)) in e.iter_mut().zip(&y).enumerate() {
+            *e = segment.y[(i, t)] - y;
+        }
+        tell(t, &e);
+        a.product(&x, &mut next);
+        b.add_product(&v, &mut next);
+        std::mem::swap(&mut x, &mut next);
+    }
+}
+
+/// `det(Λ)^(1/ny)`; infinite where Λ is not finite.
+pub(super) fn criterion(covariance: &Mat<f64>) -> f64 {
+    if !is_finite(covariance.as_ref()) {
+        return f64::INFINITY;
+    }
+    let p = covariance.nrows();
+    if p == 1 {
+        return covariance[(0, 0)];
+    }
+    regular(covariance).determinant().max(0.0).powf(1.0 / p as f64)
+}
+
+/// The covariance with a ten-billionth of each variance added: where a combination of outputs is met
+/// exactly, as without noise, the others still count, in any units.
+fn regular(covariance: &Mat<f64>) -> Mat<f64> {
+    const SHARE: f64 = 1e-10;
+    let p = covariance.nrows();
+    let trace = (0..p).map(|i| covariance[(i, i)]).sum::<f64>();
+    Mat::from_fn(p, p, |i, j| {
+        let variance = covariance[(i, i)].max(1e-30 * trace);
+        covariance[(i, j)] + if i == j { SHARE * variance } else { 0.0 }
+    })
+}
+
+/// The lower triangle L⁻¹ with `L Lᵀ = Λ`.
+pub(super) fn weight(covariance: &Mat<f64>) -> Result<Mat<f64>, Error> {
+    let p = covariance.nrows();
+    if covariance.norm_max() == 0.0 {
+        return Ok(identity(p));
+    }
+    let cholesky = regular(covariance)
+        .llt(Side::Lower)
+        .map_err(|_| Error::Numerical { what: "covariance of the prediction errors" })?;
+    Ok(crate::linalg::dense::solve(cholesky.L(), identity(p).as_ref()))
+}
+
+/// The derivatives at the coordinates' model, weighted by `weight`, reduced to triangles.
+pub(super) fn linearise(
+    coordinates: &Coordinates,
+    (x0s, levels): (&[Vec<f64>], Option<&[f64]>),
+    drive: Drive,
+    data: &DataSet,
+    weight: &Mat<f64>,
+) -> Linearised {
+    let (n, p) = (coordinates.model.order(), coordinates.model.outputs());
+    let free = levels.map_or(0, <[f64]>::len);
+    let count = free + coordinates.count();
+    let width = n + count + 1;
+    let mut all = Triangle::new(count + 1);
+    let mut heads = Vec::new();
+    let mut rows = vec![0.0; p * width];
+    for (segment, x0) in data.segments().iter().zip(x0s) {
+        let mut filters = Sensitivities::new(coordinates, drive, segment, x0, levels);
+        let mut head = Some(Triangle::new(width));
+        let mut close = |head: &mut Option<Triangle>, all: &mut Triangle| {
+            if let Some(head) = head.take() {
+                let r = head.finish();
+                all.absorb(r.get(n.., n..));
+                heads.push(r.get(..n, ..).to_owned());
+            }
+        };
+        for t in 0..segment.len() {
+            if !filters.is_free() {
+                close(&mut head, &mut all);
+            }
+            filters.sample(t, &mut rows);
+            weigh(weight, &mut rows);
+            for row in rows.chunks_exact(width) {
+                match &mut head {
+                    Some(head) => head.push(row),
+                    None => all.push(&row[n..]),
+                }
+            }
+        }
+        close(&mut head, &mut all);
+    }
+    Linearised { triangle: all.finish(), heads, levels: free }
+}
+
+/// rows ← weight · rows, weight lower triangular.
+pub(super) fn weigh(weight: &Mat<f64>, rows: &mut [f64]) {
+    let p = weight.nrows();
+    let width = rows.len() / p;
+    for i in (0..p).rev() {
+        for k in 0..width {
+            rows[i * width + k] = (0..=i).map(|j| weight[(i, j)] * rows[j * width + k]).sum();
+        }
+    }
+}
+
+impl Linearised {
+    /// The step of the levels and the coordinates, and that of each initial state, under a damping of
+    /// the coordinates.
+    fn step(&self, damping: f64) -> Result<(Vec<f64>, Vec<Vec<f64>>), Error> {
+        let q = self.triangle.ncols() - 1;
+        let step = damped_step(
+            self.triangle.get(..q, ..q),
+            self.triangle.get(..q, q..),
+            damping,
+            self.levels,
+        )?;
+        let mut initial = Vec::new();
+        for head in &self.heads {
+            let n = head.nrows();
+            let rhs = Mat::from_fn(n, 1, |i, _| {
+                head[(i, n + q)] - (0..q).map(|j| head[(i, n + j)] * step[j]).sum::<f64>()
+            });
+            let x = least_squares(head.get(.., ..n), rhs.as_ref(), 1e-12)?;
+            initial.push((0..n).map(|i| x[(i, 0)]).collect());
+        }
+        Ok((step, initial))
+    }
+}
+
+/// Solution of (RᵀR + λ·diag(RᵀR)) δ = Rᵀ q as a least-squares problem; the first `linear` unknowns
+/// are not damped.
+pub(crate) fn damped_step(
+    r: MatRef<'_, f64>,
+    rhs: MatRef<'_, f64>,
+    damping: f64,
+    linear: usize,
+) -> Result<Vec<f64>, Error> {
+    let n = r.ncols();
+    let damped = |i: usize| if i < linear { 0.0 } else { damping.sqrt() * r.col(i).norm_l2() };
+    let diagonal = Mat::from_fn(n, n, |i, j| if i == j { damped(i) } else { 0.0 });
+    let a = vcat(&[r, diagonal.as_ref()]);
+    let b = vcat(&[rhs, Mat::zeros(n, 1).as_ref()]);
+    let x = least_squares(a.as_ref(), b.as_ref(), 1e-13)?;
+    Ok((0..n).map(|i| x[(i, 0)]).collect())
+}
+
+/// What a search reached.
+pub(super) struct Found {
+    pub(super) point: Point,
+    pub(super) covariance: Mat<f64>,
+    pub(super) steps: usize,
+    /// The state there is `basis · x` of the start's state.
+    pub(super) basis: Mat<f64>,
+}
+
+/// A step to a model stable by less is refused: rounding would decide.
+const MARGIN: f64 = 1e-9;
+
+/// Lowers the criterion from `start` until `stop`; models of spectral radius `radius` or more are
+/// refused. `feedthrough` names the inputs whose column of D may move.
+pub(super) fn search(
+    start: Point,
+    drive: Drive,
+    data: &DataSet,
+    feedthrough: &[bool],
+    stop: Stop,
+    radius: f64,
+) -> Result<Found, Error> {
+    let radius = radius.min(1.0 - MARGIN);
+    let mut best = start;
+    let mut covariance = error_covariance(&best, drive, data);
+    let mut cost = criterion(&covariance);
+    if !cost.is_finite() {
+        return Err(Error::Numerical { what: "errors of the model to be refined" });
+    }
+    let mut damping = 1e-4;
+    let mut steps = 0;
+    // The model stays in the basis of its last step: going back to that of the start could, where
+    // that basis is nearly degenerate, spoil the stability that was checked.
+    let mut basis = identity(best.model.order());
+    for _ in 0..stop.steps {
+        if cost <= 0.0 {
+            break;
+        }
+        let weight = weight(&covariance)?;
+        let coordinates = Coordinates::new(&best.model, &weight, feedthrough)?;
+        // `best` itself stays as it was checked until a step is taken.
+        let x0s: Vec<Vec<f64>> = best.x0s.iter().map(|x| times(&coordinates.basis, x)).collect();
+        let linear = linearise(&coordinates, (&x0s, best.levels.as_deref()), drive, data, &weight);
+        let mut moved = false;
+        for _ in 0..8 {
+            let (step, initial) = linear.step(damping)?;
+            let (of_levels, step) = step.split_at(linear.levels);
+            let model = coordinates.moved(step);
+            if spectral_radius(model.a.as_ref()) < radius {
+                let add = |(x, d): (&Vec<f64>, &Vec<f64>)| -> Vec<f64> {
+                    x.iter().zip(d).map(|(x, d)| x + d).collect()
+                };
+                let x0s = x0s.iter().zip(&initial).map(add).collect();
+                let levels = best.levels.as_ref().map(|levels| {
+                    levels.iter().zip(of_levels).map(|(level, d)| level + d).collect()
+                });
+                let trial = Point { model, x0s, levels };
+                let trial_covariance = error_covariance(&trial, drive, data);
+                let trial_cost = criterion(&trial_covariance);
+                if trial_cost < cost {
+                    moved = 1.0 - trial_cost / cost > stop.least_gain;
+                    (best, covariance, cost) = (trial, trial_covariance, trial_cost);
+                    basis = &coordinates.basis * &basis;
+                    damping = (damping * 0.2).max(1e-12);
+                    steps += 1;
+                    break;
+                }
+            }
+            damping *= 8.0;
+        }
+        if !moved {
+            break;
+        }
+    }
+    Ok(Found { point: best, covariance, steps, basis })
+}
+
+pub(super) fn times(m: &Mat<f64>, x: &[f64]) -> Vec<f64> {
+    (0..m.nrows()).map(|i| (0..m.ncols()).map(|j| m[(i, j)] * x[j]).sum()).collect()
+}

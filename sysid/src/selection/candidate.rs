@@ -1,0 +1,111 @@
+//! A model of one order among those that are compared.
+
+use crate::Error;
+use crate::data::DataSet;
+use crate::data::scaled::Part;
+use crate::model::stability::largest_radius;
+use crate::model::{StateSpace, simulate};
+use crate::pem::{Stop, refine_about_levels};
+use crate::selection::initial_conditions::Conditions;
+use crate::selection::initial_estimates::{Stabilised, Start};
+use crate::selection::method::Approach;
+use crate::subspace::closed_loop::Feedback;
+use crate::subspace::{Factor, Realization};
+
+/// Enough to compare orders.
+pub(crate) const ROUGH: Stop = Stop { steps: 25, least_gain: 2e-5 };
+/// For the chosen order.
+pub(crate) const FINE: Stop = Stop { steps: 40, least_gain: 1e-9 };
+/// A model in scaled units with its fits.
+#[derive(Debug, Clone)]
+pub(crate) struct Candidate {
+    pub(crate) approach: Approach,
+    pub(crate) realization: Realization,
+    pub(crate) horizon: usize,
+    /// All of the decomposition that it was read from.
+    pub(crate) singular_values: Vec<f64>,
+    pub(crate) model: StateSpace,
+    /// At the beginning of each segment of the data that it was made with; of the estimation data in the
+    /// end.
+    pub(crate) conditions: Conditions,
+    pub(crate) estimation_fit: f64,
+    pub(crate) validation_fit: f64,
+    /// Σ_i ln V_i of the one-step prediction errors that it is compared by.
+    pub(crate) log_square: f64,
+    /// Schwarz's criterion; of two orders the one with the lesser is the likelier.
+    pub(crate) criterion: f64,
+    /// What stability cost, where the subspace estimate was unstable.
+    pub(crate) stabilised: Option<Stabilised>,
+    pub(crate) has_logarithm: bool,
+    /// Share by which the squared errors grew for a logarithm's sake.
+    pub(crate) mirroring_cost: Option<f64>,
+    pub(crate) feedthrough: bool,
+    /// The model of this order that predicts best along with a model of the noise, where the errors have a
+    /// colour; under feedback it may be the one that is taken.
+    pub(crate) direct: Option<StateSpace>,
+}
+
+/// All orders that were tried, the chosen one, and its factor.
+pub(crate) struct Choice {
+    pub(crate) candidates: Vec<Candidate>,
+    pub(crate) chosen: usize,
+    pub(crate) factor: Factor,
+    /// The test for feedback, where the data are enough for it.
+    pub(crate) feedback: Option<Feedback>,
+    /// The data whose simulation error the chosen model makes small, about their level, where they are
+    /// not the estimation data themselves: with the external input, or whitened.
+    pub(crate) fitted: Option<DataSet>,
+}
+
+impl Candidate {
+    pub(crate) fn new(start: Start, feedthrough: bool) -> Self {
+        Self {
+            approach: start.approach,
+            realization: start.realization,
+            horizon: start.horizon,
+            singular_values: start.singular_values,
+            model: start.model,
+            conditions: start.conditions,
+            estimation_fit: f64::NEG_INFINITY,
+            validation_fit: f64::NEG_INFINITY,
+            log_square: f64::INFINITY,
+            criterion: f64::INFINITY,
+            stabilised: start.stabilised,
+            has_logarithm: false,
+            mirroring_cost: None,
+            feedthrough,
+            direct: None,
+        }
+    }
+}
+
+/// Refines by the simulation errors of these data.
+pub(crate) fn refine(data: &DataSet, candidate: &mut Candidate, stop: Stop) -> Result<(), Error> {
+    let model = &candidate.model;
+    let radius = largest_radius(data.samples()).max(model.spectral_radius());
+    let from = Conditions::new(model, data, candidate.conditions.levels.is_some())?;
+    let ((model, x0), levels) = refine_about_levels(
+        model,
+        (&from.x0, from.levels.as_deref()),
+        data,
+        candidate.feedthrough,
+        stop,
+        (radius + 1e-12).min(1.0),
+    )?;
+    (candidate.model, candidate.conditions) = (model, Conditions { x0, levels });
+    Ok(())
+}
+
+/// Simulated output of one part from the states at the beginning of its segments.
+pub(crate) fn output(model: &StateSpace, part: &Part, x0: &[Vec<f64>]) -> Vec<f64> {
+    let mut all = Vec::with_capacity(part.len());
+    for (segment, x0) in part.data.segments().iter().zip(x0) {
+        all.extend(simulate(model, segment.u.as_ref(), x0).row(0));
+    }
+    all
+}
+
+/// The states at the beginning of each segment of a part that fit its output best.
+pub(crate) fn initial_states(model: &StateSpace, part: &Part) -> Result<Vec<Vec<f64>>, Error> {
+    Ok(Conditions::new(model, &part.data, false)?.x0)
+}

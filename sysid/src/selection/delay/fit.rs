@@ -1,0 +1,304 @@
+//! The best model of one order, with a given delay or with its own.
+//!
+//! Variable projection (Golub and Pereyra 1973): for given poles and delay the numerator is a linear
+//! least-squares problem, and Levenberg–Marquardt steps move poles and delay on what it leaves.
+
+use crate::selection::delay::lags::Quadratic;
+use crate::selection::delay::response::{basis, polynomial, with_pole};
+
+/// A model with its cost; times in samples.
+#[derive(Debug, Clone)]
+pub(super) struct Fit {
+    /// Poles, as [`polynomial`] takes them.
+    pub(super) parameters: Vec<f64>,
+    pub(super) delay: f64,
+    /// Squared whitened error beyond the least.
+    pub(super) excess: f64,
+}
+
+/// Natural logarithms of a polynomial's coefficients stay between these: time constants from a
+/// twentieth of a sample to a thousand samples.
+const BOUNDS: (f64, f64) = (-14.0, 6.0);
+
+/// Which numerators a model may have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Zeros {
+    /// Those of a vehicle: yaw rate follows the road wheel with a zero, and what comes on top of two
+    /// poles are lags without one, so that they cannot take the shape of a delay (Padé).
+    Vehicle,
+    /// As many as a held input allows.
+    Free,
+}
+
+/// What is fitted to, and among what.
+#[derive(Clone, Copy)]
+pub(super) struct Search<'a> {
+    pub(super) q: &'a Quadratic,
+    /// Longest delay, samples.
+    pub(super) most: f64,
+    pub(super) zeros: Zeros,
+    /// Time constant of a lag that every model has beside its poles, samples; 0 for none.
+    pub(super) lag: f64,
+}
+
+impl Search<'_> {
+    /// Coefficients of the numerator.
+    pub(super) fn numerators(&self, order: usize) -> usize {
+        if self.zeros == Zeros::Free || order < 3 { order } else { order - 1 }
+    }
+}
+
+impl Fit {
+    pub(super) fn order(&self) -> usize {
+        self.parameters.len()
+    }
+
+    /// From these poles and this delay, which stays unless it is `free`.
+    pub(super) fn new(
+        search: &Search<'_>,
+        parameters: &[f64],
+        delay: f64,
+        free: bool,
+        steps: usize,
+    ) -> Self {
+        let q = search.q;
+        let n = parameters.len();
+        let mut x: Vec<f64> = parameters.to_vec();
+        x.push(delay);
+        let unknowns = if free { n + 1 } else { n };
+        let mut residual = left(search, &x);
+        let mut cost = squares(&residual);
+        let mut damping = 1e-3;
+        for _ in 0..steps {
+            let jacobian = jacobian(search, &x, &residual, unknowns);
+            let mut gain = 0.0;
+            for _ in 0..6 {
+                let step = damped(&jacobian, &residual, damping);
+                let mut trial = x.clone();
+                for (t, s) in trial.iter_mut().zip(&step) {
+                    *t += s.clamp(-1.5, 1.5);
+                }
+                bound(&mut trial, search.most);
+                let trial_residual = left(search, &trial);
+                let trial_cost = squares(&trial_residual);
+                if trial_cost < cost {
+                    gain = cost - trial_cost;
+                    (x, residual, cost) = (trial, trial_residual, trial_cost);
+                    damping = (damping * 0.1).max(1e-10);
+                    break;
+                }
+                damping *= 10.0;
+            }
+            // What is left to gain is nothing beside the noise.
+            if gain <= 1e-3 * (q.least / q.count.max(1) as f64) + 1e-6 * cost {
+                break;
+            }
+        }
+        let delay = x.pop().unwrap_or(0.0);
+        Self { parameters: x, delay, excess: cost }
+    }
+
+    /// Variance of the delay over that of the whitened noise, where all of them are free;
+    /// `None` where the data do not determine it.
+    pub(super) fn delay_variance(&self, search: &Search<'_>) -> Option<f64> {
+        let mut x = self.parameters.clone();
+        x.push(self.delay);
+        let n = x.len();
+        let jacobian = jacobian(search, &x, &left(search, &x), n);
+        // The delay's column, what the poles explain of it taken away.
+        let mut delay = jacobian.last().cloned().unwrap_or_default();
+        let full = squares(&delay);
+        let mut orthogonal: Vec<Vec<f64>> = Vec::new();
+        for mut column in jacobian.into_iter().take(n - 1) {
+            let size = squares(&column);
+            without(&mut column, &orthogonal);
+            // A pole far beyond the samples moves nothing: no direction to take away.
+            let left = squares(&column);
+            if left > 1e-8 * size && left > 1e-10 * full {
+                column.iter_mut().for_each(|x| *x /= left.sqrt());
+                orthogonal.push(column);
+            }
+        }
+        without(&mut delay, &orthogonal);
+        let information = squares(&delay);
+        (information > 1e-12 * full).then_some(1.0 / information)
+    }
+}
+
+fn bound(x: &mut [f64], most: f64) {
+    let n = x.len() - 1;
+    for p in &mut x[..n] {
+        *p = p.clamp(BOUNDS.0, BOUNDS.1);
+    }
+    x[n] = x[n].clamp(0.0, most);
+}
+
+/// What the best numerator leaves of the target.
+fn left(search: &Search<'_>, x: &[f64]) -> Vec<f64> {
+    let q = search.q;
+    let n = x.len() - 1;
+    let mut a = polynomial(&x[..n]);
+    if search.lag > 0.0 {
+        a = with_pole(&a, 1.0 / search.lag);
+    }
+    let columns = basis(&a, x[n], q.target.len());
+    let mut residual = q.target.clone();
+    let mut orthogonal: Vec<Vec<f64>> = Vec::with_capacity(n);
+    for column in columns.into_iter().skip(a.len() - search.numerators(n)) {
+        let mut c = q.times(&column);
+        let full = squares(&c);
+        without(&mut c, &orthogonal);
+        let size = squares(&c);
+        if size > 1e-20 * full {
+            let norm = size.sqrt();
+            c.iter_mut().for_each(|x| *x /= norm);
+            let along = inner(&c, &residual);
+            residual.iter_mut().zip(&c).for_each(|(r, c)| *r -= along * c);
+            orthogonal.push(c);
+        }
+    }
+    residual
+}
+
+/// Takes what lies along orthonormal columns out of `x`; twice is enough (Kahan and Parlett).
+fn without(x: &mut [f64], orthonormal: &[Vec<f64>]) {
+    for _ in 0..2 {
+        for o in orthonormal {
+            let along = inner(o, x);
+            x.iter_mut().zip(o).for_each(|(x, o)| *x -= along * o);
+        }
+    }
+}
+
+/// Columns of derivatives of [`left`] by the first unknowns.
+fn jacobian(search: &Search<'_>, x: &[f64], residual: &[f64], unknowns: usize) -> Vec<Vec<f64>> {
+    const STEP: f64 = 1e-4;
+    // The delay is last, and is differenced towards the inside.
+    (0..x.len())
+        .map(|i| {
+            if i >= unknowns {
+                return vec![0.0; residual.len()];
+            }
+            let h = if i + 1 == x.len() && x[i] + STEP > search.most { -STEP } else { STEP };
+            let mut moved = x.to_vec();
+            moved[i] += h;
+            left(search, &moved).iter().zip(residual).map(|(a, b)| (a - b) / h).collect()
+        })
+        .collect()
+}
+
+/// −(JᵀJ + λ·diag)⁻¹ Jᵀ r by Cholesky; a column of zeros gives a zero.
+fn damped(columns: &[Vec<f64>], residual: &[f64], damping: f64) -> Vec<f64> {
+    let n = columns.len();
+    let mut m = vec![vec![0.0; n]; n];
+    for i in 0..n {
+        for j in 0..=i {
+            m[i][j] = inner(&columns[i], &columns[j]);
+        }
+        m[i][i] = m[i][i] * (1.0 + damping) + f64::MIN_POSITIVE;
+    }
+    let mut x: Vec<f64> = columns.iter().map(|c| -inner(c, residual)).collect();
+    for i in 0..n {
+        for j in 0..=i {
+            let known: f64 = (0..j).map(|k| m[i][k] * m[j][k]).sum();
+            let value = m[i][j] - known;
+            m[i][j] = if i == j { value.max(1e-14 * m[i][i]).sqrt() } else { value / m[j][j] };
+        }
+        let known: f64 = (0..i).map(|k| m[i][k] * x[k]).sum();
+        x[i] = (x[i] - known) / m[i][i];
+    }
+    for i in (0..n).rev() {
+        let known: f64 = (i + 1..n).map(|k| m[k][i] * x[k]).sum();
+        x[i] = (x[i] - known) / m[i][i];
+    }
+    x
+}
+
+fn squares(x: &[f64]) -> f64 {
+    inner(x, x)
+}
+
+fn inner(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use faer::Mat;
+
+    const COUNT: usize = 60;
+
+    /// Judges impulse responses by their distance to that of the model with these poles, numerator
+    /// (highest power first) and delay.
+    fn like(poles: &[f64], numerator: &[f64], delay: f64) -> Quadratic {
+        let columns = basis(&polynomial(poles), delay, COUNT);
+        let sum = |k: usize| columns.iter().zip(numerator).map(|(c, b)| b * c[k]).sum();
+        Quadratic {
+            factor: Mat::identity(COUNT, COUNT),
+            target: (0..COUNT).map(sum).collect(),
+            least: 1e-12,
+            count: 1000,
+        }
+    }
+
+    fn share_left(q: &Quadratic, zeros: Zeros, poles: &[f64]) -> f64 {
+        let search = Search { q, most: 12.0, zeros, lag: 0.0 };
+        squares(&left(&search, &[poles, &[0.0]].concat())) / squares(&q.target)
+    }
+
+    /// Two poles and a zero, and with a third pole no second zero: what has one is out of reach of a
+    /// vehicle's numerators, and within that of free ones.
+    #[test]
+    fn numerators_of_a_vehicle_have_two_powers_less_than_its_poles_and_a_lags() {
+        let poles = [0.5_f64.ln(), 0.1_f64.ln(), 0.8_f64.ln()];
+        for (count, vehicle) in [(1, true), (2, true), (3, false)] {
+            let mut numerator = vec![0.0; 3 - count];
+            numerator.extend([1.0, -0.4, 0.3].iter().take(count));
+            let q = like(&poles, &numerator, 0.0);
+            assert!(share_left(&q, Zeros::Free, &poles) < 1e-20);
+            let left = share_left(&q, Zeros::Vehicle, &poles);
+            assert!(if vehicle { left < 1e-20 } else { left > 1e-3 }, "{count}: {left:e}");
+        }
+        for count in [1, 2] {
+            let mut numerator = vec![0.0; 2 - count];
+            numerator.extend([1.0, -0.4].iter().take(count));
+            let q = like(&poles[..2], &numerator, 0.0);
+            assert!(share_left(&q, Zeros::Vehicle, &poles[..2]) < 1e-20, "{count}");
+        }
+        let search = |q| Search { q, most: 12.0, zeros: Zeros::Vehicle, lag: 0.0 };
+        let q = like(&poles, &[0.0, 1.0, 0.4], 0.0);
+        assert_eq!([1, 2, 3, 4, 5].map(|n| search(&q).numerators(n)), [1, 2, 2, 3, 4]);
+    }
+
+    /// The delay's variance is that of least squares with all unknowns together, numerators included:
+    /// the inverse of the information of poles, numerators and delay.
+    #[test]
+    fn the_delays_variance_is_that_of_all_unknowns_together() {
+        let poles = [0.5_f64.ln(), 0.1_f64.ln()];
+        let (numerator, delay) = ([1.0, 0.4], 2.4);
+        let q = like(&poles, &numerator, delay);
+        let response = |x: &[f64]| -> Vec<f64> {
+            let columns = basis(&polynomial(&x[..2]), x[4], COUNT);
+            (0..COUNT).map(|k| x[2] * columns[0][k] + x[3] * columns[1][k]).collect()
+        };
+        let x = [poles[0], poles[1], numerator[0], numerator[1], delay];
+        let slopes = Mat::from_fn(COUNT, 5, |k, j| {
+            let moved = |by: f64| {
+                let mut x = x;
+                x[j] += by;
+                response(&x)[k]
+            };
+            (moved(1e-5) - moved(-1e-5)) / 2e-5
+        });
+        let information = slopes.transpose() * &slopes;
+        let inverse = crate::linalg::dense::solve(
+            information.as_ref(),
+            crate::linalg::dense::identity(5).as_ref(),
+        );
+        let fit = Fit { parameters: poles.to_vec(), delay, excess: 0.0 };
+        let search = Search { q: &q, most: 12.0, zeros: Zeros::Vehicle, lag: 0.0 };
+        let got = fit.delay_variance(&search).unwrap();
+        assert!((got / inverse[(4, 4)] - 1.0).abs() < 0.02, "{got} {}", inverse[(4, 4)]);
+    }
+}

@@ -1,0 +1,328 @@
+//! Subspace models of one order from every horizon and weighting: what the refinement starts from.
+//!
+//! A and C come from the shift structure of Γ and from eq 12, each stabilised where it is unstable;
+//! B, D and the initial states by least squares on the simulated output. All models of one order have
+//! equally many parameters, so the one that simulates the estimation data best is taken; their rows
+//! of data differ by horizon, their simulations are over the same samples.
+
+use crate::Error;
+use crate::data::DataSet;
+use crate::linalg::dense::dot;
+use crate::model::StateSpace;
+use crate::model::stability::{largest_radius, stable_shift};
+use crate::selection::initial_conditions::Conditions;
+use crate::selection::method::Approach;
+use crate::selection::options::IdentifyOptions;
+use crate::selection::order::{fit, fit_of, sum_of_squares};
+use crate::subspace::{
+    Factor, Method, Projections, Realization, Subspace, eq12, refit_output, shift_realization,
+    stable_eq12, subspace,
+};
+use faer::Mat;
+
+/// Horizons that are tried where none is given.
+const HORIZONS: [usize; 4] = [10, 15, 20, 30];
+
+/// A stable subspace model.
+#[derive(Debug, Clone)]
+pub(crate) struct Start {
+    pub(crate) approach: Approach,
+    pub(crate) realization: Realization,
+    pub(crate) horizon: usize,
+    /// All of its weighted projection.
+    pub(crate) singular_values: Vec<f64>,
+    pub(crate) model: StateSpace,
+    /// At the beginning of each segment of the estimation data.
+    pub(crate) conditions: Conditions,
+    /// Sum of squared errors of its simulation of the estimation data, or what its least squares say of
+    /// it.
+    pub(crate) cost: f64,
+    /// What stability cost, where the estimate was unstable.
+    pub(crate) stabilised: Option<Stabilised>,
+}
+
+/// What it took to make an estimate stable.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Stabilised {
+    /// Spectral radius before.
+    pub(crate) radius: f64,
+    /// Simulation fit on the estimation data before, B and x0 fitted as after, percent, and no less than
+    /// that of no output; −∞ where there is no such fit.
+    pub(crate) fit_before: f64,
+    /// … and after.
+    pub(crate) fit_after: f64,
+}
+
+/// The factors of the data at every horizon to be tried, with what does not depend on the order.
+pub(crate) struct Starts<'a> {
+    data: &'a DataSet,
+    /// Whether the outputs have a level to be found.
+    level: bool,
+    horizons: Vec<Horizon>,
+    realizations: Vec<Realization>,
+}
+
+struct Horizon {
+    factor: Factor,
+    projections: Projections,
+    subspaces: Vec<(Method, Subspace)>,
+}
+
+impl<'a> Starts<'a> {
+    /// Factors the data.
+    pub(crate) fn new(data: &'a DataSet, options: &IdentifyOptions) -> Result<Self, Error> {
+        let horizons = horizons(data, options)?;
+        let full = Factor::new(data, horizons.iter().copied().max().unwrap_or(2))?;
+        let methods = match options.method {
+            Some(Approach::OpenLoop(method)) => vec![method],
+            _ => Method::ALL.to_vec(),
+        };
+        let of = |s: usize| -> Result<Horizon, Error> {
+            let factor = full.with_horizon(s)?;
+            let subspaces = methods
+                .iter()
+                .map(|&m| Ok((m, subspace(&factor, m)?)))
+                .collect::<Result<_, Error>>()?;
+            Ok(Horizon { projections: Projections::new(&factor)?, factor, subspaces })
+        };
+        Ok(Self {
+            data,
+            level: options.has_level(),
+            horizons: horizons.into_iter().map(of).collect::<Result<_, _>>()?,
+            realizations: options.realization.map_or(Realization::ALL.to_vec(), |r| vec![r]),
+        })
+    }
+
+    /// Largest order that some horizon allows.
+    pub(crate) fn largest_order(&self) -> usize {
+        self.horizons.iter().map(|h| h.factor.horizon - 1).max().unwrap_or(0)
+    }
+
+    /// The factor with the horizon of a start.
+    pub(crate) fn into_factor(self, horizon: usize) -> Option<Factor> {
+        self.horizons.into_iter().map(|h| h.factor).find(|f| f.horizon == horizon)
+    }
+
+    /// The model of an order that simulates the estimation data best.
+    pub(crate) fn best(&self, order: usize, feedthrough: bool) -> Result<Start, Error> {
+        let mut starts = Vec::new();
+        let longest = self.largest_order();
+        let mut last_error = Error::NotExciting {
+            problem: format!(
+                "it allows an order of {longest} at most with the horizons tried, not {order}"
+            ),
+        };
+        for horizon in self.horizons.iter().filter(|h| h.factor.horizon > order) {
+            for (method, sub) in &horizon.subspaces {
+                for &realization in &self.realizations {
+                    match self.start(horizon, (*method, sub), realization, order, feedthrough) {
+                        Ok(start) => starts.push(start),
+                        Err(error) => last_error = error,
+                    }
+                }
+            }
+        }
+        self.least(starts).ok_or(last_error)
+    }
+
+    /// The one that simulates best. No simulation does better than the least squares that it comes of,
+    /// so those whose least squares leave more than the best simulation so far need not be run; it may do
+    /// worse, where the poles ask for a B so large that rounding shows.
+    fn least(&self, mut starts: Vec<Start>) -> Option<Start> {
+        starts.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        let mut best: Option<Start> = None;
+        for mut start in starts {
+            let least = best.as_ref().map_or(f64::INFINITY, |best| best.cost);
+            if start.cost > least {
+                break;
+            }
+            let cost = sum_of_squares(&start.conditions.errors(&start.model, self.data));
+            start.cost = if cost.is_finite() { cost } else { f64::INFINITY };
+            if best.is_none() || start.cost < least {
+                best = Some(start);
+            }
+        }
+        best
+    }
+
+    /// The model that another was made of, with feedthrough or without.
+    pub(crate) fn again(
+        &self,
+        (horizon, method, realization): (usize, Method, Realization),
+        order: usize,
+        feedthrough: bool,
+    ) -> Option<Start> {
+        let horizon = self.horizons.iter().find(|h| h.factor.horizon == horizon)?;
+        let (method, sub) = horizon.subspaces.iter().find(|(m, _)| *m == method)?;
+        self.start(horizon, (*method, sub), realization, order, feedthrough).ok()
+    }
+
+    fn start(
+        &self,
+        horizon: &Horizon,
+        (method, sub): (Method, &Subspace),
+        realization: Realization,
+        order: usize,
+        feedthrough: bool,
+    ) -> Result<Start, Error> {
+        let factor = &horizon.factor;
+        let (a, c) = match realization {
+            Realization::Shift => shift_realization(sub, order, factor.outputs)?,
+            Realization::Eq12 => {
+                let model = eq12(factor, &horizon.projections, sub, order, feedthrough)?;
+                (model.a, model.c)
+            }
+        };
+        let radius = crate::linalg::dense::spectral_radius(a.as_ref());
+        let refit = |a: &Mat<f64>| refit_about(a, &c, self.data, feedthrough, self.level);
+        let most = largest_radius(self.data.samples());
+        let (found, stabilised) = if radius <= most {
+            (refit(&a)?, None)
+        } else {
+            let stable = match realization {
+                Realization::Shift => stable_shift(sub.basis.as_ref(), order, factor.outputs, most),
+                Realization::Eq12 => stable_eq12(factor, &horizon.projections, sub, order, most)?,
+            };
+            let found = refit(&stable.ok_or(Error::Numerical { what: "stabilisation" })?)?;
+            // About the means, as it is told what stability cost: a level may be left out later.
+            // What grows is not simulated: its least squares tell the same less the rounding, of which
+            // there may be so much that no output at all would do better.
+            let none: f64 =
+                self.data.segments().iter().map(|s| dot(s.y.values(), s.y.values())).sum();
+            let before = refit_about(&a, &c, self.data, feedthrough, false);
+            let fit_before = before
+                .map_or(f64::NEG_INFINITY, |(.., squares)| fit_of(self.data, squares.min(none)));
+            let (model, conditions, _) =
+                refit_about(&found.0.a, &c, self.data, feedthrough, false)?;
+            let fit_after = fit(self.data, &conditions.errors(&model, self.data));
+            let stabilised = Stabilised { radius, fit_before, fit_after };
+            (found, (radius >= 1.0).then_some(stabilised))
+        };
+        let (model, conditions, cost) = found;
+        Ok(Start {
+            approach: method.into(),
+            realization,
+            horizon: factor.horizon,
+            singular_values: sub.singular_values.clone(),
+            model,
+            conditions,
+            cost,
+            stabilised,
+        })
+    }
+}
+
+/// B, D and the conditions of the least simulation errors for given A and C, and the sum of their
+/// squares.
+pub(crate) fn refit_about(
+    a: &Mat<f64>,
+    c: &Mat<f64>,
+    data: &DataSet,
+    feedthrough: bool,
+    level: bool,
+) -> Result<(StateSpace, Conditions, f64), Error> {
+    let refit = refit_output(a.as_ref(), c.as_ref(), data, feedthrough, level)?;
+    let levels = level.then_some(refit.offset);
+    Ok((refit.model, Conditions { x0: refit.x0, levels }, refit.squares))
+}
+
+/// Those that are there, or the last error.
+pub(crate) fn at_least_one(
+    all: impl Iterator<Item = Result<Start, Error>>,
+) -> Result<Vec<Start>, Error> {
+    let (mut starts, mut problem) = (Vec::new(), None);
+    for start in all {
+        match start {
+            Ok(start) => starts.push(start),
+            Err(error) => problem = Some(error),
+        }
+    }
+    match problem {
+        Some(error) if starts.is_empty() => Err(error),
+        _ => Ok(starts),
+    }
+}
+
+fn horizons(data: &DataSet, options: &IdentifyOptions) -> Result<Vec<usize>, Error> {
+    if let Some(horizon) = options.horizon {
+        return Ok(vec![horizon]);
+    }
+    // At least twice as many columns as rows, N − 2s + 1 ≥ 4s(nu + ny), in all segments together.
+    let (channels, n) = (data.inputs() + data.outputs(), data.samples());
+    let most = n / (4 * channels + 2);
+    let least = options.order.map_or(2, |order| order + 2);
+    let mut fitting: Vec<usize> =
+        HORIZONS.into_iter().filter(|s| (least..=most).contains(s)).collect();
+    if fitting.is_empty() {
+        if least > most {
+            return Err(Error::TooFewSamples {
+                got: n,
+                need: (4 * channels + 2) * least,
+                sample_time_s: data.sample_time_s(),
+            });
+        }
+        fitting.push(least.max(most.min(10)));
+    }
+    Ok(fitting)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Yaw rate by road-wheel angle of a car of two states behind a servo, steered to random angles.
+    fn drive(noise: f64) -> DataSet {
+        let mut seed = 3_u64;
+        let mut uniform = || {
+            seed = seed
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 33) as f64 / f64::from(1_u32 << 31)
+        };
+        let mut normal = || (0..12).map(|_| uniform()).sum::<f64>() - 6.0;
+        let (mut level, mut command, mut wheel, mut x) = (0.0, 0.0, 0.0, [0.0, 0.0]);
+        let (mut steering, mut yaw_rate) = (Vec::new(), Vec::new());
+        for k in 0..1200 {
+            if k % 15 == 0 {
+                level = 0.03 * normal();
+            }
+            command += 0.234 * (level - command);
+            steering.push(command);
+            yaw_rate.push(x[0] + noise * normal());
+            for _ in 0..80 {
+                wheel += 0.01 * (command - wheel);
+                let slope = [x[1] + 25.0 * wheel - 9.6 * x[0], 180.0 * wheel - 36.0 * x[0]];
+                x = [x[0] + 5e-4 * slope[0], x[1] + 5e-4 * slope[1]];
+            }
+        }
+        DataSet::single(0.04, steering, yaw_rate).unwrap()
+    }
+
+    /// The one that is taken is the best of all as they are simulated, on a drive with noise and on one
+    /// that some orders tell to rounding.
+    #[test]
+    fn no_start_simulates_better_than_the_one_taken() {
+        for noise in [0.01, 0.0] {
+            let data = drive(noise);
+            let starts = Starts::new(&data, &IdentifyOptions::default()).unwrap();
+            let rounding = 1e-26 * sum_of_squares(&vec![data.segments()[0].y.clone()]);
+            for order in 1..=7 {
+                let taken = starts.best(order, false).unwrap();
+                let simulated =
+                    |start: &Start| sum_of_squares(&start.conditions.errors(&start.model, &data));
+                assert_eq!(taken.cost, simulated(&taken));
+                for horizon in HORIZONS {
+                    for method in Method::ALL {
+                        for realization in Realization::ALL {
+                            let key = (horizon, method, realization);
+                            let Some(other) = starts.again(key, order, false) else { continue };
+                            let cost = simulated(&other);
+                            let least = taken.cost - rounding;
+                            assert!(least <= cost, "{noise}, {order}, {key:?}: {cost}, {least}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+}

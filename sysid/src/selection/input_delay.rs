@@ -1,0 +1,64 @@
+//! The recording with its steering delayed, so that what is left to identify has no delay.
+
+use crate::Error;
+use crate::data::scaled::{Data, Detrend};
+use crate::selection::delay::{Delay, estimate_delay};
+use crate::selection::options::IdentifyOptions;
+use drivelog::DriveLog;
+use formats::DelayEstimate;
+use std::borrow::Cow;
+
+/// What was found, or given.
+pub(crate) struct InputDelay {
+    /// Delay in use, s.
+    pub(crate) seconds: f64,
+    /// What to say about it.
+    pub(crate) told: Option<String>,
+    /// What the data say, where they were asked.
+    pub(crate) estimate: Option<DelayEstimate>,
+}
+
+/// Delays the steering by what the options or the estimation data say.
+pub(crate) fn delayed<'a>(
+    log: &'a DriveLog,
+    options: &IdentifyOptions,
+) -> Result<(Cow<'a, DriveLog>, InputDelay), Error> {
+    let delay = match options.delay_s {
+        Some(seconds) => InputDelay { seconds, told: None, estimate: None },
+        None => found(log, options)?,
+    };
+    if delay.seconds == 0.0 {
+        return Ok((Cow::Borrowed(log), delay));
+    }
+    Ok((Cow::Owned(log.with_input_delayed(delay.seconds)), delay))
+}
+
+fn found(log: &DriveLog, options: &IdentifyOptions) -> Result<InputDelay, Error> {
+    let options = IdentifyOptions { detrend: Detrend::Mean, ..options.clone() };
+    let data = Data::new(log, &options.preparation())?;
+    // A log too short to tell a delay, or one that says nothing of it, has none.
+    let Ok(delay) = estimate_delay(&data.estimation.data) else {
+        return Ok(InputDelay { seconds: 0.0, told: None, estimate: None });
+    };
+    let told = (delay.seconds > 0.0).then(|| words(&delay));
+    let estimate = DelayEstimate {
+        estimate_s: delay.estimate_s,
+        standard_error_s: Some(delay.standard_error_s).filter(|e| e.is_finite()),
+        lag_without_s: delay.lag_without_s,
+        evidence: delay.evidence,
+        taken: delay.seconds > 0.0,
+    };
+    let finite = [estimate.estimate_s, estimate.lag_without_s, estimate.evidence];
+    let estimate = Some(estimate).filter(|_| finite.iter().all(|x| x.is_finite()));
+    Ok(InputDelay { seconds: delay.seconds, told, estimate })
+}
+
+fn words(delay: &Delay) -> String {
+    format!(
+        "the yaw rate follows the steering after {:.3} ± {:.3} s of pure delay, which is taken for the input's (a model of order {} without it needs a lag of {:.3} s and does worse; the ± holds what a servo's lag can stand for, their sum is known better); --delay 0s leaves it out",
+        delay.seconds,
+        2.0 * delay.standard_error_s,
+        delay.order_without,
+        delay.lag_without_s
+    )
+}

@@ -1,0 +1,146 @@
+//! How a model is identified.
+
+use crate::Error;
+use crate::data::scaled::{Detrend, Preparation};
+use crate::selection::method::Approach;
+use crate::subspace::Realization;
+use formats::InputKind;
+use std::collections::BTreeMap;
+
+/// Options of [`identify`](crate::identify); `None` leaves the choice to the estimation data. The
+/// held-out part chooses nothing and only judges.
+#[derive(Debug, Clone, PartialEq)]
+pub struct IdentifyOptions {
+    /// Method. `None`: the open-loop ones, or the closed-loop ones where the data show feedback
+    /// ([`feedback`](crate::subspace::closed_loop::feedback)).
+    pub method: Option<Approach>,
+    /// How A and C are realized. `None`: for each order the one whose simulation fits the estimation
+    /// data better, since both have equally many parameters.
+    pub realization: Option<Realization>,
+    /// Order of the model.
+    pub order: Option<usize>,
+    /// Largest order tried where the order is chosen.
+    pub max_order: usize,
+    /// Block rows s of the Hankel matrices.
+    pub horizon: Option<usize>,
+    /// Whether the output may depend on the input of its own sample; without, D is zero by
+    /// construction. `None`: where the data ask for it and the order is chosen too, since at a given
+    /// order it could stand for states that are not allowed.
+    pub feedthrough: Option<bool>,
+    /// What drives the model.
+    pub input_kind: InputKind,
+    /// Most samples that estimate, in blocks spread over the log; `None`: all of them.
+    pub max_samples: Option<usize>,
+    /// Share of the log, at its end, that is held out for validation.
+    pub validation_fraction: f64,
+    /// What is taken out of input and output before a model is fitted.
+    pub detrend: Detrend,
+    /// Pure delay of the input, s. `None`: the one that the data ask for (see
+    /// [`estimate_delay`](crate::selection::delay::estimate_delay)).
+    pub delay_s: Option<f64>,
+    /// Whether the subspace model is refined by its simulation error.
+    pub refine: bool,
+}
+
+/// By default; 20 minutes at 20 ms.
+const MOST_SAMPLES: usize = 60_000;
+const LEAST_SAMPLES: usize = 1_000;
+
+impl Default for IdentifyOptions {
+    fn default() -> Self {
+        Self {
+            method: None,
+            realization: None,
+            order: None,
+            max_order: 8,
+            horizon: None,
+            feedthrough: None,
+            input_kind: InputKind::Steering,
+            max_samples: Some(MOST_SAMPLES),
+            validation_fraction: 0.5,
+            detrend: Detrend::Mean,
+            delay_s: None,
+            refine: true,
+        }
+    }
+}
+
+impl IdentifyOptions {
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        let out_of_range = |option, value: String, expected: &str| {
+            Err(Error::Option { option, value, expected: expected.into() })
+        };
+        if !(0.1..=0.9).contains(&self.validation_fraction) {
+            let value = format!("{}%", 100.0 * self.validation_fraction);
+            return out_of_range("--validation-fraction", value, "10% to 90%");
+        }
+        if !(1..=32).contains(&self.max_order) {
+            return out_of_range("--max-order", self.max_order.to_string(), "1 to 32");
+        }
+        if let Some(order) = self.order
+            && !(1..=32).contains(&order)
+        {
+            return out_of_range("--order", order.to_string(), "1 to 32, or auto");
+        }
+        if let Some(delay) = self.delay_s
+            && !(0.0..=2.0).contains(&delay)
+        {
+            return out_of_range("--delay", format!("{delay} s"), "0 s to 2 s, or auto");
+        }
+        if let Some(most) = self.max_samples
+            && most < LEAST_SAMPLES
+        {
+            let expected = format!("{LEAST_SAMPLES} or more, or all");
+            return out_of_range("--max-samples", most.to_string(), &expected);
+        }
+        if let Some(horizon) = self.horizon {
+            if !(2..=200).contains(&horizon) {
+                return out_of_range("--horizon", horizon.to_string(), "2 to 200, or auto");
+            }
+            let order = self.order.unwrap_or(1);
+            if horizon <= order {
+                return Err(Error::OrderAboveHorizon { order, horizon });
+            }
+        }
+        Ok(())
+    }
+
+    /// How the data are prepared.
+    pub(crate) fn preparation(&self) -> Preparation {
+        Preparation {
+            input_kind: self.input_kind,
+            detrend: self.detrend,
+            validation_fraction: self.validation_fraction,
+            max_samples: self.max_samples,
+        }
+    }
+
+    /// Whether a constant on the outputs is found along with the model: not where they are to stay as they
+    /// are, where each run of samples has a line of its own, or where nothing is refined.
+    pub(crate) fn has_level(&self) -> bool {
+        self.detrend == Detrend::Mean && self.refine
+    }
+
+    /// The options in force by name, for the provenance.
+    pub(crate) fn to_map(&self) -> BTreeMap<String, String> {
+        let number = |x: Option<usize>| x.map_or_else(|| "auto".into(), |x| x.to_string());
+        BTreeMap::from([
+            ("method".into(), self.method.map_or("auto", Approach::name).into()),
+            ("order".into(), number(self.order)),
+            ("max_order".into(), self.max_order.to_string()),
+            (
+                "max_samples".into(),
+                self.max_samples.map_or_else(|| "all".into(), |most| most.to_string()),
+            ),
+            ("horizon".into(), number(self.horizon)),
+            (
+                "feedthrough".into(),
+                self.feedthrough.map_or_else(|| "auto".into(), |on| on.to_string()),
+            ),
+            ("validation_fraction".into(), self.validation_fraction.to_string()),
+            ("detrend".into(), self.detrend.name().into()),
+            ("delay_s".into(), self.delay_s.map_or_else(|| "auto".into(), |x| x.to_string())),
+            ("refine".into(), self.refine.to_string()),
+        ])
+    }
+}

@@ -1,0 +1,183 @@
+//! Starts from closed-loop data: predictor-based models of every order.
+//!
+//! The predictor-based methods ([`closed_loop`](crate::subspace::closed_loop)) are right under feedback where the
+//! open-loop ones are not. A and C are theirs; B, D and the initial states make the simulation of the
+//! [external](crate::selection::two_stage) input best, which is what all models are compared and refined by.
+
+use crate::Error;
+use crate::data::DataSet;
+use crate::model::stability::largest_radius;
+use crate::model::{Innovation, StateSpace, predictor, predictor_state};
+use crate::pem::{Focus, refine_prediction};
+use crate::selection::candidate::ROUGH;
+use crate::selection::initial_conditions::Conditions;
+use crate::selection::initial_estimates::{Stabilised, Start, refit_about};
+use crate::selection::options::IdentifyOptions;
+use crate::selection::order::{fit, fit_of, sum_of_squares};
+use crate::selection::two_stage::external;
+use crate::subspace::closed_loop::{
+    Criterion, Decomposition, Method, decompose, factor, past_horizon,
+};
+use crate::subspace::{Factor, Realization};
+
+/// Longest past that is tried, s: the memory of lateral dynamics and of what disturbs them.
+const MEMORY_S: f64 = 2.0;
+/// Windows for each regressor of the longest.
+const WINDOWS: usize = 20;
+
+/// The decomposition of each method, of which the models of all orders are read.
+pub(crate) struct Predicted {
+    past: usize,
+    factor: Factor,
+    decompositions: Vec<(Method, Decomposition)>,
+    /// The data with the external input.
+    pub(crate) external: DataSet,
+    refined: bool,
+    /// Whether the outputs have a level to be found.
+    level: bool,
+}
+
+impl Predicted {
+    pub(crate) fn new(
+        data: &DataSet,
+        options: &IdentifyOptions,
+        methods: &[Method],
+    ) -> Result<Self, Error> {
+        let feedthrough = options.feedthrough == Some(true);
+        let width = data.inputs() + data.outputs();
+        let states = options.order.unwrap_or(options.max_order).div_ceil(data.outputs()) + 1;
+        let most = match options.horizon {
+            Some(horizon) => horizon,
+            None => ((MEMORY_S / data.sample_time_s()).round() as usize)
+                .clamp(2 * states, 60)
+                .min(data.samples() / (WINDOWS * width))
+                .max(states),
+        };
+        let factor = factor(data, most, states.min(most))?;
+        let past = match options.horizon {
+            Some(horizon) => horizon,
+            // Twice Akaike's order, as its criterion balances the bias that is to vanish here.
+            None => {
+                let order = past_horizon(&factor, most, Criterion::Aic, feedthrough)?;
+                (2 * order).clamp(states.min(most), most)
+            }
+        };
+        let future = states.min(past);
+        let decompositions = methods
+            .iter()
+            .map(|&m| Ok((m, decompose(&factor, m, past, future, feedthrough)?)))
+            .collect::<Result<_, Error>>()?;
+        let external = external(data, &factor, past)?;
+        let (refined, level) = (options.refine, options.has_level());
+        Ok(Self { past, factor, decompositions, external, refined, level })
+    }
+
+    pub(crate) fn largest_order(&self) -> usize {
+        self.decompositions.iter().map(|(_, d)| d.largest_order()).max().unwrap_or(0)
+    }
+
+    /// The factor of the data, and the data with the external input.
+    pub(crate) fn into_parts(self) -> (Factor, DataSet) {
+        (self.factor, self.external)
+    }
+
+    /// The model of an order that simulates the external input best; those of the methods as they are
+    /// and, where models are refined, by the errors of their own one-step prediction of `data`.
+    pub(crate) fn best(
+        &self,
+        data: &DataSet,
+        order: usize,
+        feedthrough: bool,
+    ) -> Result<Start, Error> {
+        let mut best: Option<Start> = None;
+        let mut last_error = Error::NoModel { problem: "no method could be tried".into() };
+        let radius = largest_radius(data.samples());
+        for (method, decomposition) in &self.decompositions {
+            let found = decomposition.stable_model(order, radius);
+            let refined = found.clone().and_then(|found| predicting(&found, data, feedthrough));
+            let of = |found: Result<Innovation, Error>| {
+                let model = found?.model;
+                let values = &decomposition.singular_values;
+                let mut start = self.start(*method, &model, values, feedthrough)?;
+                // Held down to the radius, or near it by itself: which, the data without the
+                // penalty tell.
+                if model.spectral_radius() > 0.99 * radius {
+                    let free = decomposition.model(order).ok();
+                    start.stabilised = free.and_then(|f| self.stabilised(&f.model, &start));
+                }
+                Ok(start)
+            };
+            let refined = self.refined.then(|| of(refined));
+            for start in std::iter::once(of(found)).chain(refined) {
+                match start {
+                    Ok(start) => {
+                        if best.as_ref().is_none_or(|best| start.cost < best.cost) {
+                            best = Some(start);
+                        }
+                    }
+                    Err(error) => last_error = error,
+                }
+            }
+        }
+        best.ok_or(last_error)
+    }
+
+    /// A and C of a model with the rest for the simulation of the external input.
+    fn start(
+        &self,
+        method: Method,
+        model: &StateSpace,
+        singular_values: &[f64],
+        feedthrough: bool,
+    ) -> Result<Start, Error> {
+        let data = &self.external;
+        let (model, conditions, _) =
+            refit_about(&model.a, &model.c, data, feedthrough, self.level)?;
+        let cost = sum_of_squares(&conditions.errors(&model, data));
+        if !cost.is_finite() {
+            return Err(Error::NoModel { problem: "the simulation overflows".into() });
+        }
+        Ok(Start {
+            approach: method.into(),
+            realization: Realization::Eq12,
+            horizon: self.past,
+            singular_values: singular_values.to_vec(),
+            model,
+            conditions,
+            cost,
+            stabilised: None,
+        })
+    }
+
+    /// What stability took of the simulation fit, where the data's own A is unstable.
+    fn stabilised(&self, free: &StateSpace, start: &Start) -> Option<Stabilised> {
+        let radius = free.spectral_radius();
+        if radius < 1.0 {
+            return None;
+        }
+        let data = &self.external;
+        let conditions = Conditions::new(free, data, self.level);
+        let fit_before = conditions.map(|c| fit(data, &c.errors(free, data)));
+        Some(Stabilised {
+            radius,
+            fit_before: fit_before.unwrap_or(f64::NEG_INFINITY),
+            fit_after: fit_of(data, start.cost),
+        })
+    }
+}
+
+/// The innovation form refined by its prediction errors, where that leaves A stable.
+fn predicting(start: &Innovation, data: &DataSet, feedthrough: bool) -> Result<Innovation, Error> {
+    let predictor = predictor(&start.model, start.gain.as_ref());
+    let segments = data.segments().iter();
+    let x0 = segments
+        .map(|s| predictor_state(&predictor, s.u.as_ref(), s.y.as_ref()))
+        .collect::<Result<Vec<_>, _>>()?;
+    let found =
+        refine_prediction(start, &x0, data, feedthrough, Focus::Prediction, ROUGH, 1.0)?.innovation;
+    if found.model.spectral_radius() < 1.0 {
+        Ok(found)
+    } else {
+        Err(Error::NoModel { problem: "prediction errors ask for an unstable model".into() })
+    }
+}

@@ -1,0 +1,52 @@
+//! What a vehicle's dynamics are known to be before any data.
+//!
+//! Lateral velocity and yaw rate are two states with a natural frequency of 0.5 to 4 Hz. Where the steering
+//! excites little above that, a subspace estimate may spend a state on noise near the Nyquist frequency, from
+//! where no refinement finds back. So the refinement of order 2 begins from poles of a vehicle too.
+
+use crate::data::DataSet;
+use crate::model::conversion::exponential;
+use crate::selection::initial_estimates::{Start, refit_about};
+use crate::selection::order::sum_of_squares;
+use faer::Mat;
+
+/// Order of the lateral dynamics.
+pub(crate) const ORDER: usize = 2;
+/// Natural frequencies, rad/s, and dampings that are tried.
+const FREQUENCIES: [f64; 4] = [3.0, 6.0, 12.0, 24.0];
+const DAMPINGS: [f64; 2] = [0.6, 1.2];
+
+/// The start of order 2 with a vehicle's poles that simulates the data best; what else a start has is that
+/// of `another` of this order.
+pub(crate) fn start(
+    data: &DataSet,
+    another: &Start,
+    feedthrough: bool,
+    level: bool,
+) -> Option<Start> {
+    let step = data.sample_time_s();
+    // B is free, so that this C gives every numerator.
+    let c = Mat::from_fn(1, ORDER, |_, j| if j == 0 { 1.0 } else { 0.0 });
+    let mut best: Option<Start> = None;
+    for frequency in FREQUENCIES {
+        for damping in DAMPINGS {
+            let w = frequency * step;
+            let f = Mat::from_fn(ORDER, ORDER, |i, j| match (i, j) {
+                (0, 0) => 0.0,
+                (0, _) => w,
+                (_, 0) => -w,
+                _ => -2.0 * damping * w,
+            });
+            let a = exponential(f.as_ref());
+            let Ok((model, conditions, _)) = refit_about(&a, &c, data, feedthrough, level) else {
+                continue;
+            };
+            let cost = sum_of_squares(&conditions.errors(&model, data));
+            if cost.is_finite() && best.as_ref().is_none_or(|best| cost < best.cost) {
+                let stabilised = None;
+                best = Some(Start { model, conditions, cost, stabilised, ..another.clone() });
+            }
+        }
+    }
+    best
+}

@@ -1,0 +1,145 @@
+//! Identification from closed-loop data: a driver or a controller steers by what the vehicle does.
+//!
+//! Under feedback the input of the future depends on the noise of the past, so the projections of
+//! the open-loop methods ([`subspace`](crate::subspace)), which treat the future input as given,
+//! are biased however long the record is (L. Ljung and T. McKelvey, *Subspace identification from
+//! closed loop data*, Signal Processing 52, 1996). What stays consistent is one-step prediction:
+//! with the innovation form
+//!
+//! ```text
+//! x⁺ = A x + B u + K e      x⁺ = Ã x + B̃ z,  Ã = A − K C,  B̃ = [B − K D, K],  z = [u; y]
+//! y  = C x + D u + e        y  = C x + D u + e
+//! ```
+//!
+//! and Ã stable, `y(t) = D u(t) + Σ_{j=1..p} C Ã^{j−1} B̃ z(t−j) + e(t)` but for Ãᵖ: a vector
+//! autoregression with exogenous input (VARX, [`Predictor`]) whose error is white and, with a delay
+//! in the loop, uncorrelated with all regressors, feedback or not. Both methods start from it and
+//! differ in how they get the state x = T·z_p, z_p being the p last samples:
+//!
+//! * [`Method::Pbsid`], PBSID-opt: A. Chiuso, *The role of vector autoregressive modeling in
+//!   predictor-based subspace identification*, Automatica 43 (2007);
+//! * [`Method::Ssarx`]: M. Jansson, *Subspace identification and ARX modeling*, IFAC SYSID 2003.
+//!
+//! Asymptotically they are the same where the weighting is (Chiuso 2007). Their bias is what Ãᵖ
+//! leaves out, so it goes with a growing past horizon p, which [`past_horizon`] picks; the variance
+//! grows with p.
+//!
+//! **Assumptions.** The feedback uses the *recorded* output, noise included, besides external
+//! signals independent of it. With feedthrough (D ≠ 0) the loop must have a delay of a sample
+//! somewhere, or u(t) is correlated with e(t) and D is biased; so D is off unless asked for.
+//! Where the loop closes around the true signals and both recordings have white sensor noise,
+//! [`errors_in_variables`] holds and these two do not. [`feedback`] tests for feedback at all.
+//!
+//! Everything is computed from the triangle of the data in order of time
+//! ([`Factor`]): its columns stand for the signals at each lag, and a
+//! regression among them is the one among the data. The cost after the factor does not depend on
+//! the number of samples. Means are the caller's to remove, as for the factor.
+
+pub mod errors_in_variables;
+mod feedback;
+mod pbsid;
+mod predictor;
+mod ssarx;
+mod states;
+mod windows;
+
+pub use crate::subspace::closed_loop::feedback::{Feedback, feedback, feedback_in};
+pub use crate::subspace::closed_loop::predictor::{Criterion, Predictor, past_horizon};
+pub use crate::subspace::closed_loop::states::Decomposition;
+
+use crate::Error;
+use crate::data::DataSet;
+use crate::model::Innovation;
+use crate::subspace::Factor;
+use crate::subspace::closed_loop::windows::Windows;
+
+/// A method for closed-loop data.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Method {
+    /// State-space modelling from a pre-estimated ARX model (Jansson 2003).
+    Ssarx,
+    /// Predictor-based subspace identification, optimised (Chiuso 2007).
+    Pbsid,
+}
+
+impl Method {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Ssarx, Self::Pbsid];
+
+    /// The name in files and options.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ssarx => "ssarx",
+            Self::Pbsid => "pbsid",
+        }
+    }
+}
+
+/// The model of one order.
+///
+/// `past` is p, the order of the VARX model; `future` the number of block rows that are
+/// predicted, at least n/ny and at most p.
+///
+/// # Errors
+/// As [`factor`], [`decompose`] and [`Decomposition::model`].
+pub fn identify(
+    data: &DataSet,
+    method: Method,
+    past: usize,
+    future: usize,
+    order: usize,
+    feedthrough: bool,
+) -> Result<Innovation, Error> {
+    decompose(&factor(data, past, future)?, method, past, future, feedthrough)?.model(order)
+}
+
+/// The factor of the data for these horizons; one of longer horizons serves as well.
+///
+/// # Errors
+/// [`Error::TooFewSamples`] where the data are too few for the horizons, [`Error::Option`] where a
+/// horizon is 0.
+pub fn factor(data: &DataSet, past: usize, future: usize) -> Result<Factor, Error> {
+    horizons(past, future)?;
+    Factor::new(data, (past + future + 1).div_ceil(2))
+}
+
+/// States for all orders at once: one VARX model and one singular value decomposition.
+///
+/// # Errors
+/// [`Error::Option`] where a horizon is 0 or `future` above `past`, [`Error::OrderAboveHorizon`]
+/// where the factor has less than `past + future + 1` lags, [`Error::NoModel`] where a channel does
+/// not move, [`Error::Numerical`] where the factor is not finite or a decomposition does not
+/// converge.
+pub fn decompose(
+    factor: &Factor,
+    method: Method,
+    past: usize,
+    future: usize,
+    feedthrough: bool,
+) -> Result<Decomposition, Error> {
+    horizons(past, future)?;
+    let windows = Windows::new(factor)?;
+    windows.holds(past + future + 1)?;
+    let predictor = Predictor::in_units(&windows, past, feedthrough)?;
+    let (map, singular_values) = match method {
+        Method::Pbsid => pbsid::states(&windows, &predictor, future)?,
+        Method::Ssarx => ssarx::states(&windows, &predictor, future)?,
+    };
+    Decomposition::new(&windows, past, map.as_ref(), singular_values, feedthrough)
+}
+
+fn horizons(past: usize, future: usize) -> Result<(), Error> {
+    let out = |option, value: usize, expected: String| {
+        Err(Error::Option { option, value: value.to_string(), expected })
+    };
+    // Beyond this a window of the data alone would fill the memory.
+    const MOST: usize = 10_000;
+    if past == 0 || past > MOST {
+        return out("past horizon", past, format!("1 to {MOST}"));
+    }
+    if future == 0 || future > past {
+        return out("future horizon", future, format!("1 to the past horizon, {past}"));
+    }
+    Ok(())
+}

@@ -1,0 +1,39 @@
+//! PBSID-opt: the state from the predictor Markov parameters (Chiuso 2007).
+//!
+//! The product of the extended observability matrix of (Ã, C) and the extended controllability
+//! matrix of (Ã, B̃) is built of the Markov parameters of one VARX model; row i is the first row
+//! shifted by i, with zeros for Ãᵖ ≈ 0:
+//!
+//! ```text
+//!       ⎡Ξ_p  Ξ_{p−1}  …        Ξ_1      ⎤
+//! ΓK =  ⎢ 0   Ξ_p      …        Ξ_2      ⎥     f block rows, z_p from the earliest sample on
+//!       ⎣ 0   …  0  Ξ_p  …      Ξ_f      ⎦
+//! ```
+//!
+//! ΓK Z_p = U S Vᵀ over the data, and the state is S^{1/2} Vᵀ = S^{−1/2} Uᵀ ΓK Z_p.
+
+use crate::Error;
+use crate::linalg::dense::svd;
+use crate::subspace::closed_loop::Predictor;
+use crate::subspace::closed_loop::predictor::RANK_TOLERANCE;
+use crate::subspace::closed_loop::windows::{Signals, Windows};
+use faer::Mat;
+
+/// The map from z_p to the states (rows in order of the singular values) and the singular values.
+pub(crate) fn states(
+    windows: &Windows,
+    predictor: &Predictor,
+    future: usize,
+) -> Result<(Mat<f64>, Vec<f64>), Error> {
+    let (p, width, past) = (windows.outputs, windows.channels(), predictor.past());
+    let product = Mat::from_fn(future * p, past * width, |i, j| {
+        let (row, lag) = (i / p, j / width);
+        if lag < row { 0.0 } else { predictor.markov[past - 1 - (lag - row)][(i % p, j % width)] }
+    });
+    let z = windows.take(0..past, Signals::Z);
+    let f = svd((&product * z.transpose()).as_ref())?;
+    let cut = RANK_TOLERANCE * f.s.first().copied().unwrap_or(0.0);
+    let inverse = |s: f64| if s > cut { 1.0 / s.sqrt() } else { 0.0 };
+    let ut = Mat::from_fn(f.s.len(), f.u.nrows(), |i, j| f.u[(j, i)] * inverse(f.s[i]));
+    Ok((ut * product, f.s))
+}

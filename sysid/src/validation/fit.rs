@@ -1,0 +1,112 @@
+//! How certain a fit is: the block jackknife over stretches of time.
+//!
+//! A fit is a ratio of sums over the held-out data, Σ(y − ŷ)² over Σ(y − ȳ)². Leaving out one block
+//! of time after the other shows how much it hangs on which minutes were driven: with B blocks,
+//! `se² = (B − 1)/B · Σ_b (θ_b − θ̄)²` (Efron and Tibshirani 1993, chapter 11; Künsch 1989 for blocks
+//! of dependent data). No random number is needed.
+
+/// A fit and its standard error.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct FitWithError {
+    /// `100·(1 − ‖y − ŷ‖/‖y − mean(y)‖)`, percent.
+    pub(crate) fit: f64,
+    /// Standard error, percentage points; `None` where there are too few blocks.
+    pub(crate) standard_error: Option<f64>,
+    /// Blocks B.
+    pub(crate) blocks: usize,
+}
+
+/// Least samples in a block, and least blocks that say something of scatter.
+const LEAST_SAMPLES: usize = 20;
+const LEAST_BLOCKS: usize = 5;
+const MOST_BLOCKS: usize = 30;
+
+/// Fit of stretches of (y, ŷ) with the standard error from blocks of `block_s` seconds or longer.
+pub(crate) fn fit_with_error(
+    stretches: &[(&[f64], &[f64])],
+    sample_time_s: f64,
+    block_s: f64,
+) -> FitWithError {
+    let count: usize = stretches.iter().map(|(y, _)| y.len()).sum();
+    let mean = stretches.iter().flat_map(|(y, _)| y.iter()).sum::<f64>() / count.max(1) as f64;
+    let least = ((block_s / sample_time_s).ceil() as usize).max(LEAST_SAMPLES);
+    let length = least.max(count.div_ceil(MOST_BLOCKS));
+    let mut sums: Vec<[f64; 2]> = Vec::new();
+    for (y, y_hat) in stretches {
+        // Blocks of nearly equal length, none longer than twice the least.
+        let blocks = (y.len() / length).max(1);
+        for b in 0..blocks {
+            let range = b * y.len() / blocks..(b + 1) * y.len() / blocks;
+            let mut sum = [0.0; 2];
+            for (y, y_hat) in y[range.clone()].iter().zip(&y_hat[range]) {
+                sum[0] += (y - y_hat) * (y - y_hat);
+                sum[1] += (y - mean) * (y - mean);
+            }
+            sums.push(sum);
+        }
+    }
+    let total = sums.iter().fold([0.0; 2], |t, s| [t[0] + s[0], t[1] + s[1]]);
+    let fit = |[error, spread]: [f64; 2]| 100.0 * (1.0 - (error.max(0.0) / spread).sqrt());
+    let blocks = sums.len();
+    let all = if total[0].is_finite() && total[1] > 0.0 { fit(total) } else { f64::NEG_INFINITY };
+    let mut out = FitWithError { fit: all, standard_error: None, blocks };
+    if blocks < LEAST_BLOCKS || !all.is_finite() {
+        return out;
+    }
+    let without: Vec<f64> = sums.iter().map(|s| fit([total[0] - s[0], total[1] - s[1]])).collect();
+    let middle = without.iter().sum::<f64>() / blocks as f64;
+    let scatter: f64 = without.iter().map(|f| (f - middle) * (f - middle)).sum();
+    let standard_error = (scatter * (blocks - 1) as f64 / blocks as f64).sqrt();
+    out.standard_error = standard_error.is_finite().then_some(standard_error);
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data::statistics::fit_percent;
+
+    fn noise(state: &mut u64) -> f64 {
+        let mut uniform = || {
+            *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (*state >> 33) as f64 / f64::from(1_u32 << 31)
+        };
+        (0..12).map(|_| uniform()).sum::<f64>() - 6.0
+    }
+
+    /// Over seeds, the fit scatters as its standard error says, with errors that correlate over
+    /// half a second and a signal that does over two, in one stretch as in several.
+    #[test]
+    fn the_standard_error_is_the_scatter() {
+        for stretch in [4000, 900] {
+            let (mut fits, mut errors) = (Vec::new(), 0.0);
+            for seed in 0..150_u64 {
+                let state = &mut (seed + 1);
+                let (mut y, mut y_hat, mut slow, mut error) = (vec![], vec![], 0.0, 0.0);
+                for _ in 0..4000 {
+                    slow = 0.98 * slow + noise(state);
+                    error = 0.92 * error + 0.8 * noise(state);
+                    y.push(slow + error);
+                    y_hat.push(slow);
+                }
+                let pairs: Vec<_> = y.chunks(stretch).zip(y_hat.chunks(stretch)).collect();
+                let got = fit_with_error(&pairs, 0.04, 3.0);
+                assert!((got.fit - fit_percent(&y, &y_hat)).abs() < 1e-9);
+                fits.push(got.fit);
+                errors += got.standard_error.unwrap().powi(2) / 150.0;
+            }
+            let (scatter, said) = (drivelog::signal::standard_deviation(&fits), errors.sqrt());
+            println!("stretches of {stretch}: scatter {scatter:.3}, said {said:.3} points");
+            assert!((0.75..1.33).contains(&(said / scatter)), "{said} {scatter}");
+        }
+    }
+
+    #[test]
+    fn too_little_data_has_no_standard_error() {
+        let y: Vec<f64> = (0..200).map(f64::from).collect();
+        let got = fit_with_error(&[(&y, &y)], 0.04, 3.0);
+        assert_eq!((got.fit, got.standard_error), (100.0, None));
+        assert_eq!(fit_with_error(&[], 0.04, 3.0).fit, f64::NEG_INFINITY);
+        assert_eq!(fit_with_error(&[(&[1.0; 500], &[1.0; 500])], 0.04, 3.0).standard_error, None);
+    }
+}

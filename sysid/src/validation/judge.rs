@@ -1,0 +1,132 @@
+//! A model on a drive that need not be its own, judged as an identified one is on its own.
+
+use crate::Error;
+use crate::data::scaled::{Data, Part, Preparation};
+use crate::data::statistics::fit_percent;
+use crate::model::StateSpace;
+use crate::model::conversion::discretize;
+use crate::selection::candidate::{initial_states, output};
+use crate::selection::initial_conditions::{Conditions, asks_for_level};
+use crate::selection::options::IdentifyOptions;
+use drivelog::DriveLog;
+use faer::Mat;
+use formats::{Continuous, InputKind, Matrix, Plant};
+
+/// How well a given model follows a drive, by the measures of [`formats::Fits`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Judged {
+    /// Simulation fit on the estimation part, percent.
+    pub estimation_fit: f64,
+    /// Simulation fit on the held-out part, percent.
+    pub validation_fit: f64,
+    /// Simulated yaw rate over the whole drive, rad/s; the initial state is estimated at the start
+    /// of each part.
+    pub simulated_yaw_rate_radps: Vec<f64>,
+    /// The first sample that is held out.
+    pub first_held_out: usize,
+}
+
+/// Judges a model from steering angle (rad) to yaw rate (rad/s) on a drive: the same halves, means,
+/// level and estimated initial states as in [`identify`](crate::identify), the same hold of the input.
+///
+/// # Errors
+/// As [`identify`](crate::identify) for a drive that is too short or does not move, and
+/// [`Error::NoModel`] for matrices that do not fit each other.
+pub fn judge(
+    log: &DriveLog,
+    options: &IdentifyOptions,
+    model: &Continuous,
+) -> Result<Judged, Error> {
+    let none = Matrix::from_fn(1, 1, |_, _| 0.0);
+    let [a, b, c, d] = sampled([&model.f, &model.g, &model.h, &none], Some(log.sample_time_s))?;
+    judged(log, options, InputKind::Steering, StateSpace { a, b, c, d })
+}
+
+/// Judges an identified plant on a drive, its own or another, as [`judge`] does: by its discrete form
+/// on the log's samples where they are its own, else by its continuous one; with its input delay.
+///
+/// # Errors
+/// As [`judge`]; [`Error::NoModel`] where the log's sample time is not the plant's and the plant has
+/// no continuous form.
+pub fn judge_plant(
+    log: &DriveLog,
+    options: &IdentifyOptions,
+    plant: &Plant,
+) -> Result<Judged, Error> {
+    let discrete = &plant.discrete;
+    let own = (discrete.sample_time_s - log.sample_time_s).abs() <= 1e-9 * log.sample_time_s;
+    let [a, b, c, d] = match &plant.continuous {
+        _ if own => sampled([&discrete.a, &discrete.b, &discrete.c, &discrete.d], None)?,
+        Some(m) => sampled([&m.f, &m.g, &m.h, &discrete.d], Some(log.sample_time_s))?,
+        None => {
+            return Err(Error::NoModel {
+                problem: format!(
+                    "{} steps every {} s and has no continuous form, the log is read every {} s",
+                    plant.name, discrete.sample_time_s, log.sample_time_s
+                ),
+            });
+        }
+    };
+    let model = StateSpace { a, b, c, d };
+    if plant.input_delay_s > 0.0 {
+        return judged(&log.with_input_delayed(plant.input_delay_s), options, plant.input, model);
+    }
+    judged(log, options, plant.input, model)
+}
+
+/// Checked matrices; sampled where a sample time is given, with the input held.
+fn sampled(matrices: [&Matrix; 4], step: Option<f64>) -> Result<[Mat<f64>; 4], Error> {
+    let n = matrices[0].rows();
+    let shapes = [(n, n), (n, 1), (1, n), (1, 1)];
+    if matrices.iter().zip(shapes).any(|(m, (r, c))| m.rows() != r || m.columns() != Some(c)) {
+        let problem = "the matrices from steering angle to yaw rate do not fit each other".into();
+        return Err(Error::NoModel { problem });
+    }
+    let dense = |i: usize| {
+        let (rows, columns) = shapes[i];
+        Mat::from_fn(rows, columns, |r, c| matrices[i].at(r, c))
+    };
+    let (mut a, mut b) = (dense(0), dense(1));
+    if let Some(step) = step {
+        (a, b) = discretize(a.as_ref(), b.as_ref(), step);
+    }
+    Ok([a, b, dense(2), dense(3)])
+}
+
+fn judged(
+    log: &DriveLog,
+    options: &IdentifyOptions,
+    input_kind: InputKind,
+    model: StateSpace,
+) -> Result<Judged, Error> {
+    options.check()?;
+    // Models are compared on the same part of a log: its end.
+    let data = Data::of_end(log, &Preparation { input_kind, ..options.preparation() })?;
+    // Into the scaled signals of the data: u' = (u − ū)/s_u, y' = (y − ȳ)/s_y.
+    let scaled = model.scaled(&[1.0 / data.input_scale], &[1.0 / data.output_scale]);
+
+    // About the level that suits it on the estimation part, as an identified model may have one.
+    let part = &data.estimation.data;
+    let level = options.has_level() && asks_for_level(&scaled, part)?;
+    let conditions = Conditions::new(&scaled, part, level)?;
+    let data = match conditions.levels.as_deref() {
+        Some([level]) => data.about(*level)?,
+        _ => data,
+    };
+    let mut simulated = Vec::with_capacity(data.estimation.len() + data.validation.len());
+    let mut fit = |part: &Part| -> Result<f64, Error> {
+        let x0 = initial_states(&scaled, part)?;
+        let y = output(&scaled, part, &x0);
+        simulated.extend_from_slice(&y);
+        Ok(fit_percent(&part.output, &y))
+    };
+    let estimation_fit = fit(&data.estimation)?;
+    let validation_fit = fit(&data.validation)?;
+    data.restore(log, &mut simulated);
+    Ok(Judged {
+        estimation_fit,
+        validation_fit,
+        simulated_yaw_rate_radps: simulated,
+        first_held_out: data.estimation.len(),
+    })
+}

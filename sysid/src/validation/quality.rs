@@ -1,0 +1,291 @@
+//! The quality of an identified plant: reasons with their numbers, and the next thing to do.
+
+use crate::selection::options::IdentifyOptions;
+use crate::validation::departed::{departed, mend, nearness, too_far};
+use crate::validation::faults::{Recorded, faults};
+use crate::validation::sweep::{Drive, SWEEP, WANTED, swept, what_to_drive};
+use formats::{
+    Evidence, Excitation, ExcitationBand, Grade, HeldOut, Information, InputKind, Quality, Reason,
+    ReasonCode,
+};
+
+/// Below, the steering hardly moves the vehicle: a fifth of a degree at the road wheel.
+pub(crate) const LEAST_STEERING: f64 = 0.0035;
+/// The band that a yaw controller with a settling time of a second needs, Hz.
+pub(crate) const LEAST_BAND: f64 = 0.8;
+/// Simulation fit that a model must reach to design on it, percent.
+pub(crate) const GOOD_FIT: f64 = 60.0;
+/// A fit that near to its bound, in percentage points, is as good as the validation data allow.
+const NEAR_BOUND: f64 = 10.0;
+/// Noise over the yaw rate beyond which a model is not trusted.
+pub(crate) const LARGEST_NOISE: f64 = 0.5;
+/// From here on the choice of the order shows in the estimate's scatter, which the stated bands, those
+/// of the order chosen, do not hold.
+const LOUD: f64 = 0.25;
+
+/// Judges by what matters for steering: does the log say enough, does the model simulate data it
+/// has not seen, and can it be converted.
+pub(crate) fn quality(
+    evidence: &Evidence,
+    drive: &Drive<'_>,
+    options: &IdentifyOptions,
+) -> Quality {
+    let e = &evidence.excitation;
+    let mut reasons = Vec::new();
+    let mut advice = Vec::new();
+    let degrees = e.road_wheel_std_rad.to_degrees();
+    if e.road_wheel_std_rad < LEAST_STEERING {
+        let message = format!("the road wheel moves by {degrees:.2}° (standard deviation) only");
+        let limit = LEAST_STEERING.to_degrees();
+        reasons.push(failed(ReasonCode::WeakSteering, message).compared(degrees, limit, "deg"));
+    }
+    if e.informative_up_to_hz < LEAST_BAND {
+        let message = if e.informative_up_to_hz > 0.0 {
+            format!(
+                "yaw rate follows the steering (coherence above 0.5) up to {:.1} Hz only",
+                e.informative_up_to_hz
+            )
+        } else {
+            "at no frequency does the steering explain half of the yaw rate".to_owned()
+        };
+        let reason = failed(ReasonCode::NarrowBand, message);
+        reasons.push(reason.compared(e.informative_up_to_hz, LEAST_BAND, "Hz"));
+    }
+    let weak = !reasons.is_empty();
+    let poor = poor_bands(e);
+    if weak || !poor.is_empty() {
+        advice.extend(poor);
+        advice.push(what_to_drive(evidence, drive));
+    }
+    if weak || e.noise_to_signal > LOUD {
+        advice.push(
+            "the stated uncertainty is that of the order chosen; that it was chosen on the same noise is not in it: expect errors up to twice as large from a log like this"
+                .to_owned(),
+        );
+    }
+    if e.noise_to_signal > LARGEST_NOISE {
+        let percent = 100.0 * e.noise_to_signal;
+        let message = format!("noise is {percent:.0} % of the yaw rate");
+        let reason = failed(ReasonCode::NoisyYawRate, message);
+        reasons.push(reason.compared(percent, 100.0 * LARGEST_NOISE, "%"));
+        advice.push("steer more strongly, or use a less noisy gyro".to_owned());
+    }
+    let faults = faults(&Recorded {
+        channels: &evidence.channels,
+        play: evidence.play.as_ref(),
+        delay_s: evidence.delay.filter(|d| d.taken).map(|d| d.estimate_s),
+        yaw_rate_lead_s: evidence.yaw_rate_lead_s,
+        yaw_rate_lag_s: evidence.yaw_rate_lag_s,
+        road_wheel_std_rad: e.road_wheel_std_rad,
+        yaw_rate_std_radps: e.yaw_rate_std_radps,
+        steering_ratio: drive.steering_ratio,
+        noise_radps: drive.noise_radps,
+        seconds: drive.seconds,
+        road_wheel_offset_rad: drive.road_wheel_offset_rad,
+        yaw_rate_offset_radps: drive.yaw_rate_offset_radps,
+    });
+    let explained = !drive.implausible.is_empty() || evidence.yaw_rate_lead_s.is_some();
+    for (reason, cause) in drive.implausible.iter().cloned().chain(faults) {
+        reasons.push(reason);
+        advice.push(cause);
+    }
+    let fit = evidence.fit.validation;
+    if evidence.validation_samples == 0 {
+        let message = "there are no validation data";
+        reasons.push(failed(ReasonCode::NotValidated, message));
+    } else if let Some(bound) = uninformative(evidence) {
+        let message = format!(
+            "the fit on validation data is {}, and noise allows at most {bound:.0} % there: these data cannot validate a model",
+            with_error(fit, evidence.held_out.as_ref(), 0)
+        );
+        // What fits the estimation data is no bad model, only one that was not validated.
+        let grade = if evidence.fit.estimation < GOOD_FIT { Grade::Fail } else { Grade::Warn };
+        let reason = Reason::new(ReasonCode::UninformativeValidation, grade, message);
+        reasons.push(reason.compared(bound, GOOD_FIT, "%"));
+        advice.push(
+            "validate on a drive that is steered as strongly as the one that was estimated from: add a manoeuvre to the log, or choose one with --window"
+                .to_owned(),
+        );
+    } else if fit < GOOD_FIT {
+        let message = format!(
+            "the fit on validation data is {}, below {GOOD_FIT} %",
+            with_error(fit, evidence.held_out.as_ref(), 0)
+        );
+        let reason = failed(ReasonCode::LowValidationFit, message);
+        reasons.push(reason.compared(fit, GOOD_FIT, "%"));
+        if !weak && !explained {
+            advice.push(
+                "check the mapping, signs and clocks of the channels; a delay between clocks or a changing speed spoils the fit"
+                    .to_owned(),
+            );
+        }
+    }
+    if !drive.has_continuous {
+        let message = "the model has no continuous counterpart";
+        reasons.push(failed(ReasonCode::NoContinuousModel, message));
+        advice.push("try another --order or --sample-time".to_owned());
+    }
+    if let Some((reason, cause)) = drive.slow_log.clone() {
+        reasons.push(reason);
+        advice.push(cause);
+    }
+    let departed = departed(evidence);
+    reasons.extend(too_far(evidence, &departed));
+    advice.extend(mend(evidence, drive, options, &departed));
+    advice.extend(doubts(evidence, drive, options));
+    let messages = || reasons.iter().map(|r| r.message.as_str()).collect::<Vec<_>>().join("; ");
+    let summary = if reasons.is_empty() {
+        let near = nearness(evidence).map_or_else(String::new, |(percent, from, to)| {
+            format!("; from {from} to {to} Hz it is within {percent:.0} % of the measured response")
+        });
+        format!(
+            "The fit on validation data is {}, and the log is informative up to {:.1} Hz{near}: fit to design on.",
+            with_error(fit, evidence.held_out.as_ref(), 1),
+            e.informative_up_to_hz
+        )
+    } else if weak {
+        format!("Weakly excited: {}. Do not design on this model.", messages())
+    } else if reasons.iter().any(|r| r.grade == Grade::Fail) {
+        format!("Validation failed: {}.", messages())
+    } else {
+        format!(
+            "The fit on validation data is {}. A controller may be designed with reservations: {}.",
+            with_error(fit, evidence.held_out.as_ref(), 1),
+            messages()
+        )
+    };
+    Quality::new(summary, reasons, advice)
+}
+
+/// A reason that forbids a design.
+pub(crate) fn failed(code: ReasonCode, message: impl Into<String>) -> Reason {
+    Reason::new(code, Grade::Fail, message)
+}
+
+/// The bound of the fit where it is what keeps the fit low: the validation data are mostly noise.
+fn uninformative(evidence: &Evidence) -> Option<f64> {
+    let held_out = evidence.held_out.as_ref()?;
+    let bound = held_out.fit_bound?;
+    let fit = evidence.fit.validation;
+    let near = NEAR_BOUND.max(2.0 * held_out.fit_standard_error.unwrap_or(0.0));
+    (fit < GOOD_FIT && bound < GOOD_FIT + NEAR_BOUND && fit > bound - near).then_some(bound)
+}
+
+/// `45 ± 6 %`: twice the standard error, about 95 %.
+pub(crate) fn with_error(fit: f64, held_out: Option<&HeldOut>, digits: usize) -> String {
+    match held_out.and_then(|h| h.fit_standard_error) {
+        // An uncertainty below the last digit would read as none.
+        Some(error) => {
+            let shown = (2.0 * error).max(0.1_f64.powi(digits as i32));
+            format!("{fit:.digits$} ± {shown:.digits$} %")
+        }
+        None => format!("{fit:.digits$} %"),
+    }
+}
+
+/// Where the log says too little of what a controller needs, and how much more it would take.
+fn poor_bands(excitation: &Excitation) -> Vec<String> {
+    let name = |b: &ExcitationBand| format!("{} to {} Hz", b.from_hz, b.to_hz);
+    let silent = excitation.silent_from_hz().filter(|f| *f <= SWEEP.1);
+    let mut out = Vec::new();
+    if let Some(from) = silent {
+        out.push(if from > 0.0 {
+            format!("above {from} Hz there is no information in this log")
+        } else {
+            "there is no information in this log at any frequency".to_owned()
+        });
+    }
+    for b in excitation.bands.iter().filter(|b| swept(b.from_hz, b.to_hz)) {
+        let explained = 100.0 * b.coherence;
+        match b.information {
+            Information::Good => {}
+            Information::None if silent.is_some_and(|from| b.from_hz >= from) => {}
+            Information::None => {
+                out.push(format!("from {} there is no information in this log", name(b)));
+            }
+            Information::Weak if b.relative_error > WANTED => out.push(format!(
+                "from {} steering explains {explained:.0} % of the yaw rate, and the gain is known to ±{:.0} %: {:.0} times the time of such driving would make it ±{:.0} %",
+                name(b),
+                200.0 * b.relative_error,
+                (b.relative_error / WANTED).powi(2).ceil(),
+                200.0 * WANTED
+            )),
+            Information::Weak => out.push(format!(
+                "from {} steering explains {explained:.0} % of the yaw rate only: something else moves the vehicle, or what it does there is not linear",
+                name(b)
+            )),
+        }
+    }
+    out
+}
+
+/// What does not forbid a design but should be known.
+fn doubts(evidence: &Evidence, drive: &Drive<'_>, options: &IdentifyOptions) -> Vec<String> {
+    let mut out = Vec::new();
+    if drive.speed_spread > 0.2 {
+        let other = match options.input_kind {
+            InputKind::Steering => ", or identify with the input steering*speed",
+            InputKind::SteeringTimesSpeed => "",
+        };
+        let percent = 100.0 * drive.speed_spread;
+        out.push(format!("speed varies by {percent:.0} % (standard deviation): hold it{other}"));
+    }
+    if evidence.independence.lags > 0 && !evidence.independence.pass {
+        out.push(
+            "held-out residuals still depend on past steering: expect effects that a linear model of this order leaves out"
+                .to_owned(),
+        );
+    }
+    if evidence.residuals.as_ref().is_some_and(|r| !r.feedback.pass) {
+        out.push(
+            "the steering answers to what the yaw rate did (feedback by the driver), which biases methods that take it for independent: steer by a plan, such as a slalom, more than by the road"
+                .to_owned(),
+        );
+    }
+    if let Some(persistence) = evidence.excitation.persistence
+        && persistence.order < persistence.tried
+    {
+        out.push(format!(
+            "the steering is persistently exciting of order {} only: its rhythm holds too few frequencies{}",
+            persistence.order,
+            if persistence.order < 2 * drive.order {
+                format!(", too few for a model of order {}", drive.order)
+            } else {
+                String::new()
+            }
+        ));
+    }
+    if let Some((angle, share)) = at_limit(drive.steering) {
+        out.push(format!(
+            "the steering stays at {:.1}° for {:.0} % of the time: if that is a limit, log the angle that was reached, not the command",
+            angle.to_degrees(),
+            100.0 * share
+        ));
+    }
+    if let Some(radius) = evidence.stabilised_from {
+        out.push(format!(
+            "the subspace estimate was unstable (largest eigenvalue modulus {radius:.4}) before it was stabilised: compare neighbouring orders"
+        ));
+    }
+    out
+}
+
+/// The extreme at which the steering rests for a good part of the time, and that part. A command of
+/// few levels, such as a binary sequence or steps, is meant to.
+fn at_limit(steering: &[f64]) -> Option<(f64, f64)> {
+    const SHARE: f64 = 0.03;
+    let (low, high) = steering
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
+    let near = 1e-3 * (high - low);
+    let share = |at: f64| {
+        let resting = steering.windows(2).filter(|w| w.iter().all(|v| (v - at).abs() <= near));
+        resting.count() as f64 / steering.len().max(1) as f64
+    };
+    let still = steering.windows(2).filter(|w| (w[0] - w[1]).abs() <= near).count() as f64
+        / steering.len().max(1) as f64;
+    let (low, high) = ((low, share(low)), (high, share(high)));
+    let worst = if low.1 > high.1 { low } else { high };
+    // Where it moves, it moves: most of the resting is at the extremes.
+    (worst.1 >= SHARE && still < 0.6 && low.1 + high.1 > 0.5 * still).then_some(worst)
+}

@@ -1,0 +1,362 @@
+//! The structure `bicycle`: known vehicles are recovered from drives that the FMU's own plant made,
+//! standard errors cover, hopeless drives ([`limits`]) are refused.
+
+mod ensemble;
+mod judged;
+mod limits;
+mod multibody;
+
+use crate::common::car;
+use crate::known::Random;
+use drivelog::DriveLog;
+use formats::{Bicycle, BicycleEvidence, Document};
+use std::f64::consts::TAU;
+use sysid::bicycle::{BicycleOptions, IdentifiedBicycle, identify_bicycle};
+use vehicle_models::{BicycleParameters, BicyclePlant, bicycle_eq13};
+
+const T: f64 = 0.04;
+
+/// How a vehicle is driven and measured.
+#[derive(Clone, Copy)]
+struct Drive {
+    seconds: f64,
+    /// Standard deviation of the gyro's noise, rad/s, and its pole.
+    noise: f64,
+    colour: f64,
+    seed: u64,
+    /// Samples by which the steering acts late.
+    delay: usize,
+    /// Angle that drives straight, and the gyro's bias.
+    offset: f64,
+    bias: f64,
+    slowest: f64,
+    fastest: f64,
+}
+
+const DRIVE: Drive = Drive {
+    seconds: 120.0,
+    noise: 0.0,
+    colour: 0.0,
+    seed: 1,
+    delay: 0,
+    offset: 0.004,
+    bias: -0.003,
+    slowest: 8.0,
+    fastest: 28.0,
+};
+
+/// Drives a vehicle by the plant that runs in the FMU.
+fn drive(vehicle: BicycleParameters, d: Drive) -> DriveLog {
+    let mut plant = BicyclePlant::new(vehicle).unwrap();
+    let mut random = Random(d.seed);
+    let n = (d.seconds / T) as usize;
+    let (mut input, mut output, mut speeds) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut phase, mut level, mut e) = (0.0, 0.0, 0.0);
+    for k in 0..n {
+        let t = k as f64 * T;
+        let speed = d.slowest + 0.5 * (d.fastest - d.slowest) * (1.0 - (TAU * t / 50.0).cos());
+        // A sweep from 0.1 to 2 Hz, and random levels.
+        phase += TAU * T * 0.1 * 20.0_f64.powf((t / 25.0).fract());
+        if k % 40 == 39 {
+            level = 0.01 * random.normal();
+        }
+        input.push((0.015 * phase.sin() + level) * vehicle.steering_ratio + d.offset);
+        e = d.colour * e + (1.0 - d.colour * d.colour).sqrt() * d.noise * random.normal();
+        output.push(plant.yaw_rate() + d.bias + e);
+        speeds.push(speed);
+        plant.steering_angle = input[k.saturating_sub(d.delay)] - d.offset;
+        plant.speed = speed;
+        plant.step(T).unwrap();
+    }
+    recording(input, output, Some(speeds), vehicle.steering_ratio)
+}
+
+fn recording(
+    input: Vec<f64>,
+    output: Vec<f64>,
+    speed: Option<Vec<f64>>,
+    steering_ratio: f64,
+) -> DriveLog {
+    DriveLog {
+        name: "made".into(),
+        sample_time_s: T,
+        segments: vec![drivelog::Segment { time0_s: 0.0, range: 0..input.len() }],
+        input,
+        output,
+        speed,
+        steering_ratio,
+        gnss: None,
+        channels: Vec::new(),
+        warnings: Vec::new(),
+        sources: Vec::new(),
+        options: std::collections::BTreeMap::new(),
+    }
+}
+
+/// What is known of [`car`] beside its yaw rate.
+fn known() -> BicycleOptions {
+    let car = car();
+    BicycleOptions {
+        mass_kg: Some(car.mass),
+        front_share: Some(car.distance_rear / car.wheelbase()),
+        ..BicycleOptions::default()
+    }
+}
+
+fn evidence(found: &IdentifiedBicycle) -> &BicycleEvidence {
+    found.bicycle.evidence.as_ref().unwrap()
+}
+
+/// Estimate and standard error of a combination.
+fn estimated(e: &BicycleEvidence, name: &str) -> (f64, f64) {
+    let q = e.identified.iter().find(|q| q.name == name).unwrap_or_else(|| panic!("{name}"));
+    (q.value, q.standard_error)
+}
+
+fn parameters(bicycle: &Bicycle) -> BicycleParameters {
+    let v = &bicycle.vehicle;
+    BicycleParameters {
+        mass: v.mass_kg,
+        yaw_inertia: v.yaw_inertia_kgm2,
+        distance_front: v.distance_front_m,
+        distance_rear: v.distance_rear_m,
+        cornering_stiffness_front: v.cornering_stiffness_front_npr,
+        cornering_stiffness_rear: v.cornering_stiffness_rear_npr,
+        actuator_time_constant: v.actuator_time_constant_s,
+        steering_ratio: v.steering_ratio,
+    }
+}
+
+fn values(p: &BicycleParameters) -> [f64; 8] {
+    [
+        p.mass,
+        p.yaw_inertia,
+        p.distance_front,
+        p.distance_rear,
+        p.cornering_stiffness_front,
+        p.cornering_stiffness_rear,
+        p.actuator_time_constant,
+        p.steering_ratio,
+    ]
+}
+
+fn assert_same(a: &BicycleParameters, b: &BicycleParameters, tolerance: f64) {
+    for (x, y) in values(a).into_iter().zip(values(b)) {
+        assert!((x / y - 1.0).abs() < tolerance, "{a:?}\n{b:?}");
+    }
+}
+
+#[test]
+fn without_noise_the_vehicle_itself_comes_out() {
+    let found = identify_bicycle(&drive(car(), DRIVE), &known()).unwrap();
+    let e = evidence(&found);
+    println!("{e:?}");
+    assert!(e.estimation_fit > 99.99 && e.validation_fit > 99.99);
+    assert_same(&parameters(&found.bicycle), &car(), 1e-3);
+    assert!((e.steering_offset_rad - DRIVE.offset).abs() < 1e-5);
+    assert!((e.yaw_rate_offset_radps - DRIVE.bias).abs() < 1e-5);
+    assert!(e.with_delay.input_delay_s.abs() < 1e-3);
+    assert!(found.bicycle.quality.allows_design() && e.warnings.is_empty(), "{:?}", e.warnings);
+    let gradient = car().understeer_gradient();
+    assert!((estimated(e, "understeer_gradient").0 / gradient - 1.0).abs() < 1e-2);
+}
+
+#[test]
+fn the_file_holds_eq_13_as_the_fmu_computes_it() {
+    let found = identify_bicycle(&drive(car(), DRIVE), &BicycleOptions::default()).unwrap();
+    let bicycle = &found.bicycle;
+    let parameters = parameters(bicycle);
+    parameters.check().unwrap();
+    let model = bicycle_eq13(&parameters, bicycle.vehicle.speed_mps);
+    let close = |a: f64, b: f64| (a - b).abs() <= 1e-14 * b.abs();
+    for i in 0..5 {
+        for j in 0..5 {
+            assert!(close(bicycle.state_matrix.at(i, j), model.a[(i, j)]), "{i} {j}");
+        }
+        assert!(close(bicycle.input_matrix.at(i, 0), model.b[i]));
+    }
+    let (k, m) = (bicycle.coefficients, model.coefficients);
+    for (a, b) in [
+        (k.a1, m.a1),
+        (k.a2, m.a2),
+        (k.a3, m.a3),
+        (k.a4, m.a4),
+        (k.b1, m.b1),
+        (k.b2, m.b2),
+        (k.n, m.n),
+        (k.tn, m.tn),
+    ] {
+        assert!(close(a, b), "{a} {b}");
+    }
+    let text = bicycle.to_json();
+    assert_eq!(&Bicycle::from_json(&text, "bicycle.json").unwrap(), bicycle);
+    // A file from before there was evidence still reads.
+    let mut old: serde_json::Value = serde_json::from_str(&text).unwrap();
+    old.as_object_mut().unwrap().remove("evidence");
+    assert!(Bicycle::from_json(&old.to_string(), "old.json").unwrap().evidence.is_none());
+}
+
+#[test]
+fn the_plant_of_the_fmu_follows_the_traces() {
+    let log = drive(car(), Drive { noise: 0.01, fastest: 20.0, slowest: 0.2, ..DRIVE });
+    let found = identify_bicycle(&log, &BicycleOptions::default()).unwrap();
+    let e = evidence(&found);
+    let mut plant = BicyclePlant::new(parameters(&found.bicycle)).unwrap();
+    let mut worst: f64 = 0.0;
+    // The plant starts straight: its own transient is over after some seconds.
+    let half = log.len() / 2;
+    for k in 0..half {
+        if k > 500 {
+            let simulated = found.traces.simulated_yaw_rate_radps[k];
+            worst = worst.max((plant.yaw_rate() + e.yaw_rate_offset_radps - simulated).abs());
+        }
+        plant.steering_angle = log.input[k] - e.steering_offset_rad;
+        plant.speed = log.speed.as_ref().unwrap()[k];
+        plant.step(T).unwrap();
+    }
+    println!("{worst:e}");
+    assert!(worst < 1e-9, "{worst:e}");
+}
+
+/// Standardised errors of the combinations over repeated drives that differ in their noise.
+fn scores(d: Drive, runs: u64) -> Vec<f64> {
+    let truth = car();
+    let mut all = Vec::new();
+    for seed in 0..runs {
+        let log = drive(truth, Drive { seed: 100 + seed, ..d });
+        let found = identify_bicycle(&log, &known()).unwrap();
+        let e = evidence(&found);
+        let speed = e.speed.mean_mps;
+        for (name, expected) in [
+            ("effective_wheelbase", truth.wheelbase()),
+            ("understeer_gradient", truth.understeer_gradient()),
+            ("yaw_rate_gain", truth.yaw_rate_gain(speed)),
+            ("yaw_acceleration_gain", truth.coefficients().b2),
+            ("actuator_time_constant", truth.actuator_time_constant),
+            ("steering_offset_road_wheel", d.offset),
+            ("yaw_rate_offset", d.bias),
+        ] {
+            let (value, error) = estimated(e, name);
+            all.push((value - expected) / error);
+        }
+    }
+    all
+}
+
+#[test]
+fn standard_errors_cover_what_they_say() {
+    for (colour, noise) in [(0.0, 0.01), (0.9, 0.01)] {
+        let z = scores(Drive { noise, colour, ..DRIVE }, 10);
+        let rms = (z.iter().map(|z| z * z).sum::<f64>() / z.len() as f64).sqrt();
+        let within = z.iter().filter(|z| z.abs() < 2.0).count() as f64 / z.len() as f64;
+        println!("colour {colour}: rms {rms:.2}, within two deviations {within:.3}");
+        assert!((0.7..1.3).contains(&rms), "colour {colour}: {rms}");
+        assert!(within > 0.88, "colour {colour}: {within}");
+    }
+}
+
+#[test]
+fn a_delay_is_found_and_said_to_be_folded_into_the_lag() {
+    let log = drive(car(), Drive { delay: 3, noise: 0.002, ..DRIVE });
+    let found = identify_bicycle(&log, &known()).unwrap();
+    let e = evidence(&found);
+    let d = e.with_delay;
+    println!("{d:?} {} {}", e.estimation_fit, e.validation_fit);
+    assert!((d.input_delay_s - 3.0 * T).abs() < 0.005 && d.standard_error_s < 0.01);
+    assert!((d.actuator_time_constant_s - 0.06).abs() < 0.015);
+    assert!(d.validation_fit > e.validation_fit + 1.0);
+    assert!(found.bicycle.vehicle.actuator_time_constant_s > 0.1);
+    assert!(e.warnings.iter().any(|w| w.contains("ms late")), "{:?}", e.warnings);
+    // A steering channel that comes late itself.
+    let mut early = log;
+    early.input.rotate_right(6);
+    let found = identify_bicycle(&early, &known()).unwrap();
+    let e = evidence(&found);
+    assert!((e.with_delay.input_delay_s + 3.0 * T).abs() < 0.02, "{:?}", e.with_delay);
+    assert!(e.warnings.iter().any(|w| w.contains("before its steering")), "{:?}", e.warnings);
+}
+
+#[test]
+fn an_oversteering_vehicle_keeps_its_critical_speed() {
+    let vehicle = BicycleParameters {
+        cornering_stiffness_front: 120_000.0,
+        cornering_stiffness_rear: 88_000.0,
+        ..car()
+    };
+    let critical = vehicle.critical_speed().unwrap();
+    // Beyond that speed for a part of the drive: unstable there, and rightly so.
+    let d = Drive { noise: 0.003, slowest: 6.0, fastest: critical + 1.0, offset: 0.0, ..DRIVE };
+    let log = drive(vehicle, d);
+    let found = identify_bicycle(&log, &known()).unwrap();
+    let e = evidence(&found);
+    let (value, error) = estimated(e, "critical_speed");
+    println!("{critical} {value} ± {error}, {} {}", e.estimation_fit, e.validation_fit);
+    assert!((value - critical).abs() < 3.0 * error.max(0.02), "{critical} {value} {error}");
+}
+
+#[test]
+fn the_steering_ratio_changes_the_ratio_alone() {
+    let log = drive(car(), Drive { noise: 0.005, ..DRIVE });
+    let mut wheel = log.clone();
+    wheel.steering_ratio = 15.0;
+    wheel.input.iter_mut().for_each(|u| *u *= 15.0);
+    let [a, b] = [&log, &wheel].map(|l| identify_bicycle(l, &known()).unwrap());
+    let scaled = BicycleParameters { steering_ratio: 1.0, ..parameters(&b.bicycle) };
+    assert_same(&parameters(&a.bicycle), &scaled, 1e-6);
+    assert_eq!(b.bicycle.vehicle.steering_ratio, 15.0);
+    let offsets = [&a, &b].map(|f| evidence(f).steering_offset_rad);
+    assert!((15.0 * offsets[0] - offsets[1]).abs() < 1e-6);
+    assert!((evidence(&a).validation_fit - evidence(&b).validation_fit).abs() < 1e-6);
+}
+
+#[test]
+fn a_stated_wheelbase_stands_and_the_ratio_is_identified() {
+    let vehicle = BicycleParameters { steering_ratio: 16.0, ..car() };
+    let mut log = drive(vehicle, Drive { noise: 0.003, offset: 0.0, ..DRIVE });
+    log.steering_ratio = 14.0;
+    let options = BicycleOptions { wheelbase_m: Some(vehicle.wheelbase()), ..known() };
+    let found = identify_bicycle(&log, &options).unwrap();
+    let p = parameters(&found.bicycle);
+    assert!((p.wheelbase() - vehicle.wheelbase()).abs() < 1e-9);
+    assert!((p.steering_ratio / 16.0 - 1.0).abs() < 0.02, "{p:?}");
+    assert!((p.understeer_gradient() / vehicle.understeer_gradient() - 1.0).abs() < 0.1);
+}
+
+#[test]
+fn mass_is_stated_and_moves_no_response() {
+    let log = drive(car(), Drive { noise: 0.005, ..DRIVE });
+    let with = |mass| {
+        let options = BicycleOptions { mass_kg: Some(mass), ..known() };
+        identify_bicycle(&log, &options).unwrap()
+    };
+    let (light, heavy) = (with(800.0), with(1600.0));
+    assert_eq!(light.traces, heavy.traces);
+    let [a, b] = [&light, &heavy].map(|f| values(&parameters(&f.bicycle)));
+    for i in [0, 1, 4, 5] {
+        assert!((b[i] / a[i] - 2.0).abs() < 1e-12);
+    }
+    let stated = &evidence(&light).stated;
+    assert!(stated.iter().any(|s| s.name == "mass_kg" && s.origin.starts_with("given")));
+}
+
+#[test]
+fn stretches_have_initial_states_of_their_own() {
+    let whole = drive(car(), Drive { noise: 0.001, ..DRIVE });
+    // Ten seconds are lost, in which the vehicle turned on.
+    let (a, b) = (0..700, 950..whole.len());
+    let keep = |x: &[f64]| [&x[a.clone()], &x[b.clone()]].concat();
+    let log = DriveLog {
+        input: keep(&whole.input),
+        output: keep(&whole.output),
+        speed: whole.speed.as_deref().map(keep),
+        segments: vec![
+            drivelog::Segment { time0_s: 0.0, range: a.clone() },
+            drivelog::Segment { time0_s: 950.0 * T, range: 700..700 + b.len() },
+        ],
+        ..whole
+    };
+    let found = identify_bicycle(&log, &known()).unwrap();
+    let e = evidence(&found);
+    assert!(e.estimation_fit > 97.0 && e.validation_fit > 97.0, "{e:?}");
+    assert_same(&parameters(&found.bicycle), &car(), 0.15);
+}

@@ -1,0 +1,35 @@
+//! A vehicle that no one here wrote.
+
+use super::evidence;
+use crate::common::multibody;
+use formats::Matrix;
+use sysid::bicycle::{BicycleOptions, identify_bicycle};
+use sysid::{IdentifyOptions, judge};
+use vehicle_models::{BicycleParameters, bicycle_body_frame};
+
+#[test]
+fn on_the_multi_body_vehicle_it_beats_the_data_sheet() {
+    let log = multibody();
+    let found = identify_bicycle(&log, &BicycleOptions::default()).unwrap();
+    // tests/data/multibody/vehicle.toml
+    let sheet = BicycleParameters {
+        mass: 1093.2952,
+        yaw_inertia: 1791.5995,
+        distance_front: 1.1561957,
+        distance_rear: 1.4227171,
+        cornering_stiffness_front: 129_696.69,
+        cornering_stiffness_rear: 105_400.27,
+        actuator_time_constant: 0.05,
+        steering_ratio: 1.0,
+    };
+    let (f, g) = bicycle_body_frame(&sheet, 15.0);
+    let model = formats::Continuous {
+        f: Matrix::from_fn(3, 3, |i, j| f[(i, j)]),
+        g: Matrix::from_fn(3, 1, |i, _| g[i]),
+        h: Matrix::from_fn(1, 3, |_, j| if j == 1 { 1.0 } else { 0.0 }),
+    };
+    let sheet = judge(&log, &IdentifyOptions::default(), &model).unwrap();
+    let e = evidence(&found);
+    println!("{} {} data sheet {}", e.estimation_fit, e.validation_fit, sheet.validation_fit);
+    assert!(e.validation_fit > sheet.validation_fit + 0.5);
+}

@@ -1,0 +1,22 @@
+//! The crate's integration tests, as one binary.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod accumulated;
+mod bicycle;
+mod closed_loop;
+mod common;
+mod conversion;
+mod delay;
+mod drives;
+mod dryer2;
+mod evidence;
+mod factor;
+mod faults;
+mod judge;
+#[allow(dead_code, unreachable_pub, unused_imports)] // the evaluation uses the rest
+#[path = "../known/mod.rs"]
+mod known;
+mod recovery;
+mod refine;
+mod selection;
+mod sideslip;

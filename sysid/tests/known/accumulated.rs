@@ -1,0 +1,73 @@
+//! Known signals as a log that is absorbed, and the model that the factor gives.
+
+use drivelog::{LogFile, LogOptions};
+use faer::Mat;
+use std::fmt::Write;
+use sysid::{AbsorbOptions, Absorbed, DataSet, Error, IdentifyOptions, StateSpace};
+
+/// Signals of such a spread are of a size that a road wheel and a car have, rad and rad/s.
+const SPREADS: [f64; 2] = [0.01, 0.1];
+
+/// Signals absorbed.
+#[derive(Debug, Clone)]
+pub struct AbsorbedSignals {
+    /// What was absorbed.
+    pub state: Absorbed,
+    /// The absorbed input and output over those given.
+    scales: [f64; 2],
+}
+
+/// What was identified from a factor.
+#[derive(Debug, Clone)]
+pub struct OfFactor {
+    /// From the inputs to the outputs that were given.
+    pub model: StateSpace,
+    /// Whether feedback was found.
+    pub feedback: bool,
+    /// The method it was refined from.
+    pub method: String,
+    /// Simulation fit on held-out windows, percent.
+    pub validation_fit: f64,
+}
+
+impl AbsorbedSignals {
+    /// Of the first segment of data with one input and one output, both of them about zero.
+    ///
+    /// # Errors
+    /// As [`Absorbed::of_log`].
+    pub fn new(data: &DataSet, horizon: usize) -> Result<Self, Error> {
+        let segment = &data.segments()[0];
+        let step = data.sample_time_s();
+        let spread = |x: &[f64]| (x.iter().map(|x| x * x).sum::<f64>() / x.len() as f64).sqrt();
+        let [u, y] = [segment.u.row(0), segment.y.row(0)];
+        let scales = [SPREADS[0] / spread(u), SPREADS[1] / spread(y)];
+        let mut csv = String::from("time_s,roadwheel_command_rad,yaw_rate_radps\n");
+        for (t, (u, y)) in u.iter().zip(y).enumerate() {
+            let _ = writeln!(csv, "{:.4},{:e},{:e}", step * t as f64, scales[0] * u, scales[1] * y);
+        }
+        let log = LogOptions { sample_time_s: Some(step), ..LogOptions::default() };
+        let options = AbsorbOptions { log, horizon, ..AbsorbOptions::default() };
+        let state = Absorbed::of_log(LogFile::of_bytes("drive.csv", csv.as_bytes()), &options)?;
+        Ok(Self { state, scales })
+    }
+
+    /// The model that the factor gives.
+    ///
+    /// # Errors
+    /// As [`Absorbed::identify`].
+    pub fn identify(&self, options: &IdentifyOptions) -> Result<OfFactor, Error> {
+        let plant = self.state.identify(options)?;
+        let [u, y] = self.scales;
+        let d = &plant.discrete;
+        let [a, b, c, d] =
+            [(&d.a, 1.0), (&d.b, u), (&d.c, 1.0 / y), (&d.d, u / y)].map(|(m, factor)| {
+                Mat::from_fn(m.rows(), m.columns().unwrap_or(0), |i, j| factor * m.at(i, j))
+            });
+        Ok(OfFactor {
+            model: StateSpace { a, b, c, d },
+            feedback: plant.evidence.feedback.as_ref().is_some_and(|test| !test.pass),
+            method: plant.evidence.method.clone(),
+            validation_fit: plant.evidence.fit.validation,
+        })
+    }
+}
