@@ -175,9 +175,18 @@ fn validation(e: &Evidence) -> String {
     if let Some(residuals) = &e.residuals {
         let t = &residuals.feedback;
         let found = if t.pass { "none" } else { "found" };
-        tests.push(format!("feedback {found} ({:.1}, bound {:.1})", t.statistic, t.bound));
+        let name = "dependence of the input on past residuals";
+        tests.push(format!("{name} {found} ({:.1}, bound {:.1})", t.statistic, t.bound));
     }
     let _ = writeln!(text, "tests    of the residuals on validation data: {}", tests.join(", "));
+    if let Some(t) = e.feedback.as_ref().filter(|t| t.lags > 0) {
+        let found = if t.pass { "none" } else { "found" };
+        let _ = writeln!(
+            text,
+            "feedback {found} in the estimation data ({:.1}, bound {:.1}), which selects among the methods",
+            t.statistic, t.bound
+        );
+    }
     if let Some(response) = e.frequency_response.as_ref().filter(|r| r.compared > 0) {
         let _ = writeln!(
             text,

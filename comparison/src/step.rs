@@ -130,9 +130,10 @@ pub fn verify(pid: &mut Pid, document: &str, plant: &DesignPlant) -> Result<(), 
         Err(_) => (archive(document, "the plant")?, None),
     };
     pid.evidence.fmu_loops.clear();
-    for (name, master, delay) in
-        [("gauss-seidel", Coupling::GaussSeidel, 0.0), ("jacobi", Coupling::Jacobi, pid.sample_time_s)]
-    {
+    for (name, master, delay) in [
+        ("gauss-seidel", Coupling::GaussSeidel, 0.0),
+        ("jacobi", Coupling::Jacobi, pid.sample_time_s),
+    ] {
         let run = |plant: &Archive| step(plant, &controller, pid, 0, master).map(|s| s.metrics);
         let found = FmuLoop {
             master: name.into(),

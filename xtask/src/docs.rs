@@ -63,7 +63,23 @@ fn build() -> Result<PathBuf, String> {
     Ok(book)
 }
 
-/// Broken links of the tracked Markdown files: files and headings that are not there.
+/// The folders whose files the documents name.
+const FOLDERS: [&str; 12] = [
+    "comparison/",
+    "control/",
+    "docs/",
+    "drivelog/",
+    "fmu/",
+    "formats/",
+    "modelDescription/",
+    "packaging/",
+    "report/",
+    "sweep/",
+    "sysid/",
+    "xtask/",
+];
+
+/// Broken links of the tracked Markdown files, and files that they name: what is not there.
 fn documents() -> Result<Vec<String>, String> {
     let listed = answer(Command::new("git").args(["ls-files", "*.md"]).current_dir(root()));
     let listed = listed.ok_or("git ls-files finds no documents")?;
@@ -72,14 +88,17 @@ fn documents() -> Result<Vec<String>, String> {
         documents.insert(normal(Path::new(name)), parts(&text(&root().join(name))?));
     }
     let mut problems = Vec::new();
-    for (document, (_, links)) in &documents {
+    for (document, (_, links, named)) in &documents {
         let folder = document.parent().unwrap_or(Path::new(""));
+        for name in named.iter().filter(|name| !root().join(name).exists()) {
+            problems.push(format!("{}: no file {name}", document.display()));
+        }
         for link in links.iter().filter(|link| !is_external(link)) {
             let (file, heading) = link.split_once('#').unwrap_or((link, ""));
             let file = if file.is_empty() { document.clone() } else { normal(&folder.join(file)) };
             if !root().join(&file).exists() {
                 problems.push(format!("{}: no file {}", document.display(), file.display()));
-            } else if let (false, Some((headings, _))) = (heading.is_empty(), documents.get(&file))
+            } else if let (false, Some((headings, ..))) = (heading.is_empty(), documents.get(&file))
                 && !headings.contains(heading)
             {
                 problems.push(format!("{}: no heading {link}", document.display()));
@@ -93,9 +112,9 @@ fn is_external(link: &str) -> bool {
     link.contains("://") || link.starts_with("mailto:")
 }
 
-/// The anchors of a document's headings, and its links.
-fn parts(text: &str) -> (BTreeSet<String>, Vec<String>) {
-    let (mut headings, mut links) = (BTreeSet::new(), Vec::new());
+/// The anchors of a document's headings, its links, and the files of the repository that it names.
+fn parts(text: &str) -> (BTreeSet<String>, Vec<String>, Vec<String>) {
+    let (mut headings, mut links, mut named) = (BTreeSet::new(), Vec::new(), Vec::new());
     let mut heading: Option<String> = None;
     for event in Parser::new_ext(text, Options::ENABLE_TABLES) {
         match event {
@@ -105,6 +124,9 @@ fn parts(text: &str) -> (BTreeSet<String>, Vec<String>) {
                 links.push(dest_url.into_string());
             }
             Event::Text(part) | Event::Code(part) => {
+                if is_path(&part) {
+                    named.push(part.to_string());
+                }
                 if let Some(heading) = &mut heading {
                     heading.push_str(&part);
                 }
@@ -112,7 +134,13 @@ fn parts(text: &str) -> (BTreeSet<String>, Vec<String>) {
             _ => {}
         }
     }
-    (headings, links)
+    (headings, links, named)
+}
+
+/// Whether a text is the path of a file or folder of the repository.
+fn is_path(text: &str) -> bool {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "/_-.".contains(c);
+    text.chars().all(is_plain) && FOLDERS.iter().any(|folder| text.starts_with(folder))
 }
 
 /// A heading's anchor as GitHub and mdBook make it.
@@ -170,9 +198,12 @@ mod tests {
 
     #[test]
     fn anchors_and_links_are_found() {
-        let (headings, links) = parts("# A `b` C\n[x](y.md#z) ![p](q.svg)\n\n## Other platforms\n");
+        let (headings, links, named) = parts(
+            "# A `b` C\n[x](y.md#z) ![p](q.svg) `control/{a,b}` `control/src/lib.rs`\n\n## Other platforms\n",
+        );
         assert!(headings.contains("a-b-c") && headings.contains("other-platforms"), "{headings:?}");
         assert_eq!(links, ["y.md#z", "q.svg"]);
+        assert_eq!(named, ["control/src/lib.rs"]);
         assert_eq!(normal(Path::new("docs/../a/./b.md")), Path::new("a/b.md"));
     }
 }
