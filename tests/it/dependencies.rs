@@ -30,6 +30,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
         "comparison",
         &[
             "control",
+            "drivelog",
             "fmi2-host",
             "fmu-binaries",
             "formats",

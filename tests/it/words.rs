@@ -44,11 +44,9 @@ const EXCEPT: &[&str] =
 
 /// What does not follow the list yet.
 const NOT_YET: &[&str] = &[
-    "ARCHITECTURE.md",
-    "CONTRIBUTING.md",
-    "README.md",
     "control",
-    "docs",
+    // It names the types of `sysid` and tests that are still called so.
+    "docs/formats.md",
     "drivelog",
     "fmu",
     "formats/src/factor.rs",
@@ -58,6 +56,8 @@ const NOT_YET: &[&str] = &[
     "src/accumulate.rs",
     "src/identify_accumulated.rs",
     "sweep",
+    // The name of the type above.
+    "xtask/src/formats.rs",
     "sysid",
 ];
 

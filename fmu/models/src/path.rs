@@ -185,7 +185,8 @@ impl PathGeometry {
     #[must_use]
     pub fn project(&self, x: f64, y: f64, from: f64) -> Projection {
         match self.seek(x, y, from) {
-            Sought::Within(lap, foot) => {
+            // The end belongs to what is beyond it.
+            Sought::Within(lap, foot) if foot.distance < self.end() => {
                 let length = self.end() - self.start();
                 let foot = PathPoint {
                     distance: foot.distance + lap * length,
@@ -193,6 +194,9 @@ impl PathGeometry {
                     ..foot
                 };
                 foot.projection(x, y)
+            }
+            Sought::Within(lap, foot) => {
+                self.at(foot.distance + lap * (self.end() - self.start())).projection(x, y)
             }
             Sought::At(distance) => self.at(distance).projection(x, y),
         }

@@ -1,7 +1,7 @@
 //! The bicycle model and its plant against the paper, textbook formulas and Runge–Kutta.
 #![allow(clippy::unwrap_used)]
 
-mod common;
+use crate::common;
 
 use common::{runge_kutta, sample};
 use nalgebra::{DMatrix, Matrix2, SVector, Vector2};

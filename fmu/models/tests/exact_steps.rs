@@ -2,7 +2,7 @@
 //! exponential over the whole, found here by a Taylor series of its own.
 #![allow(clippy::unwrap_used)]
 
-mod common;
+use crate::common;
 
 use common::{car, from_continuous, runge_kutta, taylor_exponential};
 use nalgebra::DMatrix;

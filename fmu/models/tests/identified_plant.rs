@@ -1,7 +1,7 @@
 //! The identified plant against independent references.
 #![allow(clippy::unwrap_used)]
 
-mod common;
+use crate::common;
 
 use common::{car, from_continuous, runge_kutta, sample, taylor_exponential};
 use nalgebra::DMatrix;

@@ -1,7 +1,7 @@
 //! The path's geometry and the guidance on it.
 #![allow(clippy::unwrap_used)]
 
-mod common;
+use crate::common;
 
 use common::road;
 use proptest::prelude::*;

@@ -2,7 +2,7 @@
 //! others and against differences of the functions themselves.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-mod common;
+use crate::common;
 
 use common::{PLAIN, bicycle, get, identified, kinds, nonlinear, set, start, step, variable};
 use fmi2_export::model_description::{Causality, DependencyKind, DependsOn, Kind as Type};

@@ -2,7 +2,7 @@
 //! went wrong, never a panic, and never a state that is not finite without an error.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-mod common;
+use crate::common;
 
 use common::{bicycle, get, identified, kinds, nonlinear, path, pid, pose};
 use fmi2_export::model_description::{Causality, Kind, Value};

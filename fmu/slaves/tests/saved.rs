@@ -1,7 +1,7 @@
 //! States as bytes: what is loaded goes on to the last bit, and no bytes do harm.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-mod common;
+use crate::common;
 
 use common::{
     Kind, PLAIN, bicycle, get, identified, kinds, nonlinear, path, pid, pose, set, start, variable,

@@ -123,7 +123,7 @@ fn discarded_steps_are_no_fault() {
 }
 
 #[test]
-fn a_crash_is_told_with_the_call() {
+fn a_crash_is_reported_with_the_call() {
     let found = findings(&faulty("crash"), &Bounds::default());
     assert!(found[0].message.contains("in fmi2DoStep"), "{found:?}");
     let found = findings(&faulty("null"), &Bounds::default());

@@ -261,7 +261,7 @@ fn growth_and_lead_are_found() {
 /// The multi-body car of tests/data, whose own states tell S = 0.044 s, Q = −0.0009 s⁵/m² and
 /// C = 0.0027 s² at this speed (tests/experiment): tyres that give way, and a body that leads.
 #[test]
-fn a_multi_body_car_tells_all_three() {
+fn a_multi_body_car_determines_all_three() {
     let read = |name: &str| {
         let folder =
             std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/multibody");

@@ -191,5 +191,5 @@ fn a_binary_that_is_no_fmu_is_refused() {
     assert!(error.contains("a function is missing: fmi2GetStringStatus"), "{error}");
     let Some(version_1) = library(Behaviour::Version1) else { return };
     let error = open(version_1).to_string();
-    assert!(error.contains("fmi2GetVersion says \"1.0\""), "{error}");
+    assert!(error.contains("fmi2GetVersion returns \"1.0\""), "{error}");
 }

@@ -1,0 +1,15 @@
+//! Tests of the models, in one binary: linking is most of what a small test costs.
+
+mod bicycle;
+mod common;
+mod exact_steps;
+mod identified_plant;
+mod nonlinear;
+mod nonlinear_reference;
+mod path;
+mod pid;
+mod pid_reference;
+#[path = "pose/main.rs"]
+mod pose;
+mod pose_reference;
+mod sideslip;

@@ -1,0 +1,7 @@
+//! Tests of the FMUs in Rust, in one binary: linking is most of what a small test costs.
+
+mod common;
+mod derivatives;
+mod extremes;
+mod nonlinear_vehicle;
+mod saved;
