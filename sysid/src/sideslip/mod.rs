@@ -14,7 +14,7 @@
 //! χ − χ̂ = ψ0 + b·t + β̄
 //! ```
 //!
-//! ψ0 the yaw at the beginning, b the gyro's bias, β̄ the way's mean sideslip, in which [`ways`] tells the
+//! ψ0 the yaw at the beginning, b the gyro's bias, β̄ the way's mean sideslip, in which `ways` tells the
 //! three terms apart. ψ0 and b are those of 10 s each, so that what a gyro drifts by matters little; S, Q
 //! and C are one number each, by least squares (Frisch and Waugh: ψ0 and b taken out of both sides). Their
 //! standard errors are those of clusters, one of 10 s (Liang and Zeger 1986), since ways that overlap
@@ -35,7 +35,7 @@
 //! it; shorter ones are of noise.
 //!
 //! **Latency.** A fix that is stated to be τ younger than it is turns S into S − τ: in a steady turn the
-//! two cannot be separated. So the age of a fix is stated, or comes from where the speed changes ([`age`]),
+//! two cannot be separated. So the age of a fix is stated, or comes from where the speed changes (`age`),
 //! never from turns. Its standard error is one of S (and τ²/2 − τ·S of C); of an age that is neither stated
 //! nor found it is that of any age up to 0.3 s, which is too large to state a sideslip.
 //! **Antenna.** One that is `a` ahead of the centre of gravity moves by a·r to the side: with it comes

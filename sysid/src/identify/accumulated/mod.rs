@@ -71,8 +71,8 @@ impl Absorbed {
     /// Absorbs one log, a file that brings steering and yaw rate on one clock.
     ///
     /// # Errors
-    /// As [`read_drives`](drivelog::read_drives); [`Error::NotADrive`] for a file that does not bring both
-    /// channels, [`Error::ClockChanged`] where its rate changes, [`Error::Option`] for a horizon that
+    /// As [`read_drives`](drivelog::read_drives); [`drivelog::Error::NotADrive`] for a file that does not bring both
+    /// channels, [`drivelog::Error::ClockChanged`] where its rate changes, [`Error::Option`] for a horizon that
     /// is not within 2 to 200.
     pub fn of_log(file: LogFile<'_>, options: &AbsorbOptions) -> Result<Self, Error> {
         if !(2..=200).contains(&options.horizon) {
@@ -113,7 +113,7 @@ impl Absorbed {
     ///
     /// # Errors
     /// [`Error::Differ`] where the two were made by another version or with other options, and
-    /// [`Error::RepeatedDrive`] where one log is in both.
+    /// [`drivelog::Error::RepeatedDrive`] where one log is in both.
     pub fn merge(&mut self, other: Self) -> Result<(), Error> {
         self.check_same(&other)?;
         self.estimation.merge(other.estimation)?;
