@@ -31,4 +31,5 @@ mod stages;
 #[path = "../support/mod.rs"]
 mod support;
 mod sweep;
+mod tutorial;
 mod words;
