@@ -1,4 +1,4 @@
-// Package and FMU name of each library: the one list, included by the build script beside it and by
+// Package and FMU name of each library: the one list, included by the build script next to it and by
 // `cargo xtask cross`.
 [
     ("identified-plant", "IdentifiedPlant"),

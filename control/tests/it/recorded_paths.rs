@@ -89,7 +89,7 @@ fn a_closed_track_meets_its_start() {
 
 /// A lap that was not driven to its end is closed by a piece of road that nobody drove.
 #[test]
-fn what_closes_a_track_that_ends_far_from_its_start_is_told() {
+fn the_closing_part_of_a_track_that_ends_far_from_its_start_is_reported() {
     let closed = PointOptions { closed: true, ..Default::default() };
     let warnings = |turn: f64| {
         let (x, y) = circle(60.0, 1.0, turn, 0.01);

@@ -238,7 +238,7 @@ fn linear_theory_and_the_sampled_loop_agree() {
 /// Where only the nominal plant keeps a settling time, the advice states one that all could keep, and all keep
 /// that one when it is required.
 #[test]
-fn the_settling_time_that_all_plants_could_keep_is_told() {
+fn the_settling_time_that_all_plants_could_keep_is_reported() {
     let plant = DesignPlant::from_plant(&identified_car()).expect("a plant");
     let robust = Some(RobustOptions { latency_s: 0.03, ..RobustOptions::default() });
     let mut options = DesignOptions { loop_delay_s: 0.06, robust, ..usual() };
@@ -265,7 +265,7 @@ fn a_data_sheet_needs_the_rate_of_its_steering() {
 
 /// A step that steers faster than the drive is reported.
 #[test]
-fn a_step_beyond_the_drive_is_told() {
+fn a_step_beyond_the_drive_is_reported() {
     let words = |angle: f64, rate: f64, max_rate_radps: Option<f64>| {
         let mut plant = identified_car();
         plant.evidence.excitation.largest_steering_rad = Some(angle);

@@ -4,7 +4,7 @@
 //! `Δr`, `Δy` since the tick before:
 //!
 //! ```text
-//! e  = wrap(r − y), less what is withheld of it; from here on r stands for y + e
+//! e  = wrap(r − y), less what is withheld of it; from here on r is y + e
 //! P  = kp·e
 //! I += ki·Ts·e − kp·(1−b)·Δr                    backward Euler; at tick 0: I = ki·Ts·e − kp·(1−b)·e
 //! D  = (Tf·D + kd·(c·Δr − Δy)) / (Tf + Ts)      backward Euler of kd·s/(Tf·s + 1)

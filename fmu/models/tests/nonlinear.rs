@@ -61,7 +61,7 @@ fn friction_bounds_a_step_steer() {
     for friction in [0.3, 1.0489] {
         let p = NonlinearParameters {
             friction_coefficient: friction,
-            // An understeering car, so that the front axle gives way first and it stays on its path.
+            // An understeering car, so that the front axle saturates first and it stays on its path.
             roll_stiffness_front: 0.9,
             cornering_stiffness_rear: 160_000.0,
             ..car()

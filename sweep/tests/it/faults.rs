@@ -140,7 +140,7 @@ const FAULTS: &[(&str, &str, &str)] = &[
 ];
 
 #[test]
-fn every_fault_is_told_with_its_place_and_a_hint() {
+fn every_fault_is_reported_with_its_place_and_a_hint() {
     let bounded = |name: &str, xml: String| {
         let gain = "<Real start=\"1\"/></ScalarVariable>";
         let to = "<Real start=\"1\" max=\"2.5\"/></ScalarVariable>";

@@ -204,7 +204,7 @@ fn a_fatal_end_keeps_the_rows_before_it_and_lets_others_go_on() {
 static HANGING: AtomicUsize = AtomicUsize::new(usize::MAX);
 
 #[test]
-fn an_fmu_that_does_not_return_is_told_and_the_rows_before_it_are_kept() {
+fn an_fmu_that_does_not_return_is_reported_and_the_rows_before_it_are_kept() {
     let Some(folder) = folder(|_, xml| xml) else { return };
     let hangs = "[[vary]]\nvariables = [\"plant.misbehaviour\"]\n\
                  distribution = \"grid\"\nvalues = [0, 10]\n";

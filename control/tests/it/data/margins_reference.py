@@ -1,6 +1,6 @@
 """Margins of three sampled loops by python-control 0.10.
 
-Writes margins_reference.csv beside this file: `python margins_reference.py` (python-control, SciPy).
+Writes margins_reference.csv next to this file: `python margins_reference.py` (python-control, SciPy).
 The plant is yaw = gain/((tau s + 1) s) times steering, held from tick to tick and late by whole
 samples; the controller is the PID's law in 1/z (backward Euler). `disk_margins` has zero skew.
 """

@@ -49,7 +49,7 @@ fn an_integrator_integrates() {
 }
 
 #[test]
-fn misspelt_names_and_wrong_kinds_are_told() {
+fn misspelt_names_and_wrong_kinds_are_reported() {
     let Some(mut fmu) = stepping() else { return };
     let error = fmu.real("gian").unwrap_err();
     assert!(error.to_string().contains("near it: gain"), "{error}");

@@ -232,7 +232,7 @@ fn values_and_connections_have_to_fit_the_fmus() {
 }
 
 #[test]
-fn connectors_of_the_system_itself_are_left_out_and_told() {
+fn connectors_of_the_system_itself_are_left_out_and_reported() {
     let outside = r#"<Connections><Connection startElement="gain" startConnector="y" endConnector="shown"/></Connections>"#;
     let Some(package) = package(&ssd(&format!("{PAIR}{outside}"), ""), &[]) else { return };
     let (system, remarks) = package.unwrap().system().unwrap();

@@ -66,7 +66,7 @@ impl Pair<'_> {
 }
 
 #[test]
-fn connectors_that_differ_from_the_fmu_are_told() {
+fn connectors_that_differ_from_the_fmu_are_reported() {
     for (connectors, expected_text) in [
         (PLAIN.connectors, ""),
         (

@@ -1,4 +1,4 @@
-//! Systems: wiring, initialization, the two masters against the recursions they stand for.
+//! Systems: wiring, initialization, the two masters compared with the recursions they represent.
 
 use crate::support::{Behaviour, instance, open, xml};
 use fmi2_host::{Connection, Coupling, Error, InputTable, Instance, Phase, System};
@@ -117,7 +117,7 @@ fn initialization_carries_values_through_a_chain_in_the_worst_order() {
 }
 
 #[test]
-fn an_algebraic_loop_that_does_not_settle_is_told() {
+fn an_algebraic_loop_that_does_not_settle_is_reported() {
     let mut system = System::new();
     for (name, input, output) in [("a", "p", "q"), ("b", "q", "p")] {
         let Some(fmu) = instance(Behaviour::Gain, name, input, output) else { return };

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Reference solutions of the nonlinear vehicle, by an integrator that is not ours.
 
-The equations are written here anew, by their definition: four tyres at their own loads, the
+The equations are written here again, by their definition: four tyres at their own loads, the
 actuator's clip as an if, nothing in closed form. SciPy's DOP853 solves them at a relative tolerance
 of 1e-12 and starts again where the actuator enters or leaves its rate limit or an end stop.
 

@@ -1,6 +1,6 @@
 """Closed loops of the yaw controller, simulated by SciPy and the textbook's positional form.
 
-Writes pid_reference.csv beside this file: `python pid_reference.py` (NumPy, SciPy). Nothing here
+Writes pid_reference.csv next to this file: `python pid_reference.py` (NumPy, SciPy). Nothing here
 knows the project's code. The plant is yaw rate = 4/(0.1 s + 1) times steering, held from tick to
 tick and sampled by scipy.signal.cont2discrete; the reference steps to 0.5 rad at tick 0 and goes
 to -0.2 rad at tick 150; a disturbance of -0.02 rad acts on the steering from tick 75 on.

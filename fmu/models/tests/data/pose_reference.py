@@ -3,7 +3,7 @@
 
 The equations are taken from their continuous-time form: the mean by Runge and Kutta's method in
 short steps, its Jacobian by differences, the noise by Van Loan's matrix exponential. Nothing is
-buffered: for each fix the whole drive is filtered anew, the fixes sorted by when they were valid.
+buffered: for each fix the whole drive is filtered again, the fixes sorted by when they were valid.
 
     python pose_reference.py > pose_reference.csv      (numpy 2, scipy 1.15 or newer)
 
@@ -73,11 +73,11 @@ def correct(mean, cov, fix, std):
     return mean + gain @ nu, cov - gain @ s @ gain.T
 
 
-def estimate(stretches, fixes, now):
+def estimate(intervals, fixes, now):
     """The estimate at a time, from the start."""
     mean, cov, time = START.copy(), np.diag(START_STD**2), 0.0
     pending = sorted(fixes, key=lambda f: f[0])
-    for end, g, v in stretches:
+    for end, g, v in intervals:
         while time < end - 1e-12:
             until = end
             if pending and pending[0][0] <= end + 1e-12:
@@ -94,7 +94,7 @@ def estimate(stretches, fixes, now):
 def main():
     rng = np.random.default_rng(5)
     state = np.append(START[:3] + rng.normal(size=3) * [0.8, 0.8, 0.15], 0.025)
-    places, stretches, fixes = [(0.0, state)], [], []
+    places, intervals, fixes = [(0.0, state)], [], []
     before, count = None, 0
     print("time,yaw_rate,speed,gnss_x,gnss_y,gnss_std,gnss_fix_count,x,y,yaw,bias,"
           + ",".join(f"p{i}{j}" for i in range(4) for j in range(i + 1)))
@@ -108,7 +108,7 @@ def main():
         g = round(rate + state[3] + rng.normal() * DENSITY["r"] / STEP**0.5, 6)
         v = round(speed + rng.normal() * DENSITY["v"] / STEP**0.5, 4)
         last = before or (g, v)
-        stretches.append((time, 0.5 * (last[0] + g), 0.5 * (last[1] + v)))
+        intervals.append((time, 0.5 * (last[0] + g), 0.5 * (last[1] + v)))
         before = (g, v)
         valid = time - LATENCY
         # At 10 Hz, not in a drop-out of 1.5 s.
@@ -128,7 +128,7 @@ def main():
                 std = -1.0
             if valid >= 0.0 and std > 0.0:
                 fixes.append((valid, fix, std))
-        mean, cov = estimate(stretches, fixes, time)
+        mean, cov = estimate(intervals, fixes, time)
         row = [time, *before, *fix, std]
         lower = [cov[i, j] for i in range(4) for j in range(i + 1)]
         print(",".join(f"{x:.6g}" for x in row) + f",{count},"

@@ -12,7 +12,7 @@ fn a_fix_is_fused_once() {
     for moment in &moments {
         step(&mut estimator, moment.input);
     }
-    // The input stays: the deviation only grows, as by dead reckoning.
+    // The input stays: the deviation only grows, as by dead without_fixes.
     let input = moments[moments.len() - 1].input;
     let mut without = estimator.clone();
     let mut before = estimator.position_std();
@@ -71,25 +71,25 @@ fn a_period_stands_for_the_count() {
 #[test]
 fn unusable_fixes_are_not_used() {
     let drive = DRIVE;
-    let mut reckoning = drive.estimator();
+    let mut without_fixes = drive.estimator();
     let moments = drive.moments(200, 10);
     for moment in &moments {
-        step(&mut reckoning, PoseInput { gnss_fix_count: 0, ..moment.input });
+        step(&mut without_fixes, PoseInput { gnss_fix_count: 0, ..moment.input });
     }
     for std in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let mut estimator = drive.estimator();
         for moment in &moments {
             step(&mut estimator, PoseInput { gnss_std: std, ..moment.input });
         }
-        assert_eq!(estimator.mean(), reckoning.mean(), "{std}");
+        assert_eq!(estimator.mean(), without_fixes.mean(), "{std}");
     }
     let mut estimator = drive.estimator();
     for moment in &moments {
         step(&mut estimator, PoseInput { gnss_x: f64::NAN, ..moment.input });
     }
-    assert_eq!(estimator.mean(), reckoning.mean());
+    assert_eq!(estimator.mean(), without_fixes.mean());
     let last = moments[moments.len() - 1].truth;
-    assert!(away(&reckoning, &last) < 3.0 * reckoning.position_std());
+    assert!(away(&without_fixes, &last) < 3.0 * without_fixes.position_std());
 }
 
 /// Through two seconds without fixes the position stays within three of its own deviations, but for
