@@ -7,9 +7,9 @@ use crate::failure::{Failure, Outcome};
 use crate::log_options::{LogArguments, input_kind, log_file};
 use crate::output::{Kind, Outputs};
 use crate::progress::Progress;
-use formats::AbsorbedDrives;
+use formats::AccumulatedDrives;
 use std::path::PathBuf;
-use sysid::{AbsorbOptions, Absorbed, InputKind};
+use sysid::{AccumulateOptions, Accumulated, InputKind};
 
 /// Accumulate logs of any length into an R factor, a small file that `identify` accepts in place of logs.
 /// R factors of several machines are merged there; the model is that of all logs together
@@ -22,7 +22,7 @@ pub(crate) struct Arguments {
     #[arg(long = "output", short = 'o', value_name = "FILE", default_value = "drives.rfactor")]
     out: PathBuf,
     /// Block rows of the Hankel matrices, the largest horizon for a later identification
-    #[arg(long, value_name = "N", default_value_t = AbsorbOptions::default().horizon)]
+    #[arg(long, value_name = "N", default_value_t = AccumulateOptions::default().horizon)]
     horizon: usize,
     /// Input of the model: the steering angle, or its product with the speed
     #[arg(long, value_name = "steering|steering*speed", default_value = "steering", value_parser = input_kind)]
@@ -39,17 +39,17 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         ));
     }
     let out = Outputs::new(global.force, &arguments.logs)
-        .file(&arguments.out, Kind::of::<AbsorbedDrives>())?;
-    let options = AbsorbOptions {
+        .file(&arguments.out, Kind::of::<AccumulatedDrives>())?;
+    let options = AccumulateOptions {
         log: arguments.log.options(),
         input_kind: arguments.model_input,
         horizon: arguments.horizon,
     };
-    let mut all: Option<Absorbed> = None;
+    let mut all: Option<Accumulated> = None;
     let progress = Progress::start("reading the logs");
     for path in &arguments.logs {
         progress.now(format!("reading {}", path.display()));
-        let one = Absorbed::of_log(log_file(path, &progress)?, &options)?;
+        let one = Accumulated::of_log(log_file(path, &progress)?, &options)?;
         match &mut all {
             Some(all) => all.merge(one)?,
             None => all = Some(one),

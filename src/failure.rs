@@ -88,14 +88,26 @@ macro_rules! from_stage {
 
 from_stage!(
     formats::Error,
-    drivelog::Error,
-    sysid::Error,
     packaging::Error,
     fmi2_host::Error,
     fmu_checker::Error,
     report::Error,
     ::sweep::Error
 );
+
+impl From<drivelog::Error> for Failure {
+    fn from(error: drivelog::Error) -> Self {
+        let hint = log_hint(&error);
+        Self::new(&error, hint)
+    }
+}
+
+impl From<sysid::Error> for Failure {
+    fn from(error: sysid::Error) -> Self {
+        let hint = identification_hint(&error);
+        Self::new(&error, hint)
+    }
+}
 
 impl From<control::Error> for Failure {
     fn from(error: control::Error) -> Self {
@@ -111,12 +123,79 @@ impl From<comparison::Error> for Failure {
     }
 }
 
+/// The option with the name of a library's option.
+fn flag(option: &str) -> String {
+    format!("--{}", option.replace(' ', "-"))
+}
+
+/// The option that names the channel of a role.
+fn channel(role: &str) -> &'static str {
+    match role {
+        "steering" => "--input-channel NAME",
+        "yaw rate" => "--output-channel NAME",
+        "speed" => "--speed-channel NAME",
+        _ => "--time-channel NAME",
+    }
+}
+
+/// The hint of a log's error, with the options where they help.
+fn log_hint(error: &drivelog::Error) -> String {
+    use drivelog::Error as E;
+    let options: &str = match error {
+        E::MissingColumn { role, .. }
+        | E::RoleNotFound { role, .. }
+        | E::NotADrive { role, .. } => channel(role),
+        E::Option { option, .. } => &flag(option),
+        E::DecimalMark { .. } => "--decimal comma, --decimal point",
+        E::UnitNotStated { .. } | E::UnitsDiffer { .. } => match error.suggested_unit() {
+            Some((column, unit)) if column.contains(' ') => &format!("--unit \"{column}={unit}\""),
+            Some((column, unit)) => &format!("--unit {column}={unit}"),
+            None => "--unit",
+        },
+        E::WrongQuantity { column, .. } => &format!("--unit {column}=UNIT"),
+        E::UnusedUnit { .. } | E::Impossible { .. } => "--unit",
+        E::BeyondFullScale { .. } => "--unit, --steering-full-scale",
+        E::NoTime { .. } => "--time-channel NAME, --row-period",
+        E::CoarseClock { .. } => "--row-period",
+        E::Gap { .. } => "--max-gap",
+        E::AmbiguousDrives { first, other, .. } => &format!("--drive {first},{other}"),
+        E::SpeedWindow { .. } => "--speed-window",
+        E::NoSpeedForWindow { .. } => "--speed-channel NAME, --speed-window",
+        E::SteeringRatioUnknown { .. } => "--steering-ratio 15",
+        E::NotARoadWheel { .. } => "--steering-ratio 15, --unit",
+        E::Standstill { .. } => "--speed-channel NAME, --unit, --window",
+        E::TooFewSamples { .. } | E::TooManySamples { .. } => "--window, --sample-time",
+        E::NoOverlap { .. } => "--window",
+        E::SampleTimeTooShort { .. } | E::ClockChanged { .. } => "--sample-time",
+        _ => return error.hint(),
+    };
+    format!("{} ({options})", error.hint())
+}
+
+/// The hint of an identification's error, with the options where they help.
+fn identification_hint(error: &sysid::Error) -> String {
+    use sysid::Error as E;
+    let options: &str = match error {
+        E::Log(error) => return log_hint(error),
+        E::Option { option, .. } => &flag(option),
+        E::TooFewSamples { .. } => "--window, --sample-time",
+        E::SpeedNeeded => "--speed-channel NAME, --structure state-space",
+        E::NoSpeed => "--speed-channel NAME, --model-input steering",
+        E::OrderAboveHorizon { order, .. } => &format!("--horizon {}", order + 2),
+        E::Differ { .. } => "--sample-time, --steering-ratio, --horizon",
+        E::Numerical { .. } => "--horizon, --sample-time",
+        _ => return error.hint(),
+    };
+    format!("{} ({options})", error.hint())
+}
+
 /// The hint of a comparison's error, with the options where they help.
 fn comparison_hint(error: &comparison::Error) -> String {
     use comparison::Error as E;
-    let options = match error {
+    let options: &str = match error {
         E::In { source, .. } => return comparison_hint(source),
         E::Design(error) => return design_hint(error),
+        E::Identification(error) => return identification_hint(error),
         E::OtherModel { file, model } => &format!("--pid {model}={file}"),
         E::NothingToCompare => "--pid",
         E::SampleTimes { .. } => "--pid-sample-time",

@@ -8,10 +8,10 @@ use crate::log_options::{IdentifyArguments, LogArguments};
 use crate::output::Output;
 use crate::progress::Progress;
 use drivelog::LogOptions;
-use formats::AbsorbedDrives;
+use formats::AccumulatedDrives;
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use sysid::{Absorbed, IdentifyOptions};
+use sysid::{Accumulated, IdentifyOptions};
 
 /// Whether all files are R factors instead of logs.
 pub(crate) fn are_factors(paths: &[PathBuf]) -> Result<bool, Failure> {
@@ -67,10 +67,10 @@ pub(crate) fn run(
         ));
     }
     let progress = Progress::start("identifying");
-    let mut all: Option<Absorbed> = None;
+    let mut all: Option<Accumulated> = None;
     for path in paths {
-        let (file, _) = files::read_document::<AbsorbedDrives>(path)?;
-        let one = Absorbed::from_file(&file, &path.display().to_string())?;
+        let (file, _) = files::read_document::<AccumulatedDrives>(path)?;
+        let one = Accumulated::from_file(&file, &path.display().to_string())?;
         match &mut all {
             Some(all) => all.merge(one)?,
             None => all = Some(one),

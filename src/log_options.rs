@@ -5,7 +5,7 @@ use crate::progress::Progress;
 use crate::{files, quantity};
 use drivelog::{DecimalMark, DriveLog, LogFile, LogOptions};
 use std::path::{Path, PathBuf};
-use sysid::{Approach, Detrend, IdentifyOptions, InputKind, Intersample};
+use sysid::{Detrend, IdentifyOptions, InputKind, Intersample, Method};
 
 /// How the log is read. Columns are named as in the header, as `file.csv:column` where several
 /// files have one of that name, and with a leading `-` where the sign is opposite.
@@ -81,7 +81,7 @@ pub(crate) struct IdentifyArguments {
     /// Subspace method: n4sid, moesp and cva for open-loop data, ssarx and pbsid for closed-loop data; auto
     /// decides by a test for feedback
     #[arg(long, value_name = "auto|n4sid|moesp|cva|ssarx|pbsid", default_value = "auto", value_parser = method)]
-    pub(crate) method: Auto<Approach>,
+    pub(crate) method: Auto<Method>,
     /// Order of the model
     #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = number)]
     pub(crate) order: Auto<usize>,
@@ -268,12 +268,12 @@ fn detrend(text: &str) -> Result<Detrend, String> {
     named.ok_or_else(|| "expected mean, linear or none".into())
 }
 
-fn method(text: &str) -> Result<Auto<Approach>, String> {
-    let named = Approach::ALL.into_iter().find(|m| m.name() == text);
+fn method(text: &str) -> Result<Auto<Method>, String> {
+    let named = Method::ALL.into_iter().find(|m| m.name() == text);
     if text == "auto" || named.is_some() {
         Ok(Auto(named))
     } else {
-        let names: Vec<&str> = Approach::ALL.iter().map(|m| m.name()).collect();
+        let names: Vec<&str> = Method::ALL.iter().map(|m| m.name()).collect();
         Err(format!("expected auto, {}", names.join(", ")))
     }
 }

@@ -5,7 +5,7 @@ use crate::Error;
 use crate::models::{Model, ModelDocument};
 use drivelog::DriveLog;
 use formats::SourceFile;
-use sysid::{IdentifyOptions, Judged, fit_percent, variance_accounted_for};
+use sysid::{IdentifyOptions, Validated, fit_percent, variance_accounted_for};
 
 /// The validation data of a drive. Each gap is a NaN.
 pub struct Drive {
@@ -57,7 +57,7 @@ pub(crate) fn validate(
         validated.push(on_log(model, log, options).map_err(|e| e.of(&model.label))?);
         remarks.extend(remark(model, log, options));
     }
-    let first = validated.iter().map(|j| j.first_held_out).max().unwrap_or(0);
+    let first = validated.iter().map(|j| j.first_validation_sample).max().unwrap_or(0);
     let gaps: Vec<usize> =
         log.segments.iter().map(|s| s.range.start).filter(|k| *k > first).collect();
     let validation = |values: &[f64]| -> Vec<f64> {
@@ -77,7 +77,7 @@ pub(crate) fn validate(
         yaw.iter().map(|yaw| yaw - from).collect()
     };
     let yaw = yaw_of(&log.output);
-    let on_drive = |j: Judged| {
+    let on_drive = |j: Validated| {
         let rate = &j.simulated_yaw_rate_radps;
         let simulated = yaw_of(rate);
         OnDrive {
@@ -105,7 +105,7 @@ pub(crate) fn validate(
     })
 }
 
-fn on_log(model: &Model, log: &DriveLog, options: &IdentifyOptions) -> Result<Judged, Error> {
+fn on_log(model: &Model, log: &DriveLog, options: &IdentifyOptions) -> Result<Validated, Error> {
     let ratio = model.design.steering_ratio / log.steering_ratio;
     if !(0.8..=1.25).contains(&ratio) {
         return Err(Error::LogSteeringRatio {
@@ -114,8 +114,8 @@ fn on_log(model: &Model, log: &DriveLog, options: &IdentifyOptions) -> Result<Ju
         });
     }
     Ok(match &model.document {
-        ModelDocument::Identified(plant) => sysid::judge_plant(log, options, plant)?,
-        ModelDocument::Bicycle(bicycle) => sysid::bicycle::judge_bicycle(log, options, bicycle)?,
+        ModelDocument::Identified(plant) => sysid::validate_plant(log, options, plant)?,
+        ModelDocument::Bicycle(bicycle) => sysid::bicycle::validate_bicycle(log, options, bicycle)?,
     })
 }
 

@@ -1,4 +1,4 @@
-//! Brings drives onto the grid, stretch by stretch, and tells what was left out.
+//! Brings drives onto the grid, segment by segment, and reports what was left out.
 
 use crate::channels::LEAST_SAMPLES;
 use crate::drive::Drive;
@@ -23,7 +23,7 @@ impl DriveLog {
             match segments::covered(drive, options, drives.len() > 1)? {
                 Some(spans) => {
                     let (spans, splits) = segments::without_gaps(drive, spans, options);
-                    segments::tell_splits(drive, &splits, &mut self.warnings);
+                    segments::warn_splits(drive, &splits, &mut self.warnings);
                     kept.splits.extend(splits);
                     plans.push((drive, Clock::of(drive), spans));
                 }
@@ -43,7 +43,7 @@ impl DriveLog {
         kept.check(self, options)
     }
 
-    /// Adds the stretches of one drive.
+    /// Adds the segments of one drive.
     fn add(
         &mut self,
         drive: &Drive,
@@ -65,7 +65,7 @@ impl DriveLog {
             let end = grid.start + (grid.count as f64 - 1.0) * step;
             for channel in &drive.channels {
                 let (from, to) = (grid.start - margin, end + margin);
-                channel.tell_bridged(from, to, options.max_gap_s, &mut self.warnings);
+                channel.warn_bridged(from, to, options.max_gap_s, &mut self.warnings);
             }
             let on_grid = |role: Role| Some(drive.channel(role)?.on(&grid));
             let input = on_grid(Role::Steering);
@@ -88,7 +88,7 @@ impl DriveLog {
                 self.push(&grid, run, input.as_deref(), &output, speed.as_deref());
             }
         }
-        kept.tell_short(drive, step, &mut self.warnings);
+        kept.warn_short(drive, step, &mut self.warnings);
         kept.check_moves(drive.channel(Role::Speed))
     }
 
@@ -126,22 +126,23 @@ struct Kept {
 }
 
 impl Kept {
-    /// Says what of a drive is too short.
-    fn tell_short(&mut self, drive: &Drive, step: f64, warnings: &mut Vec<String>) {
+    /// Reports the parts of a drive that are too short.
+    fn warn_short(&mut self, drive: &Drive, step: f64, warnings: &mut Vec<String>) {
         let short = std::mem::take(&mut self.short);
         let Some((from, to)) = short.first() else { return };
         warnings.push(format!(
             "{}: {} shorter than {:.1} s left out, the first from {:.2} s to {:.2} s",
             drive.name,
-            counted(short.len(), "stretch").replace("hs", "hes"),
+            counted(short.len(), "segment"),
             LEAST_SEGMENT as f64 * step,
             from,
             to
         ));
     }
 
-    /// The speed of what is used of a drive is no standstill's: a vehicle at rest has no yaw dynamics, and a
-    /// column that says so while it turns is dead, in another unit or another signal.
+    /// The mean speed of the samples in use is not that of a standstill: a vehicle at rest has no yaw
+    /// dynamics, and a column that is 0 while the vehicle turns is dead, in another unit or another
+    /// signal.
     fn check_moves(&mut self, channel: Option<&Series>) -> Result<(), Error> {
         let (sum, count) = std::mem::take(&mut self.speed);
         let mean_mps = sum / count.max(1) as f64;
@@ -178,7 +179,7 @@ impl Kept {
                 "speed window {from:.1} to {to:.1} m/s: {:.1} s of {:.1} s used, in {}",
                 used as f64 * step,
                 all as f64 * step,
-                counted(log.segments.len(), "stretch").replace("hs", "hes")
+                counted(log.segments.len(), "segment")
             ));
         }
         if used >= LEAST_SAMPLES {
@@ -193,7 +194,7 @@ impl Kept {
     }
 }
 
-/// No clock asks for more samples than can be held.
+/// No clock requires more samples than can be held.
 fn check_size(plans: &[(&Drive, Clock, Vec<Span>)], step: f64) -> Result<(), Error> {
     let mut total = 0.0;
     for (_, clock, spans) in plans {

@@ -79,8 +79,8 @@ fn finished(
 ) -> Result<Series, Error> {
     let (role, unit) = (series.role, series.unit);
     series.bring_to_si(sign)?;
-    let mut unsaid = Vec::new();
-    drop_missing(&mut series, if role.is_place() { &mut unsaid } else { warnings });
+    let mut unreported = Vec::new();
+    drop_missing(&mut series, if role.is_place() { &mut unreported } else { warnings });
     let repeated = average(&mut series)?;
     if role.is_place() {
         // Drop-outs of a receiver are its own affair, and so is a drive without a fix.
@@ -115,7 +115,7 @@ fn finished(
     }
     series.period = median_period(&series.time);
     warnings.extend(series.spikes_in_words());
-    warnings.extend(rows_per_update.map(|rows| intersample::told(&series, rows)));
+    warnings.extend(rows_per_update.map(|rows| intersample::held_steps_warning(&series, rows)));
     if role == Role::YawRate && unit.quantity == Quantity::Angle {
         let limit = series.gap_limit(options.max_gap_s);
         difference(&mut series, limit);

@@ -11,22 +11,22 @@ impl DriveLog {
     /// The same drive with the steering angle delayed by `seconds` against all else.
     ///
     /// At the log's own rate a command is held over each sample, so a fraction of a sample is the
-    /// mean over the time that each of two samples is held. A measured angle, and a
-    /// log that was brought to a lower rate, is smooth between its samples: there, fractions are interpolated by a polynomial through the six
-    /// samples around the instant (Lagrange), which passes lateral dynamics unchanged (at a fifth of
-    /// the sample rate its gain is above 0.98). What was steered before a stretch starts is not
-    /// known: its first value stands for it.
+    /// mean over the time that each of two samples is held. A measured angle, and a log that was
+    /// brought to a lower rate, is smooth between its samples: there, fractions are interpolated by a
+    /// polynomial through the six samples around the instant (Lagrange), which passes lateral dynamics
+    /// unchanged (at a fifth of the sample rate its gain is above 0.98). The steering before the start
+    /// of a segment is unknown: its first value is used for it.
     #[must_use]
     pub fn with_input_delayed(&self, seconds: f64) -> Self {
         let delay = seconds / self.sample_time_s;
         let whole = delay.floor();
         let weights = if self.is_held() { held(delay - whole) } else { lagrange(delay - whole) };
         let mut log = self.clone();
-        for stretch in &self.segments {
-            let samples = &self.input[stretch.range.clone()];
+        for segment in &self.segments {
+            let samples = &self.input[segment.range.clone()];
             let last = samples.len() as i64 - 1;
             let base = (whole as i64).min(last + HALF);
-            for (k, out) in log.input[stretch.range.clone()].iter_mut().enumerate() {
+            for (k, out) in log.input[segment.range.clone()].iter_mut().enumerate() {
                 let at = |tap: i64| samples[(k as i64 - base + tap).clamp(0, last) as usize];
                 *out = weights.iter().zip(-HALF..HALF).map(|(w, tap)| w * at(tap)).sum();
             }

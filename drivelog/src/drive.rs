@@ -3,11 +3,11 @@
 //! A file that brings both steering and yaw rate is a drive of its own, with a clock of its own;
 //! files that bring them together are channels of one drive on one clock. So of several files
 //!
-//! * none of which brings both, or of which one does and the others add to it, are one drive;
-//! * each of which brings both, are as many drives;
-//! * the rest is ambiguous, and refused until it is said which belong together.
+//! * none of which has both, or of which one does and the others add to it, are one drive;
+//! * each of which has both, are as many drives;
+//! * the rest is ambiguous, and rejected until the files of each drive are stated.
 //!
-//! A column named with its file (`a.csv:steer`) says that the files are one drive.
+//! A column named with its file (`a.csv:steer`) means that the files are one drive.
 
 use crate::channels;
 use crate::error::{Error, Place, last_part};
@@ -39,7 +39,7 @@ pub(crate) struct Drive {
     pub(crate) steering_ratio: f64,
 }
 
-/// Files given without a word about which belong together, by drive.
+/// Files whose drives are not stated, by drive.
 pub(crate) fn grouped<'a>(
     tables: Vec<Table<'a>>,
     options: &LogOptions,
@@ -165,7 +165,7 @@ pub(crate) fn steering_ratio(
     }
     if wheel.is_none() && steering.unit.quantity == Quantity::Angle {
         warnings.push(format!(
-            "no steering ratio is given: column `{}` is taken for the road-wheel angle (ratio 1)",
+            "no steering ratio is stated: column `{}` is taken for the road-wheel angle (ratio 1)",
             steering.column
         ));
     }
@@ -181,7 +181,7 @@ fn normalised(
     let Some(angle) = options.steering_full_scale_rad else {
         if steering.unit.quantity == Quantity::Dimensionless {
             warnings.push(format!(
-                "column `{}` has no angle's unit: 1 of it is taken for 1 rad, so angles of the model and of its controller are in that unit; --steering-full-scale states the angle at 1",
+                "column `{}` has no angle's unit: 1 of it is taken for 1 rad, so angles of the model and of its controller are in that unit; the steering full scale states the angle at 1",
                 steering.column
             ));
         }

@@ -30,7 +30,7 @@ impl std::fmt::Display for Place {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[allow(missing_docs)] // the fields are named in the messages
 pub enum Error {
-    #[error("no log was given")]
+    #[error("no log is named")]
     NoFiles,
     #[error("{file}: the file is empty")]
     EmptyFile { file: String },
@@ -64,13 +64,13 @@ pub enum Error {
     NotFinite { at: Box<Place>, text: String },
     #[error("{at}: the unit is not stated")]
     UnitNotStated { at: Box<Place> },
-    #[error("{file}: column `{column}`: `{unit}` is not a unit known here")]
+    #[error("{file}: column `{column}`: `{unit}` is not a known unit")]
     UnknownUnit { file: String, column: String, unit: String },
     #[error("{at}: the header has the unit {header}, the row under it {row}")]
     UnitsDiffer { at: Box<Place>, header: &'static str, row: &'static str },
     #[error("{at}: {value} is beyond ±1, and a full scale is stated for this steering command")]
     BeyondFullScale { at: Box<Place>, value: f64 },
-    #[error("a unit is given for `{column}`, which is not a column that is read")]
+    #[error("a unit is stated for `{column}`, which is not a column that is read")]
     UnusedUnit { column: String },
     #[error(
         "{file}: column `{column}` is in {unit}, which is no unit of the {role} (expected {expected})"
@@ -82,7 +82,7 @@ pub enum Error {
         unit: &'static str,
         expected: &'static str,
     },
-    #[error("{file}: no column tells the time; there are: {available}")]
+    #[error("{file}: no column is the time; there are: {available}")]
     NoTime { file: String, available: String },
     #[error("{at}: time {time} s does not come after {before} s in the row before")]
     TimeNotIncreasing { at: Box<Place>, time: f64, before: f64 },
@@ -96,13 +96,13 @@ pub enum Error {
     )]
     Gap { at: Box<Place>, from_s: f64, to_s: f64, gap_s: f64, limit_s: f64, longest: (f64, f64) },
     #[error(
-        "which files are one drive? {complete} bring steering and yaw rate each, {other} does not"
+        "which files form one drive? {complete} have steering and yaw rate each, {other} does not"
     )]
     AmbiguousDrives { complete: String, first: String, other: String },
     #[error("{second} is the same recording as {first}")]
     RepeatedDrive { first: String, second: String },
     #[error(
-        "the speed stays within {from:.1} to {to:.1} m/s for {kept_s:.1} s only (in stretches of {shortest_s:.1} s or more); it goes from {least:.1} to {most:.1} m/s"
+        "the speed stays within {from:.1} to {to:.1} m/s for {kept_s:.1} s only (in segments of {shortest_s:.1} s or more); it goes from {least:.1} to {most:.1} m/s"
     )]
     SpeedWindow {
         from: f64,
@@ -128,11 +128,11 @@ pub enum Error {
         alternatives: String,
     },
     #[error(
-        "{file}: column `{column}` is a steering wheel's angle, and no steering ratio is given"
+        "{file}: column `{column}` is a steering wheel's angle, and no steering ratio is stated"
     )]
     SteeringRatioUnknown { file: String, column: String },
     #[error(
-        "{at}: {largest_deg:.0}° is more than a road wheel can turn, and no steering ratio is given"
+        "{at}: {largest_deg:.0}° is more than a road wheel can turn, and no steering ratio is stated"
     )]
     NotARoadWheel { at: Box<Place>, largest_deg: f64 },
     #[error("{file}: column `{column}`: a speed of {mean_mps:.2} m/s on average is a standstill")]
@@ -155,9 +155,9 @@ pub enum Error {
         second_from: f64,
         second_to: f64,
     },
-    #[error("a sample time of {asked} s is shorter than the log's own {} s", short(*.least))]
-    SampleTimeTooShort { asked: f64, least: f64 },
-    #[error("option {option}: {value} is out of range, expected {expected}")]
+    #[error("a sample time of {requested} s is shorter than the log's own {} s", short(*.least))]
+    SampleTimeTooShort { requested: f64, least: f64 },
+    #[error("{option}: {value} is out of range, expected {expected}")]
     Option { option: &'static str, value: String, expected: String },
     #[error("{file}: the file has no {role}, and each file is read as a drive of its own here")]
     NotADrive { file: String, role: &'static str },
@@ -172,158 +172,163 @@ impl Error {
     /// What the reader can do about it.
     #[must_use]
     pub fn hint(&self) -> String {
-        match self {
-            Self::NoFiles => "name a CSV file with a header line".into(),
+        let text: &str = match self {
+            Self::NoFiles => "name a CSV file with a header line",
             Self::EmptyFile { .. } | Self::NotText { .. } => {
-                "the log must be CSV text with a header line and a row for each sample".into()
+                "the log must be CSV text with a header line and a row for each sample"
             }
             Self::Utf16 { .. } => {
-                "save it as UTF-8, as with: iconv -f UTF-16 -t UTF-8 LOG > UTF8.csv".into()
+                "save it as UTF-8, as with: iconv -f UTF-16 -t UTF-8 LOG > UTF8.csv"
             }
             Self::RaggedRow { got, expected, .. } if got > expected => {
-                "each row needs a cell for each column; where numbers have decimal commas, export them with ; or tabs between the cells, or with decimal points".into()
+                "each row needs a cell for each column; where numbers have decimal commas, export them with ; or tabs between the cells, or with decimal points"
             }
             Self::Csv { .. } | Self::RaggedRow { .. } => {
-                "mend the row, or cut the file before it; each row needs a cell for each column"
-                    .into()
+                "correct the row, or cut the file before it; each row needs a cell for each column"
             }
-            Self::RepeatedColumn { .. } => "give each column a name of its own".into(),
-            Self::MissingColumn { role, .. } | Self::RoleNotFound { role, .. } => format!(
-                "name it with {}, with a leading - (as in --output-channel=-gyro_down_radps) where its sign is opposite",
-                flag(role)
-            ),
-            Self::AmbiguousColumn { column, files, .. } => {
-                let mut files = files.split(", ");
-                let first = files.next().unwrap_or_default();
-                let column = column.rsplit_once(':').map_or(column.as_str(), |(_, column)| column);
-                if files.next() == Some(first) {
-                    format!("give {first} once")
-                } else {
-                    format!("say which file, as in {first}:{column}")
-                }
+            Self::RepeatedColumn { .. } => "use a different name for each column",
+            Self::MissingColumn { .. } | Self::RoleNotFound { .. } => {
+                "name the channel, with a leading - (as in -gyro_down_radps) where its sign is opposite"
             }
+            Self::AmbiguousColumn { column, files, .. } => return one_file(column, files),
             Self::DecimalMark { .. } => {
-                "state the mark with --decimal comma or --decimal point; export numbers without groups of digits".into()
+                "state the decimal mark, a comma or a point; export numbers without groups of digits"
             }
             Self::NotATime { .. } => {
-                "write all times of a column alike, as in 2024-03-01T10:00:00.010Z or 10:00:00.010; leave a cell blank where it is missing".into()
+                "write all times of a column alike, as in 2024-03-01T10:00:00.010Z or 10:00:00.010; leave a cell blank where it is missing"
             }
             Self::NotANumber { text, .. } if text.contains(':') => {
-                "write times as numbers, or as ISO 8601 does: 2024-03-01T10:00:00.010Z".into()
+                "write times as numbers, or as ISO 8601 does: 2024-03-01T10:00:00.010Z"
             }
             Self::NotANumber { .. } => {
-                "write numbers; leave a cell blank (or NaN) where a sample is missing".into()
+                "write numbers; leave a cell blank (or NaN) where a sample is missing"
             }
-            Self::NotFinite { .. } => "leave the cell blank where a sample is missing".into(),
+            Self::NotFinite { .. } => "leave the cell blank where a sample is missing",
             Self::UnitNotStated { at } => {
                 let column = &at.column;
                 let (suffix, unit) = unit_in_place_of(column);
-                let stated = unit_option(column, unit);
-                let normalised =
-                    if unit == "deg" { "; a normalised command (−1 to 1) has the unit 1" } else { "" };
-                format!(
-                    "end the column's name in its unit, as in {column}_{suffix}, write `{column} [{unit}]`, or state it: --unit {stated}{normalised}"
-                )
+                let normalised = if unit == "deg" {
+                    "; a normalised command (−1 to 1) has the unit 1"
+                } else {
+                    ""
+                };
+                return format!(
+                    "end the column's name in its unit, as in {column}_{suffix}, write `{column} [{unit}]`, or state the unit of the column{normalised}"
+                );
             }
-            Self::UnitsDiffer { at, row, .. } => {
-                format!("state the one that is right: --unit {}", unit_option(&at.column, row))
-            }
+            Self::UnitsDiffer { .. } => "state the unit that is right",
             Self::BeyondFullScale { .. } => {
-                "state the unit % where 100 is the full scale, or the angle's unit; leave --steering-full-scale out where 1 is not the full scale".into()
+                "state the unit % where 100 is the full scale, or the angle's unit; state no full scale where 1 is not the full scale"
             }
-            Self::UnknownUnit { .. } => format!("known units: {}", known_units()),
-            Self::UnusedUnit { .. } => {
-                "spell the name as in the header, or drop the --unit option".into()
+            Self::UnknownUnit { .. } => return format!("known units: {}", known_units()),
+            Self::UnusedUnit { .. } => "spell the name as in the header, or leave its unit out",
+            Self::WrongQuantity { .. } => {
+                "map another column, or state the unit where the name is misleading"
             }
-            Self::WrongQuantity { column, .. } => format!(
-                "map another column, or state the unit where the name misleads: --unit {column}=UNIT"
-            ),
             Self::NoTime { .. } => {
-                "name it with --time-channel, its unit in the name (time_s, t_ms, stamp_ns), or state the rows' period with --row-period".into()
+                "name the time column, with its unit in the name (time_s, t_ms, stamp_ns), or state the time between rows"
             }
             Self::TimeNotIncreasing { .. } => {
-                "sort the rows by time; where two recordings were joined, give them one at a time".into()
+                "sort the rows by time; where two recordings were joined, use one at a time"
             }
             Self::CoarseClock { .. } => {
-                "export the time with more digits, or leave its column out and state --row-period".into()
+                "export the time with more digits, or leave its column out and state the time between rows"
             }
-            Self::Gap { longest, .. } => format!(
-                "the longest part without such a gap, {}s..{}s, is too short to identify from; a larger --max-gap bridges it by a straight line, which is wrong where the vehicle turned",
-                longest.0, longest.1
-            ),
-            Self::AmbiguousDrives { first, other, .. } => format!(
-                "say which belong together, as in --drive {first},{other}, or leave {other} out"
-            ),
-            Self::RepeatedDrive { second, .. } => format!("give {second} once"),
-            Self::SpeedWindow { quartiles: (low, high), .. } => format!(
-                "half of the time it is between {low:.1} and {high:.1} m/s: widen --speed-window, or leave it out"
-            ),
+            Self::Gap { longest, .. } => {
+                return format!(
+                    "the longest part without such a gap, {}s..{}s, is too short to identify from; a larger bound on gaps bridges it by a straight line, which is wrong where the vehicle turned",
+                    longest.0, longest.1
+                );
+            }
+            Self::AmbiguousDrives { first, other, .. } => {
+                return format!(
+                    "state which files form one drive, such as {first} and {other}, or leave {other} out"
+                );
+            }
+            Self::RepeatedDrive { second, .. } => return format!("name {second} once"),
+            Self::SpeedWindow { quartiles: (low, high), .. } => {
+                return format!(
+                    "half of the time it is between {low:.1} and {high:.1} m/s: widen the speed window, or leave it out"
+                );
+            }
             Self::NoSpeedForWindow { .. } => {
-                "name it with --speed-channel, or leave --speed-window out".into()
+                "name the channel of the speed, or leave the speed window out"
             }
             Self::Constant { role, .. } if *role == "steering" => {
-                "nothing can be identified from a steering angle that does not move: check the mapping, or record a slalom".into()
+                "nothing can be identified from a steering angle that does not move: check the mapping, or record a slalom"
             }
-            Self::Constant { .. } => "check the mapping and the sensor".into(),
-            Self::Impossible { alternatives, .. } => alternatives.clone(),
+            Self::Constant { .. } => "check the mapping and the sensor",
+            Self::Impossible { alternatives, .. } => alternatives,
             Self::SteeringRatioUnknown { .. } => {
-                "state the steering angle over the road-wheel angle, as in --steering-ratio 15; 1 where the column is the road wheel's".into()
+                "state the steering ratio, the steering angle over the road-wheel angle, such as 15; 1 where the column is the road wheel's"
             }
             Self::NotARoadWheel { .. } => {
-                "state --steering-ratio (about 15 for a car's steering wheel), or the right unit with --unit".into()
+                "state the steering ratio (about 15 for a car's steering wheel), or the right unit"
             }
             Self::Standstill { .. } => {
-                "map the column that has the speed with --speed-channel NAME, state its unit with --unit, or cut to the part that is driven with --window; without any speed column the dynamics can be identified, but no position".into()
+                "map the channel of the speed, state its unit, or use the part that is driven; without any speed column the dynamics can be identified, but no position"
             }
             Self::TooFewSamples { .. } => {
-                "record longer (a minute or more), widen --window, or give a shorter --sample-time; where the drive was longer, check the unit of the time".into()
+                "record longer (a minute or more), use a longer part of the log, or a shorter sample time; where the drive was longer, check the unit of the time"
             }
             Self::TooFewRows { .. } => {
-                "check that the file has rows with a time and a value in this column; a minute of driving or more is needed".into()
+                "check that the file has rows with a time and a value in this column; a minute of driving or more is needed"
             }
             Self::TooManySamples { .. } => {
-                "check the time column and its unit; cut the drive with --window, or give a longer --sample-time".into()
+                "check the time column and its unit; use a part of the drive, or a longer sample time"
             }
             Self::NoOverlap { .. } => {
-                "the files must be of one drive and count time from one origin; check --window too".into()
+                "the files must be of one drive and count time from one origin; check the time window too"
             }
             Self::SampleTimeTooShort { least, .. } => {
-                format!("give --sample-time {}s or more, or leave it out", short(*least))
+                return format!("use {} s or more, or leave the sample time out", short(*least));
             }
-            Self::Option { option, .. } => format!("give {option} within that range, or leave it out"),
-            Self::NotADrive { role, .. } => format!(
-                "name the column with {}; where a drive's channels are in several files, merge them into one, or identify from the files together: steerwright identify A.csv B.csv",
-                flag(role)
-            ),
+            Self::Option { option, .. } => {
+                return format!("use a value of {option} within that range, or leave it out");
+            }
+            Self::NotADrive { .. } => {
+                "name the channel; where a drive's channels are in several files, merge them into one, or identify from the files together"
+            }
             Self::ClockChanged { .. } => {
-                "cut the file where its rate changes and absorb the parts one by one, with one --sample-time".into()
+                "cut the file where its rate changes and accumulate the parts one by one, with one sample time"
             }
+        };
+        text.to_owned()
+    }
+
+    /// The column and its unit as [`LogOptions::units`](crate::LogOptions::units) would state it, where
+    /// that is missing.
+    #[must_use]
+    pub fn suggested_unit(&self) -> Option<(&str, &'static str)> {
+        match self {
+            Self::UnitNotStated { at } => {
+                Some((at.column.as_str(), unit_in_place_of(&at.column).1))
+            }
+            Self::UnitsDiffer { at, row, .. } => Some((at.column.as_str(), *row)),
+            _ => None,
         }
     }
 }
 
-/// A number for people: nine digits, with an exponent where it is large or small.
+/// How a column that is in several files is named.
+fn one_file(column: &str, files: &str) -> String {
+    let mut files = files.split(", ");
+    let first = files.next().unwrap_or_default();
+    let column = column.rsplit_once(':').map_or(column, |(_, column)| column);
+    if files.next() == Some(first) {
+        format!("name {first} once")
+    } else {
+        format!("name the file too, as in {first}:{column}")
+    }
+}
+
+/// A number for readers: nine digits, with an exponent where it is large or small.
 pub(crate) fn short(x: f64) -> String {
     if x == 0.0 || (1e-4..1e7).contains(&x.abs()) {
         let scale = 10f64.powi(8 - x.abs().max(1e-4).log10().floor() as i32);
         ((x * scale).round() / scale).to_string()
     } else {
         format!("{x:.3e}")
-    }
-}
-
-/// A column and its unit for a command line.
-fn unit_option(column: &str, unit: &str) -> String {
-    if column.contains(' ') { format!("\"{column}={unit}\"") } else { format!("{column}={unit}") }
-}
-
-fn flag(role: &str) -> &'static str {
-    match role {
-        "steering" => "--input-channel NAME",
-        "yaw rate" => "--output-channel NAME",
-        "speed" => "--speed-channel NAME",
-        "time" => "--time-channel NAME",
-        _ => "its option",
     }
 }
 

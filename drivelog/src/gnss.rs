@@ -74,7 +74,7 @@ fn of_drive(drive: &Drive, options: &LogOptions) -> Option<GnssDrive> {
     (!of.fix_m.is_empty()).then_some(of)
 }
 
-/// East and north of a first fix, m, where both coordinates were told at one instant.
+/// East and north of a first fix, m, where both coordinates were reported at one instant.
 fn fixes(east: &Series, north: &Series) -> Vec<(f64, [f64; 2])> {
     let mut pairs = Vec::new();
     let mut other = 0;

@@ -29,7 +29,7 @@ const IN_JUMPS: f64 = 0.5;
 const COMMAND_NAMES: [&str; 9] =
     ["command", "cmd", "target", "setpoint", "request", "desired", "demand", "reference", "_ref"];
 
-/// What the steering does between its samples: as stated, or as name, unit and values say.
+/// What the steering does between its samples: as stated, or as name, unit and values indicate.
 pub(crate) fn of_steering(series: &Series, options: &LogOptions) -> Intersample {
     let name = series.column.to_lowercase();
     options.intersample.unwrap_or_else(|| {
@@ -141,7 +141,7 @@ impl Updates {
 }
 
 /// What is reported of a channel that is slower than its rows.
-pub(crate) fn told(series: &Series, rows: f64) -> String {
+pub(crate) fn held_steps_warning(series: &Series, rows: f64) -> String {
     format!(
         "{}: column `{}`: each value is repeated over {:.0} rows; it is read as updated at {:.1} Hz",
         series.file,
@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn updates_are_told_from_quantisation() {
+    fn updates_are_distinguished_from_quantisation() {
         for rows in [2, 3, 5, 10] {
             let found = rows_per_update(&held(rows, 0.0)).unwrap();
             assert!((found - rows as f64).abs() < 0.01, "{rows}: {found}");
@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn jumps_are_told_from_movement() {
+    fn jumps_are_distinguished_from_movement() {
         let steps: Vec<f64> = (0..4000).map(|k| ((k / 60 * 7919) % 13) as f64).collect();
         assert!(jumps(&steps));
         for quantum in [0.0, 0.001, 0.05, 0.2] {

@@ -19,7 +19,7 @@
 //! # }
 //! ```
 //!
-//! This crate opens no files and knows no models.
+//! This crate opens no files and contains no models.
 
 mod assemble;
 mod channels;

@@ -13,7 +13,7 @@ pub struct DriveLog {
     pub name: String,
     /// Sample time T, s.
     pub sample_time_s: f64,
-    /// The stretches without a gap, in order; together they are all samples.
+    /// The segments without a gap, in order; together they are all samples.
     pub segments: Vec<Segment>,
     /// Steering angle, rad, in the log's coordinates, held over each sample: of an angle that moves on
     /// between its samples, the held one that does the same to a vehicle.
@@ -67,14 +67,14 @@ impl DriveLog {
         self.segments.iter().flat_map(times).collect()
     }
 
-    /// Integral of a yaw rate on the log's samples, rad; what happens in a gap is not known, so each
-    /// stretch starts where the last one ended.
+    /// Integral of a yaw rate on the log's samples, rad; the yaw across a gap is unknown, so each
+    /// segment starts where the last one ended.
     #[must_use]
     pub fn yaw(&self, rate: &[f64]) -> Vec<f64> {
         let mut all: Vec<f64> = Vec::with_capacity(rate.len());
-        for stretch in &self.segments {
+        for segment in &self.segments {
             let from = all.last().copied().unwrap_or(0.0);
-            let yaw = integrate(&rate[stretch.range.clone()], self.sample_time_s);
+            let yaw = integrate(&rate[segment.range.clone()], self.sample_time_s);
             all.extend(yaw.iter().map(|yaw| from + yaw));
         }
         all

@@ -132,7 +132,7 @@ fn at_full_scale(unit: Unit, options: &LogOptions, role: Role) -> Result<Unit, E
     };
     if unit.quantity != Quantity::Dimensionless {
         return Err(Error::Option {
-            option: "--steering-full-scale",
+            option: "steering full scale",
             value: format!("{angle} rad"),
             expected: format!("a steering column in 1 or %; it is in {}", unit.name),
         });
@@ -212,7 +212,7 @@ fn check_quantity(table: &Table<'_>, column: usize, unit: Unit, role: Role) -> R
     })
 }
 
-/// The column that tells the time of a table, with its unit.
+/// The column of the time of a table, with its unit.
 pub(crate) fn time_column(
     table: &Table<'_>,
     options: &LogOptions,

@@ -1,4 +1,4 @@
-//! Whether a log has any noise to speak of.
+//! Whether the noise of a log is negligible.
 
 use crate::resample::{Grid, MARGIN};
 use crate::series::Series;

@@ -32,11 +32,11 @@ impl DecimalMark {
 /// where several files have it, and with a leading `-` where its sign is opposite.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LogOptions {
-    /// Steering angle. `None`: the one column whose name says so.
+    /// Steering angle. `None`: the one column with such a name.
     pub input: Option<String>,
-    /// Yaw rate, or yaw, which is then differenced. `None`: the one column whose name says so.
+    /// Yaw rate, or yaw, which is then differenced. `None`: the one column with such a name.
     pub output: Option<String>,
-    /// Speed. `None`: the one column whose name says so, if there is one.
+    /// Speed. `None`: the one column with such a name, if there is one.
     pub speed: Option<String>,
     /// Time, in every file. `None`: the first column that is named and measured like one.
     pub time: Option<String>,
@@ -51,7 +51,7 @@ pub struct LogOptions {
     pub steering_ratio: Option<f64>,
     /// Parts of each drive to use, from and to, s on its clock; none for all of it.
     pub windows: Vec<(f64, f64)>,
-    /// Speeds to use, from and to, m/s: the stretches where the speed, averaged over a second, stays
+    /// Speeds to use, from and to, m/s: the segments where the speed, averaged over a second, stays
     /// within.
     pub speed_window: Option<(f64, f64)>,
     /// Sample time of the merged recording, s. `None`: about 0.04 s (see
@@ -59,13 +59,13 @@ pub struct LogOptions {
     pub sample_time_s: Option<f64>,
     /// Period of the rows, s, for files without a clock.
     pub row_period_s: Option<f64>,
-    /// What the steering does between its samples. `None`: a command is held (zoh), a measured angle moves
-    /// on (bl); which it is, its name, its unit and its values say.
+    /// What the steering does between its samples. `None`: a command is held (zoh), a measured angle
+    /// moves on (bl); its name, its unit and its values decide which it is.
     pub intersample: Option<Intersample>,
     /// Longest gap that is bridged by a straight line, s; a longer one splits the drive.
     pub max_gap_s: f64,
-    /// Age of a fix at the instant that the log gives it, s. `None`: as far as speed changes on straights
-    /// determine it.
+    /// Age of a fix at the instant that the log states for it, s. `None`: as far as speed changes on
+    /// straights determine it.
     pub gnss_latency_s: Option<f64>,
     /// The antenna ahead of the centre of gravity, m.
     pub antenna_x_m: f64,

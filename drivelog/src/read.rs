@@ -13,8 +13,8 @@ use formats::ChannelSummary;
 
 /// Reads CSV files, each with a header and a clock of its own.
 ///
-/// Files that each bring steering and yaw rate are drives of their own; else the files are channels of
-/// one drive. [`read_drives`] takes files that are grouped already, and says the rest.
+/// Files with steering and yaw rate are drives of their own; other files are channels of one drive.
+/// [`read_drives`] accepts files that are grouped already, and describes the rest.
 ///
 /// # Errors
 /// [`Error`] with file, line and column.
@@ -28,13 +28,13 @@ pub fn read_log(files: &[(String, Vec<u8>)], options: &LogOptions) -> Result<Dri
 ///
 /// The mapped columns of a drive are merged onto a uniform grid over the time that all of them cover
 /// within the windows. Blank cells and gaps up to `max_gap_s` are bridged by straight lines; a longer
-/// gap splits the drive, and so does a speed window. Stretches too short to identify from are left out,
+/// gap splits the drive, and so does a speed window. Segments too short to identify from are left out,
 /// with a warning.
 ///
-/// The sample time is the one asked for, else the multiple of the log's own period that comes
-/// nearest to 0.02 s from below (0.02 s where the clocks differ or are irregular), or the log's own period
-/// where there is next to no noise; the longest of those of the drives. Anti-alias filtering and its effect on the held input are described in the
-/// module `resample`.
+/// The sample time is the requested one, or else the multiple of the log's own period that comes
+/// nearest to 0.02 s from below (0.02 s where the clocks differ or are irregular), or the log's own
+/// period where there is next to no noise; the longest of those of the drives. Anti-alias filtering and
+/// its effect on the held input are described in the module `resample`.
 ///
 /// # Errors
 /// [`Error`] with file, line and column.
@@ -96,13 +96,13 @@ pub(crate) fn check_options(options: &LogOptions) -> Result<(), Error> {
         _ => Ok(()),
     };
     if let Some(ratio) = options.steering_ratio.filter(|r| !(0.01..=1000.0).contains(r)) {
-        let (option, value) = ("--steering-ratio", format!("{ratio:?}"));
+        let (option, value) = ("steering ratio", format!("{ratio:?}"));
         return Err(Error::Option { option, value, expected: "0.01 to 1000".into() });
     }
-    positive("--steering-full-scale", options.steering_full_scale_rad)?;
-    positive("--sample-time", options.sample_time_s)?;
-    positive("--row-period", options.row_period_s)?;
-    positive("--max-gap", Some(options.max_gap_s))?;
+    positive("steering full scale", options.steering_full_scale_rad)?;
+    positive("sample time", options.sample_time_s)?;
+    positive("row period", options.row_period_s)?;
+    positive("max gap", Some(options.max_gap_s))?;
     let range = |option, range: &(f64, f64), expected: &str| match *range {
         (from, to) if from.is_finite() && to.is_finite() && from < to => Ok(()),
         (from, to) => {
@@ -111,15 +111,15 @@ pub(crate) fn check_options(options: &LogOptions) -> Result<(), Error> {
         }
     };
     for window in &options.windows {
-        range("--window", window, "the start before the end")?;
+        range("window", window, "the start before the end")?;
     }
     match &options.speed_window {
-        Some(window) => range("--speed-window", window, "the lower speed before the higher"),
+        Some(window) => range("speed window", window, "the lower speed before the higher"),
         None => Ok(()),
     }
 }
 
-/// A drive given twice would be held out and estimated from at once.
+/// A drive that is named twice would be both estimation and validation data.
 fn check_repeated(drives: &[Drive]) -> Result<(), Error> {
     for (i, drive) in drives.iter().enumerate() {
         let hashes = |d: &Drive| d.files.iter().map(|f| f.sha256.clone()).collect::<Vec<_>>();
@@ -131,7 +131,7 @@ fn check_repeated(drives: &[Drive]) -> Result<(), Error> {
     Ok(())
 }
 
-/// Whether every drive tells its speed.
+/// Whether every drive has a speed.
 fn has_speed(
     drives: &[Drive],
     options: &LogOptions,

@@ -38,7 +38,7 @@ use std::f64::consts::PI;
 
 const ROLL_OFF: f64 = 0.25;
 const HALF_LENGTH: f64 = 8.0;
-/// Samples beyond an instant, on either side, that its filters may ask for.
+/// Samples beyond an instant, on either side, that its filters may need.
 pub(crate) const MARGIN: f64 = HALF_LENGTH + 1.0;
 const KAISER_BETA: f64 = 6.0;
 /// A channel whose period is more fine steps is slower than the fine grid.

@@ -1,9 +1,9 @@
-//! What a column stands for, with the names, units and values it may have.
+//! What a column represents, with the names, units and values it may have.
 
 use crate::options::LogOptions;
 use crate::units::{Quantity, plain_name, split_brackets};
 
-/// What a column stands for.
+/// What a column represents.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Role {
     Steering,
@@ -159,7 +159,7 @@ impl Role {
         }
     }
 
-    /// Whether the name is that of a rate of yaw, whatever its unit says.
+    /// Whether the name is that of a rate of yaw, whatever its unit is.
     pub(crate) fn is_rate(self, header: &str) -> bool {
         let name = plain_name(header);
         let rates =
@@ -215,7 +215,7 @@ impl Role {
         }
     }
 
-    /// Units of the same kind that could have been meant, with the value they would give.
+    /// Units of the same kind that could have been meant, with the value in each of them.
     pub(crate) fn alternatives(self, raw: f64, unit: &str) -> String {
         let deg = std::f64::consts::PI / 180.0;
         let others: &[(&str, f64)] = match self {
@@ -239,7 +239,7 @@ impl Role {
         if fits.is_empty() {
             "no unit makes this possible: check the mapping and that row".into()
         } else {
-            format!("state the right unit with --unit: {}", fits.join(", "))
+            format!("state the right unit: {}", fits.join(", "))
         }
     }
 }

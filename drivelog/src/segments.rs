@@ -14,10 +14,10 @@ use std::ops::Range;
 /// 5 Hz up to which lateral dynamics respond. What a hold of this length does to the response is below
 /// the noise; a shorter one costs time and shows nothing more.
 const AIMED_SAMPLE_TIME: f64 = 0.02;
-/// Shorter stretches say nothing: a block Hankel matrix of 30 block rows has no column in them.
+/// Shorter segments are of no use: a block Hankel matrix of 30 block rows has no column in them.
 pub(crate) const LEAST_SEGMENT: usize = 60;
 /// Speed is averaged over this time, s, before it is held against its window, so that noise at the
-/// window's edge does not break a stretch.
+/// window's edge does not break a segment.
 const SPEED_AVERAGE: f64 = 1.0;
 
 /// From and to, s on the drive's clock.
@@ -120,10 +120,10 @@ pub(crate) fn without_gaps(
     (spans, splits)
 }
 
-/// Says where a drive is split.
-pub(crate) fn tell_splits(drive: &Drive, splits: &[Split], warnings: &mut Vec<String>) {
-    const TOLD: usize = 5;
-    for split in splits.iter().take(TOLD) {
+/// Reports where a drive is split.
+pub(crate) fn warn_splits(drive: &Drive, splits: &[Split], warnings: &mut Vec<String>) {
+    const LISTED: usize = 5;
+    for split in splits.iter().take(LISTED) {
         warnings.push(format!(
             "{}: nothing from {} s to {} s: the drive is split there",
             split.at,
@@ -131,11 +131,11 @@ pub(crate) fn tell_splits(drive: &Drive, splits: &[Split], warnings: &mut Vec<St
             short(split.to)
         ));
     }
-    if splits.len() > TOLD {
+    if splits.len() > LISTED {
         warnings.push(format!(
             "{}: split at {} more",
             drive.name,
-            counted(splits.len() - TOLD, "gap")
+            counted(splits.len() - LISTED, "gap")
         ));
     }
 }
@@ -161,7 +161,7 @@ pub(crate) struct Clock {
     pub(crate) fast: f64,
     /// The sample time that suits it, s.
     preferred: f64,
-    /// Whether steering and yaw rate stand on one uniform clock.
+    /// Whether steering and yaw rate have one uniform clock.
     shared: bool,
     /// Whether the steering, as it is logged, is held between its samples.
     held: bool,
@@ -211,14 +211,14 @@ impl Clock {
     }
 }
 
-/// One sample time for all drives: the one asked for, else the longest that suits one of them.
+/// One sample time for all drives: the requested one, else the longest that suits one of them.
 pub(crate) fn sample_time(clocks: &[&Clock], options: &LogOptions) -> Result<f64, Error> {
     let fastest = clocks.iter().map(|c| c.fast).fold(0.0, f64::max);
     let step = match options.sample_time_s {
-        Some(asked) if asked < fastest * (1.0 - 1e-3) => {
-            return Err(Error::SampleTimeTooShort { asked, least: fastest });
+        Some(requested) if requested < fastest * (1.0 - 1e-3) => {
+            return Err(Error::SampleTimeTooShort { requested, least: fastest });
         }
-        Some(asked) => asked,
+        Some(requested) => requested,
         None => clocks.iter().map(|c| c.preferred).fold(0.0, f64::max),
     };
     // Decimal clocks leave digits like 0.03999999999999915.

@@ -180,8 +180,8 @@ impl Series {
         self.line[(i + 1).min(self.line.len() - 1)]
     }
 
-    /// Tells of the gaps within `from..to` that are bridged.
-    pub(crate) fn tell_bridged(&self, from: f64, to: f64, limit: f64, warnings: &mut Vec<String>) {
+    /// Reports the gaps within `from..to` that are bridged.
+    pub(crate) fn warn_bridged(&self, from: f64, to: f64, limit: f64, warnings: &mut Vec<String>) {
         let limit = self.gap_limit(limit);
         let gap = |i: usize| self.time[i + 1] - self.time[i];
         let small: Vec<usize> = (0..self.time.len() - 1)

@@ -1,6 +1,6 @@
 //! Units of columns: from the suffix of a name, from brackets in the header, or stated.
 //!
-//! A unit is never guessed: a column without one is an error that says how to state it.
+//! A unit is never guessed: a column without one is an error whose hint is how to state it.
 
 /// What a unit measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -19,13 +19,13 @@ mod design;
 mod document;
 mod estimator;
 mod evidence;
-mod factor;
 mod matrix;
 mod path;
 mod pid;
 mod plant;
 mod provenance;
 mod quality;
+mod r_factor;
 mod start;
 mod uncertainty;
 mod vehicle;
@@ -47,7 +47,6 @@ pub use evidence::{
     LimitCycle, Mode, OrderRow, Persistence, PoleZeroMap, PredictionFit, ResidualCorrelation,
     ResidualTest, ResponsePoint, Spread, SteeringPlay,
 };
-pub use factor::{AbsorbedDrives, AbsorbedSpeed};
 pub use matrix::Matrix;
 pub use path::{Guidance, Path, PathPoint};
 pub use pid::{
@@ -58,6 +57,7 @@ pub use plant::{
 };
 pub use provenance::{HashingReader, Provenance, SourceFile, sha256_hex};
 pub use quality::{Grade, Quality, Reason, ReasonCode};
+pub use r_factor::{AccumulatedDrives, AccumulatedSpeed};
 pub use start::Start;
 pub use uncertainty::{
     Estimate, EstimationFocus, FrequencyBand, NORMAL_95, StepBand, UncertainPole, Uncertainty,

@@ -137,7 +137,7 @@ pub(crate) fn build(job: &Job) -> Result<Built, Failure> {
     let bicycle = job.vehicle.as_ref().map(|v| bicycle_at_speed_of(&plant, v)).transpose()?;
     let validated = bicycle
         .as_ref()
-        .map(|b| sysid::bicycle::judge_bicycle(&job.log, &job.identify, b))
+        .map(|b| sysid::bicycle::validate_bicycle(&job.log, &job.identify, b))
         .transpose()?;
     let bicycle_trace = validated.as_ref().map(|j| j.simulated_yaw_rate_radps.as_slice());
     let traces = identify::traces_csv(&identified.traces, bicycle_trace);

@@ -12,11 +12,11 @@ pub enum Error {
     IllConditioned { condition: f64 },
     #[error("{got} samples of {sample_time_s} s are too few: {need} are needed")]
     TooFewSamples { got: usize, need: usize, sample_time_s: f64 },
-    #[error("option {option}: {value} is out of range, expected {expected}")]
+    #[error("{option}: {value} is out of range, expected {expected}")]
     Option { option: &'static str, value: String, expected: String },
-    #[error("the input steering*speed needs a speed column")]
+    #[error("the input steering*speed needs a channel of the speed")]
     NoSpeed,
-    #[error("the structure bicycle needs the speed, and the log has no column of it")]
+    #[error("the structure bicycle needs the speed, and the log has no channel of it")]
     SpeedNeeded,
     #[error("an order of {order} needs a horizon above it; the horizon is {horizon}")]
     OrderAboveHorizon { order: usize, horizon: usize },
@@ -24,9 +24,9 @@ pub enum Error {
     Data { problem: String },
     #[error("{first} and {second} cannot be merged: {problem}")]
     Differ { first: String, second: String, problem: String },
-    #[error("{file}: this is no whole factor: {problem}")]
+    #[error("{file}: this is no complete R factor: {problem}")]
     NoFactor { file: String, problem: String },
-    #[error("no model came out: {problem}")]
+    #[error("no model was identified: {problem}")]
     NoModel { problem: String },
     #[error("a matrix factorisation did not converge: {what}")]
     Numerical { what: &'static str },
@@ -42,31 +42,31 @@ impl Error {
                 "leave out channels that do not move, and record an input that moves at many frequencies, such as a slalom of changing pace".into()
             }
             Self::IllConditioned { .. } => {
-                "absorb the data again with a QR factorisation, Decomposition::Qr".into()
+                "accumulate the data again with a QR factorisation, Decomposition::Qr".into()
             }
             Self::TooFewSamples { .. } => {
-                "record longer (a minute or more), widen --window, or give a shorter --sample-time; where the drive was longer, check the unit of the time".into()
+                "record longer (a minute or more), use a longer part of the log, or a shorter sample time; where the drive was longer, check the unit of the time".into()
             }
-            Self::Option { option, .. } => format!("give {option} within that range, or leave it out"),
+            Self::Option { option, .. } => format!("use a value of {option} within that range, or leave it out"),
             Self::SpeedNeeded => {
-                "name it with --speed-channel (with the steering and yaw rate, or in a file of its own), or identify with --structure state-space".into()
+                "name the channel of the speed (with the steering and yaw rate, or in a file of its own), or identify the structure state-space".into()
             }
-            Self::NoSpeed => "name it with --speed-channel, or identify with the input steering".into(),
+            Self::NoSpeed => "name the channel of the speed, or identify with the input steering".into(),
             Self::OrderAboveHorizon { order, .. } => {
-                format!("give --horizon {} or more, or leave it out", order + 2)
+                format!("use a horizon of {} or more, or leave it out", order + 2)
             }
             Self::Data { .. } => {
-                "give each segment as many samples of input as of output, all of them finite numbers".into()
+                "each segment needs as many samples of input as of output, all of them finite numbers".into()
             }
             Self::Differ { .. } => {
-                "absorb all logs with the same version and options; --sample-time, --steering-ratio and --horizon make them equal where the logs differ".into()
+                "accumulate all logs with the same version and options; state sample time, steering ratio and horizon where the logs differ".into()
             }
-            Self::NoFactor { .. } => "absorb the log again, or copy the file again".into(),
+            Self::NoFactor { .. } => "accumulate the log again, or copy the file again".into(),
             Self::NoModel { .. } => {
                 "check the mapping, the signs and the units; the input must drive the output".into()
             }
             Self::Numerical { .. } => {
-                "look for extreme values in the log; another --horizon or --sample-time may help".into()
+                "look for extreme values in the log; another horizon or sample time may help".into()
             }
         }
     }

@@ -27,7 +27,7 @@
 //! # }
 //! ```
 //!
-//! This crate opens no files, and knows nothing of design or FMUs.
+//! This crate opens no files, and contains no design and no FMUs.
 
 pub mod bicycle;
 mod data;
@@ -45,12 +45,12 @@ pub use data::scaled::Detrend;
 pub use data::{DataSet, Segment, Signals, fit_percent, variance_accounted_for};
 pub use error::Error;
 pub use formats::{InputKind, Intersample};
-pub use identify::accumulated::{AbsorbOptions, Absorbed};
+pub use identify::accumulated::{AccumulateOptions, Accumulated};
 pub use identify::plant::{Identified, Traces};
 pub use identify::{Automatic, TriedOrder, automatic, identify};
 pub use model::{Innovation, StateSpace, simulate};
 pub use selection::delay;
-pub use selection::method::Approach;
+pub use selection::method::Method;
 pub use selection::options::IdentifyOptions;
-pub use subspace::Method;
-pub use validation::judge::{Judged, judge, judge_plant};
+pub use subspace::Weighting;
+pub use validation::validate::{Validated, validate, validate_plant};

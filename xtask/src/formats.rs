@@ -16,7 +16,7 @@ const DOCUMENTS: [(&str, &str); 8] = [
     ("Path", "path.json"),
     ("Estimator", "estimator.json"),
     ("Start", "start.json"),
-    ("AbsorbedDrives", "*.rfactor"),
+    ("AccumulatedDrives", "*.rfactor"),
 ];
 
 const INTRODUCTION: &str = "\

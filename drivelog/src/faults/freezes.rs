@@ -33,9 +33,10 @@ const LEAST_FROZEN_S: f64 = 0.5;
 const FROZEN_FACTOR: f64 = 5.0;
 /// The steering within the run spans at least its standard deviation.
 const STEERED: f64 = 1.0;
-/// Slower on average, a vehicle stands, m/s: steered, it need not yaw.
+/// Slower on average, a vehicle is at rest, m/s: steered, it need not yaw.
 pub(crate) const MOVING_MPS: f64 = 0.5;
-/// The yaw rate's standard deviation over its smallest change, below which repeated values say nothing.
+/// The yaw rate's standard deviation over its smallest change, below which repeated values are no
+/// evidence.
 const FINE_ENOUGH: f64 = 3.0;
 
 /// Runs of equal values whose lengths show what is usual: more change nothing.

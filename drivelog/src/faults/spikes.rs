@@ -130,7 +130,7 @@ impl SpikeFilter {
         }
         let (rows, passed) = (series.value.len(), self.passed);
         let end = if are_last { rows } else { rows.saturating_sub(NEIGHBOURS).max(passed) };
-        // The last rows of a file may be too few to say what is usual.
+        // The last rows of a file may be too few to determine what is usual.
         if let Some(jumps) = Jumps::of(&series.time, &series.value)
             && self.jumps.is_none_or(|earlier| 2 * jumps.count >= earlier.count)
         {

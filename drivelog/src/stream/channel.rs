@@ -16,10 +16,10 @@ use std::rc::Rc;
 
 /// A clock whose median period differs by that share from what it was is another clock.
 const SAME_PERIOD: f64 = 0.1;
-/// Fewest values of which a period is told.
+/// Fewest values from which a period is determined.
 const ENOUGH: usize = 100;
 
-/// What is known of a channel beside the rows at hand.
+/// What is stored of a channel in addition to the rows at hand.
 pub(super) struct Channel {
     pub(super) column: String,
     /// Whether the yaw rate is the difference of a yaw.

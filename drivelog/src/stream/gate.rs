@@ -1,4 +1,4 @@
-//! The parts of a stretch whose speed, averaged over a second, stays within a window, as
+//! The parts of a segment whose speed, averaged over a second, stays within a window, as
 //! [`within_speeds`](crate::segments::within_speeds) finds them in a whole one.
 
 use crate::segments::{LEAST_SEGMENT, half_average};
@@ -7,7 +7,7 @@ use crate::signal::mean;
 /// What comes out of a log, in order.
 #[derive(Debug, Clone, Copy)]
 pub enum Piece<'a> {
-    /// Samples that continue the stretch.
+    /// Samples that continue the segment.
     Samples {
         /// Steering angle, rad.
         steering: &'a [f64],
@@ -16,7 +16,7 @@ pub enum Piece<'a> {
         /// Speed, m/s.
         speed: Option<&'a [f64]>,
     },
-    /// The stretch ends.
+    /// The segment ends.
     End,
 }
 
@@ -50,7 +50,7 @@ impl Gate {
         }
     }
 
-    /// Takes the next samples of the stretch.
+    /// Takes the next samples of the segment.
     pub(super) fn push<E>(
         &mut self,
         samples: [&[f64]; 3],
@@ -66,7 +66,7 @@ impl Gate {
         Ok(())
     }
 
-    /// Ends the stretch.
+    /// Ends the segment.
     pub(super) fn end<E>(
         &mut self,
         sink: &mut dyn FnMut(Piece<'_>) -> Result<(), E>,

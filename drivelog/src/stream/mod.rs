@@ -3,7 +3,7 @@
 //!
 //! A file is a drive of its own. Its sample time and whether its clock is uniform are those of its
 //! first rows; a clock that changes later is refused, since the filters are made for the first. Gaps,
-//! filters and grids are those of the whole reading: a stretch has the same samples however long the
+//! filters and grids are those of the whole reading: a segment has the same samples however long the
 //! chunks are. Spikes and frozen runs are found across the chunks' ends: the last rows wait for those after
 //! them, a run of equal yaw rates for its end, but no longer than a chunk.
 
@@ -39,7 +39,7 @@ const STEERING: usize = 0;
 const YAW_RATE: usize = 1;
 const SPEED: usize = 2;
 
-/// What was read beside the samples.
+/// What was read in addition to the samples.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Streamed {
     /// The file's name without its ending.
@@ -76,7 +76,7 @@ fn in_chunks<E: From<Error>>(
     if !options.windows.is_empty() {
         let value = format!("{} of them", options.windows.len());
         let expected = "none where logs are read in chunks".into();
-        return Err(Error::Option { option: "--window", value, expected }.into());
+        return Err(Error::Option { option: "window", value, expected }.into());
     }
     let mut table = Table::open(file, options.decimal)?;
     for role in [Role::Steering, Role::YawRate] {
@@ -133,7 +133,7 @@ fn in_chunks<E: From<Error>>(
     let repeated = reading.channels.iter().filter_map(|c| c.repeated);
     warnings.extend(repeated.map(|r| r.warning(&reading.drive.channels[0].file)));
     if let Some(spans) = &spans {
-        warnings.extend(spans.told(&reading.drive.name));
+        warnings.extend(spans.warnings(&reading.drive.name));
     }
     warnings.extend(reading.drive.channels.iter().filter_map(Series::spikes_in_words));
     warnings.extend(reading.drive.channels.iter().filter_map(Series::frozen_in_words));
@@ -223,7 +223,7 @@ impl Reading {
             let time = &rows.values[0];
             let last = time.iter().rev().copied().find(|t| !t.is_nan());
             let first = last.and_then(|last| time.iter().position(|t| *t == last));
-            // A clock that stands still is refused below, not held back.
+            // A clock that stops is rejected below, not held back.
             if let Some(first) = first.filter(|first| 2 * first > time.len()) {
                 self.open = rows.split_off(first);
             }
@@ -271,7 +271,7 @@ impl Reading {
         tail.leave_out(&runs);
         let yaw_rate = &mut self.drive.channels[YAW_RATE];
         yaw_rate.append(&mut tail);
-        // One that went on has the start that it had.
+        // A frozen run that continues keeps its start.
         yaw_rate.frozen.retain(|old| runs.iter().all(|new| new[0] != old[0]));
         yaw_rate.frozen.extend(runs);
     }
@@ -287,7 +287,7 @@ impl Reading {
         self.drive.channels[YAW_RATE].value.len() > self.doubtful.value.len()
     }
 
-    /// What the first rows tell: the steering ratio.
+    /// What the first rows determine: the steering ratio.
     fn begin(&mut self, options: &LogOptions, warnings: &mut Vec<String>) -> Result<f64, Error> {
         let yaw_rate = &self.drive.channels[YAW_RATE];
         if yaw_rate.value.is_empty() && !yaw_rate.frozen.is_empty() {
@@ -303,7 +303,7 @@ impl Reading {
                 });
             }
             if let Some(updates) = &channel.updates {
-                warnings.push(intersample::told(series, updates.rows()));
+                warnings.push(intersample::held_steps_warning(series, updates.rows()));
             }
             if channel.is_angle && series.role == Role::YawRate {
                 warnings.push(format!(
@@ -315,7 +315,7 @@ impl Reading {
         steering_ratio(&self.drive.channels[0], options, warnings)
     }
 
-    /// What only the whole file can tell.
+    /// What only the whole file can determine.
     fn check_at_the_end(&self) -> Result<(), Error> {
         for (channel, series) in self.channels.iter().zip(&self.drive.channels) {
             if series.role != Role::Speed && channel.is_constant() {

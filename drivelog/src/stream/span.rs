@@ -1,4 +1,4 @@
-//! The stretches of a drive that is read in chunks, on the grids they have where it is read whole.
+//! The segments of a drive that is read in chunks, on the grids they have where it is read whole.
 
 use super::gate::{Gate, Piece, Sink};
 use crate::drive::Drive;
@@ -13,7 +13,7 @@ use std::rc::Rc;
 /// Most samples between rows that are read together; more, and a clock or an option is wrong.
 const MOST_SAMPLES: usize = 5_000_000;
 
-/// A stretch that may go on.
+/// A segment that may go on.
 struct Open {
     /// Where the data of its grid begin, s.
     from: f64,
@@ -23,7 +23,7 @@ struct Open {
     done: usize,
 }
 
-/// Segment after stretch.
+/// Segment after segment.
 pub(super) struct Spans {
     clock: Clock,
     step: f64,
@@ -151,7 +151,7 @@ impl Spans {
         }
     }
 
-    /// Ends the stretch.
+    /// Ends the segment.
     fn close<E>(&mut self, sink: &mut Sink<'_, E>) -> Result<(), E> {
         if self.open.take().is_none_or(|open| open.done == 0) {
             return Ok(());
@@ -163,19 +163,19 @@ impl Spans {
     }
 
     /// What was split and left out.
-    pub(super) fn told(&self, name: &str) -> Vec<String> {
-        let mut told = Vec::new();
+    pub(super) fn warnings(&self, name: &str) -> Vec<String> {
+        let mut warnings = Vec::new();
         if self.gaps > 0 {
-            told.push(format!("{name}: split at {}", counted(self.gaps, "gap")));
+            warnings.push(format!("{name}: split at {}", counted(self.gaps, "gap")));
         }
         if self.short > 0 {
-            told.push(format!(
+            warnings.push(format!(
                 "{name}: {} shorter than {:.1} s left out",
-                counted(self.short, "stretch").replace("hs", "hes"),
+                counted(self.short, "segment"),
                 LEAST_SEGMENT as f64 * self.step
             ));
         }
-        told
+        warnings
     }
 }
 

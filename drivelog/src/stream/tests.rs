@@ -4,25 +4,21 @@ use super::{Piece, in_chunks};
 use crate::{DriveLog, LogFile, LogOptions, read_log};
 use formats::ChannelSummary;
 
-/// Stretches of (steering, yaw rate, speed).
-type Stretches = Vec<[Vec<f64>; 3]>;
+/// Segments of (steering, yaw rate, speed).
+type Segments = Vec<[Vec<f64>; 3]>;
 
-fn streamed(
-    csv: &str,
-    options: &LogOptions,
-    chunk: usize,
-) -> (f64, Stretches, Vec<ChannelSummary>) {
-    let (mut step, mut stretches, mut open) = (0.0, Stretches::new(), false);
+fn streamed(csv: &str, options: &LogOptions, chunk: usize) -> (f64, Segments, Vec<ChannelSummary>) {
+    let (mut step, mut segments, mut open) = (0.0, Segments::new(), false);
     let file = LogFile::of_bytes("drive.csv", csv.as_bytes());
     let read = in_chunks::<crate::Error>(file, options, chunk, &mut |sample_time_s, piece| {
         step = sample_time_s;
         match piece {
             Piece::Samples { steering, yaw_rate, speed } => {
                 if !open {
-                    stretches.push(Default::default());
+                    segments.push(Default::default());
                 }
                 open = true;
-                let last = stretches.last_mut().unwrap();
+                let last = segments.last_mut().unwrap();
                 let parts = [steering, yaw_rate, speed.unwrap_or_default()];
                 last.iter_mut().zip(parts).for_each(|(all, x)| all.extend_from_slice(x));
             }
@@ -31,23 +27,23 @@ fn streamed(
         Ok(())
     })
     .unwrap();
-    (step, stretches, read.channels)
+    (step, segments, read.channels)
 }
 
-fn whole(csv: &str, options: &LogOptions) -> (DriveLog, Stretches) {
+fn whole(csv: &str, options: &LogOptions) -> (DriveLog, Segments) {
     let log = read_log(&[("drive.csv".into(), csv.as_bytes().to_vec())], options).unwrap();
     let speed = log.speed.clone().unwrap_or_default();
-    let stretches = log.segments.iter().map(|s| {
+    let segments = log.segments.iter().map(|s| {
         let speed = speed.get(s.range.clone()).unwrap_or_default().to_vec();
         [log.input[s.range.clone()].to_vec(), log.output[s.range.clone()].to_vec(), speed]
     });
-    let stretches = stretches.collect();
-    (log, stretches)
+    let segments = segments.collect();
+    (log, segments)
 }
 
-fn assert_same(csv: &str, options: &LogOptions, least_stretches: usize) {
+fn assert_same(csv: &str, options: &LogOptions, least_segments: usize) {
     let (log, expected) = whole(csv, options);
-    assert!(expected.len() >= least_stretches, "{}", expected.len());
+    assert!(expected.len() >= least_segments, "{}", expected.len());
     for chunk in [700, 1033, 5000, 5960, 100_000] {
         let (step, got, channels) = streamed(csv, options, chunk);
         assert_eq!(step, log.sample_time_s);
@@ -106,7 +102,7 @@ fn a_whole_drive_at_its_own_rate_and_filtered() {
 
 #[test]
 fn gaps_split_it_where_they_split_the_whole() {
-    // At the chunks' ends and within, and a stretch too short to keep between two of them.
+    // At the chunks' ends and within, and a segment too short to keep between two of them.
     let gap = |k: usize| {
         (1400..1466).contains(&k) || (3000..3100).contains(&k) || (3150..3260).contains(&k)
     };

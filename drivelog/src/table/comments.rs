@@ -18,7 +18,7 @@ pub(super) struct WithoutComments<R> {
     buffer: Vec<u8>,
 }
 
-/// Where in a line the next byte stands.
+/// Where in a line the next byte is.
 #[derive(Clone, Copy, PartialEq)]
 enum At {
     LineStart,

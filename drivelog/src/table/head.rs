@@ -89,7 +89,7 @@ pub(super) fn is_comment(line: &[u8]) -> bool {
     COMMENTS.iter().any(|comment| line.starts_with(comment))
 }
 
-/// Whether a cell is blank or says that its sample is missing.
+/// Whether a cell is blank or marks a missing sample.
 pub(super) fn is_missing(cell: &str) -> bool {
     cell.is_empty() || ["na", "nan", "null"].iter().any(|m| cell.eq_ignore_ascii_case(m))
 }
@@ -129,7 +129,7 @@ fn stated_delimiter(line: &[u8]) -> Option<u8> {
     }
 }
 
-/// The delimiter that gives most rows as many cells as the header has; of several, the preferred one: of
+/// The delimiter by which most rows have as many cells as the header; of several, the preferred one: of
 /// decimal commas there may be more than of semicolons.
 fn delimiter_of(lines: &[&[u8]]) -> u8 {
     let Some((header, rows)) = lines.split_first() else { return b',' };
@@ -160,7 +160,7 @@ fn is_unit_row(row: &csv::ByteRecord) -> bool {
         && cells.iter().any(|cell| cell != "1" && parse_unit(bare_unit(cell)).is_some())
 }
 
-/// A unit without the brackets that may stand around it.
+/// A unit without the brackets that may enclose it.
 pub(super) fn bare_unit(text: &str) -> &str {
     let inner = |open, close| text.strip_prefix(open)?.strip_suffix(close);
     inner('[', ']').or_else(|| inner('(', ')')).unwrap_or(text).trim()

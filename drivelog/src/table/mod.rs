@@ -1,4 +1,4 @@
-//! One CSV file: its header, and columns of numbers with the line each row stands on.
+//! One CSV file: its header, and columns of numbers with the line of each row.
 //!
 //! The text is read once and never held: what stays of a row are its numbers.
 

@@ -51,7 +51,7 @@ impl Stamps {
 }
 
 fn read(text: &str) -> Option<(Form, f64)> {
-    // Numbers are none, though ISO 8601 knows 20240301 and 1000.
+    // Numbers are none, though 20240301 and 1000 are forms of ISO 8601.
     let bytes = text.as_bytes();
     let is_mark = |at: usize, mark: u8| bytes.get(at) == Some(&mark);
     if is_mark(2, b':') {

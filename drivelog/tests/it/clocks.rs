@@ -73,7 +73,7 @@ fn files_with_clocks_of_their_own_are_merged() {
     for (k, y) in log.output.iter().enumerate() {
         assert!((y - rate(log.segments[0].time0_s + 0.02 * k as f64)).abs() < 5e-4);
     }
-    // The input of the model is held: its sample stands for the middle of its interval.
+    // The input of the model is held: its sample represents the middle of its interval.
     for (k, u) in log.input.iter().enumerate() {
         let middle = log.segments[0].time0_s + 0.02 * k as f64 + 0.5 * 0.02;
         assert!((u - steer(middle)).abs() < 5e-4);
@@ -82,8 +82,8 @@ fn files_with_clocks_of_their_own_are_merged() {
     let options = LogOptions { input: Some("steer_rad".into()), ..LogOptions::default() };
     let error = read_log(&same, &options).unwrap_err();
     assert!(matches!(&error, Error::AmbiguousColumn { files, .. } if files == "a.csv, c.csv"));
-    let told = LogOptions { input: Some("a.csv:steer_rad".into()), ..LogOptions::default() };
-    assert_eq!(read_log(&same, &told).unwrap().input, log.input);
+    let stated = LogOptions { input: Some("a.csv:steer_rad".into()), ..LogOptions::default() };
+    assert_eq!(read_log(&same, &stated).unwrap().input, log.input);
     let late = csv("time_s,yaw_rate_radps", 500, |k| format!("{},{}", 100.0 + k as f64, k));
     let error = read_log(&[files[0].clone(), ("late.csv".into(), late)], &LogOptions::default());
     assert!(matches!(error, Err(Error::Impossible { .. } | Error::NoOverlap { .. })));
@@ -124,7 +124,7 @@ fn bad_files_are_refused_with_their_place() {
     assert!(matches!(read_log(&[], &o), Err(Error::NoFiles)));
 }
 
-/// A reader that gives a byte at a time, and fails where told.
+/// A reader that returns a byte at a time, and fails at a stated byte.
 struct Slow<'a>(&'a [u8], usize);
 
 impl std::io::Read for Slow<'_> {
@@ -191,7 +191,7 @@ fn a_sensor_that_is_slower_than_the_rows_is_read_as_it_was_updated() {
     }
 }
 
-/// A command is held however it is named, where its values say so.
+/// A command is held however it is named, where its values show so.
 #[test]
 fn what_the_steering_does_between_its_samples_is_detected() {
     let with = |name: &str, angle: fn(usize) -> f64| {

@@ -52,7 +52,7 @@ fn files_that_bring_everything_are_drives_of_their_own() {
     let none = LogOptions { windows: vec![(50.0, 60.0)], ..o.clone() };
     let error = read_log(&[file("a.csv", &good()), file("b.csv", &other_drive())], &none);
     assert!(matches!(error, Err(Error::NoOverlap { .. })));
-    // The same drive twice would judge a model by what it was estimated from.
+    // The same drive twice would validate a model on its own estimation data.
     let error = read_log(&[file("a.csv", &good()), file("copy.csv", &good())], &o).unwrap_err();
     assert!(
         matches!(&error, Error::RepeatedDrive { first, second } if first == "a.csv" && second == "copy.csv")
@@ -64,7 +64,7 @@ fn files_that_bring_everything_are_drives_of_their_own() {
 }
 
 #[test]
-fn which_files_are_one_drive_is_told_or_asked() {
+fn files_of_one_drive_are_stated_or_requested() {
     let o = LogOptions::default();
     let bare = csv("time_s,steer_rad,yaw_rate_radps", 1000, |k| good_row(k).replace(",15.0", ""));
     let speed = csv("time_s,speed_mps", 1000, |k| format!("{},15", k as f64 * 0.01));
@@ -75,7 +75,7 @@ fn which_files_are_one_drive_is_told_or_asked() {
     let three = [file("a.csv", &bare), file("b.csv", &other_drive()), file("speed.csv", &speed)];
     let error = read_log(&three, &o).unwrap_err();
     assert!(matches!(error, Error::AmbiguousDrives { .. }), "{error:?}");
-    assert!(error.hint().contains("--drive a.csv,speed.csv"), "{}", error.hint());
+    assert!(error.hint().contains("a.csv and speed.csv"), "{}", error.hint());
     let open = |i: usize| LogFile::of_bytes(&three[i].0, &three[i].1);
     let log = read_drives(vec![open(1)], vec![vec![open(0), open(2)]], &o).unwrap();
     assert_eq!(

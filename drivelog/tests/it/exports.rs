@@ -63,7 +63,7 @@ fn excel_with_german_settings() {
 }
 
 #[test]
-fn an_open_decimal_mark_is_asked_for() {
+fn an_open_decimal_mark_is_rejected() {
     let header = "time_ms;steer_deg;yaw_rate_degps;speed_kmh\n";
     // 1,234 ms or 1234 ms?
     let open = rows(|k, _, _, _, _| {
@@ -72,7 +72,7 @@ fn an_open_decimal_mark_is_asked_for() {
     let e = refused(format!("{header}{open}").into_bytes(), &o());
     assert!(
         matches!(e, Error::DecimalMark { ref at, other: None, .. } if at.line == 2)
-            && e.hint().contains("--decimal comma"),
+            && e.hint().contains("a comma or a point"),
         "{e:?}"
     );
     let comma = LogOptions { decimal: Some(DecimalMark::Comma), ..o() };
@@ -103,7 +103,7 @@ fn an_open_decimal_mark_is_asked_for() {
 }
 
 #[test]
-fn units_stand_under_the_header() {
+fn units_below_the_header() {
     let body = rows(|_, t, s, r, v| format!("{t:.3};{s:.9};{r:.9};{v:.1}"));
     let names = "Time;StWhlAng;YawRate;VehicleSpeed";
     let wheel = LogOptions { steering_ratio: Some(1.0), ..o() };
@@ -121,7 +121,7 @@ fn units_stand_under_the_header() {
     assert!(matches!(e, Error::UnitsDiffer { row: "deg/s", header: "rad/s", .. }), "{e:?}");
     let stated = units(&[("YawRate", "deg/s")]);
     same(text, &LogOptions { units: stated, ..wheel.clone() });
-    // A row of text that is no row of units is refused where it stands.
+    // A row of text that is not a row of units is rejected with its line.
     let e = refused(format!("{names}\na;b;c;d\n{body}").into_bytes(), &wheel);
     assert!(matches!(e, Error::UnitNotStated { .. }), "{e:?}");
 }
@@ -262,7 +262,7 @@ fn names_of_the_tools() {
     ] {
         same(format!("{header}\n{radians}"), &o());
     }
-    // Steering wheels are asked for their ratio.
+    // The ratio of a steering wheel is required.
     for name in ["Lenkradwinkel", "SteeringWheelAngle", "StWhlAng", "handwheel_angle", "SWA"] {
         let text = format!("time_s,{name} [deg],yaw_rate_degps,speed_kmh\n{degrees}");
         assert!(
@@ -271,7 +271,7 @@ fn names_of_the_tools() {
         );
         same(text, &LogOptions { steering_ratio: Some(1.0), ..o() });
     }
-    // openpilot: a rate of the steering beside its angle, which is not taken for it.
+    // openpilot: a rate of the steering in addition to its angle, which is not mistaken for it.
     let more = degrees.replace('\n', ",3.0,1\n");
     let header =
         "time_s,steeringAngleDeg,yawRate [deg/s],vEgo [km/h],steeringRateDeg,steeringTorque";
@@ -301,7 +301,7 @@ fn a_normalised_command_has_a_stated_full_scale_or_is_taken_as_it_is() {
     let percent = rows(|_, t, s, r, v| format!("{t:.2},{:.9},{r:.9},{v}", s * 5.0));
     same(format!("time_s,steering [%],yaw_rate_degps,speed_kmh\n{percent}"), &full_only());
     let as_it_is = read_one(text.clone().into(), &one).unwrap();
-    let warned = as_it_is.warnings.iter().any(|w| w.contains("--steering-full-scale"));
+    let warned = as_it_is.warnings.iter().any(|w| w.contains("steering full scale"));
     assert!(warned && as_it_is.input[10].abs() < 0.2, "{:?}", as_it_is.warnings);
     let command = read_one(text.clone().into(), &LogOptions { intersample: None, ..full });
     assert_eq!(command.unwrap().channels[0].intersample, Some(Intersample::Zoh));

@@ -16,12 +16,12 @@ pub(crate) fn warning<'a>(log: &'a DriveLog, part: &str) -> &'a str {
     found.unwrap_or_else(|| panic!("no `{part}` in {:?}", log.warnings))
 }
 
-/// Every sample is where and what it is in the drive without gaps, and the stretches are all samples.
+/// Every sample is where and what it is in the drive without gaps, and the segments are all samples.
 fn is_part_of(log: &DriveLog, tolerance: f64) {
     let mut next = 0;
-    for stretch in &log.segments {
-        assert_eq!(stretch.range.start, next);
-        next = stretch.range.end;
+    for segment in &log.segments {
+        assert_eq!(segment.range.start, next);
+        next = segment.range.end;
     }
     assert_eq!((next, log.input.len()), (log.len(), log.len()));
     for (t, y) in log.time_s().into_iter().zip(&log.output) {
@@ -45,15 +45,15 @@ fn short_gaps_are_bridged_and_long_ones_split_the_drive() {
         })
     };
     let log = read_one(blanks(300, 304), &o).unwrap();
-    let told = warning(&log, "yaw_rate_radps");
-    assert!(told.contains("4 samples") && told.contains("302-305"), "{told}");
+    let split = warning(&log, "yaw_rate_radps");
+    assert!(split.contains("4 samples") && split.contains("302-305"), "{split}");
     assert_eq!(log.segments.len(), 1);
     is_part_of(&log, 2e-3);
-    // Blank for a second: two stretches, and the steering that is there is not used between them.
+    // Blank for a second: two segments, and the steering that is there is not used between them.
     let log = read_one(blanks(400, 500), &o).unwrap();
-    let told = warning(&log, "split");
-    assert!(told.starts_with("drive.csv:502: column `yaw_rate_radps`"), "{told}");
-    assert!(told.contains("nothing from 3.99 s to 5 s"), "{told}");
+    let split = warning(&log, "split");
+    assert!(split.starts_with("drive.csv:502: column `yaw_rate_radps`"), "{split}");
+    assert!(split.contains("nothing from 3.99 s to 5 s"), "{split}");
     assert_eq!(log.segments.len(), 2);
     is_part_of(&log, 1e-4);
     // Rows missing altogether: 0.2 s bridged, 1 s not.
@@ -61,11 +61,11 @@ fn short_gaps_are_bridged_and_long_ones_split_the_drive() {
     assert!(warning(&log, "bridged").contains("line 401"));
     assert_eq!(log.segments.len(), 1);
     let log = read_one(holed(&good(), &[400..500]), &o).unwrap();
-    let told: Vec<&String> = log.warnings.iter().filter(|w| w.contains("split")).collect();
+    let split: Vec<&String> = log.warnings.iter().filter(|w| w.contains("split")).collect();
     // Once for the file, though three columns have the gap.
-    assert!(told.len() == 1 && told[0].starts_with("drive.csv:401:"), "{told:?}");
+    assert!(split.len() == 1 && split[0].starts_with("drive.csv:401:"), "{split:?}");
     assert_eq!(log.segments.len(), 2);
-    // The anti-alias filter takes 0.36 s at either end of each stretch.
+    // The anti-alias filter takes 0.36 s at either end of each segment.
     let ends: Vec<(f64, f64)> = log
         .segments
         .iter()
@@ -84,10 +84,10 @@ fn short_gaps_are_bridged_and_long_ones_split_the_drive() {
         [0..300, 300..700]
     );
     is_part_of(&log, 1e-8);
-    // A piece too short is left out and told.
+    // A piece that is too short is left out and reported.
     let log = read_one(holed(&good(), &[100..200, 300..400]), &o).unwrap();
     assert_eq!(log.segments.len(), 1);
-    assert!(warning(&log, "left out").contains("2 stretches"));
+    assert!(warning(&log, "left out").contains("2 segments"));
     // One wild instant at the end costs itself alone.
     let wild = with_line(1001, "1e300,0.01,0.1,15");
     let log = read_one(wild, &o).unwrap();
@@ -102,7 +102,7 @@ fn gaps_that_leave_nothing_are_refused_with_the_longest_whole_part() {
     let Error::Gap { at, gap_s, longest, .. } = e.clone() else { panic!("{e:?}") };
     assert!(at.line > 1 && (gap_s - 0.71).abs() < 1e-9, "{e}");
     assert!((longest.1 - longest.0 - 0.59).abs() < 0.03, "{longest:?}");
-    assert!(e.hint().contains("--max-gap"), "{}", e.hint());
+    assert!(e.hint().contains("bound on gaps"), "{}", e.hint());
 }
 
 #[test]
@@ -134,7 +134,7 @@ fn windows_may_be_several() {
 }
 
 #[test]
-fn a_speed_window_keeps_the_stretches_within_it() {
+fn a_speed_window_keeps_the_segments_within_it() {
     // 8 m/s for 20 s, up to 15 m/s within 5 s, 15 m/s with noise for 35 s, 30 m/s to the end.
     let speed = |k: usize| match k {
         0..2000 => 8.0,
@@ -153,7 +153,7 @@ fn a_speed_window_keeps_the_stretches_within_it() {
     assert_eq!(log.segments.len(), 1, "{:?}", log.segments);
     let (from, to) = (log.time_s()[0], log.time_s()[log.len() - 1]);
     assert!((24.0..25.0).contains(&from) && (59.0..60.1).contains(&to), "{from} {to}");
-    assert!(warning(&log, "speed window").contains("in 1 stretch"), "{:?}", log.warnings);
+    assert!(warning(&log, "speed window").contains("in 1 segment"), "{:?}", log.warnings);
     is_part_of(&log, 1e-4);
     let log = read_one(bytes.clone(), &window(7.0, 16.0)).unwrap();
     assert!((log.len() as f64 * 0.04 - 59.5).abs() < 1.0);
@@ -163,7 +163,7 @@ fn a_speed_window_keeps_the_stretches_within_it() {
     // A filtered jump overshoots.
     assert!((least - 8.0).abs() < 0.1 && (30.0..32.0).contains(&most), "{least} {most}");
     assert!(quartiles.0 < 9.0 && (15.0..17.0).contains(&quartiles.1), "{quartiles:?}");
-    assert!(error.hint().contains("--speed-window"), "{}", error.hint());
+    assert!(error.hint().contains("speed window"), "{}", error.hint());
     let still = csv("time_s,steer_rad,yaw_rate_radps", 1000, |k| good_row(k).replace(",15.0", ""));
     let error = read_one(still, &window(7.0, 16.0)).unwrap_err();
     assert!(matches!(error, Error::NoSpeedForWindow { .. }), "{error:?}");

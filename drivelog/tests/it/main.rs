@@ -1,5 +1,5 @@
-//! Logs as they are found: several files and clocks, units, and every kind of bad input, each of
-//! which must be refused with its place and a hint, or mended with a warning.
+//! Logs as they are found: several files and clocks, units, and every kind of bad input, each of which
+//! must be rejected with its place and a hint, or corrected with a warning.
 #![allow(clippy::unwrap_used, clippy::panic, clippy::single_range_in_vec_init)]
 
 mod clocks;

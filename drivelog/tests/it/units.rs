@@ -125,7 +125,7 @@ fn a_road_wheel_that_is_none_is_named_with_file_and_line() {
 }
 
 #[test]
-fn a_speed_that_says_standstill_is_refused() {
+fn the_speed_of_a_standstill_is_refused() {
     let at = |speed: &str, options: &LogOptions| {
         let speed = speed.to_owned();
         let row = |k: usize| good_row(k).replace(",15.0", &format!(",{speed}"));
@@ -136,7 +136,7 @@ fn a_speed_that_says_standstill_is_refused() {
         let e = at(speed, &o).unwrap_err();
         assert!(matches!(e, Error::Standstill { .. }), "{speed}: {e:?}");
         assert!(e.to_string().starts_with("drive.csv: column `speed_mps`"), "{e}");
-        assert!(e.hint().contains("--speed"), "{}", e.hint());
+        assert!(e.hint().contains("channel of the speed"), "{}", e.hint());
     }
     // A constant speed is what a test drive aims at.
     assert!(at("5.0", &o).is_ok());

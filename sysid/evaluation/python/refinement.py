@@ -86,13 +86,13 @@ else:
     covariance = sigma2 * R @ R.T
 
 
-def tell(name, of):
+def report(name, of):
     by = jacobian(lambda t: np.array([of(t)]), theta)
     variance = float((by @ covariance @ by.T)[0, 0])
     print(name, repr(float(of(theta))), repr(float(np.sqrt(max(variance, 0.0)))))
 
 
-tell("gain", lambda t: response(t, 0.0).real)
+report("gain", lambda t: response(t, 0.0).real)
 for omega in (0.1, 0.5, 1.5):
-    tell(f"magnitude({omega})", lambda t, omega=omega: abs(response(t, omega)))
-tell("slowest_pole", lambda t: max(abs(np.roots(np.concatenate(([1.0], t[:n]))))))
+    report(f"magnitude({omega})", lambda t, omega=omega: abs(response(t, omega)))
+report("slowest_pole", lambda t: max(abs(np.roots(np.concatenate(([1.0], t[:n]))))))

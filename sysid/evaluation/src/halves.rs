@@ -2,7 +2,7 @@
 
 use drivelog::DriveLog;
 
-/// The same drive with its halves exchanged: the second half comes first, in stretches of its own.
+/// The same drive with its halves exchanged: the second half comes first, in segments of its own.
 #[must_use]
 pub fn swapped_halves(log: &DriveLog) -> DriveLog {
     let (n, half) = (log.len(), log.len() / 2);

@@ -14,4 +14,4 @@ pub use halves::swapped_halves;
 pub use known::*;
 pub use linear_car::{Course, LinearCar, LinearDrive, LinearLog, STEERING_RATIO, Steering};
 pub use parallel::on_all_cores;
-pub use python::{ask, python, single_threaded};
+pub use python::{python, request, single_threaded};

@@ -17,7 +17,7 @@ pub fn processor_time_s() -> f64 {
     START.get_or_init(std::time::Instant::now).elapsed().as_secs_f64()
 }
 
-/// Peak resident set of this process, bytes, where the system tells.
+/// Peak resident set of this process, bytes, where the system reports it.
 #[must_use]
 pub fn peak_memory() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;

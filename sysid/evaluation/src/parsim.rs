@@ -39,8 +39,8 @@ pub fn poles(data: &DataSet, horizon: usize, order: usize) -> Result<Vec<(f64, f
     drop(input);
     let output = child.wait_with_output().map_err(|e| format!("Python was lost: {e}"))?;
     if !output.status.success() {
-        let told = String::from_utf8_lossy(&output.stderr);
-        return Err(told.lines().last().unwrap_or("Python failed").to_string());
+        let message = String::from_utf8_lossy(&output.stderr);
+        return Err(message.lines().last().unwrap_or("Python failed").to_string());
     }
     let number = |x: Option<&str>| x.and_then(|x| x.parse::<f64>().ok());
     String::from_utf8_lossy(&output.stdout)

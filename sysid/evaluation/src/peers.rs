@@ -1,4 +1,4 @@
-//! Other people's identification, run in a Python process beside ours on the same data.
+//! Other people's identification, run in a Python process on the same data.
 
 use faer::Mat;
 use serde_json::{Value, json};
@@ -20,7 +20,7 @@ pub struct Peers {
 pub struct PeerModel {
     /// Processor seconds of one run.
     pub seconds: f64,
-    /// Its model; the gain is zero where it gives none.
+    /// Its model; the gain is zero where it has none.
     pub model: Innovation,
 }
 
@@ -48,13 +48,13 @@ impl Peers {
     /// # Errors
     /// Where the process fails.
     pub fn load(&mut self, path: &Path, count: usize) -> Result<(), String> {
-        self.ask(&json!({ "do": "load", "path": path, "count": count })).map(drop)
+        self.request(&json!({ "do": "load", "path": path, "count": count })).map(drop)
     }
 
     /// SLICOT's combined method with the algorithm `C` (Cholesky) or `Q` (QR) for the factor.
     ///
     /// # Errors
-    /// Where it gives no model.
+    /// Where it returns no model.
     pub fn slicot(
         &mut self,
         s: usize,
@@ -64,15 +64,15 @@ impl Peers {
     ) -> Result<PeerModel, String> {
         let request =
             json!({ "do": "slicot", "s": s, "n": order, "alg": algorithm, "repeat": repeat });
-        self.ask(&request).and_then(|v| model(&v))
+        self.request(&request).and_then(|v| model(&v))
     }
 
     /// `sippy` or `nfoursid`.
     ///
     /// # Errors
-    /// Where it gives no model.
+    /// Where it returns no model.
     pub fn other(&mut self, name: &str, s: usize, order: usize) -> Result<PeerModel, String> {
-        self.ask(&json!({ "do": name, "s": s, "n": order })).and_then(|v| model(&v))
+        self.request(&json!({ "do": name, "s": s, "n": order })).and_then(|v| model(&v))
     }
 
     /// Peak resident set of the process, bytes.
@@ -80,11 +80,11 @@ impl Peers {
     /// # Errors
     /// Where the process fails.
     pub fn peak_memory(&mut self) -> Result<f64, String> {
-        let answer = self.ask(&json!({ "do": "memory" }))?;
+        let answer = self.request(&json!({ "do": "memory" }))?;
         answer["bytes"].as_f64().ok_or_else(|| "no number of bytes".into())
     }
 
-    fn ask(&mut self, request: &Value) -> Result<Value, String> {
+    fn request(&mut self, request: &Value) -> Result<Value, String> {
         writeln!(self.requests, "{request}").map_err(|e| format!("the interpreter: {e}"))?;
         let mut line = String::new();
         self.answers.read_line(&mut line).map_err(|e| format!("the interpreter: {e}"))?;

@@ -22,7 +22,7 @@ pub fn python() -> Result<Command, String> {
     Ok(command)
 }
 
-/// Gives a program one thread for linear algebra and OpenBLAS its own choice of kernels.
+/// Limits a program to one thread for linear algebra, with OpenBLAS's own choice of kernels.
 pub fn single_threaded(command: &mut Command) {
     for threads in ["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"] {
         command.env(threads, "1");
@@ -37,7 +37,11 @@ pub fn single_threaded(command: &mut Command) {
 ///
 /// # Errors
 /// In words, where there is no interpreter, or the program fails.
-pub fn ask(program: &str, numbers: &[f64], arguments: &[String]) -> Result<Vec<String>, String> {
+pub fn request(
+    program: &str,
+    numbers: &[f64],
+    arguments: &[String],
+) -> Result<Vec<String>, String> {
     let mut command = python()?;
     let mut file = tempfile::NamedTempFile::new().map_err(|e| e.to_string())?;
     let bytes: Vec<u8> = numbers.iter().flat_map(|x| x.to_le_bytes()).collect();

@@ -1,5 +1,5 @@
-//! Numbers that carry their derivatives (forward-mode differentiation): the simulation is written
-//! once and gives its sensitivities to the last bit, without a step size.
+//! Numbers that carry their derivatives (forward-mode differentiation): the simulation is written once,
+//! and its sensitivities are exact to rounding, without a step size.
 
 use std::ops::{Add, Mul, Neg, Sub};
 

@@ -1,10 +1,10 @@
 //! Estimation by the simulation error: Levenberg–Marquardt over the parameters and each segment's
-//! initial states, from several starts.
+//! initial states, from several initial estimates.
 //!
 //! What is minimised is `Σ (y − ŷ)² + s²·Σ ((p − μ)/σ)²`: the squared simulation errors, and the priors
-//! of [`crate::bicycle::parameters`]. `s²` is the long-run variance of the errors (their spectral density at
-//! zero): for white errors their variance, for errors that last it is that much larger, since then
-//! neighbouring samples say the same and the drive weighs less against what is known before. With
+//! of [`crate::bicycle::parameters`]. `s²` is the long-run variance of the errors (their spectral
+//! density at zero). For white errors it is their variance. For correlated errors it is larger by as
+//! much as neighbouring samples are redundant, and the drive has less weight against the priors. With
 //! that, the sum is twice the negative log posterior density up to the factor s².
 
 use crate::Error;
@@ -12,7 +12,7 @@ use crate::bicycle::parameters::{
     ALL, DELAY, FRONT, INDEX, LAG, PARAMETERS, Prior, REAR, STEERING_FACTOR, STEERING_OFFSET,
     WHEELBASE, YAW_RATE_OFFSET, priors,
 };
-use crate::bicycle::simulate::{Start, Stretch, sensitivities, yaw_rate};
+use crate::bicycle::simulate::{InitialState, SpeedSegment, sensitivities, yaw_rate};
 use crate::data::statistics::long_run_variance;
 use crate::linalg::dense::least_squares;
 use crate::linalg::elimination::Elimination;
@@ -24,12 +24,12 @@ const STEPS: usize = 40;
 const LEAST_GAIN: f64 = 1e-8;
 /// Largest step: of a logarithm, and of what is measured in its prior's deviations.
 const LARGEST_STEP: f64 = 1.0;
-/// Starts that are refined, of those that are tried.
+/// Initial estimates that are refined, of those that are tried.
 const REFINED: usize = 2;
 
 /// What is estimated from.
 pub(super) struct Problem<'a> {
-    pub(super) segments: Vec<Stretch<'a>>,
+    pub(super) segments: Vec<SpeedSegment<'a>>,
     /// Share λ of the weight on the front axle.
     pub(super) share: f64,
     pub(super) priors: [Prior; PARAMETERS],
@@ -44,7 +44,7 @@ pub(super) struct Problem<'a> {
 pub(super) struct Estimate {
     pub(super) parameters: [f64; PARAMETERS],
     /// Initial v_y and r of each segment.
-    pub(super) starts: Vec<Start>,
+    pub(super) initial_states: Vec<InitialState>,
     /// Long-run variance s² of the errors, per sample.
     pub(super) long_run_variance: f64,
     /// The cost function's value.
@@ -55,7 +55,7 @@ impl<'a> Problem<'a> {
     /// All parameters free but the delay (0 unless `delay`), and the wheelbase where it is stated or
     /// else the factor on the steering.
     pub(super) fn new(
-        segments: Vec<Stretch<'a>>,
+        segments: Vec<SpeedSegment<'a>>,
         share: f64,
         wheelbase: Option<f64>,
         delay: bool,
@@ -71,20 +71,24 @@ impl<'a> Problem<'a> {
     }
 
     pub(super) fn samples(&self) -> usize {
-        self.segments.iter().map(Stretch::len).sum()
+        self.segments.iter().map(SpeedSegment::len).sum()
     }
 
     /// Errors y − ŷ of all segments; `None` where the model leaves all bounds.
-    pub(super) fn errors(&self, p: &[f64; PARAMETERS], starts: &[Start]) -> Option<Vec<Vec<f64>>> {
-        let of = |(s, start): (&Stretch<'_>, &Start)| {
+    pub(super) fn errors(
+        &self,
+        p: &[f64; PARAMETERS],
+        initial_states: &[InitialState],
+    ) -> Option<Vec<Vec<f64>>> {
+        let of = |(s, start): (&SpeedSegment<'_>, &InitialState)| {
             let simulated = yaw_rate(p, self.share, s, start)?;
             Some(s.yaw_rate.iter().zip(&simulated).map(|(y, r)| y - r).collect())
         };
-        self.segments.iter().zip(starts).map(of).collect()
+        self.segments.iter().zip(initial_states).map(of).collect()
     }
 
-    fn cost(&self, p: &[f64; PARAMETERS], starts: &[Start], s2: f64) -> Option<f64> {
-        let errors = self.errors(p, starts)?;
+    fn cost(&self, p: &[f64; PARAMETERS], initial_states: &[InitialState], s2: f64) -> Option<f64> {
+        let errors = self.errors(p, initial_states)?;
         let sum: f64 = errors.iter().flatten().map(|e| e * e).sum();
         let prior: f64 = self.free.iter().map(|&i| self.deviation(p, i).powi(2)).sum();
         let cost = sum + s2 * prior;
@@ -96,10 +100,10 @@ impl<'a> Problem<'a> {
         (p[i] - self.priors[i].mean) / self.priors[i].deviation
     }
 
-    /// Estimates from several starts.
+    /// Estimates from several initial estimates.
     ///
     /// # Errors
-    /// [`Error::NoModel`] where no start gives a simulation within all bounds.
+    /// [`Error::NoModel`] where no initial estimate has a simulation within all bounds.
     pub(super) fn solve(&self) -> Result<Estimate, Error> {
         let output: Vec<f64> = self.segments.iter().flat_map(|s| s.yaw_rate).copied().collect();
         // Before there are errors: a tenth of the signal, as if white.
@@ -108,13 +112,13 @@ impl<'a> Problem<'a> {
             .candidates()
             .into_iter()
             .filter_map(|parameters| {
-                let starts: Vec<Start> = self
+                let initial_states: Vec<InitialState> = self
                     .segments
                     .iter()
                     .map(|s| [0.0, s.yaw_rate.first().copied().unwrap_or(0.0)])
                     .collect();
-                let cost = self.cost(&parameters, &starts, s2)?;
-                Some(Estimate { parameters, starts, long_run_variance: s2, cost })
+                let cost = self.cost(&parameters, &initial_states, s2)?;
+                Some(Estimate { parameters, initial_states, long_run_variance: s2, cost })
             })
             .collect();
         tried.sort_by(|a, b| a.cost.total_cmp(&b.cost));
@@ -130,9 +134,9 @@ impl<'a> Problem<'a> {
         })?;
         // The weight of the priors follows from the errors; they hardly depend on it in turn.
         for _ in 0..2 {
-            let Some(errors) = self.errors(&best.parameters, &best.starts) else { break };
+            let Some(errors) = self.errors(&best.parameters, &best.initial_states) else { break };
             let s2 = long_run_variance(&errors).max(f64::MIN_POSITIVE);
-            let cost = self.cost(&best.parameters, &best.starts, s2).unwrap_or(best.cost);
+            let cost = self.cost(&best.parameters, &best.initial_states, s2).unwrap_or(best.cost);
             best = self.refine(Estimate { long_run_variance: s2, cost, ..best })?;
         }
         Ok(best)
@@ -145,13 +149,15 @@ impl<'a> Problem<'a> {
     pub(super) fn solve_with_delay(&self, without: &Estimate) -> Result<Estimate, Error> {
         let s2 = without.long_run_variance;
         let mut best: Option<Estimate> = None;
-        // A long lag without a delay may be a delay: shared out in two ways.
+        // A long lag without a delay may be a delay: it is shared out in two ways.
         for part in [0.0, 0.7] {
             let mut from = without.clone();
             let lag = from.parameters[LAG].exp();
             from.parameters[DELAY] = part * lag;
             from.parameters[LAG] = ((1.0 - part) * lag).ln();
-            let Some(cost) = self.cost(&from.parameters, &from.starts, s2) else { continue };
+            let Some(cost) = self.cost(&from.parameters, &from.initial_states, s2) else {
+                continue;
+            };
             let found = self.refine(Estimate { cost, ..from })?;
             if best.as_ref().is_none_or(|b| found.cost < b.cost) {
                 best = Some(found);
@@ -218,16 +224,16 @@ impl<'a> Problem<'a> {
                 for (&i, step) in self.free.iter().zip(&solution.shared) {
                     parameters[i] += scale * step;
                 }
-                let moved_start = |(start, step): (&Start, &Vec<f64>)| {
+                let moved_start = |(start, step): (&InitialState, &Vec<f64>)| {
                     std::array::from_fn(|i| start[i] + scale * step[i])
                 };
-                let starts: Vec<Start> =
-                    best.starts.iter().zip(&solution.own).map(moved_start).collect();
-                if let Some(cost) = self.cost(&parameters, &starts, best.long_run_variance)
+                let initial_states: Vec<InitialState> =
+                    best.initial_states.iter().zip(&solution.own).map(moved_start).collect();
+                if let Some(cost) = self.cost(&parameters, &initial_states, best.long_run_variance)
                     && cost < best.cost
                 {
                     moved = 1.0 - cost / best.cost > LEAST_GAIN;
-                    best = Estimate { parameters, starts, cost, ..best };
+                    best = Estimate { parameters, initial_states, cost, ..best };
                     damping = (damping * 0.1).max(1e-12);
                     break;
                 }
@@ -263,7 +269,7 @@ impl<'a> Problem<'a> {
         let free = self.free.len();
         let s = at.long_run_variance.sqrt();
         let mut system = Elimination::new(free, OWN);
-        for (k, (segment, start)) in self.segments.iter().zip(&at.starts).enumerate() {
+        for (k, (segment, start)) in self.segments.iter().zip(&at.initial_states).enumerate() {
             let found = self.sensitivities(&at.parameters, segment, start)?;
             let n = segment.len();
             // The priors come with the first segment's rows.
@@ -292,15 +298,18 @@ impl<'a> Problem<'a> {
     pub(super) fn sensitivities(
         &self,
         p: &[f64; PARAMETERS],
-        segment: &Stretch<'_>,
-        start: &Start,
+        segment: &SpeedSegment<'_>,
+        start: &InitialState,
     ) -> Option<crate::bicycle::simulate::Sensitivities> {
         sensitivities(p, self.share, segment, start, self.free.contains(&DELAY))
     }
 
     /// The initial states with which given parameters follow the segments best; the yaw rate is
     /// linear in them. `None` where the model leaves all bounds.
-    pub(super) fn starts(&self, p: &[f64; PARAMETERS]) -> Result<Option<Vec<Start>>, Error> {
+    pub(super) fn initial_states(
+        &self,
+        p: &[f64; PARAMETERS],
+    ) -> Result<Option<Vec<InitialState>>, Error> {
         let mut all = Vec::new();
         for segment in &self.segments {
             let from = [0.0, segment.yaw_rate.first().copied().unwrap_or(0.0)];

@@ -4,8 +4,8 @@ use crate::Error;
 use crate::bicycle::estimate::Estimate;
 use crate::bicycle::options::BicycleOptions;
 use crate::bicycle::parameters::{PARAMETERS, STEERING_OFFSET, YAW_RATE_OFFSET, combinations};
-use crate::bicycle::recording::{Judged, Recording, count, of as samples};
-use crate::bicycle::uncertainty::{deviation, directions};
+use crate::bicycle::recording::{Recording, Simulation, count, of as samples};
+use crate::bicycle::uncertainty::{covariance_factor, deviation};
 use crate::data::statistics::variance_accounted_for;
 use crate::sideslip::sideslip;
 use drivelog::DriveLog;
@@ -26,7 +26,7 @@ pub(super) struct Known<'a> {
     pub(super) recording: &'a Recording,
     pub(super) estimate: &'a Estimate,
     pub(super) covariance: &'a [[f64; PARAMETERS]; PARAMETERS],
-    pub(super) judged: &'a Judged,
+    pub(super) simulation: &'a Simulation,
     pub(super) with_delay: WithDelay,
 }
 
@@ -43,18 +43,18 @@ impl Known<'_> {
                 unit: c.unit.into(),
             })
             .collect();
-        let (log, judged) = (self.log, self.judged);
+        let (log, simulation) = (self.log, self.simulation);
         let split = &self.recording.split;
         let mut evidence = BicycleEvidence {
             estimation_samples: count(&split.estimation),
             validation_samples: count(&split.validation),
             sample_time_s: log.sample_time_s,
-            estimation_fit: judged.estimation_fit,
-            validation_fit: judged.validation_fit.fit,
-            held_out: Some(self.held_out()),
+            estimation_fit: simulation.estimation_fit,
+            validation_fit: simulation.validation_fit.fit,
+            held_out: Some(self.validation()),
             speed,
             identified,
-            directions: directions(self.covariance)?,
+            directions: covariance_factor(self.covariance)?,
             stated: self.stated(),
             steering_offset_rad: p[STEERING_OFFSET] * log.steering_ratio,
             largest_steering_rate_radps: Some(log.fastest_steering()),
@@ -74,14 +74,14 @@ impl Known<'_> {
     pub(super) fn variance(&self) -> f64 {
         let ranges = &self.recording.split.estimation;
         let samples = ranges.iter().flat_map(|r| r.clone());
-        let square = |k: usize| (self.log.output[k] - self.judged.simulated[k]).powi(2);
+        let square = |k: usize| (self.log.output[k] - self.simulation.simulated[k]).powi(2);
         samples.map(square).sum::<f64>() / count(ranges).max(1) as f64
     }
 
-    fn held_out(&self) -> HeldOut {
-        let (split, fit) = (&self.recording.split, &self.judged.validation_fit);
+    fn validation(&self) -> HeldOut {
+        let (split, fit) = (&self.recording.split, &self.simulation.validation_fit);
         let [measured, simulated] =
-            [&self.log.output, &self.judged.simulated].map(|x| samples(x, &split.validation));
+            [&self.log.output, &self.simulation.simulated].map(|x| samples(x, &split.validation));
         // A file holds finite numbers only.
         let variance_accounted_for = variance_accounted_for(&measured, &simulated).max(-1e9);
         let instants = self.log.time_s();
@@ -109,7 +109,7 @@ impl Known<'_> {
         let v = &samples(&self.recording.speed, &self.recording.split.estimation);
         SpeedSummary {
             min_mps: v.iter().copied().fold(f64::INFINITY, f64::min),
-            // Of a vehicle that stands most of the time too, so that eq 13 can be written.
+            // Of a vehicle that is at rest most of the time too, so that eq 13 can be written.
             mean_mps: mean(v).max(1.0),
             max_mps: v.iter().copied().fold(0.0, f64::max),
             standard_deviation_mps: standard_deviation(v),
@@ -148,7 +148,7 @@ impl Known<'_> {
         let (milliseconds, error) = (1e3 * d.input_delay_s.abs(), 2e3 * d.standard_error_s);
         if matters && d.input_delay_s > 0.0 {
             e.warnings.push(format!(
-                "the steering acts {milliseconds:.0} ms late (± {error:.0} ms), which the plant cannot: its actuator's lag stands for it, with a fit of {:.2} % in place of {:.2} % on estimation data",
+                "the steering acts {milliseconds:.0} ms late (± {error:.0} ms), and the plant has no delay: its actuator's lag represents it, with a fit of {:.2} % in place of {:.2} % on estimation data",
                 e.estimation_fit, d.estimation_fit
             ));
         } else if matters {
@@ -158,12 +158,12 @@ impl Known<'_> {
         }
         if e.speed.standard_deviation_mps < LEAST_SPREAD * e.speed.mean_mps {
             e.warnings.push(format!(
-                "the speed hardly varies ({:.1} m/s ± {:.1}): what depends on it rests on what is known of road vehicles, not on this drive",
+                "the speed hardly varies ({:.1} m/s ± {:.1}): the parameters that depend on it follow from the prior of road vehicles, not from this drive",
                 e.speed.mean_mps, e.speed.standard_deviation_mps
             ));
         }
-        if !self.judged.bounded {
-            e.warnings.push("the model diverges on the held-out data".into());
+        if !self.simulation.bounded {
+            e.warnings.push("the model diverges on the validation data".into());
         }
     }
 }

@@ -19,18 +19,18 @@ mod document;
 mod dual;
 mod estimate;
 mod evidence;
-mod judge;
 mod options;
 mod parameters;
 mod quality;
 mod recording;
 mod simulate;
 mod uncertainty;
+mod validate;
 
 use crate::Error;
 use crate::bicycle::estimate::{Estimate, Problem};
 use crate::bicycle::parameters::DELAY;
-use crate::bicycle::recording::{Judged, Recording};
+use crate::bicycle::recording::{Recording, Simulation};
 use crate::bicycle::simulate::within;
 use crate::data::split::Split;
 use crate::identify::plant::Traces;
@@ -38,8 +38,8 @@ use drivelog::DriveLog;
 use formats::{Bicycle, Document, Provenance, WithDelay};
 use std::ops::Range;
 
-pub use crate::bicycle::judge::judge_bicycle;
 pub use crate::bicycle::options::BicycleOptions;
+pub use crate::bicycle::validate::validate_bicycle;
 
 /// A bicycle with the signals behind its plots.
 #[derive(Debug, Clone, PartialEq)]
@@ -52,8 +52,8 @@ pub struct IdentifiedBicycle {
 
 /// Identifies the bicycle in `log`, which must have a speed.
 ///
-/// The end of the log is held out, or blocks of it where its end is not excited; they judge the model and
-/// choose nothing.
+/// The validation data are the end of the log, or blocks of it where its end is not excited; they
+/// validate the model and take no part in its choice.
 ///
 /// # Errors
 /// [`Error`] where the log or the options allow no model. A poor model is no error: the evidence and
@@ -65,23 +65,24 @@ pub fn identify_bicycle(
     options.check()?;
     let recording =
         Recording::new(log, &|turned| Split::new(log, turned, options.validation_fraction))?;
-    let stretches = recording.stretches(log);
+    let segments = recording.segments(log);
     let problem = |ranges: &[Range<usize>], delay: bool| {
-        Problem::new(within(&stretches, ranges), options.front_share(), options.wheelbase_m, delay)
+        Problem::new(within(&segments, ranges), options.front_share(), options.wheelbase_m, delay)
     };
     let folded = problem(&recording.split.estimation, false);
     let found = folded.solve()?;
     let delayed = problem(&recording.split.estimation, true);
     let with_delay = delayed.solve_with_delay(&found)?;
-    let held_out = problem(&recording.split.validation, false);
-    let judge = |e: &Estimate| -> Result<Judged, Error> {
-        let estimation = folded.errors(&e.parameters, &e.starts);
-        let starts = held_out.starts(&e.parameters)?;
-        let validation = starts.and_then(|starts| held_out.errors(&e.parameters, &starts));
-        Ok(Judged::new(log, &recording, estimation, validation))
+    let validation = problem(&recording.split.validation, false);
+    let simulate = |e: &Estimate| -> Result<Simulation, Error> {
+        let estimation = folded.errors(&e.parameters, &e.initial_states);
+        let initial_states = validation.initial_states(&e.parameters)?;
+        let validation = initial_states
+            .and_then(|initial_states| validation.errors(&e.parameters, &initial_states));
+        Ok(Simulation::new(log, &recording, estimation, validation))
     };
-    let judged = judge(&found)?;
-    let judged_with_delay = judge(&with_delay)?;
+    let simulation = simulate(&found)?;
+    let simulation_with_delay = simulate(&with_delay)?;
 
     let covariance = uncertainty::covariance(&folded, &found)?;
     let with_delay = WithDelay {
@@ -90,8 +91,8 @@ pub fn identify_bicycle(
             .max(0.0)
             .sqrt(),
         actuator_time_constant_s: with_delay.parameters[parameters::LAG].exp(),
-        estimation_fit: judged_with_delay.estimation_fit,
-        validation_fit: judged_with_delay.validation_fit.fit,
+        estimation_fit: simulation_with_delay.estimation_fit,
+        validation_fit: simulation_with_delay.validation_fit.fit,
     };
     let known = evidence::Known {
         log,
@@ -99,7 +100,7 @@ pub fn identify_bicycle(
         recording: &recording,
         estimate: &found,
         covariance: &covariance,
-        judged: &judged,
+        simulation: &simulation,
         with_delay,
     };
     let evidence = known.evidence()?;
@@ -120,10 +121,10 @@ pub fn identify_bicycle(
     };
     let bicycle = document::document(vehicle, evidence, quality, provenance);
     bicycle.checked("bicycle.json").map_err(|e| Error::NoModel { problem: e.to_string() })?;
-    Ok(IdentifiedBicycle { bicycle, traces: traces(log, &recording, &judged) })
+    Ok(IdentifiedBicycle { bicycle, traces: traces(log, &recording, &simulation) })
 }
 
-fn traces(log: &DriveLog, recording: &Recording, judged: &Judged) -> Traces {
+fn traces(log: &DriveLog, recording: &Recording, simulation: &Simulation) -> Traces {
     let mut is_validation = vec![false; log.len()];
     recording.split.validation.iter().for_each(|r| is_validation[r.clone()].fill(true));
     Traces {
@@ -132,7 +133,7 @@ fn traces(log: &DriveLog, recording: &Recording, judged: &Judged) -> Traces {
         yaw_rate_radps: log.output.clone(),
         is_validation,
         yaw_rad: log.yaw(&log.output),
-        simulated_yaw_rad: log.yaw(&judged.simulated),
-        simulated_yaw_rate_radps: judged.simulated.clone(),
+        simulated_yaw_rad: log.yaw(&simulation.simulated),
+        simulated_yaw_rate_radps: simulation.simulated.clone(),
     }
 }

@@ -12,14 +12,15 @@ const CONVENTIONAL_SHARE: f64 = 0.5;
 /// Options of [`identify_bicycle`](crate::bicycle::identify_bicycle).
 #[derive(Debug, Clone, PartialEq)]
 pub struct BicycleOptions {
-    /// Mass, kg, which yaw rate cannot tell; 1500 where `None`.
+    /// Mass, kg, which does not follow from the yaw rate; 1500 where `None`.
     pub mass_kg: Option<f64>,
     /// Wheelbase, m. Stated, the steering ratio is identified in its place; `None` identifies the
     /// wheelbase by the log's steering ratio.
     pub wheelbase_m: Option<f64>,
-    /// Share of the weight on the front axle, Lr/L, which yaw rate hardly tells; 0.5 where `None`.
+    /// Share of the weight on the front axle, Lr/L, which hardly follows from the yaw rate; 0.5 where
+    /// `None`.
     pub front_share: Option<f64>,
-    /// Share of the log, at its end, that is held out for validation.
+    /// Share of the log, at its end, that is validation data.
     pub validation_fraction: f64,
 }
 
@@ -46,10 +47,10 @@ impl BicycleOptions {
             let expected = format!("{low} to {high}{unit}");
             Err(Error::Option { option, value: format!("{value}{unit}"), expected })
         };
-        within("--validation-fraction", 100.0 * self.validation_fraction, (10.0, 90.0), " %")?;
-        within("--mass", self.mass(), (10.0, 200_000.0), " kg")?;
-        within("--front-share", 100.0 * self.front_share(), (10.0, 90.0), " %")?;
-        within("--wheelbase", self.wheelbase_m.unwrap_or(2.7), (0.3, 20.0), " m")
+        within("validation fraction", 100.0 * self.validation_fraction, (10.0, 90.0), " %")?;
+        within("mass", self.mass(), (10.0, 200_000.0), " kg")?;
+        within("front share", 100.0 * self.front_share(), (10.0, 90.0), " %")?;
+        within("wheelbase", self.wheelbase_m.unwrap_or(2.7), (0.3, 20.0), " m")
     }
 
     /// The options in force by name, for the provenance.

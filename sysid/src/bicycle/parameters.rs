@@ -1,4 +1,4 @@
-//! What yaw rate can tell of a bicycle, and the parameters made of it.
+//! What the yaw rate determines of a bicycle, and the parameters made of it.
 //!
 //! With f = Cf/m, g = Cr/m and ρ = J/m, eq 13 in its body-frame form (v_y, r) at the speed v has
 //!
@@ -8,7 +8,8 @@
 //! p4 = f·g·L²/ρ        p5 = (b·g − a·f)/ρ
 //! ```
 //!
-//! The mass is in none of them, so it cannot be told from yaw rate: it scales J, Cf and Cr alike. With
+//! The mass is in none of them, so the yaw rate does not determine it: it scales J, Cf and Cr alike.
+//! With
 //! α = a·f/ρ and β = b·g/ρ (the yaw acceleration by a front and a rear slip angle), the dynamic index
 //! η = J/(m·a·b) and the front axle's share λ = b/L of the weight,
 //!
@@ -49,8 +50,8 @@ pub(super) const STEERING_FACTOR: usize = 8;
 /// Below this speed the plant's dynamics are those of this speed, m/s, as in the FMU.
 pub(super) const BLEND_SPEED: f64 = 1.0;
 
-/// What is known of road vehicles before the drive: a normal distribution of each parameter, wide
-/// enough for a kart and a lorry. It matters where the drive says nothing.
+/// Prior knowledge of road vehicles: a normal distribution of each parameter, wide enough for a kart
+/// and a lorry. It matters where the drive has no information.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Prior {
     pub(super) mean: f64,

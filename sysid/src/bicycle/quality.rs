@@ -1,5 +1,6 @@
-//! The quality of an identified bicycle: does the log say enough, can sign, gain and wheelbase be a road
-//! vehicle's, was the recording sound, and does the model simulate data that it has not seen.
+//! The quality of an identified bicycle: whether the log is informative enough, sign, gain and
+//! wheelbase can be a road vehicle's, the recording was sound, and the model simulates the validation
+//! data.
 
 use crate::bicycle::evidence::{Known, LEAST_SPREAD};
 use crate::bicycle::parameters::{Coefficients, STEERING_FACTOR, STEERING_OFFSET, YAW_RATE_OFFSET};
@@ -24,7 +25,7 @@ impl Known<'_> {
         let (mut reasons, mut advice) = (Vec::new(), Vec::new());
         let pairs = pairs(self.log);
         let reversed = opposite(&pairs, self.log.sample_time_s);
-        // Of a yaw rate reversed the model's gain and offsets say nothing.
+        // Gain and offsets of a model of a reversed yaw rate are meaningless.
         let gain_error = if reversed.is_some() { None } else { uncertain_gain(e) };
         let has_gain = reversed.is_none() && gain_error.is_none();
         let implausible = match reversed {
@@ -61,7 +62,7 @@ impl Known<'_> {
         let one_speed = e.speed.standard_deviation_mps < LEAST_SPREAD * e.speed.mean_mps;
         if one_speed {
             advice.push(
-                "for other speeds than this one, give logs at several speeds, or one whose speed varies"
+                "for other speeds than this one, use logs at several speeds, or one whose speed varies"
                     .to_owned(),
             );
         }

@@ -1,7 +1,7 @@
 //! The recording as the model sees it, and how a model follows it.
 
 use crate::Error;
-use crate::bicycle::simulate::Stretch;
+use crate::bicycle::simulate::SpeedSegment;
 use crate::data::split::Split;
 use crate::validation::fit::{FitWithError, fit_with_error};
 use crate::validation::prediction::BLOCK_S;
@@ -62,9 +62,12 @@ impl Recording {
         Ok(Self { steering, speed, split })
     }
 
-    /// The log's stretches, each with its place.
-    pub(super) fn stretches<'a>(&'a self, log: &'a DriveLog) -> Vec<(Range<usize>, Stretch<'a>)> {
-        let of = |range: &Range<usize>| Stretch {
+    /// The log's segments, each with its place.
+    pub(super) fn segments<'a>(
+        &'a self,
+        log: &'a DriveLog,
+    ) -> Vec<(Range<usize>, SpeedSegment<'a>)> {
+        let of = |range: &Range<usize>| SpeedSegment {
             sample_time: log.sample_time_s,
             before: &[],
             steering: &self.steering[range.clone()],
@@ -85,15 +88,15 @@ pub(super) fn of(signal: &[f64], ranges: &[Range<usize>]) -> Vec<f64> {
 }
 
 /// A model compared with the drive.
-pub(super) struct Judged {
+pub(super) struct Simulation {
     pub(super) estimation_fit: f64,
     pub(super) validation_fit: FitWithError,
     pub(super) simulated: Vec<f64>,
-    /// Whether the simulation of the held-out part stayed within all bounds.
+    /// Whether the simulation of the validation data stayed within all bounds.
     pub(super) bounded: bool,
 }
 
-impl Judged {
+impl Simulation {
     /// Fit of a part that left all bounds, percent: nothing of the drive is reproduced.
     const LOST: f64 = -100.0;
 

@@ -10,7 +10,7 @@
 //!     | 0  0  0 |
 //! ```
 //!
-//! and so are its derivatives, by h as well, which gives that by the delay.
+//! and so are its derivatives, by h as well, from which the one by the delay follows.
 
 use crate::bicycle::dual::{Dual, Scalar};
 use crate::bicycle::parameters::{ALL, Coefficients, PARAMETERS};
@@ -18,7 +18,7 @@ use std::ops::Range;
 
 /// A recording without a gap: steering angle at the road wheel, speed, yaw rate.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Stretch<'a> {
+pub(super) struct SpeedSegment<'a> {
     pub(super) sample_time: f64,
     /// Steering before the first sample, where it was recorded: what the wheel and the delay still
     /// have of it.
@@ -28,14 +28,14 @@ pub(super) struct Stretch<'a> {
     pub(super) yaw_rate: &'a [f64],
 }
 
-impl Stretch<'_> {
+impl SpeedSegment<'_> {
     pub(super) fn len(&self) -> usize {
         self.yaw_rate.len()
     }
 }
 
 /// Initial v_y and r.
-pub(super) type Start = [f64; 2];
+pub(super) type InitialState = [f64; 2];
 
 /// Yaw rates beyond this end a simulation, rad/s: no vehicle turns like that, and a diverging model
 /// must not reach infinity.
@@ -146,7 +146,7 @@ impl<S: Scalar> Transition<S> {
 /// for the derivative by its length.
 fn run<S: Scalar>(
     c: &Coefficients<S>,
-    recording: &Stretch<'_>,
+    recording: &SpeedSegment<'_>,
     start: [S; 2],
     by_delay: bool,
     mut each: impl FnMut(S),
@@ -200,8 +200,8 @@ fn run<S: Scalar>(
 pub(super) fn yaw_rate(
     p: &[f64; PARAMETERS],
     share: f64,
-    recording: &Stretch<'_>,
-    start: &Start,
+    recording: &SpeedSegment<'_>,
+    start: &InitialState,
 ) -> Option<Vec<f64>> {
     let mut all = Vec::with_capacity(recording.len());
     run(&Coefficients::new(p, share), recording, *start, false, |r| all.push(r)).then_some(all)
@@ -219,8 +219,8 @@ pub(super) struct Sensitivities {
 pub(super) fn sensitivities(
     p: &[f64; PARAMETERS],
     share: f64,
-    recording: &Stretch<'_>,
-    start: &Start,
+    recording: &SpeedSegment<'_>,
+    start: &InitialState,
     by_delay: bool,
 ) -> Option<Sensitivities> {
     let p = std::array::from_fn(|i| Dual::<ALL>::parameter(p[i], i));
@@ -234,17 +234,18 @@ pub(super) fn sensitivities(
     bounded.then_some(Sensitivities { yaw_rate: all, by })
 }
 
-/// The parts of a log's stretches that `ranges` hold, each of which lies within one of them.
+/// The parts of a log's segments that `ranges` hold, each of which lies within one of them.
 pub(super) fn within<'a>(
-    stretches: &[(Range<usize>, Stretch<'a>)],
+    segments: &[(Range<usize>, SpeedSegment<'a>)],
     ranges: &[Range<usize>],
-) -> Vec<Stretch<'a>> {
+) -> Vec<SpeedSegment<'a>> {
     let part = |range: &Range<usize>| {
-        let holds =
-            |(at, _): &&(Range<usize>, Stretch<'a>)| at.start <= range.start && range.end <= at.end;
-        let (at, s) = stretches.iter().find(holds)?;
+        let holds = |(at, _): &&(Range<usize>, SpeedSegment<'a>)| {
+            at.start <= range.start && range.end <= at.end
+        };
+        let (at, s) = segments.iter().find(holds)?;
         let cut = range.start - at.start..range.end - at.start;
-        Some(Stretch {
+        Some(SpeedSegment {
             sample_time: s.sample_time,
             before: &s.steering[..cut.start],
             steering: &s.steering[cut.clone()],
@@ -267,8 +268,12 @@ mod tests {
         (steering.collect(), time.map(|t| 12.0 * (0.3 * t).cos().max(0.0)).collect())
     }
 
-    fn recording<'a>(steering: &'a [f64], speed: &'a [f64], yaw_rate: &'a [f64]) -> Stretch<'a> {
-        Stretch { sample_time: 0.04, before: &[], steering, speed, yaw_rate }
+    fn recording<'a>(
+        steering: &'a [f64],
+        speed: &'a [f64],
+        yaw_rate: &'a [f64],
+    ) -> SpeedSegment<'a> {
+        SpeedSegment { sample_time: 0.04, before: &[], steering, speed, yaw_rate }
     }
 
     #[test]
@@ -311,11 +316,11 @@ mod tests {
         let zeros = vec![0.0; 400];
         let whole = recording(&steering, &speed, &zeros);
         let shifted: Vec<f64> = (0..400_usize).map(|k| steering[k.saturating_sub(3)]).collect();
-        let late = Stretch { steering: &shifted, ..whole };
+        let late = SpeedSegment { steering: &shifted, ..whole };
         let p = [4.2, 4.4, 0.9, -0.1, -2.5, 0.0, 0.01, 0.002, 0.0];
         let mut delayed = p;
         delayed[DELAY] = 0.12;
-        let simulate = |p, r: &Stretch<'_>| yaw_rate(p, 0.5, r, &[0.1, 0.2]).unwrap();
+        let simulate = |p, r: &SpeedSegment<'_>| yaw_rate(p, 0.5, r, &[0.1, 0.2]).unwrap();
         let close = |a: &[f64], b: &[f64]| {
             a.iter().zip(b).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max) < 1e-12
         };
@@ -323,7 +328,7 @@ mod tests {
         // Twice as many samples of half the time.
         let double = |x: &[f64]| x.iter().flat_map(|v| [*v, *v]).collect::<Vec<f64>>();
         let (steering2, speed2, zeros2) = (double(&steering), double(&speed), double(&zeros));
-        let fine = Stretch { sample_time: 0.02, ..recording(&steering2, &speed2, &zeros2) };
+        let fine = SpeedSegment { sample_time: 0.02, ..recording(&steering2, &speed2, &zeros2) };
         let every: Vec<f64> = simulate(&p, &fine).into_iter().step_by(2).collect();
         assert!(close(&every, &simulate(&p, &whole)));
     }
@@ -335,14 +340,15 @@ mod tests {
         let whole = recording(&steering, &speed, &zeros);
         for delay in [0.0, 0.07, 0.5] {
             let p = [4.2, 4.4, 0.9, -0.1, -1.0, delay, 0.01, 0.002, 0.0];
-            // v_y and r forget within a second; what the wheel does must be right from the start.
+            // v_y and r forget within a second; the wheel angle must be right from the start.
             let all = yaw_rate(&p, 0.5, &whole, &[0.0, 0.0]).unwrap();
             let part = within(&[(0..400, whole)], std::slice::from_ref(&(100..400)));
             let found = yaw_rate(&p, 0.5, &part[0], &[0.0, 0.0]).unwrap();
             for t in 50..300 {
                 assert!((found[t] - all[100 + t]).abs() < 1e-9, "{delay} {t}");
             }
-            let cold = yaw_rate(&p, 0.5, &Stretch { before: &[], ..part[0] }, &[0.0; 2]).unwrap();
+            let cold =
+                yaw_rate(&p, 0.5, &SpeedSegment { before: &[], ..part[0] }, &[0.0; 2]).unwrap();
             assert!((5..30).any(|t| (found[t] - cold[t]).abs() > 1e-3), "{delay}");
         }
     }

@@ -1,4 +1,4 @@
-//! Standard errors that hold for errors of any colour.
+//! Standard errors that hold for errors of any autocorrelation.
 //!
 //! With H the information of the cost function (JᵀJ and the priors' s²/σ²) after each segment's initial
 //! states are eliminated, the estimate's covariance is the sandwich `H⁻¹·(M + s²·P)·H⁻¹`, P the
@@ -37,12 +37,12 @@ pub(super) fn covariance(
     let mut blocks: Mat<f64> = Mat::zeros(n, BLOCKS);
     let mut before = 0;
     let errors = problem
-        .errors(&at.parameters, &at.starts)
+        .errors(&at.parameters, &at.initial_states)
         .ok_or(Error::Numerical { what: "simulation of the estimate" })?;
     let variance =
         errors.iter().flatten().map(|e| e * e).sum::<f64>() / problem.samples().max(1) as f64;
     let lags = bandwidth(problem.samples(), at.long_run_variance / variance);
-    for ((segment, start), errors) in problem.segments.iter().zip(&at.starts).zip(&errors) {
+    for ((segment, start), errors) in problem.segments.iter().zip(&at.initial_states).zip(&errors) {
         let found = problem
             .sensitivities(&at.parameters, segment, start)
             .ok_or(Error::Numerical { what: "simulation of the estimate" })?;
@@ -126,7 +126,7 @@ fn bandwidth(samples: usize, correlation: f64) -> usize {
 /// Each is a product of the parameters whose logarithms are estimated ([`crate::bicycle::parameters::vehicle`]), so
 /// its logarithm is linear in theirs. Offsets and delay are no data of the vehicle: what their errors share
 /// with those of the others stays in the others' own variances.
-pub(super) fn directions(
+pub(super) fn covariance_factor(
     covariance: &[[f64; PARAMETERS]; PARAMETERS],
 ) -> Result<Vec<VehicleDirection>, Error> {
     const OF_VEHICLE: [usize; 6] = [FRONT, REAR, WHEELBASE, INDEX, LAG, STEERING_FACTOR];

@@ -1,7 +1,7 @@
-//! Recorded inputs and outputs: stretches of uniform samples that are no continuation of each other.
+//! Recorded inputs and outputs: segments of uniform samples that are no continuation of each other.
 //!
 //! Several drives, a drive with gaps and the parts of one within a speed window are all a
-//! [`DataSet`]: one sample time, and a [`Segment`] for each stretch, each with an initial state of
+//! [`DataSet`]: one sample time, and a [`Segment`] for each segment, each with an initial state of
 //! its own.
 
 use crate::Error;
@@ -127,9 +127,9 @@ impl DataSet {
 }
 
 /// The data with a constant taken from each output.
-pub(crate) fn without(data: &DataSet, levels: &[f64]) -> Result<DataSet, Error> {
+pub(crate) fn without(data: &DataSet, offsets: &[f64]) -> Result<DataSet, Error> {
     let segments = data.segments().iter().map(|s| {
-        let y = Signals::from_fn(s.y.nrows(), s.len(), |i, t| s.y[(i, t)] - levels[i]);
+        let y = Signals::from_fn(s.y.nrows(), s.len(), |i, t| s.y[(i, t)] - offsets[i]);
         Segment { u: s.u.clone(), y }
     });
     DataSet::new(data.sample_time_s(), segments.collect())

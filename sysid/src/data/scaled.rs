@@ -1,7 +1,7 @@
 //! Estimation and validation data, offsets and trends removed, scaled to unit spread.
 //!
 //! *One offset for all drives.* The operating point is the vehicle's, and the mean of a single drive
-//! tells its bends as much as the zeros of its sensors; so the means removed are those of the
+//! depends on its bends as much as on the zeros of its sensors; so the means removed are those of the
 //! estimation data of all drives together. Where a sensor's zero drifts, or differs from drive to
 //! drive, [`Detrend::Linear`] takes out a line of its own for each.
 //!
@@ -19,12 +19,12 @@ use std::ops::Range;
 /// Offsets and trends that are no dynamics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Detrend {
-    /// The means of the estimation data, all drives together, from estimation and held-out data. That of
-    /// the output is the one about which the model moves: it is found with the model.
+    /// The means of the estimation data, all drives together, from estimation and validation data. That
+    /// of the output is the one about which the model moves: it is found with the model.
     Mean,
-    /// A straight line over time for the estimation data and one for the held-out data of each clock:
-    /// for sensors whose zero drifts or differs between drives. The held-out fit then is that beside
-    /// a line of its own.
+    /// A straight line over time for the estimation data and one for the validation data of each clock:
+    /// for sensors whose zero drifts or differs between drives. The fit on validation data is then
+    /// relative to a line of their own.
     Linear,
     /// Nothing: the model passes through the origin.
     None,
@@ -142,7 +142,7 @@ impl Part {
     }
 
     /// One number for each sample of the part, segment by segment.
-    pub(crate) fn stretches<'a>(&self, values: &'a [f64]) -> Vec<&'a [f64]> {
+    pub(crate) fn segments_of<'a>(&self, values: &'a [f64]) -> Vec<&'a [f64]> {
         let mut rest = values;
         let lengths = self.data.segments().iter().map(Segment::len);
         lengths
@@ -206,7 +206,7 @@ impl Data {
             return Err(Error::NoModel { problem: "the recording is not finite".into() });
         }
         let Split { estimation, validation, selection } = split(&input[..n]);
-        let of = |x: &[f64]| level(estimation.iter().map(|r| &x[r.clone()]));
+        let of = |x: &[f64]| tapered_mean(estimation.iter().map(|r| &x[r.clone()]));
         let means = match options.detrend {
             Detrend::None => (0.0, 0.0),
             Detrend::Mean | Detrend::Linear => (of(&input), of(&log.output)),
@@ -280,13 +280,13 @@ impl Data {
         Part::new(self.sample_time, ranges, &u, &y).map(Some)
     }
 
-    /// The same about another output level, given in scaled units.
-    pub(crate) fn about(mut self, level: f64) -> Result<Self, Error> {
+    /// The same about another output offset, in scaled units.
+    pub(crate) fn about(mut self, offset: f64) -> Result<Self, Error> {
         for part in [&mut self.estimation, &mut self.validation] {
-            part.data = without(&part.data, &[level])?;
-            part.output.iter_mut().for_each(|y| *y -= level);
+            part.data = without(&part.data, &[offset])?;
+            part.output.iter_mut().for_each(|y| *y -= offset);
         }
-        let shift = self.output_scale * level;
+        let shift = self.output_scale * offset;
         self.output_mean += shift;
         self.output_lines.iter_mut().for_each(|(_, line)| line.offset += shift);
         Ok(self)
@@ -323,13 +323,13 @@ fn clock_runs(time: &[f64], split: usize) -> Vec<Range<usize>> {
 /// of (memory of the system)/(length of the record), which the estimate takes for a very slow mode.
 /// Means weighted by a window that begins and ends at zero with zero slope (Hann's) lose nothing at
 /// the ends, and the constant falls with the 1.5th power of the record's length (R. Pintelon,
-/// J. Schoukens, *System Identification: A Frequency Domain Approach*, 2012, section 2.2.3, on leakage
+/// J. Schoukens, *System Identification: A Frequency Domain Method*, 2012, section 2.2.3, on leakage
 /// at the frequency 0).
-pub(crate) fn level<'a>(stretches: impl Iterator<Item = &'a [f64]>) -> f64 {
+pub(crate) fn tapered_mean<'a>(segments: impl Iterator<Item = &'a [f64]>) -> f64 {
     let (mut sum, mut total) = (0.0, 0.0);
-    for stretch in stretches {
-        for (t, x) in stretch.iter().enumerate() {
-            let phase = std::f64::consts::PI * (t as f64 + 0.5) / stretch.len() as f64;
+    for segment in segments {
+        for (t, x) in segment.iter().enumerate() {
+            let phase = std::f64::consts::PI * (t as f64 + 0.5) / segment.len() as f64;
             let weight = phase.sin().powi(2);
             sum += weight * x;
             total += weight;
@@ -344,7 +344,7 @@ mod tests {
 
     #[test]
     fn of_a_constant_and_of_a_slow_response() {
-        assert!((level([[3.0; 10].as_slice(), &[3.0; 5]].into_iter()) - 3.0).abs() < 1e-14);
+        assert!((tapered_mean([[3.0; 10].as_slice(), &[3.0; 5]].into_iter()) - 3.0).abs() < 1e-14);
         // y⁺ = 0.95 y + 0.05 u from a state that the input before the record left.
         let u: Vec<f64> = (0..2000).map(|t| (f64::from(t) * 0.37).sin() + 0.5).collect();
         let mut y = vec![4.0];
@@ -352,7 +352,8 @@ mod tests {
             y.push(0.95 * y[t - 1] + 0.05 * u);
         }
         let off = |mean: fn(&[f64]) -> f64| (mean(&y) - mean(&u)).abs();
-        let (plain, tapered) = (off(drivelog::signal::mean), off(|x| level(std::iter::once(x))));
+        let (plain, tapered) =
+            (off(drivelog::signal::mean), off(|x| tapered_mean(std::iter::once(x))));
         assert!(plain > 0.02 && tapered < 0.05 * plain, "{plain} {tapered}");
     }
 }

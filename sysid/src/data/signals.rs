@@ -68,12 +68,12 @@ impl Signals {
 
     /// Channels by N, without a copy.
     #[must_use]
-    #[allow(clippy::should_implement_trait)] // as that of faer's matrices, which gives a view too
+    #[allow(clippy::should_implement_trait)] // as that of faer's matrices, which returns a view too
     pub fn as_ref(&self) -> MatRef<'_, f64> {
         MatRef::from_row_major_slice(&self.values, self.channels, self.samples)
     }
 
-    /// A stretch of all channels, without a copy.
+    /// A segment of all channels, without a copy.
     #[must_use]
     pub fn columns(&self, range: Range<usize>) -> MatRef<'_, f64> {
         self.as_ref().get(.., range)

@@ -1,12 +1,12 @@
 //! Which part of a log validates the model.
 //!
-//! By default the end does. Where the end is hardly excited, such as a straight after a slalom, its
-//! yaw rate is little more than noise, and no model reproduces noise; where the start is, there is
-//! nothing to estimate from. Then the excited parts of the log are shared instead: of each run of
-//! [`PAIR_S`] excited seconds the first part estimates and the rest validates, and what is not excited
-//! stays with the estimation data.
+//! By default the end does. Where the end is hardly excited, such as a straight after a slalom, its yaw
+//! rate is little more than noise, and no model reproduces noise; where the beginning is hardly
+//! excited, there is nothing to estimate from. Then the excited parts of the log are shared instead: of
+//! each run of [`PAIR_S`] excited seconds the first part is estimation data and the rest validation
+//! data, and what is not excited stays with the estimation data.
 //!
-//! Excited are windows of [`WINDOW_S`] whose input has a share of the log's mean power about its level.
+//! Excited are windows of [`WINDOW_S`] whose input has a share of the log's mean power about its mean.
 
 use drivelog::DriveLog;
 use std::ops::Range;
@@ -80,9 +80,9 @@ impl Split {
     /// The end of the log where both parts are excited by the input, else blocks that are.
     pub(crate) fn new(log: &DriveLog, input: &[f64], fraction: f64) -> Self {
         let end = Self::end(log, input.len(), fraction);
-        let level = drivelog::signal::mean(input);
+        let mean = drivelog::signal::mean(input);
         let power = |ranges: &[Range<usize>]| -> f64 {
-            ranges.iter().flat_map(|r| &input[r.clone()]).map(|u| (u - level).powi(2)).sum()
+            ranges.iter().flat_map(|r| &input[r.clone()]).map(|u| (u - mean).powi(2)).sum()
         };
         let count = |ranges: &[Range<usize>]| ranges.iter().map(Range::len).sum::<usize>() as f64;
         let all = power(&end.estimation) + power(&end.validation);
@@ -90,7 +90,7 @@ impl Split {
         if all <= 0.0 {
             return end;
         }
-        let excited = excited(log, input, level, all / samples);
+        let excited = excited(log, input, mean, all / samples);
         let fair = |part: &[Range<usize>]| {
             let windows = part.iter().flat_map(|r| &excited[r.clone()]).filter(|e| **e).count();
             windows as f64 >= EXCITED_SHARE * count(part)
@@ -184,14 +184,14 @@ impl Split {
 }
 
 /// Of each sample whether its window is excited.
-fn excited(log: &DriveLog, input: &[f64], level: f64, mean_power: f64) -> Vec<bool> {
+fn excited(log: &DriveLog, input: &[f64], mean: f64, mean_power: f64) -> Vec<bool> {
     let window = ((WINDOW_S / log.sample_time_s).round() as usize).max(1);
     let mut excited = vec![false; input.len()];
     for s in &log.segments {
         let range = s.range.start..s.range.end.min(input.len());
         for from in range.clone().step_by(window) {
             let piece = from..(from + window).min(range.end);
-            let power = input[piece.clone()].iter().map(|u| (u - level).powi(2)).sum::<f64>();
+            let power = input[piece.clone()].iter().map(|u| (u - mean).powi(2)).sum::<f64>();
             if power > EXCITED * mean_power * piece.len() as f64 {
                 excited[piece].fill(true);
             }

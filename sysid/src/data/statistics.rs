@@ -54,7 +54,7 @@ pub(crate) fn long_run_variance(segments: &[Vec<f64>]) -> f64 {
     };
     let variance = covariance(0);
     let mut sum = -variance;
-    // A tenth of the drive tells nothing of correlations that last longer.
+    // A tenth of the drive does not show correlations that last longer.
     for pair in 0..(longest / 20).max(1) {
         let two = covariance(2 * pair) + covariance(2 * pair + 1);
         if two <= 0.0 {

@@ -1,11 +1,11 @@
 //! The same choice for any number of inputs and outputs, without a vehicle around it.
 
 use crate::Error;
-use crate::data::scaled::{Detrend, level};
+use crate::data::scaled::{Detrend, tapered_mean};
 use crate::data::{DataSet, Segment, Signals};
 use crate::model::StateSpace;
-use crate::selection::initial_conditions::Conditions;
-use crate::selection::method::Approach;
+use crate::selection::initial_conditions::InitialConditions;
+use crate::selection::method::Method;
 use crate::selection::options::IdentifyOptions;
 use crate::selection::order::fit;
 use crate::selection::search::choose_from;
@@ -13,24 +13,24 @@ use crate::selection::search::choose_from;
 /// A model chosen by [`automatic`], in the units of its data.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Automatic {
-    /// From `u − input_levels` to `y − output_levels`.
+    /// From `u − input_offsets` to `y − output_offsets`.
     pub model: StateSpace,
-    /// Levels of the inputs in the estimation data; zeros where they were to stay.
-    pub input_levels: Vec<f64>,
-    /// Levels of the outputs in the estimation data that go with those of the inputs; zeros where they
-    /// were to stay.
-    pub output_levels: Vec<f64>,
+    /// Offsets of the inputs in the estimation data; zeros where they were to stay.
+    pub input_offsets: Vec<f64>,
+    /// Offsets of the outputs in the estimation data that belong to those of the inputs; zeros where
+    /// they were to stay.
+    pub output_offsets: Vec<f64>,
     /// The method that it was refined from.
-    pub approach: Approach,
+    pub method: Method,
     /// Block rows of the subspace method that it was refined from.
     pub horizon: usize,
     /// Simulation fit on the estimation data, percent, over all outputs together, each in the unit of
     /// its standard deviation.
     pub estimation_fit: f64,
-    /// The same on the held-out data, means of the estimation data removed and the initial state
+    /// The same on the validation data, means of the estimation data removed and the initial state
     /// estimated.
     pub validation_fit: f64,
-    /// Simulation fit of each output on the held-out data, percent.
+    /// Simulation fit of each output on the validation data, percent.
     pub validation_fits: Vec<f64>,
     /// The orders that were tried.
     pub orders: Vec<TriedOrder>,
@@ -43,9 +43,9 @@ pub struct TriedOrder {
     pub order: usize,
     /// Simulation fit on the estimation data, percent.
     pub estimation_fit: f64,
-    /// Simulation fit on the held-out data, percent.
+    /// Simulation fit on the validation data, percent.
     pub validation_fit: f64,
-    /// Schwarz's criterion for the prediction with a noise model, of which the least is chosen.
+    /// BIC of the prediction with a noise model, of which the least is chosen.
     pub criterion: f64,
     /// Largest eigenvalue modulus of A before stability was enforced on the subspace estimate, where
     /// it was.
@@ -56,7 +56,7 @@ pub struct TriedOrder {
 }
 
 /// A model of `estimation`, its order, horizon, weighting and feedthrough chosen where the options
-/// leave them open, judged on `held_out`, which takes no part in that.
+/// leave them open, validated on `validation`, which takes no part in the choice.
 ///
 /// # Errors
 /// [`Error`] where the data or the options allow no model.
@@ -64,19 +64,19 @@ pub struct TriedOrder {
 /// Lines ([`Detrend::Linear`]) are for logs with clocks: here their constants are taken off.
 pub fn automatic(
     estimation: &DataSet,
-    held_out: &DataSet,
+    validation: &DataSet,
     options: &IdentifyOptions,
 ) -> Result<Automatic, Error> {
     options.check()?;
     let shape = |d: &DataSet| (d.inputs(), d.outputs());
-    if shape(estimation) != shape(held_out) {
+    if shape(estimation) != shape(validation) {
         return Err(Error::Data {
             problem: format!(
-                "{} inputs and {} outputs to estimate on, {} and {} held out",
+                "{} inputs and {} outputs of estimation data, {} and {} of validation data",
                 estimation.inputs(),
                 estimation.outputs(),
-                held_out.inputs(),
-                held_out.outputs()
+                validation.inputs(),
+                validation.outputs()
             ),
         });
     }
@@ -84,31 +84,33 @@ pub fn automatic(
         return Err(Error::Data { problem: "there is no input".into() });
     }
     let units = Units::of(estimation, options.detrend != Detrend::None)?;
-    let (data, judged) = (units.scaled(estimation)?, units.scaled(held_out)?);
-    let choice = choose_from(&data, &judged, options, false)?;
+    let (data, validated) = (units.scaled(estimation)?, units.scaled(validation)?);
+    let choice = choose_from(&data, &validated, options, false)?;
     let chosen = &choice.candidates[choice.chosen];
-    let judged = chosen.conditions.about_level(&judged)?;
-    let errors = Conditions::new(&chosen.model, &judged, false)?.errors(&chosen.model, &judged);
-    let mut output_levels = units.output.means;
-    let levels = chosen.conditions.levels.iter().flatten();
-    for ((mean, level), scale) in output_levels.iter_mut().zip(levels).zip(&units.output.scales) {
-        *mean += level * scale;
+    let validated = chosen.initial_conditions.about_output_offset(&validated)?;
+    let errors =
+        InitialConditions::new(&chosen.model, &validated, false)?.errors(&chosen.model, &validated);
+    let mut output_offsets = units.output.means;
+    let offsets = chosen.initial_conditions.offsets.iter().flatten();
+    for ((mean, offset), scale) in output_offsets.iter_mut().zip(offsets).zip(&units.output.scales)
+    {
+        *mean += offset * scale;
     }
-    let validation_fits = (0..judged.outputs())
+    let validation_fits = (0..validated.outputs())
         .map(|i| {
             let row = |m: &Signals| Signals::from(m.row(i).to_vec());
-            let segments = judged.segments().iter();
+            let segments = validated.segments().iter();
             let one = segments.map(|s| Segment::new(Signals::zeros(0, s.len()), row(&s.y)));
             let one = one.collect();
             let errors = errors.iter().map(row).collect();
-            Ok(fit(&DataSet::new(judged.sample_time_s(), one)?, &errors))
+            Ok(fit(&DataSet::new(validated.sample_time_s(), one)?, &errors))
         })
         .collect::<Result<_, Error>>()?;
     Ok(Automatic {
         model: chosen.model.scaled(&units.input.scales, &units.output.scales),
-        input_levels: units.input.means,
-        output_levels,
-        approach: chosen.approach,
+        input_offsets: units.input.means,
+        output_offsets,
+        method: chosen.method,
         horizon: chosen.horizon,
         estimation_fit: chosen.estimation_fit,
         validation_fit: chosen.validation_fit,
@@ -151,12 +153,12 @@ impl Units {
                 let unit = if largest > 0.0 { largest } else { 1.0 };
                 let n = all.len() as f64;
                 let mut rest = all.as_slice();
-                let stretches = data.segments().iter().map(|s| {
+                let segments = data.segments().iter().map(|s| {
                     let (now, later) = rest.split_at(s.len());
                     rest = later;
                     now
                 });
-                let mean = level(stretches) / unit;
+                let mean = tapered_mean(segments) / unit;
                 let spread = all.iter().map(|x| (x / unit - mean).powi(2)).sum::<f64>() / n;
                 if spread.sqrt() < 1e-13 {
                     return Err(Error::NoModel {

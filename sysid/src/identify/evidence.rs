@@ -17,7 +17,7 @@ use crate::validation::modelled::{LAGS, Modelled};
 use crate::validation::plausible::{Response, implausible};
 use crate::validation::play::steering_play;
 use crate::validation::poles::poles_and_zeros;
-use crate::validation::prediction::{Prediction, held_out};
+use crate::validation::prediction::{Prediction, on_validation_data};
 use crate::validation::quality::quality;
 use crate::validation::rate::slow_log;
 use crate::validation::regression::pairs;
@@ -60,15 +60,15 @@ impl Found<'_> {
         let speed = log.speed.as_deref().unwrap_or_default();
         let part = &data.validation;
         let simulated = output(&chosen.model, part, &initial_states(&chosen.model, part)?);
-        let residuals = part.stretches(&filter.validation_residuals);
-        let held_out_input = part.of(&input);
-        let held_out_input = part.stretches(&held_out_input);
+        let residuals = part.segments_of(&filter.validation_residuals);
+        let validation_input = part.of(&input);
+        let validation_input = part.segments_of(&validation_input);
         let instants = log.time_s();
-        let prediction = held_out(&Prediction {
+        let prediction = on_validation_data(&Prediction {
             model: &chosen.model,
             gain: &(0..model.order()).map(|i| filter.gain[(i, 0)]).collect::<Vec<_>>(),
-            output: &part.stretches(&part.output),
-            simulated: &part.stretches(&simulated),
+            output: &part.segments_of(&part.output),
+            simulated: &part.segments_of(&simulated),
             residuals: &residuals,
             sample_time_s: data.sample_time,
             selection: data.selection.name(),
@@ -103,7 +103,7 @@ impl Found<'_> {
         let yaw_rate_lag_s = yaw_rate_lag(&pairs, data.sample_time);
         let (excitation, frequency_response) = frequencies(log, &modelled, residual.sqrt());
         let evidence = Evidence {
-            method: chosen.approach.name().into(),
+            method: chosen.method.name().into(),
             horizon: chosen.horizon,
             factor: Some(data_factor(&choice.factor.conditioning)),
             delay: delay.estimate,
@@ -117,13 +117,13 @@ impl Found<'_> {
             order_table: order_table(choice),
             feedback: choice.feedback.map(feedback_test),
             whiteness: whiteness(&residuals, LAGS),
-            independence: independence(&residuals, &held_out_input, LAGS),
+            independence: independence(&residuals, &validation_input, LAGS),
             excitation,
             held_out: Some(prediction),
             play,
             yaw_rate_lead_s,
             yaw_rate_lag_s,
-            residuals: Some(correlations(&residuals, &held_out_input)),
+            residuals: Some(correlations(&residuals, &validation_input)),
             frequency_response: Some(frequency_response),
             poles_and_zeros: Some(poles_and_zeros(
                 model,

@@ -24,8 +24,8 @@ pub use automatic::{Automatic, TriedOrder, automatic};
 
 /// Identifies the lateral dynamics in `log`.
 ///
-/// The validation data, the end of the log, estimate and choose nothing: they give the fits that the quality
-/// rests on, and their one-step residuals are those that are tested.
+/// The validation data, the end of the log, estimate and choose nothing: the quality depends on the
+/// fits on them, and their one-step residuals are those that are tested.
 ///
 /// # Errors
 /// [`Error`] where the log or the options allow no model. A poor model is no error: the evidence
@@ -39,8 +39,8 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
 
     let choice = choose(&data, options)?;
     let chosen = &choice.candidates[choice.chosen];
-    let data = match chosen.conditions.levels.as_deref() {
-        Some([level]) => data.about(*level)?,
+    let data = match chosen.initial_conditions.offsets.as_deref() {
+        Some([offset]) => data.about(*offset)?,
         _ => data,
     };
     let from_fixes = sideslip(log);
@@ -54,7 +54,7 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
     let gain: Vec<f64> =
         (0..model.order()).map(|i| filter.gain[(i, 0)] / data.output_scale).collect();
     let continuous = to_continuous(model.a.as_ref(), model.b.as_ref(), data.sample_time);
-    warnings.extend(chosen.mirroring_cost.map(logarithm::told));
+    warnings.extend(chosen.mirroring_cost.map(logarithm::mirroring_warning));
     if let Err(reason) = &continuous {
         warnings.push(format!("the model stays discrete: {reason}"));
     }
@@ -64,7 +64,7 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
         filter.residuals.iter().map(|e| e * e).sum::<f64>() / filter.residuals.len().max(1) as f64;
     let uncertainty = uncertainty(&data, &choice, &filter.gain, options.refine);
     if let Err(error) = &uncertainty {
-        warnings.push(format!("the model's uncertainty cannot be told: {error}"));
+        warnings.push(format!("the model's uncertainty cannot be computed: {error}"));
     }
     let uncertainty = uncertainty.ok();
     if log.speed.is_none() {
@@ -98,7 +98,7 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
         steering_ratio: log.steering_ratio,
         input_delay_s: delay.seconds,
         operating_point: point,
-        discrete: discrete(&model, &gain, &chosen.conditions.x0[0], data.sample_time),
+        discrete: discrete(&model, &gain, &chosen.initial_conditions.x0[0], data.sample_time),
         continuous: continuous.map(|c| continuous_form(&c, &model)),
         noise: Noise { innovation_variance: residual * data.output_scale * data.output_scale },
         sideslip: from_fixes.sideslip,
@@ -130,13 +130,13 @@ fn reports(
         .is_some_and(|most| (data.estimation.len()..could_estimate).contains(&most))
     {
         warnings.push(format!(
-            "the log is long: {} of {} samples that could estimate the model do, in {} blocks spread over them",
+            "the log is long: {} of {} estimation samples are used, in {} blocks spread over them",
             data.estimation.len(),
             could_estimate,
             data.estimation.ranges.len()
         ));
     }
-    warnings.extend(delay.told.clone());
+    warnings.extend(delay.warning.clone());
     if choice.factor.conditioning.is_reduced() {
         warnings.push(choice.factor.conditioning.to_string());
     }
@@ -152,7 +152,7 @@ fn stabilised(chosen: &Candidate, options: &IdentifyOptions) -> Option<String> {
             String::new()
         };
         format!(
-            "the subspace estimate was unstable (spectral radius {:.4}) and has been stabilised, which took its fit to the estimation data from {} to {:.1} %{refined}",
+            "the subspace estimate was unstable (spectral radius {:.4}) and has been stabilised, which changed its fit on estimation data from {} to {:.1} %{refined}",
             s.radius,
             // An unstable simulation may fit by minus any number.
             if s.fit_before > -100.0 { format!("{:.1}", s.fit_before) } else { "nothing".into() },

@@ -33,7 +33,7 @@ pub struct Traces {
     pub yaw_rate_radps: Vec<f64>,
     /// Simulated yaw rate, rad/s; the initial state is estimated at the start of each part.
     pub simulated_yaw_rate_radps: Vec<f64>,
-    /// Whether the sample was held out.
+    /// Whether the sample is validation data.
     pub is_validation: Vec<bool>,
     /// Integral of the measured yaw rate from 0, rad; nothing is added over a gap.
     pub yaw_rad: Vec<f64>,
@@ -71,9 +71,9 @@ pub(crate) fn order_row(candidate: &Candidate, singular_value: Option<&f64>) -> 
     }
 }
 
-/// The means' difference is put on the steering, `δ0 = ū − ȳ/G(0)`, since a car that yaws at rest
-/// steering has a crooked wheel; where the steady-state gain is too small against the signals' ratio
-/// to tell, both means stay.
+/// The means' difference is attributed to the steering, `δ0 = ū − ȳ/G(0)`, since a car that yaws at a
+/// steering angle of zero has a steering offset; where the steady-state gain is too small against the
+/// signals' ratio to determine it, both means stay.
 pub(crate) fn operating_point(
     (u, y): (f64, f64),
     [input_scale, output_scale]: [f64; 2],
@@ -133,18 +133,18 @@ pub(crate) fn traces(
     chosen: &Candidate,
     options: &IdentifyOptions,
 ) -> Result<Traces, Error> {
-    let held_out = &data.validation;
-    let x0 = initial_states(&chosen.model, held_out)?;
+    let validation = &data.validation;
+    let x0 = initial_states(&chosen.model, validation)?;
     let mut simulated = vec![0.0; log.len()];
-    let own = output(&chosen.model, &data.estimation, &chosen.conditions.x0);
+    let own = output(&chosen.model, &data.estimation, &chosen.initial_conditions.x0);
     data.estimation.put(&own, &mut simulated);
-    held_out.put(&output(&chosen.model, held_out, &x0), &mut simulated);
+    validation.put(&output(&chosen.model, validation, &x0), &mut simulated);
     if let Some(unused) = data.unused(log, &options.preparation())? {
         let x0 = initial_states(&chosen.model, &unused)?;
         unused.put(&output(&chosen.model, &unused, &x0), &mut simulated);
     }
     let mut is_validation = vec![false; log.len()];
-    held_out.ranges.iter().for_each(|r| is_validation[r.clone()].fill(true));
+    validation.ranges.iter().for_each(|r| is_validation[r.clone()].fill(true));
     data.restore(log, &mut simulated);
     Ok(Traces {
         time_s: log.time_s(),

@@ -22,44 +22,44 @@ impl Columns {
 
     /// out = self · x.
     pub(crate) fn product(&self, x: &[f64], out: &mut [f64]) {
-        self.sum(x, Beside::Nothing, out);
+        self.sum(x, Addend::Nothing, out);
     }
 
     /// out = self · x + factor · column.
     pub(crate) fn product_and(&self, x: &[f64], factor: f64, column: &[f64], out: &mut [f64]) {
-        self.sum(x, Beside::Column(factor, column), out);
+        self.sum(x, Addend::Column(factor, column), out);
     }
 
     /// out += self · x.
     pub(crate) fn add_product(&self, x: &[f64], out: &mut [f64]) {
-        self.sum(x, Beside::Out, out);
+        self.sum(x, Addend::Out, out);
     }
 
     #[inline(always)]
-    fn sum(&self, x: &[f64], beside: Beside<'_>, out: &mut [f64]) {
+    fn sum(&self, x: &[f64], addend: Addend<'_>, out: &mut [f64]) {
         // Of a known height the sums stay in registers.
         match self.height {
-            1 => self.of_height::<1>(x, beside, out),
-            2 => self.of_height::<2>(x, beside, out),
-            3 => self.of_height::<3>(x, beside, out),
-            4 => self.of_height::<4>(x, beside, out),
-            5 => self.of_height::<5>(x, beside, out),
-            6 => self.of_height::<6>(x, beside, out),
-            7 => self.of_height::<7>(x, beside, out),
-            8 => self.of_height::<8>(x, beside, out),
-            9 => self.of_height::<9>(x, beside, out),
-            10 => self.of_height::<10>(x, beside, out),
-            _ => self.of_any_height(x, beside, out),
+            1 => self.of_height::<1>(x, addend, out),
+            2 => self.of_height::<2>(x, addend, out),
+            3 => self.of_height::<3>(x, addend, out),
+            4 => self.of_height::<4>(x, addend, out),
+            5 => self.of_height::<5>(x, addend, out),
+            6 => self.of_height::<6>(x, addend, out),
+            7 => self.of_height::<7>(x, addend, out),
+            8 => self.of_height::<8>(x, addend, out),
+            9 => self.of_height::<9>(x, addend, out),
+            10 => self.of_height::<10>(x, addend, out),
+            _ => self.of_any_height(x, addend, out),
         }
     }
 
     #[inline(always)]
-    fn of_height<const N: usize>(&self, x: &[f64], beside: Beside<'_>, out: &mut [f64]) {
+    fn of_height<const N: usize>(&self, x: &[f64], addend: Addend<'_>, out: &mut [f64]) {
         let Some(out) = out.first_chunk_mut::<N>() else { return };
-        let mut sums = match beside {
-            Beside::Nothing => [0.0; N],
-            Beside::Out => *out,
-            Beside::Column(factor, column) => match column.first_chunk::<N>() {
+        let mut sums = match addend {
+            Addend::Nothing => [0.0; N],
+            Addend::Out => *out,
+            Addend::Column(factor, column) => match column.first_chunk::<N>() {
                 Some(column) => column.map(|value| factor * value),
                 None => return,
             },
@@ -82,11 +82,11 @@ impl Columns {
         *out = std::array::from_fn(|i| sums[i] + others[i]);
     }
 
-    fn of_any_height(&self, x: &[f64], beside: Beside<'_>, out: &mut [f64]) {
-        match beside {
-            Beside::Nothing => out.fill(0.0),
-            Beside::Out => {}
-            Beside::Column(factor, column) => {
+    fn of_any_height(&self, x: &[f64], addend: Addend<'_>, out: &mut [f64]) {
+        match addend {
+            Addend::Nothing => out.fill(0.0),
+            Addend::Out => {}
+            Addend::Column(factor, column) => {
                 out.iter_mut().zip(column).for_each(|(o, value)| *o = factor * value);
             }
         }
@@ -100,7 +100,7 @@ impl Columns {
 
 /// What a product is added to.
 #[derive(Clone, Copy)]
-enum Beside<'a> {
+enum Addend<'a> {
     Nothing,
     Out,
     Column(f64, &'a [f64]),
@@ -121,8 +121,8 @@ mod tests {
             let columns = Columns::new(m.as_ref());
             columns.product(&x, &mut out);
             columns.add_product(&x, &mut out);
-            let beside = out.clone();
-            columns.product_and(&x, 3.0, &beside, &mut out);
+            let addend = out.clone();
+            columns.product_and(&x, 3.0, &addend, &mut out);
             for (i, o) in out.iter().enumerate() {
                 let expected: f64 = (0..width).map(|j| 7.0 * m[(i, j)] * x[j]).sum();
                 assert!((o - expected).abs() < 1e-12, "{height} by {width}: {o} {expected}");

@@ -36,11 +36,11 @@ pub(crate) fn least_squares(
     let norms: Vec<f64> = (0..a.ncols()).map(|j| a.col(j).norm_l2()).collect();
     let scale = |j: usize| if norms[j] > 0.0 { norms[j] } else { 1.0 };
     let scaled = Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] / scale(j));
-    // A tall system is reduced to its triangle first: Qᵀb without Q.
+    // A tall system is reduced to its R factor first: Qᵀb without Q.
     let (top, rhs) = if scaled.nrows() > 2 * scaled.ncols() {
         let n = scaled.ncols();
         let joined = hcat(&[scaled.as_ref(), b]);
-        let r = triangle(joined.as_ref());
+        let r = r_factor(joined.as_ref());
         let rows = n.min(r.nrows());
         (r.get(..rows, ..n).to_owned(), r.get(..rows, n..).to_owned())
     } else {
@@ -51,7 +51,7 @@ pub(crate) fn least_squares(
 }
 
 /// R of a QR factorisation, min(m, n) by n, zeros below the diagonal.
-pub(crate) fn triangle(m: MatRef<'_, f64>) -> Mat<f64> {
+pub(crate) fn r_factor(m: MatRef<'_, f64>) -> Mat<f64> {
     let qr = m.qr();
     let r = qr.thin_R();
     Mat::from_fn(r.nrows(), r.ncols(), |i, j| if i <= j { r[(i, j)] } else { 0.0 })

@@ -1,21 +1,21 @@
 //! Least squares with shared unknowns and some of each segment's own, such as its initial state.
 //!
-//! Each segment's rows are brought to a triangle with its own unknowns first; the part below them
-//! has shared unknowns alone and joins that of the other segments (the elimination step of Golub
+//! Each segment's rows are reduced to an R factor with its own unknowns first; the part below them has
+//! shared unknowns alone and joins that of the other segments (the elimination step of Golub
 //! and Van Loan, 5.2.8, by blocks). So neither the number of samples nor that of the segments
 //! makes the problem that is solved in the end larger.
 
 use crate::Error;
-use crate::linalg::dense::{least_squares, triangle, vcat};
+use crate::linalg::dense::{least_squares, r_factor, vcat};
 use faer::{Mat, MatRef};
 
 const TOLERANCE: f64 = 1e-12;
 
-/// Equations absorbed so far.
+/// Equations accumulated so far.
 pub(crate) struct Elimination {
     shared: usize,
     own: usize,
-    /// Triangle over (shared, target).
+    /// R factor over (shared, target).
     below: Mat<f64>,
     /// For each segment the rows of its own unknowns over (own, shared, target).
     above: Vec<Mat<f64>>,
@@ -35,18 +35,18 @@ impl Elimination {
         Self { shared, own, below: Mat::zeros(0, shared + 1), above: Vec::new() }
     }
 
-    /// Absorbs a segment; columns are its own unknowns, the shared ones, the target.
+    /// Accumulates a segment; columns are its own unknowns, the shared ones, the target.
     pub(crate) fn segment(&mut self, rows: MatRef<'_, f64>) {
-        let r = triangle(rows);
+        let r = r_factor(rows);
         let cut = self.own.min(r.nrows());
         self.above.push(r.get(..cut, ..).to_owned());
         self.rest(r.get(cut.., self.own..));
     }
 
-    /// Absorbs rows of a segment in which its own unknowns have no part; columns are the shared ones
+    /// Accumulates rows of a segment in which its own unknowns have no part; columns are the shared ones
     /// and the target.
     pub(crate) fn rest(&mut self, rows: MatRef<'_, f64>) {
-        self.below = triangle(vcat(&[self.below.as_ref(), rows]).as_ref());
+        self.below = r_factor(vcat(&[self.below.as_ref(), rows]).as_ref());
     }
 
     /// Least squares with `damping·‖column‖²` added for each shared unknown.
@@ -73,7 +73,7 @@ impl Elimination {
         Ok(Solution { shared: (0..n).map(|i| shared[(i, 0)]).collect(), own, squares })
     }
 
-    /// Length of the column of a shared unknown over all rows absorbed.
+    /// Length of the column of a shared unknown over all rows accumulated.
     fn size(&self, column: usize) -> f64 {
         let above: f64 =
             self.above.iter().map(|r| r.col(self.own + column).squared_norm_l2()).sum();
@@ -87,7 +87,7 @@ mod tests {
 
     /// The damping is relative to the columns: another unit of an unknown changes nothing but its number.
     #[test]
-    fn damping_knows_no_units() {
+    fn damping_is_independent_of_units() {
         let value = |k: usize| ((k * 7919 + 13) % 101) as f64 / 50.0 - 1.0;
         let solution = |unit: f64| {
             let mut elimination = Elimination::new(2, 1);

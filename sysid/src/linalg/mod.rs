@@ -3,4 +3,4 @@
 pub(crate) mod columns;
 pub(crate) mod dense;
 pub(crate) mod elimination;
-pub(crate) mod triangle;
+pub(crate) mod r_factor;

@@ -107,7 +107,8 @@ pub(crate) fn predictor_state(
     free_state(predictor, &forced, y)
 }
 
-/// Samples until the free response of a stable model has died out: more say nothing of its start.
+/// Samples until the free response of a stable model has died out: more do not depend on its initial
+/// state.
 pub(crate) fn memory(model: &StateSpace) -> usize {
     let radius = model.spectral_radius().clamp(1e-3, 1.0 - 1e-6);
     (36.0 / -radius.ln()).ceil() as usize + 2 * model.order() + 10

@@ -6,18 +6,18 @@
 //! - simulation focus: the errors are coloured, with the autocovariance R(τ), and
 //!   `P = H⁻¹ (Σ_t Σ_s ψ(t)ᵀ Λ⁻¹ R(t−s) Λ⁻¹ ψ(s)) H⁻¹` with `H = Σ ψᵀ Λ⁻¹ ψ`.
 //!
-//! The initial states, and with the simulation focus where asked a constant on each output, are estimated
-//! too and eliminated from ψ. Λ and R are divided by the samples
-//! less the parameters. Both hold for a model of the right order; what the model cannot follow counts
-//! as noise.
+//! The initial states, and with the simulation focus where requested a constant on each output, are
+//! estimated too and eliminated from ψ. Λ and R are divided by the samples less the parameters. Both
+//! hold for a model of the right order; what the model cannot follow counts as noise.
 //!
-//! With the simulation focus K follows the model: it has the part that the least prediction error
-//! gives it as (A, B, C, D) move, and a part of its own, which in open loop is independent of theirs.
+//! With the simulation focus K follows the model: it has the part that follows from the least
+//! prediction error as (A, B, C, D) move, and a part of its own, which in open loop is independent of
+//! theirs.
 
 use crate::Error;
 use crate::data::DataSet;
-use crate::linalg::dense::{hcat, least_squares, solve, svd, triangle};
-use crate::linalg::triangle::Triangle;
+use crate::linalg::dense::{hcat, least_squares, r_factor, solve, svd};
+use crate::linalg::r_factor::RFactor;
 use crate::model::{Innovation, StateSpace, predictor};
 use crate::pem::coordinates::{Coordinates, Move, in_basis, inverse};
 use crate::pem::neighbours::{Neighbours, larger, steps};
@@ -63,9 +63,9 @@ pub fn uncertain(
     }
 }
 
-/// The estimate with its covariance where the model made the simulation errors of `simulated` small
-/// and K, for that model, the one-step prediction errors of `predicted`: initial states and data. With
-/// `level` the constants that were taken from the outputs of `simulated` were estimated along. The
+/// The estimate with its covariance where the model made the simulation errors of `simulated` small and
+/// K, for that model, the one-step prediction errors of `predicted`: initial states and data. With
+/// `offset` the constants that were taken from the outputs of `simulated` were estimated along. The
 /// covariance is widened by what the `neighbours` show.
 ///
 /// # Errors
@@ -75,11 +75,12 @@ pub(crate) fn uncertain_simulation(
     simulated: (&[Vec<f64>], &DataSet),
     predicted: (&[Vec<f64>], &DataSet),
     feedthrough: bool,
-    level: bool,
+    offset: bool,
     neighbours: Neighbours<'_>,
 ) -> Result<Uncertain, Error> {
     let focus = Focus::Simulation;
-    let local = Local::new(&innovation.model, simulated.0, simulated.1, feedthrough, focus, level)?;
+    let local =
+        Local::new(&innovation.model, simulated.0, simulated.1, feedthrough, focus, offset)?;
     let mut root = local.of_coordinates(local.sandwich(simulated.1)?);
     if neighbours.replicas.len() > root.nrows() {
         let replicas: Vec<&StateSpace> = neighbours.replicas.iter().collect();
@@ -91,7 +92,7 @@ pub(crate) fn uncertain_simulation(
     if !neighbours.rivals.is_empty() {
         let rivals = local.rivals(&innovation.model, neighbours)?;
         let all = hcat(&[factor.as_ref(), rivals.as_ref()]);
-        factor = triangle(all.transpose()).transpose().to_owned();
+        factor = r_factor(all.transpose()).transpose().to_owned();
     }
     Ok(Uncertain { innovation: innovation.clone(), factor, focus })
 }
@@ -107,7 +108,7 @@ struct Local {
     drive: Drive,
     weight: Mat<f64>,
     linear: Linearised,
-    /// R, of the levels and the coordinates.
+    /// R, of the offsets and the coordinates.
     r: Mat<f64>,
     /// N·ny over that less the parameters.
     inflation: f64,
@@ -120,23 +121,23 @@ impl Local {
         data: &DataSet,
         feedthrough: bool,
         focus: Focus,
-        level: bool,
+        offset: bool,
     ) -> Result<Self, Error> {
         let drive = match focus {
             Focus::Prediction => Drive::InputsAndOutputs,
             Focus::Simulation => Drive::Inputs,
         };
         let moving: Vec<bool> = moving_inputs(data.inputs(), data.outputs(), feedthrough, drive);
-        let levels = level.then(|| vec![0.0; data.outputs()]);
-        let point = Point { model: model.clone(), x0s: x0s.to_vec(), levels };
+        let offsets = offset.then(|| vec![0.0; data.outputs()]);
+        let point = Point { model: model.clone(), x0s: x0s.to_vec(), offsets };
         let covariance = error_covariance(&point, drive, data);
         let weight = weight(&covariance)?;
         let coordinates = Coordinates::new(model, &weight, &moving)?;
         let x0s: Vec<Vec<f64>> = x0s.iter().map(|x| times(&coordinates.basis, x)).collect();
-        let levels = point.levels.as_deref();
-        let linear = linearise(&coordinates, (&x0s, levels), drive, data, &weight);
-        let q = linear.levels + coordinates.count();
-        let r = linear.triangle.get(..q, ..q).to_owned();
+        let offsets = point.offsets.as_deref();
+        let linear = linearise(&coordinates, (&x0s, offsets), drive, data, &weight);
+        let q = linear.offsets + coordinates.count();
+        let r = linear.r_factor.get(..q, ..q).to_owned();
         let values = (data.samples() * data.outputs()) as f64;
         let estimated = (q + model.order() * x0s.len()) as f64;
         let inflation = values / (values - estimated).max(1.0);
@@ -176,16 +177,16 @@ impl Local {
             });
         }
         let noise = products.reversed()?;
-        let levels = vec![0.0; self.linear.levels];
-        let levels = (!levels.is_empty()).then_some(levels.as_slice());
+        let offsets = vec![0.0; self.linear.offsets];
+        let offsets = (!offsets.is_empty()).then_some(offsets.as_slice());
         let width = n + q + 1;
         let mut rows = vec![0.0; p * width];
         let mut psi = vec![0.0; p * q];
-        let mut filtered = Triangle::new(q);
+        let mut filtered = RFactor::new(q);
         for ((segment, x0), head) in data.segments().iter().zip(&self.x0s).zip(&self.linear.heads) {
             let through_x0 = least_squares(head.get(.., ..n), head.get(.., n..n + q), 1e-12)?;
             let mut sensitivities =
-                Sensitivities::new(&self.coordinates, self.drive, segment, x0, levels);
+                Sensitivities::new(&self.coordinates, self.drive, segment, x0, offsets);
             let mut filter = noise.filter(q)?;
             for t in 0..segment.len() {
                 let free = sensitivities.is_free();
@@ -208,13 +209,13 @@ impl Local {
         }
         let inverse = self.inverse()?;
         let root = &inverse * (inverse.transpose() * filtered.finish().transpose());
-        // R⁻¹ stands twice and carries the inflation each time; once is due.
+        // R⁻¹ occurs twice and carries the inflation each time; once is due.
         let once = self.inflation.sqrt().recip();
         Ok(Mat::from_fn(q, q, |i, j| once * root[(i, j)]))
     }
 
     /// Moves of the innovation form's entries towards the rivals, each times the root of its weight. A
-    /// direct gain may stand for states that the estimate has not, so D moves with all inputs.
+    /// direct gain may represent states that the estimate has not, so D moves with all inputs.
     fn rivals(&self, model: &StateSpace, of: Neighbours<'_>) -> Result<Mat<f64>, Error> {
         let all = vec![true; model.inputs()];
         let coordinates = Coordinates::new(model, &self.weight, &all)?;
@@ -231,12 +232,12 @@ impl Local {
         Ok(from_columns(&moves))
     }
 
-    /// The root of the coordinates' covariance, of that with the levels.
+    /// The root of the coordinates' covariance, of that with the offsets.
     fn of_coordinates(&self, root: Mat<f64>) -> Mat<f64> {
-        if self.linear.levels == 0 {
+        if self.linear.offsets == 0 {
             return root;
         }
-        triangle(root.get(self.linear.levels.., ..).transpose()).transpose().to_owned()
+        r_factor(root.get(self.linear.offsets.., ..).transpose()).transpose().to_owned()
     }
 
     /// The move along `step` in the basis of the model that was given.
@@ -296,7 +297,7 @@ fn with_gain(
     let seen = &local.r * found.get(..q, ..);
     let (model_seen, gain_seen) = (seen.get(.., ..moves.len()), seen.get(.., moves.len()..));
     let follows = least_squares(gain_seen, model_seen, 1e-12)?;
-    let own = triangle(gain_seen);
+    let own = r_factor(gain_seen);
     let own = solve(own.as_ref(), Mat::<f64>::identity(n * p, n * p).as_ref());
     let root = local.inflation.sqrt();
     let mut all = Vec::new();

@@ -11,7 +11,7 @@ const MOST_REFUSED: usize = 1000;
 
 impl Uncertain {
     /// `count` models from N(estimate, covariance), to first order: nominal + factor·ξ with ξ standard
-    /// normal. The same seed gives the same models.
+    /// normal. The same seed returns the same models.
     ///
     /// A draw whose A (or A − KC, where K is not zero) is not stable is drawn again, so the
     /// distribution is that of the stable models: a system that was driven for minutes is known to be
@@ -38,7 +38,7 @@ impl Uncertain {
                 if refused > MOST_REFUSED {
                     return Err(Error::NoModel {
                         problem: format!(
-                            "of {MOST_REFUSED} models drawn from the estimate's distribution none is stable"
+                            "none of {MOST_REFUSED} models drawn from the estimate's distribution is stable"
                         ),
                     });
                 }

@@ -1,4 +1,4 @@
-//! The uncertainty as it stands in `plant.json`: one input, one output.
+//! The uncertainty as it is written in `plant.json`: one input, one output.
 
 use crate::Error;
 use crate::pem::Focus;

@@ -4,7 +4,7 @@ use crate::Error;
 use crate::data::DataSet;
 use crate::linalg::columns::Columns;
 use crate::linalg::dense::spectral_radius;
-use crate::linalg::triangle::Triangle;
+use crate::linalg::r_factor::RFactor;
 use crate::model::{StateSpace, predictor};
 use crate::pem::rows::Drive;
 use crate::pem::search::Stop;
@@ -31,7 +31,7 @@ pub fn refine_gain(
     let (n, p) = (model.order(), model.outputs());
     let covariance_of = |gain: &Mat<f64>| {
         let point =
-            Point { model: predictor(model, gain.as_ref()), x0s: x0.to_vec(), levels: None };
+            Point { model: predictor(model, gain.as_ref()), x0s: x0.to_vec(), offsets: None };
         error_covariance(&point, Drive::InputsAndOutputs, data)
     };
     let mut gain = k.to_owned();
@@ -42,7 +42,7 @@ pub fn refine_gain(
         if !(cost.is_finite() && cost > 0.0) {
             break;
         }
-        let r = gain_triangle(model, &gain, data, x0, &weight(&covariance)?);
+        let r = gain_r_factor(model, &gain, data, x0, &weight(&covariance)?);
         let (r, rhs) = (r.get(..n * p, ..n * p), r.get(..n * p, n * p..));
         let mut moved = false;
         for _ in 0..8 {
@@ -68,7 +68,7 @@ pub fn refine_gain(
 }
 
 /// R of the weighted derivatives by K row by row, and last the errors' column.
-fn gain_triangle(
+fn gain_r_factor(
     model: &StateSpace,
     gain: &Mat<f64>,
     data: &DataSet,
@@ -79,7 +79,7 @@ fn gain_triangle(
     let width = n * p + 1;
     let predictor = predictor(model, gain.as_ref());
     let closed = Columns::new(predictor.a.transpose());
-    let mut all = Triangle::new(width);
+    let mut all = RFactor::new(width);
     let mut next = vec![0.0; n];
     let mut block = vec![0.0; p * width];
     for (segment, x0) in data.segments().iter().zip(x0) {

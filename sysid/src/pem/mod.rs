@@ -10,13 +10,13 @@
 //!
 //! Both are one problem. The predictor of the innovation form,
 //! `x⁺ = (A − KC)x + (B − KD)u + Ky, ŷ = Cx + Du`, is a model without noise with the inputs (u, y),
-//! whose D has no column for y; its output error is the prediction error, and (A, B, C, D, K)
-//! follow from its matrices. So the steps (`search`), the local coordinates (`coordinates`) and the
-//! derivatives (`rows`) know of one kind of model only. What is kept stable is A for the simulation and
-//! A − KC for the prediction.
+//! whose D has no column for y; its output error is the prediction error, and (A, B, C, D, K) follow
+//! from its matrices. So the steps (`search`), the local coordinates (`coordinates`) and the
+//! derivatives (`rows`) are those of one kind of model only. What is kept stable is A for the
+//! simulation and A − KC for the prediction.
 //!
-//! The rows of the Jacobian are reduced to a triangle as they come, so the memory needed does not
-//! grow with the number of samples.
+//! The rows of the Jacobian are reduced to an R factor as they come, so the memory needed does not grow
+//! with the number of samples.
 
 mod coordinates;
 mod covariance;
@@ -77,13 +77,13 @@ pub struct Refined {
 
 /// Refines a model in innovation form and the initial states `x0s` of the segments until `stop`.
 ///
-/// With [`Focus::Prediction`] spectral radii of A − KC above `radius` are refused, with
-/// [`Focus::Simulation`] those of A. A start whose A − KC is beyond it has its gain halved until it
-/// is not. D moves only with `feedthrough`. The result is in a basis of the state of its own.
+/// With [`Focus::Prediction`] spectral radii of A − KC above `radius` are rejected, with
+/// [`Focus::Simulation`] those of A. An initial estimate whose A − KC is beyond it has its gain halved
+/// until it is not. D moves only with `feedthrough`. The result is in a basis of the state of its own.
 ///
 /// # Errors
-/// [`Error::NoModel`] where the start is unstable, [`Error::Numerical`] where a decomposition
-/// does not converge.
+/// [`Error::NoModel`] where the initial estimate is unstable, [`Error::Numerical`] where a
+/// decomposition does not converge.
 pub fn refine_prediction(
     start: &Innovation,
     x0s: &[Vec<f64>],
@@ -111,7 +111,7 @@ pub fn refine_prediction(
         Focus::Prediction => {
             let gain = stable_gain(model, &start.gain, radius)?;
             let point =
-                Point { model: predictor(model, gain.as_ref()), x0s: x0s.to_vec(), levels: None };
+                Point { model: predictor(model, gain.as_ref()), x0s: x0s.to_vec(), offsets: None };
             let feedthrough =
                 moving_inputs(data.inputs(), data.outputs(), feedthrough, Drive::InputsAndOutputs);
             let found = search(point, Drive::InputsAndOutputs, data, &feedthrough, stop, radius)?;
@@ -143,30 +143,30 @@ pub fn refine_output_error(
     Ok((found.point.model, found.point.x0s))
 }
 
-/// As [`refine_output_error`] beside the initial states and, where there are any, the constants `levels`
-/// on the outputs, both of which move.
-pub(crate) fn refine_about_levels(
+/// As [`refine_output_error`], with the initial states and, where there are any, the constants
+/// `offsets` on the outputs, both of which move.
+pub(crate) fn refine_about_offsets(
     model: &StateSpace,
-    (x0, levels): (&[Vec<f64>], Option<&[f64]>),
+    (x0, offsets): (&[Vec<f64>], Option<&[f64]>),
     data: &DataSet,
     feedthrough: bool,
     stop: Stop,
     radius: f64,
 ) -> Result<(WithStates, Option<Vec<f64>>), Error> {
-    let found = by_simulation(model, (x0, levels), data, feedthrough, stop, radius)?;
-    Ok(((found.point.model, found.point.x0s), found.point.levels))
+    let found = by_simulation(model, (x0, offsets), data, feedthrough, stop, radius)?;
+    Ok(((found.point.model, found.point.x0s), found.point.offsets))
 }
 
 fn by_simulation(
     model: &StateSpace,
-    (x0, levels): (&[Vec<f64>], Option<&[f64]>),
+    (x0, offsets): (&[Vec<f64>], Option<&[f64]>),
     data: &DataSet,
     feedthrough: bool,
     stop: Stop,
     radius: f64,
 ) -> Result<search::Found, Error> {
-    let levels = levels.map(<[f64]>::to_vec);
-    let point = Point { model: model.clone(), x0s: x0.to_vec(), levels };
+    let offsets = offsets.map(<[f64]>::to_vec);
+    let point = Point { model: model.clone(), x0s: x0.to_vec(), offsets };
     let feedthrough = moving_inputs(data.inputs(), data.outputs(), feedthrough, Drive::Inputs);
     search(point, Drive::Inputs, data, &feedthrough, stop, radius)
 }

@@ -129,8 +129,8 @@ pub(super) struct RowFilter<'a> {
 }
 
 impl RowFilter<'_> {
-    /// ψ in, ψ̄ remembered; calls `tell` with each row of chol(Λ)ᵀψ̄.
-    pub(super) fn push(&mut self, psi: &[f64], mut tell: impl FnMut(&[f64])) {
+    /// Adds ψ, stores ψ̄, and calls `visit` with each row of chol(Λ)ᵀψ̄.
+    pub(super) fn push(&mut self, psi: &[f64], mut visit: impl FnMut(&[f64])) {
         let (p, width) = (self.factor.nrows(), self.width);
         let mut now = self.past.pop_back().unwrap_or_else(|| vec![0.0; p * width]);
         // The oldest is needed still: A_k of the last k is applied from a copy.
@@ -157,7 +157,7 @@ impl RowFilter<'_> {
                     *o += self.factor[(i, j)] * v;
                 }
             }
-            tell(&row);
+            visit(&row);
         }
         if !self.model.a.is_empty() {
             self.past.push_front(now);
@@ -183,7 +183,7 @@ mod tests {
     /// Σ_t Σ_s ψ(t)ᵀ R(t−s) ψ(s) by the filter, for v(t) = A v(t−1) + e with an A that is far from
     /// symmetric, against the sum written out with R(τ) = A^τ R(0).
     #[test]
-    fn the_filter_gives_the_double_sum_over_the_autocovariance() {
+    fn the_filter_returns_the_double_sum_over_the_autocovariance() {
         const COUNT: usize = 6;
         let a = Mat::from_fn(2, 2, |i, j| [[0.7, 0.5], [-0.3, 0.6]][i][j]);
         let mut products = Autocovariance::new(2, 60_000);
@@ -235,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn white_errors_have_no_colour() {
+    fn white_errors_have_no_autoregression() {
         let mut products = Autocovariance::new(1, 5000);
         let mut state = 3;
         for _ in 0..5000 {

@@ -9,7 +9,7 @@
 //!   `s_l = g_ij(z) v_l = Y_ij v_l + X_jᵀ w_il` and started by the impulse response of g_ij times x(0);
 //! - `∂ŷ_i/∂x(0)` is `f⁺ = Aᵀf` from `f = c_iᵀ`.
 //!
-//! So 1 + ny² + ny(nu + 1) filters of order n give all derivatives, instead of the n(n + nu) states
+//! So all derivatives take 1 + ny² + ny(nu + 1) filters of order n, instead of the n(n + nu) states
 //! that the entries of A and B would need.
 
 use crate::data::Segment;
@@ -58,7 +58,7 @@ pub(super) struct Sensitivities<'a> {
     x_perp: Vec<f64>,
     x0: &'a [f64],
     /// Constants on the outputs, where they are free.
-    levels: Option<&'a [f64]>,
+    offsets: Option<&'a [f64]>,
     v: Vec<f64>,
     /// n: state; ny² by n: states behind V, ordered (i, j); ny·nv by n: adjoint states, ordered
     /// (i, l); ny by n: free responses.
@@ -78,7 +78,7 @@ impl<'a> Sensitivities<'a> {
         drive: Drive,
         segment: &'a Segment,
         x0: &'a [f64],
-        levels: Option<&'a [f64]>,
+        offsets: Option<&'a [f64]>,
     ) -> Self {
         let model = &coordinates.model;
         let (n, m, p) = (model.order(), model.inputs(), model.outputs());
@@ -110,7 +110,7 @@ impl<'a> Sensitivities<'a> {
             drive,
             segment,
             x0,
-            levels,
+            offsets,
         }
     }
 
@@ -119,9 +119,9 @@ impl<'a> Sensitivities<'a> {
         self.free
     }
 
-    /// The rows of sample t, one for each output: derivatives by x(0), by the levels where these are
+    /// The rows of sample t, one for each output: derivatives by x(0), by the offsets where these are
     /// free, by the local coordinates, and the error y − ŷ, each row `n + ny + count + 1` long, without
-    /// levels `n + count + 1`. Then the filters move on, so t runs from 0.
+    /// offsets `n + count + 1`. Then the filters move on, so t runs from 0.
     pub(super) fn sample(&mut self, t: usize, out: &mut [f64]) {
         let model = &self.coordinates.model;
         let (n, m, p) = (model.order(), model.inputs(), model.outputs());
@@ -130,11 +130,11 @@ impl<'a> Sensitivities<'a> {
         for i in 0..p {
             let row = &mut out[i * width..(i + 1) * width];
             row[..n].copy_from_slice(&self.f[i * n..(i + 1) * n]);
-            let levels = self.levels.map_or(0, <[f64]>::len);
-            for (j, value) in row[n..n + levels].iter_mut().enumerate() {
+            let offsets = self.offsets.map_or(0, <[f64]>::len);
+            for (j, value) in row[n..n + offsets].iter_mut().enumerate() {
                 *value = f64::from(u8::from(i == j));
             }
-            let first = n + levels;
+            let first = n + offsets;
             for j in 0..p {
                 let states = &self.xv[(i * p + j) * n..(i * p + j + 1) * n];
                 for (k, value) in states.iter().enumerate() {
@@ -157,8 +157,8 @@ impl<'a> Sensitivities<'a> {
             }
             let output = crate::linalg::dense::short_dot(&self.c[i * n..(i + 1) * n], &self.x)
                 + crate::linalg::dense::short_dot(&self.d[i * m..(i + 1) * m], &self.v);
-            let level = self.levels.map_or(0.0, |levels| levels[i]);
-            row[width - 1] = self.segment.y[(i, t)] - output - level;
+            let offset = self.offsets.map_or(0.0, |offsets| offsets[i]);
+            row[width - 1] = self.segment.y[(i, t)] - output - offset;
         }
         self.advance();
     }

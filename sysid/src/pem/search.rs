@@ -8,14 +8,14 @@
 //!
 //! The initial state of each segment enters that segment's rows alone: these columns are eliminated
 //! there by the same QR factorisation, so any number of segments costs no more than one. Where the
-//! outputs have a level to be found, a constant in all segments, it is a parameter beside the model's,
-//! in which the output is linear.
+//! outputs have an offset to be found, a constant in all segments, it is a parameter in addition to the
+//! model's, in which the output is linear.
 
 use crate::Error;
 use crate::data::{DataSet, Segment};
 use crate::linalg::columns::Columns;
 use crate::linalg::dense::{identity, is_finite, least_squares, spectral_radius, vcat};
-use crate::linalg::triangle::Triangle;
+use crate::linalg::r_factor::RFactor;
 use crate::model::StateSpace;
 use crate::pem::coordinates::Coordinates;
 use crate::pem::rows::{Drive, Sensitivities};
@@ -37,30 +37,30 @@ pub struct Stop {
 pub(super) struct Point {
     pub(super) model: StateSpace,
     pub(super) x0s: Vec<Vec<f64>>,
-    pub(super) levels: Option<Vec<f64>>,
+    pub(super) offsets: Option<Vec<f64>>,
 }
 
 /// The least-squares problem of one step.
 pub(super) struct Linearised {
-    /// R of the weighted derivatives by the free levels and along the local coordinates with the
+    /// R of the weighted derivatives by the free offsets and along the local coordinates with the
     /// initial states eliminated, square, and last the errors' column.
-    pub(super) triangle: Mat<f64>,
-    /// For each segment the first n rows of its own triangle: (R₀₀, R₀θ, r₀).
+    pub(super) r_factor: Mat<f64>,
+    /// For each segment the first n rows of its own R factor: (R₀₀, R₀θ, r₀).
     pub(super) heads: Vec<Mat<f64>>,
-    /// Number of free levels, whose columns are the first of θ.
-    pub(super) levels: usize,
+    /// Number of free offsets, whose columns are the first of θ.
+    pub(super) offsets: usize,
 }
 
 /// The error covariance Σ e eᵀ/N; not finite where the model's output is not.
 pub(super) fn error_covariance(point: &Point, drive: Drive, data: &DataSet) -> Mat<f64> {
     let p = data.outputs();
-    let level = |i: usize| point.levels.as_ref().map_or(0.0, |levels| levels[i]);
+    let offset = |i: usize| point.offsets.as_ref().map_or(0.0, |offsets| offsets[i]);
     let mut sum = Mat::<f64>::zeros(p, p);
     for (segment, x0) in data.segments().iter().zip(&point.x0s) {
         each_error(&point.model, drive, segment, x0, |_, e| {
             for j in 0..p {
                 for i in 0..p {
-                    sum[(i, j)] += (e[i] - level(i)) * (e[j] - level(j));
+                    sum[(i, j)] += (e[i] - offset(i)) * (e[j] - offset(j));
                 }
             }
         });
@@ -69,13 +69,13 @@ pub(super) fn error_covariance(point: &Point, drive: Drive, data: &DataSet) -> M
     Mat::from_fn(p, p, |i, j| sum[(i, j)] / count)
 }
 
-/// Calls `tell` with the time and the error y − ŷ of each sample of a segment.
+/// Calls `visit` with the time and the error y − ŷ of each sample of a segment.
 pub(super) fn each_error(
     model: &StateSpace,
     drive: Drive,
     segment: &Segment,
     x0: &[f64],
-    mut tell: impl FnMut(usize, &[f64]),
+    mut visit: impl FnMut(usize, &[f64]),
 ) {
     let (n, m, p) = (model.order(), model.inputs(), model.outputs());
     let [a, b, c, d] = [&model.a, &model.b, &model.c, &model.d].map(|m| Columns::new(m.as_ref()));
@@ -88,7 +88,7 @@ pub(super) fn each_error(
         for (i, (e, y)) in e.iter_mut().zip(&y).enumerate() {
             *e = segment.y[(i, t)] - y;
         }
-        tell(t, &e);
+        visit(t, &e);
         a.product(&x, &mut next);
         b.add_product(&v, &mut next);
         std::mem::swap(&mut x, &mut next);
@@ -119,7 +119,7 @@ fn regular(covariance: &Mat<f64>) -> Mat<f64> {
     })
 }
 
-/// The lower triangle L⁻¹ with `L Lᵀ = Λ`.
+/// The lower triangular L⁻¹ with `L Lᵀ = Λ`.
 pub(super) fn weight(covariance: &Mat<f64>) -> Result<Mat<f64>, Error> {
     let p = covariance.nrows();
     if covariance.norm_max() == 0.0 {
@@ -134,25 +134,25 @@ pub(super) fn weight(covariance: &Mat<f64>) -> Result<Mat<f64>, Error> {
 /// The derivatives at the coordinates' model, weighted by `weight`, reduced to triangles.
 pub(super) fn linearise(
     coordinates: &Coordinates,
-    (x0s, levels): (&[Vec<f64>], Option<&[f64]>),
+    (x0s, offsets): (&[Vec<f64>], Option<&[f64]>),
     drive: Drive,
     data: &DataSet,
     weight: &Mat<f64>,
 ) -> Linearised {
     let (n, p) = (coordinates.model.order(), coordinates.model.outputs());
-    let free = levels.map_or(0, <[f64]>::len);
+    let free = offsets.map_or(0, <[f64]>::len);
     let count = free + coordinates.count();
     let width = n + count + 1;
-    let mut all = Triangle::new(count + 1);
+    let mut all = RFactor::new(count + 1);
     let mut heads = Vec::new();
     let mut rows = vec![0.0; p * width];
     for (segment, x0) in data.segments().iter().zip(x0s) {
-        let mut filters = Sensitivities::new(coordinates, drive, segment, x0, levels);
-        let mut head = Some(Triangle::new(width));
-        let mut close = |head: &mut Option<Triangle>, all: &mut Triangle| {
+        let mut filters = Sensitivities::new(coordinates, drive, segment, x0, offsets);
+        let mut head = Some(RFactor::new(width));
+        let mut close = |head: &mut Option<RFactor>, all: &mut RFactor| {
             if let Some(head) = head.take() {
                 let r = head.finish();
-                all.absorb(r.get(n.., n..));
+                all.accumulate(r.get(n.., n..));
                 heads.push(r.get(..n, ..).to_owned());
             }
         };
@@ -171,7 +171,7 @@ pub(super) fn linearise(
         }
         close(&mut head, &mut all);
     }
-    Linearised { triangle: all.finish(), heads, levels: free }
+    Linearised { r_factor: all.finish(), heads, offsets: free }
 }
 
 /// rows ← weight · rows, weight lower triangular.
@@ -186,15 +186,15 @@ pub(super) fn weigh(weight: &Mat<f64>, rows: &mut [f64]) {
 }
 
 impl Linearised {
-    /// The step of the levels and the coordinates, and that of each initial state, under a damping of
+    /// The step of the offsets and the coordinates, and that of each initial state, under a damping of
     /// the coordinates.
     fn step(&self, damping: f64) -> Result<(Vec<f64>, Vec<Vec<f64>>), Error> {
-        let q = self.triangle.ncols() - 1;
+        let q = self.r_factor.ncols() - 1;
         let step = damped_step(
-            self.triangle.get(..q, ..q),
-            self.triangle.get(..q, q..),
+            self.r_factor.get(..q, ..q),
+            self.r_factor.get(..q, q..),
             damping,
-            self.levels,
+            self.offsets,
         )?;
         let mut initial = Vec::new();
         for head in &self.heads {
@@ -268,21 +268,21 @@ pub(super) fn search(
         let coordinates = Coordinates::new(&best.model, &weight, feedthrough)?;
         // `best` itself stays as it was checked until a step is taken.
         let x0s: Vec<Vec<f64>> = best.x0s.iter().map(|x| times(&coordinates.basis, x)).collect();
-        let linear = linearise(&coordinates, (&x0s, best.levels.as_deref()), drive, data, &weight);
+        let linear = linearise(&coordinates, (&x0s, best.offsets.as_deref()), drive, data, &weight);
         let mut moved = false;
         for _ in 0..8 {
             let (step, initial) = linear.step(damping)?;
-            let (of_levels, step) = step.split_at(linear.levels);
+            let (of_offsets, step) = step.split_at(linear.offsets);
             let model = coordinates.moved(step);
             if spectral_radius(model.a.as_ref()) < radius {
                 let add = |(x, d): (&Vec<f64>, &Vec<f64>)| -> Vec<f64> {
                     x.iter().zip(d).map(|(x, d)| x + d).collect()
                 };
                 let x0s = x0s.iter().zip(&initial).map(add).collect();
-                let levels = best.levels.as_ref().map(|levels| {
-                    levels.iter().zip(of_levels).map(|(level, d)| level + d).collect()
+                let offsets = best.offsets.as_ref().map(|offsets| {
+                    offsets.iter().zip(of_offsets).map(|(offset, d)| offset + d).collect()
                 });
-                let trial = Point { model, x0s, levels };
+                let trial = Point { model, x0s, offsets };
                 let trial_covariance = error_covariance(&trial, drive, data);
                 let trial_cost = criterion(&trial_covariance);
                 if trial_cost < cost {

@@ -123,34 +123,34 @@ fn coordinates_complement_the_changes_of_basis() {
     }
 }
 
-/// The levels' columns are those of a constant on each output, and the errors are about the levels.
+/// The offsets' columns are those of a constant on each output, and the errors are about the offsets.
 #[test]
-fn levels_are_columns_of_ones() {
+fn offsets_are_columns_of_ones() {
     let (n, m, p) = (2, 1, 2);
     let segment = Segment::new(numbers(m, 5, 5), numbers(p, 5, 6));
     let coordinates =
         Coordinates::new(&model(n, m, p), &Mat::identity(p, p), &vec![false; m]).unwrap();
-    let (x0, levels) = ([0.3, -0.2], [0.7, -2.0]);
-    let row_of = |levels: Option<&[f64]>| {
-        let width = n + levels.map_or(0, <[f64]>::len) + coordinates.count() + 1;
+    let (x0, offsets) = ([0.3, -0.2], [0.7, -2.0]);
+    let row_of = |offsets: Option<&[f64]>| {
+        let width = n + offsets.map_or(0, <[f64]>::len) + coordinates.count() + 1;
         let mut rows = vec![0.0; p * width];
-        let mut filters = Sensitivities::new(&coordinates, Drive::Inputs, &segment, &x0, levels);
+        let mut filters = Sensitivities::new(&coordinates, Drive::Inputs, &segment, &x0, offsets);
         for t in 0..3 {
             filters.sample(t, &mut rows);
         }
         rows.chunks(width).map(<[f64]>::to_vec).collect::<Vec<_>>()
     };
-    for (i, (with, without)) in row_of(Some(&levels)).iter().zip(row_of(None)).enumerate() {
+    for (i, (with, without)) in row_of(Some(&offsets)).iter().zip(row_of(None)).enumerate() {
         assert_eq!(with[..n], without[..n]);
         assert_eq!(with[n..n + p], [[1.0, 0.0], [0.0, 1.0]][i]);
         let last = without.len() - 1;
         assert_eq!(with[n + p..n + p + last - n], without[n..last]);
-        assert!((with[last + p] - (without[last] - levels[i])).abs() < 1e-14);
+        assert!((with[last + p] - (without[last] - offsets[i])).abs() < 1e-14);
     }
 }
 
-/// Of a first-order model on nine samples, too few for the errors to have a colour, the covariance is
-/// σ²·(JᵀJ)⁻¹ with all that was estimated in J: the initial state, and the level where there is one.
+/// Of a first-order model on nine samples, too few for correlated errors, the covariance is σ²·(JᵀJ)⁻¹
+/// with all that was estimated in J: the initial state, and the offset where there is one.
 #[test]
 fn the_covariance_is_that_of_least_squares_written_out() {
     const COUNT: usize = 9;
@@ -159,12 +159,12 @@ fn the_covariance_is_that_of_least_squares_written_out() {
     let segment = Segment::new(numbers(1, COUNT, 5), numbers(1, COUNT, 6));
     let state_space = |a: f64, b: f64| StateSpace { a: one(a), b: one(b), c: one(c), d: one(0.0) };
     let data = DataSet::new(1.0, vec![segment.clone()]).unwrap();
-    for level in [false, true] {
+    for offset in [false, true] {
         let of = |q: &[f64]| -> Vec<f64> {
             let all = errors(&state_space(q[0], q[1]), Drive::Inputs, &segment, &[q[2]]);
-            all.iter().map(|e| e - if level { q[3] } else { 0.0 }).collect()
+            all.iter().map(|e| e - if offset { q[3] } else { 0.0 }).collect()
         };
-        let at: Vec<f64> = [a, b, x0, 0.0].into_iter().take(3 + usize::from(level)).collect();
+        let at: Vec<f64> = [a, b, x0, 0.0].into_iter().take(3 + usize::from(offset)).collect();
         let slopes = Mat::from_fn(COUNT, at.len(), |t, j| {
             let moved = |by: f64| {
                 let mut q = at.clone();
@@ -182,7 +182,7 @@ fn the_covariance_is_that_of_least_squares_written_out() {
         let (simulated, predicted) = ((x0s.as_slice(), &data), (x0s.as_slice(), &data));
         let none = crate::pem::neighbours::Neighbours::default();
         let found =
-            uncertain_simulation(&innovation, simulated, predicted, false, level, none).unwrap();
+            uncertain_simulation(&innovation, simulated, predicted, false, offset, none).unwrap();
         // Moves of A, and of C·B, by the entries A, B, C.
         let moves: Vec<[f64; 2]> = (0..found.factor.ncols())
             .map(|k| [found.factor[(0, k)], c * found.factor[(1, k)] + b * found.factor[(2, k)]])
@@ -191,7 +191,7 @@ fn the_covariance_is_that_of_least_squares_written_out() {
             let got: f64 = moves.iter().map(|m| m[i] * m[j]).sum();
             let scale = |i: usize| if i == 1 { c } else { 1.0 };
             let expected = variance * scale(i) * scale(j) * inverse[(i, j)];
-            assert!((got / expected - 1.0).abs() < 1e-4, "{level} {i} {j}: {got} {expected}");
+            assert!((got / expected - 1.0).abs() < 1e-4, "{offset} {i} {j}: {got} {expected}");
         }
     }
 }

@@ -5,10 +5,10 @@ use crate::data::DataSet;
 use crate::data::scaled::Part;
 use crate::model::stability::largest_radius;
 use crate::model::{StateSpace, simulate};
-use crate::pem::{Stop, refine_about_levels};
-use crate::selection::initial_conditions::Conditions;
-use crate::selection::initial_estimates::{Stabilised, Start};
-use crate::selection::method::Approach;
+use crate::pem::{Stop, refine_about_offsets};
+use crate::selection::initial_conditions::InitialConditions;
+use crate::selection::initial_estimates::{InitialEstimate, Stabilised};
+use crate::selection::method::Method;
 use crate::subspace::closed_loop::Feedback;
 use crate::subspace::{Factor, Realization};
 
@@ -19,7 +19,7 @@ pub(crate) const FINE: Stop = Stop { steps: 40, least_gain: 1e-9 };
 /// A model in scaled units with its fits.
 #[derive(Debug, Clone)]
 pub(crate) struct Candidate {
-    pub(crate) approach: Approach,
+    pub(crate) method: Method,
     pub(crate) realization: Realization,
     pub(crate) horizon: usize,
     /// All of the decomposition that it was read from.
@@ -27,12 +27,12 @@ pub(crate) struct Candidate {
     pub(crate) model: StateSpace,
     /// At the beginning of each segment of the data that it was made with; of the estimation data in the
     /// end.
-    pub(crate) conditions: Conditions,
+    pub(crate) initial_conditions: InitialConditions,
     pub(crate) estimation_fit: f64,
     pub(crate) validation_fit: f64,
     /// Σ_i ln V_i of the one-step prediction errors that it is compared by.
     pub(crate) log_square: f64,
-    /// Schwarz's criterion; of two orders the one with the lesser is the likelier.
+    /// BIC; of two orders the one with the lesser is the likelier.
     pub(crate) criterion: f64,
     /// What stability cost, where the subspace estimate was unstable.
     pub(crate) stabilised: Option<Stabilised>,
@@ -40,8 +40,8 @@ pub(crate) struct Candidate {
     /// Share by which the squared errors grew for a logarithm's sake.
     pub(crate) mirroring_cost: Option<f64>,
     pub(crate) feedthrough: bool,
-    /// The model of this order that predicts best along with a model of the noise, where the errors have a
-    /// colour; under feedback it may be the one that is taken.
+    /// The model of this order that predicts best along with a model of the noise, where the errors are
+    /// correlated; under feedback it may be the one that is taken.
     pub(crate) direct: Option<StateSpace>,
 }
 
@@ -52,20 +52,20 @@ pub(crate) struct Choice {
     pub(crate) factor: Factor,
     /// The test for feedback, where the data are enough for it.
     pub(crate) feedback: Option<Feedback>,
-    /// The data whose simulation error the chosen model makes small, about their level, where they are
-    /// not the estimation data themselves: with the external input, or whitened.
+    /// The data whose simulation error the chosen model makes small, about their offset, where they are
+    /// not the estimation data themselves: with the two-stage input estimate, or whitened.
     pub(crate) fitted: Option<DataSet>,
 }
 
 impl Candidate {
-    pub(crate) fn new(start: Start, feedthrough: bool) -> Self {
+    pub(crate) fn new(start: InitialEstimate, feedthrough: bool) -> Self {
         Self {
-            approach: start.approach,
+            method: start.method,
             realization: start.realization,
             horizon: start.horizon,
             singular_values: start.singular_values,
             model: start.model,
-            conditions: start.conditions,
+            initial_conditions: start.initial_conditions,
             estimation_fit: f64::NEG_INFINITY,
             validation_fit: f64::NEG_INFINITY,
             log_square: f64::INFINITY,
@@ -83,16 +83,16 @@ impl Candidate {
 pub(crate) fn refine(data: &DataSet, candidate: &mut Candidate, stop: Stop) -> Result<(), Error> {
     let model = &candidate.model;
     let radius = largest_radius(data.samples()).max(model.spectral_radius());
-    let from = Conditions::new(model, data, candidate.conditions.levels.is_some())?;
-    let ((model, x0), levels) = refine_about_levels(
+    let from = InitialConditions::new(model, data, candidate.initial_conditions.offsets.is_some())?;
+    let ((model, x0), offsets) = refine_about_offsets(
         model,
-        (&from.x0, from.levels.as_deref()),
+        (&from.x0, from.offsets.as_deref()),
         data,
         candidate.feedthrough,
         stop,
         (radius + 1e-12).min(1.0),
     )?;
-    (candidate.model, candidate.conditions) = (model, Conditions { x0, levels });
+    (candidate.model, candidate.initial_conditions) = (model, InitialConditions { x0, offsets });
     Ok(())
 }
 
@@ -107,5 +107,5 @@ pub(crate) fn output(model: &StateSpace, part: &Part, x0: &[Vec<f64>]) -> Vec<f6
 
 /// The states at the beginning of each segment of a part that fit its output best.
 pub(crate) fn initial_states(model: &StateSpace, part: &Part) -> Result<Vec<Vec<f64>>, Error> {
-    Ok(Conditions::new(model, &part.data, false)?.x0)
+    Ok(InitialConditions::new(model, &part.data, false)?.x0)
 }

@@ -1,28 +1,27 @@
-//! Which of several models the data make the likeliest, whatever the colour of the noise.
+//! Which of several models the data make the likeliest, whatever the spectrum of the noise.
 //!
-//! A model is judged by the errors of one-step prediction that it makes along with a noise model of its
-//! own, an autoregression of its simulation errors ([`Colour`]) of one order for all models: that of the
-//! noise as the largest model leaves it. These errors are white for the right model, so all N samples
-//! count, and Schwarz's criterion ([`schwarz`]) holds. A superfluous state would have to predict what the
-//! colour of the noise does not, and under feedback such a direct prediction error is not biased (Ljung,
-//! *System Identification*, 2nd ed. 1999, section 13.4).
+//! A model is evaluated by the errors of one-step prediction that it makes along with a noise model of
+//! its own, an autoregression of its simulation errors ([`AutoregressiveNoise`]) of one order for all
+//! models: that of the noise as the largest model leaves it. These errors are white for the right
+//! model, so all N samples count, and BIC ([`bic`]) holds. A superfluous state would have to
+//! predict what the noise model does not, and under feedback such a direct prediction error is not
+//! biased (Ljung, *System Identification*, 2nd ed. 1999, section 13.4).
 //!
-//! Plant and colour are estimated in turn, each for the other as it is, which lowers one sum of squares.
+//! Plant and noise model are estimated in turn, each for the other as it is, which lowers one sum of
+//! squares.
 
 use crate::Error;
 use crate::data::DataSet;
 use crate::model::StateSpace;
 use crate::pem::Stop;
 use crate::selection::candidate::{Candidate, ROUGH, refine};
-use crate::selection::initial_conditions::{Conditions, asks_for_level};
-use crate::selection::noise_model::Colour;
+use crate::selection::initial_conditions::{InitialConditions, needs_output_offset};
+use crate::selection::noise_model::AutoregressiveNoise;
 use crate::selection::options::IdentifyOptions;
-use crate::selection::order::{
-    AS_LIKELY, likeliest, log_square, of_a_vehicle, parameters, schwarz,
-};
+use crate::selection::order::{AS_LIKELY, bic, likeliest, log_square, of_a_vehicle, parameters};
 use std::borrow::Cow;
 
-/// Turns of plant and colour, unless the errors have stopped to fall by [`LEAST_GAIN`].
+/// Turns of plant and noise model, unless the errors fall by less than [`LEAST_GAIN`].
 const TURNS: usize = 4;
 const LEAST_GAIN: f64 = 1e-4;
 /// What models are compared on.
@@ -30,10 +29,10 @@ pub(crate) struct Comparison<'a> {
     /// The estimation data.
     pub(crate) data: &'a DataSet,
     /// Order of the noise's autoregression.
-    colour: usize,
+    noise_order: usize,
     samples: f64,
-    /// Whether the outputs have a level to be found.
-    pub(crate) level: bool,
+    /// Whether the outputs have an offset to be found.
+    pub(crate) offset: bool,
     /// Whether the data come from a loop.
     looped: bool,
     /// Whether the system is a vehicle.
@@ -41,23 +40,24 @@ pub(crate) struct Comparison<'a> {
 }
 
 impl<'a> Comparison<'a> {
-    /// With the colour of the errors of `largest`, a model of the largest order. Where there is none, since a
-    /// given order is not compared with others, they are taken for white.
+    /// With the noise model of the errors of `largest`, a model of the largest order. Where there is
+    /// none, since a stated order is not compared with others, they are taken for white.
     pub(crate) fn new(
         data: &'a DataSet,
         options: &IdentifyOptions,
         looped: bool,
         largest: Option<&StateSpace>,
     ) -> Result<Self, Error> {
-        let level = options.has_level();
-        let colour = match largest {
-            Some(model) => {
-                Colour::order(&Conditions::new(model, data, level)?.errors(model, data), data)
-            }
+        let offset = options.has_output_offset();
+        let noise_order = match largest {
+            Some(model) => AutoregressiveNoise::order(
+                &InitialConditions::new(model, data, offset)?.errors(model, data),
+                data,
+            ),
             None => 0,
         };
-        let samples = (data.samples() - colour * data.segments().len()) as f64;
-        Ok(Self { data, colour, samples, level, looped, vehicle: false })
+        let samples = (data.samples() - noise_order * data.segments().len()) as f64;
+        Ok(Self { data, noise_order, samples, offset, looped, vehicle: false })
     }
 
     /// For a vehicle or for any system.
@@ -65,15 +65,15 @@ impl<'a> Comparison<'a> {
         Self { vehicle, ..self }
     }
 
-    /// Leaves the levels out where the chosen model does not ask for them.
-    pub(crate) fn settle_level(
+    /// Leaves the offsets out where the chosen model does not need them.
+    pub(crate) fn settle_output_offset(
         &mut self,
         candidates: &mut [Candidate],
         chosen: usize,
     ) -> Result<(), Error> {
-        if self.level && !asks_for_level(&candidates[chosen].model, self.data)? {
-            self.level = false;
-            candidates.iter_mut().for_each(|c| c.conditions.levels = None);
+        if self.offset && !needs_output_offset(&candidates[chosen].model, self.data)? {
+            self.offset = false;
+            candidates.iter_mut().for_each(|c| c.initial_conditions.offsets = None);
         }
         Ok(())
     }
@@ -86,10 +86,10 @@ impl<'a> Comparison<'a> {
         another: Option<StateSpace>,
         refined: bool,
     ) -> Result<(), Error> {
-        // Without colour these errors are those that were made small already.
-        if !refined || (self.colour == 0 && !self.looped) {
+        // Without a noise model these errors are those that were made small already.
+        if !refined || (self.noise_order == 0 && !self.looped) {
             let data = self.whitened(candidate)?;
-            let errors = candidate.conditions.errors_on(&candidate.model, &data)?;
+            let errors = candidate.initial_conditions.errors_on(&candidate.model, &data)?;
             candidate.log_square = log_square(&errors);
             return Ok(());
         }
@@ -114,11 +114,11 @@ impl<'a> Comparison<'a> {
         loop {
             let data = self.whitened(of)?;
             refine(&data, of, stop)?;
-            let now = log_square(&of.conditions.errors(&of.model, &data));
+            let now = log_square(&of.initial_conditions.errors(&of.model, &data));
             let gain = of.log_square - now;
             of.log_square = now;
             turn += 1;
-            if self.colour == 0
+            if self.noise_order == 0
                 || turn == TURNS
                 || (turn > 1 && (gain.is_nan() || gain <= LEAST_GAIN))
             {
@@ -127,14 +127,14 @@ impl<'a> Comparison<'a> {
         }
     }
 
-    /// The data through the colour of a candidate's errors.
+    /// The data whitened by the noise model of a candidate's errors.
     fn whitened(&self, candidate: &Candidate) -> Result<Cow<'a, DataSet>, Error> {
-        if self.colour == 0 {
+        if self.noise_order == 0 {
             return Ok(Cow::Borrowed(self.data));
         }
-        let errors = candidate.conditions.errors_on(&candidate.model, self.data)?;
-        let colour = Colour::fitted(&errors, self.colour);
-        Ok(Cow::Owned(colour.whitened(self.data)?))
+        let errors = candidate.initial_conditions.errors_on(&candidate.model, self.data)?;
+        let noise_order = AutoregressiveNoise::fitted(&errors, self.noise_order);
+        Ok(Cow::Owned(noise_order.whitened(self.data)?))
     }
 
     /// BIC for the model, and AIC for the initial states of the segments after the first: a segment
@@ -143,10 +143,10 @@ impl<'a> Comparison<'a> {
         let (m, p) = (self.data.inputs(), self.data.outputs());
         let count = parameters(of.model.order(), m, p, of.feedthrough);
         let initial_states = of.model.order() * (self.data.segments().len() - 1);
-        schwarz(of.log_square, p, count, self.samples) + 2.0 * initial_states as f64
+        bic(of.log_square, p, count, self.samples) + 2.0 * initial_states as f64
     }
 
-    /// Sets the criterion of all and tells the least.
+    /// Sets the criterion of all and returns the least.
     pub(crate) fn least(&self, candidates: &mut [Candidate]) -> usize {
         for c in candidates.iter_mut() {
             c.criterion = self.criterion(c);
@@ -156,14 +156,14 @@ impl<'a> Comparison<'a> {
             .unwrap_or(0)
     }
 
-    /// Whether the data speak strongly for one against the other.
+    /// Whether the evidence for one against the other is strong.
     pub(crate) fn surely_less(&self, one: &Candidate, other: &Candidate) -> bool {
         one.criterion + AS_LIKELY < other.criterion
     }
 
     /// The order of least criterion, or of one about as likely whose A has a real logarithm; of a vehicle
     /// that which suits one.
-    pub(crate) fn judge(&self, candidates: &mut [Candidate]) -> usize {
+    pub(crate) fn select(&self, candidates: &mut [Candidate]) -> usize {
         self.least(candidates);
         let each: Vec<_> = candidates.iter().map(|c| (c.criterion, c.has_logarithm)).collect();
         let chosen = likeliest(&each);

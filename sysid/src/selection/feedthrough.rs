@@ -3,8 +3,8 @@
 use crate::Error;
 use crate::selection::candidate::{Candidate, ROUGH, refine};
 use crate::selection::comparison::Comparison;
-use crate::selection::initial_estimates::{Starts, refit_about};
-use crate::selection::method::Approach;
+use crate::selection::initial_estimates::{InitialEstimates, refit_about};
+use crate::selection::method::Method;
 use crate::selection::options::IdentifyOptions;
 
 /// Whether a direct gain, estimated along with B for the poles of a subspace model, lowers the
@@ -12,15 +12,16 @@ use crate::selection::options::IdentifyOptions;
 /// state.
 pub(crate) fn wants_feedthrough(
     compare: &Comparison<'_>,
-    starts: &Starts<'_>,
+    initial_estimates: &InitialEstimates<'_>,
     candidates: &[Candidate],
     chosen: usize,
 ) -> bool {
     candidates[chosen.saturating_sub(1)..=chosen].iter().any(|c| {
         let criterion = |feedthrough: bool| {
-            let Approach::OpenLoop(method) = c.approach else { return None };
+            let Method::OpenLoop(method) = c.method else { return None };
             let order = c.model.order();
-            let start = starts.again((c.horizon, method, c.realization), order, feedthrough)?;
+            let start =
+                initial_estimates.again((c.horizon, method, c.realization), order, feedthrough)?;
             let mut start = Candidate::new(start, feedthrough);
             compare.weigh(&mut start, None, false).ok()?;
             Some(compare.criterion(&start))
@@ -29,15 +30,16 @@ pub(crate) fn wants_feedthrough(
     })
 }
 
-/// The model with D taken out, fitted anew.
+/// The model with D taken out, fitted again.
 pub(crate) fn without_feedthrough(
     compare: &Comparison<'_>,
     options: &IdentifyOptions,
     from: &Candidate,
 ) -> Result<Candidate, Error> {
     let m = &from.model;
-    let (model, conditions, _) = refit_about(&m.a, &m.c, compare.data, false, compare.level)?;
-    let mut rival = Candidate { feedthrough: false, model, conditions, ..from.clone() };
+    let (model, initial_conditions, _) =
+        refit_about(&m.a, &m.c, compare.data, false, compare.offset)?;
+    let mut rival = Candidate { feedthrough: false, model, initial_conditions, ..from.clone() };
     if options.refine {
         refine(compare.data, &mut rival, ROUGH)?;
     }

@@ -11,7 +11,7 @@ use crate::linalg::dense::spectral_radius;
 use crate::model::{Innovation, StateSpace, predictions, predictor, predictor_state};
 use crate::pem::{Neighbours, Stop, refine_gain, uncertain_simulation, without_blocks};
 use crate::selection::candidate::{Candidate, Choice, output};
-use crate::selection::initial_conditions::Conditions;
+use crate::selection::initial_conditions::InitialConditions;
 use crate::subspace::{Factor, noise_model};
 use faer::{Mat, MatRef};
 
@@ -21,10 +21,10 @@ pub(crate) struct Filter {
     pub(crate) gain: Mat<f64>,
     /// One-step prediction errors on the estimation data.
     pub(crate) residuals: Vec<f64>,
-    /// One-step prediction errors on the held-out data, which are those that are tested: no
-    /// parameter has been fitted to them, so the χ² bounds need no correction for that.
+    /// One-step prediction errors on the validation data, which are those that are tested: no parameter
+    /// has been fitted to them, so the χ² bounds need no correction for that.
     pub(crate) validation_residuals: Vec<f64>,
-    /// One-step fit on the held-out data, percent.
+    /// One-step fit on the validation data, percent.
     pub(crate) validation_fit: f64,
 }
 
@@ -42,13 +42,14 @@ pub(crate) fn filter(
     let model = &chosen.model;
     let noise = noise_model(factor, model)?;
     let part = &data.estimation;
-    let simulation_error = difference(&part.output, &output(model, part, &chosen.conditions.x0));
+    let simulation_error =
+        difference(&part.output, &output(model, part, &chosen.initial_conditions.x0));
     let mut gain = noise.gain;
     if !noise.solved {
         warnings.push("the Riccati equation has no stabilising solution".into());
     }
     if refine {
-        gain = refine_gain(model, gain.as_ref(), &part.data, &chosen.conditions.x0, STOP)?;
+        gain = refine_gain(model, gain.as_ref(), &part.data, &chosen.initial_conditions.x0, STOP)?;
     }
     let mut residuals = difference(&part.output, &one_step(model, gain.as_ref(), part)?);
     let power = |e: &[f64]| e.iter().map(|x| x * x).sum::<f64>();
@@ -100,16 +101,16 @@ pub(crate) fn uncertainty(
     let innovation = Innovation { model: chosen.model.clone(), gain: gain.clone() };
     let actual = &data.estimation.data;
     let fitted = choice.fitted.as_ref().unwrap_or(actual);
-    let x0 = Conditions::new(&chosen.model, fitted, false)?.x0;
+    let x0 = InitialConditions::new(&chosen.model, fitted, false)?.x0;
     let omegas = omegas(data.sample_time);
     let replicas = if refined { replicas(chosen, fitted) } else { Vec::new() };
     let rivals = rivals(choice);
     let estimate = uncertain_simulation(
         &innovation,
         (&x0, fitted),
-        (&chosen.conditions.x0, actual),
+        (&chosen.initial_conditions.x0, actual),
         chosen.feedthrough,
-        chosen.conditions.levels.is_some(),
+        chosen.initial_conditions.offsets.is_some(),
         Neighbours { replicas: &replicas, rivals: &rivals, omegas: &omegas },
     )?;
     estimate.scaled(&[data.input_scale], &[data.output_scale]).to_file(data.sample_time)
@@ -137,10 +138,10 @@ fn replicas(chosen: &Candidate, fitted: &DataSet) -> Vec<StateSpace> {
     without_blocks(fitted, BLOCKS, LEAST_PIECE).into_iter().filter_map(refined).collect()
 }
 
-/// Models that the data allow beside the chosen one, with their weights: those of other orders by the
-/// information criterion, `exp(−Δ/2)` over the sum of all; and the one of the same order that predicts
-/// best along with its noise model, which coloured noise and a driver affect in another way, by one half,
-/// since nothing says which of the two is nearer.
+/// Models that the data allow in addition to the chosen one, with their weights: those of other orders
+/// by the information criterion, `exp(−Δ/2)` over the sum of all; and the one of the same order that
+/// predicts best along with its noise model, which coloured noise and a driver affect in another way,
+/// by one half, since nothing determines which of the two is nearer.
 fn rivals(choice: &Choice) -> Vec<(f64, StateSpace)> {
     /// Less than that counts for nothing.
     const LEAST_WEIGHT: f64 = 1e-3;

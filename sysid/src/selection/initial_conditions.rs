@@ -1,12 +1,13 @@
-//! What a simulation begins with: the state at the first sample of each segment, and the level that the
-//! outputs move about.
+//! The initial conditions of a simulation: the state at the first sample of each segment, and the
+//! offset of the outputs.
 //!
 //! The means that are removed from the data leave a constant in the simulation errors
-//! ([`level`](crate::data::scaled::level)), of the size of what rings at the ends of the record. With the model given,
-//! that constant is a linear unknown beside the initial states, so all three are found together wherever a
-//! model is judged by the errors of its simulation; it then counts as part of the output's mean, for the
-//! held-out data too, which have no say in it. Where it is no more than what the noise would make of
-//! it, by Schwarz's criterion, it is left out: an output that drifts would else be followed.
+//! ([`tapered_mean`](crate::data::scaled::tapered_mean)), of the size of what rings at the ends of the
+//! record. With the model fixed, that constant is a linear unknown along with the initial states, so
+//! all are found together wherever a model is evaluated by the errors of its simulation; it then counts
+//! as part of the output's mean, for the validation data too, which take no part in it. Where it is no
+//! more than what the noise would make of it, by BIC, it is left out: an output that drifts would else
+//! be followed.
 
 use crate::Error;
 use crate::data::DataSet;
@@ -14,33 +15,33 @@ use crate::data::dataset::without;
 use crate::linalg::dense::{dot, hcat};
 use crate::linalg::elimination::{Elimination, Solution};
 use crate::model::{StateSpace, free_response, initial_state, memory, simulate};
-use crate::selection::noise_model::Colour;
+use crate::selection::noise_model::AutoregressiveNoise;
 use crate::selection::order::{Errors, errors};
 use faer::Mat;
 
-/// Initial states and levels.
+/// Initial states and output offsets.
 #[derive(Debug, Clone)]
-pub(crate) struct Conditions {
+pub(crate) struct InitialConditions {
     /// State at the first sample of each segment.
     pub(crate) x0: Vec<Vec<f64>>,
     /// Constant on each output; `None` where the data are to be taken as they are.
-    pub(crate) levels: Option<Vec<f64>>,
+    pub(crate) offsets: Option<Vec<f64>>,
 }
 
-impl Conditions {
-    /// Those that make the simulation errors of a model least; with a `level` or without.
-    pub(crate) fn new(model: &StateSpace, data: &DataSet, level: bool) -> Result<Self, Error> {
-        if !level {
+impl InitialConditions {
+    /// Those that make the simulation errors of a model least; with an output offset or without.
+    pub(crate) fn new(model: &StateSpace, data: &DataSet, offset: bool) -> Result<Self, Error> {
+        if !offset {
             let segments = data.segments().iter();
             let x0 = segments.map(|s| initial_state(model, s.u.as_ref(), s.y.as_ref()));
-            return Ok(Self { x0: x0.collect::<Result<_, _>>()?, levels: None });
+            return Ok(Self { x0: x0.collect::<Result<_, _>>()?, offsets: None });
         }
         let (n, p) = (model.order(), model.outputs());
         let shown = memory(model);
         let mut elimination = Elimination::new(p, n);
         for s in data.segments() {
             let left = &s.y - simulate(model, s.u.as_ref(), &vec![0.0; n]);
-            // Samples after the free response has died out tell of the level alone, by their mean.
+            // Samples after the free response has died out determine the offset alone, by their mean.
             let early = shown.min(s.len());
             let free = free_response(model, early);
             let rest = Mat::from_fn(p * early, p + 1, |r, j| {
@@ -58,45 +59,46 @@ impl Conditions {
             }
         }
         let Solution { shared, own, .. } = elimination.solve(0.0)?;
-        Ok(Self { x0: own, levels: Some(shared) })
+        Ok(Self { x0: own, offsets: Some(shared) })
     }
 
-    /// `y − ŷ` of each segment of other data from their own conditions, with a level where these have one.
+    /// `y − ŷ` of each segment of other data from their own initial conditions, with an offset where
+    /// these have one.
     pub(crate) fn errors_on(&self, model: &StateSpace, data: &DataSet) -> Result<Errors, Error> {
-        Ok(Self::new(model, data, self.levels.is_some())?.errors(model, data))
+        Ok(Self::new(model, data, self.offsets.is_some())?.errors(model, data))
     }
 
     /// `y − ŷ` of each segment.
     pub(crate) fn errors(&self, model: &StateSpace, data: &DataSet) -> Errors {
         let mut all = errors(model, &self.x0, data);
         for e in &mut all {
-            for (i, level) in self.levels.iter().flatten().enumerate() {
-                e.row_mut(i).iter_mut().for_each(|e| *e -= level);
+            for (i, offset) in self.offsets.iter().flatten().enumerate() {
+                e.row_mut(i).iter_mut().for_each(|e| *e -= offset);
             }
         }
         all
     }
 
-    /// The data about their level.
-    pub(crate) fn about_level(&self, data: &DataSet) -> Result<DataSet, Error> {
-        match &self.levels {
-            Some(levels) => without(data, levels),
+    /// The data about their output offset.
+    pub(crate) fn about_output_offset(&self, data: &DataSet) -> Result<DataSet, Error> {
+        match &self.offsets {
+            Some(offsets) => without(data, offsets),
             None => Ok(data.clone()),
         }
     }
 }
 
-/// Whether the errors of a model with levels say that these are more than noise.
-pub(crate) fn asks_for_level(model: &StateSpace, data: &DataSet) -> Result<bool, Error> {
-    let conditions = Conditions::new(model, data, true)?;
-    let errors = conditions.errors(model, data);
+/// Whether the offsets in the errors of a model are more than noise.
+pub(crate) fn needs_output_offset(model: &StateSpace, data: &DataSet) -> Result<bool, Error> {
+    let initial_conditions = InitialConditions::new(model, data, true)?;
+    let errors = initial_conditions.errors(model, data);
     let (count, outputs) = (data.samples(), data.outputs());
-    let fitted = Colour::fitted(&errors, Colour::order(&errors, data));
-    let square = |(i, level): (usize, &f64)| {
+    let fitted = AutoregressiveNoise::fitted(&errors, AutoregressiveNoise::order(&errors, data));
+    let square = |(i, offset): (usize, &f64)| {
         let variance = errors.iter().map(|e| dot(e.row(i), e.row(i))).sum::<f64>() / count as f64;
-        fitted.square_of_mean(*level, variance, count)
+        fitted.square_of_mean(*offset, variance, count)
     };
-    let sum: f64 = conditions.levels.iter().flatten().enumerate().map(square).sum();
+    let sum: f64 = initial_conditions.offsets.iter().flatten().enumerate().map(square).sum();
     Ok(sum > outputs as f64 * ((count * outputs) as f64).ln())
 }
 
@@ -104,34 +106,34 @@ pub(crate) fn asks_for_level(model: &StateSpace, data: &DataSet) -> Result<bool,
 mod tests {
     use super::*;
 
-    /// States and levels of several segments and outputs are those that the data were made with.
+    /// States and offsets of several segments and outputs are those that the data were made with.
     #[test]
-    fn states_and_levels_are_found_together() {
+    fn states_and_offsets_are_found_together() {
         let model = StateSpace {
             a: Mat::from_fn(2, 2, |i, j| [[0.9, 0.3], [-0.3, 0.8]][i][j]),
             b: Mat::from_fn(2, 1, |i, _| [1.0, -0.4][i]),
             c: Mat::from_fn(2, 2, |i, j| [[1.0, 0.2], [0.0, 1.0]][i][j]),
             d: Mat::zeros(2, 1),
         };
-        let (states, levels) = ([[1.0, 2.0], [-3.0, 0.5]], [0.7, -40.0]);
+        let (states, offsets) = ([[1.0, 2.0], [-3.0, 0.5]], [0.7, -40.0]);
         let segments = [(900, &states[0]), (40, &states[1])].map(|(count, x0)| {
             let u = Mat::from_fn(1, count, |_, t| (0.3 * (t * t) as f64).sin());
             let y = simulate(&model, u.as_ref(), x0);
-            let y = Mat::from_fn(2, count, |i, t| y[(i, t)] + levels[i]);
+            let y = Mat::from_fn(2, count, |i, t| y[(i, t)] + offsets[i]);
             crate::data::Segment::new(&u, y)
         });
         let data = DataSet::new(1.0, segments.to_vec()).unwrap();
-        let found = Conditions::new(&model, &data, true).unwrap();
+        let found = InitialConditions::new(&model, &data, true).unwrap();
         for (got, expected) in found.x0.iter().zip(&states) {
             assert!(got.iter().zip(expected).all(|(g, e)| (g - e).abs() < 1e-9), "{found:?}");
         }
-        let got = found.levels.clone().unwrap();
-        assert!(got.iter().zip(levels).all(|(g, e)| (g - e).abs() < 1e-9), "{got:?}");
+        let got = found.offsets.clone().unwrap();
+        assert!(got.iter().zip(offsets).all(|(g, e)| (g - e).abs() < 1e-9), "{got:?}");
         let largest = |errors: &Errors| {
             errors.iter().flat_map(|e| e.values()).fold(0.0_f64, |m, e| m.max(e.abs()))
         };
         assert!(largest(&found.errors(&model, &data)) < 1e-9);
-        let centred = found.about_level(&data).unwrap();
+        let centred = found.about_output_offset(&data).unwrap();
         assert!(largest(&errors(&model, &found.x0, &centred)) < 1e-9);
     }
 }

@@ -1,4 +1,5 @@
-//! Subspace models of one order from every horizon and weighting: what the refinement starts from.
+//! Subspace models of one order from every horizon and weighting: the initial estimates of the
+//! refinement.
 //!
 //! A and C come from the shift structure of Γ and from eq 12, each stabilised where it is unstable;
 //! B, D and the initial states by least squares on the simulated output. All models of one order have
@@ -10,12 +11,12 @@ use crate::data::DataSet;
 use crate::linalg::dense::dot;
 use crate::model::StateSpace;
 use crate::model::stability::{largest_radius, stable_shift};
-use crate::selection::initial_conditions::Conditions;
-use crate::selection::method::Approach;
+use crate::selection::initial_conditions::InitialConditions;
+use crate::selection::method::Method;
 use crate::selection::options::IdentifyOptions;
 use crate::selection::order::{fit, fit_of, sum_of_squares};
 use crate::subspace::{
-    Factor, Method, Projections, Realization, Subspace, eq12, refit_output, shift_realization,
+    Factor, Projections, Realization, Subspace, Weighting, eq12, refit_output, shift_realization,
     stable_eq12, subspace,
 };
 use faer::Mat;
@@ -25,17 +26,17 @@ const HORIZONS: [usize; 4] = [10, 15, 20, 30];
 
 /// A stable subspace model.
 #[derive(Debug, Clone)]
-pub(crate) struct Start {
-    pub(crate) approach: Approach,
+pub(crate) struct InitialEstimate {
+    pub(crate) method: Method,
     pub(crate) realization: Realization,
     pub(crate) horizon: usize,
     /// All of its weighted projection.
     pub(crate) singular_values: Vec<f64>,
     pub(crate) model: StateSpace,
     /// At the beginning of each segment of the estimation data.
-    pub(crate) conditions: Conditions,
-    /// Sum of squared errors of its simulation of the estimation data, or what its least squares say of
-    /// it.
+    pub(crate) initial_conditions: InitialConditions,
+    /// Sum of squared errors of its simulation of the estimation data, or what follows of it from its
+    /// least squares.
     pub(crate) cost: f64,
     /// What stability cost, where the estimate was unstable.
     pub(crate) stabilised: Option<Stabilised>,
@@ -54,10 +55,10 @@ pub(crate) struct Stabilised {
 }
 
 /// The factors of the data at every horizon to be tried, with what does not depend on the order.
-pub(crate) struct Starts<'a> {
+pub(crate) struct InitialEstimates<'a> {
     data: &'a DataSet,
-    /// Whether the outputs have a level to be found.
-    level: bool,
+    /// Whether the outputs have an offset to be found.
+    offset: bool,
     horizons: Vec<Horizon>,
     realizations: Vec<Realization>,
 }
@@ -65,17 +66,17 @@ pub(crate) struct Starts<'a> {
 struct Horizon {
     factor: Factor,
     projections: Projections,
-    subspaces: Vec<(Method, Subspace)>,
+    subspaces: Vec<(Weighting, Subspace)>,
 }
 
-impl<'a> Starts<'a> {
+impl<'a> InitialEstimates<'a> {
     /// Factors the data.
     pub(crate) fn new(data: &'a DataSet, options: &IdentifyOptions) -> Result<Self, Error> {
         let horizons = horizons(data, options)?;
         let full = Factor::new(data, horizons.iter().copied().max().unwrap_or(2))?;
         let methods = match options.method {
-            Some(Approach::OpenLoop(method)) => vec![method],
-            _ => Method::ALL.to_vec(),
+            Some(Method::OpenLoop(method)) => vec![method],
+            _ => Weighting::ALL.to_vec(),
         };
         let of = |s: usize| -> Result<Horizon, Error> {
             let factor = full.with_horizon(s)?;
@@ -87,7 +88,7 @@ impl<'a> Starts<'a> {
         };
         Ok(Self {
             data,
-            level: options.has_level(),
+            offset: options.has_output_offset(),
             horizons: horizons.into_iter().map(of).collect::<Result<_, _>>()?,
             realizations: options.realization.map_or(Realization::ALL.to_vec(), |r| vec![r]),
         })
@@ -98,14 +99,14 @@ impl<'a> Starts<'a> {
         self.horizons.iter().map(|h| h.factor.horizon - 1).max().unwrap_or(0)
     }
 
-    /// The factor with the horizon of a start.
+    /// The R factor with the horizon of an initial estimate.
     pub(crate) fn into_factor(self, horizon: usize) -> Option<Factor> {
         self.horizons.into_iter().map(|h| h.factor).find(|f| f.horizon == horizon)
     }
 
     /// The model of an order that simulates the estimation data best.
-    pub(crate) fn best(&self, order: usize, feedthrough: bool) -> Result<Start, Error> {
-        let mut starts = Vec::new();
+    pub(crate) fn best(&self, order: usize, feedthrough: bool) -> Result<InitialEstimate, Error> {
+        let mut initial_estimates = Vec::new();
         let longest = self.largest_order();
         let mut last_error = Error::NotExciting {
             problem: format!(
@@ -115,28 +116,28 @@ impl<'a> Starts<'a> {
         for horizon in self.horizons.iter().filter(|h| h.factor.horizon > order) {
             for (method, sub) in &horizon.subspaces {
                 for &realization in &self.realizations {
-                    match self.start(horizon, (*method, sub), realization, order, feedthrough) {
-                        Ok(start) => starts.push(start),
+                    match self.estimate(horizon, (*method, sub), realization, order, feedthrough) {
+                        Ok(start) => initial_estimates.push(start),
                         Err(error) => last_error = error,
                     }
                 }
             }
         }
-        self.least(starts).ok_or(last_error)
+        self.least(initial_estimates).ok_or(last_error)
     }
 
     /// The one that simulates best. No simulation does better than the least squares that it comes of,
     /// so those whose least squares leave more than the best simulation so far need not be run; it may do
-    /// worse, where the poles ask for a B so large that rounding shows.
-    fn least(&self, mut starts: Vec<Start>) -> Option<Start> {
-        starts.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-        let mut best: Option<Start> = None;
-        for mut start in starts {
+    /// worse, where the poles lead to a B so large that rounding shows.
+    fn least(&self, mut initial_estimates: Vec<InitialEstimate>) -> Option<InitialEstimate> {
+        initial_estimates.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        let mut best: Option<InitialEstimate> = None;
+        for mut start in initial_estimates {
             let least = best.as_ref().map_or(f64::INFINITY, |best| best.cost);
             if start.cost > least {
                 break;
             }
-            let cost = sum_of_squares(&start.conditions.errors(&start.model, self.data));
+            let cost = sum_of_squares(&start.initial_conditions.errors(&start.model, self.data));
             start.cost = if cost.is_finite() { cost } else { f64::INFINITY };
             if best.is_none() || start.cost < least {
                 best = Some(start);
@@ -148,23 +149,23 @@ impl<'a> Starts<'a> {
     /// The model that another was made of, with feedthrough or without.
     pub(crate) fn again(
         &self,
-        (horizon, method, realization): (usize, Method, Realization),
+        (horizon, method, realization): (usize, Weighting, Realization),
         order: usize,
         feedthrough: bool,
-    ) -> Option<Start> {
+    ) -> Option<InitialEstimate> {
         let horizon = self.horizons.iter().find(|h| h.factor.horizon == horizon)?;
         let (method, sub) = horizon.subspaces.iter().find(|(m, _)| *m == method)?;
-        self.start(horizon, (*method, sub), realization, order, feedthrough).ok()
+        self.estimate(horizon, (*method, sub), realization, order, feedthrough).ok()
     }
 
-    fn start(
+    fn estimate(
         &self,
         horizon: &Horizon,
-        (method, sub): (Method, &Subspace),
+        (method, sub): (Weighting, &Subspace),
         realization: Realization,
         order: usize,
         feedthrough: bool,
-    ) -> Result<Start, Error> {
+    ) -> Result<InitialEstimate, Error> {
         let factor = &horizon.factor;
         let (a, c) = match realization {
             Realization::Shift => shift_realization(sub, order, factor.outputs)?,
@@ -174,7 +175,7 @@ impl<'a> Starts<'a> {
             }
         };
         let radius = crate::linalg::dense::spectral_radius(a.as_ref());
-        let refit = |a: &Mat<f64>| refit_about(a, &c, self.data, feedthrough, self.level);
+        let refit = |a: &Mat<f64>| refit_about(a, &c, self.data, feedthrough, self.offset);
         let most = largest_radius(self.data.samples());
         let (found, stabilised) = if radius <= most {
             (refit(&a)?, None)
@@ -184,62 +185,62 @@ impl<'a> Starts<'a> {
                 Realization::Eq12 => stable_eq12(factor, &horizon.projections, sub, order, most)?,
             };
             let found = refit(&stable.ok_or(Error::Numerical { what: "stabilisation" })?)?;
-            // About the means, as it is told what stability cost: a level may be left out later.
-            // What grows is not simulated: its least squares tell the same less the rounding, of which
-            // there may be so much that no output at all would do better.
+            // About the means, since the cost of stability is reported: an output offset may be left out
+            // later. What grows is not simulated: its least squares have the same value less the rounding,
+            // of which there may be so much that no output at all would do better.
             let none: f64 =
                 self.data.segments().iter().map(|s| dot(s.y.values(), s.y.values())).sum();
             let before = refit_about(&a, &c, self.data, feedthrough, false);
             let fit_before = before
                 .map_or(f64::NEG_INFINITY, |(.., squares)| fit_of(self.data, squares.min(none)));
-            let (model, conditions, _) =
+            let (model, initial_conditions, _) =
                 refit_about(&found.0.a, &c, self.data, feedthrough, false)?;
-            let fit_after = fit(self.data, &conditions.errors(&model, self.data));
+            let fit_after = fit(self.data, &initial_conditions.errors(&model, self.data));
             let stabilised = Stabilised { radius, fit_before, fit_after };
             (found, (radius >= 1.0).then_some(stabilised))
         };
-        let (model, conditions, cost) = found;
-        Ok(Start {
-            approach: method.into(),
+        let (model, initial_conditions, cost) = found;
+        Ok(InitialEstimate {
+            method: method.into(),
             realization,
             horizon: factor.horizon,
             singular_values: sub.singular_values.clone(),
             model,
-            conditions,
+            initial_conditions,
             cost,
             stabilised,
         })
     }
 }
 
-/// B, D and the conditions of the least simulation errors for given A and C, and the sum of their
-/// squares.
+/// B, D and the initial conditions of the least simulation errors for these A and C, and the sum of
+/// their squares.
 pub(crate) fn refit_about(
     a: &Mat<f64>,
     c: &Mat<f64>,
     data: &DataSet,
     feedthrough: bool,
-    level: bool,
-) -> Result<(StateSpace, Conditions, f64), Error> {
-    let refit = refit_output(a.as_ref(), c.as_ref(), data, feedthrough, level)?;
-    let levels = level.then_some(refit.offset);
-    Ok((refit.model, Conditions { x0: refit.x0, levels }, refit.squares))
+    offset: bool,
+) -> Result<(StateSpace, InitialConditions, f64), Error> {
+    let refit = refit_output(a.as_ref(), c.as_ref(), data, feedthrough, offset)?;
+    let offsets = offset.then_some(refit.offset);
+    Ok((refit.model, InitialConditions { x0: refit.x0, offsets }, refit.squares))
 }
 
 /// Those that are there, or the last error.
 pub(crate) fn at_least_one(
-    all: impl Iterator<Item = Result<Start, Error>>,
-) -> Result<Vec<Start>, Error> {
-    let (mut starts, mut problem) = (Vec::new(), None);
+    all: impl Iterator<Item = Result<InitialEstimate, Error>>,
+) -> Result<Vec<InitialEstimate>, Error> {
+    let (mut initial_estimates, mut problem) = (Vec::new(), None);
     for start in all {
         match start {
-            Ok(start) => starts.push(start),
+            Ok(start) => initial_estimates.push(start),
             Err(error) => problem = Some(error),
         }
     }
     match problem {
-        Some(error) if starts.is_empty() => Err(error),
-        _ => Ok(starts),
+        Some(error) if initial_estimates.is_empty() => Err(error),
+        _ => Ok(initial_estimates),
     }
 }
 
@@ -299,23 +300,27 @@ mod tests {
     }
 
     /// The one that is taken is the best of all as they are simulated, on a drive with noise and on one
-    /// that some orders tell to rounding.
+    /// that some orders reproduce to rounding.
     #[test]
-    fn no_start_simulates_better_than_the_one_taken() {
+    fn no_initial_estimate_simulates_better_than_the_one_taken() {
         for noise in [0.01, 0.0] {
             let data = drive(noise);
-            let starts = Starts::new(&data, &IdentifyOptions::default()).unwrap();
+            let initial_estimates =
+                InitialEstimates::new(&data, &IdentifyOptions::default()).unwrap();
             let rounding = 1e-26 * sum_of_squares(&vec![data.segments()[0].y.clone()]);
             for order in 1..=7 {
-                let taken = starts.best(order, false).unwrap();
-                let simulated =
-                    |start: &Start| sum_of_squares(&start.conditions.errors(&start.model, &data));
+                let taken = initial_estimates.best(order, false).unwrap();
+                let simulated = |start: &InitialEstimate| {
+                    sum_of_squares(&start.initial_conditions.errors(&start.model, &data))
+                };
                 assert_eq!(taken.cost, simulated(&taken));
                 for horizon in HORIZONS {
-                    for method in Method::ALL {
+                    for method in Weighting::ALL {
                         for realization in Realization::ALL {
                             let key = (horizon, method, realization);
-                            let Some(other) = starts.again(key, order, false) else { continue };
+                            let Some(other) = initial_estimates.again(key, order, false) else {
+                                continue;
+                            };
                             let cost = simulated(&other);
                             let least = taken.cost - rounding;
                             assert!(least <= cost, "{noise}, {order}, {key:?}: {cost}, {least}");

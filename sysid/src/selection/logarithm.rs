@@ -19,13 +19,13 @@ pub(crate) fn with_logarithm(
     if off_branch_cut(&candidates[chosen].model)?.is_empty() {
         return Ok(chosen);
     }
-    let level = candidates[chosen].conditions.levels.is_some();
+    let offset = candidates[chosen].initial_conditions.offsets.is_some();
     let least = mean_square(&candidates[chosen], data);
     let mut best: Option<(usize, Candidate, f64)> = None;
     for i in in_turn(candidates.iter().map(|c| c.model.order()), chosen) {
         let mut one = candidates[i].clone();
         if i != chosen {
-            refit(&mut one, data, level)?;
+            refit(&mut one, data, offset)?;
             if refined {
                 refine(data, &mut one, FINE)?;
             }
@@ -36,7 +36,7 @@ pub(crate) fn with_logarithm(
         let from = one.clone();
         for model in places {
             let mut placed = Candidate { model, ..from.clone() };
-            refit(&mut placed, data, level)?;
+            refit(&mut placed, data, offset)?;
             let square = mean_square(&placed, data);
             if square < now {
                 (one, now) = (placed, square);
@@ -61,23 +61,23 @@ pub(crate) fn in_turn(orders: impl Iterator<Item = usize>, chosen: usize) -> Vec
     std::iter::once(chosen).chain(lower).collect()
 }
 
-/// Gives the candidate's poles the B, D, initial states and level of least errors.
-fn refit(candidate: &mut Candidate, data: &DataSet, level: bool) -> Result<(), Error> {
+/// Sets B, D, initial states and output offset of least errors for the candidate's poles.
+fn refit(candidate: &mut Candidate, data: &DataSet, offset: bool) -> Result<(), Error> {
     let (a, c) = (&candidate.model.a, &candidate.model.c);
-    (candidate.model, candidate.conditions, _) =
-        refit_about(a, c, data, candidate.feedthrough, level)?;
+    (candidate.model, candidate.initial_conditions, _) =
+        refit_about(a, c, data, candidate.feedthrough, offset)?;
     Ok(())
 }
 
 fn mean_square(candidate: &Candidate, data: &DataSet) -> f64 {
     let count = (data.samples() * data.outputs()) as f64;
-    sum_of_squares(&candidate.conditions.errors(&candidate.model, data)) / count
+    sum_of_squares(&candidate.initial_conditions.errors(&candidate.model, data)) / count
 }
 
-/// What is told of a model that was taken off the branch cut at this cost of squared errors.
-pub(crate) fn told(cost: f64) -> String {
+/// The warning for a model that was taken off the branch cut at this cost of squared errors.
+pub(crate) fn mirroring_warning(cost: f64) -> String {
     format!(
-        "a mode that dies out within a sample came out alternating, which no continuous model does: it was made to decay, at {:.2} % of the squared errors",
+        "a mode that dies out within a sample alternated, which no mode of a continuous model does: it was replaced by one that decays, which adds {:.2} % to the squared errors",
         100.0 * cost.max(0.0)
     )
 }

@@ -5,23 +5,23 @@ use crate::subspace::closed_loop;
 
 /// A method of identification.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Approach {
+pub enum Method {
     /// For data whose input does not depend on past outputs: a weighting of the open-loop subspace
     /// methods, refined by the simulation error.
-    OpenLoop(subspace::Method),
+    OpenLoop(subspace::Weighting),
     /// For data with feedback from output to input: a predictor-based method, refined by the
     /// one-step prediction error.
-    ClosedLoop(closed_loop::Method),
+    ClosedLoop(closed_loop::ClosedLoopMethod),
 }
 
-impl Approach {
+impl Method {
     /// All of them.
     pub const ALL: [Self; 5] = [
-        Self::OpenLoop(subspace::Method::N4sid),
-        Self::OpenLoop(subspace::Method::Moesp),
-        Self::OpenLoop(subspace::Method::Cva),
-        Self::ClosedLoop(closed_loop::Method::Ssarx),
-        Self::ClosedLoop(closed_loop::Method::Pbsid),
+        Self::OpenLoop(subspace::Weighting::N4sid),
+        Self::OpenLoop(subspace::Weighting::Moesp),
+        Self::OpenLoop(subspace::Weighting::Cva),
+        Self::ClosedLoop(closed_loop::ClosedLoopMethod::Ssarx),
+        Self::ClosedLoop(closed_loop::ClosedLoopMethod::Pbsid),
     ];
 
     /// The name in files and options.
@@ -34,14 +34,14 @@ impl Approach {
     }
 }
 
-impl From<subspace::Method> for Approach {
-    fn from(method: subspace::Method) -> Self {
+impl From<subspace::Weighting> for Method {
+    fn from(method: subspace::Weighting) -> Self {
         Self::OpenLoop(method)
     }
 }
 
-impl From<closed_loop::Method> for Approach {
-    fn from(method: closed_loop::Method) -> Self {
+impl From<closed_loop::ClosedLoopMethod> for Method {
+    fn from(method: closed_loop::ClosedLoopMethod) -> Self {
         Self::ClosedLoop(method)
     }
 }

@@ -1,4 +1,4 @@
-//! The colour of simulation errors, and the data seen through it.
+//! The autoregressive noise model of simulation errors, and the data filtered by it.
 //!
 //! The simulation error v = y − G u is taken for an autoregression driven by white noise,
 //!
@@ -10,7 +10,7 @@
 //! 2nd ed. 1999, section 4.2) whose two parts share no pole. Given a, the prediction error of that
 //! model is the simulation error of the same plant for the signals `u − Σ a_k u(t−k)` and
 //! `y − Σ a_k y(t−k)`, since scalar filters commute: so all that works on simulation errors works on
-//! prediction errors too, on [whitened](Colour::whitened) data.
+//! prediction errors too, on [whitened](AutoregressiveNoise::whitened) data.
 //!
 //! One autoregression serves all outputs, each in the unit of its errors. It is found by Durbin and
 //! Levinson's recursion from the autocovariance, which makes it stable.
@@ -23,27 +23,27 @@ use crate::selection::order::Errors;
 /// Largest order that is tried, and the samples for each coefficient.
 const MOST: usize = 30;
 const SAMPLES: usize = 50;
-/// Errors of a smaller share of the output are rounding, which has no colour to be known.
+/// Errors of a smaller share of the output are rounding, without a noise model.
 const ROUNDING: f64 = 1e-8;
 
 /// An autoregression of simulation errors.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Colour {
+pub(crate) struct AutoregressiveNoise {
     /// a_1 … a_p.
     coefficients: Vec<f64>,
     /// Variance of e over that of v.
     pub(crate) remaining: f64,
 }
 
-impl Colour {
+impl AutoregressiveNoise {
     /// The autoregression of one order.
     pub(crate) fn fitted(errors: &Errors, order: usize) -> Self {
         let all = autoregressions(errors, order);
         all.into_iter().last().unwrap_or(Self { coefficients: Vec::new(), remaining: 1.0 })
     }
 
-    /// The order that Akaike's criterion gives the errors of `data`: it grows with the data, as the
-    /// true noise need not be an autoregression.
+    /// The order of the errors of `data` by Akaike's criterion: it grows with the data, as the true
+    /// noise need not be an autoregression.
     pub(crate) fn order(errors: &Errors, data: &DataSet) -> usize {
         let shortest = data.segments().iter().map(Segment::len).min().unwrap_or(0);
         let most = MOST.min(data.samples() / SAMPLES).min(shortest / 4);
@@ -68,15 +68,15 @@ impl Colour {
         (mean * (1.0 - past)).powi(2) / scatter.max(f64::MIN_POSITIVE)
     }
 
-    /// Input and output without what the past says by these coefficients, from the sample on where
-    /// the past is known.
+    /// Input and output less their predictions from the past by these coefficients, from the sample on
+    /// where the past is known.
     pub(crate) fn whitened(&self, data: &DataSet) -> Result<DataSet, Error> {
         let order = self.coefficients.len();
         let apply = |m: &Signals| {
             Signals::from_fn(m.nrows(), m.ncols() - order, |i, t| {
                 let past = self.coefficients.iter().enumerate();
-                let told: f64 = past.map(|(k, a)| a * m[(i, t + order - 1 - k)]).sum();
-                m[(i, t + order)] - told
+                let predicted: f64 = past.map(|(k, a)| a * m[(i, t + order - 1 - k)]).sum();
+                m[(i, t + order)] - predicted
             })
         };
         let long = data.segments().iter().filter(|s| s.len() > order);
@@ -91,9 +91,9 @@ fn power(signals: &Signals) -> f64 {
 }
 
 /// The autoregressions of order 0 to `most`.
-fn autoregressions(errors: &Errors, most: usize) -> Vec<Colour> {
+fn autoregressions(errors: &Errors, most: usize) -> Vec<AutoregressiveNoise> {
     let r = autocovariance(errors, most);
-    let mut now = Colour { coefficients: Vec::new(), remaining: 1.0 };
+    let mut now = AutoregressiveNoise { coefficients: Vec::new(), remaining: 1.0 };
     let mut all = vec![now.clone()];
     for k in 1..=most {
         let a = &now.coefficients;
@@ -106,7 +106,7 @@ fn autoregressions(errors: &Errors, most: usize) -> Vec<Colour> {
             (0..k - 1).map(|j| a[j] - reflection * a[k - 2 - j]).collect();
         coefficients.push(reflection);
         let remaining = now.remaining * (1.0 - reflection * reflection);
-        now = Colour { coefficients, remaining };
+        now = AutoregressiveNoise { coefficients, remaining };
         all.push(now.clone());
     }
     all
@@ -147,9 +147,9 @@ mod tests {
             .collect()
     }
 
-    /// The means of records of coloured noise scatter as that says.
+    /// The means of records of coloured noise have the stated scatter.
     #[test]
-    fn means_of_coloured_errors_scatter_as_told() {
+    fn means_of_coloured_errors_scatter_as_stated() {
         const COUNT: usize = 500;
         let e = white(200 * COUNT);
         let mut v = 0.0;
@@ -165,7 +165,8 @@ mod tests {
             let mean = record.iter().sum::<f64>() / COUNT as f64;
             let variance = record.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / COUNT as f64;
             let errors = vec![Signals::from(record.to_vec())];
-            sum += Colour::fitted(&errors, 1).square_of_mean(mean, variance, COUNT) / 200.0;
+            sum += AutoregressiveNoise::fitted(&errors, 1).square_of_mean(mean, variance, COUNT)
+                / 200.0;
         }
         assert!((0.75..1.3).contains(&sum), "{sum}");
     }
@@ -179,17 +180,17 @@ mod tests {
         }
         let y = Signals::from(v);
         let data = DataSet::single(1.0, e.clone(), y.clone()).unwrap();
-        let order = Colour::order(&vec![y.clone()], &data);
+        let order = AutoregressiveNoise::order(&vec![y.clone()], &data);
         assert!((2..=4).contains(&order), "{order}");
-        let colour = Colour::fitted(&vec![y], 2);
+        let noise = AutoregressiveNoise::fitted(&vec![y], 2);
         let near = |x: f64, want: f64| (x - want).abs() < 0.02;
-        assert!(near(colour.coefficients[0], 1.5) && near(colour.coefficients[1], -0.7));
-        let white = colour.whitened(&data).unwrap();
+        assert!(near(noise.coefficients[0], 1.5) && near(noise.coefficients[1], -0.7));
+        let white = noise.whitened(&data).unwrap();
         let left = (0..1000).map(|t| (white.segments()[0].y[(0, t)] - e[t + 2]).abs());
         assert!(left.fold(0.0, f64::max) < 0.1);
         // White errors: whatever order chance takes, it takes out next to nothing.
         let white = vec![Signals::from(e)];
-        let colour = Colour::fitted(&white, Colour::order(&white, &data));
-        assert!(colour.remaining > 0.998, "{colour:?}");
+        let noise = AutoregressiveNoise::fitted(&white, AutoregressiveNoise::order(&white, &data));
+        assert!(noise.remaining > 0.998, "{noise:?}");
     }
 }

@@ -2,18 +2,18 @@
 
 use crate::Error;
 use crate::data::scaled::{Detrend, Preparation};
-use crate::selection::method::Approach;
+use crate::selection::method::Method;
 use crate::subspace::Realization;
 use formats::InputKind;
 use std::collections::BTreeMap;
 
 /// Options of [`identify`](crate::identify); `None` leaves the choice to the estimation data. The
-/// held-out part chooses nothing and only judges.
+/// validation data choose nothing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct IdentifyOptions {
     /// Method. `None`: the open-loop ones, or the closed-loop ones where the data show feedback
     /// ([`feedback`](crate::subspace::closed_loop::feedback)).
-    pub method: Option<Approach>,
+    pub method: Option<Method>,
     /// How A and C are realized. `None`: for each order the one whose simulation fits the estimation
     /// data better, since both have equally many parameters.
     pub realization: Option<Realization>,
@@ -24,18 +24,18 @@ pub struct IdentifyOptions {
     /// Block rows s of the Hankel matrices.
     pub horizon: Option<usize>,
     /// Whether the output may depend on the input of its own sample; without, D is zero by
-    /// construction. `None`: where the data ask for it and the order is chosen too, since at a given
-    /// order it could stand for states that are not allowed.
+    /// construction. `None`: where the data require it and the order is chosen too, since at a stated
+    /// order it could represent states that are not allowed.
     pub feedthrough: Option<bool>,
     /// What drives the model.
     pub input_kind: InputKind,
     /// Most samples that estimate, in blocks spread over the log; `None`: all of them.
     pub max_samples: Option<usize>,
-    /// Share of the log, at its end, that is held out for validation.
+    /// Share of the log, at its end, that is validation data.
     pub validation_fraction: f64,
     /// What is taken out of input and output before a model is fitted.
     pub detrend: Detrend,
-    /// Pure delay of the input, s. `None`: the one that the data ask for (see
+    /// Pure delay of the input, s. `None`: the one that the data determine (see
     /// [`estimate_delay`](crate::selection::delay::estimate_delay)).
     pub delay_s: Option<f64>,
     /// Whether the subspace model is refined by its simulation error.
@@ -72,30 +72,30 @@ impl IdentifyOptions {
         };
         if !(0.1..=0.9).contains(&self.validation_fraction) {
             let value = format!("{}%", 100.0 * self.validation_fraction);
-            return out_of_range("--validation-fraction", value, "10% to 90%");
+            return out_of_range("validation fraction", value, "10% to 90%");
         }
         if !(1..=32).contains(&self.max_order) {
-            return out_of_range("--max-order", self.max_order.to_string(), "1 to 32");
+            return out_of_range("max order", self.max_order.to_string(), "1 to 32");
         }
         if let Some(order) = self.order
             && !(1..=32).contains(&order)
         {
-            return out_of_range("--order", order.to_string(), "1 to 32, or auto");
+            return out_of_range("order", order.to_string(), "1 to 32, or auto");
         }
         if let Some(delay) = self.delay_s
             && !(0.0..=2.0).contains(&delay)
         {
-            return out_of_range("--delay", format!("{delay} s"), "0 s to 2 s, or auto");
+            return out_of_range("delay", format!("{delay} s"), "0 s to 2 s, or auto");
         }
         if let Some(most) = self.max_samples
             && most < LEAST_SAMPLES
         {
             let expected = format!("{LEAST_SAMPLES} or more, or all");
-            return out_of_range("--max-samples", most.to_string(), &expected);
+            return out_of_range("max samples", most.to_string(), &expected);
         }
         if let Some(horizon) = self.horizon {
             if !(2..=200).contains(&horizon) {
-                return out_of_range("--horizon", horizon.to_string(), "2 to 200, or auto");
+                return out_of_range("horizon", horizon.to_string(), "2 to 200, or auto");
             }
             let order = self.order.unwrap_or(1);
             if horizon <= order {
@@ -117,7 +117,7 @@ impl IdentifyOptions {
 
     /// Whether a constant on the outputs is found along with the model: not where they are to stay as they
     /// are, where each run of samples has a line of its own, or where nothing is refined.
-    pub(crate) fn has_level(&self) -> bool {
+    pub(crate) fn has_output_offset(&self) -> bool {
         self.detrend == Detrend::Mean && self.refine
     }
 
@@ -125,7 +125,7 @@ impl IdentifyOptions {
     pub(crate) fn to_map(&self) -> BTreeMap<String, String> {
         let number = |x: Option<usize>| x.map_or_else(|| "auto".into(), |x| x.to_string());
         BTreeMap::from([
-            ("method".into(), self.method.map_or("auto", Approach::name).into()),
+            ("method".into(), self.method.map_or("auto", Method::name).into()),
             ("order".into(), number(self.order)),
             ("max_order".into(), self.max_order.to_string()),
             (

@@ -1,8 +1,8 @@
-//! How many states the data ask for.
+//! How many states the data require.
 //!
-//! Adding a state always lowers the errors on the estimation data. Whether by more than chance is told
-//! by Schwarz's criterion (G. Schwarz, *Estimating the dimension of a model*, Annals of Statistics 6,
-//! 1978),
+//! Adding a state always lowers the errors on the estimation data. Whether by more than chance is
+//! decided by BIC, Schwarz's criterion (G. Schwarz, *Estimating the dimension of a model*, Annals of
+//! Statistics 6, 1978),
 //!
 //! ```text
 //! N·Σ_i ln V_i + d·ln(N·ny)
@@ -34,8 +34,8 @@ fn squares(x: &[f64]) -> f64 {
     dot(x, x)
 }
 
-/// Errors of a smaller share of an output of unit spread are rounding, which must not tell two orders
-/// apart.
+/// Errors of a smaller share of an output of unit spread are rounding, by which two orders must not be
+/// distinguished.
 const ROUNDING: f64 = 1e-8;
 
 /// Σ_i ln V_i over the outputs, which are of unit spread; ∞ where an error is not finite.
@@ -59,8 +59,8 @@ pub(crate) fn parameters(order: usize, inputs: usize, outputs: usize, feedthroug
     order * (inputs + outputs) + if feedthrough { inputs * outputs } else { 0 }
 }
 
-/// Schwarz's criterion for `log_square` = Σ_i ln V_i from so many samples.
-pub(crate) fn schwarz(log_square: f64, outputs: usize, parameters: usize, samples: f64) -> f64 {
+/// BIC (Schwarz's criterion) for `log_square` = Σ_i ln V_i from so many samples.
+pub(crate) fn bic(log_square: f64, outputs: usize, parameters: usize, samples: f64) -> f64 {
     samples * log_square + parameters as f64 * (samples * outputs as f64).max(2.0).ln()
 }
 
@@ -80,7 +80,7 @@ pub(crate) fn likeliest(models: &[(f64, bool)]) -> usize {
     least(&|(criterion, has_logarithm)| *has_logarithm && *criterion <= most).unwrap_or(best)
 }
 
-/// The order that is used for a vehicle where one is chosen by Schwarz's criterion. Yaw dynamics have two
+/// The order that is used for a vehicle where one is chosen by BIC. Yaw dynamics have two
 /// states, lateral velocity and yaw rate, however little of the second a drive shows: order 1 is kept only
 /// where order 2 explains no more than chance does, by Akaike's criterion. Of each model its order, its
 /// criterion and whether its A has a real logarithm, from so many `samples`.

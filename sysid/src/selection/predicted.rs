@@ -1,8 +1,8 @@
-//! Starts from closed-loop data: predictor-based models of every order.
+//! Initial estimates from closed-loop data: predictor-based models of every order.
 //!
 //! The predictor-based methods ([`closed_loop`](crate::subspace::closed_loop)) are right under feedback where the
 //! open-loop ones are not. A and C are theirs; B, D and the initial states make the simulation of the
-//! [external](crate::selection::two_stage) input best, which is what all models are compared and refined by.
+//! two-stage [input estimate](crate::selection::two_stage) best, by which all models are compared and refined.
 
 use crate::Error;
 use crate::data::DataSet;
@@ -10,13 +10,13 @@ use crate::model::stability::largest_radius;
 use crate::model::{Innovation, StateSpace, predictor, predictor_state};
 use crate::pem::{Focus, refine_prediction};
 use crate::selection::candidate::ROUGH;
-use crate::selection::initial_conditions::Conditions;
-use crate::selection::initial_estimates::{Stabilised, Start, refit_about};
+use crate::selection::initial_conditions::InitialConditions;
+use crate::selection::initial_estimates::{InitialEstimate, Stabilised, refit_about};
 use crate::selection::options::IdentifyOptions;
 use crate::selection::order::{fit, fit_of, sum_of_squares};
-use crate::selection::two_stage::external;
+use crate::selection::two_stage::two_stage_input;
 use crate::subspace::closed_loop::{
-    Criterion, Decomposition, Method, decompose, factor, past_horizon,
+    ClosedLoopMethod, Criterion, Decomposition, decompose, factor, past_horizon,
 };
 use crate::subspace::{Factor, Realization};
 
@@ -29,19 +29,19 @@ const WINDOWS: usize = 20;
 pub(crate) struct Predicted {
     past: usize,
     factor: Factor,
-    decompositions: Vec<(Method, Decomposition)>,
-    /// The data with the external input.
-    pub(crate) external: DataSet,
+    decompositions: Vec<(ClosedLoopMethod, Decomposition)>,
+    /// The data with the two-stage input estimate.
+    pub(crate) two_stage_input: DataSet,
     refined: bool,
-    /// Whether the outputs have a level to be found.
-    level: bool,
+    /// Whether the outputs have an offset to be found.
+    offset: bool,
 }
 
 impl Predicted {
     pub(crate) fn new(
         data: &DataSet,
         options: &IdentifyOptions,
-        methods: &[Method],
+        methods: &[ClosedLoopMethod],
     ) -> Result<Self, Error> {
         let feedthrough = options.feedthrough == Some(true);
         let width = data.inputs() + data.outputs();
@@ -67,29 +67,30 @@ impl Predicted {
             .iter()
             .map(|&m| Ok((m, decompose(&factor, m, past, future, feedthrough)?)))
             .collect::<Result<_, Error>>()?;
-        let external = external(data, &factor, past)?;
-        let (refined, level) = (options.refine, options.has_level());
-        Ok(Self { past, factor, decompositions, external, refined, level })
+        let two_stage_input = two_stage_input(data, &factor, past)?;
+        let (refined, offset) = (options.refine, options.has_output_offset());
+        Ok(Self { past, factor, decompositions, two_stage_input, refined, offset })
     }
 
     pub(crate) fn largest_order(&self) -> usize {
         self.decompositions.iter().map(|(_, d)| d.largest_order()).max().unwrap_or(0)
     }
 
-    /// The factor of the data, and the data with the external input.
+    /// The R factor of the data, and the data with the two-stage input estimate.
     pub(crate) fn into_parts(self) -> (Factor, DataSet) {
-        (self.factor, self.external)
+        (self.factor, self.two_stage_input)
     }
 
-    /// The model of an order that simulates the external input best; those of the methods as they are
-    /// and, where models are refined, by the errors of their own one-step prediction of `data`.
+    /// The model of an order that simulates the two-stage input estimate best; those of the methods as
+    /// they are and, where models are refined, by the errors of their own one-step prediction of
+    /// `data`.
     pub(crate) fn best(
         &self,
         data: &DataSet,
         order: usize,
         feedthrough: bool,
-    ) -> Result<Start, Error> {
-        let mut best: Option<Start> = None;
+    ) -> Result<InitialEstimate, Error> {
+        let mut best: Option<InitialEstimate> = None;
         let mut last_error = Error::NoModel { problem: "no method could be tried".into() };
         let radius = largest_radius(data.samples());
         for (method, decomposition) in &self.decompositions {
@@ -98,9 +99,9 @@ impl Predicted {
             let of = |found: Result<Innovation, Error>| {
                 let model = found?.model;
                 let values = &decomposition.singular_values;
-                let mut start = self.start(*method, &model, values, feedthrough)?;
-                // Held down to the radius, or near it by itself: which, the data without the
-                // penalty tell.
+                let mut start = self.estimate(*method, &model, values, feedthrough)?;
+                // Held down to the radius, or near it by itself: the data without the penalty show
+                // which.
                 if model.spectral_radius() > 0.99 * radius {
                     let free = decomposition.model(order).ok();
                     start.stabilised = free.and_then(|f| self.stabilised(&f.model, &start));
@@ -122,42 +123,42 @@ impl Predicted {
         best.ok_or(last_error)
     }
 
-    /// A and C of a model with the rest for the simulation of the external input.
-    fn start(
+    /// A and C of a model with the rest for the simulation of the two-stage input estimate.
+    fn estimate(
         &self,
-        method: Method,
+        method: ClosedLoopMethod,
         model: &StateSpace,
         singular_values: &[f64],
         feedthrough: bool,
-    ) -> Result<Start, Error> {
-        let data = &self.external;
-        let (model, conditions, _) =
-            refit_about(&model.a, &model.c, data, feedthrough, self.level)?;
-        let cost = sum_of_squares(&conditions.errors(&model, data));
+    ) -> Result<InitialEstimate, Error> {
+        let data = &self.two_stage_input;
+        let (model, initial_conditions, _) =
+            refit_about(&model.a, &model.c, data, feedthrough, self.offset)?;
+        let cost = sum_of_squares(&initial_conditions.errors(&model, data));
         if !cost.is_finite() {
             return Err(Error::NoModel { problem: "the simulation overflows".into() });
         }
-        Ok(Start {
-            approach: method.into(),
+        Ok(InitialEstimate {
+            method: method.into(),
             realization: Realization::Eq12,
             horizon: self.past,
             singular_values: singular_values.to_vec(),
             model,
-            conditions,
+            initial_conditions,
             cost,
             stabilised: None,
         })
     }
 
     /// What stability took of the simulation fit, where the data's own A is unstable.
-    fn stabilised(&self, free: &StateSpace, start: &Start) -> Option<Stabilised> {
+    fn stabilised(&self, free: &StateSpace, start: &InitialEstimate) -> Option<Stabilised> {
         let radius = free.spectral_radius();
         if radius < 1.0 {
             return None;
         }
-        let data = &self.external;
-        let conditions = Conditions::new(free, data, self.level);
-        let fit_before = conditions.map(|c| fit(data, &c.errors(free, data)));
+        let data = &self.two_stage_input;
+        let initial_conditions = InitialConditions::new(free, data, self.offset);
+        let fit_before = initial_conditions.map(|c| fit(data, &c.errors(free, data)));
         Some(Stabilised {
             radius,
             fit_before: fit_before.unwrap_or(f64::NEG_INFINITY),
@@ -178,6 +179,6 @@ fn predicting(start: &Innovation, data: &DataSet, feedthrough: bool) -> Result<I
     if found.model.spectral_radius() < 1.0 {
         Ok(found)
     } else {
-        Err(Error::NoModel { problem: "prediction errors ask for an unstable model".into() })
+        Err(Error::NoModel { problem: "the model of least prediction errors is unstable".into() })
     }
 }

@@ -2,14 +2,15 @@
 //!
 //! Under feedback the input answers to past noise, so simulation errors are correlated with it and
 //! whatever makes them small is biased. The part of the input that past and present innovations do not
-//! tell is not: with e the innovations of a VARX model ([`Predictor`]), which is consistent in a loop,
+//! determine is not correlated: with e the innovations of a VARX model ([`Predictor`]), which is
+//! consistent in a loop,
 //!
 //! ```text
 //! u(t) = Σ_{k=1..L} Q_k e(t−k) + u_r(t)
 //! ```
 //!
-//! by least squares, u_r is the input that the loop would have without noise, and
-//! `y = G u_r + (G Q + H) e` has noise that u_r does not know of: open-loop data. This is the two-stage
+//! by least squares, u_r is the input that the loop would have without noise, and `y = G u_r + (G Q +
+//! H) e` has noise that is independent of u_r: open-loop data. This is the two-stage
 //! method of P. M. J. Van den Hof and R. J. P. Schrama (*An indirect method for transfer function
 //! estimation from closed loop data*, Automatica 29, 1993), who measure the external signal; here it is
 //! what estimated innovations leave (for these as signals in a loop: S. J. Qin, L. Ljung, *Closed-loop
@@ -17,9 +18,9 @@
 //! prediction error, the simulation error for u_r needs no right noise model, and a model too small for
 //! the vehicle comes out as the one that simulates best for what the driver meant to do.
 //!
-//! As in the test for [feedback](crate::subspace::closed_loop::feedback), the input of the same sample is among the
-//! regressors of the VARX model: a loop has a delay somewhere, and a direct gain that the model left out
-//! would make the input's own news look like innovations.
+//! As in the test for [feedback](crate::subspace::closed_loop::feedback), the input of the same sample
+//! is among the regressors of the VARX model: a loop has a delay somewhere, and a direct gain that the
+//! model left out would make the unpredicted part of the input look like innovations.
 //!
 //! Samples whose past is not known, the first of each segment, keep their input.
 
@@ -34,7 +35,11 @@ use faer::Mat;
 const ROUNDING: f64 = 1e-8;
 
 /// The data with u_r in place of u; `past` is the VARX order and L.
-pub(crate) fn external(data: &DataSet, factor: &Factor, past: usize) -> Result<DataSet, Error> {
+pub(crate) fn two_stage_input(
+    data: &DataSet,
+    factor: &Factor,
+    past: usize,
+) -> Result<DataSet, Error> {
     let predictor = Predictor::new(factor, past, true)?;
     let innovations: Vec<Signals> =
         data.segments().iter().map(|s| innovations(s, &predictor)).collect();
@@ -51,13 +56,13 @@ pub(crate) fn external(data: &DataSet, factor: &Factor, past: usize) -> Result<D
     let p = data.outputs();
     let segments = data.segments().iter().zip(&innovations).map(|(s, e)| {
         let u = Signals::from_fn(s.u.nrows(), s.len(), |l, t| {
-            let mut told = 0.0;
+            let mut predicted = 0.0;
             for k in 1..=past.min(t) {
                 for i in 0..p {
-                    told += feedback[((k - 1) * p + i, l)] * e[(i, t - k)];
+                    predicted += feedback[((k - 1) * p + i, l)] * e[(i, t - k)];
                 }
             }
-            s.u[(l, t)] - told
+            s.u[(l, t)] - predicted
         });
         Segment { u, y: s.y.clone() }
     });
@@ -72,13 +77,13 @@ fn innovations(segment: &Segment, predictor: &Predictor) -> Signals {
             return 0.0;
         }
         let now: f64 = (0..m).map(|l| predictor.feedthrough[(i, l)] * segment.u[(l, t)]).sum();
-        let mut told = now;
+        let mut predicted = now;
         for (j, markov) in predictor.markov.iter().enumerate() {
             let then = t - 1 - j;
-            told += (0..m).map(|l| markov[(i, l)] * segment.u[(l, then)]).sum::<f64>();
-            told += (0..p).map(|k| markov[(i, m + k)] * segment.y[(k, then)]).sum::<f64>();
+            predicted += (0..m).map(|l| markov[(i, l)] * segment.u[(l, then)]).sum::<f64>();
+            predicted += (0..p).map(|k| markov[(i, m + k)] * segment.y[(k, then)]).sum::<f64>();
         }
-        segment.y[(i, t)] - told
+        segment.y[(i, t)] - predicted
     })
 }
 

@@ -6,7 +6,7 @@
 
 use crate::data::DataSet;
 use crate::model::conversion::exponential;
-use crate::selection::initial_estimates::{Start, refit_about};
+use crate::selection::initial_estimates::{InitialEstimate, refit_about};
 use crate::selection::order::sum_of_squares;
 use faer::Mat;
 
@@ -16,18 +16,18 @@ pub(crate) const ORDER: usize = 2;
 const FREQUENCIES: [f64; 4] = [3.0, 6.0, 12.0, 24.0];
 const DAMPINGS: [f64; 2] = [0.6, 1.2];
 
-/// The start of order 2 with a vehicle's poles that simulates the data best; what else a start has is that
-/// of `another` of this order.
-pub(crate) fn start(
+/// The initial estimate of order 2 with a vehicle's poles that simulates the data best; its other
+/// fields are those of `another` of this order.
+pub(crate) fn initial_estimate(
     data: &DataSet,
-    another: &Start,
+    another: &InitialEstimate,
     feedthrough: bool,
-    level: bool,
-) -> Option<Start> {
+    offset: bool,
+) -> Option<InitialEstimate> {
     let step = data.sample_time_s();
-    // B is free, so that this C gives every numerator.
+    // B is free, so that every numerator is possible with this C.
     let c = Mat::from_fn(1, ORDER, |_, j| if j == 0 { 1.0 } else { 0.0 });
-    let mut best: Option<Start> = None;
+    let mut best: Option<InitialEstimate> = None;
     for frequency in FREQUENCIES {
         for damping in DAMPINGS {
             let w = frequency * step;
@@ -38,13 +38,20 @@ pub(crate) fn start(
                 _ => -2.0 * damping * w,
             });
             let a = exponential(f.as_ref());
-            let Ok((model, conditions, _)) = refit_about(&a, &c, data, feedthrough, level) else {
+            let Ok((model, initial_conditions, _)) = refit_about(&a, &c, data, feedthrough, offset)
+            else {
                 continue;
             };
-            let cost = sum_of_squares(&conditions.errors(&model, data));
+            let cost = sum_of_squares(&initial_conditions.errors(&model, data));
             if cost.is_finite() && best.as_ref().is_none_or(|best| cost < best.cost) {
                 let stabilised = None;
-                best = Some(Start { model, conditions, cost, stabilised, ..another.clone() });
+                best = Some(InitialEstimate {
+                    model,
+                    initial_conditions,
+                    cost,
+                    stabilised,
+                    ..another.clone()
+                });
             }
         }
     }

@@ -1,23 +1,24 @@
 //! The age of a receiver's fixes, from where the speed changes.
 //!
-//! Fixes that are τ old when the log gives them lead by less while the vehicle gains speed, and by more
-//! while it loses it: with D the way by the speed over the same time and Δv what the speed changes by,
+//! Fixes that are τ old at the time that the log states lead by less while the vehicle gains speed, and
+//! by more while it loses it: with D the distance by the speed over the same time and Δv the change of
+//! the speed,
 //!
 //! ```text
 //! led − D = ε·D − τ·Δv
 //! ```
 //!
-//! with ε the speed's error of scale. In a turn the direction has sideslip in it, but the length has none
-//! to first order; ways that turn much are left out all the same. τ and ε are found by least squares over
-//! blocks with an offset and a drift of the speed of their own, and the fixes are moved by τ until no more
-//! is found. At a constant speed nothing is: then the age must be stated.
+//! with ε the speed's error of scale. In a turn the direction has sideslip in it, but the length has
+//! none to first order; segments that turn much are left out all the same. τ and ε are found by least
+//! squares over blocks with an offset and a drift of the speed of their own, and the fixes are moved by
+//! τ until no more is found. At a constant speed τ is not determined: then the age must be stated.
 //!
 //! The age is one against the speed's clock. A speed that is late itself makes the fixes look as much
 //! younger: its own lag is unknown by [`SPEED_ERROR_S`], which goes into the standard error. The rest of
 //! that is a jackknife over the blocks, since few of them may hold most of the speed's changes.
 
+use crate::sideslip::displacements::{AGE, DisplacementSegment, Piece, SCALE, advances};
 use crate::sideslip::regression::robust;
-use crate::sideslip::ways::{AGE, Piece, SCALE, Way, advances};
 
 /// Rounds in which the fixes are moved; each leaves τ²/2 times the change of acceleration.
 const ROUNDS: usize = 6;
@@ -44,7 +45,7 @@ pub(crate) fn age(pieces: &[Piece]) -> Option<Age> {
         return None;
     }
     let mut seconds = 0.0;
-    let mut blocks: Vec<Vec<Way>> = Vec::new();
+    let mut blocks: Vec<Vec<DisplacementSegment>> = Vec::new();
     for _ in 0..ROUNDS {
         blocks = pieces.iter().flat_map(|piece| advances(piece, seconds)).collect();
         seconds += robust(&blocks, &[AGE, SCALE])?.values[AGE];
@@ -59,7 +60,7 @@ pub(crate) fn age(pieces: &[Piece]) -> Option<Age> {
 }
 
 /// Standard error of the age by leaving out a group of neighbouring blocks at a time (Efron and Stein 1981).
-fn jackknife(blocks: &[Vec<Way>]) -> Option<f64> {
+fn jackknife(blocks: &[Vec<DisplacementSegment>]) -> Option<f64> {
     let groups = blocks.len().min(MOST_GROUPS);
     let without = |left_out: usize| {
         let group = left_out * blocks.len() / groups..(left_out + 1) * blocks.len() / groups;

@@ -7,32 +7,32 @@
 //! ```
 //!
 //! with r the yaw rate, S the sideslip per yaw rate in gentle turns, Q what that grows by as the tyres
-//! give way, C what β leads or lags by. With the gyro integrated, the direction χ in which the fixes lead
-//! and the direction χ̂ in which speed and gyro alone lead over the same way differ by
+//! saturate, C what β leads or lags by. With the gyro integrated, the direction χ in which the fixes
+//! lead and the direction χ̂ in which speed and gyro alone lead over the same segment differ by
 //!
 //! ```text
 //! χ − χ̂ = ψ0 + b·t + β̄
 //! ```
 //!
-//! ψ0 the yaw at the beginning, b the gyro's bias, β̄ the way's mean sideslip, in which `ways` tells the
-//! three terms apart. ψ0 and b are those of 10 s each, so that what a gyro drifts by matters little; S, Q
-//! and C are one number each, by least squares (Frisch and Waugh: ψ0 and b taken out of both sides). Their
-//! standard errors are those of clusters, one of 10 s (Liang and Zeger 1986), since ways that overlap
-//! share fixes.
+//! ψ0 the yaw at the beginning, b the gyro's bias, β̄ the segment's mean sideslip, in which
+//! `displacements` separates the three terms. ψ0 and b are those of 10 s each, so that the drift of a
+//! gyro matters little; S, Q and C are one number each, by least squares (Frisch and Waugh: ψ0 and b
+//! taken out of both sides). Their standard errors are those of clusters, one of 10 s (Liang and Zeger
+//! 1986), since segments that overlap share fixes.
 //!
-//! **What is looked for.** Q and C are taken where the drive tells them: Q where it is two and a half
-//! standard errors from 0, C where it is as far from 0 or from S²/2, which are what a plant and a path
-//! follower reckon with where they know none; and only if the error is small in a turn of 4 m/s², however
-//! gentle those of the drive. The least certain is left out first, and the others are found anew
+//! **What is looked for.** Q and C are taken where the drive determines them: Q where it is two and a
+//! half standard errors from 0, C where it is as far from 0 or from S²/2, which a plant and a path
+//! follower use where neither is stated; and only if the error is small in a turn of 4 m/s², however
+//! gentle those of the drive. The least certain is left out first, and the others are found again
 //! (backward elimination). Of a term that is nothing, ten clusters take one in thirty for something
-//! (Student's t of nine degrees of freedom; Cameron and Miller 2015), and then it is small; for the best
-//! prediction Akaike's criterion would take more, from √2 standard errors. A drive that tells neither has
-//! S alone, as a mean over its turns.
+//! (Student's t of nine degrees of freedom; Cameron and Miller 2015), and then it is small; for the
+//! best prediction Akaike's criterion would take more, from √2 standard errors. A drive that determines
+//! neither has S alone, as a mean over its turns.
 //!
-//! **Length of a way.** S alone is a mean anyway: it is of ways of a second, which are long against the
-//! noise of a fix and short against a turn. By these, too, is told which terms there are. Their values are
-//! of half a second, if the fixes come as often: longer ways average away what tells C, and S and Q with
-//! it; shorter ones are of noise.
+//! **Length of a segment.** S alone is a mean anyway: it is of segments of a second, which are long
+//! against the noise of a fix and short against a turn. They also decide which terms there are. Their
+//! values are of half a second, if the fixes come as often: longer segments average away what
+//! determines C, and S and Q with it; shorter ones are of noise.
 //!
 //! **Latency.** A fix that is stated to be τ younger than it is turns S into S − τ: in a steady turn the
 //! two cannot be separated. So the age of a fix is stated, or comes from where the speed changes (`age`),
@@ -42,23 +42,23 @@
 //! S + a/v.
 
 mod age;
+mod displacements;
 mod regression;
-mod ways;
 
 use crate::sideslip::age::{UNKNOWN_ERROR_S, age};
-use crate::sideslip::regression::{Regression, robust};
-use crate::sideslip::ways::{
-    ACCELERATION, BLOCK_S, GROWTH, LEAST_BLOCKS, Piece, RATE, SHORT_WAY_S, TERMS, WAY_S, Way,
-    blocks,
+use crate::sideslip::displacements::{
+    ACCELERATION, BLOCK_S, DisplacementSegment, GROWTH, LEAST_BLOCKS, Piece, RATE, SEGMENT_S,
+    SHORT_SEGMENT_S, TERMS, blocks,
 };
+use crate::sideslip::regression::{Regression, robust};
 use drivelog::{DriveLog, Gnss, GnssDrive};
 use formats::{Sideslip, SideslipTerm};
 
-/// So many standard errors away a term is told from what it is otherwise taken for.
-const TOLD: f64 = 2.5;
+/// So many standard errors from its default, a term is significant.
+const SIGNIFICANT: f64 = 2.5;
 
-/// The largest standard error with which a sideslip is told, s: a turn of 4 m/s² at 15 m/s then leads
-/// 3 mrad astray, some 4 cm at a look-ahead of a second.
+/// The largest standard error with which a sideslip is reported, s: a turn of 4 m/s² at 15 m/s then
+/// leads 3 mrad astray, some 4 cm at a look-ahead of a second.
 pub(crate) const LARGEST_ERROR_S: f64 = 0.01;
 
 /// The same of each term: of Q in that turn, of C where it is reached within half a second.
@@ -134,14 +134,14 @@ struct Receiver {
     pub(crate) antenna_x_m: f64,
 }
 
-/// The sideslip of the pieces, or why they do not tell it. `speed` is their mean, m/s.
+/// The sideslip of the pieces, or why they do not determine it. `speed` is their mean, m/s.
 fn of_pieces(pieces: &[Piece], receiver: Receiver, speed: f64) -> Result<Sideslip, String> {
     let cut = |length| pieces.iter().flat_map(|p| blocks(p, length)).collect::<Vec<_>>();
-    let ways = cut(WAY_S);
-    let Some(alone) = robust(&ways, &[RATE]) else {
+    let segments = cut(SEGMENT_S);
+    let Some(alone) = robust(&segments, &[RATE]) else {
         return Err(format!(
             "{:.0} s of fixes while driving are too few: {:.0} s are needed",
-            ways.len() as f64 * BLOCK_S,
+            segments.len() as f64 * BLOCK_S,
             LEAST_BLOCKS as f64 * BLOCK_S
         ));
     };
@@ -157,9 +157,9 @@ fn of_pieces(pieces: &[Piece], receiver: Receiver, speed: f64) -> Result<Sidesli
     let known = pieces.iter().all(|piece| !piece.speed.is_empty());
     let candidates: &[usize] =
         if known { &[RATE, GROWTH, ACCELERATION] } else { &[RATE, ACCELERATION] };
-    let found = match told(&ways, candidates) {
+    let found = match significant_terms(&segments, candidates) {
         None => alone,
-        Some((terms, found)) => match robust(&cut(SHORT_WAY_S), &terms) {
+        Some((terms, found)) => match robust(&cut(SHORT_SEGMENT_S), &terms) {
             Some(shorter) if is_certain(&shorter, &terms) => shorter,
             _ => found,
         },
@@ -189,11 +189,14 @@ fn of_pieces(pieces: &[Piece], receiver: Receiver, speed: f64) -> Result<Sidesli
     })
 }
 
-/// The terms that the ways tell beside S; `None` where there are none.
-fn told(ways: &[Vec<Way>], candidates: &[usize]) -> Option<(Vec<usize>, Regression)> {
+/// The significant terms in addition to S; `None` where there are none.
+fn significant_terms(
+    segments: &[Vec<DisplacementSegment>],
+    candidates: &[usize],
+) -> Option<(Vec<usize>, Regression)> {
     let mut wanted = candidates.to_vec();
     while wanted.len() > 1 {
-        let found = robust(ways, &wanted)?;
+        let found = robust(segments, &wanted)?;
         // How many standard errors it is from what it is otherwise taken for.
         let distance = |&term: &usize| {
             let (value, error) = (found.values[term], found.errors[term]);
@@ -206,7 +209,7 @@ fn told(ways: &[Vec<Way>], candidates: &[usize]) -> Option<(Vec<usize>, Regressi
         };
         let distances: Vec<f64> = wanted[1..].iter().map(distance).collect();
         let least = distances.iter().copied().fold(f64::INFINITY, f64::min);
-        if least >= TOLD {
+        if least >= SIGNIFICANT {
             return is_certain(&found, &wanted).then_some((wanted, found));
         }
         let place = distances.iter().position(|d| *d == least)?;

@@ -1,7 +1,9 @@
 //! Least squares over blocks, each with a yaw and a bias of its own.
 
 use crate::linalg::dense;
-use crate::sideslip::ways::{LEAST_BLOCKS, LEAST_WAYS, OUTLIER, TERMS, Way};
+use crate::sideslip::displacements::{
+    DisplacementSegment, LEAST_BLOCKS, LEAST_SEGMENTS, OUTLIER, TERMS,
+};
 use faer::Mat;
 
 /// Values of the terms, 0 where they are not looked for, and their standard errors.
@@ -13,7 +15,7 @@ pub(super) struct Regression {
 
 /// Some terms over all blocks, once those fixes are left out that are far off. `None` where there are
 /// too few blocks.
-pub(super) fn robust(blocks: &[Vec<Way>], wanted: &[usize]) -> Option<Regression> {
+pub(super) fn robust(blocks: &[Vec<DisplacementSegment>], wanted: &[usize]) -> Option<Regression> {
     let first = regression(blocks, wanted)?;
     let mut sizes: Vec<f64> = first.residuals.iter().flatten().map(|r| r.abs()).collect();
     sizes.sort_by(f64::total_cmp);
@@ -21,21 +23,23 @@ pub(super) fn robust(blocks: &[Vec<Way>], wanted: &[usize]) -> Option<Regression
     if bound.is_nan() {
         return Some(first);
     }
-    let good = |(ways, residuals): (&Vec<Way>, &Vec<f64>)| -> Vec<Way> {
-        let good = ways.iter().zip(residuals).filter(|(_, r)| r.abs() <= bound);
-        good.map(|(way, _)| *way).collect()
+    let good = |(segments, residuals): (&Vec<DisplacementSegment>, &Vec<f64>)| -> Vec<DisplacementSegment> {
+        let good = segments.iter().zip(residuals).filter(|(_, r)| r.abs() <= bound);
+        good.map(|(displacement, _)| *displacement).collect()
     };
-    let mut blocks: Vec<Vec<Way>> = blocks.iter().zip(&first.residuals).map(good).collect();
-    blocks.retain(|ways| ways.len() >= LEAST_WAYS);
+    let mut blocks: Vec<Vec<DisplacementSegment>> =
+        blocks.iter().zip(&first.residuals).map(good).collect();
+    blocks.retain(|segments| segments.len() >= LEAST_SEGMENTS);
     regression(&blocks, wanted)
 }
 
 /// Frisch and Waugh: yaw and bias are taken out of both sides. Standard errors of clusters.
-fn regression(blocks: &[Vec<Way>], wanted: &[usize]) -> Option<Regression> {
+fn regression(blocks: &[Vec<DisplacementSegment>], wanted: &[usize]) -> Option<Regression> {
     if blocks.len() < LEAST_BLOCKS {
         return None;
     }
-    let blocks: Vec<Detrended> = blocks.iter().map(|ways| Detrended::of(ways, wanted)).collect();
+    let blocks: Vec<Detrended> =
+        blocks.iter().map(|segments| Detrended::of(segments, wanted)).collect();
     let total = |f: &dyn Fn(&Detrended) -> f64| blocks.iter().map(f).sum::<f64>();
     // Each term in its own unit, so that the sums are of one size.
     let n = wanted.len();
@@ -80,8 +84,9 @@ struct Detrended {
 }
 
 impl Detrended {
-    fn of(ways: &[Way], wanted: &[usize]) -> Self {
-        let each = |f: &dyn Fn(&Way) -> f64| ways.iter().map(f).collect::<Vec<f64>>();
+    fn of(segments: &[DisplacementSegment], wanted: &[usize]) -> Self {
+        let each =
+            |f: &dyn Fn(&DisplacementSegment) -> f64| segments.iter().map(f).collect::<Vec<f64>>();
         let time = each(&|w| w.time);
         let terms = wanted.iter().map(|&i| without_line(&time, each(&|w| w.terms[i]))).collect();
         Self { terms, difference: without_line(&time, each(&|w| w.difference)) }

@@ -1,10 +1,10 @@
-//! Samples absorbed in chunks into a small state, of which the factor is made: for logs larger than
+//! Samples accumulated in chunks into a small state, of which the factor is made: for logs larger than
 //! memory, and for many logs on many machines.
 
 use crate::Error;
 use crate::data::DataSet;
 use crate::subspace::conditioning::Decomposition;
-use crate::subspace::factor::{Factor, Triangle};
+use crate::subspace::factor::{Decomposed, Factor};
 use crate::subspace::gram::Gram;
 use crate::subspace::tall::Tall;
 use faer::MatRef;
@@ -22,16 +22,16 @@ pub(crate) enum State {
     Qr(Tall),
 }
 
-/// The windows of the samples so far, as sums or as a triangle.
+/// The windows of the samples so far, as sums or as an R factor.
 ///
 /// The samples that are pushed continue a segment until [`end_segment`](Self::end_segment); no window
-/// reaches over its end. The state is the same however a segment is cut into chunks, to the last
-/// bit. Where one log is shared out, give each part the last 2·horizon − 1 samples of the part
-/// before, as every window is then in one part.
+/// reaches over its end. The state is the same however a segment is cut into chunks, to the last bit.
+/// Where one log is shared out, each part needs the last 2·horizon − 1 samples of the part before, as
+/// every window is then in one part.
 ///
-/// Sums of ill-conditioned data cannot be turned into a triangle afterwards, so there
-/// [`factor`](Self::factor) refuses and the data are absorbed again with [`Decomposition::Qr`], which
-/// is what [`Factor::new`] does.
+/// No R factor follows from sums of ill-conditioned data, so there [`factor`](Self::factor) returns an
+/// error and the data are accumulated again with [`Decomposition::Qr`], which is what [`Factor::new`]
+/// does.
 ///
 /// ```
 /// # use faer::Mat;
@@ -83,7 +83,7 @@ impl Accumulator {
         let rows = horizon.saturating_mul(2).saturating_mul(channels);
         if horizon == 0 || outputs == 0 || rows > MOST_ROWS {
             let problem = format!(
-                "a horizon of {horizon} with {inputs} inputs and {outputs} outputs: give 1 output or more, and 1 to {MOST_ROWS} rows in 2·horizon·(inputs + outputs)"
+                "a horizon of {horizon} with {inputs} inputs and {outputs} outputs: 1 output or more is needed, and 1 to {MOST_ROWS} rows in 2·horizon·(inputs + outputs)"
             );
             return Err(Error::Data { problem });
         }
@@ -109,7 +109,7 @@ impl Accumulator {
         })
     }
 
-    /// Number of samples absorbed.
+    /// Number of samples accumulated.
     #[must_use]
     pub fn samples(&self) -> usize {
         self.samples
@@ -121,16 +121,16 @@ impl Accumulator {
         self.sample_time_s
     }
 
-    /// Whether the state is a triangle.
-    pub(crate) fn is_triangle(&self) -> bool {
+    /// Whether the state is an R factor.
+    pub(crate) fn is_r_factor(&self) -> bool {
         matches!(self.state, State::Qr(_))
     }
 
-    /// Absorbs the next samples of the segment, `u` nu by N and `y` ny by N.
+    /// Accumulates the next samples of the segment, `u` nu by N and `y` ny by N.
     ///
     /// # Errors
     /// [`Error::Data`] where the shapes are not those announced, and where a sample is not finite or
-    /// beyond 1e100; the samples before it have been absorbed.
+    /// beyond 1e100; the samples before it have been accumulated.
     pub fn push(&mut self, u: MatRef<'_, f64>, y: MatRef<'_, f64>) -> Result<(), Error> {
         let wrong = |problem: String| Err(Error::Data { problem });
         if (u.nrows(), y.nrows()) != (self.inputs, self.outputs) {
@@ -179,7 +179,7 @@ impl Accumulator {
 
     /// Ends the segment: the next samples are no continuation of those before.
     ///
-    /// A segment shorter than a window of 2·horizon samples says nothing, and is left out.
+    /// A segment shorter than a window of 2·horizon samples has no information, and is left out.
     pub fn end_segment(&mut self) {
         let edge = 2 * self.horizon - 1;
         if self.filled > edge {
@@ -195,7 +195,7 @@ impl Accumulator {
         self.filled = 0;
     }
 
-    /// Adds what `other` has absorbed, as segments of its own.
+    /// Adds what `other` has accumulated, as segments of its own.
     ///
     /// # Errors
     /// [`Error::Data`] where the two differ in kind, shape, horizon or sample time.
@@ -224,7 +224,7 @@ impl Accumulator {
         match (&mut self.state, &other.state) {
             (State::Gram(a), State::Gram(b)) => a.merge(b, &shift, other.columns),
             (State::Qr(a), State::Qr(b)) => a.merge(b, &shift),
-            _ => return differs("sums and a triangle cannot be merged".into()),
+            _ => return differs("sums and an R factor cannot be merged".into()),
         }
         self.columns += other.columns;
         Ok(())
@@ -248,21 +248,21 @@ impl Accumulator {
             });
         }
         let shift = done.shift.unwrap_or_default();
-        let (triangle, mut mean, cancellation) = match &done.state {
+        let (decomposed, mut mean, cancellation) = match &done.state {
             State::Gram(gram) => {
                 let m = gram.moments(done.columns);
-                (Triangle::Gram(m.covariance), m.mean, m.cancellation)
+                (Decomposed::Gram(m.covariance), m.mean, m.cancellation)
             }
             State::Qr(tall) => {
                 let (r, mean) = tall.centred(done.columns);
-                (Triangle::Qr(r), mean, 1.0)
+                (Decomposed::Qr(r), mean, 1.0)
             }
         };
         for (j, mean) in mean.iter_mut().enumerate() {
             *mean += shift[j % shift.len()];
         }
         let channels = (self.inputs, self.outputs);
-        Factor::from_moments(triangle, mean, cancellation, self.horizon, channels, done.columns)
+        Factor::from_moments(decomposed, mean, cancellation, self.horizon, channels, done.columns)
     }
 
     /// Adds the windows that the buffer has in full, and keeps the samples that are in later ones.
@@ -302,7 +302,7 @@ impl Accumulator {
     }
 }
 
-/// Copies a row less a constant; tells the place of a value that cannot be used.
+/// Copies a row less a constant; returns the place of a value that cannot be used.
 fn copy(row: faer::RowRef<'_, f64>, to: &mut [f64], shift: f64) -> Option<usize> {
     let usable = |x: f64| x.abs() <= LARGEST;
     // No early end, so that the loops are vectorised.
@@ -327,7 +327,7 @@ impl Factor {
     /// The Gram matrix is tried first, and where the data are too ill-conditioned for it a blocked QR
     /// factorisation takes a second pass over them; memory does not grow with N. No column reaches
     /// from one segment into another. Where the input does not excite windows of 2·horizon samples,
-    /// the factor's horizon is shorter than was asked for: see [`Conditioning`](crate::subspace::Conditioning).
+    /// the factor's horizon is shorter than was requested: see [`Conditioning`](crate::subspace::Conditioning).
     ///
     /// # Errors
     /// - [`Error::TooFewSamples`] where there are fewer columns than rows.

@@ -1,10 +1,10 @@
 //! How well the data determine the factor, and which way it was computed for that.
 //!
-//! Two conditions count, both of variables scaled to equal size (which comes near the best that
-//! scaling can do: A. van der Sluis, Numerische Mathematik 14, 1969) and about their mean. That of all
-//! windows together decides how the factor can be computed: a Gram matrix squares it. Data without
-//! noise make it infinite, and are no worse for that. That of the input alone says what the input
-//! excites; where it is beyond [`MOST_OF_INPUT`], the longest windows for which it is not are used.
+//! Two conditions count, both of variables scaled to equal size (which comes near the best that scaling
+//! can do: A. van der Sluis, Numerische Mathematik 14, 1969) and about their mean. That of all windows
+//! together decides how the factor can be computed: a Gram matrix squares it. Data without noise make
+//! it infinite, and are no worse for that. That of the input alone determines what the input excites;
+//! where it is beyond [`MOST_OF_INPUT`], the longest windows for which it is not are used.
 
 use faer::MatRef;
 
@@ -13,7 +13,7 @@ use faer::MatRef;
 pub enum Decomposition {
     /// Sums of the Gram matrix: fast, for data of a condition up to 1e6.
     Gram,
-    /// The triangle of a QR factorisation: for any data, at about twenty times the work.
+    /// The R factor of a QR factorisation: for any data, at about twenty times the work.
     Qr,
 }
 
@@ -28,9 +28,9 @@ impl Decomposition {
     }
 }
 
-/// Conditions of all windows up to which the Gram matrix is trusted.
+/// Condition of all windows up to which the Gram matrix is trusted.
 pub(crate) const MOST_FOR_GRAM: f64 = 1e6;
-/// Conditions of the input beyond which it is said not to excite.
+/// Condition of the input beyond which it is not exciting.
 pub(crate) const MOST_OF_INPUT: f64 = 1e12;
 
 /// How the factor was computed, and what of the data decided that.
@@ -42,31 +42,36 @@ pub struct Conditioning {
     /// Condition of the windows of the horizon used; infinite where data without noise depend on each
     /// other.
     pub condition: f64,
-    /// Condition of the input's part of the windows of the horizon asked for.
+    /// Condition of the input's part of the windows of the horizon requested.
     pub input_condition: f64,
-    /// The horizon that was asked for.
-    pub asked_horizon: usize,
+    /// The horizon that was requested.
+    pub requested_horizon: usize,
     /// The horizon used: the longest up to that which the input excites.
     pub horizon: usize,
 }
 
 impl Conditioning {
-    /// Whether the input does not excite the horizon that was asked for.
+    /// Whether the input does not excite the horizon that was requested.
     #[must_use]
     pub fn is_reduced(&self) -> bool {
-        self.horizon < self.asked_horizon
+        self.horizon < self.requested_horizon
     }
 }
 
 impl std::fmt::Display for Conditioning {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { method, condition, input_condition: input, asked_horizon: asked, horizon } =
-            *self;
+        let Self {
+            method,
+            condition,
+            input_condition: input,
+            requested_horizon: requested,
+            horizon,
+        } = *self;
         match method {
             _ if self.is_reduced() => write!(
                 f,
-                "this input does not excite {} samples of past and future (condition {input:.1e}): the horizon is reduced from {asked} to {horizon}",
-                2 * asked
+                "this input does not excite {} samples of past and future (condition {input:.1e}): the horizon is reduced from {requested} to {horizon}",
+                2 * requested
             ),
             Decomposition::Gram => write!(f, "Gram matrix, condition {condition:.1e}"),
             Decomposition::Qr => write!(

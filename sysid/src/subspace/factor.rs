@@ -33,7 +33,7 @@ pub struct Factor {
 /// All windows, variables in order of time.
 #[derive(Debug, Clone)]
 struct Source {
-    triangle: Triangle,
+    decomposed: Decomposed,
     mean: Vec<f64>,
     /// Whether the windows' mean has been taken off.
     about_mean: bool,
@@ -46,10 +46,10 @@ struct Source {
 
 /// The windows about their mean, divided by √j.
 #[derive(Debug, Clone)]
-pub(crate) enum Triangle {
+pub(crate) enum Decomposed {
     /// Their covariance.
     Gram(Mat<f64>),
-    /// Upper triangle of their QR factorisation.
+    /// R of their QR factorisation.
     Qr(Mat<f64>),
 }
 
@@ -78,7 +78,7 @@ impl Factor {
     /// The factor from moments of the windows in order of time; `cancellation` is the share by which
     /// centring the Gram matrix has cancelled.
     pub(crate) fn from_moments(
-        triangle: Triangle,
+        decomposed: Decomposed,
         mean: Vec<f64>,
         cancellation: f64,
         horizon: usize,
@@ -86,14 +86,14 @@ impl Factor {
         columns: usize,
     ) -> Result<Self, Error> {
         let mut source = Source {
-            triangle,
+            decomposed,
             mean,
             about_mean: false,
             full: horizon,
             longest: horizon,
             input_condition: 1.0,
         };
-        if matches!(source.triangle, Triangle::Qr(_)) {
+        if matches!(source.decomposed, Decomposed::Qr(_)) {
             source.check_channels(channels)?;
             source.limit_horizon(channels)?;
             return source.cut(horizon, channels, columns);
@@ -104,8 +104,8 @@ impl Factor {
         if worst < MOST_FOR_GRAM { Ok(factor) } else { Err(ill(worst)) }
     }
 
-    /// The upper triangle with the variables in order of time: columns u(0), y(0), u(1), … over all
-    /// lags of the pass, whatever the horizon cut from it.
+    /// R with the variables in order of time: columns u(0), y(0), u(1), … over all lags of the pass,
+    /// whatever the horizon cut from it.
     ///
     /// # Errors
     /// [`Error::Numerical`] where the decomposition fails.
@@ -147,9 +147,14 @@ impl Source {
         lags.flat_map(|lag| channels.clone().map(move |c| lag * (m + p) + c)).collect()
     }
 
-    fn cut(&self, asked: usize, channels: (usize, usize), columns: usize) -> Result<Factor, Error> {
+    fn cut(
+        &self,
+        requested: usize,
+        channels: (usize, usize),
+        columns: usize,
+    ) -> Result<Factor, Error> {
         let (m, p) = channels;
-        let s = asked.min(self.longest);
+        let s = requested.min(self.longest);
         let (past, future) = (self.full - s..self.full, self.full..self.full + s);
         let mut order = self.places(channels, future.clone(), 0..m);
         order.extend(self.places(channels, past.clone(), 0..m));
@@ -157,16 +162,16 @@ impl Source {
         order.extend(self.places(channels, future, m..m + p));
         // Conditions are those of the windows about their mean, before it is added.
         let l = self.of_deviations(&order)?;
-        let method = match &self.triangle {
-            Triangle::Gram(_) => Decomposition::Gram,
-            Triangle::Qr(_) => Decomposition::Qr,
+        let method = match &self.decomposed {
+            Decomposed::Gram(_) => Decomposition::Gram,
+            Decomposed::Qr(_) => Decomposition::Qr,
         };
         let of_input = || condition(l.get(..2 * s * m, ..2 * s * m));
         let conditioning = Conditioning {
             method,
             condition: condition(l.as_ref()),
-            input_condition: if s < asked { self.input_condition } else { of_input() },
-            asked_horizon: asked,
+            input_condition: if s < requested { self.input_condition } else { of_input() },
+            requested_horizon: requested,
             horizon: s,
         };
         let l = self.with_mean(l, &order);
@@ -181,12 +186,12 @@ impl Source {
         })
     }
 
-    /// Lower triangle of some of the variables about their mean.
+    /// Lower triangular factor of some of the variables about their mean.
     fn of_deviations(&self, order: &[usize]) -> Result<Mat<f64>, Error> {
-        match &self.triangle {
-            Triangle::Gram(covariance) => cholesky(covariance, order)
+        match &self.decomposed {
+            Decomposed::Gram(covariance) => cholesky(covariance, order)
                 .ok_or(Error::Numerical { what: "Cholesky factor of the Gram matrix" }),
-            Triangle::Qr(r) => Ok(chosen(r, order)),
+            Decomposed::Qr(r) => Ok(chosen(r, order)),
         }
     }
 
@@ -201,7 +206,7 @@ impl Source {
 
     /// No channel is constant.
     fn check_channels(&self, (m, p): (usize, usize)) -> Result<(), Error> {
-        let Triangle::Qr(r) = &self.triangle else { return Ok(()) };
+        let Decomposed::Qr(r) = &self.decomposed else { return Ok(()) };
         for c in 0..m + p {
             let lags = (c..r.ncols()).step_by(m + p);
             let spread = lags.map(|j| r.col(j).norm_l2()).fold(0.0, f64::max);
@@ -217,8 +222,8 @@ impl Source {
 
     /// Finds the longest horizon that the input excites.
     fn limit_horizon(&mut self, channels: (usize, usize)) -> Result<(), Error> {
-        let input_condition = |s: usize| match &self.triangle {
-            Triangle::Qr(r) if channels.0 > 0 => {
+        let input_condition = |s: usize| match &self.decomposed {
+            Decomposed::Qr(r) if channels.0 > 0 => {
                 let lags = self.full - s..self.full + s;
                 condition(chosen(r, &self.places(channels, lags, 0..channels.0)).as_ref())
             }
@@ -250,7 +255,7 @@ impl Source {
     }
 }
 
-/// Columns of an upper triangle, factored again and transposed.
+/// Columns of an R factor, factored again and transposed.
 fn chosen(r: &Mat<f64>, order: &[usize]) -> Mat<f64> {
     lower(Mat::from_fn(r.nrows(), order.len(), |i, j| r[(i, order[j])]).as_ref())
 }

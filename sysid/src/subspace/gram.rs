@@ -8,8 +8,8 @@
 //! G(a+1, b+1) = G(a, b) + z(j+a) z(j+b)ᵀ − z(a) z(b)ᵀ
 //! ```
 //!
-//! so that the w lag sums of the first block row, of w·c² numbers, and the first and last w−1
-//! samples of each segment give all of it. All of that adds up over segments, in any order.
+//! so that all of it follows from the w lag sums of the first block row, of w·c² numbers, and the first
+//! and last w−1 samples of each segment. All of that adds up over segments, in any order.
 //!
 //! The condition is squared in a Gram matrix, so the samples come with a constant taken off, the
 //! rest of the mean is taken off at the end, and sums of blocks are added with their rounding

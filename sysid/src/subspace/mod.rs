@@ -36,4 +36,4 @@ pub use crate::subspace::realization::{
 };
 pub use crate::subspace::refit::{Refit, refit_output};
 pub use crate::subspace::structured::structured_bd;
-pub use crate::subspace::weights::{Method, Subspace, subspace};
+pub use crate::subspace::weights::{Subspace, Weighting, subspace};

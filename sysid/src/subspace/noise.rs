@@ -60,7 +60,7 @@ pub struct NoiseModel {
     pub gain: Mat<f64>,
     /// Covariance of the innovation, ny by ny.
     pub innovation: Mat<f64>,
-    /// Whether the Riccati equation gave the gain; otherwise it is zero, and A − K C = A.
+    /// Whether the gain is the solution of the Riccati equation; otherwise it is zero, and A − K C = A.
     pub solved: bool,
 }
 

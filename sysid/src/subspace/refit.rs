@@ -5,7 +5,7 @@ use crate::data::{DataSet, Segment};
 use crate::linalg::columns::Columns;
 use crate::linalg::dense::{is_finite, rows, spectral_radius};
 use crate::linalg::elimination::{Elimination, Solution};
-use crate::linalg::triangle::Triangle;
+use crate::linalg::r_factor::RFactor;
 use crate::model::StateSpace;
 use faer::{Mat, MatRef};
 
@@ -16,14 +16,14 @@ pub struct Refit {
     pub model: StateSpace,
     /// Initial state of each segment.
     pub x0: Vec<Vec<f64>>,
-    /// Constant added to each output; zeros unless asked for.
+    /// Constant added to each output; zeros unless requested.
     pub offset: Vec<f64>,
-    /// Sum of the squared errors of the simulation, as the least-squares problem tells it: exact up to
-    /// rounding of the output's own squares.
+    /// Sum of the squared errors of the simulation, as it follows from the least-squares problem: exact
+    /// up to rounding of the output's own squares.
     pub squares: f64,
 }
 
-/// B, D, the initial states and, where asked, a constant on each output that make the *simulated*
+/// B, D, the initial states and, where requested, a constant on each output that make the *simulated*
 /// output of (A, C) fit the data best, by linear least squares. A must be stable.
 ///
 /// The response of output i to column j of B is the state of the transposed system driven by input
@@ -83,8 +83,8 @@ fn reduced(
     let o_start = d_start + if feedthrough { p * m } else { 0 };
     let target = o_start + if offset { p } else { 0 };
     let (at, c) = (Columns::new(a.transpose()), rows(c));
-    let mut own = Triangle::new(target + 1);
-    let mut rest = Triangle::new(target + 1 - n);
+    let mut own = RFactor::new(target + 1);
+    let mut rest = RFactor::new(target + 1 - n);
     let size = |x: &[f64]| x.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
     let gone = 1e-18 * size(&c);
     // A row for each output begins with the states of the transposed system, the free ones and those

@@ -1,8 +1,8 @@
 //! The state of an [`Accumulator`] as bytes, so that it can be kept, or sent to where states are merged.
 //!
-//! Eight bytes that name the format, then little-endian doubles: kind (0 sums, 1 triangle), horizon,
+//! Eight bytes that name the format, then little-endian doubles: kind (0 sums, 1 R factor), horizon,
 //! inputs, outputs, sample time in s, samples, columns, the constant of each channel (none before the
-//! first window), and the sums or the triangle.
+//! first window), and the sums or the R factor.
 
 use crate::Error;
 use crate::subspace::accumulator::{Accumulator, State};
@@ -10,7 +10,7 @@ use crate::subspace::conditioning::Decomposition;
 
 const FORMAT: &[u8; 8] = b"swsums/1";
 const HEAD: usize = 7;
-/// Beyond what samples of 1e100 make of a triangle, and what can still be squared.
+/// Beyond what samples of 1e100 make of an R factor, and what can still be squared.
 const LARGEST: f64 = 1e150;
 
 impl Accumulator {

@@ -1,7 +1,7 @@
 //! B and D for given A and C, without the bias of coloured inputs.
 
 use crate::Error;
-use crate::linalg::dense::{least_squares, pseudo_inverse, triangle, vcat};
+use crate::linalg::dense::{least_squares, pseudo_inverse, r_factor, vcat};
 use crate::model::StateSpace;
 use crate::subspace::realization::TOLERANCE;
 use crate::subspace::{Factor, Subspace};
@@ -10,10 +10,10 @@ use faer::{Mat, MatRef};
 /// B and D for given A, C by the unbiased least-squares problem of N4SID (Van Overschee and
 /// De Moor 1996, figure 4.8): with Z the orthogonal projections of the future outputs,
 /// `[Γ_{i−1}⁺ Z_{i+1}; Y_i] − [A; C] Γ_i⁺ Z_i = 𝒦(B, D) U_f`, 𝒦 linear in B and D. Γ is the
-/// subspace's own, of which A and C are the shift realization; with [`Method::Moesp`] this is
+/// subspace's own, of which A and C are the shift realization; with [`Weighting::Moesp`] this is
 /// SLICOT's combined method.
 ///
-/// [`Method::Moesp`]: crate::subspace::Method::Moesp
+/// [`Weighting::Moesp`]: crate::subspace::Weighting::Moesp
 ///
 /// # Errors
 /// [`Error::Numerical`] where a decomposition does not converge.
@@ -38,7 +38,7 @@ pub fn structured_bd(
     let v = l.get(future..future + p, ..) - c * &x;
     // Errors of the state count by what they do to the outputs, ‖Γ w‖ = ‖T w‖, so that the result does
     // not depend on the basis of the state.
-    let t = triangle(gamma);
+    let t = r_factor(gamma);
     let target = vcat(&[(&t * &w).as_ref(), v.as_ref()]);
     let cells = target.nrows() * past;
     let count = m * (n + if feedthrough { p } else { 0 });

@@ -1,12 +1,12 @@
-//! The triangle of the windows by a blocked tall-skinny QR: each block's rows are factored together
-//! with the triangle of those before (Golub and Van Loan, *Matrix Computations*, 5.2.8; J. Demmel,
-//! L. Grigori, M. Hoemmen and J. Langou, *Communication-optimal parallel and sequential QR and LU
+//! The R factor of the windows by a blocked tall-skinny QR: each block's rows are factored together
+//! with the R factor of those before (Golub and Van Loan, *Matrix Computations*, 5.2.8; J. Demmel, L.
+//! Grigori, M. Hoemmen and J. Langou, *Communication-optimal parallel and sequential QR and LU
 //! factorizations*, SIAM J. Sci. Comput. 34, 2012). Backward stable, and of bounded memory.
 //!
-//! A first column of ones is carried along, so that the rest of the triangle is that of the windows
-//! about their mean: offsets cost no digits.
+//! A first column of ones is carried along, so that the rest of R is that of the windows about their
+//! mean: offsets cost no digits.
 
-use crate::linalg::dense::{triangle, vcat};
+use crate::linalg::dense::{r_factor, vcat};
 use faer::{Mat, MatRef};
 
 /// R of \[1 h(t)ᵀ\], rows t.
@@ -37,19 +37,19 @@ impl Tall {
                 column.copy_from_slice(&samples[channel * stride + lag..][..count]);
             }
         }
-        self.r = triangle(stacked.as_ref());
+        self.r = r_factor(stacked.as_ref());
     }
 
-    /// Adds the windows of another triangle, whose samples had `shift` more taken off than these.
+    /// Adds the windows of another R factor, whose samples had `shift` more taken off than these.
     pub(crate) fn merge(&mut self, other: &Self, shift: &[f64]) {
         let r = Mat::from_fn(other.r.nrows(), other.r.ncols(), |i, j| {
             let moved = if j == 0 { 0.0 } else { other.r[(i, 0)] * shift[(j - 1) % self.channels] };
             other.r[(i, j)] + moved
         });
-        self.r = triangle(vcat(&[self.r.as_ref(), r.as_ref()]).as_ref());
+        self.r = r_factor(vcat(&[self.r.as_ref(), r.as_ref()]).as_ref());
     }
 
-    /// Appends the triangle, row after row.
+    /// Appends R, row after row.
     pub(crate) fn write(&self, to: &mut Vec<f64>) {
         for i in 0..self.r.nrows() {
             to.extend((i..self.r.ncols()).map(|j| self.r[(i, j)]));
@@ -71,8 +71,8 @@ impl Tall {
         Some(from)
     }
 
-    /// The triangle of the windows about their mean and the mean, variables in order of time, without
-    /// the constant that was taken off the samples; the triangle divided by √j.
+    /// The R factor of the windows about their mean and the mean, variables in order of time, without
+    /// the constant that was taken off the samples; R divided by √j.
     pub(crate) fn centred(&self, columns: usize) -> (Mat<f64>, Vec<f64>) {
         let size = self.r.ncols() - 1;
         let scale = 1.0 / (columns as f64).sqrt();
@@ -83,9 +83,9 @@ impl Tall {
     }
 }
 
-/// Columns of a triangle, factored again: lower triangular, with a diagonal that is not negative.
+/// Columns of an R factor, factored again: lower triangular, with a diagonal that is not negative.
 pub(crate) fn lower(chosen: MatRef<'_, f64>) -> Mat<f64> {
-    let r = triangle(chosen);
+    let r = r_factor(chosen);
     let size = chosen.ncols();
     Mat::from_fn(size, size, |i, j| {
         if j >= r.nrows() {

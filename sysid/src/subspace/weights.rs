@@ -1,7 +1,7 @@
 //! The weighted singular value decomposition whose column space is that of Γ.
 
 use crate::Error;
-use crate::linalg::dense::{pseudo_inverse, svd, triangle, vcat};
+use crate::linalg::dense::{pseudo_inverse, r_factor, svd, vcat};
 use crate::subspace::Factor;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Mat, MatRef, Par};
@@ -12,7 +12,7 @@ const RANK_TOLERANCE: f64 = 1e-12;
 /// The weighting W1·O_i·W2 of the oblique projection O_i of Y_f along U_f on W_p (Van Overschee
 /// and De Moor 1995, table 1).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Method {
+pub enum Weighting {
     /// W1 = I, W2 = I.
     N4sid,
     /// W1 = I, W2 = Π, the projection on the complement of U_f.
@@ -21,7 +21,7 @@ pub enum Method {
     Cva,
 }
 
-impl Method {
+impl Weighting {
     /// All three.
     pub const ALL: [Self; 3] = [Self::Moesp, Self::Cva, Self::N4sid];
 
@@ -72,18 +72,18 @@ fn unit_rows(m: MatRef<'_, f64>, from: usize) -> Mat<f64> {
 ///
 /// # Errors
 /// [`Error::Numerical`] where a decomposition does not converge.
-pub fn subspace(factor: &Factor, method: Method) -> Result<Subspace, Error> {
+pub fn subspace(factor: &Factor, method: Weighting) -> Result<Subspace, Error> {
     let (past, future) = (factor.past(), factor.future());
     let l = &factor.l;
     let l32 = l.get(future.., past..future);
     match method {
-        Method::N4sid => from_svd(oblique(factor)?.as_ref(), None),
+        Weighting::N4sid => from_svd(oblique(factor)?.as_ref(), None),
         // O_i Π = L32 Q2.
-        Method::Moesp => from_svd(l32, None),
-        Method::Cva => {
-            // Y_f Π Y_fᵀ = [L32 L33][L32 L33]ᵀ = T Tᵀ; any root gives the same canonical
-            // correlations, so W1 = T⁻¹ with the triangle T where it is regular.
-            let t = triangle(l.get(future.., past..).transpose());
+        Weighting::Moesp => from_svd(l32, None),
+        Weighting::Cva => {
+            // Y_f Π Y_fᵀ = [L32 L33][L32 L33]ᵀ = T Tᵀ; the canonical correlations are the same for any
+            // root, so W1 = T⁻¹ with the triangular T where it is regular.
+            let t = r_factor(l.get(future.., past..).transpose());
             if t.nrows() == t.ncols() && is_regular(t.as_ref()) {
                 let mut whitened = l32.to_owned();
                 solve_lower_triangular_in_place(t.transpose(), whitened.as_mut(), Par::Seq);
@@ -100,14 +100,14 @@ pub fn subspace(factor: &Factor, method: Method) -> Result<Subspace, Error> {
     }
 }
 
-/// Whether a triangle is far from singular, each column (a signal's) seen in its own unit.
+/// Whether an R factor is far from singular, each column (a signal's) seen in its own unit.
 fn is_regular(t: MatRef<'_, f64>) -> bool {
     const LEAST: f64 = 1e-6;
     (0..t.ncols()).all(|j| t[(j, j)].abs() > LEAST * t.col(j).norm_l2())
 }
 
-/// Data without noise leave fewer singular values than rows; zeros stand for the rest, so that any
-/// order can be asked for.
+/// Data without noise leave fewer singular values than rows; zeros replace the rest, so that any order
+/// can be requested.
 fn from_svd(m: MatRef<'_, f64>, back: Option<MatRef<'_, f64>>) -> Result<Subspace, Error> {
     let f = svd(m)?;
     let scaled = Mat::from_fn(f.u.nrows(), f.s.len(), |i, j| f.u[(i, j)] * f.s[j].sqrt());

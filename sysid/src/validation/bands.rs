@@ -1,4 +1,4 @@
-//! Where in frequency the log says something: excitation by bands, and persistency of excitation.
+//! Where in frequency the log is informative: excitation by bands, and persistency of excitation.
 //!
 //! Within a band the gain is estimated from all its frequencies together, weighted by the input's
 //! power; with noise of density S_v its standard error is
@@ -97,11 +97,11 @@ pub(crate) fn persistence(input: &[&[f64]]) -> Persistence {
     let mean = input.iter().flat_map(|s| s.iter()).sum::<f64>() / count.max(1) as f64;
     let tried = ORDERS.min(input.iter().map(|s| s.len()).max().unwrap_or(0) / 4);
     let mut gram = Mat::<f64>::zeros(tried, tried);
-    for stretch in input {
-        if stretch.len() <= tried {
+    for segment in input {
+        if segment.len() <= tried {
             continue;
         }
-        let u: Vec<f64> = stretch.iter().map(|v| v - mean).collect();
+        let u: Vec<f64> = segment.iter().map(|v| v - mean).collect();
         let columns = u.len() - tried + 1;
         for lag in 0..tried {
             let mut g: f64 = u[..columns].iter().zip(&u[lag..]).map(|(a, b)| a * b).sum();

@@ -1,7 +1,7 @@
 //! Auto- and cross-correlation of residuals with their confidence bands, and the tests over all lags.
 //!
-//! Covariances are the biased ones, R(k) = Σ e(t) e(t+k)/N over all stretches, each pair within one
-//! stretch. The cross-covariance of residuals and input at one lag scatters, where they are
+//! Covariances are the biased ones, R(k) = Σ e(t) e(t+k)/N over all segments, each pair within one
+//! segment. The cross-covariance of residuals and input at one lag scatters, where they are
 //! unrelated, with variance P(0)/N, and at two lags i, j with covariance P(i − j)/N, where
 //!
 //! `P(m) = Σ_k w(k) R_e(k) R_u(k + m)`
@@ -11,7 +11,7 @@
 
 use crate::data::statistics::{Z99, Z995, chi_squared_quantile};
 use crate::linalg::dense::{column, dot, solve};
-use crate::validation::prewhitening::{centred, news};
+use crate::validation::prewhitening::{centred, prewhitened};
 use faer::Mat;
 use formats::ResidualTest;
 
@@ -26,7 +26,7 @@ pub(crate) struct Correlation {
     pub(crate) bound: f64,
 }
 
-/// Σ a(t) b(t + k) within the stretches, over N; `a` and `b` have zero mean.
+/// Σ a(t) b(t + k) within the segments, over N; `a` and `b` have zero mean.
 fn covariance(a: &[Vec<f64>], b: &[Vec<f64>], k: i64) -> f64 {
     let shift = k.unsigned_abs() as usize;
     let mut sum = 0.0;
@@ -149,19 +149,19 @@ pub(crate) fn independence(residuals: &[&[f64]], input: &[&[f64]], lags: usize) 
 }
 
 /// Whether the input depends on past residuals, as a driver's steering does: as [`independence`] over
-/// the lags −`lags` to −1, of what the input's own past does not say of it (twice as many lags, by
+/// the lags −`lags` to −1, of the input less its prediction from its own past (twice as many lags, by
 /// least squares). Without that, an input with a memory and a model with an error would look like
-/// feedback: the residuals hang on the past input, and so does the present one.
+/// feedback: the residuals depend on the past input, and so does the present one.
 pub(crate) fn feedback(residuals: &[&[f64]], input: &[&[f64]], lags: usize) -> ResidualTest {
     let order = 2 * lags;
-    let news = news(input, order);
+    let prewhitened = prewhitened(input, order);
     let late: Vec<&[f64]> = residuals
         .iter()
         .zip(input)
         .map(|(e, u)| e.get(order..e.len().min(u.len())).unwrap_or_default())
         .collect();
-    let news: Vec<&[f64]> = news.iter().map(Vec::as_slice).collect();
-    Pair::new(&late, &news, lags.max(1)).test(-(lags as i64), lags)
+    let prewhitened: Vec<&[f64]> = prewhitened.iter().map(Vec::as_slice).collect();
+    Pair::new(&late, &prewhitened, lags.max(1)).test(-(lags as i64), lags)
 }
 
 #[cfg(test)]
@@ -286,14 +286,14 @@ mod tests {
     /// Tests at 99 % fail on 1 % of seeds where there is nothing to find, with white residuals as
     /// with coloured ones, white input as with a driver's slow one.
     #[test]
-    fn tests_raise_a_false_alarm_as_often_as_they_say() {
+    fn tests_raise_a_false_alarm_as_often_as_stated() {
         const SEEDS: u64 = 400;
-        for (colour_e, colour_u) in [(0.0, 0.0), (0.0, 0.95), (0.8, 0.9)] {
+        for (pole_e, pole_u) in [(0.0, 0.0), (0.0, 0.95), (0.8, 0.9)] {
             let [mut not_white, mut dependent, mut fed_back, mut outside] = [0.0; 4];
             for seed in 0..SEEDS {
                 let state = &mut (seed + 1);
-                let e = coloured(1500, colour_e, state);
-                let u = coloured(1500, colour_u, state);
+                let e = coloured(1500, pole_e, state);
+                let u = coloured(1500, pole_u, state);
                 let (e, u): (Vec<&[f64]>, Vec<&[f64]>) =
                     (e.chunks(700).collect(), u.chunks(700).collect());
                 let one = 1.0 / SEEDS as f64;
@@ -305,16 +305,16 @@ mod tests {
                 outside += one * beyond as f64 / c.values.len() as f64;
             }
             println!(
-                "{colour_e} {colour_u}: white {not_white:.4} independent {dependent:.4} feedback {fed_back:.4} lags {outside:.4}"
+                "{pole_e} {pole_u}: white {not_white:.4} independent {dependent:.4} feedback {fed_back:.4} lags {outside:.4}"
             );
-            assert!(colour_e > 0.0 || not_white < 0.03, "{not_white}");
+            assert!(pole_e > 0.0 || not_white < 0.03, "{not_white}");
             assert!(dependent < 0.04 && fed_back < 0.04, "{dependent} {fed_back}");
             assert!((0.002..0.03).contains(&outside), "{outside}");
         }
     }
 
     #[test]
-    fn colour_missing_dynamics_and_feedback_are_found() {
+    fn coloured_noise_missing_dynamics_and_feedback_are_found() {
         let state = &mut 7;
         let e = white(5000, state);
         let u = white(5000, state);
@@ -347,7 +347,7 @@ mod tests {
 
     #[test]
     fn no_lag_reaches_over_a_gap() {
-        // Correlated by the jump between the stretches alone.
+        // Correlated by the jump between the segments alone.
         let a = [1.0, -1.0, 1.0, -1.0];
         let joined = autocorrelation(&[&[a, a].concat()], 1).values[0];
         let apart = autocorrelation(&[&a, &a], 1).values[0];

@@ -26,8 +26,8 @@ const DOMINATES: f64 = 0.5;
 const LARGEST_DELAY_S: f64 = 0.07;
 /// A lag that is as good as a delay may be that of a steering actuator whose command was logged, s.
 const LARGEST_LAG_S: f64 = 0.1;
-/// A yaw rate that leads by more gives a model with less lag than the vehicle: a controller loses 10° of
-/// phase at 1 Hz.
+/// A yaw rate that leads by more leads to a model with less lag than the vehicle: a controller loses
+/// 10° of phase at 1 Hz.
 const LARGEST_LEAD_S: f64 = 0.03;
 
 /// What is known of a recording, whatever model is identified from it.

@@ -1,9 +1,9 @@
-//! How certain a fit is: the block jackknife over stretches of time.
+//! How certain a fit is: the block jackknife over segments of time.
 //!
-//! A fit is a ratio of sums over the held-out data, Σ(y − ŷ)² over Σ(y − ȳ)². Leaving out one block
-//! of time after the other shows how much it hangs on which minutes were driven: with B blocks,
-//! `se² = (B − 1)/B · Σ_b (θ_b − θ̄)²` (Efron and Tibshirani 1993, chapter 11; Künsch 1989 for blocks
-//! of dependent data). No random number is needed.
+//! A fit is a ratio of sums over the validation data, Σ(y − ŷ)² over Σ(y − ȳ)². Leaving out one block
+//! of time after the other shows how much it depends on which minutes were driven: with B blocks, `se²
+//! = (B − 1)/B · Σ_b (θ_b − θ̄)²` (Efron and Tibshirani 1993, chapter 11; Künsch 1989 for blocks of
+//! dependent data). No random number is needed.
 
 /// A fit and its standard error.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,23 +16,23 @@ pub(crate) struct FitWithError {
     pub(crate) blocks: usize,
 }
 
-/// Least samples in a block, and least blocks that say something of scatter.
+/// Least samples in a block, and least blocks from which scatter is computed.
 const LEAST_SAMPLES: usize = 20;
 const LEAST_BLOCKS: usize = 5;
 const MOST_BLOCKS: usize = 30;
 
-/// Fit of stretches of (y, ŷ) with the standard error from blocks of `block_s` seconds or longer.
+/// Fit of segments of (y, ŷ) with the standard error from blocks of `block_s` seconds or longer.
 pub(crate) fn fit_with_error(
-    stretches: &[(&[f64], &[f64])],
+    segments: &[(&[f64], &[f64])],
     sample_time_s: f64,
     block_s: f64,
 ) -> FitWithError {
-    let count: usize = stretches.iter().map(|(y, _)| y.len()).sum();
-    let mean = stretches.iter().flat_map(|(y, _)| y.iter()).sum::<f64>() / count.max(1) as f64;
+    let count: usize = segments.iter().map(|(y, _)| y.len()).sum();
+    let mean = segments.iter().flat_map(|(y, _)| y.iter()).sum::<f64>() / count.max(1) as f64;
     let least = ((block_s / sample_time_s).ceil() as usize).max(LEAST_SAMPLES);
     let length = least.max(count.div_ceil(MOST_BLOCKS));
     let mut sums: Vec<[f64; 2]> = Vec::new();
-    for (y, y_hat) in stretches {
+    for (y, y_hat) in segments {
         // Blocks of nearly equal length, none longer than twice the least.
         let blocks = (y.len() / length).max(1);
         for b in 0..blocks {
@@ -74,11 +74,11 @@ mod tests {
         (0..12).map(|_| uniform()).sum::<f64>() - 6.0
     }
 
-    /// Over seeds, the fit scatters as its standard error says, with errors that correlate over
-    /// half a second and a signal that does over two, in one stretch as in several.
+    /// Over seeds, the scatter of the fit is its standard error, with errors that correlate over half a
+    /// second and a signal that does over two, in one segment as in several.
     #[test]
     fn the_standard_error_is_the_scatter() {
-        for stretch in [4000, 900] {
+        for segment in [4000, 900] {
             let (mut fits, mut errors) = (Vec::new(), 0.0);
             for seed in 0..150_u64 {
                 let state = &mut (seed + 1);
@@ -89,15 +89,15 @@ mod tests {
                     y.push(slow + error);
                     y_hat.push(slow);
                 }
-                let pairs: Vec<_> = y.chunks(stretch).zip(y_hat.chunks(stretch)).collect();
+                let pairs: Vec<_> = y.chunks(segment).zip(y_hat.chunks(segment)).collect();
                 let got = fit_with_error(&pairs, 0.04, 3.0);
                 assert!((got.fit - fit_percent(&y, &y_hat)).abs() < 1e-9);
                 fits.push(got.fit);
                 errors += got.standard_error.unwrap().powi(2) / 150.0;
             }
-            let (scatter, said) = (drivelog::signal::standard_deviation(&fits), errors.sqrt());
-            println!("stretches of {stretch}: scatter {scatter:.3}, said {said:.3} points");
-            assert!((0.75..1.33).contains(&(said / scatter)), "{said} {scatter}");
+            let (scatter, stated) = (drivelog::signal::standard_deviation(&fits), errors.sqrt());
+            println!("segments of {segment}: scatter {scatter:.3}, stated {stated:.3} points");
+            assert!((0.75..1.33).contains(&(stated / scatter)), "{stated} {scatter}");
         }
     }
 

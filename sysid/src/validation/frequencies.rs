@@ -1,4 +1,4 @@
-//! What the data say by frequency: excitation, coherence, and the measured response compared with the model's.
+//! The data by frequency: excitation, coherence, and the measured response compared with the model's.
 
 use crate::subspace::{Conditioning, Decomposition};
 use crate::validation::bands::{bands, persistence};
@@ -12,7 +12,7 @@ use formats::{
     CoherencePoint, DataFactor, Excitation, FactorMethod, FrequencyResponse, ResidualCorrelation,
 };
 
-/// What the whole log can say, by frequency, and the model's response beside it.
+/// What the whole log determines, by frequency, with the model's response.
 pub(crate) fn frequencies(
     log: &DriveLog,
     modelled: &Modelled<'_>,
@@ -42,8 +42,8 @@ pub(crate) fn frequencies(
     (excitation, response)
 }
 
-/// What spectra say of the excitation, and of the response, beside the model's. Of the simulation from the
-/// same input, where it is known, they show what the windows smear.
+/// Excitation and response of the spectra, with the model's. Of the simulation from the same input,
+/// where it is known, they show what the windows smear.
 pub(crate) fn of_spectra(
     spectra: &Spectra,
     simulated: Option<&Spectra>,
@@ -108,7 +108,7 @@ pub(crate) fn data_factor(c: &Conditioning) -> DataFactor {
         },
         condition: finite(c.condition),
         input_condition: finite(c.input_condition),
-        asked_horizon: c.asked_horizon,
+        asked_horizon: c.requested_horizon,
         horizon: c.horizon,
     }
 }

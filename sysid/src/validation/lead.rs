@@ -65,7 +65,7 @@ pub(crate) fn yaw_rate_lead(segments: &[Pair<'_>], sample_time_s: f64) -> Option
 const LONGEST_LAG_S: f64 = 0.36;
 /// With the steering delayed by no more than the lag, what is left stays within that factor of the least …
 const FLAT: f64 = 1.05;
-/// … and that much later it is beyond this one, else the steering is too slow to tell.
+/// … and that much later it is beyond this one, else the steering is too slow for a lead to show.
 const BEYOND_S: f64 = 0.08;
 const STEEP: f64 = 1.3;
 /// Share of the yaw rate that may be left: with more noise, a lag that is wrong is lost in it, and every

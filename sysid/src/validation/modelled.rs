@@ -4,7 +4,7 @@ use crate::model::StateSpace;
 
 /// Lags of the residual tests.
 pub(crate) const LAGS: usize = 25;
-/// Frequencies beyond this say nothing about lateral dynamics, Hz.
+/// Frequencies beyond this have no information about lateral dynamics, Hz.
 pub(crate) const HIGHEST_SHOWN: f64 = 10.0;
 /// The lowest frequencies, where drift rules, do not end the informative band, Hz.
 pub(crate) const DRIFT: f64 = 0.5;

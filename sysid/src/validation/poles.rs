@@ -105,7 +105,7 @@ fn transmission_zeros(
     if c.nrows() != m {
         return Vec::new();
     }
-    // Inputs and outputs of the size of the states: rounding is told from zero by it.
+    // Inputs and outputs of the size of the states: rounding is distinguished from zero by it.
     let unit = |m: MatRef<'_, f64>| {
         let norm = m.norm_l2();
         if norm > 0.0 { norm / scale.sqrt() } else { 1.0 }
@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn modes_are_told_in_continuous_terms() {
+    fn modes_are_reported_in_continuous_terms() {
         // s = −3 ± 4j rad/s: 5 rad/s, damping 0.6, time constant 1/3 s.
         let (t, r) = (0.04, (-0.12_f64).exp());
         let map = poles_and_zeros(

@@ -1,4 +1,4 @@
-//! Prediction of the held-out data, k steps ahead.
+//! Prediction of the validation data, k steps ahead.
 //!
 //! With the one-step residuals e, the error of the prediction from outputs up to t − k is
 //!
@@ -6,7 +6,7 @@
 //! `z(t+1) = A z(t) + K e(t)`,
 //!
 //! which costs two products with A a sample, however large k is. k = 1 gives the residuals. The
-//! first k − 1 samples of a stretch are predicted from its estimated initial state.
+//! first k − 1 samples of a segment are predicted from its estimated initial state.
 //!
 //! *Bound of the fit.* The error of the simulation of the true model is the noise v = H e, H monic, so
 //! that var v ≥ var e (Ljung 1999, section 3.2): no simulation fits better than `1 − σ_e/σ_y`, with
@@ -21,16 +21,16 @@ use formats::{HeldOut, PredictionFit};
 
 /// How far ahead predictions are tried, s.
 const AHEAD: [f64; 5] = [0.1, 0.2, 0.5, 1.0, 2.0];
-/// A block of held-out time that is nearly independent of the others, s: a few manoeuvres.
+/// A block of validation time that is nearly independent of the others, s: a few manoeuvres.
 pub(crate) const BLOCK_S: f64 = 3.0;
 
-/// Held-out data with what the model makes of them, in any units common to all.
+/// Validation data with the model's predictions of them, in any units common to all.
 pub(crate) struct Prediction<'a> {
     /// The model.
     pub(crate) model: &'a StateSpace,
     /// Its Kalman gain.
     pub(crate) gain: &'a [f64],
-    /// Measured output, stretch by stretch.
+    /// Measured output, segment by segment.
     pub(crate) output: &'a [&'a [f64]],
     /// Simulated output.
     pub(crate) simulated: &'a [&'a [f64]],
@@ -47,7 +47,7 @@ pub(crate) struct Prediction<'a> {
     pub(crate) noise: f64,
 }
 
-pub(crate) fn held_out(p: &Prediction<'_>) -> HeldOut {
+pub(crate) fn on_validation_data(p: &Prediction<'_>) -> HeldOut {
     let y = p.output.concat();
     let simulated = p.simulated.concat();
     let pairs: Vec<(&[f64], &[f64])> =
@@ -91,7 +91,7 @@ fn bounded(percent: f64) -> f64 {
     percent.max(-1e9)
 }
 
-/// Errors of the predictions k steps ahead in one stretch.
+/// Errors of the predictions k steps ahead in one segment.
 fn ahead(model: &StateSpace, gain: &[f64], residuals: &[f64], k: usize) -> Vec<f64> {
     let n = model.order();
     let a = rows(model.a.as_ref());

@@ -1,9 +1,9 @@
-//! What of a signal is news: what its own past does not say of it.
+//! Prewhitening: a signal less its prediction from its own past.
 
 use crate::linalg::dense::solve;
 use faer::Mat;
 
-/// The stretches without their common mean.
+/// The segments without their common mean.
 pub(crate) fn centred(x: &[&[f64]]) -> Vec<Vec<f64>> {
     let count: usize = x.iter().map(|s| s.len()).sum();
     let sum: f64 = x.iter().map(|s| s.iter().sum::<f64>()).sum();
@@ -11,9 +11,9 @@ pub(crate) fn centred(x: &[&[f64]]) -> Vec<Vec<f64>> {
     x.iter().map(|s| s.iter().map(|v| v - mean).collect()).collect()
 }
 
-/// What the past `order` samples of a signal do not say of it by least squares, from sample `order`
-/// of each stretch on. The Gram matrix of the lags is updated along its diagonals.
-pub(crate) fn news(x: &[&[f64]], order: usize) -> Vec<Vec<f64>> {
+/// A signal less its prediction from its past `order` samples by least squares, from sample `order` of
+/// each segment on. The Gram matrix of the lags is updated along its diagonals.
+pub(crate) fn prewhitened(x: &[&[f64]], order: usize) -> Vec<Vec<f64>> {
     let x = centred(x);
     let count = order + 1;
     let mut gram = Mat::<f64>::zeros(count, count);
@@ -43,8 +43,9 @@ pub(crate) fn news(x: &[&[f64]], order: usize) -> Vec<Vec<f64>> {
     let weights = solve(past.as_ref(), now.as_ref());
     x.iter()
         .map(|x| {
-            let said = |t: usize| (0..order).map(|i| weights[(i, 0)] * x[t - 1 - i]).sum::<f64>();
-            (order..x.len()).map(|t| x[t] - said(t)).collect()
+            let predicted =
+                |t: usize| (0..order).map(|i| weights[(i, 0)] * x[t - 1 - i]).sum::<f64>();
+            (order..x.len()).map(|t| x[t] - predicted(t)).collect()
         })
         .collect()
 }
@@ -53,19 +54,19 @@ pub(crate) fn news(x: &[&[f64]], order: usize) -> Vec<Vec<f64>> {
 mod tests {
     use super::*;
 
-    /// Against least squares written out, in two stretches.
+    /// Against least squares written out, in two segments.
     #[test]
-    fn news_is_what_least_squares_leaves() {
+    fn prewhitening_is_what_least_squares_leaves() {
         // A slow signal that no few lags determine.
         let x: Vec<f64> = (0..300)
             .map(f64::from)
             .map(|t| (0.0009 * t * t).sin() + 0.3 * (0.7 * t * t).sin() + 0.2)
             .collect();
-        let stretches = [&x[..120], &x[120..]];
+        let segments = [&x[..120], &x[120..]];
         let order = 3;
         let mean = x.iter().sum::<f64>() / 300.0;
         let at = |s: &[f64], t: usize| s[t] - mean;
-        let rows: Vec<(Vec<f64>, f64)> = stretches
+        let rows: Vec<(Vec<f64>, f64)> = segments
             .iter()
             .flat_map(|s| {
                 (order..s.len()).map(|t| ((1..=order).map(|i| at(s, t - i)).collect(), at(s, t)))
@@ -76,7 +77,7 @@ mod tests {
         let weights =
             crate::linalg::dense::least_squares(past.as_ref(), now.as_ref(), 1e-14).unwrap();
         let left = &now - &past * &weights;
-        let got = news(&stretches, order).concat();
+        let got = prewhitened(&segments, order).concat();
         assert_eq!(got.len(), rows.len());
         for (i, g) in got.iter().enumerate() {
             assert!((g - left[(i, 0)]).abs() < 1e-6, "{i}: {g} {}", left[(i, 0)]);

@@ -1,8 +1,10 @@
 //! The quality of an identified plant: reasons with their numbers, and the next thing to do.
 
 use crate::selection::options::IdentifyOptions;
-use crate::validation::departed::{departed, mend, nearness, too_far};
 use crate::validation::faults::{Recorded, faults};
+use crate::validation::model_error_reasons::{
+    coherent_model_error, model_errors, suggested_checks, too_far,
+};
 use crate::validation::sweep::{Drive, SWEEP, WANTED, swept, what_to_drive};
 use formats::{
     Evidence, Excitation, ExcitationBand, Grade, HeldOut, Information, InputKind, Quality, Reason,
@@ -23,8 +25,8 @@ pub(crate) const LARGEST_NOISE: f64 = 0.5;
 /// of the order chosen, do not hold.
 const LOUD: f64 = 0.25;
 
-/// Judges by what matters for steering: does the log say enough, does the model simulate data it
-/// has not seen, and can it be converted.
+/// The quality by what matters for steering: whether the log is informative enough, the model simulates
+/// the validation data, and it can be converted.
 pub(crate) fn quality(
     evidence: &Evidence,
     drive: &Drive<'_>,
@@ -59,7 +61,7 @@ pub(crate) fn quality(
     }
     if weak || e.noise_to_signal > LOUD {
         advice.push(
-            "the stated uncertainty is that of the order chosen; that it was chosen on the same noise is not in it: expect errors up to twice as large from a log like this"
+            "the stated uncertainty is that of the chosen order and does not include its choice on the same noise: expect errors up to twice as large from a log like this"
                 .to_owned(),
         );
     }
@@ -103,7 +105,7 @@ pub(crate) fn quality(
         let reason = Reason::new(ReasonCode::UninformativeValidation, grade, message);
         reasons.push(reason.compared(bound, GOOD_FIT, "%"));
         advice.push(
-            "validate on a drive that is steered as strongly as the one that was estimated from: add a manoeuvre to the log, or choose one with --window"
+            "validate on a drive that is steered as strongly as the one that was estimated from: add a manoeuvre to the log, or use a part of the log that has one"
                 .to_owned(),
         );
     } else if fit < GOOD_FIT {
@@ -123,21 +125,24 @@ pub(crate) fn quality(
     if !drive.has_continuous {
         let message = "the model has no continuous counterpart";
         reasons.push(failed(ReasonCode::NoContinuousModel, message));
-        advice.push("try another --order or --sample-time".to_owned());
+        advice.push("try another order or sample time".to_owned());
     }
     if let Some((reason, cause)) = drive.slow_log.clone() {
         reasons.push(reason);
         advice.push(cause);
     }
-    let departed = departed(evidence);
-    reasons.extend(too_far(evidence, &departed));
-    advice.extend(mend(evidence, drive, options, &departed));
+    let model_errors = model_errors(evidence);
+    reasons.extend(too_far(evidence, &model_errors));
+    advice.extend(suggested_checks(evidence, drive, options, &model_errors));
     advice.extend(doubts(evidence, drive, options));
     let messages = || reasons.iter().map(|r| r.message.as_str()).collect::<Vec<_>>().join("; ");
     let summary = if reasons.is_empty() {
-        let near = nearness(evidence).map_or_else(String::new, |(percent, from, to)| {
-            format!("; from {from} to {to} Hz it is within {percent:.0} % of the measured response")
-        });
+        let near =
+            coherent_model_error(evidence).map_or_else(String::new, |(percent, from, to)| {
+                format!(
+                    "; from {from} to {to} Hz it is within {percent:.0} % of the measured response"
+                )
+            });
         format!(
             "The fit on validation data is {}, and the log is informative up to {:.1} Hz{near}: fit to design on.",
             with_error(fit, evidence.held_out.as_ref(), 1),
@@ -164,16 +169,16 @@ pub(crate) fn failed(code: ReasonCode, message: impl Into<String>) -> Reason {
 
 /// The bound of the fit where it is what keeps the fit low: the validation data are mostly noise.
 fn uninformative(evidence: &Evidence) -> Option<f64> {
-    let held_out = evidence.held_out.as_ref()?;
-    let bound = held_out.fit_bound?;
+    let validation = evidence.held_out.as_ref()?;
+    let bound = validation.fit_bound?;
     let fit = evidence.fit.validation;
-    let near = NEAR_BOUND.max(2.0 * held_out.fit_standard_error.unwrap_or(0.0));
+    let near = NEAR_BOUND.max(2.0 * validation.fit_standard_error.unwrap_or(0.0));
     (fit < GOOD_FIT && bound < GOOD_FIT + NEAR_BOUND && fit > bound - near).then_some(bound)
 }
 
 /// `45 ± 6 %`: twice the standard error, about 95 %.
-pub(crate) fn with_error(fit: f64, held_out: Option<&HeldOut>, digits: usize) -> String {
-    match held_out.and_then(|h| h.fit_standard_error) {
+pub(crate) fn with_error(fit: f64, validation: Option<&HeldOut>, digits: usize) -> String {
+    match validation.and_then(|h| h.fit_standard_error) {
         // An uncertainty below the last digit would read as none.
         Some(error) => {
             let shown = (2.0 * error).max(0.1_f64.powi(digits as i32));
@@ -183,7 +188,7 @@ pub(crate) fn with_error(fit: f64, held_out: Option<&HeldOut>, digits: usize) ->
     }
 }
 
-/// Where the log says too little of what a controller needs, and how much more it would take.
+/// Where the log has too little information for a controller, and how much more it would take.
 fn poor_bands(excitation: &Excitation) -> Vec<String> {
     let name = |b: &ExcitationBand| format!("{} to {} Hz", b.from_hz, b.to_hz);
     let silent = excitation.silent_from_hz().filter(|f| *f <= SWEEP.1);
@@ -232,7 +237,7 @@ fn doubts(evidence: &Evidence, drive: &Drive<'_>, options: &IdentifyOptions) -> 
     }
     if evidence.independence.lags > 0 && !evidence.independence.pass {
         out.push(
-            "held-out residuals still depend on past steering: expect effects that a linear model of this order leaves out"
+            "validation residuals still depend on past steering: expect effects that a linear model of this order leaves out"
                 .to_owned(),
         );
     }
@@ -270,8 +275,8 @@ fn doubts(evidence: &Evidence, drive: &Drive<'_>, options: &IdentifyOptions) -> 
     out
 }
 
-/// The extreme at which the steering rests for a good part of the time, and that part. A command of
-/// few levels, such as a binary sequence or steps, is meant to.
+/// The extreme at which the steering rests for a good part of the time, and that part. A command of few
+/// values, such as a binary sequence or steps, is meant to.
 fn at_limit(steering: &[f64]) -> Option<(f64, f64)> {
     const SHARE: f64 = 0.03;
     let (low, high) = steering

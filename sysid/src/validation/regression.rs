@@ -4,7 +4,7 @@
 //! models*, IEEE Transactions on Automatic Control 36, 1991), whose outputs span the responses of a
 //! vehicle: no structure, order or delay is chosen, and a change of the steering (play taken out, or
 //! moved in time) is compared by what a least-squares fit leaves. Sums are kept for each of [`BLOCKS`]
-//! blocks of time, so that leaving one out costs nothing: the jackknife tells how certain a comparison
+//! blocks of time, so that leaving one out costs nothing: the jackknife shows how certain a comparison
 //! is (Efron and Tibshirani 1993, chapter 11).
 
 use crate::linalg::dense::solve;
@@ -17,7 +17,7 @@ const FUNCTIONS: usize = 8;
 const COLUMNS: usize = FUNCTIONS + 3;
 /// Blocks of time.
 pub(crate) const BLOCKS: usize = 10;
-/// What the bank does not know yet at the start of a segment, in its time constants.
+/// The transient of the bank at the start of a segment, in its time constants.
 const SETTLING: f64 = 12.0;
 
 /// One segment of steering and yaw rate, of equal lengths.
@@ -129,20 +129,20 @@ impl Sums {
 struct Bank {
     pole: f64,
     gain: f64,
-    /// The level at the start, about which the steering is taken.
-    level: f64,
+    /// The mean at the start, about which the steering is taken.
+    mean: f64,
     before: [f64; FUNCTIONS + 1],
 }
 
 impl Bank {
-    fn new(pole: f64, level: f64) -> Self {
-        Self { pole, gain: (1.0 - pole * pole).sqrt(), level, before: [0.0; FUNCTIONS + 1] }
+    fn new(pole: f64, mean: f64) -> Self {
+        Self { pole, gain: (1.0 - pole * pole).sqrt(), mean, before: [0.0; FUNCTIONS + 1] }
     }
 
     /// The steering, the bank's outputs, 1 and the yaw rate.
     fn row(&mut self, u: f64, y: f64) -> [f64; COLUMNS] {
         let mut now = [0.0; FUNCTIONS + 1];
-        now[0] = u - self.level;
+        now[0] = u - self.mean;
         now[1] = self.pole * self.before[1] + self.gain * self.before[0];
         for i in 2..=FUNCTIONS {
             now[i] = self.pole * self.before[i] + self.before[i - 1] - self.pole * now[i - 1];

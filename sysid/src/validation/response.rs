@@ -1,4 +1,4 @@
-//! The measured frequency response, and the model's beside it.
+//! The measured frequency response, with the model's.
 //!
 //! Windows of finite length smear a response that changes within their resolution or a rhythm that
 //! changes within their time. The model's own simulation from the same input shows by how much: its
@@ -7,7 +7,7 @@
 //! 1999, section 16.6), against the confidence disk of the measured response.
 
 use crate::data::statistics::Z975;
-use crate::validation::departure::departures;
+use crate::validation::model_error::band_errors;
 use crate::validation::modelled::{INFORMATIVE, Modelled, rounded};
 use crate::validation::spectra::Spectra;
 use formats::{FrequencyResponse, ResponsePoint};
@@ -79,7 +79,7 @@ pub(crate) fn response(
         significant_coherence: rounded(significant),
         compared,
         within: if compared > 0 { within as f64 / compared as f64 } else { 0.0 },
-        bands: departures(spectra, modelled, &all, sample_time_s),
+        bands: band_errors(spectra, modelled, &all, sample_time_s),
         points,
     }
 }

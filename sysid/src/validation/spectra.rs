@@ -2,7 +2,7 @@
 //! coherence, the frequency response H1, and their confidence.
 //!
 //! Windows are von Hann's with half overlap, each with its mean removed; none of them straddles two
-//! stretches of a recording. With K windows of one stretch their averages scatter as those of
+//! segments of a recording. With K windows of one segment their averages scatter as those of
 //!
 //! `n_d = K² / (K + 2(K − 1)ρ²)`, ρ = 1/6 for this window and overlap (Welch 1967),
 //!
@@ -37,11 +37,11 @@ pub(crate) struct Spectra {
 }
 
 impl Spectra {
-    /// Spectra of stretches of (input, output) at one sample time.
-    pub(crate) fn welch(stretches: &[(&[f64], &[f64])], sample_time_s: f64) -> Self {
+    /// Spectra of segments of (input, output) at one sample time.
+    pub(crate) fn welch(segments: &[(&[f64], &[f64])], sample_time_s: f64) -> Self {
         let samples = |(u, y): &(&[f64], &[f64])| u.len().min(y.len());
         let windows =
-            |length: usize| -> usize { stretches.iter().map(|s| count(samples(s), length)).sum() };
+            |length: usize| -> usize { segments.iter().map(|s| count(samples(s), length)).sum() };
         let mut length = 16;
         while (length as f64) * sample_time_s < WINDOW_S && windows(2 * length) >= LEAST_WINDOWS {
             length *= 2;
@@ -50,9 +50,9 @@ impl Spectra {
             length /= 2;
         }
         let mut sums = Sums::new(length);
-        for (u, y) in stretches {
+        for (u, y) in segments {
             sums.push(u, y);
-            sums.end_stretch();
+            sums.end_segment();
         }
         sums.spectra(sample_time_s)
     }
@@ -133,10 +133,10 @@ pub(crate) struct Sums {
     windows: usize,
     /// Variance of the averages, in windows squared.
     variance: f64,
-    /// Samples of the stretch that no later window can do without.
+    /// Samples of the segment that no later window can do without.
     rest: [Vec<f64>; 2],
-    /// Windows of the stretch so far.
-    of_stretch: usize,
+    /// Windows of the segment so far.
+    of_segment: usize,
 }
 
 impl Sums {
@@ -148,7 +148,7 @@ impl Sums {
             windows: 0,
             variance: 0.0,
             rest: [Vec::new(), Vec::new()],
-            of_stretch: 0,
+            of_segment: 0,
         }
     }
 
@@ -174,19 +174,19 @@ impl Sums {
             let at = i * half..i * half + length;
             self.transform.add(&self.rest[0][at.clone()], &self.rest[1][at], &mut self.sum);
         }
-        self.of_stretch += count;
+        self.of_segment += count;
         self.rest.iter_mut().for_each(|x| drop(x.drain(..count * half)));
     }
 
     /// No window straddles what was added and what is added next.
-    pub(crate) fn end_stretch(&mut self) {
+    pub(crate) fn end_segment(&mut self) {
         self.rest.iter_mut().for_each(Vec::clear);
-        let k = std::mem::take(&mut self.of_stretch);
+        let k = std::mem::take(&mut self.of_segment);
         self.windows += k;
         self.variance += k as f64 + 2.0 * (k.saturating_sub(1)) as f64 * OVERLAP;
     }
 
-    /// Adds what another has of windows of the same length, both of whole stretches.
+    /// Adds what another has of windows of the same length, both of whole segments.
     pub(crate) fn merge(&mut self, other: &Self) {
         for (a, b) in self.sum.iter_mut().zip(&other.sum) {
             a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
@@ -195,7 +195,7 @@ impl Sums {
         self.variance += other.variance;
     }
 
-    /// Averages over the windows of all stretches that were ended.
+    /// Averages over the windows of all segments that were ended.
     pub(crate) fn spectra(&self, sample_time_s: f64) -> Spectra {
         let (bins, all) = (self.sum.len(), self.windows);
         let power: f64 = self.transform.window.iter().map(|w| w * w).sum();
@@ -224,7 +224,7 @@ impl Sums {
         head.into_iter().chain(self.sum.iter().flatten().copied()).collect()
     }
 
-    /// What [`Self::to_numbers`] gave; `None` for numbers that no recording gives.
+    /// The spectra of [`Self::to_numbers`]; `None` for numbers that no recording has.
     pub(crate) fn from_numbers(numbers: &[f64]) -> Option<Self> {
         let [windows, variance, sum @ ..] = numbers else { return None };
         let (sum, rest) = sum.as_chunks::<4>();

@@ -1,5 +1,5 @@
-//! How uncertain poles and zeros are: the delta method, with derivatives along the directions of the
-//! estimate's covariance by central differences.
+//! How uncertain poles and zeros are: the delta method, with derivatives along the columns of the
+//! estimate's covariance factor by central differences.
 //!
 //! A step of a thousandth of a standard deviation is small against every curvature that a first-order
 //! statement can bear, and large against the rounding of eigenvalues.
@@ -11,17 +11,17 @@ use formats::{Matrix, Spread};
 /// Step along each direction, standard deviations.
 const STEP: f64 = 1e-3;
 
-/// The spreads of `points` (of the upper half plane, or all), which `of` computes of a model, under
-/// the moves of its matrices in the rows of `directions`: entries of A, B, C, D, each row by row, and
-/// more that does not matter. `None` where a point cannot be followed or its spread is not finite.
+/// The spreads of `points` (of the upper half plane, or all), which `of` computes of a model, under the
+/// moves of its matrices in the rows of `covariance_factor`: entries of A, B, C, D, each row by row, and more that
+/// does not matter. `None` where a point cannot be followed or its spread is not finite.
 pub(crate) fn spreads(
     model: &StateSpace,
-    directions: &Matrix,
+    covariance_factor: &Matrix,
     points: &[(f64, f64)],
     of: impl Fn(&StateSpace) -> Vec<(f64, f64)>,
 ) -> Vec<Option<Spread>> {
     let mut sums: Vec<Option<[f64; 3]>> = vec![Some([0.0; 3]); points.len()];
-    for row in &directions.0 {
+    for row in &covariance_factor.0 {
         let sides = [STEP, -STEP].map(|step| of(&moved(model, row, step)));
         for (sum, point) in sums.iter_mut().zip(points) {
             let Some([forth, back]) = followed(&sides, *point, points.len()) else {
@@ -90,7 +90,7 @@ mod tests {
             d: row(&[0.7]),
         };
         let entries = 4 + 2 + 2 + 1;
-        let directions =
+        let covariance_factor =
             Matrix::from_fn(3, entries, |i, j| 4e-3 * f64::sin((7 * i + j * j) as f64));
         let poles = |m: &StateSpace| m.poles().unwrap_or_default();
         // y = 0: the poles of A − B C/D.
@@ -108,14 +108,15 @@ mod tests {
         };
         for of in [&poles as &dyn Fn(&StateSpace) -> Vec<(f64, f64)>, &zeros] {
             let points: Vec<(f64, f64)> = of(&model).into_iter().filter(|z| z.1 >= 0.0).collect();
-            for (at, spread) in points.iter().zip(spreads(&model, &directions, &points, of)) {
+            for (at, spread) in points.iter().zip(spreads(&model, &covariance_factor, &points, of))
+            {
                 let s = spread.unwrap();
                 let mut sums = [0.0; 3];
                 const DRAWN: usize = 4000;
                 for _ in 0..DRAWN {
                     let xi = [normal(), normal(), normal()];
                     let row: Vec<f64> = (0..entries)
-                        .map(|j| (0..3).map(|i| xi[i] * directions.at(i, j)).sum())
+                        .map(|j| (0..3).map(|i| xi[i] * covariance_factor.at(i, j)).sum())
                         .collect();
                     let of_drawn = of(&moved(&model, &row, 1.0));
                     let d = of_drawn
@@ -128,8 +129,8 @@ mod tests {
                     }
                 }
                 let size = s.variance_re + s.variance_im;
-                for (got, told) in sums.iter().zip([s.variance_re, s.variance_im, s.covariance]) {
-                    assert!((got - told).abs() < 0.06 * size, "{at:?}: {sums:?} {s:?}");
+                for (got, stated) in sums.iter().zip([s.variance_re, s.variance_im, s.covariance]) {
+                    assert!((got - stated).abs() < 0.06 * size, "{at:?}: {sums:?} {s:?}");
                 }
             }
         }
@@ -138,8 +139,8 @@ mod tests {
     #[test]
     fn what_cannot_be_followed_has_no_spread() {
         let model = StateSpace { a: row(&[0.5]), b: row(&[1.0]), c: row(&[1.0]), d: row(&[0.0]) };
-        let directions = Matrix::from_fn(1, 4, |_, _| 0.1);
+        let covariance_factor = Matrix::from_fn(1, 4, |_, _| 0.1);
         let none = |_: &StateSpace| Vec::new();
-        assert_eq!(spreads(&model, &directions, &[(0.1, 0.0)], none), [None]);
+        assert_eq!(spreads(&model, &covariance_factor, &[(0.1, 0.0)], none), [None]);
     }
 }

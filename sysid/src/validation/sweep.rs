@@ -1,4 +1,4 @@
-//! What to drive next, reckoned from what the log shows.
+//! What to drive next, computed from what the log shows.
 //!
 //! With the noise as it was, the standard error of a band's gain falls as one over the steering's
 //! amplitude in that band, and as one over the square root of the time driven (see [`crate::validation::bands`]). A
@@ -7,7 +7,7 @@
 
 use formats::{Evidence, ExcitationBand, FrequencyResponse, Reason, ResponsePoint};
 
-/// What the judgement needs to know of the drive beside the evidence.
+/// What the quality needs of the drive in addition to the evidence.
 pub(crate) struct Drive<'a> {
     /// Whether the model has a continuous counterpart.
     pub(crate) has_continuous: bool,
@@ -159,8 +159,8 @@ mod tests {
         }
     }
 
-    /// The sweep that is recommended, reckoned by hand: in the octave from 1 to 2 Hz (0.301 of the
-    /// sweep) a log of 60 s with 2 mrad gave the gain to 90 %. A sweep of ±46.6 mrad needs
+    /// The recommended sweep, computed by hand: in the octave from 1 to 2 Hz (0.301 of the sweep) a log
+    /// of 60 s with 2 mrad determined the gain to 90 %. A sweep of ±46.6 mrad needs
     /// (0.9·0.002·√(2·60/0.301)/(0.05·0.0466))² = 238 s for 5 %.
     #[test]
     fn the_sweep_that_is_recommended() {

@@ -1,11 +1,11 @@
 //! Identification from closed-loop data: exact without noise, unbiased with a driver in the loop where
-//! the open-loop methods are not, and clear about data that say nothing.
+//! the open-loop methods are not, and clear about data without information.
 
 use crate::known::bias::{Biases, Errors};
 use crate::known::driver::Drive;
 use crate::known::{Random, markov_distance, pole_distance};
 use faer::Mat;
-use sysid::subspace::closed_loop::{self, Criterion, Method, errors_in_variables};
+use sysid::subspace::closed_loop::{self, ClosedLoopMethod, Criterion, errors_in_variables};
 use sysid::subspace::{Factor, shift_realization, structured_bd, subspace};
 use sysid::{DataSet, Error, Segment, Signals, StateSpace, simulate};
 
@@ -25,7 +25,7 @@ fn without_noise_both_methods_are_exact() {
                 Segment::new(u, y)
             };
             let data = DataSet::new(1.0, vec![drive(1.0), drive(-2.0)]).unwrap();
-            for method in Method::ALL {
+            for method in ClosedLoopMethod::ALL {
                 let found =
                     closed_loop::identify(&data, method, n + 4, n + 2, n, feedthrough).unwrap();
                 let model = &found.model;
@@ -71,7 +71,7 @@ fn two_by_two(count: usize, seed: u64) -> (StateSpace, Mat<f64>, DataSet) {
 fn several_inputs_and_outputs_and_the_gain_come_out() {
     let (truth, gain, data) = two_by_two(20_000, 5);
     let from_noise = |m: &StateSpace, k: &Mat<f64>| StateSpace { b: k.clone(), ..m.clone() };
-    for method in Method::ALL {
+    for method in ClosedLoopMethod::ALL {
         let found = closed_loop::identify(&data, method, 20, 8, 3, false).unwrap();
         let markov = markov_distance(&truth, &found.model, 30);
         let noise =
@@ -84,7 +84,7 @@ fn several_inputs_and_outputs_and_the_gain_come_out() {
 fn all_orders_come_from_one_decomposition() {
     let (_, _, data) = two_by_two(2000, 6);
     let factor = closed_loop::factor(&data, 12, 6).unwrap();
-    for method in Method::ALL {
+    for method in ClosedLoopMethod::ALL {
         let all = closed_loop::decompose(&factor, method, 12, 6, false).unwrap();
         assert_eq!(all.largest_order(), 12);
         assert!(all.singular_values.windows(2).all(|s| s[0] >= s[1]), "{method:?}");
@@ -111,7 +111,7 @@ fn units_and_order_of_the_channels_do_not_matter() {
     let first = &data.segments()[0];
     let change = |x: &Signals, k: [f64; 2]| Mat::from_fn(2, x.ncols(), |i, t| k[i] * x[(1 - i, t)]);
     let changed = DataSet::single(1.0, change(&first.u, ku), change(&first.y, ky)).unwrap();
-    for method in Method::ALL {
+    for method in ClosedLoopMethod::ALL {
         let one = closed_loop::identify(&data, method, 10, 5, 3, true).unwrap();
         let two = closed_loop::identify(&changed, method, 10, 5, 3, true).unwrap();
         let m = &two.model;
@@ -141,7 +141,7 @@ fn biases(data: &[DataSet], estimate: impl Fn(&DataSet) -> StateSpace) -> Biases
     Biases::new(&errors)
 }
 
-fn open_loop(data: &DataSet, method: sysid::Method, past: usize) -> StateSpace {
+fn open_loop(data: &DataSet, method: sysid::Weighting, past: usize) -> StateSpace {
     let factor = Factor::new(data, past).unwrap();
     let found = subspace(&factor, method).unwrap();
     let (a, c) = shift_realization(&found, 3, 1).unwrap();
@@ -152,11 +152,11 @@ fn open_loop(data: &DataSet, method: sysid::Method, past: usize) -> StateSpace {
 fn with_a_driver_in_the_loop_only_the_predictors_bias_goes_with_the_past() {
     let data: Vec<DataSet> =
         (0..12).map(|seed| Drive::controlled().record(20_000, seed).unwrap()).collect();
-    for method in sysid::Method::ALL {
+    for method in sysid::Weighting::ALL {
         let bias = biases(&data, |d| open_loop(d, method, 20)).response;
         assert!(bias.is_significant(), "{method:?}: {bias:?}");
     }
-    for method in Method::ALL {
+    for method in ClosedLoopMethod::ALL {
         let at = |past: usize| {
             let one = |d: &DataSet| {
                 closed_loop::identify(d, method, past, past.min(10), 3, false).unwrap().model
@@ -174,7 +174,7 @@ fn with_a_driver_in_the_loop_only_the_predictors_bias_goes_with_the_past() {
 fn errors_in_variables_are_met_where_the_predictors_are_biased() {
     let data: Vec<DataSet> =
         (0..30).map(|seed| Drive::white_sensors().record(6000, seed).unwrap()).collect();
-    for method in Method::ALL {
+    for method in ClosedLoopMethod::ALL {
         let one = |d: &DataSet| closed_loop::identify(d, method, 20, 10, 3, false).unwrap().model;
         let bias = biases(&data, one).response;
         assert!(bias.is_significant(), "{method:?}: {bias:?}");
@@ -186,7 +186,7 @@ fn errors_in_variables_are_met_where_the_predictors_are_biased() {
 
 /// What chance puts into a projection on the past falls as the record grows, what is there does not.
 #[test]
-fn the_excitation_for_errors_in_variables_is_told_in_units_of_chance() {
+fn the_excitation_for_errors_in_variables_is_in_units_of_chance() {
     let mut random = Random(12);
     let mut of = |count: usize, shared: f64| {
         let (white, e) = (random.matrix(1, count), random.matrix(1, count));
@@ -196,7 +196,7 @@ fn the_excitation_for_errors_in_variables_is_told_in_units_of_chance() {
         let data = DataSet::single(1.0, u, y).unwrap();
         errors_in_variables::identify(&data, 20, 6, 1, false).unwrap().excitation
     };
-    // Of white excitation the past tells nothing: somewhat less than 1, since the least is taken.
+    // White excitation is not predicted by the past: somewhat less than 1, since the least is taken.
     for count in [1000, 30_000] {
         let chance = of(count, 0.0);
         assert!((0.3..1.0).contains(&chance), "{count}: {chance}");
@@ -241,7 +241,7 @@ fn the_feedback_test_has_its_size_and_its_power() {
             })
             .count()
     };
-    // At a level of 1 %, 200 records give 7 alarms or more in 1 of 200 cases.
+    // At a significance level of 1 %, 200 records have 7 alarms or more in 1 of 200 cases.
     let alarms = found(&open, 0..150) + found(&sines, 150..200);
     assert!(alarms <= 6, "{alarms} false alarms of 200");
     assert_eq!(found(&controlled, 0..20), 20);
@@ -310,12 +310,12 @@ fn the_past_horizon_is_the_order_of_an_autoregression() {
 }
 
 #[test]
-fn data_and_requests_that_cannot_be_met_are_told() {
+fn data_and_requests_that_cannot_be_met_are_errors() {
     let mut random = Random(11);
     let (u, y) = (random.matrix(1, 400), random.matrix(1, 400));
     let single = |u: &Mat<f64>, y: &Mat<f64>| DataSet::single(0.1, u.clone(), y.clone());
     let data = single(&u, &y).unwrap();
-    let told = |outcome: Result<(), Error>| {
+    let checked = |outcome: Result<(), Error>| {
         let error = outcome.expect_err("must be refused");
         assert!(!error.to_string().is_empty() && !error.hint().is_empty(), "{error}");
         error
@@ -324,38 +324,38 @@ fn data_and_requests_that_cannot_be_met_are_told() {
     let zero = Mat::zeros(1, 400);
     let huge = Mat::from_fn(1, 400, |_, t| 1e300 * y[(0, t)]);
     let few = |x: &Mat<f64>| x.get(.., ..30).to_owned();
-    for method in Method::ALL {
-        let ask = |data: &DataSet, past, future, order| {
+    for method in ClosedLoopMethod::ALL {
+        let request = |data: &DataSet, past, future, order| {
             closed_loop::identify(data, method, past, future, order, false).map(|_| ())
         };
         for still in [&constant, &zero] {
             for data in [single(still, &y), single(&u, still)] {
-                let error = told(ask(&data.unwrap(), 10, 5, 2));
+                let error = checked(request(&data.unwrap(), 10, 5, 2));
                 assert!(matches!(error, Error::NotExciting { .. }), "{error}");
             }
         }
         let short = single(&few(&u), &few(&y)).unwrap();
-        assert!(matches!(told(ask(&short, 10, 5, 2)), Error::TooFewSamples { .. }));
-        assert!(matches!(told(ask(&data, 0, 5, 2)), Error::Option { .. }));
-        assert!(matches!(told(ask(&data, 5, 6, 2)), Error::Option { .. }));
-        assert!(matches!(told(ask(&data, usize::MAX, 6, 2)), Error::Option { .. }));
-        assert!(matches!(told(ask(&data, 10, 5, 0)), Error::OrderAboveHorizon { .. }));
-        assert!(matches!(told(ask(&data, 10, 5, 6)), Error::OrderAboveHorizon { .. }));
-        let _ = ask(&single(&u, &huge).unwrap(), 10, 5, 2).map_err(|e| told(Err(e)));
+        assert!(matches!(checked(request(&short, 10, 5, 2)), Error::TooFewSamples { .. }));
+        assert!(matches!(checked(request(&data, 0, 5, 2)), Error::Option { .. }));
+        assert!(matches!(checked(request(&data, 5, 6, 2)), Error::Option { .. }));
+        assert!(matches!(checked(request(&data, usize::MAX, 6, 2)), Error::Option { .. }));
+        assert!(matches!(checked(request(&data, 10, 5, 0)), Error::OrderAboveHorizon { .. }));
+        assert!(matches!(checked(request(&data, 10, 5, 6)), Error::OrderAboveHorizon { .. }));
+        let _ = request(&single(&u, &huge).unwrap(), 10, 5, 2).map_err(|e| checked(Err(e)));
         // Input and output in proportion, and one that is noise alone: a model or a clear error.
-        let _ = ask(&single(&u, &u).unwrap(), 10, 5, 2).map_err(|e| told(Err(e)));
-        let _ = ask(&data, 10, 5, 5).map_err(|e| told(Err(e)));
+        let _ = request(&single(&u, &u).unwrap(), 10, 5, 2).map_err(|e| checked(Err(e)));
+        let _ = request(&data, 10, 5, 5).map_err(|e| checked(Err(e)));
     }
     let nothing = DataSet::single(0.1, Mat::zeros(0, 400), y.clone()).unwrap();
-    told(closed_loop::feedback(&nothing, 2.0, 1.0).map(|_| ()));
+    checked(closed_loop::feedback(&nothing, 2.0, 1.0).map(|_| ()));
     let one = DataSet::single(0.1, random.matrix(1, 1), random.matrix(1, 1)).unwrap();
-    told(closed_loop::feedback(&one, 2.0, 1.0).map(|_| ()));
+    checked(closed_loop::feedback(&one, 2.0, 1.0).map(|_| ()));
     let still = single(&constant, &y).unwrap();
-    told(closed_loop::feedback(&still, 2.0, 1.0).map(|_| ()));
-    told(errors_in_variables::identify(&still, 10, 5, 2, false).map(|_| ()));
-    told(errors_in_variables::identify(&data, 10, 5, 5, false).map(|_| ()));
+    checked(closed_loop::feedback(&still, 2.0, 1.0).map(|_| ()));
+    checked(errors_in_variables::identify(&still, 10, 5, 2, false).map(|_| ()));
+    checked(errors_in_variables::identify(&data, 10, 5, 5, false).map(|_| ()));
     let factor = closed_loop::factor(&data, 10, 5).unwrap();
-    told(closed_loop::decompose(&factor, Method::Pbsid, 20, 5, false).map(|_| ()));
-    told(closed_loop::past_horizon(&factor, 20, Criterion::Aic, false).map(|_| ()));
-    told(closed_loop::past_horizon(&factor, 0, Criterion::Aic, false).map(|_| ()));
+    checked(closed_loop::decompose(&factor, ClosedLoopMethod::Pbsid, 20, 5, false).map(|_| ()));
+    checked(closed_loop::past_horizon(&factor, 20, Criterion::Aic, false).map(|_| ()));
+    checked(closed_loop::past_horizon(&factor, 0, Criterion::Aic, false).map(|_| ()));
 }

@@ -50,7 +50,7 @@ fn between_samples_the_input_stays_or_moves_straight() {
     let count = 40;
     let coarse = Mat::from_fn(1, count, |_, k| u(k));
     for hold in [Hold::Zero, Hold::First] {
-        // Held finely, the middle of each fine step standing for it.
+        // Held finely, the middle of each fine step representing it.
         let fine_u = Mat::from_fn(1, (count - 1) * FINER, |_, t| {
             let (k, part) = (t / FINER, (t % FINER) as f64 + 0.5);
             match hold {
@@ -111,7 +111,7 @@ fn there_and_back_to_rounding() {
 }
 
 #[test]
-fn without_a_real_logarithm_it_stays_discrete_and_says_why() {
+fn without_a_real_logarithm_it_stays_discrete_with_the_reason() {
     for (pole, word) in [(-0.4, "negative"), (0.0, "zero")] {
         let model = StateSpace {
             a: matrix([[pole, 0.3], [0.0, 0.5]]),

@@ -42,7 +42,7 @@ fn a_delay_is_found_to_a_hundredth_of_a_second() {
             let error = (found.seconds - delay).abs();
             assert!(error < 0.01, "{delay} {servo} {seed}: {found:?}");
             assert!(error < 4.0 * found.standard_error_s + 0.001, "{delay} {seed}: {found:?}");
-            // The noisier records cannot tell all of it from an actuator's lag, and say so.
+            // The noisier records do not separate all of it from an actuator's lag, and report so.
             assert!(found.standard_error_s < 0.02 && found.evidence > 6.0, "{found:?}");
         }
     }
@@ -56,7 +56,7 @@ fn a_lag_is_no_delay() {
             assert_eq!(found.seconds, 0.0, "{servo} {noise} {sample_time}: {found:?}");
         }
     }
-    // The lag that stands in place of a delay is the servo's, where the noise lets it be seen.
+    // The lag that replaces a delay is the servo's, where the noise lets it be seen.
     let found = estimate(&Drive { servo: 0.05, sample_time: 0.01, ..DRIVE });
     assert!((found.lag_without_s - 0.05).abs() < 0.005, "{found:?}");
 }
@@ -73,10 +73,10 @@ fn where_noise_hides_which_is_which_delay_and_lag_are_one() {
 }
 
 /// A servo's lag that the noise hides is taken into the delay. The stated error covers that: over
-/// seeds, sample times and levels of noise, the truth lies within two standard errors as often as it
+/// seeds, sample times and amounts of noise, the truth lies within two standard errors as often as it
 /// should.
 #[test]
-fn the_stated_error_holds_what_a_lag_can_stand_for() {
+fn the_stated_error_holds_what_a_lag_can_replace() {
     let (mut inside, mut all, mut widest) = (0, 0, 0.0_f64);
     for seed in 1..=6 {
         for (noise, sample_time) in [(0.002, 0.04), (0.01, 0.01), (0.02, 0.02)] {
@@ -98,7 +98,7 @@ fn the_stated_error_holds_what_a_lag_can_stand_for() {
     assert!(widest < 0.06, "{widest}");
 }
 
-/// The drives in the repository; none of them has a delay beside the servo's lag.
+/// The drives in the repository; none of them has a delay in addition to the servo's lag.
 fn recorded(sample_time_s: f64) -> DriveLog {
     let text = std::fs::read("../tests/data/multibody/drive.csv").unwrap();
     let options = LogOptions {
@@ -135,7 +135,7 @@ fn scale_offset_and_segments_do_not_matter() {
     assert!((whole.seconds - other.seconds).abs() < 1e-4, "{whole:?} {other:?}");
     let cuts = [0, 300, 420, 900, 1600, u.len()];
     let segments = cuts.windows(2).map(|w| {
-        // The levels of the stretches differ, as after a change of the sensor's zero.
+        // The offsets of the segments differ, as after a change of the sensor's zero.
         let y = moved(&y[w[0]..w[1]], 1.0, 0.01 * w[0] as f64);
         Segment::new(row(&u[w[0]..w[1]]), row(&y))
     });
@@ -151,7 +151,8 @@ fn what_cannot_be_estimated_is_refused() {
     let both = Mat::from_fn(2, u.len(), |i, k| if i == 0 { u[k] } else { y[k] });
     let two = DataSet::single(ts, both, row(&y)).unwrap();
     assert!(matches!(estimate_delay(&two), Err(Error::Data { .. })));
-    // Neither a dead input nor one that says nothing gives a delay, a panic or a number that is none.
+    // Neither a dead input nor one without information leads to a delay, a panic or a number that is
+    // none.
     let mut random = Random(5);
     let noise: Vec<f64> = (0..2000).map(|_| random.normal()).collect();
     for input in [vec![0.0; 2000], vec![1e300; 2000], noise.iter().map(|x| x * 1e-300).collect()] {
@@ -173,7 +174,7 @@ fn log((ts, u, y): (f64, Vec<f64>, Vec<f64>)) -> DriveLog {
 }
 
 #[test]
-fn identification_takes_the_delay_and_says_so() {
+fn identification_takes_the_delay_and_reports_it() {
     let drive = log(record(Drive { delay: 0.12, ..DRIVE }, 120.0));
     let options = |delay_s| IdentifyOptions { order: Some(2), delay_s, ..Default::default() };
     let without = identify(&drive, &options(Some(0.0))).unwrap().plant;

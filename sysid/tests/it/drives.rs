@@ -11,21 +11,21 @@ use std::f64::consts::PI;
 use sysid::model::conversion::discretize;
 use sysid::subspace::Realization;
 use sysid::{
-    Detrend, Error, IdentifyOptions, InputKind, Intersample, Method, fit_percent, identify,
+    Detrend, Error, IdentifyOptions, InputKind, Intersample, Weighting, fit_percent, identify,
 };
 
 /// One order, weighting and horizon, where a test is not about their choice.
 fn quick(order: usize) -> IdentifyOptions {
     IdentifyOptions {
         order: Some(order),
-        method: Some(Method::Moesp.into()),
+        method: Some(Weighting::Moesp.into()),
         horizon: Some(15),
         ..IdentifyOptions::default()
     }
 }
 
 #[test]
-fn the_multi_body_vehicle_is_reproduced_on_the_held_out_half() {
+fn the_multi_body_vehicle_is_reproduced_on_the_validation_half() {
     let log = multibody();
     let found = identify(&log, &IdentifyOptions::default()).unwrap();
     let e = &found.plant.evidence;
@@ -55,7 +55,7 @@ fn the_multi_body_vehicle_is_reproduced_on_the_held_out_half() {
 }
 
 #[test]
-fn equal_input_gives_equal_bytes() {
+fn equal_input_leads_to_equal_bytes() {
     let log = multibody();
     let options = quick(3);
     let text = || identify(&log, &options).unwrap().plant.to_json();
@@ -63,9 +63,9 @@ fn equal_input_gives_equal_bytes() {
 }
 
 #[test]
-fn every_method_order_and_feedthrough_gives_a_valid_stable_plant() {
+fn every_method_order_and_feedthrough_leads_to_a_valid_stable_plant() {
     let log = multibody();
-    for method in Method::ALL {
+    for method in Weighting::ALL {
         for (order, feedthrough, refine) in [(1, false, false), (3, true, true), (8, true, false)] {
             let options = IdentifyOptions {
                 method: Some(method.into()),
@@ -88,7 +88,7 @@ fn every_method_order_and_feedthrough_gives_a_valid_stable_plant() {
 fn eq_12_and_the_shift_structure_compete_by_fit() {
     let log = multibody();
     let mut won = std::collections::BTreeMap::new();
-    for method in Method::ALL {
+    for method in Weighting::ALL {
         for order in 1..=4 {
             let fit = |realization: Option<Realization>| {
                 let options = IdentifyOptions {
@@ -98,7 +98,7 @@ fn eq_12_and_the_shift_structure_compete_by_fit() {
                     ..quick(order)
                 };
                 let plant = identify(&log, &options).unwrap().plant;
-                // Without a feedthrough asked for there is none, and B is refitted in both.
+                // Without a requested feedthrough there is none, and B is refitted in both.
                 assert_eq!(plant.discrete.d.at(0, 0), 0.0);
                 (plant.evidence.fit.estimation, plant.provenance.options["realization"].clone())
             };
@@ -255,14 +255,14 @@ fn recording(input: Vec<f64>, output: Vec<f64>) -> DriveLog {
 }
 
 /// A first-order yaw response to white steering with white sensor noise; from sample `from` on, the
-/// steering acts stronger by `stronger` and the noise is coloured with the pole `colour`.
-fn changing_recording(from: usize, stronger: f64, colour: f64) -> DriveLog {
+/// steering acts stronger by `stronger` and the noise is coloured with the pole `noise_pole`.
+fn changing_recording(from: usize, stronger: f64, noise_pole: f64) -> DriveLog {
     let mut random = Random(23);
     let n = 3000;
     let (mut x, mut noise) = (0.0, 0.0);
     let (mut input, mut output) = (Vec::new(), Vec::new());
     for k in 0..n {
-        let (gain, pole) = if k < from { (1.0, 0.0) } else { (1.0 + stronger, colour) };
+        let (gain, pole) = if k < from { (1.0, 0.0) } else { (1.0 + stronger, noise_pole) };
         let u = 0.02 * random.normal();
         noise = pole * noise + 2e-3 * random.normal();
         input.push(u);
@@ -286,7 +286,7 @@ fn residuals_are_tested_on_data_that_the_model_has_not_seen() {
 }
 
 #[test]
-fn the_held_out_part_chooses_nothing() {
+fn the_validation_data_choose_nothing() {
     let log = multibody();
     let plant = |log: &DriveLog| identify(log, &IdentifyOptions::default()).unwrap().plant;
     let mut other = log.clone();
@@ -303,7 +303,7 @@ fn the_held_out_part_chooses_nothing() {
 #[test]
 fn the_result_is_stable_where_the_estimate_is_not() {
     // Growing oscillations, an integrator, a ramp, and pure noise: each alone misleads the shift
-    // structure. Whatever is asked for, the plant is stable and finite.
+    // structure. Whatever is requested, the plant is stable and finite.
     let mut random = Random(5);
     let n = 400;
     let u: Vec<f64> = (0..n).map(|_| 0.02 * random.normal()).collect();
@@ -322,7 +322,7 @@ fn the_result_is_stable_where_the_estimate_is_not() {
     let mut stabilised = std::collections::BTreeMap::new();
     for (case, y) in outputs.into_iter().enumerate() {
         let log = recording(u.clone(), y);
-        for method in Method::ALL {
+        for method in Weighting::ALL {
             for order in [1, 3, 8] {
                 for (refine, realization) in [
                     (true, None),

@@ -6,7 +6,7 @@ use crate::known::{Random, pole_distance, response_distance};
 use drivelog::{LogOptions, read_log};
 use faer::Mat;
 use sysid::subspace::{Factor, noise_model, shift_realization, structured_bd, subspace};
-use sysid::{DataSet, IdentifyOptions, Method, StateSpace, identify};
+use sysid::{DataSet, IdentifyOptions, StateSpace, Weighting, identify};
 
 /// SLICOT's printed matrices, four decimals.
 struct Printed {
@@ -51,12 +51,12 @@ fn signals() -> (Mat<f64>, Mat<f64>) {
 }
 
 #[test]
-fn the_combined_method_gives_slicots_model() {
+fn the_combined_method_reproduces_slicots_model() {
     let reference = printed();
     let (u, y) = signals();
     let data = DataSet::single(0.08, u, y).unwrap();
     let factor = Factor::new(&data, 15).unwrap();
-    let sub = subspace(&factor, Method::Moesp).unwrap();
+    let sub = subspace(&factor, Weighting::Moesp).unwrap();
     let (a, c) = shift_realization(&sub, 4, 1).unwrap();
     let model = structured_bd(&factor, &sub, a.as_ref(), c.as_ref(), true).unwrap();
     // What half a unit of the fourth printed decimal can move the reference by.
@@ -81,8 +81,8 @@ fn the_combined_method_gives_slicots_model() {
     assert!(poles < pole_floor, "{poles:e}");
     assert!(response < response_floor.min(3e-3), "{response:e}");
 
-    // The filter: the response from innovation to output. SLICOT takes its covariances from the
-    // states that the singular vectors give, this crate from those that the model itself gives.
+    // The filter: the response from innovation to output. SLICOT takes its covariances from the states
+    // of the singular vectors, this crate from those of the model itself.
     let noise = noise_model(&factor, &model).unwrap();
     let from_innovation = |m: &StateSpace, k: &Mat<f64>| StateSpace { b: k.clone(), ..m.clone() };
     let filter = response_distance(
@@ -94,7 +94,7 @@ fn the_combined_method_gives_slicots_model() {
 }
 
 #[test]
-fn the_held_out_half_is_simulated_at_least_as_well_as_by_n4sid() {
+fn the_validation_half_is_simulated_at_least_as_well_as_by_n4sid() {
     let files = vec![("dryer2.csv".to_owned(), data("dryer2/dryer2_slicot_ib01ad.csv"))];
     let mut options = LogOptions {
         input: Some("u".into()),
@@ -109,7 +109,7 @@ fn the_held_out_half_is_simulated_at_least_as_well_as_by_n4sid() {
     let log = read_log(&files, &options).unwrap();
     // Octave's n4sid with 10 block rows and order 3: 89.1 % and 85.9 %.
     let fixed = IdentifyOptions {
-        method: Some(Method::N4sid.into()),
+        method: Some(Weighting::N4sid.into()),
         order: Some(3),
         horizon: Some(10),
         refine: false,
@@ -120,6 +120,6 @@ fn the_held_out_half_is_simulated_at_least_as_well_as_by_n4sid() {
     assert!((fit.estimation - 89.1).abs() < 0.3 && (fit.validation - 85.9).abs() < 0.3, "{fit:?}");
     let plant = identify(&log, &IdentifyOptions::default()).unwrap().plant;
     println!("{:?} order {}", plant.evidence.fit, plant.order());
-    // An output-error model fitted on the held-out half itself reaches 86.2.
+    // An output-error model fitted on the validation half itself reaches 86.2.
     assert!(plant.evidence.fit.validation >= 85.7 && (3..=4).contains(&plant.order()));
 }

@@ -1,5 +1,5 @@
-//! Evidence and quality on drives whose truth is known: rich, weak, noisy, slow, driven in
-//! closed loop, held at a limit; and what stands in the file.
+//! Evidence and quality on drives whose truth is known: rich, weak, noisy, slow, driven in closed loop,
+//! held at a limit; and what is written to the file.
 
 use crate::known::Random;
 use drivelog::DriveLog;
@@ -7,7 +7,7 @@ use faer::Mat;
 use formats::{Document, Evidence, Information, Plant};
 use std::f64::consts::TAU;
 use sysid::model::conversion::discretize;
-use sysid::{Error, IdentifyOptions, Method, identify};
+use sysid::{Error, IdentifyOptions, Weighting, identify};
 
 const SAMPLE_TIME: f64 = 0.04;
 const RATIO: f64 = 15.0;
@@ -78,7 +78,7 @@ fn slow(std: f64, hz: f64) -> impl FnMut(f64, f64, &mut Random) -> f64 {
 fn plant(log: &DriveLog) -> Plant {
     let options = IdentifyOptions {
         order: Some(3),
-        method: Some(Method::Moesp.into()),
+        method: Some(Weighting::Moesp.into()),
         horizon: Some(15),
         ..IdentifyOptions::default()
     };
@@ -109,10 +109,12 @@ fn a_rich_drive_is_trusted_and_needs_nothing_more() {
     let map = e.poles_and_zeros.as_ref().unwrap();
     println!("{:?}", map.poles);
     assert!(map.poles.iter().any(|p| (p.time_constant_s.unwrap() - 1.0 / 6.5).abs() < 0.02));
-    let held_out = e.held_out.as_ref().unwrap();
-    assert!(held_out.variance_accounted_for > 99.0 && held_out.fit_standard_error.unwrap() < 1.0);
-    assert_eq!(held_out.predictions[0].fit, e.fit.validation_one_step);
-    let last = held_out.predictions.last().unwrap();
+    let validation = e.held_out.as_ref().unwrap();
+    assert!(
+        validation.variance_accounted_for > 99.0 && validation.fit_standard_error.unwrap() < 1.0
+    );
+    assert_eq!(validation.predictions[0].fit, e.fit.validation_one_step);
+    let last = validation.predictions.last().unwrap();
     assert!(last.steps.is_none() && (last.fit - e.fit.validation).abs() < 1e-9);
     // What is written is read back, and in no other bytes.
     let text = p.to_json();
@@ -121,7 +123,7 @@ fn a_rich_drive_is_trusted_and_needs_nothing_more() {
 }
 
 #[test]
-fn a_weak_drive_says_where_it_is_weak_and_what_to_drive() {
+fn a_weak_drive_reports_where_it_is_weak_and_what_to_drive() {
     // A tenth of a degree at the road wheel, below 0.3 Hz, in the noise of a cheap gyro.
     let p = plant(&drive(120.0, 5e-3, 2, slow(0.026, 0.3)));
     let e = &p.evidence;
@@ -163,10 +165,10 @@ fn the_drive_that_is_recommended_does_what_it_promises() {
     }
 }
 
-/// A model that is too small for the vehicle leaves the measured response, and the evidence says
+/// A model that is too small for the vehicle leaves the measured response, and the evidence shows
 /// where; with a gap in the drive as without, since no window reaches over it.
 #[test]
-fn a_model_too_small_departs_from_the_measured_response() {
+fn a_model_too_small_has_an_error_against_the_measured_response() {
     let whole = drive(120.0, 2e-3, 12, slalom());
     let mut gap = whole.clone();
     gap.segments = vec![
@@ -176,14 +178,14 @@ fn a_model_too_small_departs_from_the_measured_response() {
     for log in [whole, gap] {
         let options = |order| IdentifyOptions {
             order: Some(order),
-            method: Some(Method::Moesp.into()),
+            method: Some(Weighting::Moesp.into()),
             horizon: Some(15),
             ..IdentifyOptions::default()
         };
         let small = identify(&log, &options(1)).unwrap().plant;
         println!("{:#?}", small.quality);
         let reported = |p: &Plant| {
-            p.quality.summary.contains("departs from the measured frequency response")
+            p.quality.summary.contains("error against the measured frequency response is large")
                 || advises(p, "against the measured response")
         };
         assert!(small.evidence.frequency_response.as_ref().unwrap().within < 0.5);
@@ -203,7 +205,7 @@ fn noise_is_named() {
         "{:?}",
         p.quality
     );
-    // A fit near zero is told with its uncertainty.
+    // A fit near zero is reported with its uncertainty.
     assert!(p.quality.summary.contains('±'));
 }
 
@@ -236,13 +238,13 @@ fn a_limit_of_the_steering_and_a_poor_rhythm_are_named() {
     let clipped = drive(120.0, 2e-3, 6, |t, y, r| plan(t, y, r).clamp(-0.25, 0.25));
     let p = plant(&clipped);
     assert!(advises(&p, "the steering stays at"), "{:?}", p.quality);
-    // Steps between few levels are no limit.
+    // Steps between few values are no limit.
     let steps = drive(120.0, 2e-3, 7, |t, _, _| if (t / 1.7) as u64 % 3 == 1 { 0.2 } else { -0.1 });
     assert!(!advises(&plant(&steps), "the steering stays at"));
     // Two frequencies are persistently exciting of order four.
     let sines =
         drive(120.0, 2e-3, 8, |t, _, _| 0.2 * (TAU * 0.3 * t).sin() + 0.1 * (TAU * 1.1 * t).sin());
-    // Too little for the order and horizon of the others, which is an error that says so.
+    // Too little for the order and horizon of the others, which is an error with the reason.
     let options = IdentifyOptions { order: Some(3), horizon: Some(15), ..Default::default() };
     let error = identify(&sines, &options).unwrap_err();
     assert!(
@@ -259,9 +261,9 @@ fn a_limit_of_the_steering_and_a_poor_rhythm_are_named() {
     assert!(advises(&p, "persistently exciting of order 4 only"), "{:?}", p.quality);
 }
 
-/// The model against the truth, band by band: what is seen is what it departs by.
+/// The model against the truth, band by band: the reported error is the true one.
 #[test]
-fn a_departure_is_measured_and_forbids_a_design() {
+fn a_model_error_is_measured_and_forbids_a_design() {
     let log = drive(120.0, 2e-3, 1, slalom());
     let bands = |e: &Evidence| e.frequency_response.as_ref().unwrap().bands.clone();
     for band in bands(&plant(&log).evidence) {
@@ -272,7 +274,7 @@ fn a_departure_is_measured_and_forbids_a_design() {
     // A delay that the vehicle does not have: the model is behind, and its gain makes up for it.
     let late = IdentifyOptions {
         order: Some(1),
-        method: Some(Method::Moesp.into()),
+        method: Some(Weighting::Moesp.into()),
         delay_s: Some(0.2),
         ..IdentifyOptions::default()
     };
@@ -285,8 +287,8 @@ fn a_departure_is_measured_and_forbids_a_design() {
         !p.quality.allows_design() && p.quality.summary.contains("measured frequency response")
     );
     assert!(p.quality.summary.contains("behind"), "{}", p.quality.summary);
-    assert!(advises(&p, "leave --delay out") && advises(&p, "leave --order out"));
-    // What the file says of gain and phase is what its points say.
+    assert!(advises(&p, "let the data determine it") && advises(&p, "let the data choose it"));
+    // Gain and phase in the file are those of its points.
     let response = e.frequency_response.as_ref().unwrap();
     let points = response.points.iter().filter(|p| p.frequency_hz > 1.0 && p.frequency_hz <= 2.0);
     let apart: Vec<f64> = points.map(|p| p.model_phase_rad - p.phase_rad).collect();
@@ -301,12 +303,12 @@ fn a_right_model_of_a_driven_loop_is_not_condemned() {
         let mut plan = slow(0.15, 1.0);
         let log = drive(120.0, 4e-3, 40 + seed, |t, y, r| plan(t, y, r) - 0.5 * y);
         let p = plant(&log);
-        assert!(!p.quality.summary.contains("departs"), "{}", p.quality.summary);
+        assert!(!p.quality.summary.contains("error against"), "{}", p.quality.summary);
     }
 }
 
-/// The ellipses of the poles hold those of models drawn by the file's own directions, as long as the
-/// noise is so small that a pole moves in proportion to the matrices.
+/// The ellipses of the poles hold those of models drawn by the file's own covariance factor, as long as
+/// the noise is so small that a pole moves in proportion to the matrices.
 #[test]
 fn drawn_models_lie_in_the_ellipses_of_the_poles() {
     let plant = plant(&drive(120.0, 2e-4, 3, slalom()));
@@ -344,7 +346,7 @@ fn drawn_models_lie_in_the_ellipses_of_the_poles() {
 }
 
 #[test]
-fn the_file_says_how_the_data_were_reduced() {
+fn the_file_states_how_the_data_were_reduced() {
     let p = plant(&drive(120.0, 2e-3, 1, slalom()));
     let e = &p.evidence;
     let factor = e.factor.unwrap();

@@ -6,7 +6,7 @@ use faer::Mat;
 use sysid::subspace::{
     Accumulator, Decomposition, Factor, shift_realization, structured_bd, subspace,
 };
-use sysid::{DataSet, Error, Method, Segment, Signals, StateSpace, simulate};
+use sysid::{DataSet, Error, Segment, Signals, StateSpace, Weighting, simulate};
 
 /// L by its definition: all windows of all segments written out, and one QR factorisation.
 fn written_out(segments: &[Segment], s: usize) -> Mat<f64> {
@@ -56,7 +56,7 @@ fn moved(m: &Signals, scale: f64, offset: f64) -> Signals {
 }
 
 #[test]
-fn both_ways_give_the_factor_of_the_definition() {
+fn both_decompositions_lead_to_the_factor_of_the_definition() {
     let mut random = Random(11);
     // More than one block of 1024 windows, so that sums and edges are put together.
     for (channels, s, count) in [((1, 1), 15, 3000), ((2, 3), 4, 1500), ((0, 2), 5, 700)] {
@@ -109,7 +109,7 @@ fn a_smaller_horizon_is_cut_from_the_same_windows() {
     }
 }
 
-fn absorb(kind: Decomposition, s: usize, segment: &Segment, chunk: usize) -> Accumulator {
+fn accumulate(kind: Decomposition, s: usize, segment: &Segment, chunk: usize) -> Accumulator {
     let mut sums = Accumulator::new(kind, s, (segment.u.nrows(), segment.y.nrows()), 1.0).unwrap();
     let mut start = 0;
     while start < segment.len() {
@@ -128,7 +128,7 @@ fn chunks_do_not_matter_to_the_last_bit() {
     for kind in [Decomposition::Gram, Decomposition::Qr] {
         let whole = Factor::by(kind, &data, 7).unwrap();
         for chunk in [1, 7, 1000, 1024, 1037, 2599, 2600] {
-            let parts = absorb(kind, 7, &segment, chunk).factor().unwrap();
+            let parts = accumulate(kind, 7, &segment, chunk).factor().unwrap();
             assert_eq!(parts.l, whole.l, "{kind:?} {chunk}");
         }
     }
@@ -153,9 +153,9 @@ fn merged_states_are_one_pass() {
         let whole = Factor::by(kind, &data, s).unwrap();
         assert!(distance(&whole.l, &reference) < 1e-12, "{kind:?}");
         // The second is shorter than a window, and first in this order.
-        let mut merged = absorb(kind, s, &segments[1], 5);
+        let mut merged = accumulate(kind, s, &segments[1], 5);
         for k in [3, 0, 2] {
-            merged.merge(absorb(kind, s, &segments[k], 100)).unwrap();
+            merged.merge(accumulate(kind, s, &segments[k], 100)).unwrap();
         }
         assert_eq!(merged.samples(), 900 + 13 + 1500 + 40);
         let merged = merged.factor().unwrap();
@@ -174,9 +174,9 @@ fn one_log_on_two_machines_is_one_pass_where_the_parts_overlap() {
         Segment::new(segment.u.columns(from..to), segment.y.columns(from..to))
     };
     for kind in [Decomposition::Gram, Decomposition::Qr] {
-        let mut merged = absorb(kind, s, &part(0, 1700), 512);
-        merged.merge(absorb(kind, s, &part(1700 - (2 * s - 1), 3000), 512)).unwrap();
-        let whole = absorb(kind, s, &segment, 3000).factor().unwrap();
+        let mut merged = accumulate(kind, s, &part(0, 1700), 512);
+        merged.merge(accumulate(kind, s, &part(1700 - (2 * s - 1), 3000), 512)).unwrap();
+        let whole = accumulate(kind, s, &segment, 3000).factor().unwrap();
         let merged = merged.factor().unwrap();
         assert_eq!(merged.columns, whole.columns);
         assert!(distance(&merged.l, &whole.l) < 1e-12, "{kind:?}");
@@ -189,12 +189,12 @@ fn a_state_goes_through_bytes_to_the_last_bit() {
     let (first, second) =
         (drive(&mut random, (1, 2), 1300, 0.1), drive(&mut random, (1, 2), 200, 0.1));
     for kind in [Decomposition::Gram, Decomposition::Qr] {
-        let mut sums = absorb(kind, 6, &first, 300);
+        let mut sums = accumulate(kind, 6, &first, 300);
         let bytes = sums.to_bytes();
         let mut back = Accumulator::from_bytes(&bytes).unwrap();
         assert_eq!(back.to_bytes(), bytes);
         for sums in [&mut sums, &mut back] {
-            sums.merge(absorb(kind, 6, &second, 300)).unwrap();
+            sums.merge(accumulate(kind, 6, &second, 300)).unwrap();
         }
         assert_eq!(back.factor().unwrap().l, sums.factor().unwrap().l);
         for cut in [0, 7, 8, 60, 64, bytes.len() - 8, bytes.len() - 1] {
@@ -227,8 +227,8 @@ fn states_that_do_not_belong_together_are_not_merged() {
     }
     let mut random = Random(17);
     let segment = drive(&mut random, (1, 1), 100, 0.1);
-    let mut sums = absorb(Decomposition::Gram, 5, &segment, 100);
-    let triangle = absorb(Decomposition::Qr, 5, &segment, 100);
+    let mut sums = accumulate(Decomposition::Gram, 5, &segment, 100);
+    let triangle = accumulate(Decomposition::Qr, 5, &segment, 100);
     assert!(matches!(sums.merge(triangle), Err(Error::Data { .. })));
 }
 
@@ -271,14 +271,14 @@ fn constants_on_noise_free_signals_leave_the_model_exact() {
     let data = DataSet::single(1.0, moved(&u.into(), 1.0, 20.0), moved(&y, 1.0, -7.0)).unwrap();
     let factor = Factor::new(&data, 8).unwrap().about_mean().unwrap();
     assert_eq!(factor.conditioning.method, Decomposition::Qr);
-    let sub = subspace(&factor, Method::Moesp).unwrap();
+    let sub = subspace(&factor, Weighting::Moesp).unwrap();
     let (a, c) = shift_realization(&sub, 3, 1).unwrap();
     let model = structured_bd(&factor, &sub, a.as_ref(), c.as_ref(), false).unwrap();
     let error = markov_distance(&truth, &model, 30);
     assert!(error < 1e-8, "{error:e}");
 }
 
-/// Five sines excite ten samples in a row, whatever horizon is asked for.
+/// Five sines excite ten samples in a row, whatever horizon is requested.
 #[test]
 fn an_input_of_few_frequencies_gets_the_horizon_it_excites() {
     let mut random = Random(20);
@@ -291,10 +291,10 @@ fn an_input_of_few_frequencies_gets_the_horizon_it_excites() {
     let factor = Factor::new(&data, 15).unwrap();
     let how = factor.conditioning;
     assert!(how.is_reduced() && how.method == Decomposition::Qr, "{how}");
-    assert_eq!((how.asked_horizon, how.horizon, factor.horizon), (15, 5, 5));
+    assert_eq!((how.requested_horizon, how.horizon, factor.horizon), (15, 5, 5));
     assert!(how.input_condition > 1e12);
     assert!(factor.conditioning.to_string().contains("does not excite"));
-    let sub = subspace(&factor, Method::Moesp).unwrap();
+    let sub = subspace(&factor, Weighting::Moesp).unwrap();
     let (a, c) = shift_realization(&sub, 2, 1).unwrap();
     let model = structured_bd(&factor, &sub, a.as_ref(), c.as_ref(), false).unwrap();
     assert!(markov_distance(&truth, &model, 30) < 1e-8);
@@ -314,24 +314,26 @@ fn hostile_data_are_refused_with_what_to_do() {
         let y = Mat::from_fn(1, 400, |i, t| change(2 + i, t, good.y[(i, t)]));
         DataSet::single(1.0, u, y).unwrap()
     };
-    let said = |data: &DataSet, s: usize| {
+    let message = |data: &DataSet, s: usize| {
         let error = Factor::new(data, s).unwrap_err();
         format!("{error} | {}", error.hint())
     };
     let constant =
         |channel: usize| move |c: usize, _: usize, x: f64| if c == channel { 3.7 } else { x };
-    assert!(said(&with(&constant(1)), 5).contains("input 1 (counted from 0) is 3.7 throughout"));
-    assert!(said(&with(&constant(2)), 5).contains("output 0 (counted from 0) is 3.7 throughout"));
-    assert!(said(&with(&|_, _, _| 0.0), 5).contains("input 0 (counted from 0) is 0 throughout"));
+    assert!(message(&with(&constant(1)), 5).contains("input 1 (counted from 0) is 3.7 throughout"));
+    assert!(
+        message(&with(&constant(2)), 5).contains("output 0 (counted from 0) is 3.7 throughout")
+    );
+    assert!(message(&with(&|_, _, _| 0.0), 5).contains("input 0 (counted from 0) is 0 throughout"));
     // Two inputs that are the same.
     let same = with(&|c, t, x| if c == 1 { 2.0 * good.u[(0, t)] } else { x });
-    assert!(said(&same, 5).contains("excite"));
+    assert!(message(&same, 5).contains("excite"));
     // A single step.
     let step = with(&|c, t, x| if c < 2 { f64::from(t > 399 - c) } else { x });
-    assert!(said(&step, 5).contains("excite"));
-    let huge = said(&with(&|c, t, x| if c == 0 && t == 77 { 1e300 } else { x }), 5);
+    assert!(message(&step, 5).contains("excite"));
+    let huge = message(&with(&|c, t, x| if c == 0 && t == 77 { 1e300 } else { x }), 5);
     assert!(huge.contains("input 0") && huge.contains("1e300") && huge.contains("sample 77"));
-    assert!(said(&with(&|_, _, x| 1e-200 * x), 5).contains("throughout"));
+    assert!(message(&with(&|_, _, x| 1e-200 * x), 5).contains("throughout"));
     // 2·s·3 rows and 2·s more samples for the windows.
     for s in [51, 400, 1_000_000, usize::MAX / 8] {
         assert!(matches!(

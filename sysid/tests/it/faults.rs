@@ -5,7 +5,7 @@ use drivelog::{DriveLog, LogFile, LogOptions, read_log};
 use formats::{Bicycle, Grade, Plant, Quality, ReasonCode};
 use std::fmt::Write;
 use sysid::bicycle::{BicycleOptions, identify_bicycle};
-use sysid::{AbsorbOptions, Absorbed, IdentifyOptions, identify};
+use sysid::{AccumulateOptions, Accumulated, IdentifyOptions, identify};
 
 const PERIOD: f64 = 0.01;
 const SPEED: f64 = 20.0;
@@ -85,8 +85,8 @@ fn recorded(fault: &Fault, ratio: f64) -> DriveLog {
 /// Identified from what was accumulated.
 fn accumulated(fault: &Fault, ratio: f64) -> Plant {
     let csv = drive(fault);
-    let options = AbsorbOptions { log: log_options(ratio), ..AbsorbOptions::default() };
-    let drives = Absorbed::of_log(LogFile::of_bytes("drive.csv", csv.as_bytes()), &options);
+    let options = AccumulateOptions { log: log_options(ratio), ..AccumulateOptions::default() };
+    let drives = Accumulated::of_log(LogFile::of_bytes("drive.csv", csv.as_bytes()), &options);
     drives
         .unwrap()
         .identify(&IdentifyOptions { max_order: 3, ..IdentifyOptions::default() })
@@ -228,7 +228,7 @@ fn each_fault_is_found_with_its_cause() {
             &["sensor"],
         ),
     ];
-    let judge = |(name, fault, ratio, code, grade, words): Case| {
+    let validate = |(name, fault, ratio, code, grade, words): Case| {
         let log = recorded(&fault, ratio);
         let mut of = vec![("plant", identified(&log).quality), ("bicycle", bicycle(&log).quality)];
         // Play and clocks need the samples themselves.
@@ -248,7 +248,7 @@ fn each_fault_is_found_with_its_cause() {
         of.into_iter().filter_map(missed).collect::<Vec<_>>()
     };
     let missed: Vec<String> = std::thread::scope(|scope| {
-        let threads = cases.map(|case| scope.spawn(move || judge(case)));
+        let threads = cases.map(|case| scope.spawn(move || validate(case)));
         threads.into_iter().flat_map(|thread| thread.join().unwrap()).collect()
     });
     assert!(missed.is_empty(), "{missed:#?}");
@@ -270,7 +270,7 @@ fn a_sound_drive_passes() {
 
 /// 12 s of slalom and 8 s straight: the slalom validates, and the blocks are stated.
 #[test]
-fn a_straight_at_the_end_does_not_judge() {
+fn a_straight_at_the_end_does_not_validate() {
     let fault =
         Fault { seconds: (12.0, 8.0), yaw_rate: |_, r| 0.0087 * (r / 0.0087).round(), ..NONE };
     let log = recorded(&fault, RATIO);
@@ -280,12 +280,12 @@ fn a_straight_at_the_end_does_not_judge() {
     assert_eq!(evidence.held_out.unwrap().selection, "excited-blocks");
     assert!(evidence.validation_fit > 80.0 && found.quality.allows_design());
     let plant = identified(&log);
-    let held_out = plant.evidence.held_out.unwrap();
-    println!("{:?} {held_out:?} {:?}", plant.evidence.fit, plant.quality);
-    assert_eq!(held_out.selection, "excited-blocks");
-    assert!(held_out.segments_s.iter().all(|[_, to]| *to < 14.0), "{:?}", held_out.segments_s);
+    let validation = plant.evidence.held_out.unwrap();
+    println!("{:?} {validation:?} {:?}", plant.evidence.fit, plant.quality);
+    assert_eq!(validation.selection, "excited-blocks");
+    assert!(validation.segments_s.iter().all(|[_, to]| *to < 14.0), "{:?}", validation.segments_s);
     assert!(plant.evidence.fit.validation > 80.0, "{:?}", plant.evidence.fit);
-    let bound = held_out.fit_bound.unwrap();
+    let bound = validation.fit_bound.unwrap();
     assert!(bound > plant.evidence.fit.validation && bound < 100.0, "{bound}");
     assert!(plant.quality.allows_design(), "{:?}", plant.quality);
 }

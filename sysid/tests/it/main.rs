@@ -12,7 +12,6 @@ mod dryer2;
 mod evidence;
 mod factor;
 mod faults;
-mod judge;
 #[allow(dead_code, unreachable_pub, unused_imports)] // the evaluation uses the rest
 #[path = "../known/mod.rs"]
 mod known;
@@ -20,3 +19,4 @@ mod recovery;
 mod refine;
 mod selection;
 mod sideslip;
+mod validate;

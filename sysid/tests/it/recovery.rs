@@ -8,12 +8,12 @@ use sysid::subspace::{
     Factor, Projections, eq12, noise_model, refit_output, shift_realization, structured_bd,
     subspace,
 };
-use sysid::{DataSet, Method, Segment, Signals, StateSpace, simulate};
+use sysid::{DataSet, Segment, Signals, StateSpace, Weighting, simulate};
 
 const SHAPES: [(usize, usize, usize); 6] =
     [(1, 1, 1), (2, 1, 1), (4, 1, 1), (3, 2, 1), (4, 1, 2), (5, 2, 3)];
 
-fn estimate(u: &Mat<f64>, y: &Signals, n: usize, method: Method, d: bool) -> [StateSpace; 3] {
+fn estimate(u: &Mat<f64>, y: &Signals, n: usize, method: Weighting, d: bool) -> [StateSpace; 3] {
     let data = DataSet::single(1.0, u.clone(), y.clone()).unwrap();
     let factor = Factor::new(&data, n + 3).unwrap();
     let sub = subspace(&factor, method).unwrap();
@@ -38,7 +38,7 @@ fn without_noise_every_method_is_exact() {
             let u = random.matrix(m, 300);
             let x0 = vec![1.0; n];
             let y = simulate(&truth, u.as_ref(), &x0);
-            for method in Method::ALL {
+            for method in Weighting::ALL {
                 for (i, model) in estimate(&u, &y, n, method, feedthrough).iter().enumerate() {
                     let poles = pole_distance(model, &truth);
                     let markov = markov_distance(&truth, model, 30);
@@ -56,7 +56,7 @@ fn without_noise_every_method_is_exact() {
 #[test]
 fn units_of_the_signals_do_not_matter() {
     let mut random = Random(2);
-    for method in Method::ALL {
+    for method in Weighting::ALL {
         let mut truth = random.system(3, 1, 1);
         truth.d = Mat::zeros(1, 1);
         let u = random.matrix(1, 800);
@@ -110,7 +110,7 @@ fn model_and_kalman_gain_come_out_of_noisy_data() {
     let y = innovation_form(&truth, &gain, &u, &e);
     let data = DataSet::single(0.04, u, y).unwrap();
     let factor = Factor::new(&data, 15).unwrap();
-    for method in Method::ALL {
+    for method in Weighting::ALL {
         let sub = subspace(&factor, method).unwrap();
         let (a, c) = shift_realization(&sub, 2, 1).unwrap();
         let model = refit_output(a.as_ref(), c.as_ref(), &data, false, false).unwrap().model;
@@ -164,7 +164,7 @@ fn segments_are_no_continuation_of_each_other() {
         .collect();
     let data = DataSet::new(1.0, segments.clone()).unwrap();
     let factor = Factor::new(&data, 6).unwrap();
-    let (a, c) = shift_realization(&subspace(&factor, Method::Moesp).unwrap(), 3, 2).unwrap();
+    let (a, c) = shift_realization(&subspace(&factor, Weighting::Moesp).unwrap(), 3, 2).unwrap();
     let refit = refit_output(a.as_ref(), c.as_ref(), &data, false, false).unwrap();
     assert!(markov_distance(&truth, &refit.model, 30) < 1e-9);
     for (segment, x0) in segments.iter().zip(&refit.x0) {

@@ -1,4 +1,4 @@
-//! The refinement and the covariance it tells: against the scatter over many drives of a known system.
+//! The refinement and its covariance: against the scatter over many drives of a known system.
 
 use crate::known::{Random, markov_distance, pole_distance};
 use faer::Mat;
@@ -24,7 +24,7 @@ fn vehicle() -> Innovation {
 /// `x⁺ = A x + B u + K e`, `y = C x + D u + e` from x(0) = 0.
 fn driven(of: &Innovation, u: &Mat<f64>, e: &Mat<f64>) -> Mat<f64> {
     let (m, p) = (of.model.inputs(), of.model.outputs());
-    let beside = |left: &Mat<f64>, right: &Mat<f64>| {
+    let side_by_side = |left: &Mat<f64>, right: &Mat<f64>| {
         Mat::from_fn(
             left.nrows(),
             m + p,
@@ -32,8 +32,8 @@ fn driven(of: &Innovation, u: &Mat<f64>, e: &Mat<f64>) -> Mat<f64> {
         )
     };
     let both = StateSpace {
-        b: beside(&of.model.b, &of.gain),
-        d: beside(&of.model.d, &Mat::identity(p, p)),
+        b: side_by_side(&of.model.b, &of.gain),
+        d: side_by_side(&of.model.d, &Mat::identity(p, p)),
         ..of.model.clone()
     };
     let signals =
@@ -98,11 +98,11 @@ fn scatter(truth: &Innovation, focus: Focus, seed: u64, noise: impl Fn(&mut Rand
         let column = || all.iter().map(move |q| q[k]);
         let mean = column().map(|(value, _)| value).sum::<f64>() / RUNS as f64;
         let spread = column().map(|(value, _)| (value - mean).powi(2)).sum::<f64>() / RUNS as f64;
-        let told = column().map(|(_, error)| error * error).sum::<f64>() / RUNS as f64;
-        let ratio = (told / spread).sqrt();
+        let stated = column().map(|(_, error)| error * error).sum::<f64>() / RUNS as f64;
+        let ratio = (stated / spread).sqrt();
         let inside =
             column().filter(|(value, error)| (value - exact).abs() <= NORMAL_95 * error).count();
-        println!("{k}: told/scatter {ratio:.2}, covered {inside} of {RUNS}");
+        println!("{k}: stated/scatter {ratio:.2}, covered {inside} of {RUNS}");
         assert!((0.7..1.4).contains(&ratio), "quantity {k}: {ratio}");
         covered += inside;
     }
@@ -129,7 +129,7 @@ fn gains(of: &Uncertain) -> [(f64, f64); 2] {
     [(first, squares[0].sqrt()), (second, squares[1].sqrt())]
 }
 
-/// In open loop, the gain that follows the model of the least simulation errors scatters as told.
+/// In open loop, the gain that follows the model of the least simulation errors has the stated scatter.
 #[test]
 fn standard_errors_of_the_gain_are_its_scatter() {
     let truth = vehicle();
@@ -148,9 +148,9 @@ fn standard_errors_of_the_gain_are_its_scatter() {
             let n = RUNS as f64;
             let mean = all.iter().map(|q| q[k].0).sum::<f64>() / n;
             let spread = all.iter().map(|q| (q[k].0 - mean).powi(2)).sum::<f64>() / n;
-            let told = all.iter().map(|q| q[k].1.powi(2)).sum::<f64>() / n;
-            let ratio = (told / spread).sqrt();
-            println!("{focus:?} {k}: told/scatter {ratio:.3}");
+            let stated = all.iter().map(|q| q[k].1.powi(2)).sum::<f64>() / n;
+            let ratio = (stated / spread).sqrt();
+            println!("{focus:?} {k}: stated/scatter {ratio:.3}");
             assert!((0.8..1.25).contains(&ratio), "{focus:?} {k}: {ratio}");
         }
     }
@@ -243,7 +243,7 @@ fn under_feedback_the_prediction_focus_is_right_and_the_simulation_focus_is_not(
     assert!(simulation > 3.0 * prediction, "{simulation} {prediction}");
 }
 
-fn stretched(truth: &StateSpace, by: f64) -> StateSpace {
+fn enlarged(truth: &StateSpace, by: f64) -> StateSpace {
     let scaled = |m: &Mat<f64>, k: f64| Mat::from_fn(m.nrows(), m.ncols(), |i, j| k * m[(i, j)]);
     StateSpace { a: scaled(&truth.a, 1.0 - by), b: scaled(&truth.b, 1.0 + by), ..truth.clone() }
 }
@@ -263,7 +263,7 @@ fn without_noise_it_is_exact() {
             })
             .collect();
         let data = DataSet::new(1.0, segments).unwrap();
-        let start = Innovation { model: stretched(&truth, 0.05), gain: Mat::zeros(n, p) };
+        let start = Innovation { model: enlarged(&truth, 0.05), gain: Mat::zeros(n, p) };
         for focus in [Focus::Simulation, Focus::Prediction] {
             let x0s = vec![vec![0.0; n]; 3];
             let stop = Stop { steps: 100, least_gain: 1e-12 };
@@ -313,19 +313,19 @@ fn estimated(focus: Focus) -> Uncertain {
 }
 
 #[test]
-fn an_ensemble_scatters_as_the_standard_errors_tell() {
+fn an_ensemble_scatters_by_the_standard_errors() {
     const MEMBERS: usize = 2000;
     for focus in [Focus::Prediction, Focus::Simulation] {
         let of = estimated(focus);
         let members = of.ensemble(MEMBERS, 5).unwrap();
         assert_eq!(members, of.ensemble(MEMBERS, 5).unwrap());
         assert_ne!(members[0], of.ensemble(1, 6).unwrap()[0]);
-        let told = quantities(&of);
+        let stated = quantities(&of);
         let of_members: Vec<Vec<(f64, f64)>> = members
             .iter()
             .map(|m| quantities(&Uncertain { innovation: m.clone(), ..of.clone() }))
             .collect();
-        for (k, (value, error)) in told.iter().enumerate() {
+        for (k, (value, error)) in stated.iter().enumerate() {
             let n = MEMBERS as f64;
             let mean = of_members.iter().map(|q| q[k].0).sum::<f64>() / n;
             let spread = of_members.iter().map(|q| (q[k].0 - mean).powi(2)).sum::<f64>() / n;
@@ -353,19 +353,20 @@ fn a_change_of_units_goes_through_to_every_quantity() {
 }
 
 #[test]
-fn the_file_holds_what_was_told_and_draws_the_same_members() {
+fn the_file_holds_what_was_stated_and_draws_the_same_members() {
     let of = estimated(Focus::Simulation);
     let file = of.to_file(0.04).unwrap();
     assert_eq!(file.directions.rows(), 6, "n(nu + ny) of the model and n of K");
     assert_eq!((file.frequency_response.len(), file.step_response.len()), (30, 26));
     let (gain, error) = of.steady_state_gain(0, 0).unwrap();
-    let told = file.steady_state_gain.unwrap();
-    assert!((told.value - gain).abs() < 1e-12 && (told.standard_error - error).abs() < 1e-12);
+    let stated = file.steady_state_gain.unwrap();
+    assert!((stated.value - gain).abs() < 1e-12 && (stated.standard_error - error).abs() < 1e-12);
     let last = file.step_response[25];
     assert!((last.value - gain).abs() < 0.05 * gain.abs() && last.standard_error < 2.0 * error);
 }
 
-/// Two poles where the system has one, and an input that says nothing: no covariance, said in words.
+/// Two poles where the system has one, and an input without information: no covariance, with the reason
+/// in words.
 #[test]
 fn what_the_data_do_not_determine_has_no_covariance() {
     let truth = vehicle();
@@ -380,7 +381,7 @@ fn what_the_data_do_not_determine_has_no_covariance() {
 }
 
 #[test]
-fn an_unstable_start_is_refused_in_words() {
+fn an_unstable_initial_estimate_is_refused_in_words() {
     let truth = vehicle();
     let model =
         StateSpace { a: Mat::from_fn(2, 2, |i, j| if i == j { 1.2 } else { 0.0 }), ..truth.model };

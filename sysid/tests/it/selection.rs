@@ -1,16 +1,16 @@
-//! Order, horizon and feedthrough chosen from the data: right where they can be told, the same in any
-//! unit, and an error that says what to do where the data allow nothing.
+//! Order, horizon and feedthrough chosen from the data: right where they can be determined, the same in
+//! any unit, and an error with a hint where the data allow nothing.
 
 use crate::known::{Experiment, Random, halves, response_distance};
 use faer::Mat;
 use sysid::{
-    Approach, Automatic, DataSet, Detrend, Error, IdentifyOptions, Method, Segment, Signals,
-    StateSpace, automatic, simulate,
+    Automatic, DataSet, Detrend, Error, IdentifyOptions, Method, Segment, Signals, StateSpace,
+    Weighting, automatic, simulate,
 };
 
 fn chosen(data: &DataSet, options: &IdentifyOptions) -> Result<Automatic, Error> {
-    let [estimation, held_out] = halves(data)?;
-    automatic(&estimation, &held_out, options)
+    let [estimation, validation] = halves(data)?;
+    automatic(&estimation, &validation, options)
 }
 
 fn noisy(e: &Experiment) -> DataSet {
@@ -38,8 +38,8 @@ fn the_order_of_random_systems_is_found() {
     assert!(right >= 23, "{right} of {count}");
 }
 
-/// Sensors with offsets, and a record that begins and ends in the middle of things: the level is found
-/// with the model, so that nothing is left.
+/// Sensors with offsets, and a record that begins and ends in the middle of a manoeuvre: the output
+/// offset is found with the model, so that nothing is left.
 #[test]
 fn offsets_leave_no_error_where_there_is_no_noise() {
     let mut random = Random(61);
@@ -63,10 +63,10 @@ fn offsets_leave_no_error_where_there_is_no_noise() {
             let moved: f64 = (0..m)
                 .map(|l| {
                     let gain = found.model.steady_state_gain(i, l).unwrap();
-                    gain * (found.input_levels[l] - of_u[l])
+                    gain * (found.input_offsets[l] - of_u[l])
                 })
                 .sum();
-            let off = found.output_levels[i] - own - moved;
+            let off = found.output_offsets[i] - own - moved;
             assert!(off.abs() < 1e-7, "{what}: {off:e}");
         }
     }
@@ -75,7 +75,7 @@ fn offsets_leave_no_error_where_there_is_no_noise() {
 /// A mode that dies out within a sample and lies a little on the wrong side of zero keeps no model from a
 /// continuous form, a mode that truly alternates does, and without noise nothing is touched.
 #[test]
-fn a_negative_pole_that_hardly_shows_gives_way_to_a_continuous_form() {
+fn a_negative_pole_that_hardly_shows_is_replaced_by_a_continuous_form() {
     let found = |pole: f64, noise: f64| {
         let truth = StateSpace {
             a: Mat::from_fn(2, 2, |i, j| [[0.85, 0.0], [0.0, pole]][i][j]),
@@ -158,12 +158,12 @@ fn in_a_loop(samples: usize, seed: u64) -> (StateSpace, DataSet) {
     let one = |x: f64| Mat::from_fn(1, 1, |_, _| x);
     let truth = StateSpace { a: one(0.8), b: one(0.5), c: one(1.0), d: one(0.0) };
     let mut random = Random(seed);
-    let (news, noise) = (random.matrix(1, samples), random.matrix(1, samples));
+    let (excitation, noise) = (random.matrix(1, samples), random.matrix(1, samples));
     let (mut x, mut v, mut r, mut before) = (0.0, 0.0, 0.0, 0.0);
     let (mut u, mut y) = (Mat::zeros(1, samples), Mat::zeros(1, samples));
     for t in 0..samples {
         v = 0.9 * v + 0.5 * noise[(0, t)];
-        r = 0.8 * r + 0.6 * news[(0, t)];
+        r = 0.8 * r + 0.6 * excitation[(0, t)];
         (u[(0, t)], y[(0, t)]) = (r - 0.6 * before, x + v);
         before = y[(0, t)];
         x = 0.8 * x + 0.5 * u[(0, t)];
@@ -173,7 +173,7 @@ fn in_a_loop(samples: usize, seed: u64) -> (StateSpace, DataSet) {
 
 #[test]
 fn feedback_does_not_bias_what_is_chosen() {
-    let distance = |method: Option<Approach>| {
+    let distance = |method: Option<Method>| {
         let distances = (1..=3).map(|seed| {
             let (truth, data) = in_a_loop(12_000, seed);
             let options = IdentifyOptions { method, order: Some(1), ..IdentifyOptions::default() };
@@ -181,7 +181,7 @@ fn feedback_does_not_bias_what_is_chosen() {
         });
         distances.sum::<f64>() / 3.0
     };
-    let (by_itself, open) = (distance(None), distance(Some(Method::Moesp.into())));
+    let (by_itself, open) = (distance(None), distance(Some(Weighting::Moesp.into())));
     println!("{by_itself} {open}");
     assert!(open > 0.2, "this loop is meant to mislead: {open}");
     assert!(by_itself < 0.25 * open, "{by_itself} {open}");
@@ -220,7 +220,7 @@ fn units_offsets_and_the_order_of_channels_do_not_matter() {
 }
 
 #[test]
-fn hard_data_give_stable_models_in_every_setting() {
+fn hard_data_lead_to_stable_models_in_every_setting() {
     // A ramp, a growing oscillation, an integrator and noise, driven by nothing that explains them.
     let mut random = Random(41);
     let n = 900;
@@ -267,7 +267,7 @@ fn single(u: impl Into<Signals>, y: impl Into<Signals>) -> Result<DataSet, Error
     DataSet::single(1.0, u, y)
 }
 
-/// What is wrong with the data, and that the hint says what to do.
+/// What is wrong with the data, and that the error has a hint.
 fn refusal(data: Result<DataSet, Error>, options: &IdentifyOptions) -> String {
     let error = data.and_then(|d| chosen(&d, options)).expect_err("no model can come of this");
     assert!(error.hint().len() > 15, "{error}");
@@ -275,7 +275,7 @@ fn refusal(data: Result<DataSet, Error>, options: &IdentifyOptions) -> String {
 }
 
 #[test]
-fn hostile_inputs_are_errors_that_say_what_to_do() {
+fn hostile_inputs_are_errors_with_a_hint() {
     let auto = IdentifyOptions::default();
     let mut random = Random(51);
     let n = 600;
@@ -303,7 +303,7 @@ fn hostile_inputs_are_errors_that_say_what_to_do() {
 }
 
 #[test]
-fn extreme_and_dependent_signals_give_a_model_or_an_error() {
+fn extreme_and_dependent_signals_lead_to_a_model_or_an_error() {
     let mut random = Random(61);
     let n = 600;
     let truth = random.system(2, 1, 1);

@@ -29,7 +29,7 @@ struct Drive {
     outlier: usize,
     /// How much the speed changes to either side, m/s.
     swing: f64,
-    /// Age of a fix when the log gives it, s.
+    /// Age of a fix at the time that the log states, s.
     latency: f64,
     /// What the speed is shown as, over what it is.
     speed_scale: f64,
@@ -118,7 +118,7 @@ impl Vehicle for Point {
     }
 }
 
-/// The drive's log: gyro with bias and noise at 100 Hz, fixes at 10 Hz that are told 0.1 s late.
+/// The drive's log: gyro with bias and noise at 100 Hz, fixes at 10 Hz that are logged 0.1 s late.
 fn logged(d: Drive, options: &LogOptions) -> FromFixes {
     logged_of(&mut bicycle(), d, options)
 }
@@ -138,19 +138,19 @@ fn logged_of(vehicle: &mut impl Vehicle, d: Drive, options: &LogOptions) -> From
             let wrong = if k / d.fix_every % d.outlier == d.outlier - 1 { 20.0 } else { 0.0 };
             let x = x + d.antenna_x * yaw.cos() + d.fix_std * random.normal() + wrong;
             let y = y + d.antenna_x * yaw.sin() + d.fix_std * random.normal();
-            let told = t + d.latency;
+            let logged = t + d.latency;
             let _ = match d.degrees {
                 // On a ball: a kilometre or two, to a few parts in a thousand.
                 true => writeln!(
                     fixes,
-                    "{told:.2},{:.10},{:.10}",
+                    "{logged:.2},{:.10},{:.10}",
                     48.0 + y / 111_200.0,
                     11.0 + x / (111_320.0 * 48.0_f64.to_radians().cos())
                 ),
-                false => writeln!(fixes, "{told:.2},{x:.5},{y:.5}"),
+                false => writeln!(fixes, "{logged:.2},{x:.5},{y:.5}"),
             };
         }
-        // A sweep from 0.1 to 1 Hz, and random levels.
+        // A sweep from 0.1 to 1 Hz, and random steps.
         phase += TAU * H * 0.1 * 10.0_f64.powf((t / 25.0).fract());
         if k % 150 == 149 {
             level = 0.3 * d.steering * random.normal();
@@ -179,12 +179,12 @@ fn of(files: &[(String, Vec<u8>)], options: &LogOptions) -> FromFixes {
     FromFixes { sideslip, warnings: [log.warnings, warnings].concat() }
 }
 
-fn told() -> LogOptions {
+fn stated_age() -> LogOptions {
     LogOptions { gnss_latency_s: Some(LATENCY), ..LogOptions::default() }
 }
 
-/// What the module's own standard error is of: noise. What the three terms do not tell of the transients
-/// is a bias beside it, here below 2 ms and 1 ms².
+/// The module's own standard error is that of noise. The part of the transients that the three terms do
+/// not represent is an additional bias, here below 2 ms and 1 ms².
 #[test]
 fn the_sideslip_of_a_known_vehicle_is_found() {
     let truth = car().sideslip_per_yaw_rate(SPEED);
@@ -192,14 +192,14 @@ fn the_sideslip_of_a_known_vehicle_is_found() {
     let seeds = 6;
     let (mut mean, mut squares, mut claimed) = (0.0, 0.0, 0.0);
     for seed in 1..=seeds {
-        let found = logged(Drive { seed, ..DRIVE }, &told()).sideslip.unwrap();
+        let found = logged(Drive { seed, ..DRIVE }, &stated_age()).sideslip.unwrap();
         let off = found.sideslip_per_yaw_rate_s - truth;
         println!("{truth:.4}: {off:.5} off, standard error {:.5}", found.standard_error_s);
         mean += off / seeds as f64;
         squares += off * off / seeds as f64;
         claimed += found.standard_error_s.powi(2) / seeds as f64;
         assert_eq!(found.gnss_latency_s, LATENCY);
-        // Tyres that never give way.
+        // Tyres that never saturate.
         assert_eq!(found.sideslip_growth_s5pm2, None);
         assert!((found.per_yaw_acceleration() - lead_of_a_bicycle()).abs() < 0.001, "{found:?}");
     }
@@ -226,11 +226,12 @@ fn growth_and_lead_are_found() {
         let (mut mean, mut squares, mut claimed) = ([0.0; 3], [0.0; 3], [0.0; 3]);
         for seed in 1..=seeds {
             let mut point = Point { s, q, c, ..Point::default() };
-            let found = logged_of(&mut point, Drive { seed, ..DRIVE }, &told()).sideslip.unwrap();
+            let found =
+                logged_of(&mut point, Drive { seed, ..DRIVE }, &stated_age()).sideslip.unwrap();
             println!("{found:?}");
             // What is nothing may be taken for something by chance, but only for little.
-            let told = found.sideslip_growth_s5pm2.is_some();
-            assert!(told || q == 0.0, "{found:?}");
+            let determined = found.sideslip_growth_s5pm2.is_some();
+            assert!(determined || q == 0.0, "{found:?}");
             let growth = found.sideslip_growth_s5pm2.map_or(0.0, |term| term.standard_error);
             let lead = found.sideslip_per_yaw_acceleration_s2.unwrap();
             let off = [
@@ -258,8 +259,8 @@ fn growth_and_lead_are_found() {
     }
 }
 
-/// The multi-body car of tests/data, whose own states tell S = 0.044 s, Q = −0.0009 s⁵/m² and
-/// C = 0.0027 s² at this speed (tests/experiment): tyres that give way, and a body that leads.
+/// The multi-body car of tests/data, whose own states have S = 0.044 s, Q = −0.0009 s⁵/m² and C =
+/// 0.0027 s² at this speed (tests/experiment): tyres that saturate, and a body that leads.
 #[test]
 fn a_multi_body_car_determines_all_three() {
     let read = |name: &str| {
@@ -282,25 +283,25 @@ fn a_multi_body_car_determines_all_three() {
     assert!((found.per_yaw_acceleration() - 0.0027).abs() < 0.001, "{found:?}");
 }
 
-/// A receiver of one fix a second has no shorter ways: the terms are those of the long ones.
+/// A receiver of one fix a second has no shorter segments: the terms are those of the long ones.
 #[test]
 fn a_fix_a_second_will_do() {
     let (s, q, c) = (0.04, -0.00101, 0.0033);
     let mut point = Point { s, q, c, ..Point::default() };
     let drive = Drive { fix_every: 100, seconds: 600.0, ..DRIVE };
-    let found = logged_of(&mut point, drive, &told()).sideslip.unwrap();
+    let found = logged_of(&mut point, drive, &stated_age()).sideslip.unwrap();
     println!("{found:?}");
     assert!((found.sideslip_per_yaw_rate_s - s).abs() < 0.003, "{found:?}");
     assert!((found.growth() - q).abs() < 0.0003, "{found:?}");
     assert!((found.per_yaw_acceleration() - c).abs() < 0.0015, "{found:?}");
 }
 
-/// In gentle turns tyres do not give way: the drive says nothing of it, and S is as certain as ever.
+/// In gentle turns tyres do not saturate: the drive does not determine it, and S is as certain as ever.
 #[test]
-fn gentle_turns_tell_no_growth() {
+fn gentle_turns_determine_no_growth() {
     let mut point = Point { s: 0.04, q: -0.00101, c: 0.0033, ..Point::default() };
     let gentle = Drive { steering: 0.008, ..DRIVE };
-    let found = logged_of(&mut point, gentle, &told()).sideslip.unwrap();
+    let found = logged_of(&mut point, gentle, &stated_age()).sideslip.unwrap();
     assert_eq!(found.sideslip_growth_s5pm2, None);
     assert!((found.sideslip_per_yaw_rate_s - 0.04).abs() < 0.004, "{found:?}");
     assert!(found.standard_error_s < 0.003, "{found:?}");
@@ -316,24 +317,24 @@ fn latency_antenna_and_coordinates_count() {
     let late = found(DRIVE, &LogOptions { gnss_latency_s: Some(0.0), ..LogOptions::default() });
     assert!((late - (truth - LATENCY)).abs() < 0.005, "{late}");
     let ahead = Drive { antenna_x: 1.2, ..DRIVE };
-    let ignored = found(ahead, &told());
+    let ignored = found(ahead, &stated_age());
     assert!((ignored - (truth + 1.2 / SPEED)).abs() < 0.004, "{ignored}");
-    let known = found(ahead, &LogOptions { antenna_x_m: 1.2, ..told() });
+    let known = found(ahead, &LogOptions { antenna_x_m: 1.2, ..stated_age() });
     assert!((known - truth).abs() < 0.004, "{known}");
-    let degrees = found(Drive { degrees: true, ..DRIVE }, &told());
+    let degrees = found(Drive { degrees: true, ..DRIVE }, &stated_age());
     assert!((degrees - truth).abs() < 0.004, "{degrees}");
-    let outliers = found(Drive { outlier: 97, ..DRIVE }, &told());
+    let outliers = found(Drive { outlier: 97, ..DRIVE }, &stated_age());
     assert!((outliers - truth).abs() < 0.004, "{outliers}");
 }
 
 #[test]
-fn what_fixes_cannot_tell_is_left_out_with_a_reason() {
+fn what_fixes_do_not_determine_is_left_out_with_a_reason() {
     for (drive, why) in [
         (Drive { fix_std: 1.5, ..DRIVE }, "standard error would be"),
         (Drive { steering: 0.0005, ..DRIVE }, "standard error would be"),
         (Drive { seconds: 40.0, ..DRIVE }, "are too few"),
     ] {
-        let log = logged(drive, &told());
+        let log = logged(drive, &stated_age());
         assert_eq!(log.sideslip, None, "{why}");
         let warned = log.warnings.iter().any(|w| w.contains("no sideslip") && w.contains(why));
         assert!(warned, "{why}: {:?}", log.warnings);

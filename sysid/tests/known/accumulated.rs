@@ -1,19 +1,19 @@
-//! Known signals as a log that is absorbed, and the model that the factor gives.
+//! Known signals as a log that is accumulated, and the model of its R factor.
 
 use drivelog::{LogFile, LogOptions};
 use faer::Mat;
 use std::fmt::Write;
-use sysid::{AbsorbOptions, Absorbed, DataSet, Error, IdentifyOptions, StateSpace};
+use sysid::{AccumulateOptions, Accumulated, DataSet, Error, IdentifyOptions, StateSpace};
 
 /// Signals of such a spread are of a size that a road wheel and a car have, rad and rad/s.
 const SPREADS: [f64; 2] = [0.01, 0.1];
 
-/// Signals absorbed.
+/// Signals accumulated.
 #[derive(Debug, Clone)]
-pub struct AbsorbedSignals {
-    /// What was absorbed.
-    pub state: Absorbed,
-    /// The absorbed input and output over those given.
+pub struct AccumulatedSignals {
+    /// What was accumulated.
+    pub state: Accumulated,
+    /// The accumulated input and output over those given.
     scales: [f64; 2],
 }
 
@@ -26,15 +26,15 @@ pub struct OfFactor {
     pub feedback: bool,
     /// The method it was refined from.
     pub method: String,
-    /// Simulation fit on held-out windows, percent.
+    /// Simulation fit on validation windows, percent.
     pub validation_fit: f64,
 }
 
-impl AbsorbedSignals {
+impl AccumulatedSignals {
     /// Of the first segment of data with one input and one output, both of them about zero.
     ///
     /// # Errors
-    /// As [`Absorbed::of_log`].
+    /// As [`Accumulated::of_log`].
     pub fn new(data: &DataSet, horizon: usize) -> Result<Self, Error> {
         let segment = &data.segments()[0];
         let step = data.sample_time_s();
@@ -46,15 +46,15 @@ impl AbsorbedSignals {
             let _ = writeln!(csv, "{:.4},{:e},{:e}", step * t as f64, scales[0] * u, scales[1] * y);
         }
         let log = LogOptions { sample_time_s: Some(step), ..LogOptions::default() };
-        let options = AbsorbOptions { log, horizon, ..AbsorbOptions::default() };
-        let state = Absorbed::of_log(LogFile::of_bytes("drive.csv", csv.as_bytes()), &options)?;
+        let options = AccumulateOptions { log, horizon, ..AccumulateOptions::default() };
+        let state = Accumulated::of_log(LogFile::of_bytes("drive.csv", csv.as_bytes()), &options)?;
         Ok(Self { state, scales })
     }
 
-    /// The model that the factor gives.
+    /// The model of the R factor.
     ///
     /// # Errors
-    /// As [`Absorbed::identify`].
+    /// As [`Accumulated::identify`].
     pub fn identify(&self, options: &IdentifyOptions) -> Result<OfFactor, Error> {
         let plant = self.state.identify(options)?;
         let [u, y] = self.scales;

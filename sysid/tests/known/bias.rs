@@ -88,7 +88,7 @@ pub struct Biases {
     pub response: Bias,
     /// Of the slowest pole.
     pub pole: Bias,
-    /// Records that gave a model.
+    /// Records with a model.
     pub records: usize,
 }
 

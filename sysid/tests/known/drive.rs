@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use std::fmt::Write;
 
 /// A second-order yaw response with a zero (6 rad/s, damping 0.8) behind a servo's lag and a pure
-/// delay, in steps of half a millisecond. The command goes smoothly to random levels and is held over
+/// delay, in steps of half a millisecond. The command goes smoothly to random values and is held over
 /// each sample; the gyro's noise is white.
 #[derive(Debug, Clone, Copy)]
 pub struct Drive {
@@ -17,7 +17,7 @@ pub struct Drive {
     pub servo: f64,
     /// Standard deviation of the gyro's noise, rad/s.
     pub noise: f64,
-    /// Of the random levels and the noise.
+    /// Of the random values and the noise.
     pub seed: u64,
 }
 
@@ -63,7 +63,7 @@ impl Drive {
 }
 
 impl Recording {
-    /// As a logger writes it, with channels that no one asks for.
+    /// As a logger writes it, with channels that are not needed.
     #[must_use]
     pub fn csv(&self) -> String {
         let mut text = String::from(

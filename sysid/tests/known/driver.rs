@@ -149,9 +149,11 @@ impl Drive {
             heard[t % DELAY] = if self.acts_on_measurement { measured } else { yaw_rate };
             let reaction = lagged + lead * (late - lagged);
             lagged = pole * lagged + (1.0 - pole) * late;
-            let news = random.normal();
+            let excitation = random.normal();
             want = match self.excitation {
-                Excitation::Noise => smooth * want + (1.0 - smooth * smooth).sqrt() * 0.03 * news,
+                Excitation::Noise => {
+                    smooth * want + (1.0 - smooth * smooth).sqrt() * 0.03 * excitation
+                }
                 Excitation::Sines => {
                     0.02 * sines.iter().map(|[w, p]| (w * t as f64 + p).sin()).sum::<f64>()
                 }

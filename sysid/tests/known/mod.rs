@@ -10,7 +10,7 @@ mod order;
 mod random;
 mod recorded;
 
-pub use accumulated::{AbsorbedSignals, OfFactor};
+pub use accumulated::{AccumulatedSignals, OfFactor};
 pub use distance::{markov_distance, pole_distance, response_distance};
 pub use drive::{Drive, Recording};
 pub use order::{Experiment, LARGEST_ORDER, LEAST_SHARE};

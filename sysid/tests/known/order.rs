@@ -1,4 +1,4 @@
-//! Systems whose order can be told: how badly the best model of one order less does.
+//! Systems whose order can be determined: how badly the best model of one order less does.
 
 use super::Random;
 use faer::Mat;
@@ -6,8 +6,8 @@ use sysid::model::reduction::balanced;
 use sysid::pem::{Stop, refine_output_error};
 use sysid::{DataSet, Signals, StateSpace, simulate};
 
-/// Of a system whose order can be told, the best model of one order less errs by this share of the
-/// output's root mean square, or more: else no method can tell.
+/// Of a system whose order can be determined, the best model of one order less errs by this share of
+/// the output's root mean square, or more: else no method can determine it.
 pub const LEAST_SHARE: f64 = 0.02;
 /// Systems are of order 1 to this one in turn.
 pub const LARGEST_ORDER: usize = 6;
@@ -50,9 +50,9 @@ impl Experiment {
     /// The error of the best model of one order less on the output without noise, as a share of the
     /// output's root mean square.
     ///
-    /// No closed form gives the best: the least is taken of output-error models refined on the
-    /// noise-free output from balanced truncation, and from each of the models that leave out another
-    /// balanced state. A local minimum would make the share too large, the filter too mild.
+    /// The best has no closed form: the least is taken of output-error models refined on the noise-free
+    /// output from balanced truncation, and from each of the models that leave out another balanced
+    /// state. A local minimum would make the share too large, the filter too mild.
     #[must_use]
     pub fn share_of_last_state(&self, feedthrough: bool) -> f64 {
         const STOP: Stop = Stop { steps: 60, least_gain: 1e-6 };

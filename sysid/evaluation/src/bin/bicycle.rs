@@ -1,4 +1,4 @@
-//! The structure `bicycle` beside the black-box models on recorded drives: `cargo xtask evaluate
+//! The structure `bicycle` compared with the black-box models on recorded drives: `cargo xtask evaluate
 //! bicycle --data DIR`.
 //!
 //! Each drive is cut in half; one half estimates, the other validates, then the other way round. Fits
@@ -31,7 +31,7 @@ fn main() -> Result<(), Failure> {
     let file = root.join("tests/data/multibody/drive.csv");
     drive(&file, ["steering_command_rad", "yaw_rate_radps", "speed_mps"], 0.04)?;
     let Some(data) = arguments.data else {
-        println!("left out: the Revs drive (give its folder with --data DIR)");
+        println!("left out: the Revs drive (state its folder with --data DIR)");
         return Ok(());
     };
     let file = data.join("revs/revs_250lm_first_300s_100hz.csv");

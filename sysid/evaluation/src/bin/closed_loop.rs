@@ -1,13 +1,13 @@
-//! Bias of the identification with a driver in the loop, by Monte Carlo: the open-loop methods beside
-//! SSARX and PBSID-opt with growing past horizon, Chou and Verhaegen's method where it applies, the
-//! test for feedback, and PARSIM-K of another package on the same data.
+//! Bias of the identification with a driver in the loop, by Monte Carlo: the open-loop methods compared
+//! with SSARX and PBSID-opt with growing past horizon, Chou and Verhaegen's method where it applies,
+//! the test for feedback, and PARSIM-K of another package on the same data.
 //!
 //! The records are long: of p past samples in N, overfitting leaves a bias of the order p/N, which at
 //! 100,000 samples 200 records just show (0.05 % of the response at p = 20). It is none of the methods',
 //! and falls faster with N than the interval does with the number of records.
 
 use clap::Parser;
-use sysid::subspace::closed_loop::{self, Method, errors_in_variables};
+use sysid::subspace::closed_loop::{self, ClosedLoopMethod, errors_in_variables};
 use sysid::subspace::{Factor, shift_realization, structured_bd, subspace};
 use sysid::{Error, StateSpace};
 use sysid_evaluation::bias::{Bias, Biases, Errors};
@@ -109,7 +109,7 @@ fn heading(what: &str, drive: &Drive) {
 }
 
 fn open_loop_rows(data: &[Factor], past: usize, truth: &StateSpace) {
-    for method in sysid::Method::ALL {
+    for method in sysid::Weighting::ALL {
         row(method.name(), past, truth, data, |d| {
             let factor = d.with_horizon(past)?;
             let found = subspace(&factor, method)?;
@@ -120,7 +120,7 @@ fn open_loop_rows(data: &[Factor], past: usize, truth: &StateSpace) {
 }
 
 fn closed_loop_rows(data: &[Factor], past: usize, future: usize, truth: &StateSpace) {
-    for method in Method::ALL {
+    for method in ClosedLoopMethod::ALL {
         row(method.name(), past, truth, data, |d| {
             Ok(closed_loop::decompose(d, method, past, future, false)?.model(ORDER)?.model)
         });
@@ -165,7 +165,7 @@ fn cell(b: Bias, unit: f64, digits: usize) -> String {
 
 fn feedback_rates(arguments: &Arguments) -> Result<(), Error> {
     println!(
-        "\ntest for feedback at a level of 1 %, records of {} samples",
+        "\ntest for feedback at a significance level of 1 %, records of {} samples",
         arguments.feedback_samples
     );
     let controlled = Drive::controlled();
@@ -207,7 +207,7 @@ fn peer(arguments: &Arguments, truth: &StateSpace) -> Result<(), Error> {
             }
         };
         let theirs = Errors::new(&with_poles(&theirs), truth);
-        let ours: Vec<Option<Errors>> = Method::ALL
+        let ours: Vec<Option<Errors>> = ClosedLoopMethod::ALL
             .iter()
             .map(|m| {
                 let model =

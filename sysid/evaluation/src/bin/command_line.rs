@@ -1,6 +1,6 @@
-//! `cargo xtask evaluate command_line`: how long the command line takes from a CSV file to
-//! `plant.json` with all evidence, and where the time goes; beside it, reading the same file in Python
-//! and SLICOT's subspace identification through `ctrlsys`.
+//! `cargo xtask evaluate command_line`: how long the command line takes from a CSV file to `plant.json`
+//! with all evidence, and where the time goes; compared with reading the same file in Python and
+//! SLICOT's subspace identification through `ctrlsys`.
 
 use clap::Parser;
 use drivelog::LogOptions;
@@ -14,7 +14,7 @@ use sysid_evaluation::Drive;
 /// How long the command line takes.
 #[derive(Parser)]
 struct Arguments {
-    /// The `steerwright` to run; by default the one beside this program
+    /// The `steerwright` to run; by default the one next to this program
     #[arg(long)]
     program: Option<PathBuf>,
     /// Rows of the log, at 100 Hz
@@ -85,10 +85,10 @@ fn measure(arguments: &Arguments, folder: &Path) -> Result<(), Box<dyn std::erro
     let clock = Instant::now();
     let found = sysid::identify(&read, &options)?;
     println!("  {:8.3} s  order, model, noise, evidence", clock.elapsed().as_secs_f64());
-    println!("  held-out fit {:.2} %", found.plant.evidence.fit.validation);
+    println!("  validation fit {:.2} %", found.plant.evidence.fit.validation);
 
-    let beside = || Some(std::env::current_exe().ok()?.with_file_name("steerwright"));
-    match arguments.program.clone().or_else(beside).filter(|program| program.exists()) {
+    let next_to_this = || Some(std::env::current_exe().ok()?.with_file_name("steerwright"));
+    match arguments.program.clone().or_else(next_to_this).filter(|program| program.exists()) {
         Some(program) => {
             let mut times = Vec::new();
             for _ in 0..arguments.runs.max(1) {
@@ -128,10 +128,10 @@ fn peer(log: &Path) -> Result<(), Box<dyn std::error::Error>> {
     let output = python.args(["-c", PEER]).arg(log).output()?;
     let all = clock.elapsed().as_secs_f64();
     if output.status.success() {
-        let said = String::from_utf8_lossy(&output.stdout);
+        let message = String::from_utf8_lossy(&output.stdout);
         println!(
             "Python with numpy and ctrlsys, one R factor, no evidence: {all:.3} s ({})",
-            said.trim()
+            message.trim()
         );
     } else {
         println!(
@@ -142,7 +142,7 @@ fn peer(log: &Path) -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// Peak resident memory; 0 where the system does not tell it.
+/// Peak resident memory; 0 where the system does not report it.
 fn peak_megabytes() -> f64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"));

@@ -1,18 +1,19 @@
-//! `cargo xtask evaluate factor`: what is identified from a factor beside what is identified from the same
-//! samples in memory, on the random systems whose order can be told, and with a driver in the loop.
+//! `cargo xtask evaluate factor`: what is identified from an R factor compared with what is identified
+//! from the same samples in memory, on the random systems whose order can be determined, and with a
+//! driver in the loop.
 //!
 //! The systems are made as those of `orders`: of order 1 to 6 in turn with white input and white noise
 //! on the output; both are given the first half of each record.
 
 use clap::Parser;
-use sysid::{AbsorbOptions, DataSet, Error, IdentifyOptions, StateSpace, automatic};
+use sysid::{AccumulateOptions, DataSet, Error, IdentifyOptions, StateSpace, automatic};
 use sysid_evaluation::bias::{Bias, Biases, Errors};
 use sysid_evaluation::driver::Drive;
 use sysid_evaluation::{
-    AbsorbedSignals, Experiment, LARGEST_ORDER, LEAST_SHARE, Random, halves, on_all_cores,
+    AccumulatedSignals, Experiment, LARGEST_ORDER, LEAST_SHARE, Random, halves, on_all_cores,
 };
 
-/// Prints how often a factor and the samples in memory give the same order.
+/// Prints how often an R factor and the samples in memory lead to the same order.
 #[derive(Parser)]
 struct Arguments {
     /// Systems
@@ -28,7 +29,7 @@ struct Arguments {
     #[arg(long, default_value_t = 190)]
     seed: u64,
     /// Block rows of the factor
-    #[arg(long, default_value_t = AbsorbOptions::default().horizon)]
+    #[arg(long, default_value_t = AccumulateOptions::default().horizon)]
     horizon: usize,
     /// Records with a driver in the loop
     #[arg(long, default_value_t = 6)]
@@ -74,7 +75,7 @@ fn both(arguments: &Arguments, number: usize) -> Result<Both, Error> {
     let [estimation, validation] = halves(&data)?;
     let options = IdentifyOptions::default();
     let memory = automatic(&estimation, &validation, &options)?.model;
-    let factor = AbsorbedSignals::new(&estimation, arguments.horizon)?.identify(&options)?.model;
+    let factor = AccumulatedSignals::new(&estimation, arguments.horizon)?.identify(&options)?.model;
     let loss = e.clean_fit(&memory) - e.clean_fit(&factor);
     Ok(Both { order, found: [memory.order(), factor.order()], loss })
 }
@@ -178,7 +179,7 @@ fn identified(
         DataSet::single(data.sample_time_s(), s.u.columns(range.clone()), s.y.columns(range))
     });
     let memory = automatic(&estimation?, &validation?, options)?.model;
-    let factor = AbsorbedSignals::new(&data, arguments.horizon)?.identify(options)?;
+    let factor = AccumulatedSignals::new(&data, arguments.horizon)?.identify(options)?;
     Ok(([memory, factor.model], factor.feedback))
 }
 

@@ -1,7 +1,7 @@
 //! Which errors to make small: of the simulation, or of the one-step prediction?
 //!
 //! First a Monte Carlo experiment on a known car (order 2, 2,000 samples, 60 drives): with the noise in
-//! innovation form, and with output noise whose slow colour no filter of order 2 can have; driven
+//! innovation form, and with output noise whose slow kind no filter of order 2 can have; driven
 //! openly, and by a driver who steers against the yaw rate. For each focus the bias and the scatter of
 //! the steady-state gain, and the error of the frequency response, relative to the truth. Then the fit of
 //! the simulation of the second half of recordings, estimated on the first; those of DaISy with
@@ -15,7 +15,7 @@ use sysid::model::initial_state;
 use sysid::model::stability::{largest_radius, stable_shift};
 use sysid::pem::{Focus, Stop, refine_prediction};
 use sysid::subspace::{Factor, noise_model, refit_output, shift_realization, subspace};
-use sysid::{DataSet, Error, Innovation, Method, StateSpace, fit_percent, simulate};
+use sysid::{DataSet, Error, Innovation, StateSpace, Weighting, fit_percent, simulate};
 use sysid_evaluation::{Random, response_distance};
 
 const STOP: Stop = Stop { steps: 40, least_gain: 1e-9 };
@@ -41,8 +41,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "", "focus", "gain bias", "gain scatter", "response error, rms"
     );
     for feedback in [0.0, 0.15] {
-        for colour in [Colour::Innovation, Colour::Slow] {
-            experiment(feedback, colour, arguments.drives)?;
+        for kind in [NoiseKind::Innovation, NoiseKind::Slow] {
+            experiment(feedback, kind, arguments.drives)?;
         }
     }
     println!("\nfit of the simulated second half, percent (estimated on the first)");
@@ -61,7 +61,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 }
 
 #[derive(Clone, Copy)]
-enum Colour {
+enum NoiseKind {
     Innovation,
     Slow,
 }
@@ -76,7 +76,7 @@ fn car() -> Innovation {
     Innovation { model, gain: Mat::from_fn(2, 1, |i, _| [0.4, -0.2][i]) }
 }
 
-fn drive(random: &mut Random, feedback: f64, colour: Colour) -> Result<DataSet, Error> {
+fn drive(random: &mut Random, feedback: f64, kind: NoiseKind) -> Result<DataSet, Error> {
     let truth = car();
     let m = &truth.model;
     let (mut x, mut last, mut slow, mut wish) = ([0.0; 2], 0.0, 0.0, 0.0);
@@ -85,9 +85,9 @@ fn drive(random: &mut Random, feedback: f64, colour: Colour) -> Result<DataSet, 
         wish = 0.8 * wish + random.normal();
         u[(0, t)] = wish - feedback * last;
         let e = random.normal();
-        let (noise, into) = match colour {
-            Colour::Innovation => (e, e),
-            Colour::Slow => {
+        let (noise, into) = match kind {
+            NoiseKind::Innovation => (e, e),
+            NoiseKind::Slow => {
                 slow = 0.97 * slow + 0.3 * e;
                 (slow, 0.0)
             }
@@ -104,21 +104,21 @@ fn drive(random: &mut Random, feedback: f64, colour: Colour) -> Result<DataSet, 
     DataSet::single(0.04, u, y)
 }
 
-fn experiment(feedback: f64, colour: Colour, drives: usize) -> Result<(), Error> {
+fn experiment(feedback: f64, kind: NoiseKind, drives: usize) -> Result<(), Error> {
     let truth = car().model;
     let gain = truth.steady_state_gain(0, 0).unwrap_or(f64::NAN);
     let mut results = [Vec::new(), Vec::new()];
     for seed in 0..drives {
-        let data = drive(&mut Random(seed as u64), feedback, colour)?;
+        let data = drive(&mut Random(seed as u64), feedback, kind)?;
         for (focus, results) in FOCI.into_iter().zip(&mut results) {
             let model = estimate(&data, 2, focus)?;
             let error = model.steady_state_gain(0, 0).unwrap_or(f64::NAN) / gain - 1.0;
             results.push((100.0 * error, 100.0 * response_distance(&truth, &model)));
         }
     }
-    let noise = match colour {
-        Colour::Innovation => "innovation form",
-        Colour::Slow => "slow output noise",
+    let noise = match kind {
+        NoiseKind::Innovation => "innovation form",
+        NoiseKind::Slow => "slow output noise",
     };
     let loop_ = if feedback > 0.0 { "driver's feedback" } else { "no feedback" };
     for (focus, results) in FOCI.into_iter().zip(&results) {
@@ -135,7 +135,7 @@ fn experiment(feedback: f64, colour: Colour, drives: usize) -> Result<(), Error>
 /// MOESP with 15 block rows, stabilised, then refined.
 fn estimate(data: &DataSet, order: usize, focus: Focus) -> Result<StateSpace, Error> {
     let factor = Factor::new(data, 15)?;
-    let sub = subspace(&factor, Method::Moesp)?;
+    let sub = subspace(&factor, Weighting::Moesp)?;
     let (mut a, c) = shift_realization(&sub, order, data.outputs())?;
     let radius = largest_radius(data.samples());
     // Where A is stable already, this leaves it as it is.

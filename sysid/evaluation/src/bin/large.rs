@@ -1,5 +1,5 @@
 //! `cargo xtask evaluate large`: `identify` with all its choices and evidence on a recording of a
-//! million samples, in processor time and peak memory, beside what the recording itself takes.
+//! million samples, in processor time and peak memory, compared with what the recording itself takes.
 
 use clap::Parser;
 use drivelog::{DriveLog, LogOptions};
@@ -27,7 +27,7 @@ struct Arguments {
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments = Arguments::parse();
     let log = recording(arguments.samples)?;
-    let held = peak_memory().ok_or("the system does not tell the peak memory")?;
+    let held = peak_memory().ok_or("the system does not report the peak memory")?;
     let options = IdentifyOptions {
         order: arguments.order,
         delay_s: arguments.no_delay.then_some(0.0),
@@ -47,7 +47,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         (peak - held) * 1e-6 / channel
     );
     println!(
-        "{seconds:.2} s of processor time; order {}, held-out fit {:.3} %",
+        "{seconds:.2} s of processor time; order {}, validation fit {:.3} %",
         found.plant.order(),
         found.plant.evidence.fit.validation
     );
@@ -59,7 +59,7 @@ fn recording(samples: usize) -> Result<DriveLog, sysid::Error> {
     let drive = |samples| {
         Drive { sample_time: 0.04, delay: 0.0, servo: 0.05, noise: 0.002, seed: 1 }.record(samples)
     };
-    // What a short file says about itself, with the long signals in it.
+    // The head of a short file, with the long signals in it.
     let short = [("drive.csv".to_owned(), drive(500).csv().into_bytes())];
     let mut log = drivelog::read_log(&short, &LogOptions::default())?;
     let long = drive(samples);

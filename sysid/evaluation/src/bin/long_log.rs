@@ -1,22 +1,22 @@
-//! `cargo xtask evaluate long_log`: a log of some hundred megabytes absorbed in chunks, alone and in
-//! two files that are merged, in time and peak memory; and what the same logs give held in memory.
+//! `cargo xtask evaluate long_log`: a log of some hundred megabytes accumulated in chunks, alone and in
+//! two files that are merged, in time and peak memory; and the result of the same logs held in memory.
 
 use clap::Parser;
 use drivelog::{LogFile, LogOptions};
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
-use sysid::{AbsorbOptions, Absorbed, IdentifyOptions};
+use sysid::{AccumulateOptions, Accumulated, IdentifyOptions};
 use sysid_evaluation::Drive;
 use sysid_evaluation::measure::{peak_memory, processor_time_s};
 
-/// A long log, absorbed.
+/// A long log, accumulated.
 #[derive(Parser)]
 struct Arguments {
     /// Size of the log
     #[arg(long, default_value_t = 300)]
     megabytes: usize,
-    /// Leave out what the same logs give in memory
+    /// Leave out the same logs in memory
     #[arg(long)]
     no_memory: bool,
 }
@@ -28,17 +28,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let size = write(&long, 1_000_000 * arguments.megabytes, 0)?;
     write(&short, 10_000_000, 1000)?;
     // The program's own memory with a log of 10 MB: what grows with the log is beyond that.
-    let base = absorb(&short)?;
-    let before = peak_memory().ok_or("the system does not tell the peak memory")?;
+    let base = accumulate(&short)?;
+    let before = peak_memory().ok_or("the system does not report the peak memory")?;
     let start = processor_time_s();
-    let mut all = absorb(&long)?;
+    let mut all = accumulate(&long)?;
     let seconds = processor_time_s() - start;
     let peak = peak_memory().unwrap_or_default();
-    let (estimation, held_out) = all.samples();
+    let (estimation, validation) = all.samples();
     println!(
-        "{:.0} MB of CSV, {} samples: absorbed in {seconds:.1} s of processor time ({:.0} MB/s)",
+        "{:.0} MB of CSV, {} samples: accumulated in {seconds:.1} s of processor time ({:.0} MB/s)",
         size * 1e-6,
-        estimation + held_out,
+        estimation + validation,
         size * 1e-6 / seconds
     );
     println!(
@@ -51,7 +51,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let start = processor_time_s();
     let plant = all.identify(&IdentifyOptions::default())?;
     println!(
-        "merged with another and identified in {:.2} s: order {}, {:.2} % on held-out windows",
+        "merged with another and identified in {:.2} s: order {}, {:.2} % on validation windows",
         processor_time_s() - start,
         plant.order(),
         plant.evidence.fit.validation
@@ -65,7 +65,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let options = IdentifyOptions { delay_s: Some(0.0), ..IdentifyOptions::default() };
     let plant = sysid::identify(&log, &options)?.plant;
     println!(
-        "the same logs in memory: identified in {:.2} s: order {}, {:.2} % on the held-out part",
+        "the same logs in memory: identified in {:.2} s: order {}, {:.2} % on validation data",
         processor_time_s() - start,
         plant.order(),
         plant.evidence.fit.validation
@@ -74,13 +74,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 }
 
 /// Kilobytes of the file.
-fn formats_size(state: &Absorbed) -> f64 {
+fn formats_size(state: &Accumulated) -> f64 {
     let file = state.to_file();
     1e-3 * (file.estimation.len() + file.validation.len()) as f64
 }
 
-fn absorb(path: &Path) -> Result<Absorbed, Box<dyn std::error::Error>> {
-    Ok(Absorbed::of_log(open(path)?, &AbsorbOptions::default())?)
+fn accumulate(path: &Path) -> Result<Accumulated, Box<dyn std::error::Error>> {
+    Ok(Accumulated::of_log(open(path)?, &AccumulateOptions::default())?)
 }
 
 fn open(path: &Path) -> std::io::Result<LogFile<'static>> {

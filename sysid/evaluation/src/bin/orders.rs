@@ -5,7 +5,7 @@
 
 use clap::Parser;
 use sysid::{Automatic, DataSet, Error, IdentifyOptions, automatic};
-use sysid_evaluation::{Experiment, LARGEST_ORDER, LEAST_SHARE, Random, ask};
+use sysid_evaluation::{Experiment, LARGEST_ORDER, LEAST_SHARE, Random, request};
 
 /// Prints how often the order of random systems is found.
 #[derive(Parser)]
@@ -29,17 +29,17 @@ const BLOCK_ROWS: usize = 15;
 
 fn main() -> Result<(), String> {
     let arguments = Arguments::parse();
-    told_apart(&arguments, false)?;
-    told_apart(&arguments, true)?;
+    determined(&arguments, false)?;
+    determined(&arguments, true)?;
     unfiltered(&arguments)
 }
 
-/// The systems whose order can be told.
-fn told_apart(arguments: &Arguments, feedthrough: bool) -> Result<(), String> {
+/// The systems whose order can be determined.
+fn determined(arguments: &Arguments, feedthrough: bool) -> Result<(), String> {
     let count = if feedthrough { arguments.systems.div_ceil(4) } else { arguments.systems };
     let mut random = Random(arguments.seed);
     let mut right = [0_usize; LARGEST_ORDER];
-    let mut asked = [0_usize; LARGEST_ORDER];
+    let mut requested = [0_usize; LARGEST_ORDER];
     let (mut direct, mut refused) = (0, 0);
     let (mut numbers, mut truth) = (Vec::new(), Vec::new());
     let mut wrong = Vec::new();
@@ -53,7 +53,7 @@ fn told_apart(arguments: &Arguments, feedthrough: bool) -> Result<(), String> {
         }
         let found = chosen(&e, None).map_err(|e| e.to_string())?;
         let got = found.model.order();
-        asked[order - 1] += 1;
+        requested[order - 1] += 1;
         right[order - 1] += usize::from(got == order);
         direct += usize::from((found.model.d[(0, 0)] != 0.0) == feedthrough);
         if got != order {
@@ -71,9 +71,9 @@ fn told_apart(arguments: &Arguments, feedthrough: bool) -> Result<(), String> {
     print!("  {:<34}", "order");
     (1..=LARGEST_ORDER).for_each(|order| print!("{order:>8}"));
     println!("{:>10}", "all");
-    row("right orders", &right, &asked);
+    row("right orders", &right, &requested);
     let arguments = [arguments.samples, BLOCK_ROWS].map(|x| x.to_string());
-    match ask(include_str!("../../python/orders.py"), &numbers, &arguments) {
+    match request(include_str!("../../python/orders.py"), &numbers, &arguments) {
         Ok(lines) => {
             for (column, name) in
                 ["SLICOT (ctrlsys), N4SID", "SLICOT (ctrlsys), MOESP"].into_iter().enumerate()
@@ -83,12 +83,12 @@ fn told_apart(arguments: &Arguments, feedthrough: bool) -> Result<(), String> {
                     let got = line.split_whitespace().nth(column);
                     right[order - 1] += usize::from(got == Some(order.to_string().as_str()));
                 }
-                row(name, &right, &asked);
+                row(name, &right, &requested);
             }
         }
         Err(problem) => println!("  left out: SLICOT: {problem}"),
     }
-    println!("  feedthrough rightly told in {direct} of {count}");
+    println!("  feedthrough rightly determined in {direct} of {count}");
     if !wrong.is_empty() {
         println!("  wrong, with the share of the last state: {}", wrong.join(", "));
     }
@@ -127,15 +127,15 @@ fn draw(a: &Arguments, random: &mut Random, order: usize, feedthrough: bool) -> 
 
 fn chosen(e: &Experiment, order: Option<usize>) -> Result<Automatic, Error> {
     let data = DataSet::single(1.0, e.u.clone(), e.noisy.clone())?;
-    let [estimation, held_out] = sysid_evaluation::halves(&data)?;
-    automatic(&estimation, &held_out, &IdentifyOptions { order, ..IdentifyOptions::default() })
+    let [estimation, validation] = sysid_evaluation::halves(&data)?;
+    automatic(&estimation, &validation, &IdentifyOptions { order, ..IdentifyOptions::default() })
 }
 
-fn row(name: &str, right: &[usize], asked: &[usize]) {
+fn row(name: &str, right: &[usize], requested: &[usize]) {
     print!("  {name:<34}");
-    for (right, asked) in right.iter().zip(asked) {
-        print!("{:>8}", format!("{right}/{asked}"));
+    for (right, requested) in right.iter().zip(requested) {
+        print!("{:>8}", format!("{right}/{requested}"));
     }
-    let all = format!("{}/{}", right.iter().sum::<usize>(), asked.iter().sum::<usize>());
+    let all = format!("{}/{}", right.iter().sum::<usize>(), requested.iter().sum::<usize>());
     println!("{all:>10}");
 }

@@ -1,4 +1,5 @@
-//! Recorded data with automatic settings, first half to second half, beside what others make of them.
+//! Recorded data with automatic settings, first half to second half, compared with the results of
+//! others.
 
 use clap::Parser;
 use drivelog::{DriveLog, LogFile, LogOptions, read_drives, read_log};
@@ -6,8 +7,8 @@ use faer::Mat;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use sysid::subspace::{Factor, shift_realization, structured_bd, subspace};
-use sysid::{DataSet, IdentifyOptions, InputKind, Method, StateSpace, automatic, identify};
-use sysid_evaluation::{ask, halves, pole_distance, recording, response_distance};
+use sysid::{DataSet, IdentifyOptions, InputKind, StateSpace, Weighting, automatic, identify};
+use sysid_evaluation::{halves, pole_distance, recording, request, response_distance};
 
 /// Prints how well recorded data are reproduced with automatic settings.
 #[derive(Parser)]
@@ -28,7 +29,7 @@ fn main() -> Result<(), String> {
     println!("\nautomatic settings, estimated on the first half, simulated on the second");
     println!(
         "  {:<16}{:>6}{:>9}{:>4}{:>12}{:>11}{:>12}",
-        "set", "order", "horizon", "D", "estimation", "held out", "aim"
+        "set", "order", "horizon", "D", "estimation", "validation", "target"
     );
     let dryer = own.join("dryer2/dryer2_slicot_ib01ad.csv");
     row("dryer2", &recording(&dryer, &["u"], &["y"], 0.08)?, 85.7)?;
@@ -59,7 +60,7 @@ fn slicots_model(own: &Path) -> Result<(), String> {
     let data = recording(&file, &["u"], &["y"], 0.08)?;
     let ours = || -> Result<StateSpace, sysid::Error> {
         let factor = Factor::new(&data, 15)?;
-        let sub = subspace(&factor, Method::Moesp)?;
+        let sub = subspace(&factor, Weighting::Moesp)?;
         let (a, c) = shift_realization(&sub, 4, 1)?;
         structured_bd(&factor, &sub, a.as_ref(), c.as_ref(), true)
     };
@@ -91,7 +92,7 @@ fn slicots_model(own: &Path) -> Result<(), String> {
     let printed = model(&printed)?;
     compare("ours and SLICOT's as printed", &ours, &printed);
     let arguments = ["1000", "combined", "15", "4"].map(str::to_owned);
-    match ask(PEERS, &numbers(&data), &arguments) {
+    match request(PEERS, &numbers(&data), &arguments) {
         Ok(lines) => {
             let blocks: Vec<Vec<f64>> = lines.iter().map(|l| parsed(l)).collect();
             let theirs = model(&blocks)?;
@@ -120,8 +121,8 @@ fn model(blocks: &[Vec<f64>]) -> Result<StateSpace, String> {
 }
 
 fn row(name: &str, data: &DataSet, aim: f64) -> Result<(), String> {
-    let [estimation, held_out] = halves(data).map_err(|e| e.to_string())?;
-    let found = automatic(&estimation, &held_out, &IdentifyOptions::default())
+    let [estimation, validation] = halves(data).map_err(|e| e.to_string())?;
+    let found = automatic(&estimation, &validation, &IdentifyOptions::default())
         .map_err(|e| e.to_string())?;
     let direct = if found.model.d.norm_max() > 0.0 { "yes" } else { "no" };
     print!(
@@ -139,7 +140,8 @@ fn row(name: &str, data: &DataSet, aim: f64) -> Result<(), String> {
     Ok(())
 }
 
-/// The drive on a race track: automatic settings beside output-error models, and all of 48 settings.
+/// The drive on a race track: automatic settings compared with output-error models, and all of 48
+/// settings.
 fn revs(file: &Path) -> Result<(), String> {
     let log = drive(file, None)?;
     for (name, kind) in INPUTS {
@@ -148,7 +150,7 @@ fn revs(file: &Path) -> Result<(), String> {
         let mut theirs: Vec<f64> = Vec::new();
         for order in 2..=4 {
             let what = ["oe".to_owned(), order.to_string()];
-            match ask_parts(&log, kind, 0.5, &what) {
+            match request_parts(&log, kind, 0.5, &what) {
                 Ok(fits) => theirs.extend(fits.get(1)),
                 Err(problem) => println!("  left out: output error: {problem}"),
             }
@@ -200,7 +202,7 @@ fn revs(file: &Path) -> Result<(), String> {
                         }
                     }
                     let what = ["n4sid".to_owned(), horizon.to_string(), order.to_string()];
-                    match ask_parts(&log, kind, 0.5, &what).as_deref() {
+                    match request_parts(&log, kind, 0.5, &what).as_deref() {
                         Ok([radius, fits @ ..]) if fits.len() == 2 => {
                             slicot.add(*radius, fits[0], fits[1]);
                         }
@@ -230,24 +232,24 @@ struct Tally {
     unstable: usize,
     negative: usize,
     failed: usize,
-    held_out: Vec<f64>,
+    validation: Vec<f64>,
 }
 
 impl Tally {
-    fn add(&mut self, radius: f64, estimation: f64, held_out: f64) {
+    fn add(&mut self, radius: f64, estimation: f64, validation: f64) {
         self.settings += 1;
         self.unstable += usize::from(radius >= 1.0);
-        self.negative += usize::from(!(estimation >= 0.0 && held_out >= 0.0));
-        self.held_out.push(held_out);
+        self.negative += usize::from(!(estimation >= 0.0 && validation >= 0.0));
+        self.validation.push(validation);
     }
 
     fn print(&self, name: &str) {
-        let least = self.held_out.iter().copied().fold(f64::INFINITY, f64::min);
-        let most = self.held_out.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let least = self.validation.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = self.validation.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         // An unstable simulation may fit by minus any number.
         let least = if least < -1e3 { format!("{least:.0e}") } else { format!("{least:.1}") };
         println!(
-            "  {name:<26} {} settings: {} unstable, {} with a negative fit, {} failed; held-out fits from {least} to {most:.1} %",
+            "  {name:<26} {} settings: {} unstable, {} with a negative fit, {} failed; validation fits from {least} to {most:.1} %",
             self.settings, self.unstable, self.negative, self.failed
         );
     }
@@ -267,7 +269,7 @@ fn drive(file: &Path, sample_time_s: Option<f64>) -> Result<DriveLog, String> {
 }
 
 /// What a peer answers for the same parts as ours.
-fn ask_parts(
+fn request_parts(
     log: &DriveLog,
     kind: InputKind,
     validation: f64,
@@ -283,7 +285,7 @@ fn ask_parts(
     let split = log.len() - (validation * log.len() as f64).round() as usize;
     let arguments: Vec<String> =
         std::iter::once(split.to_string()).chain(what.iter().cloned()).collect();
-    let lines = ask(PEERS, &numbers, &arguments)?;
+    let lines = request(PEERS, &numbers, &arguments)?;
     Ok(lines.first().map(|l| parsed(l)).unwrap_or_default())
 }
 
@@ -328,7 +330,7 @@ fn scale_car(folder: &Path) -> Result<(), String> {
                 ..IdentifyOptions::default()
             };
             let plant = identify(&log, &options).map_err(|e| e.to_string())?.plant;
-            let theirs = ask_parts(&log, kind, VALIDATION, &["oe".to_owned(), "2".to_owned()]);
+            let theirs = request_parts(&log, kind, VALIDATION, &["oe".to_owned(), "2".to_owned()]);
             let theirs = match &theirs {
                 Ok(fits) => format!("{:.2}", fits.get(1).copied().unwrap_or(f64::NAN)),
                 Err(problem) => format!("left out: {problem}"),
@@ -345,7 +347,7 @@ fn scale_car(folder: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// The drive that hardly says anything.
+/// The drive that has hardly any information.
 fn weak_drive(folder: &Path) -> Result<(), String> {
     let names = ["steering_wheel_angle.csv", "gyro.csv", "speed.csv"];
     let files = names
@@ -363,7 +365,7 @@ fn weak_drive(folder: &Path) -> Result<(), String> {
     let plant = identify(&log, &IdentifyOptions::default()).map_err(|e| e.to_string())?.plant;
     let (fit, verdict) = (plant.evidence.fit, &plant.quality);
     println!(
-        "\ncomma2k19: order {}, fit {:.1} %, held out {:.1} %\n  {}",
+        "\ncomma2k19: order {}, fit {:.1} %, validation {:.1} %\n  {}",
         plant.order(),
         fit.estimation,
         fit.validation,

@@ -1,10 +1,11 @@
-//! The refinement beside scipy's `least_squares` on the same criterion, from the same start.
+//! The refinement compared with scipy's `least_squares` on the same criterion, from the same initial
+//! estimate.
 //!
 //! Both foci on a simulated car (order 2, 20 dB) and on Ljung's dryer (order 4): the least mean square
-//! that each reaches, and the standard errors each tells. scipy works on polynomials with a Jacobian by
+//! that each reaches, and the standard errors of each. scipy works on polynomials with a Jacobian by
 //! finite differences (`python/refinement.py`), so nothing but the criterion is shared. For the
-//! simulation focus scipy's errors are from the sample autocovariance up to 40 lags, the project's
-//! from an autoregression.
+//! simulation focus scipy's errors are from the sample autocovariance up to 40 lags, the project's from
+//! an autoregression.
 //!
 //! Then the time that one step takes and what the search needs of memory, at growing length.
 #![allow(clippy::print_stdout)]
@@ -17,13 +18,13 @@ use std::time::Instant;
 use sysid::model::stability::{largest_radius, stable_shift};
 use sysid::pem::{Focus, Stop, Uncertain, refine_prediction, uncertain};
 use sysid::subspace::{Factor, noise_model, refit_output, shift_realization, subspace};
-use sysid::{DataSet, Error, Innovation, Method, StateSpace, simulate};
+use sysid::{DataSet, Error, Innovation, StateSpace, Weighting, simulate};
 use sysid_evaluation::Random;
 
 const STOP: Stop = Stop { steps: 200, least_gain: 1e-12 };
 const SCRIPT: &str = include_str!("../../python/refinement.py");
 
-/// The refinement beside scipy's, and what its steps cost.
+/// The refinement compared with scipy's, and what its steps cost.
 #[derive(Parser)]
 struct Arguments {
     /// Longest data that the steps are timed on, samples
@@ -80,22 +81,22 @@ fn cost_of_steps(longest: usize) -> Result<(), Box<dyn std::error::Error>> {
         let found = refine_prediction(&start, &x0s, &data, false, Focus::Simulation, stop, 0.9999)?;
         let refining = clock.ms();
         let clock = Clock::start();
-        let told = uncertain(&found.innovation, &found.x0s, &data, false, Focus::Simulation);
-        let telling = clock.ms();
+        let uncertainty = uncertain(&found.innovation, &found.x0s, &data, false, Focus::Simulation);
+        let uncertainty_ms = clock.ms();
         let memory = peak().zip(before).map_or("not known here".into(), |(peak, before)| {
             format!("{:.1} MB", (peak - before) / 1024.0)
         });
         println!(
-            "N = {count:8} {order:12} {:7} {:9.2} {telling:15.1}{} {memory:>18}",
+            "N = {count:8} {order:12} {:7} {:9.2} {uncertainty_ms:15.1}{} {memory:>18}",
             found.steps,
             refining / found.steps.max(1) as f64,
-            if told.is_ok() { " " } else { "?" },
+            if uncertainty.is_ok() { " " } else { "?" },
         );
     }
     Ok(())
 }
 
-/// Time that this thread has run for, where the system tells it (Linux), else what has passed.
+/// Time that this thread has run for, where the system reports it (Linux), else what has passed.
 struct Clock {
     wall: Instant,
     run: Option<f64>,
@@ -119,14 +120,14 @@ impl Clock {
     }
 }
 
-/// Peak memory of this process in kB, where the system tells it (Linux).
+/// Peak memory of this process in kB, where the system reports it (Linux).
 fn peak() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|l| l.starts_with("VmHWM"))?;
     line.split_whitespace().nth(1)?.parse().ok()
 }
 
-/// Starts the peak anew from what is used now.
+/// Resets the peak to what is used now.
 fn restart_peak() -> Option<f64> {
     std::fs::write("/proc/self/clear_refs", "5").ok()?;
     peak()
@@ -177,7 +178,7 @@ fn dryer() -> Result<DataSet, Box<dyn std::error::Error>> {
 /// The subspace model (MOESP, 15 block rows), and its initial state.
 fn start(data: &DataSet, order: usize) -> Result<(Innovation, Vec<Vec<f64>>), Error> {
     let factor = Factor::new(data, 15)?;
-    let sub = subspace(&factor, Method::Moesp)?;
+    let sub = subspace(&factor, Weighting::Moesp)?;
     let (mut a, c) = shift_realization(&sub, order, 1)?;
     let radius = largest_radius(data.samples());
     if let Some(stable) = stable_shift(sub.basis.as_ref(), order, 1, radius) {
@@ -252,7 +253,7 @@ fn theirs(
         match words[..] {
             ["cost", value] => cost = value.parse()?,
             [name, value, error] => rows.push((name.into(), value.parse()?, error.parse()?)),
-            _ => return Err(format!("the peer said: {line}").into()),
+            _ => return Err(format!("unexpected line of the peer: {line}").into()),
         }
     }
     Ok((cost, rows))

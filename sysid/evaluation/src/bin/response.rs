@@ -1,8 +1,9 @@
 //! How well the response from steering to yaw rate is identified, from 100 Hz down to 10 Hz.
 //!
 //! Linear cars whose response is known, with logs as [`LinearDrive`] makes them; each is read and
-//! identified as the command line does. The error is ‖Ĝ − G‖/‖G‖ over 0.1 to 2 Hz, the bias of the phase
-//! the mean over the drives. Beside it SciPy's output error of the true order on the same halves.
+//! identified as the command line does. The error is ‖Ĝ − G‖/‖G‖ over 0.1 to 2 Hz, the bias of the
+//! phase the mean over the drives. It is compared with SciPy's output error of the true order on the
+//! same halves.
 #![allow(clippy::print_stdout)]
 
 use clap::Parser;
@@ -11,7 +12,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use sysid::model::conversion;
 use sysid::{IdentifyOptions, Intersample, StateSpace, identify};
-use sysid_evaluation::{LinearCar, LinearDrive, LinearLog, Random, Steering, ask};
+use sysid_evaluation::{LinearCar, LinearDrive, LinearLog, Random, Steering, request};
 
 /// Prints how well the response from steering to yaw rate is identified.
 #[derive(Parser)]
@@ -290,7 +291,7 @@ fn peer(logs: &[LinearLog]) -> Result<Vec<f64>, String> {
     };
     let step = 1.0 / first.drive.rate_hz;
     let arguments = [half.to_string(), step.to_string(), hold.to_owned()];
-    let lines = ask(include_str!("../../python/output_error.py"), &numbers, &arguments)?;
+    let lines = request(include_str!("../../python/output_error.py"), &numbers, &arguments)?;
     let of = |(log, line): (&LinearLog, &String)| {
         let words = line.split_whitespace().map(str::parse::<f64>);
         let numbers = words.collect::<Result<Vec<f64>, _>>().map_err(|e| e.to_string())?;

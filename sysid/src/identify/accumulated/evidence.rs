@@ -1,8 +1,8 @@
-//! What stands behind a model of absorbed drives, and the plant with it.
+//! The evidence of a model of accumulated drives, and the plant with it.
 
 use crate::data::Signals;
 use crate::data::statistics::{Z99, chi_squared_quantile};
-use crate::identify::accumulated::Absorbed;
+use crate::identify::accumulated::Accumulated;
 use crate::identify::accumulated::file::input_name;
 use crate::identify::accumulated::identify::{Candidate, Choice, choose};
 use crate::identify::accumulated::windows::Windows;
@@ -26,15 +26,16 @@ use formats::{
     PredictionFit, Provenance, ResidualTest,
 };
 
-/// What the windows cannot tell.
-const MISSING: &str = "identified from absorbed windows: simulation fits are of the second half of each window, from the state that its first half gives; there is no simulation of whole drives, no estimate of the delay, no check of the steering's play and of the channels' clocks, no test of residuals against the input and no uncertainty of the parameters; the measured frequency response is that of all drives, with what its windows smear";
+/// What the windows do not determine.
+const MISSING: &str = "identified from accumulated windows: simulation fits are of the second half of each window, from the state of its first half; there is no simulation of whole drives, no estimate of the delay, no check of the steering's play and of the channels' clocks, no test of residuals against the input and no uncertainty of the parameters; the measured frequency response is that of all drives, with what its windows smear";
 
-impl Absorbed {
-    /// Identifies the plant from all that was absorbed. The direct gain is zero unless asked for.
+impl Accumulated {
+    /// Identifies the plant from all that was accumulated. The direct gain is zero unless it is
+    /// requested.
     ///
     /// # Errors
-    /// [`Error::Option`] for what the windows cannot give: a delay, another detrending than by means,
-    /// another input than was absorbed; else as [`identify`](crate::identify).
+    /// [`Error::Option`] for what does not follow from windows: a delay, another detrending than by
+    /// means, another input than was accumulated; else as [`identify`](crate::identify).
     pub fn identify(&self, options: &IdentifyOptions) -> Result<Plant, Error> {
         options.check()?;
         self.check(options)?;
@@ -44,9 +45,9 @@ impl Absorbed {
         let step = self.sample_time_s();
         let windows = Windows::new(&factor, step, None)?;
         let choice = choose(&factor, &windows, self.estimation.samples(), options)?;
-        // Without enough held-out windows the model is not judged.
-        let held_out = self.validation.factor().and_then(|f| f.about_mean());
-        let held_out = held_out.and_then(|f| Windows::new(&f, step, Some(windows.scales)));
+        // Without enough validation windows the model is not validated.
+        let validation = self.validation.factor().and_then(|f| f.about_mean());
+        let validation = validation.and_then(|f| Windows::new(&f, step, Some(windows.scales)));
         let chosen = &choice.candidates[choice.chosen];
         let [u, y] = windows.scales;
         let model = chosen.model.scaled(&[u], &[y]);
@@ -62,7 +63,7 @@ impl Absorbed {
         let to_road_wheel = per_input / self.steering_ratio;
         let modelled =
             Modelled { model: &model, delay_s: 0.0, input: &[], simulated: &[], to_road_wheel };
-        let mut evidence = self.evidence(&windows, held_out.as_ref().ok(), &choice)?;
+        let mut evidence = self.evidence(&windows, validation.as_ref().ok(), &choice)?;
         let (coherent, response) = of_spectra(&self.spectra.spectra(step), None, &modelled, step);
         evidence.frequency_response = Some(response);
         evidence.excitation = Excitation {
@@ -71,13 +72,13 @@ impl Absorbed {
             noise_to_signal: residual.sqrt(),
             ..coherent
         };
-        if let Ok(on) = &held_out {
-            judge(&mut evidence, on, &chosen.model, choice.gain.as_ref())?;
+        if let Ok(on) = &validation {
+            validate(&mut evidence, on, &chosen.model, choice.gain.as_ref())?;
         }
-        if let Err(reason) = &held_out {
+        if let Err(reason) = &validation {
             evidence.warnings.push(format!(
-                "no held-out windows to judge the model by (one block in {} of {} samples is held out): {reason}",
-                crate::identify::accumulated::HELD_OUT,
+                "no validation windows for the model (one block in {} of {} samples is validation data): {reason}",
+                crate::identify::accumulated::VALIDATION_PERIOD,
                 crate::identify::accumulated::BLOCK
             ));
         }
@@ -169,22 +170,22 @@ impl Absorbed {
             Err(Error::Option { option, value, expected })
         };
         if let Some(delay) = options.delay_s.filter(|d| *d != 0.0) {
-            let expected = "none where a factor is identified from".into();
-            return refused("--delay", format!("{delay} s"), expected);
+            let expected = "none for an identification from an R factor".into();
+            return refused("delay", format!("{delay} s"), expected);
         }
         if options.detrend != Detrend::Mean {
-            let expected = "mean where a factor is identified from".into();
-            return refused("--detrend", options.detrend.name().into(), expected);
+            let expected = "mean for an identification from an R factor".into();
+            return refused("detrend", options.detrend.name().into(), expected);
         }
         if options.input_kind != InputKind::Steering && options.input_kind != self.input_kind {
             let value = input_name(options.input_kind).into();
-            let expected = format!("{}, which was absorbed", input_name(self.input_kind));
-            return refused("--model-input", value, expected);
+            let expected = format!("{}, which was accumulated", input_name(self.input_kind));
+            return refused("model input", value, expected);
         }
         match options.horizon {
             Some(s) if s > self.horizon => {
-                let expected = format!("{} at most, which was absorbed", self.horizon);
-                refused("--horizon", s.to_string(), expected)
+                let expected = format!("{} at most, which was accumulated", self.horizon);
+                refused("horizon", s.to_string(), expected)
             }
             _ => Ok(()),
         }
@@ -193,7 +194,7 @@ impl Absorbed {
     fn evidence(
         &self,
         windows: &Windows,
-        held_out: Option<&Windows>,
+        validation: Option<&Windows>,
         choice: &Choice,
     ) -> Result<Evidence, Error> {
         let chosen = &choice.candidates[choice.chosen];
@@ -203,21 +204,21 @@ impl Absorbed {
         let order_table = choice.candidates.iter().map(|c| OrderRow {
             order: c.model.order(),
             // Those of another decomposition are others.
-            singular_value: (c.approach == chosen.approach && c.horizon == chosen.horizon)
+            singular_value: (c.method == chosen.method && c.horizon == chosen.horizon)
                 .then_some(c.singular_value),
             estimation_fit: simulation(windows, c),
-            validation_fit: held_out.map_or(0.0, |on| simulation(on, c)),
+            validation_fit: validation.map_or(0.0, |on| simulation(on, c)),
             stable: c.stabilised_from.is_none(),
             criterion: c.criterion,
         });
         let mut evidence = Evidence {
-            method: chosen.approach.name().into(),
+            method: chosen.method.name().into(),
             horizon: chosen.horizon,
             estimation_samples: self.estimation.samples(),
-            validation_samples: if held_out.is_some() { self.validation.samples() } else { 0 },
+            validation_samples: if validation.is_some() { self.validation.samples() } else { 0 },
             fit: Fits {
                 estimation: simulation(windows, chosen),
-                validation: held_out.map_or(0.0, |on| simulation(on, chosen)),
+                validation: validation.map_or(0.0, |on| simulation(on, chosen)),
                 validation_one_step: 0.0,
             },
             order_table: order_table.collect(),
@@ -238,8 +239,8 @@ impl Absorbed {
     }
 }
 
-/// What the held-out windows say.
-fn judge(
+/// Fits and quality measures on the validation windows.
+fn validate(
     evidence: &mut Evidence,
     on: &Windows,
     model: &StateSpace,

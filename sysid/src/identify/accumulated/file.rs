@@ -1,22 +1,22 @@
 //! A state as a file, and back.
 
 use crate::Error;
-use crate::identify::accumulated::Absorbed;
+use crate::identify::accumulated::Accumulated;
 use crate::subspace::Accumulator;
 use crate::validation::spectra::Sums;
-use formats::{AbsorbedDrives, AbsorbedSpeed, Document, InputKind, Provenance};
+use formats::{AccumulatedDrives, AccumulatedSpeed, Document, InputKind, Provenance};
 
 const INPUT: &str = "model_input";
 
-impl Absorbed {
+impl Accumulated {
     /// As a file that states are merged from.
     #[must_use]
-    pub fn to_file(&self) -> AbsorbedDrives {
+    pub fn to_file(&self) -> AccumulatedDrives {
         let mut options = self.options.clone();
         options.insert("horizon".into(), self.horizon.to_string());
         options.insert(INPUT.into(), input_name(self.input_kind).into());
-        AbsorbedDrives {
-            schema: AbsorbedDrives::SCHEMA.into(),
+        AccumulatedDrives {
+            schema: AccumulatedDrives::SCHEMA.into(),
             name: self.name.clone(),
             input: self.input_kind,
             steering_ratio: self.steering_ratio,
@@ -24,7 +24,7 @@ impl Absorbed {
             horizon: self.horizon,
             estimation_samples: self.estimation.samples(),
             validation_samples: self.validation.samples(),
-            speed: self.speed().map(|(mean_mps, standard_deviation_mps)| AbsorbedSpeed {
+            speed: self.speed().map(|(mean_mps, standard_deviation_mps)| AccumulatedSpeed {
                 mean_mps,
                 standard_deviation_mps,
             }),
@@ -43,34 +43,32 @@ impl Absorbed {
         .sealed()
     }
 
-    /// What a file holds; `name` is told in errors.
+    /// The accumulated drives of a file; `name` is used in errors.
     ///
     /// # Errors
-    /// [`Error::NoFactor`] where its states are none, or are not what the rest of the file says.
-    pub fn from_file(file: &AbsorbedDrives, name: &str) -> Result<Self, Error> {
+    /// [`Error::NoFactor`] where its states are none, or do not agree with the rest of the file.
+    pub fn from_file(file: &AccumulatedDrives, name: &str) -> Result<Self, Error> {
         let no = |problem: String| Error::NoFactor { file: name.into(), problem };
         file.checked(name).map_err(|e| no(e.to_string()))?;
         let state = |text: &str, samples: usize| {
             let bytes = bytes(text).ok_or_else(|| no("a state is not hexadecimal".into()))?;
             let state = Accumulator::from_bytes(&bytes).map_err(|e| no(e.to_string()))?;
-            let says = (file.horizon, 1, 1, samples);
+            let expected = (file.horizon, 1, 1, samples);
             let is = (state.horizon, state.inputs, state.outputs, state.samples());
             // What was written is read to the last bit.
             let same_time = state.sample_time_s().to_bits() == file.sample_time_s.to_bits();
-            if is == says && same_time && state.is_triangle() {
+            if is == expected && same_time && state.is_r_factor() {
                 Ok(state)
             } else {
-                Err(no("a state is not of the horizon, samples and sample time that the file says"
-                    .into()))
+                Err(no("a state is not of the horizon, samples and sample time in the file".into()))
             }
         };
         let estimation = state(&file.estimation, file.estimation_samples)?;
         let validation = state(&file.validation, file.validation_samples)?;
         let length = Sums::of_sample_time(file.sample_time_s).length();
-        let spectra =
-            Sums::from_numbers(&file.spectra).filter(|s| s.length() == length).ok_or_else(
-                || no("the spectra are not of the sample time that the file says".into()),
-            )?;
+        let spectra = Sums::from_numbers(&file.spectra)
+            .filter(|s| s.length() == length)
+            .ok_or_else(|| no("the spectra are not of the sample time in the file".into()))?;
         let count = (estimation.samples() + validation.samples()) as f64;
         Ok(Self {
             name: file.name.clone(),

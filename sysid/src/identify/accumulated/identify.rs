@@ -1,23 +1,24 @@
-//! Order, model and noise from absorbed drives, as they are chosen from a log in memory.
+//! Order, model and noise from accumulated drives, as they are chosen from a log in memory.
 //!
-//! Models of growing order are started by the subspace methods on the factor ([`starts`](crate::identify::accumulated::starts))
-//! and refined by simulation errors on its [windows](crate::identify::accumulated::windows), or where the test finds feedback by
-//! [prediction](crate::identify::accumulated::prediction) errors, which it does not bias. They are compared by the errors of one-step
-//! prediction that they make along with a model of the noise: Schwarz's criterion holds for these, whatever
-//! the colour of the noise.
+//! The initial estimates of growing order come from the subspace methods on the R factor
+//! ([`initial_estimates`](crate::identify::accumulated::initial_estimates)). They are refined by
+//! simulation errors on its [windows](crate::identify::accumulated::windows), or where the test finds
+//! feedback by [prediction](crate::identify::accumulated::prediction) errors, which it does not bias.
+//! They are compared by the errors of one-step prediction that they make along with a model of the
+//! noise: BIC holds for these, whatever the spectrum of the noise.
 
 use crate::Error;
+use crate::identify::accumulated::initial_estimates::{InitialEstimate, InitialEstimates};
 use crate::identify::accumulated::prediction::Predicted;
-use crate::identify::accumulated::starts::{Start, Starts};
 use crate::identify::accumulated::windows::Windows;
 use crate::model::StateSpace;
 use crate::model::conversion::{costs_nothing, has_logarithm, off_branch_cut};
 use crate::model::stability::largest_radius;
 use crate::pem::{Stop, refine_gain, refine_output_error};
-use crate::selection::logarithm::{in_turn, told};
-use crate::selection::method::Approach;
+use crate::selection::logarithm::{in_turn, mirroring_warning};
+use crate::selection::method::Method;
 use crate::selection::options::IdentifyOptions;
-use crate::selection::order::{likeliest, of_a_vehicle, parameters, schwarz, sum_of_squares};
+use crate::selection::order::{bic, likeliest, of_a_vehicle, parameters, sum_of_squares};
 use crate::subspace::closed_loop::{self, Feedback, feedback_in};
 use crate::subspace::{Factor, Realization, noise_model, refit_output};
 use faer::Mat;
@@ -34,7 +35,7 @@ const AT_LEAST: usize = 6;
 /// A model in the units of the windows.
 #[derive(Debug, Clone)]
 pub(crate) struct Candidate {
-    pub(crate) approach: Approach,
+    pub(crate) method: Method,
     pub(crate) realization: Realization,
     pub(crate) horizon: usize,
     pub(crate) singular_value: f64,
@@ -73,24 +74,25 @@ pub(crate) fn choose(
     }
     let feedback = feedback_in(factor, past, ahead).ok();
     let closed = match options.method {
-        Some(Approach::ClosedLoop(method)) => vec![method],
-        None if feedback.is_some_and(|f| f.detected) => closed_loop::Method::ALL.to_vec(),
+        Some(Method::ClosedLoop(method)) => vec![method],
+        None if feedback.is_some_and(|f| f.detected) => closed_loop::ClosedLoopMethod::ALL.to_vec(),
         _ => Vec::new(),
     };
     let looped = !closed.is_empty();
-    let starts = if looped {
+    let initial_estimates = if looped {
         let past = past.min(windows.length - ahead - 1);
-        Starts::closed_loop(factor, &closed, past, (past / 2).clamp(2, 15))?
+        InitialEstimates::closed_loop(factor, &closed, past, (past / 2).clamp(2, 15))?
     } else {
-        Starts::open_loop(factor, options)?
+        InitialEstimates::open_loop(factor, options)?
     };
-    let mut search = Search { windows, options, samples, starts, looped, colour: 0 };
-    search.colour = search.colour();
+    let mut search =
+        Search { windows, options, samples, initial_estimates, looped, noise_order: 0 };
+    search.noise_order = search.noise_order();
     let mut candidates = search.ascend()?;
-    let mut chosen = search.judge(&mut candidates);
+    let mut chosen = search.select(&mut candidates);
     search.refine(&mut candidates[chosen], FINE)?;
     let mut warnings = Vec::new();
-    chosen = search.give_logarithm(&mut candidates, chosen, &mut warnings)?;
+    chosen = search.with_logarithm(&mut candidates, chosen, &mut warnings)?;
     let gain = search.gain(factor, &candidates[chosen], &mut warnings)?;
     Ok(Choice { candidates, chosen, gain, feedback, warnings })
 }
@@ -99,11 +101,11 @@ struct Search<'a> {
     windows: &'a Windows,
     options: &'a IdentifyOptions,
     samples: usize,
-    starts: Starts,
+    initial_estimates: InitialEstimates,
     /// Whether the data come from a loop.
     looped: bool,
     /// Number of coefficients of the noise's autoregression.
-    colour: usize,
+    noise_order: usize,
 }
 
 impl Search<'_> {
@@ -112,30 +114,32 @@ impl Search<'_> {
     }
 
     fn largest_order(&self) -> usize {
-        self.options.order.unwrap_or(self.options.max_order.min(self.starts.largest_order()))
+        self.options
+            .order
+            .unwrap_or(self.options.max_order.min(self.initial_estimates.largest_order()))
     }
 
-    fn starts(&self, order: usize) -> Result<Vec<Start>, Error> {
-        self.starts.of_order(self.windows, order, self.feedthrough(), self.samples)
+    fn initial_estimates(&self, order: usize) -> Result<Vec<InitialEstimate>, Error> {
+        self.initial_estimates.of_order(self.windows, order, self.feedthrough(), self.samples)
     }
 
     /// That of the noise as the largest model leaves it, for all models. A given order is not compared
     /// with others, but in a loop a model of the noise is needed all the same.
-    fn colour(&self) -> usize {
+    fn noise_order(&self) -> usize {
         if !self.looped && self.options.order.is_some() {
             return 0;
         }
         let start = (1..=self.largest_order()).rev().find_map(|order| self.best(order).ok());
-        start.map_or(0, |c| Predicted::colour_order(self.windows, &c.model))
+        start.map_or(0, |c| Predicted::noise_order(self.windows, &c.model))
     }
 
-    /// The start of an order whose errors are least, as it is.
+    /// The initial estimate of an order with the least errors, as it is.
     fn best(&self, order: usize) -> Result<Candidate, Error> {
         let mut best: Option<Candidate> = None;
         let mut last_error = Error::NoModel { problem: "no model can be simulated".into() };
-        for start in self.starts(order)? {
+        for start in self.initial_estimates(order)? {
             let mut candidate = Candidate {
-                approach: start.approach,
+                method: start.method,
                 realization: start.realization,
                 horizon: start.horizon,
                 singular_value: start.singular_value,
@@ -161,7 +165,7 @@ impl Search<'_> {
     /// The variance of the errors that are made small, and the initial states of a simulation.
     fn measure(&self, candidate: &mut Candidate) -> Result<(), Error> {
         if self.looped {
-            let found = Predicted::new(self.windows, candidate.model.clone(), self.colour)?;
+            let found = Predicted::new(self.windows, candidate.model.clone(), self.noise_order)?;
             candidate.variance = found.variance(self.windows);
             return Ok(());
         }
@@ -188,7 +192,7 @@ impl Search<'_> {
 
     /// The model of least prediction errors, sought from this one.
     fn predicting(&self, model: &StateSpace, stop: Stop) -> Result<Predicted, Error> {
-        let start = Predicted::new(self.windows, model.clone(), self.colour)?;
+        let start = Predicted::new(self.windows, model.clone(), self.noise_order)?;
         start.refined(self.windows, self.feedthrough(), stop, self.radius(model))
     }
 
@@ -202,7 +206,7 @@ impl Search<'_> {
         let m = &candidate.model;
         candidate.has_logarithm = has_logarithm(m);
         if !self.options.refine {
-            let found = Predicted::new(self.windows, m.clone(), self.colour)?;
+            let found = Predicted::new(self.windows, m.clone(), self.noise_order)?;
             candidate.predicted = found.variance(self.windows);
             return Ok(found.model);
         }
@@ -248,19 +252,19 @@ impl Search<'_> {
         if candidates.is_empty() { Err(last_error) } else { Ok(candidates) }
     }
 
-    /// Sets the criterion of all and tells the least.
+    /// Sets the criterion of all and returns the least.
     fn least(&self, candidates: &mut [Candidate]) -> usize {
         for c in candidates.iter_mut() {
             let count = parameters(c.model.order(), 1, 1, self.feedthrough());
             let log_square = c.predicted.max(1e-300).ln();
-            c.criterion = schwarz(log_square, 1, count, self.windows.count as f64);
+            c.criterion = bic(log_square, 1, count, self.windows.count as f64);
         }
         let values = (0..candidates.len()).map(|i| (i, candidates[i].criterion));
         values.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(i, _)| i)
     }
 
     /// The order of least criterion, or of one about as likely that has a continuous form.
-    fn judge(&self, candidates: &mut [Candidate]) -> usize {
+    fn select(&self, candidates: &mut [Candidate]) -> usize {
         self.least(candidates);
         let each: Vec<(f64, bool)> =
             candidates.iter().map(|c| (c.criterion, c.has_logarithm)).collect();
@@ -271,7 +275,7 @@ impl Search<'_> {
 
     /// The chosen model taken off the branch cut, or one of lower order that has a continuous form or is
     /// brought to one, whichever costs least, where that is nearly nothing; returns which is chosen then.
-    fn give_logarithm(
+    fn with_logarithm(
         &self,
         candidates: &mut [Candidate],
         chosen: usize,
@@ -304,7 +308,7 @@ impl Search<'_> {
             }
         }
         let Some((i, one, moved)) = best else { return Ok(chosen) };
-        warnings.extend(moved.then(|| told(one.variance / least - 1.0)));
+        warnings.extend(moved.then(|| mirroring_warning(one.variance / least - 1.0)));
         candidates[i] = one;
         Ok(i)
     }

@@ -1,17 +1,17 @@
-//! Drives absorbed into a state of a few hundred kilobytes, however long and many they are, and the
+//! Drives accumulated into a state of a few hundred kilobytes, however long and many they are, and the
 //! plant identified from it.
 //!
-//! The state is the triangle of a QR factorisation of all windows of 2·horizon samples with a column of
-//! ones beside them ([`Accumulator`](crate::subspace::Accumulator) of kind
-//! [`Decomposition::Qr`]): any condition of the data is borne, and offsets are
-//! part of what is merged. Every fourth block of samples goes to a state of its own, which is held out
-//! and judges the model. Beside them are the sums of Welch's spectra of all samples. Merging states is the same as absorbing all logs in one pass.
+//! The state is the R factor of all windows of 2·horizon samples with a column of ones next to them
+//! ([`Accumulator`](crate::subspace::Accumulator) of kind [`Decomposition::Qr`]): data of any condition
+//! are possible, and offsets are part of what is merged. Every fourth block of samples goes to a state
+//! of its own, which is validation data. Next to them are the sums of Welch's spectra of all samples.
+//! Merging states is the same as accumulating all logs in one pass.
 
 mod evidence;
 mod file;
 mod identify;
+mod initial_estimates;
 mod prediction;
-mod starts;
 mod windows;
 
 use crate::Error;
@@ -26,13 +26,13 @@ use std::collections::BTreeMap;
 /// that the validation windows come from all of a drive, as its speeds and bends do, and a drive of a
 /// few minutes has some. A window at the end of a block is lost.
 const BLOCK: usize = 500;
-/// One block in so many is held out.
-const HELD_OUT: usize = 4;
+/// One block in so many is validation data.
+const VALIDATION_PERIOD: usize = 4;
 
-/// How drives are absorbed.
+/// How drives are accumulated.
 #[derive(Debug, Clone, PartialEq)]
-pub struct AbsorbOptions {
-    /// How each log is read. `--window` is not for reading in chunks.
+pub struct AccumulateOptions {
+    /// How each log is read. Time windows are not for reading in chunks.
     pub log: LogOptions,
     /// What drives the model.
     pub input_kind: InputKind,
@@ -40,15 +40,15 @@ pub struct AbsorbOptions {
     pub horizon: usize,
 }
 
-impl Default for AbsorbOptions {
+impl Default for AccumulateOptions {
     fn default() -> Self {
         Self { log: LogOptions::default(), input_kind: InputKind::Steering, horizon: 30 }
     }
 }
 
-/// Windows of drives, and what is known of the drives beside them.
+/// Windows of drives, with the properties of the drives.
 #[derive(Debug, Clone)]
-pub struct Absorbed {
+pub struct Accumulated {
     name: String,
     input_kind: InputKind,
     steering_ratio: f64,
@@ -57,7 +57,7 @@ pub struct Absorbed {
     validation: Accumulator,
     /// Of all samples.
     spectra: Sums,
-    /// Number of samples, mean, and sum of squares about it, of the speed where every drive tells it.
+    /// Number of samples, mean, and sum of squares about it, of the speed where every drive has one.
     speed: Option<(f64, f64, f64)>,
     channels: Vec<ChannelSummary>,
     warnings: Vec<String>,
@@ -67,18 +67,18 @@ pub struct Absorbed {
     version: String,
 }
 
-impl Absorbed {
-    /// Absorbs one log, a file that brings steering and yaw rate on one clock.
+impl Accumulated {
+    /// Accumulates one log, a file that brings steering and yaw rate on one clock.
     ///
     /// # Errors
     /// As [`read_drives`](drivelog::read_drives); [`drivelog::Error::NotADrive`] for a file that does not bring both
     /// channels, [`drivelog::Error::ClockChanged`] where its rate changes, [`Error::Option`] for a horizon that
     /// is not within 2 to 200.
-    pub fn of_log(file: LogFile<'_>, options: &AbsorbOptions) -> Result<Self, Error> {
+    pub fn of_log(file: LogFile<'_>, options: &AccumulateOptions) -> Result<Self, Error> {
         if !(2..=200).contains(&options.horizon) {
             let value = options.horizon.to_string();
             let expected = "2 to 200".into();
-            return Err(Error::Option { option: "--horizon", value, expected });
+            return Err(Error::Option { option: "horizon", value, expected });
         }
         let mut taking = Taking::new(options);
         let read = stream(file, &options.log, &mut |step, piece| taking.take(step, piece))?;
@@ -89,7 +89,7 @@ impl Absorbed {
                 sample_time_s: 0.0,
             });
         };
-        spectra.end_stretch();
+        spectra.end_segment();
         let mut used = options.log.to_map();
         used.insert("sample_time_used_s".into(), estimation.sample_time_s().to_string());
         Ok(Self {
@@ -109,7 +109,7 @@ impl Absorbed {
         })
     }
 
-    /// Adds what another has absorbed.
+    /// Adds what another has accumulated.
     ///
     /// # Errors
     /// [`Error::Differ`] where the two were made by another version or with other options, and
@@ -203,7 +203,7 @@ impl Absorbed {
         self.estimation.sample_time_s()
     }
 
-    /// Samples to estimate from, and held out.
+    /// Numbers of estimation and of validation samples.
     #[must_use]
     pub fn samples(&self) -> (usize, usize) {
         (self.estimation.samples(), self.validation.samples())
@@ -243,13 +243,13 @@ struct Taking {
     horizon: usize,
     input_kind: InputKind,
     states: Option<([Accumulator; 2], Sums)>,
-    /// Samples so far, which say whose block it is.
+    /// Samples so far, which determine whose block it is.
     taken: usize,
     speed: Option<(f64, f64, f64)>,
 }
 
 impl Taking {
-    fn new(options: &AbsorbOptions) -> Self {
+    fn new(options: &AccumulateOptions) -> Self {
         Self {
             horizon: options.horizon,
             input_kind: options.input_kind,
@@ -267,7 +267,7 @@ impl Taking {
         let Some((states, spectra)) = &mut self.states else { return Ok(()) };
         let Piece::Samples { steering, yaw_rate, speed } = piece else {
             states.iter_mut().for_each(Accumulator::end_segment);
-            spectra.end_stretch();
+            spectra.end_segment();
             return Ok(());
         };
         self.speed = match (self.speed, speed) {
@@ -292,7 +292,8 @@ impl Taking {
         while from < output.ncols() {
             let (block, within) = (self.taken / BLOCK, self.taken % BLOCK);
             let to = output.ncols().min(from + BLOCK - within);
-            let state = &mut states[usize::from(block % HELD_OUT == HELD_OUT - 1)];
+            let state =
+                &mut states[usize::from(block % VALIDATION_PERIOD == VALIDATION_PERIOD - 1)];
             state.push(input.columns(from..to), output.columns(from..to))?;
             self.taken += to - from;
             if self.taken.is_multiple_of(BLOCK) {

@@ -1,4 +1,4 @@
-//! One-step prediction errors of plant and noise together, from the windows' triangle alone.
+//! One-step prediction errors of plant and noise together, from the R factor of the windows alone.
 //!
 //! The model is the one by which orders are compared on a log ([`comparison`](crate::identify)): the
 //! simulation error v = y − G u is an autoregression driven by white noise (Box and Jenkins' kind; L.
@@ -8,28 +8,28 @@
 //! α(q) (y − G u) = e,    α(q) = 1 − a_1 q⁻¹ − … − a_p q⁻ᵖ
 //! ```
 //!
-//! so that e is the simulation error of G for the signals seen through α. Of a window of L samples
-//! t = 0 … L−1, these are known from t = p on. The state x(p) is told by the errors at p … L−2, and what
-//! is judged is the error at the window's last sample, which had no part in it:
+//! so that e is the simulation error of G for the signals filtered by α. Of a window of L samples t = 0
+//! … L−1, these are known from t = p on. The state x(p) follows from the errors at p … L−2, and what is
+//! evaluated is the error at the window's last sample, which had no part in it:
 //!
 //! ```text
 //! ε = ỹ(L−1) − (H ũ)(L−1) − φ (ΦᵀΦ + σ²Π⁻¹)⁻¹ Φᵀ [ỹ − H ũ](p … L−2)
 //! ```
 //!
-//! with Φ the rows C Aᵗ, φ the one after them, σ² the variance of e, and Π that of the state which the
-//! input before the window gives, `Π = AΠAᵀ + A z Bᵀ + B zᵀAᵀ + r(0) B Bᵀ` with `z = Σ Aʲ B r(j+1)` and r
-//! the autocovariance of ũ: a mode that the input does not drive has no state, and cannot take up what the
-//! colour of the noise leaves. Every sample is the last of one window, so ε is the
-//! prediction error of every sample of the drives from the L−1 before it, an initial state cannot take up
-//! what it is judged by, and under feedback ε is no more biased than any direct prediction error
-//! (section 13.4 there). It is a linear combination cᵀh of the window's samples h, of variance ‖R c‖²: no
-//! look at the data is needed, and a step of Levenberg and Marquardt's method over (A, B, C, a) costs
-//! some hundred thousand operations.
+//! with Φ the rows C Aᵗ, φ the one after them, σ² the variance of e, and Π that of the state which
+//! follows from the input before the window, `Π = AΠAᵀ + A z Bᵀ + B zᵀAᵀ + r(0) B Bᵀ` with `z = Σ Aʲ B
+//! r(j+1)` and r the autocovariance of ũ: a mode that the input does not drive has no state, and cannot
+//! take up what the noise model leaves. Every sample is the last of one window, so ε is the prediction
+//! error of every sample of the drives from the L−1 before it, an initial state cannot take up the
+//! error by which it is evaluated, and under feedback ε is no more biased than any direct prediction
+//! error (section 13.4 there). It is a linear combination cᵀh of the window's samples h, of variance ‖R
+//! c‖²: no look at the data is needed, and a step of Levenberg and Marquardt's method over (A, B, C, a)
+//! costs some hundred thousand operations.
 
 use crate::Error;
 use crate::identify::accumulated::windows::Windows;
 use crate::linalg::dense::{
-    identity, least_squares, positive_part, solve, spectral_radius, triangle,
+    identity, least_squares, positive_part, r_factor, solve, spectral_radius,
 };
 use crate::model::reduction::gramian;
 use crate::model::{StateSpace, free_response};
@@ -39,9 +39,9 @@ use faer::{Mat, Scale};
 /// Samples of a window for each coefficient of the noise, and samples of the drives.
 const SHARE: usize = 2;
 const SAMPLES: usize = 50;
-/// Errors of a smaller share of the output are rounding, which has no colour to be known.
+/// Errors of a smaller share of the output are rounding, without a noise model.
 const ROUNDING: f64 = 1e-8;
-/// Relative, of the squares that tell a state: a mode that the window does not show stays finite.
+/// Relative, of the squares that determine a state: a mode that the window does not show stays finite.
 const RIDGE: f64 = 1e-10;
 /// Step of the derivatives along coordinates whose scale is 1.
 const DIFFERENCE: f64 = 1e-6;
@@ -51,23 +51,23 @@ const DIFFERENCE: f64 = 1e-6;
 pub(crate) struct Predicted {
     pub(crate) model: StateSpace,
     /// a_1 … a_p.
-    colour: Vec<f64>,
+    autoregression: Vec<f64>,
     /// σ², as far as it is known; 0 for a state of which nothing is known before.
-    level: f64,
+    noise_variance: f64,
 }
 
 impl Predicted {
-    /// A plant whose noise has a colour of so many coefficients, found for the plant as it is.
-    pub(crate) fn new(windows: &Windows, model: StateSpace, colour: usize) -> Result<Self, Error> {
-        let v = simulation_errors(windows, &model, colour + 1);
+    /// A plant with a noise model of so many coefficients, found for the plant as it is.
+    pub(crate) fn new(windows: &Windows, model: StateSpace, order: usize) -> Result<Self, Error> {
+        let v = simulation_errors(windows, &model, order + 1);
         let (past, now) = (v.get(.., 1..), v.get(.., ..1));
         let a = least_squares(past, now, 1e-12)?;
-        let level = (now - past * &a).squared_norm_l2();
-        Ok(Self { model, colour: (0..colour).map(|k| a[(k, 0)]).collect(), level })
+        let noise_variance = (now - past * &a).squared_norm_l2();
+        Ok(Self { model, autoregression: (0..order).map(|k| a[(k, 0)]).collect(), noise_variance })
     }
 
-    /// How many coefficients Akaike's criterion gives the noise that a model leaves.
-    pub(crate) fn colour_order(windows: &Windows, model: &StateSpace) -> usize {
+    /// How many coefficients the noise that a model leaves has by Akaike's criterion.
+    pub(crate) fn noise_order(windows: &Windows, model: &StateSpace) -> usize {
         let samples = windows.count as f64;
         let most = (windows.length / SHARE).min(windows.count / SAMPLES);
         let v = simulation_errors(windows, model, most + 1);
@@ -77,7 +77,7 @@ impl Predicted {
         }
         // Regressors first: the rows below the first p hold what p of them leave of the last column.
         let ordered = Mat::from_fn(v.nrows(), most + 1, |i, j| v[(i, (j + 1) % (most + 1))]);
-        let r = triangle(ordered.as_ref());
+        let r = r_factor(ordered.as_ref());
         let left = |p: usize| (p..=most).map(|i| r[(i, most)].powi(2)).sum::<f64>();
         let criterion = |p: usize| samples * left(p).max(f64::MIN_POSITIVE).ln() + 2.0 * p as f64;
         (0..=most).min_by(|a, b| criterion(*a).total_cmp(&criterion(*b))).unwrap_or(0)
@@ -108,10 +108,15 @@ impl Predicted {
             let count = at.count();
             let moved = |step: &[f64]| Self {
                 model: at.moved(&step[..count]),
-                colour: self.colour.iter().zip(&step[count..]).map(|(a, d)| a + d).collect(),
-                level: self.level,
+                autoregression: self
+                    .autoregression
+                    .iter()
+                    .zip(&step[count..])
+                    .map(|(a, d)| a + d)
+                    .collect(),
+                noise_variance: self.noise_variance,
             };
-            let mut step = vec![0.0; count + self.colour.len()];
+            let mut step = vec![0.0; count + self.autoregression.len()];
             let here = moved(&step).errors(windows);
             let mut derivatives = Mat::zeros(here.len(), step.len() + 1);
             for k in 0..step.len() {
@@ -125,7 +130,7 @@ impl Predicted {
             for (i, e) in here.iter().enumerate() {
                 derivatives[(i, step.len())] = *e;
             }
-            let r = triangle(derivatives.as_ref());
+            let r = r_factor(derivatives.as_ref());
             let rows = r.nrows().min(step.len());
             let (left, right) = (r.get(..rows, ..step.len()), r.get(..rows, step.len()..));
             let mut next: Option<(Self, f64)> = None;
@@ -142,7 +147,7 @@ impl Predicted {
             }
             let Some((trial, trial_cost)) = next else { break };
             let gain = 1.0 - trial_cost / cost;
-            self = Self { level: trial_cost, ..trial };
+            self = Self { noise_variance: trial_cost, ..trial };
             damping = (damping * 0.2).max(1e-12);
             if gain <= stop.least_gain {
                 break;
@@ -151,7 +156,7 @@ impl Predicted {
         Ok(self)
     }
 
-    /// ε of each row of the triangle.
+    /// ε of each row of R.
     fn errors(&self, windows: &Windows) -> Vec<f64> {
         let weights = self.error_weights(windows);
         let c = self.of_samples(&weights, windows.length);
@@ -160,12 +165,12 @@ impl Predicted {
 
     /// Weights β of the errors at p … L−1 of the signals through α, simulated from rest, in ε.
     fn error_weights(&self, windows: &Windows) -> Vec<f64> {
-        let free = free_response(&self.model, windows.length - self.colour.len());
+        let free = free_response(&self.model, windows.length - self.autoregression.len());
         let last = free.nrows() - 1;
         let state = self.state_weights(windows, &free);
         let phi = free.get(last..last + 1, ..);
-        let told = phi * state;
-        (0..last).map(|t| -told[(0, t)]).chain([1.0]).collect()
+        let explained = phi * state;
+        (0..last).map(|t| -explained[(0, t)]).chain([1.0]).collect()
     }
 
     /// (ΦᵀΦ + σ²Π⁻¹)⁻¹Φᵀ of all rows but the last.
@@ -173,23 +178,24 @@ impl Predicted {
         let seen = free.get(..free.nrows() - 1, ..);
         let squares = seen.transpose() * seen;
         let n = squares.nrows();
-        let spread = if self.level > 0.0 { self.state_covariance(windows) } else { None };
+        let spread = if self.noise_variance > 0.0 { self.state_covariance(windows) } else { None };
         // Π (ΦᵀΦ Π + σ²)⁻¹ Φᵀ, which needs no inverse of Π.
         let mut left = spread.as_ref().map_or_else(|| squares.clone(), |spread| &squares * spread);
         let ridge = RIDGE * (0..n).map(|i| left[(i, i)].abs()).sum::<f64>();
-        let level = if spread.is_some() { self.level } else { 0.0 };
-        (0..n).for_each(|i| left[(i, i)] += level + ridge);
-        let told = solve(left.as_ref(), seen.transpose());
+        let noise_variance = if spread.is_some() { self.noise_variance } else { 0.0 };
+        (0..n).for_each(|i| left[(i, i)] += noise_variance + ridge);
+        let weights = solve(left.as_ref(), seen.transpose());
         match spread {
-            Some(spread) => spread * told,
-            None => told,
+            Some(spread) => spread * weights,
+            None => weights,
         }
     }
 
     /// Π of the signals through α; `None` of a model that is not stable.
     fn state_covariance(&self, windows: &Windows) -> Option<Mat<f64>> {
-        let alpha: Vec<f64> = [1.0].into_iter().chain(self.colour.iter().map(|a| -a)).collect();
-        let (lags, p) = (windows.length, self.colour.len());
+        let alpha: Vec<f64> =
+            [1.0].into_iter().chain(self.autoregression.iter().map(|a| -a)).collect();
+        let (lags, p) = (windows.length, self.autoregression.len());
         let taps: Vec<f64> =
             (0..=p).map(|k| (0..=p - k).map(|i| alpha[i] * alpha[i + k]).sum()).collect();
         let filtered = |lag: usize| -> f64 {
@@ -211,7 +217,7 @@ impl Predicted {
 
     /// The weights of the window's samples, in the order of its columns, in a sum of such errors.
     fn of_samples(&self, weights: &[f64], length: usize) -> Vec<f64> {
-        let (p, count) = (self.colour.len(), weights.len());
+        let (p, count) = (self.autoregression.len(), weights.len());
         let markov = self.model.markov_parameters(count);
         let h: Vec<f64> = markov.iter().map(|h| h[(0, 0)]).collect();
         let of_input: Vec<f64> = (0..count)
@@ -220,7 +226,7 @@ impl Predicted {
         let mut c = vec![0.0; 2 * length];
         for t in 0..count {
             for k in 0..=p {
-                let alpha = if k == 0 { 1.0 } else { -self.colour[k - 1] };
+                let alpha = if k == 0 { 1.0 } else { -self.autoregression[k - 1] };
                 c[2 * (t + p - k)] += alpha * of_input[t];
                 c[2 * (t + p - k) + 1] += alpha * weights[t];
             }
@@ -230,21 +236,22 @@ impl Predicted {
 }
 
 /// The simulation errors v of the window's last `count` samples, the latest first, from the state that
-/// those before the last give; a row for each of the triangle.
+/// follows from those before the last; a row for each row of R.
 fn simulation_errors(windows: &Windows, model: &StateSpace, count: usize) -> Mat<f64> {
     let length = windows.length;
     let free = free_response(model, length);
-    let mut plain = Predicted { model: model.clone(), colour: Vec::new(), level: 0.0 };
-    // The first pass tells σ² for the second.
-    plain.level = plain.variance(windows);
-    if !plain.level.is_finite() {
-        plain.level = 0.0;
+    let mut plain =
+        Predicted { model: model.clone(), autoregression: Vec::new(), noise_variance: 0.0 };
+    // The first pass determines σ² for the second.
+    plain.noise_variance = plain.variance(windows);
+    if !plain.noise_variance.is_finite() {
+        plain.noise_variance = 0.0;
     }
-    let told = &free * plain.state_weights(windows, &free);
+    let explained = &free * plain.state_weights(windows, &free);
     let mut v = Mat::zeros(2 * length, count);
     for k in 0..count {
         let t = length - 1 - k;
-        let of_state = (0..length).map(|j| if j + 1 < length { -told[(t, j)] } else { 0.0 });
+        let of_state = (0..length).map(|j| if j + 1 < length { -explained[(t, j)] } else { 0.0 });
         let mut weights: Vec<f64> = of_state.collect();
         weights[t] += 1.0;
         for (i, e) in windows.times(&plain.of_samples(&weights, length)).into_iter().enumerate() {

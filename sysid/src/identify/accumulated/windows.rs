@@ -1,10 +1,11 @@
-//! The windows' triangle read as data.
+//! The R factor of the windows, read as data.
 //!
 //! With W the matrix of all windows, a row for each, and W = Q R, sums of squares of any linear
 //! combination of the windows' samples are those of the rows of R. Simulation and prediction errors of
 //! a model are such combinations, of input and output and an initial state for each window, so that R's
-//! rows, each a stretch of 2·horizon samples, stand for all windows: what is fitted to them by least
-//! squares is what would be fitted to every window of the drives, each from an initial state of its own.
+//! rows, each a segment of 2·horizon samples, represent all windows: what is fitted to them by least
+//! squares is what would be fitted to every window of the drives, each from an initial state of its
+//! own.
 
 use crate::Error;
 use crate::data::{DataSet, Segment, Signals};
@@ -15,17 +16,17 @@ use faer::{Mat, MatRef};
 
 /// Windows about their mean, in units of each channel's standard deviation.
 pub(crate) struct Windows {
-    /// A stretch for each row of R.
+    /// A segment for each row of R.
     pub(crate) data: DataSet,
     /// Samples of a window.
     pub(crate) length: usize,
-    /// Number of windows that the rows stand for.
+    /// Number of windows that the rows represent.
     pub(crate) count: usize,
     /// Standard deviations of input and output.
     pub(crate) scales: [f64; 2],
     /// Autocovariance of the input at all lags, under Parzen's lag window.
     pub(crate) input: Vec<f64>,
-    /// Upper triangle in these units; columns u(0), y(0), u(1), …
+    /// R in these units; columns u(0), y(0), u(1), …
     r: Mat<f64>,
 }
 
@@ -102,7 +103,7 @@ impl Windows {
         Ok((x0s, errors))
     }
 
-    /// Errors of the second half of every window, simulated from the state that its first half gives.
+    /// Errors of the second half of every window, simulated from the state of its first half.
     pub(crate) fn ahead(&self, model: &StateSpace) -> Result<Errors, Error> {
         let half = self.length / 2;
         let of = |s: &Segment| -> Result<Signals, Error> {
@@ -114,8 +115,8 @@ impl Windows {
         self.data.segments().iter().map(of).collect()
     }
 
-    /// Errors of the one-step predictions of the second half of every window, from the state that its
-    /// first half gives: what is judged has no part in the state.
+    /// Errors of the one-step predictions of the second half of every window, from the state of its
+    /// first half: what is evaluated has no part in the state.
     pub(crate) fn predicted_ahead(
         &self,
         model: &StateSpace,

@@ -1,9 +1,9 @@
 //! The nearest model off the branch cut of the logarithm.
 //!
-//! A mode that dies out within a sample, such as the rest of an actuator's lag, is known from one
-//! sample of the impulse response alone. Noise takes its eigenvalue of A to either side of zero, and on
-//! the negative side A has no real logarithm (eq 9): the model could neither be run at another step
-//! size nor delayed by a part of a sample, though the data hardly ask for it.
+//! A mode that dies out within a sample, such as the rest of an actuator's lag, shows in one sample of
+//! the impulse response alone. Noise takes its eigenvalue of A to either side of zero, and on the
+//! negative side A has no real logarithm (eq 9): the model could neither be run at another step size
+//! nor delayed by a part of a sample, though the data hardly require it.
 
 use crate::Error;
 use crate::linalg::dense::{eigenvalues, solve};
@@ -84,7 +84,7 @@ fn moved(model: &StateSpace, place: impl Fn(f64) -> f64) -> Result<Option<StateS
 fn eigenvector(a: MatRef<'_, f64>, value: f64) -> Option<Mat<f64>> {
     let n = a.nrows();
     let size = a.norm_l2();
-    // Beside the eigenvalue, so that there is a solution.
+    // Next to the eigenvalue, so that there is a solution.
     let shift = value + 1e-10 * size;
     let shifted = Mat::from_fn(n, n, |i, j| a[(i, j)] - if i == j { shift } else { 0.0 });
     let mut vector = Mat::from_fn(n, 1, |i, _| 1.0 + 0.1 * i as f64);
@@ -101,7 +101,7 @@ mod tests {
     use super::*;
 
     fn model(poles: [f64; 3]) -> StateSpace {
-        // The modes in a basis in which none of them stands alone.
+        // The modes in a basis in which each depends on the others.
         let basis =
             Mat::from_fn(3, 3, |i, j| [[1.0, 0.4, -0.3], [0.2, 1.0, 0.5], [-0.6, 0.1, 1.0]][i][j]);
         let modes = Mat::from_fn(3, 3, |i, j| if i == j { poles[i] } else { 0.0 });

@@ -37,7 +37,7 @@ pub(super) struct Search<'a> {
     /// Longest delay, samples.
     pub(super) most: f64,
     pub(super) zeros: Zeros,
-    /// Time constant of a lag that every model has beside its poles, samples; 0 for none.
+    /// Time constant of a lag that every model has in addition to its poles, samples; 0 for none.
     pub(super) lag: f64,
 }
 
@@ -89,7 +89,7 @@ impl Fit {
                 }
                 damping *= 10.0;
             }
-            // What is left to gain is nothing beside the noise.
+            // What is left to gain is negligible compared with the noise.
             if gain <= 1e-3 * (q.least / q.count.max(1) as f64) + 1e-6 * cost {
                 break;
             }
@@ -187,7 +187,7 @@ fn jacobian(search: &Search<'_>, x: &[f64], residual: &[f64], unknowns: usize) -
         .collect()
 }
 
-/// −(JᵀJ + λ·diag)⁻¹ Jᵀ r by Cholesky; a column of zeros gives a zero.
+/// −(JᵀJ + λ·diag)⁻¹ Jᵀ r by Cholesky; zero for a column of zeros.
 fn damped(columns: &[Vec<f64>], residual: &[f64], damping: f64) -> Vec<f64> {
     let n = columns.len();
     let mut m = vec![vec![0.0; n]; n];
@@ -229,7 +229,7 @@ mod tests {
 
     const COUNT: usize = 60;
 
-    /// Judges impulse responses by their distance to that of the model with these poles, numerator
+    /// Evaluates impulse responses by their distance to that of the model with these poles, numerator
     /// (highest power first) and delay.
     fn like(poles: &[f64], numerator: &[f64], delay: f64) -> Quadratic {
         let columns = basis(&polynomial(poles), delay, COUNT);

@@ -3,7 +3,7 @@
 //! With z(t) the signals at t and G_(i,a)(j,b) = Σ z_a(t−i) z_b(t−j) over t = L … N−1, one step down
 //! the diagonal only exchanges the first term for the last:
 //! `G_(i,a)(j,b) = G_(i−1,a)(j−1,b) + z_a(L−i) z_b(L−j) − z_a(N−i) z_b(N−j)`.
-//! So the lag sums of the first block row give the whole matrix exactly (covariance method).
+//! So the whole matrix follows exactly from the lag sums of the first block row (covariance method).
 
 use crate::Error;
 use crate::data::DataSet;
@@ -57,9 +57,9 @@ impl Gram {
     }
 }
 
-/// What impulse responses of `lags` samples are judged by: the squared error of
-/// `y_f(t) − Σ g_k u_f(t−k)` is `least + ‖target − factor·g‖²`, where y_f and u_f are the signals
-/// whitened by the denominator of a long ARX model.
+/// By what impulse responses of `lags` samples are evaluated: the squared error of `y_f(t) − Σ g_k
+/// u_f(t−k)` is `least + ‖target − factor·g‖²`, where y_f and u_f are the signals whitened by the
+/// denominator of a long ARX model.
 pub(super) struct Quadratic {
     /// Upper triangular, lags by lags.
     pub(super) factor: Mat<f64>,
@@ -146,7 +146,7 @@ fn forward(lower: &Mat<f64>, mut x: Vec<f64>) -> Vec<f64> {
 }
 
 /// Lower factor of a Gram matrix; smooth signals leave it singular to rounding, so a ridge of
-/// rounding's size stands in for what the data do not say.
+/// rounding's size replaces what the data do not determine.
 fn cholesky(mut gram: Mat<f64>) -> Result<Mat<f64>, Error> {
     let n = gram.nrows();
     let trace: f64 = (0..n).map(|i| gram[(i, i)]).sum();

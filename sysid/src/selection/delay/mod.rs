@@ -5,10 +5,11 @@
 //! fractions of a sample count as they are). All of it works on lag sums, so the cost beyond one
 //! pass over the data does not depend on their number.
 //!
-//! *Delay or lag.* A delay, an actuator's lag and further poles look alike where the log says little
-//! about high frequencies. The models are those of a vehicle: two poles and a zero, and lags without
-//! a zero on top, which cannot take the shape of a delay as a Padé approximant does. The delay competes
-//! with the lags by the Bayesian information criterion (Schwarz 1978) and is taken only where it wins
+//! *Delay or lag.* A delay, an actuator's lag and further poles look alike where the log has little
+//! information about high frequencies. The models are those of a vehicle: two poles and a zero, and
+//! lags without a zero on top, which cannot take the shape of a delay as a Padé approximant does. The
+//! delay competes with the lags by the Bayesian information criterion (Schwarz 1978) and is taken only
+//! where it wins
 //! clearly; and it must do better than models without a delay whose zeros are free, since it is such
 //! a model that is identified after it. What it replaces is reported: the fastest time constant of the best model without a delay.
 //! Where a lag and a delay are both there and the noise hides which is which, a model of lower order
@@ -43,24 +44,23 @@ const FINE: usize = 30;
 /// Standard errors by which a delay must differ from none.
 const LEAST_ERRORS: f64 = 3.0;
 
-/// What the data say about a pure delay.
+/// What the data determine about a pure delay.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Delay {
-    /// The delay to use, s: that of `estimate_s` where the data ask for one, else 0.
+    /// The delay to use, s: that of `estimate_s` where the data require one, else 0.
     pub seconds: f64,
     /// Delay of the best model that has one, s.
     pub estimate_s: f64,
     /// Its standard error, s: from the curvature of the squared error, what the model leaves
     /// unexplained and how the models of other orders differ, or from what an actuator's lag can
-    /// stand for, whichever is larger; infinite where the data do not determine it to half a second. The sum of delay
-    /// and lags is known better.
+    /// replace, whichever is larger; infinite where the data do not determine it to half a second. The
+    /// sum of delay and lags is more certain.
     pub standard_error_s: f64,
     /// Order of that model.
     pub order: usize,
     /// Order of the best model without a delay.
     pub order_without: usize,
-    /// Fastest time constant of the best model without a delay, s: the lag that can stand in place
-    /// of the delay.
+    /// Fastest time constant of the best model without a delay, s: the lag that can replace the delay.
     pub lag_without_s: f64,
     /// By how much the information criterion prefers the delay to lags; negative where it does not.
     pub evidence: f64,
@@ -105,8 +105,9 @@ pub fn estimate_delay(data: &DataSet) -> Result<Delay, Error> {
     let akaike = |fit: &Fit| deviance(fit) + 2.0 * (count(&search, fit) + 1.0);
     let plain = models.iter().map(|(none, _)| none);
     let plain = plain.min_by(|a, b| bayes(a, 0.0).total_cmp(&bayes(b, 0.0)));
-    // A servo's lag beside the delay is plausible however little the data say of it, so the order of
-    // the model that gives the value is chosen by the more generous criterion (Akaike 1974).
+    // A servo's lag in addition to the delay is plausible however little information the data have, so
+    // the order of the model from which the value is taken is chosen by the more generous criterion
+    // (Akaike 1974).
     let chosen = models.iter().min_by(|a, b| akaike(&a.1).total_cmp(&akaike(&b.1)));
     let (Some(plain), Some((same, best))) = (plain, chosen) else {
         return Err(Error::Numerical { what: "models with a delay" });
@@ -179,9 +180,9 @@ fn spread(
 }
 
 /// Standard deviation of the best model's delay about its value where an actuator's lag of up to
-/// [`LONGEST_LAG_S`] may stand in part for it, all of them equally plausible before the data are seen:
-/// with each, the delay is fitted anew, and weighs by its likelihood. A model without that lag takes
-/// it into the delay, and the curvature at its optimum knows nothing of that.
+/// [`LONGEST_LAG_S`] may replace part of it, all of them equally plausible before the data are seen:
+/// with each, the delay is fitted again, and weighted by its likelihood. A model without that lag takes
+/// it into the delay, and the curvature at its optimum does not include that.
 fn split(search: &Search<'_>, best: &Fit, sample: f64, deviance: &impl Fn(&Fit) -> f64) -> f64 {
     const TRIED: usize = 5;
     const STEPS: usize = 12;
@@ -241,7 +242,7 @@ fn models(search: &Search<'_>) -> Vec<(Fit, Fit)> {
     all
 }
 
-/// Starts for one order more: a further pole, fast and slow.
+/// Initial estimates for one order more: a further pole, fast and slow.
 fn grown(parameters: &[f64]) -> Vec<Vec<f64>> {
     let n = parameters.len();
     [1.5, 0.1_f64]

@@ -8,7 +8,7 @@
 
 /// Largest order.
 pub(super) const MOST: usize = 5;
-/// … with a lag beside.
+/// … with an additional lag.
 const SIZE: usize = MOST + 1;
 
 type Square = [[f64; SIZE]; SIZE];

@@ -10,21 +10,21 @@
 //! Y_f/Z_p = Γ X/Z_p + H U_f/Z_p
 //! ```
 //!
-//! holds with the true Γ and H but for what vanishes as N grows. The triangle of the data in order of
-//! time has these projections ready: the rows of the past lags. An LQ factorisation takes U_f/Z_p
-//! out, the singular vectors of the rest span Γ, and Γ^⊥ᵀ Y_f/Z_p = Γ^⊥ᵀ H(B, D) U_f/Z_p is linear
-//! in B and D.
+//! holds with the true Γ and H but for what vanishes as N grows. The R factor of the data in order of
+//! time has these projections ready: the rows of the past lags. An LQ factorisation takes U_f/Z_p out,
+//! the singular vectors of the rest span Γ, and Γ^⊥ᵀ Y_f/Z_p = Γ^⊥ᵀ H(B, D) U_f/Z_p is linear in B and
+//! D.
 //!
 //! **Where it applies.** The sensors' noises must be white; an external excitation must move the loop,
-//! and the past must tell the input over the `future` samples: a slalom or another sum of at least
-//! `future`/2 sines does; white excitation does not, nor does one of a low-order spectrum. The
-//! result's `excitation` says how far that holds. Process noise within the loop is allowed where it is
-//! white, but the predictor's methods make better use of data with noise-free inputs. The method gives
+//! and the input over the `future` samples must be predictable from the past: a slalom or another sum
+//! of at least `future`/2 sines is; white excitation is not, nor is one of a low-order spectrum. The
+//! result's `excitation` measures how far that holds. Process noise within the loop is allowed where it
+//! is white, but the predictor's methods make better use of data with noise-free inputs. The method has
 //! no Kalman gain: in the innovation form u is known.
 
 use crate::Error;
 use crate::data::DataSet;
-use crate::linalg::dense::{hcat, least_squares, pseudo_inverse, svd, triangle};
+use crate::linalg::dense::{hcat, least_squares, pseudo_inverse, r_factor, svd};
 use crate::model::{StateSpace, free_response};
 use crate::subspace::Factor;
 use crate::subspace::closed_loop::predictor::RANK_TOLERANCE;
@@ -37,11 +37,11 @@ use faer::{Mat, MatRef};
 pub struct ErrorsInVariables {
     /// The model.
     pub model: StateSpace,
-    /// Singular values of the outputs' part, which tell the order.
+    /// Singular values of the outputs' part, which determine the order.
     pub singular_values: Vec<f64>,
-    /// The least of the future input's directions in the projection on the past, over what chance
-    /// alone puts there in a record of this length: below about 3 the past tells too little of the
-    /// input for the method.
+    /// The least of the future input's directions in the projection on the past, over what chance alone
+    /// puts there in a record of this length: below about 3 the past predicts too little of the input
+    /// for the method.
     pub excitation: f64,
 }
 
@@ -79,7 +79,7 @@ pub fn identify_in(
     if order == 0 || order + p > future * p {
         return Err(Error::OrderAboveHorizon { order, horizon: future });
     }
-    // Columns of the triangle at the future lags; rows of the past lags are the projection on Z_p.
+    // Columns of R at the future lags; rows of the past lags are the projection on Z_p.
     let rows = past * windows.channels();
     let future_lags = past..past + future;
     let (u_all, y_all) =
@@ -88,7 +88,7 @@ pub fn identify_in(
     let (u, y) = (u_all.get(..rows, ..), y_all.get(..rows, ..));
     let excitation = excitation(u_all.as_ref(), rows, windows.count)?;
     // LQ of [U_f/Z_p; Y_f/Z_p], transposed.
-    let r = triangle(hcat(&[u, y]).as_ref());
+    let r = r_factor(hcat(&[u, y]).as_ref());
     let width = u.ncols();
     let from = width.min(r.nrows());
     let f = svd(r.get(from.., width..).transpose())?;
@@ -108,18 +108,22 @@ pub fn identify_in(
     })
 }
 
-/// Least singular value of U_f/Z_p over that of an input of which the past tells nothing: its
-/// projection on `rows` of N samples has a share rows/N of the power by chance.
+/// Least singular value of U_f/Z_p over that of an input that the past does not predict: its projection
+/// on `rows` of N samples has a share rows/N of the power by chance.
 fn excitation(u: MatRef<'_, f64>, rows: usize, count: usize) -> Result<f64, Error> {
-    let told = svd(u.get(..rows, ..))?;
-    let untold = svd(u.get(rows.., ..))?;
-    let least = if told.s.len() < u.ncols() { 0.0 } else { told.s.last().copied().unwrap_or(0.0) };
-    let noise = untold.s.first().copied().unwrap_or(0.0);
+    let predicted = svd(u.get(..rows, ..))?;
+    let unpredicted = svd(u.get(rows.., ..))?;
+    let least = if predicted.s.len() < u.ncols() {
+        0.0
+    } else {
+        predicted.s.last().copied().unwrap_or(0.0)
+    };
+    let noise = unpredicted.s.first().copied().unwrap_or(0.0);
     let chance = noise * (rows as f64 / (count.max(rows + 1) - rows) as f64).sqrt();
     Ok(if chance > 0.0 { least / chance } else { f64::INFINITY })
 }
 
-/// B and D of Γ^⊥ᵀ (Y − H(B, D) U) = 0 in the least-squares sense, rows of `u` and `y` standing for
+/// B and D of Γ^⊥ᵀ (Y − H(B, D) U) = 0 in the least-squares sense, rows of `u` and `y` representing
 /// samples.
 fn input_matrices(
     base: StateSpace,

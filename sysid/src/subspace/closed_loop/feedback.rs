@@ -12,15 +12,15 @@
 //! y(t) = Σ_{j=1..p} Ξ_j z(t−j) + D u(t) + Σ_{j=1..k} F_j u(t+j) + e(t)
 //! ```
 //!
-//! which is to say that past innovations do not correlate with what the past does not tell of u. The
-//! statistic is the likelihood ratio `−(ν − (ny − d + 1)/2) ln(det Σ₁/det Σ₀)` with Bartlett's
-//! correction (T. W. Anderson, *An Introduction to Multivariate Statistical Analysis*, 8.5), ν the
-//! degrees of freedom of the residuals and d the number of independent future inputs; it is χ² with
+//! that is, past innovations do not correlate with what the past does not predict of u. The statistic
+//! is the likelihood ratio `−(ν − (ny − d + 1)/2) ln(det Σ₁/det Σ₀)` with Bartlett's correction (T. W.
+//! Anderson, *An Introduction to Multivariate Statistical Analysis*, 8.5), ν the degrees of freedom of
+//! the residuals and d the number of independent future inputs; it is χ² with
 //! d·ny degrees of freedom where there is no feedback.
 //!
 //! Present u is among the regressors, so feedback without any delay shows only through the samples
-//! after it. White noise on the sensor of u looks like feedback: future inputs then help to tell the
-//! true input of the past.
+//! after it. White noise on the sensor of u looks like feedback: future inputs then help to determine
+//! the true input of the past.
 
 use crate::Error;
 use crate::data::DataSet;
@@ -39,7 +39,7 @@ const NEGLIGIBLE: f64 = 3e-3;
 pub struct Feedback {
     /// χ² statistic.
     pub statistic: f64,
-    /// Its degrees of freedom; 0 where the past tells the future input exactly.
+    /// Its degrees of freedom; 0 where the past predicts the future input exactly.
     pub degrees: usize,
     /// What it stays below in 99 of 100 records without feedback.
     pub bound: f64,
@@ -98,10 +98,10 @@ pub fn feedback_in(factor: &Factor, past: usize, ahead: usize) -> Result<Feedbac
     let y = windows.take(past..past + 1, Signals::Y);
     let size: Vec<f64> = (0..y.ncols()).map(|i| y.col(i).norm_l2()).collect();
     let error = rest(y)?;
-    // What the past does not tell of the future input, channels in units of their root mean square.
-    const LEAST_NEWS: f64 = 1e-6;
-    let news = svd(rest(windows.take(past + 1..past + 1 + ahead, Signals::U))?.as_ref())?;
-    let rank = news.s.iter().take_while(|s| **s > LEAST_NEWS).count();
+    // What the past does not predict of the future input, channels in units of their root mean square.
+    const LEAST_UNEXPLAINED: f64 = 1e-6;
+    let unexplained = svd(rest(windows.take(past + 1..past + 1 + ahead, Signals::U))?.as_ref())?;
+    let rank = unexplained.s.iter().take_while(|s| **s > LEAST_UNEXPLAINED).count();
     let outputs = error.ncols();
     let degrees = rank * outputs;
     let bound = chi_squared_quantile(degrees, Z99);
@@ -110,7 +110,7 @@ pub fn feedback_in(factor: &Factor, past: usize, ahead: usize) -> Result<Feedbac
     if degrees == 0 || !noisy {
         return Ok(none);
     }
-    let part = news.u.get(.., ..rank).transpose() * &error;
+    let part = unexplained.u.get(.., ..rank).transpose() * &error;
     let whole = error.transpose() * &error;
     let left = &whole - part.transpose() * &part;
     let free = windows.count as f64 - (known.ncols() + rank) as f64;

@@ -12,28 +12,28 @@
 //! ```
 //!
 //! and Ã stable, `y(t) = D u(t) + Σ_{j=1..p} C Ã^{j−1} B̃ z(t−j) + e(t)` but for Ãᵖ: a vector
-//! autoregression with exogenous input (VARX, [`Predictor`]) whose error is white and, with a delay
-//! in the loop, uncorrelated with all regressors, feedback or not. Both methods start from it and
-//! differ in how they get the state x = T·z_p, z_p being the p last samples:
+//! autoregression with exogenous input (VARX, [`Predictor`]) whose error is white and, with a delay in
+//! the loop, uncorrelated with all regressors, feedback or not. Both methods begin with it and differ
+//! in how they get the state x = T·z_p, z_p being the p last samples:
 //!
-//! * [`Method::Pbsid`], PBSID-opt: A. Chiuso, *The role of vector autoregressive modeling in
+//! * [`ClosedLoopMethod::Pbsid`], PBSID-opt: A. Chiuso, *The role of vector autoregressive modeling in
 //!   predictor-based subspace identification*, Automatica 43 (2007);
-//! * [`Method::Ssarx`]: M. Jansson, *Subspace identification and ARX modeling*, IFAC SYSID 2003.
+//! * [`ClosedLoopMethod::Ssarx`]: M. Jansson, *Subspace identification and ARX modeling*, IFAC SYSID 2003.
 //!
 //! Asymptotically they are the same where the weighting is (Chiuso 2007). Their bias is what Ãᵖ
 //! leaves out, so it goes with a growing past horizon p, which [`past_horizon`] picks; the variance
 //! grows with p.
 //!
-//! **Assumptions.** The feedback uses the *recorded* output, noise included, besides external
-//! signals independent of it. With feedthrough (D ≠ 0) the loop must have a delay of a sample
-//! somewhere, or u(t) is correlated with e(t) and D is biased; so D is off unless asked for.
+//! **Assumptions.** The feedback uses the *recorded* output, noise included, besides external signals
+//! independent of it. With feedthrough (D ≠ 0) the loop must have a delay of a sample somewhere, or
+//! u(t) is correlated with e(t) and D is biased; so D is off unless it is requested.
 //! Where the loop closes around the true signals and both recordings have white sensor noise,
 //! [`errors_in_variables`] holds and these two do not. [`feedback`] tests for feedback at all.
 //!
-//! Everything is computed from the triangle of the data in order of time
-//! ([`Factor`]): its columns stand for the signals at each lag, and a
-//! regression among them is the one among the data. The cost after the factor does not depend on
-//! the number of samples. Means are the caller's to remove, as for the factor.
+//! Everything is computed from the R factor of the data in order of time ([`Factor`]): its columns
+//! represent the signals at each lag, and a regression among them is the one among the data. The cost
+//! after the factor does not depend on the number of samples. Means are the caller's to remove, as for
+//! the factor.
 
 pub mod errors_in_variables;
 mod feedback;
@@ -55,14 +55,14 @@ use crate::subspace::closed_loop::windows::Windows;
 
 /// A method for closed-loop data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Method {
+pub enum ClosedLoopMethod {
     /// State-space modelling from a pre-estimated ARX model (Jansson 2003).
     Ssarx,
     /// Predictor-based subspace identification, optimised (Chiuso 2007).
     Pbsid,
 }
 
-impl Method {
+impl ClosedLoopMethod {
     /// Both.
     pub const ALL: [Self; 2] = [Self::Ssarx, Self::Pbsid];
 
@@ -85,7 +85,7 @@ impl Method {
 /// As [`factor`], [`decompose`] and [`Decomposition::model`].
 pub fn identify(
     data: &DataSet,
-    method: Method,
+    method: ClosedLoopMethod,
     past: usize,
     future: usize,
     order: usize,
@@ -113,7 +113,7 @@ pub fn factor(data: &DataSet, past: usize, future: usize) -> Result<Factor, Erro
 /// converge.
 pub fn decompose(
     factor: &Factor,
-    method: Method,
+    method: ClosedLoopMethod,
     past: usize,
     future: usize,
     feedthrough: bool,
@@ -123,8 +123,8 @@ pub fn decompose(
     windows.holds(past + future + 1)?;
     let predictor = Predictor::in_units(&windows, past, feedthrough)?;
     let (map, singular_values) = match method {
-        Method::Pbsid => pbsid::states(&windows, &predictor, future)?,
-        Method::Ssarx => ssarx::states(&windows, &predictor, future)?,
+        ClosedLoopMethod::Pbsid => pbsid::states(&windows, &predictor, future)?,
+        ClosedLoopMethod::Ssarx => ssarx::states(&windows, &predictor, future)?,
     };
     Decomposition::new(&windows, past, map.as_ref(), singular_values, feedthrough)
 }

@@ -1,7 +1,7 @@
 //! The VARX model: one-step prediction from the p last samples, by least squares.
 
 use crate::Error;
-use crate::linalg::dense::{hcat, least_squares, triangle};
+use crate::linalg::dense::{hcat, least_squares, r_factor};
 use crate::subspace::Factor;
 use crate::subspace::closed_loop::windows::{Signals, Windows};
 use faer::{Mat, MatRef};
@@ -14,7 +14,7 @@ pub(crate) const RANK_TOLERANCE: f64 = 1e-12;
 pub struct Predictor {
     /// Ξ_1 … Ξ_p, each ny by nu+ny.
     pub markov: Vec<Mat<f64>>,
-    /// D, ny by nu; zero where no feedthrough was asked for.
+    /// D, ny by nu; zero where no feedthrough was requested.
     pub feedthrough: Mat<f64>,
     /// Covariance of the one-step error, ny by ny.
     pub innovation: Mat<f64>,
@@ -80,14 +80,14 @@ impl Predictor {
 pub enum Criterion {
     /// Akaike: 2 for each parameter. The order grows with the data, so the bias goes.
     Aic,
-    /// Schwarz: ln N for each parameter.
+    /// BIC: ln N for each parameter.
     Bic,
 }
 
 /// The past horizon for a factor: the order of the VARX model that minimises
 /// `N ln det Σ_p + c·p·ny·(nu + ny)`, c = 2 or ln N, among 1 to `most`, all on the same samples.
 ///
-/// One triangle gives all orders: with the regressors from the latest to the earliest sample, the
+/// All orders follow from one R factor: with the regressors from the latest to the earliest sample, the
 /// residual of order p is what the rows after the first p blocks hold.
 ///
 /// Akaike's order p balances bias and variance of the prediction; where the bias is to vanish in the
@@ -132,7 +132,7 @@ pub(crate) fn order_in(
     let start = parts.iter().map(|x| x.ncols()).sum::<usize>();
     parts.extend(blocks.iter().map(|x| x.as_ref()));
     parts.push(y.as_ref());
-    let r = triangle(hcat(&parts).as_ref());
+    let r = r_factor(hcat(&parts).as_ref());
     let of_y = r.get(.., start + most * width..);
     let n = windows.count as f64;
     let penalty = match criterion {

@@ -1,10 +1,10 @@
 //! From states to A, B, C, D, K by least squares, for any order.
 //!
-//! With x = T z_p at two consecutive samples, `y = C x + D u + e` gives C, D and the innovations, and
-//! `x⁺ = A x + B u + K e` the rest. The states of order n are the n first rows of T.
+//! With x = T z_p at two consecutive samples, C, D and the innovations follow from `y = C x + D u + e`,
+//! and the rest from `x⁺ = A x + B u + K e`. The states of order n are the n first rows of T.
 
 use crate::Error;
-use crate::linalg::dense::{hcat, is_finite, least_squares, spectral_radius, triangle};
+use crate::linalg::dense::{hcat, is_finite, least_squares, r_factor, spectral_radius};
 use crate::model::riccati::kalman_filter;
 use crate::model::stability::stable_fit;
 use crate::model::{Innovation, StateSpace};
@@ -45,9 +45,9 @@ impl Decomposition {
         let next = windows.take(1..past + 1, Signals::Z) * map.transpose();
         let u = windows.take(past..past + 1, Signals::U);
         let y = windows.take(past..past + 1, Signals::Y);
-        // A triangle of these holds all that the regressions need.
+        // An R factor of these holds all that the regressions need.
         let (m, p) = (windows.inputs, windows.outputs);
-        let r = triangle(hcat(&[now.as_ref(), u.as_ref(), y.as_ref(), next.as_ref()]).as_ref());
+        let r = r_factor(hcat(&[now.as_ref(), u.as_ref(), y.as_ref(), next.as_ref()]).as_ref());
         let part = |from: usize, count: usize| r.get(.., from..from + count).to_owned();
         Ok(Self {
             singular_values,
@@ -61,7 +61,7 @@ impl Decomposition {
         })
     }
 
-    /// The largest order that can be asked for.
+    /// The largest order that can be requested.
     #[must_use]
     pub fn largest_order(&self) -> usize {
         self.singular_values.len()
@@ -104,7 +104,7 @@ impl Decomposition {
     }
 }
 
-/// One order's regressions, rows standing for samples.
+/// One order's regressions, rows representing samples.
 struct Regression<'a> {
     now: MatRef<'a, f64>,
     next: MatRef<'a, f64>,
@@ -235,7 +235,7 @@ mod tests {
     }
 
     /// A gain that makes A − K C unstable is replaced by that of the same spectrum which does not: with
-    /// H(z) = (z − (a − k))/(z − a), the zero a − k gives way to its mirror image 1/(a − k).
+    /// H(z) = (z − (a − k))/(z − a), the zero a − k is replaced by its mirror image 1/(a − k).
     #[test]
     fn a_predictor_that_forgets_nothing_gets_its_stable_twin() {
         for (k, expected) in [(0.7, 0.7), (2.5, 0.5 + 1.0 / 2.0), (-1.5, 0.5 - 1.0 / 2.0)] {

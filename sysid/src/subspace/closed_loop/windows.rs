@@ -1,4 +1,4 @@
-//! The triangle of the data in order of time, read as data.
+//! The R factor of the data in order of time, read as data.
 //!
 //! With W the matrix of all windows of L samples, a row for each window and columns u(0), y(0),
 //! u(1), …, y(L−1), and W = Q R, inner products of columns of W are those of R: least squares and
@@ -13,7 +13,7 @@ use std::ops::Range;
 /// Signals at each lag, every channel in units of its root mean square so that no result depends
 /// on units.
 pub(crate) struct Windows {
-    /// Rows stand for samples, columns for channels at lags.
+    /// Rows represent samples, columns channels at lags.
     r: Mat<f64>,
     pub(crate) lags: usize,
     pub(crate) inputs: usize,
@@ -40,7 +40,7 @@ impl Windows {
         let width = m + p;
         let lags = by_time.ncols() / width;
         if !is_finite(by_time.as_ref()) {
-            return Err(Error::Numerical { what: "triangle of the data" });
+            return Err(Error::Numerical { what: "R factor of the data" });
         }
         if m == 0 {
             return Err(Error::NoModel { problem: "there is no input".into() });

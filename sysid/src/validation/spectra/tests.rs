@@ -54,10 +54,10 @@ fn noise(state: &mut u64) -> f64 {
     (0..12).map(|_| uniform()).sum::<f64>() - 6.0
 }
 
-/// Bounds hold as often as they say, over many seeds and frequencies: the response of
-/// y(t) = u(t) + u(t−1) + e(t), its coherence, and that of unrelated signals.
+/// Bounds hold as often as stated, over many seeds and frequencies: the response of y(t) = u(t) +
+/// u(t−1) + e(t), its coherence, and that of unrelated signals.
 #[test]
-fn bands_hold_as_often_as_they_say() {
+fn bands_hold_as_often_as_stated() {
     let mut state = 1;
     let [mut all, mut inside, mut covered, mut alarms] = [0.0; 4];
     for _ in 0..60 {
@@ -86,7 +86,7 @@ fn bands_hold_as_often_as_they_say() {
     assert!((0.005..0.016).contains(&alarms), "{alarms}");
 }
 
-/// The gain's scatter over seeds is its standard error, with several stretches as with one.
+/// The gain's scatter over seeds is its standard error, with several segments as with one.
 #[test]
 fn standard_errors_are_the_scatter() {
     for parts in [1, 5] {
@@ -96,8 +96,8 @@ fn standard_errors_are_the_scatter() {
             let u: Vec<f64> = (0..3000).map(|_| noise(&mut state)).collect();
             let y: Vec<f64> = u.iter().map(|u| u + 0.5 * noise(&mut state)).collect();
             let length = u.len() / parts;
-            let stretches: Vec<_> = u.chunks(length).zip(y.chunks(length)).collect();
-            let s = Spectra::welch(&stretches, 0.04);
+            let segments: Vec<_> = u.chunks(length).zip(y.chunks(length)).collect();
+            let s = Spectra::welch(&segments, 0.04);
             for k in 2..100 {
                 let (re, im) = s.response(k);
                 squares += (re.hypot(im) - 1.0).powi(2);
@@ -106,14 +106,14 @@ fn standard_errors_are_the_scatter() {
             }
         }
         let ratio = (squares / predicted).sqrt();
-        println!("{parts} stretches: scatter {:.4}, ratio {ratio:.3}", f64::sqrt(squares / count));
+        println!("{parts} segments: scatter {:.4}, ratio {ratio:.3}", f64::sqrt(squares / count));
         assert!((0.92..1.08).contains(&ratio), "{ratio}");
     }
 }
 
 /// In pieces of any length, merged and through numbers, as in one.
 #[test]
-fn pieces_give_what_the_whole_gives() {
+fn pieces_return_what_the_whole_returns() {
     let mut state = 9;
     let u: Vec<f64> = (0..3000).map(|_| noise(&mut state)).collect();
     let y: Vec<f64> = (0..3000).map(|_| noise(&mut state)).collect();
@@ -123,7 +123,7 @@ fn pieces_give_what_the_whole_gives() {
         for (u, y) in u[range.clone()].chunks(37).zip(y[range].chunks(37)) {
             part.push(u, y);
         }
-        part.end_stretch();
+        part.end_segment();
     }
     let [mut first, second] = parts;
     first.merge(&Sums::from_numbers(&second.to_numbers()).unwrap_or_else(|| Sums::new(2)));
@@ -140,7 +140,7 @@ fn pieces_give_what_the_whole_gives() {
 }
 
 #[test]
-fn no_window_straddles_two_stretches() {
+fn no_window_straddles_two_segments() {
     let mut state = 3;
     let u: Vec<f64> = (0..1200).map(|_| noise(&mut state)).collect();
     let y: Vec<f64> = u.iter().map(|u| 2.0 * u).collect();
@@ -154,7 +154,7 @@ fn no_window_straddles_two_stretches() {
 }
 
 #[test]
-fn little_or_no_data_gives_no_nonsense() {
+fn little_or_no_data_lead_to_no_nonsense() {
     for n in [0, 1, 2, 3, 10, 40] {
         let u: Vec<f64> = (0..n).map(|k| f64::from(k % 3)).collect();
         let s = Spectra::welch(&[(&u, &vec![1.0; u.len()])], 0.04);

@@ -1,17 +1,19 @@
-//! Drives absorbed into states, merged and identified from: the same model however they came together,
-//! the model that the log itself gives, and a clear word about what does not belong together.
+//! Drives accumulated into states, merged and identified from: the same model however they came
+//! together, the model of the log itself, and a clear error for what does not belong together.
 
 mod refused;
 
 use crate::known::bias::Errors;
-use crate::known::{AbsorbedSignals, Drive, Experiment, Random, driver, halves, response_distance};
+use crate::known::{
+    AccumulatedSignals, Drive, Experiment, Random, driver, halves, response_distance,
+};
 use drivelog::{LogFile, LogOptions, read_log};
-use formats::{AbsorbedDrives, Document, InputKind, Plant};
+use formats::{AccumulatedDrives, Document, InputKind, Plant};
 use std::f64::consts::TAU;
 use std::io::{Cursor, Read};
 use sysid::model::initial_state;
 use sysid::{
-    AbsorbOptions, Absorbed, Approach, DataSet, Error, IdentifyOptions, Method, StateSpace,
+    AccumulateOptions, Accumulated, DataSet, Error, IdentifyOptions, Method, StateSpace, Weighting,
     automatic, fit_percent, identify, simulate,
 };
 
@@ -19,18 +21,18 @@ fn csv(seed: u64, rows: usize) -> String {
     Drive { sample_time: 0.01, delay: 0.0, servo: 0.0, noise: 0.002, seed }.record(rows).csv()
 }
 
-fn absorbed_with(text: &str, options: &AbsorbOptions) -> Result<Absorbed, Error> {
-    Absorbed::of_log(LogFile::of_bytes("drive.csv", text.as_bytes()), options)
+fn accumulated_with(text: &str, options: &AccumulateOptions) -> Result<Accumulated, Error> {
+    Accumulated::of_log(LogFile::of_bytes("drive.csv", text.as_bytes()), options)
 }
 
-fn absorbed(text: &str) -> Absorbed {
-    absorbed_with(text, &AbsorbOptions::default()).unwrap()
+fn accumulated(text: &str) -> Accumulated {
+    accumulated_with(text, &AccumulateOptions::default()).unwrap()
 }
 
 /// As another machine reads it.
-fn sent(state: &Absorbed) -> Absorbed {
-    let file = AbsorbedDrives::from_json(&state.to_file().to_json(), "a.factor").unwrap();
-    Absorbed::from_file(&file, "a.factor").unwrap()
+fn sent(state: &Accumulated) -> Accumulated {
+    let file = AccumulatedDrives::from_json(&state.to_file().to_json(), "a.rfactor").unwrap();
+    Accumulated::from_file(&file, "a.rfactor").unwrap()
 }
 
 fn model(plant: &Plant) -> StateSpace {
@@ -40,7 +42,7 @@ fn model(plant: &Plant) -> StateSpace {
     StateSpace { a: dense(&d.a), b: dense(&d.b), c: dense(&d.c), d: dense(&d.d) }
 }
 
-fn merged(states: &[&Absorbed]) -> Absorbed {
+fn merged(states: &[&Accumulated]) -> Accumulated {
     let mut all = states[0].clone();
     for state in &states[1..] {
         all.merge((*state).clone()).unwrap();
@@ -50,7 +52,7 @@ fn merged(states: &[&Absorbed]) -> Absorbed {
 
 #[test]
 fn merging_is_one_pass_in_any_order_and_through_files() {
-    let [a, b, c] = [1, 2, 3].map(|seed| absorbed(&csv(seed, 24_000)));
+    let [a, b, c] = [1, 2, 3].map(|seed| accumulated(&csv(seed, 24_000)));
     let order = IdentifyOptions { order: Some(2), ..IdentifyOptions::default() };
     let one = merged(&[&a, &b, &c]).identify(&order).unwrap();
     let samples = one.evidence.estimation_samples + one.evidence.validation_samples;
@@ -89,11 +91,11 @@ impl Read for Trickle {
 #[test]
 fn a_log_is_the_same_however_its_bytes_come() {
     let text = csv(4, 9_000);
-    let whole = absorbed(&text).to_file();
+    let whole = accumulated(&text).to_file();
     for bytes in [1, 7, 1000] {
         let reader = Box::new(Trickle(Cursor::new(text.clone().into_bytes()), bytes));
         let file = LogFile { name: "drive.csv".into(), reader };
-        let state = Absorbed::of_log(file, &AbsorbOptions::default()).unwrap();
+        let state = Accumulated::of_log(file, &AccumulateOptions::default()).unwrap();
         assert_eq!(state.to_file(), whole, "{bytes}");
     }
 }
@@ -102,9 +104,9 @@ fn a_log_is_the_same_however_its_bytes_come() {
 #[test]
 fn merging_is_the_same_in_every_order_and_grouping() {
     let mut random = Random(31);
-    let options = AbsorbOptions { horizon: 10, ..AbsorbOptions::default() };
-    let parts: Vec<Absorbed> =
-        (1..=6).map(|seed| absorbed_with(&csv(seed, 3_000), &options).unwrap()).collect();
+    let options = AccumulateOptions { horizon: 10, ..AccumulateOptions::default() };
+    let parts: Vec<Accumulated> =
+        (1..=6).map(|seed| accumulated_with(&csv(seed, 3_000), &options).unwrap()).collect();
     let order = IdentifyOptions { order: Some(2), ..IdentifyOptions::default() };
     let one = merged(&parts.iter().collect::<Vec<_>>()).identify(&order).unwrap();
     for _ in 0..8 {
@@ -135,17 +137,17 @@ fn feedback_is_found_and_does_not_bias_the_model() {
         (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt()
     };
     let data = drive.record(40_000, 3).unwrap();
-    let absorbed = AbsorbedSignals::new(&data, 30).unwrap();
-    let found = absorbed.identify(&IdentifyOptions::default()).unwrap();
+    let accumulated = AccumulatedSignals::new(&data, 30).unwrap();
+    let found = accumulated.identify(&IdentifyOptions::default()).unwrap();
     assert!(found.feedback);
     assert!(matches!(found.method.as_str(), "ssarx" | "pbsid"), "{}", found.method);
-    let open = Approach::OpenLoop(Method::N4sid);
+    let open = Method::OpenLoop(Weighting::N4sid);
     let forced = IdentifyOptions {
         method: Some(open),
         order: Some(truth.order()),
         ..IdentifyOptions::default()
     };
-    let forced = absorbed.identify(&forced).unwrap();
+    let forced = accumulated.identify(&forced).unwrap();
     let first = &data.segments()[0];
     let part = |range: std::ops::Range<usize>| {
         let (u, y) = (first.u.columns(range.clone()), first.y.columns(range));
@@ -159,18 +161,18 @@ fn feedback_is_found_and_does_not_bias_the_model() {
     assert!(biased > 3.0 * of_factor, "{biased} {of_factor}");
     // No feedback where there is none.
     let open = driver::Drive { gain: 0.0, ..drive }.record(20_000, 3).unwrap();
-    let open = AbsorbedSignals::new(&open, 30).unwrap();
+    let open = AccumulatedSignals::new(&open, 30).unwrap();
     assert!(!open.identify(&IdentifyOptions::default()).unwrap().feedback);
 }
 
-/// The fit that the held-out windows tell is that of simulating the held-out blocks themselves.
+/// The fit on the validation windows is that of simulating the validation blocks themselves.
 #[test]
-fn the_held_out_fit_is_that_of_the_held_out_samples() {
+fn the_fit_on_validation_windows_is_that_of_the_validation_samples() {
     const BLOCK: usize = 500;
     for (noise, seed) in [(0.05, 6)] {
         let drive = Drive { sample_time: 0.01, delay: 0.0, servo: 0.0, noise, seed };
         let text = drive.record(100_000).csv();
-        let plant = absorbed(&text).identify(&IdentifyOptions::default()).unwrap();
+        let plant = accumulated(&text).identify(&IdentifyOptions::default()).unwrap();
         let log = read_log(&[("a.csv".into(), text.into())], &LogOptions::default()).unwrap();
         let model = model(&plant);
         let point = &plant.operating_point;
@@ -191,9 +193,9 @@ fn the_held_out_fit_is_that_of_the_held_out_samples() {
         }
         assert_eq!(samples, plant.evidence.validation_samples);
         let fit = fit_percent(&measured, &simulated);
-        let told = plant.evidence.fit.validation;
-        // The windows' states are told by half a window, those of the blocks by all of them.
-        assert!((-1.0..0.3).contains(&(told - fit)), "{noise}: {told} {fit}");
+        let stated = plant.evidence.fit.validation;
+        // The windows' states follow from half a window, those of the blocks from all of them.
+        assert!((-1.0..0.3).contains(&(stated - fit)), "{noise}: {stated} {fit}");
     }
 }
 
@@ -204,11 +206,11 @@ fn the_order_is_that_of_the_samples_in_memory() {
     for order in [2, 3] {
         let e = Experiment::random(&mut random, order, false, 5000, 20.0);
         let data = DataSet::single(0.05, e.u.clone(), e.noisy.clone()).unwrap();
-        let [estimation, held_out] = halves(&data).unwrap();
+        let [estimation, validation] = halves(&data).unwrap();
         let options = IdentifyOptions::default();
-        let memory = automatic(&estimation, &held_out, &options).unwrap().model;
-        let absorbed = AbsorbedSignals::new(&estimation, 30).unwrap();
-        let found = absorbed.identify(&options).unwrap().model;
+        let memory = automatic(&estimation, &validation, &options).unwrap().model;
+        let accumulated = AccumulatedSignals::new(&estimation, 30).unwrap();
+        let found = accumulated.identify(&options).unwrap().model;
         assert_eq!(found.order(), memory.order(), "{order}");
         let loss = e.clean_fit(&memory) - e.clean_fit(&found);
         assert!(loss < 0.5, "{order}: {loss}");
@@ -226,7 +228,7 @@ fn the_model_is_that_of_the_log_and_offsets_cost_nothing() {
     };
     let log = read_log(&[("a.csv".into(), text.clone().into())], &LogOptions::default()).unwrap();
     let whole = identify(&log, &options).unwrap().plant;
-    let plant = absorbed(&text).identify(&IdentifyOptions::default()).unwrap();
+    let plant = accumulated(&text).identify(&IdentifyOptions::default()).unwrap();
     // Where the drive excites.
     for hz in [0.1, 0.3, 0.6, 1.0, 1.5, 2.0] {
         let at = |p: &Plant| model(p).frequency_response(0, 0, TAU * hz * p.discrete.sample_time_s);
@@ -234,8 +236,8 @@ fn the_model_is_that_of_the_log_and_offsets_cost_nothing() {
         let apart = (a.0 - b.0).hypot(a.1 - b.1) / b.0.hypot(b.1);
         assert!(apart < 0.02, "{hz} Hz: {apart}");
     }
-    // A second-order yaw response seen through a filter has no order of its own: which one is asked for
-    // depends on the samples. Neither order may be one of fit.
+    // A second-order yaw response seen through a filter has no order of its own: which one the data
+    // require depends on the samples. Neither order may be one of fit.
     let apart = plant.evidence.fit.validation - whole.evidence.fit.validation;
     assert!(plant.order().abs_diff(whole.order()) <= 1 && apart.abs() < 0.2, "{apart}");
     assert!(model(&plant).spectral_radius() < 1.0);
@@ -246,7 +248,7 @@ fn the_model_is_that_of_the_log_and_offsets_cost_nothing() {
     // Not tested is not passed.
     assert!(plant.evidence.independence.lags == 0 && !plant.evidence.independence.pass);
     assert!(plant.evidence.warnings.iter().any(|w| w.contains("no estimate of the delay")));
-    // A crooked wheel and a gyro's bias, far beyond what any has: the model stays.
+    // A steering offset and a gyro's bias, far beyond what any has: the model stays.
     let mut lines = text.lines();
     let mut moved = format!("{}\n", lines.next().unwrap());
     for line in lines {
@@ -256,7 +258,7 @@ fn the_model_is_that_of_the_log_and_offsets_cost_nothing() {
         }
         moved += &(cells.join(",") + "\n");
     }
-    let other = absorbed(&moved).identify(&IdentifyOptions::default()).unwrap();
+    let other = accumulated(&moved).identify(&IdentifyOptions::default()).unwrap();
     let distance = response_distance(&model(&plant), &model(&other));
     assert!(distance < 1e-6, "{distance:e}");
 }

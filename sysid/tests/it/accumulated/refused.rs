@@ -5,17 +5,17 @@ use super::*;
 #[test]
 fn states_that_differ_are_refused_with_what_differs() {
     let text = csv(1, 6_000);
-    let one = absorbed(&text);
+    let one = accumulated(&text);
     let other = csv(2, 6_000);
-    let with = |change: &dyn Fn(&mut AbsorbOptions)| {
-        let mut options = AbsorbOptions::default();
+    let with = |change: &dyn Fn(&mut AccumulateOptions)| {
+        let mut options = AccumulateOptions::default();
         change(&mut options);
-        absorbed_with(&other, &options).unwrap()
+        accumulated_with(&other, &options).unwrap()
     };
-    let refused = |other: Absorbed, word: &str| {
+    let refused = |other: Accumulated, word: &str| {
         let error = one.clone().merge(other).unwrap_err();
-        let said = format!("{error} | {}", error.hint());
-        assert!(matches!(error, Error::Differ { .. }) && said.contains(word), "{said}");
+        let message = format!("{error} | {}", error.hint());
+        assert!(matches!(error, Error::Differ { .. }) && message.contains(word), "{message}");
     };
     refused(with(&|o| o.horizon = 20), "horizons of 30 and 20");
     refused(with(&|o| o.log.sample_time_s = Some(0.05)), "sample times of 0.02 s and 0.05 s");
@@ -25,32 +25,32 @@ fn states_that_differ_are_refused_with_what_differs() {
     refused(with(&|o| o.log.speed_window = Some((10.0, 20.0))), "speed_window_mps");
     let mut file = with(&|_| ()).to_file();
     file.provenance.version = "0.0.7".into();
-    refused(Absorbed::from_file(&file.sealed(), "b.factor").unwrap(), "0.0.7");
-    let repeated = one.clone().merge(absorbed(&text)).unwrap_err();
+    refused(Accumulated::from_file(&file.sealed(), "b.rfactor").unwrap(), "0.0.7");
+    let repeated = one.clone().merge(accumulated(&text)).unwrap_err();
     assert!(matches!(repeated, Error::Log(drivelog::Error::RepeatedDrive { .. })), "{repeated}");
 }
 
 #[test]
 fn a_file_that_was_cut_or_changed_is_refused() {
-    let file = absorbed(&csv(1, 6_000)).to_file();
+    let file = accumulated(&csv(1, 6_000)).to_file();
     let text = file.to_json();
-    assert!(AbsorbedDrives::from_json(&text[..text.len() / 2], "a.factor").is_err());
+    assert!(AccumulatedDrives::from_json(&text[..text.len() / 2], "a.rfactor").is_err());
     let state = text.find("\"estimation\": \"").unwrap() + 1000;
     for at in [text.find("\"horizon\"").unwrap() + 11, state] {
         let mut bytes = text.clone().into_bytes();
         bytes[at] = if bytes[at] == b'1' { b'2' } else { b'1' };
-        let error = AbsorbedDrives::from_json(std::str::from_utf8(&bytes).unwrap(), "a.factor");
+        let error = AccumulatedDrives::from_json(std::str::from_utf8(&bytes).unwrap(), "a.rfactor");
         assert!(error.is_err(), "{at}");
     }
     // A checksum is no proof: what passes it is checked too.
-    let sealed = |change: &dyn Fn(&mut AbsorbedDrives)| {
+    let sealed = |change: &dyn Fn(&mut AccumulatedDrives)| {
         let mut file = file.clone();
         change(&mut file);
-        Absorbed::from_file(&file.sealed(), "a.factor")
+        Accumulated::from_file(&file.sealed(), "a.rfactor")
     };
     assert!(sealed(&|_| ()).is_ok());
     for change in [
-        &(|f: &mut AbsorbedDrives| f.horizon = 29) as &dyn Fn(&mut AbsorbedDrives),
+        &(|f: &mut AccumulatedDrives| f.horizon = 29) as &dyn Fn(&mut AccumulatedDrives),
         &|f| f.sample_time_s = 0.05,
         &|f| f.estimation_samples += 1,
         &|f| f.estimation.truncate(200),
@@ -70,15 +70,15 @@ fn a_file_that_was_cut_or_changed_is_refused() {
 
 /// What has a right checksum need not have come from any drive.
 #[test]
-fn numbers_that_no_drive_gives_are_no_crash() {
-    let file = absorbed(&csv(1, 24_000)).to_file();
+fn numbers_that_no_drive_has_are_no_crash() {
+    let file = accumulated(&csv(1, 24_000)).to_file();
     // The number at a place of the state, in hexadecimal; seven of them come before the constants.
     let with = |place: usize, count: usize, value: f64| {
         let mut file = file.clone();
         let digits: String = value.to_le_bytes().iter().map(|b| format!("{b:02x}")).collect();
         let at = 16 + 16 * place;
         file.estimation.replace_range(at..at + 16 * count, &digits.repeat(count));
-        Absorbed::from_file(&file.sealed(), "a.factor")
+        Accumulated::from_file(&file.sealed(), "a.rfactor")
     };
     assert!(with(9, 0, 0.0).is_ok());
     for value in [f64::NAN, f64::INFINITY, 1e300] {
@@ -99,22 +99,24 @@ fn numbers_that_no_drive_gives_are_no_crash() {
         }
     }
     // A drive without a sample, and one that never moves.
-    let error =
-        absorbed_with("time_s,roadwheel_angle_rad,yaw_rate_radps\n", &AbsorbOptions::default());
+    let error = accumulated_with(
+        "time_s,roadwheel_angle_rad,yaw_rate_radps\n",
+        &AccumulateOptions::default(),
+    );
     assert!(matches!(error, Err(Error::Log(drivelog::Error::TooFewRows { .. }))), "{error:?}");
     let still: String = (0..3000).map(|k| format!("{:.2},0,0\n", 0.01 * f64::from(k))).collect();
     let still = format!("time_s,roadwheel_angle_rad,yaw_rate_radps\n{still}");
-    let error = absorbed_with(&still, &AbsorbOptions::default());
+    let error = accumulated_with(&still, &AccumulateOptions::default());
     assert!(matches!(error, Err(Error::Log(drivelog::Error::Constant { .. }))), "{error:?}");
 }
 
 #[test]
-fn a_fault_is_told_with_its_place() {
-    let text = absorbed(&csv(1, 6_000)).to_file().to_json();
-    let said = |from: &str, to: &str| {
+fn a_fault_is_reported_with_its_place() {
+    let text = accumulated(&csv(1, 6_000)).to_file().to_json();
+    let message = |from: &str, to: &str| {
         assert!(text.contains(from), "{from}");
         let changed = text.replacen(from, to, 1);
-        AbsorbedDrives::from_json(&changed, "a.factor").unwrap_err().to_string()
+        AccumulatedDrives::from_json(&changed, "a.rfactor").unwrap_err().to_string()
     };
     for (from, to, place) in [
         ("\"horizon\": 30", "\"horizon\": 1e18", "horizon"),
@@ -126,26 +128,26 @@ fn a_fault_is_told_with_its_place() {
         ("\"mean_mps\"", "\"mean\"", "speed"),
         ("\"rate_hz\": 100.0", "\"rate_hz\": null", "channels[0].rate_hz"),
     ] {
-        let problem = said(from, to);
-        assert!(problem.contains("a.factor") && problem.contains(place), "{problem}");
+        let problem = message(from, to);
+        assert!(problem.contains("a.rfactor") && problem.contains(place), "{problem}");
     }
 }
 
 #[test]
-fn logs_that_cannot_be_absorbed_say_why() {
-    let said = |text: &str, options: &AbsorbOptions| {
-        let error = absorbed_with(text, options).unwrap_err();
+fn logs_that_cannot_be_accumulated_are_errors_with_the_reason() {
+    let message = |text: &str, options: &AccumulateOptions| {
+        let error = accumulated_with(text, options).unwrap_err();
         format!("{error} | {}", error.hint())
     };
-    let default = AbsorbOptions::default();
+    let default = AccumulateOptions::default();
     let good = csv(1, 3_000);
     let half = good.replace("yaw_rate_radps", "something_radps");
-    assert!(said(&half, &default).contains("no yaw rate, and each file is read as a drive"));
+    assert!(message(&half, &default).contains("no yaw rate, and each file is read as a drive"));
     let window = LogOptions { windows: vec![(1.0, 2.0)], ..LogOptions::default() };
-    let window = AbsorbOptions { log: window, ..AbsorbOptions::default() };
-    assert!(said(&good, &window).contains("--window"));
-    let long = AbsorbOptions { horizon: 500, ..AbsorbOptions::default() };
-    assert!(said(&good, &long).contains("2 to 200"));
+    let window = AccumulateOptions { log: window, ..AccumulateOptions::default() };
+    assert!(message(&good, &window).contains("window: "));
+    let long = AccumulateOptions { horizon: 500, ..AccumulateOptions::default() };
+    assert!(message(&good, &long).contains("2 to 200"));
     // A clock that changes its rate.
     let mut rows = String::from("time_s,roadwheel_angle_rad,yaw_rate_radps\n");
     let mut t = 0.0;
@@ -154,22 +156,22 @@ fn logs_that_cannot_be_absorbed_say_why() {
         let x = (0.001 * f64::from(k)).sin();
         rows += &format!("{t:.3},{:.6},{:.6}\n", 0.01 * x, 0.1 * x);
     }
-    assert!(said(&rows, &default).contains("period changes from 0.01 s to 0.02 s"));
+    assert!(message(&rows, &default).contains("period changes from 0.01 s to 0.02 s"));
     assert!(
-        said(&good.lines().take(2).collect::<Vec<_>>().join("\n"), &default).contains("1 value")
+        message(&good.lines().take(2).collect::<Vec<_>>().join("\n"), &default).contains("1 value")
     );
     // Long enough to read, too short to identify from.
-    let short = absorbed(&csv(1, 350));
+    let short = accumulated(&csv(1, 350));
     let error = short.identify(&IdentifyOptions::default()).unwrap_err();
     assert!(matches!(error, Error::TooFewSamples { .. }), "{error}");
     // Options that windows cannot serve.
-    let state = absorbed(&good);
+    let state = accumulated(&good);
     let with = |change: &dyn Fn(&mut IdentifyOptions)| {
         let mut options = IdentifyOptions::default();
         change(&mut options);
         state.identify(&options).unwrap_err().to_string()
     };
-    assert!(with(&|o| o.delay_s = Some(0.1)).contains("--delay"));
+    assert!(with(&|o| o.delay_s = Some(0.1)).contains("delay: 0.1 s"));
     assert!(with(&|o| o.horizon = Some(40)).contains("30 at most"));
-    assert!(with(&|o| o.detrend = sysid::Detrend::Linear).contains("--detrend"));
+    assert!(with(&|o| o.detrend = sysid::Detrend::Linear).contains("detrend: linear"));
 }

@@ -1,12 +1,12 @@
-//! The vehicles that may stand in place of the identified one.
+//! The ensemble of vehicles around the identified one.
 
 use super::{DRIVE, Drive, car, drive, estimated, evidence, known};
 use formats::VehicleData;
 use sysid::bicycle::{BicycleOptions, identify_bicycle};
 
-/// The vehicles that may be drawn differ by what the standard errors of the combinations say.
+/// The vehicles that may be drawn differ by the standard errors of the combinations.
 #[test]
-fn the_ensemble_varies_as_the_standard_errors_say() {
+fn the_ensemble_varies_by_the_standard_errors() {
     let steady = |v: &VehicleData| {
         let (a, b) = (v.distance_front_m, v.distance_rear_m);
         let (f, r) = (v.cornering_stiffness_front_npr, v.cornering_stiffness_rear_npr);

@@ -1,4 +1,4 @@
-//! What no drive can tell, and drives that are none: said, or refused.
+//! What no drive determines, and drives that are none: reported, or rejected.
 
 use super::{DRIVE, Drive, car, drive, evidence, recording};
 use crate::known::Random;
@@ -7,7 +7,7 @@ use sysid::Error;
 use sysid::bicycle::{BicycleOptions, identify_bicycle};
 
 #[test]
-fn a_constant_speed_is_said_to_schedule_nothing() {
+fn a_constant_speed_is_reported_to_schedule_nothing() {
     let log = drive(car(), Drive { noise: 0.001, slowest: 15.0, fastest: 15.0, ..DRIVE });
     let found = identify_bicycle(&log, &BicycleOptions::default()).unwrap();
     let e = evidence(&found);
@@ -18,7 +18,7 @@ fn a_constant_speed_is_said_to_schedule_nothing() {
 }
 
 #[test]
-fn hopeless_drives_are_errors_or_said_to_be() {
+fn hopeless_drives_are_errors_or_reported() {
     let good = drive(car(), Drive { noise: 0.003, seconds: 40.0, ..DRIVE });
     let n = good.len();
     let options = BicycleOptions::default();
@@ -27,7 +27,7 @@ fn hopeless_drives_are_errors_or_said_to_be() {
     let no_speed = DriveLog { speed: None, ..good.clone() };
     let error = identify(&no_speed).unwrap_err();
     assert_eq!(error, Error::SpeedNeeded);
-    assert!(error.hint().contains("--speed"), "{}", error.hint());
+    assert!(error.hint().contains("channel of the speed"), "{}", error.hint());
 
     let mut broken = good.clone();
     broken.speed.as_mut().unwrap()[7] = f64::NAN;
@@ -56,7 +56,7 @@ fn hopeless_drives_are_errors_or_said_to_be() {
     let mut random = Random(3);
     let noise: Vec<f64> = (0..n).map(|_| random.normal()).collect();
     for (what, log) in [
-        ("standing", DriveLog { speed: Some(vec![0.0; n]), ..good.clone() }),
+        ("at rest", DriveLog { speed: Some(vec![0.0; n]), ..good.clone() }),
         ("noise", DriveLog { output: noise.clone(), ..good.clone() }),
         (
             "opposite sign",

@@ -2,9 +2,9 @@
 //! standard errors cover, hopeless drives ([`limits`]) are refused.
 
 mod ensemble;
-mod judged;
 mod limits;
 mod multibody;
+mod validated;
 
 use crate::common::car;
 use crate::known::Random;
@@ -22,7 +22,7 @@ struct Drive {
     seconds: f64,
     /// Standard deviation of the gyro's noise, rad/s, and its pole.
     noise: f64,
-    colour: f64,
+    noise_pole: f64,
     seed: u64,
     /// Samples by which the steering acts late.
     delay: usize,
@@ -36,7 +36,7 @@ struct Drive {
 const DRIVE: Drive = Drive {
     seconds: 120.0,
     noise: 0.0,
-    colour: 0.0,
+    noise_pole: 0.0,
     seed: 1,
     delay: 0,
     offset: 0.004,
@@ -55,13 +55,14 @@ fn drive(vehicle: BicycleParameters, d: Drive) -> DriveLog {
     for k in 0..n {
         let t = k as f64 * T;
         let speed = d.slowest + 0.5 * (d.fastest - d.slowest) * (1.0 - (TAU * t / 50.0).cos());
-        // A sweep from 0.1 to 2 Hz, and random levels.
+        // A sweep from 0.1 to 2 Hz, and random steps.
         phase += TAU * T * 0.1 * 20.0_f64.powf((t / 25.0).fract());
         if k % 40 == 39 {
             level = 0.01 * random.normal();
         }
         input.push((0.015 * phase.sin() + level) * vehicle.steering_ratio + d.offset);
-        e = d.colour * e + (1.0 - d.colour * d.colour).sqrt() * d.noise * random.normal();
+        e = d.noise_pole * e
+            + (1.0 - d.noise_pole * d.noise_pole).sqrt() * d.noise * random.normal();
         output.push(plant.yaw_rate() + d.bias + e);
         speeds.push(speed);
         plant.steering_angle = input[k.saturating_sub(d.delay)] - d.offset;
@@ -93,7 +94,7 @@ fn recording(
     }
 }
 
-/// What is known of [`car`] beside its yaw rate.
+/// What is known of [`car`] in addition to its yaw rate.
 fn known() -> BicycleOptions {
     let car = car();
     BicycleOptions {
@@ -244,19 +245,19 @@ fn scores(d: Drive, runs: u64) -> Vec<f64> {
 }
 
 #[test]
-fn standard_errors_cover_what_they_say() {
-    for (colour, noise) in [(0.0, 0.01), (0.9, 0.01)] {
-        let z = scores(Drive { noise, colour, ..DRIVE }, 10);
+fn standard_errors_cover_as_often_as_stated() {
+    for (noise_pole, noise) in [(0.0, 0.01), (0.9, 0.01)] {
+        let z = scores(Drive { noise, noise_pole, ..DRIVE }, 10);
         let rms = (z.iter().map(|z| z * z).sum::<f64>() / z.len() as f64).sqrt();
         let within = z.iter().filter(|z| z.abs() < 2.0).count() as f64 / z.len() as f64;
-        println!("colour {colour}: rms {rms:.2}, within two deviations {within:.3}");
-        assert!((0.7..1.3).contains(&rms), "colour {colour}: {rms}");
-        assert!(within > 0.88, "colour {colour}: {within}");
+        println!("noise_pole {noise_pole}: rms {rms:.2}, within two deviations {within:.3}");
+        assert!((0.7..1.3).contains(&rms), "noise_pole {noise_pole}: {rms}");
+        assert!(within > 0.88, "noise_pole {noise_pole}: {within}");
     }
 }
 
 #[test]
-fn a_delay_is_found_and_said_to_be_folded_into_the_lag() {
+fn a_delay_is_found_and_reported_to_be_folded_into_the_lag() {
     let log = drive(car(), Drive { delay: 3, noise: 0.002, ..DRIVE });
     let found = identify_bicycle(&log, &known()).unwrap();
     let e = evidence(&found);
@@ -310,7 +311,7 @@ fn the_steering_ratio_changes_the_ratio_alone() {
 }
 
 #[test]
-fn a_stated_wheelbase_stands_and_the_ratio_is_identified() {
+fn a_stated_wheelbase_stays_and_the_ratio_is_identified() {
     let vehicle = BicycleParameters { steering_ratio: 16.0, ..car() };
     let mut log = drive(vehicle, Drive { noise: 0.003, offset: 0.0, ..DRIVE });
     log.steering_ratio = 14.0;
@@ -340,7 +341,7 @@ fn mass_is_stated_and_moves_no_response() {
 }
 
 #[test]
-fn stretches_have_initial_states_of_their_own() {
+fn segments_have_initial_states_of_their_own() {
     let whole = drive(car(), Drive { noise: 0.001, ..DRIVE });
     // Ten seconds are lost, in which the vehicle turned on.
     let (a, b) = (0..700, 950..whole.len());

@@ -4,7 +4,7 @@ use super::evidence;
 use crate::common::multibody;
 use formats::Matrix;
 use sysid::bicycle::{BicycleOptions, identify_bicycle};
-use sysid::{IdentifyOptions, judge};
+use sysid::{IdentifyOptions, validate};
 use vehicle_models::{BicycleParameters, bicycle_body_frame};
 
 #[test]
@@ -28,7 +28,7 @@ fn on_the_multi_body_vehicle_it_beats_the_data_sheet() {
         g: Matrix::from_fn(3, 1, |i, _| g[i]),
         h: Matrix::from_fn(1, 3, |_, j| if j == 1 { 1.0 } else { 0.0 }),
     };
-    let sheet = judge(&log, &IdentifyOptions::default(), &model).unwrap();
+    let sheet = validate(&log, &IdentifyOptions::default(), &model).unwrap();
     let e = evidence(&found);
     println!("{} {} data sheet {}", e.estimation_fit, e.validation_fit, sheet.validation_fit);
     assert!(e.validation_fit > sheet.validation_fit + 0.5);

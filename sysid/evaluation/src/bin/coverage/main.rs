@@ -3,7 +3,7 @@
 //! Known linear cars are driven for two minutes each, as [`LinearDrive::realistic`] describes, and what
 //! is identified from their logs is compared with the car. A 95 % band is to hold the truth in 95 % of
 //! the drives; over 240 drives the standard error of that share is 1.4 %. `bias` and `error` are the
-//! median and the median size of estimate less truth, in the unit beside them; `bias/s.e.` and
+//! median and the median size of estimate less truth, in the unit next to them; `bias/s.e.` and
 //! `error/s.e.` the same over the stated standard error, the second scaled to be 1 where that is right.
 //!
 //! `--without` leaves a disturbance out of every drive, which shows what causes which error.

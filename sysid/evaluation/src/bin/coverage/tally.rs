@@ -33,7 +33,7 @@ impl Tally {
         self.push(score, error, score.abs() <= HALF_BAND);
     }
 
-    /// A statement of its own kind: `held` says whether it holds.
+    /// A statement of its own kind: `held` is whether it holds.
     pub(crate) fn push(&mut self, score: f64, error: f64, held: bool) {
         self.scores.push(score);
         self.errors.push(error);

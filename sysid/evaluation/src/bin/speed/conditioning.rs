@@ -3,7 +3,7 @@
 use super::{HORIZON, ORDER, Outcome, drive, fit, model, row, truth, white};
 use std::path::Path;
 use sysid::subspace::Factor;
-use sysid::{Method, StateSpace};
+use sysid::{StateSpace, Weighting};
 use sysid_evaluation::Random;
 use sysid_evaluation::markov_distance;
 use sysid_evaluation::peers::Peers;
@@ -62,7 +62,7 @@ pub(crate) fn ill_conditioned(path: &Path, mut peers: Option<&mut Peers>) -> Out
             }
         }
         let factor = Factor::of_signals(&[(row(&signals.u), row(&signals.y))], HORIZON, 1.0);
-        match factor.and_then(|f| model(&f, Method::Moesp).map(|m| (f, m))) {
+        match factor.and_then(|f| model(&f, Weighting::Moesp).map(|m| (f, m))) {
             Ok((factor, found)) => println!(
                 "| {filters} | {noise:e} | {} | {} | {:.1e} | {} | {} | {:.4} | {} |",
                 factor.conditioning,

@@ -1,5 +1,5 @@
-//! From samples to (A, B, C, D, K) with order and horizon given: time, memory and accuracy beside
-//! SLICOT, which runs in turns on the same data, and beside others where they can.
+//! From samples to (A, B, C, D, K) with fixed order and horizon: time, memory and accuracy compared
+//! with SLICOT, which runs in turns on the same data, and with others where they can.
 //!
 //! Times are processor times of one thread, medians of several turns. The system is a seeded one of
 //! order 4 with one input and one output; its output carries white noise of a fifth of its size.
@@ -13,7 +13,7 @@ use faer::MatRef;
 use std::path::Path;
 use std::process::ExitCode;
 use sysid::subspace::{Factor, noise_model, shift_realization, structured_bd, subspace};
-use sysid::{DataSet, Innovation, Method, StateSpace, fit_percent, simulate};
+use sysid::{DataSet, Innovation, StateSpace, Weighting, fit_percent, simulate};
 use sysid_evaluation::Random;
 use sysid_evaluation::measure::{median, processor_time_s};
 use sysid_evaluation::peers::{PeerModel, Peers, write_signals};
@@ -25,13 +25,13 @@ const SIZES: [(usize, usize, usize); 4] =
     [(1_000, 15, 20), (10_000, 15, 10), (100_000, 11, 2), (1_000_000, 9, 1)];
 const NOISE: f64 = 0.2;
 /// The weighting that is timed.
-const METHOD: Method = Method::Moesp;
+const METHOD: Weighting = Weighting::Moesp;
 
 type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
 
 #[derive(Parser)]
 struct Arguments {
-    /// Only load the signals of this file and tell the peak memory, or compute the model too
+    /// Only load the signals of this file and report the peak memory, or compute the model too
     #[arg(long, hide = true, num_args = 3, value_names = ["loaded|model", "FILE", "COUNT"])]
     memory: Option<Vec<String>>,
     /// Longest signals, samples
@@ -92,7 +92,7 @@ fn ours(u: &[f64], y: &[f64]) -> Result<(Factor, Innovation), sysid::Error> {
     Ok((factor, model))
 }
 
-fn model(factor: &Factor, method: Method) -> Result<Innovation, sysid::Error> {
+fn model(factor: &Factor, method: Weighting) -> Result<Innovation, sysid::Error> {
     let space = subspace(factor, method)?;
     let (a, c) = shift_realization(&space, ORDER, 1)?;
     let model = structured_bd(factor, &space, a.as_ref(), c.as_ref(), true)?;
@@ -225,7 +225,9 @@ fn fits(path: &Path, mut peers: Option<&mut Peers>, longest: usize, most: usize)
             let u = white(count, &mut random);
             let signals = drive(u, NOISE, &mut random);
             let factor = Factor::of_signals(&[(row(&signals.u), row(&signals.y))], HORIZON, 1.0)?;
-            for (method, fits) in [Method::Moesp, Method::Cva, Method::N4sid].iter().zip(&mut all) {
+            for (method, fits) in
+                [Weighting::Moesp, Weighting::Cva, Weighting::N4sid].iter().zip(&mut all)
+            {
                 fits.push(stable_fit(&model(&factor, *method)?.model, &signals));
             }
             if let Some(peers) = peers.as_deref_mut() {

@@ -17,7 +17,8 @@ pub(crate) fn memory(path: &Path, count: usize) {
             .arg(count.to_string())
             .output()?;
         let text = String::from_utf8_lossy(&output.stdout).trim().to_owned();
-        text.parse().map_err(|_| format!("the system does not tell the peak memory: {text}").into())
+        text.parse()
+            .map_err(|_| format!("the system does not report the peak memory: {text}").into())
     };
     match (peak("loaded"), peak("model")) {
         (Ok(loaded), Ok(computed)) => println!(

@@ -1,4 +1,4 @@
-//! Packages beside SLICOT, at sizes they can do.
+//! Packages other than SLICOT, at sizes they can do.
 
 use super::{HORIZON, NOISE, ORDER, Outcome, drive, fit, ours, timed, white};
 use std::path::Path;
@@ -56,8 +56,8 @@ pub(crate) fn octave(path: &Path) -> Outcome<()> {
             println!("| Octave n4sid | {COUNT} | {:.1} | {:.3} | | |", 1e3 * seconds, 1e3 * here);
         }
         Ok(output) => {
-            let said = String::from_utf8_lossy(&output.stderr);
-            println!("left out: Octave: {}", said.lines().next().unwrap_or("it failed"));
+            let message = String::from_utf8_lossy(&output.stderr);
+            println!("left out: Octave: {}", message.lines().next().unwrap_or("it failed"));
         }
         Err(problem) => println!("left out: Octave (octave-cli): {problem}"),
     }

@@ -2,8 +2,8 @@
 //!
 //! The model is simulated over the recorded speed, as BicyclePlant runs it. What the drive's sensors
 //! add is the drive's and not the vehicle's: the steering offset and the yaw-rate offset follow from
-//! the estimation part, as an identified plant is judged about that part's means. The simulated yaw
-//! rate is linear in both offsets and in each segment's initial states.
+//! the estimation data, as an identified plant is validated about their means. The simulated yaw rate
+//! is linear in both offsets and in each segment's initial states.
 
 use crate::Error;
 use crate::bicycle::estimate::Problem;
@@ -13,7 +13,7 @@ use crate::bicycle::simulate::{sensitivities, within};
 use crate::data::split::Split;
 use crate::linalg::dense::least_squares;
 use crate::selection::options::IdentifyOptions;
-use crate::validation::judge::Judged;
+use crate::validation::validate::Validated;
 use drivelog::DriveLog;
 use faer::Mat;
 use formats::Bicycle;
@@ -22,15 +22,15 @@ use formats::Bicycle;
 /// does is left at the file's: at one speed they cannot be separated.
 const SEPARABLE: f64 = 1e-3;
 
-/// Judges a bicycle on a drive, with the recorded speed, or its own where none was recorded.
+/// Validates a bicycle on a drive, with the recorded speed, or its own where none was recorded.
 ///
 /// # Errors
 /// As [`identify_bicycle`](crate::bicycle::identify_bicycle) for a drive that is too short or does not move.
-pub fn judge_bicycle(
+pub fn validate_bicycle(
     log: &DriveLog,
     options: &IdentifyOptions,
     bicycle: &Bicycle,
-) -> Result<Judged, Error> {
+) -> Result<Validated, Error> {
     options.check()?;
     let vehicle = &bicycle.vehicle;
     let with_speed = DriveLog {
@@ -40,7 +40,7 @@ pub fn judge_bicycle(
     let recording = Recording::new(&with_speed, &|turned| {
         Split::end(log, turned.len(), options.validation_fraction)
     })?;
-    let segments = recording.stretches(&with_speed);
+    let segments = recording.segments(&with_speed);
     let share = vehicle.distance_rear_m / (vehicle.distance_front_m + vehicle.distance_rear_m);
     let [estimation, validation] = [&recording.split.estimation, &recording.split.validation]
         .map(|ranges| Problem::new(within(&segments, ranges), share, None, false));
@@ -52,15 +52,19 @@ pub fn judge_bicycle(
     }
     offsets(&estimation, &mut p)?;
     let errors = |part: &Problem<'_>| -> Result<Option<Vec<Vec<f64>>>, Error> {
-        Ok(part.starts(&p)?.and_then(|starts| part.errors(&p, &starts)))
+        Ok(part.initial_states(&p)?.and_then(|initial_states| part.errors(&p, &initial_states)))
     };
-    let judged =
-        crate::bicycle::Judged::new(log, &recording, errors(&estimation)?, errors(&validation)?);
-    Ok(Judged {
-        estimation_fit: judged.estimation_fit,
-        validation_fit: judged.validation_fit.fit,
-        simulated_yaw_rate_radps: judged.simulated,
-        first_held_out: recording.split.validation.first().map_or(log.len(), |r| r.start),
+    let simulation = crate::bicycle::recording::Simulation::new(
+        log,
+        &recording,
+        errors(&estimation)?,
+        errors(&validation)?,
+    );
+    Ok(Validated {
+        estimation_fit: simulation.estimation_fit,
+        validation_fit: simulation.validation_fit.fit,
+        simulated_yaw_rate_radps: simulation.simulated,
+        first_validation_sample: recording.split.validation.first().map_or(log.len(), |r| r.start),
     })
 }
 

@@ -1,15 +1,16 @@
-//! Subspace models of one order from the factor: what the refinement starts from.
+//! Subspace models of one order from the R factor: the initial estimates of the refinement.
 //!
-//! As the [starts](crate::identify) of a log, with the windows in place of the log's own samples.
+//! As the [initial estimates](crate::identify) of a log, with the windows in place of the log's own
+//! samples.
 
 use crate::Error;
 use crate::identify::accumulated::windows::Windows;
 use crate::model::StateSpace;
 use crate::model::stability::{largest_radius, stable_shift};
-use crate::selection::method::Approach;
+use crate::selection::method::Method;
 use crate::selection::options::IdentifyOptions;
 use crate::subspace::{
-    Factor, Method, Projections, Realization, Subspace, closed_loop, eq12, refit_output,
+    Factor, Projections, Realization, Subspace, Weighting, closed_loop, eq12, refit_output,
     shift_realization, stable_eq12, subspace,
 };
 use faer::Mat;
@@ -19,8 +20,8 @@ const HORIZONS: [usize; 4] = [10, 15, 20, 30];
 
 /// A stable model in the units of the windows.
 #[derive(Debug, Clone)]
-pub(crate) struct Start {
-    pub(crate) approach: Approach,
+pub(crate) struct InitialEstimate {
+    pub(crate) method: Method,
     pub(crate) realization: Realization,
     pub(crate) horizon: usize,
     pub(crate) singular_value: f64,
@@ -31,21 +32,21 @@ pub(crate) struct Start {
 }
 
 /// Decompositions of the factor of which models of all orders are read.
-pub(crate) enum Starts {
+pub(crate) enum InitialEstimates {
     /// By the open-loop methods at every horizon.
     OpenLoop(Vec<Horizon>),
     /// By predictor-based methods, with their past horizon.
-    ClosedLoop(usize, Vec<(closed_loop::Method, closed_loop::Decomposition)>),
+    ClosedLoop(usize, Vec<(closed_loop::ClosedLoopMethod, closed_loop::Decomposition)>),
 }
 
 /// A horizon with what does not depend on the order.
 pub(crate) struct Horizon {
     factor: Factor,
     projections: Projections,
-    subspaces: Vec<(Method, Subspace)>,
+    subspaces: Vec<(Weighting, Subspace)>,
 }
 
-impl Starts {
+impl InitialEstimates {
     pub(crate) fn open_loop(factor: &Factor, options: &IdentifyOptions) -> Result<Self, Error> {
         let least = options.order.map_or(2, |order| order + 1);
         let mut horizons: Vec<usize> = match options.horizon {
@@ -56,8 +57,8 @@ impl Starts {
             horizons.push(factor.horizon);
         }
         let methods = match options.method {
-            Some(Approach::OpenLoop(method)) => vec![method],
-            _ => Method::ALL.to_vec(),
+            Some(Method::OpenLoop(method)) => vec![method],
+            _ => Weighting::ALL.to_vec(),
         };
         let of = |s: usize| -> Result<Horizon, Error> {
             let factor = factor.with_horizon(s)?;
@@ -70,11 +71,11 @@ impl Starts {
 
     pub(crate) fn closed_loop(
         factor: &Factor,
-        methods: &[closed_loop::Method],
+        methods: &[closed_loop::ClosedLoopMethod],
         past: usize,
         future: usize,
     ) -> Result<Self, Error> {
-        let of = |&m: &closed_loop::Method| {
+        let of = |&m: &closed_loop::ClosedLoopMethod| {
             Ok((m, closed_loop::decompose(factor, m, past, future, false)?))
         };
         Ok(Self::ClosedLoop(past, methods.iter().map(of).collect::<Result<_, Error>>()?))
@@ -96,13 +97,13 @@ impl Starts {
         order: usize,
         feedthrough: bool,
         samples: usize,
-    ) -> Result<Vec<Start>, Error> {
+    ) -> Result<Vec<InitialEstimate>, Error> {
         let most = largest_radius(samples);
-        let mut starts = Vec::new();
+        let mut initial_estimates = Vec::new();
         let mut last_error =
             Error::NoModel { problem: format!("no horizon allows an order of {order}") };
-        let mut add = |start: Result<Start, Error>| match start {
-            Ok(start) => starts.push(start),
+        let mut add = |start: Result<InitialEstimate, Error>| match start {
+            Ok(start) => initial_estimates.push(start),
             Err(error) => last_error = error,
         };
         match self {
@@ -111,7 +112,7 @@ impl Starts {
                     for (method, subspace) in &horizon.subspaces {
                         for realization in Realization::ALL {
                             let what = (*method, subspace, realization);
-                            add(horizon.start(windows, what, order, feedthrough, most));
+                            add(horizon.estimate(windows, what, order, feedthrough, most));
                         }
                     }
                 }
@@ -122,19 +123,19 @@ impl Starts {
                 }
             }
         }
-        if starts.is_empty() { Err(last_error) } else { Ok(starts) }
+        if initial_estimates.is_empty() { Err(last_error) } else { Ok(initial_estimates) }
     }
 }
 
 impl Horizon {
-    fn start(
+    fn estimate(
         &self,
         windows: &Windows,
-        (method, subspace, realization): (Method, &Subspace, Realization),
+        (method, subspace, realization): (Weighting, &Subspace, Realization),
         order: usize,
         feedthrough: bool,
         most: f64,
-    ) -> Result<Start, Error> {
+    ) -> Result<InitialEstimate, Error> {
         let factor = &self.factor;
         let (mut a, c) = match realization {
             Realization::Shift => shift_realization(subspace, order, 1)?,
@@ -153,8 +154,8 @@ impl Horizon {
         }
         let c = Mat::from_fn(1, order, |_, k| c[(0, k)] / windows.scales[1]);
         let refit = refit_output(a.as_ref(), c.as_ref(), &windows.data, feedthrough, false)?;
-        Ok(Start {
-            approach: method.into(),
+        Ok(InitialEstimate {
+            method: method.into(),
             realization,
             horizon: factor.horizon,
             singular_value: subspace.singular_values[order - 1],
@@ -166,16 +167,16 @@ impl Horizon {
 }
 
 fn of_states(
-    method: closed_loop::Method,
+    method: closed_loop::ClosedLoopMethod,
     past: usize,
     states: &closed_loop::Decomposition,
     windows: &Windows,
     order: usize,
     most: f64,
-) -> Result<Start, Error> {
+) -> Result<InitialEstimate, Error> {
     let [u, y] = windows.scales;
-    Ok(Start {
-        approach: method.into(),
+    Ok(InitialEstimate {
+        method: method.into(),
         realization: Realization::Eq12,
         horizon: past,
         singular_value: states.singular_values[order - 1],

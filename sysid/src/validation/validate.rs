@@ -1,4 +1,4 @@
-//! A model on a drive that need not be its own, judged as an identified one is on its own.
+//! A model on a drive that need not be its own, validated as an identified one is on its own.
 
 use crate::Error;
 use crate::data::scaled::{Data, Part, Preparation};
@@ -6,7 +6,7 @@ use crate::data::statistics::fit_percent;
 use crate::model::StateSpace;
 use crate::model::conversion::discretize;
 use crate::selection::candidate::{initial_states, output};
-use crate::selection::initial_conditions::{Conditions, asks_for_level};
+use crate::selection::initial_conditions::{InitialConditions, needs_output_offset};
 use crate::selection::options::IdentifyOptions;
 use drivelog::DriveLog;
 use faer::Mat;
@@ -14,45 +14,46 @@ use formats::{Continuous, InputKind, Matrix, Plant};
 
 /// How well a given model follows a drive, by the measures of [`formats::Fits`].
 #[derive(Debug, Clone, PartialEq)]
-pub struct Judged {
-    /// Simulation fit on the estimation part, percent.
+pub struct Validated {
+    /// Simulation fit on the estimation data, percent.
     pub estimation_fit: f64,
-    /// Simulation fit on the held-out part, percent.
+    /// Simulation fit on the validation data, percent.
     pub validation_fit: f64,
     /// Simulated yaw rate over the whole drive, rad/s; the initial state is estimated at the start
     /// of each part.
     pub simulated_yaw_rate_radps: Vec<f64>,
-    /// The first sample that is held out.
-    pub first_held_out: usize,
+    /// The first sample of the validation data.
+    pub first_validation_sample: usize,
 }
 
-/// Judges a model from steering angle (rad) to yaw rate (rad/s) on a drive: the same halves, means,
-/// level and estimated initial states as in [`identify`](crate::identify), the same hold of the input.
+/// Validates a model from steering angle (rad) to yaw rate (rad/s) on a drive: the same halves, means,
+/// output offset and estimated initial states as in [`identify`](crate::identify), the same hold of the
+/// input.
 ///
 /// # Errors
 /// As [`identify`](crate::identify) for a drive that is too short or does not move, and
 /// [`Error::NoModel`] for matrices that do not fit each other.
-pub fn judge(
+pub fn validate(
     log: &DriveLog,
     options: &IdentifyOptions,
     model: &Continuous,
-) -> Result<Judged, Error> {
+) -> Result<Validated, Error> {
     let none = Matrix::from_fn(1, 1, |_, _| 0.0);
     let [a, b, c, d] = sampled([&model.f, &model.g, &model.h, &none], Some(log.sample_time_s))?;
-    judged(log, options, InputKind::Steering, StateSpace { a, b, c, d })
+    validated(log, options, InputKind::Steering, StateSpace { a, b, c, d })
 }
 
-/// Judges an identified plant on a drive, its own or another, as [`judge`] does: by its discrete form
-/// on the log's samples where they are its own, else by its continuous one; with its input delay.
+/// Validates an identified plant on a drive, its own or another, as [`validate`] does: by its discrete
+/// form on the log's samples where they are its own, else by its continuous one; with its input delay.
 ///
 /// # Errors
-/// As [`judge`]; [`Error::NoModel`] where the log's sample time is not the plant's and the plant has
+/// As [`validate`]; [`Error::NoModel`] where the log's sample time is not the plant's and the plant has
 /// no continuous form.
-pub fn judge_plant(
+pub fn validate_plant(
     log: &DriveLog,
     options: &IdentifyOptions,
     plant: &Plant,
-) -> Result<Judged, Error> {
+) -> Result<Validated, Error> {
     let discrete = &plant.discrete;
     let own = (discrete.sample_time_s - log.sample_time_s).abs() <= 1e-9 * log.sample_time_s;
     let [a, b, c, d] = match &plant.continuous {
@@ -69,9 +70,14 @@ pub fn judge_plant(
     };
     let model = StateSpace { a, b, c, d };
     if plant.input_delay_s > 0.0 {
-        return judged(&log.with_input_delayed(plant.input_delay_s), options, plant.input, model);
+        return validated(
+            &log.with_input_delayed(plant.input_delay_s),
+            options,
+            plant.input,
+            model,
+        );
     }
-    judged(log, options, plant.input, model)
+    validated(log, options, plant.input, model)
 }
 
 /// Checked matrices; sampled where a sample time is given, with the input held.
@@ -93,24 +99,25 @@ fn sampled(matrices: [&Matrix; 4], step: Option<f64>) -> Result<[Mat<f64>; 4], E
     Ok([a, b, dense(2), dense(3)])
 }
 
-fn judged(
+fn validated(
     log: &DriveLog,
     options: &IdentifyOptions,
     input_kind: InputKind,
     model: StateSpace,
-) -> Result<Judged, Error> {
+) -> Result<Validated, Error> {
     options.check()?;
     // Models are compared on the same part of a log: its end.
     let data = Data::of_end(log, &Preparation { input_kind, ..options.preparation() })?;
     // Into the scaled signals of the data: u' = (u − ū)/s_u, y' = (y − ȳ)/s_y.
     let scaled = model.scaled(&[1.0 / data.input_scale], &[1.0 / data.output_scale]);
 
-    // About the level that suits it on the estimation part, as an identified model may have one.
+    // About the output offset that suits it on the estimation data, as an identified model may have
+    // one.
     let part = &data.estimation.data;
-    let level = options.has_level() && asks_for_level(&scaled, part)?;
-    let conditions = Conditions::new(&scaled, part, level)?;
-    let data = match conditions.levels.as_deref() {
-        Some([level]) => data.about(*level)?,
+    let offset = options.has_output_offset() && needs_output_offset(&scaled, part)?;
+    let initial_conditions = InitialConditions::new(&scaled, part, offset)?;
+    let data = match initial_conditions.offsets.as_deref() {
+        Some([offset]) => data.about(*offset)?,
         _ => data,
     };
     let mut simulated = Vec::with_capacity(data.estimation.len() + data.validation.len());
@@ -123,10 +130,10 @@ fn judged(
     let estimation_fit = fit(&data.estimation)?;
     let validation_fit = fit(&data.validation)?;
     data.restore(log, &mut simulated);
-    Ok(Judged {
+    Ok(Validated {
         estimation_fit,
         validation_fit,
         simulated_yaw_rate_radps: simulated,
-        first_held_out: data.estimation.len(),
+        first_validation_sample: data.estimation.len(),
     })
 }

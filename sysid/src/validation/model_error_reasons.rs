@@ -1,36 +1,38 @@
-//! What is to be said, and done, where the model departs from the measured response.
+//! Reasons and suggested fixes where the model error against the measured response is large.
 
 use crate::selection::options::IdentifyOptions;
 use crate::validation::sweep::{Drive, LINEAR, swept};
 use formats::{BandDeparture, Evidence, Grade, Reason, ReasonCode, ResidualTest};
 
 /// Beyond that share, less what chance can do, no controller should be designed on the model: a sixth
-/// of a turn of the margins' usual 60° is 17°, and as much in gain (see [`crate::validation::departure`]).
-pub(crate) const LARGEST_DEPARTURE: f64 = 0.3;
-/// Beyond that share it is told.
+/// of a turn of the margins' usual 60° is 17°, and as much in gain (see [`crate::validation::model_error`]).
+pub(crate) const LARGEST_MODEL_ERROR: f64 = 0.3;
+/// Beyond that share it is reported.
 const NOTICED: f64 = 0.1;
 
-/// Bands in which the model departs from the measured response beyond chance.
-pub(crate) fn departed(evidence: &Evidence) -> Vec<BandDeparture> {
+/// Bands in which the model differs from the measured response beyond chance.
+pub(crate) fn model_errors(evidence: &Evidence) -> Vec<BandDeparture> {
     let bands = evidence.frequency_response.iter().flat_map(|r| &r.bands);
     bands.filter(|b| b.departure > NOTICED).copied().collect()
 }
 
-/// The departure that forbids a design, or leaves it in doubt where feedback biases what was measured; `None`
-/// where there is none.
-pub(crate) fn too_far(evidence: &Evidence, departed: &[BandDeparture]) -> Option<Reason> {
-    let far =
-        departed.iter().filter(|b| swept(b.from_hz, b.to_hz) && b.departure > LARGEST_DEPARTURE);
+/// The model error that forbids a design, or leaves it in doubt where feedback biases what was
+/// measured; `None` where there is none.
+pub(crate) fn too_far(evidence: &Evidence, model_errors: &[BandDeparture]) -> Option<Reason> {
+    let far = model_errors
+        .iter()
+        .filter(|b| swept(b.from_hz, b.to_hz) && b.departure > LARGEST_MODEL_ERROR);
     let worst = far.max_by(|a, b| a.departure.total_cmp(&b.departure))?;
-    let message = format!("it departs from the measured frequency response: {}", in_words(worst));
+    let message =
+        format!("the error against the measured frequency response is large: {}", in_words(worst));
     let grade = if fed_back(evidence) { Grade::Warn } else { Grade::Fail };
     let reason = Reason::new(ReasonCode::ModelError, grade, message);
-    Some(reason.compared(100.0 * worst.departure, 100.0 * LARGEST_DEPARTURE, "%"))
+    Some(reason.compared(100.0 * worst.departure, 100.0 * LARGEST_MODEL_ERROR, "%"))
 }
 
 /// How near the model is to the measurement in the swept bands that are coherent, percent, with
 /// twice the standard error, and these bands' ends.
-pub(crate) fn nearness(evidence: &Evidence) -> Option<(f64, f64, f64)> {
+pub(crate) fn coherent_model_error(evidence: &Evidence) -> Option<(f64, f64, f64)> {
     let bands = evidence.frequency_response.iter().flat_map(|r| &r.bands);
     let apart = |b: &BandDeparture| {
         let (s, c) = b.phase_ahead_rad.sin_cos();
@@ -54,7 +56,7 @@ fn fed_back(evidence: &Evidence) -> bool {
 fn in_words(band: &BandDeparture) -> String {
     let degrees = band.phase_ahead_rad.to_degrees();
     format!(
-        "from {} to {} Hz its gain is {:.2} times the measured, its phase {:.0}° {} (each known to ±{:.0} % or {:.0}°)",
+        "from {} to {} Hz the gain is {:.2} times the measured, the phase {:.0}° {} (each known to ±{:.0} % or {:.0}°)",
         band.from_hz,
         band.to_hz,
         band.gain_ratio,
@@ -65,39 +67,39 @@ fn in_words(band: &BandDeparture) -> String {
     )
 }
 
-/// Each departure, and what may lie behind it.
-pub(crate) fn mend(
+/// Each model error, and its possible causes.
+pub(crate) fn suggested_checks(
     evidence: &Evidence,
     drive: &Drive<'_>,
     options: &IdentifyOptions,
-    departed: &[BandDeparture],
+    model_errors: &[BandDeparture],
 ) -> Vec<String> {
-    if departed.is_empty() {
+    if model_errors.is_empty() {
         return Vec::new();
     }
-    let told = |b: &BandDeparture| {
+    let in_band = |b: &BandDeparture| {
         let degrees = b.phase_ahead_rad.to_degrees().round() + 0.0;
         format!("×{:.2} and {degrees:+.0}° from {} to {} Hz", b.gain_ratio, b.from_hz, b.to_hz)
     };
-    let all: Vec<String> = departed.iter().map(told).collect();
+    let all: Vec<String> = model_errors.iter().map(in_band).collect();
     let mut out = vec![format!(
         "against the measured response, the model's gain and phase are {}",
         all.join(", ")
     )];
     let mut causes = Vec::new();
     if options.order.is_some() {
-        causes.push("an order that is too low: leave --order out, or raise it".to_owned());
+        causes.push("an order that is too low: raise it, or let the data choose it".to_owned());
     }
     if options.delay_s.is_some() {
-        causes.push("a delay that is not the vehicle's: leave --delay out".to_owned());
+        causes.push("a delay that is not the vehicle's: let the data determine it".to_owned());
     }
     if drive.speed_spread > 0.2 {
-        let cause = "a speed that changes: take a --speed-window, or --structure bicycle";
+        let cause = "a speed that changes: use a speed window, or the structure bicycle";
         causes.push(cause.to_owned());
     }
     if fed_back(evidence) {
         causes.push(
-            "feedback by the driver, which biases the measured response and not the model: a slalom by a plan would tell"
+            "feedback by the driver, which biases the measured response and not the model: a slalom by a plan would show which"
                 .to_owned(),
         );
     }
@@ -108,6 +110,6 @@ pub(crate) fn mend(
     if causes.is_empty() {
         causes.push("an effect that a linear model of this order leaves out".to_owned());
     }
-    out.push(format!("behind such a departure may stand {}", causes.join("; ")));
+    out.push(format!("possible causes of this model error: {}", causes.join("; ")));
     out
 }

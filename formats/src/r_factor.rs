@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 /// The windows of accumulated drives.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct AbsorbedDrives {
+pub struct AccumulatedDrives {
     /// `steerwright/factor/2`.
     pub schema: String,
     /// A name for people, such as the first log's.
@@ -30,7 +30,7 @@ pub struct AbsorbedDrives {
     pub validation_samples: usize,
     /// The speed over all samples, where every drive has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub speed: Option<AbsorbedSpeed>,
+    pub speed: Option<AccumulatedSpeed>,
     /// What was read from the logs, drives with equal columns together.
     pub channels: Vec<ChannelSummary>,
     /// What the reader had to do or doubts.
@@ -51,14 +51,14 @@ pub struct AbsorbedDrives {
 /// Mean and spread of a speed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct AbsorbedSpeed {
+pub struct AccumulatedSpeed {
     /// Mean, m/s.
     pub mean_mps: f64,
     /// Standard deviation, m/s.
     pub standard_deviation_mps: f64,
 }
 
-impl AbsorbedDrives {
+impl AccumulatedDrives {
     /// The document with its checksum.
     #[must_use]
     pub fn sealed(mut self) -> Self {
@@ -72,7 +72,7 @@ impl AbsorbedDrives {
     }
 }
 
-impl Document for AbsorbedDrives {
+impl Document for AccumulatedDrives {
     const SCHEMA: &'static str = "steerwright/factor/2";
 
     fn schema(&self) -> &str {

@@ -1,8 +1,9 @@
-//! Ways between fixes: by how much fixes and gyro differ in their direction, and what each term of the
-//! sideslip has in it.
+//! Displacement segments between fixes: by how much fixes and gyro differ in their direction, and how
+//! each term of the sideslip contributes to it.
 //!
-//! With the lateral velocity v·β beside the forward speed v, a way is `D + S·E_S + Q·E_Q + C·E_C` but for
-//! where it starts and turns to: D by gyro and speed alone, and with n the direction to the left
+//! With the lateral velocity v·β next to the forward speed v, a displacement is `D + S·E_S + Q·E_Q +
+//! C·E_C` but for where it starts and turns to: D by gyro and speed alone, and with n the direction to
+//! the left
 //!
 //! ```text
 //! E_S = ∫ v·r·n dt,   E_Q = ∫ v·r·a²·n dt,   E_C = ∫ v·ṙ·n dt,   a = v·r, at most g
@@ -16,17 +17,17 @@ pub(super) const RATE: usize = 0;
 pub(super) const GROWTH: usize = 1;
 pub(super) const ACCELERATION: usize = 2;
 
-/// Length of the ways whose directions are compared, s: for S alone and for which terms there are, and
-/// for their values.
-pub(super) const WAY_S: f64 = 1.0;
-pub(super) const SHORT_WAY_S: f64 = 0.5;
+/// Length of the segments whose directions are compared, s: for S alone and for which terms there are,
+/// and for their values.
+pub(super) const SEGMENT_S: f64 = 1.0;
+pub(super) const SHORT_SEGMENT_S: f64 = 0.5;
 
 /// The time that has a yaw and a bias of its own, s, and the least that is used of it.
 pub(super) const BLOCK_S: f64 = 10.0;
 pub(super) const LEAST_BLOCK_S: f64 = 6.0;
 
-/// Fewest ways in a block, and fewest blocks that say something of scatter.
-pub(super) const LEAST_WAYS: usize = 8;
+/// Fewest segments in a block, and fewest blocks from which scatter is computed.
+pub(super) const LEAST_SEGMENTS: usize = 8;
 pub(super) const LEAST_BLOCKS: usize = 6;
 
 /// Residuals beyond so many deviations (by their median) are those of bad fixes.
@@ -61,13 +62,13 @@ impl Piece {
     }
 }
 
-/// How much longer a way may become where fixes are missing, relative to it.
-const STRETCH: f64 = 1.5;
+/// How much longer a segment may become where fixes are missing, relative to it.
+const LONGEST_OVER_LENGTH: f64 = 1.5;
 
-/// Shortest way whose direction tells something, m.
+/// Shortest displacement whose direction is informative, m.
 const SHORTEST_M: f64 = 2.0;
 
-/// A way that turns by more says nothing of the fixes' age, rad.
+/// A segment that turns by more has no information about the fixes' age, rad.
 const STRAIGHT: f64 = 0.15;
 
 /// No tyre carries more, m/s²: a reading beyond is none of sideslip.
@@ -76,15 +77,15 @@ const GRAVITY: f64 = 9.81;
 /// A way: its middle, by how much fixes and gyro differ in its direction, and by how much each term of
 /// the sideslip turns it.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Way {
+pub(super) struct DisplacementSegment {
     pub(super) time: f64,
     pub(super) difference: f64,
     pub(super) terms: [f64; TERMS],
 }
 
-/// The ways of a piece about so long (s), by blocks.
-pub(super) fn blocks(piece: &Piece, length: f64) -> Vec<Vec<Way>> {
-    let mut blocks = by_time(ways(piece, length));
+/// The segments of a piece about so long (s), by blocks.
+pub(super) fn blocks(piece: &Piece, length: f64) -> Vec<Vec<DisplacementSegment>> {
+    let mut blocks = by_time(segments(piece, length));
     for block in &mut blocks {
         for k in 1..block.len() {
             let last = block[k - 1].difference;
@@ -95,27 +96,28 @@ pub(super) fn blocks(piece: &Piece, length: f64) -> Vec<Vec<Way>> {
     blocks
 }
 
-/// The lengths of the straight ways of a piece whose fixes are so old (s), by blocks.
-pub(super) fn advances(piece: &Piece, seconds: f64) -> Vec<Vec<Way>> {
+/// The lengths of the straight segments of a piece whose fixes are so old (s), by blocks.
+pub(super) fn advances(piece: &Piece, seconds: f64) -> Vec<Vec<DisplacementSegment>> {
     let mut blocks = by_time(straights(piece, seconds));
     long_enough(&mut blocks);
     blocks
 }
 
-fn by_time(ways: Vec<Way>) -> Vec<Vec<Way>> {
-    let mut blocks: Vec<Vec<Way>> = Vec::new();
-    for way in ways {
+fn by_time(segments: Vec<DisplacementSegment>) -> Vec<Vec<DisplacementSegment>> {
+    let mut blocks: Vec<Vec<DisplacementSegment>> = Vec::new();
+    for displacement in segments {
         match blocks.last_mut() {
-            Some(block) if way.time - block[0].time <= BLOCK_S => block.push(way),
-            _ => blocks.push(vec![way]),
+            Some(block) if displacement.time - block[0].time <= BLOCK_S => block.push(displacement),
+            _ => blocks.push(vec![displacement]),
         }
     }
     blocks
 }
 
-fn long_enough(blocks: &mut Vec<Vec<Way>>) {
-    blocks.retain(|ways| {
-        ways.len() >= LEAST_WAYS && ways[ways.len() - 1].time - ways[0].time >= LEAST_BLOCK_S
+fn long_enough(blocks: &mut Vec<Vec<DisplacementSegment>>) {
+    blocks.retain(|segments| {
+        segments.len() >= LEAST_SEGMENTS
+            && segments[segments.len() - 1].time - segments[0].time >= LEAST_BLOCK_S
     });
 }
 
@@ -129,49 +131,49 @@ fn pairs(piece: &Piece, length: f64) -> Vec<(usize, usize)> {
             later += 1;
         }
         let Some(&end) = piece.fix_time.get(later) else { break };
-        if end - begin <= STRETCH * length {
+        if end - begin <= LONGEST_OVER_LENGTH * length {
             pairs.push((from, later));
         }
     }
     pairs
 }
 
-fn straights(piece: &Piece, seconds: f64) -> Vec<Way> {
-    let Some(reckoned) = Reckoned::of(piece) else { return Vec::new() };
-    let way = |(from, later): (usize, usize)| {
+fn straights(piece: &Piece, seconds: f64) -> Vec<DisplacementSegment> {
+    let Some(odometry) = Odometry::of(piece) else { return Vec::new() };
+    let displacement = |(from, later): (usize, usize)| {
         let (begin, end) = (piece.fix_time[from] - seconds, piece.fix_time[later] - seconds);
-        let (a, b) = (reckoned.at(begin)?, reckoned.at(end)?);
+        let (a, b) = (odometry.at(begin)?, odometry.at(end)?);
         let change = piece.speed_at(end)? - piece.speed_at(begin)?;
         let led = [0, 1].map(|i| piece.fix[later][i] - piece.fix[from][i]);
-        let way = [0, 1].map(|i| b.moved[0][i] - a.moved[0][i]);
-        let (led, way) = (led[0].hypot(led[1]), way[0].hypot(way[1]));
-        let is_straight = (b.yaw - a.yaw).abs() <= STRAIGHT && way.min(led) >= SHORTEST_M;
-        is_straight.then(|| terms_of_age(led, way, change, 0.5 * (begin + end)))
+        let displacement = [0, 1].map(|i| b.moved[0][i] - a.moved[0][i]);
+        let (led, displacement) = (led[0].hypot(led[1]), displacement[0].hypot(displacement[1]));
+        let is_straight = (b.yaw - a.yaw).abs() <= STRAIGHT && displacement.min(led) >= SHORTEST_M;
+        is_straight.then(|| terms_of_age(led, displacement, change, 0.5 * (begin + end)))
     };
-    pairs(piece, WAY_S).into_iter().filter_map(way).collect()
+    pairs(piece, SEGMENT_S).into_iter().filter_map(displacement).collect()
 }
 
-fn ways(piece: &Piece, length: f64) -> Vec<Way> {
-    let Some(reckoned) = Reckoned::of(piece) else { return Vec::new() };
-    let mut ways = Vec::new();
+fn segments(piece: &Piece, length: f64) -> Vec<DisplacementSegment> {
+    let Some(odometry) = Odometry::of(piece) else { return Vec::new() };
+    let mut segments = Vec::new();
     for (from, later) in pairs(piece, length) {
         let (begin, end) = (piece.fix_time[from], piece.fix_time[later]);
-        let (Some(a), Some(b)) = (reckoned.at(begin), reckoned.at(end)) else { continue };
+        let (Some(a), Some(b)) = (odometry.at(begin), odometry.at(end)) else { continue };
         let led = [0, 1].map(|i| piece.fix[later][i] - piece.fix[from][i]);
-        let [way, terms @ ..] = std::array::from_fn::<_, { TERMS + 1 }, _>(|i| {
+        let [displacement, terms @ ..] = std::array::from_fn::<_, { TERMS + 1 }, _>(|i| {
             [b.moved[i][0] - a.moved[i][0], b.moved[i][1] - a.moved[i][1]]
         });
-        let square = way[0].powi(2) + way[1].powi(2);
+        let square = displacement[0].powi(2) + displacement[1].powi(2);
         if led[0].hypot(led[1]) < SHORTEST_M || square <= 0.0 {
             continue;
         }
-        ways.push(Way {
+        segments.push(DisplacementSegment {
             time: 0.5 * (begin + end),
-            difference: wrapped(led[1].atan2(led[0]) - way[1].atan2(way[0])),
-            terms: terms.map(|e| (way[0] * e[1] - way[1] * e[0]) / square),
+            difference: wrapped(led[1].atan2(led[0]) - displacement[1].atan2(displacement[0])),
+            terms: terms.map(|e| (displacement[0] * e[1] - displacement[1] * e[0]) / square),
         });
     }
-    ways
+    segments
 }
 
 /// Where gyro and speed alone lead, and what each term of the sideslip adds to it for each unit.
@@ -182,12 +184,12 @@ struct Place {
 }
 
 /// [`Place`] at the gyro's instants.
-struct Reckoned<'a> {
+struct Odometry<'a> {
     time: &'a [f64],
     places: Vec<Place>,
 }
 
-impl<'a> Reckoned<'a> {
+impl<'a> Odometry<'a> {
     fn of(piece: &'a Piece) -> Option<Self> {
         let speed = |k: usize| piece.speed.get(k).copied().unwrap_or(1.0);
         let mut place = Place::default();
@@ -236,8 +238,8 @@ fn wrapped(angle: f64) -> f64 {
 }
 
 /// The terms of a way that leads by `led` where the speed leads by `way` and changes by `change`.
-fn terms_of_age(led: f64, way: f64, change: f64, time: f64) -> Way {
+fn terms_of_age(led: f64, displacement: f64, change: f64, time: f64) -> DisplacementSegment {
     let mut terms = [0.0; TERMS];
-    (terms[AGE], terms[SCALE], terms[ACCELERATION]) = (-change, way, 0.0);
-    Way { time, difference: led - way, terms }
+    (terms[AGE], terms[SCALE], terms[ACCELERATION]) = (-change, displacement, 0.0);
+    DisplacementSegment { time, difference: led - displacement, terms }
 }

@@ -1,4 +1,4 @@
-//! By how much the model departs from the measured response, band by band.
+//! The model error against the measured response, band by band.
 //!
 //! Over a band, the measured response is regressed on the model's, weighted by the power of the
 //! model's output: with Ĝ measured, G the model's and S_u the power of the input,
@@ -6,23 +6,23 @@
 //! `ρ = Σ S_u G* Ĝ / Σ S_u |G|²`
 //!
 //! is the complex factor that brings the model to the measurement, whose real and imaginary part
-//! scatter, with noise of density S_v, by `σ² = Σ S_u |G|² S_v / (Σ S_u |G|²)² · κ/(2 n_d)` each (as
-//! in [`crate::validation::bands`]). Many frequencies together tell small departures from chance, and one outlier
-//! does not make one.
+//! scatter, with noise of density S_v, by `σ² = Σ S_u |G|² S_v / (Σ S_u |G|²)² · κ/(2 n_d)` each (as in
+//! [`crate::validation::bands`]). Many frequencies together distinguish small model errors from chance,
+//! and one outlier does not make one.
 //!
-//! How much is too much: with the complementary sensitivity T of a loop, the controller that
-//! stabilises the model stabilises what departs from it by a share below 1/|T| (Skogestad and
-//! Postlethwaite 2005, section 7.5); |T| is at most about 1.3 in a loop with little overshoot, and
-//! below half of that share its margins remain ones.
+//! How much is too much: with the complementary sensitivity T of a loop, the controller that stabilises
+//! the model stabilises every plant within a relative model error of 1/|T| (Skogestad and Postlethwaite
+//! 2005, section 7.5); |T| is at most about 1.3 in a loop with little overshoot, and below half of that
+//! share its margins remain ones.
 
 use crate::validation::bands::{coupling, inside};
 use crate::validation::modelled::{INFORMATIVE, Modelled, rounded};
 use crate::validation::spectra::Spectra;
 use formats::BandDeparture;
 
-/// Departures in those of the given bands in which steering explains most of the yaw rate, from the
+/// Model errors in those of the bands in which steering explains most of the yaw rate, from the
 /// measured responses at all frequencies.
-pub(crate) fn departures(
+pub(crate) fn band_errors(
     spectra: &Spectra,
     modelled: &Modelled<'_>,
     measured: &[(f64, f64)],
@@ -110,7 +110,7 @@ mod tests {
         let s = Spectra::welch(&[(&u, &y)], TS);
         let model = unit();
         for (delay, sign) in [(0.0, 1.0), (2.0 * TS, -1.0)] {
-            let all = departures(&s, &modelled(&model, delay), &measured(&s), TS);
+            let all = band_errors(&s, &modelled(&model, delay), &measured(&s), TS);
             let band = all.iter().find(|b| b.from_hz == 1.0).unwrap();
             let lead = std::f64::consts::TAU * 1.5 * TS;
             assert!((band.gain_ratio - 2.0).abs() < 0.06, "{band:?}");
@@ -121,30 +121,30 @@ mod tests {
         }
     }
 
-    /// The stated errors, of the departure and of the band's gain, are the scatter over seeds.
+    /// The stated errors, of the model error and of the band's gain, are the scatter over seeds.
     #[test]
     fn standard_errors_of_a_band_are_the_scatter() {
         const SEEDS: u64 = 150;
         let model = unit();
-        let [mut gain, mut phase, mut told, mut known, mut none] = [0.0; 5];
+        let [mut gain, mut phase, mut stated, mut known, mut none] = [0.0; 5];
         for seed in 0..SEEDS {
             let state = &mut (100 + seed);
             let u: Vec<f64> = (0..1500).map(|_| noise(state)).collect();
             let y: Vec<f64> = u.iter().map(|u| u + 0.5 * noise(state)).collect();
             let s = Spectra::welch(&[(&u, &y)], TS);
             let m = modelled(&model, 0.0);
-            let all = departures(&s, &m, &measured(&s), TS);
+            let all = band_errors(&s, &m, &measured(&s), TS);
             let band = all.iter().find(|b| b.from_hz == 1.0).unwrap();
             gain += (band.gain_ratio - 1.0).powi(2);
             phase += band.phase_ahead_rad.powi(2);
-            told += band.standard_error.powi(2);
+            stated += band.standard_error.powi(2);
             none += f64::from(u8::from(band.departure == 0.0)) / SEEDS as f64;
             let of_gain = bands(&s, &m).into_iter().find(|b| b.from_hz == 1.0).unwrap();
             known += of_gain.relative_error.powi(2);
         }
-        let ratio = |of: f64| (of / told).sqrt();
+        let ratio = |of: f64| (of / stated).sqrt();
         let ratios = [gain, phase, known].map(ratio);
-        println!("gain, phase, band's gain over told: {ratios:?}");
+        println!("gain, phase, band's gain over stated: {ratios:?}");
         assert!(ratios.iter().all(|r| (0.8..1.25).contains(r)), "{ratios:?}");
         // A complex number within two standard errors of each part: 1 − e⁻².
         assert!((0.77..0.95).contains(&none), "{none}");

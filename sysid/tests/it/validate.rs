@@ -1,5 +1,5 @@
-//! A given model judged on a drive: the truth fits, a wrong one less, and an identified one gets the
-//! figures that its identification gave it. Sensors with offsets and drifts.
+//! A model validated on a drive: the truth fits, a wrong one less, and an identified one gets the
+//! figures of its identification. Sensors with offsets and drifts.
 
 use crate::known::Random;
 use drivelog::DriveLog;
@@ -7,7 +7,8 @@ use faer::Mat;
 use formats::{Continuous, Matrix};
 use sysid::model::conversion::discretize;
 use sysid::{
-    Detrend, Error, Identified, IdentifyOptions, InputKind, Method, identify, judge, judge_plant,
+    Detrend, Error, Identified, IdentifyOptions, InputKind, Weighting, identify, validate,
+    validate_plant,
 };
 
 /// ẋ = F x + G u, r = H x of a bicycle at 20 m/s with a steering servo.
@@ -24,7 +25,7 @@ const SAMPLE_TIME: f64 = 0.04;
 const STEERING_OFFSET: f64 = 0.05;
 const GYRO_BIAS: f64 = -0.2;
 
-/// A drive of `vehicle(1.0)`, with a crooked wheel and a biased gyro, that starts in a turn; the
+/// A drive of `vehicle(1.0)`, with a steering offset and a biased gyro, that starts in a turn; the
 /// second part is driven harder than the first.
 fn drive(noise: f64) -> DriveLog {
     let truth = vehicle(1.0);
@@ -63,19 +64,19 @@ fn drive(noise: f64) -> DriveLog {
 fn options(hold_out: f64) -> IdentifyOptions {
     IdentifyOptions {
         order: Some(3),
-        method: Some(Method::Moesp.into()),
+        method: Some(Weighting::Moesp.into()),
         horizon: Some(15),
         validation_fraction: hold_out,
         ..IdentifyOptions::default()
     }
 }
 
-/// A level of its own on the estimation part makes up for what the means of input and output leave, on the
-/// held-out part too.
+/// An output offset of its own on the estimation data makes up for what the means of input and output
+/// leave, on the validation data too.
 #[test]
 fn the_truth_fits_and_a_wrong_model_less() {
     let log = drive(0.0);
-    let of = |gain: f64| judge(&log, &options(0.4), &vehicle(gain)).unwrap();
+    let of = |gain: f64| validate(&log, &options(0.4), &vehicle(gain)).unwrap();
     let right = of(1.0);
     println!("{} {}", right.estimation_fit, right.validation_fit);
     assert!(right.estimation_fit > 100.0 - 1e-6 && right.validation_fit > 100.0 - 1e-6);
@@ -95,24 +96,24 @@ fn an_identified_model_gets_the_figures_of_its_identification() {
     for hold_out in [0.3, 0.5] {
         let options = options(hold_out);
         let found = identify(&log, &options).unwrap();
-        let judged = judge(&log, &options, found.plant.continuous.as_ref().unwrap()).unwrap();
+        let validated = validate(&log, &options, found.plant.continuous.as_ref().unwrap()).unwrap();
         let fit = &found.plant.evidence.fit;
         let apart =
-            [fit.estimation - judged.estimation_fit, fit.validation - judged.validation_fit];
+            [fit.estimation - validated.estimation_fit, fit.validation - validated.validation_fit];
         println!("{fit:?} apart {apart:?}");
         assert!(fit.validation > 95.0 && fit.validation < 99.9, "{fit:?}");
         // The identification refines the initial state of the estimation part over all of it.
         assert!(apart[0].abs() < 1e-4 && apart[1].abs() < 1e-6, "{apart:?}");
         let traces = found.traces.simulated_yaw_rate_radps.iter();
         let worst = traces
-            .zip(&judged.simulated_yaw_rate_radps)
+            .zip(&validated.simulated_yaw_rate_radps)
             .map(|(a, b)| (a - b).abs())
             .fold(0.0, f64::max);
         assert!(worst < 1e-4, "{worst}");
         // A steering angle drives it, whatever the other model was identified with.
         let product = IdentifyOptions { input_kind: InputKind::SteeringTimesSpeed, ..options };
         let model = found.plant.continuous.as_ref().unwrap();
-        assert_eq!(judge(&log, &product, model).unwrap(), judged);
+        assert_eq!(validate(&log, &product, model).unwrap(), validated);
     }
 }
 
@@ -124,7 +125,7 @@ fn matrices_that_do_not_fit_each_other_are_refused() {
         Continuous { h: Matrix::from_fn(1, 2, |_, _| 1.0), ..good.clone() },
         Continuous { f: Matrix::from_fn(3, 2, |_, _| 1.0), ..good.clone() },
     ] {
-        let error = judge(&drive(0.0), &options(0.5), &bad);
+        let error = validate(&drive(0.0), &options(0.5), &bad);
         assert!(matches!(error, Err(Error::NoModel { .. })), "{error:?}");
     }
 }
@@ -148,16 +149,16 @@ fn a_plant_gets_the_figures_of_its_identification_from_its_file() {
         };
         let plant = identify(&log, &options).unwrap().plant;
         assert_eq!(plant.input_delay_s, delay_s);
-        // What stands in the plant goes before the options.
-        let judged = judge_plant(
+        // The delay in the plant goes before the options.
+        let validated = validate_plant(
             &log,
             &IdentifyOptions { validation_fraction: 0.4, ..IdentifyOptions::default() },
             &plant,
         )
         .unwrap();
         let fit = &plant.evidence.fit;
-        assert!((fit.validation - judged.validation_fit).abs() < 1e-6, "{fit:?} {judged:?}");
-        assert_eq!(judged.first_held_out, 1200);
+        assert!((fit.validation - validated.validation_fit).abs() < 1e-6, "{fit:?} {validated:?}");
+        assert_eq!(validated.first_validation_sample, 1200);
     }
     // On every second sample, the driving angle held over both.
     let options = IdentifyOptions { delay_s: Some(0.0), ..options(0.5) };
@@ -168,11 +169,11 @@ fn a_plant_gets_the_figures_of_its_identification_from_its_file() {
     for signal in [&mut half.input, &mut half.output, half.speed.as_mut().unwrap()] {
         *signal = signal.iter().copied().step_by(2).collect();
     }
-    // The levels last 15 samples, so some begin on a sample that is left out.
-    let fit = judge_plant(&half, &options, &plant).unwrap().validation_fit;
+    // The steps last 15 samples, so some begin on a sample that is left out.
+    let fit = validate_plant(&half, &options, &plant).unwrap().validation_fit;
     assert!((80.0..99.0).contains(&fit), "{fit}");
     plant.continuous = None;
-    let error = judge_plant(&half, &options, &plant).unwrap_err();
+    let error = validate_plant(&half, &options, &plant).unwrap_err();
     assert!(matches!(error, Error::NoModel { .. }), "{error}");
 }
 

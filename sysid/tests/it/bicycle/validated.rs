@@ -1,10 +1,10 @@
-//! A bicycle judged on a drive: with the recorded speed, and the drive's own offsets.
+//! A bicycle validated on a drive: with the recorded speed, and the drive's own offsets.
 
 use super::{DRIVE, Drive, drive, evidence};
 use crate::common::car;
 use formats::{Bicycle, Continuous, Matrix};
-use sysid::bicycle::{BicycleOptions, identify_bicycle, judge_bicycle};
-use sysid::{IdentifyOptions, judge};
+use sysid::bicycle::{BicycleOptions, identify_bicycle, validate_bicycle};
+use sysid::{IdentifyOptions, validate};
 use vehicle_models::bicycle_body_frame;
 
 /// The same vehicle on another day: other speeds, another wheel alignment, another gyro.
@@ -15,10 +15,10 @@ const ANOTHER: Drive =
 fn on_its_own_drive_a_bicycle_has_the_fits_of_its_identification() {
     let log = drive(car(), Drive { noise: 0.005, ..DRIVE });
     let found = identify_bicycle(&log, &BicycleOptions::default()).unwrap();
-    let judged = judge_bicycle(&log, &IdentifyOptions::default(), &found.bicycle).unwrap();
+    let validated = validate_bicycle(&log, &IdentifyOptions::default(), &found.bicycle).unwrap();
     let e = evidence(&found);
-    assert!((judged.estimation_fit - e.estimation_fit).abs() < 0.05, "{judged:?}");
-    assert!((judged.validation_fit - e.validation_fit).abs() < 0.05);
+    assert!((validated.estimation_fit - e.estimation_fit).abs() < 0.05, "{validated:?}");
+    assert!((validated.validation_fit - e.validation_fit).abs() < 0.05);
 }
 
 #[test]
@@ -26,7 +26,7 @@ fn on_another_drive_it_gets_the_recorded_speed_and_that_drive_s_offsets() {
     let found = identify_bicycle(&drive(car(), DRIVE), &BicycleOptions::default()).unwrap();
     let log = drive(car(), ANOTHER);
     let fit = |bicycle: &Bicycle| {
-        judge_bicycle(&log, &IdentifyOptions::default(), bicycle).unwrap().validation_fit
+        validate_bicycle(&log, &IdentifyOptions::default(), bicycle).unwrap().validation_fit
     };
     assert!(fit(&found.bicycle) > 99.0, "{}", fit(&found.bicycle));
     // From vehicle data it has no offsets of its own.
@@ -39,7 +39,7 @@ fn on_another_drive_it_gets_the_recorded_speed_and_that_drive_s_offsets() {
         g: Matrix::from_fn(3, 1, |i, _| g[i]),
         h: Matrix::from_fn(1, 3, |_, j| if j == 1 { 1.0 } else { 0.0 }),
     };
-    let fixed = judge(&log, &IdentifyOptions::default(), &fixed).unwrap().validation_fit;
+    let fixed = validate(&log, &IdentifyOptions::default(), &fixed).unwrap().validation_fit;
     assert!(fixed < 80.0, "{fixed}");
 }
 
@@ -49,6 +49,6 @@ fn without_a_recorded_speed_it_runs_at_its_own() {
     let mut log = drive(car(), level);
     let found = identify_bicycle(&log, &BicycleOptions::default()).unwrap();
     log.speed = None;
-    let judged = judge_bicycle(&log, &IdentifyOptions::default(), &found.bicycle).unwrap();
-    assert!(judged.validation_fit > 99.0, "{}", judged.validation_fit);
+    let validated = validate_bicycle(&log, &IdentifyOptions::default(), &found.bicycle).unwrap();
+    assert!(validated.validation_fit > 99.0, "{}", validated.validation_fit);
 }

@@ -20,9 +20,9 @@ const STRIDE: usize = BLOCK + WIDEST;
 /// Columns that a reflection is applied to at once.
 const GROUP: usize = 4;
 
-/// An upper triangle that absorbs rows.
+/// An R factor that accumulates rows.
 #[derive(Debug, Clone)]
-pub(crate) struct Triangle {
+pub(crate) struct RFactor {
     columns: usize,
     /// Row by row.
     r: Vec<f64>,
@@ -31,7 +31,7 @@ pub(crate) struct Triangle {
     gathered: usize,
 }
 
-impl Triangle {
+impl RFactor {
     pub(crate) fn new(columns: usize) -> Self {
         let (r, block) = (vec![0.0; columns * columns], vec![0.0; columns * STRIDE]);
         Self { columns, r, block, gathered: 0 }
@@ -49,8 +49,8 @@ impl Triangle {
         self.gathered += 1;
     }
 
-    /// Takes the rows of another triangle.
-    pub(crate) fn absorb(&mut self, rows: MatRef<'_, f64>) {
+    /// Takes the rows of another R factor.
+    pub(crate) fn accumulate(&mut self, rows: MatRef<'_, f64>) {
         for i in 0..rows.nrows() {
             let row: Vec<f64> = rows.row(i).iter().copied().collect();
             self.push(&row);
@@ -67,7 +67,7 @@ impl Triangle {
         self.gathered = 0;
     }
 
-    /// The triangle of all rows, square.
+    /// The R factor of all rows, square.
     pub(crate) fn finish(mut self) -> Mat<f64> {
         self.reduce();
         let columns = self.columns;
@@ -174,11 +174,11 @@ fn subtract<S: Simd, const G: usize>(simd: S, times: [f64; G], v: &[f64], x: [&m
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::linalg::dense::{is_finite, triangle};
+    use crate::linalg::dense::{is_finite, r_factor};
 
     /// RᵀR is that of all rows for any number of columns and rows, and R triangular.
     #[test]
-    fn the_triangle_is_that_of_all_rows() {
+    fn the_r_factor_is_that_of_all_rows() {
         let value = |i: usize, j: usize| {
             ((i * 7919 + j * 104_729 + i * j * 31) % 10_007) as f64 / 5000.0 - 1.0
         };
@@ -191,12 +191,12 @@ mod tests {
                     4 => 1e12 * value(i, 4),
                     _ => value(i, j),
                 });
-                let mut all = Triangle::new(columns);
+                let mut all = RFactor::new(columns);
                 let half = rows / 2;
                 (0..half).for_each(|i| all.push(&row(&m, i)));
-                let mut rest = Triangle::new(columns);
+                let mut rest = RFactor::new(columns);
                 (half..rows).for_each(|i| rest.push(&row(&m, i)));
-                all.absorb(rest.finish().as_ref());
+                all.accumulate(rest.finish().as_ref());
                 let r = all.finish();
                 assert!((0..columns).all(|j| (j + 1..columns).all(|i| r[(i, j)] == 0.0)));
                 let (got, expected) = (r.transpose() * &r, m.transpose() * &m);
@@ -205,10 +205,10 @@ mod tests {
                     let apart = (got[(i, j)] - expected[(i, j)]).abs();
                     assert!(apart <= 1e-13 * size, "{rows} by {columns}, {i} {j}: {apart} {size}");
                 }
-                // What tells the nearly dependent column from the others is not lost, as it would be in
-                // the products.
+                // What distinguishes the nearly dependent column from the others is not lost, as it
+                // would be in the products.
                 if rows >= 255 && columns > 3 {
-                    let reference = triangle(m.as_ref());
+                    let reference = r_factor(m.as_ref());
                     let of = |r: &Mat<f64>| r.get(2..4, 3..4).norm_l2();
                     let (got, expected) = (of(&r), of(&reference));
                     assert!((got - expected).abs() < 1e-5 * expected, "{got} {expected}");
@@ -224,7 +224,7 @@ mod tests {
     #[test]
     fn what_is_not_finite_is_not_hidden() {
         for wrong in [f64::NAN, f64::INFINITY, 1e300] {
-            let mut all = Triangle::new(2);
+            let mut all = RFactor::new(2);
             all.push(&[wrong, 1.0]);
             all.push(&[1.0, 2.0]);
             assert!(!is_finite(all.finish().as_ref()), "{wrong}");
