@@ -87,11 +87,21 @@ fn documents() -> Result<Vec<String>, String> {
     for name in listed.lines() {
         documents.insert(normal(Path::new(name)), parts(&text(&root().join(name))?));
     }
+    // Tests and variables that the book names.
+    let identifiers = "[a-z0-9]+(_[a-z0-9]+){3,}";
+    let search = ["grep", "-h", "-o", "-w", "-E", identifiers, "--", "*.rs", "*.py"];
+    let known = answer(Command::new("git").args(search).current_dir(root()));
+    let known = known.ok_or("git grep finds no identifiers")?;
+    let known: BTreeSet<&str> = known.lines().collect();
     let mut problems = Vec::new();
     for (document, (_, links, named)) in &documents {
         let folder = document.parent().unwrap_or(Path::new(""));
-        for name in named.iter().filter(|name| !root().join(name).exists()) {
-            problems.push(format!("{}: no file {name}", document.display()));
+        for name in named {
+            if name.contains('/') && !root().join(name).exists() {
+                problems.push(format!("{}: no file {name}", document.display()));
+            } else if !name.contains('/') && !known.contains(name.as_str()) {
+                problems.push(format!("{}: no identifier {name}", document.display()));
+            }
         }
         for link in links.iter().filter(|link| !is_external(link)) {
             let (file, heading) = link.split_once('#').unwrap_or((link, ""));
@@ -112,7 +122,7 @@ fn is_external(link: &str) -> bool {
     link.contains("://") || link.starts_with("mailto:")
 }
 
-/// The anchors of a document's headings, its links, and the files of the repository that it names.
+/// The anchors of a document's headings, its links, and the files and identifiers that it names.
 fn parts(text: &str) -> (BTreeSet<String>, Vec<String>, Vec<String>) {
     let (mut headings, mut links, mut named) = (BTreeSet::new(), Vec::new(), Vec::new());
     let mut heading: Option<String> = None;
@@ -124,7 +134,7 @@ fn parts(text: &str) -> (BTreeSet<String>, Vec<String>, Vec<String>) {
                 links.push(dest_url.into_string());
             }
             Event::Text(part) | Event::Code(part) => {
-                if is_path(&part) {
+                if is_path(&part) || is_identifier(&part) {
                     named.push(part.to_string());
                 }
                 if let Some(heading) = &mut heading {
@@ -141,6 +151,14 @@ fn parts(text: &str) -> (BTreeSet<String>, Vec<String>, Vec<String>) {
 fn is_path(text: &str) -> bool {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "/_-.".contains(c);
     text.chars().all(is_plain) && FOLDERS.iter().any(|folder| text.starts_with(folder))
+}
+
+/// Whether a text is a name of at least four words, as those of tests are.
+fn is_identifier(text: &str) -> bool {
+    let is_word = |word: &str| {
+        !word.is_empty() && word.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit())
+    };
+    text.matches('_').count() >= 3 && text.split('_').all(is_word)
 }
 
 /// A heading's anchor as GitHub and mdBook make it.
