@@ -43,7 +43,7 @@ const EXCEPT: &[&str] =
     &["tests/it/words.rs", "CHANGELOG.md", "xtask/src/licenses.rs", "tests/experiment/oracle.py"];
 
 /// What does not follow the list yet.
-const NOT_YET: &[&str] = &["fmu/export", "packaging/checker"];
+const NOT_YET: &[&str] = &["docs/formats.md", "fmu/export", "packaging/checker"];
 
 /// Sources and documents below a folder; build products and hidden files apart.
 fn texts(folder: &Path, found: &mut Vec<PathBuf>) {
