@@ -431,7 +431,7 @@ fn a_long_log_is_estimated_from_blocks() {
     let found = identify(&log, &options).unwrap();
     let e = &found.plant.evidence;
     assert_eq!(e.estimation_samples, 6000);
-    let warned = format!("6000 of {} samples", log.len() - e.validation_samples);
+    let warned = format!("6000 of {} estimation samples", log.len() - e.validation_samples);
     assert!(e.warnings.iter().any(|w| w.contains(&warned)), "{:?}", e.warnings);
     let all = identify(&log, &IdentifyOptions { max_samples: None, ..options }).unwrap();
     let apart = all.plant.evidence.fit.validation - e.fit.validation;
