@@ -1,7 +1,8 @@
 //! Runs the tests in tests/python on a fresh demo, where there is a Python environment for them.
 //!
 //! `cargo xtask test` makes that environment and names its interpreter in STEERWRIGHT_PYTHON.
-//! A plain `cargo test` lists what it omits.
+//! A plain `cargo test` lists what it omits. In CI a missing interpreter is a failure, unless the
+//! variable is empty.
 #![allow(clippy::unwrap_used)]
 
 #[path = "support/pure_loop.rs"]
@@ -14,7 +15,12 @@ use std::path::Path;
 use std::process::{Command, ExitCode};
 
 fn main() -> ExitCode {
-    let Some(python) = std::env::var_os("STEERWRIGHT_PYTHON") else {
+    let stated = std::env::var_os("STEERWRIGHT_PYTHON");
+    if stated.is_none() && std::env::var_os("CI").is_some() {
+        eprintln!("STEERWRIGHT_PYTHON is not set: run `cargo xtask test`");
+        return ExitCode::FAILURE;
+    }
+    let Some(python) = stated.filter(|interpreter| !interpreter.is_empty()) else {
         println!("left out: fmpy's validation of the archives (tests/python)");
         println!("left out: the closed loop in fmpy, libcosim and an FMU container (tests/python)");
         println!("left out: the closed loop in rust-fmi and fmi-rs (tests/importers)");

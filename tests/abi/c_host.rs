@@ -300,6 +300,6 @@ fn valgrind_finds_nothing() {
 #[test]
 #[ignore = "minutes: cargo xtask stress"]
 #[cfg(target_os = "linux")]
-fn valgrind_finds_nothing_in_10000_instances() {
+fn stress_valgrind_finds_nothing_in_10000_instances() {
     under_valgrind(10_000);
 }

@@ -104,8 +104,8 @@ fn thousands_of_lives_leave_nothing_behind() {
 
 #[test]
 #[ignore = "minutes: cargo xtask stress"]
-fn a_million_lives_leave_nothing_behind() {
-    if runs_alone("many::a_million_lives_leave_nothing_behind") {
+fn stress_a_million_lives_leave_nothing_behind() {
+    if runs_alone("many::stress_a_million_lives_leave_nothing_behind") {
         return;
     }
     lives(sample("LateralPid"), 1_000_000);

@@ -33,12 +33,7 @@ struct Arguments {
 enum Command {
     /// Every test, also those that need Python or libclang: makes its own environment in
     /// target/python
-    Test {
-        /// Also with the libraries of other platforms, as far as they run here; without names,
-        /// linux64 and win64
-        #[arg(long, num_args = 0.., value_name = "PLATFORM")]
-        cross: Option<Vec<cross::Platform>>,
-    },
+    Test(test::Options),
     /// rustfmt and clippy, warnings denied
     Lint,
     /// Build the FMU libraries for other platforms, and the demo's archives with them
@@ -83,7 +78,7 @@ enum Command {
 
 fn main() -> ExitCode {
     let result = match Arguments::parse().command {
-        Command::Test { cross } => test::test(cross.as_deref()),
+        Command::Test(options) => test::test(&options),
         Command::Cross(options) => cross::cross(&options),
         Command::Lint => lint::lint(),
         Command::Fuzz { minutes, targets } => fuzz::fuzz(minutes, &targets),

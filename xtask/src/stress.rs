@@ -1,10 +1,11 @@
 //! `cargo xtask stress`.
 
 use crate::run::{cargo, run};
+use crate::test::STRESS;
 
 /// The tests that take minutes: of the C interface, and of builds in two folders.
 pub(crate) fn stress() -> Result<(), String> {
-    let only = ["--", "--ignored", "--nocapture", "--test-threads=1"];
+    let only = ["--", STRESS, "--ignored", "--nocapture", "--test-threads=1"];
     let packages = ["--package", "abi-tests", "--package", "fmu-binaries"];
     run(cargo(&["test", "--release"]).args(packages).args(only))
 }

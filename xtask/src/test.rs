@@ -2,48 +2,84 @@
 
 use crate::cross::{self, Platform};
 use crate::run::{cargo, run, target};
-use crate::{every_fmu, importers, python};
-use std::path::Path;
+use crate::{evaluate, every_fmu, fuzz, importers, python, stress};
+use std::path::{Path, PathBuf};
+
+/// With this in their names, tests take minutes: `cargo xtask stress` runs them.
+pub(crate) const STRESS: &str = "stress_";
+
+
+/// What is tested.
+#[derive(clap::Args)]
+pub(crate) struct Options {
+    /// Also with the libraries of other platforms, as far as they run here; without names,
+    /// linux64 and win64
+    #[arg(long, num_args = 0.., value_name = "PLATFORM")]
+    cross: Option<Vec<Platform>>,
+    /// Also everything that takes longer than a coffee: other platforms, the stress tests, a minute of
+    /// fuzzing a target, the whole evaluation
+    #[arg(long)]
+    full: bool,
+}
 
 /// Every test of the workspace, with the Python environment that some of them need, and then those
-/// that are outside of it. With `platforms`, those that use FMU libraries run with the cross-built
-/// ones too.
-pub(crate) fn test(platforms: Option<&[Platform]>) -> Result<(), String> {
+/// that are outside of it.
+///
+/// Other platforms are tested with the cross-built libraries: all tests that pack FMUs run with them
+/// once more, and each platform's library is compared with this machine's.
+pub(crate) fn test(options: &Options) -> Result<(), String> {
+    let platforms = match &options.cross {
+        None if options.full => Some(&[][..]),
+        named => named.as_deref(),
+    };
     let platforms = platforms.map(cross::with_own);
     if let Some(platforms) = &platforms {
         cross::check(platforms)?;
     }
     let python = python::environment()?;
-    // Release: the tests step models millions of times.
-    run(cargo(&["test", "--release", "--no-fail-fast"]).env("STEERWRIGHT_PYTHON", &python))?;
+    // Release: the tests step models millions of times. With those that `cargo test` leaves out.
+    let all = ["--", "--include-ignored", "--skip", STRESS];
+    run(cargo(&["test", "--release", "--no-fail-fast"])
+        .args(all)
+        .env("STEERWRIGHT_PYTHON", &python))?;
     // No default members: this program, and what the evaluation's programs share.
     run(&mut cargo(&["test", "--quiet", "--package", "xtask"]))?;
     let evaluation = ["--package", "steerwright", "--package", "xtask", "--lib"];
     run(cargo(&["test", "--release", "--quiet", "--package", "sysid-evaluation"]).args(evaluation))?;
-    match platforms {
+    let binaries = match &platforms {
+        Some(platforms) => Some(across(platforms, &python)?),
         None => {
-            importers::importers(&python, None)?;
             eprintln!(
                 "left out: the libraries for an older glibc and for Windows (`cargo xtask test \
                  --cross`), for ARM (`--cross aarch64-linux`)"
             );
-            Ok(())
+            None
         }
-        Some(platforms) => across(&platforms, &python),
+    };
+    importers::importers(&python, binaries.as_deref())?;
+    if options.full {
+        stress::stress()?;
+        fuzz::fuzz(1.0, &[])?;
+        evaluate::evaluate_all()?;
+    } else {
+        eprintln!("left out: stress tests, fuzzing, long evaluations (`cargo xtask test --full`)");
     }
+    Ok(())
 }
 
-/// The tests with the cross-built libraries in the archives, and each platform's own runs.
-fn across(platforms: &[Platform], python: &Path) -> Result<(), String> {
+/// The tests with the cross-built libraries in the archives, and each platform's own runs. Returns the
+/// folder of the libraries.
+fn across(platforms: &[Platform], python: &Path) -> Result<PathBuf, String> {
     let native = target().join("cross/native");
     every_fmu::pack(&native, None)?;
     cross::libraries(platforms, cross::Source::Auto)?;
     cross::run(platforms, &native)?;
     let binaries = cross::binaries();
     // By their names: `--package steerwright` would give shared dependencies other features, and
-    // compile nearly everything once more.
+    // compile nearly everything once more. The tests of other crates load no packed library.
     let mut tests = cargo(&["test", "--release", "--no-fail-fast", "--bin", "steerwright"]);
-    tests.args(["--test", "it", "--test", "python"]);
+    tests.args(["--test", "system", "--test", "python"]);
+    tests.args(["--", "--include-ignored"]);
     run(tests.env("STEERWRIGHT_PYTHON", python).env("STEERWRIGHT_FMU_BINARIES", &binaries))?;
-    importers::importers(python, Some(&binaries))
+    Ok(binaries)
 }

@@ -30,6 +30,7 @@ fn assert_meets(plant: &DesignPlant, pid: &Pid) {
 }
 
 #[test]
+#[ignore = "slow: cargo xtask test"]
 fn a_typical_car_in_steering_and_road_wheel_coordinates() {
     let designs = [1.0, 15.0].map(|ratio| {
         let plant = DesignPlant::from_bicycle(&car(ratio)).expect("a plant");
@@ -82,6 +83,7 @@ fn a_discrete_plant_is_designed_for_on_its_own_grid() {
 }
 
 #[test]
+#[ignore = "slow: cargo xtask test"]
 fn delays_of_loop_and_plant_are_designed_for() {
     let plant = DesignPlant::from_bicycle(&car(1.0)).expect("a plant");
     let options = DesignOptions { loop_delay_s: 0.06, ..usual() };
@@ -134,6 +136,7 @@ fn a_requirement_that_cannot_be_met_has_a_shortfall() {
 /// A shorter required settling time never returns a slower loop: the fastest loop that keeps the other
 /// requirements is found whatever settling time is required.
 #[test]
+#[ignore = "slow: cargo xtask test"]
 fn a_harder_requirement_is_never_worse_than_a_milder_one() {
     for (name, plant, max_angle_rad) in [
         ("car", DesignPlant::from_bicycle(&car(1.0)).expect("a plant"), None),
@@ -240,6 +243,7 @@ fn large_steps_do_not_overshoot_and_the_loop_engages() {
 
 /// Up to rounding.
 #[test]
+#[ignore = "slow: cargo xtask test"]
 fn an_overshoot_of_zero_may_be_required() {
     for plant in
         [DesignPlant::from_bicycle(&car(1.0)).expect("a plant"), transfer(&[40.0], &[8.0], 0.05)]

@@ -69,8 +69,8 @@ fn digests(folder: &Path, cargo_home: &Path) -> BTreeMap<String, String> {
 }
 
 #[test]
-#[ignore = "builds everything twice from nothing: minutes"]
-fn two_folders_give_the_same_bytes() {
+#[ignore = "minutes: cargo xtask stress"]
+fn stress_two_folders_give_the_same_bytes() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).unwrap();
     let place = tempfile::tempdir().unwrap();
     let folders =

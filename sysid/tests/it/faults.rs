@@ -107,6 +107,7 @@ fn bicycle(log: &DriveLog) -> Bicycle {
 type Case = (&'static str, Fault, f64, ReasonCode, Grade, &'static [&'static str]);
 
 #[test]
+#[ignore = "slow: cargo xtask test"]
 fn each_fault_is_found_with_its_cause() {
     fn frozen(k: usize, r: f64) -> f64 {
         if (3000..3200).contains(&k) || (5000..5200).contains(&k) { 0.0123 } else { r }
@@ -256,6 +257,7 @@ fn each_fault_is_found_with_its_cause() {
 
 /// The same car without a fault passes.
 #[test]
+#[ignore = "slow: cargo xtask test"]
 fn a_sound_drive_passes() {
     let log = recorded(&NONE, RATIO);
     let plant = identified(&log);

@@ -131,6 +131,7 @@ fn gains(of: &Uncertain) -> [(f64, f64); 2] {
 
 /// In open loop, the gain that follows the model of the least simulation errors has the stated scatter.
 #[test]
+#[ignore = "slow: cargo xtask test"]
 fn standard_errors_of_the_gain_are_its_scatter() {
     let truth = vehicle();
     for focus in [Focus::Prediction, Focus::Simulation] {
@@ -313,6 +314,7 @@ fn estimated(focus: Focus) -> Uncertain {
 }
 
 #[test]
+#[ignore = "slow: cargo xtask test"]
 fn an_ensemble_scatters_by_the_standard_errors() {
     const MEMBERS: usize = 2000;
     for focus in [Focus::Prediction, Focus::Simulation] {

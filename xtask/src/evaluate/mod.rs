@@ -47,6 +47,11 @@ pub(crate) fn evaluate(options: &Options) -> Result<(), String> {
     }
 }
 
+/// All programs, at full length.
+pub(crate) fn evaluate_all() -> Result<(), String> {
+    run_all(&PROGRAMS.iter().map(|program| (program, &[][..])).collect::<Vec<_>>())
+}
+
 /// A program by its name, with these arguments.
 pub(crate) fn evaluate_named(name: &str, is_short: bool) -> Result<(), String> {
     let program = find(name)?;

@@ -129,6 +129,7 @@ fn merging_is_the_same_in_every_order_and_grouping() {
 
 /// A driver who steers by what the car did: the open-loop methods are biased, the default is not.
 #[test]
+#[ignore = "slow: cargo xtask test"]
 fn feedback_is_found_and_does_not_bias_the_model() {
     let truth = driver::Drive::vehicle();
     let drive = driver::Drive::controlled();
@@ -167,6 +168,7 @@ fn feedback_is_found_and_does_not_bias_the_model() {
 
 /// The fit on the validation windows is that of simulating the validation blocks themselves.
 #[test]
+#[ignore = "slow: cargo xtask test"]
 fn the_fit_on_validation_windows_is_that_of_the_validation_samples() {
     const BLOCK: usize = 500;
     for (noise, seed) in [(0.05, 6)] {
@@ -200,6 +202,7 @@ fn the_fit_on_validation_windows_is_that_of_the_validation_samples() {
 }
 
 #[test]
+#[ignore = "slow: cargo xtask test"]
 fn the_order_is_that_of_the_samples_in_memory() {
     let mut random = Random(190);
     // A vehicle's order is 2 at least, as long as the data show any of it.
@@ -218,6 +221,7 @@ fn the_order_is_that_of_the_samples_in_memory() {
 }
 
 #[test]
+#[ignore = "slow: cargo xtask test"]
 fn the_model_is_that_of_the_log_and_offsets_cost_nothing() {
     let text = csv(7, 60_000);
     // As much to estimate from as the factor has.

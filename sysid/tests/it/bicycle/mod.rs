@@ -245,6 +245,7 @@ fn scores(d: Drive, runs: u64) -> Vec<f64> {
 }
 
 #[test]
+#[ignore = "slow: cargo xtask test"]
 fn standard_errors_cover_as_often_as_stated() {
     for (noise_pole, noise) in [(0.0, 0.01), (0.9, 0.01)] {
         let z = scores(Drive { noise, noise_pole, ..DRIVE }, 10);

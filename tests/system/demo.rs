@@ -119,6 +119,7 @@ fn every_file_it_names_is_there_and_the_report_cites_nothing_outside() {
 }
 
 #[test]
+#[ignore = "slow: cargo xtask test"]
 fn the_same_drive_gives_the_same_bytes() {
     fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
         let mut all = BTreeMap::new();

@@ -60,6 +60,7 @@ const EACH: [&str; 9] = [
 ];
 
 #[test]
+#[ignore = "slow: cargo xtask test"]
 fn results_go_to_stdout_in_tables_of_80_columns_and_the_rest_to_stderr() {
     let folder = tempfile::tempdir().unwrap();
     for line in EACH.into_iter().chain(["check IdentifiedPlant.fmu"]) {
@@ -215,6 +216,7 @@ fn three_files_with_a_clock_each_become_a_recorded_road_and_a_controller() {
 }
 
 #[test]
+#[ignore = "slow: cargo xtask test"]
 fn an_infeasible_specification_ends_with_status_1_and_the_controller_is_written() {
     let folder = tempfile::tempdir().unwrap();
     let output = run(folder.path(), "design {chain}/plant.json --settling 0.1s");
@@ -296,6 +298,7 @@ fn every_command_has_help_and_bad_usage_a_hint() {
 }
 
 #[test]
+#[ignore = "slow: cargo xtask test"]
 fn build_does_in_one_command_what_the_stages_do_one_by_one() {
     let folder = tempfile::tempdir().unwrap();
     let built = json(

@@ -136,6 +136,7 @@ fn what_is_read_is_never_written() {
 }
 
 #[test]
+#[ignore = "slow: cargo xtask test"]
 fn a_foreign_file_is_kept_and_force_replaces_it() {
     let folder = workplace();
     let here = folder.path();
@@ -183,6 +184,7 @@ fn null(folder: &Path) -> PathBuf {
 }
 
 #[test]
+#[ignore = "slow: cargo xtask test"]
 fn devices_and_fifos_are_written_to_and_stay_what_they_are() {
     let folder = workplace();
     let here = folder.path();

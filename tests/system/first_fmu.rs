@@ -12,6 +12,7 @@ fn blocks<'a>(page: &'a str, language: &str) -> Vec<&'a str> {
 }
 
 #[test]
+#[ignore = "slow: cargo xtask test"]
 fn the_guide_to_the_first_fmu_works() {
     let page = include_str!("../../docs/first-fmu.md");
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
