@@ -40,7 +40,7 @@ pub use verdict::{Figure, Verdict};
 
 use control::{DesignOptions, Master, paths};
 use drivelog::DriveLog;
-use fmi2_host::Coupling;
+use host::Coupling;
 use formats::{Guidance, Path as PathFile, SourceFile};
 use runs::Setting;
 use sweep::Class;

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::{env, fs};
 
-/// Package and FMU name of each library.
+/// Folder and FMU name of each library.
 const LIBRARIES: &[(&str, &str)] = &include!("libraries.rs");
 
 /// The crates that the libraries link, whose manifests say with what features.
@@ -106,8 +106,8 @@ fn built() -> Result<Vec<Library>, Box<dyn Error>> {
         .env("CARGO_ENCODED_RUSTFLAGS", remapped_paths(&root, &folder))
         .args(["build", "--quiet", "--profile", "fmu", "--target", &target, "--target-dir"])
         .arg(&folder);
-    for (package, _) in LIBRARIES {
-        cargo.args(["--package", package]);
+    for (crate_, _) in LIBRARIES {
+        cargo.args(["--package", &format!("steerwright-{crate_}")]);
     }
     let status = cargo.status()?;
     if !status.success() {
@@ -120,8 +120,8 @@ fn built() -> Result<Vec<Library>, Box<dyn Error>> {
     let platform = platform(&target)?;
     let mut sources = BTreeSet::new();
     let mut libraries = Vec::new();
-    for &(package, name) in LIBRARIES {
-        let file = products.join(library_file(&target, &package.replace('-', "_")));
+    for &(crate_, name) in LIBRARIES {
+        let file = products.join(library_file(&target, &crate_.replace('-', "_")));
         sources.extend(dependencies(&file.with_extension("d"))?);
         // A name of its own in OUT_DIR, so that a later inner build cannot swap what was embedded.
         let copy = out.join(format!("{name}.library"));

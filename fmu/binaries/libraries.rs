@@ -1,5 +1,5 @@
-// Package and FMU name of each library: the one list, included by the build script next to it and by
-// `cargo xtask cross`.
+// Folder and FMU name of each library, whose package is `steerwright-` and the folder: the one list, included by
+// the build script next to it and by `cargo xtask cross`.
 [
     ("identified-plant", "IdentifiedPlant"),
     ("bicycle-plant", "BicyclePlant"),

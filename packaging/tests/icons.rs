@@ -1,6 +1,6 @@
 //! The pictures are those of their drawings.
 //!
-//! `STEERWRIGHT_UPDATE=1 cargo test -p packaging icons` draws them again.
+//! `STEERWRIGHT_UPDATE=1 cargo test -p steerwright-packaging icons` draws them again.
 #![allow(clippy::unwrap_used)]
 
 use resvg::tiny_skia::{Pixmap, Transform};

@@ -1,6 +1,6 @@
 //! The variable tables in the READMEs are those of the code.
 //!
-//! `STEERWRIGHT_UPDATE=1 cargo test -p packaging readme` writes them again.
+//! `STEERWRIGHT_UPDATE=1 cargo test -p steerwright-packaging readme` writes them again.
 #![allow(clippy::unwrap_used)]
 
 use packaging::{Fmu, table_markdown, with_variables};
@@ -21,7 +21,7 @@ fn holds(file: &Path, variables: &str) {
     }
     assert!(
         text == expected,
-        "{} is out of date; STEERWRIGHT_UPDATE=1 cargo test -p packaging readme",
+        "{} is out of date; STEERWRIGHT_UPDATE=1 cargo test -p steerwright-packaging readme",
         file.display()
     );
 }

@@ -1,4 +1,4 @@
-//! Draws every figure and the report from made-up data: `cargo run -p report --example gallery DIR`.
+//! Draws every figure and the report from made-up data: `cargo run -p steerwright-report --example gallery DIR`.
 
 #[path = "../tests/common/mod.rs"]
 mod common;

@@ -14,25 +14,25 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("lateral-pid", LIBRARY),
     ("reference-path", LIBRARY),
     ("pose-estimator", LIBRARY),
-    ("slaves", &["fmi2-export", "formats", "model-description", "model-loading", "vehicle-models"]),
+    ("slaves", &["fmi2-export", "formats", "model-description", "loading", "models"]),
     ("fmi2-export", &["model-description"]),
-    ("control", &["formats", "model-loading", "vehicle-models"]),
-    ("model-loading", &["formats", "vehicle-models"]),
+    ("control", &["formats", "loading", "models"]),
+    ("loading", &["formats", "models"]),
     ("drivelog", &["formats"]),
     ("sysid", &["drivelog", "formats"]),
-    ("sysid-evaluation", &["drivelog", "sysid"]),
-    ("fmi2-host", &["model-description"]),
-    ("packaging", &["fmi2-host", "formats", "model-description", "slaves"]),
-    ("fmu-checker", &["fmi2-host", "model-description"]),
+    ("evaluation", &["drivelog", "sysid"]),
+    ("host", &["model-description"]),
+    ("packaging", &["host", "formats", "model-description", "slaves"]),
+    ("checker", &["host", "model-description"]),
     ("report", &["formats"]),
-    ("sweep", &["fmi2-host"]),
+    ("sweep", &["host"]),
     (
         "comparison",
         &[
             "control",
             "drivelog",
-            "fmi2-host",
-            "fmu-binaries",
+            "host",
+            "binaries",
             "formats",
             "packaging",
             "report",
@@ -46,9 +46,9 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "comparison",
             "control",
             "drivelog",
-            "fmi2-host",
-            "fmu-binaries",
-            "fmu-checker",
+            "host",
+            "binaries",
+            "checker",
             "formats",
             "packaging",
             "report",
@@ -57,21 +57,42 @@ const ALLOWED: &[(&str, &[&str])] = &[
         ],
     ),
     ("formats", NOTHING),
-    ("vehicle-models", NOTHING),
+    ("models", NOTHING),
     ("model-description", NOTHING),
-    ("fmu-binaries", NOTHING),
-    ("fuzzing", &["fmi2-export", "fmi2-host", "model-description", "slaves"]),
+    ("binaries", NOTHING),
+    ("fuzzing", &["fmi2-export", "host", "model-description", "slaves"]),
     ("xtask", NOTHING),
-    ("abi-tests", NOTHING),
+    ("abi", NOTHING),
     ("bench-fmus", &["fmi2-export"]),
 ];
+
+/// The crates that carry no prefix: those for others to use, the program, and cargo's convention.
+const UNPREFIXED: [&str; 4] = ["fmi2-export", "model-description", "steerwright", "xtask"];
+
+/// A package's name without the prefix of internal crates.
+fn short(package: &str) -> &str {
+    package.strip_prefix("steerwright-").unwrap_or(package)
+}
+
+/// An internal crate is called after its folder.
+#[test]
+fn names_are_those_of_folders() {
+    let manifest = concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml");
+    let metadata = MetadataCommand::new().manifest_path(manifest).no_deps().exec().unwrap();
+    for package in metadata.workspace_packages() {
+        if !UNPREFIXED.contains(&package.name.as_str()) {
+            let folder = package.manifest_path.parent().and_then(|folder| folder.file_name());
+            assert_eq!(Some(package.name.as_str()), folder.map(|f| format!("steerwright-{f}")).as_deref());
+        }
+    }
+}
 
 #[test]
 fn no_edge_beyond_the_architecture() {
     let manifest = concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml");
     let metadata = MetadataCommand::new().manifest_path(manifest).no_deps().exec().unwrap();
     let members: BTreeSet<&str> =
-        metadata.workspace_packages().iter().map(|p| p.name.as_str()).collect();
+        metadata.workspace_packages().iter().map(|p| short(p.name.as_str())).collect();
     let allowed: BTreeMap<&str, &[&str]> = ALLOWED.iter().copied().collect();
     assert_eq!(
         members,
@@ -80,10 +101,10 @@ fn no_edge_beyond_the_architecture() {
     );
     for package in metadata.workspace_packages() {
         for dependency in &package.dependencies {
-            let name = dependency.name.as_str();
+            let name = short(&dependency.name);
             if dependency.kind != DependencyKind::Development && members.contains(name) {
                 assert!(
-                    allowed[package.name.as_str()].contains(&name),
+                    allowed[short(&package.name)].contains(&name),
                     "{} depends on {name}, which ARCHITECTURE.md does not allow",
                     package.name
                 );
@@ -103,15 +124,16 @@ fn an_fmu_binary_links_no_identification_and_no_design() {
         "pose-estimator",
     ] {
         let tree = Command::new(env!("CARGO"))
-            .args(["tree", "--edges", "normal", "--prefix", "none", "--package", library])
+            .args(["tree", "--edges", "normal", "--prefix", "none", "--package"])
+            .arg(format!("steerwright-{library}"))
             .current_dir(env!("CARGO_MANIFEST_DIR"))
             .output()
             .unwrap();
         assert!(tree.status.success(), "{}", String::from_utf8_lossy(&tree.stderr));
         let text = String::from_utf8(tree.stdout).unwrap();
         let reached: BTreeSet<&str> =
-            text.lines().filter_map(|line| line.split_whitespace().next()).collect();
-        assert!(reached.contains("vehicle-models"), "{reached:?}");
+            text.lines().filter_map(|line| line.split_whitespace().next()).map(short).collect();
+        assert!(reached.contains("models"), "{reached:?}");
         for forbidden in ["faer", "sysid", "control", "argmin", "clap"] {
             assert!(!reached.contains(forbidden), "{library} links {forbidden}");
         }

@@ -45,7 +45,7 @@ pub(crate) fn test(options: &Options) -> Result<(), String> {
     // No default members: this program, and what the evaluation's programs share.
     run(&mut cargo(&["test", "--quiet", "--package", "xtask"]))?;
     let evaluation = ["--package", "steerwright", "--package", "xtask", "--lib"];
-    run(cargo(&["test", "--release", "--quiet", "--package", "sysid-evaluation"]).args(evaluation))?;
+    run(cargo(&["test", "--release", "--quiet", "--package", "steerwright-evaluation"]).args(evaluation))?;
     let binaries = match &platforms {
         Some(platforms) => Some(across(platforms, &python)?),
         None => {

@@ -82,7 +82,7 @@ fn command(
         .args(["--quiet", "--locked", "--profile", "fmu", "--target", &target, "--target-dir"])
         .arg(folder().join("build"));
     for package in packages {
-        command.args(["--package", package]);
+        command.args(["--package", &format!("steerwright-{package}")]);
     }
     if let Toolchain::FromSource(compiler) = toolchain {
         command

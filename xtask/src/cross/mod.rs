@@ -25,7 +25,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 pub(crate) use toolchain::Source;
 
-/// Package and FMU name of each library.
+/// Folder and FMU name of each library.
 const LIBRARIES: &[(&str, &str)] = &include!("../../../fmu/binaries/libraries.rs");
 
 /// What is built where no platform is named: what `cargo xtask test --cross` runs.
