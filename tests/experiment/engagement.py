@@ -8,8 +8,8 @@ that slides by more than 30 degrees, that comes further than 60 m from the road 
 degrees at 25 m/s a turn of 6 m/s2 itself takes it to 41 m), or that is not within 0.5 m of it during
 the last 2 s.
 
-    engagement.py --program target/release/steerwright            9 cases of 8 starts a servo
-    engagement.py --program target/release/steerwright --quick    one car
+    cargo xtask experiment --engagement             9 cases of 8 starts a servo
+    cargo xtask experiment --engagement --quick     one car
     engagement.py --pids FOLDER                                   controllers that are there: car2_15mps.json
 """
 

@@ -3,19 +3,33 @@
 use crate::python;
 use crate::run::{program, root, run, target};
 
+/// What is run.
+#[derive(clap::Args)]
+pub(crate) struct Options {
+    /// The experiment's own tests instead
+    #[arg(long, conflicts_with = "engagement")]
+    test: bool,
+    /// Engagement next to the road and large yaw steps instead: tests/experiment/engagement.py
+    #[arg(long)]
+    engagement: bool,
+    /// Arguments of the Python program, such as `--quick` or `--seeds 40`
+    #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+    arguments: Vec<String>,
+}
+
 /// Runs the experiment with its own Python environment and the released command line.
-pub(crate) fn experiment(test: bool, arguments: &[String]) -> Result<(), String> {
+pub(crate) fn experiment(options: &Options) -> Result<(), String> {
     let folder = root().join("tests/experiment");
     let requirements = folder.join("requirements.txt");
     let python = python::environment_in(&target().join("experiment-python"), &requirements)?;
-    if test {
-        let mut tests = python::command(&python);
-        return run(tests.args(["-m", "pytest", "-q", "-p", "no:cacheprovider"]).arg(&folder));
-    }
-    let program = program(None)?;
     let mut command = python::command(&python);
-    command.arg(folder.join("experiment.py"));
-    command.arg("--program").arg(program);
-    command.arg("--out").arg(target().join("experiment"));
-    run(command.args(arguments))
+    if options.test {
+        return run(command.args(["-m", "pytest", "-q", "-p", "no:cacheprovider"]).arg(&folder));
+    }
+    let name = if options.engagement { "engagement.py" } else { "experiment.py" };
+    command.arg(folder.join(name)).arg("--program").arg(program(None)?);
+    if !options.engagement {
+        command.arg("--out").arg(target().join("experiment"));
+    }
+    run(command.args(&options.arguments))
 }

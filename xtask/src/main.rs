@@ -64,14 +64,7 @@ enum Command {
     /// How well the identification does, compared with its peers
     Evaluate(evaluate::Options),
     /// Controllers designed from a drive, on multi-body cars from outside, compared with their rivals
-    Experiment {
-        /// The experiment's own tests instead
-        #[arg(long)]
-        test: bool,
-        /// Arguments of tests/experiment/experiment.py, such as `--quick` or `--seeds 40`
-        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
-        arguments: Vec<String>,
-    },
+    Experiment(experiment::Options),
     /// Measure something
     Bench(bench::Options),
 }
@@ -87,7 +80,7 @@ fn main() -> ExitCode {
         Command::Docs { update } => docs::docs(update),
         Command::Stress => stress::stress(),
         Command::Evaluate(options) => evaluate::evaluate(&options),
-        Command::Experiment { test, arguments } => experiment::experiment(test, &arguments),
+        Command::Experiment(options) => experiment::experiment(&options),
         Command::Bench(options) => bench::bench(&options),
         Command::Python => python::environment().map(|python| println!("{}", python.display())),
     };

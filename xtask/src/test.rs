@@ -16,8 +16,8 @@ pub(crate) struct Options {
     /// linux64 and win64
     #[arg(long, num_args = 0.., value_name = "PLATFORM")]
     cross: Option<Vec<Platform>>,
-    /// Also everything that takes longer than a coffee: other platforms, the stress tests, a minute of
-    /// fuzzing a target, the whole evaluation
+    /// Also other platforms, the stress tests, a minute of fuzzing for each target, and the whole
+    /// evaluation
     #[arg(long)]
     full: bool,
 }
