@@ -10,7 +10,7 @@ use crate::truth::{self, Limits, Truth};
 use crate::verdict::{Compared, Verdict};
 use control::{DesignOptions, Master, paths};
 use drivelog::DriveLog;
-use fmi2_host::Coupling;
+use host::Coupling;
 use formats::{Path as PathFile, SourceFile};
 use sweep::Class;
 use sysid::IdentifyOptions;

@@ -3,7 +3,7 @@
 
 use crate::Error;
 use control::Sideslip;
-use fmi2_host::{Archive, Connection};
+use host::{Archive, Connection};
 use formats::{Document, Path as PathFile, Pid, Start};
 use packaging::ssp::{self, Component, Experiment};
 use packaging::{Binary, Fmu, Packed};
@@ -46,7 +46,7 @@ fn pack_with_start(
     start: Option<&Start>,
 ) -> Result<Packed, Error> {
     let fmu = fmu_of(document, file)?;
-    let binaries: Vec<Binary<'_>> = fmu_binaries::of(fmu.name())
+    let binaries: Vec<Binary<'_>> = binaries::of(fmu.name())
         .map(|l| Binary { platform: l.platform, bytes: l.bytes })
         .collect();
     Ok(packaging::package_with_start(document, file, &binaries, step, start)?)

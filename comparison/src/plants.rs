@@ -4,7 +4,7 @@ use crate::models::{Controller, Model};
 use crate::track::{add, drive_at, name_of};
 use crate::{Error, packed};
 use control::Sideslip;
-use fmi2_host::{Archive, Coupling, InputTable, System};
+use host::{Archive, Coupling, InputTable, System};
 use formats::Path as PathFile;
 
 /// Lateral acceleration of the turn in which a plant's gain and sideslip are read, m/s².

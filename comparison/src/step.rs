@@ -4,7 +4,7 @@ use crate::Error;
 use crate::packed::archive;
 use crate::track::add;
 use control::DesignPlant;
-use fmi2_host::{Archive, Coupling, InputTable, Recording, System};
+use host::{Archive, Coupling, InputTable, Recording, System};
 use formats::{Document, FmuLoop, Pid, Plant, StepMetrics};
 use report::StepResponse;
 

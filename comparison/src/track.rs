@@ -6,7 +6,7 @@
 use crate::Error;
 use crate::packed::sideslip_parameters;
 use control::Sideslip;
-use fmi2_host::{Archive, Causality, Connection, Coupling, Instance, Recording, System};
+use host::{Archive, Causality, Connection, Coupling, Instance, Recording, System};
 use formats::Path as PathFile;
 
 const PATH: &str = "ReferencePath";

@@ -13,7 +13,7 @@ use comparison::Loop;
 use control::paths::{self, PointOptions};
 use control::{DesignOptions, DesignPlant, Sideslip};
 use drivelog::DriveLog;
-use fmi2_host::{Archive, Coupling};
+use host::{Archive, Coupling};
 use formats::{Bicycle, Document, Path as PathFile, Pid, Plant, SourceFile, StepMetrics};
 pub(crate) use output::Writer;
 use report::{StepResponse, Traces, Track, TrackErrors};

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use fmi2_host::{
+use host::{
     Assigned, Causality, Error as HostError, Kind, Linear, Value, Variability, Variable,
 };
 use toml::Spanned;
@@ -76,7 +76,7 @@ fn settable<'a>(
     let instance = &wired.system.instances()[index];
     if variable.causality == Causality::Input {
         let feeds =
-            |c: &&fmi2_host::Connection| c.to == instance.name() && c.input == variable.name;
+            |c: &&host::Connection| c.to == instance.name() && c.input == variable.name;
         if let Some(connection) = wired.system.connections().iter().find(feeds) {
             let problem = format!(
                 "{} is fed by {}.{}: a value set there would have no effect",

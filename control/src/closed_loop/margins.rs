@@ -19,7 +19,7 @@ use crate::plants::sampled::Sampled;
 use formats::Margins;
 use nalgebra::Complex;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
-use vehicle_models::PidParameters;
+use models::PidParameters;
 
 /// Lowest angle of the grid, rad a sample.
 const LOWEST: f64 = 1e-6;

@@ -15,7 +15,7 @@ use crate::Error;
 use crate::plants::design_plant::DesignPlant;
 use crate::plants::dynamics::{Dynamics, Matrices};
 use nalgebra::{Complex, DMatrix};
-use vehicle_models::linear::discretize;
+use models::linear::discretize;
 
 /// Longest delay handled, s.
 const LONGEST_DELAY: f64 = 2.0;

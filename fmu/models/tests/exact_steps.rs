@@ -8,7 +8,7 @@ use common::{car, from_continuous, runge_kutta, taylor_exponential};
 use nalgebra::DMatrix;
 use proptest::prelude::*;
 use std::sync::Arc;
-use vehicle_models::{
+use models::{
     BicycleParameters, BicyclePlant, IdentifiedData, IdentifiedModel, IdentifiedPlant, InputKind,
     bicycle_body_frame,
 };

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use proptest::prelude::*;
-use vehicle_models::{BicyclePlant, Error, NonlinearParameters, NonlinearVehicle};
+use models::{BicyclePlant, Error, NonlinearParameters, NonlinearVehicle};
 
 const GRAVITY: f64 = 9.81;
 

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use std::collections::BTreeMap;
-use vehicle_models::{NonlinearParameters, NonlinearVehicle};
+use models::{NonlinearParameters, NonlinearVehicle};
 
 /// A case of the reference: its name, its columns, a vehicle at its start.
 struct Case {

@@ -7,7 +7,7 @@ use common::road;
 use proptest::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
-use vehicle_models::{
+use models::{
     Error, GuidanceParameters, PathFollower, PathGeometry, PathPoint, wrap_angle,
 };
 

@@ -4,8 +4,8 @@
 
 use nalgebra::DMatrix;
 use std::collections::BTreeMap;
-use vehicle_models::linear::discretize;
-use vehicle_models::{Pid, PidInput, PidParameters};
+use models::linear::discretize;
+use models::{Pid, PidInput, PidParameters};
 
 const FREE: f64 = 1e6;
 

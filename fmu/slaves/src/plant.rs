@@ -4,7 +4,7 @@
 use fmi2_export::{Log, StateSpec};
 use model_description::DependencyKind;
 use serde::{Deserialize, Serialize};
-use vehicle_models::sensitivity::Factor;
+use models::sensitivity::Factor;
 
 /// What the glue remembers besides the model.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]

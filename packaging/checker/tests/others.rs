@@ -7,7 +7,7 @@
 use crate::corpus;
 
 use corpus::{base, faults};
-use fmu_checker::{Severity, check, check_file};
+use checker::{Severity, check, check_file};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::path::Path;

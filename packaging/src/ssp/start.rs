@@ -2,7 +2,7 @@
 //! fixes of the plant's position and its sideslip.
 
 use crate::{Fmu, Packed};
-use fmi2_host::Connection;
+use host::Connection;
 use formats::{Path, Start};
 use model_description::{Causality, Value};
 

@@ -6,7 +6,7 @@ use drivelog::{LogOptions, read_log};
 use std::f64::consts::TAU;
 use std::fmt::Write;
 use sysid::sideslip::{FromFixes, sideslip};
-use vehicle_models::BicyclePlant;
+use models::BicyclePlant;
 
 const H: f64 = 0.01;
 const SPEED: f64 = 15.0;

@@ -26,7 +26,7 @@ use crate::requirement::{Reached, Requirement};
 use bounds::{Parts, slack};
 use formats::{Margins, StepMetrics};
 use std::cell::Cell;
-use vehicle_models::PidParameters;
+use models::PidParameters;
 
 /// Violation of an unstable loop. Its response may look harmless within the simulated time, so it is not
 /// simulated; less gain stabilises it.

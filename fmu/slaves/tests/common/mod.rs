@@ -7,7 +7,7 @@ use formats::{Document, InputKind, Matrix, Plant};
 use slaves::{
     BicyclePlant, IdentifiedPlant, LateralPid, NonlinearVehicle, PoseEstimator, ReferencePath,
 };
-use vehicle_models::linear::discretize;
+use models::linear::discretize;
 
 fn column(entries: &[f64]) -> Matrix {
     Matrix(entries.iter().map(|&x| vec![x]).collect())

@@ -10,9 +10,9 @@ use clap::Parser;
 use sysid::subspace::closed_loop::{self, ClosedLoopMethod, errors_in_variables};
 use sysid::subspace::{Factor, shift_realization, structured_bd, subspace};
 use sysid::{Error, StateSpace};
-use sysid_evaluation::bias::{Bias, Biases, Errors};
-use sysid_evaluation::driver::{Drive, SAMPLE_TIME_S};
-use sysid_evaluation::parsim;
+use evaluation::bias::{Bias, Biases, Errors};
+use evaluation::driver::{Drive, SAMPLE_TIME_S};
+use evaluation::parsim;
 
 /// Bias with a driver in the loop
 #[derive(Parser)]

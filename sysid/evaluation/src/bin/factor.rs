@@ -7,9 +7,9 @@
 
 use clap::Parser;
 use sysid::{AccumulateOptions, DataSet, Error, IdentifyOptions, StateSpace, automatic};
-use sysid_evaluation::bias::{Bias, Biases, Errors};
-use sysid_evaluation::driver::Drive;
-use sysid_evaluation::{
+use evaluation::bias::{Bias, Biases, Errors};
+use evaluation::driver::Drive;
+use evaluation::{
     AccumulatedSignals, Experiment, LARGEST_ORDER, LEAST_SHARE, Random, halves, on_all_cores,
 };
 

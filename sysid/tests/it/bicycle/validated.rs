@@ -5,7 +5,7 @@ use crate::common::car;
 use formats::{Bicycle, Continuous, Matrix};
 use sysid::bicycle::{BicycleOptions, identify_bicycle, validate_bicycle};
 use sysid::{IdentifyOptions, validate};
-use vehicle_models::bicycle_body_frame;
+use models::bicycle_body_frame;
 
 /// The same vehicle on another day: other speeds, another wheel alignment, another gyro.
 const ANOTHER: Drive =
