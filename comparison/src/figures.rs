@@ -1,12 +1,8 @@
-//! Figures, table and page of a comparison, written into a folder.
+//! The figures of a comparison.
 
-use crate::{Comparison, Error, Run, page, tables};
-use formats::SourceFile;
+use crate::{Comparison, Run};
 use report::figures::{self, Driven, Simulated, YawStep};
 use report::{Figure, Track, WIDTH};
-
-/// The page.
-pub const PAGE: &str = "comparison.html";
 
 /// A figure with the name of its file, its height at the usual width, and what it shows.
 pub(crate) struct Drawn {
@@ -16,45 +12,8 @@ pub(crate) struct Drawn {
     pub(crate) caption: String,
 }
 
-/// A file to write.
-pub struct OutputFile {
-    /// Its name below the folder, and its hash.
-    pub source: SourceFile,
-    /// Its content.
-    pub bytes: Vec<u8>,
-}
-
-/// The files of a comparison: `results.csv`, a CSV of each run, figures (SVG) and `comparison.html`.
-///
-/// # Errors
-/// A figure that cannot be drawn.
-pub fn files(c: &Comparison) -> Result<Vec<OutputFile>, Error> {
-    let mut files = Vec::new();
-    let mut add = |name: String, bytes: Vec<u8>| {
-        let source = SourceFile { name, sha256: formats::sha256_hex(&bytes) };
-        files.push(OutputFile { source, bytes });
-    };
-    add("results.csv".into(), tables::csv(c).into_bytes());
-    for run in &c.runs {
-        let (controller, plant) =
-            (&c.controllers[run.controller].label, &c.plants[run.plant].label);
-        let name = format!("runs/{}-on-{}.csv", file_name(controller), file_name(plant));
-        add(name, run.csv.clone().into_bytes());
-    }
-    let figures = all(c);
-    for drawn in &figures {
-        let svg = drawn.figure.to_svg(WIDTH, drawn.height)?;
-        add(format!("{}.svg", drawn.name), svg.into_bytes());
-    }
-    let written: Vec<SourceFile> = files.iter().map(|f: &OutputFile| f.source.clone()).collect();
-    let bytes = page::html(c, figures, &written).into_bytes();
-    let source = SourceFile { name: PAGE.into(), sha256: formats::sha256_hex(&bytes) };
-    files.push(OutputFile { source, bytes });
-    Ok(files)
-}
-
 /// The figures, in the paper's order.
-fn all(c: &Comparison) -> Vec<Drawn> {
+pub(crate) fn all(c: &Comparison) -> Vec<Drawn> {
     let mut all: Vec<Drawn> = drive(c).into_iter().collect();
     let (points, closed) = (&c.road.points, c.road.closed);
     let plane = figures::road_height(WIDTH, points, &[]);
@@ -166,7 +125,7 @@ fn on(c: &Comparison, run: &Run) -> String {
 }
 
 /// A label as a part of a file's name.
-fn file_name(label: &str) -> String {
+pub(crate) fn file_name(label: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | '.');
     let name: String = label.chars().map(|c| if plain(c) { c } else { '-' }).collect();
     name.trim_matches('-').replace("--", "-")

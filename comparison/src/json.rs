@@ -1,6 +1,6 @@
 //! A comparison as JSON, in SI units.
 
-use crate::{Comparison, Outcome, Verdict, guidance};
+use crate::{Comparison, Outcome, Verdict};
 use formats::{Guidance, PidGains, SourceFile, StepMetrics};
 use serde::Serialize;
 
@@ -125,7 +125,7 @@ pub fn json<'a>(c: &'a Comparison, files: &'a [SourceFile]) -> Overview<'a> {
         model: &c.models[k.model].label,
         file: k.source.as_ref(),
         gains: &k.pid.gains,
-        guidance: guidance(&c.road, k),
+        guidance: k.guidance(&c.road),
         limits: &k.pid.limits,
         specification: &k.pid.specification,
         met_on_its_model: k.pid.evidence.met,

@@ -2,7 +2,10 @@
 
 use crate::Error;
 use control::{DesignOptions, DesignPlant, Master};
-use formats::{Bicycle, Document, Pid, Plant, Provenance, Quality, SourceFile, StepMetrics};
+use formats::{
+    Bicycle, Document, Guidance, Path as PathFile, Pid, Plant, Provenance, Quality, SourceFile,
+    StepMetrics,
+};
 use std::path::PathBuf;
 
 /// Ratios of one vehicle agree within a few percent; 1 and 15 are two places.
@@ -233,6 +236,14 @@ pub(crate) fn controllers(
 }
 
 impl Controller {
+    /// Its guidance along a road; the growth of the integral is the road's.
+    pub(crate) fn guidance(&self, road: &PathFile) -> Guidance {
+        Guidance {
+            cross_track_integral_gain_per_s: road.guidance.cross_track_integral_gain_per_s,
+            ..control::guidance_for(&self.pid, road.speed_mps)
+        }
+    }
+
     fn new(
         label: String,
         (index, model): (usize, &Model),

@@ -1,13 +1,54 @@
-//! A comparison as one self-contained page.
+//! The files of a comparison: tables, figures and one self-contained page.
 
-use crate::figures::Drawn;
-use crate::{Comparison, tables};
+use crate::figures::{self, Drawn};
+use crate::{Comparison, Error, tables};
 use formats::SourceFile;
-use report::{Block, Section, Table, Tone, report_html};
+use report::{Block, Section, Table, Tone, WIDTH, report_html};
 use sweep::Class;
 
+/// The page.
+pub const PAGE: &str = "comparison.html";
+
+/// A file to write.
+pub struct OutputFile {
+    /// Its name below the folder, and its hash.
+    pub source: SourceFile,
+    /// Its content.
+    pub bytes: Vec<u8>,
+}
+
+/// The files of a comparison: `results.csv`, a CSV of each run, figures (SVG) and `comparison.html`.
+///
+/// # Errors
+/// A figure that cannot be drawn.
+pub fn files(c: &Comparison) -> Result<Vec<OutputFile>, Error> {
+    let mut files = Vec::new();
+    let mut add = |name: String, bytes: Vec<u8>| {
+        let source = SourceFile { name, sha256: formats::sha256_hex(&bytes) };
+        files.push(OutputFile { source, bytes });
+    };
+    add("results.csv".into(), tables::csv(c).into_bytes());
+    for run in &c.runs {
+        let (controller, plant) =
+            (&c.controllers[run.controller].label, &c.plants[run.plant].label);
+        let name =
+            format!("runs/{}-on-{}.csv", figures::file_name(controller), figures::file_name(plant));
+        add(name, run.csv.clone().into_bytes());
+    }
+    let figures = figures::all(c);
+    for drawn in &figures {
+        let svg = drawn.figure.to_svg(WIDTH, drawn.height)?;
+        add(format!("{}.svg", drawn.name), svg.into_bytes());
+    }
+    let written: Vec<SourceFile> = files.iter().map(|f: &OutputFile| f.source.clone()).collect();
+    let bytes = html(c, figures, &written).into_bytes();
+    let source = SourceFile { name: PAGE.into(), sha256: formats::sha256_hex(&bytes) };
+    files.push(OutputFile { source, bytes });
+    Ok(files)
+}
+
 /// The page; `written` are the other files.
-pub(crate) fn html(c: &Comparison, figures: Vec<Drawn>, written: &[SourceFile]) -> String {
+fn html(c: &Comparison, figures: Vec<Drawn>, written: &[SourceFile]) -> String {
     let models: Vec<&str> = c.models.iter().map(|m| m.label.as_str()).collect();
     let title = format!("{}: compared", models.join(", "));
     let lead = "Angles are in degrees, positive to the left (ISO 8855), steering as commanded. Every \

@@ -1,10 +1,11 @@
 //! The vehicles that are driven, with the gain and the sideslip of each in a steady turn.
 
-use crate::runs::Setting;
+use crate::models::{Controller, Model};
 use crate::track::{add, drive_at, name_of};
 use crate::{Error, packed};
 use control::Sideslip;
-use host::{Archive, InputTable, System};
+use formats::Path as PathFile;
+use host::{Archive, Coupling, InputTable, System};
 
 /// Lateral acceleration of the turn in which a plant's gain and sideslip are read, m/s².
 const TURN_MPS2: f64 = 0.5;
@@ -34,7 +35,22 @@ pub struct Plant {
     pub sideslip: Sideslip,
 }
 
+/// What every loop has in common.
+pub(crate) struct Setting<'a> {
+    pub(crate) models: &'a [Model],
+    pub(crate) controllers: &'a [Controller],
+    /// Guidance apart: that is each controller's own.
+    pub(crate) road: &'a PathFile,
+    pub(crate) master: Coupling,
+    /// A cross-track error beyond this is off the path, m.
+    pub(crate) max_cross_track_error_m: f64,
+}
+
 impl Setting<'_> {
+    pub(crate) fn sample_time(&self) -> f64 {
+        self.controllers.first().map_or(0.01, |c| c.pid.sample_time_s)
+    }
+
     /// The plants of the models, and the truth after them.
     pub(crate) fn plants(&self, truth: Option<Archive>) -> Result<Vec<Plant>, Error> {
         let mut plants = Vec::new();

@@ -1,13 +1,12 @@
 //! The closed loops of the comparison: every controller on every plant, as packed FMUs.
 
-use crate::guidance;
-use crate::models::{Controller, Model};
-use crate::plants::Plant;
+use crate::models::Controller;
+use crate::plants::{Plant, Setting};
 use crate::step::{step_of, ticks_before_step};
 use crate::track::{CONTROLLER, Loop, add, drive_at, name_of};
 use crate::{Error, packed};
-use host::{Archive, Connection, Coupling, Recording, System};
 use formats::{Document, Path as PathFile, StepMetrics};
+use host::{Archive, Connection, Recording, System};
 use report::{StepResponse, Track, TrackErrors};
 
 /// A controller on a plant.
@@ -45,22 +44,7 @@ pub struct Effort {
     pub rate_max_radps: f64,
 }
 
-/// What every loop has in common.
-pub(crate) struct Setting<'a> {
-    pub(crate) models: &'a [Model],
-    pub(crate) controllers: &'a [Controller],
-    /// Guidance apart: that is each controller's own.
-    pub(crate) road: &'a PathFile,
-    pub(crate) master: Coupling,
-    /// A cross-track error beyond this is off the path, m.
-    pub(crate) max_cross_track_error_m: f64,
-}
-
 impl Setting<'_> {
-    pub(crate) fn sample_time(&self) -> f64 {
-        self.controllers.first().map_or(0.01, |c| c.pid.sample_time_s)
-    }
-
     /// Every controller on every plant, controller by controller.
     pub(crate) fn runs(&self, plants: &[Plant]) -> Result<Vec<Run>, Error> {
         let mut runs = Vec::new();
@@ -79,7 +63,7 @@ impl Setting<'_> {
 
     /// The road with a controller's guidance.
     pub(crate) fn road_for(&self, controller: &Controller) -> PathFile {
-        PathFile { guidance: guidance(self.road, controller), ..self.road.clone() }
+        PathFile { guidance: controller.guidance(self.road), ..self.road.clone() }
     }
 
     fn run(

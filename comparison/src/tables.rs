@@ -1,6 +1,6 @@
 //! A comparison as tables and as CSV.
 
-use crate::{Comparison, Run, guidance};
+use crate::{Comparison, Run};
 use formats::Guidance;
 use report::Table;
 use std::fmt::Write;
@@ -72,7 +72,7 @@ pub(crate) fn controller_table(c: &Comparison) -> Table {
     ];
     let mut table = Table::new(headers);
     for k in &c.controllers {
-        let (g, guidance) = (&k.pid.gains, guidance(&c.road, k));
+        let (g, guidance) = (&k.pid.gains, k.guidance(&c.road));
         let what = match &k.source {
             Some(source) => format!("{} from {}", k.label, source.name),
             None => k.label.clone(),

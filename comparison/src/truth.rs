@@ -2,8 +2,8 @@
 
 use crate::{Error, packed};
 use control::DesignOptions;
-use host::{Archive, Causality, Kind, Value};
 use formats::{Document, SourceFile, Vehicle};
+use host::{Archive, Causality, Kind, Value};
 use packaging::Fmu;
 use std::path::Path;
 

@@ -9,12 +9,12 @@ use crate::plants::dynamics::Dynamics;
 use crate::plants::sampled::Sampled;
 use crate::{DesignOptions, design};
 use formats::SourceFile;
-use nalgebra::{Complex, DMatrix, DVector};
-use std::sync::Arc;
 use models::{
     Continuous, IdentifiedData, IdentifiedModel, IdentifiedPlant, InputKind, Pid, PidInput,
     PidParameters,
 };
+use nalgebra::{Complex, DMatrix, DVector};
+use std::sync::Arc;
 
 /// Yaw rate = gain · steering: yaw is a pure integrator.
 fn integrator(gain: f64, delay: f64) -> DesignPlant {

@@ -1,13 +1,13 @@
 //! `bicycle.json`: the two-wheel bicycle model of eq 13.
 
-use crate::{BicycleEvidence, Checker, Document, Matrix, Provenance, Quality};
+use crate::{BicycleEvidence, Checker, Document, Matrix, Provenance, Quality, VehicleDirection};
 use serde::{Deserialize, Serialize};
 
-/// Vehicle data as a person writes them (the TOML that `steerwright bicycle` reads).
+/// Vehicle data (also the TOML that `steerwright bicycle` reads).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct VehicleData {
-    /// A name for people.
+    /// A name.
     pub name: String,
     /// Mass m, kg.
     pub mass_kg: f64,
@@ -29,7 +29,7 @@ pub struct VehicleData {
     pub speed_mps: f64,
 }
 
-/// The five-state model of eq 13 at constant speed, with the data it was made from.
+/// The five-state model of eq 13 at constant speed, with the vehicle data.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Bicycle {
@@ -43,13 +43,13 @@ pub struct Bicycle {
     pub state_matrix: Matrix,
     /// Input matrix of eq 13, 5 by 1.
     pub input_matrix: Matrix,
-    /// How far it can be trusted, where it was identified from a log.
+    /// The evidence for its quality, if it was identified from a log.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub evidence: Option<BicycleEvidence>,
     /// Whether a controller may be designed on it.
     #[serde(default)]
     pub quality: Quality,
-    /// Where it came from.
+    /// The sources of the file.
     pub provenance: Provenance,
 }
 
@@ -76,7 +76,7 @@ pub struct BicycleCoefficients {
 }
 
 impl VehicleData {
-    /// Reports values that no vehicle has; `at` is put before each key, such as `vehicle.`.
+    /// Reports impossible values; `at` is the prefix of each key, such as `vehicle.`.
     pub fn check(&self, c: &mut Checker, at: &str) {
         for (value, key) in [
             (self.mass_kg, "mass_kg"),
@@ -91,6 +91,53 @@ impl VehicleData {
         ] {
             c.positive(value, &format!("{at}{key}"));
         }
+    }
+
+    /// The vehicle displaced by a multiple of a direction of its uncertainty.
+    fn displaced(&self, direction: &VehicleDirection, times: f64) -> Self {
+        let by = |logarithm: f64| (times * logarithm).exp();
+        Self {
+            distance_front_m: self.distance_front_m * by(direction.wheelbase),
+            distance_rear_m: self.distance_rear_m * by(direction.wheelbase),
+            yaw_inertia_kgm2: self.yaw_inertia_kgm2 * by(direction.yaw_inertia),
+            cornering_stiffness_front_npr: self.cornering_stiffness_front_npr
+                * by(direction.cornering_stiffness_front),
+            cornering_stiffness_rear_npr: self.cornering_stiffness_rear_npr
+                * by(direction.cornering_stiffness_rear),
+            actuator_time_constant_s: self.actuator_time_constant_s
+                * by(direction.actuator_time_constant),
+            steering_ratio: self.steering_ratio * by(direction.steering_ratio),
+            ..self.clone()
+        }
+    }
+}
+
+impl Bicycle {
+    /// The number of standard normal numbers that [`Bicycle::ensemble_member`] needs; 0 if the file has no
+    /// uncertainty.
+    #[must_use]
+    pub fn ensemble_dimension(&self) -> usize {
+        self.evidence.as_ref().map_or(0, |e| e.directions.len())
+    }
+
+    /// The vehicle whose data are `ln nominal + Σ ξ_i · direction_i` in their logarithms: for independent
+    /// standard normal ξ a draw from the estimate's distribution.
+    ///
+    /// `None` if the file has no uncertainty, if the number of ξ is not [`Bicycle::ensemble_dimension`],
+    /// or if the drawn data are impossible.
+    #[must_use]
+    pub fn ensemble_member(&self, xi: &[f64]) -> Option<VehicleData> {
+        let directions = &self.evidence.as_ref()?.directions;
+        if directions.is_empty() || xi.len() != directions.len() {
+            return None;
+        }
+        let drawn =
+            directions.iter().zip(xi).fold(self.vehicle.clone(), |vehicle, (direction, xi)| {
+                vehicle.displaced(direction, *xi)
+            });
+        let mut checker = Checker::default();
+        drawn.check(&mut checker, "");
+        checker.into_first().is_none().then_some(drawn)
     }
 }
 

@@ -1,9 +1,9 @@
-//! How far an identified bicycle can be trusted, with the numbers behind it.
+//! The evidence for the quality of an identified bicycle.
 
-use crate::{Bicycle, ChannelSummary, Checker, HeldOut, VehicleData};
+use crate::{ChannelSummary, Checker, HeldOut};
 use serde::{Deserialize, Serialize};
 
-/// What was measured on the way from a log to a bicycle.
+/// The results of the identification of a bicycle from a log.
 ///
 /// Fit is 100·(1 − ‖y − ŷ‖/‖y − mean(y)‖) on yaw rate, in percent, of a simulation over the recorded
 /// steering and speed with the estimated offsets; the initial state is estimated at the start of each
@@ -26,13 +26,14 @@ pub struct BicycleEvidence {
     pub held_out: Option<HeldOut>,
     /// Speed over the estimation data.
     pub speed: SpeedSummary,
-    /// What yaw rate identifies; angles are those of the road wheel by the log's steering ratio.
+    /// The quantities that the yaw rate identifies; angles are of the road wheel, by the log's steering
+    /// ratio.
     pub identified: Vec<Estimated>,
-    /// How the vehicle's data vary within the uncertainty: one standard deviation along each axis of what
-    /// was identified, independent of the others. Empty: not stated.
+    /// The covariance factor of the vehicle's data: one standard deviation along each independent axis of
+    /// the identified quantities. Empty if not stated.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub directions: Vec<VehicleDirection>,
-    /// Parameters that the yaw rate does not determine and that the file states nevertheless.
+    /// Parameters that the yaw rate does not determine, with the origin of their values.
     pub stated: Vec<Stated>,
     /// Steering angle that drives straight, rad, in the log's coordinates. The plant has none.
     pub steering_offset_rad: f64,
@@ -47,9 +48,9 @@ pub struct BicycleEvidence {
     /// How long the simulation errors last, s: their long-run variance over their variance, by the
     /// sample time. The standard errors count with it.
     pub error_correlation_time_s: f64,
-    /// What was read from the log, after resampling.
+    /// The channels of the log, after resampling.
     pub channels: Vec<ChannelSummary>,
-    /// What the reader of the log and the identification warned of.
+    /// Warnings of the log reader and of the identification.
     pub warnings: Vec<String>,
 }
 
@@ -57,7 +58,7 @@ pub struct BicycleEvidence {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Estimated {
-    /// What it is.
+    /// The quantity.
     pub name: String,
     /// The estimate.
     pub value: f64,
@@ -85,54 +86,6 @@ pub struct VehicleDirection {
     pub steering_ratio: f64,
 }
 
-impl VehicleDirection {
-    /// A vehicle that many times this direction away.
-    fn moved(&self, v: &VehicleData, times: f64) -> VehicleData {
-        let by = |logarithm: f64| (times * logarithm).exp();
-        VehicleData {
-            distance_front_m: v.distance_front_m * by(self.wheelbase),
-            distance_rear_m: v.distance_rear_m * by(self.wheelbase),
-            yaw_inertia_kgm2: v.yaw_inertia_kgm2 * by(self.yaw_inertia),
-            cornering_stiffness_front_npr: v.cornering_stiffness_front_npr
-                * by(self.cornering_stiffness_front),
-            cornering_stiffness_rear_npr: v.cornering_stiffness_rear_npr
-                * by(self.cornering_stiffness_rear),
-            actuator_time_constant_s: v.actuator_time_constant_s * by(self.actuator_time_constant),
-            steering_ratio: v.steering_ratio * by(self.steering_ratio),
-            ..v.clone()
-        }
-    }
-}
-
-impl Bicycle {
-    /// How many standard normal numbers [`Bicycle::ensemble_member`] takes; 0 where the file states no
-    /// uncertainty.
-    #[must_use]
-    pub fn ensemble_dimension(&self) -> usize {
-        self.evidence.as_ref().map_or(0, |e| e.directions.len())
-    }
-
-    /// The vehicle whose data are `ln nominal + Σ ξ_i · direction_i` in their logarithms: for independent
-    /// standard normal ξ a draw from the estimate's distribution.
-    ///
-    /// `None` where the file states no uncertainty, where there are not [`Bicycle::ensemble_dimension`]
-    /// numbers, and where a vehicle has none of these data.
-    #[must_use]
-    pub fn ensemble_member(&self, xi: &[f64]) -> Option<VehicleData> {
-        let directions = &self.evidence.as_ref()?.directions;
-        if directions.is_empty() || xi.len() != directions.len() {
-            return None;
-        }
-        let drawn = directions
-            .iter()
-            .zip(xi)
-            .fold(self.vehicle.clone(), |vehicle, (direction, xi)| direction.moved(&vehicle, *xi));
-        let mut checker = Checker::default();
-        drawn.check(&mut checker, "");
-        checker.into_first().is_none().then_some(drawn)
-    }
-}
-
 /// A number that was not identified.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -141,7 +94,7 @@ pub struct Stated {
     pub name: String,
     /// The number.
     pub value: f64,
-    /// Whose number it is.
+    /// The origin of the number.
     pub origin: String,
 }
 
@@ -159,11 +112,11 @@ pub struct SpeedSummary {
     pub standard_deviation_mps: f64,
 }
 
-/// A bicycle whose steering acts some time later.
+/// The same bicycle with a delay of the steering.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WithDelay {
-    /// The delay, s; negative where the steering channel lags behind the gyro.
+    /// The delay, s; negative if the steering channel lags behind the gyro.
     pub input_delay_s: f64,
     /// Its standard deviation, s.
     pub standard_error_s: f64,
@@ -176,7 +129,7 @@ pub struct WithDelay {
 }
 
 impl BicycleEvidence {
-    /// Reports numbers that cannot be; `at` is put before each key.
+    /// Reports impossible numbers; `at` is the prefix of each key.
     pub(crate) fn check(&self, c: &mut Checker, at: &str) {
         c.positive(self.sample_time_s, &format!("{at}sample_time_s"));
         for (value, key) in [

@@ -2,7 +2,7 @@
 
 use crate::Matrix;
 
-/// Notes what is wrong while a document is walked.
+/// Collects the faults of a document.
 #[derive(Debug, Default)]
 pub struct Checker {
     faults: Vec<(String, String)>,

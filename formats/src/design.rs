@@ -1,4 +1,4 @@
-//! The specification of a controller and what it reaches: the evidence in `pid.json`.
+//! The specification of a controller and the results of its design: the evidence in `pid.json`.
 
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -74,7 +74,7 @@ impl Default for Specification {
 }
 
 impl Specification {
-    /// The step, the offset and the curve, and no requirement.
+    /// The step, the offset and the curve, without requirements.
     #[must_use]
     pub fn none() -> Self {
         Self {
@@ -119,26 +119,26 @@ impl Specification {
     }
 }
 
-/// What was reached.
+/// The results of the design.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DesignEvidence {
     /// Whether every requirement is met on the model it was designed on.
     pub met: bool,
-    /// Each requirement that is not, and by how much.
+    /// Each unmet requirement with its shortfall.
     pub shortfalls: Vec<Shortfall>,
-    /// In words: what blocks a requirement that is not met, what else is worth knowing.
+    /// Remarks, such as the requirement that makes another one infeasible.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub advice: Vec<String>,
     /// On the step of the specification.
     pub step: StepMetrics,
     /// On the same step with the steering offset.
     pub step_with_offset: StepMetrics,
-    /// On a tenth of the step, where the limits act that much less: aimed at as the step is, so that
-    /// no limit is what keeps the overshoot down, but not required.
+    /// On a tenth of the step, where the limits act less: a design target like the step, so that the
+    /// overshoot is not small because of a limit, but not a requirement.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub small_step: Option<StepMetrics>,
-    /// The step by linear theory, as if there were no limits.
+    /// The step by linear theory, without limits.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub without_limits: Option<StepMetrics>,
     /// On the curve of constant curvature, with the advised feedforward and preview.
@@ -150,20 +150,20 @@ pub struct DesignEvidence {
     /// Steps of other heights on the model designed on, with the limits.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub steps: Vec<HeightStep>,
-    /// From where the loop comes back to a straight path.
+    /// The offsets from which the loop returns to a straight path.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub engagement: Option<Engagement>,
     /// Margins of the linear sampled loop, broken at the plant's input.
     pub margins: Margins,
-    /// Over the plants that the uncertainty allows, other latencies and other speeds.
+    /// For the plants within the uncertainty, other latencies and other speeds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub robustness: Option<Robustness>,
-    /// How soon the loop can settle at each modulus margin, with the other requirements kept.
+    /// The shortest settling time at each modulus margin, with the other requirements met.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub trade_off: Vec<TradeOff>,
 }
 
-/// A requirement that is not met.
+/// An unmet requirement.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Shortfall {
@@ -171,7 +171,7 @@ pub struct Shortfall {
     pub requirement: String,
     /// The requirement.
     pub required: f64,
-    /// What was reached.
+    /// The value reached.
     pub reached: f64,
 }
 
@@ -181,12 +181,12 @@ pub struct Shortfall {
 pub struct StepMetrics {
     /// Overshoot, percent of the step.
     pub overshoot_percent: f64,
-    /// Time after which the response stays within the band; absent where it never does.
+    /// Time after which the response stays within the band; absent if it never does.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub settling_time_s: Option<f64>,
     /// Error at the steady-state time, percent of the step.
     pub steady_state_error_percent: f64,
-    /// Time from 10 % to 90 %; absent where 90 % is never reached.
+    /// Time from 10 % to 90 %; absent if 90 % is never reached.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rise_time_s: Option<f64>,
     /// Largest steering angle used, rad, in steering coordinates.
@@ -204,15 +204,15 @@ pub struct StepMetrics {
 pub struct HeightStep {
     /// Height of the step, rad.
     pub height_rad: f64,
-    /// What is reached; shares are of this height.
+    /// The metrics of the response; percentages are of this height.
     pub step: StepMetrics,
 }
 
-/// From where the loop with its path follower comes back to a straight path, at constant speed.
+/// The offsets from which the loop with its path follower returns to a straight path, at constant speed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Engagement {
-    /// The plant that was driven, in words: whether its tyres saturate.
+    /// The simulated plant: whether its tyres saturate.
     pub plant: String,
     /// Lateral offsets that were tried, m, to the left of the path.
     pub offsets_m: Vec<f64>,
@@ -228,8 +228,8 @@ pub struct EngagementRow {
     pub speed_mps: f64,
     /// Yaw less the path's heading at the start, rad; positive away from the path.
     pub heading_error_rad: f64,
-    /// Largest offset tried from which, as from all smaller ones, it comes back; absent where it does
-    /// from none.
+    /// Largest tried offset from which, as from all smaller ones, it returns; absent if it returns from
+    /// none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub largest_offset_m: Option<f64>,
 }
@@ -242,7 +242,7 @@ pub struct OnACurve {
     pub curvature_1pm: f64,
     /// Yaw less the path's heading at the steady-state time, percent of the step's height.
     pub steady_state_error_percent: f64,
-    /// The largest such difference on the way, percent of the step's height.
+    /// The largest such difference before that, percent of the step's height.
     pub largest_error_percent: f64,
 }
 
@@ -258,7 +258,7 @@ pub struct FmuLoop {
     pub step: StepMetrics,
     /// The same by the design's own simulation with that delay.
     pub predicted: StepMetrics,
-    /// On the step with the steering offset; absent where the plant has no offset to set.
+    /// On the step with the steering offset; absent if the plant has no such parameter.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub step_with_offset: Option<StepMetrics>,
 }
@@ -267,13 +267,13 @@ pub struct FmuLoop {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Margins {
-    /// Gain margin, dB; absent where unlimited.
+    /// Gain margin, dB; absent if unlimited.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gain_margin_db: Option<f64>,
-    /// Phase margin, degrees; absent where the gain never crosses 1.
+    /// Phase margin, degrees; absent if the gain never crosses 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub phase_margin_deg: Option<f64>,
-    /// Delay margin, s; absent where unlimited.
+    /// Delay margin, s; absent if unlimited.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub delay_margin_s: Option<f64>,
     /// Smallest distance of the loop from −1.
@@ -286,31 +286,31 @@ pub struct Margins {
     pub crossover_radps: Option<f64>,
 }
 
-/// The same gains on other plants than the nominal one.
+/// The same gains on plants other than the nominal one.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Robustness {
-    /// Whether every plant looked at keeps every requirement.
+    /// Whether every evaluated plant meets every requirement.
     pub met: bool,
-    /// Plants drawn from the identified uncertainty; 0 where none is stated.
+    /// Plants drawn from the identified uncertainty; 0 if none is stated.
     pub members: usize,
-    /// Names the draws.
+    /// The seed of the draws.
     pub seed: u64,
     /// Lowest and highest delay of the yaw loop beyond the model's own, s.
     pub loop_delay_range_s: [f64; 2],
     /// Lowest and highest gain of the plant over the nominal one: beyond the lateral acceleration of
     /// the drive the tyres saturate, which no uncertainty of a linear model contains.
     pub gain_range: [f64; 2],
-    /// Lowest and highest speed, m/s, where the model holds at several.
+    /// Lowest and highest speed, m/s, if the model is valid at several.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed_range_mps: Option<[f64; 2]>,
-    /// Plants looked at: members, at the latencies and speeds of the ranges.
+    /// Evaluated plants: members, at the latencies and speeds of the ranges.
     pub plants: usize,
     /// Each requirement over them.
     pub requirements: Vec<OverEnsemble>,
-    /// At which delay of the yaw loop beyond the model's own each requirement breaks, s; nominal plant.
+    /// Delay of the yaw loop beyond the model's own at which each requirement fails, s; nominal plant.
     pub latency: Vec<Breaking>,
-    /// At which speed each requirement breaks, m/s; nominal plant.
+    /// Speed at which each requirement fails, m/s; nominal plant.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub speed: Vec<Breaking>,
 }
@@ -323,39 +323,39 @@ pub struct OverEnsemble {
     pub requirement: String,
     /// The requirement.
     pub required: f64,
-    /// The worst that any of the plants reaches.
+    /// The worst value of all plants.
     pub worst: f64,
-    /// Share of the plants that keep it.
+    /// Share of the plants that meet it.
     pub share_kept: f64,
-    /// Share of the drawn plants that keep it at the latency and speed designed for; absent where none
-    /// was drawn.
+    /// Share of the drawn plants that meet it at the latency and speed of the design; absent without
+    /// drawn plants.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub share_kept_at_nominal: Option<f64>,
 }
 
-/// Where one requirement is no longer kept, going away from what was designed for.
+/// The range around the design value in which one requirement is met.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Breaking {
     /// The requirement.
     pub requirement: String,
-    /// Broken below this; absent where it is kept as far as was looked.
+    /// Not met below this; absent if it is met down to the lowest evaluated value.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub below: Option<f64>,
-    /// Broken above this; absent where it is kept as far as was looked.
+    /// Not met above this; absent if it is met up to the highest evaluated value.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub above: Option<f64>,
-    /// How far was looked: the lowest and the highest value.
+    /// The lowest and the highest evaluated value.
     pub looked: [f64; 2],
 }
 
-/// What a modulus margin costs.
+/// The settling time that a modulus margin costs.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TradeOff {
-    /// The modulus margin kept.
+    /// The modulus margin.
     pub modulus_margin: f64,
-    /// The shortest settling time found with it, the other requirements kept; absent where none was.
+    /// The shortest settling time found with it, the other requirements met; absent if none was found.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub settling_time_s: Option<f64>,
 }

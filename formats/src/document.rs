@@ -3,7 +3,7 @@
 use crate::check::Checker;
 use serde::{Serialize, de::DeserializeOwned};
 
-/// Why a file was refused. `file` is the name the caller gave, `path` the JSON path of the fault.
+/// Why a file is rejected. `file` is the name passed by the caller, `path` the JSON path of the fault.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Error {
     /// The text is not JSON, or a key is missing, unknown or of the wrong type.
@@ -27,7 +27,7 @@ pub enum Error {
         file: String,
         /// What stands in the file, for people.
         found: String,
-        /// Schema name this reader takes.
+        /// The schema name that this reader supports.
         expected: &'static str,
     },
     /// The values contradict each other or the physics.
@@ -43,7 +43,7 @@ pub enum Error {
 }
 
 impl Error {
-    /// What the reader can do about it.
+    /// What the user can do.
     #[must_use]
     pub fn hint(&self) -> String {
         match self {
@@ -113,7 +113,7 @@ pub trait Document: Serialize + DeserializeOwned {
         Ok(document)
     }
 
-    /// Checks a document made in memory, as [`Document::from_json`] does.
+    /// Checks a document created in memory, as [`Document::from_json`] does.
     ///
     /// # Errors
     /// [`Error::Value`] with the JSON path of the first fault.

@@ -1,34 +1,34 @@
 //! `estimator.json`: the sensors of a pose estimator.
 //!
-//! Written by hand; the example in this repository is `tests/data/multibody/estimator.json`. What a
-//! number means is documented with the filter: the README of `PoseEstimator`.
+//! Written by hand; the example in this repository is `tests/data/multibody/estimator.json`. The README
+//! of `PoseEstimator` documents the numbers.
 
 use crate::{Checker, Document, is_zero};
 use serde::{Deserialize, Serialize};
 
-/// Sensors, their noise, and how well the start is known.
+/// Sensors, their noise, and the initial uncertainty.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Estimator {
     /// `steerwright/estimator/1`.
     pub schema: String,
-    /// A name for people.
+    /// A name.
     pub name: String,
     /// The receiver and its antenna.
     pub gnss: Gnss,
-    /// Sideslip angle per yaw rate in a steady turn, s; of small lateral acceleration, where the growth
-    /// is stated.
+    /// Sideslip angle per yaw rate in a steady turn, s; at small lateral acceleration if the growth is
+    /// stated.
     pub sideslip_per_yaw_rate_s: f64,
-    /// What the sideslip per yaw rate grows by, per squared lateral acceleration, s⁵/m²; 0, which may
-    /// be omitted: unknown.
+    /// Growth of the sideslip per yaw rate, per squared lateral acceleration, s⁵/m²; 0 or omitted if
+    /// unknown.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub sideslip_growth_s5pm2: f64,
     /// Sideslip angle per yaw acceleration, s²; 0 may be omitted.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub sideslip_per_yaw_acceleration_s2: f64,
-    /// How noisy gyro and speed are.
+    /// Noise of gyro and speed.
     pub noise: SensorNoise,
-    /// How well the start is known.
+    /// Uncertainty of the initial state.
     pub initial: InitialUncertainty,
     /// Longitudinal velocity that the `speed` input starts with, m/s.
     pub speed_mps: f64,

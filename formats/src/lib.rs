@@ -1,13 +1,12 @@
 //! The versioned JSON files that pass between Steerwright's stages.
 //!
 //! Each file is one type here: [`Plant`], [`Bicycle`], [`Vehicle`], [`Pid`], [`Path`],
-//! [`Estimator`], [`Start`].
-//! Every type knows its
-//! schema name (`steerwright/plant/1` …), is read by [`Document::from_json`], which refuses unknown
-//! versions, wrong shapes and non-finite numbers with the JSON path of the fault, and is written
-//! by [`Document::to_json`], which returns the same bytes for the same content.
+//! [`Estimator`], [`Start`]. Every type has a schema name (`steerwright/plant/1` …), is read by
+//! [`Document::from_json`], which rejects unknown versions, wrong shapes and non-finite numbers with the
+//! JSON path of the fault, and is written by [`Document::to_json`], which returns the same bytes for the
+//! same content.
 //!
-//! Units are SI and radians; a unit stands in a key where it is not obvious. Signs are ISO 8855:
+//! Units are SI and radians; a key names its unit where it is not obvious. Signs are ISO 8855:
 //! x forward, y left, z up; yaw, yaw rate, steering and curvature positive to the left.
 //!
 //! This crate is independent of identification, design and FMUs.

@@ -1,4 +1,4 @@
-//! A matrix as it stands in a file: an array of rows.
+//! A matrix in a file: an array of rows.
 
 use serde::{Deserialize, Serialize};
 
@@ -26,7 +26,7 @@ impl Matrix {
         self.0.len()
     }
 
-    /// Number of columns, or `None` where the rows differ in length (or there are none).
+    /// Number of columns, or `None` if the rows differ in length or there are none.
     #[must_use]
     pub fn columns(&self) -> Option<usize> {
         let first = self.0.first()?.len();
@@ -36,7 +36,7 @@ impl Matrix {
     /// The entry in row `i`, column `j`.
     ///
     /// # Panics
-    /// Where there is no such entry; documents are checked when they are read.
+    /// The entry does not exist; documents are checked when they are read.
     #[must_use]
     pub fn at(&self, i: usize, j: usize) -> f64 {
         self.0[i][j]

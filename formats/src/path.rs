@@ -1,4 +1,4 @@
-//! `path.json`: a reference road in arc length, and how to be guided along it.
+//! `path.json`: a reference road in arc length, with guidance parameters.
 
 use crate::{Checker, Document, Provenance, is_zero};
 use serde::{Deserialize, Serialize};
@@ -9,17 +9,17 @@ use serde::{Deserialize, Serialize};
 pub struct Path {
     /// `steerwright/path/1`.
     pub schema: String,
-    /// A name for people.
+    /// A name.
     pub name: String,
     /// Whether the last point meets the first.
     pub closed: bool,
-    /// How a vehicle is guided along it.
+    /// The guidance of a vehicle along it.
     pub guidance: Guidance,
-    /// The speed the path was made for, m/s.
+    /// The speed for which the path was computed, m/s.
     pub speed_mps: f64,
     /// At least two, at increasing distance.
     pub points: Vec<PathPoint>,
-    /// Where it came from.
+    /// The sources of the file.
     pub provenance: Provenance,
 }
 
@@ -57,31 +57,30 @@ impl From<PathPoint> for [f64; 5] {
 pub struct Guidance {
     /// Look-ahead distance over speed, s.
     pub lookahead_time_s: f64,
-    /// Least look-ahead distance, m.
+    /// Smallest look-ahead distance, m.
     pub lookahead_min_m: f64,
-    /// How far ahead heading and curvature are read, s, to make up for the loop's lag.
+    /// Preview time of heading and curvature, s, which compensates for the loop's lag.
     pub preview_time_s: f64,
     /// Steering angle per curvature, rad·m.
     pub feedforward_gain_radm: f64,
-    /// Sideslip angle per yaw rate in a steady turn, s; of small lateral acceleration, where the growth
-    /// is stated.
+    /// Sideslip angle per yaw rate in a steady turn, s; at small lateral acceleration if the growth is
+    /// stated.
     pub sideslip_per_yaw_rate_s: f64,
-    /// Sideslip angle per yaw acceleration, s²; 0, which may be omitted: unknown.
+    /// Sideslip angle per yaw acceleration, s²; 0 or omitted if unknown.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub sideslip_per_yaw_acceleration_s2: f64,
-    /// What the sideslip per yaw rate grows by, per squared lateral acceleration, s⁵/m²; 0, which may
-    /// be omitted: unknown.
+    /// Growth of the sideslip per yaw rate, per squared lateral acceleration, s⁵/m²; 0 or omitted if
+    /// unknown.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub sideslip_growth_s5pm2: f64,
-    /// What of the yaw acceleration is added to the yaw reference, s², for what the loop lacks beyond
-    /// preview and feedforward; 0 may be omitted.
+    /// Gain from the path's yaw acceleration to the yaw reference, s², which compensates for the error
+    /// of the loop that remains with preview and feedforward; 0 may be omitted.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub yaw_acceleration_gain_s2: f64,
-    /// What of the yaw jerk, s³, for the same; 0 may be omitted.
+    /// Gain from the path's yaw jerk to the yaw reference, s³, for the same; 0 may be omitted.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub yaw_jerk_gain_s3: f64,
-    /// How fast the integral of the cross-track error grows, 1/s; 0, which may be omitted: there is
-    /// none.
+    /// Integral gain of the cross-track error, 1/s; 0 or omitted for none.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub cross_track_integral_gain_per_s: f64,
 }

@@ -1,15 +1,15 @@
-//! `pid.json`: the steering controller of eq 14 with the proof that it meets its specification.
+//! `pid.json`: the steering controller of eq 14 with the evidence that it meets its specification.
 
 use crate::{Checker, DesignEvidence, Document, Provenance, Quality, Specification, is_zero};
 use serde::{Deserialize, Serialize};
 
-/// The controller, what it was designed for, and what it reaches.
+/// The controller, its specification, and the results of its design.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Pid {
     /// `steerwright/pid/1`.
     pub schema: String,
-    /// A name for people.
+    /// A name.
     pub name: String,
     /// Sample time, s.
     pub sample_time_s: f64,
@@ -17,20 +17,20 @@ pub struct Pid {
     pub gains: PidGains,
     /// Limits in steering coordinates.
     pub limits: Limits,
-    /// What the controller was designed on.
+    /// The model that the controller was designed on.
     pub designed_for: DesignedFor,
     /// The specification.
     pub specification: Specification,
-    /// What was reached.
+    /// The results of the design.
     pub evidence: DesignEvidence,
-    /// What a path follower around this loop should use.
+    /// Recommended settings of a path follower around this loop.
     pub guidance: GuidanceAdvice,
-    /// Where it came from.
+    /// The sources of the file.
     pub provenance: Provenance,
 }
 
 impl Pid {
-    /// Largest steering angle to either side at the speed designed for, rad.
+    /// Largest steering angle to either side at the design speed, rad.
     #[must_use]
     pub fn largest_angle_rad(&self) -> f64 {
         self.limits.largest_angle_rad(self.designed_for.speed_mps)
@@ -67,24 +67,24 @@ pub struct Limits {
     pub max_increment_rad: f64,
     /// Largest rate, rad/s.
     pub max_rate_radps: f64,
-    /// What of large yaw errors is acted on; absent for all of them.
+    /// The limits for large yaw errors; absent if the controller acts on them directly.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub large_errors: Option<LargeErrors>,
-    /// The largest angle by speed; absent for one at every speed.
+    /// The largest angle by speed; absent if it is the same at every speed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lateral_acceleration: Option<LateralAcceleration>,
 }
 
-/// What keeps large steps from overshooting where the actuator's rate is limited.
+/// Limits for large yaw errors, which reduce the overshoot of large steps with a rate-limited actuator.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LargeErrors {
-    /// Largest yaw error that is acted on at once, beyond the lag behind a ramp, rad; the rest is released
-    /// as a ramp.
+    /// Largest yaw error, beyond the lag behind a ramp, that the controller acts on at once, rad; the rest
+    /// is released as a ramp.
     pub max_yaw_error_rad: f64,
     /// Rate once the reserve of time at the largest rate is spent, rad/s.
     pub sustained_rate_radps: f64,
-    /// That reserve, s: more than a step of the specification takes.
+    /// That reserve, s: longer than a step of the specification needs.
     pub rate_reserve_time_s: f64,
 }
 
@@ -114,7 +114,7 @@ impl Limits {
     }
 }
 
-/// The model and the loop the controller was designed for.
+/// The model and the loop that the controller was designed for.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DesignedFor {
@@ -141,21 +141,21 @@ pub struct DesignedFor {
     pub quality: Quality,
 }
 
-/// What a path follower around this loop should use.
+/// Recommended settings of a path follower around this loop.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GuidanceAdvice {
-    /// Steering angle per path curvature, rad·m: what a curve needs beyond what the previewed yaw
-    /// reference already makes the loop steer. Not the whole steering of a steady turn, so neither
-    /// this nor the preview is to be used without the other.
+    /// Steering angle per path curvature, rad·m, in addition to the steering that the previewed yaw
+    /// reference causes. It is not the whole steering of a steady turn, so use it together with the
+    /// preview.
     pub feedforward_gain_radm: f64,
     /// Time by which the closed loop lags a yaw ramp, kp·(1 − b)/ki, s.
     pub preview_time_s: f64,
-    /// What of the path's yaw acceleration is to be added to the yaw reference, s²; belongs to the
-    /// feedforward, too. 0 may be omitted.
+    /// Gain from the path's yaw acceleration to the yaw reference, s²; part of the feedforward. 0 may be
+    /// omitted.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub yaw_acceleration_gain_s2: f64,
-    /// What of the path's yaw jerk is to be added to the yaw reference, s³. 0 may be omitted.
+    /// Gain from the path's yaw jerk to the yaw reference, s³. 0 may be omitted.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub yaw_jerk_gain_s3: f64,
 }

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 pub struct Plant {
     /// `steerwright/plant/1`.
     pub schema: String,
-    /// A name for people, such as the log's.
+    /// A name, such as the log's.
     pub name: String,
     /// Input of the model.
     pub input: InputKind,
@@ -21,27 +21,27 @@ pub struct Plant {
     pub steering_ratio: f64,
     /// Pure delay from steering angle to the model's input, in seconds.
     pub input_delay_s: f64,
-    /// Where the model holds.
+    /// The point about which the model is valid.
     pub operating_point: OperatingPoint,
     /// The model in innovation form (eq 3–5).
     pub discrete: Discrete,
-    /// The continuous model (eq 6–11), absent where A has no real logarithm.
+    /// The continuous model (eq 6–11); absent if A has no real logarithm.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub continuous: Option<Continuous>,
     /// The noise as identified.
     pub noise: Noise,
-    /// How far the course leads the yaw, absent where the drive does not determine it.
+    /// The sideslip; absent if the drive does not determine it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sideslip: Option<Sideslip>,
-    /// How uncertain the model is, absent where that was not estimated.
+    /// The uncertainty of the model; absent if it was not estimated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub uncertainty: Option<Uncertainty>,
-    /// How far the model can be trusted.
+    /// The evidence for the quality of the model.
     pub evidence: Evidence,
     /// Whether a controller may be designed on the model.
     #[serde(default)]
     pub quality: Quality,
-    /// Where it came from.
+    /// The sources of the file.
     pub provenance: Provenance,
 }
 
@@ -64,8 +64,8 @@ pub struct OperatingPoint {
     pub speed_mps: f64,
     /// The steering angle that drives straight, in steering coordinates.
     pub steering_offset_rad: f64,
-    /// The yaw rate at that angle; not zero only where the model has no steady-state gain to put
-    /// it on the steering offset.
+    /// The yaw rate at that angle; zero if the model has a steady-state gain, by which the steering
+    /// offset then represents it.
     pub yaw_rate_offset_radps: f64,
 }
 
@@ -117,27 +117,27 @@ pub struct Noise {
     pub innovation_variance: f64,
 }
 
-/// The sideslip of the centre of gravity, from where a receiver's fixes lead: with the yaw rate r and
-/// the lateral acceleration `a = v·r`, course minus yaw is `(S + Q·a²)·r + C·dr/dt`.
+/// The sideslip of the centre of gravity, from the course of GNSS fixes: with the yaw rate r and the
+/// lateral acceleration `a = v·r`, course minus yaw is `(S + Q·a²)·r + C·dr/dt`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sideslip {
-    /// S, sideslip angle per yaw rate, s: in gentle turns where the growth is stated, else a mean over
+    /// S, sideslip angle per yaw rate, s: in gentle turns if the growth is stated, else the mean over
     /// the drive's turns.
     pub sideslip_per_yaw_rate_s: f64,
-    /// Its standard error, s; of the fixes' and the gyro's noise, and of the fixes' age where that is
-    /// estimated.
+    /// Its standard error, s, from the noise of the fixes and the gyro, and from the age of the fixes if
+    /// that is estimated.
     pub standard_error_s: f64,
-    /// Q, what S grows by per squared lateral acceleration, s⁵/m²; absent where the drive does not
+    /// Q, the growth of S per squared lateral acceleration, s⁵/m²; absent if the drive does not
     /// determine it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sideslip_growth_s5pm2: Option<SideslipTerm>,
-    /// C, sideslip angle per yaw acceleration, s²; absent where the drive does not determine it.
+    /// C, sideslip angle per yaw acceleration, s²; absent if the drive does not determine it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sideslip_per_yaw_acceleration_s2: Option<SideslipTerm>,
     /// The assumed age of a fix, s: an error of it is an error of the sideslip.
     pub gnss_latency_s: f64,
-    /// The standard error of that age, s; absent where the age was stated.
+    /// The standard error of that age, s; absent if the age was stated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gnss_latency_standard_error_s: Option<f64>,
     /// The assumed position of the antenna ahead of the centre of gravity, m.
@@ -148,20 +148,20 @@ pub struct Sideslip {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SideslipTerm {
-    /// As found.
+    /// The estimate.
     pub value: f64,
-    /// Its standard error, of the fixes' and the gyro's noise alone.
+    /// Its standard error, from the noise of the fixes and the gyro only.
     pub standard_error: f64,
 }
 
 impl Sideslip {
-    /// Q, s⁵/m²; 0 where it is not known.
+    /// Q, s⁵/m²; 0 if unknown.
     #[must_use]
     pub fn growth(&self) -> f64 {
         self.sideslip_growth_s5pm2.map_or(0.0, |term| term.value)
     }
 
-    /// C, s²; 0 where it is not known.
+    /// C, s²; 0 if unknown.
     #[must_use]
     pub fn per_yaw_acceleration(&self) -> f64 {
         self.sideslip_per_yaw_acceleration_s2.map_or(0.0, |term| term.value)
@@ -195,7 +195,7 @@ impl Sideslip {
 }
 
 impl Plant {
-    /// Sideslip per yaw rate, s; 0 where it is not known.
+    /// Sideslip per yaw rate, s; 0 if unknown.
     #[must_use]
     pub fn sideslip_per_yaw_rate_s(&self) -> f64 {
         self.sideslip.map_or(0.0, |sideslip| sideslip.sideslip_per_yaw_rate_s)
@@ -206,6 +206,61 @@ impl Plant {
     pub fn order(&self) -> usize {
         self.discrete.a.rows()
     }
+
+    /// The number of standard normal numbers that [`Plant::ensemble_member`] needs; 0 if the file has no
+    /// uncertainty.
+    #[must_use]
+    pub fn ensemble_dimension(&self) -> usize {
+        self.uncertainty.as_ref().map_or(0, |u| u.directions.rows())
+    }
+
+    /// The plant whose discrete model is `nominal + Σ ξ_i · direction_i`: for independent standard
+    /// normal ξ a draw from the estimate's distribution, to first order. It carries no continuous
+    /// model and has no uncertainty.
+    ///
+    /// `None` if the plant has no uncertainty, if the number of ξ is not
+    /// [`Plant::ensemble_dimension`], or if the drawn model is unstable: draw again for the
+    /// distribution of stable models.
+    #[must_use]
+    pub fn ensemble_member(&self, xi: &[f64]) -> Option<Self> {
+        let directions = &self.uncertainty.as_ref()?.directions;
+        if xi.len() != directions.rows() {
+            return None;
+        }
+        let mut member = self.clone();
+        let d = &mut member.discrete;
+        let places =
+            [&mut d.a, &mut d.b, &mut d.c, &mut d.d, &mut d.k].into_iter().flat_map(|m| &mut m.0);
+        for (k, entry) in places.flatten().enumerate() {
+            for (row, xi) in directions.0.iter().zip(xi) {
+                *entry += xi * row.get(k)?;
+            }
+        }
+        member.continuous = None;
+        member.uncertainty = None;
+        is_stable(&member.discrete.a).then_some(member)
+    }
+}
+
+/// Whether the powers A, A², A⁴, A⁸ … vanish.
+fn is_stable(a: &Matrix) -> bool {
+    let n = a.rows();
+    if a.columns() != Some(n) {
+        return false;
+    }
+    let mut power = a.0.clone();
+    for _ in 0..48 {
+        let size = power.iter().flatten().fold(0.0_f64, |s, x| s + x * x).sqrt();
+        if size < 0.5 {
+            return true;
+        }
+        if !size.is_finite() || size > 1e100 {
+            return false;
+        }
+        let square = |i: usize, j: usize| (0..n).map(|k| power[i][k] * power[k][j]).sum();
+        power = (0..n).map(|i| (0..n).map(|j| square(i, j)).collect()).collect();
+    }
+    false
 }
 
 impl Document for Plant {

@@ -1,11 +1,11 @@
-//! Where a file's content came from.
+//! The sources of a file's content.
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::io::Read;
 
-/// What a file was made from and how; holds no clock and no absolute path.
+/// The sources and options of a file; without times and absolute paths.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Provenance {
@@ -46,7 +46,7 @@ fn hex(digest: &[u8]) -> String {
     digest.iter().map(|b| format!("{b:02x}")).collect()
 }
 
-/// Hashes what is read through it, so that a file need not be held to be named by its hash.
+/// Hashes the bytes read through it, so that a file need not be kept in memory for its hash.
 pub struct HashingReader<R> {
     inner: R,
     hash: Sha256,

@@ -14,7 +14,7 @@ use std::fmt;
 pub enum Grade {
     /// A controller may be designed on the model.
     Pass,
-    /// A controller may be designed on the model; the reasons limit what it can be expected to do.
+    /// A controller may be designed on the model; the reasons limit its expected performance.
     Warn,
     /// No controller should be designed on the model.
     Fail,
@@ -38,7 +38,7 @@ impl fmt::Display for Grade {
     }
 }
 
-/// What a reason is about; its name in files is stable.
+/// The subject of a reason; its name in files is stable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ReasonCode {
@@ -99,16 +99,16 @@ impl ReasonCode {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Reason {
-    /// What it is about.
+    /// The subject.
     pub code: ReasonCode,
-    /// What it makes of the model's grade: `warn` or `fail`.
+    /// The grade that the reason causes: `warn` or `fail`.
     pub grade: Grade,
-    /// A clause for people, such as `the fit on validation data is 24 %, below 60 %`.
+    /// The message, such as `the fit on validation data is 24 %, below 60 %`.
     pub message: String,
     /// The number that was compared, in `unit`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub value: Option<f64>,
-    /// The limit that it does not keep, in `unit`.
+    /// The limit that it violates, in `unit`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limit: Option<f64>,
     /// Unit of value and limit; empty for none.
@@ -140,10 +140,10 @@ pub struct Quality {
     pub grade: Grade,
     /// One or two sentences.
     pub summary: String,
-    /// Why the grade is not better, the worst first.
+    /// The reasons for the grade, the worst first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub reasons: Vec<Reason>,
-    /// What to do next, such as the manoeuvre to drive.
+    /// The next step, such as the manoeuvre to drive.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub advice: Vec<String>,
 }
@@ -184,7 +184,7 @@ impl Quality {
         codes.join(", ")
     }
 
-    /// Reports a grade that does not follow from the reasons; `at` is put before each key.
+    /// Reports a grade that does not follow from the reasons; `at` is the prefix of each key.
     pub(crate) fn check(&self, c: &mut Checker, at: &str) {
         let worst = self.reasons.iter().map(|reason| reason.grade).max();
         c.require(self.grade == worst.unwrap_or(Grade::Pass), &format!("{at}grade"), || {

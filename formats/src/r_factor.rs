@@ -14,9 +14,9 @@ use serde::{Deserialize, Serialize};
 pub struct AccumulatedDrives {
     /// `steerwright/factor/2`.
     pub schema: String,
-    /// A name for people, such as the first log's.
+    /// A name, such as the first log's.
     pub name: String,
-    /// What drives the model.
+    /// Input of the model.
     pub input: InputKind,
     /// Steering angle over road-wheel angle.
     pub steering_ratio: f64,
@@ -28,14 +28,14 @@ pub struct AccumulatedDrives {
     pub estimation_samples: usize,
     /// Number of validation samples.
     pub validation_samples: usize,
-    /// The speed over all samples, where every drive has one.
+    /// The speed over all samples, if every drive has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed: Option<AccumulatedSpeed>,
-    /// What was read from the logs, drives with equal columns together.
+    /// The channels of the logs; drives with equal columns are combined.
     pub channels: Vec<ChannelSummary>,
-    /// What the reader had to do or doubts.
+    /// Warnings of the log reader.
     pub warnings: Vec<String>,
-    /// Where it came from.
+    /// The sources of the file.
     pub provenance: Provenance,
     /// State of the estimation data's windows, in hexadecimal.
     pub estimation: String,

@@ -1,16 +1,16 @@
-//! How uncertain the identified model is: standard errors of what does not depend on the state's
-//! basis, and the directions by which whole models can be drawn.
+//! The uncertainty of the identified model: standard errors of quantities that do not depend on the
+//! state's basis, and the covariance factor from which models can be drawn.
 //!
 //! Standard errors are one standard deviation of the estimate, to first order (delta method): the
 //! truth lies within 1.96 of them with 95 % probability, for a model of the right order.
 
-use crate::{Checker, Matrix, Plant};
+use crate::{Checker, Matrix};
 use serde::{Deserialize, Serialize};
 
 /// Standard errors in a 95 % interval.
 pub const NORMAL_95: f64 = 1.959_963_984_540_054;
 
-/// The uncertainty of a [`Plant`]'s model.
+/// The uncertainty of an identified plant's model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Uncertainty {
@@ -25,13 +25,13 @@ pub struct Uncertainty {
     pub frequency_response: Vec<FrequencyBand>,
     /// Yaw rate after a unit step of the model's input, without the input delay.
     pub step_response: Vec<StepBand>,
-    /// One row for each independent standard normal number ξ: the move of the entries of A, B, C, D,
-    /// K, each row by row, for ξ = 1. A model drawn from the estimate's distribution is
-    /// `nominal + Σ ξ_i · row_i`. Moves that would only change the state's basis are left out.
+    /// The covariance factor, with one row for each independent standard normal number ξ: the change of
+    /// the entries of A, B, C, D, K, each row by row, for ξ = 1. A model drawn from the estimate's
+    /// distribution is `nominal + Σ ξ_i · row_i`. Changes of the state's basis only are left out.
     pub directions: Matrix,
 }
 
-/// What the estimate made small.
+/// The errors that the estimate minimises.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum EstimationFocus {
@@ -79,7 +79,7 @@ pub struct FrequencyBand {
     pub phase_rad: f64,
     /// Standard error of the magnitude.
     pub magnitude_standard_error: f64,
-    /// Standard error of the phase, rad; not meaningful where the magnitude's reaches it.
+    /// Standard error of the phase, rad; not meaningful if that of the magnitude reaches the magnitude.
     pub phase_standard_error_rad: f64,
 }
 
@@ -141,61 +141,4 @@ impl Uncertainty {
 /// Entries of A, B, C, D and K.
 fn entries(n: usize) -> usize {
     n * n + 3 * n + 1
-}
-
-impl Plant {
-    /// How many standard normal numbers [`Plant::ensemble_member`] takes; 0 where the file states no
-    /// uncertainty.
-    #[must_use]
-    pub fn ensemble_dimension(&self) -> usize {
-        self.uncertainty.as_ref().map_or(0, |u| u.directions.rows())
-    }
-
-    /// The plant whose discrete model is `nominal + Σ ξ_i · direction_i`: for independent standard
-    /// normal ξ a draw from the estimate's distribution, to first order. It carries no continuous
-    /// model and has no uncertainty.
-    ///
-    /// `None` where the plant states no uncertainty, where there are not
-    /// [`Plant::ensemble_dimension`] numbers, and where the model drawn is not stable: the
-    /// distribution of stable models is then got by drawing again.
-    #[must_use]
-    pub fn ensemble_member(&self, xi: &[f64]) -> Option<Self> {
-        let directions = &self.uncertainty.as_ref()?.directions;
-        if xi.len() != directions.rows() {
-            return None;
-        }
-        let mut member = self.clone();
-        let d = &mut member.discrete;
-        let places =
-            [&mut d.a, &mut d.b, &mut d.c, &mut d.d, &mut d.k].into_iter().flat_map(|m| &mut m.0);
-        for (k, entry) in places.flatten().enumerate() {
-            for (row, xi) in directions.0.iter().zip(xi) {
-                *entry += xi * row.get(k)?;
-            }
-        }
-        member.continuous = None;
-        member.uncertainty = None;
-        is_stable(&member.discrete.a).then_some(member)
-    }
-}
-
-/// Whether the powers A, A², A⁴, A⁸ … vanish.
-fn is_stable(a: &Matrix) -> bool {
-    let n = a.rows();
-    if a.columns() != Some(n) {
-        return false;
-    }
-    let mut power = a.0.clone();
-    for _ in 0..48 {
-        let size = power.iter().flatten().fold(0.0_f64, |s, x| s + x * x).sqrt();
-        if size < 0.5 {
-            return true;
-        }
-        if !size.is_finite() || size > 1e100 {
-            return false;
-        }
-        let square = |i: usize, j: usize| (0..n).map(|k| power[i][k] * power[k][j]).sum();
-        power = (0..n).map(|i| (0..n).map(|j| square(i, j)).collect()).collect();
-    }
-    false
 }

@@ -1,7 +1,7 @@
 //! `vehicle.json`: a vehicle with saturating tyres, load transfer and a steering actuator.
 //!
-//! Written by hand; the example in this repository is `tests/data/multibody/vehicle.json`. What a
-//! number means is documented with the model: the README of `NonlinearVehicle`.
+//! Written by hand; the example in this repository is `tests/data/multibody/vehicle.json`. The README of
+//! `NonlinearVehicle` documents the numbers.
 
 use crate::{Checker, Document};
 use serde::{Deserialize, Serialize};
@@ -12,11 +12,11 @@ use serde::{Deserialize, Serialize};
 pub struct Vehicle {
     /// `steerwright/vehicle/1`.
     pub schema: String,
-    /// A name for people.
+    /// A name.
     pub name: String,
-    /// Mass, inertia and measures.
+    /// Mass, inertia and dimensions.
     pub body: Body,
-    /// The tyres, alike at all wheels but for the stiffness.
+    /// The tyres: equal at all wheels except for the stiffness.
     pub tyres: Tyres,
     /// The steering.
     pub actuator: SteeringActuator,
@@ -24,7 +24,7 @@ pub struct Vehicle {
     pub speed_mps: f64,
 }
 
-/// Mass, inertia and measures.
+/// Mass, inertia and dimensions.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Body {
@@ -66,7 +66,7 @@ pub struct Tyres {
     pub stiffness_load_sensitivity: f64,
 }
 
-/// What moves the road wheels.
+/// The actuator of the road wheels.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SteeringActuator {

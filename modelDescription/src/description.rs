@@ -169,7 +169,7 @@ pub struct Variable {
     pub is_enumeration: bool,
     /// One line for people.
     pub description: Option<String>,
-    /// Who gives it its value.
+    /// Its causality.
     pub causality: Causality,
     /// When it may change.
     pub variability: Variability,

@@ -16,7 +16,7 @@ pub enum Error {
         problem: String,
     },
     /// The XML declares a document type, which could define entities.
-    #[error("modelDescription.xml has a document type declaration, which is refused")]
+    #[error("modelDescription.xml has a document type declaration, which is rejected")]
     DocumentType,
     /// The document is something else, or of another version of FMI.
     #[error(
@@ -103,7 +103,7 @@ pub enum Error {
 }
 
 impl Error {
-    /// What the reader can do about it.
+    /// What the user can do.
     #[must_use]
     pub fn hint(&self) -> String {
         match self {
@@ -115,14 +115,14 @@ impl Error {
             Self::MissingAttribute { .. }
             | Self::MissingElement { .. }
             | Self::InvalidAttribute { .. } => {
-                "report this to the FMU's maker: the FMI 2.0 schema refuses this description".into()
+                "report this to the author of the FMU: the description violates the FMI 2.0 schema".into()
             }
             Self::StartCount { .. } | Self::StartKind { .. } => {
-                "give one start value for each row of the table, of the row's type, in its order"
+                "pass one start value for each row of the table, of the row's type, in the order of the rows"
                     .into()
             }
             Self::StartRange { variable, min, max, .. } => {
-                format!("give `{variable}` a value from {min} to {max} in the resource file")
+                format!("set `{variable}` to a value from {min} to {max} in the resource file")
             }
         }
     }

@@ -6,10 +6,10 @@
 //!   A row or table that the standard forbids does not compile (FMI 2.0.5, section 2.2.7).
 //! * [`ModelDescription`] is the content of `modelDescription.xml`, of any tool: built from a table
 //!   and its start values by [`ModelDescription::from_table`], written by
-//!   [`ModelDescription::to_xml`], read by [`ModelDescription::from_xml`], and held against the
+//!   [`ModelDescription::to_xml`], read by [`ModelDescription::from_xml`], and checked with the
 //!   standard's rules by [`ModelDescription::findings`].
 //!
-//! [`guid`] makes the one name that binary, description and resources share.
+//! [`guid`] computes the identifier that binary, description and resources share.
 //!
 //! Numbers are written with the fewest digits that read back to the same value and never depend on
 //! the locale. Nothing written here depends on the clock. Section numbers are those of the FMI 2.0.5

@@ -82,7 +82,7 @@ impl Check<'_> {
         if let Some(c) = &description.co_simulation {
             if !is_c_identifier(&c.model_identifier) {
                 let message =
-                    format!("modelIdentifier \"{}\" is no C identifier", c.model_identifier);
+                    format!("modelIdentifier \"{}\" is not a C identifier", c.model_identifier);
                 self.report("model-identifier", Place::CoSimulation, message);
             }
             if c.can_serialize_fmu_state && !c.can_get_and_set_fmu_state {
@@ -99,7 +99,7 @@ impl Check<'_> {
             }
             for (name, value) in [("stepSize", e.step_size), ("tolerance", e.tolerance)] {
                 if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
-                    let message = format!("{name} {value} is not above zero");
+                    let message = format!("{name} {value} is not positive");
                     self.report("experiment", Place::DefaultExperiment, message);
                 }
             }
@@ -129,7 +129,7 @@ impl Check<'_> {
         let mut seen = BTreeSet::new();
         for (name, position) in names.zip(0..) {
             if !seen.insert(name) {
-                self.report(rule, place(position), format!("\"{name}\" stands there twice"));
+                self.report(rule, place(position), format!("\"{name}\" is defined twice"));
             }
         }
     }
@@ -142,16 +142,16 @@ impl Check<'_> {
         for (variable, position) in description.variables.iter().zip(0..) {
             let place = Place::Variable(position);
             if !names.insert(&variable.name) {
-                self.report("name-twice", place, "the name stands there twice".into());
+                self.report("name-twice", place, "the name is used twice".into());
             }
             if variable.causality == Causality::Independent
                 && std::mem::replace(&mut independent, true)
             {
-                let message = "an independent variable, and not the first one".into();
+                let message = "a second independent variable".into();
                 self.report("independent-twice", place, message);
             }
             if variable.can_handle_multiple_set.is_some() && only_co_simulation {
-                let message = "canHandleMultipleSetPerTimeInstant is for ModelExchange".into();
+                let message = "canHandleMultipleSetPerTimeInstant is only for ModelExchange".into();
                 self.report("multiple-set", place, message);
             }
             self.variable(variable, place);
@@ -163,7 +163,7 @@ impl Check<'_> {
     fn derivative(&mut self, v: &Variable, place: Place) {
         let Some(index) = v.derivative else { return };
         let message = match self.description.variable_at(index) {
-            None => format!("derivative of index {index}, which is no variable"),
+            None => format!("derivative of index {index}, which is not a variable"),
             Some(state) if std::ptr::eq(state, v) => "derivative of itself".into(),
             Some(state) if state.kind != Kind::Real => {
                 format!("derivative of `{}`, which is {}", state.name, state.kind)
@@ -193,7 +193,7 @@ impl Check<'_> {
         if let (Some(min), Some(max)) = (v.min, v.max)
             && min > max
         {
-            self.report("min-above-max", place, format!("min {min} is above max {max}"));
+            self.report("min-above-max", place, format!("min {min} exceeds max {max}"));
         }
         if let Some(start) = v.start.as_ref().and_then(crate::Value::as_number) {
             let (min, max) = (v.min.unwrap_or(f64::NEG_INFINITY), v.max.unwrap_or(f64::INFINITY));
@@ -204,7 +204,7 @@ impl Check<'_> {
             }
         }
         if let Some(nominal) = v.nominal.filter(|nominal| nominal.is_nan() || *nominal <= 0.0) {
-            self.report("nominal", place, format!("nominal {nominal} is not above zero"));
+            self.report("nominal", place, format!("nominal {nominal} is not positive"));
         }
         self.units(v, place);
     }
@@ -218,7 +218,7 @@ impl Check<'_> {
             }
             (Some(unit), display) => {
                 let Some(defined) = self.units.get(unit.as_str()) else {
-                    let message = format!("unit \"{unit}\" is not under UnitDefinitions");
+                    let message = format!("unit \"{unit}\" is not defined under UnitDefinitions");
                     return self.report("unit-undefined", place, message);
                 };
                 if let Some(display) = display

@@ -3,7 +3,7 @@
 //! Every function here is `const`: in a `const` or `static` item a row or table that the standard
 //! forbids stops the compilation with the message of the assertion that failed.
 
-use crate::units::UnitSpec;
+use crate::units::{UnitSpec, same};
 use crate::{Causality, Initial, Kind, Variability, default_initial, is_legal};
 
 /// What an unknown depends on, by the names of variables.
@@ -26,7 +26,7 @@ pub struct VariableSpec {
     pub reference: u32,
     /// Type.
     pub kind: Kind,
-    /// Who gives it its value.
+    /// Its causality.
     pub causality: Causality,
     /// When it may change.
     pub variability: Variability,
@@ -284,7 +284,7 @@ impl Table {
                 );
                 assert!(
                     all_known(variables, names, false),
-                    "an output depends on something that is no input"
+                    "an output depends on a variable that is not an input"
                 );
             }
             if let DependsOn::On(names) = row.initial_depends_on {
@@ -321,22 +321,6 @@ const fn all_known(variables: &[VariableSpec], names: &[&str], initialization: b
             j += 1;
         }
         if !found {
-            return false;
-        }
-        i += 1;
-    }
-    true
-}
-
-/// Equality of strings in a `const` context.
-pub(crate) const fn same(a: &str, b: &str) -> bool {
-    let (a, b) = (a.as_bytes(), b.as_bytes());
-    if a.len() != b.len() {
-        return false;
-    }
-    let mut i = 0;
-    while i < a.len() {
-        if a[i] != b[i] {
             return false;
         }
         i += 1;

@@ -109,7 +109,7 @@ impl UnitSpec {
     pub const fn named(name: &str) -> Option<&'static Self> {
         let mut i = 0;
         while i < UNITS.len() {
-            if crate::table::same(UNITS[i].name, name) {
+            if same(UNITS[i].name, name) {
                 return Some(&UNITS[i]);
             }
             i += 1;
@@ -122,11 +122,27 @@ impl UnitSpec {
     pub const fn shows_as(&self, display_unit: &str) -> bool {
         let mut i = 0;
         while i < self.display_units.len() {
-            if crate::table::same(self.display_units[i].0, display_unit) {
+            if same(self.display_units[i].0, display_unit) {
                 return true;
             }
             i += 1;
         }
         false
     }
+}
+
+/// Equality of strings in a `const` context.
+pub(crate) const fn same(a: &str, b: &str) -> bool {
+    let (a, b) = (a.as_bytes(), b.as_bytes());
+    if a.len() != b.len() {
+        return false;
+    }
+    let mut i = 0;
+    while i < a.len() {
+        if a[i] != b[i] {
+            return false;
+        }
+        i += 1;
+    }
+    true
 }

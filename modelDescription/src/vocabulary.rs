@@ -1,4 +1,4 @@
-//! The words of FMI 2.0 (section 2.2.7) and the values of variables.
+//! The enumerations of FMI 2.0 (section 2.2.7) and the values of variables.
 
 /// Declares an enum whose members have fixed names in the XML.
 macro_rules! words {
@@ -47,7 +47,7 @@ words! {
 }
 
 words! {
-    /// Who gives a variable its value.
+    /// The source of a variable's value.
     Causality {
         /// Set by the environment before the simulation (and, tunable, during it).
         Parameter = "parameter",

@@ -12,7 +12,7 @@ use quick_xml::events::{BytesEnd, BytesStart, BytesText, Event};
 use std::io::Write;
 
 impl ModelDescription {
-    /// The XML text. The same description gives the same bytes.
+    /// The XML text. Equal descriptions have equal bytes.
     ///
     /// Characters that XML cannot hold become U+FFFD. Enumerations are written as Integer, and
     /// model exchange, which this project does not export, is left out.

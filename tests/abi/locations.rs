@@ -78,8 +78,8 @@ fn what_is_no_folder_is_refused() {
             (b"".into(), "is empty"),
             (b"file:".into(), "names no folder"),
             (b"file://".into(), "names no folder"),
-            (b"http://example.org/resources".into(), "is no file: URI"),
-            (b"ftp://example.org/resources".into(), "is no file: URI"),
+            (b"http://example.org/resources".into(), "is not a file: URI"),
+            (b"ftp://example.org/resources".into(), "is not a file: URI"),
         ];
         if cfg!(unix) {
             bad.push((b"file://elsewhere/resources".into(), "is on another host, elsewhere"));

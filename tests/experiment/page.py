@@ -24,7 +24,7 @@ FIGURES = {
     "Measurement and loop": [
         ("loop.svg", "The loop on the road. In the yaw step the controller sees the true yaw."),
     ],
-    "Aims": [],
+    "Design targets": [],
     "Yaw step": [("yaw_steps.svg", "Yaw over the step of 5° on the car, no sensor noise; first seed.")],
     "Ratios": [("ratios.svg", "Identified over rival; left of 1 the identified design is better.")],
     "The road": [

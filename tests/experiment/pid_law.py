@@ -17,7 +17,7 @@ from excitation import SAMPLE_TIME_S
 from vehicle import STEPS, advance
 
 MEMORY = 11  # numbers that a controller remembers
-# As in fmu/models/src/governor.rs.
+# As in fmu/models/src/pid/governor.rs.
 RELEASE_SHARE, RATE_SHARE, ROOM = 0.7, 0.5, 1.2
 RATE_FILTER, FULL_RATE, FORGOTTEN = 0.05, 0.9, 0.1
 

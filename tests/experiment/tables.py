@@ -11,7 +11,7 @@ from datasheet import bicycle_parameters
 from vehicle import NAMES as NAMES_OF_CARS
 from vehicle import SERVO_RATE_LIMIT_RADPS, SERVO_TIME_CONSTANT_S, published_parameters
 
-# Aims of the yaw step, and the settling times that tuning on the car itself is known to reach.
+# Targets of the yaw step, and the settling times of controllers tuned on the car itself.
 OVERSHOOT_PERCENT, SETTLING_S, ERROR_PERCENT = 1.0, 1.0, 2.0
 TUNED_SETTLING_S = {8: 0.64, 15: 0.54, 22: 0.47}
 WITHIN = 1.25
@@ -22,7 +22,7 @@ AGAIN = "cross-track RMS, re-designed"
 DROP_OUT_M, DROP_OUT_OVERSHOOT_M = 0.5, 0.05
 
 CARS = (
-    "The data sheet of CommonRoad's 29-state cars, with which the rivals are designed. Servo "
+    "The data sheet of CommonRoad's 29-state cars, on which the data sheet designs are based. Servo "
     f"between command and road wheel: {SERVO_TIME_CONSTANT_S} s lag, {SERVO_RATE_LIMIT_RADPS} rad/s at most."
 )
 MEASURED = (
@@ -31,14 +31,15 @@ MEASURED = (
     "the true pose evaluates."
 )
 AT_MARGIN = (
-    "Two readings. *A factor*: kp, ki and kd times one factor, until the loop with the car comes to "
-    "the margin asked of every design. There may be none: where the ratio of the gains gives too little "
-    "phase, less gain helps as little as more. Ratios are over the drives where both contenders have one; "
-    "a contender without loses that comparison. *Re-designed*: by its own method, the margin that is asked "
-    "for raised until the loop with the car has at least that first asked; one that has it stays."
+    "Two comparisons. *A factor*: kp, ki and kd are multiplied by one factor, such that the loop with "
+    "the car has the modulus margin required of every design. There may be no such factor: if the "
+    "ratio of the gains leaves too little phase, neither lower nor higher gains help. Ratios are over "
+    "the drives for which both designs have a factor; a design without one loses the comparison. "
+    "*Re-designed*: the required margin of each design method is raised until the loop with the car has "
+    "at least the original margin; designs that have it are not changed."
 )
 ROADS = (
-    "Steering rate needed: by a steady turn's steering, changed as quickly as the road's curvature. The "
+    "Steering rate needed: the steering of a steady turn, changing at the rate of the road's curvature. The "
     f"servo turns at most {SERVO_RATE_LIMIT_RADPS} rad/s; at its limit: share of the samples, corrected GNSS."
 )
 
@@ -64,7 +65,7 @@ def speed_of(case):
 
 
 def step_kept(run, who):
-    """Whether the yaw step on the car keeps what was asked."""
+    """Whether the yaw step on the car meets its targets."""
     settling = metric(run, who, ("achieved", "settling_time_s"))
     return (
         metric(run, who, ("achieved", "overshoot_percent")) <= OVERSHOOT_PERCENT
@@ -99,7 +100,7 @@ def cars(runs):
 def steps(runs):
     """The yaw step: identified, predicted, achieved; the worst of the seeds."""
     header = ["case", "order", "fit", "overshoot", "settling", "predicted", "error at 5 s"]
-    header += ["modulus on the car", "oracle settles", "kept", "within 25 %"]
+    header += ["modulus on the car", "settling, tuned on the car", "kept", "within 25 %"]
     lines = []
     for case, seeds in by_case(runs).items():
         get = lambda *path: [metric(run, IDENTIFIED, path) for run in seeds]
@@ -128,8 +129,8 @@ def steps(runs):
 
 def contenders(runs):
     """Over all cases and seeds: how each contender's yaw step and road went."""
-    header = ["designed on", "settling predicted off by", "overshoot predicted off by"]
-    header += ["step keeps all aims", "modulus on the car", "cross-track RMS", "largest"]
+    header = ["designed on", "error of predicted settling", "error of predicted overshoot"]
+    header += ["step meets all targets", "modulus on the car", "cross-track RMS", "largest"]
     header += ["course RMS", "steering rate RMS", "at its limit", "RMS, drop-outs", "RMS, uncorrected"]
     header += ["road finished"]
     lines = []
@@ -162,9 +163,9 @@ def contenders(runs):
 
 
 def at_margin(runs):
-    """What the common modulus margin with the car takes, and what becomes of the road."""
-    header = ["designed on", "margin on the car", "a factor exists", "gains times", "RMS then"]
-    header += ["steering rate RMS then", "re-designing does", "margin asked", "RMS then"]
+    """The common modulus margin with the car, and the results on the road with it."""
+    header = ["designed on", "margin on the car", "a factor exists", "factor", "RMS with it"]
+    header += ["steering rate RMS with it", "re-designed", "required margin", "RMS re-designed"]
     lines = []
     for who in NAMES:
         get = lambda *path: [metric(run, who, path) for run in runs]
@@ -240,8 +241,8 @@ def roads(runs):
     return table(header, lines)
 
 
-def aims(runs):
-    """The figures to reach, and whether they are."""
+def targets(runs):
+    """The design targets with their results."""
     cases = by_case(runs)
     own = lambda run, *path: metric(run, IDENTIFIED, path)
 
@@ -258,7 +259,7 @@ def aims(runs):
             return text
         both = reached(runs, way, IDENTIFIED, rival)
         alone = reached(runs, way, IDENTIFIED) - both
-        return f"{text} over {both} of {len(runs)} drives; {alone} reach it by identified alone"
+        return f"{text} over {both} of {len(runs)} drives; {alone} with identified only"
 
     def every(test):
         """Of the cases, where each seed passes; and of all drives."""
@@ -266,8 +267,8 @@ def aims(runs):
         return f"{cases_kept} of {len(cases)} ({of(test, runs)} drives)"
 
     lines = [
-        ["yaw step keeps 1 %, 1 s, 2 %, every seed", "all cases", every(lambda run: step_kept(run, IDENTIFIED))],
-        ["settling within 25 % of tuning, every seed", "all cases", every(lambda run: step_soon(run, IDENTIFIED))],
+        ["yaw step meets 1 %, 1 s, 2 %, every seed", "all cases", every(lambda run: step_kept(run, IDENTIFIED))],
+        ["settling within 25 % of the tuned controller, every seed", "all cases", every(lambda run: step_soon(run, IDENTIFIED))],
         ["cross-track RMS at 15 m/s, corrected, worst seed", f"{CROSS_TRACK_RMS_M:.2f} m", f"{max(rms):.3f} m" if rms else "–"],
         ["in and after a drop-out, worst seed", f"{DROP_OUT_M} m", f"{max(away):.3f} m"],
         ["overshoot on return, worst seed", f"{DROP_OUT_OVERSHOOT_M} m", f"{max(beyond):.3f} m"],
@@ -279,14 +280,14 @@ def aims(runs):
         ("re-designed to that margin", AGAIN, REDESIGNED),
     ):
         lines += [[f"{what}: {rival}", aim, ratio_text(rival, figure, way)] for rival, aim in rivals]
-    return table(["figure", "aim", "reached"], lines)
+    return table(["quantity", "target", "result"], lines)
 
 
 def everything(runs, conditions):
     seeds = len({run["seed"] for run in runs})
     return "\n\n".join(
         [
-            "# Controllers on cars from outside",
+            "# Controllers on an independent vehicle model",
             conditions,
             f"{len(by_case(runs))} cases, {seeds} seeds each.",
             "## The cars",
@@ -294,8 +295,8 @@ def everything(runs, conditions):
             cars(runs),
             "## Measurement and loop",
             MEASURED,
-            "## Aims",
-            aims(runs),
+            "## Design targets",
+            targets(runs),
             "## Yaw step of 5° on the car, designed on the identified plant (worst seed)",
             steps(runs),
             "## Contenders as designed, means over all cases and seeds",
@@ -313,7 +314,7 @@ def everything(runs, conditions):
 
 
 def failures(failed, succeeded):
-    """The drives that gave no result, and why: they are in none of the figures."""
+    """The drives without a result, with the reason; they are not part of the other tables."""
     if not failed:
         return ""
     rows = [[run["case"], run["seed"], " ".join(run["failed"].split())] for run in failed]

@@ -6,12 +6,12 @@
 //! reaches an input before the first step, and the controller's tick 0 sees that.
 
 use formats::{Path, Pid as PidFile, Plant};
-use std::fmt::Write;
-use std::sync::Arc;
 use models::{
     GuidanceParameters, IdentifiedPlant, PathFollower, PathOutput, Pid, PidInput, PidOutput,
     PidParameters,
 };
+use std::fmt::Write;
+use std::sync::Arc;
 
 /// Who waits for whom within a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

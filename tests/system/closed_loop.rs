@@ -2,8 +2,8 @@
 
 use crate::support::demo;
 use control::{Master, PlantModel, TrackTrace};
-use host::{Archive, Instance, System};
 use formats::{Bicycle, Document, Path as PathFile, Pid, Plant};
+use host::{Archive, Instance, System};
 use std::path::Path;
 
 const LARGEST_DIFFERENCE: f64 = 1e-9;
@@ -13,12 +13,7 @@ fn read<D: Document>(path: &Path) -> D {
 }
 
 /// Runs plant, path and controller from archives; gives their columns by name.
-fn fmus(
-    folder: &Path,
-    plant: &str,
-    master: host::Coupling,
-    stop: f64,
-) -> host::Recording {
+fn fmus(folder: &Path, plant: &str, master: host::Coupling, stop: f64) -> host::Recording {
     let mut system = System::new();
     for name in [plant, "ReferencePath", "LateralPid"] {
         let archive = Archive::open(folder.join(format!("{name}.fmu"))).unwrap();

@@ -82,7 +82,10 @@ fn names_are_those_of_folders() {
     for package in metadata.workspace_packages() {
         if !UNPREFIXED.contains(&package.name.as_str()) {
             let folder = package.manifest_path.parent().and_then(|folder| folder.file_name());
-            assert_eq!(Some(package.name.as_str()), folder.map(|f| format!("steerwright-{f}")).as_deref());
+            assert_eq!(
+                Some(package.name.as_str()),
+                folder.map(|f| format!("steerwright-{f}")).as_deref()
+            );
         }
     }
 }

@@ -2,8 +2,8 @@
 
 use crate::support::archives;
 use host::{Archive, Instance};
-use packaging::Fmu;
 use models::{Pid, PidInput, PidParameters};
+use packaging::Fmu;
 
 const TS: f64 = 0.01;
 fn archive(name: &str) -> Archive {

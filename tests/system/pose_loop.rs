@@ -2,10 +2,10 @@
 //! controller, the receiver and the gyro simulated here.
 
 use crate::support::{archives, demo};
-use host::{Archive, Instance};
 use formats::{Bicycle, Document, Path as PathFile};
-use std::path::Path;
+use host::{Archive, Instance};
 use models::noise::gaussian;
+use std::path::Path;
 
 const H: f64 = 0.01;
 const GYRO_BIAS: f64 = 0.005;

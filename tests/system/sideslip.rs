@@ -1,8 +1,8 @@
 //! What is known of a car's sideslip on its way to the path follower and the pose estimator.
 
 use crate::support::{chain, done, run, text_of};
-use host::Archive;
 use formats::Document;
+use host::Archive;
 use std::path::Path;
 
 /// The start value of an FMU's variable in a folder of archives.
@@ -26,8 +26,7 @@ fn the_sideslip_of_the_plant_is_that_of_path_and_estimator() {
     };
     let text = std::fs::read_to_string(chain().join("bicycle.json")).unwrap();
     let bicycle = formats::Bicycle::from_json(&text, "bicycle.json").unwrap().vehicle;
-    let expected =
-        loading::bicycle_parameters(&bicycle).sideslip_per_yaw_rate(bicycle.speed_mps);
+    let expected = loading::bicycle_parameters(&bicycle).sideslip_per_yaw_rate(bicycle.speed_mps);
     assert!(expected.abs() > 0.005, "{expected}");
     assert_eq!(loop_of("{chain}/bicycle.json", "{chain}/path.json"), [expected; 2]);
     // At the speed of the path, which is that of the loop.

@@ -8,7 +8,6 @@ use std::path::{Path, PathBuf};
 /// With this in their names, tests take minutes: `cargo xtask stress` runs them.
 pub(crate) const STRESS: &str = "stress_";
 
-
 /// What is tested.
 #[derive(clap::Args)]
 pub(crate) struct Options {
@@ -45,7 +44,8 @@ pub(crate) fn test(options: &Options) -> Result<(), String> {
     // No default members: this program, and what the evaluation's programs share.
     run(&mut cargo(&["test", "--quiet", "--package", "xtask"]))?;
     let evaluation = ["--package", "steerwright", "--package", "xtask", "--lib"];
-    run(cargo(&["test", "--release", "--quiet", "--package", "steerwright-evaluation"]).args(evaluation))?;
+    run(cargo(&["test", "--release", "--quiet", "--package", "steerwright-evaluation"])
+        .args(evaluation))?;
     let binaries = match &platforms {
         Some(platforms) => Some(across(platforms, &python)?),
         None => {

@@ -6,8 +6,8 @@
 
 use crate::closed_loop::early_stopping::{Decay, StoppingBounds};
 use crate::plants::sampled::Sampled;
-use std::cell::RefCell;
 use models::{Pid, PidInput, PidParameters};
+use std::cell::RefCell;
 
 /// A response at the controller's ticks.
 #[derive(Debug, Clone, PartialEq, Default)]

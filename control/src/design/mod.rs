@@ -41,8 +41,8 @@ use formats::{
     DesignedFor, Document, GuidanceAdvice, Limits, Pid, PidGains, Provenance, SourceFile,
 };
 use loading::controller_parameters;
-use std::collections::BTreeMap;
 use models::PidParameters;
+use std::collections::BTreeMap;
 
 /// Designs a controller for a plant. `source` names the model's file.
 ///

@@ -9,8 +9,8 @@ use crate::Error;
 use crate::guidance::guidance_for;
 use crate::plants::plant_model::{PlantModel, model_error};
 use formats::{Guidance, Path, Pid as PidFile};
-use std::sync::Arc;
 use models::{PathFollower, PathOutput, Pid, PidInput};
+use std::sync::Arc;
 
 /// The order in which a master steps the FMUs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

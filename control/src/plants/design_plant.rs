@@ -9,8 +9,8 @@ use crate::plants::dynamics::{Dynamics, Matrices, steady_state_gain, unstable_mo
 use crate::plants::logarithm;
 use formats::{Bicycle, InputKind, Matrix, Plant, Quality};
 use loading::identified_model;
-use nalgebra::{DMatrix, DVector};
 use models::bicycle_body_frame;
+use nalgebra::{DMatrix, DVector};
 
 /// Yaw rate from steering, at one speed.
 #[derive(Debug, Clone, PartialEq)]

@@ -2,8 +2,8 @@
 
 use crate::Error;
 use formats::{Bicycle, Plant};
-use std::sync::Arc;
 use models::{BicyclePlant, IdentifiedPlant, NonlinearParameters, NonlinearVehicle};
+use std::sync::Arc;
 
 /// A plant that is driven along a path.
 #[derive(Debug, Clone)]
@@ -60,11 +60,7 @@ impl PlantModel {
     }
 
     /// Starts at a pose (x and y in m, yaw in rad) and a speed, m/s.
-    pub(crate) fn start(
-        &mut self,
-        [x, y, yaw]: [f64; 3],
-        speed: f64,
-    ) -> Result<(), models::Error> {
+    pub(crate) fn start(&mut self, [x, y, yaw]: [f64; 3], speed: f64) -> Result<(), models::Error> {
         match self {
             Self::Identified(p) => {
                 (p.initial_x, p.initial_y, p.initial_yaw, p.speed) = (x, y, yaw, speed);

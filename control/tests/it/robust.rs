@@ -69,9 +69,8 @@ fn all_drawn_plants_keep_the_requirements() {
     let n = plant.ensemble_dimension();
     let (mut kept, mut different) = (0, 0.0_f64);
     for k in 0..40_u64 {
-        let xi: Vec<f64> = (0..n as u64)
-            .map(|i| models::noise::gaussian(4242, k * n as u64 + i))
-            .collect();
+        let xi: Vec<f64> =
+            (0..n as u64).map(|i| models::noise::gaussian(4242, k * n as u64 + i)).collect();
         let Some(member) = plant.member(&xi) else { continue };
         different = different.max((member.gain() / plant.gain() - 1.0).abs());
         kept += usize::from(evaluate(&member, &pid).expect("evidence").met);

@@ -207,3 +207,50 @@ fn what_the_steering_does_between_its_samples_is_detected() {
     assert_eq!(with("steering_command_rad", smooth), Some(Intersample::Zoh));
     assert_eq!(with("steer_rad", steps), Some(Intersample::Zoh));
 }
+
+#[test]
+fn repeated_times_are_averaged_and_reported() {
+    // A clock of 20 ms under rows of 10 ms, now and then.
+    let repeats = |k: usize| k % 50 == 7;
+    let text = csv("time_s,steer_rad,yaw_rate_radps", 1000, |k| {
+        let t = 0.01 * k as f64;
+        let shown = if repeats(k) { t - 0.01 } else { t };
+        format!("{shown:.2},{:.9},{:.9}", steer(t), rate(t))
+    });
+    let log = read_one(text.clone(), &coarse()).unwrap();
+    let warning = log.warnings.iter().find(|w| w.contains("averaged")).unwrap();
+    assert!(warning.contains("20 samples") && warning.contains("line 9 at 0.06 s"), "{warning}");
+    assert_eq!(log.channels[1].rows, 980);
+    for (k, y) in log.output.iter().enumerate() {
+        assert!((y - rate(log.segments[0].time0_s + 0.04 * k as f64)).abs() < 3e-3, "{k}");
+    }
+    // Yaw wraps between the two.
+    let yaw = csv("time_s,steer_rad,yaw_deg", 1000, |k| {
+        let t = 0.01 * k as f64;
+        let shown = if repeats(k) { t - 0.01 } else { t };
+        let yaw = 30.0 * t + (0.2 * (std::f64::consts::PI * t).sin()).to_degrees();
+        format!("{shown:.2},{:.9},{:.9}", steer(t), (yaw + 180.0).rem_euclid(360.0) - 180.0)
+    });
+    let options = LogOptions { output: Some("yaw_deg".into()), ..coarse() };
+    let log = read_one(yaw, &options).unwrap();
+    assert!(log.output.iter().all(|r| (-0.3..1.3).contains(r)), "{:?}", log.output);
+    // Channels on alternate rows do not repeat their own times.
+    let turns = csv("time_s,steer_rad,yaw_rate_radps", 2000, |k| {
+        let t = 0.01 * (k / 2) as f64;
+        if k % 2 == 0 { format!("{t:.2},{},", steer(t)) } else { format!("{t:.2},,{}", rate(t)) }
+    });
+    assert!(
+        !read_one(turns, &LogOptions::default())
+            .unwrap()
+            .warnings
+            .iter()
+            .any(|w| w.contains("averaged"))
+    );
+    // A clock of seconds.
+    let coarse = csv("time_s,steer_rad,yaw_rate_radps", 3000, |k| {
+        let t = 0.01 * k as f64;
+        format!("{},{},{}", t.floor(), steer(t), rate(t))
+    });
+    let e = refused(coarse, &LogOptions::default());
+    assert!(matches!(e, Error::CoarseClock { values: 3000, instants: 30, .. }), "{e:?}");
+}

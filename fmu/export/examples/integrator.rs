@@ -1,4 +1,4 @@
-//! An integrator, der(y) = gain u, as an FMU. It panics where u is above 1e6.
+//! An integrator, der(y) = gain u, as an FMU. It panics if u exceeds 1e6.
 #![deny(unsafe_code)] // the macro allows it for itself
 
 use fmi2_export::model_description::{DependsOn::Nothing, Table, Value};
@@ -12,7 +12,7 @@ fmi2_export::variables! {
     Y = 2, real "y", Output, Continuous, .unit("m").depends_on(Nothing).initial_depends_on(Nothing);
 }
 
-/// The slave: what it was given, and its state.
+/// The slave: its input and parameter, and its state.
 #[derive(Debug, Clone)]
 pub(crate) struct Integrator {
     u: f64,

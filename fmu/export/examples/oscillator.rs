@@ -1,15 +1,15 @@
-//! A mass on a spring, `der(x) = v`, `der(v) = (F − k x)/m`, as an FMU with everything that is
-//! optional: states, a force that grows within a step, derivatives, and serialized states.
+//! A mass on a spring, `der(x) = v`, `der(v) = (F − k x)/m`, as an FMU with all optional capabilities:
+//! states, input derivatives, output and directional derivatives, and serialized states.
 //!
-//! A step is exact for a force that grows linearly: with `ω = √(k/m)`, the equilibrium moves as
-//! `F/k + Ḟ/k t`, and `x` and `v` turn about it.
+//! A step is exact for a force that is linear in time: with `ω = √(k/m)`, the equilibrium moves as
+//! `F/k + Ḟ/k t`, and `x` and `v` oscillate about it.
 #![deny(unsafe_code)] // the macro allows it for itself
 
 use fmi2_export::model_description::{DependencyKind, DependsOn::Nothing, Initial, Table, Value};
 use fmi2_export::{Capabilities, Known, Log, Resources, Slave, StateSpec, Unknown, export};
 
 fmi2_export::variables! {
-    /// Variables of the oscillator. The position depends on no variable: it is the first state.
+    /// Variables of the oscillator. The position is the first state, so it depends on no variable.
     Variable, "Oscillator", "A mass on a spring";
     Force = 0, real "F", Input, Continuous, .unit("N").nominal(100.0);
     Mass = 1, real "m", Parameter, Fixed, .unit("kg").min(1e-3);
@@ -18,7 +18,7 @@ fmi2_export::variables! {
         .depends_on(Nothing).initial_depends_on(Nothing);
 }
 
-/// The slave: what it was given, and its states.
+/// The slave: its input and parameters, and its states.
 #[derive(Debug, Clone)]
 pub(crate) struct Oscillator {
     force: f64,
@@ -128,7 +128,7 @@ impl Slave for Oscillator {
         }
     }
 
-    /// The others are left to differences.
+    /// The layer computes the other partial derivatives as central differences.
     fn partial_derivative(&mut self, _: Unknown<Variable>, known: Known<Variable>) -> Option<f64> {
         matches!(known, Known::Variable(Variable::Force)).then(|| 1.0 / self.mass)
     }
@@ -150,7 +150,7 @@ impl Slave for Oscillator {
                 *self = Self { force, growth: 0.0, mass, stiffness, state: [x, v] };
                 Ok(())
             }
-            _ => Err("these are no numbers of an oscillator".into()),
+            _ => Err("the bytes are not the state of an oscillator".into()),
         }
     }
 }

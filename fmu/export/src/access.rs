@@ -1,4 +1,4 @@
-//! Reading and setting variables: everything is checked before anything changes.
+//! Reading and setting variables. All arguments of a call are checked before a variable changes.
 
 use crate::access_rules::EVERYTHING_READ;
 use crate::calls::{Access, Class, Leniency, State, set_access};
@@ -12,7 +12,7 @@ use std::ffi::{CStr, CString, c_char};
 use std::mem::MaybeUninit;
 use std::ops::RangeInclusive;
 
-/// What a value reference means.
+/// The variable of a value reference.
 #[derive(Clone, Copy)]
 pub(crate) enum Target<V> {
     /// A row of the table.
@@ -38,7 +38,7 @@ impl<V> Target<V> {
 }
 
 impl<S: Slave> Instance<S> {
-    /// The table's variable of that reference, if it has that type: the way that most calls take.
+    /// The table's variable of a reference if it has the type: the fast path.
     #[inline]
     fn row(reference: u32, kind: Kind) -> Option<(S::Variable, &'static VariableSpec)> {
         let variable = S::Variable::from_reference(reference)?;
@@ -46,7 +46,10 @@ impl<S: Slave> Instance<S> {
         (row.kind == kind).then_some((variable, row))
     }
 
-    /// The variable of that reference, if it has that type.
+    /// The variable or state of a reference.
+    ///
+    /// # Errors
+    /// The reference is unknown or the variable has another type.
     #[inline(never)]
     pub(crate) fn find(&self, reference: u32, kind: Kind) -> Result<Target<S::Variable>, String> {
         if let Some((variable, row)) = Self::row(reference, kind) {
@@ -64,14 +67,14 @@ impl<S: Slave> Instance<S> {
             (Some(variable), _) => (variable.spec().name.to_owned(), variable.spec().kind),
             (None, Some(exposed)) => (exposed.name(), Kind::Real),
             (None, None) => {
-                return format!("there is no variable with the value reference {reference}");
+                return format!("no variable has the value reference {reference}");
             }
         };
         format!("`{name}` (value reference {reference}) is {is}, not {kind}")
     }
 
     #[cold]
-    fn not_now(&self, target: &Target<S::Variable>, what: &str) -> String {
+    fn illegal_access(&self, target: &Target<S::Variable>, what: &str) -> String {
         let state = self.core.state.name();
         match target {
             Target::Variable(_, row) => format!(
@@ -84,9 +87,9 @@ impl<S: Slave> Instance<S> {
         }
     }
 
-    /// Checks that the variables may be read now, and notes what is lenient in it.
+    /// Checks that the variables may be read in this state, and logs deviations from the standard.
     #[inline]
-    fn may_get(&mut self, references: &[u32], kind: Kind) -> Result<(), String> {
+    fn check_get(&mut self, references: &[u32], kind: Kind) -> Result<(), String> {
         let is_row = |reference: &u32| Self::row(*reference, kind).is_some();
         if EVERYTHING_READ[self.core.state as usize]
             && !self.core.set_since_step
@@ -94,24 +97,24 @@ impl<S: Slave> Instance<S> {
         {
             return Ok(());
         }
-        references.iter().try_for_each(|reference| self.may_get_this(*reference, kind))
+        references.iter().try_for_each(|reference| self.check_get_one(*reference, kind))
     }
 
     #[inline(never)]
-    fn may_get_this(&mut self, reference: u32, kind: Kind) -> Result<(), String> {
+    fn check_get_one(&mut self, reference: u32, kind: Kind) -> Result<(), String> {
         let target = self.find(reference, kind)?;
         match target.class().get_access(self.core.state) {
             Access::Legal => {}
-            Access::Lenient(leniency) => self.note(leniency),
-            Access::Illegal => return Err(self.not_now(&target, "read")),
+            Access::Lenient(leniency) => self.log_once(leniency),
+            Access::Illegal => return Err(self.illegal_access(&target, "read")),
         }
         if self.core.set_since_step && self.core.state == State::StepComplete {
-            self.note(Leniency::ReadAfterSet);
+            self.log_once(Leniency::ReadAfterSet);
         }
         Ok(())
     }
 
-    /// The value of a variable that may be read.
+    /// The value of a variable; the caller has checked that it may be read.
     #[inline]
     fn value(&mut self, reference: u32, kind: Kind) -> Result<Value, String> {
         match Self::row(reference, kind) {
@@ -132,14 +135,16 @@ impl<S: Slave> Instance<S> {
     fn no_value(&self, reference: u32, kind: Kind) -> String {
         match self.find(reference, kind) {
             Ok(target) if kind == Kind::Real => {
-                format!("the model has no finite value for `{}` here", target.name())
+                format!("the value of `{}` is not finite", target.name())
             }
-            Ok(target) => format!("the model gave `{}` a value of another type", target.name()),
+            Ok(target) => {
+                format!("the model returned a value of another type for `{}`", target.name())
+            }
             Err(problem) => problem,
         }
     }
 
-    /// Reads variables of one type. `take` gives `None` for a value of another type, and for a Real
+    /// Reads variables of one type. `take` returns `None` for a value of another type and for a Real
     /// that is not finite.
     #[inline]
     pub(crate) fn get_all<T>(
@@ -149,7 +154,7 @@ impl<S: Slave> Instance<S> {
         kind: Kind,
         take: impl Fn(Value) -> Option<T>,
     ) -> Outcome {
-        self.may_get(references, kind)?;
+        self.check_get(references, kind)?;
         for (&reference, slot) in references.iter().zip(values) {
             let Some(value) = take(self.value(reference, kind)?) else {
                 return Err(self.no_value(reference, kind));
@@ -159,19 +164,19 @@ impl<S: Slave> Instance<S> {
         Ok(Status::Ok)
     }
 
-    /// Reads String variables; the pointers hold until the next such call.
+    /// Reads String variables; the pointers are valid until the next such call.
     pub(crate) fn get_strings(
         &mut self,
         references: &[u32],
         values: &mut [MaybeUninit<*const c_char>],
     ) -> Outcome {
-        self.may_get(references, Kind::String)?;
+        self.check_get(references, Kind::String)?;
         let mut strings = Vec::with_capacity(references.len());
         for &reference in references {
             let Value::String(text) = self.value(reference, Kind::String)? else {
                 return Err(self.no_value(reference, Kind::String));
             };
-            // C has no string with a zero in it.
+            // A C string cannot contain NUL.
             strings.push(CString::new(text.replace('\0', "")).unwrap_or_default());
         }
         self.strings = strings;
@@ -181,9 +186,8 @@ impl<S: Slave> Instance<S> {
         Ok(Status::Ok)
     }
 
-    /// Sets variables of one type: first all are checked, then all are set. `accept` says what a
-    /// value becomes, and whether it was clipped for that, or why it may not be; `wrap` makes the
-    /// slave's value of it.
+    /// Sets variables of one type: first all are checked, then all are set. `accept` returns the value
+    /// to set and whether it was clipped, or why it is invalid; `wrap` makes it a [`Value`].
     #[inline]
     fn set_all<T: Copy, U>(
         &mut self,
@@ -193,23 +197,23 @@ impl<S: Slave> Instance<S> {
         accept: impl Fn(&VariableSpec, T) -> Result<(U, bool), String>,
         wrap: impl Fn(U) -> Value,
     ) -> Outcome {
-        // One alone is set when it is checked.
+        // A single variable is checked when it is set.
         if references.len() > 1 {
             for (&reference, &value) in references.iter().zip(values) {
-                let (_, row) = self.may_set(reference, kind)?;
+                let (_, row) = self.find_settable(reference, kind)?;
                 accept(row, value)?;
             }
         }
         let mut status = Status::Ok;
         for (&reference, &value) in references.iter().zip(values) {
-            let (variable, row) = self.may_set(reference, kind)?;
+            let (variable, row) = self.find_settable(reference, kind)?;
             let (value, clipped) = accept(row, value)?;
-            if clipped && self.tell_clipped(row) {
+            if clipped && self.warn_clipped(row) {
                 status = Status::Warning;
             }
-            // The only state in which setting something is a leniency.
+            // The only state in which setting a variable can be a leniency.
             if self.core.state == State::Instantiated {
-                self.note_early(row);
+                self.log_early_set(row);
             }
             self.core.slave.set(variable, &wrap(value));
         }
@@ -217,9 +221,9 @@ impl<S: Slave> Instance<S> {
         Ok(status)
     }
 
-    /// A variable of the table that may be set now.
+    /// A variable of the table that may be set in this state.
     #[inline]
-    fn may_set(
+    fn find_settable(
         &self,
         reference: u32,
         kind: Kind,
@@ -228,28 +232,28 @@ impl<S: Slave> Instance<S> {
             Some((variable, row)) if set_access(self.core.state, row) != Access::Illegal => {
                 Ok((variable, row))
             }
-            _ => Err(self.may_not_set(reference, kind)),
+            _ => Err(self.not_settable(reference, kind)),
         }
     }
 
     #[cold]
-    fn may_not_set(&self, reference: u32, kind: Kind) -> String {
+    fn not_settable(&self, reference: u32, kind: Kind) -> String {
         match self.find(reference, kind) {
-            Ok(target) => self.not_now(&target, "set"),
+            Ok(target) => self.illegal_access(&target, "set"),
             Err(problem) => problem,
         }
     }
 
     #[cold]
-    fn note_early(&mut self, row: &VariableSpec) {
+    fn log_early_set(&mut self, row: &VariableSpec) {
         if let Access::Lenient(leniency) = set_access(self.core.state, row) {
-            self.note(leniency);
+            self.log_once(leniency);
         }
     }
 
     #[inline]
     pub(crate) fn set_reals(&mut self, references: &[u32], values: &[f64]) -> Outcome {
-        // What nothing is to be said about: the way that most calls take.
+        // The fast path: values that need no clipping and no message.
         let plain = |(reference, value): (&u32, &f64)| {
             Self::row(*reference, Kind::Real).is_some_and(|(_, row)| {
                 set_access(self.core.state, row) == Access::Legal
@@ -269,13 +273,13 @@ impl<S: Slave> Instance<S> {
         Ok(Status::Ok)
     }
 
-    /// Sets Real variables among which are states, or some that something is to be said about.
+    /// Sets Real variables one by one: some are states, or need clipping or a message.
     #[inline(never)]
     fn set_reals_by_one(&mut self, references: &[u32], values: &[f64]) -> Outcome {
         for (&reference, &value) in references.iter().zip(values) {
             let target = self.find(reference, Kind::Real)?;
             if target.class().set_access(self.core.state) == Access::Illegal {
-                return Err(self.not_now(&target, "set"));
+                return Err(self.illegal_access(&target, "set"));
             }
             match target {
                 Target::Variable(_, row) => drop(acceptable(row, value)?),
@@ -286,7 +290,7 @@ impl<S: Slave> Instance<S> {
         let mut status = Status::Ok;
         for (reference, value) in references.iter().zip(values) {
             if let Target::Exposed(exposed) = self.find(*reference, Kind::Real)? {
-                // States have no limits; what the model cannot take, it refuses.
+                // States have no limits; the model rejects values that it cannot use.
                 exposed.set(&mut *self.core.slave, *value);
             } else {
                 let (reference, value) =
@@ -316,37 +320,37 @@ impl<S: Slave> Instance<S> {
         self.set_all(references, values, Kind::Boolean, accept, Value::Boolean)
     }
 
-    /// Sets String variables from UTF-8 texts; `None` stands for a null pointer.
+    /// Sets String variables from UTF-8 texts; `None` is a null pointer.
     pub(crate) fn set_strings(&mut self, references: &[u32], values: &[Option<&CStr>]) -> Outcome {
         let accept = |row: &VariableSpec, value: Option<&CStr>| {
             let text = value.ok_or_else(|| format!("the text for `{}` is NULL", row.name))?;
             match text.to_str() {
                 Ok(text) => Ok((text.to_owned(), false)),
-                Err(_) => Err(format!("the text for `{}` is no UTF-8", row.name)),
+                Err(_) => Err(format!("the text for `{}` is not UTF-8", row.name)),
             }
         };
         self.set_all(references, values, Kind::String, accept, Value::String)
     }
 
-    /// Tells that an input is clipped, once for each input; whether it was told now.
+    /// Logs that an input is clipped, once for each input. Returns whether it is the first time.
     #[cold]
-    fn tell_clipped(&mut self, row: &VariableSpec) -> bool {
+    fn warn_clipped(&mut self, row: &VariableSpec) -> bool {
         if self.core.clipped.contains(&row.reference) {
             return false;
         }
         self.core.clipped.push(row.reference);
         let text = format!(
-            "the input `{}` is outside [{}, {}] and is clipped, here and from now on",
+            "the input `{}` is outside [{}, {}] and is clipped; this warning is logged once",
             row.name,
             row.min.unwrap_or(f64::NEG_INFINITY),
             row.max.unwrap_or(f64::INFINITY)
         );
-        self.tell_often(Category::Warning, text);
+        self.log_repeated(Category::Warning, text);
         true
     }
 }
 
-/// What a Real variable of the table may be given.
+/// Checks a value of a Real variable of the table; returns it clipped, and whether it was clipped.
 #[inline]
 fn acceptable(row: &VariableSpec, value: f64) -> Result<(f64, bool), String> {
     if value.is_finite() { within_limits(row, value) } else { Err(cannot_be(row.name, value)) }
@@ -362,7 +366,7 @@ fn limits(row: &VariableSpec) -> RangeInclusive<f64> {
     row.min.unwrap_or(f64::NEG_INFINITY)..=row.max.unwrap_or(f64::INFINITY)
 }
 
-/// A finite number within the limits, and whether it had to be clipped; only inputs are.
+/// Checks a finite number against the limits; inputs are clipped, and the flag is then true.
 #[inline]
 fn within_limits(row: &VariableSpec, value: f64) -> Result<(f64, bool), String> {
     let limits = limits(row);
@@ -378,5 +382,5 @@ fn within_limits(row: &VariableSpec, value: f64) -> Result<(f64, bool), String> 
 
 #[cold]
 fn outside(row: &VariableSpec, value: f64, min: f64, max: f64) -> String {
-    format!("`{}` cannot be {value}: it is limited to [{min}, {max}]", row.name)
+    format!("`{}` cannot be {value}: its limits are [{min}, {max}]", row.name)
 }

@@ -1,5 +1,5 @@
-//! Which variable may be read or set when: the footnotes of table 4.2.4 as data, and beside them
-//! what is accepted though outside the standard.
+//! The states in which a variable may be read or set: the footnotes of table 4.2.4 as data, with the
+//! accepted deviations from the standard.
 
 use crate::calls::State;
 use model_description::{Causality, Initial, Variability, VariableSpec};
@@ -9,22 +9,22 @@ use model_description::{Causality, Initial, Variability, VariableSpec};
 pub enum Access {
     /// The standard allows it.
     Legal,
-    /// The standard forbids it, and a widespread importer does it.
+    /// The standard forbids it; it is accepted because a widespread importer does it.
     Lenient(Leniency),
-    /// Refused.
+    /// The standard forbids it, and the call is an error.
     Illegal,
 }
 
-/// What is accepted though outside the standard, and noted once as a debug line.
+/// An accepted deviation from the standard, logged once as a debug line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Leniency {
-    /// FMPy's `start_values` sets inputs in the state instantiated.
+    /// FMPy's `start_values` sets inputs in the state "instantiated".
     InputSetBeforeInitialization,
-    /// libcosim reads every variable in initialization mode, and its process ends on an error.
+    /// libcosim reads every variable in initialization mode and terminates the process on an error.
     AnyReadInInitialization,
-    /// FMU containers read at a communication point after setting and before the next step; the
-    /// values are those that follow from what was set.
+    /// FMU containers read variables between setting others and the next step; the values follow from
+    /// the new ones.
     ReadAfterSet,
 }
 
@@ -33,26 +33,27 @@ impl Leniency {
     pub const ALL: [Self; 3] =
         [Self::InputSetBeforeInitialization, Self::AnyReadInInitialization, Self::ReadAfterSet];
 
-    /// What is told about it.
+    /// The line that is logged.
     #[must_use]
     pub const fn text(self) -> &'static str {
         match self {
             Self::InputSetBeforeInitialization => {
-                "an input was set before fmi2EnterInitializationMode: accepted, outside the standard"
+                "an input was set before fmi2EnterInitializationMode: accepted, although the standard \
+                 forbids it"
             }
             Self::AnyReadInInitialization => {
-                "a variable that is no initial unknown was read in initialization mode: accepted, \
-                 outside the standard"
+                "a variable that is not an initial unknown was read in initialization mode: accepted, \
+                 although the standard forbids it"
             }
             Self::ReadAfterSet => {
                 "a variable was read after another was set, with no fmi2DoStep between them: \
-                 accepted, outside the standard; the value is that after what was set"
+                 accepted, although the standard forbids it; the value follows from the one set"
             }
         }
     }
 }
 
-/// What the rules tell apart in a variable.
+/// The classes of variables that the rules distinguish.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Class {
@@ -83,7 +84,7 @@ pub enum Class {
     /// `state[i]` with initial exact.
     SettableState,
     /// `state[i]` with initial calculated.
-    FollowingState,
+    CalculatedState,
     /// `der(state[i])`.
     Derivative,
 }
@@ -93,7 +94,7 @@ impl Class {
     #[must_use]
     #[inline]
     pub const fn of(row: &VariableSpec) -> Self {
-        // First, since inputs are set at every step.
+        // First in the match, since inputs are set at every step.
         if matches!(row.causality, Causality::Input) {
             return Self::Input;
         }
@@ -120,18 +121,18 @@ impl Class {
     }
 }
 
-/// One row of the rules: when a class of variables may be read and set.
+/// One row of the rules: the states in which a class of variables may be read and set.
 #[derive(Debug, Clone, Copy)]
 pub struct Rule {
     /// The class.
     pub class: Class,
-    /// States in which the standard allows to set it.
+    /// States in which the standard allows setting it.
     pub set: &'static [State],
-    /// States in which setting it is accepted.
+    /// States in which setting it is accepted as a deviation.
     pub set_leniently: &'static [(State, Leniency)],
-    /// States in which the standard allows to read it.
+    /// States in which the standard allows reading it.
     pub get: &'static [State],
-    /// States in which reading it is accepted.
+    /// States in which reading it is accepted as a deviation.
     pub get_leniently: &'static [(State, Leniency)],
 }
 
@@ -145,7 +146,7 @@ const EARLY: &[(State, Leniency)] = &[(I, Leniency::InputSetBeforeInitialization
 const ANY_IN_M: &[(State, Leniency)] = &[(M, Leniency::AnyReadInInitialization)];
 
 const fn rule(class: Class, set: &'static [State], get: &'static [State]) -> Rule {
-    // Whatever may be read later is read leniently in initialization mode too.
+    // Variables that may be read only after initialization are read leniently during it.
     let get_leniently = if get.len() == LATER.len() { ANY_IN_M } else { &[] };
     let set_leniently = if matches!(class, Class::Input) { EARLY } else { &[] };
     Rule { class, set, set_leniently, get, get_leniently }
@@ -153,8 +154,7 @@ const fn rule(class: Class, set: &'static [State], get: &'static [State]) -> Rul
 
 /// The rules, one for each [`Class`], in their order.
 ///
-/// Reading at a communication point after setting is [`Leniency::ReadAfterSet`] besides, whatever
-/// the class.
+/// For every class, reading at a communication point after setting is [`Leniency::ReadAfterSet`].
 pub const RULES: [Rule; 15] = [
     rule(Class::Constant, &[], LATER),
     rule(Class::Input, &[M, C], LATER),
@@ -169,13 +169,13 @@ pub const RULES: [Rule; 15] = [
     rule(Class::CalculatedOutput, &[], FROM_M),
     rule(Class::ConstantOutput, &[], FROM_M),
     rule(Class::SettableState, &[I, M], FROM_M),
-    rule(Class::FollowingState, &[], FROM_M),
+    rule(Class::CalculatedState, &[], FROM_M),
     rule(Class::Derivative, &[], FROM_M),
 ];
 
-/// The rules spread out by class and state, for the way every call takes.
-const SPREAD: [[[Access; State::ALL.len()]; 2]; RULES.len()] = {
-    let mut spread = [[[Access::Illegal; State::ALL.len()]; 2]; RULES.len()];
+/// The rules by class, side (set, get) and state: every call looks its access up here.
+const ACCESS: [[[Access; State::ALL.len()]; 2]; RULES.len()] = {
+    let mut access = [[[Access::Illegal; State::ALL.len()]; 2]; RULES.len()];
     let mut class = 0;
     while class < RULES.len() {
         let rule = &RULES[class];
@@ -186,29 +186,29 @@ const SPREAD: [[[Access; State::ALL.len()]; 2]; RULES.len()] = {
             let (legal, lenient) = sides[side];
             let mut k = 0;
             while k < lenient.len() {
-                spread[class][side][lenient[k].0 as usize] = Access::Lenient(lenient[k].1);
+                access[class][side][lenient[k].0 as usize] = Access::Lenient(lenient[k].1);
                 k += 1;
             }
             let mut k = 0;
             while k < legal.len() {
-                spread[class][side][legal[k] as usize] = Access::Legal;
+                access[class][side][legal[k] as usize] = Access::Legal;
                 k += 1;
             }
             side += 1;
         }
         class += 1;
     }
-    spread
+    access
 };
 
-/// Of each state, whether the standard allows to read every variable in it.
+/// For each state, whether the standard allows reading every variable.
 pub(crate) const EVERYTHING_READ: [bool; State::ALL.len()] = {
     let mut everything = [true; State::ALL.len()];
     let mut class = 0;
     while class < RULES.len() {
         let mut state = 0;
         while state < everything.len() {
-            if !matches!(SPREAD[class][1][state], Access::Legal) {
+            if !matches!(ACCESS[class][1][state], Access::Legal) {
                 everything[state] = false;
             }
             state += 1;
@@ -219,27 +219,27 @@ pub(crate) const EVERYTHING_READ: [bool; State::ALL.len()] = {
 };
 
 impl Class {
-    /// Whether a variable of this class may be set.
+    /// Whether a variable of this class may be set in a state.
     #[must_use]
     #[inline]
     pub const fn set_access(self, state: State) -> Access {
-        SPREAD[self as usize][0][state as usize]
+        ACCESS[self as usize][0][state as usize]
     }
 
-    /// Whether a variable of this class may be read.
+    /// Whether a variable of this class may be read in a state.
     #[must_use]
     #[inline]
     pub const fn get_access(self, state: State) -> Access {
-        SPREAD[self as usize][1][state as usize]
+        ACCESS[self as usize][1][state as usize]
     }
 
-    /// Whether it may be an unknown of `fmi2GetDirectionalDerivative`: in initialization mode what
-    /// stands under InitialUnknowns, afterwards outputs and derivatives of states.
+    /// Whether it may be an unknown of `fmi2GetDirectionalDerivative`: the InitialUnknowns in
+    /// initialization mode, then outputs and derivatives of states.
     #[must_use]
     pub const fn is_unknown_in(self, state: State) -> bool {
         match self {
             Self::Derivative | Self::ApproxOutput | Self::CalculatedOutput => true,
-            Self::ApproxParameter | Self::CalculatedParameter | Self::FollowingState => {
+            Self::ApproxParameter | Self::CalculatedParameter | Self::CalculatedState => {
                 matches!(state, State::Initialization)
             }
             Self::ExactOutput | Self::ConstantOutput => !matches!(state, State::Initialization),
@@ -247,8 +247,8 @@ impl Class {
         }
     }
 
-    /// Whether it may be a known of `fmi2GetDirectionalDerivative`: inputs, in initialization mode
-    /// what has initial exact and is no constant, afterwards the states.
+    /// Whether it may be a known of `fmi2GetDirectionalDerivative`: inputs and, in initialization
+    /// mode, variables with initial exact that are not constant, then the states.
     #[must_use]
     pub const fn is_known_in(self, state: State) -> bool {
         match self {
@@ -256,7 +256,7 @@ impl Class {
             Self::Tunable | Self::Exact | Self::ExactOutput => {
                 matches!(state, State::Initialization)
             }
-            Self::FollowingState => !matches!(state, State::Initialization),
+            Self::CalculatedState => !matches!(state, State::Initialization),
             _ => false,
         }
     }

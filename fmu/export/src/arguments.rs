@@ -1,21 +1,24 @@
-//! C pointers to slices and strings. With `contain`, what keeps a careless importer from harm.
+//! Checked conversion of C pointers to slices and strings.
 
 use std::ffi::{CStr, c_char};
 use std::mem::MaybeUninit;
 
-/// Why a pointer and a length are no array; `None` if they are one.
+/// Checks that a pointer and a length describe an array.
+///
+/// # Errors
+/// The array is NULL, misaligned or longer than the address space.
 #[inline]
-fn refuse<T>(pointer: *const T, length: usize, what: &str) -> Result<(), String> {
+fn check_array<T>(pointer: *const T, length: usize, what: &str) -> Result<(), String> {
     let fits = length <= isize::MAX as usize / size_of::<T>().max(1);
     if !pointer.is_null() && pointer.is_aligned() && fits {
         Ok(())
     } else {
-        Err(refusal(pointer.is_null(), fits, what))
+        Err(invalid_array(pointer.is_null(), fits, what))
     }
 }
 
 #[cold]
-fn refusal(null: bool, fits: bool, what: &str) -> String {
+fn invalid_array(null: bool, fits: bool, what: &str) -> String {
     let problem = match (null, fits) {
         (true, _) => "is NULL",
         (_, false) => "is longer than the memory",
@@ -24,10 +27,10 @@ fn refusal(null: bool, fits: bool, what: &str) -> String {
     format!("the array of {what} {problem}")
 }
 
-/// The elements at a pointer; with no elements it may be anything.
+/// The elements at a pointer; with length 0 the pointer is not used.
 ///
 /// # Safety
-/// A pointer that is not null points to that many initialized elements, unchanged meanwhile.
+/// A pointer that is not null points to that many initialized elements, which do not change during the call.
 #[inline]
 pub(crate) unsafe fn array<'a, T>(
     pointer: *const T,
@@ -37,15 +40,15 @@ pub(crate) unsafe fn array<'a, T>(
     if length == 0 {
         return Ok(&[]);
     }
-    refuse(pointer, length, what)?;
+    check_array(pointer, length, what)?;
     // SAFETY: not null, aligned and no longer than the memory (above); the rest is the contract.
     Ok(unsafe { std::slice::from_raw_parts(pointer, length) })
 }
 
-/// The slots at a pointer, to be written; with no slots it may be anything.
+/// The slots to write at a pointer; with length 0 the pointer is not used.
 ///
 /// # Safety
-/// A pointer that is not null points to that many writable slots that nobody else uses meanwhile.
+/// A pointer that is not null points to that many writable slots, which nothing else uses during the call.
 #[inline]
 pub(crate) unsafe fn slots<'a, T>(
     pointer: *mut T,
@@ -55,7 +58,7 @@ pub(crate) unsafe fn slots<'a, T>(
     if length == 0 {
         return Ok(&mut []);
     }
-    refuse(pointer, length, what)?;
+    check_array(pointer, length, what)?;
     // SAFETY: as in `array`; the slots need not be initialized.
     Ok(unsafe { std::slice::from_raw_parts_mut(pointer.cast(), length) })
 }
@@ -63,7 +66,7 @@ pub(crate) unsafe fn slots<'a, T>(
 /// The string at a pointer.
 ///
 /// # Safety
-/// A pointer that is not null points to a string that ends in zero, unchanged meanwhile.
+/// A pointer that is not null points to a NUL-terminated string, which does not change during the call.
 pub(crate) unsafe fn string<'a>(pointer: *const c_char) -> Option<&'a CStr> {
     if pointer.is_null() {
         return None;
@@ -75,7 +78,7 @@ pub(crate) unsafe fn string<'a>(pointer: *const c_char) -> Option<&'a CStr> {
 /// The strings at a pointer to pointers.
 ///
 /// # Safety
-/// As [`array`], and each pointer as [`string`].
+/// As for [`array`], and for each pointer as for [`string`].
 pub(crate) unsafe fn strings<'a>(
     pointer: *const *const c_char,
     length: usize,

@@ -1,23 +1,23 @@
-//! FMU states as bytes, to be loaded by another instance of the same FMU, in any process.
+//! Serialized FMU states: another instance of the same FMU can load them, in any process.
 //!
-//! | bytes | what |
+//! | bytes | content |
 //! |---|---|
 //! | 8 | [`MAGIC`] |
 //! | 4 | [`VERSION`] of this layout |
 //! | 4 + n | GUID: library, table and resources |
-//! | 1 | state of the machine |
-//! | 1 (+ 8) + 1 (+ 8) | start and stop time, each after a byte that says whether it is there, s |
-//! | 8 | where the next step begins, s |
-//! | 1 | whether something was set since the last step |
-//! | 4 + 4 n | value references of inputs whose clipping was told |
-//! | 4 + 12 n | value references and derivatives of inputs that grow within the next step |
-//! | 4 + n | what [`Slave::save`] gave |
+//! | 1 | [`State`] |
+//! | 1 (+ 8) + 1 (+ 8) | start and stop time, s, each after a flag for its presence |
+//! | 8 | start of the next step, s |
+//! | 1 | flag: a variable was set since the last step |
+//! | 4 + 4 n | value references of inputs whose clipping was logged |
+//! | 4 + 12 n | value references and derivatives of inputs with a derivative in the next step |
+//! | 4 + n | bytes of [`Slave::save`] |
 //! | 32 | SHA-256 of all bytes before |
 //!
-//! Numbers are little-endian. The digest is the one that makes the GUID already, so that it costs no
-//! further code, and finds any corruption, not only short ones as a CRC does. It is no signature:
-//! everything is looked at again when it is read. What is missing on purpose: what was told, which
-//! is the importer's log and no state, and the settings of that log.
+//! Numbers are little-endian. The GUID needs SHA-256 already, so the digest adds no code; unlike a
+//! CRC it detects corruption of any length. It is not a signature: all fields are checked when they
+//! are read. Log settings and the counts of repeated lines are not saved, since they belong to the
+//! importer's log.
 
 use crate::calls::State;
 use crate::instance::{Core, Experiment, Instance, Snapshot};
@@ -29,7 +29,7 @@ const MAGIC: [u8; 8] = *b"FMU2SNAP";
 const VERSION: u32 = 1;
 const DIGEST: usize = 32;
 
-/// The bytes of a state.
+/// Serializes a state.
 pub(crate) fn encode<S: Slave>(snapshot: &Snapshot<S>) -> Vec<u8> {
     let core = &snapshot.core;
     let mut bytes = Vec::from(MAGIC);
@@ -60,21 +60,21 @@ pub(crate) fn encode<S: Slave>(snapshot: &Snapshot<S>) -> Vec<u8> {
 }
 
 fn length<T>(list: &[T]) -> u32 {
-    // No slave's state is that long; if one were, the reader would find the lengths wrong.
+    // No state is that long; if one were, `decode` would reject the lengths.
     u32::try_from(list.len()).unwrap_or(u32::MAX)
 }
 
 impl<S: Slave> Instance<S> {
-    /// The state in some bytes; nothing changes.
+    /// Deserializes a state; the instance does not change.
+    ///
+    /// # Errors
+    /// The reason why the bytes are not a state of this FMU.
     pub(crate) fn decode(&self, bytes: &[u8]) -> Result<Snapshot<S>, String> {
         if !bytes.starts_with(&MAGIC) {
-            return Err("the bytes are no serialized FMU state of this layer".into());
+            return Err("the bytes are not a serialized FMU state of this library".into());
         }
         let truncated = || {
-            format!(
-                "the serialized FMU state is damaged: it ends too soon, at {} bytes",
-                bytes.len()
-            )
+            format!("the serialized FMU state is damaged: it is truncated to {} bytes", bytes.len())
         };
         let (content, digest) = bytes
             .split_last_chunk::<DIGEST>()
@@ -84,14 +84,14 @@ impl<S: Slave> Instance<S> {
         let version = reader.u32().ok_or_else(truncated)?;
         if version != VERSION {
             return Err(format!(
-                "the serialized FMU state has the layout version {version}, this library reads \
-                 version {VERSION} only"
+                "the serialized FMU state has the layout version {version}; this library reads \
+                 version {VERSION}"
             ));
         }
         let guid = reader.blob().ok_or_else(truncated)?;
         if guid != self.guid.as_bytes() {
             return Err(format!(
-                "the serialized FMU state is of another FMU: its GUID is \"{}\", that of this one \
+                "the serialized FMU state is of another FMU: its GUID is \"{}\", the GUID of this FMU \
                  is \"{}\"",
                 String::from_utf8_lossy(guid),
                 self.guid
@@ -100,14 +100,14 @@ impl<S: Slave> Instance<S> {
         if Sha256::digest(content)[..] != digest[..] {
             return Err("the serialized FMU state is damaged: its checksum is wrong".into());
         }
-        let core = self.decode_core(&mut reader).ok_or(
-            "the serialized FMU state has values that none can have, or others than it should",
-        )?;
+        let core = self
+            .decode_core(&mut reader)
+            .ok_or("the serialized FMU state has invalid values, or values of another model")?;
         Ok(Snapshot { core: core?, guid: self.guid.clone() })
     }
 
-    /// The rest of the bytes, which are whole but may still be anything: `None` if they are no
-    /// state, an error if the slave refuses its part.
+    /// The fields after the GUID, whose checksum is correct: `None` if they are invalid, an error if
+    /// the slave rejects its bytes.
     fn decode_core(&self, reader: &mut Reader<'_>) -> Option<Result<Core<S>, String>> {
         let code = reader.byte()?;
         let state = State::ALL.into_iter().find(|state| *state as u8 == code)?;
@@ -123,7 +123,7 @@ impl<S: Slave> Instance<S> {
             && (experiment.is_some()
                 || !matches!(state, State::Initialization | State::StepComplete))
             && clipped.iter().all(|reference| is_input::<S>(*reference))
-            && input_derivatives.iter().all(|(reference, _)| grows::<S>(*reference))
+            && input_derivatives.iter().all(|(reference, _)| is_continuous_input::<S>(*reference))
             && reader.rest.is_empty();
         if !possible {
             return None;
@@ -132,7 +132,7 @@ impl<S: Slave> Instance<S> {
         if let Err(problem) = slave.load(saved) {
             return Some(Err(format!("the serialized FMU state cannot be loaded: {problem}")));
         }
-        // Whether the slave saves them or not.
+        // The slave need not save them.
         for &(reference, derivative) in &input_derivatives {
             slave.set_input_derivative(S::Variable::from_reference(reference)?, derivative);
         }
@@ -154,15 +154,15 @@ fn is_input<S: Slave>(reference: u32) -> bool {
         .is_some_and(|variable| variable.spec().causality == Causality::Input)
 }
 
-/// Whether it is an input whose derivative can be set.
-pub(crate) fn grows<S: Slave>(reference: u32) -> bool {
+/// Whether a value reference is an input whose derivative can be set.
+fn is_continuous_input<S: Slave>(reference: u32) -> bool {
     S::Variable::from_reference(reference).is_some_and(|variable| {
         let row = variable.spec();
         row.causality == Causality::Input && row.variability == Variability::Continuous
     })
 }
 
-/// What is left to read.
+/// The bytes left to read.
 struct Reader<'b> {
     rest: &'b [u8],
 }
@@ -206,7 +206,7 @@ impl<'b> Reader<'b> {
 
     fn list<T>(&mut self, item: impl Fn(&mut Self) -> Option<T>) -> Option<Vec<T>> {
         let count = self.u32()?;
-        // No memory is taken for a count that the bytes do not bear out.
+        // Memory is allocated item by item, so a wrong count allocates nothing.
         (0..count).map(|_| item(self)).collect()
     }
 }

@@ -1,24 +1,24 @@
-//! Which call is legal when: table 4.2.4 of FMI 2.0.5 as data, and the leniencies beside it.
+//! Legal calls by state: table 4.2.4 of FMI 2.0.5 as data, with the accepted deviations.
 //!
-//! [`Call::ALL`] with [`Call::is_legal_in`] is the table. Its footnotes, which variable may be read
-//! or set when, are [`RULES`], one for each [`Class`] of variables; [`Class::of`] is the class of a
-//! row. Which variables `fmi2GetDirectionalDerivative` takes is [`Class::is_unknown_in`] and
-//! [`Class::is_known_in`]. A test over a built library can go through all of it. What one
-//! [`Leniency`] allows returns `fmi2OK` and one debug line in the life of an instance.
+//! [`Call::ALL`] with [`Call::is_legal_in`] is the table. Its footnotes, which restrict reading and
+//! setting of variables, are [`RULES`], one for each [`Class`] of variables; [`Class::of`] is the class
+//! of a row. [`Class::is_unknown_in`] and [`Class::is_known_in`] define the variables that
+//! `fmi2GetDirectionalDerivative` accepts. A test of a built library can check all of it. A call that a
+//! [`Leniency`] accepts returns `fmi2OK`; the first one of an instance logs a debug line.
 //!
-//! Calls of an optional capability are in the table whether the slave has it or not; without it they
-//! are `fmi2Error` in every state.
+//! The table has the calls of optional capabilities for every slave; without the capability they
+//! return `fmi2Error` in every state.
 //!
-//! The states "step in progress", "step failed" and "step canceled" are missing because nothing
-//! leads there: no step is asynchronous, and a step is made in full or is an error.
+//! The states "step in progress", "step failed" and "step canceled" are missing because they cannot be
+//! reached: no step is asynchronous, and a step is completed or fails.
 
 pub use crate::access_rules::{Access, Class, Leniency, RULES, Rule, get_access, set_access};
 
-/// Where an instance stands.
+/// The state of an instance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum State {
-    /// Made, or reset.
+    /// After `fmi2Instantiate` or `fmi2Reset`.
     Instantiated,
     /// Between `fmi2EnterInitializationMode` and `fmi2ExitInitializationMode`.
     Initialization,
@@ -28,7 +28,7 @@ pub enum State {
     Terminated,
     /// After an `fmi2Error`.
     Error,
-    /// After a panic: nothing is legal any more but to free the instance.
+    /// After a panic: only `fmi2FreeInstance` is legal.
     Fatal,
 }
 

@@ -1,7 +1,7 @@
-//! A panic never crosses the C boundary, and tells nothing on the host's stderr.
+//! Panics never cross the C boundary and print nothing to the host's stderr.
 //!
-//! Nothing here has a destructor that runs when a thread ends, and nothing is allocated for good:
-//! either would keep the library, or its memory, after the host has unloaded it.
+//! Nothing here has a destructor that runs at the end of a thread, and nothing is leaked: either
+//! would keep the library or its memory loaded after the host has unloaded the FMU.
 
 use std::cell::Cell;
 use std::mem::ManuallyDrop;
@@ -19,18 +19,18 @@ type Hook = Box<dyn Fn(&PanicHookInfo<'_>) + Sync + Send>;
 static PREVIOUS: OnceLock<Hook> = OnceLock::new();
 static INSTALLED: Once = Once::new();
 
-/// Installs, once, a panic hook that is silent inside [`contain`] and the previous one elsewhere.
+/// Installs, once, a panic hook that is silent inside [`contain`] and calls the previous hook elsewhere.
 ///
-/// In a cdylib the hook belongs to the library's own copy of the standard library; in a program
-/// that links this crate, other people's panics go on to be reported.
+/// In a cdylib the hook belongs to the library's own copy of the standard library; a program that
+/// links this crate still reports its other panics.
 pub(crate) fn silence_hook() {
     if std::thread::panicking() {
-        // A host of ours in a destructor; hooks cannot be changed now, and the next call will.
+        // Called from a destructor during unwinding: hooks cannot be changed now. The next call does it.
         return;
     }
     INSTALLED.call_once(|| {
         let _ = PREVIOUS.set(take_hook());
-        // It captures nothing, so that the box holds no memory.
+        // The closure captures nothing, so the box allocates no memory.
         set_hook(Box::new(|info| {
             if !INSIDE.get()
                 && let Some(previous) = PREVIOUS.get()
@@ -41,10 +41,13 @@ pub(crate) fn silence_hook() {
     });
 }
 
-/// Runs `f`; a panic in it becomes its message.
+/// Runs `f` and catches a panic.
+///
+/// # Errors
+/// The message of the panic.
 #[inline]
 pub(crate) fn contain<R>(f: impl FnOnce() -> R) -> Result<R, String> {
-    // One access to the thread's storage, which costs a call in a shared library.
+    // One access to thread-local storage, since each is a function call in a shared library.
     let result = INSIDE.with(|inside| {
         let outer = inside.replace(true);
         let result = catch_unwind(AssertUnwindSafe(f));
@@ -72,11 +75,11 @@ fn message(payload: Box<dyn std::any::Any + Send>) -> String {
     }
 }
 
-/// A value of the slave's whose destructor cannot do harm.
+/// A slave whose panicking destructor cannot abort the process.
 ///
-/// Two values that panic when they are dropped, one during the unwinding of the other, would end
-/// the process. In here a panic goes no further than the one destructor. (Two members of one slave
-/// that both panic are beyond any help: that is one destructor to Rust.)
+/// A panic of a destructor while another panic unwinds aborts the process. This wrapper catches the
+/// panic of the slave's destructor. It cannot help if two fields of one slave both panic when they are
+/// dropped, since both belong to one destructor.
 #[derive(Debug)]
 pub(crate) struct Contained<T>(ManuallyDrop<T>);
 
@@ -85,10 +88,9 @@ impl<T> Contained<T> {
         Self(ManuallyDrop::new(value))
     }
 
-    /// Drops the value so that a panic shows.
+    /// Drops the value; a panic of its destructor propagates.
     pub(crate) fn release(mut self) {
-        // SAFETY: the value is not used again: it is dropped here and not by `Drop`, which the
-        // next line keeps from running, panic or not.
+        // SAFETY: the value is not used again: `forget` prevents `Drop` from dropping it a second time.
         let value = unsafe { ManuallyDrop::take(&mut self.0) };
         std::mem::forget(self);
         drop(value);

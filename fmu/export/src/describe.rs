@@ -1,4 +1,4 @@
-//! From a slave to the description that goes into its archive.
+//! The model description of a slave.
 
 use crate::structure::structure;
 use crate::{LOG_CATEGORIES, Log, Resources, Slave, VariableId, exposed};
@@ -9,8 +9,8 @@ use model_description::{
 /// Why a slave cannot be described.
 #[derive(Debug, thiserror::Error)]
 pub enum DescribeError {
-    /// The slave refuses its resources.
-    #[error("{model} cannot be made from these resources: {problem}")]
+    /// The slave rejects its resources.
+    #[error("{model} cannot be instantiated with these resources: {problem}")]
     Open {
         /// The model's name.
         model: &'static str,
@@ -25,8 +25,10 @@ pub enum DescribeError {
         /// The slave's reason.
         problem: String,
     },
-    /// A row of the table has no variable.
-    #[error("{model}: the slave knows no variable for `{variable}`, value reference {reference}")]
+    /// `from_reference` does not return the variable of a row.
+    #[error(
+        "{model}: `from_reference` returns no variable for `{variable}`, value reference {reference}"
+    )]
     Unmapped {
         /// The model's name.
         model: &'static str,
@@ -35,10 +37,10 @@ pub enum DescribeError {
         /// The row's value reference.
         reference: u32,
     },
-    /// A row of the table has a value reference that belongs to the states.
+    /// A row of the table has a value reference of the states.
     #[error(
-        "{model}: `{variable}` has the value reference {reference}, those from {first} on belong to \
-         the states",
+        "{model}: `{variable}` has the value reference {reference}; value references from {first} on \
+         are reserved for states",
         first = exposed::FIRST
     )]
     Reserved {
@@ -49,8 +51,8 @@ pub enum DescribeError {
         /// The row's value reference.
         reference: u32,
     },
-    /// A state starts with no number.
-    #[error("{model}: `state[{number}]` starts at {value}")]
+    /// The initial value of a state is not finite.
+    #[error("{model}: the initial value of `state[{number}]` is {value}")]
     State {
         /// The model's name.
         model: &'static str,
@@ -59,9 +61,9 @@ pub enum DescribeError {
         /// Its value.
         value: f64,
     },
-    /// A state has a unit that there is no definition for.
+    /// The unit of a state is not defined.
     #[error(
-        "{model}: `state[{number}]` or its derivative has the unit \"{unit}\", none of `UNITS`"
+        "{model}: `state[{number}]` or its derivative has the unit \"{unit}\", which is not in `UNITS`"
     )]
     Unit {
         /// The model's name.
@@ -77,23 +79,24 @@ pub enum DescribeError {
 }
 
 impl DescribeError {
-    /// What the reader can do about it.
+    /// What the user can do.
     #[must_use]
     pub fn hint(&self) -> String {
         match self {
             Self::Open { .. } | Self::Initialize { .. } => {
-                "mend the resource file, or make it again with the command that writes it".into()
+                "correct the resource file, or write it again with the command that creates it"
+                    .into()
             }
-            Self::Reserved { .. } => "give it a smaller one".into(),
-            Self::Unit { .. } => "take a unit of `UNITS`, or none".into(),
-            Self::State { .. } => "let the state start at a finite value".into(),
-            Self::Unmapped { .. } => "let the enum of the variables have every row".into(),
+            Self::Reserved { .. } => "use a smaller value reference".into(),
+            Self::Unit { .. } => "use a unit of `UNITS`, or none".into(),
+            Self::State { .. } => "return a finite initial value from `state`".into(),
+            Self::Unmapped { .. } => "add a variant for every row to the enum of variables".into(),
             Self::Start(error) => error.hint(),
         }
     }
 }
 
-/// What this layer can do, whatever the slave; [`capabilities`] has the slave's own besides.
+/// The capabilities of this layer; [`capabilities`] adds those of the slave.
 pub const CAPABILITIES: CoSimulation = CoSimulation {
     model_identifier: String::new(),
     needs_execution_tool: false,
@@ -110,7 +113,7 @@ pub const CAPABILITIES: CoSimulation = CoSimulation {
     source_files: Vec::new(),
 };
 
-/// What this slave can do: [`CAPABILITIES`] and those of [`Slave::CAPABILITIES`].
+/// The capabilities of a slave: [`CAPABILITIES`] with [`Slave::CAPABILITIES`].
 #[must_use]
 pub fn capabilities<S: Slave>() -> CoSimulation {
     CoSimulation {
@@ -123,19 +126,19 @@ pub fn capabilities<S: Slave>() -> CoSimulation {
     }
 }
 
-/// The GUID of this slave with these resources: what `fmi2Instantiate` expects.
+/// The GUID of a slave with resources, which `fmi2Instantiate` expects.
 #[must_use]
 pub fn guid<S: Slave>(resources: &Resources) -> String {
     model_description::guid(S::TABLE, resources.entries())
 }
 
-/// The description of this slave with these resources.
+/// The description of a slave with resources.
 ///
-/// The start values are those read at a communication point after an initialization, at the
-/// experiment's start time, in which nothing was set.
+/// The start values are the values at the first communication point if no variable is set before or
+/// during initialization; the time is the experiment's start time.
 ///
 /// # Errors
-/// [`DescribeError`] if the slave refuses the resources or contradicts its table.
+/// [`DescribeError`] if the slave rejects the resources or contradicts its table.
 pub fn describe<S: Slave>(
     resources: &Resources,
     default_experiment: Option<DefaultExperiment>,
@@ -177,7 +180,7 @@ pub fn describe<S: Slave>(
     Ok(description)
 }
 
-/// The states, as a description has them.
+/// The states for the description.
 fn states<S: Slave>(slave: &mut S) -> Result<Vec<ExposedState>, DescribeError> {
     let specs = slave.states().into_iter().enumerate();
     specs

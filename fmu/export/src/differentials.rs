@@ -1,10 +1,9 @@
-//! Derivatives of inputs and outputs by time, and directional derivatives.
+//! Time derivatives of inputs and outputs, and directional derivatives.
 //!
-//! A directional derivative is `Δunknown = Σ ∂unknown/∂known · Δknown` (section 2.1.9). Each partial
-//! derivative is zero where the slave sees no dependency, else what the slave gives, else a central
-//! difference on clones: with x the known and n its nominal value (1 where there is none), the step
-//! is `∛ε · max(|x|, n)`, the best for three digits of the third derivative at that magnitude, cut at
-//! the known's limits.
+//! A directional derivative is `Δunknown = Σ ∂unknown/∂known · Δknown` (section 2.1.9). A partial
+//! derivative is zero without a dependency; otherwise it is the slave's value, or a central difference
+//! on clones. With x the known and n its nominal value (default 1), the step is `∛ε · max(|x|, n)`,
+//! which balances truncation and rounding errors, limited to the known's range.
 
 use crate::access::Target;
 use crate::calls::State;
@@ -17,11 +16,11 @@ use crate::{Known, Slave, Unknown, VariableId};
 use model_description::{Causality, Kind, Value, Variability, VariableSpec};
 use std::mem::MaybeUninit;
 
-/// The only order of derivatives by time that there is.
+/// The only order of time derivatives that is supported.
 const ORDER: i32 = 1;
 
 impl<S: Slave> Instance<S> {
-    /// A continuous variable of that causality, whose derivative of that order there is.
+    /// A continuous variable with a causality, if it has a derivative of the order.
     fn find_continuous(
         &self,
         reference: u32,
@@ -30,15 +29,16 @@ impl<S: Slave> Instance<S> {
     ) -> Result<(S::Variable, &'static VariableSpec), String> {
         let target = self.find(reference, Kind::Real)?;
         match target {
-            _ if order != ORDER => {
-                Err(format!("`{}` has no derivative of order {order}, only {ORDER}", target.name()))
-            }
+            _ if order != ORDER => Err(format!(
+                "`{}` has no derivative of order {order}, only of {ORDER}",
+                target.name()
+            )),
             Target::Variable(variable, row)
                 if row.causality == causality && row.variability == Variability::Continuous =>
             {
                 Ok((variable, row))
             }
-            _ => Err(format!("`{}` is no continuous {causality}", target.name())),
+            _ => Err(format!("`{}` is not a continuous {causality}", target.name())),
         }
     }
 
@@ -79,7 +79,7 @@ impl<S: Slave> Instance<S> {
             let (variable, row) = self.find_continuous(reference, order, Causality::Output)?;
             let derivative = self.core.slave.output_derivative(variable);
             if !derivative.is_finite() {
-                return Err(format!("the derivative of `{}` is {derivative} here", row.name));
+                return Err(format!("the derivative of `{}` is {derivative}", row.name));
             }
             slot.write(derivative);
         }
@@ -96,11 +96,11 @@ impl<S: Slave> Instance<S> {
             State::Initialization => "an initial unknown",
             _ => "an output or the derivative of a state",
         };
-        Err(format!("`{}` is no unknown here: it is not {need}", target.name()))
+        Err(format!("`{}` is not an unknown in this state: it is not {need}", target.name()))
     }
 
-    /// A known of a directional derivative; `None` where it is known and no Real: the XML may list
-    /// such a dependency, and a derivative by it is zero.
+    /// A known of a directional derivative. `None` if it is not a Real: the XML may list such a
+    /// dependency, and its partial derivative is zero.
     fn find_known(&self, reference: u32) -> Result<Option<Target<S::Variable>>, String> {
         let target = match S::Variable::from_reference(reference) {
             Some(variable) => Target::Variable(variable, variable.spec()),
@@ -111,10 +111,12 @@ impl<S: Slave> Instance<S> {
             return Ok(is_real.then_some(target));
         }
         let need = match self.core.state {
-            State::Initialization => "an input, nor does it have initial=\"exact\" and may vary",
+            State::Initialization => {
+                "an input or a variable with initial=\"exact\" that is not constant"
+            }
             _ => "an input or a state",
         };
-        Err(format!("`{}` is no known here: it is not {need}", target.name()))
+        Err(format!("`{}` is not a known in this state: it is not {need}", target.name()))
     }
 
     /// The sensitivities of the unknowns in the direction `seed` of the knowns.
@@ -137,28 +139,28 @@ impl<S: Slave> Instance<S> {
         }
         for (&reference, &direction) in knowns.iter().zip(seed).filter(|(_, d)| **d != 0.0) {
             let Some(known) = self.find_known(reference)? else { continue };
-            let mut around = None;
+            let mut difference = None;
             for (&unknown, sum) in unknowns.iter().zip(&mut sums) {
-                *sum += self.partial(unknown, known, &mut around)? * direction;
+                *sum += self.partial(unknown, known, &mut difference)? * direction;
             }
-            if let Some(around) = around {
-                around.release();
+            if let Some(difference) = difference {
+                difference.release();
             }
         }
         match sums.iter().zip(&unknowns).find(|(sum, _)| !sum.is_finite()) {
             None => Ok(sums),
             Some((sum, unknown)) => {
-                Err(format!("the directional derivative of `{}` is {sum} here", unknown.name()))
+                Err(format!("the directional derivative of `{}` is {sum}", unknown.name()))
             }
         }
     }
 
-    /// `∂unknown/∂known`; `around` keeps the clones for the other unknowns.
+    /// `∂unknown/∂known`; `difference` keeps the clones for the other unknowns.
     fn partial(
         &mut self,
         unknown: Target<S::Variable>,
         known: Target<S::Variable>,
-        around: &mut Option<Around<S>>,
+        difference: &mut Option<CentralDifference<S>>,
     ) -> Result<f64, String> {
         let slave = &mut self.core.slave;
         let to = match unknown {
@@ -182,22 +184,22 @@ impl<S: Slave> Instance<S> {
         if let Some(partial) = slave.partial_derivative(to, by) {
             return Ok(partial);
         }
-        if around.is_none() {
-            *around = Some(Around::new(slave, known)?);
+        if difference.is_none() {
+            *difference = Some(CentralDifference::new(slave, known)?);
         }
-        around.as_mut().map_or(Ok(0.0), |around| around.difference(unknown))
+        difference.as_mut().map_or(Ok(0.0), |difference| difference.difference(unknown))
     }
 }
 
-/// Clones at both sides of a known's value.
-struct Around<S> {
+/// A central difference: two clones with a known below and above its value.
+struct CentralDifference<S> {
     below: Contained<S>,
     above: Contained<S>,
-    /// The distance between them.
+    /// The difference of the known between the clones.
     width: f64,
 }
 
-impl<S: Slave> Around<S> {
+impl<S: Slave> CentralDifference<S> {
     fn new(slave: &mut Contained<S>, known: Target<S::Variable>) -> Result<Self, String> {
         let (at, nominal, min, max) = match known {
             Target::Variable(variable, row) => {
@@ -212,14 +214,17 @@ impl<S: Slave> Around<S> {
             Target::Exposed(_) => (None, 1.0, 0.0, 0.0),
         };
         let Some(at) = at.filter(|at| at.is_finite()) else {
-            return Err(format!("the model gives no derivatives by `{}`", known.name()));
+            return Err(format!("the model has no derivatives with respect to `{}`", known.name()));
         };
         let step = f64::EPSILON.cbrt() * at.abs().max(nominal);
         let (low, high) = ((at - step).max(min), (at + step).min(max));
         let width = high - low;
         // Written so that NaN fails.
         if !(width > 0.0 && width.is_finite()) {
-            return Err(format!("`{}` has no room for a derivative at {at}", known.name()));
+            return Err(format!(
+                "the limits of `{}` leave no step for a derivative at {at}",
+                known.name()
+            ));
         }
         let shifted = |value: f64| {
             let mut clone = slave.clone();
@@ -239,11 +244,13 @@ impl<S: Slave> Around<S> {
         };
         match (value(&mut self.below), value(&mut self.above)) {
             (Some(below), Some(above)) => Ok((above - below) / self.width),
-            _ => Err(format!("the model gave `{}` a value of another type", unknown.name())),
+            _ => {
+                Err(format!("the model returned a value of another type for `{}`", unknown.name()))
+            }
         }
     }
 
-    /// Drops the clones so that a panic shows.
+    /// Drops the clones; a panic of a destructor propagates.
     fn release(self) {
         self.below.release();
         self.above.release();

@@ -1,13 +1,13 @@
-//! The macro that gives the functions of the boundary their C names.
+//! The macro that exports the functions of the boundary under their C names.
 
 /// Exports the 34 functions of FMI 2.0 for Co-Simulation for one [`Slave`](crate::Slave).
 ///
-/// To be used once in a library of crate type `cdylib`. Two libraries that use it cannot be linked
-/// into one binary: their symbols are the same.
+/// Use it once in a library of crate type `cdylib`. Two libraries that use it cannot be linked into
+/// one binary, since they export the same symbols.
 #[macro_export]
 macro_rules! export {
     ($slave:ty) => {
-        // A nameless constant keeps the items out of the way, and sees the names around it.
+        // An unnamed constant hides the items from the caller's scope and sees its names.
         #[allow(unsafe_code, non_snake_case, clippy::missing_safety_doc)]
         const _: () = {
             use ::std::ffi::{c_char, c_void};

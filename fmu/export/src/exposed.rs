@@ -1,10 +1,10 @@
-//! The states that every slave with [`Slave::states`](crate::Slave::states) exposes: state i is
-//! `state[i+1]` and `der(state[i+1])`, with value references above those of tables.
+//! The exposed states of a slave with [`Slave::states`](crate::Slave::states): state i has the
+//! variables `state[i+1]` and `der(state[i+1])`, with value references above those of the table.
 
 use crate::Slave;
 use crate::calls::Class;
 
-/// The first value reference that belongs to states; tables stay below it.
+/// The first value reference of the states; the value references of tables are smaller.
 pub(crate) const FIRST: u32 = 0x1000_0000;
 
 /// The value reference of `state[index + 1]`.
@@ -27,7 +27,7 @@ pub(crate) enum Exposed {
 }
 
 impl Exposed {
-    /// What a reference means, given which states are settable.
+    /// The state or derivative with a value reference; `settable` has a flag for each state.
     pub(crate) fn find(reference: u32, settable: &[bool]) -> Option<Self> {
         let place = reference.checked_sub(FIRST)?;
         let index = usize::try_from(place / 2).ok()?;
@@ -42,7 +42,7 @@ impl Exposed {
     pub(crate) const fn class(self) -> Class {
         match self {
             Self::State { settable: true, .. } => Class::SettableState,
-            Self::State { settable: false, .. } => Class::FollowingState,
+            Self::State { settable: false, .. } => Class::CalculatedState,
             Self::Derivative { .. } => Class::Derivative,
         }
     }

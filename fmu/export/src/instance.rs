@@ -1,45 +1,45 @@
-//! One instance: state machine, times, FMU state. Everything here is safe code over slices.
+//! One instance: state machine, times, FMU state. All code here is safe and works on slices.
 
 use crate::calls::{Call, Leniency, State};
 use crate::contain::Contained;
-use crate::log::Level;
+use crate::log::{Level, Repetitions};
 use crate::logger::{Category, Logger};
-use crate::told::Told;
 use crate::types::Status;
 use crate::{Log, Resources, Slave, VariableId, describe};
 use std::ffi::{CStr, CString};
 use std::sync::Arc;
 
-/// How a call went: a status up to discard, or the text of an error.
+/// The outcome of a call: a status up to `fmi2Discard`, or the message of an error.
 pub(crate) type Outcome = Result<Status, String>;
 
-/// How far a communication point may lie from where it is expected, in steps.
+/// The largest deviation of a communication point from the expected time, in steps.
 const TIME_TOLERANCE: f64 = 1e-3;
 
-/// What `fmi2SetupExperiment` said, s.
+/// The times of `fmi2SetupExperiment`, s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Experiment {
     pub(crate) start_time: f64,
     pub(crate) stop_time: Option<f64>,
 }
 
-/// What an FMU state holds: all that the result of a later call can depend on.
+/// The content of an FMU state: everything that the result of a later call can depend on.
 #[derive(Debug, Clone)]
 pub(crate) struct Core<S> {
     pub(crate) slave: Contained<S>,
     pub(crate) state: State,
     pub(crate) experiment: Option<Experiment>,
-    /// Where the next step is expected to begin, s.
+    /// The expected start of the next step, s.
     pub(crate) time: f64,
-    /// Whether something was set at this communication point.
+    /// Whether a variable was set at this communication point.
     pub(crate) set_since_step: bool,
-    /// Value references of inputs whose clipping was told: the first one is an `fmi2Warning`.
+    /// Value references of inputs whose clipping was logged; the first clipping of each returns
+    /// `fmi2Warning`.
     pub(crate) clipped: Vec<u32>,
-    /// Value references and derivatives of the inputs that are to grow within the next step.
+    /// Value references and derivatives of inputs with a derivative in the next step.
     pub(crate) input_derivatives: Vec<(u32, f64)>,
 }
 
-/// A copy of an instance's [`Core`], and whose it is.
+/// A copy of an instance's [`Core`] with the GUID of its FMU.
 #[derive(Debug)]
 pub(crate) struct Snapshot<S> {
     pub(crate) core: Core<S>,
@@ -49,15 +49,15 @@ pub(crate) struct Snapshot<S> {
 /// One instance.
 pub(crate) struct Instance<S> {
     pub(crate) core: Core<S>,
-    /// As `open` made it; what `fmi2Reset` goes back to.
+    /// The slave that `open` returned, which `fmi2Reset` restores.
     pub(crate) pristine: Contained<S>,
-    /// Of each state, whether it is settable.
+    /// For each state, whether it is settable.
     pub(crate) settable: Box<[bool]>,
     pub(crate) guid: Arc<str>,
     pub(crate) logger: Logger,
     log: Log,
-    told: Told,
-    /// What the pointers of the last `fmi2GetString` point to.
+    repetitions: Repetitions,
+    /// The strings that the last `fmi2GetString` returned pointers to.
     pub(crate) strings: Vec<CString>,
 }
 
@@ -76,12 +76,15 @@ impl<S: Slave> Core<S> {
 }
 
 impl<S: Slave> Instance<S> {
-    /// A new instance, if the GUID is that of this library and these resources.
+    /// Creates an instance.
+    ///
+    /// # Errors
+    /// The GUID is not that of this library with these resources, or the slave rejects them.
     pub(crate) fn new(guid: &CStr, resources: &Resources, logger: Logger) -> Result<Self, String> {
         let expected = describe::guid::<S>(resources);
         if guid.to_bytes() != expected.as_bytes() {
             return Err(format!(
-                "the GUID given is \"{}\", that of this library with its {} resource files is \
+                "the GUID given is \"{}\"; this library with its {} resource files has the GUID \
                  \"{expected}\": description, library and resources are not of one archive, or \
                  the resource location is wrong",
                 guid.to_string_lossy(),
@@ -96,62 +99,62 @@ impl<S: Slave> Instance<S> {
             guid: expected.into(),
             logger,
             log: Log::default(),
-            told: Told::default(),
+            repetitions: Repetitions::default(),
             strings: Vec::new(),
         })
     }
 
-    /// Whether the call is legal now.
+    /// Checks that a call is legal in the present state.
     #[inline]
     pub(crate) fn admit(&self, call: Call) -> Result<(), String> {
-        if call.is_legal_in(self.core.state) { Ok(()) } else { Err(self.refusal()) }
+        if call.is_legal_in(self.core.state) { Ok(()) } else { Err(self.illegal_call()) }
     }
 
     #[cold]
-    fn refusal(&self) -> String {
+    fn illegal_call(&self) -> String {
         format!("not allowed in the state \"{}\"", self.core.state.name())
     }
 
-    /// Ends a call that failed: one log line, and the error state.
+    /// Ends a failed call: logs the problem and enters the error state.
     #[cold]
     pub(crate) fn fail(&mut self, call: Call, problem: &str) -> Status {
         if self.core.state == State::Fatal {
             return Status::Fatal;
         }
         self.core.state = State::Error;
-        self.logger.tell(Category::Error, &format!("{}: {problem}", call.name()));
+        self.logger.log(Category::Error, &format!("{}: {problem}", call.name()));
         Status::Error
     }
 
-    /// Ends a call that panicked: one log line, and nothing is legal any more but to free it.
+    /// Ends a call that panicked: logs the message; the instance can only be freed.
     #[cold]
     pub(crate) fn poison(&mut self, call: Call, message: &str) -> Status {
         self.core.state = State::Fatal;
-        let text = format!("{}: a fault of the model: {message}", call.name());
-        self.logger.tell(Category::Fatal, &text);
+        let text = format!("{}: the model panicked: {message}", call.name());
+        self.logger.log(Category::Fatal, &text);
         Status::Fatal
     }
 
-    /// Tells a leniency, once.
+    /// Logs a leniency, once.
     #[inline]
-    pub(crate) fn note(&mut self, leniency: Leniency) {
-        if self.told.is_new(leniency) {
-            self.logger.tell(Category::Event, leniency.text());
+    pub(crate) fn log_once(&mut self, leniency: Leniency) {
+        if self.repetitions.is_new(leniency) {
+            self.logger.log(Category::Event, leniency.text());
         }
     }
 
-    /// Tells a line that may come again and again, as often as [`Told`] lets it.
+    /// Logs a line that may be repeated, as often as [`Repetitions`] admits it.
     #[cold]
-    pub(crate) fn tell_often(&mut self, category: Category, text: String) {
-        // What nobody hears does not count as told.
+    pub(crate) fn log_repeated(&mut self, category: Category, text: String) {
+        // Lines of disabled categories are not counted.
         if self.logger.is_enabled(category)
-            && let Some(text) = self.told.admit(text)
+            && let Some(text) = self.repetitions.admit(text)
         {
-            self.logger.tell(category, &text);
+            self.logger.log(category, &text);
         }
     }
 
-    /// Passes on what the slave told during a call.
+    /// Passes the lines that the slave logged during a call to the importer.
     #[inline]
     fn flush(&mut self) -> Status {
         if self.log.lines().is_empty() { Status::Ok } else { self.flush_lines() }
@@ -162,10 +165,10 @@ impl<S: Slave> Instance<S> {
         let mut status = Status::Ok;
         for (level, text) in self.log.take() {
             match level {
-                Level::Info => self.tell_often(Category::Event, text),
+                Level::Info => self.log_repeated(Category::Event, text),
                 Level::Warning => {
                     status = Status::Warning;
-                    self.tell_often(Category::Warning, text);
+                    self.log_repeated(Category::Warning, text);
                 }
             }
         }
@@ -177,8 +180,8 @@ impl<S: Slave> Instance<S> {
         if unknown.is_empty() {
             return Ok(Status::Ok);
         }
-        let text = format!("fmi2SetDebugLogging: there is no category {}", unknown.join(", "));
-        self.logger.tell(Category::Warning, &text);
+        let text = format!("fmi2SetDebugLogging: unknown category {}", unknown.join(", "));
+        self.logger.log(Category::Warning, &text);
         Ok(Status::Warning)
     }
 
@@ -189,26 +192,28 @@ impl<S: Slave> Instance<S> {
         stop_time: Option<f64>,
     ) -> Outcome {
         if !start_time.is_finite() {
-            return Err(format!("the start time is {start_time}"));
+            return Err(format!("the start time is {start_time}; it must be finite"));
         }
         if let Some(stop) = stop_time.filter(|stop| !(stop.is_finite() && *stop >= start_time)) {
-            return Err(format!("the stop time is {stop}, the start time {start_time}"));
+            return Err(format!(
+                "the stop time is {stop}; it must be finite and not before the start time {start_time}"
+            ));
         }
         if let Some(tolerance) = tolerance.filter(|t| !t.is_finite()) {
-            return Err(format!("the tolerance is {tolerance}"));
+            return Err(format!("the tolerance is {tolerance}; it must be finite"));
         }
         self.core.experiment = Some(Experiment { start_time, stop_time });
         self.core.time = start_time;
-        // Nothing here is iterated to a tolerance, and importers are seen to pass their default, 0.
+        // The tolerance is not used. Some importers pass 0 by default, so it is not an error.
         let Some(tolerance) = tolerance.filter(|t| *t <= 0.0) else { return Ok(Status::Ok) };
         let text = format!("fmi2SetupExperiment: the tolerance of {tolerance} is not used");
-        self.logger.tell(Category::Warning, &text);
+        self.logger.log(Category::Warning, &text);
         Ok(Status::Warning)
     }
 
     pub(crate) fn enter_initialization_mode(&mut self) -> Outcome {
         if self.core.experiment.is_none() {
-            return Err("fmi2SetupExperiment was not called before".into());
+            return Err("fmi2SetupExperiment was not called".into());
         }
         self.core.state = State::Initialization;
         Ok(Status::Ok)
@@ -229,18 +234,18 @@ impl<S: Slave> Instance<S> {
         Ok(Status::Ok)
     }
 
-    /// Back to what `fmi2Instantiate` made, down to what was told and what is to be told.
+    /// Restores the state after `fmi2Instantiate`, including the log settings and repetition counts.
     pub(crate) fn reset(&mut self) -> Outcome {
         let fresh = Core::new(self.pristine.clone());
         self.replace_core(fresh);
         self.log.take();
-        self.told = Told::default();
+        self.repetitions = Repetitions::default();
         self.strings = Vec::new();
         self.logger.reset();
         Ok(Status::Ok)
     }
 
-    /// Takes another core; a panic of the old slave's destructor shows, after that.
+    /// Replaces the core; then a panic of the old slave's destructor propagates.
     fn replace_core(&mut self, core: Core<S>) {
         let old = std::mem::replace(&mut self.core, core);
         old.slave.release();
@@ -250,17 +255,17 @@ impl<S: Slave> Instance<S> {
     #[inline]
     pub(crate) fn do_step(&mut self, time: f64, step: f64) -> Outcome {
         let tolerance = TIME_TOLERANCE * step;
-        // Clocks of 64 bits count no finer than this at a late time.
+        // The resolution of a double at the present time.
         let slack = tolerance + 4.0 * f64::EPSILON * self.core.time.abs();
         let end = time + step;
         let stop = self.core.experiment.and_then(|experiment| experiment.stop_time);
-        // Each comparison is written so that NaN fails. A step that is infinite has no finite end.
+        // Each comparison is written so that NaN fails. An infinite step has no finite end.
         if !(step > 0.0
             && end < f64::INFINITY
             && (time - self.core.time).abs() <= slack
             && stop.is_none_or(|stop| end <= stop + slack))
         {
-            self.wrong_time(time, step, slack)?;
+            self.check_time(time, step, slack)?;
         }
         let result = self.core.slave.step(time, step, &mut self.log);
         let status = self.flush();
@@ -268,14 +273,14 @@ impl<S: Slave> Instance<S> {
         self.core.time = end;
         self.core.set_since_step = false;
         if !self.core.input_derivatives.is_empty() {
-            self.end_input_derivatives();
+            self.clear_input_derivatives();
         }
         Ok(status)
     }
 
-    /// Sets the derivatives of the inputs back: each holds for one step.
+    /// Sets the derivatives of the inputs to zero: each is valid for one step.
     #[inline(never)]
-    fn end_input_derivatives(&mut self) {
+    fn clear_input_derivatives(&mut self) {
         for (reference, _) in self.core.input_derivatives.drain(..) {
             if let Some(variable) = S::Variable::from_reference(reference) {
                 self.core.slave.set_input_derivative(variable, 0.0);
@@ -283,15 +288,18 @@ impl<S: Slave> Instance<S> {
         }
     }
 
-    /// Why that step cannot be made, or nothing if it goes past the stop time by no more than
-    /// adding up so many steps to a time makes of rounding.
+    /// Checks the times of a step that is past the stop time or wrong.
+    ///
+    /// # Errors
+    /// Why the step cannot be made. A step past the stop time is accepted if the excess can be the
+    /// rounding error of a time that is a sum of steps.
     #[cold]
-    fn wrong_time(&self, time: f64, step: f64, slack: f64) -> Result<(), String> {
+    fn check_time(&self, time: f64, step: f64, slack: f64) -> Result<(), String> {
         if !(step > 0.0 && step.is_finite()) {
-            return Err(format!("the step size is {step}"));
+            return Err(format!("the step size is {step}; it must be positive and finite"));
         }
         let expected = self.core.time;
-        // Written so that NaN is far away.
+        // Written so that NaN is not near.
         let near = (time - expected).abs() <= slack;
         match self.core.experiment {
             _ if near && (time + step).is_infinite() => {
@@ -303,26 +311,26 @@ impl<S: Slave> Instance<S> {
                 if time + step - stop <= slack + rounding.min(0.5 * step) {
                     return Ok(());
                 }
-                Err(format!("the step from {time} by {step} goes past the stop time {stop}"))
+                Err(format!("the step from {time} by {step} exceeds the stop time {stop}"))
             }
             Some(Experiment { start_time, .. }) if expected == start_time => Err(format!(
-                "the communication point is {time}, expected {expected}, the start time"
+                "the communication point is {time}; expected is the start time {expected}"
             )),
             _ => Err(format!(
-                "the communication point is {time}, expected {expected}, where the last step ended"
+                "the communication point is {time}; expected is the end of the last step, {expected}"
             )),
         }
     }
 
-    /// End of the last step that was made, s.
+    /// End of the last completed step, s.
     pub(crate) fn last_successful_time(&self) -> f64 {
         self.core.time
     }
 
-    /// Tells that a question has no answer.
+    /// Ends a call that requests a status that does not exist.
     pub(crate) fn discard(&mut self, call: Call) -> Outcome {
-        let text = format!("{}: there is no status of this kind", call.name());
-        self.logger.tell(Category::Discard, &text);
+        let text = format!("{}: no status of this kind exists", call.name());
+        self.logger.log(Category::Discard, &text);
         Ok(Status::Discard)
     }
 

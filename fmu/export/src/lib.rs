@@ -1,7 +1,7 @@
 #![doc = include_str!("../README.md")]
 #![deny(unsafe_code)]
 
-// The only modules that hold unsafe code are those that are allowed to here.
+// Only the modules marked here contain unsafe code.
 #[allow(unsafe_code)]
 pub mod boundary;
 pub mod calls;
@@ -25,7 +25,6 @@ mod logger;
 mod resources;
 mod slave;
 mod structure;
-mod told;
 pub mod uri;
 mod variables;
 

@@ -1,16 +1,16 @@
-//! The importer's logger: categories, filter, and the one call of a C function pointer.
+//! The importer's logger: categories, filter, and the call of its C function.
 
 use crate::types::{CallbackFunctions, LoggerFunction, Status};
 use std::ffi::{CStr, CString, c_void};
 
-/// The categories of messages, as declared in the XML: name and description. The first five are
-/// those that messages carry; `logAll` selects them all.
+/// The log categories declared in the XML: name and description. Messages have one of the first
+/// five; `logAll` selects them all.
 pub const LOG_CATEGORIES: [(&str, &str); 6] = [
-    ("logStatusError", "Calls that failed"),
-    ("logStatusWarning", "Things that are not quite right"),
-    ("logStatusDiscard", "Questions that have no answer"),
-    ("logStatusFatal", "Faults of the model that end the instance"),
-    ("logEvents", "Notes of the model, and calls accepted though outside the standard"),
+    ("logStatusError", "Failed calls"),
+    ("logStatusWarning", "Warnings"),
+    ("logStatusDiscard", "Requested statuses that do not exist"),
+    ("logStatusFatal", "Panics of the model; the instance is unusable"),
+    ("logEvents", "Information from the model, and accepted deviations from the standard"),
     ("logAll", "All messages"),
 ];
 
@@ -53,10 +53,11 @@ impl Category {
 
 /// Every category.
 const ALL: u8 = 0b1_1111;
-/// What is told without debug logging: the standard has each of these statuses come with a message.
+/// Categories enabled without debug logging: the standard requires a message with each of these
+/// statuses.
 const QUIET: u8 = Category::Error.bit() | Category::Warning.bit() | Category::Fatal.bit();
 
-/// The categories a name selects; 0 if there is none of that name.
+/// The categories that a name selects; 0 for an unknown name.
 fn selected(name: &[u8]) -> u8 {
     match LOG_CATEGORIES.iter().position(|(known, _)| known.as_bytes() == name) {
         Some(5) => ALL,
@@ -72,12 +73,12 @@ pub(crate) struct Logger {
     environment: *mut c_void,
     instance_name: CString,
     enabled: u8,
-    /// What was enabled at instantiation.
-    initially: u8,
+    /// The categories enabled at instantiation.
+    initially_enabled: u8,
 }
 
 impl Logger {
-    /// A logger over a copy of the importer's callbacks, which may live on its stack.
+    /// A logger with a copy of the importer's callbacks, which may be on the importer's stack.
     pub(crate) fn new(
         callbacks: Option<&CallbackFunctions>,
         instance_name: &CStr,
@@ -89,18 +90,17 @@ impl Logger {
             environment: callbacks.map_or(std::ptr::null_mut(), |c| c.component_environment),
             instance_name: instance_name.to_owned(),
             enabled,
-            initially: enabled,
+            initially_enabled: enabled,
         }
     }
 
-    /// Back to what was enabled at instantiation.
+    /// Enables the categories that were enabled at instantiation.
     pub(crate) fn reset(&mut self) {
-        self.enabled = self.initially;
+        self.enabled = self.initially_enabled;
     }
 
-    /// `fmi2SetDebugLogging`: without categories all or, off, only what is always told; on with
-    /// categories just these; off with categories all but these. Returns the names there are none
-    /// of.
+    /// `fmi2SetDebugLogging`. Without categories, on enables all and off only [`QUIET`]; with
+    /// categories, on enables exactly these and off disables these. Returns the unknown names.
     pub(crate) fn set_enabled(&mut self, logging_on: bool, categories: &[&CStr]) -> Vec<String> {
         let mut chosen = 0;
         let mut unknown = Vec::new();
@@ -119,22 +119,22 @@ impl Logger {
         unknown
     }
 
-    /// Whether messages of that category are passed on.
+    /// Whether messages of a category are passed to the importer.
     pub(crate) fn is_enabled(&self, category: Category) -> bool {
         self.function.is_some() && self.enabled & category.bit() != 0
     }
 
-    /// Passes a message on if its category is enabled.
+    /// Passes a message to the importer if its category is enabled.
     #[cold]
-    pub(crate) fn tell(&self, category: Category, text: &str) {
+    pub(crate) fn log(&self, category: Category, text: &str) {
         if !self.is_enabled(category) {
             return;
         }
         let Some(function) = self.function else { return };
         let clean: Vec<u8> = text.bytes().filter(|byte| *byte != 0).collect();
         let Ok(text) = CString::new(clean) else { return };
-        // SAFETY: the importer gave this function for this purpose, with this environment; every
-        // pointer is a string that ends in zero and outlives the call. The format takes one string.
+        // SAFETY: the importer passed this function for this purpose, with this environment; every
+        // pointer is a NUL-terminated string that outlives the call. The format takes one string.
         unsafe {
             function(
                 self.environment,

@@ -1,38 +1,38 @@
-//! The files under `resources/` of an FMU, read at once.
+//! The files in `resources/` of an FMU, read into memory.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// The most bytes that resources may have together: a wrong location is noticed, not swallowed.
+/// The largest total size of resources, bytes: a wrong location is reported instead of read.
 const BYTES_LIMIT: u64 = 256 << 20;
-/// The most files that resources may have.
+/// The largest number of resource files.
 const FILES_LIMIT: usize = 10_000;
 
-/// What file managers leave in folders.
-const LEFT_BEHIND: [&str; 2] = ["Thumbs.db", "desktop.ini"];
+/// Files that file managers create.
+const FILE_MANAGER_FILES: [&str; 2] = ["Thumbs.db", "desktop.ini"];
 
 /// Why the resources cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum ResourceError {
-    /// The file system says no.
+    /// A file or folder cannot be read.
     #[error("cannot read the resources at {path}: {source}")]
     Io {
         /// The file or folder.
         path: PathBuf,
-        /// The system's reason.
+        /// The operating system's error.
         source: std::io::Error,
     },
-    /// There is too much under the location.
+    /// The resources are too large.
     #[error("the resources at {path} have more than {limit} {what}")]
     TooLarge {
         /// The resources' folder.
         path: PathBuf,
-        /// The limit that is passed.
+        /// The exceeded limit.
         limit: u64,
-        /// Of what.
+        /// The unit of the limit: bytes or files.
         what: &'static str,
     },
-    /// The location is no path.
+    /// The location is not a path.
     #[error("the resource location \"{location}\" {problem}")]
     Location {
         /// The location as given.
@@ -43,7 +43,7 @@ pub enum ResourceError {
 }
 
 impl ResourceError {
-    /// What the reader can do about it.
+    /// What the user can do.
     #[must_use]
     pub fn hint(&self) -> &'static str {
         match self {
@@ -55,7 +55,7 @@ impl ResourceError {
     }
 }
 
-/// Files by name, sorted; names have forward slashes. Cloning is cheap.
+/// Files by name, sorted; folders in names end with forward slashes. Cloning is cheap.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Resources {
     entries: Arc<Vec<(String, Vec<u8>)>>,
@@ -69,12 +69,12 @@ impl From<Vec<(String, Vec<u8>)>> for Resources {
 }
 
 impl Resources {
-    /// Reads a folder and those in it. Links are passed over, and what file managers leave behind
-    /// (names that begin with a dot, `Thumbs.db`, `desktop.ini`): an FMU whose folder was looked at
-    /// is still the same. A folder that is not there is empty.
+    /// Reads a folder with its subfolders. Links are skipped, and so are the files of file managers
+    /// (names that begin with a dot, `Thumbs.db`, `desktop.ini`), so that opening an FMU's folder in a
+    /// file manager does not change its GUID. A missing folder is empty.
     ///
     /// # Errors
-    /// [`ResourceError`] if something cannot be read or is too large.
+    /// [`ResourceError`] if a file cannot be read or the resources are too large.
     pub fn read(folder: &Path) -> Result<Self, ResourceError> {
         let mut entries = Vec::new();
         let mut bytes = 0;
@@ -84,7 +84,7 @@ impl Resources {
         Ok(entries.into())
     }
 
-    /// The bytes of the file with that name.
+    /// The content of a file.
     #[must_use]
     pub fn get(&self, name: &str) -> Option<&[u8]> {
         let index = self.entries.binary_search_by(|(known, _)| known.as_str().cmp(name)).ok()?;
@@ -114,7 +114,7 @@ fn collect(
         let path = entry.path();
         let name = entry.file_name();
         let name = name.to_string_lossy();
-        if name.starts_with('.') || LEFT_BEHIND.contains(&&*name) {
+        if name.starts_with('.') || FILE_MANAGER_FILES.contains(&&*name) {
             continue;
         }
         let name = format!("{prefix}{name}");
@@ -142,7 +142,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_file_managers_leave_is_passed_over() {
+    fn files_of_file_managers_are_skipped() {
         let folder = std::env::temp_dir().join(format!("resources-{}", std::process::id()));
         std::fs::create_dir_all(folder.join(".git")).unwrap();
         std::fs::create_dir_all(folder.join("deep")).unwrap();

@@ -1,9 +1,9 @@
-//! What an FMU's author writes.
+//! The trait that the author of an FMU implements.
 
 use crate::{Log, Resources};
-use model_description::{DependencyKind, Table, Value, VariableSpec};
+use model_description::{DependencyKind, DependsOn, Table, Value, VariableSpec};
 
-/// A variable of an FMU: usually an enum with one member for each row of the table.
+/// A variable of an FMU: usually an enum with one variant for each row of the table.
 pub trait VariableId: Copy + 'static {
     /// The variable with that value reference.
     fn from_reference(reference: u32) -> Option<Self>;
@@ -12,21 +12,21 @@ pub trait VariableId: Copy + 'static {
     fn spec(self) -> &'static VariableSpec;
 }
 
-/// What a slave can do beyond the least; each member is a capability flag of the description.
+/// The optional capabilities of a slave; each field is a capability flag of the description.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Capabilities {
     /// [`Slave::set_input_derivative`] has an effect: `canInterpolateInputs`.
     pub interpolates_inputs: bool,
-    /// [`Slave::output_derivative`] answers: `maxOutputDerivativeOrder` is 1.
+    /// [`Slave::output_derivative`] is implemented: `maxOutputDerivativeOrder` is 1.
     pub output_derivatives: bool,
-    /// [`Slave::partial_derivative`] may be asked: `providesDirectionalDerivative`.
+    /// Directional derivatives are available: `providesDirectionalDerivative`.
     pub directional_derivatives: bool,
-    /// [`Slave::save`] and [`Slave::load`] are there: `canSerializeFMUstate`.
+    /// [`Slave::save`] and [`Slave::load`] are implemented: `canSerializeFMUstate`.
     pub serializes: bool,
 }
 
 impl Capabilities {
-    /// None of them.
+    /// No optional capability.
     pub const NONE: Self = Self {
         interpolates_inputs: false,
         output_derivatives: false,
@@ -34,7 +34,7 @@ impl Capabilities {
         serializes: false,
     };
 
-    /// All of them.
+    /// All optional capabilities.
     pub const ALL: Self = Self {
         interpolates_inputs: true,
         output_derivatives: true,
@@ -46,29 +46,29 @@ impl Capabilities {
 /// A continuous state, which the layer exposes as `state[i]` and `der(state[i])`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StateSpec {
-    /// One line for people.
+    /// A description of one line.
     pub description: String,
     /// Its unit, one of [`model_description::UNITS`].
     pub unit: Option<&'static str>,
     /// The unit of its derivative.
     pub derivative_unit: Option<&'static str>,
-    /// Whether its value at the start can be set (`initial="exact"`); if not it follows from other
+    /// Whether its initial value can be set (`initial="exact"`); otherwise it is calculated from other
     /// start values (`initial="calculated"`).
     pub settable: bool,
 }
 
-/// What a partial derivative is taken of. States count from 0.
+/// The numerator of a partial derivative. States are counted from 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Unknown<V> {
     /// An output.
     Variable(V),
-    /// The derivative of that state.
+    /// The derivative of a state.
     Derivative(usize),
-    /// That state itself; asked of states that are not settable, in initialization mode alone.
+    /// A state that is not settable; in initialization mode only.
     State(usize),
 }
 
-/// What a partial derivative is taken by. States count from 0.
+/// The denominator of a partial derivative. States are counted from 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Known<V> {
     /// An input, or, in initialization mode, a variable with `initial="exact"`.
@@ -77,52 +77,52 @@ pub enum Known<V> {
     State(usize),
 }
 
-/// What an FMU is: everything the C layer needs.
+/// The model of an FMU: everything that the C layer needs.
 ///
-/// The state of an instance is the value itself: `fmi2GetFMUstate` clones it, `fmi2Reset` goes
-/// back to a clone of what [`Slave::open`] gave. Keep what never changes behind an `Arc`.
+/// The state of an instance is the value itself: `fmi2GetFMUstate` clones it, `fmi2Reset` restores a
+/// clone of the value that [`Slave::open`] returned. Keep constant data behind an `Arc`.
 ///
-/// The layer has checked what reaches these functions: the call is legal in the instance's state,
-/// values are of the row's type, finite and within its limits, times are finite and in order. A
-/// panic becomes `fmi2Fatal` for this instance alone.
+/// The layer checks all arguments of these functions: the call is legal in the instance's state,
+/// values have the row's type, are finite and within its limits, times are finite and increase. A
+/// panic becomes `fmi2Fatal` for this instance only.
 pub trait Slave: Clone + Send + Sized + 'static {
-    /// Names its variables.
+    /// Its variables.
     type Variable: VariableId;
 
-    /// Its variables; refer to a `const` or `static` item, so that the compiler checks it.
+    /// The table of its variables; refer to a `const` or `static` item, so that the compiler checks it.
     const TABLE: &'static Table;
 
-    /// What it can do beyond the least; the functions for the rest are never called.
+    /// Its optional capabilities; the functions of other capabilities are never called.
     const CAPABILITIES: Capabilities = Capabilities::NONE;
 
-    /// Makes a new instance from the files under `resources/` of the archive.
+    /// Creates an instance from the files in `resources/` of the archive.
     ///
     /// # Errors
-    /// A text for people; the instantiation fails with it.
+    /// A message for the log; `fmi2Instantiate` fails.
     fn open(resources: &Resources) -> Result<Self, String>;
 
     /// The value of a variable, of the row's type, after everything set so far.
     fn get(&mut self, variable: Self::Variable) -> Value;
 
-    /// Gives a variable a value.
+    /// Sets a variable.
     fn set(&mut self, variable: Self::Variable, value: &Value);
 
     /// Leaves initialization mode at `start_time` (s).
     ///
     /// # Errors
-    /// A text for people; the call returns `fmi2Error`.
+    /// A message for the log; the call returns `fmi2Error`.
     fn exit_initialization(&mut self, start_time: f64, log: &mut Log) -> Result<(), String>;
 
     /// Advances from `time` by `step` (both s, `step` > 0).
     ///
-    /// `time` is what the importer says, within a thousandth of a step of what it should be:
+    /// `time` comes from the importer and is within a thousandth of a step of the expected time:
     /// advance states by `step`, never by a difference of times.
     ///
     /// # Errors
-    /// A text for people; the call returns `fmi2Error`.
+    /// A message for the log; the call returns `fmi2Error`.
     fn step(&mut self, time: f64, step: f64, log: &mut Log) -> Result<(), String>;
 
-    /// The continuous states, a pure function of the resources.
+    /// The continuous states. The list depends on the resources only.
     fn states(&self) -> Vec<StateSpec> {
         Vec::new()
     }
@@ -132,41 +132,41 @@ pub trait Slave: Clone + Send + Sized + 'static {
         0.0
     }
 
-    /// The derivative of a state by time, at the present inputs, 1/s times its unit.
+    /// The time derivative of a state at the present inputs, in the state's unit per second.
     fn state_derivative(&mut self, _index: usize) -> f64 {
         0.0
     }
 
-    /// Gives a settable state its value at the start. Called before the first step; later on clones
-    /// alone, for the differences of [`Slave::partial_derivative`].
+    /// Sets the initial value of a settable state. Called before the first step; afterwards only on
+    /// clones, for the central differences of [`Slave::partial_derivative`].
     fn set_state(&mut self, _index: usize, _value: f64) {}
 
-    /// Lets an input grow by `derivative` (its unit per second) within the next step. The layer
-    /// sets it back to zero after that step; the input itself stays what was set.
+    /// Sets the time derivative of an input (its unit per second) within the next step. The layer
+    /// sets it to zero after that step; the value of the input does not change.
     fn set_input_derivative(&mut self, _variable: Self::Variable, _derivative: f64) {}
 
-    /// The derivative by time of a Real output at this communication point.
+    /// The time derivative of a Real output at this communication point.
     fn output_derivative(&mut self, _variable: Self::Variable) -> f64 {
         0.0
     }
 
-    /// How an unknown depends on a known; `None` where the partial derivative is zero whatever the
-    /// values. By default what the table says of outputs and inputs, and everything of states and
-    /// derivatives.
+    /// How an unknown depends on a known; `None` if the partial derivative is always zero. The default
+    /// takes the dependencies of outputs on inputs from the table and lets states and derivatives
+    /// depend on everything.
     ///
-    /// Outputs are asked about at communication points. What they depend on in initialization mode
-    /// among the variables is the table's `initial_depends_on`; states and derivatives are asked
-    /// about for both, and then by variables with `initial="exact"` besides.
+    /// For outputs this is the dependency at communication points; their dependencies on variables in
+    /// initialization mode are the table's `initial_depends_on`. For states and derivatives it is the
+    /// dependency in both modes, in initialization mode also on variables with `initial="exact"`.
     fn dependency(
         &self,
         unknown: Unknown<Self::Variable>,
         known: Known<Self::Variable>,
     ) -> Option<DependencyKind> {
-        crate::structure::table_dependency::<Self>(unknown, known)
+        table_dependency::<Self>(unknown, known)
     }
 
-    /// `∂unknown/∂known` at the present values; where it is `None`, the layer takes central
-    /// differences on clones.
+    /// `∂unknown/∂known` at the present values; for `None` the layer computes a central difference on
+    /// clones.
     fn partial_derivative(
         &mut self,
         _unknown: Unknown<Self::Variable>,
@@ -175,18 +175,42 @@ pub trait Slave: Clone + Send + Sized + 'static {
         None
     }
 
-    /// All that can differ from what [`Slave::open`] makes of the same resources, as bytes; the same
-    /// bytes for the same state. Pending derivatives of inputs are the layer's to keep.
+    /// Everything that can differ from a slave opened from the same resources, as bytes; equal states
+    /// return equal bytes. The layer saves the derivatives of inputs itself.
     fn save(&self) -> Vec<u8> {
         Vec::new()
     }
 
-    /// Takes over what [`Slave::save`] gave, perhaps in another process. `self` is as
-    /// [`Slave::open`] made it. The bytes have passed a checksum and may still be anything.
+    /// Restores the bytes of [`Slave::save`], possibly from another process. `self` is a slave that
+    /// [`Slave::open`] returned. The checksum of the bytes is correct, but they may still be invalid.
     ///
     /// # Errors
-    /// A text for people; the instance keeps its state.
+    /// A message for the log; the instance keeps its state.
     fn load(&mut self, _bytes: &[u8]) -> Result<(), String> {
         Err("this model has no serialized states".into())
     }
+}
+
+/// The default of [`Slave::dependency`]: the table's `depends_on`; states and derivatives depend on
+/// everything.
+fn table_dependency<S: Slave>(
+    unknown: Unknown<S::Variable>,
+    known: Known<S::Variable>,
+) -> Option<DependencyKind> {
+    match (unknown, known) {
+        (Unknown::Variable(unknown), Known::Variable(known)) => {
+            listed(unknown.spec().depends_on, known)
+        }
+        _ => Some(DependencyKind::Dependent),
+    }
+}
+
+/// The dependency on a known that a column of the table lists.
+pub(crate) fn listed(depends_on: DependsOn, known: impl VariableId) -> Option<DependencyKind> {
+    let depends = match depends_on {
+        DependsOn::Nothing => false,
+        DependsOn::All => true,
+        DependsOn::On(names) => names.contains(&known.spec().name),
+    };
+    depends.then_some(DependencyKind::Dependent)
 }

@@ -1,37 +1,16 @@
 //! The model structure of a slave with its states: Outputs, Derivatives and InitialUnknowns with
 //! their dependencies (section 2.2.8).
 //!
-//! At a communication point the knowns are the inputs and the states, and [`Slave::dependency`] says
-//! what depends on what. In initialization mode they are the inputs and what has `initial="exact"`;
-//! there a table's row says what it depends on among the variables, and [`Slave::dependency`] the
-//! rest, and what follows from the resources (a feedthrough, say), which no table knows.
+//! At a communication point the knowns are the inputs and the states, and [`Slave::dependency`]
+//! returns the dependencies. In initialization mode the knowns are the inputs and the variables with
+//! `initial="exact"`. There a row of the table lists the variables that it depends on, and
+//! [`Slave::dependency`] adds the other dependencies, for example a feedthrough that is defined by the
+//! resources.
 
+use crate::slave::listed;
 use crate::{Known, Slave, Unknown, VariableId};
 use model_description as xml;
-use model_description::{Causality, DependencyKind, DependsOn, Initial, ModelDescription};
-
-/// What the table says of a dependency at a communication point; of states everything depends on
-/// everything.
-pub(crate) fn table_dependency<S: Slave>(
-    unknown: Unknown<S::Variable>,
-    known: Known<S::Variable>,
-) -> Option<DependencyKind> {
-    match (unknown, known) {
-        (Unknown::Variable(unknown), Known::Variable(known)) => {
-            listed(unknown.spec().depends_on, known)
-        }
-        _ => Some(DependencyKind::Dependent),
-    }
-}
-
-fn listed(depends_on: DependsOn, known: impl VariableId) -> Option<DependencyKind> {
-    let depends = match depends_on {
-        DependsOn::Nothing => false,
-        DependsOn::All => true,
-        DependsOn::On(names) => names.contains(&known.spec().name),
-    };
-    depends.then_some(DependencyKind::Dependent)
-}
+use model_description::{Causality, DependencyKind, Initial, ModelDescription};
 
 /// How an unknown depends on a known in initialization mode.
 pub(crate) fn depends_initially<S: Slave>(
@@ -47,13 +26,13 @@ pub(crate) fn depends_initially<S: Slave>(
     };
     match (unknown, known) {
         _ if of_table.is_some() => of_table,
-        // It is fixed before there is a state.
+        // A calculated parameter is fixed before the states are initialized.
         (Unknown::Variable(unknown), Known::State(_))
             if unknown.spec().causality == Causality::CalculatedParameter =>
         {
             None
         }
-        // The standard knows no other kinds here.
+        // The standard defines no other kinds in initialization mode.
         _ => match slave.dependency(unknown, known)? {
             DependencyKind::Constant => Some(DependencyKind::Constant),
             _ => Some(DependencyKind::Dependent),
@@ -61,14 +40,14 @@ pub(crate) fn depends_initially<S: Slave>(
     }
 }
 
-/// Makes the model structure of a description that has the table's variables and the states.
+/// Fills in the model structure of a description that has the table's variables and the states.
 pub(crate) fn structure<S: Slave>(
     slave: &S,
     settable: &[bool],
     description: &mut ModelDescription,
 ) {
     let rows = S::TABLE.variables;
-    // Indices count from 1: first the table, then states and derivatives by turns.
+    // Indices start at 1: first the table, then state and derivative alternately.
     let state_index = |state: usize| index(rows.len() + 2 * state);
     let derivative_index = |state: usize| index(rows.len() + 2 * state + 1);
     let variables = |wanted: &dyn Fn(&xml::VariableSpec) -> bool| -> Vec<_> {
@@ -119,12 +98,12 @@ pub(crate) fn structure<S: Slave>(
     description.initial_unknowns = of_table.chain(of_states).collect();
 }
 
-/// The index of the variable at that place.
+/// The index, from 1, of the variable at a position from 0.
 fn index(place: usize) -> u32 {
     u32::try_from(place + 1).unwrap_or(u32::MAX)
 }
 
-/// An unknown with the knowns that it depends on; with no list where it depends on all of them.
+/// An unknown with the knowns that it depends on.
 fn list<V: Copy>(
     index: u32,
     knowns: &[(u32, Known<V>)],
@@ -135,7 +114,7 @@ fn list<V: Copy>(
         .filter_map(|&(index, known)| dependency(known).map(|kind| (index, kind)))
         .collect();
     let (dependencies, kinds): (Vec<u32>, Vec<DependencyKind>) = found.into_iter().unzip();
-    // No kinds where there is nothing to have a kind: not every importer takes an empty list.
+    // Without dependencies the kinds are left out: some importers reject an empty list.
     let kinds = (!kinds.is_empty()).then_some(kinds);
     xml::Unknown { index, dependencies: Some(dependencies), kinds }
 }

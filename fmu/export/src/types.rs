@@ -6,9 +6,9 @@
 
 use std::ffi::{c_char, c_void};
 
-/// What `fmi2GetTypesPlatform` answers.
+/// The value that `fmi2GetTypesPlatform` returns.
 pub const TYPES_PLATFORM: &std::ffi::CStr = c"default";
-/// What `fmi2GetVersion` answers.
+/// The value that `fmi2GetVersion` returns.
 pub const VERSION: &std::ffi::CStr = c"2.0";
 
 /// `fmi2CoSimulation` of `fmi2Type`; 0 is model exchange.
@@ -23,15 +23,15 @@ pub const TERMINATED: i32 = 3;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(i32)]
 pub enum Status {
-    /// All well.
+    /// The call succeeded.
     Ok = 0,
-    /// Not quite right; the simulation can go on.
+    /// The call succeeded with a warning; the simulation can continue.
     Warning = 1,
-    /// There is no answer to this question.
+    /// The requested status does not exist.
     Discard = 2,
     /// The call failed; the instance is in the error state.
     Error = 3,
-    /// The instance is lost.
+    /// The instance is unusable.
     Fatal = 4,
 }
 
@@ -49,7 +49,7 @@ pub type LoggerFunction = unsafe extern "C" fn(
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
 pub struct CallbackFunctions {
-    /// Takes log messages.
+    /// Receives log messages.
     pub logger: Option<LoggerFunction>,
     /// Not used: `canNotUseMemoryManagementFunctions` is true.
     pub allocate_memory: Option<unsafe extern "C" fn(usize, usize) -> *mut c_void>,

@@ -1,13 +1,13 @@
-//! The resource location as importers spell it.
+//! The resource location in the spellings that importers use.
 //!
-//! RFC 8089 has `file:/p` and `file:///p`; seen as well: `file:////p` (FMU containers), unescaped
-//! spaces and UTF-8, a plain path without a scheme, and on Windows `file:///C:/p`, `file://C:/p`,
-//! `file:C:/p`, `file:////server/share/p`.
+//! RFC 8089 defines `file:/p` and `file:///p`. Importers also pass `file:////p` (FMU containers),
+//! unescaped spaces and UTF-8, a plain path without a scheme, and on Windows `file:///C:/p`,
+//! `file://C:/p`, `file:C:/p`, `file:////server/share/p`.
 
 use crate::ResourceError;
 use std::path::PathBuf;
 
-/// The folder a location means: the first candidate that exists, or else the first of all.
+/// The folder of a location: the first candidate that exists, else the first candidate.
 pub(crate) fn folder(location: &[u8]) -> Result<PathBuf, ResourceError> {
     let candidates = candidates(location, cfg!(windows)).map_err(|problem| {
         let location = String::from_utf8_lossy(location).into_owned();
@@ -29,12 +29,15 @@ fn path(bytes: Vec<u8>) -> PathBuf {
     String::from_utf8_lossy(&bytes).into_owned().into()
 }
 
-/// The paths a location may mean, the likeliest first: escapes decoded, then taken literally (a
+/// The possible paths of a location, the most likely first: with escapes decoded, then literally (a
 /// folder may be called `a%20b`, and not every importer escapes it). Never empty.
+///
+/// # Errors
+/// Why the location is not a path.
 pub fn candidates(location: &[u8], windows: bool) -> Result<Vec<Vec<u8>>, String> {
     let scheme = location.get(..5).filter(|scheme| scheme.eq_ignore_ascii_case(b"file:"));
     let path = match scheme {
-        None if contains(location, b"://") => return Err("is no file: URI".into()),
+        None if contains(location, b"://") => return Err("is not a file: URI".into()),
         None => {
             return if location.is_empty() {
                 Err("is empty".into())
@@ -56,7 +59,7 @@ fn contains(text: &[u8], part: &[u8]) -> bool {
     text.windows(part.len()).any(|window| window == part)
 }
 
-/// `//host/path` without its host where that is this machine.
+/// `//host/path` without its host if the host is this machine.
 fn strip_host(rest: &[u8], windows: bool) -> Result<Vec<u8>, String> {
     let Some(authority) = rest.strip_prefix(b"//") else { return Ok(rest.into()) };
     let end = authority.iter().position(|byte| *byte == b'/').unwrap_or(authority.len());
@@ -76,7 +79,7 @@ fn is_drive(text: &[u8]) -> bool {
     matches!(text, [letter, b':' | b'|'] if letter.is_ascii_alphabetic())
 }
 
-/// Leading slashes as the system has them: none before a drive, two before a server, one else.
+/// The leading slashes of the system's paths: none before a drive, two before a server, else one.
 fn local(path: &[u8], windows: bool) -> Vec<u8> {
     let slashes = path.iter().take_while(|byte| **byte == b'/').count();
     let bare = &path[slashes..];
@@ -92,7 +95,7 @@ fn local(path: &[u8], windows: bool) -> Vec<u8> {
     path[slashes - keep..].into()
 }
 
-/// Decodes `%20` and its like; a `%` without two hexadecimal digits after it stays.
+/// Decodes escapes such as `%20`; a `%` that two hexadecimal digits do not follow is kept.
 fn decode(text: &[u8]) -> Vec<u8> {
     let digit = |byte: Option<&u8>| byte.and_then(|byte| char::from(*byte).to_digit(16));
     let mut decoded = Vec::with_capacity(text.len());

@@ -1,12 +1,12 @@
-//! The macro that a variable table is written in.
+//! The macro that declares a variable table.
 
-/// Makes an enum of variables and the [`Table`](crate::model_description::Table) behind it, `Enum::TABLE`,
-/// from one list.
+/// Declares an enum of variables and its [`Table`](crate::model_description::Table), `Enum::TABLE`, from
+/// one list.
 ///
 /// A row is `Variant = reference, type "name", causality, variability, .setter(…)…;`. The types are `real`,
 /// `integer`, `boolean` and `string`, the setters those of
-/// [`VariableSpec`](crate::model_description::VariableSpec). Rows that FMI 2.0 forbids, and value references
-/// or names used twice, do not compile. The version of the FMU is that of the calling package.
+/// [`VariableSpec`](crate::model_description::VariableSpec). Rows that FMI 2.0 forbids and duplicate value
+/// references or names do not compile. The version of the FMU is that of the calling package.
 ///
 /// ```
 /// use fmi2_export::model_description::DependsOn::Nothing;
@@ -72,7 +72,7 @@ macro_rules! variables {
 
             #[inline]
             fn spec(self) -> &'static $crate::model_description::VariableSpec {
-                /// The row of a reference: every variant has one, in the order of the list.
+                /// The row of a reference; every variant has one.
                 const fn row(reference: u32) -> usize {
                     const INDEX: &[u32] = &[$($reference),*];
                     let mut row = 0;
@@ -81,7 +81,7 @@ macro_rules! variables {
                     }
                     row
                 }
-                // Found while compiling: each call of the FMU passes here.
+                // Evaluated at compile time, since every call of the FMU needs it.
                 let row = match self {
                     $(Self::$variant => const { row($reference) }),*
                 };

@@ -1,4 +1,4 @@
-//! What the layer allocates: nothing while it steps, and nothing that it does not give back.
+//! The layer's allocations: none during steps, and all memory is freed.
 #![allow(clippy::unwrap_used)] // helpers of tests are not seen as tests
 
 use fmi2_export::{Resources, boundary as c};
@@ -12,7 +12,7 @@ use std::ptr::{null, null_mut};
 mod integrator;
 
 thread_local! {
-    /// Allocations made by this thread, and bytes it has not given back.
+    /// Number of allocations of this thread, and bytes that it has not freed.
     static COUNT: Cell<(u64, isize)> = const { Cell::new((0, 0)) };
 }
 
@@ -23,7 +23,7 @@ fn count(allocations: u64, bytes: isize) {
     COUNT.set((made + allocations, live + bytes));
 }
 
-// SAFETY: the system's allocator, and a count that allocates nothing.
+// SAFETY: the system's allocator and a counter that does not allocate.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         count(1, layout.size() as isize);
@@ -78,7 +78,7 @@ fn stepping_allocates_nothing() {
 }
 
 #[test]
-fn every_byte_comes_back() {
+fn every_byte_is_freed() {
     let guid = guid();
     let cycle = || {
         let component = instantiate(&guid);
@@ -109,7 +109,7 @@ fn every_byte_comes_back() {
             );
         }
     };
-    // From the very first on: the library may be unloaded after it.
+    // From the first cycle on, since the library may be unloaded after it.
     let (_, live) = COUNT.get();
     (0..1000).for_each(|_| cycle());
     assert_eq!(COUNT.get().1, live);

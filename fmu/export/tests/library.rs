@@ -1,4 +1,4 @@
-//! A library made by the macro, loaded as an importer loads it.
+//! A library exported by the macro, loaded as by an importer.
 #![allow(clippy::unwrap_used)] // helpers of tests are not seen as tests
 
 use fmi2_export::calls::Call;
@@ -27,7 +27,7 @@ type DoStep = unsafe extern "C" fn(*mut c_void, f64, f64, i32) -> i32;
 type SetReal = unsafe extern "C" fn(*mut c_void, *const u32, usize, *const f64) -> i32;
 type GetReal = unsafe extern "C" fn(*mut c_void, *const u32, usize, *mut f64) -> i32;
 
-/// Cargo puts examples beside the tests, and builds them where it builds all tests.
+/// Cargo builds the examples with the tests, in the folder next to theirs.
 fn path() -> PathBuf {
     let mut path = std::env::current_exe().unwrap();
     path.pop();
@@ -66,7 +66,7 @@ fn initialize(library: &Library, component: *mut c_void) {
 }
 
 #[test]
-fn all_34_functions_are_there() {
+fn all_34_functions_are_exported() {
     let library = load();
     for call in Call::ALL {
         symbol::<*const c_void>(&library, call.name());
@@ -101,11 +101,11 @@ fn it_runs_and_survives_a_panic() {
     }
 }
 
-/// Nothing keeps the library, whether it panicked or not; each load starts afresh.
+/// The library is unloaded completely, with and without a panic; each load starts from new.
 #[test]
 #[cfg(target_os = "linux")]
 fn it_is_unloaded_2000_times() {
-    // A copy of its own, for other tests have the library loaded.
+    // A separate copy, since other tests have the library loaded.
     let copy = tempfile::tempdir().unwrap();
     let file = copy.path().join("alone.so");
     std::fs::copy(path(), &file).unwrap();
@@ -139,7 +139,7 @@ fn it_is_unloaded_2000_times() {
     assert!(!mapped());
 }
 
-/// The description is written beside the tests, for importers to be tried on it by hand.
+/// The description is written next to the tests, to try importers by hand.
 #[test]
 fn its_description_has_no_faults() {
     let description = describe::<integrator::Integrator>(&Resources::default(), None).unwrap();

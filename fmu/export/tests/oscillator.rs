@@ -1,5 +1,5 @@
-//! The example with everything optional, loaded as an importer loads it: a state kept over an
-//! unload of the library, and A, B, C, D read from the outside.
+//! The example with all optional capabilities, loaded as by an importer: a state that is restored after
+//! the library was unloaded, and the matrices A, B, C, D from directional derivatives.
 #![allow(clippy::unwrap_used)] // helpers of tests are not seen as tests
 
 use fmi2_export::{Resources, derivative_reference, describe, state_reference};
@@ -48,14 +48,14 @@ const FORCE: u32 = 0;
 const MASS: u32 = 1;
 const POSITION: u32 = 3;
 
-/// The library and one instance in it, freed and unloaded together.
+/// The library and one instance of it, freed and unloaded together.
 struct Unit {
     library: Library,
     component: Component,
 }
 
 impl Unit {
-    /// Loads the library and makes an instance, at its first communication point.
+    /// Loads the library and initializes an instance.
     fn load() -> Self {
         let mut path = std::env::current_exe().unwrap();
         path.pop();
@@ -104,7 +104,7 @@ impl Unit {
         assert_eq!(status, 0);
     }
 
-    /// Steps with a force that is set and that grows; the bits of both states after each step.
+    /// Steps with a force and its derivative; returns the bits of both states after each step.
     fn run(&self, from: i32, count: i32) -> Vec<[u64; 2]> {
         let set = self.symbol::<SetReal>("fmi2SetReal");
         let grow = self.symbol::<Derivatives>("fmi2SetRealInputDerivatives");
@@ -126,7 +126,7 @@ impl Unit {
 impl Drop for Unit {
     fn drop(&mut self) {
         let free = self.symbol::<unsafe extern "C" fn(Component)>("fmi2FreeInstance");
-        // SAFETY: made by `load`, freed once.
+        // SAFETY: created by `load`, freed once.
         unsafe { free(self.component) };
     }
 }
@@ -186,16 +186,16 @@ fn the_linear_model_can_be_read() {
             assert!((got - need).abs() < 1e-8, "{known:x}: {got} instead of {need}");
         }
     }
-    // A parameter is no known at a communication point.
+    // A parameter is not a known at a communication point.
     // SAFETY: as above.
     let status = unsafe { partial(unit.component, &POSITION, 1, &MASS, 1, &1.0, &mut 0.0) };
     assert_eq!(status, 3);
 }
 
-/// The force grows within the step, and the answer is exact: one step of 0.5 s against the solution
+/// A step with a force that is linear in time is exact: one step of 0.5 s compared with the solution
 /// for `F = t`, `x = t/4 − sin(2 t)/8 + cos(2 t)`.
 #[test]
-fn a_growing_force_is_met_exactly() {
+fn a_step_with_a_linear_force_is_exact() {
     let unit = Unit::load();
     let grow = unit.symbol::<Derivatives>("fmi2SetRealInputDerivatives");
     // SAFETY: a live instance, good arguments.
@@ -205,7 +205,7 @@ fn a_growing_force_is_met_exactly() {
     assert!((unit.get(POSITION) - exact).abs() < 1e-15);
 }
 
-/// The description is written beside the tests, for importers to be tried on it by hand.
+/// The description is written next to the tests, to try importers by hand.
 #[test]
 fn its_description_has_no_faults() {
     let description = describe::<Oscillator>(&Resources::default(), None).unwrap();

@@ -1,8 +1,8 @@
 //! The nonlinear vehicle against the linear bicycle and physics.
 #![allow(clippy::unwrap_used)]
 
-use proptest::prelude::*;
 use models::{BicyclePlant, Error, NonlinearParameters, NonlinearVehicle};
+use proptest::prelude::*;
 
 const GRAVITY: f64 = 9.81;
 

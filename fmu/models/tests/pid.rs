@@ -1,8 +1,8 @@
 //! The PID against the textbook's positional form, and its properties.
 
+use models::{Pid, PidInput, PidParameters};
 use proptest::prelude::*;
 use std::f64::consts::PI;
-use models::{Pid, PidInput, PidParameters};
 
 const UNLIMITED: f64 = 1e9;
 

@@ -96,9 +96,8 @@ impl Slave for BicyclePlant {
     fn open(resources: &Resources) -> Result<Self, String> {
         let bicycle = optional::<formats::Bicycle>(resources, "bicycle.json")?;
         let vehicle = bicycle.map(|b| b.vehicle);
-        let parameters = vehicle
-            .as_ref()
-            .map_or_else(BicycleParameters::default, loading::bicycle_parameters);
+        let parameters =
+            vehicle.as_ref().map_or_else(BicycleParameters::default, loading::bicycle_parameters);
         let mut plant = models::BicyclePlant::new(parameters)
             .map_err(|e| format!("bicycle.json: {e}; hint: {}", e.hint()))?;
         if let Some(vehicle) = vehicle {

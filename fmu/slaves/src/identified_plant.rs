@@ -8,9 +8,9 @@ use crate::start::with_start_values;
 use crate::tables::identified_plant::Variable;
 use fmi2_export::{Capabilities, Known, Log, Resources, Slave, StateSpec, Unknown};
 use model_description::{DependencyKind, Table, Value};
-use std::sync::Arc;
 use models::sensitivity::{self, Factor};
 use models::{InputKind, SavedIdentifiedPlant};
+use std::sync::Arc;
 
 /// The lateral dynamics identified from a drive (eq 6–7), with yaw and position.
 #[derive(Debug, Clone)]

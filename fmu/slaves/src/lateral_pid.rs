@@ -7,8 +7,8 @@ use crate::start::with_start_values;
 use crate::tables::lateral_pid::Variable;
 use fmi2_export::{Capabilities, Log, Resources, Slave};
 use model_description::{Table, Value};
-use serde::{Deserialize, Serialize};
 use models::{Pid, PidInput, PidOutput, PidParameters, Ticks};
+use serde::{Deserialize, Serialize};
 
 /// Most ticks in one step: ten hours at 100 Hz. A longer step is a slip of the importer, which
 /// gets an error instead of a long wait.
@@ -73,8 +73,7 @@ impl Slave for LateralPid {
 
     fn open(resources: &Resources) -> Result<Self, String> {
         let file = optional::<formats::Pid>(resources, "pid.json")?;
-        let parameters =
-            file.as_ref().map_or_else(PidParameters::default, loading::pid_parameters);
+        let parameters = file.as_ref().map_or_else(PidParameters::default, loading::pid_parameters);
         let inputs = Inputs {
             pid: PidInput {
                 yaw_reference: 0.0,

@@ -102,9 +102,8 @@ impl Slave for NonlinearVehicle {
 
     fn open(resources: &Resources) -> Result<Self, String> {
         let file = optional::<formats::Vehicle>(resources, "vehicle.json")?;
-        let parameters = file
-            .as_ref()
-            .map_or_else(NonlinearParameters::default, loading::nonlinear_parameters);
+        let parameters =
+            file.as_ref().map_or_else(NonlinearParameters::default, loading::nonlinear_parameters);
         let mut vehicle = models::NonlinearVehicle::new(parameters)
             .map_err(|e| format!("vehicle.json: {e}; hint: {}", e.hint()))?;
         if let Some(file) = file {

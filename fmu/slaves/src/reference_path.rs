@@ -7,9 +7,9 @@ use crate::start::with_start_values;
 use crate::tables::reference_path::Variable;
 use fmi2_export::{Capabilities, Log, Resources, Slave};
 use model_description::{Table, Value};
+use models::{GuidanceParameters, PathFollower, PathOutput};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
-use models::{GuidanceParameters, PathFollower, PathOutput};
 
 /// A reference road and the guidance along it.
 #[derive(Debug, Clone)]

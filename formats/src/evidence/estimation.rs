@@ -1,32 +1,32 @@
-//! What was found of the data before a model was made of them.
+//! Properties of the data, determined before the model is estimated.
 
 use serde::{Deserialize, Serialize};
 
-/// How the recorded windows were reduced to one triangular factor.
+/// The reduction of the recorded windows to one R factor.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DataFactor {
-    /// The way that the condition allowed.
+    /// The method, chosen by the condition.
     pub method: FactorMethod,
-    /// Estimated condition of the windows, scaled to equal size; absent where it is infinite, as with
+    /// Estimated condition number of the windows, scaled to equal size; absent if it is infinite, as for
     /// data without noise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub condition: Option<f64>,
-    /// The same of the input's windows alone, at the requested horizon: beyond 1e12 it is reported not to
-    /// excite them.
+    /// The same for the windows of the input only, at the requested horizon: beyond 1e12 the input is
+    /// reported as not exciting them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub input_condition: Option<f64>,
     /// Requested block rows; with an automatic horizon, the longest that was tried.
     pub asked_horizon: usize,
-    /// Block rows that the input excites: fewer than requested where it does not excite those.
+    /// Block rows that the input excites, at most those requested.
     pub horizon: usize,
 }
 
-/// A way to the triangular factor.
+/// A method to compute the R factor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum FactorMethod {
-    /// Cholesky factor of the Gram matrix, for conditions that bear being squared.
+    /// Cholesky factor of the Gram matrix, for condition numbers whose square is small enough.
     Gram,
     /// QR factorisation of the windows.
     Qr,
@@ -36,17 +36,16 @@ pub enum FactorMethod {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DelayEstimate {
-    /// Delay of the best model that has one, s.
+    /// Delay of the best model with a delay, s.
     pub estimate_s: f64,
-    /// Its standard error, s: noise, how models of different orders differ, and what a lag can stand
-    /// for; absent where the data do not determine it.
+    /// Its standard error, s, from noise, the spread over model orders, and the ambiguity with a lag;
+    /// absent if the data do not determine it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub standard_error_s: Option<f64>,
-    /// Fastest time constant of the best model without a delay, s: the lag in whose place it stands.
+    /// Fastest time constant of the best model without a delay, s: the lag that the delay replaces.
     pub lag_without_s: f64,
-    /// By how much the Bayesian information criterion prefers the delay to lags; a delay below 6 is
-    /// not taken.
+    /// Difference in BIC by which the delay is preferred to lags; below 6 the delay is not used.
     pub evidence: f64,
-    /// Whether it was taken for the plant's.
+    /// Whether it is used as the delay of the plant.
     pub taken: bool,
 }

@@ -12,14 +12,14 @@ pub struct Excitation {
     pub yaw_rate_std_radps: f64,
     /// Standard deviation of the innovation over that of the yaw rate.
     pub noise_to_signal: f64,
-    /// Largest frequency below which the coherence stays above 0.5, Hz; 0 where it never does.
+    /// Largest frequency below which the coherence stays above 0.5, Hz; 0 if it never does.
     pub informative_up_to_hz: f64,
     /// Coherence of steering and yaw rate.
     pub coherence: Vec<CoherencePoint>,
     /// Information in the log by bands of frequency.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bands: Vec<ExcitationBand>,
-    /// Of how high an order the input is persistently exciting.
+    /// The order of persistent excitation of the input.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub persistence: Option<Persistence>,
     /// Largest angle steered to either side of the mean, rad, in steering coordinates.
@@ -30,16 +30,16 @@ pub struct Excitation {
     pub largest_steering_rate_radps: Option<f64>,
 }
 
-/// The time over which a rate of steering is read, s: a difference of neighbouring samples is mostly
-/// the sensor's noise.
+/// The time over which a rate of steering is computed, s: the difference of neighbouring samples is
+/// mostly sensor noise.
 const RATE_OVER_S: f64 = 0.1;
-/// Share of the rates that are no more than the fastest: single spikes of a sensor are none.
+/// The percentile that is used as the largest rate, so that single spikes of a sensor do not count.
 const FASTEST_SHARE: f64 = 0.999;
 
 impl Excitation {
-    /// How fast a signal moves, in its unit per second: the 99.9th percentile of its mean rate over a
-    /// tenth of a second, which a few spikes of a sensor do not change. Of less than 1000 samples it is
-    /// the largest.
+    /// The rate of a signal, in its unit per second: the 99.9th percentile of its mean rate over a tenth
+    /// of a second, which a few spikes of a sensor do not change. With less than 1000 samples it is the
+    /// largest.
     #[must_use]
     pub fn largest_rate(signal: &[f64], sample_time_s: f64) -> f64 {
         let apart = ((RATE_OVER_S / sample_time_s).round() as usize).max(1);
@@ -51,7 +51,7 @@ impl Excitation {
         rates.get(most.saturating_sub(1)).copied().unwrap_or(0.0)
     }
 
-    /// The frequency from which on no band has information, Hz; `None` where the highest has some.
+    /// The frequency above which no band has information, Hz; `None` if the highest has some.
     #[must_use]
     pub fn silent_from_hz(&self) -> Option<f64> {
         let silent = |b: &&ExcitationBand| b.information == Information::None;
@@ -86,7 +86,7 @@ pub struct ExcitationBand {
     /// Standard error of the band's gain from the spectra alone, over that gain: it falls
     /// with the square root of the time recorded, and as the steering grows.
     pub relative_error: f64,
-    /// What that means.
+    /// The conclusion.
     pub information: Information,
 }
 
@@ -108,7 +108,7 @@ pub enum Information {
 pub struct Persistence {
     /// Largest order found.
     pub order: usize,
-    /// Largest order tried; the order may be higher where both are equal.
+    /// Largest order tried; the order may be higher if both are equal.
     pub tried: usize,
 }
 
@@ -129,17 +129,16 @@ pub struct FrequencyResponse {
     pub compared: usize,
     /// Share of these at which the model lies within the band.
     pub within: f64,
-    /// The model against the measured response in bands of frequency where the log is coherent.
+    /// The model compared with the measured response, in frequency bands in which the log is coherent.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bands: Vec<BandDeparture>,
-    /// For the plot: each frequency at the low end, where they are closer on a logarithmic axis than
-    /// can be seen, some.
+    /// For the plot: all low frequencies, and a selection of the high ones, which are close together on
+    /// a logarithmic axis.
     pub points: Vec<ResponsePoint>,
 }
 
-/// By how much the model departs from the measured response over a band: the complex factor from its
-/// simulation to the measured yaw rate, all frequencies of the band together, weighted by the power
-/// of the simulation.
+/// The model error in a band: the complex factor from the simulated to the measured yaw rate, over all
+/// frequencies of the band, weighted by the power of the simulation.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BandDeparture {
@@ -149,12 +148,12 @@ pub struct BandDeparture {
     pub to_hz: f64,
     /// The model's gain over the measured one.
     pub gain_ratio: f64,
-    /// The model's phase less the measured one, rad; positive where the model is ahead.
+    /// The model's phase minus the measured one, rad; positive if the model leads.
     pub phase_ahead_rad: f64,
     /// Standard error of the gain ratio over itself, and of the phase in rad.
     pub standard_error: f64,
-    /// Share of the measured response that the model misses or makes up, |model − measured|/|measured|,
-    /// less twice its standard error; 0 where that is all.
+    /// The relative model error, |model − measured|/|measured|, minus twice its standard error; 0 if it
+    /// is within twice the standard error.
     pub departure: f64,
 }
 

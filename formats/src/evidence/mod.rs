@@ -52,14 +52,14 @@ pub struct Evidence {
     /// Prediction of the validation data.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub held_out: Option<HeldOut>,
-    /// Play of the steering; absent where the data do not show any.
+    /// Play of the steering; absent if the data do not show any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub play: Option<SteeringPlay>,
-    /// By how much the yaw rate comes before the steering that causes it, s; absent where it does not.
+    /// Lead of the yaw rate before the steering that causes it, s; absent if it does not lead.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub yaw_rate_lead_s: Option<f64>,
-    /// By how much the steering can be delayed and still explain the yaw rate, s; absent where the data
-    /// do not show it.
+    /// Delay of the steering up to which it still explains the yaw rate, s; absent if the data do not
+    /// show it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub yaw_rate_lag_s: Option<f64>,
     /// The residuals lag by lag.
@@ -71,15 +71,15 @@ pub struct Evidence {
     /// Poles and zeros.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub poles_and_zeros: Option<PoleZeroMap>,
-    /// Largest eigenvalue modulus of A before stability was enforced, where it was.
+    /// Largest eigenvalue modulus of A before stability was enforced; absent if it was stable.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stabilised_from: Option<f64>,
     /// Relative error ‖exp(F·T) − A‖/‖A‖ and the same for B, the larger (eq 9–10).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub conversion_round_trip: Option<f64>,
-    /// What was read from the log, after resampling.
+    /// The channels of the log, after resampling.
     pub channels: Vec<ChannelSummary>,
-    /// What the reader of the log and the identification warned of.
+    /// Warnings of the log reader and of the identification.
     pub warnings: Vec<String>,
 }
 
@@ -102,8 +102,8 @@ pub struct Fits {
 pub struct OrderRow {
     /// Order n.
     pub order: usize,
-    /// The n-th singular value with the method and horizon of the chosen model, whichever this order's
-    /// own are; absent where there are not as many.
+    /// The n-th singular value, with the method and horizon of the chosen model for all orders; absent if
+    /// there are fewer.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub singular_value: Option<f64>,
     /// Simulation fit on the estimation data, percent.
@@ -112,20 +112,20 @@ pub struct OrderRow {
     pub validation_fit: f64,
     /// Whether the model was stable as estimated.
     pub stable: bool,
-    /// Schwarz's criterion on the estimation data; the order of least criterion is chosen.
+    /// BIC on the estimation data; the order with the smallest BIC is chosen.
     #[serde(default)]
     pub criterion: f64,
 }
 
-/// What a channel does between its samples (the terms of the field, as MATLAB's `InterSample`).
+/// The behaviour of a channel between its samples (the terms of MATLAB's `InterSample`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Intersample {
-    /// Zero-order hold: it stays as it is until the next sample, as a command does.
+    /// Zero-order hold: constant until the next sample, like a command.
     Zoh,
-    /// First-order hold: it moves along straight lines.
+    /// First-order hold: linear interpolation.
     Foh,
-    /// Band-limited: samples of a continuous signal, as those of a sensor.
+    /// Band-limited: samples of a continuous signal, like those of a sensor.
     Bl,
 }
 
@@ -144,7 +144,7 @@ impl Intersample {
     }
 }
 
-/// What was read from one channel.
+/// The summary of one channel.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ChannelSummary {
@@ -159,23 +159,23 @@ pub struct ChannelSummary {
     /// Median sample rate of the channel's clock, Hz; of a sensor whose values repeat over several rows, the
     /// rate at which it was updated.
     pub rate_hz: f64,
-    /// What it is taken to do between its samples; absent in files of earlier versions.
+    /// The assumed behaviour between its samples; absent in files of earlier versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub intersample: Option<Intersample>,
-    /// Least value, SI.
+    /// Smallest value, SI.
     pub min: f64,
     /// Mean, SI.
     pub mean: f64,
     /// Largest value, SI.
     pub max: f64,
-    /// Step that all values are multiples of, SI; absent where there is none.
+    /// Step of which all values are multiples, SI; absent if there is none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub resolution: Option<f64>,
-    /// Instants of single spikes and dropouts, which were taken for missing, s.
+    /// Instants of single spikes and dropouts, which are treated as missing, s.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub spikes_s: Vec<f64>,
     /// First and last instants at which the channel was frozen while the vehicle was steered, s;
-    /// these samples were taken for missing.
+    /// these samples are treated as missing.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub frozen_s: Vec<[f64; 2]>,
 }

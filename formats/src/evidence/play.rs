@@ -1,4 +1,4 @@
-//! Play (lash) of the steering, and what it does in a loop.
+//! Play (lash) of the steering, and its effect in a loop.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,7 +10,7 @@ pub struct SteeringPlay {
     pub road_wheel_rad: f64,
     /// Its standard error, rad.
     pub standard_error_rad: f64,
-    /// What a typical loop about the plant does with it; absent where no limit cycle is expected.
+    /// The limit cycle of a typical loop about the plant; absent if none is expected.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limit_cycle: Option<LimitCycle>,
 }

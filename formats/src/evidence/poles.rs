@@ -14,7 +14,7 @@ pub struct PoleZeroMap {
     /// those of the discrete model that come from sampling alone are not among them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub continuous_zeros: Vec<[f64; 2]>,
-    /// How uncertain each of these is, in the same order; empty where that is not known.
+    /// Their covariances, in the same order; empty if unknown.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub continuous_zero_spreads: Vec<Spread>,
 }
@@ -37,7 +37,7 @@ pub struct Spread {
 pub struct Mode {
     /// z, (real, imaginary).
     pub discrete: [f64; 2],
-    /// How uncertain z is; absent where that is not known.
+    /// The covariance of z; absent if unknown.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spread: Option<Spread>,
     /// s, rad/s, (real, imaginary); absent for z = 0.
@@ -49,7 +49,7 @@ pub struct Mode {
     /// −Re s/|s|.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub damping: Option<f64>,
-    /// −1/Re s, s; absent where it does not decay.
+    /// −1/Re s, s; absent if it does not decay.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub time_constant_s: Option<f64>,
 }

@@ -1,4 +1,4 @@
-//! What a model leaves unexplained.
+//! The residuals of a model on validation data.
 
 use serde::{Deserialize, Serialize};
 
@@ -16,7 +16,7 @@ pub struct ResidualTest {
     pub pass: bool,
 }
 
-/// How the model predicts what it was not estimated on.
+/// The predictions of the model on validation data.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HeldOut {
@@ -24,7 +24,7 @@ pub struct HeldOut {
     /// jackknife); absent where they are too short.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fit_standard_error: Option<f64>,
-    /// Blocks of time it comes from.
+    /// Number of blocks of time behind it.
     pub blocks: usize,
     /// How the validation data were chosen: `end` of the log, `excited-blocks` where the end is not
     /// excited, `windows` of accumulated drives.
@@ -65,13 +65,13 @@ pub struct PredictionFit {
 pub struct ResidualCorrelation {
     /// Autocorrelation at lags 1, 2, …
     pub autocorrelation: Vec<f64>,
-    /// What each stays within, up to its sign, with a probability of 99 % for white residuals.
+    /// Bound on their absolute values with a probability of 99 % for white residuals.
     pub autocorrelation_bound: f64,
     /// Correlation of the input at t and the residual at t + k, k from −n to n.
     pub with_input: Vec<f64>,
-    /// What each stays within, up to its sign, with a probability of 99 % where they are unrelated.
+    /// Bound on their absolute values with a probability of 99 % if input and residuals are uncorrelated.
     pub with_input_bound: f64,
-    /// Whether past residuals explain a part of the input, as where a driver corrects what he sees:
-    /// passed where they do not.
+    /// Test for feedback: whether past residuals explain a part of the input, as with a driver who
+    /// corrects deviations. Passed if they do not.
     pub feedback: ResidualTest,
 }

@@ -37,7 +37,10 @@ impl Check<'_> {
                 _ => None,
             };
             if let Some(other) = other {
-                let message = format!("shares a value that can be set with `{}`", other.name);
+                let message = format!(
+                    "has the same value reference as `{}`, and both can be set",
+                    other.name
+                );
                 self.report("alias-both-settable", place, message);
             } else if v.start.is_some()
                 && !constant
@@ -49,10 +52,12 @@ impl Check<'_> {
             if std::ptr::eq(v, first) {
                 // Nothing before it.
             } else if constant != (first.variability == Variability::Constant) {
-                let message = format!("only one of it and its alias `{}` is constant", first.name);
+                let message =
+                    format!("either it or its alias `{}` is constant, but not both", first.name);
                 self.report("alias-constant", place, message);
             } else if constant && v.start != first.start {
-                let message = format!("its alias `{}` is constant at another value", first.name);
+                let message =
+                    format!("its alias `{}` is a constant with another value", first.name);
                 self.report("alias-constant", place, message);
             }
             if v.unit != first.unit && other.is_none() {

@@ -15,11 +15,11 @@ impl Check<'_> {
             if name.is_empty() {
                 self.report("name-empty", place, "the name is empty".into());
             } else if name.contains(['\r', '\n', '\t']) {
-                let message = "the name has a line end or a tab".into();
+                let message = "the name has a line break or a tab".into();
                 self.report("name-characters", place, message);
             } else if structured {
                 if !is_structured(name) {
-                    let message = format!("\"{name}\" is no structured name");
+                    let message = format!("\"{name}\" is not a structured name");
                     self.report("name-structured", place, message);
                 } else if let Some((array, indices)) = element(name) {
                     let last = arrays.insert(array, (position, indices.clone()));
@@ -27,7 +27,7 @@ impl Check<'_> {
                         && (before + 1 != position || last >= indices)
                     {
                         let other = &description.variables[before].name;
-                        let message = format!("does not come next after `{other}` of its array");
+                        let message = format!("does not directly follow `{other}` of its array");
                         self.report("array-order", place, message);
                     }
                 }

@@ -58,19 +58,19 @@ impl Check<'_> {
                 self.report("structure-twice", place, format!("stands twice under {list}"));
             }
             let Some(v) = description.variable_at(unknown.index) else {
-                let message = format!("index {} is no variable", unknown.index);
+                let message = format!("index {} is not a variable", unknown.index);
                 self.report("structure-index", place, message);
                 continue;
             };
             if v.derivative.is_none() {
-                let message = "is under Derivatives and has no attribute derivative".into();
+                let message = "is listed under Derivatives but has no attribute derivative".into();
                 self.report("derivatives-attribute", place, message);
             }
             let state = v.derivative.and_then(|index| description.variable_at(index));
             let continuous =
                 |v: &Variable| v.kind == Kind::Real && v.variability == Variability::Continuous;
             if !continuous(v) || state.is_some_and(|state| !continuous(state)) {
-                let message = "a state or its derivative is no continuous Real".into();
+                let message = "a state or its derivative is not a continuous Real".into();
                 self.report("state-not-continuous", place, message);
             }
             if let Some(state) = state
@@ -92,15 +92,15 @@ impl Check<'_> {
             if !listed.insert(index) {
                 self.report("structure-twice", place, format!("stands twice under {list}"));
             } else if description.variable_at(index).is_none() {
-                self.report("structure-index", place, format!("index {index} is no variable"));
+                self.report("structure-index", place, format!("index {index} is not a variable"));
             } else if need.binary_search(&index).is_err() {
-                let message = format!("index {index} has no place under {list}");
+                let message = format!("index {index} is not allowed under {list}");
                 self.report("structure-extra", place, message);
             }
         }
         for index in need.iter().filter(|index| !listed.contains(index)) {
             let place = Place::Variable(*index as usize - 1);
-            self.report("structure-missing", place, format!("is not under {list}"));
+            self.report("structure-missing", place, format!("is not listed under {list}"));
         }
     }
 
@@ -110,16 +110,19 @@ impl Check<'_> {
             || description.co_simulation.as_ref().is_none_or(|c| c.provides_directional_derivative);
         if let Some(dependencies) = &unknown.dependencies {
             if !dependencies.is_sorted_by(|a, b| a < b) {
-                let message = format!("its dependencies under {list} do not ascend");
+                let message = format!("its dependencies under {list} are not in ascending order");
                 self.report("dependencies-order", place, message);
             }
             for &index in dependencies {
                 let known = description.variable_at(index);
                 if known.is_none() {
-                    let message = format!("depends under {list} on index {index}, which is none");
+                    let message =
+                        format!("depends under {list} on index {index}, which is not a variable");
                     self.report("dependency-unknown", place, message);
                 } else if known.is_some_and(|v| !is_known(v, list, self.states.contains(&index))) {
-                    let message = format!("depends under {list} on index {index}, no known there");
+                    let message = format!(
+                        "depends under {list} on index {index}, which is not a known there"
+                    );
                     self.report("dependency-no-known", place, message);
                 } else if list != List::InitialUnknowns
                     && !states_count
@@ -148,12 +151,12 @@ impl Check<'_> {
                 matches!(kind, DependencyKind::Dependent | DependencyKind::Constant)
             };
             if list == List::InitialUnknowns && !kinds.iter().all(plain) {
-                let message = "InitialUnknowns take only the kinds dependent and constant".into();
+                let message = "InitialUnknowns allow only the kinds dependent and constant".into();
                 self.report("dependencies-kind", place, message);
             }
             let real = description.variable_at(unknown.index).is_some_and(|v| v.kind == Kind::Real);
             if !real && kinds.iter().any(|kind| *kind != DependencyKind::Dependent) {
-                let message = "only Real unknowns take kinds other than dependent".into();
+                let message = "only Real unknowns allow kinds other than dependent".into();
                 self.report("dependencies-kind", place, message);
             }
         }

@@ -1,6 +1,6 @@
-//! The smallest checker: `check FMU…` tells the findings, of the running binary too.
+//! A minimal checker: `check FMU…` prints the findings, including those of the running binary.
 //!
-//! `check --run-child JOURNAL FMU` is what it calls itself with.
+//! `check --run-child JOURNAL FMU` is the command of its child process.
 
 use checker::run::{self, Bounds, Command};
 use std::path::Path;

@@ -1,5 +1,5 @@
-//! The binaries, looked at without being loaded: format, architecture, exported functions, and what
-//! they need of the machine they run on.
+//! Static checks of the binaries: format, architecture, exported functions, and dependencies on the
+//! machine that runs them.
 
 use crate::archive::Contents;
 use crate::finding::{Findings, Location};
@@ -62,7 +62,7 @@ const MODEL_EXCHANGE: &[&str] = &[
     "fmi2GetNominalsOfContinuousStates",
 ];
 
-/// Libraries that every machine of a platform has; the beginning of the name decides.
+/// Libraries that every machine of a platform has, by the beginning of their names.
 const SYSTEM: &[&str] = &[
     "libc.so",
     "libm.so",
@@ -93,12 +93,12 @@ const SYSTEM: &[&str] = &[
     "version.dll",
 ];
 
-/// The platform that a folder of `binaries/` names.
+/// The platform of a folder of `binaries/`.
 pub(crate) fn platform(folder: &str) -> Option<&'static Platform> {
     PLATFORMS.iter().find(|platform| platform.folder == folder)
 }
 
-/// Checks the libraries that the description names.
+/// Checks the libraries of the description's model identifier.
 pub(crate) fn check(
     contents: &Contents<'_>,
     description: Option<&ModelDescription>,
@@ -130,7 +130,7 @@ pub(crate) fn check(
         if !missing.is_empty() {
             let prefixed = format!("{identifier}_{}", missing[0]);
             let why = if library.functions.contains(&prefixed) {
-                "; they carry the prefix that is for sources and static libraries"
+                "; they have the prefix that is only for sources and static libraries"
             } else {
                 ""
             };
@@ -143,10 +143,10 @@ pub(crate) fn check(
             .needs
             .iter()
             .map(String::as_str)
-            .filter(|library| !is_at_hand(library, platform, contents))
+            .filter(|library| !is_available(library, platform, contents))
             .collect();
         if !foreign.is_empty() && !documented {
-            let message = format!("needs {}, which is documented nowhere", foreign.join(", "));
+            let message = format!("needs {}, which is not documented", foreign.join(", "));
             findings.add("binary-dependencies", place(), message);
         }
         if !library.needs.is_empty() {
@@ -156,28 +156,28 @@ pub(crate) fn check(
             findings.add("binary-glibc", place(), format!("needs glibc {major}.{minor}"));
         }
         if let Some(path) = build_path(&bytes) {
-            let message = format!("holds paths of the machine it was built on, such as {path:?}");
+            let message = format!("contains paths of the build machine, such as {path:?}");
             findings.add("binary-build-path", place(), message);
         }
     }
 }
 
-/// Whether a library is the system's or in the folder of the binary.
-fn is_at_hand(library: &str, platform: &Platform, contents: &Contents<'_>) -> bool {
+/// Whether a library belongs to the system or is in the folder of the binary.
+fn is_available(library: &str, platform: &Platform, contents: &Contents<'_>) -> bool {
     let lower = library.to_lowercase();
     let file = library.rsplit('/').next().unwrap_or(library);
     SYSTEM.iter().any(|known| lower.starts_with(known))
         || contents.has(&format!("binaries/{}/{file}", platform.folder))
 }
 
-/// What is read of a shared library.
+/// The exports and dependencies of a shared library.
 struct Library {
     functions: BTreeSet<String>,
     needs: Vec<String>,
 }
 
 impl Library {
-    /// Reads a library, of a universal one the part for the platform.
+    /// Reads a library; of a universal binary the part for the platform.
     fn read(bytes: &[u8], platform: &Platform) -> Result<Self, String> {
         let bytes = match MachOFatFile32::parse(bytes) {
             Ok(fat) if platform.format == MachO => fat
@@ -190,7 +190,7 @@ impl Library {
             _ => bytes,
         };
         let file =
-            object::File::parse(bytes).map_err(|error| format!("it is no binary: {error}"))?;
+            object::File::parse(bytes).map_err(|error| format!("it is not a binary: {error}"))?;
         if file.format() != platform.format {
             return Err(format!("it is {:?}, not {:?}", file.format(), platform.format));
         }
@@ -199,14 +199,14 @@ impl Library {
             return Err(format!("it is for {got:?}, not {need:?}"));
         }
         if file.kind() != ObjectKind::Dynamic {
-            return Err(format!("it is no shared library but {:?}", file.kind()));
+            return Err(format!("it is not a shared library but {:?}", file.kind()));
         }
         let problem = |error: object::Error| format!("its tables cannot be read: {error}");
         let mut functions = BTreeSet::new();
         for export in file.exports().map_err(problem)? {
             if let NameOrOrdinal::Name(name) = export.map_err(problem)?.into_name() {
                 let name = String::from_utf8_lossy(&name).into_owned();
-                // C names have an underscore before them on macOS and on 32-bit Windows.
+                // On macOS C names begin with an underscore.
                 let plain = match platform.format {
                     MachO => name.strip_prefix('_').unwrap_or(&name).to_owned(),
                     _ => name,

@@ -1,8 +1,8 @@
-//! Why nothing could be checked.
+//! Why an archive cannot be checked.
 
 use std::path::PathBuf;
 
-/// Why nothing could be checked.
+/// Why an archive cannot be checked.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The file cannot be read.
@@ -13,24 +13,24 @@ pub enum Error {
         /// Why.
         source: std::io::Error,
     },
-    /// It is a folder.
+    /// The path is a folder.
     #[error("{} is a folder", path.display())]
     Folder {
         /// The folder.
         path: PathBuf,
     },
-    /// The file is larger than is read into memory.
+    /// The file is too large to be read into memory.
     #[error("{} has {got} bytes, more than {limit}", path.display())]
     TooLarge {
         /// The file.
         path: PathBuf,
-        /// Its size, bytes.
+        /// The size, bytes.
         got: u64,
         /// The largest size, bytes.
         limit: u64,
     },
     /// The process that exercises the binary cannot be started.
-    #[error("{}: the process that runs the FMU: {source}", path.display())]
+    #[error("{}: the process that runs the FMU cannot be started: {source}", path.display())]
     Child {
         /// The program.
         path: PathBuf,
@@ -40,14 +40,16 @@ pub enum Error {
 }
 
 impl Error {
-    /// What to do about it.
+    /// What the user can do.
     #[must_use]
     pub fn hint(&self) -> String {
         match self {
-            Self::Io { .. } => "check that the path is right and that you may read it",
-            Self::Folder { .. } => "give the .fmu file, not the folder it was unpacked to",
-            Self::TooLarge { .. } => "no ordinary FMU is that large",
-            Self::Child { .. } => "check that the program and the temporary folder may be used",
+            Self::Io { .. } => "check that the file exists and that you may read it",
+            Self::Folder { .. } => "pass the .fmu file, not the folder that it was unpacked to",
+            Self::TooLarge { .. } => "check the path: an ordinary FMU is smaller",
+            Self::Child { .. } => {
+                "check the permissions of the program and of the temporary folder"
+            }
         }
         .into()
     }

@@ -1,31 +1,9 @@
-//! The result of a check: findings, each with its rule, place and hint.
+//! The result of a check: findings, each with its rule, location and hint.
 
-use crate::rules::{Rule, rule};
+use crate::rules::{Rule, Severity, rule};
 use serde::Serialize;
 
-/// How much a finding weighs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Severity {
-    /// Information; no breach.
-    Note,
-    /// Against a recommendation of the standard, or sure to trouble importers.
-    Warning,
-    /// A breach of the standard.
-    Error,
-}
-
-impl std::fmt::Display for Severity {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Note => "note",
-            Self::Warning => "warning",
-            Self::Error => "error",
-        })
-    }
-}
-
-/// Where in the archive a finding is.
+/// The location of a finding in the archive.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]
 pub struct Location {
     /// The entry of the archive; `None` for the archive as a whole.
@@ -37,7 +15,7 @@ pub struct Location {
     /// Column in the line, in characters from 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub column: Option<u32>,
-    /// The XML element, with its name attribute where it has one.
+    /// The XML element, with its name attribute if it has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub element: Option<String>,
 }
@@ -72,19 +50,19 @@ impl std::fmt::Display for Location {
     }
 }
 
-/// One thing found.
+/// A violation of a rule, or information.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Finding {
     /// The rule's name, stable for scripts; see [`crate::RULES`].
     pub rule: &'static str,
-    /// How much it weighs.
+    /// Its severity.
     pub severity: Severity,
     /// Section of the FMI 2.0.5 text.
     pub section: &'static str,
-    /// Where.
+    /// The location in the archive.
     #[serde(flatten)]
     pub location: Location,
-    /// What is wrong.
+    /// The problem.
     pub message: String,
     /// What to do about it.
     pub hint: &'static str,
@@ -105,16 +83,16 @@ impl std::fmt::Display for Finding {
     }
 }
 
-/// Everything found in one archive.
+/// All findings of one archive.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Report {
-    /// What the archive was called.
+    /// The file name of the archive.
     pub archive: String,
     /// Number of errors.
     pub errors: usize,
     /// Number of warnings.
     pub warnings: usize,
-    /// The findings, in the order of archive, description, binaries and run.
+    /// The findings of the archive, the description, the binaries and the run, in this order.
     pub findings: Vec<Finding>,
 }
 
@@ -136,22 +114,22 @@ impl Report {
         (self.errors, self.warnings) = (count(Severity::Error), count(Severity::Warning));
     }
 
-    /// Whether no rule is broken: warnings and notes do not count.
+    /// Whether there are no errors; warnings and notes do not count.
     #[must_use]
     pub fn is_clean(&self) -> bool {
         self.errors == 0
     }
 }
 
-/// Findings being collected; a rule that is broken everywhere does not drown the others.
+/// Collects findings, with a limit for each rule.
 #[derive(Debug, Default)]
 pub(crate) struct Findings {
     list: Vec<Finding>,
     counts: std::collections::BTreeMap<&'static str, usize>,
 }
 
-/// Findings of one rule that are reported one by one.
-const OF_ONE_RULE: usize = 100;
+/// The largest number of findings that are listed for one rule.
+const LISTED_PER_RULE: usize = 100;
 
 impl Findings {
     pub(crate) fn add(
@@ -163,7 +141,7 @@ impl Findings {
         self.add_at(rule, || location, message);
     }
 
-    /// Adds a finding whose place takes time to find, such as a line in a long text.
+    /// Adds a finding whose location is expensive to compute, such as a line of a long text.
     pub(crate) fn add_at(
         &mut self,
         rule: &'static str,
@@ -172,7 +150,7 @@ impl Findings {
     ) {
         let count = self.counts.entry(rule).or_default();
         *count += 1;
-        if *count <= OF_ONE_RULE {
+        if *count <= LISTED_PER_RULE {
             self.list.push(Finding::new(rule, location(), message));
         }
     }
@@ -182,14 +160,14 @@ impl Findings {
         self.list.iter().filter(|finding| finding.severity == Severity::Error).count()
     }
 
-    /// Whether a breach of a rule was reported.
+    /// Whether a violation of a rule was reported.
     pub(crate) fn has(&self, rule: &str) -> bool {
         self.counts.contains_key(rule)
     }
 
     pub(crate) fn into_vec(mut self) -> Vec<Finding> {
         for (rule, count) in self.counts {
-            if let Some(more) = count.checked_sub(OF_ONE_RULE).filter(|more| *more > 0) {
+            if let Some(more) = count.checked_sub(LISTED_PER_RULE).filter(|more| *more > 0) {
                 let message = format!("{more} more findings of this rule are not listed");
                 self.list.push(Finding::new(rule, Location::archive(), message));
             }

@@ -1,4 +1,4 @@
-//! What the folders of an archive have to hold (section 2.3).
+//! Requirements on the folders of an archive (section 2.3).
 
 use crate::archive::Contents;
 use crate::binary::platform;
@@ -6,7 +6,7 @@ use crate::finding::{Findings, Location};
 use model_description::ModelDescription;
 use std::collections::BTreeSet;
 
-/// Entries that the standard has a place for, at the top of the archive.
+/// Entries that the standard defines at the top of the archive.
 const TOP: &[&str] = &[
     "modelDescription.xml",
     "model.png",
@@ -18,7 +18,7 @@ const TOP: &[&str] = &[
     "terminalsAndIcons",
 ];
 
-/// Headers that the importer brings.
+/// Headers that the importer provides.
 const HEADERS: &[&str] = &["fmi2TypesPlatform.h", "fmi2FunctionTypes.h", "fmi2Functions.h"];
 
 /// Checks the folders.
@@ -37,7 +37,7 @@ pub(crate) fn check(
     if let Some(image) = contents.file("model.png")
         && !image.starts_with(b"\x89PNG\r\n\x1a\n")
     {
-        findings.add("icon", Location::entry("model.png"), "it is no PNG image");
+        findings.add("icon", Location::entry("model.png"), "it is not a PNG image");
     }
 }
 
@@ -53,7 +53,11 @@ fn top(contents: &Contents<'_>, findings: &mut Findings) {
     let tops: BTreeSet<&str> =
         contents.names().filter_map(|name| name.split(['/', '\\']).next()).collect();
     for name in tops.iter().filter(|name| !TOP.contains(name)) {
-        findings.add("unknown-entry", Location::entry(*name), "the standard has no place for it");
+        findings.add(
+            "unknown-entry",
+            Location::entry(*name),
+            "the standard does not define this entry",
+        );
     }
     let mut seen = BTreeSet::new();
     for rest in below(contents, "extra/") {
@@ -87,11 +91,11 @@ fn binaries(
     for folder in folders {
         let path = format!("binaries/{folder}/");
         let Some(platform) = platform(folder) else {
-            let message = format!("\"{folder}\" is the name of no platform known here");
+            let message = format!("\"{folder}\" is not a known platform");
             findings.add("platform-name", Location::entry(path), message);
             continue;
         };
-        // A folder of static libraries alone is for linking.
+        // A folder with only static libraries is for linking.
         let present: Vec<&str> = contents
             .names()
             .filter_map(|name| name.strip_prefix(&path))
@@ -105,14 +109,14 @@ fn binaries(
             let name = format!("{path}{identifier}.{}", platform.extension);
             if !contents.has(&name) {
                 let (ending, present) = (platform.extension, present.join(", "));
-                let message = format!("there is no {identifier}.{ending}; there is {present}");
+                let message = format!("{identifier}.{ending} is missing; the folder has {present}");
                 findings.add("binary-name", Location::entry(&path), message);
                 break;
             }
         }
     }
     for rest in below(contents, "binaries/").filter(|rest| !rest.contains('/')) {
-        let message = "it is next to the platforms' folders";
+        let message = "it is not in the folder of a platform";
         findings.add("binary-name", Location::entry(format!("binaries/{rest}")), message);
     }
 }
@@ -121,7 +125,7 @@ fn sources(contents: &Contents<'_>, description: &ModelDescription, findings: &m
     let listed = description.co_simulation.as_ref().map_or(&[][..], |c| &c.source_files);
     for name in listed {
         let place = || Location::entry(format!("sources/{name}"));
-        // A `.` names the folder it stands in: `./gc/x.c` is `gc/x.c`, and modeling tools write it.
+        // Modeling tools write `./gc/x.c` for `gc/x.c`.
         let parts: Vec<&str> = name.split('/').filter(|part| *part != ".").collect();
         let is_plain = !name.contains(['\\', ':'])
             && !parts.is_empty()
@@ -129,7 +133,11 @@ fn sources(contents: &Contents<'_>, description: &ModelDescription, findings: &m
         if !is_plain {
             findings.add("source-name", place(), format!("SourceFiles lists \"{name}\""));
         } else if !contents.has(&format!("sources/{}", parts.join("/"))) {
-            findings.add("source-missing", place(), "SourceFiles lists it, the archive has it not");
+            findings.add(
+                "source-missing",
+                place(),
+                "SourceFiles lists it, but it is not in the archive",
+            );
         }
     }
     let mut units = below(contents, "sources/").filter(|name| name.ends_with(".c"));
@@ -138,12 +146,12 @@ fn sources(contents: &Contents<'_>, description: &ModelDescription, findings: &m
         && !contents.has("sources/buildDescription.xml")
         && let Some(name) = units.next()
     {
-        let message = "there are sources, but no SourceFiles that lists which to compile";
+        let message = "no SourceFiles lists the sources to compile";
         findings.add("sources-unlisted", Location::entry(format!("sources/{name}")), message);
     }
     for name in below(contents, "sources/") {
         if HEADERS.contains(&name.rsplit('/').next().unwrap_or(name)) {
-            let message = "the importer brings this header";
+            let message = "the importer provides this header";
             findings.add("source-header", Location::entry(format!("sources/{name}")), message);
         }
     }
@@ -151,17 +159,17 @@ fn sources(contents: &Contents<'_>, description: &ModelDescription, findings: &m
 
 fn documentation(contents: &Contents<'_>, findings: &mut Findings) {
     if !contents.has_folder("documentation/") {
-        findings.add("no-documentation", Location::archive(), "there is no documentation/");
+        findings.add("no-documentation", Location::archive(), "documentation/ is missing");
     } else if !contents.has("documentation/index.html") {
         let place = Location::entry("documentation/");
-        findings.add("documentation-entry", place, "there is no index.html");
+        findings.add("documentation-entry", place, "index.html is missing");
     }
     let licenses = "documentation/licenses/";
     let entries = ["license.txt", "license.html"];
     if contents.has_folder(licenses)
         && !entries.iter().any(|name| contents.has(&format!("{licenses}{name}")))
     {
-        let message = "there is neither license.txt nor license.html";
+        let message = "both license.txt and license.html are missing";
         findings.add("license-entry", Location::entry(licenses), message);
     }
 }

@@ -1,17 +1,17 @@
-//! Holds FMI 2.0 Co-Simulation archives of any tool against the standard (FMI 2.0.5).
+//! Checks FMI 2.0 Co-Simulation archives of any tool against the standard (FMI 2.0.5).
 //!
-//! [`check`] reads an archive's bytes and reports every breach it finds: of the zip rules and the
-//! folder structure (section 2.3), of the XML schema (a table in `xml/schema.rs`), of the rules the
-//! schema cannot express (sections 2.2.1 to 2.2.9, most of them in `model-description`), and of what
-//! a binary has to be (sections 2.1 and 2.3). It writes no file and runs nothing of the archive.
+//! [`check`] reads an archive's bytes and reports all violations: of the zip rules and the folder
+//! structure (section 2.3), of the XML schema (a table in `xml/schema.rs`), of the rules that the
+//! schema cannot express (sections 2.2.1 to 2.2.9, most of them in `model-description`), and of the
+//! requirements on binaries (sections 2.1 and 2.3). It writes no file and does not run the binary.
 //!
-//! [`run`] adds what only a running binary shows: it is exercised in a child process, so that one
-//! that crashes or hangs is a finding.
+//! [`run`] adds a dynamic test: a child process loads the binary and calls its functions, so that a
+//! crash or a hang is a finding.
 //!
-//! Every finding carries the name of its [`Rule`], the section, the place and a hint. Errors are
-//! breaches; warnings go against a recommendation; notes are information. Hostile archives end in
-//! findings: sizes are bounded before anything is unpacked, and no bytes make the checker panic.
-//! This crate is independent of vehicles.
+//! Every finding has the name of its [`Rule`], the section, the location and a hint. Errors are
+//! violations of the standard, warnings of a recommendation; notes are information. Hostile archives
+//! result in findings: sizes are limited before unpacking, and no input makes the checker panic.
+//! This crate has no vehicle-specific code.
 
 mod archive;
 mod binary;
@@ -23,20 +23,20 @@ pub mod run;
 mod xml;
 
 pub use error::Error;
-pub use finding::{Finding, Location, Report, Severity};
-pub use rules::{RULES, Rule};
+pub use finding::{Finding, Location, Report};
+pub use rules::{RULES, Rule, Severity};
 
 use archive::Contents;
 use finding::Findings;
 use std::path::Path;
 
-/// Largest archive that is read, bytes.
+/// Size of the largest archive that is read, bytes.
 const LARGEST_FILE: u64 = 2 << 30;
 
 /// Reads and checks an archive.
 ///
 /// # Errors
-/// Only where the file cannot be read at all; whatever is in it ends in findings.
+/// The file cannot be read. Problems of its content are findings.
 pub fn check_file(path: &Path) -> Result<Report, Error> {
     let io = |source| Error::Io { path: path.into(), source };
     let metadata = std::fs::metadata(path).map_err(io)?;
@@ -68,7 +68,7 @@ pub fn check(bytes: &[u8], name: &str) -> Report {
     }
     if let Some(contents) = Contents::read(bytes, &mut findings) {
         let description = xml::check(&contents, &mut findings);
-        // The folders and functions of another version of FMI are others.
+        // Other versions of FMI have other folders and functions.
         if !findings.has("fmi-version") {
             layout::check(&contents, description.as_ref(), &mut findings);
             binary::check(&contents, description.as_ref(), &mut findings);

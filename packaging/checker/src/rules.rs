@@ -1,22 +1,43 @@
-//! Every rule: its name, weight, section of FMI 2.0.5 and what to do about a breach.
+//! All rules: name, severity, section of FMI 2.0.5, and how to correct a violation.
 
-use crate::finding::Severity;
 use serde::Serialize;
+
+/// The severity of a finding.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Severity {
+    /// Information, not a violation.
+    Note,
+    /// A violation of a recommendation of the standard, or a problem for importers.
+    Warning,
+    /// A violation of the standard.
+    Error,
+}
+
+impl std::fmt::Display for Severity {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Note => "note",
+            Self::Warning => "warning",
+            Self::Error => "error",
+        })
+    }
+}
 
 /// A rule.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Rule {
     /// Its name, stable for scripts.
     pub name: &'static str,
-    /// How much a breach weighs.
+    /// The severity of a violation.
     pub severity: Severity,
-    /// The section of FMI 2.0.5 it comes from.
+    /// The section of FMI 2.0.5.
     pub section: &'static str,
-    /// What to do about a breach.
+    /// How to correct a violation.
     pub hint: &'static str,
 }
 
-/// The rule of that name. An unknown name, which a test excludes, is a rule of that name's own.
+/// The rule of a name. The tests exclude unknown names.
 pub(crate) fn rule(name: &'static str) -> &'static Rule {
     RULES.iter().find(|rule| rule.name == name).unwrap_or(&UNKNOWN)
 }
@@ -37,14 +58,14 @@ const fn note(name: &'static str, section: &'static str, hint: &'static str) -> 
 
 const ZIP: &str =
     "write the archive again with a plain zip writer: deflate or store, no extensions";
-const CUT: &str = "the file is damaged or was made to deceive: get or export it again";
-const XSD: &str = "hold modelDescription.xml against fmi2ModelDescription.xsd";
-const LIMIT: &str = "a limit of the checker, not of FMI: what is beyond it is neither good nor bad";
-const RUN: &str = "the author of the binary has to correct it: the behaviour violates the standard";
+const CUT: &str = "the file is damaged or manipulated: download or export it again";
+const XSD: &str = "validate modelDescription.xml with fmi2ModelDescription.xsd";
+const LIMIT: &str = "a limit of the checker, not of FMI: what exceeds it is not checked";
+const RUN: &str = "correct the binary: its behaviour violates the standard";
 
 /// Every rule, in the order in which archives are checked.
 pub static RULES: &[Rule] = &[
-    // The checker.
+    // Limits of the checker.
     warning("not-examined", "2.3", LIMIT),
     // The archive.
     error("file-extension", "2.3", "name the file with the ending .fmu"),
@@ -54,26 +75,34 @@ pub static RULES: &[Rule] = &[
     error("zip-method", "2.3", ZIP),
     error("zip-encrypted", "2.3", "write the archive without encryption"),
     error("zip-stored-descriptor", "2.3", "write the sizes of stored entries before their data"),
-    error("zip-link", "2.3", "put a copy of the file in the place of the link"),
+    error("zip-link", "2.3", "replace the link with a copy of the file"),
     error("zip-backslash", "2.3", "separate folders with forward slashes"),
-    error("zip-unsafe-name", "2.3", "give entries relative paths without . and .."),
+    error("zip-unsafe-name", "2.3", "use relative paths without . and .. for entries"),
     error("zip-duplicate", "2.3", "give each entry a unique name"),
     error("zip-local-header", "2.3", CUT),
     error("zip-entry-damaged", "2.3", CUT),
     error("zip-overlap", "2.3", CUT),
-    warning("zip-outside-data", "2.3", "importers that read from the file's start will fail"),
-    warning("zip-case-collision", "2.3", "on Windows and macOS the two are one file"),
+    warning(
+        "zip-outside-data",
+        "2.3",
+        "remove the bytes: importers that read from the start of the file fail",
+    ),
+    warning(
+        "zip-case-collision",
+        "2.3",
+        "rename one of them: on Windows and macOS they are the same file",
+    ),
     warning("zip-name-encoding", "2.3", "mark names as UTF-8 (general purpose bit 11)"),
-    warning("zip-non-ascii", "2.3", "the standard advises against names beyond ASCII"),
+    warning("zip-non-ascii", "2.3", "use ASCII names, as the standard recommends"),
     // The description's text.
     error("no-description", "2.3", "put modelDescription.xml at the top of the archive"),
     error(
         "xml-encoding",
         "2.2",
-        "begin with <?xml version=\"1.0\" encoding=\"UTF-8\"?> and keep to it",
+        "encode the file in UTF-8 and begin with <?xml version=\"1.0\" encoding=\"UTF-8\"?>",
     ),
-    error("xml-refused", "2.2", "export the FMU again: no honest description is like that"),
-    error("xml-malformed", "2.2", "the description has to be well-formed XML"),
+    error("xml-refused", "2.2", "export the FMU again: no modeling tool writes such a description"),
+    error("xml-malformed", "2.2", "correct the description: it is not well-formed XML"),
     error("xml-unreadable", "2.2", XSD),
     // The schema.
     error("xsd-element", "2.2", XSD),
@@ -82,92 +111,156 @@ pub static RULES: &[Rule] = &[
     error("xsd-attribute-missing", "2.2", XSD),
     error("xsd-value", "2.2", XSD),
     error("xsd-text", "2.2", XSD),
-    error("special-value", "2.2", "leave the attribute out, or give a finite number"),
+    error("special-value", "2.2", "omit the attribute, or use a finite number"),
     // The model as a whole.
     error("interface", "2.2.1", "declare <CoSimulation>"),
     error("interface-twice", "2.2.1", "declare each interface once"),
     error("not-co-simulation", "4.3.1", "export the model for co-simulation too"),
-    error("model-identifier", "4.3.1", "use letters, digits and _, and begin with no digit"),
-    error("serialize-needs-get-and-set", "4.3.1", "declare canGetAndSetFMUstate too, or neither"),
-    error("guid-empty", "2.2.1", "give the XML and the binary a unique text"),
-    note("guid-braces", "2.2.1", "one importer encodes braces twice and then refuses the binary"),
-    warning("date-format", "2.2.1", "write it as 2009-12-08T14:33:22Z"),
+    error("model-identifier", "4.3.1", "use letters, digits and _, and do not begin with a digit"),
+    error(
+        "serialize-needs-get-and-set",
+        "4.3.1",
+        "declare canGetAndSetFMUstate too, or neither of them",
+    ),
+    error("guid-empty", "2.2.1", "use a unique text in the XML and in the binary"),
+    note(
+        "guid-braces",
+        "2.2.1",
+        "leave out the braces: one importer encodes them twice and then rejects the binary",
+    ),
+    warning("date-format", "2.2.1", "write the date as 2009-12-08T14:33:22Z"),
     // Units.
     error("unit-twice", "2.2.2", "define each unit once"),
     error("display-unit-twice", "2.2.2", "define each display unit of a unit once"),
-    warning("unit-factor", "2.2.2", "a factor of zero cannot be converted back"),
-    error("fmi-version", "2.2.1", "take a checker for that version, or export as FMI 2.0"),
+    warning(
+        "unit-factor",
+        "2.2.2",
+        "use a factor other than zero, so that values can be converted back",
+    ),
+    error("fmi-version", "2.2.1", "use a checker for that version, or export as FMI 2.0"),
     // Types.
     error("type-twice", "2.2.3", "define each type once"),
-    error("type-named-as-variable", "2.2.3", "name types otherwise than variables"),
-    error("enumeration-item-twice", "2.2.3", "give each item its own name and value"),
+    error("type-named-as-variable", "2.2.3", "use different names for types and variables"),
+    error("enumeration-item-twice", "2.2.3", "use a unique name and value for each item"),
     error("unit-undefined", "2.2.3", "define the unit under UnitDefinitions"),
-    error("display-unit-without-unit", "2.2.3", "give a unit, or no display unit"),
-    warning("display-unit-undefined", "2.2.3", "define it as DisplayUnit; it is ignored as it is"),
-    error("min-above-max", "2.2.3", "let min be at most max"),
-    error("nominal", "2.2.3", "give a nominal above zero, or none"),
+    error("display-unit-without-unit", "2.2.3", "specify a unit, or omit the display unit"),
+    warning(
+        "display-unit-undefined",
+        "2.2.3",
+        "define it as DisplayUnit; an undefined one is ignored",
+    ),
+    error("min-above-max", "2.2.3", "set min to at most max"),
+    error("nominal", "2.2.3", "use a positive nominal, or omit it"),
     // Categories, experiment, annotations.
     error("log-category-twice", "2.2.4", "define each category once"),
-    error("stop-before-start", "2.2.5", "let stopTime be at least startTime (0 if absent)"),
-    error("experiment", "2.2.5", "give a positive number, or leave the attribute out"),
-    error("annotation-twice", "2.2.6", "give each tool one annotation"),
+    error("stop-before-start", "2.2.5", "set stopTime to at least startTime (default 0)"),
+    error("experiment", "2.2.5", "use a positive number, or omit the attribute"),
+    error("annotation-twice", "2.2.6", "write one annotation for each tool"),
     // Variables.
-    error("name-twice", "2.2.7", "give each variable a unique name"),
-    warning("name-time", "2.2.7", "declare it as independent, or name it otherwise"),
+    error("name-twice", "2.2.7", "use a unique name for each variable"),
+    warning("name-time", "2.2.7", "declare it as independent, or rename it"),
     error("illegal-combination", "2.2.7", "see the two tables of the section"),
-    error("continuous-not-real", "2.2.7", "give another variability: the default is continuous"),
+    error("continuous-not-real", "2.2.7", "set another variability: the default is continuous"),
     error("independent-twice", "2.2.7", "declare at most one independent variable"),
-    error("multiple-set", "2.2.7", "leave out canHandleMultipleSetPerTimeInstant"),
-    error("reinit", "2.2.7", "leave out reinit"),
-    error("start-missing", "2.2.7", "exact, approx and inputs need a start value"),
-    error("start-forbidden", "2.2.7", "calculated and independent variables have no start value"),
-    error("start-outside-limits", "2.2.7", "let min ≤ start ≤ max"),
-    error("alias-both-settable", "2.2.7", "give each settable variable its own value reference"),
-    error("alias-start-twice", "2.2.7", "give a start value to one variable of an alias set"),
-    error("alias-constant", "2.2.7", "constants are aliases of equal constants alone"),
-    error("alias-unit", "2.2.7", "give aliases the same unit, or none of them any"),
+    error("multiple-set", "2.2.7", "omit canHandleMultipleSetPerTimeInstant"),
+    error("reinit", "2.2.7", "omit reinit"),
+    error(
+        "start-missing",
+        "2.2.7",
+        "add a start value: variables with initial exact or approx and inputs need one",
+    ),
+    error(
+        "start-forbidden",
+        "2.2.7",
+        "omit the start value of calculated and independent variables",
+    ),
+    error("start-outside-limits", "2.2.7", "choose a start value with min ≤ start ≤ max"),
+    error(
+        "alias-both-settable",
+        "2.2.7",
+        "use a unique value reference for each settable variable",
+    ),
+    error("alias-start-twice", "2.2.7", "set the start value of one variable of an alias set only"),
+    error(
+        "alias-constant",
+        "2.2.7",
+        "use another value reference: constants can only be aliases of equal constants",
+    ),
+    error("alias-unit", "2.2.7", "use the same unit for all aliases, or no unit"),
     error("declared-type-undefined", "2.2.7", "define the type under TypeDefinitions"),
-    error("declared-type-kind", "2.2.7", "cite a type of the variable's own kind"),
-    warning("enumeration-start", "2.2.7", "start with the value of an item"),
-    error("derivative-reference", "2.2.7", "cite the index, from 1, of a Real variable"),
+    error("declared-type-kind", "2.2.7", "use a declared type of the variable's own kind"),
+    warning("enumeration-start", "2.2.7", "use the value of an item as start value"),
+    error("derivative-reference", "2.2.7", "use the index, from 1, of a Real variable"),
     // Model structure.
-    error("structure-index", "2.2.8", "indices count the ScalarVariables from 1"),
+    error("structure-index", "2.2.8", "use the index of a ScalarVariable, from 1"),
     error("structure-missing", "2.2.8", "list every variable that the section requires"),
     error("structure-extra", "2.2.8", "list only the variables that the section requires"),
     error("structure-twice", "2.2.8", "list each variable once"),
     error("initial-unknowns-order", "2.2.8", "sort InitialUnknowns by index"),
-    error("derivatives-attribute", "2.2.7", "give the variable the attribute derivative"),
-    error("state-not-continuous", "2.2.8", "states and derivatives are continuous Reals"),
-    error("state-causality", "2.2.7", "a state is local or an output"),
+    error("derivatives-attribute", "2.2.7", "add the attribute derivative to the variable"),
+    error("state-not-continuous", "2.2.8", "declare states and derivatives as continuous Reals"),
+    error("state-causality", "2.2.7", "declare a state as local or output"),
     error("dependencies-order", "2.2.8", "sort dependencies by index, each once"),
-    error("dependency-unknown", "2.2.8", "indices count the ScalarVariables from 1"),
-    error("dependency-no-known", "2.2.8", "list inputs and states, or what is exact at the start"),
-    warning("dependency-on-state", "2.2.8", "leave states out unless there are derivatives"),
-    error("dependencies-kind", "2.2.8", "see the section for the kinds each list takes"),
-    error("dependencies-kind-count", "2.2.8", "give one kind for each dependency"),
+    error("dependency-unknown", "2.2.8", "use the index of a ScalarVariable, from 1"),
+    error(
+        "dependency-no-known",
+        "2.2.8",
+        "list inputs and states; for InitialUnknowns inputs and variables with initial exact",
+    ),
+    warning("dependency-on-state", "2.2.8", "list states only if the model has derivatives"),
+    error("dependencies-kind", "2.2.8", "see the section for the kinds that each list allows"),
+    error("dependencies-kind-count", "2.2.8", "list one kind for each dependency"),
     // Names.
-    error("name-empty", "2.2.9", "give the variable a name"),
-    error("name-characters", "2.2.9", "leave out line ends and tabs"),
-    error("name-structured", "2.2.9", "follow the grammar, or declare names as flat"),
-    error("array-order", "2.2.9", "list an array's elements one after the other, in row order"),
+    error("name-empty", "2.2.9", "name the variable"),
+    error("name-characters", "2.2.9", "remove line breaks and tabs"),
+    error(
+        "name-structured",
+        "2.2.9",
+        "follow the grammar of the section, or declare names as flat",
+    ),
+    error(
+        "array-order",
+        "2.2.9",
+        "list the elements of an array consecutively, in row-major order",
+    ),
     // The folders.
-    error("no-implementation", "2.3", "ship a binary or the sources"),
+    error("no-implementation", "2.3", "add a binary or the sources"),
     error("binary-name", "2.3", "name it <modelIdentifier>.dll, .so or .dylib"),
     note("platform-name", "2.3", "importers recognise win32, win64, linux32, linux64, darwin64 …"),
-    error("source-missing", "2.3", "ship every file that SourceFiles lists, in sources/"),
+    error("source-missing", "2.3", "add every file that SourceFiles lists to sources/"),
     error("source-name", "2.2.1", "write a relative path with forward slashes"),
     error("sources-unlisted", "2.3", "list the files to compile under SourceFiles"),
-    warning("source-header", "2.3", "leave the FMI headers to the importer"),
-    note("no-documentation", "2.3", "ship documentation/index.html"),
-    warning("documentation-entry", "2.3", "begin the documentation at documentation/index.html"),
-    warning("license-entry", "2.3", "begin at documentation/licenses/license.txt or .html"),
-    warning("icon", "2.3", "ship model.png as a PNG image"),
-    error("terminals", "2.3", "ship terminalsAndIcons/terminalsAndIcons.xml as well-formed XML"),
-    warning("extra-name", "2.3.1", "use folders named like extra/com.example/"),
-    note("unknown-entry", "2.3", "put what the standard has no place for in extra/ or resources/"),
+    warning("source-header", "2.3", "remove the FMI headers: the importer provides them"),
+    note("no-documentation", "2.3", "add documentation/index.html"),
+    warning(
+        "documentation-entry",
+        "2.3",
+        "use documentation/index.html as entry page of the documentation",
+    ),
+    warning(
+        "license-entry",
+        "2.3",
+        "use documentation/licenses/license.txt or .html as entry page",
+    ),
+    warning("icon", "2.3", "store model.png as a PNG image"),
+    error("terminals", "2.3", "write terminalsAndIcons/terminalsAndIcons.xml as well-formed XML"),
+    warning(
+        "extra-name",
+        "2.3.1",
+        "name folders with a reversed domain, such as extra/com.example/",
+    ),
+    note(
+        "unknown-entry",
+        "2.3",
+        "move entries that the standard does not define to extra/ or resources/",
+    ),
     // The binaries.
-    error("binary-format", "2.3", "build a shared library for the platform the folder names"),
-    error("binary-functions", "2.3", "export all functions, even those of absent capabilities"),
+    error("binary-format", "2.3", "build a shared library for the platform of the folder"),
+    error(
+        "binary-functions",
+        "2.3",
+        "export all functions, including those of capabilities that are not supported",
+    ),
     warning(
         "binary-dependencies",
         "2.3",
@@ -176,35 +269,47 @@ pub static RULES: &[Rule] = &[
     note("binary-glibc", "2.3", ""),
     note("binary-needs", "2.3", ""),
     note("binary-build-path", "2.3", ""),
-    // The binary at work.
+    // The running binary.
     note("run-skipped", "2.3", ""),
-    error("run-load", "2.3", "the library must load with what the archive and the system have"),
-    error("run-version", "2.1.4", "fmi2GetVersion is 2.0, fmi2GetTypesPlatform is default"),
+    error(
+        "run-load",
+        "2.3",
+        "link the library so that it loads with the libraries of the archive and the system",
+    ),
+    error(
+        "run-version",
+        "2.1.4",
+        "return 2.0 from fmi2GetVersion and default from fmi2GetTypesPlatform",
+    ),
     error("run-instantiate", "2.1.5", RUN),
-    error("run-guid", "2.1.5", "compare the GUID and return NULL where it differs"),
+    error("run-guid", "2.1.5", "compare the GUID and return NULL if it differs"),
     error("run-null", "2.1.5", "ignore a NULL instance in fmi2FreeInstance"),
     error("run-crash", "2.1", RUN),
     error("run-hang", "2.1", RUN),
     error("run-call", "4.2.4", RUN),
-    error("run-start", "2.2.7", "let the XML and the binary agree on start values"),
+    error("run-start", "2.2.7", "use the same start values in the XML and in the binary"),
     note("run-start-rounding", "2.2.7", ""),
     error("run-value", "2.1.7", "return finite numbers"),
-    error("run-reset", "2.1.6", "let fmi2Reset lead back to what instantiation gave"),
-    error("run-state", "2.1.8", "let a restored state go on as it did the first time"),
+    error("run-reset", "2.1.6", "restore the state after fmi2Instantiate in fmi2Reset"),
+    error("run-state", "2.1.8", "restore everything that later calls depend on"),
     warning(
         "run-nondeterministic",
         "2.1.6",
-        "seed random numbers by a parameter, and again at reset",
+        "seed random numbers with a parameter, and seed again at reset",
     ),
-    error("run-instances", "4.3.1", "keep no global data, or declare one instance a process"),
-    error("run-step-size", "4.3.1", "do not claim canHandleVariableCommunicationStepSize"),
+    error(
+        "run-instances",
+        "4.3.1",
+        "keep no global data, or declare canBeInstantiatedOnlyOncePerProcess",
+    ),
+    error("run-step-size", "4.3.1", "do not declare canHandleVariableCommunicationStepSize"),
     error("run-dependency", "2.2.8", "list the input among the output's dependencies"),
     note("run-output", "2.1.5", ""),
-    error("run-log-category", "2.1.5", "log with the categories under LogCategories alone"),
+    error("run-log-category", "2.1.5", "use only categories that LogCategories lists"),
     error(
         "run-reference",
         "4.2",
-        "build binary and reference from the same model, or record the reference again",
+        "build the binary and the reference from the same model, or record the reference again",
     ),
     error("run-reference-form", "2.3.1", "correct reference.json and its tables"),
     note("run-reference-difference", "4.2", ""),
@@ -216,7 +321,7 @@ mod tests {
     use std::collections::BTreeSet;
 
     #[test]
-    fn each_rule_has_its_own_name_and_every_breach_a_hint() {
+    fn rule_names_are_unique_and_violations_have_hints() {
         let names: BTreeSet<&str> = RULES.iter().map(|rule| rule.name).collect();
         assert_eq!(names.len(), RULES.len());
         for rule in RULES {

@@ -1,13 +1,13 @@
-//! Every seeded fault is found under its own rule, and nothing else is said of it.
+//! Every seeded fault is found under its own rule, without further findings.
 #![allow(clippy::unwrap_used)]
 
 use crate::corpus;
 
-use corpus::{base, faults};
 use checker::{Report, Severity};
+use corpus::{base, faults};
 use std::collections::BTreeSet;
 
-/// The rules that errors and warnings name.
+/// The rules of errors and warnings.
 fn rules(report: &Report) -> BTreeSet<&'static str> {
     report.findings.iter().filter(|f| f.severity > Severity::Note).map(|f| f.rule).collect()
 }
@@ -28,16 +28,16 @@ fn every_fault_is_found_under_its_rule_and_nothing_else() {
     for fault in faults() {
         let report = checker::check(&fault.archive(), "Base.fmu");
         if rules(&report) != BTreeSet::from([fault.rule]) {
-            let told: Vec<String> = report.findings.iter().map(ToString::to_string).collect();
-            wrong.push(format!("{} ({}):\n  {}", fault.name, fault.rule, told.join("\n  ")));
+            let found: Vec<String> = report.findings.iter().map(ToString::to_string).collect();
+            wrong.push(format!("{} ({}):\n  {}", fault.name, fault.rule, found.join("\n  ")));
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// A finding of the description leads to its line.
+/// A finding of the description has its line and column.
 #[test]
-fn findings_say_where() {
+fn findings_have_locations() {
     let mut files = base();
     files.replace(r#"min="0" max="9""#, r#"min="4" max="9""#);
     let report = checker::check(&files.zip(), "Base.fmu");
@@ -50,10 +50,10 @@ fn findings_say_where() {
     assert_eq!(finding.section, "2.2.7");
 }
 
-/// Names of sources with `.` in them lead to the same file.
+/// A part `.` in the name of a source is ignored.
 #[test]
-fn a_dot_in_the_name_of_a_source_is_looked_through() {
-    let told = |name: &str| {
+fn a_dot_in_the_name_of_a_source_is_ignored() {
+    let rules_of = |name: &str| {
         let mut files = base();
         files.add("sources/gc/more.c", b"int more;\n");
         let listed = format!("<File name=\"base.c\"/><File name=\"{name}\"/>");
@@ -61,10 +61,10 @@ fn a_dot_in_the_name_of_a_source_is_looked_through() {
         rules(&checker::check(&files.zip(), "Base.fmu"))
     };
     for name in ["./gc/more.c", "gc/./more.c", "././gc/more.c"] {
-        assert_eq!(told(name), BTreeSet::new(), "{name}");
+        assert_eq!(rules_of(name), BTreeSet::new(), "{name}");
     }
-    assert_eq!(told("./gc/other.c"), BTreeSet::from(["source-missing"]));
+    assert_eq!(rules_of("./gc/other.c"), BTreeSet::from(["source-missing"]));
     for name in ["gc/../base.c", "/gc/more.c", "gc\\more.c", "gc//more.c", "./", "c:base.c"] {
-        assert_eq!(told(name), BTreeSet::from(["source-name"]), "{name}");
+        assert_eq!(rules_of(name), BTreeSet::from(["source-name"]), "{name}");
     }
 }

@@ -1,10 +1,10 @@
-//! Archives that nobody vouches for: whatever the bytes, the checker ends, with findings.
+//! Hostile archives: for any bytes the checker ends with findings.
 #![allow(clippy::unwrap_used)]
 
 use crate::corpus;
 
-use corpus::base;
 use checker::{Report, check};
+use corpus::base;
 use proptest::prelude::*;
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
@@ -18,9 +18,10 @@ fn has(report: &Report, rule: &str) -> bool {
     report.findings.iter().any(|finding| finding.rule == rule)
 }
 
-/// Names that would leave the folder an archive is unpacked to: found here, refused by the host.
+/// Names that point outside the folder that an archive is unpacked to: the checker reports them, the
+/// host rejects them.
 #[test]
-fn no_name_leads_out() {
+fn names_outside_the_folder_are_found() {
     for name in [
         "../x",
         "a/../../x",
@@ -43,16 +44,16 @@ fn no_name_leads_out() {
     }
 }
 
-/// Sizes that headers promise are not believed, and what is promised too large is not unpacked.
+/// The sizes in headers are checked, and entries that are declared too large are not unpacked.
 #[test]
 fn bombs_are_not_unpacked() {
     let start = Instant::now();
     let mut files = base();
     files.add("resources/zeros", &vec![0; 65 << 20]);
     let report = check(&files.zip(), "Base.fmu");
-    // The limit is ours: FMI has none, so it is no breach.
+    // The limit is the checker's, so exceeding it does not violate FMI.
     assert!(has(&report, "not-examined") && report.is_clean() && report.warnings == 1);
-    // The same with a header that promises one byte.
+    // The same with a header that declares one byte.
     let mut bytes = files.zip();
     let central = bytes.windows(4).rposition(|w| w == b"PK\x01\x02").unwrap();
     bytes[central + 24..central + 28].copy_from_slice(&1_u32.to_le_bytes());
@@ -64,9 +65,9 @@ fn bombs_are_not_unpacked() {
     assert!(start.elapsed() < Duration::from_secs(20));
 }
 
-/// A large map of zeros, many files and deep annotations are within FMI.
+/// FMI allows large files of zeros, many files and deep annotations.
 #[test]
-fn limits_of_our_own_are_no_breaches() {
+fn limits_of_the_checker_are_not_violations() {
     let mut files = base();
     files.add("resources/zeros", &vec![0; 4 << 20]);
     for number in 0..10_001 {
@@ -80,7 +81,6 @@ fn limits_of_our_own_are_no_breaches() {
     assert!(report.is_clean() && has(&report, "not-examined"), "{:?}", report.findings);
 }
 
-/// Entries that share their bytes.
 #[test]
 fn overlapping_entries_are_found() {
     let mut files = base();
@@ -96,9 +96,9 @@ fn overlapping_entries_are_found() {
     assert!(has(&report, "zip-overlap") || has(&report, "zip-local-header"), "{report:?}");
 }
 
-/// Zip64 fields that lie about counts and places.
+/// Zip64 fields with wrong counts and offsets.
 #[test]
-fn zip64_lies_are_refused() {
+fn wrong_zip64_fields_are_rejected() {
     let end = good().len() - 22;
     for (at, length) in [(8, 2), (10, 2), (12, 4), (16, 4)] {
         let mut bytes = good().to_vec();
@@ -111,9 +111,9 @@ fn zip64_lies_are_refused() {
     assert!(has(&check(&bytes, "Base.fmu"), "zip-version"));
 }
 
-/// Every length at which a good archive can be cut off.
+/// A valid archive truncated to many lengths.
 #[test]
-fn truncated_archives_are_refused() {
+fn truncated_archives_are_rejected() {
     let bytes = good();
     for length in (0..bytes.len()).step_by(97).chain(bytes.len() - 40..bytes.len()) {
         assert!(!check(&bytes[..length], "Base.fmu").is_clean(), "{length} bytes");
@@ -121,7 +121,7 @@ fn truncated_archives_are_refused() {
 }
 
 #[test]
-fn entities_and_other_encodings_are_refused() {
+fn entities_and_other_encodings_are_rejected() {
     let bomb = "<!DOCTYPE x [<!ENTITY a \"aaaaaaaaaa\"><!ENTITY b \"&a;&a;&a;&a;&a;&a;&a;&a;\">]>";
     let external = "<!DOCTYPE x SYSTEM \"file:///etc/passwd\">";
     for insert in [bomb, external] {
@@ -137,9 +137,9 @@ fn entities_and_other_encodings_are_refused() {
     assert!(has(&check(&files.zip(), "Base.fmu"), "xml-encoding"));
 }
 
-/// Time grows with the size of a description, not with its square, whatever is wrong with it.
+/// The time is proportional to the size of a description, not to its square, also with faults.
 #[test]
-fn large_descriptions_take_their_time_and_no_more() {
+fn the_time_is_linear_in_the_description() {
     let start = Instant::now();
     let line = "<ScalarVariable name=\"a\" valueReference=\"7\" x=\"1\" causality=\"parameter\">\
                 <Real unit=\"z\" min=\"2\" max=\"1\"/></ScalarVariable>\n";
@@ -147,7 +147,7 @@ fn large_descriptions_take_their_time_and_no_more() {
     files.replace("</ModelVariables>", &format!("{}</ModelVariables>", line.repeat(30_000)));
     let report = check(&files.zip(), "Base.fmu");
     assert!(has(&report, "name-twice") && has(&report, "xsd-attribute"));
-    // A rule that is broken everywhere is not told 30,000 times.
+    // A rule that is violated 30,000 times has a limited number of findings.
     assert!(report.findings.len() < 2000, "{}", report.findings.len());
     let mut files = base();
     let attributes: String = (0..100_000).map(|n| format!(" a{n}=\"\"")).collect();
@@ -156,9 +156,9 @@ fn large_descriptions_take_their_time_and_no_more() {
     assert!(start.elapsed() < Duration::from_secs(30), "{:?}", start.elapsed());
 }
 
-/// As many files as a zip can have, and as many sources that are none of them.
+/// As many files as a zip can have, and as many sources that are missing.
 #[test]
-fn long_lists_of_files_take_their_time_and_no_more() {
+fn the_time_is_linear_in_the_number_of_files() {
     let mut files = base();
     for number in 0..60_000 {
         files.add(&format!("sources/folder/with/a/long/name/{number:05}.h"), b"");
@@ -177,13 +177,13 @@ fn long_lists_of_files_take_their_time_and_no_more() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
 
-    /// Any bytes at all.
+    /// Random bytes.
     #[test]
     fn any_bytes_end_in_findings(bytes in proptest::collection::vec(any::<u8>(), 0..2000)) {
         prop_assert!(!check(&bytes, "Base.fmu").is_clean());
     }
 
-    /// A good archive with some bytes of its headers and data changed.
+    /// A valid archive with random changes of its bytes.
     #[test]
     fn mutated_archives_never_panic(
         changes in proptest::collection::vec((any::<proptest::sample::Index>(), any::<u8>()), 1..12),
@@ -200,7 +200,7 @@ proptest! {
         let _ = check(&bytes, "Base.fmu");
     }
 
-    /// A good archive with its description damaged and zipped again.
+    /// A valid archive with a damaged description, zipped again.
     #[test]
     fn mutated_descriptions_never_panic(
         at in any::<proptest::sample::Index>(), length in 0_usize..60,
@@ -214,7 +214,7 @@ proptest! {
         let _ = check(&files.zip(), "Base.fmu");
     }
 
-    /// A good archive with its binary damaged.
+    /// A valid archive with a damaged binary.
     #[test]
     fn mutated_binaries_never_panic(
         changes in proptest::collection::vec((any::<proptest::sample::Index>(), any::<u8>()), 1..30),

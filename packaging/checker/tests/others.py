@@ -37,7 +37,7 @@ def schema(file: Path) -> list[str] | None:
 def validate(file: Path) -> list[str]:
     try:
         return validate_fmu(str(file))
-    except Exception as error:  # a crash is a refusal of a kind
+    except Exception as error:  # a crash counts as a rejection
         return [f"{type(error).__name__}: {error}"]
 
 
@@ -72,7 +72,7 @@ def fmutool(file: Path) -> list[str] | None:
     except SystemExit as end:
         if end.code not in (None, 0) and not complaints.lines:
             complaints.lines.append(f"exit {end.code}")
-    except Exception as error:  # a crash is a refusal of a kind
+    except Exception as error:  # a crash counts as a rejection
         complaints.lines.append(f"{type(error).__name__}: {error}")
     finally:
         sys.argv = arguments
@@ -83,23 +83,23 @@ def fmutool(file: Path) -> list[str] | None:
 
 def main() -> None:
     folder = Path(sys.argv[1]).resolve()
-    told = {}
-    # Some faults lead out of the folder an archive is unpacked to.
+    findings = {}
+    # Some faults write outside the folder that an archive is unpacked to.
     with tempfile.TemporaryDirectory() as work:
         deep = Path(work) / "a" / "b" / "c"
         deep.mkdir(parents=True)
         os.chdir(deep)
         tempfile.tempdir = str(deep)
         for file in sorted(folder.glob("*.fmu")):
-            told[file.stem] = {
+            findings[file.stem] = {
                 "schema": schema(file),
                 "fmpy": validate(file),
                 "fmutool": fmutool(file),
             }
         os.chdir(folder)
     for file in sorted(folder.glob("mutated/*.fmu")):
-        told[f"mutated/{file.stem}"] = {"schema": schema(file)}
-    json.dump(told, sys.stdout)
+        findings[f"mutated/{file.stem}"] = {"schema": schema(file)}
+    json.dump(findings, sys.stdout)
 
 
 if __name__ == "__main__":

@@ -1,28 +1,28 @@
-//! The seeded faults before other checkers: our schema against libxml2's with fmpy's schema files,
-//! and a table of who finds what (`--nocapture` shows it).
+//! Other checkers with the seeded faults: our schema compared with libxml2 and FMPy's schema files,
+//! and a table of the findings of each checker (`--nocapture` prints it).
 //!
-//! Needs the Python environment that `cargo xtask test` makes and names in STEERWRIGHT_PYTHON.
+//! Needs the Python environment that `cargo xtask test` creates; STEERWRIGHT_PYTHON is its interpreter.
 #![allow(clippy::unwrap_used)]
 
 use crate::corpus;
 
-use corpus::{base, faults};
 use checker::{Severity, check, check_file};
+use corpus::{base, faults};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::Command;
 
-/// Rules that say what the schema says. `special-value` and `interface-twice` are of the text:
-/// the schema lets them pass.
+/// Rules of the schema. `special-value` and `interface-twice` are rules of the text that the schema does
+/// not express.
 fn is_of_the_schema(rule: &str) -> bool {
     rule.starts_with("xsd-")
 }
 
-/// Descriptions with a random change that are held against both schemas.
+/// Number of descriptions with a random change, validated with both schemas.
 const MUTATIONS: usize = 600;
 
-/// The good description with a random change, the same for the same number.
+/// The valid description with a random change; a number always has the same change.
 fn mutation(number: usize) -> Vec<u8> {
     const VALUES: &[&str] = &[
         "",
@@ -57,7 +57,7 @@ fn mutation(number: usize) -> Vec<u8> {
         "<ModelVariables/>",
         "text",
     ];
-    // A linear congruential generator: the numbers need to be mixed, no more.
+    // A linear congruential generator is random enough.
     let mut state = number as u64;
     let mut below = |bound: usize| {
         state =
@@ -67,7 +67,7 @@ fn mutation(number: usize) -> Vec<u8> {
     let mut files = base();
     let xml = files.get("modelDescription.xml");
     let text = String::from_utf8(xml.clone()).unwrap();
-    // The first line is no element.
+    // The first line is not an element.
     let mut lines: Vec<String> = text.lines().map(Into::into).collect();
     let line = 1 + below(lines.len() - 1);
     let kind = below(8);
@@ -98,10 +98,10 @@ fn mutation(number: usize) -> Vec<u8> {
     files.zip()
 }
 
-/// What a tool says of an archive and not of the good one; `None` where it is not installed.
-fn complaints(told: &Value, fault: &str, tool: &str) -> Option<usize> {
-    let good = told["good"][tool].as_array()?;
-    Some(told[fault][tool].as_array()?.iter().filter(|line| !good.contains(line)).count())
+/// The messages of a tool for an archive, without those for the valid one; `None` if it is not installed.
+fn complaints(findings: &Value, fault: &str, tool: &str) -> Option<usize> {
+    let good = findings["good"][tool].as_array()?;
+    Some(findings[fault][tool].as_array()?.iter().filter(|line| !good.contains(line)).count())
 }
 
 fn shown(count: Option<usize>) -> String {
@@ -125,12 +125,14 @@ fn the_schema_is_that_of_fmpy_and_the_others_find_less() {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     // The tool prints on its own; the JSON is the last line.
     let text = String::from_utf8(output.stdout).unwrap();
-    let told: Value = serde_json::from_str(text.lines().last().unwrap()).unwrap();
+    let findings: Value = serde_json::from_str(text.lines().last().unwrap()).unwrap();
 
     let mut invalid = 0;
     for (number, archive) in archives.iter().enumerate() {
-        // What is no XML any more is judged by no schema.
-        let Some(schema) = told[format!("mutated/{number}")]["schema"].as_array() else { continue };
+        // Malformed XML is not validated.
+        let Some(schema) = findings[format!("mutated/{number}")]["schema"].as_array() else {
+            continue;
+        };
         let report = check(archive, "Base.fmu");
         let ours: Vec<_> = report.findings.iter().filter(|f| is_of_the_schema(f.rule)).collect();
         assert_eq!(ours.is_empty(), schema.is_empty(), "{number}: {ours:#?}, {schema:#?}");
@@ -139,8 +141,8 @@ fn the_schema_is_that_of_fmpy_and_the_others_find_less() {
     println!("{invalid} of {MUTATIONS} mutated descriptions break both schemas, none breaks one");
     assert!(invalid > MUTATIONS / 4 && invalid < MUTATIONS);
 
-    assert_eq!(told["good"]["schema"], serde_json::json!([]));
-    assert_eq!(told["good"]["fmpy"], serde_json::json!([]));
+    assert_eq!(findings["good"]["schema"], serde_json::json!([]));
+    assert_eq!(findings["good"]["fmpy"], serde_json::json!([]));
     let mut found = [0; 3];
     println!("{:<28} {:<28} {:>6} {:>8}", "fault", "ours", "fmpy", "fmutool");
     for fault in faults() {
@@ -152,8 +154,8 @@ fn the_schema_is_that_of_fmpy_and_the_others_find_less() {
             .map(|f| f.rule)
             .collect();
 
-        if let Some(schema) = told[fault.name]["schema"].as_array() {
-            // Where there is a tree to judge, the two schemas judge the same.
+        if let Some(schema) = findings[fault.name]["schema"].as_array() {
+            // The two schemas agree on every parsed document.
             let ours = rules.iter().any(|rule| is_of_the_schema(rule));
             let refused = rules.iter().any(|rule| {
                 rule.starts_with("xml-") || matches!(*rule, "not-examined" | "fmi-version")
@@ -161,7 +163,7 @@ fn the_schema_is_that_of_fmpy_and_the_others_find_less() {
             assert!(refused || ours != schema.is_empty(), "{}: {rules:?}, {schema:?}", fault.name);
         }
         found[0] += usize::from(!rules.is_empty());
-        let others = ["fmpy", "fmutool"].map(|tool| complaints(&told, fault.name, tool));
+        let others = ["fmpy", "fmutool"].map(|tool| complaints(&findings, fault.name, tool));
         for (sum, count) in found[1..].iter_mut().zip(others) {
             *sum += usize::from(count.is_some_and(|n| n > 0));
         }
@@ -183,7 +185,7 @@ fn the_schema_is_that_of_fmpy_and_the_others_find_less() {
     );
     assert_eq!(found[0], faults().len());
     assert!(found[1] < faults().len() && found[2] < faults().len());
-    // The book's page states the same.
+    // The page of the book has the same numbers.
     let page = include_str!("../../../docs/methods/check.md");
     let page = page.split_whitespace().collect::<Vec<_>>().join(" ");
     let claim = format!(

@@ -1,15 +1,15 @@
-//! Binaries that misbehave are found out, each under its own rule, and none takes the checker down.
+//! Faulty binaries are found under the right rule, and none crashes the checker.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use crate::corpus;
 
-use corpus::{Files, base};
 use checker::run::{Bounds, Command, supervise};
 use checker::{Finding, Severity};
+use corpus::{Files, base};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// The program that is called again; cargo puts examples beside the tests.
+/// The program of the child process, an example that cargo builds with the tests.
 fn command() -> Command {
     let mut path: PathBuf = std::env::current_exe().unwrap();
     path.pop();
@@ -34,7 +34,7 @@ fn rules(findings: &[Finding]) -> Vec<&'static str> {
     rules
 }
 
-/// The base with a binary's fault, which its GUID chooses.
+/// The base with a fault of its binary, which the GUID selects.
 fn faulty(fault: &str) -> Files {
     let mut files = base();
     files.replace(r#"guid="base""#, &format!("guid=\"base-{fault}\""));
@@ -62,7 +62,7 @@ fn each_fault_of_a_binary_is_found_under_its_rule() {
         ("initialization", "run-call"),
         ("step", "run-call"),
         ("log", "run-log-category"),
-        // A start value of its own, the same after a reset.
+        // A different start value, also after a reset.
         ("gain", "run-start"),
         ("chance", "run-nondeterministic"),
         ("global", "run-instances"),
@@ -93,29 +93,29 @@ fn findings_name_the_binary_and_no_temporary_folder() {
     assert_eq!(found[0].location.entry, Some(corpus::binary_name()));
 }
 
-/// The base's derivatives are asked for after each of its runs.
+/// Each run reads the derivatives, but a wrong one is one finding.
 #[test]
-fn what_is_wrong_in_every_run_is_told_once() {
+fn a_fault_in_every_run_is_reported_once() {
     let found = findings(&faulty("derivative"), &Bounds::default());
-    let told: Vec<_> = found.iter().map(|f| f.message.as_str()).collect();
-    assert_eq!(told, ["`derivative of y[2] by x` is NaN"]);
+    let messages: Vec<_> = found.iter().map(|f| f.message.as_str()).collect();
+    assert_eq!(messages, ["`derivative of y[2] by x` is NaN"]);
 }
 
-/// Differences as small as single precision are told and no breach; output is told.
+/// Differences of single precision and output are notes, not violations.
 #[test]
-fn small_things_are_notes() {
+fn rounding_and_output_are_notes() {
     for (fault, rule) in [
         ("rounded", "run-start-rounding"),
         #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
         ("output", "run-output"),
     ] {
         let found = findings(&faulty(fault), &Bounds::default());
-        let told: Vec<_> = found.iter().map(|f| (f.rule, f.severity)).collect();
-        assert_eq!(told, [(rule, Severity::Note)], "{fault}: {found:#?}");
+        let notes: Vec<_> = found.iter().map(|f| (f.rule, f.severity)).collect();
+        assert_eq!(notes, [(rule, Severity::Note)], "{fault}: {found:#?}");
     }
 }
 
-/// Steps may be discarded (table 4.2.4); what our own host then refuses is no fault of the FMU.
+/// Steps may be discarded (table 4.2.4); calls that the host then rejects are not faults of the FMU.
 #[test]
 fn discarded_steps_are_no_fault() {
     let found = findings(&faulty("discard"), &Bounds::default());
@@ -146,7 +146,7 @@ fn with_reference(result: &str) -> Files {
         "start_time": 0.0, "stop_time": 1.0, "step_size": 0.25, "absolute_tolerance": 1e-9}"#;
     let folder = "extra/io.github.steerwright/reference";
     files.add(&format!("{folder}/reference.json"), reference.as_bytes());
-    // Held from its time on: 1 m/s for half a second, then 2 m/s.
+    // Constant until the next row: 1 m/s for half a second, then 2 m/s.
     files.add(&format!("{folder}/in.csv"), b"time,u,gain\n0,1,3\n0.5,2,3\n");
     files.add(&format!("{folder}/out.csv"), result.as_bytes());
     files
@@ -154,7 +154,7 @@ fn with_reference(result: &str) -> Files {
 
 #[test]
 fn references_are_replayed() {
-    // x is the integral of the held input, y[1] is 3 x.
+    // x is the integral of the input, y[1] is 3 x.
     let good = "time,x,y[1],moving\n0,0,0,1\n0.25,0.25,0.75,1\n0.5,0.5,1.5,1\n1,1.5,4.5,1\n";
     let found = findings(&with_reference(good), &Bounds::default());
     assert_eq!(rules(&found), [""; 0], "{found:?}");
@@ -174,7 +174,7 @@ fn references_are_replayed() {
 }
 
 #[test]
-fn what_cannot_be_opened_safely_is_not_run() {
+fn an_unsafe_archive_is_not_run() {
     let mut files = base();
     files.rename("resources/data.txt", "../data.txt");
     let found = findings(&files, &Bounds::default());

@@ -1,4 +1,4 @@
-//! Tests of the checker, in one binary: linking is most of what a small test costs.
+//! Tests of the checker, in one binary, since linking dominates the build time of small tests.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod corpus;

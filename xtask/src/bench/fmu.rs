@@ -7,7 +7,14 @@ use std::path::{Path, PathBuf};
 
 /// The FMUs' own profile for the libraries, and the pinned rival, if it can be had.
 pub(crate) fn fmu(short: bool) -> Result<(), String> {
-    run(&mut cargo(&["build", "--profile", "fmu", "--package", "steerwright-bench-fmus", "--examples"]))?;
+    run(&mut cargo(&[
+        "build",
+        "--profile",
+        "fmu",
+        "--package",
+        "steerwright-bench-fmus",
+        "--examples",
+    ]))?;
     let mut bench = cargo(&["bench", "--bench", "fmu"]);
     bench.env("STEERWRIGHT_BENCH_FMUS", target().join("fmu/examples"));
     match pythonfmu() {

@@ -71,7 +71,8 @@ fn short(program: &Program, given: &[String]) -> Vec<String> {
 
 /// Builds once, and runs one after the other. Where the peers cannot be had, without them.
 fn run_all(programs: &[(&Program, &[String])]) -> Result<(), String> {
-    let mut build = cargo(&["build", "--release", "--quiet", "--package", "steerwright-evaluation"]);
+    let mut build =
+        cargo(&["build", "--release", "--quiet", "--package", "steerwright-evaluation"]);
     // With these, shared dependencies have the features that `cargo test --release` gives them: what it
     // has built is not built again. Only what `--bin` names is built of them.
     build.args(["--package", "steerwright", "--package", "xtask"]);

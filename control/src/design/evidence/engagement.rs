@@ -13,9 +13,9 @@ use crate::guidance::track::pid_input;
 use crate::plants::design_plant::{DesignPlant, Family};
 use crate::plants::plant_model::{PlantModel, model_error};
 use formats::{Engagement, EngagementRow, Pid as PidFile};
+use models::{PathFollower, PathGeometry, PathPoint, Pid};
 use std::collections::VecDeque;
 use std::sync::Arc;
-use models::{PathFollower, PathGeometry, PathPoint, Pid};
 
 /// Speeds as shares of the design's, where the model holds at others.
 const SPEEDS: [f64; 3] = [0.6, 1.0, 1.4];

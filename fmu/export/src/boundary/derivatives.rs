@@ -1,4 +1,4 @@
-//! Derivatives: of inputs and outputs by time, and of unknowns by knowns.
+//! Time derivatives of inputs and outputs, and directional derivatives.
 
 use super::{call, supported};
 use crate::Slave;

@@ -1,4 +1,4 @@
-//! Making, initializing and freeing instances.
+//! Creating, initializing and freeing instances.
 
 use super::call;
 use crate::arguments::{flag, string, strings};
@@ -33,23 +33,23 @@ pub unsafe fn instantiate<S: Slave>(
     logging_on: i32,
 ) -> *mut c_void {
     silence_hook();
-    // SAFETY: null or strings of the importer, for the time of this call; they are copied.
+    // SAFETY: null or strings of the importer, valid during this call; they are copied.
     let (name, guid, location) =
         unsafe { (string(instance_name), string(guid), string(resource_location)) };
-    // SAFETY: null or a struct of the importer, for the time of this call; it is copied.
+    // SAFETY: null or a struct of the importer, valid during this call; it is copied.
     let callbacks = unsafe { callbacks.as_ref() };
     let logger = Logger::new(callbacks, name.unwrap_or_default(), logging_on != 0);
-    let made = contain(|| make::<S>(name, fmu_type, guid, location, logger.clone()));
-    let (category, problem) = match made {
+    let created = contain(|| create::<S>(name, fmu_type, guid, location, logger.clone()));
+    let (category, problem) = match created {
         Ok(Ok(instance)) => return Box::into_raw(Box::new(instance)).cast(),
         Ok(Err(problem)) => (Category::Error, problem),
-        Err(message) => (Category::Fatal, format!("a fault of the model: {message}")),
+        Err(message) => (Category::Fatal, format!("the model panicked: {message}")),
     };
-    logger.tell(category, &format!("fmi2Instantiate: {problem}"));
+    logger.log(category, &format!("fmi2Instantiate: {problem}"));
     std::ptr::null_mut()
 }
 
-fn make<S: Slave>(
+fn create<S: Slave>(
     name: Option<&CStr>,
     fmu_type: i32,
     guid: Option<&CStr>,
@@ -60,7 +60,7 @@ fn make<S: Slave>(
         return Err("the instance has no name".into());
     }
     if fmu_type != CO_SIMULATION {
-        return Err(format!("the FMU type is {fmu_type}, this FMU is for co-simulation only"));
+        return Err(format!("the FMU type is {fmu_type}; this FMU supports co-simulation only"));
     }
     let guid = guid.ok_or("the GUID is NULL")?;
     let resources = match location {
@@ -78,9 +78,9 @@ pub unsafe fn free_instance<S: Slave>(component: *mut c_void) {
         return;
     }
     let instance = component.cast::<Instance<S>>();
-    // SAFETY: it came from `Box::into_raw` in `instantiate`, and nobody uses it any more.
+    // SAFETY: created by `Box::into_raw` in `instantiate`, and not used afterwards.
     let instance = unsafe { Box::from_raw(instance) };
-    // Whatever its destructors do, there is nobody left to tell.
+    // A panic of a destructor cannot be reported any more.
     let _ = contain(|| drop(instance));
 }
 
@@ -146,7 +146,7 @@ pub unsafe fn reset<S: Slave>(component: *mut c_void) -> i32 {
     unsafe { call(component, Call::Reset, Instance::<S>::reset) }
 }
 
-/// The status as C has it; for tests and hosts that link this crate.
+/// The status of a C status code; for tests and hosts that link this crate.
 #[must_use]
 pub fn status(code: i32) -> Option<Status> {
     [Status::Ok, Status::Warning, Status::Discard, Status::Error, Status::Fatal]

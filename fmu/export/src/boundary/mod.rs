@@ -1,13 +1,13 @@
 //! The 34 functions of the C interface, generic over the slave.
 //!
-//! Each one checks its pointers, contains panics and maps the outcome to a status; what it means is
-//! in safe code elsewhere. [`crate::export!`] gives them their C names.
+//! Each function checks its pointers, contains panics and maps the outcome to a status; safe code in
+//! other modules implements the call. [`crate::export!`] exports them under their C names.
 //!
 //! # Safety
-//! All functions here have the contract of the standard: a component is null or one that
-//! [`instantiate`] gave, of the same slave, not yet freed, and used by one thread at a time;
-//! pointers are null or point to what the standard says, for the time of the call.
-#![allow(clippy::missing_safety_doc)] // said once, above, for all of them
+//! All functions here have the contract of the standard: a component is null or was returned by
+//! [`instantiate`] for the same slave, is not freed, and is used by one thread at a time; pointers are
+//! null or valid for the call as the standard requires.
+#![allow(clippy::missing_safety_doc)] // stated above for all functions
 
 mod derivatives;
 mod lifecycle;
@@ -28,7 +28,7 @@ use crate::instance::{Instance, Outcome};
 use crate::types::Status;
 use std::ffi::c_void;
 
-/// Runs a call on an instance: admission, containment, status.
+/// Runs a call on an instance: checks that it is legal, contains panics and returns the status.
 ///
 /// # Safety
 /// The module's contract for `component`.
@@ -38,7 +38,7 @@ unsafe fn call<S: Slave>(
     call: Call,
     body: impl FnOnce(&mut Instance<S>) -> Outcome,
 ) -> i32 {
-    // SAFETY: null, or a live instance of this slave that nobody else uses during the call.
+    // SAFETY: null, or a live instance of this slave that nothing else uses during the call.
     let Some(instance) = (unsafe { component.cast::<Instance<S>>().as_mut() }) else {
         return Status::Error as i32;
     };
@@ -54,7 +54,7 @@ unsafe fn call<S: Slave>(
     status as i32
 }
 
-/// Refuses a call whose flag in the XML says that the slave has no such thing.
+/// Rejects a call of a capability that the slave does not have.
 fn supported(flag: bool) -> Result<(), String> {
-    if flag { Ok(()) } else { Err("not supported, as the XML says".into()) }
+    if flag { Ok(()) } else { Err("not supported, as declared in modelDescription.xml".into()) }
 }

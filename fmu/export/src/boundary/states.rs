@@ -1,7 +1,7 @@
-//! FMU states: copies of everything a later call can depend on.
+//! FMU states: copies of everything that a later call can depend on.
 //!
-//! The states that are alive are listed, so that a pointer that is none, or freed already, is an
-//! error and no undefined behaviour.
+//! All live states are listed, so that an invalid or freed pointer is an error instead of undefined
+//! behaviour.
 
 use super::{call, supported};
 use crate::Slave;
@@ -15,10 +15,10 @@ use std::ffi::{c_char, c_void};
 use std::mem::MaybeUninit;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Address and slave of every state alive, sorted.
+/// Address and slave type of every live state, sorted.
 static ALIVE: Mutex<Vec<(usize, TypeId)>> = Mutex::new(Vec::new());
 
-/// Nothing that holds the lock can panic halfway.
+/// The live states. A poisoned lock is still consistent: no holder can panic between two changes.
 fn alive() -> MutexGuard<'static, Vec<(usize, TypeId)>> {
     ALIVE.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -37,12 +37,12 @@ fn register<S: Slave>(state: *mut c_void) {
 fn is_alive<S: Slave>(state: *mut c_void) -> Result<(), String> {
     match alive().binary_search(&key::<S>(state)) {
         Ok(_) => Ok(()),
-        Err(_) => Err("the FMU state is none of this FMU, or was freed".into()),
+        Err(_) => Err("the pointer is not an FMU state of this FMU, or the state was freed".into()),
     }
 }
 
-/// Makes a state of a copy.
-fn keep<S: Slave>(snapshot: Snapshot<S>) -> *mut c_void {
+/// Moves a state to the heap and lists it as alive.
+fn into_pointer<S: Slave>(snapshot: Snapshot<S>) -> *mut c_void {
     let state = Box::into_raw(Box::new(snapshot)).cast();
     register::<S>(state);
     state
@@ -54,22 +54,22 @@ fn unregister<S: Slave>(state: *mut c_void) {
         alive.remove(index);
     }
     if alive.is_empty() {
-        // The library may be unloaded next; nobody would give this memory back.
+        // The library may be unloaded next; this memory would leak.
         *alive = Vec::new();
     }
 }
 
-/// `fmi2GetFMUstate`: a state that is given already is reused.
+/// `fmi2GetFMUstate`: an existing state is overwritten.
 pub unsafe fn get_fmu_state<S: Slave>(component: *mut c_void, state: *mut *mut c_void) -> i32 {
     let body = |instance: &mut Instance<S>| {
         // SAFETY: the module's contract.
         let slot = unsafe { state.as_mut() }.ok_or("the pointer to the FMU state is NULL")?;
         if slot.is_null() {
-            *slot = keep(instance.snapshot());
+            *slot = into_pointer(instance.snapshot());
         } else {
             is_alive::<S>(*slot)?;
             let snapshot = instance.snapshot();
-            // SAFETY: a state of this slave that is alive, and that nobody else uses now.
+            // SAFETY: a live state of this slave that nothing else uses now.
             let old = std::mem::replace(unsafe { &mut *slot.cast::<Snapshot<S>>() }, snapshot);
             old.core.slave.release();
         }
@@ -86,14 +86,14 @@ pub unsafe fn set_fmu_state<S: Slave>(component: *mut c_void, state: *mut c_void
             return Err("the FMU state is NULL".into());
         }
         is_alive::<S>(state)?;
-        // SAFETY: a state of this slave that is alive, and that nobody changes now.
+        // SAFETY: a live state of this slave that nothing changes now.
         instance.restore(unsafe { &*state.cast::<Snapshot<S>>() })
     };
     // SAFETY: the module's contract.
     unsafe { call(component, Call::SetFmuState, body) }
 }
 
-/// `fmi2FreeFMUstate`: the pointer becomes NULL; no pointer, and no state, are ignored.
+/// `fmi2FreeFMUstate`: the pointer becomes NULL; null pointers are ignored.
 pub unsafe fn free_fmu_state<S: Slave>(component: *mut c_void, state: *mut *mut c_void) -> i32 {
     let body = |_: &mut Instance<S>| {
         // SAFETY: the module's contract.
@@ -103,7 +103,7 @@ pub unsafe fn free_fmu_state<S: Slave>(component: *mut c_void, state: *mut *mut 
         is_alive::<S>(*slot)?;
         let snapshot = std::mem::replace(slot, std::ptr::null_mut());
         unregister::<S>(snapshot);
-        // SAFETY: it came from `Box::into_raw` above, was alive until now, and is gone from the list.
+        // SAFETY: created by `Box::into_raw` above, alive until now, and removed from the list.
         let snapshot = unsafe { Box::from_raw(snapshot.cast::<Snapshot<S>>()) };
         snapshot.core.slave.release();
         Ok(Status::Ok)
@@ -112,7 +112,7 @@ pub unsafe fn free_fmu_state<S: Slave>(component: *mut c_void, state: *mut *mut 
     unsafe { call(component, Call::FreeFmuState, body) }
 }
 
-/// The bytes of a state.
+/// Serializes a state.
 ///
 /// # Safety
 /// The module's contract for `state`.
@@ -122,7 +122,7 @@ unsafe fn bytes_of<S: Slave>(state: *mut c_void) -> Result<Vec<u8>, String> {
         return Err("the FMU state is NULL".into());
     }
     is_alive::<S>(state)?;
-    // SAFETY: a state of this slave that is alive, and that nobody changes now.
+    // SAFETY: a live state of this slave that nothing changes now.
     Ok(encode(unsafe { &*state.cast::<Snapshot<S>>() }))
 }
 
@@ -144,7 +144,7 @@ pub unsafe fn serialized_fmu_state_size<S: Slave>(
     unsafe { call(component, Call::SerializedFmuStateSize, body) }
 }
 
-/// `fmi2SerializeFMUstate`: a buffer may be longer than needed; what is beyond stays as it is.
+/// `fmi2SerializeFMUstate`: a buffer may be longer than needed; the rest of it does not change.
 pub unsafe fn serialize_fmu_state<S: Slave>(
     component: *mut c_void,
     state: *mut c_void,
@@ -157,7 +157,7 @@ pub unsafe fn serialize_fmu_state<S: Slave>(
         // SAFETY: as above.
         let buffer = unsafe { slots(bytes.cast::<u8>(), size, "bytes")? };
         let Some(buffer) = buffer.get_mut(..content.len()) else {
-            return Err(format!("the buffer has {size} bytes, {} are needed", content.len()));
+            return Err(format!("the buffer has {size} bytes; {} are needed", content.len()));
         };
         for (slot, byte) in buffer.iter_mut().zip(content) {
             slot.write(byte);
@@ -168,9 +168,9 @@ pub unsafe fn serialize_fmu_state<S: Slave>(
     unsafe { call(component, Call::SerializeFmuState, body) }
 }
 
-/// `fmi2DeSerializeFMUstate`: as the standard has it, this "constructs a copy of the FMU state" and
-/// gives the pointer to it, always a new one. What the slot held before is not looked at, which may
-/// be nothing at all; if it was a state, it is still one, and still the importer's to free.
+/// `fmi2DeSerializeFMUstate`: "constructs a copy of the FMU state" (the standard) and returns a new
+/// pointer. The previous content of the slot is not read, since it may be uninitialized; if it is a
+/// state, that state stays alive and the importer frees it.
 pub unsafe fn de_serialize_fmu_state<S: Slave>(
     component: *mut c_void,
     bytes: *const c_char,
@@ -184,7 +184,7 @@ pub unsafe fn de_serialize_fmu_state<S: Slave>(
         // SAFETY: as above.
         let bytes = unsafe { array(bytes.cast::<u8>(), size, "bytes")? };
         let snapshot = instance.decode(bytes)?;
-        slot.fill(MaybeUninit::new(keep(snapshot)));
+        slot.fill(MaybeUninit::new(into_pointer(snapshot)));
         Ok(Status::Ok)
     };
     // SAFETY: the module's contract.

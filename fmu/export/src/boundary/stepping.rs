@@ -1,4 +1,4 @@
-//! Steps and statuses.
+//! Steps and their status.
 
 use super::{call, supported};
 use crate::Slave;
@@ -8,7 +8,7 @@ use crate::instance::Instance;
 use crate::types::{LAST_SUCCESSFUL_TIME, Status, TERMINATED};
 use std::ffi::{c_char, c_void};
 
-/// `fmi2DoStep`. Every step is kept until the next is made, so that the last argument has no say.
+/// `fmi2DoStep`. The last argument is not used, since any FMU state can be restored.
 #[inline]
 pub unsafe fn do_step<S: Slave>(
     component: *mut c_void,
@@ -21,7 +21,7 @@ pub unsafe fn do_step<S: Slave>(
     unsafe { call(component, Call::DoStep, body) }
 }
 
-/// `fmi2CancelStep`: never legal, since no step is asynchronous.
+/// `fmi2CancelStep`: always an error, since no step is asynchronous.
 pub unsafe fn cancel_step<S: Slave>(component: *mut c_void) -> i32 {
     // SAFETY: the module's contract.
     unsafe {
@@ -31,20 +31,20 @@ pub unsafe fn cancel_step<S: Slave>(component: *mut c_void) -> i32 {
     }
 }
 
-/// Answers a question about the last step; `answer` is `None` for a kind there is none of.
+/// Returns a status of the last step; `status` returns `None` for a kind that does not exist.
 ///
 /// # Safety
 /// The module's contract.
-unsafe fn answer<S: Slave, T>(
+unsafe fn get<S: Slave, T>(
     component: *mut c_void,
     which: Call,
     value: *mut T,
-    answer: impl FnOnce(&Instance<S>) -> Option<T>,
+    status: impl FnOnce(&Instance<S>) -> Option<T>,
 ) -> i32 {
     let body = |instance: &mut Instance<S>| {
         // SAFETY: the module's contract.
         let slot = unsafe { slots(value, 1, "values")? };
-        match (answer(instance), slot) {
+        match (status(instance), slot) {
             (Some(value), [slot]) => {
                 slot.write(value);
                 Ok(Status::Ok)
@@ -56,48 +56,48 @@ unsafe fn answer<S: Slave, T>(
     unsafe { call(component, which, body) }
 }
 
-/// `fmi2GetStatus`: only asked of steps that are pending, and none is.
+/// `fmi2GetStatus`: exists only for pending steps, and no step is pending.
 pub unsafe fn get_status<S: Slave>(component: *mut c_void, _kind: i32, value: *mut i32) -> i32 {
     // SAFETY: the module's contract.
-    unsafe { answer::<S, _>(component, Call::GetStatus, value, |_| None) }
+    unsafe { get::<S, _>(component, Call::GetStatus, value, |_| None) }
 }
 
 /// `fmi2GetRealStatus`: the end of the last step.
 pub unsafe fn get_real_status<S: Slave>(component: *mut c_void, kind: i32, value: *mut f64) -> i32 {
-    let answer_of = |instance: &Instance<S>| {
+    let status = |instance: &Instance<S>| {
         (kind == LAST_SUCCESSFUL_TIME).then(|| instance.last_successful_time())
     };
     // SAFETY: the module's contract.
-    unsafe { answer(component, Call::GetRealStatus, value, answer_of) }
+    unsafe { get(component, Call::GetRealStatus, value, status) }
 }
 
-/// `fmi2GetIntegerStatus`: there is none.
+/// `fmi2GetIntegerStatus`: the standard defines none.
 pub unsafe fn get_integer_status<S: Slave>(
     component: *mut c_void,
     _kind: i32,
     value: *mut i32,
 ) -> i32 {
     // SAFETY: the module's contract.
-    unsafe { answer::<S, _>(component, Call::GetIntegerStatus, value, |_| None) }
+    unsafe { get::<S, _>(component, Call::GetIntegerStatus, value, |_| None) }
 }
 
-/// `fmi2GetBooleanStatus`: a slave never asks to end the simulation.
+/// `fmi2GetBooleanStatus`: a slave never requests the end of the simulation.
 pub unsafe fn get_boolean_status<S: Slave>(
     component: *mut c_void,
     kind: i32,
     value: *mut i32,
 ) -> i32 {
-    let answer_of = |_: &Instance<S>| (kind == TERMINATED).then_some(0);
+    let status = |_: &Instance<S>| (kind == TERMINATED).then_some(0);
     // SAFETY: the module's contract.
-    unsafe { answer(component, Call::GetBooleanStatus, value, answer_of) }
+    unsafe { get(component, Call::GetBooleanStatus, value, status) }
 }
 
-/// `fmi2GetStringStatus`: only asked of steps that are pending, and none is.
+/// `fmi2GetStringStatus`: exists only for pending steps, and no step is pending.
 pub unsafe fn get_string_status<S: Slave>(
     component: *mut c_void,
     _kind: i32,
     value: *mut *const c_char,
 ) -> i32 {
     // SAFETY: the module's contract.
-    unsafe { answer::<S, _>(component, Call::GetStringStatus, value, |_| None) }
+    unsafe { get::<S, _>(component, Call::GetStringStatus, value, |_| None) }
 }

@@ -11,146 +11,51 @@ use std::ffi::{c_char, c_void};
 const REFERENCES: &str = "value references";
 const VALUES: &str = "values";
 
-/// `fmi2GetReal`.
-#[inline]
-pub unsafe fn get_real<S: Slave>(
-    component: *mut c_void,
-    references: *const u32,
-    length: usize,
-    values: *mut f64,
-) -> i32 {
-    let body = |instance: &mut Instance<S>| {
-        // SAFETY: the module's contract, here and for the values.
-        let references = unsafe { array(references, length, REFERENCES)? };
-        // SAFETY: as above.
-        let values = unsafe { slots(values, length, VALUES)? };
-        instance.get_all(references, values, Kind::Real, |value| match value {
-            // A number that is none is never passed on as if all were well.
-            Value::Real(value) if value.is_finite() => Some(value),
-            _ => None,
-        })
+/// Declares functions that read or set variables. A row is the function, the C type of the values, the
+/// call, the conversion of the values and the method of [`Instance`] with its further arguments.
+macro_rules! functions {
+    ($($name:ident($values:ty) is $call:ident: $convert:ident, $method:ident($($argument:expr),*);)*) => {
+        $(
+            #[doc = concat!("`fmi2", stringify!($call), "`.")]
+            #[inline]
+            pub unsafe fn $name<S: Slave>(
+                component: *mut c_void,
+                references: *const u32,
+                length: usize,
+                values: $values,
+            ) -> i32 {
+                let body = |instance: &mut Instance<S>| {
+                    // SAFETY: the module's contract, here and for the values.
+                    let references = unsafe { array(references, length, REFERENCES)? };
+                    // SAFETY: as above.
+                    let values = unsafe { $convert(values, length, VALUES)? };
+                    instance.$method(references, values $(, $argument)*)
+                };
+                // SAFETY: the module's contract.
+                unsafe { call(component, Call::$call, body) }
+            }
+        )*
     };
-    // SAFETY: the module's contract.
-    unsafe { call(component, Call::GetReal, body) }
 }
 
-/// `fmi2GetInteger`.
-#[inline]
-pub unsafe fn get_integer<S: Slave>(
-    component: *mut c_void,
-    references: *const u32,
-    length: usize,
-    values: *mut i32,
-) -> i32 {
-    let body = |instance: &mut Instance<S>| {
-        // SAFETY: the module's contract, here and for the values.
-        let references = unsafe { array(references, length, REFERENCES)? };
-        // SAFETY: as above.
-        let values = unsafe { slots(values, length, VALUES)? };
-        instance.get_all(references, values, Kind::Integer, |value| match value {
-            Value::Integer(value) => Some(value),
-            _ => None,
-        })
-    };
-    // SAFETY: the module's contract.
-    unsafe { call(component, Call::GetInteger, body) }
-}
-
-/// `fmi2GetBoolean`.
-#[inline]
-pub unsafe fn get_boolean<S: Slave>(
-    component: *mut c_void,
-    references: *const u32,
-    length: usize,
-    values: *mut i32,
-) -> i32 {
-    let body = |instance: &mut Instance<S>| {
-        // SAFETY: the module's contract, here and for the values.
-        let references = unsafe { array(references, length, REFERENCES)? };
-        // SAFETY: as above.
-        let values = unsafe { slots(values, length, VALUES)? };
-        instance.get_all(references, values, Kind::Boolean, |value| match value {
-            Value::Boolean(value) => Some(i32::from(value)),
-            _ => None,
-        })
-    };
-    // SAFETY: the module's contract.
-    unsafe { call(component, Call::GetBoolean, body) }
-}
-
-/// `fmi2GetString`.
-pub unsafe fn get_string<S: Slave>(
-    component: *mut c_void,
-    references: *const u32,
-    length: usize,
-    values: *mut *const c_char,
-) -> i32 {
-    let body = |instance: &mut Instance<S>| {
-        // SAFETY: the module's contract, here and for the values.
-        let references = unsafe { array(references, length, REFERENCES)? };
-        // SAFETY: as above.
-        let values = unsafe { slots(values, length, VALUES)? };
-        instance.get_strings(references, values)
-    };
-    // SAFETY: the module's contract.
-    unsafe { call(component, Call::GetString, body) }
-}
-
-/// `fmi2SetReal`.
-#[inline]
-pub unsafe fn set_real<S: Slave>(
-    component: *mut c_void,
-    references: *const u32,
-    length: usize,
-    values: *const f64,
-) -> i32 {
-    let body = |instance: &mut Instance<S>| {
-        // SAFETY: the module's contract, here and for the values.
-        let references = unsafe { array(references, length, REFERENCES)? };
-        // SAFETY: as above.
-        let values = unsafe { array(values, length, VALUES)? };
-        instance.set_reals(references, values)
-    };
-    // SAFETY: the module's contract.
-    unsafe { call(component, Call::SetReal, body) }
-}
-
-/// `fmi2SetInteger`.
-#[inline]
-pub unsafe fn set_integer<S: Slave>(
-    component: *mut c_void,
-    references: *const u32,
-    length: usize,
-    values: *const i32,
-) -> i32 {
-    let body = |instance: &mut Instance<S>| {
-        // SAFETY: the module's contract, here and for the values.
-        let references = unsafe { array(references, length, REFERENCES)? };
-        // SAFETY: as above.
-        let values = unsafe { array(values, length, VALUES)? };
-        instance.set_integers(references, values)
-    };
-    // SAFETY: the module's contract.
-    unsafe { call(component, Call::SetInteger, body) }
-}
-
-/// `fmi2SetBoolean`.
-#[inline]
-pub unsafe fn set_boolean<S: Slave>(
-    component: *mut c_void,
-    references: *const u32,
-    length: usize,
-    values: *const i32,
-) -> i32 {
-    let body = |instance: &mut Instance<S>| {
-        // SAFETY: the module's contract, here and for the values.
-        let references = unsafe { array(references, length, REFERENCES)? };
-        // SAFETY: as above.
-        let values = unsafe { array(values, length, VALUES)? };
-        instance.set_booleans(references, values)
-    };
-    // SAFETY: the module's contract.
-    unsafe { call(component, Call::SetBoolean, body) }
+functions! {
+    get_real(*mut f64) is GetReal: slots, get_all(Kind::Real, |value| match value {
+        // NaN and infinities are never returned with status OK.
+        Value::Real(value) if value.is_finite() => Some(value),
+        _ => None,
+    });
+    get_integer(*mut i32) is GetInteger: slots, get_all(Kind::Integer, |value| match value {
+        Value::Integer(value) => Some(value),
+        _ => None,
+    });
+    get_boolean(*mut i32) is GetBoolean: slots, get_all(Kind::Boolean, |value| match value {
+        Value::Boolean(value) => Some(i32::from(value)),
+        _ => None,
+    });
+    get_string(*mut *const c_char) is GetString: slots, get_strings();
+    set_real(*const f64) is SetReal: array, set_reals();
+    set_integer(*const i32) is SetInteger: array, set_integers();
+    set_boolean(*const i32) is SetBoolean: array, set_booleans();
 }
 
 /// `fmi2SetString`.

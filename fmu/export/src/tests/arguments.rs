@@ -1,4 +1,4 @@
-//! Classes of arguments: what is refused changes nothing.
+//! Classes of arguments: a rejected call changes nothing.
 
 use super::host::{DISCARD, ERROR, Host, OK, WARNING, call};
 use super::probe::{COUNT, GAIN, LABEL, N, ON, U, Y};
@@ -6,7 +6,7 @@ use crate::calls::State;
 use std::ffi::{CStr, c_char};
 use std::ptr::{null, null_mut};
 
-/// A host at a communication point whose call is expected to fail without a trace.
+/// A host at a communication point whose call must fail and change nothing.
 fn refused(what: &str, call: impl FnOnce(&Host) -> i32) {
     let host = Host::in_state(State::StepComplete);
     let before = host.values();
@@ -21,7 +21,7 @@ fn refused(what: &str, call: impl FnOnce(&Host) -> i32) {
 
 #[test]
 fn nothing_changes_when_one_of_many_is_wrong() {
-    // The first pair is good each time.
+    // The first pair is valid each time.
     let pairs = |reference: u32, value: f64| {
         move |host: &Host| {
             call!(host, set_real([GAIN, reference].as_ptr(), 2, [7.0, value].as_ptr()))
@@ -98,7 +98,7 @@ fn null_component() {
         let expected = if needs_none.contains(&call.name()) { OK } else { ERROR };
         assert_eq!(nobody.make(*call), expected, "{}", call.name());
     }
-    // Dropping it frees no instance, which is ignored.
+    // Freeing a null component is ignored.
 }
 
 #[test]
@@ -123,12 +123,12 @@ fn inputs_are_clipped_with_one_warning_each() {
     let lines = host.take_lines();
     assert_eq!(lines.len(), 2, "{lines:?}");
     assert!(lines.iter().all(|line| line.1 == WARNING && line.2 == "logStatusWarning"));
-    // At the limit is within.
+    // The limit itself is valid.
     assert_eq!(Host::in_state(State::StepComplete).set_real(U, 10.0), OK);
 }
 
 #[test]
-fn values_come_back_as_they_went_in() {
+fn values_are_read_as_they_were_set() {
     let host = Host::in_state(State::StepComplete);
     let references = [U, GAIN];
     assert_eq!(call!(host, set_real(references.as_ptr(), 2, [0.1 + 0.2, 1e-300].as_ptr())), OK);

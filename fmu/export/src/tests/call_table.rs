@@ -1,10 +1,10 @@
-//! Every function in every state, against table 4.2.4 written down a second time.
+//! Every function in every state, compared with a second copy of table 4.2.4.
 
 use super::host::{DISCARD, ERROR, FATAL, Host, OK, call};
 use super::probe::{FAULT, GAIN, GRAVITY, GUESS, N, OFFSET, PANIC_IN_SET, SCALE, U, Y};
 use crate::calls::{Call, State};
 
-/// The standard's rows without the states that cannot be reached here: I instantiated,
+/// The standard's rows without the states that cannot be reached: I instantiated,
 /// M initialization mode, C step complete, T terminated, E error.
 const STANDARD: &str = "
 fmi2GetTypesPlatform IMCTE
@@ -66,7 +66,7 @@ fn every_function_in_every_state() {
             let (legal, condition) = legal.split_once(' ').unwrap_or((legal, ""));
             let is_legal = legal.contains(letter) && legal != "unsupported";
             assert_eq!(call.is_legal_in(state), is_legal, "{place}");
-            // This slave has none of it.
+            // This slave has no optional capabilities.
             if is_legal && condition.is_empty() {
                 let discarded = matches!(
                     call,
@@ -85,7 +85,7 @@ fn every_function_in_every_state() {
     }
 }
 
-/// The six calls of optional capabilities, of a slave that has them all.
+/// The six calls of optional capabilities, for a slave that has all of them.
 #[test]
 fn every_optional_function_in_every_state() {
     use super::plant::{self, Rig, on};
@@ -129,7 +129,7 @@ fn every_optional_function_in_every_state() {
 }
 
 #[test]
-fn after_a_panic_only_freeing_is_left() {
+fn after_a_panic_only_freeing_is_legal() {
     for &call in Call::ALL {
         let host = Host::in_state(State::Fatal);
         let free =
@@ -139,7 +139,7 @@ fn after_a_panic_only_freeing_is_left() {
     }
 }
 
-/// Which variables may be set when: "I" only instantiated, and so on.
+/// The states in which each variable may be set: "I" only instantiated, and so on.
 #[test]
 fn setting_by_variable() {
     let rows = [
@@ -161,7 +161,7 @@ fn setting_by_variable() {
             if states.contains(letter) {
                 assert_eq!((status, lines.len()), (OK, 0), "{place}: {lines:?}");
             } else if states.contains(letter.to_ascii_lowercase()) {
-                // Outside the standard and accepted: one debug line, however often it happens.
+                // An accepted deviation from the standard: one debug line in total.
                 assert_eq!(status, OK, "{place}");
                 assert_eq!(host.set_real(reference, 1.6), OK);
                 assert_eq!((lines.len(), host.take_lines().len()), (1, 0), "{place}: {lines:?}");
@@ -199,7 +199,7 @@ fn initialization_needs_an_experiment() {
 }
 
 #[test]
-fn reset_makes_a_fresh_instance() {
+fn reset_restores_a_new_instance() {
     let host = Host::in_state(State::StepComplete);
     let fresh = Host::new(false).values();
     assert_eq!(host.set_real(U, 20.0), super::host::WARNING);
@@ -208,10 +208,10 @@ fn reset_makes_a_fresh_instance() {
     assert_eq!(call!(host, reset()), OK);
     assert_eq!(host.values(), fresh);
     assert_eq!(host.state(), State::Instantiated);
-    // The experiment is forgotten too, and warnings are given again.
+    // The experiment is cleared too, and warnings are logged again.
     assert_eq!(host.set_real(U, 20.0), super::host::WARNING);
     assert_eq!(call!(host, enter_initialization_mode()), ERROR);
-    // It brings an instance back from an error, and not from a panic.
+    // A reset recovers from an error, but not from a panic.
     assert_eq!(call!(host, reset()), OK);
     assert_eq!(host.set_integer(FAULT, PANIC_IN_SET), FATAL);
     assert_eq!(call!(host, reset()), FATAL);

@@ -14,7 +14,7 @@ const ALL: [State; 5] = [
 ];
 
 #[test]
-fn an_input_grows_within_one_step() {
+fn an_input_derivative_acts_within_one_step() {
     // der(x1) = -x1/2 + 2 u with u = 3 + 4 t is met by Heun's method up to its order.
     let rig = Rig::in_state(State::StepComplete);
     assert_eq!(rig.set(U, 3.0), OK);
@@ -22,7 +22,7 @@ fn an_input_grows_within_one_step() {
     assert_eq!(on!(rig, do_step(0.0, 0.5, 1)), OK);
     let slope = (2.0 * 3.0 - 0.5, 2.0 * (3.0 + 0.5 * 4.0) - 0.5 * (1.0 + 0.5 * 5.5));
     assert_eq!(rig.real(X1), 1.0 + 0.25 * (slope.0 + slope.1));
-    // The input stays what was set, and its derivative is gone.
+    // The input keeps its value, and its derivative is zero.
     assert_eq!(rig.real(U), 3.0);
     let x = rig.real(X1);
     assert_eq!(on!(rig, do_step(0.5, 0.5, 1)), OK);
@@ -56,7 +56,7 @@ fn wrong_arguments_of_input_derivatives_change_nothing() {
     let try_it = |reference: u32, order: i32, value: f64| {
         let rig = Rig::in_state(State::StepComplete);
         let before = (*rig.instance().core.slave).clone();
-        // The first one is good.
+        // The first one is valid.
         let (references, orders, values) = ([U, reference], [1, order], [1.0, value]);
         let (r, o, v) = (references.as_ptr(), orders.as_ptr(), values.as_ptr());
         assert_eq!(on!(rig, set_real_input_derivatives(r, 2, o, v)), ERROR);
@@ -108,7 +108,7 @@ fn output_derivatives() {
     assert_eq!(on!(fresh(), get_real_output_derivatives(null(), 0, null(), null_mut())), OK);
 }
 
-/// Which pairs there are in which state: with the derivative, or none.
+/// The pairs of unknown and known in each state, with their partial derivative if they are legal.
 #[test]
 fn partial_derivatives_by_state_of_the_machine() {
     let close = |got: f64, need: f64| (got - need).abs() <= 1e-9 * need.abs().max(1.0);
@@ -160,7 +160,7 @@ fn partial_derivatives_by_state_of_the_machine() {
                     _ => &[Y, Z, HELD, DX1, DX2],
                 };
                 let knowns: &[u32] = match state {
-                    // By an Integer the derivative is zero.
+                    // The derivative with respect to an Integer is zero.
                     State::Initialization => &[U, GATE, A, B, Z0, N, X1],
                     _ => &[U, GATE, X1, X2],
                 };
@@ -177,7 +177,7 @@ fn partial_derivatives_by_state_of_the_machine() {
                 if let Some((.., need)) =
                     pairs.iter().find(|(u, k, _)| (*u, *k) == (unknown, known))
                 {
-                    // `a` has room for a one-sided difference of 1e-9 alone.
+                    // The limits of `a` leave a one-sided difference of 1e-9.
                     let need_close =
                         if known == A { (got - need).abs() < 1e-5 } else { close(got, *need) };
                     assert!(need_close, "{place}: {got} instead of {need}");
@@ -207,7 +207,7 @@ fn a_direction_sums_over_the_knowns() {
     for (got, need) in result.iter().zip([18.0, 6.5, 4.0, 6.5]) {
         assert!((got - need).abs() < 1e-8, "{result:?}");
     }
-    // With no knowns nothing changes; with no unknowns there is nothing to say.
+    // Without knowns the derivatives are zero; without unknowns nothing is written.
     let mut value = 7.0;
     assert_eq!(on!(rig, get_directional_derivative(&Y, 1, null(), 0, null(), &mut value)), OK);
     assert_eq!(value, 0.0);
@@ -286,9 +286,9 @@ fn without_the_capability_each_is_an_error() {
     assert!(rig.take_lines().iter().all(|line| line.3.contains("not supported")));
 }
 
-/// A state can be set where the model has no finite output: that is told, and nothing is passed on.
+/// A state can be set to a value for which an output is not finite: reading it is an error.
 #[test]
-fn what_is_not_finite_is_an_error_and_no_value() {
+fn a_value_that_is_not_finite_is_an_error() {
     let rig = Rig::in_state(State::Initialization);
     assert_eq!(rig.set(X1, f64::MAX), OK);
     assert_eq!(rig.set(U, 1e3), OK);

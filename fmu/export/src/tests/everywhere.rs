@@ -1,11 +1,11 @@
-//! A slave that panics in any of its functions, its destructor and its copies included, with
-//! payloads whose destructors panic too: no export lets it out, and the others go on.
+//! Panics in any function of a slave, including `clone` and `drop`, with payloads whose destructors
+//! panic too: no panic crosses the boundary, and other instances continue.
 
-mod mine;
+mod panicking;
 
 use super::host::{FATAL, Line, Lines, OK, callbacks};
 use crate::boundary as c;
-use mine::{ALIVE, AT, At, DROPS, Mine, TABLE, arm};
+use panicking::{ALIVE, AT, At, DROPS, Panicking, TABLE, arm};
 use std::ffi::{CString, c_void};
 use std::ptr::{null, null_mut};
 
@@ -21,7 +21,7 @@ macro_rules! on {
     ($field:expr, $function:ident($($argument:expr),*)) => {{
         let component = $field.component;
         // SAFETY: a live instance of the slave above, good arguments.
-        unsafe { c::$function::<Mine>(component, $($argument),*) }
+        unsafe { c::$function::<Panicking>(component, $($argument),*) }
     }};
 }
 
@@ -35,7 +35,15 @@ impl Field {
         let guid = CString::new(model_description::guid(&TABLE, &[])).unwrap();
         // SAFETY: valid strings and callbacks.
         let component = unsafe {
-            c::instantiate::<Mine>(c"mine".as_ptr(), 1, guid.as_ptr(), null(), &callbacks, 0, 0)
+            c::instantiate::<Panicking>(
+                c"panicking".as_ptr(),
+                1,
+                guid.as_ptr(),
+                null(),
+                &callbacks,
+                0,
+                0,
+            )
         };
         Self { component, state: null_mut(), bytes: Vec::new(), lines }
     }
@@ -62,10 +70,10 @@ impl Field {
         self.lines.take()
     }
 
-    /// Frees the instance and its state, by another instance: this one may be lost.
+    /// Frees the instance and its state, by another instance, since this one may be unusable.
     fn free(mut self) {
-        // SAFETY: made above, freed once.
-        unsafe { c::free_instance::<Mine>(self.component) };
+        // SAFETY: created above, freed once.
+        unsafe { c::free_instance::<Panicking>(self.component) };
         if !self.state.is_null() {
             AT.set(At::Nowhere);
             let dropping = DROPS.replace(false);
@@ -74,8 +82,8 @@ impl Field {
             let status = on!(other, free_fmu_state(&mut self.state));
             assert_eq!(status, if dropping { FATAL } else { OK });
             assert!(self.state.is_null());
-            // SAFETY: made above, freed once.
-            unsafe { c::free_instance::<Mine>(other.component) };
+            // SAFETY: created above, freed once.
+            unsafe { c::free_instance::<Panicking>(other.component) };
         }
     }
 }
@@ -83,7 +91,7 @@ impl Field {
 type Export = (&'static str, fn(&mut Field) -> i32);
 
 /// Every export that reaches the slave, at a communication point or, the second list, in
-/// initialization mode; with the places where it does.
+/// initialization mode; with the functions that each calls.
 const LATER: &[(Export, &[At])] = &[
     (("fmi2Reset", |f| on!(f, reset())), &[At::Clone, At::Drop]),
     (("fmi2GetReal", |f| on!(f, get_real(&1, 1, &mut 0.0))), &[At::Reference, At::Get]),

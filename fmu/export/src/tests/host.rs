@@ -1,4 +1,4 @@
-//! An importer for tests: keeps what is logged, and frees what it made.
+//! An importer for tests: records the log and frees its instances.
 
 use super::probe::{FAULT, GAIN, N, ON, Probe, TABLE, U, Y};
 use crate::boundary as c;
@@ -19,10 +19,10 @@ pub(super) const FATAL: i32 = 4;
 pub(super) type Line = (String, i32, String, String);
 pub(super) type Lines = RefCell<Vec<Line>>;
 
-/// What the C function of an importer does with its variable arguments, for the only format used.
+/// The logger of an importer, for the only format used.
 ///
-/// SAFETY: as the standard's logger; called with "%s" and one string, which the C conventions of
-/// the platforms that tests run on pass like a sixth fixed argument.
+/// SAFETY: as the standard's logger; called with "%s" and one string, which the C calling
+/// conventions of the test platforms pass like a sixth fixed argument.
 unsafe extern "C" fn collect(
     environment: *mut c_void,
     name: *const c_char,
@@ -76,7 +76,7 @@ pub(super) struct Host {
 
 impl Drop for Host {
     fn drop(&mut self) {
-        // SAFETY: made by `Host::new`, freed once.
+        // SAFETY: created by `Host::new`, freed once.
         unsafe { c::free_instance::<Probe>(self.component) }
     }
 }
@@ -85,7 +85,7 @@ impl Drop for Host {
 macro_rules! call {
     ($host:expr, $function:ident($($argument:expr),*)) => {{
         let component = $host.component;
-        // SAFETY: a live instance of the probe, arguments as the test says.
+        // SAFETY: a live instance of the probe, arguments as the test requires.
         unsafe { crate::boundary::$function::<crate::tests::probe::Probe>(component, $($argument),*) }
     }};
 }
@@ -116,7 +116,7 @@ impl Host {
         Self { component: null_mut(), lines: Box::default() }
     }
 
-    /// An instance in that state, by legal calls or the fault that leads there.
+    /// An instance in a state, reached by legal calls or a fault.
     pub(super) fn in_state(state: State) -> Self {
         let host = Self::new(false);
         let initialize = || {
@@ -185,7 +185,7 @@ impl Host {
         value
     }
 
-    /// What all settable numbers are, read past the state machine.
+    /// All settable numbers, read directly from the slave.
     pub(super) fn values(&self) -> [f64; 5] {
         use crate::{Slave, VariableId};
         // SAFETY: a live instance of the probe.
@@ -199,7 +199,7 @@ impl Host {
         })
     }
 
-    /// Makes a call with arguments that are good wherever the call is legal.
+    /// Makes a call with arguments that are valid in every state in which the call is legal.
     pub(super) fn make(&self, which: Call) -> i32 {
         let mut real = 0.5;
         let mut integer = 1;

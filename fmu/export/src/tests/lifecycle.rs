@@ -32,7 +32,7 @@ fn instantiate(
 }
 
 #[test]
-fn what_is_not_instantiated() {
+fn rejected_instantiations() {
     let good = guid();
     let braces = CString::new(format!("{{{}}}", good.to_str().unwrap())).unwrap();
     let cases = [
@@ -110,14 +110,14 @@ fn resources_are_found_however_their_folder_is_spelled() {
         // SAFETY: made above.
         unsafe { c::free_instance::<Probe>(component) };
     }
-    // Other resources make another FMU.
+    // Other resources have another GUID.
     let lines = Lines::default();
     assert!(instantiate(Some(c"a"), 1, Some(&id), None, &lines).is_null());
     assert!(lines.borrow()[0].3.contains("GUID"), "{lines:?}");
 }
 
 #[test]
-fn a_slave_may_refuse_its_resources() {
+fn a_slave_may_reject_its_resources() {
     for (content, status) in [("bad", ERROR), ("panic", super::host::FATAL)] {
         let root = tempfile::tempdir().unwrap();
         std::fs::write(root.path().join("fault.txt"), content).unwrap();
@@ -146,7 +146,7 @@ fn the_callbacks_and_the_name_are_copied() {
 }
 
 #[test]
-fn messages_are_no_formats_and_their_categories_are_declared() {
+fn messages_are_not_formats_and_their_categories_are_declared() {
     let host = Host::in_state(State::StepComplete);
     assert_eq!(host.set_integer(FAULT, ERROR_IN_STEP), OK);
     assert_eq!(host.do_step(0.0, 1.0), ERROR);
@@ -157,7 +157,7 @@ fn messages_are_no_formats_and_their_categories_are_declared() {
 }
 
 #[test]
-fn a_warning_of_the_slave_is_told_and_returned() {
+fn a_warning_of_the_slave_is_logged_and_returned() {
     let host = Host::in_state(State::StepComplete);
     assert_eq!(host.set_integer(FAULT, WARNING_IN_STEP), OK);
     assert_eq!(host.do_step(0.0, 1.0), WARNING);
@@ -165,8 +165,8 @@ fn a_warning_of_the_slave_is_told_and_returned() {
     assert_eq!(host.take_lines()[0].3, "too fast");
 }
 
-/// The categories that get through: an event, a warning, an error.
-fn told(on: i32, categories: &[&CStr]) -> (i32, Vec<String>) {
+/// The categories that are logged, of an event, a warning and an error.
+fn logged(on: i32, categories: &[&CStr]) -> (i32, Vec<String>) {
     let host = Host::new(false);
     let pointers: Vec<_> = categories.iter().map(|name| name.as_ptr()).collect();
     let status = call!(host, set_debug_logging(on, pointers.len(), pointers.as_ptr()));
@@ -181,17 +181,17 @@ fn told(on: i32, categories: &[&CStr]) -> (i32, Vec<String>) {
 fn categories_are_respected() {
     let all = ["logEvents", "logStatusWarning", "logStatusError"];
     let owned = |names: &[&str]| (OK, names.iter().map(|name| (*name).to_owned()).collect());
-    assert_eq!(told(1, &[]), owned(&all));
-    assert_eq!(told(1, &[c"logAll"]), owned(&all));
-    assert_eq!(told(0, &[]), owned(&all[1..]));
-    assert_eq!(told(1, &[c"logEvents"]), owned(&all[..1]));
-    assert_eq!(told(1, &[c"logStatusError", c"logStatusFatal"]), owned(&all[2..]));
-    assert_eq!(told(0, &[c"logStatusWarning"]), owned(&all[2..]));
-    assert_eq!(told(1, &[c"nonsense", c"logEvents"]), (WARNING, vec!["logEvents".into()]));
+    assert_eq!(logged(1, &[]), owned(&all));
+    assert_eq!(logged(1, &[c"logAll"]), owned(&all));
+    assert_eq!(logged(0, &[]), owned(&all[1..]));
+    assert_eq!(logged(1, &[c"logEvents"]), owned(&all[..1]));
+    assert_eq!(logged(1, &[c"logStatusError", c"logStatusFatal"]), owned(&all[2..]));
+    assert_eq!(logged(0, &[c"logStatusWarning"]), owned(&all[2..]));
+    assert_eq!(logged(1, &[c"nonsense", c"logEvents"]), (WARNING, vec!["logEvents".into()]));
 }
 
 #[test]
-fn what_is_made_is_freed() {
+fn everything_is_freed() {
     for _ in 0..100 {
         let host = Host::in_state(State::StepComplete);
         let mut state = std::ptr::null_mut();

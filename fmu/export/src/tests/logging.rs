@@ -1,4 +1,4 @@
-//! The log: nothing told at every step floods it.
+//! Lines that are repeated at every step do not flood the log.
 
 use super::host::{Host, OK, WARNING, call};
 use super::probe::{FAULT, U, WARNING_IN_STEP, Y};
@@ -10,7 +10,7 @@ fn a_slave_that_warns_at_every_step_does_not_flood() {
     let host = Host::in_state(State::StepComplete);
     assert_eq!(host.set_integer(FAULT, WARNING_IN_STEP), OK);
     for k in 0..2000 {
-        // The status stays honest.
+        // The status is a warning each time.
         assert_eq!(host.do_step(f64::from(k), 1.0), WARNING);
     }
     let texts: Vec<String> = host.take_lines().into_iter().map(|line| line.3).collect();
@@ -19,7 +19,7 @@ fn a_slave_that_warns_at_every_step_does_not_flood() {
     for (text, number) in texts[1..].iter().zip(["no. 10 ", "no. 100 ", "no. 1000 "]) {
         assert!(text.starts_with("too fast") && text.contains(number), "{text}");
     }
-    // A reset forgets.
+    // A reset clears the counts.
     assert_eq!(call!(host, reset()), OK);
     assert_eq!(call!(host, setup_experiment(0, 0.0, 0.0, 0, 0.0)), OK);
     assert_eq!(call!(host, enter_initialization_mode()), OK);
@@ -29,9 +29,9 @@ fn a_slave_that_warns_at_every_step_does_not_flood() {
     assert_eq!(host.take_lines().len(), 1);
 }
 
-/// What was not heard is not counted: logging that is turned on later starts with the first line.
+/// Lines of disabled categories are not counted: logging enabled later starts with the first line.
 #[test]
-fn what_is_not_enabled_does_not_count_as_told() {
+fn lines_of_disabled_categories_are_not_counted() {
     let host = Host::in_state(State::StepComplete);
     assert_eq!(call!(host, set_debug_logging(0, 1, [c"logStatusWarning".as_ptr()].as_ptr())), OK);
     assert_eq!(host.set_integer(FAULT, WARNING_IN_STEP), OK);
@@ -53,7 +53,7 @@ fn reading_after_setting_is_noted_once() {
     assert_eq!(host.do_step(0.0, 0.5), OK);
     assert_eq!(host.real(Y), 3.0);
     assert_eq!(host.take_lines(), []);
-    // Setting nothing is not setting.
+    // A call that sets no variable does not count.
     assert_eq!(call!(host, set_real(null(), 0, null())), OK);
     assert_eq!(host.real(U), 3.0);
     assert_eq!(host.take_lines(), []);

@@ -1,12 +1,12 @@
-//! A panic in any callback: fatal, told, silent on stderr, and the others live.
+//! A panic in any callback is fatal and logged, prints nothing to stderr, and spares other instances.
 
 use super::host::{ERROR, FATAL, Host, OK, call};
 use super::probe::*;
 use crate::calls::State;
 use std::ptr::null_mut;
 
-/// The host is lost, with one line that has `text` in it, and can still be freed.
-fn lost(host: Host, status: i32, function: &str, text: &str) {
+/// The instance is unusable and can still be freed; one line with `text` was logged.
+fn unusable(host: Host, status: i32, function: &str, text: &str) {
     assert_eq!(status, FATAL, "{text}");
     assert_eq!(host.state(), State::Fatal);
     let lines = host.take_lines();
@@ -28,30 +28,30 @@ fn in_every_callback() {
     };
     let host = at(State::Initialization, PANIC_IN_EXIT);
     let status = call!(host, exit_initialization_mode());
-    lost(host, status, "fmi2ExitInitializationMode", "exit");
+    unusable(host, status, "fmi2ExitInitializationMode", "exit");
 
     let host = at(State::StepComplete, PANIC_IN_STEP);
     let status = host.do_step(0.0, 0.1);
-    lost(host, status, "fmi2DoStep", "step 1");
+    unusable(host, status, "fmi2DoStep", "step 1");
 
     let host = at(State::StepComplete, PANIC_IN_GET);
     let status = call!(host, get_real(&Y, 1, &mut 0.0));
-    lost(host, status, "fmi2GetReal", "get");
+    unusable(host, status, "fmi2GetReal", "get");
 
     let host = Host::in_state(State::StepComplete);
     let status = host.set_integer(FAULT, PANIC_IN_SET);
-    lost(host, status, "fmi2SetInteger", "set");
+    unusable(host, status, "fmi2SetInteger", "set");
 
     let host = at(State::StepComplete, PANIC_IN_CLONE);
     let mut state = null_mut();
     let status = call!(host, get_fmu_state(&mut state));
     assert!(state.is_null());
-    lost(host, status, "fmi2GetFMUstate", "clone");
+    unusable(host, status, "fmi2GetFMUstate", "clone");
 
     let host = at(State::StepComplete, PANIC_IN_DROP);
     let status = call!(host, reset());
-    // What was to be dropped is gone; the instance may have any state, and is lost.
-    lost(host, status, "fmi2Reset", "drop");
+    // The old slave is dropped; the instance is unusable.
+    unusable(host, status, "fmi2Reset", "drop");
 
     // Freeing an instance whose destructor panics.
     drop(at(State::StepComplete, PANIC_IN_DROP));
@@ -68,7 +68,7 @@ fn an_error_is_not_a_panic() {
     assert_eq!(call!(host, reset()), OK);
 }
 
-/// The program runs itself with a panicking instance and looks at its stderr.
+/// Runs itself as a process with a panicking instance and checks its stderr.
 #[test]
 fn nothing_appears_on_stderr() {
     if std::env::var_os("FMI2_EXPORT_PANIC").is_some() {
@@ -86,18 +86,18 @@ fn nothing_appears_on_stderr() {
     assert_eq!(String::from_utf8_lossy(&output.stderr), "");
 }
 
-/// Outside the layer, panics are reported as ever.
+/// Panics outside the layer are reported as usual.
 #[test]
-fn other_panics_are_still_heard() {
+fn other_panics_are_still_reported() {
     if std::env::var_os("FMI2_EXPORT_PANIC").is_some() {
         let _host = Host::new(false);
-        let _ = std::panic::catch_unwind(|| panic!("heard"));
+        let _ = std::panic::catch_unwind(|| panic!("reported"));
         return;
     }
     let output = std::process::Command::new(std::env::current_exe().unwrap())
-        .args(["--exact", "tests::panics::other_panics_are_still_heard", "--nocapture"])
+        .args(["--exact", "tests::panics::other_panics_are_still_reported", "--nocapture"])
         .env("FMI2_EXPORT_PANIC", "1")
         .output()
         .unwrap();
-    assert!(String::from_utf8_lossy(&output.stderr).contains("heard"));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("reported"));
 }

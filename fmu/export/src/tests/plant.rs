@@ -1,8 +1,8 @@
 //! A slave with states, derivatives and serialized states, and a host for it.
 //!
 //! `der(x1) = -a x1 + b u`, `der(x2) = x1`; `y = x1 + d u`, `z = x2`; `x2` starts at `z0`.
-//! Steps are Heun's, with `u` growing by its derivative. What it gives of its partial derivatives is
-//! `∂y/∂u`, `∂der(x2)/∂x1` and all by `x2`; the rest is for the layer's differences.
+//! A step uses Heun's method with the derivative of `u`. The slave returns the partial derivatives
+//! `∂y/∂u`, `∂der(x2)/∂x1` and all with respect to `x2`; the layer computes the others.
 
 use super::host::{Line, Lines, OK, callbacks};
 use crate::boundary as c;
@@ -56,12 +56,12 @@ const VARIABLES: &[VariableSpec] = &[
 ];
 pub(super) const TABLE: Table = Table::new("Plant", "1", "A plant for tests", VARIABLES);
 
-/// How much the plant can do.
+/// The optional capabilities of the plant.
 pub(super) trait Ability: Clone + Send + 'static {
     const CAPABILITIES: Capabilities;
 }
 
-/// Everything.
+/// All capabilities.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct All;
 impl Ability for All {
@@ -73,7 +73,7 @@ impl Ability for All {
     };
 }
 
-/// Nothing.
+/// No capabilities.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct None_;
 impl Ability for None_ {
@@ -270,7 +270,7 @@ pub(super) struct Rig<A: Ability = All> {
 
 impl<A: Ability> Drop for Rig<A> {
     fn drop(&mut self) {
-        // SAFETY: made by `Rig::new`, freed once.
+        // SAFETY: created by `Rig::new`, freed once.
         unsafe { c::free_instance::<Plant<A>>(self.component) }
     }
 }
@@ -278,9 +278,9 @@ impl<A: Ability> Drop for Rig<A> {
 /// Calls a function of the boundary on the rig's instance.
 macro_rules! on {
     ($rig:expr, $function:ident($($argument:expr),*)) => {{
-        // A rig made on the spot lives on until the call is made.
+        // Keeps a temporary rig alive during the call.
         let rig = &$rig;
-        // SAFETY: a live instance of the plant, arguments as the test says.
+        // SAFETY: a live instance of the plant, arguments as the test requires.
         unsafe {
             crate::boundary::$function::<crate::tests::plant::Plant>(rig.component, $($argument),*)
         }
@@ -303,9 +303,9 @@ impl<A: Ability> Rig<A> {
         Self { component, lines, ability: PhantomData }
     }
 
-    /// What the instance is made of.
+    /// The instance.
     pub(super) fn instance(&self) -> &Instance<Plant<A>> {
-        // SAFETY: a live instance of the plant; no test keeps it over a call.
+        // SAFETY: a live instance of the plant; no test keeps the reference during a call.
         unsafe { &*self.component.cast() }
     }
 

@@ -1,4 +1,4 @@
-//! A slave with every kind of variable, and faults on request.
+//! A slave with every kind of variable and selectable faults.
 
 use crate::{Log, Resources, Slave, VariableId};
 use model_description::{Causality as C, Initial, Table, Value, Variability as V, VariableSpec};
@@ -34,7 +34,7 @@ pub(super) const VARIABLES: &[VariableSpec] = &[
 
 pub(super) const TABLE: Table = Table::new("Probe", "1", "A slave for tests", VARIABLES);
 
-/// What the slave does wrong, by the value of `fault`.
+/// The faults of the slave, by the value of `fault`.
 pub(super) const PANIC_IN_EXIT: i32 = 1;
 pub(super) const PANIC_IN_STEP: i32 = 2;
 pub(super) const PANIC_IN_GET: i32 = 3;
@@ -175,7 +175,7 @@ impl Slave for Probe {
     }
 
     fn step(&mut self, time: f64, step: f64, log: &mut Log) -> Result<(), String> {
-        // Not a round number: a restored state must give the same bits.
+        // Not a round number: a restored state must return the same bits.
         self.y += step * (self.gain * self.u + self.offset - 0.3 * self.y) + 1e-9 * time.sin();
         match self.fault {
             PANIC_IN_STEP => panic!("{}", format!("step {}", 1)),

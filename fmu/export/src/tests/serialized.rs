@@ -1,4 +1,4 @@
-//! FMU states as bytes, and all that a state brings back.
+//! Serialized FMU states, and everything that a state restores.
 
 use super::host::{ERROR, OK, WARNING};
 use super::plant::*;
@@ -8,8 +8,8 @@ use sha2::{Digest, Sha256};
 use std::ffi::c_void;
 use std::ptr::{null, null_mut};
 
-/// A plant halfway, with everything that can be pending: a clipped input, a derivative, something
-/// set, a stop time.
+/// A plant in the middle of a run, with everything that can be pending: a clipped input, a derivative,
+/// a variable that was set, a stop time.
 fn halfway() -> Rig {
     let rig = Rig::new();
     assert_eq!(on!(rig, setup_experiment(0, 0.0, 1.0, 1, 4.0)), OK);
@@ -25,13 +25,13 @@ fn halfway() -> Rig {
     rig
 }
 
-/// What the plant does from there on: statuses and bits of the outputs.
+/// The further run of the plant: statuses and bits of the outputs.
 fn run(rig: &Rig) -> Vec<(i32, u64, u64)> {
     (5..15)
         .map(|k| {
             let status = on!(rig, do_step(1.0 + 0.1 * f64::from(k), 0.1, 1));
             let bits = (rig.real(Y).to_bits(), rig.real(Z).to_bits());
-            // Clipped at every second step: a warning only where none was given.
+            // Clipped at every second step: a warning only the first time.
             let status = 10 * status + rig.set(U, f64::from(k % 2) * 2e3);
             (status, bits.0, bits.1)
         })
@@ -83,7 +83,7 @@ fn another_instance_goes_on_with_the_same_bits() {
     assert_eq!(on!(rig, set_fmu_state(state)), OK);
     assert_eq!(run(&rig), expected);
     free(&rig, state);
-    // Fresh ones: from the bytes, whatever state they are in; the clipped input is not told again.
+    // New instances in any state, from the bytes; the clipped input is not logged again.
     for start in [
         State::Instantiated,
         State::Initialization,
@@ -100,16 +100,16 @@ fn another_instance_goes_on_with_the_same_bits() {
         assert_eq!(on!(other, set_fmu_state(state)), OK);
         assert_eq!(serialize(&other, state), bytes);
         assert_eq!(run(&other), expected, "{start:?}");
-        // The experiment came along.
+        // The experiment is restored too.
         assert_eq!(on!(other, do_step(2.5, 2.0, 1)), ERROR);
         assert!(other.take_lines().last().unwrap().3.contains("stop time 4"));
         free(&other, state);
     }
 }
 
-/// Not in the middle of a run: in each state of the machine.
+/// Outside a run: in each state of the machine.
 #[test]
-fn every_state_of_the_machine_comes_back() {
+fn every_state_of_the_machine_is_restored() {
     for state in [
         State::Instantiated,
         State::Initialization,
@@ -161,7 +161,7 @@ fn too_short_and_too_long() {
     assert_eq!(load(&Rig::new(), &[0xff; 4096]), ERROR);
 }
 
-/// Replaces bytes and makes the checksum right again.
+/// Replaces bytes and corrects the checksum.
 fn forged(change: impl Fn(&mut Vec<u8>)) -> Vec<u8> {
     let mut bytes = blob();
     bytes.truncate(bytes.len() - 32);
@@ -171,10 +171,10 @@ fn forged(change: impl Fn(&mut Vec<u8>)) -> Vec<u8> {
     bytes
 }
 
-/// A right checksum is no proof: each part is looked at. Offsets after magic 8, version 4 and GUID
+/// Each field is checked even if the checksum is correct. Offsets after magic 8, version 4 and GUID
 /// 4 + 36.
 #[test]
-fn foreign_and_forged_ones_are_told_apart() {
+fn foreign_and_forged_states_are_distinguished() {
     const STATE: usize = 52;
     const TIME: usize = STATE + 1 + 9 + 9;
     let reason = |bytes: &[u8]| {
@@ -183,24 +183,24 @@ fn foreign_and_forged_ones_are_told_apart() {
         rig.take_lines().remove(0).3
     };
     assert_eq!(load(&Rig::new(), &forged(|_| {})), OK);
-    assert!(reason(b"{\"json\": true}").contains("no serialized FMU state"));
+    assert!(reason(b"{\"json\": true}").contains("not a serialized FMU state"));
     assert!(reason(&forged(|b| b[8] = 2)).contains("version 2"));
     assert!(reason(&forged(|b| b[20] ^= 1)).contains("of another FMU"));
     for change in [
         (|b| b[STATE] = 5) as fn(&mut Vec<u8>), // fatal
-        |b| b[STATE] = 77,                      // no state
-        |b| b[STATE + 1] = 2,                   // no flag
+        |b| b[STATE] = 77,                      // not a state
+        |b| b[STATE + 1] = 2,                   // not a flag
         |b| b[TIME..TIME + 8].copy_from_slice(&f64::NAN.to_le_bytes()),
-        |b| b[TIME + 8] = 9, // no flag
+        |b| b[TIME + 8] = 9, // not a flag
         |b| b[TIME + 9..TIME + 13].copy_from_slice(&u32::MAX.to_le_bytes()), // a long list
-        |b| b[TIME + 13] = 4, // no input
-        |b| b[TIME + 21] = 9, // a discrete input grows
+        |b| b[TIME + 13] = 4, // not an input
+        |b| b[TIME + 21] = 9, // derivative of a discrete input
         |b| b.push(0),
     ] {
         let reason = reason(&forged(change));
-        assert!(reason.contains("that none can have"), "{reason}");
+        assert!(reason.contains("has invalid values"), "{reason}");
     }
-    // The slave has the last word about its own bytes.
+    // The slave checks its own bytes.
     let slave = |b: &mut Vec<u8>| {
         let at = b.len() - 64;
         b[at..at + 4].copy_from_slice(&59_u32.to_le_bytes());
@@ -239,11 +239,11 @@ fn pointers_and_sizes() {
     retry(on!(rig, de_serialize_fmu_state(bytes.as_ptr().cast(), 0, &mut other)), "no bytes");
     retry(on!(rig, de_serialize_fmu_state(bytes.as_ptr().cast(), needed, null_mut())), "no slot");
     assert!(other.is_null());
-    // A slot with a state in it gets a new one; the old one lives on.
+    // A slot with a state receives a new one; the old one stays alive.
     let mut slot = state;
     assert_eq!(on!(rig, de_serialize_fmu_state(bytes.as_ptr().cast(), needed, &mut slot)), OK);
     assert_ne!(slot, state);
-    // So does one that was never filled.
+    // So does an uninitialized slot.
     let mut wild = std::ptr::without_provenance_mut::<c_void>(0xdead_beef);
     assert_eq!(on!(rig, de_serialize_fmu_state(bytes.as_ptr().cast(), needed, &mut wild)), OK);
     for state in [state, slot, wild] {
@@ -255,9 +255,9 @@ fn pointers_and_sizes() {
     assert_eq!(on!(rig, serialized_fmu_state_size(freed, &mut size)), ERROR);
 }
 
-/// A failed load leaves the slot alone.
+/// A failed load does not change the slot.
 #[test]
-fn no_state_is_made_of_bad_bytes() {
+fn invalid_bytes_create_no_state() {
     let rig = halfway();
     let state = save(&rig);
     let mut slot = state;
@@ -266,9 +266,9 @@ fn no_state_is_made_of_bad_bytes() {
     free(&rig, state);
 }
 
-/// A state brings back what was clipped: the next clipping gives the status that it gave then.
+/// A state restores the list of clipped inputs: clipping after it returns the same status again.
 #[test]
-fn a_warning_that_was_given_after_the_state_is_given_again() {
+fn a_warning_after_the_state_is_returned_again() {
     let rig = Rig::in_state(State::StepComplete);
     let state = save(&rig);
     assert_eq!(rig.set(U, 2e3), WARNING);
@@ -276,7 +276,7 @@ fn a_warning_that_was_given_after_the_state_is_given_again() {
     assert_eq!(on!(rig, set_fmu_state(state)), OK);
     assert_eq!(rig.set(U, 2e3), WARNING);
     free(&rig, state);
-    // Going back again and again does not flood the log.
+    // Restoring a state repeatedly does not flood the log.
     assert_eq!(rig.take_lines().len(), 1);
 }
 
@@ -311,14 +311,13 @@ fn a_reset_instance_is_a_fresh_one_to_the_last_bit() {
     assert!(Leniency::ALL.iter().all(|leniency| first.iter().any(|l| l == leniency.text())));
     assert_eq!(on!(loud, reset()), OK);
     assert_eq!(log(&loud), first);
-    // So do the settings of the log.
+    // The log settings are restored too.
     assert_eq!(on!(loud, reset()), OK);
     assert_eq!(on!(loud, set_debug_logging(0, 0, null())), OK);
     assert_eq!(on!(loud, reset()), OK);
     assert_eq!(log(&loud), first);
 }
 
-/// Nothing that happened is left anywhere when all is freed.
 #[test]
 fn every_state_is_freed() {
     let rig = halfway();

@@ -5,7 +5,7 @@ use super::probe::{GAIN, U, Y};
 use crate::calls::State;
 use std::ptr::null_mut;
 
-/// Runs ten steps from a time, and gives the bits of the output after each.
+/// Makes ten steps from a time; returns the bits of the output after each.
 fn run(host: &Host, from: i32) -> Vec<u64> {
     (0..10)
         .map(|k| {
@@ -27,7 +27,7 @@ fn saved_run_restored_run_gives_the_same_bits() {
     assert_ne!(run(&host, 20), first);
     assert_eq!(call!(host, set_fmu_state(state)), OK);
     assert_eq!(run(&host, 10), first);
-    // And in another instance, which stands in another state of the machine.
+    // And in another instance, which is in another state.
     let other = Host::new(false);
     assert_eq!(call!(other, set_fmu_state(state)), OK);
     assert_eq!(other.state(), State::StepComplete);
@@ -37,7 +37,7 @@ fn saved_run_restored_run_gives_the_same_bits() {
 }
 
 #[test]
-fn the_state_of_the_machine_is_part_of_it() {
+fn an_fmu_state_has_the_state_of_the_machine() {
     for state in [State::Instantiated, State::Initialization, State::StepComplete] {
         let host = Host::in_state(state);
         let mut saved = null_mut();
@@ -51,7 +51,7 @@ fn the_state_of_the_machine_is_part_of_it() {
 }
 
 #[test]
-fn a_state_that_is_given_is_reused() {
+fn an_existing_state_is_overwritten() {
     let host = Host::in_state(State::StepComplete);
     let mut state = null_mut();
     assert_eq!(call!(host, get_fmu_state(&mut state)), OK);
@@ -66,7 +66,7 @@ fn a_state_that_is_given_is_reused() {
 }
 
 #[test]
-fn no_states_are_ignored_when_freed() {
+fn freeing_null_is_ignored() {
     let host = Host::in_state(State::StepComplete);
     assert_eq!(call!(host, free_fmu_state(null_mut())), OK);
     let mut state = null_mut();
@@ -74,13 +74,13 @@ fn no_states_are_ignored_when_freed() {
 }
 
 #[test]
-fn pointers_that_are_no_states_are_errors() {
+fn invalid_state_pointers_are_errors() {
     let host = Host::in_state(State::StepComplete);
     let mut state = null_mut();
     assert_eq!(call!(host, get_fmu_state(&mut state)), OK);
     let mut copy = state;
     assert_eq!(call!(host, free_fmu_state(&mut state)), OK);
-    // Freed twice, set after it was freed, reused after it was freed, never one.
+    // Freed twice, set after it was freed, overwritten after it was freed, not a state.
     assert_eq!(call!(host, free_fmu_state(&mut copy)), ERROR);
     assert_eq!(call!(host, set_fmu_state(copy)), ERROR);
     assert_eq!(call!(host, get_fmu_state(&mut copy)), ERROR);

@@ -1,4 +1,4 @@
-//! Which times are accepted.
+//! Accepted and rejected times.
 
 use super::host::{ERROR, Host, OK, WARNING, call};
 use crate::calls::State;
@@ -16,7 +16,7 @@ fn experiment(start: f64, stop: Option<f64>) -> Host {
 }
 
 #[test]
-fn times_that_cannot_be() {
+fn invalid_times() {
     for (start, stop_defined, stop) in [
         (f64::NAN, 0, 0.0),
         (f64::INFINITY, 0, 0.0),
@@ -56,7 +56,7 @@ fn times_that_cannot_be() {
 }
 
 #[test]
-fn a_step_without_a_finite_end_is_told_as_that() {
+fn a_step_without_a_finite_end_is_reported() {
     let host = experiment(f64::MAX, None);
     assert_eq!(host.do_step(f64::MAX, f64::MAX), ERROR);
     let lines = host.take_lines();
@@ -71,8 +71,8 @@ fn the_first_communication_point_is_the_start_time() {
     assert_eq!(experiment(5.0, None).do_step(0.0, 0.1), ERROR);
 }
 
-/// Ten million steps where the code is optimized, a million where it is not: `t += h` as well as
-/// `k h`, at rates with and without a binary fraction, up to a stop time; nothing is refused.
+/// Ten million steps in optimized code, else a million: times `t += h` and `k h`, at rates with and
+/// without a binary fraction, up to a stop time; all are accepted.
 #[test]
 fn both_ways_of_counting_time_are_accepted() {
     let count = if cfg!(debug_assertions) { 1_000_000 } else { 10_000_000 };
@@ -85,17 +85,17 @@ fn both_ways_of_counting_time_are_accepted() {
             assert_eq!(sum.do_step(time, step), OK, "step {k} of {step}: {:?}", sum.take_lines());
             time += step;
             let from = start + f64::from(k) * step;
-            // Half of them pass what the times differ by, and half the step.
+            // Every second step is the difference of the times, the others are the nominal step.
             let by = if k % 2 == 0 { start + f64::from(k + 1) * step - from } else { step };
             assert_eq!(product.do_step(from, by), OK, "step {k}: {:?}", product.take_lines());
         }
     }
-    // Steps so short that the clock cannot tell a thousandth of one.
+    // Steps so short that a double does not resolve a thousandth of one.
     let host = experiment(1e5, None);
     for k in 0..1000 {
         assert_eq!(host.do_step(1e5 + f64::from(k) * 1e-9, 1e-9), OK, "{k}");
     }
-    // Whole nanoseconds, in which a sixtieth of a second is none.
+    // Whole nanoseconds, of which a sixtieth of a second is not a multiple.
     let host = experiment(0.0, Some(1000.0 / 60.0));
     for k in 0..1000_u64 {
         let time = |k: u64| (k * 1_000_000_000 / 60) as f64 * 1e-9;
@@ -103,16 +103,16 @@ fn both_ways_of_counting_time_are_accepted() {
     }
 }
 
-/// Adding up drifts: ten million steps of 1 ms end 1.6e-6 s late, more than a thousandth of one.
-/// The drift is fed in here, not stepped through.
+/// Summed times drift: ten million steps of 1 ms end 1.6e-6 s late, more than a thousandth of a step.
+/// The test computes the drift instead of making the steps.
 #[test]
-fn a_time_added_up_may_drift_past_the_stop_time() {
+fn a_summed_time_may_drift_past_the_stop_time() {
     let last = (1..10_000_000_u32).fold(0.0_f64, |time, _| time + 0.001);
     assert!(last + 0.001 - 1e4 > 1.5e-6, "{last}");
     let host = experiment(0.0, Some(1e4));
     assert_eq!(host.do_step(0.0, last), OK);
     assert_eq!(host.do_step(last, 0.001), OK, "{:?}", host.take_lines());
-    // A step more is a step too many, and half of one is no rounding.
+    // One step more, or half a step more, is rejected.
     assert_eq!(host.do_step(last + 0.001, 0.001), ERROR);
     let host = experiment(0.0, Some(1e4));
     assert_eq!(host.do_step(0.0, 1e4 - 0.0005), OK);
@@ -122,7 +122,7 @@ fn a_time_added_up_may_drift_past_the_stop_time() {
 #[test]
 fn the_stop_time_is_not_passed() {
     let host = experiment(0.0, Some(0.3));
-    // 0.1 + 0.2 is above 0.3.
+    // 0.1 + 0.2 exceeds 0.3.
     assert_eq!(host.do_step(0.0, 0.1), OK);
     assert_eq!(host.do_step(0.1, 0.1), OK);
     assert_eq!(host.do_step(0.2, 0.1), OK);

@@ -5,8 +5,8 @@ mod drive;
 mod fixes;
 
 use drive::{DRIVE, Drive, H, Moment, Truth, parameters};
-use proptest::prelude::*;
 use models::{PoseEstimator, PoseInput, PoseParameters};
+use proptest::prelude::*;
 
 fn step(estimator: &mut PoseEstimator, input: PoseInput) {
     estimator.input = input;

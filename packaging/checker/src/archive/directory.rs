@@ -1,4 +1,4 @@
-//! The zip directory (APPNOTE 4.3), read as it stands and held against what FMI allows of it.
+//! The zip directory (APPNOTE 4.3), and the features of zip that FMI allows.
 
 use crate::finding::{Findings, Location};
 use host::Limits;
@@ -18,7 +18,7 @@ const UTF8: u16 = 1 << 11;
 const STORED: u16 = 0;
 const DEFLATED: u16 = 8;
 
-/// File type bits of a Unix mode, and the two types that are no link and no device.
+/// File type bits of a Unix mode, and the types of files and folders.
 const TYPE_MASK: u32 = 0o170_000;
 const TYPE_FILE: u32 = 0o100_000;
 const TYPE_FOLDER: u32 = 0o040_000;
@@ -30,13 +30,13 @@ pub(super) struct Record {
     pub(super) crc: u32,
     pub(super) compressed: u32,
     pub(super) size: u32,
-    /// Where the compressed bytes are.
+    /// The position of the compressed bytes.
     pub(super) data: Range<usize>,
-    /// Whether its bytes are at the offset in the directory, in a form that FMI allows.
+    /// Whether its bytes are complete and in a form that FMI allows.
     pub(super) is_readable: bool,
 }
 
-/// Little-endian numbers of the archive; `None` past its end.
+/// Reads little-endian numbers of the archive; `None` beyond its end.
 #[derive(Clone, Copy)]
 struct Bytes<'a>(&'a [u8]);
 
@@ -58,11 +58,15 @@ impl<'a> Bytes<'a> {
     }
 }
 
-/// Reads the directory; `None` where there is none to speak of.
+/// Reads the directory; `None` if it is unreadable.
 pub(super) fn read(bytes: &[u8], limits: &Limits, findings: &mut Findings) -> Option<Vec<Record>> {
     let bytes = Bytes(bytes);
     let Some(end) = end_of_directory(bytes) else {
-        findings.add("zip-unreadable", Location::archive(), "no end of a zip directory is found");
+        findings.add(
+            "zip-unreadable",
+            Location::archive(),
+            "the end of the zip directory is not found",
+        );
         return None;
     };
     let after_comment = end + END_LENGTH + usize::from(bytes.u16(end + 20)?);
@@ -75,7 +79,7 @@ pub(super) fn read(bytes: &[u8], limits: &Limits, findings: &mut Findings) -> Op
     let (length, offset) = (bytes.size(end + 12)?, bytes.size(end + 16)?);
     let zip64 = end.checked_sub(20).and_then(|at| bytes.u32(at)) == Some(ZIP64_LOCATOR);
     if zip64 || count == u16::MAX || offset == u32::MAX as usize || length == u32::MAX as usize {
-        findings.add("zip-version", Location::archive(), "it is a zip64 archive, of version 4.5");
+        findings.add("zip-version", Location::archive(), "it is a zip64 archive (version 4.5)");
         if !zip64 || count == u16::MAX || offset == u32::MAX as usize {
             return None;
         }
@@ -93,35 +97,39 @@ pub(super) fn read(bytes: &[u8], limits: &Limits, findings: &mut Findings) -> Op
         findings.add("not-examined", Location::archive(), message);
         return None;
     }
-    // A zip64 end record lies between the directory and the end; it is an error already.
+    // A zip64 end record is between the directory and the end; it is already an error.
     let start = if zip64 { Some(offset) } else { end.checked_sub(length) };
     let Some((start, shift)) = start.and_then(|start| Some((start, start.checked_sub(offset)?)))
     else {
-        unreadable(findings, format!("a directory of {length} bytes at {offset} has no room"));
+        unreadable(findings, format!("a directory of {length} bytes at {offset} exceeds the file"));
         return None;
     };
     if shift > 0 {
-        let message = format!("{shift} bytes stand before the archive");
+        let message = format!("{shift} bytes precede the archive");
         findings.add("zip-outside-data", Location::archive(), message);
     }
     let mut records = Vec::new();
     let mut at = start;
     for number in 0..count {
         let Some((record, next)) = record(bytes, at, start, shift, findings) else {
-            unreadable(findings, format!("the directory breaks off at entry {number} of {count}"));
+            unreadable(
+                findings,
+                format!("the directory is truncated at entry {number} of {count}"),
+            );
             return None;
         };
         records.push(record);
         at = next;
     }
     if at != start + length {
-        unreadable(findings, format!("the directory has {length} bytes and its entries others"));
+        let message = format!("the directory has {length} bytes, its entries have {}", at - start);
+        unreadable(findings, message);
     }
     overlaps(&records, findings);
     Some(records)
 }
 
-/// Where the end record is: the last one whose comment fits.
+/// The position of the end record: the last one whose comment fits.
 fn end_of_directory(bytes: Bytes<'_>) -> Option<usize> {
     let last = bytes.0.len().checked_sub(END_LENGTH)?;
     let first = last.saturating_sub(usize::from(u16::MAX) * 2);
@@ -131,7 +139,7 @@ fn end_of_directory(bytes: Bytes<'_>) -> Option<usize> {
     })
 }
 
-/// The entry whose central header is at `at`, and where the next one is.
+/// The entry with the central header at `at`, and the position of the next one.
 fn record(
     bytes: Bytes<'_>,
     at: usize,
@@ -168,7 +176,7 @@ fn record(
         is_readable = false;
     }
     if flags & DESCRIPTOR != 0 && method != DEFLATED {
-        report("zip-stored-descriptor", "it is stored, with its sizes behind its data".into());
+        report("zip-stored-descriptor", "it is stored, but its sizes follow its data".into());
     }
     if !raw.is_ascii() && (flags & UTF8 == 0 || std::str::from_utf8(raw).is_err()) {
         report("zip-name-encoding", "its name is neither ASCII nor marked as UTF-8".into());
@@ -188,7 +196,7 @@ fn record(
         Ok(start) => {
             let end = start.checked_add(compressed as usize).filter(|end| *end <= directory);
             if end.is_none() {
-                report("zip-entry-damaged", format!("its {compressed} bytes are not all there"));
+                report("zip-entry-damaged", format!("its {compressed} bytes are incomplete"));
             }
             end.map(|end| start..end)
         }
@@ -199,7 +207,10 @@ fn record(
     Some((Record { name, deflated, crc, compressed, size, data, is_readable }, next))
 }
 
-/// Where an entry's data starts, by its local header, or how that differs from the directory.
+/// The start of an entry's data.
+///
+/// # Errors
+/// How the local header differs from the directory.
 fn local_header(
     bytes: Bytes<'_>,
     at: usize,
@@ -218,24 +229,24 @@ fn local_header(
         ))
     };
     let Some((signature, local, sizes, local_name, data)) = read() else {
-        return Err("its own header is not there");
+        return Err("its local header is missing");
     };
     if signature != LOCAL {
         return Err("its local header is not at the offset in the directory");
     }
     if local_name != name {
-        return Err("its own header has another name than the directory");
+        return Err("its name differs between local header and directory");
     }
     if local != [flags, method] {
-        return Err("its own header has another method or other flags than the directory");
+        return Err("its method or flags differ between local header and directory");
     }
     if flags & DESCRIPTOR == 0 && sizes != [crc, compressed, size] {
-        return Err("its own header has other sizes or another checksum than the directory");
+        return Err("its sizes or checksum differ between local header and directory");
     }
     Ok(data)
 }
 
-/// Entries that share bytes multiply an archive's size without any bad ratio.
+/// Reports entries that share bytes: they multiply the unpacked size at an ordinary compression ratio.
 fn overlaps(records: &[Record], findings: &mut Findings) {
     let mut sorted: Vec<&Record> = records.iter().filter(|r| !r.data.is_empty()).collect();
     sorted.sort_by_key(|record| record.data.start);

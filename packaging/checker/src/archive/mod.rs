@@ -1,16 +1,17 @@
-//! The archive: its directory, read byte by byte, and its entries' contents.
+//! The archive: its directory, read byte by byte, and the contents of its entries.
 //!
-//! The zip library that unpacks archives elsewhere is tolerant, as it should be; here the headers
-//! themselves are looked at.
+//! The zip library that unpacks archives in `fmi2-host` is tolerant; this module checks the headers
+//! themselves.
 
 mod directory;
 mod names;
-mod unpack;
 
 use crate::finding::{Findings, Location};
 use directory::Record;
+use flate2::read::DeflateDecoder;
 use host::Limits;
 use std::collections::{BTreeMap, BTreeSet};
+use std::io::Read;
 
 /// The entries of a readable archive.
 pub(crate) struct Contents<'a> {
@@ -18,12 +19,12 @@ pub(crate) struct Contents<'a> {
     records: Vec<Record>,
     /// The names of all entries, sorted.
     present: BTreeSet<String>,
-    /// Files by name; the first of a name counts.
+    /// Intact files by name, the first of each name.
     files: BTreeMap<String, usize>,
 }
 
 impl<'a> Contents<'a> {
-    /// Reads the directory and every entry; `None` where there is no archive to speak of.
+    /// Reads the directory and every entry; `None` if the directory is unreadable.
     pub(crate) fn read(bytes: &'a [u8], findings: &mut Findings) -> Option<Self> {
         let limits = Limits::default();
         let records = directory::read(bytes, &limits, findings)?;
@@ -40,7 +41,7 @@ impl<'a> Contents<'a> {
             if !record.is_readable {
                 continue;
             }
-            match unpack::verify(record, bytes) {
+            match verify(record, bytes) {
                 Err(problem) => findings.add("zip-entry-damaged", place(), problem),
                 Ok(()) if !record.name.ends_with('/') => {
                     files.entry(record.name.clone()).or_insert(index);
@@ -52,28 +53,28 @@ impl<'a> Contents<'a> {
         Some(Self { bytes, records, present, files })
     }
 
-    /// The names of all entries, folders among them, as they stand in the directory.
+    /// The names of all entries, including folders, in the order of the directory.
     pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
         self.records.iter().map(|record| record.name.as_str())
     }
 
-    /// Whether there is an entry of that name, intact or not: a damaged one is a finding already.
+    /// Whether an entry exists, intact or damaged: a damaged one is already a finding.
     pub(crate) fn has(&self, name: &str) -> bool {
         self.present.contains(name)
     }
 
     /// The bytes of an intact file.
     pub(crate) fn file(&self, name: &str) -> Option<Vec<u8>> {
-        unpack::contents(&self.records[*self.files.get(name)?], self.bytes)
+        unpack(&self.records[*self.files.get(name)?], self.bytes)
     }
 
-    /// Whether there is anything in that folder, given with a slash at its end.
+    /// Whether a folder, with a slash at its end, has entries.
     pub(crate) fn has_folder(&self, folder: &str) -> bool {
         self.names().any(|name| name.starts_with(folder))
     }
 }
 
-/// Why an entry is not unpacked: by its own promise it takes too much room.
+/// Why an entry is not unpacked: its declared size is too large.
 fn too_large(record: &Record, total: &mut u64, limits: &Limits) -> Option<String> {
     let size = u64::from(record.size);
     *total += size;
@@ -89,4 +90,44 @@ fn too_large(record: &Record, total: &mut u64, limits: &Limits) -> Option<String
     } else {
         None
     }
+}
+
+/// Unpacks an entry and compares its size and checksum with the directory.
+fn verify(record: &Record, bytes: &[u8]) -> Result<(), String> {
+    let mut hasher = crc32fast::Hasher::new();
+    let mut count = 0_u64;
+    let mut buffer = vec![0; 64 << 10];
+    let mut reader = reader(record, bytes);
+    loop {
+        let n = reader.read(&mut buffer).map_err(|e| format!("it cannot be unpacked: {e}"))?;
+        if n == 0 {
+            break;
+        }
+        count += n as u64;
+        hasher.update(&buffer[..n]);
+    }
+    if count != u64::from(record.size) {
+        let bound = if count > u64::from(record.size) { "at least " } else { "" };
+        return Err(format!("its size is {} bytes, but it has {bound}{count}", record.size));
+    }
+    if hasher.finalize() != record.crc {
+        return Err("its checksum differs from the directory's".into());
+    }
+    Ok(())
+}
+
+/// The bytes of a verified entry.
+fn unpack(record: &Record, bytes: &[u8]) -> Option<Vec<u8>> {
+    let mut contents = Vec::new();
+    reader(record, bytes).read_to_end(&mut contents).ok()?;
+    Some(contents)
+}
+
+/// The unpacked bytes, at most one more than the declared size.
+fn reader<'a>(record: &Record, bytes: &'a [u8]) -> impl Read + use<'a> {
+    let data = bytes.get(record.data.clone()).unwrap_or_default();
+    let limit = u64::from(record.size) + 1;
+    let unpacked: Box<dyn Read + 'a> =
+        if record.deflated { Box::new(DeflateDecoder::new(data)) } else { Box::new(data) };
+    unpacked.take(limit)
 }

@@ -1,4 +1,4 @@
-//! Names of entries: forward slashes, inside the archive, each once.
+//! Names of entries: forward slashes, inside the archive, unique.
 
 use crate::finding::{Findings, Location};
 use std::collections::{BTreeMap, BTreeSet};
@@ -15,26 +15,26 @@ pub(super) fn check(names: &[&str], findings: &mut Findings) {
             findings.add("zip-backslash", place(), "its name has a backslash");
         }
         if !name.is_ascii() {
-            findings.add("zip-non-ascii", place(), "its name has characters beyond ASCII");
+            findings.add("zip-non-ascii", place(), "its name has characters outside ASCII");
         }
         if !seen.insert(name) {
             findings.add("zip-duplicate", place(), "a second entry of this name");
         } else if let Some(other) = folded.insert(name.to_lowercase(), name) {
-            let message = format!("differs from {other:?} in case alone");
+            let message = format!("differs from {other:?} only in case");
             findings.add("zip-case-collision", place(), message);
         }
     }
-    // A file that is a folder of another entry as well.
+    // A file that is also the folder of another entry.
     for &name in names {
         let mut parents = name.rmatch_indices('/').map(|(at, _)| &name[..at]);
         if let Some(file) = parents.find(|parent| seen.contains(parent)) {
-            let message = format!("lies in {file:?}, which is a file");
+            let message = format!("is in {file:?}, which is a file");
             findings.add("zip-duplicate", Location::entry(name), message);
         }
     }
 }
 
-/// Why a name could lead out of the folder an archive is unpacked to.
+/// Why a name could point outside the folder that an archive is unpacked to.
 fn unsafe_name(name: &str) -> Option<&'static str> {
     let bytes = name.as_bytes();
     if name.trim_end_matches('/').is_empty() {
@@ -47,7 +47,7 @@ fn unsafe_name(name: &str) -> Option<&'static str> {
         return Some("its path is absolute");
     }
     if bytes.len() >= 2 && bytes[1] == b':' && bytes[0].is_ascii_alphabetic() {
-        return Some("its path names a drive");
+        return Some("its path has a drive letter");
     }
     let path = name.strip_suffix('/').unwrap_or(name);
     for part in path.split(['/', '\\']) {

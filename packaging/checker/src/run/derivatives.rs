@@ -1,5 +1,5 @@
-//! The three kinds of derivatives, where an FMU declares them: the calls are accepted and the
-//! answers finite.
+//! The three kinds of derivatives, if an FMU declares them: the calls must succeed and return finite
+//! values.
 
 use super::exercise::{Run, Stop};
 use host::Instance;
@@ -37,7 +37,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Each unknown with each of the knowns it is declared to depend on.
+    /// Each unknown with each of its declared dependencies.
     pub(super) fn directional_derivatives(&mut self, instance: &mut Instance) -> Result<(), Stop> {
         self.journal.start("fmi2GetDirectionalDerivative");
         let description = self.description();

@@ -1,5 +1,5 @@
-//! What an FMU is put through: each phase of the state machine, with the calls that are legal there
-//! (section 4.2.4), and comparisons of what it answers.
+//! The test of an FMU: the legal calls of each phase of the state machine (section 4.2.4), and
+//! comparisons of the results.
 
 use super::journal::Journal;
 use super::reference;
@@ -9,10 +9,10 @@ use model_description::{Causality, Initial, Kind, ModelDescription, Value, Varia
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// A GUID that no FMU has.
+/// A GUID that no FMU uses.
 const WRONG_GUID: &str = "ffffffff-0000-4000-8000-00000000dead";
 
-/// Everything, from loading to unloading.
+/// Runs the whole test, from loading to unloading.
 pub(super) fn all(fmu: &Path, journal: &mut Journal) {
     journal.start("opening the archive");
     let archive = match Archive::open(fmu) {
@@ -31,7 +31,7 @@ pub(super) fn all(fmu: &Path, journal: &mut Journal) {
         Err(error @ Error::WrongVersion { .. }) => {
             return journal.found("run-version", error.to_string());
         }
-        Err(error) => return refused(&archive, journal, "run-load", &error),
+        Err(error) => return report(&archive, journal, "run-load", &error),
     }
     let plan = Plan::of(archive.model().description());
     journal.runs(binary(&archive));
@@ -42,21 +42,21 @@ pub(super) fn all(fmu: &Path, journal: &mut Journal) {
         mismatched: BTreeSet::new(),
         differences: Vec::new(),
     };
-    let is_alive = run.life();
+    let instantiated = run.simulations();
     run.journal.start("fmi2FreeInstance(NULL)");
     if let Err(error) = archive.free_null_instance() {
         run.journal.found("run-null", error.to_string());
     }
     run.wrong_guid();
-    // A failed instantiation was reported.
-    if is_alive {
+    // A failed instantiation is already reported.
+    if instantiated {
         reference::replay(&archive, run.journal);
     }
     journal.start("unloading the binary");
     drop(archive);
 }
 
-/// The entry of the binary that is loaded here.
+/// The entry of the binary for this machine.
 fn binary(archive: &Archive) -> Option<String> {
     let name = host::binary_name(&archive.model().co_simulation().model_identifier);
     host::platform_folders()
@@ -66,10 +66,11 @@ fn binary(archive: &Archive) -> Option<String> {
 }
 
 /// Reports an error, unless the FMU needs a tool that may not be installed.
-fn refused(archive: &Archive, journal: &mut Journal, rule: &'static str, error: &Error) {
+fn report(archive: &Archive, journal: &mut Journal, rule: &'static str, error: &Error) {
     let message = error.to_string();
     if archive.model().co_simulation().needs_execution_tool {
-        let message = format!("it needs a tool (needsExecutionTool) that is not here: {message}");
+        let message =
+            format!("it needs a tool (needsExecutionTool) that is not available: {message}");
         journal.found("run-skipped", message);
     } else {
         journal.found(rule, message);
@@ -82,12 +83,11 @@ pub(super) struct Run<'a> {
     pub(super) journal: &'a mut Journal,
     /// Variables whose start values were reported as wrong.
     mismatched: BTreeSet<String>,
-    /// Rules and messages of runs that should have been the same, reported once it is clear whether any
-    /// two runs are.
+    /// Rules and messages of runs that should be equal; reported at the end, unless the FMU is random.
     pub(super) differences: Vec<(&'static str, String)>,
 }
 
-/// A rule is broken so that going on with the instance makes no sense.
+/// A violation after which the instance is not tested further.
 pub(super) struct Stop;
 
 impl Run<'_> {
@@ -95,12 +95,12 @@ impl Run<'_> {
         self.archive.model().description()
     }
 
-    /// Any refusal of a legal call is a finding that ends the exercise.
+    /// A failed legal call is a finding that ends the test of the instance.
     pub(super) fn legal<T>(&mut self, result: Result<T, Error>) -> Result<T, Stop> {
         result.map_err(|error| {
             match error {
                 Error::Instantiate { .. } => {
-                    refused(self.archive, self.journal, "run-instantiate", &error);
+                    report(self.archive, self.journal, "run-instantiate", &error);
                 }
                 Error::Call { .. }
                 | Error::Step { .. }
@@ -108,10 +108,8 @@ impl Run<'_> {
                 | Error::NullResult { .. } => {
                     self.journal.found("run-call", format!("a legal call fails: {error}"));
                 }
-                // Our own host made no call: that is no finding about the FMU.
-                error => {
-                    self.journal.found("not-examined", format!("the rest of the run: {error}"))
-                }
+                // An error of our own host is not a violation by the FMU.
+                error => self.journal.found("not-examined", format!("the remaining run: {error}")),
             }
             Stop
         })
@@ -128,38 +126,38 @@ impl Run<'_> {
         self.journal.start("fmi2Instantiate with a wrong GUID");
         let made = Instance::with_guid(self.archive, "check", Default::default(), WRONG_GUID);
         if made.is_ok() {
-            self.journal.found("run-guid", "instantiated with a GUID other than the XML's");
+            self.journal
+                .found("run-guid", "fmi2Instantiate accepts a GUID that differs from the XML's");
         }
         self.journal.start("fmi2FreeInstance after a wrong GUID");
     }
 
-    /// Simulations with everything in them; findings state where they stop. Returns whether there was
-    /// an instance at all.
-    fn life(&mut self) -> bool {
+    /// Runs all simulations. Returns whether the FMU can be instantiated.
+    fn simulations(&mut self) -> bool {
         if self.fresh_starts().is_err() {
             return false;
         }
         let Ok(mut instance) = self.instance("check") else { return false };
-        let lived = self.live(&mut instance);
+        let simulated = self.simulate(&mut instance);
         self.log(&mut instance);
         self.journal.start("fmi2FreeInstance");
         drop(instance);
-        // A run with a discarded step is no measure for others.
-        if let Ok(first) = lived
+        // A run with a discarded step is not compared with others.
+        if let Ok(first) = simulated
             && self.is_whole(&first)
         {
             self.probes(&first);
         }
-        self.tell_differences();
+        self.report_differences();
         true
     }
 
-    fn live(&mut self, instance: &mut Instance) -> Result<Trajectory, Stop> {
+    fn simulate(&mut self, instance: &mut Instance) -> Result<Trajectory, Stop> {
         self.ready(instance)?;
         self.readings(instance)?;
         self.nudge(instance)?;
         let first = self.steps(instance)?;
-        // After a discarded step nothing may be set.
+        // After a discarded step no variable may be set.
         if self.is_whole(&first) {
             self.settings(instance, |variable| {
                 variable.causality == Causality::Input
@@ -176,7 +174,7 @@ impl Run<'_> {
         self.journal.start("fmi2Reset after fmi2Terminate");
         let reset = instance.reset();
         self.legal(reset)?;
-        self.untouched(instance)?;
+        self.initialize_unset(instance)?;
         self.starts(instance, "run-reset")?;
         self.journal.start("fmi2Reset");
         let reset = instance.reset();
@@ -191,7 +189,7 @@ impl Run<'_> {
         Ok(first)
     }
 
-    /// Start values set and initialized, the same in all runs that are compared.
+    /// Sets the start values and initializes, equally in all runs that are compared.
     pub(super) fn ready(&mut self, instance: &mut Instance) -> Result<(), Stop> {
         self.settings(instance, |variable| {
             matches!(variable.effective_initial(), Some(Initial::Exact | Initial::Approx))
@@ -200,7 +198,7 @@ impl Run<'_> {
         self.initialize(instance)
     }
 
-    /// Sets variables to their own start values, which changes nothing.
+    /// Sets variables to their start values, which must not change anything.
     pub(super) fn settings(
         &mut self,
         instance: &mut Instance,
@@ -240,9 +238,9 @@ impl Run<'_> {
         self.legal(done)
     }
 
-    /// An initialization in which nothing is set.
-    fn untouched(&mut self, instance: &mut Instance) -> Result<(), Stop> {
-        self.journal.start("an initialization in which nothing is set");
+    /// Initializes without setting a variable.
+    fn initialize_unset(&mut self, instance: &mut Instance) -> Result<(), Stop> {
+        self.journal.start("an initialization without setting variables");
         let ready = instance
             .setup_experiment(self.plan.start, None, None)
             .and_then(|()| instance.enter_initialization_mode())
@@ -250,14 +248,14 @@ impl Run<'_> {
         self.legal(ready)
     }
 
-    /// Start values against those of a separate instance in which nothing was set.
+    /// Compares the start values with those of a separate instance whose variables are not set.
     fn fresh_starts(&mut self) -> Result<(), Stop> {
         let mut fresh = self.instance("fresh")?;
-        self.untouched(&mut fresh)?;
+        self.initialize_unset(&mut fresh)?;
         self.starts(&mut fresh, "run-start")
     }
 
-    /// Start values of the XML against what an untouched instance answers.
+    /// Compares the start values of the XML with the values of an instance whose variables are not set.
     fn starts(&mut self, instance: &mut Instance, rule: &'static str) -> Result<(), Stop> {
         self.journal.start("the comparison of start values");
         let variables: Vec<_> = self
@@ -272,8 +270,9 @@ impl Run<'_> {
             let value = self.legal(value)?;
             if !same(&start, &value) && self.mismatched.insert(name.clone()) {
                 let (xml, binary) = (show(&start), show(&value));
-                let message =
-                    format!("`{name}` starts at {xml} in the XML and at {binary} in fact");
+                let message = format!(
+                    "the start value of `{name}` is {xml} in the XML and {binary} in the binary"
+                );
                 let rule = if is_rounding(&start, &value) { "run-start-rounding" } else { rule };
                 self.journal.found(rule, message);
             }
@@ -281,7 +280,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Every variable can be read at a communication point.
+    /// Reads every variable.
     fn readings(&mut self, instance: &mut Instance) -> Result<(), Stop> {
         self.journal.start("fmi2GetXXX of every variable");
         let names: Vec<String> =
@@ -321,7 +320,7 @@ impl Run<'_> {
             co_simulation.max_output_derivative_order,
             co_simulation.provides_directional_derivative,
         );
-        // A discarded step leaves the instance where none of this is legal.
+        // After a discarded step none of this is legal.
         if self.is_whole(&trajectory) {
             if order > 0 {
                 self.output_derivatives(instance)?;
@@ -341,7 +340,7 @@ impl Run<'_> {
         trajectory.len() == self.plan.count as usize
     }
 
-    /// Gives the continuous inputs another legal value than their start.
+    /// Sets the Real inputs to legal values other than their start values.
     pub(super) fn nudge(&mut self, instance: &mut Instance) -> Result<(), Stop> {
         let inputs: Vec<(String, f64)> = self
             .description()
@@ -362,7 +361,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Categories of what was logged against those of the XML.
+    /// Compares the categories of the log with those of the XML.
     fn log(&mut self, instance: &mut Instance) {
         let mut unknown: Vec<String> = instance
             .take_log()

@@ -1,4 +1,4 @@
-//! The journal of a run: one JSON object a line, written before the process can die of what follows.
+//! The journal of a run: one JSON object per line, written before the call that may crash the process.
 
 use crate::finding::{Finding, Location};
 use crate::rules::RULES;
@@ -8,13 +8,16 @@ use std::fs::File;
 use std::io::{self, Write};
 use std::path::Path;
 
+/// The location of the findings of a replay.
+pub(super) const REFERENCE: &str = "extra/io.github.steerwright/reference/reference.json";
+
 /// A line.
 #[derive(Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 enum Line {
-    /// What is done from here on.
+    /// The call or phase that starts.
     Started(String),
-    /// The entry that runs; findings from here on are about it.
+    /// The entry of the binary, the location of the following findings.
     Runs(String),
     /// Rule and message.
     Found(String, String),
@@ -25,13 +28,13 @@ enum Line {
 /// A journal being written.
 pub(super) struct Journal {
     file: File,
-    /// What was reported; the same in a second run is not reported again.
+    /// The findings so far; equal ones of a further run are not repeated.
     found: BTreeSet<(&'static str, String)>,
-    /// Where temporary folders are; their names differ from run to run.
+    /// The parents of temporary folders, whose names differ between runs.
     temporary: Vec<String>,
 }
 
-/// Findings that are written at most.
+/// The largest number of findings that are written.
 const MOST: usize = 200;
 
 impl Journal {
@@ -49,7 +52,7 @@ impl Journal {
     }
 
     fn write(&mut self, line: &Line) {
-        // Without a journal there is no receiver; the supervisor detects that the end is missing.
+        // An error is ignored: the supervisor detects the incomplete journal.
         if let Ok(text) = serde_json::to_string(line) {
             let _ = writeln!(self.file, "{text}");
             let _ = self.file.flush();
@@ -81,7 +84,7 @@ impl Journal {
     }
 }
 
-/// A text with the paths below temporary folders in `root` made relative to those.
+/// A text with the paths in temporary folders of `root` made relative to these folders.
 fn without(text: &str, root: &str) -> String {
     let mut short = String::new();
     let mut rest = text;
@@ -89,7 +92,7 @@ fn without(text: &str, root: &str) -> String {
         let before = &rest[..at];
         let tail = &rest[at + root.len()..];
         let Some(below) = tail.strip_prefix(['/', '\\']) else {
-            // Another folder whose name goes on.
+            // Another folder whose name begins with that of the root.
             let (kept, next) = rest.split_at(at + root.len());
             short.push_str(kept);
             rest = next;
@@ -109,16 +112,16 @@ fn without(text: &str, root: &str) -> String {
     short + rest
 }
 
-/// How far a run came.
+/// The last state of a run.
 #[derive(Default)]
 pub(super) struct End {
-    /// The entry that runs.
+    /// The entry of the binary.
     pub(super) place: Location,
     pub(super) started: Option<String>,
     pub(super) done: bool,
 }
 
-/// Reads a journal; a last line that is cut off is passed over.
+/// Reads a journal; an incomplete last line is skipped.
 pub(super) fn read(path: &Path) -> io::Result<(Vec<Finding>, End)> {
     let (mut findings, mut end) = (Vec::new(), End::default());
     let bytes = match std::fs::read(path) {
@@ -132,9 +135,7 @@ pub(super) fn read(path: &Path) -> io::Result<(Vec<Finding>, End)> {
             Ok(Line::Found(name, message)) => {
                 if let Some(rule) = RULES.iter().find(|rule| rule.name == name) {
                     let place = match rule.name {
-                        name if name.starts_with("run-reference") => {
-                            Location::entry(super::reference::FILE)
-                        }
+                        name if name.starts_with("run-reference") => Location::entry(REFERENCE),
                         _ => end.place.clone(),
                     };
                     findings.push(Finding::new(rule.name, place, message));

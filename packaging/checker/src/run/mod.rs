@@ -1,16 +1,16 @@
-//! Running an FMU in a separate process, so that one that crashes or hangs is a finding.
+//! Running an FMU in a separate process, so that a crash or a hang is a finding.
 //!
-//! [`supervise`] starts the caller's own program again with a hidden option; there, [`child`] loads
-//! the binary and exercises it with a host that is strict about the table of section 4.2.4. What it
-//! does and finds goes line by line into a journal, from which the supervisor reads how far it came.
+//! [`supervise`] starts the caller's own program again with a hidden option. In that process [`child`]
+//! loads the binary and tests it with a host that follows the table of section 4.2.4 strictly. It
+//! writes its calls and findings line by line to a journal, in which the supervisor finds the last
+//! call.
 //!
 //! This protects against faulty binaries, not against hostile ones: the process has the caller's
-//! rights.
+//! permissions.
 
 mod derivatives;
 mod exercise;
 mod journal;
-mod output;
 mod probes;
 mod reference;
 mod states;
@@ -20,25 +20,27 @@ use crate::error::Error;
 use crate::finding::{Finding, Location, Report};
 use journal::Journal;
 use std::ffi::OsString;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, ExitStatus, Stdio};
+use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
-/// How the caller's program is called again: `program arguments… option JOURNAL FMU`.
+/// The command of the child process: `program arguments… option JOURNAL FMU`.
 #[derive(Debug, Clone)]
 pub struct Command {
     /// The program.
     pub program: PathBuf,
     /// Its first arguments.
     pub arguments: Vec<OsString>,
-    /// The option that names the journal.
+    /// The option before the path of the journal.
     pub option: OsString,
 }
 
-/// What a run may take.
+/// The limits of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bounds {
-    /// Time for everything together.
+    /// The time limit of the whole run.
     pub time: Duration,
 }
 
@@ -48,26 +50,32 @@ impl Default for Bounds {
     }
 }
 
-/// Address space the child may take, bytes.
+/// The limit of the child's address space, bytes.
 #[cfg(unix)]
 const MEMORY: u64 = 16 << 30;
 
-/// Exercises an FMU in another process. `report` is what was found without running it: where that
-/// leaves nothing to run, a note reports it.
+/// Bytes of the output that are reported.
+const OUTPUT_SHOWN: usize = 80;
+/// Time to wait for output after the end of the process. A detached process that the FMU started may
+/// keep the output open.
+const OUTPUT_TIMEOUT: Duration = Duration::from_millis(200);
+
+/// Tests an FMU in another process. `report` has the findings of [`check`](crate::check): if they
+/// prevent a run, the result is a note.
 ///
 /// # Errors
-/// Where the process cannot be started or its journal not read.
+/// The process cannot be started, or its journal cannot be read.
 pub fn supervise(
     command: &Command,
     fmu: &Path,
     report: &Report,
     bounds: &Bounds,
 ) -> Result<Vec<Finding>, Error> {
-    if let Some(why) = why_not(report) {
+    if let Some(why) = why_skipped(report) {
         return Ok(vec![Finding::new("run-skipped", Location::archive(), why)]);
     }
     let failed = |source| Error::Child { path: command.program.clone(), source };
-    // The child's own temporary files are in here too, and gone with it if it crashes.
+    // The child's own temporary files are in this folder too, so they are deleted after a crash.
     let folder = tempfile::Builder::new().prefix("fmu-check-").tempdir().map_err(failed)?;
     let journal = folder.path().join("journal");
     let mut process = std::process::Command::new(&command.program);
@@ -85,7 +93,7 @@ pub fn supervise(
     #[cfg(unix)]
     std::os::unix::process::CommandExt::process_group(&mut process, 0);
     let mut child = process.spawn().map_err(failed)?;
-    let output = output::Output::of(&mut child);
+    let output = Output::of(&mut child);
     let ended = wait(&mut child, bounds.time).map_err(failed)?;
     let (mut findings, end) = journal::read(&journal).map_err(failed)?;
     let during = end.started.as_deref().unwrap_or("the start of the process");
@@ -94,42 +102,43 @@ pub fn supervise(
     };
     match ended {
         None => {
-            let message = format!("no end after {} s, in {during}", bounds.time.as_secs_f64());
+            let message =
+                format!("it does not end within {} s, in {during}", bounds.time.as_secs_f64());
             report("run-hang", message);
         }
         Some(_) if end.done => {}
         Some(status) => report("run-crash", format!("{}, in {during}", describe(status))),
     }
-    if let Some(text) = output.taken() {
+    if let Some(text) = output.beginning() {
         report("run-output", format!("it writes to stdout: {text:?}"));
     }
     Ok(findings)
 }
 
-/// Why there is nothing to run.
-fn why_not(report: &Report) -> Option<String> {
-    const IN_THE_WAY: [&str; 6] =
+/// Why the FMU is not run.
+fn why_skipped(report: &Report) -> Option<String> {
+    const PREVENTING: [&str; 6] =
         ["zip-", "xml-", "no-", "not-co-simulation", "binary-f", "fmi-version"];
     let broken = report.findings.iter().find(|finding| {
         finding.severity == crate::Severity::Error
-            && IN_THE_WAY.iter().any(|head| finding.rule.starts_with(head))
+            && PREVENTING.iter().any(|head| finding.rule.starts_with(head))
     });
-    broken.map(|finding| format!("it is not run because of {}", finding.rule))
+    broken.map(|finding| format!("the FMU is not run because of {}", finding.rule))
 }
 
-/// Waits for the end, or makes one: `None` where time is up.
+/// Waits for the end of a process; kills it after a time and returns `None`.
 fn wait(child: &mut Child, time: Duration) -> std::io::Result<Option<ExitStatus>> {
     let start = Instant::now();
     let mut pause = Duration::from_millis(1);
     loop {
         if let Some(status) = child.try_wait()? {
-            // What the FMU started goes with it.
+            // Processes that the FMU started end too.
             kill_group(child);
             return Ok(Some(status));
         }
         if start.elapsed() > time {
             kill_group(child);
-            // It may have ended by itself just now.
+            // An error means that it has just ended by itself.
             let _ = child.kill();
             child.wait()?;
             return Ok(None);
@@ -143,7 +152,7 @@ fn wait(child: &mut Child, time: Duration) -> std::io::Result<Option<ExitStatus>
 fn kill_group(child: &Child) {
     use rustix::process::{Pid, Signal, kill_process_group};
     if let Some(group) = i32::try_from(child.id()).ok().and_then(Pid::from_raw) {
-        // Nobody may be left in it.
+        // An error means that the group is empty.
         let _ = kill_process_group(group, Signal::KILL);
     }
 }
@@ -167,16 +176,49 @@ fn describe(status: ExitStatus) -> String {
     format!("it ended the process ({status})")
 }
 
-/// What the other process does: exercises the FMU and writes the journal.
+/// The standard output of an FMU. A thread reads all of it, so that the FMU never blocks, and keeps the
+/// beginning.
+struct Output(Receiver<Vec<u8>>);
+
+impl Output {
+    fn of(child: &mut Child) -> Self {
+        let (sender, receiver) = channel();
+        if let Some(mut stdout) = child.stdout.take() {
+            std::thread::spawn(move || {
+                let mut buffer = [0; 4096];
+                let mut kept = 0;
+                while let Ok(n @ 1..) = stdout.read(&mut buffer) {
+                    let more = n.min(OUTPUT_SHOWN - kept);
+                    kept += more;
+                    if more > 0 && sender.send(buffer[..more].to_vec()).is_err() {
+                        break;
+                    }
+                }
+            });
+        }
+        Self(receiver)
+    }
+
+    /// The beginning of the output, if it is not empty.
+    fn beginning(self) -> Option<String> {
+        let mut bytes = Vec::new();
+        while let Ok(more) = self.0.recv_timeout(OUTPUT_TIMEOUT) {
+            bytes.extend(more);
+        }
+        (!bytes.is_empty()).then(|| String::from_utf8_lossy(&bytes).into_owned())
+    }
+}
+
+/// Runs in the child process: tests the FMU and writes the journal.
 ///
 /// # Errors
-/// Where the journal cannot be written.
+/// The journal cannot be written.
 pub fn child(fmu: &Path, journal: &Path) -> Result<(), Error> {
     #[cfg(unix)]
     {
         use rustix::process::{Resource, Rlimit, setrlimit};
         let limit = |bytes| Rlimit { current: Some(bytes), maximum: Some(bytes) };
-        // Bounds that are tighter already stay.
+        // Setting fails if the limits are already tighter.
         let _ = setrlimit(Resource::As, limit(MEMORY));
         let _ = setrlimit(Resource::Core, limit(0));
     }

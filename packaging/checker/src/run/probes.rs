@@ -1,5 +1,5 @@
-//! Further runs, each about one promise of the XML or of the standard: instances keep to
-//! themselves, steps may vary, outputs follow the inputs they list and no others.
+//! Further runs, each for one requirement of the XML or the standard: instances are independent, step
+//! sizes may vary, outputs depend only on the inputs that they list.
 
 use super::exercise::{Run, Stop};
 use super::trajectory::{Trajectory, difference, drive, outputs, same};
@@ -7,11 +7,11 @@ use host::{Error, Status};
 use model_description::{Causality, Kind, Value};
 use std::collections::BTreeSet;
 
-/// Inputs that are perturbed one by one.
+/// The largest number of inputs that are perturbed one by one.
 const MOST_INPUTS: usize = 200;
 
 impl Run<'_> {
-    /// All of them; `first` is the trajectory of an instance that ran alone.
+    /// Runs all probes; `first` is the trajectory of an instance that ran alone.
     pub(super) fn probes(&mut self, first: &Trajectory) {
         let co_simulation = self.archive.model().co_simulation();
         let varies = co_simulation.can_handle_variable_communication_step_size;
@@ -24,32 +24,32 @@ impl Run<'_> {
         let _ = self.dependencies();
     }
 
-    /// Two instances by turns, with different inputs: the first does what it did alone.
+    /// Alternates between two instances with different inputs: the first must behave as it did alone.
     fn interleaved(&mut self, first: &Trajectory) -> Result<(), Stop> {
         let (mut one, mut other) = (self.instance("one")?, self.instance("other")?);
         self.ready(&mut one)?;
         self.ready(&mut other)?;
         self.nudge(&mut one)?;
-        let mut by_turns = Trajectory::new();
+        let mut alternating = Trajectory::new();
         for point in 0..self.plan.count {
-            self.journal.start("fmi2DoStep of two instances by turns");
+            self.journal.start("fmi2DoStep of two instances alternately");
             let driven = drive(&mut one, self.plan, point, 1);
             let values = self.legal(driven)?;
             let driven = drive(&mut other, self.plan, point, 1);
             if values.is_empty() || self.legal(driven)?.is_empty() {
                 break;
             }
-            by_turns.extend(values);
+            alternating.extend(values);
             self.settings(&mut other, |variable| variable.causality == Causality::Input)?;
         }
-        if let Some(difference) = difference(first, &by_turns, &outputs(&one)) {
-            let message = format!("next to another instance with other inputs {difference}");
+        if let Some(difference) = difference(first, &alternating, &outputs(&one)) {
+            let message = format!("with a second instance that has other inputs {difference}");
             self.differences.push(("run-instances", message));
         }
         Ok(())
     }
 
-    /// A step of half the size after a whole one.
+    /// A step of half the size after a full one.
     fn half_step(&mut self) -> Result<(), Stop> {
         let mut instance = self.instance("half")?;
         self.ready(&mut instance)?;
@@ -69,23 +69,23 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Each continuous input moved by itself: outputs that do not list it stay where they are.
+    /// Changes each continuous input separately: outputs that do not list it must not change.
     fn dependencies(&mut self) -> Result<(), Stop> {
         let mut instance = self.instance("perturbed")?;
         self.ready(&mut instance)?;
         self.nudge(&mut instance)?;
-        // What is evaluated for the first time with the first step has settled after two.
+        // Two steps, since some models evaluate variables in the first step for the first time.
         self.journal.start("fmi2DoStep");
         let driven = drive(&mut instance, self.plan, 0, 2);
         if self.legal(driven)?.len() < 2 {
             return Ok(());
         }
-        self.journal.start("fmi2GetReal after one input has moved");
+        self.journal.start("fmi2GetReal after a change of one input");
         let description = self.description();
         let real = |index: u32| {
             description.variable_at(index).filter(|v| v.kind == Kind::Real).map(|v| v.reference)
         };
-        // Name of each output, and the references it lists.
+        // The name of each output, and the references of its dependencies.
         let listed: Vec<(String, BTreeSet<u32>)> = description
             .outputs
             .iter()
@@ -99,7 +99,7 @@ impl Run<'_> {
         let mut reported = BTreeSet::new();
         for (input, reference) in inputs.into_iter().take(MOST_INPUTS) {
             let before = self.values(&mut instance, &listed)?;
-            // What moves by itself is no sign of the input.
+            // Outputs that change without a new input prove nothing.
             let still = self.values(&mut instance, &listed)?;
             let value = instance.value(&input);
             let Some(value) = self.legal(value)?.as_number() else { continue };
@@ -116,8 +116,9 @@ impl Run<'_> {
                     && !same(before, after)
                     && reported.insert(output.clone())
                 {
-                    let message =
-                        format!("`{output}` moves at once with `{input}`, which it does not list");
+                    let message = format!(
+                        "`{output}` changes at once with `{input}`, which it does not list as a dependency"
+                    );
                     self.journal.found("run-dependency", message);
                 }
             }
@@ -137,7 +138,7 @@ impl Run<'_> {
         self.legal(values)
     }
 
-    /// A run of a fresh instance.
+    /// A run of a new instance.
     fn again(&mut self) -> Result<(Trajectory, Vec<String>), Stop> {
         let mut instance = self.instance("again")?;
         self.ready(&mut instance)?;
@@ -148,9 +149,9 @@ impl Run<'_> {
         Ok((trajectory, outputs(&instance)))
     }
 
-    /// Runs that differ are a breach, unless any two of the FMU's runs differ: the standard does not
-    /// forbid what is left to chance.
-    pub(super) fn tell_differences(&mut self) {
+    /// Reports runs that differ. If two runs of new instances differ as well, this is not an error:
+    /// the standard does not forbid random behaviour.
+    pub(super) fn report_differences(&mut self) {
         let differences = std::mem::take(&mut self.differences);
         if differences.is_empty() {
             return;
@@ -158,7 +159,7 @@ impl Run<'_> {
         if let (Ok((one, names)), Ok((other, _))) = (self.again(), self.again())
             && let Some(difference) = difference(&one, &other, &names)
         {
-            let message = format!("of two fresh instances with the same inputs {difference}");
+            let message = format!("for two new instances with the same inputs {difference}");
             return self.journal.found("run-nondeterministic", message);
         }
         for (rule, message) in differences {

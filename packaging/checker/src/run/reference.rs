@@ -1,19 +1,16 @@
-//! Results that an archive brings along, held against what its binary computes here.
+//! Replays the reference results of an archive with its binary.
 //!
 //! `extra/io.github.steerwright/reference/reference.json` names two tables with a column `time` and one for
-//! each variable: the inputs, held from their time on, and the results after each communication
-//! point.
+//! each variable: the inputs, each constant until the next row, and the results at communication
+//! points.
 
-use super::journal::Journal;
+use super::journal::{Journal, REFERENCE};
 use super::trajectory::Plan;
 use host::{Archive, Instance};
 use model_description::{Causality, Kind, Value};
 use serde::Deserialize;
 use std::path::Path;
 
-const FOLDER: &str = "extra/io.github.steerwright/reference";
-/// Where the findings of a replay are.
-pub(super) const FILE: &str = "extra/io.github.steerwright/reference/reference.json";
 const SCHEMA: &str = "steerwright/reference/1";
 
 /// `reference.json`.
@@ -28,7 +25,7 @@ struct Reference {
     absolute_tolerance: f64,
 }
 
-/// A table, by rows.
+/// A table: the names of its columns without the time, and its rows with it.
 struct Table {
     names: Vec<String>,
     rows: Vec<Vec<f64>>,
@@ -50,22 +47,23 @@ impl Table {
             let cells = record.iter().map(|cell| number(cell.trim()));
             let row = cells.collect::<Option<Vec<f64>>>().filter(|row| !row.is_empty());
             let line = rows.len() + 2;
-            let row = row.ok_or_else(|| format!("{shown}:{line}: a cell is no finite number"))?;
+            let row =
+                row.ok_or_else(|| format!("{shown}:{line}: a cell is not a finite number"))?;
             if rows.last().is_some_and(|last| last[0] >= row[0]) {
-                return Err(format!("{shown}:{line}: the time does not rise"));
+                return Err(format!("{shown}:{line}: the time does not increase"));
             }
             rows.push(row);
         }
         Ok(Self { names, rows })
     }
 
-    /// The row that holds at a time: the last one not after it.
+    /// The row that is valid at a time: the last one that is not later.
     fn at(&self, time: f64, slack: f64) -> Option<&[f64]> {
         let after = self.rows.partition_point(|row| row[0] <= time + slack);
         Some(&self.rows.get(after.checked_sub(1)?)?[1..])
     }
 
-    /// The row of that very time.
+    /// The row at exactly a time.
     fn exactly(&self, time: f64, slack: f64) -> Option<&[f64]> {
         let first = self.rows.partition_point(|row| row[0] < time - slack);
         self.rows.get(first).filter(|row| row[0] <= time + slack).map(|row| &row[1..])
@@ -82,13 +80,12 @@ fn number(cell: &str) -> Option<f64> {
 
 /// Replays the reference, if the archive has one.
 pub(super) fn replay(archive: &Archive, journal: &mut Journal) {
-    let folder = archive.folder().join(FOLDER);
-    let file = folder.join("reference.json");
+    let file = archive.folder().join(REFERENCE);
     if !file.is_file() {
         return;
     }
     journal.start("the replay of the archive's reference");
-    let tables = match read(&file, &folder) {
+    let tables = match read(&file) {
         Ok(tables) => tables,
         Err(problem) => return journal.found("run-reference-form", problem),
     };
@@ -112,32 +109,35 @@ struct Tables {
     result: Table,
 }
 
-fn read(file: &Path, folder: &Path) -> Result<Tables, String> {
+fn read(file: &Path) -> Result<Tables, String> {
     let text = std::fs::read_to_string(file).map_err(|error| error.to_string())?;
     let reference: Reference =
         serde_json::from_str(&text).map_err(|error| format!("reference.json: {error}"))?;
     if reference.schema != SCHEMA {
-        return Err(format!("reference.json: the schema is \"{}\"", reference.schema));
+        return Err(format!(
+            "reference.json: the schema is \"{}\", not \"{SCHEMA}\"",
+            reference.schema
+        ));
     }
     let span = reference.stop_time - reference.start_time;
     let steps = span / reference.step_size;
     if !(reference.step_size > 0.0 && (1.0..=1e6).contains(&steps) && span.is_finite()) {
-        return Err("reference.json: start, stop and step make no run".into());
+        return Err("reference.json: start, stop and step do not result in 1 to 10⁶ steps".into());
     }
-    // The names come from the archive: they stay in its folder.
+    // The names come from the archive, so they must not point outside its folder.
     let table = |name: &str| {
         let is_plain = !name.contains(['/', '\\', ':']) && !matches!(name, "" | "." | "..");
         if !is_plain {
-            return Err(format!("reference.json: \"{name}\" is no file next to it"));
+            return Err(format!("reference.json: \"{name}\" is not a plain file name"));
         }
-        Table::read(&folder.join(name))
+        Table::read(&file.with_file_name(name))
     };
     let input = reference.input.as_deref().map(table).transpose()?;
     let result = table(&reference.result)?;
     Ok(Tables { reference, input, result })
 }
 
-/// The largest difference, and where it is.
+/// The largest difference, with its variable and time.
 struct Largest {
     value: f64,
     variable: String,
@@ -154,7 +154,7 @@ fn compare(archive: &Archive, tables: &Tables) -> Result<Largest, String> {
     let Tables { reference, input, result } = tables;
     let text = |error: host::Error| error.to_string();
     let steps = ((reference.stop_time - reference.start_time) / reference.step_size).round();
-    // At most 10⁶, as read.
+    // At most 10⁶, checked in `read`.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     let count = steps as u32;
     let plan = Plan { start: reference.start_time, step: reference.step_size, count };
@@ -209,7 +209,7 @@ fn compare(archive: &Archive, tables: &Tables) -> Result<Largest, String> {
     }
     if met < result.rows.len() {
         let missed = result.rows.len() - met;
-        return Err(format!("{missed} rows of the results are at no communication point"));
+        return Err(format!("{missed} rows of the results are not at a communication point"));
     }
     Ok(largest)
 }
@@ -217,7 +217,7 @@ fn compare(archive: &Archive, tables: &Tables) -> Result<Largest, String> {
 fn typed(kind: Kind, value: f64) -> Value {
     match kind {
         Kind::Boolean => Value::Boolean(value != 0.0),
-        // A fraction is cut off; the table is the archive's own.
+        // Fractions are truncated; the table belongs to the archive.
         #[allow(clippy::cast_possible_truncation)]
         Kind::Integer => Value::Integer(value as i32),
         Kind::Real | Kind::String => Value::Real(value),

@@ -1,4 +1,4 @@
-//! FMU states, where an FMU declares them: what is restored goes on as it did the first time
+//! FMU states, if an FMU declares them: a restored state must continue as it did the first time
 //! (section 2.1.8).
 
 use super::exercise::{Run, Stop};
@@ -6,7 +6,8 @@ use super::trajectory::{difference, drive, outputs};
 use host::Instance;
 
 impl Run<'_> {
-    /// Saves, goes on, restores and goes on again; then through bytes into another instance.
+    /// Saves a state, continues, restores it and continues again; then restores its bytes in another
+    /// instance.
     pub(super) fn states(&mut self, instance: &mut Instance) -> Result<(), Stop> {
         let co_simulation = self.archive.model().co_simulation();
         let can_serialize = co_simulation.can_serialize_fmu_state;
@@ -34,7 +35,7 @@ impl Run<'_> {
         } else {
             None
         };
-        // Inputs move, so that a state that is not restored shows.
+        // Changed inputs reveal a state that is not restored.
         self.nudge(instance)?;
         let driven = drive(instance, self.plan, half, rest);
         let first = self.legal(driven)?;
@@ -60,7 +61,7 @@ impl Run<'_> {
         let driven = drive(&mut other, self.plan, half, rest);
         let third = self.legal(driven)?;
         if let Some(difference) = difference(&first, &third, &names) {
-            let message = format!("in another instance, from the state's bytes, {difference}");
+            let message = format!("in another instance, from the serialized state, {difference}");
             self.differences.push(("run-state", message));
         }
         Ok(())

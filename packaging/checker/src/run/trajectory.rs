@@ -1,9 +1,9 @@
-//! What an instance's outputs do over some steps, to be held against what they did before.
+//! The trajectory of an instance's outputs, and the comparison of trajectories.
 
 use host::{Error, Instance, Status};
 use model_description::{Causality, ModelDescription, Value};
 
-/// The experiment that an FMU recommends, cut to some steps.
+/// The experiment that an FMU recommends, with a limited number of steps.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Plan {
     /// Start time, s.
@@ -14,7 +14,7 @@ pub(super) struct Plan {
     pub(super) count: u32,
 }
 
-/// Steps of a run at most.
+/// The largest number of steps of a run.
 const MOST_STEPS: u32 = 100;
 
 impl Plan {
@@ -39,7 +39,7 @@ impl Plan {
     }
 }
 
-/// The outputs after each of some steps; shorter where a step was discarded.
+/// The outputs after each step, up to the first discarded step.
 pub(super) type Trajectory = Vec<Vec<Value>>;
 
 /// Steps from one communication point on and reads all outputs after each step.
@@ -53,7 +53,7 @@ pub(super) fn drive(
     let mut trajectory = Trajectory::new();
     for point in from..from + count {
         match instance.do_step(plan.time(point), plan.step) {
-            // The standard lets an FMU refuse this step.
+            // The standard allows an FMU to reject this step.
             Err(Error::Step { status: Status::Discard, .. }) => break,
             other => other?,
         }
@@ -69,7 +69,7 @@ pub(super) fn outputs(instance: &Instance) -> Vec<String> {
     variables.filter(|v| v.causality == Causality::Output).map(|v| v.name.clone()).collect()
 }
 
-/// Where two trajectories differ, with the outputs' names.
+/// The first difference of two trajectories; `names` are the outputs.
 pub(super) fn difference(one: &Trajectory, other: &Trajectory, names: &[String]) -> Option<String> {
     if one.len() != other.len() {
         return Some(format!("{} steps succeed, then {}", one.len(), other.len()));
@@ -89,11 +89,11 @@ pub(super) fn difference(one: &Trajectory, other: &Trajectory, names: &[String])
     None
 }
 
-/// Relative difference of two Reals that counts as none: an FMU may compute through other libraries
+/// Relative difference up to which two Reals are the same: an FMU may use other mathematical libraries
 /// than the tool that wrote its XML.
 const RELATIVE: f64 = 1e-9;
 
-/// Whether two values are the same, Reals but for rounding; NaN is the same as NaN here.
+/// Whether two values are the same, Reals up to rounding; NaN is the same as NaN.
 pub(super) fn same(a: &Value, b: &Value) -> bool {
     match (a, b) {
         (Value::Real(a), Value::Real(b)) => {
@@ -105,10 +105,10 @@ pub(super) fn same(a: &Value, b: &Value) -> bool {
     }
 }
 
-/// Relative difference that a number kept in single precision may have.
+/// Relative difference of a number that was stored in single precision.
 const SINGLE: f64 = 1e-6;
 
-/// Whether two Reals differ by no more than single precision does.
+/// Whether the difference of two Reals can be the rounding to single precision.
 pub(super) fn is_rounding(a: &Value, b: &Value) -> bool {
     matches!((a, b), (Value::Real(a), Value::Real(b)) if (a - b).abs() <= SINGLE * a.abs().max(b.abs()))
 }

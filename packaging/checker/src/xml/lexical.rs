@@ -1,8 +1,8 @@
-//! Which texts are values of the schema's simple types (XML Schema, part 2).
+//! The texts that are values of the schema's simple types (XML Schema, part 2).
 
 use super::schema::Kind;
 
-/// The white space of XML, which most types pass over at the ends.
+/// The white space of XML, which most types ignore at both ends.
 const SPACE: [char; 4] = [' ', '\t', '\r', '\n'];
 
 impl Kind {
@@ -25,7 +25,7 @@ impl Kind {
         }
     }
 
-    /// What the type requires, in a message.
+    /// A description of the values, for messages.
     pub(super) fn expected(self) -> String {
         match self {
             Self::Text => "a text".into(),
@@ -36,7 +36,7 @@ impl Kind {
             Self::DateTime => "a date and time such as 2009-12-08T14:33:22Z".into(),
             Self::Word([word]) => format!("\"{word}\""),
             Self::Word(words) => format!("one of {}", words.join(", ")),
-            Self::Indices => "whole numbers with spaces between them".into(),
+            Self::Indices => "whole numbers separated by spaces".into(),
             Self::Words(words) => format!("words among {}", words.join(", ")),
         }
     }
@@ -137,7 +137,7 @@ fn two_digits(text: &str) -> Option<u32> {
 mod tests {
     use super::*;
 
-    /// Result of libxml2 for the same texts through fmpy's copy of the schema.
+    /// The results are those of libxml2 with FMPy's copy of the schema.
     #[test]
     fn values_are_those_of_xml_schema() {
         let good: &[(Kind, &[&str])] = &[

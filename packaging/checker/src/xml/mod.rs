@@ -1,5 +1,6 @@
-//! modelDescription.xml: the text, the schema, and the rules beyond it.
+//! modelDescription.xml: the text, the schema, and the rules that the schema cannot express.
 
+mod document;
 mod lexical;
 mod schema;
 mod semantics;
@@ -9,49 +10,16 @@ mod validate;
 
 use crate::archive::Contents;
 use crate::finding::{Findings, Location};
+use document::Document;
 use model_description::ModelDescription;
-use roxmltree::{Attribute, Node, ParsingOptions};
+use roxmltree::{Node, ParsingOptions};
 
 pub(crate) use text::{DESCRIPTION, nesting};
 
-/// Elements, texts and comments a description may have.
+/// The largest number of elements, texts and comments of a description.
 const NODES_LIMIT: u32 = 16_000_000;
 
-/// A parsed description, and where things are in it.
-struct Document<'d> {
-    tree: &'d roxmltree::Document<'d>,
-}
-
-impl Document<'_> {
-    fn location(&self, at: usize, node: Node<'_, '_>) -> Location {
-        let place = self.tree.text_pos_at(at);
-        let name = node.attribute("name").or_else(|| node.attribute("index"));
-        let key = if node.has_attribute("name") { "name" } else { "index" };
-        let tag = node.tag_name().name();
-        let element = match name {
-            Some(name) => {
-                format!("<{tag} {key}=\"{}\">", name.chars().take(80).collect::<String>())
-            }
-            None => format!("<{tag}>"),
-        };
-        Location {
-            entry: Some(DESCRIPTION.into()),
-            line: Some(place.row),
-            column: Some(place.col),
-            element: Some(element),
-        }
-    }
-
-    fn place(&self, node: Node<'_, '_>) -> Location {
-        self.location(node.range().start, node)
-    }
-
-    fn attribute_place(&self, node: Node<'_, '_>, attribute: &Attribute<'_, '_>) -> Location {
-        self.location(attribute.range().start, node)
-    }
-}
-
-/// Checks the description; gives it back where it can be read.
+/// Checks the description; returns it if it can be read.
 pub(crate) fn check(contents: &Contents<'_>, findings: &mut Findings) -> Option<ModelDescription> {
     let text = text::read(contents, findings)?;
     let options = ParsingOptions { nodes_limit: NODES_LIMIT, ..ParsingOptions::default() };
@@ -71,7 +39,7 @@ pub(crate) fn check(contents: &Contents<'_>, findings: &mut Findings) -> Option<
     };
     let document = Document { tree: &tree };
     if let Some(version) = other_version(tree.root_element()) {
-        let message = format!("this is FMI {version}, the checker supports 2.0");
+        let message = format!("this is FMI {version}; the checker supports 2.0");
         findings.add("fmi-version", document.place(tree.root_element()), message);
         return None;
     }
@@ -85,7 +53,7 @@ pub(crate) fn check(contents: &Contents<'_>, findings: &mut Findings) -> Option<
             Some(description)
         }
         Err(error) => {
-            // The schema's findings report the same with better places.
+            // The findings of the schema report the same with better locations.
             if valid {
                 let place = Location::entry(DESCRIPTION);
                 findings.add("xml-unreadable", place, error.to_string());
@@ -95,7 +63,7 @@ pub(crate) fn check(contents: &Contents<'_>, findings: &mut Findings) -> Option<
     }
 }
 
-/// The version, where the description is of FMI 1.0 or 3.0 which our schema does not cover.
+/// The version, if the description is of FMI 1.0 or 3.0, which have other schemas.
 fn other_version<'d>(root: Node<'d, '_>) -> Option<&'d str> {
     let version = root.attribute("fmiVersion")?;
     let is_other = ["1.", "3."].iter().any(|head| version.trim().starts_with(head));

@@ -1,7 +1,7 @@
 //! The XML schema of FMI 2.0 as data: elements, their attributes and their children in order.
 //!
-//! It contains what fmi2ModelDescription.xsd and the six files it includes state, and no more: `min`
-//! against `max`, unique names and the like are rules of the text.
+//! It has the content of fmi2ModelDescription.xsd and the six files that it includes. Other
+//! requirements of the standard, such as `min` ≤ `max` and unique names, are separate rules.
 
 /// An element.
 pub(super) struct Element {
@@ -10,19 +10,19 @@ pub(super) struct Element {
     pub(super) content: Content,
 }
 
-/// What may stand in an element.
+/// The allowed content of an element.
 pub(super) enum Content {
     /// Nothing, not even white space.
     Empty,
     /// Child elements in this order.
     Slots(&'static [Slot]),
-    /// At most one element, of anyone's making.
+    /// At most one element, with any name.
     One,
     /// Anything.
     Anything,
 }
 
-/// A place in a sequence of children.
+/// A position in a sequence of children.
 pub(super) struct Slot {
     pub(super) elements: &'static [&'static Element],
     pub(super) min: usize,
@@ -36,10 +36,10 @@ pub(super) struct Attribute {
     pub(super) required: bool,
 }
 
-/// The simple types that attributes have.
+/// The simple types of attributes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
-    /// `xs:string` and `xs:normalizedString`, which leave every text valid.
+    /// `xs:string` and `xs:normalizedString`: every text is valid.
     Text,
     /// `xs:boolean`.
     Boolean,
@@ -110,7 +110,7 @@ pub(super) static ROOT: Element = Element {
         may("numberOfEventIndicators", UnsignedInt),
     ],
     content: Slots(&[
-        // (ModelExchange? CoSimulation?) once or twice; two of a kind are left to a rule.
+        // (ModelExchange? CoSimulation?) once or twice; the rule `interface-twice` rejects duplicates.
         Slot { elements: &[&MODEL_EXCHANGE, &CO_SIMULATION], min: 0, max: 4 },
         optional(&[&UNIT_DEFINITIONS]),
         optional(&[&TYPE_DEFINITIONS]),
@@ -212,7 +212,7 @@ static TYPE_REAL: Element = leaf(
 );
 static TYPE_INTEGER: Element =
     leaf("Integer", &[may("quantity", Text), may("min", Int), may("max", Int)]);
-// The schema gives these two no type at all.
+// The schema declares no type for these two.
 static TYPE_BOOLEAN: Element = Element { name: "Boolean", attributes: &[], content: Anything };
 static TYPE_STRING: Element = Element { name: "String", attributes: &[], content: Anything };
 static TYPE_ENUMERATION: Element = Element {

@@ -1,11 +1,11 @@
-//! The rules of the text of `model-description`, with the places of its findings.
+//! The rules of `model-description`, with the locations of their findings.
 
-use super::Document;
+use super::document::{Document, child, children, items};
 use crate::finding::{Findings, Location};
 use model_description::{ModelDescription, Place};
 use roxmltree::Node;
 
-/// Reports what the description's own rules find.
+/// Reports the findings of `model-description`.
 pub(super) fn check(
     document: &Document<'_>,
     description: &ModelDescription,
@@ -21,7 +21,7 @@ pub(super) fn check(
     }
 }
 
-/// The elements that rules are about, in document order.
+/// The elements that rules refer to, in document order.
 struct Places<'a, 'd> {
     document: &'a Document<'d>,
     root: Node<'a, 'd>,
@@ -35,7 +35,7 @@ impl<'a, 'd> Places<'a, 'd> {
         Self { document, root, variables }
     }
 
-    /// The root represents what cannot be found.
+    /// The location of a place; the root if it is not found.
     fn location(&self, place: Place) -> Location {
         let node = match place {
             Place::Root => None,
@@ -59,25 +59,4 @@ impl<'a, 'd> Places<'a, 'd> {
     fn list(&self, name: &str) -> Option<Node<'a, 'd>> {
         child(child(self.root, "ModelStructure")?, name)
     }
-}
-
-/// The child elements of that name.
-pub(super) fn children<'a, 'd>(
-    node: Node<'a, 'd>,
-    name: &str,
-) -> impl Iterator<Item = Node<'a, 'd>> {
-    node.children().filter(move |child| child.is_element() && child.tag_name().name() == name)
-}
-
-fn child<'a, 'd>(node: Node<'a, 'd>, name: &str) -> Option<Node<'a, 'd>> {
-    children(node, name).next()
-}
-
-/// The `item` children of the root's child `list`.
-pub(super) fn items<'a, 'd>(
-    root: Node<'a, 'd>,
-    list: &str,
-    item: &str,
-) -> impl Iterator<Item = Node<'a, 'd>> {
-    child(root, list).into_iter().flat_map(move |list| children(list, item))
 }

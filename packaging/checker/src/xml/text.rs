@@ -1,27 +1,29 @@
-//! From bytes to a tree: encoding, document type, nesting.
+//! The text of the description: encoding, declaration, nesting.
 
 use crate::archive::Contents;
 use crate::finding::{Findings, Location};
 
-/// The description's place in the archive.
+/// The entry of the description.
 pub(crate) const DESCRIPTION: &str = "modelDescription.xml";
 
-/// Bytes a description may have; the largest known ones have about 10⁸.
+/// The largest size of a description, bytes; the largest known ones have about 10⁸.
 const LARGEST: usize = 256 << 20;
-/// Elements may be nested this deep; the schema's own depth is 5, annotations may go on.
+/// The deepest nesting of elements. The schema's own depth is 5; annotations may be deeper.
 const DEEPEST: usize = 256;
 
-/// The text of the description, fit to be parsed, or `None`.
+/// The text of the description, or `None` if it must not be parsed.
 pub(super) fn read(contents: &Contents<'_>, findings: &mut Findings) -> Option<String> {
     let Some(bytes) = contents.file(DESCRIPTION) else {
         let elsewhere = contents.names().find(|name| {
             name.rsplit('/').next().is_some_and(|file| file.eq_ignore_ascii_case(DESCRIPTION))
         });
         let message = match elsewhere {
-            // A damaged entry is a finding already.
+            // A damaged entry is already a finding.
             Some(DESCRIPTION) => return None,
-            Some(name) => format!("modelDescription.xml is not at the top; there is {name:?}"),
-            None => "there is no modelDescription.xml".into(),
+            Some(name) => {
+                format!("modelDescription.xml is not at the top of the archive, but at {name:?}")
+            }
+            None => "modelDescription.xml is missing".into(),
         };
         findings.add("no-description", Location::archive(), message);
         return None;
@@ -51,7 +53,7 @@ pub(super) fn read(contents: &Contents<'_>, findings: &mut Findings) -> Option<S
     Some(text)
 }
 
-/// The first line names the encoding, and it is UTF-8 (section 2.2).
+/// Checks that the XML declaration has the encoding UTF-8 (section 2.2).
 fn declaration(text: &str, report: &mut impl FnMut(&'static str, String)) {
     let declaration = text
         .strip_prefix("<?xml")
@@ -69,17 +71,17 @@ fn declaration(text: &str, report: &mut impl FnMut(&'static str, String)) {
         rest[1..].split(quote).next()
     });
     match encoding {
-        None => report("xml-encoding", "its first line names no encoding".into()),
+        None => report("xml-encoding", "its XML declaration has no encoding".into()),
         Some(name) if name.eq_ignore_ascii_case("UTF-8") => {}
         Some(name) => report("xml-encoding", format!("its declared encoding is {name:?}")),
     }
 }
 
-/// Attributes an element may have; a parser compares each with each.
+/// The largest number of attributes of an element; a parser compares each pair.
 const MOST_ATTRIBUTES: usize = 1000;
 
-/// Why the text is not given to a parser: a rough count of open elements and of attributes. No
-/// element of FMI has that many attributes; annotations may be as deep as they like.
+/// The rule and message if the text must not be parsed, by a rough count of open elements and of
+/// attributes. No element of FMI has that many attributes; annotations may be nested to any depth.
 pub(crate) fn nesting(text: &str) -> Option<(&'static str, String)> {
     let bytes = text.as_bytes();
     let mut depth = 0_usize;
@@ -87,7 +89,7 @@ pub(crate) fn nesting(text: &str) -> Option<(&'static str, String)> {
     while let Some(open) = bytes[at..].iter().position(|b| *b == b'<') {
         at += open + 1;
         let rest = &text[at..];
-        // What is skipped here cannot hold elements.
+        // Comments, CDATA and processing instructions contain no elements.
         let skip = |end: &str| rest.find(end).map_or(rest.len(), |found| found + end.len());
         if rest.starts_with("!--") {
             at += skip("-->");
@@ -116,7 +118,7 @@ pub(crate) fn nesting(text: &str) -> Option<(&'static str, String)> {
     None
 }
 
-/// Where a start tag ends, at its `>` and not at one within quotes, and how many values it has.
+/// The end of a start tag, at its first `>` outside quotes, and the number of its values.
 fn tag_end(bytes: &[u8]) -> (usize, usize) {
     let (mut quote, mut values) = (None, 0);
     for (at, byte) in bytes.iter().enumerate() {

@@ -1,14 +1,13 @@
-//! Rules about what `model-description` passes over: declared types, enumerations, attributes for
-//! model exchange alone, annotations of variables.
+//! Rules that `model-description` does not check: declared types, enumerations, attributes for model
+//! exchange, annotations of variables.
 
-use super::Document;
-use super::semantics::{children, items};
+use super::document::{Document, children, items};
 use crate::finding::Findings;
 use model_description::{Causality, ModelDescription};
 use roxmltree::Node;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Reports breaches of the rules about types, and a few about single attributes.
+/// Reports violations of the rules for types and for some attributes.
 pub(super) fn check(
     document: &Document<'_>,
     description: &ModelDescription,
@@ -44,13 +43,13 @@ impl<'a, 'd> Check<'a, 'd> {
             }
         }
         if self.description.co_simulation.is_none() && self.description.model_exchange.is_some() {
-            self.report("not-co-simulation", root, "there is no <CoSimulation>");
+            self.report("not-co-simulation", root, "<CoSimulation> is missing");
         }
         let guid = self.description.guid.as_str();
         if guid.trim().is_empty() {
             self.report("guid-empty", root, "the guid is empty");
         } else if guid.starts_with('{') {
-            self.report("guid-braces", root, "the guid has braces around it");
+            self.report("guid-braces", root, "the guid is in braces");
         }
         if let Some(date) = root.attribute("generationDateAndTime") {
             let shape = date.bytes().map(|b| if b.is_ascii_digit() { b'0' } else { b });
@@ -89,20 +88,20 @@ impl<'a, 'd> Check<'a, 'd> {
             }
             let Some(element) = simple.children().find(Node::is_element) else { continue };
             if self.types.insert(name, element).is_some() {
-                self.report("type-twice", simple, "the name stands there twice");
+                self.report("type-twice", simple, "the name is used twice");
             }
             self.limits(element);
             self.unit(element);
             if let Some(nominal) = real(element, "nominal").filter(|n| n.is_nan() || *n <= 0.0) {
-                self.report("nominal", element, format!("nominal {nominal} is not above zero"));
+                self.report("nominal", element, format!("nominal {nominal} is not positive"));
             }
             let (mut names, mut values) = (BTreeSet::new(), BTreeSet::new());
             for item in children(element, "Item") {
                 if !item.attribute("name").is_none_or(|name| names.insert(name)) {
-                    self.report("enumeration-item-twice", item, "the name stands there twice");
+                    self.report("enumeration-item-twice", item, "the name is used twice");
                 }
                 if !integer(item, "value").is_none_or(|value| values.insert(value)) {
-                    self.report("enumeration-item-twice", item, "the value stands there twice");
+                    self.report("enumeration-item-twice", item, "the value is used twice");
                 }
             }
         }
@@ -112,7 +111,7 @@ impl<'a, 'd> Check<'a, 'd> {
         if let (Some(min), Some(max)) = (real(element, "min"), real(element, "max"))
             && min > max
         {
-            self.report("min-above-max", element, format!("min {min} is above max {max}"));
+            self.report("min-above-max", element, format!("min {min} exceeds max {max}"));
         }
     }
 
@@ -143,7 +142,7 @@ impl<'a, 'd> Check<'a, 'd> {
         let mut tools = BTreeSet::new();
         for tool in items(variable, "Annotations", "Tool") {
             if !tool.attribute("name").is_none_or(|name| tools.insert(name)) {
-                self.report("annotation-twice", tool, "the name stands there twice");
+                self.report("annotation-twice", tool, "the name is used twice");
             }
         }
         const KINDS: [&str; 5] = ["Real", "Integer", "Boolean", "String", "Enumeration"];
@@ -153,23 +152,25 @@ impl<'a, 'd> Check<'a, 'd> {
             return;
         };
         if element.has_attribute("reinit") && self.description.model_exchange.is_none() {
-            self.report("reinit", element, "reinit is for ModelExchange");
+            self.report("reinit", element, "reinit is only for ModelExchange");
         }
         let Some(name) = element.attribute("declaredType") else { return };
         let kind = element.tag_name().name();
         let Some(declared) = self.types.get(name).copied() else {
-            let message = format!("its declaredType \"{name}\" is not under TypeDefinitions");
+            let message =
+                format!("its declaredType \"{name}\" is not defined under TypeDefinitions");
             return self.report("declared-type-undefined", variable, message);
         };
         let declared_kind = declared.tag_name().name();
         if declared_kind != kind {
-            let message = format!("it is {kind} and its declaredType \"{name}\" {declared_kind}");
+            let message =
+                format!("its type is {kind}, but its declaredType \"{name}\" is {declared_kind}");
             self.report("declared-type-kind", variable, message);
         } else if kind == "Enumeration"
             && let Some(start) = integer(element, "start")
             && children(declared, "Item").all(|item| integer(item, "value") != Some(start))
         {
-            let message = format!("its start {start} is no item of \"{name}\"");
+            let message = format!("its start {start} is not the value of an item of \"{name}\"");
             self.report("enumeration-start", variable, message);
         }
     }

@@ -1,6 +1,6 @@
-//! A document held against the schema's table.
+//! Validation of a document with the table of the schema.
 
-use super::Document;
+use super::document::Document;
 use super::lexical::is_special;
 use super::schema::{Attribute, Content, Element, Kind, ROOT, Slot};
 use crate::finding::Findings;
@@ -9,7 +9,7 @@ use roxmltree::Node;
 /// The namespace of the attributes that any element may have.
 const INSTANCE: &str = "http://www.w3.org/2001/XMLSchema-instance";
 
-/// Reports every breach of the schema.
+/// Reports all violations of the schema.
 pub(super) fn validate(document: &Document<'_>, findings: &mut Findings) {
     let mut validator = Validator { document, findings };
     let root = document.tree.root_element();
@@ -20,7 +20,7 @@ pub(super) fn validate(document: &Document<'_>, findings: &mut Findings) {
     }
 }
 
-/// Whether an element has this name and no namespace.
+/// Whether an element has a name and no namespace.
 fn is_named(node: Node<'_, '_>, name: &str) -> bool {
     node.tag_name().namespace().is_none() && node.tag_name().name() == name
 }
@@ -35,7 +35,7 @@ impl Validator<'_, '_> {
         self.findings.add_at(rule, || self.document.place(node), message);
     }
 
-    /// Recursion ends with the schema: what is not in it is not entered.
+    /// The recursion is bounded, since elements outside the schema are not entered.
     fn element(&mut self, node: Node<'_, '_>, element: &'static Element) {
         if !matches!(element.content, Content::Anything) {
             self.attributes(node, element.attributes);
@@ -44,17 +44,17 @@ impl Validator<'_, '_> {
             Content::Anything => self.foreign(node),
             Content::Empty => {
                 if let Some(child) = node.children().find(Node::is_element) {
-                    let message = format!("<{}> takes no elements", element.name);
+                    let message = format!("<{}> must have no elements", element.name);
                     self.report("xsd-element", child, message);
                 }
                 if node.children().any(|child| child.is_text()) {
-                    self.report("xsd-text", node, format!("<{}> takes no text", element.name));
+                    self.report("xsd-text", node, format!("<{}> must have no text", element.name));
                 }
             }
             Content::One => {
                 self.no_text(node);
                 if let Some(second) = node.children().filter(Node::is_element).nth(1) {
-                    let message = format!("<{}> takes one element only", element.name);
+                    let message = format!("<{}> must have one element only", element.name);
                     self.report("xsd-element", second, message);
                 }
                 self.foreign(node);
@@ -70,7 +70,7 @@ impl Validator<'_, '_> {
         let texts = node.children().filter(|child| child.is_text());
         let blank = |text: &str| text.chars().all(|c| " \t\r\n".contains(c));
         if texts.into_iter().any(|text| !text.text().is_none_or(blank)) {
-            let message = format!("text stands in <{}>", node.tag_name().name());
+            let message = format!("<{}> must have no text", node.tag_name().name());
             self.report("xsd-text", node, message);
         }
     }
@@ -96,7 +96,7 @@ impl Validator<'_, '_> {
                     Some(known) if !known.kind.accepts(value) => report(
                         "xsd-value",
                         format!(
-                            "`{}` is \"{}\", expected {}",
+                            "`{}` is \"{}\"; expected is {}",
                             known.name,
                             value.chars().take(60).collect::<String>(),
                             known.kind.expected()
@@ -115,7 +115,7 @@ impl Validator<'_, '_> {
         }
         for attribute in known.iter().filter(|attribute| attribute.required) {
             if node.attribute(attribute.name).is_none() {
-                let message = format!("<{name}> lacks the attribute `{}`", attribute.name);
+                let message = format!("<{name}> needs the attribute `{}`", attribute.name);
                 self.report("xsd-attribute-missing", node, message);
             }
         }
@@ -131,16 +131,16 @@ impl Validator<'_, '_> {
                 Some((index, slot, *element))
             });
             let Some((index, slot, element)) = found else {
-                let message = format!("<{name}> has no place in <{}>", node.tag_name().name());
+                let message = format!("<{name}> is not allowed in <{}>", node.tag_name().name());
                 self.report("xsd-element", child, message);
                 continue;
             };
             counts[index] += 1;
             if counts[index] > slot.max {
-                self.report("xsd-element", child, format!("<{name}> stands there too often"));
+                self.report("xsd-element", child, format!("<{name}> is repeated too often"));
             } else if index < present {
                 let before = slots[present].elements[0].name;
-                let message = format!("<{name}> stands behind <{before}>, not before it");
+                let message = format!("<{name}> follows <{before}>, but must precede it");
                 self.report("xsd-element", child, message);
             }
             present = present.max(index);
@@ -150,7 +150,7 @@ impl Validator<'_, '_> {
             if count < slot.min {
                 let names: Vec<&str> = slot.elements.iter().map(|element| element.name).collect();
                 let message = format!(
-                    "<{}> lacks its element {}",
+                    "<{}> needs an element {}",
                     node.tag_name().name(),
                     names.join(", ").replace(", ", " or ")
                 );
@@ -159,18 +159,18 @@ impl Validator<'_, '_> {
         }
     }
 
-    /// Foreign content is free, but the one element that the schema declares globally is checked
-    /// wherever it is.
+    /// Content outside the schema is allowed, except the one element that the schema declares
+    /// globally, which is validated anywhere.
     fn foreign(&mut self, node: Node<'_, '_>) {
         for inner in node.descendants().skip(1).filter(|inner| is_named(*inner, ROOT.name)) {
-            // One within another is reached from the outer one's own check.
+            // Report only the outermost one.
             if inner
                 .ancestors()
                 .skip(1)
                 .take_while(|outer| *outer != node)
                 .all(|outer| !is_named(outer, ROOT.name))
             {
-                self.report("xsd-element", inner, "a model description within another".into());
+                self.report("xsd-element", inner, "a model description inside another one".into());
             }
         }
     }

@@ -1,4 +1,4 @@
-//! The faults, each a small change of the good archive with the one rule that it breaks.
+//! The faults: small changes of the valid archive, each with the one rule that it violates.
 
 mod archive;
 mod bytes;
@@ -9,14 +9,14 @@ use super::{Files, base};
 
 /// A fault.
 pub(crate) struct Fault {
-    /// Its name, for people and files.
+    /// Its name, for messages and files.
     pub(crate) name: &'static str,
-    /// The rule it breaks.
+    /// The rule that it violates.
     pub(crate) rule: &'static str,
     edit: Edit,
 }
 
-/// How it gets into the archive.
+/// The change of the archive.
 enum Edit {
     /// A replacement in modelDescription.xml.
     Xml(&'static str, &'static str),
@@ -24,7 +24,7 @@ enum Edit {
     Files(fn(&mut Files)),
     /// A change of the archive's bytes.
     Bytes(fn(&mut Vec<u8>)),
-    /// Both.
+    /// A change of the files and of the archive's bytes.
     Both(fn(&mut Files), fn(&mut Vec<u8>)),
 }
 

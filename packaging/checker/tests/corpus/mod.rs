@@ -1,4 +1,4 @@
-//! Archives to check: a good one, and that one with each of many faults seeded into it.
+//! Archives to check: a valid one, and one for each of many seeded faults.
 #![allow(dead_code, clippy::unwrap_used, clippy::panic)]
 
 mod faults;
@@ -13,7 +13,12 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
 const XML: &str = include_str!("base.xml");
-const SOURCE: &str = include_str!("../library/base.rs");
+/// The source files of the base's binary.
+const SOURCES: [(&str, &str); 3] = [
+    ("base.rs", include_str!("../library/base.rs")),
+    ("states.rs", include_str!("../library/states.rs")),
+    ("variables.rs", include_str!("../library/variables.rs")),
+];
 
 /// The files of an archive, in order.
 #[derive(Clone)]
@@ -68,7 +73,7 @@ pub(crate) fn binary_name() -> String {
     format!("binaries/{}/{}", host::platform_folders()[0], host::binary_name("Base"))
 }
 
-/// The base archive's files: nothing is wrong with them.
+/// The files of the base archive, which has no faults.
 pub(crate) fn base() -> Files {
     let mut files = Files(Vec::new());
     files.add("modelDescription.xml", XML.as_bytes());
@@ -86,7 +91,9 @@ pub(crate) fn library() -> &'static [u8] {
     LIBRARY.get_or_init(|| {
         let folder = tempfile::tempdir().unwrap();
         let (source, library) = (folder.path().join("base.rs"), folder.path().join("base.library"));
-        std::fs::write(&source, SOURCE).unwrap();
+        for (name, text) in SOURCES {
+            std::fs::write(folder.path().join(name), text).unwrap();
+        }
         let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
         let status = Command::new(rustc)
             .args(["--edition", "2024", "--crate-type", "cdylib", "--crate-name", "base"])
@@ -100,7 +107,7 @@ pub(crate) fn library() -> &'static [u8] {
     })
 }
 
-/// Writes the good archive and every faulty one into a folder.
+/// Writes the valid archive and every faulty one into a folder.
 pub(crate) fn write(folder: &Path) -> Vec<PathBuf> {
     std::fs::create_dir_all(folder).unwrap();
     let good = folder.join("good.fmu");

@@ -1,7 +1,10 @@
 //! The binary of the test corpus, an integrator x' = u with y = (gain·x, x + u): the C functions of
-//! FMI 2.0 for co-simulation, written without any of the project's code, and with a fault where the
-//! GUID asks for one ("base-crash" and so on). Built by `rustc` alone, with no standard library.
+//! FMI 2.0 for co-simulation, written without any of the project's code. The GUID selects a fault
+//! ("base-crash" and so on). Built with `rustc`, without the standard library.
 #![no_std]
+
+mod states;
+mod variables;
 
 use core::ffi::{CStr, c_char, c_int, c_void};
 use core::ptr::null_mut;
@@ -69,12 +72,11 @@ impl Instance {
 
 const FREE: Instance = Instance { used: false, state: FRESH, fault: [0; 32] };
 static mut INSTANCES: [Instance; 8] = [FREE; 8];
-static mut STATES: [(bool, State); 64] = [(false, FRESH); 64];
 /// The fault of the latest instantiation, for functions without an instance.
 static mut NULL_CRASHES: bool = false;
 
 fn instance<'a>(component: *mut c_void) -> &'a mut Instance {
-    // SAFETY: importers give what `fmi2Instantiate` returned, one thread at a time.
+    // SAFETY: importers pass a pointer of `fmi2Instantiate`, one thread at a time.
     unsafe { &mut *component.cast::<Instance>() }
 }
 
@@ -125,7 +127,7 @@ pub unsafe extern "C" fn fmi2Instantiate(
             Some(rest) => rest.strip_prefix(b"-").unwrap_or(rest),
             None if NULL_CRASHES => b"",
             None => {
-                log(c"logStatusError", c"the GUID is another");
+                log(c"logStatusError", c"the GUID differs");
                 return null_mut();
             }
         };
@@ -141,7 +143,7 @@ pub unsafe extern "C" fn fmi2Instantiate(
         if fault == b"log" {
             log(c"logSomething", c"a category that is not declared");
         }
-        // "any-guid" is remembered: the wrong GUID names no fault.
+        // "any-guid" is stored, since the wrong GUID of the next call selects no fault.
         NULL_CRASHES = fault == b"any-guid";
         let instances = &raw mut INSTANCES;
         for slot in &mut *instances {
@@ -162,8 +164,6 @@ pub unsafe extern "C" fn fmi2Instantiate(
     null_mut()
 }
 
-static mut READINGS: usize = 0;
-static mut GLOBAL: f64 = 0.0;
 static mut FREE_CRASHES: bool = false;
 
 #[unsafe(no_mangle)]
@@ -213,182 +213,6 @@ pub extern "C" fn fmi2Reset(c: *mut c_void) -> Status {
     OK
 }
 
-/// A getter and a setter: what a value reference means.
-macro_rules! access {
-    ($get:ident, $set:ident, $kind:ty, $read:expr, $write:expr) => {
-        #[unsafe(no_mangle)]
-        pub unsafe extern "C" fn $get(c: *mut c_void, r: *const u32, n: usize, v: *mut $kind) -> Status {
-            for k in 0..n {
-                // SAFETY: arrays of n.
-                match unsafe { $read(&*instance(c), *r.add(k)) } {
-                    Some(value) => unsafe { *v.add(k) = value },
-                    None => return ERROR,
-                }
-            }
-            OK
-        }
-
-        #[unsafe(no_mangle)]
-        pub unsafe extern "C" fn $set(c: *mut c_void, r: *const u32, n: usize, v: *const $kind) -> Status {
-            for k in 0..n {
-                // SAFETY: arrays of n.
-                if !unsafe { $write(instance(c), *r.add(k), *v.add(k)) } {
-                    return ERROR;
-                }
-            }
-            OK
-        }
-    };
-}
-
-fn read_real(i: &Instance, reference: u32) -> Option<f64> {
-    let s = &i.state;
-    Some(match reference {
-        0 => s.u,
-        1 if i.has("start") => 2.0,
-        1 if i.has("rounded") => s.gain * 1.000_000_1,
-        1 => s.gain,
-        // SAFETY: one thread at a time.
-        2 if i.has("chance") && s.steps > 0 => unsafe {
-            READINGS += 1;
-            READINGS as f64
-        },
-        // SAFETY: as above.
-        5 if i.has("global") => s.x + unsafe { GLOBAL },
-        4 if i.has("dependency") && s.steps > 0 => s.gain * s.x + s.u,
-        2 if i.has("nan") && s.steps > 2 => f64::NAN,
-        2 => s.x,
-        3 => s.u,
-        4 => s.gain * s.x,
-        5 => s.x + s.u,
-        6 => s.time,
-        _ => return None,
-    })
-}
-
-fn write_real(i: &mut Instance, reference: u32, value: f64) -> bool {
-    match reference {
-        0 => {
-            i.state.u = value;
-            // SAFETY: one thread at a time.
-            unsafe { GLOBAL = value };
-        }
-        1 => i.state.gain = value,
-        2 => i.state.x = value,
-        _ => return false,
-    }
-    true
-}
-
-fn read_integer(i: &Instance, reference: u32) -> Option<c_int> {
-    i.state.integers.get(reference as usize).copied()
-}
-
-fn write_integer(i: &mut Instance, reference: u32, value: c_int) -> bool {
-    i.state.integers.get_mut(reference as usize).map(|place| *place = value).is_some()
-}
-
-fn read_boolean(i: &Instance, reference: u32) -> Option<c_int> {
-    (reference == 0).then_some(c_int::from(i.state.u != 0.0))
-}
-
-fn write_boolean(_: &mut Instance, _: u32, _: c_int) -> bool {
-    false
-}
-
-fn read_string(i: &Instance, reference: u32) -> Option<*const c_char> {
-    (reference == 0).then_some(i.state.label.as_ptr().cast())
-}
-
-fn write_string(i: &mut Instance, reference: u32, value: *const c_char) -> bool {
-    // SAFETY: a C string.
-    let text = unsafe { CStr::from_ptr(value) }.to_bytes();
-    if reference != 0 || text.len() >= 32 {
-        return false;
-    }
-    i.state.label = [0; 32];
-    i.state.label[..text.len()].copy_from_slice(text);
-    true
-}
-
-access!(fmi2GetReal, fmi2SetReal, f64, read_real, write_real);
-access!(fmi2GetInteger, fmi2SetInteger, c_int, read_integer, write_integer);
-access!(fmi2GetBoolean, fmi2SetBoolean, c_int, read_boolean, write_boolean);
-access!(fmi2GetString, fmi2SetString, *const c_char, read_string, write_string);
-
-fn new_state(value: State) -> *mut c_void {
-    // SAFETY: one thread at a time.
-    unsafe {
-        let states = &raw mut STATES;
-        for slot in &mut *states {
-            if !slot.0 {
-                *slot = (true, value);
-                return (slot as *mut (bool, State)).cast();
-            }
-        }
-    }
-    null_mut()
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetFMUstate(c: *mut c_void, state: *mut *mut c_void) -> Status {
-    // SAFETY: a place for a pointer.
-    unsafe { *state = new_state(instance(c).state) };
-    OK
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetFMUstate(c: *mut c_void, state: *mut c_void) -> Status {
-    // SAFETY: one of ours.
-    let saved = unsafe { &*state.cast::<(bool, State)>() }.1;
-    let i = instance(c);
-    let x = i.state.x;
-    i.state = saved;
-    if i.has("state") {
-        i.state.x = x;
-    }
-    OK
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2FreeFMUstate(_: *mut c_void, state: *mut *mut c_void) -> Status {
-    // SAFETY: a pointer to one of ours, or to NULL.
-    unsafe {
-        if let Some(slot) = (*state).cast::<(bool, State)>().as_mut() {
-            slot.0 = false;
-        }
-        *state = null_mut();
-    }
-    OK
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SerializedFMUstateSize(_: *mut c_void, _: *mut c_void, size: *mut usize) -> Status {
-    // SAFETY: a place for a size.
-    unsafe { *size = size_of::<State>() };
-    OK
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SerializeFMUstate(_: *mut c_void, state: *mut c_void, bytes: *mut u8, _: usize) -> Status {
-    // SAFETY: one of ours, and an array of the size told.
-    unsafe {
-        let value = &raw const (*state.cast::<(bool, State)>()).1;
-        core::ptr::copy_nonoverlapping(value.cast::<u8>(), bytes, size_of::<State>());
-    }
-    OK
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2DeSerializeFMUstate(c: *mut c_void, bytes: *const u8, _: usize, state: *mut *mut c_void) -> Status {
-    if instance(c).has("serialize") {
-        return ERROR;
-    }
-    // SAFETY: the bytes of a state.
-    unsafe { *state = new_state(bytes.cast::<State>().read_unaligned()) };
-    OK
-}
-
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi2DoStep(c: *mut c_void, time: f64, step: f64, _: c_int) -> Status {
     let i = instance(c);
@@ -422,7 +246,7 @@ pub extern "C" fn fmi2DoStep(c: *mut c_void, time: f64, step: f64, _: c_int) -> 
     OK
 }
 
-/// Functions of capabilities that the FMU does not have.
+/// Functions of capabilities that the FMU does not support.
 macro_rules! absent {
     ($($name:ident),*) => {$(
         #[unsafe(no_mangle)]

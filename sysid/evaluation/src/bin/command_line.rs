@@ -4,12 +4,12 @@
 
 use clap::Parser;
 use drivelog::LogOptions;
+use evaluation::Drive;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
 use sysid::delay::estimate_delay;
 use sysid::{DataSet, IdentifyOptions};
-use evaluation::Drive;
 
 /// How long the command line takes.
 #[derive(Parser)]

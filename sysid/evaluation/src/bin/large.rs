@@ -3,9 +3,9 @@
 
 use clap::Parser;
 use drivelog::{DriveLog, LogOptions};
-use sysid::IdentifyOptions;
 use evaluation::Drive;
 use evaluation::measure::{peak_memory, processor_time_s};
+use sysid::IdentifyOptions;
 
 /// `identify` on a long recording.
 #[derive(Parser)]

@@ -4,8 +4,8 @@
 //! which the first half estimates and chooses.
 
 use clap::Parser;
-use sysid::{Automatic, DataSet, Error, IdentifyOptions, automatic};
 use evaluation::{Experiment, LARGEST_ORDER, LEAST_SHARE, Random, request};
+use sysid::{Automatic, DataSet, Error, IdentifyOptions, automatic};
 
 /// Prints how often the order of random systems is found.
 #[derive(Parser)]

@@ -11,6 +11,7 @@
 #![allow(clippy::print_stdout)]
 
 use clap::Parser;
+use evaluation::Random;
 use faer::{Mat, MatRef};
 use std::io::Write;
 use std::process::Stdio;
@@ -19,7 +20,6 @@ use sysid::model::stability::{largest_radius, stable_shift};
 use sysid::pem::{Focus, Stop, Uncertain, refine_prediction, uncertain};
 use sysid::subspace::{Factor, noise_model, refit_output, shift_realization, subspace};
 use sysid::{DataSet, Error, Innovation, StateSpace, Weighting, simulate};
-use evaluation::Random;
 
 const STOP: Stop = Stop { steps: 200, least_gain: 1e-12 };
 const SCRIPT: &str = include_str!("../../python/refinement.py");

@@ -1,6 +1,6 @@
 //! Changes of an archive's own bytes.
 
-/// Where a signature is first.
+/// The position of the first signature.
 pub(super) fn find(bytes: &[u8], signature: &[u8]) -> usize {
     bytes.windows(signature.len()).position(|window| window == signature).unwrap()
 }
@@ -9,7 +9,7 @@ fn rfind(bytes: &[u8], signature: &[u8]) -> usize {
     bytes.windows(signature.len()).rposition(|window| window == signature).unwrap()
 }
 
-/// Writes into the first entry's own header and into its header in the directory.
+/// Writes into the local header of the first entry and into its header in the directory.
 pub(super) fn on_first(bytes: &mut [u8], local: usize, central: usize, value: &[u8]) {
     let (l, c) = (find(bytes, b"PK\x03\x04") + local, find(bytes, b"PK\x01\x02") + central);
     bytes[l..l + value.len()].copy_from_slice(value);

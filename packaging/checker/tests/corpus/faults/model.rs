@@ -1,4 +1,4 @@
-//! Faults of what the XML says, which the schema lets pass.
+//! Faults of the XML that its schema allows.
 
 use super::Edit::{Files as InFiles, Xml};
 use super::{Fault, fault};

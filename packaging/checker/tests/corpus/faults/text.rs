@@ -1,4 +1,4 @@
-//! Faults of the XML as XML, and against the schema.
+//! Faults of the XML syntax, and violations of the schema.
 
 use super::Edit::{Files as InFiles, Xml};
 use super::{Fault, fault};

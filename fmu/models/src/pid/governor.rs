@@ -23,7 +23,7 @@
 //! E to what that rate follows at the crossover kp·G, `1.2·sustained_rate/(kp·(b·kp·G + ki))`, both linearly
 //! until twice the reserve.
 
-use crate::pid::PidParameters;
+use super::parameters::PidParameters;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 

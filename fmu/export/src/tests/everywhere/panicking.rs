@@ -1,4 +1,4 @@
-//! The slave that goes off where it is told to.
+//! A slave that panics in a chosen function.
 
 use crate::{Capabilities, Known, Log, Resources, Slave, StateSpec, Unknown, VariableId};
 use model_description::{
@@ -13,9 +13,9 @@ const VARIABLES: &[VariableSpec] = &[
     VariableSpec::boolean("on", 3, C::Parameter, V::Tunable),
     VariableSpec::string("text", 4, C::Parameter, V::Tunable),
 ];
-pub(super) const TABLE: Table = Table::new("Mine", "1", "It goes off", VARIABLES);
+pub(super) const TABLE: Table = Table::new("Panicking", "1", "A slave that panics", VARIABLES);
 
-/// Where the slave panics.
+/// The function in which the slave panics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum At {
     Nowhere,
@@ -41,7 +41,7 @@ pub(super) enum At {
 
 thread_local! {
     pub(super) static AT: Cell<At> = const { Cell::new(At::Nowhere) };
-    /// Whether every destructor panics besides, of slaves and of payloads.
+    /// Whether the destructors of slaves and payloads panic too.
     pub(super) static DROPS: Cell<bool> = const { Cell::new(false) };
     pub(super) static ALIVE: Cell<i32> = const { Cell::new(0) };
 }
@@ -51,7 +51,7 @@ pub(super) fn arm(place: At, drops: bool) {
     DROPS.set(drops);
 }
 
-/// A payload that is no text, whose destructor panics.
+/// A panic payload that is not text and whose destructor can panic.
 struct Payload;
 
 impl Drop for Payload {
@@ -68,23 +68,23 @@ fn at(place: At) {
     }
 }
 
-pub(super) struct Mine;
+pub(super) struct Panicking;
 
-impl Mine {
+impl Panicking {
     fn new() -> Self {
         ALIVE.set(ALIVE.get() + 1);
         Self
     }
 }
 
-impl Clone for Mine {
+impl Clone for Panicking {
     fn clone(&self) -> Self {
         at(At::Clone);
         Self::new()
     }
 }
 
-impl Drop for Mine {
+impl Drop for Panicking {
     fn drop(&mut self) {
         ALIVE.set(ALIVE.get() - 1);
         if DROPS.get() {
@@ -108,7 +108,7 @@ impl VariableId for Variable {
     }
 }
 
-impl Slave for Mine {
+impl Slave for Panicking {
     type Variable = Variable;
     const TABLE: &'static Table = &TABLE;
     const CAPABILITIES: Capabilities = Capabilities {

@@ -1,0 +1,192 @@
+//! The geometry of a reference path: points in arc length, what lies between them, and the foot
+//! of a perpendicular on it.
+//!
+//! Between two points the position is the quintic that has the positions, unit tangents
+//! `(cos ψ, sin ψ)` and curvature vectors `κ·(−sin ψ, cos ψ)` of both (error of sixth order in the
+//! angle turned; below 1e-5 m where 5 m lie between points of a 10 m radius); the heading is the
+//! cubic with the headings and curvatures of both; the curvature is linear. Before the first and
+//! beyond the last point an open path goes on straight. A closed path has no end: distances go on
+//! from lap to lap, and so does the heading.
+//!
+//! The foot s of a position p solves `f(s) = (p − q(s))·t(s) = 0`, t the unit tangent. From a known
+//! distance it is sought in the direction in which f points and the first zero is taken, at most
+//! [`WINDOW`] away: so progress moves along the path and never jumps to another branch where the
+//! path crosses or touches itself, and a step costs the same however long the path is. So does the path
+//! at a distance, whose segment is looked up (`intervals`).
+
+mod projection;
+mod segment;
+
+pub use projection::{Projection, WINDOW};
+pub use segment::PathPoint;
+
+use crate::angle::wrap_angle;
+use crate::error::Error;
+use crate::intervals::Intervals;
+use segment::{Node, Segment, extend};
+use std::f64::consts::TAU;
+
+/// A validated path.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PathGeometry {
+    nodes: Vec<Node>,
+    segments: Vec<Segment>,
+    intervals: Intervals,
+    closed: bool,
+    /// Heading gained in a lap of a closed path, a whole number of turns.
+    turn: f64,
+}
+
+impl PathGeometry {
+    /// Checks the points and makes a path of them. Headings may be wrapped. Of a closed path the
+    /// last point may repeat the first; where it does not, a last segment is added.
+    ///
+    /// # Errors
+    /// Names the point that is wrong.
+    pub fn new(points: &[PathPoint], closed: bool) -> Result<Self, Error> {
+        if points.len() < 2 {
+            return Err(Error::TooFewPoints { got: points.len() });
+        }
+        let mut points = points.to_vec();
+        for (index, p) in points.iter().enumerate() {
+            for (name, value) in [
+                ("the distance", p.distance),
+                ("x", p.x),
+                ("y", p.y),
+                ("the heading", p.heading),
+                ("the curvature", p.curvature),
+            ] {
+                if !value.is_finite() {
+                    return Err(Error::Point { index, name, value });
+                }
+            }
+        }
+        for i in 1..points.len() {
+            let before = points[i - 1].heading;
+            points[i].heading = before + wrap_angle(points[i].heading - before);
+        }
+        let turn = if closed { close(&mut points) } else { 0.0 };
+        for (i, pair) in points.windows(2).enumerate() {
+            check_segment(i, &pair[0], &pair[1])?;
+        }
+        let distances: Vec<f64> = points.iter().map(|p| p.distance).collect();
+        let intervals = Intervals::of(&distances);
+        let nodes: Vec<Node> = points
+            .into_iter()
+            .map(|point| {
+                let (sin, cos) = point.heading.sin_cos();
+                Node { point, cos, sin }
+            })
+            .collect();
+        let segments = nodes.windows(2).map(|pair| Segment::new(&pair[0], &pair[1])).collect();
+        Ok(Self { nodes, segments, intervals, closed, turn })
+    }
+
+    /// Distance of the first point, m.
+    #[must_use]
+    pub fn start(&self) -> f64 {
+        self.nodes[0].point.distance
+    }
+
+    /// Distance of the last point, m; of a closed path, where the second lap begins.
+    #[must_use]
+    pub fn end(&self) -> f64 {
+        self.nodes[self.nodes.len() - 1].point.distance
+    }
+
+    /// Whether the path has no end.
+    #[must_use]
+    pub fn is_closed(&self) -> bool {
+        self.closed
+    }
+
+    /// The path at a distance, which may lie beyond its ends.
+    #[must_use]
+    pub fn at(&self, distance: f64) -> PathPoint {
+        let (lap, local) = self.lap(distance);
+        let mut point = if local < self.start() {
+            extend(&self.nodes[0], local)
+        } else if local >= self.end() {
+            extend(&self.nodes[self.nodes.len() - 1], local)
+        } else {
+            self.within(self.segment(local), local)
+        };
+        point.distance = distance;
+        point.heading += lap * self.turn;
+        point
+    }
+
+    /// The heading of the path at a distance, which may lie beyond its ends.
+    #[must_use]
+    pub fn heading(&self, distance: f64) -> f64 {
+        let (lap, local) = self.lap(distance);
+        let heading = if local < self.start() {
+            self.nodes[0].point.heading
+        } else if local >= self.end() {
+            self.nodes[self.nodes.len() - 1].point.heading
+        } else {
+            let segment = self.segment(local);
+            let from = &self.nodes[segment].point;
+            let piece = &self.segments[segment];
+            piece.heading(from, (local - from.distance) * piece.inverse_length)
+        };
+        heading + lap * self.turn
+    }
+
+    /// Laps done at a distance, and the distance within the lap.
+    fn lap(&self, distance: f64) -> (f64, f64) {
+        if !self.closed {
+            return (0.0, distance);
+        }
+        let length = self.end() - self.start();
+        let lap = ((distance - self.start()) / length).floor();
+        (lap, (distance - lap * length).clamp(self.start(), self.end()))
+    }
+
+    /// The segment a distance lies in.
+    fn segment(&self, local: f64) -> usize {
+        self.intervals.count(local).saturating_sub(1).min(self.nodes.len() - 2)
+    }
+    /// The path within a segment.
+    fn within(&self, segment: usize, local: f64) -> PathPoint {
+        self.segments[segment].at(&self.nodes[segment].point, local)
+    }
+}
+
+/// Makes the last point meet the first; returns the heading gained in a lap.
+fn close(points: &mut Vec<PathPoint>) -> f64 {
+    let (first, last) = (points[0], points[points.len() - 1]);
+    let gap = (first.x - last.x).hypot(first.y - last.y);
+    let rest = wrap_angle(first.heading - last.heading);
+    let spacing = (last.distance - first.distance) / (points.len() - 1) as f64;
+    let end = if gap > 0.01 * spacing {
+        // The arc over the chord, for a turn of `rest` on the way.
+        let half = 0.5 * rest;
+        let arc = if half.abs() < 1e-6 { gap } else { gap * half / half.sin() };
+        last.distance + arc
+    } else {
+        points.pop();
+        last.distance
+    };
+    let turn = TAU * ((last.heading + rest - first.heading) / TAU).round();
+    points.push(PathPoint { distance: end, heading: first.heading + turn, ..first });
+    turn
+}
+
+fn check_segment(i: usize, a: &PathPoint, b: &PathPoint) -> Result<(), Error> {
+    let arc = b.distance - a.distance;
+    if arc <= 0.0 {
+        return Err(Error::Distance { index: i + 1, distance: b.distance, before: a.distance });
+    }
+    let (dx, dy) = (b.x - a.x, b.y - a.y);
+    let chord = dx.hypot(dy);
+    if chord > 1.05 * arc + 0.02 {
+        return Err(Error::ShorterThanChord { index: i + 1, chord, arc });
+    }
+    let heading = 0.5 * (a.heading + b.heading);
+    // Points nearer than this may be out of order by measurement noise alone.
+    if chord > 0.1 && dx * heading.cos() + dy * heading.sin() < 0.0 {
+        return Err(Error::Heading { index: i, heading, chord: dy.atan2(dx) });
+    }
+    Ok(())
+}

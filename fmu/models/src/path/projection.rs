@@ -1,0 +1,221 @@
+//! The foot of a position on a path.
+
+use super::PathGeometry;
+use super::segment::PathPoint;
+use crate::angle::wrap_angle;
+use crate::trigonometry::sin_cos;
+use std::f64::consts::FRAC_PI_2;
+
+/// How far from the last progress the foot is sought, m.
+pub const WINDOW: f64 = 50.0;
+
+/// A Newton step of this length is the last, m: it leaves less than 1e-13 m.
+const NEAR: f64 = 1e-8;
+
+/// Branches whose distances from the vehicle differ by less than this are equally near, m.
+const SAME_PLACE: f64 = 1e-3;
+
+/// The foot of a position on a path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Projection {
+    /// The foot; its distance goes on from lap to lap.
+    pub foot: PathPoint,
+    /// Cross-track error, m, positive to the left of the path.
+    pub cross_track_error: f64,
+}
+
+impl PathGeometry {
+    /// The foot of a position, sought from a distance known to be near it.
+    #[must_use]
+    pub fn project(&self, x: f64, y: f64, from: f64) -> Projection {
+        match self.seek(x, y, from) {
+            // The end belongs to what is beyond it.
+            Sought::Within(lap, foot) if foot.distance < self.end() => {
+                let length = self.end() - self.start();
+                let foot = PathPoint {
+                    distance: foot.distance + lap * length,
+                    heading: foot.heading + lap * self.turn,
+                    ..foot
+                };
+                foot.projection(x, y)
+            }
+            Sought::Within(lap, foot) => {
+                self.at(foot.distance + lap * (self.end() - self.start())).projection(x, y)
+            }
+            Sought::At(distance) => self.at(distance).projection(x, y),
+        }
+    }
+
+    /// The foot of a position anywhere on the path, for a vehicle that heads `yaw`: of all
+    /// branches that come within 1 m of the nearest, those are preferred that go the vehicle's
+    /// way, then the nearest, then the first.
+    #[must_use]
+    pub fn locate(&self, x: f64, y: f64, yaw: f64) -> Projection {
+        let nearest = self.chords(x, y).map(|c| c.away).fold(f64::INFINITY, f64::min);
+        // Against the vehicle's way, how far away, distance along the path.
+        let mut best: Option<(bool, f64, f64)> = None;
+        for chord in self.chords(x, y).filter(|c| c.away <= nearest + 1.0) {
+            let against = wrap_angle(yaw - chord.heading).abs() > FRAC_PI_2;
+            let better = best.is_none_or(|b| {
+                if against == b.0 { chord.away < b.1 - SAME_PLACE } else { !against }
+            });
+            if better {
+                best = Some((against, chord.away, chord.distance));
+            }
+        }
+        self.project(x, y, best.map_or(self.start(), |b| b.2))
+    }
+
+    /// How far ahead a position lies as seen from a node.
+    fn ahead_of(&self, node: usize, x: f64, y: f64) -> f64 {
+        let n = &self.nodes[node];
+        (x - n.point.x) * n.cos + (y - n.point.y) * n.sin
+    }
+
+    /// The foot, from a distance near it.
+    fn seek(&self, x: f64, y: f64, from: f64) -> Sought {
+        let last = self.nodes.len() - 1;
+        let length = self.end() - self.start();
+        let window = if self.closed { WINDOW.min(length / 2.0) } else { WINDOW };
+        let (mut lap, local) = self.lap(from);
+        if !self.closed && (local < self.start() || local >= self.end()) {
+            let node = if local < self.start() { 0 } else { last };
+            let ahead = self.ahead_of(node, x, y);
+            if (node == 0) == (ahead < 0.0) {
+                return Sought::At(self.nodes[node].point.distance + ahead);
+            }
+        }
+        let local = local.clamp(self.start(), self.end());
+        let mut segment = self.segment(local);
+        let here = self.within(segment, local);
+        let (f, slope) = ahead(&here, x, y);
+        let forward = f >= 0.0;
+        // Newton's step from here; most steps of a vehicle end near it.
+        let guess = local - f / slope;
+        let (mut low, mut high) = (local, local);
+        loop {
+            let node = if forward { segment + 1 } else { segment };
+            let border = self.nodes[node].point.distance;
+            let ahead = self.ahead_of(node, x, y);
+            if forward {
+                high = border
+            } else {
+                low = border
+            }
+            if forward == (ahead <= 0.0) || ahead == 0.0 {
+                let local = self.foot_between(segment, (low, high), guess, x, y);
+                return Sought::Within(lap, self.within(segment, local));
+            }
+            let walked = lap * length + border - from;
+            if walked.abs() >= window {
+                return Sought::At(from + walked.clamp(-window, window));
+            }
+            if forward {
+                low = border
+            } else {
+                high = border
+            }
+            match (forward, node) {
+                (true, n) if n == last && self.closed => {
+                    (lap, segment) = (lap + 1.0, 0);
+                    low = self.start();
+                }
+                (false, 0) if self.closed => {
+                    (lap, segment) = (lap - 1.0, last - 1);
+                    high = self.end();
+                }
+                (true, n) if n == last => return Sought::At(border + ahead),
+                (false, 0) => return Sought::At(border + ahead),
+                (true, _) => segment += 1,
+                (false, _) => segment -= 1,
+            }
+        }
+    }
+
+    /// The zero of f within a part of a segment at whose ends it has opposite signs: Newton's
+    /// method, `f' = κ·e − 1`, with bisection where that leaves the bracket.
+    fn foot_between(
+        &self,
+        segment: usize,
+        (mut low, mut high): (f64, f64),
+        guess: f64,
+        x: f64,
+        y: f64,
+    ) -> f64 {
+        let mut s = if guess >= low && guess <= high { guess } else { 0.5 * (low + high) };
+        for _ in 0..60 {
+            let point = self.within(segment, s);
+            let (f, slope) = ahead(&point, x, y);
+            if f > 0.0 {
+                low = s;
+            } else {
+                high = s;
+            }
+            let newton = s - f / slope;
+            let inside = newton >= low && newton <= high;
+            let next = if inside { newton } else { 0.5 * (low + high) };
+            // Away from the centre of curvature a step leaves at most 1e-5 of the distance to the
+            // zero, by which the slope of the quintic is not quite that of f.
+            let near = if inside && slope < -0.5 { NEAR } else { 0.0 };
+            if (next - s).abs() <= near.max(1e-12 * (1.0 + s.abs())) {
+                return next;
+            }
+            s = next;
+        }
+        s
+    }
+
+    /// The nearest point of each chord.
+    fn chords(&self, x: f64, y: f64) -> impl Iterator<Item = ChordFoot> {
+        self.nodes.windows(2).map(move |pair| {
+            let (a, b) = (&pair[0].point, &pair[1].point);
+            let (cx, cy) = (b.x - a.x, b.y - a.y);
+            let square = cx * cx + cy * cy;
+            let s = if square > 0.0 {
+                (((x - a.x) * cx + (y - a.y) * cy) / square).clamp(0.0, 1.0)
+            } else {
+                0.0
+            };
+            ChordFoot {
+                // Not `hypot`: what it saves, overflow, is far beyond any path.
+                away: {
+                    let (dx, dy) = (a.x + s * cx - x, a.y + s * cy - y);
+                    (dx * dx + dy * dy).sqrt()
+                },
+                distance: a.distance + s * (b.distance - a.distance),
+                heading: a.heading + s * (b.heading - a.heading),
+            }
+        })
+    }
+}
+
+/// Where the foot of a position is.
+enum Sought {
+    /// After so many laps, at a point within the lap.
+    Within(f64, PathPoint),
+    /// At a distance, which may be beyond the ends.
+    At(f64),
+}
+
+impl PathPoint {
+    /// The projection of a position whose foot this is.
+    fn projection(self, x: f64, y: f64) -> Projection {
+        let (sin, cos) = sin_cos(self.heading);
+        Projection { foot: self, cross_track_error: (y - self.y) * cos - (x - self.x) * sin }
+    }
+}
+
+struct ChordFoot {
+    away: f64,
+    distance: f64,
+    heading: f64,
+}
+
+/// How far ahead a position lies as seen from a point of the path, f, and how that changes along the
+/// path, f'.
+#[inline]
+fn ahead(point: &PathPoint, x: f64, y: f64) -> (f64, f64) {
+    let (sin, cos) = sin_cos(point.heading);
+    let (dx, dy) = (x - point.x, y - point.y);
+    (dx * cos + dy * sin, point.curvature * (dy * cos - dx * sin) - 1.0)
+}

@@ -1,0 +1,103 @@
+//! The path between two points: polynomials of position, heading and curvature.
+
+/// A point of a path.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct PathPoint {
+    /// Arc length, m.
+    pub distance: f64,
+    /// Position, m.
+    pub x: f64,
+    /// Position, m.
+    pub y: f64,
+    /// Heading ψ, rad.
+    pub heading: f64,
+    /// Curvature κ, 1/m, positive to the left.
+    pub curvature: f64,
+}
+
+/// A point with the tangent at it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Node {
+    pub(super) point: PathPoint,
+    pub(super) cos: f64,
+    pub(super) sin: f64,
+}
+
+/// The path from a node to the next, as polynomials in the share s of the way, 0 to 1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Segment {
+    /// 1/m.
+    pub(super) inverse_length: f64,
+    /// Coefficients of s … s⁵ of x − x₀ and y − y₀.
+    position: [[f64; 2]; 5],
+    /// Coefficients of s, s², s³ of ψ − ψ₀.
+    heading: [f64; 3],
+    /// κ₁ − κ₀.
+    curvature: f64,
+}
+
+impl Segment {
+    pub(super) fn new(a: &Node, b: &Node) -> Self {
+        let length = b.point.distance - a.point.distance;
+        // Hermite polynomial of fifth degree: end position, slopes, second derivatives.
+        let position = |way: f64, slopes: [f64; 2], bends: [f64; 2]| {
+            let [ta, tb] = slopes.map(|slope| slope * length);
+            let [na, nb] = bends.map(|bend| 0.5 * bend * length * length);
+            [
+                ta,
+                na,
+                10.0 * way - 6.0 * ta - 4.0 * tb - 3.0 * na + nb,
+                -15.0 * way + 8.0 * ta + 7.0 * tb + 3.0 * na - 2.0 * nb,
+                6.0 * way - 3.0 * (ta + tb) - na + nb,
+            ]
+        };
+        let (ka, kb) = (a.point.curvature, b.point.curvature);
+        let x = position(b.point.x - a.point.x, [a.cos, b.cos], [-ka * a.sin, -kb * b.sin]);
+        let y = position(b.point.y - a.point.y, [a.sin, b.sin], [ka * a.cos, kb * b.cos]);
+        // And of third degree for the heading.
+        let turn = b.point.heading - a.point.heading;
+        let heading =
+            [length * ka, 3.0 * turn - length * (2.0 * ka + kb), -2.0 * turn + length * (ka + kb)];
+        Self {
+            inverse_length: 1.0 / length,
+            position: std::array::from_fn(|i| [x[i], y[i]]),
+            heading,
+            curvature: kb - ka,
+        }
+    }
+
+    /// The path at a distance within the segment, whose start is `from`.
+    #[inline]
+    pub(super) fn at(&self, from: &PathPoint, local: f64) -> PathPoint {
+        let s = (local - from.distance) * self.inverse_length;
+        let (s2, p) = (s * s, &self.position);
+        let moved = |i: usize| {
+            let (low, high) = (p[0][i] + p[1][i] * s, p[2][i] + p[3][i] * s);
+            s * (low + s2 * (high + s2 * p[4][i]))
+        };
+        PathPoint {
+            distance: local,
+            x: from.x + moved(0),
+            y: from.y + moved(1),
+            heading: self.heading(from, s),
+            curvature: from.curvature + s * self.curvature,
+        }
+    }
+
+    #[inline]
+    pub(super) fn heading(&self, from: &PathPoint, s: f64) -> f64 {
+        from.heading + s * (self.heading[0] + s * (self.heading[1] + s * self.heading[2]))
+    }
+}
+
+/// The straight line through an end.
+pub(super) fn extend(end: &Node, distance: f64) -> PathPoint {
+    let beyond = distance - end.point.distance;
+    PathPoint {
+        distance,
+        x: end.point.x + beyond * end.cos,
+        y: end.point.y + beyond * end.sin,
+        heading: end.point.heading,
+        curvature: 0.0,
+    }
+}
