@@ -81,8 +81,18 @@ impl Candidate {
 
 /// Refines by the simulation errors of these data.
 pub(crate) fn refine(data: &DataSet, candidate: &mut Candidate, stop: Stop) -> Result<(), Error> {
+    refine_within(data, data.samples(), candidate, stop)
+}
+
+/// Refines by the simulation errors of data that represent so many samples.
+pub(crate) fn refine_within(
+    data: &DataSet,
+    samples: usize,
+    candidate: &mut Candidate,
+    stop: Stop,
+) -> Result<(), Error> {
     let model = &candidate.model;
-    let radius = largest_radius(data.samples()).max(model.spectral_radius());
+    let radius = largest_radius(samples).max(model.spectral_radius());
     let from = InitialConditions::new(model, data, candidate.initial_conditions.offsets.is_some())?;
     let ((model, x0), offsets) = refine_about_offsets(
         model,

@@ -54,11 +54,21 @@ pub(crate) struct Stabilised {
     pub(crate) fit_after: f64,
 }
 
+/// What initial estimates are fitted to.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Fitted<'a> {
+    pub(crate) data: &'a DataSet,
+    /// Number of samples that the data represent.
+    pub(crate) samples: usize,
+    /// Unit of the data's outputs in that of the factor's.
+    pub(crate) output_scale: f64,
+    /// Whether the outputs have an offset to be found.
+    pub(crate) offset: bool,
+}
+
 /// The factors of the data at every horizon to be tried, with what does not depend on the order.
 pub(crate) struct InitialEstimates<'a> {
-    data: &'a DataSet,
-    /// Whether the outputs have an offset to be found.
-    offset: bool,
+    fitted: Fitted<'a>,
     horizons: Vec<Horizon>,
     realizations: Vec<Realization>,
 }
@@ -74,12 +84,24 @@ impl<'a> InitialEstimates<'a> {
     pub(crate) fn new(data: &'a DataSet, options: &IdentifyOptions) -> Result<Self, Error> {
         let horizons = horizons(data, options)?;
         let full = Factor::new(data, horizons.iter().copied().max().unwrap_or(2))?;
+        let offset = options.has_output_offset();
+        let fitted = Fitted { data, samples: data.samples(), output_scale: 1.0, offset };
+        Self::of_factor(&full, horizons, fitted, options)
+    }
+
+    /// At these horizons of a factor.
+    pub(crate) fn of_factor(
+        factor: &Factor,
+        horizons: Vec<usize>,
+        fitted: Fitted<'a>,
+        options: &IdentifyOptions,
+    ) -> Result<Self, Error> {
         let methods = match options.method {
             Some(Method::OpenLoop(method)) => vec![method],
             _ => Weighting::ALL.to_vec(),
         };
         let of = |s: usize| -> Result<Horizon, Error> {
-            let factor = full.with_horizon(s)?;
+            let factor = factor.with_horizon(s)?;
             let subspaces = methods
                 .iter()
                 .map(|&m| Ok((m, subspace(&factor, m)?)))
@@ -87,8 +109,7 @@ impl<'a> InitialEstimates<'a> {
             Ok(Horizon { projections: Projections::new(&factor)?, factor, subspaces })
         };
         Ok(Self {
-            data,
-            offset: options.has_output_offset(),
+            fitted,
             horizons: horizons.into_iter().map(of).collect::<Result<_, _>>()?,
             realizations: options.realization.map_or(Realization::ALL.to_vec(), |r| vec![r]),
         })
@@ -137,7 +158,8 @@ impl<'a> InitialEstimates<'a> {
             if start.cost > least {
                 break;
             }
-            let cost = sum_of_squares(&start.initial_conditions.errors(&start.model, self.data));
+            let cost =
+                sum_of_squares(&start.initial_conditions.errors(&start.model, self.fitted.data));
             start.cost = if cost.is_finite() { cost } else { f64::INFINITY };
             if best.is_none() || start.cost < least {
                 best = Some(start);
@@ -166,6 +188,7 @@ impl<'a> InitialEstimates<'a> {
         order: usize,
         feedthrough: bool,
     ) -> Result<InitialEstimate, Error> {
+        let Fitted { data, samples, output_scale, offset } = self.fitted;
         let factor = &horizon.factor;
         let (a, c) = match realization {
             Realization::Shift => shift_realization(sub, order, factor.outputs)?,
@@ -175,8 +198,9 @@ impl<'a> InitialEstimates<'a> {
             }
         };
         let radius = crate::linalg::dense::spectral_radius(a.as_ref());
-        let refit = |a: &Mat<f64>| refit_about(a, &c, self.data, feedthrough, self.offset);
-        let most = largest_radius(self.data.samples());
+        let c = Mat::from_fn(c.nrows(), c.ncols(), |i, j| c[(i, j)] / output_scale);
+        let refit = |a: &Mat<f64>| refit_about(a, &c, data, feedthrough, offset);
+        let most = largest_radius(samples);
         let (found, stabilised) = if radius <= most {
             (refit(&a)?, None)
         } else {
@@ -188,14 +212,13 @@ impl<'a> InitialEstimates<'a> {
             // About the means, since the cost of stability is reported: an output offset may be left out
             // later. What grows is not simulated: its least squares have the same value less the rounding,
             // of which there may be so much that no output at all would do better.
-            let none: f64 =
-                self.data.segments().iter().map(|s| dot(s.y.values(), s.y.values())).sum();
-            let before = refit_about(&a, &c, self.data, feedthrough, false);
-            let fit_before = before
-                .map_or(f64::NEG_INFINITY, |(.., squares)| fit_of(self.data, squares.min(none)));
+            let none: f64 = data.segments().iter().map(|s| dot(s.y.values(), s.y.values())).sum();
+            let before = refit_about(&a, &c, data, feedthrough, false);
+            let fit_before =
+                before.map_or(f64::NEG_INFINITY, |(.., squares)| fit_of(data, squares.min(none)));
             let (model, initial_conditions, _) =
-                refit_about(&found.0.a, &c, self.data, feedthrough, false)?;
-            let fit_after = fit(self.data, &initial_conditions.errors(&model, self.data));
+                refit_about(&found.0.a, &c, data, feedthrough, false)?;
+            let fit_after = fit(data, &initial_conditions.errors(&model, data));
             let stabilised = Stabilised { radius, fit_before, fit_after };
             (found, (radius >= 1.0).then_some(stabilised))
         };
@@ -242,6 +265,17 @@ pub(crate) fn at_least_one(
         Some(error) if initial_estimates.is_empty() => Err(error),
         _ => Ok(initial_estimates),
     }
+}
+
+/// The horizons that are tried of a factor that is there.
+pub(crate) fn horizons_of(factor: &Factor, options: &IdentifyOptions) -> Vec<usize> {
+    if let Some(horizon) = options.horizon {
+        return vec![horizon];
+    }
+    let least = options.order.map_or(2, |order| order + 1);
+    let fitting = HORIZONS.into_iter().filter(|s| (least..=factor.horizon).contains(s));
+    let fitting: Vec<usize> = fitting.collect();
+    if fitting.is_empty() { vec![factor.horizon] } else { fitting }
 }
 
 fn horizons(data: &DataSet, options: &IdentifyOptions) -> Result<Vec<usize>, Error> {

@@ -1,6 +1,7 @@
 //! One-step prediction errors of plant and noise together, from the R factor of the windows alone.
 //!
-//! The model is the one by which orders are compared on a log ([`comparison`](crate::identify)): the
+//! The model is the one by which orders are compared on a
+//! [log in memory](crate::selection::in_memory): the
 //! simulation error v = y − G u is an autoregression driven by white noise (Box and Jenkins' kind; L.
 //! Ljung, *System Identification*, 2nd ed. 1999, section 4.2),
 //!
@@ -48,7 +49,7 @@ const DIFFERENCE: f64 = 1e-6;
 
 /// Plant and noise.
 #[derive(Debug, Clone)]
-pub(crate) struct Predicted {
+pub(crate) struct PlantAndNoise {
     pub(crate) model: StateSpace,
     /// a_1 … a_p.
     autoregression: Vec<f64>,
@@ -56,7 +57,7 @@ pub(crate) struct Predicted {
     noise_variance: f64,
 }
 
-impl Predicted {
+impl PlantAndNoise {
     /// A plant with a noise model of so many coefficients, found for the plant as it is.
     pub(crate) fn new(windows: &Windows, model: StateSpace, order: usize) -> Result<Self, Error> {
         let v = simulation_errors(windows, &model, order + 1);
@@ -241,7 +242,7 @@ fn simulation_errors(windows: &Windows, model: &StateSpace, count: usize) -> Mat
     let length = windows.length;
     let free = free_response(model, length);
     let mut plain =
-        Predicted { model: model.clone(), autoregression: Vec::new(), noise_variance: 0.0 };
+        PlantAndNoise { model: model.clone(), autoregression: Vec::new(), noise_variance: 0.0 };
     // The first pass determines σ² for the second.
     plain.noise_variance = plain.variance(windows);
     if !plain.noise_variance.is_finite() {

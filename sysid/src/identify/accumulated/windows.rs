@@ -92,17 +92,6 @@ impl Windows {
         sums
     }
 
-    /// Initial states and errors of the simulation of every window.
-    pub(crate) fn simulated(&self, model: &StateSpace) -> Result<(Vec<Vec<f64>>, Errors), Error> {
-        let (mut x0s, mut errors) = (Vec::new(), Vec::new());
-        for s in self.data.segments() {
-            let x0 = initial_state(model, s.u.as_ref(), s.y.as_ref())?;
-            errors.push(&s.y - simulate(model, s.u.as_ref(), &x0));
-            x0s.push(x0);
-        }
-        Ok((x0s, errors))
-    }
-
     /// Errors of the second half of every window, simulated from the state of its first half.
     pub(crate) fn ahead(&self, model: &StateSpace) -> Result<Errors, Error> {
         let half = self.length / 2;
