@@ -181,9 +181,8 @@ fn wants_feedthrough(
         let criterion = |feedthrough: bool| {
             let Method::OpenLoop(method) = c.method else { return None };
             let order = c.model.order();
-            let start =
+            let mut start =
                 initial_estimates.again((c.horizon, method, c.realization), order, feedthrough)?;
-            let mut start = Candidate::new(start, feedthrough);
             start.log_square = on.log_square(&start).ok()?;
             Some(criterion(on, &start))
         };

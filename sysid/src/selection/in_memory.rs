@@ -18,9 +18,7 @@ use crate::model::StateSpace;
 use crate::pem::Stop;
 use crate::selection::candidate::{Candidate, ROUGH, refine};
 use crate::selection::initial_conditions::{InitialConditions, needs_output_offset};
-use crate::selection::initial_estimates::{
-    InitialEstimate, InitialEstimates, at_least_one, refit_about,
-};
+use crate::selection::initial_estimates::{InitialEstimates, at_least_one, refit_about};
 use crate::selection::noise_model::AutoregressiveNoise;
 use crate::selection::options::IdentifyOptions;
 use crate::selection::order::{log_square, sum_of_squares};
@@ -80,7 +78,7 @@ impl<'a> InMemory<'a> {
             }
         };
         let noise_order = match largest {
-            Some(InitialEstimate { model, .. }) => AutoregressiveNoise::order(
+            Some(Candidate { model, .. }) => AutoregressiveNoise::order(
                 &InitialConditions::new(&model, data, offset)?.errors(&model, data),
                 data,
             ),
@@ -154,15 +152,9 @@ impl<'a> InMemory<'a> {
 
     /// An initial estimate, and one with the poles of a vehicle where the system is one and the order
     /// its own.
-    fn with_physical(
-        &self,
-        estimate: InitialEstimate,
-        feedthrough: bool,
-    ) -> impl Iterator<Item = InitialEstimate> {
+    fn with_physical(&self, estimate: Candidate) -> impl Iterator<Item = Candidate> {
         let own = self.vehicle && self.options.refine && estimate.model.order() == vehicle::ORDER;
-        let offset = estimate.initial_conditions.offsets.is_some();
-        let physical = || vehicle::initial_estimate(self.fitted, &estimate, feedthrough, offset);
-        let physical = own.then(physical).flatten();
+        let physical = own.then(|| vehicle::initial_estimate(self.fitted, &estimate)).flatten();
         std::iter::once(estimate).chain(physical)
     }
 }
@@ -190,11 +182,7 @@ impl Estimator for InMemory<'_> {
         }
     }
 
-    fn initial_estimates(
-        &self,
-        order: usize,
-        feedthrough: bool,
-    ) -> Result<Vec<InitialEstimate>, Error> {
+    fn initial_estimates(&self, order: usize, feedthrough: bool) -> Result<Vec<Candidate>, Error> {
         let mut all = match &self.estimates {
             Estimates::OpenLoop(all) => vec![all.best(order, feedthrough)?],
             Estimates::ClosedLoop(predicted, others) => {
@@ -204,7 +192,7 @@ impl Estimator for InMemory<'_> {
             }
         };
         let last = all.pop();
-        all.extend(last.into_iter().flat_map(|last| self.with_physical(last, feedthrough)));
+        all.extend(last.into_iter().flat_map(|last| self.with_physical(last)));
         Ok(all)
     }
 

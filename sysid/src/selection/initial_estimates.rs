@@ -11,6 +11,7 @@ use crate::data::DataSet;
 use crate::linalg::dense::dot;
 use crate::model::StateSpace;
 use crate::model::stability::{largest_radius, stable_shift};
+use crate::selection::candidate::{Candidate, Stabilised};
 use crate::selection::initial_conditions::InitialConditions;
 use crate::selection::method::Method;
 use crate::selection::options::IdentifyOptions;
@@ -23,36 +24,6 @@ use faer::Mat;
 
 /// Horizons that are tried where none is given.
 const HORIZONS: [usize; 4] = [10, 15, 20, 30];
-
-/// A stable subspace model.
-#[derive(Debug, Clone)]
-pub(crate) struct InitialEstimate {
-    pub(crate) method: Method,
-    pub(crate) realization: Realization,
-    pub(crate) horizon: usize,
-    /// All of its weighted projection.
-    pub(crate) singular_values: Vec<f64>,
-    pub(crate) model: StateSpace,
-    /// At the beginning of each segment of the estimation data.
-    pub(crate) initial_conditions: InitialConditions,
-    /// Sum of squared errors of its simulation of the estimation data, or what follows of it from its
-    /// least squares.
-    pub(crate) cost: f64,
-    /// What stability cost, where the estimate was unstable.
-    pub(crate) stabilised: Option<Stabilised>,
-}
-
-/// What it took to make an estimate stable.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Stabilised {
-    /// Spectral radius before.
-    pub(crate) radius: f64,
-    /// Simulation fit on the estimation data before, B and x0 fitted as after, percent, and no less than
-    /// that of no output; −∞ where there is no such fit.
-    pub(crate) fit_before: f64,
-    /// … and after.
-    pub(crate) fit_after: f64,
-}
 
 /// What initial estimates are fitted to.
 #[derive(Debug, Clone, Copy)]
@@ -126,7 +97,7 @@ impl<'a> InitialEstimates<'a> {
     }
 
     /// The model of an order that simulates the estimation data best.
-    pub(crate) fn best(&self, order: usize, feedthrough: bool) -> Result<InitialEstimate, Error> {
+    pub(crate) fn best(&self, order: usize, feedthrough: bool) -> Result<Candidate, Error> {
         let mut initial_estimates = Vec::new();
         let longest = self.largest_order();
         let mut last_error = Error::NotExciting {
@@ -150,9 +121,9 @@ impl<'a> InitialEstimates<'a> {
     /// The one that simulates best. No simulation does better than the least squares that it comes of,
     /// so those whose least squares leave more than the best simulation so far need not be run; it may do
     /// worse, where the poles lead to a B so large that rounding shows.
-    fn least(&self, mut initial_estimates: Vec<InitialEstimate>) -> Option<InitialEstimate> {
+    fn least(&self, mut initial_estimates: Vec<Candidate>) -> Option<Candidate> {
         initial_estimates.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-        let mut best: Option<InitialEstimate> = None;
+        let mut best: Option<Candidate> = None;
         for mut start in initial_estimates {
             let least = best.as_ref().map_or(f64::INFINITY, |best| best.cost);
             if start.cost > least {
@@ -174,7 +145,7 @@ impl<'a> InitialEstimates<'a> {
         (horizon, method, realization): (usize, Weighting, Realization),
         order: usize,
         feedthrough: bool,
-    ) -> Option<InitialEstimate> {
+    ) -> Option<Candidate> {
         let horizon = self.horizons.iter().find(|h| h.factor.horizon == horizon)?;
         let (method, sub) = horizon.subspaces.iter().find(|(m, _)| *m == method)?;
         self.estimate(horizon, (*method, sub), realization, order, feedthrough).ok()
@@ -187,7 +158,7 @@ impl<'a> InitialEstimates<'a> {
         realization: Realization,
         order: usize,
         feedthrough: bool,
-    ) -> Result<InitialEstimate, Error> {
+    ) -> Result<Candidate, Error> {
         let Fitted { data, samples, output_scale, offset } = self.fitted;
         let factor = &horizon.factor;
         let (a, c) = match realization {
@@ -223,16 +194,10 @@ impl<'a> InitialEstimates<'a> {
             (found, (radius >= 1.0).then_some(stabilised))
         };
         let (model, initial_conditions, cost) = found;
-        Ok(InitialEstimate {
-            method: method.into(),
-            realization,
-            horizon: factor.horizon,
-            singular_values: sub.singular_values.clone(),
-            model,
-            initial_conditions,
-            cost,
-            stabilised,
-        })
+        let found = (model, initial_conditions);
+        let values = &sub.singular_values;
+        let new = Candidate::new(method, factor.horizon, values, found, feedthrough, cost);
+        Ok(Candidate { realization, stabilised, ..new })
     }
 }
 
@@ -252,8 +217,8 @@ pub(crate) fn refit_about(
 
 /// Those that are there, or the last error.
 pub(crate) fn at_least_one(
-    all: impl Iterator<Item = Result<InitialEstimate, Error>>,
-) -> Result<Vec<InitialEstimate>, Error> {
+    all: impl Iterator<Item = Result<Candidate, Error>>,
+) -> Result<Vec<Candidate>, Error> {
     let (mut initial_estimates, mut problem) = (Vec::new(), None);
     for start in all {
         match start {
@@ -344,7 +309,7 @@ mod tests {
             let rounding = 1e-26 * sum_of_squares(&vec![data.segments()[0].y.clone()]);
             for order in 1..=7 {
                 let taken = initial_estimates.best(order, false).unwrap();
-                let simulated = |start: &InitialEstimate| {
+                let simulated = |start: &Candidate| {
                     sum_of_squares(&start.initial_conditions.errors(&start.model, &data))
                 };
                 assert_eq!(taken.cost, simulated(&taken));

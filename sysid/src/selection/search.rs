@@ -16,7 +16,6 @@ use crate::model::StateSpace;
 use crate::model::conversion::{costs_nothing, has_logarithm, off_branch_cut};
 use crate::pem::Stop;
 use crate::selection::candidate::{Candidate, FINE, ROUGH};
-use crate::selection::initial_estimates::InitialEstimate;
 use crate::selection::method::Method;
 use crate::selection::options::IdentifyOptions;
 use crate::selection::order::{bic, likeliest, of_a_vehicle, parameters};
@@ -41,11 +40,7 @@ pub(crate) trait Estimator {
     fn largest_order(&self) -> usize;
 
     /// The initial estimates of an order that are to be refined, at least one.
-    fn initial_estimates(
-        &self,
-        order: usize,
-        feedthrough: bool,
-    ) -> Result<Vec<InitialEstimate>, Error>;
+    fn initial_estimates(&self, order: usize, feedthrough: bool) -> Result<Vec<Candidate>, Error>;
 
     /// Lowers the errors of a candidate until `stop`.
     fn refine(&self, of: &mut Candidate, stop: Stop) -> Result<(), Error>;
@@ -93,8 +88,8 @@ pub(crate) fn closed_loop_methods(
 pub(crate) fn largest_estimate(
     options: &IdentifyOptions,
     largest: usize,
-    estimate: impl Fn(usize) -> Result<InitialEstimate, Error>,
-) -> Result<InitialEstimate, Error> {
+    estimate: impl Fn(usize) -> Result<Candidate, Error>,
+) -> Result<Candidate, Error> {
     let most = options.order.unwrap_or(options.max_order.min(largest)).max(1);
     let mut last_error = None;
     for order in (1..=most).rev() {
@@ -143,9 +138,8 @@ fn of_order(
 ) -> Result<Candidate, Error> {
     let mut best: Option<(f64, Candidate)> = None;
     let mut first = None;
-    for estimate in on.initial_estimates(order, feedthrough)? {
-        let mut cost = estimate.cost;
-        let mut candidate = Candidate::new(estimate, feedthrough);
+    for mut candidate in on.initial_estimates(order, feedthrough)? {
+        let mut cost = candidate.cost;
         first.get_or_insert_with(|| candidate.model.clone());
         if on.options().refine {
             on.refine(&mut candidate, ROUGH)?;

@@ -13,9 +13,7 @@ use crate::model::stability::largest_radius;
 use crate::pem::{Stop, refine_gain};
 use crate::selection::candidate::{Candidate, Choice, FINE, ROUGH, refine_within};
 use crate::selection::initial_conditions::InitialConditions;
-use crate::selection::initial_estimates::{
-    Fitted, InitialEstimate, InitialEstimates, horizons_of, refit_about,
-};
+use crate::selection::initial_estimates::{Fitted, InitialEstimates, horizons_of, refit_about};
 use crate::selection::options::IdentifyOptions;
 use crate::selection::order::sum_of_squares;
 use crate::selection::search::{
@@ -25,7 +23,7 @@ use crate::selection::search::{
 use crate::subspace::closed_loop::{
     ClosedLoopMethod, Decomposition, decompose, feedback_in, feedback_lags,
 };
-use crate::subspace::{Factor, Realization, noise_model};
+use crate::subspace::{Factor, noise_model};
 use faer::Mat;
 
 /// Chooses order, method and horizon; `samples` is the number that was accumulated.
@@ -91,34 +89,27 @@ impl InWindows<'_> {
     }
 
     /// The initial estimate of an order with the least errors.
-    fn best(&self, order: usize, feedthrough: bool) -> Result<InitialEstimate, Error> {
+    fn best(&self, order: usize, feedthrough: bool) -> Result<Candidate, Error> {
         let (past, states) = match &self.estimates {
             Estimates::OpenLoop(all) => return all.best(order, feedthrough),
             Estimates::ClosedLoop(past, states) => (*past, states),
         };
         let [u, y] = self.windows.scales;
         let radius = largest_radius(self.samples);
-        let mut best: Option<InitialEstimate> = None;
+        let mut best: Option<Candidate> = None;
         let mut last_error =
             Error::NoModel { problem: format!("no horizon allows an order of {order}") };
         for (method, states) in states.iter().filter(|(_, d)| d.largest_order() >= order) {
             let found = states.stable_model(order, radius).and_then(|found| {
                 let model = found.model.scaled(&[1.0 / u], &[1.0 / y]);
                 let cost = self.plant_and_noise(&model)?.variance(self.windows);
-                Ok((model, cost))
+                let found = (model, InitialConditions { x0: Vec::new(), offsets: None });
+                let values = &states.singular_values;
+                Ok(Candidate::new(*method, past, values, found, feedthrough, cost))
             });
             match found {
-                Ok((model, cost)) if best.as_ref().is_none_or(|b| cost < b.cost) => {
-                    best = Some(InitialEstimate {
-                        method: (*method).into(),
-                        realization: Realization::Eq12,
-                        horizon: past,
-                        singular_values: states.singular_values.clone(),
-                        model,
-                        initial_conditions: InitialConditions { x0: Vec::new(), offsets: None },
-                        cost,
-                        stabilised: None,
-                    });
+                Ok(found) if best.as_ref().is_none_or(|b| found.cost < b.cost) => {
+                    best = Some(found);
                 }
                 Ok(_) => {}
                 Err(error) => last_error = error,
@@ -158,11 +149,7 @@ impl Estimator for InWindows<'_> {
         }
     }
 
-    fn initial_estimates(
-        &self,
-        order: usize,
-        feedthrough: bool,
-    ) -> Result<Vec<InitialEstimate>, Error> {
+    fn initial_estimates(&self, order: usize, feedthrough: bool) -> Result<Vec<Candidate>, Error> {
         Ok(vec![self.best(order, feedthrough)?])
     }
 
