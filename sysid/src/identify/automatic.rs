@@ -6,8 +6,7 @@ use crate::data::{DataSet, Segment, Signals};
 use crate::model::StateSpace;
 use crate::selection::choose::choose_from;
 use crate::selection::initial_conditions::InitialConditions;
-use crate::selection::method::Method;
-use crate::selection::options::IdentifyOptions;
+use crate::selection::options::{IdentifyOptions, Method};
 use crate::selection::order::fit;
 
 /// A model chosen by [`automatic`], in the units of its data.

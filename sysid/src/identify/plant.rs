@@ -7,7 +7,7 @@ use crate::model::conversion::ContinuousModel;
 use crate::selection::candidate::{Candidate, Choice, initial_states, output};
 use crate::selection::options::IdentifyOptions;
 use crate::subspace::closed_loop::Feedback;
-use crate::validation::bandwidth::bandwidth_hz;
+use crate::validation::modelled::bandwidth_hz;
 use crate::validation::plausible::{Response, implausible};
 use crate::validation::poles::poles_and_zeros;
 use crate::validation::quality::quality;

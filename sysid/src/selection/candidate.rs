@@ -7,7 +7,7 @@ use crate::model::stability::largest_radius;
 use crate::model::{StateSpace, simulate};
 use crate::pem::{Stop, refine_about_offsets};
 use crate::selection::initial_conditions::InitialConditions;
-use crate::selection::method::Method;
+use crate::selection::options::Method;
 use crate::subspace::closed_loop::Feedback;
 use crate::subspace::{Factor, Realization};
 

@@ -19,8 +19,7 @@ use crate::selection::candidate::{Candidate, Choice, FINE, ROUGH};
 use crate::selection::in_memory::{Estimates, InMemory};
 use crate::selection::initial_conditions::InitialConditions;
 use crate::selection::initial_estimates::InitialEstimates;
-use crate::selection::method::Method;
-use crate::selection::options::IdentifyOptions;
+use crate::selection::options::{IdentifyOptions, Method};
 use crate::selection::order::{AS_LIKELY, fit, sum_of_squares};
 use crate::selection::predicted::Predicted;
 use crate::selection::search::{

@@ -13,8 +13,7 @@ use crate::model::StateSpace;
 use crate::model::stability::{largest_radius, stable_shift};
 use crate::selection::candidate::{Candidate, Stabilised};
 use crate::selection::initial_conditions::InitialConditions;
-use crate::selection::method::Method;
-use crate::selection::options::IdentifyOptions;
+use crate::selection::options::{IdentifyOptions, Method};
 use crate::selection::order::{fit, fit_of, sum_of_squares};
 use crate::subspace::{
     Factor, Projections, Realization, Subspace, Weighting, eq12, refit_output, shift_realization,

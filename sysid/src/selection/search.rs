@@ -16,8 +16,7 @@ use crate::model::StateSpace;
 use crate::model::conversion::{costs_nothing, has_logarithm, off_branch_cut};
 use crate::pem::Stop;
 use crate::selection::candidate::{Candidate, FINE, ROUGH};
-use crate::selection::method::Method;
-use crate::selection::options::IdentifyOptions;
+use crate::selection::options::{IdentifyOptions, Method};
 use crate::selection::order::{bic, likeliest, of_a_vehicle, parameters};
 use crate::subspace::closed_loop::{ClosedLoopMethod, Feedback};
 

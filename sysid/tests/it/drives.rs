@@ -5,6 +5,7 @@ use crate::common::{data, multibody};
 use crate::known::Random;
 use drivelog::{DriveLog, LogOptions, read_log};
 use faer::Mat;
+use faer::linalg::solvers::Solve;
 use formats::{Document, Plant};
 use sysid::subspace::Realization;
 use sysid::{Error, IdentifyOptions, InputKind, Weighting, identify};
