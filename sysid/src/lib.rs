@@ -50,7 +50,6 @@ pub use identify::plant::{Identified, Traces};
 pub use identify::{Automatic, TriedOrder, automatic, identify};
 pub use model::{Innovation, StateSpace, simulate};
 pub use selection::delay;
-pub use selection::method::Method;
-pub use selection::options::IdentifyOptions;
+pub use selection::options::{IdentifyOptions, Method};
 pub use subspace::Weighting;
 pub use validation::validate::{Validated, validate, validate_plant};

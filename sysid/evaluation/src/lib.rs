@@ -4,6 +4,7 @@ mod halves;
 #[path = "../../tests/known/mod.rs"]
 mod known;
 mod linear_car;
+mod linear_drive;
 pub mod measure;
 mod parallel;
 pub mod parsim;
@@ -12,6 +13,7 @@ mod python;
 
 pub use halves::swapped_halves;
 pub use known::*;
-pub use linear_car::{Course, LinearCar, LinearDrive, LinearLog, STEERING_RATIO, Steering};
+pub use linear_car::LinearCar;
+pub use linear_drive::{Course, LinearDrive, LinearLog, STEERING_RATIO, Steering};
 pub use parallel::on_all_cores;
 pub use python::{python, request, single_threaded};

@@ -16,6 +16,7 @@ use crate::bicycle::simulate::{InitialState, SpeedSegment, sensitivities, yaw_ra
 use crate::data::statistics::long_run_variance;
 use crate::linalg::dense::least_squares;
 use crate::linalg::elimination::Elimination;
+use crate::linalg::levenberg_marquardt::{Damping, USUAL, by_more_than, lower};
 use drivelog::signal::standard_deviation;
 use faer::Mat;
 
@@ -212,15 +213,17 @@ impl<'a> Problem<'a> {
 
     /// Levenberg–Marquardt until nothing is gained.
     fn refine(&self, from: Estimate) -> Result<Estimate, Error> {
-        let mut best = from;
-        let mut damping = 1e-3;
-        for _ in 0..STEPS {
-            let Some(system) = self.linearised(&best) else { break };
-            let mut moved = false;
-            for _ in 0..10 {
+        let cost = from.cost;
+        let reached = lower::<_, _, Error>(
+            (from, cost),
+            STEPS,
+            Damping { first: 1e-3, fall: 0.1, tries: 10, ..USUAL },
+            by_more_than(LEAST_GAIN),
+            |at, _| Ok(self.linearised(at)),
+            |at, system, damping| {
                 let solution = system.solve(damping)?;
                 let scale = self.shortened(&solution.shared);
-                let mut parameters = best.parameters;
+                let mut parameters = at.parameters;
                 for (&i, step) in self.free.iter().zip(&solution.shared) {
                     parameters[i] += scale * step;
                 }
@@ -228,22 +231,13 @@ impl<'a> Problem<'a> {
                     std::array::from_fn(|i| start[i] + scale * step[i])
                 };
                 let initial_states: Vec<InitialState> =
-                    best.initial_states.iter().zip(&solution.own).map(moved_start).collect();
-                if let Some(cost) = self.cost(&parameters, &initial_states, best.long_run_variance)
-                    && cost < best.cost
-                {
-                    moved = 1.0 - cost / best.cost > LEAST_GAIN;
-                    best = Estimate { parameters, initial_states, cost, ..best };
-                    damping = (damping * 0.1).max(1e-12);
-                    break;
-                }
-                damping *= 8.0;
-            }
-            if !moved {
-                break;
-            }
-        }
-        Ok(best)
+                    at.initial_states.iter().zip(&solution.own).map(moved_start).collect();
+                let cost = self.cost(&parameters, &initial_states, at.long_run_variance);
+                let trial = |cost| (Estimate { parameters, initial_states, cost, ..*at }, cost);
+                Ok(cost.map(trial))
+            },
+        )?;
+        Ok(reached.point)
     }
 
     /// What a step is shortened by, so that no parameter moves too far at once.

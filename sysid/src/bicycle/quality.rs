@@ -4,9 +4,9 @@
 
 use crate::bicycle::evidence::{Known, LEAST_SPREAD};
 use crate::bicycle::parameters::{Coefficients, STEERING_FACTOR, STEERING_OFFSET, YAW_RATE_OFFSET};
-use crate::validation::bandwidth::bandwidth_hz;
 use crate::validation::faults::{Recorded, faults};
 use crate::validation::lead::{yaw_rate_lag, yaw_rate_lead};
+use crate::validation::modelled::bandwidth_hz;
 use crate::validation::plausible::{Response, implausible, opposite};
 use crate::validation::play::steering_play;
 use crate::validation::quality::{GOOD_FIT, LEAST_STEERING, failed, with_error};

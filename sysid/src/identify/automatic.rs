@@ -4,11 +4,10 @@ use crate::Error;
 use crate::data::scaled::{Detrend, tapered_mean};
 use crate::data::{DataSet, Segment, Signals};
 use crate::model::StateSpace;
+use crate::selection::choose::choose_from;
 use crate::selection::initial_conditions::InitialConditions;
-use crate::selection::method::Method;
-use crate::selection::options::IdentifyOptions;
+use crate::selection::options::{IdentifyOptions, Method};
 use crate::selection::order::fit;
-use crate::selection::search::choose_from;
 
 /// A model chosen by [`automatic`], in the units of its data.
 #[derive(Debug, Clone, PartialEq)]

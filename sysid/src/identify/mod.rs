@@ -8,17 +8,17 @@ pub(crate) mod plant;
 use crate::Error;
 use crate::data::scaled::Data;
 use crate::identify::evidence::Found;
-use crate::identify::plant::{Identified, continuous_form, discrete, traces};
+use crate::identify::plant::{Identified, Outcome, traces};
 use crate::model::conversion::to_continuous;
 use crate::selection::candidate::{Candidate, Choice};
+use crate::selection::choose::choose;
 use crate::selection::filter::{filter, uncertainty};
 use crate::selection::input_delay::{InputDelay, delayed};
-use crate::selection::logarithm;
 use crate::selection::options::IdentifyOptions;
-use crate::selection::search::choose;
+use crate::selection::search::mirroring_warning;
 use crate::sideslip::sideslip;
 use drivelog::DriveLog;
-use formats::{Document, Noise, Plant, Provenance};
+use drivelog::signal::{mean, standard_deviation};
 
 pub use automatic::{Automatic, TriedOrder, automatic};
 
@@ -54,7 +54,7 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
     let gain: Vec<f64> =
         (0..model.order()).map(|i| filter.gain[(i, 0)] / data.output_scale).collect();
     let continuous = to_continuous(model.a.as_ref(), model.b.as_ref(), data.sample_time);
-    warnings.extend(chosen.mirroring_cost.map(logarithm::mirroring_warning));
+    warnings.extend(chosen.mirroring_cost.map(mirroring_warning));
     if let Err(reason) = &continuous {
         warnings.push(format!("the model stays discrete: {reason}"));
     }
@@ -73,45 +73,36 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
 
     let mut traces = traces(log, &data, chosen, options)?;
     traces.steering_rad.clone_from(&measured.input);
-    let found = Found {
-        measured,
-        log,
-        options,
-        delay: &delay,
-        data: &data,
-        choice: &choice,
-        filter: &filter,
-        model: &model,
-        continuous: continuous.as_ref(),
-        uncertainty: uncertainty.as_ref(),
-        residual,
-    };
-    let (evidence, quality, point) = found.validated(&traces, warnings)?;
-
     let mut used = log.options.clone();
     used.extend(options.to_map());
     used.insert("realization".into(), chosen.realization.name().into());
-    let plant = Plant {
-        schema: Plant::SCHEMA.into(),
-        name: log.name.clone(),
-        input: options.input_kind,
+    let speed = log.speed.as_deref().unwrap_or_default();
+    let outcome = Outcome {
+        options,
+        name: &log.name,
+        input_kind: options.input_kind,
         steering_ratio: log.steering_ratio,
-        input_delay_s: delay.seconds,
-        operating_point: point,
-        discrete: discrete(&model, &gain, &chosen.initial_conditions.x0[0], data.sample_time),
-        continuous: continuous.map(|c| continuous_form(&c, &model)),
-        noise: Noise { innovation_variance: residual * data.output_scale * data.output_scale },
-        sideslip: from_fixes.sideslip,
+        delay_s: delay.seconds,
+        sample_time_s: data.sample_time,
+        model: &model,
+        continuous: continuous.as_ref(),
+        gain: &gain,
+        x0: &chosen.initial_conditions.x0[0],
+        means: (data.input_mean, data.output_mean),
+        scales: [data.input_scale, data.output_scale],
+        speed: if speed.is_empty() { (0.0, 0.0) } else { (mean(speed), standard_deviation(speed)) },
+        steering: &log.input,
+        seconds: log.len() as f64 * data.sample_time,
+        residual,
         uncertainty,
-        evidence,
-        quality,
-        provenance: Provenance {
-            version: env!("CARGO_PKG_VERSION").into(),
-            sources: log.sources.clone(),
-            options: used,
-        },
+        sideslip: from_fixes.sideslip,
+        sources: &log.sources,
+        used,
     };
-    plant.checked("plant.json").map_err(|e| Error::NoModel { problem: e.to_string() })?;
+    let found =
+        Found { measured, log, delay: &delay, data: &data, choice: &choice, filter: &filter };
+    let evidence = found.evidence(&outcome, &traces, warnings)?;
+    let plant = outcome.plant(evidence)?;
     Ok(Identified { plant, traces })
 }
 

@@ -7,11 +7,20 @@ use crate::model::conversion::ContinuousModel;
 use crate::selection::candidate::{Candidate, Choice, initial_states, output};
 use crate::selection::options::IdentifyOptions;
 use crate::subspace::closed_loop::Feedback;
+use crate::validation::modelled::bandwidth_hz;
+use crate::validation::plausible::{Response, implausible};
+use crate::validation::poles::poles_and_zeros;
+use crate::validation::quality::quality;
+use crate::validation::rate::slow_log;
+use crate::validation::sweep::Drive;
 use drivelog::DriveLog;
 use faer::Mat;
 use formats::{
-    Continuous, Discrete, InputKind, Matrix, OperatingPoint, OrderRow, Plant, ResidualTest,
+    Continuous, Discrete, Document, Evidence, InputKind, Matrix, Noise, OperatingPoint, OrderRow,
+    Plant, Provenance, ResidualTest, Sideslip, SourceFile, Uncertainty,
 };
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
 
 /// A plant with the signals behind its plots.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,77 +63,173 @@ pub(crate) fn feedback_test(feedback: Feedback) -> ResidualTest {
 /// horizon are others.
 pub(crate) fn order_table(choice: &Choice) -> Vec<OrderRow> {
     let values = &choice.candidates[choice.chosen].singular_values;
-    let mut rows: Vec<OrderRow> =
-        choice.candidates.iter().map(|c| order_row(c, values.get(c.model.order() - 1))).collect();
+    let row = |c: &Candidate| OrderRow {
+        order: c.model.order(),
+        singular_value: values.get(c.model.order() - 1).copied(),
+        estimation_fit: c.estimation_fit,
+        validation_fit: c.validation_fit,
+        stable: c.stabilised.is_none(),
+        criterion: c.criterion,
+    };
+    let mut rows: Vec<OrderRow> = choice.candidates.iter().map(row).collect();
     rows.sort_by_key(|row| row.order);
     rows
 }
 
-pub(crate) fn order_row(candidate: &Candidate, singular_value: Option<&f64>) -> OrderRow {
-    OrderRow {
-        order: candidate.model.order(),
-        singular_value: singular_value.copied(),
-        estimation_fit: candidate.estimation_fit,
-        validation_fit: candidate.validation_fit,
-        stable: candidate.stabilised.is_none(),
-        criterion: candidate.criterion,
+/// A model with what its plant and its quality depend on in addition to the evidence.
+pub(crate) struct Outcome<'a> {
+    pub(crate) options: &'a IdentifyOptions,
+    pub(crate) name: &'a str,
+    pub(crate) input_kind: InputKind,
+    /// Steering angle over road-wheel angle.
+    pub(crate) steering_ratio: f64,
+    /// Delay of the input, s.
+    pub(crate) delay_s: f64,
+    /// Sample time T, s.
+    pub(crate) sample_time_s: f64,
+    /// The model in SI units.
+    pub(crate) model: &'a StateSpace,
+    pub(crate) continuous: Option<&'a ContinuousModel>,
+    /// K, per rad/s.
+    pub(crate) gain: &'a [f64],
+    pub(crate) x0: &'a [f64],
+    /// Means of input and output that the model is about, and the units that it was estimated in.
+    pub(crate) means: (f64, f64),
+    pub(crate) scales: [f64; 2],
+    /// Mean and standard deviation of the speed, m/s; zeros where it is not known.
+    pub(crate) speed: (f64, f64),
+    /// Steering angle, rad; none of what is not kept.
+    pub(crate) steering: &'a [f64],
+    /// Length without what was left out, s.
+    pub(crate) seconds: f64,
+    /// Variance of the one-step residuals in units of the output's scale.
+    pub(crate) residual: f64,
+    pub(crate) uncertainty: Option<Uncertainty>,
+    pub(crate) sideslip: Option<Sideslip>,
+    pub(crate) sources: &'a [SourceFile],
+    /// The options in force by name.
+    pub(crate) used: BTreeMap<String, String>,
+}
+
+impl Outcome<'_> {
+    /// Factor from the model's input to the angle at the road wheel, rad.
+    pub(crate) fn to_road_wheel(&self) -> f64 {
+        let per_input = match self.input_kind {
+            InputKind::Steering => 1.0,
+            InputKind::SteeringTimesSpeed => 1.0 / self.speed.0.max(0.1),
+        };
+        per_input / self.steering_ratio
+    }
+
+    /// Yaw rate over road-wheel angle, 1/s, at a frequency in Hz.
+    pub(crate) fn at(&self, hz: f64) -> (f64, f64) {
+        let (re, im) = self.model.frequency_response(0, 0, TAU * hz * self.sample_time_s);
+        let (sin, cos) = (-TAU * hz * self.delay_s).sin_cos();
+        let per_angle = 1.0 / self.to_road_wheel();
+        (per_angle * (re * cos - im * sin), per_angle * (re * sin + im * cos))
+    }
+
+    /// The plant with its quality; poles, zeros and the conversion's round trip join the evidence.
+    pub(crate) fn plant(self, mut evidence: Evidence) -> Result<Plant, Error> {
+        let (model, step) = (self.model, self.sample_time_s);
+        let map = poles_and_zeros(model, self.continuous, step, self.uncertainty.as_ref());
+        let (speed_mps, deviation) = self.speed;
+        let at = |hz: f64| self.at(hz);
+        let implausible = implausible(&Response {
+            at: &at,
+            excitation: Some(&evidence.excitation),
+            speed_mps,
+            steering_ratio: self.steering_ratio,
+            zeros: &map.continuous_zeros,
+            spreads: &map.continuous_zero_spreads,
+        });
+        evidence.poles_and_zeros = Some(map);
+        evidence.conversion_round_trip = self.continuous.map(|c| c.round_trip);
+        let point = self.operating_point();
+        let straight = point.steering_offset_rad / self.steering_ratio;
+        let [_, y] = self.scales;
+        let drive = Drive {
+            has_continuous: self.continuous.is_some(),
+            speed_mps,
+            speed_spread: deviation / speed_mps.max(0.1),
+            steering_ratio: self.steering_ratio,
+            to_road_wheel: self.to_road_wheel(),
+            steering: self.steering,
+            seconds: self.seconds,
+            order: model.order(),
+            slow_log: slow_log(&evidence.channels, bandwidth_hz(&at, 0.5 / step)),
+            noise_radps: self.residual.sqrt() * y,
+            road_wheel_offset_rad: straight,
+            yaw_rate_offset_radps: point.yaw_rate_offset_radps - at(0.0).0 * straight,
+            implausible,
+        };
+        let quality = quality(&evidence, &drive, self.options);
+        let plant = Plant {
+            schema: Plant::SCHEMA.into(),
+            name: self.name.into(),
+            input: self.input_kind,
+            steering_ratio: self.steering_ratio,
+            input_delay_s: self.delay_s,
+            operating_point: point,
+            discrete: Discrete {
+                sample_time_s: step,
+                a: matrix(&model.a),
+                b: matrix(&model.b),
+                c: matrix(&model.c),
+                d: matrix(&model.d),
+                k: Matrix::column(self.gain),
+                x0: self.x0.to_vec(),
+            },
+            continuous: self.continuous.map(|c| Continuous {
+                f: matrix(&c.f),
+                g: matrix(&c.g),
+                h: matrix(&model.c),
+            }),
+            noise: Noise { innovation_variance: self.residual * y * y },
+            sideslip: self.sideslip,
+            uncertainty: self.uncertainty,
+            evidence,
+            quality,
+            provenance: Provenance {
+                version: env!("CARGO_PKG_VERSION").into(),
+                sources: self.sources.to_vec(),
+                options: self.used,
+            },
+        };
+        plant.checked("plant.json").map_err(|e| Error::NoModel { problem: e.to_string() })?;
+        Ok(plant)
+    }
+
+    /// The means' difference is attributed to the steering, `δ0 = ū − ȳ/G(0)`, since a car that yaws at
+    /// a steering angle of zero has a steering offset; where the steady-state gain is too small against
+    /// the signals' ratio to determine it, both means stay.
+    fn operating_point(&self) -> OperatingPoint {
+        const LEAST_RELATIVE_GAIN: f64 = 0.05;
+        let ((u, y), [input_scale, output_scale], speed_mps) =
+            (self.means, self.scales, self.speed.0);
+        let per_steering = match self.input_kind {
+            InputKind::Steering => 1.0,
+            InputKind::SteeringTimesSpeed => speed_mps.max(1e-3),
+        };
+        let least = LEAST_RELATIVE_GAIN * output_scale / input_scale;
+        let gain = self.model.steady_state_gain(0, 0).filter(|g| g.abs() > least);
+        match gain.map(|g| y / g) {
+            Some(shift) if shift.abs() < 5.0 * input_scale => OperatingPoint {
+                speed_mps,
+                steering_offset_rad: (u - shift) / per_steering,
+                yaw_rate_offset_radps: 0.0,
+            },
+            _ => OperatingPoint {
+                speed_mps,
+                steering_offset_rad: u / per_steering,
+                yaw_rate_offset_radps: y,
+            },
+        }
     }
 }
 
-/// The means' difference is attributed to the steering, `δ0 = ū − ȳ/G(0)`, since a car that yaws at a
-/// steering angle of zero has a steering offset; where the steady-state gain is too small against the
-/// signals' ratio to determine it, both means stay.
-pub(crate) fn operating_point(
-    (u, y): (f64, f64),
-    [input_scale, output_scale]: [f64; 2],
-    model: &StateSpace,
-    speed_mps: f64,
-    kind: InputKind,
-) -> OperatingPoint {
-    const LEAST_RELATIVE_GAIN: f64 = 0.05;
-    let per_steering = match kind {
-        InputKind::Steering => 1.0,
-        InputKind::SteeringTimesSpeed => speed_mps.max(1e-3),
-    };
-    let least = LEAST_RELATIVE_GAIN * output_scale / input_scale;
-    let shift = model.steady_state_gain(0, 0).filter(|g| g.abs() > least).map(|g| y / g);
-    match shift {
-        Some(shift) if shift.abs() < 5.0 * input_scale => OperatingPoint {
-            speed_mps,
-            steering_offset_rad: (u - shift) / per_steering,
-            yaw_rate_offset_radps: 0.0,
-        },
-        _ => OperatingPoint {
-            speed_mps,
-            steering_offset_rad: u / per_steering,
-            yaw_rate_offset_radps: y,
-        },
-    }
-}
-
-pub(crate) fn matrix(m: &Mat<f64>) -> Matrix {
+fn matrix(m: &Mat<f64>) -> Matrix {
     Matrix::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)])
-}
-
-pub(crate) fn discrete(
-    model: &StateSpace,
-    gain: &[f64],
-    x0: &[f64],
-    sample_time_s: f64,
-) -> Discrete {
-    Discrete {
-        sample_time_s,
-        a: matrix(&model.a),
-        b: matrix(&model.b),
-        c: matrix(&model.c),
-        d: matrix(&model.d),
-        k: Matrix::column(gain),
-        x0: x0.to_vec(),
-    }
-}
-
-pub(crate) fn continuous_form(c: &ContinuousModel, model: &StateSpace) -> Continuous {
-    Continuous { f: matrix(&c.f), g: matrix(&c.g), h: matrix(&model.c) }
 }
 
 pub(crate) fn traces(

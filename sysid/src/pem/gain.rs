@@ -4,6 +4,7 @@ use crate::Error;
 use crate::data::DataSet;
 use crate::linalg::columns::Columns;
 use crate::linalg::dense::spectral_radius;
+use crate::linalg::levenberg_marquardt::{USUAL, by_more_than, lower};
 use crate::linalg::r_factor::RFactor;
 use crate::model::{StateSpace, predictor};
 use crate::pem::rows::Drive;
@@ -34,37 +35,28 @@ pub fn refine_gain(
             Point { model: predictor(model, gain.as_ref()), x0s: x0.to_vec(), offsets: None };
         error_covariance(&point, Drive::InputsAndOutputs, data)
     };
-    let mut gain = k.to_owned();
-    let mut covariance = covariance_of(&gain);
-    let mut cost = criterion(&covariance);
-    let mut damping = 1e-4;
-    for _ in 0..stop.steps {
-        if !(cost.is_finite() && cost > 0.0) {
-            break;
-        }
-        let r = gain_r_factor(model, &gain, data, x0, &weight(&covariance)?);
-        let (r, rhs) = (r.get(..n * p, ..n * p), r.get(..n * p, n * p..));
-        let mut moved = false;
-        for _ in 0..8 {
-            let step = damped_step(r, rhs, damping, 0)?;
+    let covariance = covariance_of(&k.to_owned());
+    let cost = criterion(&covariance);
+    let reached = lower::<_, _, Error>(
+        ((k.to_owned(), covariance), cost),
+        stop.steps,
+        USUAL,
+        by_more_than(stop.least_gain),
+        |(gain, covariance), _| {
+            Ok(Some(gain_r_factor(model, gain, data, x0, &weight(covariance)?)))
+        },
+        |(gain, _), r, damping| {
+            let step = damped_step(r.get(..n * p, ..n * p), r.get(..n * p, n * p..), damping, 0)?;
             let trial = Mat::from_fn(n, p, |s, j| gain[(s, j)] + step[s * p + j]);
             if spectral_radius((&model.a - &trial * &model.c).as_ref()) < LARGEST_RADIUS {
-                let trial_covariance = covariance_of(&trial);
-                let trial_cost = criterion(&trial_covariance);
-                if trial_cost < cost {
-                    moved = 1.0 - trial_cost / cost > stop.least_gain;
-                    (gain, covariance, cost) = (trial, trial_covariance, trial_cost);
-                    damping = (damping * 0.2).max(1e-12);
-                    break;
-                }
+                let covariance = covariance_of(&trial);
+                let cost = criterion(&covariance);
+                return Ok(Some(((trial, covariance), cost)));
             }
-            damping *= 8.0;
-        }
-        if !moved {
-            break;
-        }
-    }
-    Ok(gain)
+            Ok(None)
+        },
+    )?;
+    Ok(reached.point.0)
 }
 
 /// R of the weighted derivatives by K row by row, and last the errors' column.

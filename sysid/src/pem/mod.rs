@@ -25,7 +25,6 @@ mod file;
 mod gain;
 mod neighbours;
 mod noise;
-mod random;
 mod rows;
 mod search;
 #[cfg(test)]

@@ -15,6 +15,7 @@ use crate::Error;
 use crate::data::{DataSet, Segment};
 use crate::linalg::columns::Columns;
 use crate::linalg::dense::{identity, is_finite, least_squares, spectral_radius, vcat};
+use crate::linalg::levenberg_marquardt::{USUAL, by_more_than, lower};
 use crate::linalg::r_factor::RFactor;
 use crate::model::StateSpace;
 use crate::pem::coordinates::Coordinates;
@@ -249,58 +250,53 @@ pub(super) fn search(
     radius: f64,
 ) -> Result<Found, Error> {
     let radius = radius.min(1.0 - MARGIN);
-    let mut best = start;
-    let mut covariance = error_covariance(&best, drive, data);
-    let mut cost = criterion(&covariance);
+    let covariance = error_covariance(&start, drive, data);
+    let cost = criterion(&covariance);
     if !cost.is_finite() {
         return Err(Error::Numerical { what: "errors of the model to be refined" });
     }
-    let mut damping = 1e-4;
-    let mut steps = 0;
     // The model stays in the basis of its last step: going back to that of the start could, where
     // that basis is nearly degenerate, spoil the stability that was checked.
-    let mut basis = identity(best.model.order());
-    for _ in 0..stop.steps {
-        if cost <= 0.0 {
-            break;
-        }
-        let weight = weight(&covariance)?;
+    let basis = identity(start.model.order());
+    let linearise = |(best, covariance, _): &(Point, Mat<f64>, Mat<f64>),
+                     _: &mut f64|
+     -> Result<_, Error> {
+        let weight = weight(covariance)?;
         let coordinates = Coordinates::new(&best.model, &weight, feedthrough)?;
         // `best` itself stays as it was checked until a step is taken.
         let x0s: Vec<Vec<f64>> = best.x0s.iter().map(|x| times(&coordinates.basis, x)).collect();
         let linear = linearise(&coordinates, (&x0s, best.offsets.as_deref()), drive, data, &weight);
-        let mut moved = false;
-        for _ in 0..8 {
+        Ok(Some((coordinates, x0s, linear)))
+    };
+    let reached = lower::<_, _, Error>(
+        ((start, covariance, basis), cost),
+        stop.steps,
+        USUAL,
+        by_more_than(stop.least_gain),
+        linearise,
+        |(best, _, basis), (coordinates, x0s, linear), damping| {
             let (step, initial) = linear.step(damping)?;
             let (of_offsets, step) = step.split_at(linear.offsets);
             let model = coordinates.moved(step);
-            if spectral_radius(model.a.as_ref()) < radius {
-                let add = |(x, d): (&Vec<f64>, &Vec<f64>)| -> Vec<f64> {
-                    x.iter().zip(d).map(|(x, d)| x + d).collect()
-                };
-                let x0s = x0s.iter().zip(&initial).map(add).collect();
-                let offsets = best.offsets.as_ref().map(|offsets| {
-                    offsets.iter().zip(of_offsets).map(|(offset, d)| offset + d).collect()
-                });
-                let trial = Point { model, x0s, offsets };
-                let trial_covariance = error_covariance(&trial, drive, data);
-                let trial_cost = criterion(&trial_covariance);
-                if trial_cost < cost {
-                    moved = 1.0 - trial_cost / cost > stop.least_gain;
-                    (best, covariance, cost) = (trial, trial_covariance, trial_cost);
-                    basis = &coordinates.basis * &basis;
-                    damping = (damping * 0.2).max(1e-12);
-                    steps += 1;
-                    break;
-                }
+            // One that is not a number is refused too.
+            if !matches!(spectral_radius(model.a.as_ref()), r if r < radius) {
+                return Ok(None);
             }
-            damping *= 8.0;
-        }
-        if !moved {
-            break;
-        }
-    }
-    Ok(Found { point: best, covariance, steps, basis })
+            let add = |(x, d): (&Vec<f64>, &Vec<f64>)| -> Vec<f64> {
+                x.iter().zip(d).map(|(x, d)| x + d).collect()
+            };
+            let x0s = x0s.iter().zip(&initial).map(add).collect();
+            let offsets = best.offsets.as_ref().map(|offsets| {
+                offsets.iter().zip(of_offsets).map(|(offset, d)| offset + d).collect()
+            });
+            let trial = Point { model, x0s, offsets };
+            let covariance = error_covariance(&trial, drive, data);
+            let cost = criterion(&covariance);
+            Ok(Some(((trial, covariance, &coordinates.basis * basis), cost)))
+        },
+    )?;
+    let (point, covariance, basis) = reached.point;
+    Ok(Found { point, covariance, steps: reached.steps, basis })
 }
 
 pub(super) fn times(m: &Mat<f64>, x: &[f64]) -> Vec<f64> {

@@ -7,7 +7,7 @@ use crate::Error;
 use crate::linalg::dense::{eigenvalues, rows, short_dot};
 use crate::model::{Innovation, StateSpace};
 use crate::pem::Focus;
-use crate::pem::random::Normal;
+use crate::pem::ensemble::Normal;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, c64};
 

@@ -7,8 +7,7 @@ use crate::model::stability::largest_radius;
 use crate::model::{StateSpace, simulate};
 use crate::pem::{Stop, refine_about_offsets};
 use crate::selection::initial_conditions::InitialConditions;
-use crate::selection::initial_estimates::{InitialEstimate, Stabilised};
-use crate::selection::method::Method;
+use crate::selection::options::Method;
 use crate::subspace::closed_loop::Feedback;
 use crate::subspace::{Factor, Realization};
 
@@ -16,7 +15,7 @@ use crate::subspace::{Factor, Realization};
 pub(crate) const ROUGH: Stop = Stop { steps: 25, least_gain: 2e-5 };
 /// For the chosen order.
 pub(crate) const FINE: Stop = Stop { steps: 40, least_gain: 1e-9 };
-/// A model in scaled units with its fits.
+/// A stable model of some order in scaled units, first as a method estimated it.
 #[derive(Debug, Clone)]
 pub(crate) struct Candidate {
     pub(crate) method: Method,
@@ -28,21 +27,36 @@ pub(crate) struct Candidate {
     /// At the beginning of each segment of the data that it was made with; of the estimation data in the
     /// end.
     pub(crate) initial_conditions: InitialConditions,
+    pub(crate) feedthrough: bool,
+    /// Sum of squared errors of the initial estimate's simulation of the data, or what follows of it from
+    /// its least squares.
+    pub(crate) cost: f64,
+    /// What stability cost, where the subspace estimate was unstable.
+    pub(crate) stabilised: Option<Stabilised>,
     pub(crate) estimation_fit: f64,
     pub(crate) validation_fit: f64,
     /// Σ_i ln V_i of the one-step prediction errors that it is compared by.
     pub(crate) log_square: f64,
     /// BIC; of two orders the one with the lesser is the likelier.
     pub(crate) criterion: f64,
-    /// What stability cost, where the subspace estimate was unstable.
-    pub(crate) stabilised: Option<Stabilised>,
     pub(crate) has_logarithm: bool,
     /// Share by which the squared errors grew for a logarithm's sake.
     pub(crate) mirroring_cost: Option<f64>,
-    pub(crate) feedthrough: bool,
     /// The model of this order that predicts best along with a model of the noise, where the errors are
     /// correlated; under feedback it may be the one that is taken.
     pub(crate) direct: Option<StateSpace>,
+}
+
+/// What it took to make an estimate stable.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Stabilised {
+    /// Spectral radius before.
+    pub(crate) radius: f64,
+    /// Simulation fit on the estimation data before, B and x0 fitted as after, percent, and no less than
+    /// that of no output; −∞ where there is no such fit.
+    pub(crate) fit_before: f64,
+    /// … and after.
+    pub(crate) fit_after: f64,
 }
 
 /// All orders that were tried, the chosen one, and its factor.
@@ -58,22 +72,31 @@ pub(crate) struct Choice {
 }
 
 impl Candidate {
-    pub(crate) fn new(start: InitialEstimate, feedthrough: bool) -> Self {
+    /// An initial estimate by eq 12 that has not been compared yet.
+    pub(crate) fn new(
+        method: impl Into<Method>,
+        horizon: usize,
+        singular_values: &[f64],
+        (model, initial_conditions): (StateSpace, InitialConditions),
+        feedthrough: bool,
+        cost: f64,
+    ) -> Self {
         Self {
-            method: start.method,
-            realization: start.realization,
-            horizon: start.horizon,
-            singular_values: start.singular_values,
-            model: start.model,
-            initial_conditions: start.initial_conditions,
+            method: method.into(),
+            realization: Realization::Eq12,
+            horizon,
+            singular_values: singular_values.to_vec(),
+            model,
+            initial_conditions,
+            feedthrough,
+            cost,
+            stabilised: None,
             estimation_fit: f64::NEG_INFINITY,
             validation_fit: f64::NEG_INFINITY,
             log_square: f64::INFINITY,
             criterion: f64::INFINITY,
-            stabilised: start.stabilised,
             has_logarithm: false,
             mirroring_cost: None,
-            feedthrough,
             direct: None,
         }
     }
@@ -81,8 +104,18 @@ impl Candidate {
 
 /// Refines by the simulation errors of these data.
 pub(crate) fn refine(data: &DataSet, candidate: &mut Candidate, stop: Stop) -> Result<(), Error> {
+    refine_within(data, data.samples(), candidate, stop)
+}
+
+/// Refines by the simulation errors of data that represent so many samples.
+pub(crate) fn refine_within(
+    data: &DataSet,
+    samples: usize,
+    candidate: &mut Candidate,
+    stop: Stop,
+) -> Result<(), Error> {
     let model = &candidate.model;
-    let radius = largest_radius(data.samples()).max(model.spectral_radius());
+    let radius = largest_radius(samples).max(model.spectral_radius());
     let from = InitialConditions::new(model, data, candidate.initial_conditions.offsets.is_some())?;
     let ((model, x0), offsets) = refine_about_offsets(
         model,

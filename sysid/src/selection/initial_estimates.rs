@@ -11,9 +11,9 @@ use crate::data::DataSet;
 use crate::linalg::dense::dot;
 use crate::model::StateSpace;
 use crate::model::stability::{largest_radius, stable_shift};
+use crate::selection::candidate::{Candidate, Stabilised};
 use crate::selection::initial_conditions::InitialConditions;
-use crate::selection::method::Method;
-use crate::selection::options::IdentifyOptions;
+use crate::selection::options::{IdentifyOptions, Method};
 use crate::selection::order::{fit, fit_of, sum_of_squares};
 use crate::subspace::{
     Factor, Projections, Realization, Subspace, Weighting, eq12, refit_output, shift_realization,
@@ -24,41 +24,21 @@ use faer::Mat;
 /// Horizons that are tried where none is given.
 const HORIZONS: [usize; 4] = [10, 15, 20, 30];
 
-/// A stable subspace model.
-#[derive(Debug, Clone)]
-pub(crate) struct InitialEstimate {
-    pub(crate) method: Method,
-    pub(crate) realization: Realization,
-    pub(crate) horizon: usize,
-    /// All of its weighted projection.
-    pub(crate) singular_values: Vec<f64>,
-    pub(crate) model: StateSpace,
-    /// At the beginning of each segment of the estimation data.
-    pub(crate) initial_conditions: InitialConditions,
-    /// Sum of squared errors of its simulation of the estimation data, or what follows of it from its
-    /// least squares.
-    pub(crate) cost: f64,
-    /// What stability cost, where the estimate was unstable.
-    pub(crate) stabilised: Option<Stabilised>,
-}
-
-/// What it took to make an estimate stable.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Stabilised {
-    /// Spectral radius before.
-    pub(crate) radius: f64,
-    /// Simulation fit on the estimation data before, B and x0 fitted as after, percent, and no less than
-    /// that of no output; −∞ where there is no such fit.
-    pub(crate) fit_before: f64,
-    /// … and after.
-    pub(crate) fit_after: f64,
+/// What initial estimates are fitted to.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Fitted<'a> {
+    pub(crate) data: &'a DataSet,
+    /// Number of samples that the data represent.
+    pub(crate) samples: usize,
+    /// Unit of the data's outputs in that of the factor's.
+    pub(crate) output_scale: f64,
+    /// Whether the outputs have an offset to be found.
+    pub(crate) offset: bool,
 }
 
 /// The factors of the data at every horizon to be tried, with what does not depend on the order.
 pub(crate) struct InitialEstimates<'a> {
-    data: &'a DataSet,
-    /// Whether the outputs have an offset to be found.
-    offset: bool,
+    fitted: Fitted<'a>,
     horizons: Vec<Horizon>,
     realizations: Vec<Realization>,
 }
@@ -74,12 +54,24 @@ impl<'a> InitialEstimates<'a> {
     pub(crate) fn new(data: &'a DataSet, options: &IdentifyOptions) -> Result<Self, Error> {
         let horizons = horizons(data, options)?;
         let full = Factor::new(data, horizons.iter().copied().max().unwrap_or(2))?;
+        let offset = options.has_output_offset();
+        let fitted = Fitted { data, samples: data.samples(), output_scale: 1.0, offset };
+        Self::of_factor(&full, horizons, fitted, options)
+    }
+
+    /// At these horizons of a factor.
+    pub(crate) fn of_factor(
+        factor: &Factor,
+        horizons: Vec<usize>,
+        fitted: Fitted<'a>,
+        options: &IdentifyOptions,
+    ) -> Result<Self, Error> {
         let methods = match options.method {
             Some(Method::OpenLoop(method)) => vec![method],
             _ => Weighting::ALL.to_vec(),
         };
         let of = |s: usize| -> Result<Horizon, Error> {
-            let factor = full.with_horizon(s)?;
+            let factor = factor.with_horizon(s)?;
             let subspaces = methods
                 .iter()
                 .map(|&m| Ok((m, subspace(&factor, m)?)))
@@ -87,8 +79,7 @@ impl<'a> InitialEstimates<'a> {
             Ok(Horizon { projections: Projections::new(&factor)?, factor, subspaces })
         };
         Ok(Self {
-            data,
-            offset: options.has_output_offset(),
+            fitted,
             horizons: horizons.into_iter().map(of).collect::<Result<_, _>>()?,
             realizations: options.realization.map_or(Realization::ALL.to_vec(), |r| vec![r]),
         })
@@ -105,7 +96,7 @@ impl<'a> InitialEstimates<'a> {
     }
 
     /// The model of an order that simulates the estimation data best.
-    pub(crate) fn best(&self, order: usize, feedthrough: bool) -> Result<InitialEstimate, Error> {
+    pub(crate) fn best(&self, order: usize, feedthrough: bool) -> Result<Candidate, Error> {
         let mut initial_estimates = Vec::new();
         let longest = self.largest_order();
         let mut last_error = Error::NotExciting {
@@ -129,15 +120,16 @@ impl<'a> InitialEstimates<'a> {
     /// The one that simulates best. No simulation does better than the least squares that it comes of,
     /// so those whose least squares leave more than the best simulation so far need not be run; it may do
     /// worse, where the poles lead to a B so large that rounding shows.
-    fn least(&self, mut initial_estimates: Vec<InitialEstimate>) -> Option<InitialEstimate> {
+    fn least(&self, mut initial_estimates: Vec<Candidate>) -> Option<Candidate> {
         initial_estimates.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-        let mut best: Option<InitialEstimate> = None;
+        let mut best: Option<Candidate> = None;
         for mut start in initial_estimates {
             let least = best.as_ref().map_or(f64::INFINITY, |best| best.cost);
             if start.cost > least {
                 break;
             }
-            let cost = sum_of_squares(&start.initial_conditions.errors(&start.model, self.data));
+            let cost =
+                sum_of_squares(&start.initial_conditions.errors(&start.model, self.fitted.data));
             start.cost = if cost.is_finite() { cost } else { f64::INFINITY };
             if best.is_none() || start.cost < least {
                 best = Some(start);
@@ -152,7 +144,7 @@ impl<'a> InitialEstimates<'a> {
         (horizon, method, realization): (usize, Weighting, Realization),
         order: usize,
         feedthrough: bool,
-    ) -> Option<InitialEstimate> {
+    ) -> Option<Candidate> {
         let horizon = self.horizons.iter().find(|h| h.factor.horizon == horizon)?;
         let (method, sub) = horizon.subspaces.iter().find(|(m, _)| *m == method)?;
         self.estimate(horizon, (*method, sub), realization, order, feedthrough).ok()
@@ -165,7 +157,8 @@ impl<'a> InitialEstimates<'a> {
         realization: Realization,
         order: usize,
         feedthrough: bool,
-    ) -> Result<InitialEstimate, Error> {
+    ) -> Result<Candidate, Error> {
+        let Fitted { data, samples, output_scale, offset } = self.fitted;
         let factor = &horizon.factor;
         let (a, c) = match realization {
             Realization::Shift => shift_realization(sub, order, factor.outputs)?,
@@ -175,8 +168,9 @@ impl<'a> InitialEstimates<'a> {
             }
         };
         let radius = crate::linalg::dense::spectral_radius(a.as_ref());
-        let refit = |a: &Mat<f64>| refit_about(a, &c, self.data, feedthrough, self.offset);
-        let most = largest_radius(self.data.samples());
+        let c = Mat::from_fn(c.nrows(), c.ncols(), |i, j| c[(i, j)] / output_scale);
+        let refit = |a: &Mat<f64>| refit_about(a, &c, data, feedthrough, offset);
+        let most = largest_radius(samples);
         let (found, stabilised) = if radius <= most {
             (refit(&a)?, None)
         } else {
@@ -188,28 +182,21 @@ impl<'a> InitialEstimates<'a> {
             // About the means, since the cost of stability is reported: an output offset may be left out
             // later. What grows is not simulated: its least squares have the same value less the rounding,
             // of which there may be so much that no output at all would do better.
-            let none: f64 =
-                self.data.segments().iter().map(|s| dot(s.y.values(), s.y.values())).sum();
-            let before = refit_about(&a, &c, self.data, feedthrough, false);
-            let fit_before = before
-                .map_or(f64::NEG_INFINITY, |(.., squares)| fit_of(self.data, squares.min(none)));
+            let none: f64 = data.segments().iter().map(|s| dot(s.y.values(), s.y.values())).sum();
+            let before = refit_about(&a, &c, data, feedthrough, false);
+            let fit_before =
+                before.map_or(f64::NEG_INFINITY, |(.., squares)| fit_of(data, squares.min(none)));
             let (model, initial_conditions, _) =
-                refit_about(&found.0.a, &c, self.data, feedthrough, false)?;
-            let fit_after = fit(self.data, &initial_conditions.errors(&model, self.data));
+                refit_about(&found.0.a, &c, data, feedthrough, false)?;
+            let fit_after = fit(data, &initial_conditions.errors(&model, data));
             let stabilised = Stabilised { radius, fit_before, fit_after };
             (found, (radius >= 1.0).then_some(stabilised))
         };
         let (model, initial_conditions, cost) = found;
-        Ok(InitialEstimate {
-            method: method.into(),
-            realization,
-            horizon: factor.horizon,
-            singular_values: sub.singular_values.clone(),
-            model,
-            initial_conditions,
-            cost,
-            stabilised,
-        })
+        let found = (model, initial_conditions);
+        let values = &sub.singular_values;
+        let new = Candidate::new(method, factor.horizon, values, found, feedthrough, cost);
+        Ok(Candidate { realization, stabilised, ..new })
     }
 }
 
@@ -229,8 +216,8 @@ pub(crate) fn refit_about(
 
 /// Those that are there, or the last error.
 pub(crate) fn at_least_one(
-    all: impl Iterator<Item = Result<InitialEstimate, Error>>,
-) -> Result<Vec<InitialEstimate>, Error> {
+    all: impl Iterator<Item = Result<Candidate, Error>>,
+) -> Result<Vec<Candidate>, Error> {
     let (mut initial_estimates, mut problem) = (Vec::new(), None);
     for start in all {
         match start {
@@ -242,6 +229,17 @@ pub(crate) fn at_least_one(
         Some(error) if initial_estimates.is_empty() => Err(error),
         _ => Ok(initial_estimates),
     }
+}
+
+/// The horizons that are tried of a factor that is there.
+pub(crate) fn horizons_of(factor: &Factor, options: &IdentifyOptions) -> Vec<usize> {
+    if let Some(horizon) = options.horizon {
+        return vec![horizon];
+    }
+    let least = options.order.map_or(2, |order| order + 1);
+    let fitting = HORIZONS.into_iter().filter(|s| (least..=factor.horizon).contains(s));
+    let fitting: Vec<usize> = fitting.collect();
+    if fitting.is_empty() { vec![factor.horizon] } else { fitting }
 }
 
 fn horizons(data: &DataSet, options: &IdentifyOptions) -> Result<Vec<usize>, Error> {
@@ -310,7 +308,7 @@ mod tests {
             let rounding = 1e-26 * sum_of_squares(&vec![data.segments()[0].y.clone()]);
             for order in 1..=7 {
                 let taken = initial_estimates.best(order, false).unwrap();
-                let simulated = |start: &InitialEstimate| {
+                let simulated = |start: &Candidate| {
                     sum_of_squares(&start.initial_conditions.errors(&start.model, &data))
                 };
                 assert_eq!(taken.cost, simulated(&taken));

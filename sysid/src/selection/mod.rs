@@ -2,15 +2,13 @@
 //! feedthrough and delay.
 
 pub(crate) mod candidate;
-pub(crate) mod comparison;
+pub(crate) mod choose;
 pub mod delay;
-pub(crate) mod feedthrough;
 pub(crate) mod filter;
+pub(crate) mod in_memory;
 pub(crate) mod initial_conditions;
 pub(crate) mod initial_estimates;
 pub(crate) mod input_delay;
-pub(crate) mod logarithm;
-pub(crate) mod method;
 pub(crate) mod noise_model;
 pub(crate) mod options;
 pub(crate) mod order;

@@ -2,8 +2,8 @@
 
 use crate::Error;
 use crate::data::scaled::{Detrend, Preparation};
-use crate::selection::method::Method;
-use crate::subspace::Realization;
+use crate::subspace::closed_loop::ClosedLoopMethod;
+use crate::subspace::{Realization, Weighting};
 use formats::InputKind;
 use std::collections::BTreeMap;
 
@@ -142,5 +142,48 @@ impl IdentifyOptions {
             ("delay_s".into(), self.delay_s.map_or_else(|| "auto".into(), |x| x.to_string())),
             ("refine".into(), self.refine.to_string()),
         ])
+    }
+}
+
+/// A method of identification.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Method {
+    /// For data whose input does not depend on past outputs: a weighting of the open-loop subspace
+    /// methods, refined by the simulation error.
+    OpenLoop(Weighting),
+    /// For data with feedback from output to input: a predictor-based method, refined by the
+    /// one-step prediction error.
+    ClosedLoop(ClosedLoopMethod),
+}
+
+impl Method {
+    /// All of them.
+    pub const ALL: [Self; 5] = [
+        Self::OpenLoop(Weighting::N4sid),
+        Self::OpenLoop(Weighting::Moesp),
+        Self::OpenLoop(Weighting::Cva),
+        Self::ClosedLoop(ClosedLoopMethod::Ssarx),
+        Self::ClosedLoop(ClosedLoopMethod::Pbsid),
+    ];
+
+    /// The name in files and options.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::OpenLoop(method) => method.name(),
+            Self::ClosedLoop(method) => method.name(),
+        }
+    }
+}
+
+impl From<Weighting> for Method {
+    fn from(method: Weighting) -> Self {
+        Self::OpenLoop(method)
+    }
+}
+
+impl From<ClosedLoopMethod> for Method {
+    fn from(method: ClosedLoopMethod) -> Self {
+        Self::ClosedLoop(method)
     }
 }

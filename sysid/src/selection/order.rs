@@ -10,7 +10,7 @@
 //!
 //! with V_i the mean squared error of output i and d the number of parameters. It takes the errors for
 //! independent over time. Simulation errors are not, so it is applied to the errors of one-step
-//! prediction by plant and noise model together ([`comparison`](crate::selection::comparison)).
+//! prediction by plant and noise model together ([`search`](crate::selection::search)).
 
 use crate::data::{DataSet, Signals};
 use crate::linalg::dense::dot;

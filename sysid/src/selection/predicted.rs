@@ -9,16 +9,16 @@ use crate::data::DataSet;
 use crate::model::stability::largest_radius;
 use crate::model::{Innovation, StateSpace, predictor, predictor_state};
 use crate::pem::{Focus, refine_prediction};
-use crate::selection::candidate::ROUGH;
+use crate::selection::candidate::{Candidate, ROUGH, Stabilised};
 use crate::selection::initial_conditions::InitialConditions;
-use crate::selection::initial_estimates::{InitialEstimate, Stabilised, refit_about};
+use crate::selection::initial_estimates::refit_about;
 use crate::selection::options::IdentifyOptions;
 use crate::selection::order::{fit, fit_of, sum_of_squares};
 use crate::selection::two_stage::two_stage_input;
+use crate::subspace::Factor;
 use crate::subspace::closed_loop::{
     ClosedLoopMethod, Criterion, Decomposition, decompose, factor, past_horizon,
 };
-use crate::subspace::{Factor, Realization};
 
 /// Longest past that is tried, s: the memory of lateral dynamics and of what disturbs them.
 const MEMORY_S: f64 = 2.0;
@@ -89,8 +89,8 @@ impl Predicted {
         data: &DataSet,
         order: usize,
         feedthrough: bool,
-    ) -> Result<InitialEstimate, Error> {
-        let mut best: Option<InitialEstimate> = None;
+    ) -> Result<Candidate, Error> {
+        let mut best: Option<Candidate> = None;
         let mut last_error = Error::NoModel { problem: "no method could be tried".into() };
         let radius = largest_radius(data.samples());
         for (method, decomposition) in &self.decompositions {
@@ -130,7 +130,7 @@ impl Predicted {
         model: &StateSpace,
         singular_values: &[f64],
         feedthrough: bool,
-    ) -> Result<InitialEstimate, Error> {
+    ) -> Result<Candidate, Error> {
         let data = &self.two_stage_input;
         let (model, initial_conditions, _) =
             refit_about(&model.a, &model.c, data, feedthrough, self.offset)?;
@@ -138,20 +138,12 @@ impl Predicted {
         if !cost.is_finite() {
             return Err(Error::NoModel { problem: "the simulation overflows".into() });
         }
-        Ok(InitialEstimate {
-            method: method.into(),
-            realization: Realization::Eq12,
-            horizon: self.past,
-            singular_values: singular_values.to_vec(),
-            model,
-            initial_conditions,
-            cost,
-            stabilised: None,
-        })
+        let found = (model, initial_conditions);
+        Ok(Candidate::new(method, self.past, singular_values, found, feedthrough, cost))
     }
 
     /// What stability took of the simulation fit, where the data's own A is unstable.
-    fn stabilised(&self, free: &StateSpace, start: &InitialEstimate) -> Option<Stabilised> {
+    fn stabilised(&self, free: &StateSpace, start: &Candidate) -> Option<Stabilised> {
         let radius = free.spectral_radius();
         if radius < 1.0 {
             return None;

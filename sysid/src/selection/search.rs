@@ -1,230 +1,99 @@
-//! Models of every order, and the choice among them.
+//! The search for a model: models of growing order, each estimated, refined and scored, and the choice
+//! among them. It is one search over an [`Estimator`]: [data in memory](crate::selection::in_memory) or
+//! the R factor of [accumulated drives](crate::identify::accumulated).
 //!
-//! 1. Each order's initial estimate is the subspace model of any horizon and weighting that simulates
-//!    the estimation data best ([`InitialEstimates`]); where the input depends on past outputs, by a
-//!    driver or any other feedback, the best predictor-based one ([`Predicted`]).
-//! 2. It is refined by its simulation error, since it is to simulate, and compared by how well it then
-//!    [predicts](crate::selection::comparison) along with a model of the noise.
+//! 1. Each order's [initial estimates](Estimator::initial_estimates) are refined, and the one of least
+//!    errors is taken.
+//! 2. It is scored by the one-step prediction errors that it makes along with a model of the noise
+//!    ([`Estimator::predict`]), for which BIC holds whatever the spectrum of the noise.
 //! 3. The order is the one of least criterion; orders are tried in turn until [`LOOK_AHEAD`] in a row
 //!    have not lowered it.
-//! 4. The same once more with feedthrough where the criterion requires it ([`wants_feedthrough`]).
-//! 5. Of orders that are about as likely, one whose A has a real logarithm (eq 9) goes before one
-//!    without; the chosen model is [given](crate::selection::logarithm) one where that costs nearly nothing.
-//!
-//! Under feedback the input of the simulation is the [two-stage estimate](crate::selection::two_stage), unless the model
-//! that predicts best is the better simulator ([`finish`]).
-//!
-//! The validation data take no part, so the fit on them is that of the model on data that neither
-//! estimated nor chose it.
+//! 4. Of orders that are about as likely, one whose A has a real logarithm (eq 9) goes before one
+//!    without; the chosen model is given one where that costs nearly nothing ([`with_logarithm`]).
 
 use crate::Error;
-use crate::data::DataSet;
-use crate::data::scaled::Data;
 use crate::model::StateSpace;
-use crate::model::conversion::has_logarithm;
-use crate::selection::candidate::{Candidate, Choice, FINE, ROUGH, refine};
-use crate::selection::comparison::Comparison;
-use crate::selection::feedthrough::{wants_feedthrough, without_feedthrough};
-use crate::selection::initial_conditions::InitialConditions;
-use crate::selection::initial_estimates::{
-    InitialEstimate, InitialEstimates, at_least_one, refit_about,
-};
-use crate::selection::logarithm::with_logarithm;
-use crate::selection::method::Method;
-use crate::selection::options::IdentifyOptions;
-use crate::selection::order::{fit, sum_of_squares};
-use crate::selection::predicted::Predicted;
-use crate::selection::vehicle;
-use crate::subspace::closed_loop::{self, feedback};
+use crate::model::conversion::{costs_nothing, has_logarithm, off_branch_cut};
+use crate::pem::Stop;
+use crate::selection::candidate::{Candidate, FINE, ROUGH};
+use crate::selection::options::{IdentifyOptions, Method};
+use crate::selection::order::{bic, likeliest, of_a_vehicle, parameters};
+use crate::subspace::closed_loop::{ClosedLoopMethod, Feedback};
 
 /// Memory and reach of the test for feedback, s: of the vehicle, and of a driver's reaction.
-const MEMORY_S: f64 = 2.0;
-const AHEAD_S: f64 = 1.0;
-
+pub(crate) const MEMORY_S: f64 = 2.0;
+pub(crate) const AHEAD_S: f64 = 1.0;
 /// Orders that are tried beyond the best so far.
 const LOOK_AHEAD: usize = 3;
 /// Orders up to this one are tried anyhow: modes come in pairs, and the first may show little.
 const AT_LEAST: usize = 6;
 
-/// [`choose_from`] for the signals of a drive.
-pub(crate) fn choose(data: &Data, options: &IdentifyOptions) -> Result<Choice, Error> {
-    choose_from(&data.estimation.data, &data.validation.data, options, true)
+/// Data that models are estimated from and scored on.
+pub(crate) trait Estimator {
+    fn options(&self) -> &IdentifyOptions;
+
+    /// What the criterion counts.
+    fn counts(&self) -> Counts;
+
+    /// Largest order that has an initial estimate.
+    fn largest_order(&self) -> usize;
+
+    /// The initial estimates of an order that are to be refined, at least one.
+    fn initial_estimates(&self, order: usize, feedthrough: bool) -> Result<Vec<Candidate>, Error>;
+
+    /// Lowers the errors of a candidate until `stop`.
+    fn refine(&self, of: &mut Candidate, stop: Stop) -> Result<(), Error>;
+
+    /// Mean square of the errors that [`refine`](Self::refine) lowers.
+    fn mean_square(&self, of: &Candidate) -> Result<f64, Error>;
+
+    /// Fits what is linear in the errors to the poles of a candidate.
+    fn refit(&self, of: &mut Candidate) -> Result<(), Error>;
+
+    /// Σ_i ln V_i of the one-step prediction errors along with a model of the noise. Where models are
+    /// refined, of the model that makes them least, sought from the candidate's, and that model.
+    fn predict(&self, of: &Candidate) -> Result<(f64, Option<StateSpace>), Error>;
+
+    /// Models from which the least prediction errors are sought too: `first` is the initial estimate of
+    /// the order, `before` the candidate of the order before.
+    fn other_models(&self, first: StateSpace, before: Option<&Candidate>) -> Vec<StateSpace>;
 }
 
-/// Chooses what the options leave open from scaled estimation data, of a `vehicle` or of any system;
-/// the fits on the validation data are computed with it.
-pub(crate) fn choose_from(
-    data: &DataSet,
-    validation: &DataSet,
+/// What the criterion counts.
+pub(crate) struct Counts {
+    pub(crate) inputs: usize,
+    pub(crate) outputs: usize,
+    /// Samples with a prediction error.
+    pub(crate) samples: f64,
+    /// Segments with an initial state of their own.
+    pub(crate) segments: usize,
+    /// Whether the system is a vehicle.
+    pub(crate) vehicle: bool,
+}
+
+/// The closed-loop methods to be used; none for data of open loop.
+pub(crate) fn closed_loop_methods(
     options: &IdentifyOptions,
-    vehicle: bool,
-) -> Result<Choice, Error> {
-    let feedback = feedback(data, MEMORY_S, AHEAD_S).ok();
-    let closed = match options.method {
+    feedback: Option<Feedback>,
+) -> Vec<ClosedLoopMethod> {
+    match options.method {
         Some(Method::ClosedLoop(method)) => vec![method],
-        None if feedback.is_some_and(|f| f.detected) => closed_loop::ClosedLoopMethod::ALL.to_vec(),
+        None if feedback.is_some_and(|f| f.detected) => ClosedLoopMethod::ALL.to_vec(),
         _ => Vec::new(),
-    };
-    let mut choice = if closed.is_empty() {
-        open_loop(data, options, vehicle)?
-    } else {
-        in_a_loop(data, options, &closed, vehicle)?
-    };
-    choice.feedback = feedback;
-    for candidate in &mut choice.candidates {
-        candidate.model.scale_state();
-        measure(data, validation, candidate)?;
     }
-    let chosen = &choice.candidates[choice.chosen];
-    if let Some(fitted) = choice.fitted.take() {
-        let offset = chosen.initial_conditions.offsets.is_some();
-        let own = InitialConditions::new(&chosen.model, &fitted, offset)?;
-        choice.fitted = Some(own.about_output_offset(&fitted)?);
-    }
-    if !choice.candidates[choice.chosen].validation_fit.is_finite() {
-        return Err(Error::NoModel { problem: "no model can be simulated".into() });
-    }
-    Ok(choice)
-}
-
-/// The simulation fits of a candidate.
-fn measure(data: &DataSet, validation: &DataSet, candidate: &mut Candidate) -> Result<(), Error> {
-    let offset = candidate.initial_conditions.offsets.is_some();
-    let model = &candidate.model;
-    candidate.initial_conditions = InitialConditions::new(model, data, offset)?;
-    candidate.estimation_fit = fit(data, &candidate.initial_conditions.errors(model, data));
-    let about = candidate.initial_conditions.about_output_offset(validation)?;
-    let errors = InitialConditions::new(model, &about, false)?.errors(model, &about);
-    candidate.validation_fit = fit(&about, &errors);
-    Ok(())
-}
-
-/// The choice for data without feedback.
-fn open_loop(data: &DataSet, options: &IdentifyOptions, vehicle: bool) -> Result<Choice, Error> {
-    let initial_estimates = InitialEstimates::new(data, options)?;
-    let largest = initial_estimates.largest_order();
-    let first = match options.order {
-        Some(_) => None,
-        None => Some(
-            largest_estimate(options, largest, |order| initial_estimates.best(order, true))?.model,
-        ),
-    };
-    let mut compare = Comparison::new(data, options, false, first.as_ref())?.of(vehicle);
-    let ascend = |feedthrough| {
-        let start = |order| {
-            let best = initial_estimates.best(order, feedthrough)?;
-            Ok(with_physical(data, best, vehicle, feedthrough, options))
-        };
-        ascend(data, &compare, options, largest, feedthrough, start)
-    };
-    let mut candidates = ascend(options.feedthrough == Some(true))?;
-    let mut chosen = compare.select(&mut candidates);
-    // At a stated order, a direct gain could represent states that are not allowed.
-    let open = options.feedthrough.is_none() && options.order.is_none();
-    if open && wants_feedthrough(&compare, &initial_estimates, &candidates, chosen) {
-        let mut others = ascend(true)?;
-        let other = compare.select(&mut others);
-        // The same poles without: what the first pass may not have found.
-        let rival = without_feedthrough(&compare, options, &others[other])?;
-        let mut finals = vec![candidates[chosen].clone(), rival, others[other].clone()];
-        let least = compare.least(&mut finals);
-        let sure = finals[..2].iter().all(|c| compare.surely_less(&finals[2], c));
-        if sure {
-            (candidates, chosen) = (others, other);
-        } else if least != 0 && finals[1].criterion < finals[0].criterion {
-            let rival = finals.swap_remove(1);
-            let same = |c: &Candidate| c.model.order() == rival.model.order();
-            match candidates.iter().position(same) {
-                Some(at) => candidates[at] = rival,
-                None => candidates.push(rival),
-            }
-            chosen = compare.select(&mut candidates);
-        }
-    }
-    let had_output_offset = compare.offset;
-    compare.settle_output_offset(&mut candidates, chosen)?;
-    if options.refine {
-        let of = &mut candidates[chosen];
-        if had_output_offset && !compare.offset {
-            let (a, c) = (&of.model.a, &of.model.c);
-            (of.model, of.initial_conditions, _) = refit_about(a, c, data, of.feedthrough, false)?;
-        }
-        refine(data, of, FINE)?;
-    }
-    chosen = with_logarithm(data, &mut candidates, chosen, options.refine)?;
-    let factor = initial_estimates
-        .into_factor(candidates[chosen].horizon)
-        .ok_or(Error::NoModel { problem: "the chosen horizon was not tried".into() })?;
-    Ok(Choice { candidates, chosen, factor, feedback: None, fitted: None })
-}
-
-/// The choice for data with feedback. D is zero unless it is requested: without a delay in the loop it
-/// could not be distinguished from the feedback's own gain.
-fn in_a_loop(
-    data: &DataSet,
-    options: &IdentifyOptions,
-    methods: &[closed_loop::ClosedLoopMethod],
-    vehicle: bool,
-) -> Result<Choice, Error> {
-    let feedthrough = options.feedthrough == Some(true);
-    let predicted = Predicted::new(data, options, methods)?;
-    let largest = predicted.largest_order();
-    let first =
-        largest_estimate(options, largest, |order| predicted.best(data, order, feedthrough))?;
-    let mut compare = Comparison::new(data, options, true, Some(&first.model))?.of(vehicle);
-    let by = &predicted.two_stage_input;
-    // To the open-loop methods the two-stage input estimate is one of open loop.
-    let others =
-        if options.method.is_none() { Some(InitialEstimates::new(by, options)?) } else { None };
-    let start = |order| {
-        let other = others.as_ref().map(|o| o.best(order, feedthrough));
-        let all = std::iter::once(predicted.best(data, order, feedthrough)).chain(other);
-        let mut all = at_least_one(all)?;
-        let last = all.swap_remove(all.len() - 1);
-        all.extend(with_physical(by, last, vehicle, feedthrough, options));
-        Ok(all)
-    };
-    let mut candidates = ascend(by, &compare, options, largest, feedthrough, start)?;
-    let mut chosen = compare.select(&mut candidates);
-    compare.settle_output_offset(&mut candidates, chosen)?;
-    let whitened = match options.refine {
-        true => finish(by, &compare, &mut candidates[chosen])?,
-        false => None,
-    };
-    let made_small = whitened.as_ref().unwrap_or(by);
-    chosen = with_logarithm(made_small, &mut candidates, chosen, options.refine)?;
-    let (factor, two_stage_input) = predicted.into_parts();
-    let fitted = Some(whitened.unwrap_or(two_stage_input));
-    Ok(Choice { candidates, chosen, factor, feedback: None, fitted })
-}
-
-/// An initial estimate, and one with the poles of a vehicle where the system is one and the order its
-/// own.
-fn with_physical(
-    data: &DataSet,
-    start: InitialEstimate,
-    of_vehicle: bool,
-    feedthrough: bool,
-    options: &IdentifyOptions,
-) -> Vec<InitialEstimate> {
-    let own = of_vehicle && options.refine && start.model.order() == vehicle::ORDER;
-    let offset = start.initial_conditions.offsets.is_some();
-    let physical =
-        own.then(|| vehicle::initial_estimate(data, &start, feedthrough, offset)).flatten();
-    std::iter::once(start).chain(physical).collect()
 }
 
 /// An initial estimate of the largest possible order, or of the stated one.
-fn largest_estimate(
+pub(crate) fn largest_estimate(
     options: &IdentifyOptions,
     largest: usize,
-    start: impl Fn(usize) -> Result<InitialEstimate, Error>,
-) -> Result<InitialEstimate, Error> {
+    estimate: impl Fn(usize) -> Result<Candidate, Error>,
+) -> Result<Candidate, Error> {
     let most = options.order.unwrap_or(options.max_order.min(largest)).max(1);
     let mut last_error = None;
     for order in (1..=most).rev() {
-        match start(order) {
-            Ok(start) => return Ok(start),
+        match estimate(order) {
+            Ok(found) => return Ok(found),
             // The error of the largest order is the reason why there is none.
             Err(error) if options.order.is_some() => return Err(error),
             Err(error) => last_error = Some(error),
@@ -233,95 +102,165 @@ fn largest_estimate(
     Err(last_error.unwrap_or_else(|| Error::NoModel { problem: "no order could be tried".into() }))
 }
 
-/// Feedback biases neither the model that simulates the two-stage input estimate best nor the one that
-/// predicts best; of the two the better simulator of the estimation data is taken. Returns the whitened
-/// data where it is the latter.
-fn finish(
-    by: &DataSet,
-    compare: &Comparison<'_>,
-    chosen: &mut Candidate,
-) -> Result<Option<DataSet>, Error> {
-    refine(by, chosen, FINE)?;
-    let Some(model) = chosen.direct.take() else { return Ok(None) };
-    let mut direct = Candidate { model, ..chosen.clone() };
-    let whitened = compare.refine(&mut direct, FINE)?;
-    let cost = |model: &StateSpace| -> Result<f64, Error> {
-        let initial_conditions = InitialConditions::new(model, compare.data, compare.offset)?;
-        Ok(sum_of_squares(&initial_conditions.errors(model, compare.data)))
-    };
-    if cost(&direct.model)? < cost(&chosen.model)? {
-        *chosen = direct;
-        return Ok(Some(whitened));
-    }
-    Ok(None)
-}
-
-/// Models of growing order, refined by the simulation errors of the data `by`, until the criterion has
-/// not fallen for a while.
-fn ascend(
-    by: &DataSet,
-    compare: &Comparison<'_>,
-    options: &IdentifyOptions,
-    largest: usize,
-    feedthrough: bool,
-    initial_estimates: impl Fn(usize) -> Result<Vec<InitialEstimate>, Error>,
-) -> Result<Vec<Candidate>, Error> {
+/// Models of growing order, until the criterion has not fallen for a while.
+pub(crate) fn ascend(on: &impl Estimator, feedthrough: bool) -> Result<Vec<Candidate>, Error> {
+    let options = on.options();
     let orders = match options.order {
         Some(order) => order..=order,
-        None => 1..=options.max_order.min(largest),
+        None => 1..=options.max_order.min(on.largest_order()),
     };
     let mut candidates: Vec<Candidate> = Vec::new();
-    let mut last_error = None;
+    let mut last_error = Error::NoModel { problem: "no order could be tried".into() };
     for order in orders {
-        let (mut candidate, first) = match initial_estimates(order) {
-            Ok(initial_estimates) => {
-                let first = initial_estimates.first().map(|start| start.model.clone());
-                (best_of(by, initial_estimates, options.refine, feedthrough)?, first)
-            }
+        let before = candidates.last().filter(|c| c.model.order() + 1 == order);
+        match of_order(on, order, feedthrough, before) {
+            Ok(candidate) => candidates.push(candidate),
             Err(error) => {
-                last_error = Some(error);
+                last_error = error;
                 continue;
             }
-        };
-        compare.weigh(&mut candidate, first, options.refine)?;
-        if !candidate.log_square.is_finite() {
-            last_error = Some(Error::NoModel { problem: "no model can be simulated".into() });
-            continue;
         }
-        candidate.has_logarithm = has_logarithm(&candidate.model);
-        candidates.push(candidate);
-        let least = compare.least(&mut candidates);
-        let far = candidates.len() - 1 - least;
-        if far >= LOOK_AHEAD && order >= AT_LEAST {
+        let least = least(on, &mut candidates);
+        if candidates.len() - 1 - least >= LOOK_AHEAD && order >= AT_LEAST {
             break;
         }
     }
-    if candidates.is_empty() {
-        return Err(last_error
-            .unwrap_or_else(|| Error::NoModel { problem: "no order could be tried".into() }));
-    }
-    Ok(candidates)
+    if candidates.is_empty() { Err(last_error) } else { Ok(candidates) }
 }
 
-/// Of models of one order, refined where requested, the one that simulates the data best.
-fn best_of(
-    by: &DataSet,
-    initial_estimates: Vec<InitialEstimate>,
-    refined: bool,
+/// The model of an order with the least errors, scored.
+fn of_order(
+    on: &impl Estimator,
+    order: usize,
     feedthrough: bool,
+    before: Option<&Candidate>,
 ) -> Result<Candidate, Error> {
     let mut best: Option<(f64, Candidate)> = None;
-    for start in initial_estimates {
-        let mut cost = start.cost;
-        let mut candidate = Candidate::new(start, feedthrough);
-        if refined {
-            refine(by, &mut candidate, ROUGH)?;
-            cost = sum_of_squares(&candidate.initial_conditions.errors(&candidate.model, by));
+    let mut first = None;
+    for mut candidate in on.initial_estimates(order, feedthrough)? {
+        let mut cost = candidate.cost;
+        first.get_or_insert_with(|| candidate.model.clone());
+        if on.options().refine {
+            on.refine(&mut candidate, ROUGH)?;
+            cost = on.mean_square(&candidate)?;
         }
         if best.as_ref().is_none_or(|(least, _)| cost < *least) {
             best = Some((cost, candidate));
         }
     }
-    best.map(|(_, candidate)| candidate)
-        .ok_or_else(|| Error::NoModel { problem: "no method could be tried".into() })
+    let (Some((_, mut candidate)), Some(first)) = (best, first) else {
+        return Err(Error::NoModel { problem: "no method could be tried".into() });
+    };
+    weigh(on, &mut candidate, on.other_models(first, before))?;
+    if !candidate.log_square.is_finite() {
+        return Err(Error::NoModel { problem: "no model can be simulated".into() });
+    }
+    candidate.has_logarithm = has_logarithm(&candidate.model);
+    Ok(candidate)
+}
+
+/// Finds the prediction errors that a candidate is compared by; they are sought from `others` too.
+pub(crate) fn weigh(
+    on: &impl Estimator,
+    candidate: &mut Candidate,
+    others: Vec<StateSpace>,
+) -> Result<(), Error> {
+    (candidate.log_square, candidate.direct) = on.predict(candidate)?;
+    for model in others {
+        let trial = Candidate { model, ..candidate.clone() };
+        if let Ok((log_square, direct)) = on.predict(&trial)
+            && log_square < candidate.log_square
+        {
+            (candidate.log_square, candidate.direct) = (log_square, direct);
+        }
+    }
+    Ok(())
+}
+
+/// BIC for the model, and AIC for the initial states of the segments after the first: a segment
+/// determines its own no better however many there are, but each lowers the errors by chance.
+pub(crate) fn criterion(on: &impl Estimator, of: &Candidate) -> f64 {
+    let Counts { inputs, outputs, samples, segments, .. } = on.counts();
+    let count = parameters(of.model.order(), inputs, outputs, of.feedthrough);
+    let initial_states = of.model.order() * (segments - 1);
+    bic(of.log_square, outputs, count, samples) + 2.0 * initial_states as f64
+}
+
+/// Sets the criterion of all and returns the least.
+pub(crate) fn least(on: &impl Estimator, candidates: &mut [Candidate]) -> usize {
+    for c in candidates.iter_mut() {
+        c.criterion = criterion(on, c);
+    }
+    (0..candidates.len())
+        .min_by(|a, b| candidates[*a].criterion.total_cmp(&candidates[*b].criterion))
+        .unwrap_or(0)
+}
+
+/// The order of least criterion, or of one about as likely whose A has a real logarithm; of a vehicle
+/// that which suits one.
+pub(crate) fn select(on: &impl Estimator, candidates: &mut [Candidate]) -> usize {
+    least(on, candidates);
+    let each: Vec<_> = candidates.iter().map(|c| (c.criterion, c.has_logarithm)).collect();
+    let chosen = likeliest(&each);
+    let Counts { samples, vehicle, .. } = on.counts();
+    if !vehicle {
+        return chosen;
+    }
+    let each = candidates.iter().map(|c| (c.model.order(), c.criterion, c.has_logarithm));
+    of_a_vehicle(chosen, &each.collect::<Vec<_>>(), samples)
+}
+
+/// The chosen model taken off the branch cut ([`off_branch_cut`]), or one of lower order that has a
+/// continuous form or is brought to one, whichever costs least, where that is nearly nothing; returns
+/// which is chosen then.
+pub(crate) fn with_logarithm(
+    on: &impl Estimator,
+    candidates: &mut [Candidate],
+    chosen: usize,
+) -> Result<usize, Error> {
+    if off_branch_cut(&candidates[chosen].model)?.is_empty() {
+        return Ok(chosen);
+    }
+    let least = on.mean_square(&candidates[chosen])?;
+    let mut best: Option<(usize, Candidate, f64)> = None;
+    let order = |i: usize| candidates[i].model.order();
+    let lower = (0..candidates.len()).filter(|i| order(*i) < order(chosen));
+    for i in std::iter::once(chosen).chain(lower) {
+        let mut one = candidates[i].clone();
+        if i != chosen {
+            on.refit(&mut one)?;
+            if on.options().refine {
+                on.refine(&mut one, FINE)?;
+            }
+        }
+        let places = off_branch_cut(&one.model)?;
+        let moved = !places.is_empty();
+        let mut now = if moved { f64::INFINITY } else { on.mean_square(&one)? };
+        let from = one.clone();
+        for model in places {
+            let mut placed = Candidate { model, ..from.clone() };
+            on.refit(&mut placed)?;
+            let square = on.mean_square(&placed)?;
+            if square < now {
+                (one, now) = (placed, square);
+            }
+        }
+        one.has_logarithm = has_logarithm(&one.model);
+        one.mirroring_cost = moved.then_some(now / least - 1.0);
+        let is_best = best.as_ref().is_none_or(|(_, _, square)| now < *square);
+        if one.has_logarithm && costs_nothing(least, now) && is_best {
+            best = Some((i, one, now));
+        }
+    }
+    let Some((i, one, _)) = best else { return Ok(chosen) };
+    candidates[i] = one;
+    Ok(i)
+}
+
+/// The warning for a model that was taken off the branch cut at this cost of squared errors.
+pub(crate) fn mirroring_warning(cost: f64) -> String {
+    format!(
+        "a mode that dies out within a sample alternated, which no mode of a continuous model does: it was replaced by one that decays, which adds {:.2} % to the squared errors",
+        100.0 * cost.max(0.0)
+    )
 }

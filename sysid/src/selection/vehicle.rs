@@ -6,7 +6,8 @@
 
 use crate::data::DataSet;
 use crate::model::conversion::exponential;
-use crate::selection::initial_estimates::{InitialEstimate, refit_about};
+use crate::selection::candidate::Candidate;
+use crate::selection::initial_estimates::refit_about;
 use crate::selection::order::sum_of_squares;
 use faer::Mat;
 
@@ -18,16 +19,12 @@ const DAMPINGS: [f64; 2] = [0.6, 1.2];
 
 /// The initial estimate of order 2 with a vehicle's poles that simulates the data best; its other
 /// fields are those of `another` of this order.
-pub(crate) fn initial_estimate(
-    data: &DataSet,
-    another: &InitialEstimate,
-    feedthrough: bool,
-    offset: bool,
-) -> Option<InitialEstimate> {
+pub(crate) fn initial_estimate(data: &DataSet, another: &Candidate) -> Option<Candidate> {
     let step = data.sample_time_s();
+    let offset = another.initial_conditions.offsets.is_some();
     // B is free, so that every numerator is possible with this C.
     let c = Mat::from_fn(1, ORDER, |_, j| if j == 0 { 1.0 } else { 0.0 });
-    let mut best: Option<InitialEstimate> = None;
+    let mut best: Option<Candidate> = None;
     for frequency in FREQUENCIES {
         for damping in DAMPINGS {
             let w = frequency * step;
@@ -38,14 +35,15 @@ pub(crate) fn initial_estimate(
                 _ => -2.0 * damping * w,
             });
             let a = exponential(f.as_ref());
-            let Ok((model, initial_conditions, _)) = refit_about(&a, &c, data, feedthrough, offset)
+            let Ok((model, initial_conditions, _)) =
+                refit_about(&a, &c, data, another.feedthrough, offset)
             else {
                 continue;
             };
             let cost = sum_of_squares(&initial_conditions.errors(&model, data));
             if cost.is_finite() && best.as_ref().is_none_or(|best| cost < best.cost) {
                 let stabilised = None;
-                best = Some(InitialEstimate {
+                best = Some(Candidate {
                     model,
                     initial_conditions,
                     cost,

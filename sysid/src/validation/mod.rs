@@ -2,7 +2,6 @@
 //! measured frequency response, faults of channels and clocks, and the quality with its reasons.
 
 pub(crate) mod bands;
-pub(crate) mod bandwidth;
 pub(crate) mod correlation;
 pub(crate) mod faults;
 pub(crate) mod fit;

@@ -1,6 +1,7 @@
-//! A model with what drives it, and the limits of what is looked at.
+//! A model with what drives it, its bandwidth, and the limits of what is looked at.
 
 use crate::model::StateSpace;
+use std::f64::consts::FRAC_1_SQRT_2;
 
 /// Lags of the residual tests.
 pub(crate) const LAGS: usize = 25;
@@ -10,6 +11,11 @@ pub(crate) const HIGHEST_SHOWN: f64 = 10.0;
 pub(crate) const DRIFT: f64 = 0.5;
 /// Coherence above which at least half of the yaw rate's power follows the steering.
 pub(crate) const INFORMATIVE: f64 = 0.5;
+/// Where the gain of low frequencies is taken, Hz: drift has no part in it, and every vehicle is still
+/// quasi-steady.
+pub(crate) const LOW_HZ: f64 = 0.2;
+/// Frequencies looked at for a decade.
+const A_DECADE: f64 = 100.0;
 
 /// A model with what drives it.
 pub(crate) struct Modelled<'a> {
@@ -31,4 +37,36 @@ pub(crate) fn rounded(x: f64) -> f64 {
         return 0.0;
     }
     format!("{x:.5e}").parse().unwrap_or(x)
+}
+
+/// The lowest frequency at which the gain is below that of [`LOW_HZ`] by 3 dB, Hz; `highest_hz` where none is
+/// up to there. What the gain does beyond, where the steering may not be excited, is not looked at.
+pub(crate) fn bandwidth_hz(at: &dyn Fn(f64) -> (f64, f64), highest_hz: f64) -> f64 {
+    let gain = |hz: f64| {
+        let (re, im) = at(hz);
+        re.hypot(im)
+    };
+    let least = FRAC_1_SQRT_2 * gain(LOW_HZ);
+    let points = (A_DECADE * (highest_hz / LOW_HZ).log10()).ceil().max(0.0);
+    let frequency = |k: usize| LOW_HZ * 10_f64.powf(k as f64 / A_DECADE);
+    (0..points as usize).map(frequency).find(|hz| gain(*hz) < least).unwrap_or(highest_hz)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lag_has_that_of_its_corner() {
+        let at = |hz: f64| {
+            let x = hz / 2.0;
+            (3.0 / (1.0 + x * x), -3.0 * x / (1.0 + x * x))
+        };
+        let found = bandwidth_hz(&at, 50.0);
+        assert!((found - 2.0).abs() < 0.05, "{found}");
+        assert!((bandwidth_hz(&at, 1.0) - 1.0).abs() < 1e-12);
+        // A gain that rises again, where nothing was driven, is not part of it.
+        let rising = |hz: f64| if hz > 20.0 { (9.0, 0.0) } else { at(hz) };
+        assert!((bandwidth_hz(&rising, 50.0) - found).abs() < 1e-12);
+    }
 }

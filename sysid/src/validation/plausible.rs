@@ -7,7 +7,7 @@
 //!
 //! is a length: the wheelbase, lengthened by understeer, shortened by oversteer. It is taken at [`LOW_HZ`].
 
-use crate::validation::bandwidth::{LOW_HZ, bandwidth_hz};
+use crate::validation::modelled::{LOW_HZ, bandwidth_hz};
 use crate::validation::regression::Pair;
 use formats::{Excitation, Grade, Information, Reason, ReasonCode, Spread};
 use std::f64::consts::TAU;

@@ -15,6 +15,7 @@ mod faults;
 #[allow(dead_code, unreachable_pub, unused_imports)] // the evaluation uses the rest
 #[path = "../known/mod.rs"]
 mod known;
+mod known_drives;
 mod recovery;
 mod refine;
 mod selection;

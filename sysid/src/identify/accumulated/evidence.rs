@@ -2,29 +2,21 @@
 
 use crate::data::Signals;
 use crate::data::statistics::{Z99, chi_squared_quantile};
-use crate::identify::accumulated::Accumulated;
 use crate::identify::accumulated::file::input_name;
-use crate::identify::accumulated::identify::{Candidate, Choice, choose};
+use crate::identify::accumulated::in_windows::{choose, kalman_gain};
 use crate::identify::accumulated::windows::Windows;
-use crate::identify::plant::{continuous_form, discrete, operating_point};
+use crate::identify::accumulated::{Accumulated, BLOCK, VALIDATION_PERIOD};
+use crate::identify::plant::{Outcome, feedback_test, order_table};
 use crate::model::StateSpace;
 use crate::model::conversion::to_continuous;
 use crate::selection::options::IdentifyOptions;
 use crate::selection::order::Errors;
-use crate::validation::bandwidth::bandwidth_hz;
+use crate::selection::search::mirroring_warning;
 use crate::validation::frequencies::{data_factor, of_spectra};
 use crate::validation::modelled::{LAGS, Modelled};
-use crate::validation::plausible::{Response, implausible};
-use crate::validation::poles::poles_and_zeros;
-use crate::validation::quality::quality;
-use crate::validation::rate::slow_log;
-use crate::validation::sweep::Drive;
 use crate::{Detrend, Error};
 use faer::MatRef;
-use formats::{
-    Document, Evidence, Excitation, Fits, HeldOut, InputKind, Noise, OrderRow, Plant,
-    PredictionFit, Provenance, ResidualTest,
-};
+use formats::{Evidence, Excitation, Fits, HeldOut, InputKind, Plant, PredictionFit, ResidualTest};
 
 /// What the windows do not determine.
 const MISSING: &str = "identified from accumulated windows: simulation fits are of the second half of each window, from the state of its first half; there is no simulation of whole drives, no estimate of the delay, no check of the steering's play and of the channels' clocks, no test of residuals against the input and no uncertainty of the parameters; the measured frequency response is that of all drives, with what its windows smear";
@@ -44,94 +36,29 @@ impl Accumulated {
         let factor = factor.about_mean()?;
         let step = self.sample_time_s();
         let windows = Windows::new(&factor, step, None)?;
-        let choice = choose(&factor, &windows, self.estimation.samples(), options)?;
+        let mut choice = choose(&factor, &windows, self.estimation.samples(), options)?;
         // Without enough validation windows the model is not validated.
         let validation = self.validation.factor().and_then(|f| f.about_mean());
         let validation = validation.and_then(|f| Windows::new(&f, step, Some(windows.scales)));
+        let mut warnings = self.warnings.clone();
+        let cost = choice.candidates[choice.chosen].mirroring_cost;
+        warnings.extend(cost.map(mirroring_warning));
+        let kalman = kalman_gain(&windows, &choice, &mut warnings)?;
+        for c in &mut choice.candidates {
+            let fit = |on: &Windows| {
+                on.ahead(&c.model).map_or(0.0, |e| bounded(on.fit(on.variance_ahead(&e))))
+            };
+            c.estimation_fit = fit(&windows);
+            c.validation_fit = validation.as_ref().map_or(0.0, fit);
+        }
         let chosen = &choice.candidates[choice.chosen];
         let [u, y] = windows.scales;
         let model = chosen.model.scaled(&[u], &[y]);
-        let gain: Vec<f64> = (0..model.order()).map(|i| choice.gain[(i, 0)] / y).collect();
+        let gain: Vec<f64> = (0..model.order()).map(|i| kalman[(i, 0)] / y).collect();
         let continuous = to_continuous(model.a.as_ref(), model.b.as_ref(), step);
-        let errors = windows.predicted_ahead(&chosen.model, choice.gain.as_ref())?;
+        let errors = windows.predicted_ahead(&chosen.model, kalman.as_ref())?;
         let residual = windows.variance_ahead(&errors);
-        let speed_mps = self.speed().map_or(0.0, |(mean, _)| mean);
-        let per_input = match self.input_kind {
-            InputKind::Steering => 1.0,
-            InputKind::SteeringTimesSpeed => 1.0 / speed_mps.max(0.1),
-        };
-        let to_road_wheel = per_input / self.steering_ratio;
-        let modelled =
-            Modelled { model: &model, delay_s: 0.0, input: &[], simulated: &[], to_road_wheel };
-        let mut evidence = self.evidence(&windows, validation.as_ref().ok(), &choice)?;
-        let (coherent, response) = of_spectra(&self.spectra.spectra(step), None, &modelled, step);
-        evidence.frequency_response = Some(response);
-        evidence.excitation = Excitation {
-            road_wheel_std_rad: windows.scales[0] * to_road_wheel,
-            yaw_rate_std_radps: windows.scales[1],
-            noise_to_signal: residual.sqrt(),
-            ..coherent
-        };
-        if let Ok(on) = &validation {
-            validate(&mut evidence, on, &chosen.model, choice.gain.as_ref())?;
-        }
-        if let Err(reason) = &validation {
-            evidence.warnings.push(format!(
-                "no validation windows for the model (one block in {} of {} samples is validation data): {reason}",
-                crate::identify::accumulated::VALIDATION_PERIOD,
-                crate::identify::accumulated::BLOCK
-            ));
-        }
-        evidence
-            .warnings
-            .extend(factor.conditioning.is_reduced().then(|| factor.conditioning.to_string()));
-        if let Err(reason) = &continuous {
-            evidence.warnings.push(format!("the model stays discrete: {reason}"));
-        }
-        evidence.factor = Some(data_factor(&factor.conditioning));
-        let continuous = continuous.ok();
-        evidence.conversion_round_trip = continuous.as_ref().map(|c| c.round_trip);
-        let map = poles_and_zeros(&model, continuous.as_ref(), step, None);
-        evidence.poles_and_zeros = Some(map);
-        let at = |hz: f64| {
-            let (re, im) = modelled.response(hz, step);
-            (re / to_road_wheel, im / to_road_wheel)
-        };
-        let zeros = evidence.poles_and_zeros.as_ref().map_or(&[][..], |m| &m.continuous_zeros);
-        let implausible = implausible(&Response {
-            at: &at,
-            excitation: Some(&evidence.excitation),
-            speed_mps,
-            steering_ratio: self.steering_ratio,
-            zeros,
-            spreads: &[],
-        });
-        let point = operating_point(means, windows.scales, &model, speed_mps, self.input_kind);
-        let straight = point.steering_offset_rad / self.steering_ratio;
-        let (estimated, validated) = self.samples();
-        let mut quality = quality(
-            &evidence,
-            &Drive {
-                has_continuous: continuous.is_some(),
-                speed_mps,
-                speed_spread: self.speed().map_or(0.0, |(mean, spread)| spread / mean.max(0.1)),
-                steering_ratio: self.steering_ratio,
-                to_road_wheel,
-                steering: &[],
-                seconds: (estimated + validated) as f64 * step,
-                order: model.order(),
-                slow_log: slow_log(&evidence.channels, bandwidth_hz(&at, 0.5 / step)),
-                noise_radps: residual.sqrt() * y,
-                road_wheel_offset_rad: straight,
-                yaw_rate_offset_radps: point.yaw_rate_offset_radps - at(0.0).0 * straight,
-                implausible,
-            },
-            options,
-        );
-        quality.advice.push(
-            "identify from one of the logs itself too: that tests what windows cannot show"
-                .to_owned(),
-        );
+
         let mut used = self.options.clone();
         used.extend(options.to_map());
         used.insert("horizon_absorbed".into(), self.horizon.to_string());
@@ -140,27 +67,80 @@ impl Accumulated {
         for unused in ["validation_fraction", "delay_s"] {
             used.remove(unused);
         }
-        let plant = Plant {
-            schema: Plant::SCHEMA.into(),
-            name: self.name.clone(),
-            input: self.input_kind,
+        let (estimated, validated) = self.samples();
+        let outcome = Outcome {
+            options,
+            name: &self.name,
+            input_kind: self.input_kind,
             steering_ratio: self.steering_ratio,
-            input_delay_s: 0.0,
-            operating_point: point,
-            discrete: discrete(&model, &gain, &vec![0.0; model.order()], step),
-            continuous: continuous.map(|c| continuous_form(&c, &model)),
-            noise: Noise { innovation_variance: residual * y * y },
-            sideslip: None,
+            delay_s: 0.0,
+            sample_time_s: step,
+            model: &model,
+            continuous: continuous.as_ref().ok(),
+            gain: &gain,
+            x0: &vec![0.0; model.order()],
+            means,
+            scales: windows.scales,
+            speed: self.speed().unwrap_or_default(),
+            steering: &[],
+            seconds: (estimated + validated) as f64 * step,
+            residual,
             uncertainty: None,
-            evidence,
-            quality,
-            provenance: Provenance {
-                version: env!("CARGO_PKG_VERSION").into(),
-                sources: self.sources.clone(),
-                options: used,
-            },
+            sideslip: None,
+            sources: &self.sources,
+            used,
         };
-        plant.checked("plant.json").map_err(|e| Error::NoModel { problem: e.to_string() })?;
+        let to_road_wheel = outcome.to_road_wheel();
+        let modelled =
+            Modelled { model: &model, delay_s: 0.0, input: &[], simulated: &[], to_road_wheel };
+        let (coherent, response) = of_spectra(&self.spectra.spectra(step), None, &modelled, step);
+        let excitation = Excitation {
+            road_wheel_std_rad: windows.scales[0] * to_road_wheel,
+            yaw_rate_std_radps: windows.scales[1],
+            noise_to_signal: residual.sqrt(),
+            ..coherent
+        };
+        warnings.push(MISSING.into());
+        if self.speed.is_none() {
+            warnings.push("no speed channel: the operating point's speed is written as 0".into());
+        }
+        if let Err(reason) = &validation {
+            warnings.push(format!(
+                "no validation windows for the model (one block in {VALIDATION_PERIOD} of {BLOCK} samples is validation data): {reason}"
+            ));
+        }
+        warnings.extend(factor.conditioning.is_reduced().then(|| factor.conditioning.to_string()));
+        if let Err(reason) = &continuous {
+            warnings.push(format!("the model stays discrete: {reason}"));
+        }
+        let mut evidence = Evidence {
+            method: chosen.method.name().into(),
+            horizon: chosen.horizon,
+            factor: Some(data_factor(&factor.conditioning)),
+            estimation_samples: estimated,
+            validation_samples: if validation.is_ok() { validated } else { 0 },
+            fit: Fits {
+                estimation: chosen.estimation_fit,
+                validation: chosen.validation_fit,
+                validation_one_step: 0.0,
+            },
+            order_table: order_table(&choice),
+            feedback: choice.feedback.map(feedback_test),
+            excitation,
+            frequency_response: Some(response),
+            stabilised_from: chosen.stabilised.map(|s| s.radius),
+            channels: self.channels.clone(),
+            warnings,
+            ..Evidence::default()
+        };
+        if let Ok(on) = &validation {
+            validate(&mut evidence, on, &chosen.model, kalman.as_ref())?;
+        }
+        let mut plant = outcome.plant(evidence)?;
+        plant.quality.advice.push(
+            "identify from one of the logs itself too: that tests what windows cannot show"
+                .to_owned(),
+        );
         Ok(plant)
     }
 
@@ -189,53 +169,6 @@ impl Accumulated {
             }
             _ => Ok(()),
         }
-    }
-
-    fn evidence(
-        &self,
-        windows: &Windows,
-        validation: Option<&Windows>,
-        choice: &Choice,
-    ) -> Result<Evidence, Error> {
-        let chosen = &choice.candidates[choice.chosen];
-        let simulation = |on: &Windows, c: &Candidate| -> f64 {
-            on.ahead(&c.model).map_or(0.0, |e| bounded(on.fit(on.variance_ahead(&e))))
-        };
-        let order_table = choice.candidates.iter().map(|c| OrderRow {
-            order: c.model.order(),
-            // Those of another decomposition are others.
-            singular_value: (c.method == chosen.method && c.horizon == chosen.horizon)
-                .then_some(c.singular_value),
-            estimation_fit: simulation(windows, c),
-            validation_fit: validation.map_or(0.0, |on| simulation(on, c)),
-            stable: c.stabilised_from.is_none(),
-            criterion: c.criterion,
-        });
-        let mut evidence = Evidence {
-            method: chosen.method.name().into(),
-            horizon: chosen.horizon,
-            estimation_samples: self.estimation.samples(),
-            validation_samples: if validation.is_some() { self.validation.samples() } else { 0 },
-            fit: Fits {
-                estimation: simulation(windows, chosen),
-                validation: validation.map_or(0.0, |on| simulation(on, chosen)),
-                validation_one_step: 0.0,
-            },
-            order_table: order_table.collect(),
-            feedback: choice.feedback.map(crate::identify::plant::feedback_test),
-            stabilised_from: chosen.stabilised_from,
-            channels: self.channels.clone(),
-            warnings: self.warnings.clone(),
-            ..Evidence::default()
-        };
-        evidence.warnings.extend(choice.warnings.clone());
-        evidence.warnings.push(MISSING.into());
-        if self.speed.is_none() {
-            evidence
-                .warnings
-                .push("no speed channel: the operating point's speed is written as 0".into());
-        }
-        Ok(evidence)
     }
 }
 

@@ -9,8 +9,7 @@
 
 mod evidence;
 mod file;
-mod identify;
-mod initial_estimates;
+mod in_windows;
 mod prediction;
 mod windows;
 

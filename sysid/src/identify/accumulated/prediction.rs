@@ -1,6 +1,7 @@
 //! One-step prediction errors of plant and noise together, from the R factor of the windows alone.
 //!
-//! The model is the one by which orders are compared on a log ([`comparison`](crate::identify)): the
+//! The model is the one by which orders are compared on a
+//! [log in memory](crate::selection::in_memory): the
 //! simulation error v = y − G u is an autoregression driven by white noise (Box and Jenkins' kind; L.
 //! Ljung, *System Identification*, 2nd ed. 1999, section 4.2),
 //!
@@ -31,6 +32,7 @@ use crate::identify::accumulated::windows::Windows;
 use crate::linalg::dense::{
     identity, least_squares, positive_part, r_factor, solve, spectral_radius,
 };
+use crate::linalg::levenberg_marquardt::{USUAL, by_more_than, lower};
 use crate::model::reduction::gramian;
 use crate::model::{StateSpace, free_response};
 use crate::pem::{Coordinates, Stop, damped_step};
@@ -48,7 +50,7 @@ const DIFFERENCE: f64 = 1e-6;
 
 /// Plant and noise.
 #[derive(Debug, Clone)]
-pub(crate) struct Predicted {
+pub(crate) struct PlantAndNoise {
     pub(crate) model: StateSpace,
     /// a_1 … a_p.
     autoregression: Vec<f64>,
@@ -56,7 +58,7 @@ pub(crate) struct Predicted {
     noise_variance: f64,
 }
 
-impl Predicted {
+impl PlantAndNoise {
     /// A plant with a noise model of so many coefficients, found for the plant as it is.
     pub(crate) fn new(windows: &Windows, model: StateSpace, order: usize) -> Result<Self, Error> {
         let v = simulation_errors(windows, &model, order + 1);
@@ -92,68 +94,70 @@ impl Predicted {
 
     /// Makes the prediction errors small; models of a spectral radius of `radius` or more are refused.
     pub(crate) fn refined(
-        mut self,
+        self,
         windows: &Windows,
         feedthrough: bool,
         stop: Stop,
         radius: f64,
     ) -> Result<Self, Error> {
-        let mut damping = 1e-4;
-        for _ in 0..stop.steps {
-            let cost = self.variance(windows);
-            if !(cost.is_finite() && cost > 0.0) {
-                break;
-            }
-            let at = Coordinates::new(&self.model, &identity(1), &[feedthrough])?;
-            let count = at.count();
-            let moved = |step: &[f64]| Self {
-                model: at.moved(&step[..count]),
-                autoregression: self
-                    .autoregression
-                    .iter()
-                    .zip(&step[count..])
-                    .map(|(a, d)| a + d)
-                    .collect(),
-                noise_variance: self.noise_variance,
-            };
-            let mut step = vec![0.0; count + self.autoregression.len()];
-            let here = moved(&step).errors(windows);
-            let mut derivatives = Mat::zeros(here.len(), step.len() + 1);
-            for k in 0..step.len() {
-                step[k] = DIFFERENCE;
-                let there = moved(&step).errors(windows);
-                step[k] = 0.0;
-                for (i, (there, here)) in there.iter().zip(&here).enumerate() {
-                    derivatives[(i, k)] = (here - there) / DIFFERENCE;
+        let reached = lower::<_, _, Error>(
+            (self, 1.0),
+            stop.steps,
+            USUAL,
+            by_more_than(stop.least_gain),
+            // With σ² of the step before.
+            |at: &Self, cost| {
+                *cost = at.variance(windows);
+                if cost.is_finite() && *cost > 0.0 {
+                    at.linearised(windows, feedthrough).map(Some)
+                } else {
+                    Ok(None)
                 }
-            }
-            for (i, e) in here.iter().enumerate() {
-                derivatives[(i, step.len())] = *e;
-            }
-            let r = r_factor(derivatives.as_ref());
-            let rows = r.nrows().min(step.len());
-            let (left, right) = (r.get(..rows, ..step.len()), r.get(..rows, step.len()..));
-            let mut next: Option<(Self, f64)> = None;
-            for _ in 0..8 {
-                let trial = moved(&damped_step(left, right, damping, 0)?);
+            },
+            |at, (coordinates, r), damping| {
+                let count = r.ncols() - 1;
+                let rows = r.nrows().min(count);
+                let (left, right) = (r.get(..rows, ..count), r.get(..rows, count..));
+                let trial = at.moved(coordinates, &damped_step(left, right, damping, 0)?);
                 if spectral_radius(trial.model.a.as_ref()) < radius {
-                    let trial_cost = trial.variance(windows);
-                    if trial_cost < cost {
-                        next = Some((trial, trial_cost));
-                        break;
-                    }
+                    let noise_variance = trial.variance(windows);
+                    return Ok(Some((Self { noise_variance, ..trial }, noise_variance)));
                 }
-                damping *= 8.0;
-            }
-            let Some((trial, trial_cost)) = next else { break };
-            let gain = 1.0 - trial_cost / cost;
-            self = Self { noise_variance: trial_cost, ..trial };
-            damping = (damping * 0.2).max(1e-12);
-            if gain <= stop.least_gain {
-                break;
+                Ok(None)
+            },
+        )?;
+        Ok(reached.point)
+    }
+
+    /// The model moved along local coordinates of the plant and coefficients of the noise.
+    fn moved(&self, at: &Coordinates, step: &[f64]) -> Self {
+        let (plant, noise) = step.split_at(at.count());
+        let autoregression = self.autoregression.iter().zip(noise).map(|(a, d)| a + d).collect();
+        Self { model: at.moved(plant), autoregression, noise_variance: self.noise_variance }
+    }
+
+    /// R of the derivatives along these, and last the errors' column.
+    fn linearised(
+        &self,
+        windows: &Windows,
+        feedthrough: bool,
+    ) -> Result<(Coordinates, Mat<f64>), Error> {
+        let at = Coordinates::new(&self.model, &identity(1), &[feedthrough])?;
+        let mut step = vec![0.0; at.count() + self.autoregression.len()];
+        let here = self.moved(&at, &step).errors(windows);
+        let mut derivatives = Mat::zeros(here.len(), step.len() + 1);
+        for k in 0..step.len() {
+            step[k] = DIFFERENCE;
+            let there = self.moved(&at, &step).errors(windows);
+            step[k] = 0.0;
+            for (i, (there, here)) in there.iter().zip(&here).enumerate() {
+                derivatives[(i, k)] = (here - there) / DIFFERENCE;
             }
         }
-        Ok(self)
+        for (i, e) in here.iter().enumerate() {
+            derivatives[(i, step.len())] = *e;
+        }
+        Ok((at, r_factor(derivatives.as_ref())))
     }
 
     /// ε of each row of R.
@@ -241,7 +245,7 @@ fn simulation_errors(windows: &Windows, model: &StateSpace, count: usize) -> Mat
     let length = windows.length;
     let free = free_response(model, length);
     let mut plain =
-        Predicted { model: model.clone(), autoregression: Vec::new(), noise_variance: 0.0 };
+        PlantAndNoise { model: model.clone(), autoregression: Vec::new(), noise_variance: 0.0 };
     // The first pass determines σ² for the second.
     plain.noise_variance = plain.variance(windows);
     if !plain.noise_variance.is_finite() {

@@ -92,40 +92,35 @@ impl Windows {
         sums
     }
 
-    /// Initial states and errors of the simulation of every window.
-    pub(crate) fn simulated(&self, model: &StateSpace) -> Result<(Vec<Vec<f64>>, Errors), Error> {
-        let (mut x0s, mut errors) = (Vec::new(), Vec::new());
-        for s in self.data.segments() {
-            let x0 = initial_state(model, s.u.as_ref(), s.y.as_ref())?;
-            errors.push(&s.y - simulate(model, s.u.as_ref(), &x0));
-            x0s.push(x0);
-        }
-        Ok((x0s, errors))
-    }
-
-    /// Errors of the second half of every window, simulated from the state of its first half.
+    /// Errors of the second half of every window, simulated from the state of its first half: what is
+    /// evaluated has no part in the state.
     pub(crate) fn ahead(&self, model: &StateSpace) -> Result<Errors, Error> {
-        let half = self.length / 2;
-        let of = |s: &Segment| -> Result<Signals, Error> {
-            let x0 = initial_state(model, s.u.columns(0..half), s.y.columns(0..half))?;
-            let y = simulate(model, s.u.as_ref(), &x0);
-            let errors = s.y.row(0).iter().zip(y.row(0)).skip(half).map(|(y, s)| y - s);
-            Ok(errors.collect::<Vec<f64>>().into())
-        };
-        self.data.segments().iter().map(of).collect()
+        let state = |s: &Segment, n| initial_state(model, s.u.columns(0..n), s.y.columns(0..n));
+        self.second_halves(state, |s, x0| simulate(model, s.u.as_ref(), x0))
     }
 
-    /// Errors of the one-step predictions of the second half of every window, from the state of its
-    /// first half: what is evaluated has no part in the state.
+    /// Errors of the one-step predictions of the second half of every window, as
+    /// [`ahead`](Self::ahead).
     pub(crate) fn predicted_ahead(
         &self,
         model: &StateSpace,
         gain: MatRef<'_, f64>,
     ) -> Result<Errors, Error> {
-        let (half, predictor) = (self.length / 2, predictor(model, gain));
+        let predictor = predictor(model, gain);
+        self.second_halves(
+            |s, n| predictor_state(&predictor, s.u.columns(0..n), s.y.columns(0..n)),
+            |s, x0| predictions(&predictor, s.u.as_ref(), s.y.as_ref(), x0),
+        )
+    }
+
+    fn second_halves(
+        &self,
+        state: impl Fn(&Segment, usize) -> Result<Vec<f64>, Error>,
+        output: impl Fn(&Segment, &[f64]) -> Signals,
+    ) -> Result<Errors, Error> {
+        let half = self.length / 2;
         let of = |s: &Segment| -> Result<Signals, Error> {
-            let x0 = predictor_state(&predictor, s.u.columns(0..half), s.y.columns(0..half))?;
-            let y = predictions(&predictor, s.u.as_ref(), s.y.as_ref(), &x0);
+            let y = output(s, &state(s, half)?);
             let errors = s.y.row(0).iter().zip(y.row(0)).skip(half).map(|(y, s)| y - s);
             Ok(errors.collect::<Vec<f64>>().into())
         };
@@ -134,9 +129,7 @@ impl Windows {
 
     /// Variance of such errors; ∞ where they are not finite.
     pub(crate) fn variance_ahead(&self, errors: &Errors) -> f64 {
-        let squares = crate::selection::order::sum_of_squares(errors);
-        let count = self.length - self.length / 2;
-        if squares.is_finite() { squares / count as f64 } else { f64::INFINITY }
+        self.variance(errors, self.length / 2)
     }
 
     /// The states from which the one-step predictions of each window err least.

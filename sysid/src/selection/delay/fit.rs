@@ -3,8 +3,10 @@
 //! Variable projection (Golub and Pereyra 1973): for given poles and delay the numerator is a linear
 //! least-squares problem, and Levenberg–Marquardt steps move poles and delay on what it leaves.
 
+use crate::linalg::levenberg_marquardt::{Damping, lower};
 use crate::selection::delay::lags::Quadratic;
 use crate::selection::delay::response::{basis, polynomial, with_pole};
+use std::convert::Infallible;
 
 /// A model with its cost; times in samples.
 #[derive(Debug, Clone)]
@@ -66,34 +68,27 @@ impl Fit {
         let mut x: Vec<f64> = parameters.to_vec();
         x.push(delay);
         let unknowns = if free { n + 1 } else { n };
-        let mut residual = left(search, &x);
-        let mut cost = squares(&residual);
-        let mut damping = 1e-3;
-        for _ in 0..steps {
-            let jacobian = jacobian(search, &x, &residual, unknowns);
-            let mut gain = 0.0;
-            for _ in 0..6 {
-                let step = damped(&jacobian, &residual, damping);
+        let residual = left(search, &x);
+        let cost = squares(&residual);
+        let Ok(reached) = lower::<_, _, Infallible>(
+            ((x, residual), cost),
+            steps,
+            Damping { first: 1e-3, fall: 0.1, least: 1e-10, rise: 10.0, tries: 6 },
+            // What is left to gain is negligible compared with the noise.
+            |before, now| before - now > 1e-3 * (q.least / q.count.max(1) as f64) + 1e-6 * now,
+            |(x, residual), _| Ok(Some(jacobian(search, x, residual, unknowns))),
+            |(x, residual), jacobian, damping| {
                 let mut trial = x.clone();
-                for (t, s) in trial.iter_mut().zip(&step) {
+                for (t, s) in trial.iter_mut().zip(&damped(jacobian, residual, damping)) {
                     *t += s.clamp(-1.5, 1.5);
                 }
                 bound(&mut trial, search.most);
-                let trial_residual = left(search, &trial);
-                let trial_cost = squares(&trial_residual);
-                if trial_cost < cost {
-                    gain = cost - trial_cost;
-                    (x, residual, cost) = (trial, trial_residual, trial_cost);
-                    damping = (damping * 0.1).max(1e-10);
-                    break;
-                }
-                damping *= 10.0;
-            }
-            // What is left to gain is negligible compared with the noise.
-            if gain <= 1e-3 * (q.least / q.count.max(1) as f64) + 1e-6 * cost {
-                break;
-            }
-        }
+                let residual = left(search, &trial);
+                let cost = squares(&residual);
+                Ok(Some(((trial, residual), cost)))
+            },
+        );
+        let ((mut x, _), cost) = (reached.point, reached.cost);
         let delay = x.pop().unwrap_or(0.0);
         Self { parameters: x, delay, excess: cost }
     }

@@ -55,16 +55,26 @@ pub struct Feedback {
 /// [`Error::TooFewSamples`] for less than about 20 samples for each channel, and as
 /// [`feedback_in`].
 pub fn feedback(data: &DataSet, memory_s: f64, ahead_s: f64) -> Result<Feedback, Error> {
-    let ts = data.sample_time_s();
     let width = data.inputs() + data.outputs();
-    let samples = |s: f64| (s / ts).round().clamp(5.0, 40.0) as usize;
     // Twenty windows for each regressor, so that the theory of large samples holds.
     let most = (data.samples() / (20 * width)).clamp(4, 80);
+    let (past, ahead) = feedback_lags((memory_s, ahead_s), data.sample_time_s(), most);
+    feedback_in(&Factor::new(data, (past + ahead + 1).div_ceil(2))?, past, ahead)
+}
+
+/// Numbers of past and future samples that last so many seconds, both cut until they and the present one
+/// are `most` at most.
+pub(crate) fn feedback_lags(
+    (memory_s, ahead_s): (f64, f64),
+    sample_time_s: f64,
+    most: usize,
+) -> (usize, usize) {
+    let samples = |s: f64| (s / sample_time_s).round().clamp(5.0, 40.0) as usize;
     let (mut past, mut ahead) = (samples(memory_s), samples(ahead_s));
     while past + ahead + 1 > most && past + ahead > 2 {
         if past > ahead { past -= 1 } else { ahead -= 1 }
     }
-    feedback_in(&Factor::new(data, (past + ahead + 1).div_ceil(2))?, past, ahead)
+    (past, ahead)
 }
 
 /// The test on a factor of `past + ahead + 1` lags or more: `past` is the largest VARX order that

@@ -43,6 +43,7 @@ mod ssarx;
 mod states;
 mod windows;
 
+pub(crate) use crate::subspace::closed_loop::feedback::feedback_lags;
 pub use crate::subspace::closed_loop::feedback::{Feedback, feedback, feedback_in};
 pub use crate::subspace::closed_loop::predictor::{Criterion, Predictor, past_horizon};
 pub use crate::subspace::closed_loop::states::Decomposition;
