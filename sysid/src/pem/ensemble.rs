@@ -3,7 +3,7 @@
 use crate::Error;
 use crate::linalg::dense::spectral_radius;
 use crate::model::Innovation;
-use crate::pem::uncertain::{Uncertain, packed};
+use crate::pem::uncertain::{Normal, Uncertain, packed};
 
 /// Draws in a row that may be unstable before the attempt is given up.
 const MOST_REFUSED: usize = 1000;
@@ -51,26 +51,4 @@ fn is_stable(of: &Innovation) -> bool {
     let closed = &of.model.a - &of.gain * &of.model.c;
     of.model.spectral_radius() < 1.0
         && (of.gain.norm_max() == 0.0 || spectral_radius(closed.as_ref()) < 1.0)
-}
-
-/// Standard normal numbers, without a crate, so that a file is drawn alike everywhere: SplitMix64 (Steele, Lea and Flood 2014) through the transform of Box and
-/// Muller (1958).
-pub(super) struct Normal {
-    pub(super) state: u64,
-}
-
-impl Normal {
-    /// Uniform in 0..1.
-    fn uniform(&mut self) -> f64 {
-        self.state = self.state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.state;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    pub(super) fn next(&mut self) -> f64 {
-        let (radius, angle) = (self.uniform().max(1e-300), self.uniform());
-        (-2.0 * radius.ln()).sqrt() * (std::f64::consts::TAU * angle).cos()
-    }
 }

@@ -7,7 +7,6 @@ use crate::Error;
 use crate::linalg::dense::{eigenvalues, rows, short_dot};
 use crate::model::{Innovation, StateSpace};
 use crate::pem::Focus;
-use crate::pem::ensemble::Normal;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, c64};
 
@@ -321,4 +320,26 @@ fn real(x: f64) -> c64 {
 pub(super) fn packed(of: &Innovation) -> Vec<f64> {
     let m = &of.model;
     [&m.a, &m.b, &m.c, &m.d, &of.gain].into_iter().flat_map(|m| rows(m.as_ref())).collect()
+}
+
+/// Standard normal numbers, without a crate, so that a file is drawn alike everywhere: SplitMix64 (Steele,
+/// Lea and Flood 2014) through the transform of Box and Muller (1958).
+pub(super) struct Normal {
+    pub(super) state: u64,
+}
+
+impl Normal {
+    /// Uniform in 0..1.
+    fn uniform(&mut self) -> f64 {
+        self.state = self.state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.state;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    pub(super) fn next(&mut self) -> f64 {
+        let (radius, angle) = (self.uniform().max(1e-300), self.uniform());
+        (-2.0 * radius.ln()).sqrt() * (std::f64::consts::TAU * angle).cos()
+    }
 }

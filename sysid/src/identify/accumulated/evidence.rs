@@ -44,12 +44,12 @@ impl Accumulated {
         let cost = choice.candidates[choice.chosen].mirroring_cost;
         warnings.extend(cost.map(mirroring_warning));
         let kalman = kalman_gain(&windows, &choice, &mut warnings)?;
+        let fit = |on: &Windows, model: &StateSpace| {
+            on.ahead(model).map_or(0.0, |e| bounded(on.fit(on.variance_ahead(&e))))
+        };
         for c in &mut choice.candidates {
-            let fit = |on: &Windows| {
-                on.ahead(&c.model).map_or(0.0, |e| bounded(on.fit(on.variance_ahead(&e))))
-            };
-            c.estimation_fit = fit(&windows);
-            c.validation_fit = validation.as_ref().map_or(0.0, fit);
+            c.estimation_fit = fit(&windows, &c.model);
+            c.validation_fit = validation.as_ref().map_or(0.0, |on| fit(on, &c.model));
         }
         let chosen = &choice.candidates[choice.chosen];
         let [u, y] = windows.scales;

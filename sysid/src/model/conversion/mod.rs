@@ -4,20 +4,18 @@
 //! inverts both exactly. The first-order hold is built on it, see [`discretize_held`].
 
 mod branch;
-mod exponential;
+mod functions;
 mod hold;
-mod logarithm;
 
 use crate::linalg::dense::{eigenvalues, relative_difference};
 use faer::{Mat, MatRef};
 use std::f64::consts::PI;
 
 pub(crate) use crate::model::conversion::branch::{costs_nothing, has_logarithm, off_branch_cut};
-pub use crate::model::conversion::exponential::exponential;
+pub use crate::model::conversion::functions::{exponential, logarithm};
 pub use crate::model::conversion::hold::{
     ContinuousStateSpace, Hold, discretize_held, to_continuous_held,
 };
-pub use crate::model::conversion::logarithm::logarithm;
 
 /// The continuous model F, G of eq 6 with the round-trip error of eq 9–10.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,11 +1,26 @@
-//! The matrix logarithm by inverse scaling and squaring: square roots by the product form of the
-//! Denman–Beavers iteration with determinantal scaling (Cheng, Higham, Kenney and Laub 2001) until the
-//! matrix is near I, then the diagonal Padé approximant of degree 7 as partial fractions on
-//! Gauss–Legendre nodes (Higham, *Functions of Matrices*, 2008, ch. 11).
+//! Exponential and logarithm of a matrix.
+//!
+//! The exponential is nalgebra's (Higham 2009). No kept crate has the logarithm: it is by inverse scaling
+//! and squaring, square roots by the product form of the Denman–Beavers iteration with determinantal scaling
+//! (Cheng, Higham, Kenney and Laub 2001) until the matrix is near I, then the diagonal Padé approximant of
+//! degree 7 as partial fractions on Gauss–Legendre nodes (Higham, *Functions of Matrices*, 2008, ch. 11).
 
 use crate::linalg::dense::{identity, is_finite, solve};
-use crate::model::conversion::exponential::one_norm;
 use faer::{Mat, MatRef};
+use nalgebra::DMatrix;
+
+/// Matrix exponential; not a number where an entry is not finite or too large to be squared.
+#[must_use]
+pub fn exponential(a: MatRef<'_, f64>) -> Mat<f64> {
+    // nalgebra takes entries for finite, and their powers up to the tenth.
+    const LARGEST: f64 = 1e30;
+    let n = a.nrows();
+    if n == 0 || !(is_finite(a) && one_norm(a) < LARGEST) {
+        return Mat::from_fn(n, n, |_, _| f64::NAN);
+    }
+    let e = DMatrix::from_fn(n, n, |i, j| a[(i, j)]).exp();
+    Mat::from_fn(n, n, |i, j| e[(i, j)])
+}
 
 /// Principal matrix logarithm; `None` where the iteration does not converge.
 #[must_use]
@@ -81,4 +96,8 @@ fn gauss_legendre_7() -> [(f64, f64); 7] {
         out[2 * k + 2] = (0.5 * (1.0 - x), 0.5 * w);
     }
     out
+}
+
+fn one_norm(m: MatRef<'_, f64>) -> f64 {
+    (0..m.ncols()).map(|j| m.col(j).norm_l1()).fold(0.0, f64::max)
 }
