@@ -10,8 +10,8 @@ use crate::truth::{self, Limits, Truth};
 use crate::verdict::{Compared, Verdict};
 use control::{DesignOptions, Master, paths};
 use drivelog::DriveLog;
-use fmi2_host::Coupling;
 use formats::{Path as PathFile, SourceFile};
+use host::Coupling;
 use sweep::Class;
 use sysid::IdentifyOptions;
 

@@ -9,7 +9,7 @@ mod names;
 use crate::finding::{Findings, Location};
 use directory::Record;
 use flate2::read::DeflateDecoder;
-use fmi2_host::Limits;
+use host::Limits;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Read;
 

@@ -1,6 +1,6 @@
 //! The trajectory of an instance's outputs, and the comparison of trajectories.
 
-use fmi2_host::{Error, Instance, Status};
+use host::{Error, Instance, Status};
 use model_description::{Causality, ModelDescription, Value};
 
 /// The experiment that an FMU recommends, with a limited number of steps.
