@@ -13,7 +13,6 @@
 
 mod bicycle;
 mod bicycle_evidence;
-mod check;
 mod design;
 mod document;
 mod estimator;
@@ -33,12 +32,11 @@ pub use bicycle::{Bicycle, BicycleCoefficients, VehicleData};
 pub use bicycle_evidence::{
     BicycleEvidence, Estimated, SpeedSummary, Stated, VehicleDirection, WithDelay,
 };
-pub use check::Checker;
 pub use design::{
     Breaking, DesignEvidence, Engagement, EngagementRow, FmuLoop, HeightStep, Margins, OnACurve,
     OverEnsemble, Robustness, Shortfall, Specification, StepMetrics, TradeOff,
 };
-pub use document::{Document, Error, schema_of};
+pub use document::{Checker, Document, Error, schema_of};
 pub use estimator::{Estimator, Gnss, InitialUncertainty, SensorNoise};
 pub use evidence::{
     BandDeparture, ChannelSummary, CoherencePoint, DataFactor, DelayEstimate, Evidence, Excitation,

@@ -68,7 +68,6 @@ mod error;
 mod from_table;
 mod guid;
 mod legality;
-mod number;
 mod read;
 mod rules;
 mod states;

@@ -1,16 +1,14 @@
 //! Reading `modelDescription.xml` of any tool.
 //!
-//! The reader is tolerant: unknown elements and attributes are skipped, declared
-//! types supply what variables do not state themselves, and breaches of the standard's rules are
-//! left to [`crate::ModelDescription::findings`]. It refuses what has no meaning: a document that
-//! is not FMI 2.0, a missing name, a number that is none, a document type declaration (the way to
-//! entities that multiply).
+//! The reader is tolerant: unknown elements and attributes are skipped, declared types supply
+//! attributes that variables omit, and [`crate::ModelDescription::findings`] reports violations of the
+//! standard's rules. It rejects documents without a meaning: another version than FMI 2.0, a missing
+//! name, an invalid number, a document type declaration (which can define entities that multiply).
 
 use crate::description::{
     CoSimulation, DefaultExperiment, LogCategory, ModelDescription, ModelExchange, Unknown,
     Variable, VendorAnnotation,
 };
-use crate::number::{parse_boolean, parse_real};
 use crate::units::{BaseUnit, DisplayUnit, Unit};
 use crate::{
     Causality, DependencyKind, Error, Initial, Kind, NamingConvention, Value, Variability,
@@ -338,4 +336,18 @@ fn unknown(reader: Reader<'_, '_>) -> Result<Unknown, Error> {
             .collect::<Option<Vec<DependencyKind>>>()
     })?;
     Ok(Unknown { index: reader.needed("index", reader.unsigned("index")?)?, dependencies, kinds })
+}
+
+/// The value of an `xs:double`.
+fn parse_real(text: &str) -> Option<f64> {
+    text.trim().parse().ok()
+}
+
+/// The value of an `xs:boolean`.
+fn parse_boolean(text: &str) -> Option<bool> {
+    match text.trim() {
+        "true" | "1" => Some(true),
+        "false" | "0" => Some(false),
+        _ => None,
+    }
 }

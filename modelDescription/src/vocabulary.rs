@@ -143,7 +143,7 @@ impl Value {
         }
     }
 
-    /// The number of a Real or Integer value: what limits are held against.
+    /// The number of a Real or Integer value, for comparison with limits.
     #[must_use]
     pub fn as_number(&self) -> Option<f64> {
         match self {

@@ -4,7 +4,6 @@ use crate::description::{
     CoSimulation, DefaultExperiment, LogCategory, ModelDescription, Unknown, Variable,
     VendorAnnotation,
 };
-use crate::number::real;
 use crate::units::{BaseUnit, Unit};
 use crate::{NamingConvention, Value};
 use quick_xml::Writer;
@@ -276,4 +275,15 @@ impl Sink {
 fn scale(element: Element, factor: f64, offset: f64) -> Element {
     let element = element.number("factor", Some(factor).filter(|factor| *factor != 1.0));
     element.number("offset", Some(offset).filter(|offset| *offset != 0.0))
+}
+
+/// An `xs:double` with the fewest digits that read back to the same number, in any locale.
+fn real(value: f64) -> String {
+    if value.is_nan() {
+        "NaN".into()
+    } else if value.is_infinite() {
+        if value > 0.0 { "INF".into() } else { "-INF".into() }
+    } else {
+        format!("{value:?}")
+    }
 }

@@ -1,21 +1,19 @@
 //! How far an identified model can be trusted, with the numbers behind it.
 
-mod estimation;
+mod data;
 mod frequency;
-mod play;
-mod poles;
-mod residuals;
+mod model;
 
 use serde::{Deserialize, Serialize};
 
-pub use estimation::{DataFactor, DelayEstimate, FactorMethod};
+pub use data::{DataFactor, DelayEstimate, FactorMethod, LimitCycle, SteeringPlay};
 pub use frequency::{
     BandDeparture, CoherencePoint, Excitation, ExcitationBand, FrequencyResponse, Information,
     Persistence, ResponsePoint,
 };
-pub use play::{LimitCycle, SteeringPlay};
-pub use poles::{Mode, PoleZeroMap, Spread};
-pub use residuals::{HeldOut, PredictionFit, ResidualCorrelation, ResidualTest};
+pub use model::{
+    HeldOut, Mode, PoleZeroMap, PredictionFit, ResidualCorrelation, ResidualTest, Spread,
+};
 
 /// Everything measured on the way from log to model.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]

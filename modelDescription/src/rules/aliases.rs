@@ -18,7 +18,7 @@ impl Check<'_> {
         }
     }
 
-    /// Every later member of a set is held against the members before it.
+    /// Compares every member of an alias set with the members before it.
     fn alias_set(&mut self, set: &[usize]) {
         let description = self.description;
         let variable = |position: usize| &description.variables[position];

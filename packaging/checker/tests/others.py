@@ -1,8 +1,8 @@
-"""What fmpy and the FMU Manipulation Toolbox say of every archive in a folder, as JSON on stdout.
+"""The findings of fmpy and the FMU Manipulation Toolbox for every archive in a folder, as JSON on stdout.
 
 For each archive: `schema`, the problems of fmpy's copy of the XML schema (null where the
 description cannot be reached or parsed), and the problems of `fmpy validate` and `fmutool -check`.
-Archives in the folder `mutated` are held against the schema alone.
+Archives in the folder `mutated` are validated with the schema only.
 """
 
 import contextlib

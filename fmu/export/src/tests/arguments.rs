@@ -7,7 +7,7 @@ use std::ffi::{CStr, c_char};
 use std::ptr::{null, null_mut};
 
 /// A host at a communication point whose call must fail and change nothing.
-fn refused(what: &str, call: impl FnOnce(&Host) -> i32) {
+fn rejected(what: &str, call: impl FnOnce(&Host) -> i32) {
     let host = Host::in_state(State::StepComplete);
     let before = host.values();
     assert_eq!(call(&host), ERROR, "{what}");
@@ -27,30 +27,30 @@ fn nothing_changes_when_one_of_many_is_wrong() {
             call!(host, set_real([GAIN, reference].as_ptr(), 2, [7.0, value].as_ptr()))
         }
     };
-    refused("unknown reference", pairs(999, 1.0));
-    refused("largest reference", pairs(u32::MAX, 1.0));
-    refused("an Integer", pairs(N, 1.0));
-    refused("an output", pairs(Y, 1.0));
-    refused("NaN", pairs(U, f64::NAN));
-    refused("infinity", pairs(U, f64::INFINITY));
-    refused("minus infinity", pairs(U, f64::NEG_INFINITY));
-    refused("parameter above its maximum", pairs(GAIN, 100.1));
-    refused("parameter below its minimum", pairs(GAIN, -0.1));
+    rejected("unknown reference", pairs(999, 1.0));
+    rejected("largest reference", pairs(u32::MAX, 1.0));
+    rejected("an Integer", pairs(N, 1.0));
+    rejected("an output", pairs(Y, 1.0));
+    rejected("NaN", pairs(U, f64::NAN));
+    rejected("infinity", pairs(U, f64::INFINITY));
+    rejected("minus infinity", pairs(U, f64::NEG_INFINITY));
+    rejected("parameter above its maximum", pairs(GAIN, 100.1));
+    rejected("parameter below its minimum", pairs(GAIN, -0.1));
     let integers = |value: i32| {
         move |host: &Host| call!(host, set_integer([N, N].as_ptr(), 2, [3, value].as_ptr()))
     };
-    refused("Integer above its maximum", integers(6));
-    refused("Integer below its minimum", integers(i32::MIN));
+    rejected("Integer above its maximum", integers(6));
+    rejected("Integer below its minimum", integers(i32::MIN));
     for value in [2, -1, i32::MIN] {
-        refused("no Boolean", move |host| {
+        rejected("not a Boolean", move |host| {
             call!(host, set_boolean([ON, ON].as_ptr(), 2, [1, value].as_ptr()))
         });
     }
-    refused("not UTF-8", |host| {
+    rejected("not UTF-8", |host| {
         let texts = [c"good".as_ptr(), c"\xff".as_ptr()];
         call!(host, set_string([LABEL, LABEL].as_ptr(), 2, texts.as_ptr()))
     });
-    refused("NULL text", |host| {
+    rejected("NULL text", |host| {
         let texts = [c"good".as_ptr(), null()];
         call!(host, set_string([LABEL, LABEL].as_ptr(), 2, texts.as_ptr()))
     });
@@ -59,26 +59,26 @@ fn nothing_changes_when_one_of_many_is_wrong() {
 #[test]
 fn null_arrays() {
     let (mut real, mut integer, mut text) = (0.0, 0, null::<c_char>());
-    refused("", |host| call!(host, set_real(null(), 1, &1.0)));
-    refused("", |host| call!(host, set_real(&GAIN, 1, null())));
-    refused("", |host| call!(host, set_integer(null(), 1, &1)));
-    refused("", |host| call!(host, set_integer(&N, 1, null())));
-    refused("", |host| call!(host, set_boolean(&ON, 1, null())));
-    refused("", |host| call!(host, set_string(&LABEL, 1, null())));
-    refused("", |host| call!(host, get_real(null(), 1, &mut real)));
-    refused("", |host| call!(host, get_real(&Y, 1, null_mut())));
-    refused("", |host| call!(host, get_integer(null(), 1, &mut integer)));
-    refused("", |host| call!(host, get_integer(&N, 1, null_mut())));
-    refused("", |host| call!(host, get_boolean(&ON, 1, null_mut())));
-    refused("", |host| call!(host, get_string(null(), 1, &mut text)));
-    refused("", |host| call!(host, get_string(&LABEL, 1, null_mut())));
-    refused("", |host| call!(host, get_real(&Y, usize::MAX, &mut real)));
-    refused("", |host| call!(host, get_real_status(2, null_mut())));
-    refused("", |host| call!(host, get_fmu_state(null_mut())));
-    refused("", |host| call!(host, set_fmu_state(null_mut())));
-    refused("", |host| call!(host, set_debug_logging(1, 1, null())));
-    refused("", |host| call!(host, set_debug_logging(1, 1, [null()].as_ptr())));
-    refused("", |host| call!(host, set_debug_logging(2, 0, null())));
+    rejected("", |host| call!(host, set_real(null(), 1, &1.0)));
+    rejected("", |host| call!(host, set_real(&GAIN, 1, null())));
+    rejected("", |host| call!(host, set_integer(null(), 1, &1)));
+    rejected("", |host| call!(host, set_integer(&N, 1, null())));
+    rejected("", |host| call!(host, set_boolean(&ON, 1, null())));
+    rejected("", |host| call!(host, set_string(&LABEL, 1, null())));
+    rejected("", |host| call!(host, get_real(null(), 1, &mut real)));
+    rejected("", |host| call!(host, get_real(&Y, 1, null_mut())));
+    rejected("", |host| call!(host, get_integer(null(), 1, &mut integer)));
+    rejected("", |host| call!(host, get_integer(&N, 1, null_mut())));
+    rejected("", |host| call!(host, get_boolean(&ON, 1, null_mut())));
+    rejected("", |host| call!(host, get_string(null(), 1, &mut text)));
+    rejected("", |host| call!(host, get_string(&LABEL, 1, null_mut())));
+    rejected("", |host| call!(host, get_real(&Y, usize::MAX, &mut real)));
+    rejected("", |host| call!(host, get_real_status(2, null_mut())));
+    rejected("", |host| call!(host, get_fmu_state(null_mut())));
+    rejected("", |host| call!(host, set_fmu_state(null_mut())));
+    rejected("", |host| call!(host, set_debug_logging(1, 1, null())));
+    rejected("", |host| call!(host, set_debug_logging(1, 1, [null()].as_ptr())));
+    rejected("", |host| call!(host, set_debug_logging(2, 0, null())));
 }
 
 #[test]
@@ -92,11 +92,11 @@ fn zero_length_needs_no_array() {
 
 #[test]
 fn null_component() {
-    let nobody = Host::nobody();
+    let null = Host::null();
     for call in crate::calls::Call::ALL.iter().filter(|call| call.name() != "fmi2Instantiate") {
         let needs_none = ["fmi2GetTypesPlatform", "fmi2GetVersion", "fmi2FreeInstance"];
         let expected = if needs_none.contains(&call.name()) { OK } else { ERROR };
-        assert_eq!(nobody.make(*call), expected, "{}", call.name());
+        assert_eq!(null.make(*call), expected, "{}", call.name());
     }
     // Freeing a null component is ignored.
 }

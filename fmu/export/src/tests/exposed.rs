@@ -1,4 +1,4 @@
-//! States as variables: when they are read and set, and how they are described.
+//! States as variables: reading, setting and description.
 
 use super::host::{ERROR, OK};
 use super::plant::*;
@@ -22,7 +22,7 @@ fn read_and_set_by_state_of_the_machine() {
         for (state, letter) in STATES {
             let rig = Rig::in_state(state);
             let mut value = 7.0;
-            // What is legal leaves no debug line either.
+            // A legal access logs no debug line.
             assert_eq!(on!(rig, set_debug_logging(1, 0, std::ptr::null())), OK);
             let expected = |legal: &str| if legal.contains(letter) { OK } else { ERROR };
             let status = on!(rig, get_real(&reference, 1, &mut value));
@@ -35,7 +35,7 @@ fn read_and_set_by_state_of_the_machine() {
 }
 
 #[test]
-fn a_state_that_is_set_is_where_the_simulation_starts() {
+fn the_simulation_starts_at_the_state_that_is_set() {
     let rig = Rig::in_state(State::Initialization);
     assert_eq!(rig.set(X1, 4.0), OK);
     assert_eq!(rig.set(Z0, 7.0), OK);
@@ -43,7 +43,7 @@ fn a_state_that_is_set_is_where_the_simulation_starts() {
     assert_eq!((rig.real(DX1), rig.real(DX2)), (-2.0, 4.0));
     assert_eq!(on!(rig, exit_initialization_mode()), OK);
     assert_eq!((rig.real(X1), rig.real(X2)), (4.0, 7.0));
-    // Derivatives are those at the present input.
+    // Derivatives refer to the present input.
     assert_eq!(rig.set(U, 3.0), OK);
     assert_eq!(rig.real(DX1), 2.0 * 3.0 - 0.5 * 4.0);
     let before = rig.real(X1);
@@ -53,11 +53,11 @@ fn a_state_that_is_set_is_where_the_simulation_starts() {
 }
 
 #[test]
-fn what_is_refused_changes_nothing() {
+fn a_rejected_call_changes_nothing() {
     for (references, value) in [
         ([X1, X1], f64::NAN),
         ([X1, X1], f64::INFINITY),
-        // Without limits to catch them, and no state among them.
+        // Variables without limits, none of them a state.
         ([B, B], f64::NAN),
         ([B, Z0], f64::INFINITY),
         ([B, Z0], f64::NEG_INFINITY),
@@ -74,7 +74,7 @@ fn what_is_refused_changes_nothing() {
         let lines = rig.take_lines();
         assert_eq!((lines.len(), lines[0].2.as_str()), (1, "logStatusError"), "{lines:?}");
     }
-    // They are Real, and a failed read writes nothing.
+    // States are Real, and a failed read writes nothing.
     let rig = Rig::in_state(State::StepComplete);
     assert_eq!(on!(rig, get_integer(&X1, 1, &mut 0)), ERROR);
     assert!(rig.take_lines()[0].3.contains("`state[1]`"));
@@ -140,7 +140,7 @@ fn the_description() {
     assert!(c.provides_directional_derivative && c.max_output_derivative_order == 1);
 }
 
-/// A flag is only set where the slave says so, and then only it.
+/// Exactly the flags of the slave's capabilities are set.
 #[test]
 fn the_flags_are_those_of_the_slave() {
     let c = describe::<Plant<None_>>(&Resources::default(), None).unwrap().co_simulation.unwrap();

@@ -111,8 +111,8 @@ impl Host {
         Self { component, lines }
     }
 
-    /// No instance at all.
-    pub(super) fn nobody() -> Self {
+    /// A host with a null component.
+    pub(super) fn null() -> Self {
         Self { component: null_mut(), lines: Box::default() }
     }
 

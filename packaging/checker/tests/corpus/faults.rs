@@ -1,7 +1,6 @@
 //! The faults: small changes of the valid archive, each with the one rule that it violates.
 
 mod archive;
-mod bytes;
 mod model;
 mod text;
 
