@@ -1,5 +1,5 @@
-//! The figures of a page as JSON, for `page.js`: the description that also gives the SVG, with the axes
-//! of `layout`.
+//! The figures of a page as JSON, for the scripts in `page`: the description that also gives the SVG, with
+//! the axes of `layout`.
 //!
 //! Columns of numbers are stored once, however many series use them, as differences of integers: a
 //! value is the sum so far over 10 to the power of `e`, `null` is a gap. Six digits stay. Columns of
@@ -207,7 +207,7 @@ mod tests {
     use crate::palette::BLUE;
     use crate::{Style, WIDTH};
 
-    /// What `page.js` reads from a column.
+    /// What the page reads from a column.
     fn decoded(text: &str) -> Vec<Option<f64>> {
         let column: Value = serde_json::from_str(text).unwrap();
         if let Some(values) = column["v"].as_array() {

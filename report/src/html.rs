@@ -3,14 +3,14 @@
 //! Every text is escaped here and nowhere else: names of files and columns are whatever the log's
 //! author wrote. A figure is on the page twice, from one description: as SVG, for print and where scripts
 //! do not run, and as data, from which
-//! `chart.js` and `page.js` draw with uPlot what can be zoomed into.
+//! the scripts in `page` draw with uPlot what can be zoomed into.
 
 use crate::{Error, Figure, Table, data};
 use std::fmt::Write as _;
 
-const STYLE: &str = include_str!("style.css");
-const CHART: &str = include_str!("chart.js");
-const SCRIPT: &str = include_str!("page.js");
+const STYLE: &str = include_str!("page/style.css");
+const SCRIPTS: [&str; 3] =
+    [include_str!("page/common.js"), include_str!("page/chart.js"), include_str!("page/page.js")];
 const UPLOT: &str = include_str!("../uplot/uPlot.iife.min.js");
 const UPLOT_STYLE: &str = include_str!("../uplot/uPlot.min.css");
 const UPLOT_LICENSE: &str = include_str!("../uplot/LICENSE");
@@ -157,16 +157,14 @@ impl Drawn {
     }
 }
 
-/// The data, uPlot with its licence, and the page's own script. In XML the sections hold `<` and `&`, in
+/// The data, uPlot with its licence, and the page's own scripts. In XML the sections hold `<` and `&`, in
 /// HTML their ends are comments.
 fn push_scripts(out: &mut String, data: &str) {
     push(out, format_args!("<script type=\"application/json\" id=\"figures\">{data}</script>\n"));
-    for (notice, script) in [(UPLOT_LICENSE, UPLOT), ("", CHART), ("", SCRIPT)] {
-        let notice = if notice.is_empty() { String::new() } else { format!("/*\n{notice}\n*/\n") };
-        push(
-            out,
-            format_args!("<script>//<![CDATA[\n{notice}{}\n//]]></script>\n", script.trim_end()),
-        );
+    let library = format!("/*\n{UPLOT_LICENSE}\n*/\n{UPLOT}");
+    for script in [&*library].into_iter().chain(SCRIPTS) {
+        let script = script.trim_end();
+        push(out, format_args!("<script>//<![CDATA[\n{script}\n//]]></script>\n"));
     }
 }
 

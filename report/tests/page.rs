@@ -92,7 +92,7 @@ fn every_figure_is_there_as_svg_and_as_data_with_its_result_in_words() {
     let page = page(true);
     let document = parse(&page);
     let scripts = scripts(&document);
-    assert_eq!(scripts.len(), 4);
+    assert_eq!(scripts.len(), 5);
     let data: serde_json::Value = serde_json::from_str(scripts[0]).unwrap();
     let figures = data["figures"].as_array().unwrap();
     let drawn: Vec<_> = document.descendants().filter(|n| n.has_tag_name("figure")).collect();
@@ -129,7 +129,7 @@ fn untrusted_names_are_text() {
     let report = Report { tracks: vec![(evil, &track)], path: Some(&path), ..Report::default() };
     page = report.to_html();
     let document = parse(&page);
-    assert_eq!(page.matches("<script").count(), 4);
+    assert_eq!(page.matches("<script").count(), ours);
     let data: serde_json::Value = serde_json::from_str(scripts(&document)[0]).unwrap();
     assert_eq!(data["figures"][0]["panels"][0]["series"][1]["name"], evil);
 }

@@ -2,6 +2,7 @@
 //! `bench fmu`, `evaluate`, `experiment`.
 
 mod bench;
+mod browser;
 mod cross;
 mod docs;
 mod evaluate;
@@ -39,6 +40,8 @@ enum Command {
         #[arg(long, num_args = 0.., value_name = "PLATFORM")]
         cross: Option<Vec<cross::Platform>>,
     },
+    /// The tests of the report in headless Chromium alone
+    Browser,
     /// rustfmt and clippy, warnings denied
     Lint,
     /// Build the FMU libraries for other platforms, and the demo's archives with them
@@ -85,6 +88,7 @@ fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Test { cross } => test::test(cross.as_deref()),
         Command::Cross(options) => cross::cross(&options),
+        Command::Browser => browser::browser(),
         Command::Lint => lint::lint(),
         Command::Fuzz { minutes, targets } => fuzz::fuzz(minutes, &targets),
         Command::Licenses => licenses::licenses(),

@@ -2,7 +2,7 @@
 
 use crate::cross::{self, Platform};
 use crate::run::{cargo, run, target};
-use crate::{every_fmu, importers, python};
+use crate::{browser, every_fmu, importers, python};
 use std::path::Path;
 
 /// Every test of the workspace, with the Python environment that some of them need, and then those
@@ -18,6 +18,7 @@ pub(crate) fn test(platforms: Option<&[Platform]>) -> Result<(), String> {
     run(cargo(&["test", "--release", "--no-fail-fast"]).env("STEERWRIGHT_PYTHON", &python))?;
     // No default members: this program, and what the evaluation's programs share.
     run(&mut cargo(&["test", "--quiet", "--package", "xtask"]))?;
+    browser::browser()?;
     let evaluation = ["--package", "steerwright", "--package", "xtask", "--lib"];
     run(cargo(&["test", "--release", "--quiet", "--package", "sysid-evaluation"]).args(evaluation))?;
     match platforms {

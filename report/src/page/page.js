@@ -252,13 +252,22 @@
       <li>Keys on a figure: <kbd>←</kbd> <kbd>→</kbd> read values, with <kbd>Shift</kbd> move,
       <kbd>+</kbd> <kbd>−</kbd> zoom, <kbd>0</kbd> resets.</li>
       <li>CSV saves the samples of a figure. Print shows the figures as they were before zooming.</li></ul>`;
-    document.querySelector("header").prepend(switcher);
-    document.querySelector("nav").after(help);
+    const header = document.querySelector("header");
+    header.prepend(switcher);
+    header.append(help);
   }
 
   head();
   description.figures.forEach(draw);
-  new ResizeObserver(() => charts.forEach(chart => chart.resize())).observe(document.body);
+  const resize = () => {
+    charts.forEach(chart => chart.resize());
+    // The keyboard stops at tables that scroll.
+    for (const table of document.querySelectorAll(".wide")) {
+      if (table.scrollWidth > table.clientWidth) table.tabIndex = 0;
+      else table.removeAttribute("tabindex");
+    }
+  };
+  new ResizeObserver(resize).observe(document.body);
   // Print shows what is folded.
   let folded = [];
   addEventListener("beforeprint", () => {

@@ -1,41 +1,6 @@
 "use strict";
 // One panel: a uPlot in its mode for curves of any kind, each with its own x.
 
-// Colours of the page; the description's colours are made for white paper.
-const theme = {
-  dark: () => {
-    const chosen = document.documentElement.dataset.theme;
-    return chosen ? chosen === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
-  },
-  color: name => getComputedStyle(document.documentElement).getPropertyValue(name),
-  of(hex) {
-    if (!theme.dark()) return hex;
-    const [r, g, b] = [1, 3, 5].map(k => parseInt(hex.slice(k, k + 2), 16));
-    const gray = r === g && g === b;
-    const lit = v => Math.round(gray ? Math.min(235, 255 - v) : v + 0.3 * (255 - v));
-    return `rgb(${lit(r)},${lit(g)},${lit(b)})`;
-  },
-};
-
-// A number as people read it: five digits, a proper minus sign.
-function shown(value) {
-  if (value === null || value === undefined || !isFinite(value)) return "–";
-  return String(Number(value.toPrecision(5))).replace("-", "−").replace("e-", "e−");
-}
-
-const clamp = (v, low, high) => Math.min(Math.max(v, low), high);
-
-// The index of the value nearest to `at` in ascending `xs`.
-function nearest(xs, at) {
-  let [low, high] = [0, xs.length - 1];
-  while (high - low > 1) {
-    const middle = (low + high) >> 1;
-    if (xs[middle] < at) low = middle;
-    else high = middle;
-  }
-  return xs.length === 0 ? null : Math.abs(xs[low] - at) <= Math.abs(xs[high] - at) ? low : high;
-}
-
 class Chart {
   // `on` has what the figure does: zoomed(chart, x, y), moved(chart), and back(chart).
   constructor(spec, columns, element, on) {
@@ -60,22 +25,14 @@ class Chart {
     const { spec } = this;
     const scale = (k, log) => ({ time: false, auto: false, distr: log ? 3 : 1, range: () => this.view[k] });
     const font = "12px system-ui, Helvetica, Arial, sans-serif";
-    // Of a logarithmic axis 1, 2 and 5 of each decade are named, of many decades 1.
-    const named = (key, v) => {
-      if (!spec[key].log) return true;
-      const [low, high] = this.view[key === "x" ? 0 : 1];
-      const digit = Math.round((v / 10 ** Math.floor(Math.log10(v) + 1e-9)) * 1e6) / 1e6;
-      const decades = Math.log10(high / low);
-      return digit === 1 || (decades < 2.5 && (digit === 2 || digit === 5));
-    };
     const axis = (key, label) => ({
       scale: key,
-      filter: (_, splits) => splits,
+      ...(spec[key].log ? { splits: logTicks, filter: (_, splits) => splits } : {}),
       stroke: () => theme.color("--ink"),
       grid: { stroke: () => theme.color("--grid"), width: 1 },
       ticks: { stroke: () => theme.color("--frame"), width: 1, size: 4 },
       border: { show: true, stroke: () => theme.color("--frame"), width: 1 },
-      values: (_, splits) => splits.map(v => (v !== null && named(key, v) ? shown(v) : "")),
+      values: (_, splits) => splits.map(v => (spec[key].log && !named(v, this.view[key === "x" ? 0 : 1]) ? "" : shown(v))),
       font, labelFont: font, labelSize: 18, gap: 4, label,
     });
     return {
@@ -95,7 +52,7 @@ class Chart {
         points: { size: 8, width: 1.5, stroke: (_, k) => this.paint(k), fill: () => theme.color("--page") },
         bind: {
           dblclick: () => () => this.on.back(this),
-          mousedown: (_, __, handle) => e => (e.shiftKey || e.button === 1 ? this.grab(e) : handle(e)),
+          mousedown: (_, __, handle) => e => (e.shiftKey ? this.grab(e) : handle(e)),
         },
       },
       hooks: {
@@ -364,7 +321,6 @@ class Chart {
   }
 
   grab(down) {
-    down.preventDefault();
     let before = this.share(down);
     const move = e => {
       const now = this.share(e);
