@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import io
 import math
@@ -22,6 +23,19 @@ def traces() -> dict[str, list[float]]:
     return {name: [float(row[k] or "nan") for row in rows] for k, name in enumerate(header)}
 
 
+@contextlib.contextmanager
+def hidden(page, figure: int, but: str):
+    """Without the other series of a figure."""
+    others = page.page.locator(f"#f{figure} button[data-name]").all()
+    names = {b.get_attribute("data-name"): b for b in others if b.get_attribute("data-name") != but}
+    for turn in range(2):
+        for button in names.values():
+            button.click()
+        page.page.wait_for_timeout(100)
+        if turn == 0:
+            yield
+
+
 @pytest.mark.parametrize("file", sorted(OUT.rglob("*.html")), ids=lambda file: file.stem)
 def test_a_page_draws_every_series_of_every_figure(opened, file):
     assert file.stat().st_size < 2_000_000
@@ -36,6 +50,10 @@ def test_a_page_draws_every_series_of_every_figure(opened, file):
                 values = columns[series["y"]]
                 if series["isData"] and any(v is not None for v in values.get("d") or values["v"]):
                     count = page.painted(number, k, series["color"])
+                    if count < 5:
+                        # A good model covers what was measured.
+                        with hidden(page, number, series["name"]):
+                            count = page.painted(number, k, series["color"])
                     assert count >= 5, (figure["title"], k, series["name"], count)
 
 

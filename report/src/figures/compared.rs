@@ -143,16 +143,20 @@ pub fn yaw_steps(height: f64, until: f64, steps: &[YawStep<'_>]) -> Figure {
     let aim = height * DEG;
     let mut yaw = Panel::new(label, "Yaw (deg)").mark(Mark::new("", Place::YLine(aim), GREY));
     let mut steering = Panel::new(label, "Steering angle (deg)");
+    let mut reached = Vec::new();
     for step in steps {
         let r = step.response;
         let end = r.time_s.iter().take_while(|t| **t <= until).count();
         let style = Style { dashed: step.predicted, ..Style::line(nth(step.rank)) };
         let x = &r.time_s[..end];
         yaw = yaw.with(Series::over(step.name, x, (&r.yaw_rad[..end], DEG), style));
+        let most = r.yaw_rad[..end].iter().fold(0.0, |m: f64, y| m.max(y * height.signum()));
+        reached.push(format!("{} {} deg", step.name, text(most * DEG, 2)));
         steering = steering.with(Series::over(step.name, x, (&r.steering_rad[..end], DEG), style));
     }
     yaw.weight = 1.3;
     let mut near = Panel { y_label: "Yaw, magnified (deg)".into(), weight: 0.9, ..yaw.clone() };
     near.y_limits = Some((0.9 * aim, 1.1 * aim));
-    Figure::new("Yaw steps", vec![yaw, near, steering])
+    let result = format!("Step to {} deg; largest yaw: {}.", text(aim, 2), reached.join(", "));
+    Figure::new("Yaw steps", vec![yaw, near, steering]).stating(result)
 }
