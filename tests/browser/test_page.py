@@ -131,6 +131,27 @@ def test_logarithmic_axes_zoom_by_decades(opened):
     assert low < first < last < math.sqrt(low * high)
 
 
+@pytest.mark.parametrize("width", [1280, 400])
+def test_a_map_keeps_its_scale(opened, width):
+    page = opened(viewport={"width": width, "height": 800})
+    figures = page.description()["figures"]
+    road = next(k for k, f in enumerate(figures) if f["title"] == "Reference road and tracks")
+
+    def units():
+        """Metres in a pixel, along both axes."""
+        box = page.box(road, 0)
+        plot = page.page.locator(f"#f{road} .plot")
+        for name, length in [("data-x", "width"), ("data-y", "height")]:
+            low, high = (float(v) for v in plot.get_attribute(name).split())
+            yield (high - low) / box[length]
+
+    x, y = units()
+    assert x == pytest.approx(y, rel=0.02)
+    page.drag(road, 0, 0.3, 0.6)
+    zoomed, y = units()
+    assert zoomed == pytest.approx(0.3 * x, rel=0.05) and zoomed == pytest.approx(y, rel=0.02)
+
+
 def test_two_fingers_zoom_and_one_moves(opened):
     page = opened(has_touch=True)
     home = page.range(DRIVE, 0)
@@ -160,6 +181,8 @@ def test_values_under_the_cursor_are_those_of_the_log(opened):
     page.page.mouse.move(box["x"] + 0.4 * box["width"], box["y"] + 40)
     read = page.page.locator(f"#f{DRIVE} .panel").nth(1).locator(".value").all_text_contents()
     rate, time = (float(text.replace("−", "-")) for text in read)
+    low, high = page.range(DRIVE, 1)
+    assert time == pytest.approx(low + 0.4 * (high - low), abs=(high - low) / box["width"] + 0.02)
     data = traces()
     nearest = min(range(len(data["time_s"])), key=lambda k: abs(data["time_s"][k] - time))
     assert data["time_s"][nearest] == pytest.approx(time, abs=1e-3)

@@ -31,14 +31,14 @@ pub fn reference_road(points: &[PathPoint], closed: bool, tracks: &[(&str, &Trac
     panel = panel.with(Series::shape("start", start, Style::symbols(BLACK, Symbol::Dot, 4.5)));
     panel.equal_aspect = true;
     let off = |(name, track): &(&str, &Track)| {
-        format!("{name} up to {} m", text(track.errors().cross_track_max_m, 3))
+        format!("{name} {} m", text(track.errors().cross_track_max_m, 3))
     };
     let off: Vec<_> = tracks.iter().map(off).collect();
     let figure = Figure::new("Reference road and tracks", vec![panel]);
     if off.is_empty() {
         figure
     } else {
-        figure.stating(format!("Off the road: {}.", off.join(", ")))
+        figure.stating(format!("Largest cross-track error: {}.", off.join(", ")))
     }
 }
 

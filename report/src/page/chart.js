@@ -10,6 +10,7 @@ class Chart {
     this.to = logs.map(log => (log ? Math.log : v => v));
     this.from = logs.map(log => (log ? Math.exp : v => v));
     this.home = [spec.x.range, spec.y.range];
+    this.size();
     this.view = this.home.map(range => [...range]);
     this.series = spec.series.map(s => {
       const [x, y] = [columns[s.x], columns[s.y]];
@@ -64,13 +65,19 @@ class Chart {
     };
   }
 
+  // Width and height with the axes, px. A map keeps its shape, but for a least height, which shows more of
+  // y; the others keep their height.
   size() {
     const [w, h] = this.spec.size;
     const width = Math.max(this.element.clientWidth, 120);
-    const frame = this.spec.labelled ? 52 : 34;
-    // A map keeps its shape, the others their height.
-    const inner = this.spec.equal ? (h * (width - 82)) / w : h;
-    return { width, height: Math.round(inner + frame) };
+    let inner = h;
+    if (this.spec.equal) {
+      const [[a, b], [c, d]] = [this.spec.x.range, this.spec.y.range];
+      inner = Math.max((h * (width - 82)) / w, 110);
+      const half = (((b - a) / (width - 82)) * inner) / 2;
+      this.home[1] = [(c + d) / 2 - half, (c + d) / 2 + half];
+    }
+    return { width, height: Math.round(inner + (this.spec.labelled ? 52 : 34)) };
   }
 
   paint(k) {
@@ -305,7 +312,9 @@ class Chart {
 
   resize() {
     const { width, height } = this.size();
-    if (width !== this.plot.width || height !== this.plot.height) this.plot.setSize({ width, height });
+    if (width === this.plot.width && height === this.plot.height) return;
+    this.plot.setSize({ width, height });
+    if (this.spec.equal) this.show(...this.home);
   }
 
   // What is in view, for programs that read the page.

@@ -58,6 +58,7 @@
     const list = make("ul", { className: "legend" });
     const values = new Map();
     const samples = [];
+    const readouts = [];
     const entry = (of, ...children) => {
       const swatch = make("span");
       samples.push(() => (swatch.innerHTML = sample(of)));
@@ -69,7 +70,7 @@
       const value = make("span", { className: "value" });
       if (s.isData) values.set(k, value);
       if (s.name === "") {
-        if (s.isData) list.append(make("li", { className: "readout" }, `${chart.spec.y.label}: `, value));
+        if (s.isData) readouts.push(make("li", { className: "readout" }, `${chart.spec.y.label}: `, value));
       } else if (!seen.has(s.name)) {
         seen.add(s.name);
         const pressed = make("button", { type: "button", attributes: { "aria-pressed": "true" } });
@@ -80,7 +81,7 @@
       }
     });
     list.append(...marks.map(m => make("li", {}, ...entry(m, make("span", { textContent: m.name })))));
-    list.append(make("li", { className: "readout" }, `${chart.spec.x.label.split(",")[0]}: `, x));
+    list.append(...readouts, make("li", { className: "readout" }, `${chart.spec.x.label.split(",")[0]}: `, x));
     chart.recolor = () => samples.forEach(draw => draw());
     chart.readout = () => {
       const at = chart.values();
