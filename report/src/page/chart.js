@@ -245,7 +245,9 @@ class Chart {
     const [x, y] = [[left, left + width], [top + height, top]];
     if (!this.spec.equal) return this.on.zoomed(this, x.map(v => plot.posToVal(v, "x")));
     // The frame about the selection that has the shape of the panel.
-    const share = Math.max(width / plot.over.clientWidth, height / plot.over.clientHeight);
+    // A selection along one axis has all of the other.
+    const shares = [width / plot.over.clientWidth, height / plot.over.clientHeight];
+    const share = Math.max(...shares.filter(v => v < 0.99), 0) || 1;
     const about = ([a, b], k) => {
       const [middle, half] = [(a + b) / 2, ((this.view[k][1] - this.view[k][0]) * share) / 2];
       return [middle - half, middle + half];
