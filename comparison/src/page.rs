@@ -67,7 +67,7 @@ fn html(c: &Comparison, figures: Vec<Drawn>, written: &[SourceFile]) -> String {
     if c.drive.is_some() {
         let mut blocks = vec![Block::Table(tables::drive_table(c))];
         blocks.extend(take("fig3"));
-        sections.push(Section { heading: "Models against the drive".into(), blocks });
+        sections.push(Section::new("Models against the drive", blocks));
     }
     let mut blocks = vec![Block::Text(format!(
         "{}: {:.1} m, driven at {:.2} m/s, with up to {:.2} m/s² of lateral acceleration.",
@@ -77,7 +77,7 @@ fn html(c: &Comparison, figures: Vec<Drawn>, written: &[SourceFile]) -> String {
         c.lateral_acceleration()
     ))];
     blocks.extend(take("fig5"));
-    sections.push(Section { heading: "The road".into(), blocks });
+    sections.push(Section::new("The road", blocks));
     let mut blocks = vec![
         Block::Table(tables::controller_table(c)),
         Block::Heading("Cross-track error, RMS / largest".into()),
@@ -87,10 +87,10 @@ fn html(c: &Comparison, figures: Vec<Drawn>, written: &[SourceFile]) -> String {
         Block::Table(tables::road_table(c)),
     ];
     blocks.extend(take("fig6"));
-    sections.push(Section { heading: "Controllers on every plant".into(), blocks });
+    sections.push(Section::new("Controllers on every plant", blocks));
     let mut blocks = vec![Block::Table(tables::step_table(c))];
     blocks.extend(take("steps"));
-    sections.push(Section { heading: "Predicted and achieved".into(), blocks });
+    sections.push(Section::new("Predicted and achieved", blocks));
     sections.push(method(c));
     sections.push(provenance(c, written));
     report_html(&title, lead, &sections)
@@ -111,7 +111,7 @@ fn verdict(c: &Comparison) -> Section {
         blocks.push(Block::Heading("Remarks".into()));
         blocks.push(Block::List(c.remarks.clone()));
     }
-    Section { heading: "Verdict".into(), blocks }
+    Section::new("Verdict", blocks)
 }
 
 /// What was held equal.
@@ -139,7 +139,7 @@ fn method(c: &Comparison) -> Section {
         c.max_cross_track_error_m
     );
     let blocks = vec![Block::Text(text), Block::Table(table)];
-    Section { heading: "What was held equal".into(), blocks }
+    Section::new("What was held equal", blocks)
 }
 
 fn provenance(c: &Comparison, written: &[SourceFile]) -> Section {
@@ -158,5 +158,5 @@ fn provenance(c: &Comparison, written: &[SourceFile]) -> Section {
         c.road.provenance.options.iter().for_each(|(k, v)| options.push([k, v]));
         blocks.push(Block::Table(options));
     }
-    Section { heading: "Provenance".into(), blocks }
+    Section { folded: true, ..Section::new("Provenance", blocks) }
 }

@@ -2,11 +2,11 @@
 
 use crate::Error;
 use crate::axis::{Axis, Tick, drawable};
-use crate::canvas::{self, Anchor, Canvas, Font, Stroke};
+use crate::canvas::{Anchor, Canvas, Font, Stroke};
 use crate::decimate::{Pixel, clipped, decimate, segments};
 use crate::figure::{Figure, Mark, Panel, Place, Series, Style};
 use crate::layout::{self, Frame, TITLE_HEIGHT};
-use crate::legend::{Legend, shortened};
+use crate::legend::shortened;
 use crate::palette::{FINE_GRID, FRAME, GRID};
 
 pub(crate) const BAND_OPACITY: f64 = 0.14;
@@ -28,31 +28,28 @@ pub(crate) fn figure(figure: &Figure, width: u32, height: u32) -> Result<String,
     let frames = layout::frames(figure, width, height)?;
     let curves: usize = figure.panels.iter().map(|p| p.series.len()).sum();
     let budget = (POINTS / curves.max(1)).max(50);
-    canvas::draw(&figure.title, (width, height), |canvas| {
-        let w = f64::from(width);
-        let font = Font { size: TITLE_SIZE, bold: true, upwards: false };
-        let title = shortened(&figure.title, (w - 20.0) * 0.75);
-        canvas.text(&title, (0.5 * w, 0.55 * TITLE_HEIGHT), Anchor::Middle, font)?;
-        let mut panels = figure.panels.iter().zip(&frames);
-        panels.try_for_each(|(panel, frame)| draw_panel(canvas, panel, frame, budget))
-    })
+    let name = format!("{}. {}", figure.title, figure.result);
+    let mut canvas = Canvas::new(name.trim_end_matches([' ', '.']), width, height);
+    let w = f64::from(width);
+    let font = Font { size: TITLE_SIZE, bold: true, upwards: false };
+    let title = shortened(&figure.title, (w - 20.0) * 0.75);
+    canvas.text(&title, (0.5 * w, 0.55 * TITLE_HEIGHT), Anchor::Middle, font);
+    for (panel, frame) in figure.panels.iter().zip(&frames) {
+        draw_panel(&mut canvas, panel, frame, budget);
+    }
+    Ok(canvas.finish())
 }
 
-fn draw_panel(
-    canvas: &Canvas<'_>,
-    panel: &Panel,
-    frame: &Frame,
-    budget: usize,
-) -> Result<(), Error> {
+fn draw_panel(canvas: &mut Canvas, panel: &Panel, frame: &Frame, budget: usize) {
     let (a, cell) = (frame.area, frame.cell);
-    draw_bands(canvas, panel, frame)?;
-    draw_grid(canvas, frame)?;
+    draw_bands(canvas, panel, frame);
+    draw_grid(canvas, frame);
     let lines = panel.marks.iter().filter_map(|m| line_of(m, frame).map(|line| (m, line)));
     for (mark, line) in lines {
-        canvas.line(&line, Stroke { color: mark.color, width: 1.2, dashed: true })?;
+        canvas.line(&line, Stroke { color: mark.color, width: 1.2, dashed: true });
     }
     for series in &panel.series {
-        draw_series(canvas, series, frame, budget)?;
+        draw_series(canvas, series, frame, budget);
     }
     let frame_stroke = Stroke { color: FRAME, width: 1.0, dashed: false };
     let corners = [
@@ -62,19 +59,19 @@ fn draw_panel(
         (a.left, a.bottom),
         (a.left, a.top),
     ];
-    canvas.line(&corners, frame_stroke)?;
+    canvas.line(&corners, frame_stroke);
     let font = Font { size: LABEL_SIZE, ..PLAIN };
     let middle = 0.5 * (a.left + a.right);
     if frame.x_labelled {
-        canvas.text(&panel.x_label, (middle, a.bottom + 32.0), Anchor::Middle, font)?;
+        canvas.text(&panel.x_label, (middle, a.bottom + 32.0), Anchor::Middle, font);
     }
     let font = Font { upwards: true, ..font };
     let middle = 0.5 * (a.top + a.bottom);
-    canvas.text(&panel.y_label, (cell.left + 14.0, middle), Anchor::Middle, font)?;
-    Legend::new(panel, a.right - a.left).draw(canvas, a.left, cell.top + layout::TOP - 2.0)
+    canvas.text(&panel.y_label, (cell.left + 14.0, middle), Anchor::Middle, font);
+    frame.legend.draw(canvas, a.left, cell.top + layout::TOP - 2.0);
 }
 
-fn draw_bands(canvas: &Canvas<'_>, panel: &Panel, frame: &Frame) -> Result<(), Error> {
+fn draw_bands(canvas: &mut Canvas, panel: &Panel, frame: &Frame) {
     let a = frame.area;
     let clamp = |axis: &Axis, v: f64| {
         let f = if axis.log && v <= 0.0 { 0.0 } else { axis.fraction(v) };
@@ -93,33 +90,31 @@ fn draw_bands(canvas: &Canvas<'_>, panel: &Panel, frame: &Frame) -> Result<(), E
             }
             Place::XLine(_) | Place::YLine(_) => continue,
         };
-        canvas.fill(from, to, mark.color, BAND_OPACITY)?;
+        canvas.fill(from, to, mark.color, BAND_OPACITY);
     }
-    Ok(())
 }
 
-fn draw_grid(canvas: &Canvas<'_>, frame: &Frame) -> Result<(), Error> {
+fn draw_grid(canvas: &mut Canvas, frame: &Frame) {
     let a = frame.area;
     let (w, h) = (a.right - a.left, a.bottom - a.top);
-    let line = |from, to, tick: &Tick| {
+    let line = |canvas: &mut Canvas, from, to, tick: &Tick| {
         let color = if tick.text.is_empty() { FINE_GRID } else { GRID };
-        canvas.line(&[from, to], Stroke { color, width: 1.0, dashed: false })
+        canvas.line(&[from, to], Stroke { color, width: 1.0, dashed: false });
     };
     for tick in frame.x.ticks((w / X_SPACING) as usize) {
         let x = a.left + frame.x.fraction(tick.at).clamp(0.0, 1.0) * w;
-        line((x, a.top), (x, a.bottom), &tick)?;
+        line(canvas, (x, a.top), (x, a.bottom), &tick);
         if !tick.text.is_empty() {
-            canvas.text(&tick.text, (x, a.bottom + 13.0), Anchor::Middle, PLAIN)?;
+            canvas.text(&tick.text, (x, a.bottom + 13.0), Anchor::Middle, PLAIN);
         }
     }
     for tick in frame.y.ticks((h / Y_SPACING) as usize) {
         let y = a.bottom - frame.y.fraction(tick.at).clamp(0.0, 1.0) * h;
-        line((a.left, y), (a.right, y), &tick)?;
+        line(canvas, (a.left, y), (a.right, y), &tick);
         if !tick.text.is_empty() {
-            canvas.text(&tick.text, (a.left - 7.0, y), Anchor::End, PLAIN)?;
+            canvas.text(&tick.text, (a.left - 7.0, y), Anchor::End, PLAIN);
         }
     }
-    Ok(())
 }
 
 fn line_of(mark: &Mark, frame: &Frame) -> Option<[Pixel; 2]> {
@@ -139,12 +134,7 @@ fn line_of(mark: &Mark, frame: &Frame) -> Option<[Pixel; 2]> {
     }
 }
 
-fn draw_series(
-    canvas: &Canvas<'_>,
-    series: &Series,
-    frame: &Frame,
-    budget: usize,
-) -> Result<(), Error> {
+fn draw_series(canvas: &mut Canvas, series: &Series, frame: &Frame, budget: usize) {
     let a = frame.area;
     let window = (a.left, a.top, a.right, a.bottom);
     let inside = |p: &Pixel| {
@@ -161,7 +151,7 @@ fn draw_series(
         let short = decimate(part, (budget * part.len() / all.max(1)).max(4));
         if style.width > 0.0 {
             for line in clipped(&short, window) {
-                canvas.line(&line, stroke(style))?;
+                canvas.line(&line, stroke(style));
             }
         }
         // A point between two gaps would leave nothing of a line.
@@ -169,9 +159,8 @@ fn draw_series(
         if style.dot.max(alone) > 0.0 {
             let dots = if style.dot > 0.0 { part } else { &short };
             for p in dots.iter().filter(|p| inside(p)).take(budget / 8) {
-                canvas.dot(*p, style.dot.max(alone), style.color)?;
+                canvas.symbol(*p, style.dot.max(alone), style.symbol, style.color);
             }
         }
     }
-    Ok(())
 }

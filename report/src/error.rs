@@ -26,14 +26,6 @@ pub enum Error {
         /// Number of panels.
         panels: usize,
     },
-    /// The drawing library refused.
-    #[error("figure `{figure}`: {problem}")]
-    Drawing {
-        /// Title of the figure.
-        figure: String,
-        /// What it said.
-        problem: String,
-    },
     /// The text is not a table: a row of another length, broken quotes or broken UTF-8.
     #[error("{file}:{line}: {problem}")]
     Csv {
@@ -83,7 +75,6 @@ impl Error {
                 "check that the stage before wrote its table to the end and that it holds numbers"
             }
             Self::Size { .. } => "ask for a size such as 760 by 480 pixels",
-            Self::Drawing { .. } => "report this as a bug with the files that led to it",
             Self::Csv { .. } | Self::Number { .. } => {
                 "correct the line named, or write the table again with the command that makes it"
             }

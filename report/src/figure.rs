@@ -1,4 +1,5 @@
-//! What a figure is: panels of series, marks and axes; drawn as SVG by [`Figure::to_svg`].
+//! What a figure is: panels of series, marks and axes. [`Figure::to_svg`] draws it as SVG; the page of
+//! [`crate::report_html`] has the same figure to zoom into.
 //!
 //! The same figure gives the same bytes. Values that are not finite leave a gap.
 
@@ -8,8 +9,10 @@ use crate::{Error, draw};
 /// A figure of one or more panels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
-    /// Title above the panels, and the text for screen readers.
+    /// Title above the panels.
     pub title: String,
+    /// What the figure shows in one or two sentences with numbers, for those who do not see it.
+    pub result: String,
     /// Panels next to each other in one row; 1 stacks them.
     pub columns: usize,
     /// The panels, row by row.
@@ -29,6 +32,9 @@ pub struct Panel {
     pub marks: Vec<Mark>,
     /// One unit is equally long on both axes, as on a map.
     pub equal_aspect: bool,
+    /// Panels of a page with the same name here show the same range of x when one is zoomed; without
+    /// a name, those of the figure with the same x label.
+    pub link: &'static str,
     /// Logarithmic x.
     pub x_log: bool,
     /// Logarithmic y.
@@ -42,10 +48,15 @@ pub struct Panel {
 /// One curve.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
-    /// For the legend; an empty name has no entry.
+    /// For the legend; an empty name has no entry. Series of a figure with the same name are shown and
+    /// hidden together, and the legend lists them once.
     pub name: String,
+    /// What the legend adds to the name, such as ` (fit 98 %)`.
+    pub note: String,
     /// Points (x, y).
     pub points: Vec<(f64, f64)>,
+    /// Whether the points are data, with values under the cursor, and not the outline of a shape.
+    pub is_data: bool,
     /// How it looks.
     pub style: Style,
 }
@@ -59,8 +70,22 @@ pub struct Style {
     pub width: f64,
     /// Whether the line is dashed.
     pub dashed: bool,
-    /// Radius of a dot at each point, in pixels; 0 draws none.
+    /// Radius of a symbol at each point, in pixels; 0 draws none.
     pub dot: f64,
+    /// What is drawn at each point.
+    pub symbol: Symbol,
+}
+
+/// What is drawn at a point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Symbol {
+    /// A filled circle.
+    #[default]
+    Dot,
+    /// Two crossing lines.
+    Cross,
+    /// A circle.
+    Ring,
 }
 
 /// A band or line that is not data.
@@ -91,7 +116,7 @@ impl Style {
     /// A line of usual width.
     #[must_use]
     pub const fn line(color: Color) -> Self {
-        Self { color, width: 1.5, dashed: false, dot: 0.0 }
+        Self { color, width: 1.5, dashed: false, dot: 0.0, symbol: Symbol::Dot }
     }
 
     /// A dashed line.
@@ -103,7 +128,13 @@ impl Style {
     /// Dots joined by a thin line.
     #[must_use]
     pub const fn dots(color: Color) -> Self {
-        Self { color, width: 1.0, dashed: false, dot: 3.5 }
+        Self { dot: 3.5, ..Self::line(color).width(1.0) }
+    }
+
+    /// Symbols without a line.
+    #[must_use]
+    pub const fn symbols(color: Color, symbol: Symbol, dot: f64) -> Self {
+        Self { symbol, dot, ..Self::line(color).width(0.0) }
     }
 
     /// The same with another width.
@@ -117,7 +148,19 @@ impl Series {
     /// A curve through points.
     #[must_use]
     pub fn new(name: impl Into<String>, points: Vec<(f64, f64)>, style: Style) -> Self {
-        Self { name: name.into(), points, style }
+        Self { name: name.into(), note: String::new(), points, is_data: true, style }
+    }
+
+    /// The same with an addition to its name in the legend.
+    #[must_use]
+    pub fn noted(self, note: impl Into<String>) -> Self {
+        Self { note: note.into(), ..self }
+    }
+
+    /// The outline of a shape.
+    #[must_use]
+    pub fn shape(name: impl Into<String>, points: Vec<(f64, f64)>, style: Style) -> Self {
+        Self { is_data: false, ..Self::new(name, points, style) }
     }
 
     /// A curve of `y` over `x`, both of equal length, each times a factor (for units).
@@ -150,6 +193,7 @@ impl Panel {
             series: Vec::new(),
             marks: Vec::new(),
             equal_aspect: false,
+            link: "",
             x_log: false,
             y_log: false,
             y_limits: None,
@@ -193,7 +237,13 @@ impl Figure {
     /// A figure of stacked panels.
     #[must_use]
     pub fn new(title: impl Into<String>, panels: Vec<Panel>) -> Self {
-        Self { title: title.into(), columns: 1, panels }
+        Self { title: title.into(), result: String::new(), columns: 1, panels }
+    }
+
+    /// The same with what it shows.
+    #[must_use]
+    pub fn stating(self, result: impl Into<String>) -> Self {
+        Self { result: result.into(), ..self }
     }
 
     /// The figure as a stand-alone SVG document of that size in pixels, below about 150 kB.

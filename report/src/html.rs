@@ -1,12 +1,21 @@
-//! One self-contained page: text, tables and figures, without scripts or anything from elsewhere.
+//! One self-contained page: text, tables and figures, without anything from elsewhere.
 //!
 //! Every text is escaped here and nowhere else: names of files and columns are whatever the log's
-//! author wrote. Only [`Block::Figure`] holds markup, made by this crate from escaped parts.
+//! author wrote. A figure is on the page twice, from one description: as SVG, for print and where scripts
+//! do not run, and as data, from which
+//! the scripts in `page` draw with uPlot what can be zoomed into.
 
-use crate::{Error, Figure, Table};
+use crate::{Error, Figure, Table, data};
 use std::fmt::Write as _;
 
-const STYLE: &str = include_str!("style.css");
+const STYLE: &str = include_str!("page/style.css");
+const SCRIPTS: [&str; 3] =
+    [include_str!("page/common.js"), include_str!("page/chart.js"), include_str!("page/page.js")];
+const UPLOT: &str = include_str!("../uplot/uPlot.iife.min.js");
+const UPLOT_STYLE: &str = include_str!("../uplot/uPlot.min.css");
+const UPLOT_LICENSE: &str = include_str!("../uplot/LICENSE");
+/// A page is smaller than this, bytes.
+const LARGEST: usize = 2_000_000;
 
 /// A heading and what is below it.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -15,6 +24,16 @@ pub struct Section {
     pub heading: String,
     /// What is below it.
     pub blocks: Vec<Block>,
+    /// Whether only the heading is seen until it is opened.
+    pub folded: bool,
+}
+
+impl Section {
+    /// A section that is open.
+    #[must_use]
+    pub fn new(heading: impl Into<String>, blocks: Vec<Block>) -> Self {
+        Self { heading: heading.into(), blocks, folded: false }
+    }
 }
 
 /// A piece of a section.
@@ -62,12 +81,14 @@ pub enum Tone {
 /// The page, complete.
 #[must_use]
 pub fn report_html(title: &str, lead: &str, sections: &[Section]) -> String {
+    let drawn = Drawn::of(sections);
+    let mut figures = drawn.figures.iter();
     let mut out = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
          <meta name=\"generator\" content=\"{3} {2}\"/>\n\
-         <title>{0}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n<h1>{0}</h1>\n\
-         <p>{1}</p>\n<nav>",
+         <title>{0}</title>\n<style>\n{UPLOT_STYLE}{STYLE}</style>\n</head>\n<body>\n\
+         <header>\n<h1>{0}</h1>\n<p>{1}</p>\n</header>\n<nav aria-label=\"Contents\">",
         escape(title),
         escape(lead),
         env!("CARGO_PKG_VERSION"),
@@ -76,23 +97,87 @@ pub fn report_html(title: &str, lead: &str, sections: &[Section]) -> String {
     for (k, section) in sections.iter().enumerate() {
         push(&mut out, format_args!("<a href=\"#s{k}\">{}</a> ", escape(&section.heading)));
     }
-    out.push_str("</nav>\n");
+    out.push_str("</nav>\n<main>\n");
     for (k, section) in sections.iter().enumerate() {
-        let heading = escape(&section.heading);
-        push(&mut out, format_args!("<section>\n<h2 id=\"s{k}\">{heading}</h2>\n"));
-        section.blocks.iter().for_each(|block| push_block(&mut out, block));
-        out.push_str("</section>\n");
+        let heading = format!("<h2 id=\"s{k}\">{}</h2>", escape(&section.heading));
+        let (before, after) = if section.folded {
+            (format!("<details>\n<summary>{heading}</summary>"), "</details>\n")
+        } else {
+            (heading, "")
+        };
+        push(&mut out, format_args!("<section aria-labelledby=\"s{k}\">\n{before}\n"));
+        section.blocks.iter().for_each(|block| push_block(&mut out, block, &mut figures));
+        push(&mut out, format_args!("{after}</section>\n"));
     }
-    out.push_str("</main>\n</body>\n</html>\n");
+    out.push_str("</main>\n");
+    if drawn.figures.iter().any(Result::is_ok) {
+        push_scripts(&mut out, &drawn.data);
+    }
+    out.push_str("</body>\n</html>\n");
     out
 }
 
-fn push(out: &mut String, text: std::fmt::Arguments<'_>) {
+/// The figures of a page in their order, as SVG, and the data of those that can be drawn.
+struct Drawn {
+    figures: Vec<Result<Still, Error>>,
+    data: String,
+}
+
+/// A figure that does not move.
+struct Still {
+    /// Its number among those drawn.
+    number: usize,
+    svg: String,
+    /// Points in the data of all, where not all fit the page.
+    thinned: Option<(usize, usize)>,
+}
+
+impl Drawn {
+    fn of(sections: &[Section]) -> Self {
+        let figure = |block| match block {
+            &Block::Figure { ref figure, height, .. } => Some((figure, height)),
+            _ => None,
+        };
+        let all: Vec<(&Figure, u32)> =
+            sections.iter().flat_map(|s| &s.blocks).filter_map(figure).collect();
+        let svgs: Vec<_> = all.iter().map(|(f, height)| f.to_svg(crate::WIDTH, *height)).collect();
+        let drawable: Vec<(&Figure, u32)> =
+            all.iter().zip(&svgs).filter(|(_, svg)| svg.is_ok()).map(|(f, _)| *f).collect();
+        let size: usize = svgs.iter().flatten().map(String::len).sum();
+        // A tenth is for text, tables and scripts.
+        let room = (LARGEST - LARGEST / 10).saturating_sub(size);
+        let (data, kept) = data::encode(&drawable, room).unwrap_or_default();
+        let mut kept = kept.into_iter().enumerate();
+        let still = |svg| {
+            let (number, (kept, of)) = kept.next().unwrap_or_default();
+            Still { number, svg, thinned: (kept < of).then_some((kept, of)) }
+        };
+        let mut still = still;
+        Self { figures: svgs.into_iter().map(|svg| svg.map(&mut still)).collect(), data }
+    }
+}
+
+/// The data, uPlot with its licence, and the page's own scripts. In XML the sections hold `<` and `&`, in
+/// HTML their ends are comments.
+fn push_scripts(out: &mut String, data: &str) {
+    push(out, format_args!("<script type=\"application/json\" id=\"figures\">{data}</script>\n"));
+    let library = format!("/*\n{UPLOT_LICENSE}\n*/\n{UPLOT}");
+    for script in [&*library].into_iter().chain(SCRIPTS) {
+        let script = script.trim_end();
+        push(out, format_args!("<script>//<![CDATA[\n{script}\n//]]></script>\n"));
+    }
+}
+
+pub(crate) fn push(out: &mut String, text: std::fmt::Arguments<'_>) {
     // Writing to a String cannot fail.
     let _ = out.write_fmt(text);
 }
 
-fn push_block(out: &mut String, block: &Block) {
+fn push_block<'a>(
+    out: &mut String,
+    block: &Block,
+    figures: &mut impl Iterator<Item = &'a Result<Still, Error>>,
+) {
     match block {
         Block::Heading(text) => push(out, format_args!("<h3>{}</h3>\n", escape(text))),
         Block::Text(text) => push(out, format_args!("<p>{}</p>\n", escape(text))),
@@ -114,24 +199,38 @@ fn push_block(out: &mut String, block: &Block) {
             out.push_str("</ul>\n");
         }
         Block::Table(table) => push_table(out, table),
-        Block::Figure { figure, height, caption } => match figure.to_svg(crate::WIDTH, *height) {
-            Ok(svg) => {
-                let caption = escape(caption);
-                push(
-                    out,
-                    format_args!("<figure>\n{svg}<figcaption>{caption}</figcaption>\n</figure>\n"),
-                );
-            }
-            Err(error) => push(
+        Block::Figure { figure, caption, .. } => match figures.next() {
+            Some(Ok(still)) => push_figure(out, figure, still, caption),
+            Some(Err(error)) => push(
                 out,
                 format_args!(
-                    "<p class=\"note bad\"><b>{} is missing</b>{}</p>\n",
+                    "<p class=\"note\">The figure “{}” is missing: {}</p>\n",
                     escape(&figure.title),
-                    escape(&missing(&error))
+                    escape(&missing(error))
                 ),
             ),
+            None => {}
         },
     }
+}
+
+fn push_figure(out: &mut String, figure: &Figure, still: &Still, caption: &str) {
+    let (n, title, svg) = (still.number, escape(&figure.title), &still.svg);
+    let (result, caption) = (escape(&figure.result), escape(caption));
+    let thinned = still.thinned.map_or_else(String::new, |(kept, of)| {
+        format!(
+            " To limit the size of the page, {kept} of {of} points are in it, with the least and the \
+             largest of each interval; the files have all."
+        )
+    });
+    push(
+        out,
+        format_args!(
+            "<figure id=\"f{n}\">\n<div class=\"still\" tabindex=\"0\" role=\"region\" \
+             aria-label=\"{title}\">{svg}</div>\n<figcaption id=\"c{n}\"><b>{result}</b> \
+             {caption}{thinned}</figcaption>\n</figure>\n"
+        ),
+    );
 }
 
 fn missing(error: &Error) -> String {
@@ -141,9 +240,20 @@ fn missing(error: &Error) -> String {
 fn push_table(out: &mut String, table: &Table) {
     let numeric: Vec<bool> = (0..table.headers().len()).map(|k| table.is_numeric(k)).collect();
     let class = |k: usize| if numeric[k] { " class=\"n\"" } else { "" };
-    out.push_str("<div class=\"wide\"><table>\n<thead><tr>");
+    // Scrolled by the keyboard where it is wider than the page.
+    let label = escape(&table.headers().join(", "));
+    push(
+        out,
+        format_args!(
+            "<div class=\"wide\" tabindex=\"0\" role=\"group\" aria-label=\"Table: {label}\"><table>\n\
+             <thead><tr>"
+        ),
+    );
     for (k, header) in table.headers().iter().enumerate() {
-        push(out, format_args!("<th scope=\"col\"{}>{}</th>", class(k), escape(header)));
+        match header.as_str() {
+            "" => out.push_str("<td></td>"),
+            text => push(out, format_args!("<th scope=\"col\"{}>{}</th>", class(k), escape(text))),
+        }
     }
     out.push_str("</tr></thead>\n<tbody>\n");
     for row in table.rows() {

@@ -8,6 +8,7 @@ use crate::canvas::text_width;
 use crate::decimate::Pixel;
 use crate::figure::{Figure, Panel, Place};
 use crate::legend::Legend;
+use std::collections::HashSet;
 
 pub(crate) const TICK_SIZE: f64 = 12.0;
 pub(crate) const TITLE_HEIGHT: f64 = 30.0;
@@ -40,6 +41,7 @@ pub(crate) struct Frame {
     pub(crate) cell: Area,
     /// Whether the label of x is shown here.
     pub(crate) x_labelled: bool,
+    pub(crate) legend: Legend,
 }
 
 impl Frame {
@@ -74,6 +76,7 @@ pub(crate) fn frames(figure: &Figure, width: u32, height: u32) -> Result<Vec<Fra
         .collect::<Result<Vec<_>, Error>>()?;
     let numbers =
         |y: &Axis| y.ticks(5).iter().map(|t| text_width(&t.text, TICK_SIZE)).fold(20.0, f64::max);
+    let mut shown = HashSet::new();
     let mut out = Vec::new();
     for (k, (panel, cell)) in panels.iter().zip(cells).enumerate() {
         let (mut x, mut y) = axes[k];
@@ -82,12 +85,8 @@ pub(crate) fn frames(figure: &Figure, width: u32, height: u32) -> Result<Vec<Fra
         let right = cell.right - RIGHT;
         let x_labelled = panels.get(k + columns).is_none_or(|below| below.x_label != panel.x_label);
         let bottom = cell.bottom - NUMBERS - if x_labelled { X_LABEL } else { 0.0 };
-        let area = Area {
-            left,
-            top: cell.top + TOP + Legend::new(panel, right - left).height(),
-            right,
-            bottom,
-        };
+        let legend = Legend::new(panel, right - left, &mut shown, k % columns);
+        let area = Area { left, top: cell.top + TOP + legend.height(), right, bottom };
         let (w, h) = (area.right - area.left, area.bottom - area.top);
         if !(w >= LEAST.0 && h >= LEAST.1) || width.max(height) > 10_000 {
             let (title, panels) = (figure.title.clone(), panels.len());
@@ -98,7 +97,7 @@ pub(crate) fn frames(figure: &Figure, width: u32, height: u32) -> Result<Vec<Fra
             x = x.widened(unit * w);
             y = y.widened(unit * h);
         }
-        out.push(Frame { x, y, area, cell, x_labelled });
+        out.push(Frame { x, y, area, cell, x_labelled, legend });
     }
     Ok(out)
 }

@@ -1,9 +1,9 @@
 //! The legend of a panel: a few rows above it, so that it never covers data.
 
-use crate::Error;
 use crate::canvas::{Anchor, Canvas, Font, Stroke, text_width};
-use crate::figure::{Panel, Place};
+use crate::figure::{Panel, Place, Symbol};
 use crate::palette::Color;
+use std::collections::HashSet;
 
 /// Size of the text, px.
 const SIZE: f64 = 12.0;
@@ -17,7 +17,7 @@ const SPACE: f64 = 6.0;
 const BETWEEN: f64 = 18.0;
 
 enum Sample {
-    Line { stroke: Stroke, dot: f64 },
+    Line { stroke: Stroke, dot: f64, symbol: Symbol },
     Band,
 }
 
@@ -35,29 +35,39 @@ pub(crate) struct Legend {
 }
 
 impl Legend {
-    /// The legend of a panel, wrapped to a width.
-    pub(crate) fn new(panel: &Panel, width: f64) -> Self {
+    /// The legend of a panel in a column, wrapped to a width. What `shown` holds has no entry: another
+    /// panel of the figure has that series, or one of the column that mark.
+    pub(crate) fn new(
+        panel: &Panel,
+        width: f64,
+        shown: &mut HashSet<String>,
+        column: usize,
+    ) -> Self {
         let series = panel.series.iter().map(|s| {
             let Stroke { color, width, dashed } = crate::draw::stroke(&s.style);
             // The colour of a thin line is hard to see.
             let width = if width > 0.0 { width.max(2.0) } else { 0.0 };
             let stroke = Stroke { color, width, dashed };
-            (&s.name, color, Sample::Line { stroke, dot: s.style.dot })
+            let sample = Sample::Line { stroke, dot: s.style.dot, symbol: s.style.symbol };
+            (s.name.as_str(), s.note.as_str(), format!("{:?}", s.style), color, sample)
         });
         let marks = panel.marks.iter().map(|m| {
             let sample = match m.place {
                 Place::XBand(..) | Place::YBand(..) => Sample::Band,
                 Place::XLine(_) | Place::YLine(_) => {
                     let stroke = Stroke { color: m.color, width: 1.2, dashed: true };
-                    Sample::Line { stroke, dot: 0.0 }
+                    Sample::Line { stroke, dot: 0.0, symbol: Symbol::Dot }
                 }
             };
-            (&m.name, m.color, sample)
+            (m.name.as_str(), "", format!("{:?} {column}", m.color), m.color, sample)
         });
         let mut entries = Vec::new();
         let (mut x, mut row) = (0.0, 0);
-        for (name, color, sample) in series.chain(marks).filter(|e| !e.0.is_empty()) {
-            let text = shortened(name, width - SAMPLE - SPACE);
+        for (name, note, look, color, sample) in series.chain(marks).filter(|e| !e.0.is_empty()) {
+            if !shown.insert(format!("{name} {look}")) && note.is_empty() {
+                continue;
+            }
+            let text = shortened(&format!("{name}{note}"), width - SAMPLE - SPACE);
             let length = SAMPLE + SPACE + text_width(&text, SIZE);
             if x > 0.0 && x + length > width {
                 x = 0.0;
@@ -76,16 +86,16 @@ impl Legend {
     }
 
     /// Draws it with its upper left corner at a place.
-    pub(crate) fn draw(&self, canvas: &Canvas<'_>, left: f64, top: f64) -> Result<(), Error> {
+    pub(crate) fn draw(&self, canvas: &mut Canvas, left: f64, top: f64) {
         for entry in &self.entries {
             let (x, y) = (left + entry.x, top + (entry.row as f64 + 0.5) * ROW);
             match &entry.sample {
-                Sample::Line { stroke, dot } => {
+                Sample::Line { stroke, dot, symbol } => {
                     if stroke.width > 0.0 {
-                        canvas.line(&[(x, y), (x + SAMPLE, y)], *stroke)?;
+                        canvas.line(&[(x, y), (x + SAMPLE, y)], *stroke);
                     }
                     if *dot > 0.0 {
-                        canvas.dot((x + 0.5 * SAMPLE, y), *dot, entry.color)?;
+                        canvas.symbol((x + 0.5 * SAMPLE, y), *dot, *symbol, entry.color);
                     }
                 }
                 Sample::Band => canvas.fill(
@@ -93,12 +103,11 @@ impl Legend {
                     (x + SAMPLE, y + 5.0),
                     entry.color,
                     1.6 * crate::draw::BAND_OPACITY,
-                )?,
+                ),
             }
             let font = Font { size: SIZE, bold: false, upwards: false };
-            canvas.text(&entry.text, (x + SAMPLE + SPACE, y), Anchor::Start, font)?;
+            canvas.text(&entry.text, (x + SAMPLE + SPACE, y), Anchor::Start, font);
         }
-        Ok(())
     }
 }
 

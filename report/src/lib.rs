@@ -13,6 +13,7 @@
 mod axis;
 mod canvas;
 mod columns;
+mod data;
 mod decimate;
 mod draw;
 mod error;
@@ -29,7 +30,7 @@ mod table;
 
 pub use columns::Columns;
 pub use error::Error;
-pub use figure::{Figure, Mark, Panel, Place, Series, Style};
+pub use figure::{Figure, Mark, Panel, Place, Series, Style, Symbol};
 pub use html::{Block, Section, Tone, escape, report_html};
 pub use palette::Color;
 pub use read::{StepResponse, Traces, Track, TrackErrors};

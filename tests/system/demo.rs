@@ -115,6 +115,7 @@ fn every_file_it_names_is_there_and_the_report_cites_nothing_outside() {
         }
         let report = std::fs::read_to_string(folder.join("report.html")).unwrap();
         assert!(report.contains("<svg") && !report.contains("src=\"http"));
+        assert!(report.len() < 2_000_000, "{}: {}", folder.display(), report.len());
     }
 }
 

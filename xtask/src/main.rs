@@ -2,6 +2,7 @@
 //! `bench fmu`, `evaluate`, `experiment`.
 
 mod bench;
+mod browser;
 mod cross;
 mod docs;
 mod evaluate;
@@ -34,6 +35,8 @@ enum Command {
     /// Every test, also those that need Python or libclang: makes its own environment in
     /// target/python
     Test(test::Options),
+    /// The tests of the report in headless Chromium alone
+    Browser,
     /// rustfmt and clippy, warnings denied
     Lint,
     /// Build the FMU libraries for other platforms, and the demo's archives with them
@@ -73,6 +76,7 @@ fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Test(options) => test::test(&options),
         Command::Cross(options) => cross::cross(&options),
+        Command::Browser => browser::browser(),
         Command::Lint => lint::lint(),
         Command::Fuzz { minutes, targets } => fuzz::fuzz(minutes, &targets),
         Command::Licenses => licenses::licenses(),

@@ -2,7 +2,7 @@
 
 use crate::cross::{self, Platform};
 use crate::run::{cargo, run, target};
-use crate::{evaluate, every_fmu, fuzz, importers, python, stress};
+use crate::{browser, evaluate, every_fmu, fuzz, importers, python, stress};
 use std::path::{Path, PathBuf};
 
 /// With this in their names, tests take minutes: `cargo xtask stress` runs them.
@@ -43,6 +43,7 @@ pub(crate) fn test(options: &Options) -> Result<(), String> {
         .env("STEERWRIGHT_PYTHON", &python))?;
     // No default members: this program, and what the evaluation's programs share.
     run(&mut cargo(&["test", "--quiet", "--package", "xtask"]))?;
+    browser::browser()?;
     let evaluation = ["--package", "steerwright", "--package", "xtask", "--lib"];
     run(cargo(&["test", "--release", "--quiet", "--package", "steerwright-evaluation"])
         .args(evaluation))?;

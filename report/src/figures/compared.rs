@@ -47,23 +47,27 @@ pub fn models_against_drive(driven: Driven<'_>, models: &[Simulated<'_>]) -> Fig
         (driven.yaw_rate_radps, DEG),
         measured,
     ));
-    let mut yaw =
-        Panel::new(label, "Yaw (deg)").with(Series::over("", t, (driven.yaw_rad, DEG), measured));
+    let mut yaw = Panel::new(label, "Yaw (deg)").with(Series::over(
+        "measured",
+        t,
+        (driven.yaw_rad, DEG),
+        measured,
+    ));
     let mut error = Panel::new(label, "Yaw rate error (deg/s)").mark(zero());
     let mut drift = Panel::new(label, "Yaw error (deg)").mark(zero());
     for (k, model) in models.iter().enumerate() {
         let style = Style { dashed: k % 2 == 1, ..Style::line(nth(k)) };
-        let name = format!("{} (fit {} %)", model.name, text(model.fit, 2));
-        rate = rate.with(Series::over(name, t, (model.yaw_rate_radps, DEG), style));
-        yaw = yaw.with(Series::over("", t, (model.yaw_rad, DEG), style));
+        let (name, fit) = (model.name, format!(" (fit {} %)", text(model.fit, 2)));
+        rate = rate.with(Series::over(name, t, (model.yaw_rate_radps, DEG), style).noted(fit));
+        yaw = yaw.with(Series::over(name, t, (model.yaw_rad, DEG), style));
         let solid = Style { dashed: false, ..style }.width(1.0);
         let off = |simulated: &[f64], measured: &[f64]| -> Vec<f64> {
             simulated.iter().zip(measured).map(|(s, m)| s - m).collect()
         };
         let of_rate = off(model.yaw_rate_radps, driven.yaw_rate_radps);
         let of_yaw = off(model.yaw_rad, driven.yaw_rad);
-        error = error.with(Series::over(model.name, t, (&of_rate, DEG), solid));
-        drift = drift.with(Series::over("", t, (&of_yaw, DEG), solid));
+        error = error.with(Series::over(name, t, (&of_rate, DEG), solid));
+        drift = drift.with(Series::over(name, t, (&of_yaw, DEG), solid));
     }
     for panel in [&mut rate, &mut yaw] {
         panel.y_limits = panel.limits_of_the_first();
@@ -71,7 +75,13 @@ pub fn models_against_drive(driven: Driven<'_>, models: &[Simulated<'_>]) -> Fig
     for panel in [&mut error, &mut yaw, &mut drift] {
         panel.weight = 0.8;
     }
-    Figure::new("Models against the drive, validation data", vec![rate, error, yaw, drift])
+    let fits: Vec<_> =
+        models.iter().map(|m| format!("{} by {} %", m.name, text(m.fit, 2))).collect();
+    let title = "Models against the drive, validation data";
+    Figure::new(title, vec![rate, error, yaw, drift]).stating(format!(
+        "The models fit the yaw rate of the validation data: {}.",
+        fits.join(", ")
+    ))
 }
 
 fn zero() -> Mark {
@@ -88,13 +98,14 @@ pub fn road_and_curvature(points: &[PathPoint], closed: bool, speed: f64) -> Fig
     let most = points.iter().map(|p| p.curvature_per_m.abs()).fold(0.0, f64::max) * speed * speed;
     let name =
         format!("lateral acceleration up to {} m/s² at {} m/s", text(most, 2), text(speed, 2));
+    let result = format!("The road requires {name}.");
     let curvature = Panel::new(label, "Curvature (1/m)").mark(zero()).with(Series::new(
         name,
         over,
         Style::line(BLUE),
     ));
     let panels = plane.panels.into_iter().chain([curvature]).collect();
-    Figure::new("Reference road", panels)
+    Figure::new("Reference road", panels).stating(result)
 }
 
 /// One controller on several plants: the tracks in the plane, and cross-track error, yaw error and
@@ -102,12 +113,13 @@ pub fn road_and_curvature(points: &[PathPoint], closed: bool, speed: f64) -> Fig
 #[must_use]
 pub fn tracking(title: &str, points: &[PathPoint], closed: bool, on: &[(&str, &Track)]) -> Figure {
     let mut panels = reference_road(points, closed, on).panels;
-    panels.extend(tracking_errors(on).panels);
+    let errors = tracking_errors(on);
+    panels.extend(errors.panels);
     // The plane is drawn to scale; what matters is below it.
     if let Some(plane) = panels.first_mut() {
         plane.weight = 1.3;
     }
-    Figure::new(title, panels)
+    Figure::new(title, panels).stating(errors.result)
 }
 
 /// One of several yaw steps.
@@ -131,17 +143,20 @@ pub fn yaw_steps(height: f64, until: f64, steps: &[YawStep<'_>]) -> Figure {
     let aim = height * DEG;
     let mut yaw = Panel::new(label, "Yaw (deg)").mark(Mark::new("", Place::YLine(aim), GREY));
     let mut steering = Panel::new(label, "Steering angle (deg)");
+    let mut reached = Vec::new();
     for step in steps {
         let r = step.response;
         let end = r.time_s.iter().take_while(|t| **t <= until).count();
         let style = Style { dashed: step.predicted, ..Style::line(nth(step.rank)) };
         let x = &r.time_s[..end];
         yaw = yaw.with(Series::over(step.name, x, (&r.yaw_rad[..end], DEG), style));
-        steering = steering.with(Series::over("", x, (&r.steering_rad[..end], DEG), style));
+        let most = r.yaw_rad[..end].iter().fold(0.0, |m: f64, y| m.max(y * height.signum()));
+        reached.push(format!("{} {} deg", step.name, text(most * DEG, 2)));
+        steering = steering.with(Series::over(step.name, x, (&r.steering_rad[..end], DEG), style));
     }
     yaw.weight = 1.3;
     let mut near = Panel { y_label: "Yaw, magnified (deg)".into(), weight: 0.9, ..yaw.clone() };
-    near.series.iter_mut().for_each(|s| s.name.clear());
     near.y_limits = Some((0.9 * aim, 1.1 * aim));
-    Figure::new("Yaw steps", vec![yaw, near, steering])
+    let result = format!("Step to {} deg; largest yaw: {}.", text(aim, 2), reached.join(", "));
+    Figure::new("Yaw steps", vec![yaw, near, steering]).stating(result)
 }

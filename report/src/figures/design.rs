@@ -2,7 +2,7 @@
 
 use super::{DEG, text};
 use crate::palette::{BLACK, BLUE, GREEN, GREY, ORANGE, VERMILION};
-use crate::{Figure, Mark, Panel, Place, Series, StepResponse, Style};
+use crate::{Figure, Mark, Panel, Place, Series, StepResponse, Style, Symbol};
 use formats::{Specification, StepMetrics};
 
 /// Yaw and steering after a yaw step, with the band of the steady state, the largest overshoot
@@ -22,10 +22,13 @@ pub fn yaw_step(
     let reference = vec![(0.0, step), (end, step)];
     let tolerance = 0.01 * band * step.abs();
     let overshoot = specification.overshoot_percent.map(|share| step * (1.0 + 0.01 * share));
-    let name = format!("yaw (overshoot {} %)", text(reached.overshoot_percent, 2));
+    let overshot = format!("overshoot {} %", text(reached.overshoot_percent, 2));
     let mut yaw = Panel::new("Time (s)", "Yaw (deg)")
         .with(Series::new("reference", reference, Style::line(GREY).width(1.0)))
-        .with(Series::over(name, t, (&response.yaw_rad, DEG), Style::line(BLUE).width(2.0)))
+        .with(
+            Series::over("yaw", t, (&response.yaw_rad, DEG), Style::line(BLUE).width(2.0))
+                .noted(format!(" ({overshot})")),
+        )
         .mark(Mark::new(
             format!("±{} %", short(band)),
             Place::YBand(step - tolerance, step + tolerance),
@@ -42,32 +45,38 @@ pub fn yaw_step(
     if let Some(settled) = reached.settling_time_s {
         let name = format!("settled at {} s", text(settled, 3));
         let at = value_at(t, &response.yaw_rad, settled) * DEG;
-        let style = Style { width: 0.0, dot: 4.5, ..Style::dots(ORANGE) };
-        yaw = yaw.with(Series::new(name, vec![(settled, at)], style));
+        let style = Style::symbols(ORANGE, Symbol::Dot, 4.5);
+        yaw = yaw.with(Series::shape(name, vec![(settled, at)], style));
     }
     yaw.weight = 1.3;
     // The band is thin compared with the step: the same, magnified.
     let mut near = Panel { y_label: "Yaw, magnified (deg)".into(), ..yaw.clone() };
-    near.series.iter_mut().for_each(|s| s.name.clear());
-    near.marks.iter_mut().for_each(|m| m.name.clear());
+    near.series.iter_mut().for_each(|s| s.note.clear());
     let most = tolerance.max(overshoot.map_or(0.0, |line| (line - step).abs()));
     near.y_limits = (most > 0.0).then_some((step - 2.5 * most, step + 2.5 * most));
     near.weight = 0.8;
     let largest = largest_angle_rad * DEG;
-    let used = format!("steering (largest {} deg)", text(reached.largest_angle_rad * DEG, 2));
-    let mut steering = Panel::new("Time (s)", "Steering angle (deg)").with(Series::over(
-        used,
-        t,
-        (&response.steering_rad, DEG),
-        Style::line(BLUE).width(1.5),
-    ));
+    let used = format!("largest {} deg", text(reached.largest_angle_rad * DEG, 2));
+    let mut steering = Panel::new("Time (s)", "Steering angle (deg)").with(
+        Series::over("steering", t, (&response.steering_rad, DEG), Style::line(BLUE))
+            .noted(format!(" ({used})")),
+    );
     let name = format!("limits ±{} deg", short(largest));
     steering = steering.mark(Mark::new(name, Place::YLine(largest), VERMILION)).mark(Mark::new(
         "",
         Place::YLine(-largest),
         VERMILION,
     ));
-    Figure::new(title, vec![yaw, near, steering])
+    let settled = reached
+        .settling_time_s
+        .map_or_else(|| "never settled".to_owned(), |s| format!("settled at {} s", text(s, 3)));
+    let panels = [yaw, near, steering].map(|p| Panel { link: "step", ..p }).to_vec();
+    let result = format!(
+        "The step to {} deg: {overshot}, {settled}; steering: {used} of {} deg.",
+        text(step, 1),
+        short(largest)
+    );
+    Figure::new(title, panels).stating(result)
 }
 
 /// Digits as few as a requirement was written with.

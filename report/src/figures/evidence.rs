@@ -2,7 +2,7 @@
 
 use super::{DEG, text};
 use crate::palette::{BLACK, BLUE, Color, GREY, VERMILION};
-use crate::{Figure, Mark, Panel, Place, Series, Style};
+use crate::{Figure, Mark, Panel, Place, Series, Style, Symbol};
 use formats::{
     FrequencyResponse, HeldOut, InputKind, Mode, PoleZeroMap, ResidualCorrelation, ResponsePoint,
     Spread,
@@ -10,10 +10,6 @@ use formats::{
 use std::f64::consts::TAU;
 
 const GAP: (f64, f64) = (f64::NAN, f64::NAN);
-
-fn dots(color: Color) -> Style {
-    Style { width: 0.0, ..Style::dots(color) }
-}
 
 /// Fit of predictions over how far they look ahead, and of the simulation.
 #[must_use]
@@ -34,7 +30,16 @@ pub fn prediction(held_out: &HeldOut) -> Figure {
             panel = panel.mark(Mark::new("± two standard errors", band, VERMILION));
         }
     }
+    let fits: Vec<_> = held_out
+        .predictions
+        .iter()
+        .map(|p| match p.ahead_s {
+            Some(s) => format!("{} % from {} s before", text(p.fit, 1), text(s, 2)),
+            None => format!("{} % in simulation", text(p.fit, 1)),
+        })
+        .collect();
     Figure::new("Prediction of the validation data", vec![panel])
+        .stating(format!("The fit is {}.", fits.join(", ")))
 }
 
 /// Auto- and cross-correlation of the residuals, lag by lag, with the bands of 99 %.
@@ -48,8 +53,8 @@ pub fn residuals(correlation: &ResidualCorrelation, sample_time_s: f64) -> Figur
         let tips = points.chunks(3).take(last).skip(1).map(|c| c[1]).collect();
         let band = Place::YBand(-bound, bound);
         Panel::new(x, y)
-            .with(Series::new("", points, Style::line(BLUE)))
-            .with(Series::new("", tips, Style { dot: 2.5, ..dots(BLUE) }))
+            .with(Series::shape("", points, Style::line(BLUE)))
+            .with(Series::new("", tips, Style::symbols(BLUE, Symbol::Dot, 2.5)))
             .mark(Mark::new("99 % of lags where there is nothing", band, GREY))
     };
     let own = panel("Lag (s)", "Autocorrelation (1)", own, correlation.autocorrelation_bound);
@@ -60,7 +65,16 @@ pub fn residuals(correlation: &ResidualCorrelation, sample_time_s: f64) -> Figur
         correlation.with_input_bound,
     )
     .mark(Mark::new("", Place::XLine(0.0), GREY));
-    Figure { columns: 2, ..Figure::new("What the model leaves unexplained", vec![own, cross]) }
+    let beyond = |values: &[f64], bound: f64| values.iter().filter(|v| v.abs() > bound).count();
+    let result = format!(
+        "Beyond the band of 99 %: {} of {} lags of the autocorrelation, {} of {} lags with steering.",
+        beyond(&correlation.autocorrelation, correlation.autocorrelation_bound),
+        correlation.autocorrelation.len(),
+        beyond(&correlation.with_input, correlation.with_input_bound),
+        correlation.with_input.len(),
+    );
+    let title = "What the model leaves unexplained";
+    Figure { columns: 2, ..Figure::new(title, vec![own, cross]) }.stating(result)
 }
 
 /// From 0 to each value.
@@ -94,7 +108,7 @@ pub fn frequency_response(response: &FrequencyResponse, input: InputKind) -> Fig
         // A series torn into very many pieces would be thinned when it is drawn.
         let some = |part: &[&ResponsePoint]| {
             let points = part.iter().flat_map(bar).collect();
-            Series::new("", points, Style::line(GREY).width(1.0))
+            Series::shape("", points, Style::line(GREY).width(1.0))
         };
         known.chunks(20).map(some).collect()
     };
@@ -105,7 +119,7 @@ pub fn frequency_response(response: &FrequencyResponse, input: InputKind) -> Fig
         (DEG * (p.phase_rad - apart), DEG * (p.phase_rad + apart))
     });
     let model = Style::line(VERMILION);
-    let measured = Style { dot: 2.5, ..dots(BLACK) };
+    let measured = Style::symbols(BLACK, Symbol::Dot, 2.5);
     let mut gain = Panel::new("Frequency (Hz)", format!("Gain ({unit})"))
         .with(Series::new(
             format!("measured, {percent} % confidence"),
@@ -117,15 +131,15 @@ pub fn frequency_response(response: &FrequencyResponse, input: InputKind) -> Fig
     gain.series.extend(gain_bars);
     let mut phase = Panel::new("Frequency (Hz)", "Phase (deg)")
         .with(Series::new(
-            "",
+            format!("measured, {percent} % confidence"),
             known.iter().map(|p| (p.frequency_hz, DEG * p.phase_rad)).collect(),
             measured,
         ))
-        .with(Series::new("", over(|p| DEG * p.model_phase_rad).collect(), model));
+        .with(Series::new("model", over(|p| DEG * p.model_phase_rad).collect(), model));
     phase.series.extend(phase_bars);
     let mut coherence = Panel::new("Frequency (Hz)", "Coherence (1)")
         .with(Series::new("coherence", over(|p| p.coherence).collect(), Style::line(BLUE)))
-        .with(Series::new(
+        .with(Series::shape(
             format!("{percent} % confidence"),
             over(|p| p.coherence_low).chain([GAP]).chain(over(|p| p.coherence_high)).collect(),
             Style::dashed(GREY).width(1.0),
@@ -145,7 +159,12 @@ pub fn frequency_response(response: &FrequencyResponse, input: InputKind) -> Fig
     for panel in &mut panels {
         panel.x_log = true;
     }
-    Figure::new("Frequency response, measured and modelled", panels)
+    let result = format!(
+        "The model lies within the {percent} % band of the measured response at {} of {} frequencies.",
+        text(response.within * response.compared as f64, 0),
+        response.compared
+    );
+    Figure::new("Frequency response, measured and modelled", panels).stating(result)
 }
 
 /// Poles and zeros in the z-plane with the unit circle, and in the s-plane, with the ellipses that hold
@@ -163,15 +182,17 @@ pub fn poles_and_zeros(map: &PoleZeroMap) -> Figure {
     let near = |zeros: Vec<(f64, f64)>, reach: f64| -> Vec<(f64, f64)> {
         zeros.into_iter().filter(|z| z.0.hypot(z.1) <= reach).collect()
     };
-    let mut z = Panel::new("Re z (1)", "Im z (1)").with(Series::new(
+    let mut z = Panel::new("Re z (1)", "Im z (1)").with(Series::shape(
         "unit circle",
         circle,
         Style::line(GREY).width(1.0),
     ));
-    z = z.with(crosses("pole", &plane(|m| Some(m.discrete), &map.poles), 0.04));
+    let (cross, ring) =
+        (Style::symbols(VERMILION, Symbol::Cross, 6.0), Style::symbols(BLUE, Symbol::Ring, 6.0));
+    z = z.with(Series::new("pole", plane(|m| Some(m.discrete), &map.poles), cross));
     let zeros = near(plane(|m| Some(m.discrete), &map.zeros), 2.0);
     if !zeros.is_empty() {
-        z = z.with(rings("zero", &zeros, 0.04));
+        z = z.with(Series::new("zero", zeros, ring));
     }
     let within: Vec<_> =
         map.zeros.iter().filter(|m| m.discrete[0].hypot(m.discrete[1]) <= 2.0).collect();
@@ -181,7 +202,7 @@ pub fn poles_and_zeros(map: &PoleZeroMap) -> Figure {
         modes.iter().filter_map(ellipse).flatten().map(|p| near_point(p, 2.0)).collect()
     };
     let all: Vec<_> = map.poles.iter().collect();
-    z = with_ellipses(z, [(of(&all), VERMILION), (of(&within), BLUE)], true);
+    z = with_ellipses(z, [(of(&all), VERMILION), (of(&within), BLUE)]);
     let poles = plane(|m| m.continuous, &map.poles);
     let reach = poles.iter().map(|p| p.0.hypot(p.1)).fold(1e-3, f64::max);
     let shown = |z: &[f64; 2]| z[0].hypot(z[1]) <= 2.0 * reach;
@@ -191,9 +212,9 @@ pub fn poles_and_zeros(map: &PoleZeroMap) -> Figure {
     let wide = zeros.iter().map(|p| p.0.hypot(p.1)).fold(reach, f64::max);
     let axes = vec![(-wide, 0.0), (0.2 * wide, 0.0), GAP, (0.0, -0.6 * wide), (0.0, 0.6 * wide)];
     let s = Panel::new("Re s (rad/s)", "Im s (rad/s)")
-        .with(Series::new("stable to the left", axes, Style::line(GREY).width(1.0)))
-        .with(crosses("", &poles, 0.025 * wide))
-        .with(rings("", &zeros, 0.025 * wide));
+        .with(Series::shape("stable to the left", axes, Style::line(GREY).width(1.0)))
+        .with(Series::new("pole", poles, cross));
+    let s = if zeros.is_empty() { s } else { s.with(Series::new("zero", zeros, ring)) };
     let of_poles: Vec<(f64, f64)> =
         map.poles.iter().filter_map(continuous_ellipse).flatten().collect();
     let spreads = map.continuous_zeros.iter().zip(&map.continuous_zero_spreads);
@@ -203,9 +224,12 @@ pub fn poles_and_zeros(map: &PoleZeroMap) -> Figure {
         .collect();
     let clip =
         |points: Vec<(f64, f64)>| points.into_iter().map(|p| near_point(p, 1.5 * wide)).collect();
-    let s = with_ellipses(s, [(clip(of_poles), VERMILION), (clip(of_zeros), BLUE)], false);
+    let s = with_ellipses(s, [(clip(of_poles), VERMILION), (clip(of_zeros), BLUE)]);
     let panels = [z, s].map(|p| Panel { equal_aspect: true, ..p }).to_vec();
-    Figure { columns: 2, ..Figure::new("Poles and zeros", panels) }
+    let moduli = map.poles.iter().map(|m| m.discrete[0].hypot(m.discrete[1]));
+    let largest = moduli.fold(0.0, f64::max);
+    let result = format!("The largest pole has modulus {}; below 1 is stable.", text(largest, 4));
+    Figure { columns: 2, ..Figure::new("Poles and zeros", panels) }.stating(result)
 }
 
 /// What lies far outside is not drawn: it would leave nothing of the rest to be seen.
@@ -213,12 +237,12 @@ fn near_point(p: (f64, f64), reach: f64) -> (f64, f64) {
     if p.0.hypot(p.1) <= reach { p } else { GAP }
 }
 
-fn with_ellipses(panel: Panel, of: [(Vec<(f64, f64)>, Color); 2], named: bool) -> Panel {
-    let mut name = if named { "95 % confidence" } else { "" };
+fn with_ellipses(panel: Panel, of: [(Vec<(f64, f64)>, Color); 2]) -> Panel {
+    let mut name = "95 % confidence";
     of.into_iter().filter(|(points, _)| points.iter().any(|p| p.0.is_finite())).fold(
         panel,
         |panel, (points, color)| {
-            panel.with(Series::new(
+            panel.with(Series::shape(
                 std::mem::take(&mut name),
                 points,
                 Style::dashed(color).width(1.0),
@@ -262,31 +286,4 @@ fn ellipse(at: [f64; 2], spread: Spread, factor: (f64, f64), mirrored: bool) -> 
         points.extend((0..=72).map(point).map(|(x, y)| (x, -y)).chain([GAP]));
     }
     points
-}
-
-fn crosses(name: &str, at: &[(f64, f64)], size: f64) -> Series {
-    let cross = |p: &(f64, f64)| {
-        let (x, y) = *p;
-        [
-            (x - size, y - size),
-            (x + size, y + size),
-            GAP,
-            (x - size, y + size),
-            (x + size, y - size),
-            GAP,
-        ]
-    };
-    Series::new(name, at.iter().flat_map(cross).collect(), Style::line(VERMILION).width(2.0))
-}
-
-fn rings(name: &str, at: &[(f64, f64)], size: f64) -> Series {
-    let ring = |p: &(f64, f64)| {
-        let (x, y) = *p;
-        let point = move |k: i32| {
-            let (s, c) = (TAU * f64::from(k) / 24.0).sin_cos();
-            (x + size * c, y + size * s)
-        };
-        (0..=24).map(point).chain([GAP]).collect::<Vec<_>>()
-    };
-    Series::new(name, at.iter().flat_map(ring).collect(), Style::line(BLUE).width(2.0))
 }

@@ -2,7 +2,7 @@
 
 use super::{DEG, text};
 use crate::palette::{BLACK, BLUE, GREEN, GREY, VERMILION};
-use crate::{Figure, Mark, Panel, Place, Series, Style, Traces};
+use crate::{Figure, Mark, Panel, Place, Series, Style, Symbol, Traces};
 use formats::{Excitation, Fits, OrderRow};
 
 /// How much of a long drive is shown magnified, s.
@@ -16,11 +16,9 @@ const NEAR_S: f64 = 20.0;
 #[must_use]
 pub fn comparison(traces: &Traces, fit: &Fits, bicycle_fit: Option<f64>) -> Figure {
     let t = &traces.time_s;
-    let identified = format!(
-        "identified (fit {} %, validation {} %)",
-        text(fit.estimation, 1),
-        text(fit.validation, 1)
-    );
+    let fits =
+        format!("fit {} %, validation {} %", text(fit.estimation, 1), text(fit.validation, 1));
+    let mut result = format!("The identified model: {fits}");
     let measured = Style::line(BLACK).width(1.1);
     let mut rate = Panel::new("Time (s)", "Yaw rate (deg/s)").with(Series::over(
         "measured",
@@ -29,30 +27,34 @@ pub fn comparison(traces: &Traces, fit: &Fits, bicycle_fit: Option<f64>) -> Figu
         measured,
     ));
     if let Some(bicycle) = &traces.bicycle_yaw_rate_radps {
-        let name = bicycle_fit
-            .map_or("bicycle model".into(), |f| format!("bicycle model (fit {} %)", text(f, 1)));
-        rate = rate.with(Series::over(name, t, (bicycle, DEG), Style::dashed(GREEN)));
+        let fit = bicycle_fit.map_or_else(String::new, |f| format!("fit {} %", text(f, 1)));
+        let mut series = Series::over("bicycle model", t, (bicycle, DEG), Style::dashed(GREEN));
+        if !fit.is_empty() {
+            series = series.noted(format!(" ({fit})"));
+            result += &format!("; the bicycle model: {fit}");
+        }
+        rate = rate.with(series);
     }
-    rate = rate.with(Series::over(
-        identified,
-        t,
-        (&traces.simulated_yaw_rate_radps, DEG),
-        Style::line(VERMILION),
-    ));
+    let line = Style::line(VERMILION);
+    rate = rate.with(
+        Series::over("identified", t, (&traces.simulated_yaw_rate_radps, DEG), line)
+            .noted(format!(" ({fits})")),
+    );
     rate.y_limits = rate.limits_of_the_first();
     let mut yaw = Panel::new("Time (s)", "Yaw (deg)")
-        .with(Series::over("", t, (&traces.yaw_rad, DEG), measured))
-        .with(Series::over("", t, (&traces.simulated_yaw_rad, DEG), Style::line(VERMILION)));
+        .with(Series::over("measured", t, (&traces.yaw_rad, DEG), measured))
+        .with(Series::over("identified", t, (&traces.simulated_yaw_rad, DEG), line));
     yaw.y_limits = yaw.limits_of_the_first();
     yaw.weight = 0.8;
     let near = magnified(&rate, traces);
     for (k, (from, to)) in traces.validation_ranges().into_iter().enumerate() {
         let name = if k == 0 { "validation data" } else { "" };
         rate = rate.mark(Mark::new(name, Place::XBand(from, to), GREY));
-        yaw = yaw.mark(Mark::new("", Place::XBand(from, to), GREY));
+        yaw = yaw.mark(Mark::new(name, Place::XBand(from, to), GREY));
     }
+    let [rate, yaw] = [rate, yaw].map(|p| Panel { link: "drive", ..p });
     let panels = [Some(rate), Some(yaw), near].into_iter().flatten().collect();
-    Figure::new("Measured and identified model", panels)
+    Figure::new("Measured and identified model", panels).stating(result + ".")
 }
 
 /// The beginning of the validation data, where the whole drive is too long to see the curves apart.
@@ -66,7 +68,7 @@ fn magnified(rate: &Panel, traces: &Traces) -> Option<Panel> {
     let label = format!("Time (s), the first {} s of validation data", text(to - from, 0));
     let mut near = Panel { x_label: label, weight: 1.0, ..rate.clone() };
     for series in &mut near.series {
-        series.name.clear();
+        series.note.clear();
         series.points.retain(|p| (from..=to).contains(&p.0));
     }
     // Where a model leaves the range of the drive is seen above.
@@ -95,7 +97,12 @@ pub fn coherence(excitation: &Excitation) -> Figure {
     };
     panel.x_log = true;
     panel.y_limits = Some((0.0, 1.0));
-    Figure::new("What the log can say, by frequency", vec![panel])
+    let result = if limit > 0.0 {
+        format!("The log is informative up to {} Hz.", significant(limit))
+    } else {
+        "The log is informative at no frequency.".into()
+    };
+    Figure::new("What the log can say, by frequency", vec![panel]).stating(result)
 }
 
 fn significant(value: f64) -> String {
@@ -131,11 +138,18 @@ pub fn order_table(rows: &[OrderRow], chosen: usize) -> Figure {
         .with(Series::new("validation", fit(|r| r.validation_fit), Style::dots(GREEN)))
         .mark(Mark::new("", marked(), VERMILION));
     if !unstable.is_empty() {
-        let style = Style { width: 0.0, dot: 5.0, ..Style::dots(VERMILION) };
+        let style = Style::symbols(VERMILION, Symbol::Dot, 5.0);
         fits.series.insert(1, Series::new("unstable as estimated", unstable, style));
     }
     if low && let Some(validation) = fits.series.last_mut() {
-        validation.name += " (−20 or less)";
+        validation.note = " (−20 or less)".into();
     }
-    Figure { columns: 2, ..Figure::new("Choice of the order", vec![singular, fits]) }
+    let fit = rows.iter().find(|r| r.order == chosen).map_or(f64::NAN, |r| r.validation_fit);
+    let result = format!(
+        "Order {chosen} of {} orders was chosen; its simulation fits the validation data by {} %.",
+        rows.len(),
+        text(fit, 1)
+    );
+    let title = "Choice of the order";
+    Figure { columns: 2, ..Figure::new(title, vec![singular, fits]) }.stating(result)
 }

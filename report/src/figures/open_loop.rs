@@ -2,7 +2,7 @@
 
 use super::{DEG, text};
 use crate::palette::{BLACK, BLUE, GREEN, GREY, VERMILION};
-use crate::{Figure, Mark, Panel, Place, Series, Style};
+use crate::{Figure, Mark, Panel, Place, Series, Style, Symbol};
 use formats::Margins;
 use std::f64::consts::TAU;
 
@@ -44,21 +44,19 @@ pub fn bode(open: &OpenLoop) -> Figure {
         before = angle;
         phase.push(angle);
     }
-    let gain_name = match m.gain_margin_db {
-        Some(margin) => format!("loop (gain margin {} dB)", text(margin, 1)),
-        None => "loop (gain margin unlimited)".into(),
+    let gain_margin = match m.gain_margin_db {
+        Some(margin) => format!("gain margin {} dB", text(margin, 1)),
+        None => "gain margin unlimited".into(),
     };
-    let phase_name = match m.phase_margin_deg {
-        Some(margin) => format!("loop (phase margin {} deg)", text(margin, 1)),
-        None => "loop".into(),
-    };
+    let phase_margin = m.phase_margin_deg.map(|v| format!("phase margin {} deg", text(v, 1)));
     let f = &open.frequency_hz;
     let line = Style::line(BLUE).width(2.0);
     let mut gain = Panel::new("Frequency (Hz)", "Gain (dB)")
-        .with(Series::over(gain_name, f, (&decibel, 1.0), line))
+        .with(Series::over("loop", f, (&decibel, 1.0), line).noted(format!(" ({gain_margin})")))
         .mark(Mark::new("", Place::YLine(0.0), GREY));
+    let in_parentheses = phase_margin.as_ref().map_or_else(String::new, |m| format!(" ({m})"));
     let mut angle = Panel::new("Frequency (Hz)", "Phase (deg)")
-        .with(Series::over(phase_name, f, (&phase, 1.0), line))
+        .with(Series::over("loop", f, (&phase, 1.0), line).noted(in_parentheses))
         .mark(Mark::new("−180 deg", Place::YLine(-180.0), VERMILION));
     if let Some(crossover) = m.crossover_radps {
         let at = crossover / TAU;
@@ -69,7 +67,9 @@ pub fn bode(open: &OpenLoop) -> Figure {
     // Far below that the phase winds down for nothing.
     angle.y_limits = Some((-400.0, -60.0));
     let panels = [gain, angle].map(|p| Panel { x_log: true, ..p }).to_vec();
+    let margins: Vec<_> = [Some(gain_margin), phase_margin].into_iter().flatten().collect();
     Figure::new("Open loop, sampled, with its delay", panels)
+        .stating(format!("The loop has {}.", margins.join(" and ")))
 }
 
 /// The loop in the complex plane with the disc about −1 that the modulus margin keeps free.
@@ -95,21 +95,20 @@ pub fn nyquist(open: &OpenLoop) -> Figure {
     let thin = |color| Style::line(color).width(1.0);
     let mut panel = Panel::new("Real part (1)", "Imaginary part (1)")
         .with(Series::new("loop", near, Style::line(BLUE).width(2.0)))
-        .with(Series::new("unit circle", circle(0.0, 1.0), thin(GREY)))
-        .with(Series::new(
+        .with(Series::shape("unit circle", circle(0.0, 1.0), thin(GREY)))
+        .with(Series::shape(
             format!("modulus margin {}", text(m.modulus_margin, 3)),
             circle(-1.0, m.modulus_margin),
             thin(GREEN),
         ))
-        .with(Series::new(
-            "−1",
-            vec![(-1.0, 0.0)],
-            Style { width: 0.0, dot: 4.0, ..Style::dots(VERMILION) },
-        ));
+        .with(Series::shape("−1", vec![(-1.0, 0.0)], Style::symbols(VERMILION, Symbol::Dot, 4.0)));
     if let Some(asked) = open.required_modulus_margin.filter(|asked| *asked > 0.0) {
         let style = Style::dashed(VERMILION).width(1.0);
-        panel = panel.with(Series::new(format!("asked: {asked}"), circle(-1.0, asked), style));
+        panel = panel.with(Series::shape(format!("asked: {asked}"), circle(-1.0, asked), style));
     }
     panel.equal_aspect = true;
-    Figure::new("Open loop in the complex plane", vec![panel])
+    Figure::new("Open loop in the complex plane", vec![panel]).stating(format!(
+        "The loop stays {} away from −1 (modulus margin).",
+        text(m.modulus_margin, 3)
+    ))
 }

@@ -2,7 +2,7 @@
 
 use super::{DEG, text};
 use crate::palette::{BLACK, Color, GREY, nth};
-use crate::{Figure, Mark, Panel, Place, Series, Style, Track};
+use crate::{Figure, Mark, Panel, Place, Series, Style, Symbol, Track};
 use formats::PathPoint;
 
 /// Light enough for the tracks to be seen on it.
@@ -28,10 +28,18 @@ pub fn reference_road(points: &[PathPoint], closed: bool, tracks: &[(&str, &Trac
         ));
     }
     let start = points.first().map(|p| (p.x_m, p.y_m)).into_iter().collect();
-    let style = Style { width: 0.0, dot: 4.5, ..Style::dots(BLACK) };
-    panel = panel.with(Series::new("start", start, style));
+    panel = panel.with(Series::shape("start", start, Style::symbols(BLACK, Symbol::Dot, 4.5)));
     panel.equal_aspect = true;
-    Figure::new("Reference road and tracks", vec![panel])
+    let off = |(name, track): &(&str, &Track)| {
+        format!("{name} {} m", text(track.errors().cross_track_max_m, 3))
+    };
+    let off: Vec<_> = tracks.iter().map(off).collect();
+    let figure = Figure::new("Reference road and tracks", vec![panel]);
+    if off.is_empty() {
+        figure
+    } else {
+        figure.stating(format!("Largest cross-track error: {}.", off.join(", ")))
+    }
 }
 
 /// The height at which [`reference_road`] fills a width, in pixels.
@@ -63,29 +71,26 @@ pub fn tracking_errors(tracks: &[(&str, &Track)]) -> Figure {
     let mut cross = Panel::new(label, "Cross-track error (m)").mark(zero());
     let mut yaw = Panel::new(label, "Yaw error (deg)").mark(zero());
     let mut steering = Panel::new(label, "Steering angle (deg)");
+    let mut results = Vec::new();
     for (k, (name, track)) in tracks.iter().enumerate() {
         let x = if by_distance { &track.distance_m } else { &track.time_s };
         let style = Style { dashed: k > 0, ..Style::line(nth(k)) };
         let errors = track.errors();
-        let named = |rms: String| format!("{name}: RMS {rms}");
-        cross = cross.with(Series::over(
-            named(format!("{} m", text(errors.cross_track_rms_m, 3))),
-            x,
-            (&track.cross_track_error_m, 1.0),
-            style,
-        ));
-        yaw = yaw.with(Series::over(
-            named(format!("{} deg", text(errors.heading_rms_rad * DEG, 2))),
-            x,
-            (&track.heading_error_rad, DEG),
-            style,
-        ));
-        let name = if track.steering_rad.is_empty() { "" } else { name };
-        steering = steering.with(Series::over(name, x, (&track.steering_rad, DEG), style));
+        let off = format!("{} m", text(errors.cross_track_rms_m, 3));
+        let turned = format!("{} deg", text(errors.heading_rms_rad * DEG, 2));
+        let over = |y, note: &str| Series::over(*name, x, y, style).noted(note);
+        cross = cross.with(over((&track.cross_track_error_m, 1.0), &format!(": RMS {off}")));
+        yaw = yaw.with(over((&track.heading_error_rad, DEG), &format!(": RMS {turned}")));
+        if !track.steering_rad.is_empty() {
+            steering = steering.with(over((&track.steering_rad, DEG), ""));
+        }
+        results.push(format!("{name} {off} and {turned}"));
     }
     let mut panels = vec![cross, yaw];
     if steered {
         panels.push(steering);
     }
-    Figure::new("Errors along the road", panels)
+    panels.iter_mut().for_each(|p| p.link = "road");
+    let result = format!("RMS of cross-track error and yaw error: {}.", results.join(", "));
+    Figure::new("Errors along the road", panels).stating(result)
 }

@@ -36,7 +36,7 @@ pub(crate) fn bicycle(bicycle: &Bicycle, fit: Option<f64>) -> Section {
             value(fit, 1, "%")
         )));
     }
-    Section { heading: "The bicycle model".into(), blocks }
+    Section::new("The bicycle model", blocks)
 }
 
 /// Gains, what was asked and what was reached.
@@ -94,7 +94,7 @@ pub(crate) fn controller(controller: &Controller<'_>) -> Section {
     blocks.push(Block::Table(margins(pid)));
     blocks.push(Block::Heading("Gains and limits".into()));
     blocks.push(Block::Table(gains(pid)));
-    Section { heading: format!("Controller: {}", controller.name), blocks }
+    Section::new(format!("Controller: {}", controller.name), blocks)
 }
 
 fn verdict(controller: &Controller<'_>) -> Block {

@@ -15,8 +15,7 @@ pub(crate) fn evidence(plant: &Plant) -> Option<Section> {
     blocks.extend(e.residuals.iter().flat_map(|r| residuals(r, plant)));
     blocks.extend(e.frequency_response.iter().flat_map(|r| response(r, plant)));
     blocks.extend(e.poles_and_zeros.iter().flat_map(poles_and_zeros));
-    (!blocks.is_empty())
-        .then(|| Section { heading: "How far the model can be trusted".into(), blocks })
+    (!blocks.is_empty()).then(|| Section::new("How far the model can be trusted", blocks))
 }
 
 fn held_out(h: &HeldOut) -> Vec<Block> {

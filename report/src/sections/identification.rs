@@ -46,7 +46,7 @@ pub(crate) fn log(plant: &Plant, traces: Option<&Traces>) -> Section {
         });
     }
     blocks.extend(super::evidence::bands(&e.excitation));
-    Section { heading: "The log".into(), blocks }
+    Section::new("The log", blocks)
 }
 
 /// Channels are kept in SI; people read degrees.
@@ -122,7 +122,7 @@ pub(crate) fn model(plant: &Plant, traces: Option<&Traces>, bicycle_fit: Option<
     }
     blocks.push(Block::Heading("The evidence in words".into()));
     blocks.push(Block::List(in_words(plant)));
-    Section { heading: "The identified model".into(), blocks }
+    Section::new("The identified model", blocks)
 }
 
 /// How the data were reduced, for people.

@@ -48,7 +48,7 @@ pub(crate) fn summary(report: &Report<'_>) -> Section {
     if !table.is_empty() {
         blocks.push(Block::Table(table));
     }
-    Section { heading: "Summary".into(), blocks }
+    Section::new("Summary", blocks)
 }
 
 /// The road, the tracks and their errors.
@@ -94,7 +94,7 @@ pub(crate) fn tracking(path: Option<&Path>, tracks: &[(&str, &Track)]) -> Sectio
                 .into(),
         });
     }
-    Section { heading: "Following the reference road".into(), blocks }
+    Section::new("Following the reference road", blocks)
 }
 
 /// Names, hashes and options.
@@ -113,7 +113,7 @@ pub(crate) fn provenance(report: &Report<'_>) -> Section {
     for (name, p) in plant.into_iter().chain(bicycle).chain(pids).chain(path) {
         push_provenance(&mut blocks, name, p);
     }
-    Section { heading: "Provenance".into(), blocks }
+    Section { folded: true, ..Section::new("Provenance", blocks) }
 }
 
 fn push_provenance(blocks: &mut Vec<Block>, name: String, p: &Provenance) {

@@ -20,6 +20,7 @@ use crate::run::target;
 use clap::Args;
 pub(crate) use platform::Platform;
 use platform::Runner;
+pub(crate) use setup::{apt, find, is_root};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;

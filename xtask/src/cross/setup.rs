@@ -88,11 +88,7 @@ pub(crate) fn install(platforms: &[Platform], source: Source) -> Result<(), Stri
             return Err(format!("only root can install\nhint: sudo {}", apt_line(&missing)));
         }
         let packages: Vec<_> = missing.iter().map(|n| n.package).collect();
-        update()?;
-        run(Command::new("apt-get")
-            .env("DEBIAN_FRONTEND", "noninteractive")
-            .args(["install", "--yes", "--quiet=2", "--no-install-recommends"])
-            .args(&packages))?;
+        apt(&packages)?;
     }
     check(platforms, true)?;
     zig()?;
@@ -100,6 +96,15 @@ pub(crate) fn install(platforms: &[Platform], source: Source) -> Result<(), Stri
         toolchain(platform, source)?;
     }
     Ok(())
+}
+
+/// Installs Debian's packages, as root.
+pub(crate) fn apt(packages: &[&str]) -> Result<(), String> {
+    update()?;
+    run(Command::new("apt-get")
+        .env("DEBIAN_FRONTEND", "noninteractive")
+        .args(["install", "--yes", "--quiet=2", "--no-install-recommends"])
+        .args(packages))
 }
 
 /// Refreshes apt's lists.
