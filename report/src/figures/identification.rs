@@ -86,14 +86,14 @@ pub fn coherence(excitation: &Excitation) -> Figure {
         .mark(Mark::new("coherence 0.5", Place::YLine(0.5), GREY));
     let beyond = |from| Place::XBand(from, f64::INFINITY);
     panel = if limit > 0.0 {
-        let name = format!("the log says little above {} Hz", significant(limit));
+        let name = format!("low coherence above {} Hz", significant(limit));
         panel.mark(Mark::new("", Place::XLine(limit), VERMILION)).mark(Mark::new(
             name,
             beyond(limit),
             VERMILION,
         ))
     } else {
-        panel.mark(Mark::new("the log says little at any frequency", beyond(0.0), VERMILION))
+        panel.mark(Mark::new("low coherence at all frequencies", beyond(0.0), VERMILION))
     };
     panel.x_log = true;
     panel.y_limits = Some((0.0, 1.0));
@@ -102,7 +102,7 @@ pub fn coherence(excitation: &Excitation) -> Figure {
     } else {
         "The log is informative at no frequency.".into()
     };
-    Figure::new("What the log can say, by frequency", vec![panel]).stating(result)
+    Figure::new("Information in the log by frequency", vec![panel]).stating(result)
 }
 
 fn significant(value: f64) -> String {

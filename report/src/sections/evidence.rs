@@ -182,7 +182,7 @@ fn value_pair(re: &str, im: &str, unit: &str) -> String {
     format!("{re}\u{a0}±\u{a0}{im}j{space}{unit}")
 }
 
-/// Where in frequency the log says something.
+/// The frequencies at which the log is informative.
 pub(super) fn bands(x: &Excitation) -> Vec<Block> {
     if x.bands.is_empty() {
         return Vec::new();

@@ -5,7 +5,7 @@ use crate::figures::{self, DEG, text};
 use crate::{Block, Section, Table, Traces};
 use formats::{ChannelSummary, DataFactor, Evidence, FactorMethod, InputKind, Plant, ResidualTest};
 
-/// What was read and what it can say.
+/// The channels of the log and their information.
 pub(crate) fn log(plant: &Plant, traces: Option<&Traces>) -> Section {
     let e = &plant.evidence;
     let mut blocks = Vec::new();
