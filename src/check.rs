@@ -4,7 +4,7 @@ use crate::console;
 use crate::failure::{Failure, Outcome};
 use crate::progress::Progress;
 use crate::quantity;
-use fmu_checker::{Report, Severity, run};
+use checker::{Report, Severity, run};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -72,7 +72,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 }
 
 fn check(fmu: &Path, bounds: Option<&run::Bounds>) -> Result<Report, Failure> {
-    let mut report = fmu_checker::check_file(fmu)?;
+    let mut report = checker::check_file(fmu)?;
     if let Some(bounds) = bounds {
         let program = std::env::current_exe().map_err(|error| Failure::file(fmu, &error))?;
         let command =

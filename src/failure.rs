@@ -89,8 +89,8 @@ macro_rules! from_stage {
 from_stage!(
     formats::Error,
     packaging::Error,
-    fmi2_host::Error,
-    fmu_checker::Error,
+    host::Error,
+    checker::Error,
     report::Error,
     ::sweep::Error
 );

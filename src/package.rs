@@ -105,7 +105,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
             file: out.path().into(),
             guid: Some(archive.description.guid.clone()),
             bytes: archive.bytes.len(),
-            platforms: fmu_binaries::of(archive.fmu.name()).map(|l| l.platform).collect(),
+            platforms: binaries::of(archive.fmu.name()).map(|l| l.platform).collect(),
             connections: None,
         });
     }

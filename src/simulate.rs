@@ -5,7 +5,7 @@ use crate::failure::{Failure, Outcome};
 use crate::output::{Kind, Outputs};
 use crate::progress::Progress;
 use crate::{Global, quantity};
-use fmi2_host::{
+use host::{
     Archive, Connection, Coupling, Error, InputTable, Instance, Status, System, SystemPackage,
     Value,
 };

@@ -35,7 +35,7 @@ pub enum Error {
     },
     /// An FMU could not be opened, wired or stepped.
     #[error(transparent)]
-    Fmu(Box<fmi2_host::Error>),
+    Fmu(Box<host::Error>),
     /// A figure could not be drawn, or a run not be read.
     #[error(transparent)]
     Report(#[from] report::Error),
@@ -292,7 +292,7 @@ macro_rules! from_stage {
     )*};
 }
 
-from_stage!(Identification: sysid::Error, Design: control::Error, Fmu: fmi2_host::Error);
+from_stage!(Identification: sysid::Error, Design: control::Error, Fmu: host::Error);
 
 impl From<packaging::Error> for Error {
     fn from(error: packaging::Error) -> Self {

@@ -40,8 +40,8 @@ pub use verdict::{Figure, Verdict};
 
 use control::{DesignOptions, Master, paths};
 use drivelog::DriveLog;
-use fmi2_host::Coupling;
 use formats::{Guidance, Path as PathFile, SourceFile};
+use host::Coupling;
 use runs::Setting;
 use sweep::Class;
 use sysid::IdentifyOptions;

@@ -3,8 +3,8 @@
 
 use crate::Error;
 use control::Sideslip;
-use fmi2_host::{Archive, Connection};
 use formats::{Document, Path as PathFile, Pid, Start};
+use host::{Archive, Connection};
 use packaging::ssp::{self, Component, Experiment};
 use packaging::{Binary, Fmu, Packed};
 
@@ -46,9 +46,8 @@ fn pack_with_start(
     start: Option<&Start>,
 ) -> Result<Packed, Error> {
     let fmu = fmu_of(document, file)?;
-    let binaries: Vec<Binary<'_>> = fmu_binaries::of(fmu.name())
-        .map(|l| Binary { platform: l.platform, bytes: l.bytes })
-        .collect();
+    let binaries: Vec<Binary<'_>> =
+        binaries::of(fmu.name()).map(|l| Binary { platform: l.platform, bytes: l.bytes }).collect();
     Ok(packaging::package_with_start(document, file, &binaries, step, start)?)
 }
 

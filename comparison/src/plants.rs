@@ -4,7 +4,7 @@ use crate::runs::Setting;
 use crate::track::{add, drive_at, name_of};
 use crate::{Error, packed};
 use control::Sideslip;
-use fmi2_host::{Archive, InputTable, System};
+use host::{Archive, InputTable, System};
 
 /// Lateral acceleration of the turn in which a plant's gain and sideslip are read, m/s².
 const TURN_MPS2: f64 = 0.5;

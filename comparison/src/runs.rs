@@ -6,8 +6,8 @@ use crate::plants::Plant;
 use crate::step::{step_of, ticks_before_step};
 use crate::track::{CONTROLLER, Loop, add, drive_at, name_of};
 use crate::{Error, packed};
-use fmi2_host::{Archive, Connection, Coupling, Recording, System};
 use formats::{Document, Path as PathFile, StepMetrics};
+use host::{Archive, Connection, Coupling, Recording, System};
 use report::{StepResponse, Track, TrackErrors};
 
 /// A controller on a plant.

@@ -4,8 +4,8 @@ use crate::Error;
 use crate::packed::archive;
 use crate::track::add;
 use control::DesignPlant;
-use fmi2_host::{Archive, Coupling, InputTable, Recording, System};
 use formats::{Document, FmuLoop, Pid, Plant, StepMetrics};
+use host::{Archive, Coupling, InputTable, Recording, System};
 use report::StepResponse;
 
 /// How long the loop holds its course before the step, s: the integral action takes up the plant's

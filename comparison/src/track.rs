@@ -6,8 +6,8 @@
 use crate::Error;
 use crate::packed::sideslip_parameters;
 use control::Sideslip;
-use fmi2_host::{Archive, Causality, Connection, Coupling, Instance, Recording, System};
 use formats::Path as PathFile;
+use host::{Archive, Causality, Connection, Coupling, Instance, Recording, System};
 
 const PATH: &str = "ReferencePath";
 pub(crate) const CONTROLLER: &str = "LateralPid";

@@ -2,8 +2,8 @@
 
 use crate::{Error, packed};
 use control::DesignOptions;
-use fmi2_host::{Archive, Causality, Kind, Value};
 use formats::{Document, SourceFile, Vehicle};
+use host::{Archive, Causality, Kind, Value};
 use packaging::Fmu;
 use std::path::Path;
 
@@ -167,7 +167,7 @@ pub(crate) fn step_remark(archive: &Archive, step: f64) -> Option<String> {
 fn check(archive: &Archive, name: &str) -> Result<(), Error> {
     let model = archive.model();
     let has = |name: &str, causalities: &[Causality]| {
-        let real = |v: &&fmi2_host::Variable| v.kind == Kind::Real;
+        let real = |v: &&host::Variable| v.kind == Kind::Real;
         model.variable(name).filter(real).is_some_and(|v| causalities.contains(&v.causality))
     };
     let mut missing: Vec<String> = Vec::new();

@@ -1,14 +1,14 @@
 //! Bicycle models from vehicle data: `vehicle.toml` → `bicycle.json` (eq 13).
 //!
-//! The equations are those of `vehicle_models::bicycle`, the same that run in the FMU; here the
+//! The equations are those of `models::bicycle`, the same that run in the FMU; here the
 //! file is read, with the place of each fault, and the document is written.
 
 use crate::Error;
 use formats::{
     Bicycle, BicycleCoefficients, Document, Matrix, Provenance, SourceFile, VehicleData,
 };
-use model_loading::bicycle_parameters;
-use vehicle_models::bicycle_eq13;
+use loading::bicycle_parameters;
+use models::bicycle_eq13;
 
 /// Reads vehicle data; `file` is named in errors.
 fn read_vehicle(text: &str, file: &str) -> Result<VehicleData, Error> {

@@ -72,7 +72,7 @@ pub enum Error {
         /// The model's name.
         model: String,
         /// What is wrong.
-        source: vehicle_models::Error,
+        source: models::Error,
     },
     /// The speed at which the plant was identified is unknown.
     #[error(

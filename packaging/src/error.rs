@@ -60,7 +60,7 @@ pub enum Error {
     },
     /// Names do not determine the source of an input.
     #[error(transparent)]
-    Wiring(Box<fmi2_host::Error>),
+    Wiring(Box<host::Error>),
     /// A system names a variable that is not there, or is not what it is taken for.
     #[error("the system has no {need} {variable}")]
     NoVariable {

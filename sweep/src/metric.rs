@@ -5,7 +5,7 @@
 //! or drives away. A metric of either is a lower bound of its largest value, unless it has a target
 //! or counts time.
 
-use fmi2_host::Linear;
+use host::Linear;
 use serde::{Deserialize, Serialize};
 
 use crate::draws::Number;

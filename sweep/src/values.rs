@@ -2,9 +2,7 @@
 
 use std::collections::HashMap;
 
-use fmi2_host::{
-    Assigned, Causality, Error as HostError, Kind, Linear, Value, Variability, Variable,
-};
+use host::{Assigned, Causality, Error as HostError, Kind, Linear, Value, Variability, Variable};
 use toml::Spanned;
 
 use crate::connect::{Wired, host, split};
@@ -75,8 +73,7 @@ fn settable<'a>(
     let (index, variable) = find(study, wired, path)?;
     let instance = &wired.system.instances()[index];
     if variable.causality == Causality::Input {
-        let feeds =
-            |c: &&fmi2_host::Connection| c.to == instance.name() && c.input == variable.name;
+        let feeds = |c: &&host::Connection| c.to == instance.name() && c.input == variable.name;
         if let Some(connection) = wired.system.connections().iter().find(feeds) {
             let problem = format!(
                 "{} is fed by {}.{}: a value set there would have no effect",

@@ -2,7 +2,7 @@
 
 use crate::api::Api;
 use crate::documents::document;
-use fmi2_host::Archive;
+use host::Archive;
 use model_description::{
     Causality, CoSimulation, Initial, Kind, ModelDescription, Variability, Variable,
 };
@@ -52,7 +52,7 @@ pub(crate) fn sample(name: &str) -> &'static Sample {
 
 /// Packs and unpacks an FMU.
 fn unpacked(fmu: Fmu) -> Sample {
-    let binaries: Vec<Binary<'_>> = fmu_binaries::of(fmu.name())
+    let binaries: Vec<Binary<'_>> = binaries::of(fmu.name())
         .map(|library| Binary { platform: library.platform, bytes: library.bytes })
         .collect();
     let document = document(fmu.schema()).expect("a document of every FMU");

@@ -2,8 +2,8 @@
 
 use crate::support::demo;
 use control::{Master, PlantModel, TrackTrace};
-use fmi2_host::{Archive, Instance, System};
 use formats::{Bicycle, Document, Path as PathFile, Pid, Plant};
+use host::{Archive, Instance, System};
 use std::path::Path;
 
 const LARGEST_DIFFERENCE: f64 = 1e-9;
@@ -13,12 +13,7 @@ fn read<D: Document>(path: &Path) -> D {
 }
 
 /// Runs plant, path and controller from archives; gives their columns by name.
-fn fmus(
-    folder: &Path,
-    plant: &str,
-    master: fmi2_host::Coupling,
-    stop: f64,
-) -> fmi2_host::Recording {
+fn fmus(folder: &Path, plant: &str, master: host::Coupling, stop: f64) -> host::Recording {
     let mut system = System::new();
     for name in [plant, "ReferencePath", "LateralPid"] {
         let archive = Archive::open(folder.join(format!("{name}.fmu"))).unwrap();
@@ -28,7 +23,7 @@ fn fmus(
     system.run(master, 0.0, stop, 0.01).unwrap()
 }
 
-fn largest_difference(recording: &fmi2_host::Recording, plant: &str, trace: &TrackTrace) -> f64 {
+fn largest_difference(recording: &host::Recording, plant: &str, trace: &TrackTrace) -> f64 {
     let mut largest = 0.0_f64;
     for (name, pure) in [
         (format!("{plant}.x"), &trace.x),
@@ -46,7 +41,7 @@ fn largest_difference(recording: &fmi2_host::Recording, plant: &str, trace: &Tra
     largest
 }
 
-fn compare(plant: &str, model: PlantModel, master: Master, host: fmi2_host::Coupling) {
+fn compare(plant: &str, model: PlantModel, master: Master, host: host::Coupling) {
     let folder = demo().folder.join("multibody");
     let pid: Pid = read(&folder.join("pid.json"));
     let path: PathFile = read(&folder.join("path.json"));
@@ -62,19 +57,19 @@ fn compare(plant: &str, model: PlantModel, master: Master, host: fmi2_host::Coup
 fn identified_plant_gauss_seidel() {
     let plant: Plant = read(&demo().folder.join("multibody/plant.json"));
     let model = PlantModel::from_plant(&plant).unwrap();
-    compare("IdentifiedPlant", model, Master::GaussSeidel, fmi2_host::Coupling::GaussSeidel);
+    compare("IdentifiedPlant", model, Master::GaussSeidel, host::Coupling::GaussSeidel);
 }
 
 #[test]
 fn identified_plant_jacobi() {
     let plant: Plant = read(&demo().folder.join("multibody/plant.json"));
     let model = PlantModel::from_plant(&plant).unwrap();
-    compare("IdentifiedPlant", model, Master::Jacobi, fmi2_host::Coupling::Jacobi);
+    compare("IdentifiedPlant", model, Master::Jacobi, host::Coupling::Jacobi);
 }
 
 #[test]
 fn bicycle_plant_gauss_seidel() {
     let bicycle: Bicycle = read(&demo().folder.join("multibody/bicycle.json"));
     let model = PlantModel::from_bicycle(&bicycle).unwrap();
-    compare("BicyclePlant", model, Master::GaussSeidel, fmi2_host::Coupling::GaussSeidel);
+    compare("BicyclePlant", model, Master::GaussSeidel, host::Coupling::GaussSeidel);
 }

@@ -30,7 +30,7 @@ fn columns<const N: usize>(file: &Path, names: [&str; N]) -> [Vec<f64>; N] {
 
 /// How far the vehicle itself is from the road, RMS in m, whatever the estimator makes of it.
 fn cross_track(road: &PathFile, csv: &Path) -> f64 {
-    let geometry = model_loading::path_geometry(road).unwrap();
+    let geometry = loading::path_geometry(road).unwrap();
     let [x, y] = columns(csv, ["IdentifiedPlant.x", "IdentifiedPlant.y"]);
     let (mut at, mut squares) = (road.points[0].distance_m, 0.0);
     for (x, y) in x.iter().zip(&y) {

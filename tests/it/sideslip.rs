@@ -1,15 +1,15 @@
 //! What is known of a car's sideslip on its way to the path follower and the pose estimator.
 
 use crate::support::{chain, done, run, text_of};
-use fmi2_host::Archive;
 use formats::Document;
+use host::Archive;
 use std::path::Path;
 
 /// The start value of an FMU's variable in a folder of archives.
 fn start(folder: &Path, fmu: &str, name: &str) -> f64 {
     let archive = Archive::open(folder.join(format!("{fmu}.fmu"))).unwrap();
     match archive.model().variable(name).unwrap().start {
-        Some(fmi2_host::Value::Real(value)) => value,
+        Some(host::Value::Real(value)) => value,
         ref other => panic!("{other:?}"),
     }
 }
@@ -26,14 +26,13 @@ fn the_sideslip_of_the_plant_is_that_of_path_and_estimator() {
     };
     let text = std::fs::read_to_string(chain().join("bicycle.json")).unwrap();
     let bicycle = formats::Bicycle::from_json(&text, "bicycle.json").unwrap().vehicle;
-    let expected =
-        model_loading::bicycle_parameters(&bicycle).sideslip_per_yaw_rate(bicycle.speed_mps);
+    let expected = loading::bicycle_parameters(&bicycle).sideslip_per_yaw_rate(bicycle.speed_mps);
     assert!(expected.abs() > 0.005, "{expected}");
     assert_eq!(loop_of("{chain}/bicycle.json", "{chain}/path.json"), [expected; 2]);
     // At the speed of the path, which is that of the loop.
     let slow = "path --pid {chain}/pid.json --speed 8m/s -o slow.json";
     done(folder, slow);
-    let at_8 = model_loading::bicycle_parameters(&bicycle).sideslip_per_yaw_rate(8.0);
+    let at_8 = loading::bicycle_parameters(&bicycle).sideslip_per_yaw_rate(8.0);
     assert!((at_8 - expected).abs() > 0.05, "{at_8} {expected}");
     assert_eq!(loop_of("{chain}/bicycle.json", "slow.json"), [at_8; 2]);
     // This drive's log has no fixes.
@@ -43,9 +42,9 @@ fn the_sideslip_of_the_plant_is_that_of_path_and_estimator() {
     done(folder, "path --pid {chain}/pid.json --plant {chain}/bicycle.json -o of_plant.json");
     let text = std::fs::read_to_string(folder.join("of_plant.json")).unwrap();
     let path = formats::Path::from_json(&text, "of_plant.json").unwrap();
-    let at_15 = model_loading::bicycle_parameters(&bicycle).sideslip_per_yaw_rate(15.0);
+    let at_15 = loading::bicycle_parameters(&bicycle).sideslip_per_yaw_rate(15.0);
     assert_eq!(path.guidance.sideslip_per_yaw_rate_s, at_15);
-    let lead = model_loading::bicycle_parameters(&bicycle).sideslip_per_yaw_acceleration(15.0);
+    let lead = loading::bicycle_parameters(&bicycle).sideslip_per_yaw_acceleration(15.0);
     assert_eq!(path.guidance.sideslip_per_yaw_acceleration_s2, lead);
     let output = run(folder, "path --plant {chain}/pid.json");
     assert_eq!(output.status.code(), Some(2));

@@ -1,7 +1,7 @@
 //! The loop as a system structure package: made, run, and run as its FMUs are.
 
 use crate::support::{chain, done, run, text_of};
-use fmi2_host::{Archive, Connection, SystemPackage};
+use host::{Archive, Connection, SystemPackage};
 use packaging::Binary;
 use packaging::ssp::{Component, Experiment};
 use serde_json::Value;

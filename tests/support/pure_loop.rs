@@ -6,12 +6,12 @@
 //! reaches an input before the first step, and the controller's tick 0 sees that.
 
 use formats::{Path, Pid as PidFile, Plant};
-use std::fmt::Write;
-use std::sync::Arc;
-use vehicle_models::{
+use models::{
     GuidanceParameters, IdentifiedPlant, PathFollower, PathOutput, Pid, PidInput, PidOutput,
     PidParameters,
 };
+use std::fmt::Write;
+use std::sync::Arc;
 
 /// Who waits for whom within a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -78,24 +78,24 @@ struct Units {
 
 impl Units {
     fn new(plant: &Plant, path: &Path, pid: &PidFile) -> Self {
-        let model = model_loading::identified_model(plant).unwrap();
+        let model = loading::identified_model(plant).unwrap();
         let mut plant = IdentifiedPlant::new(Arc::new(model));
         let first = path.points[0];
         let pose = [first.x_m, first.y_m, first.heading_rad];
         [plant.initial_x, plant.initial_y, plant.initial_yaw] = pose;
         plant.speed = path.speed_mps;
         plant.start();
-        let geometry = model_loading::path_geometry(path).unwrap();
+        let geometry = loading::path_geometry(path).unwrap();
         // No one connects the speed of the controller's limits: it is the road's, as packed.
         let speed = path.speed_mps;
         let input = PidInput { enabled: true, speed, ..PidInput::default() };
         Self {
             plant,
-            law: model_loading::guidance_parameters(&path.guidance),
+            law: loading::guidance_parameters(&path.guidance),
             follower: PathFollower::new(Arc::new(geometry)),
             speed: path.speed_mps,
             pose,
-            parameters: model_loading::pid_parameters(pid),
+            parameters: loading::pid_parameters(pid),
             controller: Pid::default(),
             input,
             given: false,

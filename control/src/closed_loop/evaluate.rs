@@ -10,10 +10,10 @@ use crate::plants::design_plant::DesignPlant;
 use crate::plants::sampled::Sampled;
 use crate::requirement::Reached;
 use formats::{DesignEvidence, HeightStep, Pid, Specification, StepMetrics};
-use model_loading::pid_parameters;
+use loading::pid_parameters;
+use models::PidParameters;
 use nalgebra::Complex;
 use std::f64::consts::PI;
-use vehicle_models::PidParameters;
 
 /// Heights of the steps that are reported, degrees, and how long they are followed, s: the largest yaw
 /// error acted on makes them a matter of many seconds at low speed.

@@ -17,9 +17,9 @@
 
 use crate::plants::sampled::Sampled;
 use formats::Margins;
+use models::PidParameters;
 use nalgebra::Complex;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
-use vehicle_models::PidParameters;
 
 /// Lowest angle of the grid, rad a sample.
 const LOWEST: f64 = 1e-6;

@@ -10,7 +10,7 @@ use crate::plants::design_plant::DesignPlant;
 use crate::plants::sampled::Sampled;
 use crate::requirement::Reached;
 use formats::{Margins, OnACurve, Specification};
-use vehicle_models::PidParameters;
+use models::PidParameters;
 
 /// Points of the frequency grid.
 const GRID_POINTS: usize = 120;

@@ -40,9 +40,9 @@ use crate::requirement::Requirement;
 use formats::{
     DesignedFor, Document, GuidanceAdvice, Limits, Pid, PidGains, Provenance, SourceFile,
 };
-use model_loading::controller_parameters;
+use loading::controller_parameters;
+use models::PidParameters;
 use std::collections::BTreeMap;
-use vehicle_models::PidParameters;
 
 /// Designs a controller for a plant. `source` names the model's file.
 ///

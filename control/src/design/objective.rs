@@ -14,8 +14,8 @@ use crate::design::options::DesignOptions;
 use crate::plants::design_plant::DesignPlant;
 use crate::requirement::{Reached, Requirement};
 use formats::{Limits, PidGains, Specification};
-use model_loading::controller_parameters;
-use vehicle_models::PidParameters;
+use loading::controller_parameters;
+use models::PidParameters;
 
 /// Number of decision variables.
 pub(crate) const VARIABLES: usize = 5;

@@ -63,7 +63,7 @@ impl Sideslip {
     /// The sideslip of eq 13 at a speed (m/s) above zero.
     #[must_use]
     pub fn of_vehicle(vehicle: &VehicleData, speed: f64) -> Self {
-        let parameters = model_loading::bicycle_parameters(vehicle);
+        let parameters = loading::bicycle_parameters(vehicle);
         Self {
             per_yaw_rate_s: parameters.sideslip_per_yaw_rate(speed),
             per_yaw_acceleration_s2: parameters.sideslip_per_yaw_acceleration(speed),

@@ -46,7 +46,7 @@ pub(crate) fn car(steering_ratio: f64) -> Bicycle {
 /// An identified plant with these continuous matrices, as `plant.json` holds it.
 pub(crate) fn identified(f: &[f64], g: &[f64], h: &[f64], sample_time: f64, delay: f64) -> Plant {
     let n = g.len();
-    let (a, b) = vehicle_models::linear::discretize(
+    let (a, b) = models::linear::discretize(
         &DMatrix::from_row_slice(n, n, f),
         &DMatrix::from_row_slice(n, 1, g),
         sample_time,
@@ -90,8 +90,8 @@ pub(crate) fn identified(f: &[f64], g: &[f64], h: &[f64], sample_time: f64, dela
 /// The car's yaw rate as an identified plant would hold it.
 pub(crate) fn identified_car() -> Plant {
     let car = car(1.0);
-    let parameters = model_loading::bicycle_parameters(&car.vehicle);
-    let (f, g) = vehicle_models::bicycle_body_frame(&parameters, 15.0);
+    let parameters = loading::bicycle_parameters(&car.vehicle);
+    let (f, g) = models::bicycle_body_frame(&parameters, 15.0);
     let f: Vec<f64> = (0..9).map(|i| f[(i / 3, i % 3)]).collect();
     identified(&f, g.as_slice(), &[0.0, 1.0, 0.0], 0.01, 0.0)
 }

@@ -204,7 +204,7 @@ fn the_city_street() {
         while i + 1 < path.len() && away(i + 1) < away(i) {
             i += 1;
         }
-        worst = worst.max(vehicle_models::wrap_angle(path[i].heading_rad - course).abs());
+        worst = worst.max(models::wrap_angle(path[i].heading_rad - course).abs());
     }
     println!("largest difference of heading and course {:.3} deg", worst.to_degrees());
     assert!(worst.to_degrees() < 0.5, "{}", worst.to_degrees());

@@ -69,9 +69,8 @@ fn all_drawn_plants_keep_the_requirements() {
     let n = plant.ensemble_dimension();
     let (mut kept, mut different) = (0, 0.0_f64);
     for k in 0..40_u64 {
-        let xi: Vec<f64> = (0..n as u64)
-            .map(|i| vehicle_models::noise::gaussian(4242, k * n as u64 + i))
-            .collect();
+        let xi: Vec<f64> =
+            (0..n as u64).map(|i| models::noise::gaussian(4242, k * n as u64 + i)).collect();
         let Some(member) = plant.member(&xi) else { continue };
         different = different.max((member.gain() / plant.gain() - 1.0).abs());
         kept += usize::from(evaluate(&member, &pid).expect("evidence").met);
@@ -161,7 +160,7 @@ fn an_identified_bicycle_is_evaluated_over_its_uncertainty() {
     let off = same.margins.modulus_margin - late.margins.modulus_margin;
     assert!(off.abs() < 1e-9, "{off}");
     let kept = (0..40_u64).filter(|k| {
-        let xi = [0, 1].map(|i| vehicle_models::noise::gaussian(4242, 2 * k + i));
+        let xi = [0, 1].map(|i| models::noise::gaussian(4242, 2 * k + i));
         plant.member(&xi).is_some_and(|member| of(&pid, &member).met)
     });
     let kept = kept.count();

@@ -17,7 +17,7 @@ use formats::{
     Estimator, Guidance, InputKind, Limits, Matrix, Path, Pid, PidGains, Plant, Vehicle,
     VehicleData,
 };
-use vehicle_models::{
+use models::{
     BicycleParameters, Continuous, Error, GuidanceParameters, IdentifiedData, IdentifiedModel,
     NonlinearParameters, PathGeometry, PathPoint, PidParameters, PoseParameters,
 };
@@ -42,8 +42,8 @@ pub fn identified_model(plant: &Plant) -> Result<IdentifiedModel, Error> {
             h: entries(&c.h),
         }),
         input: match plant.input {
-            InputKind::Steering => vehicle_models::InputKind::Steering,
-            InputKind::SteeringTimesSpeed => vehicle_models::InputKind::SteeringTimesSpeed,
+            InputKind::Steering => models::InputKind::Steering,
+            InputKind::SteeringTimesSpeed => models::InputKind::SteeringTimesSpeed,
         },
         delay: plant.input_delay_s,
         steering_offset: point.steering_offset_rad,

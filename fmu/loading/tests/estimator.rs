@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used)]
 
 use formats::{Document, Estimator};
-use model_loading::pose_parameters;
-use vehicle_models::PoseParameters;
+use loading::pose_parameters;
+use models::PoseParameters;
 
 /// Everything but the latency is the estimator that is compiled in, which knows of none.
 #[test]

@@ -3,10 +3,10 @@
 #![allow(clippy::unwrap_used)]
 
 use formats::{Guidance, InputKind, Matrix, Path, Plant, VehicleData};
-use model_loading::{
+use loading::{
     bicycle_parameters, guidance_parameters, identified_model, path_geometry, pid_parameters,
 };
-use vehicle_models::{BicycleParameters, Error, GuidanceParameters, PidParameters};
+use models::{BicycleParameters, Error, GuidanceParameters, PidParameters};
 
 fn plant() -> Plant {
     Plant {
@@ -50,7 +50,7 @@ fn the_identified_model() {
     );
     assert_eq!((data.d, data.sample_time, data.delay, data.speed), (0.5, 0.01, 0.03, 12.0));
     assert_eq!((data.steering_offset, data.yaw_rate_offset), (0.02, 0.003));
-    assert_eq!(data.input, vehicle_models::InputKind::SteeringTimesSpeed);
+    assert_eq!(data.input, models::InputKind::SteeringTimesSpeed);
     assert!((data.innovation_std - 0.01).abs() < 1e-15);
     let continuous = formats::Continuous {
         f: Matrix(vec![vec![-1.0, 0.0], vec![0.0, -1.0]]),

@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used)]
 
 use formats::{Document, Vehicle};
-use model_loading::nonlinear_parameters;
-use vehicle_models::NonlinearParameters;
+use loading::nonlinear_parameters;
+use models::NonlinearParameters;
 
 #[test]
 fn the_example_is_the_default() {

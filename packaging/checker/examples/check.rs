@@ -2,7 +2,7 @@
 //!
 //! `check --run-child JOURNAL FMU` is what it calls itself with.
 
-use fmu_checker::run::{self, Bounds, Command};
+use checker::run::{self, Bounds, Command};
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -22,7 +22,7 @@ fn main() -> Result<ExitCode, Box<dyn std::error::Error>> {
     let mut clean = true;
     for fmu in &arguments {
         let fmu = Path::new(fmu);
-        let mut report = fmu_checker::check_file(fmu)?;
+        let mut report = checker::check_file(fmu)?;
         let findings = run::supervise(&command, fmu, &report, &Bounds::default())?;
         report.extend(findings);
         for finding in &report.findings {

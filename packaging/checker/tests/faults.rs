@@ -3,8 +3,8 @@
 
 use crate::corpus;
 
+use checker::{Report, Severity};
 use corpus::{base, faults};
-use fmu_checker::{Report, Severity};
 use std::collections::BTreeSet;
 
 /// The rules that errors and warnings name.
@@ -14,7 +14,7 @@ fn rules(report: &Report) -> BTreeSet<&'static str> {
 
 #[test]
 fn the_good_archive_has_no_findings() {
-    let report = fmu_checker::check(&base().zip(), "Base.fmu");
+    let report = checker::check(&base().zip(), "Base.fmu");
     assert_eq!(rules(&report), BTreeSet::new(), "{:#?}", report.findings);
     assert!(report.is_clean());
 }
@@ -26,7 +26,7 @@ fn every_fault_is_found_under_its_rule_and_nothing_else() {
     assert!(faults().len() >= 60);
     let mut wrong = Vec::new();
     for fault in faults() {
-        let report = fmu_checker::check(&fault.archive(), "Base.fmu");
+        let report = checker::check(&fault.archive(), "Base.fmu");
         if rules(&report) != BTreeSet::from([fault.rule]) {
             let told: Vec<String> = report.findings.iter().map(ToString::to_string).collect();
             wrong.push(format!("{} ({}):\n  {}", fault.name, fault.rule, told.join("\n  ")));
@@ -40,7 +40,7 @@ fn every_fault_is_found_under_its_rule_and_nothing_else() {
 fn findings_say_where() {
     let mut files = base();
     files.replace(r#"min="0" max="9""#, r#"min="4" max="9""#);
-    let report = fmu_checker::check(&files.zip(), "Base.fmu");
+    let report = checker::check(&files.zip(), "Base.fmu");
     let finding = report.findings.iter().find(|f| f.rule == "start-outside-limits").unwrap();
     let xml = String::from_utf8(files.get("modelDescription.xml").clone()).unwrap();
     let line = xml.lines().position(|line| line.contains(r#"name="count""#)).unwrap() + 1;
@@ -58,7 +58,7 @@ fn a_dot_in_the_name_of_a_source_is_looked_through() {
         files.add("sources/gc/more.c", b"int more;\n");
         let listed = format!("<File name=\"base.c\"/><File name=\"{name}\"/>");
         files.replace(r#"<File name="base.c"/>"#, &listed);
-        rules(&fmu_checker::check(&files.zip(), "Base.fmu"))
+        rules(&checker::check(&files.zip(), "Base.fmu"))
     };
     for name in ["./gc/more.c", "gc/./more.c", "././gc/more.c"] {
         assert_eq!(told(name), BTreeSet::new(), "{name}");

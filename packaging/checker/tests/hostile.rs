@@ -3,8 +3,8 @@
 
 use crate::corpus;
 
+use checker::{Report, check};
 use corpus::base;
-use fmu_checker::{Report, check};
 use proptest::prelude::*;
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
@@ -39,7 +39,7 @@ fn no_name_leads_out() {
         let bytes = files.zip();
         let report = check(&bytes, "Base.fmu");
         assert!(has(&report, "zip-unsafe-name"), "{name:?}: {:?}", report.findings);
-        assert!(fmi2_host::Archive::from_bytes(&bytes, "x").is_err(), "{name:?}");
+        assert!(host::Archive::from_bytes(&bytes, "x").is_err(), "{name:?}");
     }
 }
 

@@ -6,8 +6,8 @@
 
 use crate::corpus;
 
+use checker::{Severity, check, check_file};
 use corpus::{base, faults};
-use fmu_checker::{Severity, check, check_file};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::path::Path;

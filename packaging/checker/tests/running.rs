@@ -3,9 +3,9 @@
 
 use crate::corpus;
 
+use checker::run::{Bounds, Command, supervise};
+use checker::{Finding, Severity};
 use corpus::{Files, base};
-use fmu_checker::run::{Bounds, Command, supervise};
-use fmu_checker::{Finding, Severity};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -23,7 +23,7 @@ fn findings(files: &Files, bounds: &Bounds) -> Vec<Finding> {
     let folder = tempfile::tempdir().unwrap();
     let fmu = folder.path().join("Base.fmu");
     std::fs::write(&fmu, files.zip()).unwrap();
-    let report = fmu_checker::check_file(&fmu).unwrap();
+    let report = checker::check_file(&fmu).unwrap();
     supervise(&command(), &fmu, &report, bounds).unwrap()
 }
 

@@ -22,7 +22,7 @@ mod structure;
 mod wiring;
 
 use crate::{Error, Packed};
-use fmi2_host::Connection;
+use host::Connection;
 use std::io::{Cursor, Write};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};

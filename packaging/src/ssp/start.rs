@@ -2,8 +2,8 @@
 //! fixes of the plant's position and its sideslip.
 
 use crate::{Fmu, Packed};
-use fmi2_host::Connection;
 use formats::{Path, Start};
+use host::Connection;
 use model_description::{Causality, Value};
 
 /// The pose and speed with which an FMU starts on a road, as far as it has variables for them.

@@ -2,7 +2,7 @@
 
 use super::{Component, Experiment};
 use crate::Error;
-use fmi2_host::Connection;
+use host::Connection;
 use model_description::{Causality, Kind, Unit, Variable};
 use quick_xml::Writer;
 use std::io;

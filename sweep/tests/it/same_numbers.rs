@@ -2,7 +2,7 @@
 //! runs, or whether an instance is new.
 
 use crate::support::{How, column, folder, prepare, results, run, run_with, study};
-use fmi2_host::{Archive, Coupling, Instance, System};
+use host::{Archive, Coupling, Instance, System};
 use std::fs;
 use sweep::Error;
 

@@ -15,7 +15,7 @@ mod table;
 mod timing;
 
 use fmi2_export::{Resources, Slave};
-use fmi2_host::Archive;
+use host::Archive;
 use model_description::Causality;
 use packaging::Binary;
 use std::path::{Path, PathBuf};
@@ -119,7 +119,7 @@ impl Timed {
 fn archives() -> Vec<(String, Archive)> {
     let mut archives = Vec::new();
     for fmu in packaging::Fmu::ALL {
-        let binaries: Vec<Binary<'_>> = fmu_binaries::of(fmu.name())
+        let binaries: Vec<Binary<'_>> = binaries::of(fmu.name())
             .map(|library| Binary { platform: library.platform, bytes: library.bytes })
             .collect();
         let examples = examples::of(fmu.schema());

@@ -7,7 +7,7 @@ use crate::design::objective::Objective;
 use crate::design::target::Target;
 use crate::requirement::Requirement;
 use formats::Margins;
-use vehicle_models::PidParameters;
+use models::PidParameters;
 
 /// Weight of the logarithm of the settling time, the longest of all plants.
 const SETTLING_WEIGHT: f64 = 2.0;

@@ -8,7 +8,7 @@ use crate::plants::dynamics::nearest_right_half_plane_zero;
 use crate::plants::sampled::Sampled;
 use crate::requirement::Requirement;
 use formats::{Excitation, Robustness, Specification};
-use vehicle_models::PidParameters;
+use models::PidParameters;
 
 /// Multiple of the steering of the drive that is reported: no less, except for rounding, than the default rate.
 const CLEARLY: f64 = 2.0 + 1e-9;

@@ -10,7 +10,7 @@ use crate::design::objective::Objective;
 use crate::design::parallel::each;
 use crate::requirement::{Reached, Requirement};
 use formats::{Breaking, OverEnsemble, Robustness, Specification};
-use vehicle_models::PidParameters;
+use models::PidParameters;
 
 /// Longest latency that is examined, s.
 const LONGEST_LATENCY: f64 = 0.5;

@@ -170,9 +170,8 @@ impl Curve {
             distance_m: distance,
             x_m: x,
             y_m: y,
-            heading_rad: before.map_or(heading, |b| {
-                b.heading_rad + vehicle_models::wrap_angle(heading - b.heading_rad)
-            }),
+            heading_rad: before
+                .map_or(heading, |b| b.heading_rad + models::wrap_angle(heading - b.heading_rad)),
             curvature_per_m: (dx * ddy - dy * ddx) / dx.hypot(dy).powi(3),
         }
     }

@@ -1,7 +1,7 @@
 //! One instance: values, phases, errors, states.
 
 use crate::support::{Behaviour, instance, open, xml};
-use fmi2_host::{Error, Instance, InstanceOptions, MAX_LOG_LINES, Phase, Status};
+use host::{Error, Instance, InstanceOptions, MAX_LOG_LINES, Phase, Status};
 use model_description::Value;
 
 fn integrator() -> Option<Instance> {

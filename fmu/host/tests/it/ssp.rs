@@ -1,7 +1,7 @@
 //! System structure packages: what is read, what is refused, and that a package runs as its FMUs do.
 
 use crate::support::{Behaviour, binary_path, library, xml, zip_of};
-use fmi2_host::{Connection, Coupling, Error, Instance, System, SystemPackage};
+use host::{Connection, Coupling, Error, Instance, System, SystemPackage};
 use model_description::Value;
 
 /// A structure file. Other prefixes than the usual ones on purpose: namespaces count.

@@ -4,10 +4,10 @@
 use fmi2_export::model_description::Value;
 use fmi2_export::{Log, Resources, Slave, VariableId};
 use formats::{Document, InputKind, Matrix, Plant};
+use models::linear::discretize;
 use slaves::{
     BicyclePlant, IdentifiedPlant, LateralPid, NonlinearVehicle, PoseEstimator, ReferencePath,
 };
-use vehicle_models::linear::discretize;
 
 fn column(entries: &[f64]) -> Matrix {
     Matrix(entries.iter().map(|&x| vec![x]).collect())

@@ -1,7 +1,7 @@
 //! The zip directory (APPNOTE 4.3), read as it stands and held against what FMI allows of it.
 
 use crate::finding::{Findings, Location};
-use fmi2_host::Limits;
+use host::Limits;
 use std::ops::Range;
 
 const END: u32 = 0x0605_4b50;

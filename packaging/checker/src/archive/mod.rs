@@ -9,7 +9,7 @@ mod unpack;
 
 use crate::finding::{Findings, Location};
 use directory::Record;
-use fmi2_host::Limits;
+use host::Limits;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The entries of a readable archive.

@@ -2,7 +2,7 @@
 //! answers finite.
 
 use super::exercise::{Run, Stop};
-use fmi2_host::Instance;
+use host::Instance;
 use model_description::{Causality, Kind, Value, Variability, Variable};
 
 impl Run<'_> {

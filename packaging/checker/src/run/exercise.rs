@@ -4,7 +4,7 @@
 use super::journal::Journal;
 use super::reference;
 use super::trajectory::{Plan, Trajectory, difference, drive, is_rounding, outputs, same, show};
-use fmi2_host::{Archive, Error, Instance, InstanceOptions};
+use host::{Archive, Error, Instance, InstanceOptions};
 use model_description::{Causality, Initial, Kind, ModelDescription, Value, Variability};
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -58,8 +58,8 @@ pub(super) fn all(fmu: &Path, journal: &mut Journal) {
 
 /// The entry of the binary that is loaded here.
 fn binary(archive: &Archive) -> Option<String> {
-    let name = fmi2_host::binary_name(&archive.model().co_simulation().model_identifier);
-    fmi2_host::platform_folders()
+    let name = host::binary_name(&archive.model().co_simulation().model_identifier);
+    host::platform_folders()
         .iter()
         .map(|folder| format!("binaries/{folder}/{name}"))
         .find(|entry| archive.folder().join(entry).is_file())

@@ -3,7 +3,7 @@
 
 use super::exercise::{Run, Stop};
 use super::trajectory::{Trajectory, difference, drive, outputs, same};
-use fmi2_host::{Error, Status};
+use host::{Error, Status};
 use model_description::{Causality, Kind, Value};
 use std::collections::BTreeSet;
 
@@ -129,7 +129,7 @@ impl Run<'_> {
 
     fn values(
         &mut self,
-        instance: &mut fmi2_host::Instance,
+        instance: &mut host::Instance,
         listed: &[(String, BTreeSet<u32>)],
     ) -> Result<Vec<Value>, Stop> {
         let values: Result<Vec<_>, _> =

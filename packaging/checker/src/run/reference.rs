@@ -6,7 +6,7 @@
 
 use super::journal::Journal;
 use super::trajectory::Plan;
-use fmi2_host::{Archive, Instance};
+use host::{Archive, Instance};
 use model_description::{Causality, Kind, Value};
 use serde::Deserialize;
 use std::path::Path;
@@ -152,7 +152,7 @@ impl std::fmt::Display for Largest {
 
 fn compare(archive: &Archive, tables: &Tables) -> Result<Largest, String> {
     let Tables { reference, input, result } = tables;
-    let text = |error: fmi2_host::Error| error.to_string();
+    let text = |error: host::Error| error.to_string();
     let steps = ((reference.stop_time - reference.start_time) / reference.step_size).round();
     // At most 10⁶, as read.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]

@@ -3,7 +3,7 @@
 
 use super::exercise::{Run, Stop};
 use super::trajectory::{difference, drive, outputs};
-use fmi2_host::Instance;
+use host::Instance;
 
 impl Run<'_> {
     /// Saves, goes on, restores and goes on again; then through bytes into another instance.
@@ -52,7 +52,7 @@ impl Run<'_> {
         let mut other = self.instance("restored")?;
         self.initialize(&mut other)?;
         self.journal.start("fmi2DeSerializeFMUstate");
-        let state = other.deserialize_state(&bytes, fmi2_host::Phase::StepComplete);
+        let state = other.deserialize_state(&bytes, host::Phase::StepComplete);
         let state = self.legal(state)?;
         let set = other.set_state(&state);
         self.legal(set)?;

@@ -1,6 +1,6 @@
 //! What an instance's outputs do over some steps, to be held against what they did before.
 
-use fmi2_host::{Error, Instance, Status};
+use host::{Error, Instance, Status};
 use model_description::{Causality, ModelDescription, Value};
 
 /// The experiment that an FMU recommends, cut to some steps.

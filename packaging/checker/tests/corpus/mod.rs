@@ -65,7 +65,7 @@ impl Files {
 
 /// The folder and name of the base's binary on the running platform.
 pub(crate) fn binary_name() -> String {
-    format!("binaries/{}/{}", fmi2_host::platform_folders()[0], fmi2_host::binary_name("Base"))
+    format!("binaries/{}/{}", host::platform_folders()[0], host::binary_name("Base"))
 }
 
 /// The base archive's files: nothing is wrong with them.

@@ -7,10 +7,10 @@
 
 use clap::Parser;
 use drivelog::{DriveLog, LogOptions, read_log};
+use evaluation::swapped_halves;
 use std::path::{Path, PathBuf};
 use sysid::bicycle::{BicycleOptions, IdentifiedBicycle, identify_bicycle};
 use sysid::{IdentifyOptions, InputKind, identify};
-use sysid_evaluation::swapped_halves;
 
 #[derive(Parser)]
 struct Arguments {

@@ -7,12 +7,12 @@
 //! and falls faster with N than the interval does with the number of records.
 
 use clap::Parser;
+use evaluation::bias::{Bias, Biases, Errors};
+use evaluation::driver::{Drive, SAMPLE_TIME_S};
+use evaluation::parsim;
 use sysid::subspace::closed_loop::{self, ClosedLoopMethod, errors_in_variables};
 use sysid::subspace::{Factor, shift_realization, structured_bd, subspace};
 use sysid::{Error, StateSpace};
-use sysid_evaluation::bias::{Bias, Biases, Errors};
-use sysid_evaluation::driver::{Drive, SAMPLE_TIME_S};
-use sysid_evaluation::parsim;
 
 /// Bias with a driver in the loop
 #[derive(Parser)]

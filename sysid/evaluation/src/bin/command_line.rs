@@ -4,12 +4,12 @@
 
 use clap::Parser;
 use drivelog::LogOptions;
+use evaluation::Drive;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
 use sysid::delay::estimate_delay;
 use sysid::{DataSet, IdentifyOptions};
-use sysid_evaluation::Drive;
 
 /// How long the command line takes.
 #[derive(Parser)]
@@ -117,7 +117,7 @@ fn measure(arguments: &Arguments, folder: &Path) -> Result<(), Box<dyn std::erro
 
 /// The peer, from the interpreter with the peers' packages.
 fn peer(log: &Path) -> Result<(), Box<dyn std::error::Error>> {
-    let mut python = match sysid_evaluation::python() {
+    let mut python = match evaluation::python() {
         Ok(python) => python,
         Err(problem) => {
             println!("left out: Python with ctrlsys: {problem}");

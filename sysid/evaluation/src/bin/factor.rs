@@ -6,12 +6,12 @@
 //! on the output; both are given the first half of each record.
 
 use clap::Parser;
-use sysid::{AccumulateOptions, DataSet, Error, IdentifyOptions, StateSpace, automatic};
-use sysid_evaluation::bias::{Bias, Biases, Errors};
-use sysid_evaluation::driver::Drive;
-use sysid_evaluation::{
+use evaluation::bias::{Bias, Biases, Errors};
+use evaluation::driver::Drive;
+use evaluation::{
     AccumulatedSignals, Experiment, LARGEST_ORDER, LEAST_SHARE, Random, halves, on_all_cores,
 };
+use sysid::{AccumulateOptions, DataSet, Error, IdentifyOptions, StateSpace, automatic};
 
 /// Prints how often an R factor and the samples in memory lead to the same order.
 #[derive(Parser)]

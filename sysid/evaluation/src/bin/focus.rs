@@ -9,6 +9,7 @@
 #![allow(clippy::print_stdout)]
 
 use clap::Parser;
+use evaluation::{Random, response_distance};
 use faer::Mat;
 use std::path::{Path, PathBuf};
 use sysid::model::initial_state;
@@ -16,7 +17,6 @@ use sysid::model::stability::{largest_radius, stable_shift};
 use sysid::pem::{Focus, Stop, refine_prediction};
 use sysid::subspace::{Factor, noise_model, refit_output, shift_realization, subspace};
 use sysid::{DataSet, Error, Innovation, StateSpace, Weighting, fit_percent, simulate};
-use sysid_evaluation::{Random, response_distance};
 
 const STOP: Stop = Stop { steps: 40, least_gain: 1e-9 };
 const SAMPLES: usize = 2000;

@@ -3,9 +3,9 @@
 
 use clap::Parser;
 use drivelog::{DriveLog, LogOptions};
+use evaluation::Drive;
+use evaluation::measure::{peak_memory, processor_time_s};
 use sysid::IdentifyOptions;
-use sysid_evaluation::Drive;
-use sysid_evaluation::measure::{peak_memory, processor_time_s};
 
 /// `identify` on a long recording.
 #[derive(Parser)]

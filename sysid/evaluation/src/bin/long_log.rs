@@ -3,12 +3,12 @@
 
 use clap::Parser;
 use drivelog::{LogFile, LogOptions};
+use evaluation::Drive;
+use evaluation::measure::{peak_memory, processor_time_s};
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
 use sysid::{AccumulateOptions, Accumulated, IdentifyOptions};
-use sysid_evaluation::Drive;
-use sysid_evaluation::measure::{peak_memory, processor_time_s};
 
 /// A long log, accumulated.
 #[derive(Parser)]

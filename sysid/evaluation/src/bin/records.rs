@@ -3,12 +3,12 @@
 
 use clap::Parser;
 use drivelog::{DriveLog, LogFile, LogOptions, read_drives, read_log};
+use evaluation::{halves, pole_distance, recording, request, response_distance};
 use faer::Mat;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use sysid::subspace::{Factor, shift_realization, structured_bd, subspace};
 use sysid::{DataSet, IdentifyOptions, InputKind, StateSpace, Weighting, automatic, identify};
-use sysid_evaluation::{halves, pole_distance, recording, request, response_distance};
 
 /// Prints how well recorded data are reproduced with automatic settings.
 #[derive(Parser)]

@@ -11,6 +11,7 @@
 #![allow(clippy::print_stdout)]
 
 use clap::Parser;
+use evaluation::Random;
 use faer::{Mat, MatRef};
 use std::io::Write;
 use std::process::Stdio;
@@ -19,7 +20,6 @@ use sysid::model::stability::{largest_radius, stable_shift};
 use sysid::pem::{Focus, Stop, Uncertain, refine_prediction, uncertain};
 use sysid::subspace::{Factor, noise_model, refit_output, shift_realization, subspace};
 use sysid::{DataSet, Error, Innovation, StateSpace, Weighting, simulate};
-use sysid_evaluation::Random;
 
 const STOP: Stop = Stop { steps: 200, least_gain: 1e-12 };
 const SCRIPT: &str = include_str!("../../python/refinement.py");
@@ -37,7 +37,7 @@ type Row = (String, f64, f64);
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments = Arguments::parse();
-    let has_peer = match sysid_evaluation::python() {
+    let has_peer = match evaluation::python() {
         Ok(_) => true,
         Err(problem) => {
             println!("left out: scipy: {problem}");
@@ -236,7 +236,7 @@ fn theirs(
         text += &line(matrix);
         text.push('\n');
     }
-    let mut child = sysid_evaluation::python()?
+    let mut child = evaluation::python()?
         .args(["-c", SCRIPT])
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())

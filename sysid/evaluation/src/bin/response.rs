@@ -8,11 +8,11 @@
 
 use clap::Parser;
 use drivelog::{LogOptions, read_log};
+use evaluation::{LinearCar, LinearDrive, LinearLog, Random, Steering, request};
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use sysid::model::conversion;
 use sysid::{IdentifyOptions, Intersample, StateSpace, identify};
-use sysid_evaluation::{LinearCar, LinearDrive, LinearLog, Random, Steering, request};
 
 /// Prints how well the response from steering to yaw rate is identified.
 #[derive(Parser)]

@@ -10,9 +10,9 @@ use crate::common::car;
 use crate::known::Random;
 use drivelog::DriveLog;
 use formats::{Bicycle, BicycleEvidence, Document};
+use models::{BicycleParameters, BicyclePlant, bicycle_eq13};
 use std::f64::consts::TAU;
 use sysid::bicycle::{BicycleOptions, IdentifiedBicycle, identify_bicycle};
-use vehicle_models::{BicycleParameters, BicyclePlant, bicycle_eq13};
 
 const T: f64 = 0.04;
 

@@ -3,9 +3,9 @@
 use super::evidence;
 use crate::common::multibody;
 use formats::Matrix;
+use models::{BicycleParameters, bicycle_body_frame};
 use sysid::bicycle::{BicycleOptions, identify_bicycle};
 use sysid::{IdentifyOptions, validate};
-use vehicle_models::{BicycleParameters, bicycle_body_frame};
 
 #[test]
 fn on_the_multi_body_vehicle_it_beats_the_data_sheet() {

@@ -1,6 +1,6 @@
 //! Statements of value and standard error, counted against the truth.
 
-use sysid_evaluation::measure::median;
+use evaluation::measure::median;
 
 /// One quantity over all drives.
 #[derive(Debug, Clone, Default)]

@@ -9,14 +9,14 @@ mod memory;
 mod others;
 
 use clap::Parser;
+use evaluation::Random;
+use evaluation::measure::{median, processor_time_s};
+use evaluation::peers::{PeerModel, Peers, write_signals};
 use faer::MatRef;
 use std::path::Path;
 use std::process::ExitCode;
 use sysid::subspace::{Factor, noise_model, shift_realization, structured_bd, subspace};
 use sysid::{DataSet, Innovation, StateSpace, Weighting, fit_percent, simulate};
-use sysid_evaluation::Random;
-use sysid_evaluation::measure::{median, processor_time_s};
-use sysid_evaluation::peers::{PeerModel, Peers, write_signals};
 
 const HORIZON: usize = 15;
 const ORDER: usize = 4;
