@@ -8,6 +8,7 @@ use formats::{
     SideslipTerm,
 };
 use std::fmt::Write;
+use sysid::Traces;
 
 /// The evidence behind a plant, for people.
 pub(crate) fn evidence(plant: &Plant) -> String {
@@ -275,4 +276,33 @@ pub(crate) fn validation_data(held_out: &formats::HeldOut) -> String {
         format!("; noise allows a fit of {bound:.1} % at most there")
     });
     format!("         validation data: {chosen_by}{bound}\n")
+}
+
+/// The signals as CSV; with the yaw rate of a bicycle model where there is one.
+pub(crate) fn traces_csv(traces: &Traces, bicycle: Option<&[f64]>) -> String {
+    let mut text = String::from(
+        "time_s,steering_rad,yaw_rate_radps,simulated_yaw_rate_radps,held_out,yaw_rad,simulated_yaw_rad",
+    );
+    if bicycle.is_some() {
+        text.push_str(",bicycle_yaw_rate_radps");
+    }
+    text.push('\n');
+    for k in 0..traces.time_s.len() {
+        let _ = write!(
+            text,
+            "{},{},{},{},{},{},{}",
+            traces.time_s[k],
+            traces.steering_rad[k],
+            traces.yaw_rate_radps[k],
+            traces.simulated_yaw_rate_radps[k],
+            u8::from(traces.is_validation[k]),
+            traces.yaw_rad[k],
+            traces.simulated_yaw_rad[k]
+        );
+        if let Some(bicycle) = bicycle {
+            let _ = write!(text, ",{}", bicycle[k]);
+        }
+        text.push('\n');
+    }
+    text
 }

@@ -2,7 +2,7 @@
 
 use crate::Global;
 use crate::console;
-use crate::evidence::{evidence, plots};
+use crate::evidence::{evidence, plots, traces_csv};
 use crate::failure::{Failure, Outcome};
 use crate::identify_accumulated;
 use crate::identify_bicycle::{self, BicycleArguments};
@@ -12,7 +12,6 @@ use crate::progress::Progress;
 use formats::{Bicycle, Plant};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use sysid::Traces;
 
 /// Identify the lateral dynamics in a drive log: steering angle in, yaw rate out
 #[derive(clap::Args)]
@@ -137,33 +136,4 @@ impl<'a> Shown<'a> {
         }
         Ok(text)
     }
-}
-
-/// The signals as CSV; with the yaw rate of a bicycle model where there is one.
-pub(crate) fn traces_csv(traces: &Traces, bicycle: Option<&[f64]>) -> String {
-    let mut text = String::from(
-        "time_s,steering_rad,yaw_rate_radps,simulated_yaw_rate_radps,held_out,yaw_rad,simulated_yaw_rad",
-    );
-    if bicycle.is_some() {
-        text.push_str(",bicycle_yaw_rate_radps");
-    }
-    text.push('\n');
-    for k in 0..traces.time_s.len() {
-        let _ = write!(
-            text,
-            "{},{},{},{},{},{},{}",
-            traces.time_s[k],
-            traces.steering_rad[k],
-            traces.yaw_rate_radps[k],
-            traces.simulated_yaw_rate_radps[k],
-            u8::from(traces.is_validation[k]),
-            traces.yaw_rad[k],
-            traces.simulated_yaw_rad[k]
-        );
-        if let Some(bicycle) = bicycle {
-            let _ = write!(text, ",{}", bicycle[k]);
-        }
-        text.push('\n');
-    }
-    text
 }

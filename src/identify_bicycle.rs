@@ -1,9 +1,8 @@
 //! `steerwright identify --structure bicycle`: the bicycle in a drive log.
 
 use crate::console;
-use crate::evidence::{channel_table, conclusion, validation_data};
+use crate::evidence::{channel_table, conclusion, traces_csv, validation_data};
 use crate::failure::{Failure, Outcome};
-use crate::identify::traces_csv;
 use crate::log_options::IdentifyArguments;
 use crate::output::Output;
 use crate::progress::Progress;

@@ -3,8 +3,8 @@
 //! Coordinates are written in tenths of a pixel, so that smooth curves stay smooth and numbers short.
 
 use crate::decimate::Pixel;
-use crate::figure::Symbol;
-use crate::html::{escape, push};
+use crate::figure::{Style, Symbol};
+use crate::markup::{escape, push};
 use crate::palette::{Color, TEXT};
 
 /// Units of the drawing in a pixel.
@@ -24,6 +24,12 @@ pub(crate) struct Stroke {
     pub(crate) color: Color,
     pub(crate) width: f64,
     pub(crate) dashed: bool,
+}
+
+impl From<&Style> for Stroke {
+    fn from(style: &Style) -> Self {
+        Self { color: style.color, width: style.width, dashed: style.dashed }
+    }
 }
 
 /// Texts: size in pixels.

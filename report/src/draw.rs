@@ -4,12 +4,11 @@ use crate::Error;
 use crate::axis::{Axis, Tick, drawable};
 use crate::canvas::{Anchor, Canvas, Font, Stroke};
 use crate::decimate::{Pixel, clipped, decimate, segments};
-use crate::figure::{Figure, Mark, Panel, Place, Series, Style};
+use crate::figure::{Figure, Mark, Panel, Place, Series};
 use crate::layout::{self, Frame, TITLE_HEIGHT};
 use crate::legend::shortened;
-use crate::palette::{FINE_GRID, FRAME, GRID};
+use crate::palette::{BAND_OPACITY, FINE_GRID, FRAME, GRID};
 
-pub(crate) const BAND_OPACITY: f64 = 0.14;
 /// Points a figure may hold: at about 11 bytes each they keep it below 150 kB.
 const POINTS: usize = 9000;
 const LABEL_SIZE: f64 = 13.0;
@@ -20,11 +19,17 @@ const Y_SPACING: f64 = 30.0;
 
 const PLAIN: Font = Font { size: layout::TICK_SIZE, bold: false, upwards: false };
 
-pub(crate) fn stroke(style: &Style) -> Stroke {
-    Stroke { color: style.color, width: style.width, dashed: style.dashed }
+impl Figure {
+    /// The figure as a stand-alone SVG document of that size in pixels, below about 150 kB.
+    ///
+    /// # Errors
+    /// [`Error::NoData`] where a panel has nothing to draw, [`Error::Size`] where there is no room.
+    pub fn to_svg(&self, width: u32, height: u32) -> Result<String, Error> {
+        figure(self, width, height)
+    }
 }
 
-pub(crate) fn figure(figure: &Figure, width: u32, height: u32) -> Result<String, Error> {
+fn figure(figure: &Figure, width: u32, height: u32) -> Result<String, Error> {
     let frames = layout::frames(figure, width, height)?;
     let curves: usize = figure.panels.iter().map(|p| p.series.len()).sum();
     let budget = (POINTS / curves.max(1)).max(50);
@@ -151,7 +156,7 @@ fn draw_series(canvas: &mut Canvas, series: &Series, frame: &Frame, budget: usiz
         let short = decimate(part, (budget * part.len() / all.max(1)).max(4));
         if style.width > 0.0 {
             for line in clipped(&short, window) {
-                canvas.line(&line, stroke(style));
+                canvas.line(&line, style.into());
             }
         }
         // A point between two gaps would leave nothing of a line.

@@ -4,7 +4,6 @@
 //! The same figure gives the same bytes. Values that are not finite leave a gap.
 
 use crate::palette::Color;
-use crate::{Error, draw};
 
 /// A figure of one or more panels.
 #[derive(Debug, Clone, PartialEq)]
@@ -244,13 +243,5 @@ impl Figure {
     #[must_use]
     pub fn stating(self, result: impl Into<String>) -> Self {
         Self { result: result.into(), ..self }
-    }
-
-    /// The figure as a stand-alone SVG document of that size in pixels, below about 150 kB.
-    ///
-    /// # Errors
-    /// [`Error::NoData`] where a panel has nothing to draw, [`Error::Size`] where there is no room.
-    pub fn to_svg(&self, width: u32, height: u32) -> Result<String, Error> {
-        draw::figure(self, width, height)
     }
 }

@@ -5,8 +5,8 @@
 //! do not run, and as data, from which
 //! the scripts in `page` draw with uPlot what can be zoomed into.
 
+use crate::markup::{escape, push};
 use crate::{Error, Figure, Table, data};
-use std::fmt::Write as _;
 
 const STYLE: &str = include_str!("page/style.css");
 const SCRIPTS: [&str; 3] =
@@ -168,11 +168,6 @@ fn push_scripts(out: &mut String, data: &str) {
     }
 }
 
-pub(crate) fn push(out: &mut String, text: std::fmt::Arguments<'_>) {
-    // Writing to a String cannot fail.
-    let _ = out.write_fmt(text);
-}
-
 fn push_block<'a>(
     out: &mut String,
     block: &Block,
@@ -273,32 +268,4 @@ fn push_table(out: &mut String, table: &Table) {
 
 fn is_hash(cell: &str) -> bool {
     cell.len() == 64 && cell.bytes().all(|b| b.is_ascii_hexdigit())
-}
-
-/// The text with everything that XML or HTML could take for markup replaced, and without the
-/// characters that XML cannot hold.
-#[must_use]
-pub fn escape(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in printable(text).chars() {
-        match c {
-            '<' => out.push_str("&lt;"),
-            '>' => out.push_str("&gt;"),
-            '&' => out.push_str("&amp;"),
-            '"' => out.push_str("&quot;"),
-            '\'' => out.push_str("&#39;"),
-            _ => out.push(c),
-        }
-    }
-    out
-}
-
-/// Control characters and what turns the direction of writing become U+FFFD: XML forbids the first,
-/// and the second make a name read as another.
-pub(crate) fn printable(text: &str) -> String {
-    let bad = |c: char| {
-        (c.is_control() && !matches!(c, '\n' | '\t'))
-            || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{fffe}' | '\u{ffff}')
-    };
-    text.chars().map(|c| if bad(c) { '\u{fffd}' } else { c }).collect()
 }

@@ -2,7 +2,7 @@
 
 use crate::canvas::{Anchor, Canvas, Font, Stroke, text_width};
 use crate::figure::{Panel, Place, Symbol};
-use crate::palette::Color;
+use crate::palette::{BAND_OPACITY, Color};
 use std::collections::HashSet;
 
 /// Size of the text, px.
@@ -44,7 +44,7 @@ impl Legend {
         column: usize,
     ) -> Self {
         let series = panel.series.iter().map(|s| {
-            let Stroke { color, width, dashed } = crate::draw::stroke(&s.style);
+            let Stroke { color, width, dashed } = Stroke::from(&s.style);
             // The colour of a thin line is hard to see.
             let width = if width > 0.0 { width.max(2.0) } else { 0.0 };
             let stroke = Stroke { color, width, dashed };
@@ -102,7 +102,7 @@ impl Legend {
                     (x, y - 5.0),
                     (x + SAMPLE, y + 5.0),
                     entry.color,
-                    1.6 * crate::draw::BAND_OPACITY,
+                    1.6 * BAND_OPACITY,
                 ),
             }
             let font = Font { size: SIZE, bold: false, upwards: false };

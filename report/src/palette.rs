@@ -29,6 +29,8 @@ pub const SKY: Color = Color(86, 180, 233);
 /// Grey, for limits and marks.
 pub const GREY: Color = Color(110, 110, 110);
 
+/// Opacity of a band that marks a range.
+pub(crate) const BAND_OPACITY: f64 = 0.14;
 pub(crate) const TEXT: Color = Color(34, 34, 34);
 pub(crate) const FRAME: Color = Color(130, 130, 130);
 pub(crate) const GRID: Color = Color(225, 225, 225);

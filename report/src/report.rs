@@ -1,7 +1,6 @@
 //! The report: what is known, as one page.
 
-use crate::sections;
-use crate::{Section, StepResponse, Traces, Track, report_html};
+use crate::{StepResponse, Traces, Track};
 use formats::{Bicycle, Path, Pid, Plant, SourceFile, StepMetrics};
 
 /// Everything a report can show; what is absent is left out.
@@ -55,35 +54,5 @@ impl Controller<'_> {
     pub fn is_proved(&self) -> bool {
         let in_loop = self.in_loop.is_none_or(|l| self.pid.specification.is_met_by(l.metrics));
         self.pid.evidence.met && in_loop
-    }
-}
-
-impl Report<'_> {
-    /// The sections of the page.
-    #[must_use]
-    pub fn sections(&self) -> Vec<Section> {
-        let mut out = vec![sections::summary(self)];
-        if let Some(plant) = self.plant {
-            out.push(sections::log(plant, self.traces));
-            out.push(sections::model(plant, self.traces, self.bicycle_fit));
-            out.extend(sections::evidence(plant));
-        }
-        if let Some(bicycle) = self.bicycle {
-            out.push(sections::bicycle(bicycle, self.bicycle_fit));
-        }
-        out.extend(self.controllers.iter().map(sections::controller));
-        if self.path.is_some() || !self.tracks.is_empty() {
-            out.push(sections::tracking(self.path, &self.tracks));
-        }
-        out.push(sections::provenance(self));
-        out
-    }
-
-    /// The page.
-    #[must_use]
-    pub fn to_html(&self) -> String {
-        let lead = "Angles are in degrees, positive to the left (ISO 8855); a fit is \
-                    100·(1 − ‖y − ŷ‖/‖y − mean(y)‖) in percent, of a simulation unless said otherwise.";
-        report_html(&self.title, lead, &self.sections())
     }
 }

@@ -1,7 +1,7 @@
 //! Tables: aligned plain text for a terminal, or HTML in a report.
 
 use crate::canvas::is_wide;
-use crate::html::printable;
+use crate::markup::printable;
 
 /// Columns of a terminal that every table fits.
 pub const COLUMNS: usize = 80;

@@ -5,9 +5,9 @@
 mod output;
 mod present;
 
+use crate::evidence;
 use crate::failure::Failure;
 use crate::gate::GateArguments;
-use crate::identify;
 use crate::progress::Progress;
 use comparison::Loop;
 use control::paths::{self, PointOptions};
@@ -140,7 +140,7 @@ pub(crate) fn build(job: &Job) -> Result<Built, Failure> {
         .map(|b| sysid::bicycle::validate_bicycle(&job.log, &job.identify, b))
         .transpose()?;
     let bicycle_trace = validated.as_ref().map(|j| j.simulated_yaw_rate_radps.as_slice());
-    let traces = identify::traces_csv(&identified.traces, bicycle_trace);
+    let traces = evidence::traces_csv(&identified.traces, bicycle_trace);
     out.bytes("traces.csv", traces.as_bytes())?;
 
     let controllers = if job.gate.allows(&plant.quality) {

@@ -1,7 +1,9 @@
 //! `cargo xtask stress`.
 
 use crate::run::{cargo, run};
-use crate::test::STRESS;
+
+/// With this in their names, tests take minutes.
+pub(crate) const STRESS: &str = "stress_";
 
 /// The tests that take minutes: of the C interface, and of builds in two folders.
 pub(crate) fn stress() -> Result<(), String> {

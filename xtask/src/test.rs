@@ -5,9 +5,6 @@ use crate::run::{cargo, run, target};
 use crate::{browser, evaluate, every_fmu, fuzz, importers, python, stress};
 use std::path::{Path, PathBuf};
 
-/// With this in their names, tests take minutes: `cargo xtask stress` runs them.
-pub(crate) const STRESS: &str = "stress_";
-
 /// What is tested.
 #[derive(clap::Args)]
 pub(crate) struct Options {
@@ -37,7 +34,7 @@ pub(crate) fn test(options: &Options) -> Result<(), String> {
     }
     let python = python::environment()?;
     // Release: the tests step models millions of times. With those that `cargo test` leaves out.
-    let all = ["--", "--include-ignored", "--skip", STRESS];
+    let all = ["--", "--include-ignored", "--skip", stress::STRESS];
     run(cargo(&["test", "--release", "--no-fail-fast"])
         .args(all)
         .env("STEERWRIGHT_PYTHON", &python))?;
