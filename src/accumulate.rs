@@ -7,9 +7,9 @@ use crate::failure::{Failure, Outcome};
 use crate::log_options::{LogArguments, input_kind, log_file};
 use crate::output::{Kind, Outputs};
 use crate::progress::Progress;
-use formats::AccumulatedDrives;
 use std::path::PathBuf;
-use sysid::{AccumulateOptions, Accumulated, InputKind};
+use steerwright_formats::AccumulatedDrives;
+use steerwright_sysid::{AccumulateOptions, Accumulated, InputKind};
 
 /// Accumulate logs of any length into an R factor, a small file that `identify` accepts in place of logs.
 /// R factors of several machines are merged there; the model is that of all logs together
@@ -56,7 +56,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         }
     }
     drop(progress);
-    let Some(all) = all else { return Err(drivelog::Error::NoFiles.into()) };
+    let Some(all) = all else { return Err(steerwright_drivelog::Error::NoFiles.into()) };
     let file = all.to_file();
     out.document(&file)?;
     let (estimation, validation) = all.samples();

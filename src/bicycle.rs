@@ -4,8 +4,8 @@ use crate::console;
 use crate::failure::{Failure, Outcome};
 use crate::output::{Kind, Outputs};
 use crate::{Global, files};
-use formats::Bicycle;
 use std::path::PathBuf;
+use steerwright_formats::Bicycle;
 
 /// Make the two-wheel bicycle model (eq 13) of a vehicle's data
 #[derive(clap::Args)]
@@ -22,7 +22,8 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let out = Outputs::new(global.force, [&arguments.vehicle])
         .file(&arguments.out, Kind::of::<Bicycle>())?;
     let text = files::read_text(&arguments.vehicle)?;
-    let bicycle = control::bicycle_from_toml(&text, &arguments.vehicle.display().to_string())?;
+    let bicycle =
+        steerwright_control::bicycle_from_toml(&text, &arguments.vehicle.display().to_string())?;
     out.document(&bicycle)?;
     let k = &bicycle.coefficients;
     let text = format!(

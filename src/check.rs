@@ -4,9 +4,9 @@ use crate::console;
 use crate::failure::{Failure, Outcome};
 use crate::progress::Progress;
 use crate::quantity;
-use checker::{Report, Severity, run};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
+use steerwright_checker::{Report, Severity, run};
 
 /// Check FMUs of any tool against FMI 2.0 for Co-Simulation
 ///
@@ -72,7 +72,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
 }
 
 fn check(fmu: &Path, bounds: Option<&run::Bounds>) -> Result<Report, Failure> {
-    let mut report = checker::check_file(fmu)?;
+    let mut report = steerwright_checker::check_file(fmu)?;
     if let Some(bounds) = bounds {
         let program = std::env::current_exe().map_err(|error| Failure::file(fmu, &error))?;
         let command =

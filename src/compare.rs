@@ -9,11 +9,11 @@ use crate::pipeline::Writer;
 use crate::progress::Progress;
 use crate::specification::SpecificationArguments;
 use crate::{Global, files, quantity};
-use comparison::{Comparison, ControllerFile, Job, Model, ModelDocument, Road, Truth};
-use formats::{Path as PathFile, Pid, SourceFile};
 use std::path::{Path, PathBuf};
-use sweep::Class;
-use sysid::IdentifyOptions;
+use steerwright_comparison::{Comparison, ControllerFile, Job, Model, ModelDocument, Road, Truth};
+use steerwright_formats::{Path as PathFile, Pid, SourceFile};
+use steerwright_sweep::Class;
+use steerwright_sysid::IdentifyOptions;
 
 /// Compare models and the controllers designed on them: with a drive, on each other's plants, and on a
 /// vehicle that represents the truth
@@ -89,7 +89,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let drive = arguments.drive()?;
     let progress = Progress::start("comparing: designs and runs");
     let models = arguments.models()?;
-    let compared = comparison::compare(Job {
+    let compared = steerwright_comparison::compare(Job {
         controllers: arguments.controllers(&models)?,
         models,
         master: specified.master,
@@ -104,7 +104,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let written = match folder {
         Some(folder) => {
             let mut out = Writer::new(folder.stage());
-            for file in comparison::files(&compared)? {
+            for file in steerwright_comparison::files(&compared)? {
                 out.bytes(&file.source.name, &file.bytes)?;
             }
             folder.commit()?;
@@ -113,16 +113,16 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         None => Vec::new(),
     };
     drop(progress);
-    let mut text = comparison::text(&compared, console::columns());
+    let mut text = steerwright_comparison::text(&compared, console::columns());
     if let Some(folder) = &arguments.out {
         text.push_str(&format!(
             "\n{} files in {}, to read: {}\n",
             written.len(),
             folder.display(),
-            folder.join(comparison::PAGE).display()
+            folder.join(steerwright_comparison::PAGE).display()
         ));
     }
-    console::result(&text, &comparison::json(&compared, &written))?;
+    console::result(&text, &steerwright_comparison::json(&compared, &written))?;
     Ok(outcome(&compared))
 }
 
@@ -155,7 +155,7 @@ impl Arguments {
             Ok((path.clone(), SourceFile::of(path, text.as_bytes()), document))
         };
         let files = self.models.iter().map(read).collect::<Result<Vec<_>, Failure>>()?;
-        Ok(comparison::models(files)?)
+        Ok(steerwright_comparison::models(files)?)
     }
 
     /// The controllers' files; before `=` a model's label or file.
@@ -173,7 +173,7 @@ impl Arguments {
     }
 
     /// The drive, if there is one.
-    fn drive(&self) -> Result<Option<(drivelog::DriveLog, IdentifyOptions)>, Failure> {
+    fn drive(&self) -> Result<Option<(steerwright_drivelog::DriveLog, IdentifyOptions)>, Failure> {
         if self.logs.is_empty() && !self.log.names_files() {
             return Ok(None);
         }
@@ -209,7 +209,7 @@ enum Shape {
     SCurve,
 }
 
-impl From<Shape> for comparison::Shape {
+impl From<Shape> for steerwright_comparison::Shape {
     fn from(shape: Shape) -> Self {
         match shape {
             Shape::Reference => Self::Reference,

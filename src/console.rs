@@ -6,13 +6,13 @@
 
 use crate::failure::Failure;
 use anstyle::{AnsiColor, Style};
-use formats::Grade;
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::fmt::Display;
 use std::io::{ErrorKind, IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
+use steerwright_formats::Grade;
 
 /// Whether `--json` is set; errors are also printed where the arguments are not available.
 static JSON: AtomicBool = AtomicBool::new(false);
@@ -54,14 +54,14 @@ pub(crate) fn grade(grade: Grade) -> String {
     styled(style, grade)
 }
 
-/// A table as wide as the terminal at most, and as [`report::COLUMNS`] elsewhere.
-pub(crate) fn table(table: &report::Table) -> String {
+/// A table as wide as the terminal at most, and as [`steerwright_report::COLUMNS`] elsewhere.
+pub(crate) fn table(table: &steerwright_report::Table) -> String {
     table.text(columns())
 }
 
-/// Columns of the terminal, and [`report::COLUMNS`] elsewhere.
+/// Columns of the terminal, and [`steerwright_report::COLUMNS`] elsewhere.
 pub(crate) fn columns() -> usize {
-    terminal_columns().unwrap_or(report::COLUMNS)
+    terminal_columns().unwrap_or(steerwright_report::COLUMNS)
 }
 
 /// Columns of the terminal that stdout is, if it is one.

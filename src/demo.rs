@@ -6,10 +6,10 @@ use crate::gate::GateArguments;
 use crate::output::Outputs;
 use crate::pipeline::{self, Job, Text};
 use crate::{Global, overview};
-use control::DesignOptions;
-use drivelog::LogOptions;
 use std::path::PathBuf;
-use sysid::{IdentifyOptions, InputKind};
+use steerwright_control::DesignOptions;
+use steerwright_drivelog::LogOptions;
+use steerwright_sysid::{IdentifyOptions, InputKind};
 
 /// Run all stages on the three recorded drives in this program
 #[derive(clap::Args)]
@@ -125,7 +125,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     for drive in &DRIVES {
         let files: Vec<(String, Vec<u8>)> =
             drive.logs.iter().map(|(name, text)| ((*name).into(), (*text).into())).collect();
-        let mut log = drivelog::read_log(
+        let mut log = steerwright_drivelog::read_log(
             &files,
             &LogOptions {
                 input: Some(drive.input.into()),

@@ -9,10 +9,10 @@ use crate::output::{Kind, Outputs};
 use crate::progress::Progress;
 use crate::specification::SpecificationArguments;
 use crate::{Global, files};
-use comparison::ModelDocument;
-use control::DesignPlant;
-use formats::{Pid, SourceFile};
 use std::path::{Path, PathBuf};
+use steerwright_comparison::ModelDocument;
+use steerwright_control::DesignPlant;
+use steerwright_formats::{Pid, SourceFile};
 
 /// Design a PID steering controller (eq 14) on a plant or bicycle file
 #[derive(clap::Args)]
@@ -41,9 +41,9 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let specified = arguments.specification.read()?;
     let (plant, source, document) = read_plant(&arguments.plant, arguments.gate)?;
     let progress = Progress::start("designing");
-    let mut pid = control::design(&plant, &source, &specified.design)?;
+    let mut pid = steerwright_control::design(&plant, &source, &specified.design)?;
     progress.now("running the loop of FMUs");
-    comparison::verify(&mut pid, &document, &plant)?;
+    steerwright_comparison::verify(&mut pid, &document, &plant)?;
     drop(progress);
     out.document(&pid)?;
     let mut written = vec![format!("written to {out}")];

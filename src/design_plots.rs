@@ -2,11 +2,11 @@
 
 use crate::failure::Failure;
 use crate::output::Files;
-use control::DesignPlant;
-use formats::Pid;
-use report::figures::{self, OpenLoop};
-use report::{Figure, StepResponse, WIDTH};
 use std::path::Path;
+use steerwright_control::DesignPlant;
+use steerwright_formats::Pid;
+use steerwright_report::figures::{self, OpenLoop};
+use steerwright_report::{Figure, StepResponse, WIDTH};
 
 /// Points of the loop's frequency response.
 const POINTS: usize = 600;
@@ -20,7 +20,7 @@ pub(crate) fn write<'a>(
     plant: &DesignPlant,
     pid: &Pid,
 ) -> Result<Vec<&'a Path>, Failure> {
-    let points = control::loop_response(plant, pid, POINTS)?;
+    let points = steerwright_control::loop_response(plant, pid, POINTS)?;
     let open = OpenLoop {
         frequency_hz: points.iter().map(|p| p.frequency_hz).collect(),
         real: points.iter().map(|p| p.real).collect(),
@@ -31,7 +31,7 @@ pub(crate) fn write<'a>(
     let until = pid.specification.settling_time_s.unwrap_or(1.0);
     let until = (3.0 * until).min(pid.specification.steady_state_time_s);
     let step = |with_offset: bool, until: f64| -> Result<StepResponse, Failure> {
-        let trace = control::step_response(plant, pid, with_offset, until)?;
+        let trace = steerwright_control::step_response(plant, pid, with_offset, until)?;
         Ok(StepResponse { time_s: trace.time, yaw_rad: trace.yaw, steering_rad: trace.steering })
     };
     let s = &pid.specification;

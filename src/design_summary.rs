@@ -1,10 +1,12 @@
 //! A design for people: gains, required and reached figures, margins, robustness.
 
 use crate::console;
-use control::Requirement;
-use formats::{Breaking, DesignEvidence, Grade, OnACurve, Pid, Robustness, StepMetrics};
-use report::Table;
 use std::fmt::Write;
+use steerwright_control::Requirement;
+use steerwright_formats::{
+    Breaking, DesignEvidence, Grade, OnACurve, Pid, Robustness, StepMetrics,
+};
+use steerwright_report::Table;
 
 /// Gains, requirements, margins and robustness.
 pub(crate) fn summary(pid: &Pid) -> String {
@@ -119,7 +121,7 @@ fn engagement(e: &DesignEvidence) -> String {
     let first = speeds.first().copied();
     for row in engagement.rows.iter().filter(|r| Some(r.speed_mps) == first) {
         let at = |v: &f64| {
-            let same = |r: &&formats::EngagementRow| {
+            let same = |r: &&steerwright_formats::EngagementRow| {
                 r.speed_mps == *v && r.heading_error_rad == row.heading_error_rad
             };
             engagement.rows.iter().find(same).and_then(|r| r.largest_offset_m)

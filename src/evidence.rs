@@ -3,19 +3,24 @@
 use crate::console;
 use crate::failure::Failure;
 use crate::output::Files;
-use formats::{
+use std::fmt::Write;
+use steerwright_formats::{
     BandDeparture, Evidence, ExcitationBand, Information, Mode, Plant, Quality, ResidualTest,
     SideslipTerm,
 };
-use std::fmt::Write;
-use sysid::Traces;
+use steerwright_sysid::Traces;
 
 /// The evidence behind a plant, for people.
 pub(crate) fn evidence(plant: &Plant) -> String {
     let e = &plant.evidence;
     let channels = console::table(&channel_table(&e.channels));
-    let mut orders =
-        report::Table::new(["order", "singular value", "estimation", "validation", "as estimated"]);
+    let mut orders = steerwright_report::Table::new([
+        "order",
+        "singular value",
+        "estimation",
+        "validation",
+        "as estimated",
+    ]);
     let validation_fit = |fit: f64| fit_text(fit, e.validation_samples);
     for row in &e.order_table {
         let chosen = if row.order == plant.order() { " <" } else { "" };
@@ -39,7 +44,7 @@ pub(crate) fn evidence(plant: &Plant) -> String {
         plant.discrete.sample_time_s
     );
     if let Some(factor) = &e.factor {
-        let _ = writeln!(text, "factor   {}", report::factor_in_words(factor));
+        let _ = writeln!(text, "factor   {}", steerwright_report::factor_in_words(factor));
     }
     if let Some(d) = &e.delay {
         let taken = if d.taken { "taken" } else { "not taken: lags explain the log as well" };
@@ -97,14 +102,20 @@ pub(crate) fn conclusion(warnings: &[String], quality: &Quality) -> String {
 }
 
 /// Draws the evidence.
-pub(crate) fn plots(plant: &Plant, traces: &report::Traces, files: &Files) -> Result<(), Failure> {
-    for (name, height, figure) in report::figures::of_identification(plant, traces, None) {
-        match figure.to_svg(report::WIDTH, height) {
+pub(crate) fn plots(
+    plant: &Plant,
+    traces: &steerwright_report::Traces,
+    files: &Files,
+) -> Result<(), Failure> {
+    for (name, height, figure) in
+        steerwright_report::figures::of_identification(plant, traces, None)
+    {
+        match figure.to_svg(steerwright_report::WIDTH, height) {
             Ok(svg) => {
                 files.write(&format!("{name}.svg"), svg.as_bytes())?;
             }
             // A short log leaves some of them empty.
-            Err(report::Error::NoData { .. }) => {}
+            Err(steerwright_report::Error::NoData { .. }) => {}
             Err(error) => return Err(error.into()),
         }
     }
@@ -112,9 +123,12 @@ pub(crate) fn plots(plant: &Plant, traces: &report::Traces, files: &Files) -> Re
 }
 
 /// The channels that were read.
-pub(crate) fn channel_table(all: &[formats::ChannelSummary]) -> report::Table {
-    let mut channels =
-        report::Table::new(["channel", "column", "read as", "rows", "rate", "min", "mean", "max"]);
+pub(crate) fn channel_table(
+    all: &[steerwright_formats::ChannelSummary],
+) -> steerwright_report::Table {
+    let mut channels = steerwright_report::Table::new([
+        "channel", "column", "read as", "rows", "rate", "min", "mean", "max",
+    ]);
     for c in all {
         channels = channels.row([
             c.role.clone(),
@@ -213,7 +227,7 @@ fn validation(e: &Evidence) -> String {
             "phase",
         ];
         let errors = e.frequency_response.as_ref().map_or(&[][..], |r| &r.bands);
-        let mut bands = report::Table::new(headers);
+        let mut bands = steerwright_report::Table::new(headers);
         for b in &e.excitation.bands {
             bands.push([
                 format!("{} to {} Hz", b.from_hz, b.to_hz),
@@ -264,7 +278,7 @@ fn mode(pole: &Mode) -> Option<String> {
 }
 
 /// How the validation data were chosen, and the fit that noise allows there; a line.
-pub(crate) fn validation_data(held_out: &formats::HeldOut) -> String {
+pub(crate) fn validation_data(held_out: &steerwright_formats::HeldOut) -> String {
     let chosen_by = match held_out.selection.as_str() {
         "excited-blocks" => {
             "blocks chosen for their excitation, since the end of the log is not excited"

@@ -87,37 +87,37 @@ macro_rules! from_stage {
 }
 
 from_stage!(
-    formats::Error,
-    packaging::Error,
-    host::Error,
-    checker::Error,
-    report::Error,
-    ::sweep::Error
+    steerwright_formats::Error,
+    steerwright_packaging::Error,
+    steerwright_host::Error,
+    steerwright_checker::Error,
+    steerwright_report::Error,
+    steerwright_sweep::Error
 );
 
-impl From<drivelog::Error> for Failure {
-    fn from(error: drivelog::Error) -> Self {
+impl From<steerwright_drivelog::Error> for Failure {
+    fn from(error: steerwright_drivelog::Error) -> Self {
         let hint = log_hint(&error);
         Self::new(&error, hint)
     }
 }
 
-impl From<sysid::Error> for Failure {
-    fn from(error: sysid::Error) -> Self {
+impl From<steerwright_sysid::Error> for Failure {
+    fn from(error: steerwright_sysid::Error) -> Self {
         let hint = identification_hint(&error);
         Self::new(&error, hint)
     }
 }
 
-impl From<control::Error> for Failure {
-    fn from(error: control::Error) -> Self {
+impl From<steerwright_control::Error> for Failure {
+    fn from(error: steerwright_control::Error) -> Self {
         let hint = design_hint(&error);
         Self::new(&error, hint)
     }
 }
 
-impl From<comparison::Error> for Failure {
-    fn from(error: comparison::Error) -> Self {
+impl From<steerwright_comparison::Error> for Failure {
+    fn from(error: steerwright_comparison::Error) -> Self {
         let hint = comparison_hint(&error);
         Self::new(&error, hint)
     }
@@ -139,8 +139,8 @@ fn channel(role: &str) -> &'static str {
 }
 
 /// The hint of a log's error, with the options where they help.
-fn log_hint(error: &drivelog::Error) -> String {
-    use drivelog::Error as E;
+fn log_hint(error: &steerwright_drivelog::Error) -> String {
+    use steerwright_drivelog::Error as E;
     let options: &str = match error {
         E::MissingColumn { role, .. }
         | E::RoleNotFound { role, .. }
@@ -173,8 +173,8 @@ fn log_hint(error: &drivelog::Error) -> String {
 }
 
 /// The hint of an identification's error, with the options where they help.
-fn identification_hint(error: &sysid::Error) -> String {
-    use sysid::Error as E;
+fn identification_hint(error: &steerwright_sysid::Error) -> String {
+    use steerwright_sysid::Error as E;
     let options: &str = match error {
         E::Log(error) => return log_hint(error),
         E::Option { option, .. } => &flag(option),
@@ -190,8 +190,8 @@ fn identification_hint(error: &sysid::Error) -> String {
 }
 
 /// The hint of a comparison's error, with the options where they help.
-fn comparison_hint(error: &comparison::Error) -> String {
-    use comparison::Error as E;
+fn comparison_hint(error: &steerwright_comparison::Error) -> String {
+    use steerwright_comparison::Error as E;
     let options: &str = match error {
         E::In { source, .. } => return comparison_hint(source),
         E::Design(error) => return design_hint(error),
@@ -209,11 +209,17 @@ fn comparison_hint(error: &comparison::Error) -> String {
 }
 
 /// The hint of a design's error, with the option where one helps.
-fn design_hint(error: &control::Error) -> String {
+fn design_hint(error: &steerwright_control::Error) -> String {
     match error {
-        control::Error::NoSteeringRate { .. } => format!("{} (--max-rate 25deg/s)", error.hint()),
-        control::Error::NotScheduled { .. } => format!("{} (--structure bicycle)", error.hint()),
-        control::Error::PoorFixes { .. } => format!("{} (--poor-fixes mark)", error.hint()),
+        steerwright_control::Error::NoSteeringRate { .. } => {
+            format!("{} (--max-rate 25deg/s)", error.hint())
+        }
+        steerwright_control::Error::NotScheduled { .. } => {
+            format!("{} (--structure bicycle)", error.hint())
+        }
+        steerwright_control::Error::PoorFixes { .. } => {
+            format!("{} (--poor-fixes mark)", error.hint())
+        }
         _ => error.hint(),
     }
 }
@@ -229,7 +235,7 @@ pub(crate) enum Outcome {
 
 impl Outcome {
     /// Of an identification: a model that failed validation is a requirement not met.
-    pub(crate) fn of(quality: &formats::Quality) -> Self {
+    pub(crate) fn of(quality: &steerwright_formats::Quality) -> Self {
         if quality.allows_design() { Self::Done } else { Self::RequirementNotMet }
     }
 }

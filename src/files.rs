@@ -1,10 +1,10 @@
 //! Reading the stages' files.
 
 use crate::failure::Failure;
-use formats::{Document, SourceFile};
 use std::fs;
 use std::io::ErrorKind;
 use std::path::Path;
+use steerwright_formats::{Document, SourceFile};
 
 /// A file's bytes.
 pub(crate) fn read(path: &Path) -> Result<Vec<u8>, Failure> {

@@ -1,7 +1,7 @@
 //! Models that failed validation become no controllers or FMUs without `--accept-untrusted`.
 
 use crate::failure::Failure;
-use formats::{Bicycle, Document, Pid, Plant, Quality};
+use steerwright_formats::{Bicycle, Document, Pid, Plant, Quality};
 
 /// Whether a model that failed validation is used.
 #[derive(clap::Args, Debug, Clone, Copy, Default)]
@@ -37,7 +37,7 @@ impl GateArguments {
 /// The quality that a document states of the model that it holds or was made from; `None` for
 /// documents that state none, such as paths.
 pub(crate) fn quality_of(text: &str, file: &str) -> Result<Option<Quality>, Failure> {
-    Ok(match formats::schema_of(text).as_deref() {
+    Ok(match steerwright_formats::schema_of(text).as_deref() {
         Some(Plant::SCHEMA) => Some(Plant::from_json(text, file)?.quality),
         Some(Bicycle::SCHEMA) => Some(Bicycle::from_json(text, file)?.quality),
         Some(Pid::SCHEMA) => Some(Pid::from_json(text, file)?.designed_for.quality),

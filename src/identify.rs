@@ -9,9 +9,9 @@ use crate::identify_bicycle::{self, BicycleArguments};
 use crate::log_options::{IdentifyArguments, LogArguments};
 use crate::output::{Files, Kind, Output, Outputs};
 use crate::progress::Progress;
-use formats::{Bicycle, Plant};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+use steerwright_formats::{Bicycle, Plant};
 
 /// Identify the lateral dynamics in a drive log: steering angle in, yaw rate out
 #[derive(clap::Args)]
@@ -78,7 +78,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         return identify_bicycle::run(&log, &options, &out, traces.as_ref());
     }
     let progress = Progress::start("identifying");
-    let identified = sysid::identify(&log, &arguments.identify.options())?;
+    let identified = steerwright_sysid::identify(&log, &arguments.identify.options())?;
     drop(progress);
     out.document(&identified.plant)?;
     // The signals as text are several times the log in memory.
@@ -102,7 +102,8 @@ struct Shown<'a> {
 impl<'a> Shown<'a> {
     fn decide(arguments: &'a Arguments, outputs: &mut Outputs) -> Result<Self, Failure> {
         let plots = arguments.plots.as_deref().map(|folder| {
-            let names = report::figures::OF_IDENTIFICATION.map(|name| format!("{name}.svg"));
+            let names =
+                steerwright_report::figures::OF_IDENTIFICATION.map(|name| format!("{name}.svg"));
             Ok::<_, Failure>((folder, outputs.files(folder, names, Kind::Svg)?))
         });
         let plots = plots.transpose()?;
@@ -119,17 +120,17 @@ impl<'a> Shown<'a> {
         if self.plots.is_none() && self.report.is_none() {
             return Ok(text);
         }
-        let traces = report::Traces::from_csv(csv.as_bytes(), "traces")?;
+        let traces = steerwright_report::Traces::from_csv(csv.as_bytes(), "traces")?;
         if let Some((folder, files)) = &self.plots {
             plots(plant, &traces, files)?;
             let _ = write!(text, "\nfigures in {}", folder.display());
         }
         if let Some(out) = &self.report {
-            let page = report::Report {
+            let page = steerwright_report::Report {
                 title: format!("{}: the identified model", plant.name),
                 plant: Some(plant),
                 traces: Some(&traces),
-                ..report::Report::default()
+                ..steerwright_report::Report::default()
             };
             out.write(page.to_html().as_bytes())?;
             let _ = write!(text, "\nreport in {out}");

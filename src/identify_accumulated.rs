@@ -7,11 +7,11 @@ use crate::files;
 use crate::log_options::{IdentifyArguments, LogArguments};
 use crate::output::Output;
 use crate::progress::Progress;
-use drivelog::LogOptions;
-use formats::AccumulatedDrives;
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use sysid::{Accumulated, IdentifyOptions};
+use steerwright_drivelog::LogOptions;
+use steerwright_formats::AccumulatedDrives;
+use steerwright_sysid::{Accumulated, IdentifyOptions};
 
 /// Whether all files are R factors instead of logs.
 pub(crate) fn are_factors(paths: &[PathBuf]) -> Result<bool, Failure> {
@@ -76,7 +76,7 @@ pub(crate) fn run(
             None => all = Some(one),
         }
     }
-    let Some(all) = all else { return Err(drivelog::Error::NoFiles.into()) };
+    let Some(all) = all else { return Err(steerwright_drivelog::Error::NoFiles.into()) };
     let plant = all.identify(&options)?;
     drop(progress);
     out.document(&plant)?;

@@ -7,10 +7,10 @@ use crate::log_options::IdentifyArguments;
 use crate::output::Output;
 use crate::progress::Progress;
 use crate::quantity;
-use drivelog::DriveLog;
-use formats::{Bicycle, BicycleEvidence, Quality};
 use std::fmt::Write;
-use sysid::bicycle::{BicycleOptions, identify_bicycle};
+use steerwright_drivelog::DriveLog;
+use steerwright_formats::{Bicycle, BicycleEvidence, Quality};
+use steerwright_sysid::bicycle::{BicycleOptions, identify_bicycle};
 
 /// The structure of the model, and vehicle data of a bicycle.
 #[derive(clap::Args, Debug, Clone)]
@@ -71,7 +71,7 @@ impl BicycleArguments {
             (stated.order.is_some(), "--order"),
             (stated.horizon.is_some(), "--horizon"),
             (stated.feedthrough.is_some(), "--feedthrough"),
-            (stated.input_kind != sysid::InputKind::Steering, "--model-input"),
+            (stated.input_kind != steerwright_sysid::InputKind::Steering, "--model-input"),
         ];
         refuse(&used, "state-space", "omit the option, or identify with --structure state-space")?;
         Ok(Some(options))
@@ -127,7 +127,8 @@ fn vehicle(bicycle: &Bicycle) -> String {
 
 /// The evidence behind a bicycle, for people.
 fn evidence(e: &BicycleEvidence, quality: &Quality) -> String {
-    let mut identified = report::Table::new(["identified", "value", "± (95 %)", "unit"]);
+    let mut identified =
+        steerwright_report::Table::new(["identified", "value", "± (95 %)", "unit"]);
     for q in &e.identified {
         identified = identified.row([
             q.name.replace('_', " "),
@@ -136,7 +137,7 @@ fn evidence(e: &BicycleEvidence, quality: &Quality) -> String {
             q.unit.clone(),
         ]);
     }
-    let mut stated = report::Table::new(["not identified", "value", "origin"]);
+    let mut stated = steerwright_report::Table::new(["not identified", "value", "origin"]);
     for s in &e.stated {
         stated = stated.row([s.name.clone(), format!("{}", s.value), s.origin.clone()]);
     }

@@ -3,9 +3,9 @@
 use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::{files, quantity};
-use drivelog::{DecimalMark, DriveLog, LogFile, LogOptions};
 use std::path::{Path, PathBuf};
-use sysid::{Detrend, IdentifyOptions, InputKind, Intersample, Method};
+use steerwright_drivelog::{DecimalMark, DriveLog, LogFile, LogOptions};
+use steerwright_sysid::{Detrend, IdentifyOptions, InputKind, Intersample, Method};
 
 /// How the log is read. Columns are named as in the header, as `file.csv:column` where several
 /// files have one of that name, and with a leading `-` where the sign is opposite.
@@ -165,7 +165,7 @@ impl LogArguments {
         };
         let drives =
             self.drives.iter().map(|files| open(&files.0)).collect::<Result<Vec<_>, Failure>>()?;
-        Ok(drivelog::read_drives(open(paths)?, drives, &self.options())?)
+        Ok(steerwright_drivelog::read_drives(open(paths)?, drives, &self.options())?)
     }
 }
 

@@ -2,9 +2,9 @@
 
 use crate::console;
 use crate::pipeline::{Basis, Built, Controller, RECORDED_ROAD, STANDARD_ROAD};
-use formats::{Quality, SourceFile, Specification, StepMetrics};
 use serde::Serialize;
 use std::fmt::Write;
+use steerwright_formats::{Quality, SourceFile, Specification, StepMetrics};
 
 /// What came out of a build.
 #[derive(Serialize)]
@@ -24,10 +24,10 @@ pub(crate) struct Overview<'a> {
 #[derive(Serialize)]
 struct ControllerOverview<'a> {
     basis: &'static str,
-    gains: &'a formats::PidGains,
-    specification: &'a formats::Specification,
+    gains: &'a steerwright_formats::PidGains,
+    specification: &'a steerwright_formats::Specification,
     met: bool,
-    on_the_model: &'a formats::DesignEvidence,
+    on_the_model: &'a steerwright_formats::DesignEvidence,
     in_the_loop_of_fmus: &'a StepMetrics,
     in_the_loop_of_fmus_with_offset: &'a StepMetrics,
     tracks: Vec<TrackOverview>,
@@ -81,7 +81,7 @@ pub(crate) fn of(built: &Built) -> Overview<'_> {
 /// One column a drive.
 pub(crate) fn table(all: &[Built]) -> String {
     let headers = std::iter::once(String::new()).chain(all.iter().map(|b| b.plant.name.clone()));
-    let mut table = report::Table::new(headers);
+    let mut table = steerwright_report::Table::new(headers);
     let mut row = |name: &str, cell: &dyn Fn(&Built) -> String| {
         table.push(std::iter::once(name.to_owned()).chain(all.iter().map(cell)));
     };

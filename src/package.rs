@@ -6,9 +6,9 @@ use crate::gate::{self, GateArguments};
 use crate::output::{Kind, Output, Outputs};
 use crate::progress::Progress;
 use crate::{Global, files, quantity};
-use packaging::Fmu;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
+use steerwright_packaging::Fmu;
 
 /// Pack FMUs: one archive for each plant, bicycle, vehicle, controller, path or estimator file, without
 /// a compiler
@@ -58,7 +58,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         .collect::<Result<Vec<_>, Failure>>()?;
     let mut known: Vec<(Fmu, &PathBuf)> = Vec::new();
     for (file, text) in &documents {
-        let fmu = comparison::fmu_of(text, &file.display().to_string())?;
+        let fmu = steerwright_comparison::fmu_of(text, &file.display().to_string())?;
         if let Some((_, other)) = known.iter().find(|(other, _)| *other == fmu) {
             return Err(Failure::new(
                 format!("{} and {} both make {}.fmu", other.display(), file.display(), fmu.name()),
@@ -85,13 +85,14 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let progress = Progress::start("packing");
     let (packed, package) = match &ssp {
         None => {
-            let each =
-                named.iter().map(|(text, file)| comparison::pack(text, file, arguments.step));
+            let each = named
+                .iter()
+                .map(|(text, file)| steerwright_comparison::pack(text, file, arguments.step));
             (each.collect::<Result<Vec<_>, _>>()?, None)
         }
         Some((name, out)) => {
             let named: Vec<_> = named.iter().map(|(text, file)| (*text, file.as_str())).collect();
-            let packed = comparison::pack_loop(name, &named, arguments.step)?;
+            let packed = steerwright_comparison::pack_loop(name, &named, arguments.step)?;
             (packed.fmus, Some((out, packed.connections, packed.bytes)))
         }
     };
@@ -105,7 +106,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
             file: out.path().into(),
             guid: Some(archive.description.guid.clone()),
             bytes: archive.bytes.len(),
-            platforms: binaries::of(archive.fmu.name()).map(|l| l.platform).collect(),
+            platforms: steerwright_binaries::of(archive.fmu.name()).map(|l| l.platform).collect(),
             connections: None,
         });
     }
@@ -123,7 +124,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
             connections: Some(connections),
         });
     }
-    let mut table = report::Table::new(["archive", "size", "platforms", "GUID"]);
+    let mut table = steerwright_report::Table::new(["archive", "size", "platforms", "GUID"]);
     for w in &written {
         table = table.row([
             w.file.display().to_string(),

@@ -4,10 +4,10 @@ use crate::console;
 use crate::failure::{Failure, Outcome};
 use crate::output::{Kind, Outputs};
 use crate::{Global, files, quantity};
-use control::Sideslip;
-use control::paths::{self, FixOptions, PointOptions, PoorFixes};
-use formats::{Bicycle, Document, Path as PathFile, Pid, Plant, SourceFile};
 use std::path::{Path, PathBuf};
+use steerwright_control::Sideslip;
+use steerwright_control::paths::{self, FixOptions, PointOptions, PoorFixes};
+use steerwright_formats::{Bicycle, Document, Path as PathFile, Pid, Plant, SourceFile};
 
 /// Make a reference path from recorded points (CSV: x_m, y_m or latitude_deg, longitude_deg; GPX;
 /// NMEA: GGA, RMC) or from segments (TOML)
@@ -99,7 +99,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     };
     if let Some(file) = &arguments.pid {
         let (pid, source) = files::read_document::<Pid>(file)?;
-        path.guidance = control::guidance_for(&pid, arguments.speed);
+        path.guidance = steerwright_control::guidance_for(&pid, arguments.speed);
         path.provenance.sources.push(source);
     } else {
         notes.push("no feedforward: --pid sets it for a controller".into());
@@ -129,10 +129,10 @@ fn sideslip(
     let text = files::read_text(file)?;
     let name = file.display().to_string();
     let kinds = [<Plant as Document>::SCHEMA, <Bicycle as Document>::SCHEMA];
-    if formats::schema_of(&text).is_none_or(|schema| !kinds.contains(&&*schema)) {
+    if steerwright_formats::schema_of(&text).is_none_or(|schema| !kinds.contains(&&*schema)) {
         return Err(Failure::in_file(file, "no plant", "use a plant.json or bicycle.json".into()));
     }
-    let stated = control::sideslip(&text, &name, Some(arguments.speed))?;
+    let stated = steerwright_control::sideslip(&text, &name, Some(arguments.speed))?;
     path.provenance.sources.push(SourceFile::of(file, text.as_bytes()));
     match (given, stated) {
         (Some(given), _) => Ok(given),
@@ -175,7 +175,8 @@ fn recorded(
     };
     let recorded = paths::path_from_recording(&text, &track.display().to_string(), &options)
         .map_err(|e| match e {
-            control::Error::PointFile { .. } | control::Error::PoorFixes { .. } => e.into(),
+            steerwright_control::Error::PointFile { .. }
+            | steerwright_control::Error::PoorFixes { .. } => e.into(),
             e => Failure::in_file(track, &e, e.hint()),
         })?;
     recorded.warnings.iter().for_each(console::warning);

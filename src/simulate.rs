@@ -5,12 +5,12 @@ use crate::failure::{Failure, Outcome};
 use crate::output::{Kind, Outputs};
 use crate::progress::Progress;
 use crate::{Global, quantity};
-use host::{
+use serde::Serialize;
+use std::path::PathBuf;
+use steerwright_host::{
     Archive, Connection, Coupling, Error, InputTable, Instance, Status, System, SystemPackage,
     Value,
 };
-use serde::Serialize;
-use std::path::PathBuf;
 
 /// Simulate FMUs together; outputs and inputs of equal name are connected, or as an .ssp states
 ///
@@ -97,7 +97,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         last: recording.names.iter().cloned().zip(last.iter().copied()).collect(),
         warnings: remarks.into_iter().chain(of_the_run).collect(),
     };
-    let mut table = report::Table::new(["variable", "unit", "last value"]);
+    let mut table = steerwright_report::Table::new(["variable", "unit", "last value"]);
     for ((name, unit), value) in recording.names.iter().zip(&recording.units).zip(&last) {
         let unit = unit.clone().unwrap_or_default();
         table = table.row([name.clone(), unit, format!("{value:.6}")]);
@@ -160,7 +160,8 @@ fn setup(arguments: &Arguments) -> Result<Setup, Failure> {
     if let Some(input) = &arguments.input {
         system.feed(InputTable::open(input)?);
     }
-    let connections = system.connect_by_name(&packaging::ssp::MEASUREMENTS).map_err(explained)?;
+    let connections =
+        system.connect_by_name(&steerwright_packaging::ssp::MEASUREMENTS).map_err(explained)?;
     let remarks = unused_receiver(&system, &connections, &arguments.set);
     Ok(Setup { system, connections, start, step, stop, remarks })
 }

@@ -12,11 +12,11 @@ use crate::files;
 use crate::quantity::{
     Acceleration, Angle, AngleRate, Decibel, Number, OrNone, Percent, Phase, Time,
 };
-use control::{DesignOptions, Master, RobustOptions};
-use formats::Specification;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use steerwright_control::{DesignOptions, Master, RobustOptions};
+use steerwright_formats::Specification;
 use toml::{Spanned, Table, Value};
 
 /// The order in which FMUs are stepped.

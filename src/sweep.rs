@@ -5,9 +5,6 @@ use crate::failure::{BAD_INPUT, Failure, Outcome};
 use crate::output::{Files, Kind, Outputs};
 use crate::progress::Progress;
 use crate::{Global, quantity};
-use ::sweep::{
-    Cause, FailureSummary, Finished, MetricSummary, Options, Requirement, Study, Summary, Sweep,
-};
 use serde::Serialize;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -15,6 +12,9 @@ use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, mpsc};
 use std::time::Duration;
+use steerwright_sweep::{
+    Cause, FailureSummary, Finished, MetricSummary, Options, Requirement, Study, Summary, Sweep,
+};
 
 /// Run a Monte Carlo study: simulate a system of FMUs many times and evaluate every run
 ///
@@ -69,7 +69,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let study = Study::open(&arguments.study)?;
     let trajectories = decide(arguments, global, &study)?;
     // Our FMUs reset exactly, which a test verifies; for others the study states it.
-    let sweep = Sweep::prepare(&study, &packaging::ssp::MEASUREMENTS, &|tool| {
+    let sweep = Sweep::prepare(&study, &steerwright_packaging::ssp::MEASUREMENTS, &|tool| {
         tool.starts_with("steerwright ")
     })?;
     if let Some(files) = &trajectories {
@@ -223,8 +223,9 @@ fn complete(arguments: &Arguments, finished: &Finished) -> Result<(), Failure> {
 
 fn text(finished: &Finished) -> String {
     let summary = &finished.summary;
-    let mut table =
-        report::Table::new(["metric", "unit", "median", "5 %", "95 %", "99 %", "largest", "met"]);
+    let mut table = steerwright_report::Table::new([
+        "metric", "unit", "median", "5 %", "95 %", "99 %", "largest", "met",
+    ]);
     for metric in &summary.metrics {
         let MetricSummary { name, unit, median, q05, q95, q99, maximum, requirement, .. } = metric;
         let cells = [median, q05, q95, q99, maximum]
@@ -256,7 +257,7 @@ fn outcomes(summary: &Summary) -> String {
 
 /// The varied quantities that go with a kind of failure.
 fn causes(failure: &FailureSummary) -> String {
-    let kind = failure.outcome.map_or("all failures", ::sweep::Class::name);
+    let kind = failure.outcome.map_or("all failures", steerwright_sweep::Class::name);
     if failure.causes.is_empty() {
         return format!("{kind}: {} runs; no varied quantity explains them\n", failure.runs);
     }

@@ -9,10 +9,10 @@
 mod pure_loop;
 mod support;
 
-use formats::Document;
 use pure_loop::{Initialization, Master};
 use std::path::Path;
 use std::process::{Command, ExitCode};
+use steerwright_formats::Document;
 
 fn main() -> ExitCode {
     let stated = std::env::var_os("STEERWRIGHT_PYTHON");
@@ -36,7 +36,10 @@ fn main() -> ExitCode {
         .args(["-m", "pytest", "-q", "-rA", "-p", "no:cacheprovider"])
         .arg(&tests)
         .env("STEERWRIGHT_OUT", out)
-        .env("STEERWRIGHT_FMUS", packaging::Fmu::ALL.map(packaging::Fmu::name).join(" "))
+        .env(
+            "STEERWRIGHT_FMUS",
+            steerwright_packaging::Fmu::ALL.map(steerwright_packaging::Fmu::name).join(" "),
+        )
         .env("PYTHONDONTWRITEBYTECODE", "1")
         .status();
     match status {
@@ -56,9 +59,9 @@ fn write_references(folder: &Path) {
     fn read<D: Document>(file: &Path) -> D {
         D::from_json(&std::fs::read_to_string(file).unwrap(), "file").unwrap()
     }
-    let plant: formats::Plant = read(&folder.join("plant.json"));
-    let pid: formats::Pid = read(&folder.join("pid.json"));
-    let path: formats::Path = read(&folder.join("path.json"));
+    let plant: steerwright_formats::Plant = read(&folder.join("plant.json"));
+    let pid: steerwright_formats::Pid = read(&folder.join("pid.json"));
+    let path: steerwright_formats::Path = read(&folder.join("path.json"));
     let moved = moved(&path);
     std::fs::write(folder.join("path-moved.json"), moved.to_json()).unwrap();
     let files = ["plant.json", "path-moved.json", "pid.json"];
@@ -96,7 +99,7 @@ fn write_estimator(folder: &Path) {
 }
 
 /// A road elsewhere and in another direction, at a speed a little off that of the identification.
-fn moved(path: &formats::Path) -> formats::Path {
+fn moved(path: &steerwright_formats::Path) -> steerwright_formats::Path {
     let (turn, x, y) = (2.0_f64, 1000.0, -500.0);
     let mut moved = path.clone();
     moved.speed_mps *= 1.05;

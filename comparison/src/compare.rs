@@ -8,12 +8,12 @@ use crate::plants::{Plant, Setting};
 use crate::runs::Run;
 use crate::truth::{self, Limits, Truth};
 use crate::verdict::{Compared, Verdict};
-use control::{DesignOptions, Master, paths};
-use drivelog::DriveLog;
-use formats::{Path as PathFile, SourceFile};
-use host::Coupling;
-use sweep::Class;
-use sysid::IdentifyOptions;
+use steerwright_control::{DesignOptions, Master, paths};
+use steerwright_drivelog::DriveLog;
+use steerwright_formats::{Path as PathFile, SourceFile};
+use steerwright_host::Coupling;
+use steerwright_sweep::Class;
+use steerwright_sysid::IdentifyOptions;
 
 /// Models whose speeds differ by a smaller share have one speed.
 const SAME_SPEED: f64 = 0.02;

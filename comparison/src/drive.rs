@@ -3,9 +3,9 @@
 
 use crate::Error;
 use crate::models::{Model, ModelDocument};
-use drivelog::DriveLog;
-use formats::SourceFile;
-use sysid::{IdentifyOptions, Validated, fit_percent, variance_accounted_for};
+use steerwright_drivelog::DriveLog;
+use steerwright_formats::SourceFile;
+use steerwright_sysid::{IdentifyOptions, Validated, fit_percent, variance_accounted_for};
 
 /// The validation data of a drive. Each gap is a NaN.
 pub struct Drive {
@@ -51,7 +51,8 @@ pub(crate) fn validate(
     log: &DriveLog,
     options: &IdentifyOptions,
 ) -> Result<Drive, Error> {
-    let mut remarks = [log.warnings.clone(), sysid::sideslip::sideslip(log).warnings].concat();
+    let mut remarks =
+        [log.warnings.clone(), steerwright_sysid::sideslip::sideslip(log).warnings].concat();
     let mut validated = Vec::new();
     for model in models {
         validated.push(on_log(model, log, options).map_err(|e| e.of(&model.label))?);
@@ -114,8 +115,10 @@ fn on_log(model: &Model, log: &DriveLog, options: &IdentifyOptions) -> Result<Va
         });
     }
     Ok(match &model.document {
-        ModelDocument::Identified(plant) => sysid::validate_plant(log, options, plant)?,
-        ModelDocument::Bicycle(bicycle) => sysid::bicycle::validate_bicycle(log, options, bicycle)?,
+        ModelDocument::Identified(plant) => steerwright_sysid::validate_plant(log, options, plant)?,
+        ModelDocument::Bicycle(bicycle) => {
+            steerwright_sysid::bicycle::validate_bicycle(log, options, bicycle)?
+        }
     })
 }
 

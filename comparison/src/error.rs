@@ -15,16 +15,16 @@ pub enum Error {
     },
     /// A file has the wrong content.
     #[error(transparent)]
-    Document(#[from] formats::Error),
+    Document(#[from] steerwright_formats::Error),
     /// A model could not be validated on the drive.
     #[error(transparent)]
-    Identification(Box<sysid::Error>),
+    Identification(Box<steerwright_sysid::Error>),
     /// No controller or road could be made.
     #[error(transparent)]
-    Design(Box<control::Error>),
+    Design(Box<steerwright_control::Error>),
     /// An archive could not be packed.
     #[error(transparent)]
-    Packaging(Box<packaging::Error>),
+    Packaging(Box<steerwright_packaging::Error>),
     /// The code of an FMU rejects its resources or start values, with a hint from that code.
     #[error("{message}")]
     Rejected {
@@ -35,10 +35,10 @@ pub enum Error {
     },
     /// An FMU could not be opened, wired or stepped.
     #[error(transparent)]
-    Fmu(Box<host::Error>),
+    Fmu(Box<steerwright_host::Error>),
     /// A figure could not be drawn, or a run not be read.
     #[error(transparent)]
-    Report(#[from] report::Error),
+    Report(#[from] steerwright_report::Error),
     /// A file is not JSON.
     #[error("{file}:{line}:{column}: {problem}")]
     NotJson {
@@ -292,10 +292,10 @@ macro_rules! from_stage {
     )*};
 }
 
-from_stage!(Identification: sysid::Error, Design: control::Error, Fmu: host::Error);
+from_stage!(Identification: steerwright_sysid::Error, Design: steerwright_control::Error, Fmu: steerwright_host::Error);
 
-impl From<packaging::Error> for Error {
-    fn from(error: packaging::Error) -> Self {
+impl From<steerwright_packaging::Error> for Error {
+    fn from(error: steerwright_packaging::Error) -> Self {
         // The hint of an FMU's own code is part of its message, since an importer shows nothing else.
         match error.to_string().split_once("; hint: ") {
             Some((message, hint)) => Self::Rejected { message: message.into(), hint: hint.into() },

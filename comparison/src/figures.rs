@@ -1,8 +1,8 @@
 //! The figures of a comparison.
 
 use crate::{Comparison, Run};
-use report::figures::{self, Driven, Simulated, YawStep};
-use report::{Figure, Track, WIDTH};
+use steerwright_report::figures::{self, Driven, Simulated, YawStep};
+use steerwright_report::{Figure, Track, WIDTH};
 
 /// A figure with the name of its file, its height at the usual width, and what it shows.
 pub(crate) struct Drawn {

@@ -1,8 +1,8 @@
 //! A comparison as JSON, in SI units.
 
 use crate::{Comparison, Outcome, Verdict};
-use formats::{Guidance, PidGains, SourceFile, StepMetrics};
 use serde::Serialize;
+use steerwright_formats::{Guidance, PidGains, SourceFile, StepMetrics};
 
 /// A comparison for scripts.
 #[derive(Serialize)]
@@ -62,10 +62,10 @@ struct ControllerOverview<'a> {
     file: Option<&'a SourceFile>,
     gains: &'a PidGains,
     guidance: Guidance,
-    limits: &'a formats::Limits,
-    specification: &'a formats::Specification,
+    limits: &'a steerwright_formats::Limits,
+    specification: &'a steerwright_formats::Specification,
     met_on_its_model: bool,
-    margins: &'a formats::Margins,
+    margins: &'a steerwright_formats::Margins,
     predicted_step: &'a StepMetrics,
 }
 

@@ -1,12 +1,12 @@
 //! The models that are compared, and the controllers that were designed on them or are.
 
 use crate::Error;
-use control::{DesignOptions, DesignPlant, Master};
-use formats::{
+use std::path::PathBuf;
+use steerwright_control::{DesignOptions, DesignPlant, Master};
+use steerwright_formats::{
     Bicycle, Document, Guidance, Path as PathFile, Pid, Plant, Provenance, Quality, SourceFile,
     StepMetrics,
 };
-use std::path::PathBuf;
 
 /// Ratios of one vehicle agree within a few percent; 1 and 15 are two places.
 const SAME_PLACE: f64 = 1.25;
@@ -40,8 +40,8 @@ impl ModelDocument {
     /// A file that is neither.
     pub fn from_json(text: &str, file: &str) -> Result<Self, Error> {
         // A bicycle of any version, so that another version is rejected as such.
-        let is_bicycle =
-            formats::schema_of(text).is_some_and(|s| s.starts_with("steerwright/bicycle/"));
+        let is_bicycle = steerwright_formats::schema_of(text)
+            .is_some_and(|s| s.starts_with("steerwright/bicycle/"));
         Ok(if is_bicycle {
             Self::Bicycle(Box::new(Bicycle::from_json(text, file)?))
         } else {
@@ -62,7 +62,7 @@ impl ModelDocument {
     ///
     /// # Errors
     /// A model that no controller can be designed on.
-    pub fn design_plant(&self) -> Result<DesignPlant, control::Error> {
+    pub fn design_plant(&self) -> Result<DesignPlant, steerwright_control::Error> {
         match self {
             Self::Identified(plant) => DesignPlant::from_plant(plant),
             Self::Bicycle(bicycle) => DesignPlant::from_bicycle(bicycle),
@@ -202,7 +202,7 @@ pub(crate) fn controllers(
     for (index, model) in models.iter().enumerate() {
         let mut own: Vec<_> = found.extract_if(.., |(of, _)| *of == index).collect();
         if own.is_empty() {
-            let pid = control::design(&model.design, &model.source, &options)
+            let pid = steerwright_control::design(&model.design, &model.source, &options)
                 .map_err(|e| Error::from(e).of(model.path.display()))?;
             all.push(Controller::new(model.label.clone(), (index, model), pid, None, master)?);
             continue;
@@ -240,7 +240,7 @@ impl Controller {
     pub(crate) fn guidance(&self, road: &PathFile) -> Guidance {
         Guidance {
             cross_track_integral_gain_per_s: road.guidance.cross_track_integral_gain_per_s,
-            ..control::guidance_for(&self.pid, road.speed_mps)
+            ..steerwright_control::guidance_for(&self.pid, road.speed_mps)
         }
     }
 
@@ -256,7 +256,7 @@ impl Controller {
             Master::GaussSeidel => 0.0,
             Master::Jacobi => pid.sample_time_s,
         };
-        let predicted = control::step_metrics(&model.design, &pid, delay)?;
+        let predicted = steerwright_control::step_metrics(&model.design, &pid, delay)?;
         Ok(Self { label, model: index, pid, source, predicted })
     }
 }

@@ -3,11 +3,11 @@
 use crate::models::Controller;
 use crate::runs::Run;
 use crate::truth::Limits;
-use control::Requirement;
-use formats::{Specification, StepMetrics};
 use serde::Serialize;
 use std::f64::consts::FRAC_PI_2;
-use sweep::Class;
+use steerwright_control::Requirement;
+use steerwright_formats::{Specification, StepMetrics};
+use steerwright_sweep::Class;
 
 /// A command beyond an actuator's rate limit by less than this share is at the limit.
 const AT_LIMIT: f64 = 0.02;

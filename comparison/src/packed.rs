@@ -2,11 +2,11 @@
 //! loop, which start on its road, with the system structure package that wires them.
 
 use crate::Error;
-use control::Sideslip;
-use formats::{Document, Path as PathFile, Pid, Start};
-use host::{Archive, Connection};
-use packaging::ssp::{self, Component, Experiment};
-use packaging::{Binary, Fmu, Packed};
+use steerwright_control::Sideslip;
+use steerwright_formats::{Document, Path as PathFile, Pid, Start};
+use steerwright_host::{Archive, Connection};
+use steerwright_packaging::ssp::{self, Component, Experiment};
+use steerwright_packaging::{Binary, Fmu, Packed};
 
 /// A document: its text, and its name in messages.
 pub type Named<'a> = (&'a str, &'a str);
@@ -23,13 +23,13 @@ pub fn fmu_of(document: &str, file: &str) -> Result<Fmu, Error> {
         let (line, column) = (e.line(), e.column());
         Error::NotJson { file: file.into(), line, column, problem: problem.into() }
     })?;
-    Ok(packaging::fmu_of(document, file)?)
+    Ok(steerwright_packaging::fmu_of(document, file)?)
 }
 
 /// Packs one document. `step` is the recommended step, s, by default the controller's sample time.
 ///
 /// # Errors
-/// [`Error::NotJson`], and those of [`packaging::package`].
+/// [`Error::NotJson`], and those of [`steerwright_packaging::package`].
 pub fn pack(document: &str, file: &str, step: Option<f64>) -> Result<Packed, Error> {
     pack_with_start(document, file, step, None)
 }
@@ -46,9 +46,10 @@ fn pack_with_start(
     start: Option<&Start>,
 ) -> Result<Packed, Error> {
     let fmu = fmu_of(document, file)?;
-    let binaries: Vec<Binary<'_>> =
-        binaries::of(fmu.name()).map(|l| Binary { platform: l.platform, bytes: l.bytes }).collect();
-    Ok(packaging::package_with_start(document, file, &binaries, step, start)?)
+    let binaries: Vec<Binary<'_>> = steerwright_binaries::of(fmu.name())
+        .map(|l| Binary { platform: l.platform, bytes: l.bytes })
+        .collect();
+    Ok(steerwright_packaging::package_with_start(document, file, &binaries, step, start)?)
 }
 
 /// A packed loop.
@@ -128,7 +129,7 @@ pub(crate) fn sideslip_parameters(sideslip: &Sideslip) -> [(&'static str, f64); 
 /// it is unknown.
 fn sideslip_of(documents: &[Named<'_>], speed: Option<f64>) -> Result<Sideslip, Error> {
     for (text, file) in documents {
-        if let Some(sideslip) = control::sideslip(text, file, speed)? {
+        if let Some(sideslip) = steerwright_control::sideslip(text, file, speed)? {
             return Ok(sideslip);
         }
     }
@@ -138,7 +139,10 @@ fn sideslip_of(documents: &[Named<'_>], speed: Option<f64>) -> Result<Sideslip, 
 /// The document of an FMU.
 fn of<'a>(documents: &[Named<'a>], fmu: Fmu) -> Option<Named<'a>> {
     let schema = Some(fmu.schema());
-    documents.iter().copied().find(|(text, _)| formats::schema_of(text).as_deref() == schema)
+    documents
+        .iter()
+        .copied()
+        .find(|(text, _)| steerwright_formats::schema_of(text).as_deref() == schema)
 }
 
 fn path_of(documents: &[Named<'_>]) -> Result<Option<PathFile>, Error> {

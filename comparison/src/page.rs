@@ -2,9 +2,9 @@
 
 use crate::figures::{self, Drawn};
 use crate::{Comparison, Error, tables};
-use formats::SourceFile;
-use report::{Block, Section, Table, Tone, WIDTH, report_html};
-use sweep::Class;
+use steerwright_formats::SourceFile;
+use steerwright_report::{Block, Section, Table, Tone, WIDTH, report_html};
+use steerwright_sweep::Class;
 
 /// The page.
 pub const PAGE: &str = "comparison.html";
@@ -24,7 +24,7 @@ pub struct OutputFile {
 pub fn files(c: &Comparison) -> Result<Vec<OutputFile>, Error> {
     let mut files = Vec::new();
     let mut add = |name: String, bytes: Vec<u8>| {
-        let source = SourceFile { name, sha256: formats::sha256_hex(&bytes) };
+        let source = SourceFile { name, sha256: steerwright_formats::sha256_hex(&bytes) };
         files.push(OutputFile { source, bytes });
     };
     add("results.csv".into(), tables::csv(c).into_bytes());
@@ -42,7 +42,7 @@ pub fn files(c: &Comparison) -> Result<Vec<OutputFile>, Error> {
     }
     let written: Vec<SourceFile> = files.iter().map(|f: &OutputFile| f.source.clone()).collect();
     let bytes = html(c, figures, &written).into_bytes();
-    let source = SourceFile { name: PAGE.into(), sha256: formats::sha256_hex(&bytes) };
+    let source = SourceFile { name: PAGE.into(), sha256: steerwright_formats::sha256_hex(&bytes) };
     files.push(OutputFile { source, bytes });
     Ok(files)
 }

@@ -3,9 +3,9 @@
 use crate::models::{Controller, Model};
 use crate::track::{add, drive_at, name_of};
 use crate::{Error, packed};
-use control::Sideslip;
-use formats::Path as PathFile;
-use host::{Archive, Coupling, InputTable, System};
+use steerwright_control::Sideslip;
+use steerwright_formats::Path as PathFile;
+use steerwright_host::{Archive, Coupling, InputTable, System};
 
 /// Lateral acceleration of the turn in which a plant's gain and sideslip are read, m/s².
 const TURN_MPS2: f64 = 0.5;

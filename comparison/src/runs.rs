@@ -5,9 +5,9 @@ use crate::plants::{Plant, Setting};
 use crate::step::{step_of, ticks_before_step};
 use crate::track::{CONTROLLER, Loop, add, drive_at, name_of};
 use crate::{Error, packed};
-use formats::{Document, Path as PathFile, StepMetrics};
-use host::{Archive, Connection, Recording, System};
-use report::{StepResponse, Track, TrackErrors};
+use steerwright_formats::{Document, Path as PathFile, StepMetrics};
+use steerwright_host::{Archive, Connection, Recording, System};
+use steerwright_report::{StepResponse, Track, TrackErrors};
 
 /// A controller on a plant.
 pub struct Run {
@@ -81,7 +81,9 @@ impl Setting<'_> {
         let kept = with_pose_alone(recording, &name_of(&plant.archive));
         let track = Track::from_csv(kept.to_csv().as_bytes(), "the run")?;
         let (metrics, response) = self.step(&plant.archive, controller, pid)?;
-        let margin = |model: usize| control::evaluate(&self.models[model].design, &controller.pid);
+        let margin = |model: usize| {
+            steerwright_control::evaluate(&self.models[model].design, &controller.pid)
+        };
         let modulus_margin = plant.model.map(margin).transpose()?.map(|e| e.margins.modulus_margin);
         Ok(Run {
             controller: controller_index,

@@ -3,10 +3,10 @@
 use crate::Error;
 use crate::packed::archive;
 use crate::track::add;
-use control::DesignPlant;
-use formats::{Document, FmuLoop, Pid, Plant, StepMetrics};
-use host::{Archive, Coupling, InputTable, Recording, System};
-use report::StepResponse;
+use steerwright_control::DesignPlant;
+use steerwright_formats::{Document, FmuLoop, Pid, Plant, StepMetrics};
+use steerwright_host::{Archive, Coupling, InputTable, Recording, System};
+use steerwright_report::StepResponse;
 
 /// How long the loop holds its course before the step, s: the integral action takes up the plant's
 /// steering offset meanwhile, as it would on the road.
@@ -75,7 +75,7 @@ fn step(
     let name = &plant.model().description().model_name;
     add(&mut system, plant, name)?;
     add(&mut system, controller, &controller.model().description().model_name)?;
-    system.connect_by_name(&packaging::ssp::MEASUREMENTS)?;
+    system.connect_by_name(&steerwright_packaging::ssp::MEASUREMENTS)?;
     step_of(system, name, pid, first, master)
 }
 
@@ -101,14 +101,14 @@ pub(crate) fn step_of(
     let recording = system.run(master, 0.0, steps as f64 * ts, ts)?;
     let yaw = column(&recording, &format!("{plant}.yaw"))?;
     let steering = column(&recording, "LateralPid.steering_angle")?;
-    let trace = control::Trace {
+    let trace = steerwright_control::Trace {
         time: recording.times[first..].iter().map(|t| t - recording.times[first]).collect(),
         yaw_reference: vec![s.step_rad; recording.times.len() - first],
         yaw: yaw[first..].iter().map(|y| y - yaw[first]).collect(),
         steering: steering[first..].to_vec(),
         steering_before: first.checked_sub(1).map_or(0.0, |before| steering[before]),
     };
-    let metrics = control::metrics_of(&trace, s.step_rad, s.settling_band_percent)
+    let metrics = steerwright_control::metrics_of(&trace, s.step_rad, s.settling_band_percent)
         .ok_or_else(|| Error::NotRecorded { variable: "a sample of the step".into() })?
         .step;
     let response =
@@ -139,7 +139,7 @@ pub fn verify(pid: &mut Pid, document: &str, plant: &DesignPlant) -> Result<(), 
             master: name.into(),
             loop_delay_s: delay,
             step: run(&straight)?,
-            predicted: control::step_metrics(plant, pid, delay)?,
+            predicted: steerwright_control::step_metrics(plant, pid, delay)?,
             step_with_offset: off.as_ref().map(run).transpose()?,
         };
         pid.evidence.fmu_loops.push(found);

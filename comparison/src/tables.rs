@@ -1,10 +1,10 @@
 //! A comparison as tables and as CSV.
 
 use crate::{Comparison, Run};
-use formats::Guidance;
-use report::Table;
 use std::fmt::Write;
-use sweep::Class;
+use steerwright_formats::Guidance;
+use steerwright_report::Table;
+use steerwright_sweep::Class;
 
 /// The comparison for people, in tables of at most this many columns of text: conclusions first, then
 /// the figures.

@@ -5,9 +5,9 @@
 
 use crate::Error;
 use crate::packed::sideslip_parameters;
-use control::Sideslip;
-use formats::Path as PathFile;
-use host::{Archive, Causality, Connection, Coupling, Instance, Recording, System};
+use steerwright_control::Sideslip;
+use steerwright_formats::Path as PathFile;
+use steerwright_host::{Archive, Causality, Connection, Coupling, Instance, Recording, System};
 
 const PATH: &str = "ReferencePath";
 pub(crate) const CONTROLLER: &str = "LateralPid";

@@ -1,11 +1,11 @@
 //! The vehicle that represents the truth: any plant FMU, or a file that one is packed from.
 
 use crate::{Error, packed};
-use control::DesignOptions;
-use formats::{Document, SourceFile, Vehicle};
-use host::{Archive, Causality, Kind, Value};
-use packaging::Fmu;
 use std::path::Path;
+use steerwright_control::DesignOptions;
+use steerwright_formats::{Document, SourceFile, Vehicle};
+use steerwright_host::{Archive, Causality, Kind, Value};
+use steerwright_packaging::Fmu;
 
 /// The parameters that a data sheet lacks for a vehicle at its limits.
 const REST: &str = include_str!("../../tests/data/multibody/vehicle.json");
@@ -67,7 +67,7 @@ impl Truth {
 /// A vehicle with the data of a bicycle model, and the tyres and measures of the one that comes with
 /// this program.
 fn from_data(text: &str, path: &str, name: &str) -> Result<(String, String), Error> {
-    let data = control::bicycle_from_toml(text, path)?.vehicle;
+    let data = steerwright_control::bicycle_from_toml(text, path)?.vehicle;
     let mut vehicle = Vehicle::from_json(REST, "vehicle.json of the multi-body drive")?;
     let other = vehicle.name;
     vehicle.name = data.name;
@@ -131,7 +131,7 @@ impl Limits {
     ) -> (DesignOptions, Option<String>) {
         let mut options = *requested;
         let mut changed = Vec::new();
-        let usual_angle = control::usual_max_angle_rad(ratio);
+        let usual_angle = steerwright_control::usual_max_angle_rad(ratio);
         if let Some(limit) = self.angle_rad
             && limit < requested.max_angle_rad.unwrap_or(usual_angle)
         {
@@ -167,7 +167,7 @@ pub(crate) fn step_remark(archive: &Archive, step: f64) -> Option<String> {
 fn check(archive: &Archive, name: &str) -> Result<(), Error> {
     let model = archive.model();
     let has = |name: &str, causalities: &[Causality]| {
-        let real = |v: &&host::Variable| v.kind == Kind::Real;
+        let real = |v: &&steerwright_host::Variable| v.kind == Kind::Real;
         model.variable(name).filter(real).is_some_and(|v| causalities.contains(&v.causality))
     };
     let mut missing: Vec<String> = Vec::new();

@@ -7,7 +7,7 @@ use crate::outcome::Outcome;
 use crate::plants::Plant;
 use crate::runs::Run;
 use serde::Serialize;
-use sweep::Class;
+use steerwright_sweep::Class;
 
 /// Smaller differences of the cross-track error do not count, m: the accuracy of a corrected GNSS.
 const LEAST_TRACKING_M: f64 = 0.01;

@@ -1,14 +1,14 @@
 //! Bicycle models from vehicle data: `vehicle.toml` → `bicycle.json` (eq 13).
 //!
-//! The equations are those of `models::bicycle`, the same that run in the FMU; here the
+//! The equations are those of `steerwright_models::bicycle`, the same that run in the FMU; here the
 //! file is read, with the place of each fault, and the document is written.
 
 use crate::Error;
-use formats::{
+use steerwright_formats::{
     Bicycle, BicycleCoefficients, Document, Matrix, Provenance, SourceFile, VehicleData,
 };
-use loading::bicycle_parameters;
-use models::bicycle_eq13;
+use steerwright_loading::bicycle_parameters;
+use steerwright_models::bicycle_eq13;
 
 /// Reads vehicle data; `file` is named in errors.
 fn read_vehicle(text: &str, file: &str) -> Result<VehicleData, Error> {
@@ -19,7 +19,7 @@ fn read_vehicle(text: &str, file: &str) -> Result<VehicleData, Error> {
     })?;
     // Checked here as well as in the document, since the line is known here.
     document(&vehicle).checked(file).map_err(|e| match e {
-        formats::Error::Value { path, problem, .. } => {
+        steerwright_formats::Error::Value { path, problem, .. } => {
             let key = path.rsplit('.').next().unwrap_or_default();
             let (line, column) = place_of_key(text, key);
             let problem = format!("{key}: {problem}");
@@ -76,7 +76,7 @@ fn document(vehicle: &VehicleData) -> Bicycle {
         state_matrix: Matrix::from_fn(5, 5, |i, j| model.a[(i, j)]),
         input_matrix: Matrix::from_fn(5, 1, |i, _| model.b[i]),
         evidence: None,
-        quality: formats::Quality::not_validated(),
+        quality: steerwright_formats::Quality::not_validated(),
         provenance: Provenance {
             version: env!("CARGO_PKG_VERSION").into(),
             ..Provenance::default()

@@ -57,7 +57,7 @@ pub enum Error {
     },
     /// A document is inconsistent.
     #[error(transparent)]
-    Document(#[from] formats::Error),
+    Document(#[from] steerwright_formats::Error),
     /// The plant model cannot be stepped.
     #[error("{model}: {problem}")]
     Model {
@@ -72,7 +72,7 @@ pub enum Error {
         /// The model's name.
         model: String,
         /// What is wrong.
-        source: models::Error,
+        source: steerwright_models::Error,
     },
     /// The speed at which the plant was identified is unknown.
     #[error(

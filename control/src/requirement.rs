@@ -1,6 +1,8 @@
 //! The requirements of a design: their names, the bounds of a specification, and the values reached.
 
-use formats::{DesignEvidence, Margins, OnACurve, Shortfall, Specification, StepMetrics};
+use steerwright_formats::{
+    DesignEvidence, Margins, OnACurve, Shortfall, Specification, StepMetrics,
+};
 
 /// One requirement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

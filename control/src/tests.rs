@@ -8,13 +8,13 @@ use crate::plants::design_plant::DesignPlant;
 use crate::plants::dynamics::Dynamics;
 use crate::plants::sampled::Sampled;
 use crate::{DesignOptions, design};
-use formats::SourceFile;
-use models::{
+use nalgebra::{Complex, DMatrix, DVector};
+use std::sync::Arc;
+use steerwright_formats::SourceFile;
+use steerwright_models::{
     Continuous, IdentifiedData, IdentifiedModel, IdentifiedPlant, InputKind, Pid, PidInput,
     PidParameters,
 };
-use nalgebra::{Complex, DMatrix, DVector};
-use std::sync::Arc;
 
 /// Yaw rate = gain · steering: yaw is a pure integrator.
 fn integrator(gain: f64, delay: f64) -> DesignPlant {
@@ -98,7 +98,7 @@ fn the_simulation_is_the_loop_of_the_fmus() {
         (false, 0.005, 0.012, 0.0),
         (false, 0.005, 0.013, 0.02),
     ] {
-        let (a, b) = models::linear::discretize(
+        let (a, b) = steerwright_models::linear::discretize(
             &DMatrix::from_row_slice(2, 2, &F),
             &DMatrix::from_row_slice(2, 1, &G),
             grid,
@@ -298,7 +298,7 @@ fn preview_and_feedforward_leave_no_error_on_circle_and_clothoid() {
     let source = SourceFile { name: "plant.json".into(), sha256: String::new() };
     let options = DesignOptions { max_rate_radps: Some(1e3), ..DesignOptions::default() };
     let document = design(&plant, &source, &options).unwrap();
-    let p = loading::pid_parameters(&document);
+    let p = steerwright_loading::pid_parameters(&document);
     let sampled = Sampled::new(&plant, p.sample_time, 0.0).unwrap();
     let theory = p.kp * (1.0 - p.setpoint_weight_proportional) / p.ki;
     let measured = ramp_lag(plant.gain(), &sampled, &p);

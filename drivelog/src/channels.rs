@@ -11,8 +11,8 @@ use crate::series::Series;
 use crate::signal::{median_period, unwrap};
 use crate::table::Table;
 use crate::units::Quantity;
-use formats::{Intersample, SourceFile};
 use std::rc::Rc;
+use steerwright_formats::{Intersample, SourceFile};
 
 /// Fewest samples of the merged recording.
 pub(crate) const LEAST_SAMPLES: usize = 100;

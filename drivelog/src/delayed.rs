@@ -2,7 +2,7 @@
 
 use crate::log::DriveLog;
 use crate::role::Role;
-use formats::{ChannelSummary, Intersample};
+use steerwright_formats::{ChannelSummary, Intersample};
 
 /// Taps on either side of the instant.
 const HALF: i64 = 3;

@@ -19,7 +19,7 @@ use crate::series::Series;
 use crate::signal::resolution;
 use crate::table::Table;
 use crate::units::Quantity;
-use formats::SourceFile;
+use steerwright_formats::SourceFile;
 
 /// A road wheel turns no further, rad.
 const LARGEST_ROAD_WHEEL_ANGLE: f64 = 0.8;

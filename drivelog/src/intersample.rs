@@ -14,8 +14,8 @@ use crate::options::LogOptions;
 use crate::role::Role;
 use crate::series::Series;
 use crate::units::Quantity;
-use formats::Intersample;
 use std::rc::Rc;
+use steerwright_formats::Intersample;
 
 /// Rows that are looked at: those that a log read in chunks begins with.
 const ROWS: usize = 1 << 14;

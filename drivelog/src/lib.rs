@@ -6,14 +6,14 @@
 //! dropouts, frozen runs, repeated stamps, gaps.
 //!
 //! ```
-//! # fn main() -> Result<(), drivelog::Error> {
+//! # fn main() -> Result<(), steerwright_drivelog::Error> {
 //! let mut csv = String::from("time_s,roadwheel_command_rad,yaw_rate_radps,speed_mps\n");
 //! for k in 0..300 {
 //!     let t = 0.01 * k as f64;
 //!     csv += &format!("{t:.2},{:.6},{:.6},15\n", 0.03 * t.sin(), 0.1 * (t - 0.1).sin());
 //! }
 //! let files = [("drive.csv".to_string(), csv.into_bytes())];
-//! let log = drivelog::read_log(&files, &drivelog::LogOptions::default())?;
+//! let log = steerwright_drivelog::read_log(&files, &steerwright_drivelog::LogOptions::default())?;
 //! assert_eq!(log.segments.len(), 1);
 //! # Ok(())
 //! # }
@@ -44,10 +44,10 @@ mod table;
 mod units;
 
 pub use error::{Error, Place};
-pub use formats::Intersample;
 pub use gnss::{Gnss, GnssDrive};
 pub use log::{DriveLog, Segment};
 pub use options::{DecimalMark, LogOptions};
 pub use read::{read_drives, read_log};
+pub use steerwright_formats::Intersample;
 pub use stream::{Piece, Sink, Streamed, stream};
 pub use table::LogFile;

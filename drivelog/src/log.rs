@@ -2,9 +2,9 @@
 
 use crate::gnss::Gnss;
 use crate::signal::integrate;
-use formats::{ChannelSummary, SourceFile};
 use std::collections::BTreeMap;
 use std::ops::Range;
+use steerwright_formats::{ChannelSummary, SourceFile};
 
 /// A drive on one uniform grid, SI and radians, ISO 8855 signs.
 #[derive(Debug, Clone, PartialEq)]
@@ -52,7 +52,10 @@ impl DriveLog {
         self.segments
             .iter()
             .map(|s| {
-                formats::Excitation::largest_rate(&self.input[s.range.clone()], self.sample_time_s)
+                steerwright_formats::Excitation::largest_rate(
+                    &self.input[s.range.clone()],
+                    self.sample_time_s,
+                )
             })
             .fold(0.0, f64::max)
     }

@@ -1,7 +1,7 @@
 //! How a log is read.
 
-use formats::Intersample;
 use std::collections::BTreeMap;
+use steerwright_formats::Intersample;
 
 /// What separates the whole of a number from its fraction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

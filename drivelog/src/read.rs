@@ -9,7 +9,7 @@ use crate::options::LogOptions;
 use crate::role::Role;
 use crate::series::Series;
 use crate::table::{LogFile, Table};
-use formats::ChannelSummary;
+use steerwright_formats::ChannelSummary;
 
 /// Reads CSV files, each with a header and a clock of its own.
 ///

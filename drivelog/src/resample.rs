@@ -33,8 +33,8 @@
 //! *Slow channels.* Where a channel is slower than the fine grid, interpolation has shaped it by
 //! sinc²(ωP/2), P being its period, which is taken back.
 
-use formats::Intersample;
 use std::f64::consts::PI;
+use steerwright_formats::Intersample;
 
 const ROLL_OFF: f64 = 0.25;
 const HALF_LENGTH: f64 = 8.0;

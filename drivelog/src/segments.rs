@@ -7,8 +7,8 @@ use crate::options::LogOptions;
 use crate::resample::{Grid, MARGIN};
 use crate::series::Series;
 use crate::signal::mean;
-use formats::Intersample;
 use std::ops::Range;
+use steerwright_formats::Intersample;
 
 /// Sample time that is aimed at where there is noise: a Nyquist frequency of 25 Hz, five times the about
 /// 5 Hz up to which lateral dynamics respond. What a hold of this length does to the response is below

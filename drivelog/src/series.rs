@@ -5,8 +5,8 @@ use crate::resample::{Becomes, Grid, resample};
 use crate::role::Role;
 use crate::signal::resolution;
 use crate::units::Unit;
-use formats::{ChannelSummary, Intersample};
 use std::rc::Rc;
+use steerwright_formats::{ChannelSummary, Intersample};
 
 /// Samples of one channel in time order.
 #[derive(Debug, Clone)]

@@ -1,11 +1,11 @@
 //! Reading what was written, and refusing everything else at the right place.
 #![allow(clippy::unwrap_used)]
 
-use formats::{
+use proptest::prelude::*;
+use steerwright_formats::{
     Continuous, Discrete, Document, Error, Evidence, Guidance, InputKind, Matrix, Noise,
     OperatingPoint, Path, PathPoint, Plant, Provenance,
 };
-use proptest::prelude::*;
 
 fn plant() -> Plant {
     Plant {
@@ -37,7 +37,7 @@ fn plant() -> Plant {
         sideslip: None,
         uncertainty: None,
         evidence: Evidence::default(),
-        quality: formats::Quality::default(),
+        quality: steerwright_formats::Quality::default(),
         provenance: Provenance::default(),
     }
 }

@@ -1,7 +1,7 @@
 //! `estimator.json`: the example is read, and what cannot be is refused at its place.
 #![allow(clippy::unwrap_used)]
 
-use formats::{Document, Error, Estimator};
+use steerwright_formats::{Document, Error, Estimator};
 
 const EXAMPLE: &str = include_str!("../../tests/data/multibody/estimator.json");
 

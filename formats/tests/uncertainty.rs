@@ -1,7 +1,7 @@
 //! The uncertainty in `plant.json`: read as written, refused where it is wrong, members drawn from it.
 #![allow(clippy::unwrap_used)]
 
-use formats::{
+use steerwright_formats::{
     Discrete, Document, Error, Estimate, EstimationFocus, Evidence, FrequencyBand, InputKind,
     Matrix, Noise, OperatingPoint, Plant, Provenance, StepBand, UncertainPole, Uncertainty,
 };
@@ -51,7 +51,7 @@ fn plant() -> Plant {
             directions: Matrix(vec![only_b, everything]),
         }),
         evidence: Evidence::default(),
-        quality: formats::Quality::default(),
+        quality: steerwright_formats::Quality::default(),
         provenance: Provenance::default(),
     }
 }

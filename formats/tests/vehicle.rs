@@ -1,7 +1,7 @@
 //! `vehicle.json`: the example is read, and what cannot be is refused at its place.
 #![allow(clippy::unwrap_used)]
 
-use formats::{Document, Error, Vehicle};
+use steerwright_formats::{Document, Error, Vehicle};
 
 const EXAMPLE: &str = include_str!("../../tests/data/multibody/vehicle.json");
 

@@ -5,10 +5,10 @@ use crate::platform::Platform;
 use crate::provenance::Origin;
 use crate::terminals::DOMAIN;
 use crate::{Error, documentation, icons, provenance, reference, terminals};
-use formats::{Document, Start};
 use model_description::{DefaultExperiment, ModelDescription};
-use slaves::Fmu;
 use std::io::{Cursor, Write};
+use steerwright_formats::{Document, Start};
+use steerwright_slaves::Fmu;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
@@ -37,7 +37,7 @@ pub struct Packed {
 /// # Errors
 /// [`Error::NotPackable`]; `file` is named in it.
 pub fn fmu_of(document: &str, file: &str) -> Result<Fmu, Error> {
-    let schema = formats::schema_of(document);
+    let schema = steerwright_formats::schema_of(document);
     Fmu::ALL.into_iter().find(|fmu| Some(fmu.schema()) == schema.as_deref()).ok_or_else(|| {
         let found = schema.map_or_else(|| "a file without a schema".into(), |s| format!("`{s}`"));
         Error::NotPackable { file: file.into(), found }
@@ -150,14 +150,22 @@ const LICENSE_MIT: &str = include_str!("../../LICENSE-MIT");
 const LICENSE_APACHE: &str = include_str!("../../LICENSE-APACHE");
 
 /// Reads the document as its type; returns the sample time of a controller.
-fn check(fmu: Fmu, document: &str, file: &str) -> Result<Option<f64>, formats::Error> {
+fn check(fmu: Fmu, document: &str, file: &str) -> Result<Option<f64>, steerwright_formats::Error> {
     Ok(match fmu {
-        Fmu::IdentifiedPlant => formats::Plant::from_json(document, file).map(|_| None)?,
-        Fmu::BicyclePlant => formats::Bicycle::from_json(document, file).map(|_| None)?,
-        Fmu::NonlinearVehicle => formats::Vehicle::from_json(document, file).map(|_| None)?,
-        Fmu::LateralPid => Some(formats::Pid::from_json(document, file)?.sample_time_s),
-        Fmu::ReferencePath => formats::Path::from_json(document, file).map(|_| None)?,
-        Fmu::PoseEstimator => formats::Estimator::from_json(document, file).map(|_| None)?,
+        Fmu::IdentifiedPlant => {
+            steerwright_formats::Plant::from_json(document, file).map(|_| None)?
+        }
+        Fmu::BicyclePlant => {
+            steerwright_formats::Bicycle::from_json(document, file).map(|_| None)?
+        }
+        Fmu::NonlinearVehicle => {
+            steerwright_formats::Vehicle::from_json(document, file).map(|_| None)?
+        }
+        Fmu::LateralPid => Some(steerwright_formats::Pid::from_json(document, file)?.sample_time_s),
+        Fmu::ReferencePath => steerwright_formats::Path::from_json(document, file).map(|_| None)?,
+        Fmu::PoseEstimator => {
+            steerwright_formats::Estimator::from_json(document, file).map(|_| None)?
+        }
     })
 }
 

@@ -4,8 +4,8 @@ use crate::platform::Platform;
 use crate::provenance::{Origin, cell, shortened};
 use model_description::{Causality, ModelDescription, Table, Value, Variable};
 use pulldown_cmark::{Options, Parser, html};
-use slaves::Fmu;
 use std::fmt::Write;
+use steerwright_slaves::Fmu;
 
 const BEGIN: &str = "<!-- variables:begin -->";
 const END: &str = "<!-- variables:end -->";

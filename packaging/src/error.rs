@@ -13,14 +13,14 @@ pub enum Error {
     },
     /// The document is refused by its schema.
     #[error(transparent)]
-    Document(#[from] formats::Error),
+    Document(#[from] steerwright_formats::Error),
     /// The slave refuses the document.
     #[error("{file}: {source}")]
     Slave {
         /// The document's name as the caller gave it.
         file: String,
         /// Why.
-        source: slaves::Error,
+        source: steerwright_slaves::Error,
     },
     /// There is no library to put in.
     #[error("{fmu}: no library for any platform")]
@@ -60,7 +60,7 @@ pub enum Error {
     },
     /// Names do not determine the source of an input.
     #[error(transparent)]
-    Wiring(Box<host::Error>),
+    Wiring(Box<steerwright_host::Error>),
     /// A system names a variable that is not there, or is not what it is taken for.
     #[error("the system has no {need} {variable}")]
     NoVariable {
@@ -99,7 +99,7 @@ impl Error {
     pub fn hint(&self) -> String {
         match self {
             Self::NotPackable { .. } => {
-                let kinds = slaves::Fmu::ALL.map(slaves::Fmu::schema).join(", ");
+                let kinds = steerwright_slaves::Fmu::ALL.map(steerwright_slaves::Fmu::schema).join(", ");
                 format!("give a file whose \"schema\" is one of {kinds}")
             }
             Self::Document(error) => error.hint(),

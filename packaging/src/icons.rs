@@ -1,7 +1,7 @@
 //! The pictures in an archive. `icons/*.svg` is drawn by hand, and the PNG next to each is made from
 //! it: see `tests/icons.rs`.
 
-use slaves::Fmu;
+use steerwright_slaves::Fmu;
 
 /// A picture in both forms.
 #[derive(Debug, Clone, Copy)]

@@ -21,4 +21,4 @@ mod terminals;
 pub use archive::{Binary, Packed, fmu_of, package, package_with_start};
 pub use documentation::{table_markdown, with_variables};
 pub use error::Error;
-pub use slaves::Fmu;
+pub use steerwright_slaves::Fmu;

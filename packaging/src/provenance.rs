@@ -7,14 +7,14 @@
 //! them: the same inputs give the same archive, whenever.
 
 use crate::Error;
-use formats::{Document, Provenance, SourceFile, sha256_hex};
 use model_description::VendorAnnotation;
 use quick_xml::escape::escape;
 use serde::Serialize;
 use serde_json::Value as Json;
-use slaves::Fmu;
 use std::collections::BTreeMap;
 use std::fmt::Write;
+use steerwright_formats::{Document, Provenance, SourceFile, sha256_hex};
+use steerwright_slaves::Fmu;
 
 /// The tool that wrote the archive.
 pub(crate) const TOOL: &str = concat!("steerwright ", env!("CARGO_PKG_VERSION"));
@@ -62,12 +62,16 @@ impl Origin {
     /// What the document of an FMU says; `file` is named in errors.
     pub(crate) fn of(fmu: Fmu, document: &str, file: &str) -> Result<Self, Error> {
         let (name, provenance, evidence) = match fmu {
-            Fmu::IdentifiedPlant => plant(formats::Plant::from_json(document, file)?),
-            Fmu::BicyclePlant => bicycle(formats::Bicycle::from_json(document, file)?),
-            Fmu::NonlinearVehicle => vehicle(formats::Vehicle::from_json(document, file)?),
-            Fmu::LateralPid => pid(formats::Pid::from_json(document, file)?),
-            Fmu::ReferencePath => path(formats::Path::from_json(document, file)?),
-            Fmu::PoseEstimator => estimator(formats::Estimator::from_json(document, file)?),
+            Fmu::IdentifiedPlant => plant(steerwright_formats::Plant::from_json(document, file)?),
+            Fmu::BicyclePlant => bicycle(steerwright_formats::Bicycle::from_json(document, file)?),
+            Fmu::NonlinearVehicle => {
+                vehicle(steerwright_formats::Vehicle::from_json(document, file)?)
+            }
+            Fmu::LateralPid => pid(steerwright_formats::Pid::from_json(document, file)?),
+            Fmu::ReferencePath => path(steerwright_formats::Path::from_json(document, file)?),
+            Fmu::PoseEstimator => {
+                estimator(steerwright_formats::Estimator::from_json(document, file)?)
+            }
         };
         Ok(Self {
             schema: "steerwright/provenance/1",
@@ -213,7 +217,7 @@ pub(crate) fn shortened(value: f64) -> String {
 /// Name, who made it (nobody where it is written by hand), what it says of itself.
 type Described = (String, Option<Provenance>, Vec<Fact>);
 
-fn plant(plant: formats::Plant) -> Described {
+fn plant(plant: steerwright_formats::Plant) -> Described {
     let order = plant.order();
     let e = plant.evidence;
     let mut facts = quality(plant.quality);
@@ -236,7 +240,7 @@ fn plant(plant: formats::Plant) -> Described {
     (plant.name, Some(plant.provenance), facts)
 }
 
-fn bicycle(bicycle: formats::Bicycle) -> Described {
+fn bicycle(bicycle: steerwright_formats::Bicycle) -> Described {
     let vehicle = bicycle.vehicle;
     let mut facts = quality(bicycle.quality);
     facts.extend([
@@ -247,7 +251,7 @@ fn bicycle(bicycle: formats::Bicycle) -> Described {
 }
 
 /// The quality of a model: the grade, the reasons with their codes, and the advice.
-fn quality(quality: formats::Quality) -> Vec<Fact> {
+fn quality(quality: steerwright_formats::Quality) -> Vec<Fact> {
     let mut facts = vec![
         fact("quality", quality.grade.name(), ""),
         fact("quality_summary", quality.summary, ""),
@@ -260,7 +264,7 @@ fn quality(quality: formats::Quality) -> Vec<Fact> {
     facts
 }
 
-fn vehicle(vehicle: formats::Vehicle) -> Described {
+fn vehicle(vehicle: steerwright_formats::Vehicle) -> Described {
     let facts = vec![
         fact("speed", vehicle.speed_mps, "m/s"),
         fact("steering_ratio", vehicle.actuator.steering_ratio, ""),
@@ -269,7 +273,7 @@ fn vehicle(vehicle: formats::Vehicle) -> Described {
     (vehicle.name, None, facts)
 }
 
-fn estimator(estimator: formats::Estimator) -> Described {
+fn estimator(estimator: steerwright_formats::Estimator) -> Described {
     let facts = vec![
         fact("gnss_latency", estimator.gnss.latency_s, "s"),
         fact("sideslip_per_yaw_rate", estimator.sideslip_per_yaw_rate_s, "s"),
@@ -278,7 +282,7 @@ fn estimator(estimator: formats::Estimator) -> Described {
     (estimator.name, None, facts)
 }
 
-fn pid(pid: formats::Pid) -> Described {
+fn pid(pid: steerwright_formats::Pid) -> Described {
     let (e, d) = (pid.evidence, pid.designed_for);
     let mut facts = quality(d.quality);
     facts.push(fact("specification_met", e.met, ""));
@@ -300,7 +304,7 @@ fn pid(pid: formats::Pid) -> Described {
     (pid.name, Some(pid.provenance), facts)
 }
 
-fn path(path: formats::Path) -> Described {
+fn path(path: steerwright_formats::Path) -> Described {
     let ends = path.points.first().zip(path.points.last());
     let length = ends.map_or(0.0, |(first, last)| last.distance_m - first.distance_m);
     let facts = vec![

@@ -4,8 +4,8 @@
 use crate::support;
 
 use model_description::{Causality, ModelDescription};
-use packaging::{Binary, Error, Fmu};
 use std::collections::{BTreeMap, BTreeSet};
+use steerwright_packaging::{Binary, Error, Fmu};
 use support::{AWKWARD, document, files, packed, text};
 
 const EXTRA: &str = "extra/io.github.steerwright";
@@ -76,7 +76,9 @@ fn any_zip_program_can_open_it() {
 fn the_same_inputs_give_the_same_bytes_whatever_the_file_is_called() {
     for fmu in Fmu::ALL {
         let at = |file| {
-            packaging::package(&document(fmu), file, support::LINUX, Some(0.01)).unwrap().bytes
+            steerwright_packaging::package(&document(fmu), file, support::LINUX, Some(0.01))
+                .unwrap()
+                .bytes
         };
         assert!(at("a/plant.json") == at("/another/folder/b.json"), "{fmu:?}");
     }
@@ -98,7 +100,7 @@ fn provenance_reaches_programs_and_people() {
     let packed = packed(Fmu::IdentifiedPlant);
     let files = files(&packed);
     let document = document(Fmu::IdentifiedPlant);
-    let hash = formats::sha256_hex(document.as_bytes());
+    let hash = steerwright_formats::sha256_hex(document.as_bytes());
 
     let json: serde_json::Value =
         serde_json::from_str(&text(&files, &format!("{EXTRA}/provenance.json"))).unwrap();
@@ -223,7 +225,8 @@ fn each_platform_has_its_folder_and_its_standing() {
         ("win32", "dll"),
     ];
     let binaries = folders.map(|(platform, _)| Binary { platform, bytes: platform.as_bytes() });
-    let packed = packaging::package(&document(Fmu::LateralPid), "pid.json", &binaries, None);
+    let packed =
+        steerwright_packaging::package(&document(Fmu::LateralPid), "pid.json", &binaries, None);
     let files = files(&packed.unwrap());
     let page = text(&files, "documentation/index.html");
     for (folder, extension) in folders {
@@ -237,14 +240,16 @@ fn each_platform_has_its_folder_and_its_standing() {
     // The order in which libraries are given does not matter.
     let mut other = binaries;
     other.reverse();
-    let again = packaging::package(&document(Fmu::LateralPid), "pid.json", &other, None).unwrap();
+    let again =
+        steerwright_packaging::package(&document(Fmu::LateralPid), "pid.json", &other, None)
+            .unwrap();
     assert!(support::files(&again) == files);
 }
 
 #[test]
 fn a_platform_that_no_importer_looks_for_is_refused() {
     let pack = |binaries: &[Binary<'_>]| {
-        packaging::package(&document(Fmu::LateralPid), "pid.json", binaries, None)
+        steerwright_packaging::package(&document(Fmu::LateralPid), "pid.json", binaries, None)
     };
     let linux = Binary { platform: "linux64", bytes: b"" };
     let error = pack(&[Binary { platform: "x86_64-linux", bytes: b"" }]).unwrap_err();

@@ -33,7 +33,7 @@ fn drawn(file: &Path) -> Pixmap {
 #[test]
 fn each_picture_is_drawn_from_its_svg() {
     let drawings = drawings();
-    assert!(drawings.len() > packaging::Fmu::ALL.len());
+    assert!(drawings.len() > steerwright_packaging::Fmu::ALL.len());
     for drawing in drawings {
         let file = drawing.with_extension("png");
         let expected = drawn(&drawing);

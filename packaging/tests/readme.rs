@@ -3,9 +3,9 @@
 //! `STEERWRIGHT_UPDATE=1 cargo test -p steerwright-packaging readme` writes them again.
 #![allow(clippy::unwrap_used)]
 
-use packaging::{Fmu, table_markdown, with_variables};
 use std::fs;
 use std::path::{Path, PathBuf};
+use steerwright_packaging::{Fmu, table_markdown, with_variables};
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")

@@ -4,8 +4,8 @@
 use crate::support;
 
 use model_description::Causality;
-use packaging::Fmu;
 use std::collections::BTreeMap;
+use steerwright_packaging::Fmu;
 use support::{document, files, packed, text};
 
 const FOLDER: &str = "extra/io.github.steerwright/reference";
@@ -31,7 +31,8 @@ struct Run {
 }
 
 fn run(fmu: Fmu, step: Option<f64>) -> Run {
-    let packed = packaging::package(&document(fmu), "d.json", support::LINUX, step).unwrap();
+    let packed =
+        steerwright_packaging::package(&document(fmu), "d.json", support::LINUX, step).unwrap();
     let files = files(&packed);
     let about: serde_json::Value =
         serde_json::from_str(&text(&files, &format!("{FOLDER}/reference.json"))).unwrap();

@@ -3,8 +3,8 @@
 #[path = "../tests/common/mod.rs"]
 mod common;
 
-use report::figures::{Driven, Simulated};
-use report::{Controller, LoopStep, Report, figures};
+use steerwright_report::figures::{Driven, Simulated};
+use steerwright_report::{Controller, LoopStep, Report, figures};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let dir = std::path::PathBuf::from(std::env::args().nth(1).ok_or("name a folder")?);

@@ -1,7 +1,7 @@
 //! The report: what is known, as one page.
 
 use crate::{StepResponse, Traces, Track};
-use formats::{Bicycle, Path, Pid, Plant, SourceFile, StepMetrics};
+use steerwright_formats::{Bicycle, Path, Pid, Plant, SourceFile, StepMetrics};
 
 /// Everything a report can show; what is absent is left out.
 #[derive(Debug, Clone, Default)]

@@ -14,7 +14,7 @@ const NARROW: usize = 12;
 /// most [`COLUMNS`] wide; see [`Table::text`].
 ///
 /// ```
-/// let table = report::Table::new(["order", "fit"]).row(["1", "8.5"]).row(["2", "79.4"]);
+/// let table = steerwright_report::Table::new(["order", "fit"]).row(["1", "8.5"]).row(["2", "79.4"]);
 /// assert_eq!(table.to_string(), "order   fit\n─────  ────\n    1   8.5\n    2  79.4\n");
 /// ```
 #[derive(Debug, Clone, PartialEq, Eq, Default)]

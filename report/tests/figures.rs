@@ -5,8 +5,10 @@ use crate::common;
 
 use common::*;
 use proptest::prelude::*;
-use report::figures::{Driven, Simulated, YawStep};
-use report::{Error, Figure, Mark, Panel, Place, Series, StepResponse, Style, figures, palette};
+use steerwright_report::figures::{Driven, Simulated, YawStep};
+use steerwright_report::{
+    Error, Figure, Mark, Panel, Place, Series, StepResponse, Style, figures, palette,
+};
 
 const LIMIT: usize = 150_000;
 
@@ -55,11 +57,11 @@ fn all() -> Vec<Figure> {
     ]
 }
 
-fn driven(t: &report::Traces) -> Driven<'_> {
+fn driven(t: &steerwright_report::Traces) -> Driven<'_> {
     Driven { time_s: &t.time_s, yaw_rate_radps: &t.yaw_rate_radps, yaw_rad: &t.yaw_rad }
 }
 
-fn simulated(t: &report::Traces) -> [Simulated<'_>; 2] {
+fn simulated(t: &steerwright_report::Traces) -> [Simulated<'_>; 2] {
     ["identified", "bicycle"].map(|name| Simulated {
         name,
         fit: 77.9,

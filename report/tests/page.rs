@@ -4,7 +4,7 @@
 use crate::common;
 
 use common::*;
-use report::{Controller, LoopStep, Report};
+use steerwright_report::{Controller, LoopStep, Report};
 
 /// The page of a controller that meets its specification on its model, or not; and in the loop
 /// likewise.
@@ -184,7 +184,7 @@ fn every_requirement_says_whether_it_is_met() {
 #[test]
 fn a_figure_without_data_leaves_a_remark_and_an_empty_report_a_page() {
     let plant = plant();
-    let traces = report::Traces::default();
+    let traces = steerwright_report::Traces::default();
     let report = Report { plant: Some(&plant), traces: Some(&traces), ..Report::default() };
     let page = report.to_html();
     parse(&page);

@@ -1,11 +1,11 @@
 //! The kind of an existing file at the place of an output: only files that this program wrote, of the
 //! same kind, are overwritten without `--force`.
 
-use formats::Document;
-use report::GENERATOR;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
+use steerwright_formats::Document;
+use steerwright_report::GENERATOR;
 
 /// How far a header or a mark may stand from the start of a file.
 const HEAD: u64 = 64 << 10;

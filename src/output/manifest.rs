@@ -1,10 +1,10 @@
 //! The list of the files that a command wrote into a folder, which identifies the folder later.
 
 use crate::failure::Failure;
-use formats::SourceFile;
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::path::Path;
+use steerwright_formats::SourceFile;
 
 /// Its name in the folder.
 pub(super) const NAME: &str = "manifest.json";
@@ -28,7 +28,7 @@ impl Manifest {
         walk(folder, "", &mut names)?;
         names.sort();
         let files = names.into_iter().map(|name| {
-            let sha256 = formats::sha256_hex(&fs::read(folder.join(&name))?);
+            let sha256 = steerwright_formats::sha256_hex(&fs::read(folder.join(&name))?);
             Ok(SourceFile { name, sha256 })
         });
         Ok(Self {
@@ -88,7 +88,7 @@ pub(super) fn check(folder: &Path, command: &str, force: bool) -> Result<(), Fai
     for name in found.iter().filter(|name| *name != NAME) {
         let bytes =
             fs::read(folder.join(name)).map_err(|e| Failure::file(&folder.join(name), &e))?;
-        if listed(name).is_some_and(|file| file.sha256 != formats::sha256_hex(&bytes)) {
+        if listed(name).is_some_and(|file| file.sha256 != steerwright_formats::sha256_hex(&bytes)) {
             changed.push(name.as_str());
         }
     }

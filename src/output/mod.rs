@@ -16,12 +16,12 @@ mod manifest;
 
 use crate::console;
 use crate::failure::Failure;
-use formats::Document;
 use identity::{Identity, is_character_device, is_fifo, is_open_file, is_stdout};
 use std::fs::{self, OpenOptions};
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
+use steerwright_formats::Document;
 
 pub(crate) use folder::Folder;
 pub(crate) use kind::Kind;

@@ -9,16 +9,18 @@ use crate::evidence;
 use crate::failure::Failure;
 use crate::gate::GateArguments;
 use crate::progress::Progress;
-use comparison::Loop;
-use control::paths::{self, PointOptions};
-use control::{DesignOptions, DesignPlant, Sideslip};
-use drivelog::DriveLog;
-use formats::{Bicycle, Document, Path as PathFile, Pid, Plant, SourceFile, StepMetrics};
-use host::{Archive, Coupling};
 pub(crate) use output::Writer;
-use report::{StepResponse, Traces, Track, TrackErrors};
 use std::path::PathBuf;
-use sysid::IdentifyOptions;
+use steerwright_comparison::Loop;
+use steerwright_control::paths::{self, PointOptions};
+use steerwright_control::{DesignOptions, DesignPlant, Sideslip};
+use steerwright_drivelog::DriveLog;
+use steerwright_formats::{
+    Bicycle, Document, Path as PathFile, Pid, Plant, SourceFile, StepMetrics,
+};
+use steerwright_host::{Archive, Coupling};
+use steerwright_report::{StepResponse, Traces, Track, TrackErrors};
+use steerwright_sysid::IdentifyOptions;
 
 /// The inputs and options.
 pub(crate) struct Job {
@@ -131,13 +133,13 @@ pub(crate) fn build(job: &Job) -> Result<Built, Failure> {
     let progress = Progress::start(format!("{name}: identifying"));
     let mut remarks = Vec::new();
 
-    let identified = sysid::identify(&job.log, &job.identify)?;
+    let identified = steerwright_sysid::identify(&job.log, &job.identify)?;
     let plant = identified.plant;
     let plant_source = out.document("plant.json", &plant)?;
     let bicycle = job.vehicle.as_ref().map(|v| bicycle_at_speed_of(&plant, v)).transpose()?;
     let validated = bicycle
         .as_ref()
-        .map(|b| sysid::bicycle::validate_bicycle(&job.log, &job.identify, b))
+        .map(|b| steerwright_sysid::bicycle::validate_bicycle(&job.log, &job.identify, b))
         .transpose()?;
     let bicycle_trace = validated.as_ref().map(|j| j.simulated_yaw_rate_radps.as_slice());
     let traces = evidence::traces_csv(&identified.traces, bicycle_trace);
@@ -188,11 +190,12 @@ fn controllers(
     let options = driven.fold(job.design, |options, model| options.with_rate_of(model));
     for (basis, model, source, document) in bases {
         // A model that no controller can be designed on is reported, and does not end the rest.
-        let designed = model
-            .and_then(|model| control::design(&model, &source, &options).map(|pid| (model, pid)));
+        let designed = model.and_then(|model| {
+            steerwright_control::design(&model, &source, &options).map(|pid| (model, pid))
+        });
         match designed {
             Ok((model, mut pid)) => {
-                comparison::verify(&mut pid, &document, &model)?;
+                steerwright_comparison::verify(&mut pid, &document, &model)?;
                 controllers.push(run_loops(out, (&archive, plant), basis, pid, &roads)?);
             }
             Err(error) => {
@@ -205,13 +208,13 @@ fn controllers(
 
 /// The bicycle model at the speed of the drive, which is where the two are compared.
 fn bicycle_at_speed_of(plant: &Plant, vehicle: &Text) -> Result<Bicycle, Failure> {
-    let written = control::bicycle_from_toml(&vehicle.text, &vehicle.name)?;
+    let written = steerwright_control::bicycle_from_toml(&vehicle.text, &vehicle.name)?;
     let speed_mps = plant.operating_point.speed_mps;
     if speed_mps <= 0.0 {
         return Ok(written);
     }
-    let data = formats::VehicleData { speed_mps, ..written.vehicle };
-    let mut bicycle = control::bicycle(&data)?;
+    let data = steerwright_formats::VehicleData { speed_mps, ..written.vehicle };
+    let mut bicycle = steerwright_control::bicycle(&data)?;
     bicycle.provenance = written.provenance;
     Ok(bicycle)
 }
@@ -234,8 +237,10 @@ fn roads(
         remarks.extend(recorded.warnings.iter().map(|w| format!("{name}: {w}")));
         remarks.extend(recorded.excess.map(|excess| format!("{name}: {excess}")));
         let mut path = recorded.path;
-        path.provenance.sources =
-            vec![SourceFile { name: name.clone(), sha256: formats::sha256_hex(text.as_bytes()) }];
+        path.provenance.sources = vec![SourceFile {
+            name: name.clone(),
+            sha256: steerwright_formats::sha256_hex(text.as_bytes()),
+        }];
         roads.push((RECORDED_ROAD, path));
     }
     Ok(roads)
@@ -254,15 +259,16 @@ fn run_loops(
     out.document(&format!("pid{suffix}.json"), &pid)?;
     let controller = Archive::open(out.archive(&folder, &pid)?)?;
 
-    let step = comparison::yaw_step(plant_archive, &controller, &pid, MASTER)?;
+    let step = steerwright_comparison::yaw_step(plant_archive, &controller, &pid, MASTER)?;
     out.bytes(&format!("step{suffix}.csv"), step.csv.as_bytes())?;
-    let with_offset = comparison::yaw_step_with_offset(plant, &controller, &pid, MASTER)?;
+    let with_offset =
+        steerwright_comparison::yaw_step_with_offset(plant, &controller, &pid, MASTER)?;
     out.bytes(&format!("step-with-offset{suffix}.csv"), with_offset.csv.as_bytes())?;
     let mut runs = Vec::new();
     for (road, path) in roads {
         let mut path = path.clone();
         let sideslip = Sideslip::of(plant).unwrap_or_default();
-        path.guidance = sideslip.guide(control::guidance_for(&pid, path.speed_mps));
+        path.guidance = sideslip.guide(steerwright_control::guidance_for(&pid, path.speed_mps));
         // The standard road is in the folder of the controller, others are in folders next to it.
         let (name, result, folder) = if *road == STANDARD_ROAD {
             (format!("path{suffix}.json"), format!("result{suffix}.csv"), folder.clone())
@@ -277,7 +283,7 @@ fn run_loops(
         let path_archive = Archive::open(out.archive(&folder, &path)?)?;
         let documents = [plant.to_json(), path.to_json(), pid.to_json()];
         let named = documents.each_ref().map(|text| (text.as_str(), folder.as_str()));
-        let wired = comparison::pack_loop(LOOP, &named, None)?;
+        let wired = steerwright_comparison::pack_loop(LOOP, &named, None)?;
         out.bytes(&format!("{folder}/{}.ssp", LOOP), &wired.bytes)?;
         let run = Loop { plant: plant_archive, path: &path_archive, controller: &controller };
         let sideslip = Sideslip::in_guidance(&path.guidance);

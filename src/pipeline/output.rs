@@ -1,9 +1,9 @@
 //! Files written below a folder that is new, and the list of them.
 
 use crate::failure::Failure;
-use formats::{Document, SourceFile};
 use std::fs;
 use std::path::{Path, PathBuf};
+use steerwright_formats::{Document, SourceFile};
 
 /// Writes files below a new folder and keeps the list.
 pub(crate) struct Writer {
@@ -23,7 +23,8 @@ impl Writer {
         fs::create_dir_all(folder)
             .and_then(|()| fs::write(&path, bytes))
             .map_err(|e| Failure::file(&path, &e))?;
-        self.written.push(SourceFile { name: name.into(), sha256: formats::sha256_hex(bytes) });
+        self.written
+            .push(SourceFile { name: name.into(), sha256: steerwright_formats::sha256_hex(bytes) });
         Ok(path)
     }
 
@@ -36,7 +37,10 @@ impl Writer {
         document.checked(name)?;
         let text = document.to_json();
         self.bytes(name, text.as_bytes())?;
-        Ok(SourceFile { name: name.into(), sha256: formats::sha256_hex(text.as_bytes()) })
+        Ok(SourceFile {
+            name: name.into(),
+            sha256: steerwright_formats::sha256_hex(text.as_bytes()),
+        })
     }
 
     /// Packs a document's FMU into a folder below.
@@ -45,7 +49,7 @@ impl Writer {
         folder: &str,
         document: &D,
     ) -> Result<PathBuf, Failure> {
-        let packed = comparison::pack(&document.to_json(), folder, None)?;
+        let packed = steerwright_comparison::pack(&document.to_json(), folder, None)?;
         self.bytes(&format!("{folder}/{}.fmu", packed.fmu.name()), &packed.bytes)
     }
 

@@ -3,9 +3,9 @@
 use super::output::Writer;
 use super::{Built, RECORDED_ROAD, STANDARD_ROAD};
 use crate::failure::Failure;
-use formats::Bicycle;
-use report::figures::{self, road_height};
-use report::{Figure, Report, Traces, Track, WIDTH};
+use steerwright_formats::Bicycle;
+use steerwright_report::figures::{self, road_height};
+use steerwright_report::{Figure, Report, Traces, Track, WIDTH};
 
 /// Writes the figures as SVG files, and the report.
 pub(super) fn write(
@@ -53,10 +53,10 @@ pub(super) fn write(
         controllers: built
             .controllers
             .iter()
-            .map(|c| report::Controller {
+            .map(|c| steerwright_report::Controller {
                 name: c.basis.name(),
                 pid: &c.pid,
-                in_loop: Some(report::LoopStep {
+                in_loop: Some(steerwright_report::LoopStep {
                     plant: "the identified plant",
                     response: &c.step,
                     metrics: &c.step_metrics,

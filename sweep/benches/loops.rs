@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use sweep::{Options, Study, Sweep};
+use steerwright_sweep::{Options, Study, Sweep};
 
 const STEPS: f64 = 2000.0;
 

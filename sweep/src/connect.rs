@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::path::PathBuf;
 
-use host::{
+use steerwright_host::{
     Archive, Connection, Error as HostError, Grid, Instance, Linear, Measurement, System,
     SystemPackage, Unit,
 };
@@ -148,7 +148,7 @@ fn grid(study: &Study, source: &Source) -> Result<Grid, Error> {
     let stop =
         stop.or_else(longest).ok_or_else(|| missing("stop_s", "set it, as in stop_s = 20.0"))?;
     let stated = study.raw.step_s.as_ref().or(study.raw.stop_s.as_ref());
-    let steps = host::grid(start, stop, step).map_err(|e| host(study, stated, e))?;
+    let steps = steerwright_host::grid(start, stop, step).map_err(|e| host(study, stated, e))?;
     let grid = Grid { start, stop, step, steps };
     // The FMUs get the last communication point.
     Ok(Grid { stop: grid.time(steps), ..grid })
@@ -182,7 +182,7 @@ fn explicit(
     Ok(())
 }
 
-/// Wires each free input by its name, as renamed: [`host::wires_by_name`].
+/// Wires each free input by its name, as renamed: [`steerwright_host::wires_by_name`].
 fn by_name(
     study: &Study,
     measurements: &[Measurement<'_>],
@@ -212,13 +212,14 @@ fn by_name(
         system.connections().iter().any(|c| c.to == unit.name && c.input == input)
     };
     let index_of = |name: &str| all.iter().position(|i| i.name() == name).unwrap_or(0);
-    let found = host::wires_by_name(&units, measurements, &is_fed).map_err(|error| {
-        let at = match &error {
-            HostError::Ambiguous { to, .. } => index_of(to.split('.').next().unwrap_or(to)),
-            _ => 0,
-        };
-        host(study, study.raw.fmu.get(at), error)
-    })?;
+    let found =
+        steerwright_host::wires_by_name(&units, measurements, &is_fed).map_err(|error| {
+            let at = match &error {
+                HostError::Ambiguous { to, .. } => index_of(to.split('.').next().unwrap_or(to)),
+                _ => 0,
+            };
+            host(study, study.raw.fmu.get(at), error)
+        })?;
     let found: Vec<(usize, Connection)> = found.into_iter().map(|c| (index_of(&c.to), c)).collect();
     for (to, connection) in found {
         let located = |e| host(study, Some(&study.raw.fmu[to]), e);

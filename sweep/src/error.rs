@@ -28,9 +28,9 @@ pub enum Error {
     #[error("{at}: {problem}")]
     Study { at: Place, problem: String, hint: &'static str },
     #[error("{at}: {source}")]
-    System { at: Place, source: Box<host::Error> },
+    System { at: Place, source: Box<steerwright_host::Error> },
     #[error("{at}: no run gets past its first step: {source}")]
-    FirstStep { at: Place, source: Box<host::Error> },
+    FirstStep { at: Place, source: Box<steerwright_host::Error> },
     #[error("{}: cannot be gone on with: {problem}", path.display())]
     Resume { path: PathBuf, problem: String },
     #[error("{}: holds the first {rows} of {runs} runs of this study", path.display())]

@@ -5,7 +5,7 @@ use std::process::Command;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-use host::{Error as HostError, Status};
+use steerwright_host::{Error as HostError, Status};
 
 use crate::error::Error;
 use crate::metric::Outcome;

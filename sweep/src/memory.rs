@@ -107,7 +107,7 @@ fn passes(metric: &Metric, x: f64) -> bool {
 mod tests {
     use super::*;
     use crate::draws::Number;
-    use host::Linear;
+    use steerwright_host::Linear;
 
     const STEP: f64 = 0.01;
 

@@ -5,8 +5,8 @@
 //! or drives away. A metric of either is a lower bound of its largest value, unless it has a target
 //! or counts time.
 
-use host::Linear;
 use serde::{Deserialize, Serialize};
+use steerwright_host::Linear;
 
 use crate::draws::Number;
 

@@ -8,7 +8,7 @@ use crate::metric::{Class, Metric, Outcome};
 /// What the runs of a study share.
 #[derive(Debug)]
 pub(crate) struct Plan {
-    pub(crate) system: host::Plan,
+    pub(crate) system: steerwright_host::Plan,
     pub(crate) instances: Vec<Reuse>,
     pub(crate) varied: Vec<Varied>,
     pub(crate) disturbances: Vec<Disturbance>,

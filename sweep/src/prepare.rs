@@ -4,8 +4,8 @@ use std::fmt::Write;
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
-use host::Measurement;
 use sha2::{Digest, Sha256};
+use steerwright_host::Measurement;
 
 use crate::connect::{Source, Wired, connect};
 use crate::error::Error;
@@ -37,7 +37,7 @@ impl Sweep {
     /// Opens the FMUs, wires them and resolves every name of the study.
     ///
     /// FMU files are wired by name with the rules of `measurements`
-    /// ([`host::wires_by_name`]). `resets_exactly` reports for a generation tool whether
+    /// ([`steerwright_host::wires_by_name`]). `resets_exactly` reports for a generation tool whether
     /// `fmi2Reset` of its FMUs is as good as a new instance; their instances serve many runs, where
     /// the study leaves `instances` at `auto`.
     pub fn prepare(
@@ -48,7 +48,7 @@ impl Sweep {
         let mut wired = connect(study, measurements)?;
         let plan = resolve(study, &wired, resets_exactly)?;
         let id = id(study, &wired.files)?;
-        let once = |a: &&host::Archive| {
+        let once = |a: &&steerwright_host::Archive| {
             a.model().co_simulation().can_be_instantiated_only_once_per_process
         };
         let only_once =

@@ -2,7 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use host::{Causality, Composition, Instance, Key, Kind, Linear, PlanOptions, Variable};
+use steerwright_host::{
+    Causality, Composition, Instance, Key, Kind, Linear, PlanOptions, Variable,
+};
 use toml::Spanned;
 
 use crate::connect::{Wired, host};
@@ -34,8 +36,8 @@ pub(crate) fn resolve(study: &Study, wired: &Wired, resets: Resets<'_>) -> Resul
     let read = observed.clone();
     let options = PlanOptions { read, assigned, signals, composed, ..PlanOptions::default() };
     let coupling = match study.raw.master {
-        Coupling::GaussSeidel => host::Coupling::GaussSeidel,
-        Coupling::Jacobi => host::Coupling::Jacobi,
+        Coupling::GaussSeidel => steerwright_host::Coupling::GaussSeidel,
+        Coupling::Jacobi => steerwright_host::Coupling::Jacobi,
     };
     let system = wired.system.plan(coupling, wired.grid, &options);
     let system = system.map_err(|e| host(study, study.raw.ssp.as_ref(), e))?;
@@ -267,7 +269,7 @@ fn metrics(
     study: &Study,
     wired: &Wired,
     varied: &[Varied],
-    system: &host::Plan,
+    system: &steerwright_host::Plan,
 ) -> Result<Vec<Metric>, Error> {
     let mut metrics = Vec::new();
     let max_cross_track_error_m = max_cross_track_error(study)?;

@@ -1,12 +1,12 @@
 //! One closed loop of instances, run after run: what a thread of a sweep has.
 //!
-//! The loop is [`host::Cosimulation`], so a run has the numbers of [`host::System::run`],
+//! The loop is [`steerwright_host::Cosimulation`], so a run has the numbers of [`steerwright_host::System::run`],
 //! to the bit. Here are the instances that serve several runs, the disturbances, and the metrics.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use host::{Archive, Cosimulation, Error as HostError, Instance};
+use steerwright_host::{Archive, Cosimulation, Error as HostError, Instance};
 
 use crate::disturbance::Signal;
 use crate::memory::Memory;

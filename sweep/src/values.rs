@@ -2,7 +2,9 @@
 
 use std::collections::HashMap;
 
-use host::{Assigned, Causality, Error as HostError, Kind, Linear, Value, Variability, Variable};
+use steerwright_host::{
+    Assigned, Causality, Error as HostError, Kind, Linear, Value, Variability, Variable,
+};
 use toml::Spanned;
 
 use crate::connect::{Wired, host, split};
@@ -73,7 +75,8 @@ fn settable<'a>(
     let (index, variable) = find(study, wired, path)?;
     let instance = &wired.system.instances()[index];
     if variable.causality == Causality::Input {
-        let feeds = |c: &&host::Connection| c.to == instance.name() && c.input == variable.name;
+        let feeds =
+            |c: &&steerwright_host::Connection| c.to == instance.name() && c.input == variable.name;
         if let Some(connection) = wired.system.connections().iter().find(feeds) {
             let problem = format!(
                 "{} is fed by {}.{}: a value set there would have no effect",

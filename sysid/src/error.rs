@@ -5,7 +5,7 @@
 #[allow(missing_docs)] // the fields are named in the messages
 pub enum Error {
     #[error(transparent)]
-    Log(#[from] drivelog::Error),
+    Log(#[from] steerwright_drivelog::Error),
     #[error("the data do not excite the system: {problem}")]
     NotExciting { problem: String },
     #[error("the data's condition {condition:.1e} is too large for sums of products")]

@@ -1,16 +1,16 @@
 //! From drive logs to an identified lateral model with evidence.
 //!
-//! [`identify`] makes of a [`drivelog::DriveLog`]
+//! [`identify`] makes of a [`steerwright_drivelog::DriveLog`]
 //! a discrete state-space model from steering angle to yaw rate (eq 1–5) with Kalman gain,
 //! its continuous counterpart (eq 6–11), and the evidence of how far it can be trusted, all as
-//! [`formats::Plant`].
+//! [`steerwright_formats::Plant`].
 //!
 //! The pieces are public: [`subspace`] (block Hankel → LQ → weighted SVD → eq 12), [`pem`],
 //! [`model`], [`delay`]. They take
 //! any number of inputs and outputs; signals are matrices with time along columns.
 //!
 //! ```
-//! # fn main() -> Result<(), sysid::Error> {
+//! # fn main() -> Result<(), steerwright_sysid::Error> {
 //! # let mut csv = String::from("time_s,roadwheel_command_rad,yaw_rate_radps,speed_mps\n");
 //! # let mut r = 0.0;
 //! # for k in 0..3000 {
@@ -20,8 +20,8 @@
 //! # }
 //! # let bytes = csv.into_bytes();
 //! let files = [("drive.csv".to_string(), bytes)];
-//! let log = drivelog::read_log(&files, &drivelog::LogOptions::default())?;
-//! let found = sysid::identify(&log, &sysid::IdentifyOptions::default())?;
+//! let log = steerwright_drivelog::read_log(&files, &steerwright_drivelog::LogOptions::default())?;
+//! let found = steerwright_sysid::identify(&log, &steerwright_sysid::IdentifyOptions::default())?;
 //! assert!(found.plant.evidence.fit.validation > 99.0);
 //! # Ok(())
 //! # }
@@ -44,12 +44,12 @@ mod validation;
 pub use data::scaled::Detrend;
 pub use data::{DataSet, Segment, Signals, fit_percent, variance_accounted_for};
 pub use error::Error;
-pub use formats::{InputKind, Intersample};
 pub use identify::accumulated::{AccumulateOptions, Accumulated};
 pub use identify::plant::{Identified, Traces};
 pub use identify::{Automatic, TriedOrder, automatic, identify};
 pub use model::{Innovation, StateSpace, simulate};
 pub use selection::delay;
 pub use selection::options::{IdentifyOptions, Method};
+pub use steerwright_formats::{InputKind, Intersample};
 pub use subspace::Weighting;
 pub use validation::validate::{Validated, validate, validate_plant};

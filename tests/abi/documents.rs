@@ -1,6 +1,6 @@
 //! The file that each FMU is made from, small enough to be read a million times.
 
-use formats::{
+use steerwright_formats::{
     DesignEvidence, DesignedFor, Discrete, Document, GuidanceAdvice, InputKind, Limits, Margins,
     Matrix, Noise, OperatingPoint, Path, PathPoint, Pid, PidGains, Plant, Specification,
     StepMetrics,
@@ -10,11 +10,11 @@ use formats::{
 pub(crate) fn document(schema: &str) -> Option<String> {
     Some(match schema {
         Plant::SCHEMA => plant().to_json(),
-        formats::Bicycle::SCHEMA => {
-            control::bicycle_from_toml(VEHICLE, "vehicle.toml").unwrap().to_json()
+        steerwright_formats::Bicycle::SCHEMA => {
+            steerwright_control::bicycle_from_toml(VEHICLE, "vehicle.toml").unwrap().to_json()
         }
-        formats::Vehicle::SCHEMA => NONLINEAR.to_owned(),
-        formats::Estimator::SCHEMA => ESTIMATOR.to_owned(),
+        steerwright_formats::Vehicle::SCHEMA => NONLINEAR.to_owned(),
+        steerwright_formats::Estimator::SCHEMA => ESTIMATOR.to_owned(),
         Pid::SCHEMA => pid().to_json(),
         Path::SCHEMA => path().to_json(),
         _ => return None,
@@ -61,9 +61,9 @@ fn plant() -> Plant {
         noise: Noise { innovation_variance: 1e-6 },
         sideslip: None,
         uncertainty: None,
-        evidence: formats::Evidence::default(),
-        quality: formats::Quality::default(),
-        provenance: formats::Provenance::default(),
+        evidence: steerwright_formats::Evidence::default(),
+        quality: steerwright_formats::Quality::default(),
+        provenance: steerwright_formats::Provenance::default(),
     }
 }
 
@@ -133,7 +133,7 @@ fn pid() -> Pid {
             yaw_acceleration_gain_s2: 0.0,
             yaw_jerk_gain_s3: 0.0,
         },
-        provenance: formats::Provenance::default(),
+        provenance: steerwright_formats::Provenance::default(),
     }
 }
 
@@ -155,9 +155,9 @@ fn path() -> Path {
         schema: Path::SCHEMA.into(),
         name: "example".into(),
         closed: false,
-        guidance: formats::Guidance::default(),
+        guidance: steerwright_formats::Guidance::default(),
         speed_mps: 15.0,
         points: (0..=60).map(point).collect(),
-        provenance: formats::Provenance::default(),
+        provenance: steerwright_formats::Provenance::default(),
     }
 }

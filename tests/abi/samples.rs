@@ -2,14 +2,14 @@
 
 use crate::api::Api;
 use crate::documents::document;
-use host::Archive;
 use model_description::{
     Causality, CoSimulation, Initial, Kind, ModelDescription, Variability, Variable,
 };
-use packaging::{Binary, Fmu};
 use std::ffi::c_int;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
+use steerwright_host::Archive;
+use steerwright_packaging::{Binary, Fmu};
 
 /// An unpacked FMU.
 pub(crate) struct Sample {
@@ -52,11 +52,12 @@ pub(crate) fn sample(name: &str) -> &'static Sample {
 
 /// Packs and unpacks an FMU.
 fn unpacked(fmu: Fmu) -> Sample {
-    let binaries: Vec<Binary<'_>> = binaries::of(fmu.name())
+    let binaries: Vec<Binary<'_>> = steerwright_binaries::of(fmu.name())
         .map(|library| Binary { platform: library.platform, bytes: library.bytes })
         .collect();
     let document = document(fmu.schema()).expect("a document of every FMU");
-    let packed = packaging::package(&document, fmu.resource(), &binaries, None).unwrap();
+    let packed =
+        steerwright_packaging::package(&document, fmu.resource(), &binaries, None).unwrap();
     let archive = Archive::from_bytes(&packed.bytes, fmu.name()).unwrap();
     let (library, folder) = (archive.binary().unwrap(), archive.folder().to_owned());
     let description = archive.model().description().clone();

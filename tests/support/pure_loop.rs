@@ -5,13 +5,13 @@
 //! under either master and after the initialization of that importer. Importers differ in what
 //! reaches an input before the first step, and the controller's tick 0 sees that.
 
-use formats::{Path, Pid as PidFile, Plant};
-use models::{
+use std::fmt::Write;
+use std::sync::Arc;
+use steerwright_formats::{Path, Pid as PidFile, Plant};
+use steerwright_models::{
     GuidanceParameters, IdentifiedPlant, PathFollower, PathOutput, Pid, PidInput, PidOutput,
     PidParameters,
 };
-use std::fmt::Write;
-use std::sync::Arc;
 
 /// Who waits for whom within a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -78,24 +78,24 @@ struct Units {
 
 impl Units {
     fn new(plant: &Plant, path: &Path, pid: &PidFile) -> Self {
-        let model = loading::identified_model(plant).unwrap();
+        let model = steerwright_loading::identified_model(plant).unwrap();
         let mut plant = IdentifiedPlant::new(Arc::new(model));
         let first = path.points[0];
         let pose = [first.x_m, first.y_m, first.heading_rad];
         [plant.initial_x, plant.initial_y, plant.initial_yaw] = pose;
         plant.speed = path.speed_mps;
         plant.start();
-        let geometry = loading::path_geometry(path).unwrap();
+        let geometry = steerwright_loading::path_geometry(path).unwrap();
         // No one connects the speed of the controller's limits: it is the road's, as packed.
         let speed = path.speed_mps;
         let input = PidInput { enabled: true, speed, ..PidInput::default() };
         Self {
             plant,
-            law: loading::guidance_parameters(&path.guidance),
+            law: steerwright_loading::guidance_parameters(&path.guidance),
             follower: PathFollower::new(Arc::new(geometry)),
             speed: path.speed_mps,
             pose,
-            parameters: loading::pid_parameters(pid),
+            parameters: steerwright_loading::pid_parameters(pid),
             controller: Pid::default(),
             input,
             given: false,

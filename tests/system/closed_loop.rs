@@ -1,10 +1,10 @@
 //! The closed loop of the packed FMUs against the same loop of the pure Rust functions.
 
 use crate::support::demo;
-use control::{Master, PlantModel, TrackTrace};
-use formats::{Bicycle, Document, Path as PathFile, Pid, Plant};
-use host::{Archive, Instance, System};
 use std::path::Path;
+use steerwright_control::{Master, PlantModel, TrackTrace};
+use steerwright_formats::{Bicycle, Document, Path as PathFile, Pid, Plant};
+use steerwright_host::{Archive, Instance, System};
 
 const LARGEST_DIFFERENCE: f64 = 1e-9;
 
@@ -13,17 +13,26 @@ fn read<D: Document>(path: &Path) -> D {
 }
 
 /// Runs plant, path and controller from archives; gives their columns by name.
-fn fmus(folder: &Path, plant: &str, master: host::Coupling, stop: f64) -> host::Recording {
+fn fmus(
+    folder: &Path,
+    plant: &str,
+    master: steerwright_host::Coupling,
+    stop: f64,
+) -> steerwright_host::Recording {
     let mut system = System::new();
     for name in [plant, "ReferencePath", "LateralPid"] {
         let archive = Archive::open(folder.join(format!("{name}.fmu"))).unwrap();
         system.add(Instance::new(&archive, name).unwrap()).unwrap();
     }
-    system.connect_by_name(&packaging::ssp::MEASUREMENTS).unwrap();
+    system.connect_by_name(&steerwright_packaging::ssp::MEASUREMENTS).unwrap();
     system.run(master, 0.0, stop, 0.01).unwrap()
 }
 
-fn largest_difference(recording: &host::Recording, plant: &str, trace: &TrackTrace) -> f64 {
+fn largest_difference(
+    recording: &steerwright_host::Recording,
+    plant: &str,
+    trace: &TrackTrace,
+) -> f64 {
     let mut largest = 0.0_f64;
     for (name, pure) in [
         (format!("{plant}.x"), &trace.x),
@@ -41,12 +50,12 @@ fn largest_difference(recording: &host::Recording, plant: &str, trace: &TrackTra
     largest
 }
 
-fn compare(plant: &str, model: PlantModel, master: Master, host: host::Coupling) {
+fn compare(plant: &str, model: PlantModel, master: Master, host: steerwright_host::Coupling) {
     let folder = demo().folder.join("multibody");
     let pid: Pid = read(&folder.join("pid.json"));
     let path: PathFile = read(&folder.join("path.json"));
     let stop = 12.0;
-    let pure = control::track(model, &pid, &path, stop, master).unwrap();
+    let pure = steerwright_control::track(model, &pid, &path, stop, master).unwrap();
     let recording = fmus(&folder.join("fmu"), plant, host, stop);
     assert!(largest_difference(&recording, plant, &pure) <= LARGEST_DIFFERENCE);
     let steered = pure.steering.iter().fold(0.0_f64, |a, u| a.max(u.abs()));
@@ -57,19 +66,19 @@ fn compare(plant: &str, model: PlantModel, master: Master, host: host::Coupling)
 fn identified_plant_gauss_seidel() {
     let plant: Plant = read(&demo().folder.join("multibody/plant.json"));
     let model = PlantModel::from_plant(&plant).unwrap();
-    compare("IdentifiedPlant", model, Master::GaussSeidel, host::Coupling::GaussSeidel);
+    compare("IdentifiedPlant", model, Master::GaussSeidel, steerwright_host::Coupling::GaussSeidel);
 }
 
 #[test]
 fn identified_plant_jacobi() {
     let plant: Plant = read(&demo().folder.join("multibody/plant.json"));
     let model = PlantModel::from_plant(&plant).unwrap();
-    compare("IdentifiedPlant", model, Master::Jacobi, host::Coupling::Jacobi);
+    compare("IdentifiedPlant", model, Master::Jacobi, steerwright_host::Coupling::Jacobi);
 }
 
 #[test]
 fn bicycle_plant_gauss_seidel() {
     let bicycle: Bicycle = read(&demo().folder.join("multibody/bicycle.json"));
     let model = PlantModel::from_bicycle(&bicycle).unwrap();
-    compare("BicyclePlant", model, Master::GaussSeidel, host::Coupling::GaussSeidel);
+    compare("BicyclePlant", model, Master::GaussSeidel, steerwright_host::Coupling::GaussSeidel);
 }

@@ -66,13 +66,15 @@ fn on_its_own_plant_a_controller_does_as_in_simulate() {
                 --set IdentifiedPlant.speed=15 -o own.csv --step 10ms --stop 19.8s";
     let output = steerwright(folder, &words(line, Path::new("")));
     assert!(output.status.success(), "{}", text_of(&output));
-    let track = report::Track::from_csv(&fs::read(folder.join("own.csv")).unwrap(), "own").unwrap();
+    let track =
+        steerwright_report::Track::from_csv(&fs::read(folder.join("own.csv")).unwrap(), "own")
+            .unwrap();
     let compared = compared(&format!("{BOTH} --path path.json --out own"));
     let own = run_of(&compared, "plant", "plant");
     assert_eq!(own["own_plant"], true);
     // The whole run, but for the last ticks: the road is 297.96 m long.
     let runs = fs::read(folder.join("own/runs/plant-on-plant.csv")).unwrap();
-    let run = report::Track::from_csv(&runs, "run").unwrap();
+    let run = steerwright_report::Track::from_csv(&runs, "run").unwrap();
     assert!(run.x_m.len() > 1970);
     let both = track.x_m.len().min(run.x_m.len());
     assert!(both > 1970);
@@ -97,7 +99,7 @@ fn on_its_own_plant_a_controller_does_as_in_simulate() {
     // What is listed is what is there.
     for file in compared["files"].as_array().unwrap() {
         let bytes = fs::read(folder.join("own").join(file["name"].as_str().unwrap())).unwrap();
-        assert_eq!(file["sha256"], formats::sha256_hex(&bytes), "{file}");
+        assert_eq!(file["sha256"], steerwright_formats::sha256_hex(&bytes), "{file}");
     }
     let table = fs::read_to_string(folder.join("own/results.csv")).unwrap();
     assert_eq!(table.lines().count(), 5);
@@ -194,8 +196,9 @@ fn models_are_validated_on_the_end_of_the_drive() {
         assert!(number(&on["yaw_error_rms_rad"]).to_degrees() < 1.0);
     }
     let sources = one["sources"].as_array().unwrap();
-    let drive =
-        formats::sha256_hex(&fs::read(crate::support::data().join("multibody/drive.csv")).unwrap());
+    let drive = steerwright_formats::sha256_hex(
+        &fs::read(crate::support::data().join("multibody/drive.csv")).unwrap(),
+    );
     assert!(sources.iter().any(|s| s["sha256"] == drive.as_str()), "{sources:?}");
     let svg = fs::read_to_string(folder().join("drive/fig3-drive.svg")).unwrap();
     assert!(svg.contains("plant (fit 9"));

@@ -1,9 +1,9 @@
 //! What the packed FMUs promise beyond the loop: ticks, start values, states, refusals.
 
 use crate::support::archives;
-use host::{Archive, Instance};
-use models::{Pid, PidInput, PidParameters};
-use packaging::Fmu;
+use steerwright_host::{Archive, Instance};
+use steerwright_models::{Pid, PidInput, PidParameters};
+use steerwright_packaging::Fmu;
 
 const TS: f64 = 0.01;
 fn archive(name: &str) -> Archive {

@@ -1,10 +1,10 @@
 //! The program alone, on a machine without a compiler.
 
 use crate::support::{archives, data, demo, text_of};
-use packaging::Fmu;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
+use steerwright_packaging::Fmu;
 
 #[test]
 fn a_copied_binary_packs_the_same_archives_with_an_empty_environment() {

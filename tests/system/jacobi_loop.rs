@@ -2,9 +2,9 @@
 //! by two and three communication steps, and the design knows.
 
 use crate::support::{chain, steerwright, text_of, words};
-use control::{Master, PlantModel};
-use formats::{Document, Path as PathFile, Pid, Plant};
 use std::path::Path;
+use steerwright_control::{Master, PlantModel};
+use steerwright_formats::{Document, Path as PathFile, Pid, Plant};
 
 /// Long, so that the delays of a step or three show.
 const SAMPLE_TIME: &str = "40ms";
@@ -30,7 +30,7 @@ fn columns<const N: usize>(file: &Path, names: [&str; N]) -> [Vec<f64>; N] {
 
 /// How far the vehicle itself is from the road, RMS in m, whatever the estimator makes of it.
 fn cross_track(road: &PathFile, csv: &Path) -> f64 {
-    let geometry = loading::path_geometry(road).unwrap();
+    let geometry = steerwright_loading::path_geometry(road).unwrap();
     let [x, y] = columns(csv, ["IdentifiedPlant.x", "IdentifiedPlant.y"]);
     let (mut at, mut squares) = (road.points[0].distance_m, 0.0);
     for (x, y) in x.iter().zip(&y) {
@@ -73,7 +73,7 @@ fn as_predicted(folder: &Path, road: &PathFile) {
     );
     let model = PlantModel::from_plant(&plant).unwrap();
     let stop = time[time.len() - 1];
-    let predicted = control::track(model, &pid, road, stop, Master::Jacobi).unwrap();
+    let predicted = steerwright_control::track(model, &pid, road, stop, Master::Jacobi).unwrap();
     assert_eq!(predicted.y.len(), y.len());
     for (ours, theirs) in [(&predicted.y, &y), (&predicted.steering, &steering)] {
         let apart = ours.iter().zip(theirs).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);

@@ -1,8 +1,8 @@
 //! `NonlinearVehicle` from its file to the packed FMU: the numbers are those of the pure model.
 
 use crate::support::{data, steerwright, text_of};
-use host::{Archive, Instance};
-use models::{NonlinearParameters, NonlinearVehicle};
+use steerwright_host::{Archive, Instance};
+use steerwright_models::{NonlinearParameters, NonlinearVehicle};
 
 const OUTPUTS: [&str; 6] =
     ["yaw_rate", "yaw", "x", "y", "lateral_velocity", "lateral_acceleration"];

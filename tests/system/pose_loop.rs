@@ -2,10 +2,10 @@
 //! controller, the receiver and the gyro simulated here.
 
 use crate::support::{archives, demo};
-use formats::{Bicycle, Document, Path as PathFile};
-use host::{Archive, Instance};
-use models::noise::gaussian;
 use std::path::Path;
+use steerwright_formats::{Bicycle, Document, Path as PathFile};
+use steerwright_host::{Archive, Instance};
+use steerwright_models::noise::gaussian;
 
 const H: f64 = 0.01;
 const GYRO_BIAS: f64 = 0.005;
@@ -81,7 +81,7 @@ fn drive(plant: &str, sideslip_per_yaw_rate: f64, receiver: &Receiver) -> Outcom
     );
     let mut pid = started("LateralPid", &[]);
     let steps = ((last.distance_m - first.distance_m) / speed / H).floor() as usize;
-    let geometry = loading::path_geometry(&path).unwrap();
+    let geometry = steerwright_loading::path_geometry(&path).unwrap();
     let (mut at, mut drawn, mut fixes) = (first.distance_m, 0, 0);
     let mut noise = || {
         drawn += 1;
@@ -151,7 +151,7 @@ fn centimetre_fixes_keep_the_car_on_the_road() {
 fn sideslip_is_known_to_estimator_and_path() {
     let bicycle: Bicycle = read(&demo().folder.join("multibody/bicycle.json"));
     let path: PathFile = read(&demo().folder.join("multibody/path.json"));
-    let parameters = loading::bicycle_parameters(&bicycle.vehicle);
+    let parameters = steerwright_loading::bicycle_parameters(&bicycle.vehicle);
     let sideslip = parameters.sideslip_per_yaw_rate(path.speed_mps);
     assert!(sideslip.abs() > 0.01, "{sideslip}");
     let receiver = Receiver { std: 0.02, silent: 0.0..0.0, seed: 2 };

@@ -1,15 +1,15 @@
 //! What is known of a car's sideslip on its way to the path follower and the pose estimator.
 
 use crate::support::{chain, done, run, text_of};
-use formats::Document;
-use host::Archive;
 use std::path::Path;
+use steerwright_formats::Document;
+use steerwright_host::Archive;
 
 /// The start value of an FMU's variable in a folder of archives.
 fn start(folder: &Path, fmu: &str, name: &str) -> f64 {
     let archive = Archive::open(folder.join(format!("{fmu}.fmu"))).unwrap();
     match archive.model().variable(name).unwrap().start {
-        Some(host::Value::Real(value)) => value,
+        Some(steerwright_host::Value::Real(value)) => value,
         ref other => panic!("{other:?}"),
     }
 }
@@ -25,14 +25,15 @@ fn the_sideslip_of_the_plant_is_that_of_path_and_estimator() {
         ["ReferencePath", "PoseEstimator"].map(|fmu| start(folder, fmu, "sideslip_per_yaw_rate"))
     };
     let text = std::fs::read_to_string(chain().join("bicycle.json")).unwrap();
-    let bicycle = formats::Bicycle::from_json(&text, "bicycle.json").unwrap().vehicle;
-    let expected = loading::bicycle_parameters(&bicycle).sideslip_per_yaw_rate(bicycle.speed_mps);
+    let bicycle = steerwright_formats::Bicycle::from_json(&text, "bicycle.json").unwrap().vehicle;
+    let expected =
+        steerwright_loading::bicycle_parameters(&bicycle).sideslip_per_yaw_rate(bicycle.speed_mps);
     assert!(expected.abs() > 0.005, "{expected}");
     assert_eq!(loop_of("{chain}/bicycle.json", "{chain}/path.json"), [expected; 2]);
     // At the speed of the path, which is that of the loop.
     let slow = "path --pid {chain}/pid.json --speed 8m/s -o slow.json";
     done(folder, slow);
-    let at_8 = loading::bicycle_parameters(&bicycle).sideslip_per_yaw_rate(8.0);
+    let at_8 = steerwright_loading::bicycle_parameters(&bicycle).sideslip_per_yaw_rate(8.0);
     assert!((at_8 - expected).abs() > 0.05, "{at_8} {expected}");
     assert_eq!(loop_of("{chain}/bicycle.json", "slow.json"), [at_8; 2]);
     // This drive's log has no fixes.
@@ -41,10 +42,11 @@ fn the_sideslip_of_the_plant_is_that_of_path_and_estimator() {
     assert_eq!(loop_of("{chain}/bicycle.json", "own.json"), [-0.03, expected]);
     done(folder, "path --pid {chain}/pid.json --plant {chain}/bicycle.json -o of_plant.json");
     let text = std::fs::read_to_string(folder.join("of_plant.json")).unwrap();
-    let path = formats::Path::from_json(&text, "of_plant.json").unwrap();
-    let at_15 = loading::bicycle_parameters(&bicycle).sideslip_per_yaw_rate(15.0);
+    let path = steerwright_formats::Path::from_json(&text, "of_plant.json").unwrap();
+    let at_15 = steerwright_loading::bicycle_parameters(&bicycle).sideslip_per_yaw_rate(15.0);
     assert_eq!(path.guidance.sideslip_per_yaw_rate_s, at_15);
-    let lead = loading::bicycle_parameters(&bicycle).sideslip_per_yaw_acceleration(15.0);
+    let lead =
+        steerwright_loading::bicycle_parameters(&bicycle).sideslip_per_yaw_acceleration(15.0);
     assert_eq!(path.guidance.sideslip_per_yaw_acceleration_s2, lead);
     let output = run(folder, "path --plant {chain}/pid.json");
     assert_eq!(output.status.code(), Some(2));
@@ -64,7 +66,7 @@ fn growth_and_lead_of_a_drive_reach_path_and_estimator() {
         assert!(text_of(&output).contains(line), "{line}: {}", text_of(&output));
     }
     let text = std::fs::read_to_string(folder.join("car.json")).unwrap();
-    let found = formats::Plant::from_json(&text, "car.json").unwrap().sideslip.unwrap();
+    let found = steerwright_formats::Plant::from_json(&text, "car.json").unwrap().sideslip.unwrap();
     let (rate, growth, lead) =
         (found.sideslip_per_yaw_rate_s, found.growth(), found.per_yaw_acceleration());
     assert!(growth < 0.0 && lead > 0.0, "{found:?}");
@@ -72,7 +74,7 @@ fn growth_and_lead_of_a_drive_reach_path_and_estimator() {
     let output = done(folder, "path --pid {chain}/pid.json --plant car.json -o own.json");
     assert!(text_of(&output).contains("more per (m/s2)2"), "{}", text_of(&output));
     let text = std::fs::read_to_string(folder.join("own.json")).unwrap();
-    let guidance = formats::Path::from_json(&text, "own.json").unwrap().guidance;
+    let guidance = steerwright_formats::Path::from_json(&text, "own.json").unwrap().guidance;
     assert_eq!(guidance.sideslip_per_yaw_rate_s, rate);
     assert_eq!(guidance.sideslip_growth_s5pm2, growth);
     assert_eq!(guidance.sideslip_per_yaw_acceleration_s2, lead);

@@ -1,12 +1,12 @@
 //! The loop as a system structure package: made, run, and run as its FMUs are.
 
 use crate::support::{chain, done, run, text_of};
-use host::{Archive, Connection, SystemPackage};
-use packaging::Binary;
-use packaging::ssp::{Component, Experiment};
 use serde_json::Value;
 use std::io::{Read, Write};
 use std::path::Path;
+use steerwright_host::{Archive, Connection, SystemPackage};
+use steerwright_packaging::Binary;
+use steerwright_packaging::ssp::{Component, Experiment};
 
 /// The recorded road of the multi-body drive, which starts away from the origin, and the loop
 /// packed for it.
@@ -312,12 +312,12 @@ fn a_system_is_written_of_what_is_there_alone() {
     let read = |name: &str| std::fs::read_to_string(chain().join(name)).unwrap();
     let library = [Binary { platform: "linux64", bytes: b"none" }];
     let [plant, pid] = ["plant.json", "pid.json"]
-        .map(|name| packaging::package(&read(name), name, &library, None).unwrap());
+        .map(|name| steerwright_packaging::package(&read(name), name, &library, None).unwrap());
     let write = |start: &[(&str, f64)], wires: &[Connection], step: f64| {
         let start = start.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
         let components =
             [Component { packed: &plant, start }, Component { packed: &pid, start: Vec::new() }];
-        packaging::ssp::ssp("A & B", &components, wires, Experiment { step, stop: 1.0 })
+        steerwright_packaging::ssp::ssp("A & B", &components, wires, Experiment { step, stop: 1.0 })
     };
     let wire = |output, input| [Connection::new("IdentifiedPlant", output, "LateralPid", input)];
     let bytes = write(&[("initial_x", -0.1)], &wire("yaw", "yaw"), 0.01).unwrap();

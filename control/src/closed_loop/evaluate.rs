@@ -9,11 +9,11 @@ use crate::closed_loop::simulate::{Excitation, Simulator, Trace};
 use crate::plants::design_plant::DesignPlant;
 use crate::plants::sampled::Sampled;
 use crate::requirement::Reached;
-use formats::{DesignEvidence, HeightStep, Pid, Specification, StepMetrics};
-use loading::pid_parameters;
-use models::PidParameters;
 use nalgebra::Complex;
 use std::f64::consts::PI;
+use steerwright_formats::{DesignEvidence, HeightStep, Pid, Specification, StepMetrics};
+use steerwright_loading::pid_parameters;
+use steerwright_models::PidParameters;
 
 /// Heights of the steps that are reported, degrees, and how long they are followed, s: the largest yaw
 /// error acted on makes them a matter of many seconds at low speed.

@@ -21,9 +21,9 @@
 use crate::closed_loop::margins::{controller, from_reference};
 use crate::closed_loop::simulate::{Excitation, Simulator};
 use crate::plants::sampled::Sampled;
-use models::PidParameters;
 use nalgebra::{Complex, Matrix2, Vector2};
 use std::f64::consts::PI;
+use steerwright_models::PidParameters;
 
 /// ω₀ and the highest frequency of the grid, rad/s, and its points.
 const LOOKAHEAD_FREQUENCY: f64 = 1.0;

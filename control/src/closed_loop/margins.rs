@@ -16,10 +16,10 @@
 //! and delay margin are 0.
 
 use crate::plants::sampled::Sampled;
-use formats::Margins;
-use models::PidParameters;
 use nalgebra::Complex;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use steerwright_formats::Margins;
+use steerwright_models::PidParameters;
 
 /// Lowest angle of the grid, rad a sample.
 const LOWEST: f64 = 1e-6;

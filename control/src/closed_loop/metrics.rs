@@ -1,7 +1,7 @@
 //! The metrics of a step response. Between ticks the response is interpolated linearly.
 
 use crate::closed_loop::simulate::Trace;
-use formats::StepMetrics;
+use steerwright_formats::StepMetrics;
 
 /// The metrics of the file, and one that only a search uses.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -9,8 +9,8 @@ use crate::closed_loop::simulate::{Excitation, Simulator};
 use crate::plants::design_plant::DesignPlant;
 use crate::plants::sampled::Sampled;
 use crate::requirement::Reached;
-use formats::{Margins, OnACurve, Specification};
-use models::PidParameters;
+use steerwright_formats::{Margins, OnACurve, Specification};
+use steerwright_models::PidParameters;
 
 /// Points of the frequency grid.
 const GRID_POINTS: usize = 120;

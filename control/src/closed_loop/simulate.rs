@@ -6,8 +6,8 @@
 
 use crate::closed_loop::early_stopping::{Decay, StoppingBounds};
 use crate::plants::sampled::Sampled;
-use models::{Pid, PidInput, PidParameters};
 use std::cell::RefCell;
+use steerwright_models::{Pid, PidInput, PidParameters};
 
 /// A response at the controller's ticks.
 #[derive(Debug, Clone, PartialEq, Default)]

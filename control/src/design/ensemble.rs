@@ -6,7 +6,7 @@
 use crate::closed_loop::scenario::Scenario;
 use crate::design::options::{DesignOptions, RobustOptions};
 use crate::plants::design_plant::DesignPlant;
-use models::noise::gaussian;
+use steerwright_models::noise::gaussian;
 
 /// Ratio of the plants drawn at the nominal latency to those above and below it.
 const AT_NOMINAL: usize = 3;

@@ -8,8 +8,8 @@ use crate::design::options::DesignOptions;
 use crate::design::search::significant;
 use crate::plants::design_plant::DesignPlant;
 use crate::plants::sampled::Sampled;
-use formats::{LargeErrors, LateralAcceleration, Limits, Specification};
-use models::{PidParameters, time_at_largest_rate};
+use steerwright_formats::{LargeErrors, LateralAcceleration, Limits, Specification};
+use steerwright_models::{PidParameters, time_at_largest_rate};
 
 /// The rate that an actuator is assumed to follow, as a multiple of the fastest steering of the drive.
 pub(crate) const TIMES_DRIVEN: f64 = 2.0;

@@ -37,12 +37,12 @@ use crate::design::robust::Robust;
 use crate::design::search::significant;
 use crate::plants::design_plant::DesignPlant;
 use crate::requirement::Requirement;
-use formats::{
+use std::collections::BTreeMap;
+use steerwright_formats::{
     DesignedFor, Document, GuidanceAdvice, Limits, Pid, PidGains, Provenance, SourceFile,
 };
-use loading::controller_parameters;
-use models::PidParameters;
-use std::collections::BTreeMap;
+use steerwright_loading::controller_parameters;
+use steerwright_models::PidParameters;
 
 /// Designs a controller for a plant. `source` names the model's file.
 ///

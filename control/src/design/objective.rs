@@ -13,9 +13,9 @@ use crate::design::bandwidth_limit::settling_scale;
 use crate::design::options::DesignOptions;
 use crate::plants::design_plant::DesignPlant;
 use crate::requirement::{Reached, Requirement};
-use formats::{Limits, PidGains, Specification};
-use loading::controller_parameters;
-use models::PidParameters;
+use steerwright_formats::{Limits, PidGains, Specification};
+use steerwright_loading::controller_parameters;
+use steerwright_models::PidParameters;
 
 /// Number of decision variables.
 pub(crate) const VARIABLES: usize = 5;

@@ -3,7 +3,7 @@
 use crate::Error;
 use crate::plants::design_plant::DesignPlant;
 use crate::requirement::Requirement;
-use formats::Specification;
+use steerwright_formats::Specification;
 
 /// Requirements, limits and loop of a design. The defaults are the paper's.
 #[derive(Debug, Clone, Copy, PartialEq)]

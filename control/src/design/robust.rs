@@ -13,7 +13,7 @@ use crate::design::parallel::{both, each};
 use crate::design::search::{Found, starts};
 use crate::design::target::{ROBUST, ROBUST_SHORTEST_SETTLING, ROBUST_UNTIMED, Target, capped};
 use crate::requirement::{Reached, Requirement};
-use models::PidParameters;
+use steerwright_models::PidParameters;
 
 /// Plants that the gains are designed on; those of the evidence are others.
 const DESIGNED_ON: usize = 100;

@@ -7,7 +7,7 @@ use crate::design::objective::{Objective, VARIABLES};
 use crate::design::optimiser::{Effort, minimise, sequence};
 use crate::design::target::{Target, capped};
 use crate::requirement::{Reached, Requirement};
-use models::PidParameters;
+use steerwright_models::PidParameters;
 
 /// Digits of the gains, and of gains that just miss a requirement with so few.
 const READABLE_DIGITS: i32 = 5;

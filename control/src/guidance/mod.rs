@@ -3,7 +3,7 @@
 pub(crate) mod track;
 
 use crate::Error;
-use formats::{Bicycle, Document, Guidance, Pid, Plant, VehicleData};
+use steerwright_formats::{Bicycle, Document, Guidance, Pid, Plant, VehicleData};
 
 /// Look-ahead time over the lag of the yaw loop: with a loop of the response `1/(1 + λs)` the
 /// cross-track error follows `λ·T·s² + T·s + 1`, damped by ½·√(T/λ): 1 for T = 4λ.
@@ -63,7 +63,7 @@ impl Sideslip {
     /// The sideslip of eq 13 at a speed (m/s) above zero.
     #[must_use]
     pub fn of_vehicle(vehicle: &VehicleData, speed: f64) -> Self {
-        let parameters = loading::bicycle_parameters(vehicle);
+        let parameters = steerwright_loading::bicycle_parameters(vehicle);
         Self {
             per_yaw_rate_s: parameters.sideslip_per_yaw_rate(speed),
             per_yaw_acceleration_s2: parameters.sideslip_per_yaw_acceleration(speed),
@@ -99,7 +99,7 @@ impl Sideslip {
 /// # Errors
 /// [`Error::Document`] where a document of these kinds is invalid.
 pub fn sideslip(document: &str, file: &str, speed: Option<f64>) -> Result<Option<Sideslip>, Error> {
-    match formats::schema_of(document).as_deref() {
+    match steerwright_formats::schema_of(document).as_deref() {
         Some(Plant::SCHEMA) => Ok(Sideslip::of(&Plant::from_json(document, file)?)),
         Some(Bicycle::SCHEMA) => {
             let vehicle = Bicycle::from_json(document, file)?.vehicle;

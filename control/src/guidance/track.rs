@@ -8,9 +8,9 @@
 use crate::Error;
 use crate::guidance::guidance_for;
 use crate::plants::plant_model::{PlantModel, model_error};
-use formats::{Guidance, Path, Pid as PidFile};
-use models::{PathFollower, PathOutput, Pid, PidInput};
 use std::sync::Arc;
+use steerwright_formats::{Guidance, Path, Pid as PidFile};
+use steerwright_models::{PathFollower, PathOutput, Pid, PidInput};
 
 /// The order in which a master steps the FMUs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -108,11 +108,11 @@ pub fn track_with(
     let Some(start) = path.points.first() else {
         return Err(Error::TooFewPoints { got: 0, need: 2 });
     };
-    let law = loading::guidance_parameters(guidance);
+    let law = steerwright_loading::guidance_parameters(guidance);
     let speed = path.speed_mps;
-    let geometry = loading::path_geometry(path).map_err(model_error(&path.name))?;
+    let geometry = steerwright_loading::path_geometry(path).map_err(model_error(&path.name))?;
     let mut follower = PathFollower::new(Arc::new(geometry));
-    let parameters = loading::pid_parameters(pid);
+    let parameters = steerwright_loading::pid_parameters(pid);
     let mut controller = Pid::default();
     let mut tick = |guide: &PathOutput, yaw: f64| {
         controller.tick(&parameters, &pid_input(guide, yaw, speed)).steering_angle

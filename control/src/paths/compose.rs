@@ -7,7 +7,7 @@
 //! positive to the left.
 
 use crate::Error;
-use formats::{Document, Guidance, Path, PathPoint, Provenance};
+use steerwright_formats::{Document, Guidance, Path, PathPoint, Provenance};
 
 /// Default of the largest distance between points, m.
 pub(super) const DEFAULT_SPACING: f64 = 0.5;

@@ -20,8 +20,8 @@
 use super::compose::PathComposer;
 use crate::Error;
 use crate::bicycle::place;
-use formats::{Path, SourceFile};
 use serde::Deserialize;
+use steerwright_formats::{Path, SourceFile};
 
 /// Longest road, m.
 const LONGEST: f64 = 5e5;

@@ -13,7 +13,7 @@
 
 use super::compose::{PathComposer, displacement};
 use crate::Error;
-use formats::Path;
+use steerwright_formats::Path;
 
 /// The shape of the roads.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -210,7 +210,7 @@ fn named(
 mod tests {
     use super::*;
 
-    fn largest(path: &Path, f: impl Fn(&formats::PathPoint) -> f64) -> f64 {
+    fn largest(path: &Path, f: impl Fn(&steerwright_formats::PathPoint) -> f64) -> f64 {
         path.points.iter().map(f).fold(0.0, f64::max)
     }
 

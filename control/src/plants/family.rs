@@ -4,7 +4,7 @@
 use crate::Error;
 use crate::plants::design_plant::{DesignPlant, Family};
 use crate::plants::dynamics::Dynamics;
-use formats::InputKind;
+use steerwright_formats::InputKind;
 
 impl DesignPlant {
     /// Number of random numbers that [`DesignPlant::member`] requires; 0 where no uncertainty is stated.
@@ -53,7 +53,7 @@ impl DesignPlant {
     pub fn steady_turn(&self) -> [f64; 2] {
         let gradient = match &self.family {
             Family::Bicycle(bicycle) => {
-                let parameters = loading::bicycle_parameters(&bicycle.vehicle);
+                let parameters = steerwright_loading::bicycle_parameters(&bicycle.vehicle);
                 // An oversteering vehicle is treated like a model of one speed.
                 (parameters.steering_ratio * parameters.understeer_gradient()).max(0.0)
             }

@@ -33,7 +33,7 @@ pub(crate) fn continuous(
         return None;
     }
     let log = logarithm(whole.clone())? / sample_time;
-    let back = models::linear::exponential(&(&log * sample_time));
+    let back = steerwright_models::linear::exponential(&(&log * sample_time));
     let error = (back - &whole).norm() / whole.norm();
     if error.is_nan() || error > TRUSTED {
         return None;
@@ -81,7 +81,7 @@ fn root(x: &DMatrix<f64>) -> Option<DMatrix<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use models::linear::discretize;
+    use steerwright_models::linear::discretize;
 
     #[test]
     fn undoes_sampling() {

@@ -1,9 +1,9 @@
 //! The plants that move in the plane, as they run in the FMUs.
 
 use crate::Error;
-use formats::{Bicycle, Plant};
-use models::{BicyclePlant, IdentifiedPlant, NonlinearParameters, NonlinearVehicle};
 use std::sync::Arc;
+use steerwright_formats::{Bicycle, Plant};
+use steerwright_models::{BicyclePlant, IdentifiedPlant, NonlinearParameters, NonlinearVehicle};
 
 /// A plant that is driven along a path.
 #[derive(Debug, Clone)]
@@ -22,7 +22,8 @@ impl PlantModel {
     /// # Errors
     /// [`Error::Model`] where the model is inconsistent.
     pub fn from_plant(plant: &Plant) -> Result<Self, Error> {
-        let model = loading::identified_model(plant).map_err(model_error(&plant.name))?;
+        let model =
+            steerwright_loading::identified_model(plant).map_err(model_error(&plant.name))?;
         Ok(Self::Identified(Box::new(IdentifiedPlant::new(Arc::new(model)))))
     }
 
@@ -32,7 +33,7 @@ impl PlantModel {
     /// [`Error::Model`] where the values are not those of a vehicle.
     pub fn from_bicycle(bicycle: &Bicycle) -> Result<Self, Error> {
         let vehicle = &bicycle.vehicle;
-        let parameters = loading::bicycle_parameters(vehicle);
+        let parameters = steerwright_loading::bicycle_parameters(vehicle);
         let mut plant = BicyclePlant::new(parameters).map_err(model_error(&vehicle.name))?;
         plant.speed = vehicle.speed_mps;
         Ok(Self::Bicycle(Box::new(plant)))
@@ -42,7 +43,7 @@ impl PlantModel {
     /// are those of [`NonlinearParameters::default`] and `road_wheel_rate_max`, rad/s.
     pub(crate) fn saturating(bicycle: &Bicycle, road_wheel_rate_max: f64) -> Result<Self, Error> {
         let vehicle = &bicycle.vehicle;
-        let linear = loading::bicycle_parameters(vehicle);
+        let linear = steerwright_loading::bicycle_parameters(vehicle);
         let parameters = NonlinearParameters {
             mass: linear.mass,
             yaw_inertia: linear.yaw_inertia,
@@ -60,7 +61,11 @@ impl PlantModel {
     }
 
     /// Starts at a pose (x and y in m, yaw in rad) and a speed, m/s.
-    pub(crate) fn start(&mut self, [x, y, yaw]: [f64; 3], speed: f64) -> Result<(), models::Error> {
+    pub(crate) fn start(
+        &mut self,
+        [x, y, yaw]: [f64; 3],
+        speed: f64,
+    ) -> Result<(), steerwright_models::Error> {
         match self {
             Self::Identified(p) => {
                 (p.initial_x, p.initial_y, p.initial_yaw, p.speed) = (x, y, yaw, speed);
@@ -79,7 +84,7 @@ impl PlantModel {
     }
 
     /// Advances by `h`, s, with the steering angle held, rad.
-    pub(crate) fn step(&mut self, steering: f64, h: f64) -> Result<(), models::Error> {
+    pub(crate) fn step(&mut self, steering: f64, h: f64) -> Result<(), steerwright_models::Error> {
         match self {
             Self::Identified(p) => {
                 p.steering_angle = steering;
@@ -107,6 +112,6 @@ impl PlantModel {
 }
 
 /// [`Error::Model`] of a model with this name.
-pub(crate) fn model_error(model: &str) -> impl Fn(models::Error) -> Error + '_ {
+pub(crate) fn model_error(model: &str) -> impl Fn(steerwright_models::Error) -> Error + '_ {
     move |e| Error::Model { model: model.into(), problem: e.to_string() }
 }

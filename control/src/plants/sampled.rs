@@ -14,8 +14,8 @@
 use crate::Error;
 use crate::plants::design_plant::DesignPlant;
 use crate::plants::dynamics::{Dynamics, Matrices};
-use models::linear::discretize;
 use nalgebra::{Complex, DMatrix};
+use steerwright_models::linear::discretize;
 
 /// Longest delay handled, s.
 const LONGEST_DELAY: f64 = 2.0;

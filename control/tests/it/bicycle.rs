@@ -1,8 +1,8 @@
 //! Bicycle models: the textbook's transfer function, and the errors of wrong files.
 
-use control::{DesignPlant, Error, bicycle_from_toml};
-use formats::{Bicycle, Document};
 use nalgebra::{Complex, DMatrix, DVector};
+use steerwright_control::{DesignPlant, Error, bicycle_from_toml};
+use steerwright_formats::{Bicycle, Document};
 
 const CAR: &str = r#"name = "car"
 mass_kg = 1093.3

@@ -1,11 +1,11 @@
 //! Vehicles and identified plants for the tests.
 
-use control::{DesignOptions, DesignPlant, bicycle_from_toml, design};
-use formats::{
+use nalgebra::DMatrix;
+use steerwright_control::{DesignOptions, DesignPlant, bicycle_from_toml, design};
+use steerwright_formats::{
     Bicycle, Continuous, Discrete, InputKind, Matrix, Noise, OperatingPoint, Pid, Plant,
     SourceFile, Specification,
 };
-use nalgebra::DMatrix;
 
 /// The usual options, with an actuator that is faster than any increment and no bound of the angle by speed.
 pub(crate) fn options() -> DesignOptions {
@@ -46,7 +46,7 @@ pub(crate) fn car(steering_ratio: f64) -> Bicycle {
 /// An identified plant with these continuous matrices, as `plant.json` holds it.
 pub(crate) fn identified(f: &[f64], g: &[f64], h: &[f64], sample_time: f64, delay: f64) -> Plant {
     let n = g.len();
-    let (a, b) = models::linear::discretize(
+    let (a, b) = steerwright_models::linear::discretize(
         &DMatrix::from_row_slice(n, n, f),
         &DMatrix::from_row_slice(n, 1, g),
         sample_time,
@@ -81,17 +81,17 @@ pub(crate) fn identified(f: &[f64], g: &[f64], h: &[f64], sample_time: f64, dela
         noise: Noise { innovation_variance: 1e-4 },
         sideslip: None,
         uncertainty: None,
-        evidence: formats::Evidence::default(),
-        quality: formats::Quality::default(),
-        provenance: formats::Provenance::default(),
+        evidence: steerwright_formats::Evidence::default(),
+        quality: steerwright_formats::Quality::default(),
+        provenance: steerwright_formats::Provenance::default(),
     }
 }
 
 /// The car's yaw rate as an identified plant would hold it.
 pub(crate) fn identified_car() -> Plant {
     let car = car(1.0);
-    let parameters = loading::bicycle_parameters(&car.vehicle);
-    let (f, g) = models::bicycle_body_frame(&parameters, 15.0);
+    let parameters = steerwright_loading::bicycle_parameters(&car.vehicle);
+    let (f, g) = steerwright_models::bicycle_body_frame(&parameters, 15.0);
     let f: Vec<f64> = (0..9).map(|i| f[(i / 3, i % 3)]).collect();
     identified(&f, g.as_slice(), &[0.0, 1.0, 0.0], 0.01, 0.0)
 }

@@ -3,8 +3,10 @@
 use crate::common::{
     car, designed, identified, identified_car, options as usual, requiring, source, transfer,
 };
-use control::{DesignOptions, DesignPlant, Error, design, evaluate, metrics_of, step_response};
-use formats::{Document, Pid};
+use steerwright_control::{
+    DesignOptions, DesignPlant, Error, design, evaluate, metrics_of, step_response,
+};
+use steerwright_formats::{Document, Pid};
 
 /// The evidence is what the response shows, read here without the crate's metrics.
 fn assert_meets(plant: &DesignPlant, pid: &Pid) {
@@ -106,7 +108,7 @@ fn delays_of_loop_and_plant_are_designed_for() {
 fn a_steering_times_speed_model_is_read_at_its_speed() {
     let mut plant = identified(&[-8.0], &[40.0], &[1.0], 0.01, 0.0);
     let steering = DesignPlant::from_plant(&plant).expect("a plant");
-    plant.input = formats::InputKind::SteeringTimesSpeed;
+    plant.input = steerwright_formats::InputKind::SteeringTimesSpeed;
     let product = DesignPlant::from_plant(&plant).expect("a plant");
     assert!((product.gain() / steering.gain() - 15.0).abs() < 1e-9);
 }
@@ -228,7 +230,7 @@ fn large_steps_do_not_overshoot_and_the_loop_engages() {
             assert!(row.largest_offset_m.is_some_and(|m| m >= 10.0), "{speed}: {row:?}");
         }
         // The file's formula is the controller's.
-        let parameters = loading::pid_parameters(&pid);
+        let parameters = steerwright_loading::pid_parameters(&pid);
         for v in [0.0, 0.5, 1.0, speed, 40.0] {
             assert_eq!(pid.limits.largest_angle_rad(v), parameters.largest_angle(v));
         }

@@ -2,7 +2,7 @@
 //! (data/margins_reference.py).
 
 use crate::common::{designed, identified, options as usual};
-use control::{DesignOptions, DesignPlant, evaluate};
+use steerwright_control::{DesignOptions, DesignPlant, evaluate};
 
 #[test]
 fn margins_are_those_of_python_control() {

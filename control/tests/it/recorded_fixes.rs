@@ -1,9 +1,9 @@
 //! Roads from GPX and NMEA: the same road whatever it was recorded in, and faults by their place.
-use control::Error;
-use control::paths::{
+use std::fmt::Write;
+use steerwright_control::Error;
+use steerwright_control::paths::{
     FixOptions, PointOptions, PoorFixes, RecordedPoints, path_from_recording, read_points,
 };
-use std::fmt::Write;
 
 const MARK: FixOptions =
     FixOptions { least_satellites: 5, correction: true, poor: PoorFixes::Mark };

@@ -1,12 +1,12 @@
 //! Paths from recorded positions: known curves with noise and faults, and the recordings of
 //! tests/data.
 
-use control::Error;
-use control::paths::{
+use std::f64::consts::TAU;
+use steerwright_control::Error;
+use steerwright_control::paths::{
     FixOptions, PathComposer, PointOptions, RecordedPath, from_points, path_from_recording,
     read_points,
 };
-use std::f64::consts::TAU;
 
 fn data(name: &str) -> (String, String) {
     let path = format!("{}/../tests/data/{name}", env!("CARGO_MANIFEST_DIR"));
@@ -204,7 +204,7 @@ fn the_city_street() {
         while i + 1 < path.len() && away(i + 1) < away(i) {
             i += 1;
         }
-        worst = worst.max(models::wrap_angle(path[i].heading_rad - course).abs());
+        worst = worst.max(steerwright_models::wrap_angle(path[i].heading_rad - course).abs());
     }
     println!("largest difference of heading and course {:.3} deg", worst.to_degrees());
     assert!(worst.to_degrees() < 0.5, "{}", worst.to_degrees());

@@ -1,13 +1,13 @@
 //! Plants and options that do not allow a design are rejected with their reason.
 
 use crate::common::{car, identified, identified_car, options as usual, requiring, source};
-use control::{DesignOptions, DesignPlant, Error, design};
+use steerwright_control::{DesignOptions, DesignPlant, Error, design};
 
 /// Eq 9–11: a file with one edited matrix is inconsistent.
 #[test]
 fn an_inconsistent_plant_is_rejected() {
     let plant = identified_car();
-    let refused = |change: &dyn Fn(&mut formats::Plant)| {
+    let refused = |change: &dyn Fn(&mut steerwright_formats::Plant)| {
         let mut plant = plant.clone();
         change(&mut plant);
         let error = DesignPlant::from_plant(&plant).expect_err("refused");
@@ -17,7 +17,7 @@ fn an_inconsistent_plant_is_rejected() {
     assert!(refused(&|p| p.discrete.a.0[0][0] *= 1.01).contains("A differs"));
     assert!(refused(&|p| p.discrete.b.0[0][0] += 0.01).contains("B differs"));
     assert!(refused(&|p| p.discrete.c.0[0][1] = 2.0).contains("C differs"));
-    let edit = |p: &mut formats::Plant| {
+    let edit = |p: &mut steerwright_formats::Plant| {
         p.continuous.as_mut().expect("a continuous model").f.0[0][0] *= 1.01;
     };
     assert!(refused(&edit).contains("differs"));
@@ -26,7 +26,10 @@ fn an_inconsistent_plant_is_rejected() {
 /// Feedforward and the gain of steering times speed are undefined without a speed.
 #[test]
 fn a_plant_of_unknown_speed_is_rejected() {
-    for input in [formats::InputKind::Steering, formats::InputKind::SteeringTimesSpeed] {
+    for input in [
+        steerwright_formats::InputKind::Steering,
+        steerwright_formats::InputKind::SteeringTimesSpeed,
+    ] {
         let mut plant = identified_car();
         plant.operating_point.speed_mps = 0.0;
         plant.input = input;

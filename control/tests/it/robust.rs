@@ -1,10 +1,10 @@
 //! One set of gains for many plants, more requirements, and the diagnosis of those that are infeasible.
 
 use crate::common::{car, designed, identified_car, options as usual, source, transfer};
-use control::{
+use steerwright_control::{
     DesignOptions, DesignPlant, Error, Requirement, RobustOptions, design, evaluate, step_metrics,
 };
-use formats::{
+use steerwright_formats::{
     BicycleEvidence, EstimationFocus, Matrix, Pid, Plant, Specification, Uncertainty,
     VehicleDirection,
 };
@@ -69,8 +69,9 @@ fn all_drawn_plants_keep_the_requirements() {
     let n = plant.ensemble_dimension();
     let (mut kept, mut different) = (0, 0.0_f64);
     for k in 0..40_u64 {
-        let xi: Vec<f64> =
-            (0..n as u64).map(|i| models::noise::gaussian(4242, k * n as u64 + i)).collect();
+        let xi: Vec<f64> = (0..n as u64)
+            .map(|i| steerwright_models::noise::gaussian(4242, k * n as u64 + i))
+            .collect();
         let Some(member) = plant.member(&xi) else { continue };
         different = different.max((member.gain() / plant.gain() - 1.0).abs());
         kept += usize::from(evaluate(&member, &pid).expect("evidence").met);
@@ -160,7 +161,7 @@ fn an_identified_bicycle_is_evaluated_over_its_uncertainty() {
     let off = same.margins.modulus_margin - late.margins.modulus_margin;
     assert!(off.abs() < 1e-9, "{off}");
     let kept = (0..40_u64).filter(|k| {
-        let xi = [0, 1].map(|i| models::noise::gaussian(4242, 2 * k + i));
+        let xi = [0, 1].map(|i| steerwright_models::noise::gaussian(4242, 2 * k + i));
         plant.member(&xi).is_some_and(|member| of(&pid, &member).met)
     });
     let kept = kept.count();
@@ -226,7 +227,7 @@ fn linear_theory_and_the_sampled_loop_agree() {
         let pid = designed(&plant, &options);
         let (e, linear) = (&pid.evidence, pid.evidence.without_limits.expect("linear theory"));
         assert!((e.step.overshoot_percent - linear.overshoot_percent).abs() < 1e-6);
-        let settling = |m: formats::StepMetrics| m.settling_time_s.expect("it settles");
+        let settling = |m: steerwright_formats::StepMetrics| m.settling_time_s.expect("it settles");
         assert!((settling(e.step) - settling(linear)).abs() < 1e-6);
         assert_eq!(step_metrics(&plant, &pid, delay).expect("metrics"), e.step);
         let later = step_metrics(&plant, &pid, delay + 0.01).expect("metrics");

@@ -1,12 +1,12 @@
 //! The whole loop on the reference road.
 
 use crate::common::{car, designed, identified_car, options as usual};
-use control::paths::{PathComposer, reference_road};
-use control::{
+use steerwright_control::paths::{PathComposer, reference_road};
+use steerwright_control::{
     DesignOptions, DesignPlant, Master, PlantModel, Sideslip, TrackTrace, guidance_for, track,
     track_with,
 };
-use formats::Pid;
+use steerwright_formats::Pid;
 
 fn pid(plant: &DesignPlant, loop_delay_s: f64) -> Pid {
     designed(plant, &DesignOptions { loop_delay_s, ..usual() })

@@ -11,8 +11,8 @@ use crate::series::Series;
 use crate::signal::{median_period, resolution};
 use crate::table::Table;
 use crate::units::Quantity;
-use formats::{ChannelSummary, Intersample};
 use std::rc::Rc;
+use steerwright_formats::{ChannelSummary, Intersample};
 
 /// A clock whose median period differs by that share from what it was is another clock.
 const SAME_PERIOD: f64 = 0.1;

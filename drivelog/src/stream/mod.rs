@@ -26,8 +26,8 @@ use crate::segments::{self, Clock};
 use crate::series::Series;
 use crate::table::{Columns, LogFile, Table};
 use channel::Channel;
-use formats::{ChannelSummary, SourceFile};
 use span::Spans;
+use steerwright_formats::{ChannelSummary, SourceFile};
 
 pub use gate::{Piece, Sink};
 

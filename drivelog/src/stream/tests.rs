@@ -2,7 +2,7 @@
 
 use super::{Piece, in_chunks};
 use crate::{DriveLog, LogFile, LogOptions, read_log};
-use formats::ChannelSummary;
+use steerwright_formats::ChannelSummary;
 
 /// Segments of (steering, yaw rate, speed).
 type Segments = Vec<[Vec<f64>; 3]>;

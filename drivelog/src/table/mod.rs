@@ -10,11 +10,11 @@ use crate::error::{Error, Place};
 use crate::options::DecimalMark;
 use crate::units::split_brackets;
 use comments::WithoutComments;
-use formats::{HashingReader, SourceFile};
 use head::{Head, comma_number, is_blank, is_comment, is_missing, line};
 use stamps::Stamps;
 use std::io::{Cursor, Read};
 use std::rc::Rc;
+use steerwright_formats::{HashingReader, SourceFile};
 
 /// Where a log's bytes come from; they are read once, from the first to the last.
 pub struct LogFile<'a> {

@@ -1,7 +1,7 @@
 //! Files as they are written, and clocks: merged, resampled, or refused with their place.
 
 use super::{HEADER, coarse, csv, good, rate, read_one, refused, steer, units, with_line};
-use drivelog::{Error, Intersample, LogFile, LogOptions, read_drives, read_log};
+use steerwright_drivelog::{Error, Intersample, LogFile, LogOptions, read_drives, read_log};
 
 #[test]
 fn a_clean_log_is_read_and_resampled() {
@@ -18,7 +18,7 @@ fn a_clean_log_is_read_and_resampled() {
     assert_eq!((summary.role.as_str(), summary.rows), ("yaw_rate", 1000));
     assert!((summary.rate_hz - 100.0).abs() < 0.01);
     // A measured angle is brought to what, held, does the same: the mean over the step that follows.
-    let behaviour = |log: &drivelog::DriveLog| log.channels[0].intersample;
+    let behaviour = |log: &steerwright_drivelog::DriveLog| log.channels[0].intersample;
     assert_eq!(behaviour(&log), Some(Intersample::Bl));
     for (k, u) in log.input.iter().enumerate() {
         let middle = log.segments[0].time0_s + 0.01 * k as f64 + 0.005;
@@ -149,7 +149,7 @@ fn a_file_is_read_as_it_comes() {
     };
     let log = read(usize::MAX).unwrap();
     assert_eq!(log.output, read_one(good(), &LogOptions::default()).unwrap().output);
-    assert_eq!(log.sources[0].sha256, formats::sha256_hex(&text));
+    assert_eq!(log.sources[0].sha256, steerwright_formats::sha256_hex(&text));
     for budget in [10, 20_000] {
         let error = read(budget).unwrap_err().to_string();
         assert!(error.starts_with("slow.csv:") && error.contains("the disk is gone"), "{error}");

@@ -2,7 +2,7 @@
 
 use super::gaps::warning;
 use super::{HEADER, csv, good, good_row, rate, read_one, steer};
-use drivelog::{Error, LogFile, LogOptions, read_drives, read_log};
+use steerwright_drivelog::{Error, LogFile, LogOptions, read_drives, read_log};
 
 fn file(name: &str, bytes: &[u8]) -> (String, Vec<u8>) {
     (name.to_owned(), bytes.to_vec())
@@ -38,7 +38,10 @@ fn files_that_bring_everything_are_drives_of_their_own() {
     assert_eq!(hashes, ["a.csv", "b.csv"]);
     assert_eq!(
         (&log.sources[0].sha256, &log.sources[1].sha256),
-        (&{ formats::sha256_hex(&good()) }, &formats::sha256_hex(&other_drive()))
+        (
+            &{ steerwright_formats::sha256_hex(&good()) },
+            &steerwright_formats::sha256_hex(&other_drive())
+        )
     );
     let columns: Vec<_> = log.channels.iter().map(|c| c.column.as_str()).collect();
     assert_eq!(&columns[..2], ["a.csv:steer_rad", "a.csv:yaw_rate_radps"]);

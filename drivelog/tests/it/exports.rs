@@ -2,9 +2,9 @@
 //! hint at the missing statement.
 
 use super::{good, rate, read_one, refused, steer, units};
-use drivelog::{DecimalMark, DriveLog, Error, Intersample, LogOptions};
 use proptest::prelude::*;
 use std::fmt::Write;
+use steerwright_drivelog::{DecimalMark, DriveLog, Error, Intersample, LogOptions};
 
 /// A drive of 10 s at 100 Hz, rows made by `row` of time (s), steering (°), yaw rate (°/s), speed (km/h).
 fn rows(row: impl Fn(usize, f64, f64, f64, f64) -> String) -> String {

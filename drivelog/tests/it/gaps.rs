@@ -1,8 +1,8 @@
 //! Gaps, windows and speed windows: bridged, or the drive is split there.
 
 use super::{HEADER, coarse, csv, good, good_row, rate, read_one, refused, steer, with_line};
-use drivelog::{DriveLog, Error, Intersample, LogOptions};
 use std::f64::consts::PI;
+use steerwright_drivelog::{DriveLog, Error, Intersample, LogOptions};
 
 /// The text without some of its lines; the header is line 0.
 fn holed(text: &[u8], holes: &[std::ops::Range<usize>]) -> Vec<u8> {

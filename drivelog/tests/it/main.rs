@@ -8,9 +8,9 @@ mod exports;
 mod gaps;
 mod units;
 
-use drivelog::{DriveLog, Error, LogOptions, read_log};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
+use steerwright_drivelog::{DriveLog, Error, LogOptions, read_log};
 
 /// A CSV text with a row for each 10 ms made by `row`.
 fn csv(header: &str, rows: usize, row: impl Fn(usize) -> String) -> Vec<u8> {

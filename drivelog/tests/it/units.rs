@@ -1,8 +1,8 @@
 //! Units, signs and mappings: converted, or refused with what could have been meant.
 
 use super::{HEADER, csv, good, good_row, rate, read_one, refused, steer, units, with_line};
-use drivelog::{Error, LogOptions};
 use std::f64::consts::PI;
+use steerwright_drivelog::{Error, LogOptions};
 
 #[test]
 fn units_and_signs_are_converted() {

@@ -13,11 +13,11 @@
 //! is the one that runs from it. Nothing is computed here and no unit changes: SI and radians on
 //! both sides. Matrices go from rows of rows to row-major vectors.
 
-use formats::{
+use steerwright_formats::{
     Estimator, Guidance, InputKind, Limits, Matrix, Path, Pid, PidGains, Plant, Vehicle,
     VehicleData,
 };
-use models::{
+use steerwright_models::{
     BicycleParameters, Continuous, Error, GuidanceParameters, IdentifiedData, IdentifiedModel,
     NonlinearParameters, PathGeometry, PathPoint, PidParameters, PoseParameters,
 };
@@ -42,8 +42,8 @@ pub fn identified_model(plant: &Plant) -> Result<IdentifiedModel, Error> {
             h: entries(&c.h),
         }),
         input: match plant.input {
-            InputKind::Steering => models::InputKind::Steering,
-            InputKind::SteeringTimesSpeed => models::InputKind::SteeringTimesSpeed,
+            InputKind::Steering => steerwright_models::InputKind::Steering,
+            InputKind::SteeringTimesSpeed => steerwright_models::InputKind::SteeringTimesSpeed,
         },
         delay: plant.input_delay_s,
         steering_offset: point.steering_offset_rad,
@@ -184,7 +184,7 @@ pub fn guidance_parameters(guidance: &Guidance) -> GuidanceParameters {
     }
 }
 
-fn path_point(point: &formats::PathPoint) -> PathPoint {
+fn path_point(point: &steerwright_formats::PathPoint) -> PathPoint {
     PathPoint {
         distance: point.distance_m,
         x: point.x_m,

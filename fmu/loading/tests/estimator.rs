@@ -1,9 +1,9 @@
 //! Every number of `estimator.json` arrives at its place.
 #![allow(clippy::unwrap_used)]
 
-use formats::{Document, Estimator};
-use loading::pose_parameters;
-use models::PoseParameters;
+use steerwright_formats::{Document, Estimator};
+use steerwright_loading::pose_parameters;
+use steerwright_models::PoseParameters;
 
 /// Everything but the latency is the estimator that is compiled in, which knows of none.
 #[test]
@@ -19,7 +19,7 @@ fn the_estimator() {
     let estimator = Estimator {
         schema: Estimator::SCHEMA.into(),
         name: "sensors".into(),
-        gnss: formats::Gnss {
+        gnss: steerwright_formats::Gnss {
             latency_s: 1.0,
             antenna_x_m: 2.0,
             antenna_y_m: 3.0,
@@ -29,13 +29,13 @@ fn the_estimator() {
         sideslip_per_yaw_rate_s: 4.0,
         sideslip_growth_s5pm2: 0.125,
         sideslip_per_yaw_acceleration_s2: 0.0625,
-        noise: formats::SensorNoise {
+        noise: steerwright_formats::SensorNoise {
             yaw_rate_density: 5.0,
             yaw_rate_bias_density: 6.0,
             speed_density: 7.0,
             lateral_velocity_density: 8.0,
         },
-        initial: formats::InitialUncertainty {
+        initial: steerwright_formats::InitialUncertainty {
             position_std_m: 9.0,
             yaw_std_rad: 0.5,
             yaw_rate_bias_std_radps: 0.25,

@@ -2,11 +2,11 @@
 
 #![allow(clippy::unwrap_used)]
 
-use formats::{Guidance, InputKind, Matrix, Path, Plant, VehicleData};
-use loading::{
+use steerwright_formats::{Guidance, InputKind, Matrix, Path, Plant, VehicleData};
+use steerwright_loading::{
     bicycle_parameters, guidance_parameters, identified_model, path_geometry, pid_parameters,
 };
-use models::{BicycleParameters, Error, GuidanceParameters, PidParameters};
+use steerwright_models::{BicycleParameters, Error, GuidanceParameters, PidParameters};
 
 fn plant() -> Plant {
     Plant {
@@ -15,12 +15,12 @@ fn plant() -> Plant {
         input: InputKind::SteeringTimesSpeed,
         steering_ratio: 15.0,
         input_delay_s: 0.03,
-        operating_point: formats::OperatingPoint {
+        operating_point: steerwright_formats::OperatingPoint {
             speed_mps: 12.0,
             steering_offset_rad: 0.02,
             yaw_rate_offset_radps: 0.003,
         },
-        discrete: formats::Discrete {
+        discrete: steerwright_formats::Discrete {
             sample_time_s: 0.01,
             a: Matrix(vec![vec![0.9, 0.1], vec![-0.2, 0.8]]),
             b: Matrix(vec![vec![1.0], vec![2.0]]),
@@ -30,12 +30,12 @@ fn plant() -> Plant {
             x0: vec![0.0; 2],
         },
         continuous: None,
-        noise: formats::Noise { innovation_variance: 1e-4 },
+        noise: steerwright_formats::Noise { innovation_variance: 1e-4 },
         sideslip: None,
         uncertainty: None,
-        evidence: formats::Evidence::default(),
-        quality: formats::Quality::default(),
-        provenance: formats::Provenance::default(),
+        evidence: steerwright_formats::Evidence::default(),
+        quality: steerwright_formats::Quality::default(),
+        provenance: steerwright_formats::Provenance::default(),
     }
 }
 
@@ -50,9 +50,9 @@ fn the_identified_model() {
     );
     assert_eq!((data.d, data.sample_time, data.delay, data.speed), (0.5, 0.01, 0.03, 12.0));
     assert_eq!((data.steering_offset, data.yaw_rate_offset), (0.02, 0.003));
-    assert_eq!(data.input, models::InputKind::SteeringTimesSpeed);
+    assert_eq!(data.input, steerwright_models::InputKind::SteeringTimesSpeed);
     assert!((data.innovation_std - 0.01).abs() < 1e-15);
-    let continuous = formats::Continuous {
+    let continuous = steerwright_formats::Continuous {
         f: Matrix(vec![vec![-1.0, 0.0], vec![0.0, -1.0]]),
         g: Matrix(vec![vec![1.0], vec![2.0]]),
         h: Matrix(vec![vec![3.0, 4.0]]),
@@ -90,11 +90,11 @@ fn the_vehicle() {
 
 #[test]
 fn the_controller() {
-    let pid = formats::Pid {
+    let pid = steerwright_formats::Pid {
         schema: "steerwright/pid/1".into(),
         name: "pid".into(),
         sample_time_s: 0.01,
-        gains: formats::PidGains {
+        gains: steerwright_formats::PidGains {
             kp: 1.0,
             ki: 2.0,
             kd: 3.0,
@@ -103,34 +103,34 @@ fn the_controller() {
             setpoint_weight_derivative: 6.0,
             anti_windup_time_s: 7.0,
         },
-        limits: formats::Limits {
+        limits: steerwright_formats::Limits {
             max_angle_rad: 8.0,
             max_increment_rad: 9.0,
             max_rate_radps: 10.0,
             large_errors: None,
             lateral_acceleration: None,
         },
-        designed_for: formats::DesignedFor {
+        designed_for: steerwright_formats::DesignedFor {
             model: "plant".into(),
             name: "drive".into(),
             sha256: String::new(),
             speed_mps: 15.0,
             steering_ratio: 1.0,
             loop_delay_s: 0.0,
-            ..formats::DesignedFor::default()
+            ..steerwright_formats::DesignedFor::default()
         },
-        specification: formats::Specification {
+        specification: steerwright_formats::Specification {
             step_rad: 0.1,
             steering_offset_rad: 0.01,
-            ..formats::Specification::default()
+            ..steerwright_formats::Specification::default()
         },
-        evidence: formats::DesignEvidence {
+        evidence: steerwright_formats::DesignEvidence {
             met: true,
             shortfalls: Vec::new(),
             step: STEP,
             step_with_offset: STEP,
             small_step: None,
-            margins: formats::Margins {
+            margins: steerwright_formats::Margins {
                 gain_margin_db: None,
                 phase_margin_deg: None,
                 delay_margin_s: None,
@@ -138,15 +138,15 @@ fn the_controller() {
                 crossover_radps: None,
                 disk_margin: Some(0.9),
             },
-            ..formats::DesignEvidence::default()
+            ..steerwright_formats::DesignEvidence::default()
         },
-        guidance: formats::GuidanceAdvice {
+        guidance: steerwright_formats::GuidanceAdvice {
             feedforward_gain_radm: 0.0,
             preview_time_s: 0.0,
             yaw_acceleration_gain_s2: 0.0,
             yaw_jerk_gain_s3: 0.0,
         },
-        provenance: formats::Provenance::default(),
+        provenance: steerwright_formats::Provenance::default(),
     };
     let expected = PidParameters {
         kp: 1.0,
@@ -165,13 +165,13 @@ fn the_controller() {
     };
     assert_eq!(pid_parameters(&pid), expected);
 
-    let limits = formats::Limits {
-        large_errors: Some(formats::LargeErrors {
+    let limits = steerwright_formats::Limits {
+        large_errors: Some(steerwright_formats::LargeErrors {
             max_yaw_error_rad: 11.0,
             sustained_rate_radps: 12.0,
             rate_reserve_time_s: 13.0,
         }),
-        lateral_acceleration: Some(formats::LateralAcceleration {
+        lateral_acceleration: Some(steerwright_formats::LateralAcceleration {
             max_mps2: 14.0,
             steering_per_curvature_radm: 15.0,
             understeer_gradient_rads2pm: 16.0,
@@ -187,15 +187,15 @@ fn the_controller() {
         understeer_gradient: 16.0,
         ..expected
     };
-    assert_eq!(pid_parameters(&formats::Pid { limits, ..pid }), expected);
+    assert_eq!(pid_parameters(&steerwright_formats::Pid { limits, ..pid }), expected);
 }
 
 /// A file from before the limits by speed and error has the one angle, and acts on every error.
 #[test]
 fn the_controller_of_an_older_file() {
-    use formats::Document;
+    use steerwright_formats::Document;
     let text = include_str!("../../../tests/fuzzing/documents/pid.json");
-    let pid = formats::Pid::from_json(text, "pid.json").unwrap();
+    let pid = steerwright_formats::Pid::from_json(text, "pid.json").unwrap();
     assert!(!pid.to_json().contains("large_errors"));
     let p = pid_parameters(&pid);
     assert_eq!(p.max_yaw_error, std::f64::consts::PI);
@@ -204,7 +204,7 @@ fn the_controller_of_an_older_file() {
     }
 }
 
-const STEP: formats::StepMetrics = formats::StepMetrics {
+const STEP: steerwright_formats::StepMetrics = steerwright_formats::StepMetrics {
     overshoot_percent: 0.0,
     settling_time_s: None,
     steady_state_error_percent: 0.0,
@@ -243,7 +243,7 @@ fn the_path_and_its_guidance() {
     assert_eq!(guidance_parameters(&guidance), expected);
 
     // A straight along y.
-    let point = |distance_m: f64| formats::PathPoint {
+    let point = |distance_m: f64| steerwright_formats::PathPoint {
         distance_m,
         x_m: 7.0,
         y_m: 2.0 + distance_m,
@@ -257,7 +257,7 @@ fn the_path_and_its_guidance() {
         guidance,
         speed_mps: 10.0,
         points: vec![point(1.0), point(5.0)],
-        provenance: formats::Provenance::default(),
+        provenance: steerwright_formats::Provenance::default(),
     };
     let geometry = path_geometry(&path).unwrap();
     let middle = geometry.at(3.0);

@@ -1,9 +1,9 @@
 //! The example of `vehicle.json` is the car whose parameters are compiled in.
 #![allow(clippy::unwrap_used)]
 
-use formats::{Document, Vehicle};
-use loading::nonlinear_parameters;
-use models::NonlinearParameters;
+use steerwright_formats::{Document, Vehicle};
+use steerwright_loading::nonlinear_parameters;
+use steerwright_models::NonlinearParameters;
 
 #[test]
 fn the_example_is_the_default() {
@@ -18,7 +18,7 @@ fn the_vehicle() {
     let vehicle = Vehicle {
         schema: Vehicle::SCHEMA.into(),
         name: "car".into(),
-        body: formats::Body {
+        body: steerwright_formats::Body {
             mass_kg: 1.0,
             yaw_inertia_kgm2: 2.0,
             distance_front_m: 3.0,
@@ -28,7 +28,7 @@ fn the_vehicle() {
             roll_stiffness_front: 7.0,
             roll_time_constant_s: 8.0,
         },
-        tyres: formats::Tyres {
+        tyres: steerwright_formats::Tyres {
             cornering_stiffness_front_npr: 9.0,
             cornering_stiffness_rear_npr: 10.0,
             friction_coefficient: 11.0,
@@ -37,7 +37,7 @@ fn the_vehicle() {
             friction_load_sensitivity: 14.0,
             stiffness_load_sensitivity: 15.0,
         },
-        actuator: formats::SteeringActuator {
+        actuator: steerwright_formats::SteeringActuator {
             steering_ratio: 16.0,
             time_constant_s: 17.0,
             delay_s: 18.0,

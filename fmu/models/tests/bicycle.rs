@@ -4,9 +4,11 @@
 use crate::common;
 
 use common::{runge_kutta, sample};
-use models::{BicycleParameters, BicyclePlant, Error, bicycle_body_frame, bicycle_eq13};
 use nalgebra::{DMatrix, Matrix2, SVector, Vector2};
 use proptest::prelude::*;
+use steerwright_models::{
+    BicycleParameters, BicyclePlant, Error, bicycle_body_frame, bicycle_eq13,
+};
 
 fn car() -> BicycleParameters {
     BicycleParameters {

@@ -5,13 +5,13 @@
 use crate::common;
 
 use common::{car, from_continuous, runge_kutta, taylor_exponential};
-use models::{
-    BicycleParameters, BicyclePlant, IdentifiedData, IdentifiedModel, IdentifiedPlant, InputKind,
-    bicycle_body_frame,
-};
 use nalgebra::DMatrix;
 use proptest::prelude::*;
 use std::sync::Arc;
+use steerwright_models::{
+    BicycleParameters, BicyclePlant, IdentifiedData, IdentifiedModel, IdentifiedPlant, InputKind,
+    bicycle_body_frame,
+};
 
 fn plant(data: &IdentifiedData) -> IdentifiedPlant {
     IdentifiedPlant::new(Arc::new(IdentifiedModel::new(data.clone()).unwrap()))

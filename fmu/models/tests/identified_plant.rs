@@ -4,12 +4,12 @@
 use crate::common;
 
 use common::{car, from_continuous, runge_kutta, sample, taylor_exponential};
-use models::linear::{discretize, exponential};
-use models::noise::gaussian;
-use models::{Error, IdentifiedData, IdentifiedModel, IdentifiedPlant, InputKind};
 use nalgebra::DMatrix;
 use proptest::prelude::*;
 use std::sync::Arc;
+use steerwright_models::linear::{discretize, exponential};
+use steerwright_models::noise::gaussian;
+use steerwright_models::{Error, IdentifiedData, IdentifiedModel, IdentifiedPlant, InputKind};
 
 fn plant(data: IdentifiedData) -> IdentifiedPlant {
     IdentifiedPlant::new(Arc::new(IdentifiedModel::new(data).unwrap()))

@@ -1,8 +1,8 @@
 //! The nonlinear vehicle against the linear bicycle and physics.
 #![allow(clippy::unwrap_used)]
 
-use models::{BicyclePlant, Error, NonlinearParameters, NonlinearVehicle};
 use proptest::prelude::*;
+use steerwright_models::{BicyclePlant, Error, NonlinearParameters, NonlinearVehicle};
 
 const GRAVITY: f64 = 9.81;
 

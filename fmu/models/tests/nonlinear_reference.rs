@@ -1,8 +1,8 @@
 //! The nonlinear vehicle against an independent solution, that of `data/nonlinear_reference.py`.
 #![allow(clippy::unwrap_used)]
 
-use models::{NonlinearParameters, NonlinearVehicle};
 use std::collections::BTreeMap;
+use steerwright_models::{NonlinearParameters, NonlinearVehicle};
 
 /// A case of the reference: its name, its columns, a vehicle at its start.
 struct Case {

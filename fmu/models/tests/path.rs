@@ -4,10 +4,12 @@
 use crate::common;
 
 use common::road;
-use models::{Error, GuidanceParameters, PathFollower, PathGeometry, PathPoint, wrap_angle};
 use proptest::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
+use steerwright_models::{
+    Error, GuidanceParameters, PathFollower, PathGeometry, PathPoint, wrap_angle,
+};
 
 fn winding(s: f64) -> f64 {
     0.04 * (s / 17.0).sin()

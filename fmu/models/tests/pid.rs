@@ -1,8 +1,8 @@
 //! The PID against the textbook's positional form, and its properties.
 
-use models::{Pid, PidInput, PidParameters};
 use proptest::prelude::*;
 use std::f64::consts::PI;
+use steerwright_models::{Pid, PidInput, PidParameters};
 
 const UNLIMITED: f64 = 1e9;
 
@@ -92,7 +92,7 @@ proptest! {
         for k in 0..1000 {
             let (r, y) = signals(k);
             let a = plain.tick(&p, &input(r, y)).steering_angle;
-            let w = models::wrap_angle;
+            let w = steerwright_models::wrap_angle;
             let b = wrapped.tick(&p, &input(w(r + turn), w(y + turn))).steering_angle;
             prop_assert!((a - b).abs() < 1e-9, "tick {k}: {a} {b}");
         }
@@ -337,11 +337,11 @@ fn large_steps_do_not_overshoot_at_the_rate_limit() {
 fn the_time_at_the_largest_rate_is_counted() {
     let p = limited();
     let steering: Vec<f64> = (1..=50).map(|k| 0.004 * f64::from(k)).collect();
-    let full = models::time_at_largest_rate(&p, 0.0, &steering);
+    let full = steerwright_models::time_at_largest_rate(&p, 0.0, &steering);
     // The filter takes 2.3 of its time constants of 0.05 s.
     assert!((full - 0.38).abs() < 0.03, "{full}");
     let slower: Vec<f64> = steering.iter().map(|u| 0.8 * u).collect();
-    assert_eq!(models::time_at_largest_rate(&p, 0.0, &slower), 0.0);
+    assert_eq!(steerwright_models::time_at_largest_rate(&p, 0.0, &slower), 0.0);
 }
 
 /// What is within the bound is untouched, bit by bit, and so is a smooth ramp that the loop lags by more.

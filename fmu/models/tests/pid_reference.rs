@@ -2,10 +2,10 @@
 //! cases that are solved on paper.
 #![allow(clippy::unwrap_used)]
 
-use models::linear::discretize;
-use models::{Pid, PidInput, PidParameters};
 use nalgebra::DMatrix;
 use std::collections::BTreeMap;
+use steerwright_models::linear::discretize;
+use steerwright_models::{Pid, PidInput, PidParameters};
 
 const FREE: f64 = 1e6;
 

@@ -1,7 +1,7 @@
 //! The pose estimator against an independent filter, that of `data/pose_reference.py`.
 #![allow(clippy::unwrap_used)]
 
-use models::{PoseEstimator, PoseInput, PoseParameters};
+use steerwright_models::{PoseEstimator, PoseInput, PoseParameters};
 
 /// The drive of the script, whose latency is no multiple of its step.
 fn estimator() -> PoseEstimator {

@@ -5,8 +5,8 @@
 use crate::common;
 
 use common::road;
-use models::{GuidanceParameters, PathFollower, PathGeometry, PathOutput};
 use std::sync::Arc;
+use steerwright_models::{GuidanceParameters, PathFollower, PathGeometry, PathOutput};
 
 /// A vehicle with sideslip S·r, its yaw steered perfectly, on a double bend of clothoids: it is not
 /// led out of the bend before it is led in, and stays near the road.

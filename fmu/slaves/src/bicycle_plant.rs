@@ -1,4 +1,4 @@
-//! `BicyclePlant`: the glue from [`models::BicyclePlant`] to the export trait.
+//! `BicyclePlant`: the glue from [`steerwright_models::BicyclePlant`] to the export trait.
 
 use crate::finite::outputs_are_finite;
 use crate::plant::{Flags, kind, pose, settable};
@@ -8,13 +8,13 @@ use crate::start::with_start_values;
 use crate::tables::bicycle_plant::Variable;
 use fmi2_export::{Capabilities, Known, Log, Resources, Slave, StateSpec, Unknown};
 use model_description::{DependencyKind, Table, Value};
-use models::sensitivity::{self, Factor};
-use models::{BicycleParameters, SavedBicyclePlant};
+use steerwright_models::sensitivity::{self, Factor};
+use steerwright_models::{BicycleParameters, SavedBicyclePlant};
 
 /// The two-wheel bicycle model (eq 13) in its body-frame form, with yaw and position.
 #[derive(Debug, Clone)]
 pub struct BicyclePlant {
-    plant: models::BicyclePlant,
+    plant: steerwright_models::BicyclePlant,
     flags: Flags,
 }
 
@@ -30,7 +30,7 @@ impl BicyclePlant {
     /// The plant; until the start as a start from the present settings would leave it. A vehicle
     /// that cannot start is refused when initialization mode is left.
     #[inline]
-    fn plant(&mut self) -> &mut models::BicyclePlant {
+    fn plant(&mut self) -> &mut steerwright_models::BicyclePlant {
         if !self.flags.started {
             let _ = self.plant.start();
         }
@@ -94,11 +94,12 @@ impl Slave for BicyclePlant {
     const CAPABILITIES: Capabilities = Capabilities::ALL;
 
     fn open(resources: &Resources) -> Result<Self, String> {
-        let bicycle = optional::<formats::Bicycle>(resources, "bicycle.json")?;
+        let bicycle = optional::<steerwright_formats::Bicycle>(resources, "bicycle.json")?;
         let vehicle = bicycle.map(|b| b.vehicle);
-        let parameters =
-            vehicle.as_ref().map_or_else(BicycleParameters::default, loading::bicycle_parameters);
-        let mut plant = models::BicyclePlant::new(parameters)
+        let parameters = vehicle
+            .as_ref()
+            .map_or_else(BicycleParameters::default, steerwright_loading::bicycle_parameters);
+        let mut plant = steerwright_models::BicyclePlant::new(parameters)
             .map_err(|e| format!("bicycle.json: {e}; hint: {}", e.hint()))?;
         if let Some(vehicle) = vehicle {
             plant.speed = vehicle.speed_mps;
@@ -248,7 +249,7 @@ impl Slave for BicyclePlant {
 
     fn load(&mut self, bytes: &[u8]) -> Result<(), String> {
         let (flags, saved): (Flags, SavedBicyclePlant) = decode(bytes)?;
-        let plant = models::BicyclePlant::restore(&saved).map_err(|e| refuse(&e))?;
+        let plant = steerwright_models::BicyclePlant::restore(&saved).map_err(|e| refuse(&e))?;
         let mut loaded = Self { plant, flags };
         check_settable(&mut loaded)?;
         *self = loaded;

@@ -4,8 +4,8 @@ use crate::{
     BicyclePlant, IdentifiedPlant, LateralPid, NonlinearVehicle, PoseEstimator, ReferencePath,
 };
 use fmi2_export::{DescribeError, Resources, Slave, describe};
-use formats::Document;
 use model_description::{DefaultExperiment, ModelDescription, Table};
+use steerwright_formats::Document;
 
 /// Why an FMU could not be described.
 pub type Error = DescribeError;
@@ -61,12 +61,12 @@ impl Fmu {
     #[must_use]
     pub fn schema(self) -> &'static str {
         match self {
-            Self::IdentifiedPlant => formats::Plant::SCHEMA,
-            Self::BicyclePlant => formats::Bicycle::SCHEMA,
-            Self::NonlinearVehicle => formats::Vehicle::SCHEMA,
-            Self::LateralPid => formats::Pid::SCHEMA,
-            Self::ReferencePath => formats::Path::SCHEMA,
-            Self::PoseEstimator => formats::Estimator::SCHEMA,
+            Self::IdentifiedPlant => steerwright_formats::Plant::SCHEMA,
+            Self::BicyclePlant => steerwright_formats::Bicycle::SCHEMA,
+            Self::NonlinearVehicle => steerwright_formats::Vehicle::SCHEMA,
+            Self::LateralPid => steerwright_formats::Pid::SCHEMA,
+            Self::ReferencePath => steerwright_formats::Path::SCHEMA,
+            Self::PoseEstimator => steerwright_formats::Estimator::SCHEMA,
         }
     }
 

@@ -1,4 +1,4 @@
-//! `IdentifiedPlant`: the glue from [`models::IdentifiedPlant`] to the export trait.
+//! `IdentifiedPlant`: the glue from [`steerwright_models::IdentifiedPlant`] to the export trait.
 
 use crate::finite::outputs_are_finite;
 use crate::plant::{Flags, kind, pose, settable};
@@ -8,14 +8,14 @@ use crate::start::with_start_values;
 use crate::tables::identified_plant::Variable;
 use fmi2_export::{Capabilities, Known, Log, Resources, Slave, StateSpec, Unknown};
 use model_description::{DependencyKind, Table, Value};
-use models::sensitivity::{self, Factor};
-use models::{InputKind, SavedIdentifiedPlant};
 use std::sync::Arc;
+use steerwright_models::sensitivity::{self, Factor};
+use steerwright_models::{InputKind, SavedIdentifiedPlant};
 
 /// The lateral dynamics identified from a drive (eq 6–7), with yaw and position.
 #[derive(Debug, Clone)]
 pub struct IdentifiedPlant {
-    plant: models::IdentifiedPlant,
+    plant: steerwright_models::IdentifiedPlant,
     flags: Flags,
     /// Whether a speed far from the identified one was reported.
     warned_of_speed: bool,
@@ -24,7 +24,7 @@ pub struct IdentifiedPlant {
 impl IdentifiedPlant {
     /// The plant; until the start as a start from the present settings would leave it.
     #[inline]
-    fn plant(&mut self) -> &mut models::IdentifiedPlant {
+    fn plant(&mut self) -> &mut steerwright_models::IdentifiedPlant {
         if !self.flags.started {
             self.plant.start();
         }
@@ -66,10 +66,10 @@ impl Slave for IdentifiedPlant {
     const CAPABILITIES: Capabilities = Capabilities::ALL;
 
     fn open(resources: &Resources) -> Result<Self, String> {
-        let plant = required::<formats::Plant>(resources, "plant.json")?;
-        let model = loading::identified_model(&plant)
+        let plant = required::<steerwright_formats::Plant>(resources, "plant.json")?;
+        let model = steerwright_loading::identified_model(&plant)
             .map_err(|e| format!("plant.json: {e}; hint: {}", e.hint()))?;
-        let plant = models::IdentifiedPlant::new(Arc::new(model));
+        let plant = steerwright_models::IdentifiedPlant::new(Arc::new(model));
         with_start_values(
             Self { plant, flags: Flags::default(), warned_of_speed: false },
             resources,

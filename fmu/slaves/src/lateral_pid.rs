@@ -1,4 +1,4 @@
-//! `LateralPid`: the glue from [`models::Pid`] to the export trait.
+//! `LateralPid`: the glue from [`steerwright_models::Pid`] to the export trait.
 
 use crate::finite::outputs_are_finite;
 use crate::resources::optional;
@@ -7,8 +7,8 @@ use crate::start::with_start_values;
 use crate::tables::lateral_pid::Variable;
 use fmi2_export::{Capabilities, Log, Resources, Slave};
 use model_description::{Table, Value};
-use models::{Pid, PidInput, PidOutput, PidParameters, Ticks};
 use serde::{Deserialize, Serialize};
+use steerwright_models::{Pid, PidInput, PidOutput, PidParameters, Ticks};
 
 /// Most ticks in one step: ten hours at 100 Hz. A longer step is a slip of the importer, which
 /// gets an error instead of a long wait.
@@ -72,8 +72,9 @@ impl Slave for LateralPid {
     const CAPABILITIES: Capabilities = Capabilities { serializes: true, ..Capabilities::NONE };
 
     fn open(resources: &Resources) -> Result<Self, String> {
-        let file = optional::<formats::Pid>(resources, "pid.json")?;
-        let parameters = file.as_ref().map_or_else(PidParameters::default, loading::pid_parameters);
+        let file = optional::<steerwright_formats::Pid>(resources, "pid.json")?;
+        let parameters =
+            file.as_ref().map_or_else(PidParameters::default, steerwright_loading::pid_parameters);
         let inputs = Inputs {
             pid: PidInput {
                 yaw_reference: 0.0,

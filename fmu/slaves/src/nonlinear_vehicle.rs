@@ -1,4 +1,4 @@
-//! `NonlinearVehicle`: the glue from [`models::NonlinearVehicle`] to the export trait.
+//! `NonlinearVehicle`: the glue from [`steerwright_models::NonlinearVehicle`] to the export trait.
 //!
 //! States, from 0: v_y, r, δ, a_φ, which can be set at the start, then ψ, X, Y.
 
@@ -10,13 +10,13 @@ use crate::start::with_start_values;
 use crate::tables::nonlinear_vehicle::Variable;
 use fmi2_export::{Capabilities, Known, Log, Resources, Slave, StateSpec, Unknown};
 use model_description::{DependencyKind, Table, Value};
-use models::NonlinearParameters;
-use models::nonlinear::SavedVehicle;
+use steerwright_models::NonlinearParameters;
+use steerwright_models::nonlinear::SavedVehicle;
 
 /// A vehicle with saturating tyres, load transfer and a steering actuator.
 #[derive(Debug, Clone)]
 pub struct NonlinearVehicle {
-    vehicle: models::NonlinearVehicle,
+    vehicle: steerwright_models::NonlinearVehicle,
     flags: Flags,
 }
 
@@ -28,7 +28,7 @@ const Y: usize = 6;
 impl NonlinearVehicle {
     /// Until the start, everything is as after a start from the present settings; a vehicle
     /// that cannot start is refused when initialization mode is left.
-    fn settled(&mut self) -> &models::NonlinearVehicle {
+    fn settled(&mut self) -> &steerwright_models::NonlinearVehicle {
         if !self.flags.started {
             let _ = self.vehicle.start();
         }
@@ -101,10 +101,11 @@ impl Slave for NonlinearVehicle {
     const CAPABILITIES: Capabilities = Capabilities::ALL;
 
     fn open(resources: &Resources) -> Result<Self, String> {
-        let file = optional::<formats::Vehicle>(resources, "vehicle.json")?;
-        let parameters =
-            file.as_ref().map_or_else(NonlinearParameters::default, loading::nonlinear_parameters);
-        let mut vehicle = models::NonlinearVehicle::new(parameters)
+        let file = optional::<steerwright_formats::Vehicle>(resources, "vehicle.json")?;
+        let parameters = file
+            .as_ref()
+            .map_or_else(NonlinearParameters::default, steerwright_loading::nonlinear_parameters);
+        let mut vehicle = steerwright_models::NonlinearVehicle::new(parameters)
             .map_err(|e| format!("vehicle.json: {e}; hint: {}", e.hint()))?;
         if let Some(file) = file {
             vehicle.speed = file.speed_mps;
@@ -284,7 +285,8 @@ impl Slave for NonlinearVehicle {
 
     fn load(&mut self, bytes: &[u8]) -> Result<(), String> {
         let (flags, saved): (Flags, SavedVehicle) = decode(bytes)?;
-        let vehicle = models::NonlinearVehicle::restore(saved).map_err(|e| refuse(&e))?;
+        let vehicle =
+            steerwright_models::NonlinearVehicle::restore(saved).map_err(|e| refuse(&e))?;
         let mut loaded = Self { vehicle, flags };
         check_settable(&mut loaded)?;
         *self = loaded;

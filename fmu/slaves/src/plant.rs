@@ -3,8 +3,8 @@
 
 use fmi2_export::{Log, StateSpec};
 use model_description::DependencyKind;
-use models::sensitivity::Factor;
 use serde::{Deserialize, Serialize};
+use steerwright_models::sensitivity::Factor;
 
 /// What the glue remembers besides the model.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]

@@ -1,4 +1,4 @@
-//! `PoseEstimator`: the glue from [`models::PoseEstimator`] to the export trait.
+//! `PoseEstimator`: the glue from [`steerwright_models::PoseEstimator`] to the export trait.
 
 use crate::finite::outputs_are_finite;
 use crate::resources::optional;
@@ -7,12 +7,12 @@ use crate::start::with_start_values;
 use crate::tables::pose_estimator::Variable;
 use fmi2_export::{Capabilities, Log, Resources, Slave};
 use model_description::{Table, Value};
-use models::{PoseInput, PoseParameters, SavedPose};
+use steerwright_models::{PoseInput, PoseParameters, SavedPose};
 
 /// A filter that estimates the pose from fixes, yaw rate and speed.
 #[derive(Debug, Clone)]
 pub struct PoseEstimator {
-    estimator: models::PoseEstimator,
+    estimator: steerwright_models::PoseEstimator,
     /// Whether initialization mode was left.
     started: bool,
 }
@@ -20,7 +20,7 @@ pub struct PoseEstimator {
 impl PoseEstimator {
     /// Until the start, everything is as after a start from the present settings; one that
     /// cannot be is refused when initialization mode is left.
-    fn settled(&mut self) -> &models::PoseEstimator {
+    fn settled(&mut self) -> &steerwright_models::PoseEstimator {
         if !self.started {
             let _ = self.estimator.start();
         }
@@ -89,10 +89,11 @@ impl Slave for PoseEstimator {
     const CAPABILITIES: Capabilities = Capabilities { serializes: true, ..Capabilities::NONE };
 
     fn open(resources: &Resources) -> Result<Self, String> {
-        let file = optional::<formats::Estimator>(resources, "estimator.json")?;
-        let parameters =
-            file.as_ref().map_or_else(PoseParameters::default, loading::pose_parameters);
-        let mut estimator = models::PoseEstimator::new(parameters)
+        let file = optional::<steerwright_formats::Estimator>(resources, "estimator.json")?;
+        let parameters = file
+            .as_ref()
+            .map_or_else(PoseParameters::default, steerwright_loading::pose_parameters);
+        let mut estimator = steerwright_models::PoseEstimator::new(parameters)
             .map_err(|e| format!("estimator.json: {e}; hint: {}", e.hint()))?;
         estimator.input.gnss_std = file.as_ref().and_then(|file| file.gnss.std_m).unwrap_or(0.0);
         estimator.input.speed = file.map_or(SPEED, |file| file.speed_mps);
@@ -143,7 +144,8 @@ impl Slave for PoseEstimator {
 
     fn load(&mut self, bytes: &[u8]) -> Result<(), String> {
         let (started, saved): (bool, SavedPose) = decode(bytes)?;
-        let estimator = models::PoseEstimator::restore(saved).map_err(|e| refuse(&e))?;
+        let estimator =
+            steerwright_models::PoseEstimator::restore(saved).map_err(|e| refuse(&e))?;
         let mut loaded = Self { estimator, started };
         check_settable(&mut loaded)?;
         *self = loaded;

@@ -1,4 +1,4 @@
-//! `ReferencePath`: the glue from [`models::PathFollower`] to the export trait.
+//! `ReferencePath`: the glue from [`steerwright_models::PathFollower`] to the export trait.
 
 use crate::finite::outputs_are_finite;
 use crate::resources::required;
@@ -7,9 +7,9 @@ use crate::start::with_start_values;
 use crate::tables::reference_path::Variable;
 use fmi2_export::{Capabilities, Log, Resources, Slave};
 use model_description::{Table, Value};
-use models::{GuidanceParameters, PathFollower, PathOutput};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
+use steerwright_models::{GuidanceParameters, PathFollower, PathOutput};
 
 /// A reference road and the guidance along it.
 #[derive(Debug, Clone)]
@@ -87,14 +87,14 @@ impl Slave for ReferencePath {
     const CAPABILITIES: Capabilities = Capabilities { serializes: true, ..Capabilities::NONE };
 
     fn open(resources: &Resources) -> Result<Self, String> {
-        let path = required::<formats::Path>(resources, "path.json")?;
-        let geometry = loading::path_geometry(&path)
+        let path = required::<steerwright_formats::Path>(resources, "path.json")?;
+        let geometry = steerwright_loading::path_geometry(&path)
             .map_err(|e| format!("path.json: {e}; hint: {}", e.hint()))?;
         let (x, y, yaw) =
             path.points.first().map_or((0.0, 0.0, 0.0), |p| (p.x_m, p.y_m, p.heading_rad));
         let inputs = Inputs { x, y, yaw, speed: path.speed_mps };
         let slave = Self {
-            guidance: loading::guidance_parameters(&path.guidance),
+            guidance: steerwright_loading::guidance_parameters(&path.guidance),
             inputs,
             follower: PathFollower::new(Arc::new(geometry)),
             phase: Phase::BeforeFirstStep { last_read: inputs },

@@ -1,7 +1,7 @@
 //! The files in an archive's `resources/`.
 
 use fmi2_export::Resources;
-use formats::Document;
+use steerwright_formats::Document;
 
 /// The document of that name, where the archive has it.
 pub(crate) fn optional<D: Document>(

@@ -24,7 +24,7 @@ pub(crate) fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, String> {
 }
 
 /// Refuses a state of a model, with the model's hint.
-pub(crate) fn refuse(error: &models::Error) -> String {
+pub(crate) fn refuse(error: &steerwright_models::Error) -> String {
     format!("{error}; hint: {}", error.hint())
 }
 

@@ -2,8 +2,8 @@
 
 use crate::resources::optional;
 use fmi2_export::{Resources, Slave, VariableId};
-use formats::Start;
 use model_description::{Causality, Kind, Value};
+use steerwright_formats::Start;
 
 /// The slave with the start values that its archive brings, where it brings any.
 pub(crate) fn with_start_values<S: Slave>(

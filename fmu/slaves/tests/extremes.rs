@@ -125,9 +125,9 @@ fn too_many_grid_points() {
     let mut file = common::plant_file(common::PLAIN);
     file.continuous = None;
     file.discrete.sample_time_s = 1e-9;
-    let bytes = formats::Document::to_json(&file).into_bytes();
+    let bytes = steerwright_formats::Document::to_json(&file).into_bytes();
     let resources = fmi2_export::Resources::from(vec![("plant.json".into(), bytes)]);
-    let mut plant = slaves::IdentifiedPlant::open(&resources).unwrap();
+    let mut plant = steerwright_slaves::IdentifiedPlant::open(&resources).unwrap();
     common::start(&mut plant);
     let error = plant.step(0.0, 1.0, &mut Log::default()).unwrap_err();
     assert!(error.contains("1.000e9 grid points") && error.contains("shorter"), "{error}");

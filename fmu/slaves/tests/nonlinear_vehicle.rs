@@ -4,7 +4,7 @@
 use fmi2_export::{Known, Log, Resources, Slave, Unknown, VariableId};
 use model_description::{Causality, Value};
 use proptest::prelude::*;
-use slaves::{Fmu, NonlinearVehicle};
+use steerwright_slaves::{Fmu, NonlinearVehicle};
 
 type Variable = <NonlinearVehicle as Slave>::Variable;
 

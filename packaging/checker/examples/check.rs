@@ -2,9 +2,9 @@
 //!
 //! `check --run-child JOURNAL FMU` is the command of its child process.
 
-use checker::run::{self, Bounds, Command};
 use std::path::Path;
 use std::process::ExitCode;
+use steerwright_checker::run::{self, Bounds, Command};
 
 fn main() -> Result<ExitCode, Box<dyn std::error::Error>> {
     let arguments: Vec<_> = std::env::args_os().skip(1).collect();
@@ -22,7 +22,7 @@ fn main() -> Result<ExitCode, Box<dyn std::error::Error>> {
     let mut clean = true;
     for fmu in &arguments {
         let fmu = Path::new(fmu);
-        let mut report = checker::check_file(fmu)?;
+        let mut report = steerwright_checker::check_file(fmu)?;
         let findings = run::supervise(&command, fmu, &report, &Bounds::default())?;
         report.extend(findings);
         for finding in &report.findings {

@@ -107,7 +107,7 @@ pub(crate) fn check(
     let Some(description) = description else { return };
     let Some(co_simulation) = &description.co_simulation else { return };
     let identifier = &co_simulation.model_identifier;
-    let mut functions: Vec<&str> = host::FUNCTION_NAMES.to_vec();
+    let mut functions: Vec<&str> = steerwright_host::FUNCTION_NAMES.to_vec();
     if description.model_exchange.as_ref().is_some_and(|m| m.model_identifier == *identifier) {
         functions.extend(MODEL_EXCHANGE);
     }

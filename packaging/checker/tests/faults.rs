@@ -3,9 +3,9 @@
 
 use crate::corpus;
 
-use checker::{Report, Severity};
 use corpus::{base, faults};
 use std::collections::BTreeSet;
+use steerwright_checker::{Report, Severity};
 
 /// The rules of errors and warnings.
 fn rules(report: &Report) -> BTreeSet<&'static str> {
@@ -14,7 +14,7 @@ fn rules(report: &Report) -> BTreeSet<&'static str> {
 
 #[test]
 fn the_good_archive_has_no_findings() {
-    let report = checker::check(&base().zip(), "Base.fmu");
+    let report = steerwright_checker::check(&base().zip(), "Base.fmu");
     assert_eq!(rules(&report), BTreeSet::new(), "{:#?}", report.findings);
     assert!(report.is_clean());
 }
@@ -26,7 +26,7 @@ fn every_fault_is_found_under_its_rule_and_nothing_else() {
     assert!(faults().len() >= 60);
     let mut wrong = Vec::new();
     for fault in faults() {
-        let report = checker::check(&fault.archive(), "Base.fmu");
+        let report = steerwright_checker::check(&fault.archive(), "Base.fmu");
         if rules(&report) != BTreeSet::from([fault.rule]) {
             let found: Vec<String> = report.findings.iter().map(ToString::to_string).collect();
             wrong.push(format!("{} ({}):\n  {}", fault.name, fault.rule, found.join("\n  ")));
@@ -40,7 +40,7 @@ fn every_fault_is_found_under_its_rule_and_nothing_else() {
 fn findings_have_locations() {
     let mut files = base();
     files.replace(r#"min="0" max="9""#, r#"min="4" max="9""#);
-    let report = checker::check(&files.zip(), "Base.fmu");
+    let report = steerwright_checker::check(&files.zip(), "Base.fmu");
     let finding = report.findings.iter().find(|f| f.rule == "start-outside-limits").unwrap();
     let xml = String::from_utf8(files.get("modelDescription.xml").clone()).unwrap();
     let line = xml.lines().position(|line| line.contains(r#"name="count""#)).unwrap() + 1;
@@ -58,7 +58,7 @@ fn a_dot_in_the_name_of_a_source_is_ignored() {
         files.add("sources/gc/more.c", b"int more;\n");
         let listed = format!("<File name=\"base.c\"/><File name=\"{name}\"/>");
         files.replace(r#"<File name="base.c"/>"#, &listed);
-        rules(&checker::check(&files.zip(), "Base.fmu"))
+        rules(&steerwright_checker::check(&files.zip(), "Base.fmu"))
     };
     for name in ["./gc/more.c", "gc/./more.c", "././gc/more.c"] {
         assert_eq!(rules_of(name), BTreeSet::new(), "{name}");

@@ -3,11 +3,11 @@
 
 use crate::corpus;
 
-use checker::{Report, check};
 use corpus::base;
 use proptest::prelude::*;
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
+use steerwright_checker::{Report, check};
 
 fn good() -> &'static [u8] {
     static GOOD: OnceLock<Vec<u8>> = OnceLock::new();
@@ -40,7 +40,7 @@ fn names_outside_the_folder_are_found() {
         let bytes = files.zip();
         let report = check(&bytes, "Base.fmu");
         assert!(has(&report, "zip-unsafe-name"), "{name:?}: {:?}", report.findings);
-        assert!(host::Archive::from_bytes(&bytes, "x").is_err(), "{name:?}");
+        assert!(steerwright_host::Archive::from_bytes(&bytes, "x").is_err(), "{name:?}");
     }
 }
 

@@ -6,12 +6,12 @@
 
 use crate::corpus;
 
-use checker::{Severity, check, check_file};
 use corpus::{base, faults};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::Command;
+use steerwright_checker::{Severity, check, check_file};
 
 /// Rules of the schema. `special-value` and `interface-twice` are rules of the text that the schema does
 /// not express.

@@ -3,11 +3,11 @@
 
 use crate::corpus;
 
-use checker::run::{Bounds, Command, supervise};
-use checker::{Finding, Severity};
 use corpus::{Files, base};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
+use steerwright_checker::run::{Bounds, Command, supervise};
+use steerwright_checker::{Finding, Severity};
 
 /// The program of the child process, an example that cargo builds with the tests.
 fn command() -> Command {
@@ -23,7 +23,7 @@ fn findings(files: &Files, bounds: &Bounds) -> Vec<Finding> {
     let folder = tempfile::tempdir().unwrap();
     let fmu = folder.path().join("Base.fmu");
     std::fs::write(&fmu, files.zip()).unwrap();
-    let report = checker::check_file(&fmu).unwrap();
+    let report = steerwright_checker::check_file(&fmu).unwrap();
     supervise(&command(), &fmu, &report, bounds).unwrap()
 }
 

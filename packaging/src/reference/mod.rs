@@ -20,7 +20,7 @@ use crate::Error;
 use model_description::{Causality, ModelDescription, Value, Variable};
 use scenario::Scenario;
 use serde::Serialize;
-use slaves::Fmu;
+use steerwright_slaves::Fmu;
 
 /// Seconds of the run, where the step allows.
 const DURATION: f64 = 10.0;
@@ -142,7 +142,11 @@ fn steps(step: f64) -> u32 {
     steps
 }
 
-fn set(slave: &mut slaves::Running, inputs: &[&Variable], values: Option<&[Option<Value>]>) {
+fn set(
+    slave: &mut steerwright_slaves::Running,
+    inputs: &[&Variable],
+    values: Option<&[Option<Value>]>,
+) {
     for (variable, value) in inputs.iter().zip(values.unwrap_or_default()) {
         if let Some(value) = value.as_ref().or(variable.start.as_ref()) {
             slave.set(variable.reference, value);

@@ -8,10 +8,10 @@
 //! are none. Whatever has no part here keeps its start value.
 
 use crate::Error;
-use formats::{Document, PathPoint};
 use model_description::{Kind, Value, Variable};
-use slaves::Fmu;
 use std::f64::consts::TAU;
+use steerwright_formats::{Document, PathPoint};
+use steerwright_slaves::Fmu;
 
 /// Inputs by name and time.
 pub(super) struct Scenario {
@@ -42,7 +42,7 @@ impl Scenario {
     pub(super) fn of(fmu: Fmu, document: &str, file: &str, duration: f64) -> Result<Self, Error> {
         let script = match fmu {
             Fmu::IdentifiedPlant => {
-                let plant = formats::Plant::from_json(document, file)?;
+                let plant = steerwright_formats::Plant::from_json(document, file)?;
                 let seen = plant.evidence.excitation.road_wheel_std_rad;
                 let angle = if seen > 0.0 { seen } else { ROAD_WHEEL_ANGLE };
                 Script::Steer {
@@ -52,7 +52,7 @@ impl Scenario {
                 }
             }
             Fmu::BicyclePlant => {
-                let vehicle = formats::Bicycle::from_json(document, file)?.vehicle;
+                let vehicle = steerwright_formats::Bicycle::from_json(document, file)?.vehicle;
                 Script::Steer {
                     centre: 0.0,
                     amplitude: ROAD_WHEEL_ANGLE * vehicle.steering_ratio,
@@ -60,7 +60,7 @@ impl Scenario {
                 }
             }
             Fmu::NonlinearVehicle => {
-                let vehicle = formats::Vehicle::from_json(document, file)?;
+                let vehicle = steerwright_formats::Vehicle::from_json(document, file)?;
                 Script::Steer {
                     centre: 0.0,
                     amplitude: NEAR_THE_LIMIT * ROAD_WHEEL_ANGLE * vehicle.actuator.steering_ratio,
@@ -68,18 +68,18 @@ impl Scenario {
                 }
             }
             Fmu::LateralPid => {
-                let pid = formats::Pid::from_json(document, file)?;
+                let pid = steerwright_formats::Pid::from_json(document, file)?;
                 Script::Track {
                     step: pid.specification.step_rad,
                     feedforward: 0.1 * pid.limits.max_angle_rad,
                 }
             }
             Fmu::ReferencePath => {
-                let path = formats::Path::from_json(document, file)?;
+                let path = steerwright_formats::Path::from_json(document, file)?;
                 Script::Drive { points: path.points, speed: path.speed_mps }
             }
             Fmu::PoseEstimator => {
-                let file = formats::Estimator::from_json(document, file)?;
+                let file = steerwright_formats::Estimator::from_json(document, file)?;
                 Script::Locate { speed: file.speed_mps, latency: file.gnss.latency_s }
             }
         };

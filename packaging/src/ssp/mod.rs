@@ -15,15 +15,15 @@
 //! Components stand in the order plant, pose estimator, path, controller, which a Gauss–Seidel
 //! master steps them in.
 //!
-//! [`Start`]: formats::Start
+//! [`Start`]: steerwright_formats::Start
 
 mod start;
 mod structure;
 mod wiring;
 
 use crate::{Error, Packed};
-use host::Connection;
 use std::io::{Cursor, Write};
+use steerwright_host::Connection;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 

@@ -2,9 +2,9 @@
 //! fixes of the plant's position and its sideslip.
 
 use crate::{Fmu, Packed};
-use formats::{Path, Start};
-use host::Connection;
 use model_description::{Causality, Value};
+use steerwright_formats::{Path, Start};
+use steerwright_host::Connection;
 
 /// The pose and speed with which an FMU starts on a road, as far as it has variables for them.
 #[must_use]

@@ -2,10 +2,10 @@
 
 use super::{Component, Experiment};
 use crate::Error;
-use host::Connection;
 use model_description::{Causality, Kind, Unit, Variable};
 use quick_xml::Writer;
 use std::io;
+use steerwright_host::Connection;
 
 type Xml = Writer<Vec<u8>>;
 

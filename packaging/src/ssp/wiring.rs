@@ -1,7 +1,7 @@
 //! Which output feeds which input of a loop, and in which order its FMUs are stepped.
 
 use crate::{Error, Fmu, Packed};
-use host::{Connection, Measurement, Unit};
+use steerwright_host::{Connection, Measurement, Unit};
 
 /// What the pose estimator measures of the vehicle: a loop without receiver feeds the fixes by the true
 /// position, and path and controller see the estimate instead of the truth.
@@ -22,7 +22,7 @@ pub fn loop_order(packed: &[Packed]) -> Vec<&Packed> {
     ordered
 }
 
-/// The connections that names make ([`host::wires_by_name`]): an input is fed by the output of
+/// The connections that names make ([`steerwright_host::wires_by_name`]): an input is fed by the output of
 /// its name in another FMU, a pose estimator's `gnss_x` and `gnss_y` by the plant's `x` and `y`.
 ///
 /// # Errors
@@ -30,6 +30,6 @@ pub fn loop_order(packed: &[Packed]) -> Vec<&Packed> {
 pub fn connections_by_name(packed: &[&Packed]) -> Result<Vec<Connection>, Error> {
     let units: Vec<Unit<'_>> =
         packed.iter().map(|p| Unit::new(p.fmu.name(), &p.description.variables)).collect();
-    host::wires_by_name(&units, &MEASUREMENTS, &|_, _| false)
+    steerwright_host::wires_by_name(&units, &MEASUREMENTS, &|_, _| false)
         .map_err(|e| Error::Wiring(Box::new(e)))
 }

@@ -1,13 +1,13 @@
 //! Small documents of every kind.
 #![allow(dead_code)] // each test binary uses its own part
 
-use formats::{
+use std::collections::BTreeMap;
+use std::io::{Cursor, Read};
+use steerwright_formats::{
     Continuous, Discrete, Document, Evidence, Guidance, InputKind, Matrix, Noise, OperatingPoint,
     Path, PathPoint, Pid, Plant, Provenance, SourceFile,
 };
-use packaging::{Binary, Fmu, Packed};
-use std::collections::BTreeMap;
-use std::io::{Cursor, Read};
+use steerwright_packaging::{Binary, Fmu, Packed};
 
 /// A text that breaks what does not escape it.
 pub(crate) const AWKWARD: &str = "a \"drive\" <b>&amp; | `x` é\n\u{1}";
@@ -55,7 +55,7 @@ pub(crate) fn plant() -> String {
         sideslip: None,
         uncertainty: None,
         evidence,
-        quality: formats::Quality::new("fit to design on", Vec::new(), Vec::new()),
+        quality: steerwright_formats::Quality::new("fit to design on", Vec::new(), Vec::new()),
         provenance: provenance(),
     }
     .to_json()
@@ -76,7 +76,7 @@ pub(crate) fn bicycle() -> String {
 }
 
 pub(crate) fn pid() -> String {
-    const STEP: formats::StepMetrics = formats::StepMetrics {
+    const STEP: steerwright_formats::StepMetrics = steerwright_formats::StepMetrics {
         overshoot_percent: 0.5,
         settling_time_s: Some(0.9),
         steady_state_error_percent: 0.1,
@@ -89,7 +89,7 @@ pub(crate) fn pid() -> String {
         schema: Pid::SCHEMA.into(),
         name: "controller".into(),
         sample_time_s: 0.02,
-        gains: formats::PidGains {
+        gains: steerwright_formats::PidGains {
             kp: 1.2,
             ki: 2.0,
             kd: 0.08,
@@ -98,34 +98,34 @@ pub(crate) fn pid() -> String {
             setpoint_weight_derivative: 0.0,
             anti_windup_time_s: 0.2,
         },
-        limits: formats::Limits {
+        limits: steerwright_formats::Limits {
             max_angle_rad: 0.38,
             max_increment_rad: 0.26,
             max_rate_radps: 0.4,
             large_errors: None,
             lateral_acceleration: None,
         },
-        designed_for: formats::DesignedFor {
+        designed_for: steerwright_formats::DesignedFor {
             model: "plant".into(),
             name: "drive".into(),
             sha256: "cd".repeat(32),
             speed_mps: 10.0,
             steering_ratio: 2.0,
             loop_delay_s: 0.0,
-            ..formats::DesignedFor::default()
+            ..steerwright_formats::DesignedFor::default()
         },
-        specification: formats::Specification {
+        specification: steerwright_formats::Specification {
             step_rad: 0.0873,
             steering_offset_rad: 0.0175,
-            ..formats::Specification::default()
+            ..steerwright_formats::Specification::default()
         },
-        evidence: formats::DesignEvidence {
+        evidence: steerwright_formats::DesignEvidence {
             met: true,
             shortfalls: Vec::new(),
             step: STEP,
             step_with_offset: STEP,
             small_step: None,
-            margins: formats::Margins {
+            margins: steerwright_formats::Margins {
                 gain_margin_db: Some(18.0),
                 phase_margin_deg: Some(52.0),
                 delay_margin_s: Some(0.14),
@@ -133,9 +133,9 @@ pub(crate) fn pid() -> String {
                 crossover_radps: Some(6.5),
                 disk_margin: Some(0.9),
             },
-            ..formats::DesignEvidence::default()
+            ..steerwright_formats::DesignEvidence::default()
         },
-        guidance: formats::GuidanceAdvice {
+        guidance: steerwright_formats::GuidanceAdvice {
             feedforward_gain_radm: 0.0,
             preview_time_s: 0.25,
             yaw_acceleration_gain_s2: 0.0,
@@ -189,7 +189,7 @@ pub(crate) fn document(fmu: Fmu) -> String {
 pub(crate) const LINUX: &[Binary<'_>] = &[Binary { platform: "linux64", bytes: b"a library" }];
 
 pub(crate) fn packed(fmu: Fmu) -> Packed {
-    packaging::package(&document(fmu), "document.json", LINUX, None).unwrap()
+    steerwright_packaging::package(&document(fmu), "document.json", LINUX, None).unwrap()
 }
 
 /// The files of an archive.

@@ -5,7 +5,7 @@ use super::tracking::{reference_road, tracking_errors};
 use super::{DEG, text};
 use crate::palette::{BLUE, Color, GREY, nth};
 use crate::{Figure, Mark, Panel, Place, Series, StepResponse, Style, Track};
-use formats::PathPoint;
+use steerwright_formats::PathPoint;
 
 /// What was measured, under what is simulated.
 const HALO: Color = Color(185, 185, 185);

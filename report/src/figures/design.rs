@@ -3,7 +3,7 @@
 use super::{DEG, text};
 use crate::palette::{BLACK, BLUE, GREEN, GREY, ORANGE, VERMILION};
 use crate::{Figure, Mark, Panel, Place, Series, StepResponse, Style, Symbol};
-use formats::{Specification, StepMetrics};
+use steerwright_formats::{Specification, StepMetrics};
 
 /// Yaw and steering after a yaw step, with the band of the steady state, the largest overshoot
 /// allowed, when the response settled, and the limits of the steering.

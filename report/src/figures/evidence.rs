@@ -3,11 +3,11 @@
 use super::{DEG, text};
 use crate::palette::{BLACK, BLUE, Color, GREY, VERMILION};
 use crate::{Figure, Mark, Panel, Place, Series, Style, Symbol};
-use formats::{
+use std::f64::consts::TAU;
+use steerwright_formats::{
     FrequencyResponse, HeldOut, InputKind, Mode, PoleZeroMap, ResidualCorrelation, ResponsePoint,
     Spread,
 };
-use std::f64::consts::TAU;
 
 const GAP: (f64, f64) = (f64::NAN, f64::NAN);
 

@@ -3,7 +3,7 @@
 use super::{DEG, text};
 use crate::palette::{BLACK, BLUE, GREEN, GREY, VERMILION};
 use crate::{Figure, Mark, Panel, Place, Series, Style, Symbol, Traces};
-use formats::{Excitation, Fits, OrderRow};
+use steerwright_formats::{Excitation, Fits, OrderRow};
 
 /// How much of a long drive is shown magnified, s.
 const NEAR_S: f64 = 20.0;

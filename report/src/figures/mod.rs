@@ -21,7 +21,7 @@ pub use open_loop::{OpenLoop, bode, nyquist};
 pub use tracking::{reference_road, road_height, tracking_errors};
 
 use crate::{Figure, Traces};
-use formats::Plant;
+use steerwright_formats::Plant;
 
 /// The names of [`of_identification`].
 pub const OF_IDENTIFICATION: [&str; 8] = [

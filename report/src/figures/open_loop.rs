@@ -3,8 +3,8 @@
 use super::{DEG, text};
 use crate::palette::{BLACK, BLUE, GREEN, GREY, VERMILION};
 use crate::{Figure, Mark, Panel, Place, Series, Style, Symbol};
-use formats::Margins;
 use std::f64::consts::TAU;
+use steerwright_formats::Margins;
 
 /// The open loop's frequency response, broken at the plant's input, and its margins.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,7 +3,7 @@
 use super::{DEG, text};
 use crate::palette::{BLACK, Color, GREY, nth};
 use crate::{Figure, Mark, Panel, Place, Series, Style, Symbol, Track};
-use formats::PathPoint;
+use steerwright_formats::PathPoint;
 
 /// Light enough for the tracks to be seen on it.
 const ROAD: Color = Color(200, 200, 200);

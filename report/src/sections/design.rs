@@ -3,7 +3,7 @@
 use super::{met, optional, significant, value};
 use crate::figures::{self, DEG};
 use crate::{Block, Controller, Section, Table, Tone};
-use formats::{Bicycle, Engagement, Grade, Pid, Shortfall, StepMetrics};
+use steerwright_formats::{Bicycle, Engagement, Grade, Pid, Shortfall, StepMetrics};
 
 /// Vehicle data and coefficients of eq 13.
 pub(crate) fn bicycle(bicycle: &Bicycle, fit: Option<f64>) -> Section {

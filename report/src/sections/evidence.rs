@@ -3,7 +3,7 @@
 use super::{optional, significant, value};
 use crate::figures::{self, text};
 use crate::{Block, Section, Table};
-use formats::{
+use steerwright_formats::{
     Excitation, FrequencyResponse, HeldOut, Information, Plant, PoleZeroMap, ResidualCorrelation,
 };
 

@@ -3,7 +3,9 @@
 use super::{significant, value};
 use crate::figures::{self, DEG, text};
 use crate::{Block, Section, Table, Traces};
-use formats::{ChannelSummary, DataFactor, Evidence, FactorMethod, InputKind, Plant, ResidualTest};
+use steerwright_formats::{
+    ChannelSummary, DataFactor, Evidence, FactorMethod, InputKind, Plant, ResidualTest,
+};
 
 /// The channels of the log and their information.
 pub(crate) fn log(plant: &Plant, traces: Option<&Traces>) -> Section {

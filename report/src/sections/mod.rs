@@ -10,7 +10,7 @@ pub use identification::factor_in_words;
 
 use crate::figures::text;
 use crate::{Block, Tone};
-use formats::{Grade, Quality};
+use steerwright_formats::{Grade, Quality};
 
 /// The quality of a model as a note; `what` begins the title.
 fn quality(quality: &Quality, what: &str) -> Block {

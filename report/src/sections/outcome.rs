@@ -3,7 +3,7 @@
 use super::value;
 use crate::figures::{self, DEG};
 use crate::{Block, Report, Section, Table, Track};
-use formats::{Path, Provenance};
+use steerwright_formats::{Path, Provenance};
 
 /// The conclusions of the files, before the numbers.
 pub(crate) fn summary(report: &Report<'_>) -> Section {

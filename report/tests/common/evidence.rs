@@ -1,7 +1,7 @@
 //! The evidence of an identified plant.
 
 use super::noise;
-use formats::*;
+use steerwright_formats::*;
 
 pub fn evidence() -> Evidence {
     let row = |order, singular_value, estimation_fit, validation_fit, stable| OrderRow {

@@ -1,8 +1,8 @@
 //! A controller, its step, a road and a run along it.
 
 use super::provenance;
-use formats::*;
-use report::{StepResponse, Track};
+use steerwright_formats::*;
+use steerwright_report::{StepResponse, Track};
 
 pub fn step(factor: f64) -> StepResponse {
     let mut s = StepResponse::default();

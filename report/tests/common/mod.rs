@@ -4,8 +4,8 @@
 mod evidence;
 mod loops;
 
-use formats::*;
-use report::Traces;
+use steerwright_formats::*;
+use steerwright_report::Traces;
 
 pub use evidence::evidence;
 pub use loops::{path, pid, step, track};
@@ -77,7 +77,7 @@ pub fn plant() -> Plant {
         sideslip: None,
         uncertainty: None,
         evidence: evidence(),
-        quality: formats::Quality::default(),
+        quality: steerwright_formats::Quality::default(),
         provenance: provenance(),
     }
 }
@@ -110,7 +110,7 @@ pub fn bicycle() -> Bicycle {
         state_matrix: Matrix::from_fn(5, 5, |_, _| 0.0),
         input_matrix: Matrix::from_fn(5, 1, |_, _| 0.0),
         evidence: None,
-        quality: formats::Quality::not_validated(),
+        quality: steerwright_formats::Quality::not_validated(),
         provenance: provenance(),
     }
 }

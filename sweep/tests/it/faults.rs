@@ -1,7 +1,7 @@
 //! Studies that cannot be run: each fault is reported with its place in the file and a hint.
 
 use crate::support::{How, folder, prepare, run_with, study};
-use sweep::Error;
+use steerwright_sweep::Error;
 
 /// What replaces what in a good study, and what the error must say; `@` is where it must point.
 const FAULTS: &[(&str, &str, &str)] = &[

@@ -2,9 +2,9 @@
 //! runs, or whether an instance is new.
 
 use crate::support::{How, column, folder, prepare, results, run, run_with, study};
-use host::{Archive, Coupling, Instance, System};
 use std::fs;
-use sweep::Error;
+use steerwright_host::{Archive, Coupling, Instance, System};
+use steerwright_sweep::Error;
 
 #[test]
 fn threads_change_no_byte() {

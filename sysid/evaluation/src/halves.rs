@@ -1,6 +1,6 @@
 //! A drive with its second half first.
 
-use drivelog::DriveLog;
+use steerwright_drivelog::DriveLog;
 
 /// The same drive with its halves exchanged: the second half comes first, in segments of its own.
 #[must_use]
@@ -10,7 +10,7 @@ pub fn swapped_halves(log: &DriveLog) -> DriveLog {
     let moved = |from: usize, to: usize, shift: isize| {
         log.segments.iter().filter_map(move |s| {
             let (a, b) = (s.range.start.max(from), s.range.end.min(to));
-            (a < b).then(|| drivelog::Segment {
+            (a < b).then(|| steerwright_drivelog::Segment {
                 time0_s: s.time0_s + (a - s.range.start) as f64 * log.sample_time_s,
                 range: a.wrapping_add_signed(shift)..b.wrapping_add_signed(shift),
             })

@@ -359,7 +359,7 @@ mod tests {
         let (f, g) = drive.car.lateral(drive.speed_mps);
         let f = faer::Mat::from_fn(2, 2, |i, j| f[i][j]);
         let g = faer::Mat::from_fn(2, 1, |i, _| g[i]);
-        let (a, b) = sysid::model::conversion::discretize(f.as_ref(), g.as_ref(), 0.01);
+        let (a, b) = steerwright_sysid::model::conversion::discretize(f.as_ref(), g.as_ref(), 0.01);
         let mut x = [0.0; 2];
         for (u, y) in log.steering.iter().zip(&log.yaw_rate) {
             assert!((x[1] - y).abs() < 1e-9, "{} {y}", x[1]);

@@ -2,7 +2,7 @@
 
 use std::io::Write;
 use std::process::Stdio;
-use sysid::DataSet;
+use steerwright_sysid::DataSet;
 
 const SCRIPT: &str = "
 import sys, warnings

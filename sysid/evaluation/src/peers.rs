@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Stdio};
-use sysid::{Innovation, StateSpace};
+use steerwright_sysid::{Innovation, StateSpace};
 
 /// A Python process that holds one set of data.
 #[derive(Debug)]

@@ -17,8 +17,8 @@ use crate::data::statistics::long_run_variance;
 use crate::linalg::dense::least_squares;
 use crate::linalg::elimination::Elimination;
 use crate::linalg::levenberg_marquardt::{Damping, USUAL, by_more_than, lower};
-use drivelog::signal::standard_deviation;
 use faer::Mat;
+use steerwright_drivelog::signal::standard_deviation;
 
 const STEPS: usize = 40;
 /// A step that lowers the sum by a smaller share is the last.

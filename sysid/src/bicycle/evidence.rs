@@ -8,9 +8,9 @@ use crate::bicycle::recording::{Recording, Simulation, count, of as samples};
 use crate::bicycle::uncertainty::{covariance_factor, deviation};
 use crate::data::statistics::variance_accounted_for;
 use crate::sideslip::sideslip;
-use drivelog::DriveLog;
-use drivelog::signal::{mean, standard_deviation};
-use formats::{
+use steerwright_drivelog::DriveLog;
+use steerwright_drivelog::signal::{mean, standard_deviation};
+use steerwright_formats::{
     BicycleEvidence, Estimated, HeldOut, PredictionFit, SpeedSummary, Stated, WithDelay,
 };
 

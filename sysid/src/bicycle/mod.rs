@@ -33,12 +33,12 @@ use crate::bicycle::recording::{Recording, Simulation};
 use crate::bicycle::simulate::within;
 use crate::data::split::Split;
 use crate::identify::plant::Traces;
-use drivelog::DriveLog;
-use formats::{
+use std::ops::Range;
+use steerwright_drivelog::DriveLog;
+use steerwright_formats::{
     Bicycle, BicycleCoefficients, BicycleEvidence, Document, Matrix, Provenance, Quality,
     VehicleData, WithDelay,
 };
-use std::ops::Range;
 
 pub use crate::bicycle::options::BicycleOptions;
 pub use crate::bicycle::validate::validate_bicycle;
@@ -140,7 +140,7 @@ fn traces(log: &DriveLog, recording: &Recording, simulation: &Simulation) -> Tra
     }
 }
 
-/// Eq 13 of a vehicle, as `control::bicycle` writes it.
+/// Eq 13 of a vehicle, as `steerwright_control::bicycle` writes it.
 fn document(
     vehicle: VehicleData,
     evidence: BicycleEvidence,

@@ -28,7 +28,7 @@
 
 use crate::bicycle::dual::{Dual, Scalar};
 use crate::bicycle::options::BicycleOptions;
-use formats::VehicleData;
+use steerwright_formats::VehicleData;
 
 /// Number of parameters, and of the two initial states after them.
 pub(super) const PARAMETERS: usize = 9;

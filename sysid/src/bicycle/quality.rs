@@ -12,10 +12,10 @@ use crate::validation::play::steering_play;
 use crate::validation::quality::{GOOD_FIT, LEAST_STEERING, failed, with_error};
 use crate::validation::rate::slow_log;
 use crate::validation::regression::{Pair, pairs};
-use drivelog::signal::standard_deviation;
 use faer::c64;
-use formats::{BicycleEvidence, Grade, Quality, Reason, ReasonCode};
 use std::f64::consts::TAU;
+use steerwright_drivelog::signal::standard_deviation;
+use steerwright_formats::{BicycleEvidence, Grade, Quality, Reason, ReasonCode};
 
 /// Relative standard error of the yaw rate's gain beyond which it is not known.
 const LARGEST_ERROR: f64 = 0.15;

@@ -5,9 +5,9 @@ use crate::bicycle::simulate::SpeedSegment;
 use crate::data::split::Split;
 use crate::validation::fit::{FitWithError, fit_with_error};
 use crate::validation::prediction::BLOCK_S;
-use drivelog::DriveLog;
-use drivelog::signal::standard_deviation;
 use std::ops::Range;
+use steerwright_drivelog::DriveLog;
+use steerwright_drivelog::signal::standard_deviation;
 
 /// Fewest samples of the recording, and of each part of it.
 const LEAST_SAMPLES: usize = 100;

@@ -17,7 +17,7 @@ use crate::bicycle::parameters::{
 use crate::linalg::dense::{pseudo_inverse, svd};
 use crate::pem::larger;
 use faer::{Mat, Side};
-use formats::VehicleDirection;
+use steerwright_formats::VehicleDirection;
 
 const OWN: usize = ALL - PARAMETERS;
 /// Blocks of time whose scores are summed.

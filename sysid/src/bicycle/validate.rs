@@ -14,9 +14,9 @@ use crate::data::split::Split;
 use crate::linalg::dense::least_squares;
 use crate::selection::options::IdentifyOptions;
 use crate::validation::validate::Validated;
-use drivelog::DriveLog;
 use faer::Mat;
-use formats::Bicycle;
+use steerwright_drivelog::DriveLog;
+use steerwright_formats::Bicycle;
 
 /// A combination of the offsets that moves the yaw rate by less than this share of what the other
 /// does is left at the file's: at one speed they cannot be separated.

@@ -11,10 +11,10 @@ use crate::Error;
 use crate::data::dataset::without;
 use crate::data::split::{Selection, Split};
 use crate::data::{DataSet, Segment};
-use drivelog::DriveLog;
-use drivelog::signal::{mean, standard_deviation};
-use formats::InputKind;
 use std::ops::Range;
+use steerwright_drivelog::DriveLog;
+use steerwright_drivelog::signal::{mean, standard_deviation};
+use steerwright_formats::InputKind;
 
 /// Offsets and trends that are no dynamics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -353,7 +353,7 @@ mod tests {
         }
         let off = |mean: fn(&[f64]) -> f64| (mean(&y) - mean(&u)).abs();
         let (plain, tapered) =
-            (off(drivelog::signal::mean), off(|x| tapered_mean(std::iter::once(x))));
+            (off(steerwright_drivelog::signal::mean), off(|x| tapered_mean(std::iter::once(x))));
         assert!(plain > 0.02 && tapered < 0.05 * plain, "{plain} {tapered}");
     }
 }

@@ -8,8 +8,8 @@
 //!
 //! Excited are windows of [`WINDOW_S`] whose input has a share of the log's mean power about its mean.
 
-use drivelog::DriveLog;
 use std::ops::Range;
+use steerwright_drivelog::DriveLog;
 
 /// Shorter pieces of a segment have no column in a block Hankel matrix of 30 block rows.
 const CRUMB: usize = 60;
@@ -80,7 +80,7 @@ impl Split {
     /// The end of the log where both parts are excited by the input, else blocks that are.
     pub(crate) fn new(log: &DriveLog, input: &[f64], fraction: f64) -> Self {
         let end = Self::end(log, input.len(), fraction);
-        let mean = drivelog::signal::mean(input);
+        let mean = steerwright_drivelog::signal::mean(input);
         let power = |ranges: &[Range<usize>]| -> f64 {
             ranges.iter().flat_map(|r| &input[r.clone()]).map(|u| (u - mean).powi(2)).sum()
         };
@@ -204,7 +204,7 @@ fn excited(log: &DriveLog, input: &[f64], mean: f64, mean_power: f64) -> Vec<boo
 #[allow(clippy::single_range_in_vec_init)]
 mod tests {
     use super::*;
-    use drivelog::Segment;
+    use steerwright_drivelog::Segment;
 
     fn log(input: Vec<f64>) -> DriveLog {
         DriveLog {

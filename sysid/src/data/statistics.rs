@@ -1,6 +1,6 @@
 //! Fits of simulated to measured signals, and quantiles of the tests.
 
-use drivelog::signal::{mean, standard_deviation};
+use steerwright_drivelog::signal::{mean, standard_deviation};
 
 /// `100·(1 − ‖y − ŷ‖/‖y − mean(y)‖)` in percent; −∞ where ŷ is not finite.
 #[must_use]

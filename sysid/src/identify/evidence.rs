@@ -13,9 +13,9 @@ use crate::validation::modelled::{LAGS, Modelled};
 use crate::validation::play::steering_play;
 use crate::validation::prediction::{Prediction, on_validation_data};
 use crate::validation::regression::pairs;
-use drivelog::DriveLog;
-use formats::{Evidence, Fits};
 use std::f64::consts::TAU;
+use steerwright_drivelog::DriveLog;
+use steerwright_formats::{Evidence, Fits};
 
 /// All that a model was found from.
 pub(super) struct Found<'a> {

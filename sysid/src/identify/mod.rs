@@ -17,8 +17,8 @@ use crate::selection::input_delay::{InputDelay, delayed};
 use crate::selection::options::IdentifyOptions;
 use crate::selection::search::mirroring_warning;
 use crate::sideslip::sideslip;
-use drivelog::DriveLog;
-use drivelog::signal::{mean, standard_deviation};
+use steerwright_drivelog::DriveLog;
+use steerwright_drivelog::signal::{mean, standard_deviation};
 
 pub use automatic::{Automatic, TriedOrder, automatic};
 

@@ -13,14 +13,14 @@ use crate::validation::poles::poles_and_zeros;
 use crate::validation::quality::quality;
 use crate::validation::rate::slow_log;
 use crate::validation::sweep::Drive;
-use drivelog::DriveLog;
 use faer::Mat;
-use formats::{
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+use steerwright_drivelog::DriveLog;
+use steerwright_formats::{
     Continuous, Discrete, Document, Evidence, InputKind, Matrix, Noise, OperatingPoint, OrderRow,
     Plant, Provenance, ResidualTest, Sideslip, SourceFile, Uncertainty,
 };
-use std::collections::BTreeMap;
-use std::f64::consts::TAU;
 
 /// A plant with the signals behind its plots.
 #[derive(Debug, Clone, PartialEq)]

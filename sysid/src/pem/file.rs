@@ -3,7 +3,7 @@
 use crate::Error;
 use crate::pem::Focus;
 use crate::pem::uncertain::Uncertain;
-use formats::{
+use steerwright_formats::{
     Estimate, EstimationFocus, FrequencyBand, Matrix, StepBand, UncertainPole, Uncertainty,
 };
 

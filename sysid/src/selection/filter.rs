@@ -96,7 +96,7 @@ pub(crate) fn uncertainty(
     choice: &Choice,
     gain: &Mat<f64>,
     refined: bool,
-) -> Result<formats::Uncertainty, Error> {
+) -> Result<steerwright_formats::Uncertainty, Error> {
     let chosen = &choice.candidates[choice.chosen];
     let innovation = Innovation { model: chosen.model.clone(), gain: gain.clone() };
     let actual = &data.estimation.data;

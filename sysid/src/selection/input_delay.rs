@@ -4,9 +4,9 @@ use crate::Error;
 use crate::data::scaled::{Data, Detrend};
 use crate::selection::delay::{Delay, estimate_delay};
 use crate::selection::options::IdentifyOptions;
-use drivelog::DriveLog;
-use formats::DelayEstimate;
 use std::borrow::Cow;
+use steerwright_drivelog::DriveLog;
+use steerwright_formats::DelayEstimate;
 
 /// What was found, or given.
 pub(crate) struct InputDelay {

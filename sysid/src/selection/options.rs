@@ -4,8 +4,8 @@ use crate::Error;
 use crate::data::scaled::{Detrend, Preparation};
 use crate::subspace::closed_loop::ClosedLoopMethod;
 use crate::subspace::{Realization, Weighting};
-use formats::InputKind;
 use std::collections::BTreeMap;
+use steerwright_formats::InputKind;
 
 /// Options of [`identify`](crate::identify); `None` leaves the choice to the estimation data. The
 /// validation data choose nothing.

@@ -51,8 +51,8 @@ use crate::sideslip::displacements::{
     SHORT_SEGMENT_S, TERMS, blocks,
 };
 use crate::sideslip::regression::{Regression, robust};
-use drivelog::{DriveLog, Gnss, GnssDrive};
-use formats::{Sideslip, SideslipTerm};
+use steerwright_drivelog::{DriveLog, Gnss, GnssDrive};
+use steerwright_formats::{Sideslip, SideslipTerm};
 
 /// So many standard errors from its default, a term is significant.
 const SIGNIFICANT: f64 = 2.5;

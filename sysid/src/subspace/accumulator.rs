@@ -35,8 +35,8 @@ pub(crate) enum State {
 ///
 /// ```
 /// # use faer::Mat;
-/// # use sysid::subspace::{Accumulator, Decomposition};
-/// # fn main() -> Result<(), sysid::Error> {
+/// # use steerwright_sysid::subspace::{Accumulator, Decomposition};
+/// # fn main() -> Result<(), steerwright_sysid::Error> {
 /// let mut sums = Accumulator::new(Decomposition::Gram, 2, (1, 1), 0.01)?;
 /// # let random = |k: usize| (k as f64 * 1.7).sin() * (k as f64 * 0.3).cos();
 /// for chunk in 0..10 {

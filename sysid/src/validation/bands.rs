@@ -12,7 +12,7 @@ use crate::linalg::dense::svd;
 use crate::validation::modelled::{INFORMATIVE, Modelled, rounded};
 use crate::validation::spectra::Spectra;
 use faer::Mat;
-use formats::{ExcitationBand, Information, Persistence};
+use steerwright_formats::{ExcitationBand, Information, Persistence};
 
 /// Ends of the bands, Hz.
 pub(crate) const ENDS: [f64; 7] = [0.0, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0];

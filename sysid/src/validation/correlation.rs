@@ -13,7 +13,7 @@ use crate::data::statistics::{Z99, Z995, chi_squared_quantile};
 use crate::linalg::dense::{column, dot, solve};
 use crate::validation::prewhitening::{centred, prewhitened};
 use faer::Mat;
-use formats::ResidualTest;
+use steerwright_formats::ResidualTest;
 
 /// Correlation at consecutive lags.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,6 +1,6 @@
 //! Reasons that lie in the recording: faults of channels, play of the steering, clocks, offsets.
 
-use formats::{ChannelSummary, Grade, Reason, ReasonCode, SteeringPlay};
+use steerwright_formats::{ChannelSummary, Grade, Reason, ReasonCode, SteeringPlay};
 
 /// Spikes are handled as missing samples; beyond that share of a channel's rows the sensor or its
 /// bus is broken, and smaller ones go unseen.

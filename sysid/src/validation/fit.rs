@@ -95,7 +95,8 @@ mod tests {
                 fits.push(got.fit);
                 errors += got.standard_error.unwrap().powi(2) / 150.0;
             }
-            let (scatter, stated) = (drivelog::signal::standard_deviation(&fits), errors.sqrt());
+            let (scatter, stated) =
+                (steerwright_drivelog::signal::standard_deviation(&fits), errors.sqrt());
             println!("segments of {segment}: scatter {scatter:.3}, stated {stated:.3} points");
             assert!((0.75..1.33).contains(&(stated / scatter)), "{stated} {scatter}");
         }

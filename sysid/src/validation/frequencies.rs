@@ -6,9 +6,9 @@ use crate::validation::correlation::{autocorrelation, cross_correlation, feedbac
 use crate::validation::modelled::{DRIFT, HIGHEST_SHOWN, INFORMATIVE, LAGS, Modelled, rounded};
 use crate::validation::response::response;
 use crate::validation::spectra::Spectra;
-use drivelog::DriveLog;
-use drivelog::signal::{mean, standard_deviation};
-use formats::{
+use steerwright_drivelog::DriveLog;
+use steerwright_drivelog::signal::{mean, standard_deviation};
+use steerwright_formats::{
     CoherencePoint, DataFactor, Excitation, FactorMethod, FrequencyResponse, ResidualCorrelation,
 };
 

@@ -18,7 +18,7 @@
 use crate::validation::bands::{coupling, inside};
 use crate::validation::modelled::{INFORMATIVE, Modelled, rounded};
 use crate::validation::spectra::Spectra;
-use formats::BandDeparture;
+use steerwright_formats::BandDeparture;
 
 /// Model errors in those of the bands in which steering explains most of the yaw rate, from the
 /// measured responses at all frequencies.

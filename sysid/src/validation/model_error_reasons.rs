@@ -2,7 +2,7 @@
 
 use crate::selection::options::IdentifyOptions;
 use crate::validation::sweep::{Drive, LINEAR, swept};
-use formats::{BandDeparture, Evidence, Grade, Reason, ReasonCode, ResidualTest};
+use steerwright_formats::{BandDeparture, Evidence, Grade, Reason, ReasonCode, ResidualTest};
 
 /// Beyond that share, less what chance can do, no controller should be designed on the model: a sixth
 /// of a turn of the margins' usual 60° is 17°, and as much in gain (see [`crate::validation::model_error`]).

@@ -9,8 +9,8 @@
 
 use crate::validation::modelled::{LOW_HZ, bandwidth_hz};
 use crate::validation::regression::Pair;
-use formats::{Excitation, Grade, Information, Reason, ReasonCode, Spread};
 use std::f64::consts::TAU;
+use steerwright_formats::{Excitation, Grade, Information, Reason, ReasonCode, Spread};
 
 /// The shortest effective wheelbase, m: 1:28 scale cars have 0.09 m.
 const SHORTEST_M: f64 = 0.08;
@@ -115,15 +115,17 @@ fn wrong_gain(of: &Response<'_>, gain: f64) -> Option<(Reason, String)> {
 /// whose structure has no such sign: by the correlation of their means over [`SMOOTH_S`].
 pub(crate) fn opposite(segments: &[Pair<'_>], sample_time_s: f64) -> Option<(Reason, String)> {
     let width = ((SMOOTH_S / sample_time_s).round() as usize).max(1);
-    let smooth =
-        |x: Vec<f64>| -> Vec<f64> { x.chunks_exact(width).map(drivelog::signal::mean).collect() };
+    let smooth = |x: Vec<f64>| -> Vec<f64> {
+        x.chunks_exact(width).map(steerwright_drivelog::signal::mean).collect()
+    };
     let turned = |s: &Pair<'_>| match s.speed {
         Some(speed) => s.steering.iter().zip(speed).map(|(u, v)| u * v).collect(),
         None => s.steering.to_vec(),
     };
     let input: Vec<f64> = segments.iter().flat_map(|s| smooth(turned(s))).collect();
     let output: Vec<f64> = segments.iter().flat_map(|s| smooth(s.yaw_rate.to_vec())).collect();
-    let (u0, y0) = (drivelog::signal::mean(&input), drivelog::signal::mean(&output));
+    let (u0, y0) =
+        (steerwright_drivelog::signal::mean(&input), steerwright_drivelog::signal::mean(&output));
     let sums = input.iter().zip(&output).fold([0.0; 3], |[uu, yy, uy], (u, y)| {
         let (u, y) = (u - u0, y - y0);
         [uu + u * u, yy + y * y, uy + u * y]

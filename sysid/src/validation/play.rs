@@ -17,8 +17,8 @@
 //! angle with its crossover at [`CROSSOVER_RADPS`], which settles in about a second.
 
 use crate::validation::regression::{BLOCKS, Pair, Sums, jackknife};
-use formats::{LimitCycle, SteeringPlay};
 use std::f64::consts::{FRAC_PI_2, PI};
+use steerwright_formats::{LimitCycle, SteeringPlay};
 
 /// Widths tried, in standard deviations of the steering: beyond two of them the vehicle hardly turns.
 const WIDTHS: [f64; 15] =
@@ -38,7 +38,7 @@ const INTEGRAL_SHARE: f64 = 0.2;
 /// Play in the units of the steering of `segments`; `None` where the data show none.
 fn play(segments: &[Pair<'_>], sample_time_s: f64) -> Option<(f64, f64)> {
     let all: Vec<f64> = segments.iter().flat_map(|s| s.steering.iter().copied()).collect();
-    let unit = drivelog::signal::standard_deviation(&all);
+    let unit = steerwright_drivelog::signal::standard_deviation(&all);
     if unit.is_nan() || unit <= 0.0 {
         return None;
     }

@@ -13,7 +13,7 @@ use crate::model::conversion::{ContinuousModel, to_continuous};
 use crate::validation::modelled::rounded;
 use crate::validation::spread::spreads;
 use faer::{Mat, MatRef};
-use formats::{Mode, PoleZeroMap, Spread, Uncertainty};
+use steerwright_formats::{Mode, PoleZeroMap, Spread, Uncertainty};
 
 /// Zeros further out than that many times the scale are at infinity but for rounding.
 const FAR: f64 = 1e3;

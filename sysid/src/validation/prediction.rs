@@ -17,7 +17,7 @@ use crate::linalg::dense::{rows, short_dot};
 use crate::model::StateSpace;
 use crate::validation::fit::fit_with_error;
 use crate::validation::modelled::rounded;
-use formats::{HeldOut, PredictionFit};
+use steerwright_formats::{HeldOut, PredictionFit};
 
 /// How far ahead predictions are tried, s.
 const AHEAD: [f64; 5] = [0.1, 0.2, 0.5, 1.0, 2.0];
@@ -74,7 +74,7 @@ pub(crate) fn on_validation_data(p: &Prediction<'_>) -> HeldOut {
         })
         .collect();
     predictions.push(row(None, &simulated));
-    let spread = drivelog::signal::standard_deviation(&y);
+    let spread = steerwright_drivelog::signal::standard_deviation(&y);
     HeldOut {
         fit_standard_error: with_error.standard_error,
         blocks: with_error.blocks,

@@ -6,7 +6,7 @@ use crate::validation::model_error_reasons::{
     coherent_model_error, model_errors, suggested_checks, too_far,
 };
 use crate::validation::sweep::{Drive, SWEEP, WANTED, swept, what_to_drive};
-use formats::{
+use steerwright_formats::{
     Evidence, Excitation, ExcitationBand, Grade, HeldOut, Information, InputKind, Quality, Reason,
     ReasonCode,
 };

@@ -6,7 +6,7 @@
 //! identified response from 0.1 to 2 Hz is wrong by 2 % at 20 Hz and by 4 % at 10 Hz (`cargo xtask evaluate
 //! response`).
 
-use formats::{ChannelSummary, Grade, Intersample, Reason, ReasonCode};
+use steerwright_formats::{ChannelSummary, Grade, Intersample, Reason, ReasonCode};
 
 /// Samples in a period of the bandwidth below which a design is doubtful, and below which there is none.
 const DOUBTFUL: f64 = 5.0;

@@ -8,8 +8,8 @@
 //! is (Efron and Tibshirani 1993, chapter 11).
 
 use crate::linalg::dense::solve;
-use drivelog::DriveLog;
 use faer::Mat;
+use steerwright_drivelog::DriveLog;
 
 /// Functions of the bank.
 const FUNCTIONS: usize = 8;
@@ -160,6 +160,6 @@ impl Bank {
 /// Standard error of what was found without each block in turn.
 pub(crate) fn jackknife(without: &[f64]) -> f64 {
     let n = without.len() as f64;
-    let mean = drivelog::signal::mean(without);
+    let mean = steerwright_drivelog::signal::mean(without);
     ((n - 1.0) / n * without.iter().map(|x| (x - mean).powi(2)).sum::<f64>()).sqrt()
 }

@@ -10,8 +10,8 @@ use crate::data::statistics::Z975;
 use crate::validation::model_error::band_errors;
 use crate::validation::modelled::{INFORMATIVE, Modelled, rounded};
 use crate::validation::spectra::Spectra;
-use formats::{FrequencyResponse, ResponsePoint};
 use std::f64::consts::{PI, TAU};
+use steerwright_formats::{FrequencyResponse, ResponsePoint};
 
 /// Risk of each confidence band.
 const RISK: f64 = 0.05;

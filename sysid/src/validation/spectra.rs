@@ -9,8 +9,8 @@
 //! independent ones do, and n_d is what enters the confidence bounds of Bendat and Piersol (2010,
 //! chapter 9).
 
-use drivelog::signal::mean;
 use std::f64::consts::PI;
+use steerwright_drivelog::signal::mean;
 
 /// A window lasts about so long, s: a resolution of about 0.1 Hz.
 const WINDOW_S: f64 = 7.0;

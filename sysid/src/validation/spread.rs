@@ -6,7 +6,7 @@
 
 use crate::model::StateSpace;
 use faer::Mat;
-use formats::{Matrix, Spread};
+use steerwright_formats::{Matrix, Spread};
 
 /// Step along each direction, standard deviations.
 const STEP: f64 = 1e-3;

@@ -5,7 +5,7 @@
 //! sweep of amplitude A with equal time for each octave puts `A²/2 · ln(f₂/f₁)/ln(F₂/F₁)` of steering
 //! power into the band from f₁ to f₂.
 
-use formats::{Evidence, ExcitationBand, FrequencyResponse, Reason, ResponsePoint};
+use steerwright_formats::{Evidence, ExcitationBand, FrequencyResponse, Reason, ResponsePoint};
 
 /// What the quality needs of the drive in addition to the evidence.
 pub(crate) struct Drive<'a> {
@@ -129,7 +129,7 @@ pub(crate) fn swept(from_hz: f64, to_hz: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use formats::Information;
+    use steerwright_formats::Information;
 
     fn drive(to_road_wheel: f64) -> Drive<'static> {
         Drive {

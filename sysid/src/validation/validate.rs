@@ -8,11 +8,11 @@ use crate::model::conversion::discretize;
 use crate::selection::candidate::{initial_states, output};
 use crate::selection::initial_conditions::{InitialConditions, needs_output_offset};
 use crate::selection::options::IdentifyOptions;
-use drivelog::DriveLog;
 use faer::Mat;
-use formats::{Continuous, InputKind, Matrix, Plant};
+use steerwright_drivelog::DriveLog;
+use steerwright_formats::{Continuous, InputKind, Matrix, Plant};
 
-/// How well a given model follows a drive, by the measures of [`formats::Fits`].
+/// How well a given model follows a drive, by the measures of [`steerwright_formats::Fits`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Validated {
     /// Simulation fit on the estimation data, percent.

@@ -5,9 +5,11 @@ use crate::known::bias::{Biases, Errors};
 use crate::known::driver::Drive;
 use crate::known::{Random, markov_distance, pole_distance};
 use faer::Mat;
-use sysid::subspace::closed_loop::{self, ClosedLoopMethod, Criterion, errors_in_variables};
-use sysid::subspace::{Factor, shift_realization, structured_bd, subspace};
-use sysid::{DataSet, Error, Segment, Signals, StateSpace, simulate};
+use steerwright_sysid::subspace::closed_loop::{
+    self, ClosedLoopMethod, Criterion, errors_in_variables,
+};
+use steerwright_sysid::subspace::{Factor, shift_realization, structured_bd, subspace};
+use steerwright_sysid::{DataSet, Error, Segment, Signals, StateSpace, simulate};
 
 #[test]
 fn without_noise_both_methods_are_exact() {
@@ -141,7 +143,7 @@ fn biases(data: &[DataSet], estimate: impl Fn(&DataSet) -> StateSpace) -> Biases
     Biases::new(&errors)
 }
 
-fn open_loop(data: &DataSet, method: sysid::Weighting, past: usize) -> StateSpace {
+fn open_loop(data: &DataSet, method: steerwright_sysid::Weighting, past: usize) -> StateSpace {
     let factor = Factor::new(data, past).unwrap();
     let found = subspace(&factor, method).unwrap();
     let (a, c) = shift_realization(&found, 3, 1).unwrap();
@@ -152,7 +154,7 @@ fn open_loop(data: &DataSet, method: sysid::Weighting, past: usize) -> StateSpac
 fn with_a_driver_in_the_loop_only_the_predictors_bias_goes_with_the_past() {
     let data: Vec<DataSet> =
         (0..12).map(|seed| Drive::controlled().record(20_000, seed).unwrap()).collect();
-    for method in sysid::Weighting::ALL {
+    for method in steerwright_sysid::Weighting::ALL {
         let bias = biases(&data, |d| open_loop(d, method, 20)).response;
         assert!(bias.is_significant(), "{method:?}: {bias:?}");
     }

@@ -1,7 +1,7 @@
 //! The repository's recordings and a car of its own, for the tests.
 
-use drivelog::{DriveLog, LogOptions, read_log};
-use models::BicycleParameters;
+use steerwright_drivelog::{DriveLog, LogOptions, read_log};
+use steerwright_models::BicycleParameters;
 
 /// A file of the repository's test data.
 pub(crate) fn data(path: &str) -> Vec<u8> {

@@ -2,8 +2,10 @@
 
 use crate::known::Random;
 use faer::Mat;
-use sysid::model::conversion::{ContinuousStateSpace, Hold, discretize_held, to_continuous_held};
-use sysid::{StateSpace, simulate};
+use steerwright_sysid::model::conversion::{
+    ContinuousStateSpace, Hold, discretize_held, to_continuous_held,
+};
+use steerwright_sysid::{StateSpace, simulate};
 
 const SAMPLE_TIME: f64 = 0.04;
 

@@ -1,10 +1,10 @@
 //! The input delay: found where there is one, left out where a lag explains the same.
 
 use crate::known::{Drive, Random};
-use drivelog::{DriveLog, LogOptions, read_log};
 use faer::Mat;
-use sysid::delay::{Delay, estimate_delay};
-use sysid::{DataSet, Error, IdentifyOptions, Segment, identify};
+use steerwright_drivelog::{DriveLog, LogOptions, read_log};
+use steerwright_sysid::delay::{Delay, estimate_delay};
+use steerwright_sysid::{DataSet, Error, IdentifyOptions, Segment, identify};
 
 fn row(x: &[f64]) -> Mat<f64> {
     Mat::from_fn(1, x.len(), |_, k| x[k])
@@ -168,7 +168,7 @@ fn what_cannot_be_estimated_is_refused() {
 fn log((ts, u, y): (f64, Vec<f64>, Vec<f64>)) -> DriveLog {
     let mut log = recorded(0.04);
     (log.sample_time_s, log.speed) = (ts, None);
-    log.segments = vec![drivelog::Segment { time0_s: 0.0, range: 0..u.len() }];
+    log.segments = vec![steerwright_drivelog::Segment { time0_s: 0.0, range: 0..u.len() }];
     (log.input, log.output) = (u, y);
     log
 }

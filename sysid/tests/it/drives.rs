@@ -3,12 +3,12 @@
 
 use crate::common::{data, multibody};
 use crate::known::Random;
-use drivelog::{DriveLog, LogOptions, read_log};
 use faer::Mat;
 use faer::linalg::solvers::Solve;
-use formats::{Document, Plant};
-use sysid::subspace::Realization;
-use sysid::{Error, IdentifyOptions, InputKind, Weighting, identify};
+use steerwright_drivelog::{DriveLog, LogOptions, read_log};
+use steerwright_formats::{Document, Plant};
+use steerwright_sysid::subspace::Realization;
+use steerwright_sysid::{Error, IdentifyOptions, InputKind, Weighting, identify};
 
 /// One order, weighting and horizon, where a test is not about their choice.
 pub(crate) fn quick(order: usize) -> IdentifyOptions {
@@ -129,7 +129,7 @@ fn a_weakly_excited_drive_gets_a_model_and_is_called_weak() {
     };
     assert!(matches!(
         read_log(&files, &options),
-        Err(drivelog::Error::SteeringRatioUnknown { .. })
+        Err(steerwright_drivelog::Error::SteeringRatioUnknown { .. })
     ));
     options.steering_ratio = Some(16.9);
     let log = read_log(&files, &options).unwrap();
@@ -158,7 +158,7 @@ fn recording(input: Vec<f64>, output: Vec<f64>) -> DriveLog {
     DriveLog {
         name: "made".into(),
         sample_time_s: 0.04,
-        segments: vec![drivelog::Segment { time0_s: 0.0, range: 0..input.len() }],
+        segments: vec![steerwright_drivelog::Segment { time0_s: 0.0, range: 0..input.len() }],
         input,
         output,
         speed: None,

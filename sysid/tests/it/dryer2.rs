@@ -3,10 +3,12 @@
 
 use crate::common::data;
 use crate::known::{Random, pole_distance, response_distance};
-use drivelog::{LogOptions, read_log};
 use faer::Mat;
-use sysid::subspace::{Factor, noise_model, shift_realization, structured_bd, subspace};
-use sysid::{DataSet, IdentifyOptions, StateSpace, Weighting, identify};
+use steerwright_drivelog::{LogOptions, read_log};
+use steerwright_sysid::subspace::{
+    Factor, noise_model, shift_realization, structured_bd, subspace,
+};
+use steerwright_sysid::{DataSet, IdentifyOptions, StateSpace, Weighting, identify};
 
 /// SLICOT's printed matrices, four decimals.
 struct Printed {

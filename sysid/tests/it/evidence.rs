@@ -2,12 +2,12 @@
 //! held at a limit; and what is written to the file.
 
 use crate::known::Random;
-use drivelog::DriveLog;
 use faer::Mat;
-use formats::{Document, Evidence, Information, Plant};
 use std::f64::consts::TAU;
-use sysid::model::conversion::discretize;
-use sysid::{Error, IdentifyOptions, Weighting, identify};
+use steerwright_drivelog::DriveLog;
+use steerwright_formats::{Document, Evidence, Information, Plant};
+use steerwright_sysid::model::conversion::discretize;
+use steerwright_sysid::{Error, IdentifyOptions, Weighting, identify};
 
 const SAMPLE_TIME: f64 = 0.04;
 const RATIO: f64 = 15.0;
@@ -40,7 +40,7 @@ fn drive(
     DriveLog {
         name: "made".into(),
         sample_time_s: SAMPLE_TIME,
-        segments: vec![drivelog::Segment { time0_s: 0.0, range: 0..n }],
+        segments: vec![steerwright_drivelog::Segment { time0_s: 0.0, range: 0..n }],
         speed: Some(vec![20.0; n]),
         input,
         output,
@@ -172,8 +172,8 @@ fn a_model_too_small_has_an_error_against_the_measured_response() {
     let whole = drive(120.0, 2e-3, 12, slalom());
     let mut gap = whole.clone();
     gap.segments = vec![
-        drivelog::Segment { time0_s: 0.0, range: 0..1300 },
-        drivelog::Segment { time0_s: 500.0, range: 1300..whole.len() },
+        steerwright_drivelog::Segment { time0_s: 0.0, range: 0..1300 },
+        steerwright_drivelog::Segment { time0_s: 500.0, range: 1300..whole.len() },
     ];
     for log in [whole, gap] {
         let options = |order| IdentifyOptions {

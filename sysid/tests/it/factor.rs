@@ -3,10 +3,10 @@
 
 use crate::known::{Random, markov_distance};
 use faer::Mat;
-use sysid::subspace::{
+use steerwright_sysid::subspace::{
     Accumulator, Decomposition, Factor, shift_realization, structured_bd, subspace,
 };
-use sysid::{DataSet, Error, Segment, Signals, StateSpace, Weighting, simulate};
+use steerwright_sysid::{DataSet, Error, Segment, Signals, StateSpace, Weighting, simulate};
 
 /// L by its definition: all windows of all segments written out, and one QR factorisation.
 fn written_out(segments: &[Segment], s: usize) -> Mat<f64> {

@@ -1,11 +1,11 @@
 //! Faults of a recording, each on the same drive of a known car: what is found, and what is advised.
 
 use crate::known::Random;
-use drivelog::{DriveLog, LogFile, LogOptions, read_log};
-use formats::{Bicycle, Grade, Plant, Quality, ReasonCode};
 use std::fmt::Write;
-use sysid::bicycle::{BicycleOptions, identify_bicycle};
-use sysid::{AccumulateOptions, Accumulated, IdentifyOptions, identify};
+use steerwright_drivelog::{DriveLog, LogFile, LogOptions, read_log};
+use steerwright_formats::{Bicycle, Grade, Plant, Quality, ReasonCode};
+use steerwright_sysid::bicycle::{BicycleOptions, identify_bicycle};
+use steerwright_sysid::{AccumulateOptions, Accumulated, IdentifyOptions, identify};
 
 const PERIOD: f64 = 0.01;
 const SPEED: f64 = 20.0;

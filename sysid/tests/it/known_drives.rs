@@ -2,12 +2,12 @@
 
 use crate::drives::quick;
 use crate::known::Random;
-use drivelog::{DriveLog, LogOptions, read_log};
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 use std::f64::consts::PI;
-use sysid::model::conversion::discretize;
-use sysid::{Detrend, IdentifyOptions, Intersample, fit_percent, identify};
+use steerwright_drivelog::{DriveLog, LogOptions, read_log};
+use steerwright_sysid::model::conversion::discretize;
+use steerwright_sysid::{Detrend, IdentifyOptions, Intersample, fit_percent, identify};
 
 /// ẋ = F x + G u of a bicycle at 20 m/s with a steering servo.
 fn vehicle() -> (Mat<f64>, Mat<f64>, [f64; 3]) {
@@ -107,7 +107,7 @@ fn a_log_in_many_segments_has_the_order_of_the_whole() {
     whole.segments[0].range = 0..n;
     let pieces = (0..n)
         .step_by(200)
-        .map(|k| drivelog::Segment { time0_s: 0.01 * k as f64, range: k..k + 200 });
+        .map(|k| steerwright_drivelog::Segment { time0_s: 0.01 * k as f64, range: k..k + 200 });
     let cut = DriveLog { segments: pieces.collect(), ..whole.clone() };
     let options =
         IdentifyOptions { delay_s: Some(0.0), feedthrough: Some(false), ..Default::default() };

@@ -3,12 +3,12 @@
 
 use crate::known::{Random, markov_distance, pole_distance};
 use faer::Mat;
-use sysid::pem::{Stop, refine_output_error};
-use sysid::subspace::{
+use steerwright_sysid::pem::{Stop, refine_output_error};
+use steerwright_sysid::subspace::{
     Factor, Projections, eq12, noise_model, refit_output, shift_realization, structured_bd,
     subspace,
 };
-use sysid::{DataSet, Segment, Signals, StateSpace, Weighting, simulate};
+use steerwright_sysid::{DataSet, Segment, Signals, StateSpace, Weighting, simulate};
 
 const SHAPES: [(usize, usize, usize); 6] =
     [(1, 1, 1), (2, 1, 1), (4, 1, 1), (3, 2, 1), (4, 1, 2), (5, 2, 3)];

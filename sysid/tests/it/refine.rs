@@ -3,8 +3,10 @@
 use crate::known::{Random, markov_distance, pole_distance};
 use faer::Mat;
 use std::f64::consts::PI;
-use sysid::pem::{Focus, Refined, Stop, Uncertain, refine_gain, refine_prediction, uncertain};
-use sysid::{DataSet, Innovation, Segment, StateSpace, simulate};
+use steerwright_sysid::pem::{
+    Focus, Refined, Stop, Uncertain, refine_gain, refine_prediction, uncertain,
+};
+use steerwright_sysid::{DataSet, Innovation, Segment, StateSpace, simulate};
 
 const STOP: Stop = Stop { steps: 30, least_gain: 1e-9 };
 const RUNS: usize = 150;

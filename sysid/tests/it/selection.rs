@@ -3,7 +3,7 @@
 
 use crate::known::{Experiment, Random, halves, response_distance};
 use faer::Mat;
-use sysid::{
+use steerwright_sysid::{
     Automatic, DataSet, Detrend, Error, IdentifyOptions, Method, Segment, Signals, StateSpace,
     Weighting, automatic, simulate,
 };

@@ -2,11 +2,11 @@
 
 use crate::common::car;
 use crate::known::Random;
-use drivelog::{LogOptions, read_log};
-use models::BicyclePlant;
 use std::f64::consts::TAU;
 use std::fmt::Write;
-use sysid::sideslip::{FromFixes, sideslip};
+use steerwright_drivelog::{LogOptions, read_log};
+use steerwright_models::BicyclePlant;
+use steerwright_sysid::sideslip::{FromFixes, sideslip};
 
 const H: f64 = 0.01;
 const SPEED: f64 = 15.0;

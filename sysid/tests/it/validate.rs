@@ -2,11 +2,11 @@
 //! figures of its identification. Sensors with offsets and drifts.
 
 use crate::known::Random;
-use drivelog::DriveLog;
 use faer::Mat;
-use formats::{Continuous, Matrix};
-use sysid::model::conversion::discretize;
-use sysid::{
+use steerwright_drivelog::DriveLog;
+use steerwright_formats::{Continuous, Matrix};
+use steerwright_sysid::model::conversion::discretize;
+use steerwright_sysid::{
     Detrend, Error, Identified, IdentifyOptions, InputKind, Weighting, identify, validate,
     validate_plant,
 };
@@ -48,7 +48,7 @@ fn drive(noise: f64) -> DriveLog {
     DriveLog {
         name: "made".into(),
         sample_time_s: SAMPLE_TIME,
-        segments: vec![drivelog::Segment { time0_s: 0.0, range: 0..2000 }],
+        segments: vec![steerwright_drivelog::Segment { time0_s: 0.0, range: 0..2000 }],
         input,
         output,
         speed: Some(vec![20.0; 2000]),

@@ -1,9 +1,11 @@
 //! Known signals as a log that is accumulated, and the model of its R factor.
 
-use drivelog::{LogFile, LogOptions};
 use faer::Mat;
 use std::fmt::Write;
-use sysid::{AccumulateOptions, Accumulated, DataSet, Error, IdentifyOptions, StateSpace};
+use steerwright_drivelog::{LogFile, LogOptions};
+use steerwright_sysid::{
+    AccumulateOptions, Accumulated, DataSet, Error, IdentifyOptions, StateSpace,
+};
 
 /// Signals of such a spread are of a size that a road wheel and a car have, rad and rad/s.
 const SPREADS: [f64; 2] = [0.01, 0.1];

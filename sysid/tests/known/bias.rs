@@ -1,6 +1,6 @@
 //! Bias of an estimator over many records, with its confidence interval.
 
-use sysid::StateSpace;
+use steerwright_sysid::StateSpace;
 
 /// Angular frequencies at which responses are compared, rad a sample: 0 to half the Nyquist
 /// frequency, closer together where a vehicle's dynamics are.

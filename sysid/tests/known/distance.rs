@@ -1,6 +1,6 @@
 //! Distances between models that do not depend on the basis of the state.
 
-use sysid::StateSpace;
+use steerwright_sysid::StateSpace;
 
 /// Largest distance between two sets of poles, each matched to its nearest; infinite where a model
 /// is not finite or their orders differ.

@@ -2,8 +2,8 @@
 
 use super::Random;
 use faer::Mat;
-use sysid::model::riccati::kalman_filter;
-use sysid::{DataSet, Error, StateSpace};
+use steerwright_sysid::model::riccati::kalman_filter;
+use steerwright_sysid::{DataSet, Error, StateSpace};
 
 /// Sample time of the recordings, s.
 pub const SAMPLE_TIME_S: f64 = 0.05;

@@ -2,9 +2,9 @@
 
 use super::Random;
 use faer::Mat;
-use sysid::model::reduction::balanced;
-use sysid::pem::{Stop, refine_output_error};
-use sysid::{DataSet, Signals, StateSpace, simulate};
+use steerwright_sysid::model::reduction::balanced;
+use steerwright_sysid::pem::{Stop, refine_output_error};
+use steerwright_sysid::{DataSet, Signals, StateSpace, simulate};
 
 /// Of a system whose order can be determined, the best model of one order less errs by this share of
 /// the output's root mean square, or more: else no method can determine it.

@@ -1,7 +1,7 @@
 //! Random numbers and random systems, the same on every machine.
 
 use faer::Mat;
-use sysid::StateSpace;
+use steerwright_sysid::StateSpace;
 
 /// A small generator (SplitMix64), so that tests are the same everywhere.
 #[derive(Debug, Clone)]

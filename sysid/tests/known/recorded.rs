@@ -1,7 +1,7 @@
 //! Recorded data from CSV files, and their halves.
 
 use std::path::Path;
-use sysid::{DataSet, Error, Segment, Signals};
+use steerwright_sysid::{DataSet, Error, Segment, Signals};
 
 /// The first and the second half of each segment.
 ///

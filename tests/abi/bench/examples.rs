@@ -1,7 +1,7 @@
 //! The documents that the timed FMUs are made from, where one example is not enough.
 
 use crate::documents;
-use formats::{Continuous, Document, Matrix, Plant, Vehicle};
+use steerwright_formats::{Continuous, Document, Matrix, Plant, Vehicle};
 
 /// What to add to the FMU's name, and the document.
 pub(crate) fn of(schema: &str) -> Vec<(&'static str, String)> {

@@ -15,10 +15,10 @@ mod table;
 mod timing;
 
 use fmi2_export::{Resources, Slave};
-use host::Archive;
 use model_description::Causality;
-use packaging::Binary;
 use std::path::{Path, PathBuf};
+use steerwright_host::Archive;
+use steerwright_packaging::Binary;
 use table::{Row, Statistics};
 use timing::{Subject, compile};
 
@@ -118,8 +118,8 @@ impl Timed {
 /// The packed FMUs, each with every example there is of it.
 fn archives() -> Vec<(String, Archive)> {
     let mut archives = Vec::new();
-    for fmu in packaging::Fmu::ALL {
-        let binaries: Vec<Binary<'_>> = binaries::of(fmu.name())
+    for fmu in steerwright_packaging::Fmu::ALL {
+        let binaries: Vec<Binary<'_>> = steerwright_binaries::of(fmu.name())
             .map(|library| Binary { platform: library.platform, bytes: library.bytes })
             .collect();
         let examples = examples::of(fmu.schema());
@@ -127,7 +127,8 @@ fn archives() -> Vec<(String, Archive)> {
             println!("{}: left out, for it has no example document", fmu.name());
         }
         for (what, document) in examples {
-            let packed = packaging::package(&document, fmu.resource(), &binaries, None).unwrap();
+            let packed =
+                steerwright_packaging::package(&document, fmu.resource(), &binaries, None).unwrap();
             let archive = Archive::from_bytes(&packed.bytes, fmu.name()).unwrap();
             archives.push((format!("{}{what}", fmu.name()), archive));
         }
@@ -180,8 +181,8 @@ fn of_the_benchmark(folder: &Path) -> Vec<Timed> {
         fmi2_export::guid::<S>(&Resources::default())
     }
     vec![
-        timed("Empty", "empty", guid::<bench_fmus::Empty>()),
-        timed("Linear", "linear", guid::<bench_fmus::Linear>()),
+        timed("Empty", "empty", guid::<steerwright_bench_fmus::Empty>()),
+        timed("Linear", "linear", guid::<steerwright_bench_fmus::Linear>()),
     ]
 }
 

@@ -1,6 +1,6 @@
 //! Archives as the importing side opens them.
 
-use host::Archive;
+use steerwright_host::Archive;
 
 /// An archive is refused with a reason or opened; nothing of it is ever run.
 pub(crate) fn archives(bytes: &[u8]) {

@@ -15,11 +15,11 @@ use crate::cursor::Cursor;
 use crate::documents::{BICYCLE, DELAYED, ESTIMATOR, PATH, PID, PLANT, VEHICLE};
 use fmi2_export::Slave;
 use importer::Importer;
-use slaves::{
-    BicyclePlant, IdentifiedPlant, LateralPid, NonlinearVehicle, PoseEstimator, ReferencePath,
-};
 use std::path::PathBuf;
 use std::sync::OnceLock;
+use steerwright_slaves::{
+    BicyclePlant, IdentifiedPlant, LateralPid, NonlinearVehicle, PoseEstimator, ReferencePath,
+};
 
 /// Calls in one sequence, at most.
 const LONGEST: usize = 400;

@@ -5,7 +5,7 @@ use crate::cursor::Cursor;
 use crate::documents::{BICYCLE, DELAYED, ESTIMATOR, PATH, PID, PLANT, VEHICLE};
 use fmi2_export::{Log, Resources, Slave};
 use serde_json::Value;
-use slaves::{
+use steerwright_slaves::{
     BicyclePlant, IdentifiedPlant, LateralPid, NonlinearVehicle, PoseEstimator, ReferencePath,
 };
 

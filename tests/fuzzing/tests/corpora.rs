@@ -4,7 +4,7 @@ use std::path::Path;
 
 #[test]
 fn every_input_of_the_corpora_returns() {
-    for (name, target) in fuzzing::TARGETS {
+    for (name, target) in steerwright_fuzzing::TARGETS {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus").join(name);
         let mut files: Vec<_> =
             std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path()).collect();

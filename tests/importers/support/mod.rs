@@ -5,7 +5,7 @@ pub(crate) mod master;
 #[path = "../../support/pure_loop.rs"]
 mod pure_loop;
 
-use formats::{Document, Path as PathFile, Pid, Plant};
+use steerwright_formats::{Document, Path as PathFile, Pid, Plant};
 use master::{Port, Unit, Wire, run};
 pub(crate) use pure_loop::Master;
 use pure_loop::{COLUMNS, Initialization};

@@ -6,8 +6,8 @@ use crate::closed_loop::metrics::LEAVING;
 use crate::design::objective::Objective;
 use crate::design::target::Target;
 use crate::requirement::Requirement;
-use formats::Margins;
-use models::PidParameters;
+use steerwright_formats::Margins;
+use steerwright_models::PidParameters;
 
 /// Weight of the logarithm of the settling time, the longest of all plants.
 const SETTLING_WEIGHT: f64 = 2.0;

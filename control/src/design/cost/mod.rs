@@ -24,9 +24,9 @@ use crate::design::objective::Objective;
 use crate::design::target::Target;
 use crate::requirement::{Reached, Requirement};
 use bounds::{Parts, slack};
-use formats::{Margins, StepMetrics};
-use models::PidParameters;
 use std::cell::Cell;
+use steerwright_formats::{Margins, StepMetrics};
+use steerwright_models::PidParameters;
 
 /// Violation of an unstable loop. Its response may look harmless within the simulated time, so it is not
 /// simulated; less gain stabilises it.

@@ -7,8 +7,8 @@ use crate::plants::design_plant::{DesignPlant, Family};
 use crate::plants::dynamics::nearest_right_half_plane_zero;
 use crate::plants::sampled::Sampled;
 use crate::requirement::Requirement;
-use formats::{Excitation, Robustness, Specification};
-use models::PidParameters;
+use steerwright_formats::{Excitation, Robustness, Specification};
+use steerwright_models::PidParameters;
 
 /// Multiple of the steering of the drive that is reported: no less, except for rounding, than the default rate.
 const CLEARLY: f64 = 2.0 + 1e-9;

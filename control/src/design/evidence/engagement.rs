@@ -12,10 +12,10 @@ use crate::guidance::guidance_for;
 use crate::guidance::track::pid_input;
 use crate::plants::design_plant::{DesignPlant, Family};
 use crate::plants::plant_model::{PlantModel, model_error};
-use formats::{Engagement, EngagementRow, Pid as PidFile};
-use models::{PathFollower, PathGeometry, PathPoint, Pid};
 use std::collections::VecDeque;
 use std::sync::Arc;
+use steerwright_formats::{Engagement, EngagementRow, Pid as PidFile};
+use steerwright_models::{PathFollower, PathGeometry, PathPoint, Pid};
 
 /// Speeds as shares of the design's, where the model holds at others.
 const SPEEDS: [f64; 3] = [0.6, 1.0, 1.4];
@@ -58,23 +58,24 @@ pub(crate) fn engagement(plant: &DesignPlant, pid: &PidFile) -> Result<Option<En
         .flat_map(|v| HEADINGS_DEG.map(|heading| (*v, heading.to_radians())))
         .collect();
     let path = straight().map_err(model_error(&plant.name))?;
-    let rows = each(&cells, |(speed, heading)| -> Result<EngagementRow, models::Error> {
-        let mut largest_offset_m = None;
-        for offset in OFFSETS_M {
-            let mut driven = model.clone();
-            driven.start([0.0, offset, *heading], *speed)?;
-            if !returns(&mut driven, pid, &path, *speed)? {
-                break;
+    let rows =
+        each(&cells, |(speed, heading)| -> Result<EngagementRow, steerwright_models::Error> {
+            let mut largest_offset_m = None;
+            for offset in OFFSETS_M {
+                let mut driven = model.clone();
+                driven.start([0.0, offset, *heading], *speed)?;
+                if !returns(&mut driven, pid, &path, *speed)? {
+                    break;
+                }
+                largest_offset_m = Some(offset);
             }
-            largest_offset_m = Some(offset);
-        }
-        Ok(EngagementRow { speed_mps: *speed, heading_error_rad: *heading, largest_offset_m })
-    })?;
+            Ok(EngagementRow { speed_mps: *speed, heading_error_rad: *heading, largest_offset_m })
+        })?;
     let rows = rows.into_iter().collect::<Result<Vec<_>, _>>().map_err(model_error(&plant.name))?;
     Ok(Some(Engagement { plant: description.into(), offsets_m: OFFSETS_M.to_vec(), rows }))
 }
 
-fn straight() -> Result<Arc<PathGeometry>, models::Error> {
+fn straight() -> Result<Arc<PathGeometry>, steerwright_models::Error> {
     let at = |x: f64| PathPoint { distance: x + LENGTH_M, x, y: 0.0, heading: 0.0, curvature: 0.0 };
     PathGeometry::new(&[at(-LENGTH_M), at(0.0), at(LENGTH_M)], false).map(Arc::new)
 }
@@ -93,9 +94,9 @@ fn returns(
     pid: &PidFile,
     path: &Arc<PathGeometry>,
     speed: f64,
-) -> Result<bool, models::Error> {
-    let law = loading::guidance_parameters(&guidance_for(pid, speed));
-    let parameters = loading::pid_parameters(pid);
+) -> Result<bool, steerwright_models::Error> {
+    let law = steerwright_loading::guidance_parameters(&guidance_for(pid, speed));
+    let parameters = steerwright_loading::pid_parameters(pid);
     let acceleration = parameters.max_lateral_acceleration;
     let mut follower = PathFollower::new(Arc::clone(path));
     let mut controller = Pid::default();

@@ -9,7 +9,7 @@ use crate::design::search::{Found, starts};
 use crate::design::target::{LEAST_RESERVE, SHORTEST_SETTLING};
 use crate::plants::design_plant::DesignPlant;
 use crate::requirement::Requirement;
-use formats::Limits;
+use steerwright_formats::Limits;
 
 /// Starting points in addition to the loop found, and the multiple of the plant's scale about which.
 const STARTS: u32 = 6;

@@ -9,8 +9,8 @@ use crate::design::ensemble::Ensemble;
 use crate::design::objective::Objective;
 use crate::design::parallel::each;
 use crate::requirement::{Reached, Requirement};
-use formats::{Breaking, OverEnsemble, Robustness, Specification};
-use models::PidParameters;
+use steerwright_formats::{Breaking, OverEnsemble, Robustness, Specification};
+use steerwright_models::PidParameters;
 
 /// Longest latency that is examined, s.
 const LONGEST_LATENCY: f64 = 0.5;

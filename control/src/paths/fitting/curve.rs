@@ -5,7 +5,7 @@ use super::outliers::Cleaned;
 use super::spline::{Fitter, Spline, penalty};
 use crate::Error;
 use crate::paths::compose::GAUSS;
-use formats::PathPoint;
+use steerwright_formats::PathPoint;
 
 /// Rounds in which the points' parameters are found.
 const ROUNDS: usize = 4;
@@ -170,8 +170,9 @@ impl Curve {
             distance_m: distance,
             x_m: x,
             y_m: y,
-            heading_rad: before
-                .map_or(heading, |b| b.heading_rad + models::wrap_angle(heading - b.heading_rad)),
+            heading_rad: before.map_or(heading, |b| {
+                b.heading_rad + steerwright_models::wrap_angle(heading - b.heading_rad)
+            }),
             curvature_per_m: (dx * ddy - dy * ddx) / dx.hypot(dy).powi(3),
         }
     }

@@ -20,9 +20,9 @@ use crate::Error;
 use crate::paths::compose::document;
 use crate::paths::recording::read_points;
 use curve::{Curve, Deviation};
-use formats::{Document, PathPoint, SourceFile};
 use options::{PointOptions, RecordedPath};
 use outliers::{Cleaned, LEAST_POINTS, clean};
+use steerwright_formats::{Document, PathPoint, SourceFile};
 
 /// Most points of a path.
 const MOST_POINTS: f64 = 1e6;

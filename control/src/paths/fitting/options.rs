@@ -2,7 +2,7 @@
 
 use crate::Error;
 use crate::paths::recording::fixes::FixOptions;
-use formats::{Path, Provenance};
+use steerwright_formats::{Path, Provenance};
 
 /// How recorded points become a path.
 #[derive(Debug, Clone, PartialEq)]

@@ -154,7 +154,7 @@ impl Chain {
             |from: usize, to: usize| (at(to).1 - at(from).1).atan2(at(to).0 - at(from).0);
         let arriving = earlier.map_or_else(|| direction(a, b), |k| direction(k, a));
         let leaving = later.map_or_else(|| direction(a, b), |k| direction(b, k));
-        let turn = models::wrap_angle(leaving - arriving).abs().min(LARGEST_TURN);
+        let turn = steerwright_models::wrap_angle(leaving - arriving).abs().min(LARGEST_TURN);
         let allowed = 0.25 * distance(at(a), at(b)) * (0.5 * turn).tan();
         let residual = self.residual(j, [earlier, Some(a), Some(b), later]);
         (residual, (residual - allowed).max(0.0))

@@ -1,7 +1,7 @@
 //! Archives that are broken or hostile are refused with a clear error, and nothing is left behind.
 
 use crate::support::{Behaviour, binary_path, library, xml, zip_of};
-use host::{Archive, Error, Limits};
+use steerwright_host::{Archive, Error, Limits};
 use zip::write::SimpleFileOptions;
 
 fn plain_xml() -> String {

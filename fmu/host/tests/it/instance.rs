@@ -1,8 +1,8 @@
 //! One instance: values, phases, errors, states.
 
 use crate::support::{Behaviour, instance, open, xml};
-use host::{Error, Instance, InstanceOptions, MAX_LOG_LINES, Phase, Status};
 use model_description::Value;
+use steerwright_host::{Error, Instance, InstanceOptions, MAX_LOG_LINES, Phase, Status};
 
 fn integrator() -> Option<Instance> {
     instance(Behaviour::Integrator, "plant", "u", "y")

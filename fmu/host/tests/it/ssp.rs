@@ -1,8 +1,8 @@
 //! System structure packages: what is read, what is refused, and that a package runs as its FMUs do.
 
 use crate::support::{Behaviour, binary_path, library, xml, zip_of};
-use host::{Connection, Coupling, Error, Instance, System, SystemPackage};
 use model_description::Value;
+use steerwright_host::{Connection, Coupling, Error, Instance, System, SystemPackage};
 
 /// A structure file. Other prefixes than the usual ones on purpose: namespaces count.
 fn ssd(system: &str, experiment: &str) -> String {

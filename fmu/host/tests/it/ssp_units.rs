@@ -1,7 +1,7 @@
 //! Connectors and units of a package, compared with its FMUs.
 
 use crate::support::{Behaviour, binary_path, library, xml, zip_of};
-use host::{Coupling, Error, System, SystemPackage};
+use steerwright_host::{Coupling, Error, System, SystemPackage};
 
 const UNITS: &str = r#"<Unit name="m"><BaseUnit m="1"/><DisplayUnit name="cm" factor="100"/></Unit>
 <Unit name="cm"><BaseUnit m="1" factor="0.01"/></Unit>

@@ -1,7 +1,7 @@
 //! Systems: wiring, initialization, the two masters compared with the recursions they represent.
 
 use crate::support::{Behaviour, instance, open, xml};
-use host::{Connection, Coupling, Error, InputTable, Instance, Phase, System};
+use steerwright_host::{Connection, Coupling, Error, InputTable, Instance, Phase, System};
 
 const H: f64 = 0.01;
 

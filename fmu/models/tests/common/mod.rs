@@ -1,8 +1,8 @@
 //! Models and references the tests share. The references use no code of the crate.
 #![allow(dead_code, unreachable_pub)]
 
-use models::{Continuous, IdentifiedData, InputKind, PathPoint};
 use nalgebra::DMatrix;
+use steerwright_models::{Continuous, IdentifiedData, InputKind, PathPoint};
 
 /// `e^A` by 60 Taylor terms after scaling to a norm below 2, then squaring. Each
 /// squaring doubles the rounding: this reference, not the crate, sets the tolerance at large norms.

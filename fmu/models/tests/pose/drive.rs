@@ -1,7 +1,7 @@
 //! A drive whose truth is known, and what its sensors say.
 
-use models::noise::gaussian;
-use models::{PoseEstimator, PoseInput, PoseParameters};
+use steerwright_models::noise::gaussian;
+use steerwright_models::{PoseEstimator, PoseInput, PoseParameters};
 
 pub(crate) const H: f64 = 0.01;
 

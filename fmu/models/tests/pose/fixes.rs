@@ -2,7 +2,7 @@
 
 use super::drive::{DRIVE, Drive, H, Truth, parameters};
 use super::{away, error, step};
-use models::{PoseEstimator, PoseInput, PoseParameters};
+use steerwright_models::{PoseEstimator, PoseInput, PoseParameters};
 
 #[test]
 fn a_fix_is_fused_once() {
@@ -159,7 +159,7 @@ fn outliers_are_left_out_and_a_filter_that_is_wrong_starts_again() {
         let Truth { x, y, yaw, .. } = moments[moments.len() - 1].truth;
         let (x, y) = carried(x, y);
         let off = (estimator.x() - x).hypot(estimator.y() - y);
-        let turned = models::wrap_angle(estimator.yaw() - yaw - turn);
+        let turned = steerwright_models::wrap_angle(estimator.yaw() - yaw - turn);
         assert!(off < 0.1 && turned.abs() < 0.02, "{turn}: {off} m, {turned} rad");
         assert!(!estimator.is_aligning());
     }
@@ -184,7 +184,7 @@ fn a_cold_start_finds_its_yaw() {
             assert!(!estimator.is_aligning());
             let truth = moments[moments.len() - 1].truth;
             let [.., yaw, _] = error(&estimator, &truth);
-            let yaw = models::wrap_angle(yaw);
+            let yaw = steerwright_models::wrap_angle(yaw);
             let std = estimator.covariance()[2][2].sqrt();
             assert!(yaw.abs() < 5.0 * std && std < 0.1, "seed {seed}: {yaw}, std {std}");
             assert!(away(&estimator, &truth) < 5.0 * estimator.position_std(), "seed {seed}");

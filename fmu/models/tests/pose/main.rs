@@ -5,8 +5,8 @@ mod drive;
 mod fixes;
 
 use drive::{DRIVE, Drive, H, Moment, Truth, parameters};
-use models::{PoseEstimator, PoseInput, PoseParameters};
 use proptest::prelude::*;
+use steerwright_models::{PoseEstimator, PoseInput, PoseParameters};
 
 fn step(estimator: &mut PoseEstimator, input: PoseInput) {
     estimator.input = input;
@@ -159,7 +159,7 @@ fn course_is_yaw_and_sideslip() {
         step(&mut estimator, PoseInput { yaw_rate: 0.5, speed: 15.0, ..PoseInput::default() });
         let (dx, dy) = (estimator.x() - before[0], estimator.y() - before[1]);
         let middle = estimator.course() - 0.5 * 0.5 * H;
-        assert!(models::wrap_angle(dy.atan2(dx) - middle).abs() < 1e-9);
+        assert!(steerwright_models::wrap_angle(dy.atan2(dx) - middle).abs() < 1e-9);
     }
     assert!((estimator.yaw() - 10.0).abs() < 1e-9);
     let sideslip = (0.06 + 0.001 * 7.5_f64.powi(2)) * 0.5;

@@ -3,9 +3,9 @@
 
 use fmi2_export::model_description::Value;
 use fmi2_export::{Log, Resources, Slave, VariableId};
-use formats::{Document, InputKind, Matrix, Plant};
-use models::linear::discretize;
-use slaves::{
+use steerwright_formats::{Document, InputKind, Matrix, Plant};
+use steerwright_models::linear::discretize;
+use steerwright_slaves::{
     BicyclePlant, IdentifiedPlant, LateralPid, NonlinearVehicle, PoseEstimator, ReferencePath,
 };
 
@@ -54,12 +54,12 @@ pub fn plant_file(kind: Kind) -> Plant {
         input: if kind.product { InputKind::SteeringTimesSpeed } else { InputKind::Steering },
         steering_ratio: 1.0,
         input_delay_s: kind.delay,
-        operating_point: formats::OperatingPoint {
+        operating_point: steerwright_formats::OperatingPoint {
             speed_mps: 15.0,
             steering_offset_rad: 0.01,
             yaw_rate_offset_radps: 0.02,
         },
-        discrete: formats::Discrete {
+        discrete: steerwright_formats::Discrete {
             sample_time_s: 0.02,
             a: Matrix((0..3).map(|i| (0..3).map(|j| a[(i, j)]).collect()).collect()),
             b: column(b.as_slice()),
@@ -68,13 +68,13 @@ pub fn plant_file(kind: Kind) -> Plant {
             k: column(&[0.3, 0.2, 0.1]),
             x0: vec![0.0; 3],
         },
-        continuous: kind.continuous.then(|| formats::Continuous {
+        continuous: kind.continuous.then(|| steerwright_formats::Continuous {
             f: Matrix(F.map(|row| row.to_vec()).to_vec()),
             g: column(&G),
             h: Matrix(vec![H.to_vec()]),
         }),
-        noise: formats::Noise { innovation_variance: 1e-4 },
-        sideslip: Some(formats::Sideslip {
+        noise: steerwright_formats::Noise { innovation_variance: 1e-4 },
+        sideslip: Some(steerwright_formats::Sideslip {
             sideslip_per_yaw_rate_s: -0.06,
             standard_error_s: 0.001,
             sideslip_growth_s5pm2: Some(term(-0.001)),
@@ -84,14 +84,14 @@ pub fn plant_file(kind: Kind) -> Plant {
             antenna_x_m: 0.0,
         }),
         uncertainty: None,
-        evidence: formats::Evidence::default(),
-        quality: formats::Quality::default(),
-        provenance: formats::Provenance::default(),
+        evidence: steerwright_formats::Evidence::default(),
+        quality: steerwright_formats::Quality::default(),
+        provenance: steerwright_formats::Provenance::default(),
     }
 }
 
-fn term(value: f64) -> formats::SideslipTerm {
-    formats::SideslipTerm { value, standard_error: 0.0002 }
+fn term(value: f64) -> steerwright_formats::SideslipTerm {
+    steerwright_formats::SideslipTerm { value, standard_error: 0.0002 }
 }
 
 pub fn identified(kind: Kind) -> IdentifiedPlant {
@@ -128,7 +128,7 @@ pub fn path(closed: bool) -> ReferencePath {
     let points = (0..60)
         .map(|k| {
             let angle = f64::from(k) * std::f64::consts::TAU / 60.0;
-            formats::PathPoint {
+            steerwright_formats::PathPoint {
                 distance_m: radius * angle,
                 x_m: radius * angle.sin(),
                 y_m: radius * (1.0 - angle.cos()),
@@ -137,13 +137,13 @@ pub fn path(closed: bool) -> ReferencePath {
             }
         })
         .collect();
-    let file = formats::Path {
-        schema: formats::Path::SCHEMA.into(),
+    let file = steerwright_formats::Path {
+        schema: steerwright_formats::Path::SCHEMA.into(),
         name: "circle".into(),
         closed,
         speed_mps: 10.0,
         points,
-        guidance: formats::Guidance {
+        guidance: steerwright_formats::Guidance {
             lookahead_time_s: 1.0,
             lookahead_min_m: 5.0,
             preview_time_s: 0.2,
@@ -155,7 +155,7 @@ pub fn path(closed: bool) -> ReferencePath {
             yaw_acceleration_gain_s2: -0.006,
             yaw_jerk_gain_s3: 0.0004,
         },
-        provenance: formats::Provenance::default(),
+        provenance: steerwright_formats::Provenance::default(),
     };
     let file = file.to_json().into_bytes();
     ReferencePath::open(&Resources::from(vec![("path.json".into(), file)])).unwrap()

@@ -1,8 +1,8 @@
 //! The zip directory (APPNOTE 4.3), and the features of zip that FMI allows.
 
 use crate::finding::{Findings, Location};
-use host::Limits;
 use std::ops::Range;
+use steerwright_host::Limits;
 
 const END: u32 = 0x0605_4b50;
 const CENTRAL: u32 = 0x0201_4b50;

@@ -9,9 +9,9 @@ mod names;
 use crate::finding::{Findings, Location};
 use directory::Record;
 use flate2::read::DeflateDecoder;
-use host::Limits;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Read;
+use steerwright_host::Limits;
 
 /// The entries of a readable archive.
 pub(crate) struct Contents<'a> {

@@ -2,8 +2,8 @@
 //! values.
 
 use super::exercise::{Run, Stop};
-use host::Instance;
 use model_description::{Causality, Kind, Value, Variability, Variable};
+use steerwright_host::Instance;
 
 impl Run<'_> {
     /// Names and references of the continuous Reals of a causality.

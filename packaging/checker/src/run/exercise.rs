@@ -4,10 +4,10 @@
 use super::journal::Journal;
 use super::reference;
 use super::trajectory::{Plan, Trajectory, difference, drive, is_rounding, outputs, same, show};
-use host::{Archive, Error, Instance, InstanceOptions};
 use model_description::{Causality, Initial, Kind, ModelDescription, Value, Variability};
 use std::collections::BTreeSet;
 use std::path::Path;
+use steerwright_host::{Archive, Error, Instance, InstanceOptions};
 
 /// A GUID that no FMU uses.
 const WRONG_GUID: &str = "ffffffff-0000-4000-8000-00000000dead";
@@ -58,8 +58,8 @@ pub(super) fn all(fmu: &Path, journal: &mut Journal) {
 
 /// The entry of the binary for this machine.
 fn binary(archive: &Archive) -> Option<String> {
-    let name = host::binary_name(&archive.model().co_simulation().model_identifier);
-    host::platform_folders()
+    let name = steerwright_host::binary_name(&archive.model().co_simulation().model_identifier);
+    steerwright_host::platform_folders()
         .iter()
         .map(|folder| format!("binaries/{folder}/{name}"))
         .find(|entry| archive.folder().join(entry).is_file())

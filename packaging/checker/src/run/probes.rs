@@ -3,9 +3,9 @@
 
 use super::exercise::{Run, Stop};
 use super::trajectory::{Trajectory, difference, drive, outputs, same};
-use host::{Error, Status};
 use model_description::{Causality, Kind, Value};
 use std::collections::BTreeSet;
+use steerwright_host::{Error, Status};
 
 /// The largest number of inputs that are perturbed one by one.
 const MOST_INPUTS: usize = 200;
@@ -130,7 +130,7 @@ impl Run<'_> {
 
     fn values(
         &mut self,
-        instance: &mut host::Instance,
+        instance: &mut steerwright_host::Instance,
         listed: &[(String, BTreeSet<u32>)],
     ) -> Result<Vec<Value>, Stop> {
         let values: Result<Vec<_>, _> =

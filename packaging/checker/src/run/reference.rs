@@ -6,10 +6,10 @@
 
 use super::journal::{Journal, REFERENCE};
 use super::trajectory::Plan;
-use host::{Archive, Instance};
 use model_description::{Causality, Kind, Value};
 use serde::Deserialize;
 use std::path::Path;
+use steerwright_host::{Archive, Instance};
 
 const SCHEMA: &str = "steerwright/reference/1";
 
@@ -152,7 +152,7 @@ impl std::fmt::Display for Largest {
 
 fn compare(archive: &Archive, tables: &Tables) -> Result<Largest, String> {
     let Tables { reference, input, result } = tables;
-    let text = |error: host::Error| error.to_string();
+    let text = |error: steerwright_host::Error| error.to_string();
     let steps = ((reference.stop_time - reference.start_time) / reference.step_size).round();
     // At most 10⁶, checked in `read`.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]

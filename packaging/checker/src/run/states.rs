@@ -3,7 +3,7 @@
 
 use super::exercise::{Run, Stop};
 use super::trajectory::{difference, drive, outputs};
-use host::Instance;
+use steerwright_host::Instance;
 
 impl Run<'_> {
     /// Saves a state, continues, restores it and continues again; then restores its bytes in another
@@ -53,7 +53,7 @@ impl Run<'_> {
         let mut other = self.instance("restored")?;
         self.initialize(&mut other)?;
         self.journal.start("fmi2DeSerializeFMUstate");
-        let state = other.deserialize_state(&bytes, host::Phase::StepComplete);
+        let state = other.deserialize_state(&bytes, steerwright_host::Phase::StepComplete);
         let state = self.legal(state)?;
         let set = other.set_state(&state);
         self.legal(set)?;

@@ -1,7 +1,7 @@
 //! The trajectory of an instance's outputs, and the comparison of trajectories.
 
-use host::{Error, Instance, Status};
 use model_description::{Causality, ModelDescription, Value};
+use steerwright_host::{Error, Instance, Status};
 
 /// The experiment that an FMU recommends, with a limited number of steps.
 #[derive(Debug, Clone, Copy)]

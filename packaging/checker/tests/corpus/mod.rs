@@ -70,7 +70,11 @@ impl Files {
 
 /// The folder and name of the base's binary on the running platform.
 pub(crate) fn binary_name() -> String {
-    format!("binaries/{}/{}", host::platform_folders()[0], host::binary_name("Base"))
+    format!(
+        "binaries/{}/{}",
+        steerwright_host::platform_folders()[0],
+        steerwright_host::binary_name("Base")
+    )
 }
 
 /// The files of the base archive, which has no faults.

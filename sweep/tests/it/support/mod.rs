@@ -7,7 +7,7 @@ pub(crate) mod fmus;
 use self::fmus::{Behaviour, binary_path, library, xml, zip_of};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
-use sweep::{Error, Finished, Options, Study, Sweep};
+use steerwright_sweep::{Error, Finished, Options, Study, Sweep};
 use tempfile::TempDir;
 
 /// A folder with `plant.fmu` (integrator), `path.fmu` (static gain) and `pid.fmu` (sampled gain);

@@ -6,11 +6,11 @@
 //! part of the repository.
 
 use clap::Parser;
-use drivelog::{DriveLog, LogOptions, read_log};
-use evaluation::swapped_halves;
 use std::path::{Path, PathBuf};
-use sysid::bicycle::{BicycleOptions, IdentifiedBicycle, identify_bicycle};
-use sysid::{IdentifyOptions, InputKind, identify};
+use steerwright_drivelog::{DriveLog, LogOptions, read_log};
+use steerwright_evaluation::swapped_halves;
+use steerwright_sysid::bicycle::{BicycleOptions, IdentifiedBicycle, identify_bicycle};
+use steerwright_sysid::{IdentifyOptions, InputKind, identify};
 
 #[derive(Parser)]
 struct Arguments {

@@ -7,12 +7,12 @@
 //! and falls faster with N than the interval does with the number of records.
 
 use clap::Parser;
-use evaluation::bias::{Bias, Biases, Errors};
-use evaluation::driver::{Drive, SAMPLE_TIME_S};
-use evaluation::parsim;
-use sysid::subspace::closed_loop::{self, ClosedLoopMethod, errors_in_variables};
-use sysid::subspace::{Factor, shift_realization, structured_bd, subspace};
-use sysid::{Error, StateSpace};
+use steerwright_evaluation::bias::{Bias, Biases, Errors};
+use steerwright_evaluation::driver::{Drive, SAMPLE_TIME_S};
+use steerwright_evaluation::parsim;
+use steerwright_sysid::subspace::closed_loop::{self, ClosedLoopMethod, errors_in_variables};
+use steerwright_sysid::subspace::{Factor, shift_realization, structured_bd, subspace};
+use steerwright_sysid::{Error, StateSpace};
 
 /// Bias with a driver in the loop
 #[derive(Parser)]
@@ -109,7 +109,7 @@ fn heading(what: &str, drive: &Drive) {
 }
 
 fn open_loop_rows(data: &[Factor], past: usize, truth: &StateSpace) {
-    for method in sysid::Weighting::ALL {
+    for method in steerwright_sysid::Weighting::ALL {
         row(method.name(), past, truth, data, |d| {
             let factor = d.with_horizon(past)?;
             let found = subspace(&factor, method)?;

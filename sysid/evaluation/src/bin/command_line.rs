@@ -3,13 +3,13 @@
 //! SLICOT's subspace identification through `ctrlsys`.
 
 use clap::Parser;
-use drivelog::LogOptions;
-use evaluation::Drive;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
-use sysid::delay::estimate_delay;
-use sysid::{DataSet, IdentifyOptions};
+use steerwright_drivelog::LogOptions;
+use steerwright_evaluation::Drive;
+use steerwright_sysid::delay::estimate_delay;
+use steerwright_sysid::{DataSet, IdentifyOptions};
 
 /// How long the command line takes.
 #[derive(Parser)]
@@ -62,7 +62,7 @@ fn measure(arguments: &Arguments, folder: &Path) -> Result<(), Box<dyn std::erro
 
     let files = [("drive.csv".to_owned(), text.into_bytes())];
     let clock = Instant::now();
-    let read = drivelog::read_log(&files, &LogOptions::default())?;
+    let read = steerwright_drivelog::read_log(&files, &LogOptions::default())?;
     let reading = clock.elapsed().as_secs_f64();
     println!("in this process, once:");
     println!(
@@ -83,7 +83,7 @@ fn measure(arguments: &Arguments, folder: &Path) -> Result<(), Box<dyn std::erro
     println!("  {:8.3} s  input delay", clock.elapsed().as_secs_f64());
     let options = IdentifyOptions { delay_s: Some(0.0), ..IdentifyOptions::default() };
     let clock = Instant::now();
-    let found = sysid::identify(&read, &options)?;
+    let found = steerwright_sysid::identify(&read, &options)?;
     println!("  {:8.3} s  order, model, noise, evidence", clock.elapsed().as_secs_f64());
     println!("  validation fit {:.2} %", found.plant.evidence.fit.validation);
 
@@ -117,7 +117,7 @@ fn measure(arguments: &Arguments, folder: &Path) -> Result<(), Box<dyn std::erro
 
 /// The peer, from the interpreter with the peers' packages.
 fn peer(log: &Path) -> Result<(), Box<dyn std::error::Error>> {
-    let mut python = match evaluation::python() {
+    let mut python = match steerwright_evaluation::python() {
         Ok(python) => python,
         Err(problem) => {
             println!("left out: Python with ctrlsys: {problem}");

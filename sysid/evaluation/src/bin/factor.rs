@@ -6,12 +6,14 @@
 //! on the output; both are given the first half of each record.
 
 use clap::Parser;
-use evaluation::bias::{Bias, Biases, Errors};
-use evaluation::driver::Drive;
-use evaluation::{
+use steerwright_evaluation::bias::{Bias, Biases, Errors};
+use steerwright_evaluation::driver::Drive;
+use steerwright_evaluation::{
     AccumulatedSignals, Experiment, LARGEST_ORDER, LEAST_SHARE, Random, halves, on_all_cores,
 };
-use sysid::{AccumulateOptions, DataSet, Error, IdentifyOptions, StateSpace, automatic};
+use steerwright_sysid::{
+    AccumulateOptions, DataSet, Error, IdentifyOptions, StateSpace, automatic,
+};
 
 /// Prints how often an R factor and the samples in memory lead to the same order.
 #[derive(Parser)]

@@ -9,14 +9,14 @@
 #![allow(clippy::print_stdout)]
 
 use clap::Parser;
-use evaluation::{Random, response_distance};
 use faer::Mat;
 use std::path::{Path, PathBuf};
-use sysid::model::initial_state;
-use sysid::model::stability::{largest_radius, stable_shift};
-use sysid::pem::{Focus, Stop, refine_prediction};
-use sysid::subspace::{Factor, noise_model, refit_output, shift_realization, subspace};
-use sysid::{DataSet, Error, Innovation, StateSpace, Weighting, fit_percent, simulate};
+use steerwright_evaluation::{Random, response_distance};
+use steerwright_sysid::model::initial_state;
+use steerwright_sysid::model::stability::{largest_radius, stable_shift};
+use steerwright_sysid::pem::{Focus, Stop, refine_prediction};
+use steerwright_sysid::subspace::{Factor, noise_model, refit_output, shift_realization, subspace};
+use steerwright_sysid::{DataSet, Error, Innovation, StateSpace, Weighting, fit_percent, simulate};
 
 const STOP: Stop = Stop { steps: 40, least_gain: 1e-9 };
 const SAMPLES: usize = 2000;

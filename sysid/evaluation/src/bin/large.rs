@@ -2,10 +2,10 @@
 //! million samples, in processor time and peak memory, compared with what the recording itself takes.
 
 use clap::Parser;
-use drivelog::{DriveLog, LogOptions};
-use evaluation::Drive;
-use evaluation::measure::{peak_memory, processor_time_s};
-use sysid::IdentifyOptions;
+use steerwright_drivelog::{DriveLog, LogOptions};
+use steerwright_evaluation::Drive;
+use steerwright_evaluation::measure::{peak_memory, processor_time_s};
+use steerwright_sysid::IdentifyOptions;
 
 /// `identify` on a long recording.
 #[derive(Parser)]
@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ..IdentifyOptions::default()
     };
     let start = processor_time_s();
-    let found = sysid::identify(&log, &options)?;
+    let found = steerwright_sysid::identify(&log, &options)?;
     let seconds = processor_time_s() - start;
     let peak = peak_memory().unwrap_or_default();
     let channel = 8e-6 * arguments.samples as f64;
@@ -55,16 +55,16 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 }
 
 /// A recording without a file: the reader's own cost is measured by `command_line`.
-fn recording(samples: usize) -> Result<DriveLog, sysid::Error> {
+fn recording(samples: usize) -> Result<DriveLog, steerwright_sysid::Error> {
     let drive = |samples| {
         Drive { sample_time: 0.04, delay: 0.0, servo: 0.05, noise: 0.002, seed: 1 }.record(samples)
     };
     // The head of a short file, with the long signals in it.
     let short = [("drive.csv".to_owned(), drive(500).csv().into_bytes())];
-    let mut log = drivelog::read_log(&short, &LogOptions::default())?;
+    let mut log = steerwright_drivelog::read_log(&short, &LogOptions::default())?;
     let long = drive(samples);
     log.speed = Some(vec![15.0; samples]);
-    log.segments = vec![drivelog::Segment { time0_s: 0.0, range: 0..samples }];
+    log.segments = vec![steerwright_drivelog::Segment { time0_s: 0.0, range: 0..samples }];
     (log.input, log.output) = (long.steering, long.yaw_rate);
     Ok(log)
 }

@@ -2,13 +2,13 @@
 //! two files that are merged, in time and peak memory; and the result of the same logs held in memory.
 
 use clap::Parser;
-use drivelog::{LogFile, LogOptions};
-use evaluation::Drive;
-use evaluation::measure::{peak_memory, processor_time_s};
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
-use sysid::{AccumulateOptions, Accumulated, IdentifyOptions};
+use steerwright_drivelog::{LogFile, LogOptions};
+use steerwright_evaluation::Drive;
+use steerwright_evaluation::measure::{peak_memory, processor_time_s};
+use steerwright_sysid::{AccumulateOptions, Accumulated, IdentifyOptions};
 
 /// A long log, accumulated.
 #[derive(Parser)]
@@ -60,10 +60,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         return Ok(());
     }
     let drives = vec![vec![open(&long)?], vec![open(&short)?]];
-    let log = drivelog::read_drives(Vec::new(), drives, &LogOptions::default())?;
+    let log = steerwright_drivelog::read_drives(Vec::new(), drives, &LogOptions::default())?;
     let start = processor_time_s();
     let options = IdentifyOptions { delay_s: Some(0.0), ..IdentifyOptions::default() };
-    let plant = sysid::identify(&log, &options)?.plant;
+    let plant = steerwright_sysid::identify(&log, &options)?.plant;
     println!(
         "the same logs in memory: identified in {:.2} s: order {}, {:.2} % on validation data",
         processor_time_s() - start,

@@ -4,8 +4,8 @@
 //! which the first half estimates and chooses.
 
 use clap::Parser;
-use evaluation::{Experiment, LARGEST_ORDER, LEAST_SHARE, Random, request};
-use sysid::{Automatic, DataSet, Error, IdentifyOptions, automatic};
+use steerwright_evaluation::{Experiment, LARGEST_ORDER, LEAST_SHARE, Random, request};
+use steerwright_sysid::{Automatic, DataSet, Error, IdentifyOptions, automatic};
 
 /// Prints how often the order of random systems is found.
 #[derive(Parser)]
@@ -127,7 +127,7 @@ fn draw(a: &Arguments, random: &mut Random, order: usize, feedthrough: bool) -> 
 
 fn chosen(e: &Experiment, order: Option<usize>) -> Result<Automatic, Error> {
     let data = DataSet::single(1.0, e.u.clone(), e.noisy.clone())?;
-    let [estimation, validation] = evaluation::halves(&data)?;
+    let [estimation, validation] = steerwright_evaluation::halves(&data)?;
     automatic(&estimation, &validation, &IdentifyOptions { order, ..IdentifyOptions::default() })
 }
 

@@ -2,13 +2,15 @@
 //! others.
 
 use clap::Parser;
-use drivelog::{DriveLog, LogFile, LogOptions, read_drives, read_log};
-use evaluation::{halves, pole_distance, recording, request, response_distance};
 use faer::Mat;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
-use sysid::subspace::{Factor, shift_realization, structured_bd, subspace};
-use sysid::{DataSet, IdentifyOptions, InputKind, StateSpace, Weighting, automatic, identify};
+use steerwright_drivelog::{DriveLog, LogFile, LogOptions, read_drives, read_log};
+use steerwright_evaluation::{halves, pole_distance, recording, request, response_distance};
+use steerwright_sysid::subspace::{Factor, shift_realization, structured_bd, subspace};
+use steerwright_sysid::{
+    DataSet, IdentifyOptions, InputKind, StateSpace, Weighting, automatic, identify,
+};
 
 /// Prints how well recorded data are reproduced with automatic settings.
 #[derive(Parser)]
@@ -58,7 +60,7 @@ fn main() -> Result<(), String> {
 fn slicots_model(own: &Path) -> Result<(), String> {
     let file = own.join("dryer2/dryer2_slicot_ib01ad.csv");
     let data = recording(&file, &["u"], &["y"], 0.08)?;
-    let ours = || -> Result<StateSpace, sysid::Error> {
+    let ours = || -> Result<StateSpace, steerwright_sysid::Error> {
         let factor = Factor::new(&data, 15)?;
         let sub = subspace(&factor, Weighting::Moesp)?;
         let (a, c) = shift_realization(&sub, 4, 1)?;

@@ -11,15 +11,15 @@
 #![allow(clippy::print_stdout)]
 
 use clap::Parser;
-use evaluation::Random;
 use faer::{Mat, MatRef};
 use std::io::Write;
 use std::process::Stdio;
 use std::time::Instant;
-use sysid::model::stability::{largest_radius, stable_shift};
-use sysid::pem::{Focus, Stop, Uncertain, refine_prediction, uncertain};
-use sysid::subspace::{Factor, noise_model, refit_output, shift_realization, subspace};
-use sysid::{DataSet, Error, Innovation, StateSpace, Weighting, simulate};
+use steerwright_evaluation::Random;
+use steerwright_sysid::model::stability::{largest_radius, stable_shift};
+use steerwright_sysid::pem::{Focus, Stop, Uncertain, refine_prediction, uncertain};
+use steerwright_sysid::subspace::{Factor, noise_model, refit_output, shift_realization, subspace};
+use steerwright_sysid::{DataSet, Error, Innovation, StateSpace, Weighting, simulate};
 
 const STOP: Stop = Stop { steps: 200, least_gain: 1e-12 };
 const SCRIPT: &str = include_str!("../../python/refinement.py");
@@ -37,7 +37,7 @@ type Row = (String, f64, f64);
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments = Arguments::parse();
-    let has_peer = match evaluation::python() {
+    let has_peer = match steerwright_evaluation::python() {
         Ok(_) => true,
         Err(problem) => {
             println!("left out: scipy: {problem}");
@@ -210,7 +210,7 @@ fn ours(
 
 /// The largest modulus of a pole.
 fn slowest_pole(of: &Uncertain) -> Result<Option<Row>, Error> {
-    let size = |p: &sysid::pem::PoleEstimate| p.re.hypot(p.im);
+    let size = |p: &steerwright_sysid::pem::PoleEstimate| p.re.hypot(p.im);
     Ok(of.poles()?.into_iter().max_by(|a, b| size(a).total_cmp(&size(b))).map(|p| {
         let (x, y) = (p.re / size(&p), p.im / size(&p));
         let variance = x * x * p.variance_re + y * y * p.variance_im + 2.0 * x * y * p.covariance;
@@ -236,7 +236,7 @@ fn theirs(
         text += &line(matrix);
         text.push('\n');
     }
-    let mut child = evaluation::python()?
+    let mut child = steerwright_evaluation::python()?
         .args(["-c", SCRIPT])
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())

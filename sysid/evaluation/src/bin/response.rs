@@ -7,12 +7,12 @@
 #![allow(clippy::print_stdout)]
 
 use clap::Parser;
-use drivelog::{LogOptions, read_log};
-use evaluation::{LinearCar, LinearDrive, LinearLog, Random, Steering, request};
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
-use sysid::model::conversion;
-use sysid::{IdentifyOptions, Intersample, StateSpace, identify};
+use steerwright_drivelog::{LogOptions, read_log};
+use steerwright_evaluation::{LinearCar, LinearDrive, LinearLog, Random, Steering, request};
+use steerwright_sysid::model::conversion;
+use steerwright_sysid::{IdentifyOptions, Intersample, StateSpace, identify};
 
 /// Prints how well the response from steering to yaw rate is identified.
 #[derive(Parser)]

@@ -16,7 +16,9 @@ use crate::validation::frequencies::{data_factor, of_spectra};
 use crate::validation::modelled::{LAGS, Modelled};
 use crate::{Detrend, Error};
 use faer::MatRef;
-use formats::{Evidence, Excitation, Fits, HeldOut, InputKind, Plant, PredictionFit, ResidualTest};
+use steerwright_formats::{
+    Evidence, Excitation, Fits, HeldOut, InputKind, Plant, PredictionFit, ResidualTest,
+};
 
 /// What the windows do not determine.
 const MISSING: &str = "identified from accumulated windows: simulation fits are of the second half of each window, from the state of its first half; there is no simulation of whole drives, no estimate of the delay, no check of the steering's play and of the channels' clocks, no test of residuals against the input and no uncertainty of the parameters; the measured frequency response is that of all drives, with what its windows smear";

@@ -4,7 +4,7 @@ use crate::Error;
 use crate::identify::accumulated::Accumulated;
 use crate::subspace::Accumulator;
 use crate::validation::spectra::Sums;
-use formats::{AccumulatedDrives, AccumulatedSpeed, Document, InputKind, Provenance};
+use steerwright_formats::{AccumulatedDrives, AccumulatedSpeed, Document, InputKind, Provenance};
 
 const INPUT: &str = "model_input";
 

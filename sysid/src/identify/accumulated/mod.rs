@@ -17,9 +17,9 @@ use crate::Error;
 use crate::data::Signals;
 use crate::subspace::{Accumulator, Decomposition};
 use crate::validation::spectra::Sums;
-use drivelog::{LogFile, LogOptions, Piece, stream};
-use formats::{ChannelSummary, InputKind, SourceFile};
 use std::collections::BTreeMap;
+use steerwright_drivelog::{LogFile, LogOptions, Piece, stream};
+use steerwright_formats::{ChannelSummary, InputKind, SourceFile};
 
 /// Samples of a block that is estimated from or validated on as a whole: some seconds of manoeuvres, so
 /// that the validation windows come from all of a drive, as its speeds and bends do, and a drive of a
@@ -70,8 +70,8 @@ impl Accumulated {
     /// Accumulates one log, a file that brings steering and yaw rate on one clock.
     ///
     /// # Errors
-    /// As [`read_drives`](drivelog::read_drives); [`drivelog::Error::NotADrive`] for a file that does not bring both
-    /// channels, [`drivelog::Error::ClockChanged`] where its rate changes, [`Error::Option`] for a horizon that
+    /// As [`read_drives`](steerwright_drivelog::read_drives); [`steerwright_drivelog::Error::NotADrive`] for a file that does not bring both
+    /// channels, [`steerwright_drivelog::Error::ClockChanged`] where its rate changes, [`Error::Option`] for a horizon that
     /// is not within 2 to 200.
     pub fn of_log(file: LogFile<'_>, options: &AccumulateOptions) -> Result<Self, Error> {
         if !(2..=200).contains(&options.horizon) {
@@ -112,7 +112,7 @@ impl Accumulated {
     ///
     /// # Errors
     /// [`Error::Differ`] where the two were made by another version or with other options, and
-    /// [`drivelog::Error::RepeatedDrive`] where one log is in both.
+    /// [`steerwright_drivelog::Error::RepeatedDrive`] where one log is in both.
     pub fn merge(&mut self, other: Self) -> Result<(), Error> {
         self.check_same(&other)?;
         self.estimation.merge(other.estimation)?;
@@ -160,7 +160,7 @@ impl Accumulated {
         for source in &other.sources {
             if let Some(mine) = self.sources.iter().find(|s| s.sha256 == source.sha256) {
                 let (first, second) = (mine.name.clone(), source.name.clone());
-                return Err(drivelog::Error::RepeatedDrive { first, second }.into());
+                return Err(steerwright_drivelog::Error::RepeatedDrive { first, second }.into());
             }
         }
         if self.version != other.version {
@@ -271,7 +271,7 @@ impl Taking {
         };
         self.speed = match (self.speed, speed) {
             (Some(all), Some(speed)) => {
-                let mean = drivelog::signal::mean(speed);
+                let mean = steerwright_drivelog::signal::mean(speed);
                 let squares = speed.iter().map(|v| (v - mean).powi(2)).sum();
                 Some(together(all, (speed.len() as f64, mean, squares)))
             }

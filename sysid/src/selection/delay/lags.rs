@@ -9,8 +9,8 @@ use crate::Error;
 use crate::data::DataSet;
 use crate::linalg::dense;
 use crate::linalg::dense::dot;
-use drivelog::signal::mean;
 use faer::{Mat, Side};
+use steerwright_drivelog::signal::mean;
 
 /// Yaw rate and steering of one segment, or what takes their place.
 pub(super) struct Pair {

@@ -7,12 +7,12 @@ use crate::known::bias::Errors;
 use crate::known::{
     AccumulatedSignals, Drive, Experiment, Random, driver, halves, response_distance,
 };
-use drivelog::{LogFile, LogOptions, read_log};
-use formats::{AccumulatedDrives, Document, InputKind, Plant};
 use std::f64::consts::TAU;
 use std::io::{Cursor, Read};
-use sysid::model::initial_state;
-use sysid::{
+use steerwright_drivelog::{LogFile, LogOptions, read_log};
+use steerwright_formats::{AccumulatedDrives, Document, InputKind, Plant};
+use steerwright_sysid::model::initial_state;
+use steerwright_sysid::{
     AccumulateOptions, Accumulated, DataSet, Error, IdentifyOptions, Method, StateSpace, Weighting,
     automatic, fit_percent, identify, simulate,
 };
@@ -37,8 +37,9 @@ fn sent(state: &Accumulated) -> Accumulated {
 
 fn model(plant: &Plant) -> StateSpace {
     let d = &plant.discrete;
-    let dense =
-        |m: &formats::Matrix| faer::Mat::from_fn(m.rows(), m.columns().unwrap(), |i, j| m.at(i, j));
+    let dense = |m: &steerwright_formats::Matrix| {
+        faer::Mat::from_fn(m.rows(), m.columns().unwrap(), |i, j| m.at(i, j))
+    };
     StateSpace { a: dense(&d.a), b: dense(&d.b), c: dense(&d.c), d: dense(&d.d) }
 }
 
@@ -183,7 +184,7 @@ fn the_fit_on_validation_windows_is_that_of_the_validation_samples() {
         while from < log.len() {
             let range = from..(from + BLOCK).min(log.len());
             let of = |x: &[f64], offset: f64| {
-                sysid::Signals::from(x.iter().map(|x| x - offset).collect::<Vec<f64>>())
+                steerwright_sysid::Signals::from(x.iter().map(|x| x - offset).collect::<Vec<f64>>())
             };
             let u = of(&log.input[range.clone()], point.steering_offset_rad);
             let y = of(&log.output[range.clone()], point.yaw_rate_offset_radps);

@@ -27,7 +27,10 @@ fn states_that_differ_are_refused_with_what_differs() {
     file.provenance.version = "0.0.7".into();
     refused(Accumulated::from_file(&file.sealed(), "b.rfactor").unwrap(), "0.0.7");
     let repeated = one.clone().merge(accumulated(&text)).unwrap_err();
-    assert!(matches!(repeated, Error::Log(drivelog::Error::RepeatedDrive { .. })), "{repeated}");
+    assert!(
+        matches!(repeated, Error::Log(steerwright_drivelog::Error::RepeatedDrive { .. })),
+        "{repeated}"
+    );
 }
 
 #[test]
@@ -103,11 +106,17 @@ fn numbers_that_no_drive_has_are_no_crash() {
         "time_s,roadwheel_angle_rad,yaw_rate_radps\n",
         &AccumulateOptions::default(),
     );
-    assert!(matches!(error, Err(Error::Log(drivelog::Error::TooFewRows { .. }))), "{error:?}");
+    assert!(
+        matches!(error, Err(Error::Log(steerwright_drivelog::Error::TooFewRows { .. }))),
+        "{error:?}"
+    );
     let still: String = (0..3000).map(|k| format!("{:.2},0,0\n", 0.01 * f64::from(k))).collect();
     let still = format!("time_s,roadwheel_angle_rad,yaw_rate_radps\n{still}");
     let error = accumulated_with(&still, &AccumulateOptions::default());
-    assert!(matches!(error, Err(Error::Log(drivelog::Error::Constant { .. }))), "{error:?}");
+    assert!(
+        matches!(error, Err(Error::Log(steerwright_drivelog::Error::Constant { .. }))),
+        "{error:?}"
+    );
 }
 
 #[test]
@@ -173,5 +182,5 @@ fn logs_that_cannot_be_accumulated_are_errors_with_the_reason() {
     };
     assert!(with(&|o| o.delay_s = Some(0.1)).contains("delay: 0.1 s"));
     assert!(with(&|o| o.horizon = Some(40)).contains("30 at most"));
-    assert!(with(&|o| o.detrend = sysid::Detrend::Linear).contains("detrend: linear"));
+    assert!(with(&|o| o.detrend = steerwright_sysid::Detrend::Linear).contains("detrend: linear"));
 }

@@ -1,8 +1,8 @@
 //! The ensemble of vehicles around the identified one.
 
 use super::{DRIVE, Drive, car, drive, estimated, evidence, known};
-use formats::VehicleData;
-use sysid::bicycle::{BicycleOptions, identify_bicycle};
+use steerwright_formats::VehicleData;
+use steerwright_sysid::bicycle::{BicycleOptions, identify_bicycle};
 
 /// The vehicles that may be drawn differ by the standard errors of the combinations.
 #[test]

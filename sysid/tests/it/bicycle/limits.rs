@@ -2,9 +2,9 @@
 
 use super::{DRIVE, Drive, car, drive, evidence, recording};
 use crate::known::Random;
-use drivelog::DriveLog;
-use sysid::Error;
-use sysid::bicycle::{BicycleOptions, identify_bicycle};
+use steerwright_drivelog::DriveLog;
+use steerwright_sysid::Error;
+use steerwright_sysid::bicycle::{BicycleOptions, identify_bicycle};
 
 #[test]
 fn a_constant_speed_is_reported_to_schedule_nothing() {

@@ -8,11 +8,11 @@ mod validated;
 
 use crate::common::car;
 use crate::known::Random;
-use drivelog::DriveLog;
-use formats::{Bicycle, BicycleEvidence, Document};
-use models::{BicycleParameters, BicyclePlant, bicycle_eq13};
 use std::f64::consts::TAU;
-use sysid::bicycle::{BicycleOptions, IdentifiedBicycle, identify_bicycle};
+use steerwright_drivelog::DriveLog;
+use steerwright_formats::{Bicycle, BicycleEvidence, Document};
+use steerwright_models::{BicycleParameters, BicyclePlant, bicycle_eq13};
+use steerwright_sysid::bicycle::{BicycleOptions, IdentifiedBicycle, identify_bicycle};
 
 const T: f64 = 0.04;
 
@@ -81,7 +81,7 @@ fn recording(
     DriveLog {
         name: "made".into(),
         sample_time_s: T,
-        segments: vec![drivelog::Segment { time0_s: 0.0, range: 0..input.len() }],
+        segments: vec![steerwright_drivelog::Segment { time0_s: 0.0, range: 0..input.len() }],
         input,
         output,
         speed,
@@ -352,8 +352,8 @@ fn segments_have_initial_states_of_their_own() {
         output: keep(&whole.output),
         speed: whole.speed.as_deref().map(keep),
         segments: vec![
-            drivelog::Segment { time0_s: 0.0, range: a.clone() },
-            drivelog::Segment { time0_s: 950.0 * T, range: 700..700 + b.len() },
+            steerwright_drivelog::Segment { time0_s: 0.0, range: a.clone() },
+            steerwright_drivelog::Segment { time0_s: 950.0 * T, range: 700..700 + b.len() },
         ],
         ..whole
     };

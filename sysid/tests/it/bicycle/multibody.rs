@@ -2,10 +2,10 @@
 
 use super::evidence;
 use crate::common::multibody;
-use formats::Matrix;
-use models::{BicycleParameters, bicycle_body_frame};
-use sysid::bicycle::{BicycleOptions, identify_bicycle};
-use sysid::{IdentifyOptions, validate};
+use steerwright_formats::Matrix;
+use steerwright_models::{BicycleParameters, bicycle_body_frame};
+use steerwright_sysid::bicycle::{BicycleOptions, identify_bicycle};
+use steerwright_sysid::{IdentifyOptions, validate};
 
 #[test]
 fn on_the_multi_body_vehicle_it_beats_the_data_sheet() {
@@ -23,7 +23,7 @@ fn on_the_multi_body_vehicle_it_beats_the_data_sheet() {
         steering_ratio: 1.0,
     };
     let (f, g) = bicycle_body_frame(&sheet, 15.0);
-    let model = formats::Continuous {
+    let model = steerwright_formats::Continuous {
         f: Matrix::from_fn(3, 3, |i, j| f[(i, j)]),
         g: Matrix::from_fn(3, 1, |i, _| g[i]),
         h: Matrix::from_fn(1, 3, |_, j| if j == 1 { 1.0 } else { 0.0 }),

@@ -2,10 +2,10 @@
 
 use super::{DRIVE, Drive, drive, evidence};
 use crate::common::car;
-use formats::{Bicycle, Continuous, Matrix};
-use models::bicycle_body_frame;
-use sysid::bicycle::{BicycleOptions, identify_bicycle, validate_bicycle};
-use sysid::{IdentifyOptions, validate};
+use steerwright_formats::{Bicycle, Continuous, Matrix};
+use steerwright_models::bicycle_body_frame;
+use steerwright_sysid::bicycle::{BicycleOptions, identify_bicycle, validate_bicycle};
+use steerwright_sysid::{IdentifyOptions, validate};
 
 /// The same vehicle on another day: other speeds, another wheel alignment, another gyro.
 const ANOTHER: Drive =

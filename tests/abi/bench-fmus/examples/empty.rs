@@ -1,2 +1,2 @@
-//! The library of [`bench_fmus::Empty`].
-fmi2_export::export!(bench_fmus::Empty);
+//! The library of [`steerwright_bench_fmus::Empty`].
+fmi2_export::export!(steerwright_bench_fmus::Empty);

@@ -1,2 +1,2 @@
-//! The library of [`bench_fmus::Linear`].
-fmi2_export::export!(bench_fmus::Linear);
+//! The library of [`steerwright_bench_fmus::Linear`].
+fmi2_export::export!(steerwright_bench_fmus::Linear);

@@ -1,2 +1,2 @@
 #![no_main]
-libfuzzer_sys::fuzz_target!(|data: &[u8]| fuzzing::target("calls").unwrap()(data));
+libfuzzer_sys::fuzz_target!(|data: &[u8]| steerwright_fuzzing::target("calls").unwrap()(data));

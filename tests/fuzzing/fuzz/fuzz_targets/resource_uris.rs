@@ -1,2 +1,2 @@
 #![no_main]
-libfuzzer_sys::fuzz_target!(|data: &[u8]| fuzzing::target("resource_uris").unwrap()(data));
+libfuzzer_sys::fuzz_target!(|data: &[u8]| steerwright_fuzzing::target("resource_uris").unwrap()(data));

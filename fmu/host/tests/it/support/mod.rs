@@ -6,7 +6,7 @@ use std::io::{Cursor, Write};
 use std::process::Command;
 use std::sync::OnceLock;
 
-use host::{Archive, Instance};
+use steerwright_host::{Archive, Instance};
 use zip::write::SimpleFileOptions;
 
 /// The behaviours of `fmu.c`.
@@ -112,8 +112,8 @@ pub(crate) fn zip_of(files: &[(&str, &[u8])]) -> Vec<u8> {
 
 /// The place of a binary for the running platform.
 pub(crate) fn binary_path() -> String {
-    let folder = host::platform_folders()[0];
-    format!("binaries/{folder}/{}", host::binary_name("Test"))
+    let folder = steerwright_host::platform_folders()[0];
+    format!("binaries/{folder}/{}", steerwright_host::binary_name("Test"))
 }
 
 /// An opened FMU with the given description and behaviour.

@@ -13,12 +13,12 @@
 mod tally;
 
 use clap::{Parser, ValueEnum};
-use drivelog::{LogOptions, read_log};
-use evaluation::measure::median;
-use evaluation::{LinearCar, LinearDrive, Random, Steering, on_all_cores};
 use std::error::Error;
-use sysid::bicycle::{BicycleOptions, IdentifiedBicycle, identify_bicycle};
-use sysid::{Identified, IdentifyOptions, identify};
+use steerwright_drivelog::{LogOptions, read_log};
+use steerwright_evaluation::measure::median;
+use steerwright_evaluation::{LinearCar, LinearDrive, Random, Steering, on_all_cores};
+use steerwright_sysid::bicycle::{BicycleOptions, IdentifiedBicycle, identify_bicycle};
+use steerwright_sysid::{Identified, IdentifyOptions, identify};
 use tally::{Tally, header};
 
 /// Prints in how many simulated drives each stated 95 % band holds the truth.

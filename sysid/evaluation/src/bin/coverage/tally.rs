@@ -1,6 +1,6 @@
 //! Statements of value and standard error, counted against the truth.
 
-use evaluation::measure::median;
+use steerwright_evaluation::measure::median;
 
 /// One quantity over all drives.
 #[derive(Debug, Clone, Default)]

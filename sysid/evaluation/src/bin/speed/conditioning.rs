@@ -1,13 +1,13 @@
 //! Accuracy on data of worse and worse condition.
 
 use super::{HORIZON, ORDER, Outcome, drive, fit, model, row, truth, white};
-use evaluation::Random;
-use evaluation::markov_distance;
-use evaluation::peers::Peers;
-use evaluation::peers::write_signals;
 use std::path::Path;
-use sysid::subspace::Factor;
-use sysid::{StateSpace, Weighting};
+use steerwright_evaluation::Random;
+use steerwright_evaluation::markov_distance;
+use steerwright_evaluation::peers::Peers;
+use steerwright_evaluation::peers::write_signals;
+use steerwright_sysid::subspace::Factor;
+use steerwright_sysid::{StateSpace, Weighting};
 
 /// Inputs of less and less power at high frequencies.
 pub(crate) fn ill_conditioned(path: &Path, mut peers: Option<&mut Peers>) -> Outcome<()> {

@@ -9,14 +9,16 @@ mod memory;
 mod others;
 
 use clap::Parser;
-use evaluation::Random;
-use evaluation::measure::{median, processor_time_s};
-use evaluation::peers::{PeerModel, Peers, write_signals};
 use faer::MatRef;
 use std::path::Path;
 use std::process::ExitCode;
-use sysid::subspace::{Factor, noise_model, shift_realization, structured_bd, subspace};
-use sysid::{DataSet, Innovation, StateSpace, Weighting, fit_percent, simulate};
+use steerwright_evaluation::Random;
+use steerwright_evaluation::measure::{median, processor_time_s};
+use steerwright_evaluation::peers::{PeerModel, Peers, write_signals};
+use steerwright_sysid::subspace::{
+    Factor, noise_model, shift_realization, structured_bd, subspace,
+};
+use steerwright_sysid::{DataSet, Innovation, StateSpace, Weighting, fit_percent, simulate};
 
 const HORIZON: usize = 15;
 const ORDER: usize = 4;
@@ -86,13 +88,13 @@ fn row(x: &[f64]) -> MatRef<'_, f64> {
 }
 
 /// R factor to (A, B, C, D, K): A, C by MOESP and B, D by N4SID, as SLICOT's combined method.
-fn ours(u: &[f64], y: &[f64]) -> Result<(Factor, Innovation), sysid::Error> {
+fn ours(u: &[f64], y: &[f64]) -> Result<(Factor, Innovation), steerwright_sysid::Error> {
     let factor = Factor::of_signals(&[(row(u), row(y))], HORIZON, 1.0)?;
     let model = model(&factor, METHOD)?;
     Ok((factor, model))
 }
 
-fn model(factor: &Factor, method: Weighting) -> Result<Innovation, sysid::Error> {
+fn model(factor: &Factor, method: Weighting) -> Result<Innovation, steerwright_sysid::Error> {
     let space = subspace(factor, method)?;
     let (a, c) = shift_realization(&space, ORDER, 1)?;
     let model = structured_bd(factor, &space, a.as_ref(), c.as_ref(), true)?;
@@ -185,7 +187,13 @@ fn line(
     let ratio = median(&here) / median(&there);
     let aim = if count == SIZES[3].0 { 0.4 } else { 1.0 };
     let predicted = |m: &Innovation| {
-        let y_hat = sysid::model::predict(&m.model, m.gain.as_ref(), row(u), row(y), &[0.0; ORDER]);
+        let y_hat = steerwright_sysid::model::predict(
+            &m.model,
+            m.gain.as_ref(),
+            row(u),
+            row(y),
+            &[0.0; ORDER],
+        );
         fit_percent(y, &(0..count).map(|t| y_hat[(0, t)]).collect::<Vec<_>>())
     };
     let of_peer = |f: &dyn Fn(&Innovation) -> f64| {

@@ -1,11 +1,11 @@
 //! Peak memory beyond the signals.
 
 use super::{Outcome, ours};
-use evaluation::measure::peak_memory;
-use evaluation::peers::read_signals;
 use std::path::Path;
 use std::path::PathBuf;
 use std::process::Command;
+use steerwright_evaluation::measure::peak_memory;
+use steerwright_evaluation::peers::read_signals;
 
 /// Peak memory of this program with only the signals loaded and with the model computed.
 pub(crate) fn memory(path: &Path, count: usize) {

@@ -1,10 +1,10 @@
 //! Packages other than SLICOT, at sizes they can do.
 
 use super::{HORIZON, NOISE, ORDER, Outcome, drive, fit, ours, timed, white};
-use evaluation::peers::{Peers, write_signals};
-use evaluation::{Random, single_threaded};
 use std::path::Path;
 use std::process::Command;
+use steerwright_evaluation::peers::{Peers, write_signals};
+use steerwright_evaluation::{Random, single_threaded};
 
 /// Packages that need far more time, at sizes they can do.
 pub(crate) fn others(path: &Path, peers: Option<&mut Peers>, longest: usize) -> Outcome<()> {
