@@ -1,9 +1,8 @@
 //! `cargo xtask bench sweep`: makes the FMUs, and runs the benchmark of `sweep` and the same loop in
 //! fmpy.
 
-use crate::python;
-use crate::run::{cargo, program, root, run, target};
-use std::process::Command;
+use crate::run::{cargo, root, run, target};
+use crate::{every_fmu, python};
 
 /// Loops that fmpy is given: it takes many times as long for each.
 const FMPY_LOOPS: &str = "10";
@@ -13,12 +12,8 @@ const SHORT_LOOPS: &str = "40";
 /// 10,000 closed loops on a thread and on two, with each plant, compared with fmpy.
 pub(crate) fn sweep(short: bool) -> Result<(), String> {
     let folder = target().join("bench-sweep");
-    let demo = folder.join("multibody");
-    let fmus = demo.join("fmu");
-    let program = program(None)?;
-    run(Command::new(&program).args(["demo", "--out"]).arg(&folder))?;
-    let vehicle = root().join("tests/data/multibody/vehicle.json");
-    run(Command::new(&program).arg("package").arg(vehicle).arg("--out").arg(&fmus))?;
+    let fmus = folder.join("multibody/fmu");
+    every_fmu::pack(&folder, None)?;
     let mut bench = cargo(&["bench", "--bench", "loops"]);
     if short {
         bench.env("STEERWRIGHT_BENCH_LOOPS", SHORT_LOOPS);
