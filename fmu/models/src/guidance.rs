@@ -53,7 +53,7 @@
 
 use crate::angle::wrap_angle;
 use crate::error::{Error, diverged, finite};
-use crate::path::{PathGeometry, PathPoint};
+use crate::path::PathGeometry;
 use crate::sideslip;
 use crate::trigonometry::atan;
 use serde::{Deserialize, Serialize};
@@ -165,19 +165,17 @@ impl GuidanceParameters {
         self.lookahead_min.max(self.lookahead_time * speed)
     }
 
-    /// ψ(s'), rad, with which the course is the path's heading at a point of it, and κ(m), 1/m, as which
+    /// ψ(s'), rad, with which the course is the path's heading at a distance, and κ(m), 1/m, as which
     /// it changes.
-    fn yaw(&self, path: &PathGeometry, point: PathPoint, speed: f64) -> [f64; 2] {
-        let behind = |from: &PathPoint, time: f64| match speed * time {
-            0.0 => *from,
-            way => path.at(from.distance - way),
-        };
+    fn yaw(&self, path: &PathGeometry, distance: f64, speed: f64) -> [f64; 2] {
         let mut lag = self.sideslip_per_yaw_rate;
-        let mut middle = behind(&point, lag);
+        let mut middle = distance - speed * lag;
+        let mut direction = path.direction(middle);
         if self.sideslip_growth != 0.0 {
-            let acceleration = speed * speed * middle.curvature;
+            let acceleration = speed * speed * direction[1];
             lag = sideslip::per_yaw_rate(lag, self.sideslip_growth, acceleration);
-            middle = behind(&point, lag);
+            middle = distance - speed * lag;
+            direction = path.direction(middle);
         }
         let [second, third] = match self.sideslip_per_yaw_acceleration {
             0.0 => [0.0; 2],
@@ -189,15 +187,13 @@ impl GuidanceParameters {
         let (square, cube) = ((2.0 * second).abs(), (2.0 * third).abs());
         let apart = if square.powi(3) >= cube * cube { square.sqrt() } else { cube.cbrt() };
         if apart == 0.0 {
-            return [middle.heading, middle.curvature];
+            return direction;
         }
         // Each difference is of time; at a standstill all headings are the same.
-        let heading = |steps: f64| match speed * (-steps * apart) {
-            0.0 => middle.heading,
-            way => path.heading(middle.distance - way),
-        };
+        let [own, curvature] = direction;
+        let heading = |steps: f64| path.direction(middle + speed * (steps * apart))[0];
         let (before, after) = (heading(-1.0), heading(1.0));
-        let bent = second / (apart * apart) * (after - 2.0 * middle.heading + before);
+        let bent = second / (apart * apart) * (after - 2.0 * own + before);
         let twisted = match third {
             0.0 => 0.0,
             third => {
@@ -205,7 +201,7 @@ impl GuidanceParameters {
                 0.5 * third / apart.powi(3) * difference
             }
         };
-        [middle.heading + bent + twisted, middle.curvature]
+        [own + bent + twisted, curvature]
     }
 }
 
@@ -238,7 +234,7 @@ impl PathFollower {
         };
         let foot = projection.foot;
         let error = projection.cross_track_error;
-        let previewed = self.geometry.at(foot.distance + speed * p.preview_time);
+        let previewed = foot.distance + speed * p.preview_time;
         let lookahead = p.lookahead(speed);
         let aimed = error + self.integral;
         let [prescribed, curvature] = p.yaw(&self.geometry, previewed, speed);

@@ -1,24 +1,14 @@
-//! The right-hand sides, and fourth-order Runge–Kutta along the actuator's motion.
-//!
-//! The classical Runge–Kutta method in equal panels of at most [`LONGEST_PANEL`], and shorter where
-//! the vehicle (at low speed) or its actuator is quicker: a panel is at most a tenth of the time of
-//! the fastest lateral mode, a quarter of the actuator's and a tenth of the roll's time constant.
-//! The road-wheel angle enters in closed form ([`super::actuator`]) and is smooth within a panel,
-//! so the order is four whatever the limits do, with one exception: a panel in which a wheel lifts.
-//! Position and yaw are integrated by the same weights, as deviations from the panel's start.
+//! The right-hand sides.
 
-use super::actuator::{Actuator, Motion};
+use super::actuator::Actuator;
 use super::parameters::NonlinearParameters;
+use super::runge_kutta::Longest;
 use super::tyre::{Axle, TyreParameters};
 use crate::bicycle::{BLEND_SPEED, BicycleParameters, Coefficients};
-use crate::quadrature::{Pose, panels};
-use crate::trigonometry::{atan, sin_cos, sin_cos_small};
+use crate::trigonometry::{atan, sin_cos};
 
 /// Acceleration of free fall, m/s².
 pub(super) const GRAVITY: f64 = 9.81;
-
-/// Longest panel, s.
-pub(super) const LONGEST_PANEL: f64 = 0.002;
 
 /// v_y, r, a_φ.
 pub(super) type Lateral = [f64; 3];
@@ -42,8 +32,8 @@ pub(super) struct Constants {
 /// The right-hand sides at one speed.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Dynamics<'a> {
-    constants: &'a Constants,
-    speed: f64,
+    pub(super) constants: &'a Constants,
+    pub(super) speed: f64,
     /// 1/v, at least that of 1 m/s.
     inverse_speed: f64,
     /// How far the states' target is from that of 1 m/s, per tan δ; below 1 m/s alone.
@@ -53,9 +43,9 @@ pub(super) struct Dynamics<'a> {
 /// The road-wheel angle δ, rad, with its sine and cosine.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct RoadWheel {
-    angle: f64,
-    sin: f64,
-    cos: f64,
+    pub(super) angle: f64,
+    pub(super) sin: f64,
+    pub(super) cos: f64,
 }
 
 impl RoadWheel {
@@ -112,12 +102,11 @@ impl Constants {
         }
     }
 
-    /// The longest panel that resolves every mode at a speed, s.
-    pub(super) fn longest_panel(&self, speed: f64) -> f64 {
-        let b = &self.bicycle;
+    /// The longest panels that resolve every mode at a speed.
+    pub(super) fn longest_panels(&self, speed: f64) -> Longest {
         let k = Coefficients { tn: f64::INFINITY, ..self.coefficients };
         let rate = k.fastest_rate(speed.max(BLEND_SPEED)).max(self.roll);
-        LONGEST_PANEL.min(0.1 / rate).min(b.actuator_time_constant / 4.0)
+        Longest::of(rate, self.actuator.time_constant)
     }
 
     /// The right-hand sides at a speed.
@@ -181,50 +170,9 @@ impl Dynamics<'_> {
         ]
     }
 
-    /// Moves along a motion of the road wheel, in panels not longer than `longest`.
-    pub(super) fn advance(&self, s: &mut Lateral, pose: &mut Pose, motion: &Motion, longest: f64) {
-        let time_constant = self.constants.actuator.time_constant;
-        let (count, panel) = panels(motion.duration, longest);
-        let half = 0.5 * panel;
-        let decay = if motion.swing == 0.0 { 0.0 } else { (-half / time_constant).exp() };
-        let mut swing = motion.swing;
-        let mut along = motion.start;
-        for _ in 0..count {
-            let first = along + swing;
-            let middle = along + motion.slope * half + swing * decay;
-            swing *= decay * decay;
-            along += motion.slope * panel;
-            self.panel(s, pose, panel, [first, middle, along + swing]);
-        }
-    }
-
-    /// One panel, with δ at its start, middle and end.
+    /// Of the front and the rear axle, whether a wheel is off the road.
     #[inline]
-    fn panel(&self, s: &mut Lateral, pose: &mut Pose, h: f64, angle: [f64; 3]) {
-        let (sin, cos) = sin_cos_small(&angle);
-        let wheel = |i: usize| RoadWheel { angle: angle[i], sin: sin[i], cos: cos[i] };
-        let (first, middle, last) = (wheel(0), wheel(1), wheel(2));
-        let shifted = |k: &Lateral, by: f64| [s[0] + by * k[0], s[1] + by * k[1], s[2] + by * k[2]];
-        let (k1, _) = self.rates(s, &first);
-        let s2 = shifted(&k1, 0.5 * h);
-        let (k2, _) = self.rates(&s2, &middle);
-        let s3 = shifted(&k2, 0.5 * h);
-        let (k3, _) = self.rates(&s3, &middle);
-        let s4 = shifted(&k3, h);
-        let (k4, _) = self.rates(&s4, &last);
-
-        let sixth = h / 6.0;
-        // Directions of travel at the stages, seen from the panel's start.
-        let (mut ahead, mut aside) = (self.speed, s[0]);
-        let (sin, cos) = sin_cos_small(&[0.5 * h * s[1], 0.5 * h * s2[1], h * s3[1]]);
-        for (i, (state, weight)) in [(&s2, 2.0), (&s3, 2.0), (&s4, 1.0)].into_iter().enumerate() {
-            ahead += weight * (self.speed * cos[i] - state[0] * sin[i]);
-            aside += weight * (self.speed * sin[i] + state[0] * cos[i]);
-        }
-        let yaw = sixth * (s[1] + 2.0 * (s2[1] + s3[1]) + s4[1]);
-        pose.advance(sixth * ahead, sixth * aside, yaw);
-        for i in 0..3 {
-            s[i] += sixth * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]);
-        }
+    pub(super) fn lifted(&self, s: &Lateral) -> [bool; 2] {
+        self.constants.transfer.map(|transfer| (transfer * s[2]).abs() > 1.0)
     }
 }

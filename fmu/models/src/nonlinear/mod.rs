@@ -41,6 +41,7 @@
 pub mod actuator;
 mod dynamics;
 mod parameters;
+mod runge_kutta;
 mod saved;
 pub mod tyre;
 mod vehicle;

@@ -2,6 +2,7 @@
 
 use super::dynamics::{Constants, Lateral, RoadWheel};
 use super::parameters::{NonlinearParameters, within};
+use super::runge_kutta::Longest;
 use crate::delay::{DelayLine, Segment};
 use crate::error::{Error, diverged, numbers};
 use crate::identified_plant::LONGEST_STEP;
@@ -98,8 +99,8 @@ impl NonlinearVehicle {
     /// Where h is not in (0, [`LONGEST_STEP`]], or takes more than ten million panels, or the
     /// steering angle or the states grow beyond all numbers.
     pub fn step(&mut self, h: f64) -> Result<(), Error> {
-        let longest = self.constants.longest_panel(self.speed);
-        let limit = LONGEST_STEP.min(MOST_PANELS * longest);
+        let longest = self.constants.longest_panels(self.speed);
+        let limit = LONGEST_STEP.min(MOST_PANELS * longest.fourth);
         if !(h > 0.0 && h <= limit) {
             return Err(Error::Step { step: h, limit });
         }
@@ -108,7 +109,7 @@ impl NonlinearVehicle {
         while left > 0.0 {
             let piece = self.delay.next(left);
             left -= piece.duration;
-            self.follow(piece, longest)?;
+            self.follow(piece, &longest)?;
         }
         let [lateral_velocity, yaw_rate, roll] = self.lateral;
         diverged([
@@ -122,7 +123,7 @@ impl NonlinearVehicle {
     }
 
     /// Moves under a command that is one line, in steering coordinates.
-    fn follow(&mut self, command: Segment, longest: f64) -> Result<(), Error> {
+    fn follow(&mut self, command: Segment, longest: &Longest) -> Result<(), Error> {
         let constants = self.constants;
         let (n, actuator) = (constants.n, constants.actuator);
         let dynamics = constants.at_speed(self.speed);

@@ -116,21 +116,19 @@ impl PathGeometry {
         point
     }
 
-    /// The heading of the path at a distance, which may lie beyond its ends.
+    /// Heading (rad) and curvature (1/m) of the path at a distance, which may lie beyond its ends.
     #[must_use]
-    pub fn heading(&self, distance: f64) -> f64 {
+    pub(crate) fn direction(&self, distance: f64) -> [f64; 2] {
         let (lap, local) = self.lap(distance);
-        let heading = if local < self.start() {
-            self.nodes[0].point.heading
+        let [heading, curvature] = if local < self.start() {
+            [self.nodes[0].point.heading, 0.0]
         } else if local >= self.end() {
-            self.nodes[self.nodes.len() - 1].point.heading
+            [self.nodes[self.nodes.len() - 1].point.heading, 0.0]
         } else {
             let segment = self.segment(local);
-            let from = &self.nodes[segment].point;
-            let piece = &self.segments[segment];
-            piece.heading(from, (local - from.distance) * piece.inverse_length)
+            self.segments[segment].direction(&self.nodes[segment].point, local)
         };
-        heading + lap * self.turn
+        [heading + lap * self.turn, curvature]
     }
 
     /// Laps done at a distance, and the distance within the lap.

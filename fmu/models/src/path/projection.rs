@@ -3,14 +3,16 @@
 use super::PathGeometry;
 use super::segment::PathPoint;
 use crate::angle::wrap_angle;
-use crate::trigonometry::sin_cos;
+use crate::trigonometry::{sin_cos, sin_cos_small};
 use std::f64::consts::FRAC_PI_2;
 
 /// How far from the last progress the foot is sought, m.
 pub const WINDOW: f64 = 50.0;
 
-/// A Newton step of this length is the last, m: it leaves less than 1e-13 m.
-const NEAR: f64 = 1e-8;
+/// A Newton step is the last where it is at most this long and leaves at most [`REST`], m.
+const NEAR: f64 = 1e-4;
+/// What the last Newton step may leave, by the second derivative of f, m.
+const REST: f64 = 1e-13;
 
 /// Branches whose distances from the vehicle differ by less than this are equally near, m.
 const SAME_PLACE: f64 = 1e-3;
@@ -30,17 +32,18 @@ impl PathGeometry {
     pub fn project(&self, x: f64, y: f64, from: f64) -> Projection {
         match self.seek(x, y, from) {
             // The end belongs to what is beyond it.
-            Sought::Within(lap, foot) if foot.distance < self.end() => {
+            Sought::Within(lap, seen) if seen.point.distance < self.end() => {
                 let length = self.end() - self.start();
                 let foot = PathPoint {
-                    distance: foot.distance + lap * length,
-                    heading: foot.heading + lap * self.turn,
-                    ..foot
+                    distance: seen.point.distance + lap * length,
+                    heading: seen.point.heading + lap * self.turn,
+                    ..seen.point
                 };
-                foot.projection(x, y)
+                Projection { foot, cross_track_error: seen.aside }
             }
-            Sought::Within(lap, foot) => {
-                self.at(foot.distance + lap * (self.end() - self.start())).projection(x, y)
+            Sought::Within(lap, seen) => {
+                let distance = seen.point.distance + lap * (self.end() - self.start());
+                self.at(distance).projection(x, y)
             }
             Sought::At(distance) => self.at(distance).projection(x, y),
         }
@@ -87,11 +90,10 @@ impl PathGeometry {
         }
         let local = local.clamp(self.start(), self.end());
         let mut segment = self.segment(local);
-        let here = self.within(segment, local);
-        let (f, slope) = ahead(&here, x, y);
-        let forward = f >= 0.0;
+        let here = self.seen(segment, local, x, y);
+        let forward = here.ahead >= 0.0;
         // Newton's step from here; most steps of a vehicle end near it.
-        let guess = local - f / slope;
+        let guess = local - here.ahead / here.slope;
         let (mut low, mut high) = (local, local);
         loop {
             let node = if forward { segment + 1 } else { segment };
@@ -103,8 +105,7 @@ impl PathGeometry {
                 low = border
             }
             if forward == (ahead <= 0.0) || ahead == 0.0 {
-                let local = self.foot_between(segment, (low, high), guess, x, y);
-                return Sought::Within(lap, self.within(segment, local));
+                return Sought::Within(lap, self.foot_between(segment, (low, high), guess, x, y));
             }
             let walked = lap * length + border - from;
             if walked.abs() >= window {
@@ -133,7 +134,7 @@ impl PathGeometry {
     }
 
     /// The zero of f within a part of a segment at whose ends it has opposite signs: Newton's
-    /// method, `f' = κ·e − 1`, with bisection where that leaves the bracket.
+    /// method, with bisection where that leaves the bracket.
     fn foot_between(
         &self,
         segment: usize,
@@ -141,28 +142,45 @@ impl PathGeometry {
         guess: f64,
         x: f64,
         y: f64,
-    ) -> f64 {
+    ) -> Seen {
         let mut s = if guess >= low && guess <= high { guess } else { 0.5 * (low + high) };
+        let mut seen = self.seen(segment, s, x, y);
         for _ in 0..60 {
-            let point = self.within(segment, s);
-            let (f, slope) = ahead(&point, x, y);
-            if f > 0.0 {
+            if seen.ahead > 0.0 {
                 low = s;
             } else {
                 high = s;
             }
-            let newton = s - f / slope;
+            let newton = s - seen.ahead / seen.slope;
             let inside = newton >= low && newton <= high;
             let next = if inside { newton } else { 0.5 * (low + high) };
-            // Away from the centre of curvature a step leaves at most 1e-5 of the distance to the
-            // zero, by which the slope of the quintic is not quite that of f.
-            let near = if inside && slope < -0.5 { NEAR } else { 0.0 };
-            if (next - s).abs() <= near.max(1e-12 * (1.0 + s.abs())) {
-                return next;
+            let step = (next - s).abs();
+            let near = inside
+                && step <= NEAR
+                && seen.slope < -0.5
+                && 0.5 * (seen.bend * step * step).abs() <= REST * -seen.slope;
+            if near || step <= 1e-12 * (1.0 + s.abs()) {
+                return seen.moved(self.within(segment, next), x, y);
             }
             s = next;
+            seen = self.seen(segment, s, x, y);
         }
-        s
+        seen
+    }
+
+    /// A position as seen from a point within a segment.
+    #[inline]
+    fn seen(&self, segment: usize, local: f64, x: f64, y: f64) -> Seen {
+        let (node, piece) = (&self.nodes[segment], &self.segments[segment]);
+        let point = piece.at(&node.point, local);
+        let ([vx, vy], turn, curving) =
+            piece.derivatives((local - node.point.distance) * piece.inverse_length);
+        let ([s], [c]) = sin_cos_small(&[point.heading - node.point.heading]);
+        let (sin, cos) = (node.sin * c + node.cos * s, node.cos * c - node.sin * s);
+        let (dx, dy) = (x - point.x, y - point.y);
+        let (ahead, aside) = (dx * cos + dy * sin, dy * cos - dx * sin);
+        let slope = turn * aside - (vx * cos + vy * sin);
+        Seen { point, sin, cos, ahead, aside, slope, bend: curving * aside - turn * turn * ahead }
     }
 
     /// The nearest point of each chord.
@@ -192,7 +210,7 @@ impl PathGeometry {
 /// Where the foot of a position is.
 enum Sought {
     /// After so many laps, at a point within the lap.
-    Within(f64, PathPoint),
+    Within(f64, Seen),
     /// At a distance, which may be beyond the ends.
     At(f64),
 }
@@ -205,17 +223,34 @@ impl PathPoint {
     }
 }
 
+/// A position as seen from a point of the path.
+struct Seen {
+    point: PathPoint,
+    sin: f64,
+    cos: f64,
+    /// How far ahead it lies, f, m, and aside, m, positive to the left.
+    ahead: f64,
+    aside: f64,
+    /// f', exactly, and f'', but for what the quintic's tangent is off the heading, 1/m.
+    slope: f64,
+    bend: f64,
+}
+
+impl Seen {
+    /// The same from a point at most [`NEAR`] away, without its derivatives.
+    fn moved(self, point: PathPoint, x: f64, y: f64) -> Self {
+        // Of the series of sine and cosine, what is beyond is below 1e-16.
+        let turned = point.heading - self.point.heading;
+        let half = 0.5 * turned * turned;
+        let sin = self.sin + turned * self.cos - half * self.sin;
+        let cos = self.cos - turned * self.sin - half * self.cos;
+        let (dx, dy) = (x - point.x, y - point.y);
+        Self { point, sin, cos, ahead: 0.0, aside: dy * cos - dx * sin, ..self }
+    }
+}
+
 struct ChordFoot {
     away: f64,
     distance: f64,
     heading: f64,
-}
-
-/// How far ahead a position lies as seen from a point of the path, f, and how that changes along the
-/// path, f'.
-#[inline]
-fn ahead(point: &PathPoint, x: f64, y: f64) -> (f64, f64) {
-    let (sin, cos) = sin_cos(point.heading);
-    let (dx, dy) = (x - point.x, y - point.y);
-    (dx * cos + dy * sin, point.curvature * (dy * cos - dx * sin) - 1.0)
 }

@@ -75,18 +75,36 @@ impl Segment {
             let (low, high) = (p[0][i] + p[1][i] * s, p[2][i] + p[3][i] * s);
             s * (low + s2 * (high + s2 * p[4][i]))
         };
+        let [heading, curvature] = self.direction(from, local);
         PathPoint {
             distance: local,
             x: from.x + moved(0),
             y: from.y + moved(1),
-            heading: self.heading(from, s),
-            curvature: from.curvature + s * self.curvature,
+            heading,
+            curvature,
         }
     }
 
+    /// Its heading and curvature alone.
     #[inline]
-    pub(super) fn heading(&self, from: &PathPoint, s: f64) -> f64 {
-        from.heading + s * (self.heading[0] + s * (self.heading[1] + s * self.heading[2]))
+    pub(super) fn direction(&self, from: &PathPoint, local: f64) -> [f64; 2] {
+        let s = (local - from.distance) * self.inverse_length;
+        let [first, second, third] = self.heading;
+        let turn = s * (first + s * (second + s * third));
+        [from.heading + turn, from.curvature + s * self.curvature]
+    }
+
+    /// Derivatives by the distance at a share s of the way: of position, of heading, and of curvature.
+    #[inline]
+    pub(super) fn derivatives(&self, s: f64) -> ([f64; 2], f64, f64) {
+        let (s2, p) = (s * s, &self.position);
+        let along = |i: usize| {
+            let (low, high) = (p[0][i] + 2.0 * p[1][i] * s, 3.0 * p[2][i] + 4.0 * p[3][i] * s);
+            self.inverse_length * (low + s2 * (high + s2 * (5.0 * p[4][i])))
+        };
+        let [first, second, third] = self.heading;
+        let turn = first + s * (2.0 * second + s * (3.0 * third));
+        ([along(0), along(1)], turn * self.inverse_length, self.curvature * self.inverse_length)
     }
 }
 
