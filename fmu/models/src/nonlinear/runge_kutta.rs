@@ -4,8 +4,8 @@
 //!
 //! - the classical one of order four, in panels of at most 2 ms that are at most a tenth of the time
 //!   of the fastest lateral mode and of the load transfer;
-//! - that of order six in seven stages of Butcher (1964), in panels of at most 10 ms and three tenths
-//!   of these times: with 7 evaluations instead of 20 for 10 ms, its errors are no larger.
+//! - that of order six in seven stages of Butcher (1964), in panels of at most 10 ms and a fifth of
+//!   these times: with 7 evaluations instead of 20 for 10 ms, its errors are no larger.
 //!
 //! Neither has panels above a quarter of the actuator's time constant. Where the panels of order six would
 //! be no longer than those of order four, order four is taken. The road-wheel angle enters in closed form ([`super::actuator`]) and is
@@ -33,7 +33,7 @@ impl Longest {
         let actuator = 0.25 * actuator_time_constant;
         Self {
             fourth: 0.002_f64.min(0.1 / rate).min(actuator),
-            sixth: 0.010_f64.min(0.3 / rate).min(actuator),
+            sixth: 0.010_f64.min(0.2 / rate).min(actuator),
         }
     }
 }
