@@ -40,12 +40,7 @@ impl Oscillator {
 impl Slave for Oscillator {
     type Variable = Variable;
     const TABLE: &'static Table = Variable::TABLE;
-    const CAPABILITIES: Capabilities = Capabilities {
-        interpolates_inputs: true,
-        output_derivatives: true,
-        directional_derivatives: true,
-        serializes: true,
-    };
+    const CAPABILITIES: Capabilities = Capabilities::ALL;
 
     fn open(_: &Resources) -> Result<Self, String> {
         Ok(Self { force: 0.0, growth: 0.0, mass: 1.0, stiffness: 4.0, state: [1.0, 0.0] })

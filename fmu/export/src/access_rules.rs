@@ -268,10 +268,3 @@ impl Class {
 pub const fn set_access(state: State, row: &VariableSpec) -> Access {
     Class::of(row).set_access(state)
 }
-
-/// Whether the variable of a row may be read: [`RULES`] by row.
-#[must_use]
-#[inline]
-pub const fn get_access(state: State, row: &VariableSpec) -> Access {
-    Class::of(row).get_access(state)
-}

@@ -12,7 +12,7 @@
 //! The states "step in progress", "step failed" and "step canceled" are missing because they cannot be
 //! reached: no step is asynchronous, and a step is completed or fails.
 
-pub use crate::access_rules::{Access, Class, Leniency, RULES, Rule, get_access, set_access};
+pub use crate::access_rules::{Access, Class, Leniency, RULES, Rule, set_access};
 
 /// The state of an instance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -322,11 +322,6 @@ impl<S: Slave> Instance<S> {
         }
     }
 
-    /// End of the last completed step, s.
-    pub(crate) fn last_successful_time(&self) -> f64 {
-        self.core.time
-    }
-
     /// Ends a call that requests a status that does not exist.
     pub(crate) fn discard(&mut self, call: Call) -> Outcome {
         let text = format!("{}: no status of this kind exists", call.name());

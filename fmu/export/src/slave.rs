@@ -162,7 +162,12 @@ pub trait Slave: Clone + Send + Sized + 'static {
         unknown: Unknown<Self::Variable>,
         known: Known<Self::Variable>,
     ) -> Option<DependencyKind> {
-        table_dependency::<Self>(unknown, known)
+        match (unknown, known) {
+            (Unknown::Variable(unknown), Known::Variable(known)) => {
+                listed(unknown.spec().depends_on, known)
+            }
+            _ => Some(DependencyKind::Dependent),
+        }
     }
 
     /// `∂unknown/∂known` at the present values; for `None` the layer computes a central difference on
@@ -188,20 +193,6 @@ pub trait Slave: Clone + Send + Sized + 'static {
     /// A message for the log; the instance keeps its state.
     fn load(&mut self, _bytes: &[u8]) -> Result<(), String> {
         Err("this model has no serialized states".into())
-    }
-}
-
-/// The default of [`Slave::dependency`]: the table's `depends_on`; states and derivatives depend on
-/// everything.
-fn table_dependency<S: Slave>(
-    unknown: Unknown<S::Variable>,
-    known: Known<S::Variable>,
-) -> Option<DependencyKind> {
-    match (unknown, known) {
-        (Unknown::Variable(unknown), Known::Variable(known)) => {
-            listed(unknown.spec().depends_on, known)
-        }
-        _ => Some(DependencyKind::Dependent),
     }
 }
 

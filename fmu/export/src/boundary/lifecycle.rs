@@ -6,7 +6,7 @@ use crate::calls::Call;
 use crate::contain::{contain, silence_hook};
 use crate::instance::Instance;
 use crate::logger::{Category, Logger};
-use crate::types::{CO_SIMULATION, CallbackFunctions, Status, TYPES_PLATFORM, VERSION};
+use crate::types::{CO_SIMULATION, CallbackFunctions, TYPES_PLATFORM, VERSION};
 use crate::{Resources, Slave, uri};
 use std::ffi::{CStr, c_char, c_void};
 
@@ -144,12 +144,4 @@ pub unsafe fn terminate<S: Slave>(component: *mut c_void) -> i32 {
 pub unsafe fn reset<S: Slave>(component: *mut c_void) -> i32 {
     // SAFETY: the module's contract.
     unsafe { call(component, Call::Reset, Instance::<S>::reset) }
-}
-
-/// The status of a C status code; for tests and hosts that link this crate.
-#[must_use]
-pub fn status(code: i32) -> Option<Status> {
-    [Status::Ok, Status::Warning, Status::Discard, Status::Error, Status::Fatal]
-        .into_iter()
-        .find(|status| *status as i32 == code)
 }

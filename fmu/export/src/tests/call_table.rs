@@ -1,6 +1,6 @@
 //! Every function in every state, compared with a second copy of table 4.2.4.
 
-use super::host::{DISCARD, ERROR, FATAL, Host, OK, call};
+use super::host::{DISCARD, ERROR, FATAL, Host, OK, STATES, call};
 use super::probe::{FAULT, GAIN, GRAVITY, GUESS, N, OFFSET, PANIC_IN_SET, SCALE, U, Y};
 use crate::calls::{Call, State};
 
@@ -41,14 +41,6 @@ fmi2GetRealStatus CT
 fmi2GetIntegerStatus CT
 fmi2GetBooleanStatus CT
 fmi2GetStringStatus CT";
-
-const STATES: [(State, char); 5] = [
-    (State::Instantiated, 'I'),
-    (State::Initialization, 'M'),
-    (State::StepComplete, 'C'),
-    (State::Terminated, 'T'),
-    (State::Error, 'E'),
-];
 
 #[test]
 fn every_function_in_every_state() {

@@ -1,17 +1,9 @@
 //! Derivatives of inputs and outputs, and directional derivatives.
 
-use super::host::{ERROR, OK};
+use super::host::{ERROR, OK, STATES};
 use super::plant::*;
 use crate::calls::State;
 use std::ptr::{null, null_mut};
-
-const ALL: [State; 5] = [
-    State::Instantiated,
-    State::Initialization,
-    State::StepComplete,
-    State::Terminated,
-    State::Error,
-];
 
 #[test]
 fn an_input_derivative_acts_within_one_step() {
@@ -138,7 +130,7 @@ fn partial_derivatives_by_state_of_the_machine() {
         (DX1, B, 3.0),
         (DX1, X1, -0.5),
     ];
-    for state in ALL {
+    for (state, _) in STATES {
         let pairs: &[_] = match state {
             State::Instantiated => &[],
             State::Initialization => &initially,

@@ -1,18 +1,10 @@
 //! States as variables: reading, setting and description.
 
-use super::host::{ERROR, OK};
+use super::host::{ERROR, OK, STATES};
 use super::plant::*;
 use crate::calls::State;
 use crate::{Resources, describe};
 use model_description::{Causality, DependencyKind as Kind, Initial, Unknown, Variability};
-
-const STATES: [(State, char); 5] = [
-    (State::Instantiated, 'I'),
-    (State::Initialization, 'M'),
-    (State::StepComplete, 'C'),
-    (State::Terminated, 'T'),
-    (State::Error, 'E'),
-];
 
 #[test]
 fn read_and_set_by_state_of_the_machine() {

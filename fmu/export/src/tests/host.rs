@@ -15,6 +15,15 @@ pub(super) const DISCARD: i32 = 2;
 pub(super) const ERROR: i32 = 3;
 pub(super) const FATAL: i32 = 4;
 
+/// All states but fatal, each with its letter in the tables of the tests.
+pub(super) const STATES: [(State, char); 5] = [
+    (State::Instantiated, 'I'),
+    (State::Initialization, 'M'),
+    (State::StepComplete, 'C'),
+    (State::Terminated, 'T'),
+    (State::Error, 'E'),
+];
+
 /// A line of the log: instance, status, category, text.
 pub(super) type Line = (String, i32, String, String);
 pub(super) type Lines = RefCell<Vec<Line>>;

@@ -65,12 +65,7 @@ pub(super) trait Ability: Clone + Send + 'static {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct All;
 impl Ability for All {
-    const CAPABILITIES: Capabilities = Capabilities {
-        interpolates_inputs: true,
-        output_derivatives: true,
-        directional_derivatives: true,
-        serializes: true,
-    };
+    const CAPABILITIES: Capabilities = Capabilities::ALL;
 }
 
 /// No capabilities.

@@ -1,6 +1,6 @@
 //! Serialized FMU states, and everything that a state restores.
 
-use super::host::{ERROR, OK, WARNING};
+use super::host::{ERROR, OK, STATES, WARNING};
 use super::plant::*;
 use crate::boundary as c;
 use crate::calls::{Leniency, State};
@@ -84,13 +84,7 @@ fn another_instance_goes_on_with_the_same_bits() {
     assert_eq!(run(&rig), expected);
     free(&rig, state);
     // New instances in any state, from the bytes; the clipped input is not logged again.
-    for start in [
-        State::Instantiated,
-        State::Initialization,
-        State::StepComplete,
-        State::Terminated,
-        State::Error,
-    ] {
+    for (start, _) in STATES {
         let other = Rig::in_state(start);
         let mut state = null_mut();
         let status =
@@ -110,13 +104,7 @@ fn another_instance_goes_on_with_the_same_bits() {
 /// Outside a run: in each state of the machine.
 #[test]
 fn every_state_of_the_machine_is_restored() {
-    for state in [
-        State::Instantiated,
-        State::Initialization,
-        State::StepComplete,
-        State::Terminated,
-        State::Error,
-    ] {
+    for (state, _) in STATES {
         let rig = Rig::in_state(state);
         let saved = save(&rig);
         let bytes = serialize(&rig, saved);
