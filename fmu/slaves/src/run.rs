@@ -6,20 +6,29 @@ use crate::{
 use fmi2_export::{Log, Resources, Slave, VariableId};
 use model_description::Value;
 
-/// A slave of any FMU, between [`Fmu::open`] and the last step.
-///
-/// The checks that the FMI layer makes of its callers are not made here.
-pub struct Running(Box<dyn Run>);
-
-/// [`Slave`] without its types.
-trait Run {
+/// A [`Slave`] of any FMU, between [`Fmu::open`] and the last step, without the checks of the FMI
+/// layer.
+pub trait Running {
+    /// The value of the variable with that reference, if there is one.
     fn get(&mut self, reference: u32) -> Option<Value>;
+
+    /// Sets the variable with that reference, if there is one.
     fn set(&mut self, reference: u32, value: &Value);
+
+    /// Leaves initialization at `start_time` (s).
+    ///
+    /// # Errors
+    /// The message of the slave.
     fn exit_initialization(&mut self, start_time: f64) -> Result<(), String>;
+
+    /// Advances from `time` by `step` (s).
+    ///
+    /// # Errors
+    /// The message of the slave.
     fn step(&mut self, time: f64, step: f64) -> Result<(), String>;
 }
 
-impl<S: Slave> Run for S {
+impl<S: Slave> Running for S {
     fn get(&mut self, reference: u32) -> Option<Value> {
         S::Variable::from_reference(reference).map(|variable| Slave::get(self, variable))
     }
@@ -43,10 +52,10 @@ impl Fmu {
     /// Opens the slave on its resources.
     ///
     /// # Errors
-    /// A text for people, where the slave refuses them.
-    pub fn open(self, resources: Vec<(String, Vec<u8>)>) -> Result<Running, String> {
-        fn boxed<S: Slave>(resources: &Resources) -> Result<Running, String> {
-            Ok(Running(Box::new(S::open(resources)?)))
+    /// The message of the slave about invalid resources.
+    pub fn open(self, resources: Vec<(String, Vec<u8>)>) -> Result<Box<dyn Running>, String> {
+        fn boxed<S: Slave>(resources: &Resources) -> Result<Box<dyn Running>, String> {
+            Ok(Box::new(S::open(resources)?))
         }
         let resources = &Resources::from(resources);
         match self {
@@ -57,33 +66,5 @@ impl Fmu {
             Self::PoseEstimator => boxed::<PoseEstimator>(resources),
             Self::ReferencePath => boxed::<ReferencePath>(resources),
         }
-    }
-}
-
-impl Running {
-    /// The value of the variable with that reference, if there is one.
-    pub fn get(&mut self, reference: u32) -> Option<Value> {
-        self.0.get(reference)
-    }
-
-    /// Sets the variable with that reference, if there is one.
-    pub fn set(&mut self, reference: u32, value: &Value) {
-        self.0.set(reference, value);
-    }
-
-    /// Leaves initialization at `start_time` (s).
-    ///
-    /// # Errors
-    /// The slave's text for people.
-    pub fn exit_initialization(&mut self, start_time: f64) -> Result<(), String> {
-        self.0.exit_initialization(start_time)
-    }
-
-    /// Advances from `time` by `step` (s).
-    ///
-    /// # Errors
-    /// The slave's text for people.
-    pub fn step(&mut self, time: f64, step: f64) -> Result<(), String> {
-        self.0.step(time, step)
     }
 }

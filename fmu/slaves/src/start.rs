@@ -13,8 +13,7 @@ pub(crate) fn with_start_values<S: Slave>(
     let file = Start::FILE;
     let Some(start) = optional::<Start>(resources, file)? else { return Ok(slave) };
     for (name, value) in &start.values {
-        let row = S::TABLE.variables.iter().find(|row| row.name == name.as_str());
-        let row = row.ok_or_else(|| {
+        let row = S::TABLE.named(name.as_str()).ok_or_else(|| {
             format!("{file}: {} has no variable {name}; hint: {HINT}", S::TABLE.model_name)
         })?;
         let settable = matches!(row.causality, Causality::Parameter | Causality::Input);

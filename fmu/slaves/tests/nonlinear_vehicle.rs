@@ -1,9 +1,9 @@
 //! `NonlinearVehicle` as the FMI layer sees it.
 #![allow(clippy::unwrap_used)]
 
-use fmi2_export::{Known, Log, Resources, Slave, Unknown, VariableId};
+use crate::common::{self, get, set, start, step};
+use fmi2_export::{Known, Log, Resources, Slave, Unknown};
 use model_description::{Causality, Value};
-use proptest::prelude::*;
 use steerwright_slaves::{Fmu, NonlinearVehicle};
 
 type Variable = <NonlinearVehicle as Slave>::Variable;
@@ -21,32 +21,17 @@ fn open() -> NonlinearVehicle {
 }
 
 fn variable(name: &str) -> Variable {
-    Variable::from_reference(TABLE.named(name).unwrap().reference).unwrap()
-}
-
-fn real(slave: &mut NonlinearVehicle, name: &str) -> f64 {
-    match slave.get(variable(name)) {
-        Value::Real(value) => value,
-        other => unreachable!("{other:?}"),
-    }
-}
-
-fn set(slave: &mut NonlinearVehicle, name: &str, value: f64) {
-    slave.set(variable(name), &Value::Real(value));
+    common::variable::<NonlinearVehicle>(name)
 }
 
 fn started(mut slave: NonlinearVehicle) -> NonlinearVehicle {
-    slave.exit_initialization(0.0, &mut Log::default()).unwrap();
+    start(&mut slave);
     slave
-}
-
-fn step(slave: &mut NonlinearVehicle, h: f64) {
-    slave.step(0.0, h, &mut Log::default()).unwrap();
 }
 
 /// Everything that can be read, to the bit.
 fn all(slave: &mut NonlinearVehicle) -> Vec<u64> {
-    let mut numbers: Vec<f64> = TABLE.variables.iter().map(|row| real(slave, row.name)).collect();
+    let mut numbers: Vec<f64> = TABLE.variables.iter().map(|row| get(slave, row.name)).collect();
     for index in 0..slave.states().len() {
         numbers.extend([slave.state(index), slave.state_derivative(index)]);
     }
@@ -63,7 +48,7 @@ fn every_variable_that_can_be_set_reads_as_it_was_set() {
         let (min, max) = (row.min.unwrap_or(-5.0), row.max.unwrap_or(50.0));
         let value = min + (max - min) * (0.3 + 0.01 * k as f64);
         set(&mut slave, row.name, value);
-        assert_eq!(real(&mut slave, row.name), value, "{}", row.name);
+        assert_eq!(get(&mut slave, row.name), value, "{}", row.name);
     }
 }
 
@@ -77,7 +62,7 @@ fn the_file_is_the_compiled_in_car_and_its_numbers_arrive() {
         1,
     );
     let mut heavy = NonlinearVehicle::open(&resources(Some(&heavy))).unwrap();
-    assert_eq!((real(&mut heavy, "mass"), real(&mut heavy, "speed")), (2000.0, 9.0));
+    assert_eq!((get(&mut heavy, "mass"), get(&mut heavy, "speed")), (2000.0, 9.0));
     // A vehicle that the file's checks let pass and the model does not.
     let short = FILE.replacen("\"time_constant_s\": 0.05", "\"time_constant_s\": 1e-6", 1);
     let error = NonlinearVehicle::open(&resources(Some(&short))).unwrap_err();
@@ -96,9 +81,9 @@ fn until_the_start_outputs_are_those_of_a_start() {
     slave.set_state(1, 0.25);
     slave.set_state(2, 0.1);
     let before = all(&mut slave);
-    assert_eq!(real(&mut slave, "yaw_rate"), 0.25);
+    assert_eq!(get(&mut slave, "yaw_rate"), 0.25);
     assert_eq!((slave.state(4), slave.state(5), slave.state(6)), (0.5, -3.0, 0.0));
-    assert!(real(&mut slave, "lateral_acceleration") > 1.0);
+    assert!(get(&mut slave, "lateral_acceleration") > 1.0);
     assert_eq!(all(&mut started(slave)), before);
     // A start that cannot be.
     let mut slave = open();
@@ -107,35 +92,12 @@ fn until_the_start_outputs_are_those_of_a_start() {
     assert!(error.contains("road-wheel angle"), "{error}");
 }
 
-/// Against differences over a short step with the same inputs.
-#[test]
-fn derivatives_are_those_of_a_step() {
-    let mut slave = open();
-    set(&mut slave, "speed", 20.0);
-    set(&mut slave, "steering_angle", 0.05);
-    let mut slave = started(slave);
-    step(&mut slave, 0.2);
-    let mut next = slave.clone();
-    let h = 1e-6;
-    step(&mut next, h);
-    for name in ["yaw_rate", "yaw", "x", "y", "lateral_velocity", "lateral_acceleration"] {
-        let quotient = (real(&mut next, name) - real(&mut slave, name)) / h;
-        let derivative = slave.output_derivative(variable(name));
-        assert!((quotient - derivative).abs() < 1e-3 * (1.0 + derivative.abs()), "{name}");
-    }
-    for index in 0..7 {
-        let quotient = (next.state(index) - slave.state(index)) / h;
-        let derivative = slave.state_derivative(index);
-        assert!((quotient - derivative).abs() < 1e-3 * (1.0 + derivative.abs()), "state {index}");
-    }
-}
-
 /// An unknown moves only with what it is said to depend on, and with all of that.
 #[test]
 fn dependencies_are_those_of_the_equations() {
     let names = ["yaw_rate", "yaw", "x", "y", "lateral_velocity", "lateral_acceleration"];
     let read = |slave: &mut NonlinearVehicle| -> Vec<f64> {
-        let mut all: Vec<f64> = names.iter().map(|name| real(slave, name)).collect();
+        let mut all: Vec<f64> = names.iter().map(|name| get(slave, name)).collect();
         all.extend((0..7).map(|i| slave.state_derivative(i)));
         all.extend((4..7).map(|i| slave.state(i)));
         all
@@ -236,66 +198,11 @@ fn driven() -> NonlinearVehicle {
     set(&mut slave, "initial_y", 2.0);
     let mut slave = started(slave);
     for k in 0..30 {
-        drive(&mut slave, k);
+        set(&mut slave, "steering_angle", 0.05 * f64::from(k).sin());
+        set(&mut slave, "speed", 15.0 + f64::from(k % 7));
+        slave.set_input_derivative(variable("steering_angle"), 0.2 * f64::from(k).cos());
+        step(&mut slave, 0.01);
+        slave.set_input_derivative(variable("steering_angle"), 0.0);
     }
     slave
-}
-
-fn drive(slave: &mut NonlinearVehicle, k: u32) {
-    set(slave, "steering_angle", 0.05 * f64::from(k).sin());
-    set(slave, "speed", 15.0 + f64::from(k % 7));
-    slave.set_input_derivative(variable("steering_angle"), 0.2 * f64::from(k).cos());
-    step(slave, 0.01);
-    slave.set_input_derivative(variable("steering_angle"), 0.0);
-}
-
-#[test]
-fn a_saved_state_goes_on_to_the_bit() {
-    for mut slave in [driven(), open(), started(open())] {
-        let mut other = open();
-        other.load(&slave.save()).unwrap();
-        assert_eq!(all(&mut slave), all(&mut other));
-        let (mut slave, mut other) = (started(slave), started(other));
-        for k in 30..60 {
-            drive(&mut slave, k);
-            drive(&mut other, k);
-            assert_eq!(all(&mut slave), all(&mut other));
-        }
-        assert_eq!(slave.save(), other.save());
-    }
-}
-
-#[test]
-fn other_bytes_are_refused_and_change_nothing() {
-    let saved = driven().save();
-    let mut slave = driven();
-    let before = all(&mut slave);
-    for length in 0..saved.len() {
-        assert!(slave.load(&saved[..length]).is_err(), "{length} bytes");
-    }
-    let mut longer = saved.clone();
-    longer.push(0);
-    assert!(slave.load(&longer).is_err());
-    assert_eq!(all(&mut slave), before);
-    slave.load(&saved).unwrap();
-}
-
-proptest! {
-    #[test]
-    fn invented_bytes_never_panic(
-        changes in prop::collection::vec((0..2000_usize, any::<u8>()), 1..6), bytes in any::<Vec<u8>>(),
-    ) {
-        let mut saved = driven().save();
-        for (at, with) in changes {
-            let length = saved.len();
-            saved[at % length] = with;
-        }
-        for bytes in [saved, bytes] {
-            let mut slave = open();
-            if slave.load(&bytes).is_ok() {
-                let _ = slave.step(0.0, 0.01, &mut Log::default());
-                all(&mut slave);
-            }
-        }
-    }
 }

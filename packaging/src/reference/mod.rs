@@ -20,7 +20,7 @@ use crate::Error;
 use model_description::{Causality, ModelDescription, Value, Variable};
 use scenario::Scenario;
 use serde::Serialize;
-use steerwright_slaves::Fmu;
+use steerwright_slaves::{Fmu, Running};
 
 /// Seconds of the run, where the step allows.
 const DURATION: f64 = 10.0;
@@ -83,12 +83,10 @@ pub(crate) fn run(
         }
         let mut given = None;
         if k % every == 0 && (k < steps || k == 0) {
-            given = Some(
-                inputs.iter().map(|v| scenario.value(v, time)).collect::<Vec<Option<Value>>>(),
-            );
+            given = Some(inputs.iter().map(|v| scenario.value(v, time)).collect::<Vec<_>>());
         }
         if k == 0 {
-            set(&mut slave, &inputs, given.as_deref());
+            set(&mut *slave, &inputs, given.as_deref());
             slave.exit_initialization(0.0).map_err(failed(0.0))?;
         }
         if k % every == 0 || k == steps {
@@ -104,7 +102,7 @@ pub(crate) fn run(
         }
         if let Some(given) = given {
             if k > 0 {
-                set(&mut slave, &inputs, Some(&given));
+                set(&mut *slave, &inputs, Some(&given));
             }
             // What the scenario leaves alone keeps its start value.
             let values = inputs
@@ -142,11 +140,7 @@ fn steps(step: f64) -> u32 {
     steps
 }
 
-fn set(
-    slave: &mut steerwright_slaves::Running,
-    inputs: &[&Variable],
-    values: Option<&[Option<Value>]>,
-) {
+fn set(slave: &mut dyn Running, inputs: &[&Variable], values: Option<&[Option<Value>]>) {
     for (variable, value) in inputs.iter().zip(values.unwrap_or_default()) {
         if let Some(value) = value.as_ref().or(variable.start.as_ref()) {
             slave.set(variable.reference, value);

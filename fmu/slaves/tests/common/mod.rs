@@ -163,8 +163,7 @@ pub fn path(closed: bool) -> ReferencePath {
 
 /// The variable of that name.
 pub fn variable<S: Slave>(name: &str) -> S::Variable {
-    let row = S::TABLE.variables.iter().find(|row| row.name == name).unwrap();
-    S::Variable::from_reference(row.reference).unwrap()
+    S::Variable::from_reference(S::TABLE.named(name).unwrap().reference).unwrap()
 }
 
 pub fn set<S: Slave>(slave: &mut S, name: &str, value: f64) {

@@ -103,7 +103,7 @@ impl Run<'_> {
             let still = self.values(&mut instance, &listed)?;
             let value = instance.value(&input);
             let Some(value) = self.legal(value)?.as_number() else { continue };
-            let variable = self.description().variables.iter().find(|v| v.name == input);
+            let variable = self.description().variable(&input);
             let above = value + 0.01;
             let fits = variable.and_then(|v| v.max).is_none_or(|max| above <= max);
             let set = instance.set(&input, if fits { above } else { value - 0.01 });
