@@ -230,35 +230,27 @@ fn check_consistency(data: &IdentifiedData, c: &Continuous) -> Result<(), Error>
 }
 
 #[cfg(test)]
-pub(crate) mod tests {
+mod tests {
     use super::*;
 
     /// A car's yaw rate at 15 m/s: two real modes and an actuator lag, in a skewed basis.
-    pub(crate) fn car() -> IdentifiedData {
+    fn car() -> IdentifiedData {
         let f = vec![-6.0, 11.0, 0.5, -9.0, -5.0, 14.0, 0.0, 0.3, -8.0];
         let g = vec![0.4, 6.0, 8.0];
-        sampled(f, g, vec![0.8, 1.1, -0.2], 0.0, 0.02)
-    }
-
-    /// The discrete model of a continuous one.
-    pub(crate) fn sampled(
-        f: Vec<f64>,
-        g: Vec<f64>,
-        h: Vec<f64>,
-        d: f64,
-        ts: f64,
-    ) -> IdentifiedData {
-        let n = g.len();
-        let (a, b) =
-            discretize(&DMatrix::from_row_slice(n, n, &f), &DMatrix::from_row_slice(n, 1, &g), ts)
-                .unwrap();
+        let h = vec![0.8, 1.1, -0.2];
+        let (a, b) = discretize(
+            &DMatrix::from_row_slice(3, 3, &f),
+            &DMatrix::from_row_slice(3, 1, &g),
+            0.02,
+        )
+        .unwrap();
         IdentifiedData {
-            sample_time: ts,
+            sample_time: 0.02,
             a: a.transpose().as_slice().to_vec(),
             b: b.as_slice().to_vec(),
             c: h.clone(),
-            d,
-            k: (0..n).map(|i| 0.3 / (i + 1) as f64).collect(),
+            d: 0.0,
+            k: vec![0.3, 0.15, 0.1],
             continuous: Some(Continuous { f, g, h }),
             input: InputKind::Steering,
             delay: 0.0,

@@ -1,10 +1,9 @@
 //! The pure step functions that run inside the FMUs.
 //!
-//! No file, clock, FMI call or text format is known here: parameters and inputs come in, states
-//! advance, outputs go out. The controller that is tuned on a desk is the very function that runs
-//! in the vehicle's co-simulation.
+//! No files, clocks, FMI calls or text formats: a step maps parameters, inputs and states to new
+//! states and outputs. The controller that is tuned is the function that runs in the FMU.
 //!
-//! | module | what |
+//! | module | content |
 //! |---|---|
 //! | [`pid`] | the yaw controller of eq 14, tick by tick; `governor`: its large errors |
 //! | [`ticks`] | counts samples by a phase, whatever the communication step |
@@ -15,7 +14,7 @@
 //! | [`path`], [`guidance`] | the geometry of a reference path, and line-of-sight guidance on it |
 //! | [`pose`] | the vehicle's pose from GNSS fixes, gyro and speed: an extended Kalman filter |
 //! | [`sensitivity`] | partial derivatives of the plants, and which of them are always zero |
-//! | [`quadrature`], [`trigonometry`], [`noise`], [`delay`], [`angle`] | what those share |
+//! | [`quadrature`], [`trigonometry`], [`noise`], [`delay`], [`angle`] | shared by those |
 //!
 //! Equation numbers are those of Yoon, Hwang, Ryu and Lee, *System Identification and Controller
 //! Design for Lateral Control of an Unmanned Vehicle*. SI units and radians throughout, axes and

@@ -172,29 +172,6 @@ proptest! {
             prop_assert!((plant.lateral_acceleration() - (d[0] + v * w[1])).abs() < 1e-8);
         }
     }
-
-    /// One exponential over the whole time, at constant speed.
-    #[test]
-    fn states_do_not_depend_on_the_steps(
-        steps in prop::collection::vec(0.0002..0.1_f64, 100), v in 1.0..50.0_f64,
-    ) {
-        let p = car();
-        let mut plant = BicyclePlant::new(p).unwrap();
-        (plant.speed, plant.steering_angle) = (v, 1.0);
-        for &h in &steps {
-            plant.step(h).unwrap();
-        }
-        let (f, g) = bicycle_body_frame(&p, v);
-        let (_, b) = sample(
-            &DMatrix::from_fn(3, 3, |i, j| f[(i, j)]),
-            &DMatrix::from_fn(3, 1, |i, _| g[i]),
-            steps.iter().sum(),
-        );
-        let ours = [plant.lateral_velocity(), plant.yaw_rate(), plant.road_wheel_angle()];
-        for (x, e) in ours.iter().zip(b.iter()) {
-            prop_assert!((x - e).abs() < 1e-12 * b.amax(), "{x} {e}");
-        }
-    }
 }
 
 /// From standstill: nothing moves at v = 0, and nothing jumps at 1 m/s.

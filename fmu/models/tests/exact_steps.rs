@@ -174,10 +174,13 @@ proptest! {
         }
     }
 
-    /// The bicycle under a ramp: one step, 100 pieces, and from 1 m/s on one exponential.
+    /// The bicycle under a ramp or a held input: one step, 100 pieces, and from 1 m/s on one exponential.
     #[test]
     fn bicycle_ramp(
-        steps in hundred_steps(), v in prop_oneof![0.0..1.0_f64, 1.0..50.0_f64], (u0, slope) in (-0.3..0.3_f64, -0.5..0.5_f64),
+        steps in hundred_steps(),
+        v in prop_oneof![0.0..1.0_f64, 1.0..50.0_f64],
+        u0 in -0.3..0.3_f64,
+        slope in prop_oneof![1 => Just(0.0), 3 => -0.5..0.5_f64],
         initial in prop::array::uniform3(-0.1..0.1_f64),
     ) {
         let parameters = BicycleParameters::default();

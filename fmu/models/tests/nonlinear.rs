@@ -304,7 +304,7 @@ fn stands_still_and_drives_off() {
     let mut v = vehicle(car(), 0.0);
     v.steering_angle = 0.5;
     run(&mut v, 2.0, 0.01);
-    assert_eq!((v.x(), v.y(), v.yaw()), (v.x(), 0.0, 0.0));
+    assert_eq!((v.y(), v.yaw()), (0.0, 0.0));
     assert!(v.x().abs() < 1e-12 && v.lateral_acceleration().abs() < 1e-9);
     // At walking pace the rear axle rolls on the kinematic circle, also at a large angle.
     v.speed = 0.02;

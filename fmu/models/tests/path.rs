@@ -232,25 +232,6 @@ fn starts_on_the_branch_that_goes_its_way() {
 }
 
 #[test]
-fn evaluation_is_pure() {
-    let path = eight();
-    let mut follower = PathFollower::new(path.clone());
-    let g = GuidanceParameters::default();
-    let at = |f: &PathFollower, s: f64| {
-        let p = path.at(s);
-        f.evaluate(&g, p.x, p.y, p.heading, 10.0)
-    };
-    let committed = at(&follower, 30.0);
-    follower.commit(&committed);
-    let first = at(&follower, 31.0);
-    // Wild reads in between, such as an importer's iteration, leave nothing behind.
-    for s in [0.0, 90.0, 35.0] {
-        let _ = at(&follower, s);
-    }
-    assert_eq!(at(&follower, 31.0), first);
-}
-
-#[test]
 fn goes_on_straight_beyond_the_ends() {
     let path = Arc::new(PathGeometry::new(&road(50.0, 1.0, |_| 0.02), false).unwrap());
     let mut follower = PathFollower::new(path.clone());

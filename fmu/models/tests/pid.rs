@@ -273,17 +273,6 @@ fn prime_only_starts_the_memory() {
     assert!((output.steering_angle - 0.1).abs() < 1e-12, "{output:?}");
 }
 
-/// The evaluation on a copy at every read, that the FMU does before its first step.
-#[test]
-fn copies_leave_the_original_alone() {
-    let p = full();
-    let pid = Pid::default();
-    let first = pid.clone().tick(&p, &input(0.2, 0.1));
-    let again = pid.clone().tick(&p, &input(0.2, 0.1));
-    assert_eq!(first, again);
-    assert_eq!(pid, Pid::default());
-}
-
 /// A loop that meets a step of 0.1 rad at the rate limit.
 fn limited() -> PidParameters {
     PidParameters {

@@ -11,9 +11,6 @@ use crate::trigonometry::sin_cos;
 const YAW: usize = 3;
 
 impl BicyclePlant {
-    /// Number of states.
-    pub const STATES: usize = 6;
-
     /// A state: v_y, r, δ, ψ, X, Y.
     #[must_use]
     pub fn state(&self, index: usize) -> f64 {

@@ -40,7 +40,7 @@ mod governor;
 mod parameters;
 
 pub use governor::time_at_largest_rate;
-pub use parameters::{NO_ACCELERATION_BOUND, PidParameters};
+pub use parameters::PidParameters;
 
 use crate::angle::wrap_angle;
 use crate::error::{Error, diverged, finite};

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
 /// A lateral acceleration that bounds no vehicle's steering, m/s².
-pub const NO_ACCELERATION_BOUND: f64 = 1e6;
+const NO_ACCELERATION_BOUND: f64 = 1e6;
 /// Speed below which limits do not follow it, m/s.
 const LEAST_SPEED: f64 = 1.0;
 

@@ -12,7 +12,7 @@ fn a_fix_is_fused_once() {
     for moment in &moments {
         step(&mut estimator, moment.input);
     }
-    // The input stays: the deviation only grows, as by dead without_fixes.
+    // The input stays: the deviation only grows, as in dead reckoning.
     let input = moments[moments.len() - 1].input;
     let mut without = estimator.clone();
     let mut before = estimator.position_std();
@@ -34,7 +34,6 @@ fn a_fix_is_fused_once() {
     assert!(estimator.covariance()[0][0] < without.covariance()[0][0], "{p}");
 }
 
-/// Fixes that say nothing usable leave dead reckoning alone, and so does no fix at all.
 /// Without a count, a period takes the fixes that a count would report, whatever the steps.
 #[test]
 fn a_period_stands_for_the_count() {
@@ -68,6 +67,7 @@ fn a_period_stands_for_the_count() {
     }
 }
 
+/// Invalid fixes leave dead reckoning unchanged.
 #[test]
 fn unusable_fixes_are_not_used() {
     let drive = DRIVE;
@@ -98,7 +98,6 @@ fn unusable_fixes_are_not_used() {
 fn drop_outs_are_survived() {
     let mut beyond = 0;
     let mut largest = 0.0_f64;
-
     for seed in 0..60 {
         let drive = Drive { seed, ..DRIVE };
         let mut estimator = drive.estimator();
