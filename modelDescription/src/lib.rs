@@ -85,7 +85,7 @@ pub use guid::guid;
 pub use legality::{allows_start, default_initial, is_legal, needs_start};
 pub use rules::{Finding, List, Place};
 pub use states::ExposedState;
-pub use table::{DependsOn, Table, VariableSpec};
+pub use table::{DependsOn, Table, VariableSpec, is_c_identifier};
 pub use units::{BaseUnit, DisplayUnit, UNITS, Unit, UnitSpec};
 pub use vocabulary::{
     Causality, DependencyKind, Initial, Kind, NamingConvention, Value, Variability,

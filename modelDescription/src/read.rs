@@ -116,7 +116,7 @@ impl<'a, 'input> Reader<'a, 'input> {
     }
 
     fn real(self, attribute: &'static str) -> Result<Option<f64>, Error> {
-        self.parsed(attribute, "a number", parse_real)
+        self.parsed(attribute, "a number", |text| text.trim().parse().ok())
     }
 
     fn integer(self, attribute: &'static str) -> Result<Option<i32>, Error> {
@@ -336,11 +336,6 @@ fn unknown(reader: Reader<'_, '_>) -> Result<Unknown, Error> {
             .collect::<Option<Vec<DependencyKind>>>()
     })?;
     Ok(Unknown { index: reader.needed("index", reader.unsigned("index")?)?, dependencies, kinds })
-}
-
-/// The value of an `xs:double`.
-fn parse_real(text: &str) -> Option<f64> {
-    text.trim().parse().ok()
 }
 
 /// The value of an `xs:boolean`.

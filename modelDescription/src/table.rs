@@ -329,7 +329,8 @@ const fn all_known(variables: &[VariableSpec], names: &[&str], initialization: b
 }
 
 /// Whether the text is a letter or underscore followed by letters, digits and underscores.
-pub(crate) const fn is_c_identifier(text: &str) -> bool {
+#[must_use]
+pub const fn is_c_identifier(text: &str) -> bool {
     let bytes = text.as_bytes();
     let mut i = 0;
     while i < bytes.len() {

@@ -1,11 +1,11 @@
 //! Writing `modelDescription.xml`: deterministic, indented, elements in the order of the schema.
 
+use crate::Value;
 use crate::description::{
     CoSimulation, DefaultExperiment, LogCategory, ModelDescription, Unknown, Variable,
     VendorAnnotation,
 };
 use crate::units::{BaseUnit, Unit};
-use crate::{NamingConvention, Value};
 use quick_xml::Writer;
 use quick_xml::events::{BytesEnd, BytesStart, BytesText, Event};
 use std::io::Write;
@@ -96,7 +96,6 @@ impl Sink {
     }
 
     fn document(&mut self, description: &ModelDescription) {
-        let naming = description.naming_convention;
         let root = Element::new("fmiModelDescription")
             .with("fmiVersion", "2.0")
             .with("modelName", &description.model_name)
@@ -107,8 +106,7 @@ impl Sink {
             .maybe("copyright", description.copyright.as_ref())
             .maybe("license", description.license.as_ref())
             .maybe("generationTool", description.generation_tool.as_ref())
-            .with("variableNamingConvention", naming.as_str());
-        debug_assert!(NamingConvention::ALL.contains(&naming));
+            .with("variableNamingConvention", description.naming_convention.as_str());
         self.parent(root, |sink| {
             if let Some(co_simulation) = &description.co_simulation {
                 sink.co_simulation(co_simulation);

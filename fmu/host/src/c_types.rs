@@ -96,18 +96,18 @@ pub(crate) type DoStep =
 /// GetStatus, GetRealStatus, GetIntegerStatus, GetBooleanStatus, GetStringStatus.
 pub(crate) type GetStatus<T> = unsafe extern "C" fn(Component, c_int, *mut T) -> RawStatus;
 
-/// What an FMI 2.0 function answers.
+/// `fmi2Status`, the result of an FMI 2.0 function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Status {
-    /// All is well.
+    /// No problem.
     Ok,
-    /// Something is not right, but the computation goes on.
+    /// A problem that does not stop the computation.
     Warning,
     /// The step or the value is refused.
     Discard,
-    /// The instance cannot go on.
+    /// The instance cannot continue.
     Error,
-    /// No instance of the FMU can go on.
+    /// No instance of the FMU can continue.
     Fatal,
     /// The step is carried out asynchronously.
     Pending,

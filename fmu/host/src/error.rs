@@ -211,7 +211,8 @@ impl Error {
             | Self::DuplicateVariable { .. }
             | Self::BadModelIdentifier { .. }
             | Self::MissingFunctions { .. }
-            | Self::WrongVersion { .. } => {
+            | Self::WrongVersion { .. }
+            | Self::NullResult { .. } => {
                 "the FMU breaks the FMI 2.0 standard: report it to the vendor"
             }
             Self::NotCoSimulation { .. } => "export the model as FMI 2.0 for Co-Simulation",
@@ -237,9 +238,6 @@ impl Error {
                 "use finite times, a step above 0, and a stop that is whole steps after the start"
             }
             Self::NulInText { .. } => "remove the NUL character",
-            Self::NullResult { .. } => {
-                "the FMU breaks the FMI 2.0 standard: report it to the vendor"
-            }
             Self::UnknownVariable { .. } | Self::UnknownInstance { .. } => "check the spelling",
             Self::WrongKind { .. } | Self::BadValue { .. } => {
                 "state a value of the variable's type: a number, a whole number, true or false"

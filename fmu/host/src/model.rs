@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use model_description::{CoSimulation, ModelDescription, Variable};
+use model_description::{CoSimulation, ModelDescription, Variable, is_c_identifier};
 
 use crate::Error;
 use crate::names::near;
@@ -24,6 +24,7 @@ impl Model {
         let Some(co_simulation) = description.co_simulation.clone() else {
             return Err(Error::NotCoSimulation { archive: archive() });
         };
+        // A C identifier has no separators, so the path of the binary stays in its folder.
         let identifier = &co_simulation.model_identifier;
         if !is_c_identifier(identifier) {
             let got = identifier.clone();
@@ -78,11 +79,4 @@ impl Model {
     pub(crate) fn near(&self, name: &str) -> Vec<String> {
         near(name, self.variables().iter().map(|v| v.name.as_str()))
     }
-}
-
-/// Whether a text can be the name of a function in C, and so contains nothing that would lead the
-/// path of the binary elsewhere.
-fn is_c_identifier(text: &str) -> bool {
-    let starts_well = text.chars().next().is_some_and(|c| c.is_ascii_alphabetic() || c == '_');
-    starts_well && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
 }

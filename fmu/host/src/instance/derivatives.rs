@@ -18,7 +18,7 @@ impl Instance {
         const CALL: &str = "fmi2SetRealInputDerivatives";
         self.same_length(CALL, references.len(), values.len())?;
         self.same_length(CALL, references.len(), orders.len())?;
-        self.call(CALL, phase::SET_INPUT_DERIVATIVES, |f, c| {
+        self.call(CALL, phase::SET, |f, c| {
             let orders: *const c_int = orders.as_ptr();
             // SAFETY: as `call` requires; the arrays have the given length.
             unsafe {

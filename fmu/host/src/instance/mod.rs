@@ -91,10 +91,6 @@ impl Instance {
         if name.trim().is_empty() {
             return Err(Error::InstanceName { name: name.to_owned(), reason: "it is blank" });
         }
-        let c_string = |text: &str| {
-            CString::new(text)
-                .map_err(|_| Error::NulInText { instance: name.to_owned(), text: text.to_owned() })
-        };
         let library = archive.library()?;
         if library.is_fatal() {
             return Err(Error::Fatal { instance: name.to_owned(), call: "fmi2Instantiate" });
@@ -109,8 +105,8 @@ impl Instance {
                 model: model.co_simulation().model_identifier.clone(),
             });
         }
-        let (c_name, c_guid) = (c_string(name)?, c_string(guid)?);
-        let resources = c_string(&archive.resources_uri())?;
+        let (c_name, c_guid) = (c_string(name, name)?, c_string(name, guid)?);
+        let resources = c_string(name, &archive.resources_uri())?;
         let callbacks = Callbacks::new();
         // SAFETY: the texts are C strings that outlive the call. The callbacks stay at their
         // address until the instance is freed.
@@ -170,7 +166,7 @@ impl Instance {
     pub fn set_debug_logging(&mut self, on: bool, categories: &[&str]) -> Result<(), Error> {
         let texts = categories
             .iter()
-            .map(|category| self.c_string(category))
+            .map(|category| c_string(&self.name, category))
             .collect::<Result<Vec<_>, _>>()?;
         let pointers: Vec<_> = texts.iter().map(|text| text.as_ptr()).collect();
         let on = c_types::Boolean::from(on);
@@ -329,11 +325,11 @@ impl Instance {
         }
         Err(Error::NotFinite { instance: self.name.clone(), call, what, value })
     }
+}
 
-    fn c_string(&self, text: &str) -> Result<CString, Error> {
-        CString::new(text)
-            .map_err(|_| Error::NulInText { instance: self.name.clone(), text: text.to_owned() })
-    }
+fn c_string(instance: &str, text: &str) -> Result<CString, Error> {
+    CString::new(text)
+        .map_err(|_| Error::NulInText { instance: instance.to_owned(), text: text.to_owned() })
 }
 
 impl std::fmt::Debug for Instance {

@@ -19,10 +19,6 @@ impl Instance {
     pub fn value(&mut self, name: &str) -> Result<Value, Error> {
         let variable = self.variable(name)?;
         let (kind, reference) = (variable.kind, [variable.reference]);
-        self.value_of(kind, reference)
-    }
-
-    fn value_of(&mut self, kind: Kind, reference: [u32; 1]) -> Result<Value, Error> {
         Ok(match kind {
             Kind::Real => {
                 let mut value = [0.0];

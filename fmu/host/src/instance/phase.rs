@@ -70,9 +70,6 @@ pub(crate) const TERMINATE: Phases = Phases::of(&[C, F]);
 pub(crate) const ANY: Phases = Phases::of(&[I, M, C, F, X, T, E]);
 pub(crate) const GET: Phases = Phases::of(&[M, C, T, F, X, E]);
 pub(crate) const SET: Phases = Phases::of(&[I, M, C]);
-/// GetFMUstate. Canceled and failed steps are for debugging, as the error state is.
-pub(crate) const GET_STATE: Phases = ANY;
-pub(crate) const SET_INPUT_DERIVATIVES: Phases = Phases::of(&[I, M, C]);
 pub(crate) const GET_OUTPUT_DERIVATIVES: Phases = Phases::of(&[C, X, T, F, E]);
 /// After an error.
 pub(crate) const ERROR: Phases = Phases::of(&[E]);

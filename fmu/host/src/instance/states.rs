@@ -55,7 +55,7 @@ impl Instance {
         self.free_returned_states();
         let mut pointer: FmuStatePointer = std::ptr::null_mut();
         let at = self.phase;
-        self.call("fmi2GetFMUstate", phase::GET_STATE, |f, c| {
+        self.call("fmi2GetFMUstate", phase::ANY, |f, c| {
             // SAFETY: as `call` requires; the pointer is NULL, so the FMU makes a new state.
             unsafe { (f.get_fmu_state)(c, &raw mut pointer) }
         })?;
@@ -66,7 +66,7 @@ impl Instance {
     pub fn update_state(&mut self, state: &mut FmuState) -> Result<(), Error> {
         let mut pointer = self.pointer(state)?;
         let at = self.phase;
-        self.call("fmi2GetFMUstate", phase::GET_STATE, |f, c| {
+        self.call("fmi2GetFMUstate", phase::ANY, |f, c| {
             // SAFETY: as `call` requires; the pointer is a state of this instance.
             unsafe { (f.get_fmu_state)(c, &raw mut pointer) }
         })?;

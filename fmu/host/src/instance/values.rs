@@ -7,7 +7,7 @@
 
 use std::ffi::{CStr, c_char};
 
-use super::{Instance, phase};
+use super::{Instance, c_string, phase};
 use crate::Error;
 use crate::c_types;
 
@@ -128,7 +128,7 @@ impl Instance {
         }
         let texts = values
             .iter()
-            .map(|value| self.c_string(value.as_ref()))
+            .map(|value| c_string(&self.name, value.as_ref()))
             .collect::<Result<Vec<_>, _>>()?;
         let pointers: Vec<*const c_char> = texts.iter().map(|text| text.as_ptr()).collect();
         self.call(CALL, phase::SET, |f, c| {

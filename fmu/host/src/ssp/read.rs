@@ -35,7 +35,7 @@ pub(super) fn structure(
     let system = root.child(SSD, "System").ok_or_else(|| root.error("there is no System"))?;
     let mut structure =
         SystemStructure { name: system.attribute("name")?.to_owned(), ..Default::default() };
-    structure.units = read_units(root, SSD, SSC)?;
+    structure.units = read_units(root, SSD)?;
     for element in system.inside(SSD, "Elements") {
         let component = component(element, load)?;
         if structure.components.iter().any(|other| other.name == component.name) {
@@ -144,7 +144,7 @@ fn bound(
 
 /// The values of a `ParameterSet`.
 fn parameters(set: Element<'_, '_>, prefix: &str) -> Result<Vec<Parameter>, Error> {
-    let units = read_units(set, SSV, SSC)?;
+    let units = read_units(set, SSV)?;
     let all = set.child(SSV, "Parameters").into_iter().flat_map(Element::children);
     all.map(|parameter| {
         let name = format!("{prefix}{}", parameter.attribute("name")?);
@@ -240,18 +240,13 @@ fn step(experiment: Element<'_, '_>) -> Result<Option<f64>, Error> {
     }
 }
 
-/// The units that an element defines; `namespace` is that of its file, `common` that of
-/// `ssc:Unit`.
-fn read_units(
-    parent: Element<'_, '_>,
-    namespace: &'static str,
-    common: &'static str,
-) -> Result<Vec<Unit>, Error> {
+/// The units that an element defines; `namespace` is that of its file.
+fn read_units(parent: Element<'_, '_>, namespace: &'static str) -> Result<Vec<Unit>, Error> {
     let all = parent.child(namespace, "Units").into_iter().flat_map(Element::children);
-    all.filter(|element| element.is(common, "Unit"))
+    all.filter(|element| element.is(SSC, "Unit"))
         .map(|element| {
             let name = element.attribute("name")?.to_owned();
-            let base = element.child(common, "BaseUnit").map(read_base).transpose()?;
+            let base = element.child(SSC, "BaseUnit").map(read_base).transpose()?;
             Ok(Unit { name, base, display_units: Vec::new() })
         })
         .collect()

@@ -163,12 +163,14 @@ impl System {
     pub fn record(&mut self, paths: &[&str]) -> Result<&mut Self, Error> {
         let mut recorded = Vec::new();
         for path in paths {
-            let (instance, variable) = self.split(path)?;
-            let found = self.instances[self.index(&instance)?].variable(&variable)?;
+            let (instance, variable) = path
+                .split_once('.')
+                .ok_or_else(|| Error::BadPath { text: (*path).to_owned(), with_value: false })?;
+            let found = self.instances[self.index(instance)?].variable(variable)?;
             if found.kind == Kind::String {
                 return Err(Error::NotRecordable { variable: (*path).to_owned() });
             }
-            recorded.push((instance, variable));
+            recorded.push((instance.to_owned(), variable.to_owned()));
         }
         self.recorded = Some(recorded);
         Ok(self)
@@ -178,15 +180,6 @@ impl System {
     pub fn record_default(&mut self) -> &mut Self {
         self.recorded = None;
         self
-    }
-
-    /// `instance.variable`, both known.
-    fn split(&self, path: &str) -> Result<(String, String), Error> {
-        let (instance, variable) = path
-            .split_once('.')
-            .ok_or_else(|| Error::BadPath { text: path.to_owned(), with_value: false })?;
-        self.instances[self.index(instance)?].variable(variable)?;
-        Ok((instance.to_owned(), variable.to_owned()))
     }
 
     fn index(&self, name: &str) -> Result<usize, Error> {
@@ -201,13 +194,9 @@ impl System {
 
     /// Every input of every instance, with its instance's index.
     fn inputs(&self) -> impl Iterator<Item = (usize, &Variable)> {
-        self.of_causality(Causality::Input)
-    }
-
-    fn of_causality(&self, causality: Causality) -> impl Iterator<Item = (usize, &Variable)> {
-        self.instances.iter().enumerate().flat_map(move |(index, instance)| {
-            let of_it = instance.model().variables().iter();
-            of_it.filter(move |v| v.causality == causality).map(move |v| (index, v))
+        self.instances.iter().enumerate().flat_map(|(index, instance)| {
+            let variables = instance.model().variables().iter();
+            variables.filter(|v| v.causality == Causality::Input).map(move |v| (index, v))
         })
     }
 

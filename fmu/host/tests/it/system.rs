@@ -108,7 +108,6 @@ fn initialization_carries_values_through_a_chain_in_the_worst_order() {
     let recording = system.run(Coupling::Jacobi, 0.0, 0.1, 0.1).unwrap();
     assert_eq!(recording.column("c.v2"), None, "a connected input is not recorded again");
     assert_eq!(recording.column("a.v0"), Some(vec![2.0, 2.0]), "a free input is");
-    assert_eq!(recording.column("a.v0").unwrap(), [2.0, 2.0]);
     system.record(&["c.v3", "a.v1"]).unwrap();
     let recording = system.run(Coupling::Jacobi, 0.0, 0.1, 0.1).unwrap();
     assert_eq!(recording.rows[0], [54.0, 6.0]);
