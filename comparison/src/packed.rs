@@ -49,7 +49,7 @@ fn pack_with_start(
     let binaries: Vec<Binary<'_>> = steerwright_binaries::of(fmu.name())
         .map(|l| Binary { platform: l.platform, bytes: l.bytes })
         .collect();
-    Ok(steerwright_packaging::package_with_start(document, file, &binaries, step, start)?)
+    Ok(steerwright_packaging::package(document, file, &binaries, step, start)?)
 }
 
 /// A packed loop.

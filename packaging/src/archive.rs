@@ -9,6 +9,7 @@ use model_description::{DefaultExperiment, ModelDescription};
 use std::io::{Cursor, Write};
 use steerwright_formats::{Document, Start};
 use steerwright_slaves::Fmu;
+use zip::result::ZipResult;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
@@ -45,24 +46,12 @@ pub fn fmu_of(document: &str, file: &str) -> Result<Fmu, Error> {
 }
 
 /// Packs the FMU of a document. `file` is named in errors; `step` is the step size that
-/// `DefaultExperiment` declares, in seconds, by default the controller's sample time or 0.01.
+/// `DefaultExperiment` declares, in seconds, by default the controller's sample time or 0.01;
+/// `start` replaces start values of the FMU, in `resources/start.json`.
 ///
 /// # Errors
-/// Where the document is refused, or there is no binary.
+/// An invalid document, step or start value, or no binary.
 pub fn package(
-    document: &str,
-    file: &str,
-    binaries: &[Binary<'_>],
-    step: Option<f64>,
-) -> Result<Packed, Error> {
-    package_with_start(document, file, binaries, step, None)
-}
-
-/// As [`package`], with start values of the archive's own in `resources/start.json`.
-///
-/// # Errors
-/// As [`package`], and where the FMU refuses a start value.
-pub fn package_with_start(
     document: &str,
     file: &str,
     binaries: &[Binary<'_>],
@@ -70,7 +59,11 @@ pub fn package_with_start(
     start: Option<&Start>,
 ) -> Result<Packed, Error> {
     let fmu = fmu_of(document, file)?;
-    let sample_time = check(fmu, document, file)?;
+    let origin = Origin::of(fmu, document, file)?;
+    let sample_time = match fmu {
+        Fmu::LateralPid => Some(steerwright_formats::Pid::from_json(document, file)?.sample_time_s),
+        _ => None,
+    };
     let step = step.or(sample_time).unwrap_or(0.01);
     if !(step.is_finite() && step > 0.0) {
         return Err(Error::Step { step });
@@ -92,7 +85,6 @@ pub fn package_with_start(
     let mut description = fmu
         .describe(entries.clone(), experiment)
         .map_err(|source| Error::Slave { file: file.into(), source })?;
-    let origin = Origin::of(fmu, document, file)?;
     description.generation_tool = Some(provenance::TOOL.into());
     description.license = Some("MIT OR Apache-2.0".into());
     description.vendor_annotations = vec![origin.annotation()];
@@ -126,10 +118,12 @@ pub fn package_with_start(
         let name = format!("binaries/{folder}/{}.{}", fmu.name(), platform.extension());
         files.push((name, binary.bytes.to_vec()));
     }
-    // The description first, for those who read a stream; the rest sorted.
+    // The description first, for readers of a stream; the rest sorted.
     files.sort();
     files.insert(0, ("modelDescription.xml".into(), description.to_xml().into_bytes()));
-    let bytes = zipped(&files).map_err(|source| Error::Zip { fmu: fmu.name(), source })?;
+    let files =
+        files.iter().map(|(name, bytes)| (name.clone(), &**bytes, CompressionMethod::Deflated));
+    let bytes = zipped(files).map_err(|source| Error::Zip { fmu: fmu.name(), source })?;
     Ok(Packed { fmu, description, bytes })
 }
 
@@ -149,35 +143,16 @@ const LICENSES: &str = include_str!("../licenses/license.txt");
 const LICENSE_MIT: &str = include_str!("../../LICENSE-MIT");
 const LICENSE_APACHE: &str = include_str!("../../LICENSE-APACHE");
 
-/// Reads the document as its type; returns the sample time of a controller.
-fn check(fmu: Fmu, document: &str, file: &str) -> Result<Option<f64>, steerwright_formats::Error> {
-    Ok(match fmu {
-        Fmu::IdentifiedPlant => {
-            steerwright_formats::Plant::from_json(document, file).map(|_| None)?
-        }
-        Fmu::BicyclePlant => {
-            steerwright_formats::Bicycle::from_json(document, file).map(|_| None)?
-        }
-        Fmu::NonlinearVehicle => {
-            steerwright_formats::Vehicle::from_json(document, file).map(|_| None)?
-        }
-        Fmu::LateralPid => Some(steerwright_formats::Pid::from_json(document, file)?.sample_time_s),
-        Fmu::ReferencePath => steerwright_formats::Path::from_json(document, file).map(|_| None)?,
-        Fmu::PoseEstimator => {
-            steerwright_formats::Estimator::from_json(document, file).map(|_| None)?
-        }
-    })
-}
-
-/// A zip without clock or user: the same files give the same bytes.
-fn zipped(files: &[(String, Vec<u8>)]) -> zip::result::ZipResult<Vec<u8>> {
+/// A zip of named files without clock or user: the same files give the same bytes.
+pub(crate) fn zipped<'a>(
+    files: impl Iterator<Item = (String, &'a [u8], CompressionMethod)>,
+) -> ZipResult<Vec<u8>> {
     let options = SimpleFileOptions::default()
-        .compression_method(CompressionMethod::Deflated)
         .last_modified_time(DateTime::default())
         .unix_permissions(0o644);
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
-    for (name, bytes) in files {
-        zip.start_file(name.as_str(), options)?;
+    for (name, bytes, method) in files {
+        zip.start_file(name, options.compression_method(method))?;
         zip.write_all(bytes)?;
     }
     Ok(zip.finish()?.into_inner())

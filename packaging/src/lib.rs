@@ -18,7 +18,7 @@ mod reference;
 pub mod ssp;
 mod terminals;
 
-pub use archive::{Binary, Packed, fmu_of, package, package_with_start};
+pub use archive::{Binary, Packed, fmu_of, package};
 pub use documentation::{table_markdown, with_variables};
 pub use error::Error;
 pub use steerwright_slaves::Fmu;

@@ -76,7 +76,7 @@ fn any_zip_program_can_open_it() {
 fn the_same_inputs_give_the_same_bytes_whatever_the_file_is_called() {
     for fmu in Fmu::ALL {
         let at = |file| {
-            steerwright_packaging::package(&document(fmu), file, support::LINUX, Some(0.01))
+            steerwright_packaging::package(&document(fmu), file, support::LINUX, Some(0.01), None)
                 .unwrap()
                 .bytes
         };
@@ -225,8 +225,13 @@ fn each_platform_has_its_folder_and_its_standing() {
         ("win32", "dll"),
     ];
     let binaries = folders.map(|(platform, _)| Binary { platform, bytes: platform.as_bytes() });
-    let packed =
-        steerwright_packaging::package(&document(Fmu::LateralPid), "pid.json", &binaries, None);
+    let packed = steerwright_packaging::package(
+        &document(Fmu::LateralPid),
+        "pid.json",
+        &binaries,
+        None,
+        None,
+    );
     let files = files(&packed.unwrap());
     let page = text(&files, "documentation/index.html");
     for (folder, extension) in folders {
@@ -241,7 +246,7 @@ fn each_platform_has_its_folder_and_its_standing() {
     let mut other = binaries;
     other.reverse();
     let again =
-        steerwright_packaging::package(&document(Fmu::LateralPid), "pid.json", &other, None)
+        steerwright_packaging::package(&document(Fmu::LateralPid), "pid.json", &other, None, None)
             .unwrap();
     assert!(support::files(&again) == files);
 }
@@ -249,7 +254,7 @@ fn each_platform_has_its_folder_and_its_standing() {
 #[test]
 fn a_platform_that_no_importer_looks_for_is_refused() {
     let pack = |binaries: &[Binary<'_>]| {
-        steerwright_packaging::package(&document(Fmu::LateralPid), "pid.json", binaries, None)
+        steerwright_packaging::package(&document(Fmu::LateralPid), "pid.json", binaries, None, None)
     };
     let linux = Binary { platform: "linux64", bytes: b"" };
     let error = pack(&[Binary { platform: "x86_64-linux", bytes: b"" }]).unwrap_err();

@@ -32,7 +32,8 @@ struct Run {
 
 fn run(fmu: Fmu, step: Option<f64>) -> Run {
     let packed =
-        steerwright_packaging::package(&document(fmu), "d.json", support::LINUX, step).unwrap();
+        steerwright_packaging::package(&document(fmu), "d.json", support::LINUX, step, None)
+            .unwrap();
     let files = files(&packed);
     let about: serde_json::Value =
         serde_json::from_str(&text(&files, &format!("{FOLDER}/reference.json"))).unwrap();

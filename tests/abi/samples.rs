@@ -57,7 +57,7 @@ fn unpacked(fmu: Fmu) -> Sample {
         .collect();
     let document = document(fmu.schema()).expect("a document of every FMU");
     let packed =
-        steerwright_packaging::package(&document, fmu.resource(), &binaries, None).unwrap();
+        steerwright_packaging::package(&document, fmu.resource(), &binaries, None, None).unwrap();
     let archive = Archive::from_bytes(&packed.bytes, fmu.name()).unwrap();
     let (library, folder) = (archive.binary().unwrap(), archive.folder().to_owned());
     let description = archive.model().description().clone();

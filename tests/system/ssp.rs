@@ -311,8 +311,9 @@ fn the_help_says_where_binaries_run() {
 fn a_system_is_written_of_what_is_there_alone() {
     let read = |name: &str| std::fs::read_to_string(chain().join(name)).unwrap();
     let library = [Binary { platform: "linux64", bytes: b"none" }];
-    let [plant, pid] = ["plant.json", "pid.json"]
-        .map(|name| steerwright_packaging::package(&read(name), name, &library, None).unwrap());
+    let [plant, pid] = ["plant.json", "pid.json"].map(|name| {
+        steerwright_packaging::package(&read(name), name, &library, None, None).unwrap()
+    });
     let write = |start: &[(&str, f64)], wires: &[Connection], step: f64| {
         let start = start.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
         let components =

@@ -21,11 +21,11 @@ mod start;
 mod structure;
 mod wiring;
 
+use crate::archive::zipped;
 use crate::{Error, Packed};
-use std::io::{Cursor, Write};
+use std::iter::once;
 use steerwright_host::Connection;
-use zip::write::SimpleFileOptions;
-use zip::{CompressionMethod, DateTime, ZipWriter};
+use zip::CompressionMethod;
 
 pub use start::{own_start, receiver_values, sideslip_values, start_values};
 pub use wiring::{MEASUREMENTS, connections_by_name, loop_order};
@@ -71,22 +71,10 @@ pub fn ssp(
         }
     }
     let xml = structure::to_xml(name, components, connections, experiment)?;
-    zipped(&xml, components).map_err(|source| Error::Package { name: name.into(), source })
-}
-
-/// A zip without clock or user. The archives in it are compressed already, so they are stored.
-fn zipped(xml: &str, components: &[Component<'_>]) -> zip::result::ZipResult<Vec<u8>> {
-    let options = SimpleFileOptions::default()
-        .last_modified_time(DateTime::default())
-        .unix_permissions(0o644);
-    let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
-    let deflated = options.compression_method(CompressionMethod::Deflated);
-    zip.start_file("SystemStructure.ssd", deflated)?;
-    zip.write_all(xml.as_bytes())?;
-    for component in components {
-        let stored = options.compression_method(CompressionMethod::Stored);
-        zip.start_file(structure::source(component), stored)?;
-        zip.write_all(&component.packed.bytes)?;
-    }
-    Ok(zip.finish()?.into_inner())
+    // The archives are compressed already, so they are stored.
+    let archives = components.iter().map(|component| {
+        (structure::source(component), &*component.packed.bytes, CompressionMethod::Stored)
+    });
+    let xml = ("SystemStructure.ssd".to_owned(), xml.as_bytes(), CompressionMethod::Deflated);
+    zipped(once(xml).chain(archives)).map_err(|source| Error::Package { name: name.into(), source })
 }

@@ -2,7 +2,7 @@
 
 use super::{Component, Experiment};
 use crate::Error;
-use model_description::{Causality, Kind, Unit, Variable};
+use model_description::{BaseUnit, Causality, Kind, Unit, Variable};
 use quick_xml::Writer;
 use std::io;
 use steerwright_host::Connection;
@@ -19,9 +19,6 @@ const NAMESPACES: [(&str, &str); 4] = [
     ("xmlns:ssv", "http://ssp-standard.org/SSP1/SystemStructureParameterValues"),
     ("xmlns:osp", "http://opensimulationplatform.com/SSP/OSPAnnotations"),
 ];
-
-/// Base units in the order of a unit's exponents.
-const BASE_UNITS: [&str; 8] = ["kg", "m", "s", "A", "K", "mol", "cd", "rad"];
 
 /// Where a component's archive lies in the package.
 pub(super) fn source(component: &Component<'_>) -> String {
@@ -250,9 +247,9 @@ fn units(
             named.write_inner_content(|xml| {
                 let mut tag = xml.create_element("ssc:BaseUnit");
                 if let Some(base) = &unit.base {
-                    for (name, exponent) in BASE_UNITS.iter().zip(base.exponents) {
+                    for (name, exponent) in BaseUnit::SYMBOLS.into_iter().zip(base.exponents) {
                         if exponent != 0 {
-                            tag = tag.with_attribute((*name, exponent.to_string().as_str()));
+                            tag = tag.with_attribute((name, exponent.to_string().as_str()));
                         }
                     }
                 }

@@ -189,7 +189,7 @@ pub(crate) fn document(fmu: Fmu) -> String {
 pub(crate) const LINUX: &[Binary<'_>] = &[Binary { platform: "linux64", bytes: b"a library" }];
 
 pub(crate) fn packed(fmu: Fmu) -> Packed {
-    steerwright_packaging::package(&document(fmu), "document.json", LINUX, None).unwrap()
+    steerwright_packaging::package(&document(fmu), "document.json", LINUX, None, None).unwrap()
 }
 
 /// The files of an archive.

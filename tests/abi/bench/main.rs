@@ -128,7 +128,8 @@ fn archives() -> Vec<(String, Archive)> {
         }
         for (what, document) in examples {
             let packed =
-                steerwright_packaging::package(&document, fmu.resource(), &binaries, None).unwrap();
+                steerwright_packaging::package(&document, fmu.resource(), &binaries, None, None)
+                    .unwrap();
             let archive = Archive::from_bytes(&packed.bytes, fmu.name()).unwrap();
             archives.push((format!("{}{what}", fmu.name()), archive));
         }
