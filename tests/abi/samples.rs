@@ -55,7 +55,7 @@ fn unpacked(fmu: Fmu) -> Sample {
     let binaries: Vec<Binary<'_>> = steerwright_binaries::of(fmu.name())
         .map(|library| Binary { platform: library.platform, bytes: library.bytes })
         .collect();
-    let document = document(fmu.schema()).expect("a document of every FMU");
+    let document = document(fmu.schema());
     let packed =
         steerwright_packaging::package(&document, fmu.resource(), &binaries, None, None).unwrap();
     let archive = Archive::from_bytes(&packed.bytes, fmu.name()).unwrap();

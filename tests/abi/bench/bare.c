@@ -1,5 +1,5 @@
 /* What an FMU is measured against: the same arithmetic in a C library of its own, with no more
- * around it than the signature of fmi2DoStep. `linear` is the model of fmus/src/lib.rs, `pid` one
+ * around it than the signature of fmi2DoStep. `linear` is the model of bench-fmus/src/lib.rs, `pid` one
  * tick of eq 14 as fmu/models/src/pid/mod.rs has it, limits and anti-windup included. */
 #include <math.h>
 

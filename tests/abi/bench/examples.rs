@@ -1,23 +1,20 @@
 //! The documents that the timed FMUs are made from, where one example is not enough.
 
 use crate::documents;
-use steerwright_formats::{Continuous, Document, Matrix, Plant, Vehicle};
+use steerwright_formats::{Continuous, Document, Matrix, Plant};
 
 /// What to add to the FMU's name, and the document.
 pub(crate) fn of(schema: &str) -> Vec<(&'static str, String)> {
     match schema {
         Plant::SCHEMA => plants(),
-        Vehicle::SCHEMA => {
-            vec![("", include_str!("../../data/multibody/vehicle.json").to_owned())]
-        }
-        _ => documents::document(schema).into_iter().map(|document| ("", document)).collect(),
+        _ => vec![("", documents::document(schema))],
     }
 }
 
 /// The identified plant as it usually is, with its continuous form: without and with its delay;
 /// and without that form, which moves on the grid of its samples.
 fn plants() -> Vec<(&'static str, String)> {
-    let json = documents::document(Plant::SCHEMA).unwrap();
+    let json = documents::document(Plant::SCHEMA);
     let sampled = || Plant { input_delay_s: 0.0, ..Plant::from_json(&json, "plant.json").unwrap() };
     let continuous = || Plant { continuous: Some(logarithm(&sampled())), ..sampled() };
     vec![

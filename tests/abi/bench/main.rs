@@ -1,10 +1,10 @@
 //! What a call of an FMU costs, compared with the same arithmetic in C and in pythonfmu.
 //!
-//! `cargo xtask bench fmu` prepares what this needs and runs it: the libraries of `fmus/`, built
+//! `cargo xtask bench fmu` prepares the inputs and runs it: the libraries of `bench-fmus/`, built
 //! with the profile of the FMUs, in `STEERWRIGHT_BENCH_FMUS`, and an unpacked FMU of pythonfmu in
 //! `STEERWRIGHT_BENCH_PYTHONFMU` (without it the ratios are left out), which finds the symbols of
-//! Python only if the library `STEERWRIGHT_BENCH_LIBPYTHON` is loaded before. A C program does the timing:
-//! rounds in which each subject has its turn, processor time of its thread.
+//! Python only if the library `STEERWRIGHT_BENCH_LIBPYTHON` is loaded before. A C program measures
+//! the processor time of its thread in rounds, each of all subjects in turn.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)] // a tool of developers
 
 #[path = "../documents.rs"]
@@ -122,11 +122,7 @@ fn archives() -> Vec<(String, Archive)> {
         let binaries: Vec<Binary<'_>> = steerwright_binaries::of(fmu.name())
             .map(|library| Binary { platform: library.platform, bytes: library.bytes })
             .collect();
-        let examples = examples::of(fmu.schema());
-        if examples.is_empty() {
-            println!("{}: left out, for it has no example document", fmu.name());
-        }
-        for (what, document) in examples {
+        for (what, document) in examples::of(fmu.schema()) {
             let packed =
                 steerwright_packaging::package(&document, fmu.resource(), &binaries, None, None)
                     .unwrap();

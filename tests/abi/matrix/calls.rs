@@ -1,7 +1,6 @@
 //! Functions without variables: life cycle, times, statuses, logging.
 
 use super::Case;
-use super::table::Place;
 use crate::api::{DISCARD, ERROR, OK, WARNING, text_of};
 use crate::samples::Sample;
 use crate::unit::Unit;
@@ -218,16 +217,6 @@ fn statuses<'s>() -> Vec<Case<'s>> {
         unsafe { (unit.api.get_string_status)(unit.component, 1, null_mut()) }
     }));
     cases
-}
-
-/// The same call, where it takes a call before: an experiment makes the initialization legal.
-#[test]
-fn initialization_needs_an_experiment() {
-    for sample in crate::samples::samples() {
-        let unit = super::bring(sample, Place::I);
-        unit.begin();
-        assert_eq!(unit.exit_initialization(), OK);
-    }
 }
 
 /// No step ends past a stop time that was defined, up to a thousandth of a step.
