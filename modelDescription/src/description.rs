@@ -10,9 +10,9 @@ use crate::{
 pub struct ModelDescription {
     /// `modelName`.
     pub model_name: String,
-    /// `guid`: what the binary expects at instantiation.
+    /// `guid`, which the binary requires at instantiation.
     pub guid: String,
-    /// One line for people.
+    /// A description of one line.
     pub description: Option<String>,
     /// Who wrote the model.
     pub author: Option<String>,
@@ -26,7 +26,7 @@ pub struct ModelDescription {
     pub generation_tool: Option<String>,
     /// How names are built.
     pub naming_convention: NamingConvention,
-    /// What the FMU can do in co-simulation, if it can at all.
+    /// Its co-simulation side, if it has one.
     pub co_simulation: Option<CoSimulation>,
     /// Its model-exchange side, if it has one. This project only reads it.
     pub model_exchange: Option<ModelExchange>,
@@ -36,7 +36,7 @@ pub struct ModelDescription {
     pub log_categories: Vec<LogCategory>,
     /// Default experiment.
     pub default_experiment: Option<DefaultExperiment>,
-    /// What other tools left.
+    /// Annotations of other tools.
     pub vendor_annotations: Vec<VendorAnnotation>,
     /// The variables; `Unknown::index` counts them from 1.
     pub variables: Vec<Variable>,
@@ -88,7 +88,7 @@ impl ModelDescription {
     }
 }
 
-/// `CoSimulation`: the binary and what it can do.
+/// `CoSimulation`: the binary and its capabilities.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct CoSimulation {
     /// The binary's name without its ending: a C identifier.
@@ -142,11 +142,11 @@ pub struct DefaultExperiment {
 pub struct LogCategory {
     /// Its name.
     pub name: String,
-    /// What it collects.
+    /// Its description.
     pub description: Option<String>,
 }
 
-/// What a tool left for itself under `VendorAnnotations`.
+/// The annotation of a tool under `VendorAnnotations`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct VendorAnnotation {
     /// Name of the tool.
@@ -167,7 +167,7 @@ pub struct Variable {
     pub kind: Kind,
     /// Whether the XML type is Enumeration.
     pub is_enumeration: bool,
-    /// One line for people.
+    /// A description of one line.
     pub description: Option<String>,
     /// Its causality.
     pub causality: Causality,

@@ -25,7 +25,7 @@ pub enum Error {
     NotFmi2 {
         /// Line, from 1.
         line: u32,
-        /// What was found.
+        /// The value found.
         found: String,
     },
     /// An attribute that the standard requires is absent.
@@ -61,7 +61,7 @@ pub enum Error {
         attribute: &'static str,
         /// Its value, shortened.
         value: String,
-        /// What it should be.
+        /// The expected value.
         expected: &'static str,
     },
     /// There are more or fewer start values than variables.
@@ -103,7 +103,7 @@ pub enum Error {
 }
 
 impl Error {
-    /// What the user can do.
+    /// The suggested fix.
     #[must_use]
     pub fn hint(&self) -> String {
         match self {

@@ -12,8 +12,8 @@ impl ModelDescription {
     /// attribute (calculated ones) are ignored. The model structure follows section 2.2.8: every
     /// output under Outputs, and under InitialUnknowns the outputs with initial approx or
     /// calculated and the calculated parameters, both ascending. The units are those that the
-    /// table cites. The capability flags are all false and there are no log categories: whoever
-    /// makes the binary fills them in.
+    /// table cites. The capability flags are all false and there are no log categories; the caller
+    /// sets them.
     ///
     /// # Errors
     /// [`Error::StartCount`], [`Error::StartKind`] or [`Error::StartRange`].

@@ -49,7 +49,7 @@ pub const fn is_legal(
     }
 }
 
-/// What an absent `initial` means; `None` for inputs, the independent variable and illegal
+/// The default of `initial`; `None` for inputs, the independent variable and illegal
 /// combinations.
 #[must_use]
 pub const fn default_initial(causality: Causality, variability: Variability) -> Option<Initial> {

@@ -1,8 +1,6 @@
 //! FMI 2.0 model descriptions: variables, units, legality rules, and the XML written and read.
 //!
-//! There are two views of the same thing:
-//!
-//! * [`Table`] is what an FMU's author writes down once: a `const` list of [`VariableSpec`] rows.
+//! * [`Table`] is written by the author of an FMU: a `const` list of [`VariableSpec`] rows.
 //!   A row or table that the standard forbids does not compile (FMI 2.0.5, section 2.2.7).
 //! * [`ModelDescription`] is the content of `modelDescription.xml`, of any tool: built from a table
 //!   and its start values by [`ModelDescription::from_table`], written by

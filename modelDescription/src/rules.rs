@@ -21,7 +21,7 @@ pub struct Finding {
     pub place: Place,
     /// The variable it is about, if any.
     pub variable: Option<String>,
-    /// What is wrong.
+    /// The violation.
     pub message: String,
 }
 

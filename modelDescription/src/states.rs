@@ -8,7 +8,7 @@ use crate::{Causality, Initial, Kind, Value, Variability};
 /// A continuous state to be shown with its derivative.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExposedState {
-    /// One line for people.
+    /// A description of one line.
     pub description: String,
     /// Its unit, one of [`crate::UNITS`].
     pub unit: Option<&'static str>,
@@ -22,7 +22,7 @@ pub struct ExposedState {
 impl ModelDescription {
     /// Appends for each state its variable and that of its derivative, both local and continuous,
     /// with value references from `first` on, and the units that they cite. The model structure
-    /// stays as it is: the caller states what depends on what.
+    /// is unchanged: the caller sets the dependencies.
     pub fn expose_states(&mut self, states: &[ExposedState], first: u32) {
         let mut reference = first;
         for (state, number) in states.iter().zip(1_u32..) {

@@ -6,7 +6,7 @@
 use crate::units::{UnitSpec, same};
 use crate::{Causality, Initial, Kind, Variability, default_initial, is_legal};
 
-/// What an unknown depends on, by the names of variables.
+/// The dependencies of an unknown, by the names of variables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DependsOn {
     /// Nothing: an empty list in the XML.
@@ -42,11 +42,11 @@ pub struct VariableSpec {
     pub max: Option<f64>,
     /// Typical magnitude; only Real variables.
     pub nominal: Option<f64>,
-    /// One line for people.
+    /// A description of one line.
     pub description: &'static str,
-    /// What an output depends on at a communication point: inputs only.
+    /// Dependencies of an output at a communication point: inputs only.
     pub depends_on: DependsOn,
-    /// What an output or calculated parameter depends on in initialization mode: inputs, and
+    /// Dependencies of an output or calculated parameter in initialization mode: inputs, and
     /// variables with `initial="exact"`.
     pub initial_depends_on: DependsOn,
 }
@@ -206,21 +206,21 @@ impl VariableSpec {
         self
     }
 
-    /// Sets the line for people.
+    /// Sets the description.
     #[must_use]
     pub const fn description(mut self, description: &'static str) -> Self {
         self.description = description;
         self
     }
 
-    /// Sets what an output depends on at a communication point.
+    /// Sets the dependencies of an output at a communication point.
     #[must_use]
     pub const fn depends_on(mut self, depends_on: DependsOn) -> Self {
         self.depends_on = depends_on;
         self
     }
 
-    /// Sets what an output or calculated parameter depends on in initialization mode.
+    /// Sets the dependencies of an output or calculated parameter in initialization mode.
     #[must_use]
     pub const fn initial_depends_on(mut self, depends_on: DependsOn) -> Self {
         self.initial_depends_on = depends_on;
@@ -244,7 +244,7 @@ pub struct Table {
     pub model_name: &'static str,
     /// Version of the code; part of the GUID.
     pub version: &'static str,
-    /// One line for people.
+    /// A description of one line.
     pub description: &'static str,
     /// The variables, in the order of the XML.
     pub variables: &'static [VariableSpec],

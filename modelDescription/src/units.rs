@@ -35,7 +35,7 @@ pub struct DisplayUnit {
 pub struct Unit {
     /// Its name, as variables cite it.
     pub name: String,
-    /// What it is in base units, where the description states it.
+    /// Its base units, if the description states them.
     pub base: Option<BaseUnit>,
     /// The units it may be shown in.
     pub display_units: Vec<DisplayUnit>,

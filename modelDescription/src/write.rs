@@ -119,7 +119,7 @@ impl Sink {
             sink.list("VendorAnnotations", &description.vendor_annotations, Self::annotation);
             sink.parent(Element::new("ModelVariables"), |sink| {
                 for (variable, index) in description.variables.iter().zip(1_usize..) {
-                    // The standard counts from 1; the comment spares people the counting.
+                    // The index of the standard, which counts from 1, as a comment for readers.
                     sink.event(Event::Comment(BytesText::new(&format!(" {index} "))));
                     sink.variable(variable);
                 }

@@ -27,7 +27,7 @@ pub struct Binary<'a> {
 pub struct Packed {
     /// Which FMU it is; the archive's name is this name and `.fmu`.
     pub fmu: Fmu,
-    /// What its modelDescription.xml says.
+    /// Its modelDescription.xml.
     pub description: ModelDescription,
     /// The archive.
     pub bytes: Vec<u8>,

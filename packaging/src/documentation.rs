@@ -10,7 +10,7 @@ use steerwright_slaves::Fmu;
 const BEGIN: &str = "<!-- variables:begin -->";
 const END: &str = "<!-- variables:end -->";
 
-/// `text` with what stands between its variable marks replaced; unchanged where it has none.
+/// `text` with the part between its variable marks replaced; unchanged without marks.
 #[must_use]
 pub fn with_variables(text: &str, variables: &str) -> String {
     match (text.find(BEGIN), text.find(END)) {

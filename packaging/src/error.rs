@@ -8,7 +8,7 @@ pub enum Error {
     NotPackable {
         /// The document's name as the caller gave it.
         file: String,
-        /// Its schema, or what stands in its place.
+        /// Its schema, or the description of a file without one.
         found: String,
     },
     /// The document is refused by its schema.
@@ -61,12 +61,12 @@ pub enum Error {
     /// Names do not determine the source of an input.
     #[error(transparent)]
     Wiring(Box<steerwright_host::Error>),
-    /// A system names a variable that is not there, or is not what it is taken for.
+    /// A system names a variable that does not exist or has the wrong causality.
     #[error("the system has no {need} {variable}")]
     NoVariable {
         /// The variable, `component.variable`.
         variable: String,
-        /// What it is taken for.
+        /// The required kind of variable.
         need: &'static str,
     },
     /// The ends of a connection are not alike.
@@ -94,7 +94,7 @@ pub enum Error {
 }
 
 impl Error {
-    /// What the reader can do about it.
+    /// The suggested fix.
     #[must_use]
     pub fn hint(&self) -> String {
         match self {

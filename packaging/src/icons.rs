@@ -8,7 +8,7 @@ use steerwright_slaves::Fmu;
 pub(crate) struct Icon {
     /// Pixels.
     pub(crate) png: &'static [u8],
-    /// The drawing they were made from.
+    /// The drawing.
     pub(crate) svg: &'static [u8],
 }
 

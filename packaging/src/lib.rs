@@ -1,8 +1,9 @@
 //! FMI 2.0 archives from the stages' files and the libraries' bytes.
 //!
-//! [`package`] takes a document (`plant.json`, `bicycle.json`, `vehicle.json`, `pid.json` or
-//! `path.json`) and the libraries of its FMU, one for each platform, and returns the archive's bytes. It needs no
-//! compiler: the libraries are generic and read `resources/`. The same inputs give the same bytes.
+//! [`package`] takes a document (`plant.json`, `bicycle.json`, `vehicle.json`, `pid.json`, `path.json`
+//! or `estimator.json`) and the libraries of its FMU, one for each platform, and returns the archive's
+//! bytes. No compiler is needed: the libraries are generic and read `resources/`. Equal inputs produce
+//! equal bytes.
 //!
 //! [`ssp`] wires packed FMUs into a system structure package.
 //!

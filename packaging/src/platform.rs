@@ -61,7 +61,7 @@ impl Platform {
         }
     }
 
-    /// Its name for people.
+    /// Its name in documentation.
     pub(crate) fn title(self) -> String {
         let system = match self.system {
             System::Linux => "Linux",
@@ -71,8 +71,7 @@ impl Platform {
         format!("{system}, {}", self.architecture)
     }
 
-    /// How far the project has come with libraries for it: what `cargo test` and
-    /// `cargo xtask test --cross` run.
+    /// How its libraries are tested, by `cargo test` and `cargo xtask test --cross`.
     pub(crate) fn standing(self) -> &'static str {
         match (self.system, self.architecture) {
             (System::Linux, "64-bit x86") => "run by the project's tests",

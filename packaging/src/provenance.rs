@@ -1,10 +1,9 @@
-//! Where an FMU came from: what its document says of the files it was made from, the options, the
-//! fit and the verdict.
+//! The origin of an FMU, from its document: source files, options, fit and quality.
 //!
-//! The same facts go into the archive three times: for programs as
-//! `extra/io.github.steerwright/provenance.json`, for whoever has the model description alone as
-//! its vendor annotation, for people as a section of the documentation page. There is no date among
-//! them: the same inputs give the same archive, whenever.
+//! The archive has the same facts three times: as
+//! `extra/io.github.steerwright/provenance.json`, as the vendor annotation of the model description
+//! and as a section of the documentation page. They have no date, so equal inputs produce equal
+//! archives.
 
 use crate::Error;
 use model_description::VendorAnnotation;
@@ -59,7 +58,7 @@ fn fact(key: &'static str, value: impl Into<Json>, unit: &'static str) -> Fact {
 }
 
 impl Origin {
-    /// What the document of an FMU says; `file` is named in errors.
+    /// The origin in the document of an FMU; `file` is named in errors.
     pub(crate) fn of(fmu: Fmu, document: &str, file: &str) -> Result<Self, Error> {
         let (name, provenance, evidence) = match fmu {
             Fmu::IdentifiedPlant => plant(steerwright_formats::Plant::from_json(document, file)?),
@@ -158,7 +157,7 @@ impl Origin {
     }
 }
 
-/// Text inside an attribute: what XML cannot hold becomes U+FFFD, line ends become spaces.
+/// Text inside an attribute: characters illegal in XML become U+FFFD, line ends become spaces.
 fn attribute(text: &str) -> String {
     let clean: String = text
         .chars()
@@ -214,7 +213,7 @@ pub(crate) fn shortened(value: f64) -> String {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
 }
 
-/// Name, who made it (nobody where it is written by hand), what it says of itself.
+/// Name, provenance (`None` for a file written by hand) and evidence.
 type Described = (String, Option<Provenance>, Vec<Fact>);
 
 fn plant(plant: steerwright_formats::Plant) -> Described {

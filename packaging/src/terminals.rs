@@ -18,7 +18,7 @@ struct Terminal {
     members: &'static [&'static str],
 }
 
-/// The reverse domain name that this project's own kinds and folders stand under.
+/// The reverse domain name of the project's own kinds and folders.
 pub(crate) const DOMAIN: &str = "io.github.steerwright";
 
 const TERMINALS: &[Terminal] = &[

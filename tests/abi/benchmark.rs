@@ -7,7 +7,7 @@ use crate::samples::{Sample, samples};
 use model_description::{Causality, Kind};
 use timing::Subject;
 
-/// What the timer calls; `get` reads an output, the others set an input.
+/// A timed function; `get` reads an output, the others set an input.
 const KINDS: [&str; 5] = ["empty", "get", "set", "step", "setstep"];
 
 fn subject(sample: &Sample, kind: &'static str, start: &str) -> Subject {

@@ -44,7 +44,7 @@ fn plain(sample: &Sample, count: u32) -> Vec<String> {
     vec![library, sample.description.guid.clone(), sample.uri(), step, count.to_string()]
 }
 
-/// What steers a sample, and its outputs.
+/// The steering inputs of a sample, and its outputs.
 fn words(sample: &Sample) -> Vec<String> {
     let mut words = Vec::new();
     for (i, input) in sample.of(Kind::Real, Causality::Input).enumerate() {
@@ -97,7 +97,7 @@ fn hexadecimal(value: f64) -> String {
     }
 }
 
-/// What the C host should print for the words above.
+/// The expected lines of the C host for the words above.
 fn expected(sample: &Sample, count: u32) -> Vec<String> {
     let unit = Unit::initializing(sample);
     let speeds = sample.of(Kind::Real, Causality::Input).filter(|v| is_speed(v));

@@ -5,7 +5,7 @@ use crate::unit::Birth;
 use std::ffi::CString;
 use std::path::Path;
 
-/// What the instantiation with that location says: nothing if it works.
+/// The log of a refused instantiation with that location; `None` if it succeeds.
 fn refusal(sample: &Sample, location: Option<&[u8]>) -> Option<String> {
     let mut birth = Birth::of(sample);
     birth.location = location.map(|bytes| CString::new(bytes).unwrap());

@@ -1,4 +1,4 @@
-//! What is logged, when, and how: declared categories only, nothing without a reason.
+//! Log lines: declared categories only, nothing without a reason.
 
 use crate::api::{DISCARD, ERROR, OK, WARNING};
 use crate::samples::{Sample, samples};
@@ -34,7 +34,7 @@ fn provoke(unit: &Unit<'_>) -> Vec<Line> {
 fn set_logging(unit: &Unit<'_>, on: bool, categories: &[&CStr]) {
     let pointers: Vec<*const c_char> = categories.iter().map(|c| c.as_ptr()).collect();
     let (n, on) = (pointers.len(), i32::from(on));
-    // SAFETY: a live instance, as many strings as said.
+    // SAFETY: a live instance, as many strings as declared.
     let status = unsafe { (unit.api.set_debug_logging)(unit.component, on, n, pointers.as_ptr()) };
     assert_eq!(status, OK);
 }

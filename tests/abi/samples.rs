@@ -18,7 +18,7 @@ pub(crate) struct Sample {
     pub(crate) library: PathBuf,
     pub(crate) folder: PathBuf,
     pub(crate) api: Api,
-    /// Keeps what was unpacked.
+    /// Keeps the unpacked folder.
     _archive: Archive,
 }
 
@@ -38,7 +38,7 @@ unsafe extern "C" {
     fn atexit(function: extern "C" fn()) -> c_int;
 }
 
-/// Deletes what was unpacked, since nothing static is dropped.
+/// Deletes the unpacked folders, since statics are not dropped.
 extern "C" fn clean_up() {
     for sample in SAMPLES.get().into_iter().flatten() {
         let _ = std::fs::remove_dir_all(&sample.folder);
@@ -75,7 +75,7 @@ impl Sample {
         uri_of(&self.folder.join("resources"))
     }
 
-    /// What the description says that it can do.
+    /// The capabilities in the description.
     pub(crate) fn flags(&self) -> &CoSimulation {
         self.description.co_simulation.as_ref().unwrap()
     }

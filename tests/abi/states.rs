@@ -1,4 +1,4 @@
-//! Reset and FMU states: what comes after is the same to the bit as if nothing had come before.
+//! Reset and FMU states: the run after them equals a run of a new instance bit for bit.
 
 use crate::api::{ERROR, OK};
 use crate::samples::{Sample, is_exact, samples};
@@ -37,7 +37,7 @@ fn life(unit: &mut Unit<'_>, disturbed: bool) -> Vec<Vec<u64>> {
     all
 }
 
-/// What happens to an instance before its reset.
+/// The calls to an instance before its reset.
 type Past = fn(&mut Unit<'_>);
 
 #[test]
@@ -206,7 +206,7 @@ fn a_serialized_state_of_another_fmu_is_refused() {
     }
 }
 
-/// States that are never freed, and freed by another instance, harm nobody.
+/// States that are never freed or are freed by another instance have no effect.
 #[test]
 fn states_outlive_their_instance() {
     for sample in samples() {

@@ -10,7 +10,7 @@ use crate::unit::Unit;
 const STEPS: u32 = 10_000_000;
 /// Yaw error, rad.
 const ERROR_RAD: f64 = 0.5;
-/// What one tick adds, rad.
+/// Increment of one tick, rad.
 const INCREMENT: f64 = 1.0 / (1 << 24) as f64;
 
 /// A controller that counts its ticks, at its first communication point.

@@ -1,4 +1,4 @@
-//! One instance, made and freed through C, with what it logs.
+//! One instance, created and freed through C, with its log.
 
 use crate::api::{Api, Callbacks, Component, OK, State, Status};
 use crate::samples::Sample;
@@ -18,7 +18,7 @@ pub(crate) struct Line {
     pub(crate) text: String,
 }
 
-/// What an instance has logged. Its address is the component environment.
+/// The log of an instance. Its address is the component environment.
 #[derive(Debug, Default)]
 pub(crate) struct Lines(Mutex<Vec<Line>>);
 
@@ -30,7 +30,7 @@ impl Lines {
 }
 
 /// `fmi2CallbackLogger` with the one variadic argument that our libraries pass. Stable Rust cannot
-/// define variadic functions; `fmu/host/src/log.rs` says where this one reads it right.
+/// define variadic functions; `fmu/host/src/log.rs` states where this one reads it correctly.
 unsafe extern "C" fn logger(
     environment: *mut c_void,
     instance: *const c_char,
@@ -57,7 +57,7 @@ unsafe extern "C" fn logger(
     unsafe { &*environment.cast::<Lines>() }.0.lock().unwrap().push(line);
 }
 
-/// What the callbacks of one instance are: this logger, and no others.
+/// The callbacks of one instance: this logger, and no others.
 pub(crate) fn callbacks(lines: &Lines) -> Callbacks {
     Callbacks {
         logger: logger as *const c_void,
@@ -88,7 +88,7 @@ impl Drop for Unit<'_> {
     }
 }
 
-/// What `fmi2Instantiate` is given.
+/// Arguments of `fmi2Instantiate`.
 pub(crate) struct Birth<'b> {
     pub(crate) name: Option<&'b CStr>,
     pub(crate) guid: Option<CString>,
@@ -309,7 +309,7 @@ impl<'s> Unit<'s> {
 }
 
 impl Unit<'_> {
-    /// The present state as bytes, where the description says that it can be had.
+    /// The present state as bytes, if the description has `canSerializeFMUstate`.
     pub(crate) fn serialized(&self) -> Vec<c_char> {
         let (state, mut size) = (self.save(), 0);
         // SAFETY: a live instance and state, as much room as asked for.
@@ -328,7 +328,7 @@ impl Unit<'_> {
     pub(crate) fn deserialize(&self, bytes: &[c_char]) -> Status {
         let mut state = null_mut();
         let (pointer, n) = (bytes.as_ptr(), bytes.len());
-        // SAFETY: a live instance, as many bytes as said, a pointer to null.
+        // SAFETY: a live instance, as many bytes as declared, a pointer to null.
         let status =
             unsafe { (self.api.de_serialize_fmu_state)(self.component, pointer, n, &mut state) };
         if status == OK {

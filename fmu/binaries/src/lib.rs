@@ -4,7 +4,7 @@
 //! `STEERWRIGHT_FMU_BINARIES=DIR` at build time skips the build and takes
 //! `DIR/<platform>/<FMU name>.<so|dll|dylib>`, for releases with more than one platform.
 //!
-//! This crate links none of the libraries and knows nothing of what they do.
+//! This crate links none of the libraries and does not depend on their function.
 
 /// A built library.
 #[derive(Debug, Clone, Copy)]

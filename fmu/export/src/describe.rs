@@ -79,7 +79,7 @@ pub enum DescribeError {
 }
 
 impl DescribeError {
-    /// What the user can do.
+    /// The suggested fix.
     #[must_use]
     pub fn hint(&self) -> String {
         match self {

@@ -1,4 +1,4 @@
-//! What a slave logs during a call, and how often repeated lines are passed on.
+//! The log lines of a slave during a call, and the limit on repeated lines.
 //!
 //! A slave that warns at every step would flood the importer's log. Lines that differ only in numbers
 //! are one kind. Of each kind the 1st, 10th, 100th line and so on is logged, with its number. After

@@ -37,13 +37,13 @@ pub enum ResourceError {
     Location {
         /// The location as given.
         location: String,
-        /// What is wrong with it.
+        /// The problem.
         problem: String,
     },
 }
 
 impl ResourceError {
-    /// What the user can do.
+    /// The suggested fix.
     #[must_use]
     pub fn hint(&self) -> &'static str {
         match self {

@@ -6,9 +6,9 @@
 use std::ffi::{c_char, c_int, c_uint, c_void};
 use std::mem::MaybeUninit;
 
-/// `fmi2Component`: what an FMU calls its instance.
+/// `fmi2Component`: the pointer of an instance.
 pub(crate) type Component = *mut c_void;
-/// `fmi2FMUstate`: what an FMU calls a saved state.
+/// `fmi2FMUstate`: the pointer of a saved state.
 pub(crate) type FmuStatePointer = *mut c_void;
 /// `fmi2Status`, unchecked: an FMU may return any number.
 pub(crate) type RawStatus = c_int;

@@ -1,4 +1,4 @@
-//! Everything that can go wrong between an archive and a recording, and what to do about it.
+//! Errors between an archive and a recording, with suggested fixes.
 
 use std::path::PathBuf;
 
@@ -8,7 +8,7 @@ use crate::c_types::Status;
 use crate::log::LogLine;
 use crate::names::near_text;
 
-/// An error of this crate; [`Error::hint`] is what to do.
+/// An error of this crate; [`Error::hint`] is the suggested fix.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 #[allow(missing_docs)] // each variant's message describes its fields
@@ -179,7 +179,7 @@ pub enum Error {
 }
 
 impl Error {
-    /// What to do about it.
+    /// The suggested fix.
     #[must_use]
     pub fn hint(&self) -> String {
         match self {

@@ -28,7 +28,7 @@ pub use instance::{FmuState, Instance, InstanceOptions, Phase};
 pub use library::FUNCTION_NAMES;
 pub use log::{LogLine, MAX_LOG_LINES};
 pub use model::Model;
-/// What the variables of a [`Model`] are described with.
+/// Types of the description of a [`Model`].
 pub use model_description::{Causality, DefaultExperiment, Kind, Value, Variability, Variable};
 pub use ssp::{Component, Connector, Parameter, Place, SystemPackage, SystemStructure};
 pub use system::{

@@ -163,8 +163,8 @@ impl Drop for Library {
     }
 }
 
-/// All symbols of the binary and of what it needs are bound now (a missing one is an error here,
-/// not a crash later), and none of them is offered to other libraries: two FMUs export the same
+/// All symbols of the binary and of its dependencies are bound now (a missing one is an error here,
+/// not a crash later), and none of them is visible to other libraries: two FMUs export the same
 /// names.
 #[cfg(unix)]
 unsafe fn open(path: &Path) -> Result<libloading::Library, libloading::Error> {

@@ -1,4 +1,4 @@
-//! What an importer needs of modelDescription.xml, with variables found by name.
+//! modelDescription.xml for an importer, with lookup of variables by name.
 
 use std::collections::HashMap;
 
@@ -46,7 +46,7 @@ impl Model {
         &self.description
     }
 
-    /// Its co-simulation side: the binary's name and what it can do.
+    /// Its co-simulation side: the name and capabilities of the binary.
     #[must_use]
     pub fn co_simulation(&self) -> &CoSimulation {
         &self.co_simulation

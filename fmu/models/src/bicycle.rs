@@ -185,7 +185,7 @@ impl BicycleParameters {
         self.lateral_velocity_per_yaw_rate(speed) / speed
     }
 
-    /// What the sideslip angle has of the yaw acceleration, to first order, s², for a speed above zero.
+    /// Sideslip angle per yaw acceleration, to first order, s², for a speed above zero.
     ///
     /// The rear axle carries `Fr·L = m·Lf·v·(β̇ + r) − J·ṙ` and slips by `β − Lr·r/v = −Fr/Cr`, hence with
     /// `β = S·r + C·ṙ + …` C is `(J − m·Lf·v·S)/(Cr·L)`.

@@ -51,7 +51,7 @@ impl Segment {
     }
 }
 
-/// What a [`DelayLine`] remembers, as it is saved.
+/// The saved state of a [`DelayLine`].
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct History {
     segments: VecDeque<Segment>,
@@ -181,7 +181,7 @@ impl DelayLine {
         History { segments: line.segments, latest: line.latest }
     }
 
-    /// Takes over what a line of the same delay remembered.
+    /// Restores the state of a line of the same delay.
     ///
     /// # Errors
     /// Where the history is not one of this delay.

@@ -1,4 +1,4 @@
-//! What can be wrong with the data of a model.
+//! Errors in the data of a model.
 
 /// An error of this crate.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -108,7 +108,7 @@ pub enum Error {
         name: &'static str,
         /// Its value.
         value: f64,
-        /// What it can be.
+        /// The valid range.
         expected: &'static str,
     },
     /// A path needs two points.
@@ -184,7 +184,7 @@ pub(crate) fn finite(name: &'static str, values: &[f64]) -> Result<(), Error> {
 }
 
 impl Error {
-    /// What to do about it.
+    /// The suggested fix.
     #[must_use]
     pub const fn hint(&self) -> &'static str {
         match self {

@@ -15,7 +15,7 @@ use crate::linear::{ContinuousModel, discretize};
 use crate::quadrature::LONGEST_PANEL;
 use nalgebra::DMatrix;
 
-/// What drives the model.
+/// The input of the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum InputKind {
     /// The steering angle.
@@ -41,11 +41,11 @@ pub struct IdentifiedData {
     pub k: Vec<f64>,
     /// The continuous form, absent where A has no real logarithm.
     pub continuous: Option<Continuous>,
-    /// What drives the model.
+    /// The input of the model.
     pub input: InputKind,
     /// Delay of the input, s.
     pub delay: f64,
-    /// The steering angle that drives straight, rad.
+    /// Steering angle of straight driving, rad.
     pub steering_offset: f64,
     /// Yaw rate at that angle, rad/s.
     pub yaw_rate_offset: f64,
@@ -57,7 +57,7 @@ pub struct IdentifiedData {
     pub sideslip_per_yaw_rate: f64,
     /// C, sideslip angle per yaw acceleration, s².
     pub sideslip_per_yaw_acceleration: f64,
-    /// Q, what S grows by per squared lateral acceleration up to g, s⁵/m².
+    /// Q, growth of S per squared lateral acceleration up to g, s⁵/m².
     pub sideslip_growth: f64,
 }
 

@@ -55,7 +55,7 @@ impl Intervals {
     /// The same rounding for distances of the table and for those looked up: of two distances the larger
     /// is never in an earlier interval.
     fn interval(&self, distance: f64) -> usize {
-        // What is before the start, or no number, is in the first.
+        // A distance before the start, or NaN, is in the first.
         (((distance - self.start) * self.density) as usize).min(self.before.len() - 2)
     }
 }

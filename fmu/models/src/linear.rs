@@ -100,7 +100,7 @@ impl ContinuousModel {
     /// `time`, of the states' dependence on that entry.
     fn output_by(&self, j: usize, states: &[f64], time: f64) -> (f64, f64) {
         let n = self.order();
-        // What 1 in that entry makes of u and u̇.
+        // u and u̇ for 1 in that entry.
         let (u, slope) = match j.checked_sub(n) {
             Some(0) => (1.0, 0.0),
             Some(2) => (time, 1.0),
@@ -143,7 +143,7 @@ pub struct Integral {
 }
 
 impl Integral {
-    /// What there is where a map does not fit the states, which never happens.
+    /// For a map that does not match the states, which cannot occur.
     const NONE: Self = Self { at_nodes: [f64::NAN; NODES], end: f64::NAN };
 }
 

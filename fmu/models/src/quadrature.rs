@@ -63,7 +63,7 @@ pub fn mean_aside(amounts: &[f64; NODES], deviations: &[f64; NODES]) -> [f64; 2]
     [-mean(&times(&sin)), mean(&times(&cos))]
 }
 
-/// Mean over a panel of what has these values at the nodes.
+/// Mean over a panel of a function with these values at the nodes.
 #[inline]
 #[must_use]
 pub fn mean(at: &[f64; NODES]) -> f64 {

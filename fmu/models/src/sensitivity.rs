@@ -3,7 +3,7 @@
 //!
 //! A plant's states are counted from 0: those of its lateral model, then yaw, x, y.
 
-/// What a partial derivative is taken of.
+/// The numerator of a partial derivative.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Unknown {
     /// The yaw rate, rad/s.
@@ -16,7 +16,7 @@ pub enum Unknown {
     Rate(usize),
 }
 
-/// What a partial derivative is taken by.
+/// The denominator of a partial derivative.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Known {
     /// The steering angle, rad.
@@ -29,7 +29,7 @@ pub enum Known {
     NoiseScale,
 }
 
-/// A partial derivative at the present values, and what can change it.
+/// A partial derivative at the present values; the variant names the quantities that change it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Factor {
     /// Nothing: the same number for ever.

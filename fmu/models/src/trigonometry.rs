@@ -121,7 +121,7 @@ fn each<const N: usize>(angles: &[f64; N]) -> ([f64; N], [f64; N]) {
 /// tan(π/8) and tan(3π/8).
 const TAN_EIGHTHS: [f64; 2] = [0.414_213_562_373_095_03, 2.414_213_562_373_095];
 
-/// π/4 and π/2, rounded, and what the rounding takes off.
+/// π/4 and π/2, rounded, and the rounding error.
 const EIGHTHS: [[f64; 2]; 2] =
     [[FRAC_PI_4, 3.061_616_997_868_383e-17], [FRAC_PI_2, 6.123_233_995_736_766e-17]];
 
@@ -198,7 +198,7 @@ pub fn atan<const N: usize>(values: &[f64; N]) -> [f64; N] {
     result
 }
 
-/// π, rounded, and what the rounding takes off.
+/// π, rounded, and the rounding error.
 const HALF_TURN: [f64; 2] = [PI, 1.224_646_799_147_353_2e-16];
 
 /// Coefficients of `(sin r − r)/r³` by r², interpolated at the Chebyshev points of r² in

@@ -202,7 +202,7 @@ impl Slave for NonlinearVehicle {
         unknown: Unknown<Variable>,
         known: Known<Variable>,
     ) -> Option<DependencyKind> {
-        // What the forces of the tyres depend on.
+        // Dependencies of the tyre forces.
         let forces = match known {
             Known::State(state) => state <= 3,
             Known::Variable(variable) => matches!(

@@ -1,12 +1,11 @@
-//! What the glue of the plants shares: what it remembers, kinds of dependencies, and states of a
-//! pose.
+//! Shared code of the plants: flags, kinds of dependencies, and states of a pose.
 
 use fmi2_export::{Log, StateSpec};
 use model_description::DependencyKind;
 use serde::{Deserialize, Serialize};
 use steerwright_models::sensitivity::Factor;
 
-/// What the glue remembers besides the model.
+/// State besides that of the model.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub(crate) struct Flags {
     /// Whether initialization mode was left.
@@ -22,7 +21,7 @@ pub(crate) struct SpeedRate {
 }
 
 impl SpeedRate {
-    /// Notes what was set.
+    /// Stores whether it is not zero.
     pub(crate) fn set(&mut self, derivative: f64) {
         self.given = derivative != 0.0;
     }

@@ -82,8 +82,8 @@ impl ReferencePath {
 impl Slave for ReferencePath {
     type Variable = Variable;
     const TABLE: &'static Table = Variable::TABLE;
-    /// The outputs are evaluated in a step and held until the next; what changes them between are
-    /// places on a table of points, of which no derivative by the inputs is promised.
+    /// Only serialization: the outputs are held between steps, and a path of points has no derivatives
+    /// by the inputs.
     const CAPABILITIES: Capabilities = Capabilities { serializes: true, ..Capabilities::NONE };
 
     fn open(resources: &Resources) -> Result<Self, String> {

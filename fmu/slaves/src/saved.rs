@@ -1,4 +1,4 @@
-//! States as bytes: what [`fmi2_export::Slave::save`] and `load` share.
+//! States as bytes, for [`fmi2_export::Slave::save`] and `load`.
 //!
 //! The bytes are those of postcard, in the order of the fields. A blob may be crafted, so all that
 //! was read is checked: numbers of the models by the models, values of variables against the table.

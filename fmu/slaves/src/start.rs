@@ -1,11 +1,11 @@
-//! Start values of an archive's own, from `resources/start.json`.
+//! Start values of an archive, from `resources/start.json`.
 
 use crate::resources::optional;
 use fmi2_export::{Resources, Slave, VariableId};
 use model_description::{Causality, Kind, Value};
 use steerwright_formats::Start;
 
-/// The slave with the start values that its archive brings, where it brings any.
+/// The slave with the start values of its archive, if it has any.
 pub(crate) fn with_start_values<S: Slave>(
     mut slave: S,
     resources: &Resources,

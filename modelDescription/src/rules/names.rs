@@ -77,7 +77,7 @@ fn is_identifier(text: &str) -> bool {
     }
 }
 
-/// What follows a `B-name` at the head of the text.
+/// The text after the `B-name` at its head.
 fn base_name(text: &str) -> Option<&str> {
     if let Some(quoted) = text.strip_prefix('\'') {
         return quoted_name(quoted);
@@ -90,7 +90,7 @@ fn base_name(text: &str) -> Option<&str> {
     Some(&text[end..])
 }
 
-/// What follows a `Q-name` whose first apostrophe has been read.
+/// The text after a `Q-name` whose first apostrophe has been read.
 fn quoted_name(text: &str) -> Option<&str> {
     let mut characters = text.char_indices();
     let mut empty = true;

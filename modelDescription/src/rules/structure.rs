@@ -1,4 +1,4 @@
-//! `ModelStructure`: which variables each list has to hold, and what they may depend on (section
+//! `ModelStructure`: the required variables of each list, and their legal dependencies (section
 //! 2.2.8).
 
 use super::place::List;
@@ -82,7 +82,7 @@ impl Check<'_> {
         }
     }
 
-    /// Reports what `list` lacks, has twice or should not have.
+    /// Reports missing, repeated and superfluous variables of `list`.
     fn same_set(&mut self, list: List, need: &[u32]) {
         let description = self.description;
         let mut listed = BTreeSet::new();

@@ -64,7 +64,7 @@ pub struct Finding {
     pub location: Location,
     /// The problem.
     pub message: String,
-    /// What to do about it.
+    /// The suggested fix.
     pub hint: &'static str,
 }
 

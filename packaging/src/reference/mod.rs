@@ -1,18 +1,18 @@
-//! The reference run: inputs that move the FMU, and what its outputs were.
+//! The reference run: inputs that excite the FMU, and its outputs.
 //!
-//! Whoever imports the archive can replay the inputs and compare, as the files of FMI's
-//! cross-check were for. They stand in `extra/io.github.steerwright/reference/`:
+//! An importer can apply the inputs and compare the outputs, as with the files of FMI's cross-check.
+//! The files are in `extra/io.github.steerwright/reference/`:
 //!
 //! - `input.csv`: `time` and every input. A row holds from its time on, until the next row: inputs
 //!   are set at communication points and held. The first row is set before the end of the
 //!   initialization.
 //! - `result.csv`: `time` and every output, as read at that communication point: at the start time
 //!   after the initialization, later after the step that ends there and before new inputs are set.
-//! - `reference.json`: the files' names, start, stop and step, and how far a result may be off.
+//! - `reference.json`: the files' names, start, stop and step, and the absolute tolerance.
 //!
-//! Numbers are in seconds and the variables' units, Booleans 0 or 1. The result is computed here,
-//! by the very slave that the library runs, and rounded to 1e-10 so that the last bits of one
-//! system's sine do not matter.
+//! Numbers are in seconds and the variables' units, Booleans 0 or 1. The result is computed by the
+//! slave of the library and rounded to 1e-10, so that it does not depend on the last bits of the
+//! platform's sine.
 
 mod scenario;
 
@@ -104,7 +104,7 @@ pub(crate) fn run(
             if k > 0 {
                 set(&mut *slave, &inputs, Some(&given));
             }
-            // What the scenario leaves alone keeps its start value.
+            // Inputs without part in the scenario keep their start values.
             let values = inputs
                 .iter()
                 .zip(given)
@@ -155,7 +155,7 @@ fn rounded(value: f64) -> f64 {
     if scaled.abs() < 9e15 { scaled / 1e10 + 0.0 } else { value }
 }
 
-/// A CSV file under way.
+/// A CSV file being written.
 struct Rows(csv::Writer<Vec<u8>>);
 
 impl Rows {

@@ -1,11 +1,10 @@
-//! What the inputs of a reference run do.
+//! The inputs of a reference run.
 //!
-//! A plant is steered left, right and to and fro, by as much as the drive that it was identified
-//! from, and slows a little near the end. A controller sees a step of its reference and a yaw that
-//! follows late, some feedforward, and a second in which it is disabled. A path is driven along,
-//! next to it and with a heading that is off. An estimator is driven through a left and a right turn; the
-//! fixes that it is given get worse for a while, one of them is an outlier, and for two seconds there
-//! are none. Whatever has no part here keeps its start value.
+//! A plant is steered left, right and in a weave, with the amplitude of its identification drive, and
+//! slows slightly near the end. A controller gets a step of its reference, a yaw that lags it,
+//! feedforward, and one second disabled. A path is followed with a lateral offset and a heading error.
+//! An estimator passes a left and a right turn with fixes of temporarily larger standard deviation, one
+//! outlier and a drop-out of two seconds. All other inputs keep their start values.
 
 use crate::Error;
 use model_description::{Kind, Value, Variable};

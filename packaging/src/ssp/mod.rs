@@ -2,12 +2,12 @@
 //!
 //! [`ssp`] takes packed FMUs, the connections between them and the values they start with, and
 //! returns the package's bytes: `SystemStructure.ssd` and the archives in `resources/`. The same
-//! inputs give the same bytes. Written is what the widespread importers have in common:
+//! inputs give the same bytes. Only elements that the common importers share are written:
 //!
 //! - components and nothing else: no connector of the system, no nested system, no transformation;
 //! - the prefixes `ssd:`, `ssc:` and `ssv:`, which libcosim takes literally;
 //! - a component's connectors are its outputs and its connected inputs: to an input that nothing
-//!   feeds fmpy would give 0;
+//!   feeds fmpy would set 0;
 //! - the base step as `osp:FixedStepAlgorithm`, since SSP 1.0 itself has no place for it;
 //! - values inline in one parameter set a component. fmpy and FMU containers ignore those, so the
 //!   archives should start with the same values by themselves: [`Start`].
@@ -35,7 +35,7 @@ pub use wiring::{MEASUREMENTS, connections_by_name, loop_order};
 pub struct Component<'a> {
     /// The FMU.
     pub packed: &'a Packed,
-    /// What its Real parameters and inputs start with, by name.
+    /// Start values of its Real parameters and inputs, by name.
     pub start: Vec<(String, f64)>,
 }
 
@@ -57,7 +57,7 @@ pub struct Experiment {
 /// The package of a system. `name` is the system's.
 ///
 /// # Errors
-/// Where a connection or a value names what is not there, or the step is no step.
+/// A connection or value of a missing variable, or an invalid step.
 pub fn ssp(
     name: &str,
     components: &[Component<'_>],

@@ -1,12 +1,12 @@
-//! What the FMUs of a loop start with: at the first point of the road, along it, at its speed, with
-//! fixes of the plant's position and its sideslip.
+//! Start values of the FMUs of a loop: pose and speed at the first point of the road, parameters of
+//! the receiver, and sideslip.
 
 use crate::{Fmu, Packed};
 use model_description::{Causality, Value};
 use steerwright_formats::{Path, Start};
 use steerwright_host::Connection;
 
-/// The pose and speed with which an FMU starts on a road, as far as it has variables for them.
+/// Start pose and speed on a road, for the variables that the FMU has.
 #[must_use]
 pub fn start_values(packed: &Packed, path: &Path) -> Vec<(String, f64)> {
     let Some(first) = path.points.first() else { return Vec::new() };
@@ -23,14 +23,14 @@ pub fn start_values(packed: &Packed, path: &Path) -> Vec<(String, f64)> {
     taken.map(|(name, _, value)| (name.to_owned(), value)).collect()
 }
 
-/// Between the fixes of a receiver that nobody described, s.
+/// Default period of the fixes, s.
 const FIX_PERIOD: f64 = 0.1;
 
-/// Their standard deviation, m: that of a receiver with corrections.
+/// Default standard deviation of the fixes, m: a receiver with corrections.
 const FIX_STD: f64 = 0.02;
 
-/// What makes a pose estimator take the position of a plant, which the connections may lead to it, for
-/// the fixes of a receiver: they come by the clock, are not late and are of the centre of gravity.
+/// Parameters of a pose estimator whose fixes are the connected position of a plant: periodic, without
+/// latency, of the centre of gravity.
 #[must_use]
 pub fn receiver_values(packed: &Packed, connections: &[Connection]) -> Vec<(String, f64)> {
     let name = packed.fmu.name();

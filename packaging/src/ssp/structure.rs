@@ -9,7 +9,7 @@ use steerwright_host::Connection;
 
 type Xml = Writer<Vec<u8>>;
 
-/// What writes the inside of an element.
+/// Writes the content of an element.
 type Inner<'a> = &'a dyn Fn(&mut Xml) -> io::Result<()>;
 
 /// Namespaces by prefix.
@@ -50,7 +50,7 @@ pub(super) fn to_xml(
     Ok(format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n{text}\n"))
 }
 
-/// Refuses a connection between what is not there or does not fit.
+/// Checks that the ends of a connection exist and match.
 fn check(components: &[Component<'_>], c: &Connection) -> Result<(), Error> {
     let output = find(components, &c.from, &c.output, Causality::Output)?;
     let input = find(components, &c.to, &c.input, Causality::Input)?;
@@ -147,7 +147,7 @@ fn element(xml: &mut Xml, component: &Component<'_>, connections: &[Connection])
     Ok(())
 }
 
-/// Elements without attributes, one in the other, around what `inner` writes.
+/// Nested elements without attributes around the content of `inner`.
 fn nested(xml: &mut Xml, names: &[&'static str], inner: Inner<'_>) -> io::Result<()> {
     match names.split_first() {
         None => inner(xml),

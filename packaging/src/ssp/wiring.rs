@@ -3,8 +3,8 @@
 use crate::{Error, Fmu, Packed};
 use steerwright_host::{Connection, Measurement, Unit};
 
-/// What the pose estimator measures of the vehicle: a loop without receiver feeds the fixes by the true
-/// position, and path and controller see the estimate instead of the truth.
+/// Measurements of the pose estimator: in a loop without receiver the fixes are the true position, and
+/// path and controller use the estimate.
 pub const MEASUREMENTS: [Measurement<'_>; 2] =
     [Measurement { input: "gnss_x", output: "x" }, Measurement { input: "gnss_y", output: "y" }];
 

@@ -3,7 +3,7 @@
 use crate::documents;
 use steerwright_formats::{Continuous, Document, Matrix, Plant};
 
-/// What to add to the FMU's name, and the document.
+/// Suffix of the FMU's name, and the document.
 pub(crate) fn of(schema: &str) -> Vec<(&'static str, String)> {
     match schema {
         Plant::SCHEMA => plants(),

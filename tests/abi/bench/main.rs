@@ -1,4 +1,4 @@
-//! What a call of an FMU costs, compared with the same arithmetic in C and in pythonfmu.
+//! The time of a call of an FMU, compared with the same arithmetic in C and in pythonfmu.
 //!
 //! `cargo xtask bench fmu` prepares the inputs and runs it: the libraries of `bench-fmus/`, built
 //! with the profile of the FMUs, in `STEERWRIGHT_BENCH_FMUS`, and an unpacked FMU of pythonfmu in
@@ -31,7 +31,7 @@ fn main() {
     if std::env::args().any(|argument| argument == "--test") {
         return;
     }
-    // Whether everything runs; the figures say little then.
+    // A check that everything runs; the times are imprecise.
     let short = std::env::args().any(|argument| argument == "--short");
     let rounds = if short { 3 } else { ROUNDS };
     let [calls, slow_calls] = CALLS.map(|calls| if short { calls / 100 } else { calls });
@@ -93,7 +93,7 @@ struct Timed {
     guid: String,
     uri: String,
     input: u32,
-    /// What the input is given: from the first, to the second.
+    /// First and last value of the input.
     range: [f64; 2],
     output: u32,
     /// Inputs before the start, see [`Subject`].

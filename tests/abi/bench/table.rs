@@ -15,7 +15,7 @@ impl Statistics {
     }
 }
 
-/// What was timed, and the nanoseconds a call.
+/// The subject, and the nanoseconds of a call.
 pub(crate) struct Row {
     pub(crate) name: String,
     pub(crate) ns: Statistics,
@@ -72,7 +72,7 @@ const AIMS: [Aim; 7] = [
 /// How many times faster than pythonfmu each aim's subject has to be.
 const TIMES_FASTER: f64 = 100.0;
 
-/// Prints what every call costs, and then the aims.
+/// Prints the time of every call, then the design targets.
 pub(crate) fn print(rows: &[Row], rounds: usize) {
     println!("nanoseconds a call, of {rounds} rounds");
     println!("{:<46}{:>10}{:>10}{:>10}", "", "least", "median", "most");

@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 /// Step size of every subject, s.
 const STEP: f64 = 0.01;
 
-/// What is timed, as `timing.c` reads it.
+/// A timed call, as `timing.c` reads it.
 pub(crate) struct Subject {
     pub(crate) kind: &'static str,
     pub(crate) library: PathBuf,
@@ -16,7 +16,7 @@ pub(crate) struct Subject {
     /// Calls in a round.
     pub(crate) count: u32,
     pub(crate) reference: u32,
-    /// What the Real is given: from the first, to the second.
+    /// First and last value of the Real.
     pub(crate) range: [f64; 2],
     /// Reals before the start, `REF=VALUE` apart by commas.
     pub(crate) start: String,

@@ -88,7 +88,7 @@ fn logging<'s>() -> Vec<Case<'s>> {
         Case::new("fmi2SetDebugLogging", class, expected, move |unit| {
             let pointer = |category: &Option<&CStr>| category.map_or(null(), CStr::as_ptr);
             let pointers: Vec<*const c_char> = categories.iter().map(pointer).collect();
-            // SAFETY: a live instance, as many strings as said.
+            // SAFETY: a live instance, as many strings as declared.
             let status = unsafe {
                 let n = pointers.len();
                 (unit.api.set_debug_logging)(unit.component, on, n, pointers.as_ptr())

@@ -25,7 +25,7 @@ const SET: &str = "fmi2SetRealInputDerivatives";
 
 fn set(unit: &Unit<'_>, references: &[u32], orders: &[i32], values: &[f64]) -> Status {
     let (r, o, v) = (references.as_ptr(), orders.as_ptr(), values.as_ptr());
-    // SAFETY: a live instance, as many elements as said.
+    // SAFETY: a live instance, as many elements as declared.
     unsafe { (unit.api.set_real_input_derivatives)(unit.component, r, references.len(), o, v) }
 }
 
@@ -96,7 +96,7 @@ const UNTOUCHED: f64 = 1.234_567e300;
 fn get(unit: &Unit<'_>, references: &[u32], orders: &[i32]) -> Status {
     let mut values = vec![UNTOUCHED; references.len()];
     let (r, o, v) = (references.as_ptr(), orders.as_ptr(), values.as_mut_ptr());
-    // SAFETY: a live instance, as many elements as said.
+    // SAFETY: a live instance, as many elements as declared.
     let status = unsafe {
         (unit.api.get_real_output_derivatives)(unit.component, r, references.len(), o, v)
     };
@@ -157,7 +157,7 @@ fn seed(unit: &Unit<'_>, unknowns: &[u32], knowns: &[u32], seeds: &[f64]) -> Sta
     let mut values = vec![UNTOUCHED; unknowns.len()];
     let function = unit.api.get_directional_derivative;
     let (u, k, s, v) = (unknowns.as_ptr(), knowns.as_ptr(), seeds.as_ptr(), values.as_mut_ptr());
-    // SAFETY: a live instance, as many elements as said.
+    // SAFETY: a live instance, as many elements as declared.
     let status = unsafe { function(unit.component, u, unknowns.len(), k, knowns.len(), s, v) };
     for value in values {
         assert!(if status == OK { value.is_finite() } else { value == UNTOUCHED }, "{value}");

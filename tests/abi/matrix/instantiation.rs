@@ -1,4 +1,4 @@
-//! `fmi2Instantiate`: what it refuses, with a line in the log and NULL.
+//! `fmi2Instantiate`: refused arguments, with a line in the log and NULL.
 
 use crate::api::OK;
 use crate::samples::samples;

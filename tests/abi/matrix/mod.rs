@@ -113,7 +113,7 @@ fn try_all<'s>(sample: &'s Sample, cases: &[Case<'s>]) -> usize {
     cases.len() * Place::ALL.len()
 }
 
-/// The cases ask for what the flags promise: these are promised.
+/// The cases test the optional capabilities; the plants have all of them.
 #[test]
 fn the_plants_have_every_capability() {
     for name in ["IdentifiedPlant", "BicyclePlant", "NonlinearVehicle"] {

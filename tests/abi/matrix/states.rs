@@ -73,7 +73,7 @@ pub(super) fn cases(sample: &Sample) -> Vec<Case<'_>> {
             unsafe { (unit.api.free_fmu_state)(unit.component, &mut state) }
         }),
     ];
-    // What is not supported is refused whatever the arguments, and that is said in the XML.
+    // What is not supported is refused whatever the arguments, as the XML states.
     let serializes = sample.flags().can_serialize_fmu_state;
     let supported = if serializes { OK } else { ERROR };
     cases.push(Case::new("fmi2SerializedFMUstateSize", "", supported, |unit| {
@@ -161,7 +161,7 @@ fn deserialize(sample: &Sample, supported: Status) -> Vec<Case<'_>> {
     for (class, bytes, expected) in blobs {
         cases.push(Case::new("fmi2DeSerializeFMUstate", class, expected, move |unit| {
             let mut state = null_mut();
-            // SAFETY: a live instance, as many bytes as said, a pointer to null.
+            // SAFETY: a live instance, as many bytes as declared, a pointer to null.
             let status = unsafe {
                 let (bytes, n) = (bytes.as_ptr(), bytes.len());
                 (unit.api.de_serialize_fmu_state)(unit.component, bytes, n, &mut state)

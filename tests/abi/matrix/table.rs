@@ -83,7 +83,7 @@ pub(super) fn is_legal(function: &str, place: Place) -> bool {
     row.1.contains(place.letter())
 }
 
-/// The layer's own table says the same.
+/// The layer's own table equals this one.
 #[test]
 fn the_layer_has_the_same_table() {
     let states = [

@@ -119,7 +119,7 @@ fn of_type<'s, T: Copy + PartialEq + std::fmt::Debug + 's>(
         cases.push(Case::new(get, class, ERROR, move |unit| {
             let mut values = vec![value; again.len()];
             let (n, get) = (again.len(), functions(unit.api).0);
-            // SAFETY: a live instance, as many elements as said.
+            // SAFETY: a live instance, as many elements as declared.
             let status = unsafe { get(unit.component, again.as_ptr(), n, values.as_mut_ptr()) };
             assert_eq!(values, vec![value; n], "{class}: written to in spite of the error");
             status
@@ -127,7 +127,7 @@ fn of_type<'s, T: Copy + PartialEq + std::fmt::Debug + 's>(
         cases.push(Case::new(set, class, ERROR, move |unit| {
             let values = vec![value; references.len()];
             let (n, set) = (references.len(), functions(unit.api).1);
-            // SAFETY: a live instance, as many elements as said.
+            // SAFETY: a live instance, as many elements as declared.
             unsafe { set(unit.component, references.as_ptr(), n, values.as_ptr()) }
         }));
     }

@@ -1,8 +1,8 @@
-//! Extraction of an archive that nobody vouches for.
+//! Extraction of an untrusted archive.
 //!
 //! Every entry is checked before a byte is written: its name stays inside the folder, it is a
-//! plain file or a folder, its size and its compression ratio are within [`Limits`]. What the
-//! headers promise is then held against what is really decompressed.
+//! plain file or a folder, its size and its compression ratio are within [`Limits`]. The
+//! sizes in the headers are then compared with those decompressed.
 
 use std::collections::HashSet;
 use std::fs;
@@ -15,7 +15,7 @@ use zip::read::ZipFile;
 
 use crate::Error;
 
-/// What an archive may cost to open. The defaults are far above any FMU of practice.
+/// Limits on an archive. The defaults are far above any practical FMU.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limits {
     /// Largest number of entries.
@@ -30,8 +30,8 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// An entry up to this size (64 MiB) may be compressed as well as it likes: maps and tables of
-    /// zeros are, and the limit on all entries together holds all the same.
+    /// An entry up to this size (64 MiB) may have any compression ratio, as maps and tables of zeros
+    /// do; the limit on all entries together applies to it as well.
     pub const RATIO_FREE_BYTES: u64 = 64 << 20;
 }
 
@@ -51,7 +51,7 @@ const TYPE_MASK: u32 = 0o170_000;
 const TYPE_FILE: u32 = 0o100_000;
 const TYPE_FOLDER: u32 = 0o040_000;
 
-/// Opens what is to be an archive; returns its name for messages too.
+/// Opens an archive; returns the file and its name for messages.
 pub(crate) fn open(path: &Path) -> Result<(fs::File, String), Error> {
     let io = |source: std::io::Error| Error::Io { path: path.to_path_buf(), source };
     if fs::metadata(path).map_err(io)?.is_dir() {

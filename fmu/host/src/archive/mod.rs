@@ -2,8 +2,8 @@
 //! and its binary for the running platform found and, when first needed, loaded.
 //!
 //! Opening runs nothing. Instantiating runs the archive's machine code in this process, so
-//! instantiate only FMUs whose maker you trust; what protects against hostile archives (see
-//! [`Limits`]) does not protect against hostile binaries.
+//! instantiate only FMUs from trusted sources; the protection against hostile archives (see
+//! [`Limits`]) does not cover hostile binaries.
 
 pub(crate) mod extract;
 mod platform;
@@ -47,7 +47,7 @@ impl Archive {
         Self::from_reader(file, &name, limits)
     }
 
-    /// Opens an archive in memory; `name` is what errors call it.
+    /// Opens an archive in memory; `name` is its name in errors.
     pub fn from_bytes(bytes: &[u8], name: &str) -> Result<Self, Error> {
         Self::from_reader(Cursor::new(bytes), name, &Limits::default())
     }
@@ -72,7 +72,7 @@ impl Archive {
         })
     }
 
-    /// What errors call the archive.
+    /// The name of the archive in errors.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name

@@ -43,7 +43,7 @@ impl SystemPackage {
         Self::from_reader(file, &name, &Limits::default())
     }
 
-    /// Opens a package in memory; `name` is what errors call it.
+    /// Opens a package in memory; `name` is its name in errors.
     pub fn from_bytes(bytes: &[u8], name: &str) -> Result<Self, Error> {
         Self::from_reader(Cursor::new(bytes), name, &Limits::default())
     }
@@ -72,7 +72,7 @@ impl SystemPackage {
         Ok(Self { name: name.to_owned(), structure, archives })
     }
 
-    /// What errors call the package.
+    /// The name of the package in errors.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name

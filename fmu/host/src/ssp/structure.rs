@@ -25,14 +25,14 @@ pub struct SystemStructure {
     pub stop_time: Option<f64>,
     /// Base step of the `osp:FixedStepAlgorithm`, s.
     pub step: Option<f64>,
-    /// What was left out of account.
+    /// Ignored content.
     pub remarks: Vec<String>,
 }
 
 /// An FMU in a system.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Component {
-    /// What connections call it.
+    /// Its name in connections.
     pub name: String,
     /// Where it lies in the package, such as `resources/Plant.fmu`.
     pub source: String,

@@ -1,4 +1,4 @@
-//! Connections: what may be wired to what, and wiring by equal names.
+//! Connections: their rules, and wiring by equal names.
 
 use model_description::Causality;
 

@@ -70,7 +70,7 @@ impl<'p> Cosimulation<'p> {
     }
 
     /// The values at the last communication point, by their places ([`Plan::place`]). An input's
-    /// value is that of its source: what the input holds from here on.
+    /// value is that of its source, held by the input from here on.
     #[must_use]
     #[inline]
     pub fn values(&self) -> &[f64] {
@@ -181,7 +181,7 @@ impl<'p> Cosimulation<'p> {
         self.observe(instances)
     }
 
-    /// Reads what is read at communication points alone, and composes the inputs for the record.
+    /// Reads the variables of communication points only, and composes the inputs for the record.
     fn observe(&mut self, instances: &mut [Instance]) -> Result<(), Error> {
         for (instance, member) in instances.iter_mut().zip(&self.plan.members) {
             self.read(instance, &member.others)?;

@@ -32,7 +32,7 @@ impl InputTable {
         Self::read(File::open(path).map_err(io)?, &path.display().to_string())
     }
 
-    /// Reads CSV; `name` is what errors call the table.
+    /// Reads CSV; `name` is its name in errors.
     pub fn read(reader: impl Read, name: &str) -> Result<Self, Error> {
         let bad = |reason: String| Error::Table { table: name.to_owned(), reason };
         let mut csv = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(reader);
@@ -93,7 +93,7 @@ impl InputTable {
         Ok(table)
     }
 
-    /// What errors call the table.
+    /// The name of the table in errors.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
@@ -145,7 +145,7 @@ impl InputTable {
     }
 }
 
-/// What is wrong with a row, in this module's words where it is a wrong number of cells.
+/// The problem of a row.
 fn row_fault(error: &csv::Error) -> String {
     match error.kind() {
         csv::ErrorKind::UnequalLengths { pos, expected_len, len } => {

@@ -62,7 +62,7 @@ pub struct Composition {
     pub added: Vec<usize>,
 }
 
-/// What a plan is compiled from, besides the instances and connections of the system.
+/// Options of a plan, besides the instances and connections of the system.
 #[derive(Debug, Default)]
 pub struct PlanOptions {
     /// Variables to read at communication points, besides the connected outputs.
@@ -112,11 +112,11 @@ pub struct Plan {
     pub(super) texts: usize,
     /// The external signals' number; their places are the first.
     pub(super) signals: usize,
-    /// Where what is read of each instance is, of fed inputs where their sources are.
+    /// Places of the variables read; a fed input has the place of its source.
     places: HashMap<Key, usize>,
 }
 
-/// What passes through one instance.
+/// The inputs and outputs of one instance.
 #[derive(Debug, Default)]
 pub(super) struct Member {
     pub(super) name: String,
@@ -206,7 +206,7 @@ impl Outputs {
 
 impl Plan {
     /// The place of a variable's value among [`super::Cosimulation::values`]; `None` for a String
-    /// and for what is not read.
+    /// and for variables that are not read.
     #[must_use]
     pub fn place(&self, variable: &Key) -> Option<usize> {
         self.places.get(variable).copied()
@@ -309,7 +309,7 @@ impl System {
 }
 
 impl Plan {
-    /// Adds what is set of a variable.
+    /// Adds the assignments to a variable.
     fn sets(
         &mut self,
         (index, variable): (usize, &Variable),

@@ -1,10 +1,10 @@
-//! What a run recorded.
+//! The recording of a run.
 
 use std::fmt::Write;
 
 /// Variables at each communication point, the first included. Booleans are 1 and 0.
 ///
-/// An input's value is that of its source at the time: what the input holds from there on.
+/// An input's value is that of its source at the time, held by the input from there on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recording {
     /// The variables, `instance.variable`.

@@ -14,7 +14,7 @@ use crate::{Error, Phase};
 const MAX_STEPS: f64 = 1e8;
 
 impl System {
-    /// The names of what a run records, `instance.variable`, in order.
+    /// The names of the recorded variables, `instance.variable`, in order.
     ///
     /// # Errors
     /// [`Error`] where an instance lacks a variable that is to be recorded.

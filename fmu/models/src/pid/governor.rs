@@ -1,4 +1,4 @@
-//! Large yaw errors: what of an error the controller acts on, and how fast it steers.
+//! Large yaw errors: the part of an error on which the controller acts, and the steering rate.
 //!
 //! A linear loop commands steering in proportion to its error, and for a large error faster than the
 //! actuator turns. The steering then comes back too late: yaw overshoots, and with an actuator slower than
@@ -160,7 +160,7 @@ impl Governor {
         (self.spent / reserve(p) - 1.0).min(1.0)
     }
 
-    /// What must be finite.
+    /// The numbers that must be finite.
     pub(crate) fn memory(&self) -> [(&'static str, f64); 5] {
         [
             ("the yaw error withheld", self.withheld),

@@ -47,7 +47,7 @@ use crate::error::{Error, diverged, finite};
 use governor::Governor;
 use serde::{Deserialize, Serialize};
 
-/// What the controller sees at a tick.
+/// Inputs of the controller at a tick.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct PidInput {
     /// Reference r, rad; may be wrapped or not.
@@ -62,7 +62,7 @@ pub struct PidInput {
     pub speed: f64,
 }
 
-/// What the controller answers, held until the next tick.
+/// Outputs of the controller, held until the next tick.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct PidOutput {
     /// Steering angle u, rad.
@@ -71,7 +71,7 @@ pub struct PidOutput {
     pub saturated: bool,
 }
 
-/// What ticks before left behind; [`Pid::default`] is the controller before tick 0.
+/// The state of the controller; [`Pid::default`] is the controller before tick 0.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Pid {
     integral: f64,
@@ -175,7 +175,7 @@ impl Pid {
         output
     }
 
-    /// A first tick whose yaw or reference nobody has set yet: the output is the limited
+    /// A first tick before both yaw and reference are set: the output is the limited
     /// feedforward, and the next tick still counts as the first one of the controller, so that
     /// neither a proportional nor a derivative kick comes from a value that was never real.
     pub fn prime(&mut self, p: &PidParameters, input: &PidInput) -> PidOutput {

@@ -97,7 +97,7 @@ impl Alignment {
     /// Refuses numbers that are none.
     ///
     /// # Errors
-    /// Names what cannot be.
+    /// Names an invalid value.
     pub fn check(&self) -> Result<(), Error> {
         let Some(f) = &self.first else { return Ok(()) };
         for pair in [f.fix, f.travelled, f.latest] {

@@ -50,7 +50,7 @@ pub struct Innovation {
 }
 
 impl Filter {
-    /// What is known at the start.
+    /// The filter at the start, with the initial covariance.
     #[must_use]
     pub fn start(p: &PoseParameters) -> Self {
         let std = Vector4::new(
@@ -168,7 +168,7 @@ fn slopes_of_arc(turn: f64, s: f64, c: f64) -> (f64, f64) {
     ((1.0 - s) / turn - c, s - c / turn)
 }
 
-/// What the noises add to the covariance over an interval.
+/// Covariance added by the noises over an interval.
 fn process_noise(
     p: &PoseParameters,
     t: f64,

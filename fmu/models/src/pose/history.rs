@@ -21,7 +21,7 @@ pub struct Interval {
     pub duration: f64,
     /// The gyro's reading, rad/s.
     pub yaw_rate: f64,
-    /// What that changes by in a second, rad/s².
+    /// Its derivative, rad/s².
     pub yaw_acceleration: f64,
     /// The speed, m/s.
     pub speed: f64,
@@ -93,7 +93,7 @@ impl History {
     /// Refuses a history that cannot be one of this latency.
     ///
     /// # Errors
-    /// Names what cannot be.
+    /// Names an invalid value.
     pub fn check(&self, latency: f64) -> Result<(), Error> {
         let bad = |name, value, expected| Err(Error::SavedState { name, value, expected });
         let count = self.intervals.len() as f64;

@@ -18,13 +18,13 @@ pub struct PoseParameters {
     /// Sideslip angle per yaw rate in a steady turn S, of small lateral acceleration where
     /// `sideslip_growth` is not 0, s.
     pub sideslip_per_yaw_rate: f64,
-    /// What S grows by per squared lateral acceleration up to g, Q, s⁵/m².
+    /// Q, growth of S per squared lateral acceleration up to g, s⁵/m².
     pub sideslip_growth: f64,
     /// Sideslip angle per yaw acceleration C, s².
     pub sideslip_per_yaw_acceleration: f64,
     /// Density of the gyro's white noise, (rad/s)/√Hz.
     pub yaw_rate_noise_density: f64,
-    /// Density of what the gyro's bias walks by, (rad/s²)/√Hz.
+    /// Density of the random walk of the gyro's bias, (rad/s²)/√Hz.
     pub yaw_rate_bias_density: f64,
     /// Density of the speed's white noise, (m/s)/√Hz.
     pub speed_noise_density: f64,
@@ -70,13 +70,13 @@ impl Default for PoseParameters {
 }
 
 impl PoseParameters {
-    /// The longest latency taken, s: what lies within it is remembered.
+    /// Largest latency, s: the length of the history.
     pub const LONGEST_LATENCY: f64 = 10.0;
 
     /// The shortest and the longest period of fixes, s.
     pub const PERIODS: [f64; 2] = [1e-6, 3600.0];
 
-    /// Refuses what no sensor or start can be.
+    /// Checks the ranges of the parameters.
     ///
     /// # Errors
     /// Names the value that is wrong.

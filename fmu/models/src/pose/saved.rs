@@ -52,7 +52,7 @@ impl PoseEstimator {
     /// The estimator that was saved. The data may come from anywhere.
     ///
     /// # Errors
-    /// Names what cannot be.
+    /// Names an invalid value.
     pub fn restore(saved: SavedPose) -> Result<Self, Error> {
         saved.parameters.check()?;
         let input = &saved.input;

@@ -2,7 +2,7 @@
 
 use model_description::DependsOn::{Nothing, On};
 
-/// What the lateral acceleration at the start depends on besides the states.
+/// Dependencies of the lateral acceleration at the start, besides the states.
 const FORCES: &[&str] = &[
     "speed",
     "mass",
