@@ -281,7 +281,7 @@ fn isolated_a_crash_is_the_row_of_its_run() {
             }
             "3" => {
                 seen[1] += 1;
-                assert!(row.contains("fmi2DoStep answered fatal"), "{row}");
+                assert!(row.contains("fmi2DoStep returned fatal"), "{row}");
             }
             _ => {
                 seen[2] += 1;

@@ -58,9 +58,9 @@ pub enum Error {
     Instantiate { instance: String, log: Vec<LogLine> },
     #[error("{instance}: {model} can be instantiated only once per process")]
     OnlyOnce { instance: String, model: String },
-    #[error("{instance}: {call} answered {status}{}", lines(log))]
+    #[error("{instance}: {call} returned {status}{}", lines(log))]
     Call { instance: String, call: &'static str, status: Status, log: Vec<LogLine> },
-    #[error("{instance}: {call} answered {status} at t = {time} s, step {step} s{}", lines(log))]
+    #[error("{instance}: {call} returned {status} at t = {time} s, step {step} s{}", lines(log))]
     Step {
         instance: String,
         call: &'static str,

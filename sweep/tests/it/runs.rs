@@ -149,11 +149,11 @@ fn a_run_that_goes_wrong_is_a_row_and_leaves_the_others_alone() {
             let expected = match kinds[run] as i32 {
                 0 => "ok",
                 1 => {
-                    "error: plant: fmi2DoStep answered discard at t = 0 s, step 0.01 s; \
+                    "error: plant: fmi2DoStep returned discard at t = 0 s, step 0.01 s; \
                       [discard, logStatusError] the step is too long"
                 }
                 2 => {
-                    "error: plant: fmi2DoStep answered error at t = 0 s, step 0.01 s; \
+                    "error: plant: fmi2DoStep returned error at t = 0 s, step 0.01 s; \
                       [error, logStatusError] the model is broken: 100 %d"
                 }
                 _ => "error: plant.yaw is NaN at t = 0.01 s",

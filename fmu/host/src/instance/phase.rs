@@ -16,9 +16,9 @@ pub enum Phase {
     StepCanceled,
     /// After terminating.
     Terminated,
-    /// A call answered error: only reset or an earlier FMU state brings the instance back.
+    /// A call returned error: only reset or an earlier FMU state restores the instance.
     Error,
-    /// A call answered fatal, here or in another instance of the FMU: nothing is legal.
+    /// A call returned fatal, here or in another instance of the FMU: nothing is legal.
     Fatal,
 }
 

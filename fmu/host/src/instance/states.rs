@@ -1,4 +1,4 @@
-//! FMU states: an instance's whole condition, taken, restored and serialized (FMI 2.0.5, 2.1.8).
+//! FMU states: getting, setting and serializing the state of an instance (FMI 2.0.5, 2.1.8).
 //!
 //! The FMU owns the memory behind a state and frees it through the instance. An [`FmuState`] is
 //! therefore a ticket: dropped, it only notes that its place is free, on whatever thread that
@@ -60,19 +60,6 @@ impl Instance {
             unsafe { (f.get_fmu_state)(c, &raw mut pointer) }
         })?;
         self.keep("fmi2GetFMUstate", pointer, at)
-    }
-
-    /// Takes the present state into an existing one, whose memory the FMU reuses.
-    pub fn update_state(&mut self, state: &mut FmuState) -> Result<(), Error> {
-        let mut pointer = self.pointer(state)?;
-        let at = self.phase;
-        self.call("fmi2GetFMUstate", phase::ANY, |f, c| {
-            // SAFETY: as `call` requires; the pointer is a state of this instance.
-            unsafe { (f.get_fmu_state)(c, &raw mut pointer) }
-        })?;
-        self.states.pointers[state.place] = pointer;
-        state.phase = at;
-        Ok(())
     }
 
     /// Goes back (or forth) to a state of this instance.

@@ -176,12 +176,6 @@ impl System {
         Ok(self)
     }
 
-    /// Records the default again.
-    pub fn record_default(&mut self) -> &mut Self {
-        self.recorded = None;
-        self
-    }
-
     fn index(&self, name: &str) -> Result<usize, Error> {
         self.instances.iter().position(|instance| instance.name() == name).ok_or_else(|| {
             Error::UnknownInstance { name: name.to_owned(), instances: self.instance_names() }

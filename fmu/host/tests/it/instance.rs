@@ -115,7 +115,7 @@ fn discard_and_error_carry_the_log_and_can_be_recovered_from() {
     let error = result.unwrap_err();
     assert!(matches!(error, Error::Step { status: Status::Discard, .. }));
     let text = error.to_string();
-    assert!(text.contains("plant: fmi2DoStep answered discard at t = 0 s"), "{text}");
+    assert!(text.contains("plant: fmi2DoStep returned discard at t = 0 s"), "{text}");
     assert!(text.contains("the step is too long"), "{text}");
     assert_eq!(fmu.phase(), Phase::StepFailed);
     assert!(matches!(fmu.do_step(0.0, 0.1), Err(Error::Phase { .. })));
@@ -242,11 +242,10 @@ fn a_state_brings_back_values_and_phase() {
 #[test]
 fn dropped_states_are_freed_by_the_instance() {
     let Some(mut fmu) = stepping() else { return };
-    let mut kept = fmu.get_state().unwrap();
+    let _kept = fmu.get_state().unwrap();
     for _ in 0..100 {
         drop(fmu.get_state().unwrap());
     }
-    fmu.update_state(&mut kept).unwrap();
     let states = fmu.integer("living_states").unwrap();
     assert!(states <= 2, "{states} states");
 }

@@ -8,6 +8,12 @@ const H: f64 = 0.01;
 /// Plant (integrator), path (static), PID (sampled) in a loop by equal names, with a path gain of
 /// −1.5 and offset 0.3, and a PID gain of 2.
 fn steering_loop() -> Option<System> {
+    let mut system = unrecorded_loop()?;
+    system.record(&["plant.yaw", "path.yaw_reference", "pid.steering_angle"]).unwrap();
+    Some(system)
+}
+
+fn unrecorded_loop() -> Option<System> {
     let mut system = System::new();
     for (behaviour, name, input, output) in [
         (Behaviour::Integrator, "plant", "steering_angle", "yaw"),
@@ -16,13 +22,12 @@ fn steering_loop() -> Option<System> {
     ] {
         system.add(instance(behaviour, name, input, output)?).unwrap();
     }
-    // `steps`, an output of all three, is nobody's input.
+    // `steps`, an output of all three, is not an input.
     let connections = system.connect_by_name(&[]).unwrap();
     assert_eq!(connections.len(), 3);
     for setting in ["path.gain=-1.5", "path.offset=0.3", "pid.gain=2", "plant.offset = 0.1"] {
         system.set_text(setting).unwrap();
     }
-    system.record(&["plant.yaw", "path.yaw_reference", "pid.steering_angle"]).unwrap();
     Some(system)
 }
 
@@ -287,7 +292,7 @@ fn failures_name_the_instance_and_the_time() {
     // The system can be put right and run again.
     system.set_text("plant.misbehaviour=2").unwrap();
     let error = system.run(Coupling::Jacobi, 5.0, 6.0, 0.1).unwrap_err().to_string();
-    assert!(error.contains("plant: fmi2DoStep answered error at t = 5 s"), "{error}");
+    assert!(error.contains("plant: fmi2DoStep returned error at t = 5 s"), "{error}");
     system.set_text("plant.misbehaviour=0").unwrap();
     system.run(Coupling::Jacobi, 5.0, 6.0, 0.1).unwrap();
     assert!(matches!(system.run(Coupling::Jacobi, 0.0, 1.0, 0.3), Err(Error::BadGrid { .. })));
@@ -306,8 +311,7 @@ fn times_are_computed_and_not_accumulated() {
 
 #[test]
 fn the_default_recording_is_all_outputs_and_the_free_inputs() {
-    let Some(mut system) = steering_loop() else { return };
-    system.record_default();
+    let Some(mut system) = unrecorded_loop() else { return };
     let recording = system.run(Coupling::GaussSeidel, 0.0, 0.1, H).unwrap();
     assert_eq!(
         recording.names,
