@@ -43,16 +43,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         return Ok(Outcome::Done);
     }
     let time = Duration::try_from_secs_f64(arguments.time_limit).ok().filter(|t| !t.is_zero());
-    let Some(time) = time else {
+    let Some(time_limit) = time else {
         let message = format!("--time-limit: {} s must be greater than 0", arguments.time_limit);
         return Err(Failure::new(message, "state a time such as 60s"));
     };
-    let bounds = run::Bounds { time };
     let (mut reports, mut failures) = (Vec::new(), Vec::new());
     let progress = Progress::start("checking");
     for fmu in &arguments.fmus {
         progress.now(format!("checking {}", fmu.display()));
-        match check(fmu, arguments.run.then_some(&bounds)) {
+        match check(fmu, arguments.run.then_some(time_limit)) {
             Ok(report) => reports.push(report),
             Err(failure) => failures.push(failure),
         }
@@ -71,13 +70,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     Ok(if reports.iter().all(is_met) { Outcome::Done } else { Outcome::RequirementNotMet })
 }
 
-fn check(fmu: &Path, bounds: Option<&run::Bounds>) -> Result<Report, Failure> {
+fn check(fmu: &Path, time_limit: Option<Duration>) -> Result<Report, Failure> {
     let mut report = steerwright_checker::check_file(fmu)?;
-    if let Some(bounds) = bounds {
+    if let Some(time_limit) = time_limit {
         let program = std::env::current_exe().map_err(|error| Failure::file(fmu, &error))?;
         let command =
             run::Command { program, arguments: vec!["check".into()], option: "--run-child".into() };
-        let findings = run::supervise(&command, fmu, &report, bounds)?;
+        let findings = run::supervise(&command, fmu, &report, time_limit)?;
         report.extend(findings);
     }
     Ok(report)

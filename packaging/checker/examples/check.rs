@@ -4,7 +4,8 @@
 
 use std::path::Path;
 use std::process::ExitCode;
-use steerwright_checker::run::{self, Bounds, Command};
+use std::time::Duration;
+use steerwright_checker::run::{self, Command};
 
 fn main() -> Result<ExitCode, Box<dyn std::error::Error>> {
     let arguments: Vec<_> = std::env::args_os().skip(1).collect();
@@ -23,7 +24,7 @@ fn main() -> Result<ExitCode, Box<dyn std::error::Error>> {
     for fmu in &arguments {
         let fmu = Path::new(fmu);
         let mut report = steerwright_checker::check_file(fmu)?;
-        let findings = run::supervise(&command, fmu, &report, &Bounds::default())?;
+        let findings = run::supervise(&command, fmu, &report, Duration::from_secs(60))?;
         report.extend(findings);
         for finding in &report.findings {
             println!("{finding}");

@@ -6,7 +6,7 @@ use crate::corpus;
 use corpus::{Files, base};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
-use steerwright_checker::run::{Bounds, Command, supervise};
+use steerwright_checker::run::{Command, supervise};
 use steerwright_checker::{Finding, Severity};
 
 /// The program of the child process, an example that cargo builds with the tests.
@@ -19,12 +19,16 @@ fn command() -> Command {
     Command { program, arguments: Vec::new(), option: "--run-child".into() }
 }
 
-fn findings(files: &Files, bounds: &Bounds) -> Vec<Finding> {
+fn findings(files: &Files) -> Vec<Finding> {
+    findings_within(files, Duration::from_secs(60))
+}
+
+fn findings_within(files: &Files, time_limit: Duration) -> Vec<Finding> {
     let folder = tempfile::tempdir().unwrap();
     let fmu = folder.path().join("Base.fmu");
     std::fs::write(&fmu, files.zip()).unwrap();
     let report = steerwright_checker::check_file(&fmu).unwrap();
-    supervise(&command(), &fmu, &report, bounds).unwrap()
+    supervise(&command(), &fmu, &report, time_limit).unwrap()
 }
 
 fn rules(findings: &[Finding]) -> Vec<&'static str> {
@@ -43,7 +47,7 @@ fn faulty(fault: &str) -> Files {
 
 #[test]
 fn the_good_binary_passes() {
-    let found = findings(&base(), &Bounds::default());
+    let found = findings(&base());
     assert_eq!(found, []);
 }
 
@@ -70,7 +74,7 @@ fn each_fault_of_a_binary_is_found_under_its_rule() {
         ("dependency", "run-dependency"),
         ("path", "run-instantiate"),
     ] {
-        let found = findings(&faulty(fault), &Bounds::default());
+        let found = findings(&faulty(fault));
         assert_eq!(rules(&found), [rule], "{fault}: {found:#?}");
     }
 }
@@ -80,7 +84,7 @@ fn findings_name_the_binary_and_no_temporary_folder() {
     let mut files = with_reference("time,x\n0,0\n");
     files.replace(r#"guid="base""#, r#"guid="base-path""#);
     // One cause, one finding: the reference is not replayed.
-    let [found] = findings(&files, &Bounds::default()).try_into().unwrap();
+    let [found] = findings(&files).try_into().unwrap();
     assert_eq!(found.location.entry, Some(corpus::binary_name()));
     assert!(
         found.message.ends_with(" resources") || found.message.ends_with("]resources"),
@@ -89,14 +93,14 @@ fn findings_name_the_binary_and_no_temporary_folder() {
     );
     let temporary = std::env::temp_dir();
     assert!(!found.message.contains(&*temporary.to_string_lossy()), "{}", found.message);
-    let found = findings(&faulty("crash"), &Bounds::default());
+    let found = findings(&faulty("crash"));
     assert_eq!(found[0].location.entry, Some(corpus::binary_name()));
 }
 
 /// Each run reads the derivatives, but a wrong one is one finding.
 #[test]
 fn a_fault_in_every_run_is_reported_once() {
-    let found = findings(&faulty("derivative"), &Bounds::default());
+    let found = findings(&faulty("derivative"));
     let messages: Vec<_> = found.iter().map(|f| f.message.as_str()).collect();
     assert_eq!(messages, ["`derivative of y[2] by x` is NaN"]);
 }
@@ -109,7 +113,7 @@ fn rounding_and_output_are_notes() {
         #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
         ("output", "run-output"),
     ] {
-        let found = findings(&faulty(fault), &Bounds::default());
+        let found = findings(&faulty(fault));
         let notes: Vec<_> = found.iter().map(|f| (f.rule, f.severity)).collect();
         assert_eq!(notes, [(rule, Severity::Note)], "{fault}: {found:#?}");
     }
@@ -118,23 +122,22 @@ fn rounding_and_output_are_notes() {
 /// Steps may be discarded (table 4.2.4); calls that the host then rejects are not faults of the FMU.
 #[test]
 fn discarded_steps_are_no_fault() {
-    let found = findings(&faulty("discard"), &Bounds::default());
+    let found = findings(&faulty("discard"));
     assert_eq!(found, []);
 }
 
 #[test]
 fn a_crash_is_reported_with_the_call() {
-    let found = findings(&faulty("crash"), &Bounds::default());
+    let found = findings(&faulty("crash"));
     assert!(found[0].message.contains("in fmi2DoStep"), "{found:?}");
-    let found = findings(&faulty("null"), &Bounds::default());
+    let found = findings(&faulty("null"));
     assert!(found[0].message.contains("fmi2FreeInstance(NULL)"), "{found:?}");
 }
 
 #[test]
 fn a_binary_that_hangs_is_ended() {
     let start = Instant::now();
-    let bounds = Bounds { time: Duration::from_secs(1) };
-    let found = findings(&faulty("hang"), &bounds);
+    let found = findings_within(&faulty("hang"), Duration::from_secs(1));
     assert_eq!(rules(&found), ["run-hang"]);
     assert!(start.elapsed() < Duration::from_secs(20));
 }
@@ -156,27 +159,27 @@ fn with_reference(result: &str) -> Files {
 fn references_are_replayed() {
     // x is the integral of the input, y[1] is 3 x.
     let good = "time,x,y[1],moving\n0,0,0,1\n0.25,0.25,0.75,1\n0.5,0.5,1.5,1\n1,1.5,4.5,1\n";
-    let found = findings(&with_reference(good), &Bounds::default());
+    let found = findings(&with_reference(good));
     assert_eq!(rules(&found), [""; 0], "{found:?}");
     assert_eq!(found[0].rule, "run-reference-difference");
 
     let bad = good.replace("1,1.5,4.5", "1,1.5,4.6");
-    let found = findings(&with_reference(&bad), &Bounds::default());
+    let found = findings(&with_reference(&bad));
     assert_eq!(rules(&found), ["run-reference"], "{found:?}");
     assert!(found.iter().any(|f| f.message.contains("`y[1]` at 1 s")), "{found:?}");
 
     let off = format!("{good}1.1,2,2,1\n");
-    assert_eq!(rules(&findings(&with_reference(&off), &Bounds::default())), ["run-reference"]);
+    assert_eq!(rules(&findings(&with_reference(&off))), ["run-reference"]);
 
     let mut strange = with_reference(good);
     *strange.get("extra/io.github.steerwright/reference/out.csv") = b"t,x\n0,0\n".to_vec();
-    assert_eq!(rules(&findings(&strange, &Bounds::default())), ["run-reference-form"]);
+    assert_eq!(rules(&findings(&strange)), ["run-reference-form"]);
 }
 
 #[test]
 fn an_unsafe_archive_is_not_run() {
     let mut files = base();
     files.rename("resources/data.txt", "../data.txt");
-    let found = findings(&files, &Bounds::default());
+    let found = findings(&files);
     assert_eq!(found.iter().map(|f| f.rule).collect::<Vec<_>>(), ["run-skipped"]);
 }

@@ -37,19 +37,6 @@ pub struct Command {
     pub option: OsString,
 }
 
-/// The limits of a run.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bounds {
-    /// The time limit of the whole run.
-    pub time: Duration,
-}
-
-impl Default for Bounds {
-    fn default() -> Self {
-        Self { time: Duration::from_secs(60) }
-    }
-}
-
 /// The limit of the child's address space, bytes.
 #[cfg(unix)]
 const MEMORY: u64 = 16 << 30;
@@ -61,7 +48,7 @@ const OUTPUT_SHOWN: usize = 80;
 const OUTPUT_TIMEOUT: Duration = Duration::from_millis(200);
 
 /// Tests an FMU in another process. `report` has the findings of [`check`](crate::check): if they
-/// prevent a run, the result is a note.
+/// prevent a run, the result is a note. A process that runs longer than `time_limit` is a hang.
 ///
 /// # Errors
 /// The process cannot be started, or its journal cannot be read.
@@ -69,7 +56,7 @@ pub fn supervise(
     command: &Command,
     fmu: &Path,
     report: &Report,
-    bounds: &Bounds,
+    time_limit: Duration,
 ) -> Result<Vec<Finding>, Error> {
     if let Some(why) = why_skipped(report) {
         return Ok(vec![Finding::new("run-skipped", Location::archive(), why)]);
@@ -94,7 +81,7 @@ pub fn supervise(
     std::os::unix::process::CommandExt::process_group(&mut process, 0);
     let mut child = process.spawn().map_err(failed)?;
     let output = Output::of(&mut child);
-    let ended = wait(&mut child, bounds.time).map_err(failed)?;
+    let ended = wait(&mut child, time_limit).map_err(failed)?;
     let (mut findings, end) = journal::read(&journal).map_err(failed)?;
     let during = end.started.as_deref().unwrap_or("the start of the process");
     let mut report = |rule, message: String| {
@@ -103,7 +90,7 @@ pub fn supervise(
     match ended {
         None => {
             let message =
-                format!("it does not end within {} s, in {during}", bounds.time.as_secs_f64());
+                format!("it does not end within {} s, in {during}", time_limit.as_secs_f64());
             report("run-hang", message);
         }
         Some(_) if end.done => {}
