@@ -1,73 +1,22 @@
 //! A library exported by the macro, loaded as by an importer.
 #![allow(clippy::unwrap_used)] // helpers of tests are not seen as tests
 
+mod common;
+
+use common::{DoStep, Free, GetReal, SetReal, load, start, symbol};
 use fmi2_export::calls::Call;
 use fmi2_export::{Resources, describe};
-use libloading::{Library, Symbol};
-use std::ffi::{CString, c_char, c_void};
+use integrator::Integrator;
+use libloading::Library;
+use std::ffi::c_void;
 use std::path::PathBuf;
-use std::ptr::null;
 
 #[path = "../examples/integrator.rs"]
 mod integrator;
 
-type Instantiate = unsafe extern "C" fn(
-    *const c_char,
-    i32,
-    *const c_char,
-    *const c_char,
-    *const c_void,
-    i32,
-    i32,
-) -> *mut c_void;
-type OfComponent = unsafe extern "C" fn(*mut c_void) -> i32;
-type Free = unsafe extern "C" fn(*mut c_void);
-type Setup = unsafe extern "C" fn(*mut c_void, i32, f64, f64, i32, f64) -> i32;
-type DoStep = unsafe extern "C" fn(*mut c_void, f64, f64, i32) -> i32;
-type SetReal = unsafe extern "C" fn(*mut c_void, *const u32, usize, *const f64) -> i32;
-type GetReal = unsafe extern "C" fn(*mut c_void, *const u32, usize, *mut f64) -> i32;
-
-/// Cargo builds the examples with the tests, in the folder next to theirs.
-fn path() -> PathBuf {
-    let mut path = std::env::current_exe().unwrap();
-    path.pop();
-    path.pop();
-    let path = path.join("examples").join(libloading::library_filename("integrator"));
-    assert!(path.exists(), "first run `cargo build -p fmi2-export --example integrator`");
-    path
-}
-
-fn load() -> Library {
-    // SAFETY: our own library; it has no initializers.
-    unsafe { Library::new(path()) }.unwrap()
-}
-
-fn symbol<'l, T>(library: &'l Library, name: &str) -> Symbol<'l, T> {
-    // SAFETY: the types above are those of the standard.
-    unsafe { library.get(name.as_bytes()) }.unwrap()
-}
-
-fn instantiate(library: &Library) -> *mut c_void {
-    let guid = fmi2_export::guid::<integrator::Integrator>(&Resources::default());
-    let guid = CString::new(guid).unwrap();
-    let make = symbol::<Instantiate>(library, "fmi2Instantiate");
-    // SAFETY: valid strings, no callbacks.
-    unsafe { make(c"a".as_ptr(), 1, guid.as_ptr(), null(), null(), 0, 0) }
-}
-
-fn initialize(library: &Library, component: *mut c_void) {
-    // SAFETY: a live instance.
-    unsafe {
-        assert_eq!(symbol::<Setup>(library, "fmi2SetupExperiment")(component, 0, 0., 0., 0, 0.), 0);
-        for name in ["fmi2EnterInitializationMode", "fmi2ExitInitializationMode"] {
-            assert_eq!(symbol::<OfComponent>(library, name)(component), 0);
-        }
-    }
-}
-
 #[test]
 fn all_34_functions_are_exported() {
-    let library = load();
+    let library = load("integrator");
     for call in Call::ALL {
         symbol::<*const c_void>(&library, call.name());
     }
@@ -76,11 +25,8 @@ fn all_34_functions_are_exported() {
 
 #[test]
 fn it_runs_and_survives_a_panic() {
-    let library = load();
-    let (one, two) = (instantiate(&library), instantiate(&library));
-    assert!(!one.is_null() && !two.is_null());
-    initialize(&library, one);
-    initialize(&library, two);
+    let library = load("integrator");
+    let (one, two) = (start::<Integrator>(&library), start::<Integrator>(&library));
     let set = symbol::<SetReal>(&library, "fmi2SetReal");
     let get = symbol::<GetReal>(&library, "fmi2GetReal");
     let step = symbol::<DoStep>(&library, "fmi2DoStep");
@@ -108,15 +54,14 @@ fn it_is_unloaded_2000_times() {
     // A separate copy, since other tests have the library loaded.
     let copy = tempfile::tempdir().unwrap();
     let file = copy.path().join("alone.so");
-    std::fs::copy(path(), &file).unwrap();
+    std::fs::copy(common::path("integrator"), &file).unwrap();
     let mapped = || std::fs::read_to_string("/proc/self/maps").unwrap().contains("alone.so");
     for cycle in 0..2000 {
         // SAFETY: our own library.
         let library = unsafe { Library::new(&file) }.unwrap();
         std::thread::scope(|scope| {
             scope.spawn(|| {
-                let component = instantiate(&library);
-                initialize(&library, component);
+                let component = start::<Integrator>(&library);
                 // SAFETY: a live instance, good arguments; every tenth panics.
                 unsafe {
                     let speed = if cycle % 10 == 0 { 2e6 } else { 1.0 };
@@ -142,7 +87,7 @@ fn it_is_unloaded_2000_times() {
 /// The description is written next to the tests, to try importers by hand.
 #[test]
 fn its_description_has_no_faults() {
-    let description = describe::<integrator::Integrator>(&Resources::default(), None).unwrap();
+    let description = describe::<Integrator>(&Resources::default(), None).unwrap();
     assert_eq!(description.findings(), []);
     let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("Integrator.xml");
     std::fs::write(path, description.to_xml()).unwrap();

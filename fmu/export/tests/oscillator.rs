@@ -2,31 +2,19 @@
 //! the library was unloaded, and the matrices A, B, C, D from directional derivatives.
 #![allow(clippy::unwrap_used)] // helpers of tests are not seen as tests
 
+mod common;
+
+use common::{Component, DoStep, Free, GetReal, SetReal, load, start, symbol};
 use fmi2_export::{Resources, derivative_reference, describe, state_reference};
 use libloading::{Library, Symbol};
-use std::ffi::{CString, c_char, c_void};
+use std::ffi::{c_char, c_void};
 use std::path::PathBuf;
-use std::ptr::{null, null_mut};
+use std::ptr::null_mut;
 
 #[path = "../examples/oscillator.rs"]
 mod oscillator;
 use oscillator::Oscillator;
 
-type Component = *mut c_void;
-type Instantiate = unsafe extern "C" fn(
-    *const c_char,
-    i32,
-    *const c_char,
-    *const c_char,
-    *const c_void,
-    i32,
-    i32,
-) -> Component;
-type OfComponent = unsafe extern "C" fn(Component) -> i32;
-type Setup = unsafe extern "C" fn(Component, i32, f64, f64, i32, f64) -> i32;
-type DoStep = unsafe extern "C" fn(Component, f64, f64, i32) -> i32;
-type SetReal = unsafe extern "C" fn(Component, *const u32, usize, *const f64) -> i32;
-type GetReal = unsafe extern "C" fn(Component, *const u32, usize, *mut f64) -> i32;
 type Derivatives =
     unsafe extern "C" fn(Component, *const u32, usize, *const i32, *const f64) -> i32;
 type Directional = unsafe extern "C" fn(
@@ -57,34 +45,13 @@ struct Unit {
 impl Unit {
     /// Loads the library and initializes an instance.
     fn load() -> Self {
-        let mut path = std::env::current_exe().unwrap();
-        path.pop();
-        path.pop();
-        let path: PathBuf = path.join("examples").join(libloading::library_filename("oscillator"));
-        assert!(path.exists(), "first run `cargo build -p fmi2-export --example oscillator`");
-        // SAFETY: our own library; it has no initializers.
-        let library = unsafe { Library::new(path) }.unwrap();
-        let mut unit = Self { library, component: null_mut() };
-        let guid = fmi2_export::guid::<Oscillator>(&Resources::default());
-        let guid = CString::new(guid).unwrap();
-        // SAFETY: valid strings, no callbacks, then a live instance.
-        unsafe {
-            let make = unit.symbol::<Instantiate>("fmi2Instantiate");
-            let component = make(c"a".as_ptr(), 1, guid.as_ptr(), null(), null(), 0, 0);
-            assert!(!component.is_null());
-            unit.component = component;
-            let setup = unit.symbol::<Setup>("fmi2SetupExperiment");
-            assert_eq!(setup(component, 0, 0.0, 0.0, 0, 0.0), 0);
-            for name in ["fmi2EnterInitializationMode", "fmi2ExitInitializationMode"] {
-                assert_eq!(unit.symbol::<OfComponent>(name)(component), 0);
-            }
-        }
-        unit
+        let library = load("oscillator");
+        let component = start::<Oscillator>(&library);
+        Self { library, component }
     }
 
     fn symbol<T>(&self, name: &str) -> Symbol<'_, T> {
-        // SAFETY: the types above are those of the standard.
-        unsafe { self.library.get(name.as_bytes()) }.unwrap()
+        symbol(&self.library, name)
     }
 
     fn get(&self, reference: u32) -> f64 {
@@ -125,7 +92,7 @@ impl Unit {
 
 impl Drop for Unit {
     fn drop(&mut self) {
-        let free = self.symbol::<unsafe extern "C" fn(Component)>("fmi2FreeInstance");
+        let free = self.symbol::<Free>("fmi2FreeInstance");
         // SAFETY: created by `load`, freed once.
         unsafe { free(self.component) };
     }
