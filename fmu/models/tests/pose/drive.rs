@@ -1,4 +1,4 @@
-//! A drive whose truth is known, and what its sensors say.
+//! A drive with its true pose, and the readings of its sensors.
 
 use steerwright_models::noise::gaussian;
 use steerwright_models::{PoseEstimator, PoseInput, PoseParameters};
@@ -23,23 +23,11 @@ pub(crate) struct Truth {
     pub(crate) bias: f64,
 }
 
-/// What the sensors say at a communication point, and the truth there.
+/// Sensor readings at a communication point, and the true pose.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Moment {
     pub(crate) input: PoseInput,
     pub(crate) truth: Truth,
-}
-
-pub(crate) fn parameters() -> PoseParameters {
-    PoseParameters {
-        gnss_latency: 0.1,
-        antenna_x: 0.7,
-        antenna_y: 0.3,
-        sideslip_per_yaw_rate: -0.06,
-        sideslip_growth: -0.001,
-        sideslip_per_yaw_acceleration: 0.005,
-        ..PoseParameters::default()
-    }
 }
 
 pub(crate) const DRIVE: Drive = Drive {

@@ -1,6 +1,6 @@
 //! What becomes of fixes: which are used and when, drop-outs, outliers, a start without a yaw.
 
-use super::drive::{DRIVE, Drive, H, Truth, parameters};
+use super::drive::{DRIVE, Drive, H, Truth};
 use super::{away, error, step};
 use steerwright_models::{PoseEstimator, PoseInput, PoseParameters};
 
@@ -37,7 +37,7 @@ fn a_fix_is_fused_once() {
 /// Without a count, a period takes the fixes that a count would report, whatever the steps.
 #[test]
 fn a_period_stands_for_the_count() {
-    let p = PoseParameters { gnss_latency: 0.0, ..parameters() };
+    let p = PoseParameters { gnss_latency: 0.0, ..DRIVE.parameters };
     let drive = Drive { parameters: p, ..DRIVE };
     let moments = drive.moments(300, 0);
     let mut counted = drive.estimator();
@@ -169,7 +169,7 @@ fn outliers_are_left_out_and_a_filter_that_is_wrong_starts_again() {
 fn a_cold_start_finds_its_yaw() {
     for gnss_std in [0.02, 1.0] {
         for seed in 0..20 {
-            let p = PoseParameters { initial_position_std: 500.0, ..parameters() };
+            let p = PoseParameters { initial_position_std: 500.0, ..DRIVE.parameters };
             let drive = Drive { seed, parameters: p, gnss_std, ..DRIVE };
             let unknown = PoseParameters {
                 initial_yaw: 2.0 - 0.2 * f64::from(seed),

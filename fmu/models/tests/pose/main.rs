@@ -4,7 +4,7 @@
 mod drive;
 mod fixes;
 
-use drive::{DRIVE, Drive, H, Moment, Truth, parameters};
+use drive::{DRIVE, Drive, H, Moment, Truth};
 use proptest::prelude::*;
 use steerwright_models::{PoseEstimator, PoseInput, PoseParameters};
 
@@ -80,11 +80,11 @@ fn errors_are_as_large_as_the_filter_says() {
 fn latency_is_made_up_for_exactly() {
     let lag = 13;
     let late = Drive {
-        parameters: PoseParameters { gnss_latency: lag as f64 * H, ..parameters() },
+        parameters: PoseParameters { gnss_latency: lag as f64 * H, ..DRIVE.parameters },
         ..DRIVE
     };
     let prompt =
-        Drive { parameters: PoseParameters { gnss_latency: 0.0, ..parameters() }, ..DRIVE };
+        Drive { parameters: PoseParameters { gnss_latency: 0.0, ..DRIVE.parameters }, ..DRIVE };
     let mut moments = late.moments(600, lag);
     // Fixes come in the first half of each second alone.
     for k in 0..moments.len() {
@@ -114,7 +114,7 @@ fn latency_is_made_up_for_exactly() {
 /// The estimate is of the centre of gravity; an antenna taken for it would be off by its arm.
 #[test]
 fn the_antenna_is_not_the_centre_of_gravity() {
-    let arm = PoseParameters { antenna_x: -1.5, antenna_y: 0.8, ..parameters() };
+    let arm = PoseParameters { antenna_x: -1.5, antenna_y: 0.8, ..DRIVE.parameters };
     let drive = Drive { parameters: arm, noise: false, ..DRIVE };
     let moments = drive.moments(1500, 10);
     let mut estimator = drive.estimator();
@@ -172,7 +172,7 @@ fn in_another_frame(turn: f64, dx: f64, dy: f64) -> f64 {
     let (sin, cos) = turn.sin_cos();
     let there = |x: f64, y: f64| (dx + x * cos - y * sin, dy + x * sin + y * cos);
     let (initial_x, initial_y) = there(0.0, 0.0);
-    let moved = PoseParameters { initial_x, initial_y, initial_yaw: turn, ..parameters() };
+    let moved = PoseParameters { initial_x, initial_y, initial_yaw: turn, ..DRIVE.parameters };
     let mut estimator = drive.estimator();
     let mut other = PoseEstimator::new(moved).unwrap();
     other.start().unwrap();
@@ -219,7 +219,7 @@ proptest! {
     /// What was saved goes on to the last bit, wherever it was saved.
     #[test]
     fn saved_estimators_go_on(at in 0_usize..250, cold in any::<bool>()) {
-        let mut p = parameters();
+        let mut p = DRIVE.parameters;
         if cold { p.initial_yaw_std = 2.0 }
         let drive = Drive { parameters: p, ..DRIVE };
         let moments = drive.moments(300, 10);
@@ -242,7 +242,7 @@ proptest! {
             (prop::array::uniform5(any::<f64>()), any::<i32>(), 1e-9..20.0_f64), 1..60),
         latency in 0.0..10.0_f64,
     ) {
-        let p = PoseParameters { gnss_latency: latency, ..parameters() };
+        let p = PoseParameters { gnss_latency: latency, ..DRIVE.parameters };
         let mut estimator = PoseEstimator::new(p).unwrap();
         estimator.start().unwrap();
         for ([gnss_x, gnss_y, gnss_std, yaw_rate, speed], gnss_fix_count, h) in inputs {
@@ -266,7 +266,7 @@ proptest! {
 /// However small the steps, the past that is kept is bounded; long steps are taken whole.
 #[test]
 fn any_step_size() {
-    let p = PoseParameters { gnss_latency: 1.0, ..parameters() };
+    let p = PoseParameters { gnss_latency: 1.0, ..DRIVE.parameters };
     let mut estimator = PoseEstimator::new(p).unwrap();
     estimator.start().unwrap();
     for k in 0..30_000 {
@@ -289,7 +289,7 @@ fn any_step_size() {
 #[test]
 fn parameters_that_cannot_be_are_refused() {
     let refused = |p: PoseParameters| PoseEstimator::new(p).unwrap_err().to_string();
-    let p = parameters();
+    let p = DRIVE.parameters;
     assert!(refused(PoseParameters { gnss_latency: -0.1, ..p }).contains("latency is -0.1"));
     assert!(refused(PoseParameters { gnss_latency: 11.0, ..p }).contains("0 to 10"));
     assert!(refused(PoseParameters { speed_noise_density: f64::NAN, ..p }).contains("NaN"));
