@@ -158,8 +158,8 @@ impl System {
         self
     }
 
-    /// Records these variables, written `instance.variable`, instead of the default: all connected
-    /// outputs and all inputs.
+    /// Records these variables, written `instance.variable`, instead of the default: all outputs and
+    /// the inputs without a connection.
     pub fn record(&mut self, paths: &[&str]) -> Result<&mut Self, Error> {
         let mut recorded = Vec::new();
         for path in paths {
