@@ -6,8 +6,8 @@
 //!   [`Recording`]. [`System::plan`] compiles it for many runs, made by [`Cosimulation`].
 //! - [`SystemPackage`] opens a `.ssp`: FMUs, and the file that wires them into a [`System`].
 //!
-//! Units are those of the FMUs' variables; times are in s. Nothing here knows of vehicles, and the
-//! only `unsafe` is where the C boundary is crossed: `library`, `log` and `instance`.
+//! Units are those of the FMUs' variables; times are in s. This crate has no vehicle-specific code.
+//! `unsafe` is limited to the C boundary: `library`, `log` and `instance`.
 
 mod archive;
 mod c_types;

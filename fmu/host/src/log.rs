@@ -6,14 +6,14 @@
 //! first variadic argument. A call through the variadic type reaches it intact where the ABI passes
 //! variadic integers and pointers as it passes named ones:
 //!
-//! - x86-64 System V: sixth integer register (r9); `al` is set besides, which nobody reads;
+//! - x86-64 System V: sixth integer register (r9); `al` is set too, but not read;
 //! - Windows x64: sixth slot on the stack; Windows on ARM64: register x5;
 //! - AArch64 AAPCS64 (Linux): register x5.
 //!
-//! Only the caller cleans the stack in these conventions, so arguments too many or too few do no
-//! harm. The sixth parameter is [`MaybeUninit`]: it means something only if the format makes the
-//! caller pass a string first, and only then is it read. On other targets (Apple's ARM64 ABI passes
-//! variadic arguments on the stack, 32-bit ones were not looked into) it is never read, and the
+//! Only the caller cleans the stack in these conventions, so a wrong number of arguments has no
+//! effect. The sixth parameter is [`MaybeUninit`]: it is read only if the format makes the caller
+//! pass a string first. On other targets (Apple's ARM64 ABI passes
+//! variadic arguments on the stack, 32-bit ABIs were not examined) it is never read, and the
 //! bare format is kept. Formats with other conversions than one `%s` are kept bare everywhere:
 //! their arguments cannot be reached.
 
@@ -123,7 +123,7 @@ impl Callbacks {
         })
     }
 
-    /// What `fmi2Instantiate` takes.
+    /// The argument of `fmi2Instantiate`.
     pub(crate) fn as_ptr(self: &Arc<Self>) -> *const CallbackFunctions {
         &raw const self.functions
     }

@@ -63,7 +63,7 @@ pub struct History {
 pub struct DelayLine {
     delay: f64,
     segments: VecDeque<Segment>,
-    /// What was put in last; without delay, what is left of it.
+    /// The last input; without delay, the rest of it.
     latest: Segment,
 }
 
@@ -142,7 +142,7 @@ impl DelayLine {
             let rest = front.duration - limit;
             if last || rest > SLIVER * limit {
                 front.cut(limit);
-                // The last one lacks what rounding took.
+                // Rounding can make the last one slightly negative.
                 front.duration = front.duration.max(0.0);
                 return walked;
             }
@@ -173,7 +173,7 @@ impl DelayLine {
         }
     }
 
-    /// What is remembered: between steps, so that what is restored is saved as the same again.
+    /// The state between steps. Saving a restored line returns the same state.
     #[must_use]
     pub fn save(&self) -> History {
         let mut line = self.clone();

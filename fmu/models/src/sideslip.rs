@@ -1,11 +1,10 @@
 //! The sideslip per yaw rate of a vehicle whose tyres saturate, `S + Q·a²`.
 //!
-//! What a rear axle's tyres take of slip angle per force grows with the force; to second order in the
-//! lateral acceleration a, the sideslip in a turn of yaw rate r is `(S + Q·a²)·r`. No tyre carries much
-//! more than g: a counts up to there, so that no reading and no curvature, however absurd, makes the
-//! sideslip run away.
+//! The slip angle per force of the rear tyres grows with the force; to second order in the lateral
+//! acceleration a, the sideslip in a turn of yaw rate r is `(S + Q·a²)·r`. Tyres carry little more than
+//! g, so a is limited to g; this bounds the sideslip for any reading and curvature.
 
-/// The most lateral acceleration that counts, m/s².
+/// Limit of the lateral acceleration, m/s².
 const GRAVITY: f64 = 9.81;
 
 /// `S + Q·a²`, s, at a lateral acceleration (m/s²).

@@ -2,8 +2,8 @@
 //! called in the platform's mathematics library.
 //!
 //! The angle is reduced by the nearest multiple of π/2, whose bits are cut into three parts
-//! (Cody and Waite 1980) such that the products with the first two are exact; what is left, at most
-//! π/4, goes into the Taylor series. No fused operation and no table: additions and multiplications
+//! (Cody and Waite 1980) such that the products with the first two are exact; the remainder, at most
+//! π/4, is the argument of the Taylor series. No fused operation and no table: additions and multiplications
 //! that IEEE 754 rounds the same way everywhere. Both results are within 3e-16 of the true ones.
 
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2, FRAC_PI_4, PI, TAU};
@@ -18,7 +18,7 @@ const QUARTER: [f64; 3] = [
 /// Beyond it, about 2²⁰ quarter turns, the products are not exact any more.
 const LARGEST: f64 = 1.6e6;
 
-/// 1.5·2⁵²: what is added to it is rounded to an integer, which stands in the lowest bits.
+/// 1.5·2⁵²: a number added to it is rounded to an integer in the lowest bits.
 const TO_INTEGER: f64 = 6_755_399_441_055_744.0;
 
 /// Coefficients of `(sin r − r)/r³` and `(cos r − 1 + r²/2)/r⁴`, by r².

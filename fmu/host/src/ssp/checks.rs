@@ -1,7 +1,7 @@
 //! Whether the connectors of a package agree with the variables of its FMUs.
 //!
-//! Connectors repeat what the FMU states; where they differ the FMU counts and the difference is
-//! reported. Connections pass values as they are, so ends in unlike units are refused.
+//! A connector that differs from the variable of its FMU is reported, and the FMU has priority.
+//! Connections pass values unchanged, so their ends must have the same unit.
 
 use model_description::{Causality, Kind, Unit, Variable};
 

@@ -89,10 +89,10 @@ impl SystemPackage {
         self.archives.iter().map(AsRef::as_ref)
     }
 
-    /// The system: an instance of each component, connected, with its values set. With it, what
-    /// was left out of account: values for variables that an FMU does not have, which SSP allows,
-    /// start values of inputs that a connection feeds, connectors that differ from their FMUs,
-    /// connections written from an input to an output.
+    /// The system: an instance of each component, connected, with its values set; and remarks on
+    /// ignored content: values for variables that an FMU does not have, which SSP allows, start
+    /// values of connected inputs, connectors that differ from their FMUs, connections written from
+    /// an input to an output.
     pub fn system(&self) -> Result<(System, Vec<String>), Error> {
         let mut remarks = self.structure.remarks.clone();
         let mut system = System::new();

@@ -1,9 +1,9 @@
 //! Reading a flat `SystemStructure.ssd` of SSP 1.0, of any tool.
 //!
-//! Elements are known by namespace and name, whatever their prefixes. What would change the
-//! system's behaviour and is not supported is an error: nested systems, transformations, parameter
-//! mappings, components that are no FMUs. What describes it alone (geometry, signal dictionaries
-//! that nothing refers to, annotations of other tools) is passed over.
+//! Elements are identified by namespace and name, independent of prefixes. Unsupported content that
+//! changes the behaviour of the system is an error: nested systems, transformations, parameter
+//! mappings, components other than FMUs. Descriptive content (geometry, unused signal dictionaries,
+//! annotations of other tools) is ignored.
 
 use model_description::{BaseUnit, Unit, Value};
 
@@ -194,7 +194,7 @@ fn connect(structure: &mut SystemStructure, element: Element<'_, '_>) -> Result<
     let ends = (element.optional("startElement"), element.optional("endElement"));
     let connectors = (element.attribute("startConnector")?, element.attribute("endConnector")?);
     let (Some(start), Some(end)) = ends else {
-        // What the system shows to the outside adds nothing to a system that runs alone.
+        // Connectors of the system itself have no effect on a system without surroundings.
         structure.remarks.push(format!(
             "the connection of {} and {} is left out: it leads to a connector of the system itself",
             connectors.0, connectors.1

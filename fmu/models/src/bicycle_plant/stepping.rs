@@ -63,7 +63,7 @@ impl BicyclePlant {
     fn move_exactly(&mut self, dynamics: &Dynamics, panel: f64, steering: f64) {
         let mut rate = dynamics.times(&self.w);
         rate[2] += dynamics.gain * steering;
-        // What the ramp adds to the second term, and to no other but through F.
+        // The ramp enters the second term, and the others through F only.
         let mut ramp = dynamics.gain * self.steering_rate * panel;
 
         let mut end = self.w;

@@ -52,7 +52,7 @@ impl IdentifiedPlant {
         }
     }
 
-    /// Goes on from what was saved.
+    /// Restores a saved state.
     ///
     /// # Errors
     /// Where a plant of this model cannot be in that state; this one is then half changed.

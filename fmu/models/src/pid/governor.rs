@@ -81,7 +81,7 @@ impl Governor {
         if beyond.abs() > largest {
             self.withheld += beyond - beyond.min(largest).max(-largest);
         }
-        // What is acted on never points away from the reference for the sake of what is withheld.
+        // The remaining error has the sign of the error.
         if self.withheld > 0.0 {
             self.withheld = self.withheld.min(error.max(0.0));
         } else if self.withheld < 0.0 {
@@ -90,7 +90,7 @@ impl Governor {
         error - self.withheld
     }
 
-    /// Releases what is withheld for one tick; by how much, rad.
+    /// Releases withheld error for one tick; returns the amount, rad.
     #[inline(always)]
     fn released(&mut self, p: &PidParameters, speed: f64, fastest: f64, lag: f64) -> f64 {
         if self.withheld == 0.0 {
@@ -178,8 +178,8 @@ fn reserve(p: &PidParameters) -> f64 {
     p.rate_reserve_time.max(p.sample_time)
 }
 
-/// The most time at the largest rate that some steering angles, one a tick from the one before the first
-/// on, leave unforgotten, s: what the reserve must hold for them.
+/// Largest count of the time at the largest rate for these steering angles, one per tick, s: the
+/// required reserve. `before` is the angle before the first.
 #[must_use]
 pub fn time_at_largest_rate(p: &PidParameters, before: f64, steering: &[f64]) -> f64 {
     let p = PidParameters { max_yaw_error: 0.0, rate_reserve_time: f64::INFINITY, ..*p };

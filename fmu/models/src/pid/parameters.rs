@@ -42,7 +42,7 @@ pub struct PidParameters {
     pub max_lateral_acceleration: f64,
     /// Steering angle per curvature in a slow steady turn, rad·m: wheelbase times steering ratio.
     pub steering_per_curvature: f64,
-    /// What a steady turn needs beyond that per lateral acceleration, rad·s²/m.
+    /// Additional steering angle per lateral acceleration in a steady turn, rad·s²/m.
     pub understeer_gradient: f64,
     /// Time between ticks Ts, s.
     pub sample_time: f64,
@@ -86,7 +86,7 @@ impl PidParameters {
     #[must_use]
     #[inline(always)]
     pub fn largest_angle(&self, speed: f64) -> f64 {
-        // `max` and `min` take what is no number for the other bound.
+        // `max` and `min` return the other bound for NaN.
         let v = speed.max(LEAST_SPEED);
         let per_acceleration = self.steering_per_curvature / (v * v) + self.understeer_gradient;
         (self.max_lateral_acceleration * per_acceleration).max(0.0).min(self.max_angle)

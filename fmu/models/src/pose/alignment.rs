@@ -1,9 +1,9 @@
-//! The yaw from where fixes lead: the way from one fix to a later one has the direction of the way
-//! that follows from speed and gyro alone, turned by the error of the yaw.
+//! Yaw by alignment: the displacement between two fixes has the direction of the displacement from
+//! speed and gyro alone, rotated by the yaw error.
 //!
-//! With the two fixes' standard deviations σ and σ₀ and a way of length D the angle between both has
-//! the standard deviation √(σ² + σ₀²)/D. Once that is below [`GOOD_ENOUGH`] it is a measurement of
-//! the yaw. Until then the position is that of the last fix.
+//! With standard deviations σ and σ₀ of the fixes and a displacement of length D, the angle between
+//! both has the standard deviation √(σ² + σ₀²)/D. Once it is below [`GOOD_ENOUGH`] it is a
+//! measurement of the yaw. Until then the position is that of the last fix.
 
 use super::filter::{BIAS, Filter, YAW};
 use super::parameters::PoseParameters;
@@ -12,22 +12,22 @@ use crate::error::{Error, finite};
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
-/// Yaw is determined by a displacement whose direction is known this well, rad.
+/// Largest standard deviation of a direction that determines the yaw, rad.
 pub const GOOD_ENOUGH: f64 = 0.1;
 
-/// A start whose yaw is known worse than this is aligned first, rad.
+/// A start with a larger standard deviation of the yaw begins with alignment, rad.
 pub const UNKNOWN: f64 = 0.5;
 
-/// Shortest way whose direction is looked at, m.
+/// Shortest displacement that is used, m.
 const SHORTEST: f64 = 1.0;
 
-/// How much longer or shorter the fixes' way may be than that of the speed, relative to it.
+/// Largest relative difference between the displacements of fixes and of speed.
 const STRETCHED: f64 = 0.1;
 
-/// How far the ways' lengths may be apart by noise, in standard deviations.
+/// Largest difference of the lengths by noise, in standard deviations.
 const DEVIATIONS: f64 = 4.0;
 
-/// The way since the fix that an alignment began with.
+/// The displacement since the first fix of an alignment.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Alignment {
     /// The fix that it began with, m; none yet at the start.

@@ -85,8 +85,8 @@ impl PoseEstimator {
         })
     }
 
-    /// Forgets everything and starts from the parameters. The fix at the input is not
-    /// used: nobody knows how old it is.
+    /// Resets the state and starts from the parameters. The fix at the input is not used, since its
+    /// age is unknown.
     ///
     /// # Errors
     /// Names the parameter that is wrong.
@@ -181,7 +181,7 @@ impl PoseEstimator {
             ("the gyro's bias", bias),
             ("the position's deviation", self.position_std()),
         ])?;
-        // What has no name of its own.
+        // Numbers without a name.
         let rest = self.delayed.is_finite() && self.present.is_finite();
         diverged([("a covariance", if rest { 0.0 } else { f64::NAN })])
     }

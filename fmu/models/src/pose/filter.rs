@@ -73,7 +73,7 @@ impl Filter {
         let (sideslip, growth) = (p.sideslip_per_yaw_rate, p.sideslip_growth);
         let leading = p.sideslip_per_yaw_acceleration * yaw_acceleration;
         let lateral = v * (sideslip::per_yaw_rate(sideslip, growth, v * rate) * rate + leading);
-        // How it answers to the rate: gyro noise and bias act by it.
+        // Its derivative by the yaw rate, for gyro noise and bias.
         let slip = v * sideslip::by_yaw_rate(sideslip, growth, v * rate);
         let (s, c) = mean_direction_of_arc(turn);
         let (s_slope, c_slope) = slopes_of_arc(turn, s, c);

@@ -1,4 +1,4 @@
-//! Where the vehicle is: an extended Kalman filter over GNSS fixes, a gyro with bias, and speed.
+//! The pose of the vehicle: an extended Kalman filter of GNSS fixes, a gyro with bias, and speed.
 //!
 //! States: position of the centre of gravity p = (X, Y), yaw ψ, gyro bias b. With the gyro's reading
 //! g, the speed v and the sideslip's S, Q and C, over an interval of constant g and v,
@@ -16,21 +16,21 @@
 //! along the exact arc, its Jacobian is that of the arc, and the noise is integrated for the
 //! interval's mean velocity ([`filter`]).
 //!
-//! **When there is a fix.** A changed count is a new fix. Where nobody counts, as where a plant's
-//! position is taken for that of an ideal receiver, `gnss_period` has one taken from the inputs at
-//! the end of each step in which a period ends.
+//! **New fixes.** A changed count is a new fix. Without a count, as with a plant's position in place
+//! of a receiver, a fix is read from the inputs at the end of each step in which a `gnss_period`
+//! ends.
 //!
-//! **Latency.** A fix is where the antenna was `gnss_latency` ago. So two filters are kept, one
+//! **Latency.** A fix is the position of the antenna `gnss_latency` ago. There are two filters, one
 //! at that time and one at present, and the readings between them ([`history`]). A fix corrects the
-//! first, and the second is made of it again by those readings: the estimate is to the last bit
-//! that of a filter that had the fix in time, wherever the fix falls on a communication point.
+//! first; the second is predicted from it with those readings. If the fix is at a communication
+//! point, the estimate equals that of a filter without latency bit for bit.
 //!
-//! **Fixes that do not fit.** A fix with a standard deviation that is zero, negative or no number
-//! is not used, one below 1 mm is taken for 1 mm. One whose normalised innovation squared is beyond
-//! [`GATE`] is an outlier. After [`MOST_OUTLIERS`] in a row it is the filter that is wrong: it
-//! starts again from the fix, and from there looks where the next ones lead ([`alignment`]), which
-//! yields the yaw, compared with that of the same drive by the gyro alone, whatever it was taken for. A start
-//! whose yaw is not known to half a radian does the same, since no linearisation reaches that far.
+//! **Rejected fixes.** A fix with a standard deviation that is zero, negative or NaN is not used; a
+//! standard deviation below 1 mm is raised to 1 mm. A fix whose normalised innovation squared exceeds
+//! [`GATE`] is an outlier. After [`MOST_OUTLIERS`] in a row the filter restarts from the fix and
+//! estimates the yaw by alignment: it compares the next fixes with the same drive by the gyro alone
+//! ([`alignment`]). A start with an initial deviation of the yaw above half a radian does the same,
+//! since the linearisation is invalid there.
 
 pub mod alignment;
 mod estimator;
