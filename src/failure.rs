@@ -75,53 +75,29 @@ pub(crate) fn report_usage(error: &clap::Error) -> ExitCode {
     ExitCode::from(status)
 }
 
-/// Errors of the stages carry their own hint.
+/// Errors of the stages carry a hint, which names the options where they help.
 macro_rules! from_stage {
-    ($($error:ty),*) => {$(
+    ($($error:ty => $hint:path),* $(,)?) => {$(
         impl From<$error> for Failure {
             fn from(error: $error) -> Self {
-                Self::new(&error, error.hint())
+                Self::new(&error, $hint(&error))
             }
         }
     )*};
 }
 
 from_stage!(
-    steerwright_formats::Error,
-    steerwright_packaging::Error,
-    steerwright_host::Error,
-    steerwright_checker::Error,
-    steerwright_report::Error,
-    steerwright_sweep::Error
+    steerwright_formats::Error => steerwright_formats::Error::hint,
+    steerwright_packaging::Error => steerwright_packaging::Error::hint,
+    steerwright_host::Error => steerwright_host::Error::hint,
+    steerwright_checker::Error => steerwright_checker::Error::hint,
+    steerwright_report::Error => steerwright_report::Error::hint,
+    steerwright_sweep::Error => steerwright_sweep::Error::hint,
+    steerwright_drivelog::Error => log_hint,
+    steerwright_sysid::Error => identification_hint,
+    steerwright_control::Error => design_hint,
+    steerwright_comparison::Error => comparison_hint,
 );
-
-impl From<steerwright_drivelog::Error> for Failure {
-    fn from(error: steerwright_drivelog::Error) -> Self {
-        let hint = log_hint(&error);
-        Self::new(&error, hint)
-    }
-}
-
-impl From<steerwright_sysid::Error> for Failure {
-    fn from(error: steerwright_sysid::Error) -> Self {
-        let hint = identification_hint(&error);
-        Self::new(&error, hint)
-    }
-}
-
-impl From<steerwright_control::Error> for Failure {
-    fn from(error: steerwright_control::Error) -> Self {
-        let hint = design_hint(&error);
-        Self::new(&error, hint)
-    }
-}
-
-impl From<steerwright_comparison::Error> for Failure {
-    fn from(error: steerwright_comparison::Error) -> Self {
-        let hint = comparison_hint(&error);
-        Self::new(&error, hint)
-    }
-}
 
 /// The option with the name of a library's option.
 fn flag(option: &str) -> String {
