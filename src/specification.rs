@@ -213,89 +213,62 @@ impl Options {
 
     /// The design; `usual` are the requirements where none is stated.
     fn specified(self, usual: Specification) -> Specified {
-        let Self {
-            overshoot,
-            settling,
-            steady_state_error,
-            rise_time,
-            iae,
-            gain_margin,
-            phase_margin,
-            modulus_margin,
-            delay_margin,
-            disk_margin,
-            settling_band,
-            max_angle,
-            max_increment,
-            max_rate,
-            max_lateral_acceleration,
-            pid_sample_time,
-            master,
-            latency,
-            loop_delay,
-            path_delay,
-            estimator_delay,
-            robust,
-            latency_spread,
-            speed_spread,
-            ensemble,
-            seed,
-        } = self;
         fn bound<T: Into<f64>>(stated: Option<OrNone<T>>, usual: Option<f64>) -> Option<f64> {
             stated.map_or(usual, |value| value.0.map(Into::into))
         }
         let defaults = DesignOptions::default();
         let time = |stated: Option<Time>| stated.map_or(0.0, f64::from);
-        let steady_state_error = bound(steady_state_error, usual.steady_state_error_percent);
-        let band = settling_band.map(f64::from).or(steady_state_error);
+        let steady_state_error = bound(self.steady_state_error, usual.steady_state_error_percent);
+        let band = self.settling_band.map(f64::from).or(steady_state_error);
         let requirements = Specification {
-            overshoot_percent: bound(overshoot, usual.overshoot_percent),
-            settling_time_s: bound(settling, usual.settling_time_s),
+            overshoot_percent: bound(self.overshoot, usual.overshoot_percent),
+            settling_time_s: bound(self.settling, usual.settling_time_s),
             steady_state_error_percent: steady_state_error,
-            rise_time_s: bound(rise_time, usual.rise_time_s),
-            integral_absolute_error_s: bound(iae, usual.integral_absolute_error_s),
-            gain_margin_db: bound(gain_margin, usual.gain_margin_db),
-            phase_margin_deg: bound(phase_margin, usual.phase_margin_deg),
-            modulus_margin: bound(modulus_margin, usual.modulus_margin),
-            delay_margin_s: bound(delay_margin, usual.delay_margin_s),
-            disk_margin: bound(disk_margin, usual.disk_margin),
+            rise_time_s: bound(self.rise_time, usual.rise_time_s),
+            integral_absolute_error_s: bound(self.iae, usual.integral_absolute_error_s),
+            gain_margin_db: bound(self.gain_margin, usual.gain_margin_db),
+            phase_margin_deg: bound(self.phase_margin, usual.phase_margin_deg),
+            modulus_margin: bound(self.modulus_margin, usual.modulus_margin),
+            delay_margin_s: bound(self.delay_margin, usual.delay_margin_s),
+            disk_margin: bound(self.disk_margin, usual.disk_margin),
             settling_band_percent: band.unwrap_or(usual.settling_band_percent),
             ..usual
         };
-        let sample_time_s = pid_sample_time.map_or(defaults.sample_time_s, f64::from);
-        let latency = time(latency);
-        let (master, late) = match master {
+        let sample_time_s = self.pid_sample_time.map_or(defaults.sample_time_s, f64::from);
+        let latency = time(self.latency);
+        let (master, late) = match self.master {
             Some(MasterName::Jacobi) => (Master::Jacobi, sample_time_s),
             Some(MasterName::GaussSeidel) | None => (Master::GaussSeidel, 0.0),
         };
-        let yaw = time(loop_delay);
-        let path = path_delay.map_or(yaw, f64::from);
-        let estimator = estimator_delay.map_or(path, f64::from);
+        let yaw = time(self.loop_delay);
+        let path = self.path_delay.map_or(yaw, f64::from);
+        let estimator = self.estimator_delay.map_or(path, f64::from);
         // Without a measured latency, the delay of another master.
         let spread = if latency > 0.0 { LATENCY_SPREAD } else { sample_time_s };
         let usual = RobustOptions::default();
         let robust_options = RobustOptions {
-            members: ensemble.unwrap_or(usual.members),
-            latency_s: latency_spread.map_or(spread, f64::from),
-            speed_share: speed_spread.map_or(usual.speed_share, |p| f64::from(p) / 100.0),
+            members: self.ensemble.unwrap_or(usual.members),
+            latency_s: self.latency_spread.map_or(spread, f64::from),
+            speed_share: self.speed_spread.map_or(usual.speed_share, |p| f64::from(p) / 100.0),
             ..usual
         };
         let design = DesignOptions {
             requirements,
-            max_angle_rad: bound(max_angle, defaults.max_angle_rad),
-            max_increment_rad: bound(max_increment, defaults.max_increment_rad),
-            max_rate_radps: bound(max_rate, defaults.max_rate_radps),
-            max_lateral_acceleration_mps2: max_lateral_acceleration
+            max_angle_rad: bound(self.max_angle, defaults.max_angle_rad),
+            max_increment_rad: bound(self.max_increment, defaults.max_increment_rad),
+            max_rate_radps: bound(self.max_rate, defaults.max_rate_radps),
+            max_lateral_acceleration_mps2: self
+                .max_lateral_acceleration
                 .map_or(defaults.max_lateral_acceleration_mps2, f64::from),
             sample_time_s,
             loop_delay_s: yaw + latency + late,
             path_delay_s: path + latency + 2.0 * late,
             estimator_delay_s: estimator + latency + 3.0 * late,
-            robust: (robust != Some(Switch::Off)).then_some(robust_options),
-            seed: seed.unwrap_or(defaults.seed),
+            robust: (self.robust != Some(Switch::Off)).then_some(robust_options),
+            seed: self.seed.unwrap_or(defaults.seed),
             ..defaults
         };
-        Specified { design, master, must_be_robust: robust == Some(Switch::On) }
+        Specified { design, master, must_be_robust: self.robust == Some(Switch::On) }
     }
 
     /// Their names, in the file and on the command line.
