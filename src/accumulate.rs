@@ -4,6 +4,7 @@ use crate::Global;
 use crate::console;
 use crate::evidence::channel_table;
 use crate::failure::{Failure, Outcome};
+use crate::identify_accumulated::merged;
 use crate::log_options::{LogArguments, input_kind, log_file};
 use crate::output::{Kind, Outputs};
 use crate::progress::Progress;
@@ -45,18 +46,12 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         input_kind: arguments.model_input,
         horizon: arguments.horizon,
     };
-    let mut all: Option<Accumulated> = None;
     let progress = Progress::start("reading the logs");
-    for path in &arguments.logs {
+    let all = merged(arguments.logs.iter().map(|path| {
         progress.now(format!("reading {}", path.display()));
-        let one = Accumulated::of_log(log_file(path, &progress)?, &options)?;
-        match &mut all {
-            Some(all) => all.merge(one)?,
-            None => all = Some(one),
-        }
-    }
+        Ok(Accumulated::of_log(log_file(path, &progress)?, &options)?)
+    }))?;
     drop(progress);
-    let Some(all) = all else { return Err(steerwright_drivelog::Error::NoFiles.into()) };
     let file = all.to_file();
     out.document(&file)?;
     let (estimation, validation) = all.samples();

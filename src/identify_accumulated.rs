@@ -44,6 +44,17 @@ pub(crate) fn are_factors(paths: &[PathBuf]) -> Result<bool, Failure> {
     }
 }
 
+/// The R factor of all drives, each read when it is merged.
+pub(crate) fn merged(
+    mut each: impl Iterator<Item = Result<Accumulated, Failure>>,
+) -> Result<Accumulated, Failure> {
+    let mut all = each.next().ok_or(steerwright_drivelog::Error::NoFiles)??;
+    for one in each {
+        all.merge(one?)?;
+    }
+    Ok(all)
+}
+
 /// Merges the R factors and identifies.
 pub(crate) fn run(
     paths: &[PathBuf],
@@ -67,16 +78,10 @@ pub(crate) fn run(
         ));
     }
     let progress = Progress::start("identifying");
-    let mut all: Option<Accumulated> = None;
-    for path in paths {
+    let all = merged(paths.iter().map(|path| {
         let (file, _) = files::read_document::<AccumulatedDrives>(path)?;
-        let one = Accumulated::from_file(&file, &path.display().to_string())?;
-        match &mut all {
-            Some(all) => all.merge(one)?,
-            None => all = Some(one),
-        }
-    }
-    let Some(all) = all else { return Err(steerwright_drivelog::Error::NoFiles.into()) };
+        Ok(Accumulated::from_file(&file, &path.display().to_string())?)
+    }))?;
     let plant = all.identify(&options)?;
     drop(progress);
     out.document(&plant)?;
