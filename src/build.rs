@@ -1,7 +1,7 @@
 //! `steerwright build`: everything for one drive.
 
 use crate::console;
-use crate::design;
+use crate::design_summary;
 use crate::failure::{Failure, Outcome};
 use crate::gate::GateArguments;
 use crate::log_options::{IdentifyArguments, LogArguments};
@@ -62,7 +62,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         text.push_str(&format!(
             "\n{} controller\n{}\n",
             controller.basis.name(),
-            design::summary(&controller.pid)
+            design_summary::summary(&controller.pid)
         ));
     }
     text.push_str(&format!("\n{}", overview::table(std::slice::from_ref(&built))));

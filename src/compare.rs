@@ -174,7 +174,7 @@ impl Arguments {
 
     /// The drive, if there is one.
     fn drive(&self) -> Result<Option<(steerwright_drivelog::DriveLog, IdentifyOptions)>, Failure> {
-        if self.logs.is_empty() && !self.log.names_files() {
+        if self.logs.is_empty() && self.log.drives.is_empty() {
             return Ok(None);
         }
         let log = self.log.read(&self.logs)?;

@@ -2,7 +2,7 @@
 
 use crate::console;
 use crate::design_plots;
-pub(crate) use crate::design_summary::summary;
+use crate::design_summary::summary;
 use crate::failure::{Failure, Outcome};
 use crate::gate::GateArguments;
 use crate::output::{Kind, Outputs};

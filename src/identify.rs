@@ -117,7 +117,7 @@ impl<'a> Shown<'a> {
     /// Draws the requested evidence; returns the places that it was written to, for people.
     fn write(&self, plant: &Plant, csv: &str) -> Result<String, Failure> {
         let mut text = String::new();
-        if self.plots.is_none() && self.report.is_none() {
+        if !self.is_wanted() {
             return Ok(text);
         }
         let traces = steerwright_report::Traces::from_csv(csv.as_bytes(), "traces")?;

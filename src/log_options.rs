@@ -121,11 +121,6 @@ pub(crate) struct Auto<T>(Option<T>);
 pub(crate) struct Files(Vec<PathBuf>);
 
 impl LogArguments {
-    /// Whether `--drive` names files.
-    pub(crate) fn names_files(&self) -> bool {
-        !self.drives.is_empty()
-    }
-
     /// The files of `--drive`.
     pub(crate) fn files(&self) -> impl Iterator<Item = &PathBuf> {
         self.drives.iter().flat_map(|drive| &drive.0)

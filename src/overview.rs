@@ -4,7 +4,9 @@ use crate::console;
 use crate::pipeline::{Basis, Built, Controller, RECORDED_ROAD, STANDARD_ROAD};
 use serde::Serialize;
 use std::fmt::Write;
-use steerwright_formats::{Quality, SourceFile, Specification, StepMetrics};
+use steerwright_formats::{
+    DesignEvidence, PidGains, Quality, SourceFile, Specification, StepMetrics,
+};
 
 /// What came out of a build.
 #[derive(Serialize)]
@@ -24,10 +26,10 @@ pub(crate) struct Overview<'a> {
 #[derive(Serialize)]
 struct ControllerOverview<'a> {
     basis: &'static str,
-    gains: &'a steerwright_formats::PidGains,
-    specification: &'a steerwright_formats::Specification,
+    gains: &'a PidGains,
+    specification: &'a Specification,
     met: bool,
-    on_the_model: &'a steerwright_formats::DesignEvidence,
+    on_the_model: &'a DesignEvidence,
     in_the_loop_of_fmus: &'a StepMetrics,
     in_the_loop_of_fmus_with_offset: &'a StepMetrics,
     tracks: Vec<TrackOverview>,

@@ -232,7 +232,7 @@ fn experiment<'a>(
 }
 
 /// One instance of each archive, named after its model.
-fn system_of<'a>(archives: impl IntoIterator<Item = &'a Archive>) -> Result<System, Failure> {
+fn system_of(archives: &[Archive]) -> Result<System, Failure> {
     let mut system = System::new();
     for archive in archives {
         let name = archive.model().description().model_name.clone();

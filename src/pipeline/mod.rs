@@ -284,7 +284,7 @@ fn run_loops(
         let documents = [plant.to_json(), path.to_json(), pid.to_json()];
         let named = documents.each_ref().map(|text| (text.as_str(), folder.as_str()));
         let wired = steerwright_comparison::pack_loop(LOOP, &named, None)?;
-        out.bytes(&format!("{folder}/{}.ssp", LOOP), &wired.bytes)?;
+        out.bytes(&format!("{folder}/{LOOP}.ssp"), &wired.bytes)?;
         let run = Loop { plant: plant_archive, path: &path_archive, controller: &controller };
         let sideslip = Sideslip::in_guidance(&path.guidance);
         let csv = run.track(&path, pid.sample_time_s, MASTER, &sideslip)?.to_csv();

@@ -37,10 +37,7 @@ impl Writer {
         document.checked(name)?;
         let text = document.to_json();
         self.bytes(name, text.as_bytes())?;
-        Ok(SourceFile {
-            name: name.into(),
-            sha256: steerwright_formats::sha256_hex(text.as_bytes()),
-        })
+        Ok(SourceFile::of(Path::new(name), text.as_bytes()))
     }
 
     /// Packs a document's FMU into a folder below.
