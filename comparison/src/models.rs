@@ -200,7 +200,7 @@ pub(crate) fn controllers(
     let designs = models.iter().map(|m| &m.design);
     let options = designs.fold(*options, |options, design| options.with_rate_of(design));
     for (index, model) in models.iter().enumerate() {
-        let mut own: Vec<_> = found.extract_if(.., |(of, _)| *of == index).collect();
+        let own: Vec<_> = found.extract_if(.., |(of, _)| *of == index).collect();
         if own.is_empty() {
             let pid = steerwright_control::design(&model.design, &model.source, &options)
                 .map_err(|e| Error::from(e).of(model.path.display()))?;
@@ -209,7 +209,7 @@ pub(crate) fn controllers(
         }
         let files: Vec<PathBuf> = own.iter().map(|(_, file)| file.path.clone()).collect();
         let several = own.len() > 1;
-        for ((_, file), name) in own.drain(..).zip(labels(&files)) {
+        for ((_, file), name) in own.into_iter().zip(labels(&files)) {
             let ControllerFile { path, pid, source, .. } = file;
             let label =
                 if several { format!("{} ({name})", model.label) } else { model.label.clone() };

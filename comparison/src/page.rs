@@ -54,12 +54,12 @@ fn html(c: &Comparison, figures: Vec<Drawn>, written: &[SourceFile]) -> String {
     let lead = "Angles are in degrees, positive to the left (ISO 8855), steering as commanded. Every \
                 loop is one of packed FMUs; what differs between two rows of a plant is the \
                 controller alone.";
-    let mut drawn = figures.into_iter().map(|d| {
+    let drawn = figures.into_iter().map(|d| {
         let Drawn { name, figure, height, caption } = d;
         (name, Block::Figure { figure, height, caption })
     });
+    let mut rest: Vec<(String, Block)> = drawn.collect();
     let mut sections = vec![verdict(c)];
-    let mut rest: Vec<(String, Block)> = drawn.by_ref().collect();
     let mut take = |start: &str| -> Vec<Block> {
         let found: Vec<_> = rest.extract_if(.., |(name, _)| name.starts_with(start)).collect();
         found.into_iter().map(|(_, block)| block).collect()

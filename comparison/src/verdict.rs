@@ -186,8 +186,7 @@ fn tracking(figures: &[Figure], on: &str) -> (Option<String>, Option<String>) {
         each.join(", ")
     };
     if !differs(*next) {
-        let (same, apart): (Vec<_>, Vec<_>) = kept.iter().partition(|(_, m)| !differs(*m));
-        let mut same = same;
+        let (mut same, apart): (Vec<_>, Vec<_>) = kept.iter().partition(|(_, m)| !differs(*m));
         // Controllers without a difference keep the order of the table.
         let place = |n: &str| figures.iter().position(|j| j.controller == n);
         same.sort_by_key(|(n, _)| place(n));
