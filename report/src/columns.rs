@@ -6,7 +6,7 @@ use crate::Error;
 
 /// Named columns of equal length.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Columns {
+pub(crate) struct Columns {
     file: String,
     names: Vec<String>,
     values: Vec<Vec<f64>>,
@@ -17,7 +17,7 @@ impl Columns {
     ///
     /// # Errors
     /// [`Error::Csv`], [`Error::Number`] with line and column, or [`Error::NoRows`].
-    pub fn from_csv(text: &[u8], file: &str) -> Result<Self, Error> {
+    pub(crate) fn from_csv(text: &[u8], file: &str) -> Result<Self, Error> {
         // A byte-order mark would become part of the first name.
         let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
         let refused = |e: csv::Error| Error::Csv {
@@ -46,15 +46,8 @@ impl Columns {
         Ok(Self { file: file.into(), names, values })
     }
 
-    /// The names, in the order of the file.
-    #[must_use]
-    pub fn names(&self) -> &[String] {
-        &self.names
-    }
-
     /// The column of that name, if there is one.
-    #[must_use]
-    pub fn get(&self, name: &str) -> Option<&[f64]> {
+    pub(crate) fn get(&self, name: &str) -> Option<&[f64]> {
         let at = self.names.iter().position(|n| n == name)?;
         self.values.get(at).map(Vec::as_slice)
     }
@@ -63,13 +56,12 @@ impl Columns {
     ///
     /// # Errors
     /// [`Error::MissingColumn`] naming those there are.
-    pub fn column(&self, name: &str) -> Result<&[f64], Error> {
+    pub(crate) fn column(&self, name: &str) -> Result<&[f64], Error> {
         self.get(name).ok_or_else(|| self.missing(name))
     }
 
     /// The first column `<instance>.<variable>` of a co-simulation result, whatever the instance.
-    #[must_use]
-    pub fn variable(&self, variable: &str) -> Option<&[f64]> {
+    pub(crate) fn variable(&self, variable: &str) -> Option<&[f64]> {
         let named = |n: &String| n.rsplit_once('.').is_some_and(|(_, v)| v == variable);
         self.values.get(self.names.iter().position(named)?).map(Vec::as_slice)
     }

@@ -25,24 +25,20 @@ impl Figure {
     /// # Errors
     /// [`Error::NoData`] where a panel has nothing to draw, [`Error::Size`] where there is no room.
     pub fn to_svg(&self, width: u32, height: u32) -> Result<String, Error> {
-        figure(self, width, height)
+        let frames = layout::frames(self, width, height)?;
+        let curves: usize = self.panels.iter().map(|p| p.series.len()).sum();
+        let budget = (POINTS / curves.max(1)).max(50);
+        let name = format!("{}. {}", self.title, self.result);
+        let mut canvas = Canvas::new(name.trim_end_matches([' ', '.']), width, height);
+        let w = f64::from(width);
+        let font = Font { size: TITLE_SIZE, bold: true, upwards: false };
+        let title = shortened(&self.title, (w - 20.0) * 0.75);
+        canvas.text(&title, (0.5 * w, 0.55 * TITLE_HEIGHT), Anchor::Middle, font);
+        for (panel, frame) in self.panels.iter().zip(&frames) {
+            draw_panel(&mut canvas, panel, frame, budget);
+        }
+        Ok(canvas.finish())
     }
-}
-
-fn figure(figure: &Figure, width: u32, height: u32) -> Result<String, Error> {
-    let frames = layout::frames(figure, width, height)?;
-    let curves: usize = figure.panels.iter().map(|p| p.series.len()).sum();
-    let budget = (POINTS / curves.max(1)).max(50);
-    let name = format!("{}. {}", figure.title, figure.result);
-    let mut canvas = Canvas::new(name.trim_end_matches([' ', '.']), width, height);
-    let w = f64::from(width);
-    let font = Font { size: TITLE_SIZE, bold: true, upwards: false };
-    let title = shortened(&figure.title, (w - 20.0) * 0.75);
-    canvas.text(&title, (0.5 * w, 0.55 * TITLE_HEIGHT), Anchor::Middle, font);
-    for (panel, frame) in figure.panels.iter().zip(&frames) {
-        draw_panel(&mut canvas, panel, frame, budget);
-    }
-    Ok(canvas.finish())
 }
 
 fn draw_panel(canvas: &mut Canvas, panel: &Panel, frame: &Frame, budget: usize) {

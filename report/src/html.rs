@@ -2,8 +2,8 @@
 //!
 //! Every text is escaped here and nowhere else: names of files and columns are whatever the log's
 //! author wrote. A figure is on the page twice, from one description: as SVG, for print and where scripts
-//! do not run, and as data, from which
-//! the scripts in `page` draw with uPlot what can be zoomed into.
+//! do not run, and as data, from which the scripts in `page` draw with uPlot a figure that can be
+//! magnified.
 
 use crate::markup::{escape, push};
 use crate::{Error, Figure, Table, data};
@@ -148,11 +148,10 @@ impl Drawn {
         let room = (LARGEST - LARGEST / 10).saturating_sub(size);
         let (data, kept) = data::encode(&drawable, room).unwrap_or_default();
         let mut kept = kept.into_iter().enumerate();
-        let still = |svg| {
+        let mut still = |svg| {
             let (number, (kept, of)) = kept.next().unwrap_or_default();
             Still { number, svg, thinned: (kept < of).then_some((kept, of)) }
         };
-        let mut still = still;
         Self { figures: svgs.into_iter().map(|svg| svg.map(&mut still)).collect(), data }
     }
 }

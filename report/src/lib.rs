@@ -2,12 +2,12 @@
 //!
 //! - [`Figure`]: panels of curves, bands and marks, drawn as SVG; [`figures`] makes those of a
 //!   report from plain data.
-//! - [`Traces`], [`StepResponse`], [`Track`]: the tables behind them, read from CSV.
+//! - [`Traces`], [`StepResponse`], [`Track`]: the tables behind them.
 //! - [`Report`]: everything on one self-contained HTML page ([`report_html`] for other content).
 //! - [`Table`]: aligned text for a terminal, HTML on the page.
 //!
 //! SI and radians everywhere but in what people see, where angles are in degrees. The same content
-//! gives the same bytes. This crate knows nothing of identification, design or FMUs: it takes the
+//! gives the same bytes. This crate has no part in identification, design or FMUs: it takes the
 //! numbers as the files state them.
 
 mod axis;
@@ -29,11 +29,9 @@ mod report;
 mod sections;
 mod table;
 
-pub use columns::Columns;
 pub use error::Error;
 pub use figure::{Figure, Mark, Panel, Place, Series, Style, Symbol};
 pub use html::{Block, Section, Tone, report_html};
-pub use markup::escape;
 pub use palette::Color;
 pub use read::{StepResponse, Traces, Track, TrackErrors};
 pub use report::{Controller, LoopStep, Report};

@@ -10,8 +10,7 @@ pub(crate) fn push(out: &mut String, text: std::fmt::Arguments<'_>) {
 
 /// The text with everything that XML or HTML could take for markup replaced, and without the
 /// characters that XML cannot hold.
-#[must_use]
-pub fn escape(text: &str) -> String {
+pub(crate) fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in printable(text).chars() {
         match c {

@@ -1,6 +1,7 @@
 //! The tables of the other stages, by meaning: [`Traces`], [`StepResponse`], [`Track`].
 
-use crate::{Columns, Error};
+use crate::Error;
+use crate::columns::Columns;
 
 /// `traces.csv`: the drive and what the model makes of it. All of equal length; NaN is a gap.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -70,7 +71,7 @@ impl Traces {
     /// Reads `traces.csv`; `file` is named in errors.
     ///
     /// # Errors
-    /// As [`Columns::from_csv`] and [`Columns::column`].
+    /// [`Error::Csv`], [`Error::Number`], [`Error::NoRows`] and [`Error::MissingColumn`].
     pub fn from_csv(text: &[u8], file: &str) -> Result<Self, Error> {
         let t = Columns::from_csv(text, file)?;
         let column = |name| t.column(name).map(<[f64]>::to_vec);
@@ -103,22 +104,6 @@ impl Traces {
     }
 }
 
-impl StepResponse {
-    /// Reads `step_*.csv`; `file` is named in errors.
-    ///
-    /// # Errors
-    /// As [`Columns::from_csv`] and [`Columns::column`].
-    pub fn from_csv(text: &[u8], file: &str) -> Result<Self, Error> {
-        let t = Columns::from_csv(text, file)?;
-        let column = |name| t.column(name).map(<[f64]>::to_vec);
-        Ok(Self {
-            time_s: column("time_s")?,
-            yaw_rad: column("yaw_rad")?,
-            steering_rad: column("steering_rad")?,
-        })
-    }
-}
-
 impl Track {
     /// Reads a co-simulation result with columns `time,<instance>.<variable>…`: variables `x`, `y`,
     /// `cross_track_error`, `heading_error` and, where they are there, `distance`,
@@ -126,7 +111,7 @@ impl Track {
     /// that one: the vehicle runs on beyond the path's end.
     ///
     /// # Errors
-    /// As [`Columns::from_csv`] and [`Columns::column`].
+    /// [`Error::Csv`], [`Error::Number`], [`Error::NoRows`] and [`Error::MissingColumn`].
     pub fn from_csv(text: &[u8], file: &str) -> Result<Self, Error> {
         let t = Columns::from_csv(text, file)?;
         let rows = t.column("time")?.len();
@@ -198,8 +183,8 @@ mod tests {
         assert_eq!(text(Columns::from_csv(b"a,b\n", "f.csv")), "f.csv: the table has no rows");
         assert_eq!(text(Columns::from_csv(b"", "f.csv")), "f.csv: the table has no rows");
         assert_eq!(
-            StepResponse::from_csv(b"time_s,yaw\n0,1\n", "s.csv").unwrap_err().to_string(),
-            "s.csv: no column `yaw_rad`; there are `time_s`, `yaw`"
+            Traces::from_csv(b"time_s,yaw\n0,1\n", "s.csv").unwrap_err().to_string(),
+            "s.csv: no column `steering_rad`; there are `time_s`, `yaw`"
         );
     }
 

@@ -108,7 +108,7 @@ fn verdict(controller: &Controller<'_>) -> Block {
         ),
         _ if !quality.allows_design() => (
             Tone::Bad,
-            "Every requirement is met on a model that failed validation, which says nothing about the vehicle."
+            "Every requirement is met on a model that failed validation, which does not represent the vehicle."
                 .into(),
         ),
         _ => (Tone::Good, "Every requirement is met.".into()),

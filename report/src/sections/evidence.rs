@@ -174,12 +174,8 @@ fn complex([re, im]: [f64; 2], digits: usize, unit: &str) -> String {
     if im == 0.0 {
         return value(re, digits, unit);
     }
-    value_pair(&text(re, digits), &text(im.abs(), digits), unit)
-}
-
-fn value_pair(re: &str, im: &str, unit: &str) -> String {
     let space = if unit.is_empty() { "" } else { "\u{a0}" };
-    format!("{re}\u{a0}±\u{a0}{im}j{space}{unit}")
+    format!("{}\u{a0}±\u{a0}{}j{space}{unit}", text(re, digits), text(im.abs(), digits))
 }
 
 /// The frequencies at which the log is informative.

@@ -5,8 +5,7 @@ use crate::{Report, Section, report_html};
 
 impl Report<'_> {
     /// The sections of the page.
-    #[must_use]
-    pub fn sections(&self) -> Vec<Section> {
+    fn sections(&self) -> Vec<Section> {
         let mut out = vec![outcome::summary(self)];
         if let Some(plant) = self.plant {
             out.push(identification::log(plant, self.traces));
