@@ -188,15 +188,12 @@ fn by_name(
     measurements: &[Measurement<'_>],
     system: &mut System,
 ) -> Result<(), Error> {
-    for entry in &study.raw.fmu {
-        let fmu = entry.get_ref();
-        let place = study.raw.fmu.iter().position(|other| std::ptr::eq(other, entry));
-        let instance = &system.instances()[place.unwrap_or(0)];
-        for variable in fmu.rename.keys() {
+    let all = system.instances();
+    for (instance, entry) in all.iter().zip(&study.raw.fmu) {
+        for variable in entry.get_ref().rename.keys() {
             instance.variable(variable.get_ref()).map_err(|e| host(study, Some(variable), e))?;
         }
     }
-    let all = system.instances();
     let units: Vec<Unit<'_>> = all
         .iter()
         .zip(&study.raw.fmu)

@@ -17,8 +17,7 @@ use rand::RngExt;
 use rand::rngs::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
-use crate::draws::Key;
-use crate::draws::Number;
+use crate::draws::{Key, Number};
 use crate::study::Shape;
 
 /// A disturbance as the study states it, its amplitude in the input's unit.

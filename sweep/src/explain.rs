@@ -106,7 +106,8 @@ pub(crate) fn explain(columns: &[Column], failed: &[bool]) -> Vec<Cause> {
     let all: Vec<usize> = (0..failed.len()).collect();
     let logs = log_factorials(failed.len());
     let best = |rows: &[usize]| split(columns, failed, rows, &logs);
-    let Some((condition, first)) = best(&all) else { return Vec::new() };
+    let Some(first) = best(&all) else { return Vec::new() };
+    let condition = first.condition.clone();
     let column = columns.iter().find(|c| c.name == condition.quantity);
     let (with, without): (Vec<usize>, Vec<usize>) = all
         .iter()
@@ -114,7 +115,7 @@ pub(crate) fn explain(columns: &[Column], failed: &[bool]) -> Vec<Cause> {
         .partition(|&row| column.is_some_and(|c| condition.holds(c.values[row])));
     let mut causes = vec![first];
     for (rows, among) in [(with, condition.clone()), (without, condition.reversed())] {
-        if let Some((_, cause)) = best(&rows) {
+        if let Some(cause) = best(&rows) {
             causes.push(Cause { among: Some(among), ..cause });
         }
     }
@@ -122,12 +123,7 @@ pub(crate) fn explain(columns: &[Column], failed: &[bool]) -> Vec<Cause> {
 }
 
 /// The most informative split of some rows, if it is significant.
-fn split(
-    columns: &[Column],
-    failed: &[bool],
-    rows: &[usize],
-    logs: &[f64],
-) -> Option<(Condition, Cause)> {
+fn split(columns: &[Column], failed: &[bool], rows: &[usize], logs: &[f64]) -> Option<Cause> {
     let total = Failing { failed: rows.iter().filter(|r| failed[**r]).count(), of: rows.len() };
     if total.failed == 0 || total.failed == total.of {
         return None;
@@ -170,8 +166,8 @@ fn split(
     };
     // Either side of each split could have been the one where more fail.
     let p_value = (fisher(with, total, logs) * 2.0 * tried as f64).min(1.0);
-    let cause = Cause { among: None, condition: condition.clone(), with, without, p_value };
-    (p_value < SIGNIFICANCE).then_some((condition, cause))
+    let cause = Cause { among: None, condition, with, without, p_value };
+    (p_value < SIGNIFICANCE).then_some(cause)
 }
 
 fn share(part: Failing) -> f64 {

@@ -22,6 +22,7 @@ const ID_BYTES: usize = 8;
 pub struct Sweep {
     pub(crate) source: Source,
     pub(crate) plan: Plan,
+    /// The hash of study, FMUs and program version that results are marked with.
     pub(crate) id: String,
     /// An FMU that may have one instance in a process.
     pub(crate) only_once: Option<String>,
@@ -66,18 +67,6 @@ impl Sweep {
         self.plan.runs()
     }
 
-    /// The number of communication steps of a run.
-    #[must_use]
-    pub fn steps(&self) -> usize {
-        self.plan.system.grid.steps
-    }
-
-    /// The hash of study, FMUs and program version that results are marked with.
-    #[must_use]
-    pub fn id(&self) -> &str {
-        &self.id
-    }
-
     /// What of a system structure package was ignored.
     #[must_use]
     pub fn remarks(&self) -> &[String] {
@@ -104,7 +93,7 @@ impl Sweep {
     }
 }
 
-/// What the numbers of the results depend on, in one word.
+/// A hash of everything that the numbers of the results depend on.
 fn id(study: &Study, files: &[PathBuf]) -> Result<String, Error> {
     let mut hash = Sha256::new();
     hash.update(env!("CARGO_PKG_VERSION"));

@@ -9,8 +9,7 @@ use toml::Spanned;
 
 use crate::connect::{Wired, host};
 use crate::disturbance::Disturbance;
-use crate::draws::Key as DrawKey;
-use crate::draws::Number;
+use crate::draws::{Key as DrawKey, Number};
 use crate::error::Error;
 use crate::metric::{Metric, OFF_PATH_BEYOND_M, Shows, Target};
 use crate::plan::{Plan, Reuse, Varied};

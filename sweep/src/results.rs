@@ -1,10 +1,10 @@
-//! The results: a CSV with a row a run, in the order of the runs, that a later call can go on with.
+//! The results: a CSV with a row for each run, in the order of the runs, that a later call can continue.
 //!
 //! Columns are `run`, the varied quantities as the study states them, the metrics, `passed` where
-//! the study requires anything, `outcome` (see [`crate::Class`]), `status` (`ok`, or what went wrong; then the metrics are empty), and
-//! `study`, the hash of study, FMUs and program version. Each row is written at once, whole, so
-//! that at any moment the file is the results of the first runs; a last line that a crash of the
-//! machine cut short is taken off again by the next call.
+//! the study requires anything, `outcome` (see [`crate::Class`]), `status` (`ok`, or an error; then the
+//! metrics are empty), and `study`, the hash of study, FMUs and program version. Each row is written at
+//! once, whole, so that the file always holds the results of the first runs; a last line that a crash
+//! of the machine cut short is removed by the next call.
 
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Seek, SeekFrom, Write};

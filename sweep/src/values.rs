@@ -2,9 +2,7 @@
 
 use std::collections::HashMap;
 
-use steerwright_host::{
-    Assigned, Causality, Error as HostError, Kind, Linear, Value, Variability, Variable,
-};
+use steerwright_host::{Assigned, Causality, Error as HostError, Kind, Linear, Value, Variable};
 use toml::Spanned;
 
 use crate::connect::{Wired, host, split};
@@ -87,9 +85,7 @@ fn settable<'a>(
             let hint = "to disturb what a connection carries, use a [[disturb]]";
             return Err(study.fault(path, problem, hint));
         }
-    } else if variable.variability == Variability::Constant
-        || instance.settable(&variable.name).is_err()
-    {
+    } else {
         instance.settable(&variable.name).map_err(|e| host(study, Some(path), e))?;
     }
     if let Some(other) = stated.insert((index, variable.name.clone()), by.to_owned()) {
@@ -207,7 +203,6 @@ fn quantity(
         return Err(study.fault(entry, problem, "state the unit where the quantity is used"));
     }
     let mut targets = Vec::new();
-    let mut kinds = Vec::new();
     for path in &vary.variables {
         let (index, variable) = settable(study, wired, path, stated, "a [[vary]]")?;
         if variable.kind == Kind::String {
@@ -216,10 +211,9 @@ fn quantity(
         }
         let convert = conversion(wired, (index, variable), vary.unit.as_deref())
             .map_err(|problem| study.fault(path, problem, UNIT_HINT))?;
-        kinds.push(variable.kind);
         targets.push((path, index, variable, convert));
     }
-    let whole = kinds.iter().any(|kind| *kind != Kind::Real);
+    let whole = targets.iter().any(|(_, _, variable, _)| variable.kind != Kind::Real);
     let distribution = Distribution::of(vary, whole).map_err(|problem| {
         study.fault(entry, format!("{name}: {problem}"), "see the distributions in the example")
     })?;
