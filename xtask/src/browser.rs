@@ -1,10 +1,10 @@
 //! The report in headless Chromium: tests/browser, on the page of a build.
 
 use crate::cross;
+use crate::files::remove;
 use crate::python;
 use crate::run::{program, root, run, target};
 use std::env;
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -37,9 +37,7 @@ pub(crate) fn browser() -> Result<(), String> {
 
 /// The tutorial's build, and a comparison of its models.
 fn build(program: &Path, out: &Path) -> Result<(), String> {
-    if out.exists() {
-        fs::remove_dir_all(out).map_err(|e| format!("{}: {e}", out.display()))?;
-    }
+    remove(out)?;
     let data = root().join("tests/data/multibody");
     let mut build = Command::new(program);
     build.arg("build").arg(data.join("drive.csv"));

@@ -1,5 +1,6 @@
 //! `cargo xtask docs`: the book, built by mdBook, and the links of all documents.
 
+use crate::files::{below, read};
 use crate::formats;
 use crate::run::{answer, cargo, root, run, target};
 use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd};
@@ -11,7 +12,7 @@ use std::process::Command;
 /// The version of mdBook.
 const MDBOOK: &str = "0.4.52";
 
-/// Builds the book into the target folder and checks it; all that is wrong is listed.
+/// Builds the book into the target folder and checks it; every fault is listed.
 ///
 /// `update` writes the page that is generated; otherwise it has to be current.
 pub(crate) fn docs(update: bool) -> Result<(), String> {
@@ -19,7 +20,7 @@ pub(crate) fn docs(update: bool) -> Result<(), String> {
     let generated = formats::page()?;
     if update {
         fs::write(&page, generated).map_err(|e| format!("{}: {e}", page.display()))?;
-    } else if generated != text(&page)? {
+    } else if generated != read(&page)? {
         return Err("docs/formats.md is out of date: run `cargo xtask docs --update`".into());
     }
     let mut problems = documents()?;
@@ -30,10 +31,6 @@ pub(crate) fn docs(update: bool) -> Result<(), String> {
     }
     eprintln!("the book is in {}", book.join("index.html").display());
     Ok(())
-}
-
-fn text(path: &Path) -> Result<String, String> {
-    fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))
 }
 
 fn build() -> Result<PathBuf, String> {
@@ -79,13 +76,13 @@ const FOLDERS: [&str; 12] = [
     "xtask/",
 ];
 
-/// Broken links of the tracked Markdown files, and files that they name: what is not there.
+/// Broken links of the tracked Markdown files, and missing files and identifiers that they name.
 fn documents() -> Result<Vec<String>, String> {
     let listed = answer(Command::new("git").args(["ls-files", "*.md"]).current_dir(root()));
     let listed = listed.ok_or("git ls-files finds no documents")?;
     let mut documents = BTreeMap::new();
     for name in listed.lines() {
-        documents.insert(normal(Path::new(name)), parts(&text(&root().join(name))?));
+        documents.insert(normal(Path::new(name)), parts(&read(&root().join(name))?));
     }
     // Tests and variables that the book names.
     let identifiers = "[a-z0-9]+(_[a-z0-9]+){3,}";
@@ -183,27 +180,19 @@ fn normal(path: &Path) -> PathBuf {
     parts.iter().collect()
 }
 
-/// Broken links of the built pages: what they name is in the book.
+/// Broken links of the built pages: every file that they name is in the book.
 fn pages(book: &Path) -> Result<Vec<String>, String> {
     let mut problems = BTreeSet::new();
-    let mut folders = vec![book.to_path_buf()];
-    while let Some(folder) = folders.pop() {
-        let entries = fs::read_dir(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
-        for path in entries.filter_map(|entry| Some(entry.ok()?.path())) {
-            if path.is_dir() {
-                folders.push(path);
-            } else if path.extension().is_some_and(|end| end == "html") {
-                let page = text(&path)?;
-                let links = page.split(" href=\"").chain(page.split(" src=\"")).skip(1);
-                for link in links.filter_map(|rest| rest.split('"').next()) {
-                    let file = link.split(['#', '?']).next().unwrap_or_default();
-                    let is_ours =
-                        !file.is_empty() && !is_external(link) && !link.starts_with("data:");
-                    if is_ours && !file.contains('<') && !folder.join(file).exists() {
-                        let page = path.strip_prefix(book).unwrap_or(&path);
-                        problems.insert(format!("the book's {}: no {file}", page.display()));
-                    }
-                }
+    for path in below(book, "html")? {
+        let folder = path.parent().unwrap_or(book);
+        let page = read(&path)?;
+        let links = page.split(" href=\"").chain(page.split(" src=\"")).skip(1);
+        for link in links.filter_map(|rest| rest.split('"').next()) {
+            let file = link.split(['#', '?']).next().unwrap_or_default();
+            let is_ours = !file.is_empty() && !is_external(link) && !link.starts_with("data:");
+            if is_ours && !file.contains('<') && !folder.join(file).exists() {
+                let page = path.strip_prefix(book).unwrap_or(&path);
+                problems.insert(format!("the book's {}: no {file}", page.display()));
             }
         }
     }

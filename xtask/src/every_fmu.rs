@@ -1,6 +1,7 @@
-//! One archive at least of every FMU: the demo's, and those that no drive asks for, the nonlinear vehicle and
-//! the pose estimator.
+//! One archive at least of every FMU: the demo's, and those that the demo does not make, the nonlinear
+//! vehicle and the pose estimator.
 
+use crate::files::remove;
 use crate::run::{program, root, run};
 use std::ffi::OsStr;
 use std::path::Path;
@@ -13,9 +14,7 @@ pub(crate) fn pack(out: &Path, binaries: Option<&Path>) -> Result<(), String> {
     let (vehicle, estimator) = (by_hand("vehicle.json"), by_hand("estimator.json"));
     let program = program(binaries)?;
     // The demo replaces only a folder of its own, and the two were added to the one before.
-    if out.exists() {
-        std::fs::remove_dir_all(out).map_err(|e| format!("{}: {e}", out.display()))?;
-    }
+    remove(out)?;
     for (arguments, out) in [
         (vec![OsStr::new("demo")], out.to_owned()),
         (

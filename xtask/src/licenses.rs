@@ -5,6 +5,7 @@
 //! run at build time (macros) are not linked and not listed. The standard library's notices come
 //! from the toolchain's documentation.
 
+use crate::files::read;
 use crate::run::{answer, cargo, root};
 use cargo_metadata::{CrateType, Metadata, MetadataCommand};
 use std::collections::{BTreeMap, BTreeSet};
@@ -162,7 +163,7 @@ fn standard_library(texts: &mut Texts) -> Result<Vec<String>, String> {
         }
     }
     if list.is_empty() {
-        return Err("COPYRIGHT-library.html is not of the form this program knows".into());
+        return Err("COPYRIGHT-library.html has another form than expected".into());
     }
     let unicode = read(&documents.join("licenses/Unicode-3.0.txt"))?;
     texts.add("the Rust standard library's tables of Unicode".into(), &unicode);
@@ -177,10 +178,6 @@ fn unescaped(text: &str) -> String {
     [("&#34;", "\""), ("&#39;", "'"), ("&#60;", "<"), ("&#62;", ">"), ("&#38;", "&")]
         .iter()
         .fold(text.to_owned(), |text, (from, to)| text.replace(from, to))
-}
-
-fn read(file: &Path) -> Result<String, String> {
-    fs::read_to_string(file).map_err(|e| format!("{}: {e}", file.display()))
 }
 
 /// The file: who is in, then every text with its owners.

@@ -8,6 +8,7 @@ mod docs;
 mod evaluate;
 mod every_fmu;
 mod experiment;
+mod files;
 mod formats;
 mod fuzz;
 mod importers;

@@ -1,5 +1,6 @@
 //! Python environments: that of the tests is target/python, made from tests/python/requirements.txt.
 
+use crate::files::{read, remove};
 use crate::run::{root, run, target};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -20,19 +21,16 @@ pub(crate) fn command(interpreter: &Path) -> Command {
 
 /// The interpreter of an environment that holds exactly the pinned requirements.
 pub(crate) fn environment_in(folder: &Path, requirements: &Path) -> Result<PathBuf, String> {
-    let wanted =
-        fs::read_to_string(requirements).map_err(|e| format!("{}: {e}", requirements.display()))?;
+    let wanted = read(requirements)?;
     let python =
         if cfg!(windows) { folder.join("Scripts/python.exe") } else { folder.join("bin/python") };
     let stamp = folder.join("installed.txt");
     if python.exists() && fs::read_to_string(&stamp).is_ok_and(|installed| installed == wanted) {
         return Ok(python);
     }
-    if folder.exists() {
-        fs::remove_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
-    }
+    remove(folder)?;
     let base = base_interpreter()?;
-    // Debian's Python has no ensurepip: then virtualenv's single-file form is asked of pip.
+    // Debian's Python has no ensurepip: then pip installs virtualenv.
     if run(Command::new(base).args(["-m", "venv"]).arg(folder)).is_err() {
         let tools = target().join("virtualenv");
         run(Command::new(base)

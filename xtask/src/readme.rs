@@ -1,6 +1,7 @@
 //! `cargo xtask readme`: what the documents show of the program, made by running it: the demo's tables and
 //! the figures.
 
+use crate::files::{read, remove};
 use crate::run::{program, root, run, target};
 use serde_json::Value;
 use std::fs;
@@ -26,9 +27,7 @@ const FIGURES: [(&str, &str); 9] = [
 /// Runs the demo and the comparison and writes what they print and draw into README.md and docs/.
 pub(crate) fn readme() -> Result<(), String> {
     let out = target().join("readme");
-    if out.exists() {
-        fs::remove_dir_all(&out).map_err(|e| format!("{}: {e}", out.display()))?;
-    }
+    remove(&out)?;
     fs::create_dir_all(&out).map_err(|e| format!("{}: {e}", out.display()))?;
     let program = program(None)?;
     let demo = |options: &[&str]| {
@@ -71,12 +70,12 @@ fn printed(command: &mut Command) -> Result<String, String> {
 }
 
 fn replace(file: &Path, what: &str) -> Result<(), String> {
-    let problem = |e: std::io::Error| format!("{}: {e}", file.display());
-    let text = fs::read_to_string(file).map_err(problem)?;
+    let text = read(file)?;
     let parts =
         text.split_once(BEGIN).and_then(|(head, rest)| Some((head, rest.split_once(END)?.1)));
     let (head, tail) = parts.ok_or(format!("{} has no demo mark", file.display()))?;
-    fs::write(file, format!("{head}{BEGIN}\n{what}\n{END}{tail}")).map_err(problem)
+    fs::write(file, format!("{head}{BEGIN}\n{what}\n{END}{tail}"))
+        .map_err(|e| format!("{}: {e}", file.display()))
 }
 
 /// A row of the table: its name, and the figure of a drive where it has one.

@@ -30,7 +30,7 @@ pub(crate) fn test(options: &Options) -> Result<(), String> {
     };
     let platforms = platforms.map(cross::with_own);
     if let Some(platforms) = &platforms {
-        cross::check(platforms)?;
+        cross::check(platforms, true)?;
     }
     let python = python::environment()?;
     // Release: the tests step models millions of times. With those that `cargo test` leaves out.

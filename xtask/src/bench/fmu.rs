@@ -1,5 +1,6 @@
 //! `cargo xtask bench fmu`: builds what is compared, and runs the benchmark of `tests/abi`.
 
+use crate::files::remove;
 use crate::python;
 use crate::run::{cargo, root, run, target};
 use std::fs;
@@ -39,11 +40,8 @@ fn pythonfmu() -> Result<(PathBuf, PathBuf), String> {
     )?;
     let script = root().join("tests/abi/bench/linear.py");
     let folder = target().join("bench-pythonfmu");
-    let said = |e: std::io::Error| format!("{}: {e}", folder.display());
-    if folder.exists() {
-        fs::remove_dir_all(&folder).map_err(said)?;
-    }
-    fs::create_dir_all(&folder).map_err(said)?;
+    remove(&folder)?;
+    fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     let module = |module: &str| {
         let mut command = python::command(&python);
         command.args(["-m", module]);

@@ -3,7 +3,8 @@
 use super::platform::Platform;
 use super::{LIBRARIES, binaries, folder};
 use crate::every_fmu;
-use std::fs::{self, File};
+use crate::files::below;
+use std::fs::File;
 use std::path::{Path, PathBuf};
 use zip::ZipArchive;
 
@@ -11,9 +12,6 @@ use zip::ZipArchive;
 /// returns.
 pub(crate) fn archives(platforms: &[Platform]) -> Result<PathBuf, String> {
     let out = folder().join("archives");
-    if out.exists() {
-        fs::remove_dir_all(&out).map_err(|e| format!("{}: {e}", out.display()))?;
-    }
     every_fmu::pack(&out, Some(&binaries()))?;
     let archives = find(&out)?;
     for archive in &archives {
@@ -37,22 +35,10 @@ pub(crate) fn archives(platforms: &[Platform]) -> Result<PathBuf, String> {
 
 /// Every FMU below a folder, in order.
 pub(crate) fn find(folder: &Path) -> Result<Vec<PathBuf>, String> {
-    let mut found = Vec::new();
-    let mut folders = vec![folder.to_path_buf()];
-    while let Some(folder) = folders.pop() {
-        let entries = fs::read_dir(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
-        for path in entries.filter_map(|entry| Some(entry.ok()?.path())) {
-            if path.is_dir() {
-                folders.push(path);
-            } else if path.extension().is_some_and(|extension| extension == "fmu") {
-                found.push(path);
-            }
-        }
-    }
+    let found = below(folder, "fmu")?;
     if found.is_empty() {
         return Err(format!("{}: no archives", folder.display()));
     }
-    found.sort();
     Ok(found)
 }
 

@@ -2,6 +2,7 @@
 //! own: nothing is installed, and no root is needed.
 
 use super::{folder, setup};
+use crate::files::remove;
 use crate::run::{run, shown};
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
@@ -47,9 +48,7 @@ pub(crate) fn compiler() -> Result<Compiler, String> {
         let path = path.display().to_string();
         move |e: std::io::Error| format!("{path}: {e}")
     };
-    if tools.exists() {
-        fs::remove_dir_all(&tools).map_err(said(&tools))?;
-    }
+    remove(&tools)?;
     let downloads = tools.join("downloads");
     fs::create_dir_all(&downloads).map_err(said(&downloads))?;
 
@@ -65,7 +64,7 @@ pub(crate) fn compiler() -> Result<Compiler, String> {
     for package in entries.filter_map(|entry| Some(entry.ok()?.path())) {
         unpack(&package, &tools)?;
     }
-    fs::remove_dir_all(&downloads).map_err(said(&downloads))?;
+    remove(&downloads)?;
 
     let libraries = compiler.sysroot.join("lib/x86_64-linux-gnu");
     let script = format!(

@@ -16,12 +16,12 @@ mod toolchain;
 mod trajectories;
 mod universal;
 
+use crate::files::remove;
 use crate::run::target;
 use clap::Args;
 pub(crate) use platform::Platform;
 use platform::Runner;
-pub(crate) use setup::{apt, find, is_root};
-use std::fs;
+pub(crate) use setup::{apt, check, find, is_root};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 pub(crate) use toolchain::Source;
@@ -74,9 +74,7 @@ pub(crate) fn libraries(platforms: &[Platform], source: Source) -> Result<(), St
     }
     setup::check(platforms, false)?;
     let zig = timed("zig", setup::zig)?;
-    if binaries().exists() {
-        fs::remove_dir_all(binaries()).map_err(|e| format!("{}: {e}", binaries().display()))?;
-    }
+    remove(&binaries())?;
     for &platform in platforms {
         let name = platform.name();
         let toolchain = timed(&format!("{name}: Rust"), || toolchain::toolchain(platform, source))?;
@@ -95,8 +93,8 @@ pub(crate) fn libraries(platforms: &[Platform], source: Source) -> Result<(), St
     universal::join(platforms)
 }
 
-/// Runs the libraries of the platforms and compares them with those for linux64 in `native`, a folder of a demo's
-/// archives.
+/// Runs the libraries of the platforms and compares them with those for linux64 in `native`, a folder
+/// of a demo's archives.
 pub(crate) fn run(platforms: &[Platform], native: &Path) -> Result<(), String> {
     for &platform in platforms {
         if platform.runner() == Runner::Nothing {
@@ -107,11 +105,6 @@ pub(crate) fn run(platforms: &[Platform], native: &Path) -> Result<(), String> {
         }
     }
     Ok(())
-}
-
-/// Says what is missing before anything long begins.
-pub(crate) fn check(platforms: &[Platform]) -> Result<(), String> {
-    setup::check(platforms, true)
 }
 
 /// The platforms, each once, and this machine's own among them: the program that packs the archives
@@ -138,7 +131,7 @@ fn library_file(platform: Platform, library: &str) -> PathBuf {
     binaries().join(platform.name()).join(format!("{library}.{}", platform.extension()))
 }
 
-/// Does something and says how long it took.
+/// Does something and prints its duration.
 fn timed<T>(what: &str, work: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
     let start = Instant::now();
     let done = work().map_err(|e| format!("{what}: {e}"))?;

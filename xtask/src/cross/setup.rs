@@ -40,8 +40,9 @@ pub(crate) fn find(program: &str) -> Option<PathBuf> {
         .find(|file| file.is_file())
 }
 
-/// The programs that building for the platforms takes, or running what was built for them too.
-fn needed(platforms: &[Platform], running: bool) -> Vec<Needed> {
+/// The programs that are missing for building for the platforms, and with `running` also for running
+/// their libraries.
+fn missing(platforms: &[Platform], running: bool) -> Vec<Needed> {
     let mut all = Vec::new();
     if platforms.contains(&Platform::Win64) {
         all.push(MINGW);
@@ -53,13 +54,13 @@ fn needed(platforms: &[Platform], running: bool) -> Vec<Needed> {
             Runner::Itself | Runner::Nothing => {}
         }
     }
+    all.retain(|needed| find(needed.program).is_none());
     all
 }
 
-/// An error that says what to install, if a program is missing.
+/// An error with the packages to install, if a program is missing.
 pub(crate) fn check(platforms: &[Platform], running: bool) -> Result<(), String> {
-    let missing: Vec<_> =
-        needed(platforms, running).into_iter().filter(|n| find(n.program).is_none()).collect();
+    let missing = missing(platforms, running);
     if missing.is_empty() {
         return Ok(());
     }
@@ -76,10 +77,10 @@ fn apt_line(missing: &[Needed]) -> String {
     format!("apt-get install --no-install-recommends {}", packages.join(" "))
 }
 
-/// Installs what is missing, as root; others get the command to run. Then brings what needs no root.
+/// Installs the missing packages, as root; other users get the command to run. Then installs zig and
+/// the toolchains, without root.
 pub(crate) fn install(platforms: &[Platform], source: Source) -> Result<(), String> {
-    let missing: Vec<_> =
-        needed(platforms, true).into_iter().filter(|n| find(n.program).is_none()).collect();
+    let missing = missing(platforms, true);
     if !missing.is_empty() {
         if find("apt-get").is_none() {
             return check(platforms, true);

@@ -5,6 +5,7 @@ use super::archives::{find, stem};
 use super::differences::{Differences, differences};
 use super::platform::{Platform, Runner};
 use super::{LIBRARIES, folder, library_file, setup};
+use crate::files::{read, remove};
 use crate::run::{root, run, shown};
 use roxmltree::{Document, Node};
 use std::fs::{self, File};
@@ -115,9 +116,7 @@ fn compile(platform: Option<Platform>, work: &Path) -> Result<PathBuf, String> {
 /// Unpacks an archive and reads from its description what a run takes.
 fn unpack(archive: &Path, to: &Path) -> Result<Subject, String> {
     let said = |e: &dyn std::fmt::Display| format!("{}: {e}", archive.display());
-    if to.exists() {
-        fs::remove_dir_all(to).map_err(|e| said(&e))?;
-    }
+    remove(to)?;
     let file = File::open(archive).map_err(|e| said(&e))?;
     ZipArchive::new(file).and_then(|mut zip| zip.extract(to)).map_err(|e| said(&e))?;
     let text = fs::read_to_string(to.join("modelDescription.xml")).map_err(|e| said(&e))?;
@@ -212,7 +211,7 @@ fn drive(
         let log = fs::read(&log).unwrap_or_default();
         return Err(format!("{}: {status}\n{}", subject.name, String::from_utf8_lossy(&log)));
     }
-    fs::read_to_string(out).map_err(|e| format!("{}: {e}", out.display()))
+    read(out)
 }
 
 /// A program of wine, with a Windows of its own in the target folder.

@@ -2,6 +2,7 @@
 //! `Arguments`.
 
 use super::programs::{PROGRAMS, Program};
+use crate::files::read;
 use crate::run::root;
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -10,12 +11,7 @@ use std::path::PathBuf;
 pub(crate) fn text(program: Option<&Program>) -> Result<String, String> {
     match program {
         None => Ok(list()),
-        Some(program) => {
-            let file = source(program.name);
-            let text =
-                std::fs::read_to_string(&file).map_err(|e| format!("{}: {e}", file.display()))?;
-            Ok(page(program, &text))
-        }
+        Some(program) => Ok(page(program, &read(&source(program.name))?)),
     }
 }
 
