@@ -3,7 +3,7 @@
 Requests are JSON: {"do": "load", "path", "count"} reads count doubles of u and count of y;
 {"do": "slicot", "s", "n", "alg", "repeat"} runs SLICOT's IB01AD and IB01BD (its combined method, as
 `ctrlsys` binds them) `repeat` times and gives the processor seconds of one run and the model;
-{"do": "sippy"|"nfoursid", "s", "n"} likewise; {"do": "memory"} gives the peak resident set in bytes.
+{"do": "sippy"|"nfoursid", "s", "n"} likewise.
 """
 
 import json
@@ -72,10 +72,6 @@ def main():
                 count = request["count"]
                 data = tuple(numpy.asfortranarray(x.reshape(-1, 1)) for x in (both[:count], both[count:]))
                 answer = {}
-            elif do == "memory":
-                import resource
-
-                answer = {"bytes": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024}
             else:
                 answer = {"slicot": slicot, "sippy": sippy, "nfoursid": nfoursid}[do](data, **request)
         except Exception as problem:  # a peer's failure is a result

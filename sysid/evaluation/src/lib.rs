@@ -14,6 +14,6 @@ mod python;
 pub use halves::swapped_halves;
 pub use known::*;
 pub use linear_car::LinearCar;
-pub use linear_drive::{Course, LinearDrive, LinearLog, STEERING_RATIO, Steering};
+pub use linear_drive::{Course, LinearDrive, LinearLog, Steering};
 pub use parallel::on_all_cores;
 pub use python::{python, request, single_threaded};

@@ -13,7 +13,7 @@ use std::fmt::Write;
 /// Step of the integration, s.
 const STEP_S: f64 = 0.002;
 /// Steering-wheel angle over road-wheel angle.
-pub const STEERING_RATIO: f64 = 16.0;
+const STEERING_RATIO: f64 = 16.0;
 /// Delay of a driver's reaction, s.
 const REACTION_S: f64 = 0.2;
 
@@ -288,19 +288,6 @@ pub struct LinearLog {
 }
 
 impl LinearLog {
-    /// Every so many rows, as a slower logger writes them without a filter.
-    #[must_use]
-    pub fn thinned(&self, every: usize) -> Self {
-        let thin = |x: &[f64]| x.iter().step_by(every).copied().collect();
-        Self {
-            drive: LinearDrive { rate_hz: self.drive.rate_hz / every as f64, ..self.drive },
-            time: thin(&self.time),
-            steering: thin(&self.steering),
-            yaw_rate: thin(&self.yaw_rate),
-            speed: thin(&self.speed),
-        }
-    }
-
     /// As a logger writes it.
     #[must_use]
     pub fn csv(&self) -> String {

@@ -1,4 +1,6 @@
-//! Time and memory of one process.
+//! Time and memory of one process, and figures of many records.
+
+use crate::bias::Bias;
 
 /// Processor time of this process so far, s: what others do on the machine is not in it. Where there
 /// is no such clock, time since the first call.
@@ -31,4 +33,11 @@ pub fn median(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+/// A mean error ± half its 95 % interval, in a unit; a star marks an interval without zero.
+#[must_use]
+pub fn cell(b: Bias, unit: f64, digits: usize) -> String {
+    let mark = if b.is_significant() { "*" } else { " " };
+    format!("{:.digits$} ± {:.digits$}{mark}", b.mean * unit, b.half_width * unit)
 }

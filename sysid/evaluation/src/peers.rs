@@ -75,15 +75,6 @@ impl Peers {
         self.request(&json!({ "do": name, "s": s, "n": order })).and_then(|v| model(&v))
     }
 
-    /// Peak resident set of the process, bytes.
-    ///
-    /// # Errors
-    /// Where the process fails.
-    pub fn peak_memory(&mut self) -> Result<f64, String> {
-        let answer = self.request(&json!({ "do": "memory" }))?;
-        answer["bytes"].as_f64().ok_or_else(|| "no number of bytes".into())
-    }
-
     fn request(&mut self, request: &Value) -> Result<Value, String> {
         writeln!(self.requests, "{request}").map_err(|e| format!("the interpreter: {e}"))?;
         let mut line = String::new();

@@ -9,7 +9,8 @@
 use clap::Parser;
 use steerwright_evaluation::bias::{Bias, Biases, Errors};
 use steerwright_evaluation::driver::{Drive, SAMPLE_TIME_S};
-use steerwright_evaluation::parsim;
+use steerwright_evaluation::measure::cell;
+use steerwright_evaluation::{on_all_cores, parsim};
 use steerwright_sysid::subspace::closed_loop::{self, ClosedLoopMethod, errors_in_variables};
 use steerwright_sysid::subspace::{Factor, shift_realization, structured_bd, subspace};
 use steerwright_sysid::{Error, StateSpace};
@@ -81,20 +82,13 @@ fn main() -> Result<(), Error> {
     peer(&arguments, &truth)
 }
 
-/// One factor for each record, long enough for all horizons: two threads, no record kept.
+/// One factor for each record, long enough for all horizons; no record is kept.
 fn factors(drive: &Drive, arguments: &Arguments, from: u64) -> Result<Vec<Factor>, Error> {
     let longest = arguments.past.iter().copied().max().unwrap_or(1);
     let horizon = longest.max((longest + arguments.future + 1).div_ceil(2));
-    let each = |seeds: std::ops::Range<u64>| -> Result<Vec<Factor>, Error> {
-        seeds.map(|s| Factor::new(&drive.record(arguments.samples, s)?, horizon)).collect()
-    };
-    let (half, end) = (from + arguments.seeds / 2, from + arguments.seeds);
-    std::thread::scope(|scope| {
-        let other = scope.spawn(|| each(half..end));
-        let mut all = each(from..half)?;
-        all.extend(other.join().unwrap_or_else(|_| Ok(Vec::new()))?);
-        Ok(all)
-    })
+    let factor =
+        |k: usize| Factor::new(&drive.record(arguments.samples, from + k as u64)?, horizon);
+    on_all_cores("records", arguments.seeds as usize, factor).into_iter().collect()
 }
 
 fn heading(what: &str, drive: &Drive) {
@@ -156,11 +150,6 @@ fn row(
         cell(b.gain, 100.0, 2),
         cell(b.pole, 1.0, 4)
     );
-}
-
-fn cell(b: Bias, unit: f64, digits: usize) -> String {
-    let mark = if b.is_significant() { "*" } else { " " };
-    format!("{:.digits$} ± {:.digits$}{mark}", b.mean * unit, b.half_width * unit)
 }
 
 fn feedback_rates(arguments: &Arguments) -> Result<(), Error> {

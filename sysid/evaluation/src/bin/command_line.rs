@@ -8,6 +8,7 @@ use std::process::Command;
 use std::time::Instant;
 use steerwright_drivelog::LogOptions;
 use steerwright_evaluation::Drive;
+use steerwright_evaluation::measure::peak_memory;
 use steerwright_sysid::delay::estimate_delay;
 use steerwright_sysid::{DataSet, IdentifyOptions};
 
@@ -70,7 +71,10 @@ fn measure(arguments: &Arguments, folder: &Path) -> Result<(), Box<dyn std::erro
         read.len(),
         read.sample_time_s
     );
-    println!("  {:8.0} MB  most memory held so far, the CSV included", peak_megabytes());
+    println!(
+        "  {:8.0} MB  most memory held so far, the CSV included",
+        peak_memory().unwrap_or_default() * 1e-6
+    );
     if arguments.read_only {
         return Ok(());
     }
@@ -104,7 +108,7 @@ fn measure(arguments: &Arguments, folder: &Path) -> Result<(), Box<dyn std::erro
             times.sort_by(f64::total_cmp);
             let middle = times[times.len() / 2];
             println!(
-                "steerwright identify, CSV to plant.json: {middle:.3} s (median of {}, {:.3} to {:.3} s); aim 0.5 s",
+                "steerwright identify, CSV to plant.json: {middle:.3} s (median of {}, {:.3} to {:.3} s); target 0.5 s",
                 times.len(),
                 times[0],
                 times[times.len() - 1]
@@ -140,12 +144,4 @@ fn peer(log: &Path) -> Result<(), Box<dyn std::error::Error>> {
         );
     }
     Ok(())
-}
-
-/// Peak resident memory; 0 where the system does not report it.
-fn peak_megabytes() -> f64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"));
-    let kilobytes = line.and_then(|l| l.trim().split(' ').next()?.parse::<f64>().ok());
-    kilobytes.unwrap_or_default() * 1e-3
 }

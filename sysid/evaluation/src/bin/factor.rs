@@ -6,8 +6,9 @@
 //! on the output; both are given the first half of each record.
 
 use clap::Parser;
-use steerwright_evaluation::bias::{Bias, Biases, Errors};
+use steerwright_evaluation::bias::{Biases, Errors};
 use steerwright_evaluation::driver::Drive;
+use steerwright_evaluation::measure::cell;
 use steerwright_evaluation::{
     AccumulatedSignals, Experiment, LARGEST_ORDER, LEAST_SHARE, Random, halves, on_all_cores,
 };
@@ -183,9 +184,4 @@ fn identified(
     let memory = automatic(&estimation?, &validation?, options)?.model;
     let factor = AccumulatedSignals::new(&data, arguments.horizon)?.identify(options)?;
     Ok(([memory, factor.model], factor.feedback))
-}
-
-fn cell(b: Bias, unit: f64, digits: usize) -> String {
-    let mark = if b.is_significant() { "*" } else { " " };
-    format!("{:.digits$} ± {:.digits$}{mark}", b.mean * unit, b.half_width * unit)
 }

@@ -6,7 +6,6 @@
 //! the steady-state gain, and the error of the frequency response, relative to the truth. Then the fit of
 //! the simulation of the second half of recordings, estimated on the first; those of DaISy with
 //! `--data DIR`, where DIR holds the folder `daisy`.
-#![allow(clippy::print_stdout)]
 
 use clap::Parser;
 use faer::Mat;

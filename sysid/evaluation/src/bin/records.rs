@@ -40,7 +40,7 @@ fn main() -> Result<(), String> {
             let daisy = |name: &str, u: &[&str], y: &[&str]| {
                 recording(&folder.join("daisy").join(name), u, y, 1.0)
             };
-            // The aims are what Octave's n4sid reaches with the settings of its user's choice.
+            // The targets are what Octave's n4sid reaches with the settings of its user's choice.
             let robot = daisy("robot_arm.csv", &["reaction_torque"], &["acceleration"])?;
             row("robot_arm", &robot, 94.4)?;
             let exchanger = daisy("exchanger.csv", &["flow_rate"], &["outlet_temperature"])?;
@@ -122,13 +122,13 @@ fn model(blocks: &[Vec<f64>]) -> Result<StateSpace, String> {
     })
 }
 
-fn row(name: &str, data: &DataSet, aim: f64) -> Result<(), String> {
+fn row(name: &str, data: &DataSet, target: f64) -> Result<(), String> {
     let [estimation, validation] = halves(data).map_err(|e| e.to_string())?;
     let found = automatic(&estimation, &validation, &IdentifyOptions::default())
         .map_err(|e| e.to_string())?;
     let direct = if found.model.d.norm_max() > 0.0 { "yes" } else { "no" };
     print!(
-        "  {name:<16}{:>6}{:>9}{direct:>4}{:>12.2}{:>11.2}{aim:>12.1}",
+        "  {name:<16}{:>6}{:>9}{direct:>4}{:>12.2}{:>11.2}{target:>12.1}",
         found.model.order(),
         found.horizon,
         found.estimation_fit,

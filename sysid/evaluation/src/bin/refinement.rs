@@ -8,7 +8,6 @@
 //! an autoregression.
 //!
 //! Then the time that one step takes and what the search needs of memory, at growing length.
-#![allow(clippy::print_stdout)]
 
 use clap::Parser;
 use faer::{Mat, MatRef};
@@ -16,6 +15,7 @@ use std::io::Write;
 use std::process::Stdio;
 use std::time::Instant;
 use steerwright_evaluation::Random;
+use steerwright_evaluation::measure::peak_memory;
 use steerwright_sysid::model::stability::{largest_radius, stable_shift};
 use steerwright_sysid::pem::{Focus, Stop, Uncertain, refine_prediction, uncertain};
 use steerwright_sysid::subspace::{Factor, noise_model, refit_output, shift_realization, subspace};
@@ -83,8 +83,8 @@ fn cost_of_steps(longest: usize) -> Result<(), Box<dyn std::error::Error>> {
         let clock = Clock::start();
         let uncertainty = uncertain(&found.innovation, &found.x0s, &data, false, Focus::Simulation);
         let uncertainty_ms = clock.ms();
-        let memory = peak().zip(before).map_or("not known here".into(), |(peak, before)| {
-            format!("{:.1} MB", (peak - before) / 1024.0)
+        let memory = peak_memory().zip(before).map_or("not reported".into(), |(peak, before)| {
+            format!("{:.1} MB", (peak - before) / 1_048_576.0)
         });
         println!(
             "N = {count:8} {order:12} {:7} {:9.2} {uncertainty_ms:15.1}{} {memory:>18}",
@@ -120,17 +120,10 @@ impl Clock {
     }
 }
 
-/// Peak memory of this process in kB, where the system reports it (Linux).
-fn peak() -> Option<f64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find(|l| l.starts_with("VmHWM"))?;
-    line.split_whitespace().nth(1)?.parse().ok()
-}
-
-/// Resets the peak to what is used now.
+/// The peak memory, bytes, reset to the present one.
 fn restart_peak() -> Option<f64> {
     std::fs::write("/proc/self/clear_refs", "5").ok()?;
-    peak()
+    peak_memory()
 }
 
 /// A car's yaw rate by a driven steering, noise in innovation form.

@@ -4,7 +4,6 @@
 //! identified as the command line does. The error is ‖Ĝ − G‖/‖G‖ over 0.1 to 2 Hz, the bias of the
 //! phase the mean over the drives. It is compared with SciPy's output error of the true order on the
 //! same halves.
-#![allow(clippy::print_stdout)]
 
 use clap::Parser;
 use std::collections::BTreeMap;

@@ -8,8 +8,6 @@
 //!
 //! `--without` leaves a disturbance out of every drive, which shows what causes which error.
 
-#![allow(clippy::print_stdout, clippy::print_stderr)]
-
 mod tally;
 
 use clap::{Parser, ValueEnum};
@@ -159,23 +157,21 @@ impl Drive {
         let discrete = &plant.discrete;
         let d = discrete.d.at(0, 0);
         let n = plant.order();
-        let late = omega * plant.input_delay_s;
-        let (re, im) = match &plant.continuous {
+        let delay = omega * plant.input_delay_s;
+        let ((re, im), late) = match &plant.continuous {
             Some(c) => {
-                pencil(n, |i, j| c.f.at(i, j), |i| c.g.at(i, 0), |j| c.h.at(0, j), (0.0, omega))
+                let of = |i, j| c.f.at(i, j);
+                (pencil(n, of, |i| c.g.at(i, 0), |j| c.h.at(0, j), (0.0, omega)), delay)
             }
             None => {
                 let angle = omega * discrete.sample_time_s;
                 let z = (angle.cos(), angle.sin());
                 let of = |i, j| discrete.a.at(i, j);
-                pencil(n, of, |i| discrete.b.at(i, 0), |j| discrete.c.at(0, j), z)
+                let (b, c) = (|i| discrete.b.at(i, 0), |j| discrete.c.at(0, j));
+                (pencil(n, of, b, c, z), delay - 0.5 * angle)
             }
         };
-        let late = match &plant.continuous {
-            Some(_) => late,
-            None => late - 0.5 * omega * discrete.sample_time_s,
-        };
-        let (re, im) = (re + d, im);
+        let re = re + d;
         let (sin, cos) = late.sin_cos();
         (re * cos + im * sin, im * cos - re * sin)
     }

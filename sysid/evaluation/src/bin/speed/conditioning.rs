@@ -2,10 +2,8 @@
 
 use super::{HORIZON, ORDER, Outcome, drive, fit, model, row, truth, white};
 use std::path::Path;
-use steerwright_evaluation::Random;
-use steerwright_evaluation::markov_distance;
-use steerwright_evaluation::peers::Peers;
-use steerwright_evaluation::peers::write_signals;
+use steerwright_evaluation::peers::{Peers, write_signals};
+use steerwright_evaluation::{Random, markov_distance};
 use steerwright_sysid::subspace::Factor;
 use steerwright_sysid::{StateSpace, Weighting};
 

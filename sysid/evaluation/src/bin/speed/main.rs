@@ -128,7 +128,7 @@ fn report(longest: usize, draws: usize) -> Outcome<()> {
         "R factor to (A, B, C, D, K), order {ORDER}, s = {HORIZON}, one input and output, one thread; ms"
     );
     println!(
-        "| samples | here | SLICOT | ratio | aim | of which factor | from a DataSet | fit here, % | fit SLICOT, % | fit K here, % | fit K SLICOT, % | factor by |"
+        "| samples | here | SLICOT | ratio | target | of which factor | from a DataSet | fit here, % | fit SLICOT, % | fit K here, % | fit K SLICOT, % | factor by |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|---|---|");
     for (count, turns, runs) in SIZES.into_iter().filter(|size| size.0 <= longest) {
@@ -185,7 +185,7 @@ fn line(
     let (factor, found) = ours(u, y)?;
     let ms = |seconds: &[f64]| format!("{:.3}", 1e3 * median(seconds));
     let ratio = median(&here) / median(&there);
-    let aim = if count == SIZES[3].0 { 0.4 } else { 1.0 };
+    let target = if count == SIZES[3].0 { 0.4 } else { 1.0 };
     let predicted = |m: &Innovation| {
         let y_hat = steerwright_sysid::model::predict(
             &m.model,
@@ -200,10 +200,10 @@ fn line(
         peer.as_ref().map_or("–".into(), |p| format!("{:.4}", f(&p.model)))
     };
     println!(
-        "| {count} | {} | {} | {ratio:.2} | {} {aim} | {} | {} | {:.4} | {} | {:.4} | {} | {} |",
+        "| {count} | {} | {} | {ratio:.2} | {} {target} | {} | {} | {:.4} | {} | {:.4} | {} | {} |",
         ms(&here),
         ms(&there),
-        if ratio <= aim { "≤" } else { "missed:" },
+        if ratio <= target { "≤" } else { "missed:" },
         ms(&factor_only),
         ms(&from_data),
         fit(&found.model, signals),

@@ -2,7 +2,6 @@
 
 use super::{Outcome, ours};
 use std::path::Path;
-use std::path::PathBuf;
 use std::process::Command;
 use steerwright_evaluation::measure::peak_memory;
 use steerwright_evaluation::peers::read_signals;
@@ -10,7 +9,6 @@ use steerwright_evaluation::peers::read_signals;
 /// Peak memory of this program with only the signals loaded and with the model computed.
 pub(crate) fn memory(path: &Path, count: usize) {
     let peak = |what: &str| -> Outcome<f64> {
-        let path: PathBuf = path.into();
         let output = Command::new(std::env::current_exe()?)
             .args(["--memory", what])
             .arg(path)
@@ -22,7 +20,7 @@ pub(crate) fn memory(path: &Path, count: usize) {
     };
     match (peak("loaded"), peak("model")) {
         (Ok(loaded), Ok(computed)) => println!(
-            "\nPeak memory at N = {count}: {:.2} MB with the signals loaded, {:.2} MB with factor and model, {:.2} MB more (aim: below 4)",
+            "\nPeak memory at N = {count}: {:.2} MB with the signals loaded, {:.2} MB with factor and model, {:.2} MB more (target: below 4)",
             loaded / 1e6,
             computed / 1e6,
             (computed - loaded) / 1e6
