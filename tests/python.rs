@@ -56,12 +56,9 @@ fn main() -> ExitCode {
 /// again; and the trajectories of the pure functions, under each importer's master and after
 /// its initialization.
 fn write_references(folder: &Path) {
-    fn read<D: Document>(file: &Path) -> D {
-        D::from_json(&std::fs::read_to_string(file).unwrap(), "file").unwrap()
-    }
-    let plant: steerwright_formats::Plant = read(&folder.join("plant.json"));
-    let pid: steerwright_formats::Pid = read(&folder.join("pid.json"));
-    let path: steerwright_formats::Path = read(&folder.join("path.json"));
+    let plant: steerwright_formats::Plant = support::document(&folder.join("plant.json"));
+    let pid: steerwright_formats::Pid = support::document(&folder.join("pid.json"));
+    let path: steerwright_formats::Path = support::document(&folder.join("path.json"));
     let moved = moved(&path);
     std::fs::write(folder.join("path-moved.json"), moved.to_json()).unwrap();
     let files = ["plant.json", "path-moved.json", "pid.json"];

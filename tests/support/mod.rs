@@ -1,9 +1,12 @@
 //! Running the program, and the folder of one demo that a test binary shares.
 #![allow(dead_code, clippy::unwrap_used, clippy::panic)]
 
+use serde_json::Value;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
+use steerwright_formats::Document;
 
 /// Runs `steerwright` with arguments, in a folder.
 pub(crate) fn steerwright<S: AsRef<std::ffi::OsStr>>(folder: &Path, arguments: &[S]) -> Output {
@@ -33,7 +36,7 @@ pub(crate) fn data() -> PathBuf {
 /// A demo: its folder, and the JSON it printed.
 pub(crate) struct Demo {
     pub(crate) folder: PathBuf,
-    pub(crate) overview: serde_json::Value,
+    pub(crate) overview: Value,
 }
 
 /// The demo of this test binary, run once.
@@ -109,7 +112,8 @@ pub(crate) fn chain() -> &'static Path {
 
 /// The command line with a line of arguments, in which the chain's files may be named.
 pub(crate) fn run(folder: &Path, line: &str) -> Output {
-    steerwright(folder, &words(line, chain()))
+    let chain = if line.contains("{chain}") { chain() } else { Path::new("") };
+    steerwright(folder, &words(line, chain))
 }
 
 /// The same, which must end well.
@@ -124,4 +128,45 @@ pub(crate) fn words(line: &str, chain: &Path) -> Vec<String> {
     let (data, chain) = (data().display().to_string(), chain.display().to_string());
     let word = |w: &str| w.replace("{data}", &data).replace("{chain}", &chain);
     line.split_whitespace().map(word).collect()
+}
+
+/// A JSON file.
+pub(crate) fn read_json(file: &Path) -> Value {
+    serde_json::from_slice(&std::fs::read(file).unwrap()).unwrap()
+}
+
+/// A JSON file, by its type.
+pub(crate) fn document<D: Document>(file: &Path) -> D {
+    D::from_json(&std::fs::read_to_string(file).unwrap(), "file").unwrap()
+}
+
+/// A column of a CSV file.
+pub(crate) fn column(file: &Path, name: &str) -> Vec<f64> {
+    let text = std::fs::read_to_string(file).unwrap();
+    let mut lines = text.lines();
+    let index = lines.next().unwrap().split(',').position(|n| n == name).unwrap();
+    lines.map(|line| line.split(',').nth(index).unwrap().parse().unwrap()).collect()
+}
+
+/// The entries of a folder, sorted.
+pub(crate) fn names(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name());
+    let mut all: Vec<String> = entries.map(|name| name.to_string_lossy().into_owned()).collect();
+    all.sort();
+    all
+}
+
+/// Every file below a folder, by its path there, with its bytes.
+pub(crate) fn content(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut all = BTreeMap::new();
+    for name in names(folder) {
+        let path = folder.join(&name);
+        if path.is_dir() {
+            let below = content(&path).into_iter();
+            all.extend(below.map(|(file, bytes)| (Path::new(&name).join(file), bytes)));
+        } else {
+            all.insert(name.into(), std::fs::read(&path).unwrap());
+        }
+    }
+    all
 }

@@ -1,24 +1,15 @@
 //! The closed loop of the packed FMUs against the same loop of the pure Rust functions.
 
-use crate::support::demo;
+use crate::support::{demo, document};
 use std::path::Path;
 use steerwright_control::{Master, PlantModel, TrackTrace};
-use steerwright_formats::{Bicycle, Document, Path as PathFile, Pid, Plant};
-use steerwright_host::{Archive, Instance, System};
+use steerwright_formats::{Bicycle, Path as PathFile, Pid, Plant};
+use steerwright_host::{Archive, Coupling, Instance, Recording, System};
 
 const LARGEST_DIFFERENCE: f64 = 1e-9;
 
-fn read<D: Document>(path: &Path) -> D {
-    D::from_json(&std::fs::read_to_string(path).unwrap(), "file").unwrap()
-}
-
 /// Runs plant, path and controller from archives; gives their columns by name.
-fn fmus(
-    folder: &Path,
-    plant: &str,
-    master: steerwright_host::Coupling,
-    stop: f64,
-) -> steerwright_host::Recording {
+fn fmus(folder: &Path, plant: &str, master: Coupling, stop: f64) -> Recording {
     let mut system = System::new();
     for name in [plant, "ReferencePath", "LateralPid"] {
         let archive = Archive::open(folder.join(format!("{name}.fmu"))).unwrap();
@@ -28,11 +19,7 @@ fn fmus(
     system.run(master, 0.0, stop, 0.01).unwrap()
 }
 
-fn largest_difference(
-    recording: &steerwright_host::Recording,
-    plant: &str,
-    trace: &TrackTrace,
-) -> f64 {
+fn largest_difference(recording: &Recording, plant: &str, trace: &TrackTrace) -> f64 {
     let mut largest = 0.0_f64;
     for (name, pure) in [
         (format!("{plant}.x"), &trace.x),
@@ -50,10 +37,10 @@ fn largest_difference(
     largest
 }
 
-fn compare(plant: &str, model: PlantModel, master: Master, host: steerwright_host::Coupling) {
+fn compare(plant: &str, model: PlantModel, master: Master, host: Coupling) {
     let folder = demo().folder.join("multibody");
-    let pid: Pid = read(&folder.join("pid.json"));
-    let path: PathFile = read(&folder.join("path.json"));
+    let pid: Pid = document(&folder.join("pid.json"));
+    let path: PathFile = document(&folder.join("path.json"));
     let stop = 12.0;
     let pure = steerwright_control::track(model, &pid, &path, stop, master).unwrap();
     let recording = fmus(&folder.join("fmu"), plant, host, stop);
@@ -63,22 +50,16 @@ fn compare(plant: &str, model: PlantModel, master: Master, host: steerwright_hos
 }
 
 #[test]
-fn identified_plant_gauss_seidel() {
-    let plant: Plant = read(&demo().folder.join("multibody/plant.json"));
-    let model = PlantModel::from_plant(&plant).unwrap();
-    compare("IdentifiedPlant", model, Master::GaussSeidel, steerwright_host::Coupling::GaussSeidel);
+fn identified_plant() {
+    let plant: Plant = document(&demo().folder.join("multibody/plant.json"));
+    let model = || PlantModel::from_plant(&plant).unwrap();
+    compare("IdentifiedPlant", model(), Master::GaussSeidel, Coupling::GaussSeidel);
+    compare("IdentifiedPlant", model(), Master::Jacobi, Coupling::Jacobi);
 }
 
 #[test]
-fn identified_plant_jacobi() {
-    let plant: Plant = read(&demo().folder.join("multibody/plant.json"));
-    let model = PlantModel::from_plant(&plant).unwrap();
-    compare("IdentifiedPlant", model, Master::Jacobi, steerwright_host::Coupling::Jacobi);
-}
-
-#[test]
-fn bicycle_plant_gauss_seidel() {
-    let bicycle: Bicycle = read(&demo().folder.join("multibody/bicycle.json"));
+fn bicycle_plant() {
+    let bicycle: Bicycle = document(&demo().folder.join("multibody/bicycle.json"));
     let model = PlantModel::from_bicycle(&bicycle).unwrap();
-    compare("BicyclePlant", model, Master::GaussSeidel, steerwright_host::Coupling::GaussSeidel);
+    compare("BicyclePlant", model, Master::GaussSeidel, Coupling::GaussSeidel);
 }

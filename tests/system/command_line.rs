@@ -1,13 +1,8 @@
 //! The subcommands one after the other, as a person or a script runs them.
 
-use crate::support::{chain, steerwright, text_of, words};
+use crate::support::{chain, column, read_json, run, text_of, words};
 use serde_json::Value;
 use std::path::Path;
-use std::process::Output;
-
-fn run(folder: &Path, line: &str) -> Output {
-    steerwright(folder, &words(line, chain()))
-}
 
 /// Runs with `--json`: exit status 0, one JSON value on stdout, JSON lines on stderr.
 fn json(folder: &Path, line: &str) -> Value {
@@ -17,10 +12,6 @@ fn json(folder: &Path, line: &str) -> Value {
         assert!(serde_json::from_str::<Value>(line).is_ok_and(|v| v.is_object()), "{line}");
     }
     serde_json::from_slice(&output.stdout).unwrap()
-}
-
-fn read(path: &Path) -> Value {
-    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
 }
 
 #[test]
@@ -35,13 +26,13 @@ fn each_stage_prints_the_file_it_writes() {
         ("path {data}/multibody/position.csv -o recorded.json", "recorded.json"),
     ] {
         let printed = json(folder.path(), line);
-        assert_eq!(printed, read(&folder.path().join(file)), "{line}");
+        assert_eq!(printed, read_json(&folder.path().join(file)), "{line}");
     }
-    let pid = read(&folder.path().join("pid.json"));
+    let pid = read_json(&folder.path().join("pid.json"));
     assert!((pid["limits"]["max_angle_rad"].as_f64().unwrap() - 20f64.to_radians()).abs() < 1e-12);
     assert_eq!(pid["specification"]["steady_state_error_percent"], 1.5);
     // A controller brings its feedforward to the path; the road fits the speed asked for.
-    let path = read(&folder.path().join("path.json"));
+    let path = read_json(&folder.path().join("path.json"));
     assert_eq!(path["speed_mps"], 15.0);
     assert!(path["guidance"]["feedforward_gain_radm"].as_f64().unwrap() > 0.0);
 }
@@ -225,20 +216,12 @@ fn an_infeasible_specification_ends_with_status_1_and_the_controller_is_written(
     let output = run(folder.path(), "design {chain}/plant.json --settling 0.1s --json");
     assert_eq!(output.status.code(), Some(1), "{}", text_of(&output));
     let printed: Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!(printed, read(&folder.path().join("pid.json")));
+    assert_eq!(printed, read_json(&folder.path().join("pid.json")));
     assert_eq!(printed["evidence"]["met"], false);
 }
 
 const LOOP: &str =
     "{chain}/fmu/IdentifiedPlant.fmu {chain}/fmu/ReferencePath.fmu {chain}/fmu/LateralPid.fmu";
-
-/// Header and cells of a CSV file.
-fn table(path: &Path) -> (Vec<String>, Vec<Vec<f64>>) {
-    let text = std::fs::read_to_string(path).unwrap();
-    let mut lines = text.lines();
-    let header = lines.next().unwrap().split(',').map(str::to_owned).collect();
-    (header, lines.map(|l| l.split(',').map(|c| c.parse().unwrap()).collect()).collect())
-}
 
 #[test]
 fn packed_files_run_as_a_loop() {
@@ -247,20 +230,18 @@ fn packed_files_run_as_a_loop() {
     assert_eq!(done["connections"].as_array().unwrap().len(), 7, "{done}");
     // What is recommended is the controller's sample time.
     assert_eq!((done["steps"].as_u64(), done["step_s"].as_f64()), (Some(1000), Some(0.01)));
-    let (header, rows) = table(&folder.path().join("result.csv"));
-    let column = |name: &str| header.iter().position(|h| h == name).unwrap();
-    assert_eq!(rows.len(), 1001);
-    let far = column("ReferencePath.cross_track_error");
-    assert!(rows.iter().all(|r| r[far].abs() < 0.5), "it leaves the road");
-    let y = column("IdentifiedPlant.y");
-    assert!(rows.iter().any(|r| r[y] > 3.0), "it does not change lanes");
+    let recorded = |name| column(&folder.path().join("result.csv"), name);
+    let errors = recorded("ReferencePath.cross_track_error");
+    assert_eq!(errors.len(), 1001);
+    assert!(errors.iter().all(|e| e.abs() < 0.5), "it leaves the road");
+    assert!(recorded("IdentifiedPlant.y").iter().any(|y| *y > 3.0), "it does not change lanes");
 
     let jacobi = json(
         folder.path(),
         &format!("simulate {LOOP} --master jacobi --step 5ms --stop 2s -o jacobi.csv"),
     );
     assert_eq!(jacobi["steps"], 400);
-    assert_eq!(table(&folder.path().join("jacobi.csv")).1.len(), 401);
+    assert_eq!(column(&folder.path().join("jacobi.csv"), "time").len(), 401);
 }
 
 #[test]
@@ -308,7 +289,7 @@ fn build_does_in_one_command_what_the_stages_do_one_by_one() {
     );
     for file in ["plant.json", "pid.json"] {
         let (built, staged) =
-            (read(&folder.path().join("out").join(file)), read(&chain().join(file)));
+            (read_json(&folder.path().join("out").join(file)), read_json(&chain().join(file)));
         for key in ["discrete", "operating_point", "gains", "limits"] {
             assert_eq!(built[key], staged[key], "{file}: {key}");
         }

@@ -1,7 +1,7 @@
 //! `steerwright compare` end to end: its figures are those of the other commands, whatever the order
 //! of the models, and bad input is rejected.
 
-use crate::support::{chain, steerwright, text_of, words};
+use crate::support::{self, chain, data, done, read_json, text_of};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -17,15 +17,14 @@ fn folder() -> &'static Path {
             "design bicycle.json -o pid-bicycle.json --robust off --max-rate 0.4rad/s",
             "package {data}/multibody/vehicle.json --out fmu",
         ] {
-            let output = steerwright(&folder, &words(line, Path::new("")));
-            assert!(output.status.success(), "{line}: {}", text_of(&output));
+            done(&folder, line);
         }
         folder
     })
 }
 
 fn run(line: &str) -> Output {
-    steerwright(folder(), &words(&format!("compare {line}"), Path::new("")))
+    support::run(folder(), &format!("compare {line}"))
 }
 
 fn compared(line: &str) -> Value {
@@ -64,8 +63,7 @@ fn on_its_own_plant_a_controller_does_as_in_simulate() {
     let folder = folder();
     let line = "simulate fmu/IdentifiedPlant.fmu fmu/ReferencePath.fmu fmu/LateralPid.fmu \
                 --set IdentifiedPlant.speed=15 -o own.csv --step 10ms --stop 19.8s";
-    let output = steerwright(folder, &words(line, Path::new("")));
-    assert!(output.status.success(), "{}", text_of(&output));
+    done(folder, line);
     let track =
         steerwright_report::Track::from_csv(&fs::read(folder.join("own.csv")).unwrap(), "own")
             .unwrap();
@@ -183,8 +181,7 @@ fn a_truth_that_is_a_model_gives_that_model_s_figures() {
 fn models_are_validated_on_the_end_of_the_drive() {
     let log = "--log {data}/multibody/drive.csv --input-channel steering_command_rad";
     let one = compared(&format!("{BOTH} {log} --road lane-change --out drive"));
-    let plant: Value =
-        serde_json::from_slice(&fs::read(folder().join("plant.json")).unwrap()).unwrap();
+    let plant = read_json(&folder().join("plant.json"));
     let fit = |k: usize| number(&one["models"][k]["held_out"]["fit_percent"]);
     assert!((fit(0) - number(&plant["evidence"]["fit"]["validation"])).abs() < 1e-6);
     assert!(fit(0) > fit(1) + 0.5 && fit(1) > 97.0, "{} {}", fit(0), fit(1));
@@ -196,9 +193,8 @@ fn models_are_validated_on_the_end_of_the_drive() {
         assert!(number(&on["yaw_error_rms_rad"]).to_degrees() < 1.0);
     }
     let sources = one["sources"].as_array().unwrap();
-    let drive = steerwright_formats::sha256_hex(
-        &fs::read(crate::support::data().join("multibody/drive.csv")).unwrap(),
-    );
+    let drive =
+        steerwright_formats::sha256_hex(&fs::read(data().join("multibody/drive.csv")).unwrap());
     assert!(sources.iter().any(|s| s["sha256"] == drive.as_str()), "{sources:?}");
     let svg = fs::read_to_string(folder().join("drive/fig3-drive.svg")).unwrap();
     assert!(svg.contains("plant (fit 9"));
@@ -240,8 +236,7 @@ fn a_missed_specification_is_reported_with_the_cause() {
             "design {model}.json -o fast-{model}.json --robust off --max-rate 1500deg/s \
              --max-lateral-acceleration 100m/s2"
         );
-        let output = steerwright(folder, &words(&line, Path::new("")));
-        assert!(output.status.success(), "{line}: {}", text_of(&output));
+        done(folder, &line);
     }
     let output = run("plant.json bicycle.json --pid fast-plant.json --pid fast-bicycle.json \
                       --road lane-change --truth {data}/multibody/vehicle.json");
@@ -283,8 +278,7 @@ fn a_controller_off_the_path_is_reported_with_status_1() {
 fn files_that_cannot_be_compared_are_rejected() {
     let folder = folder();
     let change = |file: &str, out: &str, edit: &dyn Fn(&mut Value)| {
-        let mut json: Value =
-            serde_json::from_slice(&fs::read(folder.join(file)).unwrap()).unwrap();
+        let mut json = read_json(&folder.join(file));
         edit(&mut json);
         fs::write(folder.join(out), json.to_string()).unwrap();
     };
@@ -298,8 +292,7 @@ fn files_that_cannot_be_compared_are_rejected() {
         }
     });
     // A vehicle whose steering angle is that of a steering wheel.
-    let vehicle = crate::support::data().join("multibody/vehicle.json");
-    let mut json: Value = serde_json::from_slice(&fs::read(vehicle).unwrap()).unwrap();
+    let mut json = read_json(&data().join("multibody/vehicle.json"));
     json["actuator"]["steering_ratio"] = 16.0.into();
     fs::write(folder.join("vehicle-wheel.json"), json.to_string()).unwrap();
     fs::write(folder.join("nan.json"), "{\"schema\": \"steerwright/plant/1\", \"name\": NaN}")

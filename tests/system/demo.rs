@@ -1,8 +1,7 @@
 //! What `steerwright demo` promises, on the drives that ship with the repository.
 
-use crate::support::{demo, run_demo};
+use crate::support::{content, demo, read_json, run_demo};
 use serde_json::Value;
-use std::collections::BTreeMap;
 use std::path::Path;
 
 fn drive(name: &str) -> &'static Value {
@@ -91,8 +90,7 @@ fn the_scale_car_passes_and_its_controller_meets_the_specification() {
     // As SciPy's output error of order 2, which `cargo xtask evaluate records` prints.
     assert!(fit > 81.5, "{fit}");
     assert_eq!(controller("dart", "identification-based")["met"], true);
-    let plant = std::fs::read_to_string(demo().folder.join("dart/plant.json")).unwrap();
-    let plant: Value = serde_json::from_str(&plant).unwrap();
+    let plant = read_json(&demo().folder.join("dart/plant.json"));
     let channels = plant["evidence"]["channels"].as_array().unwrap();
     let rate = |role: &str| {
         let channel = channels.iter().find(|c| c["role"] == role).unwrap();
@@ -122,25 +120,9 @@ fn every_file_it_names_is_there_and_the_report_cites_nothing_outside() {
 #[test]
 #[ignore = "slow: cargo xtask test"]
 fn the_same_drive_gives_the_same_bytes() {
-    fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
-        let mut all = BTreeMap::new();
-        for entry in std::fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                for (name, bytes) in contents(&path) {
-                    let folder = path.file_name().unwrap().to_string_lossy().into_owned();
-                    all.insert(format!("{folder}/{name}"), bytes);
-                }
-            } else {
-                let name = path.file_name().unwrap().to_string_lossy().into_owned();
-                all.insert(name, std::fs::read(&path).unwrap());
-            }
-        }
-        all
-    }
-    let (one, two) = (contents(&demo().folder), contents(&run_demo("again").folder));
+    let (one, two) = (content(&demo().folder), content(&run_demo("again").folder));
     assert_eq!(one.keys().collect::<Vec<_>>(), two.keys().collect::<Vec<_>>());
     for (name, bytes) in &one {
-        assert!(*bytes == two[name], "{name} differs");
+        assert!(*bytes == two[name], "{} differs", name.display());
     }
 }

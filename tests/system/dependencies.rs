@@ -1,6 +1,6 @@
 //! Who may depend on whom inside the workspace; see ARCHITECTURE.md.
 
-use cargo_metadata::{DependencyKind, MetadataCommand};
+use cargo_metadata::{DependencyKind, Metadata, MetadataCommand};
 use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
 
@@ -74,12 +74,15 @@ fn short(package: &str) -> &str {
     package.strip_prefix("steerwright-").unwrap_or(package)
 }
 
+fn metadata() -> Metadata {
+    let manifest = concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml");
+    MetadataCommand::new().manifest_path(manifest).no_deps().exec().unwrap()
+}
+
 /// An internal crate is called after its folder.
 #[test]
 fn names_are_those_of_folders() {
-    let manifest = concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml");
-    let metadata = MetadataCommand::new().manifest_path(manifest).no_deps().exec().unwrap();
-    for package in metadata.workspace_packages() {
+    for package in metadata().workspace_packages() {
         if !UNPREFIXED.contains(&package.name.as_str()) {
             let folder = package.manifest_path.parent().and_then(|folder| folder.file_name());
             assert_eq!(
@@ -92,8 +95,7 @@ fn names_are_those_of_folders() {
 
 #[test]
 fn no_edge_beyond_the_architecture() {
-    let manifest = concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml");
-    let metadata = MetadataCommand::new().manifest_path(manifest).no_deps().exec().unwrap();
+    let metadata = metadata();
     let members: BTreeSet<&str> =
         metadata.workspace_packages().iter().map(|p| short(p.name.as_str())).collect();
     let allowed: BTreeMap<&str, &[&str]> = ALLOWED.iter().copied().collect();
@@ -118,14 +120,7 @@ fn no_edge_beyond_the_architecture() {
 
 #[test]
 fn an_fmu_binary_links_no_identification_and_no_design() {
-    for library in [
-        "identified-plant",
-        "bicycle-plant",
-        "nonlinear-vehicle",
-        "lateral-pid",
-        "reference-path",
-        "pose-estimator",
-    ] {
+    for (library, _) in ALLOWED.iter().filter(|(_, allowed)| *allowed == LIBRARY) {
         let tree = Command::new(env!("CARGO"))
             .args(["tree", "--edges", "normal", "--prefix", "none", "--package"])
             .arg(format!("steerwright-{library}"))

@@ -1,7 +1,6 @@
 //! A folder of results is the old one or the new one, whole, whatever happens to the command.
 
-use crate::support::{steerwright, text_of, words};
-use std::collections::BTreeMap;
+use crate::support::{self, content, names, text_of, words};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -9,20 +8,6 @@ use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 const BUILD: &str = "build {data}/multibody/drive.csv --input-channel steering_command_rad --horizon 10 --robust off";
-
-/// Every file below a folder with its bytes.
-fn content(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
-    let mut all = BTreeMap::new();
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            all.extend(content(&path));
-        } else {
-            all.insert(path.clone(), fs::read(&path).unwrap());
-        }
-    }
-    all
-}
 
 /// A folder with a build in `out`; a copy for each test.
 fn built() -> tempfile::TempDir {
@@ -40,9 +25,9 @@ fn built() -> tempfile::TempDir {
     copy
 }
 
-/// Runs; what it left on stderr.
+/// Runs; returns the text on stderr.
 fn run(folder: &Path, line: &str, status: &[i32]) -> String {
-    let output = steerwright(folder, &words(line, Path::new("")));
+    let output = support::run(folder, line);
     let text = text_of(&output);
     assert!(output.status.code().is_some_and(|code| status.contains(&code)), "{line}: {text}");
     text
@@ -71,12 +56,6 @@ fn started(folder: &Path) -> Child {
         assert!(began.elapsed() < Duration::from_secs(300), "it writes nothing");
         std::thread::sleep(Duration::from_millis(2));
     }
-}
-
-/// The entries of a folder.
-fn names(folder: &Path) -> Vec<String> {
-    let entries = fs::read_dir(folder).unwrap();
-    entries.map(|e| e.unwrap().file_name().to_string_lossy().into_owned()).collect()
 }
 
 #[test]

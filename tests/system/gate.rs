@@ -1,21 +1,16 @@
 //! A model that failed validation becomes no controller, no FMU and no comparison unless that is
 //! accepted, and its quality stays with everything that is made from it.
 
-use crate::support::{steerwright, text_of, words};
+use crate::support::{read_json, run, text_of};
 use serde_json::Value;
 use std::fs;
 use std::io::Read;
 use std::path::Path;
-use std::process::Output;
 
 /// A drive in which the driver barely steers.
 const WEAK: &str = "{data}/comma2k19/steering_wheel_angle.csv {data}/comma2k19/speed.csv \
                     {data}/comma2k19/gyro.csv --input-channel steering_wheel_angle_deg \
                     --output-channel=-gyro_down_radps --steering-ratio 16.88";
-
-fn run(folder: &Path, line: &str) -> Output {
-    steerwright(folder, &words(line, Path::new("")))
-}
 
 /// Runs a command that must stop at the gate: exit status 1, the reason and the way on.
 fn stopped(folder: &Path, line: &str) -> String {
@@ -26,10 +21,6 @@ fn stopped(folder: &Path, line: &str) -> String {
         assert!(text.contains(expected), "{line}: {expected} is missing in {text}");
     }
     text
-}
-
-fn json(path: &Path) -> Value {
-    serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
 }
 
 fn entry(archive: &Path, name: &str) -> String {
@@ -45,7 +36,7 @@ fn a_model_that_failed_validation_stops_every_stage_after_identify() {
     let at = |name: &str| folder.path().join(name);
     let output = run(folder.path(), &format!("identify {WEAK} -o plant.json"));
     assert_eq!(output.status.code(), Some(1), "{}", text_of(&output));
-    let quality = json(&at("plant.json"))["quality"].clone();
+    let quality = read_json(&at("plant.json"))["quality"].clone();
     assert_eq!(quality["grade"], "fail");
     let reasons = quality["reasons"].as_array().unwrap();
     let weak = reasons.iter().find(|r| r["code"] == "weak-steering").unwrap();
@@ -54,7 +45,7 @@ fn a_model_that_failed_validation_stops_every_stage_after_identify() {
     stopped(folder.path(), "design plant.json -o pid.json --max-rate 5rad/s");
     stopped(folder.path(), "package plant.json --out fmu");
     // Also where no controller could be designed on it anyway.
-    let mut reversed = json(&at("plant.json"));
+    let mut reversed = read_json(&at("plant.json"));
     let gain = &mut reversed["discrete"]["C"][0];
     gain.as_array_mut().unwrap().iter_mut().for_each(|c| *c = (-c.as_f64().unwrap()).into());
     reversed["continuous"]["H"] = reversed["discrete"]["C"].clone();
@@ -73,7 +64,7 @@ fn a_model_that_failed_validation_stops_every_stage_after_identify() {
         "{text}"
     );
     assert!(!text.contains("every requirement is met\n"), "{text}");
-    assert_eq!(json(&at("pid.json"))["designed_for"]["quality"], quality);
+    assert_eq!(read_json(&at("pid.json"))["designed_for"]["quality"], quality);
     stopped(folder.path(), "package pid.json --out fmu");
     let output = run(folder.path(), "package plant.json pid.json --out fmu --accept-untrusted");
     assert_eq!(output.status.code(), Some(0), "{}", text_of(&output));

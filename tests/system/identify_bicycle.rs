@@ -1,29 +1,11 @@
 //! `identify --structure bicycle`, and the FMU that comes of it.
 
-use crate::support::{steerwright, text_of, words};
+use crate::support::{column, done, read_json, run, text_of};
 use serde_json::Value;
-use std::collections::BTreeMap;
 use std::fmt::Write;
-use std::path::Path;
-use std::process::Output;
 
 const LOG: &str =
     "{data}/multibody/drive.csv --input-channel steering_command_rad --steering-ratio 1";
-
-fn run(folder: &Path, line: &str) -> Output {
-    steerwright(folder, &words(line, Path::new("")))
-}
-
-/// A CSV file's rows, by column.
-fn rows(path: &Path) -> Vec<BTreeMap<String, f64>> {
-    let text = std::fs::read_to_string(path).unwrap();
-    let mut lines = text.lines();
-    let header: Vec<String> = lines.next().unwrap().split(',').map(str::to_owned).collect();
-    let row = |line: &str| {
-        header.iter().cloned().zip(line.split(',').map(|cell| cell.parse().unwrap())).collect()
-    };
-    lines.map(row).collect()
-}
 
 #[test]
 fn the_bicycle_is_identified_packed_and_follows_its_traces() {
@@ -35,7 +17,7 @@ fn the_bicycle_is_identified_packed_and_follows_its_traces() {
     );
     assert!(output.status.success(), "{}", text_of(&output));
     let printed: Value = serde_json::from_slice(&output.stdout).unwrap();
-    let file: Value = serde_json::from_slice(&std::fs::read(at("bicycle.json")).unwrap()).unwrap();
+    let file = read_json(&at("bicycle.json"));
     assert_eq!(printed, file);
     assert_eq!(file["vehicle"]["mass_kg"], 1093.0);
     let summary = file["quality"]["summary"].as_str().unwrap();
@@ -44,13 +26,14 @@ fn the_bicycle_is_identified_packed_and_follows_its_traces() {
     assert!(text.contains("understeer gradient"), "{text}");
 
     // The same steering through the FMU, from a straight start, at the speed that was held.
-    let traces = rows(&at("traces.csv"));
+    let [time, steering, traced] = ["time_s", "steering_rad", "simulated_yaw_rate_radps"]
+        .map(|name| column(&at("traces.csv"), name));
     let evidence = &file["evidence"];
     let number = |key: &str| evidence[key].as_f64().unwrap();
     let mut drive = String::from("time,steering_angle,speed\n");
-    for row in &traces {
-        let angle = row["steering_rad"] - number("steering_offset_rad");
-        let _ = writeln!(drive, "{:.6},{angle},15", row["time_s"] - traces[0]["time_s"]);
+    for (t, angle) in time.iter().zip(&steering) {
+        let angle = angle - number("steering_offset_rad");
+        let _ = writeln!(drive, "{:.6},{angle},15", t - time[0]);
     }
     std::fs::write(at("drive.csv"), drive).unwrap();
     for line in [
@@ -58,14 +41,13 @@ fn the_bicycle_is_identified_packed_and_follows_its_traces() {
         "package bicycle.json",
         "simulate BicyclePlant.fmu --input drive.csv --step 20ms --stop 40s -o simulated.csv",
     ] {
-        let output = run(folder.path(), line);
-        assert!(output.status.success(), "{line}: {}", text_of(&output));
+        done(folder.path(), line);
     }
-    for (traced, simulated) in traces.iter().zip(rows(&at("simulated.csv"))) {
-        let expected = traced["simulated_yaw_rate_radps"] - number("yaw_rate_offset_radps");
-        let got = simulated["BicyclePlant.yaw_rate"];
+    let simulated = column(&at("simulated.csv"), "BicyclePlant.yaw_rate");
+    for ((time, traced), got) in time.iter().zip(&traced).zip(&simulated) {
+        let expected = traced - number("yaw_rate_offset_radps");
         // The recorded speed is held to 0.03 m/s, and read with noise.
-        assert!((got - expected).abs() < 2e-3, "{}: {got} {expected}", simulated["time"]);
+        assert!((got - expected).abs() < 2e-3, "{time}: {got} {expected}");
     }
 }
 

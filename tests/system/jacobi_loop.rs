@@ -1,37 +1,23 @@
 //! A design for a Jacobi master, in the loop of its FMUs under that master: path and estimator delay it
-//! by two and three communication steps, and the design knows.
+//! by two and three communication steps, which the design includes.
 
-use crate::support::{chain, steerwright, text_of, words};
+use crate::support::{chain, column, document, run, text_of};
 use std::path::Path;
 use steerwright_control::{Master, PlantModel};
-use steerwright_formats::{Document, Path as PathFile, Pid, Plant};
+use steerwright_formats::{Path as PathFile, Pid, Plant};
 
 /// Long, so that the delays of a step or three show.
 const SAMPLE_TIME: &str = "40ms";
 
 fn done(folder: &Path, line: &str) {
-    let output = steerwright(folder, &words(line, chain()));
+    let output = run(folder, line);
     assert_ne!(output.status.code(), Some(2), "{line}: {}", text_of(&output));
-}
-
-fn read<D: Document>(file: &Path) -> D {
-    D::from_json(&std::fs::read_to_string(file).unwrap(), "file").unwrap()
-}
-
-/// Columns of a run.
-fn columns<const N: usize>(file: &Path, names: [&str; N]) -> [Vec<f64>; N] {
-    let text = std::fs::read_to_string(file).unwrap();
-    let header: Vec<&str> = text.lines().next().unwrap().split(',').collect();
-    names.map(|name| {
-        let index = header.iter().position(|n| *n == name).unwrap();
-        text.lines().skip(1).map(|l| l.split(',').nth(index).unwrap().parse().unwrap()).collect()
-    })
 }
 
 /// How far the vehicle itself is from the road, RMS in m, whatever the estimator makes of it.
 fn cross_track(road: &PathFile, csv: &Path) -> f64 {
     let geometry = steerwright_loading::path_geometry(road).unwrap();
-    let [x, y] = columns(csv, ["IdentifiedPlant.x", "IdentifiedPlant.y"]);
+    let [x, y] = ["IdentifiedPlant.x", "IdentifiedPlant.y"].map(|name| column(csv, name));
     let (mut at, mut squares) = (road.points[0].distance_m, 0.0);
     for (x, y) in x.iter().zip(&y) {
         let foot = geometry.project(*x, *y, at);
@@ -47,7 +33,7 @@ fn driven(folder: &Path, designed_for: &str) -> [f64; 2] {
     let design = format!("design {{chain}}/plant.json --pid-sample-time {SAMPLE_TIME}");
     done(folder, &format!("{design} --master {designed_for} -o pid.json"));
     done(folder, "path --pid pid.json -o path.json");
-    let road: PathFile = read(&folder.join("path.json"));
+    let road: PathFile = document(&folder.join("path.json"));
     ["", "{data}/multibody/estimator.json"].map(|estimator| {
         done(
             folder,
@@ -65,12 +51,10 @@ fn driven(folder: &Path, designed_for: &str) -> [f64; 2] {
 
 /// The FMUs do what the design's own loop does.
 fn as_predicted(folder: &Path, road: &PathFile) {
-    let plant: Plant = read(&chain().join("plant.json"));
-    let pid: Pid = read(&folder.join("pid.json"));
-    let [time, y, steering] = columns(
-        &folder.join("result.csv"),
-        ["time", "IdentifiedPlant.y", "LateralPid.steering_angle"],
-    );
+    let plant: Plant = document(&chain().join("plant.json"));
+    let pid: Pid = document(&folder.join("pid.json"));
+    let [time, y, steering] = ["time", "IdentifiedPlant.y", "LateralPid.steering_angle"]
+        .map(|name| column(&folder.join("result.csv"), name));
     let model = PlantModel::from_plant(&plant).unwrap();
     let stop = time[time.len() - 1];
     let predicted = steerwright_control::track(model, &pid, road, stop, Master::Jacobi).unwrap();

@@ -1,6 +1,6 @@
 //! No output destroys a file: not what is read, not what somebody else wrote, no device, no folder.
 
-use crate::support::{chain, data, steerwright, text_of, words};
+use crate::support::{chain, data, run, text_of, words};
 use std::fs;
 use std::os::unix::fs::{FileTypeExt, MetadataExt, PermissionsExt, symlink};
 use std::path::{Path, PathBuf};
@@ -42,10 +42,6 @@ fn workplace() -> tempfile::TempDir {
     fs::write(folder.path().join("study.toml"), STUDY).unwrap();
     fs::write(folder.path().join("asked.toml"), "settling = \"1s\"\n").unwrap();
     folder
-}
-
-fn run(folder: &Path, line: &str) -> Output {
-    steerwright(folder, &words(line, chain()))
 }
 
 /// Refused before any work: exit status 2, one error and one hint, nothing on stdout.

@@ -1,13 +1,8 @@
 //! `steerwright path` on everything that a road may come in.
 
-use crate::support::{steerwright, text_of, words};
+use crate::support::{run, text_of};
 use serde_json::Value;
 use std::path::Path;
-use std::process::Output;
-
-fn run(folder: &Path, line: &str) -> Output {
-    steerwright(folder, &words(line, Path::new("")))
-}
 
 fn path(folder: &Path, line: &str) -> (Value, String) {
     let output = run(folder, line);

@@ -1,9 +1,8 @@
-//! The loop that knows its pose from GNSS, gyro and speed alone: packed plant, estimator, path and
+//! The loop with a pose from GNSS, gyro and speed alone: packed plant, estimator, path and
 //! controller, the receiver and the gyro simulated here.
 
-use crate::support::{archives, demo};
-use std::path::Path;
-use steerwright_formats::{Bicycle, Document, Path as PathFile};
+use crate::support::{archives, demo, document};
+use steerwright_formats::{Bicycle, Path as PathFile};
 use steerwright_host::{Archive, Instance};
 use steerwright_models::noise::gaussian;
 
@@ -12,10 +11,6 @@ const GYRO_BIAS: f64 = 0.005;
 const LATENCY: f64 = 0.1;
 /// Between fixes and between a fix and its arrival.
 const STEPS_PER_FIX: usize = 10;
-
-fn read<D: Document>(file: &Path) -> D {
-    D::from_json(&std::fs::read_to_string(file).unwrap(), "file").unwrap()
-}
 
 /// A unit between its initialization and its first step.
 fn started(name: &str, values: &[(&str, f64)]) -> Instance {
@@ -35,7 +30,7 @@ fn started(name: &str, values: &[(&str, f64)]) -> Instance {
     unit
 }
 
-/// How a drive went, and how well the vehicle knew where it was.
+/// Errors of a drive and of the estimated position.
 #[derive(Debug, Default)]
 struct Outcome {
     rms_cross_track_error: f64,
@@ -55,7 +50,7 @@ struct Receiver {
 
 /// Gauss–Seidel, in the order plant, estimator, path, controller.
 fn drive(plant: &str, sideslip_per_yaw_rate: f64, receiver: &Receiver) -> Outcome {
-    let path: PathFile = read(&demo().folder.join("multibody/path.json"));
+    let path: PathFile = document(&demo().folder.join("multibody/path.json"));
     let (first, last) = (path.points[0], path.points[path.points.len() - 1]);
     let speed = path.speed_mps;
     let start =
@@ -149,8 +144,8 @@ fn centimetre_fixes_keep_the_car_on_the_road() {
 /// A vehicle whose course is not its yaw.
 #[test]
 fn sideslip_is_known_to_estimator_and_path() {
-    let bicycle: Bicycle = read(&demo().folder.join("multibody/bicycle.json"));
-    let path: PathFile = read(&demo().folder.join("multibody/path.json"));
+    let bicycle: Bicycle = document(&demo().folder.join("multibody/bicycle.json"));
+    let path: PathFile = document(&demo().folder.join("multibody/path.json"));
     let parameters = steerwright_loading::bicycle_parameters(&bicycle.vehicle);
     let sideslip = parameters.sideslip_per_yaw_rate(path.speed_mps);
     assert!(sideslip.abs() > 0.01, "{sideslip}");

@@ -1,8 +1,7 @@
-//! What is known of a car's sideslip on its way to the path follower and the pose estimator.
+//! The sideslip of a vehicle from its files to the path follower and the pose estimator.
 
-use crate::support::{chain, done, run, text_of};
+use crate::support::{chain, document, done, run, text_of};
 use std::path::Path;
-use steerwright_formats::Document;
 use steerwright_host::Archive;
 
 /// The start value of an FMU's variable in a folder of archives.
@@ -24,8 +23,7 @@ fn the_sideslip_of_the_plant_is_that_of_path_and_estimator() {
         done(folder, &format!("package {plant} {path} {rest} --ssp L.ssp"));
         ["ReferencePath", "PoseEstimator"].map(|fmu| start(folder, fmu, "sideslip_per_yaw_rate"))
     };
-    let text = std::fs::read_to_string(chain().join("bicycle.json")).unwrap();
-    let bicycle = steerwright_formats::Bicycle::from_json(&text, "bicycle.json").unwrap().vehicle;
+    let bicycle = document::<steerwright_formats::Bicycle>(&chain().join("bicycle.json")).vehicle;
     let expected =
         steerwright_loading::bicycle_parameters(&bicycle).sideslip_per_yaw_rate(bicycle.speed_mps);
     assert!(expected.abs() > 0.005, "{expected}");
@@ -41,8 +39,7 @@ fn the_sideslip_of_the_plant_is_that_of_path_and_estimator() {
     done(folder, "path --pid {chain}/pid.json --sideslip-per-yaw-rate=-30ms -o own.json");
     assert_eq!(loop_of("{chain}/bicycle.json", "own.json"), [-0.03, expected]);
     done(folder, "path --pid {chain}/pid.json --plant {chain}/bicycle.json -o of_plant.json");
-    let text = std::fs::read_to_string(folder.join("of_plant.json")).unwrap();
-    let path = steerwright_formats::Path::from_json(&text, "of_plant.json").unwrap();
+    let path = document::<steerwright_formats::Path>(&folder.join("of_plant.json"));
     let at_15 = steerwright_loading::bicycle_parameters(&bicycle).sideslip_per_yaw_rate(15.0);
     assert_eq!(path.guidance.sideslip_per_yaw_rate_s, at_15);
     let lead =
@@ -65,16 +62,14 @@ fn growth_and_lead_of_a_drive_reach_path_and_estimator() {
     for line in ["s per yaw rate", "ms of it per (m/s2)2", "s2 per yaw acceleration"] {
         assert!(text_of(&output).contains(line), "{line}: {}", text_of(&output));
     }
-    let text = std::fs::read_to_string(folder.join("car.json")).unwrap();
-    let found = steerwright_formats::Plant::from_json(&text, "car.json").unwrap().sideslip.unwrap();
+    let found = document::<steerwright_formats::Plant>(&folder.join("car.json")).sideslip.unwrap();
     let (rate, growth, lead) =
         (found.sideslip_per_yaw_rate_s, found.growth(), found.per_yaw_acceleration());
     assert!(growth < 0.0 && lead > 0.0, "{found:?}");
 
     let output = done(folder, "path --pid {chain}/pid.json --plant car.json -o own.json");
     assert!(text_of(&output).contains("more per (m/s2)2"), "{}", text_of(&output));
-    let text = std::fs::read_to_string(folder.join("own.json")).unwrap();
-    let guidance = steerwright_formats::Path::from_json(&text, "own.json").unwrap().guidance;
+    let guidance = document::<steerwright_formats::Path>(&folder.join("own.json")).guidance;
     assert_eq!(guidance.sideslip_per_yaw_rate_s, rate);
     assert_eq!(guidance.sideslip_growth_s5pm2, growth);
     assert_eq!(guidance.sideslip_per_yaw_acceleration_s2, lead);

@@ -1,6 +1,6 @@
 //! The loop as a system structure package: made, run, and run as its FMUs are.
 
-use crate::support::{chain, done, run, text_of};
+use crate::support::{chain, column, done, read_json, run, text_of};
 use serde_json::Value;
 use std::io::{Read, Write};
 use std::path::Path;
@@ -21,12 +21,11 @@ fn a_package_starts_on_its_road_and_runs_as_its_fmus_do() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     packed(folder);
-    let text = std::fs::read_to_string(folder.join("path.json")).unwrap();
-    let path: Value = serde_json::from_str(&text).unwrap();
+    let path = read_json(&folder.join("path.json"));
     let first = &path["points"][0];
     assert!(first[1].as_f64().unwrap().hypot(first[2].as_f64().unwrap()) > 0.01, "{first}");
 
-    // Each FMU starts there by itself, and the package says so once more.
+    // Each FMU starts there by itself, and the package states it too.
     let package = SystemPackage::open(folder.join("fmu/LateralLoop.ssp")).unwrap();
     let plant = Archive::open(folder.join("fmu/IdentifiedPlant.fmu")).unwrap();
     let components = &package.structure().components;
@@ -55,12 +54,7 @@ fn a_package_starts_on_its_road_and_runs_as_its_fmus_do() {
         assert!(read("ssp.csv") == read("fmus.csv"), "{master}");
     }
     // It drove on the road to its end.
-    let text = std::fs::read_to_string(folder.join("ssp.csv")).unwrap();
-    let mut lines = text.lines();
-    let header: Vec<&str> = lines.next().unwrap().split(',').collect();
-    let column = header.iter().position(|n| *n == "ReferencePath.cross_track_error").unwrap();
-    let errors: Vec<f64> =
-        lines.map(|l| l.split(',').nth(column).unwrap().parse().unwrap()).collect();
+    let errors = column(&folder.join("ssp.csv"), "ReferencePath.cross_track_error");
     assert!(errors.len() > 1000 && errors.iter().all(|e| e.abs() < 1.0));
 }
 
@@ -83,8 +77,7 @@ fn a_package_is_the_same_to_the_byte_and_lists_its_connections() {
     // that is packed otherwise.
     for name in ["IdentifiedPlant", "LateralPid"] {
         let fmu = Archive::open(one.path().join(format!("fmu/{name}.fmu"))).unwrap();
-        let start = std::fs::read_to_string(fmu.folder().join("resources/start.json")).unwrap();
-        let start: Value = serde_json::from_str(&start).unwrap();
+        let start = read_json(&fmu.folder().join("resources/start.json"));
         let values: Vec<&String> = start["values"].as_object().unwrap().keys().collect();
         assert_eq!(values, ["speed"], "{name}");
     }
@@ -180,8 +173,7 @@ fn a_package_at_odds_with_its_fmus_is_reported_before_its_result() {
         assert!(read("edited.csv") == read("as_made.csv"), "{what}");
     }
     // The speed in km/h is the same speed.
-    let speed = read("path.json");
-    let speed = serde_json::from_str::<Value>(&speed).unwrap()["speed_mps"].as_f64().unwrap();
+    let speed = read_json(&folder.join("path.json"))["speed_mps"].as_f64().unwrap();
     let (output, _) = simulate(
         &format!(r#"value="{speed:?}" unit="m/s""#),
         &format!(r#"value="{:?}" unit="km/h""#, speed * 3.6),
@@ -214,7 +206,7 @@ fn a_package_at_odds_with_its_fmus_is_reported_before_its_result() {
     assert!(text.contains("the stop after the start at 5 s"), "{text}");
 }
 
-/// The loop in which path and controller know the pose by the estimator alone.
+/// The loop in which path and controller use the estimated pose.
 #[test]
 fn with_an_estimator_the_loop_is_closed_through_it() {
     let folder = tempfile::tempdir().unwrap();
@@ -248,17 +240,11 @@ fn with_an_estimator_the_loop_is_closed_through_it() {
         assert_eq!(start, Some(value.into()), "{name}");
     }
     let fmus = "IdentifiedPlant.fmu PoseEstimator.fmu ReferencePath.fmu LateralPid.fmu";
-    let column = |file: &str, name: &str| -> Vec<f64> {
-        let text = std::fs::read_to_string(folder.join(file)).unwrap();
-        let mut lines = text.lines();
-        let index = lines.next().unwrap().split(',').position(|n| n == name).unwrap();
-        lines.map(|line| line.split(',').nth(index).unwrap().parse().unwrap()).collect()
-    };
     // At each end of the run, how far the estimate is from the plant.
     let away = |file: &str| {
         let [x, y, own_x, own_y] =
             ["IdentifiedPlant.x", "IdentifiedPlant.y", "PoseEstimator.x", "PoseEstimator.y"]
-                .map(|name| column(file, name));
+                .map(|name| column(&folder.join(file), name));
         let away = |k: usize| (x[k] - own_x[k]).hypot(y[k] - own_y[k]);
         [away(0), away(x.len() - 1)]
     };
@@ -274,7 +260,7 @@ fn with_an_estimator_the_loop_is_closed_through_it() {
         let [first, last] = away("ssp.csv");
         let late = if master == "jacobi" { 0.2 } else { 0.0 };
         assert!((first - 0.5).abs() < 1e-9 && last < late + 0.02, "{master}: {first} {last}");
-        let steering = column("ssp.csv", "LateralPid.steering_angle");
+        let steering = column(&folder.join("ssp.csv"), "LateralPid.steering_angle");
         assert!(steering.iter().any(|angle| angle.abs() > 0.01));
         run(&format!("{fmus} --stop 12s -o dead.csv {start} --set PoseEstimator.gnss_period=0"));
         assert!(away("dead.csv")[1] > 0.3, "{:?}", away("dead.csv"));
@@ -298,7 +284,7 @@ fn with_an_estimator_the_loop_is_closed_through_it() {
 }
 
 #[test]
-fn the_help_says_where_binaries_run() {
+fn the_help_names_the_process_of_the_binaries() {
     let folder = tempfile::tempdir().unwrap();
     let help = String::from_utf8(done(folder.path(), "simulate --help").stdout).unwrap();
     let words: Vec<&str> = help.split_whitespace().collect();

@@ -1,27 +1,15 @@
 //! Stages on their own: identification with its figures, accumulated drives, a design in the loop of the
 //! packed FMUs.
 
-use crate::support::{steerwright, text_of, words};
-use serde_json::Value;
+use crate::support::{self, read_json, run, text_of};
 use std::fs;
 use std::path::Path;
-use std::process::Output;
 
 const LOG: &str =
     "{data}/multibody/drive.csv --input-channel steering_command_rad --steering-ratio 1";
 
-fn run(folder: &Path, line: &str) -> Output {
-    steerwright(folder, &words(line, Path::new("")))
-}
-
 fn done(folder: &Path, line: &str) -> String {
-    let output = run(folder, line);
-    assert!(output.status.success(), "{line}: {}", text_of(&output));
-    text_of(&output)
-}
-
-fn json(path: &Path) -> Value {
-    serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
+    text_of(&support::done(folder, line))
 }
 
 #[test]
@@ -34,7 +22,7 @@ fn the_evidence_is_drawn_without_a_build() {
     }
     let page = fs::read_to_string(folder.path().join("page.html")).unwrap();
     assert!(page.contains("</html>") && page.contains("fit to design on"));
-    let factor = &json(&folder.path().join("plant.json"))["evidence"]["factor"];
+    let factor = &read_json(&folder.path().join("plant.json"))["evidence"]["factor"];
     assert_eq!(factor["method"], "gram");
 }
 
@@ -44,7 +32,7 @@ fn an_accumulated_drive_gives_a_plant_with_its_limits() {
     done(folder.path(), &format!("accumulate {LOG} -o drive.rfactor"));
     let text = done(folder.path(), "identify drive.rfactor -o plant.json");
     assert!(text.contains("there is no simulation of whole drives"), "{text}");
-    let plant = json(&folder.path().join("plant.json"));
+    let plant = read_json(&folder.path().join("plant.json"));
     assert!(plant["evidence"]["fit"]["estimation"].as_f64().unwrap() > 97.0);
     // The plant is one that can be packed, and a factor is no log.
     assert_eq!(plant["quality"]["grade"], "pass");
@@ -71,7 +59,7 @@ fn a_design_is_proved_in_the_loop_of_the_fmus() {
     let folder = tempfile::tempdir().unwrap();
     done(folder.path(), &format!("identify {LOG} -o plant.json"));
     done(folder.path(), "design plant.json -o pid.json --max-rate 0.4rad/s --plots plots");
-    let pid = json(&folder.path().join("pid.json"));
+    let pid = read_json(&folder.path().join("pid.json"));
     let sample_time = pid["sample_time_s"].as_f64().unwrap();
     let loops = pid["evidence"]["fmu_loops"].as_array().unwrap();
     let masters: Vec<&str> = loops.iter().map(|l| l["master"].as_str().unwrap()).collect();

@@ -1,6 +1,6 @@
 //! `steerwright sweep` over the packed FMUs: the study in the repository, its results, its exits.
 
-use crate::support::{archives, demo, steerwright, text_of};
+use crate::support::{archives, column, demo, steerwright, text_of};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -47,25 +47,13 @@ fn the_example_runs_and_its_summary_is_that_of_its_rows() {
     let header = "run,speed,IdentifiedPlant.noise_seed,gust,cross_track_rms_m,cross_track_max_m,\
                   off_by_10_cm_s,yaw_error_rms_deg,saturated_s,passed,outcome,status,study";
     assert_eq!(table.lines().next(), Some(header));
-    let cell = |line: &str, index: usize| line.split(',').nth(index).unwrap().to_owned();
-    let largest = table.lines().skip(1).map(|l| cell(l, 5).parse::<f64>().unwrap());
-    let largest = largest.fold(0.0, f64::max);
+    let metric = column(&folder.path().join("one.csv"), "cross_track_max_m");
+    let largest = metric.iter().copied().fold(0.0, f64::max);
     assert_eq!(summary["metrics"][1]["maximum"].as_f64(), Some(largest));
     // The trajectory's own largest error is the metric of its run.
-    let trajectory = fs::read_to_string(folder.path().join("of/run-3.csv")).unwrap();
-    let column = trajectory
-        .lines()
-        .next()
-        .unwrap()
-        .split(',')
-        .position(|n| n == "ReferencePath.cross_track_error")
-        .unwrap();
-    let errors = trajectory.lines().skip(1).map(|l| cell(l, column).parse::<f64>().unwrap().abs());
-    assert_eq!(trajectory.lines().count(), 802);
-    assert_eq!(
-        errors.fold(0.0, f64::max),
-        cell(table.lines().nth(4).unwrap(), 5).parse::<f64>().unwrap()
-    );
+    let errors = column(&folder.path().join("of/run-3.csv"), "ReferencePath.cross_track_error");
+    assert_eq!(errors.len(), 801);
+    assert_eq!(errors.iter().fold(0.0, |most, e| e.abs().max(most)), metric[3]);
 }
 
 #[test]
@@ -184,12 +172,7 @@ fn a_run_is_that_of_simulate_to_the_bit() {
         );
         let simulated = steerwright(folder.path(), &crate::support::words(&line, archives()));
         assert_eq!(simulated.status.code(), Some(0), "{}", text_of(&simulated));
-        let column = |file: &str, name: &str| -> Vec<f64> {
-            let text = fs::read_to_string(folder.path().join(file)).unwrap();
-            let index = text.lines().next().unwrap().split(',').position(|n| n == name).unwrap();
-            let cell = |line: &str| line.split(',').nth(index).unwrap().parse().unwrap();
-            text.lines().skip(1).map(cell).collect()
-        };
+        let recorded = |file: &str, name| column(&folder.path().join(file), name);
         for name in [
             "time",
             "IdentifiedPlant.y",
@@ -198,9 +181,9 @@ fn a_run_is_that_of_simulate_to_the_bit() {
             "LateralPid.steering_angle",
             "LateralPid.saturated",
         ] {
-            let ours = column("run-0.csv", name);
+            let ours = recorded("run-0.csv", name);
             assert_eq!(ours.len(), 601);
-            assert_eq!(ours, column("result.csv", name), "{master}: {name}");
+            assert_eq!(ours, recorded("result.csv", name), "{master}: {name}");
         }
     }
 }

@@ -3,17 +3,10 @@
 mod files;
 mod logs;
 
-use crate::support::{chain, steerwright, text_of, words};
-use std::collections::BTreeSet;
-use std::path::Path;
+use crate::support::{names, run, text_of};
 
-/// Files to write, arguments, and what the error and its hint must say.
+/// Files to write, arguments, and parts of the error and its hint.
 type Case<'a> = (&'a [(&'a str, &'a str)], &'a str, &'a [&'a str]);
-
-fn names(folder: &Path) -> BTreeSet<String> {
-    let entries = std::fs::read_dir(folder).unwrap();
-    entries.map(|e| e.unwrap().file_name().to_string_lossy().into_owned()).collect()
-}
 
 fn refused((files, line, says): Case<'_>) {
     let folder = tempfile::tempdir().unwrap();
@@ -21,7 +14,7 @@ fn refused((files, line, says): Case<'_>) {
         std::fs::write(folder.path().join(name), content).unwrap();
     }
     let before = names(folder.path());
-    let output = steerwright(folder.path(), &words(line, chain()));
+    let output = run(folder.path(), line);
     let text = text_of(&output);
     assert_eq!(output.status.code(), Some(2), "{line}: {text}");
     assert!(output.stdout.is_empty(), "{line}: something on stdout");
