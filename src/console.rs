@@ -1,4 +1,4 @@
-//! What a command prints: results on stdout, everything else on stderr.
+//! The output of a command: results on stdout, everything else on stderr.
 //!
 //! With `--json` stdout has one JSON value, and each line on stderr is a JSON object with one key:
 //! `error`, `warning`, `note` or `progress`. Without it, colour is used where the stream is a
@@ -140,13 +140,13 @@ pub(crate) fn warning(text: impl Display) {
     }
 }
 
-/// What was written, and other facts about the run.
+/// The files written, and other facts about the run.
 pub(crate) fn note(text: impl Display) {
     let text = text.to_string();
     if is_json() { object("note", json!({ "message": text })) } else { line(&text) }
 }
 
-/// What is being done, and for how long.
+/// The present work, and its duration.
 pub(crate) fn progress(text: &str, elapsed: Duration) {
     let seconds = elapsed.as_secs();
     if is_json() {

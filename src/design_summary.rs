@@ -72,7 +72,7 @@ pub(crate) fn summary(pid: &Pid) -> String {
     text.trim_end().to_owned()
 }
 
-/// What bounds the steering at the speed designed for.
+/// The bounds of the steering at the design speed.
 fn limits(pid: &Pid) -> String {
     let (l, speed) = (&pid.limits, pid.designed_for.speed_mps);
     let angle = pid.largest_angle_rad().to_degrees();

@@ -93,7 +93,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     Ok(Outcome::of(&identified.plant.quality))
 }
 
-/// Where the evidence is drawn, if anywhere.
+/// The outputs that the evidence is drawn into.
 struct Shown<'a> {
     plots: Option<(&'a Path, Files)>,
     report: Option<Output>,

@@ -8,7 +8,7 @@ use steerwright_formats::{
     DesignEvidence, PidGains, Quality, SourceFile, Specification, StepMetrics,
 };
 
-/// What came out of a build.
+/// The results of a build.
 #[derive(Serialize)]
 pub(crate) struct Overview<'a> {
     name: &'a str,

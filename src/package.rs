@@ -34,7 +34,7 @@ pub(crate) struct Arguments {
     gate: GateArguments,
 }
 
-/// What was written, for scripts.
+/// The files written, for scripts.
 #[derive(Serialize)]
 struct Written {
     /// Absent for the package of the loop.

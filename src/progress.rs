@@ -12,7 +12,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// What takes less is done in silence.
+/// Shorter work is not reported.
 const SILENT: Duration = Duration::from_secs(2);
 /// Lines follow each other at most this far apart.
 const SELDOM: Duration = Duration::from_secs(60);
@@ -43,7 +43,7 @@ impl Shared {
         from.get_or_insert_with(|| (Instant::now(), done));
     }
 
-    /// What is done, and how long the rest takes if it goes on like that.
+    /// The present work, and the time for the rest at the present rate.
     fn in_words(&self) -> String {
         let what = self.what.lock().unwrap_or_else(PoisonError::into_inner).clone();
         match (self.done.load(Ordering::Relaxed), self.all.load(Ordering::Relaxed)) {
@@ -97,7 +97,7 @@ impl Progress {
         Self { shared, stop: Some(stop), thread: Some(thread) }
     }
 
-    /// What is being done now.
+    /// States the present work.
     pub(crate) fn now(&self, what: impl Into<String>) {
         *self.shared.what.lock().unwrap_or_else(PoisonError::into_inner) = what.into();
         self.shared.all.store(0, Ordering::Relaxed);
@@ -105,7 +105,7 @@ impl Progress {
         *self.shared.from.lock().unwrap_or_else(PoisonError::into_inner) = None;
     }
 
-    /// How much is done.
+    /// States the share that is done.
     pub(crate) fn count(&self, done: usize, all: usize) {
         self.shared.begin(done as u64);
         self.shared.all.store(all as u64, Ordering::Relaxed);

@@ -54,7 +54,7 @@ enum MasterName {
     Jacobi,
 }
 
-/// What was done, for scripts.
+/// The result, for scripts.
 #[derive(Serialize)]
 struct Done {
     file: PathBuf,

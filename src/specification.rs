@@ -1,4 +1,4 @@
-//! What a controller is designed for: options of the command line, and a TOML file with the same names.
+//! The specification of a controller: options of the command line, and a TOML file with the same names.
 //!
 //! ```toml
 //! overshoot = "1%"
@@ -143,7 +143,7 @@ struct Options {
     seed: Option<u64>,
 }
 
-/// What a design needs.
+/// The options of a design.
 pub(crate) struct Specified {
     pub(crate) design: DesignOptions,
     /// The master that the loop is designed for.

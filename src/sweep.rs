@@ -54,7 +54,7 @@ pub(crate) struct Arguments {
     of: Vec<usize>,
 }
 
-/// What was done, for scripts.
+/// The result, for scripts.
 #[derive(Serialize)]
 struct Done {
     file: PathBuf,
@@ -244,7 +244,7 @@ fn text(finished: &Finished) -> String {
     text + &format!("\n{}", console::table(&table))
 }
 
-/// How many runs ended in which way.
+/// The number of runs of each outcome.
 fn outcomes(summary: &Summary) -> String {
     let all: Vec<String> =
         summary.outcomes.iter().map(|o| format!("{} {}", o.runs, o.outcome.name())).collect();

@@ -22,13 +22,13 @@ const HOLDS_WITHIN: f64 = 0.2;
 /// Lateral acceleration beyond which tyres are far from linear, m/s².
 const LINEAR_UP_TO: f64 = 6.0;
 
-/// What to compare.
+/// The options of a comparison.
 pub struct Job {
     /// Two or more, or one with two controllers.
     pub models: Vec<Model>,
     /// A controller is designed for each model without one.
     pub controllers: Vec<ControllerFile>,
-    /// What controllers are designed for.
+    /// The design's options.
     pub design: DesignOptions,
     /// The vehicle that the controllers are compared on.
     pub truth: Option<Truth>,

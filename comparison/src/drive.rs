@@ -29,7 +29,7 @@ pub struct Drive {
     pub remarks: Vec<String>,
 }
 
-/// How a model follows the drive from its steering alone.
+/// The simulation of a drive by a model, from the steering alone.
 pub struct OnDrive {
     /// Fit of the yaw rate, percent.
     pub fit_percent: f64,

@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 
-/// What can go wrong, with its numbers and a [`hint`](Self::hint).
+/// An error of a comparison, with its numbers and a [`hint`](Self::hint).
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// An error, with the file or the model that it concerns.
@@ -10,7 +10,7 @@ pub enum Error {
     In {
         /// The file, model or run.
         what: String,
-        /// What went wrong there.
+        /// The error there.
         source: Box<Error>,
     },
     /// A file has the wrong content.
@@ -209,7 +209,7 @@ impl Error {
         Self::In { what: what.to_string(), source: Box::new(self) }
     }
 
-    /// What the reader can do about it.
+    /// The remedy, for the reader.
     #[must_use]
     pub fn hint(&self) -> String {
         let text = match self {

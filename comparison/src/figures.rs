@@ -115,7 +115,7 @@ fn steps(c: &Comparison) -> Drawn {
     }
 }
 
-/// Where a run was, for a legend.
+/// The plant of a run, for a legend.
 fn on(c: &Comparison, run: &Run) -> String {
     if c.is_own(run) {
         "on its own model".into()

@@ -19,13 +19,13 @@ pub struct Model {
     pub path: PathBuf,
     /// The file's name and hash.
     pub source: SourceFile,
-    /// What the file holds.
+    /// The content of the file.
     pub document: ModelDocument,
-    /// What controllers are designed on.
+    /// The model for the design of controllers.
     pub design: DesignPlant,
 }
 
-/// What a model's file holds.
+/// The content of a model's file.
 pub enum ModelDocument {
     /// `plant.json`.
     Identified(Box<Plant>),

@@ -114,7 +114,7 @@ fn verdict(c: &Comparison) -> Section {
     Section::new("Verdict", blocks)
 }
 
-/// What was held equal.
+/// The conditions that are equal for all controllers.
 fn method(c: &Comparison) -> Section {
     let mut table = Table::new([
         "plant",

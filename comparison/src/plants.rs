@@ -35,7 +35,7 @@ pub struct Plant {
     pub sideslip: Sideslip,
 }
 
-/// What every loop has in common.
+/// The settings of every loop.
 pub(crate) struct Setting<'a> {
     pub(crate) models: &'a [Model],
     pub(crate) controllers: &'a [Controller],

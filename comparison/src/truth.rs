@@ -90,7 +90,7 @@ fn from_data(text: &str, path: &str, name: &str) -> Result<(String, String), Err
     Ok((vehicle.to_json(), remark))
 }
 
-/// What a plant's steering cannot exceed, in steering coordinates.
+/// The limits of a plant's steering, in steering coordinates.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Limits {
     /// Largest angle, rad.

@@ -58,7 +58,7 @@ impl Axis {
         })
     }
 
-    /// Where a value stands: 0 at the low end, 1 at the high one.
+    /// The position of a value: 0 at the low end, 1 at the high one.
     pub(crate) fn fraction(&self, value: f64) -> f64 {
         if self.log {
             (value / self.low).ln() / (self.high / self.low).ln()

@@ -109,7 +109,7 @@ fn distance_to_chord(p: Pixel, a: Pixel, b: Pixel) -> f64 {
     (p.0 - a.0 - along * dx).hypot(p.1 - a.1 - along * dy)
 }
 
-/// What of a polyline lies in the rectangle (Liang and Barsky 1984), as polylines.
+/// The parts of a polyline inside the rectangle (Liang and Barsky 1984), as polylines.
 pub(crate) fn clipped(
     line: &[Pixel],
     (left, top, right, bottom): (f64, f64, f64, f64),

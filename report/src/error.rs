@@ -1,4 +1,4 @@
-//! What can go wrong when a table is read or a figure drawn.
+//! Errors of reading a table and of drawing a figure.
 
 /// Why a table was refused or a figure cannot be drawn.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -19,9 +19,9 @@ pub enum Error {
     Size {
         /// Title of the figure.
         figure: String,
-        /// Width asked for.
+        /// Requested width.
         width: u32,
-        /// Height asked for.
+        /// Requested height.
         height: u32,
         /// Number of panels.
         panels: usize,
@@ -33,7 +33,7 @@ pub enum Error {
         file: String,
         /// Line, from 1; 0 where unknown.
         line: u64,
-        /// What is wrong.
+        /// The fault.
         problem: String,
     },
     /// A column that is needed is not there.
@@ -67,7 +67,7 @@ pub enum Error {
 }
 
 impl Error {
-    /// What the reader can do about it.
+    /// The remedy, for the reader.
     #[must_use]
     pub fn hint(&self) -> &'static str {
         match self {

@@ -1,4 +1,4 @@
-//! What a figure is: panels of series, marks and axes. [`Figure::to_svg`] draws it as SVG; the page of
+//! Figures: panels of series, marks and axes. [`Figure::to_svg`] draws it as SVG; the page of
 //! [`crate::report_html`] has the same figure to zoom into.
 //!
 //! The same figure gives the same bytes. Values that are not finite leave a gap.
@@ -10,7 +10,7 @@ use crate::palette::Color;
 pub struct Figure {
     /// Title above the panels.
     pub title: String,
-    /// What the figure shows in one or two sentences with numbers, for those who do not see it.
+    /// The figure in one or two sentences with numbers, for screen readers.
     pub result: String,
     /// Panels next to each other in one row; 1 stacks them.
     pub columns: usize,
@@ -21,9 +21,9 @@ pub struct Figure {
 /// One pair of axes. The legend stands above it, where it covers no data.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Panel {
-    /// What runs to the right, with its unit.
+    /// Label of the horizontal axis, with its unit.
     pub x_label: String,
-    /// What runs upwards, with its unit.
+    /// Label of the vertical axis, with its unit.
     pub y_label: String,
     /// The curves.
     pub series: Vec<Series>,
@@ -50,17 +50,17 @@ pub struct Series {
     /// For the legend; an empty name has no entry. Series of a figure with the same name are shown and
     /// hidden together, and the legend lists them once.
     pub name: String,
-    /// What the legend adds to the name, such as ` (fit 98 %)`.
+    /// Addition of the legend to the name, such as ` (fit 98 %)`.
     pub note: String,
     /// Points (x, y).
     pub points: Vec<(f64, f64)>,
     /// Whether the points are data, with values under the cursor, and not the outline of a shape.
     pub is_data: bool,
-    /// How it looks.
+    /// Its style.
     pub style: Style,
 }
 
-/// How a curve looks.
+/// Style of a curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Style {
     /// Its colour.
@@ -71,11 +71,11 @@ pub struct Style {
     pub dashed: bool,
     /// Radius of a symbol at each point, in pixels; 0 draws none.
     pub dot: f64,
-    /// What is drawn at each point.
+    /// The symbol at each point.
     pub symbol: Symbol,
 }
 
-/// What is drawn at a point.
+/// A symbol at a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Symbol {
     /// A filled circle.
@@ -92,13 +92,13 @@ pub enum Symbol {
 pub struct Mark {
     /// For the legend; an empty name has no entry.
     pub name: String,
-    /// Where it is.
+    /// Its place.
     pub place: Place,
     /// Its colour; bands are drawn faint.
     pub color: Color,
 }
 
-/// Where a mark is.
+/// Place of a mark.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Place {
     /// A range of x, over the full height.

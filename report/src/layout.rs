@@ -1,4 +1,4 @@
-//! Where the panels of a figure stand: rows by weight, equal left edges, a common x range.
+//! The layout of the panels of a figure: rows by weight, equal left edges, a common x range.
 //!
 //! Panels with the same x label share their range of x, and only the lowest of a column shows it.
 
@@ -102,7 +102,7 @@ pub(crate) fn frames(figure: &Figure, width: u32, height: u32) -> Result<Vec<Fra
     Ok(out)
 }
 
-/// Cells row by row; a row is as high as its heaviest panel asks.
+/// Cells row by row; the height of a row is that of its heaviest panel.
 fn cells(panels: &[Panel], columns: usize, width: f64, height: f64) -> Vec<Area> {
     let weight = |row: &[Panel]| row.iter().fold(0.0, |m: f64, p| m.max(p.weight));
     let total: f64 = panels.chunks(columns).map(weight).sum();

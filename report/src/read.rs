@@ -3,7 +3,7 @@
 use crate::Error;
 use crate::columns::Columns;
 
-/// `traces.csv`: the drive and what the model makes of it. All of equal length; NaN is a gap.
+/// `traces.csv`: the drive and its simulation by the model. All of equal length; NaN is a gap.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Traces {
     /// Time, s.

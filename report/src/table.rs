@@ -142,7 +142,7 @@ impl std::fmt::Display for Table {
     }
 }
 
-/// How wide a column is, and how narrow it may be.
+/// The width of a column, and its smallest width.
 #[derive(Debug, Clone, Copy)]
 struct Size {
     numeric: bool,

@@ -29,12 +29,12 @@ pub(crate) struct Folder {
     command: &'static str,
     force: bool,
     stage: PathBuf,
-    /// What an interruption removes; nothing is removed while it is held.
+    /// The paths that an interruption removes; nothing is removed while it is locked.
     rest: Arc<Mutex<Option<Rest>>>,
     lock: Option<Lock>,
 }
 
-/// What is not to stay when the command does not reach its end.
+/// The paths to remove when the command does not reach its end.
 #[derive(Debug)]
 struct Rest {
     stage: PathBuf,
@@ -43,7 +43,7 @@ struct Rest {
 }
 
 impl Rest {
-    /// What cannot be removed now is removed by the next run.
+    /// Removes the new folder; the next run removes files that remain.
     fn remove_stage(&self) {
         let _ = fs::remove_dir_all(&self.stage);
     }

@@ -1,4 +1,4 @@
-//! Which file a path leads to, whatever it is called.
+//! The identity of the file behind a path, independent of its name.
 
 use std::fs::{self, Metadata};
 use std::path::{Component, Path, PathBuf};

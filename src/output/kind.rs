@@ -10,7 +10,7 @@ use steerwright_report::GENERATOR;
 /// How far a header or a mark may stand from the start of a file.
 const HEAD: u64 = 64 << 10;
 
-/// What is written.
+/// The kind of an output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
     /// A versioned JSON document: its schema without the version, such as `steerwright/plant/`.

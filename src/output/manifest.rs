@@ -9,10 +9,10 @@ use steerwright_formats::SourceFile;
 /// Its name in the folder.
 pub(super) const NAME: &str = "manifest.json";
 const SCHEMA: &str = "steerwright/manifest/1";
-/// What file browsers leave behind.
+/// Files that file browsers create.
 const IGNORED: [&str; 2] = [".DS_Store", "Thumbs.db"];
 
-/// What a command wrote into a folder.
+/// The files that a command wrote into a folder.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Manifest {
     schema: String,

@@ -1,4 +1,4 @@
-//! Where a command writes: decided before it works, written at its end.
+//! The outputs of a command: checked before its work, written at its end.
 //!
 //! - A file that the command reads is never written over, whatever it is called.
 //! - An existing file is written over where it is this program's own output of the same kind, or
@@ -28,7 +28,7 @@ pub(crate) use kind::Kind;
 
 const FORCE: &str = "name another file, or add --force to write over this one";
 
-/// What holds for all outputs of a command.
+/// The rules for all outputs of a command.
 #[derive(Debug)]
 struct Rules {
     force: bool,
@@ -143,7 +143,7 @@ pub(crate) struct Output {
     rules: Rc<Rules>,
 }
 
-/// Where bytes go.
+/// The destination of bytes.
 enum Destination {
     Stdout,
     /// A device, a FIFO or an open file.
@@ -198,7 +198,7 @@ impl Output {
         }
     }
 
-    /// Where bytes go, if they may.
+    /// The destination of bytes, if they may be written there.
     fn destination(&self) -> Result<Destination, Failure> {
         let refused = |problem: &str, hint: &str| {
             Err(Failure::new(format!("{self}: {problem}"), hint.to_owned()))
@@ -276,7 +276,7 @@ fn folder_of(path: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-/// A new file under a name that nobody can foresee, put in its place by one rename.
+/// A new file under a random name, moved to its place by one rename.
 fn replace(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
     fs::create_dir_all(folder)?;

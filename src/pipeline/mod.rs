@@ -26,9 +26,9 @@ use steerwright_sysid::IdentifyOptions;
 pub(crate) struct Job {
     /// The drive.
     pub(crate) log: DriveLog,
-    /// How to identify.
+    /// The identification's options.
     pub(crate) identify: IdentifyOptions,
-    /// What to design for.
+    /// The design's options.
     pub(crate) design: DesignOptions,
     /// Vehicle data (TOML) for a bicycle model to compare with.
     pub(crate) vehicle: Option<Text>,
@@ -108,7 +108,7 @@ impl Basis {
         }
     }
 
-    /// What its files' names end in.
+    /// The end of its files' names.
     fn suffix(self) -> &'static str {
         match self {
             Self::Identified => "",

@@ -50,12 +50,12 @@ impl Writer {
         self.bytes(&format!("{folder}/{}.fmu", packed.fmu.name()), &packed.bytes)
     }
 
-    /// What was written, in order.
+    /// The files written, in order.
     pub(crate) fn into_written(self) -> Vec<SourceFile> {
         self.written
     }
 
-    /// What was written so far.
+    /// The files written so far.
     pub(crate) fn written(&self) -> &[SourceFile] {
         &self.written
     }

@@ -38,7 +38,7 @@ pub(crate) struct Wired {
     pub(crate) scaled: HashMap<(String, String), Linear>,
     /// The files that were read.
     pub(crate) files: Vec<PathBuf>,
-    /// What of a package was ignored.
+    /// Ignored parts of a package.
     pub(crate) remarks: Vec<String>,
     pub(crate) grid: Grid,
 }

@@ -12,12 +12,12 @@ use crate::study::{Kind, Vary};
 
 /// The least share of a normal distribution that its bounds may leave.
 const LEAST_SHARE: f64 = 1e-3;
-/// How many standard deviations a normal distribution is taken to reach.
+/// Standard deviations that a normal distribution is taken to reach.
 const REACH: f64 = 6.0;
 /// More points than this are taken for a slip.
 const MOST_POINTS: usize = 1_000_000;
 
-/// How a quantity's values come about.
+/// The distribution of a quantity.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Distribution {
     Uniform {

@@ -1,11 +1,11 @@
-//! What can go wrong with a study.
+//! Errors of a study.
 
 use std::path::PathBuf;
 
 /// A place in a study.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Place {
-    /// What errors call the study.
+    /// The name of the study in errors.
     pub file: String,
     /// The line, from 1.
     pub line: usize,
@@ -44,7 +44,7 @@ pub enum Error {
 }
 
 impl Error {
-    /// What to do about it.
+    /// The remedy.
     #[must_use]
     pub fn hint(&self) -> String {
         match self {

@@ -24,13 +24,13 @@ pub(crate) struct Column {
 pub struct Condition {
     /// The quantity's name.
     pub quantity: String,
-    /// How it is compared.
+    /// The comparison.
     pub is: Relation,
-    /// What it is compared with, in the study's unit.
+    /// The number it is compared with, in the study's unit.
     pub value: f64,
 }
 
-/// How a quantity is compared with a number.
+/// The comparison of a quantity with a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Relation {
@@ -53,12 +53,12 @@ pub struct Failing {
     pub of: usize,
 }
 
-/// What goes with a failure.
+/// A condition associated with a failure.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Cause {
     /// The runs that it is about; all of them where absent.
     pub among: Option<Condition>,
-    /// What the failing runs have in common.
+    /// The condition of the failing runs.
     pub condition: Condition,
     /// Runs with the condition.
     pub with: Failing,

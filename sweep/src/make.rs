@@ -14,7 +14,7 @@ use crate::prepare::Sweep;
 use crate::results::{row, shortest};
 use crate::rig::{Ended, Rig};
 
-/// How to run a study.
+/// The options of a run of a study.
 pub struct Options<'a> {
     /// The results file; `-` is stdout.
     pub results: &'a Path,
@@ -39,7 +39,7 @@ pub struct Options<'a> {
     pub progress: &'a (dyn Fn(usize) + Sync),
 }
 
-/// What became of a run.
+/// The end of a run.
 pub(crate) struct Made {
     /// Nothing, where it was stopped or could not be begun.
     pub(crate) row: Option<(Outcome, Vec<u8>)>,

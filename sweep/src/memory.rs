@@ -1,8 +1,8 @@
-//! Metrics, computed while a run goes on: a few numbers each, no trajectory.
+//! Metrics, computed during a run: a few numbers each, no trajectory.
 
 use crate::metric::{Kind, Metric, Target};
 
-/// What a metric remembers in a run.
+/// The state of a metric in a run.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Memory {
     count: f64,

@@ -16,7 +16,7 @@ pub(crate) const OFF_PATH_BEYOND_M: f64 = 1.75;
 /// A heading error beyond this is that of a vehicle that spins, rad.
 const SPINS_BEYOND_RAD: f64 = std::f64::consts::FRAC_PI_2;
 
-/// What a metric makes of its variable over its window.
+/// The functional of a variable over the window of a metric.
 #[derive(Debug, Clone, Copy, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Kind {
@@ -30,7 +30,7 @@ pub(crate) enum Kind {
     MaxAbs,
     /// Value at the window's last communication point.
     Final,
-    /// How long, in s, a bound is passed.
+    /// Time beyond a bound, s.
     Time,
     /// When, in s, a bound is first passed; `inf` if never.
     FirstTime,
@@ -147,7 +147,7 @@ impl Shows {
     }
 }
 
-/// What is subtracted from a metric's variable.
+/// The reference that is subtracted from a metric's variable.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Target {
     Nothing,
@@ -178,16 +178,16 @@ impl Metric {
     }
 }
 
-/// What a run ended with.
+/// The result of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Outcome {
     /// Its metrics.
     Done(Vec<f64>),
-    /// What went wrong, in one line.
+    /// The error, in one line.
     Failed(String),
 }
 
-/// What became of a run, from the best to the worst.
+/// The class of a run, from the best to the worst.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Class {

@@ -67,7 +67,7 @@ impl Sweep {
         self.plan.runs()
     }
 
-    /// What of a system structure package was ignored.
+    /// Ignored parts of a system structure package.
     #[must_use]
     pub fn remarks(&self) -> &[String] {
         &self.remarks

@@ -128,7 +128,7 @@ fn line(cells: &[String]) -> Vec<u8> {
     writer.into_inner().unwrap_or_default()
 }
 
-/// What a file holds: its rows, where the last whole one ends, and whether its header is whole.
+/// The content of a file: its rows, where the last whole one ends, and whether its header is whole.
 type Held = (Vec<Outcome>, u64, bool);
 
 fn read(sweep: &Sweep, mut file: impl Read, path: &Path) -> Result<Held, Error> {

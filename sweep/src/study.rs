@@ -98,7 +98,7 @@ pub(crate) enum Coupling {
 #[derive(Debug, Clone, Copy, Deserialize, Default, PartialEq, Eq)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Instances {
-    /// Those that are known to reset exactly.
+    /// One instance serves several runs where its reset is exact.
     #[default]
     Auto,
     /// A new one for each run.

@@ -25,15 +25,15 @@ pub struct Summary {
     pub first_error: Option<String>,
     /// Runs that did everything required, where anything is.
     pub passed: Option<Requirement>,
-    /// What became of the runs, from the best to the worst.
+    /// The outcomes of the runs, from the best to the worst.
     pub outcomes: Vec<ClassSummary>,
-    /// What goes with the failures: all of them first, then each kind where there are several.
+    /// Conditions associated with the failures: all of them first, then each kind where there are several.
     pub failures: Vec<FailureSummary>,
     /// The metrics, in the order of the study.
     pub metrics: Vec<MetricSummary>,
 }
 
-/// How many runs ended in a way.
+/// The number of runs of an outcome.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct ClassSummary {
     /// How.
@@ -49,11 +49,11 @@ pub struct FailureSummary {
     pub outcome: Option<Class>,
     /// Runs that fail like this.
     pub runs: usize,
-    /// What they have in common, the most informative first; empty where no quantity explains them.
+    /// Their conditions, the most informative first; empty where no quantity explains them.
     pub causes: Vec<Cause>,
 }
 
-/// How many runs did what is required. A run that ended in an error did not.
+/// The number of runs that meet the requirements. A run that ended in an error does not.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Requirement {
     /// Runs that did.

@@ -31,7 +31,7 @@ pub(crate) fn find<'a>(
     Ok((index, all[index].variable(name).map_err(located)?))
 }
 
-/// What is set in each run: by instance and variable.
+/// The values set in each run: by instance and variable.
 pub(crate) type Assignments = HashMap<(usize, String), Assigned>;
 
 /// The values of the package, of `[set]` and of `[[vary]]`, and the varied quantities.

@@ -59,7 +59,7 @@ struct Signals {
     steering: PidOutput,
 }
 
-/// What a unit does, as its FMU's README says it.
+/// The behaviour of a unit, as in its FMU's README.
 struct Units {
     plant: IdentifiedPlant,
     law: GuidanceParameters,

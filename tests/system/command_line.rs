@@ -31,7 +31,7 @@ fn each_stage_prints_the_file_it_writes() {
     let pid = read_json(&folder.path().join("pid.json"));
     assert!((pid["limits"]["max_angle_rad"].as_f64().unwrap() - 20f64.to_radians()).abs() < 1e-12);
     assert_eq!(pid["specification"]["steady_state_error_percent"], 1.5);
-    // A controller brings its feedforward to the path; the road fits the speed asked for.
+    // A controller brings its feedforward to the path; the road fits the stated speed.
     let path = read_json(&folder.path().join("path.json"));
     assert_eq!(path["speed_mps"], 15.0);
     assert!(path["guidance"]["feedforward_gain_radm"].as_f64().unwrap() > 0.0);
@@ -296,7 +296,7 @@ fn build_does_in_one_command_what_the_stages_do_one_by_one() {
     }
     assert_eq!(built["controllers"].as_array().unwrap().len(), 2);
     assert!(folder.path().join("out/report.html").is_file());
-    // A controller that cannot meet what is asked for: the work is done, exit status 1.
+    // A controller that cannot meet its specification: the work is done, exit status 1.
     let line = "build {data}/multibody/drive.csv --input-channel steering_command_rad --settling 0.1s --out b";
     let output = run(folder.path(), line);
     assert_eq!(output.status.code(), Some(1), "{}", text_of(&output));

@@ -25,7 +25,7 @@ fn initialized(archive: &Archive) -> Instance {
     instance
 }
 
-/// The parameters that the FMU says it has.
+/// The parameters that the FMU reports.
 fn parameters(pid: &mut Instance) -> PidParameters {
     let mut real = |name: &str| pid.real(name).unwrap();
     PidParameters {

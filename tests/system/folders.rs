@@ -123,7 +123,7 @@ fn files_that_it_did_not_write_are_never_removed() {
         );
     }
     fs::remove_file(out.join("notes.txt")).unwrap();
-    // A file that was changed since is replaced when asked to; so is the folder of another command.
+    // A file that was changed since is replaced with --force; so is the folder of another command.
     fs::write(out.join("pid.json"), "{}").unwrap();
     let text = run(folder.path(), &build, &[2]);
     assert!(text.contains("changed since build wrote them: pid.json"), "{text}");

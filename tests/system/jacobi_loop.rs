@@ -14,7 +14,7 @@ fn done(folder: &Path, line: &str) {
     assert_ne!(output.status.code(), Some(2), "{line}: {}", text_of(&output));
 }
 
-/// How far the vehicle itself is from the road, RMS in m, whatever the estimator makes of it.
+/// RMS distance of the vehicle from the road, m, by its true position.
 fn cross_track(road: &PathFile, csv: &Path) -> f64 {
     let geometry = steerwright_loading::path_geometry(road).unwrap();
     let [x, y] = ["IdentifiedPlant.x", "IdentifiedPlant.y"].map(|name| column(csv, name));

@@ -158,7 +158,7 @@ fn a_foreign_file_is_kept_and_force_replaces_it() {
             assert_eq!(fs::read_to_string(&out).unwrap(), content, "{line}");
         }
         done(here, &format!("{line} --force"));
-        // Its own output is written over without being asked.
+        // Its own output is replaced without --force.
         done(here, &line);
         fs::remove_file(&out).unwrap();
         // Nothing can be lost of an empty file.
@@ -256,7 +256,7 @@ fn links_and_permissions_are_kept() {
     fs::set_permissions(&file, fs::Permissions::from_mode(0o640)).unwrap();
     done(here, line);
     assert_eq!(fs::metadata(&file).unwrap().mode() & 0o777, 0o640);
-    // What is protected is not written over unasked.
+    // A read-only file is not replaced without --force.
     fs::set_permissions(&file, fs::Permissions::from_mode(0o440)).unwrap();
     refused(here, line, &["read-only", "--force"]);
     done(here, &format!("{line} --force"));

@@ -79,7 +79,7 @@ fn recordings_and_segments_become_paths() {
     assert_eq!(bend["guidance"]["sideslip_per_yaw_rate_s"], -0.04);
     assert_eq!(bend["guidance"]["cross_track_integral_gain_per_s"], 0.05);
     assert!(said.contains("curvature up to 0.0100 1/m"), "{said}");
-    // What is not asked for is not in the file.
+    // The file holds no option that was not stated.
     assert!(driven["guidance"].get("cross_track_integral_gain_per_s").is_none());
     let output = run(folder, "path road.toml --cross-track-integral -1/s");
     assert!(text_of(&output).contains("cross_track_integral_gain_per_s"), "{}", text_of(&output));

@@ -230,7 +230,7 @@ fn with_an_estimator_the_loop_is_closed_through_it() {
         "ReferencePath.steering_feedforward -> LateralPid.steering_feedforward",
     ];
     assert_eq!(wired, expected);
-    // The plant's position is no old one, and of no antenna; what the file says is overruled, in the
+    // The plant's position is no old one, and of no antenna; the values of the file are replaced, in the
     // archive itself too.
     let estimator = Archive::open(folder.join("PoseEstimator.fmu")).unwrap();
     for (name, value) in

@@ -86,7 +86,7 @@ fn the_same_reset_or_new_for_every_fmu_of_ours() {
     }
 }
 
-/// The road asks for 4 m/s² at 15 m/s: below a friction of about 0.45 the car slides off it.
+/// The road needs 4 m/s² at 15 m/s: below a friction of about 0.45 the car slides off it.
 #[test]
 fn what_explains_the_failures_is_named() {
     let folder = tempfile::tempdir().unwrap();

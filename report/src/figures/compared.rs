@@ -7,7 +7,7 @@ use crate::palette::{BLUE, Color, GREY, nth};
 use crate::{Figure, Mark, Panel, Place, Series, StepResponse, Style, Track};
 use steerwright_formats::PathPoint;
 
-/// What was measured, under what is simulated.
+/// The measurement, drawn under the simulations.
 const HALO: Color = Color(185, 185, 185);
 
 /// The validation data of a drive. NaN is a gap.
@@ -21,7 +21,7 @@ pub struct Driven<'a> {
     pub yaw_rad: &'a [f64],
 }
 
-/// What a model makes of the drive's steering, sample by sample.
+/// The simulation of the drive's steering by a model, sample by sample.
 #[derive(Debug, Clone, Copy)]
 pub struct Simulated<'a> {
     /// The model's name.
@@ -88,7 +88,7 @@ fn zero() -> Mark {
     Mark::new("", Place::YLine(0.0), GREY)
 }
 
-/// The reference road in the plane, and its curvature, with the lateral acceleration that it asks for
+/// The reference road in the plane, and its curvature, with the lateral acceleration that it needs
 /// at a speed in the legend.
 #[must_use]
 pub fn road_and_curvature(points: &[PathPoint], closed: bool, speed: f64) -> Figure {

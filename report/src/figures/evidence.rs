@@ -1,4 +1,4 @@
-//! How far a model can be trusted: prediction, residuals, frequency response, poles and zeros.
+//! The reliability of a model: prediction, residuals, frequency response, poles and zeros.
 
 use super::{DEG, text};
 use crate::palette::{BLACK, BLUE, Color, GREY, VERMILION};

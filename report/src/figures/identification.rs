@@ -1,11 +1,11 @@
-//! How good the identified model is: against the measurement, by frequency, by order.
+//! Figures of the identified model: against the measurement, by frequency, by order.
 
 use super::{DEG, text};
 use crate::palette::{BLACK, BLUE, GREEN, GREY, VERMILION};
 use crate::{Figure, Mark, Panel, Place, Series, Style, Symbol, Traces};
 use steerwright_formats::{Excitation, Fits, OrderRow};
 
-/// How much of a long drive is shown magnified, s.
+/// Length of the magnified part of a long drive, s.
 const NEAR_S: f64 = 20.0;
 
 /// Measured and simulated yaw rate and yaw (the paper's Fig. 3), with the fits in the legend and

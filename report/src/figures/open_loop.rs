@@ -15,9 +15,9 @@ pub struct OpenLoop {
     pub real: Vec<f64>,
     /// Imaginary part.
     pub imaginary: Vec<f64>,
-    /// What the margins are.
+    /// The margins.
     pub margins: Margins,
-    /// The modulus margin asked for.
+    /// The required modulus margin.
     pub required_modulus_margin: Option<f64>,
 }
 

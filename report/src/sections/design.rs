@@ -39,7 +39,7 @@ pub(crate) fn bicycle(bicycle: &Bicycle, fit: Option<f64>) -> Section {
     Section::new("The bicycle model", blocks)
 }
 
-/// Gains, what was asked and what was reached.
+/// Gains, requirements and reached figures.
 pub(crate) fn controller(controller: &Controller<'_>) -> Section {
     let pid = controller.pid;
     let (s, e) = (&pid.specification, &pid.evidence);
@@ -133,7 +133,7 @@ fn shortfall(s: &Shortfall) -> String {
     format!("{}: asked {asked}, reached {reached}", name.replace('_', " "))
 }
 
-/// What was asked, and what is reached on the model designed on, in the loop where there is one,
+/// Requirements and reached figures on the model designed on, in the loop where there is one,
 /// and on that model with the steering offset.
 fn requirements(pid: &Pid, in_loop: Option<&StepMetrics>) -> Table {
     let (s, e) = (&pid.specification, &pid.evidence);
@@ -145,7 +145,7 @@ fn requirements(pid: &Pid, in_loop: Option<&StepMetrics>) -> Table {
     }
     headers.push("with steering offset");
     let mut table = Table::new(headers);
-    // A row: how a step's figure reads, and whether it is within what was asked, where it was.
+    // A row: the text of a step's figure, and whether it meets the requirement, if there is one.
     type Figure<'f> = &'f dyn Fn(&StepMetrics) -> String;
     type Within<'f> = &'f dyn Fn(&StepMetrics) -> bool;
     let mut row = |name: &str, asked: String, figure: Figure<'_>, within: Option<Within<'_>>| {

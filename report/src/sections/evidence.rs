@@ -1,4 +1,4 @@
-//! How far the model can be trusted.
+//! The section on the reliability of the model.
 
 use super::{optional, significant, value};
 use crate::figures::{self, text};

@@ -127,7 +127,7 @@ pub(crate) fn model(plant: &Plant, traces: Option<&Traces>, bicycle_fit: Option<
     Section::new("The identified model", blocks)
 }
 
-/// How the data were reduced, for people.
+/// The reduction of the data, for people.
 #[must_use]
 pub fn factor_in_words(f: &DataFactor) -> String {
     let condition = |c: Option<f64>| c.map_or_else(|| "infinite".into(), |c| format!("{c:.1e}"));

@@ -1,7 +1,7 @@
 //! Drives of [linear cars](LinearCar).
 //!
 //! The car is integrated in steps of 2 ms (Runge–Kutta of order 4, the steering angle a straight line
-//! within a step), so that its response is right to 1e-6. What the logger makes of it is stated by
+//! within a step), so that its response is right to 1e-6. The logger is described by
 //! [`LinearDrive`]: rate, quantisation, play, gusts, noise.
 
 use crate::Random;

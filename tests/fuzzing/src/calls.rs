@@ -24,7 +24,7 @@ use steerwright_slaves::{
 /// Calls in one sequence, at most.
 const LONGEST: usize = 400;
 
-/// Runs the sequence that the bytes say.
+/// Runs the sequence that the bytes encode.
 pub(crate) fn calls(bytes: &[u8]) {
     let mut cursor = Cursor::new(bytes);
     match chosen(cursor.byte()) {

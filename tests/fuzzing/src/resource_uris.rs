@@ -13,7 +13,7 @@ pub(crate) fn resource_uris(bytes: &[u8]) {
             Err(problem) => assert!(!problem.is_empty()),
         }
     }
-    // A path that is escaped as RFC 8089 asks comes back as it was.
+    // A path that is escaped by RFC 8089 is returned unchanged.
     if bytes.first() == Some(&b'/') && bytes.get(1) != Some(&b'/') && !bytes.contains(&0) {
         let mut location = b"file://".to_vec();
         for &byte in bytes {

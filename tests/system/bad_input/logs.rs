@@ -92,7 +92,7 @@ fn logs() {
             &log("time_s,steer_rad,steer_rad,v_mps", |_, _| {}),
             &["log.csv:1: the header names the column `steer_rad` twice"],
         ),
-        // Seconds said to be nanoseconds.
+        // Seconds declared as nanoseconds.
         (&good.replace("time_s", "time_ns"), &["check the time column and its unit"]),
     ] {
         refused((&[("log.csv", content)], identify, says));

@@ -100,7 +100,7 @@ fn unpack(package: &Path, to: &Path) -> Result<(), String> {
     if status.success() { Ok(()) } else { Err(format!("{line}: {status}")) }
 }
 
-/// A field of the newest version of a package that apt knows of.
+/// A field of the newest version of a package in the lists of apt.
 fn field(package: &str, name: &str) -> Result<String, String> {
     let mut apt = Command::new("apt-cache");
     apt.args(["show", "--no-all-versions", package]).env("LC_ALL", "C");

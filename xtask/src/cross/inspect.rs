@@ -63,7 +63,7 @@ const WINDOWS: [&str; 5] =
     ["advapi32.dll", "bcryptprimitives.dll", "kernel32.dll", "msvcrt.dll", "ntdll.dll"];
 const MACOS: [&str; 2] = ["/System/Library/", "/usr/lib/"];
 
-/// Checks a library and says in a line what it asks of the system.
+/// Checks a library and returns its requirements on the system, in a line.
 pub(crate) fn inspect(platform: Platform, name: &str, file: &Path) -> Result<String, String> {
     let bytes = fs::read(file).map_err(|e| format!("{}: {e}", file.display()))?;
     check(platform, name, &bytes).map_err(|e| format!("{}: {e}", file.display()))

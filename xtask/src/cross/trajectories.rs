@@ -225,7 +225,7 @@ fn wine(program: &str) -> Result<Command, String> {
     Ok(wine)
 }
 
-/// Ends wine's services, which would go on for a while.
+/// Ends wine's services, which would run longer than the program.
 fn stop_wine() {
     let stopped = ["wineserver", "wineserver64"].into_iter().find_map(|program| {
         let mut wineserver = wine(program).ok()?;

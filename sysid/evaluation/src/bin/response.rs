@@ -231,7 +231,7 @@ impl Found {
 struct Continuous(StateSpace);
 
 impl Continuous {
-    /// H (jω − F)⁻¹ G + D, by the model that a short hold makes of it: its step is a thousandth of the
+    /// H (jω − F)⁻¹ G + D, by its discretisation with a short hold: the step is a thousandth of the
     /// period.
     fn frequency(&self, hz: f64) -> (f64, f64) {
         let step = 1e-3 / hz;

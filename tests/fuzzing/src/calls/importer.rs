@@ -44,7 +44,7 @@ pub(super) struct Importer<S: Slave> {
 /// A call on the importer's instance, its status checked.
 macro_rules! call {
     ($self:ident, $function:ident($($argument:expr),*)) => {{
-        // SAFETY: a live instance of `S`; pointers are NULL or point to as many values as said.
+        // SAFETY: a live instance of `S`; pointers are NULL or point to the stated number of values.
         let status = unsafe { c::$function::<S>($self.component, $($argument),*) };
         $self.took(stringify!($function), status)
     }};
