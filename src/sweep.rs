@@ -215,9 +215,9 @@ fn complete(arguments: &Arguments, finished: &Finished) -> Result<(), Failure> {
     Err(match &finished.fatal {
         Some(fatal) => Failure::new(
             format!("{fatal}\nno function of that FMU may be called any more; {held}"),
-            "go on with --resume, or have --isolate go on by itself",
+            "continue with --resume; with --isolate such a run is a row and the sweep continues",
         ),
-        None => Failure::new(format!("interrupted: {held}"), "go on with --resume"),
+        None => Failure::new(format!("interrupted: {held}"), "continue with --resume"),
     })
 }
 

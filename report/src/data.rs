@@ -242,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn what_two_series_share_is_stored_once_and_what_is_too_long_is_thinned_out() {
+    fn shared_columns_are_stored_once_and_long_ones_are_thinned_out() {
         let x: Vec<f64> = (0..50_000).map(|k| f64::from(k) * 0.01).collect();
         let noise: Vec<f64> = (0..50_000u32).map(|k| f64::from(k * 7919 % 1009)).collect();
         let series = |name| Series::over(name, &x, (&noise, 1.0), Style::line(BLUE));

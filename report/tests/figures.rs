@@ -200,7 +200,7 @@ fn a_value_that_is_no_number_is_a_gap() {
 }
 
 #[test]
-fn nothing_to_draw_and_no_room_are_errors_that_say_so() {
+fn nothing_to_draw_and_no_room_are_errors() {
     let empty = Figure::new("Empty", vec![Panel::new("x", "y")]);
     assert_eq!(empty.to_svg(900, 400), Err(Error::NoData { figure: "Empty".into(), panel: 1 }));
     let nan =

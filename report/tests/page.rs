@@ -142,7 +142,7 @@ fn a_long_drive_does_not_make_a_large_page() {
 }
 
 #[test]
-fn every_requirement_says_whether_it_is_met() {
+fn every_requirement_is_marked_met_or_not_met() {
     let row = |page: &str, requirement: &str| -> Vec<String> {
         let document = parse(page);
         let first = |n: &roxmltree::Node<'_, '_>| {

@@ -31,7 +31,7 @@ pub enum Error {
     System { at: Place, source: Box<steerwright_host::Error> },
     #[error("{at}: no run gets past its first step: {source}")]
     FirstStep { at: Place, source: Box<steerwright_host::Error> },
-    #[error("{}: cannot be gone on with: {problem}", path.display())]
+    #[error("{}: cannot be resumed: {problem}", path.display())]
     Resume { path: PathBuf, problem: String },
     #[error("{}: holds the first {rows} of {runs} runs of this study", path.display())]
     Unfinished { path: PathBuf, rows: usize, runs: usize },
@@ -62,7 +62,7 @@ impl Error {
                     .to_owned()
             }
             Self::Unfinished { .. } => {
-                "go on with --resume, or write over it with --force".to_owned()
+                "continue with --resume, or replace it with --force".to_owned()
             }
             Self::NoSuchRun { .. } => "name runs that the study has".to_owned(),
             Self::Process { .. } => "see its messages above; or run without --isolate".to_owned(),

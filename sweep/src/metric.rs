@@ -231,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn a_path_is_left_beyond_half_a_lane_or_what_the_study_allows() {
+    fn a_path_is_left_beyond_half_a_lane_or_the_limit_of_the_study() {
         let of = |kind, factor, allowed| {
             shows("ReferencePath.cross_track_error", kind, factor, allowed).unwrap().beyond
         };

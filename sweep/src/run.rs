@@ -1,9 +1,9 @@
 //! The runs of a study on some threads, their rows in order.
 //!
-//! Each thread has instances and buffers of its own and takes the next run that nobody has; rows
+//! Each thread has instances and buffers of its own and takes the next free run; rows
 //! wait until those before them are written. A run that an FMU refuses is a row with its error.
 //! After `fmi2Fatal` nothing of that FMU may be called any more in this process: the sweep ends
-//! there, and can be gone on with in another process.
+//! there, and can be resumed in another process.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};

@@ -52,7 +52,7 @@ fn the_bicycle_is_identified_packed_and_follows_its_traces() {
 }
 
 #[test]
-fn what_does_not_fit_the_structure_is_refused() {
+fn options_outside_the_structure_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let wheel = "{data}/comma2k19/steering_wheel_angle.csv {data}/comma2k19/gyro.csv --steering-ratio 16 --output-channel=-gyro_down_radps";
     for (line, problem) in [

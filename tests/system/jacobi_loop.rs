@@ -66,7 +66,7 @@ fn as_predicted(folder: &Path, road: &PathFile) {
 }
 
 #[test]
-fn a_design_that_knows_of_path_and_estimator_tracks_under_jacobi() {
+fn a_design_with_the_delays_of_path_and_estimator_tracks_under_jacobi() {
     let folder = tempfile::tempdir().unwrap();
     let [path, estimator] = driven(folder.path(), "jacobi");
     let [path_unaware, estimator_unaware] = driven(folder.path(), "gauss-seidel");

@@ -143,7 +143,7 @@ fn centimetre_fixes_keep_the_car_on_the_road() {
 
 /// A vehicle whose course is not its yaw.
 #[test]
-fn sideslip_is_known_to_estimator_and_path() {
+fn sideslip_is_a_parameter_of_estimator_and_path() {
     let bicycle: Bicycle = document(&demo().folder.join("multibody/bicycle.json"));
     let path: PathFile = document(&demo().folder.join("multibody/path.json"));
     let parameters = steerwright_loading::bicycle_parameters(&bicycle.vehicle);

@@ -294,7 +294,7 @@ fn the_help_names_the_process_of_the_binaries() {
 }
 
 #[test]
-fn a_system_is_written_of_what_is_there_alone() {
+fn a_system_is_written_of_existing_variables_only() {
     let read = |name: &str| std::fs::read_to_string(chain().join(name)).unwrap();
     let library = [Binary { platform: "linux64", bytes: b"none" }];
     let [plant, pid] = ["plant.json", "pid.json"].map(|name| {

@@ -110,7 +110,7 @@ count = 3
 }
 
 #[test]
-fn what_is_added_to_a_study_leaves_its_draws() {
+fn additions_to_a_study_leave_its_draws() {
     let Some(folder) = folder(|_, xml| xml) else { return };
     let (before, _) = results(folder.path(), &study(5), 1);
     let more = "[[vary]]\nvariables = [\"plant.gain\"]\ndistribution = \"log-uniform\"\n\

@@ -108,7 +108,7 @@ fn field(package: &str, name: &str) -> Result<String, String> {
     String::from_utf8_lossy(&output.stdout)
         .lines()
         .find_map(|line| Some(line.strip_prefix(name)?.strip_prefix(": ")?.to_owned()))
-        .ok_or_else(|| format!("apt knows no package {package}"))
+        .ok_or_else(|| format!("no package {package} in the lists of apt"))
 }
 
 /// The dependency of a package whose name begins so.

@@ -235,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_library_is_refused() {
+    fn files_other_than_libraries_are_refused() {
         assert!(check(Platform::Linux64, "LateralPid", b"no library").is_err());
         // This test's own program is for some platform, and has none of the functions.
         let own = fs::read(env::current_exe().unwrap()).unwrap();
