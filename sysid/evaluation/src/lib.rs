@@ -1,6 +1,7 @@
 //! What the evaluation programs share; the known systems are those of the tests of `sysid`.
 
 mod halves;
+mod initial;
 #[path = "../../tests/known/mod.rs"]
 mod known;
 mod linear_car;
@@ -12,6 +13,7 @@ pub mod peers;
 mod python;
 
 pub use halves::swapped_halves;
+pub use initial::initial_estimate;
 pub use known::*;
 pub use linear_car::LinearCar;
 pub use linear_drive::{Course, LinearDrive, LinearLog, Steering};

@@ -10,12 +10,10 @@
 use clap::Parser;
 use faer::Mat;
 use std::path::{Path, PathBuf};
-use steerwright_evaluation::{Random, response_distance};
+use steerwright_evaluation::{Random, initial_estimate, response_distance};
 use steerwright_sysid::model::initial_state;
-use steerwright_sysid::model::stability::{largest_radius, stable_shift};
 use steerwright_sysid::pem::{Focus, Stop, refine_prediction};
-use steerwright_sysid::subspace::{Factor, noise_model, refit_output, shift_realization, subspace};
-use steerwright_sysid::{DataSet, Error, Innovation, StateSpace, Weighting, fit_percent, simulate};
+use steerwright_sysid::{DataSet, Error, Innovation, StateSpace, fit_percent, simulate};
 
 const STOP: Stop = Stop { steps: 40, least_gain: 1e-9 };
 const SAMPLES: usize = 2000;
@@ -131,20 +129,10 @@ fn experiment(feedback: f64, kind: NoiseKind, drives: usize) -> Result<(), Error
     Ok(())
 }
 
-/// MOESP with 15 block rows, stabilised, then refined.
+/// The initial estimate, refined.
 fn estimate(data: &DataSet, order: usize, focus: Focus) -> Result<StateSpace, Error> {
-    let factor = Factor::new(data, 15)?;
-    let sub = subspace(&factor, Weighting::Moesp)?;
-    let (mut a, c) = shift_realization(&sub, order, data.outputs())?;
-    let radius = largest_radius(data.samples());
-    // Where A is stable already, this leaves it as it is.
-    if let Some(stable) = stable_shift(sub.basis.as_ref(), order, data.outputs(), radius) {
-        a = stable;
-    }
-    let refit = refit_output(a.as_ref(), c.as_ref(), data, false, false)?;
-    let gain = noise_model(&factor, &refit.model)?.gain;
-    let start = Innovation { model: refit.model, gain };
-    let found = refine_prediction(&start, &refit.x0, data, false, focus, STOP, 0.9999)?;
+    let (start, x0s) = initial_estimate(data, order)?;
+    let found = refine_prediction(&start, &x0s, data, false, focus, STOP, 0.9999)?;
     Ok(found.innovation.model)
 }
 

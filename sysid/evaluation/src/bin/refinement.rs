@@ -12,14 +12,13 @@
 use clap::Parser;
 use faer::{Mat, MatRef};
 use std::io::Write;
+use std::path::Path;
 use std::process::Stdio;
 use std::time::Instant;
-use steerwright_evaluation::Random;
 use steerwright_evaluation::measure::peak_memory;
-use steerwright_sysid::model::stability::{largest_radius, stable_shift};
+use steerwright_evaluation::{Random, initial_estimate, recording};
 use steerwright_sysid::pem::{Focus, Stop, Uncertain, refine_prediction, uncertain};
-use steerwright_sysid::subspace::{Factor, noise_model, refit_output, shift_realization, subspace};
-use steerwright_sysid::{DataSet, Error, Innovation, StateSpace, Weighting, simulate};
+use steerwright_sysid::{DataSet, Error, Innovation, Signals, StateSpace, simulate};
 
 const STOP: Stop = Stop { steps: 200, least_gain: 1e-12 };
 const SCRIPT: &str = include_str!("../../python/refinement.py");
@@ -46,7 +45,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     for (name, data, order) in [("simulated car", car()?, 2), ("dryer2", dryer()?, 4)] {
         for focus in [Focus::Simulation, Focus::Prediction] {
-            let start = start(&data, order)?;
+            let start = initial_estimate(&data, order)?;
             let clock = Clock::start();
             let (cost, ours) = ours(&start, &data, focus)?;
             let elapsed = clock.ms();
@@ -74,7 +73,7 @@ fn cost_of_steps(longest: usize) -> Result<(), Box<dyn std::error::Error>> {
     let sizes = [(13_750, 2), (13_750, 4), (13_750, 8), (100_000, 4), (1_000_000, 4)];
     for (count, order) in sizes.into_iter().filter(|(count, _)| *count <= longest) {
         let data = car_of(count)?;
-        let (start, x0s) = start(&data, order)?;
+        let (start, x0s) = initial_estimate(&data, order)?;
         let before = restart_peak();
         let clock = Clock::start();
         let stop = Stop { steps: 10, least_gain: 0.0 };
@@ -155,31 +154,14 @@ fn car_of(count: usize) -> Result<DataSet, Error> {
 fn dryer() -> Result<DataSet, Box<dyn std::error::Error>> {
     let path =
         concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/dryer2/dryer2_slicot_ib01ad.csv");
-    let text = std::fs::read_to_string(path)?;
-    let mut rows = Vec::new();
-    for line in text.lines().skip(1) {
-        let (u, y) = line.split_once(',').ok_or("two columns are expected")?;
-        rows.push([u.trim().parse::<f64>()?, y.trim().parse::<f64>()?]);
-    }
-    let signal = |k: usize| {
-        let mean = rows.iter().map(|r| r[k]).sum::<f64>() / rows.len() as f64;
-        Mat::from_fn(1, rows.len(), |_, t| rows[t][k] - mean)
+    let data = recording(Path::new(path), &["u"], &["y"], 0.08)?;
+    let centred = |signal: &Signals| {
+        let samples = signal.row(0);
+        let mean = samples.iter().sum::<f64>() / samples.len() as f64;
+        Mat::from_fn(1, samples.len(), |_, t| samples[t] - mean)
     };
-    Ok(DataSet::single(0.08, signal(0), signal(1))?)
-}
-
-/// The subspace model (MOESP, 15 block rows), and its initial state.
-fn start(data: &DataSet, order: usize) -> Result<(Innovation, Vec<Vec<f64>>), Error> {
-    let factor = Factor::new(data, 15)?;
-    let sub = subspace(&factor, Weighting::Moesp)?;
-    let (mut a, c) = shift_realization(&sub, order, 1)?;
-    let radius = largest_radius(data.samples());
-    if let Some(stable) = stable_shift(sub.basis.as_ref(), order, 1, radius) {
-        a = stable;
-    }
-    let refit = refit_output(a.as_ref(), c.as_ref(), data, false, false)?;
-    let gain = noise_model(&factor, &refit.model)?.gain;
-    Ok((Innovation { model: refit.model, gain }, refit.x0))
+    let segment = &data.segments()[0];
+    Ok(DataSet::single(0.08, centred(&segment.u), centred(&segment.y))?)
 }
 
 fn ours(
