@@ -10,8 +10,8 @@ use crate::progress::Progress;
 use crate::specification::SpecificationArguments;
 use crate::{Global, files, quantity};
 use std::path::{Path, PathBuf};
-use steerwright_comparison::{Comparison, ControllerFile, Job, Model, ModelDocument, Road, Truth};
-use steerwright_formats::{Path as PathFile, Pid, SourceFile};
+use steerwright_comparison::{Comparison, ControllerFile, Job, Model, Road, Truth};
+use steerwright_formats::{Path as PathFile, Pid};
 use steerwright_sweep::Class;
 use steerwright_sysid::IdentifyOptions;
 
@@ -148,11 +148,8 @@ impl Arguments {
 
     fn models(&self) -> Result<Vec<Model>, Failure> {
         let read = |path: &PathBuf| {
-            let text = files::read_text(path)?;
-            let file = path.display().to_string();
-            let document = ModelDocument::from_json(&text, &file)?;
-            self.gate.check(&file, document.quality())?;
-            Ok((path.clone(), SourceFile::of(path, text.as_bytes()), document))
+            let (document, source, _) = self.gate.read(path)?;
+            Ok((path.clone(), source, document))
         };
         let files = self.models.iter().map(read).collect::<Result<Vec<_>, Failure>>()?;
         Ok(steerwright_comparison::models(files)?)

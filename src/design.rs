@@ -1,5 +1,6 @@
 //! `steerwright design`: a PID controller to a specification.
 
+use crate::Global;
 use crate::console;
 use crate::design_plots;
 use crate::design_summary::summary;
@@ -8,11 +9,8 @@ use crate::gate::GateArguments;
 use crate::output::{Kind, Outputs};
 use crate::progress::Progress;
 use crate::specification::SpecificationArguments;
-use crate::{Global, files};
-use std::path::{Path, PathBuf};
-use steerwright_comparison::ModelDocument;
-use steerwright_control::DesignPlant;
-use steerwright_formats::{Pid, SourceFile};
+use std::path::PathBuf;
+use steerwright_formats::Pid;
 
 /// Design a PID steering controller (eq 14) on a plant or bicycle file
 #[derive(clap::Args)]
@@ -39,7 +37,9 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let figures = |folder| outputs.files(folder, design_plots::NAMES, Kind::Svg);
     let plots = arguments.plots.as_deref().map(figures).transpose()?;
     let specified = arguments.specification.read()?;
-    let (plant, source, document) = read_plant(&arguments.plant, arguments.gate)?;
+    let (model, source, document) = arguments.gate.read(&arguments.plant)?;
+    let plant =
+        model.design_plant().map_err(|e| Failure::in_file(&arguments.plant, &e, e.hint()))?;
     let progress = Progress::start("designing");
     let mut pid = steerwright_control::design(&plant, &source, &specified.design)?;
     progress.now("running the loop of FMUs");
@@ -65,17 +65,4 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
 fn is_met(pid: &Pid, must_be_robust: bool) -> bool {
     let by_all = pid.evidence.robustness.as_ref().is_none_or(|r| r.met);
     pid.evidence.met && (by_all || !must_be_robust)
-}
-
-/// The model in a plant or bicycle file, if its quality allows it, and the file's text.
-fn read_plant(
-    path: &Path,
-    gate: GateArguments,
-) -> Result<(DesignPlant, SourceFile, String), Failure> {
-    let text = files::read_text(path)?;
-    let file = path.display().to_string();
-    let document = ModelDocument::from_json(&text, &file)?;
-    gate.check(&file, document.quality())?;
-    let plant = document.design_plant().map_err(|e| Failure::in_file(path, &e, e.hint()))?;
-    Ok((plant, SourceFile::of(path, text.as_bytes()), text))
 }

@@ -25,7 +25,7 @@ pub(crate) fn open(path: &Path) -> Result<fs::File, Failure> {
 pub(crate) fn read_text(path: &Path) -> Result<String, Failure> {
     let text = String::from_utf8(read(path)?).ok().filter(|text| !text.contains('\0'));
     text.ok_or_else(|| {
-        Failure::new(format!("{}: not UTF-8 text", path.display()), "give a text file")
+        Failure::new(format!("{}: not UTF-8 text", path.display()), "use a text file in UTF-8")
     })
 }
 

@@ -1,7 +1,10 @@
 //! Models that failed validation become no controllers or FMUs without `--accept-untrusted`.
 
 use crate::failure::Failure;
-use steerwright_formats::{Bicycle, Document, Pid, Plant, Quality};
+use crate::files;
+use std::path::Path;
+use steerwright_comparison::ModelDocument;
+use steerwright_formats::{Bicycle, Document, Pid, Plant, Quality, SourceFile};
 
 /// Whether a model that failed validation is used.
 #[derive(clap::Args, Debug, Clone, Copy, Default)]
@@ -14,7 +17,7 @@ pub(crate) struct GateArguments {
 impl GateArguments {
     /// Refuses a model whose quality is `fail`; `what` is the file or the model in messages.
     pub(crate) fn check(self, what: &str, quality: &Quality) -> Result<(), Failure> {
-        if self.accept_untrusted || quality.allows_design() {
+        if self.allows(quality) {
             return Ok(());
         }
         let steps = quality.advice.iter().map(|advice| format!("{advice}\n      "));
@@ -30,7 +33,16 @@ impl GateArguments {
 
     /// Whether a model of this quality may be used.
     pub(crate) fn allows(self, quality: &Quality) -> bool {
-        self.check("", quality).is_ok()
+        self.accept_untrusted || quality.allows_design()
+    }
+
+    /// The model in a plant or bicycle file, if its quality allows it, and the file's text.
+    pub(crate) fn read(self, path: &Path) -> Result<(ModelDocument, SourceFile, String), Failure> {
+        let text = files::read_text(path)?;
+        let file = path.display().to_string();
+        let document = ModelDocument::from_json(&text, &file)?;
+        self.check(&file, document.quality())?;
+        Ok((document, SourceFile::of(path, text.as_bytes()), text))
     }
 }
 
