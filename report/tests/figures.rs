@@ -1,4 +1,4 @@
-//! What every figure must hold to: valid, labelled, bounded, deterministic, and calm about bad data.
+//! Requirements of every figure: valid, labelled, bounded, deterministic, without a panic on bad data.
 #![allow(clippy::unwrap_used)]
 
 use crate::common;

@@ -1,4 +1,4 @@
-//! How fast the closed loop of plant, path and controller runs: a thread, two, and each plant.
+//! Speed of the closed loop of plant, path and controller: a thread, two, and each plant.
 //!
 //! `cargo xtask bench sweep` makes the FMUs, names their folder in `STEERWRIGHT_BENCH_FMUS` and runs
 //! this; `STEERWRIGHT_BENCH_LOOPS` may name another number of loops than 10,000,

@@ -1,4 +1,4 @@
-//! Which varied quantities explain a kind of failure: a decision tree of depth two.
+//! The varied quantities that explain a kind of failure: a decision tree of depth two.
 //!
 //! A node is split where that gains most information about who fails: each quantity at each of its
 //! values, and a choice also into one of its values and all others. A split counts where Fisher's

@@ -1,4 +1,4 @@
-//! Who is making which run, and for how long: runs that take too long are reported, or ended.
+//! The present run of each thread, and its duration: runs beyond the time limit are reported, or ended.
 //!
 //! A run looks at the clock between its steps and ends itself ([`crate::rig`]). A call of an FMU that
 //! never returns cannot be ended in the same process: it is reported, once, to the sweep's caller.

@@ -1,4 +1,4 @@
-"""What is wired in the closed loop, as the FMUs' documentation says."""
+"""The connections of the closed loop, as in the FMUs' documentation."""
 
 UNITS = ["IdentifiedPlant", "ReferencePath", "LateralPid"]
 

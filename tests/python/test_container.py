@@ -20,7 +20,7 @@ from loop import UNITS, WIRES
 
 
 def made(folder: Path, description: str) -> str:
-    """Nests what a description in a folder says."""
+    """Nests FMUs as a description in a folder states."""
     tool = Path(sys.executable).with_name("fmucontainer")
     what = ["-fmu-directory", folder, "-container", description, "-fmi", "2"]
     done = subprocess.run([tool, *what], capture_output=True, text=True, cwd=folder)

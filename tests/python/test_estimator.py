@@ -1,4 +1,4 @@
-"""The loop that knows its pose by the estimator alone, from its package, against our own host."""
+"""The loop with the estimated pose, from its package, against this project's host."""
 
 from __future__ import annotations
 

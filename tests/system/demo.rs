@@ -1,4 +1,4 @@
-//! What `steerwright demo` promises, on the drives that ship with the repository.
+//! The results of `steerwright demo` on the drives that ship with the repository.
 
 use crate::support::{content, demo, read_json, run_demo};
 use serde_json::Value;

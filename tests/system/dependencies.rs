@@ -1,4 +1,4 @@
-//! Who may depend on whom inside the workspace; see ARCHITECTURE.md.
+//! The allowed dependencies inside the workspace; see ARCHITECTURE.md.
 
 use cargo_metadata::{DependencyKind, Metadata, MetadataCommand};
 use std::collections::{BTreeMap, BTreeSet};

@@ -1,4 +1,4 @@
-//! What the packed FMUs promise beyond the loop: ticks, start values, states, refusals.
+//! Properties of the packed FMUs outside the loop: ticks, start values, states, refusals.
 
 use crate::support::archives;
 use steerwright_host::{Archive, Instance};

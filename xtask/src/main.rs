@@ -1,4 +1,4 @@
-//! What developers run: `cargo xtask test`, `lint`, `docs`, `readme`, `licenses`, `cross`, `fuzz`, `stress`,
+//! The tasks of developers: `cargo xtask test`, `lint`, `docs`, `readme`, `licenses`, `cross`, `fuzz`, `stress`,
 //! `bench fmu`, `evaluate`, `experiment`.
 
 mod bench;
@@ -23,7 +23,7 @@ mod test;
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
 
-/// What developers run.
+/// The tasks of developers.
 #[derive(Parser)]
 #[command(name = "cargo xtask", bin_name = "cargo xtask")]
 struct Arguments {

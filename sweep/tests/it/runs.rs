@@ -1,4 +1,4 @@
-//! What a study does to a system, against what it must do by hand; runs that go wrong.
+//! The effects of a study on a system, against a calculation by hand; runs that fail.
 
 use crate::support::{How, LOOP, TOP, column, folder, numbers, prepare, results, run, study};
 use std::fs;

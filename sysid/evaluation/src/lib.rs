@@ -1,4 +1,4 @@
-//! What the evaluation programs share; the known systems are those of the tests of `sysid`.
+//! Code of all evaluation programs; the known systems are those of the tests of `sysid`.
 
 mod halves;
 mod initial;

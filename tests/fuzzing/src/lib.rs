@@ -1,4 +1,4 @@
-//! What is fuzzed: each target is a function of bytes that must return, whatever they are.
+//! The fuzzing targets: each is a function of bytes that must return for any bytes.
 //!
 //! The functions stand here, and not in the fuzzer's own programs under `fuzz/`, so that the
 //! corpora and all that was ever found run as ordinary tests (`tests/corpora.rs`) on a stable

@@ -1,15 +1,15 @@
-//! What the tests of all importers share: the folder of the demo, a co-simulation master, and the
+//! Code for the tests of all importers: the folder of the demo, a co-simulation master, and the
 //! comparison with the trajectory of the pure functions.
 
 pub(crate) mod master;
 #[path = "../../support/pure_loop.rs"]
 mod pure_loop;
 
-use steerwright_formats::{Document, Path as PathFile, Pid, Plant};
 use master::{Port, Unit, Wire, run};
 pub(crate) use pure_loop::Master;
 use pure_loop::{COLUMNS, Initialization};
 use std::path::PathBuf;
+use steerwright_formats::{Document, Path as PathFile, Pid, Plant};
 
 /// Of any variable at any point; units are SI.
 const LARGEST_DIFFERENCE: f64 = 1e-9;

@@ -1,4 +1,4 @@
-//! What two runs of `tests/abi/host.c` printed, compared bit for bit.
+//! The output of two runs of `tests/abi/host.c`, compared bit for bit.
 
 use std::fmt;
 

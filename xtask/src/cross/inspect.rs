@@ -1,4 +1,4 @@
-//! What a built library is: its format, what it exports, what it asks of the system, and that it
+//! The properties of a built library: its format, exports, requirements on the system, and that it
 //! names no folder of the machine that built it.
 
 use super::build::machine_paths;

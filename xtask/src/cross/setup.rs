@@ -1,4 +1,4 @@
-//! What the builds and runs need from the system: Debian's packages, and the Python environment
+//! Requirements of the builds and runs: Debian's packages, and the Python environment
 //! that holds zig.
 
 use super::folder;

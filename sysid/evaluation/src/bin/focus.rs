@@ -1,4 +1,4 @@
-//! Which errors to make small: of the simulation, or of the one-step prediction?
+//! The two foci of the refinement: errors of the simulation, or of the one-step prediction.
 //!
 //! First a Monte Carlo experiment on a known car (order 2, 2,000 samples, 60 drives): with the noise in
 //! innovation form, and with output noise whose slow kind no filter of order 2 can have; driven

@@ -1,4 +1,4 @@
-//! How well the response from steering to yaw rate is identified, from 100 Hz down to 10 Hz.
+//! Errors of the identified response from steering to yaw rate, for logs at 100 Hz down to 10 Hz.
 //!
 //! Linear cars whose response is known, with logs as [`LinearDrive`] makes them; each is read and
 //! identified as the command line does. The error is ‖Ĝ − G‖/‖G‖ over 0.1 to 2 Hz, the bias of the
