@@ -91,7 +91,7 @@ pub(crate) fn step_of(
     let s = &pid.specification;
     let ts = pid.sample_time_s;
     let steps = first + (s.steady_state_time_s / ts).round() as usize;
-    // What holds from one communication point on is what the tick at the next one sees.
+    // A value of one communication point is used by the tick at the next one.
     let mut table =
         format!("time,LateralPid.yaw_reference\n0,{}\n", if first == 0 { s.step_rad } else { 0.0 });
     if first > 0 {

@@ -43,7 +43,7 @@ impl Axis {
             return None;
         }
         let (mut a, mut b) = if log { (low.ln(), high.ln()) } else { (low, high) };
-        // What differs in the last digits only is noise of the arithmetic, not a range.
+        // A difference in the last digits only is noise of the arithmetic, not a range.
         if b - a <= 1e-9 * a.abs().max(b.abs()) {
             let about = if log { 1.0 } else { (0.1 * a.abs()).max(1e-3) };
             (a, b) = (a - about, b + about);

@@ -235,8 +235,8 @@ impl Lock {
                 Err(TryLockError::Error(e)) if e.kind() == std::io::ErrorKind::Unsupported => {}
                 Err(TryLockError::Error(e)) => return Err(Failure::file(path, &e)),
             }
-            // Who held it before may have removed it between the two calls: then the lock is on a
-            // file that nobody else will find.
+            // Its last holder may have removed it between the two calls: then the lock is on a
+            // file that no other process finds.
             let same = match (file.metadata(), fs::metadata(path)) {
                 (Ok(a), Ok(b)) => Identity::of(path, &a) == Identity::of(path, &b),
                 _ => false,

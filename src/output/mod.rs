@@ -282,7 +282,7 @@ fn replace(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     fs::create_dir_all(folder)?;
     let mut builder = tempfile::Builder::new();
     builder.prefix(".steerwright-");
-    // What the umask leaves of it: as of any file that a program creates.
+    // Reduced by the umask, as for any file that a program creates.
     #[cfg(unix)]
     let builder = {
         use std::os::unix::fs::PermissionsExt;

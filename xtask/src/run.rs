@@ -5,7 +5,7 @@ use std::process::Command;
 
 /// The workspace's folder.
 pub(crate) fn root() -> &'static Path {
-    // Where the crate was built is where it runs: `cargo xtask` builds it first.
+    // The crate runs where it was built: `cargo xtask` builds it first.
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new("."))
 }
 
@@ -21,7 +21,7 @@ pub(crate) fn target() -> PathBuf {
 pub(crate) fn cargo(arguments: &[&str]) -> Command {
     let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     cargo.args(arguments).current_dir(root());
-    // What it runs may start a Python program, see `python::command`.
+    // Its child processes may start a Python program, see `python::command`.
     cargo.env_remove("OPENBLAS_CORETYPE").env_remove("OPENBLAS_L2_SIZE");
     cargo
 }

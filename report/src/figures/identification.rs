@@ -71,7 +71,7 @@ fn magnified(rate: &Panel, traces: &Traces) -> Option<Panel> {
         series.note.clear();
         series.points.retain(|p| (from..=to).contains(&p.0));
     }
-    // Where a model leaves the range of the drive is seen above.
+    // The panel above shows a model that leaves the range of the drive.
     Some(near)
 }
 

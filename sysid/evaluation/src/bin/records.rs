@@ -99,7 +99,7 @@ fn slicots_model(own: &Path) -> Result<(), String> {
             let blocks: Vec<Vec<f64>> = lines.iter().map(|l| parsed(l)).collect();
             let theirs = model(&blocks)?;
             compare("ours and ctrlsys in this run", &ours, &theirs);
-            // What rounding to four decimals does.
+            // The effect of rounding to four decimals.
             compare("ctrlsys in this run and SLICOT's as printed", &theirs, &printed);
         }
         Err(problem) => println!("  left out: ctrlsys: {problem}"),
