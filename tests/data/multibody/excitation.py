@@ -65,7 +65,7 @@ class Excitation:
         return self.wheelbase_m * lateral_acceleration_mps2 / self.speed_mps**2
 
     def sweep(self, amplitude, start_hz, stop_hz, duration_s):
-        """Logarithmic sweep; its amplitude falls where the rate limit requires it."""
+        """Logarithmic sweep; its amplitude falls where the rate limit asks for it."""
         growth = math.log(stop_hz / start_hz) / duration_s
         frequency = start_hz * np.exp(growth * samples(duration_s))
         phase = 2 * np.pi * (frequency - start_hz) / growth
