@@ -5,7 +5,6 @@ mod accumulated;
 mod bicycle;
 mod closed_loop;
 mod common;
-mod conversion;
 mod delay;
 mod drives;
 mod dryer2;

@@ -10,8 +10,7 @@ use faer::{Mat, MatRef};
 use nalgebra::DMatrix;
 
 /// Matrix exponential; not a number where an entry is not finite or too large to be squared.
-#[must_use]
-pub fn exponential(a: MatRef<'_, f64>) -> Mat<f64> {
+pub(crate) fn exponential(a: MatRef<'_, f64>) -> Mat<f64> {
     // nalgebra takes entries for finite, and their powers up to the tenth.
     const LARGEST: f64 = 1e30;
     let n = a.nrows();
@@ -23,8 +22,7 @@ pub fn exponential(a: MatRef<'_, f64>) -> Mat<f64> {
 }
 
 /// Principal matrix logarithm; `None` where the iteration does not converge.
-#[must_use]
-pub fn logarithm(a: MatRef<'_, f64>) -> Option<Mat<f64>> {
+pub(crate) fn logarithm(a: MatRef<'_, f64>) -> Option<Mat<f64>> {
     const NEAR: f64 = 0.264;
     let n = a.nrows();
     let mut root = a.to_owned();

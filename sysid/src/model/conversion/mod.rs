@@ -1,21 +1,18 @@
-//! Discrete ↔ continuous time under a zero-order hold (eq 6–11) or a first-order hold.
+//! Discrete ↔ continuous time under a zero-order hold (eq 6–11).
 //!
 //! Eq 9 and 10 together are one exponential, `exp([F G; 0 0]·T) = [A B; 0 I]`, so its logarithm
-//! inverts both exactly. The first-order hold is built on it, see [`discretize_held`].
+//! inverts both exactly.
 
 mod branch;
 mod functions;
-mod hold;
 
 use crate::linalg::dense::{eigenvalues, relative_difference};
 use faer::{Mat, MatRef};
 use std::f64::consts::PI;
 
 pub(crate) use crate::model::conversion::branch::{costs_nothing, has_logarithm, off_branch_cut};
-pub use crate::model::conversion::functions::{exponential, logarithm};
-pub use crate::model::conversion::hold::{
-    ContinuousStateSpace, Hold, discretize_held, to_continuous_held,
-};
+pub(crate) use crate::model::conversion::functions::exponential;
+use crate::model::conversion::functions::logarithm;
 
 /// The continuous model F, G of eq 6 with the round-trip error of eq 9–10.
 #[derive(Debug, Clone, PartialEq)]
@@ -169,8 +166,10 @@ mod tests {
     #[test]
     fn negative_and_zero_eigenvalues_have_no_real_logarithm() {
         let b = matrix(&[&[1.0], &[1.0]]);
-        for a in [matrix(&[&[-0.3, 0.0], &[0.0, 0.5]]), matrix(&[&[0.0, 0.0], &[0.0, 0.5]])] {
-            assert!(to_continuous(a.as_ref(), b.as_ref(), 0.1).is_err());
+        for (pole, word) in [(-0.3, "negative"), (0.0, "zero")] {
+            let a = matrix(&[&[pole, 0.0], &[0.0, 0.5]]);
+            let reason = to_continuous(a.as_ref(), b.as_ref(), 0.1).unwrap_err();
+            assert!(reason.contains(word), "{reason}");
         }
     }
 }
