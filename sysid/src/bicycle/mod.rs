@@ -123,21 +123,8 @@ pub fn identify_bicycle(
     };
     let bicycle = document(vehicle, evidence, quality, provenance);
     bicycle.checked("bicycle.json").map_err(|e| Error::NoModel { problem: e.to_string() })?;
-    Ok(IdentifiedBicycle { bicycle, traces: traces(log, &recording, &simulation) })
-}
-
-fn traces(log: &DriveLog, recording: &Recording, simulation: &Simulation) -> Traces {
-    let mut is_validation = vec![false; log.len()];
-    recording.split.validation.iter().for_each(|r| is_validation[r.clone()].fill(true));
-    Traces {
-        time_s: log.time_s(),
-        steering_rad: log.input.clone(),
-        yaw_rate_radps: log.output.clone(),
-        is_validation,
-        yaw_rad: log.yaw(&log.output),
-        simulated_yaw_rad: log.yaw(&simulation.simulated),
-        simulated_yaw_rate_radps: simulation.simulated.clone(),
-    }
+    let traces = Traces::new(log, simulation.simulated, &recording.split.validation);
+    Ok(IdentifiedBicycle { bicycle, traces })
 }
 
 /// Eq 13 of a vehicle, as `steerwright_control::bicycle` writes it.

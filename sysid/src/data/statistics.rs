@@ -38,8 +38,6 @@ pub(crate) fn chi_squared_quantile(degrees: usize, z: f64) -> f64 {
 pub(crate) const Z99: f64 = 2.326_347_874_040_841;
 /// … and of 99.5 %, for bands of 99 %.
 pub(crate) const Z995: f64 = 2.575_829_303_548_901;
-/// … and of 97.5 %, for bands of 95 %.
-pub(crate) const Z975: f64 = 1.959_963_984_540_054;
 
 /// Sum of the autocovariances over all lags: the initial positive sequence of C. J. Geyer (*Practical
 /// Markov chain Monte Carlo*, Statistical Science 7, 1992), which ends at the first pair of lags whose

@@ -16,6 +16,7 @@ use crate::validation::sweep::Drive;
 use faer::Mat;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
+use std::ops::Range;
 use steerwright_drivelog::DriveLog;
 use steerwright_formats::{
     Continuous, Discrete, Document, Evidence, InputKind, Matrix, Noise, OperatingPoint, OrderRow,
@@ -48,6 +49,23 @@ pub struct Traces {
     pub yaw_rad: Vec<f64>,
     /// Integral of the simulated yaw rate from 0, rad.
     pub simulated_yaw_rad: Vec<f64>,
+}
+
+impl Traces {
+    /// The signals of a log with the simulated yaw rate, rad/s, and the samples that are validation data.
+    pub(crate) fn new(log: &DriveLog, simulated: Vec<f64>, validation: &[Range<usize>]) -> Self {
+        let mut is_validation = vec![false; log.len()];
+        validation.iter().for_each(|r| is_validation[r.clone()].fill(true));
+        Self {
+            time_s: log.time_s(),
+            steering_rad: log.input.clone(),
+            yaw_rate_radps: log.output.clone(),
+            is_validation,
+            yaw_rad: log.yaw(&log.output),
+            simulated_yaw_rad: log.yaw(&simulated),
+            simulated_yaw_rate_radps: simulated,
+        }
+    }
 }
 
 pub(crate) fn feedback_test(feedback: Feedback) -> ResidualTest {
@@ -248,16 +266,6 @@ pub(crate) fn traces(
         let x0 = initial_states(&chosen.model, &unused)?;
         unused.put(&output(&chosen.model, &unused, &x0), &mut simulated);
     }
-    let mut is_validation = vec![false; log.len()];
-    validation.ranges.iter().for_each(|r| is_validation[r.clone()].fill(true));
     data.restore(log, &mut simulated);
-    Ok(Traces {
-        time_s: log.time_s(),
-        steering_rad: log.input.clone(),
-        yaw_rate_radps: log.output.clone(),
-        is_validation,
-        yaw_rad: log.yaw(&log.output),
-        simulated_yaw_rad: log.yaw(&simulated),
-        simulated_yaw_rate_radps: simulated,
-    })
+    Ok(Traces::new(log, simulated, &validation.ranges))
 }

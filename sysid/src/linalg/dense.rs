@@ -130,6 +130,7 @@ pub(crate) fn relative_difference(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> f64
     let norm = b.norm_l2();
     (a - b).norm_l2() / if norm > 0.0 { norm } else { 1.0 }
 }
+
 /// Σ a(t)·b(t) of long signals: eight sums side by side, which a compiler makes vectors of.
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 8];

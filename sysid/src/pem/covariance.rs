@@ -127,7 +127,7 @@ impl Local {
             Focus::Prediction => Drive::InputsAndOutputs,
             Focus::Simulation => Drive::Inputs,
         };
-        let moving: Vec<bool> = moving_inputs(data.inputs(), data.outputs(), feedthrough, drive);
+        let moving = moving_inputs(data.inputs(), data.outputs(), feedthrough, drive);
         let offsets = offset.then(|| vec![0.0; data.outputs()]);
         let point = Point { model: model.clone(), x0s: x0s.to_vec(), offsets };
         let covariance = error_covariance(&point, drive, data);
@@ -293,7 +293,8 @@ fn with_gain(
     let by_gain: Vec<Vec<f64>> =
         (0..n * p).map(|k| flat(&of_predictor(innovation, &nothing, &unit_gain(k)))).collect();
     let wanted = hcat(&[from_columns(&by_model).as_ref(), from_columns(&by_gain).as_ref()]);
-    let found = solve_square(&spanning, &wanted)?;
+    // The equations are consistent and as many as the unknowns, or fewer columns of D may move.
+    let found = least_squares(spanning.as_ref(), wanted.as_ref(), 1e-13)?;
     let seen = &local.r * found.get(..q, ..);
     let (model_seen, gain_seen) = (seen.get(.., ..moves.len()), seen.get(.., moves.len()..));
     let follows = least_squares(gain_seen, model_seen, 1e-12)?;
@@ -315,11 +316,6 @@ fn with_gain(
     } else {
         Err(Error::NoModel { problem: "the data do not determine the Kalman gain".into() })
     }
-}
-
-/// The equations are consistent and as many as the unknowns, or fewer columns of D may move.
-fn solve_square(spanning: &Mat<f64>, wanted: &Mat<f64>) -> Result<Mat<f64>, Error> {
-    least_squares(spanning.as_ref(), wanted.as_ref(), 1e-13)
 }
 
 /// The move of the predictor (A − KC, (B − KD, K), C, (D, 0)).

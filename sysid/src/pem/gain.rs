@@ -8,9 +8,8 @@ use crate::linalg::levenberg_marquardt::{USUAL, by_more_than, lower};
 use crate::linalg::r_factor::RFactor;
 use crate::model::{StateSpace, predictor};
 use crate::pem::rows::Drive;
-use crate::pem::search::Stop;
 use crate::pem::search::{
-    Point, criterion, damped_step, each_error, error_covariance, weigh, weight,
+    Point, Stop, criterion, damped_step, each_error, error_covariance, weigh, weight,
 };
 use faer::{Mat, MatRef};
 

@@ -14,7 +14,7 @@
 
 use crate::data::Segment;
 use crate::linalg::columns::Columns;
-use crate::linalg::dense::rows;
+use crate::linalg::dense::{rows, short_dot};
 use crate::pem::coordinates::Coordinates;
 
 /// What drives the model whose output is compared with y.
@@ -155,8 +155,8 @@ impl<'a> Sensitivities<'a> {
             for (place, l) in fed.enumerate() {
                 row[at + i * moving + place] = self.v[l];
             }
-            let output = crate::linalg::dense::short_dot(&self.c[i * n..(i + 1) * n], &self.x)
-                + crate::linalg::dense::short_dot(&self.d[i * m..(i + 1) * m], &self.v);
+            let output = short_dot(&self.c[i * n..(i + 1) * n], &self.x)
+                + short_dot(&self.d[i * m..(i + 1) * m], &self.v);
             let offset = self.offsets.map_or(0.0, |offsets| offsets[i]);
             row[width - 1] = self.segment.y[(i, t)] - output - offset;
         }
@@ -173,10 +173,10 @@ impl<'a> Sensitivities<'a> {
                 let y_ij = self.coordinates.y[(i, j)];
                 for l in 0..m {
                     let w = &self.w[(i * m + l) * n..(i * m + l + 1) * n];
-                    self.s[l] = y_ij * self.v[l] + crate::linalg::dense::short_dot(x_j, w);
+                    self.s[l] = y_ij * self.v[l] + short_dot(x_j, w);
                 }
                 if self.free {
-                    let impulse = crate::linalg::dense::short_dot(f, x_j);
+                    let impulse = short_dot(f, x_j);
                     for (o, x) in self.next.iter_mut().zip(self.x0) {
                         *o = impulse * x;
                     }

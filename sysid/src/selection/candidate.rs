@@ -15,6 +15,7 @@ use crate::subspace::{Factor, Realization};
 pub(crate) const ROUGH: Stop = Stop { steps: 25, least_gain: 2e-5 };
 /// For the chosen order.
 pub(crate) const FINE: Stop = Stop { steps: 40, least_gain: 1e-9 };
+
 /// A stable model of some order in scaled units, first as a method estimated it.
 #[derive(Debug, Clone)]
 pub(crate) struct Candidate {

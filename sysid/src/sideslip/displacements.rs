@@ -33,7 +33,7 @@ pub(super) const LEAST_BLOCKS: usize = 6;
 /// Residuals beyond so many deviations (by their median) are those of bad fixes.
 pub(super) const OUTLIER: f64 = 6.0;
 
-/// The terms of a way, by the places of the sideslip's.
+/// The terms of a displacement's length, by the places of the sideslip's.
 pub(super) const AGE: usize = RATE;
 pub(super) const SCALE: usize = GROWTH;
 
@@ -74,7 +74,7 @@ const STRAIGHT: f64 = 0.15;
 /// No tyre carries more, m/s²: a reading beyond is none of sideslip.
 const GRAVITY: f64 = 9.81;
 
-/// A way: its middle, by how much fixes and gyro differ in its direction, and by how much each term of
+/// A displacement segment: its middle, by how much fixes and gyro differ in its direction, and by how much each term of
 /// the sideslip turns it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct DisplacementSegment {
@@ -237,7 +237,8 @@ fn wrapped(angle: f64) -> f64 {
     angle.sin().atan2(angle.cos())
 }
 
-/// The terms of a way that leads by `led` where the speed leads by `way` and changes by `change`.
+/// The terms of a straight segment: the fixes are `led` apart, the speed covers `displacement` and changes
+/// by `change`.
 fn terms_of_age(led: f64, displacement: f64, change: f64, time: f64) -> DisplacementSegment {
     let mut terms = [0.0; TERMS];
     (terms[AGE], terms[SCALE], terms[ACCELERATION]) = (-change, displacement, 0.0);

@@ -1,6 +1,6 @@
 //! Least squares over blocks, each with a yaw and a bias of its own.
 
-use crate::linalg::dense;
+use crate::linalg::dense::{identity, short_dot, solve};
 use crate::sideslip::displacements::{
     DisplacementSegment, LEAST_BLOCKS, LEAST_SEGMENTS, OUTLIER, TERMS,
 };
@@ -43,11 +43,14 @@ fn regression(blocks: &[Vec<DisplacementSegment>], wanted: &[usize]) -> Option<R
     let total = |f: &dyn Fn(&Detrended) -> f64| blocks.iter().map(f).sum::<f64>();
     // Each term in its own unit, so that the sums are of one size.
     let n = wanted.len();
-    let unit: Vec<f64> = (0..n).map(|i| total(&|b| dot(&b.terms[i], &b.terms[i])).sqrt()).collect();
-    let square =
-        Mat::from_fn(n, n, |i, j| total(&|b| dot(&b.terms[i], &b.terms[j])) / (unit[i] * unit[j]));
-    let inverse = dense::solve(square.as_ref(), dense::identity(n).as_ref());
-    let product = Mat::from_fn(n, 1, |i, _| total(&|b| dot(&b.terms[i], &b.difference)) / unit[i]);
+    let unit: Vec<f64> =
+        (0..n).map(|i| total(&|b| short_dot(&b.terms[i], &b.terms[i])).sqrt()).collect();
+    let square = Mat::from_fn(n, n, |i, j| {
+        total(&|b| short_dot(&b.terms[i], &b.terms[j])) / (unit[i] * unit[j])
+    });
+    let inverse = solve(square.as_ref(), identity(n).as_ref());
+    let product =
+        Mat::from_fn(n, 1, |i, _| total(&|b| short_dot(&b.terms[i], &b.difference)) / unit[i]);
     let found = &inverse * product;
     let left = |block: &Detrended| {
         let mut left = block.difference.clone();
@@ -61,7 +64,7 @@ fn regression(blocks: &[Vec<DisplacementSegment>], wanted: &[usize]) -> Option<R
     let count = blocks.len() as f64;
     let mut scatter = vec![0.0; n];
     for (block, left) in blocks.iter().zip(&residuals) {
-        let score = Mat::from_fn(n, 1, |i, _| dot(&block.terms[i], left) / unit[i]);
+        let score = Mat::from_fn(n, 1, |i, _| short_dot(&block.terms[i], left) / unit[i]);
         let by = &inverse * score;
         scatter.iter_mut().enumerate().for_each(|(i, sum)| *sum += by[(i, 0)].powi(2));
     }
@@ -71,10 +74,6 @@ fn regression(blocks: &[Vec<DisplacementSegment>], wanted: &[usize]) -> Option<R
         made.errors[term] = (count / (count - 1.0) * scatter[i]).sqrt() / unit[i];
     }
     Some(made)
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// A block without its yaw and bias: the wanted terms, and what they are to explain.

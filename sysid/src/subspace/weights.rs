@@ -34,12 +34,6 @@ impl Weighting {
             Self::Cva => "cva",
         }
     }
-
-    /// The method of that name.
-    #[must_use]
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|m| m.name().eq_ignore_ascii_case(name))
-    }
 }
 
 /// Singular values and the basis W1⁻¹·U·S^{1/2} of the extended observability matrix Γ.

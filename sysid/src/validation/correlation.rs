@@ -117,8 +117,9 @@ impl Pair {
     }
 }
 
-/// Parzen's lag window on −1…1.
-fn parzen(x: f64) -> f64 {
+/// Parzen's lag window on −1…1 (E. Parzen, *Mathematical considerations in the estimation of
+/// spectra*, Technometrics 3, 1961).
+pub(crate) fn parzen(x: f64) -> f64 {
     let x = x.abs();
     if x <= 0.5 { 1.0 - 6.0 * x * x * (1.0 - x) } else { 2.0 * (1.0 - x).powi(3) }
 }

@@ -6,12 +6,11 @@
 //! compared is thus H1 from the input to the simulation's error (a model of the model's error: Ljung
 //! 1999, section 16.6), against the confidence disk of the measured response.
 
-use crate::data::statistics::Z975;
 use crate::validation::model_error::band_errors;
 use crate::validation::modelled::{INFORMATIVE, Modelled, rounded};
 use crate::validation::spectra::Spectra;
 use std::f64::consts::{PI, TAU};
-use steerwright_formats::{FrequencyResponse, ResponsePoint};
+use steerwright_formats::{FrequencyResponse, NORMAL_95, ResponsePoint};
 
 /// Risk of each confidence band.
 const RISK: f64 = 0.05;
@@ -48,7 +47,7 @@ pub(crate) fn response(
             compared += 1;
             within += usize::from(error.0.hypot(error.1) <= radius);
         }
-        let (low, high) = spectra.coherence_bounds(k, Z975);
+        let (low, high) = spectra.coherence_bounds(k, NORMAL_95);
         // Phases continue from one frequency to the next.
         for (before, z) in before.iter_mut().zip([measured, model]) {
             let phase = z.1.atan2(z.0);

@@ -12,6 +12,7 @@ use crate::data::{DataSet, Segment, Signals};
 use crate::model::{StateSpace, initial_state, predictions, predictor, predictor_state, simulate};
 use crate::selection::order::Errors;
 use crate::subspace::Factor;
+use crate::validation::correlation::parzen;
 use faer::{Mat, MatRef};
 
 /// Windows about their mean, in units of each channel's standard deviation.
@@ -28,13 +29,6 @@ pub(crate) struct Windows {
     pub(crate) input: Vec<f64>,
     /// R in these units; columns u(0), y(0), u(1), …
     r: Mat<f64>,
-}
-
-/// Parzen's lag window (E. Parzen, *Mathematical considerations in the estimation of spectra*,
-/// Technometrics 3, 1961).
-fn parzen(lag: usize, lags: usize) -> f64 {
-    let x = lag as f64 / lags as f64;
-    if x < 0.5 { 1.0 - 6.0 * x * x * (1.0 - x) } else { 2.0 * (1.0 - x).powi(3) }
 }
 
 impl Windows {
@@ -66,7 +60,7 @@ impl Windows {
         let mut windows =
             Self { data, length, count: factor.columns, scales, input: Vec::new(), r };
         // Under these weights the covariances stay those of some signal.
-        let own = |lag| parzen(lag, length) * windows.covariance(0, 0, lag);
+        let own = |lag: usize| parzen(lag as f64 / length as f64) * windows.covariance(0, 0, lag);
         windows.input = (0..length).map(own).collect();
         Ok(windows)
     }

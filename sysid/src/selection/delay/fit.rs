@@ -3,6 +3,7 @@
 //! Variable projection (Golub and Pereyra 1973): for given poles and delay the numerator is a linear
 //! least-squares problem, and Levenberg–Marquardt steps move poles and delay on what it leaves.
 
+use crate::linalg::dense::short_dot;
 use crate::linalg::levenberg_marquardt::{Damping, lower};
 use crate::selection::delay::lags::Quadratic;
 use crate::selection::delay::response::{basis, polynomial, with_pole};
@@ -147,7 +148,7 @@ fn left(search: &Search<'_>, x: &[f64]) -> Vec<f64> {
         if size > 1e-20 * full {
             let norm = size.sqrt();
             c.iter_mut().for_each(|x| *x /= norm);
-            let along = inner(&c, &residual);
+            let along = short_dot(&c, &residual);
             residual.iter_mut().zip(&c).for_each(|(r, c)| *r -= along * c);
             orthogonal.push(c);
         }
@@ -159,7 +160,7 @@ fn left(search: &Search<'_>, x: &[f64]) -> Vec<f64> {
 fn without(x: &mut [f64], orthonormal: &[Vec<f64>]) {
     for _ in 0..2 {
         for o in orthonormal {
-            let along = inner(o, x);
+            let along = short_dot(o, x);
             x.iter_mut().zip(o).for_each(|(x, o)| *x -= along * o);
         }
     }
@@ -188,11 +189,11 @@ fn damped(columns: &[Vec<f64>], residual: &[f64], damping: f64) -> Vec<f64> {
     let mut m = vec![vec![0.0; n]; n];
     for i in 0..n {
         for j in 0..=i {
-            m[i][j] = inner(&columns[i], &columns[j]);
+            m[i][j] = short_dot(&columns[i], &columns[j]);
         }
         m[i][i] = m[i][i] * (1.0 + damping) + f64::MIN_POSITIVE;
     }
-    let mut x: Vec<f64> = columns.iter().map(|c| -inner(c, residual)).collect();
+    let mut x: Vec<f64> = columns.iter().map(|c| -short_dot(c, residual)).collect();
     for i in 0..n {
         for j in 0..=i {
             let known: f64 = (0..j).map(|k| m[i][k] * m[j][k]).sum();
@@ -210,11 +211,7 @@ fn damped(columns: &[Vec<f64>], residual: &[f64], damping: f64) -> Vec<f64> {
 }
 
 fn squares(x: &[f64]) -> f64 {
-    inner(x, x)
-}
-
-fn inner(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
+    short_dot(x, x)
 }
 
 #[cfg(test)]

@@ -64,10 +64,6 @@ pub struct Delay {
     pub lag_without_s: f64,
     /// By how much the information criterion prefers the delay to lags; negative where it does not.
     pub evidence: f64,
-    /// The same against models without a delay whose zeros are free.
-    pub evidence_free: f64,
-    /// By how much the whitened squared error falls by the delay at its order, percent.
-    pub gain_percent: f64,
 }
 
 /// Estimates the delay from the input to the output of `data`, one of each.
@@ -109,7 +105,7 @@ pub fn estimate_delay(data: &DataSet) -> Result<Delay, Error> {
     // the order of the model from which the value is taken is chosen by the more generous criterion
     // (Akaike 1974).
     let chosen = models.iter().min_by(|a, b| akaike(&a.1).total_cmp(&akaike(&b.1)));
-    let (Some(plain), Some((same, best))) = (plain, chosen) else {
+    let (Some(plain), Some((_, best))) = (plain, chosen) else {
         return Err(Error::Numerical { what: "models with a delay" });
     };
     let j0 = bayes(plain, 0.0);
@@ -137,8 +133,6 @@ pub fn estimate_delay(data: &DataSet) -> Result<Delay, Error> {
         order_without: plain.order(),
         lag_without_s: sample * fastest(&plain.parameters),
         evidence,
-        evidence_free: other,
-        gain_percent: 100.0 * (same.excess - best.excess) / (q.least + same.excess),
     })
 }
 
