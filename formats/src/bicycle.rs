@@ -144,10 +144,6 @@ impl Bicycle {
 impl Document for Bicycle {
     const SCHEMA: &'static str = "steerwright/bicycle/1";
 
-    fn schema(&self) -> &str {
-        &self.schema
-    }
-
     fn check(&self, c: &mut Checker) {
         self.vehicle.check(c, "vehicle.");
         c.shape(&self.state_matrix, 5, 5, "state_matrix");

@@ -20,12 +20,12 @@ pub enum Error {
         /// What is wrong.
         problem: String,
     },
-    /// The schema is not the one expected here.
+    /// The schema is another one than expected.
     #[error("{file}: at `schema`: {found} stands here, expected `{expected}`")]
     Schema {
         /// Name of the file as the caller gave it.
         file: String,
-        /// What stands in the file, for people.
+        /// The schema in the file, as a message prints it.
         found: String,
         /// The schema name that this reader supports.
         expected: &'static str,
@@ -76,10 +76,7 @@ pub trait Document: Serialize + DeserializeOwned {
     /// The schema's name and version, such as `steerwright/plant/1`.
     const SCHEMA: &'static str;
 
-    /// The file's own schema string.
-    fn schema(&self) -> &str;
-
-    /// Reports every value that cannot be, in the order of the file.
+    /// Reports impossible values, in the order of the file.
     fn check(&self, checker: &mut Checker);
 
     /// Reads and checks a document; `file` is named in errors.
@@ -94,8 +91,8 @@ pub trait Document: Serialize + DeserializeOwned {
             path,
             problem: strip_place(&inner.to_string()),
         };
-        // The schema first: a file of another kind should be called that, not "missing key".
-        // Text that is not JSON at all is left to the reader below, which reports the place.
+        // The schema first: a file of another kind is reported as such, not with a missing key.
+        // Text that is not JSON is left to the reader below, which reports the place.
         if let Ok(tag) = serde_json::from_str::<Tag>(text)
             && tag.schema.as_deref() != Some(Self::SCHEMA)
         {
@@ -202,17 +199,17 @@ fn compact_table_rows(pretty: &str) -> String {
     out
 }
 
-/// Collects the faults of a document.
+/// Keeps the first fault of a document: its JSON path and the problem.
 #[derive(Debug, Default)]
 pub struct Checker {
-    faults: Vec<(String, String)>,
+    first: Option<(String, String)>,
 }
 
 impl Checker {
-    /// Notes a fault at `path` unless `ok`.
+    /// Records a fault at `path` unless `ok`.
     pub fn require(&mut self, ok: bool, path: &str, problem: impl FnOnce() -> String) {
-        if !ok {
-            self.faults.push((path.to_owned(), problem()));
+        if !ok && self.first.is_none() {
+            self.first = Some((path.to_owned(), problem()));
         }
     }
 
@@ -235,6 +232,13 @@ impl Checker {
         });
     }
 
+    /// The number must lie in the range, ends included.
+    pub fn within(&mut self, value: f64, min: f64, max: f64, path: &str) {
+        self.require((min..=max).contains(&value), path, || {
+            format!("{value} must be from {min} to {max}")
+        });
+    }
+
     /// The matrix must have that shape and hold finite numbers.
     pub fn shape(&mut self, matrix: &Matrix, rows: usize, columns: usize, path: &str) {
         self.require(matrix.rows() == rows && matrix.columns() == Some(columns), path, || {
@@ -248,7 +252,7 @@ impl Checker {
     }
 
     pub(crate) fn into_first(self) -> Option<(String, String)> {
-        self.faults.into_iter().next()
+        self.first
     }
 }
 

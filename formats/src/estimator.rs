@@ -83,10 +83,6 @@ pub struct InitialUncertainty {
 impl Document for Estimator {
     const SCHEMA: &'static str = "steerwright/estimator/1";
 
-    fn schema(&self) -> &str {
-        &self.schema
-    }
-
     fn check(&self, c: &mut Checker) {
         let (g, n, i) = (&self.gnss, &self.noise, &self.initial);
         for (value, min, max, path) in [
@@ -106,9 +102,7 @@ impl Document for Estimator {
             (i.yaw_std_rad, 0.0, std::f64::consts::PI, "initial.yaw_std_rad"),
             (i.yaw_rate_bias_std_radps, 0.0, 10.0, "initial.yaw_rate_bias_std_radps"),
         ] {
-            c.require((min..=max).contains(&value), path, || {
-                format!("{value} must be from {min} to {max}")
-            });
+            c.within(value, min, max, path);
         }
         c.not_negative(self.speed_mps, "speed_mps");
     }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Rows of numbers. A file may hold rows of different lengths; [`Matrix::columns`] detects that.
+/// Rows of numbers; [`Matrix::columns`] detects rows of different lengths.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Matrix(pub Vec<Vec<f64>>);

@@ -105,10 +105,6 @@ impl Default for Guidance {
 impl Document for Path {
     const SCHEMA: &'static str = "steerwright/path/1";
 
-    fn schema(&self) -> &str {
-        &self.schema
-    }
-
     fn check(&self, c: &mut Checker) {
         let g = &self.guidance;
         c.not_negative(g.lookahead_time_s, "guidance.lookahead_time_s");

@@ -163,10 +163,6 @@ pub struct GuidanceAdvice {
 impl Document for Pid {
     const SCHEMA: &'static str = "steerwright/pid/1";
 
-    fn schema(&self) -> &str {
-        &self.schema
-    }
-
     fn check(&self, c: &mut Checker) {
         let g = &self.gains;
         c.positive(self.sample_time_s, "sample_time_s");

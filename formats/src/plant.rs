@@ -168,25 +168,17 @@ impl Sideslip {
     }
 
     fn check(&self, c: &mut Checker) {
-        let mut within = |value: f64, limit: f64, field: &str| {
-            c.require((-limit..=limit).contains(&value), &format!("sideslip.{field}"), || {
-                format!("{value} must be from -{limit} to {limit}")
-            });
-        };
-        within(self.sideslip_per_yaw_rate_s, 10.0, "sideslip_per_yaw_rate_s");
-        let growth = "sideslip_growth_s5pm2";
-        within(self.growth(), 1.0, &format!("{growth}.value"));
-        let acceleration = "sideslip_per_yaw_acceleration_s2";
-        within(self.per_yaw_acceleration(), 10.0, &format!("{acceleration}.value"));
-        c.not_negative(self.standard_error_s, "sideslip.standard_error_s");
-        let terms = [
-            (self.sideslip_growth_s5pm2, growth),
-            (self.sideslip_per_yaw_acceleration_s2, acceleration),
-        ];
-        for (term, name) in terms {
-            let error = term.map_or(0.0, |term| term.standard_error);
-            c.not_negative(error, &format!("sideslip.{name}.standard_error"));
+        c.within(self.sideslip_per_yaw_rate_s, -10.0, 10.0, "sideslip.sideslip_per_yaw_rate_s");
+        for (term, limit, name) in [
+            (self.sideslip_growth_s5pm2, 1.0, "sideslip_growth_s5pm2"),
+            (self.sideslip_per_yaw_acceleration_s2, 10.0, "sideslip_per_yaw_acceleration_s2"),
+        ] {
+            if let Some(SideslipTerm { value, standard_error }) = term {
+                c.within(value, -limit, limit, &format!("sideslip.{name}.value"));
+                c.not_negative(standard_error, &format!("sideslip.{name}.standard_error"));
+            }
         }
+        c.not_negative(self.standard_error_s, "sideslip.standard_error_s");
         c.not_negative(self.gnss_latency_s, "sideslip.gnss_latency_s");
         let age_error = self.gnss_latency_standard_error_s.unwrap_or(0.0);
         c.not_negative(age_error, "sideslip.gnss_latency_standard_error_s");
@@ -265,10 +257,6 @@ fn is_stable(a: &Matrix) -> bool {
 
 impl Document for Plant {
     const SCHEMA: &'static str = "steerwright/plant/1";
-
-    fn schema(&self) -> &str {
-        &self.schema
-    }
 
     fn check(&self, c: &mut Checker) {
         let d = &self.discrete;

@@ -58,7 +58,7 @@ pub enum ReasonCode {
     NoContinuousModel,
     /// The model differs from the measured frequency response by more than chance.
     ModelError,
-    /// The steady-state gain from steering to yaw rate is not known well enough.
+    /// The steady-state gain from steering to yaw rate is too uncertain.
     UncertainGain,
     /// The vehicle yaws against the steering at low frequency.
     WrongSign,
@@ -74,7 +74,7 @@ pub enum ReasonCode {
     FrozenYawRate,
     /// The steering has play (lash).
     SteeringPlay,
-    /// Driving straight reads a yaw rate or needs a steering angle.
+    /// Straight driving shows a yaw rate or requires a steering angle.
     Offset,
     /// The resolution of a channel is coarse against its signal and its noise.
     CoarseResolution,

@@ -1,9 +1,8 @@
-//! `*.rfactor`: what is kept of drives that are too long, or too many, for memory: the R factor of their
-//! windows, which can be merged with others and identified from.
+//! `*.rfactor`: the R factor of the windows of drives that are too long, or too many, for memory. It can
+//! be merged with others and identified from.
 //!
-//! The R factors are bytes of `sysid` in hexadecimal, since their numbers mean nothing to a reader;
-//! everything else is plain. A checksum over the whole file finds what was cut or
-//! changed on the way.
+//! The R factors are bytes of `sysid` in hexadecimal; everything else is plain. A checksum over the whole
+//! file detects a file that was cut or changed.
 
 use crate::{ChannelSummary, Checker, Document, InputKind, Provenance, sha256_hex};
 use serde::{Deserialize, Serialize};
@@ -44,7 +43,7 @@ pub struct AccumulatedDrives {
     /// Sums of Welch's spectra of all samples: number of windows, variance of their average, then |U|²,
     /// |Y|² and the parts of U*Y at each frequency.
     pub spectra: Vec<f64>,
-    /// SHA-256 of this file with nothing in this place.
+    /// SHA-256 of this file with an empty string in this place.
     pub sha256: String,
 }
 
@@ -74,10 +73,6 @@ impl AccumulatedDrives {
 
 impl Document for AccumulatedDrives {
     const SCHEMA: &'static str = "steerwright/factor/2";
-
-    fn schema(&self) -> &str {
-        &self.schema
-    }
 
     fn check(&self, c: &mut Checker) {
         c.positive(self.steering_ratio, "steering_ratio");

@@ -31,10 +31,6 @@ impl Start {
 impl Document for Start {
     const SCHEMA: &'static str = "steerwright/start/1";
 
-    fn schema(&self) -> &str {
-        &self.schema
-    }
-
     fn check(&self, c: &mut Checker) {
         for (name, value) in &self.values {
             c.finite(*value, &format!("values.{name}"));

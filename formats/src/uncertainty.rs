@@ -127,7 +127,8 @@ impl Uncertainty {
             c.finite(band.value, &at("value"));
             c.not_negative(band.standard_error, &at("standard_error"));
         }
-        let entries = entries(n);
+        // Those of A, B, C, D and K.
+        let entries = n * n + 3 * n + 1;
         let rows = self.directions.rows();
         c.require(rows <= entries, "uncertainty.directions", || {
             format!("{rows} directions, a model of order {n} has at most {entries}")
@@ -136,9 +137,4 @@ impl Uncertainty {
             c.shape(&self.directions, rows, entries, "uncertainty.directions");
         }
     }
-}
-
-/// Entries of A, B, C, D and K.
-fn entries(n: usize) -> usize {
-    n * n + 3 * n + 1
 }

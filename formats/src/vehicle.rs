@@ -82,18 +82,8 @@ pub struct SteeringActuator {
     pub road_wheel_angle_max_rad: f64,
 }
 
-fn within(c: &mut Checker, value: f64, min: f64, max: f64, path: &str) {
-    c.require((min..=max).contains(&value), path, || {
-        format!("{value} must be from {min} to {max}")
-    });
-}
-
 impl Document for Vehicle {
     const SCHEMA: &'static str = "steerwright/vehicle/1";
-
-    fn schema(&self) -> &str {
-        &self.schema
-    }
 
     fn check(&self, c: &mut Checker) {
         let (b, t, a) = (&self.body, &self.tyres, &self.actuator);
@@ -103,15 +93,15 @@ impl Document for Vehicle {
         c.positive(b.distance_rear_m, "body.distance_rear_m");
         c.not_negative(b.centre_of_gravity_height_m, "body.centre_of_gravity_height_m");
         c.positive(b.track_width_m, "body.track_width_m");
-        within(c, b.roll_stiffness_front, 0.0, 1.0, "body.roll_stiffness_front");
+        c.within(b.roll_stiffness_front, 0.0, 1.0, "body.roll_stiffness_front");
         c.positive(b.roll_time_constant_s, "body.roll_time_constant_s");
         c.positive(t.cornering_stiffness_front_npr, "tyres.cornering_stiffness_front_npr");
         c.positive(t.cornering_stiffness_rear_npr, "tyres.cornering_stiffness_rear_npr");
         c.positive(t.friction_coefficient, "tyres.friction_coefficient");
-        within(c, t.shape_factor, 1.0, 1.99, "tyres.shape_factor");
-        within(c, t.curvature_factor, -1.5, 1.0, "tyres.curvature_factor");
-        within(c, t.friction_load_sensitivity, 0.0, 0.9, "tyres.friction_load_sensitivity");
-        within(c, t.stiffness_load_sensitivity, 0.0, 0.9, "tyres.stiffness_load_sensitivity");
+        c.within(t.shape_factor, 1.0, 1.99, "tyres.shape_factor");
+        c.within(t.curvature_factor, -1.5, 1.0, "tyres.curvature_factor");
+        c.within(t.friction_load_sensitivity, 0.0, 0.9, "tyres.friction_load_sensitivity");
+        c.within(t.stiffness_load_sensitivity, 0.0, 0.9, "tyres.stiffness_load_sensitivity");
         c.positive(a.steering_ratio, "actuator.steering_ratio");
         c.positive(a.time_constant_s, "actuator.time_constant_s");
         c.not_negative(a.delay_s, "actuator.delay_s");

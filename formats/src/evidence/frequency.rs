@@ -94,7 +94,7 @@ pub struct ExcitationBand {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Information {
-    /// Yaw rate follows the steering, and the gain is known.
+    /// Yaw rate follows the steering, and the gain is determined.
     Good,
     /// It does so in part.
     Weak,

@@ -1,4 +1,4 @@
-//! How far an identified model can be trusted, with the numbers behind it.
+//! The evidence for the quality of an identified model.
 
 mod data;
 mod frequency;
@@ -15,7 +15,7 @@ pub use model::{
     HeldOut, Mode, PoleZeroMap, PredictionFit, ResidualCorrelation, ResidualTest, Spread,
 };
 
-/// Everything measured on the way from log to model.
+/// The evidence for the quality of an identified model.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Evidence {
