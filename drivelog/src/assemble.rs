@@ -31,7 +31,7 @@ impl DriveLog {
             }
         }
         if let (true, Some(drive)) = (plans.is_empty(), drives.first()) {
-            // Refused as it is where there is no other drive.
+            // The error is that of a single drive.
             segments::covered(drive, options, false)?;
         }
         let clocks: Vec<&Clock> = plans.iter().map(|(_, clock, _)| clock).collect();
@@ -111,7 +111,7 @@ impl DriveLog {
     }
 }
 
-/// What was found on the way, for warnings and errors.
+/// Figures for warnings and errors.
 #[derive(Default)]
 struct Kept {
     /// Samples of all spans, those too short included.
@@ -156,7 +156,7 @@ impl Kept {
         }
     }
 
-    /// Whether enough is left, and what the speed window has kept.
+    /// Rejects a log of too few samples, and reports the effect of the speed window.
     fn check(mut self, log: &mut DriveLog, options: &LogOptions) -> Result<(), Error> {
         let step = log.sample_time_s;
         let used = log.output.len();
@@ -185,7 +185,7 @@ impl Kept {
         if used >= LEAST_SAMPLES {
             return Ok(());
         }
-        // Where gaps are to blame, they are named.
+        // Gaps that cause it are named.
         let got = self.samples;
         segments::refused_gap(&self.splits, &self.spans).map_or_else(
             || Err(Error::TooFewSamples { got, need: LEAST_SAMPLES, sample_time_s: step }),
@@ -194,7 +194,7 @@ impl Kept {
     }
 }
 
-/// No clock requires more samples than can be held.
+/// Rejects a sample time that requires more samples than can be held.
 fn check_size(plans: &[(&Drive, Clock, Vec<Span>)], step: f64) -> Result<(), Error> {
     let mut total = 0.0;
     for (_, clock, spans) in plans {

@@ -1,5 +1,5 @@
-//! The channels of a drive as its files hold them: SI values, missing samples dropped, the impossible
-//! refused.
+//! The channels of a drive as its files hold them: SI values, missing samples dropped, impossible values
+//! rejected.
 
 use crate::error::{Error, Place, counted};
 use crate::faults::{SpikeFilter, average};
@@ -10,9 +10,8 @@ use crate::role::Role;
 use crate::series::Series;
 use crate::signal::{median_period, unwrap};
 use crate::table::Table;
-use crate::units::Quantity;
 use std::rc::Rc;
-use steerwright_formats::{Intersample, SourceFile};
+use steerwright_formats::SourceFile;
 
 /// Fewest samples of the merged recording.
 pub(crate) const LEAST_SAMPLES: usize = 100;
@@ -50,19 +49,9 @@ pub(crate) fn read(
         }
         let time = Rc::new(time);
         for ((place, (role, source)), value) in own().zip(values) {
-            let raw = Series {
-                role: *role,
-                file: file.clone(),
-                column: header[source.column].clone(),
-                unit: source.unit,
-                time: Rc::clone(&time),
-                value,
-                line: Rc::clone(&columns.lines),
-                period: 0.0,
-                intersample: Intersample::Bl,
-                spikes: Vec::new(),
-                frozen: Vec::new(),
-            };
+            let empty = Series::new(*role, &file, &header[source.column], source.unit);
+            let (time, line) = (Rc::clone(&time), Rc::clone(&columns.lines));
+            let raw = Series { time, value, line, ..empty };
             channels.push((place, finished(raw, source.sign, options, warnings)?));
         }
     }
@@ -77,27 +66,20 @@ fn finished(
     options: &LogOptions,
     warnings: &mut Vec<String>,
 ) -> Result<Series, Error> {
-    let (role, unit) = (series.role, series.unit);
+    let role = series.role;
     series.bring_to_si(sign)?;
     let mut unreported = Vec::new();
     drop_missing(&mut series, if role.is_place() { &mut unreported } else { warnings });
     let repeated = average(&mut series)?;
     if role.is_place() {
-        // Drop-outs of a receiver are its own affair, and so is a drive without a fix.
+        // Dropouts of a receiver are no fault, and neither is a drive without a fix.
         return Ok(series);
     }
     warnings.extend(repeated.map(|r| r.warning(&series.file)));
     if role.has_spikes() {
         SpikeFilter::default().take(&mut series, true);
     }
-    if series.time.len() < 3 {
-        return Err(Error::TooFewRows {
-            got: series.time.len(),
-            need: LEAST_SAMPLES,
-            file: series.file,
-            column: series.column,
-        });
-    }
+    series.check_rows()?;
     if role == Role::Steering {
         series.intersample = intersample::of_steering(&series, options);
     }
@@ -111,22 +93,15 @@ fn finished(
             SpikeFilter::default().take(&mut series, true);
             series.spikes.sort_by(f64::total_cmp);
         }
-        rows_per_update = Some(updates.rows());
+        rows_per_update = Some(updates.rows);
     }
     series.period = median_period(&series.time);
     warnings.extend(series.spikes_in_words());
     warnings.extend(rows_per_update.map(|rows| intersample::held_steps_warning(&series, rows)));
-    if role == Role::YawRate && unit.quantity == Quantity::Angle {
+    if series.is_yaw() {
         let limit = series.gap_limit(options.max_gap_s);
         difference(&mut series, limit);
-        if series.time.len() < 3 {
-            return Err(Error::TooFewRows {
-                got: series.time.len(),
-                need: LEAST_SAMPLES,
-                file: series.file,
-                column: series.column,
-            });
-        }
+        series.check_rows()?;
         warnings.push(format!(
             "{}: column `{}` is an angle ({}): taken for yaw, unwrapped and differenced to yaw rate",
             series.file, series.column, series.unit.name
@@ -174,7 +149,7 @@ pub(crate) fn check_clock(
 }
 
 /// Yaw to yaw rate: unwrapped increments over time, placed at the middle of each interval, so
-/// that no delay arises. How far the vehicle turned in a gap is not known: it stays one.
+/// that no delay arises. A gap stays a gap.
 pub(crate) fn difference(series: &mut Series, limit: f64) {
     let yaw = unwrap(&series.value);
     let time = Rc::clone(&series.time);

@@ -1,4 +1,4 @@
-//! A recording with its steering later.
+//! A recording with its steering delayed.
 
 use crate::log::DriveLog;
 use crate::role::Role;

@@ -61,7 +61,7 @@ pub(crate) fn grouped<'a>(
     Ok(if tables.is_empty() { Vec::new() } else { vec![tables] })
 }
 
-/// Whether a column of the table is meant by the role, be its unit as it may.
+/// Whether the table has a column for the role, whatever its unit.
 pub(crate) fn brings(table: &Table<'_>, role: Role, options: &LogOptions) -> bool {
     match role.wanted(options) {
         Some(name) => table.find(name.strip_prefix('-').unwrap_or(name)).is_some(),
@@ -79,12 +79,7 @@ impl Drive {
         let names: Vec<&str> = tables.iter().map(|t| last_part(&t.file)).collect();
         let name = names.join(" + ");
         let mut sources = Vec::new();
-        for role in [Role::Steering, Role::YawRate, Role::Speed] {
-            if let Some(source) = mapping::find(&tables, options, role, warnings)? {
-                sources.push((role, source));
-            }
-        }
-        for role in Role::PLACES {
+        for role in [Role::Steering, Role::YawRate, Role::Speed].into_iter().chain(Role::PLACES) {
             if let Some(source) = mapping::find(&tables, options, role, warnings)? {
                 sources.push((role, source));
             }
@@ -106,7 +101,7 @@ impl Drive {
     }
 }
 
-/// Handles as missing what a gyro reports that is frozen while the vehicle moves and is steered.
+/// Leaves out the samples of a gyro that is frozen while the vehicle moves and is steered.
 fn leave_out_frozen(channels: &mut [Series]) {
     let [steering, yaw_rate, rest @ ..] = channels else { return };
     let mut freezes = Freezes::default();

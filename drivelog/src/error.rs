@@ -1,4 +1,4 @@
-//! What can go wrong with a log, with the place, the numbers and what to do next.
+//! The errors of the crate with their places and numbers, and a hint for each.
 
 use crate::role::unit_in_place_of;
 use crate::units::known_units;
@@ -169,7 +169,7 @@ pub enum Error {
 }
 
 impl Error {
-    /// What the reader can do about it.
+    /// The suggested fix.
     #[must_use]
     pub fn hint(&self) -> String {
         let text: &str = match self {

@@ -1,4 +1,4 @@
-//! What a channel does between its samples, and on which rows it was updated.
+//! The behaviour of a channel between its samples, and the rows on which it was updated.
 //!
 //! *Slow channels in fast rows.* A logger that writes a row for each sample of its fastest channel repeats
 //! the last value of the others. Of a sensor, a repeated value is old: only the rows on which it was updated
@@ -29,7 +29,7 @@ const IN_JUMPS: f64 = 0.5;
 const COMMAND_NAMES: [&str; 9] =
     ["command", "cmd", "target", "setpoint", "request", "desired", "demand", "reference", "_ref"];
 
-/// What the steering does between its samples: as stated, or as name, unit and values indicate.
+/// The behaviour of the steering between its samples: as stated, or as name, unit and values indicate.
 pub(crate) fn of_steering(series: &Series, options: &LogOptions) -> Intersample {
     let name = series.column.to_lowercase();
     options.intersample.unwrap_or_else(|| {
@@ -85,7 +85,7 @@ pub(crate) fn rows_per_update(value: &[f64]) -> Option<f64> {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Updates {
     /// Rows from one update to the next.
-    rows: f64,
+    pub(crate) rows: f64,
     /// Rows since the last update.
     since: usize,
     last: Option<f64>,
@@ -96,15 +96,7 @@ pub(crate) struct Updates {
 impl Updates {
     /// Of a sensor that is slower than the rows.
     pub(crate) fn of(series: &Series) -> Option<Self> {
-        if series.role.is_place() {
-            return None;
-        }
         rows_per_update(&series.value).map(|rows| Self { rows, ..Self::default() })
-    }
-
-    /// Rows from one update to the next.
-    pub(crate) fn rows(&self) -> f64 {
-        self.rows
     }
 
     /// Leaves the rows out on which the sensor was not updated. What repeats for half a period beyond the
@@ -140,7 +132,7 @@ impl Updates {
     }
 }
 
-/// What is reported of a channel that is slower than its rows.
+/// The warning of a channel that is slower than its rows.
 pub(crate) fn held_steps_warning(series: &Series, rows: f64) -> String {
     format!(
         "{}: column `{}`: each value is repeated over {:.0} rows; it is read as updated at {:.1} Hz",

@@ -9,7 +9,7 @@ use steerwright_formats::{ChannelSummary, SourceFile};
 /// A drive on one uniform grid, SI and radians, ISO 8855 signs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DriveLog {
-    /// Name for people: the first file's, without its ending.
+    /// The first file's name without its ending.
     pub name: String,
     /// Sample time T, s.
     pub sample_time_s: f64,
@@ -28,7 +28,7 @@ pub struct DriveLog {
     pub gnss: Option<Gnss>,
     /// What was read from each column.
     pub channels: Vec<ChannelSummary>,
-    /// What the reader had to do or doubts.
+    /// Warnings of the reader.
     pub warnings: Vec<String>,
     /// The files, by name and hash.
     pub sources: Vec<SourceFile>,

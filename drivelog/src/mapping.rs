@@ -1,6 +1,6 @@
 //! Finds the column for each role.
 
-use crate::error::{Error, Place};
+use crate::error::{Error, Place, last_part};
 use crate::options::LogOptions;
 use crate::role::Role;
 use crate::table::Table;
@@ -68,7 +68,7 @@ fn hits(tables: &[Table<'_>], name: &str) -> Vec<(usize, usize)> {
 }
 
 fn same_file(path: &str, name: &str) -> bool {
-    path == name || path.rsplit(['/', '\\']).next() == Some(name)
+    path == name || last_part(path) == name
 }
 
 /// The one column whose name and unit fit the role.
@@ -89,7 +89,7 @@ fn by_name(
                 .and_then(|unit| check_quantity(table, column, unit, role).map(|()| unit));
             match unit {
                 Ok(unit) => found.push(Source { table: t, column, unit, sign: 1.0 }),
-                // What was stated is not passed over in silence.
+                // A stated unit is an error where it is not recognised.
                 Err(error @ Error::UnknownUnit { .. }) => return Err(error),
                 Err(error) => unfit.push(error),
             }
@@ -100,7 +100,7 @@ fn by_name(
             let unit = at_full_scale(source.unit, options, role)?;
             Ok(Some(Source { unit, ..*source }))
         }
-        // The column meant is there: what is wrong is its unit.
+        // The column is there, its unit is wrong.
         ([], true) if unfit.len() == 1 => Err(unfit.remove(0)),
         (several, false) => {
             if let ([], [error]) = (several, &unfit[..]) {
@@ -156,30 +156,24 @@ pub(crate) fn unit_of(
                 same_file(&table.file, file) && (column == header || column == bare)
             })
     });
-    match stated {
-        Some((_, text)) => parse_unit(text).ok_or_else(|| Error::UnknownUnit {
+    let parsed = |text: &str| {
+        parse_unit(text).ok_or_else(|| Error::UnknownUnit {
             file: table.file.clone(),
             column: header.clone(),
-            unit: text.clone(),
-        }),
-        None => {
-            let place = || Place::new(&table.file, table.header_line, header);
-            let under = match table.unit_under(column) {
-                Some(text) => Some(parse_unit(text).ok_or_else(|| Error::UnknownUnit {
-                    file: table.file.clone(),
-                    column: header.clone(),
-                    unit: text.into(),
-                })?),
-                None => None,
-            };
-            match (unit_of_header(header), under) {
-                (Some(header), Some(row)) if header != row => {
-                    let (header, row) = (header.name, row.name);
-                    Err(Error::UnitsDiffer { at: place(), header, row })
-                }
-                (header, row) => header.or(row).ok_or_else(|| Error::UnitNotStated { at: place() }),
-            }
+            unit: text.into(),
+        })
+    };
+    if let Some((_, text)) = stated {
+        return parsed(text);
+    }
+    let place = || Place::new(&table.file, table.header_line, header);
+    let under = table.unit_under(column).map(parsed).transpose()?;
+    match (unit_of_header(header), under) {
+        (Some(header), Some(row)) if header != row => {
+            let (header, row) = (header.name, row.name);
+            Err(Error::UnitsDiffer { at: place(), header, row })
         }
+        (header, row) => header.or(row).ok_or_else(|| Error::UnitNotStated { at: place() }),
     }
 }
 

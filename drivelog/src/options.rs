@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use steerwright_formats::Intersample;
 
-/// What separates the whole of a number from its fraction.
+/// The decimal separator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DecimalMark {
     /// `0.5`
@@ -16,7 +16,7 @@ impl DecimalMark {
     /// Both.
     pub const ALL: [Self; 2] = [Self::Point, Self::Comma];
 
-    /// How it is called in options and messages.
+    /// Its name in options and messages.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

@@ -1,9 +1,9 @@
-//! What a column represents, with the names, units and values it may have.
+//! The quantity that a column represents, with its possible names, units and values.
 
 use crate::options::LogOptions;
 use crate::units::{Quantity, plain_name, split_brackets};
 
-/// What a column represents.
+/// The quantity that a column represents.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Role {
     Steering,

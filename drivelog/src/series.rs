@@ -1,10 +1,11 @@
 //! Samples of one channel on its own clock, in SI units.
 
+use crate::channels::LEAST_SAMPLES;
 use crate::error::{Error, Place, counted};
 use crate::resample::{Becomes, Grid, resample};
 use crate::role::Role;
 use crate::signal::resolution;
-use crate::units::Unit;
+use crate::units::{Quantity, Unit};
 use std::rc::Rc;
 use steerwright_formats::{ChannelSummary, Intersample};
 
@@ -32,6 +33,47 @@ pub(crate) struct Series {
 }
 
 impl Series {
+    /// A channel without rows.
+    pub(crate) fn new(role: Role, file: &str, column: &str, unit: Unit) -> Self {
+        Self {
+            role,
+            file: file.into(),
+            column: column.into(),
+            unit,
+            time: Rc::default(),
+            value: Vec::new(),
+            line: Rc::default(),
+            period: 0.0,
+            intersample: Intersample::Bl,
+            spikes: Vec::new(),
+            frozen: Vec::new(),
+        }
+    }
+
+    /// The channel without its rows.
+    pub(super) fn without_rows(&self) -> Self {
+        let (period, intersample) = (self.period, self.intersample);
+        Self { period, intersample, ..Self::new(self.role, &self.file, &self.column, self.unit) }
+    }
+
+    /// Whether it is a yaw, of which the yaw rate is the difference.
+    pub(crate) fn is_yaw(&self) -> bool {
+        self.role == Role::YawRate && self.unit.quantity == Quantity::Angle
+    }
+
+    /// Rejects a channel with too few rows to determine a clock.
+    pub(crate) fn check_rows(&self) -> Result<(), Error> {
+        if self.time.len() >= 3 {
+            return Ok(());
+        }
+        Err(Error::TooFewRows {
+            file: self.file.clone(),
+            column: self.column.clone(),
+            got: self.time.len(),
+            need: LEAST_SAMPLES,
+        })
+    }
+
     /// SI values; what no vehicle has is refused.
     pub(super) fn bring_to_si(&mut self, sign: f64) -> Result<(), Error> {
         let (role, unit) = (self.role, self.unit);
@@ -80,11 +122,7 @@ impl Series {
             time: Rc::new(Rc::make_mut(&mut self.time).split_off(row)),
             line: Rc::new(Rc::make_mut(&mut self.line).split_off(row)),
             value: self.value.split_off(row),
-            file: self.file.clone(),
-            column: self.column.clone(),
-            spikes: Vec::new(),
-            frozen: Vec::new(),
-            ..*self
+            ..self.without_rows()
         }
     }
 

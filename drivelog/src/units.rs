@@ -17,7 +17,7 @@ pub(crate) enum Quantity {
 /// A unit with its factor to SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Unit {
-    /// How it is called in messages and files.
+    /// Its name in messages and files.
     pub(crate) name: &'static str,
     pub(crate) quantity: Quantity,
     pub(crate) to_si: f64,

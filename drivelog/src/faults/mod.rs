@@ -61,7 +61,7 @@ mod tests {
     fn steps_pulses_and_sharp_turns_stay() {
         let mut seed = 5;
         let time = clock(6000, 0.01);
-        // // A command with a new value every 0.15 s, a binary sequence, and a step every 10 s.
+        // A command with a new value every 0.15 s, a binary sequence, and a step every 10 s.
         let mut level = 0.0;
         let held: Vec<f64> = (0..6000)
             .map(|k| {
@@ -73,7 +73,7 @@ mod tests {
             .collect();
         let binary: Vec<f64> = held.iter().map(|x| x.signum()).collect();
         let rare: Vec<f64> = (0..6000).map(|k| f64::from(u8::from(k / 1000 % 2 == 1))).collect();
-        // // Each sample another binary value, and a swerve of a second in a straight minute at 10 Hz.
+        // Each sample another binary value, and a swerve of a second in a straight minute at 10 Hz.
         let fast: Vec<f64> = (0..6000).map(|_| noise(&mut seed).signum()).collect();
         for x in [&held, &binary, &rare, &fast] {
             assert!(spikes(&time, x).is_empty(), "{:?}", spikes(&time, x));

@@ -1,7 +1,6 @@
 //! Rows with the same time: a clock with few digits, or a logger that writes an instant twice.
 
 use crate::error::{Error, counted, short};
-use crate::role::Role;
 use crate::series::Series;
 use crate::units::Quantity;
 use std::f64::consts::{PI, TAU};
@@ -36,8 +35,8 @@ pub(crate) fn average(series: &mut Series) -> Result<Option<Repeated>, Error> {
         });
     }
     let line = Rc::clone(&series.line);
-    let wraps = (series.role.is_place() || series.role == Role::YawRate)
-        && series.unit.quantity == Quantity::Angle;
+    let is_angle = series.unit.quantity == Quantity::Angle;
+    let wraps = series.is_yaw() || (series.role.is_place() && is_angle);
     let mean = |range: Range<usize>| {
         let values = &series.value[range];
         let sum: f64 = values
@@ -63,7 +62,7 @@ impl Repeated {
         }
     }
 
-    /// For people.
+    /// The warning.
     pub(crate) fn warning(&self, file: &str) -> String {
         format!(
             "{file}: {} with the time of the sample before, averaged with it; the first is in line {} at {} s",

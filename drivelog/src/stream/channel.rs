@@ -9,10 +9,8 @@ use crate::options::LogOptions;
 use crate::role::Role;
 use crate::series::Series;
 use crate::signal::{median_period, resolution};
-use crate::table::Table;
-use crate::units::Quantity;
 use std::rc::Rc;
-use steerwright_formats::{ChannelSummary, Intersample};
+use steerwright_formats::ChannelSummary;
 
 /// A clock whose median period differs by that share from what it was is another clock.
 const SAME_PERIOD: f64 = 0.1;
@@ -21,9 +19,6 @@ const ENOUGH: usize = 100;
 
 /// What is stored of a channel in addition to the rows at hand.
 pub(super) struct Channel {
-    pub(super) column: String,
-    /// Whether the yaw rate is the difference of a yaw.
-    pub(super) is_angle: bool,
     pub(super) missing: usize,
     pub(super) least: f64,
     most: f64,
@@ -44,28 +39,9 @@ pub(super) struct Channel {
     spikes: [SpikeFilter; 2],
 }
 
-/// No rows yet.
-pub(super) fn empty(table: &Table<'_>, role: Role, source: &Source) -> Series {
-    Series {
-        role,
-        file: table.file.clone(),
-        column: table.header[source.column].clone(),
-        unit: source.unit,
-        time: Rc::default(),
-        value: Vec::new(),
-        line: Rc::default(),
-        period: 0.0,
-        intersample: Intersample::Bl,
-        spikes: Vec::new(),
-        frozen: Vec::new(),
-    }
-}
-
 impl Channel {
-    pub(super) fn new(table: &Table<'_>, source: &Source) -> Self {
+    pub(super) fn new(source: &Source) -> Self {
         Self {
-            column: table.header[source.column].clone(),
-            is_angle: source.unit.quantity == Quantity::Angle,
             missing: 0,
             least: f64::INFINITY,
             most: f64::NEG_INFINITY,
@@ -92,7 +68,7 @@ impl Channel {
         are_last: bool,
     ) -> Result<(), Error> {
         let (time, line) = (Rc::new(time.to_vec()), Rc::new(line.to_vec()));
-        let mut new = Series { time, value, line, ..empty_like(to) };
+        let mut new = Series { time, value, line, ..to.without_rows() };
         new.bring_to_si(self.sign)?;
         self.missing += new.leave_out_missing();
         self.repeated = Repeated::and(self.repeated, average(&mut new)?);
@@ -117,7 +93,7 @@ impl Channel {
         }
         to.spikes.append(&mut new.spikes);
         to.spikes.sort_by(f64::total_cmp);
-        let of_yaw = to.role == Role::YawRate && self.is_angle;
+        let of_yaw = to.is_yaw();
         let last = self.last.filter(|_| of_yaw);
         if let Some((time, value, line)) = last {
             Rc::make_mut(&mut new.time).insert(0, time);
@@ -164,35 +140,15 @@ impl Channel {
         self.most - self.least <= 1e-12 * (1.0 + self.least.abs())
     }
 
-    /// All rows of the file.
+    /// The summary of all rows of the file.
     pub(super) fn summary(&self, series: &Series) -> ChannelSummary {
         ChannelSummary {
-            role: series.role.key().into(),
-            column: series.column.clone(),
-            unit: series.unit.name.into(),
             rows: self.count,
-            rate_hz: (1e3 / series.period).round() / 1e3,
-            intersample: Some(series.intersample),
             min: self.least,
             mean: self.mean(),
             max: self.most,
             resolution: self.resolution,
-            spikes_s: series.spikes.clone(),
-            frozen_s: series.frozen.clone(),
+            ..series.summary()
         }
-    }
-}
-
-/// The channel without its rows.
-fn empty_like(series: &Series) -> Series {
-    Series {
-        time: Rc::default(),
-        value: Vec::new(),
-        line: Rc::default(),
-        file: series.file.clone(),
-        column: series.column.clone(),
-        spikes: Vec::new(),
-        frozen: Vec::new(),
-        ..*series
     }
 }

@@ -13,7 +13,7 @@ mod span;
 #[cfg(test)]
 mod tests;
 
-use crate::channels::{LEAST_SAMPLES, check_clock};
+use crate::channels::check_clock;
 use crate::drive::{Drive, brings, steering_ratio};
 use crate::error::{Error, counted, last_part, stem};
 use crate::faults::{Freezes, MOVING_MPS, Moving, Sampled};
@@ -50,7 +50,7 @@ pub struct Streamed {
     pub channels: Vec<ChannelSummary>,
     /// The file, by name and hash.
     pub source: SourceFile,
-    /// What the reader had to do or doubts.
+    /// Warnings of the reader.
     pub warnings: Vec<String>,
 }
 
@@ -137,12 +137,12 @@ fn in_chunks<E: From<Error>>(
     }
     warnings.extend(reading.drive.channels.iter().filter_map(Series::spikes_in_words));
     warnings.extend(reading.drive.channels.iter().filter_map(Series::frozen_in_words));
-    for channel in &reading.channels {
+    for (channel, series) in reading.channels.iter().zip(&reading.drive.channels) {
         if channel.missing > 0 {
             warnings.push(format!(
                 "{}: column `{}`: {} missing; short runs are bridged by straight lines",
                 last_part(&table.file),
-                channel.column,
+                series.column,
                 counted(channel.missing, "sample")
             ));
         }
@@ -157,7 +157,7 @@ fn in_chunks<E: From<Error>>(
     })
 }
 
-/// The rows at hand and what is known of those before.
+/// The rows at hand and the state of those before.
 struct Reading {
     /// The rows not yet done with.
     drive: Drive,
@@ -186,10 +186,11 @@ impl Reading {
         options: &LogOptions,
     ) -> Result<Self, Error> {
         let clock = time_column(table, options)?;
-        let channels: Vec<Channel> =
-            sources.iter().map(|(_, source)| Channel::new(table, source)).collect();
-        let series: Vec<Series> =
-            sources.iter().map(|(role, s)| channel::empty(table, *role, s)).collect();
+        let channels = sources.iter().map(|(_, source)| Channel::new(source)).collect();
+        let series = |(role, source): &(Role, Source)| {
+            Series::new(*role, &table.file, &table.header[source.column], source.unit)
+        };
+        let series: Vec<Series> = sources.iter().map(series).collect();
         Ok(Self {
             doubtful: series[YAW_RATE].clone(),
             drive: Drive {
@@ -256,8 +257,8 @@ impl Reading {
         Ok(())
     }
 
-    /// Handles as missing what a gyro reports that is frozen while the vehicle moves and is steered, and
-    /// holds back, but no more than so many rows, what may be.
+    /// Leaves out the samples of a gyro that is frozen while the vehicle moves and is steered, and holds
+    /// back up to `most` rows that may be frozen.
     fn leave_out_frozen(&mut self, most: Option<usize>) {
         let mut tail = self.drive.channels[YAW_RATE].split_off(self.alive);
         let rows = Moving {
@@ -287,25 +288,18 @@ impl Reading {
         self.drive.channels[YAW_RATE].value.len() > self.doubtful.value.len()
     }
 
-    /// What the first rows determine: the steering ratio.
+    /// The steering ratio, which the first rows determine.
     fn begin(&mut self, options: &LogOptions, warnings: &mut Vec<String>) -> Result<f64, Error> {
         let yaw_rate = &self.drive.channels[YAW_RATE];
         if yaw_rate.value.is_empty() && !yaw_rate.frozen.is_empty() {
             self.check_at_the_end()?;
         }
         for (channel, series) in self.channels.iter().zip(&self.drive.channels) {
-            if series.time.len() < 3 {
-                return Err(Error::TooFewRows {
-                    file: series.file.clone(),
-                    column: series.column.clone(),
-                    got: series.time.len(),
-                    need: LEAST_SAMPLES,
-                });
-            }
+            series.check_rows()?;
             if let Some(updates) = &channel.updates {
-                warnings.push(intersample::held_steps_warning(series, updates.rows()));
+                warnings.push(intersample::held_steps_warning(series, updates.rows));
             }
-            if channel.is_angle && series.role == Role::YawRate {
+            if series.is_yaw() {
                 warnings.push(format!(
                     "{}: column `{}` is an angle ({}): taken for yaw, unwrapped and differenced to yaw rate",
                     self.drive.name, series.column, series.unit.name
@@ -315,7 +309,7 @@ impl Reading {
         steering_ratio(&self.drive.channels[0], options, warnings)
     }
 
-    /// What only the whole file can determine.
+    /// Rejects a constant channel and a standstill, which only the whole file shows.
     fn check_at_the_end(&self) -> Result<(), Error> {
         for (channel, series) in self.channels.iter().zip(&self.drive.channels) {
             if series.role != Role::Speed && channel.is_constant() {

@@ -240,12 +240,9 @@ fn start(file: &str, reader: &mut dyn Read) -> Result<(Vec<u8>, usize), Error> {
             line: 1,
             problem: e.to_string(),
         })?;
-        if bytes.len() < before + CHUNK as usize {
-            let length = bytes.len();
-            return Ok((bytes, length));
-        }
+        let is_whole = bytes.len() < before + CHUNK as usize;
         // No text, or no end of a line in sight.
-        if bytes.contains(&0) || bytes.len() > MOST {
+        if is_whole || bytes.contains(&0) || bytes.len() > MOST {
             let length = bytes.len();
             return Ok((bytes, length));
         }
