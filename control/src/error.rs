@@ -12,7 +12,7 @@ pub enum Error {
         line: usize,
         /// Column, from 1.
         column: usize,
-        /// What is wrong.
+        /// The problem.
         problem: String,
     },
     /// The file of recorded points is invalid.
@@ -24,7 +24,7 @@ pub enum Error {
         line: u64,
         /// Column, from 1.
         column: usize,
-        /// What is wrong.
+        /// The problem.
         problem: String,
     },
     /// The file of a road is invalid.
@@ -36,7 +36,7 @@ pub enum Error {
         line: usize,
         /// Column, from 1.
         column: usize,
-        /// What is wrong.
+        /// The problem.
         problem: String,
     },
     /// The recording of a satellite receiver has no usable fix.
@@ -63,7 +63,7 @@ pub enum Error {
     Model {
         /// The model's name.
         model: String,
-        /// What is wrong.
+        /// The problem.
         problem: String,
     },
     /// The identified model's file is inconsistent.
@@ -71,7 +71,7 @@ pub enum Error {
     Identified {
         /// The model's name.
         model: String,
-        /// What is wrong.
+        /// The problem.
         source: steerwright_models::Error,
     },
     /// The speed at which the plant was identified is unknown.
@@ -181,7 +181,7 @@ pub enum Error {
     Road {
         /// Which road.
         road: &'static str,
-        /// What is wrong.
+        /// The problem.
         problem: String,
     },
     /// Too few distinct points for a path.

@@ -7,7 +7,7 @@
 //!                                                    └─▶ evaluate, step_response, track
 //! ```
 //!
-//! | function | what |
+//! | function | purpose |
 //! |---|---|
 //! | [`bicycle_from_toml`], [`bicycle()`] | vehicle data → eq 13 |
 //! | [`DesignPlant`] | steering → yaw rate, identified or bicycle |

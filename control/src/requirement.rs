@@ -211,7 +211,7 @@ impl Requirement {
 /// Bounds below this value, percent or s, such as an overshoot of 0, are missed relative to it.
 const LEAST_SCALE: f64 = 0.01;
 
-/// What a controller reaches on one plant.
+/// The figures of a controller on one plant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Reached {
     pub(crate) step: StepMetrics,

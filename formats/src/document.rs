@@ -17,7 +17,7 @@ pub enum Error {
         column: usize,
         /// JSON path of the fault, `.` for the root.
         path: String,
-        /// What is wrong.
+        /// The problem.
         problem: String,
     },
     /// The schema is another one than expected.
@@ -37,7 +37,7 @@ pub enum Error {
         file: String,
         /// JSON path of the fault.
         path: String,
-        /// What is wrong.
+        /// The problem.
         problem: String,
     },
 }

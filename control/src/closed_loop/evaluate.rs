@@ -1,4 +1,4 @@
-//! What a controller reaches on a plant, whichever it was designed on.
+//! The evaluation of a controller on any plant.
 
 use crate::Error;
 use crate::closed_loop::feedforward::Advice;
@@ -30,10 +30,11 @@ const LARGE_STEPS_S: f64 = 30.0;
 pub fn evaluate(plant: &DesignPlant, pid: &Pid) -> Result<DesignEvidence, Error> {
     let sampled = sampled_for(plant, pid, pid.designed_for.loop_delay_s)?;
     let parameters = pid_parameters(pid);
+    let late = (pid.designed_for.path_delay_s - pid.designed_for.loop_delay_s).max(0.0);
     let advice = Advice {
         feedforward_gain: pid.guidance.feedforward_gain_radm,
         // The preview contains the additional delay of the loop through the path, which is not simulated here.
-        preview_time: pid.guidance.preview_time_s - late_path(pid),
+        preview_time: pid.guidance.preview_time_s - late,
         yaw_acceleration_gain: pid.guidance.yaw_acceleration_gain_s2,
         yaw_jerk_gain: pid.guidance.yaw_jerk_gain_s3,
     };
@@ -78,11 +79,6 @@ pub fn step_metrics(plant: &DesignPlant, pid: &Pid, loop_delay: f64) -> Result<S
     let (parameters, spec) = (pid_parameters(pid), &pid.specification);
     let step = Step::of(spec);
     Ok(simulated_step(&mut Simulator::default(), &sampled, &parameters, spec, step).step)
-}
-
-/// By how much later than the yaw loop the loop through the path is, s.
-fn late_path(pid: &Pid) -> f64 {
-    (pid.designed_for.path_delay_s - pid.designed_for.loop_delay_s).max(0.0)
 }
 
 /// One point of the open loop's frequency response.

@@ -18,7 +18,8 @@ pub(crate) struct Ensemble<'a> {
     pub(crate) plant: &'a DesignPlant,
     pub(crate) options: &'a DesignOptions,
     pub(crate) robust: RobustOptions,
-    scale: f64,
+    /// About how long a response takes, s.
+    pub(crate) scale: f64,
 }
 
 /// A plant of the ensemble, and whether it is a drawn one at the nominal latency and speed.
@@ -27,16 +28,7 @@ pub(crate) struct Member {
     pub(crate) at_nominal: bool,
 }
 
-impl<'a> Ensemble<'a> {
-    pub(crate) fn new(
-        plant: &'a DesignPlant,
-        options: &'a DesignOptions,
-        robust: RobustOptions,
-        scale: f64,
-    ) -> Self {
-        Self { plant, options, robust, scale }
-    }
-
+impl Ensemble<'_> {
     /// Lowest and highest delay of the loop beyond the plant's own, s.
     pub(crate) fn delays(&self) -> [f64; 2] {
         let (delay, spread) = (self.options.loop_delay_s, self.robust.latency_s);
@@ -83,11 +75,6 @@ impl<'a> Ensemble<'a> {
             delays.iter().for_each(|delay| push(&plant, *delay, false));
         }
         all
-    }
-
-    /// The ends of the ranges of latency, gain and speed, without plants drawn.
-    pub(crate) fn extremes(&self) -> Vec<Member> {
-        self.draw(0, 0)
     }
 
     fn plants(&self, stream: u64, count: usize) -> Vec<DesignPlant> {

@@ -59,7 +59,8 @@ pub fn design(
 ) -> Result<Pid, Error> {
     options.check()?;
     let objective = Objective::new(plant, options)?;
-    let ensemble = options.robust.map(|r| Ensemble::new(plant, options, r, objective.scale));
+    let ensemble =
+        options.robust.map(|robust| Ensemble { plant, options, robust, scale: objective.scale });
     let Robust { found, objective, common_settling_s } = match &ensemble {
         Some(ensemble) => ensemble.find(objective)?,
         None => {

@@ -90,8 +90,9 @@ impl DesignOptions {
         let s = &self.requirements;
         for requirement in Requirement::ALL {
             let Some(value) = requirement.required(s) else { continue };
-            let (option, must, within) = bounds(requirement);
+            let (must, within) = bounds(requirement);
             if !(value.is_finite() && within(value)) {
+                let option = requirement.label();
                 return Err(Error::Option { option, value, must });
             }
         }
@@ -201,18 +202,15 @@ impl DesignOptions {
     }
 }
 
-/// Label of a requirement and the values that it may have.
-fn bounds(requirement: Requirement) -> (&'static str, &'static str, fn(f64) -> bool) {
+/// The values that a requirement may have.
+fn bounds(requirement: Requirement) -> (&'static str, fn(f64) -> bool) {
     use Requirement as R;
-    let label = requirement.label();
     match requirement {
-        // 0: no overshoot at all.
-        R::Overshoot => (label, "0 or more", |v| v >= 0.0),
-        R::Settling => (label, "greater than 0 and at most 60 s", |v| v > 0.0 && v <= 60.0),
-        R::ModulusMargin => (label, "at least 0 and below 1", |v| (0.0..1.0).contains(&v)),
-        R::DiskMargin => (label, "at least 0 and below 2", |v| (0.0..2.0).contains(&v)),
-        R::PhaseMargin => (label, "at least 0 and below 180°", |v| (0.0..180.0).contains(&v)),
-        R::GainMargin | R::DelayMargin => (label, "0 or more", |v| v >= 0.0),
-        _ => (label, "greater than 0", |v| v > 0.0),
+        R::Settling => ("greater than 0 and at most 60 s", |v| v > 0.0 && v <= 60.0),
+        R::ModulusMargin => ("at least 0 and below 1", |v| (0.0..1.0).contains(&v)),
+        R::DiskMargin => ("at least 0 and below 2", |v| (0.0..2.0).contains(&v)),
+        R::PhaseMargin => ("at least 0 and below 180°", |v| (0.0..180.0).contains(&v)),
+        R::Overshoot | R::GainMargin | R::DelayMargin => ("0 or more", |v| v >= 0.0),
+        _ => ("greater than 0", |v| v > 0.0),
     }
 }

@@ -147,10 +147,10 @@ impl Ensemble<'_> {
         Ok(if better { other.found } else { best })
     }
 
-    /// Leaves the nominal plant and the extremes alone.
+    /// Leaves the nominal plant and the ends of the ranges of latency, gain and speed.
     fn reset(&self, objective: &mut Objective) {
         objective.scenarios.truncate(1);
-        let extremes = self.extremes().into_iter();
+        let extremes = self.draw(0, 0).into_iter();
         objective.scenarios.extend(extremes.map(|m| m.scenario.without_offset()));
     }
 

@@ -21,7 +21,7 @@ const STEPS: u32 = 40;
 const BISECTIONS: u32 = 8;
 
 impl Ensemble<'_> {
-    /// What the gains reach over plants that are drawn again.
+    /// The figures of the gains over plants that are drawn again.
     pub(crate) fn evidence(
         &self,
         objective: &Objective,

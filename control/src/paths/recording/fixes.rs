@@ -10,8 +10,6 @@ pub struct RecordedPoints {
     pub x_m: Vec<f64>,
     /// y, or north of the first point, m.
     pub y_m: Vec<f64>,
-    /// Whether they came from latitude and longitude.
-    pub geodetic: bool,
     /// Warnings about rows that were left out or are doubtful.
     pub warnings: Vec<String>,
 }
@@ -122,7 +120,7 @@ pub(crate) fn choose(
     let altitudes: Option<Vec<f64>> = kept.iter().map(|fix| fix.altitude).collect();
     let (x_m, y_m) =
         wgs84_to_local(&column(|f| f.latitude), &column(|f| f.longitude), altitudes.as_deref());
-    Ok(RecordedPoints { x_m, y_m, geodetic: true, warnings })
+    Ok(RecordedPoints { x_m, y_m, warnings })
 }
 
 /// Rejects a position that is not on the globe.

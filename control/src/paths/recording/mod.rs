@@ -87,12 +87,9 @@ fn read_table(text: &str, file: &str) -> Result<RecordedPoints, Error> {
                     format!("the row has no {name}: it has {} fields", record.len()),
                 )
             })?;
-            let value: f64 = text
-                .parse()
-                .map_err(|_| fault(line, column, format!("{name} is `{text}`, not a number")))?;
-            if value.is_nan() {
-                return Err(fault(line, column, format!("{name} is `{text}`, not a number")));
-            }
+            let value = text.parse::<f64>().ok().filter(|x| !x.is_nan());
+            let value = value
+                .ok_or_else(|| fault(line, column, format!("{name} is `{text}`, not a number")))?;
             let limit = match *name {
                 "latitude_deg" => 90.0,
                 "longitude_deg" => 360.0,
@@ -109,7 +106,7 @@ fn read_table(text: &str, file: &str) -> Result<RecordedPoints, Error> {
         (values.next().unwrap_or_default(), values.next().unwrap_or_default(), values.next());
     let (x_m, y_m) =
         if geodetic { wgs84_to_local(&first, &second, third.as_deref()) } else { (first, second) };
-    Ok(RecordedPoints { x_m, y_m, geodetic, warnings: Vec::new() })
+    Ok(RecordedPoints { x_m, y_m, warnings: Vec::new() })
 }
 
 /// The reader counts blank lines and comments before a record as the record's own.
@@ -148,6 +145,6 @@ mod tests {
     #[test]
     fn metres_are_unchanged() {
         let points = read_points("\u{feff}x_m, y_m\n1.5, -2\n", "t.csv").unwrap();
-        assert_eq!((points.x_m, points.y_m, points.geodetic), (vec![1.5], vec![-2.0], false));
+        assert_eq!((points.x_m, points.y_m), (vec![1.5], vec![-2.0]));
     }
 }
