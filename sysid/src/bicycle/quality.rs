@@ -9,7 +9,7 @@ use crate::validation::lead::{yaw_rate_lag, yaw_rate_lead};
 use crate::validation::modelled::bandwidth_hz;
 use crate::validation::plausible::{Response, implausible, opposite};
 use crate::validation::play::steering_play;
-use crate::validation::quality::{GOOD_FIT, LEAST_STEERING, failed, with_error};
+use crate::validation::quality::{GOOD_FIT, failed, weak_steering, with_error};
 use crate::validation::rate::slow_log;
 use crate::validation::regression::{Pair, pairs};
 use faer::c64;
@@ -33,7 +33,9 @@ impl Known<'_> {
             None if has_gain => self.implausible(e),
             None => Vec::new(),
         };
-        let too_little: Vec<Reason> = self.weak_steering().into_iter().chain(gain_error).collect();
+        let steering = standard_deviation(&self.recording.steering);
+        let too_little: Vec<Reason> =
+            weak_steering(steering).into_iter().chain(gain_error).collect();
         let mut explained = !implausible.is_empty();
         if !too_little.is_empty() {
             reasons.extend(too_little);
@@ -83,17 +85,6 @@ impl Known<'_> {
             )
         };
         Quality::new(summary, reasons, advice)
-    }
-
-    fn weak_steering(&self) -> Option<Reason> {
-        let steering = standard_deviation(&self.recording.steering);
-        (steering < LEAST_STEERING).then(|| {
-            let degrees = steering.to_degrees();
-            let message =
-                format!("the road wheel moves by {degrees:.2}° (standard deviation) only");
-            let limit = LEAST_STEERING.to_degrees();
-            failed(ReasonCode::WeakSteering, message).compared(degrees, limit, "deg")
-        })
     }
 
     /// What no road vehicle has, each with the likely cause.

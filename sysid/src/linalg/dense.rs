@@ -4,6 +4,9 @@ use crate::Error;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef, Side};
 
+/// Singular values below this share of the largest are rounding, not data.
+pub(crate) const RANK_TOLERANCE: f64 = 1e-12;
+
 /// Thin singular value decomposition as owned parts: `m = u · diag(s) · vᵀ`, s descending.
 pub(crate) struct Svd {
     pub(crate) u: Mat<f64>,

@@ -6,10 +6,8 @@
 //! makes the problem that is solved in the end larger.
 
 use crate::Error;
-use crate::linalg::dense::{least_squares, r_factor, vcat};
+use crate::linalg::dense::{RANK_TOLERANCE, least_squares, r_factor, vcat};
 use faer::{Mat, MatRef};
-
-const TOLERANCE: f64 = 1e-12;
 
 /// Equations accumulated so far.
 pub(crate) struct Elimination {
@@ -58,14 +56,14 @@ impl Elimination {
             let ridge = Mat::from_fn(n, n, |i, j| if i == j { sizes[j] } else { 0.0 });
             let a = vcat(&[r, ridge.as_ref()]);
             let b = vcat(&[self.below.get(.., n..), Mat::zeros(n, 1).as_ref()]);
-            least_squares(a.as_ref(), b.as_ref(), TOLERANCE)?
+            least_squares(a.as_ref(), b.as_ref(), RANK_TOLERANCE)?
         } else {
-            least_squares(r, self.below.get(.., n..), TOLERANCE)?
+            least_squares(r, self.below.get(.., n..), RANK_TOLERANCE)?
         };
         let mut squares = (self.below.get(.., n..) - r * &shared).squared_norm_l2();
         let of_segment = |rows: &Mat<f64>| -> Result<Vec<f64>, Error> {
             let rest = rows.get(.., own + n..) - rows.get(.., own..own + n) * &shared;
-            let x = least_squares(rows.get(.., ..own), rest.as_ref(), TOLERANCE)?;
+            let x = least_squares(rows.get(.., ..own), rest.as_ref(), RANK_TOLERANCE)?;
             squares += (rest - rows.get(.., ..own) * &x).squared_norm_l2();
             Ok((0..own).map(|i| x[(i, 0)]).collect())
         };

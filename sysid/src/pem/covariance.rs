@@ -16,7 +16,7 @@
 
 use crate::Error;
 use crate::data::DataSet;
-use crate::linalg::dense::{hcat, least_squares, r_factor, solve, svd};
+use crate::linalg::dense::{self, hcat, is_finite, least_squares, r_factor, solve, svd};
 use crate::linalg::r_factor::RFactor;
 use crate::model::{Innovation, StateSpace, predictor};
 use crate::pem::coordinates::{Coordinates, Move, in_basis, inverse};
@@ -311,7 +311,7 @@ fn with_gain(
         all.push(entries(&nothing, &gain));
     }
     let factor = from_columns(&all);
-    if crate::linalg::dense::is_finite(factor.as_ref()) {
+    if is_finite(factor.as_ref()) {
         Ok(factor)
     } else {
         Err(Error::NoModel { problem: "the data do not determine the Kalman gain".into() })
@@ -361,13 +361,13 @@ fn change_of_basis(model: &StateSpace, row: usize, col: usize) -> Move {
 fn flat(delta: &Move) -> Vec<f64> {
     [&delta.a, &delta.b, &delta.c, &delta.d]
         .into_iter()
-        .flat_map(|m| crate::linalg::dense::rows(m.as_ref()))
+        .flat_map(|m| dense::rows(m.as_ref()))
         .collect()
 }
 
 fn entries(delta: &Move, gain: &Mat<f64>) -> Vec<f64> {
     let mut all = flat(delta);
-    all.extend(crate::linalg::dense::rows(gain.as_ref()));
+    all.extend(dense::rows(gain.as_ref()));
     all
 }
 

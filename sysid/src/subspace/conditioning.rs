@@ -6,6 +6,7 @@
 //! it infinite, and are no worse for that. That of the input alone determines what the input excites;
 //! where it is beyond [`MOST_OF_INPUT`], the longest windows for which it is not are used.
 
+use crate::linalg::dense::short_dot;
 use faer::MatRef;
 
 /// What an [`Accumulator`](crate::subspace::Accumulator) keeps.
@@ -107,7 +108,7 @@ pub(crate) fn condition(l: MatRef<'_, f64>) -> f64 {
         // x := L (Lᵀ x)
         let mut product = vec![0.0; size];
         for (j, column) in columns.chunks_exact(size).enumerate() {
-            let dot = crate::linalg::dense::short_dot(&column[j..], &x[j..]);
+            let dot = short_dot(&column[j..], &x[j..]);
             product[j..].iter_mut().zip(&column[j..]).for_each(|(p, c)| *p += c * dot);
         }
         *x = product;
@@ -120,7 +121,7 @@ pub(crate) fn condition(l: MatRef<'_, f64>) -> f64 {
             rest.iter_mut().zip(&column[j + 1..]).for_each(|(r, c)| *r -= c * done[j]);
         }
         for (j, column) in columns.chunks_exact(size).enumerate().rev() {
-            let dot = crate::linalg::dense::short_dot(&column[j + 1..], &x[j + 1..]);
+            let dot = short_dot(&column[j + 1..], &x[j + 1..]);
             x[j] = (x[j] - dot) / column[j];
         }
     });
@@ -133,10 +134,10 @@ fn grow(mut x: Vec<f64>, mut apply: impl FnMut(&mut Vec<f64>)) -> f64 {
     const STEPS: usize = 4;
     let mut growth = 0.0;
     for _ in 0..STEPS {
-        let norm = crate::linalg::dense::short_dot(&x, &x).sqrt();
+        let norm = short_dot(&x, &x).sqrt();
         x.iter_mut().for_each(|v| *v /= norm);
         apply(&mut x);
-        growth = crate::linalg::dense::short_dot(&x, &x).sqrt();
+        growth = short_dot(&x, &x).sqrt();
     }
     growth
 }

@@ -6,6 +6,7 @@ use crate::subspace::conditioning::{
 };
 use crate::subspace::tall::lower;
 use faer::{Mat, Side};
+use std::ops::Range;
 
 /// The least horizon of any use: a first-order model sees its own shift in it.
 const LEAST_HORIZON: usize = 2;
@@ -137,16 +138,6 @@ impl Factor {
 }
 
 impl Source {
-    /// Places of some channels in the variables in order of time, `blocks` of them from lag `from`.
-    fn places(
-        &self,
-        (m, p): (usize, usize),
-        lags: std::ops::Range<usize>,
-        channels: std::ops::Range<usize>,
-    ) -> Vec<usize> {
-        lags.flat_map(|lag| channels.clone().map(move |c| lag * (m + p) + c)).collect()
-    }
-
     fn cut(
         &self,
         requested: usize,
@@ -156,10 +147,10 @@ impl Source {
         let (m, p) = channels;
         let s = requested.min(self.longest);
         let (past, future) = (self.full - s..self.full, self.full..self.full + s);
-        let mut order = self.places(channels, future.clone(), 0..m);
-        order.extend(self.places(channels, past.clone(), 0..m));
-        order.extend(self.places(channels, past, m..m + p));
-        order.extend(self.places(channels, future, m..m + p));
+        let mut order = places(channels, future.clone(), 0..m);
+        order.extend(places(channels, past.clone(), 0..m));
+        order.extend(places(channels, past, m..m + p));
+        order.extend(places(channels, future, m..m + p));
         // Conditions are those of the windows about their mean, before it is added.
         let l = self.of_deviations(&order)?;
         let method = match &self.decomposed {
@@ -225,7 +216,7 @@ impl Source {
         let input_condition = |s: usize| match &self.decomposed {
             Decomposed::Qr(r) if channels.0 > 0 => {
                 let lags = self.full - s..self.full + s;
-                condition(chosen(r, &self.places(channels, lags, 0..channels.0)).as_ref())
+                condition(chosen(r, &places(channels, lags, 0..channels.0)).as_ref())
             }
             _ => 1.0,
         };
@@ -253,6 +244,11 @@ impl Source {
         self.input_condition = full;
         Ok(())
     }
+}
+
+/// Places of some channels at some lags in the variables in order of time.
+fn places((m, p): (usize, usize), lags: Range<usize>, channels: Range<usize>) -> Vec<usize> {
+    lags.flat_map(|lag| channels.clone().map(move |c| lag * (m + p) + c)).collect()
 }
 
 /// Columns of an R factor, factored again and transposed.

@@ -1,11 +1,10 @@
 //! The noise of a model: its Kalman gain and the covariance of its innovation.
 
 use crate::Error;
-use crate::linalg::dense::{pseudo_inverse, vcat};
+use crate::linalg::dense::{RANK_TOLERANCE, pseudo_inverse, vcat};
 use crate::model::riccati::kalman_filter;
 use crate::model::{StateSpace, free_response};
 use crate::subspace::Factor;
-use crate::subspace::realization::TOLERANCE;
 use faer::{Mat, MatRef};
 
 /// Residuals [W; V] of the state recursion with the states that Γ sees in the data:
@@ -27,11 +26,11 @@ fn recursion_residuals(
         }
     }
     let u = l.get(..past, ..width);
-    let x = pseudo_inverse(gamma, TOLERANCE)? * (z - &h * u);
+    let x = pseudo_inverse(gamma, RANK_TOLERANCE)? * (z - &h * u);
     let z_next = l.get(future + p.., ..width);
     let short = (s - 1) * p;
     let h_next = h.get(..short, ..(s - 1) * m);
-    let x_next = pseudo_inverse(gamma.get(..short, ..), TOLERANCE)?
+    let x_next = pseudo_inverse(gamma.get(..short, ..), RANK_TOLERANCE)?
         * (z_next - h_next * l.get(m..past, ..width));
     let now = l.get(..m, ..width);
     let w = x_next - &model.a * &x - &model.b * now;

@@ -1,14 +1,12 @@
 //! From the column space of Γ to A, B, C, D: the shift structure, and eq 12.
 
 use crate::Error;
-use crate::linalg::dense::{hcat, least_squares, pseudo_inverse, vcat};
+use crate::linalg::dense::{RANK_TOLERANCE, hcat, least_squares, pseudo_inverse, vcat};
 use crate::model::StateSpace;
 use crate::model::stability::stable_fit;
 use crate::subspace::weights::{oblique, oblique_next};
 use crate::subspace::{Factor, Subspace};
 use faer::{Mat, MatRef};
-
-pub(crate) const TOLERANCE: f64 = 1e-12;
 
 /// How A and C come out of the column space of Γ.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -44,7 +42,8 @@ pub fn shift_realization(
 ) -> Result<(Mat<f64>, Mat<f64>), Error> {
     let gamma = gamma(subspace, order, outputs)?;
     let rows = gamma.nrows();
-    let a = pseudo_inverse(gamma.get(..rows - outputs, ..), TOLERANCE)? * gamma.get(outputs.., ..);
+    let a =
+        pseudo_inverse(gamma.get(..rows - outputs, ..), RANK_TOLERANCE)? * gamma.get(outputs.., ..);
     Ok((a, gamma.get(..outputs, ..).to_owned()))
 }
 
@@ -85,8 +84,8 @@ impl Projections {
         let gamma = gamma(subspace, order, outputs)?;
         let short = gamma.get(..gamma.nrows() - outputs, ..);
         Ok([
-            pseudo_inverse(gamma, TOLERANCE)? * &self.now,
-            pseudo_inverse(short, TOLERANCE)? * &self.next,
+            pseudo_inverse(gamma, RANK_TOLERANCE)? * &self.now,
+            pseudo_inverse(short, RANK_TOLERANCE)? * &self.next,
         ])
     }
 }
@@ -153,5 +152,5 @@ fn now_signals(factor: &Factor) -> (MatRef<'_, f64>, MatRef<'_, f64>) {
 
 /// Θ with least ‖target − Θ·data‖.
 fn transposed_fit(data: MatRef<'_, f64>, target: MatRef<'_, f64>) -> Result<Mat<f64>, Error> {
-    Ok(least_squares(data.transpose(), target.transpose(), TOLERANCE)?.transpose().to_owned())
+    Ok(least_squares(data.transpose(), target.transpose(), RANK_TOLERANCE)?.transpose().to_owned())
 }

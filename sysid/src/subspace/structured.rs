@@ -1,9 +1,8 @@
 //! B and D for given A and C, without the bias of coloured inputs.
 
 use crate::Error;
-use crate::linalg::dense::{least_squares, pseudo_inverse, r_factor, vcat};
+use crate::linalg::dense::{RANK_TOLERANCE, least_squares, pseudo_inverse, r_factor, vcat};
 use crate::model::StateSpace;
-use crate::subspace::realization::TOLERANCE;
 use crate::subspace::{Factor, Subspace};
 use faer::{Mat, MatRef};
 
@@ -28,8 +27,8 @@ pub fn structured_bd(
     let gamma = subspace.basis.get(.., ..n);
     let s = factor.horizon;
     let short = (s - 1) * p;
-    let now = pseudo_inverse(gamma, TOLERANCE)?;
-    let next = pseudo_inverse(gamma.get(..short, ..), TOLERANCE)?;
+    let now = pseudo_inverse(gamma, RANK_TOLERANCE)?;
+    let next = pseudo_inverse(gamma.get(..short, ..), RANK_TOLERANCE)?;
     // 𝒦 U_f has columns in Q1 only, so only these can be fitted.
     let (past, future) = (factor.past(), factor.future());
     let l = factor.l.get(.., ..past);
@@ -75,7 +74,7 @@ pub fn structured_bd(
         }
     }
     let target = Mat::from_fn(cells, 1, |k, _| target[(k % (n + p), k / (n + p))]);
-    let solution = least_squares(slopes.as_ref(), target.as_ref(), TOLERANCE)?;
+    let solution = least_squares(slopes.as_ref(), target.as_ref(), RANK_TOLERANCE)?;
     let at = |row: usize, input: usize| solution[(row * m + input, 0)];
     Ok(StateSpace {
         a: a.to_owned(),

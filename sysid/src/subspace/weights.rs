@@ -1,13 +1,10 @@
 //! The weighted singular value decomposition whose column space is that of Γ.
 
 use crate::Error;
-use crate::linalg::dense::{pseudo_inverse, r_factor, svd, vcat};
+use crate::linalg::dense::{RANK_TOLERANCE, pseudo_inverse, r_factor, svd, vcat};
 use crate::subspace::Factor;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Mat, MatRef, Par};
-
-/// Singular values below this share of the largest are rounding, not data.
-const RANK_TOLERANCE: f64 = 1e-12;
 
 /// The weighting W1·O_i·W2 of the oblique projection O_i of Y_f along U_f on W_p (Van Overschee
 /// and De Moor 1995, table 1).

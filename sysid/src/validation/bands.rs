@@ -16,8 +16,9 @@ use steerwright_formats::{ExcitationBand, Information, Persistence};
 
 /// Ends of the bands, Hz.
 pub(crate) const ENDS: [f64; 7] = [0.0, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0];
-/// A gain known to this share of itself is known.
+/// The largest relative error of a gain that counts as determined.
 const KNOWN: f64 = 0.2;
+
 /// By how much the mean of so many neighbouring cross densities scatters more than that of as many
 /// independent ones: transforms with von Hann's window correlate by 2/3 at the next frequency and by
 /// 1/6 at the one after it, their products with independent noise by the squares.

@@ -15,7 +15,7 @@
 //! 2005, section 7.5); |T| is at most about 1.3 in a loop with little overshoot, and below half of that
 //! share its margins remain ones.
 
-use crate::validation::bands::{coupling, inside};
+use crate::validation::bands::{ENDS, coupling, inside};
 use crate::validation::modelled::{INFORMATIVE, Modelled, rounded};
 use crate::validation::spectra::Spectra;
 use steerwright_formats::BandDeparture;
@@ -28,8 +28,7 @@ pub(crate) fn band_errors(
     measured: &[(f64, f64)],
     sample_time_s: f64,
 ) -> Vec<BandDeparture> {
-    crate::validation::bands::ENDS
-        .windows(2)
+    ENDS.windows(2)
         .filter_map(|ends| {
             let (mut factor, mut power, mut scatter) = ((0.0, 0.0), 0.0, 0.0);
             let (mut noise, mut output, mut count) = (0.0, 0.0, 0);

@@ -12,7 +12,7 @@ use steerwright_formats::{
 };
 
 /// Below, the steering hardly moves the vehicle: a fifth of a degree at the road wheel.
-pub(crate) const LEAST_STEERING: f64 = 0.0035;
+const LEAST_STEERING: f64 = 0.0035;
 /// The band that a yaw controller with a settling time of a second needs, Hz.
 pub(crate) const LEAST_BAND: f64 = 0.8;
 /// Simulation fit that a model must reach to design on it, percent.
@@ -33,14 +33,8 @@ pub(crate) fn quality(
     options: &IdentifyOptions,
 ) -> Quality {
     let e = &evidence.excitation;
-    let mut reasons = Vec::new();
+    let mut reasons: Vec<Reason> = weak_steering(e.road_wheel_std_rad).into_iter().collect();
     let mut advice = Vec::new();
-    let degrees = e.road_wheel_std_rad.to_degrees();
-    if e.road_wheel_std_rad < LEAST_STEERING {
-        let message = format!("the road wheel moves by {degrees:.2}° (standard deviation) only");
-        let limit = LEAST_STEERING.to_degrees();
-        reasons.push(failed(ReasonCode::WeakSteering, message).compared(degrees, limit, "deg"));
-    }
     if e.informative_up_to_hz < LEAST_BAND {
         let message = if e.informative_up_to_hz > 0.0 {
             format!(
@@ -160,6 +154,16 @@ pub(crate) fn quality(
         )
     };
     Quality::new(summary, reasons, advice)
+}
+
+/// The reason where the road wheel hardly moves, by its standard deviation.
+pub(crate) fn weak_steering(road_wheel_std_rad: f64) -> Option<Reason> {
+    (road_wheel_std_rad < LEAST_STEERING).then(|| {
+        let degrees = road_wheel_std_rad.to_degrees();
+        let message = format!("the road wheel moves by {degrees:.2}° (standard deviation) only");
+        let limit = LEAST_STEERING.to_degrees();
+        failed(ReasonCode::WeakSteering, message).compared(degrees, limit, "deg")
+    })
 }
 
 /// A reason that forbids a design.

@@ -5,6 +5,7 @@
 //! statement can bear, and large against the rounding of eigenvalues.
 
 use crate::model::StateSpace;
+use crate::validation::modelled::rounded;
 use faer::Mat;
 use steerwright_formats::{Matrix, Spread};
 
@@ -39,9 +40,9 @@ pub(crate) fn spreads(
     }
     let finite = |sum: [f64; 3]| sum.iter().all(|s| s.is_finite()).then_some(sum);
     let spread = |[re, im, both]: [f64; 3]| Spread {
-        variance_re: crate::validation::modelled::rounded(re),
-        variance_im: crate::validation::modelled::rounded(im),
-        covariance: crate::validation::modelled::rounded(both),
+        variance_re: rounded(re),
+        variance_im: rounded(im),
+        covariance: rounded(both),
     };
     sums.into_iter().map(|sum| sum.and_then(finite).map(spread)).collect()
 }

@@ -24,10 +24,9 @@
 
 use crate::Error;
 use crate::data::DataSet;
-use crate::linalg::dense::{hcat, least_squares, pseudo_inverse, r_factor, svd};
+use crate::linalg::dense::{RANK_TOLERANCE, hcat, least_squares, pseudo_inverse, r_factor, svd};
 use crate::model::{StateSpace, free_response};
 use crate::subspace::Factor;
-use crate::subspace::closed_loop::predictor::RANK_TOLERANCE;
 use crate::subspace::closed_loop::windows::{Signals, Windows};
 use crate::subspace::closed_loop::{factor, horizons};
 use faer::{Mat, MatRef};

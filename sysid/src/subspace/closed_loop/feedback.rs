@@ -25,9 +25,9 @@
 use crate::Error;
 use crate::data::DataSet;
 use crate::data::statistics::{Z99, chi_squared_quantile};
-use crate::linalg::dense::{hcat, least_squares, svd};
+use crate::linalg::dense::{RANK_TOLERANCE, hcat, least_squares, svd};
 use crate::subspace::Factor;
-use crate::subspace::closed_loop::predictor::{Criterion, RANK_TOLERANCE, order_in};
+use crate::subspace::closed_loop::predictor::{Criterion, order_in};
 use crate::subspace::closed_loop::windows::{Signals, Windows};
 use faer::Mat;
 

@@ -13,9 +13,8 @@
 //! ΓK Z_p = U S Vᵀ over the data, and the state is S^{1/2} Vᵀ = S^{−1/2} Uᵀ ΓK Z_p.
 
 use crate::Error;
-use crate::linalg::dense::svd;
+use crate::linalg::dense::{RANK_TOLERANCE, svd};
 use crate::subspace::closed_loop::Predictor;
-use crate::subspace::closed_loop::predictor::RANK_TOLERANCE;
 use crate::subspace::closed_loop::windows::{Signals, Windows};
 use faer::Mat;
 

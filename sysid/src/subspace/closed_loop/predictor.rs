@@ -1,13 +1,10 @@
 //! The VARX model: one-step prediction from the p last samples, by least squares.
 
 use crate::Error;
-use crate::linalg::dense::{hcat, least_squares, r_factor};
+use crate::linalg::dense::{RANK_TOLERANCE, hcat, least_squares, r_factor};
 use crate::subspace::Factor;
 use crate::subspace::closed_loop::windows::{Signals, Windows};
 use faer::{Mat, MatRef};
-
-/// Directions of the regressors below this share of the largest are rounding, not data.
-pub(crate) const RANK_TOLERANCE: f64 = 1e-12;
 
 /// `ŷ(t) = D u(t) + Σ_{j=1..p} Ξ_j z(t−j)` with z = [u; y] and Ξ_j = C Ã^{j−1} B̃.
 #[derive(Debug, Clone, PartialEq)]

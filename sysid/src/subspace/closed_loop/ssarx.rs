@@ -8,9 +8,8 @@
 //! Ỹᵀ)^{−1/2} Ỹ Zᵀ (Z Zᵀ)^{−1/2} = U S Vᵀ`, times (Z Zᵀ)^{−1/2} Z.
 
 use crate::Error;
-use crate::linalg::dense::{Svd, svd};
+use crate::linalg::dense::{RANK_TOLERANCE, Svd, svd};
 use crate::subspace::closed_loop::Predictor;
-use crate::subspace::closed_loop::predictor::RANK_TOLERANCE;
 use crate::subspace::closed_loop::windows::{Signals, Windows};
 use faer::{Mat, MatRef};
 

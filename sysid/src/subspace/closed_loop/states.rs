@@ -4,14 +4,14 @@
 //! and the rest from `x⁺ = A x + B u + K e`. The states of order n are the n first rows of T.
 
 use crate::Error;
-use crate::linalg::dense::{hcat, is_finite, least_squares, r_factor, spectral_radius};
+use crate::linalg::dense::{
+    RANK_TOLERANCE, hcat, is_finite, least_squares, r_factor, spectral_radius,
+};
 use crate::model::riccati::kalman_filter;
 use crate::model::stability::stable_fit;
 use crate::model::{Innovation, StateSpace};
 use crate::subspace::closed_loop::windows::{Signals, Windows};
 use faer::{Mat, MatRef};
-
-const TOLERANCE: f64 = 1e-12;
 
 /// The states of all orders and what is regressed on them.
 #[derive(Debug, Clone)]
@@ -126,7 +126,7 @@ impl<'a> Regression<'a> {
         let now = from.now.get(.., ..order);
         let regressors =
             if from.feedthrough { hcat(&[now, from.u.as_ref()]) } else { now.to_owned() };
-        let theta = least_squares(regressors.as_ref(), from.y.as_ref(), TOLERANCE)?;
+        let theta = least_squares(regressors.as_ref(), from.y.as_ref(), RANK_TOLERANCE)?;
         let error = &from.y - regressors * &theta;
         let noisy =
             (0..p).filter(|&i| error.col(i).norm_l2() > 1e-10 * from.y.col(i).norm_l2()).collect();
@@ -158,7 +158,7 @@ impl<'a> Regression<'a> {
     fn free_a(&self) -> Result<Mat<f64>, Error> {
         let n = self.now.ncols();
         let regressors = hcat(&[self.now, self.drives().as_ref()]);
-        let theta = least_squares(regressors.as_ref(), self.next, TOLERANCE)?;
+        let theta = least_squares(regressors.as_ref(), self.next, RANK_TOLERANCE)?;
         Ok(theta.get(..n, ..).transpose().to_owned())
     }
 
@@ -166,7 +166,7 @@ impl<'a> Regression<'a> {
     fn stable_a(&self, radius: f64) -> Result<Mat<f64>, Error> {
         let drives = self.drives();
         let rest = |x: MatRef<'_, f64>| -> Result<Mat<f64>, Error> {
-            Ok(x - &drives * least_squares(drives.as_ref(), x, TOLERANCE)?)
+            Ok(x - &drives * least_squares(drives.as_ref(), x, RANK_TOLERANCE)?)
         };
         let a = stable_fit(rest(self.now)?.as_ref(), rest(self.next)?.as_ref(), radius);
         a.map(|a| a.transpose().to_owned())
@@ -177,7 +177,7 @@ impl<'a> Regression<'a> {
     fn input_and_gain(&self, a: &Mat<f64>) -> Result<(Mat<f64>, Mat<f64>), Error> {
         let (n, m) = (self.now.ncols(), self.u.ncols());
         let target = self.next - self.now * a.transpose();
-        let theta = least_squares(self.drives().as_ref(), target.as_ref(), TOLERANCE)?;
+        let theta = least_squares(self.drives().as_ref(), target.as_ref(), RANK_TOLERANCE)?;
         let mut gain = Mat::zeros(n, self.error.ncols());
         for (k, &i) in self.noisy.iter().enumerate() {
             for row in 0..n {
