@@ -166,10 +166,11 @@ pub(crate) fn feedback(residuals: &[&[f64]], input: &[&[f64]], lags: usize) -> R
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
 
-    fn noise(state: &mut u64) -> f64 {
+    /// A small repeatable normal noise: the sum of twelve uniform numbers.
+    pub(crate) fn noise(state: &mut u64) -> f64 {
         let mut uniform = || {
             *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
             (*state >> 33) as f64 / f64::from(1_u32 << 31)

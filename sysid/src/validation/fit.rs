@@ -65,14 +65,7 @@ pub(crate) fn fit_with_error(
 mod tests {
     use super::*;
     use crate::data::statistics::fit_percent;
-
-    fn noise(state: &mut u64) -> f64 {
-        let mut uniform = || {
-            *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-            (*state >> 33) as f64 / f64::from(1_u32 << 31)
-        };
-        (0..12).map(|_| uniform()).sum::<f64>() - 6.0
-    }
+    use crate::validation::correlation::tests::noise;
 
     /// Over seeds, the scatter of the fit is its standard error, with errors that correlate over half a
     /// second and a signal that does over two, in one segment as in several.

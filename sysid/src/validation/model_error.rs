@@ -71,6 +71,7 @@ mod tests {
     use super::*;
     use crate::model::StateSpace;
     use crate::validation::bands::bands;
+    use crate::validation::correlation::tests::noise;
     use faer::Mat;
 
     fn row(values: &[f64]) -> Mat<f64> {
@@ -85,14 +86,6 @@ mod tests {
 
     fn modelled<'a>(model: &'a StateSpace, delay_s: f64) -> Modelled<'a> {
         Modelled { model, delay_s, input: &[], simulated: &[], to_road_wheel: 1.0 }
-    }
-
-    fn noise(state: &mut u64) -> f64 {
-        let mut uniform = || {
-            *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-            (*state >> 33) as f64 / f64::from(1_u32 << 31)
-        };
-        (0..12).map(|_| uniform()).sum::<f64>() - 6.0
     }
 
     fn measured(s: &Spectra) -> Vec<(f64, f64)> {

@@ -170,6 +170,7 @@ fn limit_cycle(half: f64, plant: &dyn Fn(f64) -> (f64, f64)) -> Option<LimitCycl
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::validation::correlation::tests::noise;
 
     /// A first-order vehicle, 5/(1 + 0.15 s).
     fn plant(omega: f64) -> (f64, f64) {
@@ -208,14 +209,6 @@ mod tests {
         assert!((expected.road_wheel_rad / largest.0 - 1.0).abs() < 0.2);
         assert!((expected.yaw_rad / largest.1 - 1.0).abs() < 0.2);
         assert!((expected.period_s / period - 1.0).abs() < 0.2);
-    }
-
-    fn noise(seed: &mut u64) -> f64 {
-        let mut uniform = || {
-            *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-            (*seed >> 33) as f64 / f64::from(1_u32 << 31)
-        };
-        (0..12).map(|_| uniform()).sum::<f64>() - 6.0
     }
 
     #[test]

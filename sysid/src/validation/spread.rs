@@ -76,6 +76,8 @@ fn moved(model: &StateSpace, row: &[f64], step: f64) -> StateSpace {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::linalg::dense::eigenvalues;
+    use crate::validation::correlation::tests::noise;
 
     fn row(values: &[f64]) -> Mat<f64> {
         Mat::from_fn(1, values.len(), |_, j| values[j])
@@ -97,16 +99,9 @@ mod tests {
         // y = 0: the poles of A − B C/D.
         let zeros = |m: &StateSpace| {
             let a = &m.a - &m.b * &m.c * (1.0 / m.d[(0, 0)]);
-            crate::linalg::dense::eigenvalues(a.as_ref()).unwrap_or_default()
+            eigenvalues(a.as_ref()).unwrap_or_default()
         };
         let mut state = 5_u64;
-        let mut normal = || {
-            let mut uniform = || {
-                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-                (state >> 33) as f64 / f64::from(1_u32 << 31)
-            };
-            (0..12).map(|_| uniform()).sum::<f64>() - 6.0
-        };
         for of in [&poles as &dyn Fn(&StateSpace) -> Vec<(f64, f64)>, &zeros] {
             let points: Vec<(f64, f64)> = of(&model).into_iter().filter(|z| z.1 >= 0.0).collect();
             for (at, spread) in points.iter().zip(spreads(&model, &covariance_factor, &points, of))
@@ -115,7 +110,7 @@ mod tests {
                 let mut sums = [0.0; 3];
                 const DRAWN: usize = 4000;
                 for _ in 0..DRAWN {
-                    let xi = [normal(), normal(), normal()];
+                    let xi = [0; 3].map(|_| noise(&mut state));
                     let row: Vec<f64> = (0..entries)
                         .map(|j| (0..3).map(|i| xi[i] * covariance_factor.at(i, j)).sum())
                         .collect();

@@ -1,6 +1,7 @@
 //! Spectra against their definitions.
 
 use super::*;
+use crate::validation::correlation::tests::noise;
 
 fn near(got: f64, expected: f64) {
     assert!((got - expected).abs() <= 1e-9 * expected.abs() + 1e-13, "{got:e} {expected:e}");
@@ -43,15 +44,6 @@ fn spectra_are_those_of_scipy() {
     }
     near(s.frequency_hz[127], 12.5);
     near(s.output[127], 1.140_712_587_795_038e-3);
-}
-
-/// A small repeatable normal noise: the sum of twelve uniform numbers.
-fn noise(state: &mut u64) -> f64 {
-    let mut uniform = || {
-        *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-        (*state >> 33) as f64 / f64::from(1_u32 << 31)
-    };
-    (0..12).map(|_| uniform()).sum::<f64>() - 6.0
 }
 
 /// Bounds hold as often as stated, over many seeds and frequencies: the response of y(t) = u(t) +
