@@ -1,5 +1,6 @@
 //! The input delay: found where there is one, left out where a lag explains the same.
 
+use crate::common::recording;
 use crate::known::{Drive, Random};
 use faer::Mat;
 use steerwright_drivelog::{DriveLog, LogOptions, read_log};
@@ -165,17 +166,10 @@ fn what_cannot_be_estimated_is_refused() {
     assert_eq!(found.seconds, 0.0, "{found:?}");
 }
 
-fn log((ts, u, y): (f64, Vec<f64>, Vec<f64>)) -> DriveLog {
-    let mut log = recorded(0.04);
-    (log.sample_time_s, log.speed) = (ts, None);
-    log.segments = vec![steerwright_drivelog::Segment { time0_s: 0.0, range: 0..u.len() }];
-    (log.input, log.output) = (u, y);
-    log
-}
-
 #[test]
 fn identification_takes_the_delay_and_reports_it() {
-    let drive = log(record(Drive { delay: 0.12, ..DRIVE }, 120.0));
+    let (ts, u, y) = record(Drive { delay: 0.12, ..DRIVE }, 120.0);
+    let drive = recording(ts, u, y);
     let options = |delay_s| IdentifyOptions { order: Some(2), delay_s, ..Default::default() };
     let without = identify(&drive, &options(Some(0.0))).unwrap().plant;
     let found = identify(&drive, &options(None)).unwrap();

@@ -1,7 +1,7 @@
 //! Whole drives: the multi-body vehicle, a weakly excited city drive, and data built to make subspace
 //! estimates unstable.
 
-use crate::common::{data, multibody};
+use crate::common::{data, multibody, recording};
 use crate::known::Random;
 use faer::Mat;
 use faer::linalg::solvers::Solve;
@@ -153,24 +153,6 @@ fn a_weakly_excited_drive_gets_a_model_and_is_called_weak() {
     assert!(log.output.iter().zip(&mirrored.output).all(|(a, b)| (a + b).abs() < 1e-12));
 }
 
-/// A recording made in memory.
-fn recording(input: Vec<f64>, output: Vec<f64>) -> DriveLog {
-    DriveLog {
-        name: "made".into(),
-        sample_time_s: 0.04,
-        segments: vec![steerwright_drivelog::Segment { time0_s: 0.0, range: 0..input.len() }],
-        input,
-        output,
-        speed: None,
-        steering_ratio: 1.0,
-        gnss: None,
-        channels: Vec::new(),
-        warnings: Vec::new(),
-        sources: Vec::new(),
-        options: std::collections::BTreeMap::new(),
-    }
-}
-
 /// A first-order yaw response to white steering with white sensor noise; from sample `from` on, the
 /// steering acts stronger by `stronger` and the noise is coloured with the pole `noise_pole`.
 fn changing_recording(from: usize, stronger: f64, noise_pole: f64) -> DriveLog {
@@ -186,7 +168,7 @@ fn changing_recording(from: usize, stronger: f64, noise_pole: f64) -> DriveLog {
         output.push(x + noise);
         x = 0.8 * x + gain * u;
     }
-    recording(input, output)
+    recording(0.04, input, output)
 }
 
 #[test]
@@ -239,7 +221,7 @@ fn the_result_is_stable_where_the_estimate_is_not() {
     ];
     let mut stabilised = std::collections::BTreeMap::new();
     for (case, y) in outputs.into_iter().enumerate() {
-        let log = recording(u.clone(), y);
+        let log = recording(0.04, u.clone(), y);
         for method in Weighting::ALL {
             for order in [1, 3, 8] {
                 for (refine, realization) in [
@@ -300,13 +282,13 @@ fn options_out_of_range_and_hopeless_recordings_are_errors() {
         let error = identify(&log, &options).unwrap_err();
         assert!(!error.hint().is_empty(), "{error}");
     }
-    let short = recording(vec![0.0, 1.0], vec![0.0, 1.0]);
+    let short = recording(0.04, vec![0.0, 1.0], vec![0.0, 1.0]);
     assert!(matches!(identify(&short, &base), Err(Error::TooFewSamples { .. })));
-    let still = recording(vec![0.0; 500], vec![0.1; 500]);
+    let still = recording(0.04, vec![0.0; 500], vec![0.1; 500]);
     assert!(matches!(identify(&still, &base), Err(Error::NoModel { .. })));
     let mut broken = log.clone();
     broken.output[100] = f64::NAN;
     assert!(matches!(identify(&broken, &base), Err(Error::NoModel { .. })));
     let product = IdentifyOptions { input_kind: InputKind::SteeringTimesSpeed, ..base };
-    assert_eq!(identify(&recording(log.input, log.output), &product), Err(Error::NoSpeed));
+    assert_eq!(identify(&recording(0.04, log.input, log.output), &product), Err(Error::NoSpeed));
 }

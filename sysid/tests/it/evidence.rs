@@ -1,6 +1,8 @@
 //! Evidence and quality on drives whose truth is known: rich, weak, noisy, slow, driven in closed loop,
 //! held at a limit; and what is written to the file.
 
+use crate::common::{recording, vehicle};
+use crate::drives::quick;
 use crate::known::Random;
 use faer::Mat;
 use std::f64::consts::TAU;
@@ -20,12 +22,8 @@ fn drive(
     seed: u64,
     mut steer: impl FnMut(f64, f64, &mut Random) -> f64,
 ) -> DriveLog {
-    let f = [[-6.0, -18.0, 80.0], [0.9, -7.0, 55.0], [0.0, 0.0, -12.0]];
-    let (a, b) = discretize(
-        Mat::from_fn(3, 3, |i, j| f[i][j]).as_ref(),
-        Mat::from_fn(3, 1, |i, _| if i == 2 { 12.0 / RATIO } else { 0.0 }).as_ref(),
-        SAMPLE_TIME,
-    );
+    let (f, g) = vehicle(12.0 / RATIO);
+    let (a, b) = discretize(f.as_ref(), g.as_ref(), SAMPLE_TIME);
     let mut random = Random(seed);
     let n = (seconds / SAMPLE_TIME) as usize;
     let (mut x, mut input, mut output) = ([0.0; 3], Vec::new(), Vec::new());
@@ -38,18 +36,9 @@ fn drive(
         x = std::array::from_fn(|i| (0..3).map(|j| a[(i, j)] * x[j]).sum::<f64>() + b[(i, 0)] * u);
     }
     DriveLog {
-        name: "made".into(),
-        sample_time_s: SAMPLE_TIME,
-        segments: vec![steerwright_drivelog::Segment { time0_s: 0.0, range: 0..n }],
         speed: Some(vec![20.0; n]),
-        input,
-        output,
         steering_ratio: RATIO,
-        gnss: None,
-        channels: Vec::new(),
-        warnings: Vec::new(),
-        sources: Vec::new(),
-        options: std::collections::BTreeMap::new(),
+        ..recording(SAMPLE_TIME, input, output)
     }
 }
 
@@ -76,13 +65,7 @@ fn slow(std: f64, hz: f64) -> impl FnMut(f64, f64, &mut Random) -> f64 {
 }
 
 fn plant(log: &DriveLog) -> Plant {
-    let options = IdentifyOptions {
-        order: Some(3),
-        method: Some(Weighting::Moesp.into()),
-        horizon: Some(15),
-        ..IdentifyOptions::default()
-    };
-    identify(log, &options).unwrap().plant
+    identify(log, &quick(3)).unwrap().plant
 }
 
 fn advises(p: &Plant, what: &str) -> bool {
@@ -176,13 +159,7 @@ fn a_model_too_small_has_an_error_against_the_measured_response() {
         steerwright_drivelog::Segment { time0_s: 500.0, range: 1300..whole.len() },
     ];
     for log in [whole, gap] {
-        let options = |order| IdentifyOptions {
-            order: Some(order),
-            method: Some(Weighting::Moesp.into()),
-            horizon: Some(15),
-            ..IdentifyOptions::default()
-        };
-        let small = identify(&log, &options(1)).unwrap().plant;
+        let small = identify(&log, &quick(1)).unwrap().plant;
         println!("{:#?}", small.quality);
         let reported = |p: &Plant| {
             p.quality.summary.contains("error against the measured frequency response is large")
@@ -190,7 +167,7 @@ fn a_model_too_small_has_an_error_against_the_measured_response() {
         };
         assert!(small.evidence.frequency_response.as_ref().unwrap().within < 0.5);
         assert!(reported(&small));
-        let right = identify(&log, &options(3)).unwrap().plant;
+        let right = identify(&log, &quick(3)).unwrap().plant;
         assert!(right.evidence.frequency_response.as_ref().unwrap().within > 0.9);
         assert!(!reported(&right));
     }

@@ -1,5 +1,6 @@
 //! Drives of a known vehicle at 100 Hz: decimated, in many segments, long.
 
+use crate::common::vehicle;
 use crate::drives::quick;
 use crate::known::Random;
 use faer::Mat;
@@ -9,15 +10,8 @@ use steerwright_drivelog::{DriveLog, LogOptions, read_log};
 use steerwright_sysid::model::conversion::discretize;
 use steerwright_sysid::{Detrend, IdentifyOptions, Intersample, fit_percent, identify};
 
-/// ẋ = F x + G u of a bicycle at 20 m/s with a steering servo.
-fn vehicle() -> (Mat<f64>, Mat<f64>, [f64; 3]) {
-    let rows = [[-6.0, -18.0, 80.0], [0.9, -7.0, 55.0], [0.0, 0.0, -12.0]];
-    (
-        Mat::from_fn(3, 3, |i, j| rows[i][j]),
-        Mat::from_fn(3, 1, |i, _| if i == 2 { 12.0 } else { 0.0 }),
-        [0.0, 1.0, 0.0],
-    )
-}
+/// The yaw rate of the states of [`vehicle`].
+const H: [f64; 3] = [0.0, 1.0, 0.0];
 
 /// Response of H(jωI − F)⁻¹G.
 fn response(f: &Mat<f64>, g: &Mat<f64>, h: &[f64], omega: f64) -> (f64, f64) {
@@ -35,7 +29,7 @@ fn response(f: &Mat<f64>, g: &Mat<f64>, h: &[f64], omega: f64) -> (f64, f64) {
 
 /// A drive of the known vehicle at 100 Hz as CSV: a steering command held over each row.
 fn known_drive(seconds: usize) -> Vec<u8> {
-    let (f, g, h) = vehicle();
+    let (f, g) = vehicle(12.0);
     let (a, b) = discretize(f.as_ref(), g.as_ref(), 0.01);
     let mut random = Random(11);
     let mut x = [0.0_f64; 3];
@@ -49,7 +43,7 @@ fn known_drive(seconds: usize) -> Vec<u8> {
             level = 0.01 * random.normal();
         }
         let u = 0.03 * f64::sin(phase) + level;
-        let y: f64 = (0..3).map(|i| h[i] * x[i]).sum();
+        let y: f64 = (0..3).map(|i| H[i] * x[i]).sum();
         text += &format!("{t:.2},{u:.9},{:.9},20\n", y + 1e-4 * random.normal());
         x = std::array::from_fn(|i| (0..3).map(|j| a[(i, j)] * x[j]).sum::<f64>() + b[(i, 0)] * u);
     }
@@ -58,7 +52,7 @@ fn known_drive(seconds: usize) -> Vec<u8> {
 
 #[test]
 fn decimation_biases_neither_gain_nor_phase_of_the_continuous_model() {
-    let (f, g, h) = vehicle();
+    let (f, g) = vehicle(12.0);
     let files = vec![("known.csv".to_owned(), known_drive(90))];
     for sample_time in [0.01, 0.04, 0.05] {
         let options = LogOptions {
@@ -76,7 +70,7 @@ fn decimation_biases_neither_gain_nor_phase_of_the_continuous_model() {
         let hi: Vec<f64> = (0..3).map(|j| c.h.at(0, j)).collect();
         for hertz in [0.3, 1.0, 2.0, 3.0] {
             let omega = 2.0 * PI * hertz;
-            let (a, b) = (response(&f, &g, &h, omega), response(&fi, &gi, &hi, omega));
+            let (a, b) = (response(&f, &g, &H, omega), response(&fi, &gi, &hi, omega));
             let gain = b.0.hypot(b.1) / a.0.hypot(a.1);
             let phase = (b.1.atan2(b.0) - a.1.atan2(a.0) + 3.0 * PI).rem_euclid(2.0 * PI) - PI;
             println!(

@@ -1,22 +1,22 @@
 //! A model validated on a drive: the truth fits, a wrong one less, and an identified one gets the
 //! figures of its identification. Sensors with offsets and drifts.
 
+use crate::common;
+use crate::drives::quick;
 use crate::known::Random;
-use faer::Mat;
 use steerwright_drivelog::DriveLog;
 use steerwright_formats::{Continuous, Matrix};
 use steerwright_sysid::model::conversion::discretize;
 use steerwright_sysid::{
-    Detrend, Error, Identified, IdentifyOptions, InputKind, Weighting, identify, validate,
-    validate_plant,
+    Detrend, Error, Identified, IdentifyOptions, InputKind, identify, validate, validate_plant,
 };
 
-/// ẋ = F x + G u, r = H x of a bicycle at 20 m/s with a steering servo.
+/// [`common::vehicle`], whose steering acts by `gain`.
 fn vehicle(gain: f64) -> Continuous {
-    let f = [[-6.0, -18.0, 80.0], [0.9, -7.0, 55.0], [0.0, 0.0, -12.0]];
+    let (f, g) = common::vehicle(12.0 * gain);
     Continuous {
-        f: Matrix::from_fn(3, 3, |i, j| f[i][j]),
-        g: Matrix::from_fn(3, 1, |i, _| if i == 2 { 12.0 * gain } else { 0.0 }),
+        f: Matrix::from_fn(3, 3, |i, j| f[(i, j)]),
+        g: Matrix::from_fn(3, 1, |i, _| g[(i, 0)]),
         h: Matrix::from_fn(1, 3, |_, j| if j == 1 { 1.0 } else { 0.0 }),
     }
 }
@@ -28,9 +28,7 @@ const GYRO_BIAS: f64 = -0.2;
 /// A drive of `vehicle(1.0)`, with a steering offset and a biased gyro, that starts in a turn; the
 /// second part is driven harder than the first.
 fn drive(noise: f64) -> DriveLog {
-    let truth = vehicle(1.0);
-    let f = Mat::from_fn(3, 3, |i, j| truth.f.at(i, j));
-    let g = Mat::from_fn(3, 1, |i, _| truth.g.at(i, 0));
+    let (f, g) = common::vehicle(12.0);
     let (a, b) = discretize(f.as_ref(), g.as_ref(), SAMPLE_TIME);
     let mut random = Random(31);
     let mut x = [0.3, 0.2, 0.02];
@@ -45,30 +43,11 @@ fn drive(noise: f64) -> DriveLog {
             (0..3).map(|j| a[(i, j)] * x[j]).sum::<f64>() + b[(i, 0)] * level
         });
     }
-    DriveLog {
-        name: "made".into(),
-        sample_time_s: SAMPLE_TIME,
-        segments: vec![steerwright_drivelog::Segment { time0_s: 0.0, range: 0..2000 }],
-        input,
-        output,
-        speed: Some(vec![20.0; 2000]),
-        steering_ratio: 1.0,
-        gnss: None,
-        channels: Vec::new(),
-        warnings: Vec::new(),
-        sources: Vec::new(),
-        options: std::collections::BTreeMap::new(),
-    }
+    DriveLog { speed: Some(vec![20.0; 2000]), ..common::recording(SAMPLE_TIME, input, output) }
 }
 
 fn options(hold_out: f64) -> IdentifyOptions {
-    IdentifyOptions {
-        order: Some(3),
-        method: Some(Weighting::Moesp.into()),
-        horizon: Some(15),
-        validation_fraction: hold_out,
-        ..IdentifyOptions::default()
-    }
+    IdentifyOptions { validation_fraction: hold_out, ..quick(3) }
 }
 
 /// An output offset of its own on the estimation data makes up for what the means of input and output

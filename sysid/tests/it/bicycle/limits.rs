@@ -1,6 +1,6 @@
 //! What no drive determines, and drives that are none: reported, or rejected.
 
-use super::{DRIVE, Drive, car, drive, evidence, recording};
+use super::{DRIVE, Drive, T, car, drive, evidence, recording};
 use crate::known::Random;
 use steerwright_drivelog::DriveLog;
 use steerwright_sysid::Error;
@@ -46,7 +46,8 @@ fn hopeless_drives_are_errors_or_reported() {
 
     let still = DriveLog { input: vec![0.01; n], ..good.clone() };
     assert!(identify(&still).unwrap_err().to_string().contains("steering does not move"));
-    let short = recording(vec![0.1; 50], vec![0.1; 50], Some(vec![1.0; 50]), 1.0);
+    let short =
+        DriveLog { speed: Some(vec![1.0; 50]), ..recording(T, vec![0.1; 50], vec![0.1; 50]) };
     assert!(matches!(identify(&short), Err(Error::TooFewSamples { .. })));
     let mut uneven = good.clone();
     uneven.speed.as_mut().unwrap().pop();

@@ -6,7 +6,7 @@ mod limits;
 mod multibody;
 mod validated;
 
-use crate::common::car;
+use crate::common::{car, recording};
 use crate::known::Random;
 use std::f64::consts::TAU;
 use steerwright_drivelog::DriveLog;
@@ -69,28 +69,10 @@ fn drive(vehicle: BicycleParameters, d: Drive) -> DriveLog {
         plant.speed = speed;
         plant.step(T).unwrap();
     }
-    recording(input, output, Some(speeds), vehicle.steering_ratio)
-}
-
-fn recording(
-    input: Vec<f64>,
-    output: Vec<f64>,
-    speed: Option<Vec<f64>>,
-    steering_ratio: f64,
-) -> DriveLog {
     DriveLog {
-        name: "made".into(),
-        sample_time_s: T,
-        segments: vec![steerwright_drivelog::Segment { time0_s: 0.0, range: 0..input.len() }],
-        input,
-        output,
-        speed,
-        steering_ratio,
-        gnss: None,
-        channels: Vec::new(),
-        warnings: Vec::new(),
-        sources: Vec::new(),
-        options: std::collections::BTreeMap::new(),
+        speed: Some(speeds),
+        steering_ratio: vehicle.steering_ratio,
+        ..recording(T, input, output)
     }
 }
 
