@@ -1,8 +1,8 @@
-//! `*.rfactor`: the R factor of the windows of drives that are too long, or too many, for memory. It can
-//! be merged with others and identified from.
+//! `*.rfactor`: the R factor of the windows of drives that are too long, or too many, for memory. It
+//! can be merged with others and identified from.
 //!
-//! The R factors are bytes of `sysid` in hexadecimal; everything else is plain. A checksum over the whole
-//! file detects a file that was cut or changed.
+//! The R factors are bytes of `sysid` in hexadecimal; everything else is plain. A checksum over the
+//! whole file detects a file that was cut or changed.
 
 use crate::{ChannelSummary, Checker, Document, InputKind, Provenance, sha256_hex};
 use serde::{Deserialize, Serialize};

@@ -257,8 +257,8 @@ impl Reading {
         Ok(())
     }
 
-    /// Leaves out the samples of a gyro that is frozen while the vehicle moves and is steered, and holds
-    /// back up to `most` rows that may be frozen.
+    /// Leaves out the samples of a gyro that is frozen while the vehicle moves and is steered, and
+    /// holds back up to `most` rows that may be frozen.
     fn leave_out_frozen(&mut self, most: Option<usize>) {
         let mut tail = self.drive.channels[YAW_RATE].split_off(self.alive);
         let rows = Moving {

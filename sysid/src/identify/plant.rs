@@ -52,7 +52,8 @@ pub struct Traces {
 }
 
 impl Traces {
-    /// The signals of a log with the simulated yaw rate, rad/s, and the samples that are validation data.
+    /// The signals of a log with the simulated yaw rate, rad/s, and the samples that are
+    /// validation data.
     pub(crate) fn new(log: &DriveLog, simulated: Vec<f64>, validation: &[Range<usize>]) -> Self {
         let mut is_validation = vec![false; log.len()];
         validation.iter().for_each(|r| is_validation[r.clone()].fill(true));

@@ -74,8 +74,8 @@ const STRAIGHT: f64 = 0.15;
 /// No tyre carries more, m/s²: a reading beyond is none of sideslip.
 const GRAVITY: f64 = 9.81;
 
-/// A displacement segment: its middle, by how much fixes and gyro differ in its direction, and by how much each term of
-/// the sideslip turns it.
+/// A displacement segment: its middle, by how much fixes and gyro differ in its direction, and by
+/// how much each term of the sideslip turns it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct DisplacementSegment {
     pub(super) time: f64,
@@ -237,8 +237,8 @@ fn wrapped(angle: f64) -> f64 {
     angle.sin().atan2(angle.cos())
 }
 
-/// The terms of a straight segment: the fixes are `led` apart, the speed covers `displacement` and changes
-/// by `change`.
+/// The terms of a straight segment: the fixes are `led` apart, the speed covers `displacement` and
+/// changes by `change`.
 fn terms_of_age(led: f64, displacement: f64, change: f64, time: f64) -> DisplacementSegment {
     let mut terms = [0.0; TERMS];
     (terms[AGE], terms[SCALE], terms[ACCELERATION]) = (-change, displacement, 0.0);

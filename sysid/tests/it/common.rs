@@ -41,8 +41,8 @@ pub(crate) fn recording(sample_time_s: f64, input: Vec<f64>, output: Vec<f64>) -
     }
 }
 
-/// F and G of a bicycle at 20 m/s with a steering servo, which an angle moves by `servo`, 1/s. The yaw
-/// rate is the second state.
+/// F and G of a bicycle at 20 m/s with a steering servo, which an angle moves by `servo`, 1/s. The
+/// yaw rate is the second state.
 pub(crate) fn vehicle(servo: f64) -> (Mat<f64>, Mat<f64>) {
     let f = [[-6.0, -18.0, 80.0], [0.9, -7.0, 55.0], [0.0, 0.0, -12.0]];
     (

@@ -3,6 +3,7 @@
 use crate::known::{Random, markov_distance, pole_distance};
 use faer::Mat;
 use std::f64::consts::PI;
+use steerwright_formats::NORMAL_95;
 use steerwright_sysid::pem::{
     Focus, Refined, Stop, Uncertain, refine_gain, refine_prediction, uncertain,
 };
@@ -10,7 +11,6 @@ use steerwright_sysid::{DataSet, Innovation, Segment, StateSpace, simulate};
 
 const STOP: Stop = Stop { steps: 30, least_gain: 1e-9 };
 const RUNS: usize = 150;
-const NORMAL_95: f64 = 1.959_964;
 
 /// A car at speed sampled at 25 Hz, roughly, with a filter.
 fn vehicle() -> Innovation {
@@ -357,7 +357,7 @@ fn a_change_of_units_goes_through_to_every_quantity() {
 }
 
 #[test]
-fn the_file_holds_what_was_stated_and_draws_the_same_members() {
+fn the_file_holds_what_was_stated() {
     let of = estimated(Focus::Simulation);
     let file = of.to_file(0.04).unwrap();
     assert_eq!(file.directions.rows(), 6, "n(nu + ny) of the model and n of K");

@@ -1,6 +1,6 @@
 //! The sideslip from fixes and gyro, on drives whose truth is known.
 
-use crate::common::car;
+use crate::common::{car, data};
 use crate::known::Random;
 use std::f64::consts::TAU;
 use std::fmt::Write;
@@ -263,11 +263,7 @@ fn growth_and_lead_are_found() {
 /// 0.0027 s² at this speed (tests/experiment): tyres that saturate, and a body that leads.
 #[test]
 fn a_multi_body_car_determines_all_three() {
-    let read = |name: &str| {
-        let folder =
-            std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/multibody");
-        (name.to_owned(), std::fs::read(folder.join(name)).unwrap())
-    };
+    let read = |name: &str| (name.to_owned(), data(&format!("multibody/{name}")));
     let options = LogOptions {
         input: Some("steering_command_rad".into()),
         output: Some("yaw_rate_radps".into()),

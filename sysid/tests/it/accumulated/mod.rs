@@ -172,34 +172,32 @@ fn feedback_is_found_and_does_not_bias_the_model() {
 #[ignore = "slow: cargo xtask test"]
 fn the_fit_on_validation_windows_is_that_of_the_validation_samples() {
     const BLOCK: usize = 500;
-    for (noise, seed) in [(0.05, 6)] {
-        let drive = Drive { sample_time: 0.01, delay: 0.0, servo: 0.0, noise, seed };
-        let text = drive.record(100_000).csv();
-        let plant = accumulated(&text).identify(&IdentifyOptions::default()).unwrap();
-        let log = read_log(&[("a.csv".into(), text.into())], &LogOptions::default()).unwrap();
-        let model = model(&plant);
-        let point = &plant.operating_point;
-        let (mut measured, mut simulated) = (Vec::new(), Vec::new());
-        let (mut samples, mut from) = (0, 3 * BLOCK);
-        while from < log.len() {
-            let range = from..(from + BLOCK).min(log.len());
-            let of = |x: &[f64], offset: f64| {
-                steerwright_sysid::Signals::from(x.iter().map(|x| x - offset).collect::<Vec<f64>>())
-            };
-            let u = of(&log.input[range.clone()], point.steering_offset_rad);
-            let y = of(&log.output[range.clone()], point.yaw_rate_offset_radps);
-            let x0 = initial_state(&model, u.as_ref(), y.as_ref()).unwrap();
-            simulated.extend_from_slice(simulate(&model, u.as_ref(), &x0).row(0));
-            measured.extend_from_slice(y.row(0));
-            samples += range.len();
-            from += 4 * BLOCK;
-        }
-        assert_eq!(samples, plant.evidence.validation_samples);
-        let fit = fit_percent(&measured, &simulated);
-        let stated = plant.evidence.fit.validation;
-        // The windows' states follow from half a window, those of the blocks from all of them.
-        assert!((-1.0..0.3).contains(&(stated - fit)), "{noise}: {stated} {fit}");
+    let drive = Drive { sample_time: 0.01, delay: 0.0, servo: 0.0, noise: 0.05, seed: 6 };
+    let text = drive.record(100_000).csv();
+    let plant = accumulated(&text).identify(&IdentifyOptions::default()).unwrap();
+    let log = read_log(&[("a.csv".into(), text.into())], &LogOptions::default()).unwrap();
+    let model = model(&plant);
+    let point = &plant.operating_point;
+    let (mut measured, mut simulated) = (Vec::new(), Vec::new());
+    let (mut samples, mut from) = (0, 3 * BLOCK);
+    while from < log.len() {
+        let range = from..(from + BLOCK).min(log.len());
+        let of = |x: &[f64], offset: f64| {
+            steerwright_sysid::Signals::from(x.iter().map(|x| x - offset).collect::<Vec<f64>>())
+        };
+        let u = of(&log.input[range.clone()], point.steering_offset_rad);
+        let y = of(&log.output[range.clone()], point.yaw_rate_offset_radps);
+        let x0 = initial_state(&model, u.as_ref(), y.as_ref()).unwrap();
+        simulated.extend_from_slice(simulate(&model, u.as_ref(), &x0).row(0));
+        measured.extend_from_slice(y.row(0));
+        samples += range.len();
+        from += 4 * BLOCK;
     }
+    assert_eq!(samples, plant.evidence.validation_samples);
+    let fit = fit_percent(&measured, &simulated);
+    let stated = plant.evidence.fit.validation;
+    // The windows' states follow from half a window, those of the blocks from all of them.
+    assert!((-1.0..0.3).contains(&(stated - fit)), "{stated} {fit}");
 }
 
 #[test]

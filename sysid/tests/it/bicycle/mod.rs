@@ -10,8 +10,8 @@ use crate::common::{car, recording};
 use crate::known::Random;
 use std::f64::consts::TAU;
 use steerwright_drivelog::DriveLog;
-use steerwright_formats::{Bicycle, BicycleEvidence, Document};
-use steerwright_models::{BicycleParameters, BicyclePlant, bicycle_eq13};
+use steerwright_formats::{Bicycle, BicycleEvidence, Continuous, Document, Matrix};
+use steerwright_models::{BicycleParameters, BicyclePlant, bicycle_body_frame, bicycle_eq13};
 use steerwright_sysid::bicycle::{BicycleOptions, IdentifiedBicycle, identify_bicycle};
 
 const T: f64 = 0.04;
@@ -83,6 +83,16 @@ fn known() -> BicycleOptions {
         mass_kg: Some(car.mass),
         front_share: Some(car.distance_rear / car.wheelbase()),
         ..BicycleOptions::default()
+    }
+}
+
+/// The model from steering angle to yaw rate at one speed.
+fn at_speed(vehicle: &BicycleParameters, speed: f64) -> Continuous {
+    let (f, g) = bicycle_body_frame(vehicle, speed);
+    Continuous {
+        f: Matrix::from_fn(3, 3, |i, j| f[(i, j)]),
+        g: Matrix::from_fn(3, 1, |i, _| g[i]),
+        h: Matrix::from_fn(1, 3, |_, j| if j == 1 { 1.0 } else { 0.0 }),
     }
 }
 

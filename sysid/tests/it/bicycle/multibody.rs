@@ -1,9 +1,8 @@
 //! A vehicle that no one here wrote.
 
-use super::evidence;
+use super::{at_speed, evidence};
 use crate::common::multibody;
-use steerwright_formats::Matrix;
-use steerwright_models::{BicycleParameters, bicycle_body_frame};
+use steerwright_models::BicycleParameters;
 use steerwright_sysid::bicycle::{BicycleOptions, identify_bicycle};
 use steerwright_sysid::{IdentifyOptions, validate};
 
@@ -22,13 +21,7 @@ fn on_the_multi_body_vehicle_it_beats_the_data_sheet() {
         actuator_time_constant: 0.05,
         steering_ratio: 1.0,
     };
-    let (f, g) = bicycle_body_frame(&sheet, 15.0);
-    let model = steerwright_formats::Continuous {
-        f: Matrix::from_fn(3, 3, |i, j| f[(i, j)]),
-        g: Matrix::from_fn(3, 1, |i, _| g[i]),
-        h: Matrix::from_fn(1, 3, |_, j| if j == 1 { 1.0 } else { 0.0 }),
-    };
-    let sheet = validate(&log, &IdentifyOptions::default(), &model).unwrap();
+    let sheet = validate(&log, &IdentifyOptions::default(), &at_speed(&sheet, 15.0)).unwrap();
     let e = evidence(&found);
     println!("{} {} data sheet {}", e.estimation_fit, e.validation_fit, sheet.validation_fit);
     assert!(e.validation_fit > sheet.validation_fit + 0.5);

@@ -1,9 +1,8 @@
 //! A bicycle validated on a drive: with the recorded speed, and the drive's own offsets.
 
-use super::{DRIVE, Drive, drive, evidence};
+use super::{DRIVE, Drive, at_speed, drive, evidence};
 use crate::common::car;
-use steerwright_formats::{Bicycle, Continuous, Matrix};
-use steerwright_models::bicycle_body_frame;
+use steerwright_formats::Bicycle;
 use steerwright_sysid::bicycle::{BicycleOptions, identify_bicycle, validate_bicycle};
 use steerwright_sysid::{IdentifyOptions, validate};
 
@@ -33,12 +32,7 @@ fn on_another_drive_it_gets_the_recorded_speed_and_that_drive_s_offsets() {
     let data = Bicycle { evidence: None, ..found.bicycle.clone() };
     assert!(fit(&data) > 99.0, "{}", fit(&data));
     // At the one speed of its file it is another vehicle.
-    let (f, g) = bicycle_body_frame(&car(), found.bicycle.vehicle.speed_mps);
-    let fixed = Continuous {
-        f: Matrix::from_fn(3, 3, |i, j| f[(i, j)]),
-        g: Matrix::from_fn(3, 1, |i, _| g[i]),
-        h: Matrix::from_fn(1, 3, |_, j| if j == 1 { 1.0 } else { 0.0 }),
-    };
+    let fixed = at_speed(&car(), found.bicycle.vehicle.speed_mps);
     let fixed = validate(&log, &IdentifyOptions::default(), &fixed).unwrap().validation_fit;
     assert!(fixed < 80.0, "{fixed}");
 }
