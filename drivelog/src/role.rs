@@ -17,7 +17,7 @@ pub(crate) enum Role {
     Longitude,
 }
 
-/// What a steering angle is measured at.
+/// The place of a steering angle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Wheel {
     Steering,

@@ -2,7 +2,7 @@
 //!
 //! A unit is never guessed: a column without one is an error whose hint is how to state it.
 
-/// What a unit measures.
+/// The quantity of a unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Quantity {
     Time,

@@ -43,7 +43,7 @@ pub enum Error {
 }
 
 impl Error {
-    /// What the user can do.
+    /// The suggested fix.
     #[must_use]
     pub fn hint(&self) -> String {
         match self {

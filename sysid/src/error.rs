@@ -1,4 +1,4 @@
-//! What can go wrong between a drive and its model, with the numbers and what to do next.
+//! The errors between a drive and its model, with their numbers and the suggested fix.
 
 /// Why no model could be made.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -33,7 +33,7 @@ pub enum Error {
 }
 
 impl Error {
-    /// What the reader can do about it.
+    /// The suggested fix.
     #[must_use]
     pub fn hint(&self) -> String {
         match self {

@@ -72,7 +72,7 @@ impl Scenario {
         Self { with_offset: false, ..self }
     }
 
-    /// What a controller reaches, with the margins of the grid.
+    /// The figures of a controller, with the margins of the grid.
     pub(crate) fn reached(
         &self,
         simulator: &mut Simulator,

@@ -126,7 +126,8 @@ impl Objective {
         Self { limits, ..self.with(self.spec) }
     }
 
-    /// What a controller reaches on the nominal plant up to the end of the specification, with the curve.
+    /// The figures of a controller on the nominal plant up to the end of the specification, with the
+    /// curve.
     pub(crate) fn whole(&self, simulator: &mut Simulator, pid: &PidParameters) -> Reached {
         let nominal = &self.scenarios[0];
         let margins = margins(&nominal.plant, pid);
@@ -143,7 +144,7 @@ impl Objective {
         Reached { on_curve: on_curve.steady_state_error_percent, ..reached }
     }
 
-    /// What a controller reaches on a plant, with the figures that a search evaluates.
+    /// The figures of a controller on a plant, as a search evaluates them.
     pub(crate) fn reached(&self, scenario: &Scenario, pid: &PidParameters) -> Reached {
         let margins = scenario.margins(pid, self.view.all_margins);
         let view = View { band: 1.0, early: false, ..self.view };

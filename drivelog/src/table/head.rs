@@ -16,7 +16,7 @@ const COMMENTS: [&[u8]; 3] = [b"#", b"//", b"%"];
 /// Rows that delimiter and decimal mark are determined from.
 const SAMPLE: usize = 200;
 
-/// What the top of a file determines.
+/// The format of a file, from its first rows.
 #[derive(Debug)]
 pub(super) struct Head {
     pub(super) delimiter: u8,

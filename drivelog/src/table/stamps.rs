@@ -7,7 +7,7 @@ use jiff::tz::Offset;
 const PARSER: DateTimeParser = DateTimeParser::new();
 const DAY_S: f64 = 86_400.0;
 
-/// What the times of a column have in common, and the last of them.
+/// The common form of the times of a column, and the last time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Stamps {
     form: Form,

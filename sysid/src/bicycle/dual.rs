@@ -3,7 +3,7 @@
 
 use std::ops::{Add, Mul, Neg, Sub};
 
-/// What the model is computed with: plain numbers, or numbers with derivatives.
+/// The numbers of the model: plain ones, or numbers with derivatives.
 pub(super) trait Scalar:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
 {

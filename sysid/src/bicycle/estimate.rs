@@ -28,7 +28,7 @@ const LARGEST_STEP: f64 = 1.0;
 /// Initial estimates that are refined, of those that are tried.
 const REFINED: usize = 2;
 
-/// What is estimated from.
+/// The data and settings of the estimation.
 pub(super) struct Problem<'a> {
     pub(super) segments: Vec<SpeedSegment<'a>>,
     /// Share λ of the weight on the front axle.
@@ -240,7 +240,7 @@ impl<'a> Problem<'a> {
         Ok(reached.point)
     }
 
-    /// What a step is shortened by, so that no parameter moves too far at once.
+    /// The factor that shortens a step, so that no parameter moves too far at once.
     fn shortened(&self, step: &[f64]) -> f64 {
         let largest = self
             .free

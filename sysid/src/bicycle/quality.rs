@@ -17,7 +17,7 @@ use std::f64::consts::TAU;
 use steerwright_drivelog::signal::standard_deviation;
 use steerwright_formats::{BicycleEvidence, Grade, Quality, Reason, ReasonCode};
 
-/// Relative standard error of the yaw rate's gain beyond which it is not known.
+/// Relative standard error of the yaw rate's gain beyond which it is undetermined.
 const LARGEST_ERROR: f64 = 0.15;
 
 impl Known<'_> {

@@ -94,7 +94,7 @@ impl IndexMut<(usize, usize)> for Signals {
     }
 }
 
-/// What is left takes the place of what is taken off.
+/// The difference reuses the memory of the subtrahend.
 impl Sub<Signals> for &Signals {
     type Output = Signals;
 

@@ -106,7 +106,7 @@ pub fn identify(log: &DriveLog, options: &IdentifyOptions) -> Result<Identified,
     Ok(Identified { plant, traces })
 }
 
-/// What the log, its preparation and the choice are reported with.
+/// The warnings about the log, its preparation and the choice.
 fn reports(
     log: &DriveLog,
     data: &Data,

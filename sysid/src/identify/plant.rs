@@ -115,7 +115,7 @@ pub(crate) struct Outcome<'a> {
     /// Means of input and output that the model is about, and the units that it was estimated in.
     pub(crate) means: (f64, f64),
     pub(crate) scales: [f64; 2],
-    /// Mean and standard deviation of the speed, m/s; zeros where it is not known.
+    /// Mean and standard deviation of the speed, m/s; zeros without a channel of it.
     pub(crate) speed: (f64, f64),
     /// Steering angle, rad; none of what is not kept.
     pub(crate) steering: &'a [f64],

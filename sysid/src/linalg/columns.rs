@@ -98,7 +98,7 @@ impl Columns {
     }
 }
 
-/// What a product is added to.
+/// The addend of a product.
 #[derive(Clone, Copy)]
 enum Addend<'a> {
     Nothing,

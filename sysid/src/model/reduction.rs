@@ -32,13 +32,6 @@ impl Balanced {
             d: m.d.clone(),
         }
     }
-
-    /// The model of the first `order` states (fewer where there are fewer).
-    #[must_use]
-    pub fn truncated(&self, order: usize) -> StateSpace {
-        let states: Vec<usize> = (0..order.min(self.model.order())).collect();
-        self.keep(&states)
-    }
 }
 
 /// Brings a stable model into balanced coordinates.
@@ -125,7 +118,7 @@ mod tests {
             d: Mat::zeros(1, 1),
         };
         let all = balanced(&model).unwrap();
-        let reduced = all.truncated(2);
+        let reduced = all.keep(&[0, 1]);
         for k in 0..100 {
             let w = std::f64::consts::PI * f64::from(k) / 99.0;
             let (a, b) = (model.frequency_response(0, 0, w), reduced.frequency_response(0, 0, w));

@@ -13,8 +13,6 @@ use faer::{Mat, MatRef};
 /// The stationary filter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KalmanFilter {
-    /// Error covariance P of the predicted state.
-    pub covariance: Mat<f64>,
     /// Kalman gain K.
     pub gain: Mat<f64>,
     /// Covariance of the innovation C P Cᵀ + R.
@@ -68,7 +66,7 @@ pub fn kalman_filter(
     let scale = 1e-300 + h.norm_l2() + q.norm_l2();
     let solved = (&residual - &h).norm_l2() < 1e-6 * scale;
     (solved && is_finite(gain.as_ref()) && spectral_radius(closed.as_ref()) < 1.0)
-        .then_some(KalmanFilter { covariance: h, gain, innovation })
+        .then_some(KalmanFilter { gain, innovation })
 }
 
 #[cfg(test)]
@@ -90,7 +88,7 @@ mod tests {
         .unwrap();
         let b = r - a * a * r - q + 2.0 * a * s;
         let p = 0.5 * (-b + (b * b + 4.0 * (q * r - s * s)).sqrt());
-        assert!((f.covariance[(0, 0)] - p).abs() < 1e-12);
+        assert!((f.innovation[(0, 0)] - (p + r)).abs() < 1e-12);
         assert!((f.gain[(0, 0)] - (a * p + s) / (p + r)).abs() < 1e-12);
     }
 

@@ -61,7 +61,7 @@ pub enum Focus {
     Simulation,
 }
 
-/// What a refinement reached.
+/// The result of a refinement.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Refined {
     /// The model with its Kalman gain.

@@ -227,7 +227,7 @@ pub(crate) fn damped_step(
     Ok((0..n).map(|i| x[(i, 0)]).collect())
 }
 
-/// What a search reached.
+/// The result of a search.
 pub(super) struct Found {
     pub(super) point: Point,
     pub(super) covariance: Mat<f64>,

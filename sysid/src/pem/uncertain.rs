@@ -137,7 +137,7 @@ impl Uncertain {
             let others = poles.iter().enumerate().filter(|(j, _)| *j != i);
             let nearest = others.map(|(_, p)| apart(p)).fold(f64::INFINITY, f64::min);
             let deviation = (pole.variance_re + pole.variance_im).sqrt();
-            // Not a number where nothing is known.
+            // Not a number where the data determine nothing.
             deviation.is_nan() || CLEAR * deviation > nearest
         }) {
             self.scatter(&mut poles)?;

@@ -48,7 +48,7 @@ pub(crate) struct InMemory<'a> {
     vehicle: bool,
 }
 
-/// What the initial estimates are read from.
+/// The source of the initial estimates.
 pub(crate) enum Estimates<'a> {
     OpenLoop(&'a InitialEstimates<'a>),
     /// Under feedback the predictor-based ones, and those of the open-loop methods, to which the

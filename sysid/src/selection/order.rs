@@ -98,7 +98,7 @@ pub(crate) fn fit(data: &DataSet, errors: &Errors) -> f64 {
     fit_of(data, sum_of_squares(errors))
 }
 
-/// [`fit`] of errors whose sum of squares is known.
+/// [`fit`] of errors by their sum of squares.
 pub(crate) fn fit_of(data: &DataSet, squares: f64) -> f64 {
     let n = data.samples() as f64;
     let spread: f64 = (0..data.outputs())

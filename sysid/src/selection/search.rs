@@ -32,7 +32,7 @@ const AT_LEAST: usize = 6;
 pub(crate) trait Estimator {
     fn options(&self) -> &IdentifyOptions;
 
-    /// What the criterion counts.
+    /// The counts of the criterion.
     fn counts(&self) -> Counts;
 
     /// Largest order that has an initial estimate.
@@ -59,7 +59,7 @@ pub(crate) trait Estimator {
     fn other_models(&self, first: StateSpace, before: Option<&Candidate>) -> Vec<StateSpace>;
 }
 
-/// What the criterion counts.
+/// The counts of the criterion.
 pub(crate) struct Counts {
     pub(crate) inputs: usize,
     pub(crate) outputs: usize,

@@ -1,4 +1,4 @@
-//! What a vehicle's dynamics are known to be before any data.
+//! Prior knowledge of a vehicle's dynamics.
 //!
 //! Lateral velocity and yaw rate are two states with a natural frequency of 0.5 to 4 Hz. Where the steering
 //! excites little above that, a subspace estimate may spend a state on noise near the Nyquist frequency, from

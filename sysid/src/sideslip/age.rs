@@ -22,7 +22,7 @@ use crate::sideslip::regression::robust;
 
 /// Rounds in which the fixes are moved; each leaves τ²/2 times the change of acceleration.
 const ROUNDS: usize = 6;
-/// How well the speed's own lag is known, as a standard deviation: half a row of a usual log, s.
+/// Standard deviation of the speed's own lag: half a row of a usual log, s.
 const SPEED_ERROR_S: f64 = 0.005;
 /// Ages of a receiver's fix, s; older ones are another clock's.
 const OLDEST_S: f64 = 1.0;

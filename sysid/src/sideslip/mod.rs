@@ -125,7 +125,7 @@ fn pieces(gnss: &Gnss, latency_s: f64) -> Vec<Piece> {
     gnss.drives.iter().flat_map(of_drive).collect()
 }
 
-/// What is known of the receiver, and goes into the file.
+/// The properties of the receiver that go into the file.
 #[derive(Debug, Clone, Copy, Default)]
 struct Receiver {
     pub(crate) latency_s: f64,

@@ -18,17 +18,6 @@ pub enum Decomposition {
     Qr,
 }
 
-impl Decomposition {
-    /// The name in files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Gram => "gram",
-            Self::Qr => "qr",
-        }
-    }
-}
-
 /// Condition of all windows up to which the Gram matrix is trusted.
 pub(crate) const MOST_FOR_GRAM: f64 = 1e6;
 /// Condition of the input beyond which it is not exciting.

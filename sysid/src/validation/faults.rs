@@ -30,7 +30,7 @@ const LARGEST_LAG_S: f64 = 0.1;
 /// 10° of phase at 1 Hz.
 const LARGEST_LEAD_S: f64 = 0.03;
 
-/// What is known of a recording, whatever model is identified from it.
+/// The properties of a recording that do not depend on the identified model.
 pub(crate) struct Recorded<'a> {
     pub(crate) channels: &'a [ChannelSummary],
     pub(crate) play: Option<&'a SteeringPlay>,

@@ -12,7 +12,7 @@ use steerwright_formats::{
     CoherencePoint, DataFactor, Excitation, FactorMethod, FrequencyResponse, ResidualCorrelation,
 };
 
-/// What the whole log determines, by frequency, with the model's response.
+/// Excitation and frequency response of the whole log, with the model's response.
 pub(crate) fn frequencies(
     log: &DriveLog,
     modelled: &Modelled<'_>,

@@ -13,7 +13,7 @@ const LONGEST_S: f64 = 0.3;
 const STEP_S: f64 = 0.02;
 /// Pole of the functions, rad/s, as in [`crate::validation::play`].
 const POLE_RADPS: f64 = 8.0;
-/// What is left with the lead over what is left without: a driver's answers explain less.
+/// The residual with the lead over that without: a driver's answers explain less.
 const LEFT: f64 = 0.93;
 /// … and the share of the yaw rate that it explains: without noise, a part in a thousand may be what the
 /// functions do not span.

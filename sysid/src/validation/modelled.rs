@@ -25,7 +25,7 @@ pub(crate) struct Modelled<'a> {
     pub(crate) delay_s: f64,
     /// The recorded input: steering, or steering times speed.
     pub(crate) input: &'a [f64],
-    /// What the model makes of it, rad/s.
+    /// The model's output for it, rad/s.
     pub(crate) simulated: &'a [f64],
     /// Factor from the input to the angle at the road wheel, rad.
     pub(crate) to_road_wheel: f64,

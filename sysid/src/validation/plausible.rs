@@ -41,13 +41,13 @@ const AXES: &str = "check the axes: steering and yaw rate are positive to the le
 /// Bands up to here are low frequencies, Hz.
 const LOW_BANDS_HZ: f64 = 0.5;
 
-/// What is checked.
+/// The response to check.
 pub(crate) struct Response<'a> {
     /// Yaw rate over road-wheel angle, (real, imaginary) in 1/s, at a frequency in Hz.
     pub(crate) at: &'a dyn Fn(f64) -> (f64, f64),
     /// Where nothing is known of low frequencies, neither is sign or gain; `None` where both are known.
     pub(crate) excitation: Option<&'a Excitation>,
-    /// Mean speed, m/s; 0 where it is not known.
+    /// Mean speed, m/s; 0 without a channel of it.
     pub(crate) speed_mps: f64,
     /// Steering angle over road-wheel angle.
     pub(crate) steering_ratio: f64,

@@ -228,7 +228,7 @@ fn poor_bands(excitation: &Excitation) -> Vec<String> {
     out
 }
 
-/// What does not forbid a design but should be known.
+/// Advice about weaknesses that do not forbid a design.
 fn doubts(evidence: &Evidence, drive: &Drive<'_>, options: &IdentifyOptions) -> Vec<String> {
     let mut out = Vec::new();
     if drive.speed_spread > 0.2 {

@@ -27,7 +27,7 @@ pub(crate) struct Pair<'a> {
     pub(crate) steering: &'a [f64],
     /// Yaw rate.
     pub(crate) yaw_rate: &'a [f64],
-    /// Speed, where it is known: the yaw rate is taken for that of steering times speed.
+    /// Speed, if the log has it: the yaw rate is taken for that of steering times speed.
     pub(crate) speed: Option<&'a [f64]>,
 }
 

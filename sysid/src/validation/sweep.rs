@@ -7,11 +7,11 @@
 
 use steerwright_formats::{Evidence, ExcitationBand, FrequencyResponse, Reason, ResponsePoint};
 
-/// What the quality needs of the drive in addition to the evidence.
+/// The properties of the drive that the quality needs in addition to the evidence.
 pub(crate) struct Drive<'a> {
     /// Whether the model has a continuous counterpart.
     pub(crate) has_continuous: bool,
-    /// Mean speed, m/s; 0 where it is not known.
+    /// Mean speed, m/s; 0 without a channel of it.
     pub(crate) speed_mps: f64,
     /// Standard deviation of the speed over its mean.
     pub(crate) speed_spread: f64,
@@ -42,14 +42,14 @@ pub(crate) const SWEEP: (f64, f64) = (0.2, 2.0);
 /// Time to drive, s.
 const SWEEP_S: f64 = 60.0;
 const LONGEST_S: f64 = 1200.0;
-/// Gain of each band to be known to this share.
+/// The relative error of each band's gain to aim at.
 pub(crate) const WANTED: f64 = 0.05;
 /// A drive stays linear up to about that lateral acceleration, m/s².
 pub(crate) const LINEAR: f64 = 3.0;
 /// A slalom that is felt: 20° at the steering wheel of a car, at the road wheel, rad.
 const USUAL: f64 = 0.0233;
 
-/// The sweep that would make the gain of each band known as wanted.
+/// The sweep that would determine the gain of each band to [`WANTED`].
 pub(crate) fn what_to_drive(evidence: &Evidence, drive: &Drive<'_>) -> String {
     let duration = drive.seconds;
     let octaves = |b: &ExcitationBand| (b.to_hz / b.from_hz).ln() / (SWEEP.1 / SWEEP.0).ln();

@@ -20,7 +20,7 @@ use steerwright_formats::{
     Evidence, Excitation, Fits, HeldOut, InputKind, Plant, PredictionFit, ResidualTest,
 };
 
-/// What the windows do not determine.
+/// The findings that windows cannot provide.
 const MISSING: &str = "identified from accumulated windows: simulation fits are of the second half of each window, from the state of its first half; there is no simulation of whole drives, no estimate of the delay, no check of the steering's play and of the channels' clocks, no test of residuals against the input and no uncertainty of the parameters; the measured frequency response is that of all drives, with what its windows smear";
 
 impl Accumulated {

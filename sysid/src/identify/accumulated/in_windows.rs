@@ -76,7 +76,7 @@ struct InWindows<'a> {
     noise_order: usize,
 }
 
-/// What the initial estimates are read from.
+/// The source of the initial estimates.
 enum Estimates<'a> {
     OpenLoop(InitialEstimates<'a>),
     /// By predictor-based methods, with their past horizon.

@@ -208,13 +208,13 @@ impl Accumulated {
         (self.estimation.samples(), self.validation.samples())
     }
 
-    /// What was read of the logs.
+    /// The channels that were read.
     #[must_use]
     pub fn channels(&self) -> &[ChannelSummary] {
         &self.channels
     }
 
-    /// What the reader had to do or doubts.
+    /// Warnings of the reader.
     #[must_use]
     pub fn warnings(&self) -> &[String] {
         &self.warnings

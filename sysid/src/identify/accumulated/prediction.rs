@@ -54,7 +54,7 @@ pub(crate) struct PlantAndNoise {
     pub(crate) model: StateSpace,
     /// a_1 … a_p.
     autoregression: Vec<f64>,
-    /// σ², as far as it is known; 0 for a state of which nothing is known before.
+    /// σ², where it was estimated; 0 for a state without any information before.
     noise_variance: f64,
 }
 

@@ -33,7 +33,7 @@ pub(super) enum Zeros {
     Free,
 }
 
-/// What is fitted to, and among what.
+/// The target of the fit and the candidates.
 #[derive(Clone, Copy)]
 pub(super) struct Search<'a> {
     pub(super) q: &'a Quadratic,
@@ -129,7 +129,7 @@ fn bound(x: &mut [f64], most: f64) {
     x[n] = x[n].clamp(0.0, most);
 }
 
-/// What the best numerator leaves of the target.
+/// The residual of the best numerator.
 fn left(search: &Search<'_>, x: &[f64]) -> Vec<f64> {
     let q = search.q;
     let n = x.len() - 1;

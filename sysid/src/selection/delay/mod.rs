@@ -44,7 +44,7 @@ const FINE: usize = 30;
 /// Standard errors by which a delay must differ from none.
 const LEAST_ERRORS: f64 = 3.0;
 
-/// What the data determine about a pure delay.
+/// The estimate of a pure delay.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Delay {
     /// The delay to use, s: that of `estimate_s` where the data require one, else 0.

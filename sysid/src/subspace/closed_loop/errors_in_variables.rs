@@ -31,7 +31,7 @@ use crate::subspace::closed_loop::windows::{Signals, Windows};
 use crate::subspace::closed_loop::{factor, horizons};
 use faer::{Mat, MatRef};
 
-/// What the method found.
+/// The result of the method.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ErrorsInVariables {
     /// The model.
