@@ -162,14 +162,7 @@ fn input_matrices(
         slopes.get_mut(.., index..index + 1).copy_from(stacked(&effect));
     }
     let solution = least_squares(slopes.as_ref(), stacked(&target).as_ref(), RANK_TOLERANCE)?;
-    let mut model = base;
-    for index in 0..count {
-        let (row, input) = (index / m, index % m);
-        if row < n {
-            model.b[(row, input)] = solution[(index, 0)];
-        } else {
-            model.d[(row - n, input)] = solution[(index, 0)];
-        }
-    }
-    Ok(model)
+    let at = |row: usize, input: usize| solution[(row * m + input, 0)];
+    let d = if feedthrough { Mat::from_fn(p, m, |i, j| at(n + i, j)) } else { base.d };
+    Ok(StateSpace { a: base.a, b: Mat::from_fn(n, m, at), c: base.c, d })
 }
