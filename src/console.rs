@@ -4,7 +4,6 @@
 //! `error`, `warning`, `note` or `progress`. Without it, colour is used where the stream is a
 //! terminal and `NO_COLOR` is not set.
 
-use crate::failure::Failure;
 use anstyle::{AnsiColor, Style};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -99,12 +98,14 @@ fn wrapped(text: &str, columns: usize) -> String {
     lines.collect::<Vec<_>>().join("\n")
 }
 
+/// A result that could not be written to stdout.
+#[derive(Debug)]
+pub(crate) struct NoOutput(pub(crate) std::io::Error);
+
 /// The result: text for people, or the value with `--json`.
-pub(crate) fn result(text: &str, value: &impl Serialize) -> Result<(), Failure> {
-    let failed =
-        |e: std::io::Error| Failure::new(format!("stdout: {e}"), "check where the output goes");
+pub(crate) fn result(text: &str, value: &impl Serialize) -> Result<(), NoOutput> {
     let written = if is_json() {
-        let json = serde_json::to_string_pretty(value).map_err(|e| failed(e.into()))?;
+        let json = serde_json::to_string_pretty(value).map_err(|e| NoOutput(e.into()))?;
         writeln!(anstream::stdout(), "{json}")
     } else if TAKEN.load(Ordering::Relaxed) {
         writeln!(anstream::stderr(), "{}", text.trim_end())
@@ -115,7 +116,7 @@ pub(crate) fn result(text: &str, value: &impl Serialize) -> Result<(), Failure> 
     };
     match written {
         // The work is done and written: a closed pipe is no failure.
-        Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(failed(e)),
+        Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(NoOutput(e)),
         _ => Ok(()),
     }
 }

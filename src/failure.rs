@@ -75,6 +75,12 @@ pub(crate) fn report_usage(error: &clap::Error) -> ExitCode {
     ExitCode::from(status)
 }
 
+impl From<console::NoOutput> for Failure {
+    fn from(error: console::NoOutput) -> Self {
+        Self::new(format!("stdout: {}", error.0), "check where the output goes")
+    }
+}
+
 /// Errors of the stages carry a hint, which names the options where they help.
 macro_rules! from_stage {
     ($($error:ty => $hint:path),* $(,)?) => {$(

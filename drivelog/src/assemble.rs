@@ -1,6 +1,5 @@
 //! Brings drives onto the grid, segment by segment, and reports what was left out.
 
-use crate::channels::LEAST_SAMPLES;
 use crate::drive::Drive;
 use crate::error::{Error, counted};
 use crate::faults::MOVING_MPS;
@@ -9,6 +8,7 @@ use crate::options::LogOptions;
 use crate::resample::Grid;
 use crate::role::Role;
 use crate::segments::{self, Clock, LEAST_SEGMENT, Span, Split};
+use crate::series::LEAST_SAMPLES;
 use crate::series::Series;
 use std::ops::Range;
 

@@ -13,9 +13,6 @@ use crate::table::Table;
 use std::rc::Rc;
 use steerwright_formats::SourceFile;
 
-/// Fewest samples of the merged recording.
-pub(crate) const LEAST_SAMPLES: usize = 100;
-
 /// Reads the channels of `sources`, in that order, and each file once.
 pub(crate) fn read(
     tables: Vec<Table<'_>>,

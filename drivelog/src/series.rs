@@ -1,6 +1,5 @@
 //! Samples of one channel on its own clock, in SI units.
 
-use crate::channels::LEAST_SAMPLES;
 use crate::error::{Error, Place, counted};
 use crate::resample::{Becomes, Grid, resample};
 use crate::role::Role;
@@ -8,6 +7,9 @@ use crate::signal::resolution;
 use crate::units::{Quantity, Unit};
 use std::rc::Rc;
 use steerwright_formats::{ChannelSummary, Intersample};
+
+/// Fewest samples of the merged recording.
+pub(crate) const LEAST_SAMPLES: usize = 100;
 
 /// Samples of one channel in time order.
 #[derive(Debug, Clone)]

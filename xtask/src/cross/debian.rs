@@ -1,7 +1,7 @@
 //! Debian's Rust compiler and the source of its standard library, unpacked into a folder of their
 //! own: nothing is installed, and no root is needed.
 
-use super::{folder, setup};
+use super::{apt, folder};
 use crate::files::remove;
 use crate::run::{run, shown};
 use std::fs;
@@ -27,8 +27,8 @@ pub(crate) struct Compiler {
 /// Unpacks the compiler, unless the newest version on offer is there already.
 pub(crate) fn compiler() -> Result<Compiler, String> {
     let mut version = field(COMPILER, "Version");
-    if version.is_err() && setup::find("apt-get").is_some() && setup::is_root() {
-        setup::update()?;
+    if version.is_err() && apt::find("apt-get").is_some() && apt::is_root() {
+        apt::update()?;
         version = field(COMPILER, "Version");
     }
     let version = version.map_err(|e| {

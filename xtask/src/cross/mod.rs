@@ -5,6 +5,7 @@
 //! `STEERWRIGHT_FMU_BINARIES` takes; `archives`, the demo's; `tools` and `build`, which may be
 //! deleted.
 
+mod apt;
 mod archives;
 mod build;
 mod debian;
@@ -18,10 +19,11 @@ mod universal;
 
 use crate::files::remove;
 use crate::run::target;
+pub(crate) use apt::{apt, find, is_root};
 use clap::Args;
 pub(crate) use platform::Platform;
 use platform::Runner;
-pub(crate) use setup::{apt, check, find, is_root};
+pub(crate) use setup::check;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 pub(crate) use toolchain::Source;

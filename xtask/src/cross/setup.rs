@@ -1,14 +1,12 @@
 //! Requirements of the builds and runs: Debian's packages, and the Python environment
 //! that holds zig.
 
+use super::apt::{apt, find, is_root};
 use super::folder;
 use super::platform::{Platform, Runner};
 use super::toolchain::{Source, toolchain};
 use crate::python;
-use crate::run::run;
-use std::env;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 /// A program, or a file by its whole path, and Debian's package with it.
 struct Needed {
@@ -27,18 +25,6 @@ const ARM_LIBRARIES: Needed = Needed {
     package: "libc6-arm64-cross",
 };
 const WINE: Needed = Needed { program: "wine64", package: "wine64" };
-
-/// Programs outside of the path, as Debian installs wine without its wrapper scripts.
-const ELSEWHERE: &[&str] = &["/usr/lib/wine"];
-
-/// Where a program is.
-pub(crate) fn find(program: &str) -> Option<PathBuf> {
-    let path = env::var_os("PATH").unwrap_or_default();
-    env::split_paths(&path)
-        .chain(ELSEWHERE.iter().map(PathBuf::from))
-        .map(|folder| folder.join(program))
-        .find(|file| file.is_file())
-}
 
 /// The programs that are missing for building for the platforms, and with `running` also for running
 /// their libraries.
@@ -97,24 +83,6 @@ pub(crate) fn install(platforms: &[Platform], source: Source) -> Result<(), Stri
         toolchain(platform, source)?;
     }
     Ok(())
-}
-
-/// Installs Debian's packages, as root.
-pub(crate) fn apt(packages: &[&str]) -> Result<(), String> {
-    update()?;
-    run(Command::new("apt-get")
-        .env("DEBIAN_FRONTEND", "noninteractive")
-        .args(["install", "--yes", "--quiet=2", "--no-install-recommends"])
-        .args(packages))
-}
-
-/// Refreshes apt's lists.
-pub(crate) fn update() -> Result<(), String> {
-    run(Command::new("apt-get").args(["update", "--quiet=2"]))
-}
-
-pub(crate) fn is_root() -> bool {
-    Command::new("id").arg("-u").output().is_ok_and(|output| output.stdout.trim_ascii() == b"0")
 }
 
 /// zig and cargo-zigbuild, from their Python packages: the folder of the environment's programs.

@@ -4,7 +4,7 @@
 use super::archives::{find, stem};
 use super::differences::{Differences, differences};
 use super::platform::{Platform, Runner};
-use super::{LIBRARIES, folder, library_file, setup};
+use super::{LIBRARIES, apt, folder, library_file, setup};
 use crate::files::{read, remove};
 use crate::run::{root, run, shown};
 use roxmltree::{Document, Node};
@@ -216,7 +216,7 @@ fn drive(
 
 /// A program of wine, with a Windows of its own in the target folder.
 fn wine(program: &str) -> Result<Command, String> {
-    let mut wine = Command::new(setup::find(program).ok_or_else(|| format!("no {program}"))?);
+    let mut wine = Command::new(apt::find(program).ok_or_else(|| format!("no {program}"))?);
     wine.env("WINEPREFIX", folder().join("tools/wine"))
         .env("WINEDEBUG", "-all")
         // It would offer to download both.

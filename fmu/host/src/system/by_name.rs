@@ -10,8 +10,47 @@
 
 use model_description::{Causality, Variable};
 
-use super::Connection;
 use crate::Error;
+
+/// An output of one instance that feeds an input of another, or of the same.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub struct Connection {
+    /// The instance that has the output.
+    pub from: String,
+    /// The output.
+    pub output: String,
+    /// The instance that has the input.
+    pub to: String,
+    /// The input.
+    pub input: String,
+}
+
+impl Connection {
+    /// A connection from `from.output` to `to.input`.
+    #[must_use]
+    pub fn new(from: &str, output: &str, to: &str, input: &str) -> Self {
+        Self {
+            from: from.to_owned(),
+            output: output.to_owned(),
+            to: to.to_owned(),
+            input: input.to_owned(),
+        }
+    }
+
+    pub(crate) fn source(&self) -> String {
+        format!("{}.{}", self.from, self.output)
+    }
+
+    pub(crate) fn target(&self) -> String {
+        format!("{}.{}", self.to, self.input)
+    }
+}
+
+impl std::fmt::Display for Connection {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} -> {}", self.source(), self.target())
+    }
+}
 
 /// An input of estimators, and the output that it measures. A unit that has the inputs of all stated
 /// measurements, and estimates the measured outputs under their own names, is an estimator.

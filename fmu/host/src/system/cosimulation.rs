@@ -16,18 +16,8 @@
 
 use model_description::{Kind, Value};
 
-use super::plan::{Assigned, Assignment, Inputs, Member, Outputs, Plan};
+use super::plan::{Assigned, Assignment, Coupling, Inputs, Member, Outputs, Plan};
 use crate::{Error, Instance, Phase};
-
-/// How a step of the system consists of the steps of its instances.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Coupling {
-    /// One instance after the other, each with the most recent values.
-    #[default]
-    GaussSeidel,
-    /// All instances with the values of the last communication point.
-    Jacobi,
-}
 
 /// Computes the external signals from a communication point (s) on.
 pub type Signals<'a> = &'a mut dyn FnMut(f64, &mut [f64]);

@@ -11,11 +11,10 @@ mod plan;
 mod recording;
 mod run;
 
-pub use by_name::{Measurement, Unit, wires_by_name};
-pub use connections::Connection;
-pub use cosimulation::{Cosimulation, Coupling, Settled, Signals};
+pub use by_name::{Connection, Measurement, Unit, wires_by_name};
+pub use cosimulation::{Cosimulation, Settled, Signals};
 pub use inputs::InputTable;
-pub use plan::{Assigned, Composition, Grid, Key, Linear, Plan, PlanOptions};
+pub use plan::{Assigned, Composition, Coupling, Grid, Key, Linear, Plan, PlanOptions};
 pub use recording::Recording;
 pub use run::grid;
 

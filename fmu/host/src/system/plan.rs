@@ -11,7 +11,7 @@ use std::ops::Range;
 
 use model_description::{Causality, Kind, Value, Variable};
 
-use super::{Coupling, System};
+use super::System;
 use crate::Error;
 
 /// A variable by the index of its instance and its name.
@@ -75,6 +75,16 @@ pub struct PlanOptions {
     pub fed_by_signals: HashMap<Key, usize>,
     /// Real inputs that are more than a copy of their source.
     pub composed: BTreeMap<Key, Composition>,
+}
+
+/// How a step of the system consists of the steps of its instances.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Coupling {
+    /// One instance after the other, each with the most recent values.
+    #[default]
+    GaussSeidel,
+    /// All instances with the values of the last communication point.
+    Jacobi,
 }
 
 /// The communication points `start + k·step`, k = 0 … `steps`, in s.

@@ -2,7 +2,6 @@
 
 use super::actuator::Actuator;
 use super::parameters::NonlinearParameters;
-use super::runge_kutta::Longest;
 use super::tyre::{Axle, TyreParameters};
 use crate::bicycle::{BLEND_SPEED, BicycleParameters, Coefficients};
 use crate::trigonometry::{atan, sin_cos};
@@ -102,11 +101,10 @@ impl Constants {
         }
     }
 
-    /// The longest panels that resolve every mode at a speed.
-    pub(super) fn longest_panels(&self, speed: f64) -> Longest {
+    /// The rate of the fastest mode at a speed but for the actuator's, 1/s.
+    pub(super) fn fastest_rate(&self, speed: f64) -> f64 {
         let k = Coefficients { tn: f64::INFINITY, ..self.coefficients };
-        let rate = k.fastest_rate(speed.max(BLEND_SPEED)).max(self.roll);
-        Longest::of(rate, self.actuator.time_constant)
+        k.fastest_rate(speed.max(BLEND_SPEED)).max(self.roll)
     }
 
     /// The right-hand sides at a speed.

@@ -99,7 +99,8 @@ impl NonlinearVehicle {
     /// Where h is not in (0, [`LONGEST_STEP`]], or takes more than ten million panels, or the
     /// steering angle or the states grow beyond all numbers.
     pub fn step(&mut self, h: f64) -> Result<(), Error> {
-        let longest = self.constants.longest_panels(self.speed);
+        let Constants { actuator, .. } = &self.constants;
+        let longest = Longest::of(self.constants.fastest_rate(self.speed), actuator.time_constant);
         let limit = LONGEST_STEP.min(MOST_PANELS * longest.fourth);
         if !(h > 0.0 && h <= limit) {
             return Err(Error::Step { step: h, limit });
