@@ -38,12 +38,9 @@ pub(crate) fn test(options: &Options) -> Result<(), String> {
     run(cargo(&["test", "--release", "--no-fail-fast"])
         .args(all)
         .env("STEERWRIGHT_PYTHON", &python))?;
-    // No default members: this program, and what the evaluation's programs share.
-    run(&mut cargo(&["test", "--quiet", "--package", "xtask"]))?;
+    // No default member: this program.
+    run(&mut cargo(&["test", "--release", "--quiet", "--package", "xtask"]))?;
     browser::browser()?;
-    let evaluation = ["--package", "steerwright", "--package", "xtask", "--lib"];
-    run(cargo(&["test", "--release", "--quiet", "--package", "steerwright-evaluation"])
-        .args(evaluation))?;
     let binaries = match &platforms {
         Some(platforms) => Some(across(platforms, &python)?),
         None => {

@@ -29,9 +29,9 @@ fn list() -> String {
 }
 
 fn source(name: &str) -> PathBuf {
-    let folder = root().join("sysid/evaluation/src/bin");
+    let folder = root().join("sysid/evaluation/src/programs");
     let file = folder.join(format!("{name}.rs"));
-    if file.is_file() { file } else { folder.join(name).join("main.rs") }
+    if file.is_file() { file } else { folder.join(name).join("mod.rs") }
 }
 
 fn page(program: &Program, source: &str) -> String {

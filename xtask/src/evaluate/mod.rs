@@ -71,23 +71,16 @@ fn short(program: &Program, given: &[String]) -> Vec<String> {
 
 /// Builds once, and runs one after the other. Where the peers cannot be had, without them.
 fn run_all(programs: &[(&Program, &[String])]) -> Result<(), String> {
-    let mut build =
-        cargo(&["build", "--release", "--quiet", "--package", "steerwright-evaluation"]);
-    // With these, shared dependencies have the features that `cargo test --release` gives them: what it
-    // has built is not built again. Only what `--bin` names is built of them.
-    build.args(["--package", "steerwright", "--package", "xtask"]);
-    for (program, _) in programs {
-        build.args(["--bin", program.name]);
-    }
-    run(&mut build)?;
+    // As `cargo test --release` builds it, see `program`.
+    run(&mut cargo(&["test", "--release", "--quiet", "--no-run", "--test", "programs"]))?;
     // `command_line` measures the program that users run.
     if programs.iter().any(|(program, _)| program.name == "command_line") {
         crate::run::program(None)?;
     }
     let peers = peers();
     for (program, arguments) in programs {
-        let mut command = Command::new(released(program.name));
-        command.args(*arguments).current_dir(root());
+        let mut command = Command::new(released("evaluation"));
+        command.arg(program.name).args(*arguments).current_dir(root());
         command.envs(peers.iter().map(|python| ("STEERWRIGHT_PEERS_PYTHON", python)));
         let start = Instant::now();
         run(&mut command)?;

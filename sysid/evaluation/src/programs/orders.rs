@@ -3,6 +3,7 @@
 //! Stable systems of order 1 to 6 in turn with white input and 20 dB of white noise: 5,000 samples, of
 //! which the first half estimates and chooses.
 
+use super::options;
 use clap::Parser;
 use steerwright_evaluation::{Experiment, LARGEST_ORDER, LEAST_SHARE, Random, request};
 use steerwright_sysid::{Automatic, DataSet, Error, IdentifyOptions, automatic};
@@ -27,8 +28,8 @@ struct Arguments {
 /// Block rows for SLICOT: twice the largest order and more.
 const BLOCK_ROWS: usize = 15;
 
-fn main() -> Result<(), String> {
-    let arguments = Arguments::parse();
+pub(crate) fn run() -> Result<(), String> {
+    let arguments: Arguments = options();
     determined(&arguments, false)?;
     determined(&arguments, true)?;
     unfiltered(&arguments)

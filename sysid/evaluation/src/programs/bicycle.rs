@@ -5,6 +5,7 @@
 //! are 100·(1 − ‖y − ŷ‖/‖y − mean y‖) of simulations on yaw rate. The recording in DIR/revs cannot be
 //! part of the repository.
 
+use super::options;
 use clap::Parser;
 use std::path::{Path, PathBuf};
 use steerwright_drivelog::{DriveLog, LogOptions, read_log};
@@ -24,8 +25,8 @@ struct Arguments {
 
 type Failure = Box<dyn std::error::Error>;
 
-fn main() -> Result<(), Failure> {
-    let arguments = Arguments::parse();
+pub(crate) fn run() -> Result<(), Failure> {
+    let arguments: Arguments = options();
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     println!("Multi-body vehicle, 15 m/s (tests/data/multibody)");
     let file = root.join("tests/data/multibody/drive.csv");

@@ -2,6 +2,7 @@
 //! with all evidence, and where the time goes; compared with reading the same file in Python and
 //! SLICOT's subspace identification through `ctrlsys`.
 
+use super::options;
 use clap::Parser;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -45,8 +46,8 @@ done = time.perf_counter()
 print("import %.3f s, read %.3f s, R factor %.4f s" % (loaded - start, read - loaded, done - read))
 "#;
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let arguments = Arguments::parse();
+pub(crate) fn run() -> Result<(), Box<dyn std::error::Error>> {
+    let arguments: Arguments = options();
     let folder = std::env::temp_dir().join(format!("steerwright-evaluate-{}", std::process::id()));
     std::fs::create_dir_all(&folder)?;
     let outcome = measure(&arguments, &folder);

@@ -10,7 +10,7 @@ use steerwright_evaluation::peers::read_signals;
 pub(crate) fn memory(path: &Path, count: usize) {
     let peak = |what: &str| -> Outcome<f64> {
         let output = Command::new(std::env::current_exe()?)
-            .args(["--memory", what])
+            .args(["speed", "--memory", what])
             .arg(path)
             .arg(count.to_string())
             .output()?;

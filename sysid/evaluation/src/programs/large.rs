@@ -1,6 +1,7 @@
 //! `cargo xtask evaluate large`: `identify` with all its choices and evidence on a recording of a
 //! million samples, in processor time and peak memory, compared with what the recording itself takes.
 
+use super::options;
 use clap::Parser;
 use steerwright_drivelog::{DriveLog, LogOptions};
 use steerwright_evaluation::Drive;
@@ -24,8 +25,8 @@ struct Arguments {
     no_refinement: bool,
 }
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let arguments = Arguments::parse();
+pub(crate) fn run() -> Result<(), Box<dyn std::error::Error>> {
+    let arguments: Arguments = options();
     let log = recording(arguments.samples)?;
     let held = peak_memory().ok_or("the system does not report the peak memory")?;
     let options = IdentifyOptions {

@@ -5,6 +5,7 @@
 //! phase the mean over the drives. It is compared with SciPy's output error of the true order on the
 //! same halves.
 
+use super::options;
 use clap::Parser;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -62,8 +63,8 @@ const KINDS: [Kind; 5] = [
 /// Where the bias of the phase is shown, Hz.
 const SHOWN_HZ: [f64; 3] = [0.3, 1.0, 2.0];
 
-fn main() -> Result<(), String> {
-    let mut arguments = Arguments::parse();
+pub(crate) fn run() -> Result<(), String> {
+    let mut arguments: Arguments = options();
     if arguments.short {
         (arguments.drives, arguments.rates) = (1, vec![100.0, 20.0]);
     }

@@ -1,6 +1,7 @@
 //! `cargo xtask evaluate long_log`: a log of some hundred megabytes accumulated in chunks, alone and in
 //! two files that are merged, in time and peak memory; and the result of the same logs held in memory.
 
+use super::options;
 use clap::Parser;
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -21,8 +22,8 @@ struct Arguments {
     no_memory: bool,
 }
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let arguments = Arguments::parse();
+pub(crate) fn run() -> Result<(), Box<dyn std::error::Error>> {
+    let arguments: Arguments = options();
     let folder = tempfile::tempdir()?;
     let [long, short] = ["long.csv", "short.csv"].map(|name| folder.path().join(name));
     let size = write(&long, 1_000_000 * arguments.megabytes, 0)?;

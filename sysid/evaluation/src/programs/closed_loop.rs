@@ -6,6 +6,7 @@
 //! 100,000 samples 200 records just show (0.05 % of the response at p = 20). It is none of the methods',
 //! and falls faster with N than the interval does with the number of records.
 
+use super::options;
 use clap::Parser;
 use steerwright_evaluation::bias::{Bias, Biases, Errors};
 use steerwright_evaluation::driver::{Drive, SAMPLE_TIME_S};
@@ -49,8 +50,8 @@ struct Arguments {
 
 const ORDER: usize = 3;
 
-fn main() -> Result<(), Error> {
-    let arguments = Arguments::parse();
+pub(crate) fn run() -> Result<(), Error> {
+    let arguments: Arguments = options();
     let truth = Drive::vehicle();
     println!(
         "{} records of {} samples of {SAMPLE_TIME_S} s; mean error ± half its 95 % interval, * outside it",

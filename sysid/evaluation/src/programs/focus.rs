@@ -7,6 +7,7 @@
 //! the simulation of the second half of recordings, estimated on the first; those of DaISy with
 //! `--data DIR`, where DIR holds the folder `daisy`.
 
+use super::options;
 use clap::Parser;
 use faer::Mat;
 use std::path::{Path, PathBuf};
@@ -30,8 +31,8 @@ struct Arguments {
     drives: usize,
 }
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let arguments = Arguments::parse();
+pub(crate) fn run() -> Result<(), Box<dyn std::error::Error>> {
+    let arguments: Arguments = options();
     println!("known car, {} drives of {SAMPLES} samples; percent of the truth", arguments.drives);
     println!(
         "{:34}{:12}{:>12}{:>14}{:>20}",

@@ -5,6 +5,7 @@
 //! The systems are made as those of `orders`: of order 1 to 6 in turn with white input and white noise
 //! on the output; both are given the first half of each record.
 
+use super::options;
 use clap::Parser;
 use steerwright_evaluation::bias::{Biases, Errors};
 use steerwright_evaluation::driver::Drive;
@@ -44,8 +45,8 @@ struct Arguments {
 
 const SAMPLE_TIME_S: f64 = 0.05;
 
-fn main() -> Result<(), Error> {
-    let arguments = Arguments::parse();
+pub(crate) fn run() -> Result<(), Error> {
+    let arguments: Arguments = options();
     if arguments.systems > 0 {
         open_loop(&arguments)?;
     }

@@ -10,6 +10,7 @@
 
 mod tally;
 
+use super::options;
 use clap::{Parser, ValueEnum};
 use std::error::Error;
 use steerwright_drivelog::{LogOptions, read_log};
@@ -74,8 +75,8 @@ const FREQUENCIES_HZ: [f64; 3] = [0.3, 1.0, 2.0];
 /// The response error is that from one to the other, Hz.
 const BAND_HZ: (f64, f64) = (0.1, 2.0);
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let arguments = Arguments::parse();
+pub(crate) fn run() -> Result<(), Box<dyn Error>> {
+    let arguments: Arguments = options();
     let drives: Vec<Result<Drive, String>> = on_all_cores("drives", arguments.drives, |k| {
         Drive::new(&arguments, k).map_err(|e| format!("drive {k}: {e}"))
     });

@@ -1,6 +1,7 @@
 //! Recorded data with automatic settings, first half to second half, compared with the results of
 //! others.
 
+use super::options;
 use clap::Parser;
 use faer::Mat;
 use std::io::Cursor;
@@ -24,8 +25,8 @@ const INPUTS: [(&str, InputKind); 2] =
     [("δ", InputKind::Steering), ("δ·v", InputKind::SteeringTimesSpeed)];
 const PEERS: &str = include_str!("../../python/records.py");
 
-fn main() -> Result<(), String> {
-    let arguments = Arguments::parse();
+pub(crate) fn run() -> Result<(), String> {
+    let arguments: Arguments = options();
     let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data");
     slicots_model(&own)?;
     println!("\nautomatic settings, estimated on the first half, simulated on the second");

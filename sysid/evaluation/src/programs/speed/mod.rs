@@ -8,10 +8,10 @@ mod conditioning;
 mod memory;
 mod others;
 
+use super::options;
 use clap::Parser;
 use faer::MatRef;
 use std::path::Path;
-use std::process::ExitCode;
 use steerwright_evaluation::Random;
 use steerwright_evaluation::measure::{median, processor_time_s};
 use steerwright_evaluation::peers::{PeerModel, Peers, write_signals};
@@ -44,18 +44,11 @@ struct Arguments {
     draws: usize,
 }
 
-fn main() -> ExitCode {
-    let arguments = Arguments::parse();
-    let done = match arguments.memory {
+pub(crate) fn run() -> Outcome<()> {
+    let arguments: Arguments = options();
+    match arguments.memory {
         Some(values) => memory::memory_of(&values),
         None => report(arguments.longest, arguments.draws),
-    };
-    match done {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(problem) => {
-            eprintln!("error: {problem}");
-            ExitCode::FAILURE
-        }
     }
 }
 

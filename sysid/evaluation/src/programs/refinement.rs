@@ -9,6 +9,7 @@
 //!
 //! Then the time that one step takes and what the search needs of memory, at growing length.
 
+use super::options;
 use clap::Parser;
 use faer::{Mat, MatRef};
 use std::io::Write;
@@ -34,8 +35,8 @@ struct Arguments {
 /// Name, value, standard error.
 type Row = (String, f64, f64);
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let arguments = Arguments::parse();
+pub(crate) fn run() -> Result<(), Box<dyn std::error::Error>> {
+    let arguments: Arguments = options();
     let has_peer = match steerwright_evaluation::python() {
         Ok(_) => true,
         Err(problem) => {
