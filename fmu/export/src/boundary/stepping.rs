@@ -65,7 +65,7 @@ pub unsafe fn get_status<S: Slave>(component: *mut c_void, _kind: i32, value: *m
 /// `fmi2GetRealStatus`: the end of the last step.
 pub unsafe fn get_real_status<S: Slave>(component: *mut c_void, kind: i32, value: *mut f64) -> i32 {
     let status =
-        |instance: &Instance<S>| (kind == LAST_SUCCESSFUL_TIME).then(|| instance.core.time);
+        |instance: &Instance<S>| (kind == LAST_SUCCESSFUL_TIME).then_some(instance.core.time);
     // SAFETY: the module's contract.
     unsafe { get(component, Call::GetRealStatus, value, status) }
 }
