@@ -2,161 +2,45 @@
 
 /// An error of this crate.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs)] // the fields are named in the messages
 pub enum Error {
-    /// A matrix or vector of a model has the wrong number of entries.
     #[error("{name} has {got} entries, expected {need}")]
-    Shape {
-        /// The matrix.
-        name: &'static str,
-        /// Entries given.
-        got: usize,
-        /// Entries needed.
-        need: usize,
-    },
-    /// A number is NaN or infinite.
+    Shape { name: &'static str, got: usize, need: usize },
     #[error("{name} is {value}, expected a finite number")]
-    NotFinite {
-        /// The quantity.
-        name: &'static str,
-        /// Its value.
-        value: f64,
-    },
-    /// A number that must be positive is not.
+    NotFinite { name: &'static str, value: f64 },
     #[error("{name} is {value}, expected a positive number")]
-    NotPositive {
-        /// The quantity.
-        name: &'static str,
-        /// Its value.
-        value: f64,
-    },
-    /// A number that must not be negative is.
+    NotPositive { name: &'static str, value: f64 },
     #[error("{name} is {value}, expected zero or more")]
-    Negative {
-        /// The quantity.
-        name: &'static str,
-        /// Its value.
-        value: f64,
-    },
-    /// A number outside the range that a model takes.
+    Negative { name: &'static str, value: f64 },
     #[error("{name} is {value}, expected {min} to {max}")]
-    Range {
-        /// The quantity.
-        name: &'static str,
-        /// Its value.
-        value: f64,
-        /// Least value taken.
-        min: f64,
-        /// Largest value taken.
-        max: f64,
-    },
-    /// The continuous model is not the one the discrete model was sampled from.
+    Range { name: &'static str, value: f64, min: f64, max: f64 },
+    /// `difference` is relative to the largest entry of the matrix.
     #[error(
         "the continuous model does not sample to the discrete one: {name} differs by {difference:e}"
     )]
-    Inconsistent {
-        /// The matrix of the discrete model.
-        name: &'static str,
-        /// Largest difference, relative to the matrix's norm.
-        difference: f64,
-    },
-    /// A step that is not in (0, `limit`].
+    Inconsistent { name: &'static str, difference: f64 },
     #[error("the step is {step} s, expected more than 0 and at most {limit} s")]
-    Step {
-        /// The step.
-        step: f64,
-        /// The longest one taken.
-        limit: f64,
-    },
-    /// A model too fast to be stepped in a reasonable time.
+    Step { step: f64, limit: f64 },
     #[error("the model's fastest rate is {rate:e} 1/s, expected at most {limit:e} 1/s")]
-    TooFast {
-        /// Rate of the fastest mode.
-        rate: f64,
-        /// Largest rate taken.
-        limit: f64,
-    },
-    /// A vehicle that is unstable even at walking pace.
+    TooFast { rate: f64, limit: f64 },
     #[error("the critical speed is {critical_speed} m/s, expected more than {limit} m/s")]
-    CriticalSpeed {
-        /// Speed above which the vehicle is unstable.
-        critical_speed: f64,
-        /// Least speed accepted.
-        limit: f64,
-    },
-    /// The states grew beyond all numbers.
+    CriticalSpeed { critical_speed: f64, limit: f64 },
     #[error("the model diverged: {name} is {value}")]
-    Diverged {
-        /// The state.
-        name: &'static str,
-        /// Its value.
-        value: f64,
-    },
-    /// A step over more grid points than are walked in a reasonable time.
+    Diverged { name: &'static str, value: f64 },
     #[error("the step of {step} s spans {points:.3e} grid points, at most {limit:e} are taken")]
-    TooManyGridPoints {
-        /// The step.
-        step: f64,
-        /// Grid points in it.
-        points: f64,
-        /// Most grid points taken.
-        limit: f64,
-    },
-    /// A saved state that the model cannot be in.
+    TooManyGridPoints { step: f64, points: f64, limit: f64 },
     #[error("{name} of the saved state is {value}, expected {expected}")]
-    SavedState {
-        /// The quantity.
-        name: &'static str,
-        /// Its value.
-        value: f64,
-        /// The valid range.
-        expected: &'static str,
-    },
-    /// A path needs two points.
+    SavedState { name: &'static str, value: f64, expected: &'static str },
     #[error("{got} points, a path needs at least 2")]
-    TooFewPoints {
-        /// Points given.
-        got: usize,
-    },
-    /// The distance along a path does not increase.
+    TooFewPoints { got: usize },
     #[error("point {index}: the distance {distance} m does not increase (before it {before} m)")]
-    Distance {
-        /// The point, from 0.
-        index: usize,
-        /// Its distance.
-        distance: f64,
-        /// The one before.
-        before: f64,
-    },
-    /// Two points lie further apart than the distance between them.
+    Distance { index: usize, distance: f64, before: f64 },
     #[error("point {index}: {chord} m from the point before, though only {arc} m along the path")]
-    ShorterThanChord {
-        /// The second of the points, from 0.
-        index: usize,
-        /// Straight distance between them.
-        chord: f64,
-        /// Distance along the path.
-        arc: f64,
-    },
-    /// The path does not go where its heading points.
+    ShorterThanChord { index: usize, chord: f64, arc: f64 },
     #[error("point {index}: the heading is {heading} rad, but the path goes towards {chord} rad")]
-    Heading {
-        /// The first point of the segment, from 0.
-        index: usize,
-        /// Heading in the middle of the segment.
-        heading: f64,
-        /// Direction to the next point.
-        chord: f64,
-    },
-    /// A number of a path's point is NaN or infinite.
+    Heading { index: usize, heading: f64, chord: f64 },
     #[error("point {index}: {name} is {value}, expected a finite number")]
-    Point {
-        /// The point, from 0.
-        index: usize,
-        /// The quantity.
-        name: &'static str,
-        /// Its value.
-        value: f64,
-    },
+    Point { index: usize, name: &'static str, value: f64 },
 }
 
 /// Refuses the first of some states or outputs that is no number.
