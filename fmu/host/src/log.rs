@@ -1,21 +1,15 @@
 //! Messages of FMUs: the callbacks given to an instance and the lines collected from its logger.
 //!
 //! `fmi2CallbackLogger` is variadic in C, `(environment, instance, status, category, message, …)`
-//! with a printf format as message. Stable Rust cannot define variadic functions, so [`logger`] is
-//! an ordinary `extern "C"` function with the five fixed parameters and one more pointer for the
-//! first variadic argument. A call through the variadic type reaches it intact where the ABI passes
-//! variadic integers and pointers as it passes named ones:
+//! with a printf format as message. Stable Rust cannot define variadic functions, so [`logger`] has the
+//! five fixed parameters and one more pointer for the first variadic argument. A call through the
+//! variadic type reaches it intact where the ABI passes variadic pointers as it passes named ones: x86-64
+//! System V (r9), Windows x64 (sixth slot on the stack), AAPCS64 on Linux and Windows on ARM64 (x5). The
+//! caller cleans the stack, so a wrong number of arguments has no effect.
 //!
-//! - x86-64 System V: sixth integer register (r9); `al` is set too, but not read;
-//! - Windows x64: sixth slot on the stack; Windows on ARM64: register x5;
-//! - AArch64 AAPCS64 (Linux): register x5.
-//!
-//! Only the caller cleans the stack in these conventions, so a wrong number of arguments has no
-//! effect. The sixth parameter is [`MaybeUninit`]: it is read only if the format makes the caller
-//! pass a string first. On other targets (Apple's ARM64 ABI passes
-//! variadic arguments on the stack, 32-bit ABIs were not examined) it is never read, and the
-//! bare format is kept. Formats with other conversions than one `%s` are kept bare everywhere:
-//! their arguments cannot be reached.
+//! The sixth parameter is [`MaybeUninit`]: it is read only if the format makes the caller pass a string
+//! first. On other targets (Apple's ARM64 passes variadic arguments on the stack, 32-bit ABIs were not
+//! examined), and with other conversions than one `%s`, the bare format is kept.
 
 #![allow(unsafe_code)]
 

@@ -1,25 +1,10 @@
-//! The two-wheel bicycle model of eq 13, and its body-frame form.
+//! The two-wheel bicycle model of eq 13, and its body-frame form; coefficients and equations are in
+//! `docs/methods/bicycle.md`.
 //!
 //! Eq 13 has the states `X = (y, ẏ, ψ, ψ̇, δ)`, y and ψ in a frame fixed to a straight road, δ the
-//! steering angle behind an actuator lag `Tn`, and the coefficients
-//!
-//! ```text
-//! A1 = −(Cf + Cr)/m           A2 = −(Cf·Lf − Cr·Lr)/m       B1 = Cf/m
-//! A3 = (−Cf·Lf + Cr·Lr)/J     A4 = −(Cf·Lf² + Cr·Lr²)/J     B2 = Cf·Lf/J
-//! ```
-//!
-//! with C in N/rad an axle. The paper's n turns the steering angle into the road wheel's: it is
-//! the inverse of `steering_ratio`.
-//!
-//! The body-frame form has the states (v_y, r, δ), δ at the road wheel. With `v_y = ẏ − V·ψ` and
-//! `r = ψ̇` it is eq 13 at constant speed, and unlike eq 13 it stays right when the speed changes,
-//! since ẏ of eq 13 would leak into v_y:
-//!
-//! ```text
-//! v̇_y = A1/V·v_y + (A2/V − V)·r + B1·δ
-//! ṙ   = A3/V·v_y +  A4/V·r      + B2·δ
-//! δ̇   = (steering/steering_ratio − δ)/Tn
-//! ```
+//! steering angle behind an actuator lag `Tn`. The body-frame form has the states (v_y, r, δ), δ at the
+//! road wheel. With `v_y = ẏ − V·ψ` and `r = ψ̇` it is eq 13 at constant speed, and unlike eq 13 it stays
+//! right when the speed changes, since ẏ of eq 13 would leak into v_y.
 
 use crate::error::Error;
 use crate::identified::FASTEST_RATE;

@@ -1,11 +1,9 @@
 //! A pure delay, in seconds, of an input that is held or ramped over steps of any size.
 //!
-//! The input's history is a belt of segments (how long, `value + slope·t`), oldest first, whose
-//! length is always the delay: a step puts its own segment on one end and takes as much time off
-//! the other. All times are durations, so nothing is lost however long the simulation runs. The
-//! belt is bounded: segments shorter than the delay over [`RESOLUTION`] are merged into their
-//! neighbour, value and slope averaged over time, so that the input's integral is kept, and a ramp
-//! in pieces stays the ramp.
+//! The input's history is a belt of segments, oldest first, whose length is always the delay: a step puts
+//! its own segment on one end and takes as much time off the other. All times are durations, so nothing
+//! is lost however long the simulation runs. Segments shorter than the delay over [`RESOLUTION`] are
+//! merged into their neighbour such that the input's integral is kept, and a ramp in pieces stays the ramp.
 
 use crate::error::Error;
 use serde::{Deserialize, Serialize};

@@ -1,55 +1,20 @@
-//! Guidance along a path: look-ahead based line of sight.
+//! Guidance along a path: look-ahead based line of sight, with preview, sideslip and integral action.
+//!
+//! The law and its sources are in `docs/methods/path.md`, its derivation in the README of
+//! `fmu/reference-path`:
 //!
 //! ```text
-//! yaw_reference        = ψ(s') + atan2(−(e + z), Δ),   ψ(s') = ψ_p(s' − v·S) if S is all, below
-//! steering_feedforward = feedforward_gain·κ(m),     m = s' − v·S, as there
-//! s' = s + v·preview_time,   Δ = max(lookahead_min, lookahead_time·v)
-//! ż  = cross_track_integral_gain·e·Δ²/(Δ² + (e + z)²)   while the vehicle moves
+//! yaw_reference        = ψ(s') + atan2(−(e + z), Δ),     s' = s + v·preview_time
+//! steering_feedforward = feedforward_gain·κ(m),          m  = s' − v·Sₐ,   Sₐ = S + Q·a²
+//! ż                    = cross_track_integral_gain·e·Δ²/(Δ² + (e + z)²)   while the vehicle moves
+//! ψ(s')                = ψ_p(m) + A·ψ̈_p(m) + K·ψ⃛_p(m),   A = Sₐ²/2 − C + G,   K = Sₐ·C − Sₐ³/3 + J
 //! ```
 //!
-//! with s the foot of the vehicle on the path, e its cross-track error, positive to the left, ψ_p
-//! and κ heading and curvature of the path (Breivik and Fossen 2005; Fossen, *Handbook of Marine
-//! Craft Hydrodynamics and Motion Control*, look-ahead-based steering). The line of sight aims at
-//! the point Δ ahead on the path. The preview exists because a yaw loop with a setpoint weight below
-//! 1 follows a ramp with a lag that no feedforward of steering removes.
-//!
-//! The course is prescribed, the yaw is steered. Between them is the sideslip, at the yaw rate r
-//!
-//! ```text
-//! β = (S + Q·a²)·r + C·ṙ,   a = v·r
-//! ```
-//!
-//! with S the sideslip_per_yaw_rate, Q the sideslip_growth (the slip of a rear tyre grows more than its force) and C the sideslip_per_yaw_acceleration. Without Q and C, course is ψ + S·ψ̇, so yaw lags it
-//! by S. Hence the heading is read v·S behind, where at low speed the rear axle is. In a circle this is
-//! ψ_p − S·v·κ; but that would ask where the curvature begins to change for a jump of the yaw rate, which
-//! steers the wrong way at first.
-//!
-//! In full, ψ + S·ψ̇ + C·ψ̈ is the course, so the yaw is the course averaged over the past, by
-//! 1/(1 + S·s + C·s²) of Laplace's s. A yaw loop, too, follows its reference the better, the more of the
-//! loop the reference knows: preview and feedforward take off what is of first and second order, and
-//! `G·ψ̈ + J·ψ⃛`, with G the yaw_acceleration_gain, s², and J the yaw_jerk_gain, s³, takes off what is
-//! beyond. To third order in s (the logarithm of both, as for cumulants), with `Sₐ = S + Q·a²` of the
-//! acceleration `a = v²·κ(s' − v·S)`, at most g,
-//!
-//! ```text
-//! ψ(s') = ψ_p(m) + A·ψ̈_p(m) + K·ψ⃛_p(m),       m = s' − v·Sₐ
-//! A     = Sₐ²/2 − C + G,    K = Sₐ·C − Sₐ³/3 + J
-//! ```
-//!
-//! The derivatives are differences of headings v·h apart, which are smooth where the curvature's
-//! derivative would jump; h² is |2A|, or h³ is |2K| where that is more, so that no difference weighs more
-//! than the heading. C = 0 says that C is not known: of the sideslip, then, is m alone, which is right for
-//! C = S²/2.
-//!
-//! z is the integral of integral line of sight (Børhaug, Pavlov and Pettersen, *Integral LOS control
-//! for path following of underactuated marine surface vessels in the presence of constant ocean
-//! currents*, 2008; their σ·y_int, and σ/Δ here the gain): where the yaw is off by a constant, of a
-//! sideslip that is not known or a road that falls to one side, it takes the place of the error that
-//! would remain. Far from the path it hardly grows, so it does not wind up. It must be slow: for a
-//! look-ahead time T the error follows s² + s/T + gain/T, damped by ½/√(T·gain). The gain
-//! is 0 by default: there is none.
-//!
-//! `yaw_reference` is not wrapped: it is as continuous as the path.
+//! with `Δ = max(lookahead_min, lookahead_time·v)` and `a = v²·κ(s' − v·S)`, at most g. The derivatives
+//! are differences of headings v·h apart, which are smooth where the curvature's derivative would jump;
+//! h² is |2A|, or h³ is |2K| where that is more, so that no difference weighs more than the heading.
+//! C = 0 means that C is not known: A is then G, and K is J. `yaw_reference` is not wrapped: it is as
+//! continuous as the path.
 
 use crate::angle::wrap_angle;
 use crate::error::{Error, diverged, finite};

@@ -1,10 +1,8 @@
 //! Where among sorted distances one lies, without a search.
 //!
-//! The range is divided into twice as many equal intervals as there are gaps, and a table holds how many
-//! distances lie before each. Where these are about evenly spaced, an interval holds at most one of them and
-//! the search costs the same however many there are; where they are not, it is a binary search within
-//! one interval. Nothing is kept from one search to the next, so the result depends on
-//! the distance alone and is that of a search of all.
+//! A table holds how many distances lie before each of equal intervals, twice as many as there are gaps.
+//! Where the distances are about evenly spaced, an interval holds at most one of them; where they are not,
+//! it is a binary search within one interval. The result depends on the distance alone.
 
 /// See the module.
 #[derive(Debug, Clone, PartialEq)]

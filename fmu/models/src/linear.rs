@@ -1,9 +1,8 @@
 //! Exact stepping of linear states by the matrix exponential.
 //!
-//! `ẋ = F x + G u` with u held over a step h has the solution of eq 9–10,
-//! `x(t+h) = e^{Fh} x(t) + ∫₀ʰ e^{Fτ} G dτ · u`. Both matrices are blocks of one exponential of
-//! the augmented matrix `[F G; 0 0]·h` (Van Loan 1978), which also yields, with the output's row
-//! added, the exact integral of the output. An input that grows by u̇ within the step (first-order
+//! `ẋ = F x + G u` with u held over a step h has the solution of eq 9–10; both matrices are blocks of one
+//! exponential of the augmented matrix `[F G; 0 0]·h` (Van Loan 1978), which also yields, with the output's
+//! row added, the exact integral of the output. An input that grows by u̇ within the step (first-order
 //! hold) is one more row, `d/dt (u, u̇) = (u̇, 0)`: just as exact.
 
 use crate::error::Error;

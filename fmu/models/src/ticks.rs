@@ -1,10 +1,8 @@
-//! Ticks of a sampled system inside a communication step of any size.
+//! Ticks of a sampled system, at `t0 + k·Ts`, inside a communication step of any size.
 //!
-//! A sampled system (a controller, the noise grid of a plant) ticks at `t0 + k·Ts`, while the
-//! importer chooses the step `h`. Counting from absolute time fails: an importer that
-//! accumulates `t += h` is 1.4e-5 s off after 1e7 steps of 0.01 s, and one that computes `k·h`
-//! changes `h` by an ulp from step to step. So only a phase is kept, `phase += h/Ts`, snapped to
-//! the integer when it is within [`SNAP`] of it.
+//! Counting from absolute time fails: an importer that accumulates `t += h` is 1.4e-5 s off after 1e7
+//! steps of 0.01 s, and one that computes `k·h` changes `h` by an ulp from step to step. So only a phase
+//! is kept, `phase += h/Ts`, snapped to the integer when it is within [`SNAP`] of it.
 
 use crate::error::Error;
 use serde::{Deserialize, Serialize};

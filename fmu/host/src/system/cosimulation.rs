@@ -1,15 +1,5 @@
-//! The co-simulation loop: initialization, then steps of equal length.
-//!
-//! A step from t_k to t_{k+1} is, for the instances i = 1 … n in their order,
-//!
-//! - Gauss–Seidel: for each i in turn, set its inputs from the most recent outputs (those of
-//!   instances before it are at t_{k+1}, the others at t_k), step it, read its outputs. In the
-//!   order plant, path, PID the PID steps with inputs at t_{k+1}: the loop has no delay.
-//! - Jacobi: set all inputs from the outputs at t_k, step all, read all outputs. Each connection
-//!   delays by one step.
-//!
-//! External signals hold from a communication point to the next. See Kübler and Schiehlen, *Two
-//! methods of simulator coupling* (2000), for the two schemes.
+//! The co-simulation loop: initialization, then steps of equal length, by a Gauss–Seidel or Jacobi master
+//! (`docs/methods/co-simulation.md`). External signals hold from a communication point to the next.
 //!
 //! For each instance a step is one call to set its Reals, the step, and one call to read its Reals
 //! (and one each for other kinds that it has): nothing is looked up or allocated.

@@ -1,31 +1,19 @@
-//! The bicycle plant: the body-frame form of eq 13 with yaw and position.
+//! The bicycle plant: the body-frame form of eq 13 ([`crate::bicycle`]) with yaw and position.
 //!
-//! States (v_y, r, δ), then ψ, X, Y. Within a step the speed is held, and the steering angle held
-//! or ramped, `u(τ) = u0 + u̇·τ` with u̇ the [`BicyclePlant::steering_rate`]; after the step it is u0
-//! again until it is set again. With `ẇ = F(V)·w + G·u` for w = (v_y, r, δ) as in
-//! [`crate::bicycle`],
+//! States (v_y, r, δ), then ψ, X, Y; the README of `fmu/bicycle-plant` has the equations. Within a step the
+//! speed is held, and the steering angle held or ramped. The matrix exponential acts on the states through
+//! its Taylor series, `w(τ) = w + τ·ẇ + Σ τᵏ/k!·Fᵏ⁻²·ẅ` from k = 2 with `ẅ = F·ẇ + G·u̇`, summed to the last
+//! bit over panels shorter than the fastest time constant. Three states make a term cheaper than looking
+//! up a cached matrix, and a speed that changes at every step costs the same as a constant one.
 //!
-//! ```text
-//! ψ̇  = r
-//! X' = v cos ψ − v_y sin ψ,   Y' = v sin ψ + v_y cos ψ
-//! ```
-//!
-//! **Exact for every step and speed.** The matrix exponential acts on the states through its
-//! Taylor series, `w(τ) = w + τ·ẇ + Σ τᵏ/k!·Fᵏ⁻²·ẅ` from k = 2 with `ẅ = F·ẇ + G·u̇`, summed to the
-//! last bit over panels shorter than the fastest time constant. Three states make a term cheaper
-//! than looking up a cached matrix would pay for, and a speed that changes at every step costs the same as a constant one. The same
-//! terms yield v_y and ψ at the quadrature's nodes.
-//!
-//! **Below 1 m/s** ([`BLEND_SPEED`](crate::bicycle::BLEND_SPEED)) the rates ∝ 1/V would grow without
-//! bound. There the states approach the steady turn of the present speed with the dynamics of 1 m/s:
+//! Below 1 m/s ([`BLEND_SPEED`](crate::bicycle::BLEND_SPEED)) the rates ∝ 1/V would grow without bound.
+//! There the states approach the steady turn of the present speed with the dynamics of 1 m/s:
 //!
 //! ```text
 //! (v̇_y, ṙ) = F(1 m/s)·((v_y, r) − s(v)·δ),   s(v) = (Lr − m·Lf·v²/(Cr·L), 1)·v/(L + K·v²)
 //! ```
 //!
-//! At 1 m/s this is the model itself, since `F(v)·s(v)` is minus the column of δ; towards standstill
-//! s becomes the kinematic `r = v·δ/L`, `v_y = Lr·r`, and at v = 0 the vehicle stands. It is
-//! continuous in v, and divides by nothing that can be zero.
+//! This is continuous in v, since `F(v)·s(v)` at 1 m/s is minus the column of δ.
 
 use crate::bicycle::{BicycleParameters, Coefficients};
 use crate::error::Error;

@@ -1,35 +1,18 @@
 //! The identified plant: steering angle and speed in, yaw rate, yaw and position out.
 //!
-//! Within a step the speed is held, and the steering angle held or ramped,
-//! `u(τ) = u0 + u̇·τ` with u̇ the [`IdentifiedPlant::steering_rate`]:
+//! The equations are in the README of `fmu/identified-plant`. Yaw is part of the matrix exponential, so it
+//! is exact; the position is Gauss–Legendre quadrature to 1e-9 m. What the sideslip term S adds to it is
+//! `v·S` times the change of `(cos ψ, sin ψ)`, exactly; for Q and C, r and ṙ are those of the matrix
+//! exponential at the quadrature's nodes. Where r jumps, or is held, C·ṙ adds nothing.
 //!
-//! ```text
-//! ẋ = F x + G u,   r = H x + D u + yaw_rate_offset          (eq 6–7)
-//! ψ̇ = r            exactly, the integral is part of the matrix exponential
-//! X' = v (cos ψ − β sin ψ),  Y' = v (sin ψ + β cos ψ),   β = (S + Q·(v·r)²)·r + C·ṙ
-//! ```
+//! The model's input is that of `delay` seconds ago: a step is split where it changes, and each piece is
+//! one ramp, which the matrix exponential takes exactly. Before the start the input was zero, which is
+//! where states that start at zero are at rest.
 //!
-//! by Gauss–Legendre quadrature to 1e-9 m, with the terms S, Q and C of the sideslip. What S adds to the
-//! position is `v·S` times the change of `(cos ψ, sin ψ)`, exactly; r and ṙ for the others are those of
-//! the matrix exponential at the quadrature's nodes. Where r jumps, as with the input where D is not zero
-//! or with the innovation, C·ṙ is what it is before and after: a jump moves nobody sideways, and where the
-//! output is held there is no ṙ.
-//!
-//! u is the model's input `delay` seconds ago: a step is split where that delayed input changes,
-//! and each piece is one ramp, which the matrix exponential takes exactly. After the step the
-//! steering angle is u0 again, not where the ramp ended, until it is set again; what is still under
-//! way in the delay stays the ramp it was. Before the start the input was zero, which is where
-//! states that start at zero are at rest. Speed moves X and Y alone (and drives the model where it was identified with
-//! [`InputKind::SteeringTimesSpeed`](crate::identified::InputKind::SteeringTimesSpeed)).
-//!
-//! **Noise**, where `noise_scale > 0`, is that of eq 3–4 on the model's own grid `t0 + k·Ts`: e(k)
-//! stands on the yaw rate from grid point k until the next, where the state jumps by K·e(k), both
-//! times `noise_scale`. At grid points this is eq 3–4 to the letter, whatever steps the importer
-//! takes. Yaw integrates the output without e: e is the sensor's part.
-//!
-//! **Without continuous form** (A has no real logarithm) the states move on the grid by A and B,
-//! with the input as it is at the grid point; the output is held between, and yaw integrates what
-//! is held. Such a model has no continuous states but yaw, x and y.
+//! Noise, where `noise_scale > 0`, is that of eq 3–4 on the model's own grid `t0 + k·Ts`: e(k) stands on
+//! the yaw rate from grid point k until the next, where the state jumps by K·e(k), both times
+//! `noise_scale`. Without continuous form (A has no real logarithm) the states move on the grid by A and
+//! B, with the input as it is at the grid point; the output is held between, and yaw integrates it.
 
 use crate::delay::DelayLine;
 use crate::identified::IdentifiedModel;

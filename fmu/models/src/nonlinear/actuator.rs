@@ -1,14 +1,9 @@
 //! The steering actuator: a lag with a limited rate and end stops, moved in closed form.
 //!
-//! ```text
-//! δ̇ = clip((c − δ)/T, ±rate),     c = clip(command/steering_ratio, ±stop)
-//! ```
-//!
-//! A command that grows linearly is cut where the end stops cut it; within such a piece c(τ) is a
-//! line and the error e = c − δ obeys `ė = ċ ∓ rate` where the rate is limited, |e| > rate·T, and
-//! `ė = ċ − e/T` elsewhere. Both have closed solutions, and the times at which one turns into the
-//! other too: at most three motions a piece, each smooth, so that whatever is integrated along a
-//! motion keeps its order of convergence.
+//! A command that grows linearly is cut where the end stops cut it; within such a piece the error
+//! e = c − δ obeys `ė = ċ ∓ rate` where the rate is limited, |e| > rate·T, and `ė = ċ − e/T` elsewhere.
+//! Both have closed solutions, and the times at which one turns into the other too: at most three
+//! motions a piece, each smooth.
 
 use crate::delay::Segment;
 

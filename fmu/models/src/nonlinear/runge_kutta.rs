@@ -1,19 +1,10 @@
-//! Runge–Kutta methods along the actuator's motion.
+//! Runge–Kutta methods along the actuator's motion, in equal panels: the classical one of order four, and
+//! that of order six in seven stages of Butcher (1964); see `docs/methods/nonlinear.md`.
 //!
-//! A motion is cut into equal panels. Two explicit methods advance the states by a panel:
-//!
-//! - the classical one of order four, in panels of at most 2 ms that are at most a tenth of the time
-//!   of the fastest lateral mode and of the load transfer;
-//! - that of order six in seven stages of Butcher (1964), in panels of at most 10 ms and a fifth of
-//!   these times: with 7 evaluations instead of 20 for 10 ms, its errors are no larger.
-//!
-//! Neither has panels above a quarter of the actuator's time constant. Where the panels of order six would
-//! be no longer than those of order four, order four is taken. The road-wheel angle enters in closed form ([`super::actuator`]) and is
-//! smooth within a panel, so the order holds whatever the limits do, with one exception, a panel in which
-//! a wheel lifts or touches down: it is done again by order four. Position and yaw are
-//! states as the others, as deviations from the panel's start.
-//!
-//! J. C. Butcher, *On Runge–Kutta processes of high order*, J. Austral. Math. Soc. 4 (1964).
+//! Where the panels of order six would be no longer than those of order four, order four is taken. The
+//! road-wheel angle enters in closed form ([`super::actuator`]) and is smooth within a panel, so the order
+//! holds whatever the limits do, with one exception, a panel in which a wheel lifts or touches down: it is
+//! done again by order four. Position and yaw are states as the others.
 
 use super::actuator::Motion;
 use super::dynamics::{Dynamics, Lateral, RoadWheel};

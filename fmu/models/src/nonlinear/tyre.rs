@@ -1,19 +1,10 @@
-//! Lateral forces of an axle: two tyres by Pacejka's magic formula at their own loads.
+//! Lateral forces of an axle: two tyres by Pacejka's magic formula at their own loads, x = 1 ± q times the
+//! static wheel load (equations in `docs/methods/nonlinear.md`).
 //!
-//! ```text
-//! F_y = D sin(C atan(B·α − E·(B·α − atan(B·α))))        D = μ(F_z)·F_z,   B = C_α(F_z)/(C·D)
-//! μ(F_z)   = μ·(1 − k_μ·(x − 1))                        x = F_z/(static wheel load)
-//! C_α(F_z) = C_α0·x·(1 − k_C·(x − 1))
-//! ```
-//!
-//! (Pacejka, *Tire and Vehicle Dynamics*, section 4.3.1; the linear fall of friction and the
-//! degressive cornering stiffness are those of its load dependence, to first order about the static
-//! load.) The loads of the two tyres are x = 1 ± q. Where nothing lifts, an axle loses the part k·q²
-//! of stiffness and peak force by a transfer q; a transfer beyond the static load lifts the inner
-//! wheel and leaves all load on the outer one.
-//!
-//! Forces are positive to the left for a positive slip angle α (rad). With C in [1, 2) and E in
-//! [−1.5, 1] the force of a tyre rises from its steepest slope C_α at α = 0 and is never above D.
+//! Where nothing lifts, an axle loses the part k·q² of stiffness and peak force by a transfer q; a transfer
+//! beyond the static load lifts the inner wheel and leaves all load on the outer one. Forces are positive
+//! to the left for a positive slip angle α (rad). With C in [1, 2) and E in [−1.5, 1] the force of a tyre
+//! rises from its steepest slope C_α at α = 0 and is never above D.
 
 use crate::trigonometry::{atan, sin_of_half_turn};
 

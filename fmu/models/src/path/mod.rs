@@ -1,18 +1,15 @@
 //! The geometry of a reference path: points in arc length, what lies between them, and the foot
 //! of a perpendicular on it.
 //!
-//! Between two points the position is the quintic that has the positions, unit tangents
-//! `(cos ψ, sin ψ)` and curvature vectors `κ·(−sin ψ, cos ψ)` of both (error of sixth order in the
-//! angle turned; below 1e-5 m where 5 m lie between points of a 10 m radius); the heading is the
-//! cubic with the headings and curvatures of both; the curvature is linear. Before the first and
-//! beyond the last point an open path goes on straight. A closed path has no end: distances go on
-//! from lap to lap, and so does the heading.
+//! Between two points the position is the quintic with the positions, tangents and curvature vectors of
+//! both (below 1e-5 m off where 5 m lie between points of a 10 m radius), the heading the cubic with the
+//! headings and curvatures of both, the curvature linear. An open path goes on straight beyond its ends;
+//! on a closed path distance and heading go on from lap to lap.
 //!
 //! The foot s of a position p solves `f(s) = (p − q(s))·t(s) = 0`, t the unit tangent. From a known
 //! distance it is sought in the direction in which f points and the first zero is taken, at most
-//! [`WINDOW`] away: so progress moves along the path and never jumps to another branch where the
-//! path crosses or touches itself, and a step costs the same however long the path is. So does the path
-//! at a distance, whose segment is looked up (`intervals`).
+//! [`WINDOW`] away: so progress never jumps to another branch of a path that crosses itself, and a step
+//! costs the same however long the path is.
 
 mod projection;
 mod segment;

@@ -1,27 +1,17 @@
 //! Large yaw errors: the part of an error on which the controller acts, and the steering rate.
 //!
-//! A linear loop commands steering in proportion to its error, and for a large error faster than the
-//! actuator turns. The steering then comes back too late: yaw overshoots, and with an actuator slower than
-//! stated the oscillation grows. With `E = max_yaw_error`, e the yaw error, v the speed and a the lateral
-//! acceleration allowed:
+//! The README of `fmu/lateral-pid` has the reasons and the limits. With `E = max_yaw_error`, e the yaw
+//! error, v the speed and a the lateral acceleration allowed:
 //!
 //! ```text
 //! λ  = kp·(1−b)/ki                              lag behind a ramp of the reference; 0 where ki = 0
-//! |w| falls at the rate p,  p → min(0.7·a/v, √(2α|w|)) with |dp/dt| ≤ α
+//! |w| falls at the rate p,  p → min(0.7·a/v, √(2α|w|)) with |dp/dt| ≤ α,  α = ½·sustained_rate·G(v)
 //! ω += Ts/(λ+Ts)·(clamp(Δr/Ts, ±a/v) + p·sgn(w) − ω)    rate of the reference that the loop sees
 //! w += (e − w − λω) − clamp(e − w − λω, ±E)     and the loop acts on e − w
 //! ```
 //!
-//! So of a step at most E is seen at once. The rest is withheld, and released as a ramp that begins and ends
-//! with a yaw acceleration that steering at half of `sustained_rate` gives,
-//! `α = ½·sustained_rate·G(v)`, G the yaw rate per steering angle of a steady turn, and no sooner than
-//! within λ. Errors up to E, and smooth references, are untouched bit by bit.
-//!
-//! An actuator slower than stated shows as an oscillation that steers at the full rate all the time, which
-//! the step of the specification does not. So the time for which the steering has moved at its largest rate
-//! is counted, and forgotten ten times as slowly. Beyond `rate_reserve_time` the rate goes down to `sustained_rate` and
-//! E to what that rate follows at the crossover kp·G, `1.2·sustained_rate/(kp·(b·kp·G + ki))`, both linearly
-//! until twice the reserve.
+//! So of a step at most E is seen at once, and the rest is released as a ramp, no sooner than within λ.
+//! Errors up to E, and smooth references, are untouched bit by bit.
 
 use super::parameters::PidParameters;
 use serde::{Deserialize, Serialize};

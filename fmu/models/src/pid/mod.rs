@@ -1,32 +1,14 @@
-//! The yaw controller of eq 14, `K(s) = Kp + Ki/s + Kd·s`, sampled.
+//! The yaw controller of eq 14, `K(s) = Kp + Ki/s + Kd·s`, sampled: one [`Pid::tick`] is one sample.
 //!
-//! One [`Pid::tick`] is one sample. With the reference r, yaw y, sample time `Ts` and wrapped increments
-//! `Δr`, `Δy` since the tick before:
+//! The README of `fmu/lateral-pid` has the equations of a tick. Beyond them:
 //!
-//! ```text
-//! e  = wrap(r − y), less what is withheld of it; from here on r is y + e
-//! P  = kp·e
-//! I += ki·Ts·e − kp·(1−b)·Δr                    backward Euler; at tick 0: I = ki·Ts·e − kp·(1−b)·e
-//! D  = (Tf·D + kd·(c·Δr − Δy)) / (Tf + Ts)      backward Euler of kd·s/(Tf·s + 1)
-//! v  = P + I + D + feedforward
-//! u  = v limited to u_before ± min(max_increment, max_rate·Ts), then to ± largest_angle(speed)
-//! I += min(Ts/Tt, 1)·(u − v)                    anti-windup by back-calculation, where ki > 0
-//! ```
-//!
-//! - **Setpoint weights** b and c. `kp·(b·r − y)` would depend on the absolute yaw, hence on where
-//!   north is. Written by increments inside the integral term it does not: at constant gains
-//!   `P + I` above equals the textbook's `kp·(b·r − y) + I`, with angles counted from the yaw at
-//!   tick 0. A reference that winds around several turns is followed turn by turn.
-//! - **Large errors** beyond `max_yaw_error` are withheld and released as a ramp that the actuator follows,
-//!   and steering that goes on at the largest rate goes on at `sustained_rate`: see `governor`. The reference
-//!   moves with the actual yaw, so nothing winds up while a vehicle cannot follow. Smaller errors and smooth
-//!   references are untouched. A `max_yaw_error` of π switches it off.
-//! - **Angle and speed.** A steering angle δ turns a vehicle, in a steady turn, with the lateral
-//!   acceleration `δ/(steering_per_curvature/v² + understeer_gradient)`: the largest angle at a speed is
-//!   that of `max_lateral_acceleration`, and `max_angle` at most. A speed below 1 m/s counts as 1 m/s.
+//! - **Setpoint weights** act by increments inside the integral term: `kp·(b·r − y)` would depend on the
+//!   absolute yaw, hence on where north is. At tick 0, `I = ki·Ts·e − kp·(1−b)·e`.
+//! - **Large errors** beyond `max_yaw_error` are withheld: see `governor`. The reference moves with the
+//!   actual yaw, so nothing winds up while a vehicle cannot follow.
 //! - **Filter** with `Tf = 0`: D is the plain backward difference.
 //! - **Limits**: the angle wins over the increment, so a `max_angle` lowered below the present
-//!   angle is obeyed at once. `u_before` is 0 before tick 0.
+//!   angle is obeyed at once. The angle before tick 0 is 0.
 //! - **Anti-windup** needs an integral action that forgets: with `ki = 0` the back-calculation
 //!   would leave a lasting bias in I, so it is left out. `Tt = 0` resets I at once.
 //! - **Disabled**, the output is the limited feedforward; the memory of r, y and D goes on.

@@ -1,15 +1,8 @@
-//! The filter itself: mean and covariance of (X, Y, ψ, b), moved over an interval and corrected by a
-//! fix.
+//! The filter itself: mean and covariance of (X, Y, ψ, b), moved over an interval along the exact arc
+//! (`docs/methods/estimator.md`) and corrected by a fix.
 //!
-//! Over an interval of T seconds with the readings g and v, θ = (g − b)·T and v_y = v·(S·(g − b) + C·ġ),
-//!
-//! ```text
-//! d = R(ψ)·T·(v·s − v_y·c, v·c + v_y·s),       s = sin θ/θ,  c = (1 − cos θ)/θ
-//! p ← p + d,   ψ ← ψ + θ
-//! ```
-//!
-//! which is the exact arc. The covariance moves by the Jacobian of that, and grows by
-//! `∫ e^{Aτ}·(Σ g·q²·gᵀ)·e^{Aᵀτ} dτ` with the velocity d/T and the heading ψ + θ/2 held:
+//! The covariance moves by the Jacobian of the arc, and grows by `∫ e^{Aτ}·(Σ g·q²·gᵀ)·e^{Aᵀτ} dτ` with the
+//! velocity d/T and the heading ψ + θ/2 held:
 //!
 //! ```text
 //! A = [0, J·d/T, −S·v·n; 0, 0, −1; 0, 0, 0]      J turns by 90°, u along the heading, n = J·u
