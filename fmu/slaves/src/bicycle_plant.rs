@@ -5,7 +5,7 @@ use crate::plant::{Flags, kind, pose, settable};
 use crate::resources::optional;
 use crate::saved::{check_settable, decode, encode, refuse};
 use crate::start::with_start_values;
-use crate::tables::bicycle_plant::Variable;
+use crate::tables::bicycle_plant::Variable as V;
 use fmi2_export::{Capabilities, Known, Log, Resources, Slave, StateSpec, Unknown};
 use model_description::{DependencyKind, Table, Value};
 use steerwright_models::sensitivity::{self, Factor};
@@ -27,6 +27,30 @@ const X: usize = 4;
 const Y: usize = 5;
 
 impl BicyclePlant {
+    /// A parameter or an input that is a Real; `None` for the others and for outputs.
+    #[inline]
+    fn number(&mut self, variable: V) -> Option<&mut f64> {
+        let p = &mut self.plant;
+        Some(match variable {
+            V::SteeringAngle => &mut p.steering_angle,
+            V::Speed => &mut p.speed,
+            V::Mass => &mut p.parameters.mass,
+            V::YawInertia => &mut p.parameters.yaw_inertia,
+            V::DistanceFront => &mut p.parameters.distance_front,
+            V::DistanceRear => &mut p.parameters.distance_rear,
+            V::CorneringStiffnessFront => &mut p.parameters.cornering_stiffness_front,
+            V::CorneringStiffnessRear => &mut p.parameters.cornering_stiffness_rear,
+            V::ActuatorTimeConstant => &mut p.parameters.actuator_time_constant,
+            V::SteeringRatio => &mut p.parameters.steering_ratio,
+            V::InitialX => &mut p.initial_x,
+            V::InitialY => &mut p.initial_y,
+            V::InitialYaw => &mut p.initial_yaw,
+            V::YawRate | V::Yaw | V::X | V::Y | V::LateralVelocity | V::LateralAcceleration => {
+                return None;
+            }
+        })
+    }
+
     /// The plant; until the start as a start from the present settings would leave it. A vehicle
     /// that cannot start is refused when initialization mode is left.
     #[inline]
@@ -38,28 +62,24 @@ impl BicyclePlant {
     }
 
     /// The partial derivative by an input or state, `None` where it is zero whatever the values.
-    fn factor(&self, unknown: Unknown<Variable>, known: Known<Variable>) -> Option<Factor> {
+    fn factor(&self, unknown: Unknown<V>, known: Known<V>) -> Option<Factor> {
         let unknown = match unknown {
-            Unknown::Variable(Variable::YawRate) => sensitivity::Unknown::YawRate,
-            Unknown::Variable(Variable::LateralAcceleration) => {
-                sensitivity::Unknown::LateralAcceleration
-            }
-            Unknown::Variable(Variable::LateralVelocity) => {
-                sensitivity::Unknown::State(LATERAL_VELOCITY)
-            }
-            Unknown::Variable(Variable::Yaw) => sensitivity::Unknown::State(YAW),
-            Unknown::Variable(Variable::X) => sensitivity::Unknown::State(X),
-            Unknown::Variable(Variable::Y) => sensitivity::Unknown::State(Y),
+            Unknown::Variable(V::YawRate) => sensitivity::Unknown::YawRate,
+            Unknown::Variable(V::LateralAcceleration) => sensitivity::Unknown::LateralAcceleration,
+            Unknown::Variable(V::LateralVelocity) => sensitivity::Unknown::State(LATERAL_VELOCITY),
+            Unknown::Variable(V::Yaw) => sensitivity::Unknown::State(YAW),
+            Unknown::Variable(V::X) => sensitivity::Unknown::State(X),
+            Unknown::Variable(V::Y) => sensitivity::Unknown::State(Y),
             Unknown::Variable(_) => return None,
             Unknown::State(i) => sensitivity::Unknown::State(i),
             Unknown::Derivative(i) => sensitivity::Unknown::Rate(i),
         };
         let known = match known {
-            Known::Variable(Variable::SteeringAngle) => sensitivity::Known::SteeringAngle,
-            Known::Variable(Variable::Speed) => sensitivity::Known::Speed,
-            Known::Variable(Variable::InitialYaw) => sensitivity::Known::State(YAW),
-            Known::Variable(Variable::InitialX) => sensitivity::Known::State(X),
-            Known::Variable(Variable::InitialY) => sensitivity::Known::State(Y),
+            Known::Variable(V::SteeringAngle) => sensitivity::Known::SteeringAngle,
+            Known::Variable(V::Speed) => sensitivity::Known::Speed,
+            Known::Variable(V::InitialYaw) => sensitivity::Known::State(YAW),
+            Known::Variable(V::InitialX) => sensitivity::Known::State(X),
+            Known::Variable(V::InitialY) => sensitivity::Known::State(Y),
             Known::Variable(_) => return None,
             Known::State(i) => sensitivity::Known::State(i),
         };
@@ -68,29 +88,27 @@ impl BicyclePlant {
 }
 
 /// Whether an unknown depends on a parameter of the vehicle, which matters in initialization mode.
-fn by_parameter(unknown: Unknown<Variable>, parameter: Variable) -> bool {
+fn by_parameter(unknown: Unknown<V>, parameter: V) -> bool {
     // Forces, which v̇_y has over the mass, and ṙ over the inertia.
     let force = matches!(
         parameter,
-        Variable::DistanceFront
-            | Variable::DistanceRear
-            | Variable::CorneringStiffnessFront
-            | Variable::CorneringStiffnessRear
+        V::DistanceFront | V::DistanceRear | V::CorneringStiffnessFront | V::CorneringStiffnessRear
     );
     match unknown {
-        Unknown::Variable(Variable::LateralAcceleration)
-        | Unknown::Derivative(LATERAL_VELOCITY) => force || parameter == Variable::Mass,
-        Unknown::Derivative(YAW_RATE) => force || parameter == Variable::YawInertia,
+        Unknown::Variable(V::LateralAcceleration) | Unknown::Derivative(LATERAL_VELOCITY) => {
+            force || parameter == V::Mass
+        }
+        Unknown::Derivative(YAW_RATE) => force || parameter == V::YawInertia,
         Unknown::Derivative(ROAD_WHEEL_ANGLE) => {
-            matches!(parameter, Variable::ActuatorTimeConstant | Variable::SteeringRatio)
+            matches!(parameter, V::ActuatorTimeConstant | V::SteeringRatio)
         }
         _ => false,
     }
 }
 
 impl Slave for BicyclePlant {
-    type Variable = Variable;
-    const TABLE: &'static Table = Variable::TABLE;
+    type Variable = V;
+    const TABLE: &'static Table = V::TABLE;
     const CAPABILITIES: Capabilities = Capabilities::ALL;
 
     fn open(resources: &Resources) -> Result<Self, String> {
@@ -108,56 +126,24 @@ impl Slave for BicyclePlant {
     }
 
     #[inline]
-    fn get(&mut self, variable: Variable) -> Value {
+    fn get(&mut self, variable: V) -> Value {
         let p = self.plant();
         Value::Real(match variable {
-            Variable::SteeringAngle => p.steering_angle,
-            Variable::Speed => p.speed,
-            Variable::YawRate => p.yaw_rate(),
-            Variable::Yaw => p.yaw(),
-            Variable::X => p.x(),
-            Variable::Y => p.y(),
-            Variable::LateralVelocity => p.lateral_velocity(),
-            Variable::LateralAcceleration => p.lateral_acceleration(),
-            Variable::Mass => p.parameters.mass,
-            Variable::YawInertia => p.parameters.yaw_inertia,
-            Variable::DistanceFront => p.parameters.distance_front,
-            Variable::DistanceRear => p.parameters.distance_rear,
-            Variable::CorneringStiffnessFront => p.parameters.cornering_stiffness_front,
-            Variable::CorneringStiffnessRear => p.parameters.cornering_stiffness_rear,
-            Variable::ActuatorTimeConstant => p.parameters.actuator_time_constant,
-            Variable::SteeringRatio => p.parameters.steering_ratio,
-            Variable::InitialX => p.initial_x,
-            Variable::InitialY => p.initial_y,
-            Variable::InitialYaw => p.initial_yaw,
+            V::YawRate => p.yaw_rate(),
+            V::Yaw => p.yaw(),
+            V::X => p.x(),
+            V::Y => p.y(),
+            V::LateralVelocity => p.lateral_velocity(),
+            V::LateralAcceleration => p.lateral_acceleration(),
+            other => self.number(other).map_or(0.0, |value| *value),
         })
     }
 
     #[inline]
-    fn set(&mut self, variable: Variable, value: &Value) {
-        let Value::Real(value) = *value else { return };
-        let p = &mut self.plant;
-        *match variable {
-            Variable::SteeringAngle => &mut p.steering_angle,
-            Variable::Speed => &mut p.speed,
-            Variable::Mass => &mut p.parameters.mass,
-            Variable::YawInertia => &mut p.parameters.yaw_inertia,
-            Variable::DistanceFront => &mut p.parameters.distance_front,
-            Variable::DistanceRear => &mut p.parameters.distance_rear,
-            Variable::CorneringStiffnessFront => &mut p.parameters.cornering_stiffness_front,
-            Variable::CorneringStiffnessRear => &mut p.parameters.cornering_stiffness_rear,
-            Variable::ActuatorTimeConstant => &mut p.parameters.actuator_time_constant,
-            Variable::SteeringRatio => &mut p.parameters.steering_ratio,
-            Variable::InitialX => &mut p.initial_x,
-            Variable::InitialY => &mut p.initial_y,
-            Variable::InitialYaw => &mut p.initial_yaw,
-            Variable::YawRate
-            | Variable::Yaw
-            | Variable::X
-            | Variable::Y
-            | Variable::LateralVelocity
-            | Variable::LateralAcceleration => return,
-        } = value;
+    fn set(&mut self, variable: V, value: &Value) {
+        if let (Value::Real(value), Some(place)) = (value, self.number(variable)) {
+            *place = *value;
+        }
     }
 
     fn exit_initialization(&mut self, _start_time: f64, _log: &mut Log) -> Result<(), String> {
@@ -194,32 +180,28 @@ impl Slave for BicyclePlant {
         }
     }
 
-    fn set_input_derivative(&mut self, variable: Variable, derivative: f64) {
+    fn set_input_derivative(&mut self, variable: V, derivative: f64) {
         match variable {
-            Variable::SteeringAngle => self.plant.steering_rate = derivative,
-            Variable::Speed => self.flags.speed_rate.set(derivative),
+            V::SteeringAngle => self.plant.steering_rate = derivative,
+            V::Speed => self.flags.speed_rate.set(derivative),
             _ => {}
         }
     }
 
-    fn output_derivative(&mut self, variable: Variable) -> f64 {
+    fn output_derivative(&mut self, variable: V) -> f64 {
         let p = self.plant();
         match variable {
-            Variable::LateralVelocity => p.state_rate(LATERAL_VELOCITY),
-            Variable::YawRate => p.state_rate(YAW_RATE),
-            Variable::Yaw => p.state_rate(YAW),
-            Variable::X => p.state_rate(X),
-            Variable::Y => p.state_rate(Y),
-            Variable::LateralAcceleration => p.lateral_jerk(),
+            V::LateralVelocity => p.state_rate(LATERAL_VELOCITY),
+            V::YawRate => p.state_rate(YAW_RATE),
+            V::Yaw => p.state_rate(YAW),
+            V::X => p.state_rate(X),
+            V::Y => p.state_rate(Y),
+            V::LateralAcceleration => p.lateral_jerk(),
             _ => 0.0,
         }
     }
 
-    fn dependency(
-        &self,
-        unknown: Unknown<Variable>,
-        known: Known<Variable>,
-    ) -> Option<DependencyKind> {
+    fn dependency(&self, unknown: Unknown<V>, known: Known<V>) -> Option<DependencyKind> {
         if let Known::Variable(parameter) = known
             && by_parameter(unknown, parameter)
         {
@@ -228,11 +210,7 @@ impl Slave for BicyclePlant {
         self.factor(unknown, known).map(kind)
     }
 
-    fn partial_derivative(
-        &mut self,
-        unknown: Unknown<Variable>,
-        known: Known<Variable>,
-    ) -> Option<f64> {
+    fn partial_derivative(&mut self, unknown: Unknown<V>, known: Known<V>) -> Option<f64> {
         // By parameters the layer takes differences: they matter before the start alone.
         if let Known::Variable(parameter) = known
             && by_parameter(unknown, parameter)

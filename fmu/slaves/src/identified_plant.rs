@@ -5,7 +5,7 @@ use crate::plant::{Flags, kind, pose, settable};
 use crate::resources::required;
 use crate::saved::{check_settable, decode, encode, refuse};
 use crate::start::with_start_values;
-use crate::tables::identified_plant::Variable;
+use crate::tables::identified_plant::Variable as V;
 use fmi2_export::{Capabilities, Known, Log, Resources, Slave, StateSpec, Unknown};
 use model_description::{DependencyKind, Table, Value};
 use std::sync::Arc;
@@ -22,6 +22,21 @@ pub struct IdentifiedPlant {
 }
 
 impl IdentifiedPlant {
+    /// A parameter or an input that is a Real; `None` for the others and for outputs.
+    #[inline]
+    fn number(&mut self, variable: V) -> Option<&mut f64> {
+        let p = &mut self.plant;
+        Some(match variable {
+            V::SteeringAngle => &mut p.steering_angle,
+            V::Speed => &mut p.speed,
+            V::InitialX => &mut p.initial_x,
+            V::InitialY => &mut p.initial_y,
+            V::InitialYaw => &mut p.initial_yaw,
+            V::NoiseScale => &mut p.noise_scale,
+            V::NoiseSeed | V::YawRate | V::Yaw | V::X | V::Y => return None,
+        })
+    }
+
     /// The plant; until the start as a start from the present settings would leave it.
     #[inline]
     fn plant(&mut self) -> &mut steerwright_models::IdentifiedPlant {
@@ -32,27 +47,25 @@ impl IdentifiedPlant {
     }
 
     /// The partial derivative, `None` where it is zero whatever the values.
-    fn factor(&self, unknown: Unknown<Variable>, known: Known<Variable>) -> Option<Factor> {
+    fn factor(&self, unknown: Unknown<V>, known: Known<V>) -> Option<Factor> {
         let n = self.plant.model_states();
         let unknown = match unknown {
-            Unknown::Variable(Variable::YawRate) => sensitivity::Unknown::YawRate,
-            Unknown::Variable(Variable::Yaw) => sensitivity::Unknown::State(n),
-            Unknown::Variable(Variable::X) => sensitivity::Unknown::State(n + 1),
-            Unknown::Variable(Variable::Y) => sensitivity::Unknown::State(n + 2),
+            Unknown::Variable(V::YawRate) => sensitivity::Unknown::YawRate,
+            Unknown::Variable(V::Yaw) => sensitivity::Unknown::State(n),
+            Unknown::Variable(V::X) => sensitivity::Unknown::State(n + 1),
+            Unknown::Variable(V::Y) => sensitivity::Unknown::State(n + 2),
             Unknown::Variable(_) => return None,
             Unknown::State(i) => sensitivity::Unknown::State(i),
             Unknown::Derivative(i) => sensitivity::Unknown::Rate(i),
         };
         let known = match known {
-            Known::Variable(Variable::SteeringAngle) => sensitivity::Known::SteeringAngle,
-            Known::Variable(Variable::Speed) => sensitivity::Known::Speed,
-            Known::Variable(Variable::InitialYaw) => sensitivity::Known::State(n),
-            Known::Variable(Variable::InitialX) => sensitivity::Known::State(n + 1),
-            Known::Variable(Variable::InitialY) => sensitivity::Known::State(n + 2),
+            Known::Variable(V::SteeringAngle) => sensitivity::Known::SteeringAngle,
+            Known::Variable(V::Speed) => sensitivity::Known::Speed,
+            Known::Variable(V::InitialYaw) => sensitivity::Known::State(n),
+            Known::Variable(V::InitialX) => sensitivity::Known::State(n + 1),
+            Known::Variable(V::InitialY) => sensitivity::Known::State(n + 2),
             // The seed acts where the scale does.
-            Known::Variable(Variable::NoiseScale | Variable::NoiseSeed) => {
-                sensitivity::Known::NoiseScale
-            }
+            Known::Variable(V::NoiseScale | V::NoiseSeed) => sensitivity::Known::NoiseScale,
             Known::Variable(_) => return None,
             Known::State(i) => sensitivity::Known::State(i),
         };
@@ -61,8 +74,8 @@ impl IdentifiedPlant {
 }
 
 impl Slave for IdentifiedPlant {
-    type Variable = Variable;
-    const TABLE: &'static Table = Variable::TABLE;
+    type Variable = V;
+    const TABLE: &'static Table = V::TABLE;
     const CAPABILITIES: Capabilities = Capabilities::ALL;
 
     fn open(resources: &Resources) -> Result<Self, String> {
@@ -77,41 +90,25 @@ impl Slave for IdentifiedPlant {
     }
 
     #[inline]
-    fn get(&mut self, variable: Variable) -> Value {
+    fn get(&mut self, variable: V) -> Value {
         let p = self.plant();
         Value::Real(match variable {
-            Variable::NoiseSeed => return Value::Integer(p.noise_seed),
-            Variable::SteeringAngle => p.steering_angle,
-            Variable::Speed => p.speed,
-            Variable::YawRate => p.yaw_rate(),
-            Variable::Yaw => p.yaw(),
-            Variable::X => p.x(),
-            Variable::Y => p.y(),
-            Variable::InitialX => p.initial_x,
-            Variable::InitialY => p.initial_y,
-            Variable::InitialYaw => p.initial_yaw,
-            Variable::NoiseScale => p.noise_scale,
+            V::NoiseSeed => return Value::Integer(p.noise_seed),
+            V::YawRate => p.yaw_rate(),
+            V::Yaw => p.yaw(),
+            V::X => p.x(),
+            V::Y => p.y(),
+            other => self.number(other).map_or(0.0, |value| *value),
         })
     }
 
     #[inline]
-    fn set(&mut self, variable: Variable, value: &Value) {
-        let p = &mut self.plant;
-        if let (Variable::NoiseSeed, Value::Integer(seed)) = (variable, value) {
-            p.noise_seed = *seed;
+    fn set(&mut self, variable: V, value: &Value) {
+        if let (V::NoiseSeed, Value::Integer(seed)) = (variable, value) {
+            self.plant.noise_seed = *seed;
+        } else if let (Value::Real(value), Some(place)) = (value, self.number(variable)) {
+            *place = *value;
         }
-        let Value::Real(value) = *value else { return };
-        *match variable {
-            Variable::SteeringAngle => &mut p.steering_angle,
-            Variable::Speed => &mut p.speed,
-            Variable::InitialX => &mut p.initial_x,
-            Variable::InitialY => &mut p.initial_y,
-            Variable::InitialYaw => &mut p.initial_yaw,
-            Variable::NoiseScale => &mut p.noise_scale,
-            Variable::NoiseSeed | Variable::YawRate | Variable::Yaw | Variable::X | Variable::Y => {
-                return;
-            }
-        } = value;
     }
 
     fn exit_initialization(&mut self, _start_time: f64, _log: &mut Log) -> Result<(), String> {
@@ -158,39 +155,31 @@ impl Slave for IdentifiedPlant {
         }
     }
 
-    fn set_input_derivative(&mut self, variable: Variable, derivative: f64) {
+    fn set_input_derivative(&mut self, variable: V, derivative: f64) {
         match variable {
-            Variable::SteeringAngle => self.plant.steering_rate = derivative,
-            Variable::Speed => self.flags.speed_rate.set(derivative),
+            V::SteeringAngle => self.plant.steering_rate = derivative,
+            V::Speed => self.flags.speed_rate.set(derivative),
             _ => {}
         }
     }
 
-    fn output_derivative(&mut self, variable: Variable) -> f64 {
+    fn output_derivative(&mut self, variable: V) -> f64 {
         let p = self.plant();
         let n = p.model_states();
         match variable {
-            Variable::YawRate => p.yaw_acceleration(),
-            Variable::Yaw => p.state_rate(n),
-            Variable::X => p.state_rate(n + 1),
-            Variable::Y => p.state_rate(n + 2),
+            V::YawRate => p.yaw_acceleration(),
+            V::Yaw => p.state_rate(n),
+            V::X => p.state_rate(n + 1),
+            V::Y => p.state_rate(n + 2),
             _ => 0.0,
         }
     }
 
-    fn dependency(
-        &self,
-        unknown: Unknown<Variable>,
-        known: Known<Variable>,
-    ) -> Option<DependencyKind> {
+    fn dependency(&self, unknown: Unknown<V>, known: Known<V>) -> Option<DependencyKind> {
         self.factor(unknown, known).map(kind)
     }
 
-    fn partial_derivative(
-        &mut self,
-        unknown: Unknown<Variable>,
-        known: Known<Variable>,
-    ) -> Option<f64> {
+    fn partial_derivative(&mut self, unknown: Unknown<V>, known: Known<V>) -> Option<f64> {
         self.plant();
         Some(self.factor(unknown, known).map_or(0.0, Factor::value))
     }

@@ -4,7 +4,7 @@ use crate::finite::outputs_are_finite;
 use crate::resources::optional;
 use crate::saved::{check_settable, decode, encode, refuse};
 use crate::start::with_start_values;
-use crate::tables::lateral_pid::Variable;
+use crate::tables::lateral_pid::Variable as V;
 use fmi2_export::{Capabilities, Log, Resources, Slave};
 use model_description::{Table, Value};
 use serde::{Deserialize, Serialize};
@@ -41,6 +41,36 @@ enum Phase {
 }
 
 impl LateralPid {
+    /// A parameter or an input that is a Real; `None` for the others and for outputs.
+    #[inline]
+    fn number(&mut self, variable: V) -> Option<&mut f64> {
+        let (p, input) = (&mut self.parameters, &mut self.inputs.pid);
+        Some(match variable {
+            V::YawReference => &mut input.yaw_reference,
+            V::Yaw => &mut input.yaw,
+            V::SteeringFeedforward => &mut input.steering_feedforward,
+            V::Speed => &mut input.speed,
+            V::Kp => &mut p.kp,
+            V::Ki => &mut p.ki,
+            V::Kd => &mut p.kd,
+            V::DerivativeFilterTime => &mut p.derivative_filter_time,
+            V::SetpointWeightProportional => &mut p.setpoint_weight_proportional,
+            V::SetpointWeightDerivative => &mut p.setpoint_weight_derivative,
+            V::AntiWindupTime => &mut p.anti_windup_time,
+            V::MaxAngle => &mut p.max_angle,
+            V::MaxIncrement => &mut p.max_increment,
+            V::MaxRate => &mut p.max_rate,
+            V::MaxYawError => &mut p.max_yaw_error,
+            V::SustainedRate => &mut p.sustained_rate,
+            V::RateReserveTime => &mut p.rate_reserve_time,
+            V::MaxLateralAcceleration => &mut p.max_lateral_acceleration,
+            V::SteeringPerCurvature => &mut p.steering_per_curvature,
+            V::UndersteerGradient => &mut p.understeer_gradient,
+            V::SampleTime => &mut p.sample_time,
+            V::Enabled | V::SteeringAngle | V::Saturated => return None,
+        })
+    }
+
     /// Tick 0 with these inputs, on a copy of the memory.
     fn tick_zero(&self, inputs: &Inputs) -> (Pid, PidOutput) {
         let mut pid = self.pid;
@@ -66,8 +96,8 @@ impl LateralPid {
 }
 
 impl Slave for LateralPid {
-    type Variable = Variable;
-    const TABLE: &'static Table = Variable::TABLE;
+    type Variable = V;
+    const TABLE: &'static Table = V::TABLE;
     /// The outputs are held between ticks and jump at them, so no derivative is useful.
     const CAPABILITIES: Capabilities = Capabilities { serializes: true, ..Capabilities::NONE };
 
@@ -92,75 +122,26 @@ impl Slave for LateralPid {
     }
 
     #[inline]
-    fn get(&mut self, variable: Variable) -> Value {
-        let p = &self.parameters;
-        let input = &self.inputs.pid;
+    fn get(&mut self, variable: V) -> Value {
         Value::Real(match variable {
-            Variable::SteeringAngle => self.output().steering_angle,
-            Variable::Saturated => return Value::Boolean(self.output().saturated),
-            Variable::Enabled => return Value::Boolean(input.enabled),
-            Variable::YawReference => input.yaw_reference,
-            Variable::Yaw => input.yaw,
-            Variable::SteeringFeedforward => input.steering_feedforward,
-            Variable::Speed => input.speed,
-            Variable::Kp => p.kp,
-            Variable::Ki => p.ki,
-            Variable::Kd => p.kd,
-            Variable::DerivativeFilterTime => p.derivative_filter_time,
-            Variable::SetpointWeightProportional => p.setpoint_weight_proportional,
-            Variable::SetpointWeightDerivative => p.setpoint_weight_derivative,
-            Variable::AntiWindupTime => p.anti_windup_time,
-            Variable::MaxAngle => p.max_angle,
-            Variable::MaxIncrement => p.max_increment,
-            Variable::MaxRate => p.max_rate,
-            Variable::MaxYawError => p.max_yaw_error,
-            Variable::SustainedRate => p.sustained_rate,
-            Variable::RateReserveTime => p.rate_reserve_time,
-            Variable::MaxLateralAcceleration => p.max_lateral_acceleration,
-            Variable::SteeringPerCurvature => p.steering_per_curvature,
-            Variable::UndersteerGradient => p.understeer_gradient,
-            Variable::SampleTime => p.sample_time,
+            V::SteeringAngle => self.output().steering_angle,
+            V::Saturated => return Value::Boolean(self.output().saturated),
+            V::Enabled => return Value::Boolean(self.inputs.pid.enabled),
+            other => self.number(other).map_or(0.0, |value| *value),
         })
     }
 
     #[inline]
-    fn set(&mut self, variable: Variable, value: &Value) {
-        if let (Variable::Enabled, Value::Boolean(enabled)) = (variable, value) {
-            self.inputs.pid.enabled = *enabled;
+    fn set(&mut self, variable: V, value: &Value) {
+        match (variable, value) {
+            (V::Enabled, Value::Boolean(enabled)) => self.inputs.pid.enabled = *enabled,
+            (V::YawReference, Value::Real(_)) => self.inputs.reference_given = true,
+            (V::Yaw, Value::Real(_)) => self.inputs.yaw_given = true,
+            _ => {}
         }
-        let Value::Real(value) = *value else { return };
-        let p = &mut self.parameters;
-        let input = &mut self.inputs;
-        *match variable {
-            Variable::YawReference => {
-                input.reference_given = true;
-                &mut input.pid.yaw_reference
-            }
-            Variable::Yaw => {
-                input.yaw_given = true;
-                &mut input.pid.yaw
-            }
-            Variable::SteeringFeedforward => &mut input.pid.steering_feedforward,
-            Variable::Speed => &mut input.pid.speed,
-            Variable::Kp => &mut p.kp,
-            Variable::Ki => &mut p.ki,
-            Variable::Kd => &mut p.kd,
-            Variable::DerivativeFilterTime => &mut p.derivative_filter_time,
-            Variable::SetpointWeightProportional => &mut p.setpoint_weight_proportional,
-            Variable::SetpointWeightDerivative => &mut p.setpoint_weight_derivative,
-            Variable::AntiWindupTime => &mut p.anti_windup_time,
-            Variable::MaxAngle => &mut p.max_angle,
-            Variable::MaxIncrement => &mut p.max_increment,
-            Variable::MaxRate => &mut p.max_rate,
-            Variable::MaxYawError => &mut p.max_yaw_error,
-            Variable::SustainedRate => &mut p.sustained_rate,
-            Variable::RateReserveTime => &mut p.rate_reserve_time,
-            Variable::MaxLateralAcceleration => &mut p.max_lateral_acceleration,
-            Variable::SteeringPerCurvature => &mut p.steering_per_curvature,
-            Variable::UndersteerGradient => &mut p.understeer_gradient,
-            Variable::SampleTime => &mut p.sample_time,
-            Variable::Enabled | Variable::SteeringAngle | Variable::Saturated => return,
-        } = value;
+        if let (Value::Real(value), Some(place)) = (value, self.number(variable)) {
+            *place = *value;
+        }
     }
 
     fn exit_initialization(&mut self, _start_time: f64, _log: &mut Log) -> Result<(), String> {

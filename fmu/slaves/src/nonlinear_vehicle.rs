@@ -7,8 +7,8 @@ use crate::plant::{Flags, pose, settable};
 use crate::resources::optional;
 use crate::saved::{check_settable, decode, encode, refuse};
 use crate::start::with_start_values;
-use crate::tables::nonlinear_vehicle::Variable;
-use fmi2_export::{Capabilities, Known, Log, Resources, Slave, StateSpec, Unknown};
+use crate::tables::nonlinear_vehicle::{FORCES, Variable as V};
+use fmi2_export::{Capabilities, Known, Log, Resources, Slave, StateSpec, Unknown, VariableId};
 use model_description::{DependencyKind, Table, Value};
 use steerwright_models::NonlinearParameters;
 use steerwright_models::nonlinear::SavedVehicle;
@@ -35,69 +35,46 @@ impl NonlinearVehicle {
         &self.vehicle
     }
 
-    fn parameter(&mut self, variable: Variable) -> Option<&mut f64> {
+    /// A parameter or an input that is a Real; `None` for the others and for outputs.
+    fn number(&mut self, variable: V) -> Option<&mut f64> {
         let v = &mut self.vehicle;
-        let NonlinearParameters {
-            mass,
-            yaw_inertia,
-            distance_front,
-            distance_rear,
-            cornering_stiffness_front,
-            cornering_stiffness_rear,
-            friction_coefficient,
-            tyre_shape_factor,
-            tyre_curvature_factor,
-            friction_load_sensitivity,
-            stiffness_load_sensitivity,
-            centre_of_gravity_height,
-            track_width,
-            roll_stiffness_front,
-            roll_time_constant,
-            steering_ratio,
-            actuator_time_constant,
-            actuator_delay,
-            road_wheel_rate_max,
-            road_wheel_angle_max,
-        } = &mut v.parameters;
+        let p = &mut v.parameters;
         Some(match variable {
-            Variable::SteeringAngle => &mut v.steering_angle,
-            Variable::Speed => &mut v.speed,
-            Variable::InitialX => &mut v.initial_x,
-            Variable::InitialY => &mut v.initial_y,
-            Variable::InitialYaw => &mut v.initial_yaw,
-            Variable::Mass => mass,
-            Variable::YawInertia => yaw_inertia,
-            Variable::DistanceFront => distance_front,
-            Variable::DistanceRear => distance_rear,
-            Variable::CorneringStiffnessFront => cornering_stiffness_front,
-            Variable::CorneringStiffnessRear => cornering_stiffness_rear,
-            Variable::ActuatorTimeConstant => actuator_time_constant,
-            Variable::SteeringRatio => steering_ratio,
-            Variable::ActuatorDelay => actuator_delay,
-            Variable::RoadWheelRateMax => road_wheel_rate_max,
-            Variable::RoadWheelAngleMax => road_wheel_angle_max,
-            Variable::FrictionCoefficient => friction_coefficient,
-            Variable::TyreShapeFactor => tyre_shape_factor,
-            Variable::TyreCurvatureFactor => tyre_curvature_factor,
-            Variable::FrictionLoadSensitivity => friction_load_sensitivity,
-            Variable::StiffnessLoadSensitivity => stiffness_load_sensitivity,
-            Variable::CentreOfGravityHeight => centre_of_gravity_height,
-            Variable::TrackWidth => track_width,
-            Variable::RollStiffnessFront => roll_stiffness_front,
-            Variable::RollTimeConstant => roll_time_constant,
-            Variable::YawRate
-            | Variable::Yaw
-            | Variable::X
-            | Variable::Y
-            | Variable::LateralVelocity
-            | Variable::LateralAcceleration => return None,
+            V::SteeringAngle => &mut v.steering_angle,
+            V::Speed => &mut v.speed,
+            V::InitialX => &mut v.initial_x,
+            V::InitialY => &mut v.initial_y,
+            V::InitialYaw => &mut v.initial_yaw,
+            V::Mass => &mut p.mass,
+            V::YawInertia => &mut p.yaw_inertia,
+            V::DistanceFront => &mut p.distance_front,
+            V::DistanceRear => &mut p.distance_rear,
+            V::CorneringStiffnessFront => &mut p.cornering_stiffness_front,
+            V::CorneringStiffnessRear => &mut p.cornering_stiffness_rear,
+            V::ActuatorTimeConstant => &mut p.actuator_time_constant,
+            V::SteeringRatio => &mut p.steering_ratio,
+            V::ActuatorDelay => &mut p.actuator_delay,
+            V::RoadWheelRateMax => &mut p.road_wheel_rate_max,
+            V::RoadWheelAngleMax => &mut p.road_wheel_angle_max,
+            V::FrictionCoefficient => &mut p.friction_coefficient,
+            V::TyreShapeFactor => &mut p.tyre_shape_factor,
+            V::TyreCurvatureFactor => &mut p.tyre_curvature_factor,
+            V::FrictionLoadSensitivity => &mut p.friction_load_sensitivity,
+            V::StiffnessLoadSensitivity => &mut p.stiffness_load_sensitivity,
+            V::CentreOfGravityHeight => &mut p.centre_of_gravity_height,
+            V::TrackWidth => &mut p.track_width,
+            V::RollStiffnessFront => &mut p.roll_stiffness_front,
+            V::RollTimeConstant => &mut p.roll_time_constant,
+            V::YawRate | V::Yaw | V::X | V::Y | V::LateralVelocity | V::LateralAcceleration => {
+                return None;
+            }
         })
     }
 }
 
 impl Slave for NonlinearVehicle {
-    type Variable = Variable;
-    const TABLE: &'static Table = Variable::TABLE;
+    type Variable = V;
+    const TABLE: &'static Table = V::TABLE;
     const CAPABILITIES: Capabilities = Capabilities::ALL;
 
     fn open(resources: &Resources) -> Result<Self, String> {
@@ -114,21 +91,21 @@ impl Slave for NonlinearVehicle {
     }
 
     #[inline]
-    fn get(&mut self, variable: Variable) -> Value {
+    fn get(&mut self, variable: V) -> Value {
         Value::Real(match variable {
-            Variable::YawRate => self.settled().yaw_rate(),
-            Variable::Yaw => self.settled().yaw(),
-            Variable::X => self.settled().x(),
-            Variable::Y => self.settled().y(),
-            Variable::LateralVelocity => self.settled().lateral_velocity(),
-            Variable::LateralAcceleration => self.settled().lateral_acceleration(),
-            other => self.parameter(other).map_or(0.0, |value| *value),
+            V::YawRate => self.settled().yaw_rate(),
+            V::Yaw => self.settled().yaw(),
+            V::X => self.settled().x(),
+            V::Y => self.settled().y(),
+            V::LateralVelocity => self.settled().lateral_velocity(),
+            V::LateralAcceleration => self.settled().lateral_acceleration(),
+            other => self.number(other).map_or(0.0, |value| *value),
         })
     }
 
     #[inline]
-    fn set(&mut self, variable: Variable, value: &Value) {
-        if let (Value::Real(value), Some(place)) = (value, self.parameter(variable)) {
+    fn set(&mut self, variable: V, value: &Value) {
+        if let (Value::Real(value), Some(place)) = (value, self.number(variable)) {
             *place = *value;
         }
     }
@@ -174,87 +151,60 @@ impl Slave for NonlinearVehicle {
         }
     }
 
-    fn set_input_derivative(&mut self, variable: Variable, derivative: f64) {
+    fn set_input_derivative(&mut self, variable: V, derivative: f64) {
         match variable {
-            Variable::SteeringAngle => self.vehicle.steering_slope = derivative,
-            Variable::Speed => self.flags.speed_rate.set(derivative),
+            V::SteeringAngle => self.vehicle.steering_slope = derivative,
+            V::Speed => self.flags.speed_rate.set(derivative),
             _ => {}
         }
     }
 
-    fn output_derivative(&mut self, variable: Variable) -> f64 {
+    fn output_derivative(&mut self, variable: V) -> f64 {
         let v = self.settled();
         let ([lateral_velocity, yaw_rate, ..], [yaw, x, y]) =
             (v.derivatives(), v.pose_derivatives());
         match variable {
-            Variable::YawRate => yaw_rate,
-            Variable::Yaw => yaw,
-            Variable::X => x,
-            Variable::Y => y,
-            Variable::LateralVelocity => lateral_velocity,
-            Variable::LateralAcceleration => v.lateral_acceleration_derivative(),
+            V::YawRate => yaw_rate,
+            V::Yaw => yaw,
+            V::X => x,
+            V::Y => y,
+            V::LateralVelocity => lateral_velocity,
+            V::LateralAcceleration => v.lateral_acceleration_derivative(),
             _ => 0.0,
         }
     }
 
-    fn dependency(
-        &self,
-        unknown: Unknown<Variable>,
-        known: Known<Variable>,
-    ) -> Option<DependencyKind> {
+    fn dependency(&self, unknown: Unknown<V>, known: Known<V>) -> Option<DependencyKind> {
         // Dependencies of the tyre forces.
         let forces = match known {
             Known::State(state) => state <= 3,
-            Known::Variable(variable) => matches!(
-                variable,
-                Variable::Speed
-                    | Variable::Mass
-                    | Variable::DistanceFront
-                    | Variable::DistanceRear
-                    | Variable::CorneringStiffnessFront
-                    | Variable::CorneringStiffnessRear
-                    | Variable::FrictionCoefficient
-                    | Variable::TyreShapeFactor
-                    | Variable::TyreCurvatureFactor
-                    | Variable::FrictionLoadSensitivity
-                    | Variable::StiffnessLoadSensitivity
-                    | Variable::CentreOfGravityHeight
-                    | Variable::TrackWidth
-                    | Variable::RollStiffnessFront
-            ),
+            Known::Variable(variable) => FORCES.contains(&variable.spec().name),
         };
-        let variable =
-            |wanted: &[Variable]| matches!(known, Known::Variable(v) if wanted.contains(&v));
+        let variable = |wanted: &[V]| matches!(known, Known::Variable(v) if wanted.contains(&v));
         let state = |wanted: &[usize]| matches!(known, Known::State(i) if wanted.contains(&i));
         let depends = match unknown {
-            Unknown::Variable(Variable::YawRate) | Unknown::Derivative(YAW) => state(&[1]),
-            Unknown::Variable(Variable::LateralVelocity) => state(&[0]),
-            Unknown::Variable(Variable::LateralAcceleration) | Unknown::Derivative(0) => forces,
-            Unknown::Variable(Variable::Yaw) | Unknown::State(YAW) => {
-                state(&[YAW]) || variable(&[Variable::InitialYaw])
+            Unknown::Variable(V::YawRate) | Unknown::Derivative(YAW) => state(&[1]),
+            Unknown::Variable(V::LateralVelocity) => state(&[0]),
+            Unknown::Variable(V::LateralAcceleration) | Unknown::Derivative(0) => forces,
+            Unknown::Variable(V::Yaw) | Unknown::State(YAW) => {
+                state(&[YAW]) || variable(&[V::InitialYaw])
             }
-            Unknown::Variable(Variable::X) | Unknown::State(X) => {
-                state(&[X]) || variable(&[Variable::InitialX])
-            }
-            Unknown::Variable(Variable::Y) | Unknown::State(Y) => {
-                state(&[Y]) || variable(&[Variable::InitialY])
-            }
-            Unknown::Derivative(1) => forces || variable(&[Variable::YawInertia]),
+            Unknown::Variable(V::X) | Unknown::State(X) => state(&[X]) || variable(&[V::InitialX]),
+            Unknown::Variable(V::Y) | Unknown::State(Y) => state(&[Y]) || variable(&[V::InitialY]),
+            Unknown::Derivative(1) => forces || variable(&[V::YawInertia]),
             Unknown::Derivative(2) => {
                 state(&[2])
                     || variable(&[
-                        Variable::SteeringAngle,
-                        Variable::SteeringRatio,
-                        Variable::ActuatorTimeConstant,
-                        Variable::ActuatorDelay,
-                        Variable::RoadWheelRateMax,
-                        Variable::RoadWheelAngleMax,
+                        V::SteeringAngle,
+                        V::SteeringRatio,
+                        V::ActuatorTimeConstant,
+                        V::ActuatorDelay,
+                        V::RoadWheelRateMax,
+                        V::RoadWheelAngleMax,
                     ])
             }
-            Unknown::Derivative(3) => forces || variable(&[Variable::RollTimeConstant]),
-            Unknown::Derivative(X | Y) => {
-                state(&[0, YAW]) || variable(&[Variable::Speed, Variable::InitialYaw])
-            }
+            Unknown::Derivative(3) => forces || variable(&[V::RollTimeConstant]),
+            Unknown::Derivative(X | Y) => state(&[0, YAW]) || variable(&[V::Speed, V::InitialYaw]),
             // Set from outside, or none of this vehicle's.
             Unknown::Variable(_) | Unknown::State(_) | Unknown::Derivative(_) => false,
         };
@@ -262,17 +212,13 @@ impl Slave for NonlinearVehicle {
     }
 
     /// By the states that cannot be set; for the rest the layer takes differences.
-    fn partial_derivative(
-        &mut self,
-        unknown: Unknown<Variable>,
-        known: Known<Variable>,
-    ) -> Option<f64> {
+    fn partial_derivative(&mut self, unknown: Unknown<V>, known: Known<V>) -> Option<f64> {
         let Known::State(state @ (YAW | X | Y)) = known else { return None };
         let [_, x_rate, y_rate] = self.settled().pose_derivatives();
         Some(match (unknown, state) {
-            (Unknown::Variable(Variable::Yaw) | Unknown::State(YAW), YAW)
-            | (Unknown::Variable(Variable::X) | Unknown::State(X), X)
-            | (Unknown::Variable(Variable::Y) | Unknown::State(Y), Y) => 1.0,
+            (Unknown::Variable(V::Yaw) | Unknown::State(YAW), YAW)
+            | (Unknown::Variable(V::X) | Unknown::State(X), X)
+            | (Unknown::Variable(V::Y) | Unknown::State(Y), Y) => 1.0,
             (Unknown::Derivative(X), YAW) => -y_rate,
             (Unknown::Derivative(Y), YAW) => x_rate,
             _ => 0.0,

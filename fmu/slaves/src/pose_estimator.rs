@@ -4,10 +4,10 @@ use crate::finite::outputs_are_finite;
 use crate::resources::optional;
 use crate::saved::{check_settable, decode, encode, refuse};
 use crate::start::with_start_values;
-use crate::tables::pose_estimator::Variable;
+use crate::tables::pose_estimator::Variable as V;
 use fmi2_export::{Capabilities, Log, Resources, Slave};
 use model_description::{Table, Value};
-use steerwright_models::{PoseInput, PoseParameters, SavedPose};
+use steerwright_models::{PoseParameters, SavedPose};
 
 /// A filter that estimates the pose from fixes, yaw rate and speed.
 #[derive(Debug, Clone)]
@@ -27,64 +27,41 @@ impl PoseEstimator {
         &self.estimator
     }
 
-    fn number(&mut self, variable: Variable) -> Option<&mut f64> {
-        let PoseInput { gnss_x, gnss_y, gnss_std, gnss_fix_count: _, yaw_rate, speed } =
-            &mut self.estimator.input;
-        let PoseParameters {
-            gnss_latency,
-            gnss_period,
-            antenna_x,
-            antenna_y,
-            sideslip_per_yaw_rate,
-            sideslip_growth,
-            sideslip_per_yaw_acceleration,
-            yaw_rate_noise_density,
-            yaw_rate_bias_density,
-            speed_noise_density,
-            lateral_velocity_noise_density,
-            initial_x,
-            initial_y,
-            initial_yaw,
-            initial_position_std,
-            initial_yaw_std,
-            initial_yaw_rate_bias_std,
-        } = &mut self.estimator.parameters;
+    /// A parameter or an input that is a Real; `None` for the others and for outputs.
+    fn number(&mut self, variable: V) -> Option<&mut f64> {
+        let i = &mut self.estimator.input;
+        let p = &mut self.estimator.parameters;
         Some(match variable {
-            Variable::GnssX => gnss_x,
-            Variable::GnssY => gnss_y,
-            Variable::GnssStd => gnss_std,
-            Variable::YawRate => yaw_rate,
-            Variable::Speed => speed,
-            Variable::GnssLatency => gnss_latency,
-            Variable::GnssPeriod => gnss_period,
-            Variable::AntennaX => antenna_x,
-            Variable::AntennaY => antenna_y,
-            Variable::SideslipPerYawRate => sideslip_per_yaw_rate,
-            Variable::SideslipGrowth => sideslip_growth,
-            Variable::SideslipPerYawAcceleration => sideslip_per_yaw_acceleration,
-            Variable::YawRateNoiseDensity => yaw_rate_noise_density,
-            Variable::YawRateBiasDensity => yaw_rate_bias_density,
-            Variable::SpeedNoiseDensity => speed_noise_density,
-            Variable::LateralVelocityNoiseDensity => lateral_velocity_noise_density,
-            Variable::InitialX => initial_x,
-            Variable::InitialY => initial_y,
-            Variable::InitialYaw => initial_yaw,
-            Variable::InitialPositionStd => initial_position_std,
-            Variable::InitialYawStd => initial_yaw_std,
-            Variable::InitialYawRateBiasStd => initial_yaw_rate_bias_std,
-            Variable::GnssFixCount
-            | Variable::X
-            | Variable::Y
-            | Variable::Yaw
-            | Variable::Course
-            | Variable::PositionStd => return None,
+            V::GnssX => &mut i.gnss_x,
+            V::GnssY => &mut i.gnss_y,
+            V::GnssStd => &mut i.gnss_std,
+            V::YawRate => &mut i.yaw_rate,
+            V::Speed => &mut i.speed,
+            V::GnssLatency => &mut p.gnss_latency,
+            V::GnssPeriod => &mut p.gnss_period,
+            V::AntennaX => &mut p.antenna_x,
+            V::AntennaY => &mut p.antenna_y,
+            V::SideslipPerYawRate => &mut p.sideslip_per_yaw_rate,
+            V::SideslipGrowth => &mut p.sideslip_growth,
+            V::SideslipPerYawAcceleration => &mut p.sideslip_per_yaw_acceleration,
+            V::YawRateNoiseDensity => &mut p.yaw_rate_noise_density,
+            V::YawRateBiasDensity => &mut p.yaw_rate_bias_density,
+            V::SpeedNoiseDensity => &mut p.speed_noise_density,
+            V::LateralVelocityNoiseDensity => &mut p.lateral_velocity_noise_density,
+            V::InitialX => &mut p.initial_x,
+            V::InitialY => &mut p.initial_y,
+            V::InitialYaw => &mut p.initial_yaw,
+            V::InitialPositionStd => &mut p.initial_position_std,
+            V::InitialYawStd => &mut p.initial_yaw_std,
+            V::InitialYawRateBiasStd => &mut p.initial_yaw_rate_bias_std,
+            V::GnssFixCount | V::X | V::Y | V::Yaw | V::Course | V::PositionStd => return None,
         })
     }
 }
 
 impl Slave for PoseEstimator {
-    type Variable = Variable;
-    const TABLE: &'static Table = Variable::TABLE;
+    type Variable = V;
+    const TABLE: &'static Table = V::TABLE;
     /// The outputs are those of the last step, held until the next, and jump at a fix.
     const CAPABILITIES: Capabilities = Capabilities { serializes: true, ..Capabilities::NONE };
 
@@ -101,22 +78,22 @@ impl Slave for PoseEstimator {
     }
 
     #[inline]
-    fn get(&mut self, variable: Variable) -> Value {
+    fn get(&mut self, variable: V) -> Value {
         Value::Real(match variable {
-            Variable::GnssFixCount => return Value::Integer(self.estimator.input.gnss_fix_count),
-            Variable::X => self.settled().x(),
-            Variable::Y => self.settled().y(),
-            Variable::Yaw => self.settled().yaw(),
-            Variable::Course => self.settled().course(),
-            Variable::PositionStd => self.settled().position_std(),
+            V::GnssFixCount => return Value::Integer(self.estimator.input.gnss_fix_count),
+            V::X => self.settled().x(),
+            V::Y => self.settled().y(),
+            V::Yaw => self.settled().yaw(),
+            V::Course => self.settled().course(),
+            V::PositionStd => self.settled().position_std(),
             other => self.number(other).map_or(0.0, |value| *value),
         })
     }
 
     #[inline]
-    fn set(&mut self, variable: Variable, value: &Value) {
+    fn set(&mut self, variable: V, value: &Value) {
         match (variable, value) {
-            (Variable::GnssFixCount, Value::Integer(count)) => {
+            (V::GnssFixCount, Value::Integer(count)) => {
                 self.estimator.input.gnss_fix_count = *count;
             }
             (_, Value::Real(value)) => {

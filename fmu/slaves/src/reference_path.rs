@@ -4,7 +4,7 @@ use crate::finite::outputs_are_finite;
 use crate::resources::required;
 use crate::saved::{check_settable, decode, encode, refuse};
 use crate::start::with_start_values;
-use crate::tables::reference_path::Variable;
+use crate::tables::reference_path::Variable as V;
 use fmi2_export::{Capabilities, Log, Resources, Slave};
 use model_description::{Table, Value};
 use serde::{Deserialize, Serialize};
@@ -51,6 +51,32 @@ struct Saved {
 }
 
 impl ReferencePath {
+    /// A parameter or an input that is a Real; `None` for the others and for outputs.
+    #[inline]
+    fn number(&mut self, variable: V) -> Option<&mut f64> {
+        let g = &mut self.guidance;
+        Some(match variable {
+            V::X => &mut self.inputs.x,
+            V::Y => &mut self.inputs.y,
+            V::Yaw => &mut self.inputs.yaw,
+            V::Speed => &mut self.inputs.speed,
+            V::LookaheadTime => &mut g.lookahead_time,
+            V::LookaheadMin => &mut g.lookahead_min,
+            V::PreviewTime => &mut g.preview_time,
+            V::FeedforwardGain => &mut g.feedforward_gain,
+            V::SideslipPerYawRate => &mut g.sideslip_per_yaw_rate,
+            V::CrossTrackIntegralGain => &mut g.cross_track_integral_gain,
+            V::YawAccelerationGain => &mut g.yaw_acceleration_gain,
+            V::YawJerkGain => &mut g.yaw_jerk_gain,
+            V::SideslipPerYawAcceleration => &mut g.sideslip_per_yaw_acceleration,
+            V::SideslipGrowth => &mut g.sideslip_growth,
+            V::YawReference | V::SteeringFeedforward | V::CrossTrackError | V::HeadingError => {
+                return None;
+            }
+            V::Curvature | V::Distance | V::Finished => return None,
+        })
+    }
+
     fn evaluate(&self, inputs: &Inputs) -> PathOutput {
         let Inputs { x, y, yaw, speed } = *inputs;
         self.follower.evaluate(&self.guidance, x, y, yaw, speed)
@@ -80,8 +106,8 @@ impl ReferencePath {
 }
 
 impl Slave for ReferencePath {
-    type Variable = Variable;
-    const TABLE: &'static Table = Variable::TABLE;
+    type Variable = V;
+    const TABLE: &'static Table = V::TABLE;
     /// Only serialization: the outputs are held between steps, and a path of points has no derivatives
     /// by the inputs.
     const CAPABILITIES: Capabilities = Capabilities { serializes: true, ..Capabilities::NONE };
@@ -104,64 +130,28 @@ impl Slave for ReferencePath {
     }
 
     #[inline]
-    fn get(&mut self, variable: Variable) -> Value {
-        let g = &self.guidance;
+    fn get(&mut self, variable: V) -> Value {
         Value::Real(match variable {
-            Variable::YawReference => self.output().yaw_reference,
-            Variable::SteeringFeedforward => self.output().steering_feedforward,
-            Variable::CrossTrackError => self.output().cross_track_error,
-            Variable::HeadingError => self.output().heading_error,
-            Variable::Curvature => self.output().curvature,
-            Variable::Distance => self.output().distance,
-            Variable::Finished => return Value::Boolean(self.output().finished),
-            Variable::X => self.inputs.x,
-            Variable::Y => self.inputs.y,
-            Variable::Yaw => self.inputs.yaw,
-            Variable::Speed => self.inputs.speed,
-            Variable::LookaheadTime => g.lookahead_time,
-            Variable::LookaheadMin => g.lookahead_min,
-            Variable::PreviewTime => g.preview_time,
-            Variable::FeedforwardGain => g.feedforward_gain,
-            Variable::SideslipPerYawRate => g.sideslip_per_yaw_rate,
-            Variable::CrossTrackIntegralGain => g.cross_track_integral_gain,
-            Variable::YawAccelerationGain => g.yaw_acceleration_gain,
-            Variable::YawJerkGain => g.yaw_jerk_gain,
-            Variable::SideslipPerYawAcceleration => g.sideslip_per_yaw_acceleration,
-            Variable::SideslipGrowth => g.sideslip_growth,
+            V::YawReference => self.output().yaw_reference,
+            V::SteeringFeedforward => self.output().steering_feedforward,
+            V::CrossTrackError => self.output().cross_track_error,
+            V::HeadingError => self.output().heading_error,
+            V::Curvature => self.output().curvature,
+            V::Distance => self.output().distance,
+            V::Finished => return Value::Boolean(self.output().finished),
+            other => self.number(other).map_or(0.0, |value| *value),
         })
     }
 
     #[inline]
-    fn set(&mut self, variable: Variable, value: &Value) {
-        let Value::Real(value) = *value else { return };
+    fn set(&mut self, variable: V, value: &Value) {
         // A parameter may change the outputs of the same inputs.
-        if !matches!(variable, Variable::X | Variable::Y | Variable::Yaw | Variable::Speed) {
+        if !matches!(variable, V::X | V::Y | V::Yaw | V::Speed) {
             self.searched = None;
         }
-        let g = &mut self.guidance;
-        *match variable {
-            Variable::X => &mut self.inputs.x,
-            Variable::Y => &mut self.inputs.y,
-            Variable::Yaw => &mut self.inputs.yaw,
-            Variable::Speed => &mut self.inputs.speed,
-            Variable::LookaheadTime => &mut g.lookahead_time,
-            Variable::LookaheadMin => &mut g.lookahead_min,
-            Variable::PreviewTime => &mut g.preview_time,
-            Variable::FeedforwardGain => &mut g.feedforward_gain,
-            Variable::SideslipPerYawRate => &mut g.sideslip_per_yaw_rate,
-            Variable::CrossTrackIntegralGain => &mut g.cross_track_integral_gain,
-            Variable::YawAccelerationGain => &mut g.yaw_acceleration_gain,
-            Variable::YawJerkGain => &mut g.yaw_jerk_gain,
-            Variable::SideslipPerYawAcceleration => &mut g.sideslip_per_yaw_acceleration,
-            Variable::SideslipGrowth => &mut g.sideslip_growth,
-            Variable::YawReference
-            | Variable::SteeringFeedforward
-            | Variable::CrossTrackError
-            | Variable::HeadingError
-            | Variable::Curvature
-            | Variable::Distance
-            | Variable::Finished => return,
-        } = value;
+        if let (Value::Real(value), Some(place)) = (value, self.number(variable)) {
+            *place = *value;
+        }
     }
 
     fn exit_initialization(&mut self, _start_time: f64, _log: &mut Log) -> Result<(), String> {

@@ -1,12 +1,9 @@
 //! An FMU's slave run in this process, without its C symbols: the code that its library runs.
 
-use crate::{
-    BicyclePlant, Fmu, IdentifiedPlant, LateralPid, NonlinearVehicle, PoseEstimator, ReferencePath,
-};
-use fmi2_export::{Log, Resources, Slave, VariableId};
+use fmi2_export::{Log, Slave, VariableId};
 use model_description::Value;
 
-/// A [`Slave`] of any FMU, between [`Fmu::open`] and the last step, without the checks of the FMI
+/// A [`Slave`] of any FMU, between [`crate::Fmu::open`] and the last step, without the checks of the FMI
 /// layer.
 pub trait Running {
     /// The value of the variable with that reference, if there is one.
@@ -45,26 +42,5 @@ impl<S: Slave> Running for S {
 
     fn step(&mut self, time: f64, step: f64) -> Result<(), String> {
         Slave::step(self, time, step, &mut Log::default())
-    }
-}
-
-impl Fmu {
-    /// Opens the slave on its resources.
-    ///
-    /// # Errors
-    /// The message of the slave about invalid resources.
-    pub fn open(self, resources: Vec<(String, Vec<u8>)>) -> Result<Box<dyn Running>, String> {
-        fn boxed<S: Slave>(resources: &Resources) -> Result<Box<dyn Running>, String> {
-            Ok(Box::new(S::open(resources)?))
-        }
-        let resources = &Resources::from(resources);
-        match self {
-            Self::IdentifiedPlant => boxed::<IdentifiedPlant>(resources),
-            Self::BicyclePlant => boxed::<BicyclePlant>(resources),
-            Self::NonlinearVehicle => boxed::<NonlinearVehicle>(resources),
-            Self::LateralPid => boxed::<LateralPid>(resources),
-            Self::PoseEstimator => boxed::<PoseEstimator>(resources),
-            Self::ReferencePath => boxed::<ReferencePath>(resources),
-        }
     }
 }

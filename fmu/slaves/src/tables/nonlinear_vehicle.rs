@@ -3,21 +3,11 @@
 use model_description::DependsOn::{Nothing, On};
 
 /// Dependencies of the lateral acceleration at the start, besides the states.
-const FORCES: &[&str] = &[
-    "speed",
-    "mass",
-    "distance_front",
-    "distance_rear",
-    "cornering_stiffness_front",
-    "cornering_stiffness_rear",
-    "friction_coefficient",
-    "tyre_shape_factor",
-    "tyre_curvature_factor",
-    "friction_load_sensitivity",
-    "stiffness_load_sensitivity",
-    "centre_of_gravity_height",
-    "track_width",
-    "roll_stiffness_front",
+#[rustfmt::skip]
+pub(crate) const FORCES: &[&str] = &[
+    "speed", "mass", "distance_front", "distance_rear", "cornering_stiffness_front", "cornering_stiffness_rear",
+    "friction_coefficient", "tyre_shape_factor", "tyre_curvature_factor", "friction_load_sensitivity",
+    "stiffness_load_sensitivity", "centre_of_gravity_height", "track_width", "roll_stiffness_front",
 ];
 
 super::variables! {
