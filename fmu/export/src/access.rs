@@ -321,7 +321,11 @@ impl<S: Slave> Instance<S> {
     }
 
     /// Sets String variables from UTF-8 texts; `None` is a null pointer.
-    pub(crate) fn set_strings(&mut self, references: &[u32], values: &[Option<&CStr>]) -> Outcome {
+    pub(crate) fn set_strings(
+        &mut self,
+        references: &[u32],
+        values: Vec<Option<&CStr>>,
+    ) -> Outcome {
         let accept = |row: &VariableSpec, value: Option<&CStr>| {
             let text = value.ok_or_else(|| format!("the text for `{}` is NULL", row.name))?;
             match text.to_str() {
@@ -329,7 +333,7 @@ impl<S: Slave> Instance<S> {
                 Err(_) => Err(format!("the text for `{}` is not UTF-8", row.name)),
             }
         };
-        self.set_all(references, values, Kind::String, accept, Value::String)
+        self.set_all(references, &values, Kind::String, accept, Value::String)
     }
 
     /// Logs that an input is clipped, once for each input. Returns whether it is the first time.

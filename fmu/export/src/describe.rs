@@ -8,72 +8,28 @@ use model_description::{
 
 /// Why a slave cannot be described.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs)] // the fields are named in the messages
 pub enum DescribeError {
-    /// The slave rejects its resources.
     #[error("{model} cannot be instantiated with these resources: {problem}")]
-    Open {
-        /// The model's name.
-        model: &'static str,
-        /// The slave's reason.
-        problem: String,
-    },
-    /// The slave cannot be initialized with its start values.
+    Open { model: &'static str, problem: String },
     #[error("{model} cannot be initialized with its start values: {problem}")]
-    Initialize {
-        /// The model's name.
-        model: &'static str,
-        /// The slave's reason.
-        problem: String,
-    },
-    /// `from_reference` does not return the variable of a row.
+    Initialize { model: &'static str, problem: String },
     #[error(
         "{model}: `from_reference` returns no variable for `{variable}`, value reference {reference}"
     )]
-    Unmapped {
-        /// The model's name.
-        model: &'static str,
-        /// The row's name.
-        variable: &'static str,
-        /// The row's value reference.
-        reference: u32,
-    },
-    /// A row of the table has a value reference of the states.
+    Unmapped { model: &'static str, variable: &'static str, reference: u32 },
     #[error(
         "{model}: `{variable}` has the value reference {reference}; value references from {first} on \
          are reserved for states",
         first = exposed::FIRST
     )]
-    Reserved {
-        /// The model's name.
-        model: &'static str,
-        /// The row's name.
-        variable: &'static str,
-        /// The row's value reference.
-        reference: u32,
-    },
-    /// The initial value of a state is not finite.
+    Reserved { model: &'static str, variable: &'static str, reference: u32 },
     #[error("{model}: the initial value of `state[{number}]` is {value}")]
-    State {
-        /// The model's name.
-        model: &'static str,
-        /// The state, counted from 1.
-        number: usize,
-        /// Its value.
-        value: f64,
-    },
-    /// The unit of a state is not defined.
+    State { model: &'static str, number: usize, value: f64 },
     #[error(
         "{model}: `state[{number}]` or its derivative has the unit \"{unit}\", which is not in `UNITS`"
     )]
-    Unit {
-        /// The model's name.
-        model: &'static str,
-        /// The state, counted from 1.
-        number: usize,
-        /// The unit.
-        unit: &'static str,
-    },
-    /// A start value contradicts the table.
+    Unit { model: &'static str, number: usize, unit: &'static str },
     #[error(transparent)]
     Start(#[from] model_description::Error),
 }

@@ -13,33 +13,14 @@ const FILE_MANAGER_FILES: [&str; 2] = ["Thumbs.db", "desktop.ini"];
 
 /// Why the resources cannot be read.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs)] // the fields are named in the messages
 pub enum ResourceError {
-    /// A file or folder cannot be read.
     #[error("cannot read the resources at {path}: {source}")]
-    Io {
-        /// The file or folder.
-        path: PathBuf,
-        /// The operating system's error.
-        source: std::io::Error,
-    },
-    /// The resources are too large.
+    Io { path: PathBuf, source: std::io::Error },
     #[error("the resources at {path} have more than {limit} {what}")]
-    TooLarge {
-        /// The resources' folder.
-        path: PathBuf,
-        /// The exceeded limit.
-        limit: u64,
-        /// The unit of the limit: bytes or files.
-        what: &'static str,
-    },
-    /// The location is not a path.
+    TooLarge { path: PathBuf, limit: u64, what: &'static str },
     #[error("the resource location \"{location}\" {problem}")]
-    Location {
-        /// The location as given.
-        location: String,
-        /// The problem.
-        problem: String,
-    },
+    Location { location: String, problem: String },
 }
 
 impl ResourceError {

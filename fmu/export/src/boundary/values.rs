@@ -56,22 +56,5 @@ functions! {
     set_real(*const f64) is SetReal: array, set_reals();
     set_integer(*const i32) is SetInteger: array, set_integers();
     set_boolean(*const i32) is SetBoolean: array, set_booleans();
-}
-
-/// `fmi2SetString`.
-pub unsafe fn set_string<S: Slave>(
-    component: *mut c_void,
-    references: *const u32,
-    length: usize,
-    values: *const *const c_char,
-) -> i32 {
-    let body = |instance: &mut Instance<S>| {
-        // SAFETY: the module's contract, here and for the values.
-        let references = unsafe { array(references, length, REFERENCES)? };
-        // SAFETY: as above.
-        let values = unsafe { strings(values, length, VALUES)? };
-        instance.set_strings(references, &values)
-    };
-    // SAFETY: the module's contract.
-    unsafe { call(component, Call::SetString, body) }
+    set_string(*const *const c_char) is SetString: strings, set_strings();
 }
