@@ -6,7 +6,7 @@ use crate::{
 };
 
 /// The content of a `modelDescription.xml` of FMI 2.0.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct ModelDescription {
     /// `modelName`.
     pub model_name: String,
@@ -52,27 +52,7 @@ impl ModelDescription {
     /// A description with no variables, to be filled.
     #[must_use]
     pub fn new(model_name: &str, guid: &str) -> Self {
-        Self {
-            model_name: model_name.into(),
-            guid: guid.into(),
-            description: None,
-            author: None,
-            version: None,
-            copyright: None,
-            license: None,
-            generation_tool: None,
-            naming_convention: NamingConvention::Flat,
-            co_simulation: None,
-            model_exchange: None,
-            units: Vec::new(),
-            log_categories: Vec::new(),
-            default_experiment: None,
-            vendor_annotations: Vec::new(),
-            variables: Vec::new(),
-            outputs: Vec::new(),
-            derivatives: Vec::new(),
-            initial_unknowns: Vec::new(),
-        }
+        Self { model_name: model_name.into(), guid: guid.into(), ..Self::default() }
     }
 
     /// The variable with that name.
@@ -156,8 +136,8 @@ pub struct VendorAnnotation {
     pub xml: String,
 }
 
-/// `ScalarVariable`.
-#[derive(Debug, Clone, PartialEq)]
+/// `ScalarVariable`. The defaults are those of the standard.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Variable {
     /// Unique name.
     pub name: String,

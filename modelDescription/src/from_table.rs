@@ -102,21 +102,18 @@ fn variable(row: &VariableSpec, value: &Value) -> Variable {
         name: row.name.into(),
         reference: row.reference,
         kind: row.kind,
-        is_enumeration: false,
         description: text(row.description),
         causality: row.causality,
         variability: row.variability,
         // Written even where it is the default: not every importer has the table of defaults.
         initial: row.effective_initial(),
-        can_handle_multiple_set: None,
         unit: row.unit.map(Into::into),
         display_unit: row.display_unit.map(Into::into),
-        quantity: None,
         min: row.min,
         max: row.max,
         nominal: row.nominal,
         start: needs_start(row.causality, row.effective_initial()).then(|| value.clone()),
-        derivative: None,
+        ..Variable::default()
     }
 }
 

@@ -170,7 +170,7 @@ fn description(root: Reader<'_, '_>) -> Result<ModelDescription, Error> {
         generation_tool: root.text("generationTool"),
         naming_convention: root
             .parsed("variableNamingConvention", "flat or structured", NamingConvention::from_word)?
-            .unwrap_or(NamingConvention::Flat),
+            .unwrap_or_default(),
         co_simulation: root.child("CoSimulation").map(co_simulation).transpose()?,
         model_exchange: root.child("ModelExchange").map(model_exchange).transpose()?,
         units: root.items("UnitDefinitions", "Unit").map(unit).collect::<Result<_, _>>()?,
@@ -282,7 +282,7 @@ fn variable(
                 child: "Real | Integer | Boolean | String | Enumeration",
             }
         })?;
-    let kind = kind(element.name()).unwrap_or(Kind::Real);
+    let kind = kind(element.name()).unwrap_or_default();
     let declared = element.text("declaredType").and_then(|name| types.get(&name).copied());
     let real = |attribute| match (element.real(attribute)?, declared) {
         (None, Some(declared)) => declared.real(attribute),
@@ -305,10 +305,10 @@ fn variable(
         description: reader.text("description"),
         causality: reader
             .parsed("causality", "a causality of FMI 2.0", Causality::from_word)?
-            .unwrap_or(Causality::Local),
+            .unwrap_or_default(),
         variability: reader
             .parsed("variability", "a variability of FMI 2.0", Variability::from_word)?
-            .unwrap_or(Variability::Continuous),
+            .unwrap_or_default(),
         initial: reader.parsed("initial", "exact, approx or calculated", Initial::from_word)?,
         can_handle_multiple_set: reader.boolean("canHandleMultipleSetPerTimeInstant")?,
         unit: text("unit"),

@@ -3,7 +3,7 @@
 use crate::description::{ModelDescription, Variable};
 use crate::from_table::cite;
 use crate::units::UnitSpec;
-use crate::{Causality, Initial, Kind, Value, Variability};
+use crate::{Initial, Value};
 
 /// A continuous state to be shown with its derivative.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,26 +46,14 @@ impl ModelDescription {
     }
 }
 
-/// A local, continuous, calculated variable. A unit that [`crate::UNITS`] lacks is left out: there is
+/// A local, continuous, calculated Real variable. A unit that [`crate::UNITS`] lacks is left out: there is
 /// no definition for it.
 fn local(name: &str, reference: u32, unit: Option<&str>) -> Variable {
     Variable {
         name: name.into(),
         reference,
-        kind: Kind::Real,
-        is_enumeration: false,
-        description: None,
-        causality: Causality::Local,
-        variability: Variability::Continuous,
         initial: Some(Initial::Calculated),
-        can_handle_multiple_set: None,
         unit: unit.and_then(UnitSpec::named).map(|unit| unit.name.into()),
-        display_unit: None,
-        quantity: None,
-        min: None,
-        max: None,
-        nominal: None,
-        start: None,
-        derivative: None,
+        ..Variable::default()
     }
 }

@@ -51,6 +51,22 @@ pub struct VariableSpec {
     pub initial_depends_on: DependsOn,
 }
 
+/// Declares the constructors of the types.
+macro_rules! of_kind {
+    ($($name:ident: $kind:ident;)*) => {$(
+        #[doc = concat!("A variable of type ", stringify!($kind), "; see [`VariableSpec::new`].")]
+        #[must_use]
+        pub const fn $name(
+            name: &'static str,
+            reference: u32,
+            causality: Causality,
+            variability: Variability,
+        ) -> Self {
+            Self::new(name, reference, Kind::$kind, causality, variability)
+        }
+    )*};
+}
+
 impl VariableSpec {
     /// A variable with the standard's default `initial`, no unit and no limits, that depends on
     /// everything.
@@ -93,49 +109,7 @@ impl VariableSpec {
         }
     }
 
-    /// A Real variable.
-    #[must_use]
-    pub const fn real(
-        name: &'static str,
-        reference: u32,
-        causality: Causality,
-        variability: Variability,
-    ) -> Self {
-        Self::new(name, reference, Kind::Real, causality, variability)
-    }
-
-    /// An Integer variable.
-    #[must_use]
-    pub const fn integer(
-        name: &'static str,
-        reference: u32,
-        causality: Causality,
-        variability: Variability,
-    ) -> Self {
-        Self::new(name, reference, Kind::Integer, causality, variability)
-    }
-
-    /// A Boolean variable.
-    #[must_use]
-    pub const fn boolean(
-        name: &'static str,
-        reference: u32,
-        causality: Causality,
-        variability: Variability,
-    ) -> Self {
-        Self::new(name, reference, Kind::Boolean, causality, variability)
-    }
-
-    /// A String variable.
-    #[must_use]
-    pub const fn string(
-        name: &'static str,
-        reference: u32,
-        causality: Causality,
-        variability: Variability,
-    ) -> Self {
-        Self::new(name, reference, Kind::String, causality, variability)
-    }
+    of_kind! { real: Real; integer: Integer; boolean: Boolean; string: String; }
 
     /// Sets how it is initialized.
     #[must_use]

@@ -34,8 +34,10 @@ macro_rules! words {
 
 words! {
     /// The type of a variable. Enumerations are read as Integer: their values travel as such.
+    #[derive(Default)]
     Kind {
         /// `fmi2Real`.
+        #[default]
         Real = "Real",
         /// `fmi2Integer`.
         Integer = "Integer",
@@ -48,6 +50,7 @@ words! {
 
 words! {
     /// The source of a variable's value.
+    #[derive(Default)]
     Causality {
         /// Set by the environment before the simulation (and, tunable, during it).
         Parameter = "parameter",
@@ -58,6 +61,7 @@ words! {
         /// Offered to the environment.
         Output = "output",
         /// Internal; not to be connected.
+        #[default]
         Local = "local",
         /// Usually time.
         Independent = "independent",
@@ -66,6 +70,7 @@ words! {
 
 words! {
     /// When a variable may change.
+    #[derive(Default)]
     Variability {
         /// Never.
         Constant = "constant",
@@ -76,6 +81,7 @@ words! {
         /// At events, and at communication points.
         Discrete = "discrete",
         /// At any time; only Real variables.
+        #[default]
         Continuous = "continuous",
     }
 }
@@ -110,8 +116,10 @@ words! {
 
 words! {
     /// How the names of variables are built.
+    #[derive(Default)]
     NamingConvention {
         /// Any names.
+        #[default]
         Flat = "flat",
         /// Hierarchies with dots, arrays with brackets, derivatives as `der(x)`.
         Structured = "structured",
@@ -154,32 +162,15 @@ impl Value {
     }
 }
 
-impl From<f64> for Value {
-    fn from(value: f64) -> Self {
-        Self::Real(value)
-    }
+/// Declares the conversions to [`Value`].
+macro_rules! values {
+    ($($type:ty => $member:ident;)*) => {$(
+        impl From<$type> for Value {
+            fn from(value: $type) -> Self {
+                Self::$member(value.into())
+            }
+        }
+    )*};
 }
 
-impl From<i32> for Value {
-    fn from(value: i32) -> Self {
-        Self::Integer(value)
-    }
-}
-
-impl From<bool> for Value {
-    fn from(value: bool) -> Self {
-        Self::Boolean(value)
-    }
-}
-
-impl From<String> for Value {
-    fn from(value: String) -> Self {
-        Self::String(value)
-    }
-}
-
-impl From<&str> for Value {
-    fn from(value: &str) -> Self {
-        Self::String(value.into())
-    }
-}
+values! { f64 => Real; i32 => Integer; bool => Boolean; String => String; &str => String; }
