@@ -46,18 +46,14 @@ pub enum Error {
 /// Refuses the first of some states or outputs that is no number.
 #[inline]
 pub(crate) fn diverged(values: impl IntoIterator<Item = (&'static str, f64)>) -> Result<(), Error> {
-    match values.into_iter().find(|(_, value)| !value.is_finite()) {
-        None => Ok(()),
-        Some((name, value)) => Err(Error::Diverged { name, value }),
-    }
+    let found = values.into_iter().find(|(_, value)| !value.is_finite());
+    found.map_or(Ok(()), |(name, value)| Err(Error::Diverged { name, value }))
 }
 
 /// Refuses the first of some numbers of a model's data that is none.
 pub(crate) fn numbers(values: &[(&'static str, f64)]) -> Result<(), Error> {
-    match values.iter().find(|(_, value)| !value.is_finite()) {
-        None => Ok(()),
-        Some(&(name, value)) => Err(Error::NotFinite { name, value }),
-    }
+    let found = values.iter().find(|(_, value)| !value.is_finite());
+    found.map_or(Ok(()), |&(name, value)| Err(Error::NotFinite { name, value }))
 }
 
 /// Refuses a number of a saved state that is not finite.

@@ -93,19 +93,16 @@ impl IdentifiedModel {
     /// Names the matrix or quantity that is wrong.
     pub fn new(data: IdentifiedData) -> Result<Self, Error> {
         check(&data)?;
-        let continuous = match &data.continuous {
-            Some(c) => {
-                check_consistency(&data, c)?;
-                Some(ContinuousModel {
-                    f: c.f.clone(),
-                    g: c.g.clone(),
-                    h: c.h.clone(),
-                    d: data.d,
-                    offset: data.yaw_rate_offset,
-                })
-            }
-            None => None,
-        };
+        if let Some(c) = &data.continuous {
+            check_consistency(&data, c)?;
+        }
+        let continuous = data.continuous.as_ref().map(|c| ContinuousModel {
+            f: c.f.clone(),
+            g: c.g.clone(),
+            h: c.h.clone(),
+            d: data.d,
+            offset: data.yaw_rate_offset,
+        });
         let rate = continuous.as_ref().map_or(0.0, ContinuousModel::fastest_rate);
         if rate.is_nan() || rate > FASTEST_RATE {
             return Err(Error::TooFast { rate, limit: FASTEST_RATE });

@@ -108,6 +108,33 @@ pub struct Pose {
     pub yaw: f64,
 }
 
+/// The getters of a plant that has a `pose`.
+macro_rules! pose_getters {
+    () => {
+        /// Yaw ψ, rad, not wrapped.
+        #[inline]
+        #[must_use]
+        pub fn yaw(&self) -> f64 {
+            self.pose.yaw
+        }
+
+        /// Position of the centre of gravity, m.
+        #[inline]
+        #[must_use]
+        pub fn x(&self) -> f64 {
+            self.pose.x
+        }
+
+        /// Position of the centre of gravity, m.
+        #[inline]
+        #[must_use]
+        pub fn y(&self) -> f64 {
+            self.pose.y
+        }
+    };
+}
+pub(crate) use pose_getters;
+
 impl Pose {
     /// Moves by a displacement in the vehicle's own axes at the panel's start, then turns.
     #[inline]

@@ -153,35 +153,13 @@ pub fn atan<const N: usize>(values: &[f64; N]) -> [f64; N] {
         let a = values[i].abs();
         let (low, middle) = (a <= TAN_EIGHTHS[0], a <= TAN_EIGHTHS[1]);
         // Without a choice of constants by an index, which would be a load for each lane.
-        let numerator = if low {
-            a
-        } else if middle {
-            a - 1.0
-        } else {
-            -1.0
+        let choose = |of_low: f64, of_middle: f64, of_high: f64| {
+            let above = if middle { of_middle } else { of_high };
+            if low { of_low } else { above }
         };
-        let denominator = if low {
-            1.0
-        } else if middle {
-            a + 1.0
-        } else {
-            a
-        };
-        base[i] = if low {
-            0.0
-        } else if middle {
-            EIGHTHS[0][0]
-        } else {
-            EIGHTHS[1][0]
-        };
-        rest[i] = if low {
-            0.0
-        } else if middle {
-            EIGHTHS[0][1]
-        } else {
-            EIGHTHS[1][1]
-        };
-        t[i] = numerator / denominator;
+        base[i] = choose(0.0, EIGHTHS[0][0], EIGHTHS[1][0]);
+        rest[i] = choose(0.0, EIGHTHS[0][1], EIGHTHS[1][1]);
+        t[i] = choose(a, a - 1.0, -1.0) / choose(1.0, a + 1.0, a);
     }
     let mut result = [0.0; N];
     for i in 0..N {

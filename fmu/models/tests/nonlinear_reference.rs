@@ -77,7 +77,7 @@ fn error(case: &Case, count: u32) -> f64 {
         (vehicle.lateral_velocity(), "lateral_velocity"),
         (vehicle.yaw_rate(), "yaw_rate"),
         (vehicle.road_wheel_angle(), "road_wheel_angle"),
-        (vehicle.roll_acceleration(), "roll_acceleration"),
+        (vehicle.states()[3], "roll_acceleration"),
         (vehicle.yaw(), "yaw"),
         (vehicle.x(), "x"),
         (vehicle.y(), "y"),

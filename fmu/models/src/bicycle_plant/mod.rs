@@ -17,7 +17,7 @@
 
 use crate::bicycle::{BicycleParameters, Coefficients};
 use crate::error::Error;
-use crate::quadrature::Pose;
+use crate::quadrature::{Pose, pose_getters};
 
 mod dynamics;
 mod saved;
@@ -95,26 +95,7 @@ impl BicyclePlant {
         self.w[1]
     }
 
-    /// Yaw ψ, rad, not wrapped.
-    #[inline]
-    #[must_use]
-    pub fn yaw(&self) -> f64 {
-        self.pose.yaw
-    }
-
-    /// Position of the centre of gravity, m.
-    #[inline]
-    #[must_use]
-    pub fn x(&self) -> f64 {
-        self.pose.x
-    }
-
-    /// Position of the centre of gravity, m.
-    #[inline]
-    #[must_use]
-    pub fn y(&self) -> f64 {
-        self.pose.y
-    }
+    pose_getters!();
 
     /// Lateral velocity v_y of the centre of gravity, m/s.
     #[inline]

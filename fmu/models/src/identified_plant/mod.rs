@@ -18,7 +18,7 @@ use crate::delay::DelayLine;
 use crate::identified::IdentifiedModel;
 use crate::linear::StepCache;
 use crate::noise::gaussian;
-use crate::quadrature::Pose;
+use crate::quadrature::{Pose, pose_getters};
 use crate::ticks::Ticks;
 use std::sync::Arc;
 
@@ -144,26 +144,7 @@ impl IdentifiedPlant {
         if self.is_held() { self.held } else { self.output(self.delayed_input().0) }
     }
 
-    /// Yaw, rad, not wrapped: the integral of the yaw rate without noise.
-    #[inline]
-    #[must_use]
-    pub fn yaw(&self) -> f64 {
-        self.pose.yaw
-    }
-
-    /// Position of the centre of gravity, m.
-    #[inline]
-    #[must_use]
-    pub fn x(&self) -> f64 {
-        self.pose.x
-    }
-
-    /// Position of the centre of gravity, m.
-    #[inline]
-    #[must_use]
-    pub fn y(&self) -> f64 {
-        self.pose.y
-    }
+    pose_getters!();
 
     /// The model's states.
     #[must_use]

@@ -6,7 +6,7 @@ use super::runge_kutta::Longest;
 use crate::delay::{DelayLine, Segment};
 use crate::error::{Error, diverged, numbers};
 use crate::identified_plant::LONGEST_STEP;
-use crate::quadrature::Pose;
+use crate::quadrature::{Pose, pose_getters};
 use crate::trigonometry::sin_cos;
 
 /// Most panels a step may take: some seconds of computing.
@@ -152,23 +152,7 @@ impl NonlinearVehicle {
         self.lateral[1]
     }
 
-    /// Yaw ψ, rad, not wrapped.
-    #[must_use]
-    pub fn yaw(&self) -> f64 {
-        self.pose.yaw
-    }
-
-    /// Position of the centre of gravity, m.
-    #[must_use]
-    pub fn x(&self) -> f64 {
-        self.pose.x
-    }
-
-    /// Position of the centre of gravity, m.
-    #[must_use]
-    pub fn y(&self) -> f64 {
-        self.pose.y
-    }
+    pose_getters!();
 
     /// Lateral velocity v_y of the centre of gravity, m/s.
     #[must_use]
@@ -186,12 +170,6 @@ impl NonlinearVehicle {
     #[must_use]
     pub fn road_wheel_angle(&self) -> f64 {
         self.angle
-    }
-
-    /// Lateral acceleration that the load has followed so far, a_φ, m/s².
-    #[must_use]
-    pub fn roll_acceleration(&self) -> f64 {
-        self.lateral[2]
     }
 
     /// (v_y, r, δ, a_φ).

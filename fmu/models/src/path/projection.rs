@@ -99,11 +99,7 @@ impl PathGeometry {
             let node = if forward { segment + 1 } else { segment };
             let border = self.nodes[node].point.distance;
             let ahead = self.ahead_of(node, x, y);
-            if forward {
-                high = border
-            } else {
-                low = border
-            }
+            *(if forward { &mut high } else { &mut low }) = border;
             if forward == (ahead <= 0.0) || ahead == 0.0 {
                 return Sought::Within(lap, self.foot_between(segment, (low, high), guess, x, y));
             }
@@ -111,11 +107,7 @@ impl PathGeometry {
             if walked.abs() >= window {
                 return Sought::At(from + walked.clamp(-window, window));
             }
-            if forward {
-                low = border
-            } else {
-                high = border
-            }
+            *(if forward { &mut low } else { &mut high }) = border;
             match (forward, node) {
                 (true, n) if n == last && self.closed => {
                     (lap, segment) = (lap + 1.0, 0);
