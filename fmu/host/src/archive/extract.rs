@@ -86,35 +86,26 @@ fn extract_into<R: Read + Seek>(
     into: &Path,
     limits: &Limits,
 ) -> Result<(), Error> {
-    let not_an_archive = |e: zip::result::ZipError| Error::NotAnArchive {
-        archive: name.to_owned(),
-        reason: e.to_string(),
-    };
-    let mut zip = zip::ZipArchive::new(reader).map_err(not_an_archive)?;
-    if zip.len() > limits.entries {
-        return Err(Error::TooManyEntries {
-            archive: name.to_owned(),
-            got: zip.len(),
-            limit: limits.entries,
-        });
+    let archive = || name.to_owned();
+    let refused = |reason: String| Error::NotAnArchive { archive: archive(), reason };
+    let mut zip = zip::ZipArchive::new(reader).map_err(|e| refused(e.to_string()))?;
+    let (got, limit) = (zip.len(), limits.entries);
+    if got > limit {
+        return Err(Error::TooManyEntries { archive: archive(), got, limit });
     }
     if zip.has_duplicate_names() {
-        return Err(Error::DuplicateEntry { archive: name.to_owned(), entry: None });
+        return Err(Error::DuplicateEntry { archive: archive(), entry: None });
     }
     // Entries that share compressed bytes multiply an archive's size without any bad ratio.
-    if zip.has_overlapping_files().map_err(not_an_archive)? {
-        return Err(Error::NotAnArchive {
-            archive: name.to_owned(),
-            reason: "entries overlap".to_owned(),
-        });
+    if zip.has_overlapping_files().map_err(|e| refused(e.to_string()))? {
+        return Err(refused("entries overlap".to_owned()));
     }
     let mut seen = HashSet::new();
     let mut total = 0u64;
     for index in 0..zip.len() {
-        let mut entry = zip.by_index(index).map_err(|e| Error::CorruptEntry {
-            archive: name.to_owned(),
-            entry: format!("number {index}"),
-            reason: e.to_string(),
+        let mut entry = zip.by_index(index).map_err(|e| {
+            let (entry, reason) = (format!("number {index}"), e.to_string());
+            Error::CorruptEntry { archive: archive(), entry, reason }
         })?;
         let entry_name = match entry.name() {
             Ok(text) => text.into_owned(),
@@ -123,10 +114,7 @@ fn extract_into<R: Read + Seek>(
         let relative = check(&entry, &entry_name, name, limits, total)?;
         total += entry.size();
         if !seen.insert(relative.clone()) {
-            return Err(Error::DuplicateEntry {
-                archive: name.to_owned(),
-                entry: Some(entry_name),
-            });
+            return Err(Error::DuplicateEntry { archive: archive(), entry: Some(entry_name) });
         }
         write_entry(&mut entry, &entry_name, name, &into.join(relative))?;
     }
@@ -141,10 +129,10 @@ fn check<R: Read>(
     limits: &Limits,
     total_before: u64,
 ) -> Result<PathBuf, Error> {
-    let unsafe_entry = |reason: &'static str| Error::UnsafeEntry {
-        archive: archive.to_owned(),
-        entry: entry_name.to_owned(),
-        reason,
+    let names = || (archive.to_owned(), entry_name.to_owned());
+    let unsafe_entry = |reason: &'static str| {
+        let (archive, entry) = names();
+        Error::UnsafeEntry { archive, entry, reason }
     };
     let relative = safe_path(entry_name).map_err(unsafe_entry)?;
     let file_type = entry.unix_mode().map_or(0, |mode| mode & TYPE_MASK);
@@ -158,12 +146,9 @@ fn check<R: Read>(
         return Err(unsafe_entry("it is neither stored nor deflated, as FMI 2.0 requires"));
     }
     let size = entry.size();
-    let too_large = |what: &'static str, got: u64, limit: u64| Error::TooLarge {
-        archive: archive.to_owned(),
-        entry: entry_name.to_owned(),
-        what,
-        got,
-        limit,
+    let too_large = |what: &'static str, got: u64, limit: u64| {
+        let (archive, entry) = names();
+        Error::TooLarge { archive, entry, what, got, limit }
     };
     if size > limits.entry_bytes {
         return Err(too_large("bytes uncompressed", size, limits.entry_bytes));

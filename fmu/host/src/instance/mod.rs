@@ -66,6 +66,21 @@ pub struct InstanceOptions {
     pub visible: bool,
 }
 
+/// Declares the calls that take nothing but the component and change the phase.
+macro_rules! transitions {
+    ($($(#[$doc:meta])* $name:ident: $call:literal if $legal:ident, to $phase:ident;)*) => {$(
+        $(#[$doc])*
+        pub fn $name(&mut self) -> Result<(), Error> {
+            self.call($call, phase::$legal, |f, c| {
+                // SAFETY: as `call` requires.
+                unsafe { (f.$name)(c) }
+            })?;
+            self.phase = Phase::$phase;
+            Ok(())
+        }
+    )*};
+}
+
 impl Instance {
     /// Instantiates an FMU under a name, with its debug log off.
     pub fn new(archive: &Archive, name: &str) -> Result<Self, Error> {
@@ -203,24 +218,15 @@ impl Instance {
         })
     }
 
-    /// Enters initialization mode.
-    pub fn enter_initialization_mode(&mut self) -> Result<(), Error> {
-        self.call("fmi2EnterInitializationMode", phase::INSTANTIATED, |f, c| {
-            // SAFETY: as `call` requires.
-            unsafe { (f.enter_initialization_mode)(c) }
-        })?;
-        self.phase = Phase::Initialization;
-        Ok(())
-    }
-
-    /// Leaves initialization mode: the instance is at its first communication point.
-    pub fn exit_initialization_mode(&mut self) -> Result<(), Error> {
-        self.call("fmi2ExitInitializationMode", phase::INITIALIZATION, |f, c| {
-            // SAFETY: as `call` requires.
-            unsafe { (f.exit_initialization_mode)(c) }
-        })?;
-        self.phase = Phase::StepComplete;
-        Ok(())
+    transitions! {
+        /// Enters initialization mode.
+        enter_initialization_mode: "fmi2EnterInitializationMode" if INSTANTIATED, to Initialization;
+        /// Leaves initialization mode: the instance is at its first communication point.
+        exit_initialization_mode: "fmi2ExitInitializationMode" if INITIALIZATION, to StepComplete;
+        /// Ends the simulation; values may still be read.
+        terminate: "fmi2Terminate" if TERMINATE, to Terminated;
+        /// Back to where it was after instantiation.
+        reset: "fmi2Reset" if ANY, to Instantiated;
     }
 
     /// Steps from the communication point `time` to `time + step`, both in s.
@@ -259,26 +265,6 @@ impl Instance {
             unsafe { (f.cancel_step)(c) }
         });
         self.phase = if canceled.is_ok() { Phase::StepCanceled } else { Phase::Error };
-    }
-
-    /// Ends the simulation; values may still be read.
-    pub fn terminate(&mut self) -> Result<(), Error> {
-        self.call("fmi2Terminate", phase::TERMINATE, |f, c| {
-            // SAFETY: as `call` requires.
-            unsafe { (f.terminate)(c) }
-        })?;
-        self.phase = Phase::Terminated;
-        Ok(())
-    }
-
-    /// Back to where it was after instantiation.
-    pub fn reset(&mut self) -> Result<(), Error> {
-        self.call("fmi2Reset", phase::ANY, |f, c| {
-            // SAFETY: as `call` requires.
-            unsafe { (f.reset)(c) }
-        })?;
-        self.phase = Phase::Instantiated;
-        Ok(())
     }
 
     /// Makes one call of the FMU: `make` gets the functions and the component, both valid, and the

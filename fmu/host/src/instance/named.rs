@@ -5,6 +5,19 @@ use model_description::{Causality, Initial, Kind, Value, Variability, Variable};
 use super::{Instance, Phase};
 use crate::Error;
 
+/// Declares the readers of one variable of a kind.
+macro_rules! readers {
+    ($($name:ident: $kind:ident, $type:ty, $get:ident;)*) => {$(
+        #[doc = concat!("Reads a variable of type ", stringify!($kind), ".")]
+        pub fn $name(&mut self, name: &str) -> Result<$type, Error> {
+            let reference = self.reference(name, Kind::$kind)?;
+            let mut value = [<$type>::default()];
+            self.$get(&reference, &mut value)?;
+            Ok(value[0])
+        }
+    )*};
+}
+
 impl Instance {
     /// The description of a variable in modelDescription.xml.
     pub fn variable(&self, name: &str) -> Result<&Variable, Error> {
@@ -17,50 +30,21 @@ impl Instance {
 
     /// Reads a variable of any kind.
     pub fn value(&mut self, name: &str) -> Result<Value, Error> {
-        let variable = self.variable(name)?;
-        let (kind, reference) = (variable.kind, [variable.reference]);
-        Ok(match kind {
-            Kind::Real => {
-                let mut value = [0.0];
-                self.get_real(&reference, &mut value)?;
-                Value::Real(value[0])
+        Ok(match self.variable(name)?.kind {
+            Kind::Real => Value::Real(self.real(name)?),
+            Kind::Integer => Value::Integer(self.integer(name)?),
+            Kind::Boolean => Value::Boolean(self.boolean(name)?),
+            Kind::String => {
+                let reference = self.reference(name, Kind::String)?;
+                Value::String(self.get_string(&reference)?.pop().unwrap_or_default())
             }
-            Kind::Integer => {
-                let mut value = [0];
-                self.get_integer(&reference, &mut value)?;
-                Value::Integer(value[0])
-            }
-            Kind::Boolean => {
-                let mut value = [false];
-                self.get_boolean(&reference, &mut value)?;
-                Value::Boolean(value[0])
-            }
-            Kind::String => Value::String(self.get_string(&reference)?.pop().unwrap_or_default()),
         })
     }
 
-    /// Reads a Real variable.
-    pub fn real(&mut self, name: &str) -> Result<f64, Error> {
-        let reference = self.reference(name, Kind::Real)?;
-        let mut value = [0.0];
-        self.get_real(&reference, &mut value)?;
-        Ok(value[0])
-    }
-
-    /// Reads an Integer variable.
-    pub fn integer(&mut self, name: &str) -> Result<i32, Error> {
-        let reference = self.reference(name, Kind::Integer)?;
-        let mut value = [0];
-        self.get_integer(&reference, &mut value)?;
-        Ok(value[0])
-    }
-
-    /// Reads a Boolean variable.
-    pub fn boolean(&mut self, name: &str) -> Result<bool, Error> {
-        let reference = self.reference(name, Kind::Boolean)?;
-        let mut value = [false];
-        self.get_boolean(&reference, &mut value)?;
-        Ok(value[0])
+    readers! {
+        real: Real, f64, get_real;
+        integer: Integer, i32, get_integer;
+        boolean: Boolean, bool, get_boolean;
     }
 
     /// Refuses a variable that may not be set in the present phase, with the reason.
