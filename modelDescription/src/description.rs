@@ -7,44 +7,30 @@ use crate::{
 
 /// The content of a `modelDescription.xml` of FMI 2.0.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[allow(missing_docs)] // the names are those of the standard
 pub struct ModelDescription {
-    /// `modelName`.
     pub model_name: String,
     /// `guid`, which the binary requires at instantiation.
     pub guid: String,
-    /// A description of one line.
     pub description: Option<String>,
-    /// Who wrote the model.
     pub author: Option<String>,
-    /// Version of the model.
     pub version: Option<String>,
-    /// Copyright notice.
     pub copyright: Option<String>,
-    /// Licence of the model.
     pub license: Option<String>,
-    /// The tool that made the FMU.
     pub generation_tool: Option<String>,
-    /// How names are built.
     pub naming_convention: NamingConvention,
-    /// Its co-simulation side, if it has one.
     pub co_simulation: Option<CoSimulation>,
     /// Its model-exchange side, if it has one. This project only reads it.
     pub model_exchange: Option<ModelExchange>,
-    /// Units that variables cite.
     pub units: Vec<Unit>,
-    /// Categories that log messages cite.
     pub log_categories: Vec<LogCategory>,
-    /// Default experiment.
     pub default_experiment: Option<DefaultExperiment>,
     /// Annotations of other tools.
     pub vendor_annotations: Vec<VendorAnnotation>,
     /// The variables; `Unknown::index` counts them from 1.
     pub variables: Vec<Variable>,
-    /// `ModelStructure/Outputs`.
     pub outputs: Vec<Unknown>,
-    /// `ModelStructure/Derivatives`.
     pub derivatives: Vec<Unknown>,
-    /// `ModelStructure/InitialUnknowns`.
     pub initial_unknowns: Vec<Unknown>,
 }
 
@@ -70,28 +56,20 @@ impl ModelDescription {
 
 /// `CoSimulation`: the binary and its capabilities.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[allow(missing_docs)] // the names are those of the standard
 pub struct CoSimulation {
     /// The binary's name without its ending: a C identifier.
     pub model_identifier: String,
-    /// `needsExecutionTool`.
     pub needs_execution_tool: bool,
-    /// `canHandleVariableCommunicationStepSize`.
     pub can_handle_variable_communication_step_size: bool,
-    /// `canInterpolateInputs`.
     pub can_interpolate_inputs: bool,
-    /// `maxOutputDerivativeOrder`.
     pub max_output_derivative_order: u32,
     /// `canRunAsynchronuously` (the standard's spelling).
     pub can_run_asynchronously: bool,
-    /// `canBeInstantiatedOnlyOncePerProcess`.
     pub can_be_instantiated_only_once_per_process: bool,
-    /// `canNotUseMemoryManagementFunctions`.
     pub can_not_use_memory_management_functions: bool,
-    /// `canGetAndSetFMUstate`.
     pub can_get_and_set_fmu_state: bool,
-    /// `canSerializeFMUstate`.
     pub can_serialize_fmu_state: bool,
-    /// `providesDirectionalDerivative`.
     pub provides_directional_derivative: bool,
     /// `SourceFiles`: names below `sources/`.
     pub source_files: Vec<String>,
@@ -106,23 +84,19 @@ pub struct ModelExchange {
 
 /// `DefaultExperiment`; times in seconds.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[allow(missing_docs)] // the names are those of the standard
 pub struct DefaultExperiment {
-    /// `startTime`.
     pub start_time: Option<f64>,
-    /// `stopTime`.
     pub stop_time: Option<f64>,
-    /// `tolerance`.
     pub tolerance: Option<f64>,
-    /// `stepSize`.
     pub step_size: Option<f64>,
 }
 
 /// A category that log messages cite.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[allow(missing_docs)] // the names are those of the standard
 pub struct LogCategory {
-    /// Its name.
     pub name: String,
-    /// Its description.
     pub description: Option<String>,
 }
 
@@ -138,20 +112,15 @@ pub struct VendorAnnotation {
 
 /// `ScalarVariable`. The defaults are those of the standard.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[allow(missing_docs)] // the names are those of the standard
 pub struct Variable {
-    /// Unique name.
     pub name: String,
-    /// Value reference.
     pub reference: u32,
     /// Type; an Enumeration is Integer here.
     pub kind: Kind,
-    /// Whether the XML type is Enumeration.
     pub is_enumeration: bool,
-    /// A description of one line.
     pub description: Option<String>,
-    /// Its causality.
     pub causality: Causality,
-    /// When it may change.
     pub variability: Variability,
     /// How it is initialized, as given; see [`Variable::effective_initial`].
     pub initial: Option<Initial>,
@@ -159,17 +128,11 @@ pub struct Variable {
     pub can_handle_multiple_set: Option<bool>,
     /// Unit, its own or of its declared type.
     pub unit: Option<String>,
-    /// Unit to show it in.
     pub display_unit: Option<String>,
-    /// Physical quantity.
     pub quantity: Option<String>,
-    /// Smallest value.
     pub min: Option<f64>,
-    /// Largest value.
     pub max: Option<f64>,
-    /// Typical magnitude.
     pub nominal: Option<f64>,
-    /// Start value.
     pub start: Option<Value>,
     /// Index, from 1, of the state whose derivative this is.
     pub derivative: Option<u32>,

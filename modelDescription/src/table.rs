@@ -19,22 +19,18 @@ pub enum DependsOn {
 
 /// One variable of a static table. Made by [`VariableSpec::new`] and the setters after it.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[allow(missing_docs)] // the names are those of the standard
 pub struct VariableSpec {
-    /// Unique name.
     pub name: &'static str,
     /// Value reference, unique over all types.
     pub reference: u32,
-    /// Type.
     pub kind: Kind,
-    /// Its causality.
     pub causality: Causality,
-    /// When it may change.
     pub variability: Variability,
     /// How it is initialized; `None` is the standard's default.
     pub initial: Option<Initial>,
     /// Unit, one of [`crate::UNITS`]; only Real variables.
     pub unit: Option<&'static str>,
-    /// Unit to show it in.
     pub display_unit: Option<&'static str>,
     /// Smallest value; Real and Integer.
     pub min: Option<f64>,
@@ -42,7 +38,6 @@ pub struct VariableSpec {
     pub max: Option<f64>,
     /// Typical magnitude; only Real variables.
     pub nominal: Option<f64>,
-    /// A description of one line.
     pub description: &'static str,
     /// Dependencies of an output at a communication point: inputs only.
     pub depends_on: DependsOn,

@@ -35,15 +35,12 @@ macro_rules! words {
 words! {
     /// The type of a variable. Enumerations are read as Integer: their values travel as such.
     #[derive(Default)]
+    #[allow(missing_docs)]
     Kind {
-        /// `fmi2Real`.
         #[default]
         Real = "Real",
-        /// `fmi2Integer`.
         Integer = "Integer",
-        /// `fmi2Boolean`.
         Boolean = "Boolean",
-        /// `fmi2String`.
         String = "String",
     }
 }
@@ -128,14 +125,12 @@ words! {
 
 /// A value of a variable.
 #[derive(Debug, Clone, PartialEq)]
+#[allow(missing_docs)] // named by the type of the variable
 pub enum Value {
-    /// Of a Real variable, in the variable's unit.
+    /// In the variable's unit.
     Real(f64),
-    /// Of an Integer variable.
     Integer(i32),
-    /// Of a Boolean variable.
     Boolean(bool),
-    /// Of a String variable.
     String(String),
 }
 

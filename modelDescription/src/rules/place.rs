@@ -4,47 +4,26 @@ use crate::description::{ModelDescription, Unknown};
 
 /// The element that a finding is about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(missing_docs)] // named as the elements; numbers are positions
 pub enum Place {
-    /// `fmiModelDescription`.
     Root,
-    /// `CoSimulation`.
     CoSimulation,
-    /// `DefaultExperiment`.
     DefaultExperiment,
-    /// A `Category` of `LogCategories`.
     LogCategory(usize),
-    /// A `Unit` of `UnitDefinitions`.
     Unit(usize),
-    /// A `DisplayUnit` of a `Unit`.
-    DisplayUnit {
-        /// Position of the unit.
-        unit: usize,
-        /// Position within the unit.
-        position: usize,
-    },
-    /// A `Tool` of `VendorAnnotations`.
+    DisplayUnit { unit: usize, position: usize },
     VendorAnnotation(usize),
-    /// A `ScalarVariable`.
     Variable(usize),
-    /// A list of `ModelStructure`.
     List(List),
-    /// An `Unknown` of a list of `ModelStructure`.
-    Unknown {
-        /// The list.
-        list: List,
-        /// Position within the list.
-        position: usize,
-    },
+    Unknown { list: List, position: usize },
 }
 
 /// The lists of `ModelStructure`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(missing_docs)] // named as the elements
 pub enum List {
-    /// `Outputs`.
     Outputs,
-    /// `Derivatives`.
     Derivatives,
-    /// `InitialUnknowns`.
     InitialUnknowns,
 }
 

@@ -14,14 +14,11 @@ use crate::Error;
 
 /// An output of one instance that feeds an input of another, or of the same.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
+#[allow(missing_docs)] // an output is of `from`, an input of `to`
 pub struct Connection {
-    /// The instance that has the output.
     pub from: String,
-    /// The output.
     pub output: String,
-    /// The instance that has the input.
     pub to: String,
-    /// The input.
     pub input: String,
 }
 

@@ -51,18 +51,12 @@ pub struct NonlinearParameters {
 }
 
 impl Default for NonlinearParameters {
-    /// The BMW 320i of CommonRoad's parameter set 2 (commonroad-vehicle-models 3.0.2), the car of
-    /// the multi-body drive, with the steering at the road wheel.
+    /// The BMW 320i of CommonRoad's parameter set 2 (commonroad-vehicle-models 3.0.2), with the steering
+    /// at the road wheel; the README of `fmu/nonlinear-vehicle` has the sources of its tyres and its roll.
     ///
-    /// Its cornering stiffnesses are those of its bicycle, −p_ky1 times the static axle loads; μ, C
-    /// and E are p_dy1, p_cy1 and p_ey1. Its tyres, "from the ADAMS handbook", are those of the
-    /// PAC2002 example at a nominal load of 4850 N. CommonRoad leaves out their dependence on load,
-    /// PDY2 = −0.18033 and PKY2 = 2.0012; at the mean static wheel load of 2681 N, 0.553 of the
-    /// nominal one, these give the two sensitivities: 0.18033·0.553/1.0489, and 2/(p² + 1), the
-    /// slope of sin(2 atan(F/(PKY2·4850 N)))/F, with p = 2.0012/0.553. Roll stiffness (springs and
-    /// bars, ½K·T² + K_ts, less m_s·g·h_s in the sum) and damping ½K_d·T² of both axles give the
-    /// share of the front axle and T_φ, damping over stiffness. The actuator is that of the drive;
-    /// it has no delay.
+    /// CommonRoad leaves out the tyres' PDY2 = −0.18033 and PKY2 = 2.0012; at the mean static wheel load,
+    /// 0.553 of the nominal one, these give the two sensitivities: 0.18033·0.553/1.0489, and 2/(p² + 1),
+    /// the slope of sin(2 atan(F/(PKY2·4850 N)))/F, with p = 2.0012/0.553.
     fn default() -> Self {
         Self {
             mass: 1093.2952,
