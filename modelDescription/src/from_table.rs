@@ -1,4 +1,4 @@
-//! From the static table and the start values of an FMU to its description.
+//! From the static table, the start values and the states of an FMU to its description.
 
 use crate::description::{CoSimulation, DefaultExperiment, ModelDescription, Unknown, Variable};
 use crate::table::{DependsOn, Table, VariableSpec};
@@ -147,9 +147,62 @@ fn units(table: &Table) -> Vec<Unit> {
 }
 
 /// Adds a unit that is cited to the sorted list of those that are.
-pub(crate) fn cite(units: &mut Vec<Unit>, unit: Option<&str>) {
+fn cite(units: &mut Vec<Unit>, unit: Option<&str>) {
     let Some(spec) = unit.and_then(UnitSpec::named) else { return };
     if let Err(place) = units.binary_search_by(|unit| unit.name.as_str().cmp(spec.name)) {
         units.insert(place, spec.into());
+    }
+}
+
+/// A continuous state to be shown with its derivative.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ExposedState {
+    /// A description of one line.
+    pub description: String,
+    /// Its unit, one of [`crate::UNITS`].
+    pub unit: Option<&'static str>,
+    /// The unit of its derivative.
+    pub derivative_unit: Option<&'static str>,
+    /// Its start value where it can be set (`initial="exact"`); without one it follows from others
+    /// (`initial="calculated"`).
+    pub start: Option<f64>,
+}
+
+impl ModelDescription {
+    /// Appends for each state its variable and that of its derivative, both local and continuous,
+    /// with value references from `first` on, and the units that they cite. The model structure
+    /// is unchanged: the caller sets the dependencies.
+    pub fn expose_states(&mut self, states: &[ExposedState], first: u32) {
+        let mut reference = first;
+        for (state, number) in states.iter().zip(1_u32..) {
+            cite(&mut self.units, state.unit);
+            cite(&mut self.units, state.derivative_unit);
+            let name = format!("state[{number}]");
+            let index = u32::try_from(self.variables.len() + 1).ok();
+            self.variables.push(Variable {
+                description: Some(state.description.clone()).filter(|text| !text.is_empty()),
+                initial: Some(state.start.map_or(Initial::Calculated, |_| Initial::Exact)),
+                start: state.start.map(Value::Real),
+                ..local(&name, reference, state.unit)
+            });
+            self.variables.push(Variable {
+                description: Some(format!("Derivative of {name} by time")),
+                derivative: index,
+                ..local(&format!("der({name})"), reference + 1, state.derivative_unit)
+            });
+            reference += 2;
+        }
+    }
+}
+
+/// A local, continuous, calculated Real variable. A unit that [`crate::UNITS`] lacks is left out: there is
+/// no definition for it.
+fn local(name: &str, reference: u32, unit: Option<&str>) -> Variable {
+    Variable {
+        name: name.into(),
+        reference,
+        initial: Some(Initial::Calculated),
+        unit: unit.and_then(UnitSpec::named).map(|unit| unit.name.into()),
+        ..Variable::default()
     }
 }

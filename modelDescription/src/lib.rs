@@ -68,7 +68,6 @@ mod guid;
 mod legality;
 mod read;
 mod rules;
-mod states;
 mod table;
 mod units;
 mod vocabulary;
@@ -79,10 +78,10 @@ pub use description::{
     Variable, VendorAnnotation,
 };
 pub use error::Error;
+pub use from_table::ExposedState;
 pub use guid::guid;
 pub use legality::{allows_start, default_initial, is_legal, needs_start};
 pub use rules::{Finding, List, Place};
-pub use states::ExposedState;
 pub use table::{DependsOn, Table, VariableSpec, is_c_identifier};
 pub use units::{BaseUnit, DisplayUnit, UNITS, Unit, UnitSpec};
 pub use vocabulary::{

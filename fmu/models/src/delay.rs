@@ -5,7 +5,7 @@
 //! is lost however long the simulation runs. Segments shorter than the delay over [`RESOLUTION`] are
 //! merged into their neighbour such that the input's integral is kept, and a ramp in pieces stays the ramp.
 
-use crate::error::Error;
+use crate::error::{Error, finite};
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
@@ -186,24 +186,15 @@ impl DelayLine {
     pub fn restore(&mut self, history: History) -> Result<(), Error> {
         let bad = |name, value, expected| Err(Error::SavedState { name, value, expected });
         for s in history.segments.iter().chain([&history.latest]) {
-            for value in [s.duration, s.value, s.slope] {
-                if !value.is_finite() {
-                    return bad("a segment of the input's history", value, "a finite number");
-                }
-            }
+            finite("a segment of the input's history", &[s.duration, s.value, s.slope])?;
         }
-        let longest = 2.0 * RESOLUTION + 2.0;
-        if history.segments.len() as f64 > longest {
-            let count = history.segments.len() as f64;
-            return bad("the number of segments of the input's history", count, "at most 8194");
+        let number = "the number of segments of the input's history";
+        let count = history.segments.len() as f64;
+        if count > 2.0 * RESOLUTION + 2.0 {
+            return bad(number, count, "at most 8194");
         }
         if history.segments.is_empty() != (self.delay <= 0.0) {
-            let count = history.segments.len() as f64;
-            return bad(
-                "the number of segments of the input's history",
-                count,
-                "none without delay and some with one",
-            );
+            return bad(number, count, "none without delay and some with one");
         }
         let tolerance = SAVED_LENGTH * self.delay;
         if let Some(s) = history.segments.iter().find(|s| s.duration < -tolerance) {

@@ -56,28 +56,12 @@ unsafe fn get<S: Slave, T>(
     unsafe { call(component, which, body) }
 }
 
-/// `fmi2GetStatus`: exists only for pending steps, and no step is pending.
-pub unsafe fn get_status<S: Slave>(component: *mut c_void, _kind: i32, value: *mut i32) -> i32 {
-    // SAFETY: the module's contract.
-    unsafe { get::<S, _>(component, Call::GetStatus, value, |_| None) }
-}
-
 /// `fmi2GetRealStatus`: the end of the last step.
 pub unsafe fn get_real_status<S: Slave>(component: *mut c_void, kind: i32, value: *mut f64) -> i32 {
     let status =
         |instance: &Instance<S>| (kind == LAST_SUCCESSFUL_TIME).then_some(instance.core.time);
     // SAFETY: the module's contract.
     unsafe { get(component, Call::GetRealStatus, value, status) }
-}
-
-/// `fmi2GetIntegerStatus`: the standard defines none.
-pub unsafe fn get_integer_status<S: Slave>(
-    component: *mut c_void,
-    _kind: i32,
-    value: *mut i32,
-) -> i32 {
-    // SAFETY: the module's contract.
-    unsafe { get::<S, _>(component, Call::GetIntegerStatus, value, |_| None) }
 }
 
 /// `fmi2GetBooleanStatus`: a slave never requests the end of the simulation.
@@ -91,12 +75,22 @@ pub unsafe fn get_boolean_status<S: Slave>(
     unsafe { get(component, Call::GetBooleanStatus, value, status) }
 }
 
-/// `fmi2GetStringStatus`: exists only for pending steps, and no step is pending.
-pub unsafe fn get_string_status<S: Slave>(
-    component: *mut c_void,
-    _kind: i32,
-    value: *mut *const c_char,
-) -> i32 {
-    // SAFETY: the module's contract.
-    unsafe { get::<S, _>(component, Call::GetStringStatus, value, |_| None) }
+/// Declares the functions whose status never exists.
+macro_rules! without_status {
+    ($($(#[$doc:meta])* $name:ident($value:ty) is $call:ident;)*) => {$(
+        $(#[$doc])*
+        pub unsafe fn $name<S: Slave>(component: *mut c_void, _kind: i32, value: *mut $value) -> i32 {
+            // SAFETY: the module's contract.
+            unsafe { get::<S, _>(component, Call::$call, value, |_| None) }
+        }
+    )*};
+}
+
+without_status! {
+    /// `fmi2GetStatus`: exists only for pending steps, and no step is pending.
+    get_status(i32) is GetStatus;
+    /// `fmi2GetIntegerStatus`: the standard defines none.
+    get_integer_status(i32) is GetIntegerStatus;
+    /// `fmi2GetStringStatus`: exists only for pending steps, and no step is pending.
+    get_string_status(*const c_char) is GetStringStatus;
 }

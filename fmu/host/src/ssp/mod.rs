@@ -201,13 +201,13 @@ impl SystemPackage {
     }
 }
 
+fn refused(package: &str, source: &str, reason: &'static str) -> Error {
+    Error::SystemSource { package: package.to_owned(), source_name: source.to_owned(), reason }
+}
+
 /// The path of a file that the structure names, which has to lie in the package.
 fn inside(folder: &Path, package: &str, source: &str) -> Result<PathBuf, Error> {
-    let bad = |reason: &'static str| Error::SystemSource {
-        package: package.to_owned(),
-        source_name: source.to_owned(),
-        reason,
-    };
+    let bad = |reason| refused(package, source, reason);
     let decoded = percent_decoded(source).ok_or_else(|| bad("it is no URI"))?;
     let plain = decoded.strip_prefix("./").unwrap_or(&decoded);
     let path = folder.join(extract::safe_path(plain).map_err(|_| bad("it leaves the package"))?);
@@ -217,11 +217,7 @@ fn inside(folder: &Path, package: &str, source: &str) -> Result<PathBuf, Error> 
 fn text_of(folder: &Path, package: &str, source: &str) -> Result<String, Error> {
     let path = inside(folder, package, source)?;
     let io = |e: std::io::Error| Error::Io { path: path.clone(), source: e };
-    let bad = |reason: &'static str| Error::SystemSource {
-        package: package.to_owned(),
-        source_name: source.to_owned(),
-        reason,
-    };
+    let bad = |reason| refused(package, source, reason);
     if fs::metadata(&path).map_err(io)?.len() > XML_LIMIT {
         return Err(bad("it is larger than 64 MiB"));
     }

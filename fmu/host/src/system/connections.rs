@@ -30,38 +30,30 @@ impl System {
     ) -> Result<&mut Self, Error> {
         let from = self.instances[self.index(&connection.from)?].variable(&connection.output)?;
         let to = self.instances[self.index(&connection.to)?].variable(&connection.input)?;
-        let wrong_causality =
-            |end: String, need, got: Causality| Error::WrongCausality { end, need, got };
+        let (start, end) = (connection.source(), connection.target());
         if from.causality != Causality::Output {
-            return Err(wrong_causality(connection.source(), "output", from.causality));
+            let got = from.causality;
+            return Err(Error::WrongCausality { end: start, need: "output", got });
         }
         if to.causality != Causality::Input {
-            return Err(wrong_causality(connection.target(), "input", to.causality));
+            return Err(Error::WrongCausality { end, need: "input", got: to.causality });
         }
         if from.kind != to.kind {
-            return Err(Error::KindMismatch {
-                from: connection.source(),
-                from_kind: from.kind,
-                to: connection.target(),
-                to_kind: to.kind,
-            });
+            let (from_kind, to_kind) = (from.kind, to.kind);
+            return Err(Error::KindMismatch { from: start, from_kind, to: end, to_kind });
         }
         if compare_units
             && let (Some(from_unit), Some(to_unit)) = (&from.unit, &to.unit)
             && from_unit != to_unit
         {
-            return Err(Error::UnitMismatch {
-                from: connection.source(),
-                from_unit: from_unit.clone(),
-                to: connection.target(),
-                to_unit: to_unit.clone(),
-            });
+            let (from_unit, to_unit) = (from_unit.clone(), to_unit.clone());
+            return Err(Error::UnitMismatch { from: start, from_unit, to: end, to_unit });
         }
         if let Some(present) = self.feeding(&connection.to, &connection.input) {
             return Err(Error::AlreadyConnected {
-                to: connection.target(),
+                to: end,
                 present: present.source(),
-                from: connection.source(),
+                from: start,
             });
         }
         self.connections.push(connection);

@@ -4,7 +4,7 @@
 //! intervals shorter than the latency over [`RESOLUTION`] are merged into their neighbour, their
 //! readings averaged over time.
 
-use crate::error::Error;
+use crate::error::{Error, finite};
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
@@ -105,11 +105,7 @@ impl History {
             if !(s.duration > 0.0 && s.duration <= latency * (1.0 + 1e-6)) {
                 return bad("a duration in the history", s.duration, "more than 0, to the latency");
             }
-            for value in [s.yaw_rate, s.yaw_acceleration, s.speed] {
-                if !value.is_finite() {
-                    return bad("a reading in the history", value, "a finite number");
-                }
-            }
+            finite("a reading in the history", &[s.yaw_rate, s.yaw_acceleration, s.speed])?;
             sum += s.duration;
         }
         if !((self.length - sum).abs() <= 1e-6 * latency && sum <= latency * (1.0 + 1e-6)) {
