@@ -32,6 +32,8 @@ macro_rules! words {
     };
 }
 
+pub(crate) use words;
+
 words! {
     /// The type of a variable. Enumerations are read as Integer: their values travel as such.
     #[derive(Default)]

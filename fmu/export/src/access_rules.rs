@@ -56,12 +56,10 @@ impl Leniency {
 /// The classes of variables that the rules distinguish.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
+#[allow(missing_docs)] // named by variability, causality and initial
 pub enum Class {
-    /// Variability constant.
     Constant,
-    /// Causality input.
     Input,
-    /// A tunable parameter.
     Tunable,
     /// Anything else with initial exact: a fixed parameter, an output or local variable.
     Exact,
@@ -69,17 +67,11 @@ pub enum Class {
     Approx,
     /// A local variable with initial calculated.
     Calculated,
-    /// A calculated parameter with initial approx.
     ApproxParameter,
-    /// A calculated parameter with initial calculated.
     CalculatedParameter,
-    /// An output with initial exact.
     ExactOutput,
-    /// An output with initial approx.
     ApproxOutput,
-    /// An output with initial calculated.
     CalculatedOutput,
-    /// A constant output.
     ConstantOutput,
     /// `state[i]` with initial exact.
     SettableState,

@@ -20,33 +20,6 @@ pub struct Motion {
     pub swing: f64,
 }
 
-/// Up to three pieces, in order.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct UpToThree<T> {
-    items: [T; 3],
-    count: usize,
-}
-
-impl<T: Copy> UpToThree<T> {
-    fn new(empty: T) -> Self {
-        Self { items: [empty; 3], count: 0 }
-    }
-
-    /// There is no fourth: callers add what is proven to be at most three.
-    fn add(&mut self, item: T) {
-        if let Some(place) = self.items.get_mut(self.count) {
-            *place = item;
-            self.count += 1;
-        }
-    }
-
-    /// The pieces.
-    #[must_use]
-    pub fn as_slice(&self) -> &[T] {
-        &self.items[..self.count]
-    }
-}
-
 /// The actuator.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Actuator {
@@ -76,13 +49,14 @@ impl Actuator {
         (error / self.time_constant).clamp(-self.rate, self.rate)
     }
 
-    /// The command between the end stops, in pieces; both as road-wheel angles, in rad.
+    /// The command between the end stops, in pieces, of which the last may be empty; both as road-wheel
+    /// angles, in rad.
     #[must_use]
-    pub fn within_stops(&self, command: Segment) -> UpToThree<Segment> {
-        let mut pieces = UpToThree::new(Segment::default());
+    pub fn within_stops(&self, command: Segment) -> [Segment; 3] {
+        let mut pieces = [Segment::default(); 3];
         let Segment { duration: mut left, value: mut start, slope } = command;
         // Down to the nearer stop, to the farther one, and beyond: the third piece is the last.
-        for _ in 0..3 {
+        for piece in &mut pieces {
             let until = |level: f64| (level - start) / slope;
             let (held, time, level) = if start > self.stop || (start == self.stop && slope >= 0.0) {
                 (true, if slope < 0.0 { until(self.stop) } else { left }, self.stop)
@@ -97,7 +71,7 @@ impl Actuator {
             let ends = time >= left;
             let duration = if ends { left } else { time };
             let value = if held { level } else { start };
-            pieces.add(Segment { duration, value, slope: if held { 0.0 } else { slope } });
+            *piece = Segment { duration, value, slope: if held { 0.0 } else { slope } };
             if ends {
                 break;
             }
@@ -107,10 +81,10 @@ impl Actuator {
         pieces
     }
 
-    /// How δ, now `angle`, follows a command between the end stops.
+    /// How δ, now `angle`, follows a command between the end stops; motions may be empty.
     #[must_use]
-    pub fn follow(&self, angle: f64, command: Segment) -> UpToThree<Motion> {
-        let mut motions = UpToThree::new(Motion::default());
+    pub fn follow(&self, angle: f64, command: Segment) -> [Motion; 3] {
+        let mut motions = [Motion::default(); 3];
         let mut left = command.duration;
         let limit = self.rate * self.time_constant;
         let mut error = command.value - angle;
@@ -121,7 +95,7 @@ impl Actuator {
             let time = if closing > 0.0 { (error.abs() - limit) / closing } else { left };
             let duration = time.min(left);
             let slope = side * self.rate;
-            motions.add(Motion { duration, start: from, slope, swing: 0.0 });
+            motions[0] = Motion { duration, start: from, slope, swing: 0.0 };
             if time >= left {
                 return motions;
             }
@@ -139,11 +113,11 @@ impl Actuator {
         };
         let swing = rest - error;
         let duration = time.clamp(0.0, left);
-        motions.add(Motion { duration, start: from - swing, slope: command.slope, swing });
+        motions[1] = Motion { duration, start: from - swing, slope: command.slope, swing };
         if time < left {
             let start = from + command.slope * time + error - edge;
             let slope = self.rate.copysign(rest);
-            motions.add(Motion { duration: left - duration, start, slope, swing: 0.0 });
+            motions[2] = Motion { duration: left - duration, start, slope, swing: 0.0 };
         }
         motions
     }

@@ -134,13 +134,13 @@ impl NonlinearVehicle {
             ("the steering at the road wheel", at_wheel.value),
             ("the steering's rate at the road wheel", at_wheel.slope * actuator.time_constant),
         ])?;
-        for line in actuator.within_stops(at_wheel).as_slice() {
-            for motion in actuator.follow(self.angle, *line).as_slice() {
-                if motion.duration > 0.0 {
-                    dynamics.advance(&mut self.lateral, &mut self.pose, motion, longest);
-                    let end = motion.at(motion.duration, actuator.time_constant);
-                    self.angle = end.clamp(-actuator.stop, actuator.stop);
-                }
+        let lines = actuator.within_stops(at_wheel);
+        for line in lines.into_iter().filter(|line| line.duration > 0.0) {
+            let motions = actuator.follow(self.angle, line);
+            for motion in motions.iter().filter(|motion| motion.duration > 0.0) {
+                dynamics.advance(&mut self.lateral, &mut self.pose, motion, longest);
+                let end = motion.at(motion.duration, actuator.time_constant);
+                self.angle = end.clamp(-actuator.stop, actuator.stop);
             }
         }
         Ok(())
