@@ -1,14 +1,5 @@
 //! From the files of the stages to the models that run in the FMUs.
 //!
-//! | file | function | model |
-//! |---|---|---|
-//! | `plant.json` | [`identified_model`] | [`IdentifiedModel`] |
-//! | `bicycle.json` | [`bicycle_parameters`] | [`BicycleParameters`] |
-//! | `vehicle.json` | [`nonlinear_parameters`] | [`NonlinearParameters`] |
-//! | `pid.json` | [`pid_parameters`] | [`PidParameters`] |
-//! | `path.json` | [`path_geometry`], [`guidance_parameters`] | [`PathGeometry`], [`GuidanceParameters`] |
-//! | `estimator.json` | [`pose_parameters`] | [`PoseParameters`] |
-//!
 //! Design and FMUs both read their files by these functions: a controller that was tuned on a file
 //! is the one that runs from it. Nothing is computed here and no unit changes: SI and radians on
 //! both sides. Matrices go from rows of rows to row-major vectors.
@@ -163,8 +154,14 @@ pub fn pose_parameters(estimator: &Estimator) -> PoseParameters {
 /// # Errors
 /// Names the point that contradicts its neighbours.
 pub fn path_geometry(path: &Path) -> Result<PathGeometry, Error> {
-    let points: Vec<PathPoint> = path.points.iter().map(path_point).collect();
-    PathGeometry::new(&points, path.closed)
+    let points = path.points.iter().map(|point| PathPoint {
+        distance: point.distance_m,
+        x: point.x_m,
+        y: point.y_m,
+        heading: point.heading_rad,
+        curvature: point.curvature_per_m,
+    });
+    PathGeometry::new(&points.collect::<Vec<_>>(), path.closed)
 }
 
 /// The guidance law of `path.json`.
@@ -181,16 +178,6 @@ pub fn guidance_parameters(guidance: &Guidance) -> GuidanceParameters {
         yaw_acceleration_gain: guidance.yaw_acceleration_gain_s2,
         yaw_jerk_gain: guidance.yaw_jerk_gain_s3,
         cross_track_integral_gain: guidance.cross_track_integral_gain_per_s,
-    }
-}
-
-fn path_point(point: &steerwright_formats::PathPoint) -> PathPoint {
-    PathPoint {
-        distance: point.distance_m,
-        x: point.x_m,
-        y: point.y_m,
-        heading: point.heading_rad,
-        curvature: point.curvature_per_m,
     }
 }
 

@@ -1,10 +1,8 @@
 //! `BicyclePlant`: the glue from [`steerwright_models::BicyclePlant`] to the export trait.
 
-use crate::finite::outputs_are_finite;
 use crate::plant::{Flags, kind, pose, settable};
-use crate::resources::optional;
-use crate::saved::{check_settable, decode, encode, refuse};
-use crate::start::with_start_values;
+use crate::resources::{optional, with_start_values};
+use crate::saved::{check_settable, decode, encode, outputs_are_finite, refuse};
 use crate::tables::bicycle_plant::Variable as V;
 use fmi2_export::{Capabilities, Known, Log, Resources, Slave, StateSpec, Unknown};
 use model_description::{DependencyKind, Table, Value};

@@ -1,10 +1,8 @@
 //! `IdentifiedPlant`: the glue from [`steerwright_models::IdentifiedPlant`] to the export trait.
 
-use crate::finite::outputs_are_finite;
 use crate::plant::{Flags, kind, pose, settable};
-use crate::resources::required;
-use crate::saved::{check_settable, decode, encode, refuse};
-use crate::start::with_start_values;
+use crate::resources::{required, with_start_values};
+use crate::saved::{check_settable, decode, encode, outputs_are_finite, refuse};
 use crate::tables::identified_plant::Variable as V;
 use fmi2_export::{Capabilities, Known, Log, Resources, Slave, StateSpec, Unknown};
 use model_description::{DependencyKind, Table, Value};

@@ -1,9 +1,7 @@
 //! `LateralPid`: the glue from [`steerwright_models::Pid`] to the export trait.
 
-use crate::finite::outputs_are_finite;
-use crate::resources::optional;
-use crate::saved::{check_settable, decode, encode, refuse};
-use crate::start::with_start_values;
+use crate::resources::{optional, with_start_values};
+use crate::saved::{check_settable, decode, encode, outputs_are_finite, refuse};
 use crate::tables::lateral_pid::Variable as V;
 use fmi2_export::{Capabilities, Log, Resources, Slave};
 use model_description::{Table, Value};

@@ -8,7 +8,6 @@
 //! Times are seconds, angles radians; signs are ISO 8855.
 
 mod bicycle_plant;
-mod finite;
 mod fmu;
 mod identified_plant;
 mod lateral_pid;
@@ -19,7 +18,6 @@ mod reference_path;
 mod resources;
 mod run;
 mod saved;
-mod start;
 mod tables;
 
 pub use bicycle_plant::BicyclePlant;

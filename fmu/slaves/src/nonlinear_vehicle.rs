@@ -2,11 +2,9 @@
 //!
 //! States, from 0: v_y, r, δ, a_φ, which can be set at the start, then ψ, X, Y.
 
-use crate::finite::outputs_are_finite;
 use crate::plant::{Flags, pose, settable};
-use crate::resources::optional;
-use crate::saved::{check_settable, decode, encode, refuse};
-use crate::start::with_start_values;
+use crate::resources::{optional, with_start_values};
+use crate::saved::{check_settable, decode, encode, outputs_are_finite, refuse};
 use crate::tables::nonlinear_vehicle::{FORCES, Variable as V};
 use fmi2_export::{Capabilities, Known, Log, Resources, Slave, StateSpec, Unknown, VariableId};
 use model_description::{DependencyKind, Table, Value};

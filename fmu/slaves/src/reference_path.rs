@@ -1,9 +1,7 @@
 //! `ReferencePath`: the glue from [`steerwright_models::PathFollower`] to the export trait.
 
-use crate::finite::outputs_are_finite;
-use crate::resources::required;
-use crate::saved::{check_settable, decode, encode, refuse};
-use crate::start::with_start_values;
+use crate::resources::{required, with_start_values};
+use crate::saved::{check_settable, decode, encode, outputs_are_finite, refuse};
 use crate::tables::reference_path::Variable as V;
 use fmi2_export::{Capabilities, Log, Resources, Slave};
 use model_description::{Table, Value};

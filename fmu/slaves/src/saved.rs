@@ -1,4 +1,4 @@
-//! States as bytes, for [`fmi2_export::Slave::save`] and `load`.
+//! States as bytes, for [`fmi2_export::Slave::save`] and `load`, and checks of values.
 //!
 //! The bytes are those of postcard, in the order of the fields. A blob may be crafted, so all that
 //! was read is checked: numbers of the models by the models, values of variables against the table.
@@ -40,6 +40,22 @@ pub(crate) fn check_settable<S: Slave>(slave: &mut S) -> Result<(), String> {
         // Written so that NaN fails.
         if !(value >= min && value <= max) {
             return Err(format!("{} of the saved state is {value}, which cannot be", row.name));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a start from which an output is beyond all numbers.
+pub(crate) fn outputs_are_finite<S: Slave>(slave: &mut S) -> Result<(), String> {
+    for row in S::TABLE.variables.iter().filter(|row| row.causality == Causality::Output) {
+        let Some(variable) = S::Variable::from_reference(row.reference) else { continue };
+        if let Value::Real(value) = slave.get(variable)
+            && !value.is_finite()
+        {
+            return Err(format!(
+                "{} is {value} at the start; hint: check the parameters and the initial states",
+                row.name
+            ));
         }
     }
     Ok(())

@@ -2,8 +2,6 @@
 
 #![allow(unsafe_code)]
 
-use std::ffi::c_int;
-
 use super::{Instance, phase};
 use crate::Error;
 
@@ -18,18 +16,10 @@ impl Instance {
         const CALL: &str = "fmi2SetRealInputDerivatives";
         self.same_length(CALL, references.len(), values.len())?;
         self.same_length(CALL, references.len(), orders.len())?;
+        let (r, n, orders) = (references.as_ptr(), references.len(), orders.as_ptr());
         self.call(CALL, phase::SET, |f, c| {
-            let orders: *const c_int = orders.as_ptr();
             // SAFETY: as `call` requires; the arrays have the given length.
-            unsafe {
-                (f.set_real_input_derivatives)(
-                    c,
-                    references.as_ptr(),
-                    references.len(),
-                    orders,
-                    values.as_ptr(),
-                )
-            }
+            unsafe { (f.set_real_input_derivatives)(c, r, n, orders, values.as_ptr()) }
         })
     }
 
@@ -43,18 +33,10 @@ impl Instance {
         const CALL: &str = "fmi2GetRealOutputDerivatives";
         self.same_length(CALL, references.len(), values.len())?;
         self.same_length(CALL, references.len(), orders.len())?;
+        let (r, n, orders) = (references.as_ptr(), references.len(), orders.as_ptr());
         self.call(CALL, phase::GET_OUTPUT_DERIVATIVES, |f, c| {
-            let orders: *const c_int = orders.as_ptr();
             // SAFETY: as `call` requires; the arrays have the given length.
-            unsafe {
-                (f.get_real_output_derivatives)(
-                    c,
-                    references.as_ptr(),
-                    references.len(),
-                    orders,
-                    values.as_mut_ptr(),
-                )
-            }
+            unsafe { (f.get_real_output_derivatives)(c, r, n, orders, values.as_mut_ptr()) }
         })
     }
 
@@ -73,19 +55,12 @@ impl Instance {
         )?;
         self.same_length(CALL, unknowns.len(), unknown_change.len())?;
         self.same_length(CALL, knowns.len(), known_change.len())?;
+        let (u, n) = (unknowns.as_ptr(), unknowns.len());
+        let (k, m, change) = (knowns.as_ptr(), knowns.len(), known_change.as_ptr());
         self.call(CALL, phase::GET, |f, c| {
+            let to = unknown_change.as_mut_ptr();
             // SAFETY: as `call` requires; the arrays have the given lengths.
-            unsafe {
-                (f.get_directional_derivative)(
-                    c,
-                    unknowns.as_ptr(),
-                    unknowns.len(),
-                    knowns.as_ptr(),
-                    knowns.len(),
-                    known_change.as_ptr(),
-                    unknown_change.as_mut_ptr(),
-                )
-            }
+            unsafe { (f.get_directional_derivative)(c, u, n, k, m, change, to) }
         })
     }
 }

@@ -203,18 +203,13 @@ impl Instance {
         self.finite(call, "start time", start)?;
         self.finite(call, "stop time", stop.unwrap_or(start))?;
         self.finite(call, "tolerance", tolerance.unwrap_or(0.0))?;
+        let pair = |value: Option<f64>, other: f64| {
+            (c_types::Boolean::from(value.is_some()), value.unwrap_or(other))
+        };
+        let ((has_tolerance, tolerance), (stops, stop)) = (pair(tolerance, 0.0), pair(stop, start));
         self.call(call, phase::INSTANTIATED, |f, c| {
             // SAFETY: as `call` requires.
-            unsafe {
-                (f.setup_experiment)(
-                    c,
-                    c_types::Boolean::from(tolerance.is_some()),
-                    tolerance.unwrap_or(0.0),
-                    start,
-                    c_types::Boolean::from(stop.is_some()),
-                    stop.unwrap_or(start),
-                )
-            }
+            unsafe { (f.setup_experiment)(c, has_tolerance, tolerance, start, stops, stop) }
         })
     }
 

@@ -3,7 +3,7 @@
 //! A connector that differs from the variable of its FMU is reported, and the FMU has priority.
 //! Connections pass values unchanged, so their ends must have the same unit.
 
-use model_description::{Causality, Kind, Unit, Variable};
+use model_description::{Causality, Unit, Variable};
 
 use super::structure::{Component, Place};
 use crate::names::near_text;
@@ -32,15 +32,12 @@ pub(super) fn connectors(component: &Component, archive: &Archive) -> Vec<String
         if connector.kind != causality {
             differs("kind", &causality, &connector.kind);
         }
+        let of_kind = variable.kind.as_str();
         if let Some(stated) = &connector.of_type
-            && !is_type(variable, stated)
+            && stated != of_kind
+            && !(variable.is_enumeration && stated == "Enumeration")
         {
-            let fmu = if variable.is_enumeration {
-                "Enumeration".to_owned()
-            } else {
-                variable.kind.to_string()
-            };
-            differs("type", &fmu, stated);
+            differs("type", if variable.is_enumeration { "Enumeration" } else { of_kind }, stated);
         }
         if let (Some(stated), Some(fmu)) = (&connector.unit, &variable.unit)
             && stated != fmu
@@ -49,17 +46,6 @@ pub(super) fn connectors(component: &Component, archive: &Archive) -> Vec<String
         }
     }
     remarks
-}
-
-fn is_type(variable: &Variable, stated: &str) -> bool {
-    match stated {
-        "Enumeration" => variable.is_enumeration,
-        "Integer" => variable.kind == Kind::Integer,
-        "Real" => variable.kind == Kind::Real,
-        "Boolean" => variable.kind == Kind::Boolean,
-        "String" => variable.kind == Kind::String,
-        _ => false,
-    }
 }
 
 /// One end of a connection.
