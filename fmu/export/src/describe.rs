@@ -52,33 +52,20 @@ impl DescribeError {
     }
 }
 
-/// The capabilities of this layer; [`capabilities`] adds those of the slave.
-pub const CAPABILITIES: CoSimulation = CoSimulation {
-    model_identifier: String::new(),
-    needs_execution_tool: false,
-    can_handle_variable_communication_step_size: true,
-    can_interpolate_inputs: false,
-    max_output_derivative_order: 0,
-    can_run_asynchronously: false,
-    can_be_instantiated_only_once_per_process: false,
-    // Rust has an allocator of its own.
-    can_not_use_memory_management_functions: true,
-    can_get_and_set_fmu_state: true,
-    can_serialize_fmu_state: false,
-    provides_directional_derivative: false,
-    source_files: Vec::new(),
-};
-
-/// The capabilities of a slave: [`CAPABILITIES`] with [`Slave::CAPABILITIES`].
+/// The capabilities of a slave: those of this layer with [`Slave::CAPABILITIES`].
 #[must_use]
 pub fn capabilities<S: Slave>() -> CoSimulation {
     CoSimulation {
         model_identifier: S::TABLE.model_name.into(),
+        can_handle_variable_communication_step_size: true,
         can_interpolate_inputs: S::CAPABILITIES.interpolates_inputs,
         max_output_derivative_order: u32::from(S::CAPABILITIES.output_derivatives),
+        // Rust has an allocator of its own.
+        can_not_use_memory_management_functions: true,
+        can_get_and_set_fmu_state: true,
         can_serialize_fmu_state: S::CAPABILITIES.serializes,
         provides_directional_derivative: S::CAPABILITIES.directional_derivatives,
-        ..CAPABILITIES
+        ..CoSimulation::default()
     }
 }
 

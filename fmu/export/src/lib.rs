@@ -32,7 +32,7 @@ mod variables;
 #[allow(unsafe_code)]
 mod tests;
 
-pub use describe::{CAPABILITIES, DescribeError, capabilities, describe, guid};
+pub use describe::{DescribeError, capabilities, describe, guid};
 pub use exposed::{derivative_reference, state_reference};
 pub use log::{Level, Log};
 pub use logger::LOG_CATEGORIES;

@@ -16,9 +16,7 @@ pub(crate) fn optional<D: Document>(
 
 /// The document of that name.
 pub(crate) fn required<D: Document>(resources: &Resources, name: &str) -> Result<D, String> {
-    optional(resources, name)?.ok_or_else(|| {
-        format!("resources/{name} is missing; pack the archive again with `steerwright package`")
-    })
+    optional(resources, name)?.ok_or_else(|| format!("resources/{name} is missing; {HINT}"))
 }
 
 /// The slave with the start values of its archive, if it has any.

@@ -4,7 +4,7 @@ use super::host::{ERROR, Host, Lines, OK, WARNING, call, callbacks, guid};
 use super::probe::{ERROR_IN_STEP, FAULT, LIVE, Probe, TABLE, U, WARNING_IN_STEP};
 use crate::boundary as c;
 use crate::calls::State;
-use crate::{CAPABILITIES, LOG_CATEGORIES, Resources, describe};
+use crate::{LOG_CATEGORIES, Resources, describe};
 use std::ffi::{CStr, CString, c_void};
 use std::ptr::null;
 
@@ -241,7 +241,7 @@ fn the_description_is_that_of_the_library() {
     assert_eq!(description.guid, guid().to_str().unwrap());
     let co_simulation = description.co_simulation.as_ref().unwrap();
     assert_eq!(co_simulation.model_identifier, TABLE.model_name);
-    assert_eq!(co_simulation.can_get_and_set_fmu_state, CAPABILITIES.can_get_and_set_fmu_state);
+    assert!(co_simulation.can_get_and_set_fmu_state);
     assert_eq!(description.variable("gain").unwrap().start, Some(2.0.into()));
     let names: Vec<&str> = description.log_categories.iter().map(|c| c.name.as_str()).collect();
     assert!(names.contains(&"logAll") && names.contains(&"logStatusError"));
