@@ -105,8 +105,7 @@ pub struct LogCategory {
 pub struct VendorAnnotation {
     /// Name of the tool.
     pub tool: String,
-    /// The XML between `<Tool>` and `</Tool>`, trimmed. Written back only where it is well-formed
-    /// by itself.
+    /// The XML in `<Tool>`, trimmed. Written back only where it is well-formed by itself.
     pub xml: String,
 }
 

@@ -23,12 +23,9 @@ impl ModelDescription {
         guid: &str,
         default_experiment: Option<DefaultExperiment>,
     ) -> Result<Self, Error> {
-        if start.len() != table.variables.len() {
-            return Err(Error::StartCount {
-                model: table.model_name,
-                got: start.len(),
-                need: table.variables.len(),
-            });
+        let (got, need) = (start.len(), table.variables.len());
+        if got != need {
+            return Err(Error::StartCount { model: table.model_name, got, need });
         }
         let mut description = Self::new(table.model_name, guid);
         description.description = text(table.description);
@@ -69,13 +66,10 @@ fn is_initial_unknown(row: &VariableSpec) -> bool {
 }
 
 fn check_start(table: &Table, row: &VariableSpec, value: &Value) -> Result<(), Error> {
+    let (model, variable) = (table.model_name, row.name);
     if value.kind() != row.kind {
-        return Err(Error::StartKind {
-            model: table.model_name,
-            variable: row.name,
-            got: value.kind(),
-            need: row.kind,
-        });
+        let (got, need) = (value.kind(), row.kind);
+        return Err(Error::StartKind { model, variable, got, need });
     }
     let (Some(number), true) =
         (value.as_number(), needs_start(row.causality, row.effective_initial()))
@@ -87,13 +81,7 @@ fn check_start(table: &Table, row: &VariableSpec, value: &Value) -> Result<(), E
     if number >= min && number <= max {
         Ok(())
     } else {
-        Err(Error::StartRange {
-            model: table.model_name,
-            variable: row.name,
-            value: number,
-            min,
-            max,
-        })
+        Err(Error::StartRange { model, variable, value: number, min, max })
     }
 }
 
@@ -163,8 +151,7 @@ pub struct ExposedState {
     pub unit: Option<&'static str>,
     /// The unit of its derivative.
     pub derivative_unit: Option<&'static str>,
-    /// Its start value where it can be set (`initial="exact"`); without one it follows from others
-    /// (`initial="calculated"`).
+    /// Its start value where it can be set (`exact`); without one it follows from others (`calculated`).
     pub start: Option<f64>,
 }
 
@@ -195,8 +182,7 @@ impl ModelDescription {
     }
 }
 
-/// A local, continuous, calculated Real variable. A unit that [`crate::UNITS`] lacks is left out: there is
-/// no definition for it.
+/// A local, continuous, calculated Real variable; a unit that [`crate::UNITS`] lacks is left out.
 fn local(name: &str, reference: u32, unit: Option<&str>) -> Variable {
     Variable {
         name: name.into(),

@@ -49,8 +49,7 @@ pub const fn is_legal(
     }
 }
 
-/// The default of `initial`; `None` for inputs, the independent variable and illegal
-/// combinations.
+/// The default of `initial`; `None` for inputs, the independent variable and what is illegal.
 #[must_use]
 pub const fn default_initial(causality: Causality, variability: Variability) -> Option<Initial> {
     match group(causality, variability) {

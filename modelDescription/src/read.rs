@@ -76,11 +76,11 @@ impl<'a, 'input> Reader<'a, 'input> {
     }
 
     fn need(self, child: &'static str) -> Result<Self, Error> {
-        self.child(child).ok_or_else(|| Error::MissingElement {
-            line: self.line(),
-            element: self.name().into(),
-            child,
-        })
+        self.child(child).ok_or_else(|| self.without(child))
+    }
+
+    fn without(self, child: &'static str) -> Error {
+        Error::MissingElement { line: self.line(), element: self.name().into(), child }
     }
 
     fn text(self, attribute: &'static str) -> Option<String> {
@@ -274,14 +274,10 @@ fn variable(
     reader: Reader<'_, '_>,
     types: &BTreeMap<String, Reader<'_, '_>>,
 ) -> Result<Variable, Error> {
-    let element =
-        reader.children().find(|child| kind(child.name()).is_some()).ok_or_else(|| {
-            Error::MissingElement {
-                line: reader.line(),
-                element: reader.name().into(),
-                child: "Real | Integer | Boolean | String | Enumeration",
-            }
-        })?;
+    let element = reader
+        .children()
+        .find(|child| kind(child.name()).is_some())
+        .ok_or_else(|| reader.without("Real | Integer | Boolean | String | Enumeration"))?;
     let kind = kind(element.name()).unwrap_or_default();
     let declared = element.text("declaredType").and_then(|name| types.get(&name).copied());
     let real = |attribute| match (element.real(attribute)?, declared) {

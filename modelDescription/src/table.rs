@@ -63,8 +63,7 @@ macro_rules! of_kind {
 }
 
 impl VariableSpec {
-    /// A variable with the standard's default `initial`, no unit and no limits, that depends on
-    /// everything.
+    /// A variable with the default `initial`, no unit and no limits, that depends on everything.
     #[must_use]
     pub const fn new(
         name: &'static str,
@@ -274,8 +273,7 @@ impl Table {
     }
 }
 
-/// Whether every name is that of an input, or, in initialization mode, of a variable with
-/// `initial="exact"`.
+/// Whether every name is an input's or, in initialization mode, of a variable with `initial="exact"`.
 const fn all_known(variables: &[VariableSpec], names: &[&str], initialization: bool) -> bool {
     let mut i = 0;
     while i < names.len() {

@@ -144,8 +144,7 @@ impl<S: Slave> Instance<S> {
         }
     }
 
-    /// Reads variables of one type. `take` returns `None` for a value of another type and for a Real
-    /// that is not finite.
+    /// Reads variables of one type. `take` is `None` for another type or a Real that is not finite.
     #[inline]
     pub(crate) fn get_all<T>(
         &mut self,

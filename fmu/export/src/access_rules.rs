@@ -23,8 +23,7 @@ pub enum Leniency {
     InputSetBeforeInitialization,
     /// libcosim reads every variable in initialization mode and terminates the process on an error.
     AnyReadInInitialization,
-    /// FMU containers read variables between setting others and the next step; the values follow from
-    /// the new ones.
+    /// FMU containers read variables between setting others and the next step; the values follow at once.
     ReadAfterSet,
 }
 

@@ -94,11 +94,8 @@ pub fn describe<S: Slave>(
         .exit_initialization(start_time, &mut Log::default())
         .map_err(|problem| DescribeError::Initialize { model, problem })?;
     if let Some(row) = table.variables.iter().find(|row| row.reference >= exposed::FIRST) {
-        return Err(DescribeError::Reserved {
-            model,
-            variable: row.name,
-            reference: row.reference,
-        });
+        let (variable, reference) = (row.name, row.reference);
+        return Err(DescribeError::Reserved { model, variable, reference });
     }
     let start = table
         .variables

@@ -32,8 +32,7 @@ pub(crate) struct Core<S> {
     pub(crate) time: f64,
     /// Whether a variable was set at this communication point.
     pub(crate) set_since_step: bool,
-    /// Value references of inputs whose clipping was logged; the first clipping of each returns
-    /// `fmi2Warning`.
+    /// References of inputs whose clipping was logged; the first clipping of each returns `fmi2Warning`.
     pub(crate) clipped: Vec<u32>,
     /// Value references and derivatives of inputs with a derivative in the next step.
     pub(crate) input_derivatives: Vec<(u32, f64)>,

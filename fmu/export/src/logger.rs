@@ -53,8 +53,7 @@ impl Category {
 
 /// Every category.
 const ALL: u8 = 0b1_1111;
-/// Categories enabled without debug logging: the standard requires a message with each of these
-/// statuses.
+/// Categories enabled without debug logging, since the standard requires their messages.
 const QUIET: u8 = Category::Error.bit() | Category::Warning.bit() | Category::Fatal.bit();
 
 /// The categories that a name selects; 0 for an unknown name.

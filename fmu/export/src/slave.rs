@@ -170,8 +170,7 @@ pub trait Slave: Clone + Send + Sized + 'static {
         }
     }
 
-    /// `∂unknown/∂known` at the present values; for `None` the layer computes a central difference on
-    /// clones.
+    /// `∂unknown/∂known` at the present values; for `None` the layer takes a central difference on clones.
     fn partial_derivative(
         &mut self,
         _unknown: Unknown<Self::Variable>,

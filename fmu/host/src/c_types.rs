@@ -1,5 +1,4 @@
-//! The C types of FMI 2.0 (`fmi2TypesPlatform.h`, `fmi2FunctionTypes.h`) and the signatures of its
-//! 34 functions.
+//! The C types of FMI 2.0 (`fmi2TypesPlatform.h`, `fmi2FunctionTypes.h`), signatures of its functions.
 //!
 //! Function pointers are `unsafe extern "C"`: whether a call is sound is known to the caller alone.
 

@@ -117,12 +117,8 @@ impl Library {
             };
             let got = got.map(|text| text.to_string_lossy().into_owned());
             if got.as_deref() != Some(expected) {
-                return Err(Error::WrongVersion {
-                    path: path.to_path_buf(),
-                    function: what,
-                    got: got.unwrap_or_else(|| "NULL".to_owned()),
-                    expected,
-                });
+                let (path, got) = (path.to_path_buf(), got.unwrap_or_else(|| "NULL".to_owned()));
+                return Err(Error::WrongVersion { path, function: what, got, expected });
             }
         }
         Ok(Self {

@@ -28,8 +28,7 @@ pub(crate) fn near_text(near: &[String]) -> String {
     if near.is_empty() { String::new() } else { format!("; near it: {}", near.join(", ")) }
 }
 
-/// The optimal string alignment distance, in characters: Levenshtein's, and neighbours swapped
-/// count once.
+/// The optimal string alignment distance in characters: Levenshtein's, neighbours swapped count once.
 fn edit_distance(a: &str, b: &str) -> usize {
     let (a, b): (Vec<char>, Vec<char>) = (a.chars().collect(), b.chars().collect());
     let mut before: Vec<usize> = Vec::new();

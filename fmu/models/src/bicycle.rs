@@ -11,8 +11,7 @@ use crate::identified::FASTEST_RATE;
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
-/// Speed below which the plant's dynamics are those of this speed, m/s; see
-/// [`crate::bicycle_plant`].
+/// Speed below which the dynamics are those of this speed, m/s; see [`crate::bicycle_plant`].
 pub const BLEND_SPEED: f64 = 1.0;
 
 /// A vehicle as the bicycle model sees it.
@@ -67,8 +66,7 @@ pub struct Coefficients {
 }
 
 impl BicycleParameters {
-    /// Checks that this can be a vehicle: all values positive, stable and not absurdly fast at
-    /// walking pace.
+    /// Checks that this can be a vehicle: positive values, stable and not absurdly fast at walking pace.
     ///
     /// # Errors
     /// Names the value that is wrong.
@@ -127,8 +125,7 @@ impl BicycleParameters {
         self.distance_front + self.distance_rear
     }
 
-    /// Understeer gradient K in `road-wheel angle = L/R + K·a_y`, rad per m/s²; positive
-    /// understeers.
+    /// Understeer gradient K in `road-wheel angle = L/R + K·a_y`, rad per m/s²; positive understeers.
     #[must_use]
     pub fn understeer_gradient(&self) -> f64 {
         let (cf, cr) = (self.cornering_stiffness_front, self.cornering_stiffness_rear);

@@ -83,8 +83,7 @@ impl DelayLine {
         }
     }
 
-    /// The delayed input as of now and its derivative, if the input at this moment is `present`
-    /// and grows by `slope`.
+    /// The delayed input as of now and its derivative, if the input is `present` and grows by `slope`.
     #[inline]
     #[must_use]
     pub fn output(&self, present: f64, slope: f64) -> (f64, f64) {
@@ -98,8 +97,7 @@ impl DelayLine {
         self.segments.front().unwrap_or(&self.latest).value
     }
 
-    /// The input is `value + slope·t` for the `step` seconds to come, which [`Self::next`] then
-    /// walks.
+    /// The input is `value + slope·t` for the `step` seconds that [`Self::next`] then walks.
     ///
     /// # Errors
     /// Where the input grows beyond all numbers; it is then as if nothing had been put in.

@@ -56,8 +56,7 @@ pub fn discretize(
     Ok((e.view((0, 0), (n, n)).into_owned(), e.view((0, n), (n, m)).into_owned()))
 }
 
-/// `ẋ = F x + G u`, `y = H x + D u + offset` (eq 6–7 without noise), one input, one output, in
-/// flat row-major storage.
+/// `ẋ = F x + G u`, `y = H x + D u + offset` (eq 6–7 without noise), one input, one output; row-major.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContinuousModel {
     /// State matrix, n·n entries, row by row.
@@ -229,8 +228,7 @@ impl StepMap {
         self.panel
     }
 
-    /// Moves the states, n of them, over one panel, under an input that is `u` and grows by `slope`
-    /// a second.
+    /// Moves the n states over one panel, under an input that is `u` and grows by `slope` a second.
     #[inline]
     pub fn advance(&self, states: &mut [f64], u: f64, slope: f64) -> Integral {
         // Orders up to 6 in registers, without loops whose length is not known.
@@ -291,8 +289,7 @@ impl StepMap {
     }
 }
 
-/// The maps of the last few step sizes. Steps are compared bit by bit: a step that differs by an
-/// ulp is another step.
+/// The maps of the last few step sizes; steps are compared bit by bit.
 #[derive(Debug, Clone, Default)]
 pub struct StepCache {
     maps: Vec<Arc<StepMap>>,

@@ -44,8 +44,7 @@ pub fn panels(step: f64, longest: f64) -> (u64, f64) {
     (count as u64, step / count)
 }
 
-/// Mean of (cos, sin) of the deviations over a panel: the direction of travel, seen from the
-/// panel's start.
+/// Mean of (cos, sin) of the deviations over a panel: the direction of travel as seen from its start.
 #[inline]
 #[must_use]
 pub fn mean_direction(deviations: &[f64; NODES]) -> (f64, f64) {
@@ -80,8 +79,7 @@ const ARC: [[f64; 2]; 5] = [
     [1.0 / 362_880.0, 1.0 / 3_628_800.0],
 ];
 
-/// [`mean_direction`] over an arc of any length that turns evenly, by `turn` in all: exactly
-/// `(sin t/t, (1 − cos t)/t)`.
+/// [`mean_direction`] over an arc that turns evenly, by `turn` in all: `(sin t/t, (1 − cos t)/t)`.
 #[inline]
 #[must_use]
 pub fn mean_direction_of_arc(turn: f64) -> (f64, f64) {

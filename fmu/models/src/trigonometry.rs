@@ -92,8 +92,7 @@ const C6: f64 = -1.0 / 720.0;
 const C8: f64 = 1.0 / 40_320.0;
 const C10: f64 = -1.0 / 3_628_800.0;
 
-/// Sines and cosines of some angles, rad; by a short series where they are small, as they are
-/// within a panel.
+/// Sines and cosines of some angles, rad; by a short series where they are small.
 #[inline(always)]
 #[must_use]
 pub fn sin_cos_small<const N: usize>(angles: &[f64; N]) -> ([f64; N], [f64; N]) {

@@ -106,8 +106,7 @@ impl ReferencePath {
 impl Slave for ReferencePath {
     type Variable = V;
     const TABLE: &'static Table = V::TABLE;
-    /// Only serialization: the outputs are held between steps, and a path of points has no derivatives
-    /// by the inputs.
+    /// The outputs are held between steps, and a path of points has no derivatives by the inputs.
     const CAPABILITIES: Capabilities = Capabilities { serializes: true, ..Capabilities::NONE };
 
     fn open(resources: &Resources) -> Result<Self, String> {

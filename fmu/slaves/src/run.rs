@@ -3,8 +3,7 @@
 use fmi2_export::{Log, Slave, VariableId};
 use model_description::Value;
 
-/// A [`Slave`] of any FMU, between [`crate::Fmu::open`] and the last step, without the checks of the FMI
-/// layer.
+/// A [`Slave`] of any FMU after [`crate::Fmu::open`], without the checks of the FMI layer.
 pub trait Running {
     /// The value of the variable with that reference, if there is one.
     fn get(&mut self, reference: u32) -> Option<Value>;

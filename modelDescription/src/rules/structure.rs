@@ -1,5 +1,4 @@
-//! `ModelStructure`: the required variables of each list, and their legal dependencies (section
-//! 2.2.8).
+//! `ModelStructure`: required variables of each list, and legal dependencies (section 2.2.8).
 
 use super::place::List;
 use super::{Check, Place};

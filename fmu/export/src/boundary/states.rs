@@ -1,7 +1,6 @@
 //! FMU states: copies of everything that a later call can depend on.
 //!
-//! All live states are listed, so that an invalid or freed pointer is an error instead of undefined
-//! behaviour.
+//! All live states are listed, so that an invalid or freed pointer is an error, not undefined behaviour.
 
 use super::{call, supported};
 use crate::Slave;

@@ -64,8 +64,7 @@ pub(crate) fn open(path: &Path) -> Result<(fs::File, String), Error> {
     Ok((fs::File::open(path).map_err(io)?, name))
 }
 
-/// Extracts the archive `name`, read from `reader`, into a temporary folder whose name begins with
-/// `prefix`.
+/// Extracts the archive `name` from `reader` into a temporary folder with that prefix.
 pub(crate) fn extract<R: Read + Seek>(
     reader: R,
     name: &str,

@@ -115,10 +115,8 @@ impl Instance {
         // From here on the count goes down again wherever this function ends early.
         let counted = Counted(&library);
         if others > 0 && model.co_simulation().can_be_instantiated_only_once_per_process {
-            return Err(Error::OnlyOnce {
-                instance: name.to_owned(),
-                model: model.co_simulation().model_identifier.clone(),
-            });
+            let model = model.co_simulation().model_identifier.clone();
+            return Err(Error::OnlyOnce { instance: name.to_owned(), model });
         }
         let (c_name, c_guid) = (c_string(name, name)?, c_string(name, guid)?);
         let resources = c_string(name, &archive.resources_uri())?;
@@ -191,8 +189,7 @@ impl Instance {
         })
     }
 
-    /// Passes the FMU the start time in s and, where they are known, stop time in s and relative
-    /// tolerance.
+    /// Passes the FMU the start time and, where known, stop time (both s) and relative tolerance.
     pub fn setup_experiment(
         &mut self,
         start: f64,
@@ -226,8 +223,7 @@ impl Instance {
 
     /// Steps from the communication point `time` to `time + step`, both in s.
     ///
-    /// The call states that the FMU will never be set back before `time` unless an [`FmuState`] of
-    /// it exists.
+    /// Unless an [`FmuState`] exists, the call states that the FMU is never set back before `time`.
     #[inline]
     pub fn do_step(&mut self, time: f64, step: f64) -> Result<(), Error> {
         const CALL: &str = "fmi2DoStep";

@@ -49,15 +49,11 @@ impl Instance {
 
     /// Refuses a variable that may not be set in the present phase, with the reason.
     pub fn settable(&self, name: &str) -> Result<(), Error> {
-        if let Some(reason) = why_not_settable(self.variable(name)?, self.phase) {
-            return Err(Error::NotSettable {
-                instance: self.name.clone(),
-                variable: name.to_owned(),
-                phase: self.phase.when(),
-                reason,
-            });
-        }
-        Ok(())
+        let Some(reason) = why_not_settable(self.variable(name)?, self.phase) else {
+            return Ok(());
+        };
+        let (instance, variable) = (self.name.clone(), name.to_owned());
+        Err(Error::NotSettable { instance, variable, phase: self.phase.when(), reason })
     }
 
     /// Sets a variable, if it is of the value's kind and may be set in the present phase.
@@ -79,12 +75,8 @@ impl Instance {
         if variable.kind == kind {
             return Ok([variable.reference]);
         }
-        Err(Error::WrongKind {
-            instance: self.name.clone(),
-            variable: name.to_owned(),
-            need: variable.kind,
-            got: kind,
-        })
+        let (instance, need) = (self.name.clone(), variable.kind);
+        Err(Error::WrongKind { instance, variable: name.to_owned(), need, got: kind })
     }
 }
 

@@ -1,5 +1,4 @@
-//! The states of an instance and the calls that are legal in them: table 4.2.4 of FMI 2.0.5,
-//! to the letter.
+//! The states of an instance and their legal calls: table 4.2.4 of FMI 2.0.5, to the letter.
 
 /// Where an instance is in its life.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -76,12 +76,8 @@ impl InputTable {
                 if let Some(&previous) = table.times.last()
                     && value <= previous
                 {
-                    return Err(Error::TableTime {
-                        table: name.to_owned(),
-                        line,
-                        time: value,
-                        previous,
-                    });
+                    let table = name.to_owned();
+                    return Err(Error::TableTime { table, line, time: value, previous });
                 }
                 table.times.push(value);
                 table.lines.push(line);

@@ -112,12 +112,9 @@ impl System {
         let index = self.index(instance)?;
         let found = self.instances[index].variable(variable)?;
         if found.kind != value.kind() {
-            return Err(Error::WrongKind {
-                instance: instance.to_owned(),
-                variable: variable.to_owned(),
-                need: found.kind,
-                got: value.kind(),
-            });
+            let (instance, variable) = (instance.to_owned(), variable.to_owned());
+            let (need, got) = (found.kind, value.kind());
+            return Err(Error::WrongKind { instance, variable, need, got });
         }
         self.settings.retain(|s| !(s.instance == index && s.variable == variable));
         self.settings.push(Setting { instance: index, variable: variable.to_owned(), value });

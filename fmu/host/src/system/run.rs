@@ -83,8 +83,7 @@ impl System {
         Ok(recording)
     }
 
-    /// What to record: the stated variables, or all outputs and the inputs without a connection, no
-    /// texts.
+    /// What to record: the stated variables, or all outputs and free inputs that are no texts.
     fn recorded_variables(&self) -> Result<Vec<Key>, Error> {
         if let Some(recorded) = &self.recorded {
             return recorded.iter().map(|(i, v)| Ok((self.index(i)?, v.clone()))).collect();
@@ -132,12 +131,8 @@ impl System {
                 _ => Phase::Instantiated,
             };
             if let Some(reason) = why_not_settable(variable, phase) {
-                return Err(Error::NotSettable {
-                    instance: instance.name().to_owned(),
-                    variable: name.clone(),
-                    phase: phase.when(),
-                    reason,
-                });
+                let (instance, variable) = (instance.name().to_owned(), name.clone());
+                return Err(Error::NotSettable { instance, variable, phase: phase.when(), reason });
             }
             assigned.insert(key, Assigned::Fixed(setting.value.clone()));
         }

@@ -1,5 +1,4 @@
-//! `ẇ = F(v)·w + G·u` for w = (v_y, r, δ) at one speed, blended below [`BLEND_SPEED`] as
-//! [`super`] states.
+//! `ẇ = F(v)·w + G·u` for w = (v_y, r, δ) at one speed, blended below [`BLEND_SPEED`] (see [`super`]).
 
 use super::BicyclePlant;
 use crate::bicycle::BLEND_SPEED;

@@ -1,13 +1,5 @@
-//! The identified plant's derivatives by time, states and inputs, at a communication point.
-//!
-//! With u the delayed input and u̇ its derivative, ψ̇ the yaw rate without noise:
-//!
-//! ```text
-//! ẋ = F x + G u,   r = H x + D u + yaw_rate_offset,   ṙ = H ẋ + D u̇
-//! ψ̇ = r,   X' = v (cos ψ − β sin ψ),   Y' = v (sin ψ + β cos ψ),   β = (S + Q·(v·r)²)·r + C·ṙ
-//! ```
-//!
-//! with the terms S, Q and C of the sideslip. A delay leaves no dependency on the present inputs.
+//! The identified plant's derivatives by time, states and inputs, at a communication point: those of the
+//! equations in the README of `fmu/identified-plant`. A delay leaves no dependency on the present inputs.
 
 use super::IdentifiedPlant;
 use crate::noise::gaussian;
@@ -16,8 +8,7 @@ use crate::sideslip;
 use crate::trigonometry::sin_cos;
 
 impl IdentifiedPlant {
-    /// Continuous states of the model: its order, or none where it has no continuous form. Yaw, x
-    /// and y come after them.
+    /// Continuous states of the model: its order, or none without a continuous form; yaw, x, y come after.
     #[must_use]
     pub fn model_states(&self) -> usize {
         if self.model.continuous().is_some() { self.model.order() } else { 0 }

@@ -49,8 +49,7 @@ impl Actuator {
         (error / self.time_constant).clamp(-self.rate, self.rate)
     }
 
-    /// The command between the end stops, in pieces, of which the last may be empty; both as road-wheel
-    /// angles, in rad.
+    /// The command between the end stops, in pieces, which may be empty; both as road-wheel angles, rad.
     #[must_use]
     pub fn within_stops(&self, command: Segment) -> [Segment; 3] {
         let mut pieces = [Segment::default(); 3];

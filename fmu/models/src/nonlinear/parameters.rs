@@ -27,8 +27,7 @@ pub struct NonlinearParameters {
     pub tyre_curvature_factor: f64,
     /// By how much μ falls from the static wheel load to twice that, relative; in [0, 0.9].
     pub friction_load_sensitivity: f64,
-    /// By how much cornering stiffness over load falls from the static wheel load to twice that,
-    /// relative; in [0, 0.9].
+    /// By how much cornering stiffness over load falls likewise; in [0, 0.9].
     pub stiffness_load_sensitivity: f64,
     /// Height of the centre of gravity h, m.
     pub centre_of_gravity_height: f64,

@@ -118,8 +118,7 @@ impl Dynamics<'_> {
         }
     }
 
-    /// One panel, with δ at the [`NODES`]: states and pose at its end, and whether no wheel lifts or
-    /// touches down within it.
+    /// One panel, with δ at the [`NODES`]: states and pose at its end, and whether no wheel lifts or lands.
     #[inline]
     fn panel<const N: usize>(
         &self,

@@ -50,8 +50,7 @@ impl Axle {
         }
     }
 
-    /// Lateral force of both tyres, N, at a slip angle (rad) and a load transfer q, relative to the
-    /// static wheel load.
+    /// Lateral force of both tyres, N, at a slip angle (rad) and a transfer q over the static wheel load.
     #[must_use]
     pub fn force(&self, slip_angle: f64, transfer: f64) -> f64 {
         let q = transfer.clamp(-1.0, 1.0);

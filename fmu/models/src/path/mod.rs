@@ -1,5 +1,4 @@
-//! The geometry of a reference path: points in arc length, what lies between them, and the foot
-//! of a perpendicular on it.
+//! The geometry of a reference path: points in arc length, what lies between them, feet of positions.
 //!
 //! Between two points the position is the quintic with the positions, tangents and curvature vectors of
 //! both (below 1e-5 m off where 5 m lie between points of a 10 m radius), the heading the cubic with the

@@ -49,8 +49,7 @@ pub struct PidParameters {
 }
 
 impl Default for PidParameters {
-    /// A proportional controller at 100 Hz with the paper's limits, 22° and 15° a sample, whatever the
-    /// speed and the yaw error.
+    /// A proportional controller at 100 Hz with the paper's limits, 22° and 15° a sample, at any speed.
     fn default() -> Self {
         let max_increment = 15.0 / 180.0 * PI;
         Self {

@@ -85,8 +85,7 @@ impl PoseEstimator {
         })
     }
 
-    /// Resets the state and starts from the parameters. The fix at the input is not used, since its
-    /// age is unknown.
+    /// Starts from the parameters. The fix at the input is not used, since its age is unknown.
     ///
     /// # Errors
     /// Names the parameter that is wrong.
