@@ -67,7 +67,9 @@ macro_rules! fmus {
                 resources: Vec<(String, Vec<u8>)>,
             ) -> Result<Box<dyn crate::Running>, String> {
                 let resources = &Resources::from(resources);
-                Ok(match self { $(Self::$name => Box::new(crate::$name::open(resources)?)),* })
+                let slave: Box<dyn crate::Running> =
+                    match self { $(Self::$name => Box::new(crate::$name::open(resources)?)),* };
+                Ok(slave)
             }
         }
     };
