@@ -21,8 +21,8 @@ impl BaseUnit {
 
 /// A unit to show a value in.
 #[derive(Debug, Clone, PartialEq)]
-#[allow(missing_docs)] // the name is as in the XML
 pub struct DisplayUnit {
+    /// Its name.
     pub name: String,
     /// Display value per value.
     pub factor: f64,

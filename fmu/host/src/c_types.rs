@@ -97,9 +97,10 @@ pub(crate) type GetStatus<T> = unsafe extern "C" fn(Component, c_int, *mut T) ->
 
 /// `fmi2Status`, the result of an FMI 2.0 function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[allow(missing_docs)] // the names are those of the standard
 pub enum Status {
+    /// No problem.
     Ok,
+    /// A problem that does not stop the computation.
     Warning,
     /// The step or the value is refused.
     Discard,

@@ -1,4 +1,4 @@
-//! The vehicle: inputs, states, steps and outputs. Equations are in [`super`].
+//! The vehicle: inputs, states, steps and outputs. Equations are in `docs/methods/nonlinear.md`.
 
 use super::dynamics::{Constants, Lateral, RoadWheel};
 use super::parameters::{NonlinearParameters, within};
