@@ -23,34 +23,28 @@ const HOLDS_WITHIN: f64 = 0.2;
 const LINEAR_UP_TO: f64 = 6.0;
 
 /// The options of a comparison.
+#[allow(missing_docs)]
 pub struct Job {
     /// Two or more, or one with two controllers.
     pub models: Vec<Model>,
     /// A controller is designed for each model without one.
     pub controllers: Vec<ControllerFile>,
-    /// The design's options.
     pub design: DesignOptions,
-    /// The vehicle that the controllers are compared on.
     pub truth: Option<Truth>,
-    /// The drive that the models are compared with.
     pub drive: Option<(DriveLog, IdentifyOptions)>,
-    /// What to drive along.
     pub road: Road,
     /// Growth of the path follower's integral, 1/s; by default the road's.
     pub cross_track_integral_per_s: Option<f64>,
-    /// The order in which the FMUs are stepped.
     pub master: Master,
     /// A cross-track error beyond this is off the path, m.
     pub max_cross_track_error_m: f64,
 }
 
 /// What to drive along.
+#[allow(missing_docs)]
 pub enum Road {
-    /// A path file.
     File(Box<PathFile>, SourceFile),
-    /// A standard road.
     Standard {
-        /// Which one.
         shape: Shape,
         /// Speed, m/s; by default that of the models.
         speed: Option<f64>,
@@ -71,10 +65,9 @@ pub enum Shape {
 }
 
 /// The result.
+#[allow(missing_docs)]
 pub struct Comparison {
-    /// The models.
     pub models: Vec<Model>,
-    /// The controllers.
     pub controllers: Vec<Controller>,
     /// The road; guidance is each controller's own.
     pub road: PathFile,
@@ -82,19 +75,14 @@ pub struct Comparison {
     pub plants: Vec<Plant>,
     /// Controller by controller, in the order of the plants.
     pub runs: Vec<Run>,
-    /// The outcome of each run.
     pub outcomes: Vec<Outcome>,
-    /// The models on the validation data of the drive.
     pub drive: Option<Drive>,
-    /// The conclusions.
     pub verdict: Verdict,
-    /// The order in which the FMUs were stepped.
     pub master: Master,
     /// A cross-track error beyond this is off the path, m.
     pub max_cross_track_error_m: f64,
     /// What limits the result.
     pub remarks: Vec<String>,
-    /// The files that were read.
     pub sources: Vec<SourceFile>,
 }
 

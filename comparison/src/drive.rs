@@ -8,16 +8,12 @@ use steerwright_formats::SourceFile;
 use steerwright_sysid::{IdentifyOptions, Validated, fit_percent, variance_accounted_for};
 
 /// The validation data of a drive. Each gap is a NaN.
+#[allow(missing_docs)]
 pub struct Drive {
-    /// Its name.
     pub name: String,
-    /// Its files.
     pub sources: Vec<SourceFile>,
-    /// Sample time, s.
     pub sample_time_s: f64,
-    /// Validation samples.
     pub samples: usize,
-    /// Time, s.
     pub time_s: Vec<f64>,
     /// Measured yaw rate, rad/s.
     pub yaw_rate_radps: Vec<f64>,

@@ -4,22 +4,15 @@ use std::fmt::Display;
 
 /// An error of a comparison, with its numbers and a [`hint`](Self::hint).
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs)] // the fields are named in the messages
 pub enum Error {
     /// An error, with the file or the model that it concerns.
     #[error("{what}: {source}")]
-    In {
-        /// The file, model or run.
-        what: String,
-        /// The error there.
-        source: Box<Error>,
-    },
-    /// A file has the wrong content.
+    In { what: String, source: Box<Error> },
     #[error(transparent)]
     Document(#[from] steerwright_formats::Error),
-    /// A model could not be validated on the drive.
     #[error(transparent)]
     Identification(Box<steerwright_sysid::Error>),
-    /// No controller or road could be made.
     #[error(transparent)]
     Design(Box<steerwright_control::Error>),
     /// An archive could not be packed.
@@ -27,179 +20,60 @@ pub enum Error {
     Packaging(Box<steerwright_packaging::Error>),
     /// The code of an FMU rejects its resources or start values, with a hint from that code.
     #[error("{message}")]
-    Rejected {
-        /// What it rejects.
-        message: String,
-        /// What to do about it.
-        hint: String,
-    },
-    /// An FMU could not be opened, wired or stepped.
+    Rejected { message: String, hint: String },
     #[error(transparent)]
     Fmu(Box<steerwright_host::Error>),
-    /// A figure could not be drawn, or a run not be read.
     #[error(transparent)]
     Report(#[from] steerwright_report::Error),
-    /// A file is not JSON.
     #[error("{file}:{line}:{column}: {problem}")]
-    NotJson {
-        /// Name of the file.
-        file: String,
-        /// Line, from 1.
-        line: usize,
-        /// Column, from 1.
-        column: usize,
-        /// What the parser found.
-        problem: String,
-    },
-    /// A loop has no samples of a variable.
+    NotJson { file: String, line: usize, column: usize, problem: String },
     #[error("{variable} was not recorded")]
-    NotRecorded {
-        /// Name of the variable.
-        variable: String,
-    },
-    /// The path has no points.
+    NotRecorded { variable: String },
     #[error("the path has no points")]
     EmptyPath,
     /// A plant cannot start where the road starts.
     #[error("{plant} has no `{parameter}`, and the road starts at {value}")]
-    NoStartPose {
-        /// The plant's name.
-        plant: String,
-        /// The parameter it lacks.
-        parameter: &'static str,
-        /// Where the road starts, m or rad.
-        value: f64,
-    },
+    NoStartPose { plant: String, parameter: &'static str, value: f64 },
     /// A cross-track error of 0 or less would put every run off the path.
     #[error("the largest cross-track error is {metres} m: it must be greater than 0")]
-    MaxCrossTrackError {
-        /// The bound, m.
-        metres: f64,
-    },
-    /// Steering angles of different places.
+    MaxCrossTrackError { metres: f64 },
     #[error("{high} has a steering ratio of {high_ratio}, {low} of {low_ratio}")]
-    SteeringRatios {
-        /// File with the higher ratio.
-        high: String,
-        /// Its ratio.
-        high_ratio: f64,
-        /// File with the lower ratio.
-        low: String,
-        /// Its ratio.
-        low_ratio: f64,
-    },
+    SteeringRatios { high: String, high_ratio: f64, low: String, low_ratio: f64 },
     /// The log's steering angle is not that of the model.
     #[error("it has a steering ratio of {model}, the log of {log}")]
-    LogSteeringRatio {
-        /// The model's ratio.
-        model: f64,
-        /// The log's ratio.
-        log: f64,
-    },
-    /// A controller belongs to none of the models.
+    LogSteeringRatio { model: f64, log: f64 },
     #[error("{file}: designed on a model that is not compared")]
-    OtherModel {
-        /// The controller's file.
-        file: String,
-        /// A model that it may belong to.
-        model: String,
-    },
-    /// One controller alone.
+    OtherModel { file: String, model: String },
     #[error("there is one model with one controller: nothing to compare")]
     NothingToCompare,
-    /// Controllers of different sample times.
     #[error("the controller of {high} has a sample time of {high_s} s, that of {low} of {low_s} s")]
-    SampleTimes {
-        /// Controller with the longer sample time.
-        high: String,
-        /// Its sample time, s.
-        high_s: f64,
-        /// Controller with the shorter sample time.
-        low: String,
-        /// Its sample time, s.
-        low_s: f64,
-    },
-    /// Models of different speeds, with a road of no stated speed.
+    SampleTimes { high: String, high_s: f64, low: String, low_s: f64 },
     #[error("the models are of speeds from {low_mps:.2} to {high_mps:.2} m/s")]
-    Speeds {
-        /// Lowest speed of a model, m/s.
-        low_mps: f64,
-        /// Highest speed of a model, m/s.
-        high_mps: f64,
-    },
-    /// A model is used too far from its speed.
+    Speeds { low_mps: f64, high_mps: f64 },
     #[error("{model} is of {model_mps:.2} m/s, the road is driven at {road_mps:.2} m/s")]
-    OtherSpeed {
-        /// The model's file.
-        model: String,
-        /// Its speed, m/s.
-        model_mps: f64,
-        /// Speed on the road, m/s.
-        road_mps: f64,
-    },
+    OtherSpeed { model: String, model_mps: f64, road_mps: f64 },
     /// The road needs more steering than a controller may command.
     #[error(
         "the road's radius of {radius_m:.1} m needs {needed_deg:.1} deg of steering of {model}, whose controller may steer {limit_deg:.1} deg"
     )]
-    TightRoad {
-        /// Smallest radius, m.
-        radius_m: f64,
-        /// Steering angle of the steady turn, deg.
-        needed_deg: f64,
-        /// The model.
-        model: String,
-        /// The controller's limit, deg.
-        limit_deg: f64,
-    },
+    TightRoad { radius_m: f64, needed_deg: f64, model: String, limit_deg: f64 },
     /// A plant does not turn to the left for steering to the left.
     #[error(
         "{plant} turns at {gain_per_s:.3} rad/s per rad of steering, the models at about {expected_per_s:.3}"
     )]
-    SteeringSign {
-        /// The plant.
-        plant: String,
-        /// Its yaw rate per steering angle, 1/s.
-        gain_per_s: f64,
-        /// That of the models, 1/s.
-        expected_per_s: f64,
-    },
+    SteeringSign { plant: String, gain_per_s: f64, expected_per_s: f64 },
     /// A plant's gain is far from that of the models, as a steering wheel's from a road wheel's.
     #[error(
         "{plant} turns at {gain_per_s:.3} rad/s per rad of steering, the models at about {expected_per_s:.3}"
     )]
-    SteeringPlace {
-        /// The plant.
-        plant: String,
-        /// Its yaw rate per steering angle, 1/s.
-        gain_per_s: f64,
-        /// That of the models, 1/s.
-        expected_per_s: f64,
-        /// The models' steering ratio.
-        steering_ratio: f64,
-    },
+    SteeringPlace { plant: String, gain_per_s: f64, expected_per_s: f64, steering_ratio: f64 },
     /// The sample time is too long to read a turn.
     #[error("a turn has too few steps")]
     ShortTurn,
-    /// A file makes an FMU that is no vehicle.
     #[error("{file}: this makes {fmu}.fmu, which is no vehicle")]
-    NoVehicle {
-        /// Name of the file.
-        file: String,
-        /// The FMU.
-        fmu: &'static str,
-    },
-    /// An FMU lacks variables of a plant.
+    NoVehicle { file: String, fmu: &'static str },
     #[error("{file}: as the truth it lacks {}", missing.join(", "))]
-    NoPlant {
-        /// Name of the file.
-        file: String,
-        /// Causality, name and unit of each missing variable.
-        missing: Vec<String>,
-        /// Names of its inputs.
-        inputs: String,
-        /// Names of its outputs.
-        outputs: String,
-    },
+    NoPlant { file: String, missing: Vec<String>, inputs: String, outputs: String },
 }
 
 impl Error {

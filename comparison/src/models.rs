@@ -12,14 +12,12 @@ use steerwright_formats::{
 const SAME_PLACE: f64 = 1.25;
 
 /// A model and its file.
+#[allow(missing_docs)]
 pub struct Model {
     /// Short and unique.
     pub label: String,
-    /// Its file.
     pub path: PathBuf,
-    /// The file's name and hash.
     pub source: SourceFile,
-    /// The content of the file.
     pub document: ModelDocument,
     /// The model for the design of controllers.
     pub design: DesignPlant,
@@ -71,12 +69,10 @@ impl ModelDocument {
 }
 
 /// A controller's file.
+#[allow(missing_docs)]
 pub struct ControllerFile {
-    /// Its path.
     pub path: PathBuf,
-    /// Its content.
     pub pid: Pid,
-    /// Its name and hash.
     pub source: SourceFile,
     /// Which of the models it goes with; by default that whose hash it carries.
     pub model: Option<usize>,

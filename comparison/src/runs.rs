@@ -10,18 +10,14 @@ use steerwright_host::{Archive, Connection, Recording, System};
 use steerwright_report::{StepResponse, Track, TrackErrors};
 
 /// A controller on a plant.
+#[allow(missing_docs)]
 pub struct Run {
-    /// Which of the controllers.
     pub controller: usize,
-    /// Which of the plants.
     pub plant: usize,
     /// All outputs and free inputs along the road.
     pub csv: String,
-    /// The run along the road.
     pub track: Track,
-    /// Its errors.
     pub errors: TrackErrors,
-    /// Its steering.
     pub effort: Effort,
     /// Where the path was left, m along it.
     pub off_path_at_m: Option<f64>,
@@ -35,12 +31,10 @@ pub struct Run {
 
 /// The commanded steering angle of a run, in steering coordinates.
 #[derive(Clone, Copy)]
+#[allow(missing_docs)]
 pub struct Effort {
-    /// Largest angle, rad.
     pub angle_max_rad: f64,
-    /// RMS rate, rad/s.
     pub rate_rms_radps: f64,
-    /// Largest rate, rad/s.
     pub rate_max_radps: f64,
 }
 

@@ -2,68 +2,26 @@
 
 /// Why a table was refused or a figure cannot be drawn.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs)] // the fields are named in the messages
 pub enum Error {
     /// No series of a panel has a finite point.
     #[error("figure `{figure}`, panel {panel}: there is no finite point to draw")]
-    NoData {
-        /// Title of the figure.
-        figure: String,
-        /// Number of the panel, from 1.
-        panel: usize,
-    },
+    NoData { figure: String, panel: usize },
     /// The figure is too small for its labels, or absurdly large.
     #[error(
         "figure `{figure}`: {width} by {height} pixels for {panels} panels; \
          a panel needs at least 200 by 60 inside its labels, and 10000 is the largest side"
     )]
-    Size {
-        /// Title of the figure.
-        figure: String,
-        /// Requested width.
-        width: u32,
-        /// Requested height.
-        height: u32,
-        /// Number of panels.
-        panels: usize,
-    },
+    Size { figure: String, width: u32, height: u32, panels: usize },
     /// The text is not a table: a row of another length, broken quotes or broken UTF-8.
     #[error("{file}:{line}: {problem}")]
-    Csv {
-        /// Name of the file as the caller gave it.
-        file: String,
-        /// Line, from 1; 0 where unknown.
-        line: u64,
-        /// The fault.
-        problem: String,
-    },
-    /// A column that is needed is not there.
+    Csv { file: String, line: u64, problem: String },
     #[error("{file}: no column `{column}`; there are {found}")]
-    MissingColumn {
-        /// Name of the file as the caller gave it.
-        file: String,
-        /// The column looked for.
-        column: String,
-        /// The columns there are.
-        found: String,
-    },
-    /// A cell holds no number.
+    MissingColumn { file: String, column: String, found: String },
     #[error("{file}:{line}: column `{column}`: `{text}` is not a number")]
-    Number {
-        /// Name of the file as the caller gave it.
-        file: String,
-        /// Line, from 1.
-        line: u64,
-        /// Name of the column.
-        column: String,
-        /// The cell.
-        text: String,
-    },
-    /// There is a header and nothing below it.
+    Number { file: String, line: u64, column: String, text: String },
     #[error("{file}: the table has no rows")]
-    NoRows {
-        /// Name of the file as the caller gave it.
-        file: String,
-    },
+    NoRows { file: String },
 }
 
 impl Error {

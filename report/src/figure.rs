@@ -20,12 +20,12 @@ pub struct Figure {
 
 /// One pair of axes. The legend stands above it, where it covers no data.
 #[derive(Debug, Clone, PartialEq)]
+#[allow(missing_docs)]
 pub struct Panel {
     /// Label of the horizontal axis, with its unit.
     pub x_label: String,
     /// Label of the vertical axis, with its unit.
     pub y_label: String,
-    /// The curves.
     pub series: Vec<Series>,
     /// Bands behind and lines across the curves.
     pub marks: Vec<Mark>,
@@ -34,9 +34,7 @@ pub struct Panel {
     /// Panels of a page with the same name here show the same range of x when one is zoomed; without
     /// a name, those of the figure with the same x label.
     pub link: &'static str,
-    /// Logarithmic x.
     pub x_log: bool,
-    /// Logarithmic y.
     pub y_log: bool,
     /// The range of y; the range of series and marks where absent. Curves are cut at it.
     pub y_limits: Option<(f64, f64)>,
@@ -62,16 +60,14 @@ pub struct Series {
 
 /// Style of a curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[allow(missing_docs)]
 pub struct Style {
-    /// Its colour.
     pub color: Color,
     /// Width of the line in pixels; 0 draws no line.
     pub width: f64,
-    /// Whether the line is dashed.
     pub dashed: bool,
     /// Radius of a symbol at each point, in pixels; 0 draws none.
     pub dot: f64,
-    /// The symbol at each point.
     pub symbol: Symbol,
 }
 

@@ -19,10 +19,9 @@ const LARGEST: usize = 2_000_000;
 
 /// A heading and what is below it.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[allow(missing_docs)]
 pub struct Section {
-    /// The heading.
     pub heading: String,
-    /// What is below it.
     pub blocks: Vec<Block>,
     /// Whether only the heading is seen until it is opened.
     pub folded: bool,
@@ -38,6 +37,7 @@ impl Section {
 
 /// A piece of a section.
 #[derive(Debug, Clone, PartialEq)]
+#[allow(missing_docs)]
 pub enum Block {
     /// A smaller heading.
     Heading(String),
@@ -47,9 +47,7 @@ pub enum Block {
     Note {
         /// Good, bad, or neither.
         tone: Tone,
-        /// In bold.
         title: String,
-        /// Below it.
         text: String,
     },
     /// Sentences with bullets.
@@ -58,23 +56,19 @@ pub enum Block {
     Table(Table),
     /// A figure that is drawn when the page is made; one that cannot be drawn leaves a remark.
     Figure {
-        /// What is drawn.
         figure: Figure,
         /// Height in pixels at a width of 900.
         height: u32,
-        /// Below it.
         caption: String,
     },
 }
 
 /// Tone of a note.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(missing_docs)]
 pub enum Tone {
-    /// All is well.
     Good,
-    /// Something is not.
     Bad,
-    /// Neither.
     Neutral,
 }
 

@@ -4,66 +4,52 @@ use crate::Error;
 use crate::columns::Columns;
 
 /// `traces.csv`: the drive and its simulation by the model. All of equal length; NaN is a gap.
+/// Steering is in the log's coordinates, yaw the integral of the yaw rate.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[allow(missing_docs)]
 pub struct Traces {
-    /// Time, s.
     pub time_s: Vec<f64>,
-    /// Steering angle, rad, in the log's coordinates.
     pub steering_rad: Vec<f64>,
-    /// Measured yaw rate, rad/s.
     pub yaw_rate_radps: Vec<f64>,
-    /// Yaw rate simulated by the identified model, rad/s.
     pub simulated_yaw_rate_radps: Vec<f64>,
-    /// Whether the sample belongs to the validation data.
     pub is_validation: Vec<bool>,
-    /// Integral of the measured yaw rate, rad.
     pub yaw_rad: Vec<f64>,
-    /// Integral of the simulated yaw rate, rad.
     pub simulated_yaw_rad: Vec<f64>,
     /// Yaw rate of the bicycle model, rad/s (column `bicycle_yaw_rate_radps`), where it is there.
     pub bicycle_yaw_rate_radps: Option<Vec<f64>>,
 }
 
-/// `step_*.csv`: a yaw step from 0 at time 0.
+/// `step_*.csv`: a yaw step from 0 at time 0, in steering coordinates.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[allow(missing_docs)]
 pub struct StepResponse {
-    /// Time, s.
     pub time_s: Vec<f64>,
-    /// Yaw, rad.
     pub yaw_rad: Vec<f64>,
-    /// Steering angle, rad, in steering coordinates.
     pub steering_rad: Vec<f64>,
 }
 
-/// One run along the reference path, from a co-simulation result.
+/// One run along the reference path, from a co-simulation result. Distance and steering are empty where
+/// the result does not have them.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[allow(missing_docs)]
 pub struct Track {
-    /// Time, s.
     pub time_s: Vec<f64>,
-    /// Distance along the path, m; empty where the result does not have it.
     pub distance_m: Vec<f64>,
-    /// Position, m.
     pub x_m: Vec<f64>,
-    /// Position, m.
     pub y_m: Vec<f64>,
-    /// Cross-track error, m, positive to the left of the path.
+    /// Positive to the left of the path.
     pub cross_track_error_m: Vec<f64>,
-    /// Yaw error against the path, rad.
     pub heading_error_rad: Vec<f64>,
-    /// Steering angle, rad; empty where the result does not have it.
     pub steering_rad: Vec<f64>,
 }
 
 /// Root mean square and largest magnitude of the errors of a [`Track`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[allow(missing_docs)]
 pub struct TrackErrors {
-    /// RMS of the cross-track error, m.
     pub cross_track_rms_m: f64,
-    /// Largest cross-track error, m.
     pub cross_track_max_m: f64,
-    /// RMS of the yaw error, rad.
     pub heading_rms_rad: f64,
-    /// Largest yaw error, rad.
     pub heading_max_rad: f64,
 }
 

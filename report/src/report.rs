@@ -5,20 +5,17 @@ use steerwright_formats::{Bicycle, Path, Pid, Plant, SourceFile, StepMetrics};
 
 /// Everything a report can show; what is absent is left out.
 #[derive(Debug, Clone, Default)]
+#[allow(missing_docs)]
 pub struct Report<'a> {
-    /// Title of the page.
     pub title: String,
-    /// The identified plant.
     pub plant: Option<&'a Plant>,
     /// The drive and the model's simulation of it.
     pub traces: Option<&'a Traces>,
-    /// The bicycle model.
     pub bicycle: Option<&'a Bicycle>,
     /// Fit of the bicycle model on the drive, percent.
     pub bicycle_fit: Option<f64>,
     /// The controllers, in the order to show.
     pub controllers: Vec<Controller<'a>>,
-    /// The reference road.
     pub path: Option<&'a Path>,
     /// Runs along the road, with the names to show.
     pub tracks: Vec<(&'a str, &'a Track)>,
@@ -39,12 +36,11 @@ pub struct Controller<'a> {
 
 /// The specification's step in a closed loop.
 #[derive(Debug, Clone, Copy)]
+#[allow(missing_docs)]
 pub struct LoopStep<'a> {
     /// The plant in the loop, for people, such as `the identified plant`.
     pub plant: &'a str,
-    /// The response.
     pub response: &'a StepResponse,
-    /// What it reached.
     pub metrics: &'a StepMetrics,
 }
 

@@ -17,33 +17,15 @@ const REACH: f64 = 6.0;
 /// More points than this are taken for a slip.
 const MOST_POINTS: usize = 1_000_000;
 
-/// The distribution of a quantity.
+/// The distribution of a quantity. A choice has values and the upper ends of their shares of [0, 1);
+/// points follow one after the other.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Distribution {
-    Uniform {
-        minimum: f64,
-        maximum: f64,
-    },
-    Whole {
-        minimum: i64,
-        maximum: i64,
-    },
-    LogUniform {
-        minimum: f64,
-        maximum: f64,
-    },
-    Normal {
-        mean: f64,
-        deviation: f64,
-        minimum: f64,
-        maximum: f64,
-    },
-    /// Values and the upper ends of their shares of [0, 1).
-    Choice {
-        values: Vec<f64>,
-        ends: Vec<f64>,
-    },
-    /// One after the other.
+    Uniform { minimum: f64, maximum: f64 },
+    Whole { minimum: i64, maximum: i64 },
+    LogUniform { minimum: f64, maximum: f64 },
+    Normal { mean: f64, deviation: f64, minimum: f64, maximum: f64 },
+    Choice { values: Vec<f64>, ends: Vec<f64> },
     Points(Vec<f64>),
 }
 

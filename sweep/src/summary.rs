@@ -68,10 +68,9 @@ pub struct Requirement {
 
 /// A metric over the rows that have a value of it: neither an error, nor NaN.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[allow(missing_docs)]
 pub struct MetricSummary {
-    /// Its name.
     pub name: String,
-    /// Its unit.
     pub unit: Option<String>,
     /// Rows with a value.
     pub count: usize,
@@ -81,21 +80,14 @@ pub struct MetricSummary {
     pub mean: Option<f64>,
     /// Standard deviation, of one less than the count.
     pub standard_deviation: Option<f64>,
-    /// Smallest value.
     pub minimum: Option<f64>,
     /// 5 % quantile, linear between order statistics.
     pub q05: Option<f64>,
-    /// 25 % quantile.
     pub q25: Option<f64>,
-    /// Median.
     pub median: Option<f64>,
-    /// 75 % quantile.
     pub q75: Option<f64>,
-    /// 95 % quantile.
     pub q95: Option<f64>,
-    /// 99 % quantile.
     pub q99: Option<f64>,
-    /// Largest value.
     pub maximum: Option<f64>,
     /// Runs that did what is required of this metric, where anything is.
     pub requirement: Option<Requirement>,

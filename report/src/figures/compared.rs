@@ -10,27 +10,23 @@ use steerwright_formats::PathPoint;
 /// The measurement, drawn under the simulations.
 const HALO: Color = Color(185, 185, 185);
 
-/// The validation data of a drive. NaN is a gap.
+/// The validation data of a drive; yaw is the integral of the measured yaw rate. NaN is a gap.
 #[derive(Debug, Clone, Copy)]
+#[allow(missing_docs)]
 pub struct Driven<'a> {
-    /// Time, s.
     pub time_s: &'a [f64],
-    /// Measured yaw rate, rad/s.
     pub yaw_rate_radps: &'a [f64],
-    /// Its integral, rad.
     pub yaw_rad: &'a [f64],
 }
 
 /// The simulation of the drive's steering by a model, sample by sample.
 #[derive(Debug, Clone, Copy)]
+#[allow(missing_docs)]
 pub struct Simulated<'a> {
-    /// The model's name.
     pub name: &'a str,
     /// Fit of the yaw rate, percent.
     pub fit: f64,
-    /// Simulated yaw rate, rad/s.
     pub yaw_rate_radps: &'a [f64],
-    /// Its integral, rad.
     pub yaw_rad: &'a [f64],
 }
 

@@ -6,16 +6,14 @@ use crate::{Figure, Mark, Panel, Place, Series, Style, Symbol};
 use std::f64::consts::TAU;
 use steerwright_formats::Margins;
 
-/// The open loop's frequency response, broken at the plant's input, and its margins.
+/// The open loop's frequency response (real and imaginary part), broken at the plant's input, and its
+/// margins.
 #[derive(Debug, Clone, PartialEq)]
+#[allow(missing_docs)]
 pub struct OpenLoop {
-    /// Frequencies, Hz.
     pub frequency_hz: Vec<f64>,
-    /// Real part.
     pub real: Vec<f64>,
-    /// Imaginary part.
     pub imaginary: Vec<f64>,
-    /// The margins.
     pub margins: Margins,
     /// The required modulus margin.
     pub required_modulus_margin: Option<f64>,
