@@ -73,20 +73,14 @@ impl Canvas {
 
     pub(crate) fn line(&mut self, points: &[Pixel], stroke: Stroke) {
         let (color, width) = (stroke.color.hex(), fine(stroke.width));
-        push(
-            &mut self.svg,
-            format_args!("<polyline fill=\"none\" stroke=\"{color}\" stroke-width=\"{width}\""),
-        );
+        push!(self.svg, "<polyline fill=\"none\" stroke=\"{color}\" stroke-width=\"{width}\"");
         if stroke.dashed {
             let dash = 3.5 * stroke.width;
-            push(
-                &mut self.svg,
-                format_args!(" stroke-dasharray=\"{} {}\"", fine(dash), fine(0.56 * dash)),
-            );
+            push!(self.svg, " stroke-dasharray=\"{} {}\"", fine(dash), fine(0.56 * dash));
         }
         for (k, p) in points.iter().enumerate() {
             let before = if k == 0 { " points=\"" } else { " " };
-            push(&mut self.svg, format_args!("{before}{},{}", fine(p.0), fine(p.1)));
+            push!(self.svg, "{before}{},{}", fine(p.0), fine(p.1));
         }
         self.svg.push_str("\"/>\n");
     }
@@ -95,13 +89,11 @@ impl Canvas {
     pub(crate) fn fill(&mut self, a: Pixel, b: Pixel, color: Color, opacity: f64) {
         let (left, top) = (fine(a.0.min(b.0)), fine(a.1.min(b.1)));
         let (w, h) = (fine(a.0.max(b.0)) - left, fine(a.1.max(b.1)) - top);
-        push(
-            &mut self.svg,
-            format_args!(
-                "<rect x=\"{left}\" y=\"{top}\" width=\"{w}\" height=\"{h}\" fill=\"{}\" \
+        push!(
+            self.svg,
+            "<rect x=\"{left}\" y=\"{top}\" width=\"{w}\" height=\"{h}\" fill=\"{}\" \
                  opacity=\"{opacity:.3}\"/>\n",
-                color.hex()
-            ),
+            color.hex()
         );
     }
 
@@ -121,7 +113,7 @@ impl Canvas {
         } else {
             format!("fill=\"{color}\"")
         };
-        push(&mut self.svg, format_args!("<circle cx=\"{x}\" cy=\"{y}\" r=\"{r}\" {paint}/>\n"));
+        push!(self.svg, "<circle cx=\"{x}\" cy=\"{y}\" r=\"{r}\" {paint}/>\n");
     }
 
     /// A text with its middle at the height of the position.
@@ -132,21 +124,19 @@ impl Canvas {
             Anchor::Middle => "middle",
             Anchor::End => "end",
         };
-        push(
-            &mut self.svg,
-            format_args!(
-                "<text x=\"{x}\" y=\"{y}\" dy=\"0.5ex\" text-anchor=\"{anchor}\" \
+        push!(
+            self.svg,
+            "<text x=\"{x}\" y=\"{y}\" dy=\"0.5ex\" text-anchor=\"{anchor}\" \
                  font-size=\"{size}\" fill=\"{}\"",
-                TEXT.hex()
-            ),
+            TEXT.hex()
         );
         if font.bold {
             self.svg.push_str(" font-weight=\"bold\"");
         }
         if font.upwards {
-            push(&mut self.svg, format_args!(" transform=\"rotate(270, {x}, {y})\""));
+            push!(self.svg, " transform=\"rotate(270, {x}, {y})\"");
         }
-        push(&mut self.svg, format_args!(">{}</text>\n", escape(text)));
+        push!(self.svg, ">{}</text>\n", escape(text));
     }
 }
 

@@ -89,7 +89,7 @@ pub fn report_html(title: &str, lead: &str, sections: &[Section]) -> String {
         crate::GENERATOR
     );
     for (k, section) in sections.iter().enumerate() {
-        push(&mut out, format_args!("<a href=\"#s{k}\">{}</a> ", escape(&section.heading)));
+        push!(out, "<a href=\"#s{k}\">{}</a> ", escape(&section.heading));
     }
     out.push_str("</nav>\n<main>\n");
     for (k, section) in sections.iter().enumerate() {
@@ -99,9 +99,9 @@ pub fn report_html(title: &str, lead: &str, sections: &[Section]) -> String {
         } else {
             (heading, "")
         };
-        push(&mut out, format_args!("<section aria-labelledby=\"s{k}\">\n{before}\n"));
+        push!(out, "<section aria-labelledby=\"s{k}\">\n{before}\n");
         section.blocks.iter().for_each(|block| push_block(&mut out, block, &mut figures));
-        push(&mut out, format_args!("{after}</section>\n"));
+        push!(out, "{after}</section>\n");
     }
     out.push_str("</main>\n");
     if drawn.figures.iter().any(Result::is_ok) {
@@ -153,11 +153,11 @@ impl Drawn {
 /// The data, uPlot with its licence, and the page's own scripts. In XML the sections hold `<` and `&`, in
 /// HTML their ends are comments.
 fn push_scripts(out: &mut String, data: &str) {
-    push(out, format_args!("<script type=\"application/json\" id=\"figures\">{data}</script>\n"));
+    push!(out, "<script type=\"application/json\" id=\"figures\">{data}</script>\n");
     let library = format!("/*\n{UPLOT_LICENSE}\n*/\n{UPLOT}");
     for script in [&*library].into_iter().chain(SCRIPTS) {
         let script = script.trim_end();
-        push(out, format_args!("<script>//<![CDATA[\n{script}\n//]]></script>\n"));
+        push!(out, "<script>//<![CDATA[\n{script}\n//]]></script>\n");
     }
 }
 
@@ -167,8 +167,8 @@ fn push_block<'a>(
     figures: &mut impl Iterator<Item = &'a Result<Still, Error>>,
 ) {
     match block {
-        Block::Heading(text) => push(out, format_args!("<h3>{}</h3>\n", escape(text))),
-        Block::Text(text) => push(out, format_args!("<p>{}</p>\n", escape(text))),
+        Block::Heading(text) => push!(out, "<h3>{}</h3>\n", escape(text)),
+        Block::Text(text) => push!(out, "<p>{}</p>\n", escape(text)),
         Block::Note { tone, title, text } => {
             let class = match tone {
                 Tone::Good => "note good",
@@ -176,26 +176,24 @@ fn push_block<'a>(
                 Tone::Neutral => "note",
             };
             let (title, text) = (escape(title), escape(text));
-            push(out, format_args!("<p class=\"{class}\"><b>{title}</b>{text}</p>\n"));
+            push!(out, "<p class=\"{class}\"><b>{title}</b>{text}</p>\n");
         }
         Block::List(items) if items.is_empty() => {}
         Block::List(items) => {
             out.push_str("<ul>\n");
             for item in items {
-                push(out, format_args!("<li>{}</li>\n", escape(item)));
+                push!(out, "<li>{}</li>\n", escape(item));
             }
             out.push_str("</ul>\n");
         }
         Block::Table(table) => push_table(out, table),
         Block::Figure { figure, caption, .. } => match figures.next() {
             Some(Ok(still)) => push_figure(out, figure, still, caption),
-            Some(Err(error)) => push(
+            Some(Err(error)) => push!(
                 out,
-                format_args!(
-                    "<p class=\"note\">The figure “{}” is missing: {}</p>\n",
-                    escape(&figure.title),
-                    escape(&missing(error))
-                ),
+                "<p class=\"note\">The figure “{}” is missing: {}</p>\n",
+                escape(&figure.title),
+                escape(&missing(error))
             ),
             None => {}
         },
@@ -211,13 +209,11 @@ fn push_figure(out: &mut String, figure: &Figure, still: &Still, caption: &str) 
              largest of each interval; the files have all."
         )
     });
-    push(
+    push!(
         out,
-        format_args!(
-            "<figure id=\"f{n}\">\n<div class=\"still\" tabindex=\"0\" role=\"region\" \
+        "<figure id=\"f{n}\">\n<div class=\"still\" tabindex=\"0\" role=\"region\" \
              aria-label=\"{title}\">{svg}</div>\n<figcaption id=\"c{n}\"><b>{result}</b> \
              {caption}{thinned}</figcaption>\n</figure>\n"
-        ),
     );
 }
 
@@ -230,17 +226,15 @@ fn push_table(out: &mut String, table: &Table) {
     let class = |k: usize| if numeric[k] { " class=\"n\"" } else { "" };
     // Scrolled by the keyboard where it is wider than the page.
     let label = escape(&table.headers().join(", "));
-    push(
+    push!(
         out,
-        format_args!(
-            "<div class=\"wide\" tabindex=\"0\" role=\"group\" aria-label=\"Table: {label}\"><table>\n\
+        "<div class=\"wide\" tabindex=\"0\" role=\"group\" aria-label=\"Table: {label}\"><table>\n\
              <thead><tr>"
-        ),
     );
     for (k, header) in table.headers().iter().enumerate() {
         match header.as_str() {
             "" => out.push_str("<td></td>"),
-            text => push(out, format_args!("<th scope=\"col\"{}>{}</th>", class(k), escape(text))),
+            text => push!(out, "<th scope=\"col\"{}>{}</th>", class(k), escape(text)),
         }
     }
     out.push_str("</tr></thead>\n<tbody>\n");
@@ -250,8 +244,8 @@ fn push_table(out: &mut String, table: &Table) {
             match cell.as_str() {
                 "met" => out.push_str("<td class=\"good\">✓ met</td>"),
                 "not met" => out.push_str("<td class=\"bad\">✗ not met</td>"),
-                _ if is_hash(cell) => push(out, format_args!("<td><code>{cell}</code></td>")),
-                _ => push(out, format_args!("<td{}>{}</td>", class(k), escape(cell))),
+                _ if is_hash(cell) => push!(out, "<td><code>{cell}</code></td>"),
+                _ => push!(out, "<td{}>{}</td>", class(k), escape(cell)),
             }
         }
         out.push_str("</tr>\n");

@@ -1,12 +1,13 @@
 //! Text in XML and HTML.
 
-use std::fmt::Write as _;
-
-/// Appends formatted text.
-pub(crate) fn push(out: &mut String, text: std::fmt::Arguments<'_>) {
-    // Writing to a String cannot fail.
-    let _ = out.write_fmt(text);
+/// Appends formatted text, which cannot fail for a String.
+macro_rules! push {
+    ($out:expr, $($text:tt)*) => {{
+        use std::fmt::Write as _;
+        let _ = write!($out, $($text)*);
+    }};
 }
+pub(crate) use push;
 
 /// The text with everything that XML or HTML could take for markup replaced, and without the
 /// characters that XML cannot hold.

@@ -4,7 +4,6 @@
 
 mod compared;
 mod design;
-mod drive;
 mod evidence;
 mod identification;
 mod open_loop;
@@ -14,9 +13,8 @@ pub use compared::{
     Driven, Simulated, YawStep, models_against_drive, road_and_curvature, tracking, yaw_steps,
 };
 pub use design::yaw_step;
-pub use drive::drive;
 pub use evidence::{frequency_response, poles_and_zeros, prediction, residuals};
-pub use identification::{coherence, comparison, order_table};
+pub use identification::{coherence, comparison, drive, order_table};
 pub use open_loop::{OpenLoop, bode, nyquist};
 pub use tracking::{reference_road, road_height, tracking_errors};
 

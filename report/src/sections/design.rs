@@ -44,11 +44,8 @@ pub(crate) fn controller(controller: &Controller<'_>) -> Section {
     let pid = controller.pid;
     let (s, e) = (&pid.specification, &pid.evidence);
     let mut blocks = vec![verdict(controller)];
-    blocks.extend(
-        (!e.shortfalls.is_empty())
-            .then(|| Block::List(e.shortfalls.iter().map(shortfall).collect())),
-    );
-    blocks.extend((!e.advice.is_empty()).then(|| Block::List(e.advice.clone())));
+    blocks.push(Block::List(e.shortfalls.iter().map(shortfall).collect()));
+    blocks.push(Block::List(e.advice.clone()));
     blocks.push(Block::Text(format!(
         "Designed on the {} model {} at {}, {}.",
         if pid.designed_for.model == "plant" { "identified" } else { &pid.designed_for.model },
@@ -137,82 +134,53 @@ fn shortfall(s: &Shortfall) -> String {
 /// and on that model with the steering offset.
 fn requirements(pid: &Pid, in_loop: Option<&StepMetrics>) -> Table {
     let (s, e) = (&pid.specification, &pid.evidence);
-    let settled = |t| optional(t, 3, "s", "never");
-    let at_most = |text: String| format!("≤\u{a0}{text}");
     let mut headers = vec!["requirement", "asked", "on its model", ""];
     if in_loop.is_some() {
         headers.extend(["in the loop", ""]);
     }
     headers.push("with steering offset");
     let mut table = Table::new(headers);
-    // A row: the text of a step's figure, and whether it meets the requirement, if there is one.
-    type Figure<'f> = &'f dyn Fn(&StepMetrics) -> String;
-    type Within<'f> = &'f dyn Fn(&StepMetrics) -> bool;
-    let mut row = |name: &str, asked: String, figure: Figure<'_>, within: Option<Within<'_>>| {
-        let mut cells = vec![name.to_owned(), asked];
-        for step in std::iter::once(&e.step).chain(in_loop) {
-            cells.push(figure(step));
-            cells.push(within.map_or_else(String::new, |within| met(within(step))));
-        }
-        cells.push(figure(&e.step_with_offset));
-        table.push(cells);
-    };
-    let within = |reached: f64, asked: f64| reached <= asked * (1.0 + 1e-9);
-    let largest_angle = pid.largest_angle_rad();
-    let kept = |reached: Option<f64>, asked: Option<f64>| {
-        reached.zip(asked).is_some_and(|(reached, asked)| within(reached, asked))
-    };
-    let overshoot = |m: &StepMetrics| kept(Some(m.overshoot_percent), s.overshoot_percent);
-    let settling = |m: &StepMetrics| kept(m.settling_time_s, s.settling_time_s);
-    let error = |m: &StepMetrics| s.error_is_met_by(m);
-    let asked = |asked: Option<f64>, unit: &str| {
-        asked.map_or_else(String::new, |v| at_most(format!("{v}\u{a0}{unit}")))
-    };
-    row(
-        "overshoot",
-        asked(s.overshoot_percent, "%"),
-        &|m| value(m.overshoot_percent, 2, "%"),
-        s.overshoot_percent.map(|_| &overshoot as Within<'_>),
-    );
-    row(
-        "settling time",
-        asked(s.settling_time_s, "s"),
-        &|m| settled(m.settling_time_s),
-        s.settling_time_s.map(|_| &settling as Within<'_>),
-    );
-    row(
-        "steady-state error",
-        asked(s.steady_state_error_percent, "%"),
-        &|m| value(m.steady_state_error_percent, 2, "%"),
-        s.steady_state_error_percent.map(|_| &error as Within<'_>),
-    );
-    let rise = |m: &StepMetrics| kept(m.rise_time_s, s.rise_time_s);
-    row(
-        "rise time, 10 to 90 %",
-        asked(s.rise_time_s, "s"),
-        &|m| settled(m.rise_time_s),
-        s.rise_time_s.map(|_| &rise as Within<'_>),
-    );
-    let absolute =
-        |m: &StepMetrics| kept(Some(m.integral_absolute_error_s), s.integral_absolute_error_s);
-    row(
-        "absolute error, integral over the step's height",
-        asked(s.integral_absolute_error_s, "s"),
-        &|m| value(m.integral_absolute_error_s, 3, "s"),
-        s.integral_absolute_error_s.map(|_| &absolute as Within<'_>),
-    );
-    row(
-        "largest steering angle",
-        at_most(value(largest_angle * DEG, 1, "deg")),
-        &|m| value(m.largest_angle_rad * DEG, 2, "deg"),
-        Some(&|m| within(m.largest_angle_rad, largest_angle)),
-    );
-    row(
-        "largest change in a sample",
-        at_most(value(pid.limits.max_increment_rad * DEG, 1, "deg")),
-        &|m| value(m.largest_increment_rad * DEG, 2, "deg"),
-        Some(&|m| within(m.largest_increment_rad, pid.limits.max_increment_rad)),
-    );
+    type Reached = fn(&StepMetrics) -> Option<f64>;
+    /// Factor, digits and unit of a figure.
+    type Shown<'s> = (f64, usize, &'s str);
+    let mut row =
+        |name: &str, asked: String, bound: Option<f64>, reached: Reached, shown: Shown<'_>| {
+            let (factor, digits, unit) = shown;
+            let figure =
+                |m: &StepMetrics| optional(reached(m).map(|v| factor * v), digits, unit, "never");
+            let mut cells = vec![name.to_owned(), asked];
+            for step in std::iter::once(&e.step).chain(in_loop) {
+                cells.push(figure(step));
+                let kept = |bound: f64| reached(step).is_some_and(|r| r <= bound * (1.0 + 1e-9));
+                cells.push(bound.map_or_else(String::new, |bound| met(kept(bound))));
+            }
+            cells.push(figure(&e.step_with_offset));
+            table.push(cells);
+        };
+    let steady: Reached = |m| Some(m.steady_state_error_percent);
+    let absolute: Reached = |m| Some(m.integral_absolute_error_s);
+    let height = "absolute error, integral over the step's height";
+    let figures: [(&str, Option<f64>, Reached, usize, &str); 5] = [
+        ("overshoot", s.overshoot_percent, |m| Some(m.overshoot_percent), 2, "%"),
+        ("settling time", s.settling_time_s, |m| m.settling_time_s, 3, "s"),
+        ("steady-state error", s.steady_state_error_percent, steady, 2, "%"),
+        ("rise time, 10 to 90 %", s.rise_time_s, |m| m.rise_time_s, 3, "s"),
+        (height, s.integral_absolute_error_s, absolute, 3, "s"),
+    ];
+    for (name, bound, reached, digits, unit) in figures {
+        let asked = bound.map_or_else(String::new, |v| format!("≤\u{a0}{v}\u{a0}{unit}"));
+        row(name, asked, bound, reached, (1.0, digits, unit));
+    }
+    let angles: [(&str, f64, Reached); 2] = [
+        ("largest steering angle", pid.largest_angle_rad(), |m| Some(m.largest_angle_rad)),
+        ("largest change in a sample", pid.limits.max_increment_rad, |m| {
+            Some(m.largest_increment_rad)
+        }),
+    ];
+    for (name, bound, reached) in angles {
+        let asked = format!("≤\u{a0}{}", value(bound * DEG, 1, "deg"));
+        row(name, asked, Some(bound), reached, (DEG, 2, "deg"));
+    }
     table
 }
 
@@ -265,13 +233,10 @@ fn margins(pid: &Pid) -> Table {
 fn gains(pid: &Pid) -> Table {
     let (g, l, a) = (&pid.gains, &pid.limits, &pid.guidance);
     let mut table = Table::new(["parameter", "value"]);
+    let angle = pid.largest_angle_rad() * DEG;
     let bound = l.lateral_acceleration.map(|b| {
         vec![
-            (
-                "largest steering angle at the speed designed for",
-                pid.largest_angle_rad() * DEG,
-                "deg",
-            ),
+            ("largest steering angle at the speed designed for", angle, "deg"),
             ("lateral acceleration that bounds it", b.max_mps2, "m/s²"),
         ]
     });
