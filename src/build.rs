@@ -6,7 +6,7 @@ use crate::failure::{Failure, Outcome};
 use crate::gate::GateArguments;
 use crate::log_options::{IdentifyArguments, LogArguments};
 use crate::output::Outputs;
-use crate::pipeline::{self, Built, Job, Text};
+use crate::pipeline::{self, Job, Text};
 use crate::specification::SpecificationArguments;
 use crate::{Global, evidence, files, overview, quantity};
 use std::path::{Path, PathBuf};
@@ -67,16 +67,8 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     }
     text.push_str(&format!("\n{}", overview::table(std::slice::from_ref(&built))));
     console::result(&text, &overview::of(&built))?;
-    Ok(outcome(&built))
-}
-
-/// Whether the controller designed on the identified model meets its specification.
-pub(crate) fn outcome(built: &Built) -> Outcome {
     let identified = built.controllers.iter().find(|c| c.basis == pipeline::Basis::Identified);
-    match identified {
-        Some(controller) if controller.pid.evidence.met => Outcome::Done,
-        _ => Outcome::RequirementNotMet,
-    }
+    Ok(Outcome::when(identified.is_some_and(|c| c.pid.evidence.met)))
 }
 
 fn named_text(path: &Path) -> Result<Text, Failure> {

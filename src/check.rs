@@ -67,7 +67,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         return Err(last);
     }
     let is_met = |report: &Report| report.is_clean() && !(arguments.strict && report.warnings > 0);
-    Ok(if reports.iter().all(is_met) { Outcome::Done } else { Outcome::RequirementNotMet })
+    Ok(Outcome::when(reports.iter().all(is_met)))
 }
 
 fn check(fmu: &Path, time_limit: Option<Duration>) -> Result<Report, Failure> {

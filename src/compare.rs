@@ -10,7 +10,7 @@ use crate::progress::Progress;
 use crate::specification::SpecificationArguments;
 use crate::{Global, files, quantity};
 use std::path::{Path, PathBuf};
-use steerwright_comparison::{Comparison, ControllerFile, Job, Model, Road, Truth};
+use steerwright_comparison::{ControllerFile, Job, Model, Road, Truth};
 use steerwright_formats::{Path as PathFile, Pid};
 use steerwright_sweep::Class;
 use steerwright_sysid::IdentifyOptions;
@@ -123,14 +123,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         ));
     }
     console::result(&text, &steerwright_comparison::json(&compared, &written))?;
-    Ok(outcome(&compared))
-}
-
-fn outcome(compared: &Comparison) -> Outcome {
-    match compared.worst() {
-        Class::Met | Class::SpecificationMissed => Outcome::Done,
-        _ => Outcome::RequirementNotMet,
-    }
+    Ok(Outcome::when(compared.worst() <= Class::SpecificationMissed))
 }
 
 impl Arguments {
@@ -206,16 +199,6 @@ enum Shape {
     SCurve,
 }
 
-impl From<Shape> for steerwright_comparison::Shape {
-    fn from(shape: Shape) -> Self {
-        match shape {
-            Shape::Reference => Self::Reference,
-            Shape::LaneChange => Self::LaneChange,
-            Shape::SCurve => Self::SCurve,
-        }
-    }
-}
-
 impl RoadArguments {
     fn read(&self) -> Result<Road, Failure> {
         Ok(match &self.path {
@@ -224,7 +207,11 @@ impl RoadArguments {
                 Road::File(Box::new(path), source)
             }
             None => Road::Standard {
-                shape: self.road.into(),
+                shape: match self.road {
+                    Shape::Reference => steerwright_comparison::Shape::Reference,
+                    Shape::LaneChange => steerwright_comparison::Shape::LaneChange,
+                    Shape::SCurve => steerwright_comparison::Shape::SCurve,
+                },
                 speed: self.road_speed,
                 lateral_acceleration: self.lateral_acceleration,
             },

@@ -2,15 +2,23 @@
 
 use crate::Global;
 use crate::console;
-use crate::design_plots;
 use crate::design_summary::summary;
 use crate::failure::{Failure, Outcome};
 use crate::gate::GateArguments;
-use crate::output::{Kind, Outputs};
+use crate::output::{Files, Kind, Outputs};
 use crate::progress::Progress;
 use crate::specification::SpecificationArguments;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use steerwright_control::DesignPlant;
 use steerwright_formats::Pid;
+use steerwright_report::figures::{self, OpenLoop};
+use steerwright_report::{Figure, StepResponse, WIDTH};
+
+/// Points of the loop's frequency response.
+const POINTS: usize = 600;
+
+/// Names of the plots.
+const PLOTS: [&str; 4] = ["bode.svg", "nyquist.svg", "step.svg", "step-with-offset.svg"];
 
 /// Design a PID steering controller (eq 14) on a plant or bicycle file
 #[derive(clap::Args)]
@@ -34,8 +42,8 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let inputs = std::iter::once(&arguments.plant).chain(arguments.specification.files());
     let mut outputs = Outputs::new(global.force, inputs);
     let out = outputs.file(&arguments.out, Kind::of::<Pid>())?;
-    let figures = |folder| outputs.files(folder, design_plots::NAMES, Kind::Svg);
-    let plots = arguments.plots.as_deref().map(figures).transpose()?;
+    let decided = |folder| outputs.files(folder, PLOTS, Kind::Svg);
+    let files = arguments.plots.as_deref().map(decided).transpose()?;
     let specified = arguments.specification.read()?;
     let (model, source, document) = arguments.gate.read(&arguments.plant)?;
     let plant =
@@ -47,22 +55,54 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     drop(progress);
     out.document(&pid)?;
     let mut written = vec![format!("written to {out}")];
-    if let Some(plots) = &plots {
-        for file in design_plots::write(plots, &plant, &pid)? {
+    if let Some(files) = &files {
+        for file in plots(files, &plant, &pid)? {
             written.push(format!("written to {}", file.display()));
         }
     }
     console::result(&summary(&pid), &pid)?;
     written.iter().for_each(console::note);
-    Ok(if is_met(&pid, specified.must_be_robust) {
-        Outcome::Done
-    } else {
-        Outcome::RequirementNotMet
-    })
+    let by_all = pid.evidence.robustness.as_ref().is_none_or(|r| r.met);
+    Ok(Outcome::when(pid.evidence.met && (by_all || !specified.must_be_robust)))
 }
 
-/// Whether the requirements are met, and by all plants if the options require it.
-fn is_met(pid: &Pid, must_be_robust: bool) -> bool {
-    let by_all = pid.evidence.robustness.as_ref().is_none_or(|r| r.met);
-    pid.evidence.met && (by_all || !must_be_robust)
+/// Writes the plots; where they are.
+fn plots<'a>(files: &'a Files, plant: &DesignPlant, pid: &Pid) -> Result<Vec<&'a Path>, Failure> {
+    let points = steerwright_control::loop_response(plant, pid, POINTS)?;
+    let open = OpenLoop {
+        frequency_hz: points.iter().map(|p| p.frequency_hz).collect(),
+        real: points.iter().map(|p| p.real).collect(),
+        imaginary: points.iter().map(|p| p.imaginary).collect(),
+        margins: pid.evidence.margins,
+        required_modulus_margin: pid.specification.modulus_margin,
+    };
+    let until = pid.specification.settling_time_s.unwrap_or(1.0);
+    let until = (3.0 * until).min(pid.specification.steady_state_time_s);
+    let step = |with_offset: bool, until: f64| -> Result<StepResponse, Failure> {
+        let trace = steerwright_control::step_response(plant, pid, with_offset, until)?;
+        Ok(StepResponse { time_s: trace.time, yaw_rad: trace.yaw, steering_rad: trace.steering })
+    };
+    let s = &pid.specification;
+    let figure = |title: &str, response: &StepResponse, reached| {
+        figures::yaw_step(title, response, s, reached, pid.largest_angle_rad())
+    };
+    let e = &pid.evidence;
+    let [bode, nyquist, plain, offset] = PLOTS;
+    let all: [(&str, Figure, u32); 4] = [
+        (bode, figures::bode(&open), 620),
+        (nyquist, figures::nyquist(&open), 620),
+        (plain, figure("Yaw step on the model", &step(false, until)?, &e.step), 680),
+        (
+            offset,
+            figure(
+                "Yaw step on the model with a steering offset",
+                &step(true, s.steady_state_time_s)?,
+                &e.step_with_offset,
+            ),
+            680,
+        ),
+    ];
+    all.iter()
+        .map(|(name, figure, height)| files.write(name, figure.to_svg(WIDTH, *height)?.as_bytes()))
+        .collect()
 }

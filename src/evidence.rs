@@ -8,19 +8,15 @@ use steerwright_formats::{
     BandDeparture, Evidence, ExcitationBand, Information, Mode, Plant, Quality, ResidualTest,
     SideslipTerm,
 };
+use steerwright_report::Table;
 use steerwright_sysid::Traces;
 
 /// The evidence behind a plant, for people.
 pub(crate) fn evidence(plant: &Plant) -> String {
     let e = &plant.evidence;
     let channels = console::table(&channel_table(&e.channels));
-    let mut orders = steerwright_report::Table::new([
-        "order",
-        "singular value",
-        "estimation",
-        "validation",
-        "as estimated",
-    ]);
+    let mut orders =
+        Table::new(["order", "singular value", "estimation", "validation", "as estimated"]);
     let validation_fit = |fit: f64| fit_text(fit, e.validation_samples);
     for row in &e.order_table {
         let chosen = if row.order == plant.order() { " <" } else { "" };
@@ -87,13 +83,8 @@ pub(crate) fn conclusion(warnings: &[String], quality: &Quality) -> String {
     }
     let _ = writeln!(text, "quality  {}: {}", console::grade(quality.grade), quality.summary);
     for reason in &quality.reasons {
-        let _ = writeln!(
-            text,
-            "         {} ({}): {}",
-            console::grade(reason.grade),
-            reason.code.name(),
-            reason.message
-        );
+        let (grade, code) = (console::grade(reason.grade), reason.code.name());
+        let _ = writeln!(text, "         {grade} ({code}): {}", reason.message);
     }
     for advice in &quality.advice {
         let _ = writeln!(text, "         {advice}");
@@ -123,12 +114,9 @@ pub(crate) fn plots(
 }
 
 /// The channels that were read.
-pub(crate) fn channel_table(
-    all: &[steerwright_formats::ChannelSummary],
-) -> steerwright_report::Table {
-    let mut channels = steerwright_report::Table::new([
-        "channel", "column", "read as", "rows", "rate", "min", "mean", "max",
-    ]);
+pub(crate) fn channel_table(all: &[steerwright_formats::ChannelSummary]) -> Table {
+    let mut channels =
+        Table::new(["channel", "column", "read as", "rows", "rate", "min", "mean", "max"]);
     for c in all {
         channels = channels.row([
             c.role.clone(),
@@ -170,14 +158,12 @@ fn validation(e: &Evidence) -> String {
         });
         let ahead: Vec<String> = ahead.collect();
         let vaf = held_out.variance_accounted_for;
-        let ahead = match ahead.is_empty() {
-            true => String::new(),
-            false => format!("predicted ahead by {}; ", ahead.join(", ")),
-        };
-        let _ = writeln!(
-            text,
-            "         {ahead}the simulation accounts for {vaf:.2} % of the variance"
-        );
+        if ahead.is_empty() {
+            text += "         ";
+        } else {
+            let _ = write!(text, "         predicted ahead by {}; ", ahead.join(", "));
+        }
+        let _ = writeln!(text, "the simulation accounts for {vaf:.2} % of the variance");
         text += &validation_data(held_out);
     }
     let test = |name: &str, t: &ResidualTest| match (t.lags, t.pass) {
@@ -227,7 +213,7 @@ fn validation(e: &Evidence) -> String {
             "phase",
         ];
         let errors = e.frequency_response.as_ref().map_or(&[][..], |r| &r.bands);
-        let mut bands = steerwright_report::Table::new(headers);
+        let mut bands = Table::new(headers);
         for b in &e.excitation.bands {
             bands.push([
                 format!("{} to {} Hz", b.from_hz, b.to_hz),

@@ -192,18 +192,14 @@ fn comparison_hint(error: &steerwright_comparison::Error) -> String {
 
 /// The hint of a design's error, with the option where one helps.
 fn design_hint(error: &steerwright_control::Error) -> String {
-    match error {
-        steerwright_control::Error::NoSteeringRate { .. } => {
-            format!("{} (--max-rate 25deg/s)", error.hint())
-        }
-        steerwright_control::Error::NotScheduled { .. } => {
-            format!("{} (--structure bicycle)", error.hint())
-        }
-        steerwright_control::Error::PoorFixes { .. } => {
-            format!("{} (--poor-fixes mark)", error.hint())
-        }
-        _ => error.hint(),
-    }
+    use steerwright_control::Error as E;
+    let option = match error {
+        E::NoSteeringRate { .. } => "--max-rate 25deg/s",
+        E::NotScheduled { .. } => "--structure bicycle",
+        E::PoorFixes { .. } => "--poor-fixes mark",
+        _ => return error.hint(),
+    };
+    format!("{} ({option})", error.hint())
 }
 
 /// How a command ended that did its work.
@@ -218,7 +214,12 @@ pub(crate) enum Outcome {
 impl Outcome {
     /// Of an identification: a model that failed validation is a requirement not met.
     pub(crate) fn of(quality: &steerwright_formats::Quality) -> Self {
-        if quality.allows_design() { Self::Done } else { Self::RequirementNotMet }
+        Self::when(quality.allows_design())
+    }
+
+    /// Done when the requirements are met.
+    pub(crate) fn when(met: bool) -> Self {
+        if met { Self::Done } else { Self::RequirementNotMet }
     }
 }
 

@@ -249,13 +249,14 @@ fn delay(text: &str) -> Result<Auto<f64>, String> {
     if text == "auto" { Ok(Auto(None)) } else { Ok(Auto(Some(quantity::time(text)?))) }
 }
 
+fn auto<T>(text: &str, named: Option<T>, expected: &str) -> Result<Auto<T>, String> {
+    let known = text == "auto" || named.is_some();
+    known.then_some(Auto(named)).ok_or_else(|| format!("expected {expected}"))
+}
+
 fn intersample(text: &str) -> Result<Auto<Intersample>, String> {
     let named = Intersample::ALL.into_iter().find(|i| i.name() == text);
-    if text == "auto" || named.is_some() {
-        Ok(Auto(named))
-    } else {
-        Err("expected auto, zoh, foh or bl".into())
-    }
+    auto(text, named, "auto, zoh, foh or bl")
 }
 
 fn detrend(text: &str) -> Result<Detrend, String> {
@@ -264,29 +265,22 @@ fn detrend(text: &str) -> Result<Detrend, String> {
 }
 
 fn method(text: &str) -> Result<Auto<Method>, String> {
+    let names = Method::ALL.map(|m| m.name()).join(", ");
     let named = Method::ALL.into_iter().find(|m| m.name() == text);
-    if text == "auto" || named.is_some() {
-        Ok(Auto(named))
-    } else {
-        let names: Vec<&str> = Method::ALL.iter().map(|m| m.name()).collect();
-        Err(format!("expected auto, {}", names.join(", ")))
-    }
+    auto(text, named, &format!("auto, {names}"))
 }
 
 fn number(text: &str) -> Result<Auto<usize>, String> {
-    if text == "auto" {
-        return Ok(Auto(None));
-    }
-    text.parse().map(|n| Auto(Some(n))).map_err(|_| "expected a number or auto".into())
+    auto(text, text.parse().ok(), "a number or auto")
 }
 
 fn switch(text: &str) -> Result<Auto<bool>, String> {
-    match text {
-        "auto" => Ok(Auto(None)),
-        "on" => Ok(Auto(Some(true))),
-        "off" => Ok(Auto(Some(false))),
-        _ => Err("expected auto, on or off".into()),
-    }
+    let named = match text {
+        "on" => Some(true),
+        "off" => Some(false),
+        _ => None,
+    };
+    auto(text, named, "auto, on or off")
 }
 
 pub(crate) fn input_kind(text: &str) -> Result<InputKind, String> {

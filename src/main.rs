@@ -11,7 +11,6 @@ mod compare;
 mod console;
 mod demo;
 mod design;
-mod design_plots;
 mod design_summary;
 mod evidence;
 mod failure;

@@ -89,7 +89,6 @@ fn page(command: &Command) -> Result<(String, Vec<u8>), Failure> {
 }
 
 fn print(bytes: &[u8]) -> Result<Outcome, Failure> {
-    crate::console::bytes(bytes)
-        .map_err(|e| Failure::new(format!("stdout: {e}"), "check where the output goes"))?;
+    crate::console::bytes(bytes).map_err(crate::console::NoOutput)?;
     Ok(Outcome::Done)
 }

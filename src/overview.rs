@@ -99,40 +99,33 @@ pub(crate) fn table(all: &[Built]) -> String {
     let first = required.next();
     let one = first.filter(|first| required.all(|other| other == *first));
     for basis in [Basis::Identified, Basis::Bicycle] {
-        let on = |cell: &dyn Fn(&Controller) -> String| {
-            let cell =
-                |b: &Built| b.controllers.iter().find(|c| c.basis == basis).map_or_else(none, cell);
-            all.iter().map(cell).collect::<Vec<_>>()
-        };
-        let mut row = |name: String, cells: Vec<String>| {
-            table.push(std::iter::once(name).chain(cells));
-        };
-        row(format!("{} controller", basis.name()), vec![String::new(); all.len()]);
-        row("  kp".into(), on(&|c| format!("{:.4}", c.pid.gains.kp)));
-        row("  ki".into(), on(&|c| format!("{:.4} 1/s", c.pid.gains.ki)));
-        row("  kd".into(), on(&|c| format!("{:.4} s", c.pid.gains.kd)));
-        row(
-            "  modulus margin".into(),
-            on(&|c| format!("{:.3}", c.pid.evidence.margins.modulus_margin)),
+        table.push(
+            [vec![format!("{} controller", basis.name())], vec![String::new(); all.len()]].concat(),
         );
+        let mut row = |name: &str, cell: &dyn Fn(&Controller) -> String| {
+            let of =
+                |b: &Built| b.controllers.iter().find(|c| c.basis == basis).map_or_else(none, cell);
+            table.push(std::iter::once(format!("  {name}")).chain(all.iter().map(of)));
+        };
+        row("kp", &|c| format!("{:.4}", c.pid.gains.kp));
+        row("ki", &|c| format!("{:.4} 1/s", c.pid.gains.ki));
+        row("kd", &|c| format!("{:.4} s", c.pid.gains.kd));
+        row("modulus margin", &|c| format!("{:.3}", c.pid.evidence.margins.modulus_margin));
         for (place, in_loop) in [("own model", false), ("identified plant", true)] {
             let step = |c: &Controller| if in_loop { c.step_metrics } else { c.pid.evidence.step };
-            let spec = |c: &Controller| c.pid.specification;
             let mut figure =
                 |name: &str,
                  required: &dyn Fn(&Specification) -> Option<f64>,
                  unit: &str,
                  value: &dyn Fn(&Controller) -> Option<f64>| {
                     let shared = one.map_or_else(String::new, |one| at_most(required(one), unit));
-                    let cell = |c: &Controller| {
-                        let own = if one.is_some() {
-                            String::new()
-                        } else {
-                            at_most(required(&spec(c)), unit)
+                    row(&format!("{name}, {place}{shared}"), &|c| {
+                        let own = match one {
+                            Some(_) => String::new(),
+                            None => at_most(required(&c.pid.specification), unit),
                         };
                         value(c).map_or("never".into(), |v| format!("{v:.3} {unit}{own}"))
-                    };
-                    row(format!("  {name}, {place}{shared}"), on(&cell));
+                    });
                 };
             let error = |s: &Specification| s.steady_state_error_percent;
             figure("overshoot", &|s| s.overshoot_percent, "%", &|c| {
@@ -147,33 +140,24 @@ pub(crate) fn table(all: &[Built]) -> String {
                 Some(with_offset(c).steady_state_error_percent)
             });
         }
-        row(
-            "  largest steering rate".into(),
-            on(&|c| {
-                let rate = c.step_metrics.largest_increment_rad / c.pid.sample_time_s;
-                format!("{rate:.2} rad/s")
-            }),
-        );
-        row("  its limit".into(), on(&|c| format!("{:.2} rad/s", c.pid.limits.max_rate_radps)));
-        row(
-            "  overshoot of a tenth of the step".into(),
-            on(&|c| {
-                let small = c.pid.evidence.small_step.as_ref();
-                small.map_or_else(none, |m| format!("{:.3} %", m.overshoot_percent))
-            }),
-        );
-        row("  specification, own model".into(), on(&|c| met(c.pid.evidence.met)));
-        row("  specification, identified plant".into(), on(&|c| met(c.step_meets())));
+        row("largest steering rate", &|c| {
+            let rate = c.step_metrics.largest_increment_rad / c.pid.sample_time_s;
+            format!("{rate:.2} rad/s")
+        });
+        row("its limit", &|c| format!("{:.2} rad/s", c.pid.limits.max_rate_radps));
+        row("overshoot of a tenth of the step", &|c| {
+            let small = c.pid.evidence.small_step.as_ref();
+            small.map_or_else(none, |m| format!("{:.3} %", m.overshoot_percent))
+        });
+        row("specification, own model", &|c| met(c.pid.evidence.met));
+        row("specification, identified plant", &|c| met(c.step_meets()));
         for (road, name) in [(STANDARD_ROAD, "reference road"), (RECORDED_ROAD, "recorded road")] {
-            row(
-                format!("  off the {name}, RMS / largest"),
-                on(&|c| {
-                    c.runs.iter().find(|r| r.road == road).map_or_else(none, |run| {
-                        let e = &run.errors;
-                        format!("{:.4} / {:.4} m", e.cross_track_rms_m, e.cross_track_max_m)
-                    })
-                }),
-            );
+            row(&format!("off the {name}, RMS / largest"), &|c| {
+                c.runs.iter().find(|r| r.road == road).map_or_else(none, |run| {
+                    let e = &run.errors;
+                    format!("{:.4} / {:.4} m", e.cross_track_rms_m, e.cross_track_max_m)
+                })
+            });
         }
     }
     let mut text = console::table(&table);

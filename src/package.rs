@@ -35,7 +35,7 @@ pub(crate) struct Arguments {
 }
 
 /// The files written, for scripts.
-#[derive(Serialize)]
+#[derive(Serialize, Default)]
 struct Written {
     /// Absent for the package of the loop.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -107,7 +107,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
             guid: Some(archive.description.guid.clone()),
             bytes: archive.bytes.len(),
             platforms: steerwright_binaries::of(archive.fmu.name()).map(|l| l.platform).collect(),
-            connections: None,
+            ..Written::default()
         });
     }
     let mut wired = String::new();
@@ -116,12 +116,10 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
         let connections: Vec<String> = connections.iter().map(ToString::to_string).collect();
         wired = format!("\nwired in {out}:\n  {}", connections.join("\n  "));
         written.push(Written {
-            fmu: None,
             file: out.path().into(),
-            guid: None,
             bytes: bytes.len(),
-            platforms: Vec::new(),
             connections: Some(connections),
+            ..Written::default()
         });
     }
     let mut table = steerwright_report::Table::new(["archive", "size", "platforms", "GUID"]);

@@ -60,15 +60,6 @@ enum PoorFixesName {
     Mark,
 }
 
-impl From<PoorFixesName> for PoorFixes {
-    fn from(name: PoorFixesName) -> Self {
-        match name {
-            PoorFixesName::Refuse => Self::Refuse,
-            PoorFixesName::Mark => Self::Mark,
-        }
-    }
-}
-
 pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Failure> {
     let inputs = [&arguments.track, &arguments.pid, &arguments.plant].into_iter().flatten();
     let out = Outputs::new(global.force, inputs).file(&arguments.out, Kind::of::<PathFile>())?;
@@ -166,11 +157,15 @@ fn recorded(
     track: &Path,
 ) -> Result<(PathFile, Vec<String>, Option<String>), Failure> {
     let text = files::read_text(track)?;
+    let poor = match arguments.poor_fixes {
+        PoorFixesName::Refuse => PoorFixes::Refuse,
+        PoorFixesName::Mark => PoorFixes::Mark,
+    };
     let options = PointOptions {
         speed: arguments.speed,
         closed: arguments.closed,
         max_deviation: arguments.max_deviation,
-        fixes: FixOptions { poor: arguments.poor_fixes.into(), ..FixOptions::default() },
+        fixes: FixOptions { poor, ..FixOptions::default() },
         ..PointOptions::default()
     };
     let recorded = paths::path_from_recording(&text, &track.display().to_string(), &options)

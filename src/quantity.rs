@@ -4,64 +4,38 @@ use serde::de::{Deserialize, Deserializer, Error};
 use std::f64::consts::PI;
 use std::str::FromStr;
 
-/// Units of a dimension, with their factors to SI.
-type Units = &'static [(&'static str, f64)];
-
-const ANGLES: Units = &[("deg", PI / 180.0), ("rad", 1.0)];
-const ANGLE_RATES: Units = &[("deg/s", PI / 180.0), ("rad/s", 1.0)];
-const TIMES: Units = &[("ms", 1e-3), ("s", 1.0)];
-const LENGTHS: Units = &[("cm", 1e-2), ("m", 1.0)];
-const SPEEDS: Units = &[("m/s", 1.0), ("km/h", 1.0 / 3.6)];
-const ACCELERATIONS: Units = &[("m/s2", 1.0), ("g", 9.80665)];
-const RATES: Units = &[("/s", 1.0)];
-const SHARES: Units = &[("%", 1.0)];
-const GAINS: Units = &[("dB", 1.0)];
 /// Sizes that are taken, whatever the unit; times since 1970 are among them.
 const SENSIBLE: std::ops::RangeInclusive<f64> = 1e-12..=1e12;
 
-/// An angle in rad.
-pub(crate) fn angle(text: &str) -> Result<f64, String> {
-    with_unit(text, ANGLES)
+/// Functions that read a number with one of some units, each with its factor to SI.
+macro_rules! readers {
+    ($($(#[$doc:meta])* $name:ident: $($unit:literal = $factor:expr),+;)*) => {$(
+        $(#[$doc])*
+        pub(crate) fn $name(text: &str) -> Result<f64, String> {
+            with_unit(text, &[$(($unit, $factor)),+])
+        }
+    )*};
 }
 
-/// An angular rate in rad/s.
-pub(crate) fn angle_rate(text: &str) -> Result<f64, String> {
-    with_unit(text, ANGLE_RATES)
-}
-
-/// A time in s.
-pub(crate) fn time(text: &str) -> Result<f64, String> {
-    with_unit(text, TIMES)
-}
-
-/// A length in m.
-pub(crate) fn length(text: &str) -> Result<f64, String> {
-    with_unit(text, LENGTHS)
-}
-
-/// A speed in m/s.
-pub(crate) fn speed(text: &str) -> Result<f64, String> {
-    with_unit(text, SPEEDS)
-}
-
-/// An acceleration in m/s².
-pub(crate) fn acceleration(text: &str) -> Result<f64, String> {
-    with_unit(text, ACCELERATIONS)
-}
-
-/// A rate in 1/s.
-pub(crate) fn rate(text: &str) -> Result<f64, String> {
-    with_unit(text, RATES)
-}
-
-/// A share in percent.
-pub(crate) fn percent(text: &str) -> Result<f64, String> {
-    with_unit(text, SHARES)
-}
-
-/// A gain in dB.
-fn decibel(text: &str) -> Result<f64, String> {
-    with_unit(text, GAINS)
+readers! {
+    /// An angle in rad.
+    angle: "deg" = PI / 180.0, "rad" = 1.0;
+    /// An angular rate in rad/s.
+    angle_rate: "deg/s" = PI / 180.0, "rad/s" = 1.0;
+    /// A time in s.
+    time: "ms" = 1e-3, "s" = 1.0;
+    /// A length in m.
+    length: "cm" = 1e-2, "m" = 1.0;
+    /// A speed in m/s.
+    speed: "m/s" = 1.0, "km/h" = 1.0 / 3.6;
+    /// An acceleration in m/s².
+    acceleration: "m/s2" = 1.0, "g" = 9.80665;
+    /// A rate in 1/s.
+    rate: "/s" = 1.0;
+    /// A share in percent.
+    percent: "%" = 1.0;
+    /// A gain in dB.
+    decibel: "dB" = 1.0;
 }
 
 /// A number without a unit.
@@ -72,7 +46,7 @@ fn plain(text: &str) -> Result<f64, String> {
     sensible.then_some(value).ok_or_else(|| format!("`{text}` is beyond any sensible value"))
 }
 
-fn with_unit(text: &str, units: Units) -> Result<f64, String> {
+fn with_unit(text: &str, units: &[(&str, f64)]) -> Result<f64, String> {
     let expected = || units.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(" or ");
     let text = text.trim();
     let (number, factor) = units

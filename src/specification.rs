@@ -179,36 +179,15 @@ const LATENCY_SPREAD: f64 = 0.03;
 impl Options {
     /// These options, or where they are absent the others.
     fn or(self, other: Self) -> Self {
-        Self {
-            overshoot: self.overshoot.or(other.overshoot),
-            settling: self.settling.or(other.settling),
-            steady_state_error: self.steady_state_error.or(other.steady_state_error),
-            rise_time: self.rise_time.or(other.rise_time),
-            iae: self.iae.or(other.iae),
-            gain_margin: self.gain_margin.or(other.gain_margin),
-            phase_margin: self.phase_margin.or(other.phase_margin),
-            modulus_margin: self.modulus_margin.or(other.modulus_margin),
-            delay_margin: self.delay_margin.or(other.delay_margin),
-            disk_margin: self.disk_margin.or(other.disk_margin),
-            settling_band: self.settling_band.or(other.settling_band),
-            max_angle: self.max_angle.or(other.max_angle),
-            max_increment: self.max_increment.or(other.max_increment),
-            max_rate: self.max_rate.or(other.max_rate),
-            max_lateral_acceleration: self
-                .max_lateral_acceleration
-                .or(other.max_lateral_acceleration),
-            pid_sample_time: self.pid_sample_time.or(other.pid_sample_time),
-            master: self.master.or(other.master),
-            latency: self.latency.or(other.latency),
-            loop_delay: self.loop_delay.or(other.loop_delay),
-            path_delay: self.path_delay.or(other.path_delay),
-            estimator_delay: self.estimator_delay.or(other.estimator_delay),
-            robust: self.robust.or(other.robust),
-            latency_spread: self.latency_spread.or(other.latency_spread),
-            speed_spread: self.speed_spread.or(other.speed_spread),
-            ensemble: self.ensemble.or(other.ensemble),
-            seed: self.seed.or(other.seed),
+        macro_rules! either {
+            ($($field:ident)*) => { Options { $($field: self.$field.or(other.$field)),* } };
         }
+        either!(
+            overshoot settling steady_state_error rise_time iae gain_margin phase_margin
+            modulus_margin delay_margin disk_margin settling_band max_angle max_increment max_rate
+            max_lateral_acceleration pid_sample_time master latency loop_delay path_delay
+            estimator_delay robust latency_spread speed_spread ensemble seed
+        )
     }
 
     /// The design; `usual` are the requirements where none is stated.

@@ -130,7 +130,7 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     };
     console::result(&text, &done)?;
     console::note(format!("written to {}", arguments.out.display()));
-    Ok(if met { Outcome::Done } else { Outcome::RequirementNotMet })
+    Ok(Outcome::when(met))
 }
 
 /// Rejects outputs that would replace an input or a foreign file; returns the files of the trajectories.

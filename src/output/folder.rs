@@ -175,8 +175,7 @@ fn check(target: &Path, path: &Path, inputs: &[(Identity, PathBuf)]) -> Result<(
     }
     let Ok(metadata) = fs::metadata(target) else { return Ok(()) };
     if !metadata.is_dir() {
-        let message = format!("{}: this is a file, not a folder", path.display());
-        return Err(Failure::new(message, "name another folder"));
+        return Err(super::no_folder(path));
     }
     #[cfg(unix)]
     {
@@ -201,9 +200,7 @@ fn make(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
     let missing = folder.ancestors().take_while(|f| !f.exists()).map(Path::to_path_buf).collect();
     fs::create_dir_all(folder).map_err(|e| match e.kind() {
         std::io::ErrorKind::AlreadyExists | std::io::ErrorKind::NotADirectory => {
-            let (there, _) = super::identity::nearest(folder);
-            let message = format!("{}: this is a file, not a folder", there.display());
-            Failure::new(message, "name another folder")
+            super::no_folder(&super::identity::nearest(folder).0)
         }
         _ => Failure::file(folder, &e),
     })?;

@@ -256,16 +256,17 @@ impl Output {
     }
 }
 
+fn no_folder(path: &Path) -> Failure {
+    Failure::new(format!("{}: this is a file, not a folder", path.display()), "name another folder")
+}
+
 /// Refuses a place below something that is no folder, or that may not be written to.
 fn folder_of(path: &Path) -> Result<(), Failure> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let (there, _) = identity::nearest(folder);
     let metadata = fs::metadata(&there).map_err(|e| Failure::file(&there, &e))?;
     if !metadata.is_dir() {
-        return Err(Failure::new(
-            format!("{}: this is a file, not a folder", there.display()),
-            "name another folder",
-        ));
+        return Err(no_folder(&there));
     }
     #[cfg(unix)]
     {

@@ -1,7 +1,6 @@
 //! Figures and the report of a build.
 
-use super::output::Writer;
-use super::{Built, RECORDED_ROAD, STANDARD_ROAD};
+use super::{Built, RECORDED_ROAD, STANDARD_ROAD, Writer};
 use crate::failure::Failure;
 use steerwright_formats::Bicycle;
 use steerwright_report::figures::{self, road_height};
