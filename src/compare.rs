@@ -127,7 +127,6 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
 }
 
 impl Arguments {
-    /// The files that are read.
     fn inputs(&self) -> Vec<PathBuf> {
         // The file of a controller may follow the model and `=`.
         let pids = self.pids.iter().flat_map(|text| {
@@ -162,7 +161,6 @@ impl Arguments {
         self.pids.iter().map(read).collect()
     }
 
-    /// The drive, if there is one.
     fn drive(&self) -> Result<Option<(steerwright_drivelog::DriveLog, IdentifyOptions)>, Failure> {
         if self.logs.is_empty() && self.log.drives.is_empty() {
             return Ok(None);
@@ -188,7 +186,6 @@ fn truth(path: &Path) -> Result<Truth, Failure> {
     })
 }
 
-/// The standard roads.
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
 enum Shape {
     /// A double lane change of 3.5 m, then an S-curve of 40° to each side

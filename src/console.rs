@@ -43,7 +43,6 @@ pub(crate) fn styled(style: Style, text: impl Display) -> String {
     format!("{style}{text}{style:#}")
 }
 
-/// A grade in its colour.
 pub(crate) fn grade(grade: Grade) -> String {
     let style = match grade {
         Grade::Pass => GOOD,

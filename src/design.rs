@@ -17,7 +17,6 @@ use steerwright_report::{Figure, StepResponse, WIDTH};
 /// Points of the loop's frequency response.
 const POINTS: usize = 600;
 
-/// Names of the plots.
 const PLOTS: [&str; 4] = ["bode.svg", "nyquist.svg", "step.svg", "step-with-offset.svg"];
 
 /// Design a PID steering controller (eq 14) on a plant or bicycle file

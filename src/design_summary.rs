@@ -94,7 +94,6 @@ fn limits(pid: &Pid) -> String {
     text + "\n"
 }
 
-/// Steps of other heights.
 fn steps(e: &DesignEvidence) -> String {
     if e.steps.is_empty() {
         return String::new();
@@ -248,7 +247,6 @@ fn where_it_breaks(b: &Breaking, value: &dyn Fn(f64) -> String) -> String {
     }
 }
 
-/// Settling time over robustness.
 fn trade_off(e: &DesignEvidence) -> String {
     let rows: Vec<String> = e
         .trade_off

@@ -92,7 +92,6 @@ pub(crate) fn conclusion(warnings: &[String], quality: &Quality) -> String {
     text
 }
 
-/// Draws the evidence.
 pub(crate) fn plots(
     plant: &Plant,
     traces: &steerwright_report::Traces,
@@ -113,7 +112,6 @@ pub(crate) fn plots(
     Ok(())
 }
 
-/// The channels that were read.
 pub(crate) fn channel_table(all: &[steerwright_formats::ChannelSummary]) -> Table {
     let mut channels =
         Table::new(["channel", "column", "read as", "rows", "rate", "min", "mean", "max"]);

@@ -50,7 +50,6 @@ impl Failure {
     }
 }
 
-/// Exit status of bad input.
 pub(crate) const BAD_INPUT: u8 = 2;
 
 /// Prints an error of the arguments, or the requested help.
@@ -205,7 +204,6 @@ fn design_hint(error: &steerwright_control::Error) -> String {
 /// How a command ended that did its work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Outcome {
-    /// All requirements are met.
     Done,
     /// The work was done but a requirement or a validation is not met.
     RequirementNotMet,

@@ -6,7 +6,6 @@ use std::io::ErrorKind;
 use std::path::Path;
 use steerwright_formats::{Document, SourceFile};
 
-/// A file's bytes.
 pub(crate) fn read(path: &Path) -> Result<Vec<u8>, Failure> {
     fs::read(path).map_err(|e| Failure::file(path, &e))
 }
@@ -21,7 +20,6 @@ pub(crate) fn open(path: &Path) -> Result<fs::File, Failure> {
     Ok(file)
 }
 
-/// A file's text.
 pub(crate) fn read_text(path: &Path) -> Result<String, Failure> {
     let text = String::from_utf8(read(path)?).ok().filter(|text| !text.contains('\0'));
     text.ok_or_else(|| {

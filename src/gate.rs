@@ -31,7 +31,6 @@ impl GateArguments {
         ))
     }
 
-    /// Whether a model of this quality may be used.
     pub(crate) fn allows(self, quality: &Quality) -> bool {
         self.accept_untrusted || quality.allows_design()
     }

@@ -55,7 +55,6 @@ pub(crate) fn merged(
     Ok(all)
 }
 
-/// Merges the R factors and identifies.
 pub(crate) fn run(
     paths: &[PathBuf],
     log: &LogArguments,

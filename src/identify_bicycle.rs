@@ -32,7 +32,6 @@ pub(crate) struct BicycleArguments {
     front_share: Option<f64>,
 }
 
-/// The structure of the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Structure {
     StateSpace,
@@ -86,7 +85,6 @@ fn structure(text: &str) -> Result<Structure, String> {
     }
 }
 
-/// Identifies, writes and prints.
 pub(crate) fn run(
     log: &DriveLog,
     options: &BicycleOptions,
@@ -109,7 +107,6 @@ pub(crate) fn run(
     Ok(Outcome::of(&found.bicycle.quality))
 }
 
-/// The vehicle in the file, for people.
 fn vehicle(bicycle: &Bicycle) -> String {
     let v = &bicycle.vehicle;
     format!(
@@ -125,7 +122,6 @@ fn vehicle(bicycle: &Bicycle) -> String {
     )
 }
 
-/// The evidence behind a bicycle, for people.
 fn evidence(e: &BicycleEvidence, quality: &Quality) -> String {
     let mut identified =
         steerwright_report::Table::new(["identified", "value", "± (95 %)", "unit"]);

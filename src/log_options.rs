@@ -126,7 +126,6 @@ impl LogArguments {
         self.drives.iter().flat_map(|drive| &drive.0)
     }
 
-    /// The options of the reader.
     pub(crate) fn options(&self) -> LogOptions {
         LogOptions {
             input: self.input_channel.clone(),
@@ -165,7 +164,6 @@ impl LogArguments {
 }
 
 impl IdentifyArguments {
-    /// The options of the identification.
     pub(crate) fn options(&self) -> IdentifyOptions {
         IdentifyOptions {
             method: self.method.0,

@@ -35,7 +35,6 @@ pub(crate) struct ManArguments {
     out: Option<PathBuf>,
 }
 
-/// Prints a shell's completions.
 pub(crate) fn completions(arguments: &CompletionArguments) -> Result<Outcome, Failure> {
     let mut command = crate::Arguments::command();
     let name = command.get_name().to_owned();
@@ -44,7 +43,6 @@ pub(crate) fn completions(arguments: &CompletionArguments) -> Result<Outcome, Fa
     print(&script)
 }
 
-/// Prints or writes man pages.
 pub(crate) fn man(arguments: &ManArguments, global: &Global) -> Result<Outcome, Failure> {
     let pages = pages()?;
     if let Some(folder) = &arguments.out {
@@ -70,7 +68,6 @@ pub(crate) fn man(arguments: &ManArguments, global: &Global) -> Result<Outcome, 
     print(page)
 }
 
-/// Each page with its name.
 fn pages() -> Result<Vec<(String, Vec<u8>)>, Failure> {
     let mut root = crate::Arguments::command().disable_help_subcommand(true);
     // Global options, usages and full names of subcommands are known after this.

@@ -8,7 +8,6 @@ use steerwright_formats::{
     DesignEvidence, PidGains, Quality, SourceFile, Specification, StepMetrics,
 };
 
-/// The results of a build.
 #[derive(Serialize)]
 pub(crate) struct Overview<'a> {
     name: &'a str,

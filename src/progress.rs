@@ -130,7 +130,6 @@ impl Drop for Progress {
     }
 }
 
-/// See [`Progress::reading`].
 #[derive(Debug)]
 pub(crate) struct Reading<R> {
     reader: R,

@@ -112,7 +112,6 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     Ok(Outcome::Done)
 }
 
-/// A system ready to run.
 struct Setup {
     system: System,
     connections: Vec<Connection>,

@@ -30,7 +30,6 @@ enum MasterName {
     Jacobi,
 }
 
-/// On or off.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 enum Switch {
@@ -143,7 +142,6 @@ struct Options {
     seed: Option<u64>,
 }
 
-/// The options of a design.
 pub(crate) struct Specified {
     pub(crate) design: DesignOptions,
     /// The master that the loop is designed for.
@@ -153,7 +151,6 @@ pub(crate) struct Specified {
 }
 
 impl SpecificationArguments {
-    /// The files that are read.
     pub(crate) fn files(&self) -> impl Iterator<Item = &PathBuf> {
         self.requirements.iter()
     }

@@ -26,18 +26,15 @@ pub struct Drive {
 }
 
 /// The simulation of a drive by a model, from the steering alone.
+#[allow(missing_docs)]
 pub struct OnDrive {
-    /// Fit of the yaw rate, percent.
     pub fit_percent: f64,
     /// Share of the yaw rate's variance that the simulation accounts for, percent.
     pub variance_accounted_for_percent: f64,
-    /// RMS of the yaw rate's error, rad/s.
     pub yaw_rate_rms_radps: f64,
     /// RMS of the yaw's error, rad; both are integrated from the start of the validation data.
     pub yaw_rms_rad: f64,
-    /// Simulated yaw rate, rad/s.
     pub yaw_rate_radps: Vec<f64>,
-    /// Its integral, rad.
     pub yaw_rad: Vec<f64>,
 }
 

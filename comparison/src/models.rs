@@ -24,10 +24,9 @@ pub struct Model {
 }
 
 /// The content of a model's file.
+#[allow(missing_docs)]
 pub enum ModelDocument {
-    /// `plant.json`.
     Identified(Box<Plant>),
-    /// `bicycle.json`.
     Bicycle(Box<Bicycle>),
 }
 

@@ -53,12 +53,11 @@ fn pack_with_start(
 }
 
 /// A packed loop.
+#[allow(missing_docs)]
 pub struct PackedLoop {
     /// In the order in which a Gauss–Seidel master steps them.
     pub fmus: Vec<Packed>,
-    /// Wires by name.
     pub connections: Vec<Connection>,
-    /// The system structure package.
     pub bytes: Vec<u8>,
 }
 

@@ -10,10 +10,9 @@ use steerwright_sweep::Class;
 pub const PAGE: &str = "comparison.html";
 
 /// A file to write.
+#[allow(missing_docs)]
 pub struct OutputFile {
-    /// Its name below the folder, and its hash.
     pub source: SourceFile,
-    /// Its content.
     pub bytes: Vec<u8>,
 }
 

@@ -14,12 +14,10 @@ pub(crate) const CONTROLLER: &str = "LateralPid";
 
 /// The archives of a loop, each instantiated for every run.
 #[derive(Clone, Copy)]
+#[allow(missing_docs)]
 pub struct Loop<'a> {
-    /// The vehicle.
     pub plant: &'a Archive,
-    /// The path follower.
     pub path: &'a Archive,
-    /// The yaw controller.
     pub controller: &'a Archive,
 }
 

@@ -93,9 +93,7 @@ fn from_data(text: &str, path: &str, name: &str) -> Result<(String, String), Err
 /// The limits of a plant's steering, in steering coordinates.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Limits {
-    /// Largest angle, rad.
     pub(crate) angle_rad: Option<f64>,
-    /// Largest rate, rad/s.
     pub(crate) rate_radps: Option<f64>,
 }
 

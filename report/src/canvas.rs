@@ -18,7 +18,6 @@ pub(crate) enum Anchor {
     End,
 }
 
-/// Stroke of a line.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Stroke {
     pub(crate) color: Color,
@@ -65,7 +64,6 @@ impl Canvas {
         Self { svg }
     }
 
-    /// The document.
     pub(crate) fn finish(mut self) -> String {
         self.svg.push_str("</svg>\n");
         self.svg
@@ -97,7 +95,6 @@ impl Canvas {
         );
     }
 
-    /// A symbol.
     pub(crate) fn symbol(&mut self, at: Pixel, radius: f64, symbol: Symbol, color: Color) {
         if symbol == Symbol::Cross {
             let stroke = Stroke { color, width: 2.0, dashed: false };

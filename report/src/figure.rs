@@ -7,14 +7,13 @@ use crate::palette::Color;
 
 /// A figure of one or more panels.
 #[derive(Debug, Clone, PartialEq)]
+#[allow(missing_docs)]
 pub struct Figure {
-    /// Title above the panels.
     pub title: String,
     /// The figure in one or two sentences with numbers, for screen readers.
     pub result: String,
     /// Panels next to each other in one row; 1 stacks them.
     pub columns: usize,
-    /// The panels, row by row.
     pub panels: Vec<Panel>,
 }
 
@@ -44,17 +43,16 @@ pub struct Panel {
 
 /// One curve.
 #[derive(Debug, Clone, PartialEq)]
+#[allow(missing_docs)]
 pub struct Series {
     /// For the legend; an empty name has no entry. Series of a figure with the same name are shown and
     /// hidden together, and the legend lists them once.
     pub name: String,
     /// Addition of the legend to the name, such as ` (fit 98 %)`.
     pub note: String,
-    /// Points (x, y).
     pub points: Vec<(f64, f64)>,
     /// Whether the points are data, with values under the cursor, and not the outline of a shape.
     pub is_data: bool,
-    /// Its style.
     pub style: Style,
 }
 
@@ -73,13 +71,11 @@ pub struct Style {
 
 /// A symbol at a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[allow(missing_docs)]
 pub enum Symbol {
-    /// A filled circle.
     #[default]
     Dot,
-    /// Two crossing lines.
     Cross,
-    /// A circle.
     Ring,
 }
 

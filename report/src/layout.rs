@@ -59,7 +59,6 @@ impl Frame {
     }
 }
 
-/// Places every panel.
 pub(crate) fn frames(figure: &Figure, width: u32, height: u32) -> Result<Vec<Frame>, Error> {
     let panels = &figure.panels;
     let columns = figure.columns.clamp(1, panels.len().max(1));

@@ -1,5 +1,6 @@
 //! Colours that people with the common colour blindnesses can distinguish (Okabe and Ito 2008), and
 //! the greys of the drawing itself.
+#![allow(missing_docs)]
 
 /// Red, green, blue, 0 to 255.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -14,17 +15,11 @@ impl Color {
 
 /// Black: what was measured.
 pub const BLACK: Color = Color(0, 0, 0);
-/// Blue.
 pub const BLUE: Color = Color(0, 114, 178);
-/// Vermilion.
 pub const VERMILION: Color = Color(213, 94, 0);
-/// Bluish green.
 pub const GREEN: Color = Color(0, 158, 115);
-/// Orange.
 pub const ORANGE: Color = Color(230, 159, 0);
-/// Reddish purple.
 pub const PURPLE: Color = Color(204, 121, 167);
-/// Sky blue.
 pub const SKY: Color = Color(86, 180, 233);
 /// Grey, for limits and marks.
 pub const GREY: Color = Color(110, 110, 110);

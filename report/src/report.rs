@@ -25,10 +25,9 @@ pub struct Report<'a> {
 
 /// A controller, and its proof away from the model it was designed on.
 #[derive(Debug, Clone)]
+#[allow(missing_docs)]
 pub struct Controller<'a> {
-    /// The name to show.
     pub name: &'a str,
-    /// The controller.
     pub pid: &'a Pid,
     /// The step of its specification in closed loop.
     pub in_loop: Option<LoopStep<'a>>,

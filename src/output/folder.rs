@@ -111,7 +111,6 @@ impl Folder {
         Ok(Self { path: path.into(), target, command, force, stage, rest, lock: Some(lock) })
     }
 
-    /// Where to write.
     pub(crate) fn stage(&self) -> &Path {
         &self.stage
     }

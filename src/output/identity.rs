@@ -94,7 +94,6 @@ pub(super) fn is_open_file(path: &Path) -> bool {
         })
 }
 
-/// Whether a path names standard output.
 pub(super) fn is_stdout(path: &Path) -> bool {
     ["-", "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"].iter().any(|name| path == Path::new(name))
 }

@@ -10,7 +10,6 @@ use steerwright_report::GENERATOR;
 /// How far a header or a mark may stand from the start of a file.
 const HEAD: u64 = 64 << 10;
 
-/// The kind of an output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
     /// A versioned JSON document: its schema without the version, such as `steerwright/plant/`.
@@ -19,17 +18,11 @@ pub(crate) enum Kind {
     Traces,
     /// A simulation's trajectories, CSV: `time`, then `instance.variable`.
     Recording,
-    /// A sweep's results, CSV.
     SweepResults,
-    /// A figure.
     Svg,
-    /// A page.
     Html,
-    /// An archive.
     Fmu,
-    /// A system structure package.
     Ssp,
-    /// A page of the manual.
     ManPage,
 }
 
@@ -40,7 +33,6 @@ impl Kind {
         Self::Document(&D::SCHEMA[..end])
     }
 
-    /// For messages.
     pub(crate) fn in_words(self) -> String {
         match self {
             Self::Document(schema) => format!("`{}` file", schema.trim_end_matches('/')),

@@ -12,7 +12,6 @@ const SCHEMA: &str = "steerwright/manifest/1";
 /// Files that file browsers create.
 const IGNORED: [&str; 2] = [".DS_Store", "Thumbs.db"];
 
-/// The files that a command wrote into a folder.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Manifest {
     schema: String,

@@ -35,7 +35,6 @@ struct Rules {
     inputs: Vec<(Identity, PathBuf)>,
 }
 
-/// The outputs of a command.
 #[derive(Debug)]
 pub(crate) struct Outputs {
     rules: Rc<Rules>,
@@ -52,7 +51,6 @@ impl Outputs {
         Self { rules: Rc::new(Rules { force, inputs: inputs.collect() }), taken: Vec::new() }
     }
 
-    /// A file to write.
     pub(crate) fn file(&mut self, path: impl Into<PathBuf>, kind: Kind) -> Result<Output, Failure> {
         let output = Output { path: path.into(), kind, rules: Rc::clone(&self.rules) };
         let identity = match output.destination()? {
@@ -112,7 +110,6 @@ impl Outputs {
     }
 }
 
-/// Files of one folder.
 #[derive(Debug)]
 pub(crate) struct Files {
     outputs: Vec<Output>,
@@ -143,7 +140,6 @@ pub(crate) struct Output {
     rules: Rc<Rules>,
 }
 
-/// The destination of bytes.
 enum Destination {
     Stdout,
     /// A device, a FIFO or an open file.
@@ -159,7 +155,6 @@ impl std::fmt::Display for Output {
 }
 
 impl Output {
-    /// Its path.
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }

@@ -22,11 +22,8 @@ use steerwright_sysid::IdentifyOptions;
 
 /// The inputs and options.
 pub(crate) struct Job {
-    /// The drive.
     pub(crate) log: DriveLog,
-    /// The identification's options.
     pub(crate) identify: IdentifyOptions,
-    /// The design's options.
     pub(crate) design: DesignOptions,
     /// Vehicle data (TOML) for a bicycle model to compare with.
     pub(crate) vehicle: Option<Text>,
@@ -42,13 +39,11 @@ pub(crate) struct Job {
     pub(crate) gate: GateArguments,
 }
 
-/// A text and its name.
 pub(crate) struct Text {
     pub(crate) name: String,
     pub(crate) text: String,
 }
 
-/// The results.
 pub(crate) struct Built {
     pub(crate) plant: Plant,
     /// Fit of the bicycle model on the validation data, percent.
@@ -82,7 +77,6 @@ impl Controller {
     }
 }
 
-/// A run along a road.
 pub(crate) struct Run {
     pub(crate) road: &'static str,
     pub(crate) path: PathFile,
@@ -115,7 +109,6 @@ impl Basis {
     }
 }
 
-/// Name of the system structure package.
 const LOOP: &str = "LateralLoop";
 /// The order in which the FMUs of these loops are stepped.
 const MASTER: Coupling = Coupling::GaussSeidel;
@@ -124,7 +117,6 @@ pub(crate) const STANDARD_ROAD: &str = "road";
 /// Name of the road recorded with the drive.
 pub(crate) const RECORDED_ROAD: &str = "recorded";
 
-/// Runs every stage.
 pub(crate) fn build(job: &Job) -> Result<Built, Failure> {
     let mut out = Writer::new(&job.folder);
     let name = &job.log.name;
@@ -346,7 +338,6 @@ impl Writer {
         self.bytes(&format!("{folder}/{}.fmu", packed.fmu.name()), &packed.bytes)
     }
 
-    /// The files written, in order.
     pub(crate) fn into_written(self) -> Vec<SourceFile> {
         self.written
     }

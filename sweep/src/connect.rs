@@ -29,21 +29,18 @@ impl Source {
     }
 }
 
-/// A wired system.
 pub(crate) struct Wired {
     pub(crate) source: Source,
     /// One instance of each archive, for its description; it is not run.
     pub(crate) system: System,
     /// Connections that scale, by instance and input.
     pub(crate) scaled: HashMap<(String, String), Linear>,
-    /// The files that were read.
     pub(crate) files: Vec<PathBuf>,
     /// Ignored parts of a package.
     pub(crate) remarks: Vec<String>,
     pub(crate) grid: Grid,
 }
 
-/// Opens and wires what a study names.
 pub(crate) fn connect(study: &Study, measurements: &[Measurement<'_>]) -> Result<Wired, Error> {
     let (source, files) = open(study)?;
     let grid = grid(study, &source)?;

@@ -40,7 +40,6 @@ pub(crate) enum Number {
 }
 
 impl Number {
-    /// Its value in a run.
     pub(crate) fn of(self, draws: &[f64]) -> f64 {
         match self {
             Self::Fixed(value) => value,

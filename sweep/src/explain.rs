@@ -21,10 +21,9 @@ pub(crate) struct Column {
 
 /// A condition on a varied quantity.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[allow(missing_docs)]
 pub struct Condition {
-    /// The quantity's name.
     pub quantity: String,
-    /// The comparison.
     pub is: Relation,
     /// The number it is compared with, in the study's unit.
     pub value: f64,
@@ -33,36 +32,30 @@ pub struct Condition {
 /// The comparison of a quantity with a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
+#[allow(missing_docs)]
 pub enum Relation {
-    /// Less than the number.
     Below,
-    /// The number or more.
     AtLeast,
-    /// The number.
     Equal,
-    /// Any other.
     NotEqual,
 }
 
 /// Runs that fail, of some.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[allow(missing_docs)]
 pub struct Failing {
-    /// Those that fail.
     pub failed: usize,
-    /// Of so many.
     pub of: usize,
 }
 
 /// A condition associated with a failure.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[allow(missing_docs)]
 pub struct Cause {
     /// The runs that it is about; all of them where absent.
     pub among: Option<Condition>,
-    /// The condition of the failing runs.
     pub condition: Condition,
-    /// Runs with the condition.
     pub with: Failing,
-    /// Runs without it.
     pub without: Failing,
     /// Probability of such a split by chance, corrected for all that were tried.
     pub p_value: f64,

@@ -17,7 +17,6 @@ pub(crate) struct Memory {
 }
 
 impl Memory {
-    /// Before a run.
     pub(crate) fn new(metric: &Metric, draws: &[f64]) -> Self {
         let value = match metric.kind {
             Kind::Minimum | Kind::FirstTime | Kind::SettlingTime => f64::INFINITY,

@@ -20,7 +20,6 @@ const SPINS_BEYOND_RAD: f64 = std::f64::consts::FRAC_PI_2;
 #[derive(Debug, Clone, Copy, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Kind {
-    /// Root of the mean square.
     Rms,
     /// Mean over the communication points.
     Mean,
@@ -83,7 +82,6 @@ impl Kind {
 pub(crate) struct Metric {
     pub(crate) name: String,
     pub(crate) kind: Kind,
-    /// The result's unit.
     pub(crate) unit: Option<String>,
     /// The variable's place.
     pub(crate) slot: usize,
@@ -157,7 +155,6 @@ pub(crate) enum Target {
 }
 
 impl Metric {
-    /// Whether anything is required of it.
     pub(crate) fn is_required(&self) -> bool {
         self.at_most.is_some() || self.at_least.is_some()
     }
@@ -181,7 +178,6 @@ impl Metric {
 /// The result of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Outcome {
-    /// Its metrics.
     Done(Vec<f64>),
     /// The error, in one line.
     Failed(String),

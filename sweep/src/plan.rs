@@ -17,12 +17,10 @@ pub(crate) struct Plan {
     pub(crate) recorded: Vec<(String, usize)>,
     /// Draws for each point of the grid.
     pub(crate) draws: usize,
-    /// Points of the grid.
     pub(crate) points: usize,
     pub(crate) same_draws_on_grid: bool,
 }
 
-/// An instance of the system.
 #[derive(Debug)]
 pub(crate) struct Reuse {
     pub(crate) name: String,
@@ -35,7 +33,6 @@ pub(crate) struct Reuse {
 pub(crate) struct Varied {
     pub(crate) name: String,
     pub(crate) distribution: Distribution,
-    /// Whether its values are whole numbers.
     pub(crate) whole: bool,
     pub(crate) key: Key,
     /// After how many points of the grid its value changes.
@@ -43,7 +40,6 @@ pub(crate) struct Varied {
 }
 
 impl Plan {
-    /// The number of runs.
     pub(crate) fn runs(&self) -> usize {
         self.draws * self.points
     }
@@ -65,7 +61,6 @@ impl Plan {
         self.varied.iter().map(value).collect()
     }
 
-    /// Whether anything is required of the metrics.
     pub(crate) fn requires(&self) -> bool {
         self.metrics.iter().any(crate::metric::Metric::is_required)
     }

@@ -24,7 +24,6 @@ pub(crate) const OWN_COLUMNS: [&str; 5] = ["run", "passed", "outcome", "status",
 /// Whether the instances of a generation tool's FMUs reset exactly.
 pub(crate) type Resets<'a> = &'a dyn Fn(&str) -> bool;
 
-/// Resolves a study.
 pub(crate) fn resolve(study: &Study, wired: &Wired, resets: Resets<'_>) -> Result<Plan, Error> {
     let (assigned, varied) = values(study, wired)?;
     let points = points(study, &varied)?;

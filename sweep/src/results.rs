@@ -78,7 +78,6 @@ impl Results {
         Ok((Self { file, path: path.to_path_buf() }, rows))
     }
 
-    /// Appends a row.
     pub(crate) fn append(&mut self, row: &[u8]) -> Result<(), Error> {
         self.file.write_all(row).map_err(|source| Error::Io { path: self.path.clone(), source })
     }

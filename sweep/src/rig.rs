@@ -22,11 +22,8 @@ const STEPS_BETWEEN_CHECKS: usize = 256;
 /// Why a run has no results.
 #[derive(Debug)]
 pub(crate) enum Ended {
-    /// A call of an FMU failed.
     Failed(HostError),
-    /// The user stopped the sweep.
     Stopped,
-    /// It took longer than the limit.
     TooLong,
 }
 

@@ -21,20 +21,17 @@ use crate::watch::Watch;
 
 /// What a call did.
 #[derive(Debug)]
+#[allow(missing_docs)]
 pub struct Finished {
     /// Rows that were there before.
     pub resumed: usize,
-    /// Rows in the file now.
     pub rows: usize,
-    /// Threads that ran.
     pub threads: usize,
     /// The FMU that ended fatally, if that is why not all runs were made.
     pub fatal: Option<String>,
-    /// Statistics over the rows.
     pub summary: Summary,
 }
 
-/// A message of a thread.
 enum Message {
     Row(usize, Outcome, Vec<u8>),
     Fatal(String),

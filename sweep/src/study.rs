@@ -62,7 +62,6 @@ pub(crate) struct Raw {
     pub(crate) record: Vec<Spanned<String>>,
 }
 
-/// An FMU file.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Fmu {
@@ -107,7 +106,6 @@ pub(crate) enum Instances {
     Reset,
 }
 
-/// What is varied, and how.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Vary {
@@ -280,7 +278,6 @@ impl Study {
         Ok(Self { raw, file, text, folder })
     }
 
-    /// The place of an entry.
     pub(crate) fn place<T>(&self, entry: &Spanned<T>) -> Place {
         place(&self.file, &self.text, entry.span().start)
     }
@@ -290,7 +287,6 @@ impl Study {
         place(&self.file, &self.text, 0)
     }
 
-    /// A fault of an entry.
     pub(crate) fn fault<T>(
         &self,
         entry: &Spanned<T>,

@@ -12,16 +12,14 @@ const Z95: f64 = 1.959_963_984_540_054;
 
 /// Counts, shares and quantiles over the rows of the results.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[allow(missing_docs)]
 pub struct Summary {
     /// The hash that the rows are marked with.
     pub study: String,
-    /// Runs that the study has.
     pub runs: usize,
-    /// Runs that have a row.
     pub rows: usize,
     /// Rows that are no results but errors.
     pub errors: usize,
-    /// The first of these errors.
     pub first_error: Option<String>,
     /// Runs that did everything required, where anything is.
     pub passed: Option<Requirement>,
@@ -29,16 +27,14 @@ pub struct Summary {
     pub outcomes: Vec<ClassSummary>,
     /// Conditions associated with the failures: all of them first, then each kind where there are several.
     pub failures: Vec<FailureSummary>,
-    /// The metrics, in the order of the study.
     pub metrics: Vec<MetricSummary>,
 }
 
 /// The number of runs of an outcome.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[allow(missing_docs)]
 pub struct ClassSummary {
-    /// How.
     pub outcome: Class,
-    /// Runs.
     pub runs: usize,
 }
 
@@ -55,12 +51,10 @@ pub struct FailureSummary {
 
 /// The number of runs that meet the requirements. A run that ended in an error does not.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[allow(missing_docs)]
 pub struct Requirement {
-    /// Runs that did.
     pub passed: usize,
-    /// Of so many.
     pub of: usize,
-    /// Their share.
     pub share: f64,
     /// Wilson's interval for the probability, at 95 %.
     pub share_interval_95: [f64; 2],

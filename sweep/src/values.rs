@@ -15,7 +15,6 @@ use crate::study::{Study, Vary};
 /// A variable of the system: its instance and itself.
 pub(crate) type Found<'a> = (usize, &'a Variable);
 
-/// Finds `instance.variable`.
 pub(crate) fn find<'a>(
     study: &Study,
     wired: &'a Wired,

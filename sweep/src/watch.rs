@@ -23,7 +23,6 @@ struct Busy {
     child: Option<Arc<Mutex<Child>>>,
 }
 
-/// All threads.
 #[derive(Debug)]
 pub(crate) struct Watch {
     limit: Option<Duration>,
@@ -47,7 +46,6 @@ impl Watch {
         }
     }
 
-    /// Records that a thread's run has ended.
     pub(crate) fn end(&self, thread: usize) {
         if let Some(busy) = self.threads.get(thread) {
             *held(busy) = Busy::default();

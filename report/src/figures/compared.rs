@@ -120,14 +120,13 @@ pub fn tracking(title: &str, points: &[PathPoint], closed: bool, on: &[(&str, &T
 
 /// One of several yaw steps.
 #[derive(Debug, Clone, Copy)]
+#[allow(missing_docs)]
 pub struct YawStep<'a> {
-    /// For the legend.
     pub name: &'a str,
     /// Steps of equal rank have one colour.
     pub rank: usize,
     /// Whether this is what was predicted, which is dashed.
     pub predicted: bool,
-    /// The response.
     pub response: &'a StepResponse,
 }
 

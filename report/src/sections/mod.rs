@@ -12,7 +12,6 @@ use crate::{Block, Report, Section, Tone, report_html};
 use steerwright_formats::{Grade, Quality};
 
 impl Report<'_> {
-    /// The sections of the page.
     fn sections(&self) -> Vec<Section> {
         let mut out = vec![outcome::summary(self)];
         if let Some(plant) = self.plant {
