@@ -25,19 +25,11 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     let bicycle =
         steerwright_control::bicycle_from_toml(&text, &arguments.vehicle.display().to_string())?;
     out.document(&bicycle)?;
-    let k = &bicycle.coefficients;
+    let (k, v) = (&bicycle.coefficients, &bicycle.vehicle);
+    let [a1, a2, a3, a4, b1, b2, n] = [k.a1, k.a2, k.a3, k.a4, k.b1, k.b2, k.n];
     let text = format!(
-        "{} at {:.1} m/s\nA1 {:.4}  A2 {:.4}  A3 {:.4}  A4 {:.4}  B1 {:.4}  B2 {:.4}  n {:.4}  Tn {} s",
-        bicycle.vehicle.name,
-        bicycle.vehicle.speed_mps,
-        k.a1,
-        k.a2,
-        k.a3,
-        k.a4,
-        k.b1,
-        k.b2,
-        k.n,
-        k.tn
+        "{} at {:.1} m/s\nA1 {a1:.4}  A2 {a2:.4}  A3 {a3:.4}  A4 {a4:.4}  B1 {b1:.4}  B2 {b2:.4}  n {n:.4}  Tn {} s",
+        v.name, v.speed_mps, k.tn
     );
     console::result(&text, &bicycle)?;
     console::note(format!("written to {out}"));

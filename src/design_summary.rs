@@ -10,23 +10,19 @@ use steerwright_report::Table;
 
 /// Gains, requirements, margins and robustness.
 pub(crate) fn summary(pid: &Pid) -> String {
-    let g = &pid.gains;
-    let e = &pid.evidence;
+    let (g, e, on) = (&pid.gains, &pid.evidence, &pid.designed_for);
+    let [kp, ki, kd, filter] = [g.kp, g.ki, g.kd, g.derivative_filter_time_s];
     let mut text = format!(
         "designed on {} {} at {:.1} m/s\n\
-         gains    kp {:.4}, ki {:.4} 1/s, kd {:.4} s, filter {:.4} s, weights {:.3} and {:.3}\n\n",
-        pid.designed_for.model,
-        pid.designed_for.name,
-        pid.designed_for.speed_mps,
-        g.kp,
-        g.ki,
-        g.kd,
-        g.derivative_filter_time_s,
+         gains    kp {kp:.4}, ki {ki:.4} 1/s, kd {kd:.4} s, filter {filter:.4} s, weights {:.3} and {:.3}\n\n",
+        on.model,
+        on.name,
+        on.speed_mps,
         g.setpoint_weight_proportional,
         g.setpoint_weight_derivative
     );
     let _ = writeln!(text, "{}", console::table(&required_and_reached(pid)));
-    let delay = pid.designed_for.loop_delay_s;
+    let delay = on.loop_delay_s;
     let unlike = e.fmu_loops.iter().all(|l| (l.loop_delay_s - delay).abs() > 1e-9);
     if !e.fmu_loops.is_empty() && unlike {
         let _ = writeln!(
@@ -161,7 +157,10 @@ fn required_and_reached(pid: &Pid) -> Table {
         let mut row = vec![
             r.label().to_owned(),
             required.map_or_else(String::new, |v| format!("{sign} {}", r.text(v))),
-            reached.map_or_else(|| nothing(r).into(), |v| r.text(v)),
+            match reached {
+                Some(v) => r.text(v),
+                None => if r.at_least() { "unlimited" } else { "never" }.into(),
+            },
         ];
         row.extend(e.fmu_loops.iter().map(|l| {
             let offset = l.step_with_offset.as_ref();
@@ -175,11 +174,6 @@ fn required_and_reached(pid: &Pid) -> Table {
         table = table.row(row);
     }
     table
-}
-
-/// The text of a figure that does not exist.
-fn nothing(r: Requirement) -> &'static str {
-    if r.at_least() { "unlimited" } else { "never" }
 }
 
 fn figure(r: Requirement, e: &DesignEvidence) -> Option<f64> {

@@ -109,16 +109,11 @@ pub(crate) fn run(
 
 fn vehicle(bicycle: &Bicycle) -> String {
     let v = &bicycle.vehicle;
+    let [m, j, lf, lr] = [v.mass_kg, v.yaw_inertia_kgm2, v.distance_front_m, v.distance_rear_m];
+    let [cf, cr] = [v.cornering_stiffness_front_npr, v.cornering_stiffness_rear_npr];
     format!(
-        "vehicle  m {:.0} kg, J {:.0} kg·m², Lf {:.3} m, Lr {:.3} m, Cf {:.0} N/rad, Cr {:.0} N/rad, Tn {:.4} s, steering ratio {:.3}\n",
-        v.mass_kg,
-        v.yaw_inertia_kgm2,
-        v.distance_front_m,
-        v.distance_rear_m,
-        v.cornering_stiffness_front_npr,
-        v.cornering_stiffness_rear_npr,
-        v.actuator_time_constant_s,
-        v.steering_ratio
+        "vehicle  m {m:.0} kg, J {j:.0} kg·m², Lf {lf:.3} m, Lr {lr:.3} m, Cf {cf:.0} N/rad, Cr {cr:.0} N/rad, Tn {:.4} s, steering ratio {:.3}\n",
+        v.actuator_time_constant_s, v.steering_ratio
     )
 }
 

@@ -27,47 +27,22 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         yaw_rate_radps: &traces.simulated_yaw_rate_radps,
         yaw_rad: &traces.simulated_yaw_rad,
     });
-    for (name, figure, height) in [
-        ("drive", figures::drive(&traces), 640),
-        ("comparison", figures::comparison(&traces, &e.fit, Some(61.0)), 720),
-        ("coherence", figures::coherence(&e.excitation), 330),
-        ("orders", figures::order_table(&e.order_table, 2), 320),
-        ("prediction", figures::prediction(e.held_out.as_ref().ok_or("validation")?), 280),
-        ("residuals", figures::residuals(e.residuals.as_ref().ok_or("residuals")?, 0.05), 320),
-        (
-            "frequency-response",
-            figures::frequency_response(
-                e.frequency_response.as_ref().ok_or("response")?,
-                plant.input,
-            ),
-            760,
-        ),
-        ("poles", figures::poles_and_zeros(e.poles_and_zeros.as_ref().ok_or("poles")?), 440),
-        (
-            "step",
-            figures::yaw_step(
-                "Yaw step of 5 deg",
-                &step,
-                s,
-                &good.evidence.step,
-                good.largest_angle_rad(),
-            ),
-            700,
-        ),
+    let (points, largest) = (&path.points, good.largest_angle_rad());
+    let title = "Controller along the road";
+    let mut all = figures::of_identification(&plant, &traces, Some(61.0));
+    all.extend([
+        ("step", 700, figures::yaw_step("Yaw step", &step, s, &good.evidence.step, largest)),
         (
             "road",
-            figures::reference_road(&path.points, false, &tracks),
-            figures::road_height(900, &path.points, &tracks),
+            figures::road_height(900, points, &tracks),
+            figures::reference_road(points, false, &tracks),
         ),
-        ("errors", figures::tracking_errors(&tracks), 660),
-        ("models", figures::models_against_drive(driven, &simulated), 1000),
-        ("curvature", figures::road_and_curvature(&path.points, false, path.speed_mps), 600),
-        (
-            "tracking",
-            figures::tracking("Controller along the road", &path.points, false, &tracks),
-            1080,
-        ),
-    ] {
+        ("errors", 660, figures::tracking_errors(&tracks)),
+        ("models", 1000, figures::models_against_drive(driven, &simulated)),
+        ("curvature", 600, figures::road_and_curvature(points, false, path.speed_mps)),
+        ("tracking", 1080, figures::tracking(title, points, false, &tracks)),
+    ]);
+    for (name, height, figure) in all {
         let svg = figure.to_svg(900, height)?;
         println!("{name}: {} bytes", svg.len());
         std::fs::write(dir.join(format!("{name}.svg")), svg)?;

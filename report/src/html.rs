@@ -193,7 +193,7 @@ fn push_block<'a>(
                 out,
                 "<p class=\"note\">The figure “{}” is missing: {}</p>\n",
                 escape(&figure.title),
-                escape(&missing(error))
+                escape(&format!("{error}; {}", error.hint()))
             ),
             None => {}
         },
@@ -215,10 +215,6 @@ fn push_figure(out: &mut String, figure: &Figure, still: &Still, caption: &str) 
              aria-label=\"{title}\">{svg}</div>\n<figcaption id=\"c{n}\"><b>{result}</b> \
              {caption}{thinned}</figcaption>\n</figure>\n"
     );
-}
-
-fn missing(error: &Error) -> String {
-    format!("{error}; {}", error.hint())
 }
 
 fn push_table(out: &mut String, table: &Table) {

@@ -12,7 +12,6 @@
 
 mod axis;
 mod canvas;
-mod columns;
 mod data;
 mod decimate;
 mod draw;

@@ -260,16 +260,9 @@ fn run_loops(
         let sideslip = Sideslip::of(plant).unwrap_or_default();
         path.guidance = sideslip.guide(steerwright_control::guidance_for(&pid, path.speed_mps));
         // The standard road is in the folder of the controller, others are in folders next to it.
-        let (name, result, folder) = if *road == STANDARD_ROAD {
-            (format!("path{suffix}.json"), format!("result{suffix}.csv"), folder.clone())
-        } else {
-            (
-                format!("path-{road}{suffix}.json"),
-                format!("result-{road}{suffix}.csv"),
-                format!("{folder}-{road}"),
-            )
-        };
-        out.document(&name, &path)?;
+        let own = if *road == STANDARD_ROAD { String::new() } else { format!("-{road}") };
+        let (result, folder) = (format!("result{own}{suffix}.csv"), format!("{folder}{own}"));
+        out.document(&format!("path{own}{suffix}.json"), &path)?;
         let path_archive = Archive::open(out.archive(&folder, &path)?)?;
         let documents = [plant.to_json(), path.to_json(), pid.to_json()];
         let named = documents.each_ref().map(|text| (text.as_str(), folder.as_str()));

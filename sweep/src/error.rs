@@ -47,26 +47,22 @@ impl Error {
     /// The remedy.
     #[must_use]
     pub fn hint(&self) -> String {
-        match self {
-            Self::Io { .. } => {
-                "check that the path is right and that you may read and write there".to_owned()
-            }
-            Self::Study { hint, .. } => (*hint).to_owned(),
-            Self::System { source, .. } => source.hint(),
+        let text = match self {
+            Self::Io { .. } => "check that the path is right and that you may read and write there",
+            Self::Study { hint, .. } => *hint,
+            Self::System { source, .. } => return source.hint(),
             Self::FirstStep { source, .. } => {
-                format!("see whether the FMUs take this step_s; {}", source.hint())
+                return format!("see whether the FMUs take this step_s; {}", source.hint());
             }
             Self::Resume { .. } => {
                 "resume with the study, FMUs and program that the file was begun with, or start \
                  again without --resume"
-                    .to_owned()
             }
-            Self::Unfinished { .. } => {
-                "continue with --resume, or replace it with --force".to_owned()
-            }
-            Self::NoSuchRun { .. } => "name runs that the study has".to_owned(),
-            Self::Process { .. } => "see its messages above; or run without --isolate".to_owned(),
-            Self::Threads { .. } => "use fewer with --threads".to_owned(),
-        }
+            Self::Unfinished { .. } => "continue with --resume, or replace it with --force",
+            Self::NoSuchRun { .. } => "name runs that the study has",
+            Self::Process { .. } => "see its messages above; or run without --isolate",
+            Self::Threads { .. } => "use fewer with --threads",
+        };
+        text.to_owned()
     }
 }

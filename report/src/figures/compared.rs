@@ -37,33 +37,28 @@ pub fn models_against_drive(driven: Driven<'_>, models: &[Simulated<'_>]) -> Fig
     let label = "Time (s)";
     // Wide and light: good simulations lie on it.
     let measured = Style::line(HALO).width(4.5);
-    let mut rate = Panel::new(label, "Yaw rate (deg/s)").with(Series::over(
+    let over = |name: &str, y: &[f64], style: Style| Series::over(name, t, (y, DEG), style);
+    let mut rate = Panel::new(label, "Yaw rate (deg/s)").with(over(
         "measured",
-        t,
-        (driven.yaw_rate_radps, DEG),
+        driven.yaw_rate_radps,
         measured,
     ));
-    let mut yaw = Panel::new(label, "Yaw (deg)").with(Series::over(
-        "measured",
-        t,
-        (driven.yaw_rad, DEG),
-        measured,
-    ));
+    let mut yaw = Panel::new(label, "Yaw (deg)").with(over("measured", driven.yaw_rad, measured));
     let mut error = Panel::new(label, "Yaw rate error (deg/s)").mark(zero());
     let mut drift = Panel::new(label, "Yaw error (deg)").mark(zero());
     for (k, model) in models.iter().enumerate() {
         let style = Style { dashed: k % 2 == 1, ..Style::line(nth(k)) };
         let (name, fit) = (model.name, format!(" (fit {} %)", text(model.fit, 2)));
-        rate = rate.with(Series::over(name, t, (model.yaw_rate_radps, DEG), style).noted(fit));
-        yaw = yaw.with(Series::over(name, t, (model.yaw_rad, DEG), style));
+        rate = rate.with(over(name, model.yaw_rate_radps, style).noted(fit));
+        yaw = yaw.with(over(name, model.yaw_rad, style));
         let solid = Style { dashed: false, ..style }.width(1.0);
         let off = |simulated: &[f64], measured: &[f64]| -> Vec<f64> {
             simulated.iter().zip(measured).map(|(s, m)| s - m).collect()
         };
         let of_rate = off(model.yaw_rate_radps, driven.yaw_rate_radps);
         let of_yaw = off(model.yaw_rad, driven.yaw_rad);
-        error = error.with(Series::over(name, t, (&of_rate, DEG), solid));
-        drift = drift.with(Series::over(name, t, (&of_yaw, DEG), solid));
+        error = error.with(over(name, &of_rate, solid));
+        drift = drift.with(over(name, &of_yaw, solid));
     }
     for panel in [&mut rate, &mut yaw] {
         panel.y_limits = panel.limits_of_the_first();

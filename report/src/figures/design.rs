@@ -61,12 +61,9 @@ pub fn yaw_step(
         Series::over("steering", t, (&response.steering_rad, DEG), Style::line(BLUE))
             .noted(format!(" ({used})")),
     );
+    let limit = |name: String, at| Mark::new(name, Place::YLine(at), VERMILION);
     let name = format!("limits ±{} deg", short(largest));
-    steering = steering.mark(Mark::new(name, Place::YLine(largest), VERMILION)).mark(Mark::new(
-        "",
-        Place::YLine(-largest),
-        VERMILION,
-    ));
+    steering = steering.mark(limit(name, largest)).mark(limit(String::new(), -largest));
     let settled = reached
         .settling_time_s
         .map_or_else(|| "never settled".to_owned(), |s| format!("settled at {} s", text(s, 3)));

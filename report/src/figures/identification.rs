@@ -122,11 +122,8 @@ pub fn coherence(excitation: &Excitation) -> Figure {
     let beyond = |from| Place::XBand(from, f64::INFINITY);
     panel = if limit > 0.0 {
         let name = format!("low coherence above {} Hz", significant(limit));
-        panel.mark(Mark::new("", Place::XLine(limit), VERMILION)).mark(Mark::new(
-            name,
-            beyond(limit),
-            VERMILION,
-        ))
+        let line = Mark::new("", Place::XLine(limit), VERMILION);
+        panel.mark(line).mark(Mark::new(name, beyond(limit), VERMILION))
     } else {
         panel.mark(Mark::new("low coherence at all frequencies", beyond(0.0), VERMILION))
     };
