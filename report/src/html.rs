@@ -63,6 +63,12 @@ pub enum Block {
     },
 }
 
+impl Block {
+    pub(crate) fn figure(figure: Figure, height: u32, caption: impl Into<String>) -> Self {
+        Self::Figure { figure, height, caption: caption.into() }
+    }
+}
+
 /// Tone of a note.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[allow(missing_docs)]

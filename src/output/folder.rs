@@ -1,8 +1,5 @@
-//! A folder of results that is made next to its place and swapped in when it is complete.
-//!
-//! Whatever ends the command before, the folder that was there stays whole. A lock next to the folder
-//! keeps a second run out; the system releases it with the process. What a killed run left is removed
-//! by the next one.
+//! A folder of results that is made next to its place and swapped in when it is complete
+//! (`docs/decisions/0038-folders-swapped-under-a-lock.md`).
 //!
 //! While a command works, next to a folder `out` are `.out.steerwright-lock`,
 //! `.out.steerwright-…` (what is being made), and, where two folders cannot be exchanged in one step,

@@ -1,13 +1,5 @@
-//! The outputs of a command: checked before its work, written at its end.
-//!
-//! - A file that the command reads is never written over, whatever it is called.
-//! - An existing file is written over where it is this program's own output of the same kind, or
-//!   with `--force`. A folder never is.
-//! - Devices and FIFOs are written to and stay what they are.
-//! - Everything else is written next to its place and moved there when complete, with the permissions of what
-//!   was there.
-//!
-//! [`Folder`] is the same for a folder of results.
+//! The outputs of a command: checked before its work, written at its end, by the rules of
+//! `docs/decisions/0037-outputs-never-replace-inputs.md`. [`Folder`] is the same for a folder of results.
 
 mod folder;
 mod identity;

@@ -65,11 +65,12 @@ pub(crate) fn controller(controller: &Controller<'_>) -> Section {
     if let Some(l) = controller.in_loop {
         let step = value(s.step_rad * DEG, 1, "deg");
         let title = format!("Yaw step of {step}, in closed loop with {}", l.plant);
-        blocks.push(Block::Figure {
-            figure: figures::yaw_step(&title, l.response, s, l.metrics, pid.largest_angle_rad()),
-            height: 680,
-            caption: "Steering is in steering coordinates, as are its limits.".into(),
-        });
+        let caption = "Steering is in steering coordinates, as are its limits.";
+        blocks.push(Block::figure(
+            figures::yaw_step(&title, l.response, s, l.metrics, pid.largest_angle_rad()),
+            680,
+            caption,
+        ));
     }
     if !e.steps.is_empty() {
         blocks.push(Block::Heading("Steps of other heights".into()));

@@ -37,25 +37,21 @@ fn held_out(h: &HeldOut) -> Vec<Block> {
             value(p.variance_accounted_for, 1, "%"),
         ]);
     }
+    let uncertainty = match h.fit_standard_error {
+        Some(_) => format!(
+            "The ± is two standard errors from leaving out one of {} blocks of time after the \
+             other: what another drive of the same kind would give.",
+            h.blocks
+        ),
+        None => "The validation data are too short for an uncertainty of the fit.".into(),
+    };
+    let caption = format!(
+        "The less a prediction may see of the yaw rate, the more it is the model's own. {uncertainty}"
+    );
     vec![
         Block::Heading("Prediction of the validation data".into()),
         Block::Table(table),
-        Block::Figure {
-            figure: figures::prediction(h),
-            height: 280,
-            caption: format!(
-                "The less a prediction may see of the yaw rate, the more it is the model's own. {}",
-                if h.fit_standard_error.is_some() {
-                    format!(
-                        "The ± is two standard errors from leaving out one of {} blocks of time \
-                         after the other: what another drive of the same kind would give.",
-                        h.blocks
-                    )
-                } else {
-                    "The validation data are too short for an uncertainty of the fit.".into()
-                }
-            ),
-        },
+        Block::figure(figures::prediction(h), 280, caption),
     ]
 }
 
@@ -77,15 +73,14 @@ fn residuals(r: &ResidualCorrelation, plant: &Plant) -> Vec<Block> {
     vec![
         Block::Heading("Residuals".into()),
         Block::Table(table),
-        Block::Figure {
-            figure: figures::residuals(r, plant.discrete.sample_time_s),
-            height: 320,
-            caption: "Left: structure in time that the noise model misses. Right, positive lags: \
-                      effects of the steering that the model misses; negative lags, where the \
-                      positive ones are clean: the driver's answer to what he saw, which is feedback. \
-                      The tests weigh all lags together and allow for the steering's own memory."
-                .into(),
-        },
+        Block::figure(
+            figures::residuals(r, plant.discrete.sample_time_s),
+            320,
+            "Left: structure in time that the noise model misses. Right, positive lags: effects of \
+             the steering that the model misses; negative lags, where the positive ones are clean: \
+             the driver's answer to what he saw, which is feedback. The tests weigh all lags \
+             together and allow for the steering's own memory.",
+        ),
     ]
 }
 
@@ -121,16 +116,13 @@ fn response(r: &FrequencyResponse, plant: &Plant) -> Vec<Block> {
                 .into(),
         ));
     }
-    blocks.push(Block::Figure {
-        figure: figures::frequency_response(r, plant.input),
-        height: 760,
-        caption: format!(
-            "Measured by Welch's method from {} independent averages, {} Hz apart; shown where \
-                 the coherence is significant. {compared}",
-            text(r.averages, 0),
-            significant(r.resolution_hz)
-        ),
-    });
+    let caption = format!(
+        "Measured by Welch's method from {} independent averages, {} Hz apart; shown where the \
+         coherence is significant. {compared}",
+        text(r.averages, 0),
+        significant(r.resolution_hz)
+    );
+    blocks.push(Block::figure(figures::frequency_response(r, plant.input), 760, caption));
     blocks
 }
 
@@ -157,16 +149,14 @@ fn poles_and_zeros(map: &PoleZeroMap) -> Vec<Block> {
     vec![
         Block::Heading("Poles and zeros".into()),
         Block::Table(table),
-        Block::Figure {
-            figure: figures::poles_and_zeros(map),
-            height: 440,
-            caption:
-                "Left the discrete model, right s = ln(z)/T of its poles with the zeros of the \
-                      continuous model. Zeros far outside are in the table alone; those of the \
-                      discrete model without a continuous one come from sampling. Dashed: what holds \
-                      the true one with 95 % probability, for a model of the right order."
-                    .into(),
-        },
+        Block::figure(
+            figures::poles_and_zeros(map),
+            440,
+            "Left the discrete model, right s = ln(z)/T of its poles with the zeros of the \
+             continuous model. Zeros far outside are in the table alone; those of the discrete \
+             model without a continuous one come from sampling. Dashed: what holds the true one \
+             with 95 % probability, for a model of the right order.",
+        ),
     ]
 }
 

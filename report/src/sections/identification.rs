@@ -30,22 +30,14 @@ pub(crate) fn log(plant: &Plant, traces: Option<&Traces>) -> Section {
         blocks.push(Block::Table(table));
     }
     if let Some(traces) = traces {
-        blocks.push(Block::Figure {
-            figure: figures::drive(traces),
-            height: 600,
-            caption: "What was recorded, on the clock of the identification. Yaw is the integral \
-                      of the measured yaw rate."
-                .into(),
-        });
+        let caption = "What was recorded, on the clock of the identification. Yaw is the integral \
+                       of the measured yaw rate.";
+        blocks.push(Block::figure(figures::drive(traces), 600, caption));
     }
     if !e.excitation.coherence.is_empty() {
-        blocks.push(Block::Figure {
-            figure: figures::coherence(&e.excitation),
-            height: 330,
-            caption: "Coherence is the share of the yaw rate that steering explains linearly, by \
-                      frequency. Beyond the limit a model is a guess."
-                .into(),
-        });
+        let caption = "Coherence is the share of the yaw rate that steering explains linearly, by \
+                       frequency. Beyond the limit a model is a guess.";
+        blocks.push(Block::figure(figures::coherence(&e.excitation), 330, caption));
     }
     blocks.extend(super::evidence::bands(&e.excitation));
     Section::new("The log", blocks)
@@ -90,24 +82,20 @@ pub(crate) fn model(plant: &Plant, traces: Option<&Traces>, bicycle_fit: Option<
     }
     let mut blocks = vec![Block::Table(table)];
     if let Some(traces) = traces {
-        blocks.push(Block::Figure {
-            figure: figures::comparison(traces, &e.fit, bicycle_fit),
-            height: 720,
-            caption: "Simulation from the steering alone: the model never sees the measured yaw \
-                      rate, and of the shaded part it saw nothing at all."
-                .into(),
-        });
+        let caption = "Simulation from the steering alone: the model never sees the measured yaw \
+                       rate, and of the shaded part it saw nothing at all.";
+        blocks.push(Block::figure(figures::comparison(traces, &e.fit, bicycle_fit), 720, caption));
     }
     if !e.order_table.is_empty() {
-        blocks.push(Block::Figure {
-            figure: figures::order_table(&e.order_table, plant.order()),
-            height: 320,
-            caption: "Singular values of the chosen method and horizon: a gap after the n-th, and \
-                      a validation fit that stops rising, speak for order n. The fits are those of \
-                      each order's own best method and horizon, refined; what is chosen is the \
-                      order of least criterion on the estimation data."
-                .into(),
-        });
+        let caption = "Singular values of the chosen method and horizon: a gap after the n-th, and \
+                       a validation fit that stops rising, speak for order n. The fits are those \
+                       of each order's own best method and horizon, refined; what is chosen is the \
+                       order of least criterion on the estimation data.";
+        blocks.push(Block::figure(
+            figures::order_table(&e.order_table, plant.order()),
+            320,
+            caption,
+        ));
         let headers = ["order", "singular value", "estimation fit", "validation fit", "stable", ""];
         let mut table = Table::new(headers);
         for row in &e.order_table {

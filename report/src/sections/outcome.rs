@@ -67,11 +67,10 @@ pub(crate) fn tracking(path: Option<&Path>, tracks: &[(&str, &Track)]) -> Sectio
         )));
     }
     let points = path.map_or(&[][..], |p| &p.points);
-    blocks.push(Block::Figure {
-        figure: figures::reference_road(points, path.is_some_and(|p| p.closed), tracks),
-        height: figures::road_height(crate::WIDTH, points, tracks),
-        caption: "Both axes have the same scale.".into(),
-    });
+    let caption = "Both axes have the same scale.";
+    let figure = figures::reference_road(points, path.is_some_and(|p| p.closed), tracks);
+    let height = figures::road_height(crate::WIDTH, points, tracks);
+    blocks.push(Block::figure(figure, height, caption));
     if !tracks.is_empty() {
         let headers = ["track", "cross-track RMS", "cross-track largest", "yaw RMS", "yaw largest"];
         let mut table = Table::new(headers);
@@ -86,13 +85,9 @@ pub(crate) fn tracking(path: Option<&Path>, tracks: &[(&str, &Track)]) -> Sectio
             ]);
         }
         blocks.push(Block::Table(table));
-        blocks.push(Block::Figure {
-            figure: figures::tracking_errors(tracks),
-            height: 660,
-            caption: "Positive errors are to the left of the road. Yaw error is yaw against the \
-                      road's heading; in a bend a steady part of it is sideslip, not a fault."
-                .into(),
-        });
+        let caption = "Positive errors are to the left of the road. Yaw error is yaw against the \
+                       road's heading; in a bend a steady part of it is sideslip, not a fault.";
+        blocks.push(Block::figure(figures::tracking_errors(tracks), 660, caption));
     }
     Section::new("Following the reference road", blocks)
 }
