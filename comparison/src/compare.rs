@@ -168,10 +168,8 @@ pub fn compare(job: Job) -> Result<Comparison, Error> {
     if let Some(gain) = job.cross_track_integral_per_s {
         road.guidance.cross_track_integral_gain_per_s = gain;
     }
-    let drive = match &job.drive {
-        Some((log, options)) => Some(drive::validate(&models, log, options)?),
-        None => None,
-    };
+    let drive = job.drive.as_ref();
+    let drive = drive.map(|(log, options)| drive::validate(&models, log, options)).transpose()?;
     if let Some(drive) = &drive {
         remarks.extend(drive.remarks.iter().cloned());
         sources.extend(drive.sources.iter().cloned());

@@ -72,10 +72,9 @@ impl Compared<'_> {
                 Figure { controller: self.controllers[index].label.clone(), value }
             })
             .collect();
-        let judged_on = match truth {
-            Some(truth) => self.plants[truth].label.clone(),
-            None => "the worst of the models' plants".to_owned(),
-        };
+        let judged_on =
+            truth.map_or("the worst of the models' plants", |t| self.plants[t].label.as_str());
+        let judged_on = judged_on.to_owned();
         let mut sentences = self.specification(truth);
         sentences.extend(self.astray());
         let (tracks_best, sentence) = tracking(&tracking_errors, &judged_on);

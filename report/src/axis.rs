@@ -51,11 +51,8 @@ impl Axis {
             let more = padding * (b - a);
             (a, b) = (a - more, b + more);
         }
-        Some(if log {
-            Self { low: a.exp(), high: b.exp(), log }
-        } else {
-            Self { low: a, high: b, log }
-        })
+        let (low, high) = if log { (a.exp(), b.exp()) } else { (a, b) };
+        Some(Self { low, high, log })
     }
 
     /// The position of a value: 0 at the low end, 1 at the high one.

@@ -44,13 +44,10 @@ fn extremes(segment: &[Pixel], budget: usize) -> Vec<Pixel> {
         let by = |a: &(usize, &Pixel), b: &(usize, &Pixel)| a.1.1.total_cmp(&b.1.1);
         let least = part.iter().enumerate().min_by(by).map_or(0, |(i, _)| i);
         let largest = part.iter().enumerate().max_by(by).map_or(0, |(i, _)| i);
-        let mut keep = [0, least, largest, length - 1];
+        let mut keep = vec![0, least, largest, length - 1];
         keep.sort_unstable();
-        for (k, i) in keep.into_iter().enumerate() {
-            if k == 0 || keep[k - 1] != i {
-                out.push(part[i]);
-            }
-        }
+        keep.dedup();
+        out.extend(keep.into_iter().map(|i| part[i]));
         start += length;
     }
     out

@@ -53,13 +53,8 @@ fn draw_panel(canvas: &mut Canvas, panel: &Panel, frame: &Frame, budget: usize) 
         draw_series(canvas, series, frame, budget);
     }
     let frame_stroke = Stroke { color: FRAME, width: 1.0, dashed: false };
-    let corners = [
-        (a.left, a.top),
-        (a.right, a.top),
-        (a.right, a.bottom),
-        (a.left, a.bottom),
-        (a.left, a.top),
-    ];
+    let (left, top, right, bottom) = (a.left, a.top, a.right, a.bottom);
+    let corners = [(left, top), (right, top), (right, bottom), (left, bottom), (left, top)];
     canvas.line(&corners, frame_stroke);
     let font = Font { size: LABEL_SIZE, ..PLAIN };
     let middle = 0.5 * (a.left + a.right);

@@ -8,6 +8,7 @@ use crate::palette::Color;
 /// A figure of one or more panels.
 #[derive(Debug, Clone, PartialEq)]
 #[allow(missing_docs)]
+#[must_use]
 pub struct Figure {
     pub title: String,
     /// The figure in one or two sentences with numbers, for screen readers.
@@ -20,6 +21,7 @@ pub struct Figure {
 /// One pair of axes. The legend stands above it, where it covers no data.
 #[derive(Debug, Clone, PartialEq)]
 #[allow(missing_docs)]
+#[must_use]
 pub struct Panel {
     /// Label of the horizontal axis, with its unit.
     pub x_label: String,
@@ -44,6 +46,7 @@ pub struct Panel {
 /// One curve.
 #[derive(Debug, Clone, PartialEq)]
 #[allow(missing_docs)]
+#[must_use]
 pub struct Series {
     /// For the legend; an empty name has no entry. Series of a figure with the same name are shown and
     /// hidden together, and the legend lists them once.
@@ -59,6 +62,7 @@ pub struct Series {
 /// Style of a curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[allow(missing_docs)]
+#[must_use]
 pub struct Style {
     pub color: Color,
     /// Width of the line in pixels; 0 draws no line.
@@ -81,6 +85,7 @@ pub enum Symbol {
 
 /// A band or line that is not data.
 #[derive(Debug, Clone, PartialEq)]
+#[must_use]
 pub struct Mark {
     /// For the legend; an empty name has no entry.
     pub name: String,
@@ -105,31 +110,26 @@ pub enum Place {
 
 impl Style {
     /// A line of usual width.
-    #[must_use]
     pub const fn line(color: Color) -> Self {
         Self { color, width: 1.5, dashed: false, dot: 0.0, symbol: Symbol::Dot }
     }
 
     /// A dashed line.
-    #[must_use]
     pub const fn dashed(color: Color) -> Self {
         Self { dashed: true, ..Self::line(color) }
     }
 
     /// Dots joined by a thin line.
-    #[must_use]
     pub const fn dots(color: Color) -> Self {
         Self { dot: 3.5, ..Self::line(color).width(1.0) }
     }
 
     /// Symbols without a line.
-    #[must_use]
     pub const fn symbols(color: Color, symbol: Symbol, dot: f64) -> Self {
         Self { symbol, dot, ..Self::line(color).width(0.0) }
     }
 
     /// The same with another width.
-    #[must_use]
     pub const fn width(self, width: f64) -> Self {
         Self { width, ..self }
     }
@@ -137,25 +137,21 @@ impl Style {
 
 impl Series {
     /// A curve through points.
-    #[must_use]
     pub fn new(name: impl Into<String>, points: Vec<(f64, f64)>, style: Style) -> Self {
         Self { name: name.into(), note: String::new(), points, is_data: true, style }
     }
 
     /// The same with an addition to its name in the legend.
-    #[must_use]
     pub fn noted(self, note: impl Into<String>) -> Self {
         Self { note: note.into(), ..self }
     }
 
     /// The outline of a shape.
-    #[must_use]
     pub fn shape(name: impl Into<String>, points: Vec<(f64, f64)>, style: Style) -> Self {
         Self { is_data: false, ..Self::new(name, points, style) }
     }
 
     /// A curve of `y` over `x`, both of equal length, each times a factor (for units).
-    #[must_use]
     pub fn over(
         name: impl Into<String>,
         x: &[f64],
@@ -168,7 +164,6 @@ impl Series {
 
 impl Mark {
     /// A mark with a name for the legend.
-    #[must_use]
     pub fn new(name: impl Into<String>, place: Place, color: Color) -> Self {
         Self { name: name.into(), place, color }
     }
@@ -176,7 +171,6 @@ impl Mark {
 
 impl Panel {
     /// Empty axes with their labels.
-    #[must_use]
     pub fn new(x_label: impl Into<String>, y_label: impl Into<String>) -> Self {
         Self {
             x_label: x_label.into(),
@@ -193,14 +187,12 @@ impl Panel {
     }
 
     /// Adds a curve.
-    #[must_use]
     pub fn with(mut self, series: Series) -> Self {
         self.series.push(series);
         self
     }
 
     /// Adds a band or line.
-    #[must_use]
     pub fn mark(mut self, mark: Mark) -> Self {
         self.marks.push(mark);
         self
@@ -226,13 +218,11 @@ impl Panel {
 
 impl Figure {
     /// A figure of stacked panels.
-    #[must_use]
     pub fn new(title: impl Into<String>, panels: Vec<Panel>) -> Self {
         Self { title: title.into(), result: String::new(), columns: 1, panels }
     }
 
     /// The same with what it shows.
-    #[must_use]
     pub fn stating(self, result: impl Into<String>) -> Self {
         Self { result: result.into(), ..self }
     }

@@ -20,6 +20,7 @@ const LARGEST: usize = 2_000_000;
 /// A heading and what is below it.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[allow(missing_docs)]
+#[must_use]
 pub struct Section {
     pub heading: String,
     pub blocks: Vec<Block>,
@@ -29,7 +30,6 @@ pub struct Section {
 
 impl Section {
     /// A section that is open.
-    #[must_use]
     pub fn new(heading: impl Into<String>, blocks: Vec<Block>) -> Self {
         Self { heading: heading.into(), blocks, folded: false }
     }

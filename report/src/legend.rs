@@ -5,15 +5,12 @@ use crate::figure::{Panel, Place, Symbol};
 use crate::palette::{BAND_OPACITY, Color};
 use std::collections::HashSet;
 
-/// Size of the text, px.
+/// Size of the text, height of a row and length of the sample of a line, px.
 const SIZE: f64 = 12.0;
-/// Height of a row, px.
 const ROW: f64 = 18.0;
-/// Length of the sample of a line, px.
 const SAMPLE: f64 = 24.0;
-/// Between sample and text, px.
+/// Between sample and text, and between two entries, px.
 const SPACE: f64 = 6.0;
-/// Between two entries, px.
 const BETWEEN: f64 = 18.0;
 
 enum Sample {

@@ -18,6 +18,7 @@ const NARROW: usize = 12;
 /// assert_eq!(table.to_string(), "order   fit\n─────  ────\n    1   8.5\n    2  79.4\n");
 /// ```
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[must_use]
 pub struct Table {
     headers: Vec<String>,
     rows: Vec<Vec<String>>,
@@ -25,13 +26,11 @@ pub struct Table {
 
 impl Table {
     /// An empty table with its headers.
-    #[must_use]
     pub fn new<S: Into<String>>(headers: impl IntoIterator<Item = S>) -> Self {
         Self { headers: headers.into_iter().map(Into::into).collect(), rows: Vec::new() }
     }
 
     /// Adds a row; missing cells are empty, and cells beyond the headers are dropped.
-    #[must_use]
     pub fn row<S: Into<String>>(mut self, cells: impl IntoIterator<Item = S>) -> Self {
         self.push(cells);
         self

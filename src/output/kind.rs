@@ -122,9 +122,9 @@ pub(super) fn header(file: File) -> Option<Vec<String>> {
 }
 
 /// The start of a text.
-fn head(file: File) -> std::io::Result<String> {
+fn head(text: impl Read) -> std::io::Result<String> {
     let mut bytes = Vec::new();
-    file.take(HEAD).read_to_end(&mut bytes)?;
+    text.take(HEAD).read_to_end(&mut bytes)?;
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
@@ -132,7 +132,6 @@ fn head(file: File) -> std::io::Result<String> {
 fn entry(file: &mut File, name: &str) -> Option<String> {
     file.seek(SeekFrom::Start(0)).ok()?;
     let mut archive = zip::ZipArchive::new(file).ok()?;
-    let mut bytes = Vec::new();
-    archive.by_name(name).ok()?.take(HEAD).read_to_end(&mut bytes).ok()?;
-    Some(String::from_utf8_lossy(&bytes).into_owned())
+    let entry = archive.by_name(name).ok()?;
+    head(entry).ok()
 }

@@ -63,7 +63,7 @@ impl Sweep {
             Some((folder, runs)) if runs.contains(&run) => {
                 with_trajectory(&self.plan, rig, folder, run, &quantities, stop)?
             }
-            _ => rig.run(run, &quantities, stop, None),
+            _ => rig.run(usize::MAX, run, &quantities, stop, None),
         };
         let (outcome, fatal, aftermath) = match result {
             Ok(metrics) => (Outcome::Done(metrics), None, false),
@@ -121,7 +121,7 @@ fn with_trajectory(
         let all = plan.recorded.iter().map(|(_, slot)| shortest(values[*slot]));
         let _ = csv.write_record(std::iter::once(shortest(time)).chain(all));
     };
-    let result = rig.run(run, quantities, stop, Some(&mut see));
+    let result = rig.run(usize::MAX, run, quantities, stop, Some(&mut see));
     let path = folder.join(format!("run-{run}.csv"));
     let io = |source| Error::Io { path: path.clone(), source };
     std::fs::create_dir_all(folder).map_err(io)?;

@@ -43,12 +43,7 @@ pub(crate) enum Kind {
 impl Kind {
     /// Whether a metric's absolute value is at most the largest one of its variable.
     fn is_bounded_by_largest(self) -> bool {
-        match self {
-            Self::Rms | Self::Mean | Self::Minimum | Self::Maximum | Self::MaxAbs | Self::Final => {
-                true
-            }
-            Self::Time | Self::FirstTime | Self::SettlingTime | Self::Overshoot => false,
-        }
+        !matches!(self, Self::Time | Self::FirstTime | Self::SettlingTime | Self::Overshoot)
     }
 
     /// As it is written.

@@ -67,12 +67,8 @@ impl Plan {
 
     /// Whether a run did all that is required; one that failed did not.
     pub(crate) fn passes(&self, outcome: &Outcome) -> bool {
-        match outcome {
-            Outcome::Failed(_) => false,
-            Outcome::Done(values) => {
-                self.metrics.iter().zip(values).all(|(metric, value)| metric.is_met(*value))
-            }
-        }
+        let Outcome::Done(values) = outcome else { return false };
+        self.metrics.iter().zip(values).all(|(metric, value)| metric.is_met(*value))
     }
 
     /// The worst that a run's metrics show.

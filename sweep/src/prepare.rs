@@ -1,6 +1,5 @@
 //! A study made ready: FMUs open, names resolved, the first steps tried.
 
-use std::fmt::Write;
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
@@ -81,15 +80,12 @@ impl Sweep {
         let stop = AtomicBool::new(false);
         let mut failure = None;
         for run in [0, self.runs() - 1] {
-            match rig.run_for(1, run, &self.plan.quantities(run), &stop, None) {
+            match rig.run(1, run, &self.plan.quantities(run), &stop, None) {
                 Err(Ended::Failed(error)) => failure = Some(failure.unwrap_or(error)),
                 _ => return Ok(()),
             }
         }
-        match failure {
-            None => Ok(()),
-            Some(source) => Err(Error::FirstStep { at, source: Box::new(source) }),
-        }
+        failure.map_or(Ok(()), |source| Err(Error::FirstStep { at, source: Box::new(source) }))
     }
 }
 
@@ -104,10 +100,5 @@ fn id(study: &Study, files: &[PathBuf]) -> Result<String, Error> {
             std::fs::read(path).map_err(|source| Error::Io { path: path.clone(), source })?;
         hash.update(Sha256::digest(bytes));
     }
-    let mut text = String::new();
-    for byte in &hash.finalize()[..ID_BYTES] {
-        // Writing to a String cannot fail.
-        let _ = write!(text, "{byte:02x}");
-    }
-    Ok(text)
+    Ok(hash.finalize()[..ID_BYTES].iter().map(|byte| format!("{byte:02x}")).collect())
 }

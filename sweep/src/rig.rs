@@ -60,20 +60,9 @@ impl<'a> Rig<'a> {
         }
     }
 
-    /// Runs to the end and returns the metrics. `see` receives the values at every communication
-    /// point.
+    /// Runs to the end, or for so many steps, and returns the metrics. `see` receives the values at every
+    /// communication point.
     pub(crate) fn run(
-        &mut self,
-        run: usize,
-        quantities: &[f64],
-        stop: &AtomicBool,
-        see: Option<See<'_>>,
-    ) -> Result<Vec<f64>, Ended> {
-        self.run_for(self.plan.system.grid.steps, run, quantities, stop, see)
-    }
-
-    /// As [`Rig::run`], but ends after some steps.
-    pub(crate) fn run_for(
         &mut self,
         steps: usize,
         run: usize,

@@ -199,20 +199,15 @@ impl Metric {
     /// Refuses a metric whose keys do not fit its kind or contradict each other.
     pub(crate) fn check(&self) -> Result<(), String> {
         let (kind, name) = (self.kind, self.kind.name());
-        let bounds = usize::from(self.above.is_some()) + usize::from(self.below.is_some());
-        match kind {
-            MetricKind::Time | MetricKind::FirstTime if bounds != 1 => {
-                return Err(format!("{name} needs either above or below"));
-            }
-            MetricKind::Time | MetricKind::FirstTime => {}
-            _ if bounds > 0 => {
-                return Err(format!(
-                    "{name} has no above or below; at_most and at_least state requirements"
-                ));
-            }
-            _ => {}
+        let bounds = self.above.iter().chain(&self.below).count();
+        let of_bounds = matches!(kind, MetricKind::Time | MetricKind::FirstTime);
+        if of_bounds && bounds != 1 {
+            return Err(format!("{name} needs either above or below"));
+        } else if !of_bounds && bounds > 0 {
+            let text = "has no above or below; at_most and at_least state requirements";
+            return Err(format!("{name} {text}"));
         }
-        let bands = usize::from(self.band.is_some()) + usize::from(self.band_percent.is_some());
+        let bands = self.band.iter().chain(&self.band_percent).count();
         if kind == MetricKind::SettlingTime {
             if bands != 1 || self.target.is_none() {
                 return Err(format!("{name} needs a target, and either band or band_percent"));

@@ -31,7 +31,6 @@ pub struct Simulated<'a> {
 }
 
 /// Yaw rate and yaw, measured and simulated, and what each simulation is off by.
-#[must_use]
 pub fn models_against_drive(driven: Driven<'_>, models: &[Simulated<'_>]) -> Figure {
     let t = driven.time_s;
     let label = "Time (s)";
@@ -81,7 +80,6 @@ fn zero() -> Mark {
 
 /// The reference road in the plane, and its curvature, with the lateral acceleration that it needs
 /// at a speed in the legend.
-#[must_use]
 pub fn road_and_curvature(points: &[PathPoint], closed: bool, speed: f64) -> Figure {
     let plane = reference_road(points, closed, &[]);
     let label = "Distance along the road (m)";
@@ -101,7 +99,6 @@ pub fn road_and_curvature(points: &[PathPoint], closed: bool, speed: f64) -> Fig
 
 /// One controller on several plants: the tracks in the plane, and cross-track error, yaw error and
 /// steering along the road.
-#[must_use]
 pub fn tracking(title: &str, points: &[PathPoint], closed: bool, on: &[(&str, &Track)]) -> Figure {
     let mut panels = reference_road(points, closed, on).panels;
     let errors = tracking_errors(on);
@@ -127,7 +124,6 @@ pub struct YawStep<'a> {
 
 /// Yaw steps to `height`, rad, next to each other, until a time: whole, about the height, and the
 /// steering.
-#[must_use]
 pub fn yaw_steps(height: f64, until: f64, steps: &[YawStep<'_>]) -> Figure {
     let label = "Time (s)";
     let aim = height * DEG;

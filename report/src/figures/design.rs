@@ -7,7 +7,6 @@ use steerwright_formats::{Specification, StepMetrics};
 
 /// Yaw and steering after a yaw step, with the band of the steady state, the largest overshoot
 /// allowed, when the response settled, and the limits of the steering.
-#[must_use]
 pub fn yaw_step(
     title: &str,
     response: &StepResponse,

@@ -12,7 +12,6 @@ use steerwright_formats::{
 const GAP: (f64, f64) = (f64::NAN, f64::NAN);
 
 /// Fit of predictions over how far they look ahead, and of the simulation.
-#[must_use]
 pub fn prediction(held_out: &HeldOut) -> Figure {
     let points: Vec<_> =
         held_out.predictions.iter().filter_map(|p| Some((p.ahead_s?, p.fit.max(-20.0)))).collect();
@@ -43,7 +42,6 @@ pub fn prediction(held_out: &HeldOut) -> Figure {
 }
 
 /// Auto- and cross-correlation of the residuals, lag by lag, with the bands of 99 %.
-#[must_use]
 pub fn residuals(correlation: &ResidualCorrelation, sample_time_s: f64) -> Figure {
     let half = (correlation.with_input.len() / 2) as f64;
     let own = stems(&correlation.autocorrelation, 1.0, sample_time_s);
@@ -90,7 +88,6 @@ fn stems(values: &[f64], first: f64, sample_time_s: f64) -> Vec<(f64, f64)> {
 
 /// Gain, phase and coherence over frequency: measured without a model, with confidence, and the
 /// model's.
-#[must_use]
 pub fn frequency_response(response: &FrequencyResponse, input: InputKind) -> Figure {
     let unit = match input {
         InputKind::Steering => "1/s",
@@ -169,7 +166,6 @@ pub fn frequency_response(response: &FrequencyResponse, input: InputKind) -> Fig
 
 /// Poles and zeros in the z-plane with the unit circle, and in the s-plane, with the ellipses that hold
 /// each with 95 % probability where its covariance is known.
-#[must_use]
 pub fn poles_and_zeros(map: &PoleZeroMap) -> Figure {
     let both = |[re, im]: [f64; 2]| {
         let mirrored = (im != 0.0).then_some((re, -im));

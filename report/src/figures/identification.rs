@@ -10,7 +10,6 @@ use steerwright_formats::{Excitation, Fits, OrderRow};
 const NEAR_S: f64 = 20.0;
 
 /// Steering angle, yaw rate and yaw of the drive over time.
-#[must_use]
 pub fn drive(traces: &Traces) -> Figure {
     let t = &traces.time_s;
     let thin = |color| Style::line(color).width(1.1);
@@ -48,7 +47,6 @@ pub fn drive(traces: &Traces) -> Figure {
 ///
 /// `bicycle_fit` is the fit of the bicycle model in percent, where known; its curve is in
 /// [`Traces::bicycle_yaw_rate_radps`].
-#[must_use]
 pub fn comparison(traces: &Traces, fit: &Fits, bicycle_fit: Option<f64>) -> Figure {
     let t = &traces.time_s;
     let fits =
@@ -111,7 +109,6 @@ fn magnified(rate: &Panel, traces: &Traces) -> Option<Panel> {
 }
 
 /// Coherence of steering and yaw rate over frequency; beyond the information limit is shaded.
-#[must_use]
 pub fn coherence(excitation: &Excitation) -> Figure {
     let points =
         excitation.coherence.iter().map(|p| (p.frequency_hz, p.coherence)).collect::<Vec<_>>();
@@ -142,7 +139,6 @@ fn significant(value: f64) -> String {
 }
 
 /// Singular values and fits by order, with the order that was chosen.
-#[must_use]
 pub fn order_table(rows: &[OrderRow], chosen: usize) -> Figure {
     let values =
         rows.iter().map(|r| (r.order as f64, r.singular_value.unwrap_or(f64::NAN))).collect();

@@ -20,7 +20,6 @@ pub struct OpenLoop {
 }
 
 /// Gain and phase over frequency, with crossover, gain and phase margin.
-#[must_use]
 pub fn bode(open: &OpenLoop) -> Figure {
     let m = &open.margins;
     let parts = open.real.iter().zip(&open.imaginary);
@@ -71,7 +70,6 @@ pub fn bode(open: &OpenLoop) -> Figure {
 }
 
 /// The loop in the complex plane with the disc about −1 that the modulus margin keeps free.
-#[must_use]
 pub fn nyquist(open: &OpenLoop) -> Figure {
     const REACH: f64 = 2.5;
     let near: Vec<(f64, f64)> = open

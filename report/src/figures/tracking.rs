@@ -9,7 +9,6 @@ use steerwright_formats::PathPoint;
 const ROAD: Color = Color(200, 200, 200);
 
 /// The reference road in the plane with the tracks of the controllers, by name.
-#[must_use]
 pub fn reference_road(points: &[PathPoint], closed: bool, tracks: &[(&str, &Track)]) -> Figure {
     let mut road: Vec<_> = points.iter().map(|p| (p.x_m, p.y_m)).collect();
     if closed && let Some(first) = road.first().copied() {
@@ -62,7 +61,6 @@ pub fn road_height(width: u32, points: &[PathPoint], tracks: &[(&str, &Track)]) 
 /// Cross-track error, yaw error and steering along the road, with their RMS in the legend.
 ///
 /// Over distance where every track has it, else over time.
-#[must_use]
 pub fn tracking_errors(tracks: &[(&str, &Track)]) -> Figure {
     let by_distance = tracks.iter().all(|(_, t)| t.distance_m.len() == t.time_s.len());
     let label = if by_distance { "Distance along the road (m)" } else { "Time (s)" };
