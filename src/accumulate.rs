@@ -1,13 +1,12 @@
 //! `steerwright accumulate`: the R factor of logs of any length, in bounded memory.
 
-use crate::Global;
-use crate::console;
 use crate::evidence::channel_table;
 use crate::failure::{Failure, Outcome};
 use crate::identify_accumulated::merged;
 use crate::log_options::{LogArguments, input_kind, log_file};
 use crate::output::{Kind, Outputs};
 use crate::progress::Progress;
+use crate::{Global, console};
 use std::path::PathBuf;
 use steerwright_formats::AccumulatedDrives;
 use steerwright_sysid::{AccumulateOptions, Accumulated, InputKind};

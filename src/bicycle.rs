@@ -1,9 +1,8 @@
 //! `steerwright bicycle`: the two-wheel model of a vehicle's data.
 
-use crate::console;
 use crate::failure::{Failure, Outcome};
 use crate::output::{Kind, Outputs};
-use crate::{Global, files};
+use crate::{Global, console, files};
 use std::path::PathBuf;
 use steerwright_formats::Bicycle;
 

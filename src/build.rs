@@ -1,14 +1,12 @@
 //! `steerwright build`: everything for one drive.
 
-use crate::console;
-use crate::design_summary;
 use crate::failure::{Failure, Outcome};
 use crate::gate::GateArguments;
 use crate::log_options::{IdentifyArguments, LogArguments};
 use crate::output::Outputs;
 use crate::pipeline::{self, Job, Text};
 use crate::specification::SpecificationArguments;
-use crate::{Global, evidence, files, overview, quantity};
+use crate::{Global, console, design_summary, evidence, files, overview, quantity};
 use std::path::{Path, PathBuf};
 
 /// Identify, design, pack, track and report: all stages for one drive

@@ -1,9 +1,8 @@
 //! `steerwright check`: archives of any tool compared with the standard.
 
-use crate::console;
 use crate::failure::{Failure, Outcome};
 use crate::progress::Progress;
-use crate::quantity;
+use crate::{console, quantity};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use steerwright_checker::{Report, Severity, run};

@@ -1,6 +1,5 @@
 //! `steerwright compare`: models against a drive, controllers against each other and the truth.
 
-use crate::console;
 use crate::failure::{Failure, Outcome};
 use crate::gate::GateArguments;
 use crate::log_options::LogArguments;
@@ -8,7 +7,7 @@ use crate::output::Outputs;
 use crate::pipeline::Writer;
 use crate::progress::Progress;
 use crate::specification::SpecificationArguments;
-use crate::{Global, files, quantity};
+use crate::{Global, console, files, quantity};
 use std::path::{Path, PathBuf};
 use steerwright_comparison::{ControllerFile, Job, Model, Road, Truth};
 use steerwright_formats::{Path as PathFile, Pid};

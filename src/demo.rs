@@ -1,11 +1,10 @@
 //! `steerwright demo`: all stages, on the recorded drives in this program.
 
-use crate::console;
 use crate::failure::{Failure, Outcome};
 use crate::gate::GateArguments;
 use crate::output::Outputs;
 use crate::pipeline::{self, Job, Text};
-use crate::{Global, overview};
+use crate::{Global, console, overview};
 use std::path::PathBuf;
 use steerwright_control::DesignOptions;
 use steerwright_drivelog::LogOptions;

@@ -1,13 +1,12 @@
 //! `steerwright design`: a PID controller to a specification.
 
-use crate::Global;
-use crate::console;
 use crate::design_summary::summary;
 use crate::failure::{Failure, Outcome};
 use crate::gate::GateArguments;
 use crate::output::{Files, Kind, Outputs};
 use crate::progress::Progress;
 use crate::specification::SpecificationArguments;
+use crate::{Global, console};
 use std::path::{Path, PathBuf};
 use steerwright_control::DesignPlant;
 use steerwright_formats::Pid;

@@ -1,14 +1,12 @@
 //! `steerwright identify`: the plant in a drive log.
 
-use crate::Global;
-use crate::console;
 use crate::evidence::{evidence, plots, traces_csv};
 use crate::failure::{Failure, Outcome};
-use crate::identify_accumulated;
 use crate::identify_bicycle::{self, BicycleArguments};
 use crate::log_options::{IdentifyArguments, LogArguments};
 use crate::output::{Files, Kind, Output, Outputs};
 use crate::progress::Progress;
+use crate::{Global, console, identify_accumulated};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use steerwright_formats::{Bicycle, Plant};

@@ -1,12 +1,11 @@
 //! `steerwright identify` from R factors of accumulated drives, merged.
 
-use crate::console;
 use crate::evidence::evidence;
 use crate::failure::{Failure, Outcome};
-use crate::files;
 use crate::log_options::{IdentifyArguments, LogArguments};
 use crate::output::Output;
 use crate::progress::Progress;
+use crate::{console, files};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use steerwright_drivelog::LogOptions;

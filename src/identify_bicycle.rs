@@ -1,12 +1,11 @@
 //! `steerwright identify --structure bicycle`: the bicycle in a drive log.
 
-use crate::console;
 use crate::evidence::{channel_table, conclusion, traces_csv, validation_data};
 use crate::failure::{Failure, Outcome};
 use crate::log_options::IdentifyArguments;
 use crate::output::Output;
 use crate::progress::Progress;
-use crate::quantity;
+use crate::{console, quantity};
 use std::fmt::Write;
 use steerwright_drivelog::DriveLog;
 use steerwright_formats::{Bicycle, BicycleEvidence, Quality};

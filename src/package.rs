@@ -1,11 +1,10 @@
 //! `steerwright package`: FMU archives from the stages' files.
 
-use crate::console;
 use crate::failure::{Failure, Outcome};
 use crate::gate::{self, GateArguments};
 use crate::output::{Kind, Output, Outputs};
 use crate::progress::Progress;
-use crate::{Global, files, quantity};
+use crate::{Global, console, files, quantity};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use steerwright_packaging::Fmu;

@@ -1,9 +1,8 @@
 //! `steerwright path`: a reference path from recorded points or from a standard road.
 
-use crate::console;
 use crate::failure::{Failure, Outcome};
 use crate::output::{Kind, Outputs};
-use crate::{Global, files, quantity};
+use crate::{Global, console, files, quantity};
 use std::path::{Path, PathBuf};
 use steerwright_control::Sideslip;
 use steerwright_control::paths::{self, FixOptions, PointOptions, PoorFixes};

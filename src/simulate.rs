@@ -1,10 +1,9 @@
 //! `steerwright simulate`: archives, or a system structure package, in closed loop.
 
-use crate::console;
 use crate::failure::{Failure, Outcome};
 use crate::output::{Kind, Outputs};
 use crate::progress::Progress;
-use crate::{Global, quantity};
+use crate::{Global, console, quantity};
 use serde::Serialize;
 use std::path::PathBuf;
 use steerwright_host::{

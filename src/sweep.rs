@@ -1,10 +1,9 @@
 //! `steerwright sweep`: Monte Carlo over closed loops of FMUs.
 
-use crate::console;
 use crate::failure::{BAD_INPUT, Failure, Outcome};
 use crate::output::{Files, Kind, Outputs};
 use crate::progress::Progress;
-use crate::{Global, quantity};
+use crate::{Global, console, quantity};
 use serde::Serialize;
 use std::collections::BTreeSet;
 use std::path::PathBuf;

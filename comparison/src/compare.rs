@@ -88,26 +88,22 @@ pub struct Comparison {
 
 impl Comparison {
     /// A controller on a plant.
-    #[must_use]
-    pub fn run(&self, controller: usize, plant: usize) -> &Run {
+    pub(crate) fn run(&self, controller: usize, plant: usize) -> &Run {
         &self.runs[controller * self.plants.len() + plant]
     }
 
     /// The outcome of a run.
-    #[must_use]
-    pub fn outcome(&self, run: &Run) -> &Outcome {
+    pub(crate) fn outcome(&self, run: &Run) -> &Outcome {
         &self.outcomes[run.controller * self.plants.len() + run.plant]
     }
 
     /// The place of the truth among the plants.
-    #[must_use]
-    pub fn truth(&self) -> Option<usize> {
+    pub(crate) fn truth(&self) -> Option<usize> {
         self.plants.iter().position(|p| p.model.is_none())
     }
 
     /// Largest lateral acceleration of the road, m/s².
-    #[must_use]
-    pub fn lateral_acceleration(&self) -> f64 {
+    pub(crate) fn lateral_acceleration(&self) -> f64 {
         largest_curvature(&self.road) * self.road.speed_mps * self.road.speed_mps
     }
 

@@ -1,16 +1,14 @@
 //! From a study to a wired system: archives opened, connections made, times found.
 
+use crate::error::Error;
+use crate::study::Study;
 use std::collections::HashMap;
 use std::path::PathBuf;
-
 use steerwright_host::{
     Archive, Connection, Error as HostError, Grid, Instance, Linear, Measurement, System,
     SystemPackage, Unit,
 };
 use toml::Spanned;
-
-use crate::error::Error;
-use crate::study::Study;
 
 /// The opened archives, kept for as long as instances are made of them.
 #[derive(Debug)]

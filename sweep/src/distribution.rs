@@ -4,11 +4,10 @@
 //! ones drawn again until they lie within the bounds, which [`Distribution::of`] keeps from being
 //! rare. For Integer and Boolean variables, `uniform` draws whole numbers, both ends included.
 
+use crate::study::{Kind, Vary};
 use rand::RngExt;
 use rand::rngs::ChaCha8Rng;
 use rand_distr::StandardNormal;
-
-use crate::study::{Kind, Vary};
 
 /// The least share of a normal distribution that its bounds may leave.
 const LEAST_SHARE: f64 = 1e-3;

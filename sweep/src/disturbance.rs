@@ -13,12 +13,11 @@
 //! study: a force where the plant has an input for one, else what acts like it, such as the
 //! steering that balances a banked road.
 
+use crate::draws::{Key, Number};
+use crate::study::Shape;
 use rand::RngExt;
 use rand::rngs::ChaCha8Rng;
 use rand_distr::StandardNormal;
-
-use crate::draws::{Key, Number};
-use crate::study::Shape;
 
 /// A disturbance as the study states it, its amplitude in the input's unit.
 #[derive(Debug, Clone)]

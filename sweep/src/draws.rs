@@ -1,8 +1,7 @@
 //! Random numbers that depend on the study's seed, a name and a run's index alone.
 //!
 //! A stream is ChaCha with 8 rounds (Bernstein 2008) under a key that is the SHA-256 of seed and
-//! name, and the run's index as nonce. It has no state that runs share, so any run can be drawn at
-//! any time on any thread, and what is added to a study leaves the draws of the rest as they were.
+//! name, and the run's index as nonce (`docs/decisions/0035-sweep-rows.md`).
 
 use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;

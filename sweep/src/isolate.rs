@@ -6,12 +6,6 @@
 //! answers `last` instead of `row` and goes; the next run gets another. One that does not answer in time is
 //! ended by the parent.
 
-use std::io::{BufRead, BufReader, Write};
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
-use std::sync::atomic::Ordering;
-use std::sync::{Arc, Mutex};
-use std::time::Instant;
-
 use crate::error::Error;
 use crate::make::{Made, Options, too_long};
 use crate::metric::Outcome;
@@ -19,6 +13,11 @@ use crate::prepare::Sweep;
 use crate::results::{row, row_of_line};
 use crate::rig::Rig;
 use crate::watch::{Watch, held};
+use std::io::{BufRead, BufReader, Write};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::sync::atomic::Ordering;
+use std::sync::{Arc, Mutex};
+use std::time::Instant;
 
 const READY: &str = "steerwright sweep ready ";
 const ROW: &str = "steerwright sweep row ";

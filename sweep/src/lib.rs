@@ -1,16 +1,11 @@
 //! Monte Carlo studies over closed loops of FMUs: one system, many runs, a row of numbers for each.
 //!
-//! A study is a TOML file ([`Study`]): a system structure package or FMU files, what is varied and
-//! how, disturbances that are added to inputs, metrics with their requirements.
-//! [`Sweep::prepare`] opens the FMUs and resolves every name; [`Sweep::run`] does the remaining runs on
-//! some threads and appends the rows, in order, to a CSV file that a later call can continue;
-//! [`Summary`] is the statistics over the rows.
-//!
-//! The numbers of a run depend on the study and the run's index alone ([`draws`]), so neither the
-//! number of threads nor an interruption changes a byte of the results. Any FMU for FMI 2.0
-//! Co-Simulation can be used: nothing here is specific to this project's FMUs, but for the names of
-//! two variables (`metric`). Times are in s, values in the units of the FMUs' variables unless the
-//! study states others.
+//! A study is a TOML file ([`Study`]). [`Sweep::prepare`] opens the FMUs and resolves every name;
+//! [`Sweep::run`] does the remaining runs on some threads and appends the rows, in order, to a CSV file that
+//! a later call can continue; [`Summary`] is the statistics over the rows. The numbers of a run depend on
+//! the study and the run's index alone ([`draws`], `docs/decisions/0035-sweep-rows.md`). Any FMU for FMI 2.0
+//! Co-Simulation can be used. Times are in s, values in the units of the FMUs' variables unless the study
+//! states others.
 
 mod connect;
 mod distribution;

@@ -1,18 +1,16 @@
 //! One run, made in this process: its outcome, its row, its trajectory.
 
-use std::path::{Path, PathBuf};
-use std::process::Command;
-use std::sync::atomic::AtomicBool;
-use std::time::{Duration, Instant};
-
-use steerwright_host::{Error as HostError, Status};
-
 use crate::error::Error;
 use crate::metric::Outcome;
 use crate::plan::Plan;
 use crate::prepare::Sweep;
 use crate::results::{row, shortest};
 use crate::rig::{Ended, Rig};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+use steerwright_host::{Error as HostError, Status};
 
 /// The options of a run of a study.
 pub struct Options<'a> {

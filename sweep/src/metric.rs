@@ -5,10 +5,9 @@
 //! or drives away. A metric of either is a lower bound of its largest value, unless it has a target
 //! or counts time.
 
+use crate::draws::Number;
 use serde::{Deserialize, Serialize};
 use steerwright_host::Linear;
-
-use crate::draws::Number;
 
 /// A cross-track error beyond this is off the path, m, where the study states no other: half of a
 /// lane of 3.5 m.

@@ -1,17 +1,15 @@
 //! A study made ready: FMUs open, names resolved, the first steps tried.
 
-use std::path::PathBuf;
-use std::sync::atomic::AtomicBool;
-
-use sha2::{Digest, Sha256};
-use steerwright_host::Measurement;
-
 use crate::connect::{Source, Wired, connect};
 use crate::error::Error;
 use crate::plan::Plan;
 use crate::resolve::{Resets, resolve};
 use crate::rig::{Ended, Rig};
 use crate::study::Study;
+use sha2::{Digest, Sha256};
+use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
+use steerwright_host::Measurement;
 
 /// Bytes of the hash that results are marked with.
 const ID_BYTES: usize = 8;

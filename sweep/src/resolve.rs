@@ -1,12 +1,5 @@
 //! From names to places: the [`Plan`] of a study on its wired system.
 
-use std::collections::{BTreeMap, BTreeSet};
-
-use steerwright_host::{
-    Causality, Composition, Instance, Key, Kind, Linear, PlanOptions, Variable,
-};
-use toml::Spanned;
-
 use crate::connect::{Wired, host};
 use crate::disturbance::Disturbance;
 use crate::draws::{Key as DrawKey, Number};
@@ -15,6 +8,11 @@ use crate::metric::{Metric, OFF_PATH_BEYOND_M, Shows, Target};
 use crate::plan::{Plan, Reuse, Varied};
 use crate::study::{Coupling, Disturb, Instances, Quantity, Shape, Study};
 use crate::values::{Found, UNIT_HINT, conversion, find, values};
+use std::collections::{BTreeMap, BTreeSet};
+use steerwright_host::{
+    Causality, Composition, Instance, Key, Kind, Linear, PlanOptions, Variable,
+};
+use toml::Spanned;
 
 /// More runs than this are refused as a mistake.
 const MOST_RUNS: usize = 1_000_000_000;

@@ -6,14 +6,13 @@
 //! once, whole, so that the file always holds the results of the first runs; a last line that a crash
 //! of the machine cut short is removed by the next call.
 
-use std::fs::{File, OpenOptions};
-use std::io::{Read, Seek, SeekFrom, Write};
-use std::path::{Path, PathBuf};
-
 use crate::error::Error;
 use crate::metric::Outcome;
 use crate::plan::Plan;
 use crate::prepare::Sweep;
+use std::fs::{File, OpenOptions};
+use std::io::{Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
 
 /// What is printed to goes on where it is: opened by its name, a redirected file would be truncated.
 #[cfg(unix)]

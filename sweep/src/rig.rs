@@ -3,15 +3,13 @@
 //! The loop is [`steerwright_host::Cosimulation`], so a run has the numbers of [`steerwright_host::System::run`],
 //! to the bit. Here are the instances that serve several runs, the disturbances, and the metrics.
 
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
-
-use steerwright_host::{Archive, Cosimulation, Error as HostError, Instance};
-
 use crate::disturbance::Signal;
 use crate::memory::Memory;
 use crate::metric::Metric;
 use crate::plan::Plan;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+use steerwright_host::{Archive, Cosimulation, Error as HostError, Instance};
 
 /// Receives time and values at a communication point.
 pub(crate) type See<'a> = &'a mut dyn FnMut(f64, &[f64]);

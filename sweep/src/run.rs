@@ -5,10 +5,6 @@
 //! After `fmi2Fatal` nothing of that FMU may be called any more in this process: the sweep ends
 //! there, and can be resumed in another process.
 
-use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::mpsc;
-
 use crate::error::Error;
 use crate::isolate::Worker;
 use crate::make::{Made, Options};
@@ -18,6 +14,9 @@ use crate::results::Results;
 use crate::rig::Rig;
 use crate::summary::Summary;
 use crate::watch::Watch;
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc;
 
 /// What a call did.
 #[derive(Debug)]

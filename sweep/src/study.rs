@@ -4,14 +4,12 @@
 //! means is found when the FMUs are open, see [`crate::Sweep::prepare`]; every entry keeps its
 //! place in the file until then.
 
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
-
-use serde::Deserialize;
-use toml::Spanned;
-
 use crate::error::{Error, Place};
 use crate::metric::Kind as MetricKind;
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use toml::Spanned;
 
 /// A read study.
 #[derive(Debug, Clone)]

@@ -1,11 +1,10 @@
 //! Statistics over the rows of a sweep.
 
-use serde::Serialize;
-
 use crate::distribution::Distribution;
 use crate::explain::{Cause, Column, explain};
 use crate::metric::{Class, Metric, Outcome};
 use crate::prepare::Sweep;
+use serde::Serialize;
 
 /// The 97.5 % quantile of the normal distribution.
 const Z95: f64 = 1.959_963_984_540_054;

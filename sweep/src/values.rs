@@ -1,16 +1,14 @@
 //! The values that a study sets and varies, held against the variables that get them.
 
-use std::collections::HashMap;
-
-use steerwright_host::{Assigned, Causality, Error as HostError, Kind, Linear, Value, Variable};
-use toml::Spanned;
-
 use crate::connect::{Wired, host, split};
 use crate::distribution::Distribution;
 use crate::draws::Key;
 use crate::error::Error;
 use crate::plan::Varied;
 use crate::study::{Study, Vary};
+use std::collections::HashMap;
+use steerwright_host::{Assigned, Causality, Error as HostError, Kind, Linear, Value, Variable};
+use toml::Spanned;
 
 /// A variable of the system: its instance and itself.
 pub(crate) type Found<'a> = (usize, &'a Variable);
