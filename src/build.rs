@@ -57,11 +57,8 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     folder.commit()?;
     let mut text = evidence::evidence(&built.plant);
     for controller in &built.controllers {
-        text.push_str(&format!(
-            "\n{} controller\n{}\n",
-            controller.basis.name(),
-            design_summary::summary(&controller.pid)
-        ));
+        let (name, summary) = (controller.basis.name(), design_summary::summary(&controller.pid));
+        text.push_str(&format!("\n{name} controller\n{summary}\n"));
     }
     text.push_str(&format!("\n{}", overview::table(std::slice::from_ref(&built))));
     console::result(&text, &overview::of(&built))?;

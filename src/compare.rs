@@ -114,12 +114,9 @@ pub(crate) fn run(arguments: &Arguments, global: &Global) -> Result<Outcome, Fai
     drop(progress);
     let mut text = steerwright_comparison::text(&compared, console::columns());
     if let Some(folder) = &arguments.out {
-        text.push_str(&format!(
-            "\n{} files in {}, to read: {}\n",
-            written.len(),
-            folder.display(),
-            folder.join(steerwright_comparison::PAGE).display()
-        ));
+        let (count, page) = (written.len(), folder.join(steerwright_comparison::PAGE));
+        let (folder, page) = (folder.display(), page.display());
+        text.push_str(&format!("\n{count} files in {folder}, to read: {page}\n"));
     }
     console::result(&text, &steerwright_comparison::json(&compared, &written))?;
     Ok(Outcome::when(compared.worst() <= Class::SpecificationMissed))

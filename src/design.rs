@@ -86,19 +86,12 @@ fn plots<'a>(files: &'a Files, plant: &DesignPlant, pid: &Pid) -> Result<Vec<&'a
     };
     let e = &pid.evidence;
     let [bode, nyquist, plain, offset] = PLOTS;
+    let title = "Yaw step on the model with a steering offset";
     let all: [(&str, Figure, u32); 4] = [
         (bode, figures::bode(&open), 620),
         (nyquist, figures::nyquist(&open), 620),
         (plain, figure("Yaw step on the model", &step(false, until)?, &e.step), 680),
-        (
-            offset,
-            figure(
-                "Yaw step on the model with a steering offset",
-                &step(true, s.steady_state_time_s)?,
-                &e.step_with_offset,
-            ),
-            680,
-        ),
+        (offset, figure(title, &step(true, s.steady_state_time_s)?, &e.step_with_offset), 680),
     ];
     all.iter()
         .map(|(name, figure, height)| files.write(name, figure.to_svg(WIDTH, *height)?.as_bytes()))

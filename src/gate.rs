@@ -21,12 +21,9 @@ impl GateArguments {
             return Ok(());
         }
         let steps = quality.advice.iter().map(|advice| format!("{advice}\n      "));
+        let (codes, summary) = (quality.codes(), &quality.summary);
         Err(Failure::requirement(
-            format!(
-                "{what}: the quality of the model is fail ({}): {}",
-                quality.codes(),
-                quality.summary
-            ),
+            format!("{what}: the quality of the model is fail ({codes}): {summary}"),
             steps.collect::<String>() + "or use the model nevertheless with --accept-untrusted",
         ))
     }

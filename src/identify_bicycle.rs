@@ -132,11 +132,8 @@ fn evidence(e: &BicycleEvidence, quality: &Quality) -> String {
         stated = stated.row([s.name.clone(), format!("{}", s.value), s.origin.clone()]);
     }
     let channels = console::table(&channel_table(&e.channels));
-    let mut text = format!(
-        "{channels}values in rad, rad/s and m/s\n\n{}\n{}\n",
-        console::table(&identified),
-        console::table(&stated)
-    );
+    let (identified, stated) = (console::table(&identified), console::table(&stated));
+    let mut text = format!("{channels}values in rad, rad/s and m/s\n\n{identified}\n{stated}\n");
     let error = e.held_out.as_ref().and_then(|h| h.fit_standard_error);
     let error = error.map_or_else(String::new, |error| format!(" ± {:.2}", 2.0 * error));
     let _ = writeln!(

@@ -23,13 +23,8 @@ pub(super) fn write(
     }
     for c in &built.controllers {
         let title = format!("Yaw step, {} controller, loop of the FMUs", c.basis.name());
-        let figure = figures::yaw_step(
-            &title,
-            &c.step,
-            &c.pid.specification,
-            &c.step_metrics,
-            c.pid.largest_angle_rad(),
-        );
+        let (s, largest) = (&c.pid.specification, c.pid.largest_angle_rad());
+        let figure = figures::yaw_step(&title, &c.step, s, &c.step_metrics, largest);
         draw(&format!("step{}", c.basis.suffix()), &figure, 680)?;
     }
     for (road, suffix) in [(STANDARD_ROAD, ""), (RECORDED_ROAD, "-recorded")] {

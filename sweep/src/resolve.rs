@@ -335,11 +335,8 @@ fn max_cross_track_error(study: &Study) -> Result<f64, Error> {
         return Ok(value);
     }
     let problem = format!("max_cross_track_error_m {value} is not above 0");
-    Err(study.fault(
-        stated,
-        problem,
-        "set the distance from the lane's centre to its edge, such as 1.75",
-    ))
+    let hint = "set the distance from the lane's centre to its edge, such as 1.75";
+    Err(study.fault(stated, problem, hint))
 }
 
 fn is_varied(varied: &[Varied], name: &str) -> bool {

@@ -37,11 +37,8 @@ pub fn models_against_drive(driven: Driven<'_>, models: &[Simulated<'_>]) -> Fig
     // Wide and light: good simulations lie on it.
     let measured = Style::line(HALO).width(4.5);
     let over = |name: &str, y: &[f64], style: Style| Series::over(name, t, (y, DEG), style);
-    let mut rate = Panel::new(label, "Yaw rate (deg/s)").with(over(
-        "measured",
-        driven.yaw_rate_radps,
-        measured,
-    ));
+    let reference = over("measured", driven.yaw_rate_radps, measured);
+    let mut rate = Panel::new(label, "Yaw rate (deg/s)").with(reference);
     let mut yaw = Panel::new(label, "Yaw (deg)").with(over("measured", driven.yaw_rad, measured));
     let mut error = Panel::new(label, "Yaw rate error (deg/s)").mark(zero());
     let mut drift = Panel::new(label, "Yaw error (deg)").mark(zero());
@@ -88,11 +85,8 @@ pub fn road_and_curvature(points: &[PathPoint], closed: bool, speed: f64) -> Fig
     let name =
         format!("lateral acceleration up to {} m/s² at {} m/s", text(most, 2), text(speed, 2));
     let result = format!("The road requires {name}.");
-    let curvature = Panel::new(label, "Curvature (1/m)").mark(zero()).with(Series::new(
-        name,
-        over,
-        Style::line(BLUE),
-    ));
+    let curve = Series::new(name, over, Style::line(BLUE));
+    let curvature = Panel::new(label, "Curvature (1/m)").mark(zero()).with(curve);
     let panels = plane.panels.into_iter().chain([curvature]).collect();
     Figure::new("Reference road", panels).stating(result)
 }

@@ -22,17 +22,14 @@ pub fn yaw_step(
     let tolerance = 0.01 * band * step.abs();
     let overshoot = specification.overshoot_percent.map(|share| step * (1.0 + 0.01 * share));
     let overshot = format!("overshoot {} %", text(reached.overshoot_percent, 2));
+    let steady = Place::YBand(step - tolerance, step + tolerance);
     let mut yaw = Panel::new("Time (s)", "Yaw (deg)")
         .with(Series::new("reference", reference, Style::line(GREY).width(1.0)))
         .with(
             Series::over("yaw", t, (&response.yaw_rad, DEG), Style::line(BLUE).width(2.0))
                 .noted(format!(" ({overshot})")),
         )
-        .mark(Mark::new(
-            format!("±{} %", short(band)),
-            Place::YBand(step - tolerance, step + tolerance),
-            GREEN,
-        ));
+        .mark(Mark::new(format!("±{} %", short(band)), steady, GREEN));
     if let (Some(line), Some(share)) = (overshoot, specification.overshoot_percent) {
         let name = format!("overshoot allowed {} %", short(share));
         yaw = yaw.mark(Mark::new(name, Place::YLine(line), VERMILION));

@@ -116,24 +116,20 @@ pub fn frequency_response(response: &FrequencyResponse, input: InputKind) -> Fig
         (DEG * (p.phase_rad - apart), DEG * (p.phase_rad + apart))
     });
     let model = Style::line(VERMILION);
-    let measured = Style::symbols(BLACK, Symbol::Dot, 2.5);
+    let measured = |points: Vec<(f64, f64)>| {
+        let name = format!("measured, {percent} % confidence");
+        Series::new(name, points, Style::symbols(BLACK, Symbol::Dot, 2.5))
+    };
     let mut gain = Panel::new("Frequency (Hz)", format!("Gain ({unit})"))
-        .with(Series::new(
-            format!("measured, {percent} % confidence"),
-            known.iter().map(|p| (p.frequency_hz, p.gain)).collect(),
-            measured,
-        ))
+        .with(measured(known.iter().map(|p| (p.frequency_hz, p.gain)).collect()))
         .with(Series::new("model", over(|p| p.model_gain).collect(), model));
     gain.y_log = true;
     gain.series.extend(gain_bars);
     let mut phase = Panel::new("Frequency (Hz)", "Phase (deg)")
-        .with(Series::new(
-            format!("measured, {percent} % confidence"),
-            known.iter().map(|p| (p.frequency_hz, DEG * p.phase_rad)).collect(),
-            measured,
-        ))
+        .with(measured(known.iter().map(|p| (p.frequency_hz, DEG * p.phase_rad)).collect()))
         .with(Series::new("model", over(|p| DEG * p.model_phase_rad).collect(), model));
     phase.series.extend(phase_bars);
+    let significant = Place::YLine(response.significant_coherence);
     let mut coherence = Panel::new("Frequency (Hz)", "Coherence (1)")
         .with(Series::new("coherence", over(|p| p.coherence).collect(), Style::line(BLUE)))
         .with(Series::shape(
@@ -141,11 +137,7 @@ pub fn frequency_response(response: &FrequencyResponse, input: InputKind) -> Fig
             over(|p| p.coherence_low).chain([GAP]).chain(over(|p| p.coherence_high)).collect(),
             Style::dashed(GREY).width(1.0),
         ))
-        .mark(Mark::new(
-            "1 % of unrelated signals are above",
-            Place::YLine(response.significant_coherence),
-            VERMILION,
-        ));
+        .mark(Mark::new("1 % of unrelated signals are above", significant, VERMILION));
     coherence.y_limits = Some((0.0, 1.0));
     coherence.weight = 0.75;
     let mut panels = vec![gain, phase, coherence];
@@ -178,11 +170,8 @@ pub fn poles_and_zeros(map: &PoleZeroMap) -> Figure {
     let near = |zeros: Vec<(f64, f64)>, reach: f64| -> Vec<(f64, f64)> {
         zeros.into_iter().filter(|z| z.0.hypot(z.1) <= reach).collect()
     };
-    let mut z = Panel::new("Re z (1)", "Im z (1)").with(Series::shape(
-        "unit circle",
-        circle,
-        Style::line(GREY).width(1.0),
-    ));
+    let circle = Series::shape("unit circle", circle, Style::line(GREY).width(1.0));
+    let mut z = Panel::new("Re z (1)", "Im z (1)").with(circle);
     let (cross, ring) =
         (Style::symbols(VERMILION, Symbol::Cross, 6.0), Style::symbols(BLUE, Symbol::Ring, 6.0));
     z = z.with(Series::new("pole", plane(|m| Some(m.discrete), &map.poles), cross));
@@ -238,11 +227,8 @@ fn with_ellipses(panel: Panel, of: [(Vec<(f64, f64)>, Color); 2]) -> Panel {
     of.into_iter().filter(|(points, _)| points.iter().any(|p| p.0.is_finite())).fold(
         panel,
         |panel, (points, color)| {
-            panel.with(Series::shape(
-                std::mem::take(&mut name),
-                points,
-                Style::dashed(color).width(1.0),
-            ))
+            let style = Style::dashed(color).width(1.0);
+            panel.with(Series::shape(std::mem::take(&mut name), points, style))
         },
     )
 }

@@ -53,12 +53,8 @@ pub fn comparison(traces: &Traces, fit: &Fits, bicycle_fit: Option<f64>) -> Figu
         format!("fit {} %, validation {} %", text(fit.estimation, 1), text(fit.validation, 1));
     let mut result = format!("The identified model: {fits}");
     let measured = Style::line(BLACK).width(1.1);
-    let mut rate = Panel::new("Time (s)", "Yaw rate (deg/s)").with(Series::over(
-        "measured",
-        t,
-        (&traces.yaw_rate_radps, DEG),
-        measured,
-    ));
+    let reference = Series::over("measured", t, (&traces.yaw_rate_radps, DEG), measured);
+    let mut rate = Panel::new("Time (s)", "Yaw rate (deg/s)").with(reference);
     if let Some(bicycle) = &traces.bicycle_yaw_rate_radps {
         let fit = bicycle_fit.map_or_else(String::new, |f| format!("fit {} %", text(f, 1)));
         let mut series = Series::over("bicycle model", t, (bicycle, DEG), Style::dashed(GREEN));
@@ -157,12 +153,9 @@ pub fn order_table(rows: &[OrderRow], chosen: usize) -> Figure {
         .map(|r| (r.order as f64, r.validation_fit.max(-20.0)))
         .collect();
     let low = rows.iter().any(|r| r.validation_fit < -20.0 || r.estimation_fit < -20.0);
+    let faint = Style { dashed: true, dot: 2.5, ..Style::dots(GREY) };
     let mut fits = Panel::new("Order n", "Fit of simulation (%)")
-        .with(Series::new(
-            "estimation",
-            fit(|r| r.estimation_fit),
-            Style { dashed: true, dot: 2.5, ..Style::dots(GREY) },
-        ))
+        .with(Series::new("estimation", fit(|r| r.estimation_fit), faint))
         .with(Series::new("validation", fit(|r| r.validation_fit), Style::dots(GREEN)))
         .mark(Mark::new("", marked(), VERMILION));
     if !unstable.is_empty() {

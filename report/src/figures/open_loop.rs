@@ -89,14 +89,11 @@ pub fn nyquist(open: &OpenLoop) -> Figure {
     };
     let m = &open.margins;
     let thin = |color| Style::line(color).width(1.0);
+    let name = format!("modulus margin {}", text(m.modulus_margin, 3));
     let mut panel = Panel::new("Real part (1)", "Imaginary part (1)")
         .with(Series::new("loop", near, Style::line(BLUE).width(2.0)))
         .with(Series::shape("unit circle", circle(0.0, 1.0), thin(GREY)))
-        .with(Series::shape(
-            format!("modulus margin {}", text(m.modulus_margin, 3)),
-            circle(-1.0, m.modulus_margin),
-            thin(GREEN),
-        ))
+        .with(Series::shape(name, circle(-1.0, m.modulus_margin), thin(GREEN)))
         .with(Series::shape("−1", vec![(-1.0, 0.0)], Style::symbols(VERMILION, Symbol::Dot, 4.0)));
     if let Some(asked) = open.required_modulus_margin.filter(|asked| *asked > 0.0) {
         let style = Style::dashed(VERMILION).width(1.0);

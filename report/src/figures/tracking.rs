@@ -14,11 +14,8 @@ pub fn reference_road(points: &[PathPoint], closed: bool, tracks: &[(&str, &Trac
     if closed && let Some(first) = road.first().copied() {
         road.push(first);
     }
-    let mut panel = Panel::new("x (m)", "y (m)").with(Series::new(
-        "reference road",
-        road,
-        Style::line(ROAD).width(5.0),
-    ));
+    let road = Series::new("reference road", road, Style::line(ROAD).width(5.0));
+    let mut panel = Panel::new("x (m)", "y (m)").with(road);
     for (k, (name, track)) in tracks.iter().enumerate() {
         panel = panel.with(Series::new(
             *name,

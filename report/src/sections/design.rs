@@ -66,11 +66,9 @@ pub(crate) fn controller(controller: &Controller<'_>) -> Section {
         let step = value(s.step_rad * DEG, 1, "deg");
         let title = format!("Yaw step of {step}, in closed loop with {}", l.plant);
         let caption = "Steering is in steering coordinates, as are its limits.";
-        blocks.push(Block::figure(
-            figures::yaw_step(&title, l.response, s, l.metrics, pid.largest_angle_rad()),
-            680,
-            caption,
-        ));
+        let largest = pid.largest_angle_rad();
+        let figure = figures::yaw_step(&title, l.response, s, l.metrics, largest);
+        blocks.push(Block::figure(figure, 680, caption));
     }
     if !e.steps.is_empty() {
         blocks.push(Block::Heading("Steps of other heights".into()));

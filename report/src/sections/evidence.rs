@@ -98,15 +98,12 @@ fn response(r: &FrequencyResponse, plant: &Plant) -> Vec<Block> {
     if !r.bands.is_empty() {
         let mut table = Table::new(["band", "model's gain over measured", "model's phase", "±"]);
         for b in &r.bands {
+            let (gain, phase) = (200.0 * b.standard_error, 2.0 * figures::DEG * b.standard_error);
             table.push([
                 format!("{} to {}\u{a0}Hz", b.from_hz, b.to_hz),
                 text(b.gain_ratio, 3),
                 value(figures::DEG * b.phase_ahead_rad, 1, "deg"),
-                format!(
-                    "{}, {}",
-                    value(200.0 * b.standard_error, 1, "%"),
-                    value(2.0 * figures::DEG * b.standard_error, 1, "deg")
-                ),
+                format!("{}, {}", value(gain, 1, "%"), value(phase, 1, "deg")),
             ]);
         }
         blocks.push(Block::Table(table));

@@ -91,11 +91,8 @@ pub(crate) fn model(plant: &Plant, traces: Option<&Traces>, bicycle_fit: Option<
                        a validation fit that stops rising, speak for order n. The fits are those \
                        of each order's own best method and horizon, refined; what is chosen is the \
                        order of least criterion on the estimation data.";
-        blocks.push(Block::figure(
-            figures::order_table(&e.order_table, plant.order()),
-            320,
-            caption,
-        ));
+        let figure = figures::order_table(&e.order_table, plant.order());
+        blocks.push(Block::figure(figure, 320, caption));
         let headers = ["order", "singular value", "estimation fit", "validation fit", "stable", ""];
         let mut table = Table::new(headers);
         for row in &e.order_table {
@@ -123,11 +120,8 @@ pub fn factor_in_words(f: &DataFactor) -> String {
         FactorMethod::Gram => "Gram matrix",
         FactorMethod::Qr => "QR factorisation",
     };
-    let mut words = format!(
-        "{method}, condition {} (input alone {})",
-        condition(f.condition),
-        condition(f.input_condition)
-    );
+    let (all, input) = (condition(f.condition), condition(f.input_condition));
+    let mut words = format!("{method}, condition {all} (input alone {input})");
     if f.horizon < f.asked_horizon {
         let more = format!("; {} block rows asked for, {} excited", f.asked_horizon, f.horizon);
         words.push_str(&more);
@@ -143,12 +137,8 @@ fn fit(percent: f64) -> String {
 fn in_words(plant: &Plant) -> Vec<String> {
     let e: &Evidence = &plant.evidence;
     let test = |t: &ResidualTest| {
-        format!(
-            "statistic {} over {} lags, 99 % bound {}",
-            significant(t.statistic),
-            t.lags,
-            significant(t.bound)
-        )
+        let (statistic, bound) = (significant(t.statistic), significant(t.bound));
+        format!("statistic {statistic} over {} lags, 99 % bound {bound}", t.lags)
     };
     let mut out = vec![format!(
         "Estimated on {} samples, validated on {} others: there the simulation fits the yaw rate \

@@ -34,11 +34,9 @@ pub(crate) fn summary(report: &Report<'_>) -> Section {
     }
     for c in &report.controllers {
         let step = c.in_loop.map_or(&c.pid.evidence.step, |l| l.metrics);
-        let text = format!(
-            "overshoot {}, settled {}",
-            value(step.overshoot_percent, 2, "%"),
-            super::optional(step.settling_time_s, 3, "s", "never")
-        );
+        let overshoot = value(step.overshoot_percent, 2, "%");
+        let settled = super::optional(step.settling_time_s, 3, "s", "never");
+        let text = format!("overshoot {overshoot}, settled {settled}");
         table.push([format!("controller: {}", c.name), text, super::met(c.is_proved())]);
     }
     for (name, track) in &report.tracks {
