@@ -2,235 +2,71 @@
 
 /// A bicycle, a design or a path is impossible.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs)] // the fields are named in the messages
 pub enum Error {
-    /// The vehicle file is invalid.
     #[error("{file}:{line}:{column}: {problem}")]
-    VehicleFile {
-        /// Name of the file as the caller gave it.
-        file: String,
-        /// Line, from 1.
-        line: usize,
-        /// Column, from 1.
-        column: usize,
-        /// The problem.
-        problem: String,
-    },
-    /// The file of recorded points is invalid.
+    VehicleFile { file: String, line: usize, column: usize, problem: String },
     #[error("{file}:{line}:{column}: {problem}")]
-    PointFile {
-        /// Name of the file as the caller gave it.
-        file: String,
-        /// Line, from 1.
-        line: u64,
-        /// Column, from 1.
-        column: usize,
-        /// The problem.
-        problem: String,
-    },
-    /// The file of a road is invalid.
+    PointFile { file: String, line: u64, column: usize, problem: String },
     #[error("{file}:{line}:{column}: {problem}")]
-    RoadFile {
-        /// Name of the file as the caller gave it.
-        file: String,
-        /// Line, from 1.
-        line: usize,
-        /// Column, from 1.
-        column: usize,
-        /// The problem.
-        problem: String,
-    },
-    /// The recording of a satellite receiver has no usable fix.
+    RoadFile { file: String, line: usize, column: usize, problem: String },
     #[error(
         "{file}: none of {total} fixes can be used: {without} have no position, {poor} have fewer than {least_satellites} satellites or no correction"
     )]
-    PoorFixes {
-        /// Name of the file as the caller gave it.
-        file: String,
-        /// Fixes in the file.
-        total: usize,
-        /// Fixes without a position.
-        without: usize,
-        /// Fixes with too few satellites or without correction.
-        poor: usize,
-        /// Satellites needed.
-        least_satellites: u32,
-    },
+    PoorFixes { file: String, total: usize, without: usize, poor: usize, least_satellites: u32 },
     /// A document is inconsistent.
     #[error(transparent)]
     Document(#[from] steerwright_formats::Error),
-    /// The plant model cannot be stepped.
     #[error("{model}: {problem}")]
-    Model {
-        /// The model's name.
-        model: String,
-        /// The problem.
-        problem: String,
-    },
-    /// The identified model's file is inconsistent.
+    Model { model: String, problem: String },
     #[error("{model}: {source}")]
-    Identified {
-        /// The model's name.
-        model: String,
-        /// The problem.
-        source: steerwright_models::Error,
-    },
-    /// The speed at which the plant was identified is unknown.
+    Identified { model: String, source: steerwright_models::Error },
     #[error(
         "{model}: operating_point.speed_mps is 0: the speed at which the plant holds is unknown"
     )]
-    NoSpeed {
-        /// The model's name.
-        model: String,
-    },
-    /// The plant's yaw rate grows without bound.
+    NoSpeed { model: String },
     #[error("{model}: the plant is unstable at {speed_mps} m/s: a mode {text}")]
-    UnstablePlant {
-        /// The model's name.
-        model: String,
-        /// Its speed.
-        speed_mps: f64,
-        /// The mode in words.
-        text: String,
-    },
-    /// The largest rate of the steering is not stated.
+    UnstablePlant { model: String, speed_mps: f64, text: String },
     #[error(
         "{model}: no rate of the steering is stated, and the model comes from no drive that has one"
     )]
-    NoSteeringRate {
-        /// The model's name.
-        model: String,
-    },
-    /// The model holds at one speed alone.
+    NoSteeringRate { model: String },
     #[error("{model}: the model holds only at the speed of its identification")]
-    NotScheduled {
-        /// The model's name.
-        model: String,
-    },
-    /// Steering to the left does not turn the plant to the left.
+    NotScheduled { model: String },
     #[error(
         "{model}: the steady-state gain from steering to yaw rate is {gain} 1/s, it must be positive"
     )]
-    SteadyStateGain {
-        /// The model's name.
-        model: String,
-        /// Yaw rate per steering angle, 1/s.
-        gain: f64,
-    },
-    /// The controller's sample time is no multiple of the grid of a discrete plant.
+    SteadyStateGain { model: String, gain: f64 },
     #[error(
         "{model} has no continuous model and steps every {plant_s} s: a controller sample of {controller_s} s is not a multiple of it"
     )]
-    SampleTimeMismatch {
-        /// The model's name.
-        model: String,
-        /// The plant's sample time.
-        plant_s: f64,
-        /// The controller's sample time.
-        controller_s: f64,
-    },
-    /// The controller has too few samples in the settling time.
+    SampleTimeMismatch { model: String, plant_s: f64, controller_s: f64 },
     #[error(
         "a sample time of {sample_time_s} s leaves fewer than {need} samples in the settling time of {settling_time_s} s"
     )]
-    SampleTimeTooLong {
-        /// The controller's sample time.
-        sample_time_s: f64,
-        /// The required settling time.
-        settling_time_s: f64,
-        /// Samples needed within it.
-        need: usize,
-    },
-    /// The delay is longer than a design allows.
+    SampleTimeTooLong { sample_time_s: f64, settling_time_s: f64, need: usize },
     #[error("a delay of {delay_s} s is longer than the {allowed_s} s that a design allows")]
-    DelayTooLong {
-        /// The delay of plant and loop.
-        delay_s: f64,
-        /// The longest allowed.
-        allowed_s: f64,
-    },
-    /// An option is out of its range.
+    DelayTooLong { delay_s: f64, allowed_s: f64 },
     #[error("{option} is {value}: it must be {must}")]
-    Option {
-        /// The option.
-        option: &'static str,
-        /// Its value.
-        value: f64,
-        /// Its range.
-        must: &'static str,
-    },
-    /// Two options contradict each other.
+    Option { option: &'static str, value: f64, must: &'static str },
     #[error("{one} contradicts {other}: {why}")]
-    Contradiction {
-        /// The first.
-        one: String,
-        /// The second.
-        other: String,
-        /// The reason.
-        why: &'static str,
-    },
-    /// Controller and plant have different steering angles.
+    Contradiction { one: String, other: String, why: &'static str },
     #[error("the controller is for a steering ratio of {pid}, the plant has {plant}")]
-    SteeringRatio {
-        /// The controller's.
-        pid: f64,
-        /// The plant's.
-        plant: f64,
-    },
-    /// A road of that shape does not exist.
+    SteeringRatio { pid: f64, plant: f64 },
     #[error("{road}: {problem}")]
-    Road {
-        /// Which road.
-        road: &'static str,
-        /// The problem.
-        problem: String,
-    },
-    /// Too few distinct points for a path.
+    Road { road: &'static str, problem: String },
     #[error("{got} distinct points, a path needs at least {need}")]
-    TooFewPoints {
-        /// Distinct points there are.
-        got: usize,
-        /// Points needed.
-        need: usize,
-    },
-    /// The recorded positions jump.
+    TooFewPoints { got: usize, need: usize },
     #[error(
         "{dropped} of {total} points jump from their neighbours (the first at point {first}, by {jump_m:.2} m), more than the {allowed} that may be outliers"
     )]
-    Jumps {
-        /// Points left out as outliers.
-        dropped: usize,
-        /// Points in all.
-        total: usize,
-        /// First outlier, from 1.
-        first: usize,
-        /// Its distance from its neighbours.
-        jump_m: f64,
-        /// Outliers allowed.
-        allowed: usize,
-    },
-    /// The recorded positions continue at another place.
+    Jumps { dropped: usize, total: usize, first: usize, jump_m: f64, allowed: usize },
     #[error("the positions jump by {jump_m:.2} m between points {after} and {next}")]
-    Jump {
-        /// Point before the jump, from 1.
-        after: usize,
-        /// Point after it.
-        next: usize,
-        /// Size of the jump.
-        jump_m: f64,
-    },
-    /// The recorded path cannot be smoothed to the curvature allowed.
+    Jump { after: usize, next: usize, jump_m: f64 },
     #[error(
         "the curvature reaches {reached:.4} 1/m even when smoothed over {smoothing_m:.0} m; {allowed} 1/m is allowed"
     )]
-    Curvature {
-        /// Largest curvature reached.
-        reached: f64,
-        /// Largest allowed.
-        allowed: f64,
-        /// Longest smoothing tried.
-        smoothing_m: f64,
-    },
-    /// The optimiser stopped.
+    Curvature { reached: f64, allowed: f64, smoothing_m: f64 },
     #[error("the optimiser stopped: {0}")]
     Optimiser(String),
 }

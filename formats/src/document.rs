@@ -5,41 +5,14 @@ use serde::{Serialize, de::DeserializeOwned};
 
 /// Why a file is rejected. `file` is the name passed by the caller, `path` the JSON path of the fault.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs)] // the fields are named in the messages
 pub enum Error {
-    /// The text is not JSON, or a key is missing, unknown or of the wrong type.
     #[error("{file}:{line}:{column}: at `{path}`: {problem}")]
-    Syntax {
-        /// Name of the file as the caller gave it.
-        file: String,
-        /// Line, from 1.
-        line: usize,
-        /// Column, from 1.
-        column: usize,
-        /// JSON path of the fault, `.` for the root.
-        path: String,
-        /// The problem.
-        problem: String,
-    },
-    /// The schema is another one than expected.
+    Syntax { file: String, line: usize, column: usize, path: String, problem: String },
     #[error("{file}: at `schema`: {found} stands here, expected `{expected}`")]
-    Schema {
-        /// Name of the file as the caller gave it.
-        file: String,
-        /// The schema in the file, as a message prints it.
-        found: String,
-        /// The schema name that this reader supports.
-        expected: &'static str,
-    },
-    /// The values contradict each other or the physics.
+    Schema { file: String, found: String, expected: &'static str },
     #[error("{file}: at `{path}`: {problem}")]
-    Value {
-        /// Name of the file as the caller gave it.
-        file: String,
-        /// JSON path of the fault.
-        path: String,
-        /// The problem.
-        problem: String,
-    },
+    Value { file: String, path: String, problem: String },
 }
 
 impl Error {

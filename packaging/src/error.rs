@@ -2,95 +2,36 @@
 
 /// An error of this crate.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs)] // the fields are named in the messages
 pub enum Error {
-    /// The document is of no kind that an FMU is made from.
     #[error("{file}: no FMU is made from {found}")]
-    NotPackable {
-        /// The document's name as the caller gave it.
-        file: String,
-        /// Its schema, or the description of a file without one.
-        found: String,
-    },
+    NotPackable { file: String, found: String },
     /// The document is refused by its schema.
     #[error(transparent)]
     Document(#[from] steerwright_formats::Error),
-    /// The slave refuses the document.
     #[error("{file}: {source}")]
-    Slave {
-        /// The document's name as the caller gave it.
-        file: String,
-        /// Why.
-        source: steerwright_slaves::Error,
-    },
-    /// There is no library to put in.
+    Slave { file: String, source: steerwright_slaves::Error },
     #[error("{fmu}: no library for any platform")]
-    NoBinary {
-        /// The FMU.
-        fmu: &'static str,
-    },
-    /// FMI has no platform of that name.
+    NoBinary { fmu: &'static str },
     #[error("`{platform}` is no platform of FMI 2.0")]
-    Platform {
-        /// The name.
-        platform: String,
-    },
-    /// Two libraries are for one platform.
+    Platform { platform: String },
     #[error("{fmu}: two libraries for {platform}")]
-    TwoBinaries {
-        /// The FMU.
-        fmu: &'static str,
-        /// The platform.
-        platform: String,
-    },
-    /// The FMU fails on the inputs of its reference run.
+    TwoBinaries { fmu: &'static str, platform: String },
     #[error("{file}: the reference run fails at {time} s: {problem}")]
-    Reference {
-        /// The document's name as the caller gave it.
-        file: String,
-        /// When, in seconds.
-        time: f64,
-        /// The slave's reason.
-        problem: String,
-    },
-    /// The step size is no step size.
+    Reference { file: String, time: f64, problem: String },
     #[error("the step size is {step}, expected a number above 0")]
-    Step {
-        /// The step size.
-        step: f64,
-    },
+    Step { step: f64 },
     /// Names do not determine the source of an input.
     #[error(transparent)]
     Wiring(Box<steerwright_host::Error>),
-    /// A system names a variable that does not exist or has the wrong causality.
     #[error("the system has no {need} {variable}")]
-    NoVariable {
-        /// The variable, `component.variable`.
-        variable: String,
-        /// The required kind of variable.
-        need: &'static str,
-    },
-    /// The ends of a connection are not alike.
+    NoVariable { variable: String, need: &'static str },
     #[error("{connection}: the ends differ in type or unit")]
-    Connection {
-        /// From output to input.
-        connection: String,
-    },
-    /// Writing the package of a system failed.
+    Connection { connection: String },
     #[error("{name}.ssp: {source}")]
-    Package {
-        /// The system.
-        name: String,
-        /// Why.
-        source: zip::result::ZipError,
-    },
-    /// Writing the archive failed.
+    Package { name: String, source: zip::result::ZipError },
     #[error("{fmu}.fmu: {source}")]
-    Zip {
-        /// The FMU.
-        fmu: &'static str,
-        /// Why.
-        source: zip::result::ZipError,
-    },
+    Zip { fmu: &'static str, source: zip::result::ZipError },
 }
 
 impl Error {

@@ -4,39 +4,16 @@ use std::path::PathBuf;
 
 /// Why an archive cannot be checked.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs)] // the fields are named in the messages
 pub enum Error {
-    /// The file cannot be read.
     #[error("{}: {source}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
-    /// The path is a folder.
+    Io { path: PathBuf, source: std::io::Error },
     #[error("{} is a folder", path.display())]
-    Folder {
-        /// The folder.
-        path: PathBuf,
-    },
-    /// The file is too large to be read into memory.
+    Folder { path: PathBuf },
     #[error("{} has {got} bytes, more than {limit}", path.display())]
-    TooLarge {
-        /// The file.
-        path: PathBuf,
-        /// The size, bytes.
-        got: u64,
-        /// The largest size, bytes.
-        limit: u64,
-    },
-    /// The process that exercises the binary cannot be started.
+    TooLarge { path: PathBuf, got: u64, limit: u64 },
     #[error("{}: the process that runs the FMU cannot be started: {source}", path.display())]
-    Child {
-        /// The program.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
+    Child { path: PathBuf, source: std::io::Error },
 }
 
 impl Error {
