@@ -71,6 +71,23 @@ pub enum Error {
     Optimiser(String),
 }
 
+/// Rejects an option whose value is not valid.
+pub(crate) fn require(
+    is_valid: bool,
+    option: &'static str,
+    value: f64,
+    must: &'static str,
+) -> Result<(), Error> {
+    if is_valid { Ok(()) } else { Err(Error::Option { option, value, must }) }
+}
+
+/// Rejects options that are not positive numbers.
+pub(crate) fn positive<const N: usize>(options: [(&'static str, f64); N]) -> Result<(), Error> {
+    options.into_iter().try_for_each(|(option, value)| {
+        require(value.is_finite() && value > 0.0, option, value, "greater than 0")
+    })
+}
+
 impl Error {
     /// The suggested fix.
     #[must_use]

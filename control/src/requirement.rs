@@ -52,23 +52,34 @@ impl Requirement {
         R::DiskMargin,
     ];
 
+    /// Its name in files, its name in texts, and its unit, as it follows a number.
+    fn words(self) -> [&'static str; 3] {
+        match self {
+            R::Overshoot => ["overshoot_percent", "overshoot", " %"],
+            R::Settling => ["settling_time_s", "settling time", " s"],
+            R::SteadyState => ["steady_state_error_percent", "steady-state error", " %"],
+            R::SteadyStateWithOffset => [
+                "steady_state_error_with_offset_percent",
+                "steady-state error with the steering 1° off",
+                " %",
+            ],
+            R::SteadyStateOnCurve => {
+                ["steady_state_error_on_curve_percent", "steady-state error on a curve", " %"]
+            }
+            R::Rise => ["rise_time_s", "rise time", " s"],
+            R::IntegralError => ["integral_absolute_error_s", "integral of absolute error", " s"],
+            R::GainMargin => ["gain_margin_db", "gain margin", " dB"],
+            R::PhaseMargin => ["phase_margin_deg", "phase margin", "°"],
+            R::ModulusMargin => ["modulus_margin", "modulus margin", ""],
+            R::DelayMargin => ["delay_margin_s", "delay margin", " s"],
+            R::DiskMargin => ["disk_margin", "disk margin", ""],
+        }
+    }
+
     /// Its name in files.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            R::Overshoot => "overshoot_percent",
-            R::Settling => "settling_time_s",
-            R::SteadyState => "steady_state_error_percent",
-            R::SteadyStateWithOffset => "steady_state_error_with_offset_percent",
-            R::SteadyStateOnCurve => "steady_state_error_on_curve_percent",
-            R::Rise => "rise_time_s",
-            R::IntegralError => "integral_absolute_error_s",
-            R::GainMargin => "gain_margin_db",
-            R::PhaseMargin => "phase_margin_deg",
-            R::ModulusMargin => "modulus_margin",
-            R::DelayMargin => "delay_margin_s",
-            R::DiskMargin => "disk_margin",
-        }
+        self.words()[0]
     }
 
     /// The requirement of a name in a file.
@@ -80,20 +91,7 @@ impl Requirement {
     /// Its name in texts.
     #[must_use]
     pub fn label(self) -> &'static str {
-        match self {
-            R::Overshoot => "overshoot",
-            R::Settling => "settling time",
-            R::SteadyState => "steady-state error",
-            R::SteadyStateWithOffset => "steady-state error with the steering 1° off",
-            R::SteadyStateOnCurve => "steady-state error on a curve",
-            R::Rise => "rise time",
-            R::IntegralError => "integral of absolute error",
-            R::GainMargin => "gain margin",
-            R::PhaseMargin => "phase margin",
-            R::ModulusMargin => "modulus margin",
-            R::DelayMargin => "delay margin",
-            R::DiskMargin => "disk margin",
-        }
+        self.words()[1]
     }
 
     /// A value with its unit in texts.
@@ -102,7 +100,6 @@ impl Requirement {
         if value == f64::INFINITY {
             return "unlimited".into();
         }
-        let unit = self.unit();
         let digits = match self {
             R::GainMargin => 2,
             R::PhaseMargin => 1,
@@ -111,21 +108,13 @@ impl Requirement {
         let text = format!("{value:.digits$}");
         // 1 and not 1.000.
         let text = text.trim_end_matches('0').trim_end_matches('.');
-        format!("{text}{unit}")
+        format!("{text}{}", self.unit())
     }
 
     /// Its unit, as it follows a number.
     #[must_use]
     pub fn unit(self) -> &'static str {
-        match self {
-            R::Overshoot | R::SteadyState | R::SteadyStateWithOffset | R::SteadyStateOnCurve => {
-                " %"
-            }
-            R::Settling | R::Rise | R::IntegralError | R::DelayMargin => " s",
-            R::GainMargin => " dB",
-            R::PhaseMargin => "°",
-            R::ModulusMargin | R::DiskMargin => "",
-        }
+        self.words()[2]
     }
 
     /// Its value in a step, `None` inside where the step never reaches it; `None` for requirements that

@@ -6,6 +6,7 @@ use crate::closed_loop::margins::{controller, margins};
 use crate::closed_loop::metrics::{Metrics, metrics};
 use crate::closed_loop::scenario::{Step, on_curve, simulated_step};
 use crate::closed_loop::simulate::{Excitation, Simulator, Trace};
+use crate::error::require;
 use crate::plants::design_plant::DesignPlant;
 use crate::plants::sampled::Sampled;
 use crate::requirement::Reached;
@@ -51,9 +52,7 @@ pub fn step_response(
     with_offset: bool,
     until: f64,
 ) -> Result<Trace, Error> {
-    if !(until.is_finite() && until > 0.0 && until <= 3600.0) {
-        return Err(Error::Option { option: "time", value: until, must: "between 0 and 3600 s" });
-    }
+    require(until > 0.0 && until <= 3600.0, "time", until, "between 0 and 3600 s")?;
     let sampled = sampled_for(plant, pid, pid.designed_for.loop_delay_s)?;
     let offset = if with_offset { plant.steering_ratio } else { 0.0 };
     let excitation = Excitation {

@@ -9,14 +9,9 @@
 //! p = kp·(1 − b)/ki        f = 1 + G₀·(kd − b·kp·p − ki·p²/2)
 //! ```
 //!
-//! f = 1, the whole steering of the curve, is right only without preview (b = 1). A loop whose
-//! setpoint weight hides the slow pole of its integral action answers like a lag already, and what
-//! is left of f is small: the whole feedforward would act twice.
-//!
-//! Where the curvature of a road begins to change, terms in s³ and beyond count, too. The reference may
+//! Where the curvature of a road begins to change, terms in s³ and beyond count, too: the reference may
 //! contain `G·s² + J·s³` of the heading in addition to it. With f lower by G₀·ki·G the terms in s and s²
-//! still vanish, whatever G and J are; G and J are those of the least cross-track error on roads
-//! ([`on_roads`](Advice::on_roads)).
+//! still vanish; G and J are those of [`on_roads`](Advice::on_roads).
 
 use crate::closed_loop::margins::{controller, from_reference};
 use crate::closed_loop::simulate::{Excitation, Simulator};

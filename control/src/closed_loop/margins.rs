@@ -1,14 +1,8 @@
 //! Margins of the linear sampled loop, broken at the plant's input, with its delay.
 //!
-//! `L(z) = C(z)·P(z)` at `z = e^{jωT}`: P from the exactly sampled plant with yaw as output, and
-//!
-//! ```text
-//! C(z) = kp + ki·T/(1 − z⁻¹) + kd·(1 − z⁻¹)/((Tf + T) − Tf·z⁻¹)
-//! ```
-//!
-//! the law that ticks in the FMU (backward Euler). The setpoint weights are outside the loop.
-//! The grid is logarithmic up to π/T, denser about lightly damped modes; crossings are found by
-//! bisection and the modulus margin by golden section, all far below 1e-4 relative.
+//! `L(z) = C(z)·P(z)` at `z = e^{jωT}` is that of `docs/methods/design.md`, without the setpoint weights. The
+//! grid is logarithmic up to π/T, denser about lightly damped modes; crossings are found by bisection and
+//! the modulus margin by golden section, all far below 1e-4 relative.
 //!
 //! A stable loop has, over ω from 0 to π/T, the argument of 1 + L increase by π/2 for each of its
 //! integrators (the argument principle on the upper half of the unit circle; P has no other pole
@@ -44,11 +38,6 @@ pub(crate) fn from_reference(p: &PidParameters, z: Complex<f64>) -> Complex<f64>
     controller(&weighted, z)
 }
 
-fn on_circle(angle: f64) -> Complex<f64> {
-    let (sin, cos) = angle.sin_cos();
-    Complex::new(cos, sin)
-}
-
 /// |1 + L|, the modulus margin's measure.
 fn distance(l: Complex<f64>) -> f64 {
     (l + Complex::new(1.0, 0.0)).norm()
@@ -80,7 +69,7 @@ struct GridPoint {
 
 impl GridPoint {
     fn new(plant: &Sampled, angle: f64) -> Self {
-        let z = on_circle(angle);
+        let z = Complex::from_polar(1.0, angle);
         let (response, difference) = (plant.response(z), Complex::new(1.0, 0.0) - z.inv());
         Self {
             angle,
@@ -206,7 +195,7 @@ struct Loop<'a> {
 
 impl Loop<'_> {
     fn at(&self, angle: f64) -> Complex<f64> {
-        let z = on_circle(angle);
+        let z = Complex::from_polar(1.0, angle);
         controller(self.pid, z) * self.plant.response(z)
     }
 
@@ -240,11 +229,7 @@ impl Loop<'_> {
         let sign = f(self.at(a)) > 0.0;
         for _ in 0..60 {
             let middle = 0.5 * (a + b);
-            if (f(self.at(middle)) > 0.0) == sign {
-                a = middle;
-            } else {
-                b = middle;
-            }
+            if (f(self.at(middle)) > 0.0) == sign { a = middle } else { b = middle }
         }
         0.5 * (a + b)
     }

@@ -6,8 +6,7 @@
 //! search ──▶ nominal ──▶ robust (over the plants of the ensemble) ──▶ design ◀── evidence
 //! ```
 //!
-//! The design is made on the nominal plant (`nominal`) and for all plants that may be the vehicle
-//! (`robust`). The evidence is computed with the gains as they are written.
+//! The evidence is computed with the gains as they are written.
 
 mod bandwidth_limit;
 mod cost;
@@ -77,10 +76,8 @@ pub fn design(
     let pid = controller_parameters(&gains, &limits, options.sample_time_s);
     let lag = if stable { ramp_lag(plant.gain(), sampled, &pid).max(0.0) } else { 0.0 };
     let feedforward = Advice::with_preview(&pid, plant.gain(), plant.speed, significant(lag, 4));
-    let feedforward = match stable {
-        true => feedforward.on_roads(&pid, sampled, plant.speed),
-        false => feedforward,
-    };
+    let feedforward =
+        if stable { feedforward.on_roads(&pid, sampled, plant.speed) } else { feedforward };
     let feedforward = Advice {
         feedforward_gain: significant(feedforward.feedforward_gain, 5),
         yaw_acceleration_gain: significant(feedforward.yaw_acceleration_gain, 4),

@@ -1,6 +1,7 @@
 //! The options of a design.
 
 use crate::Error;
+use crate::error::{positive, require};
 use crate::plants::design_plant::DesignPlant;
 use crate::requirement::Requirement;
 use steerwright_formats::Specification;
@@ -91,54 +92,37 @@ impl DesignOptions {
         for requirement in Requirement::ALL {
             let Some(value) = requirement.required(s) else { continue };
             let (must, within) = bounds(requirement);
-            if !(value.is_finite() && within(value)) {
-                let option = requirement.label();
-                return Err(Error::Option { option, value, must });
-            }
+            require(value.is_finite() && within(value), requirement.label(), value, must)?;
         }
-        let band = ("settling band", s.settling_band_percent);
-        let limits = [
-            ("largest angle", self.max_angle_rad),
-            ("largest increment", self.max_increment_rad),
-            ("largest rate", self.max_rate_radps),
-        ]
-        .map(|(name, value)| (name, value.unwrap_or(1.0)));
-        let acceleration = ("largest lateral acceleration", self.max_lateral_acceleration_mps2);
-        let sample = ("sample time", self.sample_time_s);
-        for (option, value) in limits.into_iter().chain([acceleration, sample, band]) {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(Error::Option { option, value, must: "greater than 0" });
-            }
-        }
+        positive([
+            ("largest angle", self.max_angle_rad.unwrap_or(1.0)),
+            ("largest increment", self.max_increment_rad.unwrap_or(1.0)),
+            ("largest rate", self.max_rate_radps.unwrap_or(1.0)),
+            ("largest lateral acceleration", self.max_lateral_acceleration_mps2),
+            ("sample time", self.sample_time_s),
+            ("settling band", s.settling_band_percent),
+        ])?;
         for (option, value) in [
             ("loop delay", self.loop_delay_s),
             ("delay through the path", self.path_delay_s),
             ("delay through the estimator", self.estimator_delay_s),
             ("latency spread", self.robust.map_or(0.0, |r| r.latency_s)),
         ] {
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(Error::Option { option, value, must: "0 or more" });
-            }
+            require(value.is_finite() && value >= 0.0, option, value, "0 or more")?;
         }
         if let Some(r) = self.robust {
-            if !(0.0..1.0).contains(&r.speed_share) {
-                let (option, value) = ("speed spread", r.speed_share);
-                return Err(Error::Option { option, value, must: "at least 0 and below 1" });
-            }
-            if let Some(value) = r.gain.into_iter().find(|g| !(0.1..=10.0).contains(g)) {
+            let (share, is_share) = (r.speed_share, (0.0..1.0).contains(&r.speed_share));
+            require(is_share, "speed spread", share, "at least 0 and below 1")?;
+            for gain in r.gain {
                 let option = "gain of the plant over the nominal one";
-                return Err(Error::Option { option, value, must: "between 0.1 and 10" });
+                require((0.1..=10.0).contains(&gain), option, gain, "between 0.1 and 10")?;
             }
-            if r.members > MOST_MEMBERS {
-                let (option, value) = ("ensemble", r.members as f64);
-                return Err(Error::Option { option, value, must: "at most 10000 plants" });
-            }
+            let members = r.members as f64;
+            require(r.members <= MOST_MEMBERS, "ensemble", members, "at most 10000 plants")?;
         }
         // One step simulation stays below a million ticks.
-        if self.sample_time_s < 1e-4 {
-            let (option, value) = ("sample time", self.sample_time_s);
-            return Err(Error::Option { option, value, must: "at least 0.0001 s" });
-        }
+        let ts = self.sample_time_s;
+        require(ts >= 1e-4, "sample time", ts, "at least 0.0001 s")?;
         self.contradictions()
     }
 

@@ -1,8 +1,7 @@
 //! One set of gains for the nominal plant and all others that may be the vehicle.
 //!
-//! The design uses few plants of the ensemble: those that miss a requirement by most are added to the nominal
-//! one, the search is repeated from the gains found, and so on until all plants keep every requirement or
-//! nothing improves. The evidence is computed on plants that are drawn again.
+//! The plants that miss a requirement by most are added to the nominal one and the search is repeated, until
+//! all keep every requirement or nothing improves. The evidence is computed on plants that are drawn again.
 
 use crate::Error;
 use crate::design::ensemble::{Ensemble, Member};

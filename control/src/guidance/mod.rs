@@ -13,9 +13,7 @@ const LEAST_LOOKAHEAD: f64 = 1.0;
 
 /// Guidance for a controller's loop at a speed.
 ///
-/// The look-ahead time makes line of sight and yaw loop together well damped; preview and
-/// feedforward are the design's. The sideslip is 0: [`sideslip`] returns that of a vehicle, and
-/// [`Sideslip::guide`] adds it.
+/// The sideslip is 0: [`sideslip`] returns that of a vehicle, and [`Sideslip::guide`] adds it.
 #[must_use]
 pub fn guidance_for(pid: &Pid, speed: f64) -> Guidance {
     let advice = &pid.guidance;

@@ -6,6 +6,7 @@
 //! sample time. Tick 0 sees the initial pose, on the path and along it.
 
 use crate::Error;
+use crate::error::positive;
 use crate::guidance::guidance_for;
 use crate::plants::plant_model::{PlantModel, model_error};
 use std::sync::Arc;
@@ -101,10 +102,7 @@ pub fn track_with(
     duration: f64,
     master: Master,
 ) -> Result<TrackTrace, Error> {
-    if !(duration.is_finite() && duration > 0.0) {
-        let (option, value) = ("duration", duration);
-        return Err(Error::Option { option, value, must: "greater than 0" });
-    }
+    positive([("duration", duration)])?;
     let Some(start) = path.points.first() else {
         return Err(Error::TooFewPoints { got: 0, need: 2 });
     };
@@ -133,7 +131,17 @@ pub fn track_with(
     let mut steering = tick(&guide, pose[2]);
     let mut trace = TrackTrace::default();
     for k in 0..=ticks {
-        trace.push(k as f64 * h, pose, &guide, &stale_guide, steering, master);
+        let used = if master == Master::Jacobi { &stale_guide } else { &guide };
+        trace.time.push(k as f64 * h);
+        trace.x.push(pose[0]);
+        trace.y.push(pose[1]);
+        trace.yaw.push(pose[2]);
+        trace.yaw_rate.push(pose[3]);
+        trace.yaw_reference.push(used.yaw_reference);
+        trace.steering.push(steering);
+        trace.cross_track_error.push(guide.cross_track_error);
+        trace.heading_error.push(guide.heading_error);
+        trace.distance.push(guide.distance);
         if guide.finished {
             trace.finished = true;
             break;
@@ -154,28 +162,4 @@ pub fn track_with(
         guide = next;
     }
     Ok(trace)
-}
-
-impl TrackTrace {
-    fn push(
-        &mut self,
-        time: f64,
-        pose: [f64; 4],
-        guide: &PathOutput,
-        stale: &PathOutput,
-        steering: f64,
-        master: Master,
-    ) {
-        let used = if master == Master::Jacobi { stale } else { guide };
-        self.time.push(time);
-        self.x.push(pose[0]);
-        self.y.push(pose[1]);
-        self.yaw.push(pose[2]);
-        self.yaw_rate.push(pose[3]);
-        self.yaw_reference.push(used.yaw_reference);
-        self.steering.push(steering);
-        self.cross_track_error.push(guide.cross_track_error);
-        self.heading_error.push(guide.heading_error);
-        self.distance.push(guide.distance);
-    }
 }

@@ -1,10 +1,8 @@
 //! Paths composed of straights, arcs and clothoids.
 //!
-//! Along each segment the curvature is linear in arc length, κ(s) = κ₀ + κ′·s, so the heading is
-//! the quadratic ψ(s) = ψ₀ + κ₀·s + κ′·s²/2 and the position ∫(cos ψ, sin ψ) ds. The integral is
-//! taken by five-point Gauss–Legendre quadrature on panels over which the heading turns little:
-//! the error stays below 1e-9 m over kilometres. Lengths in m, angles in rad, curvature in 1/m,
-//! positive to the left.
+//! The curvature is linear in arc length along each segment; the position ∫(cos ψ, sin ψ) ds is taken by
+//! five-point Gauss–Legendre quadrature on panels over which the heading turns little: the error stays
+//! below 1e-9 m over kilometres. Lengths in m, angles in rad, curvature in 1/m, positive to the left.
 
 use crate::Error;
 use steerwright_formats::{Document, Guidance, Path, PathPoint, Provenance};

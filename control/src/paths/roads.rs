@@ -1,18 +1,12 @@
 //! Reference roads with bounded curvature and curvature rate.
 //!
-//! Every road is made of straights and clothoids whose largest curvature is κ_max = a/v² for the
-//! lateral acceleration a at speed v, reached and never exceeded.
-//!
-//! * Double lane change: two moves of `lane_offset`, each of four clothoids of equal length L
-//!   (0 → κ_max → 0 → −κ_max → 0). For small angles the offset is 2·κ_max·L², so
-//!   L ≈ v·√(offset/(2a)) takes the same time at every speed; L is solved so that the offset is
-//!   exact. The curvature rate κ_max/L follows: v³·κ_max/L = a·√(2a/offset), 6.0 m/s³ for 4 m/s²
-//!   and 3.5 m.
-//! * S-curve: left through `turn_angle`, then right through the same; curvature changes at the
-//!   rate `lateral_jerk`/v³.
+//! Straights and clothoids whose largest curvature is κ_max = a/v² for the lateral acceleration a at speed
+//! v, reached and never exceeded. A lane change is four clothoids of equal length
+//! (0 → κ_max → 0 → −κ_max → 0); the S-curve changes curvature at the rate `lateral_jerk`/v³.
 
 use super::compose::{PathComposer, displacement};
 use crate::Error;
+use crate::error::{positive, require};
 use steerwright_formats::Path;
 
 /// The shape of the roads.
@@ -146,17 +140,13 @@ fn lane_change_ramp(curvature: f64, offset: f64) -> Result<f64, Error> {
     }
     for _ in 0..200 {
         let middle = 0.5 * (low + high);
-        if rise(middle) < offset {
-            low = middle;
-        } else {
-            high = middle;
-        }
+        if rise(middle) < offset { low = middle } else { high = middle }
     }
     Ok(0.5 * (low + high))
 }
 
 fn curvature(speed: f64, acceleration: f64, options: &RoadOptions) -> Result<f64, Error> {
-    let positive = [
+    positive([
         ("speed", speed),
         ("lateral acceleration", acceleration),
         ("lane offset", options.lane_offset),
@@ -164,23 +154,12 @@ fn curvature(speed: f64, acceleration: f64, options: &RoadOptions) -> Result<f64
         ("lateral jerk", options.lateral_jerk),
         ("lead-in", options.lead_in),
         ("lead-out", options.lead_out),
-    ];
-    for (option, value) in positive {
-        if !(value.is_finite() && value > 0.0) {
-            return Err(Error::Option { option, value, must: "greater than 0" });
-        }
-    }
+    ])?;
     // Beyond these no car drives, and the roads would have too many points.
-    for (option, value, most, must) in [
-        ("speed", speed, 150.0, "at most 150 m/s"),
-        ("lateral acceleration", acceleration, 50.0, "at most 50 m/s2"),
-        ("lateral acceleration", 0.1 / acceleration, 1.0, "at least 0.1 m/s2"),
-    ] {
-        if value > most {
-            let value = if must.starts_with("at least") { acceleration } else { value };
-            return Err(Error::Option { option, value, must });
-        }
-    }
+    let lateral = "lateral acceleration";
+    require(speed <= 150.0, "speed", speed, "at most 150 m/s")?;
+    require(acceleration <= 50.0, lateral, acceleration, "at most 50 m/s2")?;
+    require(0.1 / acceleration <= 1.0, lateral, acceleration, "at least 0.1 m/s2")?;
     Ok(acceleration / (speed * speed))
 }
 

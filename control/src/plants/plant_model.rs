@@ -16,6 +16,17 @@ pub enum PlantModel {
     Nonlinear(Box<NonlinearVehicle>),
 }
 
+/// The same expression for the plant of each kind.
+macro_rules! of_each {
+    ($model:expr, $plant:ident => $value:expr) => {
+        match $model {
+            PlantModel::Identified($plant) => $value,
+            PlantModel::Bicycle($plant) => $value,
+            PlantModel::Nonlinear($plant) => $value,
+        }
+    };
+}
+
 impl PlantModel {
     /// The plant of `plant.json`, at the speed of its identification.
     ///
@@ -66,48 +77,30 @@ impl PlantModel {
         [x, y, yaw]: [f64; 3],
         speed: f64,
     ) -> Result<(), steerwright_models::Error> {
+        of_each!(self, p => {
+            (p.initial_x, p.initial_y, p.initial_yaw, p.speed) = (x, y, yaw, speed);
+        });
         match self {
             Self::Identified(p) => {
-                (p.initial_x, p.initial_y, p.initial_yaw, p.speed) = (x, y, yaw, speed);
                 p.start();
                 Ok(())
             }
-            Self::Bicycle(p) => {
-                (p.initial_x, p.initial_y, p.initial_yaw, p.speed) = (x, y, yaw, speed);
-                p.start()
-            }
-            Self::Nonlinear(p) => {
-                (p.initial_x, p.initial_y, p.initial_yaw, p.speed) = (x, y, yaw, speed);
-                p.start()
-            }
+            Self::Bicycle(p) => p.start(),
+            Self::Nonlinear(p) => p.start(),
         }
     }
 
     /// Advances by `h`, s, with the steering angle held, rad.
     pub(crate) fn step(&mut self, steering: f64, h: f64) -> Result<(), steerwright_models::Error> {
-        match self {
-            Self::Identified(p) => {
-                p.steering_angle = steering;
-                p.step(h)
-            }
-            Self::Bicycle(p) => {
-                p.steering_angle = steering;
-                p.step(h)
-            }
-            Self::Nonlinear(p) => {
-                p.steering_angle = steering;
-                p.step(h)
-            }
-        }
+        of_each!(self, p => {
+            p.steering_angle = steering;
+            p.step(h)
+        })
     }
 
     /// x and y, m, yaw, rad, and yaw rate, rad/s.
     pub(crate) fn outputs(&self) -> [f64; 4] {
-        match self {
-            Self::Identified(p) => [p.x(), p.y(), p.yaw(), p.yaw_rate()],
-            Self::Bicycle(p) => [p.x(), p.y(), p.yaw(), p.yaw_rate()],
-            Self::Nonlinear(p) => [p.x(), p.y(), p.yaw(), p.yaw_rate()],
-        }
+        of_each!(self, p => [p.x(), p.y(), p.yaw(), p.yaw_rate()])
     }
 }
 

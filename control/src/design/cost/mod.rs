@@ -1,20 +1,13 @@
 //! The cost of a controller on the plants of an objective.
 //!
-//! First come the violations of the requirements on every plant, each relative to its bound; the bounds are
-//! a little tighter than required, so that other ways of stepping the loop keep them. A controller without
-//! violations costs the logarithm of the longest settling time of all plants and, on the nominal plant, lag
-//! behind a ramp and integral of absolute error (speed), distance from −1 (robustness), and gain at high
-//! frequency (noise). None of these depends on the requirements: a loop that may be slow is as fast as one
-//! that must be.
-//!
-//! Where not all requirements can be kept, one is relaxed, usually the settling time: the search finds the
-//! loop that keeps the others with the least slack. That loop does not depend on how far the required
-//! settling time is out of reach.
+//! First come the violations of the requirements on every plant, each relative to its bound. A controller
+//! without violations costs the logarithm of the longest settling time of all plants and, on the nominal
+//! plant, speed, robustness and noise, none of which depends on the requirements. Where a requirement is
+//! relaxed, its slack is part of the cost.
 //!
 //! A search passes the cost beyond which a candidate is rejected. Nearly every part of the cost adds to
-//! what is already known of it, so most candidates are rejected early: at their margins, at the first
-//! overshoot that is too large, or at the plant that rejected the candidate before. A cost that is not
-//! rejected is exact, in whatever order the plants are evaluated.
+//! what is already known of it, so most candidates are rejected early. A cost that is not rejected is
+//! exact, in whatever order the plants are evaluated.
 
 mod bounds;
 

@@ -1,10 +1,8 @@
 //! The engagement envelope: the offsets and headings from which the loop returns to a path.
 //!
-//! The path is straight along x, the speed constant; the vehicle starts off the path with a heading error.
-//! Look-ahead guidance and controller are those of the design, and the limits follow the speed. A bicycle is
-//! driven with saturating tyres, load transfer and an actuator of the rate designed for. An identified plant
-//! is linear and holds at its own speed alone, unless it was identified with steering times speed; where its
-//! lateral acceleration clearly exceeds the bound, it counts as off the path.
+//! The path is straight along x, the speed constant. An identified plant holds at its own speed alone,
+//! unless it was identified with steering times speed; where its lateral acceleration clearly exceeds the
+//! bound, it counts as off the path.
 
 use crate::Error;
 use crate::design::parallel::each;

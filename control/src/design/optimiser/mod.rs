@@ -2,9 +2,7 @@
 //!
 //! Nelder–Mead (`simplex`) from several starting points, or differential evolution (`evolution`) on
 //! separate islands. The best few points are polished by Nelder–Mead with a new simplex, since it may stall
-//! where the cost has a kink. [`sequence`] spreads starting points by the additive recurrence of Roberts
-//! (2018), `xₙ = frac(seed + n·α)` with αᵢ = φ⁻ⁱ and φ the positive root of φ^{d+1} = φ + 1: a
-//! low-discrepancy sequence without a random number.
+//! where the cost has a kink.
 
 mod evolution;
 mod simplex;
@@ -94,7 +92,8 @@ pub(crate) fn minimise(
     Ok(found)
 }
 
-/// The first points of the recurrence in a box.
+/// The first points in a box of the additive recurrence of Roberts (2018), `xₙ = frac(seed + n·α)` with
+/// αᵢ = φ⁻ⁱ and φ the positive root of φ^{d+1} = φ + 1.
 pub(crate) fn sequence(box_: &[(f64, f64)], count: u32, seed: u64) -> Vec<Vec<f64>> {
     let dimensions = box_.len() as i32;
     let mut phi = 2.0_f64;

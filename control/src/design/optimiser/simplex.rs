@@ -1,10 +1,8 @@
 //! The descent of Nelder and Mead (1965), reproducible.
 //!
-//! A simplex of n + 1 points in n dimensions: the worst is reflected in the centroid of the others. The
-//! step is doubled where the reflected point is the best and halved where it is no improvement; where the
-//! halved step fails too, all points move half way to the best. A candidate replaces a point only where it
-//! is better, so the evaluation of a cost may end once it exceeds that of the point. The descent of argmin
-//! evaluates every cost to its end, which doubles the time of a design.
+//! A candidate replaces a point only where it is better, so the evaluation of a cost may end once it
+//! exceeds that of the point. The descent of argmin evaluates every cost to its end, which doubles the time
+//! of a design.
 
 /// Sample standard deviation of a simplex's costs below which it has converged.
 const CONVERGED: f64 = 1e-6;

@@ -1,15 +1,8 @@
 //! Paths from recorded positions.
 //!
-//! Repeated points and outliers are left out (`outliers`), a penalised spline (`spline`) is laid
-//! through x and y, and heading and curvature are read from its derivatives,
-//! ψ = atan2(y′, x′), κ = (x′·y″ − y′·x″)/(x′² + y′²)^{3/2}. The spline's parameter is found by
-//! iteration (`curve`): first the distance from point to point, which noise lengthens, then each
-//! point's foot on the curve, measured in the curve's own arc length. Lengths in m, angles in rad.
-//!
-//! **How much is smoothed.** The smoothing length of the options is used unless it takes the path off
-//! the points: where their mean offset to one side, over a quarter of that length, exceeds 0.1 m and
-//! five standard errors of their noise, or a point is further off than allowed, the length is shortened.
-//! Where the curvature is too large, it is lengthened instead.
+//! Repeated points and outliers are left out (`outliers`), a penalised spline (`spline`) is laid through x
+//! and y, and its parameter is found by iteration (`curve`): first the distance from point to point, which
+//! noise lengthens, then the arc length at each point's foot. See `docs/methods/path.md`.
 
 mod curve;
 pub(crate) mod options;
@@ -17,6 +10,7 @@ mod outliers;
 mod spline;
 
 use crate::Error;
+use crate::error::require;
 use crate::paths::compose::document;
 use crate::paths::recording::read_points;
 use curve::{Curve, Deviation};
@@ -61,21 +55,16 @@ pub fn from_points(xs: &[f64], ys: &[f64], options: &PointOptions) -> Result<Rec
     let cleaned = clean(xs, ys, options)?;
     let steps = cleaned.x.windows(2).zip(cleaned.y.windows(2));
     let length: f64 = steps.map(|(x, y)| (x[1] - x[0]).hypot(y[1] - y[0])).sum();
-    if length > MOST_POINTS * options.spacing {
-        let (option, must) = ("length of the path", "at most a million times its points' spacing");
-        return Err(Error::Option { option, value: length.round(), must });
-    }
+    let (option, must) = ("length of the path", "at most a million times its points' spacing");
+    require(length <= MOST_POINTS * options.spacing, option, length.round(), must)?;
     let mut warnings = warnings(&cleaned, xs.len(), options.closed);
     let found = smoothed(&cleaned, options)?;
     let (required, used) = (options.smoothing_length, found.smoothing);
-    let because = if used > required {
-        Some(format!("to keep the curvature below {} 1/m", options.max_curvature))
-    } else if used < required {
-        Some("to stay on the points".to_owned())
-    } else {
-        None
-    };
-    if let Some(because) = because {
+    if used != required {
+        let because = match used > required {
+            true => format!("to keep the curvature below {} 1/m", options.max_curvature),
+            false => "to stay on the points".to_owned(),
+        };
         warnings.push(format!("smoothed over {used:.1} m instead of {required} m {because}"));
     }
     let mut path =
@@ -156,12 +145,9 @@ fn curvature(points: &[PathPoint]) -> f64 {
 }
 
 fn check(xs: &[f64], ys: &[f64], options: &PointOptions) -> Result<(), Error> {
-    if xs.len() != ys.len() {
-        let value = ys.len() as f64;
-        return Err(Error::Option { option: "number of y", value, must: "the number of x" });
-    }
-    if let Some(&value) = xs.iter().chain(ys).find(|v| !(v.is_finite() && v.abs() < 1e8)) {
-        return Err(Error::Option { option: "position", value, must: "a finite number of metres" });
+    require(xs.len() == ys.len(), "number of y", ys.len() as f64, "the number of x")?;
+    for &v in xs.iter().chain(ys) {
+        require(v.abs() < 1e8, "position", v, "a finite number of metres")?;
     }
     options.check()
 }
@@ -178,7 +164,8 @@ fn warnings(cleaned: &Cleaned, total: usize, closed: bool) -> Vec<String> {
         out.push(format!("left out point {}: {jump:.2} m off its neighbours", i + 1));
     }
     // Rows may be missing: the spline bridges the gap, but the road there was not recorded.
-    let steps: Vec<f64> = (1..cleaned.x.len()).map(|i| gap(cleaned, i)).collect();
+    let points = cleaned.x.windows(2).zip(cleaned.y.windows(2));
+    let steps: Vec<f64> = points.map(|(x, y)| (x[1] - x[0]).hypot(y[1] - y[0])).collect();
     let mut sorted = steps.clone();
     sorted.sort_by(f64::total_cmp);
     let usual = sorted[sorted.len() / 2];
@@ -197,8 +184,4 @@ fn warnings(cleaned: &Cleaned, total: usize, closed: bool) -> Vec<String> {
         ));
     }
     out
-}
-
-fn gap(cleaned: &Cleaned, i: usize) -> f64 {
-    (cleaned.x[i] - cleaned.x[i - 1]).hypot(cleaned.y[i] - cleaned.y[i - 1])
 }

@@ -1,6 +1,7 @@
 //! How recorded positions become a path, and the path with its distance from them.
 
 use crate::Error;
+use crate::error::positive;
 use crate::paths::recording::fixes::FixOptions;
 use steerwright_formats::{Path, Provenance};
 
@@ -49,7 +50,7 @@ impl Default for PointOptions {
 impl PointOptions {
     /// Rejects values that are not positive numbers.
     pub(crate) fn check(&self) -> Result<(), Error> {
-        for (option, value) in [
+        positive([
             ("minimum spacing", self.minimum_spacing),
             ("smoothing length", self.smoothing_length),
             ("largest curvature", self.max_curvature),
@@ -57,12 +58,7 @@ impl PointOptions {
             ("spacing", self.spacing),
             ("speed", self.speed),
             ("largest deviation", self.max_deviation.unwrap_or(1.0)),
-        ] {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(Error::Option { option, value, must: "greater than 0" });
-            }
-        }
-        Ok(())
+        ])
     }
 
     /// The options in the path's provenance.

@@ -1,10 +1,7 @@
 //! Penalised cubic B-splines on a uniform grid (P-splines; Eilers and Marx 1996).
 //!
-//! Minimises `Σ (vᵢ − f(tᵢ))² + μ ∫ f‴(t)² dt` over cubic splines f. Penalising the third
-//! derivative leaves straight lines and parabolas as they are and smooths the curvature of a path.
-//! With ρ points a unit length, a wave of length λ passes by the share `1/(1 + (μ/ρ)(2π/λ)⁶)`, so
-//! [`penalty`] halves the waves of the cut-off length. The normal equations are banded with three
-//! subdiagonals and are solved by a banded Cholesky factorisation in time linear in the knots.
+//! Minimises `Σ (vᵢ − f(tᵢ))² + μ ∫ f‴(t)² dt` over cubic splines f, by a banded Cholesky factorisation. With
+//! ρ points a unit length, a wave of length λ passes by the share `1/(1 + (μ/ρ)(2π/λ)⁶)`.
 
 use std::f64::consts::TAU;
 

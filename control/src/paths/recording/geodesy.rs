@@ -1,10 +1,7 @@
 //! WGS84 positions to metres in a local plane.
 //!
-//! Positions go to earth-centred coordinates on the WGS84 ellipsoid (a = 6378137 m,
-//! f = 1/298.257223563) and from there to the tangent plane at the first point: x east, y north.
-//! This is exact for the plane; a path of 10 km ends 8 m below the plane, which shortens it by
-//! 4 mm. Without altitudes the points are taken on the ellipsoid, which shortens lengths by the
-//! altitude over the earth's radius (16 ppm at 100 m).
+//! By earth-centred coordinates to the tangent plane at the first point: a path of 10 km ends 8 m below it,
+//! which shortens it by 4 mm. Without altitudes lengths are short by 16 ppm at 100 m above the ellipsoid.
 
 /// Semi-major axis of WGS84, m.
 const SEMI_MAJOR: f64 = 6_378_137.0;
