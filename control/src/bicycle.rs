@@ -10,7 +10,6 @@ use steerwright_formats::{
 use steerwright_loading::bicycle_parameters;
 use steerwright_models::bicycle_eq13;
 
-/// Reads vehicle data; `file` is named in errors.
 fn read_vehicle(text: &str, file: &str) -> Result<VehicleData, Error> {
     let vehicle: VehicleData = toml::from_str(text).map_err(|e| {
         let (line, column) = e.span().map_or((1, 1), |span| place(text, span.start));

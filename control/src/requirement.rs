@@ -153,7 +153,6 @@ impl Requirement {
         }
     }
 
-    /// Whether it bounds a time.
     pub(crate) fn is_time(self) -> bool {
         matches!(self, R::Settling | R::Rise | R::IntegralError)
     }

@@ -43,7 +43,6 @@ impl DriveLog {
         kept.check(self, options)
     }
 
-    /// Adds the segments of one drive.
     fn add(
         &mut self,
         drive: &Drive,

@@ -27,9 +27,7 @@ const LARGEST_ROAD_WHEEL_ANGLE: f64 = 0.8;
 /// How far a normalised command may be beyond ±1, by rounding and calibration.
 const FULL_SCALE_TOLERANCE: f64 = 1.02;
 
-/// One recording on one clock.
 pub(crate) struct Drive {
-    /// Its files' names, for messages.
     pub(crate) name: String,
     /// Steering, yaw rate and, where there is one, speed.
     pub(crate) channels: Vec<Series>,
@@ -70,7 +68,6 @@ pub(crate) fn brings(table: &Table<'_>, role: Role, options: &LogOptions) -> boo
 }
 
 impl Drive {
-    /// Reads the drive's files to their ends.
     pub(crate) fn read(
         tables: Vec<Table<'_>>,
         options: &LogOptions,

@@ -39,7 +39,6 @@ pub struct GnssDrive {
 }
 
 impl Gnss {
-    /// `None` where no drive has a fix.
     pub(crate) fn of(drives: &[Drive], options: &LogOptions) -> Option<Self> {
         let drives: Vec<_> = drives.iter().filter_map(|d| of_drive(d, options)).collect();
         let (latency_s, antenna_x_m) = (options.gnss_latency_s, options.antenna_x_m);

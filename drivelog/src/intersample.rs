@@ -82,12 +82,10 @@ pub(crate) fn rows_per_update(value: &[f64]) -> Option<f64> {
     (rows >= 1.9 && regular >= ON_CLOCK * count && single >= 0.3 * count).then_some(rows)
 }
 
-/// The updates of a sensor, row by row.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Updates {
     /// Rows from one update to the next.
     pub(crate) rows: f64,
-    /// Rows since the last update.
     since: usize,
     last: Option<f64>,
     /// The row on which an update is due that need not change the value.

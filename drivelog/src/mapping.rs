@@ -6,7 +6,6 @@ use crate::role::Role;
 use crate::table::Table;
 use crate::units::{Quantity, STAMP, Unit, parse_unit, split_brackets, unit_of_header};
 
-/// A column chosen for a role.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Source {
     pub(crate) table: usize,
@@ -206,7 +205,6 @@ fn check_quantity(table: &Table<'_>, column: usize, unit: Unit, role: Role) -> R
     })
 }
 
-/// The column of the time of a table, with its unit.
 pub(crate) fn time_column(
     table: &Table<'_>,
     options: &LogOptions,

@@ -131,7 +131,6 @@ fn check_repeated(drives: &[Drive]) -> Result<(), Error> {
     Ok(())
 }
 
-/// Whether every drive has a speed.
 fn has_speed(
     drives: &[Drive],
     options: &LogOptions,

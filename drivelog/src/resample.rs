@@ -62,7 +62,6 @@ impl Grid {
     }
 }
 
-/// The kind of a channel on the grid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Becomes {
     /// The values of the signal at the grid's instants.

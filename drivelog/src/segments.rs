@@ -23,7 +23,6 @@ const SPEED_AVERAGE: f64 = 1.0;
 /// From and to, s on the drive's clock.
 pub(crate) type Span = (f64, f64);
 
-/// A gap that splits a drive.
 pub(crate) struct Split {
     at: Box<Place>,
     from: f64,
@@ -120,7 +119,6 @@ pub(crate) fn without_gaps(
     (spans, splits)
 }
 
-/// Reports where a drive is split.
 pub(crate) fn warn_splits(drive: &Drive, splits: &[Split], warnings: &mut Vec<String>) {
     const LISTED: usize = 5;
     for split in splits.iter().take(LISTED) {

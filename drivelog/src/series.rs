@@ -26,7 +26,6 @@ pub(crate) struct Series {
     pub(crate) line: Rc<Vec<u64>>,
     /// Median period of the clock, s; of a sensor that is slower than the rows, that of its updates.
     pub(crate) period: f64,
-    /// What it does between its samples.
     pub(crate) intersample: Intersample,
     /// Instants of single spikes and dropouts, which are left out, s.
     pub(crate) spikes: Vec<f64>,
@@ -52,13 +51,11 @@ impl Series {
         }
     }
 
-    /// The channel without its rows.
     pub(super) fn without_rows(&self) -> Self {
         let (period, intersample) = (self.period, self.intersample);
         Self { period, intersample, ..Self::new(self.role, &self.file, &self.column, self.unit) }
     }
 
-    /// Whether it is a yaw, of which the yaw rate is the difference.
     pub(crate) fn is_yaw(&self) -> bool {
         self.role == Role::YawRate && self.unit.quantity == Quantity::Angle
     }
@@ -118,7 +115,6 @@ impl Series {
         self.value.append(&mut later.value);
     }
 
-    /// The rows from that one, which are taken off.
     pub(super) fn split_off(&mut self, row: usize) -> Self {
         Self {
             time: Rc::new(Rc::make_mut(&mut self.time).split_off(row)),
@@ -128,7 +124,6 @@ impl Series {
         }
     }
 
-    /// Keeps the rows that are wanted.
     pub(super) fn retain(&mut self, wanted: impl Fn(usize) -> bool) {
         let kept: Vec<usize> = (0..self.value.len()).filter(|&i| wanted(i)).collect();
         if kept.len() < self.value.len() {

@@ -2,7 +2,6 @@
 //!
 //! A unit is never guessed: a column without one is an error whose hint is how to state it.
 
-/// The quantity of a unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Quantity {
     Time,
@@ -55,7 +54,6 @@ const fn unit(name: &'static str, quantity: Quantity, to_si: f64) -> Unit {
     Unit { name, quantity, to_si }
 }
 
-/// The unit with that spelling.
 pub(crate) fn parse_unit(text: &str) -> Option<Unit> {
     let text = text.trim();
     SPELLINGS
@@ -122,7 +120,6 @@ pub(crate) fn plain_name(header: &str) -> String {
     lower.chars().filter(|c| c.is_alphanumeric()).collect()
 }
 
-/// All units, for messages.
 #[must_use]
 pub(crate) fn known_units() -> String {
     let names: Vec<&str> = SPELLINGS.iter().map(|(_, unit)| unit.name).collect();

@@ -84,7 +84,6 @@ fn displayed(description: &ModelDescription, variable: &Variable, value: f64) ->
 
 /// The sections of the page after the README and the variables.
 pub(crate) struct Sections<'a> {
-    /// Where the FMU came from.
     pub(crate) origin: &'a Origin,
     /// Folders below `binaries/`, each with its platform.
     pub(crate) platforms: &'a [(String, Platform)],

@@ -21,7 +21,6 @@ macro_rules! icon {
     };
 }
 
-/// The icon of an FMU.
 pub(crate) const fn of(fmu: Fmu) -> Icon {
     match fmu {
         Fmu::IdentifiedPlant => icon!("IdentifiedPlant"),
@@ -33,5 +32,4 @@ pub(crate) const fn of(fmu: Fmu) -> Icon {
     }
 }
 
-/// The icon of a terminal.
 pub(crate) const TERMINAL: Icon = icon!("terminal");

@@ -61,7 +61,6 @@ impl Platform {
         }
     }
 
-    /// Its name in documentation.
     pub(crate) fn title(self) -> String {
         let system = match self.system {
             System::Linux => "Linux",

@@ -15,10 +15,8 @@ use std::fmt::Write;
 use steerwright_formats::{Document, Provenance, SourceFile, sha256_hex};
 use steerwright_slaves::Fmu;
 
-/// The tool that wrote the archive.
 pub(crate) const TOOL: &str = concat!("steerwright ", env!("CARGO_PKG_VERSION"));
 
-/// `provenance.json`.
 #[derive(Debug, Clone, Serialize)]
 pub(crate) struct Origin {
     schema: &'static str,
@@ -26,25 +24,20 @@ pub(crate) struct Origin {
     /// The tool that wrote the archive.
     packed_by: &'static str,
     document: DocumentFacts,
-    /// The files that the document was made from.
     sources: Vec<SourceFile>,
-    /// The options in force.
     options: BTreeMap<String, String>,
     evidence: Vec<Fact>,
 }
 
-/// The document in `resources/`.
 #[derive(Debug, Clone, Serialize)]
 struct DocumentFacts {
     file: String,
     schema: &'static str,
     name: String,
     sha256: String,
-    /// The tool that wrote it.
     written_by: String,
 }
 
-/// One figure or statement.
 #[derive(Debug, Clone, Serialize)]
 struct Fact {
     key: &'static str,
@@ -58,7 +51,6 @@ fn fact(key: &'static str, value: impl Into<Json>, unit: &'static str) -> Fact {
 }
 
 impl Origin {
-    /// The origin in the document of an FMU; `file` is named in errors.
     pub(crate) fn of(fmu: Fmu, document: &str, file: &str) -> Result<Self, Error> {
         let (name, provenance, evidence) = match fmu {
             Fmu::IdentifiedPlant => plant(steerwright_formats::Plant::from_json(document, file)?),
@@ -91,7 +83,6 @@ impl Origin {
         })
     }
 
-    /// `provenance.json`.
     pub(crate) fn json(&self) -> String {
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
     }

@@ -79,7 +79,6 @@ pub(crate) fn xml(description: &ModelDescription) -> String {
     text
 }
 
-/// The members of a terminal that the FMU has with that causality.
 fn members(
     description: &ModelDescription,
     terminal: &Terminal,

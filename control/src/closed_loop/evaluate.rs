@@ -125,7 +125,6 @@ fn sampled_for(plant: &DesignPlant, pid: &Pid, loop_delay: f64) -> Result<Sample
     Sampled::new(plant, pid.sample_time_s, loop_delay)
 }
 
-/// The evidence on one plant.
 pub(crate) fn evidence(
     sampled: &Sampled,
     plant: &DesignPlant,

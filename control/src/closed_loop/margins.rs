@@ -245,7 +245,6 @@ impl Loop<'_> {
     }
 }
 
-/// The margins of a controller on a sampled plant.
 pub(crate) fn margins(plant: &Sampled, pid: &PidParameters) -> Margins {
     let open = Loop { plant, pid };
     let grid = open.grid();

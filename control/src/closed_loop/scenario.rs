@@ -17,7 +17,6 @@ const GRID_POINTS: usize = 120;
 /// Share of the specification's step that the small step is.
 const SMALL: f64 = 0.1;
 
-/// A plant with the delay of its loop.
 #[derive(Debug, Clone)]
 pub(crate) struct Scenario {
     pub(crate) plant: Sampled,
@@ -29,7 +28,6 @@ pub(crate) struct Scenario {
     grid: ResponseGrid,
 }
 
-/// Which figures of a scenario are evaluated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct View {
     /// End of the responses, s.
@@ -153,7 +151,6 @@ impl Scenario {
     }
 }
 
-/// A step to simulate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Step {
     pub(crate) height: f64,
@@ -179,7 +176,6 @@ impl Step {
     }
 }
 
-/// The step of a specification as far as a view follows it.
 fn step_of(spec: &Specification, view: View) -> Step {
     let quiet = if view.early { quiet(spec) } else { 0.0 };
     Step { until: view.until, quiet, ..Step::of(spec) }
@@ -193,7 +189,6 @@ fn quiet(spec: &Specification) -> f64 {
     0.0025 * spec.settling_band_percent.min(error).min(overshoot) * spec.step_rad
 }
 
-/// The metrics of a simulated step.
 pub(crate) fn simulated_step(
     simulator: &mut Simulator,
     plant: &Sampled,

@@ -24,7 +24,6 @@ pub struct Trace {
     pub steering_before: f64,
 }
 
-/// The inputs of the loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Excitation {
     /// Reference at tick 0, rad.
@@ -156,7 +155,6 @@ impl<const N: usize> Motion for Small<N> {
     }
 }
 
-/// Any number of states.
 struct Large<'a> {
     plant: &'a Sampled,
     state: Vec<f64>,

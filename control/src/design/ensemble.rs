@@ -13,7 +13,6 @@ const AT_NOMINAL: usize = 3;
 /// Draws for one plant: a drawn plant may be unstable.
 const TRIES: u64 = 20;
 
-/// The plants of a robust design.
 pub(crate) struct Ensemble<'a> {
     pub(crate) plant: &'a DesignPlant,
     pub(crate) options: &'a DesignOptions,

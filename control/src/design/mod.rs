@@ -135,7 +135,6 @@ pub fn design(
     Ok(document)
 }
 
-/// The gains of `pid.json`.
 fn gains(pid: &PidParameters) -> PidGains {
     PidGains {
         kp: pid.kp,

@@ -3,7 +3,6 @@
 use crate::Error;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// One result for each item, in the order of the items.
 pub(crate) fn each<T: Sync, R: Send>(
     items: &[T],
     work: impl Fn(&T) -> R + Sync,

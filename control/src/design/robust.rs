@@ -37,7 +37,6 @@ impl Evaluated {
     }
 }
 
-/// The design for all plants.
 pub(crate) struct Robust {
     pub(crate) found: Found,
     /// On the nominal plant alone.

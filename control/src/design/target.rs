@@ -23,12 +23,10 @@ pub(crate) const LEAST_RESERVE: Target = Target {
     band: 1.0,
     ..WITH_RESERVE
 };
-/// The shortest settling time with the smallest reserve.
 pub(crate) const SHORTEST_SETTLING: Target = LEAST_RESERVE.relaxing(Requirement::Settling);
 /// The target on many plants: those of the evidence are a little worse than those designed on.
 pub(crate) const ROBUST: Target =
     Target { overshoot: 0.85, margins: 0.015, band: 0.8, ..LEAST_RESERVE };
-/// The shortest settling time on many plants.
 pub(crate) const ROBUST_SHORTEST_SETTLING: Target = ROBUST.relaxing(Requirement::Settling);
 /// Requirements on time for the nominal plant alone.
 pub(crate) const ROBUST_UNTIMED: Target = Target { untimed_others: true, ..ROBUST };
@@ -60,7 +58,6 @@ pub(crate) struct Target {
 }
 
 impl Target {
-    /// The same with another relaxed requirement.
     pub(crate) const fn relaxing(self, requirement: Requirement) -> Self {
         Self { relaxed: Some(requirement), ..self }
     }

@@ -10,7 +10,6 @@ use nalgebra::{Complex, DMatrix, DVector};
 /// Below this share of its largest possible value, a product counts as rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// The equations of motion.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Dynamics {
     /// F, G, H, D.

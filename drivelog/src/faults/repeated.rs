@@ -62,7 +62,6 @@ impl Repeated {
         }
     }
 
-    /// The warning.
     pub(crate) fn warning(&self, file: &str) -> String {
         format!(
             "{file}: {} with the time of the sample before, averaged with it; the first is in line {} at {} s",

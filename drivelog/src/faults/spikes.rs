@@ -105,7 +105,6 @@ fn is_spike(x: &[f64], i: usize, w: usize, least: f64) -> bool {
     height > PEAK * near
 }
 
-/// Leaves spikes out.
 #[derive(Default)]
 pub(crate) struct SpikeFilter {
     /// The last rows seen: those already passed on, then those that wait for their neighbours.

@@ -25,7 +25,6 @@ pub(super) struct Channel {
     sum: f64,
     count: usize,
     sign: f64,
-    /// Samples that repeat an instant.
     pub(super) repeated: Option<Repeated>,
     /// The last row of a yaw: instant, angle and line.
     last: Option<(f64, f64, u64)>,
@@ -140,7 +139,6 @@ impl Channel {
         self.most - self.least <= 1e-12 * (1.0 + self.least.abs())
     }
 
-    /// The summary of all rows of the file.
     pub(super) fn summary(&self, series: &Series) -> ChannelSummary {
         ChannelSummary {
             rows: self.count,

@@ -66,7 +66,6 @@ impl Gate {
         Ok(())
     }
 
-    /// Ends the segment.
     pub(super) fn end<E>(
         &mut self,
         sink: &mut dyn FnMut(Piece<'_>) -> Result<(), E>,

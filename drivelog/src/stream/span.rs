@@ -13,7 +13,6 @@ use std::rc::Rc;
 /// Most samples between rows that are read together; more, and a clock or an option is wrong.
 const MOST_SAMPLES: usize = 5_000_000;
 
-/// A segment that may go on.
 struct Open {
     /// Where the data of its grid begin, s.
     from: f64,
@@ -151,7 +150,6 @@ impl Spans {
         }
     }
 
-    /// Ends the segment.
     fn close<E>(&mut self, sink: &mut Sink<'_, E>) -> Result<(), E> {
         if self.open.take().is_none_or(|open| open.done == 0) {
             return Ok(());

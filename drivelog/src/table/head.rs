@@ -199,7 +199,6 @@ impl Marks {
         }
     }
 
-    /// The mark, where all agree.
     fn decide(&self) -> Option<DecimalMark> {
         match (self.point, self.comma) {
             (true, false) => Some(DecimalMark::Point),
@@ -209,7 +208,6 @@ impl Marks {
     }
 }
 
-/// The records at the top of a file.
 struct Records<'a> {
     reader: csv::Reader<WithoutComments<&'a [u8]>>,
     /// Records read so far, blank ones among them.

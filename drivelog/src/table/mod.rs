@@ -61,7 +61,6 @@ pub(crate) struct Columns {
 }
 
 impl Columns {
-    /// With the rows that follow.
     pub(crate) fn and(mut self, later: Self) -> Self {
         if self.lines.is_empty() {
             return later;
@@ -71,7 +70,6 @@ impl Columns {
         self
     }
 
-    /// The rows from that one, which are taken off.
     pub(crate) fn split_off(&mut self, row: usize) -> Self {
         let values = self.values.iter_mut().map(|values| values.split_off(row)).collect();
         Self { values, lines: Rc::new(Rc::make_mut(&mut self.lines).split_off(row)) }
@@ -113,7 +111,6 @@ impl<'a> Table<'a> {
         Ok(table)
     }
 
-    /// The next row, as text.
     fn next(&mut self, record: &mut csv::ByteRecord) -> Result<bool, Error> {
         let more = self.reader.read_byte_record(record).map_err(|e| {
             let line = e.position().map_or(1, csv::Position::line);
@@ -125,7 +122,6 @@ impl<'a> Table<'a> {
         Ok(more)
     }
 
-    /// The unit that the row under the header has for a column, if it has one.
     pub(crate) fn unit_under(&self, column: usize) -> Option<&str> {
         let text = head::bare_unit(self.units.get(column)?);
         (!text.is_empty() && text != "-").then_some(text)

@@ -7,7 +7,6 @@ use jiff::tz::Offset;
 const PARSER: DateTimeParser = DateTimeParser::new();
 const DAY_S: f64 = 86_400.0;
 
-/// The common form of the times of a column, and the last time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Stamps {
     form: Form,
@@ -15,10 +14,8 @@ pub(super) struct Stamps {
     last: f64,
 }
 
-/// How a time is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Form {
-    /// Date and time with a zone.
     Zoned,
     /// Date and time of an unstated zone.
     Local,

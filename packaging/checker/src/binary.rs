@@ -9,7 +9,6 @@ use object::read::macho::{FatArch, MachOFatFile32};
 use object::{Architecture, BinaryFormat, Object, ObjectKind};
 use std::collections::BTreeSet;
 
-/// Requirements of a folder of `binaries/` on its libraries.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Platform {
     folder: &'static str,
@@ -93,12 +92,10 @@ const SYSTEM: &[&str] = &[
     "version.dll",
 ];
 
-/// The platform of a folder of `binaries/`.
 pub(crate) fn platform(folder: &str) -> Option<&'static Platform> {
     PLATFORMS.iter().find(|platform| platform.folder == folder)
 }
 
-/// Checks the libraries of the description's model identifier.
 pub(crate) fn check(
     contents: &Contents<'_>,
     description: Option<&ModelDescription>,

@@ -160,7 +160,6 @@ impl Findings {
         self.list.iter().filter(|finding| finding.severity == Severity::Error).count()
     }
 
-    /// Whether a violation of a rule was reported.
     pub(crate) fn has(&self, rule: &str) -> bool {
         self.counts.contains_key(rule)
     }

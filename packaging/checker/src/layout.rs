@@ -21,7 +21,6 @@ const TOP: &[&str] = &[
 /// Headers that the importer provides.
 const HEADERS: &[&str] = &["fmi2TypesPlatform.h", "fmi2FunctionTypes.h", "fmi2Functions.h"];
 
-/// Checks the folders.
 pub(crate) fn check(
     contents: &Contents<'_>,
     description: Option<&ModelDescription>,

@@ -29,7 +29,6 @@ const MOST_STEPS: u32 = 10_000;
 /// Most rows of a file.
 const MOST_ROWS: u32 = 1_000;
 
-/// `reference.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(crate) struct Reference {
     schema: &'static str,

@@ -28,7 +28,6 @@ const LEAST_SETTLING: f64 = 1e-9;
 /// An overshoot that counts as none, percent.
 const NO_OVERSHOOT: f64 = 1e-8;
 
-/// The parts of a cost.
 #[derive(Clone, Copy)]
 pub(crate) struct Parts {
     pub(crate) violation: f64,

@@ -59,7 +59,6 @@ pub(crate) fn beyond_the_drive(
     words
 }
 
-/// A zero in the right half-plane that limits the bandwidth.
 pub(crate) fn non_minimum_phase(plant: &DesignPlant, crossover: Option<f64>) -> Option<String> {
     let zero = nearest_right_half_plane_zero(&plant.dynamics)?;
     let limit = 0.5 * zero;

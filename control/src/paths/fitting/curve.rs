@@ -224,7 +224,6 @@ impl Curve {
     }
 }
 
-/// The distances of the points from a curve.
 pub(crate) struct Deviation {
     pub(crate) rms_m: f64,
     pub(crate) largest_m: f64,

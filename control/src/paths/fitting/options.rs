@@ -61,7 +61,6 @@ impl PointOptions {
         ])
     }
 
-    /// The options in the path's provenance.
     pub(crate) fn provenance(&self) -> Provenance {
         let numbers = [
             ("minimum_spacing_m", Some(self.minimum_spacing)),

@@ -41,10 +41,8 @@ impl Default for FixOptions {
     }
 }
 
-/// The quality of a position.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Quality {
-    /// No position.
     Invalid,
     /// From the receiver's signals alone, or estimated.
     Alone,

@@ -23,7 +23,6 @@ const TYPE_MASK: u32 = 0o170_000;
 const TYPE_FILE: u32 = 0o100_000;
 const TYPE_FOLDER: u32 = 0o040_000;
 
-/// An entry as the directory describes it.
 pub(super) struct Record {
     pub(super) name: String,
     pub(super) deflated: bool,

@@ -3,7 +3,6 @@
 use crate::finding::{Findings, Location};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Checks the names of all entries.
 pub(super) fn check(names: &[&str], findings: &mut Findings) {
     let mut seen = BTreeSet::new();
     let mut folded: BTreeMap<String, &str> = BTreeMap::new();

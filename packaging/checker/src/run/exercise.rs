@@ -56,7 +56,6 @@ pub(super) fn all(fmu: &Path, journal: &mut Journal) {
     drop(archive);
 }
 
-/// The entry of the binary for this machine.
 fn binary(archive: &Archive) -> Option<String> {
     let name = steerwright_host::binary_name(&archive.model().co_simulation().model_identifier);
     steerwright_host::platform_folders()
@@ -238,7 +237,6 @@ impl Run<'_> {
         self.legal(done)
     }
 
-    /// Initializes without setting a variable.
     fn initialize_unset(&mut self, instance: &mut Instance) -> Result<(), Stop> {
         self.journal.start("an initialization without setting variables");
         let ready = instance
@@ -280,7 +278,6 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Reads every variable.
     fn readings(&mut self, instance: &mut Instance) -> Result<(), Stop> {
         self.journal.start("fmi2GetXXX of every variable");
         let names: Vec<String> =
@@ -335,7 +332,6 @@ impl Run<'_> {
         Ok(trajectory)
     }
 
-    /// Whether no step was discarded.
     fn is_whole(&self, trajectory: &Trajectory) -> bool {
         trajectory.len() == self.plan.count as usize
     }

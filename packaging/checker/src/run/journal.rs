@@ -11,21 +11,17 @@ use std::path::Path;
 /// The location of the findings of a replay.
 pub(super) const REFERENCE: &str = "extra/io.github.steerwright/reference/reference.json";
 
-/// A line.
 #[derive(Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 enum Line {
-    /// The call or phase that starts.
     Started(String),
     /// The entry of the binary, the location of the following findings.
     Runs(String),
     /// Rule and message.
     Found(String, String),
-    /// The end was reached.
     Done,
 }
 
-/// A journal being written.
 pub(super) struct Journal {
     file: File,
     /// The findings so far; equal ones of a further run are not repeated.

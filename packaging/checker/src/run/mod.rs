@@ -102,7 +102,6 @@ pub fn supervise(
     Ok(findings)
 }
 
-/// Why the FMU is not run.
 fn why_skipped(report: &Report) -> Option<String> {
     const PREVENTING: [&str; 6] =
         ["zip-", "xml-", "no-", "not-co-simulation", "binary-f", "fmi-version"];
@@ -186,7 +185,6 @@ impl Output {
         Self(receiver)
     }
 
-    /// The beginning of the output, if it is not empty.
     fn beginning(self) -> Option<String> {
         let mut bytes = Vec::new();
         while let Ok(more) = self.0.recv_timeout(OUTPUT_TIMEOUT) {

@@ -138,7 +138,6 @@ impl Run<'_> {
         self.legal(values)
     }
 
-    /// A run of a new instance.
     fn again(&mut self) -> Result<(Trajectory, Vec<String>), Stop> {
         let mut instance = self.instance("again")?;
         self.ready(&mut instance)?;

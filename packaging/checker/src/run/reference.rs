@@ -13,7 +13,6 @@ use steerwright_host::{Archive, Instance};
 
 const SCHEMA: &str = "steerwright/reference/1";
 
-/// `reference.json`.
 #[derive(Deserialize)]
 struct Reference {
     schema: String,
@@ -78,7 +77,6 @@ fn number(cell: &str) -> Option<f64> {
     }
 }
 
-/// Replays the reference, if the archive has one.
 pub(super) fn replay(archive: &Archive, journal: &mut Journal) {
     let file = archive.folder().join(REFERENCE);
     if !file.is_file() {
@@ -137,7 +135,6 @@ fn read(file: &Path) -> Result<Tables, String> {
     Ok(Tables { reference, input, result })
 }
 
-/// The largest difference, with its variable and time.
 struct Largest {
     value: f64,
     variable: String,

@@ -63,7 +63,6 @@ pub(super) fn drive(
     Ok(trajectory)
 }
 
-/// The names of all outputs.
 pub(super) fn outputs(instance: &Instance) -> Vec<String> {
     let variables = instance.model().variables().iter();
     variables.filter(|v| v.causality == Causality::Output).map(|v| v.name.clone()).collect()
@@ -113,7 +112,6 @@ pub(super) fn is_rounding(a: &Value, b: &Value) -> bool {
     matches!((a, b), (Value::Real(a), Value::Real(b)) if (a - b).abs() <= SINGLE * a.abs().max(b.abs()))
 }
 
-/// A value in a message.
 pub(super) fn show(value: &Value) -> String {
     match value {
         Value::Real(value) => format!("{value:?}"),

@@ -42,7 +42,6 @@ impl Document<'_> {
     }
 }
 
-/// The child elements with a name.
 pub(super) fn children<'a, 'd>(
     node: Node<'a, 'd>,
     name: &str,
@@ -50,12 +49,10 @@ pub(super) fn children<'a, 'd>(
     node.children().filter(move |child| child.is_element() && child.tag_name().name() == name)
 }
 
-/// The first child element with a name.
 pub(super) fn child<'a, 'd>(node: Node<'a, 'd>, name: &str) -> Option<Node<'a, 'd>> {
     children(node, name).next()
 }
 
-/// The `item` children of the root's child `list`.
 pub(super) fn items<'a, 'd>(
     root: Node<'a, 'd>,
     list: &str,

@@ -6,7 +6,6 @@ use super::schema::Kind;
 const SPACE: [char; 4] = [' ', '\t', '\r', '\n'];
 
 impl Kind {
-    /// Whether a text is a value of the type.
     pub(super) fn accepts(self, text: &str) -> bool {
         let trimmed = text.trim_matches(SPACE);
         match self {

@@ -19,7 +19,6 @@ pub(crate) use text::{DESCRIPTION, nesting};
 /// The largest number of elements, texts and comments of a description.
 const NODES_LIMIT: u32 = 16_000_000;
 
-/// Checks the description; returns it if it can be read.
 pub(crate) fn check(contents: &Contents<'_>, findings: &mut Findings) -> Option<ModelDescription> {
     let text = text::read(contents, findings)?;
     let options = ParsingOptions { nodes_limit: NODES_LIMIT, ..ParsingOptions::default() };

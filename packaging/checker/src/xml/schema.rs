@@ -3,22 +3,18 @@
 //! It has the content of fmi2ModelDescription.xsd and the six files that it includes. Other
 //! requirements of the standard, such as `min` ≤ `max` and unique names, are separate rules.
 
-/// An element.
 pub(super) struct Element {
     pub(super) name: &'static str,
     pub(super) attributes: &'static [Attribute],
     pub(super) content: Content,
 }
 
-/// The allowed content of an element.
 pub(super) enum Content {
     /// Nothing, not even white space.
     Empty,
-    /// Child elements in this order.
     Slots(&'static [Slot]),
     /// At most one element, with any name.
     One,
-    /// Anything.
     Anything,
 }
 
@@ -29,7 +25,6 @@ pub(super) struct Slot {
     pub(super) max: usize,
 }
 
-/// An attribute.
 pub(super) struct Attribute {
     pub(super) name: &'static str,
     pub(super) kind: Kind,
@@ -41,21 +36,13 @@ pub(super) struct Attribute {
 pub(super) enum Kind {
     /// `xs:string` and `xs:normalizedString`: every text is valid.
     Text,
-    /// `xs:boolean`.
     Boolean,
-    /// `xs:int`.
     Int,
-    /// `xs:unsignedInt`.
     UnsignedInt,
-    /// `xs:double`.
     Double,
-    /// `xs:dateTime`.
     DateTime,
-    /// One of these words.
     Word(&'static [&'static str]),
-    /// A list of `xs:unsignedInt`.
     Indices,
-    /// A list of these words.
     Words(&'static [&'static str]),
 }
 
@@ -92,7 +79,6 @@ const fn list(name: &'static str, slots: &'static [Slot]) -> Element {
     Element { name, attributes: &[], content: Slots(slots) }
 }
 
-/// `fmiModelDescription`.
 pub(super) static ROOT: Element = Element {
     name: "fmiModelDescription",
     attributes: &[

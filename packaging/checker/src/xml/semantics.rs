@@ -5,7 +5,6 @@ use crate::finding::{Findings, Location};
 use model_description::{ModelDescription, Place};
 use roxmltree::Node;
 
-/// Reports the findings of `model-description`.
 pub(super) fn check(
     document: &Document<'_>,
     description: &ModelDescription,
@@ -35,7 +34,6 @@ impl<'a, 'd> Places<'a, 'd> {
         Self { document, root, variables }
     }
 
-    /// The location of a place; the root if it is not found.
     fn location(&self, place: Place) -> Location {
         let node = match place {
             Place::Root => None,

@@ -3,7 +3,6 @@
 use crate::archive::Contents;
 use crate::finding::{Findings, Location};
 
-/// The entry of the description.
 pub(crate) const DESCRIPTION: &str = "modelDescription.xml";
 
 /// The largest size of a description, bytes; the largest known ones have about 10⁸.

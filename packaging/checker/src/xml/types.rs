@@ -26,7 +26,6 @@ struct Check<'a, 'd> {
     document: &'a Document<'d>,
     description: &'a ModelDescription,
     findings: &'a mut Findings,
-    /// The type element of each declared type.
     types: BTreeMap<&'a str, Node<'a, 'd>>,
 }
 

@@ -20,7 +20,6 @@ pub(super) fn validate(document: &Document<'_>, findings: &mut Findings) {
     }
 }
 
-/// Whether an element has a name and no namespace.
 fn is_named(node: Node<'_, '_>, name: &str) -> bool {
     node.tag_name().namespace().is_none() && node.tag_name().name() == name
 }
