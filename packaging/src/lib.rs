@@ -2,12 +2,7 @@
 //!
 //! [`package`] takes a document (`plant.json`, `bicycle.json`, `vehicle.json`, `pid.json`, `path.json`
 //! or `estimator.json`) and the libraries of its FMU, one for each platform, and returns the archive's
-//! bytes. No compiler is needed: the libraries are generic and read `resources/`. Equal inputs produce
-//! equal bytes.
-//!
-//! [`ssp`] wires packed FMUs into a system structure package.
-//!
-//! This crate is independent of where libraries come from and of how its documents were made.
+//! bytes. Equal inputs produce equal bytes. [`ssp`] wires packed FMUs into a system structure package.
 
 mod archive;
 mod documentation;

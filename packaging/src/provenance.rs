@@ -1,9 +1,6 @@
-//! The origin of an FMU, from its document: source files, options, fit and quality.
-//!
-//! The archive has the same facts three times: as
-//! `extra/io.github.steerwright/provenance.json`, as the vendor annotation of the model description
-//! and as a section of the documentation page. They have no date, so equal inputs produce equal
-//! archives.
+//! The origin of an FMU, from its document: source files, options, fit and quality, without a date. The
+//! archive has it as `extra/io.github.steerwright/provenance.json`, as the vendor annotation of the model
+//! description and as a section of the documentation page.
 
 use crate::Error;
 use model_description::VendorAnnotation;
@@ -53,16 +50,12 @@ fn fact(key: &'static str, value: impl Into<Json>, unit: &'static str) -> Fact {
 impl Origin {
     pub(crate) fn of(fmu: Fmu, document: &str, file: &str) -> Result<Self, Error> {
         let (name, provenance, evidence) = match fmu {
-            Fmu::IdentifiedPlant => plant(steerwright_formats::Plant::from_json(document, file)?),
-            Fmu::BicyclePlant => bicycle(steerwright_formats::Bicycle::from_json(document, file)?),
-            Fmu::NonlinearVehicle => {
-                vehicle(steerwright_formats::Vehicle::from_json(document, file)?)
-            }
-            Fmu::LateralPid => pid(steerwright_formats::Pid::from_json(document, file)?),
-            Fmu::ReferencePath => path(steerwright_formats::Path::from_json(document, file)?),
-            Fmu::PoseEstimator => {
-                estimator(steerwright_formats::Estimator::from_json(document, file)?)
-            }
+            Fmu::IdentifiedPlant => plant(Document::from_json(document, file)?),
+            Fmu::BicyclePlant => bicycle(Document::from_json(document, file)?),
+            Fmu::NonlinearVehicle => vehicle(Document::from_json(document, file)?),
+            Fmu::LateralPid => pid(Document::from_json(document, file)?),
+            Fmu::ReferencePath => path(Document::from_json(document, file)?),
+            Fmu::PoseEstimator => estimator(Document::from_json(document, file)?),
         };
         Ok(Self {
             schema: "steerwright/provenance/1",

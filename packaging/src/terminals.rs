@@ -1,10 +1,9 @@
 //! `terminalsAndIcons/terminalsAndIcons.xml`: which variables belong together in a connection, and
 //! where the icon and its terminals are drawn.
 //!
-//! FMI 2.0.4 took the file over from FMI 3.0 (section 2.4.9 there), so `fmiVersion` names the
-//! version whose schema it follows. FMUs whose terminals share a name are meant for each other: a
-//! plant's `pose` is the `pose` that a reference path is guided by, and the controller takes its
-//! yaw from there. Members match by their names (`plug`: all of them, `bus`: those there are).
+//! FMI 2.0.4 took the file over from FMI 3.0 (section 2.4.9 there), so `fmiVersion` names the version whose
+//! schema it follows. FMUs whose terminals share a name are meant for each other; members match by their
+//! names (`plug`: all of them, `bus`: those there are).
 
 use model_description::{Causality, ModelDescription};
 use quick_xml::escape::escape;

@@ -48,49 +48,14 @@ const PLATFORMS: &[Platform] = &[
 ];
 
 /// Further requirements of model exchange (section 3.2.3).
-const MODEL_EXCHANGE: &[&str] = &[
-    "fmi2EnterEventMode",
-    "fmi2NewDiscreteStates",
-    "fmi2EnterContinuousTimeMode",
-    "fmi2CompletedIntegratorStep",
-    "fmi2SetTime",
-    "fmi2SetContinuousStates",
-    "fmi2GetDerivatives",
-    "fmi2GetEventIndicators",
-    "fmi2GetContinuousStates",
-    "fmi2GetNominalsOfContinuousStates",
-];
+const MODEL_EXCHANGE: &str = "fmi2EnterEventMode fmi2NewDiscreteStates fmi2EnterContinuousTimeMode \
+    fmi2CompletedIntegratorStep fmi2SetTime fmi2SetContinuousStates fmi2GetDerivatives \
+    fmi2GetEventIndicators fmi2GetContinuousStates fmi2GetNominalsOfContinuousStates";
 
 /// Libraries that every machine of a platform has, by the beginning of their names.
-const SYSTEM: &[&str] = &[
-    "libc.so",
-    "libm.so",
-    "libdl.so",
-    "libpthread.so",
-    "librt.so",
-    "libgcc_s.so",
-    "ld-linux",
-    "libstdc++.so",
-    "/usr/lib/",
-    "/system/library/",
-    "kernel32",
-    "ntdll",
-    "user32",
-    "advapi32",
-    "ws2_32",
-    "bcrypt",
-    "userenv",
-    "shell32",
-    "ole32",
-    "oleaut32",
-    "msvcrt",
-    "api-ms-win-",
-    "synchronization",
-    "gdi32",
-    "shlwapi",
-    "winmm",
-    "version.dll",
-];
+const SYSTEM: &str = "libc.so libm.so libdl.so libpthread.so librt.so libgcc_s.so ld-linux libstdc++.so \
+    /usr/lib/ /system/library/ kernel32 ntdll user32 advapi32 ws2_32 bcrypt userenv shell32 ole32 oleaut32 \
+    msvcrt api-ms-win- synchronization gdi32 shlwapi winmm version.dll";
 
 pub(crate) fn platform(folder: &str) -> Option<&'static Platform> {
     PLATFORMS.iter().find(|platform| platform.folder == folder)
@@ -106,7 +71,7 @@ pub(crate) fn check(
     let identifier = &co_simulation.model_identifier;
     let mut functions: Vec<&str> = steerwright_host::FUNCTION_NAMES.to_vec();
     if description.model_exchange.as_ref().is_some_and(|m| m.model_identifier == *identifier) {
-        functions.extend(MODEL_EXCHANGE);
+        functions.extend(MODEL_EXCHANGE.split(' '));
     }
     let documented = ["txt", "html"]
         .iter()
@@ -163,7 +128,7 @@ pub(crate) fn check(
 fn is_available(library: &str, platform: &Platform, contents: &Contents<'_>) -> bool {
     let lower = library.to_lowercase();
     let file = library.rsplit('/').next().unwrap_or(library);
-    SYSTEM.iter().any(|known| lower.starts_with(known))
+    SYSTEM.split(' ').any(|known| lower.starts_with(known))
         || contents.has(&format!("binaries/{}/{file}", platform.folder))
 }
 
@@ -250,9 +215,5 @@ fn build_path(bytes: &[u8]) -> Option<String> {
 
 fn positions<'b>(bytes: &'b [u8], text: &'b [u8]) -> impl Iterator<Item = usize> + 'b {
     let first = text.first().copied();
-    bytes
-        .iter()
-        .enumerate()
-        .filter(move |(at, byte)| Some(**byte) == first && bytes[*at..].starts_with(text))
-        .map(|(at, _)| at)
+    (0..bytes.len()).filter(move |at| Some(bytes[*at]) == first && bytes[*at..].starts_with(text))
 }

@@ -8,10 +8,8 @@
 //! [`run`] adds a dynamic test: a child process loads the binary and calls its functions, so that a
 //! crash or a hang is a finding.
 //!
-//! Every finding has the name of its [`Rule`], the section, the location and a hint. Errors are
-//! violations of the standard, warnings of a recommendation; notes are information. Hostile archives
-//! result in findings: sizes are limited before unpacking, and no input makes the checker panic.
-//! This crate has no vehicle-specific code.
+//! Hostile archives result in findings: sizes are limited before unpacking, and no input makes the checker
+//! panic. This crate has no vehicle-specific code.
 
 mod archive;
 mod binary;

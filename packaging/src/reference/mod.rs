@@ -1,18 +1,8 @@
 //! The reference run: inputs that excite the FMU, and its outputs.
 //!
-//! An importer can apply the inputs and compare the outputs, as with the files of FMI's cross-check.
-//! The files are in `extra/io.github.steerwright/reference/`:
-//!
-//! - `input.csv`: `time` and every input. A row holds from its time on, until the next row: inputs
-//!   are set at communication points and held. The first row is set before the end of the
-//!   initialization.
-//! - `result.csv`: `time` and every output, as read at that communication point: at the start time
-//!   after the initialization, later after the step that ends there and before new inputs are set.
-//! - `reference.json`: the files' names, start, stop and step, and the absolute tolerance.
-//!
-//! Numbers are in seconds and the variables' units, Booleans 0 or 1. The result is computed by the
-//! slave of the library and rounded to 1e-10, so that it does not depend on the last bits of the
-//! platform's sine.
+//! The files in `extra/io.github.steerwright/reference/`, whose rules the documentation page of the archive
+//! states: `input.csv`, `result.csv`, and `reference.json` with start, stop, step and absolute tolerance. The
+//! result is rounded to 1e-10, so that it does not depend on the last bits of the platform's sine.
 
 mod scenario;
 

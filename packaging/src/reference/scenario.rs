@@ -9,7 +9,7 @@
 use crate::Error;
 use model_description::{Kind, Value, Variable};
 use std::f64::consts::TAU;
-use steerwright_formats::{Document, PathPoint};
+use steerwright_formats::{Bicycle, Document, Estimator, Path, PathPoint, Pid, Plant, Vehicle};
 use steerwright_slaves::Fmu;
 
 /// Inputs by name and time.
@@ -41,7 +41,7 @@ impl Scenario {
     pub(super) fn of(fmu: Fmu, document: &str, file: &str, duration: f64) -> Result<Self, Error> {
         let script = match fmu {
             Fmu::IdentifiedPlant => {
-                let plant = steerwright_formats::Plant::from_json(document, file)?;
+                let plant = Plant::from_json(document, file)?;
                 let seen = plant.evidence.excitation.road_wheel_std_rad;
                 let angle = if seen > 0.0 { seen } else { ROAD_WHEEL_ANGLE };
                 Script::Steer {
@@ -51,7 +51,7 @@ impl Scenario {
                 }
             }
             Fmu::BicyclePlant => {
-                let vehicle = steerwright_formats::Bicycle::from_json(document, file)?.vehicle;
+                let vehicle = Bicycle::from_json(document, file)?.vehicle;
                 Script::Steer {
                     centre: 0.0,
                     amplitude: ROAD_WHEEL_ANGLE * vehicle.steering_ratio,
@@ -59,7 +59,7 @@ impl Scenario {
                 }
             }
             Fmu::NonlinearVehicle => {
-                let vehicle = steerwright_formats::Vehicle::from_json(document, file)?;
+                let vehicle = Vehicle::from_json(document, file)?;
                 Script::Steer {
                     centre: 0.0,
                     amplitude: NEAR_THE_LIMIT * ROAD_WHEEL_ANGLE * vehicle.actuator.steering_ratio,
@@ -67,18 +67,18 @@ impl Scenario {
                 }
             }
             Fmu::LateralPid => {
-                let pid = steerwright_formats::Pid::from_json(document, file)?;
+                let pid = Pid::from_json(document, file)?;
                 Script::Track {
                     step: pid.specification.step_rad,
                     feedforward: 0.1 * pid.limits.max_angle_rad,
                 }
             }
             Fmu::ReferencePath => {
-                let path = steerwright_formats::Path::from_json(document, file)?;
+                let path = Path::from_json(document, file)?;
                 Script::Drive { points: path.points, speed: path.speed_mps }
             }
             Fmu::PoseEstimator => {
-                let file = steerwright_formats::Estimator::from_json(document, file)?;
+                let file = Estimator::from_json(document, file)?;
                 Script::Locate { speed: file.speed_mps, latency: file.gnss.latency_s }
             }
         };
@@ -90,31 +90,18 @@ impl Scenario {
         let name = variable.name.as_str();
         // The course of the scenario, whatever the length of the run.
         let t = time * self.pace;
+        let from = |start: f64, value: f64| if t < start { 0.0 } else { value };
         let number = match (&self.script, name) {
             (Script::Steer { centre, amplitude, .. }, "steering_angle") => {
                 centre + amplitude * weave(t)
             }
             (Script::Steer { speed, .. }, "speed") => speed * if t < 8.0 { 1.0 } else { 0.95 },
-            (Script::Track { step, .. }, "yaw_reference") => {
-                if t < 1.0 {
-                    0.0
-                } else {
-                    *step
-                }
-            }
+            (Script::Track { step, .. }, "yaw_reference") => from(1.0, *step),
             (Script::Track { step, .. }, "yaw") => {
-                if t < 1.2 {
-                    0.0
-                } else {
-                    step * (1.0 - (-(t - 1.2) / 0.5).exp())
-                }
+                from(1.2, step * (1.0 - (-(t - 1.2) / 0.5).exp()))
             }
             (Script::Track { feedforward, .. }, "steering_feedforward") => {
-                if t < 5.0 {
-                    0.0
-                } else {
-                    feedforward * (TAU * 0.5 * (t - 5.0)).sin()
-                }
+                from(5.0, feedforward * (TAU * 0.5 * (t - 5.0)).sin())
             }
             (Script::Track { .. }, "enabled") => {
                 return Some(Value::Boolean(!(7.0..8.0).contains(&t)));
@@ -168,13 +155,8 @@ fn locate(name: &str, time: f64, speed: f64, latency: f64) -> Option<f64> {
         "yaw_rate" => GYRO_BIAS + if time < 5.0 { TURN } else { -TURN },
         "speed" => speed,
         "gnss_fix_count" => count,
-        "gnss_std" => {
-            if (40.0..=60.0).contains(&count) {
-                0.5
-            } else {
-                0.02
-            }
-        }
+        "gnss_std" if (40.0..=60.0).contains(&count) => 0.5,
+        "gnss_std" => 0.02,
         "gnss_x" => {
             let outlier = if count == 30.0 { 5.0 } else { 0.0 };
             outlier + radius * (left.sin() + left.sin() - (left - right).sin())

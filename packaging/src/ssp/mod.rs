@@ -1,8 +1,6 @@
 //! Loops as system structure packages (SSP 1.0).
 //!
-//! [`ssp`] takes packed FMUs, the connections between them and the values they start with, and
-//! returns the package's bytes: `SystemStructure.ssd` and the archives in `resources/`. The same
-//! inputs give the same bytes. Only elements that the common importers share are written:
+//! Only elements that the common importers share are written:
 //!
 //! - components and nothing else: no connector of the system, no nested system, no transformation;
 //! - the prefixes `ssd:`, `ssc:` and `ssv:`, which libcosim takes literally;
@@ -11,9 +9,6 @@
 //! - the base step as `osp:FixedStepAlgorithm`, since SSP 1.0 itself has no place for it;
 //! - values inline in one parameter set a component. fmpy and FMU containers ignore those, so the
 //!   archives should start with the same values by themselves: [`Start`].
-//!
-//! Components stand in the order plant, pose estimator, path, controller, which a Gauss–Seidel
-//! master steps them in.
 //!
 //! [`Start`]: steerwright_formats::Start
 

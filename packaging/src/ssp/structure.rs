@@ -109,16 +109,14 @@ fn document(
 /// A component: its connectors, and the values it starts with.
 fn element(xml: &mut Xml, component: &Component<'_>, connections: &[Connection]) -> io::Result<()> {
     let description = &component.packed.description;
-    let mut tag = xml.create_element("ssd:Component").with_attributes([
+    let tag = xml.create_element("ssd:Component").with_attributes([
         ("name", component.name()),
         ("type", "application/x-fmu-sharedlibrary"),
         ("source", &source(component)),
         ("implementation", "CoSimulation"),
     ]);
-    if let Some(text) = &description.description {
-        tag = tag.with_attribute(("description", text.as_str()));
-    }
-    tag.write_inner_content(|xml| {
+    let text = description.description.as_deref().map(|text| ("description", text));
+    tag.with_attributes(text).write_inner_content(|xml| {
         xml.create_element("ssd:Connectors").write_inner_content(|xml| {
             connectors(component, connections).try_for_each(|v| connector(xml, v))
         })?;
@@ -175,13 +173,10 @@ fn connector(xml: &mut Xml, variable: &Variable) -> io::Result<()> {
     xml.create_element("ssd:Connector")
         .with_attributes([("name", variable.name.as_str()), ("kind", variable.causality.as_str())])
         .write_inner_content(|xml| {
-            let tag = xml.create_element(format!("ssc:{}", variable.kind.as_str()));
-            match &variable.unit {
-                Some(unit) if variable.kind == Kind::Real => {
-                    tag.with_attribute(("unit", unit.as_str())).write_empty()?
-                }
-                _ => tag.write_empty()?,
-            };
+            let unit = variable.unit.as_deref().filter(|_| variable.kind == Kind::Real);
+            xml.create_element(format!("ssc:{}", variable.kind.as_str()))
+                .with_attributes(unit.map(|unit| ("unit", unit)))
+                .write_empty()?;
             Ok(())
         })?;
     Ok(())
@@ -192,11 +187,10 @@ fn parameter(xml: &mut Xml, name: &str, value: f64, unit: Option<&str>) -> io::R
         |xml| {
             // The shortest text that reads back to the same number.
             let value = format!("{value:?}");
-            let tag = xml.create_element("ssv:Real").with_attribute(("value", value.as_str()));
-            match unit {
-                Some(unit) => tag.with_attribute(("unit", unit)).write_empty()?,
-                None => tag.write_empty()?,
-            };
+            xml.create_element("ssv:Real")
+                .with_attribute(("value", value.as_str()))
+                .with_attributes(unit.map(|unit| ("unit", unit)))
+                .write_empty()?;
             Ok(())
         },
     )?;

@@ -60,18 +60,17 @@ impl<'a> Bytes<'a> {
 /// Reads the directory; `None` if it is unreadable.
 pub(super) fn read(bytes: &[u8], limits: &Limits, findings: &mut Findings) -> Option<Vec<Record>> {
     let bytes = Bytes(bytes);
+    let report = |findings: &mut Findings, rule, message: String| {
+        findings.add(rule, Location::archive(), message);
+    };
     let Some(end) = end_of_directory(bytes) else {
-        findings.add(
-            "zip-unreadable",
-            Location::archive(),
-            "the end of the zip directory is not found",
-        );
+        report(findings, "zip-unreadable", "the end of the zip directory is not found".into());
         return None;
     };
     let after_comment = end + END_LENGTH + usize::from(bytes.u16(end + 20)?);
     if after_comment < bytes.0.len() {
-        let message = format!("{} bytes follow the archive", bytes.0.len() - after_comment);
-        findings.add("zip-outside-data", Location::archive(), message);
+        let following = bytes.0.len() - after_comment;
+        report(findings, "zip-outside-data", format!("{following} bytes follow the archive"));
     }
     let disks = [bytes.u16(end + 4)?, bytes.u16(end + 6)?];
     let (here, count) = (bytes.u16(end + 8)?, bytes.u16(end + 10)?);
@@ -88,9 +87,7 @@ pub(super) fn read(bytes: &[u8], limits: &Limits, findings: &mut Findings) -> Op
         findings.add("zip-split", Location::archive(), message);
         return None;
     }
-    let unreadable = |findings: &mut Findings, message: String| {
-        findings.add("zip-unreadable", Location::archive(), message);
-    };
+    let unreadable = |findings: &mut Findings, message| report(findings, "zip-unreadable", message);
     if usize::from(count) > limits.entries {
         let message = format!("{count} entries, more than {}", limits.entries);
         findings.add("not-examined", Location::archive(), message);
@@ -104,8 +101,7 @@ pub(super) fn read(bytes: &[u8], limits: &Limits, findings: &mut Findings) -> Op
         return None;
     };
     if shift > 0 {
-        let message = format!("{shift} bytes precede the archive");
-        findings.add("zip-outside-data", Location::archive(), message);
+        report(findings, "zip-outside-data", format!("{shift} bytes precede the archive"));
     }
     let mut records = Vec::new();
     let mut at = start;

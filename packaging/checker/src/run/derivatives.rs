@@ -20,8 +20,7 @@ impl Run<'_> {
     pub(super) fn input_derivatives(&mut self, instance: &mut Instance) -> Result<(), Stop> {
         self.journal.start("fmi2SetRealInputDerivatives");
         for (_, reference) in self.continuous(Causality::Input) {
-            let set = instance.set_real_input_derivatives(&[reference], &[1], &[0.0]);
-            self.legal(set)?;
+            self.legal(instance.set_real_input_derivatives(&[reference], &[1], &[0.0]))?;
         }
         Ok(())
     }
@@ -30,8 +29,7 @@ impl Run<'_> {
         self.journal.start("fmi2GetRealOutputDerivatives");
         for (name, reference) in self.continuous(Causality::Output) {
             let mut value = [0.0];
-            let got = instance.get_real_output_derivatives(&[reference], &[1], &mut value);
-            self.legal(got)?;
+            self.legal(instance.get_real_output_derivatives(&[reference], &[1], &mut value))?;
             self.finite(&format!("derivative of {name}"), &Value::Real(value[0]));
         }
         Ok(())

@@ -114,11 +114,20 @@ impl Run<'_> {
         })
     }
 
+    /// A legal call, which the journal names before it is made.
+    pub(super) fn call<T>(
+        &mut self,
+        name: &str,
+        made: impl FnOnce() -> Result<T, Error>,
+    ) -> Result<T, Stop> {
+        self.journal.start(name);
+        self.legal(made())
+    }
+
     pub(super) fn instance(&mut self, name: &str) -> Result<Instance, Stop> {
         self.journal.start("fmi2Instantiate");
         let options = InstanceOptions { logging_on: true, visible: false };
-        let made = Instance::with_options(self.archive, name, options);
-        self.legal(made)
+        self.legal(Instance::with_options(self.archive, name, options))
     }
 
     fn wrong_guid(&mut self) {
@@ -164,20 +173,14 @@ impl Run<'_> {
                         && variable.variability == Variability::Tunable
             })?;
         }
-        self.journal.start("fmi2Terminate");
-        let terminated = instance.terminate();
-        self.legal(terminated)?;
+        self.call("fmi2Terminate", || instance.terminate())?;
         self.journal.start("fmi2GetXXX after fmi2Terminate");
         self.readings(instance)?;
 
-        self.journal.start("fmi2Reset after fmi2Terminate");
-        let reset = instance.reset();
-        self.legal(reset)?;
+        self.call("fmi2Reset after fmi2Terminate", || instance.reset())?;
         self.initialize_unset(instance)?;
         self.starts(instance, "run-reset")?;
-        self.journal.start("fmi2Reset");
-        let reset = instance.reset();
-        self.legal(reset)?;
+        self.call("fmi2Reset", || instance.reset())?;
         self.ready(instance)?;
         self.nudge(instance)?;
         let second = self.steps(instance)?;
@@ -212,29 +215,22 @@ impl Run<'_> {
             .filter_map(|variable| Some((variable.name.clone(), variable.start.clone()?)))
             .collect();
         for (name, start) in variables {
-            let set = instance.set(&name, start);
-            self.legal(set)?;
+            self.legal(instance.set(&name, start))?;
         }
         Ok(())
     }
 
     pub(super) fn initialize(&mut self, instance: &mut Instance) -> Result<(), Stop> {
         self.journal.start("fmi2SetupExperiment");
-        let done = instance.setup_experiment(self.plan.start, None, None);
-        self.legal(done)?;
-        self.journal.start("fmi2EnterInitializationMode");
-        let done = instance.enter_initialization_mode();
-        self.legal(done)?;
+        self.legal(instance.setup_experiment(self.plan.start, None, None))?;
+        self.call("fmi2EnterInitializationMode", || instance.enter_initialization_mode())?;
         self.settings(instance, |variable| variable.causality == Causality::Input)?;
         self.journal.start("fmi2GetXXX in initialization mode");
         for name in outputs(instance) {
-            let value = instance.value(&name);
-            let value = self.legal(value)?;
+            let value = self.legal(instance.value(&name))?;
             self.finite(&name, &value);
         }
-        self.journal.start("fmi2ExitInitializationMode");
-        let done = instance.exit_initialization_mode();
-        self.legal(done)
+        self.call("fmi2ExitInitializationMode", || instance.exit_initialization_mode())
     }
 
     fn initialize_unset(&mut self, instance: &mut Instance) -> Result<(), Stop> {
@@ -264,8 +260,7 @@ impl Run<'_> {
             .filter_map(|variable| Some((variable.name.clone(), variable.start.clone()?)))
             .collect();
         for (name, start) in variables {
-            let value = instance.value(&name);
-            let value = self.legal(value)?;
+            let value = self.legal(instance.value(&name))?;
             if !same(&start, &value) && self.mismatched.insert(name.clone()) {
                 let (xml, binary) = (show(&start), show(&value));
                 let message = format!(
@@ -283,8 +278,7 @@ impl Run<'_> {
         let names: Vec<String> =
             self.description().variables.iter().map(|v| v.name.clone()).collect();
         for name in names {
-            let value = instance.value(&name);
-            let value = self.legal(value)?;
+            let value = self.legal(instance.value(&name))?;
             self.finite(&name, &value);
         }
         Ok(())
@@ -300,8 +294,7 @@ impl Run<'_> {
 
     fn steps(&mut self, instance: &mut Instance) -> Result<Trajectory, Stop> {
         self.journal.start("fmi2DoStep");
-        let driven = drive(instance, self.plan, 0, self.plan.count);
-        let trajectory = self.legal(driven)?;
+        let trajectory = self.legal(drive(instance, self.plan, 0, self.plan.count))?;
         let names = outputs(instance);
         let not_finite = trajectory.iter().enumerate().find_map(|(step, values)| {
             let is_bad = |value: &Value| matches!(value, Value::Real(v) if !v.is_finite());
@@ -312,20 +305,15 @@ impl Run<'_> {
             self.journal.found("run-value", message);
         }
         let co_simulation = self.archive.model().co_simulation();
-        let (interpolates, order, directional) = (
-            co_simulation.can_interpolate_inputs,
-            co_simulation.max_output_derivative_order,
-            co_simulation.provides_directional_derivative,
-        );
         // After a discarded step none of this is legal.
         if self.is_whole(&trajectory) {
-            if order > 0 {
+            if co_simulation.max_output_derivative_order > 0 {
                 self.output_derivatives(instance)?;
             }
-            if directional {
+            if co_simulation.provides_directional_derivative {
                 self.directional_derivatives(instance)?;
             }
-            if interpolates {
+            if co_simulation.can_interpolate_inputs {
                 self.input_derivatives(instance)?;
             }
         }
@@ -351,8 +339,7 @@ impl Run<'_> {
             })
             .collect();
         for (name, value) in inputs {
-            let set = instance.set(&name, value);
-            self.legal(set)?;
+            self.legal(instance.set(&name, value))?;
         }
         Ok(())
     }

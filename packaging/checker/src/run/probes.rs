@@ -33,8 +33,7 @@ impl Run<'_> {
         let mut alternating = Trajectory::new();
         for point in 0..self.plan.count {
             self.journal.start("fmi2DoStep of two instances alternately");
-            let driven = drive(&mut one, self.plan, point, 1);
-            let values = self.legal(driven)?;
+            let values = self.legal(drive(&mut one, self.plan, point, 1))?;
             let driven = drive(&mut other, self.plan, point, 1);
             if values.is_empty() || self.legal(driven)?.is_empty() {
                 break;
@@ -54,8 +53,7 @@ impl Run<'_> {
         let mut instance = self.instance("half")?;
         self.ready(&mut instance)?;
         self.journal.start("fmi2DoStep");
-        let driven = drive(&mut instance, self.plan, 0, 1);
-        if self.legal(driven)?.is_empty() {
+        if self.legal(drive(&mut instance, self.plan, 0, 1))?.is_empty() {
             return Ok(());
         }
         self.journal.start("fmi2DoStep of half the size");
@@ -76,8 +74,7 @@ impl Run<'_> {
         self.nudge(&mut instance)?;
         // Two steps, since some models evaluate variables in the first step for the first time.
         self.journal.start("fmi2DoStep");
-        let driven = drive(&mut instance, self.plan, 0, 2);
-        if self.legal(driven)?.len() < 2 {
+        if self.legal(drive(&mut instance, self.plan, 0, 2))?.len() < 2 {
             return Ok(());
         }
         self.journal.start("fmi2GetReal after a change of one input");
@@ -101,8 +98,7 @@ impl Run<'_> {
             let before = self.values(&mut instance, &listed)?;
             // Outputs that change without a new input prove nothing.
             let still = self.values(&mut instance, &listed)?;
-            let value = instance.value(&input);
-            let Some(value) = self.legal(value)?.as_number() else { continue };
+            let Some(value) = self.legal(instance.value(&input))?.as_number() else { continue };
             let variable = self.description().variable(&input);
             let above = value + 0.01;
             let fits = variable.and_then(|v| v.max).is_none_or(|max| above <= max);
@@ -122,8 +118,7 @@ impl Run<'_> {
                     self.journal.found("run-dependency", message);
                 }
             }
-            let set = instance.set(&input, value);
-            self.legal(set)?;
+            self.legal(instance.set(&input, value))?;
         }
         Ok(())
     }
@@ -143,8 +138,7 @@ impl Run<'_> {
         self.ready(&mut instance)?;
         self.nudge(&mut instance)?;
         self.journal.start("fmi2DoStep");
-        let driven = drive(&mut instance, self.plan, 0, self.plan.count);
-        let trajectory = self.legal(driven)?;
+        let trajectory = self.legal(drive(&mut instance, self.plan, 0, self.plan.count))?;
         Ok((trajectory, outputs(&instance)))
     }
 

@@ -15,19 +15,14 @@ impl Run<'_> {
         if !co_simulation.can_get_and_set_fmu_state {
             return Ok(());
         }
-        self.journal.start("fmi2Reset");
-        let reset = instance.reset();
-        self.legal(reset)?;
+        self.call("fmi2Reset", || instance.reset())?;
         self.initialize(instance)?;
         let half = self.plan.count / 2;
         let rest = self.plan.count - half;
-        let driven = drive(instance, self.plan, 0, half);
-        if self.legal(driven)?.len() < half as usize {
+        if self.legal(drive(instance, self.plan, 0, half))?.len() < half as usize {
             return Ok(());
         }
-        self.journal.start("fmi2GetFMUstate");
-        let state = instance.get_state();
-        let state = self.legal(state)?;
+        let state = self.call("fmi2GetFMUstate", || instance.get_state())?;
         let bytes = if can_serialize {
             self.journal.start("fmi2SerializeFMUstate");
             let bytes = instance.serialize_state(&state);
@@ -37,14 +32,10 @@ impl Run<'_> {
         };
         // Changed inputs reveal a state that is not restored.
         self.nudge(instance)?;
-        let driven = drive(instance, self.plan, half, rest);
-        let first = self.legal(driven)?;
-        self.journal.start("fmi2SetFMUstate");
-        let set = instance.set_state(&state);
-        self.legal(set)?;
+        let first = self.legal(drive(instance, self.plan, half, rest))?;
+        self.call("fmi2SetFMUstate", || instance.set_state(&state))?;
         self.nudge(instance)?;
-        let driven = drive(instance, self.plan, half, rest);
-        let second = self.legal(driven)?;
+        let second = self.legal(drive(instance, self.plan, half, rest))?;
         let names = outputs(instance);
         if let Some(difference) = difference(&first, &second, &names) {
             self.differences.push(("run-state", format!("after fmi2SetFMUstate {difference}")));
@@ -52,14 +43,12 @@ impl Run<'_> {
         let Some(bytes) = bytes.filter(|_| !only_once) else { return Ok(()) };
         let mut other = self.instance("restored")?;
         self.initialize(&mut other)?;
-        self.journal.start("fmi2DeSerializeFMUstate");
-        let state = other.deserialize_state(&bytes, steerwright_host::Phase::StepComplete);
-        let state = self.legal(state)?;
-        let set = other.set_state(&state);
-        self.legal(set)?;
+        let state = self.call("fmi2DeSerializeFMUstate", || {
+            other.deserialize_state(&bytes, steerwright_host::Phase::StepComplete)
+        })?;
+        self.legal(other.set_state(&state))?;
         self.nudge(&mut other)?;
-        let driven = drive(&mut other, self.plan, half, rest);
-        let third = self.legal(driven)?;
+        let third = self.legal(drive(&mut other, self.plan, half, rest))?;
         if let Some(difference) = difference(&first, &third, &names) {
             let message = format!("in another instance, from the serialized state, {difference}");
             self.differences.push(("run-state", message));
