@@ -2,14 +2,12 @@
 
 use crate::drive::Drive;
 use crate::error::{Error, counted};
-use crate::faults::MOVING_MPS;
 use crate::log::{DriveLog, Segment};
 use crate::options::LogOptions;
 use crate::resample::Grid;
 use crate::role::Role;
 use crate::segments::{self, Clock, LEAST_SEGMENT, Span, Split};
-use crate::series::LEAST_SAMPLES;
-use crate::series::Series;
+use crate::series::{LEAST_SAMPLES, Series};
 use std::ops::Range;
 
 /// Most samples of the merged recording, and of the fine grid it is filtered on.
@@ -145,14 +143,7 @@ impl Kept {
     fn check_moves(&mut self, channel: Option<&Series>) -> Result<(), Error> {
         let (sum, count) = std::mem::take(&mut self.speed);
         let mean_mps = sum / count.max(1) as f64;
-        match channel {
-            Some(channel) if count > 0 && mean_mps < MOVING_MPS => Err(Error::Standstill {
-                file: channel.file.clone(),
-                column: channel.column.clone(),
-                mean_mps,
-            }),
-            _ => Ok(()),
-        }
+        channel.filter(|_| count > 0).map_or(Ok(()), |channel| channel.check_moves(mean_mps))
     }
 
     /// Rejects a log of too few samples, and reports the effect of the speed window.
@@ -185,11 +176,9 @@ impl Kept {
             return Ok(());
         }
         // Gaps that cause it are named.
-        let got = self.samples;
-        segments::refused_gap(&self.splits, &self.spans).map_or_else(
-            || Err(Error::TooFewSamples { got, need: LEAST_SAMPLES, sample_time_s: step }),
-            Err,
-        )
+        let (got, need, sample_time_s) = (self.samples, LEAST_SAMPLES, step);
+        let gap = segments::refused_gap(&self.splits, &self.spans);
+        Err(gap.unwrap_or(Error::TooFewSamples { got, need, sample_time_s }))
     }
 }
 

@@ -99,10 +99,7 @@ fn finished(
         let limit = series.gap_limit(options.max_gap_s);
         difference(&mut series, limit);
         series.check_rows()?;
-        warnings.push(format!(
-            "{}: column `{}` is an angle ({}): taken for yaw, unwrapped and differenced to yaw rate",
-            series.file, series.column, series.unit.name
-        ));
+        warnings.push(series.yaw_in_words(&series.file));
     }
     Ok(series)
 }
@@ -173,18 +170,12 @@ impl MissingRuns {
     }
 
     fn finish(&self) -> Option<String> {
-        if self.count == 0 {
-            return None;
-        }
-        let mut lines: Vec<String> = self
-            .runs
-            .iter()
-            .take(5)
-            .map(|(a, b)| if a == b { a.to_string() } else { format!("{a}-{b}") })
-            .collect();
+        let run = |(a, b): &(u64, u64)| if a == b { a.to_string() } else { format!("{a}-{b}") };
+        let mut lines: Vec<String> = self.runs.iter().take(5).map(run).collect();
         if self.runs.len() > 5 {
             lines.push("…".into());
         }
-        Some(format!("{} (lines {})", counted(self.count, "sample"), lines.join(", ")))
+        let text = || format!("{} (lines {})", counted(self.count, "sample"), lines.join(", "));
+        (self.count > 0).then(text)
     }
 }

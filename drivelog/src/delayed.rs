@@ -10,12 +10,9 @@ const HALF: i64 = 3;
 impl DriveLog {
     /// The same drive with the steering angle delayed by `seconds` against all else.
     ///
-    /// At the log's own rate a command is held over each sample, so a fraction of a sample is the
-    /// mean over the time that each of two samples is held. A measured angle, and a log that was
-    /// brought to a lower rate, is smooth between its samples: there, fractions are interpolated by a
-    /// polynomial through the six samples around the instant (Lagrange), which passes lateral dynamics
-    /// unchanged (at a fifth of the sample rate its gain is above 0.98). The steering before the start
-    /// of a segment is unknown: its first value is used for it.
+    /// Fractions of a sample are, of a command at the log's own rate, the mean over the time that each of
+    /// two samples is held; otherwise a polynomial through six samples (Lagrange; at a fifth of the sample
+    /// rate its gain is above 0.98). Before the start of a segment its first value is used.
     #[must_use]
     pub fn with_input_delayed(&self, seconds: f64) -> Self {
         let delay = seconds / self.sample_time_s;

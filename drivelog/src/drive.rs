@@ -1,13 +1,8 @@
 //! Which files are one drive, and the channels of it.
 //!
-//! A file that brings both steering and yaw rate is a drive of its own, with a clock of its own;
-//! files that bring them together are channels of one drive on one clock. So of several files
-//!
-//! * none of which has both, or of which one does and the others add to it, are one drive;
-//! * each of which has both, are as many drives;
-//! * the rest is ambiguous, and rejected until the files of each drive are stated.
-//!
-//! A column named with its file (`a.csv:steer`) means that the files are one drive.
+//! Files that each bring both steering and yaw rate are drives of their own. Files of which none or one does
+//! are channels of one drive on one clock. The rest is ambiguous, and rejected until the files of each drive
+//! are stated.
 
 use crate::channels;
 use crate::error::{Error, Place, last_part};
@@ -116,19 +111,11 @@ fn leave_out_frozen(channels: &mut [Series]) {
 
 fn check_constant(channel: &Series) -> Result<(), Error> {
     let first = channel.value[0];
-    if channel.value.iter().any(|x| (x - first).abs() > 1e-12 * (1.0 + first.abs())) {
-        return Ok(());
-    }
-    Err(Error::Constant {
-        file: channel.file.clone(),
-        column: channel.column.clone(),
-        role: channel.role.name(),
-        value: first / channel.unit.to_si,
-        unit: channel.unit.name,
-    })
+    let moves = |x: &f64| (x - first).abs() > 1e-12 * (1.0 + first.abs());
+    if channel.value.iter().any(moves) { Ok(()) } else { Err(channel.constant(first)) }
 }
 
-/// The ratio stated, or 1 where the column may be a road wheel's.
+/// The ratio stated, or 1 where the column may be that of a road wheel.
 pub(crate) fn steering_ratio(
     steering: &Series,
     options: &LogOptions,

@@ -1,14 +1,8 @@
 //! The behaviour of a channel between its samples, and the rows on which it was updated.
 //!
-//! *Slow channels in fast rows.* A logger that writes a row for each sample of its fastest channel repeats
-//! the last value of the others. Of a sensor, a repeated value is old: only the rows on which it was updated
-//! are samples. They show as changes that are several rows apart, at multiples of one number of rows; a
-//! quantised signal that moves changes from row to row.
-//!
-//! *Commands.* What is sent to an actuator is held until the next command arrives, so the rows are what
-//! acts, repetitions included (zero-order hold). A measured angle moves on between its samples
-//! (band-limited). That a column is a command is read from its name, from its unit (a number without one is
-//! no measured angle) or from its values: it jumps from one row to the next and rests before and after.
+//! Of a sensor, a repeated value is old. The rows on which it was updated show as changes that are several
+//! rows apart, at multiples of one number of rows; a quantised signal that moves changes from row to row.
+//! Of a command the rows are what acts, repetitions included (zero-order hold).
 
 use crate::options::LogOptions;
 use crate::role::Role;

@@ -53,11 +53,7 @@ pub(crate) fn find(
         _ => Err(Error::AmbiguousColumn {
             role: role.name(),
             column: name.into(),
-            files: hits
-                .iter()
-                .map(|(t, _)| tables[*t].file.as_str())
-                .collect::<Vec<_>>()
-                .join(", "),
+            files: hits.iter().map(|(t, _)| &*tables[*t].file).collect::<Vec<_>>().join(", "),
         }),
     }
 }

@@ -33,8 +33,7 @@ pub fn read_log(files: &[(String, Vec<u8>)], options: &LogOptions) -> Result<Dri
 ///
 /// The sample time is the requested one, or else the multiple of the log's own period that comes
 /// nearest to 0.02 s from below (0.02 s where the clocks differ or are irregular), or the log's own
-/// period where there is next to no noise; the longest of those of the drives. Anti-alias filtering and
-/// its effect on the held input are described in the module `resample`.
+/// period where there is next to no noise; the longest of those of the drives.
 ///
 /// # Errors
 /// [`Error`] with file, line and column.
@@ -155,11 +154,10 @@ fn has_speed(
 fn channels(drives: &[Drive]) -> Vec<ChannelSummary> {
     let summary = |channel: &Series| {
         let summary = channel.summary();
-        let column = if drives.len() > 1 {
-            format!("{}:{}", last_part(&channel.file), summary.column)
-        } else {
-            summary.column.clone()
-        };
+        if drives.len() < 2 {
+            return summary;
+        }
+        let column = format!("{}:{}", last_part(&channel.file), summary.column);
         ChannelSummary { column, ..summary }
     };
     drives.iter().flat_map(|d| d.channels.iter().map(summary)).collect()

@@ -1,37 +1,13 @@
 //! Brings channels with clocks of their own onto one uniform grid without biasing the dynamics.
 //!
-//! 1. Linear interpolation onto a fine uniform grid, at least as fast as the fastest channel; on
-//!    a clock that is uniform already this changes nothing.
-//! 2. A zero-phase low-pass filter, the same for every channel, so that the transfer function from
-//!    input to output is that of the unfiltered signals throughout the pass band.
-//! 3. Decimation.
+//! Interpolation onto a fine grid, one zero-phase low-pass filter for all channels, decimation, and an
+//! additional factor for the input, which the model holds over a sample: see `docs/methods/logs.md`.
 //!
-//! The filter is a square-root raised cosine with its −3 dB point at the Nyquist frequency of the
-//! new rate 1/T and a roll-off of 25 %, windowed (Kaiser, β = 6) to ±8 T. Its squared response
-//! plus the image of it about the Nyquist frequency is one, so white sensor noise is white after
-//! the decimation as before, and tests of residuals keep their meaning.
-//!
-//! *The input of the model is held.* Eq 9–10 take an input that is constant over a sample T. What was
-//! logged is not: a command is held over its own period h, which after decimation to T = q·h is shorter, and
-//! a measured angle moves on between its samples. A hold over T shapes a signal by sin(ωT/2)/(ωT/2) and
-//! delays it by T/2. So the input channel is filtered with the additional factor
-//!
-//! | between its samples | factor |
-//! |---|---|
-//! | held for h (zoh) | `sinc(ωh/2)/sinc(ωT/2) · exp(jω(T−h)/2)` |
-//! | straight lines over h (foh) | `sinc²(ωh/2)·sinc(ωT/2) · exp(jωT/2)` |
-//! | band-limited (bl) | `sinc(ωT/2) · exp(jωT/2)` |
-//!
-//! with which the held coarse input does to a vehicle what the true one did, in the pass band. A measured
-//! angle acts on the yaw acceleration at once, which the mean over each hold leaves as it was: what a plant
-//! that integrates takes (in its samples the images of the hold add up to sinc²). A command acts behind its
-//! actuator's lag, which the images do not pass. Without it
-//! the identified model would lead the vehicle by (T−h)/2 or T/2 when it is converted to continuous time. A
-//! log's own rate is kept by the same filters, up to the Nyquist frequency (no low-pass, for the output is
-//! not filtered then).
-//!
-//! *Slow channels.* Where a channel is slower than the fine grid, interpolation has shaped it by
-//! sinc²(ωP/2), P being its period, which is taken back.
+//! With that factor the held coarse input does to a vehicle what the true one did, in the pass band. A
+//! measured angle acts on the yaw acceleration at once, which the mean over each hold leaves as it was: what
+//! a plant that integrates takes (in its samples the images of the hold add up to sinc²). A command acts
+//! behind its actuator's lag, which the images do not pass. A log's own rate is kept by the same filters, up
+//! to the Nyquist frequency (no low-pass, for the output is not filtered then).
 
 use std::f64::consts::PI;
 use steerwright_formats::Intersample;

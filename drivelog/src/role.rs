@@ -27,22 +27,29 @@ pub(crate) enum Wheel {
 /// A unit for the hint about a column without one, by its name.
 pub(crate) fn unit_in_place_of(column: &str) -> (&'static str, &'static str) {
     let roles = [Role::YawRate, Role::Speed, Role::Time, Role::Steering];
-    roles.into_iter().find(|r| r.is_named_like(column)).unwrap_or(Role::Steering).usual_unit()
+    let role = roles.into_iter().find(|r| r.is_named_like(column)).unwrap_or(Role::Steering);
+    let [_, suffix, unit, _] = role.words();
+    (suffix, unit)
 }
 
 impl Role {
-    /// The word in messages.
-    pub(crate) fn name(self) -> &'static str {
+    /// The word in messages; a unit that it often has, as the end of a name and as it is stated; all units
+    /// that it may have.
+    fn words(self) -> [&'static str; 4] {
         match self {
-            Self::Steering => "steering",
-            Self::YawRate => "yaw rate",
-            Self::Speed => "speed",
-            Self::Time => "time",
-            Self::East => "x of the position",
-            Self::North => "y of the position",
-            Self::Latitude => "latitude",
-            Self::Longitude => "longitude",
+            Self::Steering => ["steering", "deg", "deg", "deg or rad"],
+            Self::YawRate => ["yaw rate", "degps", "deg/s", "deg/s or rad/s, or deg or rad of yaw"],
+            Self::Speed => ["speed", "kmh", "km/h", "m/s, km/h or mph"],
+            Self::Time => ["time", "s", "s", "s, ms, us or ns"],
+            Self::East => ["x of the position", "m", "m", "m"],
+            Self::North => ["y of the position", "m", "m", "m"],
+            Self::Latitude => ["latitude", "deg", "deg", "deg or rad"],
+            Self::Longitude => ["longitude", "deg", "deg", "deg or rad"],
         }
+    }
+
+    pub(crate) fn name(self) -> &'static str {
+        self.words()[0]
     }
 
     /// The word in files.
@@ -50,18 +57,6 @@ impl Role {
         match self {
             Self::YawRate => "yaw_rate",
             other => other.name(),
-        }
-    }
-
-    /// A unit that it often has: as the end of a name, and as it is stated.
-    fn usual_unit(self) -> (&'static str, &'static str) {
-        match self {
-            Self::Steering => ("deg", "deg"),
-            Self::YawRate => ("degps", "deg/s"),
-            Self::Speed => ("kmh", "km/h"),
-            Self::Time => ("s", "s"),
-            Self::East | Self::North => ("m", "m"),
-            Self::Latitude | Self::Longitude => ("deg", "deg"),
         }
     }
 
@@ -85,7 +80,7 @@ impl Role {
 
     /// Whether single bad samples are looked for.
     pub(crate) fn has_spikes(self) -> bool {
-        matches!(self, Self::Steering | Self::YawRate)
+        self.required()
     }
 
     pub(crate) fn required(self) -> bool {
@@ -134,14 +129,8 @@ impl Role {
             }
             Self::Speed => {
                 starts(&["speed", "vx", "velocity", "geschwindigkeit", "longitudinalvelocity"])
-                    || any(&[
-                        "vehiclespeed",
-                        "vehspeed",
-                        "vehspd",
-                        "groundspeed",
-                        "fahrzeuggeschw",
-                        "fzggeschw",
-                    ])
+                    || any(&["vehiclespeed", "vehspeed", "vehspd", "groundspeed"])
+                    || any(&["fahrzeuggeschw", "fzggeschw"])
                     // openpilot, CarMaker.
                     || is(&["vego", "carv", "vfzg"])
             }
@@ -193,14 +182,7 @@ impl Role {
     }
 
     pub(crate) fn expected_units(self) -> &'static str {
-        match self {
-            Self::Steering => "deg or rad",
-            Self::YawRate => "deg/s or rad/s, or deg or rad of yaw",
-            Self::Speed => "m/s, km/h or mph",
-            Self::Time => "s, ms, us or ns",
-            Self::East | Self::North => "m",
-            Self::Latitude | Self::Longitude => "deg or rad",
-        }
+        self.words()[3]
     }
 
     /// Least and largest value that a road vehicle can have, SI.

@@ -8,6 +8,8 @@ use crate::units::{Quantity, Unit};
 use std::rc::Rc;
 use steerwright_formats::{ChannelSummary, Intersample};
 
+/// Slower on average, a vehicle is at rest, m/s: steered, it need not yaw.
+pub(crate) const MOVING_MPS: f64 = 0.5;
 /// Fewest samples of the merged recording.
 pub(crate) const LEAST_SAMPLES: usize = 100;
 
@@ -58,6 +60,34 @@ impl Series {
 
     pub(crate) fn is_yaw(&self) -> bool {
         self.role == Role::YawRate && self.unit.quantity == Quantity::Angle
+    }
+
+    /// The error of a channel that has this value, SI, throughout.
+    pub(super) fn constant(&self, value: f64) -> Error {
+        Error::Constant {
+            file: self.file.clone(),
+            column: self.column.clone(),
+            role: self.role.name(),
+            value: value / self.unit.to_si,
+            unit: self.unit.name,
+        }
+    }
+
+    /// Rejects a mean speed that is that of a standstill.
+    pub(super) fn check_moves(&self, mean_mps: f64) -> Result<(), Error> {
+        if mean_mps < MOVING_MPS {
+            let (file, column) = (self.file.clone(), self.column.clone());
+            return Err(Error::Standstill { file, column, mean_mps });
+        }
+        Ok(())
+    }
+
+    /// The warning of a yaw; `file` is how it names the file.
+    pub(super) fn yaw_in_words(&self, file: &str) -> String {
+        format!(
+            "{file}: column `{}` is an angle ({}): taken for yaw, unwrapped and differenced to yaw rate",
+            self.column, self.unit.name
+        )
     }
 
     /// Rejects a channel with too few rows to determine a clock.

@@ -1,7 +1,7 @@
 //! Where a channel is frozen: it repeats one value for longer than it ever should while the vehicle moves
 //! and is steered.
 
-use crate::series::Series;
+use crate::series::{MOVING_MPS, Series};
 use crate::signal::mean;
 
 /// A channel on its own clock.
@@ -33,8 +33,6 @@ const LEAST_FROZEN_S: f64 = 0.5;
 const FROZEN_FACTOR: f64 = 5.0;
 /// The steering within the run spans at least its standard deviation.
 const STEERED: f64 = 1.0;
-/// Slower on average, a vehicle is at rest, m/s: steered, it need not yaw.
-pub(crate) const MOVING_MPS: f64 = 0.5;
 /// The yaw rate's standard deviation over its smallest change, below which repeated values are no
 /// evidence.
 const FINE_ENOUGH: f64 = 3.0;
@@ -143,13 +141,11 @@ impl Freezes {
     /// What 95 % of the runs do not exceed, s. A lone run shows nothing.
     fn usual_length(&self) -> f64 {
         let mut lengths = self.lengths.clone();
-        match lengths.len() {
-            0 | 1 => 0.0,
-            n => {
-                let k = (0.95 * (n - 1) as f64) as usize;
-                *lengths.select_nth_unstable_by(k, f64::total_cmp).1
-            }
+        if lengths.len() < 2 {
+            return 0.0;
         }
+        let k = (0.95 * (lengths.len() - 1) as f64) as usize;
+        *lengths.select_nth_unstable_by(k, f64::total_cmp).1
     }
 }
 

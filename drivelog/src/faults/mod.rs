@@ -1,19 +1,15 @@
 //! Faults of single channels, found on their own clocks before anything is resampled.
 //!
-//! A *spike* (or dropout) is a run of one to three samples that jumps away and back. Both jumps are
-//! large against what the channel usually does from sample to sample (second differences, by their
-//! median and upper percentile, as in Hampel's identifier: F. R. Hampel, *The influence curve and its
-//! role in robust estimation*, JASA 69, 1974). A held command that steps does not jump back; where it
-//! steps often, the upper percentile is the size of its steps.
-//!
-//! A channel is *frozen* where it repeats one value for longer than it ever should while the vehicle
-//! moves and is steered. A stamp is *repeated* where several values share one instant.
+//! A *spike* (or dropout) is a run of one to three samples that jumps away and back, by more than the
+//! channel usually does from sample to sample (Hampel's identifier, see `docs/methods/logs.md`). A held
+//! command that steps does not jump back; where it steps often, the upper percentile is the size of its
+//! steps.
 
 mod freezes;
 mod repeated;
 mod spikes;
 
-pub(crate) use freezes::{Freezes, MOVING_MPS, Moving, Sampled};
+pub(crate) use freezes::{Freezes, Moving, Sampled};
 pub(crate) use repeated::{Repeated, average};
 pub(crate) use spikes::SpikeFilter;
 

@@ -1,11 +1,9 @@
 //! A log read in chunks: what [`read_drives`](crate::read_drives) makes of a file, piece by piece, in
 //! memory that does not grow with the file.
 //!
-//! A file is a drive of its own. Its sample time and whether its clock is uniform are those of its
-//! first rows; a clock that changes later is refused, since the filters are made for the first. Gaps,
-//! filters and grids are those of the whole reading: a segment has the same samples however long the
-//! chunks are. Spikes and frozen runs are found across the chunks' ends: the last rows wait for those after
-//! them, a run of equal yaw rates for its end, but no longer than a chunk.
+//! Sample time and clock are those of the first rows; a clock that changes later is refused. A segment has
+//! the same samples however long the chunks are: the last rows wait for those after them, a run of equal yaw
+//! rates for its end, but no longer than a chunk.
 
 mod channel;
 mod gate;
@@ -16,7 +14,7 @@ mod tests;
 use crate::channels::check_clock;
 use crate::drive::{Drive, brings, steering_ratio};
 use crate::error::{Error, counted, last_part, stem};
-use crate::faults::{Freezes, MOVING_MPS, Moving, Sampled};
+use crate::faults::{Freezes, Moving, Sampled};
 use crate::intersample;
 use crate::mapping::{self, Source, time_column};
 use crate::options::LogOptions;
@@ -300,10 +298,7 @@ impl Reading {
                 warnings.push(intersample::held_steps_warning(series, updates.rows));
             }
             if series.is_yaw() {
-                warnings.push(format!(
-                    "{}: column `{}` is an angle ({}): taken for yaw, unwrapped and differenced to yaw rate",
-                    self.drive.name, series.column, series.unit.name
-                ));
+                warnings.push(series.yaw_in_words(&self.drive.name));
             }
         }
         steering_ratio(&self.drive.channels[0], options, warnings)
@@ -312,21 +307,10 @@ impl Reading {
     /// Rejects a constant channel and a standstill, which only the whole file shows.
     fn check_at_the_end(&self) -> Result<(), Error> {
         for (channel, series) in self.channels.iter().zip(&self.drive.channels) {
-            if series.role != Role::Speed && channel.is_constant() {
-                return Err(Error::Constant {
-                    file: series.file.clone(),
-                    column: series.column.clone(),
-                    role: series.role.name(),
-                    value: channel.least / series.unit.to_si,
-                    unit: series.unit.name,
-                });
-            }
-            if series.role == Role::Speed && channel.mean() < MOVING_MPS {
-                return Err(Error::Standstill {
-                    file: series.file.clone(),
-                    column: series.column.clone(),
-                    mean_mps: channel.mean(),
-                });
+            if series.role == Role::Speed {
+                series.check_moves(channel.mean())?;
+            } else if channel.is_constant() {
+                return Err(series.constant(channel.least));
             }
         }
         Ok(())
