@@ -51,6 +51,11 @@ use Kind::{Boolean, DateTime, Double, Indices, Int, Text, UnsignedInt, Word, Wor
 
 const MANY: usize = usize::MAX;
 
+/// Attributes, each with `need` or `may`, its name and its type.
+macro_rules! attributes {
+    ($($need:ident $name:literal $kind:expr),*) => { &[$($need($name, $kind)),*] };
+}
+
 const fn need(name: &'static str, kind: Kind) -> Attribute {
     Attribute { name, kind, required: true }
 }
@@ -81,20 +86,13 @@ const fn list(name: &'static str, slots: &'static [Slot]) -> Element {
 
 pub(super) static ROOT: Element = Element {
     name: "fmiModelDescription",
-    attributes: &[
-        need("fmiVersion", Word(&["2.0"])),
-        need("modelName", Text),
-        need("guid", Text),
-        may("description", Text),
-        may("author", Text),
-        may("version", Text),
-        may("copyright", Text),
-        may("license", Text),
-        may("generationTool", Text),
-        may("generationDateAndTime", DateTime),
-        may("variableNamingConvention", Word(&["flat", "structured"])),
-        may("numberOfEventIndicators", UnsignedInt),
-    ],
+    attributes: attributes!(
+        need "fmiVersion" Word(&["2.0"]), need "modelName" Text, need "guid" Text,
+        may "description" Text, may "author" Text, may "version" Text, may "copyright" Text,
+        may "license" Text, may "generationTool" Text, may "generationDateAndTime" DateTime,
+        may "variableNamingConvention" Word(&["flat", "structured"]),
+        may "numberOfEventIndicators" UnsignedInt
+    ),
     content: Slots(&[
         // (ModelExchange? CoSimulation?) once or twice; the rule `interface-twice` rejects duplicates.
         Slot { elements: &[&MODEL_EXCHANGE, &CO_SIMULATION], min: 0, max: 4 },
@@ -110,34 +108,26 @@ pub(super) static ROOT: Element = Element {
 
 static MODEL_EXCHANGE: Element = Element {
     name: "ModelExchange",
-    attributes: &[
-        need("modelIdentifier", Text),
-        may("needsExecutionTool", Boolean),
-        may("completedIntegratorStepNotNeeded", Boolean),
-        may("canBeInstantiatedOnlyOncePerProcess", Boolean),
-        may("canNotUseMemoryManagementFunctions", Boolean),
-        may("canGetAndSetFMUstate", Boolean),
-        may("canSerializeFMUstate", Boolean),
-        may("providesDirectionalDerivative", Boolean),
-    ],
+    attributes: attributes!(
+        need "modelIdentifier" Text, may "needsExecutionTool" Boolean,
+        may "completedIntegratorStepNotNeeded" Boolean,
+        may "canBeInstantiatedOnlyOncePerProcess" Boolean,
+        may "canNotUseMemoryManagementFunctions" Boolean, may "canGetAndSetFMUstate" Boolean,
+        may "canSerializeFMUstate" Boolean, may "providesDirectionalDerivative" Boolean
+    ),
     content: Slots(&[optional(&[&SOURCE_FILES])]),
 };
 
 static CO_SIMULATION: Element = Element {
     name: "CoSimulation",
-    attributes: &[
-        need("modelIdentifier", Text),
-        may("needsExecutionTool", Boolean),
-        may("canHandleVariableCommunicationStepSize", Boolean),
-        may("canInterpolateInputs", Boolean),
-        may("maxOutputDerivativeOrder", UnsignedInt),
-        may("canRunAsynchronuously", Boolean),
-        may("canBeInstantiatedOnlyOncePerProcess", Boolean),
-        may("canNotUseMemoryManagementFunctions", Boolean),
-        may("canGetAndSetFMUstate", Boolean),
-        may("canSerializeFMUstate", Boolean),
-        may("providesDirectionalDerivative", Boolean),
-    ],
+    attributes: attributes!(
+        need "modelIdentifier" Text, may "needsExecutionTool" Boolean,
+        may "canHandleVariableCommunicationStepSize" Boolean, may "canInterpolateInputs" Boolean,
+        may "maxOutputDerivativeOrder" UnsignedInt, may "canRunAsynchronuously" Boolean,
+        may "canBeInstantiatedOnlyOncePerProcess" Boolean,
+        may "canNotUseMemoryManagementFunctions" Boolean, may "canGetAndSetFMUstate" Boolean,
+        may "canSerializeFMUstate" Boolean, may "providesDirectionalDerivative" Boolean
+    ),
     content: Slots(&[optional(&[&SOURCE_FILES])]),
 };
 
@@ -155,18 +145,10 @@ static UNIT: Element = Element {
 };
 static BASE_UNIT: Element = leaf(
     "BaseUnit",
-    &[
-        may("kg", Int),
-        may("m", Int),
-        may("s", Int),
-        may("A", Int),
-        may("K", Int),
-        may("mol", Int),
-        may("cd", Int),
-        may("rad", Int),
-        may("factor", Double),
-        may("offset", Double),
-    ],
+    attributes!(
+        may "kg" Int, may "m" Int, may "s" Int, may "A" Int, may "K" Int, may "mol" Int,
+        may "cd" Int, may "rad" Int, may "factor" Double, may "offset" Double
+    ),
 );
 static DISPLAY_UNIT: Element =
     leaf("DisplayUnit", &[need("name", Text), may("factor", Double), may("offset", Double)]);
@@ -185,16 +167,11 @@ static SIMPLE_TYPE: Element = Element {
 };
 static TYPE_REAL: Element = leaf(
     "Real",
-    &[
-        may("quantity", Text),
-        may("unit", Text),
-        may("displayUnit", Text),
-        may("relativeQuantity", Boolean),
-        may("min", Double),
-        may("max", Double),
-        may("nominal", Double),
-        may("unbounded", Boolean),
-    ],
+    attributes!(
+        may "quantity" Text, may "unit" Text, may "displayUnit" Text,
+        may "relativeQuantity" Boolean, may "min" Double, may "max" Double, may "nominal" Double,
+        may "unbounded" Boolean
+    ),
 );
 static TYPE_INTEGER: Element =
     leaf("Integer", &[may("quantity", Text), may("min", Int), may("max", Int)]);
@@ -214,12 +191,10 @@ static CATEGORY: Element = leaf("Category", &[need("name", Text), may("descripti
 
 static DEFAULT_EXPERIMENT: Element = leaf(
     "DefaultExperiment",
-    &[
-        may("startTime", Double),
-        may("stopTime", Double),
-        may("tolerance", Double),
-        may("stepSize", Double),
-    ],
+    attributes!(
+        may "startTime" Double, may "stopTime" Double, may "tolerance" Double,
+        may "stepSize" Double
+    ),
 );
 
 static VENDOR_ANNOTATIONS: Element = list("VendorAnnotations", &[some(&[&TOOL])]);
@@ -229,18 +204,13 @@ static TOOL: Element = Element { name: "Tool", attributes: &[need("name", Text)]
 static MODEL_VARIABLES: Element = list("ModelVariables", &[some(&[&SCALAR_VARIABLE])]);
 static SCALAR_VARIABLE: Element = Element {
     name: "ScalarVariable",
-    attributes: &[
-        need("name", Text),
-        need("valueReference", UnsignedInt),
-        may("description", Text),
-        may(
-            "causality",
-            Word(&["parameter", "calculatedParameter", "input", "output", "local", "independent"]),
-        ),
-        may("variability", Word(&["constant", "fixed", "tunable", "discrete", "continuous"])),
-        may("initial", Word(&["exact", "approx", "calculated"])),
-        may("canHandleMultipleSetPerTimeInstant", Boolean),
-    ],
+    attributes: attributes!(
+        need "name" Text, need "valueReference" UnsignedInt, may "description" Text,
+        may "causality" Word(&["parameter", "calculatedParameter", "input", "output", "local", "independent"]),
+        may "variability" Word(&["constant", "fixed", "tunable", "discrete", "continuous"]),
+        may "initial" Word(&["exact", "approx", "calculated"]),
+        may "canHandleMultipleSetPerTimeInstant" Boolean
+    ),
     content: Slots(&[
         one(&[&REAL, &INTEGER, &BOOLEAN, &STRING, &ENUMERATION]),
         optional(&[&ANNOTATIONS]),
@@ -248,42 +218,27 @@ static SCALAR_VARIABLE: Element = Element {
 };
 static REAL: Element = leaf(
     "Real",
-    &[
-        may("declaredType", Text),
-        may("quantity", Text),
-        may("unit", Text),
-        may("displayUnit", Text),
-        may("relativeQuantity", Boolean),
-        may("min", Double),
-        may("max", Double),
-        may("nominal", Double),
-        may("unbounded", Boolean),
-        may("start", Double),
-        may("derivative", UnsignedInt),
-        may("reinit", Boolean),
-    ],
+    attributes!(
+        may "declaredType" Text, may "quantity" Text, may "unit" Text, may "displayUnit" Text,
+        may "relativeQuantity" Boolean, may "min" Double, may "max" Double, may "nominal" Double,
+        may "unbounded" Boolean, may "start" Double, may "derivative" UnsignedInt,
+        may "reinit" Boolean
+    ),
 );
 static INTEGER: Element = leaf(
     "Integer",
-    &[
-        may("declaredType", Text),
-        may("quantity", Text),
-        may("min", Int),
-        may("max", Int),
-        may("start", Int),
-    ],
+    attributes!(
+        may "declaredType" Text, may "quantity" Text, may "min" Int, may "max" Int, may "start" Int
+    ),
 );
 static BOOLEAN: Element = leaf("Boolean", &[may("declaredType", Text), may("start", Boolean)]);
 static STRING: Element = leaf("String", &[may("declaredType", Text), may("start", Text)]);
 static ENUMERATION: Element = leaf(
     "Enumeration",
-    &[
-        need("declaredType", Text),
-        may("quantity", Text),
-        may("min", Int),
-        may("max", Int),
-        may("start", Int),
-    ],
+    attributes!(
+        need "declaredType" Text, may "quantity" Text, may "min" Int, may "max" Int,
+        may "start" Int
+    ),
 );
 
 static MODEL_STRUCTURE: Element = list(
@@ -295,9 +250,8 @@ static DERIVATIVES: Element = list("Derivatives", &[some(&[&UNKNOWN])]);
 static INITIAL_UNKNOWNS: Element = list("InitialUnknowns", &[some(&[&UNKNOWN])]);
 static UNKNOWN: Element = leaf(
     "Unknown",
-    &[
-        need("index", UnsignedInt),
-        may("dependencies", Indices),
-        may("dependenciesKind", Words(&["dependent", "constant", "fixed", "tunable", "discrete"])),
-    ],
+    attributes!(
+        need "index" UnsignedInt, may "dependencies" Indices,
+        may "dependenciesKind" Words(&["dependent", "constant", "fixed", "tunable", "discrete"])
+    ),
 );
