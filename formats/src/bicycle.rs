@@ -78,19 +78,9 @@ pub struct BicycleCoefficients {
 impl VehicleData {
     /// Reports impossible values; `at` is the prefix of each key, such as `vehicle.`.
     pub fn check(&self, c: &mut Checker, at: &str) {
-        for (value, key) in [
-            (self.mass_kg, "mass_kg"),
-            (self.yaw_inertia_kgm2, "yaw_inertia_kgm2"),
-            (self.distance_front_m, "distance_front_m"),
-            (self.distance_rear_m, "distance_rear_m"),
-            (self.cornering_stiffness_front_npr, "cornering_stiffness_front_npr"),
-            (self.cornering_stiffness_rear_npr, "cornering_stiffness_rear_npr"),
-            (self.actuator_time_constant_s, "actuator_time_constant_s"),
-            (self.steering_ratio, "steering_ratio"),
-            (self.speed_mps, "speed_mps"),
-        ] {
-            c.positive(value, &format!("{at}{key}"));
-        }
+        check_fields!(c.positive(self, at): mass_kg yaw_inertia_kgm2 distance_front_m distance_rear_m
+            cornering_stiffness_front_npr cornering_stiffness_rear_npr actuator_time_constant_s
+            steering_ratio speed_mps);
     }
 
     /// The vehicle displaced by a multiple of a direction of its uncertainty.

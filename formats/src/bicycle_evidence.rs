@@ -142,16 +142,9 @@ impl BicycleEvidence {
             c.finite(value, &format!("{at}{key}"));
         }
         for (i, d) in self.directions.iter().enumerate() {
-            for (value, key) in [
-                (d.wheelbase, "wheelbase"),
-                (d.yaw_inertia, "yaw_inertia"),
-                (d.cornering_stiffness_front, "cornering_stiffness_front"),
-                (d.cornering_stiffness_rear, "cornering_stiffness_rear"),
-                (d.actuator_time_constant, "actuator_time_constant"),
-                (d.steering_ratio, "steering_ratio"),
-            ] {
-                c.finite(value, &format!("{at}directions[{i}].{key}"));
-            }
+            let at = format!("{at}directions[{i}].");
+            check_fields!(c.finite(d, at): wheelbase yaw_inertia cornering_stiffness_front
+                cornering_stiffness_rear actuator_time_constant steering_ratio);
         }
         for (i, e) in self.identified.iter().enumerate() {
             c.finite(e.value, &format!("{at}identified[{i}].value"));

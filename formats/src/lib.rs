@@ -11,6 +11,13 @@
 //!
 //! This crate is independent of identification, design and FMUs.
 
+/// The same check of several fields, whose names are their keys after a prefix.
+macro_rules! check_fields {
+    ($c:ident.$check:ident($of:expr, $at:expr): $($field:ident)+) => {
+        $($c.$check($of.$field, &format!("{}{}", $at, stringify!($field)));)+
+    };
+}
+
 mod bicycle;
 mod bicycle_evidence;
 mod design;

@@ -110,16 +110,10 @@ impl Document for Path {
         c.not_negative(g.lookahead_time_s, "guidance.lookahead_time_s");
         c.positive(g.lookahead_min_m, "guidance.lookahead_min_m");
         c.not_negative(g.preview_time_s, "guidance.preview_time_s");
-        c.finite(g.feedforward_gain_radm, "guidance.feedforward_gain_radm");
-        c.finite(g.sideslip_per_yaw_rate_s, "guidance.sideslip_per_yaw_rate_s");
-        c.finite(g.sideslip_per_yaw_acceleration_s2, "guidance.sideslip_per_yaw_acceleration_s2");
-        c.finite(g.sideslip_growth_s5pm2, "guidance.sideslip_growth_s5pm2");
-        c.finite(g.yaw_acceleration_gain_s2, "guidance.yaw_acceleration_gain_s2");
-        c.finite(g.yaw_jerk_gain_s3, "guidance.yaw_jerk_gain_s3");
-        c.not_negative(
-            g.cross_track_integral_gain_per_s,
-            "guidance.cross_track_integral_gain_per_s",
-        );
+        check_fields!(c.finite(g, "guidance."): feedforward_gain_radm sideslip_per_yaw_rate_s
+            sideslip_per_yaw_acceleration_s2 sideslip_growth_s5pm2 yaw_acceleration_gain_s2
+            yaw_jerk_gain_s3);
+        check_fields!(c.not_negative(g, "guidance."): cross_track_integral_gain_per_s);
         c.positive(self.speed_mps, "speed_mps");
         c.require(self.points.len() >= 2, "points", || {
             format!("{} points, a path needs at least 2", self.points.len())

@@ -166,42 +166,29 @@ impl Document for Pid {
     fn check(&self, c: &mut Checker) {
         let g = &self.gains;
         c.positive(self.sample_time_s, "sample_time_s");
-        c.not_negative(g.kp, "gains.kp");
-        c.not_negative(g.ki, "gains.ki");
-        c.not_negative(g.kd, "gains.kd");
-        c.not_negative(g.derivative_filter_time_s, "gains.derivative_filter_time_s");
-        c.finite(g.setpoint_weight_proportional, "gains.setpoint_weight_proportional");
-        c.finite(g.setpoint_weight_derivative, "gains.setpoint_weight_derivative");
+        check_fields!(c.not_negative(g, "gains."): kp ki kd derivative_filter_time_s);
+        check_fields!(c.finite(g, "gains."):
+            setpoint_weight_proportional setpoint_weight_derivative);
         c.positive(g.anti_windup_time_s, "gains.anti_windup_time_s");
-        c.positive(self.limits.max_angle_rad, "limits.max_angle_rad");
-        c.positive(self.limits.max_increment_rad, "limits.max_increment_rad");
-        c.positive(self.limits.max_rate_radps, "limits.max_rate_radps");
+        check_fields!(c.positive(self.limits, "limits."):
+            max_angle_rad max_increment_rad max_rate_radps);
         if let Some(l) = self.limits.large_errors {
-            let at = |key: &str| format!("limits.large_errors.{key}");
-            c.positive(l.max_yaw_error_rad, &at("max_yaw_error_rad"));
-            c.positive(l.sustained_rate_radps, &at("sustained_rate_radps"));
-            c.positive(l.rate_reserve_time_s, &at("rate_reserve_time_s"));
+            check_fields!(c.positive(l, "limits.large_errors."):
+                max_yaw_error_rad sustained_rate_radps rate_reserve_time_s);
         }
         if let Some(l) = self.limits.lateral_acceleration {
-            let at = |key: &str| format!("limits.lateral_acceleration.{key}");
-            c.positive(l.max_mps2, &at("max_mps2"));
-            c.positive(l.steering_per_curvature_radm, &at("steering_per_curvature_radm"));
-            c.not_negative(l.understeer_gradient_rads2pm, &at("understeer_gradient_rads2pm"));
+            let at = "limits.lateral_acceleration.";
+            check_fields!(c.positive(l, at): max_mps2 steering_per_curvature_radm);
+            check_fields!(c.not_negative(l, at): understeer_gradient_rads2pm);
         }
-        c.positive(self.specification.step_rad, "specification.step_rad");
-        c.positive(self.specification.steady_state_time_s, "specification.steady_state_time_s");
-        c.positive(self.specification.settling_band_percent, "specification.settling_band_percent");
-        for (delay, key) in [
-            (self.designed_for.loop_delay_s, "loop_delay_s"),
-            (self.designed_for.path_delay_s, "path_delay_s"),
-            (self.designed_for.estimator_delay_s, "estimator_delay_s"),
-        ] {
-            c.not_negative(delay, &format!("designed_for.{key}"));
-        }
+        check_fields!(c.positive(self.specification, "specification."):
+            step_rad steady_state_time_s settling_band_percent);
+        check_fields!(c.not_negative(self.designed_for, "designed_for."):
+            loop_delay_s path_delay_s estimator_delay_s);
         self.designed_for.quality.check(c, "designed_for.quality.");
         c.finite(self.guidance.feedforward_gain_radm, "guidance.feedforward_gain_radm");
         c.not_negative(self.guidance.preview_time_s, "guidance.preview_time_s");
-        c.finite(self.guidance.yaw_acceleration_gain_s2, "guidance.yaw_acceleration_gain_s2");
-        c.finite(self.guidance.yaw_jerk_gain_s3, "guidance.yaw_jerk_gain_s3");
+        check_fields!(c.finite(self.guidance, "guidance."):
+            yaw_acceleration_gain_s2 yaw_jerk_gain_s3);
     }
 }

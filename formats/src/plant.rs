@@ -264,11 +264,8 @@ impl Document for Plant {
         c.positive(self.steering_ratio, "steering_ratio");
         c.not_negative(self.input_delay_s, "input_delay_s");
         c.not_negative(self.operating_point.speed_mps, "operating_point.speed_mps");
-        c.finite(self.operating_point.steering_offset_rad, "operating_point.steering_offset_rad");
-        c.finite(
-            self.operating_point.yaw_rate_offset_radps,
-            "operating_point.yaw_rate_offset_radps",
-        );
+        check_fields!(c.finite(self.operating_point, "operating_point."):
+            steering_offset_rad yaw_rate_offset_radps);
         c.positive(d.sample_time_s, "discrete.sample_time_s");
         c.require((1..=64).contains(&n), "discrete.A", || {
             format!("the order is {n}, expected 1 to 64")

@@ -98,34 +98,32 @@ pub struct StepBand {
 impl Uncertainty {
     /// Checks values and, against a model of order n, shapes.
     pub(crate) fn check(&self, n: usize, c: &mut Checker) {
-        let at = |field: &str, i: usize, of: &str| format!("uncertainty.{field}[{i}].{of}");
+        let at = |field: &str, i: usize| format!("uncertainty.{field}[{i}].");
         c.require(self.poles.len() == n, "uncertainty.poles", || {
             format!("{} poles, expected {n}", self.poles.len())
         });
         for (i, pole) in self.poles.iter().enumerate() {
-            c.finite(pole.re, &at("poles", i, "re"));
-            c.finite(pole.im, &at("poles", i, "im"));
-            c.not_negative(pole.variance_re, &at("poles", i, "variance_re"));
-            c.not_negative(pole.variance_im, &at("poles", i, "variance_im"));
-            c.finite(pole.covariance, &at("poles", i, "covariance"));
+            let at = at("poles", i);
+            check_fields!(c.finite(pole, at): re im);
+            check_fields!(c.not_negative(pole, at): variance_re variance_im);
+            check_fields!(c.finite(pole, at): covariance);
         }
         if let Some(gain) = &self.steady_state_gain {
             c.finite(gain.value, "uncertainty.steady_state_gain.value");
             c.not_negative(gain.standard_error, "uncertainty.steady_state_gain.standard_error");
         }
         for (i, band) in self.frequency_response.iter().enumerate() {
-            let at = |of| at("frequency_response", i, of);
-            c.not_negative(band.frequency_hz, &at("frequency_hz"));
-            c.not_negative(band.magnitude, &at("magnitude"));
-            c.finite(band.phase_rad, &at("phase_rad"));
-            c.not_negative(band.magnitude_standard_error, &at("magnitude_standard_error"));
-            c.not_negative(band.phase_standard_error_rad, &at("phase_standard_error_rad"));
+            let at = at("frequency_response", i);
+            check_fields!(c.not_negative(band, at): frequency_hz magnitude);
+            check_fields!(c.finite(band, at): phase_rad);
+            check_fields!(c.not_negative(band, at):
+                magnitude_standard_error phase_standard_error_rad);
         }
         for (i, band) in self.step_response.iter().enumerate() {
-            let at = |of| at("step_response", i, of);
-            c.not_negative(band.time_s, &at("time_s"));
-            c.finite(band.value, &at("value"));
-            c.not_negative(band.standard_error, &at("standard_error"));
+            let at = at("step_response", i);
+            check_fields!(c.not_negative(band, at): time_s);
+            check_fields!(c.finite(band, at): value);
+            check_fields!(c.not_negative(band, at): standard_error);
         }
         // Those of A, B, C, D and K.
         let entries = n * n + 3 * n + 1;

@@ -87,26 +87,21 @@ impl Document for Vehicle {
 
     fn check(&self, c: &mut Checker) {
         let (b, t, a) = (&self.body, &self.tyres, &self.actuator);
-        c.positive(b.mass_kg, "body.mass_kg");
-        c.positive(b.yaw_inertia_kgm2, "body.yaw_inertia_kgm2");
-        c.positive(b.distance_front_m, "body.distance_front_m");
-        c.positive(b.distance_rear_m, "body.distance_rear_m");
+        check_fields!(c.positive(b, "body."):
+            mass_kg yaw_inertia_kgm2 distance_front_m distance_rear_m);
         c.not_negative(b.centre_of_gravity_height_m, "body.centre_of_gravity_height_m");
         c.positive(b.track_width_m, "body.track_width_m");
         c.within(b.roll_stiffness_front, 0.0, 1.0, "body.roll_stiffness_front");
         c.positive(b.roll_time_constant_s, "body.roll_time_constant_s");
-        c.positive(t.cornering_stiffness_front_npr, "tyres.cornering_stiffness_front_npr");
-        c.positive(t.cornering_stiffness_rear_npr, "tyres.cornering_stiffness_rear_npr");
-        c.positive(t.friction_coefficient, "tyres.friction_coefficient");
+        check_fields!(c.positive(t, "tyres."):
+            cornering_stiffness_front_npr cornering_stiffness_rear_npr friction_coefficient);
         c.within(t.shape_factor, 1.0, 1.99, "tyres.shape_factor");
         c.within(t.curvature_factor, -1.5, 1.0, "tyres.curvature_factor");
         c.within(t.friction_load_sensitivity, 0.0, 0.9, "tyres.friction_load_sensitivity");
         c.within(t.stiffness_load_sensitivity, 0.0, 0.9, "tyres.stiffness_load_sensitivity");
-        c.positive(a.steering_ratio, "actuator.steering_ratio");
-        c.positive(a.time_constant_s, "actuator.time_constant_s");
+        check_fields!(c.positive(a, "actuator."): steering_ratio time_constant_s);
         c.not_negative(a.delay_s, "actuator.delay_s");
-        c.positive(a.road_wheel_rate_max_radps, "actuator.road_wheel_rate_max_radps");
-        c.positive(a.road_wheel_angle_max_rad, "actuator.road_wheel_angle_max_rad");
+        check_fields!(c.positive(a, "actuator."): road_wheel_rate_max_radps road_wheel_angle_max_rad);
         c.not_negative(self.speed_mps, "speed_mps");
     }
 }
