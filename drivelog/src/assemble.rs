@@ -138,8 +138,7 @@ impl Kept {
     }
 
     /// The mean speed of the samples in use is not that of a standstill: a vehicle at rest has no yaw
-    /// dynamics, and a column that is 0 while the vehicle turns is dead, in another unit or another
-    /// signal.
+    /// dynamics, and a column that is 0 while the vehicle turns is dead, in another unit or another signal.
     fn check_moves(&mut self, channel: Option<&Series>) -> Result<(), Error> {
         let (sum, count) = std::mem::take(&mut self.speed);
         let mean_mps = sum / count.max(1) as f64;

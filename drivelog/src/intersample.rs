@@ -23,8 +23,7 @@ const IN_JUMPS: f64 = 0.5;
 const COMMAND_NAMES: [&str; 9] =
     ["command", "cmd", "target", "setpoint", "request", "desired", "demand", "reference", "_ref"];
 
-/// The behaviour of the steering between its samples: as stated, or as name, unit and values
-/// indicate.
+/// The behaviour of the steering between its samples: as stated, or as name, unit and values indicate.
 pub(crate) fn of_steering(series: &Series, options: &LogOptions) -> Intersample {
     let name = series.column.to_lowercase();
     options.intersample.unwrap_or_else(|| {

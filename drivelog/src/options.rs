@@ -51,8 +51,7 @@ pub struct LogOptions {
     pub steering_ratio: Option<f64>,
     /// Parts of each drive to use, from and to, s on its clock; none for all of it.
     pub windows: Vec<(f64, f64)>,
-    /// Speeds to use, from and to, m/s: the segments where the speed, averaged over a second, stays
-    /// within.
+    /// Speeds to use, from and to, m/s: the segments where the speed, averaged over a second, stays within.
     pub speed_window: Option<(f64, f64)>,
     /// Sample time of the merged recording, s. `None`: about 0.04 s (see
     /// [`read_drives`](crate::read_drives)).

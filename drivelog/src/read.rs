@@ -26,10 +26,9 @@ pub fn read_log(files: &[(String, Vec<u8>)], options: &LogOptions) -> Result<Dri
 /// Reads drives as one recording on one sample time: `files`, which are grouped by what they bring,
 /// and `drives`, each the files of one drive.
 ///
-/// The mapped columns of a drive are merged onto a uniform grid over the time that all of them cover
-/// within the windows. Blank cells and gaps up to `max_gap_s` are bridged by straight lines; a longer
-/// gap splits the drive, and so does a speed window. Segments too short to identify from are left out,
-/// with a warning.
+/// The mapped columns of a drive are merged onto a uniform grid over the time that all of them cover within
+/// the windows. Blank cells and gaps up to `max_gap_s` are bridged by straight lines; a longer gap splits the
+/// drive, and so does a speed window. Segments too short to identify from are left out, with a warning.
 ///
 /// The sample time is the requested one, or else the multiple of the log's own period that comes
 /// nearest to 0.02 s from below (0.02 s where the clocks differ or are irregular), or the log's own

@@ -21,9 +21,8 @@ use steerwright_models::PidParameters;
 const HEIGHTS_DEG: [f64; 7] = [1.0, 2.0, 5.0, 10.0, 20.0, 45.0, 90.0];
 const LARGE_STEPS_S: f64 = 30.0;
 
-/// The evidence for a controller on a plant: its specification's step, the same with the steering
-/// offset, the curve, and the margins. With another plant than the one designed on, this compares
-/// models.
+/// The evidence for a controller on a plant: its specification's step, the same with the steering offset, the
+/// curve, and the margins. With another plant than the one designed on, this compares models.
 ///
 /// # Errors
 /// [`Error::SteeringRatio`] where the plant's steering angle is another one, and the errors of sampling

@@ -73,10 +73,9 @@ impl Advice {
     /// E₂ = −jω³·e^{jωp}·P·R/(1 + PC)
     /// ```
     ///
-    /// with the sampled plant P, the controller R from the reference and C from the yaw. This error
-    /// becomes cross-track error through `v/(s + ω₀)`, 1/ω₀ the look-ahead time, and the heading is white
-    /// noise thrice through a lag of that time, a road of clothoids. G and J are real: linear least
-    /// squares.
+    /// with the sampled plant P, the controller R from the reference and C from the yaw. This error becomes
+    /// cross-track error through `v/(s + ω₀)`, 1/ω₀ the look-ahead time, and the heading is white noise
+    /// thrice through a lag of that time, a road of clothoids. G and J are real: linear least squares.
     pub(crate) fn on_roads(self, pid: &PidParameters, plant: &Sampled, speed: f64) -> Self {
         let ts = plant.sample_time;
         let (mut square, mut product) = (Matrix2::zeros(), Vector2::zeros());

@@ -4,10 +4,9 @@
 //! grid is logarithmic up to π/T, denser about lightly damped modes; crossings are found by bisection and
 //! the modulus margin by golden section, all far below 1e-4 relative.
 //!
-//! A stable loop has, over ω from 0 to π/T, the argument of 1 + L increase by π/2 for each of its
-//! integrators (the argument principle on the upper half of the unit circle; P has no other pole
-//! on or outside it). An unstable loop has no margins: modulus margin, gain margin, phase margin
-//! and delay margin are 0.
+//! A stable loop has, over ω from 0 to π/T, the argument of 1 + L increase by π/2 for each of its integrators
+//! (the argument principle on the upper half of the unit circle; P has no other pole on or outside it). An
+//! unstable loop has no margins: modulus margin, gain margin, phase margin and delay margin are 0.
 
 use crate::plants::sampled::Sampled;
 use nalgebra::Complex;

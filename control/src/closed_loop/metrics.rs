@@ -22,8 +22,7 @@ const RUNAWAY_PERCENT: f64 = 1e4;
 /// The metrics of a measured response to a step from 0 to `height`, rad, at time 0, the settling band
 /// in percent of it; `None` for an empty trace.
 ///
-/// The error is read at the end of the trace; a response that is outside the band there has no
-/// settling time.
+/// The error is read at the end of the trace; a response that is outside the band there has no settling time.
 #[must_use]
 pub fn metrics_of(trace: &Trace, height: f64, band_percent: f64) -> Option<Metrics> {
     let n = trace.time.len();

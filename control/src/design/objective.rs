@@ -1,9 +1,8 @@
 //! The requirements of a design, the plants on which they apply, and the decision variables of a search.
 //!
-//! The decision variables make plants of any gain and speed alike: logarithms of kp·G₀
-//! (about the crossover, rad/s), ki/kp, kd/kp, the derivative's filter time, and
-//! kp·(1 − b)/ki (the lag behind a yaw ramp). c is 0: a derivative of the reference jumps with it, and
-//! amplifies the noise of a path.
+//! The decision variables make plants of any gain and speed alike: logarithms of kp·G₀ (about the crossover,
+//! rad/s), ki/kp, kd/kp, the derivative's filter time, and kp·(1 − b)/ki (the lag behind a yaw ramp). c is 0:
+//! a derivative of the reference jumps with it, and amplifies the noise of a path.
 
 use crate::closed_loop::feedforward::Advice;
 use crate::closed_loop::margins::margins;
@@ -126,8 +125,7 @@ impl Objective {
         Self { limits, ..self.with(self.spec) }
     }
 
-    /// The figures of a controller on the nominal plant up to the end of the specification, with the
-    /// curve.
+    /// The figures of a controller on the nominal plant up to the end of the specification, with the curve.
     pub(crate) fn whole(&self, simulator: &mut Simulator, pid: &PidParameters) -> Reached {
         let nominal = &self.scenarios[0];
         let margins = margins(&nominal.plant, pid);

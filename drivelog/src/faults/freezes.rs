@@ -28,13 +28,11 @@ impl<'a> Sampled<'a> {
 
 /// A gyro that repeats one value for that long while the vehicle is steered is frozen, s.
 const LEAST_FROZEN_S: f64 = 0.5;
-/// … and that many times longer than 95 % of its runs of equal values, which a slow sensor in fast rows
-/// has.
+/// … and that many times longer than 95 % of its runs of equal values, which a slow sensor in fast rows has.
 const FROZEN_FACTOR: f64 = 5.0;
 /// The steering within the run spans at least its standard deviation.
 const STEERED: f64 = 1.0;
-/// The yaw rate's standard deviation over its smallest change, below which repeated values are no
-/// evidence.
+/// The yaw rate's standard deviation over its smallest change, below which repeated values are no evidence.
 const FINE_ENOUGH: f64 = 3.0;
 
 /// Runs of equal values whose lengths show what is usual: more change nothing.

@@ -1,9 +1,8 @@
 //! Faults of single channels, found on their own clocks before anything is resampled.
 //!
-//! A *spike* (or dropout) is a run of one to three samples that jumps away and back, by more than the
-//! channel usually does from sample to sample (Hampel's identifier, see `docs/methods/logs.md`). A held
-//! command that steps does not jump back; where it steps often, the upper percentile is the size of its
-//! steps.
+//! A *spike* (or dropout) is a run of one to three samples that jumps away and back, by more than the channel
+//! usually does from sample to sample (Hampel's identifier, see `docs/methods/logs.md`). A held command that
+//! steps does not jump back; where it steps often, the upper percentile is the size of its steps.
 
 mod freezes;
 mod repeated;

@@ -1,7 +1,6 @@
 //! The archive: its directory, read byte by byte, and the contents of its entries.
 //!
-//! The zip library that unpacks archives in `host` is tolerant; this module checks the headers
-//! themselves.
+//! The zip library that unpacks archives in `host` is tolerant; this module checks the headers themselves.
 
 mod directory;
 mod names;

@@ -1,5 +1,4 @@
-//! The three kinds of derivatives, if an FMU declares them: the calls must succeed and return finite
-//! values.
+//! The three kinds of derivatives, if an FMU declares them: the calls must succeed and return finite values.
 
 use super::exercise::{Run, Stop};
 use model_description::{Causality, Kind, Value, Variability, Variable};

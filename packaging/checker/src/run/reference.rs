@@ -1,8 +1,7 @@
 //! Replays the reference results of an archive with its binary.
 //!
 //! `extra/io.github.steerwright/reference/reference.json` names two tables with a column `time` and one for
-//! each variable: the inputs, each constant until the next row, and the results at communication
-//! points.
+//! each variable: the inputs, each constant until the next row, and the results at communication points.
 
 use super::journal::{Journal, REFERENCE};
 use super::trajectory::Plan;
