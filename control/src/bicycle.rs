@@ -1,7 +1,4 @@
-//! Bicycle models from vehicle data: `vehicle.toml` → `bicycle.json` (eq 13).
-//!
-//! The equations are those of `steerwright_models::bicycle`, the same that run in the FMU; here the
-//! file is read, with the place of each fault, and the document is written.
+//! Bicycle models from vehicle data: `vehicle.toml` → `bicycle.json`, by the equations of the FMU (eq 13).
 
 use crate::Error;
 use steerwright_formats::{

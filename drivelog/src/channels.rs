@@ -1,5 +1,4 @@
-//! The channels of a drive as its files hold them: SI values, missing samples dropped, impossible
-//! values rejected.
+//! The channels of a drive: SI values, missing samples dropped, impossible values rejected.
 
 use crate::error::{Error, Place, counted};
 use crate::faults::{SpikeFilter, average};

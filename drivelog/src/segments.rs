@@ -10,9 +10,8 @@ use crate::signal::mean;
 use std::ops::Range;
 use steerwright_formats::Intersample;
 
-/// Sample time that is aimed at where there is noise: a Nyquist frequency of 25 Hz, five times the about
-/// 5 Hz up to which lateral dynamics respond. What a hold of this length does to the response is below
-/// the noise; a shorter one costs time and shows nothing more.
+/// Sample time that is aimed at where there is noise: a Nyquist frequency of five times the about 5 Hz up to
+/// which lateral dynamics respond.
 const AIMED_SAMPLE_TIME: f64 = 0.02;
 /// Shorter segments are of no use: a block Hankel matrix of 30 block rows has no column in them.
 pub(crate) const LEAST_SEGMENT: usize = 60;

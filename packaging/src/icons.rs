@@ -1,5 +1,4 @@
-//! The pictures in an archive. `icons/*.svg` is drawn by hand, and the PNG next to each is made from
-//! it: see `tests/icons.rs`.
+//! The pictures in an archive; each PNG is made from the SVG next to it (`tests/icons.rs`).
 
 use steerwright_slaves::Fmu;
 

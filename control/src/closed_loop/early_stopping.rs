@@ -1,5 +1,4 @@
-//! Conditions under which a simulated response is not followed to its end: a candidate of a search is
-//! rejected, or the end is known.
+//! Where a simulated response is not followed to its end.
 
 /// Bounds on a response, as shares of its step; a simulation ends where one is exceeded.
 #[derive(Debug, Clone, Copy, PartialEq)]

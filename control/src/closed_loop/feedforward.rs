@@ -120,8 +120,7 @@ impl Advice {
 
 /// The time by which yaw lags a ramp in the long run, with feedforward of the ramp's rate.
 ///
-/// kp·(1 − b)/ki in theory: the integral action is at rest where ki·e = kp·(1 − b)·ṙ. Measured by
-/// simulating a slow ramp, which no limit touches, until the slowest modes have died out.
+/// kp·(1 − b)/ki in theory; measured on a slow ramp, which no limit touches, until the modes have died out.
 pub(crate) fn ramp_lag(gain: f64, sampled: &Sampled, pid: &PidParameters) -> f64 {
     let reset_time = if pid.ki > 0.0 { pid.kp / pid.ki } else { 1.0 };
     let until = (20.0 * reset_time).clamp(20.0, 400.0);

@@ -1,8 +1,7 @@
 //! The sampled closed loop, with the controller that runs in the FMU.
 //!
-//! Timing as under a Gauss–Seidel master: at tick k the controller sees the yaw of tick k, and its
-//! output acts from tick k on (delayed by the plant's and the loop's delay). The loop is at rest
-//! with reference 0 at tick −1.
+//! Timing as under a Gauss–Seidel master: at tick k the controller sees the yaw of tick k, and its output acts
+//! from tick k on. The loop is at rest with reference 0 at tick −1.
 
 use crate::closed_loop::early_stopping::{Decay, StoppingBounds};
 use crate::plants::sampled::Sampled;

@@ -1,9 +1,7 @@
 //! The bandwidth limit of a plant: a settling time near the shortest one, by which a search is scaled.
 //!
-//! Two properties limit a yaw loop. The phase of the sampled plant, delay and hold included, falls
-//! to −180° at some ω₁₈₀, and the lead of a controller moves the crossover about there and not much
-//! beyond; a step settles in about 5 over the crossover. And the steering angle is limited: a step
-//! r takes `r/(G₀·u_max)` at least.
+//! The phase of the sampled plant falls to −180° at some ω₁₈₀, and the lead of a controller moves the crossover
+//! little beyond; a step settles in about 5 over the crossover. A step r takes `r/(G₀·u_max)` at least.
 
 use crate::plants::sampled::Sampled;
 use nalgebra::Complex;

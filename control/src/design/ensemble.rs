@@ -1,7 +1,5 @@
-//! The plants that one set of gains must serve.
-//!
-//! They are drawn from the identified uncertainty at the latency designed for and above and below it, and the
-//! same at other speeds where the model holds there.
+//! The plants that one set of gains must serve: drawn from the identified uncertainty, at latencies and, where
+//! the model holds there, speeds around those designed for.
 
 use crate::closed_loop::scenario::Scenario;
 use crate::design::options::{DesignOptions, RobustOptions};

@@ -1,5 +1,4 @@
-//! The limits of a controller: of angle, increment, rate and lateral acceleration, and of the yaw error that
-//! it acts on at once.
+//! The limits of a controller.
 
 use crate::Error;
 use crate::closed_loop::scenario::{Step, simulated_step};
@@ -62,8 +61,7 @@ impl DesignOptions {
     }
 }
 
-/// How the controller treats errors beyond the step that it was designed for, for gains on the plant that they
-/// were designed on. The design and the steps of its specification do not depend on it.
+/// How the controller treats errors beyond the step of the specification, which do not depend on it.
 pub(crate) fn large_errors(
     plant: &Sampled,
     pid: &PidParameters,

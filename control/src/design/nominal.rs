@@ -1,5 +1,4 @@
-//! The design on the nominal plant alone, from which a robust one starts, and the trade-off between its
-//! robustness and its settling time.
+//! The design on the nominal plant alone, and the trade-off between its robustness and its settling time.
 
 use crate::Error;
 use crate::design::objective::Objective;

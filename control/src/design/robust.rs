@@ -79,9 +79,7 @@ impl Ensemble<'_> {
             all.extend([first?, second?]);
         }
         objective.scenarios.truncate(1);
-        // Where no loop keeps every requirement on the nominal plant, the fastest of those that keep all but
-        // the settling time: a settling time that is out of reach must not change which is the shortest. The
-        // sort is stable: equal loops keep their order.
+        // A settling time that is out of reach must not change which loop is the fastest. The sort is stable.
         let keeps_rest = |e: &Evaluated| e.found.missed(&objective) == 0.0;
         let settling = |e: &Evaluated| match e.found.met || !keeps_rest(e) {
             true => 0.0,

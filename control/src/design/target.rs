@@ -1,5 +1,4 @@
-//! The design target of a search: how much tighter than required each bound is, which requirement is
-//! relaxed, and what a violation costs.
+//! The design target of a search: the bounds, the relaxed requirement, and the cost of a violation.
 
 use crate::requirement::Requirement;
 

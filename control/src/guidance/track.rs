@@ -1,9 +1,7 @@
 //! The whole loop in one process: plant, path and controller, stepped as a master steps the FMUs.
 //!
-//! Gauss–Seidel, in the order plant, path, PID: each uses the outputs that the one before has just
-//! computed, and no delay enters the loop. Jacobi: all use the outputs at the start of the step, which
-//! delays the yaw loop by a step and the loop through the path by two. The step is the controller's
-//! sample time. Tick 0 sees the initial pose, on the path and along it.
+//! A Jacobi master delays the yaw loop by a step and the loop through the path by two. The step is the
+//! controller's sample time. Tick 0 sees the initial pose, on the path and along it.
 
 use crate::Error;
 use crate::error::positive;

@@ -1,7 +1,4 @@
 //! Reference paths in arc length: composed, standard roads, and from recorded points.
-//!
-//! `compose` joins straights, arcs and clothoids; `roads` and `road_file` make paths of them.
-//! `recording` reads positions from tables, GPX and NMEA; `fitting` lays a path through them.
 
 mod compose;
 mod fitting;

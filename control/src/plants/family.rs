@@ -1,5 +1,4 @@
-//! Other plants of the same vehicle: drawn from the identified uncertainty, with another gain, and at other
-//! speeds where the model holds there.
+//! Other plants of the same vehicle: drawn, with another gain, and at other speeds.
 
 use crate::Error;
 use crate::plants::design_plant::{DesignPlant, Family};

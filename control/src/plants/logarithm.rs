@@ -1,10 +1,7 @@
 //! The continuous model behind a sampled one: the logarithm of a matrix.
 //!
-//! A plant drawn from an ensemble is known on the grid of its identification, a controller ticks on
-//! another one. With the input held, `e^{[F G; 0 0]·T} = [A B; 0 I]` (eq 9), so F and G are read from
-//! the logarithm of the right-hand side: square roots by the iteration of Denman and Beavers (1976)
-//! until the rest is near the identity, then `log X = 2·artanh((X − I)(X + I)⁻¹)` (Higham, *Functions
-//! of Matrices*, chapters 6 and 11).
+//! With the input held, `e^{[F G; 0 0]·T} = [A B; 0 I]` (eq 9): square roots by Denman and Beavers (1976) until
+//! the rest is near the identity, then `log X = 2·artanh((X − I)(X + I)⁻¹)` (Higham, *Functions of Matrices*).
 
 use nalgebra::{DMatrix, DVector};
 

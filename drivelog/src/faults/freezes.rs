@@ -1,5 +1,4 @@
-//! Where a channel is frozen: it repeats one value for longer than it ever should while the vehicle moves
-//! and is steered.
+//! Where a channel is frozen: it repeats one value while the vehicle moves and is steered.
 
 use crate::series::{MOVING_MPS, Series};
 use crate::signal::mean;
@@ -66,8 +65,8 @@ impl Freezes {
         steering.iter().for_each(|x| self.steering.note(*x));
     }
 
-    /// How many of the rows are decided upon, and the runs among them, from the first to the last instant,
-    /// in which the yaw rate is frozen; one that goes on has the start that it had.
+    /// How many of the rows are decided upon, and the frozen runs among them, from the first to the last instant;
+    /// one that goes on has the start that it had.
     ///
     /// A run may go on in the rows that follow, so that it waits for them, but no more than `most` rows do.
     /// Of a run that is cut there the rest is one of its own, unless it is frozen.

@@ -1,5 +1,4 @@
-//! The parts of a segment whose speed, averaged over a second, stays within a window, as
-//! [`within_speeds`](crate::segments::within_speeds) finds them in a whole one.
+//! The parts of a segment within a speed window, as [`within_speeds`](crate::segments::within_speeds) finds them.
 
 use crate::segments::{LEAST_SEGMENT, half_average};
 use crate::signal::mean;

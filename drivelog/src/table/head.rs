@@ -1,7 +1,6 @@
 //! The top of a text file: encoding, delimiter, decimal mark, header, and a row of units under it.
 //!
-//! Exports differ in all of these. What the first rows determine is taken from them; what they leave
-//! open is refused where it matters, with the option that states it.
+//! What the first rows leave open is refused where it matters.
 
 use super::comments::WithoutComments;
 use super::stamps::Stamps;

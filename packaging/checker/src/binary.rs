@@ -1,5 +1,4 @@
-//! Static checks of the binaries: format, architecture, exported functions, and dependencies on the
-//! machine that runs them.
+//! Static checks of the binaries.
 
 use crate::archive::Contents;
 use crate::finding::{Findings, Location};

@@ -1,10 +1,7 @@
 //! Checks FMI 2.0 Co-Simulation archives of any tool against the standard (FMI 2.0.5).
 //!
-//! [`check`] reads an archive's bytes and reports all violations: of the zip rules and the folder
-//! structure (section 2.3), of the XML schema (a table in `xml/schema.rs`), of the rules that the
-//! schema cannot express (sections 2.2.1 to 2.2.9, most of them in `model-description`), and of the
-//! requirements on binaries (sections 2.1 and 2.3). It writes no file and does not run the binary.
-//!
+//! [`check`] reads an archive's bytes and reports all violations: of the zip rules and the folders, of the XML
+//! schema and the rules that it cannot express, and of the requirements on binaries. It does not run the binary.
 //! [`run`] adds a dynamic test: a child process loads the binary and calls its functions, so that a
 //! crash or a hang is a finding.
 //!

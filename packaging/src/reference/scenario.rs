@@ -1,10 +1,7 @@
 //! The inputs of a reference run.
 //!
-//! A plant is steered left, right and in a weave, with the amplitude of its identification drive, and
-//! slows slightly near the end. A controller gets a step of its reference, a yaw that lags it,
-//! feedforward, and one second disabled. A path is followed with a lateral offset and a heading error.
-//! An estimator passes a left and a right turn with fixes of temporarily larger standard deviation, one
-//! outlier and a drop-out of two seconds. All other inputs keep their start values.
+//! Steering left, right and in a weave; a step of the reference with a yaw that lags it and one second disabled;
+//! a path with an offset; two turns with poor fixes, an outlier and a drop-out. Others keep their start values.
 
 use crate::Error;
 use model_description::{Kind, Value, Variable};

@@ -1,5 +1,4 @@
-//! Start values of the FMUs of a loop: pose and speed at the first point of the road, parameters of
-//! the receiver, and sideslip.
+//! Start values of the FMUs of a loop.
 
 use crate::{Fmu, Packed};
 use model_description::{Causality, Value};

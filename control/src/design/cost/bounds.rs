@@ -1,5 +1,4 @@
-//! The parts of a cost, its lower bound before a plant is simulated, and the bounds on a response that
-//! follow from it.
+//! The parts of a cost, its lower bound, and the bounds on a response that follow from it.
 
 use crate::closed_loop::early_stopping::StoppingBounds;
 use crate::closed_loop::metrics::LEAVING;

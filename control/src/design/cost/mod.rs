@@ -5,9 +5,8 @@
 //! plant, speed, robustness and noise, none of which depends on the requirements. Where a requirement is
 //! relaxed, its slack is part of the cost.
 //!
-//! A search passes the cost beyond which a candidate is rejected. Nearly every part of the cost adds to
-//! what is already known of it, so most candidates are rejected early. A cost that is not rejected is
-//! exact, in whatever order the plants are evaluated.
+//! Nearly every part of the cost adds to what is already known of it, so most candidates are rejected early. A
+//! cost that is not rejected is exact, in whatever order the plants are evaluated.
 
 mod bounds;
 

@@ -1,5 +1,4 @@
-//! Sentences about a design that meets its requirements on a plant that is less well known than they require:
-//! extrapolation beyond the drive, zeros in the right half-plane, plants that miss requirements.
+//! Sentences about a plant that is less well known than the requirements assume.
 
 use crate::closed_loop::scenario::{Step, simulated_step};
 use crate::closed_loop::simulate::Simulator;

@@ -1,5 +1,4 @@
-//! The infeasibility diagnosis in words: which other requirement or which limit prevents requirements from
-//! being met, and the value of it with which they would be.
+//! The infeasibility diagnosis in words: what prevents requirements from being met.
 
 use crate::Error;
 use crate::design::objective::Objective;

@@ -1,5 +1,4 @@
-//! The figures of gains over plants that are drawn again, and the latency and speed from which on each
-//! requirement is no longer kept.
+//! The figures of gains over plants that are drawn again, and where each requirement breaks.
 
 use crate::Error;
 use crate::closed_loop::feedforward::Advice;

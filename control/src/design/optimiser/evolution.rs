@@ -1,9 +1,7 @@
 //! Differential evolution (Storn and Price 1997), reproducible.
 //!
-//! Each point of a population is compared in turn with `x = b + F·(p − q)`, which keeps a few of the
-//! point's coordinates; p and q are random points, and b the best or a random one. It crosses the kinks
-//! and discontinuities of a settling time, where a simplex stalls. A candidate replaces a point only where
-//! it is no worse, so the evaluation of a cost may end once it exceeds that of the point.
+//! A candidate is `b + F·(p − q)` with random points p and q, and b the best or a random one. It crosses the
+//! kinks of a settling time, where a simplex stalls, and replaces a point only where it is no worse.
 
 /// Share of the candidates with b the best point.
 const FROM_BEST: f64 = 0.1;

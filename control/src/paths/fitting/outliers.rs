@@ -1,9 +1,7 @@
 //! Recorded positions that are left out: repeated points and jumps.
 //!
-//! A bend moves points off a straight line, the more the further they are apart: a vehicle that turns with
-//! the lateral acceleration a is a·Δt² off the line through its last two fixes, 2.5 m at 1 Hz and 2.5 m/s².
-//! A point is therefore compared with the cubic through its four neighbours, which follows a bend, and the
-//! distance that a bend between the directions before and after it may add is allowed.
+//! A point is compared with the cubic through its four neighbours, which follows a bend, and the distance that a
+//! bend between the directions before and after it may add is allowed.
 
 use super::options::PointOptions;
 use crate::Error;
@@ -32,8 +30,7 @@ pub(crate) struct Cleaned {
     pub(crate) noise: f64,
 }
 
-/// Leaves out points that are nearer than the least spacing to the one kept before, then single
-/// points that lie off their neighbours.
+/// Leaves out repeated points, then single points that lie off their neighbours.
 ///
 /// A point is an outlier where its deviation (see [`Chain::deviation`]) is beyond both `largest_jump` and
 /// eight times the median distance from the neighbours' cubic, which is that of noise. The worst is taken

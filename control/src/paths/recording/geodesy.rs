@@ -9,8 +9,6 @@ const SEMI_MAJOR: f64 = 6_378_137.0;
 const FLATTENING: f64 = 1.0 / 298.257_223_563;
 
 /// East and north of the first point, m, of positions in degrees (and m above the ellipsoid).
-///
-/// The slices are of equal length; `altitude_m` may be absent.
 #[must_use]
 pub(crate) fn wgs84_to_local(
     latitude_deg: &[f64],

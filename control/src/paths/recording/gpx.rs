@@ -1,8 +1,6 @@
 //! Recorded points from GPX 1.0 and 1.1: the points of a track, else those of a route.
 //!
-//! The segments of the first track that has points are joined in order. The number of satellites (`sat`) and
-//! the kind of the fix (`fix`: none, 2d, 3d, dgps, pps) are used where the file has them; a drawn road has
-//! neither.
+//! The segments of the first track that has points are joined in order; `sat` and `fix` are used where given.
 
 use super::fixes::{Fix, Quality, check_position};
 use crate::Error;

@@ -1,5 +1,4 @@
-//! The test of an FMU: the legal calls of each phase of the state machine (section 4.2.4), and
-//! comparisons of the results.
+//! The legal calls of each phase of the state machine (section 4.2.4), and comparisons of the results.
 
 use super::journal::Journal;
 use super::reference;

@@ -1,9 +1,7 @@
 //! Running an FMU in a separate process, so that a crash or a hang is a finding.
 //!
-//! [`supervise`] starts the caller's own program again with a hidden option. In that process [`child`]
-//! loads the binary and tests it with a host that follows the table of section 4.2.4 strictly. It writes its
-//! calls and findings line by line to a journal, in which the supervisor finds the last call.
-//!
+//! [`supervise`] starts the caller's own program again with a hidden option; that process, in [`child`], writes
+//! its calls and findings to a journal, in which the supervisor finds the last call.
 //! This protects against faulty binaries, not against hostile ones: the process has the caller's permissions.
 
 mod derivatives;

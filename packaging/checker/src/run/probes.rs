@@ -1,5 +1,4 @@
-//! Further runs, each for one requirement of the XML or the standard: instances are independent, step
-//! sizes may vary, outputs depend only on the inputs that they list.
+//! Further runs, each for one requirement of the XML or the standard.
 
 use super::exercise::{Run, Stop};
 use super::trajectory::{Trajectory, difference, drive, outputs, same};

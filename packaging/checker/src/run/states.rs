@@ -1,5 +1,4 @@
-//! FMU states, if an FMU declares them: a restored state must continue as it did the first time
-//! (section 2.1.8).
+//! FMU states (section 2.1.8), if an FMU declares them.
 
 use super::exercise::{Run, Stop};
 use super::trajectory::{difference, drive, outputs};

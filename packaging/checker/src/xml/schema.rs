@@ -1,7 +1,6 @@
 //! The XML schema of FMI 2.0 as data: elements, their attributes and their children in order.
 //!
-//! It has the content of fmi2ModelDescription.xsd and the six files that it includes. Other
-//! requirements of the standard, such as `min` ≤ `max` and unique names, are separate rules.
+//! It has the content of fmi2ModelDescription.xsd and the six files that it includes.
 
 pub(super) struct Element {
     pub(super) name: &'static str,

@@ -1,5 +1,4 @@
-//! Rules that `model-description` does not check: declared types, enumerations, attributes for model
-//! exchange, annotations of variables.
+//! Rules on types and attributes that `model-description` does not check.
 
 use super::document::{Document, children, items};
 use crate::finding::Findings;
