@@ -71,6 +71,11 @@ pub enum Error {
     Optimiser(String),
 }
 
+/// The faults of a file of points, by line, column and problem.
+pub(crate) fn point_fault(file: &str) -> impl Fn(u64, usize, String) -> Error + '_ {
+    move |line, column, problem| Error::PointFile { file: file.into(), line, column, problem }
+}
+
 /// Rejects an option whose value is not valid.
 pub(crate) fn require(
     is_valid: bool,

@@ -9,16 +9,16 @@ use crate::Error;
 /// A platform by its folder below `binaries/`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Platform {
-    system: System,
+    system: [&'static str; 4],
     architecture: &'static str,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum System {
-    Linux,
-    Windows,
-    Darwin,
-}
+/// Systems: the beginning of FMI 2.0's names, the name in tuples, how a library's file name ends, the title.
+const SYSTEMS: [[&str; 4]; 3] = [
+    ["linux", "linux", "so", "Linux"],
+    ["win", "windows", "dll", "Windows"],
+    ["darwin", "darwin", "dylib", "macOS"],
+];
 
 impl Platform {
     /// The platform of that folder.
@@ -28,22 +28,15 @@ impl Platform {
     /// name for are refused too, since its importers would not look there.
     pub(crate) fn of(folder: &str) -> Result<Self, Error> {
         let unknown = || Error::Platform { platform: folder.to_owned() };
-        let named =
-            [("linux", System::Linux), ("win", System::Windows), ("darwin", System::Darwin)];
-        for (word, system) in named {
-            match folder.strip_prefix(word) {
+        for system in SYSTEMS {
+            match folder.strip_prefix(system[0]) {
                 Some("32") => return Ok(Self { system, architecture: "32-bit x86" }),
                 Some("64") => return Ok(Self { system, architecture: "64-bit x86" }),
                 _ => {}
             }
         }
-        let (architecture, system) = folder.split_once('-').ok_or_else(unknown)?;
-        let system = match system {
-            "linux" => System::Linux,
-            "windows" => System::Windows,
-            "darwin" => System::Darwin,
-            _ => return Err(unknown()),
-        };
+        let (architecture, name) = folder.split_once('-').ok_or_else(unknown)?;
+        let system = SYSTEMS.into_iter().find(|system| system[1] == name).ok_or_else(unknown)?;
         let architecture = match architecture {
             "aarch32" => "32-bit ARM",
             "aarch64" => "64-bit ARM",
@@ -52,31 +45,21 @@ impl Platform {
         Ok(Self { system, architecture })
     }
 
-    /// How a library's file name ends.
     pub(crate) fn extension(self) -> &'static str {
-        match self.system {
-            System::Linux => "so",
-            System::Windows => "dll",
-            System::Darwin => "dylib",
-        }
+        self.system[2]
     }
 
     pub(crate) fn title(self) -> String {
-        let system = match self.system {
-            System::Linux => "Linux",
-            System::Windows => "Windows",
-            System::Darwin => "macOS",
-        };
-        format!("{system}, {}", self.architecture)
+        format!("{}, {}", self.system[3], self.architecture)
     }
 
     /// How its libraries are tested, by `cargo test` and `cargo xtask test --cross`.
     pub(crate) fn standing(self) -> &'static str {
-        match (self.system, self.architecture) {
-            (System::Linux, "64-bit x86") => "run by the project's tests",
-            (System::Windows, "64-bit x86") => "run by the project's tests under Wine",
-            (System::Linux, "64-bit ARM") => "run by the project's tests under QEMU",
-            (System::Darwin, _) => "built and inspected, never run",
+        match (self.system[1], self.architecture) {
+            ("linux", "64-bit x86") => "run by the project's tests",
+            ("windows", "64-bit x86") => "run by the project's tests under Wine",
+            ("linux", "64-bit ARM") => "run by the project's tests under QEMU",
+            ("darwin", _) => "built and inspected, never run",
             _ => "never built or run by the project",
         }
     }

@@ -22,6 +22,9 @@ pub enum Piece<'a> {
 /// Where the pieces go, with their sample time in s.
 pub type Sink<'a, E> = dyn FnMut(f64, Piece<'_>) -> Result<(), E> + 'a;
 
+/// Where the pieces of a gate go.
+type Out<'a, E> = dyn FnMut(Piece<'_>) -> Result<(), E> + 'a;
+
 /// Holds samples back until it is known whether they pass.
 pub(super) struct Gate {
     window: (f64, f64),
@@ -50,11 +53,7 @@ impl Gate {
     }
 
     /// Takes the next samples of the segment.
-    pub(super) fn push<E>(
-        &mut self,
-        samples: [&[f64]; 3],
-        sink: &mut dyn FnMut(Piece<'_>) -> Result<(), E>,
-    ) -> Result<(), E> {
+    pub(super) fn push<E>(&mut self, samples: [&[f64]; 3], sink: &mut Out<'_, E>) -> Result<(), E> {
         self.held.iter_mut().zip(samples).for_each(|(held, x)| held.extend_from_slice(x));
         let known = self.held[2].len().saturating_sub(self.half);
         self.decide(known, sink)?;
@@ -65,10 +64,7 @@ impl Gate {
         Ok(())
     }
 
-    pub(super) fn end<E>(
-        &mut self,
-        sink: &mut dyn FnMut(Piece<'_>) -> Result<(), E>,
-    ) -> Result<(), E> {
+    pub(super) fn end<E>(&mut self, sink: &mut Out<'_, E>) -> Result<(), E> {
         self.decide(self.held[2].len(), sink)?;
         self.end_run(sink)?;
         self.held.iter_mut().for_each(Vec::clear);
@@ -76,11 +72,7 @@ impl Gate {
         Ok(())
     }
 
-    fn decide<E>(
-        &mut self,
-        known: usize,
-        sink: &mut dyn FnMut(Piece<'_>) -> Result<(), E>,
-    ) -> Result<(), E> {
+    fn decide<E>(&mut self, known: usize, sink: &mut Out<'_, E>) -> Result<(), E> {
         while self.decided < known {
             let (k, speed) = (self.decided, &self.held[2]);
             let near = k.saturating_sub(self.half)..(k + self.half + 1).min(speed.len());
@@ -95,7 +87,7 @@ impl Gate {
     }
 
     /// Sends what of the run is known, once it is long enough.
-    fn send<E>(&mut self, sink: &mut dyn FnMut(Piece<'_>) -> Result<(), E>) -> Result<(), E> {
+    fn send<E>(&mut self, sink: &mut Out<'_, E>) -> Result<(), E> {
         if self.run < LEAST_SEGMENT || self.run == self.sent {
             return Ok(());
         }
@@ -105,7 +97,7 @@ impl Gate {
         sink(Piece::Samples { steering, yaw_rate, speed: Some(speed) })
     }
 
-    fn end_run<E>(&mut self, sink: &mut dyn FnMut(Piece<'_>) -> Result<(), E>) -> Result<(), E> {
+    fn end_run<E>(&mut self, sink: &mut Out<'_, E>) -> Result<(), E> {
         self.send(sink)?;
         let was_sent = self.sent > 0;
         (self.run, self.sent) = (0, 0);

@@ -4,6 +4,7 @@
 
 use super::fixes::{Fix, Quality, check_position};
 use crate::Error;
+use crate::error::point_fault;
 use roxmltree::{Document, Node};
 
 /// The fixes of a track, and warnings about the file.
@@ -11,12 +12,7 @@ use roxmltree::{Document, Node};
 /// # Errors
 /// [`Error::PointFile`] with the place of the first fault.
 pub(crate) fn fixes(text: &str, file: &str) -> Result<(Vec<Fix>, Vec<String>), Error> {
-    let fault = |line: u64, column: usize, problem: String| Error::PointFile {
-        file: file.into(),
-        line,
-        column,
-        problem,
-    };
+    let fault = point_fault(file);
     let document = Document::parse(text).map_err(|e| {
         let at = e.pos();
         // The parser's text ends with the place, which the error states at its start.

@@ -6,6 +6,7 @@ mod gpx;
 mod nmea;
 
 use crate::Error;
+use crate::error::point_fault;
 use fixes::{FixOptions, RecordedPoints};
 use geodesy::wgs84_to_local;
 
@@ -34,12 +35,7 @@ pub fn read_points(text: &str, file: &str, options: &FixOptions) -> Result<Recor
 }
 
 fn read_table(text: &str, file: &str) -> Result<RecordedPoints, Error> {
-    let fault = |line: u64, column: usize, problem: String| Error::PointFile {
-        file: file.into(),
-        line,
-        column,
-        problem,
-    };
+    let fault = point_fault(file);
     let first = text.lines().find(|l| !l.trim().is_empty() && !l.starts_with('#'));
     let has = |d: &u8| first.is_some_and(|l| l.as_bytes().contains(d));
     let delimiter = [b',', b';', b'\t'].into_iter().find(has).unwrap_or(b',');

@@ -9,6 +9,7 @@
 
 use super::fixes::{Fix, Quality, check_position};
 use crate::Error;
+use crate::error::point_fault;
 
 /// A fix and its time of day, as written in the sentence.
 struct Timed {
@@ -29,12 +30,7 @@ pub(crate) fn fixes(text: &str, file: &str) -> Result<Vec<Fix>, Error> {
         if sentence.is_empty() || sentence.starts_with('#') {
             continue;
         }
-        let fault = |column: usize, problem: String| Error::PointFile {
-            file: file.into(),
-            line,
-            column,
-            problem,
-        };
+        let fault = |column: usize, problem: String| point_fault(file)(line, column, problem);
         let fields =
             checked_fields(sentence).map_err(|(column, problem)| fault(column, problem))?;
         let kind = fields[0].get(2..).unwrap_or_default();
@@ -74,8 +70,7 @@ pub(crate) fn fixes(text: &str, file: &str) -> Result<Vec<Fix>, Error> {
         join(&mut found, Timed { time: take(1).into(), fix, from_gga: kind == "GGA" });
     }
     if found.is_empty() {
-        let problem = "no sentence GGA or RMC".into();
-        return Err(Error::PointFile { file: file.into(), line: 1, column: 1, problem });
+        return Err(point_fault(file)(1, 1, "no sentence GGA or RMC".into()));
     }
     Ok(found.into_iter().map(|timed| timed.fix).collect())
 }
