@@ -22,10 +22,6 @@ const SYSTEMS: [[&str; 4]; 3] = [
 
 impl Platform {
     /// The platform of that folder.
-    ///
-    /// # Errors
-    /// [`Error::Platform`] where FMI has no such name. The tuples of platforms that FMI 2.0 has a
-    /// name for are refused too, since its importers would not look there.
     pub(crate) fn of(folder: &str) -> Result<Self, Error> {
         let unknown = || Error::Platform { platform: folder.to_owned() };
         for system in SYSTEMS {

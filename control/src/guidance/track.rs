@@ -47,21 +47,6 @@ pub struct TrackTrace {
     pub finished: bool,
 }
 
-impl TrackTrace {
-    /// Root mean square of the cross-track error, m.
-    #[must_use]
-    pub fn rms_cross_track_error(&self) -> f64 {
-        let sum: f64 = self.cross_track_error.iter().map(|e| e * e).sum();
-        (sum / self.cross_track_error.len().max(1) as f64).sqrt()
-    }
-
-    /// Largest cross-track error to either side, m.
-    #[must_use]
-    pub fn largest_cross_track_error(&self) -> f64 {
-        self.cross_track_error.iter().fold(0.0, |m, e| m.max(e.abs()))
-    }
-}
-
 /// The input of the controller that follows a path.
 pub(crate) fn pid_input(guide: &PathOutput, yaw: f64, speed: f64) -> PidInput {
     PidInput {

@@ -16,10 +16,6 @@ pub(crate) struct Repeated {
 }
 
 /// One sample for each instant: the mean of its values, of angles that wrap the mean around the first.
-///
-/// # Errors
-/// [`Error::CoarseClock`] where more than half of the samples repeat an instant: a rate made of such a
-/// clock would not be the recording's.
 pub(crate) fn average(series: &mut Series) -> Result<Option<Repeated>, Error> {
     let time = Rc::clone(&series.time);
     let Some(first) = (1..time.len()).find(|&i| time[i] == time[i - 1]) else { return Ok(None) };

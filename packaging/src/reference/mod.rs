@@ -38,9 +38,6 @@ pub(crate) struct Files {
 }
 
 /// Runs the slave of a document.
-///
-/// # Errors
-/// [`Error::Reference`] where the slave fails on it.
 pub(crate) fn run(
     fmu: Fmu,
     document: &str,

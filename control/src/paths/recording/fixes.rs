@@ -68,9 +68,6 @@ pub(crate) struct Fix {
 const NAMED: usize = 5;
 
 /// The good fixes, and the others as the options require, in a local plane.
-///
-/// # Errors
-/// [`Error::PoorFixes`] where none is left.
 pub(crate) fn choose(
     fixes: &[Fix],
     file: &str,

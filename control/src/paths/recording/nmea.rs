@@ -19,9 +19,6 @@ struct Timed {
 }
 
 /// The fixes of a recording, in its order.
-///
-/// # Errors
-/// [`Error::PointFile`] with the place of the first fault.
 pub(crate) fn fixes(text: &str, file: &str) -> Result<Vec<Fix>, Error> {
     let mut found: Vec<Timed> = Vec::new();
     for (index, raw) in text.lines().enumerate() {

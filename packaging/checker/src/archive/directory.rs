@@ -203,9 +203,6 @@ fn record(
 }
 
 /// The start of an entry's data.
-///
-/// # Errors
-/// How the local header differs from the directory.
 fn local_header(
     bytes: Bytes<'_>,
     at: usize,
