@@ -199,7 +199,6 @@ impl Requirement {
 /// Bounds below this value, percent or s, such as an overshoot of 0, are missed relative to it.
 const LEAST_SCALE: f64 = 0.01;
 
-/// The figures of a controller on one plant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Reached {
     pub(crate) step: StepMetrics,

@@ -14,7 +14,6 @@ use std::ops::Range;
 const MOST_SAMPLES: usize = 20_000_000;
 
 impl DriveLog {
-    /// Brings every drive onto the grid.
     pub(super) fn fill(&mut self, drives: &[Drive], options: &LogOptions) -> Result<(), Error> {
         let (mut plans, mut kept) = (Vec::new(), Kept::default());
         for drive in drives {
@@ -108,7 +107,6 @@ impl DriveLog {
     }
 }
 
-/// Figures for warnings and errors.
 #[derive(Default)]
 struct Kept {
     /// Samples of all spans, those too short included.

@@ -152,7 +152,6 @@ pub(crate) fn difference(series: &mut Series, limit: f64) {
     series.line = Rc::new(near.iter().map(|&i| series.line[i]).collect());
 }
 
-/// Runs of lines without a sample.
 #[derive(Default)]
 struct MissingRuns {
     runs: Vec<(u64, u64)>,

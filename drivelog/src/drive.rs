@@ -26,7 +26,6 @@ pub(crate) struct Drive {
     pub(crate) name: String,
     /// Steering, yaw rate and, where there is one, speed.
     pub(crate) channels: Vec<Series>,
-    /// Where a receiver's fixes are, if it has any.
     pub(crate) places: Vec<Series>,
     pub(crate) files: Vec<SourceFile>,
     pub(crate) steering_ratio: f64,

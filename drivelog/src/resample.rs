@@ -40,7 +40,6 @@ impl Grid {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Becomes {
-    /// The values of the signal at the grid's instants.
     Samples,
     /// What, held over each step, does the same as the signal that was logged.
     Held(Intersample),

@@ -158,7 +158,6 @@ pub(crate) struct Clock {
     pub(crate) fast: f64,
     /// The sample time that suits it, s.
     preferred: f64,
-    /// Whether steering and yaw rate have one uniform clock.
     shared: bool,
     /// Whether the steering, as it is logged, is held between its samples.
     held: bool,

@@ -13,7 +13,6 @@ pub(crate) const MOVING_MPS: f64 = 0.5;
 /// Fewest samples of the merged recording.
 pub(crate) const LEAST_SAMPLES: usize = 100;
 
-/// Samples of one channel in time order.
 #[derive(Debug, Clone)]
 pub(crate) struct Series {
     pub(crate) role: Role,
@@ -36,7 +35,6 @@ pub(crate) struct Series {
 }
 
 impl Series {
-    /// A channel without rows.
     pub(crate) fn new(role: Role, file: &str, column: &str, unit: Unit) -> Self {
         Self {
             role,
@@ -138,7 +136,6 @@ impl Series {
         resample(&self.time, &self.value, self.period, grid, becomes)
     }
 
-    /// Takes the rows over that follow.
     pub(super) fn append(&mut self, later: &mut Self) {
         Rc::make_mut(&mut self.time).append(Rc::make_mut(&mut later.time));
         Rc::make_mut(&mut self.line).append(Rc::make_mut(&mut later.line));
@@ -175,7 +172,6 @@ impl Series {
         rows - self.value.len()
     }
 
-    /// The spikes with their instants, for a warning; `None` where there are none.
     pub(super) fn spikes_in_words(&self) -> Option<String> {
         const SHOWN: usize = 5;
         if self.spikes.is_empty() {

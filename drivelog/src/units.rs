@@ -13,7 +13,6 @@ pub(crate) enum Quantity {
     Dimensionless,
 }
 
-/// A unit with its factor to SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Unit {
     /// Its name in messages and files.

@@ -82,7 +82,6 @@ fn displayed(description: &ModelDescription, variable: &Variable, value: f64) ->
     (shown != 0.0).then(|| format!("{}\u{a0}{name}", shortened(shown)))
 }
 
-/// The sections of the page after the README and the variables.
 pub(crate) struct Sections<'a> {
     pub(crate) origin: &'a Origin,
     /// Folders below `binaries/`, each with its platform.

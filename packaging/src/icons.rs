@@ -2,7 +2,6 @@
 
 use steerwright_slaves::Fmu;
 
-/// A picture in both forms.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Icon {
     /// Pixels.

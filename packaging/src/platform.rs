@@ -6,7 +6,6 @@
 
 use crate::Error;
 
-/// A platform by its folder below `binaries/`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Platform {
     system: [&'static str; 4],
@@ -21,7 +20,6 @@ const SYSTEMS: [[&str; 4]; 3] = [
 ];
 
 impl Platform {
-    /// The platform of that folder.
     pub(crate) fn of(folder: &str) -> Result<Self, Error> {
         let unknown = || Error::Platform { platform: folder.to_owned() };
         for system in SYSTEMS {

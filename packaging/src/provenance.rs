@@ -117,7 +117,6 @@ impl Origin {
         VendorAnnotation { tool: "steerwright".into(), xml }
     }
 
-    /// The section of the documentation page, in Markdown.
     pub(crate) fn markdown(&self) -> String {
         let DocumentFacts { file, name, sha256, written_by, .. } = &self.document;
         let mut text = String::from("| fact | value |\n|---|---|\n");
@@ -233,7 +232,6 @@ fn bicycle(bicycle: steerwright_formats::Bicycle) -> Described {
     (vehicle.name, Some(bicycle.provenance), facts)
 }
 
-/// The quality of a model: the grade, the reasons with their codes, and the advice.
 fn quality(quality: steerwright_formats::Quality) -> Vec<Fact> {
     let mut facts = vec![
         fact("quality", quality.grade.name(), ""),

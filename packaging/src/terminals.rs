@@ -45,7 +45,6 @@ const TERMINALS: &[Terminal] = &[
 const HALF: f64 = 100.0;
 const TERMINAL_HALF: f64 = 10.0;
 
-/// The file for an FMU with these variables.
 pub(crate) fn xml(description: &ModelDescription) -> String {
     let mut text = String::from(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiTerminalsAndIcons fmiVersion=\"3.0\">\n  \

@@ -14,7 +14,6 @@ pub(crate) struct StoppingBounds {
 }
 
 impl StoppingBounds {
-    /// No bounds: the response is followed to its end.
     pub(crate) const NONE: Self = Self {
         highest: f64::INFINITY,
         settled: (f64::INFINITY, f64::INFINITY),
@@ -43,7 +42,6 @@ impl Decay {
         Self { height, ticks: READ_AT.map(|share| (share / read * last).round() as usize) }
     }
 
-    /// The first tick at which the decay is known.
     pub(crate) fn tick(&self) -> usize {
         self.ticks[2]
     }

@@ -121,7 +121,6 @@ impl Scenario {
         known.map_or_else(|| error_percent(&simulator.trace, step.height), |share| 100.0 * share)
     }
 
-    /// The margins read from the grid: the modulus margin alone, or all.
     pub(crate) fn margins(&self, pid: &PidParameters, all: bool) -> Margins {
         self.grid.margins(pid, all)
     }
@@ -139,7 +138,6 @@ impl Scenario {
         simulated_step(simulator, &self.plant, pid, spec, step)
     }
 
-    /// The error on the curve with the advice for the nominal plant.
     pub(crate) fn on_curve(
         &self,
         simulator: &mut Simulator,

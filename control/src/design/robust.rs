@@ -31,7 +31,6 @@ struct Evaluated {
 }
 
 impl Evaluated {
-    /// Whether all plants keep every requirement.
     fn is_kept(&self) -> bool {
         self.found.met && self.missed == 0.0
     }
@@ -113,7 +112,6 @@ impl Ensemble<'_> {
         Ok((fastest, common_settling_s))
     }
 
-    /// Gains for all plants, searched from those for the nominal one.
     fn starting_at_nominal(
         &self,
         objective: &Objective,

@@ -38,7 +38,6 @@ pub(crate) fn capped(missed: f64) -> f64 {
     missed.min(1.0) + LARGE_VIOLATION_WEIGHT * missed.max(1.0).ln()
 }
 
-/// How much tighter than the requirements the bounds of a search are.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Target {
     /// Shares of the upper bounds.

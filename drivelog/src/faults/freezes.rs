@@ -3,7 +3,6 @@
 use crate::series::{MOVING_MPS, Series};
 use crate::signal::mean;
 
-/// A channel on its own clock.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sampled<'a> {
     /// Instants, s.

@@ -50,7 +50,6 @@ pub(crate) fn average(series: &mut Series) -> Result<Option<Repeated>, Error> {
 }
 
 impl Repeated {
-    /// With the repeated samples of later rows.
     pub(crate) fn and(earlier: Option<Self>, later: Option<Self>) -> Option<Self> {
         match (earlier, later) {
             (Some(a), Some(b)) => Some(Self { count: a.count + b.count, ..a }),

@@ -17,7 +17,6 @@ const SAME_PERIOD: f64 = 0.1;
 /// Fewest values from which a period is determined.
 const ENOUGH: usize = 100;
 
-/// The state of a channel in addition to the rows at hand.
 pub(super) struct Channel {
     pub(super) missing: usize,
     pub(super) least: f64,

@@ -22,7 +22,6 @@ pub enum Piece<'a> {
 /// Where the pieces go, with their sample time in s.
 pub type Sink<'a, E> = dyn FnMut(f64, Piece<'_>) -> Result<(), E> + 'a;
 
-/// Where the pieces of a gate go.
 type Out<'a, E> = dyn FnMut(Piece<'_>) -> Result<(), E> + 'a;
 
 /// Holds samples back until it is known whether they pass.
@@ -36,7 +35,6 @@ pub(super) struct Gate {
     decided: usize,
     /// Length of the run within the window that ends there.
     run: usize,
-    /// How much of the run has been sent.
     sent: usize,
 }
 

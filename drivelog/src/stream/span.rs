@@ -18,11 +18,9 @@ struct Open {
     from: f64,
     /// Its first sample, s.
     start: f64,
-    /// Samples that have gone out.
     done: usize,
 }
 
-/// Segment after segment.
 pub(super) struct Spans {
     clock: Clock,
     step: f64,
@@ -160,7 +158,6 @@ impl Spans {
         }
     }
 
-    /// What was split and left out.
     pub(super) fn warnings(&self, name: &str) -> Vec<String> {
         let mut warnings = Vec::new();
         if self.gaps > 0 {

@@ -25,7 +25,6 @@ pub(super) struct Head {
     pub(super) header_line: u64,
     /// The unit of each column from the row under the header; empty where there is no such row.
     pub(super) units: Vec<String>,
-    /// Columns of dates and times.
     pub(super) stamps: Vec<Option<Stamps>>,
     /// Records from the file's start to the first row of values.
     pub(super) records: usize,
@@ -88,7 +87,6 @@ pub(super) fn is_comment(line: &[u8]) -> bool {
     COMMENTS.iter().any(|comment| line.starts_with(comment))
 }
 
-/// Whether a cell is blank or marks a missing sample.
 pub(super) fn is_missing(cell: &str) -> bool {
     cell.is_empty() || ["na", "nan", "null"].iter().any(|m| cell.eq_ignore_ascii_case(m))
 }
@@ -213,7 +211,6 @@ struct Records<'a> {
     read: usize,
     /// Where comments name the columns: the row of values that showed it.
     held: Option<csv::ByteRecord>,
-    /// The comments above the first row.
     comments: Vec<csv::ByteRecord>,
 }
 

@@ -41,7 +41,6 @@ impl std::fmt::Debug for LogFile<'_> {
 /// The bytes after those that were looked at for the header, hashed on the way.
 type Bytes<'a> = HashingReader<std::io::Chain<Cursor<Vec<u8>>, Box<dyn Read + 'a>>>;
 
-/// A file whose header has been read.
 pub(crate) struct Table<'a> {
     pub(crate) file: String,
     pub(crate) header: Vec<String>,
@@ -127,7 +126,6 @@ impl<'a> Table<'a> {
         (!text.is_empty() && text != "-").then_some(text)
     }
 
-    /// Whether a column has dates and times, which come as seconds.
     pub(crate) fn has_stamps(&self, column: usize) -> bool {
         self.stamps[column].is_some()
     }

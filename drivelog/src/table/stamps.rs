@@ -23,7 +23,6 @@ enum Form {
 }
 
 impl Stamps {
-    /// A column of times like this one; `None` where it is none.
     pub(super) fn like(text: &str) -> Option<Self> {
         let (form, _) = read(text)?;
         Some(Self { form, last: f64::NEG_INFINITY })

@@ -123,7 +123,6 @@ pub(crate) fn check(
     }
 }
 
-/// Whether a library belongs to the system or is in the folder of the binary.
 fn is_available(library: &str, platform: &Platform, contents: &Contents<'_>) -> bool {
     let lower = library.to_lowercase();
     let file = library.rsplit('/').next().unwrap_or(library);
@@ -131,7 +130,6 @@ fn is_available(library: &str, platform: &Platform, contents: &Contents<'_>) -> 
         || contents.has(&format!("binaries/{}/{file}", platform.folder))
 }
 
-/// The exports and dependencies of a shared library.
 struct Library {
     functions: BTreeSet<String>,
     needs: Vec<String>,

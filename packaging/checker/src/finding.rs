@@ -121,7 +121,6 @@ impl Report {
     }
 }
 
-/// Collects findings, with a limit for each rule.
 #[derive(Debug, Default)]
 pub(crate) struct Findings {
     list: Vec<Finding>,
@@ -155,7 +154,6 @@ impl Findings {
         }
     }
 
-    /// The number of errors reported so far.
     pub(crate) fn errors(&self) -> usize {
         self.list.iter().filter(|finding| finding.severity == Severity::Error).count()
     }

@@ -37,7 +37,6 @@ pub(crate) struct Files {
     pub(crate) result: Vec<u8>,
 }
 
-/// Runs the slave of a document.
 pub(crate) fn run(
     fmu: Fmu,
     document: &str,

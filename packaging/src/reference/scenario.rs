@@ -9,7 +9,6 @@ use std::f64::consts::TAU;
 use steerwright_formats::{Bicycle, Document, Estimator, Path, PathPoint, Pid, Plant, Vehicle};
 use steerwright_slaves::Fmu;
 
-/// Inputs by name and time.
 pub(super) struct Scenario {
     /// Seconds of the scenario's ten for a second of the run.
     pace: f64,

@@ -9,7 +9,6 @@ use steerwright_host::Connection;
 
 type Xml = Writer<Vec<u8>>;
 
-/// Writes the content of an element.
 type Inner<'a> = &'a dyn Fn(&mut Xml) -> io::Result<()>;
 
 /// Namespaces by prefix.
@@ -20,12 +19,10 @@ const NAMESPACES: [(&str, &str); 4] = [
     ("xmlns:osp", "http://opensimulationplatform.com/SSP/OSPAnnotations"),
 ];
 
-/// Where a component's archive lies in the package.
 pub(super) fn source(component: &Component<'_>) -> String {
     format!("resources/{}.fmu", component.name())
 }
 
-/// The text of `SystemStructure.ssd`.
 pub(super) fn to_xml(
     name: &str,
     components: &[Component<'_>],
@@ -50,7 +47,6 @@ pub(super) fn to_xml(
     Ok(format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n{text}\n"))
 }
 
-/// Checks that the ends of a connection exist and match.
 fn check(components: &[Component<'_>], c: &Connection) -> Result<(), Error> {
     let output = find(components, &c.from, &c.output, Causality::Output)?;
     let input = find(components, &c.to, &c.input, Causality::Input)?;

@@ -36,7 +36,6 @@ thread_local! {
     static REJECTING: Cell<usize> = const { Cell::new(0) };
 }
 
-/// The plant that rejected a candidate.
 struct Rejected(usize);
 
 impl Objective {

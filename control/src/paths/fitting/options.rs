@@ -48,7 +48,6 @@ impl Default for PointOptions {
 }
 
 impl PointOptions {
-    /// Rejects values that are not positive numbers.
     pub(crate) fn check(&self) -> Result<(), Error> {
         positive([
             ("minimum spacing", self.minimum_spacing),

@@ -7,7 +7,6 @@ use crate::Error;
 use crate::error::point_fault;
 use roxmltree::{Document, Node};
 
-/// The fixes of a track, and warnings about the file.
 pub(crate) fn fixes(text: &str, file: &str) -> Result<(Vec<Fix>, Vec<String>), Error> {
     let fault = point_fault(file);
     let document = Document::parse(text).map_err(|e| {

@@ -202,7 +202,6 @@ fn record(
     Some((Record { name, deflated, crc, compressed, size, data, is_readable }, next))
 }
 
-/// The start of an entry's data.
 fn local_header(
     bytes: Bytes<'_>,
     at: usize,

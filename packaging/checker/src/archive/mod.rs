@@ -12,7 +12,6 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io::Read;
 use steerwright_host::Limits;
 
-/// The entries of a readable archive.
 pub(crate) struct Contents<'a> {
     bytes: &'a [u8],
     records: Vec<Record>,
@@ -67,7 +66,6 @@ impl<'a> Contents<'a> {
         unpack(&self.records[*self.files.get(name)?], self.bytes)
     }
 
-    /// Whether a folder, with a slash at its end, has entries.
     pub(crate) fn has_folder(&self, folder: &str) -> bool {
         self.names().any(|name| name.starts_with(folder))
     }

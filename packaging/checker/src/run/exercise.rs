@@ -248,7 +248,6 @@ impl Run<'_> {
         self.starts(&mut fresh, "run-start")
     }
 
-    /// Compares the start values of the XML with the values of an instance whose variables are not set.
     fn starts(&mut self, instance: &mut Instance, rule: &'static str) -> Result<(), Stop> {
         self.journal.start("the comparison of start values");
         let variables: Vec<_> = self
@@ -343,7 +342,6 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Compares the categories of the log with those of the XML.
     fn log(&mut self, instance: &mut Instance) {
         let mut unknown: Vec<String> = instance
             .take_log()

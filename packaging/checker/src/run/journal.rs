@@ -8,7 +8,6 @@ use std::fs::File;
 use std::io::{self, Write};
 use std::path::Path;
 
-/// The location of the findings of a replay.
 pub(super) const REFERENCE: &str = "extra/io.github.steerwright/reference/reference.json";
 
 #[derive(Serialize, Deserialize)]
@@ -108,7 +107,6 @@ fn without(text: &str, root: &str) -> String {
     short + rest
 }
 
-/// The last state of a run.
 #[derive(Default)]
 pub(super) struct End {
     /// The entry of the binary.
@@ -117,7 +115,6 @@ pub(super) struct End {
     pub(super) done: bool,
 }
 
-/// Reads a journal; an incomplete last line is skipped.
 pub(super) fn read(path: &Path) -> io::Result<(Vec<Finding>, End)> {
     let (mut findings, mut end) = (Vec::new(), End::default());
     let bytes = match std::fs::read(path) {

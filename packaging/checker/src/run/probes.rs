@@ -47,7 +47,6 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// A step of half the size after a full one.
     fn half_step(&mut self) -> Result<(), Stop> {
         let mut instance = self.instance("half")?;
         self.ready(&mut instance)?;

@@ -107,7 +107,6 @@ pub(super) fn same(a: &Value, b: &Value) -> bool {
 /// Relative difference of a number that was stored in single precision.
 const SINGLE: f64 = 1e-6;
 
-/// Whether the difference of two Reals can be the rounding to single precision.
 pub(super) fn is_rounding(a: &Value, b: &Value) -> bool {
     matches!((a, b), (Value::Real(a), Value::Real(b)) if (a - b).abs() <= SINGLE * a.abs().max(b.abs()))
 }

@@ -4,7 +4,6 @@ use super::text::DESCRIPTION;
 use crate::finding::Location;
 use roxmltree::{Attribute, Node};
 
-/// A parsed description, with the locations of its nodes.
 pub(super) struct Document<'d> {
     pub(super) tree: &'d roxmltree::Document<'d>,
 }

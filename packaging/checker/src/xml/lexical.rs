@@ -24,7 +24,6 @@ impl Kind {
         }
     }
 
-    /// A description of the values, for messages.
     pub(super) fn expected(self) -> String {
         match self {
             Self::Text => "a text".into(),

@@ -17,7 +17,6 @@ pub(super) enum Content {
     Anything,
 }
 
-/// A position in a sequence of children.
 pub(super) struct Slot {
     pub(super) elements: &'static [&'static Element],
     pub(super) min: usize,
@@ -30,7 +29,6 @@ pub(super) struct Attribute {
     pub(super) required: bool,
 }
 
-/// The simple types of attributes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     /// `xs:string` and `xs:normalizedString`: every text is valid.

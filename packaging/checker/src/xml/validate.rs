@@ -9,7 +9,6 @@ use roxmltree::Node;
 /// The namespace of the attributes that any element may have.
 const INSTANCE: &str = "http://www.w3.org/2001/XMLSchema-instance";
 
-/// Reports all violations of the schema.
 pub(super) fn validate(document: &Document<'_>, findings: &mut Findings) {
     let mut validator = Validator { document, findings };
     let root = document.tree.root_element();
