@@ -97,81 +97,73 @@ impl Error {
     /// The suggested fix.
     #[must_use]
     pub fn hint(&self) -> String {
-        match self {
+        let text: &str = match self {
             Self::VehicleFile { .. } => {
                 "the keys are name, mass_kg, yaw_inertia_kgm2, distance_front_m, distance_rear_m, \
                  cornering_stiffness_front_npr, cornering_stiffness_rear_npr, \
                  actuator_time_constant_s, steering_ratio and speed_mps"
-                    .into()
             }
             Self::PointFile { .. } => {
                 "give a comma-separated table with the columns x_m and y_m, or latitude_deg and \
                  longitude_deg (and altitude_m), a GPX track, or NMEA sentences (GGA, RMC); repair \
                  or delete the line that is named"
-                    .into()
             }
             Self::RoadFile { .. } => {
                 "a road has a name and [[segments]], each with length_m, curvature_per_m and \
                  end_curvature_per_m; metres, 1/m, positive to the left"
-                    .into()
             }
             Self::PoorFixes { .. } => {
                 "record with a receiver that has correction data, or use the poor fixes and have them \
                  marked"
-                    .into()
             }
-            Self::Document(inner) => inner.hint(),
-            Self::Model { .. } => "correct the model's file, or identify the model again".into(),
-            Self::Identified { source, .. } => source.hint().into(),
+            Self::Document(inner) => return inner.hint(),
+            Self::Model { .. } => "correct the model's file, or identify the model again",
+            Self::Identified { source, .. } => return source.hint().into(),
             Self::NoSpeed { .. } => {
                 "identify with the log's speed channel, or write the speed of the drive into the file"
-                    .into()
             }
             Self::UnstablePlant { .. } => {
                 "design at a lower speed, or correct the vehicle data: an oversteering vehicle is \
                  unstable above its critical speed"
-                    .into()
             }
             Self::NoSteeringRate { .. } => {
                 "state the largest rate of the steering angle that the actuator can follow, or design \
                  on a model that was identified from a drive"
-                    .into()
             }
             Self::NotScheduled { .. } => {
                 "identify a structure that holds at other speeds, such as the bicycle"
-                    .into()
             }
             Self::SteadyStateGain { .. } => {
-                "check the signs of the log: steering and yaw rate are positive to the left".into()
+                "check the signs of the log: steering and yaw rate are positive to the left"
             }
             Self::SampleTimeMismatch { plant_s, .. } => {
-                format!("design with a sample time of {plant_s} s or a multiple of it")
+                return format!("design with a sample time of {plant_s} s or a multiple of it");
             }
-            Self::SampleTimeTooLong { settling_time_s, need, .. } => format!(
-                "sample every {} s or faster, or allow a longer settling time",
-                settling_time_s / *need as f64
-            ),
-            Self::DelayTooLong { .. } => "check the unit of the delay: it is in seconds".into(),
-            Self::Option { must, .. } => format!("give a value that is {must}"),
-            Self::Contradiction { .. } => "remove one of the two options, or change it".into(),
+            Self::SampleTimeTooLong { settling_time_s, need, .. } => {
+                return format!(
+                    "sample every {} s or faster, or allow a longer settling time",
+                    settling_time_s / *need as f64
+                );
+            }
+            Self::DelayTooLong { .. } => "check the unit of the delay: it is in seconds",
+            Self::Option { must, .. } => return format!("give a value that is {must}"),
+            Self::Contradiction { .. } => "remove one of the two options, or change it",
             Self::SteeringRatio { .. } => {
                 "compare models whose steering angles are measured at the same place (steering wheel \
                  or road wheel)"
-                    .into()
             }
-            Self::Road { .. } => {
-                "change the speed, the lateral acceleration or the road's options".into()
-            }
+            Self::Road { .. } => "change the speed, the lateral acceleration or the road's options",
             Self::TooFewPoints { .. } => {
-                "record a longer drive, or lower the least spacing between points".into()
+                "record a longer drive, or lower the least spacing between points"
             }
             Self::Jumps { .. } | Self::Jump { .. } => {
-                "cut the recording at the jump, or repair the rows around it".into()
+                "cut the recording at the jump, or repair the rows around it"
             }
             Self::Curvature { .. } => {
-                "check the units of the positions, or allow a larger curvature".into()
+                "check the units of the positions, or allow a larger curvature"
             }
-            Self::Optimiser(_) => "report this with the plant's file and the options".into(),
-        }
+            Self::Optimiser(_) => "report this with the plant's file and the options",
+        };
+        text.to_owned()
     }
 }

@@ -38,29 +38,31 @@ impl Error {
     /// The suggested fix.
     #[must_use]
     pub fn hint(&self) -> String {
-        match self {
+        let text: &str = match self {
             Self::NotPackable { .. } => {
-                let kinds = steerwright_slaves::Fmu::ALL.map(steerwright_slaves::Fmu::schema).join(", ");
-                format!("give a file whose \"schema\" is one of {kinds}")
+                let kinds =
+                    steerwright_slaves::Fmu::ALL.map(steerwright_slaves::Fmu::schema).join(", ");
+                return format!("give a file whose \"schema\" is one of {kinds}");
             }
-            Self::Document(error) => error.hint(),
-            Self::Slave { .. } => "make the file again with the command that writes it".into(),
+            Self::Document(error) => return error.hint(),
+            Self::Slave { .. } => "make the file again with the command that writes it",
             Self::NoBinary { .. } => {
                 "this build holds no FMU libraries; build steerwright without STEERWRIGHT_FMU_BINARIES"
-                    .into()
             }
-            Self::Platform { .. } => "the names are win32, win64, linux32, linux64, darwin32, \
+            Self::Platform { .. } => {
+                "the names are win32, win64, linux32, linux64, darwin32, \
                 darwin64, and <architecture>-<system> for others, such as aarch64-linux"
-                .into(),
-            Self::TwoBinaries { .. } => "give one library for each platform".into(),
-            Self::Reference { .. } => {
-                "the model does not stand its own operating point: correct the file it is made from".into()
             }
-            Self::Step { .. } => "give the step in seconds, such as 10ms".into(),
-            Self::Wiring(_) => "wire one of them alone: leave out the files of the others".into(),
-            Self::NoVariable { .. } => "name a variable of a component, as component.variable".into(),
-            Self::Connection { .. } => "connect variables of the same type and unit".into(),
-            Self::Zip { .. } | Self::Package { .. } => "check the free space and try again".into(),
-        }
+            Self::TwoBinaries { .. } => "give one library for each platform",
+            Self::Reference { .. } => {
+                "the model does not stand its own operating point: correct the file it is made from"
+            }
+            Self::Step { .. } => "give the step in seconds, such as 10ms",
+            Self::Wiring(_) => "wire one of them alone: leave out the files of the others",
+            Self::NoVariable { .. } => "name a variable of a component, as component.variable",
+            Self::Connection { .. } => "connect variables of the same type and unit",
+            Self::Zip { .. } | Self::Package { .. } => "check the free space and try again",
+        };
+        text.to_owned()
     }
 }
