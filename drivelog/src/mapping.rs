@@ -245,7 +245,6 @@ pub(crate) fn time_column(
 }
 
 fn available(tables: &[Table<'_>]) -> String {
-    let texts: Vec<String> =
-        tables.iter().map(|t| format!("{} in {}", t.header.join(", "), t.file)).collect();
-    texts.join("; ")
+    let text = |t: &Table<'_>| format!("{} in {}", t.header.join(", "), t.file);
+    tables.iter().map(text).collect::<Vec<_>>().join("; ")
 }

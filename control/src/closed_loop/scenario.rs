@@ -25,7 +25,7 @@ pub(crate) struct Scenario {
     /// between plants.
     pub(crate) with_offset: bool,
     ratio: f64,
-    grid: ResponseGrid,
+    pub(crate) grid: ResponseGrid,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -121,10 +121,6 @@ impl Scenario {
         known.map_or_else(|| error_percent(&simulator.trace, step.height), |share| 100.0 * share)
     }
 
-    pub(crate) fn margins(&self, pid: &PidParameters, all: bool) -> Margins {
-        self.grid.margins(pid, all)
-    }
-
     /// The metrics of a tenth of the step. They show the overshoot of a loop that a limit keeps from
     /// overshooting on the whole step.
     pub(crate) fn small_step(
@@ -136,16 +132,6 @@ impl Scenario {
     ) -> Metrics {
         let step = Step { until, quiet: SMALL * quiet(spec), ..Step::small(spec) };
         simulated_step(simulator, &self.plant, pid, spec, step)
-    }
-
-    pub(crate) fn on_curve(
-        &self,
-        simulator: &mut Simulator,
-        pid: &PidParameters,
-        spec: &Specification,
-        advice: &Advice,
-    ) -> OnACurve {
-        on_curve(simulator, &self.plant, self.speed, pid, spec, advice)
     }
 }
 

@@ -6,7 +6,7 @@
 
 use crate::closed_loop::feedforward::Advice;
 use crate::closed_loop::margins::margins;
-use crate::closed_loop::scenario::{Scenario, View};
+use crate::closed_loop::scenario::{Scenario, View, on_curve};
 use crate::closed_loop::simulate::{Simulator, with_simulator};
 use crate::design::bandwidth_limit::settling_scale;
 use crate::design::options::DesignOptions;
@@ -138,13 +138,14 @@ impl Objective {
         };
         let reached = nominal.reached(simulator, pid, &self.spec, view, margins);
         let advice = Advice::by_theory(pid, self.gain, nominal.speed);
-        let on_curve = nominal.on_curve(simulator, pid, &self.spec, &advice);
-        Reached { on_curve: on_curve.steady_state_error_percent, ..reached }
+        let (plant, speed) = (&nominal.plant, nominal.speed);
+        let curve = on_curve(simulator, plant, speed, pid, &self.spec, &advice);
+        Reached { on_curve: curve.steady_state_error_percent, ..reached }
     }
 
     /// The figures of a controller on a plant, as a search evaluates them.
     pub(crate) fn reached(&self, scenario: &Scenario, pid: &PidParameters) -> Reached {
-        let margins = scenario.margins(pid, self.view.all_margins);
+        let margins = scenario.grid.margins(pid, self.view.all_margins);
         let view = View { band: 1.0, early: false, ..self.view };
         with_simulator(|simulator| scenario.reached(simulator, pid, &self.spec, view, margins))
     }

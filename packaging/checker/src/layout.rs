@@ -52,11 +52,8 @@ fn top(contents: &Contents<'_>, findings: &mut Findings) {
     let tops: BTreeSet<&str> =
         contents.names().filter_map(|name| name.split(['/', '\\']).next()).collect();
     for name in tops.iter().filter(|name| !TOP.contains(name)) {
-        findings.add(
-            "unknown-entry",
-            Location::entry(*name),
-            "the standard does not define this entry",
-        );
+        let message = "the standard does not define this entry";
+        findings.add("unknown-entry", Location::entry(*name), message);
     }
     let mut seen = BTreeSet::new();
     for rest in below(contents, "extra/") {
@@ -132,11 +129,8 @@ fn sources(contents: &Contents<'_>, description: &ModelDescription, findings: &m
         if !is_plain {
             findings.add("source-name", place(), format!("SourceFiles lists \"{name}\""));
         } else if !contents.has(&format!("sources/{}", parts.join("/"))) {
-            findings.add(
-                "source-missing",
-                place(),
-                "SourceFiles lists it, but it is not in the archive",
-            );
+            let message = "SourceFiles lists it, but it is not in the archive";
+            findings.add("source-missing", place(), message);
         }
     }
     let mut units = below(contents, "sources/").filter(|name| name.ends_with(".c"));
@@ -175,9 +169,7 @@ fn documentation(contents: &Contents<'_>, findings: &mut Findings) {
 
 fn terminals(contents: &Contents<'_>, findings: &mut Findings) {
     const FILE: &str = "terminalsAndIcons/terminalsAndIcons.xml";
-    let Some(bytes) = contents.file(FILE) else {
-        return;
-    };
+    let Some(bytes) = contents.file(FILE) else { return };
     let place = Location::entry(FILE);
     let Ok(text) = String::from_utf8(bytes) else {
         return findings.add("terminals", place, "it is not UTF-8");

@@ -39,11 +39,8 @@ pub fn check_file(path: &Path) -> Result<Report, Error> {
         return Err(Error::Folder { path: path.into() });
     }
     if metadata.len() > LARGEST_FILE {
-        return Err(Error::TooLarge {
-            path: path.into(),
-            got: metadata.len(),
-            limit: LARGEST_FILE,
-        });
+        let got = metadata.len();
+        return Err(Error::TooLarge { path: path.into(), got, limit: LARGEST_FILE });
     }
     let bytes = std::fs::read(path).map_err(io)?;
     let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
@@ -55,11 +52,8 @@ pub fn check_file(path: &Path) -> Result<Report, Error> {
 pub fn check(bytes: &[u8], name: &str) -> Report {
     let mut findings = Findings::default();
     if !name.ends_with(".fmu") {
-        findings.add(
-            "file-extension",
-            Location::archive(),
-            format!("the file is named \"{name}\""),
-        );
+        let message = format!("the file is named \"{name}\"");
+        findings.add("file-extension", Location::archive(), message);
     }
     if let Some(contents) = Contents::read(bytes, &mut findings) {
         let description = xml::check(&contents, &mut findings);

@@ -62,7 +62,7 @@ impl Objective {
         most: f64,
     ) -> Result<f64, Rejected> {
         // Margins cost little: those of all plants come before any response.
-        let margins = self.scenarios.iter().map(|s| s.margins(pid, self.view.all_margins));
+        let margins = self.scenarios.iter().map(|s| s.grid.margins(pid, self.view.all_margins));
         let margins: Vec<Margins> = margins.collect();
         let stable = |k: &usize| margins[*k].modulus_margin > 0.0;
         let unstable_plants = (0..margins.len()).filter(|k| !stable(k)).count();

@@ -31,10 +31,9 @@ pub(crate) fn infeasibility(
     let mut words: Vec<String> = missed
         .iter()
         .map(|(r, required)| {
-            let best = if *r == Requirement::Settling {
-                "the shortest found that keeps the rest is"
-            } else {
-                "what was found reaches"
+            let best = match r {
+                Requirement::Settling => "the shortest found that keeps the rest is",
+                _ => "what was found reaches",
             };
             let (required, reached) = (r.text(*required), r.text(found.reached.value(*r)));
             format!("a {} of {required} is out of reach: {best} {reached}", r.label())

@@ -2,7 +2,7 @@
 
 use crate::Error;
 use crate::closed_loop::feedforward::Advice;
-use crate::closed_loop::scenario::Scenario;
+use crate::closed_loop::scenario::{Scenario, on_curve};
 use crate::closed_loop::simulate::with_simulator;
 use crate::design::ensemble::Ensemble;
 use crate::design::objective::Objective;
@@ -30,15 +30,16 @@ impl Ensemble<'_> {
         let all = self.draw(1, self.robust.members);
         let spec = &objective.spec;
         let reach = |scenario: &Scenario| {
-            let curve = with_simulator(|s| scenario.on_curve(s, pid, spec, advice));
+            let (plant, speed) = (&scenario.plant, scenario.speed);
+            let curve = with_simulator(|s| on_curve(s, plant, speed, pid, spec, advice));
             let on_curve = curve.steady_state_error_percent;
             Reached { on_curve, ..objective.reached(scenario, pid) }
         };
         let reached = each(&all, |r| reach(&r.scenario))?;
         let at_nominal = all.iter().filter(|r| r.at_nominal).count();
-        let requirements: Vec<OverEnsemble> = Requirement::ALL
+        let requirements: Vec<OverEnsemble> = objective
+            .required()
             .into_iter()
-            .filter_map(|r| Some((r, r.required(spec)?)))
             .map(|(r, required)| {
                 let kept = |k: &usize| r.is_met(required, reached[*k].value(r));
                 let share = |kept: usize, of: usize| kept as f64 / of.max(1) as f64;

@@ -111,10 +111,8 @@ fn read(file: &Path) -> Result<Tables, String> {
     let reference: Reference =
         serde_json::from_str(&text).map_err(|error| format!("reference.json: {error}"))?;
     if reference.schema != SCHEMA {
-        return Err(format!(
-            "reference.json: the schema is \"{}\", not \"{SCHEMA}\"",
-            reference.schema
-        ));
+        let found = reference.schema;
+        return Err(format!("reference.json: the schema is \"{found}\", not \"{SCHEMA}\""));
     }
     let span = reference.stop_time - reference.start_time;
     let steps = span / reference.step_size;

@@ -76,12 +76,8 @@ pub(super) fn difference(one: &Trajectory, other: &Trajectory, names: &[String])
     for (step, (a, b)) in one.iter().zip(other).enumerate() {
         for ((a, b), name) in a.iter().zip(b).zip(names) {
             if !same(a, b) {
-                let step = step + 1;
-                return Some(format!(
-                    "`{name}` is {} and then {} after step {step}",
-                    show(a),
-                    show(b)
-                ));
+                let (a, b, step) = (show(a), show(b), step + 1);
+                return Some(format!("`{name}` is {a} and then {b} after step {step}"));
             }
         }
     }

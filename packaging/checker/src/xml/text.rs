@@ -59,10 +59,8 @@ fn declaration(text: &str, report: &mut impl FnMut(&'static str, String)) {
         .filter(|rest| rest.starts_with([' ', '\t', '\r', '\n']))
         .and_then(|rest| rest.split_once("?>"));
     let Some((declaration, _)) = declaration else {
-        return report(
-            "xml-encoding",
-            "it does not begin with <?xml … encoding=\"UTF-8\"?>".into(),
-        );
+        let message = "it does not begin with <?xml … encoding=\"UTF-8\"?>";
+        return report("xml-encoding", message.into());
     };
     let encoding = declaration.split_once("encoding").and_then(|(_, rest)| {
         let rest = rest.trim_start().strip_prefix('=')?.trim_start();
