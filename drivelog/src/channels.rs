@@ -141,8 +141,7 @@ pub(crate) fn check_clock(
     Ok(before)
 }
 
-/// Yaw to yaw rate: unwrapped increments over time, placed at the middle of each interval, so
-/// that no delay arises. A gap stays a gap.
+/// Yaw to yaw rate, at the middle of each interval, so that no delay arises. A gap stays a gap.
 pub(crate) fn difference(series: &mut Series, limit: f64) {
     let yaw = unwrap(&series.value);
     let time = Rc::clone(&series.time);

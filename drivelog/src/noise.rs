@@ -12,8 +12,7 @@ const LAGS: usize = 6;
 /// Prediction errors of a smaller share of the yaw rate are of no sensor.
 const NEGLIGIBLE: f64 = 3e-3;
 
-/// Whether the yaw rate follows from its past and the steering on the log's own uniform clock but for what
-/// no sensor reaches: an ARX model of order 6.
+/// Whether an ARX model of order 6 predicts the yaw rate but for what no sensor reaches.
 pub(crate) fn is_negligible(steering: &Series, yaw_rate: &Series) -> bool {
     let period = steering.period;
     let rows = steering.time.len().min(yaw_rate.time.len()).min(ROWS);

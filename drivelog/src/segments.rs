@@ -15,8 +15,7 @@ use steerwright_formats::Intersample;
 const AIMED_SAMPLE_TIME: f64 = 0.02;
 /// Shorter segments are of no use: a block Hankel matrix of 30 block rows has no column in them.
 pub(crate) const LEAST_SEGMENT: usize = 60;
-/// Speed is averaged over this time, s, before it is held against its window, so that noise at the
-/// window's edge does not break a segment.
+/// Speed is averaged over this time, s: noise at the window's edge does not break a segment.
 const SPEED_AVERAGE: f64 = 1.0;
 
 /// From and to, s on the drive's clock.

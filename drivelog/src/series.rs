@@ -126,8 +126,7 @@ impl Series {
         Ok(())
     }
 
-    /// The channel on a grid: the steering as it drives a model whose input is held, the others by their
-    /// values.
+    /// The channel on a grid: the steering as it drives a model whose input is held.
     pub(crate) fn on(&self, grid: &Grid) -> Vec<f64> {
         let becomes = match self.role {
             Role::Steering => Becomes::Held(self.intersample),

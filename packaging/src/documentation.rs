@@ -34,8 +34,7 @@ pub fn table_markdown(table: &Table) -> String {
     text
 }
 
-/// The variables of one archive in Markdown, with their limits and start values. A value is also
-/// shown in the display unit, where there is one.
+/// The variables of one archive in Markdown, with limits, start values and display units.
 fn description_markdown(description: &ModelDescription) -> String {
     let mut text = String::from(
         "| variable | kind | unit | start | limits | description |\n|---|---|---|---|---|---|\n",

@@ -22,8 +22,7 @@ impl StoppingBounds {
     };
 }
 
-/// Where the decay is read, as shares of the time, and the largest difference of its rate between them at
-/// which it counts as one mode.
+/// Shares of the time at which the decay is read, and the difference of its rate in one mode.
 const READ_AT: [f64; 3] = [0.4, 0.5, 0.6];
 const ONE_MODE: f64 = 0.002;
 
@@ -46,8 +45,7 @@ impl Decay {
         self.ticks[2]
     }
 
-    /// The error at the end as a share of the step; `None` where the response does not decay as one mode
-    /// up to [`Decay::tick`], or is shorter.
+    /// The error at the end as a share of the step; `None` unless the response decays as one mode.
     pub(crate) fn error(&self, yaw: &[f64]) -> Option<f64> {
         let off = |k: usize| yaw.get(k).map(|y| 1.0 - y / self.height);
         let [first, second, third] = [off(self.ticks[0])?, off(self.ticks[1])?, off(self.tick())?];

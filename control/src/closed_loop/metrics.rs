@@ -13,8 +13,7 @@ pub struct Metrics {
     pub(crate) smooth_settling_s: f64,
 }
 
-/// Overshoot that counts as rounding, percent: a response at rest exceeds the step's height in its last
-/// digits.
+/// Overshoot that counts as rounding, percent.
 const ROUNDING_PERCENT: f64 = 1e-9;
 /// Largest overshoot reported, percent: that of a diverging loop has no bound.
 const RUNAWAY_PERCENT: f64 = 1e4;

@@ -21,8 +21,7 @@ const SMALL: f64 = 0.1;
 pub(crate) struct Scenario {
     pub(crate) plant: Sampled,
     pub(crate) speed: f64,
-    /// Whether the search evaluates the response to a steering offset, a slow error that hardly differs
-    /// between plants.
+    /// Whether the search evaluates the response to a steering offset, which hardly differs by plant.
     pub(crate) with_offset: bool,
     ratio: f64,
     pub(crate) grid: ResponseGrid,
@@ -121,8 +120,7 @@ impl Scenario {
         known.map_or_else(|| error_percent(&simulator.trace, step.height), |share| 100.0 * share)
     }
 
-    /// The metrics of a tenth of the step. They show the overshoot of a loop that a limit keeps from
-    /// overshooting on the whole step.
+    /// The metrics of a tenth of the step, which show an overshoot that a limit conceals.
     pub(crate) fn small_step(
         &self,
         simulator: &mut Simulator,
@@ -165,8 +163,7 @@ fn step_of(spec: &Specification, view: View) -> Step {
     Step { until: view.until, quiet, ..Step::of(spec) }
 }
 
-/// The distance from the step within which a response has come to rest, rad: a quarter of the tightest
-/// requirement.
+/// The distance from the step at rest, rad: a quarter of the tightest requirement.
 fn quiet(spec: &Specification) -> f64 {
     let error = spec.steady_state_error_percent.unwrap_or(f64::INFINITY);
     let overshoot = spec.overshoot_percent.unwrap_or(f64::INFINITY);

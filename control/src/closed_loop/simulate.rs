@@ -35,8 +35,7 @@ pub(crate) struct Excitation {
     pub(crate) offset: f64,
     /// Last time of the trace, s.
     pub(crate) until: f64,
-    /// Distance from the step within which a response at rest is not followed to the end, rad; 0 where
-    /// every response is.
+    /// Distance from the step within which a response at rest is not followed further, rad; 0 for none.
     pub(crate) quiet: f64,
 }
 

@@ -20,8 +20,7 @@ const FAR: f64 = 1.15;
 
 /// The modulus margins of the trade-off.
 const MARGINS: [f64; 5] = [0.4, 0.5, 0.6, 0.7, 0.8];
-/// Starting points of the trade-off in addition to the known loops, and the multiple of the plant's scale
-/// about which.
+/// Starting points of the trade-off next to the known loops, and the multiple of the scale about which.
 const TRADE_OFF_STARTS: u32 = 13;
 const TRADE_OFF_SCALE: f64 = 1.5;
 
@@ -52,8 +51,7 @@ pub(crate) fn find(objective: &Objective, seed: u64, doubtful: bool) -> Result<F
     if found.met {
         return Ok(found);
     }
-    // This search does not start from the first one: the fastest loop is the same however far the required
-    // settling time is out of reach.
+    // Not from the first one: the fastest loop must not depend on the required settling time.
     let fastest = match fastest_first {
         Some(fastest) => fastest,
         None => fastest()?,

@@ -40,14 +40,12 @@ pub(crate) struct Robust {
     pub(crate) found: Found,
     /// On the nominal plant alone.
     pub(crate) objective: Objective,
-    /// Where not all plants keep the requirements: the shortest settling time that could be required of all
-    /// of them, s.
+    /// Where not all plants keep the requirements: the shortest settling time that all could, s.
     pub(crate) common_settling_s: Option<f64>,
 }
 
 impl Ensemble<'_> {
-    /// Gains that serve all plants; otherwise gains that serve the nominal one, and the others as well as
-    /// possible.
+    /// Gains that serve all plants; otherwise the nominal one, and the others as well as possible.
     pub(crate) fn find(&self, mut objective: Objective) -> Result<Robust, Error> {
         let seed = self.options.seed;
         let members = self.draw(0, DESIGNED_ON);
@@ -95,8 +93,7 @@ impl Ensemble<'_> {
         Ok(Robust { found: all.remove(0).found, objective, common_settling_s })
     }
 
-    /// The fastest loop on all plants, and the settling time that all keep with it where they keep every
-    /// other requirement.
+    /// The fastest loop on all plants, and the settling time that all keep if they keep the rest.
     fn fastest(
         &self,
         objective: &Objective,

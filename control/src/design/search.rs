@@ -54,8 +54,7 @@ impl Found {
         Ok(Self::of(objective, points.into_iter().map(|(x, _)| x).collect()))
     }
 
-    /// The controller of the first of these points, rounded to readable digits unless that breaks a
-    /// requirement that the point keeps.
+    /// The controller of the first of these points, rounded unless that breaks a requirement.
     pub(crate) fn of(objective: &Objective, mut points: Vec<Vec<f64>>) -> Self {
         // A search always returns a point.
         let variables = if points.is_empty() { Vec::new() } else { points.remove(0) };

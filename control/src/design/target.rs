@@ -12,8 +12,7 @@ pub(crate) const WITH_RESERVE: Target = Target {
     relaxed: None,
     untimed_others: false,
 };
-/// The smallest reserve, where the former is out of reach; the grid of the margins may miss a little of
-/// their minimum.
+/// The smallest reserve: the grid of the margins may miss a little of their minimum.
 pub(crate) const LEAST_RESERVE: Target = Target {
     overshoot: 0.98,
     times: 0.99,
@@ -48,8 +47,7 @@ pub(crate) struct Target {
     margins: f64,
     /// The relaxed requirement: the search minimises its slack.
     pub(crate) relaxed: Option<Requirement>,
-    /// Share of the settling band: a response that grazes the band settles much later on a plant that
-    /// differs by a hair.
+    /// Share of the settling band: a response that grazes it settles much later on another plant.
     pub(crate) band: f64,
     /// Whether requirements on time apply to the nominal plant alone.
     untimed_others: bool,

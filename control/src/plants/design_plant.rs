@@ -58,8 +58,7 @@ impl DesignPlant {
         Ok(Self { family: Family::Identified(Box::new(plant.clone())), ..drawn })
     }
 
-    /// The plant of a model that is known to be consistent: on its own grid, or continuous where the
-    /// discrete model has a logarithm.
+    /// The plant of a consistent model: on its own grid, or continuous where it has a logarithm.
     pub(crate) fn drawn(plant: &Plant, on_its_grid: bool) -> Result<Self, Error> {
         let speed = plant.operating_point.speed_mps;
         if speed == 0.0 {

@@ -5,8 +5,7 @@ use crate::signal::median_period;
 use std::ops::Range;
 use std::rc::Rc;
 
-/// A second difference beyond that many standard deviations (from the median) is no noise: in a
-/// million samples of normal noise none is.
+/// A second difference beyond that many standard deviations (from the median) is no noise …
 const SIGMAS: f64 = 8.0;
 /// … and beyond that many times the 95th percentile, so that a command of short pulses has none; a spike
 /// has three large second differences, so that they may be one row in sixty.
@@ -18,8 +17,7 @@ const LONGEST: usize = 3;
 const LONGEST_S: f64 = 0.035;
 /// The samples on both sides of a spike agree to that share of its height.
 const BACK: f64 = 0.3;
-/// Second differences this near a spike are much smaller; those about a sharp peak of a smooth signal
-/// are not.
+/// Second differences this near a spike are smaller by that factor; about a sharp peak they are not.
 const NEAR: usize = 3;
 const PEAK: f64 = 4.0;
 

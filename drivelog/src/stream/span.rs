@@ -38,8 +38,7 @@ impl Spans {
         Self { clock, step, per_step, open: None, gate, gaps: 0, short: 0 }
     }
 
-    /// Sends out what the rows at hand allow, and drops the rows that are done with. A yaw rate that is
-    /// `frozen_to` an instant has no rows before it any more.
+    /// Sends out what the rows at hand allow, and drops the rows that are done with.
     pub(super) fn advance<E: From<Error>>(
         &mut self,
         drive: &mut Drive,

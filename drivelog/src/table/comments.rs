@@ -4,8 +4,7 @@ use std::io::Read;
 
 const BOM: [u8; 3] = *b"\xEF\xBB\xBF";
 
-/// A reader without the comment lines of the one within; the ends of the lines stay, so that lines count
-/// the same.
+/// A reader without comment lines; their ends stay, so that lines count the same.
 pub(super) struct WithoutComments<R> {
     inner: R,
     delimiter: u8,

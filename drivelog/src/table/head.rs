@@ -126,8 +126,7 @@ fn stated_delimiter(line: &[u8]) -> Option<u8> {
     }
 }
 
-/// The delimiter by which most rows have as many cells as the header; of several, the preferred one: of
-/// decimal commas there may be more than of semicolons.
+/// The delimiter by which most rows have as many cells as the header; of several, the preferred one.
 fn delimiter_of(lines: &[&[u8]]) -> u8 {
     let Some((header, rows)) = lines.split_first() else { return b',' };
     let score = |delimiter: u8| {
@@ -259,8 +258,7 @@ impl<'a> Records<'a> {
         }
     }
 
-    /// The rows above the values, with the header's line: the first record, or the comments above it
-    /// where that is a row of values already.
+    /// The rows above the values, with the header's line: the first record, or the comments above it.
     fn names_and_units(&mut self) -> Option<(Vec<csv::ByteRecord>, u64)> {
         let mut comments = std::mem::take(&mut self.comments);
         let first = loop {

@@ -56,8 +56,7 @@ impl Objective {
         VIOLATION_WEIGHT * parts.violation + rest
     }
 
-    /// Whether parts of a cost are a lower bound on it: where a requirement is relaxed, once the slack of a
-    /// stable plant is known.
+    /// Whether parts of a cost are a lower bound on it: once the slack of a stable plant is known.
     pub(super) fn is_lower_bound(&self, parts: &Parts, target: &Target) -> bool {
         target.relaxed.is_none() || parts.slack.is_finite()
     }
@@ -70,8 +69,7 @@ impl Objective {
         target: &Target,
         parts: Parts,
     ) -> Parts {
-        // The whole step is missing at tick 0, so that half of it is reached no earlier than half of the
-        // first sample.
+        // Half of the step is reached no earlier than half of the first sample.
         let half = LEAVING.0 * target.band * self.spec.settling_band_percent < 50.0;
         let slowest = if half { 0.5 * self.sample_time } else { 0.0 };
         let slack = self.relaxed(target).map_or(f64::NEG_INFINITY, |(relaxed, required)| {
@@ -122,8 +120,7 @@ impl Objective {
         }
     }
 
-    /// The relaxed requirement and its bound in the specification; 0 where there is none, such as for the
-    /// shortest settling time.
+    /// The relaxed requirement and its bound in the specification, or 0.
     pub(super) fn relaxed(&self, target: &Target) -> Option<(Requirement, f64)> {
         let relaxed = target.relaxed?;
         Some((relaxed, relaxed.required(&self.spec).unwrap_or(0.0)))

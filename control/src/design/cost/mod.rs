@@ -31,8 +31,7 @@ const REJECTED: f64 = f64::INFINITY;
 const ROUNDING: f64 = 1e-9;
 
 thread_local! {
-    /// The plant that rejected the last candidate: it is evaluated first, since it may reject the next. No
-    /// result depends on it.
+    /// The plant that rejected the last candidate, which may reject the next. No result depends on it.
     static REJECTING: Cell<usize> = const { Cell::new(0) };
 }
 
@@ -69,8 +68,7 @@ impl Objective {
         // Less gain leads out of instability, so more of it costs more.
         let unstable = UNSTABLE + (pid.kp * self.gain * self.scale).ln().max(0.0);
         let base = outside + unstable_plants as f64 * unstable;
-        // The violations on each plant and on its small step. Before a plant is simulated, only those of its
-        // margins are known.
+        // The violations on each plant and on its small step; at first, those of its margins.
         let mut added: Vec<[f64; 2]> = (0..margins.len())
             .map(|k| [if stable(&k) { self.of_margins(&margins[k], target) } else { 0.0 }, 0.0])
             .collect();

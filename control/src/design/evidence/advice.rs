@@ -21,8 +21,7 @@ pub(crate) fn assumed_rate(max_rate_radps: f64) -> String {
     )
 }
 
-/// Where the step steers further or faster than the drive that the plant was identified from: a linear model
-/// has neither a largest rate of the actuator nor saturating tyres, and is extrapolated there.
+/// Where the step steers further or faster than the drive, beyond which a linear model is extrapolated.
 pub(crate) fn beyond_the_drive(
     plant: &DesignPlant,
     sampled: &Sampled,

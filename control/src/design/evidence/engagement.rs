@@ -25,8 +25,7 @@ const NEAR_M: f64 = 0.3;
 const NEAR_RAD: f64 = 0.03;
 const STAYS_S: f64 = 1.0;
 const WITHIN_S: f64 = 60.0;
-/// Sideslip at which a vehicle spins, rad, and lateral acceleration over its bound beyond which a linear
-/// plant does not hold.
+/// Sideslip at which a vehicle spins, rad, and lateral acceleration over its bound off the path.
 const SPINS_RAD: f64 = 0.5;
 const BEYOND: f64 = 1.3;
 /// Length of the path, m.

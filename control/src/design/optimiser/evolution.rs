@@ -30,8 +30,7 @@ impl Numbers {
     }
 }
 
-/// The best point of a population after some generations, with its cost. `cost` takes a point and
-/// a cost beyond which it need not be exact. `None` for an empty population.
+/// The best point after some generations, with its cost, exact up to its argument; `None` of none.
 pub(crate) fn evolve(
     cost: &impl Fn(&[f64], f64) -> f64,
     population: Vec<Vec<f64>>,

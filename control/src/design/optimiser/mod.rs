@@ -46,8 +46,7 @@ pub(crate) const QUICK: Effort =
 /// The points found, from the best on, each with its cost.
 pub(crate) type Points = Vec<(Vec<f64>, f64)>;
 
-/// The points found from these starting points. `cost` takes a point and a cost beyond which it need not
-/// be exact.
+/// The points found; `cost` takes a point and a cost beyond which it need not be exact.
 pub(crate) fn minimise(
     cost: &(impl Fn(&[f64], f64) -> f64 + Sync),
     starts: &[Vec<f64>],

@@ -117,8 +117,7 @@ impl Curve {
         t
     }
 
-    /// Parameters between which the path lies: for a closed curve one turn, from the first point
-    /// to the copy of it.
+    /// Parameters between which the path lies: for a closed curve one turn.
     fn range(&self) -> (f64, f64) {
         let last = self.parameters.len() - 1;
         if self.closed {

@@ -99,8 +99,7 @@ struct Smoothed {
     deviation: Deviation,
 }
 
-/// The longest smoothing up to that of the options that stays on the points; longer where the curvature
-/// requires it.
+/// The longest smoothing that stays on the points; longer where the curvature requires it.
 fn smoothed(cleaned: &Cleaned, options: &PointOptions) -> Result<Smoothed, Error> {
     let mut smoothing = options.smoothing_length;
     let mut best: Option<Smoothed> = None;

@@ -85,8 +85,7 @@ pub(crate) fn clean(xs: &[f64], ys: &[f64], options: &PointOptions) -> Result<Cl
     })
 }
 
-/// Points that are removed one after the other, the worst first. A heap orders them by deviation, since a
-/// recording may be long.
+/// Points that are removed one after the other, the worst first, in a heap by deviation.
 struct Chain {
     points: Vec<(f64, f64)>,
     /// Neighbours of each point among those that are left; none at the ends.
@@ -157,8 +156,7 @@ impl Chain {
         (residual, (residual - allowed).max(0.0))
     }
 
-    /// Distance of a point from the polynomial through its neighbours, scaled to the effect of noise at equal
-    /// distances.
+    /// Distance of a point from the polynomial through its neighbours, as at equal distances.
     fn residual(&self, j: usize, near: [Option<usize>; 4]) -> f64 {
         let at = |k: usize| self.points[k];
         let [_, Some(a), Some(b), _] = near else { return 0.0 };

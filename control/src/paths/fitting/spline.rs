@@ -52,8 +52,7 @@ pub(crate) struct Fitter {
 }
 
 impl Fitter {
-    /// Prepares fits at the parameters `t`, all within the grid; `None` where the data do not
-    /// determine a spline.
+    /// Prepares fits at the parameters `t`, all within the grid; `None` where they are too few.
     pub(crate) fn new(t: &[f64], start: f64, step: f64, intervals: usize, mu: f64) -> Option<Self> {
         let n = intervals + 3;
         let mut matrix = vec![[0.0; BAND + 1]; n];

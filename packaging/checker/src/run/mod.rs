@@ -39,8 +39,7 @@ const MEMORY: u64 = 16 << 30;
 
 /// Bytes of the output that are reported.
 const OUTPUT_SHOWN: usize = 80;
-/// Time to wait for output after the end of the process. A detached process that the FMU started may
-/// keep the output open.
+/// Time to wait for output, which a detached process may keep open.
 const OUTPUT_TIMEOUT: Duration = Duration::from_millis(200);
 
 /// Tests an FMU in another process. `report` has the findings of [`check`](crate::check): if they
@@ -158,8 +157,7 @@ fn describe(status: ExitStatus) -> String {
     format!("it ended the process ({status})")
 }
 
-/// The standard output of an FMU. A thread reads all of it, so that the FMU never blocks, and keeps the
-/// beginning.
+/// The beginning of the standard output; a thread reads all of it, so that the FMU never blocks.
 struct Output(Receiver<Vec<u8>>);
 
 impl Output {

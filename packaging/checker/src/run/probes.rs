@@ -140,8 +140,7 @@ impl Run<'_> {
         Ok((trajectory, outputs(&instance)))
     }
 
-    /// Reports runs that differ. If two runs of new instances differ as well, this is not an error:
-    /// the standard does not forbid random behaviour.
+    /// Reports runs that differ, unless two new instances differ as well: random behaviour is legal.
     pub(super) fn report_differences(&mut self) {
         let differences = std::mem::take(&mut self.differences);
         if differences.is_empty() {

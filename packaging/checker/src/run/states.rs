@@ -5,8 +5,7 @@ use super::trajectory::{difference, drive, outputs};
 use steerwright_host::Instance;
 
 impl Run<'_> {
-    /// Saves a state, continues, restores it and continues again; then restores its bytes in another
-    /// instance.
+    /// Continues from a state twice, then from its bytes in another instance.
     pub(super) fn states(&mut self, instance: &mut Instance) -> Result<(), Stop> {
         let co_simulation = self.archive.model().co_simulation();
         let can_serialize = co_simulation.can_serialize_fmu_state;

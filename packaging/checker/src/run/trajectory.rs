@@ -84,8 +84,7 @@ pub(super) fn difference(one: &Trajectory, other: &Trajectory, names: &[String])
     None
 }
 
-/// Relative difference up to which two Reals are the same: an FMU may use other mathematical libraries
-/// than the tool that wrote its XML.
+/// Relative difference of equal Reals: an FMU may use other mathematical libraries than its exporter.
 const RELATIVE: f64 = 1e-9;
 
 /// Whether two values are the same, Reals up to rounding; NaN is the same as NaN.

@@ -77,8 +77,7 @@ fn declaration(text: &str, report: &mut impl FnMut(&'static str, String)) {
 /// The largest number of attributes of an element; a parser compares each pair.
 const MOST_ATTRIBUTES: usize = 1000;
 
-/// The rule and message if the text must not be parsed, by a rough count of open elements and of
-/// attributes. No element of FMI has that many attributes; annotations may be nested to any depth.
+/// The rule and message if the text must not be parsed, by a count of open elements and attributes.
 pub(crate) fn nesting(text: &str) -> Option<(&'static str, String)> {
     let bytes = text.as_bytes();
     let mut depth = 0_usize;

@@ -157,8 +157,7 @@ impl Validator<'_, '_> {
         }
     }
 
-    /// Content outside the schema is allowed, except the one element that the schema declares
-    /// globally, which is validated anywhere.
+    /// Content outside the schema is allowed, except the one element that it declares globally.
     fn foreign(&mut self, node: Node<'_, '_>) {
         for inner in node.descendants().skip(1).filter(|inner| is_named(*inner, ROOT.name)) {
             // Report only the outermost one.
